@@ -1,0 +1,165 @@
+//! Values of a Model: a hash-consed graph of real and boolean expressions.
+//!
+//! Equal expressions share one node, so a value is computed once per tick wherever it is used. A node's operands always
+//! have smaller numbers than the node: one pass from 0 upwards evaluates everything.
+
+use std::collections::HashMap;
+
+use super::{CellId, MachineId};
+
+/// Index of a node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct NodeId(pub u32);
+
+/// A real constant, compared and hashed by its bits.
+#[derive(Debug, Clone, Copy)]
+pub struct Real(pub f64);
+
+impl PartialEq for Real {
+    fn eq(&self, other: &Real) -> bool {
+        self.0.to_bits() == other.0.to_bits()
+    }
+}
+impl Eq for Real {}
+impl std::hash::Hash for Real {
+    fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
+        self.0.to_bits().hash(state);
+    }
+}
+
+/// Comparisons of reals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Cmp {
+    /// `<`
+    Lt,
+    /// `<=`
+    Le,
+    /// `>`
+    Gt,
+    /// `>=`
+    Ge,
+}
+
+/// One value: real unless said otherwise.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum Node {
+    /// A constant.
+    Const(Real),
+    /// A constant bool.
+    Bool(bool),
+    /// The sensed value (index into `senses`), clamped to its range.
+    Sense(u32),
+    /// Slope of the least-squares line over its window.
+    Slope(u32),
+    /// Second derivative of the least-squares parabola over its window.
+    Curvature(u32),
+    /// A live parameter that is a number (index into `lives`).
+    Live(u32),
+    /// A live parameter that is a bool (bool).
+    LiveBool(u32),
+    /// A per-key parameter (index into `keyed`).
+    Keyed(u32),
+    /// A cell at the tick's start.
+    Cell(CellId),
+    /// Whether a machine is in a state at the tick's start (bool).
+    Is(MachineId, u32),
+    /// `c0 + sum c_i * x_i`, with `x_i` in increasing order, no `x_i` a constant or another `Linear`, no `c_i` zero.
+    /// Only `simplify` builds it.
+    Linear(Real, Vec<(Real, NodeId)>),
+    /// `a + b`
+    Add(NodeId, NodeId),
+    /// `a - b`
+    Sub(NodeId, NodeId),
+    /// `a * b`
+    Mul(NodeId, NodeId),
+    /// `a / b`
+    Div(NodeId, NodeId),
+    /// `-a`
+    Neg(NodeId),
+    /// The smaller.
+    Min(NodeId, NodeId),
+    /// The larger.
+    Max(NodeId, NodeId),
+    /// `|a|`
+    Abs(NodeId),
+    /// `a ^ (halves / 2)` for halves 2 to 6; `a` must not be negative where halves is odd.
+    Power(NodeId, u8),
+    /// A comparison (bool).
+    Compare(Cmp, NodeId, NodeId),
+    /// Both (bool).
+    And(NodeId, NodeId),
+    /// Either (bool).
+    Or(NodeId, NodeId),
+    /// Not (bool).
+    Not(NodeId),
+    /// `if c then a else b` over reals.
+    Select(NodeId, NodeId, NodeId),
+    /// `if c then a else b` over bools (bool).
+    SelectBool(NodeId, NodeId, NodeId),
+}
+
+/// The graph.
+#[derive(Debug, Clone, Default)]
+pub struct Dag {
+    nodes: Vec<Node>,
+    index: HashMap<Node, NodeId>,
+}
+
+impl Dag {
+    /// The node's number, new or old.
+    pub fn add(&mut self, node: Node) -> NodeId {
+        if let Some(&id) = self.index.get(&node) {
+            return id;
+        }
+        let id = NodeId(self.nodes.len() as u32);
+        self.nodes.push(node.clone());
+        self.index.insert(node, id);
+        id
+    }
+
+    /// A real constant.
+    pub fn constant(&mut self, value: f64) -> NodeId {
+        self.add(Node::Const(Real(if value == 0.0 { 0.0 } else { value })))
+    }
+
+    /// The node.
+    pub fn get(&self, id: NodeId) -> &Node {
+        &self.nodes[id.0 as usize]
+    }
+
+    /// All nodes, operands before users.
+    pub fn nodes(&self) -> impl Iterator<Item = (NodeId, &Node)> {
+        self.nodes.iter().enumerate().map(|(i, n)| (NodeId(i as u32), n))
+    }
+
+    /// How many nodes there are.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+}
+
+impl Node {
+    /// The operands, in order.
+    pub fn operands(&self) -> Vec<NodeId> {
+        match self {
+            Node::Const(_) | Node::Bool(_) | Node::Sense(_) | Node::Slope(_) | Node::Curvature(_) | Node::Live(_) => vec![],
+            Node::LiveBool(_) | Node::Keyed(_) | Node::Cell(_) | Node::Is(..) => vec![],
+            Node::Linear(_, terms) => terms.iter().map(|&(_, x)| x).collect(),
+            &Node::Neg(a) | &Node::Abs(a) | &Node::Power(a, _) | &Node::Not(a) => vec![a],
+            &Node::Add(a, b) | &Node::Sub(a, b) | &Node::Mul(a, b) | &Node::Div(a, b) => vec![a, b],
+            &Node::Min(a, b) | &Node::Max(a, b) | &Node::Compare(_, a, b) | &Node::And(a, b) | &Node::Or(a, b) => vec![a, b],
+            &Node::Select(c, a, b) | &Node::SelectBool(c, a, b) => vec![c, a, b],
+        }
+    }
+
+    /// Whether it is a bool.
+    pub fn is_bool(&self) -> bool {
+        use Node::*;
+        matches!(self, Bool(_) | LiveBool(_) | Is(..) | Compare(..) | And(..) | Or(..) | Not(_) | SelectBool(..))
+    }
+}
