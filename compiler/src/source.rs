@@ -47,7 +47,10 @@ impl SourceMap {
 
     /// The text a span covers.
     pub fn text(&self, span: Span) -> &str {
-        self.files.get(span.file as usize).and_then(|f| f.text.get(span.start as usize..span.end as usize)).unwrap_or("")
+        self.files
+            .get(span.file as usize)
+            .and_then(|f| f.text.get(span.start as usize..span.end as usize))
+            .unwrap_or("")
     }
 
     /// Line and column of the start of a span, both counted from 1, the column in characters.

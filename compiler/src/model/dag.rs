@@ -147,12 +147,16 @@ impl Node {
     /// The operands, in order.
     pub fn operands(&self) -> Vec<NodeId> {
         match self {
-            Node::Const(_) | Node::Bool(_) | Node::Sense(_) | Node::Slope(_) | Node::Curvature(_) | Node::Live(_) => vec![],
+            Node::Const(_) | Node::Bool(_) | Node::Sense(_) | Node::Slope(_) | Node::Curvature(_) | Node::Live(_) => {
+                vec![]
+            }
             Node::LiveBool(_) | Node::Keyed(_) | Node::Cell(_) | Node::Is(..) => vec![],
             Node::Linear(_, terms) => terms.iter().map(|&(_, x)| x).collect(),
             &Node::Neg(a) | &Node::Abs(a) | &Node::Power(a, _) | &Node::Not(a) => vec![a],
             &Node::Add(a, b) | &Node::Sub(a, b) | &Node::Mul(a, b) | &Node::Div(a, b) => vec![a, b],
-            &Node::Min(a, b) | &Node::Max(a, b) | &Node::Compare(_, a, b) | &Node::And(a, b) | &Node::Or(a, b) => vec![a, b],
+            &Node::Min(a, b) | &Node::Max(a, b) | &Node::Compare(_, a, b) | &Node::And(a, b) | &Node::Or(a, b) => {
+                vec![a, b]
+            }
             &Node::Select(c, a, b) | &Node::SelectBool(c, a, b) => vec![c, a, b],
         }
     }
