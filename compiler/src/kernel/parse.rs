@@ -331,11 +331,11 @@ kernel \"two words\" @44100 {
     fn errors_have_places() {
         let error = |from: &str, to: &str| parse(&EVERYTHING.replace(from, to)).expect_err(to).to_string();
         assert_eq!(error("in x\n    fill", "in y\n    fill"), "13:29: `y` is not declared");
-        assert_eq!(error("max v10 v11", "max v10"), "36:33: `max` takes 2 operands, not 1");
-        assert_eq!(error("max v10", "maximum v10"), "36:33: expected an operator, found `maximum`");
-        assert_eq!(error("[0..9] =", "[0..] ="), "5:22: expected a number, found `]`");
+        assert_eq!(error("max v10 v11", "max v10"), "33:26: `max` takes 2 operands, not 1");
+        assert_eq!(error("max v10", "maximum v10"), "33:26: expected an operator, found `maximum`");
+        assert_eq!(error("[0..9] =", "[0..] ="), "5:23: expected a number, found `]`");
         assert_eq!(error("v7:", "v7777777:"), "30:5: values are numbered up to 999999");
-        assert_eq!(error("sar v4 1", "sar v4 256"), "40:27: an immediate is out of bounds");
+        assert_eq!(error("sar v4 1", "sar v4 256"), "38:27: an immediate is out of bounds");
         assert_eq!(error("line hist", "keyed bias"), "8:9: `bias` is declared twice");
         assert_eq!(error("@44100", "@44100?"), "1:26: what is `?`?");
     }
