@@ -1,1 +1,5 @@
 //! The closed loop.
+
+pub mod files;
+pub mod gesture;
+pub mod trace;
