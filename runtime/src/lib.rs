@@ -2,4 +2,5 @@
 
 pub mod files;
 pub mod gesture;
+pub mod motion;
 pub mod trace;

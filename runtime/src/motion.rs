@@ -1,0 +1,4 @@
+//! m
+mod lowpass;
+mod pchip;
+mod resample;
