@@ -3,4 +3,5 @@
 pub mod files;
 pub mod gesture;
 pub mod motion;
+pub mod titles;
 pub mod trace;

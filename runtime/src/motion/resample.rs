@@ -87,9 +87,7 @@ impl Kernel {
         let samples = &held[index + 1..][..taps];
         let near = samples[self.half - 1];
         let mut sums = [0.0; LANES];
-        for ((x, low), high) in
-            samples.chunks_exact(LANES).zip(low.chunks_exact(LANES)).zip(high.chunks_exact(LANES))
-        {
+        for ((x, low), high) in samples.chunks_exact(LANES).zip(low.chunks_exact(LANES)).zip(high.chunks_exact(LANES)) {
             for lane in 0..LANES {
                 sums[lane] += (x[lane] - near) * (low[lane] + between * (high[lane] - low[lane]));
             }
@@ -140,9 +138,14 @@ mod tests {
 
     #[test]
     fn a_multi_sine_survives_to_minus_100_db() {
-        for (from_hz, to_hz) in
-            [(2000.0, 44_100.0), (8000.0, 44_100.0), (96_000.0, 44_100.0), (1234.567, 44_100.0), (44_100.0, 2000.0), (100.0, 101.0)]
-        {
+        for (from_hz, to_hz) in [
+            (2000.0, 44_100.0),
+            (8000.0, 44_100.0),
+            (96_000.0, 44_100.0),
+            (1234.567, 44_100.0),
+            (44_100.0, 2000.0),
+            (100.0, 101.0),
+        ] {
             let nyquist = 0.5 * f64::min(from_hz, to_hz);
             let tones = [0.0013, 0.11, 0.37, 0.5, 0.79].map(|f| f * nyquist);
             let error = worst(&tones, from_hz, to_hz);
@@ -168,7 +171,9 @@ mod tests {
 
     #[test]
     fn what_the_lower_rate_cannot_carry_is_gone() {
-        for (from_hz, to_hz, hz) in [(192_000.0, 44_100.0, 22_100.0), (192_000.0, 44_100.0, 90_000.0), (44_100.0, 2000.0, 1001.0)] {
+        for (from_hz, to_hz, hz) in
+            [(192_000.0, 44_100.0, 22_100.0), (192_000.0, 44_100.0, 90_000.0), (44_100.0, 2000.0, 1001.0)]
+        {
             let y = resample(&sampled(&[hz], from_hz, 1.0), from_hz, to_hz);
             let left = y[100..y.len() - 100].iter().fold(0.0_f64, |a, v| a.max(v.abs()));
             assert!(left < 1e-5, "{hz} Hz from {from_hz} to {to_hz} Hz: {} dB left", 20.0 * left.log10());
