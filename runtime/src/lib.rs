@@ -1,5 +1,6 @@
 //! The closed loop.
 
+pub mod device;
 pub mod files;
 pub mod gesture;
 pub mod motion;
