@@ -22,6 +22,8 @@ mod titled;
 mod uniform;
 
 #[cfg(test)]
+mod recordings;
+#[cfg(test)]
 mod tests;
 
 use std::path::{Path, PathBuf};
