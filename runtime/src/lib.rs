@@ -4,5 +4,6 @@ pub mod device;
 pub mod files;
 pub mod gesture;
 pub mod motion;
+pub mod plot;
 pub mod titles;
 pub mod trace;
