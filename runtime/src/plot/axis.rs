@@ -67,9 +67,16 @@ fn round_up(step: f64) -> f64 {
 
 /// A number with a proper minus sign; very small and very large ones with a power of ten.
 fn label(value: f64, decimals: usize) -> String {
-    let text = if decimals > 5 || value.abs() >= 1e6 { format!("{value:.2e}") } else { format!("{value:.decimals$}") };
-    let text =
-        if text.trim_start_matches(['-', '0', '.']).is_empty() { text.trim_start_matches('-').into() } else { text };
+    let digits = |text: &str| text.bytes().any(|b| (b'1'..=b'9').contains(&b));
+    let plain = format!("{value:.decimals$}");
+    let text = match format!("{value:.2e}").split_once('e') {
+        Some((mantissa, power)) if (decimals > 5 || value.abs() >= 1e6) && digits(mantissa) => {
+            format!("{}e{power}", mantissa.trim_end_matches('0').trim_end_matches('.'))
+        }
+        _ if decimals > 5 => "0".into(),
+        _ if digits(&plain) => plain,
+        _ => plain.trim_start_matches('-').into(),
+    };
     text.replace('-', "−")
 }
 
@@ -87,7 +94,8 @@ mod tests {
         assert_eq!(labels(-0.31, 0.52), ["−0.2", "0.0", "0.2", "0.4"]);
         assert_eq!(labels(0.0, 0.0041), ["0.000", "0.001", "0.002", "0.003", "0.004"]);
         assert_eq!(labels(9.5, 10.5), ["9.6", "9.8", "10.0", "10.2", "10.4"]);
-        assert_eq!(labels(0.0, 3e7).first().map(String::as_str), Some("0"));
+        assert_eq!(labels(0.0, 3e7), ["0", "5e6", "1e7", "1.5e7", "2e7", "2.5e7", "3e7"]);
+        assert_eq!(labels(-3e-8, 0.0), ["−3e−8", "−2.5e−8", "−2e−8", "−1.5e−8", "−1e−8", "−5e−9", "0"]);
     }
 
     #[test]

@@ -24,7 +24,7 @@ pub enum Anchor {
 pub enum Shape {
     /// A line through points, with round joins and ends.
     Line {
-        /// Its points, at least one.
+        /// Its points, at least two.
         points: Vec<Point>,
         /// Its colour.
         colour: Colour,
@@ -65,9 +65,13 @@ pub struct Drawing {
 }
 
 impl Drawing {
-    /// Adds a line.
+    /// Adds a line, or a dot where it has one point only.
     pub fn line(&mut self, points: Vec<Point>, colour: Colour, width: f64) {
-        self.shapes.push(Shape::Line { points, colour, width });
+        match points[..] {
+            [] => {}
+            [(x, y)] => self.rect((x - width, y - width), (x + width, y + width), colour),
+            _ => self.shapes.push(Shape::Line { points, colour, width }),
+        }
     }
 
     /// Adds a filled rectangle by its upper left and lower right corners.

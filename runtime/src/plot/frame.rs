@@ -68,7 +68,7 @@ pub fn heading(name: &str, unit: &str) -> String {
 /// Level lines with labels at the ticks of the ordinate, and the heading above.
 pub fn level_grid(page: &mut Drawing, y: &Axis, top: f64, heading: String) {
     page.text((LEFT, top - 7.0), Anchor::Start, HEADING, BLACK, heading);
-    for (at, label) in y.ticks(38.0) {
+    for (at, label) in y.ticks(30.0) {
         let colour = if at == y.place(0.0) { ZERO } else { GRID };
         page.line(vec![(LEFT, at), (RIGHT, at)], colour, 0.8);
         page.text((LEFT - 7.0, at + 3.8), Anchor::End, TEXT, DARK, label);

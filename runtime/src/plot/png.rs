@@ -62,9 +62,6 @@ fn path(points: &[Point], closed: bool) -> Option<Path> {
     let mut path = PathBuilder::new();
     let ((x, y), rest) = points.split_first()?;
     path.move_to(*x as f32, *y as f32);
-    if rest.is_empty() {
-        path.line_to(*x as f32, *y as f32);
-    }
     for (x, y) in rest {
         path.line_to(*x as f32, *y as f32);
     }

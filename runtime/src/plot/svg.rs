@@ -22,12 +22,8 @@ fn print_shape(out: &mut String, shape: &Shape) {
     match shape {
         Shape::Line { points, colour, width } => {
             let path = path(points);
-            // A line of one point is a dot.
-            let dot = if points.len() == 1 { "h0" } else { "" };
-            let _ = writeln!(
-                out,
-                "<path d=\"{path}{dot}\" fill=\"none\" stroke=\"#{colour:06x}\" stroke-width=\"{width}\"/>"
-            );
+            let _ =
+                writeln!(out, "<path d=\"{path}\" fill=\"none\" stroke=\"#{colour:06x}\" stroke-width=\"{width}\"/>");
         }
         Shape::Area { points, colour } => {
             let _ = writeln!(out, "<path d=\"{}z\" fill=\"#{colour:06x}\"/>", path(points));

@@ -58,11 +58,86 @@ fn roles() -> Roles {
     }
 }
 
+fn bundled() -> Trace {
+    hammer_trace(default_gesture().positions(RATE_HZ))
+}
+
 #[test]
-fn look() {
-    let trace = hammer_trace(default_gesture().positions(RATE_HZ));
-    let roles = roles();
+fn panels_axes_and_legends_say_what_is_drawn() {
+    let (trace, roles) = (bundled(), roles());
+    let drawing = layout::draw(&Figure::of(&trace, &roles));
+    let mut rows: Vec<(i64, i64, &str)> = Vec::new();
+    for shape in &drawing.shapes {
+        if let drawing::Shape::Text { at, text, .. } = shape {
+            assert!((0.0..drawing.width).contains(&at.0) && (0.0..drawing.height).contains(&at.1), "{text} at {at:?}");
+            rows.push((at.1 as i64, at.0 as i64, text));
+        }
+    }
+    rows.sort_unstable();
+    let text: Vec<String> =
+        rows.chunk_by(|a, b| a.0 == b.0).map(|r| r.iter().map(|t| t.2).collect::<Vec<_>>().join(" | ")).collect();
+    insta::assert_snapshot!(text.join("\n"));
+}
+
+#[test]
+fn both_outputs_are_whole_and_reproducible() {
+    let (trace, roles) = (bundled(), roles());
     let figure = Figure::of(&trace, &roles);
-    figure.save(Path::new("/tmp/look.png")).unwrap();
-    figure.save(Path::new("/tmp/look.svg")).unwrap();
+    let (svg, png) = (figure.svg(), figure.png().unwrap());
+    assert_eq!((&svg, &png), (&figure.svg(), &figure.png().unwrap()));
+    assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n") && !svg.contains("NaN") && !svg.contains("inf"));
+    let picture = tiny_skia::Pixmap::decode_png(&png).unwrap();
+    assert_eq!(picture.width(), 2000);
+    for (name, colour) in
+        [("total", frame::BLACK), ("first term", frame::line_colour(0)), ("flying up", frame::band_colour(1))]
+    {
+        let [_, r, g, b] = colour.to_be_bytes();
+        let count = picture.pixels().iter().filter(|p| (p.red(), p.green(), p.blue()) == (r, g, b)).count();
+        assert!(count > 500, "{name}: {count} pixels");
+    }
+}
+
+#[test]
+fn odd_data_does_not_panic() {
+    let roles = roles();
+    let odd: [&[f64]; 7] =
+        [&[], &[0.001], &[0.0, 0.0], &[0.002; 500], &[f64::NAN; 3], &[f64::INFINITY, 0.0], &[1e300, -1e300]];
+    for travel in odd {
+        let trace = hammer_trace(travel.to_vec());
+        let figure = Figure::of(&trace, &roles);
+        assert!(figure.svg().ends_with("</svg>\n") && figure.png().is_some(), "{travel:?}");
+    }
+    let mut ragged = hammer_trace(vec![0.001; 50]);
+    ragged.columns[3].values.truncate(7);
+    ragged.columns[7].values = vec![99.0, -1.0, f64::NAN];
+    ragged.events.push(EventRow { t_s: -5.0, event: "note".into(), ..EventRow::default() });
+    let figure = Figure::of(&ragged, &roles);
+    assert!(figure.svg().ends_with("</svg>\n") && figure.png().is_some());
+    let nothing = Figure::default();
+    assert!(nothing.svg().ends_with("</svg>\n") && nothing.png().is_some());
+}
+
+#[test]
+fn a_long_recording_is_as_small_as_a_short_one() {
+    let roles = roles();
+    let travel = default_gesture().positions(RATE_HZ);
+    let (short, long) = (hammer_trace(travel.clone()), hammer_trace(travel.repeat(9)));
+    let (short, long) = (Figure::of(&short, &roles).svg().len(), Figure::of(&long, &roles).svg().len());
+    assert!(long < 3 * short, "{short} bytes for 4 s, {long} for 38 s");
+}
+
+#[test]
+fn figures_are_saved_by_the_end_of_their_names() {
+    let dir = tempfile::tempdir().unwrap();
+    let names = ["a<b".to_string(), "c".to_string()];
+    let machine = Machine { name: "m & n", states: &names, values: &[0.0, 1.0] };
+    let figure = Figure { title: "t", rate_hz: 10, machines: vec![machine], ..Figure::default() };
+    let (svg, png) = (dir.path().join("f.svg"), dir.path().join("f.png"));
+    figure.save(&svg).unwrap();
+    figure.save(&png).unwrap();
+    let text = std::fs::read_to_string(&svg).unwrap();
+    assert!(text.contains("m &amp; n") && text.contains("a&lt;b"), "{text}");
+    assert_eq!(std::fs::read(&png).unwrap()[1..4], *b"PNG");
+    let error = figure.save(&dir.path().join("f.pdf")).unwrap_err();
+    assert_eq!(error.message, "a figure's name ends in `.svg` or `.png`");
 }

@@ -105,7 +105,7 @@ pub fn marks(page: &mut Drawing, clock: &Clock, (top, bottom): (f64, f64), name:
         }
     }
     if !marks.is_empty() {
-        page.line(vec![(LEGEND + 8.0, top - 13.0), (LEGEND + 8.0, top - 2.0)], MARK, 0.8);
-        page.text((LEGEND + 22.0, top - 4.0), Anchor::Start, TEXT, DARK, name);
+        page.line(vec![(LEGEND + 8.0, top - 19.0), (LEGEND + 8.0, top - 7.0)], MARK, 0.8);
+        page.text((LEGEND + 22.0, top - 9.0), Anchor::Start, TEXT, DARK, name);
     }
 }
