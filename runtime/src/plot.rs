@@ -9,9 +9,9 @@
 //!   force over travel: press, return       its own axes
 //! ```
 //!
-//! A [`Figure`] borrows its data, usually from a trace; panels without data are left out. Panels paint shapes into one [`drawing`],
+//! A [`Figure`] borrows its data, usually from a trace; panels without data are left out. Panels paint shapes into one drawing,
 //! which both outputs put on paper, so both show the same. A recording of any length is reduced to what can be seen
-//! ([`decimate`]). Colours can be told apart with any kind of colour vision (Paul Tol's schemes).
+//! (`decimate`). Colours can be told apart with any kind of colour vision (Paul Tol's schemes).
 //!
 //! Not here: interaction, reports.
 
