@@ -53,5 +53,6 @@ codes! {
     // Ranges and numbers
     Unbounded           "WH0501" Error "a value whose range cannot be bounded";
     DivisionByZero      "WH0502" Error "a division whose divisor may be zero";
+    NegativePower       "WH0504" Error "a half-integer power of a value that may be negative";
     InitOutOfRange      "WH0503" Error "an initial value outside its range";
 }
