@@ -228,8 +228,7 @@ operators! {
     Sqrt                        = "sqrt"       (I64 -> I32)     Pure         Corners  Exact(|_, a, _, _| a.max(0).isqrt());
     /// The same value in 64 bits.
     Widen                       = "widen"      (I32 -> I64)     Pure         Corners  Exact(|_, a, _, _| a);
-    /// The same value, known to lie within the immediates by an argument beyond intervals (the checked interpreter
-    /// holds whoever wrote it to that).
+    /// The same value, known by an argument beyond intervals to lie within the immediates; the checked interpreter tests it.
     Assume(low: i64 Number, high: i64 Number) = "assume" (N -> N)   Pure         Assumed  Exact(|_, a, _, _| a);
     /// The low word.
     Narrow                      = "narrow"     (I64 -> I32)     Pure         Corners  Exact(|_, a, _, _| a);
