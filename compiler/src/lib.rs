@@ -1,6 +1,7 @@
 //! The Whippen compiler: source text to Model to Kernel to code. No input or output, no clock.
 
 pub mod diag;
+pub mod fix;
 pub mod ideal;
 pub mod kernel;
 pub mod model;

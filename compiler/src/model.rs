@@ -286,3 +286,16 @@ pub struct Named {
     /// Where it is declared.
     pub span: Span,
 }
+
+impl Model {
+    /// How a rule is called in messages and event lists: the event's name, or `contact: touching -> flying`.
+    pub fn rule_name(&self, rule: &Rule) -> String {
+        match &rule.kind {
+            RuleKind::Event { name } => name.clone(),
+            RuleKind::Transition { machine, from, to } => {
+                let machine = &self.machines[machine.0 as usize];
+                format!("{}: {} -> {}", machine.name, machine.states[*from as usize], machine.states[*to as usize])
+            }
+        }
+    }
+}
