@@ -12,7 +12,7 @@ mod commit;
 mod sense;
 mod value;
 
-use crate::model::{Action, CellId, Model, NodeId, RuleKind};
+use crate::model::{Action, Model, NodeId, RuleKind};
 use crate::scales::Scales;
 use commit::Writes;
 use sense::SenseState;
@@ -56,6 +56,8 @@ pub struct Ideal<'m> {
     model: &'m Model,
     lives: Vec<f64>,
     keys: Vec<KeyState>,
+    /// Memory as it stood at the start of the last tick.
+    before: Vec<KeyState>,
     senses: Vec<Vec<SenseState>>,
     values: Vec<Vec<f64>>,
     occurrences: Vec<Occurrence>,
@@ -75,7 +77,8 @@ impl<'m> Ideal<'m> {
         Ideal {
             model,
             lives: model.lives.iter().map(|l| l.value).collect(),
-            keys: vec![state; keys],
+            keys: vec![state.clone(); keys],
+            before: vec![state; keys],
             senses: Vec::new(),
             values: vec![vec![0.0; model.dag.len()]; keys],
             occurrences: Vec::new(),
@@ -91,6 +94,7 @@ impl<'m> Ideal<'m> {
         let senses = self.model.senses.len();
         for key in 0..self.keys.len() {
             self.sense(key, &words[key * senses..(key + 1) * senses]);
+            self.before[key].clone_from(&self.keys[key]);
             value::evaluate(self.model, &self.lives, key, &self.keys[key], &self.senses[key], &mut self.values[key]);
             self.act(key);
         }
@@ -149,17 +153,22 @@ impl<'m> Ideal<'m> {
         self.values[key][node.0 as usize]
     }
 
+    /// A sensed value in the last tick (SI).
+    pub fn sensed(&self, key: usize, sense: usize) -> f64 {
+        self.senses[key][sense].value()
+    }
+
     /// Sum of all force terms in the last tick (N).
     pub fn force_n(&self, key: usize) -> f64 {
         self.model.forces.iter().map(|f| self.value(key, f.value)).sum()
     }
 
-    /// A cell as it stands after the last tick (SI).
-    pub fn cell(&self, key: usize, cell: CellId) -> f64 {
-        self.keys[key].cells[cell.0 as usize]
+    /// Memory of a key at the start of the last tick, on which its values were computed.
+    pub fn before(&self, key: usize) -> &KeyState {
+        &self.before[key]
     }
 
-    /// Memory of a key.
+    /// Memory of a key as it stands.
     pub fn state(&self, key: usize) -> &KeyState {
         &self.keys[key]
     }

@@ -22,8 +22,8 @@ pub struct Lowered {
 /// What kind of value a probe shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExportKind {
-    /// A sensed value.
-    Sense,
+    /// A sensed value (index into the Model's senses).
+    Sense(u32),
     /// The sum of all force terms (N), before the drive word clips it.
     Total,
     /// A force term (index into the Model's forces).
@@ -133,7 +133,7 @@ impl Lowerer<'_> {
         let model = &self.step.model;
         for (index, sense) in model.senses.iter().enumerate() {
             if let Some(real) = self.sensed(index as u32) {
-                exports.push(self.probe(&sense.name, ExportKind::Sense, Some(sense.dim), real, sense.range)?);
+                exports.push(self.probe(&sense.name, ExportKind::Sense(index as u32), Some(sense.dim), real, sense.range)?);
             }
         }
         let total = self.real(self.step.drive)?;
