@@ -16,9 +16,14 @@
 
 pub mod build;
 pub mod op;
+pub mod parse;
+mod print;
+pub mod verify;
 
 pub use build::Builder;
-pub use op::{Op, OpError};
+pub use op::{Immediate, Op, OpError};
+pub use parse::{ParseError, parse};
+pub use verify::{Verified, VerifyError, verify};
 
 use std::fmt;
 
