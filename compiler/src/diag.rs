@@ -4,8 +4,10 @@
 //! say what to do. Rendering is done by `ariadne`. Phases collect them in a list and go on.
 
 pub mod codes;
+mod nearest;
 
 pub use codes::{Code, Severity};
+pub use nearest::nearest;
 
 use crate::source::Span;
 
