@@ -48,6 +48,7 @@ codes! {
     MissingTimes        "WH0104" Error "a `*` is missing between a number and a name";
     BadNumber           "WH0105" Error "a number that cannot be read";
     UnclosedBlock       "WH0106" Error "a bracket that is never closed";
+    TooDeep             "WH0107" Error "something nested too deeply to be read";
     // Names
     UnknownName         "WH0201" Error "a name that is declared nowhere";
     // Ranges and numbers
