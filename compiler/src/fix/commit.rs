@@ -176,7 +176,11 @@ impl Lowerer<'_> {
         }
         let ordered = |map: HashMap<u32, Value>| map.into_iter().collect::<std::collections::BTreeMap<_, _>>();
         for (cell, value) in ordered(writes.cells) {
-            let kept = self.clamped(value, self.cell_range(CellId(cell)))?;
+            let range = self.cell_range(CellId(cell));
+            if !range.contains(self.b.range(value)) {
+                self.clamps.push(self.step.model.cells[cell as usize].name.clone());
+            }
+            let kept = self.clamped(value, range)?;
             self.b.effect(Op::Set(self.cells.reals[cell as usize]), &[kept])?;
         }
         for (machine, value) in ordered(writes.machines) {

@@ -17,6 +17,8 @@ pub struct Lowered {
     pub events: Vec<LoweredEvent>,
     /// What each live value means.
     pub lives: Vec<LoweredLive>,
+    /// Memory and ports whose clamp could not be proved away.
+    pub clamps: Vec<String>,
 }
 
 /// What kind of value a probe shows.
@@ -123,6 +125,10 @@ impl Lowerer<'_> {
         let mut reals = Vec::new();
         for (c, x) in terms {
             reals.push((c.0, self.real(x)?));
+        }
+        let reach = self.ranges.get(self.step.drive).magnitude() / self.scales.drive_lsb_n;
+        if reach > format::DRIVE_WORD.high as f64 {
+            self.clamps.push("drive word".to_string());
         }
         self.sum_within(c0, &reals, self.scales.drive_lsb_n, format::DRIVE_WORD)
     }
