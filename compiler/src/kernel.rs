@@ -14,6 +14,19 @@
 //!
 //! Not here: reals, units, formats (they end in `fix::lower`), machine code.
 
+pub mod build;
+pub mod op;
+pub mod parse;
+mod print;
+pub mod verify;
+
+pub use build::Builder;
+pub use op::{Immediate, Op, OpError};
+pub use parse::{ParseError, parse};
+pub use verify::{Verified, VerifyError, verify};
+
+use std::fmt;
+
 /// A type of value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Type {
@@ -25,6 +38,44 @@ pub enum Type {
     I64,
 }
 
+impl Type {
+    /// Every type.
+    pub const ALL: [Type; 3] = [Type::I1, Type::I32, Type::I64];
+
+    /// All values of the type.
+    pub const fn range(self) -> Range {
+        match self {
+            Type::I1 => Range { low: 0, high: 1 },
+            Type::I32 => Range { low: i32::MIN as i64, high: i32::MAX as i64 },
+            Type::I64 => Range { low: i64::MIN, high: i64::MAX },
+        }
+    }
+
+    /// The value of this type that agrees with `exact` in its low bits.
+    pub const fn wrap(self, exact: i128) -> i64 {
+        match self {
+            Type::I1 => (exact & 1) as i64,
+            Type::I32 => exact as i32 as i64,
+            Type::I64 => exact as i64,
+        }
+    }
+
+    /// Width in bits.
+    pub const fn bits(self) -> u32 {
+        match self {
+            Type::I1 => 1,
+            Type::I32 => 32,
+            Type::I64 => 64,
+        }
+    }
+}
+
+impl fmt::Display for Type {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "i{}", self.bits())
+    }
+}
+
 /// A closed interval of integers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Range {
@@ -34,9 +85,54 @@ pub struct Range {
     pub high: i64,
 }
 
+impl Range {
+    /// From `low` to `high`.
+    pub const fn new(low: i64, high: i64) -> Range {
+        Range { low, high }
+    }
+
+    /// One value alone.
+    pub const fn point(value: i64) -> Range {
+        Range { low: value, high: value }
+    }
+
+    /// Whether `value` lies inside.
+    pub const fn has(self, value: i64) -> bool {
+        self.low <= value && value <= self.high
+    }
+
+    /// Whether all of `other` lies inside.
+    pub const fn contains(self, other: Range) -> bool {
+        self.low <= other.low && other.high <= self.high
+    }
+
+    /// The smallest interval that holds both.
+    #[must_use]
+    pub fn union(self, other: Range) -> Range {
+        Range { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// Whether it holds nothing.
+    pub const fn is_empty(self) -> bool {
+        self.low > self.high
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "[{}..{}]", self.low, self.high)
+    }
+}
+
 /// An SSA value: index into [`Kernel::values`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Value(pub u32);
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "v{}", self.0)
+    }
+}
 
 /// What is known of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,7 +143,8 @@ pub struct ValueInfo {
     pub range: Range,
 }
 
-/// A word that enters (`u16`) or leaves (`i16`) each key in each tick.
+/// A word that enters (`u16`) or leaves (`i16`) each key in each tick. An input outside its range is clamped to it when
+/// it is read, so nothing a host feeds can leave a proven range.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Port {
     /// Name.
@@ -93,8 +190,9 @@ pub struct Cell {
     pub init: i64,
 }
 
-/// A delay line of each key. `delay n` reads what was pushed `n` ticks ago (1 ..= len); one push per tick; all keys share
-/// one ring index.
+/// A delay line of each key. `delay n` reads what was pushed `n` ticks ago (1 ..= len); one push per tick, after the
+/// delays, so that a ring of `len` slots is enough: `delay len` reads the slot that the push then overwrites. All keys
+/// share one ring index. Before `init` every slot holds the value of the range that is nearest to zero.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Line {
     /// Name.
@@ -157,7 +255,7 @@ pub struct Kernel {
     pub events: Vec<Event>,
     /// Exported values.
     pub probes: Vec<Probe>,
-    /// All SSA values.
+    /// All SSA values; some may be defined nowhere and used nowhere.
     pub values: Vec<ValueInfo>,
     /// Run once per key before the first tick, with the first tick's inputs; may not `out`, `emit` or `probe`.
     pub init: Region,
@@ -187,85 +285,4 @@ pub struct Inst {
     pub results: Vec<Value>,
     /// `if`: then and else; `loop`: the body; otherwise none.
     pub regions: Vec<Region>,
-}
-
-/// Operators with their immediates; types, meaning and range transfer are in the table of `op`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Op {
-    /// `-> t`: a constant (type from the result).
-    Const(i64),
-    /// `t t -> t` for i32, i64.
-    Add,
-    /// `t t -> t`
-    Sub,
-    /// `t t -> t`, low word.
-    Mul,
-    /// `i32 i32 -> i64`: the whole product (SMULL).
-    MulWide,
-    /// `i64 i32 i32 -> i64`: accumulator plus product (SMLAL).
-    MacWide,
-    /// `t t -> t`
-    Min,
-    /// `t t -> t`
-    Max,
-    /// `t -> t`: left shift by 0 ..= 63.
-    Shl(u8),
-    /// `t -> t`: arithmetic right shift, rounding towards minus infinity.
-    Sar(u8),
-    /// `t -> t`: arithmetic right shift, rounding half up: `(a + 2^(n-1)) >> n`, in unbounded integers, then wrapped.
-    SarRound(u8),
-    /// `i32 i32 -> i32`: `floor(a * 2^n / b + 1/2)` in unbounded integers, then wrapped; 0 where `b` is 0.
-    DivRound(u8),
-    /// `i64 -> i32`: `floor(sqrt(a))`, 0 where `a` is negative.
-    Sqrt,
-    /// `i32 -> i64`
-    Widen,
-    /// `i64 -> i32`: low word.
-    Narrow,
-    /// `t t -> i1`
-    Eq,
-    /// `t t -> i1`
-    Lt,
-    /// `t t -> i1`
-    Le,
-    /// `i1 i1 -> i1`
-    And,
-    /// `i1 i1 -> i1`
-    Or,
-    /// `i1 -> i1`
-    Not,
-    /// `i1 t t -> t`
-    Select,
-    /// `-> i32`: word of an input port (index).
-    In(u32),
-    /// `i32 ->`: word of an output port (index).
-    Out(u32),
-    /// `-> i32`: live value (index).
-    Live(u32),
-    /// `-> i32`: per-key constant (index).
-    Keyed(u32),
-    /// `-> t`: word 0 of a cell (index), as stored now.
-    Get(u32),
-    /// `t ->`: stores word 0 of a cell; later `Get`s in the same tick see it.
-    Set(u32),
-    /// `i32 -> t`: a word of a cell; the index must be proven inside.
-    GetAt(u32),
-    /// `i32 t ->`: stores a word of a cell.
-    SetAt(u32),
-    /// `-> i32`: line (index), what was pushed so many ticks ago (1 ..= len).
-    Delay(u32, u32),
-    /// `i32 ->`: pushes onto a line; at most once per tick and not inside `if` or `loop`; seen from the next tick on.
-    Push(u32),
-    /// `i32 ->`: fills a whole line; in `init` only.
-    Fill(u32),
-    /// `i32 -> i32`: entry of a table (index); the index must be proven inside.
-    Lookup(u32),
-    /// `i32.. ->`: an event (index) of this key in this tick.
-    Emit(u32),
-    /// `t ->`: exports a value (index).
-    Probe(u32),
-    /// `i1 ->` yields: runs the first or the second region.
-    If,
-    /// `t.. ->` yields: runs the region so many times with parameters (i32 index from 0, carried values).
-    Loop(u32),
 }

@@ -1,8 +1,13 @@
 //! The Whippen compiler: source text to Model to Kernel to code. No input or output, no clock.
 
 pub mod diag;
+pub mod fix;
+pub mod ideal;
 pub mod kernel;
 pub mod model;
+pub mod range;
+pub mod scales;
+pub mod simplify;
 pub mod source;
 pub mod syntax;
 pub mod units;

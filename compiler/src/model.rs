@@ -81,6 +81,8 @@ pub struct Model {
     pub forces: Vec<Named>,
     /// Every `let` and every result of a term (`jack.resistance`), in the order of the text: exported to traces.
     pub named: Vec<Named>,
+    /// Where a node of the graph was first written, by node number; may be shorter than the graph.
+    pub spans: Vec<Option<Span>>,
 }
 
 /// `sense`
@@ -288,4 +290,17 @@ pub struct Named {
     pub value: NodeId,
     /// Where it is declared.
     pub span: Span,
+}
+
+impl Model {
+    /// How a rule is called in messages and event lists: the event's name, or `contact: touching -> flying`.
+    pub fn rule_name(&self, rule: &Rule) -> String {
+        match &rule.kind {
+            RuleKind::Event { name } => name.clone(),
+            RuleKind::Transition { machine, from, to } => {
+                let machine = &self.machines[machine.0 as usize];
+                format!("{}: {} -> {}", machine.name, machine.states[*from as usize], machine.states[*to as usize])
+            }
+        }
+    }
 }

@@ -48,10 +48,12 @@ codes! {
     MissingTimes        "WH0104" Error "a `*` is missing between a number and a name";
     BadNumber           "WH0105" Error "a number that cannot be read";
     UnclosedBlock       "WH0106" Error "a bracket that is never closed";
+    TooDeep             "WH0107" Error "something nested too deeply to be read";
     // Names
     UnknownName         "WH0201" Error "a name that is declared nowhere";
     // Ranges and numbers
     Unbounded           "WH0501" Error "a value whose range cannot be bounded";
     DivisionByZero      "WH0502" Error "a division whose divisor may be zero";
+    NegativePower       "WH0504" Error "a half-integer power of a value that may be negative";
     InitOutOfRange      "WH0503" Error "an initial value outside its range";
 }
