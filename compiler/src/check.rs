@@ -112,7 +112,7 @@ impl Keyboard {
 pub fn check(files: &[File], std: &[File], options: &Options) -> (Option<Program>, Vec<Diagnostic>) {
     let mut diags = diags::Diags::default();
     let items = items::collect(files, std, &mut diags);
-    let mut sets = sets::read(options, files.len() + std.len(), &items, &mut diags);
+    let mut sets = sets::read(options, files.len() + std.len(), &mut diags);
     let boards = keyboard::read(&items, options, &mut diags);
     for term in &items.terms {
         elaborate::term_alone(&items, term, options, &mut diags);

@@ -15,12 +15,17 @@
 //! Not here: reals, units, formats (they end in `fix::lower`), machine code.
 
 pub mod build;
+pub mod interp;
+pub mod layout;
+pub mod memory;
 pub mod op;
 pub mod parse;
 mod print;
 pub mod verify;
 
 pub use build::Builder;
+pub use interp::Interp;
+pub use memory::{EngineError, Happened, Memory};
 pub use op::{Immediate, Op, OpError};
 pub use parse::{ParseError, parse};
 pub use verify::{Verified, VerifyError, verify};

@@ -223,16 +223,17 @@ impl<'a> Elaborator<'a, '_> {
         Some(self.instantiate_with(Scope::new(path, &term.ast.decls, Some(term), Some(caller)), arguments))
     }
 
-    /// The first free of `plectrum_1`, `plectrum_2`, ..
-    fn free_name(&self, scope: ScopeId, term: &str) -> String {
-        let here = &self.scopes[scope.0];
-        let taken = |name: &str| {
-            let path = format!("{}.", here.full(name));
-            here.values.contains_key(name) || here.calls.values().any(|c| self.scopes[c.0].path == path)
-        };
-        let first = here.calls.len() + 1;
-        let free = (1..=first).map(|n| format!("{term}_{n}")).find(|name| !taken(name));
-        free.unwrap_or_else(|| format!("{term}_{first}_"))
+    /// The next free of `plectrum_1`, `plectrum_2`, ..
+    fn free_name(&mut self, scope: ScopeId, term: &'a str) -> String {
+        let here = &mut self.scopes[scope.0];
+        let count = here.unnamed.entry(term).or_insert(0);
+        loop {
+            *count += 1;
+            let name = format!("{term}_{count}");
+            if !here.values.contains_key(name.as_str()) {
+                return name;
+            }
+        }
     }
 
     /// A term may not call itself, and the tree of calls is small.

@@ -132,7 +132,9 @@ pub struct Scope<'a> {
     pub results: Vec<(&'a str, SlotId)>,
     /// The scopes of the calls in it, by the place of the call.
     pub calls: HashMap<Span, ScopeId>,
-    /// The same, per declaration, in the order of the text.
+    /// How many calls of each term go without a name of their own.
+    pub unnamed: BTreeMap<&'a str, usize>,
+    /// The same as `calls`, per declaration, in the order of the text.
     pub children: Vec<Vec<ScopeId>>,
 }
 
@@ -153,6 +155,7 @@ impl<'a> Scope<'a> {
             args: Vec::new(),
             results: Vec::new(),
             calls: HashMap::new(),
+            unnamed: BTreeMap::new(),
             children: Vec::new(),
         }
     }
