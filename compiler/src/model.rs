@@ -81,8 +81,6 @@ pub struct Model {
     pub forces: Vec<Named>,
     /// Every `let` and every result of a term (`jack.resistance`), in the order of the text: exported to traces.
     pub named: Vec<Named>,
-    /// Where a node of the graph was first written, by node number; may be shorter than the graph.
-    pub spans: Vec<Option<Span>>,
 }
 
 /// `sense`

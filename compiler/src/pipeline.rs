@@ -94,6 +94,40 @@ pub fn compile(model: Model, scales: Scales, observe: bool) -> Result<Compiled, 
     let ranges = range::analyze(&step.model).map_err(CompileError::Program)?;
     let defect = |what: &str, why: String| CompileError::Defect(format!("{what} of `{}`: {why}", model.name));
     let lowered = fix::lower(&step, &ranges, scales, observe).map_err(|e| defect("lowering", e.to_string()))?;
-    kernel::verify::verify(&lowered.kernel).map_err(|e| defect("the kernel", e.to_string()))?;
+    kernel::verify::verify(&lowered.kernel).map_err(|errors| {
+        let all: Vec<String> = errors.iter().map(ToString::to_string).collect();
+        defect("the kernel", all.join("; "))
+    })?;
     Ok(Compiled { model, step, ranges, lowered })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MIKEY: Scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb_n: 20.0 / 32768.0 };
+
+    fn program(text: &str) -> Program {
+        let front = front(&[("test.whip".to_string(), text.to_string())], &Options::default());
+        assert!(!front.has_errors(), "{:#?}", front.diagnostics);
+        front.program.expect("no errors")
+    }
+
+    #[test]
+    fn every_bundled_instrument_becomes_a_kernel() {
+        let texts = [
+            include_str!("../../instruments/grand-piano.whip"),
+            include_str!("../../instruments/harpsichord.whip"),
+            include_str!("../../instruments/hammond.whip"),
+        ];
+        for text in texts {
+            for model in program(text).instruments {
+                for observe in [true, false] {
+                    let compiled = compile(model.clone(), MIKEY, observe).unwrap_or_else(|e| panic!("{e:?}"));
+                    println!("{}", compiled.lowered.kernel);
+                    assert_eq!(compiled.lowered.exports.is_empty(), !observe);
+                }
+            }
+        }
+    }
 }
