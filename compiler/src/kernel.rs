@@ -21,12 +21,13 @@ pub mod memory;
 pub mod op;
 pub mod parse;
 mod print;
+pub mod random;
 pub mod verify;
 
 pub use build::Builder;
 pub use interp::Interp;
 pub use memory::{EngineError, Happened, Memory};
-pub use op::{Immediate, Op, OpError};
+pub use op::{Effect, Immediate, Op, OpError, ROWS};
 pub use parse::{ParseError, parse};
 pub use verify::{Verified, VerifyError, verify};
 
