@@ -1,6 +1,7 @@
 //! Tests of the checker.
 
 mod bundled;
+mod model;
 
 use super::{Options, Program};
 use crate::diag::Diagnostic;
