@@ -1,7 +1,9 @@
 //! The Whippen compiler: source text to Model to Kernel to code. No input or output, no clock.
 
+pub mod check;
 pub mod diag;
 pub mod fix;
+pub mod front;
 pub mod ideal;
 pub mod kernel;
 pub mod model;

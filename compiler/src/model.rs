@@ -55,8 +55,6 @@ pub struct Model {
     pub rate_hz: u32,
     /// All values.
     pub dag: Dag,
-    /// Where each node was first written, by its number; may be shorter than the graph.
-    pub spans: Vec<Option<Span>>,
     /// What is measured, in the order of the text.
     pub senses: Vec<Sense>,
     /// What the player may turn, in the order of the text.

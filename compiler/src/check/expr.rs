@@ -11,17 +11,17 @@ use crate::source::Span;
 use crate::syntax::ast::{Expr, ExprKind, Name, Number};
 use crate::units::{Dim, dimension, dimension_names, parse_unit};
 
-/// How deep expressions may be nested, counted through the values they name.
+/// How deep expressions may be nested, counted through the values that are evaluated because they are named.
 const MAX_DEPTH: usize = 400;
 
 impl<'a> Elaborator<'a, '_> {
     /// The value of an expression; `None` if it is in error, which has then been reported.
     pub fn expr(&mut self, scope: ScopeId, expr: &'a Expr) -> Option<Value> {
         if self.depth == MAX_DEPTH {
-            let message = format!("this is nested more than {MAX_DEPTH} levels deep");
+            let message = format!("this is reached through more than {MAX_DEPTH} steps from value to value");
             let label = "not followed any further";
-            let hint = "use more `let`s, each after those it uses";
-            self.diags.push(Diagnostic::new(Code::TooDeep, expr.span, message, label).hint(hint));
+            let hint = "declare a `let` after those it uses";
+            self.diags.push(Diagnostic::new(Code::TooManySteps, expr.span, message, label).hint(hint));
             return None;
         }
         self.depth += 1;
@@ -38,7 +38,7 @@ impl<'a> Elaborator<'a, '_> {
             ExprKind::Name(name) => self.name(scope, name, span),
             ExprKind::Field(base, field) => self.field(scope, base, field),
             ExprKind::Call(callee, args) => self.call(scope, expr, callee, args),
-            ExprKind::Prime(base) => self.prime(scope, base, span),
+            ExprKind::Prime(base) => self.primed(scope, base, span),
             ExprKind::Neg(a) => self.negative(scope, a, span),
             ExprKind::Not(a) => {
                 let a = self.condition(scope, a, "what `not` is applied to")?;
@@ -97,7 +97,9 @@ impl<'a> Elaborator<'a, '_> {
     fn unknown_name(&mut self, scope: ScopeId, name: &str, span: Span) {
         let here = &self.scopes[scope.0];
         let constants = builtin::CONSTANTS.iter().map(|c| c.name);
-        let hint = if here.machines.contains_key(name) {
+        let hint = if here.decls.is_empty() {
+            "a keyboard is made of numbers: it knows no names but `pi` and `gravity`".to_string()
+        } else if here.machines.contains_key(name) {
             format!("`{name}` is a machine: ask `{name} is ..` for one of its states")
         } else if let Some(near) = nearest(name, here.values.keys().copied().chain(constants)) {
             format!("did you mean `{near}`?")

@@ -12,7 +12,7 @@ use crate::units::Dim;
 
 impl<'a> Elaborator<'a, '_> {
     /// `base'`
-    pub fn prime(&mut self, scope: ScopeId, base: &'a Expr, span: Span) -> Option<Value> {
+    pub fn primed(&mut self, scope: ScopeId, base: &'a Expr, span: Span) -> Option<Value> {
         let value = self.expr(scope, base)?;
         let dim = self.real(value, base, "a prime needs")?;
         let model = &mut self.model;

@@ -82,7 +82,8 @@ pub fn unknown_param(name: &str, span: Span, instruments: &[&Instrument]) -> Dia
     });
     let hint = match nearest(name, params.clone()) {
         Some(near) => format!("did you mean `{near}`?"),
-        None => format!("parameters are {}", params.collect::<Vec<_>>().join(", ")),
+        None if params.clone().next().is_none() => "there are no parameters".to_string(),
+        None => format!("its parameters are {}", params.collect::<Vec<_>>().join(", ")),
     };
     let owner = match instruments {
         [one] => format!("the instrument `{}` has no parameter `{name}`", one.name.node),

@@ -54,7 +54,8 @@ impl<'a> Elaborator<'a, '_> {
         let mut reached = vec![first.from.node.as_str()];
         let mut next = 0;
         while next < reached.len() {
-            for t in transitions.iter().filter(|t| t.from.node == reached[next]) {
+            let here = reached[next];
+            for t in transitions.iter().filter(|t| t.from.node == here) {
                 if !reached.contains(&t.to.node.as_str()) {
                     reached.push(&t.to.node);
                 }

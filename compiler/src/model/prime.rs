@@ -75,8 +75,8 @@ fn reach(dag: &Dag, root: NodeId) -> Vec<NodeId> {
     let mut needed = vec![false; root.0 as usize + 1];
     needed[root.0 as usize] = true;
     for index in (0..needed.len()).rev() {
-        if needed[index] {
-            let node = dag.get(NodeId(index as u32));
+        let node = dag.get(NodeId(index as u32));
+        if needed[index] && !node.is_bool() {
             node.operands().iter().filter(|id| !dag.get(**id).is_bool()).for_each(|id| needed[id.0 as usize] = true);
         }
     }
