@@ -12,6 +12,5 @@ pub mod range;
 pub mod scales;
 pub mod simplify;
 pub mod source;
-pub mod standard;
 pub mod syntax;
 pub mod units;

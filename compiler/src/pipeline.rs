@@ -1,20 +1,16 @@
 //! The pipeline on one screen: source text to Kernel, with a check between passes.
 //!
 //! ```text
-//!   parse -> check => Model -> range (must be bounded) -> simplify -> range => Ranges -> lower => Kernel -> verify
+//!   front: parse -> check => Model; compile: range (must be bounded) -> simplify -> range => Ranges -> lower => Kernel -> verify
 //! ```
 
-use crate::check::{self, Options, Program};
-use crate::diag::{Diagnostic, Severity};
+use crate::diag::Diagnostic;
 use crate::fix::{self, Lowered};
 use crate::kernel;
 use crate::model::Model;
 use crate::range::{self, Ranges};
 use crate::scales::Scales;
 use crate::simplify::{self, Step};
-use crate::source::SourceMap;
-use crate::standard;
-use crate::syntax::{self, ast};
 
 /// The passes, by the names `dump --after` knows them by.
 pub const PASSES: &[(&str, &str)] = &[
@@ -23,45 +19,6 @@ pub const PASSES: &[(&str, &str)] = &[
     ("simplify", "the Model after algebra, with the proven range of every value"),
     ("lower", "the Kernel: one tick as integers"),
 ];
-
-/// What reading and checking found.
-#[derive(Debug)]
-pub struct Front {
-    /// All sources: the given files, then the standard library, then the texts of `--set`.
-    pub map: SourceMap,
-    /// The trees of the given files.
-    pub files: Vec<ast::File>,
-    /// The program, unless there is an error.
-    pub program: Option<Program>,
-    /// Everything there is to say, in the order of the text.
-    pub diagnostics: Vec<Diagnostic>,
-}
-
-impl Front {
-    /// Whether any diagnostic is an error.
-    pub fn has_errors(&self) -> bool {
-        self.diagnostics.iter().any(|d| d.severity() == Severity::Error)
-    }
-}
-
-/// Reads and checks one program: all `files` (name and text) together, with the standard library in scope.
-pub fn front(files: &[(String, String)], options: &Options) -> Front {
-    let mut map = SourceMap::default();
-    let mut diagnostics = Vec::new();
-    let mut parse = |map: &mut SourceMap, name: &str, text: &str| {
-        let index = map.add(name, text);
-        syntax::parse(index, text, &mut diagnostics)
-    };
-    let trees: Vec<ast::File> = files.iter().map(|(name, text)| parse(&mut map, name, text)).collect();
-    let std: Vec<ast::File> = standard::FILES.iter().map(|(name, text)| parse(&mut map, name, text)).collect();
-    for (name, value) in &options.sets {
-        map.add("--set", format!("{name}={value}"));
-    }
-    let (program, found) = check::check(&trees, &std, options);
-    diagnostics.extend(found);
-    let failed = diagnostics.iter().any(|d| d.severity() == Severity::Error);
-    Front { map, files: trees, program: if failed { None } else { program }, diagnostics }
-}
 
 /// One instrument in every form.
 #[derive(Debug)]
@@ -104,13 +61,17 @@ pub fn compile(model: Model, scales: Scales, observe: bool) -> Result<Compiled, 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::check::{Options, Program};
+    use crate::front::compile_front;
+    use crate::source::SourceMap;
 
     const MIKEY: Scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb_n: 20.0 / 32768.0 };
 
     fn program(text: &str) -> Program {
-        let front = front(&[("test.whip".to_string(), text.to_string())], &Options::default());
-        assert!(!front.has_errors(), "{:#?}", front.diagnostics);
-        front.program.expect("no errors")
+        let mut map = SourceMap::default();
+        map.add("test.whip", text);
+        let (program, diagnostics) = compile_front(&mut map, &Options::default());
+        program.unwrap_or_else(|| panic!("{diagnostics:#?}"))
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use whippen_compiler::fix::{Export, ExportKind, LoweredEvent, LoweredEventKind};
 use whippen_compiler::host::HostCode;
 use whippen_compiler::ideal::{Ideal, What};
-use whippen_compiler::kernel::interp::Interp;
+use whippen_compiler::kernel::{self, Interp};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::scales::Scales;
 
@@ -72,10 +72,11 @@ impl<'c> Engine<'c> {
         let kernel = &compiled.lowered.kernel;
         Ok(match kind {
             EngineKind::Jit => {
-                let code = HostCode::build(kernel, keys).map_err(|e| e.to_string())?;
-                Engine::Jit(compiled, Box::new(code))
+                Engine::Jit(compiled, Box::new(HostCode::build(kernel, keys).map_err(|e| e.to_string())?))
             }
-            EngineKind::Interp => Engine::Interp(compiled, Box::new(Interp::new(kernel, keys))),
+            EngineKind::Interp => {
+                Engine::Interp(compiled, Box::new(Interp::new(kernel, keys).map_err(|e| e.to_string())?))
+            }
             EngineKind::Ideal => Engine::Ideal(compiled, Box::new(Ideal::new(&compiled.model, scales, keys)), scales),
         })
     }
@@ -124,7 +125,7 @@ impl<'c> Engine<'c> {
                 .filter_map(|o| {
                     let kind = match o.what {
                         What::Emission(e) => LoweredEventKind::Emission(e),
-                        What::Rule(r) => LoweredEventKind::Rule(r),
+                        What::Rule(r) => LoweredEventKind::Rule(c.model.rule_name(&c.model.rules[r as usize])),
                     };
                     let event = c.lowered.events.iter().position(|e| e.kind == kind)?;
                     Some(Happened { key: o.key, event, args: o.args.clone() })
@@ -146,8 +147,8 @@ fn ideal_value(c: &Compiled, ideal: &Ideal, key: usize, kind: ExportKind) -> f64
     }
 }
 
-fn decode(meanings: &[LoweredEvent], records: Vec<whippen_compiler::kernel::interp::EventRecord>) -> Vec<Happened> {
-    let one = |r: whippen_compiler::kernel::interp::EventRecord| {
+fn decode(meanings: &[LoweredEvent], records: Vec<kernel::Happened>) -> Vec<Happened> {
+    let one = |r: kernel::Happened| {
         let lsbs = &meanings[r.event as usize].arg_lsbs;
         let args = r.args.iter().zip(lsbs).map(|(&word, lsb)| f64::from(word) * lsb).collect();
         Happened { key: r.key, event: r.event as usize, args }

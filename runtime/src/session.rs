@@ -162,9 +162,11 @@ impl<'c> Recorder<'c> {
 
     fn row(&self, t_s: f64, happened: Happened) -> EventRow {
         let model = &self.compiled.model;
-        let (event, titles) = match self.compiled.lowered.events[happened.event].kind {
-            LoweredEventKind::Emission(e) => (model.emissions[e as usize].name.clone(), self.titles[e as usize].clone()),
-            LoweredEventKind::Rule(r) => (model.rule_name(&model.rules[r as usize]), Vec::new()),
+        let (event, titles) = match &self.compiled.lowered.events[happened.event].kind {
+            LoweredEventKind::Emission(e) => {
+                (model.emissions[*e as usize].name.clone(), self.titles[*e as usize].clone())
+            }
+            LoweredEventKind::Rule(name) => (name.clone(), Vec::new()),
         };
         EventRow { t_s, key: happened.key, event, args: titles.into_iter().zip(happened.args).collect() }
     }

@@ -24,11 +24,11 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Outcome {
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
-    let (front, program) = load::checked(&load::read(&args.files)?, &options)?;
+    let (map, program) = load::checked(&load::read(&args.files)?, &options)?;
     let device = Device::mikey();
     for model in program.instruments {
         let name = model.name.clone();
-        let compiled = load::compiled(&front.map, model, &device, true)?;
+        let compiled = load::compiled(&map, model, &device, true)?;
         if args.numbers {
             print!("{}", numbers::report(&compiled, &device));
         } else {

@@ -2,7 +2,8 @@
 
 use whippen_compiler::check::Options;
 use whippen_compiler::pipeline::PASSES;
-use whippen_compiler::syntax::pretty;
+use whippen_compiler::source::SourceMap;
+use whippen_compiler::syntax::{parse, pretty};
 use whippen_runtime::device::Device;
 
 use super::load;
@@ -28,20 +29,31 @@ pub fn run(args: &Args) -> Outcome {
         return Err(Failure::Usage(format!("`{}` is no pass; passes are\n{}", args.after, known.join("\n"))));
     };
     let (files, name) = load::split(&args.words)?;
-    let (front, program) = load::checked(&load::read(&files)?, &Options::default())?;
+    let texts = load::read(&files)?;
     if pass == 0 {
-        front.files.iter().for_each(|file| print!("{}", pretty::print(file)));
-        return Ok(());
+        return parsed(&texts);
     }
+    let (map, program) = load::checked(&texts, &Options::default())?;
     let model = load::instrument(&program, name)?;
     if pass == 1 {
         print!("{model}");
         return Ok(());
     }
-    let compiled = load::compiled(&front.map, model.clone(), &Device::mikey(), !args.bare)?;
+    let compiled = load::compiled(&map, model.clone(), &Device::mikey(), !args.bare)?;
     match pass {
         2 => print!("{}", compiled.step.model),
         _ => print!("{}", compiled.lowered.kernel),
     }
     Ok(())
+}
+
+/// The trees as source text; mistakes are told, and what could be read is printed all the same.
+fn parsed(texts: &[(String, String)]) -> Outcome {
+    let (mut map, mut diagnostics) = (SourceMap::default(), Vec::new());
+    for (name, text) in texts {
+        let index = map.add(name, text);
+        print!("{}", pretty::print(&parse(index, text, &mut diagnostics)));
+    }
+    load::print(&map, &diagnostics);
+    if diagnostics.is_empty() { Ok(()) } else { Err(Failure::Program) }
 }

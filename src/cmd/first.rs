@@ -19,11 +19,11 @@ const GRAND: &str = include_str!("../../instruments/grand-piano.whip");
 
 pub fn run() -> Outcome {
     let files = [("<instruments/grand-piano.whip>".to_string(), GRAND.to_string())];
-    let (front, program) = load::checked(&files, &Options::default())?;
+    let (map, program) = load::checked(&files, &Options::default())?;
     let device = Device::mikey();
     let model = load::instrument(&program, None)?.clone();
     let positions: Positions = MotionArgs::bundled(model.rate_hz);
-    let compiled = load::compiled(&front.map, model, &device, true)?;
+    let compiled = load::compiled(&map, model, &device, true)?;
     let played = run::play(&compiled, &device, EngineKind::Jit, &positions)?;
     run::summary(&compiled, &played, EngineKind::Jit, &positions);
 

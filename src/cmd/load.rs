@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use whippen_compiler::check::{Options, Program};
 use whippen_compiler::diag::{Diagnostic, Severity, render};
 use whippen_compiler::model::Model;
-use whippen_compiler::pipeline::{self, CompileError, Compiled, Front};
+use whippen_compiler::front::compile_front;
+use whippen_compiler::pipeline::{self, CompileError, Compiled};
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 
@@ -49,13 +50,14 @@ pub fn sets(texts: &[String]) -> Result<Vec<(String, String)>, Failure> {
 }
 
 /// Checks a program, prints what there is to say to stderr, and gives it unless there is an error.
-pub fn checked(files: &[(String, String)], options: &Options) -> Result<(Front, Program), Failure> {
-    let mut front = pipeline::front(files, options);
-    print(&front.map, &front.diagnostics);
-    match front.program.take() {
-        Some(program) => Ok((front, program)),
-        None => Err(Failure::Program),
+pub fn checked(files: &[(String, String)], options: &Options) -> Result<(SourceMap, Program), Failure> {
+    let mut map = SourceMap::default();
+    for (name, text) in files {
+        map.add(name, text);
     }
+    let (program, diagnostics) = compile_front(&mut map, options);
+    print(&map, &diagnostics);
+    program.map(|program| (map, program)).ok_or(Failure::Program)
 }
 
 /// Compiles one instrument; what is wrong with it is printed. `observe` keeps what traces need.

@@ -60,11 +60,11 @@ pub fn run(args: &Args) -> Outcome {
     let (files, name) = load::split(&args.words)?;
     plot::check_names(&args.outputs.plot).map_err(Failure::Usage)?;
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
-    let (front, program) = load::checked(&load::read(&files)?, &options)?;
+    let (map, program) = load::checked(&load::read(&files)?, &options)?;
     let device = device(args, &program)?;
     let model = load::instrument(&program, name)?.clone();
     let mut positions = args.motion.load(model.rate_hz)?;
-    let compiled = load::compiled(&front.map, model, &device, true)?;
+    let compiled = load::compiled(&map, model, &device, true)?;
     if let Some(seconds) = args.seconds {
         let ticks = (seconds * f64::from(compiled.model.rate_hz)).ceil() as usize;
         positions.position_m.truncate(ticks.max(1));

@@ -3,7 +3,7 @@
 use super::format::{self, exp2};
 use super::{Lowerer, OpError, real::Real};
 use crate::kernel::{Kernel, Op, Range, Value};
-use crate::model::{CellId, CellKind, Interval, MachineId, Node};
+use crate::model::{CellId, Interval, MachineId, Node};
 use crate::units::Dim;
 
 /// An instrument in integers.
@@ -36,6 +36,20 @@ pub enum ExportKind {
     Machine(MachineId),
     /// A `let` or a result of a term (index into the Model's named values).
     Named(u32),
+}
+
+impl ExportKind {
+    /// What stands before the name in the Kernel: forces and machines have name spaces of their own.
+    fn prefix(self) -> &'static str {
+        match self {
+            ExportKind::Sense(_) => "sense",
+            ExportKind::Total => "total",
+            ExportKind::Force(_) => "force",
+            ExportKind::Cell(_) => "cell",
+            ExportKind::Machine(_) => "states",
+            ExportKind::Named(_) => "let",
+        }
+    }
 }
 
 /// The meaning of a probe: `real = lsb * integer + offset`.
@@ -76,12 +90,12 @@ impl Export {
 }
 
 /// What kind of event a kernel event is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LoweredEventKind {
     /// An emission (index into the Model's emissions).
     Emission(u32),
-    /// A rule acted (index into the Model's rules).
-    Rule(u32),
+    /// A rule of this name acted.
+    Rule(String),
 }
 
 /// The meaning of a kernel event.
@@ -164,10 +178,6 @@ impl Lowerer<'_> {
     fn memory_probes(&mut self, exports: &mut Vec<Export>) -> Result<(), OpError> {
         let model = &self.step.model;
         for (index, cell) in model.cells.iter().enumerate() {
-            // A pulse that reads as a force of its own name needs no second column.
-            if cell.kind == CellKind::Pulse && exports.iter().any(|e| e.name == cell.name) {
-                continue;
-            }
             let id = CellId(index as u32);
             let real = self.cell(id)?;
             exports.push(self.probe(&cell.name, ExportKind::Cell(id), Some(cell.dim), real, cell.range)?);
@@ -190,14 +200,14 @@ impl Lowerer<'_> {
         real: Real,
         range: Interval,
     ) -> Result<Export, OpError> {
-        let probe = self.b.probe(name, self.b.ty(real.value));
+        let probe = self.b.probe(&format!("{} {name}", kind.prefix()), self.b.ty(real.value));
         self.b.effect(Op::Probe(probe), &[real.value])?;
         let Real { lsb, offset, bits, error, .. } = real;
         Ok(Export { name: name.to_string(), kind, dim, lsb, offset, fraction_bits: bits, range, error })
     }
 
     fn state_probe(&mut self, name: &str, kind: ExportKind, state: Value, last: usize) -> Result<Export, OpError> {
-        let probe = self.b.probe(name, self.b.ty(state));
+        let probe = self.b.probe(&format!("{} {name}", kind.prefix()), self.b.ty(state));
         self.b.effect(Op::Probe(probe), &[state])?;
         let range = Interval { low: 0.0, high: last as f64 };
         let (name, fraction_bits) = (name.to_string(), Some(0));
