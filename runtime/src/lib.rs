@@ -12,9 +12,11 @@
 //! Not here: the language (the compiler), the target (the emulator).
 
 pub mod device;
+pub mod engine;
 pub mod files;
 pub mod gesture;
 pub mod motion;
 pub mod plot;
+pub mod session;
 pub mod titles;
 pub mod trace;

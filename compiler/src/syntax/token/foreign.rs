@@ -1,0 +1,102 @@
+//! Signs of other languages: what they mean here.
+
+use logos::Lexer;
+
+use super::Token;
+use crate::diag::{Code, Diagnostic};
+use crate::source::Span;
+
+/// A sign that is no token, the token that stands in for it, and what to write.
+struct Foreign {
+    text: &'static str,
+    meant: Option<Token<'static>>,
+    hint: &'static str,
+}
+
+const fn sign(text: &'static str, meant: Token<'static>, hint: &'static str) -> Foreign {
+    Foreign { text, meant: Some(meant), hint }
+}
+
+const fn nothing(text: &'static str, hint: &'static str) -> Foreign {
+    Foreign { text, meant: None, hint }
+}
+
+const COMPARE: &str = "values are compared with `<`, `<=`, `>`, `>=`; a machine's state is asked with `is`";
+
+/// The signs that are known. An equality stands for some comparison, so that both sides are still read.
+const FOREIGN: &[Foreign] = &[
+    sign("==", Token::LessEqual, COMPARE),
+    sign("!=", Token::LessEqual, COMPARE),
+    sign("=<", Token::LessEqual, "write `<=`"),
+    sign("≤", Token::LessEqual, "write `<=`"),
+    sign("≥", Token::GreaterEqual, "write `>=`"),
+    sign("=>", Token::Arrow, "a transition is written `from -> to when ..`"),
+    sign("→", Token::Arrow, "write `->`"),
+    sign("&&", Token::And, "write `and`"),
+    sign("||", Token::Or, "write `or`"),
+    sign("!", Token::Not, "write `not`"),
+    sign("**", Token::Caret, "a power is written `x^2`"),
+    sign("×", Token::Star, "write `*`"),
+    sign("·", Token::Star, "write `*`"),
+    sign("÷", Token::Slash, "write `/`"),
+    sign("−", Token::Minus, "write the minus of the keyboard, `-`"),
+    sign("–", Token::Minus, "write the minus of the keyboard, `-`"),
+    sign("…", Token::DotDot, "write `..`"),
+    sign("’", Token::Prime, "write the straight quote, `'`"),
+    sign("′", Token::Prime, "write the straight quote, `'`"),
+    sign("[", Token::LeftParen, "only `(` and `{` enclose"),
+    sign("]", Token::RightParen, "only `(` and `{` enclose"),
+    nothing(";", "declarations end by themselves"),
+    nothing("/*", "comments begin with `//` and end with the line"),
+    nothing("#", "comments begin with `//`"),
+    nothing("\"", "there is no text in quotes"),
+    nothing("%", "write a fraction, such as `0.05`"),
+    nothing("µ", "micro is written `u`: `um`, `us`"),
+    nothing("μ", "micro is written `u`: `um`, `us`"),
+    nothing("°", "write `deg`"),
+    nothing("²", "write `^2`"),
+    nothing("³", "write `^3`"),
+    nothing("\u{a0}", "this is a no-break space: write a plain one"),
+];
+
+/// The row of a sign of another language. `None` if the sign is unknown.
+fn find(text: &str) -> Option<&'static Foreign> {
+    let text = if text.starts_with("/*") { "/*" } else { text };
+    FOREIGN.iter().find(|f| f.text == text)
+}
+
+/// Reports characters that belong to no token and gives the token that stands in for them. Unknown characters side by
+/// side become one diagnostic.
+pub(super) fn report(text: &str, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Token<'static>> {
+    let source = |span: Span| &text[span.start as usize..span.end as usize];
+    if let Some(known) = find(source(span)) {
+        diagnostics.push(stray(known.text, span, known.hint));
+        return known.meant;
+    }
+    let before = diagnostics.last().filter(|d| d.code == Code::UnexpectedCharacter && d.span.end == span.start);
+    let span = match before.map(|d| d.span).filter(|s| find(source(*s)).is_none()) {
+        Some(start) => {
+            diagnostics.pop();
+            start.to(span)
+        }
+        None => span,
+    };
+    diagnostics.push(stray(source(span), span, "names are made of the letters `A` to `Z`, digits and `_`"));
+    None
+}
+
+fn stray(shown: &str, span: Span, hint: &str) -> Diagnostic {
+    let message = format!("`{}` is not part of the language", shown.escape_debug());
+    Diagnostic::new(Code::UnexpectedCharacter, span, message, "not understood").hint(hint)
+}
+
+/// Called with `/*` read: takes everything up to `*/`, or the rest of the line.
+pub(super) fn block_comment<'s>(lexer: &mut Lexer<'s, Token<'s>>) -> &'s str {
+    let rest = lexer.remainder();
+    let length = match rest.find("*/") {
+        Some(end) => end + 2,
+        None => rest.find('\n').unwrap_or(rest.len()),
+    };
+    lexer.bump(length);
+    lexer.slice()
+}
