@@ -30,7 +30,7 @@ mod time;
 #[cfg(test)]
 mod tests;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::files::{FileError, write_whole};
 use crate::titles::split_title;
@@ -71,7 +71,7 @@ pub struct Mark {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Figure<'a> {
     /// Heading.
-    pub title: &'a str,
+    pub title: String,
     /// Ticks per second.
     pub rate_hz: u32,
     /// Position of the key.
@@ -109,7 +109,7 @@ pub struct Roles {
 
 impl<'a> Figure<'a> {
     /// A figure of a trace. All columns with labels are drawn as state machines.
-    pub fn of(trace: &'a Trace, roles: &'a Roles) -> Figure<'a> {
+    pub fn of(trace: &'a Trace, roles: &Roles) -> Figure<'a> {
         let series = |name: &String| {
             let column = trace.column(name)?;
             Some(Series { name: &column.name, unit: &column.unit, values: &column.values })
@@ -119,7 +119,7 @@ impl<'a> Figure<'a> {
         let label = |e: &EventRow| e.args.first().map_or(String::new(), |(_, v)| format!("{v:.2}").replace('-', "−"));
         let argument = marked().find_map(|e| e.args.first()).and_then(|(title, _)| split_title(title).1);
         Figure {
-            title: &roles.title,
+            title: roles.title.clone(),
             rate_hz: trace.rate_hz,
             travel: series(&roles.travel),
             forces: roles.forces.iter().filter_map(series).collect(),
@@ -140,17 +140,32 @@ impl<'a> Figure<'a> {
     pub fn png(&self) -> Option<Vec<u8>> {
         png::paint(&layout::draw(self))
     }
+}
 
-    /// Writes the figure to a file whose name ends in `.svg` or `.png`.
-    ///
-    /// # Errors
-    /// The name ends otherwise, or the file cannot be written.
-    pub fn save(&self, path: &Path) -> Result<(), FileError> {
-        let bytes = match path.extension().and_then(|e| e.to_str()) {
-            Some("svg") => self.svg().into_bytes(),
-            Some("png") => self.png().ok_or_else(|| FileError::new(path, "the figure is too large for a picture"))?,
-            _ => return Err(FileError::new(path, "a figure's name ends in `.svg` or `.png`")),
-        };
-        write_whole(path, |w| w.write_all(&bytes))
+/// Whether all names of files end in `.svg` or `.png`, as [`save`] wants them.
+///
+/// # Errors
+/// The first that does not.
+pub fn check_names(paths: &[PathBuf]) -> Result<(), String> {
+    match paths.iter().find(|path| !["svg", "png"].contains(&ending(path))) {
+        Some(path) => Err(format!("{}: a figure's name ends in `.svg` or `.png`", path.display())),
+        None => Ok(()),
     }
+}
+
+/// Writes a figure to a file whose name ends in `.svg` or `.png`.
+///
+/// # Errors
+/// The name ends otherwise, or the file cannot be written.
+pub fn save(figure: &Figure, path: &Path) -> Result<(), FileError> {
+    let bytes = match ending(path) {
+        "svg" => figure.svg().into_bytes(),
+        "png" => figure.png().ok_or_else(|| FileError::new(path, "the figure is too large for a picture"))?,
+        _ => return Err(FileError::new(path, "a figure's name ends in `.svg` or `.png`")),
+    };
+    write_whole(path, |w| w.write_all(&bytes))
+}
+
+fn ending(path: &Path) -> &str {
+    path.extension().and_then(|e| e.to_str()).unwrap_or("")
 }

@@ -15,7 +15,7 @@ const LABELS: f64 = 24.0;
 /// Draws a figure.
 pub fn draw(figure: &Figure) -> Drawing {
     let mut page = Drawing { width: WIDTH, ..Drawing::default() };
-    page.text((LEFT, 24.0), Anchor::Start, 15.0, BLACK, figure.title);
+    page.text((LEFT, 24.0), Anchor::Start, 15.0, BLACK, figure.title.as_str());
     let clock = Clock::new(ticks(figure), figure.rate_hz);
     let mut bottom = over_time(&mut page, figure, &clock);
     let force = figure.total.as_ref().or(figure.forces.first());

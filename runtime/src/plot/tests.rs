@@ -131,13 +131,15 @@ fn figures_are_saved_by_the_end_of_their_names() {
     let dir = tempfile::tempdir().unwrap();
     let names = ["a<b".to_string(), "c".to_string()];
     let machine = Machine { name: "m & n", states: &names, values: &[0.0, 1.0] };
-    let figure = Figure { title: "t", rate_hz: 10, machines: vec![machine], ..Figure::default() };
+    let figure = Figure { title: "t".into(), rate_hz: 10, machines: vec![machine], ..Figure::default() };
     let (svg, png) = (dir.path().join("f.svg"), dir.path().join("f.png"));
-    figure.save(&svg).unwrap();
-    figure.save(&png).unwrap();
+    save(&figure, &svg).unwrap();
+    save(&figure, &png).unwrap();
     let text = std::fs::read_to_string(&svg).unwrap();
     assert!(text.contains("m &amp; n") && text.contains("a&lt;b"), "{text}");
     assert_eq!(std::fs::read(&png).unwrap()[1..4], *b"PNG");
-    let error = figure.save(&dir.path().join("f.pdf")).unwrap_err();
+    let error = save(&figure, &dir.path().join("f.pdf")).unwrap_err();
     assert_eq!(error.message, "a figure's name ends in `.svg` or `.png`");
+    assert_eq!(check_names(&[svg.clone(), png]), Ok(()));
+    assert!(check_names(&[svg, "f".into()]).is_err_and(|e| e.starts_with("f: a figure's name")));
 }
