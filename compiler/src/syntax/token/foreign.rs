@@ -21,6 +21,7 @@ const fn nothing(text: &'static str, hint: &'static str) -> Foreign {
     Foreign { text, meant: None, hint }
 }
 
+const NAMES: &str = "names are made of the letters `A` to `Z`, digits and `_`";
 const COMPARE: &str = "values are compared with `<`, `<=`, `>`, `>=`; a machine's state is asked with `is`";
 
 /// The signs that are known. An equality stands for some comparison, so that both sides are still read.
@@ -51,8 +52,6 @@ const FOREIGN: &[Foreign] = &[
     nothing("#", "comments begin with `//`"),
     nothing("\"", "there is no text in quotes"),
     nothing("%", "write a fraction, such as `0.05`"),
-    nothing("µ", "micro is written `u`: `um`, `us`"),
-    nothing("μ", "micro is written `u`: `um`, `us`"),
     nothing("°", "write `deg`"),
     nothing("²", "write `^2`"),
     nothing("³", "write `^3`"),
@@ -81,8 +80,22 @@ pub(super) fn report(text: &str, span: Span, diagnostics: &mut Vec<Diagnostic>) 
         }
         None => span,
     };
-    diagnostics.push(stray(source(span), span, "names are made of the letters `A` to `Z`, digits and `_`"));
+    diagnostics.push(stray(source(span), span, NAMES));
     None
+}
+
+/// How much of the text belongs to a name with letters beyond `A` to `Z`.
+pub(super) fn rest_of_name(text: &str) -> usize {
+    text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len())
+}
+
+/// Reports a name with letters beyond `A` to `Z`, and takes it for a name all the same.
+pub(super) fn report_name<'s>(text: &'s str, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Token<'s> {
+    let name = &text[span.start as usize..span.end as usize];
+    let micro = name.starts_with(['\u{b5}', '\u{3bc}']);
+    let hint = if micro { "micro is written `u`: `um`, `us`" } else { NAMES };
+    diagnostics.push(stray(name, span, hint));
+    Token::Word(name)
 }
 
 fn stray(shown: &str, span: Span, hint: &str) -> Diagnostic {
