@@ -5,9 +5,11 @@
 
 pub mod codes;
 mod nearest;
+mod render;
 
 pub use codes::{Code, Severity};
 pub use nearest::nearest;
+pub use render::{render, summary};
 
 use crate::source::Span;
 

@@ -5,6 +5,7 @@ pub mod diag;
 pub mod fix;
 pub mod front;
 pub mod ideal;
+pub mod host;
 pub mod kernel;
 pub mod model;
 pub mod pipeline;

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //!   text -- token::lex --> tokens -- repair --> balanced tokens -- grammar --> File
-//!                             `-> comments                          `-> expected: errors in words
+//!                             `-> comments                          |-> expected: errors in words
+//!                                                                   `<- pretty: text again
 //! ```
 //!
 //! Not here: what names, units and types mean (`check`).
@@ -11,6 +12,7 @@ pub mod ast;
 mod build;
 mod expected;
 mod parse;
+pub mod pretty;
 mod repair;
 pub mod token;
 

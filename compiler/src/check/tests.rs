@@ -1,7 +1,10 @@
 //! Tests of the checker.
 
 mod bundled;
+mod cases;
+mod messages;
 mod model;
+mod mutations;
 
 use super::{Options, Program};
 use crate::diag::Diagnostic;

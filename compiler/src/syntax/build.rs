@@ -4,14 +4,11 @@ use lalrpop_util::ErrorRecovery;
 
 use super::ast::*;
 use super::token::{Literal, Token};
-use crate::diag::{Code, Diagnostic, nearest};
+use crate::diag::{Code, Diagnostic};
 use crate::source::Span;
 
 /// Expressions may be nested this deeply, so that every pass over the tree may recurse.
 pub const DEEPEST: usize = 256;
-
-/// The settings of a keyboard.
-const SETTINGS: &[&str] = &["board", "device", "rate", "keys", "programs"];
 
 /// A syntax error as the generated parser reports it.
 pub(super) type Error<'s> = ErrorRecovery<u32, Token<'s>, &'static str>;
@@ -128,22 +125,10 @@ impl<'s> Build<'s> {
         }
         if !self.diagnostics.iter().any(|d| d.code == Code::TooDeep) {
             let message = format!("this expression is nested more than {DEEPEST} deep");
-            let diagnostic = Diagnostic::new(Code::TooDeep, self.span(start, end), message, "left out");
+            let diagnostic = Diagnostic::new(Code::TooDeep, self.span(start, start), message, "left out from here on");
             self.diagnostics.push(diagnostic.hint("give a part of it a name with `let`"));
         }
         self.leaf(start, ExprKind::Error, end)
-    }
-
-    /// Reports a line of a keyboard that begins with an unknown word.
-    pub fn unknown_setting(&mut self, name: &Name) {
-        let message = format!("a keyboard has no setting `{}`", name.node);
-        let diagnostic = Diagnostic::new(Code::UnexpectedToken, name.span, message, "unknown setting");
-        self.diagnostics.push(match nearest(&name.node, SETTINGS.iter().copied()) {
-            Some(near) => diagnostic.hint(format!("did you mean `{near}`?")),
-            None => {
-                diagnostic.hint(format!("its settings are {} and `instrument.param = {{ .. }}`", SETTINGS.join(", ")))
-            }
-        });
     }
 }
 

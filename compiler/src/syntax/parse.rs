@@ -1,6 +1,8 @@
 //! The parser: tokens to tree. Never fails; what is wrong becomes diagnostics, what could not be read is left out or
 //! stands in the tree as [`super::ast::ExprKind::Error`].
 
+use std::collections::HashSet;
+
 use lalrpop_util::lalrpop_mod;
 
 use super::ast::{File, Item, Spanned};
@@ -28,8 +30,11 @@ pub fn parse(file: u32, text: &str, diagnostics: &mut Vec<Diagnostic>) -> File {
         build.failed(lalrpop_util::ErrorRecovery { error, dropped_tokens: Vec::new() });
         File::default()
     });
+    let mut described = expected::describe(file, text, &tokens, build.errors);
+    let places: HashSet<u32> = found.iter().map(|d| d.span.start).collect();
+    described.retain(|d| !places.contains(&d.span.start));
     found.append(&mut build.diagnostics);
-    found.extend(expected::describe(file, text, &tokens, build.errors));
+    found.append(&mut described);
     found.sort_by_key(|d| (d.span.start, d.span.end));
     diagnostics.append(&mut found);
     document(&mut tree, &lexed.comments, &tokens);

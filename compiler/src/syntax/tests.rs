@@ -1,6 +1,9 @@
 //! Tests of the way from text to tree.
 
 mod meaning;
+mod mistakes;
+mod random;
+mod spans;
 
 use super::ast::*;
 use super::parse;

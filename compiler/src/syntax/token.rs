@@ -152,16 +152,29 @@ pub struct Lexed<'s> {
 /// Takes a text apart. Never fails: what cannot be read is reported and skipped or replaced.
 pub fn lex<'s>(file: u32, text: &'s str, diagnostics: &mut Vec<Diagnostic>) -> Lexed<'s> {
     let mut lexed = Lexed::default();
-    for (token, range) in Token::lexer(text).spanned() {
-        let span = Span { file, start: range.start as u32, end: range.end as u32 };
+    let mut lexer = Token::lexer(text);
+    while let Some(token) = lexer.next() {
+        let mut span = Span { file, start: lexer.span().start as u32, end: lexer.span().end as u32 };
         let token = match token {
             Ok(Token::Doc(comment) | Token::Comment(comment)) => {
                 lexed.comments.push(Spanned { node: comment.trim_end(), span });
                 continue;
             }
             Ok(Token::Number(literal)) => Some(number::check(literal, span, diagnostics)),
-            Ok(Token::Foreign(_)) | Err(()) => foreign::report(text, span, diagnostics),
+            Ok(Token::Foreign(sign)) => foreign::report(sign, span, diagnostics),
             Ok(token) => Some(token),
+            Err(()) if lexer.slice().starts_with(char::is_alphabetic) => {
+                lexer.bump(foreign::rest_of_name(lexer.remainder()));
+                span.end = lexer.span().end as u32;
+                let touches = |t: &mut Spanned<Token>| t.span.end == span.start && t.node.name().is_some();
+                span.start = lexed.tokens.pop_if(touches).map_or(span.start, |t| t.span.start);
+                Some(foreign::report_name(&text[span.start as usize..span.end as usize], span, diagnostics))
+            }
+            Err(()) => {
+                lexer.bump(foreign::repeated(lexer.slice(), lexer.remainder()));
+                span.end = lexer.span().end as u32;
+                foreign::report(lexer.slice(), span, diagnostics)
+            }
         };
         lexed.tokens.extend(token.map(|node| Spanned { node, span }));
     }

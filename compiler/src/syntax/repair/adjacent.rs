@@ -26,14 +26,20 @@ pub(super) fn repair<'s>(text: &'s str, tokens: Tokens<'s>, diagnostics: &mut Ve
         };
         if product {
             let span = Span { start: token.span.end, end: token.span.end, ..token.span };
-            diagnostics.push(missing_times(text, token.span, next));
+            diagnostics.push(missing_times(text, token.span, next, at(&tokens, i + 1)));
             repaired.push(Spanned { node: Token::Star, span });
         } else {
             let end = unit_end(&tokens, i);
             let unit = tokens[i].span.to(tokens[end - 1].span);
             let whole = token.span.to(unit);
             let source = &text[unit.start as usize..unit.end as usize];
-            let node = report_unit(literal, source, token.span, unit, diagnostics);
+            let gap = &text[token.span.end as usize..unit.start as usize];
+            // Letters and signs that are no part of the language have been reported by the lexer.
+            let reported = !source.is_ascii() || !gap.trim().is_empty();
+            let node = match reported {
+                true => Token::Broken,
+                false => report_unit(literal, source, token.span, unit, diagnostics),
+            };
             repaired.pop();
             repaired.push(Spanned { node, span: whole });
             i = end;
@@ -78,11 +84,14 @@ fn sets_per_key(tokens: &Tokens, i: usize) -> bool {
     matches!(at(tokens, i + 1), Some(Token::Dot)) && defines(tokens, i + 2)
 }
 
-fn missing_times(text: &str, number: Span, next: &Spanned<Token>) -> Diagnostic {
+fn missing_times(text: &str, number: Span, next: &Spanned<Token>, after: Option<Token>) -> Diagnostic {
     let source = |s: Span| &text[s.start as usize..s.end as usize];
-    let factor = if next.node == Token::LeftParen { "(..)" } else { source(next.span) };
+    let (factor, label) = match (next.node, after) {
+        (Token::LeftParen, _) => ("(..)".to_string(), "a factor"),
+        (_, Some(Token::LeftParen)) => (format!("{}(..)", source(next.span)), "a factor"),
+        _ => (source(next.span).to_string(), "this is a name, not a unit"),
+    };
     let message = format!("a `*` is missing between `{}` and `{factor}`", source(number));
-    let label = if next.node == Token::LeftParen { "a factor" } else { "this is a name, not a unit" };
     let hint = format!("write `{} * {factor}`", source(number));
     Diagnostic::new(Code::MissingTimes, next.span, message, label).hint(hint)
 }
@@ -114,7 +123,11 @@ fn report_unit<'s>(
     let digits = literal.digits;
     if !literal.unit.is_empty() {
         let message = format!("`{source}` follows a number that has its unit `{}` already", literal.unit);
-        let hint = "units are multiplied without spaces, `2 N*m`, and a factor needs its `*`";
+        let whole = format!("{}*{source}", literal.unit);
+        let hint = match parse_unit(&whole) {
+            Some(_) => format!("write `{digits} {whole}`"),
+            None => format!("a factor needs its sign: `{digits} {} * {source}`", literal.unit),
+        };
         diagnostics.push(Diagnostic::new(Code::UnknownUnit, unit, message, "not expected here").hint(hint));
         return Token::Broken;
     }

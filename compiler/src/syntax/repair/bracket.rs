@@ -24,7 +24,7 @@ pub(super) fn repair<'s>(tokens: Tokens<'s>, diagnostics: &mut Vec<Diagnostic>) 
         }
         match token.node {
             Token::RightParen => repair.closes_paren(token),
-            Token::Close(_) => repair.closes_brace(token, begins_declaration(&tokens, i + 1)),
+            Token::Close(_) => repair.closes_brace(token, goes_on(&tokens, i + 1)),
             _ => {
                 repair.ends_before(token.span, outermost(&tokens, i));
                 repair.out.push(token);
@@ -54,6 +54,24 @@ fn begins_declaration(tokens: &Tokens, i: usize) -> bool {
         Some(Force) => at(tokens, i + 1).is_some_and(|t| t.name().is_some()) && defines(tokens, i + 1),
         _ => false,
     }
+}
+
+/// Whether a block that seems to be over goes on here: a declaration follows, and further on a brace that closes it.
+fn goes_on(tokens: &Tokens, start: usize) -> bool {
+    if !begins_declaration(tokens, start) {
+        return false;
+    }
+    let mut open = 0usize;
+    for token in &tokens[start..] {
+        match token.node {
+            Token::Open(_) => open += 1,
+            Token::Close(_) if open == 0 => return true,
+            Token::Close(_) => open -= 1,
+            Token::Instrument | Token::Term | Token::Keyboard => return false,
+            _ => {}
+        }
+    }
+    false
 }
 
 struct Repair<'s, 'd> {
@@ -102,10 +120,10 @@ impl<'s> Repair<'s, '_> {
     }
 
     /// A closing brace; surplus if it closes nothing, or the outermost block before its declarations are over.
-    fn closes_brace(&mut self, token: Spanned<Token<'s>>, declarations_follow: bool) {
+    fn closes_brace(&mut self, token: Spanned<Token<'s>>, goes_on: bool) {
         self.close_parens(token.span);
         match self.braces().checked_sub(1).and_then(Level::inside) {
-            Some(level) if level > Level::Outer || !declarations_follow => {
+            Some(level) if level > Level::Outer || !goes_on => {
                 self.open.pop();
                 self.out.push(Spanned { node: Token::Close(level), ..token });
             }

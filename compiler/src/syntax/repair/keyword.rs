@@ -10,12 +10,7 @@ pub(super) fn repair<'s>(text: &'s str, mut tokens: Tokens<'s>, diagnostics: &mu
         if !tokens[i].node.is_hard_keyword() {
             continue;
         }
-        let (before, after) = (tokens[i - 1].node, at(&tokens, i + 1));
-        let named = match after {
-            Some(Token::Equals | Token::Open(_)) => introduces(before),
-            Some(Token::Colon) => introduces(before) || matches!(before, Token::LeftParen | Token::Comma),
-            _ => false,
-        };
+        let named = only_a_name(tokens[i - 1].node, tokens[i].node, at(&tokens, i + 1));
         if named {
             let span = tokens[i].span;
             let name = &text[span.start as usize..span.end as usize];
@@ -28,8 +23,31 @@ pub(super) fn repair<'s>(text: &'s str, mut tokens: Tokens<'s>, diagnostics: &mu
     tokens
 }
 
-/// Whether the keyword is followed by the name of what it declares.
-fn introduces(token: Token) -> bool {
+/// Whether only a name can stand between these two.
+fn only_a_name(before: Token, keyword: Token, after: Option<Token>) -> bool {
     use Token::*;
-    matches!(token, Instrument | Term | Keyboard | Sense | Param | Let | Body | States | State | Next | Pulse | Force)
+    let declared = matches!(
+        before,
+        Instrument
+            | Term
+            | Keyboard
+            | Sense
+            | Param
+            | Let
+            | Body
+            | States
+            | State
+            | Next
+            | Event
+            | Pulse
+            | Force
+            | Hold
+    );
+    match after {
+        Some(Equals | Open(_)) => declared,
+        Some(Colon) => declared || matches!(before, LeftParen | Comma),
+        Some(When) => matches!(before, Event | Hold | Arrow),
+        Some(Arrow) => true,
+        _ => before == Is && matches!(keyword, On | Off),
+    }
 }

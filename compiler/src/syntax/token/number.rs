@@ -5,7 +5,7 @@ use logos::Lexer;
 use super::Token;
 use crate::diag::{Code, Diagnostic};
 use crate::source::Span;
-use crate::units::{longest_unit, parse_unit};
+use crate::units::{longest_unit, parse_unit, word_length};
 
 /// A number as written.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,22 +16,14 @@ pub struct Literal<'s> {
     pub unit: &'s str,
 }
 
-/// Called with the digits read: takes the unit after exactly one space, or the rest of a number gone wrong.
+/// Called with the digits read: takes the rest of a number gone wrong, then the unit after exactly one space.
 pub(super) fn scan<'s>(lexer: &mut Lexer<'s, Token<'s>>) -> Literal<'s> {
+    lexer.bump(wrong_length(lexer.remainder()));
     let digits = lexer.slice();
     let rest = lexer.remainder();
-    let wrong = wrong_length(rest);
-    if wrong > 0 {
-        lexer.bump(wrong);
-        return Literal { digits: lexer.slice(), unit: "" };
-    }
-    match rest.strip_prefix(' ').and_then(|after| longest_unit(after).map(|(length, _)| &after[..length])) {
-        Some(unit) => {
-            lexer.bump(1 + unit.len());
-            Literal { digits, unit }
-        }
-        None => Literal { digits, unit: "" },
-    }
+    let unit = rest.strip_prefix(' ').and_then(|after| longest_unit(after).map(|(length, _)| &after[..length]));
+    lexer.bump(unit.map_or(0, |unit| 1 + unit.len()));
+    Literal { digits, unit: unit.unwrap_or_default() }
 }
 
 /// How much of the text after the digits belongs to a number gone wrong (`.2.3`, `mm`, `.`).
@@ -68,6 +60,9 @@ pub(super) fn check<'s>(literal: Literal<'s>, span: Span, diagnostics: &mut Vec<
         Err(_) if parse_unit(back).is_some() && front.parse::<f64>().is_ok() => {
             report(format!("`{digits}` lacks the space before its unit"), format!("write `{front} {back}`"));
             return Token::Number(Literal { digits: front, unit: back });
+        }
+        Err(_) if word_length(back) == back.len() && front.parse::<f64>().is_ok_and(|n| n != 0.0) => {
+            report(format!("`{digits}` is not a number"), format!("if `{back}` is a name, write `{front} * {back}`"));
         }
         Err(_) => report(format!("`{digits}` is not a number"), shape()),
     }
