@@ -5,6 +5,12 @@ use std::collections::BTreeSet;
 
 use super::random::Dice;
 use super::*;
+use crate::check::Options;
+use crate::diag::render;
+use crate::front::compile_front;
+use crate::pipeline::compile;
+use crate::scales::Scales;
+use crate::source::SourceMap;
 use crate::syntax::token::{HARD_KEYWORDS, SIGNS, SOFT_KEYWORDS};
 use crate::units::{dimension_names, unit_names};
 
@@ -28,11 +34,20 @@ fn quoted(text: &str) -> BTreeSet<&str> {
 }
 
 #[test]
-fn programs_of_the_manual_are_read() {
-    let programs = blocks("whip");
-    assert!(programs.len() >= 10);
-    for program in programs {
-        tree(program);
+fn programs_of_the_manual_are_one_program_that_compiles() {
+    let mut map = SourceMap::default();
+    for (index, program) in blocks("whip").into_iter().enumerate() {
+        map.add(format!("block {index}"), program);
+    }
+    assert!(map.files().len() >= 10);
+    let (program, diagnostics) = compile_front(&mut map, &Options::default());
+    let said: String = diagnostics.iter().map(|d| render(&map, d, false)).collect();
+    let program = program.unwrap_or_else(|| panic!("{said}"));
+    assert_eq!(said, "");
+    let scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb_n: 20.0 / 32768.0 };
+    for model in program.instruments {
+        let name = model.name.clone();
+        compile(model, scales, false).unwrap_or_else(|error| panic!("{name}: {error:?}"));
     }
 }
 
