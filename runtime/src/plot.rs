@@ -95,13 +95,13 @@ pub struct Figure<'a> {
 pub struct Roles {
     /// Heading.
     pub title: String,
-    /// Name of the column of the key's position.
+    /// Title of the column of the key's position (`x_m`).
     pub travel: String,
-    /// Names of the columns of the force terms.
+    /// Titles of the columns of the force terms.
     pub forces: Vec<String>,
-    /// Name of the column of their sum.
+    /// Title of the column of their sum.
     pub total: String,
-    /// Names of the columns of coordinates.
+    /// Titles of the columns of coordinates.
     pub coordinates: Vec<String>,
     /// Name of the event that is marked (`note`); its first argument, if it has one, is written beside it.
     pub mark: String,

@@ -83,9 +83,8 @@ impl<'a> Elaborator<'a, '_> {
         if builtin::constant(&name.node).is_some() {
             let message = format!("`{}` is built in", name.node);
             let label = "this name is taken";
-            self.diags.push(
-                Diagnostic::new(Code::DuplicateName, name.span, message, label).hint("choose another name"),
-            );
+            self.diags
+                .push(Diagnostic::new(Code::DuplicateName, name.span, message, label).hint("choose another name"));
             return;
         }
         match self.scopes[scope.0].values.get(name.node.as_str()) {

@@ -50,10 +50,10 @@ fn hammer_trace(travel_m: Vec<f64>) -> Trace {
 fn roles() -> Roles {
     Roles {
         title: "Grand piano: the bundled gesture".into(),
-        travel: "x".into(),
-        forces: ["contact", "weight", "friction", "escapement", "inertia"].map(String::from).to_vec(),
-        total: "f".into(),
-        coordinates: vec!["phi".into()],
+        travel: "x_m".into(),
+        forces: ["contact_n", "weight_n", "friction_n", "escapement_n", "inertia_n"].map(String::from).to_vec(),
+        total: "f_n".into(),
+        coordinates: vec!["phi_rad".into()],
         mark: "note".into(),
     }
 }
