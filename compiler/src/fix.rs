@@ -58,6 +58,7 @@ struct Lowerer<'a> {
     cells: commit::Cells,
     lives: Vec<(u32, f64)>,
     keyed: Vec<(u32, f64)>,
+    clamps: Vec<String>,
 }
 
 impl<'a> Lowerer<'a> {
@@ -75,6 +76,7 @@ impl<'a> Lowerer<'a> {
             cells: commit::Cells::default(),
             lives: Vec::new(),
             keyed: Vec::new(),
+            clamps: Vec::new(),
         }
     }
 
@@ -95,7 +97,8 @@ impl<'a> Lowerer<'a> {
         self.commit(writes)?;
         self.tick_histories()?;
         let lives = self.live_meanings();
-        Ok(Lowered { kernel: self.b.finish(), exports, events: events.meanings, lives })
+        let (events, clamps) = (events.meanings, self.clamps);
+        Ok(Lowered { kernel: self.b.finish(), exports, events, lives, clamps })
     }
 
     fn constant(&mut self, value: i64) -> Result<Value, OpError> {

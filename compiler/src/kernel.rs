@@ -15,13 +15,19 @@
 //! Not here: reals, units, formats (they end in `fix::lower`), machine code.
 
 pub mod build;
+pub mod interp;
+pub mod layout;
+pub mod memory;
 pub mod op;
 pub mod parse;
 mod print;
+pub mod random;
 pub mod verify;
 
 pub use build::Builder;
-pub use op::{Immediate, Op, OpError};
+pub use interp::Interp;
+pub use memory::{EngineError, Happened, Memory};
+pub use op::{Effect, Immediate, Op, OpError, ROWS};
 pub use parse::{ParseError, parse};
 pub use verify::{Verified, VerifyError, verify};
 

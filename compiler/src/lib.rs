@@ -7,6 +7,7 @@ pub mod front;
 pub mod ideal;
 pub mod kernel;
 pub mod model;
+pub mod pipeline;
 pub mod range;
 pub mod scales;
 pub mod simplify;

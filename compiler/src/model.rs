@@ -55,6 +55,8 @@ pub struct Model {
     pub rate_hz: u32,
     /// All values.
     pub dag: Dag,
+    /// Where each value was first written, by node number; may be shorter than the graph.
+    pub spans: Vec<Option<Span>>,
     /// What is measured, in the order of the text.
     pub senses: Vec<Sense>,
     /// What the player may turn, in the order of the text.
@@ -79,8 +81,6 @@ pub struct Model {
     pub forces: Vec<Named>,
     /// Every `let` and every result of a term (`jack.resistance`), in the order of the text: exported to traces.
     pub named: Vec<Named>,
-    /// Where a node of the graph was first written, by node number; may be shorter than the graph.
-    pub spans: Vec<Option<Span>>,
 }
 
 /// `sense`

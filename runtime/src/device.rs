@@ -13,6 +13,8 @@ mod file;
 
 use std::path::Path;
 
+use whippen_compiler::scales::Scales;
+
 use crate::files::{FileError, open};
 
 /// The default device, as bundled.
@@ -72,6 +74,16 @@ impl Device {
         let word = ((position_m - low_m) / (high_m - low_m) * f64::from(u16::MAX) + 0.5).floor();
         // The cast clamps, and takes what is not a number to 0.
         (word as u16, !(low_m..=high_m).contains(&position_m))
+    }
+
+    /// What lowering and the engines must know of it.
+    pub fn scales(&self) -> Scales {
+        let Sensor { low_m, high_m, .. } = self.sensor;
+        Scales {
+            sensor_zero: low_m,
+            sensor_lsb: (high_m - low_m) / f64::from(u16::MAX),
+            drive_lsb_n: self.drive.full_scale_n / 32_768.0,
+        }
     }
 
     /// The position (m) a sensor's word stands for.

@@ -55,21 +55,22 @@ impl Lowerer<'_> {
         self.declare_discrete();
     }
 
+    /// Names of cells end in hard keywords here, so that they meet no name of the program.
     fn declare_discrete(&mut self) {
         let model = &self.step.model;
         for machine in &model.machines {
             let last = machine.states.len() as i64 - 1;
             let ty = if last == 1 { Type::I1 } else { Type::I32 };
-            let cell = (last > 0).then(|| self.b.cell(&machine.name, ty, Range::new(0, last), 0));
+            let cell = (last > 0).then(|| self.b.cell(&format!("{}.state", machine.name), ty, Range::new(0, last), 0));
             self.cells.machines.push(cell);
         }
         for pulse in &model.pulses {
             let range = Range::new(0, i64::from(pulse.ticks));
-            self.cells.pulse_left.push(self.b.cell(&format!("{}.left", pulse.name), Type::I32, range, 0));
+            self.cells.pulse_left.push(self.b.cell(&format!("{}.pulse", pulse.name), Type::I32, range, 0));
         }
         for rule in &model.rules {
             let cell = match &rule.kind {
-                RuleKind::Event { name } => Some(self.b.cell(&format!("{name}.held"), Type::I1, Range::new(0, 1), 1)),
+                RuleKind::Event { name } => Some(self.b.cell(&format!("{name}.event"), Type::I1, Range::new(0, 1), 1)),
                 RuleKind::Transition { .. } => None,
             };
             self.cells.held.push(cell);
@@ -176,7 +177,11 @@ impl Lowerer<'_> {
         }
         let ordered = |map: HashMap<u32, Value>| map.into_iter().collect::<std::collections::BTreeMap<_, _>>();
         for (cell, value) in ordered(writes.cells) {
-            let kept = self.clamped(value, self.cell_range(CellId(cell)))?;
+            let range = self.cell_range(CellId(cell));
+            if !range.contains(self.b.range(value)) {
+                self.clamps.push(self.step.model.cells[cell as usize].name.clone());
+            }
+            let kept = self.clamped(value, range)?;
             self.b.effect(Op::Set(self.cells.reals[cell as usize]), &[kept])?;
         }
         for (machine, value) in ordered(writes.machines) {

@@ -3,7 +3,7 @@
 use super::format::{self, exp2};
 use super::{Lowerer, OpError, real::Real};
 use crate::kernel::{Kernel, Op, Range, Value};
-use crate::model::{CellId, CellKind, Interval, MachineId, Node};
+use crate::model::{CellId, Interval, MachineId, Node};
 use crate::units::Dim;
 
 /// An instrument in integers.
@@ -17,6 +17,8 @@ pub struct Lowered {
     pub events: Vec<LoweredEvent>,
     /// What each live value means.
     pub lives: Vec<LoweredLive>,
+    /// Memory and ports whose clamp could not be proved away.
+    pub clamps: Vec<String>,
 }
 
 /// What kind of value a probe shows.
@@ -34,6 +36,20 @@ pub enum ExportKind {
     Machine(MachineId),
     /// A `let` or a result of a term (index into the Model's named values).
     Named(u32),
+}
+
+impl ExportKind {
+    /// What stands before the name in the Kernel: forces and machines have name spaces of their own.
+    fn prefix(self) -> &'static str {
+        match self {
+            ExportKind::Sense(_) => "sense",
+            ExportKind::Total => "total",
+            ExportKind::Force(_) => "force",
+            ExportKind::Cell(_) => "cell",
+            ExportKind::Machine(_) => "states",
+            ExportKind::Named(_) => "let",
+        }
+    }
 }
 
 /// The meaning of a probe: `real = lsb * integer + offset`.
@@ -74,12 +90,12 @@ impl Export {
 }
 
 /// What kind of event a kernel event is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LoweredEventKind {
     /// An emission (index into the Model's emissions).
     Emission(u32),
-    /// A rule acted (index into the Model's rules).
-    Rule(u32),
+    /// A rule of this name acted.
+    Rule(String),
 }
 
 /// The meaning of a kernel event.
@@ -124,6 +140,10 @@ impl Lowerer<'_> {
         for (c, x) in terms {
             reals.push((c.0, self.real(x)?));
         }
+        let reach = self.ranges.get(self.step.drive).magnitude() / self.scales.drive_lsb_n;
+        if reach > format::DRIVE_WORD.high as f64 {
+            self.clamps.push("drive word".to_string());
+        }
         self.sum_within(c0, &reals, self.scales.drive_lsb_n, format::DRIVE_WORD)
     }
 
@@ -158,10 +178,6 @@ impl Lowerer<'_> {
     fn memory_probes(&mut self, exports: &mut Vec<Export>) -> Result<(), OpError> {
         let model = &self.step.model;
         for (index, cell) in model.cells.iter().enumerate() {
-            // A pulse that reads as a force of its own name needs no second column.
-            if cell.kind == CellKind::Pulse && exports.iter().any(|e| e.name == cell.name) {
-                continue;
-            }
             let id = CellId(index as u32);
             let real = self.cell(id)?;
             exports.push(self.probe(&cell.name, ExportKind::Cell(id), Some(cell.dim), real, cell.range)?);
@@ -184,14 +200,14 @@ impl Lowerer<'_> {
         real: Real,
         range: Interval,
     ) -> Result<Export, OpError> {
-        let probe = self.b.probe(name, self.b.ty(real.value));
+        let probe = self.b.probe(&format!("{} {name}", kind.prefix()), self.b.ty(real.value));
         self.b.effect(Op::Probe(probe), &[real.value])?;
         let Real { lsb, offset, bits, error, .. } = real;
         Ok(Export { name: name.to_string(), kind, dim, lsb, offset, fraction_bits: bits, range, error })
     }
 
     fn state_probe(&mut self, name: &str, kind: ExportKind, state: Value, last: usize) -> Result<Export, OpError> {
-        let probe = self.b.probe(name, self.b.ty(state));
+        let probe = self.b.probe(&format!("{} {name}", kind.prefix()), self.b.ty(state));
         self.b.effect(Op::Probe(probe), &[state])?;
         let range = Interval { low: 0.0, high: last as f64 };
         let (name, fraction_bits) = (name.to_string(), Some(0));

@@ -56,12 +56,21 @@ impl Lowerer<'_> {
             events.bits.push(bits);
         }
         if self.observe {
-            for (index, rule) in model.rules.iter().enumerate() {
-                events.rules.push(self.b.event(&model.rule_name(rule), 0));
-                events.meanings.push(LoweredEvent { kind: LoweredEventKind::Rule(index as u32), arg_lsbs: vec![] });
+            for rule in &model.rules {
+                events.rules.push(self.declare_rule(&model.rule_name(rule), &mut events.meanings));
             }
         }
         events
+    }
+
+    /// The kernel event of a rule; rules of one name (two ways from one state to another) share it.
+    fn declare_rule(&mut self, name: &str, meanings: &mut Vec<LoweredEvent>) -> u32 {
+        let kind = LoweredEventKind::Rule(name.to_string());
+        if let Some(known) = meanings.iter().position(|m| m.kind == kind) {
+            return known as u32;
+        }
+        meanings.push(LoweredEvent { kind, arg_lsbs: Vec::new() });
+        self.b.event(&format!("rule {name}"), 0)
     }
 
     /// The finest format that holds what any `emit` of this kind may pass.

@@ -122,11 +122,30 @@ impl Builder {
         then: impl FnOnce(&mut Builder) -> Result<Vec<Value>, OpError>,
         other: impl FnOnce(&mut Builder) -> Result<Vec<Value>, OpError>,
     ) -> Result<Vec<Value>, OpError> {
+        let then = self.region(then)?;
+        let other = self.region(other)?;
+        self.branch(condition, then, other)
+    }
+
+    /// Builds a region by itself, for [`Builder::branch`]. It may use all values defined before.
+    ///
+    /// # Errors
+    /// Those of the closure.
+    pub fn region(
+        &mut self,
+        fill: impl FnOnce(&mut Builder) -> Result<Vec<Value>, OpError>,
+    ) -> Result<Region, OpError> {
+        self.region_with(Vec::new(), fill)
+    }
+
+    /// As [`Builder::if_else`], of two regions just built here.
+    ///
+    /// # Errors
+    /// A condition that is not `i1`; results that differ in number or type.
+    pub fn branch(&mut self, condition: Value, then: Region, other: Region) -> Result<Vec<Value>, OpError> {
         if self.ty(condition) != Type::I1 {
             return Err(OpError::Operands { op: Op::If, types: vec![self.ty(condition)] });
         }
-        let then = self.region(Vec::new(), then)?;
-        let other = self.region(Vec::new(), other)?;
         self.check_yields(&then.yields, &other.yields)?;
         let infos: Vec<ValueInfo> = then
             .yields
@@ -162,7 +181,7 @@ impl Builder {
             carried.iter().map(|(start, range)| ValueInfo { ty: self.ty(*start), range: *range }).collect();
         let params: Vec<Value> = std::iter::once(index).chain(infos.iter().map(|info| self.define(*info))).collect();
         let inside = params[1..].to_vec();
-        let region = self.region(params, |b| body(b, index, &inside))?;
+        let region = self.region_with(params, |b| body(b, index, &inside))?;
         self.check_yields(&region.yields, &starts)?;
         self.check_carried(&region.yields, carried)?;
         let results: Vec<Value> = region.yields.clone().into_iter().map(|y| self.define(self.info(y))).collect();
@@ -206,7 +225,7 @@ impl Builder {
         }
     }
 
-    fn region(
+    fn region_with(
         &mut self,
         params: Vec<Value>,
         fill: impl FnOnce(&mut Builder) -> Result<Vec<Value>, OpError>,

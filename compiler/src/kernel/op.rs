@@ -14,6 +14,8 @@ mod error;
 pub use apply::Declared;
 pub use error::OpError;
 
+use super::memory::Key;
+
 /// What an immediate of an operator stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Immediate {
@@ -97,8 +99,10 @@ pub enum Effect {
 pub enum Meaning {
     /// From the (first) immediate and up to three operands the exact result, still to be wrapped.
     Exact(fn(i128, i128, i128, i128) -> i128),
-    /// Reads or writes memory.
-    Memory,
+    /// From the key, the immediates and the operands.
+    Reads(fn(&Key, [usize; 2], &[i64]) -> i64),
+    /// Changes the key's memory or what leaves it.
+    Writes(fn(&mut Key, [usize; 2], &[i64])),
     /// Runs regions.
     Regions,
 }
@@ -197,7 +201,7 @@ macro_rules! operators {
     };
 }
 
-use Meaning::{Exact, Memory, Regions};
+use Meaning::{Exact, Reads, Regions, Writes};
 
 operators! {
     /// A constant; its type is that of its result.
@@ -247,33 +251,33 @@ operators! {
     /// The second operand where the first holds, else the third.
     Select                      = "select"     (I1 T T -> T)    Pure         Corners  Exact(|_, a, b, c| if a == 1 { b } else { c });
     /// Word of an input port, clamped to the port's range.
-    In(port: u32 Input)         = "in"         (-> Own)         Pure         Declared Memory;
+    In(port: u32 Input)         = "in"         (-> Own)         Pure         Declared Reads(|key, [port, _], _| key.input(port));
     /// Word of an output port; every port is written exactly once.
-    Out(port: u32 Output)       = "out"        (Own ->)         WritesOnce   None     Memory;
+    Out(port: u32 Output)       = "out"        (Own ->)         WritesOnce   None     Writes(|key, [port, _], args| key.output(port, args[0]));
     /// A live value.
-    Live(live: u32 Live)        = "live"       (-> Own)         Pure         Declared Memory;
+    Live(live: u32 Live)        = "live"       (-> Own)         Pure         Declared Reads(|key, [live, _], _| key.live(live));
     /// A constant of the key.
-    Keyed(keyed: u32 Keyed)     = "keyed"      (-> Own)         Pure         Declared Memory;
+    Keyed(keyed: u32 Keyed)     = "keyed"      (-> Own)         Pure         Declared Reads(|key, [keyed, _], _| key.keyed(keyed));
     /// Word 0 of a cell, as stored now.
-    Get(cell: u32 Cell)         = "get"        (-> Own)         Reads        Declared Memory;
+    Get(cell: u32 Cell)         = "get"        (-> Own)         Reads        Declared Reads(|key, [cell, _], _| key.get(cell, 0));
     /// Stores word 0 of a cell.
-    Set(cell: u32 Cell)         = "set"        (Own ->)         Writes       None     Memory;
+    Set(cell: u32 Cell)         = "set"        (Own ->)         Writes       None     Writes(|key, [cell, _], args| key.set(cell, 0, args[0]));
     /// A word of a cell, as stored now.
-    GetAt(cell: u32 Cell)       = "get_at"     (Index -> Own)   Reads        Declared Memory;
+    GetAt(cell: u32 Cell)       = "get_at"     (Index -> Own)   Reads        Declared Reads(|key, [cell, _], args| key.get(cell, args[0]));
     /// Stores a word of a cell.
-    SetAt(cell: u32 Cell)       = "set_at"     (Index Own ->)   Writes       None     Memory;
+    SetAt(cell: u32 Cell)       = "set_at"     (Index Own ->)   Writes       None     Writes(|key, [cell, _], args| key.set(cell, args[0], args[1]));
     /// What was pushed onto a line so many ticks ago; stands before the line's push.
-    Delay(line: u32 Line, ticks: u32 Ticks) = "delay" (-> Own)  Reads        Declared Memory;
+    Delay(line: u32 Line, ticks: u32 Ticks) = "delay" (-> Own)  Reads        Declared Reads(|key, [line, ticks], _| key.delay(line, ticks));
     /// Pushes onto a line.
-    Push(line: u32 Line)        = "push"       (Own ->)         WritesOnce   None     Memory;
+    Push(line: u32 Line)        = "push"       (Own ->)         WritesOnce   None     Writes(|key, [line, _], args| key.push(line, args[0]));
     /// Fills a whole line.
-    Fill(line: u32 Line)        = "fill"       (Own ->)         WritesInInit None     Memory;
+    Fill(line: u32 Line)        = "fill"       (Own ->)         WritesInInit None     Writes(|key, [line, _], args| key.fill(line, args[0]));
     /// Entry of a table.
-    Lookup(table: u32 Table)    = "lookup"     (Index -> I32)   Pure         Entries  Memory;
+    Lookup(table: u32 Table)    = "lookup"     (Index -> I32)   Pure         Entries  Reads(|key, [table, _], args| key.lookup(table, args[0]));
     /// An event of this key in this tick.
-    Emit(event: u32 Event)      = "emit"       (Args ->)        WritesInTick None     Memory;
+    Emit(event: u32 Event)      = "emit"       (Args ->)        WritesInTick None     Writes(|key, [event, _], args| key.emit(event, args));
     /// Exports a value; a probe not reached in a tick keeps its value.
-    Probe(probe: u32 Probe)     = "probe"      (Own ->)         WritesInTick None     Memory;
+    Probe(probe: u32 Probe)     = "probe"      (Own ->)         WritesInTick None     Writes(|key, [probe, _], args| key.probe(probe, args[0]));
     /// Runs the first region where the operand holds, else the second; results are what the region yields.
     If                          = "if"         (I1 ->)          Control      None     Regions;
     /// Runs a region so many times with the round (from 0) and the values carried from round to round.
