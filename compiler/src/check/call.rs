@@ -6,7 +6,7 @@ use super::elaborate::Elaborator;
 use super::items::TermItem;
 use super::scope::ScopeId;
 use super::slot::Source;
-use super::types::Value;
+use super::types::{Value, counted};
 use crate::diag::{Code, Diagnostic, nearest};
 use crate::model::Node;
 use crate::source::Span;
@@ -66,8 +66,8 @@ impl<'a> Elaborator<'a, '_> {
             std::cmp::Ordering::Less => Code::MissingArgument,
             std::cmp::Ordering::Greater => Code::ExtraArgument,
         };
-        let message = format!("`{}` takes {wanted} arguments, and here are {given}", signature.name);
-        self.diags.push(Diagnostic::new(code, span, message, format!("{given} arguments")).hint(usage));
+        let message = format!("`{}` takes {}, not {given}", signature.name, counted(wanted, "argument"));
+        self.diags.push(Diagnostic::new(code, span, message, counted(given, "argument")).hint(usage));
         None
     }
 
@@ -157,13 +157,16 @@ impl<'a> Elaborator<'a, '_> {
         let name = &term.ast.name.node;
         let (count, span) = (term.ast.params.len(), args[position].value.span);
         if args[..position].iter().any(|arg| arg.name.is_some()) {
+            if args[position - 1].name.is_none() {
+                return None; // one message for all that follow
+            }
             let message = format!("in the call of `{name}` an argument without name follows one with a name");
             let diagnostic = Diagnostic::new(Code::UnknownArgument, span, message, "which parameter is this?");
             self.diags.push(diagnostic.hint("name it: `parameter: value`"));
             return None;
         }
         if position >= count {
-            let message = format!("the term `{name}` has {count} parameters, and here are more arguments");
+            let message = format!("the term `{name}` has {}, and here are more arguments", counted(count, "parameter"));
             let label = "one too many";
             self.diags.push(Diagnostic::new(Code::ExtraArgument, span, message, label).hint("take it away"));
             return None;

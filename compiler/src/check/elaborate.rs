@@ -1,5 +1,7 @@
 //! The elaborator: what is known while one instrument becomes a Model, and the walk over its declarations.
 
+use std::collections::HashSet;
+
 use super::Options;
 use super::diags::Diags;
 use super::items::{Items, TermItem};
@@ -28,6 +30,8 @@ pub struct Elaborator<'a, 'd> {
     pub slots: Vec<Slot<'a>>,
     /// The values being evaluated, outermost first.
     pub running: Vec<SlotId>,
+    /// Values whose circle has been reported.
+    pub circles: HashSet<SlotId>,
     /// How deep the expression at hand is nested, through all values being evaluated.
     pub depth: usize,
     /// Whether a term is checked by itself: then its parameters are live values that stand for anything.
@@ -98,6 +102,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             scopes: Vec::new(),
             slots: Vec::new(),
             running: Vec::new(),
+            circles: HashSet::new(),
             depth: 0,
             alone: false,
             next_spans: Vec::new(),

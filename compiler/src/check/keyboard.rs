@@ -133,14 +133,16 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         first.is_none()
     }
 
-    /// The value of a number in the keyboard.
+    /// The value of a number in the keyboard; a bool counts as 0 or 1, its type tells.
     fn number(&mut self, expr: &'a Expr) -> Option<(f64, Ty)> {
         let errors = self.diags.errors();
         let settings = Settings::bare(self.options);
         let mut elaborator = Elaborator::new(self.items, settings, self.diags, "", "");
         elaborator.scopes.push(Scope::new(String::new(), &[], None, None));
         let found = elaborator.expr(ScopeId(0), expr);
-        let number = found.and_then(|Value { node, ty }| Some((elaborator.model.dag.real(node)?, ty)));
+        let dag = &elaborator.model.dag;
+        let value = |node| dag.real(node).or_else(|| dag.bool(node).map(f64::from));
+        let number = found.and_then(|Value { node, ty }| Some((value(node)?, ty)));
         if number.is_none() && self.diags.errors() == errors {
             let diagnostic = Diagnostic::new(Code::NotConstant, expr.span, "a number is needed here", "not a number");
             self.diags.push(diagnostic.hint("write a number with its unit"));

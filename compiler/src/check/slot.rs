@@ -10,7 +10,7 @@ use crate::source::Span;
 use crate::syntax::ast::Expr;
 
 /// Index of a [`Slot`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SlotId(pub usize);
 
 /// A value and how far it is known.
@@ -63,7 +63,9 @@ impl<'a> Elaborator<'a, '_> {
         match self.slots[id.0].state {
             State::Done(value) => return value,
             State::Running => {
-                self.report_circle(id);
+                if self.circles.insert(id) {
+                    self.report_circle(id);
+                }
                 return None;
             }
             State::Waiting => {}

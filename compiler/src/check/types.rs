@@ -45,6 +45,11 @@ pub fn with_article(noun: &str) -> String {
     format!("{article} {noun}")
 }
 
+/// `1 argument`, `2 arguments`.
+pub fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
 /// A typed value in the graph.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Value {

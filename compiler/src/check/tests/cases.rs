@@ -116,7 +116,7 @@ pub const TYPES: &[Case] = &[
 /// Motion, time, memory.
 pub const MOTION: &[Case] = &[
     case("circle", &["WH0401"], "let a = b + 1 mm let b = c / 2 let c = a"),
-    case("circle through a term", &["WH0401"], "let j = escapement(x: y, 1 mm, 2 mm, 3 mm, 1 N) let y = j.resistance * 1 mm/N"),
+    case("circle through a term", &["WH0401"], "let j = escapement(y, 1 mm, 2 mm, 3 mm, 1 N) let y = j.resistance * 1 mm/N"),
     case("circle of parameters", &["WH0401"], "param a = 2 * b param b = a / 2"),
     case("third prime", &["WH0402"], "let a = x'''"),
     case(

@@ -4,7 +4,7 @@ use super::super::Options;
 use super::cases::{Case, KEYBOARDS, MOTION, NAMES, RANGES, TYPES};
 use super::check_text;
 use crate::diag::Code;
-use crate::diag::render::render;
+use crate::diag::render;
 
 /// The messages about a program, and their codes.
 fn messages(text: &str, options: &Options) -> (String, Vec<&'static str>) {
