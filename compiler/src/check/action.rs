@@ -59,9 +59,9 @@ impl<'a> Elaborator<'a, '_> {
             }
             _ => "a term can write its own `state`s only; give the new value back as a result".to_string(),
         };
-        self.diags.push(
+        self.report(
             Diagnostic::new(Code::NotWritable, name.span, message, "cannot be written")
-                .also(declared, format!("{} is declared here", thing.words()))
+                .also(declared, format!("declared here as {}", thing.words()))
                 .hint(hint),
         );
     }
@@ -77,9 +77,9 @@ impl<'a> Elaborator<'a, '_> {
             Thing::Broken => None,
             other => {
                 let message = format!("`{}` is {} and cannot be fired", name.node, other.words());
-                self.diags.push(
+                self.report(
                     Diagnostic::new(Code::FireOfOther, name.span, message, "not a pulse")
-                        .also(entry.span, format!("{} is declared here", other.words()))
+                        .also(entry.span, format!("declared here as {}", other.words()))
                         .hint("only a pulse is fired: `pulse name: force in low .. high lasting time`"),
                 );
                 None
@@ -120,7 +120,7 @@ impl<'a> Elaborator<'a, '_> {
         for (index, (arg, _)) in args.iter().enumerate() {
             if let Some((first, _)) = args[..index].iter().find(|(n, _)| n.node == arg.node) {
                 let message = format!("the argument `{}` is given twice", arg.node);
-                self.diags.push(
+                self.report(
                     Diagnostic::new(Code::RepeatedArgument, arg.span, message, "the second value")
                         .also(first.span, "the first value")
                         .hint("take one of them away"),
@@ -189,6 +189,6 @@ impl<'a> Elaborator<'a, '_> {
         if builtin::event(&emission.name).is_none() && first != span {
             diagnostic = diagnostic.also(first, "first emitted here");
         }
-        self.diags.push(diagnostic.hint(hint));
+        self.report(diagnostic.hint(hint));
     }
 }

@@ -59,7 +59,7 @@ impl<'a> Elaborator<'a, '_> {
                 let message = format!("the body `{}` has no coordinate", name.node);
                 let hint = "add `angle phi in low .. high, rate in low .. high`, or `position`";
                 let diagnostic = Diagnostic::new(Code::BodyPart, name.span, message, "nothing in it moves");
-                self.diags.push(diagnostic.hint(hint));
+                self.report(diagnostic.hint(hint));
                 Made::Nothing
             }
         }
@@ -108,7 +108,7 @@ impl<'a> Elaborator<'a, '_> {
 
     fn repeated_part(&mut self, body: &str, what: &str, span: Span, first: Span) {
         let message = format!("the body `{body}` has two lines for its {what}");
-        self.diags.push(
+        self.report(
             Diagnostic::new(Code::BodyPart, span, message, "the second")
                 .also(first, "the first")
                 .hint("a body has one: write a second body, or take this line away"),
@@ -137,7 +137,7 @@ impl<'a> Elaborator<'a, '_> {
             let (word, dim) = (motion.inertia, motion.inertia_dim);
             let message = format!("the body `{body}` has no {word}");
             let diagnostic = Diagnostic::new(Code::BodyPart, name, message, "how heavy is it?");
-            self.diags.push(diagnostic.hint(format!("add a line `{word} ..`, a value in {dim}")));
+            self.report(diagnostic.hint(format!("add a line `{word} ..`, a value in {dim}")));
         }
         found.and_then(|(node, _)| node)
     }
@@ -187,7 +187,7 @@ impl<'a> Elaborator<'a, '_> {
             let ((word, _), (right, _)) = (of(motion(turning)), of(motion(angle)));
             let (has, would) = (motion(angle).coordinate, motion(turning).coordinate);
             let message = format!("a body with {has} takes `{right}`, not `{word}`");
-            self.diags.push(
+            self.report(
                 Diagnostic::new(Code::BodyMotion, span, message, format!("`{word}`"))
                     .also(place, format!("the coordinate is {has}"))
                     .hint(format!("write `{right}`, or let the body have {would}")),
@@ -208,7 +208,7 @@ impl<'a> Elaborator<'a, '_> {
                 None => "name a `body` of this instrument or term".to_string(),
             };
             let message = format!("there is no body `{}`", name.node);
-            self.diags.push(Diagnostic::new(Code::UnknownBody, name.span, message, "unknown body").hint(hint));
+            self.report(Diagnostic::new(Code::UnknownBody, name.span, message, "unknown body").hint(hint));
             return;
         };
         let (Some(index), Some(condition)) = (label.id, condition) else { return };

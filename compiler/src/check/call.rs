@@ -57,7 +57,7 @@ impl<'a> Elaborator<'a, '_> {
         if let Some(name) = args.iter().find_map(|arg| arg.name.as_ref()) {
             let message = format!("`{}` takes its arguments by position", signature.name);
             let diagnostic = Diagnostic::new(Code::UnknownArgument, name.span, message, "no names here");
-            self.diags.push(diagnostic.hint(usage));
+            self.report(diagnostic.hint(usage));
             return None;
         }
         let (wanted, given) = (signature.args.len(), args.len());
@@ -67,7 +67,7 @@ impl<'a> Elaborator<'a, '_> {
             std::cmp::Ordering::Greater => Code::ExtraArgument,
         };
         let message = format!("`{}` takes {}, not {given}", signature.name, counted(wanted, "argument"));
-        self.diags.push(Diagnostic::new(code, span, message, counted(given, "argument")).hint(usage));
+        self.report(Diagnostic::new(code, span, message, counted(given, "argument")).hint(usage));
         None
     }
 
@@ -75,8 +75,8 @@ impl<'a> Elaborator<'a, '_> {
         let (first, rest) = values.split_first()?;
         let mut shared = self.real(*first, &args[0].value, &format!("`{}` needs", signature.name));
         for (arg, value) in args[1..].iter().zip(rest) {
-            let what = format!("the arguments of `{}` are", signature.name);
-            shared = shared.and(self.alike(&what, (&args[0].value, *first), (&arg.value, *value)));
+            let problem = |a: &str, b: &str| format!("`{}` cannot be taken of {a} and {b}", signature.name);
+            shared = shared.and(self.alike(problem, (&args[0].value, *first), (&arg.value, *value)));
         }
         shared
     }
@@ -87,7 +87,7 @@ impl<'a> Elaborator<'a, '_> {
         match (low, high) {
             (Some(low), Some(high)) if low > high => {
                 let message = format!("this clamps to nothing: {} is above {}", shown(low, dim), shown(high, dim));
-                self.diags.push(
+                self.report(
                     Diagnostic::new(Code::EmptyRange, args[1].value.span.to(args[2].value.span), message, "empty")
                         .hint("the low end comes first: `clamp(value, low, high)`"),
                 );
@@ -104,7 +104,7 @@ impl<'a> Elaborator<'a, '_> {
             None => format!("declare it: `term {}(..) -> .. {{ .. }}`", callee.node),
         };
         let message = format!("there is no term `{}`", callee.node);
-        self.diags.push(Diagnostic::new(Code::UnknownTerm, callee.span, message, "unknown term").hint(hint));
+        self.report(Diagnostic::new(Code::UnknownTerm, callee.span, message, "unknown term").hint(hint));
     }
 
     /// The sources of a term's parameters in one call.
@@ -148,7 +148,7 @@ impl<'a> Elaborator<'a, '_> {
             };
             let message = format!("the term `{}` has no parameter `{}`", term.ast.name.node, name.node);
             let diagnostic = Diagnostic::new(Code::UnknownArgument, name.span, message, "no such parameter");
-            self.diags.push(diagnostic.hint(hint));
+            self.report(diagnostic.hint(hint));
         }
         found
     }
@@ -162,13 +162,13 @@ impl<'a> Elaborator<'a, '_> {
             }
             let message = format!("in the call of `{name}` an argument without name follows one with a name");
             let diagnostic = Diagnostic::new(Code::UnknownArgument, span, message, "which parameter is this?");
-            self.diags.push(diagnostic.hint("name it: `parameter: value`"));
+            self.report(diagnostic.hint("name it: `parameter: value`"));
             return None;
         }
         if position >= count {
             let message = format!("the term `{name}` has {}, and here are more arguments", counted(count, "parameter"));
             let label = "one too many";
-            self.diags.push(Diagnostic::new(Code::ExtraArgument, span, message, label).hint("take it away"));
+            self.report(Diagnostic::new(Code::ExtraArgument, span, message, label).hint("take it away"));
             return None;
         }
         Some(position)
@@ -176,7 +176,7 @@ impl<'a> Elaborator<'a, '_> {
 
     fn repeated(&mut self, param: &Name, arg: &Arg, first: &Arg) {
         let message = format!("the parameter `{}` is given twice", param.node);
-        self.diags.push(
+        self.report(
             Diagnostic::new(Code::RepeatedArgument, arg.value.span, message, "the second value")
                 .also(first.value.span, "the first value")
                 .hint("take one of them away"),
@@ -191,6 +191,6 @@ impl<'a> Elaborator<'a, '_> {
         }
         let message = format!("the call of `{}` leaves out {}", term.ast.name.node, missing.join(", "));
         let diagnostic = Diagnostic::new(Code::MissingArgument, call.span, message, "arguments are missing");
-        self.diags.push(diagnostic.hint(format!("add {}", missing.join(", "))));
+        self.report(diagnostic.hint(format!("add {}", missing.join(", "))));
     }
 }

@@ -60,7 +60,7 @@ impl<'a> Elaborator<'a, '_> {
         let node = found.and_then(|v| self.expect(v, value, state.ty, || format!("the next value of `{}`", name.node)));
         if let Some(first) = self.model.nexts.iter().position(|(c, _)| *c == cell) {
             let message = format!("`{}` has two next values", name.node);
-            self.diags.push(
+            self.report(
                 Diagnostic::new(Code::TwoNexts, name.span, message, "the second")
                     .also(self.next_spans[first], "the first")
                     .hint("choose between them: `next .. = if .. then .. else ..`"),
@@ -80,9 +80,9 @@ impl<'a> Elaborator<'a, '_> {
             Thing::Let(..) => "only a `state` remembers: declare `state name: type in low .. high`",
             _ => "only a `state` remembers",
         };
-        self.diags.push(
+        self.report(
             Diagnostic::new(Code::NextOfOther, name.span, message, "not a `state`")
-                .also(span, format!("{} is declared here", thing.words()))
+                .also(span, format!("declared here as {}", thing.words()))
                 .hint(hint),
         );
     }
@@ -111,7 +111,7 @@ impl<'a> Elaborator<'a, '_> {
                 let message = format!("the pulse `{name}` is zero while it rests, outside its range");
                 let label = interval(bounds, dim);
                 let diagnostic = Diagnostic::new(Code::PulseWithoutZero, range.span, message, label);
-                self.diags.push(diagnostic.hint("widen the range so that it holds zero"));
+                self.report(diagnostic.hint("widen the range so that it holds zero"));
             }
         }
         if let Some(seconds) = self.positive(scope, lasting, Dim::TIME, &format!("the duration of `{name}`")) {

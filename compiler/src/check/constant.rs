@@ -40,7 +40,7 @@ impl<'a> Elaborator<'a, '_> {
         let Some((place, reason)) = leaf else {
             let message = format!("{what} is not a finite number");
             let label = "too large, or divided by zero";
-            self.diags.push(Diagnostic::new(Code::NotFinite, span, message, label).hint("look at the divisors in it"));
+            self.report(Diagnostic::new(Code::NotFinite, span, message, label).hint("look at the divisors in it"));
             return;
         };
         let message = format!("{what} must be a constant, but {reason}");
@@ -48,7 +48,7 @@ impl<'a> Elaborator<'a, '_> {
         if let Some(place) = place.filter(|p| *p != span) {
             diagnostic = diagnostic.also(place, reason);
         }
-        self.diags.push(diagnostic.hint("use numbers and `param`s only"));
+        self.report(diagnostic.hint("use numbers and `param`s only"));
     }
 
     /// The first thing below a node that changes while playing: its place and why.
@@ -98,7 +98,7 @@ impl<'a> Elaborator<'a, '_> {
         let message = format!("{of} is empty: {} .. {}", shown(low, dim), shown(high, dim));
         let label = "the lower end must be below the upper end";
         let hint = if low > high { "swap the two ends" } else { "widen it" };
-        self.diags.push(Diagnostic::new(Code::EmptyRange, range.span, message, label).hint(hint));
+        self.report(Diagnostic::new(Code::EmptyRange, range.span, message, label).hint(hint));
         None
     }
 
@@ -115,7 +115,7 @@ impl<'a> Elaborator<'a, '_> {
         }
         let message = format!("{what} must be above zero, it is {}", shown(value, dim));
         let diagnostic = Diagnostic::new(Code::NotPositive, span, message, "zero or below");
-        self.diags.push(diagnostic.hint("give it a value above zero"));
+        self.report(diagnostic.hint("give it a value above zero"));
         None
     }
 
@@ -145,7 +145,7 @@ impl<'a> Elaborator<'a, '_> {
             None => Diagnostic::new(Code::InitOutOfRange, range_span, message, range_label)
                 .hint("without `= value` it starts at zero: give a first value after the range"),
         };
-        self.diags.push(diagnostic);
+        self.report(diagnostic);
         range.low
     }
 }

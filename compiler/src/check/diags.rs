@@ -1,6 +1,6 @@
 //! The messages collected so far.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 
 use crate::diag::{Code, Diagnostic, Severity};
 use crate::source::Span;
@@ -9,16 +9,24 @@ use crate::source::Span;
 #[derive(Default)]
 pub struct Diags {
     list: Vec<Diagnostic>,
-    seen: HashSet<(Code, Span, String)>,
+    seen: HashMap<(Code, Span, String), usize>,
     errors: usize,
 }
 
 impl Diags {
-    /// Adds a message unless the same has been said about the same place.
+    /// Adds a message. Of two that say the same about the same place the one that points at fewer others is kept.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         self.errors += usize::from(diagnostic.severity() == Severity::Error);
-        if self.seen.insert((diagnostic.code, diagnostic.span, diagnostic.message.clone())) {
-            self.list.push(diagnostic);
+        let key = (diagnostic.code, diagnostic.span, diagnostic.message.clone());
+        match self.seen.get(&key) {
+            None => {
+                self.seen.insert(key, self.list.len());
+                self.list.push(diagnostic);
+            }
+            Some(&known) if diagnostic.others.len() < self.list[known].others.len() => {
+                self.list[known] = diagnostic;
+            }
+            Some(_) => {}
         }
     }
 

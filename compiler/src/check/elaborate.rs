@@ -10,6 +10,7 @@ use super::settings::Settings;
 use super::slot::{Slot, SlotId};
 use super::types::Value;
 use super::writers;
+use crate::diag::Diagnostic;
 use crate::model::{Dag, Model, Named, Node, NodeId};
 use crate::source::Span;
 use crate::syntax::ast::{Decl, DeclKind, Name};
@@ -34,6 +35,8 @@ pub struct Elaborator<'a, 'd> {
     pub circles: HashSet<SlotId>,
     /// How deep the expression at hand is nested, through all values being evaluated.
     pub depth: usize,
+    /// The scope that is being looked at.
+    pub here: Option<ScopeId>,
     /// Whether a term is checked by itself: then its parameters are live values that stand for anything.
     pub alone: bool,
     /// Where each `next` of the Model stands.
@@ -104,10 +107,22 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             running: Vec::new(),
             circles: HashSet::new(),
             depth: 0,
+            here: None,
             alone: false,
             next_spans: Vec::new(),
             emission_spans: Vec::new(),
         }
+    }
+
+    /// Adds a message. Inside a call it also shows the call, because what is wrong there regardless of the call has been
+    /// told before, when the term was checked by itself.
+    pub fn report(&mut self, mut diagnostic: Diagnostic) {
+        let mut scope = self.here;
+        while let Some(caller) = scope.and_then(|id| self.scopes[id.0].caller) {
+            diagnostic = diagnostic.also(caller.span, "in this call");
+            scope = Some(caller.scope);
+        }
+        self.diags.push(diagnostic);
     }
 
     /// Adds a node, folded if it is constant, and remembers where it was first seen.
@@ -131,6 +146,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             for child in self.scopes[id.0].children[index].clone() {
                 self.scope(child);
             }
+            self.here = Some(id);
             self.declaration(id, decl, self.scopes[id.0].made[index]);
         }
     }

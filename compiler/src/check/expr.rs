@@ -21,12 +21,14 @@ impl<'a> Elaborator<'a, '_> {
             let message = format!("this is reached through more than {MAX_DEPTH} steps from value to value");
             let label = "not followed any further";
             let hint = "declare a `let` after those it uses";
-            self.diags.push(Diagnostic::new(Code::TooManySteps, expr.span, message, label).hint(hint));
+            self.report(Diagnostic::new(Code::TooManySteps, expr.span, message, label).hint(hint));
             return None;
         }
+        let outer = self.here.replace(scope);
         self.depth += 1;
         let value = self.by_kind(scope, expr);
         self.depth -= 1;
+        self.here = outer;
         value
     }
 
@@ -58,7 +60,7 @@ impl<'a> Elaborator<'a, '_> {
         if !value.is_finite() {
             let message = format!("`{}` is too large", number.text);
             let diagnostic = Diagnostic::new(Code::NotFinite, span, message, "not a finite number");
-            self.diags.push(diagnostic.hint("write a smaller number"));
+            self.report(diagnostic.hint("write a smaller number"));
             return None;
         }
         let node = self.model.dag.constant(value);
@@ -109,7 +111,7 @@ impl<'a> Elaborator<'a, '_> {
             format!("declare it, for example `let {name} = ..`")
         };
         let message = format!("nothing here is called `{name}`");
-        self.diags.push(Diagnostic::new(Code::UnknownName, span, message, "unknown name").hint(hint));
+        self.report(Diagnostic::new(Code::UnknownName, span, message, "unknown name").hint(hint));
     }
 
     /// The result of a call that is used as a value.
@@ -122,7 +124,7 @@ impl<'a> Elaborator<'a, '_> {
         let names: Vec<String> = here.results.iter().map(|(n, _)| format!("`.{n}`")).collect();
         let message = format!("`{name}` gives {} results, and one value is needed here", names.len());
         let diagnostic = Diagnostic::new(Code::SeveralResults, span, message, "which of its results?");
-        self.diags.push(diagnostic.hint(format!("choose one: {}", names.join(", "))));
+        self.report(diagnostic.hint(format!("choose one: {}", names.join(", "))));
         None
     }
 
@@ -148,7 +150,7 @@ impl<'a> Elaborator<'a, '_> {
             let message = format!("only a call of a term has results, and this is {}", value.ty.words());
             let hint = "bind a call with `let name = term(..)` and write `name.result`";
             let diagnostic = Diagnostic::new(Code::NoResults, field.span, message, "asks for a result");
-            self.diags.push(diagnostic.also(base.span, value.ty.words()).hint(hint));
+            self.report(diagnostic.also(base.span, value.ty.words()).hint(hint));
             return None;
         };
         match self.scopes[call.0].result(&field.node) {
@@ -169,7 +171,7 @@ impl<'a> Elaborator<'a, '_> {
             None => format!("it has {}", names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")),
         };
         let message = format!("the term `{term}` has no result `{}`", field.node);
-        self.diags.push(Diagnostic::new(Code::UnknownResult, field.span, message, "no such result").hint(hint));
+        self.report(Diagnostic::new(Code::UnknownResult, field.span, message, "no such result").hint(hint));
     }
 
     fn is(&mut self, scope: ScopeId, machine: &Name, state: &Name, negated: bool, span: Span) -> Option<Value> {
@@ -191,7 +193,7 @@ impl<'a> Elaborator<'a, '_> {
         let (first, second) = (self.expr(scope, a), self.expr(scope, b));
         let (first, second) = (first?, second?);
         if first.ty != second.ty {
-            self.mismatch("the branches of `if` are", (a, first), (b, second));
+            self.mismatch(|a, b| format!("`if` chooses between {a} and {b}"), (a, first), (b, second));
             return None;
         }
         let condition = condition?;
@@ -226,7 +228,7 @@ impl<'a> Elaborator<'a, '_> {
         }
         let message = format!("{what} must be {}, not {}", wanted.words(), value.ty.words());
         let diagnostic = Diagnostic::new(Code::WrongType, expr.span, message, format!("this is {}", value.ty.words()));
-        self.diags.push(diagnostic.hint(conversion_hint(value.ty, wanted)));
+        self.report(diagnostic.hint(conversion(value.ty, wanted).unwrap_or_else(|| LOOK_AT_UNITS.to_string())));
         None
     }
 
@@ -236,11 +238,11 @@ impl<'a> Elaborator<'a, '_> {
         let message = format!("{what} must be {}, and `{number}` has no unit", wanted.words());
         let hint = format!("write it with a unit, such as `{number} {}`", wanted.unit());
         let diagnostic = Diagnostic::new(Code::MissingUnit, expr.span, message, "a plain number");
-        self.diags.push(diagnostic.hint(hint));
+        self.report(diagnostic.hint(hint));
     }
 
-    /// Reports two operands that do not go together.
-    pub fn mismatch(&mut self, what: &str, a: (&Expr, Value), b: (&Expr, Value)) {
+    /// Reports two operands that do not go together; `problem` says so of their kinds.
+    pub fn mismatch(&mut self, problem: impl FnOnce(&str, &str) -> String, a: (&Expr, Value), b: (&Expr, Value)) {
         let (first, second) = (a.1.ty, b.1.ty);
         for (bare, other) in [(a.0, second), (b.0, first)] {
             if bare_number(bare).is_some() && other != Ty::Bool {
@@ -248,11 +250,12 @@ impl<'a> Elaborator<'a, '_> {
                 return;
             }
         }
-        let message = format!("{what} of different kinds: {} and {}", first.words(), second.words());
-        self.diags.push(
+        let message = problem(&first.words(), &second.words());
+        let hint = conversion(second, first).or_else(|| conversion(first, second));
+        self.report(
             Diagnostic::new(Code::Mismatch, b.0.span, message, second.words())
                 .also(a.0.span, first.words())
-                .hint(conversion_hint(second, first)),
+                .hint(hint.unwrap_or_else(|| LOOK_AT_UNITS.to_string())),
         );
     }
 
@@ -269,7 +272,7 @@ impl<'a> Elaborator<'a, '_> {
             None => "types are `bool` and the names of dimensions, such as `length` or `force`".to_string(),
         };
         let message = format!("`{}` is not a type", ty.node);
-        self.diags.push(Diagnostic::new(Code::UnknownType, ty.span, message, "unknown type").hint(hint));
+        self.report(Diagnostic::new(Code::UnknownType, ty.span, message, "unknown type").hint(hint));
         None
     }
 
@@ -278,24 +281,33 @@ impl<'a> Elaborator<'a, '_> {
         let found = self.any_type(ty)?;
         if found == Ty::Bool {
             let message = format!("{what} cannot be a bool");
-            self.diags.push(Diagnostic::new(Code::WrongType, ty.span, message, "a number is needed").hint(hint));
+            self.report(Diagnostic::new(Code::WrongType, ty.span, message, "a number is needed").hint(hint));
         }
         found.dim()
     }
 }
 
-/// What to do about a value of one type where another is needed.
-fn conversion_hint(found: Ty, wanted: Ty) -> String {
+const LOOK_AT_UNITS: &str = "look at the units of everything it is made of";
+
+/// How one type becomes another, where this can be said in few words.
+fn conversion(found: Ty, wanted: Ty) -> Option<String> {
+    let words = |dim| Ty::Real(dim).words();
     match (found, wanted) {
-        (Ty::Bool, Ty::Real(_)) => "choose numbers by it: `if .. then .. else ..`".to_string(),
-        (Ty::Real(_), Ty::Bool) => "compare it: `.. > ..`".to_string(),
-        (Ty::Real(found), Ty::Real(wanted)) if wanted.is_number() => format!("divide by a value in {found}"),
+        (Ty::Bool, Ty::Bool) => None,
+        (Ty::Bool, Ty::Real(_)) => Some("choose numbers by the bool: `if .. then .. else ..`".to_string()),
+        (Ty::Real(_), Ty::Bool) => Some("compare it: `.. > ..`".to_string()),
         (Ty::Real(found), Ty::Real(wanted)) => {
-            let factor = wanted.div(found);
-            let known = factor.name().map(|n| format!(" ({})", n.replace('_', " "))).unwrap_or_default();
-            format!("a factor in {factor}{known} is missing, or one of the two is not what was meant")
+            let (factor, divisor) = (wanted.div(found), found.div(wanted));
+            if factor == Dim::PER_TIME {
+                Some(format!("the prime of {} is {}", words(found), words(wanted)))
+            } else if wanted.is_number() || (divisor.name().is_some() && factor.name().is_none()) {
+                Some(format!("{} divided by {} is {}", words(found), words(divisor), words(wanted)))
+            } else if factor.name().is_some() {
+                Some(format!("{} times {} is {}", words(found), words(factor), words(wanted)))
+            } else {
+                None
+            }
         }
-        (Ty::Bool, Ty::Bool) => String::new(),
     }
 }
 

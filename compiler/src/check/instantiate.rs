@@ -83,7 +83,7 @@ impl<'a> Elaborator<'a, '_> {
         if builtin::constant(&name.node).is_some() {
             let message = format!("`{}` is built in", name.node);
             let label = "this name is taken";
-            self.diags.push(
+            self.report(
                 Diagnostic::new(Code::DuplicateName, name.span, message, label).hint("choose another name"),
             );
             return;
@@ -102,7 +102,7 @@ impl<'a> Elaborator<'a, '_> {
     /// Reports a second declaration of a name.
     pub fn duplicate(&mut self, kind: &str, name: &Name, first: Span, label: impl Into<String>) {
         let message = format!("the {kind} `{}` is declared twice", name.node);
-        self.diags.push(
+        self.report(
             Diagnostic::new(Code::DuplicateName, name.span, message, label)
                 .also(first, "declared first here")
                 .hint("rename one of them: nothing hides anything"),
@@ -143,7 +143,7 @@ impl<'a> Elaborator<'a, '_> {
         };
         let message = format!("a `{word}` cannot be declared in a term");
         let label = "belongs in an instrument";
-        self.diags.push(Diagnostic::new(Code::NotInTerm, name.span, message, label).hint(hint));
+        self.report(Diagnostic::new(Code::NotInTerm, name.span, message, label).hint(hint));
         if word != "force" {
             self.enter(scope, name, Thing::Broken);
         }
@@ -249,14 +249,14 @@ impl<'a> Elaborator<'a, '_> {
                 let message = format!("the term `{}` calls itself: {}", callee.node, path.join(" -> "));
                 let label = "closes the circle";
                 let diagnostic = Diagnostic::new(Code::RecursiveTerm, callee.span, message, label);
-                self.diags.push(diagnostic.hint("terms are copied into the instrument, so they cannot be recursive"));
+                self.report(diagnostic.hint("terms are copied into the instrument, so they cannot be recursive"));
                 return None;
             }
             above = here.caller.map(|c| c.scope);
         }
         if path.len() > MAX_NESTING || self.scopes.len() > MAX_CALLS {
             let message = format!("too many calls of terms: more than {MAX_CALLS}, or {MAX_NESTING} inside each other");
-            self.diags.push(
+            self.report(
                 Diagnostic::new(Code::TooManyCalls, callee.span, message, "not followed any further")
                     .hint("every call is a copy with memory of its own: use fewer"),
             );
@@ -271,7 +271,7 @@ impl<'a> Elaborator<'a, '_> {
             let message = format!("`{} = ..` defines a result, and an instrument has none", name.node);
             let hint = format!("write `let {} = ..`, or `next {0} = ..` for a state", name.node);
             let label = "no keyword before it";
-            self.diags.push(Diagnostic::new(Code::NotAResult, name.span, message, label).hint(hint));
+            self.report(Diagnostic::new(Code::NotAResult, name.span, message, label).hint(hint));
             if !self.scopes[scope.0].values.contains_key(name.node.as_str()) {
                 self.enter(scope, name, Thing::Broken);
             }
@@ -300,7 +300,7 @@ impl<'a> Elaborator<'a, '_> {
             None => format!("name it after `->`, or write `let {} = ..`", name.node),
         };
         let label = "not named after `->`";
-        self.diags.push(Diagnostic::new(Code::NotAResult, name.span, message, label).hint(hint));
+        self.report(Diagnostic::new(Code::NotAResult, name.span, message, label).hint(hint));
     }
 
     fn missing_results(&mut self, scope: ScopeId) {
@@ -311,7 +311,7 @@ impl<'a> Elaborator<'a, '_> {
                 let message = format!("the term `{}` never defines `{}`", term.ast.name.node, result.name.node);
                 let hint = format!("add `{} = ..` to the term", result.name.node);
                 let label = "has no value";
-                self.diags.push(Diagnostic::new(Code::MissingResult, result.name.span, message, label).hint(hint));
+                self.report(Diagnostic::new(Code::MissingResult, result.name.span, message, label).hint(hint));
             }
         }
     }

@@ -154,7 +154,8 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         let Some((rate, ty)) = self.number(expr) else { return };
         if ty != Ty::Real(Dim::PER_TIME) {
             let message = format!("`rate` is a frequency (Hz), not {}", ty.words());
-            let diagnostic = Diagnostic::new(Code::WrongType, expr.span, message, ty.words());
+            let code = if ty == Ty::Real(Dim::NUMBER) { Code::MissingUnit } else { Code::WrongType };
+            let diagnostic = Diagnostic::new(code, expr.span, message, ty.words());
             self.diags.push(diagnostic.hint("write it in Hz, such as `rate 44100 Hz`"));
         } else if rate < 1.0 || rate > f64::from(u32::MAX) || rate.fract() != 0.0 {
             let message = format!("a rate of {rate} Hz is not a whole number of ticks per second");

@@ -43,8 +43,11 @@ impl<'a> Elaborator<'a, '_> {
     fn sum(&mut self, scope: ScopeId, op: BinOp, a: &'a Expr, b: &'a Expr, span: Span) -> Option<Value> {
         let (first, second) = (self.expr(scope, a), self.expr(scope, b));
         let (first, second) = (first?, second?);
-        let what = if op == BinOp::Add { "these cannot be added, being" } else { "these cannot be subtracted, being" };
-        let dim = self.alike(what, (a, first), (b, second))?;
+        let problem = |a: &str, b: &str| match op {
+            BinOp::Add => format!("{a} and {b} cannot be added"),
+            _ => format!("{b} cannot be subtracted from {a}"),
+        };
+        let dim = self.alike(problem, (a, first), (b, second))?;
         let node = match op {
             BinOp::Add => Node::Add(first.node, second.node),
             _ => Node::Sub(first.node, second.node),
@@ -68,22 +71,27 @@ impl<'a> Elaborator<'a, '_> {
     fn comparison(&mut self, scope: ScopeId, cmp: Cmp, a: &'a Expr, b: &'a Expr, span: Span) -> Option<Value> {
         let (first, second) = (self.expr(scope, a), self.expr(scope, b));
         let (first, second) = (first?, second?);
-        self.alike("these cannot be compared, being", (a, first), (b, second))?;
+        self.alike(|a, b| format!("{a} and {b} cannot be compared"), (a, first), (b, second))?;
         Some(Value::bool(self.node(Node::Compare(cmp, first.node, second.node), span)))
     }
 
-    /// The dimension that two operands share.
-    pub fn alike(&mut self, what: &str, a: (&Expr, Value), b: (&Expr, Value)) -> Option<Dim> {
+    /// The dimension that two operands share; `problem` says of their kinds that they do not go together.
+    pub fn alike(
+        &mut self,
+        problem: impl FnOnce(&str, &str) -> String,
+        a: (&Expr, Value),
+        b: (&Expr, Value),
+    ) -> Option<Dim> {
         match (a.1.ty, b.1.ty) {
             (Ty::Real(first), Ty::Real(second)) if first == second => Some(first),
             (Ty::Bool, Ty::Bool) => {
                 let message = "numbers are needed here, and these are bools";
                 let diagnostic = Diagnostic::new(Code::WrongType, b.0.span, message, "a bool");
-                self.diags.push(diagnostic.also(a.0.span, "a bool").hint("join bools by `and`, `or` and `not`"));
+                self.report(diagnostic.also(a.0.span, "a bool").hint("join bools by `and`, `or` and `not`"));
                 None
             }
             _ => {
-                self.mismatch(what, a, b);
+                self.mismatch(problem, a, b);
                 None
             }
         }
@@ -94,7 +102,7 @@ impl<'a> Elaborator<'a, '_> {
         if value.ty == Ty::Bool {
             let message = format!("{needs} a number, and this is a bool");
             let diagnostic = Diagnostic::new(Code::WrongType, expr.span, message, "a bool");
-            self.diags.push(diagnostic.hint("choose numbers by it: `if .. then .. else ..`"));
+            self.report(diagnostic.hint("choose numbers by it: `if .. then .. else ..`"));
         }
         value.ty.dim()
     }
@@ -110,13 +118,13 @@ impl<'a> Elaborator<'a, '_> {
         if ![2.0, 3.0, 4.0, 5.0, 6.0].contains(&halves) {
             let message = format!("`^ {exponent}` is not one of the powers that can be computed exactly");
             let hint = "exponents are 1, 1.5, 2, 2.5 and 3; divide for negative ones";
-            self.diags.push(Diagnostic::new(Code::BadExponent, n.span, message, "this exponent").hint(hint));
+            self.report(Diagnostic::new(Code::BadExponent, n.span, message, "this exponent").hint(hint));
             return None;
         }
         let Some(power) = dim.pow_halves(halves as i8) else {
             let message = format!("{} to the power {exponent} has no whole dimension", base.ty.words());
             let hint = format!("divide it by a value in {dim} first, and multiply again after the power");
-            self.diags.push(
+            self.report(
                 Diagnostic::new(Code::FractionalDim, a.span, message, base.ty.words())
                     .also(n.span, "not a whole number")
                     .hint(hint),

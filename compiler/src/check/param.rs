@@ -107,7 +107,7 @@ impl<'a> Elaborator<'a, '_> {
         if let Some(range) = decl.range {
             let message = format!("`{name}` is a bool and needs no range");
             let diagnostic = Diagnostic::new(Code::WrongType, range.span, message, "a range of a bool");
-            self.diags.push(diagnostic.also(decl.value.span, "a bool").hint("take the range away"));
+            self.report(diagnostic.also(decl.value.span, "a bool").hint("take the range away"));
         }
         let Some(mut value) = self.model.dag.bool(declared.node) else {
             self.report_not_constant(declared.node, decl.value.span, &format!("the value of `{name}`"));
@@ -127,7 +127,7 @@ impl<'a> Elaborator<'a, '_> {
                 let span = self.settings.per_key.get(name.as_str()).map_or(decl.name.span, |p| p.param.span);
                 let message = format!("`{name}` is a bool and cannot be set per key");
                 let diagnostic = Diagnostic::new(Code::WrongType, span, message, "nothing lies between on and off");
-                self.diags.push(diagnostic.also(decl.value.span, "a bool").hint("set numbers per key only"));
+                self.report(diagnostic.also(decl.value.span, "a bool").hint("set numbers per key only"));
                 return None;
             }
         };
@@ -141,7 +141,7 @@ impl<'a> Elaborator<'a, '_> {
         let space = if unit.is_empty() { "" } else { " " };
         let hint = format!("add `in low .. high`, such as `in 0{space}{unit} .. 1{space}{unit}`");
         let label = "may change while playing, between which values?";
-        self.diags.push(Diagnostic::new(Code::MissingRange, decl.name.span, message, label).hint(hint));
+        self.report(Diagnostic::new(Code::MissingRange, decl.name.span, message, label).hint(hint));
         None
     }
 
@@ -158,7 +158,7 @@ impl<'a> Elaborator<'a, '_> {
         let inside = within(value, range);
         if inside.is_none() {
             let message = format!("`{name}` is {}, outside its range", shown(value, dim));
-            self.diags.push(
+            self.report(
                 Diagnostic::new(Code::OutOfRange, span, message, "outside the range")
                     .also(range_span, format!("its range is {}", interval(range, dim)))
                     .hint("choose a value inside the range, or widen it"),
@@ -180,7 +180,7 @@ impl<'a> Elaborator<'a, '_> {
             unit if unit.is_empty() => "give a number without unit".to_string(),
             unit => format!("give a number with a unit, such as `{name}=1{unit}`"),
         };
-        self.diags.push(Diagnostic::new(code, span, message, found.words()).hint(hint));
+        self.report(Diagnostic::new(code, span, message, found.words()).hint(hint));
         None
     }
 
@@ -190,7 +190,7 @@ impl<'a> Elaborator<'a, '_> {
         }
         let message = format!("`{name}` is a bool, and this is a number");
         let hint = format!("write `{name}=on` or `{name}=off`");
-        self.diags.push(Diagnostic::new(Code::WrongType, span, message, "a number").hint(hint));
+        self.report(Diagnostic::new(Code::WrongType, span, message, "a number").hint(hint));
         None
     }
 }

@@ -1,7 +1,7 @@
 //! Values per key: linear in the note number between the given notes, constant beyond them.
 
 use super::elaborate::Elaborator;
-use super::types::{Ty, with_article};
+use super::types::Ty;
 use crate::diag::{Code, Diagnostic};
 use crate::model::Interval;
 use crate::source::Span;
@@ -57,10 +57,10 @@ impl Elaborator<'_, '_> {
         if point.ty == Ty::Real(dim) {
             return self.in_range(point.value, dim, point.span, range, name).is_some();
         }
-        let wanted = dim.name().map_or_else(|| format!("a value in {dim}"), |n| with_article(&n.replace('_', " ")));
-        let message = format!("`{name}` is {wanted}, not {}", point.ty.words());
-        let hint = format!("write it in {}", if dim.is_number() { "plain numbers".to_string() } else { dim.unit() });
-        self.diags.push(Diagnostic::new(Code::WrongType, point.span, message, point.ty.words()).hint(hint));
+        let wanted = Ty::Real(dim);
+        let message = format!("`{name}` is {}, not {}", wanted.words(), point.ty.words());
+        let hint = if dim.is_number() { "write a plain number".to_string() } else { format!("write it in {dim}") };
+        self.report(Diagnostic::new(Code::WrongType, point.span, message, point.ty.words()).hint(hint));
         false
     }
 }

@@ -41,7 +41,7 @@ impl<'a> Elaborator<'a, '_> {
         if place != prime {
             note = note.also(prime, "the prime is taken here");
         }
-        self.diags.push(note.hint("nothing to do if the branches agree where the mode changes"));
+        self.report(note.hint("nothing to do if the branches agree where the mode changes"));
     }
 
     fn report_no_prime(&mut self, error: &NoPrime, prime: Span) {
@@ -50,7 +50,7 @@ impl<'a> Elaborator<'a, '_> {
         if let Some(place) = self.place(error.node).filter(|p| *p != prime) {
             diagnostic = diagnostic.also(place, label);
         }
-        self.diags.push(diagnostic.hint(hint));
+        self.report(diagnostic.hint(hint));
     }
 }
 

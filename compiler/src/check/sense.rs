@@ -58,7 +58,7 @@ impl<'a> Elaborator<'a, '_> {
         if window.is_none() {
             let longest = f64::from(MAX_WINDOW) / f64::from(rate_hz) * 1e3;
             let message = format!("the window of `{name}` is longer than {MAX_WINDOW} ticks");
-            self.diags.push(
+            self.report(
                 Diagnostic::new(Code::WindowTooLong, over.span, message, "too long")
                     .hint(format!("at {rate_hz} Hz it may be up to {longest:.0} ms; 0.5 to 2 ms are usual")),
             );

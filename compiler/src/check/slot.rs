@@ -85,8 +85,9 @@ impl<'a> Elaborator<'a, '_> {
             Source::Expr(scope, expr) => self.expr(scope, expr),
             Source::Typed(scope, expr, ty) => {
                 let value = self.expr(scope, expr)?;
-                let name = self.slots[id.0].name.clone();
-                let node = self.expect(value, expr, ty?, || format!("`{name}`"))?;
+                let full = &self.slots[id.0].name;
+                let what = format!("`{}`", full.rsplit('.').next().unwrap_or(full));
+                let node = self.expect(value, expr, ty?, || what)?;
                 Some(Value { node, ty: ty? })
             }
             Source::Param(scope, decl) => self.param(scope, decl),
@@ -95,7 +96,10 @@ impl<'a> Elaborator<'a, '_> {
 
     fn report_circle(&mut self, id: SlotId) {
         let from = self.running.iter().position(|r| *r == id).unwrap_or(0);
-        let circle: Vec<&Slot> = self.running[from..].iter().map(|r| &self.slots[r.0]).collect();
+        let mut circle: Vec<&Slot> = self.running[from..].iter().map(|r| &self.slots[r.0]).collect();
+        let depth = |slot: &Slot| slot.name.matches('.').count();
+        let outermost = (0..circle.len()).min_by_key(|i| depth(circle[*i])).unwrap_or(0);
+        circle.rotate_left(outermost);
         let first = &circle[0];
         let path: Vec<&str> = circle.iter().chain([first]).map(|s| s.name.as_str()).collect();
         let message = format!("`{}` depends on itself within one tick: {}", first.name, path.join(" -> "));
@@ -104,10 +108,11 @@ impl<'a> Elaborator<'a, '_> {
             diagnostic = diagnostic.also(slot.span, format!("`{}` is on the way", slot.name));
         }
         let constant = circle.iter().all(|s| matches!(s.source, Source::Param(..)));
-        self.diags.push(diagnostic.hint(if constant {
+        let diagnostic = diagnostic.hint(if constant {
             "give one of these parameters a value of its own"
         } else {
             "break the circle with a `state`: it keeps the value that `next` gave it in the tick before"
-        }));
+        });
+        self.diags.push(diagnostic);
     }
 }

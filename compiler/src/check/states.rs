@@ -19,7 +19,7 @@ impl<'a> Elaborator<'a, '_> {
         if states.is_empty() {
             let message = format!("the machine `{}` has no transitions, so it has no states", name.node);
             let hint = "add `from -> to when ..`; it starts in the first state named";
-            self.diags.push(Diagnostic::new(Code::EmptyMachine, name.span, message, "empty").hint(hint));
+            self.report(Diagnostic::new(Code::EmptyMachine, name.span, message, "empty").hint(hint));
         }
         let id = MachineId(self.model.machines.len() as u32);
         let full = self.scopes[scope.0].full(&name.node);
@@ -43,7 +43,7 @@ impl<'a> Elaborator<'a, '_> {
             if transition.from.node == transition.to.node && transition.actions.is_empty() {
                 let message = format!("this step from `{}` to itself does nothing", transition.from.node);
                 let diagnostic = Diagnostic::new(Code::IdleStep, transition.span, message, "no actions");
-                self.diags.push(diagnostic.hint("take it away, or give it something to do"));
+                self.report(diagnostic.hint("take it away, or give it something to do"));
             }
         }
         self.warn_unreachable(transitions);
@@ -75,7 +75,7 @@ impl<'a> Elaborator<'a, '_> {
             };
             let message = format!("the state `{state}` is never entered");
             let diagnostic = Diagnostic::new(Code::UnreachableState, t.from.span, message, "no transition leads here");
-            self.diags.push(diagnostic.also(first.from.span, "the machine starts here").hint(hint));
+            self.report(diagnostic.also(first.from.span, "the machine starts here").hint(hint));
         }
     }
 
@@ -90,7 +90,7 @@ impl<'a> Elaborator<'a, '_> {
             format!("declare it: `states {} {{ .. }}`", machine.node)
         };
         let message = format!("there is no machine `{}`", machine.node);
-        self.diags.push(Diagnostic::new(Code::UnknownMachine, machine.span, message, "unknown machine").hint(hint));
+        self.report(Diagnostic::new(Code::UnknownMachine, machine.span, message, "unknown machine").hint(hint));
     }
 
     /// Reports a state that the machine does not have.
@@ -105,6 +105,6 @@ impl<'a> Elaborator<'a, '_> {
         };
         let message = format!("the machine `{}` has no state `{}`", machine.name, state.node);
         let diagnostic = Diagnostic::new(Code::UnknownState, state.span, message, "unknown state");
-        self.diags.push(diagnostic.also(declared, "the machine").hint(hint));
+        self.report(diagnostic.also(declared, "the machine").hint(hint));
     }
 }

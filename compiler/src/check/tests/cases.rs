@@ -215,7 +215,8 @@ pub const KEYBOARDS: &[Case] = &[
     case("missing settings", &["WH0604", "WH0604", "WH0604"], keyboard!("board rp2350")),
     case("no values", &["WH0604"], keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.weight = { }")),
     case("repeated settings", &["WH0605", "WH0605", "WH0605"], keyboard!("rate 44100 Hz rate 48000 Hz keys A0 .. C8 programs piano, piano piano.weight = { A0: 1 N, A0: 1 N }")),
-    case("rate of another dimension", &["WH0302"], keyboard!("rate 44100 keys A0 .. C8 programs piano")),
+    case("rate without unit", &["WH0303"], keyboard!("rate 44100 keys A0 .. C8 programs piano")),
+    case("rate of another dimension", &["WH0302"], keyboard!("rate 44100 s keys A0 .. C8 programs piano")),
     case("broken rate", &["WH0606"], keyboard!("rate 0.5 Hz keys A0 .. C8 programs piano")),
     case(
         "different senses",
