@@ -21,7 +21,7 @@ mod rules;
 mod sense;
 mod values;
 
-pub use export::{Export, ExportKind, Lowered, LoweredEvent, LoweredLive};
+pub use export::{Export, ExportKind, Lowered, LoweredEvent, LoweredEventKind, LoweredLive};
 
 use std::collections::HashMap;
 

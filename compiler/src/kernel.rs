@@ -22,6 +22,7 @@ pub mod op;
 pub mod parse;
 mod print;
 pub mod random;
+mod strip;
 pub mod verify;
 
 pub use build::Builder;
@@ -29,6 +30,7 @@ pub use interp::Interp;
 pub use memory::{EngineError, Happened, Memory};
 pub use op::{Effect, Immediate, Op, OpError, ROWS};
 pub use parse::{ParseError, parse};
+pub use strip::{sweep, without_probes};
 pub use verify::{Verified, VerifyError, verify};
 
 use std::fmt;

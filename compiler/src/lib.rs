@@ -4,6 +4,7 @@ pub mod check;
 pub mod diag;
 pub mod fix;
 pub mod front;
+pub mod host;
 pub mod ideal;
 pub mod kernel;
 pub mod model;

@@ -57,6 +57,11 @@ impl Device {
         file::read(Path::new("mikey.toml"), MIKEY).expect("the bundled device file is correct")
     }
 
+    /// The bundled device of that name, if there is one.
+    pub fn bundled(name: &str) -> Option<Device> {
+        Some(Device::mikey()).filter(|device| device.name == name)
+    }
+
     /// Reads a device file.
     ///
     /// # Errors
@@ -105,6 +110,7 @@ mod tests {
     #[test]
     fn mikey_reads_and_drives_as_documented() {
         let mikey = Device::mikey();
+        assert_eq!((Device::bundled("mikey").as_ref(), Device::bundled("mickey")), (Some(&mikey), None));
         assert_eq!(mikey.sensor, Sensor { low_m: -0.0005, high_m: 0.0105, delay_samples: 1.0 });
         assert_eq!(mikey.drive, Drive { full_scale_n: 20.0, delay_samples: 1.0 });
         let lsb_m = mikey.position_of_word(1) - mikey.position_of_word(0);

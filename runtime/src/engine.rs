@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use whippen_compiler::fix::{Export, ExportKind, LoweredEvent, LoweredEventKind};
-use whippen_compiler::host::HostCode;
+use whippen_compiler::host::{HostCode, Options};
 use whippen_compiler::ideal::{Ideal, What};
 use whippen_compiler::kernel::{self, Interp};
 use whippen_compiler::pipeline::Compiled;
@@ -72,7 +72,9 @@ impl<'c> Engine<'c> {
         let kernel = &compiled.lowered.kernel;
         Ok(match kind {
             EngineKind::Jit => {
-                Engine::Jit(compiled, Box::new(HostCode::build(kernel, keys).map_err(|e| e.to_string())?))
+                let options = Options { probes: true };
+                let code = HostCode::build(kernel, keys, options).map_err(|e| e.to_string())?;
+                Engine::Jit(compiled, Box::new(code))
             }
             EngineKind::Interp => {
                 Engine::Interp(compiled, Box::new(Interp::new(kernel, keys).map_err(|e| e.to_string())?))

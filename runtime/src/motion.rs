@@ -90,7 +90,7 @@ pub struct Motion {
     pub source_rate_hz: f64,
     /// Readings beyond the ends of the calibration table, held there.
     pub calibration_clipped: usize,
-    /// What one should know about it, in sentences.
+    /// What else one should know about it, in sentences.
     pub notes: Vec<String>,
 }
 
@@ -155,17 +155,12 @@ fn read(path: &Path, layout: &Layout) -> Result<Source, FileError> {
             }
             let calibration = calibration.as_deref().map(Calibration::load).transpose()?;
             let raw = raw::read(path, *column, calibration.as_ref())?;
-            let (samples_read, clipped) = (raw.positions_m.len(), raw.clipped);
-            let note = format!(
-                "{clipped} of {samples_read} readings lie beyond the calibration table and are held at its end"
-            );
-            let notes = if clipped > 0 { vec![note] } else { Vec::new() };
             Ok(Source {
                 rate_hz: *rate_hz,
+                samples_read: raw.positions_m.len(),
                 positions_m: raw.positions_m,
-                samples_read,
-                calibration_clipped: clipped,
-                notes,
+                calibration_clipped: raw.clipped,
+                notes: Vec::new(),
             })
         }
     }

@@ -16,6 +16,7 @@ use whippen_compiler::units::Dim;
 
 use crate::device::Device;
 use crate::engine::{Engine, EngineKind, Happened};
+use crate::plot::{Figure, Roles};
 use crate::trace::{Column, EventRow, Trace};
 
 /// What a run counted.
@@ -121,6 +122,30 @@ impl<'a> Watch<'a> {
     }
 }
 
+/// The figure of a run: travel, force terms and their sum, coordinates, states, strikes.
+pub fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
+    let (model, exports) = (&compiled.model, &compiled.lowered.exports);
+    let titles = |wanted: &dyn Fn(ExportKind) -> bool| -> Vec<String> {
+        let title = |e: &Export| match suffix(model, e) {
+            unit if unit.is_empty() => e.name.clone(),
+            unit => format!("{}_{unit}", e.name),
+        };
+        exports.iter().filter(|e| wanted(e.kind)).map(title).collect()
+    };
+    let coordinate =
+        |kind| matches!(kind, ExportKind::Cell(id) if model.cells[id.0 as usize].kind == CellKind::Coordinate);
+    let first = |titles: Vec<String>| titles.into_iter().next().unwrap_or_default();
+    let roles = Roles {
+        title: model.name.replace('_', " "),
+        travel: first(titles(&|kind| kind == ExportKind::Sense(0))),
+        forces: titles(&|kind| matches!(kind, ExportKind::Force(_))),
+        total: first(titles(&|kind| kind == ExportKind::Total)),
+        coordinates: titles(&coordinate),
+        mark: "note".to_string(),
+    };
+    Figure::of(&run.trace, &roles)
+}
+
 /// Fills a trace: the drive, then senses, the sum of forces, forces, coordinates, rates, states.
 struct Recorder<'c> {
     compiled: &'c Compiled,
@@ -185,7 +210,9 @@ fn has_column(model: &Model, export: &Export) -> bool {
 pub fn suffix(model: &Model, export: &Export) -> String {
     let Some(dim) = export.dim else { return String::new() };
     match export.kind {
-        ExportKind::Cell(id) if dim.is_number() && model.cells[id.0 as usize].kind == CellKind::Coordinate => "rad".into(),
+        ExportKind::Cell(id) if dim.is_number() && model.cells[id.0 as usize].kind == CellKind::Coordinate => {
+            "rad".into()
+        }
         ExportKind::Cell(id) if dim == Dim::PER_TIME && model.cells[id.0 as usize].kind == CellKind::Rate => {
             "rad_per_s".into()
         }

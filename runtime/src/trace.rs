@@ -78,9 +78,9 @@ impl Trace {
         tick as f64 / f64::from(self.rate_hz)
     }
 
-    /// The column of a name.
-    pub fn column(&self, name: &str) -> Option<&Column> {
-        self.columns.iter().find(|c| c.name == name)
+    /// The column of a title (`x_m`). Names need not be unique: a force term and a state machine may share one.
+    pub fn column(&self, title: &str) -> Option<&Column> {
+        self.columns.iter().find(|c| c.title() == title)
     }
 
     /// Writes the table of ticks to a file: every `every`-th row (0 counts as 1), beginning with the first.

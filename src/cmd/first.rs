@@ -6,9 +6,9 @@ use whippen_compiler::check::Options;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 
+use super::load;
 use super::motion::{MotionArgs, Positions};
 use super::run::{self, Outputs};
-use super::load;
 use crate::exit::{Failure, Outcome};
 
 /// Where it writes.

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use whippen_compiler::check::{Options, Program};
 use whippen_compiler::diag::{Diagnostic, Severity, render};
-use whippen_compiler::model::Model;
 use whippen_compiler::front::compile_front;
+use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::{self, CompileError, Compiled};
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
@@ -78,7 +78,7 @@ pub fn print(map: &SourceMap, diagnostics: &[Diagnostic]) {
     let mut sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
     sorted.sort_by_key(|d| d.severity());
     for diagnostic in &sorted {
-        eprintln!("{}", render::render(map, diagnostic, colour));
+        eprintln!("{}", render(map, diagnostic, colour));
     }
     let count = |severity| diagnostics.iter().filter(|d| d.severity() == severity).count();
     let errors = count(Severity::Error);

@@ -63,7 +63,10 @@ impl MotionArgs {
         )];
         notes.extend(motion.notes);
         if motion.calibration_clipped > 0 {
-            notes.push(format!("{} readings beyond the calibration table, held at its ends", motion.calibration_clipped));
+            notes.push(format!(
+                "{} readings beyond the calibration table, held at its ends",
+                motion.calibration_clipped
+            ));
         }
         Ok(Positions { position_m: motion.position_m, notes })
     }

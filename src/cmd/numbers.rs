@@ -20,12 +20,17 @@ pub fn report(compiled: &Compiled, device: &Device) -> String {
 }
 
 fn table(out: &mut String, compiled: &Compiled) {
-    let _ = writeln!(out, "  {:<24} {:>12} .. {:<12} {:<11} {:<9} error of one tick", "value", "low", "high", "unit", "format");
+    let _ = writeln!(
+        out,
+        "  {:<24} {:>12} .. {:<12} {:<11} {:<9} error of one tick",
+        "value", "low", "high", "unit", "format"
+    );
     for export in compiled.lowered.exports.iter().filter(|e| e.dim.is_some()) {
         let unit = unit(&compiled.model, export);
         let (low, high) = (format!("{:.6}", sig(export.range.low)), format!("{:.6}", sig(export.range.high)));
         let error = format!("{:.1e}", export.error);
-        let _ = writeln!(out, "  {:<24} {low:>12} .. {high:<12} {unit:<11} {:<9} {error}", export.name, export.format());
+        let _ =
+            writeln!(out, "  {:<24} {low:>12} .. {high:<12} {unit:<11} {:<9} {error}", export.name, export.format());
     }
 }
 

@@ -15,7 +15,9 @@ use super::{load, progress::Progress};
 use crate::exit::{Failure, Outcome};
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example: whippen run instruments/grand-piano.whip --motion key.csv --out trace.csv --plot touch.png")]
+#[command(
+    after_help = "Example: whippen run instruments/grand-piano.whip --motion key.csv --out trace.csv --plot touch.png"
+)]
 pub struct Args {
     /// The files of one program, and the name of an instrument if there are several
     #[arg(required = true, value_name = "FILE.. [INSTRUMENT]")]
@@ -78,8 +80,9 @@ pub fn run(args: &Args) -> Outcome {
 fn device(args: &Args, program: &Program) -> Result<Device, Failure> {
     match (&args.device, program.keyboards.first()) {
         (Some(path), _) => Device::load(path).map_err(|e| Failure::Usage(e.to_string())),
-        (None, Some(keyboard)) => Device::bundled(&keyboard.device)
-            .ok_or_else(|| Failure::Usage(format!("there is no device `{}`; give its file with --device", keyboard.device))),
+        (None, Some(keyboard)) => Device::bundled(&keyboard.device).ok_or_else(|| {
+            Failure::Usage(format!("there is no device `{}`; give its file with --device", keyboard.device))
+        }),
         (None, None) => Ok(Device::mikey()),
     }
 }
@@ -97,7 +100,11 @@ pub fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Pos
     positions.notes.iter().for_each(|note| println!("motion: {note}"));
     let Counts { ticks, engine_time, .. } = run.counts;
     let played_s = ticks as f64 / f64::from(compiled.model.rate_hz);
-    println!("{}: {played_s:.2} s on engine {kind}, {:.0}x real time", compiled.model.name, played_s / engine_time.as_secs_f64());
+    println!(
+        "{}: {played_s:.2} s on engine {kind}, {:.0}x real time",
+        compiled.model.name,
+        played_s / engine_time.as_secs_f64()
+    );
     for event in run.trace.events.iter().filter(|e| e.event == "note") {
         let args: Vec<String> = event.args.iter().map(|(title, value)| format!("{title} {value:.3}")).collect();
         println!("  {:>9.4} s  note  {}", event.t_s, args.join("  "));
@@ -108,7 +115,10 @@ pub fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Pos
 fn cut_off(counts: &Counts) {
     let told = [
         (counts.sensor_clipped, "beyond the sensor's range, read as its end"),
-        (counts.sense_clamped - counts.sensor_clipped.min(counts.sense_clamped), "beyond the range the instrument senses"),
+        (
+            counts.sense_clamped - counts.sensor_clipped.min(counts.sense_clamped),
+            "beyond the range the instrument senses",
+        ),
         (counts.slew_held, "held back by the slew limit"),
         (counts.drive_clipped, "with more force than the drive gives, clipped"),
     ];

@@ -132,12 +132,7 @@ impl<'a> Elaborator<'a, '_> {
     }
 
     /// The kind of an event that is not built in: what its first emission makes of it.
-    fn free_emission(
-        &mut self,
-        name: &Name,
-        args: &[(Name, Expr)],
-        values: &[Option<Value>],
-    ) -> Option<EmissionId> {
+    fn free_emission(&mut self, name: &Name, args: &[(Name, Expr)], values: &[Option<Value>]) -> Option<EmissionId> {
         if let Some(index) = self.model.emissions.iter().position(|e| e.name == name.node) {
             return Some(EmissionId(index as u32));
         }

@@ -108,13 +108,7 @@ impl<'a> Elaborator<'a, '_> {
     }
 
     /// The sources of a term's parameters in one call.
-    pub fn bind(
-        &mut self,
-        scope: ScopeId,
-        call: &Expr,
-        term: TermItem<'a>,
-        args: &'a [Arg],
-    ) -> Vec<Source<'a>> {
+    pub fn bind(&mut self, scope: ScopeId, call: &Expr, term: TermItem<'a>, args: &'a [Arg]) -> Vec<Source<'a>> {
         let params = &term.ast.params;
         let mut bound: Vec<Option<&'a Arg>> = vec![None; params.len()];
         let mut lost = false;

@@ -211,13 +211,7 @@ impl<'a> Elaborator<'a, '_> {
     }
 
     /// The node of a value that must have a type.
-    pub fn expect(
-        &mut self,
-        value: Value,
-        expr: &Expr,
-        wanted: Ty,
-        what: impl FnOnce() -> String,
-    ) -> Option<NodeId> {
+    pub fn expect(&mut self, value: Value, expr: &Expr, wanted: Ty, what: impl FnOnce() -> String) -> Option<NodeId> {
         if value.ty == wanted {
             return Some(value.node);
         }

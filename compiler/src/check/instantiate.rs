@@ -83,9 +83,7 @@ impl<'a> Elaborator<'a, '_> {
         if builtin::constant(&name.node).is_some() {
             let message = format!("`{}` is built in", name.node);
             let label = "this name is taken";
-            self.report(
-                Diagnostic::new(Code::DuplicateName, name.span, message, label).hint("choose another name"),
-            );
+            self.report(Diagnostic::new(Code::DuplicateName, name.span, message, label).hint("choose another name"));
             return;
         }
         match self.scopes[scope.0].values.get(name.node.as_str()) {

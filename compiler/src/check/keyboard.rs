@@ -6,8 +6,8 @@ use super::items::Items;
 use super::notes::midi_number;
 use super::per_key::{PerKey, Point};
 use super::scope::{Scope, ScopeId};
-use super::settings::Settings;
 use super::sets::{unknown_instrument, unknown_param};
+use super::settings::Settings;
 use super::types::{Ty, Value};
 use super::{Keyboard, Options};
 use crate::diag::{Code, Diagnostic};
@@ -72,11 +72,7 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
                 self.per_key(instrument, param, points);
             }
         }
-        let missing = [
-            ("rate", "rate 44100 Hz"),
-            ("keys", "keys A0 .. C8"),
-            ("programs", "programs name, name"),
-        ];
+        let missing = [("rate", "rate 44100 Hz"), ("keys", "keys A0 .. C8"), ("programs", "programs name, name")];
         for (what, example) in missing {
             if self.seen.iter().all(|(seen, _)| seen != what) {
                 let message = format!("the keyboard `{}` has no `{what}`", ast.name.node);

@@ -153,7 +153,13 @@ impl Lowerer<'_> {
         let model = &self.step.model;
         for (index, sense) in model.senses.iter().enumerate() {
             if let Some(real) = self.sensed(index as u32) {
-                exports.push(self.probe(&sense.name, ExportKind::Sense(index as u32), Some(sense.dim), real, sense.range)?);
+                exports.push(self.probe(
+                    &sense.name,
+                    ExportKind::Sense(index as u32),
+                    Some(sense.dim),
+                    real,
+                    sense.range,
+                )?);
             }
         }
         let total = self.real(self.step.drive)?;

@@ -20,9 +20,7 @@ pub fn fold(dag: &Dag, node: &Node) -> Option<Node> {
         Node::Max(a, b) => real(a)?.max(real(b)?),
         Node::Abs(a) => real(a)?.abs(),
         Node::Power(a, halves) => power(real(a)?, halves),
-        Node::Linear(c0, ref terms) => {
-            terms.iter().try_fold(c0.0, |sum, (c, x)| Some(sum + c.0 * real(*x)?))?
-        }
+        Node::Linear(c0, ref terms) => terms.iter().try_fold(c0.0, |sum, (c, x)| Some(sum + c.0 * real(*x)?))?,
         Node::Select(c, a, b) => return Some(dag.get(if bool(c)? { a } else { b }).clone()),
         _ => return fold_bool(dag, node),
     };

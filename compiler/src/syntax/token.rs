@@ -161,15 +161,20 @@ pub fn lex<'s>(file: u32, text: &'s str, diagnostics: &mut Vec<Diagnostic>) -> L
                 continue;
             }
             Ok(Token::Number(literal)) => Some(number::check(literal, span, diagnostics)),
+            Ok(Token::Foreign(sign)) => foreign::report(sign, span, diagnostics),
+            Ok(token) => Some(token),
             Err(()) if lexer.slice().starts_with(char::is_alphabetic) => {
                 lexer.bump(foreign::rest_of_name(lexer.remainder()));
                 span.end = lexer.span().end as u32;
-                let touches = |t: &Spanned<Token>| t.span.end == span.start && t.node.name().is_some();
-                span.start = lexed.tokens.pop_if(|t| touches(t)).map_or(span.start, |t| t.span.start);
-                Some(foreign::report_name(text, span, diagnostics))
+                let touches = |t: &mut Spanned<Token>| t.span.end == span.start && t.node.name().is_some();
+                span.start = lexed.tokens.pop_if(touches).map_or(span.start, |t| t.span.start);
+                Some(foreign::report_name(&text[span.start as usize..span.end as usize], span, diagnostics))
             }
-            Ok(Token::Foreign(_)) | Err(()) => foreign::report(text, span, diagnostics),
-            Ok(token) => Some(token),
+            Err(()) => {
+                lexer.bump(foreign::repeated(lexer.slice(), lexer.remainder()));
+                span.end = lexer.span().end as u32;
+                foreign::report(lexer.slice(), span, diagnostics)
+            }
         };
         lexed.tokens.extend(token.map(|node| Spanned { node, span }));
     }

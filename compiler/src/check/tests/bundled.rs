@@ -19,7 +19,15 @@ fn dump() {
     }
     let (program, diags) = compile_front(&mut map, &Options::default());
     for d in &diags {
-        println!("{} {:?} {} [{}] {:?} {:?}", d.code.number(), map.line_column(d.span), d.message, d.label, d.others, d.hints);
+        println!(
+            "{} {:?} {} [{}] {:?} {:?}",
+            d.code.number(),
+            map.line_column(d.span),
+            d.message,
+            d.label,
+            d.others,
+            d.hints
+        );
     }
     for m in program.iter().flat_map(|p| &p.instruments) {
         println!("{m}");

@@ -36,17 +36,33 @@ pub const NAMES: &[Case] = &[
     case("term named like a function", &["WH0202"], "term min(a: length) -> b: length { b = a }"),
     case("unknown term", &["WH0203"], "let jack = escapment(x, start: 1 mm) force f = jack.resistance"),
     case("unknown type", &["WH0204"], "state s: lenght in 0 mm .. 1 mm next s = x force f = s * 1 N/m"),
-    case("unknown machine", &["WH0205"], "states gate { a -> b when x > 1 mm } force f = if gat is a then 1 N else 0 N"),
+    case(
+        "unknown machine",
+        &["WH0205"],
+        "states gate { a -> b when x > 1 mm } force f = if gat is a then 1 N else 0 N",
+    ),
     case("value as a machine", &["WH0205"], "force f = if x is low then 1 N else 0 N"),
-    case("unknown state", &["WH0206"], "states m { open -> shut when x > 1 mm } force f = if m is opn then 1 N else 0 N"),
+    case(
+        "unknown state",
+        &["WH0206"],
+        "states m { open -> shut when x > 1 mm } force f = if m is opn then 1 N else 0 N",
+    ),
     case(
         "unknown body",
         &["WH0207"],
         "body hammer { angle a in 0 rad .. 1 rad, rate in -1 rad/s .. 1 rad/s inertia 1 kg*m^2 } hold hamer when x > 1 mm",
     ),
     case("unknown result", &["WH0208"], "let j = escapement(x, 1 mm, 2 mm, 3 mm, 1 N) force f = j.resistence"),
-    case("unknown argument", &["WH0209"], "force f = escapement(x, strat: 1 mm, peak: 2 mm, end: 3 mm, height: 1 N).resistance"),
-    case("argument after a named one", &["WH0209"], "force f = escapement(x: x, 1 mm, peak: 2 mm, end: 3 mm, height: 1 N).resistance"),
+    case(
+        "unknown argument",
+        &["WH0209"],
+        "force f = escapement(x, strat: 1 mm, peak: 2 mm, end: 3 mm, height: 1 N).resistance",
+    ),
+    case(
+        "argument after a named one",
+        &["WH0209"],
+        "force f = escapement(x: x, 1 mm, peak: 2 mm, end: 3 mm, height: 1 N).resistance",
+    ),
     case("named argument of a function", &["WH0209"], "let a = min(x, b: 1 mm)"),
     case("unknown argument of an event", &["WH0209"], "event e when x > 1 mm { emit note(sped: x') }"),
     case("missing arguments", &["WH0210"], "force f = escapement(x, peak: 2 mm, height: 1 N).resistance"),
@@ -57,14 +73,26 @@ pub const NAMES: &[Case] = &[
         &["WH0209"],
         "event e when x > 1 mm { emit tap(at: x) } event f when x > 2 mm { emit tap(at: x, speed: x') }",
     ),
-    case("one argument too many", &["WH0211"], "term t(a: length) -> b: length { b = a } instrument i { let c = t(1 mm, 2 mm) }"),
+    case(
+        "one argument too many",
+        &["WH0211"],
+        "term t(a: length) -> b: length { b = a } instrument i { let c = t(1 mm, 2 mm) }",
+    ),
     case("one argument too many of a function", &["WH0211"], "let a = abs(x, x)"),
-    case("repeated argument", &["WH0212"], "force f = escapement(x, x: x, start: 1 mm, peak: 2 mm, end: 3 mm, height: 1 N).resistance"),
+    case(
+        "repeated argument",
+        &["WH0212"],
+        "force f = escapement(x, x: x, start: 1 mm, peak: 2 mm, end: 3 mm, height: 1 N).resistance",
+    ),
     case("repeated argument of an event", &["WH0212"], "event e when x > 1 mm { emit note(speed: x', speed: x') }"),
     case("missing result", &["WH0213"], "term t(a: length) -> b: length, c: bool { b = a }"),
     case("result without keyword", &["WH0214"], "lift = 2 * x force f = lift * 1 N/m"),
     case("result that is not declared", &["WH0214"], "term t(a: length) -> height: length { height = a heigth = a }"),
-    case("sense in a term", &["WH0215"], "term t(a: length) -> b: length { sense y: length in 0 mm .. 1 mm b = y + a }"),
+    case(
+        "sense in a term",
+        &["WH0215"],
+        "term t(a: length) -> b: length { sense y: length in 0 mm .. 1 mm b = y + a }",
+    ),
     case("force in a term", &["WH0215"], "term t(a: length) -> b: length { force f = 1 N b = a }"),
     case(
         "recursive terms",
@@ -89,11 +117,23 @@ pub const TYPES: &[Case] = &[
     case("bools compared", &["WH0302"], "live param b = on live param c = on event e when b >= c { }"),
     case("minus a bool", &["WH0302"], "live param b = on let a = -b"),
     case("product with a bool", &["WH0302"], "live param b = on let a = 2 * b"),
-    case("argument of another dimension", &["WH0302"], "force f = escapement(x, 1 mm, 2 mm, 3 mm, height: 5 mm).resistance"),
+    case(
+        "argument of another dimension",
+        &["WH0302"],
+        "force f = escapement(x, 1 mm, 2 mm, 3 mm, height: 5 mm).resistance",
+    ),
     case("result of another dimension", &["WH0302"], "term t(a: length) -> b: force { b = a }"),
     case("range of another dimension", &["WH0302"], "state s: force in 0 mm .. 1 N next s = 1 N"),
-    case("written value of another dimension", &["WH0302"], "state s: force in 0 N .. 1 N event e when x > 1 mm { s := x }"),
-    case("level of another dimension", &["WH0302"], "pulse p: force in 0 N .. 1 N lasting 1 ms event e when x > 1 mm { fire p at x }"),
+    case(
+        "written value of another dimension",
+        &["WH0302"],
+        "state s: force in 0 N .. 1 N event e when x > 1 mm { s := x }",
+    ),
+    case(
+        "level of another dimension",
+        &["WH0302"],
+        "pulse p: force in 0 N .. 1 N lasting 1 ms event e when x > 1 mm { fire p at x }",
+    ),
     case("event argument of another dimension", &["WH0302"], "event e when x > 1 mm { emit note(speed: x) }"),
     case("bool as an event argument", &["WH0302"], "event e when x > 1 mm { emit tap(hard: on) }"),
     case("state of type bool", &["WH0302"], "state s: bool in 0 .. 1 next s = on"),
@@ -101,14 +141,26 @@ pub const TYPES: &[Case] = &[
     case("prime of a bool", &["WH0302"], "let a = (x > 1 mm)'"),
     case("zero without unit", &["WH0303"], "event e when x > 0 { }"),
     case("number without unit", &["WH0303"], "state s: length in 0 mm .. 10 next s = x"),
-    case("call with several results as a value", &["WH0304"], "let j = escapement(x, 1 mm, 2 mm, 3 mm, 1 N) force f = j"),
+    case(
+        "call with several results as a value",
+        &["WH0304"],
+        "let j = escapement(x, 1 mm, 2 mm, 3 mm, 1 N) force f = j",
+    ),
     case("result of something that is no call", &["WH0305"], "let a = x.y"),
     case("exponent", &["WH0306"], "let a = x^4"),
     case("negative exponent", &["WH0306"], "let a = x^-1"),
     case("fractional dimension", &["WH0307"], "let a = x^1.5"),
     case("changing range", &["WH0308"], "state s: length in 0 mm .. x next s = x"),
-    case("live value as a constant", &["WH0308"], "live param w = 1 mm in 0 mm .. 2 mm state s: length in 0 mm .. w next s = x"),
-    case("changing argument where a constant is needed", &["WH0308", "WH0308"], "force f = escapement(x, 1 mm, 2 mm, 3 mm, height: x * 1 N/m).resistance"),
+    case(
+        "live value as a constant",
+        &["WH0308"],
+        "live param w = 1 mm in 0 mm .. 2 mm state s: length in 0 mm .. w next s = x",
+    ),
+    case(
+        "changing argument where a constant is needed",
+        &["WH0308", "WH0308"],
+        "force f = escapement(x, 1 mm, 2 mm, 3 mm, height: x * 1 N/m).resistance",
+    ),
     case("state of a machine as a constant", &["WH0308"], "states m { a -> b when x > 1 mm } param p = m is a"),
     case("infinite constant", &["WH0309"], "param k = 1 N / 0 m in 0 N/m .. 1 N/m"),
 ];
@@ -116,7 +168,11 @@ pub const TYPES: &[Case] = &[
 /// Motion, time, memory.
 pub const MOTION: &[Case] = &[
     case("circle", &["WH0401"], "let a = b + 1 mm let b = c / 2 let c = a"),
-    case("circle through a term", &["WH0401"], "let j = escapement(y, 1 mm, 2 mm, 3 mm, 1 N) let y = j.resistance * 1 mm/N"),
+    case(
+        "circle through a term",
+        &["WH0401"],
+        "let j = escapement(y, 1 mm, 2 mm, 3 mm, 1 N) let y = j.resistance * 1 mm/N",
+    ),
     case("circle of parameters", &["WH0401"], "param a = 2 * b param b = a / 2"),
     case("third prime", &["WH0402"], "let a = x'''"),
     case(
@@ -132,12 +188,24 @@ pub const MOTION: &[Case] = &[
     case("write to a let", &["WH0405"], "let a = x event e when x > 1 mm { a := 0 mm }"),
     case("write to a param", &["WH0405"], "param a = 1 mm event e when x > 1 mm { a := 0 mm }"),
     case("write to what is measured", &["WH0405"], "event e when x > 1 mm { x := 0 mm }"),
-    case("write to a pulse", &["WH0405"], "pulse p: force in 0 N .. 1 N lasting 1 ms event e when x > 1 mm { p := 1 N }"),
-    case("write to a parameter of the term", &["WH0405"], "term t(a: length) -> b: length { b = a event e when a > 1 mm { a := 0 mm } }"),
+    case(
+        "write to a pulse",
+        &["WH0405"],
+        "pulse p: force in 0 N .. 1 N lasting 1 ms event e when x > 1 mm { p := 1 N }",
+    ),
+    case(
+        "write to a parameter of the term",
+        &["WH0405"],
+        "term t(a: length) -> b: length { b = a event e when a > 1 mm { a := 0 mm } }",
+    ),
     case("rate of a state", &["WH0405"], "state s: length in 0 mm .. 1 mm event e when x > 1 mm { s' := 1 mm/s }"),
     case("next of a let", &["WH0406"], "let a = x next a = 2 * x"),
     case("two next values", &["WH0407"], "state s: length in 0 mm .. 10 mm next s = x next s = 2 * x"),
-    case("fire of a state", &["WH0408"], "state s: force in 0 N .. 1 N next s = s event e when x > 1 mm { fire s at 1 N }"),
+    case(
+        "fire of a state",
+        &["WH0408"],
+        "state s: force in 0 N .. 1 N next s = s event e when x > 1 mm { fire s at 1 N }",
+    ),
     case(
         "two writers",
         &["WH0409"],
@@ -145,7 +213,11 @@ pub const MOTION: &[Case] = &[
          event up when x > 1 mm { s := x }
          event down when x' < 0 mm/s { s := 0 mm }",
     ),
-    case("two writes of one rule", &["WH0409"], "state s: length in 0 mm .. 10 mm event e when x > 1 mm { s := x s := 2 * x }"),
+    case(
+        "two writes of one rule",
+        &["WH0409"],
+        "state s: length in 0 mm .. 10 mm event e when x > 1 mm { s := x s := 2 * x }",
+    ),
     case("empty machine", &["WH0410"], "states m { } force f = if m is a then 1 N else 0 N"),
     case("unreachable state", &["WH0411"], "states m { open -> shut when x > 1 mm shutt -> open when x < 1 mm }"),
     case("idle step", &["WH0412"], "states m { a -> a when x > 1 mm }"),
@@ -173,8 +245,16 @@ pub const RANGES: &[Case] = &[
         "body b { position y in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s mass 1 g
                   position z in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s } force f = z * 1 N/m",
     ),
-    case("body with two masses", &["WH0601"], "body b { position y in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s mass 1 g mass 2 g }"),
-    case("torque on a sliding body", &["WH0602"], "body b { position y in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s mass 1 g torque 1 N*m }"),
+    case(
+        "body with two masses",
+        &["WH0601"],
+        "body b { position y in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s mass 1 g mass 2 g }",
+    ),
+    case(
+        "torque on a sliding body",
+        &["WH0602"],
+        "body b { position y in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s mass 1 g torque 1 N*m }",
+    ),
     case(
         "mass of a turning body",
         &["WH0602"],
@@ -203,18 +283,48 @@ macro_rules! keyboard {
 /// Keyboards.
 pub const KEYBOARDS: &[Case] = &[
     case("unknown program", &["WH0220"], keyboard!("rate 44100 Hz keys A0 .. C8 programs piano, pino")),
-    case("program of another keyboard", &["WH0220"], "instrument a { } instrument b { param k = 1 N } keyboard c { rate 1 Hz keys A0 .. C8 programs a b.k = { A0: 1 N } }"),
-    case("unknown param", &["WH0221"], keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.wieght = { A0: 1 N }")),
-    case("name in a keyboard", &["WH0201"], keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.weight = { A0: heavy }")),
+    case(
+        "program of another keyboard",
+        &["WH0220"],
+        "instrument a { } instrument b { param k = 1 N } keyboard c { rate 1 Hz keys A0 .. C8 programs a b.k = { A0: 1 N } }",
+    ),
+    case(
+        "unknown param",
+        &["WH0221"],
+        keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.wieght = { A0: 1 N }"),
+    ),
+    case(
+        "name in a keyboard",
+        &["WH0201"],
+        keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.weight = { A0: heavy }"),
+    ),
     case("call in a keyboard", &["WH0308"], keyboard!("rate fast(1) keys A0 .. C8 programs piano")),
-    case("value per key of another dimension", &["WH0302"], keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.weight = { A0: 1 g }")),
+    case(
+        "value per key of another dimension",
+        &["WH0302"],
+        keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.weight = { A0: 1 g }"),
+    ),
     case("bool per key", &["WH0302"], keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.pedal = { A0: on }")),
-    case("value per key outside", &["WH0507"], keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.weight = { A0: 1 N, C8: 2 N }")),
-    case("unknown notes", &["WH0603", "WH0603"], keyboard!("rate 44100 Hz keys A0 .. H8 programs piano piano.weight = { X1: 1 N }")),
+    case(
+        "value per key outside",
+        &["WH0507"],
+        keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.weight = { A0: 1 N, C8: 2 N }"),
+    ),
+    case(
+        "unknown notes",
+        &["WH0603", "WH0603"],
+        keyboard!("rate 44100 Hz keys A0 .. H8 programs piano piano.weight = { X1: 1 N }"),
+    ),
     case("swapped keys", &["WH0505"], keyboard!("rate 44100 Hz keys C8 .. A0 programs piano")),
     case("missing settings", &["WH0604", "WH0604", "WH0604"], keyboard!("board rp2350")),
     case("no values", &["WH0604"], keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.weight = { }")),
-    case("repeated settings", &["WH0605", "WH0605", "WH0605"], keyboard!("rate 44100 Hz rate 48000 Hz keys A0 .. C8 programs piano, piano piano.weight = { A0: 1 N, A0: 1 N }")),
+    case(
+        "repeated settings",
+        &["WH0605", "WH0605", "WH0605"],
+        keyboard!(
+            "rate 44100 Hz rate 48000 Hz keys A0 .. C8 programs piano, piano piano.weight = { A0: 1 N, A0: 1 N }"
+        ),
+    ),
     case("rate without unit", &["WH0303"], keyboard!("rate 44100 keys A0 .. C8 programs piano")),
     case("rate of another dimension", &["WH0302"], keyboard!("rate 44100 s keys A0 .. C8 programs piano")),
     case("broken rate", &["WH0606"], keyboard!("rate 0.5 Hz keys A0 .. C8 programs piano")),

@@ -21,6 +21,8 @@ const fn nothing(text: &'static str, hint: &'static str) -> Foreign {
     Foreign { text, meant: None, hint }
 }
 
+/// So much of what is not understood is repeated in the message.
+const LONGEST: usize = 20;
 const NAMES: &str = "names are made of the letters `A` to `Z`, digits and `_`";
 const COMPARE: &str = "values are compared with `<`, `<=`, `>`, `>=`; a machine's state is asked with `is`";
 
@@ -64,24 +66,18 @@ fn find(text: &str) -> Option<&'static Foreign> {
     FOREIGN.iter().find(|f| f.text == text)
 }
 
-/// Reports characters that belong to no token and gives the token that stands in for them. Unknown characters side by
-/// side become one diagnostic.
-pub(super) fn report(text: &str, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Token<'static>> {
-    let source = |span: Span| &text[span.start as usize..span.end as usize];
-    if let Some(known) = find(source(span)) {
-        diagnostics.push(stray(known.text, span, known.hint));
-        return known.meant;
-    }
-    let before = diagnostics.last().filter(|d| d.code == Code::UnexpectedCharacter && d.span.end == span.start);
-    let span = match before.map(|d| d.span).filter(|s| find(source(*s)).is_none()) {
-        Some(start) => {
-            diagnostics.pop();
-            start.to(span)
-        }
-        None => span,
-    };
-    diagnostics.push(stray(source(span), span, NAMES));
-    None
+/// Reports a sign that belongs to no token and gives the token that stands in for it.
+pub(super) fn report(sign: &str, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Token<'static>> {
+    let found = find(sign);
+    diagnostics.push(stray(found.map_or(sign, |f| f.text), span, found.map_or(NAMES, |f| f.hint)));
+    found.and_then(|f| f.meant)
+}
+
+/// How much of the text repeats an unknown sign.
+pub(super) fn repeated(sign: &str, rest: &str) -> usize {
+    let known = find(sign).is_some();
+    let same = |c: char| !known && sign.starts_with(c);
+    rest.len() - rest.trim_start_matches(same).len()
 }
 
 /// How much of the text belongs to a name with letters beyond `A` to `Z`.
@@ -90,16 +86,16 @@ pub(super) fn rest_of_name(text: &str) -> usize {
 }
 
 /// Reports a name with letters beyond `A` to `Z`, and takes it for a name all the same.
-pub(super) fn report_name<'s>(text: &'s str, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Token<'s> {
-    let name = &text[span.start as usize..span.end as usize];
+pub(super) fn report_name<'s>(name: &'s str, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Token<'s> {
     let micro = name.starts_with(['\u{b5}', '\u{3bc}']);
-    let hint = if micro { "micro is written `u`: `um`, `us`" } else { NAMES };
-    diagnostics.push(stray(name, span, hint));
+    diagnostics.push(stray(name, span, if micro { "micro is written `u`: `um`, `us`" } else { NAMES }));
     Token::Word(name)
 }
 
 fn stray(shown: &str, span: Span, hint: &str) -> Diagnostic {
-    let message = format!("`{}` is not part of the language", shown.escape_debug());
+    let beginning: String = shown.chars().take(LONGEST).collect();
+    let more = if beginning.len() < shown.len() { "…" } else { "" };
+    let message = format!("`{}{more}` is not part of the language", beginning.escape_debug());
     Diagnostic::new(Code::UnexpectedCharacter, span, message, "not understood").hint(hint)
 }
 
