@@ -5,7 +5,7 @@
 
 pub mod codes;
 mod nearest;
-mod render;
+pub mod render;
 
 pub use codes::{Code, Severity};
 pub use nearest::nearest;
