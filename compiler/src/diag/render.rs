@@ -32,7 +32,7 @@ pub fn render(map: &SourceMap, diagnostic: &Diagnostic, colour: bool) -> String 
     report.with_helps(&diagnostic.hints);
     let mut drawn = Vec::new();
     match report.finish().write(excerpts(map, diagnostic), &mut drawn) {
-        Ok(()) => tidy(&String::from_utf8_lossy(&drawn)),
+        Ok(()) => tidy(&String::from_utf8_lossy(&drawn), colour),
         Err(error) => format!("{}: {} ({error})\n", diagnostic.code.number(), diagnostic.message),
     }
 }
@@ -101,7 +101,12 @@ fn excerpts(map: &SourceMap, diagnostic: &Diagnostic) -> impl ariadne::Cache<Fil
     }))
 }
 
-/// Without spaces at the ends of lines.
-fn tidy(drawn: &str) -> String {
-    drawn.lines().map(|line| format!("{}\n", line.trim_end())).collect()
+/// Without spaces at the ends of lines; without colour also without the escape sequences that ariadne writes all the same
+/// around the name of a kind of its own (`Note`).
+fn tidy(drawn: &str, colour: bool) -> String {
+    let mut parts = drawn.split("\u{1b}[");
+    let first = parts.next().unwrap_or_default();
+    let plain = parts.map(|part| part.split_once('m').map_or(part, |(_, rest)| rest)).collect::<String>();
+    let text = if colour { drawn.to_string() } else { format!("{first}{plain}") };
+    text.lines().map(|line| format!("{}\n", line.trim_end())).collect()
 }
