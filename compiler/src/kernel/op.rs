@@ -119,6 +119,8 @@ pub enum Transfer {
     Equal,
     /// The range that what the immediate names declares.
     Declared,
+    /// What the operand's range and the two immediates have in common.
+    Assumed,
     /// Smallest and largest entry of the table within the interval of the index.
     Entries,
     /// No result, or those of the regions.
@@ -230,6 +232,8 @@ operators! {
     Sqrt                        = "sqrt"       (I64 -> I32)     Pure         Corners  Exact(|_, a, _, _| a.max(0).isqrt());
     /// The same value in 64 bits.
     Widen                       = "widen"      (I32 -> I64)     Pure         Corners  Exact(|_, a, _, _| a);
+    /// The same value, known by an argument beyond intervals to lie within the immediates; the checked interpreter tests it.
+    Assume(low: i64 Number, high: i64 Number) = "assume" (N -> N)   Pure         Assumed  Exact(|_, a, _, _| a);
     /// The low word.
     Narrow                      = "narrow"     (I64 -> I32)     Pure         Corners  Exact(|_, a, _, _| a);
     /// Whether both are equal.

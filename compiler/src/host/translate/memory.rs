@@ -90,7 +90,7 @@ impl Translator<'_> {
         let at = self.of_key(Buffer::Inputs, 2 * self.kernel.inputs.len());
         let word = self.f.ins().uload16(I64, self.access.fixed, at, 2 * port as i32);
         let Range { low, high } = self.kernel.inputs[port as usize].range;
-        let [low, high] = [(low > 0).then_some(low), (high < u16::MAX.into()).then_some(high)]
+        let [low, high] = [(low > 0).then_some(low), (high < i64::from(u16::MAX)).then_some(high)]
             .map(|bound| bound.map(|bound| self.f.ins().iconst(I64, bound)));
         let word = low.map_or(word, |low| self.f.ins().smax(word, low));
         high.map_or(word, |high| self.f.ins().smin(word, high))

@@ -168,6 +168,10 @@ impl Op {
         let (low, high) = match (self.row().transfer, args, own) {
             (Transfer::Divide, [a, b], _) => divide(self, *a, *b),
             (Transfer::Equal, [a, b], _) => equal(a.range, b.range),
+            (Transfer::Assumed, [a], _) => {
+                let [low, high] = self.immediates();
+                (a.range.low.max(low).into(), a.range.high.min(high).into())
+            }
             (Transfer::Declared, _, Some(own)) => return Ok(own.range),
             (Transfer::Entries, [index], _) => return Ok(entries(kernel, self, index.range)),
             (Transfer::Corners, ..) => corners(self, args),
@@ -176,7 +180,7 @@ impl Op {
         let bounds = i64::try_from(low).ok().zip(i64::try_from(high).ok());
         bounds
             .map(|(low, high)| Range { low, high })
-            .filter(|range| ty.range().contains(*range))
+            .filter(|range| ty.range().contains(*range) && !range.is_empty())
             .ok_or(OpError::Overflow { op: self, ty, low, high })
     }
 }
