@@ -4,9 +4,9 @@
 //!
 //! ```text
 //! entry:  bases of all buffers, rows of this tick for every (line, ticks) that is read or pushed
-//! keys:   key, record, input, output, probe pointers step along        <---+
-//!         `if` -> branches and a merge, `loop` -> a loop, `select` -> cmov   |
-//!         next key ---------------------------------------------------------+
+//! keys:   index of the key and its record step along                   <---+
+//!         `if` -> branches and a merge, `loop` -> a loop, `select` -> cmov  |
+//!         next key --------------------------------------------------------+
 //! ```
 //!
 //! It works on the same [`Memory`] as the interpreter and agrees with it in every byte. The proofs of `verify` carry over:

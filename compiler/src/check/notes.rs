@@ -1,5 +1,5 @@
-//! Note names: a letter `A` to `G`, `#` for a sharp or `b` for a flat, and the octave `0` to `9` (`A0`, `C#4`, `Bb3`).
-//! `C4` is MIDI note 60.
+//! Note names: a letter `A` to `G`, `#` or `s` for a sharp or `b` for a flat, and the octave `0` to `9` (`A0`, `C#4`,
+//! `Bb3`). `C4` is MIDI note 60.
 
 /// Semitones above C of the letters A to G.
 const SEMITONES: [u8; 7] = [9, 11, 0, 2, 4, 5, 7];
@@ -8,7 +8,7 @@ const SEMITONES: [u8; 7] = [9, 11, 0, 2, 4, 5, 7];
 pub fn midi_number(name: &str) -> Option<u8> {
     let (letter, rest) = name.split_at_checked(1)?;
     let letter = letter.bytes().next().filter(|l| (b'A'..=b'G').contains(l))?;
-    let (accidental, octave) = match rest.strip_prefix('#') {
+    let (accidental, octave) = match rest.strip_prefix(['#', 's']) {
         Some(octave) => (1, octave),
         None => rest.strip_prefix('b').map_or((0, rest), |octave| (-1, octave)),
     };
@@ -23,10 +23,10 @@ mod tests {
 
     #[test]
     fn names() {
-        let names = ["A0", "C4", "C#4", "Db4", "Cb4", "A4", "C8", "G9"];
+        let names = ["A0", "C4", "C#4", "Cs4", "Db4", "Cb4", "A4", "C8", "G9"];
         let numbers = names.map(|n| midi_number(n).unwrap_or(255));
-        assert_eq!(numbers, [21, 60, 61, 61, 59, 69, 108, 127]);
-        for wrong in ["", "H3", "c4", "C", "C10", "Cx4", "A9", "Cs4", "C##4", "é4", "C٣"] {
+        assert_eq!(numbers, [21, 60, 61, 61, 61, 59, 69, 108, 127]);
+        for wrong in ["", "H3", "c4", "C", "C10", "Cx4", "A9", "C##4", "é4", "C٣"] {
             assert_eq!(midi_number(wrong), None, "{wrong}");
         }
     }

@@ -4,7 +4,7 @@ use super::translate::Translator;
 use crate::kernel::{Op, Region};
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::I64;
-use cranelift_codegen::ir::{AliasRegion, AliasRegionData, BlockArg, InstBuilder, MemFlagsData, Value};
+use cranelift_codegen::ir::{AliasRegion, AliasRegionData, InstBuilder, MemFlagsData, Value};
 use cranelift_frontend::FunctionBuilder;
 use std::collections::HashMap;
 
@@ -95,12 +95,6 @@ pub(super) struct Frame {
     pub key: Value,
     /// The key's record.
     pub record: Value,
-    /// The key's input words.
-    pub input: Value,
-    /// The key's output words.
-    pub output: Value,
-    /// The key's probes.
-    pub probe: Value,
 }
 
 impl<'a> Translator<'a> {
@@ -116,43 +110,29 @@ impl<'a> Translator<'a> {
         }
         self.rows(region);
 
-        let steps = self.steps();
-        let zero = self.f.ins().iconst(I64, 0);
-        let base = |this: &Self, buffer: Buffer| this.frame.bases[buffer as usize];
-        let bases =
-            [Buffer::Records, Buffer::Inputs, Buffer::Outputs, Buffer::Probes].map(|buffer| base(&self, buffer));
         let keys = self.f.create_block();
-        let starts: Vec<BlockArg> = std::iter::once(zero).chain(bases).map(BlockArg::Value).collect();
-        self.f.ins().jump(keys, &starts);
-
-        let params: Vec<Value> = steps.iter().map(|_| self.f.append_block_param(keys, I64)).collect();
+        let zero = self.f.ins().iconst(I64, 0);
+        let records = self.frame.bases[Buffer::Records as usize];
+        self.f.ins().jump(keys, &[zero.into(), records.into()]);
+        [self.frame.key, self.frame.record] = [(); 2].map(|()| self.f.append_block_param(keys, I64));
         self.f.switch_to_block(keys);
-        [self.frame.key, self.frame.record, self.frame.input, self.frame.output, self.frame.probe] =
-            std::array::from_fn(|at| params[at]);
         self.region(region);
 
-        let next: Vec<Value> =
-            params.iter().zip(steps).map(|(param, step)| self.f.ins().iadd_imm_s(*param, step)).collect();
-        let more = self.f.ins().icmp_imm_s(IntCC::SignedLessThan, next[0], self.layout.keys as i64);
+        let key = self.f.ins().iadd_imm_s(self.frame.key, 1);
+        let record = self.f.ins().iadd_imm_s(self.frame.record, 4 * self.layout.record_words as i64);
+        let more = self.f.ins().icmp_imm_s(IntCC::SignedLessThan, key, self.layout.keys as i64);
         let done = self.f.create_block();
-        let next: Vec<BlockArg> = next.into_iter().map(BlockArg::Value).collect();
-        self.f.ins().brif(more, keys, &next, done, &[]);
+        self.f.ins().brif(more, keys, &[key.into(), record.into()], done, &[]);
         self.f.switch_to_block(done);
         self.f.ins().return_(&[]);
         self.f.seal_all_blocks();
         self.f
     }
 
-    /// How far the key, its record, inputs, outputs and probes step from key to key, in bytes.
-    fn steps(&self) -> [i64; 5] {
-        let kernel = self.kernel;
-        [
-            1,
-            4 * self.layout.record_words as i64,
-            2 * kernel.inputs.len() as i64,
-            2 * kernel.outputs.len() as i64,
-            8 * kernel.probes.len() as i64,
-        ]
+    /// Where this key's words begin in a buffer that holds so many bytes for each key.
+    pub fn of_key(&mut self, buffer: Buffer, bytes: usize) -> Value {
+        let offset = self.f.ins().imul_imm_s(self.frame.key, bytes as i64);
+        self.f.ins().iadd(self.frame.bases[buffer as usize], offset)
     }
 
     /// Finds the rows of this tick that a region uses.

@@ -35,15 +35,8 @@ impl<'a> Translator<'a> {
     /// A translator into an empty function.
     pub fn new(kernel: &'a Kernel, layout: &'a Layout, mut f: FunctionBuilder<'a>) -> Translator<'a> {
         let none = Value::from_u32(0);
-        let frame = Frame {
-            bases: [none; super::frame::BUFFERS],
-            rows: HashMap::new(),
-            key: none,
-            record: none,
-            input: none,
-            output: none,
-            probe: none,
-        };
+        let bases = [none; super::frame::BUFFERS];
+        let frame = Frame { bases, rows: HashMap::new(), key: none, record: none };
         let access = Access::new(&mut f);
         Translator { kernel, layout, f, access, frame, values: vec![none; kernel.values.len()] }
     }
@@ -63,7 +56,7 @@ impl<'a> Translator<'a> {
         let args: Vec<Value> = inst.args.iter().map(|arg| self.value(*arg)).collect();
         if let Some(result) = inst.results.first() {
             let value = self.arithmetic(inst, &args).or_else(|| self.load(inst.op, &args));
-            self.values[result.0 as usize] = value.unwrap_or(Value::from_u32(0));
+            self.values[result.0 as usize] = value.expect("what gives a result is arithmetic or a load");
         } else {
             self.store(inst, &args);
         }

@@ -156,6 +156,7 @@ impl<'a> Failure<'a> {
                 "`=` defines; values are compared with `<`, `<=`, `>`, `>=`, states with `is`"
             }
             Assign => "`:=` stands only in the actions of an event or a transition",
+            _ if wants(",") && wants("=") => "a coordinate ends with the range of its rate: `, rate in a .. b`",
             Comma if wants("}") => "declarations need no separator",
             Word(_) if wants("assigned") && next == Some(Equals) => "an action writes with `:=`",
             Word(_) if wants("left") => "a transition is written `from -> to when ..`",

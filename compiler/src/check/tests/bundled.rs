@@ -67,3 +67,16 @@ fn the_library_alone_is_no_program_and_no_error() {
     assert!(diagnostics.is_empty(), "{diagnostics:?}");
     assert!(program.is_some_and(|p| p.instruments.is_empty() && p.keyboards.is_empty()));
 }
+
+/// The programs in the manual's text are one program, and it has no mistakes.
+#[test]
+fn every_program_of_the_manual_checks() {
+    let manual = include_str!("../../../../docs/language.md");
+    let blocks = manual.split("```whip\n").skip(1).filter_map(|rest| rest.split("```").next());
+    let texts: Vec<&str> =
+        blocks.filter(|b| ["instrument", "term", "keyboard"].iter().any(|k| b.contains(k))).collect();
+    assert!(texts.len() >= 9, "{texts:?}");
+    let (_, program, diagnostics) = check_text(&texts.concat(), &Options::default());
+    assert!(diagnostics.is_empty(), "{diagnostics:?}");
+    assert!(program.is_some_and(|p| p.instruments.len() >= 9 && p.keyboards.len() == 1));
+}

@@ -26,7 +26,7 @@ impl Translator<'_> {
             (Op::SarRound(n), &[a]) => self.sar_round(n, a, arg_range(0)),
             (Op::DivRound(n), &[a, b]) => self.div_round(n, a, b, arg_range(1)),
             (Op::Sqrt, &[a]) => self.sqrt(a),
-            (Op::Widen | Op::Narrow, &[a]) => a,
+            (Op::Widen | Op::Narrow | Op::Assume(..), &[a]) => a,
             (Op::Eq, &[a, b]) => self.f.ins().icmp(IntCC::Equal, a, b),
             (Op::Lt, &[a, b]) => self.f.ins().icmp(IntCC::SignedLessThan, a, b),
             (Op::Le, &[a, b]) => self.f.ins().icmp(IntCC::SignedLessThanOrEqual, a, b),
@@ -89,23 +89,17 @@ impl Translator<'_> {
         if divisor.has(0) { self.f.ins().select(zero, nothing, rounded) } else { rounded }
     }
 
-    /// `floor(sqrt(a))`, 0 where `a` is negative. The machine's square root of what has up to 62 bits is off by less than
-    /// one; one step down or up makes it exact.
+    /// `floor(sqrt(a))`, 0 where `a` is negative. The machine's square root, cut to an integer, may be one too large where
+    /// `a` was rounded up on the way. It is never too small: rounding is monotone and the exact root is representable.
     fn sqrt(&mut self, a: Value) -> Value {
         let zero = self.f.ins().iconst(I64, 0);
         let a = self.f.ins().smax(a, zero);
         let real = self.f.ins().fcvt_from_sint(F64, a);
         let root = self.f.ins().sqrt(real);
         let root = self.f.ins().fcvt_to_sint_sat(I64, root);
-
         let square = self.f.ins().imul(root, root);
         let over = self.f.ins().icmp(IntCC::SignedGreaterThan, square, a);
         let over = self.f.ins().uextend(I64, over);
-        let root = self.f.ins().isub(root, over);
-
-        let next = self.f.ins().iadd_imm_s(root, 1);
-        let square = self.f.ins().imul(next, next);
-        let under = self.f.ins().icmp(IntCC::SignedLessThanOrEqual, square, a);
-        self.f.ins().select(under, next, root)
+        self.f.ins().isub(root, over)
     }
 }

@@ -55,7 +55,8 @@ impl Translator<'_> {
         let leaving = self.access.leaving;
         match (inst.op, args) {
             (Op::Out(port), &[word]) => {
-                self.f.ins().istore16(leaving, word, self.frame.output, 2 * port as i32);
+                let at = self.of_key(Buffer::Outputs, 2 * self.kernel.outputs.len());
+                self.f.ins().istore16(leaving, word, at, 2 * port as i32);
             }
             (Op::Set(cell), &[value]) => self.set(cell, None, value),
             (Op::SetAt(cell), &[index, value]) => self.set(cell, Some(index), value),
@@ -68,7 +69,8 @@ impl Translator<'_> {
             (Op::Probe(probe), &[value]) => {
                 let boolean = self.ty(inst.args[0]) == Type::I1;
                 let value = if boolean { self.f.ins().uextend(I64, value) } else { value };
-                self.f.ins().store(leaving, value, self.frame.probe, 8 * probe as i32);
+                let at = self.of_key(Buffer::Probes, 8 * self.kernel.probes.len());
+                self.f.ins().store(leaving, value, at, 8 * probe as i32);
             }
             _ => {}
         }
@@ -85,9 +87,10 @@ impl Translator<'_> {
     }
 
     fn input(&mut self, port: u32) -> Value {
-        let word = self.f.ins().uload16(I64, self.access.fixed, self.frame.input, 2 * port as i32);
+        let at = self.of_key(Buffer::Inputs, 2 * self.kernel.inputs.len());
+        let word = self.f.ins().uload16(I64, self.access.fixed, at, 2 * port as i32);
         let Range { low, high } = self.kernel.inputs[port as usize].range;
-        let [low, high] = [(low > 0).then_some(low), (high < u16::MAX.into()).then_some(high)]
+        let [low, high] = [(low > 0).then_some(low), (high < i64::from(u16::MAX)).then_some(high)]
             .map(|bound| bound.map(|bound| self.f.ins().iconst(I64, bound)));
         let word = low.map_or(word, |low| self.f.ins().smax(word, low));
         high.map_or(word, |high| self.f.ins().smin(word, high))

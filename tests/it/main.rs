@@ -1,0 +1,4 @@
+//! Integration tests, one binary: whole instruments through every engine.
+
+mod agree;
+mod common;
