@@ -4,7 +4,7 @@ use super::format::{self, exp2};
 use super::real::Real;
 use super::{Lowerer, plan};
 use crate::kernel::{Op, OpError, Range, Type, Value};
-use crate::model::{Cmp, Node, NodeId};
+use crate::model::{Cmp, Interval, Node, NodeId};
 
 impl Lowerer<'_> {
     /// Computes everything `nodes` need, operands first, without recursion.
@@ -50,11 +50,11 @@ impl Lowerer<'_> {
             Node::Curvature(s) => self.curvature(s).map_or_else(|| self.constant_real(0.0, 0), Ok),
             Node::Live(l) => {
                 let value = self.b.op(Op::Live(self.lives[l as usize].0), &[])?;
-                Ok(Real::fixed(value, format::fraction_bits(self.step.model.lives[l as usize].range), 0.0))
+                Ok(set_from_outside(value, self.step.model.lives[l as usize].range))
             }
             Node::Keyed(k) => {
                 let value = self.b.op(Op::Keyed(self.keyed[k as usize].0), &[])?;
-                Ok(Real::fixed(value, format::fraction_bits(self.step.model.keyed[k as usize].range), 0.0))
+                Ok(set_from_outside(value, self.step.model.keyed[k as usize].range))
             }
             Node::Cell(c) => self.cell(c),
             Node::Linear(c0, ref terms) => {
@@ -182,7 +182,7 @@ impl Lowerer<'_> {
             return self.multiplied(real, root, bits, (magnitude, magnitude.sqrt()));
         }
         let square = magnitude * magnitude;
-        let interval = crate::model::Interval { low: 0.0, high: square };
+        let interval = Interval { low: 0.0, high: square };
         let squared = self.multiplied(real, real, format::fraction_bits(interval), (magnitude, magnitude))?;
         self.multiplied(squared, root, bits, (square, magnitude.sqrt()))
     }
@@ -247,4 +247,10 @@ impl Lowerer<'_> {
         let threshold = self.constant(kept)?;
         self.ordered(cmp, a.value, threshold)
     }
+}
+
+/// A value that the host rounded to its format.
+fn set_from_outside(value: Value, range: Interval) -> Real {
+    let bits = format::fraction_bits(range);
+    Real::fixed(value, bits, 0.5 * exp2(-bits))
 }
