@@ -91,9 +91,8 @@ impl<'a> Lowerer<'a> {
         let word = self.drive_word()?;
         self.b.effect(crate::kernel::Op::Out(drive), &[word])?;
         let exports = if self.observe { self.probes()? } else { Vec::new() };
-        let fired = self.fired()?;
         let mut writes = self.integrated()?;
-        self.rules(&events, &fired, &mut writes)?;
+        self.rules(&events, &mut writes)?;
         self.commit(writes)?;
         self.tick_histories()?;
         let lives = self.live_meanings();
