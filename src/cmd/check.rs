@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use whippen_compiler::check::Options;
+use whippen_compiler::diag::Severity;
 use whippen_runtime::device::Device;
 
 use super::{load, numbers};
@@ -24,8 +25,11 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Outcome {
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
-    let (map, program) = load::checked(&load::read(&args.files)?, &options)?;
+    let (map, program) = load::checked(&load::read(&args.files)?, &options, Severity::Note)?;
     let device = Device::mikey();
+    if program.instruments.is_empty() {
+        println!("no instrument, but nothing wrong either");
+    }
     for model in program.instruments {
         let name = model.name.clone();
         let compiled = load::compiled(&map, model, &device, true)?;

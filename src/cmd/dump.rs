@@ -1,6 +1,7 @@
 //! `whippen dump`
 
 use whippen_compiler::check::Options;
+use whippen_compiler::diag::Severity;
 use whippen_compiler::pipeline::PASSES;
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::syntax::{parse, pretty};
@@ -33,7 +34,7 @@ pub fn run(args: &Args) -> Outcome {
     if pass == 0 {
         return parsed(&texts);
     }
-    let (map, program) = load::checked(&texts, &Options::default())?;
+    let (map, program) = load::checked(&texts, &Options::default(), Severity::Warning)?;
     let model = load::instrument(&program, name)?;
     if pass == 1 {
         print!("{model}");

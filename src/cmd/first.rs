@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use whippen_compiler::check::Options;
+use whippen_compiler::diag::Severity;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 
@@ -19,7 +20,7 @@ const GRAND: &str = include_str!("../../instruments/grand-piano.whip");
 
 pub fn run() -> Outcome {
     let files = [("<instruments/grand-piano.whip>".to_string(), GRAND.to_string())];
-    let (map, program) = load::checked(&files, &Options::default())?;
+    let (map, program) = load::checked(&files, &Options::default(), Severity::Warning)?;
     let device = Device::mikey();
     let model = load::instrument(&program, None)?.clone();
     let positions: Positions = MotionArgs::bundled(model.rate_hz);

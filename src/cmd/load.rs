@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use whippen_compiler::check::{Options, Program};
-use whippen_compiler::diag::{Diagnostic, Severity, render};
+use whippen_compiler::diag::{Diagnostic, Severity, render, summary};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::{self, CompileError, Compiled};
@@ -49,15 +49,34 @@ pub fn sets(texts: &[String]) -> Result<Vec<(String, String)>, Failure> {
     texts.iter().map(one).collect()
 }
 
-/// Checks a program, prints what there is to say to stderr, and gives it unless there is an error.
-pub fn checked(files: &[(String, String)], options: &Options) -> Result<(SourceMap, Program), Failure> {
+/// Checks a program, prints what there is to say, from `least` up, to stderr, and gives it unless there is an error.
+pub fn checked(
+    files: &[(String, String)],
+    options: &Options,
+    least: Severity,
+) -> Result<(SourceMap, Program), Failure> {
     let mut map = SourceMap::default();
     for (name, text) in files {
         map.add(name, text);
     }
-    let (program, diagnostics) = compile_front(&mut map, options);
+    let (program, mut diagnostics) = compile_front(&mut map, options);
+    diagnostics.retain(|d| d.severity() >= least);
     print(&map, &diagnostics);
-    program.map(|program| (map, program)).ok_or(Failure::Program)
+    let Some(program) = program else {
+        // A program that is right without its settings is not to blame.
+        let first_set = map.files().len() - options.sets.len();
+        let set_wrong = errors(&diagnostics).all(|d| d.span.file as usize >= first_set);
+        return Err(if set_wrong {
+            Failure::Usage("`--set` cannot be used as given".into())
+        } else {
+            Failure::Program
+        });
+    };
+    Ok((map, program))
+}
+
+fn errors(diagnostics: &[Diagnostic]) -> impl Iterator<Item = &Diagnostic> {
+    diagnostics.iter().filter(|d| d.severity() == Severity::Error)
 }
 
 /// Compiles one instrument; what is wrong with it is printed. `observe` keeps what traces need.
@@ -74,16 +93,14 @@ pub fn compiled(map: &SourceMap, model: Model, device: &Device, observe: bool) -
 /// Prints diagnostics and their number to stderr.
 pub fn print(map: &SourceMap, diagnostics: &[Diagnostic]) {
     let colour = std::io::stderr().is_terminal();
-    // Notes are for `check`'s reader, who sees them too; they come first so that errors are next to the summary.
+    // Notes come first so that errors are next to the summary.
     let mut sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
     sorted.sort_by_key(|d| d.severity());
     for diagnostic in &sorted {
         eprintln!("{}", render(map, diagnostic, colour));
     }
-    let count = |severity| diagnostics.iter().filter(|d| d.severity() == severity).count();
-    let errors = count(Severity::Error);
-    if errors > 0 {
-        eprintln!("{errors} error{}, {} warnings", if errors == 1 { "" } else { "s" }, count(Severity::Warning));
+    if errors(diagnostics).next().is_some() {
+        eprintln!("{}", summary(diagnostics));
     }
 }
 

@@ -104,6 +104,7 @@ fn moved(from_m: f64, turns: &[(f64, f64)], mut each: impl FnMut(f64)) {
 /// The instrument beside the paper's automaton, which hears the same quantised position.
 struct Beside<'c> {
     player: Player<'c>,
+    device: Device,
     paper: Paper,
     force: usize,
     out: usize,
@@ -115,14 +116,13 @@ impl<'c> Beside<'c> {
     fn new(compiled: &'c Compiled, kind: EngineKind) -> Beside<'c> {
         let player = Player::new(compiled, kind);
         let (force, out) = (player.index("escapement"), player.index("jack.out"));
-        Beside { player, paper: Paper::new(), force, out, ticks: 0, worst_n: 0.0 }
+        Beside { player, device: Device::mikey(), paper: Paper::new(), force, out, ticks: 0, worst_n: 0.0 }
     }
 
     fn tick(&mut self, x_m: f64) -> f64 {
-        let device = Device::mikey();
-        let word = device.word_of_position(x_m).0;
+        let word = self.device.word_of_position(x_m).0;
         let was_through = self.paper.on == Trajectory::Through;
-        let expected_n = self.paper.force_n(device.position_of_word(word));
+        let expected_n = self.paper.force_n(self.device.position_of_word(word));
         self.player.tick_word(word);
         let force_n = self.player.value_at(self.force);
         let off_n = (force_n - expected_n).abs();

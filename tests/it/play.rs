@@ -8,6 +8,7 @@ use whippen_runtime::engine::{Engine, EngineKind};
 /// A key being played.
 pub struct Player<'c> {
     engine: Engine<'c>,
+    device: Device,
     compiled: &'c Compiled,
     started: bool,
     /// The drive word of the last tick.
@@ -17,13 +18,14 @@ pub struct Player<'c> {
 impl<'c> Player<'c> {
     /// A key at rest.
     pub fn new(compiled: &'c Compiled, kind: EngineKind) -> Player<'c> {
-        let engine = Engine::new(kind, compiled, Device::mikey().scales(), 1).unwrap_or_else(|e| panic!("{e}"));
-        Player { engine, compiled, started: false, drive: 0 }
+        let device = Device::mikey();
+        let engine = Engine::new(kind, compiled, device.scales(), 1).unwrap_or_else(|e| panic!("{e}"));
+        Player { engine, device, compiled, started: false, drive: 0 }
     }
 
     /// One tick with the key at the position.
     pub fn tick(&mut self, position_m: f64) {
-        self.tick_word(Device::mikey().word_of_position(position_m).0);
+        self.tick_word(self.device.word_of_position(position_m).0);
     }
 
     /// One tick with a sensor word.
