@@ -114,6 +114,12 @@ impl Encoding {
         if self.row().pattern.wide { 4 } else { 2 }
     }
 
+    /// The places of its words that do not vary, and their values; 16 bits wide or, the first halfword on top, 32.
+    pub fn fixed_bits(self) -> (u32, u32) {
+        let p = &self.row().pattern;
+        (p.mask | p.should_mask, p.bits | p.should_bits)
+    }
+
     /// Whether `arch` has the encoding.
     pub fn exists_in(self, arch: Arch) -> bool {
         self.row().since <= arch

@@ -68,9 +68,7 @@ rules! {
     /// The list is one register, by number.
     ListOne "one",
 
-    // What the shift is.
-    /// Logical shift left.
-    Lsl "lsl",
+    // What the shift is; LSL where nothing else is said.
     /// Logical shift right.
     Lsr "lsr",
     /// Arithmetic shift right.

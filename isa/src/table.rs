@@ -170,13 +170,13 @@ instructions! {
         T2 V7EM "11101010010Snnnn (0)kkkddddkkyymmmm" "orr{s}{c}.w {d}, {n}, {m}{shift}" "dnm:r";
     }
     TEQ_immediate Alu "NZ c = n" {
-        T1 V7EM "11110i001001nnnn 0iii1111iiiiiiii" "teq{c} {n}, {const}" "const s=1 n:r";
+        T1 V7EM "11110i001001nnnn 0iii1111iiiiiiii" "teq{c}.w {n}, {const}" "const s=1 n:r";
     }
     TEQ_register Alu "NZ c = n m" {
-        T1 V7EM "111010101001nnnn (0)kkk1111kkyymmmm" "teq{c} {n}, {m}{shift}" "s=1 nm:r";
+        T1 V7EM "111010101001nnnn (0)kkk1111kkyymmmm" "teq{c}.w {n}, {m}{shift}" "s=1 nm:r";
     }
     TST_immediate Alu "NZ c = n" {
-        T1 V7EM "11110i000001nnnn 0iii1111iiiiiiii" "tst{c} {n}, {const}" "const s=1 n:r";
+        T1 V7EM "11110i000001nnnn 0iii1111iiiiiiii" "tst{c}.w {n}, {const}" "const s=1 n:r";
     }
     TST_register Alu "NZ c = n m" {
         T1 V6M  "0100001000mmmnnn" "tst{c} {n}, {m}" "s=1";
@@ -215,8 +215,8 @@ instructions! {
         T2 V7EM "11111010010Snnnn 1111dddd0000mmmm" "asr{s}{c}.w {d}, {n}, {m}" "dnm:r";
     }
     LSL_immediate Shift "d NZ c = m" {
-        T1 V6M  "00000kkkkkmmmddd" "lsl{s}{c} {d}, {m}, #{k}" "lsl s=it";
-        T2 V7EM "11101010010S1111 (0)kkkddddkk00mmmm" "lsl{s}{c}.w {d}, {m}, #{k}" "lsl dm:r";
+        T1 V6M  "00000kkkkkmmmddd" "lsl{s}{c} {d}, {m}, #{k}" "s=it";
+        T2 V7EM "11101010010S1111 (0)kkkddddkk00mmmm" "lsl{s}{c}.w {d}, {m}, #{k}" "dm:r";
     }
     LSL_register Shift "d NZ C? = n m" {
         T1 V6M  "0100000010mmmddd" "lsl{s}{c} {d}, {m}" "n=d s=it";
@@ -231,7 +231,7 @@ instructions! {
         T2 V7EM "11111010001Snnnn 1111dddd0000mmmm" "lsr{s}{c}.w {d}, {n}, {m}" "dnm:r";
     }
     ROR_immediate Shift "d NZ c = m" {
-        T1 V7EM "11101010010S1111 (0)kkkddddkk11mmmm" "ror{s}{c} {d}, {m}, #{k}" "ror dm:r";
+        T1 V7EM "11101010010S1111 (0)kkkddddkk11mmmm" "ror{s}{c}.w {d}, {m}, #{k}" "ror dm:r";
     }
     ROR_register Shift "d NZ C? = n m" {
         T1 V6M  "0100000111mmmddd" "ror{s}{c} {d}, {m}" "n=d s=it";
@@ -300,7 +300,7 @@ instructions! {
     SSAT16 Saturate "d Q = n" { T1 V7EM "11110(0)110010nnnn 0000dddd00(0)(0)iiii" "ssat16{c} {d}, #{i}, {n}" "plus1 dn:r"; }
     USAT Saturate "d Q = n" { T1 V7EM "11110(0)1110y0nnnn 0kkkddddkk(0)iiiii" "usat{c} {d}, #{i}, {n}{shift}" "dn:r"; }
     USAT16 Saturate "d Q = n" { T1 V7EM "11110(0)111010nnnn 0000dddd00(0)(0)iiii" "usat16{c} {d}, #{i}, {n}" "dn:r"; }
-    PKHBT Dsp "d = n m" { T1 V7EM "111010101100nnnn (0)kkkddddkk00mmmm" "pkhbt{c} {d}, {n}, {m}{shift}" "lsl dnm:r"; }
+    PKHBT Dsp "d = n m" { T1 V7EM "111010101100nnnn (0)kkkddddkk00mmmm" "pkhbt{c} {d}, {n}, {m}{shift}" "dnm:r"; }
     PKHTB Dsp "d = n m" { T1 V7EM "111010101100nnnn (0)kkkddddkk10mmmm" "pkhtb{c} {d}, {n}, {m}{shift}" "asr dnm:r"; }
     SEL Select "d = n m GE" { T1 V7EM "111110101010nnnn 1111dddd1000mmmm" "sel{c} {d}, {n}, {m}" "dnm:r"; }
 
@@ -390,7 +390,7 @@ instructions! {
     }
     LDR_register Load "t = n m" {
         T1 V6M  "0101100mmmnnnttt" "ldr{c} {t}, [{n}, {m}]" "";
-        T2 V7EM "111110000101nnnn tttt000000kkmmmm" "ldr{c}.w {t}, [{n}, {m}{shift}]" "lsl see:n15 m:r last-pc";
+        T2 V7EM "111110000101nnnn tttt000000kkmmmm" "ldr{c}.w {t}, [{n}, {m}{shift}]" "see:n15 m:r last-pc";
     }
     LDRB_immediate Load "t = n" {
         T1 V6M  "01111iiiiinnnttt" "ldrb{c} {t}, {mem}" "";
@@ -400,7 +400,7 @@ instructions! {
     LDRB_literal Load "t = pc" { T1 V7EM "11111000U0011111 ttttiiiiiiiiiiii" "ldrb{c}.w {t}, {lit}" "t:r"; }
     LDRB_register Load "t = n m" {
         T1 V6M  "0101110mmmnnnttt" "ldrb{c} {t}, [{n}, {m}]" "";
-        T2 V7EM "111110000001nnnn tttt000000kkmmmm" "ldrb{c}.w {t}, [{n}, {m}{shift}]" "lsl see:n15 tm:r";
+        T2 V7EM "111110000001nnnn tttt000000kkmmmm" "ldrb{c}.w {t}, [{n}, {m}{shift}]" "see:n15 tm:r";
     }
     LDRH_immediate Load "t = n" {
         T1 V6M  "10001iiiiinnnttt" "ldrh{c} {t}, {mem}" "x2";
@@ -410,7 +410,7 @@ instructions! {
     LDRH_literal Load "t = pc" { T1 V7EM "11111000U0111111 ttttiiiiiiiiiiii" "ldrh{c}.w {t}, {lit}" "t:r"; }
     LDRH_register Load "t = n m" {
         T1 V6M  "0101101mmmnnnttt" "ldrh{c} {t}, [{n}, {m}]" "";
-        T2 V7EM "111110000011nnnn tttt000000kkmmmm" "ldrh{c}.w {t}, [{n}, {m}{shift}]" "lsl see:n15 tm:r";
+        T2 V7EM "111110000011nnnn tttt000000kkmmmm" "ldrh{c}.w {t}, [{n}, {m}{shift}]" "see:n15 tm:r";
     }
     LDRSB_immediate Load "t = n" {
         T1 V7EM "111110011001nnnn ttttiiiiiiiiiiii" "ldrsb{c}.w {t}, {mem}" "see:n15 t:r";
@@ -419,7 +419,7 @@ instructions! {
     LDRSB_literal Load "t = pc" { T1 V7EM "11111001U0011111 ttttiiiiiiiiiiii" "ldrsb{c}.w {t}, {lit}" "t:r"; }
     LDRSB_register Load "t = n m" {
         T1 V6M  "0101011mmmnnnttt" "ldrsb{c} {t}, [{n}, {m}]" "";
-        T2 V7EM "111110010001nnnn tttt000000kkmmmm" "ldrsb{c}.w {t}, [{n}, {m}{shift}]" "lsl see:n15 tm:r";
+        T2 V7EM "111110010001nnnn tttt000000kkmmmm" "ldrsb{c}.w {t}, [{n}, {m}{shift}]" "see:n15 tm:r";
     }
     LDRSH_immediate Load "t = n" {
         T1 V7EM "111110011011nnnn ttttiiiiiiiiiiii" "ldrsh{c}.w {t}, {mem}" "see:n15 t:r";
@@ -428,7 +428,7 @@ instructions! {
     LDRSH_literal Load "t = pc" { T1 V7EM "11111001U0111111 ttttiiiiiiiiiiii" "ldrsh{c}.w {t}, {lit}" "t:r"; }
     LDRSH_register Load "t = n m" {
         T1 V6M  "0101111mmmnnnttt" "ldrsh{c} {t}, [{n}, {m}]" "";
-        T2 V7EM "111110010011nnnn tttt000000kkmmmm" "ldrsh{c}.w {t}, [{n}, {m}{shift}]" "lsl see:n15 tm:r";
+        T2 V7EM "111110010011nnnn tttt000000kkmmmm" "ldrsh{c}.w {t}, [{n}, {m}{shift}]" "see:n15 tm:r";
     }
     LDRT Load "t = n" { T1 V7EM "111110000101nnnn tttt1110iiiiiiii" "ldrt{c} {t}, {mem}" "see:n15 t:r"; }
     LDRBT Load "t = n" { T1 V7EM "111110000001nnnn tttt1110iiiiiiii" "ldrbt{c} {t}, {mem}" "see:n15 t:r"; }
@@ -472,7 +472,7 @@ instructions! {
     }
     STR_register Store "= t n m" {
         T1 V6M  "0101000mmmnnnttt" "str{c} {t}, [{n}, {m}]" "";
-        T2 V7EM "111110000100nnnn tttt000000kkmmmm" "str{c}.w {t}, [{n}, {m}{shift}]" "lsl see:n15 t:p m:r";
+        T2 V7EM "111110000100nnnn tttt000000kkmmmm" "str{c}.w {t}, [{n}, {m}{shift}]" "see:n15 t:p m:r";
     }
     STRB_immediate Store "= t n" {
         T1 V6M  "01110iiiiinnnttt" "strb{c} {t}, {mem}" "";
@@ -481,7 +481,7 @@ instructions! {
     }
     STRB_register Store "= t n m" {
         T1 V6M  "0101010mmmnnnttt" "strb{c} {t}, [{n}, {m}]" "";
-        T2 V7EM "111110000000nnnn tttt000000kkmmmm" "strb{c}.w {t}, [{n}, {m}{shift}]" "lsl see:n15 tm:r";
+        T2 V7EM "111110000000nnnn tttt000000kkmmmm" "strb{c}.w {t}, [{n}, {m}{shift}]" "see:n15 tm:r";
     }
     STRH_immediate Store "= t n" {
         T1 V6M  "10000iiiiinnnttt" "strh{c} {t}, {mem}" "x2";
@@ -490,7 +490,7 @@ instructions! {
     }
     STRH_register Store "= t n m" {
         T1 V6M  "0101001mmmnnnttt" "strh{c} {t}, [{n}, {m}]" "";
-        T2 V7EM "111110000010nnnn tttt000000kkmmmm" "strh{c}.w {t}, [{n}, {m}{shift}]" "lsl see:n15 tm:r";
+        T2 V7EM "111110000010nnnn tttt000000kkmmmm" "strh{c}.w {t}, [{n}, {m}{shift}]" "see:n15 tm:r";
     }
     STRT Store "= t n" { T1 V7EM "111110000100nnnn tttt1110iiiiiiii" "strt{c} {t}, {mem}" "see:n15 t:r"; }
     STRBT Store "= t n" { T1 V7EM "111110000000nnnn tttt1110iiiiiiii" "strbt{c} {t}, {mem}" "see:n15 t:r"; }
@@ -526,18 +526,18 @@ instructions! {
         T2 V7EM "111110000001nnnn 11111100iiiiiiii" "pld{c} {mem}" "u=0 see:n15";
     }
     PLD_literal Preload "= pc" { T1 V7EM "11111000U0011111 1111iiiiiiiiiiii" "pld{c} {lit}" ""; }
-    PLD_register Preload "= n m" { T1 V7EM "111110000001nnnn 1111000000kkmmmm" "pld{c} [{n}, {m}{shift}]" "lsl see:n15 m:r"; }
+    PLD_register Preload "= n m" { T1 V7EM "111110000001nnnn 1111000000kkmmmm" "pld{c} [{n}, {m}{shift}]" "see:n15 m:r"; }
     PLDW_immediate Preload "= n" {
         T1 V8M "111110001011nnnn 1111iiiiiiiiiiii" "pldw{c} {mem}" "see:n15";
         T2 V8M "111110000011nnnn 11111100iiiiiiii" "pldw{c} {mem}" "u=0 see:n15";
     }
-    PLDW_register Preload "= n m" { T1 V8M "111110000011nnnn 1111000000kkmmmm" "pldw{c} [{n}, {m}{shift}]" "lsl see:n15 m:r"; }
+    PLDW_register Preload "= n m" { T1 V8M "111110000011nnnn 1111000000kkmmmm" "pldw{c} [{n}, {m}{shift}]" "see:n15 m:r"; }
     PLI_immediate Preload "= n" {
         T1 V7EM "111110011001nnnn 1111iiiiiiiiiiii" "pli{c} {mem}" "see:n15";
         T2 V7EM "111110010001nnnn 11111100iiiiiiii" "pli{c} {mem}" "u=0 see:n15";
     }
     PLI_literal Preload "= pc" { T3 V7EM "11111001U0011111 1111iiiiiiiiiiii" "pli{c} {lit}" ""; }
-    PLI_register Preload "= n m" { T1 V7EM "111110010001nnnn 1111000000kkmmmm" "pli{c} [{n}, {m}{shift}]" "lsl see:n15 m:r"; }
+    PLI_register Preload "= n m" { T1 V7EM "111110010001nnnn 1111000000kkmmmm" "pli{c} [{n}, {m}{shift}]" "see:n15 m:r"; }
     HINT_memory Nop "=" {
         T1 V7EM "1111100i1011nnnn 1111iiiiiiiiiiii" "{inst}" "see:n15";
         T2 V7EM "1111100i0011nnnn 11111100iiiiiiii" "{inst}" "see:n15";

@@ -1,0 +1,3 @@
+mod capstone;
+mod normal;
+mod samples;
