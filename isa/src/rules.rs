@@ -139,6 +139,8 @@ rules! {
     MovSp "mov",
     /// SP from a register shifted by other than LSL #0 to #3.
     SpLsl3 "sp:lsl3",
+    /// PC loaded from an address that is no multiple of 4.
+    AlignedIfPc "pc:x4",
     /// The field of BFI, SBFX leaves the register.
     FieldInside "field",
     /// A condition and mask that make no block.

@@ -386,7 +386,7 @@ instructions! {
     }
     LDR_literal Load "t = pc" {
         T1 V6M  "01001tttiiiiiiii" "ldr{c} {t}, {lit}" "x4";
-        T2 V7EM "11111000U1011111 ttttiiiiiiiiiiii" "ldr{c}.w {t}, {lit}" "last-pc";
+        T2 V7EM "11111000U1011111 ttttiiiiiiiiiiii" "ldr{c}.w {t}, {lit}" "last-pc pc:x4";
     }
     LDR_register Load "t = n m" {
         T1 V6M  "0101100mmmnnnttt" "ldr{c} {t}, [{n}, {m}]" "";
@@ -584,7 +584,7 @@ instructions! {
         T1 V6M  "1011111101000000" "sev{c}" "";
         T2 V7EM "111100111010(1)(1)(1)(1) 10(0)0(0)00000000100" "sev{c}.w" "";
     }
-    CSDB Barrier "=" { T1 V8M "111100111010(1)(1)(1)(1) 10(0)0(0)00000010100" "csdb{c}" ""; }
+    CSDB Barrier "=" { T1 V8M "111100111010(1)(1)(1)(1) 10(0)0(0)00000010100" "csdb" "no-it"; }
     DBG Nop "=" { T1 V7EM "111100111010(1)(1)(1)(1) 10(0)0(0)0001111iiii" "dbg{c} #{i}" ""; }
     HINT Nop "=" {
         T1 V6M  "10111111iiii0000" "nop{c} {hint}" "";

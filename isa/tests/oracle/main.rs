@@ -1,3 +1,4 @@
+mod binutils;
 mod capstone;
 mod normal;
 mod samples;
