@@ -63,3 +63,9 @@ pub fn of_encoding(encoding: Encoding, count: u32, seed: u64) -> Vec<(u32, Inst)
     }
     samples
 }
+
+/// A random 32-bit instruction word: its first halfword is one of those that start one.
+pub fn wide(random: &mut Random) -> u32 {
+    const FIRST: [u32; 3] = [0b11101, 0b11110, 0b11111];
+    FIRST[(random.next() % 3) as usize] << 27 | random.next() & 0x07ff_ffff
+}
