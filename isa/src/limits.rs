@@ -125,8 +125,9 @@ fn out_of_range(inst: &Inst, row: &Row, word: u32) -> bool {
 
 fn special(inst: &Inst, row: &Row, arch: Arch) -> bool {
     let rules = &row.rules;
-    // Bit 1 of the mask selects NZCVQ, bit 0 the GE bits; only APSR has parts.
-    let bad_mask = || inst.amount == 0 || (inst.amount != 2 && inst.op() != Op::MSR_APSR);
+    // Bit 1 of the mask selects NZCVQ, bit 0 the GE bits, which only APSR has, and only with the DSP extension.
+    let has_ge = inst.op() == Op::MSR_APSR && arch != Arch::V6M;
+    let bad_mask = || inst.amount == 0 || (inst.amount != 2 && !has_ge);
     let bad_cps = || inst.amount == 0 || (arch == Arch::V6M && inst.amount != 2);
     (rules.has(Rule::SpecialRegister) && !reg::has_special(arch, inst.imm as u8))
         || (rules.has(Rule::SpecialMask) && bad_mask())

@@ -9,6 +9,7 @@
 //! that no longer applies fails the test.
 
 
+mod binutils;
 mod capstone;
 mod normal;
 mod samples;

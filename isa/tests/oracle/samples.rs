@@ -1,6 +1,6 @@
 //! Words to ask the oracles about: fixed seeds, so that every run asks the same.
 
-use whippen_isa::{Arch, Cond, Encoding, Inst, ItRule, ItState, decode};
+use whippen_isa::{Arch, Cond, Encoding, Inst, ItRule, ItState, NotDecoded, Why, decode};
 
 /// SplitMix64.
 pub struct Random(u64);
@@ -68,4 +68,22 @@ pub fn of_encoding(encoding: Encoding, count: u32, seed: u64) -> Vec<(u32, Inst)
 pub fn wide(random: &mut Random) -> u32 {
     const FIRST: [u32; 3] = [0b11101, 0b11110, 0b11111];
     FIRST[(random.next() % 3) as usize] << 27 | random.next() & 0x07ff_ffff
+}
+
+/// Words of one encoding that are UNPREDICTABLE for another reason than a should-be bit, outside an IT block.
+pub fn unpredictable(encoding: Encoding, count: u32, seed: u64) -> Vec<(u32, Inst, Why)> {
+    let (mask, bits) = encoding.fixed_bits();
+    let mut random = Random::new(seed);
+    let mut samples = Vec::new();
+    for _ in 0..count {
+        let word = bits | random.skewed() & !mask & if encoding.size() == 4 { u32::MAX } else { 0xffff };
+        let (hw1, hw2) = halves(word, encoding.size());
+        if let Err(NotDecoded::Unpredictable { reading, why }) = decode(hw1, hw2, Arch::V8M, ItState::OUTSIDE)
+            && reading.encoding == encoding
+            && why != Why::ShouldBe
+        {
+            samples.push((word, reading, why));
+        }
+    }
+    samples
 }
