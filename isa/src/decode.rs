@@ -2,7 +2,7 @@
 
 use crate::arch::Arch;
 use crate::cond::{Cond, ItState};
-use crate::imm::{decode_imm_shift, thumb_expand_imm, vfp_expand_imm};
+use crate::imm::{ShiftType, decode_imm_shift, thumb_expand_imm, vfp_expand_imm};
 use crate::inst::{Inst, fixed_shift};
 use crate::limits::{self, Why};
 use crate::pattern::{Field, Pattern, gather};
@@ -90,12 +90,9 @@ fn single_number(bits: u32, field: Field) -> u8 {
 
 fn read_bits(inst: &mut Inst, row: &Row, word: u32) {
     let p = &row.pattern;
-    for (field, bit) in [
-        (Field::S, &mut inst.s),
-        (Field::P, &mut inst.index),
-        (Field::U, &mut inst.add),
-        (Field::W, &mut inst.wback),
-    ] {
+    for (field, bit) in
+        [(Field::S, &mut inst.s), (Field::P, &mut inst.index), (Field::U, &mut inst.add), (Field::W, &mut inst.wback)]
+    {
         if p.has(field) {
             *bit = p.extract(word, field) != 0;
         }
@@ -108,38 +105,50 @@ fn read_bits(inst: &mut Inst, row: &Row, word: u32) {
 fn immediate(row: &Row, word: u32, inst: &Inst) -> u32 {
     let (p, rules) = (&row.pattern, &row.rules);
     let bits = p.extract(word, Field::Imm);
-    if p.has(Field::List) {
-        return list(row, word);
-    }
     let sign = 32 - p.field(Field::Imm).count_ones();
-    match () {
-        () if rules.has(Rule::Times2) => bits * 2,
-        () if rules.has(Rule::Times4) => bits * 4,
-        () if rules.has(Rule::ModifiedImm) => thumb_expand_imm(bits),
-        () if rules.has(Rule::Imm16) => gather_imm16(bits),
-        () if rules.has(Rule::Relative) => (((bits << sign) as i32 >> sign) * 2) as u32,
-        () if rules.has(Rule::Relative20) => relative20(bits),
-        () if rules.has(Rule::Relative24) => relative24(bits),
-        () if rules.has(Rule::Plus1) => bits + 1,
-        () if rules.has(Rule::Msb) => (bits + 1).wrapping_sub(p.extract(word, Field::Amount)),
-        () if rules.has(Rule::Float) => vfp_expand_imm(bits),
-        () if rules.has(Rule::FractionBits) => {
-            let size = if p.extract(word, Field::Amount) & 1 == 0 { 16_u32 } else { 32 };
-            size.wrapping_sub(single_number(bits, Field::SingleM) as u32)
-        }
-        () if p.has(Field::Imm) => bits,
-        () => inst.imm,
+    if p.has(Field::List) {
+        list(row, word)
+    } else if !p.has(Field::Imm) {
+        inst.imm
+    } else if rules.has(Rule::Times2) {
+        bits * 2
+    } else if rules.has(Rule::Times4) {
+        bits * 4
+    } else if rules.has(Rule::ModifiedImm) {
+        thumb_expand_imm(bits)
+    } else if rules.has(Rule::Imm16) {
+        gather_imm16(bits)
+    } else if rules.has(Rule::Relative) {
+        (((bits << sign) as i32 >> sign) * 2) as u32
+    } else if rules.has(Rule::Relative20) {
+        relative20(bits)
+    } else if rules.has(Rule::Relative24) {
+        relative24(bits)
+    } else if rules.has(Rule::Plus1) {
+        bits + 1
+    } else if rules.has(Rule::Msb) {
+        (bits + 1).wrapping_sub(p.extract(word, Field::Amount))
+    } else if rules.has(Rule::Float) {
+        vfp_expand_imm(bits)
+    } else if rules.has(Rule::FractionBits) {
+        let size = if p.extract(word, Field::Amount) & 1 == 0 { 16_u32 } else { 32 };
+        size.wrapping_sub(u32::from(single_number(bits, Field::SingleM)))
+    } else {
+        bits
     }
 }
 
 fn list(row: &Row, word: u32) -> u32 {
     let bits = word & row.pattern.field(Field::List);
     let (low, bit8) = (bits & 0xff, bits >> 8 & 1);
-    match () {
-        () if row.rules.has(Rule::ListLr) => low | bit8 << 14,
-        () if row.rules.has(Rule::ListPc) => low | bit8 << 15,
-        () if row.rules.has(Rule::ListOne) => 1 << (bits >> 12),
-        () => bits,
+    if row.rules.has(Rule::ListLr) {
+        low | bit8 << 14
+    } else if row.rules.has(Rule::ListPc) {
+        low | bit8 << 15
+    } else if row.rules.has(Rule::ListOne) {
+        1 << (bits >> 12)
+    } else {
+        bits
     }
 }
 
@@ -150,7 +159,11 @@ fn gather_imm16(bits: u32) -> u32 {
 
 /// `S:imm6:J1:J2:imm11`, as the picture has it, to the offset `S:J2:J1:imm6:imm11:0`.
 fn relative20(bits: u32) -> u32 {
-    let value = (bits >> 19) << 19 | gather(bits, 1 << 11) << 18 | gather(bits, 1 << 12) << 17 | (bits >> 13 & 63) << 11 | bits & 0x7ff;
+    let value = (bits >> 19) << 19
+        | gather(bits, 1 << 11) << 18
+        | gather(bits, 1 << 12) << 17
+        | (bits >> 13 & 63) << 11
+        | bits & 0x7ff;
     (((value << 12) as i32) >> 11) as u32
 }
 
@@ -168,13 +181,15 @@ fn read_shift(inst: &mut Inst, row: &Row, word: u32) {
         return;
     }
     let amount = p.extract(word, Field::Amount);
+    if row.rules.has(Rule::Bytes) {
+        inst.shift = if amount == 0 { ShiftType::LSL } else { ShiftType::ROR };
+        inst.amount = amount as u8 * 8;
+        return;
+    }
     let one_bit_type = p.field(Field::ShiftType).count_ones() == 1;
     let kind = match p.has(Field::ShiftType) {
         true => p.extract(word, Field::ShiftType) << one_bit_type as u32,
         false => fixed_shift(row) as u32,
     };
-    (inst.shift, inst.amount) = match () {
-        () if row.rules.has(Rule::Bytes) => (if amount == 0 { inst.shift } else { crate::imm::ShiftType::ROR }, amount as u8 * 8),
-        () => decode_imm_shift(kind, amount),
-    };
+    (inst.shift, inst.amount) = decode_imm_shift(kind, amount);
 }

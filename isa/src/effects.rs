@@ -1,7 +1,8 @@
 //! What an instruction reads and writes: the string `"d NZCV = n C"` of the table, parsed while the crate is compiled.
 //!
 //! Left of `=` is written, right of it read. `d n m a t t2` are core registers, `Sd Sn Sm Dd Dm` floating-point ones, `Sm2`
-//! the pair Sm, Sm+1; `list`, `Slist`, `Dlist` the registers of a list; `lr` and `pc` themselves. Flags are written
+//! the pair Sm, Sm+1, `Sall` S0 to S31; `list`, `Slist`, `Dlist` the registers of a list; `lr` and `pc` themselves, `banked`
+//! the stack pointer if the special register is one. Flags are written
 //! as runs of `N Z C V Q`, and `GE`, `F` (the flags of FPSCR); `NZCV` only if the instruction sets flags. `c` is the
 //! shifter's carry: written to C when the operand is shifted, else C stays. `C?` is C of a shift by register: kept when
 //! the amount is 0. The base register of a load or store is written when it writes back, and is not spelled out.
@@ -103,10 +104,38 @@ pub(crate) enum Operand {
     DoubleM,
     SingleList,
     DoubleList,
+    SingleAll,
+    Banked,
+}
+
+impl Operand {
+    /// All operands, in the order of their numbers.
+    pub const ALL: [Self; 19] = [
+        Self::D,
+        Self::N,
+        Self::M,
+        Self::A,
+        Self::T,
+        Self::T2,
+        Self::List,
+        Self::Lr,
+        Self::Pc,
+        Self::SingleD,
+        Self::SingleN,
+        Self::SingleM,
+        Self::SinglePairM,
+        Self::DoubleD,
+        Self::DoubleM,
+        Self::SingleList,
+        Self::DoubleList,
+        Self::SingleAll,
+        Self::Banked,
+    ];
 }
 
 const OPERANDS: &[&str] = &[
-    "d", "n", "m", "a", "t", "t2", "list", "lr", "pc", "Sd", "Sn", "Sm", "Sm2", "Dd", "Dm", "Slist", "Dlist",
+    "d", "n", "m", "a", "t", "t2", "list", "lr", "pc", "Sd", "Sn", "Sm", "Sm2", "Dd", "Dm", "Slist", "Dlist", "Sall",
+    "banked",
 ];
 
 const FLAG_WORDS: &[&str] = &["NZCV", "NZC", "NZ", "C", "Q", "GE", "F", "c", "C?"];

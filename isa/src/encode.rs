@@ -119,21 +119,29 @@ fn rotate_single(number: u8) -> u32 {
 
 fn immediate_bits(inst: &Inst, row: &Row) -> u32 {
     let (imm, rules) = (inst.imm, &row.rules);
-    match () {
-        () if rules.has(Rule::Times2) || rules.has(Rule::Relative) => imm / 2,
-        () if rules.has(Rule::Times4) => imm / 4,
-        () if rules.has(Rule::ModifiedImm) => thumb_shrink_imm(imm).unwrap_or(0),
-        () if rules.has(Rule::Imm16) => (imm >> 11 & 1) << 15 | (imm >> 12 & 15) << 11 | imm & 0x7ff,
-        () if rules.has(Rule::Relative20) => relative20_bits(imm),
-        () if rules.has(Rule::Relative24) => relative24_bits(imm),
-        () if rules.has(Rule::Plus1) => imm.wrapping_sub(1),
-        () if rules.has(Rule::Msb) => imm.wrapping_add(inst.amount as u32).wrapping_sub(1),
-        () if rules.has(Rule::Float) => vfp_shrink_imm(imm).unwrap_or(0),
-        () if rules.has(Rule::FractionBits) => {
-            let size = if inst.amount & 1 == 0 { 16_u32 } else { 32 };
-            rotate_single(size.wrapping_sub(imm) as u8)
-        }
-        () => imm,
+    if rules.has(Rule::Times2) || rules.has(Rule::Relative) {
+        imm / 2
+    } else if rules.has(Rule::Times4) {
+        imm / 4
+    } else if rules.has(Rule::ModifiedImm) {
+        thumb_shrink_imm(imm).unwrap_or(0)
+    } else if rules.has(Rule::Imm16) {
+        (imm >> 11 & 1) << 15 | (imm >> 12 & 15) << 11 | imm & 0x7ff
+    } else if rules.has(Rule::Relative20) {
+        relative20_bits(imm)
+    } else if rules.has(Rule::Relative24) {
+        relative24_bits(imm)
+    } else if rules.has(Rule::Plus1) {
+        imm.wrapping_sub(1)
+    } else if rules.has(Rule::Msb) {
+        imm.wrapping_add(u32::from(inst.amount)).wrapping_sub(1)
+    } else if rules.has(Rule::Float) {
+        vfp_shrink_imm(imm).unwrap_or(0)
+    } else if rules.has(Rule::FractionBits) {
+        let size = if inst.amount & 1 == 0 { 16_u32 } else { 32 };
+        rotate_single(size.wrapping_sub(imm) as u8)
+    } else {
+        imm
     }
 }
 
@@ -162,11 +170,14 @@ fn shift_bits(inst: &Inst, row: &Row) -> (u32, u32) {
 
 fn list_bits(inst: &Inst, row: &Row) -> u32 {
     let (places, list) = (row.pattern.field(Field::List), inst.imm);
-    let bits = match () {
-        () if row.rules.has(Rule::ListLr) => list & 0xff | (list >> 14 & 1) << 8,
-        () if row.rules.has(Rule::ListPc) => list & 0xff | (list >> 15 & 1) << 8,
-        () if row.rules.has(Rule::ListOne) => (list.trailing_zeros() & 15) << 12,
-        () => list,
+    let bits = if row.rules.has(Rule::ListLr) {
+        list & 0xff | (list >> 14 & 1) << 8
+    } else if row.rules.has(Rule::ListPc) {
+        list & 0xff | (list >> 15 & 1) << 8
+    } else if row.rules.has(Rule::ListOne) {
+        (list.trailing_zeros() & 15) << 12
+    } else {
+        list
     };
     bits & places
 }

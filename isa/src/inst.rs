@@ -130,26 +130,7 @@ impl Inst {
     }
 
     fn registers(&self, wanted: impl Fn(Operand) -> bool) -> RegSet {
-        const OPERANDS: [Operand; 17] = [
-            Operand::D,
-            Operand::N,
-            Operand::M,
-            Operand::A,
-            Operand::T,
-            Operand::T2,
-            Operand::List,
-            Operand::Lr,
-            Operand::Pc,
-            Operand::SingleD,
-            Operand::SingleN,
-            Operand::SingleM,
-            Operand::SinglePairM,
-            Operand::DoubleD,
-            Operand::DoubleM,
-            Operand::SingleList,
-            Operand::DoubleList,
-        ];
-        OPERANDS.into_iter().filter(|&o| wanted(o)).fold(RegSet::EMPTY, |set, o| set.union(self.registers_of(o)))
+        Operand::ALL.into_iter().filter(|&o| wanted(o)).fold(RegSet::EMPTY, |set, o| set.union(self.registers_of(o)))
     }
 
     fn registers_of(&self, operand: Operand) -> RegSet {
@@ -172,6 +153,9 @@ impl Inst {
             Operand::DoubleM => RegSet::doubles(self.m, 1),
             Operand::SingleList => RegSet::singles(self.d, count),
             Operand::DoubleList => RegSet::doubles(self.d, count),
+            Operand::SingleAll => RegSet::singles(0, 32),
+            Operand::Banked if reg::is_stack_pointer(self.imm as u8) => RegSet::core(reg::SP),
+            Operand::Banked => RegSet::EMPTY,
         }
     }
 
@@ -194,7 +178,12 @@ impl Inst {
 
 /// The type of shift that an encoding implies.
 pub(crate) fn fixed_shift(row: &Row) -> ShiftType {
-    let implied = [(Rule::Lsr, ShiftType::LSR), (Rule::Asr, ShiftType::ASR), (Rule::Ror, ShiftType::ROR), (Rule::Rrx, ShiftType::RRX)];
+    let implied = [
+        (Rule::Lsr, ShiftType::LSR),
+        (Rule::Asr, ShiftType::ASR),
+        (Rule::Ror, ShiftType::ROR),
+        (Rule::Rrx, ShiftType::RRX),
+    ];
     implied.iter().find(|(rule, _)| row.rules.has(*rule)).map_or(ShiftType::LSL, |(_, shift)| *shift)
 }
 

@@ -119,7 +119,7 @@ fn out_of_range(inst: &Inst, row: &Row, word: u32) -> bool {
         || (rules.has(Rule::Singles) && (count == 0 || first + count > 32))
         || (rules.has(Rule::Doubles) && (count == 0 || first + count > 16))
         || (rules.has(Rule::FractionBits) && inst.imm > 32)
-        || (rules.has(Rule::AlignedIfPc) && inst.t == PC && inst.imm % 4 != 0)
+        || (rules.has(Rule::AlignedIfPc) && inst.t == PC && !inst.imm.is_multiple_of(4))
         || (rules.has(Rule::M31) && inst.m == 31)
 }
 

@@ -116,11 +116,6 @@ impl Pattern {
         gather(word, self.field(field))
     }
 
-    /// Whether the fixed places of `word` agree.
-    pub const fn matches(&self, word: u32) -> bool {
-        word & self.mask == self.bits
-    }
-
     /// How many places are fixed: of the patterns that match a word, the one that fixes most decodes it.
     pub const fn fixed(&self) -> u32 {
         self.mask.count_ones()

@@ -11,9 +11,8 @@ pub const PC: u8 = 15;
 
 /// The UAL name of core register `number` (0 to 15).
 pub const fn core_name(number: u8) -> &'static str {
-    const NAMES: [&str; 16] = [
-        "r0", "r1", "r2", "r3", "r4", "r5", "r6", "r7", "r8", "r9", "r10", "r11", "r12", "sp", "lr", "pc",
-    ];
+    const NAMES: [&str; 16] =
+        ["r0", "r1", "r2", "r3", "r4", "r5", "r6", "r7", "r8", "r9", "r10", "r11", "r12", "sp", "lr", "pc"];
     NAMES[(number & 15) as usize]
 }
 
@@ -145,6 +144,11 @@ pub fn special_name(sysm: u8) -> Option<&'static str> {
 /// Whether `arch` has special register `sysm`.
 pub fn has_special(arch: crate::Arch, sysm: u8) -> bool {
     SPECIAL.iter().any(|s| s.0 == sysm && s.2 <= arch)
+}
+
+/// Whether special register `sysm` is a stack pointer, and so perhaps the one in use.
+pub const fn is_stack_pointer(sysm: u8) -> bool {
+    matches!(sysm, 8 | 9 | 0x88 | 0x89 | 0x98)
 }
 
 #[cfg(test)]

@@ -49,11 +49,6 @@ impl Row {
         Self { op, form, since, class, effects: Effects::parse(effects), pattern, text, rules }
     }
 
-    /// Whether this row is the one to read `word` with, were it alone in the table.
-    pub const fn matches(&self, word: u32, wide: bool) -> bool {
-        self.pattern.wide == wide && self.pattern.matches(word) && !self.rules.excludes(&self.pattern, word)
-    }
-
     const fn overlaps(&self, other: &Self) -> bool {
         let (a, b) = (&self.pattern, &other.pattern);
         let (mask, bits) = (a.mask | b.mask, a.bits | b.bits);
@@ -147,9 +142,10 @@ impl Encoding {
     /// The encoding that reads `word`, or nothing when it is UNDEFINED.
     pub(crate) fn find(word: u32, wide: bool, arch: Arch) -> Option<Self> {
         let by_precision = if wide { WIDE_FROM..ROWS.len() } else { 0..WIDE_FROM };
-        BY_PRECISION[by_precision].iter().copied().map(Self).find(|e| {
+        let matching = BY_PRECISION[by_precision].iter().filter(|c| word & c.mask == c.bits);
+        matching.map(|c| Self(c.row)).find(|e| {
             let row = e.row();
-            row.since <= arch && row.matches(word, wide)
+            row.since <= arch && !row.rules.excludes(&row.pattern, word)
         })
     }
 }
@@ -215,9 +211,17 @@ const WIDE_FROM: usize = {
     narrow
 };
 
+/// What a word is compared with: the fixed places of a row.
+#[derive(Clone, Copy)]
+struct Candidate {
+    mask: u32,
+    bits: u32,
+    row: u16,
+}
+
 /// All rows: the 16-bit ones, then the 32-bit ones, each by falling number of fixed places.
-static BY_PRECISION: [u16; ROWS.len()] = {
-    let mut order = [0; ROWS.len()];
+static BY_PRECISION: [Candidate; ROWS.len()] = {
+    let mut order = [Candidate { mask: 0, bits: 0, row: 0 }; ROWS.len()];
     let (mut filled, mut rank) = (0, 64);
     while rank > 0 {
         rank -= 1;
@@ -225,7 +229,7 @@ static BY_PRECISION: [u16; ROWS.len()] = {
         while i < ROWS.len() {
             let p = &ROWS[i].pattern;
             if p.fixed() + (!p.wide as u32) * 32 == rank + 1 {
-                order[filled] = i as u16;
+                order[filled] = Candidate { mask: p.mask, bits: p.bits, row: i as u16 };
                 filled += 1;
             }
             i += 1;

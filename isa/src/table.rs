@@ -597,8 +597,8 @@ instructions! {
 
     // System. imm is the special register, amount the mask of MSR.
     CPS Special "=" { T1 V6M "10110110011i(0)(0)kk" "cps{ie} {if}" "no-it cps"; }
-    MRS Special "d = NZCV Q GE" { T1 V6M "11110011111(0)(1)(1)(1)(1) 10(0)0ddddiiiiiiii" "mrs{c} {d}, {special}" "d:r sysm"; }
-    MSR Special "= n" { T1 V6M "11110011100(0)nnnn 10(0)0kk(0)(0)iiiiiiii" "msr{c} {special}, {n}" "n:r sysm mask"; }
+    MRS Special "d = banked NZCV Q GE" { T1 V6M "11110011111(0)(1)(1)(1)(1) 10(0)0ddddiiiiiiii" "mrs{c} {d}, {special}" "d:r sysm"; }
+    MSR Special "banked = n" { T1 V6M "11110011100(0)nnnn 10(0)0kk(0)(0)iiiiiiii" "msr{c} {special}, {n}" "n:r sysm mask"; }
     MSR_APSR Special "NZCV Q GE = n NZCV Q GE" {
         T1 V6M "11110011100(0)nnnn 10(0)0kk(0)(0)000000ii" "msr{c} {special}{bits}, {n}" "s=1 n:r sysm mask";
     }
@@ -615,8 +615,8 @@ instructions! {
     TTT Security "d = n" { T1 V8M "111010000100nnnn 1111dddd01(0)(0)(0)(0)(0)(0)" "ttt{c} {d}, {n}" "d:r n:p"; }
     TTA Security "d = n" { T1 V8M "111010000100nnnn 1111dddd10(0)(0)(0)(0)(0)(0)" "tta{c} {d}, {n}" "d:r n:p"; }
     TTAT Security "d = n" { T1 V8M "111010000100nnnn 1111dddd11(0)(0)(0)(0)(0)(0)" "ttat{c} {d}, {n}" "d:r n:p"; }
-    VLSTM Security "= n" { T1 V8M "111011000010nnnn 00001010(0)(0)(0)(0)(0)(0)(0)(0)" "vlstm{c} {n}" "n:p"; }
-    VLLDM Security "= n" { T1 V8M "111011000011nnnn 00001010(0)(0)(0)(0)(0)(0)(0)(0)" "vlldm{c} {n}" "n:p"; }
+    VLSTM Security "= n Sall F" { T1 V8M "111011000010nnnn 00001010(0)(0)(0)(0)(0)(0)(0)(0)" "vlstm{c} {n}" "n:p"; }
+    VLLDM Security "Sall F = n" { T1 V8M "111011000011nnnn 00001010(0)(0)(0)(0)(0)(0)(0)(0)" "vlldm{c} {n}" "n:p"; }
 
     // Coprocessors: a is the coprocessor, d, n and m its registers, imm and amount its opcodes.
     CDP Coprocessor "=" { T1 V7EM "11101110iiiinnnn ddddaaaakkk0mmmm" "cdp{c} {cp}, #{i}, {Cd}, {Cn}, {Cm}, #{k}" "see:cp101x"; }

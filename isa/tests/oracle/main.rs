@@ -8,7 +8,6 @@
 //! Every difference that remains is a line of `capstone::KNOWN` or of the lists in `binutils`, with its reason; a line
 //! that no longer applies fails the test.
 
-
 mod binutils;
 mod capstone;
 mod normal;

@@ -55,9 +55,8 @@ fn synonym(mnemonic: &str, operands: &str) -> (String, String) {
 }
 
 /// The options of DMB by number; M profile has only `sy`.
-const BARRIERS: [&str; 16] = [
-    "", "oshld", "oshst", "osh", "", "nshld", "nshst", "nsh", "", "ishld", "ishst", "ish", "", "ld", "st", "",
-];
+const BARRIERS: [&str; 16] =
+    ["", "oshld", "oshst", "osh", "", "nshld", "nshst", "nsh", "", "ishld", "ishst", "ish", "", "ld", "st", ""];
 
 /// Splits at commas.
 fn split(operands: &str) -> impl Iterator<Item = &str> {
