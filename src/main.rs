@@ -1,2 +1,14 @@
-//! The command line.
-fn main() {}
+//! `whippen`: the command line. One file per subcommand in `cmd/`; how a command ends is in `exit`.
+
+mod cmd;
+mod exit;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+fn main() -> ExitCode {
+    // A panic is a defect: exit code 3, told apart from a wrong program.
+    let outcome = std::panic::catch_unwind(|| cmd::dispatch(cmd::Cli::parse()));
+    exit::code(outcome.unwrap_or_else(|_| Err(exit::Failure::Defect("the message above tells where".to_string()))))
+}

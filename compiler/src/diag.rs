@@ -4,8 +4,12 @@
 //! say what to do. Rendering is done by `ariadne`. Phases collect them in a list and go on.
 
 pub mod codes;
+mod nearest;
+pub mod render;
 
 pub use codes::{Code, Severity};
+pub use nearest::nearest;
+pub use render::{render, summary};
 
 use crate::source::Span;
 

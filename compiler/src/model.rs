@@ -12,7 +12,10 @@
 //! Not here: formats, integers, code.
 
 pub mod dag;
+pub mod fold;
 pub mod prime;
+pub mod print;
+pub mod sweep;
 
 pub use dag::{Cmp, Dag, Node, NodeId};
 
@@ -52,6 +55,8 @@ pub struct Model {
     pub rate_hz: u32,
     /// All values.
     pub dag: Dag,
+    /// Where each value was first written, by node number; may be shorter than the graph.
+    pub spans: Vec<Option<Span>>,
     /// What is measured, in the order of the text.
     pub senses: Vec<Sense>,
     /// What the player may turn, in the order of the text.
@@ -283,4 +288,17 @@ pub struct Named {
     pub value: NodeId,
     /// Where it is declared.
     pub span: Span,
+}
+
+impl Model {
+    /// How a rule is called in messages and event lists: the event's name, or `contact: touching -> flying`.
+    pub fn rule_name(&self, rule: &Rule) -> String {
+        match &rule.kind {
+            RuleKind::Event { name } => name.clone(),
+            RuleKind::Transition { machine, from, to } => {
+                let machine = &self.machines[machine.0 as usize];
+                format!("{}: {} -> {}", machine.name, machine.states[*from as usize], machine.states[*to as usize])
+            }
+        }
+    }
 }

@@ -1,15 +1,25 @@
 //! Units and dimensions.
+//!
+//! A *dimension* says what kind of thing a value is (a length, a force); a *unit* says in what measure a number was
+//! written (`mm`, `N*s/m`). Inside the compiler everything is SI; units are seen only where text is read or written.
+//!
+//! ```text
+//!   "12.7 mm" -- unit::parse --> Unit { mm } -- to_si --> 0.0127, Dim::LENGTH -- Display --> "m"
+//! ```
+//!
+//! The facts stand in [`table`]: one line per unit, one line per dimension. Not here: converter samples and other
+//! measures that only a device knows.
 
-/// A physical dimension: exponents of metre, kilogram, second and ampere. Angles count as dimensionless, but a radian is
-/// remembered for display where the language's tables say so.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct Dim {
-    /// Exponent of the metre.
-    pub length: i8,
-    /// Exponent of the kilogram.
-    pub mass: i8,
-    /// Exponent of the second.
-    pub time: i8,
-    /// Exponent of the ampere.
-    pub current: i8,
-}
+pub mod dim;
+pub mod quantity;
+pub mod table;
+pub mod unit;
+
+pub use dim::Dim;
+pub use quantity::{Quantity, QuantityError, parse_quantity};
+pub use table::{DIMENSIONS, UNITS, dimension, dimension_names, nearest_unit, unit_names};
+pub(crate) use unit::word_length;
+pub use unit::{Unit, longest_unit, parse_unit};
+
+#[cfg(test)]
+mod tests;

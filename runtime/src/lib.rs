@@ -1,1 +1,23 @@
-//! The closed loop.
+//! The closed loop: everything around the engines.
+//!
+//! ```text
+//!   recording --motion--.                                        .--> trace --> tables (CSV)
+//!                       +--> positions --device--> words  ...  --+
+//!   gesture ------------'                                        '--> plot --> figures (SVG, PNG)
+//! ```
+//!
+//! Files are read and written here and nowhere below: [`files`] has the errors and the whole-or-not-at-all writer that all
+//! of them share. Every result is a function of its inputs alone, on every machine.
+//!
+//! Not here: the language (the compiler), the target (the emulator).
+
+pub mod compare;
+pub mod device;
+pub mod engine;
+pub mod files;
+pub mod gesture;
+pub mod motion;
+pub mod plot;
+pub mod session;
+pub mod titles;
+pub mod trace;

@@ -48,10 +48,71 @@ codes! {
     MissingTimes        "WH0104" Error "a `*` is missing between a number and a name";
     BadNumber           "WH0105" Error "a number that cannot be read";
     UnclosedBlock       "WH0106" Error "a bracket that is never closed";
+    TooDeep             "WH0107" Error "something nested too deeply to be read";
     // Names
     UnknownName         "WH0201" Error "a name that is declared nowhere";
+    DuplicateName       "WH0202" Error "a name that is declared twice";
+    UnknownTerm         "WH0203" Error "a call of a term that is declared nowhere";
+    UnknownType         "WH0204" Error "a type that is neither a dimension nor `bool`";
+    UnknownMachine      "WH0205" Error "a machine that is declared nowhere";
+    UnknownState        "WH0206" Error "a state its machine does not have";
+    UnknownBody         "WH0207" Error "a body that is declared nowhere";
+    UnknownResult       "WH0208" Error "a result its term does not have";
+    UnknownArgument     "WH0209" Error "an argument that belongs to no parameter";
+    MissingArgument     "WH0210" Error "a parameter without argument";
+    ExtraArgument       "WH0211" Error "more arguments than parameters";
+    RepeatedArgument    "WH0212" Error "two arguments for one parameter";
+    MissingResult       "WH0213" Error "a result that its term never defines";
+    NotAResult          "WH0214" Error "a definition without keyword that defines no result";
+    NotInTerm           "WH0215" Error "a declaration that has no place in a term";
+    RecursiveTerm       "WH0216" Error "a term that calls itself";
+    TooManyCalls        "WH0217" Error "more calls of terms than can be followed";
+    TooManySteps        "WH0218" Error "values that use each other through too many steps";
+    HidesStd            "WH0219" Warning "a term that hides one of the standard library";
+    UnknownInstrument   "WH0220" Error "an instrument that is declared nowhere";
+    UnknownParam        "WH0221" Error "a parameter its instrument does not have";
+    // Types and dimensions
+    Mismatch            "WH0301" Error "operands of different dimensions";
+    WrongType           "WH0302" Error "a value of another type than the place needs";
+    MissingUnit         "WH0303" Error "a number without unit where a dimension is needed";
+    SeveralResults      "WH0304" Error "a call with several results where one value is needed";
+    NoResults           "WH0305" Error "a result asked of something that is no call";
+    BadExponent         "WH0306" Error "an exponent other than 1, 1.5, 2, 2.5 and 3";
+    FractionalDim       "WH0307" Error "a power whose dimension is not whole";
+    NotConstant         "WH0308" Error "a value that changes where a constant is needed";
+    NotFinite           "WH0309" Error "a constant that is not a finite number";
+    // Motion and causality
+    Circle              "WH0401" Error "a value that depends on itself within one tick";
+    NoPrime             "WH0402" Error "a value that has no time derivative";
+    PrimeOfComparison   "WH0403" Error "the prime of a choice that compares values";
+    JumpOfMode          "WH0404" Note "the prime of a choice by mode leaves out the jump";
+    NotWritable         "WH0405" Error "a write to something that cannot be written";
+    NextOfOther         "WH0406" Error "a next value of something that is no `state`";
+    TwoNexts            "WH0407" Error "two next values of one `state`";
+    FireOfOther         "WH0408" Error "something fired that is no pulse";
+    TwoWriters          "WH0409" Warning "two writers of one variable in one tick";
+    EmptyMachine        "WH0410" Error "a machine without transitions";
+    UnreachableState    "WH0411" Warning "a state that is never entered";
+    IdleStep            "WH0412" Warning "a step of a machine that does nothing";
     // Ranges and numbers
     Unbounded           "WH0501" Error "a value whose range cannot be bounded";
     DivisionByZero      "WH0502" Error "a division whose divisor may be zero";
+    NegativePower       "WH0504" Error "a half-integer power of a value that may be negative";
     InitOutOfRange      "WH0503" Error "an initial value outside its range";
+    EmptyRange          "WH0505" Error "a range whose ends leave nothing between them";
+    MissingRange        "WH0506" Error "a live parameter without range";
+    OutOfRange          "WH0507" Error "a parameter's value outside its range";
+    PulseWithoutZero    "WH0508" Error "a pulse whose range does not hold zero";
+    NotPositive         "WH0509" Error "a constant that must be above zero";
+    WindowTooLong       "WH0510" Error "a differentiator's window that is too long";
+    // Physics and keyboards
+    BodyPart            "WH0601" Error "a body that lacks or repeats one of its lines";
+    BodyMotion          "WH0602" Error "a line of a body that does not fit its coordinate";
+    UnknownNote         "WH0603" Error "a note that does not exist";
+    MissingSetting      "WH0604" Error "a setting that a keyboard needs";
+    RepeatedSetting     "WH0605" Error "a setting that is given twice";
+    BadRate             "WH0606" Error "a rate that is no whole number of hertz";
+    SenseMismatch       "WH0607" Error "programs of one keyboard that sense differently";
+    TwoKeyboards        "WH0608" Note "an instrument that several keyboards list";
+    BadSetting          "WH0609" Error "a value given to `--set` that cannot be read";
 }

@@ -1,1 +1,271 @@
-//! Primes.
+//! Primes: the total time derivative of a value, by the chain rule.
+//!
+//! ```text
+//!   sense  -> slope -> curvature -> (no third)       min(a, b) -> if a <= b then a' else b'
+//!   coordinate -> rate -> (none)                     if mode then a else b -> if mode then a' else b'
+//!   parameters -> 0                                  if x > 3 mm then a else b -> (none)
+//! ```
+//!
+//! The graph below the value is walked once, operands before users, so the depth of an expression does not matter.
+//! Every node that has no prime is reported, as a value: the checker knows where it stands in the source.
+
+use std::collections::HashMap;
+
+use super::{Body, Cell, CellId, CellKind, Cmp, Dag, Node, NodeId};
+
+/// A derivative.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prime {
+    /// Its value.
+    pub value: NodeId,
+    /// Choices by mode whose branches are not provably equal: the jump between them is not motion and is left out.
+    pub jumps: Vec<NodeId>,
+}
+
+/// Why a node has no derivative.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoPrimeKind {
+    /// The rate of a body: it changes by blows, which have no derivative.
+    Rate,
+    /// A `state`, which changes in steps.
+    State,
+    /// A pulse, which changes in steps.
+    Pulse,
+    /// The second derivative of a sensed value: the differentiators end there.
+    Third,
+    /// A choice whose condition compares values.
+    Comparison,
+    /// A square root, which the derivative of `e^1.5` needs.
+    Root,
+    /// A bool.
+    Bool,
+}
+
+/// A node without a derivative.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NoPrime {
+    /// Why.
+    pub kind: NoPrimeKind,
+    /// The node; for [`NoPrimeKind::Comparison`] the choice.
+    pub node: NodeId,
+}
+
+/// The time derivative of `root`.
+///
+/// # Errors
+/// All nodes below `root` whose derivative is needed and does not exist.
+pub fn prime(dag: &mut Dag, cells: &[Cell], bodies: &[Body], root: NodeId) -> Result<Prime, Vec<NoPrime>> {
+    let moving = reach(dag, root);
+    let rates = bodies.iter().map(|b| (b.coordinate, b.rate)).collect();
+    let zero = dag.constant(0.0);
+    let mut pass = Pass { dag, cells, rates, zero, done: HashMap::new(), jumps: Vec::new(), errors: Vec::new() };
+    for id in moving {
+        if let Some(value) = pass.node(id) {
+            pass.done.insert(id, value);
+        }
+    }
+    match pass.done.get(&root) {
+        Some(&value) if pass.errors.is_empty() => Ok(Prime { value, jumps: pass.jumps }),
+        _ => Err(pass.errors),
+    }
+}
+
+/// The nodes whose derivative is needed, operands before users.
+fn reach(dag: &Dag, root: NodeId) -> Vec<NodeId> {
+    let mut needed = vec![false; root.0 as usize + 1];
+    needed[root.0 as usize] = true;
+    for index in (0..needed.len()).rev() {
+        let node = dag.get(NodeId(index as u32));
+        if needed[index] && !node.is_bool() {
+            node.operands().iter().filter(|id| !dag.get(**id).is_bool()).for_each(|id| needed[id.0 as usize] = true);
+        }
+    }
+    (0..=root.0).map(NodeId).filter(|id| needed[id.0 as usize]).collect()
+}
+
+struct Pass<'d> {
+    dag: &'d mut Dag,
+    cells: &'d [Cell],
+    rates: HashMap<CellId, CellId>,
+    zero: NodeId,
+    done: HashMap<NodeId, NodeId>,
+    jumps: Vec<NodeId>,
+    errors: Vec<NoPrime>,
+}
+
+impl Pass<'_> {
+    /// The derivative of one node; `None` if it or an operand has none.
+    fn node(&mut self, id: NodeId) -> Option<NodeId> {
+        let node = self.dag.get(id).clone();
+        if node.is_bool() {
+            return self.fail(NoPrimeKind::Bool, id);
+        }
+        match node {
+            Node::Const(_) | Node::Live(_) | Node::Keyed(_) => Some(self.zero),
+            Node::Sense(s) => Some(self.dag.add(Node::Slope(s))),
+            Node::Slope(s) => Some(self.dag.add(Node::Curvature(s))),
+            Node::Curvature(_) => self.fail(NoPrimeKind::Third, id),
+            Node::Cell(cell) => self.cell(cell, id),
+            Node::Neg(a) => {
+                let a = self.of(a)?;
+                Some(self.neg(a))
+            }
+            Node::Add(a, b) => {
+                let (a, b) = (self.of(a)?, self.of(b)?);
+                Some(self.add(a, b))
+            }
+            Node::Sub(a, b) => {
+                let (a, b) = (self.of(a)?, self.of(b)?);
+                Some(self.sub(a, b))
+            }
+            Node::Mul(a, b) => self.product(a, b),
+            Node::Div(a, b) => self.quotient(id, a, b),
+            Node::Power(a, halves) => self.power(id, a, halves),
+            Node::Linear(_, terms) => self.linear(&terms),
+            Node::Min(a, b) => self.branch_taken(Cmp::Le, a, b),
+            Node::Max(a, b) => self.branch_taken(Cmp::Ge, a, b),
+            Node::Abs(a) => self.abs(a),
+            Node::Select(c, a, b) => self.select(id, c, a, b),
+            _ => None,
+        }
+    }
+
+    fn of(&self, id: NodeId) -> Option<NodeId> {
+        self.done.get(&id).copied()
+    }
+
+    fn fail(&mut self, kind: NoPrimeKind, node: NodeId) -> Option<NodeId> {
+        self.errors.push(NoPrime { kind, node });
+        None
+    }
+
+    fn cell(&mut self, cell: CellId, id: NodeId) -> Option<NodeId> {
+        match (self.rates.get(&cell), self.cells.get(cell.0 as usize).map(|c| c.kind)) {
+            (Some(&rate), _) => Some(self.dag.add(Node::Cell(rate))),
+            (None, Some(CellKind::Rate)) => self.fail(NoPrimeKind::Rate, id),
+            (None, Some(CellKind::Pulse)) => self.fail(NoPrimeKind::Pulse, id),
+            _ => self.fail(NoPrimeKind::State, id),
+        }
+    }
+
+    /// `a' b + a b'`
+    fn product(&mut self, a: NodeId, b: NodeId) -> Option<NodeId> {
+        let (da, db) = (self.of(a)?, self.of(b)?);
+        let left = self.mul(da, b);
+        let right = self.mul(a, db);
+        Some(self.add(left, right))
+    }
+
+    /// `(a' - (a / b) b') / b`, which uses the quotient that is there already.
+    fn quotient(&mut self, id: NodeId, a: NodeId, b: NodeId) -> Option<NodeId> {
+        let (da, db) = (self.of(a)?, self.of(b)?);
+        let carried = self.mul(id, db);
+        let top = self.sub(da, carried);
+        Some(if top == self.zero { top } else { self.dag.add_folded(Node::Div(top, b)) })
+    }
+
+    /// `n a^(n-1) a'` with `n` in halves.
+    fn power(&mut self, id: NodeId, a: NodeId, halves: u8) -> Option<NodeId> {
+        let da = self.of(a)?;
+        let lower = match halves {
+            _ if da == self.zero => return Some(da),
+            0..=2 => return Some(da),
+            3 => return self.fail(NoPrimeKind::Root, id),
+            4 => a,
+            _ => self.dag.add_folded(Node::Power(a, halves - 2)),
+        };
+        let n = self.dag.constant(f64::from(halves) / 2.0);
+        let slope = self.mul(n, lower);
+        Some(self.mul(slope, da))
+    }
+
+    fn linear(&mut self, terms: &[(super::dag::Real, NodeId)]) -> Option<NodeId> {
+        let mut sum = self.zero;
+        for &(factor, x) in terms {
+            let (factor, dx) = (self.dag.constant(factor.0), self.of(x)?);
+            let term = self.mul(factor, dx);
+            sum = self.add(sum, term);
+        }
+        Some(sum)
+    }
+
+    /// `min` and `max`: the derivative of the one that wins; the first of equals.
+    fn branch_taken(&mut self, cmp: Cmp, a: NodeId, b: NodeId) -> Option<NodeId> {
+        let (da, db) = (self.of(a)?, self.of(b)?);
+        let first = self.dag.add_folded(Node::Compare(cmp, a, b));
+        Some(self.choose(first, da, db))
+    }
+
+    /// `if a < 0 then -a' else a'`
+    fn abs(&mut self, a: NodeId) -> Option<NodeId> {
+        let da = self.of(a)?;
+        let negative = self.dag.add_folded(Node::Compare(Cmp::Lt, a, self.zero));
+        let minus = self.neg(da);
+        Some(self.choose(negative, minus, da))
+    }
+
+    fn select(&mut self, id: NodeId, c: NodeId, a: NodeId, b: NodeId) -> Option<NodeId> {
+        if !asks_modes_only(self.dag, c) {
+            return self.fail(NoPrimeKind::Comparison, id);
+        }
+        if a != b && self.dag.bool(c).is_none() {
+            self.jumps.push(id);
+        }
+        let (da, db) = (self.of(a)?, self.of(b)?);
+        Some(self.choose(c, da, db))
+    }
+
+    fn choose(&mut self, c: NodeId, a: NodeId, b: NodeId) -> NodeId {
+        if a == b { a } else { self.dag.add_folded(Node::Select(c, a, b)) }
+    }
+
+    fn add(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        match (a == self.zero, b == self.zero) {
+            (true, _) => b,
+            (_, true) => a,
+            _ => self.dag.add_folded(Node::Add(a, b)),
+        }
+    }
+
+    fn sub(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        match (a == self.zero, b == self.zero) {
+            (_, true) => a,
+            (true, _) => self.neg(b),
+            _ => self.dag.add_folded(Node::Sub(a, b)),
+        }
+    }
+
+    fn mul(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        if a == self.zero || b == self.zero {
+            return self.zero;
+        }
+        match (self.dag.real(a), self.dag.real(b)) {
+            (Some(1.0), _) => b,
+            (_, Some(1.0)) => a,
+            _ => self.dag.add_folded(Node::Mul(a, b)),
+        }
+    }
+
+    fn neg(&mut self, a: NodeId) -> NodeId {
+        if a == self.zero { a } else { self.dag.add_folded(Node::Neg(a)) }
+    }
+}
+
+/// Whether a bool is made of machine states, live bools and constants only.
+pub fn asks_modes_only(dag: &Dag, condition: NodeId) -> bool {
+    let mut waiting = vec![condition];
+    let mut seen = std::collections::HashSet::new();
+    while let Some(id) = waiting.pop() {
+        if !seen.insert(id) {
+            continue;
+        }
+        match dag.get(id) {
+            Node::Compare(..) => return false,
+            node => waiting.extend(node.operands()),
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests;

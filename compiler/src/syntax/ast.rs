@@ -6,7 +6,7 @@
 use crate::source::Span;
 
 /// A value together with the place it was read from.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spanned<T> {
     /// What was read.
     pub node: T,
@@ -241,6 +241,7 @@ pub enum DeclKind {
 }
 
 /// A line of a `body`.
+#[expect(clippy::large_enum_variant, reason = "a program has a handful of them")]
 #[derive(Debug, Clone, PartialEq)]
 pub enum BodyPart {
     /// `angle phi in a .. b [= init], rate in a .. b [= init]`, or `position` for a body that slides.

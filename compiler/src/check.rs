@@ -1,0 +1,136 @@
+//! From the tree to the Model: names, dimensions, constants, terms, machines, keyboards.
+//!
+//! ```text
+//!   files + std ─ items ──┬─ sets, keyboards (numbers only) ─┐
+//!                         │                                  v
+//!                         └─ per instrument:  instantiate -> elaborate -> finish ──> Model
+//! ```
+//!
+//! * `items` finds what the files declare; a user's term hides a term of `std`.
+//! * `instantiate` makes the tree of scopes: the instrument, and below it one scope per call of a term, each with
+//!   memory of its own. No expression is looked at yet, so cells and machines are numbered in the order of the text.
+//! * `elaborate` gives every expression a type and a node. Values are evaluated when first asked for, so the order of
+//!   declarations does not matter and a circle shows itself.
+//! * `finish` looks at the whole: unreachable states, writers that collide.
+//!
+//! Every term is first checked by itself, with parameters of which only the type is known, then wherever it is called;
+//! a message that says the same about the same place is given once. What is in error already is `None` and silent, so
+//! that one mistake gives one message.
+//!
+//! Not here: whether values are bounded and divisors differ from zero (the range analysis), algebra (the simplifier).
+
+mod action;
+mod body;
+mod builtin;
+mod call;
+mod cell;
+mod children;
+mod constant;
+mod diags;
+mod elaborate;
+mod expect;
+mod expr;
+mod instantiate;
+mod items;
+mod keyboard;
+mod notes;
+mod operator;
+mod param;
+mod per_key;
+mod prime;
+mod results;
+mod rule;
+mod scope;
+mod sense;
+mod sets;
+mod settings;
+mod slot;
+mod states;
+mod types;
+mod walk;
+mod writers;
+
+#[cfg(test)]
+mod tests;
+
+use crate::diag::Diagnostic;
+use crate::model::Model;
+use crate::syntax::ast::File;
+
+/// What the caller decides.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Ticks per second where no keyboard says otherwise; at least 1.
+    pub rate_hz: u32,
+    /// Parameters set from outside: `name` or `instrument.name`, and the value as text (`0.4N`, `off`).
+    pub sets: Vec<(String, String)>,
+}
+
+impl Default for Options {
+    /// 44.1 kHz, nothing set.
+    fn default() -> Options {
+        Options { rate_hz: 44_100, sets: Vec::new() }
+    }
+}
+
+/// A checked program.
+#[derive(Debug, Clone)]
+pub struct Program {
+    /// Its instruments, in the order of the text.
+    pub instruments: Vec<Model>,
+    /// Its keyboards, in the order of the text.
+    pub keyboards: Vec<Keyboard>,
+}
+
+/// `keyboard`: instruments on a device.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Keyboard {
+    /// Its name.
+    pub name: String,
+    /// The board its code runs on, if it says so.
+    pub board: Option<String>,
+    /// Sensor, converters, motor and key; `mikey` unless it says otherwise.
+    pub device: String,
+    /// Ticks per second.
+    pub rate_hz: u32,
+    /// MIDI number of the lowest key.
+    pub first_key: u8,
+    /// MIDI number of the highest key.
+    pub last_key: u8,
+    /// Its programs: indices of instruments.
+    pub programs: Vec<usize>,
+}
+
+impl Keyboard {
+    /// How many keys it has.
+    pub fn keys(&self) -> usize {
+        usize::from(self.last_key.saturating_sub(self.first_key)) + 1
+    }
+}
+
+/// Checks a program and gives its Models, unless there is an error.
+///
+/// The spans in `files` and `std` name their files in this order, all of `files` before all of `std`; spans in messages
+/// about the k-th of `options.sets` name file `files.len() + std.len() + k`, whose text is `name=value`.
+pub fn check(files: &[File], std: &[File], options: &Options) -> (Option<Program>, Vec<Diagnostic>) {
+    let mut diags = diags::Diags::default();
+    let items = items::collect(files, std, &mut diags);
+    let mut sets = sets::read(options, files.len() + std.len(), &mut diags);
+    let boards = keyboard::read(&items, options, &mut diags);
+    for term in &items.terms {
+        elaborate::term_alone(&items, term, options, &mut diags);
+    }
+    let models: Vec<Option<Model>> = (0..items.instruments.len())
+        .map(|index| {
+            let settings = settings::of(index, &items, &boards, &mut sets, options, &mut diags);
+            elaborate::instrument(&items, index, settings, &mut diags)
+        })
+        .collect();
+    keyboard::compare_senses(&boards, &models, &mut diags);
+    sets::report_unused(&sets, &items, &mut diags);
+    let program = (!diags.any_error()).then(|| Program {
+        instruments: models.into_iter().flatten().collect(),
+        keyboards: boards.into_iter().map(|board| board.keyboard).collect(),
+    });
+    (program, diags.sorted())
+}

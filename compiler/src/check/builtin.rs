@@ -1,0 +1,79 @@
+//! What is built in: constants, functions, events.
+
+use std::f64::consts::PI;
+
+use crate::units::Dim;
+
+/// A constant that is always in scope.
+pub struct Constant {
+    /// Its name.
+    pub name: &'static str,
+    /// Its value (SI).
+    pub value: f64,
+    /// Its dimension.
+    pub dim: Dim,
+}
+
+/// The constants: standard gravity (CGPM 1901) and the circle's number.
+pub const CONSTANTS: &[Constant] = &[
+    Constant { name: "gravity", value: 9.80665, dim: Dim::ACCELERATION },
+    Constant { name: "pi", value: PI, dim: Dim::NUMBER },
+];
+
+/// The constant of that name.
+pub fn constant(name: &str) -> Option<&'static Constant> {
+    CONSTANTS.iter().find(|c| c.name == name)
+}
+
+/// Functions of numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Function {
+    /// The smaller of two.
+    Min,
+    /// The larger of two.
+    Max,
+    /// A value, not below the low and not above the high; if these are crossed, the high.
+    Clamp,
+    /// The size without the sign.
+    Abs,
+}
+
+/// A function's name and how it is called.
+pub struct Signature {
+    /// Its name.
+    pub name: &'static str,
+    /// Which.
+    pub function: Function,
+    /// What its arguments are, in order.
+    pub args: &'static [&'static str],
+}
+
+/// The functions.
+pub const FUNCTIONS: &[Signature] = &[
+    Signature { name: "min", function: Function::Min, args: &["a", "b"] },
+    Signature { name: "max", function: Function::Max, args: &["a", "b"] },
+    Signature { name: "clamp", function: Function::Clamp, args: &["value", "low", "high"] },
+    Signature { name: "abs", function: Function::Abs, args: &["value"] },
+];
+
+/// The function of that name.
+pub fn function(name: &str) -> Option<&'static Signature> {
+    FUNCTIONS.iter().find(|f| f.name == name)
+}
+
+/// An event that every host understands.
+pub struct Event {
+    /// Its name.
+    pub name: &'static str,
+    /// Its arguments: name and dimension.
+    pub args: &'static [(&'static str, Dim)],
+}
+
+/// The events: a string is struck or plucked, the damper is back.
+pub const EVENTS: &[Event] =
+    &[Event { name: "note", args: &[("speed", Dim::SPEED)] }, Event { name: "release", args: &[] }];
+
+/// The event of that name.
+pub fn event(name: &str) -> Option<&'static Event> {
+    EVENTS.iter().find(|e| e.name == name)
+}

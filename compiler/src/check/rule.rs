@@ -1,0 +1,25 @@
+//! Rules: transitions and events become guard and actions, in the order of the text.
+
+use super::elaborate::Elaborator;
+use super::scope::ScopeId;
+use crate::model::{Rule, RuleKind};
+use crate::source::Span;
+use crate::syntax::ast::{Action, Expr, Name};
+
+impl<'a> Elaborator<'a, '_> {
+    /// `event name when guard { .. }`
+    pub fn event(&mut self, scope: ScopeId, name: &Name, guard: &'a Expr, actions: &'a [Action], span: Span) {
+        let kind = RuleKind::Event { name: self.scopes[scope.0].full(&name.node) };
+        self.rule(scope, kind, guard, actions, span);
+    }
+
+    /// Adds a rule. Guard and all actions are looked at, whatever fails.
+    pub fn rule(&mut self, scope: ScopeId, kind: RuleKind, guard: &'a Expr, actions: &'a [Action], span: Span) {
+        let guard = self.condition(scope, guard, "a guard");
+        let actions: Vec<_> = actions.iter().map(|action| self.action(scope, action)).collect();
+        let actions: Option<Vec<_>> = actions.into_iter().collect();
+        if let (Some(guard), Some(actions)) = (guard, actions) {
+            self.model.rules.push(Rule { kind, guard, actions, span });
+        }
+    }
+}

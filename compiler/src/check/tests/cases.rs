@@ -1,0 +1,348 @@
+//! Programs with a mistake, and the codes they must give: exactly these, so that one mistake gives one message.
+
+/// A mistake: a name for the snapshot, the codes of its messages in the order of the text, the program.
+#[derive(Debug, Clone, Copy)]
+pub struct Case {
+    /// Name.
+    pub name: &'static str,
+    /// Codes.
+    pub codes: &'static [&'static str],
+    /// The program; what does not begin with a keyword of the top level stands in an instrument that senses `x`.
+    pub text: &'static str,
+}
+
+const fn case(name: &'static str, codes: &'static [&'static str], text: &'static str) -> Case {
+    Case { name, codes, text }
+}
+
+/// Names, terms, arguments.
+pub const NAMES: &[Case] = &[
+    case("unknown name", &["WH0201"], "let lift = x force f = lft * 1 N/m"),
+    case("unknown name in a term", &["WH0201"], "term t(a: length) -> b: length { b = a + offset }"),
+    case("machine as a value", &["WH0201"], "states m { a -> b when x > 1 mm b -> a when x < 1 mm } force f = m * 1 N"),
+    case("duplicate value", &["WH0202"], "let a = x let a = 2 * x force f = a * 1 N/m"),
+    case("duplicate of another kind", &["WH0202"], "param k = 1 N/m state k: force in 0 N .. 1 N force f = k * x"),
+    case("built-in name", &["WH0202"], "param gravity = 1.62 m/s^2 force f = 1 kg * gravity"),
+    case("duplicate force", &["WH0202"], "force f = 1 N force f = 2 N"),
+    case("duplicate event", &["WH0202"], "event e when x > 1 mm { } event e when x > 2 mm { }"),
+    case("duplicate machine", &["WH0202"], "states m { a -> b when x > 1 mm } states m { a -> b when x > 2 mm }"),
+    case(
+        "duplicate body",
+        &["WH0202"],
+        "body b { position y in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s mass 1 g }
+         body b { position z in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s mass 1 g }",
+    ),
+    case("duplicate instrument", &["WH0202"], "instrument i { force f = 1 N } instrument i { force f = 2 N }"),
+    case("term named like a function", &["WH0202"], "term min(a: length) -> b: length { b = a }"),
+    case("unknown term", &["WH0203"], "let jack = escapment(x, start: 1 mm) force f = jack.resistance"),
+    case("unknown type", &["WH0204"], "state s: lenght in 0 mm .. 1 mm next s = x force f = s * 1 N/m"),
+    case(
+        "unknown machine",
+        &["WH0205"],
+        "states gate { a -> b when x > 1 mm } force f = if gat is a then 1 N else 0 N",
+    ),
+    case("value as a machine", &["WH0205"], "force f = if x is low then 1 N else 0 N"),
+    case(
+        "unknown state",
+        &["WH0206"],
+        "states m { open -> shut when x > 1 mm } force f = if m is opn then 1 N else 0 N",
+    ),
+    case(
+        "unknown body",
+        &["WH0207"],
+        "body hammer { angle a in 0 rad .. 1 rad, rate in -1 rad/s .. 1 rad/s inertia 1 kg*m^2 } hold hamer when x > 1 mm",
+    ),
+    case("unknown result", &["WH0208"], "let j = escapement(x, 1 mm, 2 mm, 3 mm, 1 N) force f = j.resistence"),
+    case(
+        "unknown argument",
+        &["WH0209"],
+        "force f = escapement(x, strat: 1 mm, peak: 2 mm, end: 3 mm, height: 1 N).resistance",
+    ),
+    case(
+        "argument after a named one",
+        &["WH0209"],
+        "force f = escapement(x: x, 1 mm, peak: 2 mm, end: 3 mm, height: 1 N).resistance",
+    ),
+    case("named argument of a function", &["WH0209"], "let a = min(x, b: 1 mm)"),
+    case("unknown argument of an event", &["WH0209"], "event e when x > 1 mm { emit note(sped: x') }"),
+    case("missing arguments", &["WH0210"], "force f = escapement(x, peak: 2 mm, height: 1 N).resistance"),
+    case("missing argument of a function", &["WH0210"], "let a = clamp(x, 0 mm)"),
+    case("missing argument of an event", &["WH0210"], "event e when x > 1 mm { emit note() }"),
+    case(
+        "events of one name with different arguments",
+        &["WH0209"],
+        "event e when x > 1 mm { emit tap(at: x) } event f when x > 2 mm { emit tap(at: x, speed: x') }",
+    ),
+    case(
+        "one argument too many",
+        &["WH0211"],
+        "term t(a: length) -> b: length { b = a } instrument i { let c = t(1 mm, 2 mm) }",
+    ),
+    case("one argument too many of a function", &["WH0211"], "let a = abs(x, x)"),
+    case(
+        "repeated argument",
+        &["WH0212"],
+        "force f = escapement(x, x: x, start: 1 mm, peak: 2 mm, end: 3 mm, height: 1 N).resistance",
+    ),
+    case("repeated argument of an event", &["WH0212"], "event e when x > 1 mm { emit note(speed: x', speed: x') }"),
+    case("missing result", &["WH0213"], "term t(a: length) -> b: length, c: bool { b = a }"),
+    case("result without keyword", &["WH0214"], "lift = 2 * x force f = lift * 1 N/m"),
+    case("result that is not declared", &["WH0214"], "term t(a: length) -> height: length { height = a heigth = a }"),
+    case(
+        "sense in a term",
+        &["WH0215"],
+        "term t(a: length) -> b: length { sense y: length in 0 mm .. 1 mm b = y + a }",
+    ),
+    case("force in a term", &["WH0215"], "term t(a: length) -> b: length { force f = 1 N b = a }"),
+    case(
+        "recursive terms",
+        &["WH0216", "WH0216"],
+        "term up(a: length) -> b: length { b = down(a) } term down(a: length) -> b: length { b = up(a) }",
+    ),
+    case("term of std hidden", &["WH0219"], "term escapement(x: length) -> y: length { y = x }"),
+];
+
+/// Types, dimensions, constants.
+pub const TYPES: &[Case] = &[
+    case("sum of different dimensions", &["WH0301"], "param k = 8e3 N/m let a = x + k * x"),
+    case("comparison of different dimensions", &["WH0301"], "event e when x > 1 N { }"),
+    case("branches of different kinds", &["WH0301"], "let a = if x > 1 mm then 1 N else x"),
+    case("min of different dimensions", &["WH0301"], "let a = min(x, 1 N)"),
+    case("number and bool", &["WH0301"], "live param b = on let a = x + b"),
+    case("force of another dimension", &["WH0302"], "force f = 3 N/m + 2 N/m"),
+    case("bool as a force", &["WH0302"], "force f = x > 1 mm"),
+    case("number as a condition", &["WH0302"], "force f = if x then 1 N else 0 N"),
+    case("and of numbers", &["WH0302", "WH0302"], "event e when x and x' { }"),
+    case("not of a number", &["WH0302"], "event e when not x { }"),
+    case("bools compared", &["WH0302"], "live param b = on live param c = on event e when b >= c { }"),
+    case("minus a bool", &["WH0302"], "live param b = on let a = -b"),
+    case("product with a bool", &["WH0302"], "live param b = on let a = 2 * b"),
+    case(
+        "argument of another dimension",
+        &["WH0302"],
+        "force f = escapement(x, 1 mm, 2 mm, 3 mm, height: 5 mm).resistance",
+    ),
+    case("result of another dimension", &["WH0302"], "term t(a: length) -> b: force { b = a }"),
+    case("range of another dimension", &["WH0302"], "state s: force in 0 mm .. 1 N next s = 1 N"),
+    case(
+        "written value of another dimension",
+        &["WH0302"],
+        "state s: force in 0 N .. 1 N event e when x > 1 mm { s := x }",
+    ),
+    case(
+        "level of another dimension",
+        &["WH0302"],
+        "pulse p: force in 0 N .. 1 N lasting 1 ms event e when x > 1 mm { fire p at x }",
+    ),
+    case("event argument of another dimension", &["WH0302"], "event e when x > 1 mm { emit note(speed: x) }"),
+    case("bool as an event argument", &["WH0302"], "event e when x > 1 mm { emit tap(hard: on) }"),
+    case("state of type bool", &["WH0302"], "state s: bool in 0 .. 1 next s = on"),
+    case("range of a bool", &["WH0302"], "live param b = on in 0 .. 1"),
+    case("prime of a bool", &["WH0302"], "let a = (x > 1 mm)'"),
+    case("zero without unit", &["WH0303"], "event e when x > 0 { }"),
+    case("number without unit", &["WH0303"], "state s: length in 0 mm .. 10 next s = x"),
+    case(
+        "call with several results as a value",
+        &["WH0304"],
+        "let j = escapement(x, 1 mm, 2 mm, 3 mm, 1 N) force f = j",
+    ),
+    case("result of something that is no call", &["WH0305"], "let a = x.y"),
+    case("exponent", &["WH0306"], "let a = x^4"),
+    case("negative exponent", &["WH0306"], "let a = x^-1"),
+    case("fractional dimension", &["WH0307"], "let a = x^1.5"),
+    case("changing range", &["WH0308"], "state s: length in 0 mm .. x next s = x"),
+    case(
+        "live value as a constant",
+        &["WH0308"],
+        "live param w = 1 mm in 0 mm .. 2 mm state s: length in 0 mm .. w next s = x",
+    ),
+    case(
+        "changing argument where a constant is needed",
+        &["WH0308", "WH0308"],
+        "force f = escapement(x, 1 mm, 2 mm, 3 mm, height: x * 1 N/m).resistance",
+    ),
+    case("state of a machine as a constant", &["WH0308"], "states m { a -> b when x > 1 mm } param p = m is a"),
+    case("infinite constant", &["WH0309"], "param k = 1 N / 0 m in 0 N/m .. 1 N/m"),
+];
+
+/// Motion, time, memory.
+pub const MOTION: &[Case] = &[
+    case("circle", &["WH0401"], "let a = b + 1 mm let b = c / 2 let c = a"),
+    case(
+        "circle through a term",
+        &["WH0401"],
+        "let j = escapement(y, 1 mm, 2 mm, 3 mm, 1 N) let y = j.resistance * 1 mm/N",
+    ),
+    case("circle of parameters", &["WH0401"], "param a = 2 * b param b = a / 2"),
+    case("third prime", &["WH0402"], "let a = x'''"),
+    case(
+        "second prime of a coordinate",
+        &["WH0402"],
+        "body b { angle phi in 0 rad .. 1 rad, rate in -1 rad/s .. 1 rad/s inertia 1 kg*m^2 } let a = phi''",
+    ),
+    case("prime of a state", &["WH0402"], "state s: length in 0 mm .. 10 mm next s = x let a = (x - s)'"),
+    case("prime of a pulse", &["WH0402"], "pulse p: force in 0 N .. 1 N lasting 1 ms let a = p'"),
+    case("prime of a root", &["WH0402"], "let a = ((x / 1 mm)^1.5)'"),
+    case("prime of a comparing choice", &["WH0403"], "let a = if x > 3 mm then x else 2 * x let b = a'"),
+    case("jump of a mode", &["WH0404"], "live param m = on let a = if m then x else 2 * x let b = a' let c = a'"),
+    case("write to a let", &["WH0405"], "let a = x event e when x > 1 mm { a := 0 mm }"),
+    case("write to a param", &["WH0405"], "param a = 1 mm event e when x > 1 mm { a := 0 mm }"),
+    case("write to what is measured", &["WH0405"], "event e when x > 1 mm { x := 0 mm }"),
+    case(
+        "write to a pulse",
+        &["WH0405"],
+        "pulse p: force in 0 N .. 1 N lasting 1 ms event e when x > 1 mm { p := 1 N }",
+    ),
+    case(
+        "write to a parameter of the term",
+        &["WH0405"],
+        "term t(a: length) -> b: length { b = a event e when a > 1 mm { a := 0 mm } }",
+    ),
+    case("rate of a state", &["WH0405"], "state s: length in 0 mm .. 1 mm event e when x > 1 mm { s' := 1 mm/s }"),
+    case("next of a let", &["WH0406"], "let a = x next a = 2 * x"),
+    case("two next values", &["WH0407"], "state s: length in 0 mm .. 10 mm next s = x next s = 2 * x"),
+    case(
+        "fire of a state",
+        &["WH0408"],
+        "state s: force in 0 N .. 1 N next s = s event e when x > 1 mm { fire s at 1 N }",
+    ),
+    case(
+        "two writers",
+        &["WH0409"],
+        "state s: length in 0 mm .. 10 mm
+         event up when x > 1 mm { s := x }
+         event down when x' < 0 mm/s { s := 0 mm }",
+    ),
+    case(
+        "two writes of one rule",
+        &["WH0409"],
+        "state s: length in 0 mm .. 10 mm event e when x > 1 mm { s := x s := 2 * x }",
+    ),
+    case("empty machine", &["WH0410"], "states m { } force f = if m is a then 1 N else 0 N"),
+    case("unreachable state", &["WH0411"], "states m { open -> shut when x > 1 mm shutt -> open when x < 1 mm }"),
+    case("idle step", &["WH0412"], "states m { a -> a when x > 1 mm }"),
+];
+
+/// Ranges, bodies.
+pub const RANGES: &[Case] = &[
+    case("first value outside", &["WH0503"], "state s: force in 0 N .. 1 N = 2 N next s = s"),
+    case("zero outside", &["WH0503"], "state s: force in 1 N .. 2 N next s = s"),
+    case("swapped range", &["WH0505"], "state s: force in 2 N .. 1 N next s = s"),
+    case("empty range", &["WH0505"], "param k = 1 N in 1 N .. 1 N"),
+    case("clamp to nothing", &["WH0505"], "let a = clamp(x, 2 mm, 1 mm)"),
+    case("live param without range", &["WH0506"], "live param w = 1 N force f = w"),
+    case("param outside its range", &["WH0507"], "param k = 3 N/m in 0 N/m .. 2 N/m force f = k * x"),
+    case("pulse without zero", &["WH0508"], "pulse p: force in 1 N .. 2 N lasting 1 ms"),
+    case("massless body", &["WH0509"], "body b { position y in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s mass 0 g }"),
+    case("pulse of no duration", &["WH0509"], "pulse p: force in 0 N .. 2 N lasting 0 ms"),
+    case("window of no duration", &["WH0509"], "instrument i { sense y: length in 0 mm .. 1 mm over -1 ms }"),
+    case("window too long", &["WH0510"], "instrument i { sense y: length in 0 mm .. 1 mm over 1 s }"),
+    case("body without coordinate", &["WH0601"], "body b { mass 1 g } hold b when x > 1 mm"),
+    case("body without mass", &["WH0601"], "body b { position y in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s }"),
+    case(
+        "body with two coordinates",
+        &["WH0601"],
+        "body b { position y in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s mass 1 g
+                  position z in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s } force f = z * 1 N/m",
+    ),
+    case(
+        "body with two masses",
+        &["WH0601"],
+        "body b { position y in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s mass 1 g mass 2 g }",
+    ),
+    case(
+        "torque on a sliding body",
+        &["WH0602"],
+        "body b { position y in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s mass 1 g torque 1 N*m }",
+    ),
+    case(
+        "mass of a turning body",
+        &["WH0602"],
+        "body b { angle phi in 0 rad .. 1 rad, rate in -1 rad/s .. 1 rad/s mass 1 g }",
+    ),
+    case(
+        "force on a turning body in the wrong unit",
+        &["WH0302"],
+        "body b { angle phi in 0 rad .. 1 rad, rate in -1 rad/s .. 1 rad/s inertia 1 kg*m^2 torque 1 N }",
+    ),
+];
+
+/// An instrument and the beginning of a keyboard that plays it.
+macro_rules! keyboard {
+    ($settings:literal) => {
+        concat!(
+            "instrument piano { sense x: length in 0 mm .. 10 mm live param weight = 0 N in 0 N .. 1 N\n",
+            "    live param pedal = off force f = weight }\n",
+            "keyboard board { ",
+            $settings,
+            " }"
+        )
+    };
+}
+
+/// Keyboards.
+pub const KEYBOARDS: &[Case] = &[
+    case("unknown program", &["WH0220"], keyboard!("rate 44100 Hz keys A0 .. C8 programs piano, pino")),
+    case(
+        "program of another keyboard",
+        &["WH0220"],
+        "instrument a { } instrument b { param k = 1 N } keyboard c { rate 1 Hz keys A0 .. C8 programs a b.k = { A0: 1 N } }",
+    ),
+    case(
+        "unknown param",
+        &["WH0221"],
+        keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.wieght = { A0: 1 N }"),
+    ),
+    case(
+        "name in a keyboard",
+        &["WH0201"],
+        keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.weight = { A0: heavy }"),
+    ),
+    case("call in a keyboard", &["WH0308"], keyboard!("rate fast(1) keys A0 .. C8 programs piano")),
+    case(
+        "value per key of another dimension",
+        &["WH0302"],
+        keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.weight = { A0: 1 g }"),
+    ),
+    case("bool per key", &["WH0302"], keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.pedal = { A0: on }")),
+    case(
+        "value per key outside",
+        &["WH0507"],
+        keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.weight = { A0: 1 N, C8: 2 N }"),
+    ),
+    case(
+        "unknown notes",
+        &["WH0603", "WH0603"],
+        keyboard!("rate 44100 Hz keys A0 .. H8 programs piano piano.weight = { X1: 1 N }"),
+    ),
+    case("swapped keys", &["WH0505"], keyboard!("rate 44100 Hz keys C8 .. A0 programs piano")),
+    case("missing settings", &["WH0604", "WH0604", "WH0604"], keyboard!("board rp2350")),
+    case("no values", &["WH0604"], keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.weight = { }")),
+    case(
+        "repeated settings",
+        &["WH0605", "WH0605", "WH0605"],
+        keyboard!(
+            "rate 44100 Hz rate 48000 Hz keys A0 .. C8 programs piano, piano piano.weight = { A0: 1 N, A0: 1 N }"
+        ),
+    ),
+    case("rate without unit", &["WH0303"], keyboard!("rate 44100 keys A0 .. C8 programs piano")),
+    case("rate of another dimension", &["WH0302"], keyboard!("rate 44100 s keys A0 .. C8 programs piano")),
+    case("broken rate", &["WH0606"], keyboard!("rate 0.5 Hz keys A0 .. C8 programs piano")),
+    case(
+        "different senses",
+        &["WH0607"],
+        "instrument a { sense x: length in 0 mm .. 10 mm } instrument b { sense y: length in 0 mm .. 9 mm }
+         keyboard k { rate 44100 Hz keys A0 .. C8 programs a, b }",
+    ),
+    case(
+        "different number of senses",
+        &["WH0607"],
+        "instrument a { sense x: length in 0 mm .. 10 mm } instrument b { }
+         keyboard k { rate 44100 Hz keys A0 .. C8 programs a, b }",
+    ),
+    case(
+        "instrument of two keyboards",
+        &["WH0608"],
+        "instrument a { } keyboard k { rate 1 kHz keys A0 .. C8 programs a } keyboard l { rate 2 kHz keys A0 .. C8 programs a }",
+    ),
+];

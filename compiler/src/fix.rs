@@ -1,0 +1,106 @@
+//! Lowering: equations over the reals become integers.
+//!
+//! Every value gets a format from its proven range: as many fraction bits as 32 bits allow. Sums of scaled values are one
+//! chain of 32 x 32 -> 64 bit multiply-accumulates with a single rounding at the end; products round once; clamps stand
+//! only where the ranges do not prove them away. Each value carries a bound on the error that one tick adds to it.
+//!
+//! ```text
+//!   Step + Ranges + Scales -> [ format | sense | values | step | rules | commit ] -> Kernel + what its values mean
+//! ```
+//!
+//! Not here: algebra (`simplify`), the meaning of operators (`kernel::op`), layout in memory.
+
+mod commit;
+mod convert;
+mod export;
+mod format;
+mod linear;
+mod plan;
+mod real;
+mod rules;
+mod sense;
+mod values;
+
+pub use export::{Export, ExportKind, Lowered, LoweredEvent, LoweredEventKind, LoweredLive};
+
+use std::collections::HashMap;
+
+use crate::kernel::{Builder, OpError, Type, Value};
+use crate::model::NodeId;
+use crate::range::Ranges;
+use crate::scales::Scales;
+use crate::simplify::Step;
+use real::Real;
+
+/// Lowers one instrument.
+///
+/// `observe` adds what traces need and a keyboard does not: a probe per named value, an event per rule.
+///
+/// # Errors
+/// An operator refused its operands: a defect of this module (ranges are given), reported with the operator.
+pub fn lower(step: &Step, ranges: &Ranges, scales: Scales, observe: bool) -> Result<Lowered, OpError> {
+    Lowerer::new(step, ranges, scales, observe).run()
+}
+
+/// What is known while lowering.
+struct Lowerer<'a> {
+    step: &'a Step,
+    ranges: &'a Ranges,
+    scales: Scales,
+    observe: bool,
+    b: Builder,
+    /// Fraction bits wanted for each node.
+    plan: Vec<i32>,
+    /// Reals computed so far; entries made inside a branch are dropped at its end.
+    reals: HashMap<NodeId, Real>,
+    bools: HashMap<NodeId, Value>,
+    inputs: sense::Inputs,
+    cells: commit::Cells,
+    lives: Vec<(u32, f64)>,
+    keyed: Vec<(u32, f64)>,
+    clamps: Vec<String>,
+}
+
+impl<'a> Lowerer<'a> {
+    fn new(step: &'a Step, ranges: &'a Ranges, scales: Scales, observe: bool) -> Lowerer<'a> {
+        Lowerer {
+            step,
+            ranges,
+            scales,
+            observe,
+            b: Builder::new(&step.model.name, step.model.rate_hz),
+            plan: plan::fractions(step, ranges),
+            reals: HashMap::new(),
+            bools: HashMap::new(),
+            inputs: sense::Inputs::default(),
+            cells: commit::Cells::default(),
+            lives: Vec::new(),
+            keyed: Vec::new(),
+            clamps: Vec::new(),
+        }
+    }
+
+    fn run(mut self) -> Result<Lowered, OpError> {
+        self.declare();
+        let events = self.declare_events();
+        let drive = self.b.output("drive", format::DRIVE_WORD);
+        self.declare_senses()?;
+
+        self.b.begin_tick();
+        self.tick_senses()?;
+        let word = self.drive_word()?;
+        self.b.effect(crate::kernel::Op::Out(drive), &[word])?;
+        let exports = if self.observe { self.probes()? } else { Vec::new() };
+        let mut writes = self.integrated()?;
+        self.rules(&events, &mut writes)?;
+        self.commit(writes)?;
+        self.tick_histories()?;
+        let lives = self.live_meanings();
+        let (events, clamps) = (events.meanings, self.clamps);
+        Ok(Lowered { kernel: self.b.finish(), exports, events, lives, clamps })
+    }
+
+    fn constant(&mut self, value: i64) -> Result<Value, OpError> {
+        self.b.constant(Type::I32, value)
+    }
+}

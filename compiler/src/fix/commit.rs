@@ -1,0 +1,219 @@
+//! Memory of a key: declared once, read at the tick's start, written and clamped at its end.
+
+use std::collections::HashMap;
+
+use super::Lowerer;
+use super::format::{self, exp2};
+use super::real::Real;
+use crate::kernel::{Op, OpError, Range, Type, Value};
+use crate::model::{Action, Body, CellId, CellKind, MachineId, NodeId, RuleKind};
+
+/// Kernel cells of the Model's memory.
+#[derive(Debug, Default)]
+pub(super) struct Cells {
+    /// Per cell of the Model.
+    reals: Vec<u32>,
+    /// Per machine; none for a machine of one state.
+    machines: Vec<Option<u32>>,
+    /// Per pulse: ticks left.
+    pulse_left: Vec<u32>,
+    /// Per rule: whether an event's guard held in the tick before.
+    held: Vec<Option<u32>>,
+}
+
+/// New values of a tick, before clamps, as SSA values.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Writes {
+    pub cells: HashMap<u32, Value>,
+    pub machines: HashMap<u32, Value>,
+    pub pulse_left: HashMap<u32, Value>,
+}
+
+impl Lowerer<'_> {
+    /// Declares live values, per-key values and memory.
+    pub(super) fn declare(&mut self) {
+        let model = &self.step.model;
+        for live in &model.lives {
+            let lsb = live.dim.map_or(1.0, |_| exp2(-format::fraction_bits(live.range)));
+            let range = format::inside(live.range, lsb);
+            let init = format::quantise(live.value, lsb).clamp(range.low, range.high) as i32;
+            self.lives.push((self.b.live(&live.name, range, init), lsb));
+        }
+        for keyed in &model.keyed {
+            let lsb = exp2(-format::fraction_bits(keyed.range));
+            let values: Vec<i32> = keyed.values.iter().map(|&v| format::quantise(v, lsb) as i32).collect();
+            let ends = values.iter().map(|&v| i64::from(v));
+            let range = Range::new(ends.clone().min().unwrap_or(0), ends.max().unwrap_or(0));
+            self.keyed.push((self.b.keyed(&keyed.name, range, values), lsb));
+        }
+        for cell in &model.cells {
+            let lsb = exp2(-format::fraction_bits(cell.range));
+            let range = format::inside(cell.range, lsb);
+            let init = format::quantise(cell.init, lsb).clamp(range.low, range.high);
+            self.cells.reals.push(self.b.cell(&cell.name, Type::I32, range, init));
+        }
+        self.declare_discrete();
+    }
+
+    /// Names of cells end in hard keywords here, so that they meet no name of the program.
+    fn declare_discrete(&mut self) {
+        let model = &self.step.model;
+        for machine in &model.machines {
+            let last = machine.states.len() as i64 - 1;
+            let ty = if last == 1 { Type::I1 } else { Type::I32 };
+            let cell = (last > 0).then(|| self.b.cell(&format!("{}.state", machine.name), ty, Range::new(0, last), 0));
+            self.cells.machines.push(cell);
+        }
+        for pulse in &model.pulses {
+            let range = Range::new(0, i64::from(pulse.ticks));
+            self.cells.pulse_left.push(self.b.cell(&format!("{}.pulse", pulse.name), Type::I32, range, 0));
+        }
+        for rule in &model.rules {
+            let cell = match &rule.kind {
+                RuleKind::Event { name } => Some(self.b.cell(&format!("{name}.event"), Type::I1, Range::new(0, 1), 1)),
+                RuleKind::Transition { .. } => None,
+            };
+            self.cells.held.push(cell);
+        }
+    }
+
+    /// A cell at the tick's start.
+    pub(super) fn cell(&mut self, cell: CellId) -> Result<Real, OpError> {
+        let value = self.b.op(Op::Get(self.cells.reals[cell.0 as usize]), &[])?;
+        Ok(Real::fixed(value, self.cell_bits(cell), 0.0))
+    }
+
+    pub(super) fn cell_bits(&self, cell: CellId) -> i32 {
+        format::fraction_bits(self.step.model.cells[cell.0 as usize].range)
+    }
+
+    pub(super) fn cell_range(&self, cell: CellId) -> Range {
+        format::inside(self.step.model.cells[cell.0 as usize].range, exp2(-self.cell_bits(cell)))
+    }
+
+    /// The state of a machine at the tick's start, as an index (none: it has one state).
+    pub(super) fn machine(&mut self, machine: MachineId) -> Result<Option<Value>, OpError> {
+        self.cells.machines[machine.0 as usize].map(|cell| self.b.op(Op::Get(cell), &[])).transpose()
+    }
+
+    pub(super) fn is(&mut self, machine: MachineId, state: u32) -> Result<Value, OpError> {
+        let Some(now) = self.machine(machine)? else { return self.b.constant(Type::I1, i64::from(state == 0)) };
+        match (self.b.ty(now), state) {
+            (Type::I1, 0) => self.b.op(Op::Not, &[now]),
+            (Type::I1, _) => Ok(now),
+            _ => {
+                let state = self.constant(i64::from(state))?;
+                self.b.op(Op::Eq, &[now, state])
+            }
+        }
+    }
+
+    /// Whether an event's guard held in the tick before; remembers this tick's.
+    pub(super) fn edge(&mut self, rule: usize, guard: Value) -> Result<Value, OpError> {
+        let Some(cell) = self.cells.held[rule] else { return Ok(guard) };
+        let before = self.b.op(Op::Get(cell), &[])?;
+        self.b.effect(Op::Set(cell), &[guard])?;
+        let not = self.b.op(Op::Not, &[before])?;
+        self.b.op(Op::And, &[guard, not])
+    }
+
+    /// What bodies, pulses and `next` make of the memory.
+    pub(super) fn integrated(&mut self) -> Result<Writes, OpError> {
+        let mut writes = Writes::default();
+        let model = &self.step.model;
+        for (index, body) in model.bodies.iter().enumerate() {
+            let (rate, coordinate) = (self.step.rates[index], self.step.coordinates[index]);
+            writes.cells.insert(body.rate.0, self.new_value(body.rate, rate)?);
+            writes.cells.insert(body.coordinate.0, self.new_value(body.coordinate, coordinate)?);
+        }
+        for action in model.rules.iter().flat_map(|r| &r.actions) {
+            // What only actions write keeps its value where none acts.
+            if let &Action::Write { cell, .. } = action
+                && !writes.cells.contains_key(&cell.0)
+            {
+                writes.cells.insert(cell.0, self.cell(cell)?.value);
+            }
+        }
+        for &(cell, node) in &model.nexts {
+            writes.cells.insert(cell.0, self.new_value(cell, node)?);
+        }
+        for (index, pulse) in model.pulses.iter().enumerate() {
+            let (left, one, zero) = (self.pulse_left(index)?, self.constant(1)?, self.constant(0)?);
+            let counted = self.b.op(Op::Sub, &[left, one])?;
+            let counted = self.b.op(Op::Max, &[counted, zero])?;
+            let ends = self.b.op(Op::Le, &[left, one])?;
+            let level = self.cell(pulse.level)?.value;
+            let level = self.b.op(Op::Select, &[ends, zero, level])?;
+            writes.pulse_left.insert(index as u32, counted);
+            writes.cells.insert(pulse.level.0, level);
+        }
+        Ok(writes)
+    }
+
+    pub(super) fn pulse_left(&mut self, pulse: usize) -> Result<Value, OpError> {
+        self.b.op(Op::Get(self.cells.pulse_left[pulse]), &[])
+    }
+
+    /// What is to be stored in a cell: its clamp, or for a coordinate one unit beyond, so that being stopped shows.
+    pub(super) fn new_value(&mut self, cell: CellId, node: NodeId) -> Result<Value, OpError> {
+        let real = self.real(node)?;
+        let range = self.cell_range(cell);
+        let beyond = match self.step.model.cells[cell.0 as usize].kind {
+            CellKind::Coordinate => Range::new(range.low - 1, range.high + 1),
+            _ => range,
+        };
+        let bits = self.cell_bits(cell);
+        match real.bits {
+            // Already in the cell's format: clamped at the end, after the rules.
+            Some(own) if own == bits => Ok(real.value),
+            _ => self.saturated(real, bits, beyond),
+        }
+    }
+
+    /// Clamps and stores everything.
+    pub(super) fn commit(&mut self, mut writes: Writes) -> Result<(), OpError> {
+        for body in &self.step.model.bodies {
+            self.stop(body, &mut writes)?;
+        }
+        let ordered = |map: HashMap<u32, Value>| map.into_iter().collect::<std::collections::BTreeMap<_, _>>();
+        for (cell, value) in ordered(writes.cells) {
+            let range = self.cell_range(CellId(cell));
+            if !range.contains(self.b.range(value)) {
+                self.clamps.push(self.step.model.cells[cell as usize].name.clone());
+            }
+            let kept = self.clamped(value, range)?;
+            self.b.effect(Op::Set(self.cells.reals[cell as usize]), &[kept])?;
+        }
+        for (machine, value) in ordered(writes.machines) {
+            if let Some(cell) = self.cells.machines[machine as usize] {
+                self.b.effect(Op::Set(cell), &[value])?;
+            }
+        }
+        for (pulse, value) in ordered(writes.pulse_left) {
+            self.b.effect(Op::Set(self.cells.pulse_left[pulse as usize]), &[value])?;
+        }
+        Ok(())
+    }
+
+    /// A coordinate beyond an end of its range loses a rate that points outwards (rule 3).
+    fn stop(&mut self, body: &Body, writes: &mut Writes) -> Result<(), OpError> {
+        let range = self.cell_range(body.coordinate);
+        let (coordinate, mut rate) = (writes.cells[&body.coordinate.0], writes.cells[&body.rate.0]);
+        let proven = self.b.range(coordinate);
+        let zero = self.constant(0)?;
+        if proven.high > range.high {
+            let end = self.constant(range.high)?;
+            let beyond = self.b.op(Op::Lt, &[end, coordinate])?;
+            let inward = self.b.op(Op::Min, &[rate, zero])?;
+            rate = self.b.op(Op::Select, &[beyond, inward, rate])?;
+        }
+        if proven.low < range.low {
+            let end = self.constant(range.low)?;
+            let beyond = self.b.op(Op::Lt, &[coordinate, end])?;
+            let inward = self.b.op(Op::Max, &[rate, zero])?;
+            rate = self.b.op(Op::Select, &[beyond, inward, rate])?;
+        }
+        writes.cells.insert(body.rate.0, rate);
+        Ok(())
+    }
+}

@@ -1,0 +1,61 @@
+//! Formats: how many fraction bits a value gets.
+
+use crate::kernel::Range;
+use crate::model::Interval;
+
+/// A drive word: `I1F15`.
+pub(super) const DRIVE_WORD: Range = Range::new(-32_768, 32_767);
+
+/// Largest integer a planned value may reach: 32 bits less a margin for roundings (2^-15 of the range).
+pub(super) const TOP: f64 = 2_147_418_112.0;
+
+/// `2^n` for -1022 <= n <= 1023, exactly and alike on every machine.
+pub(super) fn exp2(n: i32) -> f64 {
+    f64::from_bits(((1023 + i64::from(n.clamp(-1022, 1023))) as u64) << 52)
+}
+
+/// Most fraction bits with which every value of `range` fits; at most 62.
+pub(super) fn fraction_bits(range: Interval) -> i32 {
+    let magnitude = range.magnitude().max(exp2(-40));
+    let exponent = ((magnitude.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+    let bits = 30 - exponent;
+    (if magnitude * exp2(bits) <= TOP { bits } else { bits - 1 }).min(62)
+}
+
+/// Whether every value of `range` fits with so many fraction bits.
+pub(super) fn fits(range: Interval, bits: i32) -> bool {
+    range.magnitude() * exp2(bits) <= TOP
+}
+
+/// A real in units of `lsb`, rounded to the nearest integer (ties away from zero), saturated to 62 bits.
+pub(super) fn quantise(value: f64, lsb: f64) -> i64 {
+    (value / lsb).round().clamp(-exp2(62), exp2(62)) as i64
+}
+
+/// The integers whose values lie within `range`.
+pub(super) fn inside(range: Interval, lsb: f64) -> Range {
+    let (low, high) = ((range.low / lsb).ceil() as i64, (range.high / lsb).floor() as i64);
+    Range::new(low.min(high), high.max(low))
+}
+
+/// `I5F27`: integer bits with the sign, fraction bits, as the `fixed` crate counts them.
+pub fn name(fraction_bits: i32) -> String {
+    format!("I{}F{}", 32 - fraction_bits, fraction_bits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_format_holds_its_range_and_one_more_bit_would_not() {
+        for magnitude in [1e-9, 0.0105, 0.419, 0.5, 0.999, 1.0, 1.9, 2.0, 80.0, 1023.9, 1e6] {
+            let range = Interval { low: -magnitude, high: magnitude / 3.0 };
+            let bits = fraction_bits(range);
+            assert!(fits(range, bits), "{magnitude}: {bits}");
+            assert!(bits == 62 || !fits(range, bits + 1), "{magnitude}: {bits}");
+        }
+        assert_eq!(fraction_bits(Interval { low: 0.0, high: 1.0 }), 30);
+        assert_eq!(name(27), "I5F27");
+    }
+}

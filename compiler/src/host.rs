@@ -1,0 +1,159 @@
+//! Machine code for the computer this runs on: a Kernel compiled by Cranelift, as a second engine beside `interp`.
+//!
+//! `init` and `tick` become one function each, with the loop over the keys inside:
+//!
+//! ```text
+//! entry:  bases of all buffers, rows of this tick for every (line, ticks) that is read or pushed
+//! keys:   index of the key and its record step along                   <---+
+//!         `if` -> branches and a merge, `loop` -> a loop, `select` -> cmov  |
+//!         next key --------------------------------------------------------+
+//! ```
+//!
+//! It works on the same [`Memory`] as the interpreter and agrees with it in every byte. The proofs of `verify` carry over:
+//! since no value can leave its range, 32-bit values live sign-extended in 64-bit registers, where their operators give the
+//! same results, and neither `widen` nor `narrow` costs anything.
+//!
+//! The only unsafe code of the compiler is in this file: calling what Cranelift made, and freeing it.
+
+#![allow(unsafe_code)]
+
+mod compile;
+mod frame;
+mod translate;
+
+use crate::kernel::{EngineError, Happened, Kernel, Memory, without_probes};
+use compile::Compiled;
+use frame::BUFFERS;
+
+/// How to compile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Whether probes are kept. Without them, and without what only they need, a kernel runs faster; `probes()` is empty.
+    pub probes: bool,
+}
+
+/// A compiled kernel and the memory of its keys.
+pub struct HostCode {
+    kernel: Kernel,
+    memory: Memory,
+    /// All tables, one after the other.
+    tables: Vec<i32>,
+    code: Option<Compiled>,
+}
+
+/// What is compiled: the argument points to the bases of all buffers.
+type Function = unsafe extern "C" fn(*const [*mut u8; BUFFERS]);
+
+impl HostCode {
+    /// Compiles a kernel for so many keys; `init` comes first.
+    ///
+    /// # Errors
+    /// The kernel does not verify; too many keys or too much memory; Cranelift does not know this machine.
+    pub fn build(kernel: &Kernel, keys: usize, options: Options) -> Result<HostCode, EngineError> {
+        let memory = Memory::new(kernel, keys)?;
+        let (kernel, memory) = if options.probes {
+            (kernel.clone(), memory)
+        } else {
+            let kernel = without_probes(kernel);
+            let memory = Memory::new(&kernel, keys)?;
+            (kernel, memory)
+        };
+        let tables = kernel.tables.iter().flat_map(|table| &table.values).copied().collect();
+        let code = compile::compile(&kernel, &memory.layout).map_err(EngineError::Host)?;
+        Ok(HostCode { kernel, memory, tables, code: Some(code) })
+    }
+
+    /// Puts the memory back to its start (live values stay) and runs `init` for every key.
+    ///
+    /// # Panics
+    /// If `inputs` has not one word per key and port, key after key.
+    pub fn init(&mut self, inputs: &[u16]) {
+        self.memory.reset(&self.kernel);
+        self.call(false, inputs, &mut []);
+    }
+
+    /// Runs one tick for every key.
+    ///
+    /// # Panics
+    /// If `inputs` or `outputs` have not one word per key and port, key after key.
+    pub fn tick(&mut self, inputs: &[u16], outputs: &mut [i16]) {
+        assert_eq!(outputs.len(), self.memory.keys() * self.kernel.outputs.len(), "one output word per key and port");
+        self.call(true, inputs, outputs);
+        self.memory.advance();
+    }
+
+    /// What was exported in the last tick: key after key, probe after probe.
+    pub fn probes(&self) -> &[i64] {
+        self.memory.probes()
+    }
+
+    /// The events since the last call, in the order of ticks, then keys.
+    pub fn drain_events(&mut self) -> Vec<Happened> {
+        self.memory.drain_events(&self.kernel)
+    }
+
+    /// Changes a live value.
+    ///
+    /// # Errors
+    /// There is none with this index; the value is outside its range.
+    pub fn set_live(&mut self, live: usize, value: i32) -> Result<(), EngineError> {
+        self.memory.set_live(&self.kernel, live, value)
+    }
+
+    /// A word of a cell; none if there is no such key, cell or word.
+    pub fn cell(&self, key: usize, cell: usize, word: usize) -> Option<i64> {
+        self.memory.cell(&self.kernel, key, cell, word)
+    }
+
+    /// Changes a word of a cell.
+    ///
+    /// # Errors
+    /// No such key, cell or word; the value is outside the cell's range.
+    pub fn set_cell(&mut self, key: usize, cell: usize, word: usize, value: i64) -> Result<(), EngineError> {
+        self.memory.set_cell(&self.kernel, key, cell, word, value)
+    }
+
+    /// All memory.
+    pub fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    /// Runs the compiled `init` or `tick`.
+    fn call(&mut self, tick: bool, inputs: &[u16], outputs: &mut [i16]) {
+        assert_eq!(inputs.len(), self.memory.keys() * self.kernel.inputs.len(), "one input word per key and port");
+        let Some(address) = self.code.as_ref().and_then(|code| if tick { code.tick } else { code.init }) else {
+            return;
+        };
+        let memory = &mut self.memory;
+        // In the order of `frame::Buffer`. What is declared as `*const` there is only read by the code.
+        let buffers: [*mut u8; BUFFERS] = [
+            inputs.as_ptr().cast_mut().cast(),
+            outputs.as_mut_ptr().cast(),
+            memory.records.as_mut_ptr().cast(),
+            memory.narrow.as_mut_ptr().cast(),
+            memory.wide.as_mut_ptr().cast(),
+            memory.rings.as_mut_ptr().cast(),
+            memory.lives.as_mut_ptr().cast(),
+            self.tables.as_mut_ptr().cast(),
+            memory.events.as_mut_ptr().cast(),
+            memory.probes.as_mut_ptr().cast(),
+            (&raw mut memory.clock).cast(),
+        ];
+        // SAFETY: `address` was made by `compile` with the signature `Function` and lives as long as `self.code`.
+        let function: Function = unsafe { std::mem::transmute::<*const u8, Function>(address) };
+        // SAFETY: the code was translated for this `kernel` and `memory.layout`, and it touches nothing but the buffers.
+        // Their lengths follow from that layout alone (`Memory` never resizes them), those of the words were checked by
+        // the caller and above. Indices into cells, tables and lines were proven inside by `verify`; the proof holds since
+        // inputs are clamped to their ranges, and live values and cells can only be set within theirs.
+        unsafe { function(&raw const buffers) }
+    }
+}
+
+impl Drop for HostCode {
+    fn drop(&mut self) {
+        if let Some(code) = self.code.take() {
+            // SAFETY: the code runs only inside `call`, which has returned, and no pointer into it is handed out.
+            unsafe { code.module.free_memory() }
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Operators on memory.
+
+use super::Translator;
+use crate::host::frame::Buffer;
+use crate::kernel::layout::{EVENT_HEAD, EVENTS_MAX, words};
+use crate::kernel::memory::Clock;
+use crate::kernel::{Inst, Op, Range, Type};
+use cranelift_codegen::ir::condcodes::IntCC;
+use cranelift_codegen::ir::types::{I8, I32, I64};
+use cranelift_codegen::ir::{InstBuilder, Value};
+use std::mem::offset_of;
+
+/// Places within the counters.
+const TICK: i32 = offset_of!(Clock, tick) as i32;
+const EVENTS: i32 = offset_of!(Clock, events) as i32;
+const LOST: i32 = offset_of!(Clock, lost) as i32;
+
+impl Translator<'_> {
+    /// The result of an operator that reads memory; none if there is no such.
+    pub(super) fn load(&mut self, op: Op, args: &[Value]) -> Option<Value> {
+        let fixed = self.access.fixed;
+        Some(match (op, args) {
+            (Op::In(port), []) => self.input(port),
+            (Op::Live(live), []) => {
+                let lives = self.base(Buffer::Lives);
+                self.f.ins().sload32(fixed, lives, 4 * live as i32)
+            }
+            (Op::Keyed(keyed), []) => {
+                let at = 4 * self.layout.keyed[keyed as usize] as i32;
+                self.f.ins().sload32(self.access.records, self.frame.record, at)
+            }
+            (Op::Get(cell), []) => self.get(cell, None),
+            (Op::GetAt(cell), &[index]) => self.get(cell, Some(index)),
+            (Op::Delay(line, ticks), []) => {
+                let place = self.layout.lines[line as usize];
+                let at = self.element(line, ticks % place.len as u32);
+                if place.narrow {
+                    self.f.ins().uload16(I64, self.access.rows, at, 0)
+                } else {
+                    self.f.ins().sload32(self.access.rows, at, 0)
+                }
+            }
+            (Op::Lookup(table), &[index]) => {
+                let before: usize = self.kernel.tables[..table as usize].iter().map(|table| table.values.len()).sum();
+                let tables = self.base(Buffer::Tables);
+                let at = self.indexed(tables, index, 2);
+                self.f.ins().sload32(fixed, at, 4 * before as i32)
+            }
+            _ => return None,
+        })
+    }
+
+    /// Translates an operator without result.
+    pub(super) fn store(&mut self, inst: &Inst, args: &[Value]) {
+        let leaving = self.access.leaving;
+        match (inst.op, args) {
+            (Op::Out(port), &[word]) => {
+                let at = self.of_key(Buffer::Outputs, 2 * self.kernel.outputs.len());
+                self.f.ins().istore16(leaving, word, at, 2 * port as i32);
+            }
+            (Op::Set(cell), &[value]) => self.set(cell, None, value),
+            (Op::SetAt(cell), &[index, value]) => self.set(cell, Some(index), value),
+            (Op::Push(line), &[value]) => {
+                let at = self.element(line, 0);
+                self.put(line, at, value);
+            }
+            (Op::Fill(line), &[value]) => self.fill(line, value),
+            (Op::Emit(event), args) => self.emit(event, args),
+            (Op::Probe(probe), &[value]) => {
+                let boolean = self.ty(inst.args[0]) == Type::I1;
+                let value = if boolean { self.f.ins().uextend(I64, value) } else { value };
+                let at = self.of_key(Buffer::Probes, 8 * self.kernel.probes.len());
+                self.f.ins().store(leaving, value, at, 8 * probe as i32);
+            }
+            _ => {}
+        }
+    }
+
+    fn base(&self, buffer: Buffer) -> Value {
+        self.frame.bases[buffer as usize]
+    }
+
+    /// `base + index * 2^shift`
+    fn indexed(&mut self, base: Value, index: Value, shift: i64) -> Value {
+        let offset = self.f.ins().ishl_imm_s(index, shift);
+        self.f.ins().iadd(base, offset)
+    }
+
+    fn input(&mut self, port: u32) -> Value {
+        let at = self.of_key(Buffer::Inputs, 2 * self.kernel.inputs.len());
+        let word = self.f.ins().uload16(I64, self.access.fixed, at, 2 * port as i32);
+        let Range { low, high } = self.kernel.inputs[port as usize].range;
+        let [low, high] = [(low > 0).then_some(low), (high < i64::from(u16::MAX)).then_some(high)]
+            .map(|bound| bound.map(|bound| self.f.ins().iconst(I64, bound)));
+        let word = low.map_or(word, |low| self.f.ins().smax(word, low));
+        high.map_or(word, |high| self.f.ins().smin(word, high))
+    }
+
+    /// Address and offset of a word of a cell.
+    fn place(&mut self, cell: u32, index: Option<Value>) -> (Value, i32) {
+        let ty = self.kernel.cells[cell as usize].ty;
+        let offset = 4 * self.layout.cells[cell as usize] as i32;
+        let shift = if words(ty) == 2 { 3 } else { 2 };
+        let record = self.frame.record;
+        (index.map_or(record, |index| self.indexed(record, index, shift)), offset)
+    }
+
+    fn get(&mut self, cell: u32, index: Option<Value>) -> Value {
+        let (at, offset) = self.place(cell, index);
+        let records = self.access.records;
+        match self.kernel.cells[cell as usize].ty {
+            Type::I1 => {
+                let word = self.f.ins().load(I32, records, at, offset);
+                self.f.ins().ireduce(I8, word)
+            }
+            Type::I32 => self.f.ins().sload32(records, at, offset),
+            Type::I64 => self.f.ins().load(I64, records, at, offset),
+        }
+    }
+
+    fn set(&mut self, cell: u32, index: Option<Value>, value: Value) {
+        let (at, offset) = self.place(cell, index);
+        let records = self.access.records;
+        match self.kernel.cells[cell as usize].ty {
+            Type::I1 => {
+                let word = self.f.ins().uextend(I32, value);
+                self.f.ins().store(records, word, at, offset)
+            }
+            Type::I32 => self.f.ins().istore32(records, value, at, offset),
+            Type::I64 => self.f.ins().store(records, value, at, offset),
+        };
+    }
+
+    /// Address of this key's element in a row.
+    fn element(&mut self, line: u32, ticks: u32) -> Value {
+        let row = self.frame.rows[&(line, ticks)];
+        let shift = if self.layout.lines[line as usize].narrow { 1 } else { 2 };
+        self.indexed(row, self.frame.key, shift)
+    }
+
+    /// Writes an element of a line.
+    fn put(&mut self, line: u32, at: Value, value: Value) {
+        let rows = self.access.rows;
+        if self.layout.lines[line as usize].narrow {
+            self.f.ins().istore16(rows, value, at, 0);
+        } else {
+            self.f.ins().istore32(rows, value, at, 0);
+        }
+    }
+
+    /// Writes this key's element of every row.
+    fn fill(&mut self, line: u32, value: Value) {
+        let place = self.layout.lines[line as usize];
+        let (buffer, width, shift) = if place.narrow { (Buffer::Narrow, 2, 1) } else { (Buffer::Wide, 4, 2) };
+        let base = self.base(buffer);
+        let start = self.f.ins().iadd_imm_s(base, width * place.start as i64);
+        let first = self.indexed(start, self.frame.key, shift);
+        let end = self.f.ins().iadd_imm_s(first, width * (place.len * self.layout.keys) as i64);
+        let [slots, after] = [(); 2].map(|()| self.f.create_block());
+        self.f.ins().jump(slots, &[first.into()]);
+        let at = self.f.append_block_param(slots, I64);
+        self.f.switch_to_block(slots);
+        self.put(line, at, value);
+        let next = self.f.ins().iadd_imm_s(at, width * self.layout.keys as i64);
+        let more = self.f.ins().icmp(IntCC::UnsignedLessThan, next, end);
+        self.f.ins().brif(more, slots, &[next.into()], after, &[]);
+        self.f.switch_to_block(after);
+    }
+
+    /// Appends to the buffer of events, or counts a lost one.
+    fn emit(&mut self, event: u32, args: &[Value]) {
+        let leaving = self.access.leaving;
+        let clock = self.base(Buffer::Clock);
+        let [room, full, after] = [(); 3].map(|()| self.f.create_block());
+        let count = self.f.ins().load(I64, leaving, clock, EVENTS);
+        let fits = self.f.ins().icmp_imm_s(IntCC::UnsignedLessThan, count, EVENTS_MAX as i64);
+        self.f.ins().brif(fits, room, &[], full, &[]);
+
+        self.f.switch_to_block(room);
+        let offset = self.f.ins().imul_imm_s(count, 4 * self.layout.event_words as i64);
+        let events = self.base(Buffer::Events);
+        let at = self.f.ins().iadd(events, offset);
+        let tick = self.f.ins().load(I64, leaving, clock, TICK);
+        self.f.ins().store(leaving, tick, at, 0);
+        let event = self.f.ins().iconst(I64, i64::from(event));
+        for (word, value) in [(2, self.frame.key), (3, event)] {
+            self.f.ins().istore32(leaving, value, at, 4 * word);
+        }
+        for (word, arg) in args.iter().enumerate() {
+            self.f.ins().istore32(leaving, *arg, at, 4 * (EVENT_HEAD + word) as i32);
+        }
+        let more = self.f.ins().iadd_imm_s(count, 1);
+        self.f.ins().store(leaving, more, clock, EVENTS);
+        self.f.ins().jump(after, &[]);
+
+        self.f.switch_to_block(full);
+        self.f.set_cold_block(full);
+        let lost = self.f.ins().load(I64, leaving, clock, LOST);
+        let lost = self.f.ins().iadd_imm_s(lost, 1);
+        self.f.ins().store(leaving, lost, clock, LOST);
+        self.f.ins().jump(after, &[]);
+        self.f.switch_to_block(after);
+    }
+}

@@ -1,0 +1,98 @@
+//! One key in one tick: what the operators on memory mean.
+
+use super::Memory;
+use crate::kernel::Kernel;
+use crate::kernel::layout::{EVENT_HEAD, EVENTS_MAX};
+
+/// One key, in one tick or in `init`. The kernel is verified, so every index is inside.
+#[derive(Debug)]
+pub struct Key<'a> {
+    pub(crate) kernel: &'a Kernel,
+    pub(crate) memory: &'a mut Memory,
+    /// Which one.
+    pub(crate) key: usize,
+    /// Words of all keys, key after key.
+    pub(crate) inputs: &'a [u16],
+    /// Words of all keys, key after key.
+    pub(crate) outputs: &'a mut [i16],
+}
+
+impl Key<'_> {
+    pub(crate) fn input(&self, port: usize) -> i64 {
+        let range = self.kernel.inputs[port].range;
+        let word = self.inputs[self.key * self.kernel.inputs.len() + port];
+        i64::from(word).clamp(range.low, range.high)
+    }
+
+    pub(crate) fn output(&mut self, port: usize, word: i64) {
+        self.outputs[self.key * self.kernel.outputs.len() + port] = word as i16;
+    }
+
+    pub(crate) fn live(&self, live: usize) -> i64 {
+        self.memory.lives[live].into()
+    }
+
+    pub(crate) fn keyed(&self, keyed: usize) -> i64 {
+        let layout = &self.memory.layout;
+        let word = self.memory.records[self.key * layout.record_words + layout.keyed[keyed]];
+        i64::from(word as i32)
+    }
+
+    pub(crate) fn get(&self, cell: usize, word: i64) -> i64 {
+        self.memory.load(self.kernel.cells[cell].ty, self.key, cell, word as usize)
+    }
+
+    pub(crate) fn set(&mut self, cell: usize, word: i64, value: i64) {
+        self.memory.store(self.kernel.cells[cell].ty, self.key, cell, word as usize, value);
+    }
+
+    pub(crate) fn delay(&self, line: usize, ticks: usize) -> i64 {
+        let place = self.memory.layout.lines[line];
+        let now = self.memory.rings[place.ring] as usize;
+        let at = self.element(line, (now + place.len - ticks) % place.len);
+        if place.narrow { self.memory.narrow[at].into() } else { self.memory.wide[at].into() }
+    }
+
+    pub(crate) fn push(&mut self, line: usize, value: i64) {
+        let place = self.memory.layout.lines[line];
+        let slot = self.memory.rings[place.ring] as usize;
+        self.write(line, slot, value);
+    }
+
+    pub(crate) fn fill(&mut self, line: usize, value: i64) {
+        (0..self.memory.layout.lines[line].len).for_each(|slot| self.write(line, slot, value));
+    }
+
+    pub(crate) fn lookup(&self, table: usize, index: i64) -> i64 {
+        self.kernel.tables[table].values[index as usize].into()
+    }
+
+    pub(crate) fn emit(&mut self, event: usize, args: &[i64]) {
+        let memory = &mut *self.memory;
+        if memory.clock.events == EVENTS_MAX as u64 {
+            memory.clock.lost += 1;
+            return;
+        }
+        let at = memory.clock.events as usize * memory.layout.event_words;
+        let (low, high) = (memory.clock.tick as u32, (memory.clock.tick >> 32) as u32);
+        memory.events[at..at + EVENT_HEAD].copy_from_slice(&[low, high, self.key as u32, event as u32]);
+        for (slot, arg) in memory.events[at + EVENT_HEAD..].iter_mut().zip(args) {
+            *slot = *arg as u32;
+        }
+        memory.clock.events += 1;
+    }
+
+    pub(crate) fn probe(&mut self, probe: usize, value: i64) {
+        self.memory.probes[self.key * self.kernel.probes.len() + probe] = value;
+    }
+
+    fn write(&mut self, line: usize, slot: usize, value: i64) {
+        let at = self.element(line, slot);
+        let narrow = self.memory.layout.lines[line].narrow;
+        if narrow { self.memory.narrow[at] = value as u16 } else { self.memory.wide[at] = value as i32 }
+    }
+
+    fn element(&self, line: usize, slot: usize) -> usize {
+        self.memory.layout.lines[line].start + slot * self.memory.layout.keys + self.key
+    }
+}

@@ -1,0 +1,232 @@
+//! The text form of a Model, for people and for tests.
+//!
+//! Declarations come first, then the values that have a name or several users, in the order in which one pass computes
+//! them, then what happens. Values without a name are numbered; what has one user only stands where it is used. All
+//! numbers are SI.
+
+use std::fmt::{self, Display, Formatter};
+
+use super::{Action, CellId, Cmp, Interval, Model, Node, NodeId, Rule, RuleKind};
+use crate::units::Dim;
+
+/// What is nested deeper than this gets a line of its own.
+const MAX_DEPTH: u32 = 8;
+
+impl Display for Model {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        let printer = Printer { model: self, names: names(self) };
+        writeln!(f, "model {} at {} Hz", self.name, self.rate_hz)?;
+        printer.declarations(f)?;
+        printer.values(f)?;
+        printer.happenings(f)
+    }
+}
+
+struct Printer<'m> {
+    model: &'m Model,
+    /// The name of each node that has a line of its own.
+    names: Vec<Option<String>>,
+}
+
+/// Gives names to nodes that were named, and numbers to those with several users.
+fn names(model: &Model) -> Vec<Option<String>> {
+    let mut names: Vec<Option<String>> = vec![None; model.dag.len()];
+    for named in &model.named {
+        let index = named.value.0 as usize;
+        if !is_leaf(model.dag.get(named.value)) && names[index].is_none() {
+            names[index] = Some(named.name.clone());
+        }
+    }
+    let uses = uses(model);
+    let mut depth = vec![0; model.dag.len()];
+    let mut count = 0;
+    for (id, node) in model.dag.nodes().filter(|(_, node)| !is_leaf(node)) {
+        let index = id.0 as usize;
+        let operands = node.operands();
+        depth[index] = 1 + operands.iter().map(|o| depth[o.0 as usize]).max().unwrap_or(0);
+        if names[index].is_none() && (uses[index] > 1 || depth[index] > MAX_DEPTH) {
+            count += 1;
+            names[index] = Some(format!("%{count}"));
+        }
+        if names[index].is_some() {
+            depth[index] = 0;
+        }
+    }
+    names
+}
+
+fn uses(model: &Model) -> Vec<u32> {
+    let mut uses = vec![0; model.dag.len()];
+    let mut roots = model.clone();
+    let roots = roots.roots_mut().into_iter().map(|id| *id).collect::<Vec<_>>();
+    for id in model.dag.nodes().flat_map(|(_, node)| node.operands()).chain(roots) {
+        uses[id.0 as usize] += 1;
+    }
+    uses
+}
+
+fn is_leaf(node: &Node) -> bool {
+    node.operands().is_empty()
+}
+
+impl Printer<'_> {
+    fn declarations(&self, f: &mut Formatter) -> fmt::Result {
+        let model = self.model;
+        for s in &model.senses {
+            let slew = s.slew_per_s.map(|v| format!(", slew {}", number(v))).unwrap_or_default();
+            writeln!(f, "sense {}: {} in {}, window {}{slew}", s.name, s.dim, range(s.range), s.window)?;
+        }
+        for l in &model.lives {
+            writeln!(f, "live {}: {} = {} in {}", l.name, ty(l.dim), number(l.value), range(l.range))?;
+        }
+        for k in &model.keyed {
+            let ends = k.values.first().zip(k.values.last());
+            let ends = ends.map_or(String::new(), |(a, b)| format!(" from {} to {}", number(*a), number(*b)));
+            writeln!(f, "keyed {}: {} in {}, {} values{ends}", k.name, k.dim, range(k.range), k.values.len())?;
+        }
+        for c in &model.cells {
+            let kind = format!("{:?}", c.kind).to_lowercase();
+            writeln!(f, "{kind} {}: {} in {} = {}", c.name, c.dim, range(c.range), number(c.init))?;
+        }
+        for m in &model.machines {
+            writeln!(f, "machine {}: {}", m.name, m.states.join(", "))?;
+        }
+        for p in &model.pulses {
+            writeln!(f, "pulse {}: {} ticks", p.name, p.ticks)?;
+        }
+        Ok(())
+    }
+
+    fn values(&self, f: &mut Formatter) -> fmt::Result {
+        for (id, node) in self.model.dag.nodes() {
+            if let Some(name) = &self.names[id.0 as usize] {
+                writeln!(f, "{name} = {}", self.inner(node, 0))?;
+            }
+        }
+        for named in &self.model.named {
+            if self.names[named.value.0 as usize].as_ref() != Some(&named.name) {
+                writeln!(f, "{} = {}", named.name, self.value(named.value, 0))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn happenings(&self, f: &mut Formatter) -> fmt::Result {
+        let model = self.model;
+        for b in &model.bodies {
+            let hold = b.hold.map(|h| format!(", held while {}", self.value(h, 0))).unwrap_or_default();
+            let acceleration = self.value(b.acceleration, 0);
+            writeln!(f, "body {}: {}' += dt * ({acceleration}){hold}", b.name, self.cell(b.coordinate))?;
+        }
+        for &(cell, value) in &model.nexts {
+            writeln!(f, "next {} = {}", self.cell(cell), self.value(value, 0))?;
+        }
+        for rule in &model.rules {
+            self.rule(f, rule)?;
+        }
+        for force in &model.forces {
+            writeln!(f, "force {} = {}", force.name, self.value(force.value, 0))?;
+        }
+        Ok(())
+    }
+
+    fn rule(&self, f: &mut Formatter, rule: &Rule) -> fmt::Result {
+        let kind = if matches!(rule.kind, RuleKind::Event { .. }) { "event" } else { "step" };
+        writeln!(f, "{kind} {} when {}", self.model.rule_name(rule), self.value(rule.guard, 0))?;
+        for action in &rule.actions {
+            match action {
+                Action::Write { cell, value, .. } => {
+                    writeln!(f, "    {} := {}", self.cell(*cell), self.value(*value, 0))?;
+                }
+                Action::Fire { pulse, value, .. } => {
+                    let name = &self.model.pulses[pulse.0 as usize].name;
+                    writeln!(f, "    fire {name} at {}", self.value(*value, 0))?;
+                }
+                Action::Emit { emission, args, .. } => {
+                    let kind = &self.model.emissions[emission.0 as usize];
+                    let args = kind.args.iter().zip(args).map(|((n, _), v)| format!("{n}: {}", self.value(*v, 0)));
+                    writeln!(f, "    emit {}({})", kind.name, args.collect::<Vec<_>>().join(", "))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn cell(&self, id: CellId) -> &str {
+        &self.model.cells[id.0 as usize].name
+    }
+
+    /// A value where it is used; in brackets if it binds more loosely than its place.
+    fn value(&self, id: NodeId, place: u8) -> String {
+        match &self.names[id.0 as usize] {
+            Some(name) => name.clone(),
+            None => self.inner(self.model.dag.get(id), place),
+        }
+    }
+
+    fn inner(&self, node: &Node, place: u8) -> String {
+        let (text, binding) = self.text(node);
+        if binding < place { format!("({text})") } else { text }
+    }
+
+    /// The text of a node and how tightly it binds: 0 `if`, 1 `or`, 2 `and`, 3 `not`, 4 comparisons, 5 sums, 6 products,
+    /// 7 signs, 8 powers, 9 names.
+    fn text(&self, node: &Node) -> (String, u8) {
+        let model = self.model;
+        let infix = |a: &NodeId, op: &str, b: &NodeId, level: u8| {
+            (format!("{} {op} {}", self.value(*a, level), self.value(*b, level + 1)), level)
+        };
+        match node {
+            Node::Const(c) => (number(c.0), if c.0 < 0.0 { 7 } else { 9 }),
+            Node::Bool(b) => ((if *b { "on" } else { "off" }).to_string(), 9),
+            Node::Sense(s) => (model.senses[*s as usize].name.clone(), 9),
+            Node::Slope(s) => (format!("{}'", model.senses[*s as usize].name), 9),
+            Node::Curvature(s) => (format!("{}''", model.senses[*s as usize].name), 9),
+            Node::Live(l) | Node::LiveBool(l) => (model.lives[*l as usize].name.clone(), 9),
+            Node::Keyed(k) => (model.keyed[*k as usize].name.clone(), 9),
+            Node::Cell(c) => (self.cell(*c).to_string(), 9),
+            Node::Is(m, s) => {
+                let machine = &model.machines[m.0 as usize];
+                (format!("{} is {}", machine.name, machine.states[*s as usize]), 4)
+            }
+            Node::Linear(c0, terms) => {
+                let term = |(c, x): &(super::dag::Real, NodeId)| format!(" + {} * {}", number(c.0), self.value(*x, 7));
+                (format!("{}{}", number(c0.0), terms.iter().map(term).collect::<String>()), 5)
+            }
+            Node::Add(a, b) => infix(a, "+", b, 5),
+            Node::Sub(a, b) => infix(a, "-", b, 5),
+            Node::Mul(a, b) => infix(a, "*", b, 6),
+            Node::Div(a, b) => infix(a, "/", b, 6),
+            Node::Neg(a) => (format!("-{}", self.value(*a, 7)), 7),
+            Node::Min(a, b) => (format!("min({}, {})", self.value(*a, 0), self.value(*b, 0)), 9),
+            Node::Max(a, b) => (format!("max({}, {})", self.value(*a, 0), self.value(*b, 0)), 9),
+            Node::Abs(a) => (format!("abs({})", self.value(*a, 0)), 9),
+            Node::Power(a, halves) => (format!("{}^{}", self.value(*a, 9), f64::from(*halves) / 2.0), 8),
+            Node::Compare(Cmp::Lt, a, b) => infix(a, "<", b, 4),
+            Node::Compare(Cmp::Le, a, b) => infix(a, "<=", b, 4),
+            Node::Compare(Cmp::Gt, a, b) => infix(a, ">", b, 4),
+            Node::Compare(Cmp::Ge, a, b) => infix(a, ">=", b, 4),
+            Node::And(a, b) => infix(a, "and", b, 2),
+            Node::Or(a, b) => infix(a, "or", b, 1),
+            Node::Not(a) => (format!("not {}", self.value(*a, 4)), 3),
+            Node::Select(c, a, b) | Node::SelectBool(c, a, b) => {
+                let [c, a, b] = [c, a, b].map(|x| self.value(*x, 1));
+                (format!("if {c} then {a} else {b}"), 0)
+            }
+        }
+    }
+}
+
+fn ty(dim: Option<Dim>) -> String {
+    dim.map_or_else(|| "bool".to_string(), |dim| dim.to_string())
+}
+
+fn range(range: Interval) -> String {
+    format!("{} .. {}", number(range.low), number(range.high))
+}
+
+/// The shortest text that reads back exactly.
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-4..1e9).contains(&size) { format!("{value:e}") } else { format!("{value}") }
+}

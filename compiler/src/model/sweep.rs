@@ -1,0 +1,86 @@
+//! Which nodes are needed: everything below a node, and a Model without the nodes that nothing uses.
+
+use super::{Action, Dag, Model, Node, NodeId};
+
+impl Dag {
+    /// A node and everything below it, operands before users.
+    pub fn below(&self, root: NodeId) -> Vec<NodeId> {
+        let mut needed = vec![false; root.0 as usize + 1];
+        needed[root.0 as usize] = true;
+        self.mark_operands(&mut needed);
+        (0..=root.0).map(NodeId).filter(|id| needed[id.0 as usize]).collect()
+    }
+
+    fn mark_operands(&self, needed: &mut [bool]) {
+        for index in (0..needed.len()).rev() {
+            if needed[index] {
+                self.get(NodeId(index as u32)).operands().iter().for_each(|id| needed[id.0 as usize] = true);
+            }
+        }
+    }
+}
+
+impl Node {
+    /// Replaces every operand.
+    pub fn map_operands(&mut self, mut f: impl FnMut(NodeId) -> NodeId) {
+        let mut change = |id: &mut NodeId| *id = f(*id);
+        match self {
+            Node::Const(_) | Node::Bool(_) | Node::Sense(_) | Node::Slope(_) | Node::Curvature(_) => {}
+            Node::Live(_) | Node::LiveBool(_) | Node::Keyed(_) | Node::Cell(_) | Node::Is(..) => {}
+            Node::Linear(_, terms) => terms.iter_mut().for_each(|(_, x)| change(x)),
+            Node::Neg(a) | Node::Abs(a) | Node::Power(a, _) | Node::Not(a) => change(a),
+            Node::Add(a, b) | Node::Sub(a, b) | Node::Mul(a, b) | Node::Div(a, b) | Node::Min(a, b) => {
+                change(a);
+                change(b);
+            }
+            Node::Max(a, b) | Node::Compare(_, a, b) | Node::And(a, b) | Node::Or(a, b) => {
+                change(a);
+                change(b);
+            }
+            Node::Select(c, a, b) | Node::SelectBool(c, a, b) => {
+                change(c);
+                change(a);
+                change(b);
+            }
+        }
+    }
+}
+
+impl Model {
+    /// Every place where the Model names a node, in a fixed order.
+    pub fn roots_mut(&mut self) -> Vec<&mut NodeId> {
+        let mut roots: Vec<&mut NodeId> = Vec::new();
+        for body in &mut self.bodies {
+            roots.push(&mut body.acceleration);
+            roots.extend(body.hold.as_mut());
+        }
+        roots.extend(self.nexts.iter_mut().map(|(_, value)| value));
+        for rule in &mut self.rules {
+            roots.push(&mut rule.guard);
+            for action in &mut rule.actions {
+                match action {
+                    Action::Write { value, .. } | Action::Fire { value, .. } => roots.push(value),
+                    Action::Emit { args, .. } => roots.extend(args),
+                }
+            }
+        }
+        roots.extend(self.forces.iter_mut().chain(&mut self.named).map(|named| &mut named.value));
+        roots
+    }
+
+    /// Takes away the nodes that nothing uses; the others keep their order and their places.
+    pub fn sweep(&mut self) {
+        let mut needed = vec![false; self.dag.len()];
+        self.roots_mut().iter().for_each(|root| needed[root.0 as usize] = true);
+        self.dag.mark_operands(&mut needed);
+        let (old, spans) = (std::mem::take(&mut self.dag), std::mem::take(&mut self.spans));
+        let mut renamed = vec![NodeId(0); old.len()];
+        for (id, node) in old.nodes().filter(|(id, _)| needed[id.0 as usize]) {
+            let mut node = node.clone();
+            node.map_operands(|operand| renamed[operand.0 as usize]);
+            renamed[id.0 as usize] = self.dag.add(node);
+            self.spans.push(spans.get(id.0 as usize).copied().flatten());
+        }
+        self.roots_mut().into_iter().for_each(|root| *root = renamed[root.0 as usize]);
+    }
+}

@@ -1,0 +1,94 @@
+//! The pipeline on one screen: source text to Kernel, with a check between passes.
+//!
+//! ```text
+//!   front: parse -> check => Model; compile: range (must be bounded) -> simplify -> range => Ranges -> lower => Kernel -> verify
+//! ```
+
+use crate::diag::Diagnostic;
+use crate::fix::{self, Lowered};
+use crate::kernel;
+use crate::model::Model;
+use crate::range::{self, Ranges};
+use crate::scales::Scales;
+use crate::simplify::{self, Step};
+
+/// The passes, by the names `dump --after` knows them by.
+pub const PASSES: &[(&str, &str)] = &[
+    ("parse", "the tree of the text, printed as source"),
+    ("check", "the Model: equations over the reals, names resolved, terms inlined"),
+    ("simplify", "the Model after algebra, with the proven range of every value"),
+    ("lower", "the Kernel: one tick as integers"),
+];
+
+/// One instrument in every form.
+#[derive(Debug)]
+pub struct Compiled {
+    /// As checked.
+    pub model: Model,
+    /// After algebra.
+    pub step: Step,
+    /// Proven ranges of the simplified values.
+    pub ranges: Ranges,
+    /// In integers.
+    pub lowered: Lowered,
+}
+
+/// Why there is no Kernel.
+#[derive(Debug)]
+pub enum CompileError {
+    /// The program is wrong.
+    Program(Vec<Diagnostic>),
+    /// The compiler is wrong.
+    Defect(String),
+}
+
+/// Compiles one instrument. `observe` keeps what traces need: a probe per named value, an event per rule.
+///
+/// # Errors
+/// Values that cannot be bounded, or a defect.
+pub fn compile(model: Model, scales: Scales, observe: bool) -> Result<Compiled, CompileError> {
+    let step = simplify::simplify(&model).map_err(CompileError::Program)?;
+    let ranges = range::analyze(&step.model).map_err(CompileError::Program)?;
+    let defect = |what: &str, why: String| CompileError::Defect(format!("{what} of `{}`: {why}", model.name));
+    let lowered = fix::lower(&step, &ranges, scales, observe).map_err(|e| defect("lowering", e.to_string()))?;
+    kernel::verify::verify(&lowered.kernel).map_err(|errors| {
+        let all: Vec<String> = errors.iter().map(ToString::to_string).collect();
+        defect("the kernel", all.join("; "))
+    })?;
+    Ok(Compiled { model, step, ranges, lowered })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::{Options, Program};
+    use crate::front::compile_front;
+    use crate::source::SourceMap;
+
+    const MIKEY: Scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb_n: 20.0 / 32768.0 };
+
+    fn program(text: &str) -> Program {
+        let mut map = SourceMap::default();
+        map.add("test.whip", text);
+        let (program, diagnostics) = compile_front(&mut map, &Options::default());
+        program.unwrap_or_else(|| panic!("{diagnostics:#?}"))
+    }
+
+    #[test]
+    fn every_bundled_instrument_becomes_a_kernel() {
+        let texts = [
+            include_str!("../../instruments/grand-piano.whip"),
+            include_str!("../../instruments/harpsichord.whip"),
+            include_str!("../../instruments/hammond.whip"),
+        ];
+        for text in texts {
+            for model in program(text).instruments {
+                for observe in [true, false] {
+                    let compiled = compile(model.clone(), MIKEY, observe).unwrap_or_else(|e| panic!("{e:?}"));
+                    println!("{}", compiled.lowered.kernel);
+                    assert_eq!(compiled.lowered.exports.is_empty(), !observe);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! Interval analysis of a Model: a proven interval for every value, which lowering requires.
+//!
+//! Memory has declared ranges and every write is clamped to them, so one pass over the graph, operands first, bounds
+//! everything: no fixed point is needed. Interval ends are moved outwards by one unit in the last place per operation, so
+//! that rounding of the analysis itself stays on the safe side.
+//!
+//! Not here: integers (the Kernel proves its own ranges again, exactly), relations between values.
+
+mod interval;
+
+use crate::diag::{Code, Diagnostic};
+use crate::model::{Cmp, Interval, Model, Node, NodeId};
+use crate::source::Span;
+
+/// What was proven: an interval per node. Only [`analyze`] makes one.
+#[derive(Debug, Clone)]
+pub struct Ranges {
+    nodes: Vec<Interval>,
+}
+
+impl Ranges {
+    /// The interval of a real node; `0 .. 1` for a bool that is undecided.
+    pub fn get(&self, node: NodeId) -> Interval {
+        self.nodes[node.0 as usize]
+    }
+}
+
+/// Largest magnitude (SI) that counts as bounded; far beyond anything mechanical.
+pub const LIMIT: f64 = 1e15;
+
+/// Bounds every value of `model`.
+///
+/// # Errors
+/// One diagnostic per division whose divisor may be zero, per odd half-power of a value that may be negative, and per
+/// value that is not bounded by [`LIMIT`]; users of a value in error are not reported again.
+pub fn analyze(model: &Model) -> Result<Ranges, Vec<Diagnostic>> {
+    let mut nodes: Vec<Interval> = Vec::with_capacity(model.dag.len());
+    let mut bad = vec![false; model.dag.len()];
+    let mut diagnostics = Vec::new();
+    for (id, node) in model.dag.nodes() {
+        let tainted = node.operands().iter().any(|o| bad[o.0 as usize]);
+        let result = if tainted { Err(None) } else { transfer(model, node, |o| nodes[o.0 as usize]).map_err(Some) };
+        nodes.push(result.clone().unwrap_or(Interval { low: 0.0, high: 0.0 }));
+        if let Err(problem) = result {
+            bad[id.0 as usize] = true;
+            diagnostics.extend(problem.map(|p| p.diagnostic(model, id)));
+        }
+    }
+    if diagnostics.is_empty() { Ok(Ranges { nodes }) } else { Err(diagnostics) }
+}
+
+/// Why a value has no interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Problem {
+    /// The divisor's interval contains zero.
+    ZeroDivisor(Interval),
+    /// A fractional power of what may be negative.
+    NegativeBase(Interval),
+    /// Beyond [`LIMIT`].
+    Unbounded,
+}
+
+impl Problem {
+    fn diagnostic(self, model: &Model, node: NodeId) -> Diagnostic {
+        let span: Span = model.spans.get(node.0 as usize).copied().flatten().unwrap_or_default();
+        match self {
+            Problem::ZeroDivisor(i) => Diagnostic::new(
+                Code::DivisionByZero,
+                span,
+                format!("the divisor lies in {} .. {} (SI), which contains zero", i.low, i.high),
+                "this division may be by zero",
+            )
+            .hint("keep the divisor away from zero with `max(.., a)` or `clamp`, or narrow the range of what it is made of"),
+            Problem::NegativeBase(i) => Diagnostic::new(
+                Code::NegativePower,
+                span,
+                format!("a half-integer power of a value that may be negative ({} .. {} in SI)", i.low, i.high),
+                "not a real number where the base is negative",
+            )
+            .hint("write `max(.., 0)` with the unit of the base around it"),
+            Problem::Unbounded => Diagnostic::new(
+                Code::Unbounded,
+                span,
+                "this value cannot be bounded".to_string(),
+                format!("may exceed {LIMIT:e} in SI units"),
+            )
+            .hint("narrow the declared ranges of the values it is made of"),
+        }
+    }
+}
+
+/// The interval of one node from those of its operands.
+///
+/// # Errors
+/// See [`Problem`].
+pub fn transfer(model: &Model, node: &Node, of: impl Fn(NodeId) -> Interval) -> Result<Interval, Problem> {
+    let value = match node {
+        Node::Const(c) => Interval::point(c.0),
+        Node::Bool(b) => Interval::point(f64::from(*b)),
+        Node::Sense(s) => model.senses[*s as usize].range,
+        Node::Slope(s) => slope_range(model, *s as usize),
+        Node::Curvature(s) => curvature_range(model, *s as usize),
+        Node::Live(l) | Node::LiveBool(l) => model.lives[*l as usize].range,
+        Node::Keyed(k) => model.keyed[*k as usize].range,
+        Node::Cell(c) => model.cells[c.0 as usize].range,
+        Node::Is(m, _) if model.machines[m.0 as usize].states.len() == 1 => Interval::point(1.0),
+        Node::Is(..) => Interval { low: 0.0, high: 1.0 },
+        Node::Linear(c0, terms) => {
+            terms.iter().fold(Interval::point(c0.0), |sum, (c, x)| sum.add(of(*x).mul(Interval::point(c.0))))
+        }
+        &Node::Add(a, b) => of(a).add(of(b)),
+        &Node::Sub(a, b) => of(a).sub(of(b)),
+        &Node::Mul(a, b) if a == b => of(a).power(4),
+        &Node::Mul(a, b) => of(a).mul(of(b)),
+        &Node::Div(a, b) => of(a).div(of(b)).ok_or(Problem::ZeroDivisor(of(b)))?,
+        &Node::Neg(a) => of(a).neg(),
+        &Node::Min(a, b) => of(a).min(of(b)),
+        &Node::Max(a, b) => of(a).max(of(b)),
+        &Node::Abs(a) => of(a).abs(),
+        &Node::Power(a, halves) if halves % 2 == 1 && of(a).low < 0.0 => return Err(Problem::NegativeBase(of(a))),
+        &Node::Power(a, halves) => of(a).power(halves),
+        &Node::Compare(cmp, a, b) => compare(cmp, of(a), of(b)),
+        &Node::And(a, b) => of(a).min(of(b)),
+        &Node::Or(a, b) => of(a).max(of(b)),
+        &Node::Not(a) => Interval { low: 1.0 - of(a).high, high: 1.0 - of(a).low },
+        &Node::Select(c, a, b) | &Node::SelectBool(c, a, b) => match (of(c).low, of(c).high) {
+            (1.0, _) => of(a),
+            (_, 0.0) => of(b),
+            _ => of(a).union(of(b)),
+        },
+    };
+    if value.magnitude() <= LIMIT { Ok(value) } else { Err(Problem::Unbounded) }
+}
+
+/// `1 .. 1` where the comparison always holds, `0 .. 0` where it never does.
+fn compare(cmp: Cmp, a: Interval, b: Interval) -> Interval {
+    let (always, never) = match cmp {
+        Cmp::Lt => (a.high < b.low, a.low >= b.high),
+        Cmp::Le => (a.high <= b.low, a.low > b.high),
+        Cmp::Gt => (a.low > b.high, a.high <= b.low),
+        Cmp::Ge => (a.low >= b.high, a.high < b.low),
+    };
+    Interval { low: f64::from(always), high: f64::from(!never) }
+}
+
+/// Largest slope of the least-squares line over the window: the first half of the samples at one end of the range, the
+/// second half at the other.
+fn slope_range(model: &Model, sense: usize) -> Interval {
+    let (s, rate) = (&model.senses[sense], f64::from(model.rate_hz));
+    let m = (f64::from(s.window) - 1.0) / 2.0;
+    let weights: f64 = (1..=m as u32).map(f64::from).sum();
+    let squares: f64 = 2.0 * (1..=m as u32).map(|j| f64::from(j * j)).sum::<f64>();
+    Interval::around(weights / squares * rate * s.range.width())
+}
+
+/// Largest second derivative of the least-squares parabola: the positive weights on one end of the range, the negative on
+/// the other.
+fn curvature_range(model: &Model, sense: usize) -> Interval {
+    let (s, rate) = (&model.senses[sense], f64::from(model.rate_hz));
+    let n = f64::from(s.window);
+    let m = (n - 1.0) / 2.0;
+    let weight = |i: u32| (f64::from(i) - m).powi(2) - (n * n - 1.0) / 12.0;
+    let positive: f64 = (0..s.window).map(weight).filter(|w| *w > 0.0).sum();
+    let squares: f64 = (0..s.window).map(|i| weight(i).powi(2)).sum();
+    Interval::around(2.0 * positive / squares * rate * rate * s.range.width())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comparisons_are_decided_only_when_the_intervals_are_apart() {
+        let (a, b) = (Interval { low: 0.0, high: 1.0 }, Interval { low: 1.0, high: 2.0 });
+        assert_eq!(compare(Cmp::Le, a, b), Interval::point(1.0));
+        assert_eq!(compare(Cmp::Lt, a, b), Interval { low: 0.0, high: 1.0 });
+        assert_eq!(compare(Cmp::Gt, a, b), Interval::point(0.0));
+        assert_eq!(compare(Cmp::Ge, a, b), Interval { low: 0.0, high: 1.0 });
+    }
+}

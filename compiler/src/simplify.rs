@@ -1,0 +1,114 @@
+//! Algebra on the Model, where it is legal: over the reals.
+//!
+//! * Constants fold; sums of scaled values become one [`Node::Linear`], so `T * l3 / I * k` is one coefficient and the
+//!   integer form one chain of multiply-accumulates.
+//! * What the ranges decide is gone: a `max` that never bites, a comparison that always holds.
+//! * Comparisons compare a value with a constant where they can: the threshold is scaled, not the value.
+//! * The step of every body is written out (rule 3: rate first, then coordinate), so it takes part in all this.
+//!
+//! Not here: formats, integers. Nothing is reordered that the f64 engine could tell from the source by more than rounding.
+
+mod linear;
+mod rewrite;
+
+use crate::diag::Diagnostic;
+use crate::model::{Action, Dag, Interval, Model, Named, Node, NodeId};
+use crate::range;
+use rewrite::Rewriter;
+
+/// A Model after algebra, with the step of its bodies and the sum of its forces as nodes.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// The Model over the new graph.
+    pub model: Model,
+    /// Per body: its rate after this tick's integration, before clamps and actions.
+    pub rates: Vec<NodeId>,
+    /// Per body: its coordinate after this tick's integration, before clamps and actions.
+    pub coordinates: Vec<NodeId>,
+    /// Sum of all force terms (N at the key front).
+    pub drive: NodeId,
+}
+
+/// Simplifies `model`.
+///
+/// # Errors
+/// What [`range::analyze`] says of the Model as written.
+pub fn simplify(model: &Model) -> Result<Step, Vec<Diagnostic>> {
+    let mut model = model.clone();
+    let (rates, coordinates) = integrate(&mut model);
+    let drive = sum(&mut model.dag, &model.forces);
+    range::analyze(&model)?;
+
+    let mut rewriter = Rewriter::new(&model, roots(&model, &rates, &coordinates, drive));
+    let rates = rates.iter().map(|&n| rewriter.node(n)).collect();
+    let coordinates = coordinates.iter().map(|&n| rewriter.node(n)).collect();
+    let drive = rewriter.node(drive);
+    let mut out = model.clone();
+    map_nodes(&mut out, |n| rewriter.node(n));
+    (out.dag, out.spans) = rewriter.finish();
+    Ok(Step { model: out, rates, coordinates, drive })
+}
+
+/// Adds `rate + T * acceleration` and `coordinate + T * new rate` (or the held values) for every body.
+fn integrate(model: &mut Model) -> (Vec<NodeId>, Vec<NodeId>) {
+    let period_s = 1.0 / f64::from(model.rate_hz);
+    let dag = &mut model.dag;
+    let t = dag.constant(period_s);
+    let zero = dag.constant(0.0);
+    let mut out = (Vec::new(), Vec::new());
+    for body in &model.bodies {
+        let (rate, coordinate) = (dag.add(Node::Cell(body.rate)), dag.add(Node::Cell(body.coordinate)));
+        let change = dag.add(Node::Mul(t, body.acceleration));
+        let new_rate = dag.add(Node::Add(rate, change));
+        let way = dag.add(Node::Mul(t, new_rate));
+        let new_coordinate = dag.add(Node::Add(coordinate, way));
+        let held = |dag: &mut Dag, stay, go| body.hold.map_or(go, |h| dag.add(Node::Select(h, stay, go)));
+        out.0.push(held(dag, zero, new_rate));
+        out.1.push(held(dag, coordinate, new_coordinate));
+    }
+    out
+}
+
+fn sum(dag: &mut Dag, terms: &[Named]) -> NodeId {
+    let zero = dag.constant(0.0);
+    terms.iter().fold(zero, |sum, term| dag.add(Node::Add(sum, term.value)))
+}
+
+/// What a tick must compute even if nobody watches.
+fn roots(model: &Model, rates: &[NodeId], coordinates: &[NodeId], drive: NodeId) -> Vec<NodeId> {
+    let mut model = Model { named: Vec::new(), forces: Vec::new(), bodies: Vec::new(), ..model.clone() };
+    let mut roots = [rates, coordinates, &[drive]].concat();
+    map_nodes(&mut model, |n| {
+        roots.push(n);
+        n
+    });
+    roots
+}
+
+/// Replaces every node that the Model's declarations mention.
+fn map_nodes(model: &mut Model, mut f: impl FnMut(NodeId) -> NodeId) {
+    for body in &mut model.bodies {
+        body.acceleration = f(body.acceleration);
+        body.hold = body.hold.map(&mut f);
+    }
+    for (_, node) in &mut model.nexts {
+        *node = f(*node);
+    }
+    for rule in &mut model.rules {
+        rule.guard = f(rule.guard);
+        for action in &mut rule.actions {
+            match action {
+                Action::Write { value, .. } | Action::Fire { value, .. } => *value = f(*value),
+                Action::Emit { args, .. } => args.iter_mut().for_each(|a| *a = f(*a)),
+            }
+        }
+    }
+    for named in model.forces.iter_mut().chain(&mut model.named) {
+        named.value = f(named.value);
+    }
+}
+
+/// The interval of a node that was just made, or everything where it has none.
+fn interval_of(model: &Model, node: &Node, of: impl Fn(NodeId) -> Interval) -> Interval {
+    range::transfer(model, node, of).unwrap_or(Interval { low: f64::NEG_INFINITY, high: f64::INFINITY })
+}

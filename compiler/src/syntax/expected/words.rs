@@ -1,0 +1,73 @@
+//! Expected tokens as a person would name them.
+
+use crate::syntax::token::SOFT_KEYWORDS;
+
+/// A kind of thing: it is expected if all of `needs` are, and stands for all of `covers`.
+struct Kind {
+    name: &'static str,
+    needs: &'static [&'static str],
+    covers: &'static [&'static str],
+    /// Whether it stands for every word that is a keyword in some places only.
+    words: bool,
+}
+
+const KINDS: &[Kind] = &[
+    Kind {
+        name: "an expression",
+        needs: &["number"],
+        covers: &["number", "word", "broken", "(", "-", "if", "not", "on", "off"],
+        words: true,
+    },
+    Kind {
+        name: "an instrument, a term or a keyboard",
+        needs: &["instrument"],
+        covers: &["instrument", "term", "keyboard"],
+        words: false,
+    },
+    Kind {
+        name: "a declaration",
+        needs: &["let"],
+        covers: &[
+            "sense", "live", "param", "let", "body", "states", "state", "next", "event", "pulse", "hold", "force",
+            "defined",
+        ],
+        words: false,
+    },
+    Kind { name: "a transition", needs: &["left"], covers: &["left"], words: false },
+    Kind { name: "an action", needs: &["emit"], covers: &["emit", "fire", "assigned"], words: false },
+    Kind { name: "a setting", needs: &["word", "board", "}"], covers: &["word"], words: true },
+    Kind { name: "a note", needs: &["sharp"], covers: &["sharp", "word"], words: true },
+    Kind { name: "a type", needs: &["word", "force"], covers: &["word", "force"], words: true },
+    Kind { name: "a name", needs: &["word"], covers: &["word"], words: true },
+    Kind {
+        name: "a line of the body",
+        needs: &["torque"],
+        covers: &["angle", "position", "inertia", "mass", "torque", "force"],
+        words: false,
+    },
+    Kind {
+        name: "an operator",
+        needs: &["+"],
+        covers: &["+", "-", "*", "/", "^", "<", "<=", ">", ">=", "and", "or", "is", "'", ".", "("],
+        words: false,
+    },
+    Kind { name: "`and`, `or`", needs: &["and", "or"], covers: &["and", "or"], words: false },
+];
+
+/// The expected tokens in words: `a declaration or }`.
+pub(super) fn of(expected: &[&str]) -> String {
+    let mut left = expected.to_vec();
+    let mut words = Vec::new();
+    for kind in KINDS {
+        if kind.needs.iter().all(|n| left.contains(n)) {
+            words.push(kind.name.to_string());
+            left.retain(|e| !(kind.covers.contains(e) || kind.words && SOFT_KEYWORDS.contains(e)));
+        }
+    }
+    words.extend(left.iter().map(|token| format!("`{}`", token.trim_end_matches(|c: char| c.is_ascii_digit()))));
+    match words.pop() {
+        None => "nothing more".to_string(),
+        Some(last) if words.is_empty() => last,
+        Some(last) => format!("{} or {last}", words.join(", ")),
+    }
+}

@@ -1,0 +1,144 @@
+//! Prints a tree as source text in one canonical layout.
+//!
+//! Reading the text again gives the same tree, places aside. Ordinary comments are not part of the tree and are not
+//! printed: keeping them is the formatter's business.
+
+mod expr;
+
+use std::fmt::{self, Write};
+
+use super::ast::*;
+use expr::{Shown, list};
+
+/// The text of a file.
+pub fn print(file: &File) -> String {
+    let items: Vec<String> = file.items.iter().map(item).collect();
+    items.join("\n")
+}
+
+fn item(item: &Item) -> String {
+    let (doc, header, lines) = match item {
+        Item::Instrument(i) => (&i.doc, format!("instrument {}", i.name.node), i.decls.iter().map(decl).collect()),
+        Item::Term(t) => {
+            let header = format!("term {}({}) -> {}", t.name.node, typed(&t.params), typed(&t.results));
+            (&t.doc, header, t.decls.iter().map(decl).collect())
+        }
+        Item::Keyboard(k) => (&k.doc, format!("keyboard {}", k.name.node), k.settings.iter().map(setting).collect()),
+    };
+    let doc = if doc.is_empty() { String::new() } else { doc.split('\n').map(doc_line).collect() };
+    format!("{doc}{}\n", block(&header, lines))
+}
+
+fn doc_line(line: &str) -> String {
+    if line.is_empty() { "///\n".to_string() } else { format!("/// {line}\n") }
+}
+
+fn typed(names: &[TypedName]) -> String {
+    list(names, |t| format!("{}: {}", t.name.node, t.ty.node))
+}
+
+/// A header and a block of lines, each of which may be a block itself.
+fn block(header: &str, lines: Vec<String>) -> String {
+    if lines.is_empty() {
+        return format!("{header} {{}}");
+    }
+    let indented = lines.iter().flat_map(|l| l.lines()).fold(String::new(), |text, line| text + "    " + line + "\n");
+    format!("{header} {{\n{indented}}}")
+}
+
+fn setting(setting: &Setting) -> String {
+    match setting {
+        Setting::Board(name) => format!("board {}", name.node),
+        Setting::Device(name) => format!("device {}", name.node),
+        Setting::Rate(rate) => format!("rate {}", Shown(rate)),
+        Setting::Keys(low, high) => format!("keys {} .. {}", low.node, high.node),
+        Setting::Programs(names) => format!("programs {}", list(names, |n| n.node.clone())),
+        Setting::PerKey { instrument, param, points } => {
+            let points = list(points, |(note, value)| format!("{}: {}", note.node, Shown(value)));
+            format!("{}.{} = {{ {points} }}", instrument.node, param.node)
+        }
+    }
+}
+
+fn decl(decl: &Decl) -> String {
+    match &decl.kind {
+        DeclKind::Sense { name, ty, range, slew, over } => {
+            let tail = optional(" slew ", slew.as_ref()) + &optional(" over ", over.as_ref());
+            format!("sense {}: {} in {}{tail}", name.node, ty.node, Range(range))
+        }
+        DeclKind::Param { live, name, value, range } => {
+            let range = range.as_ref().map_or(String::new(), |r| format!(" in {}", Range(r)));
+            format!("{}param {} = {}{range}", if *live { "live " } else { "" }, name.node, Shown(value))
+        }
+        DeclKind::Let { name, value } => format!("let {} = {}", name.node, Shown(value)),
+        DeclKind::States { name, transitions } => {
+            block(&format!("states {}", name.node), transitions.iter().map(transition).collect())
+        }
+        DeclKind::State { name, ty, range, init } => {
+            format!("state {}: {} in {}{}", name.node, ty.node, Range(range), optional(" = ", init.as_ref()))
+        }
+        DeclKind::Next { name, value } => format!("next {} = {}", name.node, Shown(value)),
+        DeclKind::Body { name, parts } => block(&format!("body {}", name.node), parts.iter().map(part).collect()),
+        DeclKind::Event { name, guard, actions } => {
+            acting(&format!("event {} when {}", name.node, Shown(guard)), actions)
+        }
+        DeclKind::Pulse { name, ty, range, lasting } => {
+            format!("pulse {}: {} in {} lasting {}", name.node, ty.node, Range(range), Shown(lasting))
+        }
+        DeclKind::Hold { body, guard } => format!("hold {} when {}", body.node, Shown(guard)),
+        DeclKind::Force { name, value } => format!("force {} = {}", name.node, Shown(value)),
+        DeclKind::Result { name, value } => format!("{} = {}", name.node, Shown(value)),
+    }
+}
+
+fn optional(word: &str, value: Option<&Expr>) -> String {
+    value.map_or(String::new(), |v| format!("{word}{}", Shown(v)))
+}
+
+fn transition(t: &Transition) -> String {
+    acting(&format!("{} -> {} when {}", t.from.node, t.to.node, Shown(&t.guard)), &t.actions)
+}
+
+/// A header, and its actions if there are any.
+fn acting(header: &str, actions: &[Action]) -> String {
+    if actions.is_empty() { header.to_string() } else { block(header, actions.iter().map(action).collect()) }
+}
+
+fn action(action: &Action) -> String {
+    match &action.kind {
+        ActionKind::Emit { name, args } => {
+            let args = list(args, |(arg, value)| format!("{}: {}", arg.node, Shown(value)));
+            format!("emit {}({args})", name.node)
+        }
+        ActionKind::Write { name, rate, value } => {
+            format!("{}{} := {}", name.node, if *rate { "'" } else { "" }, Shown(value))
+        }
+        ActionKind::Fire { pulse, value } => format!("fire {} at {}", pulse.node, Shown(value)),
+    }
+}
+
+fn part(part: &BodyPart) -> String {
+    match part {
+        BodyPart::Coordinate { angle, name, range, init, rate_range, rate_init, .. } => {
+            let mut line = format!("{} {} in {}", if *angle { "angle" } else { "position" }, name.node, Range(range));
+            line += &optional(" = ", init.as_ref());
+            let _ = write!(line, ", rate in {}", Range(rate_range));
+            line + &optional(" = ", rate_init.as_ref())
+        }
+        BodyPart::Inertia { angle, value, .. } => {
+            format!("{} {}", if *angle { "inertia" } else { "mass" }, Shown(value))
+        }
+        BodyPart::Torque { angle, value, .. } => {
+            format!("{} {}", if *angle { "torque" } else { "force" }, Shown(value))
+        }
+    }
+}
+
+/// A range as it is written.
+struct Range<'a>(&'a RangeExpr);
+
+impl fmt::Display for Range<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{} .. {}", Shown(&self.0.low), Shown(&self.0.high))
+    }
+}

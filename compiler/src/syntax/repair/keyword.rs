@@ -1,0 +1,53 @@
+//! Keywords used as names.
+
+use super::{Tokens, at};
+use crate::diag::{Code, Diagnostic};
+use crate::syntax::token::Token;
+
+/// Makes a name of a keyword that stands where only a name can stand, and reports it.
+pub(super) fn repair<'s>(text: &'s str, mut tokens: Tokens<'s>, diagnostics: &mut Vec<Diagnostic>) -> Tokens<'s> {
+    for i in 1..tokens.len() {
+        if !tokens[i].node.is_hard_keyword() {
+            continue;
+        }
+        let named = only_a_name(tokens[i - 1].node, tokens[i].node, at(&tokens, i + 1));
+        if named {
+            let span = tokens[i].span;
+            let name = &text[span.start as usize..span.end as usize];
+            let message = format!("`{name}` is a keyword and cannot be a name");
+            let hint = format!("choose another name, such as `{name}_1`");
+            diagnostics.push(Diagnostic::new(Code::UnexpectedToken, span, message, "a name is expected").hint(hint));
+            tokens[i].node = Token::Word(name);
+        }
+    }
+    tokens
+}
+
+/// Whether only a name can stand between these two.
+fn only_a_name(before: Token, keyword: Token, after: Option<Token>) -> bool {
+    use Token::*;
+    let declared = matches!(
+        before,
+        Instrument
+            | Term
+            | Keyboard
+            | Sense
+            | Param
+            | Let
+            | Body
+            | States
+            | State
+            | Next
+            | Event
+            | Pulse
+            | Force
+            | Hold
+    );
+    match after {
+        Some(Equals | Open(_)) => declared,
+        Some(Colon) => declared || matches!(before, LeftParen | Comma),
+        Some(When) => matches!(before, Event | Hold | Arrow),
+        Some(Arrow) => true,
+        _ => before == Is && matches!(keyword, On | Off),
+    }
+}

@@ -1,0 +1,30 @@
+//! Tells names that begin something from names that are used.
+
+use super::{Tokens, assigns, at, defines, leaves};
+use crate::syntax::token::{Level, Token};
+
+/// Replaces a name that stands where a definition, a write or a transition may begin, and is followed by its sign.
+pub(super) fn mark(mut tokens: Tokens) -> Tokens {
+    let mut open = Vec::new();
+    for i in 0..tokens.len() {
+        match tokens[i].node {
+            Token::Open(level) => open.push(level),
+            Token::Close(_) => drop(open.pop()),
+            _ => {}
+        }
+        let (Some(name), Some(level)) = (tokens[i].node.name(), open.last()) else { continue };
+        let begins = match i.checked_sub(1).and_then(|before| at(&tokens, before)) {
+            Some(Token::Open(_) | Token::Close(_)) => true,
+            Some(before) => before.ends_expression(),
+            None => false,
+        };
+        tokens[i].node = match level {
+            _ if !begins => continue,
+            Level::Outer if defines(&tokens, i) => Token::Defined(name),
+            Level::Middle if leaves(&tokens, i) => Token::Left(name),
+            Level::Middle | Level::Inner if assigns(&tokens, i) => Token::Assigned(name),
+            _ => continue,
+        };
+    }
+    tokens
+}

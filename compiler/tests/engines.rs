@@ -1,0 +1,152 @@
+//! The interpreter and the host code agree in every byte: outputs, memory, probes and events.
+//!
+//! ```text
+//! cargo test -p whippen-compiler --test engines                                       10 000 random kernels
+//! WHIPPEN_KERNELS=1000000 cargo test -p whippen-compiler --test engines -- --ignored  as many as one likes
+//! ```
+
+use std::ops::Range;
+use whippen_compiler::host::{HostCode, Options};
+use whippen_compiler::kernel::random::{self, Rng};
+use whippen_compiler::kernel::{EngineError, Interp, Kernel, parse, without_probes};
+
+const KEYS: usize = 3;
+const TICKS: usize = 8;
+
+/// Both engines, on the same kernel and with the same inputs.
+struct Pair {
+    kernel: Kernel,
+    interp: Interp,
+    code: HostCode,
+    /// What is said when they differ.
+    name: String,
+}
+
+impl Pair {
+    fn new(kernel: &Kernel, keys: usize, probes: bool, name: &str) -> Pair {
+        let code = HostCode::build(kernel, keys, Options { probes }).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let kernel = if probes { kernel.clone() } else { without_probes(kernel) };
+        let interp = Interp::new(&kernel, keys).unwrap_or_else(|error| panic!("{name}: {error}"));
+        Pair { kernel, interp, code, name: name.to_string() }
+    }
+
+    fn init(&mut self, words: &[u16]) {
+        self.interp.init(words);
+        self.code.init(words);
+        self.compare("init", &[], &[]);
+    }
+
+    fn tick(&mut self, words: &[u16]) {
+        let count = self.interp.memory().keys() * self.kernel.outputs.len();
+        let (mut left, mut right) = (vec![0; count], vec![0; count]);
+        self.interp.tick(words, &mut left);
+        self.code.tick(words, &mut right);
+        self.compare("tick", &left, &right);
+    }
+
+    fn compare(&self, what: &str, left: &[i16], right: &[i16]) {
+        let (name, kernel) = (&self.name, &self.kernel);
+        let tick = self.interp.memory().tick();
+        assert_eq!(left, right, "{name}: {what} {tick}, outputs of interp and jit\n{kernel}");
+        assert_eq!(self.interp.memory(), self.code.memory(), "{name}: {what} {tick}, memory\n{kernel}");
+    }
+
+    fn drain(&mut self) -> usize {
+        let (left, right) = (self.interp.drain_events(), self.code.drain_events());
+        assert_eq!(left, right, "{}: events\n{}", self.name, self.kernel);
+        left.len()
+    }
+
+    fn set_live(&mut self, live: usize, value: i32) {
+        self.interp.set_live(live, value).expect("in range");
+        self.code.set_live(live, value).expect("in range");
+    }
+}
+
+fn agree(seed: u64) {
+    let mut rng = Rng::new(seed);
+    let mut pair = Pair::new(&random::kernel(seed), KEYS, !seed.is_multiple_of(4), &format!("seed {seed}"));
+    pair.init(&random::inputs(&mut rng, &pair.kernel, KEYS));
+    for tick in 0..TICKS {
+        let live = tick % pair.kernel.lives.len();
+        let value = rng.interesting(pair.kernel.lives[live].range);
+        pair.set_live(live, value as i32);
+        pair.tick(&random::inputs(&mut rng, &pair.kernel, KEYS));
+        if tick % 3 == 2 {
+            pair.drain();
+        }
+    }
+    // And from the start again, into memory that is used.
+    pair.init(&random::inputs(&mut rng, &pair.kernel, KEYS));
+    pair.tick(&random::inputs(&mut rng, &pair.kernel, KEYS));
+}
+
+fn agree_on(seeds: Range<u64>) {
+    seeds.for_each(agree);
+}
+
+#[test]
+fn random_kernels_first_quarter() {
+    agree_on(0..2500);
+}
+
+#[test]
+fn random_kernels_second_quarter() {
+    agree_on(2500..5000);
+}
+
+#[test]
+fn random_kernels_third_quarter() {
+    agree_on(5000..7500);
+}
+
+#[test]
+fn random_kernels_fourth_quarter() {
+    agree_on(7500..10_000);
+}
+
+#[test]
+#[ignore = "as long as WHIPPEN_KERNELS says"]
+fn random_kernels_at_length() {
+    let count = std::env::var("WHIPPEN_KERNELS").ok().and_then(|count| count.parse().ok()).unwrap_or(100_000);
+    agree_on(10_000..10_000 + count);
+}
+
+const CHATTERBOX: &str = "\
+kernel chatterbox @44100 {
+  event said(2)
+  tick {
+    loop 700 (v0: i32 [0..699]) {
+      v1: i32 [0..699000] = shl v0 2
+      emit said v0 v1
+    }
+  }
+}
+";
+
+#[test]
+fn a_full_buffer_counts_what_it_loses() {
+    let mut pair = Pair::new(&parse(CHATTERBOX).expect("parses"), 2, true, "chatterbox");
+    pair.init(&[]);
+    (0..4).for_each(|_| pair.tick(&[]));
+    assert_eq!(pair.interp.memory().lost_events(), 4 * 2 * 700 - 4096);
+    assert_eq!(pair.drain(), 4096);
+    pair.tick(&[]);
+    assert_eq!(pair.drain(), 1400);
+}
+
+#[test]
+fn nothing_gets_in_that_is_out_of_range() {
+    let kernel = parse("kernel k @1 { live a: i32 [0..9] = 1 cell c: i64 x 2 [-5..5] = 0 }").expect("parses");
+    let mut code = HostCode::build(&kernel, 2, Options { probes: true }).expect("compiles");
+    let outside = |value| Err(EngineError::Outside { value, range: kernel.cells[0].range });
+    assert_eq!(code.set_live(0, 9), Ok(()));
+    assert!(matches!(code.set_live(0, 10), Err(EngineError::Outside { value: 10, .. })));
+    assert_eq!(code.set_live(1, 0), Err(EngineError::Unknown));
+    assert_eq!(code.set_cell(1, 0, 1, -5), Ok(()));
+    assert_eq!(code.set_cell(1, 0, 1, -6), outside(-6));
+    assert_eq!(code.set_cell(2, 0, 0, 0), Err(EngineError::Unknown));
+    assert_eq!(code.set_cell(0, 0, 2, 0), Err(EngineError::Unknown));
+    assert_eq!([code.cell(0, 0, 1), code.cell(1, 0, 1), code.cell(1, 1, 0)], [Some(0), Some(-5), None]);
+    assert!(matches!(HostCode::build(&kernel, 0, Options { probes: true }), Err(EngineError::Layout(_))));
+}

@@ -1,0 +1,140 @@
+//! Devices: what the words of sensors and drives mean in metres and newtons.
+//!
+//! ```text
+//!   position (m) --low .. high--> sensor word 0 .. 65535 --> program --> drive word -32768 .. 32767 --full scale--> force (N)
+//! ```
+//!
+//! A device is a TOML file (`instruments/hardware/`): every value a string with its unit, as in the language. Without another, the
+//! bundled `mikey` is used.
+//!
+//! Not here: boards (which core, which pins), motors and their heat, the mechanics of the key.
+
+mod file;
+
+use std::path::Path;
+
+use whippen_compiler::scales::Scales;
+
+use crate::files::{FileError, open};
+
+/// The default device, as bundled.
+const MIKEY: &str = include_str!("../../instruments/hardware/mikey.toml");
+
+/// A key's sensor and drive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Device {
+    /// Its name.
+    pub name: String,
+    /// How positions become words.
+    pub sensor: Sensor,
+    /// How words become forces.
+    pub drive: Drive,
+}
+
+/// A position sensor with its converter: 16-bit words, unsigned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensor {
+    /// Position at word 0 (m).
+    pub low_m: f64,
+    /// Position at word 65535 (m), above `low_m`.
+    pub high_m: f64,
+    /// From the instant of measurement to the tick that reads the word, in ticks.
+    pub delay_samples: f64,
+}
+
+/// A drive with its converter: 16-bit words, signed (`I1F15`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drive {
+    /// Force that word 32768 would stand for (N), above 0.
+    pub full_scale_n: f64,
+    /// From the tick that writes the word to the instant the force acts, in ticks.
+    pub delay_samples: f64,
+}
+
+impl Device {
+    /// The keyboard of the first paper: the device of every program that names none.
+    pub fn mikey() -> Device {
+        file::read(Path::new("mikey.toml"), MIKEY).expect("the bundled device file is correct")
+    }
+
+    /// The bundled device of that name, if there is one.
+    pub fn bundled(name: &str) -> Option<Device> {
+        Some(Device::mikey()).filter(|device| device.name == name)
+    }
+
+    /// Reads a device file.
+    ///
+    /// # Errors
+    /// The file cannot be read or is no TOML; a key is unknown or missing; a value is not a string, has no unit or one of the
+    /// wrong dimension, or makes no sense. Each names the file, the line and the key.
+    pub fn load(path: &Path) -> Result<Device, FileError> {
+        let text = std::io::read_to_string(open(path)?).map_err(|e| FileError::new(path, e.to_string()))?;
+        file::read(path, &text)
+    }
+
+    /// The sensor's word for a position, and whether the position lay outside the sensor's range; halves are rounded up. What is
+    /// not a number reads as word 0 and counts as outside.
+    pub fn word_of_position(&self, position_m: f64) -> (u16, bool) {
+        let Sensor { low_m, high_m, .. } = self.sensor;
+        let word = ((position_m - low_m) / (high_m - low_m) * f64::from(u16::MAX) + 0.5).floor();
+        // The cast clamps, and takes what is not a number to 0.
+        (word as u16, !(low_m..=high_m).contains(&position_m))
+    }
+
+    /// What lowering and the engines must know of it.
+    pub fn scales(&self) -> Scales {
+        let Sensor { low_m, high_m, .. } = self.sensor;
+        Scales {
+            sensor_zero: low_m,
+            sensor_lsb: (high_m - low_m) / f64::from(u16::MAX),
+            drive_lsb_n: self.drive.full_scale_n / 32_768.0,
+        }
+    }
+
+    /// The position (m) a sensor's word stands for.
+    pub fn position_of_word(&self, word: u16) -> f64 {
+        let Sensor { low_m, high_m, .. } = self.sensor;
+        low_m + (high_m - low_m) * (f64::from(word) / f64::from(u16::MAX))
+    }
+
+    /// The force (N) a drive's word stands for; positive pushes the key up.
+    pub fn force_of_word(&self, word: i16) -> f64 {
+        f64::from(word) / 32768.0 * self.drive.full_scale_n
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mikey_reads_and_drives_as_documented() {
+        let mikey = Device::mikey();
+        assert_eq!((Device::bundled("mikey").as_ref(), Device::bundled("mickey")), (Some(&mikey), None));
+        assert_eq!(mikey.sensor, Sensor { low_m: -0.0005, high_m: 0.0105, delay_samples: 1.0 });
+        assert_eq!(mikey.drive, Drive { full_scale_n: 20.0, delay_samples: 1.0 });
+        let lsb_m = mikey.position_of_word(1) - mikey.position_of_word(0);
+        assert!((lsb_m - 0.168e-6).abs() < 1e-9, "{lsb_m}");
+        assert_eq!(mikey.force_of_word(16_384), 10.0);
+        assert_eq!(mikey.force_of_word(i16::MIN), -20.0);
+    }
+
+    #[test]
+    fn every_word_comes_back() {
+        let mikey = Device::mikey();
+        for word in 0..=u16::MAX {
+            assert_eq!(mikey.word_of_position(mikey.position_of_word(word)).0, word);
+        }
+    }
+
+    #[test]
+    fn positions_outside_are_held_and_said() {
+        let mikey = Device::mikey();
+        assert_eq!(mikey.word_of_position(-0.0005), (0, false));
+        assert_eq!(mikey.word_of_position(0.0105), (65_535, false));
+        assert_eq!(mikey.word_of_position(-0.000_501), (0, true));
+        assert_eq!(mikey.word_of_position(0.0106), (65_535, true));
+        assert_eq!(mikey.word_of_position(f64::NAN), (0, true));
+        assert_eq!(mikey.word_of_position(f64::INFINITY), (65_535, true));
+    }
+}

@@ -1,0 +1,159 @@
+//! The engines behind one door: `jit`, `interp` and `ideal` run the same instrument on the same words.
+
+use std::fmt;
+use std::str::FromStr;
+
+use whippen_compiler::fix::{Export, ExportKind, LoweredEvent, LoweredEventKind};
+use whippen_compiler::host::{HostCode, Options};
+use whippen_compiler::ideal::{Ideal, What};
+use whippen_compiler::kernel::{self, Interp};
+use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::scales::Scales;
+
+/// Which engine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EngineKind {
+    /// The Kernel compiled for this machine.
+    Jit,
+    /// The Kernel interpreted: the reference.
+    Interp,
+    /// The Model in f64: the yardstick.
+    Ideal,
+}
+
+/// The engines by name.
+pub const ENGINES: &[(&str, EngineKind)] =
+    &[("jit", EngineKind::Jit), ("interp", EngineKind::Interp), ("ideal", EngineKind::Ideal)];
+
+impl FromStr for EngineKind {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<EngineKind, String> {
+        let names: Vec<&str> = ENGINES.iter().map(|(name, _)| *name).collect();
+        let found = ENGINES.iter().find(|(name, _)| *name == text).map(|(_, kind)| *kind);
+        found.ok_or_else(|| format!("engines are {}", names.join(", ")))
+    }
+}
+
+impl fmt::Display for EngineKind {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let name = ENGINES.iter().find(|(_, kind)| kind == self).map_or("", |(name, _)| name);
+        f.write_str(name)
+    }
+}
+
+/// Something that happened in a tick.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Happened {
+    /// The key.
+    pub key: u32,
+    /// What: an index into the lowered events.
+    pub event: usize,
+    /// Arguments (SI).
+    pub args: Vec<f64>,
+}
+
+/// A running instrument.
+pub enum Engine<'c> {
+    /// See [`EngineKind::Jit`].
+    Jit(&'c Compiled, Box<HostCode>),
+    /// See [`EngineKind::Interp`].
+    Interp(&'c Compiled, Box<Interp>),
+    /// See [`EngineKind::Ideal`].
+    Ideal(&'c Compiled, Box<Ideal<'c>>, Scales),
+}
+
+impl<'c> Engine<'c> {
+    /// An engine of `keys` keys at rest.
+    ///
+    /// # Errors
+    /// The host's code generator refuses (an unsupported machine), in words.
+    pub fn new(kind: EngineKind, compiled: &'c Compiled, scales: Scales, keys: usize) -> Result<Engine<'c>, String> {
+        let kernel = &compiled.lowered.kernel;
+        Ok(match kind {
+            EngineKind::Jit => {
+                let options = Options { probes: true };
+                let code = HostCode::build(kernel, keys, options).map_err(|e| e.to_string())?;
+                Engine::Jit(compiled, Box::new(code))
+            }
+            EngineKind::Interp => {
+                Engine::Interp(compiled, Box::new(Interp::new(kernel, keys).map_err(|e| e.to_string())?))
+            }
+            EngineKind::Ideal => Engine::Ideal(compiled, Box::new(Ideal::new(&compiled.model, scales, keys)), scales),
+        })
+    }
+
+    /// What must precede the first tick, with its words.
+    pub fn start(&mut self, words: &[u16]) {
+        match self {
+            Engine::Jit(_, code) => code.init(words),
+            Engine::Interp(_, interp) => interp.init(words),
+            Engine::Ideal(..) => {}
+        }
+    }
+
+    /// One tick of all keys: sensor words in, drive words out.
+    pub fn tick(&mut self, words: &[u16], drive: &mut [i16]) {
+        match self {
+            Engine::Jit(_, code) => code.tick(words, drive),
+            Engine::Interp(_, interp) => interp.tick(words, drive),
+            Engine::Ideal(_, ideal, scales) => {
+                ideal.tick(words);
+                for (key, word) in drive.iter_mut().enumerate() {
+                    *word = (ideal.force_n(key) / scales.drive_lsb_n).round().clamp(-32_768.0, 32_767.0) as i16;
+                }
+            }
+        }
+    }
+
+    /// The exported value of the last tick (SI; states and bools as indices).
+    pub fn value(&self, key: usize, index: usize, export: &Export) -> f64 {
+        let probes = |all: &[i64], count: usize| export.value(all[key * count + index]);
+        match self {
+            Engine::Jit(c, code) => probes(code.probes(), c.lowered.exports.len()),
+            Engine::Interp(c, interp) => probes(interp.probes(), c.lowered.exports.len()),
+            Engine::Ideal(c, ideal, _) => ideal_value(c, ideal, key, export.kind),
+        }
+    }
+
+    /// What happened since the last call, in the order in which it did.
+    pub fn drain(&mut self) -> Vec<Happened> {
+        match self {
+            Engine::Jit(c, code) => decode(&c.lowered.events, code.drain_events()),
+            Engine::Interp(c, interp) => decode(&c.lowered.events, interp.drain_events()),
+            Engine::Ideal(c, ideal, _) => ideal
+                .occurrences()
+                .iter()
+                .filter_map(|o| {
+                    let kind = match o.what {
+                        What::Emission(e) => LoweredEventKind::Emission(e),
+                        What::Rule(r) => LoweredEventKind::Rule(c.model.rule_name(&c.model.rules[r as usize])),
+                    };
+                    let event = c.lowered.events.iter().position(|e| e.kind == kind)?;
+                    Some(Happened { key: o.key, event, args: o.args.clone() })
+                })
+                .collect(),
+        }
+    }
+}
+
+fn ideal_value(c: &Compiled, ideal: &Ideal, key: usize, kind: ExportKind) -> f64 {
+    let model = &c.model;
+    match kind {
+        ExportKind::Sense(s) => ideal.sensed(key, s as usize),
+        ExportKind::Total => ideal.force_n(key),
+        ExportKind::Force(i) => ideal.value(key, model.forces[i as usize].value),
+        ExportKind::Named(i) => ideal.value(key, model.named[i as usize].value),
+        ExportKind::Cell(id) => ideal.before(key).cells[id.0 as usize],
+        ExportKind::Machine(id) => f64::from(ideal.before(key).machines[id.0 as usize]),
+    }
+}
+
+fn decode(meanings: &[LoweredEvent], records: Vec<kernel::Happened>) -> Vec<Happened> {
+    let one = |r: kernel::Happened| {
+        let lsbs = &meanings[r.event as usize].arg_lsbs;
+        let args = r.args.iter().zip(lsbs).map(|(&word, lsb)| f64::from(word) * lsb).collect();
+        Happened { key: r.key, event: r.event as usize, args }
+    };
+    records.into_iter().map(one).collect()
+}

@@ -1,0 +1,185 @@
+//! Synthetic gestures: key motions made by the project, for the tour and for tests.
+//!
+//! A gesture is a sequence of moves from one depth to another, each of minimum jerk, with rests between them:
+//!
+//! ```text
+//!   depth      rise      hold      fall
+//!     0 ______       ___________        ______
+//!             \     '           '     /
+//!     d        `---'             `---'              s(u) = 10 u^3 - 15 u^4 + 6 u^5
+//!           start
+//! ```
+//!
+//! The minimum-jerk polynomial is how a hand moves freely from rest to rest (Flash and Hogan 1985): position, velocity and
+//! acceleration are continuous, the greatest velocity is 15/8 of depth over time, half way. Only additions and
+//! multiplications are used, so a gesture has the same bits on every machine.
+//!
+//! Not here: recorded motions (`motion`), strokes made from MIDI notes.
+
+/// One move between two depths, at rest before and after.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Move {
+    start_s: f64,
+    duration_s: f64,
+    to_m: f64,
+}
+
+/// A key motion over time: starts at rest at depth 0, moves, and ends at [`Gesture::duration_s`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Gesture {
+    moves: Vec<Move>,
+    end_s: f64,
+}
+
+impl Gesture {
+    /// A key at rest, for no time.
+    pub fn new() -> Gesture {
+        Gesture::default()
+    }
+
+    /// Stays where it is for a while. Negative and unbounded times count as none, here and in the other builders.
+    #[must_use]
+    pub fn hold(mut self, seconds: f64) -> Gesture {
+        self.end_s += duration(seconds);
+        self
+    }
+
+    /// Moves to a depth (m, positive down) in the given time.
+    #[must_use]
+    pub fn to(mut self, depth_m: f64, seconds: f64) -> Gesture {
+        self.moves.push(Move { start_s: self.end_s, duration_s: duration(seconds), to_m: depth_m });
+        self.hold(seconds)
+    }
+
+    /// A stroke from where the key is down to `depth_m` and back to rest. It begins at `start_s`; what is already there
+    /// is finished first.
+    #[must_use]
+    pub fn stroke(self, start_s: f64, rise_s: f64, hold_s: f64, fall_s: f64, depth_m: f64) -> Gesture {
+        let wait_s = start_s - self.end_s;
+        self.hold(wait_s).to(depth_m, rise_s).hold(hold_s).to(0.0, fall_s)
+    }
+
+    /// `count` equal strokes from `start_s`, `rate_hz` of them per second: of each period 45 % go down, 10 % hold and
+    /// 45 % go up again.
+    #[must_use]
+    pub fn repeated(self, start_s: f64, rate_hz: f64, count: usize, depth_m: f64) -> Gesture {
+        let period_s = duration(1.0 / rate_hz);
+        let begin_s = start_s.max(self.end_s);
+        (0..count).fold(self, |gesture, i| {
+            gesture.stroke(begin_s + i as f64 * period_s, 0.45 * period_s, 0.1 * period_s, 0.45 * period_s, depth_m)
+        })
+    }
+
+    /// When the last move or hold ends (s).
+    pub fn duration_s(&self) -> f64 {
+        self.end_s
+    }
+
+    /// The depths (m) at the ticks of a rate: tick `i` is at `i / rate_hz`, the first at 0, the last before the end.
+    pub fn positions(&self, rate_hz: u32) -> Vec<f64> {
+        let ticks = (self.end_s * f64::from(rate_hz)) as usize;
+        let mut moves = self.moves.iter().peekable();
+        let (mut now, mut from_m) = (Move { start_s: 0.0, duration_s: 0.0, to_m: 0.0 }, 0.0);
+        (0..ticks)
+            .map(|i| {
+                let t_s = i as f64 / f64::from(rate_hz);
+                while let Some(next) = moves.next_if(|m| m.start_s <= t_s) {
+                    (from_m, now) = (now.to_m, *next);
+                }
+                if t_s >= now.start_s + now.duration_s {
+                    now.to_m
+                } else {
+                    from_m + (now.to_m - from_m) * minimum_jerk((t_s - now.start_s) / now.duration_s)
+                }
+            })
+            .collect()
+    }
+}
+
+/// The bundled gesture, 4.2 s on a key of 10 mm: a slow press that does not strike, a soft, a medium and a forte stroke (the
+/// forte one stays down, so the hammer is caught), a half-held stroke, three fast repetitions, rest.
+pub fn default_gesture() -> Gesture {
+    const DIP_M: f64 = 0.010;
+    Gesture::new()
+        .stroke(0.05, 1.5, 0.05, 0.15, DIP_M) // slow press
+        .stroke(1.85, 0.090, 0.06, 0.10, DIP_M) // soft
+        .stroke(2.20, 0.050, 0.06, 0.10, DIP_M) // medium
+        .stroke(2.50, 0.028, 0.35, 0.12, DIP_M) // forte, held: caught
+        .stroke(3.10, 0.040, 0.20, 0.10, 0.007) // half held: the hammer falls back on the key
+        .repeated(3.50, 9.0, 3, DIP_M)
+        .hold(0.37)
+}
+
+fn minimum_jerk(u: f64) -> f64 {
+    u * u * u * (10.0 + u * (6.0 * u - 15.0))
+}
+
+/// A time that can be waited for.
+fn duration(seconds: f64) -> f64 {
+    if seconds.is_finite() { seconds.max(0.0) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RATE_HZ: u32 = 44_100;
+
+    fn speeds(x: &[f64]) -> Vec<f64> {
+        x.windows(2).map(|w| (w[1] - w[0]) * f64::from(RATE_HZ)).collect()
+    }
+
+    #[test]
+    fn a_stroke_goes_where_it_says_when_it_says() {
+        let x = Gesture::new().stroke(0.1, 0.2, 0.3, 0.1, 0.010).hold(0.1).positions(10_000);
+        assert_eq!(x.len(), 8000);
+        assert!(x[..=1000].iter().all(|&x| x == 0.0));
+        assert!((x[2000] - 0.005).abs() < 1e-12, "half way down in half the time");
+        assert!(x[3001..6000].iter().all(|&x| x == 0.010));
+        assert!(x[7001..].iter().all(|&x| x == 0.0));
+        assert!(x[1001..3000].windows(2).all(|w| w[1] > w[0]), "down all the way");
+    }
+
+    #[test]
+    fn strokes_from_12_ms_to_1500_ms_are_smooth() {
+        for rise_s in [0.012, 0.05, 0.3, 1.5] {
+            let v = speeds(&Gesture::new().stroke(0.01, rise_s, 0.1, 0.1, 0.010).hold(0.1).positions(RATE_HZ));
+            let peak = v.iter().fold(0.0_f64, |a, &v| a.max(v));
+            assert!((peak / (15.0 / 8.0 * 0.010 / rise_s) - 1.0).abs() < 1e-3, "peak speed {peak} for {rise_s} s");
+            // Greatest acceleration of a minimum-jerk move: 10/sqrt(3) depth / time^2.
+            let bound = 5.7736 * 0.010 / rise_s.min(0.1).powi(2) * 1.001;
+            let a = v.windows(2).map(|w| (w[1] - w[0]).abs() * f64::from(RATE_HZ)).fold(0.0, f64::max);
+            assert!(a <= bound, "acceleration {a} > {bound} for {rise_s} s");
+        }
+    }
+
+    #[test]
+    fn half_held_and_repeated_strokes() {
+        for depth_m in [0.004, 0.0065, 0.009] {
+            let x = Gesture::new().stroke(0.0, 0.03, 0.2, 0.1, depth_m).positions(RATE_HZ);
+            assert_eq!(x.iter().copied().fold(0.0, f64::max), depth_m);
+            assert!(x.iter().filter(|&&x| x == depth_m).count() >= 8819, "held for 0.2 s");
+        }
+        let x = Gesture::new().repeated(0.1, 12.0, 10, 0.010).positions(RATE_HZ);
+        let tops = x.windows(2).filter(|w| w[0] < 0.0099 && w[1] >= 0.0099).count();
+        assert_eq!(tops, 10);
+        assert!((x.len() as f64 / f64::from(RATE_HZ) - (0.1 + 10.0 / 12.0)).abs() < 1e-3);
+    }
+
+    #[test]
+    fn the_default_gesture_has_seven_full_strokes_and_a_half_one() {
+        let x = default_gesture().positions(RATE_HZ);
+        assert!((4.1..4.3).contains(&(x.len() as f64 / f64::from(RATE_HZ))), "{}", x.len());
+        let reaches = |m: f64| x.windows(2).filter(|w| w[0] < m && w[1] >= m).count();
+        assert_eq!((reaches(0.0099), reaches(0.0069)), (7, 8));
+        assert_eq!((x[0], x[x.len() - 1]), (0.0, 0.0));
+        assert!(speeds(&x).iter().all(|v| v.abs() < 0.7), "forte keys move at 0.3 to 0.7 m/s");
+    }
+
+    #[test]
+    fn nonsense_is_harmless() {
+        let g = Gesture::new().stroke(f64::NAN, -1.0, f64::INFINITY, 0.0, 0.010).repeated(0.0, 0.0, 3, 0.01);
+        assert_eq!(g.duration_s(), 0.0);
+        assert!(g.positions(RATE_HZ).is_empty());
+    }
+}

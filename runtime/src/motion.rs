@@ -1,0 +1,193 @@
+//! Recorded motions: from a file to key positions at the tick rate.
+//!
+//! ```text
+//!   t_s,x_mm table ---------> even grid --.
+//!                                         +--> rest .. full      --> low-pass   --> resample --> Motion
+//!   bare column --> calibration table ----'    becomes 0 .. dip      (no delay)     (no delay)
+//! ```
+//!
+//! Positions are metres, 0 at rest and positive down. Files are read line by line; whatever is held, interpolated or moved on the
+//! way is counted in the [`Motion`] or said in its notes. Only portable arithmetic is used: the same file gives the same
+//! bits on every machine.
+//!
+//! Not here: what a sensor makes of a position (`device`), forces as inputs, synthetic motions (`gesture`).
+
+mod calibration;
+mod lowpass;
+mod pchip;
+mod raw;
+mod resample;
+mod table;
+mod titled;
+mod uniform;
+
+#[cfg(test)]
+mod recordings;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use crate::files::FileError;
+use calibration::Calibration;
+use resample::{resample, resampled_len};
+
+/// The most samples a motion may have, read or resampled: about seven hours at 44.1 kHz.
+const SAMPLES_MAX: usize = 1 << 30;
+
+/// Sources are at most so many times as fast as the tick.
+const OVERSAMPLING_MAX: f64 = 1000.0;
+
+/// How the numbers stand in the file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum Layout {
+    /// A table whose titles name time and position with their units, such as `t_s,x_mm`.
+    #[default]
+    Titled,
+    /// Bare columns of numbers.
+    Raw {
+        /// Rows per second.
+        rate_hz: f64,
+        /// The column of the positions, counted from 1.
+        column: usize,
+        /// A table that turns readings into positions; without it they are metres.
+        calibration: Option<PathBuf>,
+    },
+}
+
+/// What the recorded key reads at its stops, and the dip it shall have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stops {
+    /// Reading at rest (m); becomes 0.
+    pub rest_m: f64,
+    /// Reading at full dip (m); becomes `dip_m`.
+    pub full_m: f64,
+    /// The dip after mapping (m).
+    pub dip_m: f64,
+}
+
+/// How to read a motion.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct MotionOptions {
+    /// How the numbers stand in the file.
+    pub layout: Layout,
+    /// A linear map from what was recorded to the dip of the model; without it positions are taken as they are.
+    pub stops: Option<Stops>,
+    /// Corner of a low-pass filter without delay (Hz), below half the rate of the file.
+    pub lowpass_hz: Option<f64>,
+}
+
+/// Positions of a key at the tick rate, and how they came about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    /// Ticks per second.
+    pub rate_hz: u32,
+    /// The position at each tick (m).
+    pub position_m: Vec<f64>,
+    /// Rows read from the file.
+    pub samples_read: usize,
+    /// Rows per second of the file, or of the grid its rows were interpolated onto.
+    pub source_rate_hz: f64,
+    /// Readings beyond the ends of the calibration table, held there.
+    pub calibration_clipped: usize,
+    /// What else one should know about it, in sentences.
+    pub notes: Vec<String>,
+}
+
+impl Motion {
+    /// How long it lasts (s).
+    pub fn duration_s(&self) -> f64 {
+        self.position_m.len() as f64 / f64::from(self.rate_hz)
+    }
+
+    /// How many positions lie outside a range (m), such as a sensor's.
+    pub fn count_outside(&self, low_m: f64, high_m: f64) -> usize {
+        self.position_m.iter().filter(|x| !(low_m..=high_m).contains(*x)).count()
+    }
+}
+
+/// Reads a motion from a file and brings it to the tick rate.
+///
+/// # Errors
+/// The file cannot be read or does not hold what the options say (with line and column), or an option makes no sense for
+/// it.
+pub fn load(path: &Path, options: &MotionOptions, tick_rate_hz: u32) -> Result<Motion, FileError> {
+    let mut source = read(path, &options.layout)?;
+    let error = |message: String| FileError::new(path, message);
+    if let Some(stops) = options.stops {
+        map_stops(&mut source.positions_m, stops).map_err(error)?;
+    }
+    if let Some(corner_hz) = options.lowpass_hz {
+        source.positions_m = lowpass::lowpass(&source.positions_m, source.rate_hz, corner_hz).ok_or_else(|| {
+            error(format!("a low-pass at {corner_hz} Hz needs a corner between 0 and {} Hz", source.rate_hz / 2.0))
+        })?;
+    }
+    check_rates(source.positions_m.len(), source.rate_hz, tick_rate_hz).map_err(error)?;
+    Ok(Motion {
+        rate_hz: tick_rate_hz,
+        position_m: resample(&source.positions_m, source.rate_hz, f64::from(tick_rate_hz)),
+        samples_read: source.samples_read,
+        source_rate_hz: source.rate_hz,
+        calibration_clipped: source.calibration_clipped,
+        notes: source.notes,
+    })
+}
+
+/// A file at its own rate.
+struct Source {
+    rate_hz: f64,
+    positions_m: Vec<f64>,
+    samples_read: usize,
+    calibration_clipped: usize,
+    notes: Vec<String>,
+}
+
+fn read(path: &Path, layout: &Layout) -> Result<Source, FileError> {
+    match layout {
+        Layout::Titled => {
+            let (samples_read, grid) = titled::read(path, SAMPLES_MAX)?;
+            let notes = grid.note.into_iter().collect();
+            Ok(Source { rate_hz: grid.rate_hz, positions_m: grid.samples, samples_read, calibration_clipped: 0, notes })
+        }
+        Layout::Raw { rate_hz, column, calibration } => {
+            if !(rate_hz.is_finite() && *rate_hz > 0.0) {
+                return Err(FileError::new(path, format!("a rate of {rate_hz} Hz makes no sense")));
+            }
+            let calibration = calibration.as_deref().map(Calibration::load).transpose()?;
+            let raw = raw::read(path, *column, calibration.as_ref())?;
+            Ok(Source {
+                rate_hz: *rate_hz,
+                samples_read: raw.positions_m.len(),
+                positions_m: raw.positions_m,
+                calibration_clipped: raw.clipped,
+                notes: Vec::new(),
+            })
+        }
+    }
+}
+
+fn map_stops(positions_m: &mut [f64], stops: Stops) -> Result<(), String> {
+    let slope = stops.dip_m / (stops.full_m - stops.rest_m);
+    if !(slope.is_finite() && stops.rest_m.is_finite()) || slope == 0.0 {
+        return Err("the readings at rest and at full dip must differ, and the dip must not be zero".into());
+    }
+    for x in positions_m {
+        *x = (*x - stops.rest_m) * slope;
+    }
+    Ok(())
+}
+
+fn check_rates(len: usize, rate_hz: f64, tick_rate_hz: u32) -> Result<(), String> {
+    let tick_hz = f64::from(tick_rate_hz);
+    if tick_rate_hz == 0 || rate_hz > tick_hz * OVERSAMPLING_MAX {
+        return Err(format!("a rate of {rate_hz} Hz is too fast for ticks at {tick_rate_hz} Hz"));
+    }
+    let ticks = resampled_len(len, rate_hz, tick_hz);
+    if ticks > SAMPLES_MAX as f64 {
+        return Err(format!(
+            "it lasts {:e} s, which is more than {SAMPLES_MAX} ticks at {tick_rate_hz} Hz",
+            ticks / tick_hz
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,57 @@
+//! Motions as tables with titles: `t_s,x_m` in any units of time and length.
+
+use std::path::Path;
+
+use whippen_compiler::units::{Dim, Unit};
+
+use super::table::Rows;
+use super::uniform::{Uniform, uniform};
+use crate::files::FileError;
+use crate::titles::split_title;
+
+/// Reads the columns of time and position (m) and puts them onto an even grid of at most `limit` samples; gives the number of
+/// rows too.
+///
+/// # Errors
+/// A column is missing or ambiguous, a cell is no finite number, or time does not increase.
+pub fn read(path: &Path, limit: usize) -> Result<(usize, Uniform), FileError> {
+    let mut rows = Rows::open(path)?;
+    let choice = find(rows.titles(), "t", Dim::TIME, "time")
+        .and_then(|t| Ok((t, find(rows.titles(), "x", Dim::LENGTH, "length")?)));
+    let ((t_column, t_unit), (x_column, x_unit)) =
+        choice.map_err(|message| FileError::new(path, message).at_line(1))?;
+    let (mut times_s, mut positions_m) = (Vec::new(), Vec::new());
+    while let Some(line) = rows.next_row()? {
+        let t_s = t_unit.to_si(rows.number(t_column)?);
+        if let Some(before) = times_s.last().filter(|before| **before >= t_s) {
+            let message = format!("time must increase, but {t_s} s follows {before} s");
+            return Err(FileError::new(path, message).at_line(line).at_column(t_column + 1));
+        }
+        times_s.push(t_s);
+        positions_m.push(x_unit.to_si(rows.number(x_column)?));
+    }
+    let grid = uniform(&times_s, positions_m, limit).map_err(|message| FileError::new(path, message))?;
+    Ok((times_s.len(), grid))
+}
+
+/// The column of that name with a unit of that dimension, else the only column with such a unit.
+fn find(titles: &[String], name: &str, dim: Dim, kind: &str) -> Result<(usize, Unit), String> {
+    let fitting: Vec<(usize, &str, Unit)> = titles
+        .iter()
+        .enumerate()
+        .filter_map(|(i, title)| {
+            let (name, unit) = split_title(title);
+            unit.filter(|u| u.dim == dim).map(|u| (i, name, u))
+        })
+        .collect();
+    match (fitting.iter().find(|c| c.1 == name), &fitting[..]) {
+        (Some(column), _) | (None, [column]) => Ok((column.0, column.2)),
+        (None, several) => {
+            let problem = match several {
+                [] => format!("no column has a unit of {kind}, as in `{name}_{}`", dim.unit()),
+                _ => format!("several columns have a unit of {kind}, and none of them is called `{name}`"),
+            };
+            Err(format!("{problem}; titles are `{}`", titles.join("`, `")))
+        }
+    }
+}

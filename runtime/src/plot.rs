@@ -1,0 +1,171 @@
+//! Figures: what a run looks like, as SVG and PNG.
+//!
+//! ```text
+//!   key travel      ______/~~~\___      \
+//!   force           one line per term    |  one time axis; strikes are marked through all panels
+//!   coordinates     hammer, ...          |
+//!   states          [touching][flying]  /
+//!   ---------------- time (s) ---------
+//!   force over travel: press, return       its own axes
+//! ```
+//!
+//! A [`Figure`] borrows its data, usually from a trace; panels without data are left out. Panels paint shapes into one drawing,
+//! which both outputs put on paper, so both show the same. A recording of any length is reduced to what can be seen
+//! (`decimate`). Colours can be told apart with any kind of colour vision (Paul Tol's schemes).
+//!
+//! Not here: interaction, reports.
+
+mod axis;
+mod bands;
+mod decimate;
+mod drawing;
+mod font;
+mod frame;
+mod layout;
+mod path;
+mod png;
+mod svg;
+mod time;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use crate::files::{FileError, write_whole};
+use crate::titles::split_title;
+use crate::trace::{Column, EventRow, Trace};
+
+/// One quantity over time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series<'a> {
+    /// Its name in the legend.
+    pub name: &'a str,
+    /// Its unit as titles write it (`m`, `n`, `rad`).
+    pub unit: &'a str,
+    /// One value per tick (SI).
+    pub values: &'a [f64],
+}
+
+/// One state machine over time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Machine<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// The names of its states.
+    pub states: &'a [String],
+    /// Per tick the index of its state.
+    pub values: &'a [f64],
+}
+
+/// An instant to be marked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mark {
+    /// When (s).
+    pub t_s: f64,
+    /// A number or a word, or nothing.
+    pub label: String,
+}
+
+/// What to draw.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Figure<'a> {
+    /// Heading.
+    pub title: String,
+    /// Ticks per second.
+    pub rate_hz: u32,
+    /// Position of the key.
+    pub travel: Option<Series<'a>>,
+    /// The force terms.
+    pub forces: Vec<Series<'a>>,
+    /// Their sum.
+    pub total: Option<Series<'a>>,
+    /// Coordinates of bodies.
+    pub coordinates: Vec<Series<'a>>,
+    /// State machines.
+    pub machines: Vec<Machine<'a>>,
+    /// What the marks are, for the legend: `note (m/s)`.
+    pub mark_name: String,
+    /// Instants that are marked through all panels over time, such as strikes.
+    pub marks: Vec<Mark>,
+}
+
+/// Which columns and events of a trace play which part; what the trace does not have is left out.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Roles {
+    /// Heading.
+    pub title: String,
+    /// Title of the column of the key's position (`x_m`).
+    pub travel: String,
+    /// Titles of the columns of the force terms.
+    pub forces: Vec<String>,
+    /// Title of the column of their sum.
+    pub total: String,
+    /// Titles of the columns of coordinates.
+    pub coordinates: Vec<String>,
+    /// Name of the event that is marked (`note`); its first argument, if it has one, is written beside it.
+    pub mark: String,
+}
+
+impl<'a> Figure<'a> {
+    /// A figure of a trace. All columns with labels are drawn as state machines.
+    pub fn of(trace: &'a Trace, roles: &Roles) -> Figure<'a> {
+        let series = |name: &String| {
+            let column = trace.column(name)?;
+            Some(Series { name: &column.name, unit: &column.unit, values: &column.values })
+        };
+        let machine = |c: &'a Column| Machine { name: &c.name, states: &c.labels, values: &c.values };
+        let marked = || trace.events.iter().filter(|e| e.event == roles.mark);
+        let label = |e: &EventRow| e.args.first().map_or(String::new(), |(_, v)| format!("{v:.2}").replace('-', "−"));
+        let argument = marked().find_map(|e| e.args.first()).and_then(|(title, _)| split_title(title).1);
+        Figure {
+            title: roles.title.clone(),
+            rate_hz: trace.rate_hz,
+            travel: series(&roles.travel),
+            forces: roles.forces.iter().filter_map(series).collect(),
+            total: series(&roles.total),
+            coordinates: roles.coordinates.iter().filter_map(series).collect(),
+            machines: trace.columns.iter().filter(|c| !c.labels.is_empty()).map(machine).collect(),
+            mark_name: frame::heading(&roles.mark, &argument.map_or(String::new(), |unit| unit.dim.unit())),
+            marks: marked().map(|e| Mark { t_s: e.t_s, label: label(e) }).collect(),
+        }
+    }
+
+    /// The figure as an SVG document.
+    pub fn svg(&self) -> String {
+        svg::print(&layout::draw(self))
+    }
+
+    /// The figure as a PNG picture, two pixels per point; `None` if it does not fit into memory.
+    pub fn png(&self) -> Option<Vec<u8>> {
+        png::paint(&layout::draw(self))
+    }
+}
+
+/// Whether all names of files end in `.svg` or `.png`, as [`save`] wants them.
+///
+/// # Errors
+/// The first that does not.
+pub fn check_names(paths: &[PathBuf]) -> Result<(), String> {
+    match paths.iter().find(|path| !["svg", "png"].contains(&ending(path))) {
+        Some(path) => Err(format!("{}: a figure's name ends in `.svg` or `.png`", path.display())),
+        None => Ok(()),
+    }
+}
+
+/// Writes a figure to a file whose name ends in `.svg` or `.png`.
+///
+/// # Errors
+/// The name ends otherwise, or the file cannot be written.
+pub fn save(figure: &Figure, path: &Path) -> Result<(), FileError> {
+    let bytes = match ending(path) {
+        "svg" => figure.svg().into_bytes(),
+        "png" => figure.png().ok_or_else(|| FileError::new(path, "the figure is too large for a picture"))?,
+        _ => return Err(FileError::new(path, "a figure's name ends in `.svg` or `.png`")),
+    };
+    write_whole(path, |w| w.write_all(&bytes))
+}
+
+fn ending(path: &Path) -> &str {
+    path.extension().and_then(|e| e.to_str()).unwrap_or("")
+}

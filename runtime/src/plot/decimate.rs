@@ -1,0 +1,209 @@
+//! Fewer points for the same picture.
+//!
+//! A line over time is reduced per column of the page to its first, lowest, highest and last point, in their order: whatever the
+//! number of ticks, nothing is lost that could be seen, and extremes are exact. A loop is reduced to the steps between cells of the
+//! page that were not drawn before. A machine is reduced to runs.
+
+use std::collections::HashSet;
+
+use super::axis::Axis;
+use super::drawing::Point;
+
+/// Points of a line over time, in stretches between values that are not finite. `place` gives a tick's abscissa; columns are
+/// one point wide.
+pub fn line(values: &[f64], place: impl Fn(usize) -> f64, y: &Axis) -> Vec<Vec<Point>> {
+    let mut stretches: Vec<Vec<Point>> = Vec::new();
+    let mut column: Option<Column> = None;
+    for (tick, &value) in values.iter().enumerate() {
+        let x = place(tick);
+        match &mut column {
+            Some(c) if value.is_finite() && x.floor() == c.left => c.add(tick, value),
+            _ => {
+                if let (Some(done), Some(last)) = (column.take(), stretches.last_mut()) {
+                    done.flush(last, &place, y);
+                }
+                let goes_on = tick > 0 && values[tick - 1].is_finite();
+                if value.is_finite() {
+                    if !goes_on {
+                        stretches.push(Vec::new());
+                    }
+                    column = Some(Column::new(x.floor(), tick, value));
+                }
+            }
+        }
+    }
+    if let (Some(done), Some(last)) = (column, stretches.last_mut()) {
+        done.flush(last, &place, y);
+    }
+    stretches
+}
+
+/// What one column has seen: tick and value.
+struct Column {
+    left: f64,
+    first: (usize, f64),
+    lowest: (usize, f64),
+    highest: (usize, f64),
+    last: (usize, f64),
+}
+
+impl Column {
+    fn new(left: f64, tick: usize, value: f64) -> Column {
+        let only = (tick, value);
+        Column { left, first: only, lowest: only, highest: only, last: only }
+    }
+
+    fn add(&mut self, tick: usize, value: f64) {
+        self.last = (tick, value);
+        if value < self.lowest.1 {
+            self.lowest = self.last;
+        }
+        if value > self.highest.1 {
+            self.highest = self.last;
+        }
+    }
+
+    fn flush(self, to: &mut Vec<Point>, place: &impl Fn(usize) -> f64, y: &Axis) {
+        let mut kept = [self.first, self.lowest, self.highest, self.last];
+        kept.sort_by_key(|k| k.0);
+        for (i, (tick, value)) in kept.iter().enumerate() {
+            if i == 0 || kept[i - 1].0 != *tick {
+                push(to, (place(*tick), y.place(*value)));
+            }
+        }
+    }
+}
+
+/// Adds a point, which takes the place of the one before where a level line merely goes on.
+fn push(to: &mut Vec<Point>, point: Point) {
+    if let [.., a, b] = to[..]
+        && a.1 == b.1
+        && b.1 == point.1
+    {
+        to.pop();
+    }
+    to.push(point);
+}
+
+/// Points of a path in the plane without the steps that were drawn before, in stretches. Steps within a cell of half a point
+/// are left out.
+pub fn path(points: impl Iterator<Item = Point>) -> Vec<Vec<Point>> {
+    let mut drawn = HashSet::new();
+    let mut stretches: Vec<Vec<Point>> = Vec::new();
+    let mut before: Option<(Point, (i32, i32))> = None;
+    let mut pen_down = false;
+    for point in points {
+        if !(point.0.is_finite() && point.1.is_finite()) {
+            (before, pen_down) = (None, false);
+            continue;
+        }
+        let cell = ((point.0 * 2.0).floor() as i32, (point.1 * 2.0).floor() as i32);
+        let Some((from, from_cell)) = before else {
+            stretches.push(vec![point]);
+            (before, pen_down) = (Some((point, cell)), true);
+            continue;
+        };
+        if cell == from_cell {
+            continue;
+        }
+        let is_new = drawn.insert((from_cell.min(cell), from_cell.max(cell)));
+        match stretches.last_mut() {
+            Some(stretch) if is_new && pen_down => stretch.push(point),
+            _ if is_new => stretches.push(vec![from, point]),
+            _ => {}
+        }
+        (before, pen_down) = (Some((point, cell)), is_new);
+    }
+    stretches
+}
+
+/// One run of a state: from and to (places on the page) and its index.
+pub type Run = (f64, f64, usize);
+
+/// The runs of a machine with `states` states, in columns of one point. `place` gives a tick's abscissa. A column in which several
+/// states were visited shows the one that is rarest overall, so that short visits stay visible.
+pub fn runs(values: &[f64], states: usize, place: impl Fn(usize) -> f64) -> Vec<Run> {
+    let state = |value: f64| (value >= 0.0 && value < states as f64).then_some(value as usize);
+    let mut ticks_in = vec![0_usize; states];
+    values.iter().filter_map(|v| state(*v)).for_each(|s| ticks_in[s] += 1);
+    let left = place(0);
+    let count = (place(values.len()) - left).clamp(0.0, 1e5).ceil() as usize;
+    let mut columns: Vec<Option<usize>> = vec![None; count];
+    for (tick, now) in values.iter().enumerate().filter_map(|(tick, v)| state(*v).map(|s| (tick, s))) {
+        let first = (place(tick) - left) as usize;
+        let end = ((place(tick + 1) - left).ceil() as usize).clamp(first, count);
+        for column in columns.iter_mut().take(end).skip(first) {
+            *column = column.filter(|before| ticks_in[*before] <= ticks_in[now]).or(Some(now));
+        }
+    }
+    let mut runs: Vec<Run> = Vec::new();
+    for (i, now) in columns.iter().enumerate().filter_map(|(i, c)| c.map(|now| (i, now))) {
+        let from = left + i as f64;
+        match runs.last_mut().filter(|run| run.2 == now && run.1 == from) {
+            Some(run) => run.1 = from + 1.0,
+            None => runs.push((from, from + 1.0, now)),
+        }
+    }
+    runs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_keeps_its_extremes_and_ends_with_few_points() {
+        let ticks = 1_600_000;
+        let mut values: Vec<f64> = (0..ticks).map(|i| (i as f64 * 1e-4).sin()).collect();
+        values[777_777] = 5.0;
+        values[1_234_567] = -7.0;
+        let y = Axis::exact(-10.0, 10.0, 200.0, 0.0);
+        let lines = line(&values, |tick| 50.0 + 750.0 * tick as f64 / ticks as f64, &y);
+        assert_eq!(lines.len(), 1);
+        assert!(lines[0].len() <= 4 * 751, "{}", lines[0].len());
+        let ordinates = || lines[0].iter().map(|p| p.1);
+        assert_eq!(ordinates().fold(f64::MAX, f64::min), y.place(5.0));
+        assert_eq!(ordinates().fold(f64::MIN, f64::max), y.place(-7.0));
+        assert_eq!((lines[0][0].1, lines[0][lines[0].len() - 1].1), (y.place(values[0]), y.place(values[ticks - 1])));
+        assert!(lines[0].windows(2).all(|w| w[0].0 < w[1].0));
+    }
+
+    #[test]
+    fn short_and_level_and_broken_lines() {
+        let y = Axis::exact(0.0, 1.0, 100.0, 0.0);
+        let at = |tick| tick as f64 * 10.0;
+        assert_eq!(line(&[0.0, 1.0, 0.5], at, &y), [vec![(0.0, 100.0), (10.0, 0.0), (20.0, 50.0)]]);
+        assert_eq!(line(&[0.5; 1000], at, &y), [vec![(0.0, 50.0), (9990.0, 50.0)]]);
+        assert_eq!(line(&[0.5], at, &y), [vec![(0.0, 50.0)]]);
+        assert!(line(&[], at, &y).is_empty() && line(&[f64::NAN; 5], at, &y).is_empty());
+        let broken = line(&[0.0, f64::NAN, 1.0, 0.0], at, &y);
+        assert_eq!(broken, [vec![(0.0, 100.0)], vec![(20.0, 0.0), (30.0, 100.0)]]);
+    }
+
+    #[test]
+    fn a_path_that_repeats_itself_is_drawn_once() {
+        let circle = |i: usize| {
+            let angle = i as f64 / 500.0 * std::f64::consts::TAU;
+            (100.0 + 50.0 * angle.cos(), 100.0 + 50.0 * angle.sin())
+        };
+        let once: usize = path((0..=500).map(circle)).iter().map(Vec::len).sum();
+        let often: usize = path((0..=500_000).map(circle)).iter().map(Vec::len).sum();
+        assert!(once > 300 && often < once + once / 10, "{once} {often}");
+        assert_eq!(path([(1.0, 1.0), (1.1, 1.1), (f64::NAN, 0.0), (9.0, 9.0)].into_iter()).len(), 2);
+        assert!(path(std::iter::empty()).is_empty());
+    }
+
+    #[test]
+    fn runs_cover_the_time_and_show_short_visits() {
+        let mut values = vec![0.0; 100_000];
+        values[40_000..60_000].fill(1.0);
+        values[80_000] = 2.0;
+        let place = |tick| tick as f64 / 200.0;
+        assert_eq!(
+            runs(&values, 3, place),
+            [(0.0, 200.0, 0), (200.0, 300.0, 1), (300.0, 400.0, 0), (400.0, 401.0, 2), (401.0, 500.0, 0)]
+        );
+        assert_eq!(runs(&[1.0, 1.0, 0.0], 2, |t| t as f64 * 10.0), [(0.0, 20.0, 1), (20.0, 30.0, 0)]);
+        assert!(runs(&[], 2, place).is_empty() && runs(&[7.0, f64::NAN, -1.0], 2, |t| t as f64).is_empty());
+    }
+}

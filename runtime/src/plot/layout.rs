@@ -1,0 +1,106 @@
+//! The page: panels from top to bottom.
+
+use super::drawing::{Anchor, Drawing};
+use super::frame::{BLACK, LEFT, WIDTH, abscissa};
+use super::time::Clock;
+use super::{Figure, Machine, Series, bands, path, time};
+
+/// Room for the title.
+const TITLE: f64 = 40.0;
+/// Room between panels, which holds the heading of the lower one.
+const GAP: f64 = 34.0;
+/// Room below an abscissa.
+const LABELS: f64 = 24.0;
+
+/// Draws a figure.
+pub fn draw(figure: &Figure) -> Drawing {
+    let mut page = Drawing { width: WIDTH, ..Drawing::default() };
+    page.text((LEFT, 24.0), Anchor::Start, 15.0, BLACK, figure.title.as_str());
+    let clock = Clock::new(ticks(figure), figure.rate_hz);
+    let mut bottom = over_time(&mut page, figure, &clock);
+    let force = figure.total.as_ref().or(figure.forces.first());
+    if let (Some(travel), Some(force)) = (&figure.travel, force) {
+        let top = bottom + GAP;
+        path::draw(&mut page, top, 280.0, travel, force);
+        bottom = top + 280.0 + LABELS;
+    }
+    page.height = (bottom + 10.0).ceil();
+    page
+}
+
+/// The panels that share the axis of time; gives the place below its labels.
+fn over_time(page: &mut Drawing, figure: &Figure, clock: &Clock) -> f64 {
+    // Between the title and the first panel stand the labels of the marks.
+    let first = TITLE + GAP / 2.0 + if figure.marks.is_empty() { 0.0 } else { 18.0 };
+    let mut bottom = first;
+    let mut placed = Vec::new();
+    for panel in panels(figure) {
+        let top = if placed.is_empty() { first } else { bottom + GAP };
+        bottom = top + panel.height();
+        placed.push((top, panel));
+    }
+    // Marks lie behind the data.
+    time::marks(page, clock, (first, bottom), &figure.mark_name, &figure.marks);
+    for (top, panel) in &placed {
+        panel.draw(page, clock, *top);
+    }
+    abscissa(page, &clock.axis, bottom, "time (s)".into());
+    bottom + LABELS
+}
+
+/// One panel over time.
+enum Panel<'a> {
+    Travel(&'a Series<'a>),
+    Forces(&'a [Series<'a>], Option<&'a Series<'a>>),
+    Coordinates(Vec<&'a Series<'a>>),
+    States(&'a [Machine<'a>]),
+}
+
+impl Panel<'_> {
+    fn height(&self) -> f64 {
+        match self {
+            Panel::Travel(_) => 110.0,
+            Panel::Forces(terms, total) => time::height(terms.len() + usize::from(total.is_some()), 200.0),
+            Panel::Coordinates(series) => time::height(series.len(), 150.0),
+            Panel::States(machines) => bands::height(machines),
+        }
+    }
+
+    fn draw(&self, page: &mut Drawing, clock: &Clock, top: f64) {
+        let place = (top, self.height());
+        match self {
+            Panel::Travel(series) => time::travel(page, clock, place, series),
+            Panel::Forces(terms, total) => time::forces(page, clock, place, terms, *total),
+            Panel::Coordinates(series) => time::coordinates(page, clock, place, series),
+            Panel::States(machines) => bands::draw(page, clock, top, machines),
+        }
+    }
+}
+
+/// The panels for which a figure has data.
+fn panels<'a>(figure: &'a Figure) -> Vec<Panel<'a>> {
+    let travel = figure.travel.as_ref().map(Panel::Travel);
+    let has_forces = figure.total.is_some() || !figure.forces.is_empty();
+    let forces = has_forces.then(|| Panel::Forces(&figure.forces, figure.total.as_ref()));
+    let coordinates = by_unit(&figure.coordinates).into_iter().map(Panel::Coordinates);
+    let states = (!figure.machines.is_empty()).then_some(Panel::States(&figure.machines));
+    travel.into_iter().chain(forces).chain(coordinates).chain(states).collect()
+}
+
+/// The number of ticks of the longest series.
+fn ticks(figure: &Figure) -> usize {
+    let series = figure.travel.iter().chain(&figure.forces).chain(&figure.total).chain(&figure.coordinates);
+    series.map(|s| s.values.len()).chain(figure.machines.iter().map(|m| m.values.len())).max().unwrap_or(0)
+}
+
+/// Series in groups of one unit, in the order in which the units first occur.
+fn by_unit<'a>(series: &'a [Series<'a>]) -> Vec<Vec<&'a Series<'a>>> {
+    let mut groups: Vec<Vec<&Series>> = Vec::new();
+    for one in series {
+        match groups.iter_mut().find(|g| g[0].unit == one.unit) {
+            Some(group) => group.push(one),
+            None => groups.push(vec![one]),
+        }
+    }
+    groups
+}

@@ -1,0 +1,86 @@
+//! The panel of force over travel: pressing and returning in two colours.
+
+use super::Series;
+use super::axis::Axis;
+use super::decimate::path;
+use super::drawing::{Colour, Drawing};
+use super::frame::{GREY, LEADING, LEFT, RIGHT, abscissa, heading, legend, level_grid, shown, upright_grid};
+
+/// Turns smaller than this part of the whole travel are taken for noise.
+const TURN: f64 = 0.02;
+/// Two colours of Paul Tol's "vibrant" scheme.
+const PRESS: Colour = 0x00_77_bb;
+const RETURN: Colour = 0xee_77_33;
+
+/// The panel, without the labels of its abscissa, which stand below it.
+pub fn draw(page: &mut Drawing, top: f64, height: f64, travel: &Series, force: &Series) {
+    let bottom = top + height;
+    let ((x_unit, x_factor), (y_unit, y_factor)) = (shown(travel.unit), shown(force.unit));
+    let x = Axis::around([travel.values].into_iter(), LEFT, RIGHT).in_units(x_factor);
+    let y = Axis::around([force.values].into_iter(), bottom, top).in_units(y_factor);
+    upright_grid(page, &x, top, bottom);
+    level_grid(page, &y, top, heading("force at the key over its travel", &y_unit));
+    let turns = turns(travel.values);
+    for (downward, colour) in [(true, PRESS), (false, RETURN)] {
+        // Between stretches of this direction the pen is lifted.
+        let points = stretches(&turns, travel.values.len()).filter(|s| s.2 == downward).flat_map(|(from, to, _)| {
+            let points = travel.values[from..to].iter().zip(force.values.iter().skip(from));
+            points.map(|(u, v)| (x.place(*u), y.place(*v))).chain([(f64::NAN, f64::NAN)])
+        });
+        for points in path(points) {
+            page.line(points, colour, 1.4);
+        }
+    }
+    legend(page, top + 6.0, "press", Some(PRESS), 1.4);
+    legend(page, top + 6.0 + LEADING, "return", Some(RETURN), 1.4);
+    page.line(vec![(LEFT, top), (LEFT, bottom)], GREY, 0.8);
+    abscissa(page, &x, bottom, heading("key travel", &x_unit));
+}
+
+/// The stretches between turns: first tick, one past the last (the turn belongs to both), and whether the key goes down.
+fn stretches(turns: &[(usize, bool)], ticks: usize) -> impl Iterator<Item = (usize, usize, bool)> {
+    let ends = turns.iter().skip(1).map(|t| t.0 + 1).chain([ticks]);
+    turns.iter().zip(ends).map(|((from, downward), end)| (*from, end, *downward))
+}
+
+/// The ticks at which a new direction begins, and whether it is downward (to greater travel). The first is tick 0.
+fn turns(travel: &[f64]) -> Vec<(usize, bool)> {
+    let Some((low, high)) = super::axis::extent([travel].into_iter()) else { return Vec::new() };
+    let least = (high - low) * TURN;
+    let mut turns = vec![(0, true)];
+    let (mut extreme, mut at) = (travel[0], 0);
+    for (tick, &now) in travel.iter().enumerate() {
+        let downward = turns[turns.len() - 1].1;
+        let onward = if downward { now - extreme } else { extreme - now };
+        if onward >= 0.0 || extreme.is_nan() {
+            (extreme, at) = (now, tick);
+        } else if -onward > least {
+            turns.push((at, !downward));
+            (extreme, at) = (now, tick);
+        }
+    }
+    turns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn turns_are_found_in_noise() {
+        let strokes = crate::gesture::Gesture::new().repeated(0.1, 5.0, 3, 0.010).positions(10_000);
+        let noisy: Vec<f64> = strokes.iter().enumerate().map(|(i, x)| x + 5e-5 * f64::from((i % 3) as u8)).collect();
+        let turns = turns(&noisy);
+        assert_eq!(turns.iter().map(|t| t.1).collect::<Vec<_>>(), [true, false, true, false, true, false]);
+        let covered: usize = stretches(&turns, noisy.len()).map(|(from, to, _)| to - from).sum();
+        assert_eq!(covered, noisy.len() + turns.len() - 1);
+    }
+
+    #[test]
+    fn data_without_motion_has_no_turns() {
+        assert_eq!(turns(&[]), []);
+        assert_eq!(turns(&[f64::NAN; 3]), []);
+        assert_eq!(turns(&[1.0; 3]), [(0, true)]);
+        assert_eq!(turns(&[f64::NAN, 1.0, 0.0]), [(0, true), (1, false)]);
+    }
+}

@@ -1,0 +1,111 @@
+//! Panels of quantities over time.
+
+use super::axis::Axis;
+use super::decimate::line;
+use super::drawing::{Anchor, Colour, Drawing};
+use super::frame::{
+    BLACK, DARK, GREY, LEADING, LEFT, LEGEND, MARK, RIGHT, TEXT, heading, legend, level_grid, line_colour, shown,
+    upright_grid,
+};
+use super::{Mark, Series, font};
+
+/// A line of a panel.
+struct Line<'a> {
+    series: &'a Series<'a>,
+    colour: Colour,
+    width: f64,
+}
+
+/// Time on the page: tick `i` stands at `place(i)`.
+#[derive(Debug, Clone, Copy)]
+pub struct Clock {
+    /// The axis (s), from 0.
+    pub axis: Axis,
+    /// Ticks per second.
+    pub rate_hz: f64,
+}
+
+impl Clock {
+    /// For a figure of that many ticks.
+    pub fn new(ticks: usize, rate_hz: u32) -> Clock {
+        let rate_hz = f64::from(rate_hz.max(1));
+        Clock { axis: Axis::exact(0.0, (ticks.max(2) - 1) as f64 / rate_hz, LEFT, RIGHT), rate_hz }
+    }
+
+    /// The abscissa of a tick.
+    pub fn place(&self, tick: usize) -> f64 {
+        self.axis.place(tick as f64 / self.rate_hz)
+    }
+}
+
+/// The height of a panel with that many lines in its legend.
+pub fn height(lines: usize, least: f64) -> f64 {
+    least.max(lines as f64 * LEADING + 8.0)
+}
+
+/// The key's travel; `place` is the panel's upper edge and height, here and below.
+pub fn travel(page: &mut Drawing, clock: &Clock, place: (f64, f64), series: &Series) {
+    panel(page, clock, place, "key travel", &[Line { series, colour: BLACK, width: 1.5 }]);
+}
+
+/// Force terms, over their total.
+pub fn forces(page: &mut Drawing, clock: &Clock, place: (f64, f64), terms: &[Series], total: Option<&Series>) {
+    let total = total.into_iter().map(|series| Line { series, colour: BLACK, width: 2.2 });
+    let terms = terms.iter().enumerate().map(|(i, series)| Line { series, colour: line_colour(i), width: 1.3 });
+    panel(page, clock, place, "force at the key", &total.chain(terms).collect::<Vec<_>>());
+}
+
+/// Coordinates of one unit.
+pub fn coordinates(page: &mut Drawing, clock: &Clock, place: (f64, f64), series: &[&Series]) {
+    let line = |(i, series)| Line { series, colour: line_colour(i), width: 1.5 };
+    let lines: Vec<Line> = series.iter().copied().enumerate().map(line).collect();
+    let name = match lines.first().map(|l| l.series.unit) {
+        Some("rad") => "angle",
+        Some("m") => "position",
+        _ => "coordinate",
+    };
+    panel(page, clock, place, name, &lines);
+}
+
+fn panel(page: &mut Drawing, clock: &Clock, (top, height): (f64, f64), name: &str, lines: &[Line]) {
+    let bottom = top + height;
+    let (unit, factor) = shown(lines.first().map_or("", |l| l.series.unit));
+    let y = Axis::around(lines.iter().map(|l| l.series.values), bottom, top).in_units(factor);
+    upright_grid(page, &clock.axis, top, bottom);
+    level_grid(page, &y, top, heading(name, &unit));
+    for (i, Line { series, colour, width }) in lines.iter().enumerate() {
+        let row = top + 6.0 + i as f64 * LEADING;
+        if lines.len() > 1 && series.values.iter().all(|v| *v == 0.0) {
+            legend(page, row, &format!("{} (zero)", series.name), None, *width);
+            continue;
+        }
+        for points in line(series.values, |tick| clock.place(tick), &y) {
+            page.line(points, *colour, *width);
+        }
+        legend(page, row, series.name, Some(*colour), *width);
+    }
+    page.line(vec![(LEFT, top), (LEFT, bottom)], GREY, 0.8);
+}
+
+/// Marks from `top` to `bottom`, labelled above as far as there is room.
+pub fn marks(page: &mut Drawing, clock: &Clock, (top, bottom): (f64, f64), name: &str, marks: &[Mark]) {
+    let (mut line_from, mut label_from) = (f64::NEG_INFINITY, LEFT);
+    for mark in marks {
+        let (x, half) = (clock.axis.place(mark.t_s), font::width(&mark.label, TEXT) / 2.0);
+        if !(LEFT..=RIGHT).contains(&x) {
+            continue;
+        }
+        if x >= line_from {
+            page.line(vec![(x, top), (x, bottom)], MARK, 0.8);
+            line_from = x + 1.0;
+        }
+        if x - half >= label_from {
+            page.text((x, top - 4.0), Anchor::Middle, TEXT, DARK, mark.label.clone());
+            label_from = x + half + 5.0;
+        }
+    }
+    if !marks.is_empty() {
+        page.line(vec![(LEGEND + 8.0, top - 19.0), (LEGEND + 8.0, top - 7.0)], MARK, 0.8);
+        page.text((LEGEND + 22.0, top - 9.0), Anchor::Start, TEXT, DARK, name);
+    }
+}

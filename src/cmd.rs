@@ -1,0 +1,47 @@
+//! The subcommands.
+
+mod check;
+mod dump;
+mod first;
+mod load;
+mod motion;
+mod numbers;
+mod progress;
+mod run;
+
+use clap::{Parser, Subcommand};
+
+use crate::exit::Outcome;
+
+/// Touch profiles for force-feedback instruments: written as states, events and force terms, run in fixed point.
+#[derive(Debug, Parser)]
+#[command(
+    name = "whippen",
+    version,
+    about,
+    after_help = "Without a command: plays the bundled gesture on the bundled grand piano and says where the plot is."
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Read and check a program, and say what is wrong with it
+    Check(check::Args),
+    /// Move the key of an instrument and record what it does
+    Run(Box<run::Args>),
+    /// Print an intermediate form of a program
+    Dump(dump::Args),
+}
+
+/// Runs what the command line asks for.
+pub fn dispatch(cli: Cli) -> Outcome {
+    match cli.command {
+        None => first::run(),
+        Some(Command::Check(args)) => check::run(&args),
+        Some(Command::Run(args)) => run::run(&args),
+        Some(Command::Dump(args)) => dump::run(&args),
+    }
+}

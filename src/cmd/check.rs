@@ -1,0 +1,42 @@
+//! `whippen check`
+
+use std::path::PathBuf;
+
+use whippen_compiler::check::Options;
+use whippen_runtime::device::Device;
+
+use super::{load, numbers};
+use crate::exit::Outcome;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example: whippen check instruments/grand-piano.whip --numbers")]
+pub struct Args {
+    /// The files of one program
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Print range, format and error bound of every named value
+    #[arg(long)]
+    numbers: bool,
+    /// Give a parameter another value, such as weight=0.4N
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    sets: Vec<String>,
+}
+
+pub fn run(args: &Args) -> Outcome {
+    let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
+    let (map, program) = load::checked(&load::read(&args.files)?, &options)?;
+    let device = Device::mikey();
+    for model in program.instruments {
+        let name = model.name.clone();
+        let compiled = load::compiled(&map, model, &device, true)?;
+        if args.numbers {
+            print!("{}", numbers::report(&compiled, &device));
+        } else {
+            println!("{name}: ok");
+        }
+    }
+    for keyboard in program.keyboards {
+        println!("{}: ok ({} keys at {} Hz)", keyboard.name, keyboard.keys(), keyboard.rate_hz);
+    }
+    Ok(())
+}

@@ -1,0 +1,59 @@
+//! `whippen dump`
+
+use whippen_compiler::check::Options;
+use whippen_compiler::pipeline::PASSES;
+use whippen_compiler::source::SourceMap;
+use whippen_compiler::syntax::{parse, pretty};
+use whippen_runtime::device::Device;
+
+use super::load;
+use crate::exit::{Failure, Outcome};
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example: whippen dump instruments/grand-piano.whip --after lower")]
+pub struct Args {
+    /// The files of one program, and the name of an instrument if there are several
+    #[arg(required = true, value_name = "FILE.. [INSTRUMENT]")]
+    words: Vec<String>,
+    /// The last pass to run: parse, check, simplify or lower
+    #[arg(long, value_name = "PASS", default_value = "lower")]
+    after: String,
+    /// Leave out what only traces need: probes, and events for transitions
+    #[arg(long)]
+    bare: bool,
+}
+
+pub fn run(args: &Args) -> Outcome {
+    let Some(pass) = PASSES.iter().position(|(name, _)| *name == args.after) else {
+        let known: Vec<String> = PASSES.iter().map(|(name, what)| format!("  {name:<10}{what}")).collect();
+        return Err(Failure::Usage(format!("`{}` is no pass; passes are\n{}", args.after, known.join("\n"))));
+    };
+    let (files, name) = load::split(&args.words)?;
+    let texts = load::read(&files)?;
+    if pass == 0 {
+        return parsed(&texts);
+    }
+    let (map, program) = load::checked(&texts, &Options::default())?;
+    let model = load::instrument(&program, name)?;
+    if pass == 1 {
+        print!("{model}");
+        return Ok(());
+    }
+    let compiled = load::compiled(&map, model.clone(), &Device::mikey(), !args.bare)?;
+    match pass {
+        2 => print!("{}", compiled.step.model),
+        _ => print!("{}", compiled.lowered.kernel),
+    }
+    Ok(())
+}
+
+/// The trees as source text; mistakes are told, and what could be read is printed all the same.
+fn parsed(texts: &[(String, String)]) -> Outcome {
+    let (mut map, mut diagnostics) = (SourceMap::default(), Vec::new());
+    for (name, text) in texts {
+        let index = map.add(name, text);
+        print!("{}", pretty::print(&parse(index, text, &mut diagnostics)));
+    }
+    load::print(&map, &diagnostics);
+    if diagnostics.is_empty() { Ok(()) } else { Err(Failure::Program) }
+}

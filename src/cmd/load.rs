@@ -1,0 +1,102 @@
+//! From the command line's files to checked and compiled instruments.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+use whippen_compiler::check::{Options, Program};
+use whippen_compiler::diag::{Diagnostic, Severity, render};
+use whippen_compiler::front::compile_front;
+use whippen_compiler::model::Model;
+use whippen_compiler::pipeline::{self, CompileError, Compiled};
+use whippen_compiler::source::SourceMap;
+use whippen_runtime::device::Device;
+
+use crate::exit::Failure;
+
+/// Reads the files of one program.
+pub fn read(paths: &[PathBuf]) -> Result<Vec<(String, String)>, Failure> {
+    let one = |path: &PathBuf| {
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| Failure::Usage(format!("cannot read `{}`: {e}{}", path.display(), hint(path))))?;
+        Ok((path.display().to_string(), text))
+    };
+    paths.iter().map(one).collect()
+}
+
+fn hint(path: &Path) -> &'static str {
+    if path.extension().is_some_and(|e| e == "whip") { "" } else { " (a program's file ends in .whip)" }
+}
+
+/// Splits `FILE.. [INSTRUMENT]`: what ends in `.whip` or names a file is a file.
+pub fn split(words: &[String]) -> Result<(Vec<PathBuf>, Option<&str>), Failure> {
+    let is_file = |w: &&String| w.ends_with(".whip") || Path::new(w.as_str()).exists();
+    let files: Vec<PathBuf> = words.iter().filter(is_file).map(PathBuf::from).collect();
+    let names: Vec<&String> = words.iter().filter(|w| !is_file(w)).collect();
+    match (files.is_empty(), names.as_slice()) {
+        (true, _) => Err(Failure::Usage(format!("`{}` is neither a .whip file nor exists", words.join(" ")))),
+        (_, []) => Ok((files, None)),
+        (_, [name]) => Ok((files, Some(name))),
+        _ => Err(Failure::Usage("at most one instrument can be named".to_string())),
+    }
+}
+
+/// `name=value` of `--set`.
+pub fn sets(texts: &[String]) -> Result<Vec<(String, String)>, Failure> {
+    let one = |text: &String| match text.split_once('=') {
+        Some((name, value)) => Ok((name.trim().to_string(), value.trim().to_string())),
+        None => Err(Failure::Usage(format!("`--set {text}`: write `--set name=value`, such as `--set weight=0.4N`"))),
+    };
+    texts.iter().map(one).collect()
+}
+
+/// Checks a program, prints what there is to say to stderr, and gives it unless there is an error.
+pub fn checked(files: &[(String, String)], options: &Options) -> Result<(SourceMap, Program), Failure> {
+    let mut map = SourceMap::default();
+    for (name, text) in files {
+        map.add(name, text);
+    }
+    let (program, diagnostics) = compile_front(&mut map, options);
+    print(&map, &diagnostics);
+    program.map(|program| (map, program)).ok_or(Failure::Program)
+}
+
+/// Compiles one instrument; what is wrong with it is printed. `observe` keeps what traces need.
+pub fn compiled(map: &SourceMap, model: Model, device: &Device, observe: bool) -> Result<Compiled, Failure> {
+    pipeline::compile(model, device.scales(), observe).map_err(|error| match error {
+        CompileError::Program(diagnostics) => {
+            print(map, &diagnostics);
+            Failure::Program
+        }
+        CompileError::Defect(message) => Failure::Defect(message),
+    })
+}
+
+/// Prints diagnostics and their number to stderr.
+pub fn print(map: &SourceMap, diagnostics: &[Diagnostic]) {
+    let colour = std::io::stderr().is_terminal();
+    // Notes are for `check`'s reader, who sees them too; they come first so that errors are next to the summary.
+    let mut sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
+    sorted.sort_by_key(|d| d.severity());
+    for diagnostic in &sorted {
+        eprintln!("{}", render(map, diagnostic, colour));
+    }
+    let count = |severity| diagnostics.iter().filter(|d| d.severity() == severity).count();
+    let errors = count(Severity::Error);
+    if errors > 0 {
+        eprintln!("{errors} error{}, {} warnings", if errors == 1 { "" } else { "s" }, count(Severity::Warning));
+    }
+}
+
+/// The instrument that was named, or the only one.
+pub fn instrument<'p>(program: &'p Program, name: Option<&str>) -> Result<&'p Model, Failure> {
+    let names = || program.instruments.iter().map(|m| m.name.as_str()).collect::<Vec<_>>().join(", ");
+    match (name, program.instruments.as_slice()) {
+        (Some(name), all) => all
+            .iter()
+            .find(|m| m.name == name)
+            .ok_or_else(|| Failure::Usage(format!("there is no instrument `{name}`; there are: {}", names()))),
+        (None, [only]) => Ok(only),
+        (None, []) => Err(Failure::Usage("the program has no instrument".to_string())),
+        (None, _) => Err(Failure::Usage(format!("the program has several instruments, name one of: {}", names()))),
+    }
+}

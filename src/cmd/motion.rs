@@ -1,0 +1,113 @@
+//! Where the motion of `run` comes from: a recording, or the bundled gesture.
+
+use std::path::PathBuf;
+
+use whippen_compiler::units::{Dim, parse_quantity};
+use whippen_runtime::gesture;
+use whippen_runtime::motion::{self, Layout, MotionOptions, Stops};
+
+use crate::exit::Failure;
+
+/// How to read a recording.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "The motion")]
+pub struct MotionArgs {
+    /// The key moves as recorded here: a table with titles such as t_s,x_mm, or bare columns with --rate; without it a bundled gesture
+    #[arg(long, value_name = "FILE")]
+    motion: Option<PathBuf>,
+    /// Rows per second of bare columns
+    #[arg(long, value_name = "HZ", requires = "motion", value_parser = frequency)]
+    rate: Option<f64>,
+    /// The column with the position, counted from 1
+    #[arg(long, value_name = "N", requires = "rate", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    column: u32,
+    /// Table from position to reading, by which bare readings become positions
+    #[arg(long, value_name = "FILE", requires = "rate")]
+    calibration: Option<PathBuf>,
+    /// Position of the key at rest, becomes 0
+    #[arg(long, value_name = "LENGTH", requires = "full", value_parser = length, allow_hyphen_values = true)]
+    rest: Option<f64>,
+    /// Position of the key when down, becomes --dip
+    #[arg(long, value_name = "LENGTH", requires = "rest", value_parser = length, allow_hyphen_values = true)]
+    full: Option<f64>,
+    /// Dip of the modelled key
+    #[arg(long, value_name = "LENGTH", requires = "full", value_parser = length, default_value = "10mm")]
+    dip: f64,
+    /// Low-pass filter without delay, against noise of the recording
+    #[arg(long, value_name = "FREQUENCY", requires = "motion", value_parser = frequency)]
+    lowpass: Option<f64>,
+}
+
+/// Positions at the tick rate, and what is to be said about them.
+pub struct Positions {
+    pub position_m: Vec<f64>,
+    pub notes: Vec<String>,
+}
+
+impl MotionArgs {
+    /// Reads the recording, or makes the bundled gesture.
+    pub fn load(&self, tick_rate_hz: u32) -> Result<Positions, Failure> {
+        let Some(path) = &self.motion else {
+            return Ok(MotionArgs::bundled(tick_rate_hz));
+        };
+        let layout = self.layout();
+        let stops = self.rest.zip(self.full).map(|(rest_m, full_m)| Stops { rest_m, full_m, dip_m: self.dip });
+        let options = MotionOptions { layout, stops, lowpass_hz: self.lowpass };
+        let motion = motion::load(path, &options, tick_rate_hz).map_err(|e| Failure::Usage(e.to_string()))?;
+        let mut notes = vec![format!(
+            "{}: {} rows at {} Hz, {:.2} s",
+            path.display(),
+            motion.samples_read,
+            motion.source_rate_hz,
+            motion.duration_s()
+        )];
+        notes.extend(motion.notes);
+        if motion.calibration_clipped > 0 {
+            notes.push(format!(
+                "{} readings beyond the calibration table, held at its ends",
+                motion.calibration_clipped
+            ));
+        }
+        Ok(Positions { position_m: motion.position_m, notes })
+    }
+
+    /// The bundled gesture.
+    pub fn bundled(tick_rate_hz: u32) -> Positions {
+        let position_m = gesture::default_gesture().positions(tick_rate_hz);
+        Positions { position_m, notes: vec!["the bundled gesture (synthetic)".to_string()] }
+    }
+
+    fn layout(&self) -> Layout {
+        match self.rate {
+            None => Layout::Titled,
+            Some(rate_hz) => {
+                Layout::Raw { rate_hz, column: self.column as usize, calibration: self.calibration.clone() }
+            }
+        }
+    }
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    quantity(text, Dim::LENGTH, "a length, such as 12.7mm")
+}
+
+/// A frequency; a plain number is in Hz.
+fn frequency(text: &str) -> Result<f64, String> {
+    let hertz = text.parse::<f64>().map_or_else(|_| quantity(text, Dim::PER_TIME, "a frequency, such as 200Hz"), Ok)?;
+    if hertz.is_finite() && hertz > 0.0 { Ok(hertz) } else { Err("a frequency is above zero".to_string()) }
+}
+
+/// A time; a plain number is in seconds.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    let time = text.parse::<f64>().map_or_else(|_| quantity(text, Dim::TIME, "a time, such as 10s"), Ok)?;
+    if time.is_finite() && time > 0.0 { Ok(time) } else { Err("a time is above zero".to_string()) }
+}
+
+fn quantity(text: &str, dim: Dim, wanted: &str) -> Result<f64, String> {
+    use whippen_compiler::units::Quantity;
+    match parse_quantity(text) {
+        Ok(Quantity::Real { value, dim: found }) if found == dim => Ok(value),
+        Ok(_) => Err(format!("not {wanted}")),
+        Err(error) => Err(format!("{error}; wanted is {wanted}")),
+    }
+}

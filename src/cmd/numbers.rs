@@ -1,0 +1,81 @@
+//! `check --numbers`: ranges, formats, errors, and what the differentiators cost.
+
+use std::fmt::Write;
+
+use whippen_compiler::fix::Export;
+use whippen_compiler::model::{Model, Sense};
+use whippen_compiler::pipeline::Compiled;
+use whippen_runtime::device::Device;
+use whippen_runtime::session;
+
+/// The report of one instrument.
+pub fn report(compiled: &Compiled, device: &Device) -> String {
+    let mut out = format!("{}\n", compiled.model.name);
+    table(&mut out, compiled);
+    clamps(&mut out, compiled);
+    for sense in &compiled.model.senses {
+        differentiators(&mut out, compiled, sense, device);
+    }
+    out
+}
+
+fn table(out: &mut String, compiled: &Compiled) {
+    let _ = writeln!(
+        out,
+        "  {:<24} {:>12} .. {:<12} {:<11} {:<9} error of one tick",
+        "value", "low", "high", "unit", "format"
+    );
+    for export in compiled.lowered.exports.iter().filter(|e| e.dim.is_some()) {
+        let unit = unit(&compiled.model, export);
+        let (low, high) = (format!("{:.6}", sig(export.range.low)), format!("{:.6}", sig(export.range.high)));
+        let error = format!("{:.1e}", export.error);
+        let _ =
+            writeln!(out, "  {:<24} {low:>12} .. {high:<12} {unit:<11} {:<9} {error}", export.name, export.format());
+    }
+}
+
+/// Six significant digits at the most.
+fn sig(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+fn unit(model: &Model, export: &Export) -> String {
+    match session::suffix(model, export).as_str() {
+        "rad" => "rad".to_string(),
+        "rad_per_s" => "rad/s".to_string(),
+        _ => export.dim.map_or(String::new(), |d| d.unit()),
+    }
+}
+
+fn clamps(out: &mut String, compiled: &Compiled) {
+    if compiled.lowered.clamps.is_empty() {
+        let _ = writeln!(out, "  every clamp was proved away");
+    } else {
+        let _ = writeln!(out, "  clamps that could not be proved away: {}", compiled.lowered.clamps.join(", "));
+    }
+}
+
+/// Delay and noise gain of x' and x'' (rule 6 of the manual).
+fn differentiators(out: &mut String, compiled: &Compiled, sense: &Sense, device: &Device) {
+    let n = f64::from(sense.window);
+    let rate = f64::from(compiled.model.rate_hz);
+    let delay = (n - 1.0) / 2.0;
+    let lsb = device.scales().sensor_lsb;
+    // Variances of the slope of a line and of the second derivative of a parabola fitted to N samples of unit variance.
+    let slope = rate * (12.0 / (n * (n * n - 1.0))).sqrt();
+    let curvature = 2.0 * rate * rate * (180.0 / (n * (n * n - 1.0) * (n * n - 4.0))).sqrt();
+    let name = &sense.name;
+    let _ = writeln!(
+        out,
+        "  {name}: window {n} ticks ({:.3} ms); {name}' and {name}'' lag {delay} ticks ({:.3} ms)",
+        n / rate * 1e3,
+        delay / rate * 1e3
+    );
+    let _ = writeln!(
+        out,
+        "  {name}: noise of 1 LSB rms ({:.3} um) gives {:.3} mm/s rms in {name}' and {:.3} m/s^2 rms in {name}''",
+        lsb * 1e6,
+        lsb * slope * 1e3,
+        lsb * curvature
+    );
+}

@@ -1,0 +1,146 @@
+//! `whippen run`
+
+use std::path::PathBuf;
+
+use whippen_compiler::check::{Options, Program};
+use whippen_compiler::pipeline::Compiled;
+use whippen_runtime::device::Device;
+use whippen_runtime::engine::EngineKind;
+use whippen_runtime::files::FileError;
+use whippen_runtime::plot;
+use whippen_runtime::session::{self, Counts, Run};
+
+use super::motion::{self, MotionArgs, Positions};
+use super::{load, progress::Progress};
+use crate::exit::{Failure, Outcome};
+
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Example: whippen run instruments/grand-piano.whip --motion key.csv --out trace.csv --plot touch.png"
+)]
+pub struct Args {
+    /// The files of one program, and the name of an instrument if there are several
+    #[arg(required = true, value_name = "FILE.. [INSTRUMENT]")]
+    words: Vec<String>,
+    #[command(flatten)]
+    motion: MotionArgs,
+    /// What runs it: jit (compiled, fixed point), interp (the reference) or ideal (f64)
+    #[arg(long, default_value = "jit")]
+    engine: EngineKind,
+    /// Give a parameter another value, such as weight=0.4N
+    #[arg(long = "set", value_name = "NAME=VALUE", help_heading = "The instrument")]
+    sets: Vec<String>,
+    /// Device file with the scales of sensor and drive; the keyboard's device or mikey otherwise
+    #[arg(long, value_name = "FILE", help_heading = "The instrument")]
+    device: Option<PathBuf>,
+    /// Stop after so long
+    #[arg(long, value_name = "TIME", value_parser = motion::seconds)]
+    seconds: Option<f64>,
+    #[command(flatten)]
+    outputs: Outputs,
+}
+
+/// What to write.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "What to write")]
+pub struct Outputs {
+    /// Trace: a row per tick with ports, force terms, coordinates and states
+    #[arg(long, value_name = "FILE.csv")]
+    pub out: Option<PathBuf>,
+    /// Only every N-th row of the trace
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub every: u32,
+    /// Events: emitted ones, named ones and transitions
+    #[arg(long, value_name = "FILE.csv")]
+    pub events: Option<PathBuf>,
+    /// Picture: forces against time and travel, hammer and states against time
+    #[arg(long, value_name = "FILE.svg|FILE.png")]
+    pub plot: Vec<PathBuf>,
+}
+
+pub fn run(args: &Args) -> Outcome {
+    let (files, name) = load::split(&args.words)?;
+    plot::check_names(&args.outputs.plot).map_err(Failure::Usage)?;
+    let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
+    let (map, program) = load::checked(&load::read(&files)?, &options)?;
+    let device = device(args, &program)?;
+    let model = load::instrument(&program, name)?.clone();
+    let mut positions = args.motion.load(model.rate_hz)?;
+    let compiled = load::compiled(&map, model, &device, true)?;
+    if let Some(seconds) = args.seconds {
+        let ticks = (seconds * f64::from(compiled.model.rate_hz)).ceil() as usize;
+        positions.position_m.truncate(ticks.max(1));
+    }
+    let run = play(&compiled, &device, args.engine, &positions)?;
+    summary(&compiled, &run, args.engine, &positions);
+    write(&args.outputs, &compiled, &run)
+}
+
+/// The device named on the command line, else the first keyboard's, else mikey.
+fn device(args: &Args, program: &Program) -> Result<Device, Failure> {
+    match (&args.device, program.keyboards.first()) {
+        (Some(path), _) => Device::load(path).map_err(|e| Failure::Usage(e.to_string())),
+        (None, Some(keyboard)) => Device::bundled(&keyboard.device).ok_or_else(|| {
+            Failure::Usage(format!("there is no device `{}`; give its file with --device", keyboard.device))
+        }),
+        (None, None) => Ok(Device::mikey()),
+    }
+}
+
+/// Runs with a progress bar.
+pub fn play(compiled: &Compiled, device: &Device, kind: EngineKind, positions: &Positions) -> Result<Run, Failure> {
+    let progress = Progress::new(positions.position_m.len(), compiled.model.rate_hz);
+    let run = session::run(compiled, device, kind, &positions.position_m, |ticks| progress.at(ticks));
+    progress.done();
+    run.map_err(Failure::Defect)
+}
+
+/// What happened, in a few lines.
+pub fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Positions) {
+    positions.notes.iter().for_each(|note| println!("motion: {note}"));
+    let Counts { ticks, engine_time, .. } = run.counts;
+    let played_s = ticks as f64 / f64::from(compiled.model.rate_hz);
+    println!(
+        "{}: {played_s:.2} s on engine {kind}, {:.0}x real time",
+        compiled.model.name,
+        played_s / engine_time.as_secs_f64()
+    );
+    for event in run.trace.events.iter().filter(|e| e.event == "note") {
+        let args: Vec<String> = event.args.iter().map(|(title, value)| format!("{title} {value:.3}")).collect();
+        println!("  {:>9.4} s  note  {}", event.t_s, args.join("  "));
+    }
+    cut_off(&run.counts);
+}
+
+fn cut_off(counts: &Counts) {
+    let told = [
+        (counts.sensor_clipped, "beyond the sensor's range, read as its end"),
+        (
+            counts.sense_clamped - counts.sensor_clipped.min(counts.sense_clamped),
+            "beyond the range the instrument senses",
+        ),
+        (counts.slew_held, "held back by the slew limit"),
+        (counts.drive_clipped, "with more force than the drive gives, clipped"),
+    ];
+    for (count, what) in told.iter().filter(|(count, _)| *count > 0) {
+        println!("  {count} of {} ticks {what}", counts.ticks);
+    }
+}
+
+/// Writes what was asked for; every file appears whole or not at all.
+pub fn write(outputs: &Outputs, compiled: &Compiled, run: &Run) -> Outcome {
+    let failed = |e: FileError| Failure::Usage(e.to_string());
+    if let Some(path) = &outputs.out {
+        run.trace.save_ticks(path, outputs.every as usize).map_err(failed)?;
+        println!("trace: {}", path.display());
+    }
+    if let Some(path) = &outputs.events {
+        run.trace.save_events(path).map_err(failed)?;
+        println!("events: {}", path.display());
+    }
+    for path in &outputs.plot {
+        plot::save(&session::figure(compiled, run), path).map_err(failed)?;
+        println!("plot: {}", path.display());
+    }
+    Ok(())
+}

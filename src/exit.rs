@@ -1,0 +1,33 @@
+//! How a command ends.
+
+use std::process::ExitCode;
+
+/// Why a command did not do what it was asked to.
+#[derive(Debug)]
+pub enum Failure {
+    /// The program under test is wrong; what is wrong has been printed.
+    Program,
+    /// The command line, or a file it names, is wrong.
+    Usage(String),
+    /// Whippen is wrong.
+    Defect(String),
+}
+
+/// The result of a command.
+pub type Outcome = Result<(), Failure>;
+
+/// Prints what there is to say and gives the exit code: 0 done, 1 program, 2 command line, 3 defect.
+pub fn code(outcome: Outcome) -> ExitCode {
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Program) => ExitCode::from(1),
+        Err(Failure::Usage(message)) => {
+            eprintln!("error: {message}");
+            ExitCode::from(2)
+        }
+        Err(Failure::Defect(message)) => {
+            eprintln!("defect in Whippen, please report it: {message}");
+            ExitCode::from(3)
+        }
+    }
+}

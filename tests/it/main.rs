@@ -1,0 +1,5 @@
+//! Integration tests, one binary: whole instruments through every engine.
+
+mod agree;
+mod common;
+mod ideal;
