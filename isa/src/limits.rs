@@ -1,7 +1,8 @@
 //! What is UNPREDICTABLE: every limit of the manual, checked in one place on the way in and out.
 //!
-//! The limits are those of the ARMv8-M manual, which agree with ARMv7-M's wherever both have the encoding; where the older
-//! architecture is stricter about the special registers and CPS, `arch` decides.
+//! The limits are those of the ARMv7-M manual and, for what is new there, of the ARMv8-M manual. Where architectures differ
+//! (special registers, CPS, no IT in ARMv6-M), `arch` decides. The GNU assembler refuses the same, but for what
+//! `tests/oracle/binutils.rs` lists.
 
 use crate::arch::Arch;
 use crate::cond::ItState;
@@ -42,7 +43,7 @@ pub(crate) fn check(inst: &Inst, word: u32, arch: Arch, in_it: bool, last_in_it:
         (names(inst, row.rules.not_sp, SP), Why::Sp),
         (names(inst, row.rules.not_pc, PC) || bad_sp_or_pc(inst, row), Why::Pc),
         (repeated(inst, row, word), Why::SameRegister),
-        (place_in_it(inst, row, in_it, last_in_it), Why::It),
+        (place_in_it(inst, row, in_it, last_in_it) || (in_it && arch == Arch::V6M), Why::It),
         (bad_list(inst, row), Why::List),
         (out_of_range(inst, row, word), Why::Range),
         (special(inst, row, arch), Why::SpecialRegister),

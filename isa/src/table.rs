@@ -10,8 +10,8 @@
 //! brackets: `ADD_register` T3 is "ADD (register), encoding T3". Pictures are read by `pattern`, rules by `rules`,
 //! effects by `effects`, syntax by `text`; all but the syntax while the crate is compiled.
 //!
-//! Where two pictures match a word, the one that fixes more places decodes it (CMN is an ADD to PC that sets flags); two
-//! that match the same word and fix equally many are a build error.
+//! Where two pictures match a word, the one that fixes more places decodes it (CMN is an ADD to PC that sets flags).
+//! Two that match the same word and fix equally many are a build error.
 
 use crate::arch::Arch;
 use crate::class::Class;
@@ -270,9 +270,15 @@ instructions! {
     }
 
     // Extension. The rotated operand is Rm.
-    SXTAB ExtendAdd "d = n m" { T1 V7EM "111110100100nnnn 1111dddd1(0)kkmmmm" "sxtab{c} {d}, {n}, {m}{shift}" "bytes dnm:r"; }
-    SXTAB16 ExtendAdd "d = n m" { T1 V7EM "111110100010nnnn 1111dddd1(0)kkmmmm" "sxtab16{c} {d}, {n}, {m}{shift}" "bytes dnm:r"; }
-    SXTAH ExtendAdd "d = n m" { T1 V7EM "111110100000nnnn 1111dddd1(0)kkmmmm" "sxtah{c} {d}, {n}, {m}{shift}" "bytes dnm:r"; }
+    SXTAB ExtendAdd "d = n m" {
+        T1 V7EM "111110100100nnnn 1111dddd1(0)kkmmmm" "sxtab{c} {d}, {n}, {m}{shift}" "bytes dnm:r";
+    }
+    SXTAB16 ExtendAdd "d = n m" {
+        T1 V7EM "111110100010nnnn 1111dddd1(0)kkmmmm" "sxtab16{c} {d}, {n}, {m}{shift}" "bytes dnm:r";
+    }
+    SXTAH ExtendAdd "d = n m" {
+        T1 V7EM "111110100000nnnn 1111dddd1(0)kkmmmm" "sxtah{c} {d}, {n}, {m}{shift}" "bytes dnm:r";
+    }
     SXTB Extend "d = m" {
         T1 V6M  "1011001001mmmddd" "sxtb{c} {d}, {m}" "";
         T2 V7EM "1111101001001111 1111dddd1(0)kkmmmm" "sxtb{c}.w {d}, {m}{shift}" "bytes dm:r";
@@ -282,9 +288,15 @@ instructions! {
         T1 V6M  "1011001000mmmddd" "sxth{c} {d}, {m}" "";
         T2 V7EM "1111101000001111 1111dddd1(0)kkmmmm" "sxth{c}.w {d}, {m}{shift}" "bytes dm:r";
     }
-    UXTAB ExtendAdd "d = n m" { T1 V7EM "111110100101nnnn 1111dddd1(0)kkmmmm" "uxtab{c} {d}, {n}, {m}{shift}" "bytes dnm:r"; }
-    UXTAB16 ExtendAdd "d = n m" { T1 V7EM "111110100011nnnn 1111dddd1(0)kkmmmm" "uxtab16{c} {d}, {n}, {m}{shift}" "bytes dnm:r"; }
-    UXTAH ExtendAdd "d = n m" { T1 V7EM "111110100001nnnn 1111dddd1(0)kkmmmm" "uxtah{c} {d}, {n}, {m}{shift}" "bytes dnm:r"; }
+    UXTAB ExtendAdd "d = n m" {
+        T1 V7EM "111110100101nnnn 1111dddd1(0)kkmmmm" "uxtab{c} {d}, {n}, {m}{shift}" "bytes dnm:r";
+    }
+    UXTAB16 ExtendAdd "d = n m" {
+        T1 V7EM "111110100011nnnn 1111dddd1(0)kkmmmm" "uxtab16{c} {d}, {n}, {m}{shift}" "bytes dnm:r";
+    }
+    UXTAH ExtendAdd "d = n m" {
+        T1 V7EM "111110100001nnnn 1111dddd1(0)kkmmmm" "uxtah{c} {d}, {n}, {m}{shift}" "bytes dnm:r";
+    }
     UXTB Extend "d = m" {
         T1 V6M  "1011001011mmmddd" "uxtb{c} {d}, {m}" "";
         T2 V7EM "1111101001011111 1111dddd1(0)kkmmmm" "uxtb{c}.w {d}, {m}{shift}" "bytes dm:r";
@@ -296,8 +308,12 @@ instructions! {
     }
 
     // Saturation, packing, selection.
-    SSAT Saturate "d Q = n" { T1 V7EM "11110(0)1100y0nnnn 0kkkddddkk(0)iiiii" "ssat{c} {d}, #{i}, {n}{shift}" "plus1 dn:r"; }
-    SSAT16 Saturate "d Q = n" { T1 V7EM "11110(0)110010nnnn 0000dddd00(0)(0)iiii" "ssat16{c} {d}, #{i}, {n}" "plus1 dn:r"; }
+    SSAT Saturate "d Q = n" {
+        T1 V7EM "11110(0)1100y0nnnn 0kkkddddkk(0)iiiii" "ssat{c} {d}, #{i}, {n}{shift}" "plus1 dn:r";
+    }
+    SSAT16 Saturate "d Q = n" {
+        T1 V7EM "11110(0)110010nnnn 0000dddd00(0)(0)iiii" "ssat16{c} {d}, #{i}, {n}" "plus1 dn:r";
+    }
     USAT Saturate "d Q = n" { T1 V7EM "11110(0)1110y0nnnn 0kkkddddkk(0)iiiii" "usat{c} {d}, #{i}, {n}{shift}" "dn:r"; }
     USAT16 Saturate "d Q = n" { T1 V7EM "11110(0)111010nnnn 0000dddd00(0)(0)iiii" "usat16{c} {d}, #{i}, {n}" "dn:r"; }
     PKHBT Dsp "d = n m" { T1 V7EM "111010101100nnnn (0)kkkddddkk00mmmm" "pkhbt{c} {d}, {n}, {m}{shift}" "dnm:r"; }
@@ -356,24 +372,52 @@ instructions! {
     MLA MultiplyAdd "d = n m a" { T1 V7EM "111110110000nnnn aaaadddd0000mmmm" "mla{c} {d}, {n}, {m}, {a}" "dnma:r"; }
     MLS MultiplyAdd "d = n m a" { T1 V7EM "111110110000nnnn aaaadddd0001mmmm" "mls{c} {d}, {n}, {m}, {a}" "dnma:r"; }
     SMULxy Multiply "d = n m" { T1 V7EM "111110110001nnnn 1111dddd00iimmmm" "smul{xy}{c} {d}, {n}, {m}" "dnm:r"; }
-    SMLAxy MultiplyAdd "d Q = n m a" { T1 V7EM "111110110001nnnn aaaadddd00iimmmm" "smla{xy}{c} {d}, {n}, {m}, {a}" "dnma:r"; }
+    SMLAxy MultiplyAdd "d Q = n m a" {
+        T1 V7EM "111110110001nnnn aaaadddd00iimmmm" "smla{xy}{c} {d}, {n}, {m}, {a}" "dnma:r";
+    }
     SMUAD Multiply "d Q = n m" { T1 V7EM "111110110010nnnn 1111dddd000immmm" "smuad{x}{c} {d}, {n}, {m}" "dnm:r"; }
-    SMLAD MultiplyAdd "d Q = n m a" { T1 V7EM "111110110010nnnn aaaadddd000immmm" "smlad{x}{c} {d}, {n}, {m}, {a}" "dnma:r"; }
+    SMLAD MultiplyAdd "d Q = n m a" {
+        T1 V7EM "111110110010nnnn aaaadddd000immmm" "smlad{x}{c} {d}, {n}, {m}, {a}" "dnma:r";
+    }
     SMULWy Multiply "d = n m" { T1 V7EM "111110110011nnnn 1111dddd000immmm" "smulw{y}{c} {d}, {n}, {m}" "dnm:r"; }
-    SMLAWy MultiplyAdd "d Q = n m a" { T1 V7EM "111110110011nnnn aaaadddd000immmm" "smlaw{y}{c} {d}, {n}, {m}, {a}" "dnma:r"; }
+    SMLAWy MultiplyAdd "d Q = n m a" {
+        T1 V7EM "111110110011nnnn aaaadddd000immmm" "smlaw{y}{c} {d}, {n}, {m}, {a}" "dnma:r";
+    }
     SMUSD Multiply "d = n m" { T1 V7EM "111110110100nnnn 1111dddd000immmm" "smusd{x}{c} {d}, {n}, {m}" "dnm:r"; }
-    SMLSD MultiplyAdd "d Q = n m a" { T1 V7EM "111110110100nnnn aaaadddd000immmm" "smlsd{x}{c} {d}, {n}, {m}, {a}" "dnma:r"; }
+    SMLSD MultiplyAdd "d Q = n m a" {
+        T1 V7EM "111110110100nnnn aaaadddd000immmm" "smlsd{x}{c} {d}, {n}, {m}, {a}" "dnma:r";
+    }
     SMMUL Multiply "d = n m" { T1 V7EM "111110110101nnnn 1111dddd000immmm" "smmul{r}{c} {d}, {n}, {m}" "dnm:r"; }
-    SMMLA MultiplyAdd "d = n m a" { T1 V7EM "111110110101nnnn aaaadddd000immmm" "smmla{r}{c} {d}, {n}, {m}, {a}" "dnma:r"; }
-    SMMLS MultiplyAdd "d = n m a" { T1 V7EM "111110110110nnnn aaaadddd000immmm" "smmls{r}{c} {d}, {n}, {m}, {a}" "dnma:r"; }
-    SMULL MultiplyLong "d a = n m" { T1 V7EM "111110111000nnnn ddddaaaa0000mmmm" "smull{c} {d}, {a}, {n}, {m}" "dnma:r d!=a"; }
-    UMULL MultiplyLong "d a = n m" { T1 V7EM "111110111010nnnn ddddaaaa0000mmmm" "umull{c} {d}, {a}, {n}, {m}" "dnma:r d!=a"; }
-    SMLAL MultiplyAddLong "d a = n m d a" { T1 V7EM "111110111100nnnn ddddaaaa0000mmmm" "smlal{c} {d}, {a}, {n}, {m}" "dnma:r d!=a"; }
-    SMLALxy MultiplyAddLong "d a = n m d a" { T1 V7EM "111110111100nnnn ddddaaaa10iimmmm" "smlal{xy}{c} {d}, {a}, {n}, {m}" "dnma:r d!=a"; }
-    SMLALD MultiplyAddLong "d a = n m d a" { T1 V7EM "111110111100nnnn ddddaaaa110immmm" "smlald{x}{c} {d}, {a}, {n}, {m}" "dnma:r d!=a"; }
-    SMLSLD MultiplyAddLong "d a = n m d a" { T1 V7EM "111110111101nnnn ddddaaaa110immmm" "smlsld{x}{c} {d}, {a}, {n}, {m}" "dnma:r d!=a"; }
-    UMLAL MultiplyAddLong "d a = n m d a" { T1 V7EM "111110111110nnnn ddddaaaa0000mmmm" "umlal{c} {d}, {a}, {n}, {m}" "dnma:r d!=a"; }
-    UMAAL MultiplyAddLong "d a = n m d a" { T1 V7EM "111110111110nnnn ddddaaaa0110mmmm" "umaal{c} {d}, {a}, {n}, {m}" "dnma:r d!=a"; }
+    SMMLA MultiplyAdd "d = n m a" {
+        T1 V7EM "111110110101nnnn aaaadddd000immmm" "smmla{r}{c} {d}, {n}, {m}, {a}" "dnma:r";
+    }
+    SMMLS MultiplyAdd "d = n m a" {
+        T1 V7EM "111110110110nnnn aaaadddd000immmm" "smmls{r}{c} {d}, {n}, {m}, {a}" "dnma:r";
+    }
+    SMULL MultiplyLong "d a = n m" {
+        T1 V7EM "111110111000nnnn ddddaaaa0000mmmm" "smull{c} {d}, {a}, {n}, {m}" "dnma:r d!=a";
+    }
+    UMULL MultiplyLong "d a = n m" {
+        T1 V7EM "111110111010nnnn ddddaaaa0000mmmm" "umull{c} {d}, {a}, {n}, {m}" "dnma:r d!=a";
+    }
+    SMLAL MultiplyAddLong "d a = n m d a" {
+        T1 V7EM "111110111100nnnn ddddaaaa0000mmmm" "smlal{c} {d}, {a}, {n}, {m}" "dnma:r d!=a";
+    }
+    SMLALxy MultiplyAddLong "d a = n m d a" {
+        T1 V7EM "111110111100nnnn ddddaaaa10iimmmm" "smlal{xy}{c} {d}, {a}, {n}, {m}" "dnma:r d!=a";
+    }
+    SMLALD MultiplyAddLong "d a = n m d a" {
+        T1 V7EM "111110111100nnnn ddddaaaa110immmm" "smlald{x}{c} {d}, {a}, {n}, {m}" "dnma:r d!=a";
+    }
+    SMLSLD MultiplyAddLong "d a = n m d a" {
+        T1 V7EM "111110111101nnnn ddddaaaa110immmm" "smlsld{x}{c} {d}, {a}, {n}, {m}" "dnma:r d!=a";
+    }
+    UMLAL MultiplyAddLong "d a = n m d a" {
+        T1 V7EM "111110111110nnnn ddddaaaa0000mmmm" "umlal{c} {d}, {a}, {n}, {m}" "dnma:r d!=a";
+    }
+    UMAAL MultiplyAddLong "d a = n m d a" {
+        T1 V7EM "111110111110nnnn ddddaaaa0110mmmm" "umaal{c} {d}, {a}, {n}, {m}" "dnma:r d!=a";
+    }
     SDIV Divide "d = n m" { T1 V7EM "111110111001nnnn (1)(1)(1)(1)dddd1111mmmm" "sdiv{c} {d}, {n}, {m}" "dnm:r"; }
     UDIV Divide "d = n m" { T1 V7EM "111110111011nnnn (1)(1)(1)(1)dddd1111mmmm" "udiv{c} {d}, {n}, {m}" "dnm:r"; }
 
@@ -453,15 +497,33 @@ instructions! {
         T2 V7EM "1110100010111101 rr(0)rrrrrrrrrrrrr" "pop{c}.w {list}" "n=sp w=1 list2 pc|lr last-pc";
         T3 V7EM "1111100001011101 rrrr101100000100" "pop{c}.w {list}" "n=sp w=1 one list!=sp last-pc";
     }
-    LDREX LoadOrdered "t = n" { T1 V7EM "111010000101nnnn tttt(1)(1)(1)(1)iiiiiiii" "ldrex{c} {t}, {mem}" "x4 t:r n:p"; }
-    LDREXB LoadOrdered "t = n" { T1 V7EM "111010001101nnnn tttt(1)(1)(1)(1)0100(1)(1)(1)(1)" "ldrexb{c} {t}, [{n}]" "t:r n:p"; }
-    LDREXH LoadOrdered "t = n" { T1 V7EM "111010001101nnnn tttt(1)(1)(1)(1)0101(1)(1)(1)(1)" "ldrexh{c} {t}, [{n}]" "t:r n:p"; }
-    LDAB LoadOrdered "t = n" { T1 V8M "111010001101nnnn tttt(1)(1)(1)(1)1000(1)(1)(1)(1)" "ldab{c} {t}, [{n}]" "t:r n:p"; }
-    LDAH LoadOrdered "t = n" { T1 V8M "111010001101nnnn tttt(1)(1)(1)(1)1001(1)(1)(1)(1)" "ldah{c} {t}, [{n}]" "t:r n:p"; }
-    LDA LoadOrdered "t = n" { T1 V8M "111010001101nnnn tttt(1)(1)(1)(1)1010(1)(1)(1)(1)" "lda{c} {t}, [{n}]" "t:r n:p"; }
-    LDAEXB LoadOrdered "t = n" { T1 V8M "111010001101nnnn tttt(1)(1)(1)(1)1100(1)(1)(1)(1)" "ldaexb{c} {t}, [{n}]" "t:r n:p"; }
-    LDAEXH LoadOrdered "t = n" { T1 V8M "111010001101nnnn tttt(1)(1)(1)(1)1101(1)(1)(1)(1)" "ldaexh{c} {t}, [{n}]" "t:r n:p"; }
-    LDAEX LoadOrdered "t = n" { T1 V8M "111010001101nnnn tttt(1)(1)(1)(1)1110(1)(1)(1)(1)" "ldaex{c} {t}, [{n}]" "t:r n:p"; }
+    LDREX LoadOrdered "t = n" {
+        T1 V7EM "111010000101nnnn tttt(1)(1)(1)(1)iiiiiiii" "ldrex{c} {t}, {mem}" "x4 t:r n:p";
+    }
+    LDREXB LoadOrdered "t = n" {
+        T1 V7EM "111010001101nnnn tttt(1)(1)(1)(1)0100(1)(1)(1)(1)" "ldrexb{c} {t}, [{n}]" "t:r n:p";
+    }
+    LDREXH LoadOrdered "t = n" {
+        T1 V7EM "111010001101nnnn tttt(1)(1)(1)(1)0101(1)(1)(1)(1)" "ldrexh{c} {t}, [{n}]" "t:r n:p";
+    }
+    LDAB LoadOrdered "t = n" {
+        T1 V8M "111010001101nnnn tttt(1)(1)(1)(1)1000(1)(1)(1)(1)" "ldab{c} {t}, [{n}]" "t:r n:p";
+    }
+    LDAH LoadOrdered "t = n" {
+        T1 V8M "111010001101nnnn tttt(1)(1)(1)(1)1001(1)(1)(1)(1)" "ldah{c} {t}, [{n}]" "t:r n:p";
+    }
+    LDA LoadOrdered "t = n" {
+        T1 V8M "111010001101nnnn tttt(1)(1)(1)(1)1010(1)(1)(1)(1)" "lda{c} {t}, [{n}]" "t:r n:p";
+    }
+    LDAEXB LoadOrdered "t = n" {
+        T1 V8M "111010001101nnnn tttt(1)(1)(1)(1)1100(1)(1)(1)(1)" "ldaexb{c} {t}, [{n}]" "t:r n:p";
+    }
+    LDAEXH LoadOrdered "t = n" {
+        T1 V8M "111010001101nnnn tttt(1)(1)(1)(1)1101(1)(1)(1)(1)" "ldaexh{c} {t}, [{n}]" "t:r n:p";
+    }
+    LDAEX LoadOrdered "t = n" {
+        T1 V8M "111010001101nnnn tttt(1)(1)(1)(1)1110(1)(1)(1)(1)" "ldaex{c} {t}, [{n}]" "t:r n:p";
+    }
 
     // Stores.
     STR_immediate Store "= t n" {
@@ -510,15 +572,33 @@ instructions! {
         T2 V7EM "1110100100101101 (0)r(0)rrrrrrrrrrrrr" "push{c}.w {list}" "n=sp w=1 list2";
         T3 V7EM "1111100001001101 rrrr110100000100" "push{c}.w {list}" "n=sp w=1 one list!=sp list!=pc";
     }
-    STREX StoreOrdered "d = t n" { T1 V7EM "111010000100nnnn ttttddddiiiiiiii" "strex{c} {d}, {t}, {mem}" "x4 dt:r n:p d!=n d!=t"; }
-    STREXB StoreOrdered "d = t n" { T1 V7EM "111010001100nnnn tttt(1)(1)(1)(1)0100dddd" "strexb{c} {d}, {t}, [{n}]" "dt:r n:p d!=n d!=t"; }
-    STREXH StoreOrdered "d = t n" { T1 V7EM "111010001100nnnn tttt(1)(1)(1)(1)0101dddd" "strexh{c} {d}, {t}, [{n}]" "dt:r n:p d!=n d!=t"; }
-    STLB StoreOrdered "= t n" { T1 V8M "111010001100nnnn tttt(1)(1)(1)(1)1000(1)(1)(1)(1)" "stlb{c} {t}, [{n}]" "t:r n:p"; }
-    STLH StoreOrdered "= t n" { T1 V8M "111010001100nnnn tttt(1)(1)(1)(1)1001(1)(1)(1)(1)" "stlh{c} {t}, [{n}]" "t:r n:p"; }
-    STL StoreOrdered "= t n" { T1 V8M "111010001100nnnn tttt(1)(1)(1)(1)1010(1)(1)(1)(1)" "stl{c} {t}, [{n}]" "t:r n:p"; }
-    STLEXB StoreOrdered "d = t n" { T1 V8M "111010001100nnnn tttt(1)(1)(1)(1)1100dddd" "stlexb{c} {d}, {t}, [{n}]" "dt:r n:p d!=n d!=t"; }
-    STLEXH StoreOrdered "d = t n" { T1 V8M "111010001100nnnn tttt(1)(1)(1)(1)1101dddd" "stlexh{c} {d}, {t}, [{n}]" "dt:r n:p d!=n d!=t"; }
-    STLEX StoreOrdered "d = t n" { T1 V8M "111010001100nnnn tttt(1)(1)(1)(1)1110dddd" "stlex{c} {d}, {t}, [{n}]" "dt:r n:p d!=n d!=t"; }
+    STREX StoreOrdered "d = t n" {
+        T1 V7EM "111010000100nnnn ttttddddiiiiiiii" "strex{c} {d}, {t}, {mem}" "x4 dt:r n:p d!=n d!=t";
+    }
+    STREXB StoreOrdered "d = t n" {
+        T1 V7EM "111010001100nnnn tttt(1)(1)(1)(1)0100dddd" "strexb{c} {d}, {t}, [{n}]" "dt:r n:p d!=n d!=t";
+    }
+    STREXH StoreOrdered "d = t n" {
+        T1 V7EM "111010001100nnnn tttt(1)(1)(1)(1)0101dddd" "strexh{c} {d}, {t}, [{n}]" "dt:r n:p d!=n d!=t";
+    }
+    STLB StoreOrdered "= t n" {
+        T1 V8M "111010001100nnnn tttt(1)(1)(1)(1)1000(1)(1)(1)(1)" "stlb{c} {t}, [{n}]" "t:r n:p";
+    }
+    STLH StoreOrdered "= t n" {
+        T1 V8M "111010001100nnnn tttt(1)(1)(1)(1)1001(1)(1)(1)(1)" "stlh{c} {t}, [{n}]" "t:r n:p";
+    }
+    STL StoreOrdered "= t n" {
+        T1 V8M "111010001100nnnn tttt(1)(1)(1)(1)1010(1)(1)(1)(1)" "stl{c} {t}, [{n}]" "t:r n:p";
+    }
+    STLEXB StoreOrdered "d = t n" {
+        T1 V8M "111010001100nnnn tttt(1)(1)(1)(1)1100dddd" "stlexb{c} {d}, {t}, [{n}]" "dt:r n:p d!=n d!=t";
+    }
+    STLEXH StoreOrdered "d = t n" {
+        T1 V8M "111010001100nnnn tttt(1)(1)(1)(1)1101dddd" "stlexh{c} {d}, {t}, [{n}]" "dt:r n:p d!=n d!=t";
+    }
+    STLEX StoreOrdered "d = t n" {
+        T1 V8M "111010001100nnnn tttt(1)(1)(1)(1)1110dddd" "stlex{c} {d}, {t}, [{n}]" "dt:r n:p d!=n d!=t";
+    }
 
     // Memory hints. Those without a name do nothing.
     PLD_immediate Preload "= n" {
@@ -526,18 +606,24 @@ instructions! {
         T2 V7EM "111110000001nnnn 11111100iiiiiiii" "pld{c} {mem}" "u=0 see:n15";
     }
     PLD_literal Preload "= pc" { T1 V7EM "11111000U0011111 1111iiiiiiiiiiii" "pld{c} {lit}" ""; }
-    PLD_register Preload "= n m" { T1 V7EM "111110000001nnnn 1111000000kkmmmm" "pld{c} [{n}, {m}{shift}]" "see:n15 m:r"; }
+    PLD_register Preload "= n m" {
+        T1 V7EM "111110000001nnnn 1111000000kkmmmm" "pld{c} [{n}, {m}{shift}]" "see:n15 m:r";
+    }
     PLDW_immediate Preload "= n" {
         T1 V8M "111110001011nnnn 1111iiiiiiiiiiii" "pldw{c} {mem}" "see:n15";
         T2 V8M "111110000011nnnn 11111100iiiiiiii" "pldw{c} {mem}" "u=0 see:n15";
     }
-    PLDW_register Preload "= n m" { T1 V8M "111110000011nnnn 1111000000kkmmmm" "pldw{c} [{n}, {m}{shift}]" "see:n15 m:r"; }
+    PLDW_register Preload "= n m" {
+        T1 V8M "111110000011nnnn 1111000000kkmmmm" "pldw{c} [{n}, {m}{shift}]" "see:n15 m:r";
+    }
     PLI_immediate Preload "= n" {
         T1 V7EM "111110011001nnnn 1111iiiiiiiiiiii" "pli{c} {mem}" "see:n15";
         T2 V7EM "111110010001nnnn 11111100iiiiiiii" "pli{c} {mem}" "u=0 see:n15";
     }
     PLI_literal Preload "= pc" { T3 V7EM "11111001U0011111 1111iiiiiiiiiiii" "pli{c} {lit}" ""; }
-    PLI_register Preload "= n m" { T1 V7EM "111110010001nnnn 1111000000kkmmmm" "pli{c} [{n}, {m}{shift}]" "see:n15 m:r"; }
+    PLI_register Preload "= n m" {
+        T1 V7EM "111110010001nnnn 1111000000kkmmmm" "pli{c} [{n}, {m}{shift}]" "see:n15 m:r";
+    }
     HINT_memory Nop "=" {
         T1 V7EM "1111100i1011nnnn 1111iiiiiiiiiiii" "{inst}" "see:n15";
         T2 V7EM "1111100i0011nnnn 11111100iiiiiiii" "{inst}" "see:n15";
@@ -559,8 +645,12 @@ instructions! {
     BXNS BranchRegister "pc = m" { T1 V8M "010001110mmmm1(0)(0)" "bxns{c} {m}" "m:r last"; }
     CBZ CompareBranch "pc = n" { T1 V7EM "101100i1iiiiinnn" "cbz {n}, {to}" "x2 no-it"; }
     CBNZ CompareBranch "pc = n" { T1 V7EM "101110i1iiiiinnn" "cbnz {n}, {to}" "x2 no-it"; }
-    TBB TableBranch "pc = n m" { T1 V7EM "111010001101nnnn (1)(1)(1)(1)(0)(0)(0)(0)0000mmmm" "tbb{c} [{n}, {m}]" "n:s m:r last"; }
-    TBH TableBranch "pc = n m" { T1 V7EM "111010001101nnnn (1)(1)(1)(1)(0)(0)(0)(0)0001mmmm" "tbh{c} [{n}, {m}, lsl #1]" "n:s m:r last"; }
+    TBB TableBranch "pc = n m" {
+        T1 V7EM "111010001101nnnn (1)(1)(1)(1)(0)(0)(0)(0)0000mmmm" "tbb{c} [{n}, {m}]" "n:s m:r last";
+    }
+    TBH TableBranch "pc = n m" {
+        T1 V7EM "111010001101nnnn (1)(1)(1)(1)(0)(0)(0)(0)0001mmmm" "tbh{c} [{n}, {m}, lsl #1]" "n:s m:r last";
+    }
     IT It "=" { T1 V7EM "10111111iiiiiiii" "it{it}" "it no-it"; }
 
     // Hints and barriers.
@@ -597,8 +687,12 @@ instructions! {
 
     // System. imm is the special register, amount the mask of MSR.
     CPS Special "=" { T1 V6M "10110110011i(0)(0)kk" "cps{ie} {if}" "no-it cps"; }
-    MRS Special "d = banked NZCV Q GE" { T1 V6M "11110011111(0)(1)(1)(1)(1) 10(0)0ddddiiiiiiii" "mrs{c} {d}, {special}" "d:r sysm"; }
-    MSR Special "banked = n" { T1 V6M "11110011100(0)nnnn 10(0)0kk(0)(0)iiiiiiii" "msr{c} {special}, {n}" "n:r sysm mask"; }
+    MRS Special "d = banked NZCV Q GE" {
+        T1 V6M "11110011111(0)(1)(1)(1)(1) 10(0)0ddddiiiiiiii" "mrs{c} {d}, {special}" "d:r sysm";
+    }
+    MSR Special "banked = n" {
+        T1 V6M "11110011100(0)nnnn 10(0)0kk(0)(0)iiiiiiii" "msr{c} {special}, {n}" "n:r sysm mask";
+    }
     MSR_APSR Special "NZCV Q GE = n NZCV Q GE" {
         T1 V6M "11110011100(0)nnnn 10(0)0kk(0)(0)000000ii" "msr{c} {special}{bits}, {n}" "s=1 n:r sysm mask";
     }
@@ -619,47 +713,99 @@ instructions! {
     VLLDM Security "Sall F = n" { T1 V8M "111011000011nnnn 00001010(0)(0)(0)(0)(0)(0)(0)(0)" "vlldm{c} {n}" "n:p"; }
 
     // Coprocessors: a is the coprocessor, d, n and m its registers, imm and amount its opcodes.
-    CDP Coprocessor "=" { T1 V7EM "11101110iiiinnnn ddddaaaakkk0mmmm" "cdp{c} {cp}, #{i}, {Cd}, {Cn}, {Cm}, #{k}" "see:cp101x"; }
-    CDP2 Coprocessor "=" { T2 V7EM "11111110iiiinnnn ddddaaaakkk0mmmm" "cdp2{c} {cp}, #{i}, {Cd}, {Cn}, {Cm}, #{k}" "see:cp101x"; }
-    MCR Coprocessor "= t" { T1 V7EM "11101110iii0nnnn ttttaaaakkk1mmmm" "mcr{c} {cp}, #{i}, {t}, {Cn}, {Cm}, #{k}" "see:cp101x t:r"; }
-    MCR2 Coprocessor "= t" { T2 V7EM "11111110iii0nnnn ttttaaaakkk1mmmm" "mcr2{c} {cp}, #{i}, {t}, {Cn}, {Cm}, #{k}" "see:cp101x t:r"; }
-    MCRR Coprocessor "= t t2" { T1 V7EM "111011000100uuuu ttttaaaaiiiimmmm" "mcrr{c} {cp}, #{i}, {t}, {t2}, {Cm}" "see:cp101x tu:r"; }
-    MCRR2 Coprocessor "= t t2" { T2 V7EM "111111000100uuuu ttttaaaaiiiimmmm" "mcrr2{c} {cp}, #{i}, {t}, {t2}, {Cm}" "see:cp101x tu:r"; }
-    MRC Coprocessor "t =" { T1 V7EM "11101110iii1nnnn ttttaaaakkk1mmmm" "mrc{c} {cp}, #{i}, {t}, {Cn}, {Cm}, #{k}" "see:cp101x t:r"; }
+    CDP Coprocessor "=" {
+        T1 V7EM "11101110iiiinnnn ddddaaaakkk0mmmm" "cdp{c} {cp}, #{i}, {Cd}, {Cn}, {Cm}, #{k}" "see:cp101x";
+    }
+    CDP2 Coprocessor "=" {
+        T2 V7EM "11111110iiiinnnn ddddaaaakkk0mmmm" "cdp2{c} {cp}, #{i}, {Cd}, {Cn}, {Cm}, #{k}" "see:cp101x";
+    }
+    MCR Coprocessor "= t" {
+        T1 V7EM "11101110iii0nnnn ttttaaaakkk1mmmm" "mcr{c} {cp}, #{i}, {t}, {Cn}, {Cm}, #{k}" "see:cp101x t:r";
+    }
+    MCR2 Coprocessor "= t" {
+        T2 V7EM "11111110iii0nnnn ttttaaaakkk1mmmm" "mcr2{c} {cp}, #{i}, {t}, {Cn}, {Cm}, #{k}" "see:cp101x t:r";
+    }
+    MCRR Coprocessor "= t t2" {
+        T1 V7EM "111011000100uuuu ttttaaaaiiiimmmm" "mcrr{c} {cp}, #{i}, {t}, {t2}, {Cm}" "see:cp101x tu:r";
+    }
+    MCRR2 Coprocessor "= t t2" {
+        T2 V7EM "111111000100uuuu ttttaaaaiiiimmmm" "mcrr2{c} {cp}, #{i}, {t}, {t2}, {Cm}" "see:cp101x tu:r";
+    }
+    MRC Coprocessor "t =" {
+        T1 V7EM "11101110iii1nnnn ttttaaaakkk1mmmm" "mrc{c} {cp}, #{i}, {t}, {Cn}, {Cm}, #{k}" "see:cp101x t:r";
+    }
     MRC_APSR Coprocessor "NZCV =" {
         T1 V7EM "11101110iii1nnnn 1111aaaakkk1mmmm" "mrc{c} {cp}, #{i}, apsr_nzcv, {Cn}, {Cm}, #{k}" "s=1 see:cp101x";
     }
-    MRC2 Coprocessor "t =" { T2 V7EM "11111110iii1nnnn ttttaaaakkk1mmmm" "mrc2{c} {cp}, #{i}, {t}, {Cn}, {Cm}, #{k}" "see:cp101x t:r"; }
+    MRC2 Coprocessor "t =" {
+        T2 V7EM "11111110iii1nnnn ttttaaaakkk1mmmm" "mrc2{c} {cp}, #{i}, {t}, {Cn}, {Cm}, #{k}" "see:cp101x t:r";
+    }
     MRC2_APSR Coprocessor "NZCV =" {
         T2 V7EM "11111110iii1nnnn 1111aaaakkk1mmmm" "mrc2{c} {cp}, #{i}, apsr_nzcv, {Cn}, {Cm}, #{k}" "s=1 see:cp101x";
     }
-    MRRC Coprocessor "t t2 =" { T1 V7EM "111011000101uuuu ttttaaaaiiiimmmm" "mrrc{c} {cp}, #{i}, {t}, {t2}, {Cm}" "see:cp101x tu:r t!=t2"; }
-    MRRC2 Coprocessor "t t2 =" { T2 V7EM "111111000101uuuu ttttaaaaiiiimmmm" "mrrc2{c} {cp}, #{i}, {t}, {t2}, {Cm}" "see:cp101x tu:r t!=t2"; }
-    LDC Coprocessor "= n" { T1 V7EM "1110110PUkW1nnnn ddddaaaaiiiiiiii" "ldc{l}{c} {cp}, {Cd}, {mem}" "x4 see:puw000 see:cp101x wb!=pc"; }
-    LDC2 Coprocessor "= n" { T2 V7EM "1111110PUkW1nnnn ddddaaaaiiiiiiii" "ldc2{l}{c} {cp}, {Cd}, {mem}" "x4 see:puw000 see:cp101x wb!=pc"; }
-    LDC_option Coprocessor "= n" { T1 V7EM "111011001k01nnnn ddddaaaaiiiiiiii" "ldc{l}{c} {cp}, {Cd}, [{n}], {option}" "see:cp101x n:p"; }
-    LDC2_option Coprocessor "= n" { T2 V7EM "111111001k01nnnn ddddaaaaiiiiiiii" "ldc2{l}{c} {cp}, {Cd}, [{n}], {option}" "see:cp101x n:p"; }
-    STC Coprocessor "= n" { T1 V7EM "1110110PUkW0nnnn ddddaaaaiiiiiiii" "stc{l}{c} {cp}, {Cd}, {mem}" "x4 see:puw000 see:cp101x n:p"; }
-    STC2 Coprocessor "= n" { T2 V7EM "1111110PUkW0nnnn ddddaaaaiiiiiiii" "stc2{l}{c} {cp}, {Cd}, {mem}" "x4 see:puw000 see:cp101x n:p"; }
-    STC_option Coprocessor "= n" { T1 V7EM "111011001k00nnnn ddddaaaaiiiiiiii" "stc{l}{c} {cp}, {Cd}, [{n}], {option}" "see:cp101x n:p"; }
-    STC2_option Coprocessor "= n" { T2 V7EM "111111001k00nnnn ddddaaaaiiiiiiii" "stc2{l}{c} {cp}, {Cd}, [{n}], {option}" "see:cp101x n:p"; }
+    MRRC Coprocessor "t t2 =" {
+        T1 V7EM "111011000101uuuu ttttaaaaiiiimmmm" "mrrc{c} {cp}, #{i}, {t}, {t2}, {Cm}" "see:cp101x tu:r t!=t2";
+    }
+    MRRC2 Coprocessor "t t2 =" {
+        T2 V7EM "111111000101uuuu ttttaaaaiiiimmmm" "mrrc2{c} {cp}, #{i}, {t}, {t2}, {Cm}" "see:cp101x tu:r t!=t2";
+    }
+    LDC Coprocessor "= n" {
+        T1 V7EM "1110110PUkW1nnnn ddddaaaaiiiiiiii" "ldc{l}{c} {cp}, {Cd}, {mem}" "x4 see:puw000 see:cp101x wb!=pc";
+    }
+    LDC2 Coprocessor "= n" {
+        T2 V7EM "1111110PUkW1nnnn ddddaaaaiiiiiiii" "ldc2{l}{c} {cp}, {Cd}, {mem}" "x4 see:puw000 see:cp101x wb!=pc";
+    }
+    LDC_option Coprocessor "= n" {
+        T1 V7EM "111011001k01nnnn ddddaaaaiiiiiiii" "ldc{l}{c} {cp}, {Cd}, [{n}], {option}" "see:cp101x n:p";
+    }
+    LDC2_option Coprocessor "= n" {
+        T2 V7EM "111111001k01nnnn ddddaaaaiiiiiiii" "ldc2{l}{c} {cp}, {Cd}, [{n}], {option}" "see:cp101x n:p";
+    }
+    STC Coprocessor "= n" {
+        T1 V7EM "1110110PUkW0nnnn ddddaaaaiiiiiiii" "stc{l}{c} {cp}, {Cd}, {mem}" "x4 see:puw000 see:cp101x n:p";
+    }
+    STC2 Coprocessor "= n" {
+        T2 V7EM "1111110PUkW0nnnn ddddaaaaiiiiiiii" "stc2{l}{c} {cp}, {Cd}, {mem}" "x4 see:puw000 see:cp101x n:p";
+    }
+    STC_option Coprocessor "= n" {
+        T1 V7EM "111011001k00nnnn ddddaaaaiiiiiiii" "stc{l}{c} {cp}, {Cd}, [{n}], {option}" "see:cp101x n:p";
+    }
+    STC2_option Coprocessor "= n" {
+        T2 V7EM "111111001k00nnnn ddddaaaaiiiiiiii" "stc2{l}{c} {cp}, {Cd}, [{n}], {option}" "see:cp101x n:p";
+    }
 
     // Floating point: arithmetic.
     VABS FloatAlu "Sd = Sm" { T1 V7EM "111011101D110000 DDDD101011M0MMMM" "vabs{c}.f32 {Sd}, {Sm}" ""; }
     VADD FloatAlu "Sd = Sn Sm" { T1 V7EM "111011100D11NNNN DDDD1010N0M0MMMM" "vadd{c}.f32 {Sd}, {Sn}, {Sm}" ""; }
     VDIV FloatDivide "Sd = Sn Sm" { T1 V7EM "111011101D00NNNN DDDD1010N0M0MMMM" "vdiv{c}.f32 {Sd}, {Sn}, {Sm}" ""; }
-    VFMA FloatMultiplyAdd "Sd = Sd Sn Sm" { T1 V7EM "111011101D10NNNN DDDD1010N0M0MMMM" "vfma{c}.f32 {Sd}, {Sn}, {Sm}" ""; }
-    VFMS FloatMultiplyAdd "Sd = Sd Sn Sm" { T1 V7EM "111011101D10NNNN DDDD1010N1M0MMMM" "vfms{c}.f32 {Sd}, {Sn}, {Sm}" ""; }
-    VFNMA FloatMultiplyAdd "Sd = Sd Sn Sm" { T1 V7EM "111011101D01NNNN DDDD1010N1M0MMMM" "vfnma{c}.f32 {Sd}, {Sn}, {Sm}" ""; }
-    VFNMS FloatMultiplyAdd "Sd = Sd Sn Sm" { T1 V7EM "111011101D01NNNN DDDD1010N0M0MMMM" "vfnms{c}.f32 {Sd}, {Sn}, {Sm}" ""; }
+    VFMA FloatMultiplyAdd "Sd = Sd Sn Sm" {
+        T1 V7EM "111011101D10NNNN DDDD1010N0M0MMMM" "vfma{c}.f32 {Sd}, {Sn}, {Sm}" "";
+    }
+    VFMS FloatMultiplyAdd "Sd = Sd Sn Sm" {
+        T1 V7EM "111011101D10NNNN DDDD1010N1M0MMMM" "vfms{c}.f32 {Sd}, {Sn}, {Sm}" "";
+    }
+    VFNMA FloatMultiplyAdd "Sd = Sd Sn Sm" {
+        T1 V7EM "111011101D01NNNN DDDD1010N1M0MMMM" "vfnma{c}.f32 {Sd}, {Sn}, {Sm}" "";
+    }
+    VFNMS FloatMultiplyAdd "Sd = Sd Sn Sm" {
+        T1 V7EM "111011101D01NNNN DDDD1010N0M0MMMM" "vfnms{c}.f32 {Sd}, {Sn}, {Sm}" "";
+    }
     VMAXNM FloatAlu "Sd = Sn Sm" { T1 V8M "111111101D00NNNN DDDD1010N0M0MMMM" "vmaxnm.f32 {Sd}, {Sn}, {Sm}" "no-it"; }
     VMINNM FloatAlu "Sd = Sn Sm" { T1 V8M "111111101D00NNNN DDDD1010N1M0MMMM" "vminnm.f32 {Sd}, {Sn}, {Sm}" "no-it"; }
-    VMLA FloatMultiplyAdd "Sd = Sd Sn Sm" { T1 V7EM "111011100D00NNNN DDDD1010N0M0MMMM" "vmla{c}.f32 {Sd}, {Sn}, {Sm}" ""; }
-    VMLS FloatMultiplyAdd "Sd = Sd Sn Sm" { T1 V7EM "111011100D00NNNN DDDD1010N1M0MMMM" "vmls{c}.f32 {Sd}, {Sn}, {Sm}" ""; }
+    VMLA FloatMultiplyAdd "Sd = Sd Sn Sm" {
+        T1 V7EM "111011100D00NNNN DDDD1010N0M0MMMM" "vmla{c}.f32 {Sd}, {Sn}, {Sm}" "";
+    }
+    VMLS FloatMultiplyAdd "Sd = Sd Sn Sm" {
+        T1 V7EM "111011100D00NNNN DDDD1010N1M0MMMM" "vmls{c}.f32 {Sd}, {Sn}, {Sm}" "";
+    }
     VMUL FloatAlu "Sd = Sn Sm" { T1 V7EM "111011100D10NNNN DDDD1010N0M0MMMM" "vmul{c}.f32 {Sd}, {Sn}, {Sm}" ""; }
     VNEG FloatAlu "Sd = Sm" { T1 V7EM "111011101D110001 DDDD101001M0MMMM" "vneg{c}.f32 {Sd}, {Sm}" ""; }
-    VNMLA FloatMultiplyAdd "Sd = Sd Sn Sm" { T1 V7EM "111011100D01NNNN DDDD1010N1M0MMMM" "vnmla{c}.f32 {Sd}, {Sn}, {Sm}" ""; }
-    VNMLS FloatMultiplyAdd "Sd = Sd Sn Sm" { T1 V7EM "111011100D01NNNN DDDD1010N0M0MMMM" "vnmls{c}.f32 {Sd}, {Sn}, {Sm}" ""; }
+    VNMLA FloatMultiplyAdd "Sd = Sd Sn Sm" {
+        T1 V7EM "111011100D01NNNN DDDD1010N1M0MMMM" "vnmla{c}.f32 {Sd}, {Sn}, {Sm}" "";
+    }
+    VNMLS FloatMultiplyAdd "Sd = Sd Sn Sm" {
+        T1 V7EM "111011100D01NNNN DDDD1010N0M0MMMM" "vnmls{c}.f32 {Sd}, {Sn}, {Sm}" "";
+    }
     VNMUL FloatAlu "Sd = Sn Sm" { T2 V7EM "111011100D10NNNN DDDD1010N1M0MMMM" "vnmul{c}.f32 {Sd}, {Sn}, {Sm}" ""; }
     VSQRT FloatDivide "Sd = Sm" { T1 V7EM "111011101D110001 DDDD101011M0MMMM" "vsqrt{c}.f32 {Sd}, {Sm}" ""; }
     VSUB FloatAlu "Sd = Sn Sm" { T1 V7EM "111011100D11NNNN DDDD1010N1M0MMMM" "vsub{c}.f32 {Sd}, {Sn}, {Sm}" ""; }
@@ -674,30 +820,68 @@ instructions! {
     VRINTX FloatAlu "Sd = Sm" { T1 V8M "111011101D110111 DDDD101001M0MMMM" "vrintx{c}.f32 {Sd}, {Sm}" ""; }
     VRINTR FloatAlu "Sd = Sm" { T1 V8M "111011101D110110 DDDD101001M0MMMM" "vrintr{c}.f32 {Sd}, {Sm}" ""; }
     VRINTZ FloatAlu "Sd = Sm" { T1 V8M "111011101D110110 DDDD101011M0MMMM" "vrintz{c}.f32 {Sd}, {Sm}" ""; }
-    VRINT_directed FloatAlu "Sd = Sm" { T1 V8M "111111101D1110kk DDDD101001M0MMMM" "vrint{anpm}.f32 {Sd}, {Sm}" "no-it"; }
-    VCVT_directed FloatConvert "Sd = Sm" { T1 V8M "111111101D1111kk DDDD1010i1M0MMMM" "vcvt{anpm}.{us}32.f32 {Sd}, {Sm}" "no-it"; }
-    VCVT_integer_to_single FloatConvert "Sd = Sm" { T1 V7EM "111011101D111000 DDDD1010i1M0MMMM" "vcvt{c}.f32.{us}32 {Sd}, {Sm}" ""; }
-    VCVT_single_to_integer FloatConvert "Sd = Sm" { T1 V7EM "111011101D11110i DDDD101011M0MMMM" "vcvt{c}.{us}32.f32 {Sd}, {Sm}" ""; }
+    VRINT_directed FloatAlu "Sd = Sm" {
+        T1 V8M "111111101D1110kk DDDD101001M0MMMM" "vrint{anpm}.f32 {Sd}, {Sm}" "no-it";
+    }
+    VCVT_directed FloatConvert "Sd = Sm" {
+        T1 V8M "111111101D1111kk DDDD1010i1M0MMMM" "vcvt{anpm}.{us}32.f32 {Sd}, {Sm}" "no-it";
+    }
+    VCVT_integer_to_single FloatConvert "Sd = Sm" {
+        T1 V7EM "111011101D111000 DDDD1010i1M0MMMM" "vcvt{c}.f32.{us}32 {Sd}, {Sm}" "";
+    }
+    VCVT_single_to_integer FloatConvert "Sd = Sm" {
+        T1 V7EM "111011101D11110i DDDD101011M0MMMM" "vcvt{c}.{us}32.f32 {Sd}, {Sm}" "";
+    }
     VCVTR FloatConvert "Sd = Sm" { T1 V7EM "111011101D11110i DDDD101001M0MMMM" "vcvtr{c}.{us}32.f32 {Sd}, {Sm}" ""; }
-    VCVT_fixed_to_single FloatConvert "Sd = Sd" { T1 V7EM "111011101D11101k DDDD1010k1i0iiii" "vcvt{c}.f32.{fixed} {Sd}, {Sd}, #{i}" "fbits"; }
-    VCVT_single_to_fixed FloatConvert "Sd = Sd" { T1 V7EM "111011101D11111k DDDD1010k1i0iiii" "vcvt{c}.{fixed}.f32 {Sd}, {Sd}, #{i}" "fbits"; }
-    VCVT_half_to_single FloatConvert "Sd = Sm" { T1 V7EM "111011101D110010 DDDD1010i1M0MMMM" "vcvt{y}{c}.f32.f16 {Sd}, {Sm}" ""; }
-    VCVT_single_to_half FloatConvert "Sd = Sd Sm" { T1 V7EM "111011101D110011 DDDD1010i1M0MMMM" "vcvt{y}{c}.f16.f32 {Sd}, {Sm}" ""; }
+    VCVT_fixed_to_single FloatConvert "Sd = Sd" {
+        T1 V7EM "111011101D11101k DDDD1010k1i0iiii" "vcvt{c}.f32.{fixed} {Sd}, {Sd}, #{i}" "fbits";
+    }
+    VCVT_single_to_fixed FloatConvert "Sd = Sd" {
+        T1 V7EM "111011101D11111k DDDD1010k1i0iiii" "vcvt{c}.{fixed}.f32 {Sd}, {Sd}, #{i}" "fbits";
+    }
+    VCVT_half_to_single FloatConvert "Sd = Sm" {
+        T1 V7EM "111011101D110010 DDDD1010i1M0MMMM" "vcvt{y}{c}.f32.f16 {Sd}, {Sm}" "";
+    }
+    VCVT_single_to_half FloatConvert "Sd = Sd Sm" {
+        T1 V7EM "111011101D110011 DDDD1010i1M0MMMM" "vcvt{y}{c}.f16.f32 {Sd}, {Sm}" "";
+    }
 
     // Floating point: moves. A half of a double register is the single register in its place.
-    VMOV_immediate FloatMove "Sd =" { T1 V7EM "111011101D11iiii DDDD1010(0)0(0)0iiii" "vmov{c}.f32 {Sd}, {float}" "float"; }
+    VMOV_immediate FloatMove "Sd =" {
+        T1 V7EM "111011101D11iiii DDDD1010(0)0(0)0iiii" "vmov{c}.f32 {Sd}, {float}" "float";
+    }
     VMOV_register FloatMove "Sd = Sm" { T1 V7EM "111011101D110000 DDDD101001M0MMMM" "vmov{c}.f32 {Sd}, {Sm}" ""; }
-    VSEL FloatMove "Sd = Sn Sm NZCV" { T1 V8M "111111100DiiNNNN DDDD1010N0M0MMMM" "vsel{sel}.f32 {Sd}, {Sn}, {Sm}" "no-it"; }
-    VMOV_core_to_single FloatTransfer "Sn = t" { T1 V7EM "111011100000NNNN tttt1010N(0)(0)1(0)(0)(0)(0)" "vmov{c} {Sn}, {t}" "t:r"; }
-    VMOV_single_to_core FloatTransfer "t = Sn" { T1 V7EM "111011100001NNNN tttt1010N(0)(0)1(0)(0)(0)(0)" "vmov{c} {t}, {Sn}" "t:r"; }
-    VMOV_core_to_half FloatTransfer "Sd = t" { T1 V7EM "1110111000D0DDDD tttt10110001(0)(0)(0)(0)" "vmov{c}.32 {halfd}, {t}" "t:r"; }
-    VMOV_half_to_core FloatTransfer "t = Sm" { T1 V7EM "1110111000M1MMMM tttt10110001(0)(0)(0)(0)" "vmov{c}.32 {t}, {halfm}" "t:r"; }
-    VMOV_core_to_singles FloatTransfer "Sm2 = t t2" { T1 V7EM "111011000100uuuu tttt101000M1MMMM" "vmov{c} {Sm}, {Sm2}, {t}, {t2}" "tu:r m!=31"; }
-    VMOV_singles_to_core FloatTransfer "t t2 = Sm2" { T1 V7EM "111011000101uuuu tttt101000M1MMMM" "vmov{c} {t}, {t2}, {Sm}, {Sm2}" "tu:r t!=t2 m!=31"; }
-    VMOV_core_to_double FloatTransfer "Dm = t t2" { T1 V7EM "111011000100uuuu tttt10110001mmmm" "vmov{c} {Dm}, {t}, {t2}" "tu:r"; }
-    VMOV_double_to_core FloatTransfer "t t2 = Dm" { T1 V7EM "111011000101uuuu tttt10110001mmmm" "vmov{c} {t}, {t2}, {Dm}" "tu:r t!=t2"; }
+    VSEL FloatMove "Sd = Sn Sm NZCV" {
+        T1 V8M "111111100DiiNNNN DDDD1010N0M0MMMM" "vsel{sel}.f32 {Sd}, {Sn}, {Sm}" "no-it";
+    }
+    VMOV_core_to_single FloatTransfer "Sn = t" {
+        T1 V7EM "111011100000NNNN tttt1010N(0)(0)1(0)(0)(0)(0)" "vmov{c} {Sn}, {t}" "t:r";
+    }
+    VMOV_single_to_core FloatTransfer "t = Sn" {
+        T1 V7EM "111011100001NNNN tttt1010N(0)(0)1(0)(0)(0)(0)" "vmov{c} {t}, {Sn}" "t:r";
+    }
+    VMOV_core_to_half FloatTransfer "Sd = t" {
+        T1 V7EM "1110111000D0DDDD tttt10110001(0)(0)(0)(0)" "vmov{c}.32 {halfd}, {t}" "t:r";
+    }
+    VMOV_half_to_core FloatTransfer "t = Sm" {
+        T1 V7EM "1110111000M1MMMM tttt10110001(0)(0)(0)(0)" "vmov{c}.32 {t}, {halfm}" "t:r";
+    }
+    VMOV_core_to_singles FloatTransfer "Sm2 = t t2" {
+        T1 V7EM "111011000100uuuu tttt101000M1MMMM" "vmov{c} {Sm}, {Sm2}, {t}, {t2}" "tu:r m!=31";
+    }
+    VMOV_singles_to_core FloatTransfer "t t2 = Sm2" {
+        T1 V7EM "111011000101uuuu tttt101000M1MMMM" "vmov{c} {t}, {t2}, {Sm}, {Sm2}" "tu:r t!=t2 m!=31";
+    }
+    VMOV_core_to_double FloatTransfer "Dm = t t2" {
+        T1 V7EM "111011000100uuuu tttt10110001mmmm" "vmov{c} {Dm}, {t}, {t2}" "tu:r";
+    }
+    VMOV_double_to_core FloatTransfer "t t2 = Dm" {
+        T1 V7EM "111011000101uuuu tttt10110001mmmm" "vmov{c} {t}, {t2}, {Dm}" "tu:r t!=t2";
+    }
     VMRS FloatTransfer "t = F" { T1 V7EM "1110111011110001 tttt1010(0)(0)(0)1(0)(0)(0)(0)" "vmrs{c} {t}, fpscr" "t:r"; }
-    VMRS_APSR FloatTransfer "NZCV = F" { T1 V7EM "1110111011110001 11111010(0)(0)(0)1(0)(0)(0)(0)" "vmrs{c} apsr_nzcv, fpscr" "s=1"; }
+    VMRS_APSR FloatTransfer "NZCV = F" {
+        T1 V7EM "1110111011110001 11111010(0)(0)(0)1(0)(0)(0)(0)" "vmrs{c} apsr_nzcv, fpscr" "s=1";
+    }
     VMSR FloatTransfer "F = t" { T1 V7EM "1110111011100001 tttt1010(0)(0)(0)1(0)(0)(0)(0)" "vmsr{c} fpscr, {t}" "t:r"; }
 
     // Floating point: loads and stores. d is the first register of a list, imm their number.
@@ -705,20 +889,52 @@ instructions! {
     VLDR_single FloatLoad "Sd = n" { T2 V7EM "11101101UD01nnnn DDDD1010iiiiiiii" "vldr{c} {Sd}, {mem}" "x4"; }
     VSTR FloatStore "= Dd n" { T1 V7EM "11101101U000nnnn dddd1011iiiiiiii" "vstr{c} {Dd}, {mem}" "x4 n:p"; }
     VSTR_single FloatStore "= Sd n" { T2 V7EM "11101101UD00nnnn DDDD1010iiiiiiii" "vstr{c} {Sd}, {mem}" "x4 n:p"; }
-    VLDMIA FloatLoadMultiple "Dlist = n" { T1 V7EM "1110110010W1nnnn dddd1011iiiiiii0" "vldmia{c} {n}{w}, {Dlist}" "n:p doubles"; }
-    VLDMIA_single FloatLoadMultiple "Slist = n" { T2 V7EM "111011001DW1nnnn DDDD1010iiiiiiii" "vldmia{c} {n}{w}, {Slist}" "n:p singles"; }
-    VLDMDB FloatLoadMultiple "Dlist = n" { T1 V7EM "111011010011nnnn dddd1011iiiiiii0" "vldmdb{c} {n}!, {Dlist}" "w=1 n:p doubles"; }
-    VLDMDB_single FloatLoadMultiple "Slist = n" { T2 V7EM "111011010D11nnnn DDDD1010iiiiiiii" "vldmdb{c} {n}!, {Slist}" "w=1 n:p singles"; }
-    VPOP FloatLoadMultiple "Dlist = n" { T1 V7EM "1110110010111101 dddd1011iiiiiii0" "vpop{c} {Dlist}" "n=sp w=1 doubles"; }
-    VPOP_single FloatLoadMultiple "Slist = n" { T2 V7EM "111011001D111101 DDDD1010iiiiiiii" "vpop{c} {Slist}" "n=sp w=1 singles"; }
-    VSTMIA FloatStoreMultiple "= Dlist n" { T1 V7EM "1110110010W0nnnn dddd1011iiiiiii0" "vstmia{c} {n}{w}, {Dlist}" "n:p doubles"; }
-    VSTMIA_single FloatStoreMultiple "= Slist n" { T2 V7EM "111011001DW0nnnn DDDD1010iiiiiiii" "vstmia{c} {n}{w}, {Slist}" "n:p singles"; }
-    VSTMDB FloatStoreMultiple "= Dlist n" { T1 V7EM "111011010010nnnn dddd1011iiiiiii0" "vstmdb{c} {n}!, {Dlist}" "w=1 n:p doubles"; }
-    VSTMDB_single FloatStoreMultiple "= Slist n" { T2 V7EM "111011010D10nnnn DDDD1010iiiiiiii" "vstmdb{c} {n}!, {Slist}" "w=1 n:p singles"; }
-    VPUSH FloatStoreMultiple "= Dlist n" { T1 V7EM "1110110100101101 dddd1011iiiiiii0" "vpush{c} {Dlist}" "n=sp w=1 doubles"; }
-    VPUSH_single FloatStoreMultiple "= Slist n" { T2 V7EM "111011010D101101 DDDD1010iiiiiiii" "vpush{c} {Slist}" "n=sp w=1 singles"; }
-    FLDMIAX FloatLoadMultiple "Dlist = n" { T1 V7EM "1110110010W1nnnn dddd1011iiiiiii1" "fldmiax{c} {n}{w}, {Dlist}" "n:p doubles"; }
-    FLDMDBX FloatLoadMultiple "Dlist = n" { T1 V7EM "111011010011nnnn dddd1011iiiiiii1" "fldmdbx{c} {n}!, {Dlist}" "w=1 n:p doubles"; }
-    FSTMIAX FloatStoreMultiple "= Dlist n" { T1 V7EM "1110110010W0nnnn dddd1011iiiiiii1" "fstmiax{c} {n}{w}, {Dlist}" "n:p doubles"; }
-    FSTMDBX FloatStoreMultiple "= Dlist n" { T1 V7EM "111011010010nnnn dddd1011iiiiiii1" "fstmdbx{c} {n}!, {Dlist}" "w=1 n:p doubles"; }
+    VLDMIA FloatLoadMultiple "Dlist = n" {
+        T1 V7EM "1110110010W1nnnn dddd1011iiiiiii0" "vldmia{c} {n}{w}, {Dlist}" "n:p doubles";
+    }
+    VLDMIA_single FloatLoadMultiple "Slist = n" {
+        T2 V7EM "111011001DW1nnnn DDDD1010iiiiiiii" "vldmia{c} {n}{w}, {Slist}" "n:p singles";
+    }
+    VLDMDB FloatLoadMultiple "Dlist = n" {
+        T1 V7EM "111011010011nnnn dddd1011iiiiiii0" "vldmdb{c} {n}!, {Dlist}" "w=1 n:p doubles";
+    }
+    VLDMDB_single FloatLoadMultiple "Slist = n" {
+        T2 V7EM "111011010D11nnnn DDDD1010iiiiiiii" "vldmdb{c} {n}!, {Slist}" "w=1 n:p singles";
+    }
+    VPOP FloatLoadMultiple "Dlist = n" {
+        T1 V7EM "1110110010111101 dddd1011iiiiiii0" "vpop{c} {Dlist}" "n=sp w=1 doubles";
+    }
+    VPOP_single FloatLoadMultiple "Slist = n" {
+        T2 V7EM "111011001D111101 DDDD1010iiiiiiii" "vpop{c} {Slist}" "n=sp w=1 singles";
+    }
+    VSTMIA FloatStoreMultiple "= Dlist n" {
+        T1 V7EM "1110110010W0nnnn dddd1011iiiiiii0" "vstmia{c} {n}{w}, {Dlist}" "n:p doubles";
+    }
+    VSTMIA_single FloatStoreMultiple "= Slist n" {
+        T2 V7EM "111011001DW0nnnn DDDD1010iiiiiiii" "vstmia{c} {n}{w}, {Slist}" "n:p singles";
+    }
+    VSTMDB FloatStoreMultiple "= Dlist n" {
+        T1 V7EM "111011010010nnnn dddd1011iiiiiii0" "vstmdb{c} {n}!, {Dlist}" "w=1 n:p doubles";
+    }
+    VSTMDB_single FloatStoreMultiple "= Slist n" {
+        T2 V7EM "111011010D10nnnn DDDD1010iiiiiiii" "vstmdb{c} {n}!, {Slist}" "w=1 n:p singles";
+    }
+    VPUSH FloatStoreMultiple "= Dlist n" {
+        T1 V7EM "1110110100101101 dddd1011iiiiiii0" "vpush{c} {Dlist}" "n=sp w=1 doubles";
+    }
+    VPUSH_single FloatStoreMultiple "= Slist n" {
+        T2 V7EM "111011010D101101 DDDD1010iiiiiiii" "vpush{c} {Slist}" "n=sp w=1 singles";
+    }
+    FLDMIAX FloatLoadMultiple "Dlist = n" {
+        T1 V7EM "1110110010W1nnnn dddd1011iiiiiii1" "fldmiax{c} {n}{w}, {Dlist}" "n:p doubles";
+    }
+    FLDMDBX FloatLoadMultiple "Dlist = n" {
+        T1 V7EM "111011010011nnnn dddd1011iiiiiii1" "fldmdbx{c} {n}!, {Dlist}" "w=1 n:p doubles";
+    }
+    FSTMIAX FloatStoreMultiple "= Dlist n" {
+        T1 V7EM "1110110010W0nnnn dddd1011iiiiiii1" "fstmiax{c} {n}{w}, {Dlist}" "n:p doubles";
+    }
+    FSTMDBX FloatStoreMultiple "= Dlist n" {
+        T1 V7EM "111011010010nnnn dddd1011iiiiiii1" "fstmdbx{c} {n}!, {Dlist}" "w=1 n:p doubles";
+    }
 }

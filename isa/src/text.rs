@@ -127,7 +127,7 @@ impl Inst {
     fn float_list(&self, f: &mut Formatter<'_>, bank: char) -> fmt::Result {
         match (u32::from(self.d), self.imm) {
             (first, 1) => write!(f, "{{{bank}{first}}}"),
-            (first, count) => write!(f, "{{{bank}{first}-{bank}{}}}", (first + count).wrapping_sub(1)),
+            (first, count) => write!(f, "{{{bank}{first}-{bank}{}}}", first.wrapping_add(count).wrapping_sub(1)),
         }
     }
 

@@ -1,9 +1,9 @@
 //! The table by itself: what is read is written back bit for bit, and instructions read and write what they should.
 
 use whippen_isa::{
-    Arch, Code, Cond, Encoding, FlagUse, Flags, Inst, ItState, NotDecoded, NotEncoded, Op, RegSet, Why, decode, is_wide,
+    Arch, Code, Cond, Encoding, FlagUse, Flags, Form, Inst, ItState, NotDecoded, NotEncoded, Op, RegSet, ShiftType,
+    Why, decode, is_wide,
 };
-use whippen_isa::{Form, ShiftType};
 
 fn random(state: &mut u64) -> u32 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -111,6 +111,45 @@ fn change(inst: &mut Inst, which: u32, number: u32) {
     }
 }
 
+/// Operands that no encoding has are refused, and printed all the same.
+#[test]
+fn no_operand_makes_it_panic() {
+    let mut state = 4;
+    let extremes = [0, 1, 15, 31, 255, 1 << 31, u32::MAX];
+    for encoding in Encoding::all() {
+        for _ in 0..300 {
+            let mut inst = Inst::new(encoding);
+            for _ in 0..6 {
+                let number = extremes[random(&mut state) as usize % extremes.len()];
+                set(&mut inst, random(&mut state) % 9, number);
+            }
+            let text = inst.to_string();
+            if let Ok(code) = inst.encode(Arch::V8M) {
+                assert_eq!(code.size(), inst.size());
+            }
+            assert!(Flags::NZCV.contains(inst.flags().writes.without(Flags::Q | Flags::GE | Flags::FPSCR)));
+            assert!(!text.is_empty() && !text.contains(['<', '>']));
+            // In a list or not, a register that is written back is written.
+            assert!(!inst.wback || inst.defs().contains(RegSet::core(inst.n)));
+        }
+    }
+}
+
+fn set(inst: &mut Inst, which: u32, number: u32) {
+    let byte = number as u8;
+    match which {
+        0 => inst.d = byte,
+        1 => inst.n = byte,
+        2 => inst.m = byte,
+        3 => inst.a = byte,
+        4 => inst.t = byte,
+        5 => inst.t2 = byte,
+        6 => inst.amount = byte,
+        7 => inst.cond = Cond::from_bits(byte & 15),
+        _ => inst.imm = number,
+    }
+}
+
 #[test]
 fn a_newer_architecture_reads_what_an_older_one_does() {
     let mut state = 3;
@@ -179,6 +218,8 @@ fn outcomes_of_decoding_are_explicit() {
     let block = ItState::after_it(0, 4).expect("a block of two");
     assert!(matches!(decode(0xe000, 0, Arch::V8M, block), Err(NotDecoded::Unpredictable { why: Why::It, .. })));
     assert!(decode(0xe000, 0, Arch::V8M, block.advance()).is_ok());
+    // ARMv6-M has no blocks.
+    assert!(matches!(decode(0xbf00, 0, Arch::V6M, block), Err(NotDecoded::Unpredictable { why: Why::It, .. })));
 }
 
 #[test]
@@ -195,7 +236,9 @@ fn text_follows_the_block() {
 
 #[test]
 fn accumulators_addresses_and_lists_are_registers_too() {
-    let cases: &[(u16, u16, &str, &[u8], &[u8])] = &[
+    /// Halfwords, text, core registers read and written.
+    type Case = (u16, u16, &'static str, &'static [u8], &'static [u8]);
+    let cases: &[Case] = &[
         (0xfbc2, 0x0103, "smlal r0, r1, r2, r3", &[0, 1, 2, 3], &[0, 1]),
         (0xfb51, 0x3012, "smmlar r0, r1, r2, r3", &[1, 2, 3], &[0]),
         (0xfa51, 0xf082, "uxtab r0, r1, r2", &[1, 2], &[0]),
