@@ -13,6 +13,7 @@ use crate::class::Class;
 use crate::cond::Cond;
 use crate::effects::{FlagUse, Flags, Operand};
 use crate::imm::{ShiftType, thumb_imm_carry};
+use crate::pattern::Field;
 use crate::reg::{self, RegSet};
 use crate::row::{Encoding, Row};
 use crate::rules::Rule;
@@ -24,7 +25,7 @@ use crate::table::Op;
 pub struct Inst {
     /// The encoding, and so the instruction.
     pub encoding: Encoding,
-    /// In an IT block, its condition there (which may be `AL`); of a conditional B, the branch's own. Else nothing.
+    /// In an IT block, its condition there (which may be `AL`); of B T1 and T3, the branch's own. Else nothing.
     pub cond: Option<Cond>,
     /// Sets the flags: the S bit, or what the instruction always does.
     pub s: bool,
@@ -106,9 +107,11 @@ impl Inst {
     }
 
     /// The same operands in the first encoding of the instruction, 16-bit ones first, that `arch` has and that can hold
-    /// them; nothing when none can.
+    /// them; nothing when none can. A B keeps its condition where it is, in itself (T1, T3) or in the block (T2, T4).
     pub fn shortest(&self, arch: Arch) -> Option<Self> {
+        let has_cond = |encoding: Encoding| encoding.row().pattern.has(Field::Cond);
         Encoding::of(self.op())
+            .filter(|encoding| has_cond(*encoding) == has_cond(self.encoding))
             .map(|encoding| Self { encoding, ..*self })
             .find(|candidate| candidate.encode(arch).is_ok())
     }

@@ -190,6 +190,10 @@ fn the_shortest_encoding_depends_on_operands_flags_and_block() {
     assert_eq!(form(Inst { s: false, imm: 0xabc, ..add }), Some(Form::T4));
     assert_eq!(form(Inst { imm: 0x1234_5678, ..add }), None);
     assert_eq!(Inst { d: 8, ..add }.shortest(Arch::V6M), None);
+    let branch = |form, cond, imm| Inst { cond, imm, ..inst(Op::B, form) };
+    assert_eq!(form(branch(Form::T3, Some(Cond::EQ), 200)), Some(Form::T1));
+    assert_eq!(form(branch(Form::T4, Some(Cond::EQ), 200)), Some(Form::T2), "in a block");
+    assert_eq!(form(branch(Form::T2, None, 1 << 20)), Some(Form::T4));
 }
 
 #[test]
