@@ -2,6 +2,7 @@
 
 mod cmd;
 mod exit;
+mod say;
 
 use std::process::ExitCode;
 

@@ -21,6 +21,11 @@ fn root() -> &'static Path {
 pub fn instruments(file: &str, sets: &[(&str, &str)]) -> Vec<Compiled> {
     let path = root().join("instruments").join(file);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    program(file, &text, sets)
+}
+
+/// Every instrument of a program's text.
+pub fn program(file: &str, text: &str, sets: &[(&str, &str)]) -> Vec<Compiled> {
     let mut map = SourceMap::default();
     map.add(file, text);
     let sets = sets.iter().map(|(n, v)| (n.to_string(), v.to_string())).collect();
@@ -28,11 +33,6 @@ pub fn instruments(file: &str, sets: &[(&str, &str)]) -> Vec<Compiled> {
     let program = program.unwrap_or_else(|| panic!("{file}: {diagnostics:#?}"));
     let build = |model| compile(model, Device::mikey().scales(), true).unwrap_or_else(|e| panic!("{file}: {e:?}"));
     program.instruments.into_iter().map(build).collect()
-}
-
-/// The only instrument of a bundled file.
-pub fn instrument(file: &str) -> Compiled {
-    instruments(file, &[]).remove(0)
 }
 
 /// Every bundled instrument.

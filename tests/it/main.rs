@@ -3,3 +3,4 @@
 mod agree;
 mod common;
 mod ideal;
+mod random_programs;
