@@ -11,6 +11,7 @@
 //!
 //! Not here: the language (the compiler), the target (the emulator).
 
+pub mod compare;
 pub mod device;
 pub mod engine;
 pub mod files;

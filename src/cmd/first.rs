@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use whippen_compiler::check::Options;
+use whippen_compiler::diag::Severity;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 
@@ -10,6 +11,7 @@ use super::load;
 use super::motion::{MotionArgs, Positions};
 use super::run::{self, Outputs};
 use crate::exit::{Failure, Outcome};
+use crate::say::say;
 
 /// Where it writes.
 const FOLDER: &str = "whippen-tour";
@@ -19,7 +21,7 @@ const GRAND: &str = include_str!("../../instruments/grand-piano.whip");
 
 pub fn run() -> Outcome {
     let files = [("<instruments/grand-piano.whip>".to_string(), GRAND.to_string())];
-    let (map, program) = load::checked(&files, &Options::default())?;
+    let (map, program) = load::checked(&files, &Options::default(), Severity::Warning)?;
     let device = Device::mikey();
     let model = load::instrument(&program, None)?.clone();
     let positions: Positions = MotionArgs::bundled(model.rate_hz);
@@ -36,6 +38,6 @@ pub fn run() -> Outcome {
         plot: vec![file("grand-piano.png"), file("grand-piano.svg")],
     };
     run::write(&outputs, &compiled, &played)?;
-    println!("next: open {FOLDER}/grand-piano.png, change instruments/grand-piano.whip, and `whippen run` it");
+    say!("next: open {FOLDER}/grand-piano.png, change instruments/grand-piano.whip, and `whippen run` it");
     Ok(())
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use whippen_compiler::check::{Options, Program};
+use whippen_compiler::diag::Severity;
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
@@ -13,6 +14,7 @@ use whippen_runtime::session::{self, Counts, Run};
 use super::motion::{self, MotionArgs, Positions};
 use super::{load, progress::Progress};
 use crate::exit::{Failure, Outcome};
+use crate::say::say;
 
 #[derive(Debug, clap::Args)]
 #[command(
@@ -58,11 +60,23 @@ pub struct Outputs {
     pub plot: Vec<PathBuf>,
 }
 
+impl Outputs {
+    /// Before anything is run: endings of figures are known, folders are there.
+    fn check(&self) -> Result<(), String> {
+        plot::check_names(&self.plot)?;
+        let folders = self.out.iter().chain(&self.events).chain(&self.plot).filter_map(|path| path.parent());
+        match folders.into_iter().find(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+            Some(folder) => Err(format!("there is no folder `{}` to write to; make it first", folder.display())),
+            None => Ok(()),
+        }
+    }
+}
+
 pub fn run(args: &Args) -> Outcome {
     let (files, name) = load::split(&args.words)?;
-    plot::check_names(&args.outputs.plot).map_err(Failure::Usage)?;
+    args.outputs.check().map_err(Failure::Usage)?;
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
-    let (map, program) = load::checked(&load::read(&files)?, &options)?;
+    let (map, program) = load::checked(&load::read(&files)?, &options, Severity::Warning)?;
     let device = device(args, &program)?;
     let model = load::instrument(&program, name)?.clone();
     let mut positions = args.motion.load(model.rate_hz)?;
@@ -97,17 +111,17 @@ pub fn play(compiled: &Compiled, device: &Device, kind: EngineKind, positions: &
 
 /// What happened, in a few lines.
 pub fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Positions) {
-    positions.notes.iter().for_each(|note| println!("motion: {note}"));
+    positions.notes.iter().for_each(|note| say!("motion: {note}"));
     let Counts { ticks, engine_time, .. } = run.counts;
     let played_s = ticks as f64 / f64::from(compiled.model.rate_hz);
-    println!(
+    say!(
         "{}: {played_s:.2} s on engine {kind}, {:.0}x real time",
         compiled.model.name,
         played_s / engine_time.as_secs_f64()
     );
     for event in run.trace.events.iter().filter(|e| e.event == "note") {
         let args: Vec<String> = event.args.iter().map(|(title, value)| format!("{title} {value:.3}")).collect();
-        println!("  {:>9.4} s  note  {}", event.t_s, args.join("  "));
+        say!("  {:>9.4} s  note  {}", event.t_s, args.join("  "));
     }
     cut_off(&run.counts);
 }
@@ -123,7 +137,7 @@ fn cut_off(counts: &Counts) {
         (counts.drive_clipped, "with more force than the drive gives, clipped"),
     ];
     for (count, what) in told.iter().filter(|(count, _)| *count > 0) {
-        println!("  {count} of {} ticks {what}", counts.ticks);
+        say!("  {count} of {} ticks {what}", counts.ticks);
     }
 }
 
@@ -132,15 +146,15 @@ pub fn write(outputs: &Outputs, compiled: &Compiled, run: &Run) -> Outcome {
     let failed = |e: FileError| Failure::Usage(e.to_string());
     if let Some(path) = &outputs.out {
         run.trace.save_ticks(path, outputs.every as usize).map_err(failed)?;
-        println!("trace: {}", path.display());
+        say!("trace: {}", path.display());
     }
     if let Some(path) = &outputs.events {
         run.trace.save_events(path).map_err(failed)?;
-        println!("events: {}", path.display());
+        say!("events: {}", path.display());
     }
     for path in &outputs.plot {
         plot::save(&session::figure(compiled, run), path).map_err(failed)?;
-        println!("plot: {}", path.display());
+        say!("plot: {}", path.display());
     }
     Ok(())
 }

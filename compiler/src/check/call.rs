@@ -151,9 +151,7 @@ impl<'a> Elaborator<'a, '_> {
         let name = &term.ast.name.node;
         let (count, span) = (term.ast.params.len(), args[position].value.span);
         if args[..position].iter().any(|arg| arg.name.is_some()) {
-            if args[position - 1].name.is_none() {
-                return None; // one message for all that follow
-            }
+            args[position - 1].name.as_ref()?; // one message for all that follow
             let message = format!("in the call of `{name}` an argument without name follows one with a name");
             let diagnostic = Diagnostic::new(Code::UnknownArgument, span, message, "which parameter is this?");
             self.report(diagnostic.hint("name it: `parameter: value`"));

@@ -178,7 +178,7 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         let number = midi_number(&name.node);
         if number.is_none() {
             let message = format!("`{}` is not a note", name.node);
-            let hint = "notes are `C4`, `Cs4` (sharp), `Db4` (flat): a letter A to G and an octave 0 to 9, up to `G9`";
+            let hint = "notes are `C4`, `C#4`, `Db4`: a letter A to G and an octave 0 to 9, up to `G9`";
             self.diags.push(Diagnostic::new(Code::UnknownNote, name.span, message, "unknown note").hint(hint));
         }
         number

@@ -5,7 +5,6 @@ use std::collections::{BTreeMap, HashMap};
 use super::items::TermItem;
 use super::slot::SlotId;
 use super::types::Value;
-use crate::diag::nearest;
 use crate::model::{CellId, MachineId, PulseId};
 use crate::source::Span;
 use crate::syntax::ast::Decl;
@@ -163,11 +162,6 @@ impl<'a> Scope<'a> {
     /// A name of this scope as the Model knows it.
     pub fn full(&self, name: &str) -> String {
         format!("{}{name}", self.path)
-    }
-
-    /// A value whose name looks like this one.
-    pub fn nearest_value(&self, name: &str) -> Option<&str> {
-        nearest(name, self.values.keys().copied())
     }
 
     /// The value of the result of that name.

@@ -89,38 +89,32 @@ impl Lowerer<'_> {
         ranges.into_iter().map(|r| format::fraction_bits(r.unwrap_or(Interval::point(0.0)))).collect()
     }
 
-    /// Per rule, whether it acts in this tick.
-    pub(super) fn fired(&mut self) -> Result<Vec<Value>, OpError> {
-        let mut fired: Vec<Value> = Vec::new();
-        for (index, rule) in self.step.model.rules.iter().enumerate() {
-            let guard = self.bool(rule.guard)?;
-            fired.push(match rule.kind {
-                RuleKind::Event { .. } => self.edge(index, guard)?,
-                RuleKind::Transition { machine, from, .. } => {
-                    let here = self.is(machine, from)?;
-                    let mut acts = self.b.op(Op::And, &[here, guard])?;
-                    for (earlier, &done) in self.step.model.rules[..index].iter().zip(&fired) {
-                        if matches!(earlier.kind, RuleKind::Transition { machine: m, from: f, .. } if m == machine && f == from)
-                        {
-                            let not = self.b.op(Op::Not, &[done])?;
-                            acts = self.b.op(Op::And, &[acts, not])?;
-                        }
-                    }
-                    acts
-                }
-            });
+    /// Whether a rule acts in this tick; `fired` says it of the rules before it.
+    fn fires(&mut self, index: usize, rule: &Rule, fired: &[Value]) -> Result<Value, OpError> {
+        let guard = self.bool(rule.guard)?;
+        let RuleKind::Transition { machine, from, .. } = rule.kind else { return self.edge(index, guard) };
+        let here = self.is(machine, from)?;
+        let mut acts = self.b.op(Op::And, &[here, guard])?;
+        for (earlier, &done) in self.step.model.rules[..index].iter().zip(fired) {
+            if matches!(earlier.kind, RuleKind::Transition { machine: m, from: f, .. } if m == machine && f == from) {
+                let not = self.b.op(Op::Not, &[done])?;
+                acts = self.b.op(Op::And, &[acts, not])?;
+            }
         }
-        Ok(fired)
+        Ok(acts)
     }
 
     /// Lets every rule that acts replace new values, in the order of the text.
-    pub(super) fn rules(&mut self, events: &Events, fired: &[Value], writes: &mut Writes) -> Result<(), OpError> {
+    pub(super) fn rules(&mut self, events: &Events, writes: &mut Writes) -> Result<(), OpError> {
         for machine in 0..self.step.model.machines.len() as u32 {
             if let Some(now) = self.machine(crate::model::MachineId(machine))? {
                 writes.machines.insert(machine, now);
             }
         }
+        // A guard is computed where its rule stands: few values are alive at a time.
+        let mut fired = Vec::new();
         for (index, rule) in self.step.model.rules.iter().enumerate() {
+            fired.push(self.fires(index, rule, &fired)?);
             let places = self.places(rule, writes);
             if places.is_empty() && rule.actions.is_empty() && !self.observe {
                 continue;

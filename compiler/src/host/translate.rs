@@ -56,7 +56,7 @@ impl<'a> Translator<'a> {
         let args: Vec<Value> = inst.args.iter().map(|arg| self.value(*arg)).collect();
         if let Some(result) = inst.results.first() {
             let value = self.arithmetic(inst, &args).or_else(|| self.load(inst.op, &args));
-            self.values[result.0 as usize] = value.unwrap_or(Value::from_u32(0));
+            self.values[result.0 as usize] = value.expect("what gives a result is arithmetic or a load");
         } else {
             self.store(inst, &args);
         }

@@ -112,3 +112,22 @@ fn every_code_of_the_checker_has_a_case() {
     let missing: Vec<&str> = checker.filter(|n| !all.contains(n) && !elsewhere.contains(n)).collect();
     assert!(missing.is_empty(), "{missing:?}");
 }
+
+#[test]
+fn what_could_not_be_read_has_no_consequences() {
+    let text = "instrument i { sense x: length in 0 mm .. 1 mm let a = 3 mmm * let b = a + c force f = 1 N + 2 }";
+    let (_, _, diagnostics) = check_text(text, &Options::default());
+    let codes: Vec<&str> = diagnostics.iter().map(|d| d.code.number()).collect();
+    assert!(codes.iter().all(|c| c.starts_with("WH01") || *c == "WH0303"), "{codes:?}");
+    assert!(codes.contains(&"WH0303"), "{codes:?}");
+}
+
+#[test]
+fn one_mistake_in_a_term_is_told_once() {
+    let text = "term t(a: length) -> b: length { b = a + 1 N }
+        instrument i { sense x: length in 0 mm .. 1 mm let b = t(x) let c = t(2 * x) force f = (b + c) * 1 N/m }
+        instrument j { sense x: length in 0 mm .. 1 mm let b = t(x) force f = b * 1 N/m }";
+    let (shown, codes) = messages(text, &Options::default());
+    assert_eq!(codes, ["WH0301"]);
+    assert!(!shown.contains("in this call"), "{shown}");
+}

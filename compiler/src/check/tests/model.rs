@@ -106,7 +106,7 @@ fn a_result_that_does_not_depend_on_an_argument_breaks_the_circle() {
 
 #[test]
 fn per_key_values_are_linear_between_the_notes() {
-    let text = "keyboard b { rate 1000 Hz keys C4 .. E4 programs i i.w = { Cs4: 1 N, Ds4: 3 N } }
+    let text = "keyboard b { rate 1000 Hz keys C4 .. E4 programs i i.w = { C#4: 1 N, Eb4: 3 N } }
         instrument i { sense x: length in 0 mm .. 10 mm live param w = 0 N in 0 N .. 5 N force f = w }";
     let (_, program, _) = check_text(text, &Options::default());
     let program = program.unwrap();

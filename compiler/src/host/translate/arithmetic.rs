@@ -26,7 +26,7 @@ impl Translator<'_> {
             (Op::SarRound(n), &[a]) => self.sar_round(n, a, arg_range(0)),
             (Op::DivRound(n), &[a, b]) => self.div_round(n, a, b, arg_range(1)),
             (Op::Sqrt, &[a]) => self.sqrt(a),
-            (Op::Widen | Op::Narrow, &[a]) => a,
+            (Op::Widen | Op::Narrow | Op::Assume(..), &[a]) => a,
             (Op::Eq, &[a, b]) => self.f.ins().icmp(IntCC::Equal, a, b),
             (Op::Lt, &[a, b]) => self.f.ins().icmp(IntCC::SignedLessThan, a, b),
             (Op::Le, &[a, b]) => self.f.ins().icmp(IntCC::SignedLessThanOrEqual, a, b),

@@ -1,0 +1,117 @@
+//! What a place needs and what stands there: types asked for, and messages that name both and a way from one to the
+//! other.
+
+use super::elaborate::Elaborator;
+use super::types::{Ty, Value};
+use crate::diag::{Code, Diagnostic, nearest};
+use crate::model::NodeId;
+use crate::syntax::ast::{Expr, ExprKind, Name};
+use crate::units::{Dim, dimension, dimension_names};
+
+impl Elaborator<'_, '_> {
+    /// The node of a value that must have a type.
+    pub fn expect(&mut self, value: Value, expr: &Expr, wanted: Ty, what: impl FnOnce() -> String) -> Option<NodeId> {
+        if value.ty == wanted {
+            return Some(value.node);
+        }
+        let what = what();
+        if bare_number(expr).is_some() && wanted != Ty::Bool {
+            self.missing_unit(expr, wanted, &what);
+            return None;
+        }
+        let message = format!("{what} must be {}, not {}", wanted.words(), value.ty.words());
+        let diagnostic = Diagnostic::new(Code::WrongType, expr.span, message, format!("this is {}", value.ty.words()));
+        self.report(diagnostic.hint(conversion(value.ty, wanted).unwrap_or_else(|| LOOK_AT_UNITS.to_string())));
+        None
+    }
+
+    /// Reports a number without unit where a dimension is needed.
+    pub fn missing_unit(&mut self, expr: &Expr, wanted: Ty, what: &str) {
+        let number = bare_number(expr).unwrap_or_default();
+        let message = format!("{what} must be {}, and `{number}` has no unit", wanted.words());
+        let hint = format!("write it with a unit, such as `{number} {}`", wanted.unit());
+        let diagnostic = Diagnostic::new(Code::MissingUnit, expr.span, message, "a plain number");
+        self.report(diagnostic.hint(hint));
+    }
+
+    /// Reports two operands that do not go together; `problem` says so of their kinds.
+    pub fn mismatch(&mut self, problem: impl FnOnce(&str, &str) -> String, a: (&Expr, Value), b: (&Expr, Value)) {
+        let (first, second) = (a.1.ty, b.1.ty);
+        for (bare, other) in [(a.0, second), (b.0, first)] {
+            if bare_number(bare).is_some() && other != Ty::Bool {
+                self.missing_unit(bare, other, "this");
+                return;
+            }
+        }
+        let message = problem(&first.words(), &second.words());
+        let hint = conversion(second, first).or_else(|| conversion(first, second));
+        self.report(
+            Diagnostic::new(Code::Mismatch, b.0.span, message, second.words())
+                .also(a.0.span, first.words())
+                .hint(hint.unwrap_or_else(|| LOOK_AT_UNITS.to_string())),
+        );
+    }
+
+    /// The type of that name.
+    pub fn any_type(&mut self, ty: &Name) -> Option<Ty> {
+        if ty.node == "bool" {
+            return Some(Ty::Bool);
+        }
+        if let Some(dim) = dimension(&ty.node) {
+            return Some(Ty::Real(dim));
+        }
+        let hint = match nearest(&ty.node, dimension_names().chain(["bool"])) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => "types are `bool` and the names of dimensions, such as `length` or `force`".to_string(),
+        };
+        let message = format!("`{}` is not a type", ty.node);
+        self.report(Diagnostic::new(Code::UnknownType, ty.span, message, "unknown type").hint(hint));
+        None
+    }
+
+    /// The dimension of that name; `what` cannot be a bool.
+    pub fn real_type(&mut self, ty: &Name, what: &str, hint: &str) -> Option<Dim> {
+        let found = self.any_type(ty)?;
+        if found == Ty::Bool {
+            let message = format!("{what} cannot be a bool");
+            self.report(Diagnostic::new(Code::WrongType, ty.span, message, "a number is needed").hint(hint));
+        }
+        found.dim()
+    }
+}
+
+const LOOK_AT_UNITS: &str = "look at the units of everything it is made of";
+
+/// How one type becomes another, where this can be said in few words.
+fn conversion(found: Ty, wanted: Ty) -> Option<String> {
+    let words = |dim| Ty::Real(dim).words();
+    match (found, wanted) {
+        (Ty::Bool, Ty::Bool) => None,
+        (Ty::Bool, Ty::Real(_)) => Some("choose numbers by the bool: `if .. then .. else ..`".to_string()),
+        (Ty::Real(_), Ty::Bool) => Some("compare it: `.. > ..`".to_string()),
+        (Ty::Real(found), Ty::Real(wanted)) => {
+            let (factor, divisor) = (wanted.div(found), found.div(wanted));
+            if factor == Dim::PER_TIME {
+                Some(format!("the prime of {} is {}", words(found), words(wanted)))
+            } else if wanted.is_number() || (divisor.name().is_some() && factor.name().is_none()) {
+                Some(format!("{} divided by {} is {}", words(found), words(divisor), words(wanted)))
+            } else if factor.name().is_some() {
+                Some(format!("{} times {} is {}", words(found), words(factor), words(wanted)))
+            } else {
+                None
+            }
+        }
+    }
+}
+
+/// The digits of a number that is written without unit, also behind a minus.
+pub fn bare_number(expr: &Expr) -> Option<String> {
+    match &expr.kind {
+        ExprKind::Number(number) if number.unit.is_none() => Some(number.text.clone()),
+        ExprKind::Neg(inner) => match &inner.kind {
+            ExprKind::Number(number) if number.unit.is_none() => Some(format!("-{}", number.text)),
+            _ => None,
+        },
+        _ => None,
+    }
+}

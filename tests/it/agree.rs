@@ -1,0 +1,63 @@
+//! `jit` and `interp` agree bit for bit on everything they export; the interpreter never leaves a proven range.
+
+use whippen_compiler::host::{HostCode, Options};
+use whippen_compiler::kernel::Interp;
+use whippen_compiler::pipeline::Compiled;
+
+use crate::common;
+
+/// Runs both engines on the same words and compares drive words, probes, events in every tick and all memory at the end.
+fn compare(compiled: &Compiled, words: &[u16], keys: usize) {
+    let (kernel, name) = (&compiled.lowered.kernel, &compiled.model.name);
+    let mut interp = Interp::checked(kernel, keys).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let mut jit = HostCode::build(kernel, keys, Options { probes: true }).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let (mut a, mut b) = (vec![0i16; keys], vec![0i16; keys]);
+    for tick in 0..words.len() {
+        // Every key hears the motion at another time.
+        let inputs: Vec<u16> = (0..keys).map(|key| words[(tick + key * 997) % words.len()]).collect();
+        if tick == 0 {
+            interp.init(&inputs);
+            jit.init(&inputs);
+        }
+        interp.tick(&inputs, &mut a);
+        jit.tick(&inputs, &mut b);
+        for (index, (x, y)) in interp.probes().iter().zip(jit.probes()).enumerate() {
+            let probe = &kernel.probes[index % kernel.probes.len()].name;
+            assert_eq!(x, y, "{name}: tick {tick}, `{probe}`");
+        }
+        assert_eq!(a, b, "{name}: drive words of tick {tick}");
+        assert_eq!(interp.drain_events(), jit.drain_events(), "{name}: events of tick {tick}");
+    }
+    assert_eq!(interp.violation(), None, "{name}");
+    assert_eq!(interp.memory(), jit.memory(), "{name}: memory");
+}
+
+#[test]
+fn on_the_bundled_gesture() {
+    for compiled in common::all() {
+        compare(&compiled, &common::words(&common::gesture()), 3);
+    }
+}
+
+#[test]
+fn on_the_recording() {
+    if let Some(positions) = common::recording() {
+        common::all().iter().for_each(|compiled| compare(compiled, &common::words(&positions), 1));
+    }
+}
+
+#[test]
+fn on_noise() {
+    // Any sequence of words: no motion of a key, every clamp and every corner.
+    let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
+    let noise: Vec<u16> = (0..30_000)
+        .map(|tick| {
+            seed ^= seed << 13;
+            seed ^= seed >> 7;
+            seed ^= seed << 17;
+            let hold = tick / 40 % 3 == 0;
+            if hold { [0, 65_535][tick / 120 % 2] } else { (seed >> 48) as u16 }
+        })
+        .collect();
+    common::all().iter().for_each(|compiled| compare(compiled, &noise, 2));
+}

@@ -1,0 +1,68 @@
+//! What the tests share: instruments compiled, recordings found, words made.
+
+use std::path::{Path, PathBuf};
+
+use whippen_compiler::check::Options;
+use whippen_compiler::front::compile_front;
+use whippen_compiler::pipeline::{Compiled, compile};
+use whippen_compiler::source::SourceMap;
+use whippen_runtime::device::Device;
+use whippen_runtime::gesture;
+use whippen_runtime::motion::{Layout, MotionOptions, Stops, load};
+
+/// Ticks per second.
+pub const RATE_HZ: u32 = 44_100;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Every instrument of a text, compiled for `mikey`, with everything observed.
+pub fn compiled(name: &str, text: &str, sets: &[(&str, &str)]) -> Vec<Compiled> {
+    let mut map = SourceMap::default();
+    map.add(name, text);
+    let sets = sets.iter().map(|(n, v)| (n.to_string(), v.to_string())).collect();
+    let (program, diagnostics) = compile_front(&mut map, &Options { sets, ..Options::default() });
+    let program = program.unwrap_or_else(|| panic!("{name}: {diagnostics:#?}"));
+    let build = |model| compile(model, Device::mikey().scales(), true).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+    program.instruments.into_iter().map(build).collect()
+}
+
+/// Every instrument of a bundled file, compiled for `mikey`, with everything observed.
+pub fn instruments(file: &str, sets: &[(&str, &str)]) -> Vec<Compiled> {
+    let path = root().join("instruments").join(file);
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    compiled(file, &text, sets)
+}
+
+/// Every bundled instrument.
+pub fn all() -> Vec<Compiled> {
+    ["grand-piano.whip", "harpsichord.whip", "hammond.whip"].iter().flat_map(|f| instruments(f, &[])).collect()
+}
+
+/// Sensor words of positions.
+pub fn words(positions_m: &[f64]) -> Vec<u16> {
+    let device = Device::mikey();
+    positions_m.iter().map(|&x| device.word_of_position(x).0).collect()
+}
+
+/// The key of the Kawai recording, 37 s at the tick rate; none where the data is absent, which is said.
+pub fn recording() -> Option<Vec<f64>> {
+    let folder: PathBuf = root().join("../shared/data/kawai-grand");
+    if !folder.is_dir() {
+        println!("0 cases: ../shared/data/kawai-grand is absent");
+        return None;
+    }
+    let options = MotionOptions {
+        layout: Layout::Raw { rate_hz: 2000.0, column: 2, calibration: Some(folder.join("calibration_key.csv")) },
+        stops: Some(Stops { rest_m: 0.88e-3, full_m: 12.7e-3, dip_m: 10e-3 }),
+        lowpass_hz: Some(200.0),
+    };
+    let motion = load(&folder.join("key_and_hammer_2kHz.txt"), &options, RATE_HZ).unwrap_or_else(|e| panic!("{e}"));
+    Some(motion.position_m)
+}
+
+/// The bundled gesture.
+pub fn gesture() -> Vec<f64> {
+    gesture::default_gesture().positions(RATE_HZ)
+}

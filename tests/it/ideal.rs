@@ -1,0 +1,136 @@
+//! Fixed point against the model in f64: a free run within the bars, one tick within the proven bound.
+
+use whippen_compiler::fix::{Export, ExportKind};
+use whippen_compiler::ideal::{Ideal, KeyState};
+use whippen_compiler::kernel::Interp;
+use whippen_compiler::model::{CellId, Model, Node, RuleKind};
+use whippen_compiler::pipeline::Compiled;
+use whippen_runtime::compare::{Comparison, compare};
+use whippen_runtime::device::Device;
+use whippen_runtime::engine::EngineKind;
+
+use crate::common;
+
+fn against_ideal(compiled: &Compiled, positions_m: &[f64]) -> Comparison {
+    compare(compiled, &Device::mikey(), EngineKind::Jit, positions_m, |_| ()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn max_of(compiled: &Compiled, comparison: &Comparison, wanted: impl Fn(&Export) -> bool) -> f64 {
+    let rows = comparison.deviations.iter().filter(|d| wanted(&compiled.lowered.exports[d.export]));
+    rows.map(|d| d.max).fold(0.0, f64::max)
+}
+
+/// The bars of `docs/bars.md`: force within 2 mN, hammer angle within 1e-4 rad, strike speeds within 0.1 %, same events.
+fn within_the_bars(compiled: &Compiled, positions_m: &[f64]) {
+    let comparison = against_ideal(compiled, positions_m);
+    let force_n = max_of(compiled, &comparison, |e| e.kind == ExportKind::Total);
+    let angle_rad = max_of(compiled, &comparison, |e| e.name == "phi");
+    println!(
+        "{}: force {force_n:.2e} N, angle {angle_rad:.2e} rad, arguments {:.2e}, {} events together, {} apart",
+        compiled.model.name,
+        comparison.args_relative_max,
+        comparison.events_together,
+        comparison.events_apart.len()
+    );
+    assert!(comparison.events_together > 10);
+    assert_eq!(comparison.events_apart, [], "{}", compiled.model.name);
+    assert!(force_n <= 2e-3 && angle_rad <= 1e-4 && comparison.args_relative_max <= 1e-3, "{}", compiled.model.name);
+}
+
+#[test]
+fn a_free_run_stays_within_the_bars_on_the_gesture() {
+    common::all().iter().for_each(|c| within_the_bars(c, &common::gesture()));
+}
+
+#[test]
+fn a_free_run_stays_within_the_bars_on_the_recording() {
+    if let Some(positions_m) = common::recording() {
+        common::all().iter().for_each(|c| within_the_bars(c, &positions_m));
+    }
+}
+
+/// Memory of the interpreter as reals.
+fn adopted(compiled: &Compiled, interp: &Interp) -> KeyState {
+    let (model, kernel) = (&compiled.model, &compiled.lowered.kernel);
+    let cell = |name: &str| {
+        let index = kernel.cells.iter().position(|c| c.name == name);
+        index.and_then(|i| interp.cell(0, i, 0))
+    };
+    let real = |index: usize| {
+        let export = |e: &&Export| e.kind == ExportKind::Cell(CellId(index as u32));
+        let export = compiled.lowered.exports.iter().find(export).expect("every cell is exported");
+        export.value(cell(&model.cells[index].name).expect("every cell is in the kernel"))
+    };
+    let held = |rule: &whippen_compiler::model::Rule| match &rule.kind {
+        RuleKind::Event { name } => cell(&format!("{name}.event")) == Some(1),
+        RuleKind::Transition { .. } => true,
+    };
+    KeyState {
+        cells: (0..model.cells.len()).map(real).collect(),
+        machines: model.machines.iter().map(|m| cell(&format!("{}.state", m.name)).unwrap_or(0) as u32).collect(),
+        held: model.rules.iter().map(held).collect(),
+        pulse_left: model.pulses.iter().map(|p| cell(&format!("{}.pulse", p.name)).unwrap_or(0) as u32).collect(),
+    }
+}
+
+/// Whether a comparison of this tick is so close that rounding may decide it.
+fn tied(model: &Model, ideal: &Ideal) -> bool {
+    model.dag.nodes().any(|(_, node)| match *node {
+        Node::Compare(_, a, b) => {
+            let (a, b) = (ideal.value(0, a), ideal.value(0, b));
+            (a - b).abs() <= 1e-6 * a.abs().max(b.abs()) && a != b
+        }
+        _ => false,
+    })
+}
+
+/// Puts `ideal` into the state of the integers in every tick and compares what both compute from it. `noise` is what f64
+/// itself may lose where large values cancel. Gives how many values were compared and how many ticks were left out.
+pub fn one_tick_at_a_time(compiled: &Compiled, words: &[u16], noise: f64) -> (usize, usize) {
+    let (model, kernel) = (&compiled.model, &compiled.lowered.kernel);
+    let mut interp = Interp::new(kernel, 1).unwrap_or_else(|e| panic!("{e}"));
+    let mut ideal = Ideal::new(model, Device::mikey().scales(), 1);
+    let (mut drive, mut compared, mut ties) = ([0i16], 0, 0);
+    for (tick, &word) in words.iter().enumerate() {
+        let inputs = vec![word; model.senses.len()];
+        if tick == 0 {
+            interp.init(&inputs);
+        }
+        ideal.adopt(0, adopted(compiled, &interp));
+        ideal.tick(&inputs);
+        interp.tick(&inputs, &mut drive);
+        if tied(model, &ideal) {
+            ties += 1;
+            continue;
+        }
+        for (export, &integer) in compiled.lowered.exports.iter().zip(interp.probes()) {
+            let real = match export.kind {
+                ExportKind::Total => ideal.force_n(0),
+                ExportKind::Force(i) => ideal.value(0, model.forces[i as usize].value),
+                ExportKind::Named(i) => ideal.value(0, model.named[i as usize].value),
+                ExportKind::Sense(_) | ExportKind::Cell(_) | ExportKind::Machine(_) => continue,
+            };
+            let error = (export.value(integer) - real).abs();
+            // f64 rounds too; a millionth of the bound is far above that.
+            let bound = export.error * (1.0 + 1e-6) + 1e-12 * real.abs() + noise;
+            assert!(error <= bound, "{}: tick {tick}, {}: {error:e} > {bound:e}", model.name, export.name);
+            compared += 1;
+        }
+    }
+    (compared, ties)
+}
+
+#[test]
+fn one_tick_stays_within_the_proven_bound() {
+    let mut positions_m = common::gesture();
+    if let Some(recorded) = common::recording() {
+        // Strikes and the slow press.
+        positions_m.extend(&recorded[recorded.len() * 44 / 100..recorded.len() * 80 / 100]);
+    }
+    for compiled in common::all() {
+        let words = common::words(&positions_m);
+        let (compared, ties) = one_tick_at_a_time(&compiled, &words, 0.0);
+        println!("{}: {compared} values compared, {ties} of {} ticks tied", compiled.model.name, words.len());
+        assert!(compared > 1_000_000 && ties * 1000 < words.len());
+    }
+}
