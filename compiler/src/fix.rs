@@ -25,7 +25,7 @@ pub use export::{Export, ExportKind, Lowered, LoweredEvent, LoweredEventKind, Lo
 
 use std::collections::HashMap;
 
-use crate::kernel::{Builder, OpError, Type, Value};
+use crate::kernel::{self, Builder, OpError, Type, Value};
 use crate::model::NodeId;
 use crate::range::Ranges;
 use crate::scales::Scales;
@@ -89,7 +89,7 @@ impl<'a> Lowerer<'a> {
         self.b.begin_tick();
         self.tick_senses()?;
         let word = self.drive_word()?;
-        self.b.effect(crate::kernel::Op::Out(drive), &[word])?;
+        self.b.effect(kernel::Op::Out(drive), &[word])?;
         let exports = if self.observe { self.probes()? } else { Vec::new() };
         let mut writes = self.integrated()?;
         self.rules(&events, &mut writes)?;
@@ -97,7 +97,9 @@ impl<'a> Lowerer<'a> {
         self.tick_histories()?;
         let lives = self.live_meanings();
         let (events, clamps) = (events.meanings, self.clamps);
-        Ok(Lowered { kernel: self.b.finish(), exports, events, lives, clamps })
+        let mut kernel = self.b.finish();
+        kernel::sweep(&mut kernel);
+        Ok(Lowered { kernel, exports, events, lives, clamps })
     }
 
     fn constant(&mut self, value: i64) -> Result<Value, OpError> {

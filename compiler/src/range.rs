@@ -39,8 +39,9 @@ pub fn analyze(model: &Model) -> Result<Ranges, Vec<Diagnostic>> {
     let mut diagnostics = Vec::new();
     for (id, node) in model.dag.nodes() {
         let tainted = node.operands().iter().any(|o| bad[o.0 as usize]);
-        let result = if tainted { Err(None) } else { transfer(model, node, |o| nodes[o.0 as usize]).map_err(Some) };
-        nodes.push(result.clone().unwrap_or(Interval { low: 0.0, high: 0.0 }));
+        let result: Result<Interval, Option<Problem>> =
+            if tainted { Err(None) } else { transfer(model, node, |o| nodes[o.0 as usize]).map_err(Some) };
+        nodes.push(result.unwrap_or(Interval { low: 0.0, high: 0.0 }));
         if let Err(problem) = result {
             bad[id.0 as usize] = true;
             diagnostics.extend(problem.map(|p| p.diagnostic(model, id)));
@@ -106,14 +107,14 @@ pub fn transfer(model: &Model, node: &Node, of: impl Fn(NodeId) -> Interval) -> 
         Node::Is(m, _) if model.machines[m.0 as usize].states.len() == 1 => Interval::point(1.0),
         Node::Is(..) => Interval { low: 0.0, high: 1.0 },
         Node::Linear(c0, terms) => {
-            terms.iter().fold(Interval::point(c0.0), |sum, (c, x)| sum.add(of(*x).mul(Interval::point(c.0))))
+            terms.iter().fold(Interval::point(c0.0), |sum, (c, x)| sum + of(*x) * Interval::point(c.0))
         }
-        &Node::Add(a, b) => of(a).add(of(b)),
-        &Node::Sub(a, b) => of(a).sub(of(b)),
+        &Node::Add(a, b) => of(a) + of(b),
+        &Node::Sub(a, b) => of(a) - of(b),
         &Node::Mul(a, b) if a == b => of(a).power(4),
-        &Node::Mul(a, b) => of(a).mul(of(b)),
-        &Node::Div(a, b) => of(a).div(of(b)).ok_or(Problem::ZeroDivisor(of(b)))?,
-        &Node::Neg(a) => of(a).neg(),
+        &Node::Mul(a, b) => of(a) * of(b),
+        &Node::Div(a, b) => of(a).quotient(of(b)).ok_or(Problem::ZeroDivisor(of(b)))?,
+        &Node::Neg(a) => -of(a),
         &Node::Min(a, b) => of(a).min(of(b)),
         &Node::Max(a, b) => of(a).max(of(b)),
         &Node::Abs(a) => of(a).abs(),

@@ -8,6 +8,7 @@ use whippen_runtime::device::Device;
 
 use super::{load, numbers};
 use crate::exit::Outcome;
+use crate::say::{self, say};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: whippen check instruments/grand-piano.whip --numbers")]
@@ -28,19 +29,19 @@ pub fn run(args: &Args) -> Outcome {
     let (map, program) = load::checked(&load::read(&args.files)?, &options, Severity::Note)?;
     let device = Device::mikey();
     if program.instruments.is_empty() {
-        println!("no instrument, but nothing wrong either");
+        say!("no instrument, but nothing wrong either");
     }
     for model in program.instruments {
         let name = model.name.clone();
         let compiled = load::compiled(&map, model, &device, true)?;
         if args.numbers {
-            print!("{}", numbers::report(&compiled, &device));
+            say::whole(&numbers::report(&compiled, &device).to_string());
         } else {
-            println!("{name}: ok");
+            say!("{name}: ok");
         }
     }
     for keyboard in program.keyboards {
-        println!("{}: ok ({} keys at {} Hz)", keyboard.name, keyboard.keys(), keyboard.rate_hz);
+        say!("{}: ok ({} keys at {} Hz)", keyboard.name, keyboard.keys(), keyboard.rate_hz);
     }
     Ok(())
 }

@@ -9,6 +9,7 @@ use whippen_runtime::device::Device;
 
 use super::load;
 use crate::exit::{Failure, Outcome};
+use crate::say;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: whippen dump instruments/grand-piano.whip --after lower")]
@@ -37,13 +38,13 @@ pub fn run(args: &Args) -> Outcome {
     let (map, program) = load::checked(&texts, &Options::default(), Severity::Warning)?;
     let model = load::instrument(&program, name)?;
     if pass == 1 {
-        print!("{model}");
+        say::whole(&model.to_string());
         return Ok(());
     }
     let compiled = load::compiled(&map, model.clone(), &Device::mikey(), !args.bare)?;
     match pass {
-        2 => print!("{}", compiled.step.model),
-        _ => print!("{}", compiled.lowered.kernel),
+        2 => say::whole(&compiled.step.model.to_string()),
+        _ => say::whole(&compiled.lowered.kernel.to_string()),
     }
     Ok(())
 }
@@ -53,8 +54,8 @@ fn parsed(texts: &[(String, String)]) -> Outcome {
     let (mut map, mut diagnostics) = (SourceMap::default(), Vec::new());
     for (name, text) in texts {
         let index = map.add(name, text);
-        print!("{}", pretty::print(&parse(index, text, &mut diagnostics)));
+        say::whole(&pretty::print(&parse(index, text, &mut diagnostics)).to_string());
     }
-    load::print(&map, &diagnostics);
+    load::print(&map, &diagnostics, Severity::Note);
     if diagnostics.is_empty() { Ok(()) } else { Err(Failure::Program) }
 }

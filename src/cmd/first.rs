@@ -11,6 +11,7 @@ use super::load;
 use super::motion::{MotionArgs, Positions};
 use super::run::{self, Outputs};
 use crate::exit::{Failure, Outcome};
+use crate::say::say;
 
 /// Where it writes.
 const FOLDER: &str = "whippen-tour";
@@ -37,6 +38,6 @@ pub fn run() -> Outcome {
         plot: vec![file("grand-piano.png"), file("grand-piano.svg")],
     };
     run::write(&outputs, &compiled, &played)?;
-    println!("next: open {FOLDER}/grand-piano.png, change instruments/grand-piano.whip, and `whippen run` it");
+    say!("next: open {FOLDER}/grand-piano.png, change instruments/grand-piano.whip, and `whippen run` it");
     Ok(())
 }

@@ -13,6 +13,9 @@ use whippen_runtime::device::Device;
 
 use crate::exit::Failure;
 
+/// So many diagnostics are printed at the most.
+const SHOWN_MAX: usize = 100;
+
 /// Reads the files of one program.
 pub fn read(paths: &[PathBuf]) -> Result<Vec<(String, String)>, Failure> {
     let one = |path: &PathBuf| {
@@ -49,7 +52,7 @@ pub fn sets(texts: &[String]) -> Result<Vec<(String, String)>, Failure> {
     texts.iter().map(one).collect()
 }
 
-/// Checks a program, prints what there is to say, from `least` up, to stderr, and gives it unless there is an error.
+/// Checks a program, prints what there is to say to stderr (from `least` upwards), and gives it unless there is an error.
 pub fn checked(
     files: &[(String, String)],
     options: &Options,
@@ -59,13 +62,13 @@ pub fn checked(
     for (name, text) in files {
         map.add(name, text);
     }
-    let (program, mut diagnostics) = compile_front(&mut map, options);
-    diagnostics.retain(|d| d.severity() >= least);
-    print(&map, &diagnostics);
+    let (program, diagnostics) = compile_front(&mut map, options);
+    print(&map, &diagnostics, least);
     let Some(program) = program else {
         // A program that is right without its settings is not to blame.
         let first_set = map.files().len() - options.sets.len();
-        let set_wrong = errors(&diagnostics).all(|d| d.span.file as usize >= first_set);
+        let mut errors = diagnostics.iter().filter(|d| d.severity() == Severity::Error);
+        let set_wrong = errors.all(|d| d.span.file as usize >= first_set);
         return Err(if set_wrong {
             Failure::Usage("`--set` cannot be used as given".into())
         } else {
@@ -75,31 +78,29 @@ pub fn checked(
     Ok((map, program))
 }
 
-fn errors(diagnostics: &[Diagnostic]) -> impl Iterator<Item = &Diagnostic> {
-    diagnostics.iter().filter(|d| d.severity() == Severity::Error)
-}
-
 /// Compiles one instrument; what is wrong with it is printed. `observe` keeps what traces need.
 pub fn compiled(map: &SourceMap, model: Model, device: &Device, observe: bool) -> Result<Compiled, Failure> {
     pipeline::compile(model, device.scales(), observe).map_err(|error| match error {
         CompileError::Program(diagnostics) => {
-            print(map, &diagnostics);
+            print(map, &diagnostics, Severity::Warning);
             Failure::Program
         }
         CompileError::Defect(message) => Failure::Defect(message),
     })
 }
 
-/// Prints diagnostics and their number to stderr.
-pub fn print(map: &SourceMap, diagnostics: &[Diagnostic]) {
+/// Prints diagnostics from `least` upwards and a summary to stderr; the worst come last, next to the summary.
+pub fn print(map: &SourceMap, diagnostics: &[Diagnostic], least: Severity) {
     let colour = std::io::stderr().is_terminal();
-    // Notes come first so that errors are next to the summary.
-    let mut sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
-    sorted.sort_by_key(|d| d.severity());
-    for diagnostic in &sorted {
+    let mut shown: Vec<&Diagnostic> = diagnostics.iter().filter(|d| d.severity() >= least).collect();
+    shown.sort_by_key(|d| d.severity());
+    for diagnostic in shown.iter().take(SHOWN_MAX) {
         eprintln!("{}", render(map, diagnostic, colour));
     }
-    if errors(diagnostics).next().is_some() {
+    if shown.len() > SHOWN_MAX {
+        eprintln!("{} more are not shown", shown.len() - SHOWN_MAX);
+    }
+    if shown.iter().any(|d| d.severity() > Severity::Note) {
         eprintln!("{}", summary(diagnostics));
     }
 }

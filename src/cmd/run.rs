@@ -14,6 +14,7 @@ use whippen_runtime::session::{self, Counts, Run};
 use super::motion::{self, MotionArgs, Positions};
 use super::{load, progress::Progress};
 use crate::exit::{Failure, Outcome};
+use crate::say::say;
 
 #[derive(Debug, clap::Args)]
 #[command(
@@ -110,17 +111,17 @@ pub fn play(compiled: &Compiled, device: &Device, kind: EngineKind, positions: &
 
 /// What happened, in a few lines.
 pub fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Positions) {
-    positions.notes.iter().for_each(|note| println!("motion: {note}"));
+    positions.notes.iter().for_each(|note| say!("motion: {note}"));
     let Counts { ticks, engine_time, .. } = run.counts;
     let played_s = ticks as f64 / f64::from(compiled.model.rate_hz);
-    println!(
+    say!(
         "{}: {played_s:.2} s on engine {kind}, {:.0}x real time",
         compiled.model.name,
         played_s / engine_time.as_secs_f64()
     );
     for event in run.trace.events.iter().filter(|e| e.event == "note") {
         let args: Vec<String> = event.args.iter().map(|(title, value)| format!("{title} {value:.3}")).collect();
-        println!("  {:>9.4} s  note  {}", event.t_s, args.join("  "));
+        say!("  {:>9.4} s  note  {}", event.t_s, args.join("  "));
     }
     cut_off(&run.counts);
 }
@@ -136,7 +137,7 @@ fn cut_off(counts: &Counts) {
         (counts.drive_clipped, "with more force than the drive gives, clipped"),
     ];
     for (count, what) in told.iter().filter(|(count, _)| *count > 0) {
-        println!("  {count} of {} ticks {what}", counts.ticks);
+        say!("  {count} of {} ticks {what}", counts.ticks);
     }
 }
 
@@ -145,15 +146,15 @@ pub fn write(outputs: &Outputs, compiled: &Compiled, run: &Run) -> Outcome {
     let failed = |e: FileError| Failure::Usage(e.to_string());
     if let Some(path) = &outputs.out {
         run.trace.save_ticks(path, outputs.every as usize).map_err(failed)?;
-        println!("trace: {}", path.display());
+        say!("trace: {}", path.display());
     }
     if let Some(path) = &outputs.events {
         run.trace.save_events(path).map_err(failed)?;
-        println!("events: {}", path.display());
+        say!("events: {}", path.display());
     }
     for path in &outputs.plot {
         plot::save(&session::figure(compiled, run), path).map_err(failed)?;
-        println!("plot: {}", path.display());
+        say!("plot: {}", path.display());
     }
     Ok(())
 }

@@ -24,7 +24,7 @@ fn bump() -> Compiled {
         let jack = escapement(x, start: 6.0 mm, peak: 7.6 mm, end: 8.4 mm, height: 0.20 N)
         force escapement = jack.resistance
     }";
-    common::compiled("bump.whip", text, &[]).remove(0)
+    common::program("bump.whip", text, &[]).remove(0)
 }
 
 /// Figures 4 and 5 as the paper tells them: where on the trajectory the key is.

@@ -85,7 +85,7 @@ fn tied(model: &Model, ideal: &Ideal) -> bool {
 }
 
 /// Puts `ideal` into the state of the integers in every tick and compares what both compute from it.
-fn one_tick_at_a_time(compiled: &Compiled, words: &[u16]) -> (usize, usize) {
+pub fn one_tick_at_a_time(compiled: &Compiled, words: &[u16]) -> (usize, usize) {
     let (model, kernel) = (&compiled.model, &compiled.lowered.kernel);
     let mut interp = Interp::new(kernel, 1).unwrap_or_else(|e| panic!("{e}"));
     let mut ideal = Ideal::new(model, Device::mikey().scales(), 1);

@@ -3,7 +3,7 @@
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::engine::EngineKind;
 
-use crate::common::{RATE_HZ, compiled};
+use crate::common::{self, RATE_HZ};
 use crate::play::Player;
 
 /// Tick length (s).
@@ -12,7 +12,7 @@ const T_S: f64 = 1.0 / RATE_HZ as f64;
 /// An instrument that senses `x` and holds these declarations.
 fn instrument(declarations: &str) -> Compiled {
     let sense = "sense x: length in -0.5 mm .. 10.5 mm over 0.7 ms";
-    compiled("rule.whip", &format!("instrument rule {{ {sense}\n{declarations} }}"), &[]).remove(0)
+    common::program("rule.whip", &format!("instrument rule {{ {sense}\n{declarations} }}"), &[]).remove(0)
 }
 
 /// Tells the same story to both engines.
@@ -306,7 +306,7 @@ fn a_coordinate_at_its_end_loses_an_outward_rate_only() {
 
 #[test]
 fn states_and_senses_are_clamped() {
-    let narrow = compiled(
+    let narrow = common::program(
         "narrow.whip",
         "instrument narrow {
              sense x: length in 1 mm .. 4 mm
@@ -414,7 +414,7 @@ fn a_window_has_the_odd_number_of_ticks_next_to_its_length() {
     // A step of one word shows in the slope for as many ticks as the window is long.
     for (over, ticks) in [("0.7 ms", 31), ("1 ms", 45), ("0.02 ms", 3), ("0.1 ms", 5), ("2 ms", 89)] {
         let text = format!("instrument w {{ sense x: length in 0 mm .. 10 mm over {over} let v = x' }}");
-        let compiled = compiled("w.whip", &text, &[]).remove(0);
+        let compiled = common::program("w.whip", &text, &[]).remove(0);
         both(&compiled, |p| {
             p.tick(on_a_word(20_000));
             let mut shows = 0;
@@ -561,7 +561,7 @@ fn every_call_of_a_term_has_its_own_memory_and_runs_always() {
             let forgets = peak(x / 2, reset: x < 1 mm)
             let either  = if x > 5 mm then keeps.count else forgets.count
         }";
-    let compiled = compiled("two.whip", text, &[]).remove(0);
+    let compiled = common::program("two.whip", text, &[]).remove(0);
     both(&compiled, |p| {
         for x_m in [0.0, 8e-3, 0.0, 3e-3, 0.0] {
             p.tick(x_m);
@@ -600,7 +600,7 @@ fn force_terms_add_up_and_the_drive_clips() {
 #[test]
 fn what_moves_too_fast_is_held_back() {
     let text = "instrument slow { sense x: length in 0 mm .. 10 mm slew 2 m/s over 0.7 ms let v = x' }";
-    let compiled = compiled("slow.whip", text, &[]).remove(0);
+    let compiled = common::program("slow.whip", text, &[]).remove(0);
     let lsb_m = on_a_word(1) - on_a_word(0);
     // Whole words of the sensor per tick that do not exceed 2 m/s.
     let step_m = (2.0 * T_S / lsb_m).floor() * lsb_m;

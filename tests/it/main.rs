@@ -7,3 +7,4 @@ mod escapement;
 mod ideal;
 mod language;
 mod play;
+mod random_programs;

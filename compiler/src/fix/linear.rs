@@ -5,6 +5,9 @@ use super::real::Real;
 use super::{Lowerer, format};
 use crate::kernel::{Op, OpError, Range, Type, Value};
 
+/// Largest result of a sum: a word, less what coefficients and the final shift may round.
+const WORD_TOP: f64 = 2_147_483_000.0;
+
 /// A sum in units of its result: `constant + sum gain_i * integer_i`.
 struct Scaled {
     constant: f64,
@@ -15,10 +18,15 @@ struct Scaled {
 }
 
 impl Lowerer<'_> {
-    /// The sum with so many fraction bits. It must fit.
+    /// The sum with so many fraction bits, or fewer where the integers' range is wider than was thought.
     pub(super) fn sum(&mut self, c0: f64, terms: &[(f64, Real)], bits: i32) -> Result<Real, OpError> {
+        let mut bits = bits;
+        let mut scaled = self.scaled(c0, terms, exp2(-bits));
+        while self.reach(&scaled) > WORD_TOP {
+            bits -= 1;
+            scaled = self.scaled(c0, terms, exp2(-bits));
+        }
         let lsb = exp2(-bits);
-        let scaled = self.scaled(c0, terms, lsb);
         let (value, error) = match self.by_shifts(&scaled)? {
             Some(value) => (value, (scaled.constant - scaled.constant.round()).abs()),
             None => {
@@ -43,6 +51,18 @@ impl Lowerer<'_> {
         let kept = self.clamped(wide, if word.contains(self.b.range(wide)) { word } else { range })?;
         let value = self.b.op(Op::Narrow, &[kept])?;
         self.clamped(value, range)
+    }
+
+    /// Largest magnitude of the sum, in units of its result.
+    fn reach(&self, sum: &Scaled) -> f64 {
+        let end = |high: bool| {
+            let of = |&(gain, value, _): &(f64, Value, f64)| {
+                let range = self.b.range(value);
+                gain * if (gain > 0.0) == high { range.high } else { range.low } as f64
+            };
+            sum.constant + sum.terms.iter().map(of).sum::<f64>()
+        };
+        end(true).abs().max(end(false).abs())
     }
 
     fn scaled(&self, c0: f64, terms: &[(f64, Real)], lsb: f64) -> Scaled {

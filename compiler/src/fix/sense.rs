@@ -210,13 +210,19 @@ impl Lowerer<'_> {
         let through: i64 = terms.iter().map(|&(v, f)| largest(v) * f.abs()).sum();
         let narrow = through <= Type::I32.range().high && terms.iter().all(|(v, _)| self.b.ty(*v) == Type::I32);
         let ty = if narrow { Type::I32 } else { Type::I64 };
-        let mut total = self.b.constant(ty, 0)?;
+        let mut total = None;
         for &(value, factor) in terms {
-            let value = self.typed(value, ty)?;
-            let factor = self.b.constant(ty, factor)?;
-            let term = self.b.op(Op::Mul, &[value, factor])?;
-            total = self.b.op(Op::Add, &[total, term])?;
+            let mut term = self.typed(value, ty)?;
+            if factor != 1 {
+                let factor = self.b.constant(ty, factor)?;
+                term = self.b.op(Op::Mul, &[term, factor])?;
+            }
+            total = Some(match total {
+                None => term,
+                Some(so_far) => self.b.op(Op::Add, &[so_far, term])?,
+            });
         }
+        let total = total.map_or_else(|| self.b.constant(ty, 0), Ok)?;
         self.b.op(Op::Assume(-reach, reach), &[total])
     }
 

@@ -135,8 +135,9 @@ impl Lowerer<'_> {
     fn multiplied(&mut self, a: Real, b: Real, bits: i32, (ma, mb): (f64, f64)) -> Result<Real, OpError> {
         let wide = self.b.op(Op::MulWide, &[a.value, b.value])?;
         let own = a.bits.unwrap_or(0) + b.bits.unwrap_or(0);
-        let bits = bits.min(own);
-        let shift = (own - bits).min(63);
+        // The integers' range may be wider than the Model's, which knows more of how values hang together.
+        let shift = (own - bits).clamp(0, 63).max(shift_to_word(self.b.range(wide)));
+        let bits = own - shift;
         let shifted = if shift > 0 { self.b.op(Op::SarRound(shift as u8), &[wide])? } else { wide };
         let value = self.b.op(Op::Narrow, &[shifted])?;
         let rounding = if shift > 0 { 0.5 * exp2(-bits) } else { 0.0 };
@@ -146,17 +147,28 @@ impl Lowerer<'_> {
     fn quotient(&mut self, a: NodeId, b: NodeId, bits: i32) -> Result<Real, OpError> {
         let (ra, rb) = (self.real(a)?, self.real(b)?);
         let (ra, rb) = (self.fixed(ra)?, self.fixed(rb)?);
-        let own = ra.bits.unwrap_or(0) - rb.bits.unwrap_or(0);
-        let shift = (bits - own).clamp(0, 31);
-        let bits = own + shift;
         // The divisor's proven interval leaves out zero; its rounded end must too.
         let rb = self.away_from_zero(rb)?;
-        let value = self.b.op(Op::DivRound(shift as u8), &[ra.value, rb.value])?;
+        let (value, bits, dividend) = self.divided(ra, rb, bits)?;
         let divisor = self.ranges.get(b);
         let smallest = divisor.low.abs().min(divisor.high.abs());
         let quotient = self.ranges.get(a).magnitude() / smallest;
-        let inherited = (ra.error + quotient * rb.error) / (smallest - rb.error).max(f64::MIN_POSITIVE);
+        let inherited = (dividend.error + quotient * rb.error) / (smallest - rb.error).max(f64::MIN_POSITIVE);
         Ok(Real::fixed(value, bits, inherited + 0.5 * exp2(-bits)))
+    }
+
+    /// The quotient with so many fraction bits, or as many fewer as its integers need; also the dividend it was made from.
+    fn divided(&mut self, a: Real, b: Real, bits: i32) -> Result<(Value, i32, Real), OpError> {
+        let divisor_bits = b.bits.unwrap_or(0);
+        let mut bits = bits.min(a.bits.unwrap_or(0) - divisor_bits + 31);
+        loop {
+            let dividend = self.with_bits(a, (bits + divisor_bits).min(a.bits.unwrap_or(0)))?;
+            let shift = bits + divisor_bits - dividend.bits.unwrap_or(0);
+            match self.b.op(Op::DivRound(shift as u8), &[dividend.value, b.value]) {
+                Err(OpError::Overflow { .. }) => bits -= 1,
+                other => return other.map(|value| (value, bits, dividend)),
+            }
+        }
     }
 
     fn away_from_zero(&mut self, real: Real) -> Result<Real, OpError> {
@@ -247,6 +259,12 @@ impl Lowerer<'_> {
         let threshold = self.constant(kept)?;
         self.ordered(cmp, a.value, threshold)
     }
+}
+
+/// By how much a 64-bit value must be shifted right to fit into 32 bits, rounding included.
+fn shift_to_word(range: Range) -> i32 {
+    let magnitude = range.low.unsigned_abs().max(range.high.unsigned_abs());
+    (0..32).find(|&n| magnitude >> n < (1 << 31) - 1).unwrap_or(32)
 }
 
 /// A value that the host rounded to its format.

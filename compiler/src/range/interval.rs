@@ -1,5 +1,7 @@
 //! Arithmetic of closed intervals, rounded outwards.
 
+use std::ops::{Add, Mul, Neg, Sub};
+
 use crate::model::Interval;
 
 impl Interval {
@@ -33,37 +35,12 @@ impl Interval {
         Interval { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// Negation.
-    pub fn neg(self) -> Interval {
-        Interval { low: -self.high, high: -self.low }
-    }
-
-    /// Sum.
-    pub fn add(self, other: Interval) -> Interval {
-        Interval { low: self.low + other.low, high: self.high + other.high }.outwards()
-    }
-
-    /// Difference.
-    pub fn sub(self, other: Interval) -> Interval {
-        self.add(other.neg())
-    }
-
-    /// Product.
-    pub fn mul(self, other: Interval) -> Interval {
-        let p = [self.low * other.low, self.low * other.high, self.high * other.low, self.high * other.high];
-        Interval {
-            low: p.into_iter().fold(f64::INFINITY, f64::min),
-            high: p.into_iter().fold(f64::NEG_INFINITY, f64::max),
-        }
-        .outwards()
-    }
-
     /// Quotient, unless the divisor may be zero.
-    pub fn div(self, other: Interval) -> Option<Interval> {
-        if other.low <= 0.0 && other.high >= 0.0 {
+    pub fn quotient(self, divisor: Interval) -> Option<Interval> {
+        if divisor.low <= 0.0 && divisor.high >= 0.0 {
             return None;
         }
-        Some(self.mul(Interval { low: 1.0 / other.high, high: 1.0 / other.low }.outwards()))
+        Some(self * Interval { low: 1.0 / divisor.high, high: 1.0 / divisor.low }.outwards())
     }
 
     /// Pointwise minimum.
@@ -84,11 +61,13 @@ impl Interval {
 
     /// `self ^ (halves / 2)`; the base must not be negative where `halves` is odd.
     pub fn power(self, halves: u8) -> Interval {
-        let of = |x: f64| x.powi(i32::from(halves / 2)) * if halves % 2 == 1 { x.max(0.0).sqrt() } else { 1.0 };
-        let monotone = halves % 4 != 0 || self.low >= 0.0;
+        let whole = |x: f64| (0..halves / 2).fold(1.0, |product, _| product * x);
+        let of = |x: f64| whole(x) * if halves % 2 == 1 { x.max(0.0).sqrt() } else { 1.0 };
+        let even = halves.is_multiple_of(4);
+        let monotone = !even || self.low >= 0.0;
         let base = if monotone { self } else { self.abs() };
         let ends = Interval { low: of(base.low), high: of(base.high) }.outwards();
-        if halves % 4 == 0 { ends.max(Interval { low: 0.0, high: 0.0 }) } else { ends }
+        if even { ends.max(Interval { low: 0.0, high: 0.0 }) } else { ends }
     }
 
     /// One unit in the last place wider at both ends; exact zeros stay.
@@ -96,6 +75,41 @@ impl Interval {
         let down = |x: f64| if x == 0.0 { 0.0 } else { x.next_down() };
         let up = |x: f64| if x == 0.0 { 0.0 } else { x.next_up() };
         Interval { low: down(self.low), high: up(self.high) }
+    }
+}
+
+impl Neg for Interval {
+    type Output = Interval;
+
+    fn neg(self) -> Interval {
+        Interval { low: -self.high, high: -self.low }
+    }
+}
+
+impl Add for Interval {
+    type Output = Interval;
+
+    fn add(self, other: Interval) -> Interval {
+        Interval { low: self.low + other.low, high: self.high + other.high }.outwards()
+    }
+}
+
+impl Sub for Interval {
+    type Output = Interval;
+
+    fn sub(self, other: Interval) -> Interval {
+        self + -other
+    }
+}
+
+impl Mul for Interval {
+    type Output = Interval;
+
+    fn mul(self, other: Interval) -> Interval {
+        let p = [self.low * other.low, self.low * other.high, self.high * other.low, self.high * other.high];
+        let (low, high) =
+            (p.into_iter().fold(f64::INFINITY, f64::min), p.into_iter().fold(f64::NEG_INFINITY, f64::max));
+        Interval { low, high }.outwards()
     }
 }
 
@@ -113,9 +127,9 @@ mod tests {
         for a in intervals {
             for b in intervals {
                 for (x, y) in samples(a).flat_map(|x| samples(b).map(move |y| (x, y))) {
-                    assert!(holds(a.add(b), x + y) && holds(a.sub(b), x - y) && holds(a.mul(b), x * y));
+                    assert!(holds(a + b, x + y) && holds(a - b, x - y) && holds(a * b, x * y));
                     assert!(holds(a.min(b), x.min(y)) && holds(a.max(b), x.max(y)) && holds(a.abs(), x.abs()));
-                    assert!(a.div(b).is_none_or(|q| holds(q, x / y)));
+                    assert!(a.quotient(b).is_none_or(|q| holds(q, x / y)));
                     assert!([2u8, 4, 6].iter().all(|&h| holds(a.power(h), x.powi(i32::from(h / 2)))));
                     assert!(a.low < 0.0 || [3u8, 5].iter().all(|&h| holds(a.power(h), x.powf(f64::from(h) / 2.0))));
                     cases += 1;
@@ -127,7 +141,7 @@ mod tests {
 
     #[test]
     fn a_divisor_that_may_be_zero_has_no_quotient() {
-        assert_eq!(Interval::point(1.0).div(Interval { low: 0.0, high: 1.0 }), None);
-        assert_eq!(Interval::point(1.0).div(Interval { low: -1.0, high: 1.0 }), None);
+        assert_eq!(Interval::point(1.0).quotient(Interval { low: 0.0, high: 1.0 }), None);
+        assert_eq!(Interval::point(1.0).quotient(Interval { low: -1.0, high: 1.0 }), None);
     }
 }

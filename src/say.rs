@@ -1,0 +1,21 @@
+//! Printing to stdout. A reader that has seen enough (`| head`) is no error: what is left goes nowhere.
+
+/// Prints a line to stdout.
+macro_rules! say {
+    ($($arg:tt)*) => {
+        $crate::say::line(&format!($($arg)*))
+    };
+}
+pub(crate) use say;
+
+use std::io::Write;
+
+/// Prints text and the end of the line.
+pub fn line(text: &str) {
+    whole(&format!("{text}\n"));
+}
+
+/// Prints text as it is.
+pub fn whole(text: &str) {
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+}

@@ -1,0 +1,131 @@
+//! Random programs: algebra, formats, rounding and error bounds against the model in f64, one tick at a time.
+//!
+//! Everything is a plain number, so that any expression has a dimension; values are kept in reach by clamps. Discontinuous
+//! pieces (comparisons, machines) are part of it: ticks in which a comparison is nearly tied are left out, and counted.
+//! `WHIPPEN_PROGRAMS=20000 cargo test --release --test it random_programs` tries so many instead of 400.
+
+use crate::common;
+use crate::ideal::one_tick_at_a_time;
+
+/// A small deterministic generator (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, n: u64) -> u64 {
+        self.next() % n
+    }
+
+    fn pick<'t>(&mut self, from: &[&'t str]) -> &'t str {
+        from[self.below(from.len() as u64) as usize]
+    }
+
+    /// A number between about 1e-3 and 1e3, of either sign.
+    fn number(&mut self) -> String {
+        let magnitude = [0.001, 0.03, 0.5, 1.0, 7.0, 260.0][self.below(6) as usize];
+        let factor = 1.0 + self.below(1000) as f64 / 500.0;
+        let sign = [1.0, -1.0][self.below(2) as usize];
+        format!("{}", sign * magnitude * factor)
+    }
+
+    fn expression(&mut self, names: &[&str], depth: u32) -> String {
+        if depth == 0 {
+            return if self.below(3) == 0 { format!("({})", self.number()) } else { self.pick(names).to_string() };
+        }
+        let a = self.expression(names, depth - 1);
+        let b = self.expression(names, depth - 1);
+        match self.below(14) {
+            0..3 => format!("({a} + {b})"),
+            3..5 => format!("({a} - {b})"),
+            5..7 => format!("clamp({a}, -20, 20) * clamp({b}, -20, 20)"),
+            7 => format!("min({a}, {b})"),
+            8 => format!("max({a}, {b})"),
+            9 => format!("clamp({a}, -2, 3.5)"),
+            10 => format!("(if {} then {a} else {b})", self.condition(names)),
+            11 => format!("abs({a})"),
+            12 => format!("(clamp({a}, -50, 50) / clamp(abs({b}), 0.25, 40))"),
+            _ => format!("(clamp({a}, 0, 30)^{})", self.pick(&["1.5", "2", "2.5", "3"])),
+        }
+    }
+
+    fn condition(&mut self, names: &[&str]) -> String {
+        let op = self.pick(&["<", "<=", ">", ">="]);
+        let simple = format!("{} {op} {}", self.pick(names), self.number());
+        match self.below(4) {
+            0 => format!("({simple} and gate is open)"),
+            1 => format!("(not ({simple}) or switch)"),
+            2 => "gate is open".to_string(),
+            _ => format!("({simple})"),
+        }
+    }
+}
+
+fn program(seed: u64) -> String {
+    let mut r = Random(seed);
+    let sensed = ["turns", "level", "memory", "speed"];
+    let (first, second) = (r.expression(&sensed, 2), r.expression(&["one", "turns", "level", "memory"], 3));
+    let (next, pull) = (r.expression(&["one", "two", "memory"], 1), r.expression(&["one", "two", "level"], 2));
+    let threshold = 2.0 + r.below(6) as f64;
+    format!(
+        "instrument random_{seed} {{
+            sense x: length in -0.5 mm .. 10.5 mm over 0.7 ms
+            live param level = 0.7 in -3 .. 12.5
+            live param switch = on
+            let turns = x / 1 mm
+            let speed = x' / 10 m/s
+            state memory: number in -40 .. 60 = 1
+            states gate {{ shut -> open when x > {threshold} mm  open -> shut when x < 1.5 mm }}
+            let one = {first}
+            let two = {second}
+            next memory = {next}
+            force pull = clamp({pull}, -1000, 1000) * 1 N
+        }}"
+    )
+}
+
+#[test]
+fn every_value_of_random_programs_stays_within_its_bound() {
+    let mut noise = Random(7);
+    // Strokes with noise on them, and jumps.
+    let mut positions_m = common::gesture()[80_000..81_000].to_vec();
+    positions_m.extend((0..200).map(|_| noise.below(11_000) as f64 * 1e-6 - 0.5e-3));
+    let words = common::words(&positions_m);
+    let (mut compared, mut ties) = (0, 0);
+    let programs: u64 = std::env::var("WHIPPEN_PROGRAMS").ok().and_then(|n| n.parse().ok()).unwrap_or(400);
+    for seed in 0..programs {
+        let text = program(seed);
+        let compiled = common::program(&format!("random {seed}"), &text, &[]).remove(0);
+        let (values, tied) = one_tick_at_a_time(&compiled, &words);
+        (compared, ties) = (compared + values, ties + tied);
+    }
+    println!("{compared} values compared, {ties} of {} ticks tied", programs as usize * words.len());
+    assert!(compared > 1_000_000 && ties * 50 < programs as usize * words.len());
+}
+
+#[test]
+fn differentiators_of_any_window_match_the_direct_sums() {
+    let mut positions_m = common::gesture()[98_000..104_000].to_vec();
+    let mut noise = Random(11);
+    positions_m.extend((0..4000).map(|_| noise.below(11_000) as f64 * 1e-6 - 0.5e-3));
+    let words = common::words(&positions_m);
+    // From 3 ticks, over windows whose sums need 64 bits, to 2205.
+    for window_ms in ["0.01", "0.05", "0.1", "0.7", "1", "2.3", "10", "50"] {
+        let text = format!(
+            "instrument window {{
+                sense x: length in -0.5 mm .. 10.5 mm over {window_ms} ms
+                force viscous = clamp(0.4 N*s/m * x', -500 N, 500 N)
+                force inertia = 1 g * x''
+            }}"
+        );
+        let compiled = common::program("window", &text, &[]).remove(0);
+        let (compared, _) = one_tick_at_a_time(&compiled, &words);
+        assert!(compared > 20_000, "{window_ms} ms: {compared}");
+    }
+}
