@@ -18,6 +18,8 @@ const FLOATS: &[(&str, &str)] = &[
 const LONG: &[&str] = &[
     // The tree: one type after the other, nearly all of it documentation.
     "compiler/src/syntax/ast.rs",
+    // One line per instruction, and what each means.
+    "isa/src/table.rs",
 ];
 
 const LINES_MAX: usize = 400;
@@ -150,6 +152,16 @@ fn the_compiler_does_no_input_or_output() {
         }
     }
     none(&found, "the compiler gets text and gives bytes");
+}
+
+#[test]
+fn commands_print_through_say() {
+    let mut found = Vec::new();
+    for text in rust().iter().filter(|t| t.path.starts_with("src/")) {
+        let prints = |code: &str| ["print!", "println!"].iter().any(|m| has_word(code, m));
+        found.extend(text.code().filter(|(_, code)| prints(code)).map(|(line, _)| format!("{}:{line}", text.path)));
+    }
+    none(&found, "`print!` panics when its reader is gone");
 }
 
 #[test]

@@ -67,8 +67,7 @@ pub fn checked(
     let Some(program) = program else {
         // A program that is right without its settings is not to blame.
         let first_set = map.files().len() - options.sets.len();
-        let mut errors = diagnostics.iter().filter(|d| d.severity() == Severity::Error);
-        let set_wrong = errors.all(|d| d.span.file as usize >= first_set);
+        let set_wrong = errors(&diagnostics).all(|d| d.span.file as usize >= first_set);
         return Err(if set_wrong {
             Failure::Usage("`--set` cannot be used as given".into())
         } else {
@@ -76,6 +75,10 @@ pub fn checked(
         });
     };
     Ok((map, program))
+}
+
+fn errors(diagnostics: &[Diagnostic]) -> impl Iterator<Item = &Diagnostic> {
+    diagnostics.iter().filter(|d| d.severity() == Severity::Error)
 }
 
 /// Compiles one instrument; what is wrong with it is printed. `observe` keeps what traces need.

@@ -24,7 +24,7 @@ fn bump() -> Compiled {
         let jack = escapement(x, start: 6.0 mm, peak: 7.6 mm, end: 8.4 mm, height: 0.20 N)
         force escapement = jack.resistance
     }";
-    common::program("bump.whip", text, &[]).remove(0)
+    common::compiled("bump.whip", text, &[]).remove(0)
 }
 
 /// Figures 4 and 5 as the paper tells them: where on the trajectory the key is.
@@ -226,7 +226,7 @@ fn thousands_of_random_motions_follow_the_paper() {
     let compiled = bump();
     for kind in ENGINES {
         let mut beside = Beside::new(&compiled, kind);
-        let mut next = random(0x5eed_0f_e5ca_9e3d);
+        let mut next = random(0x5eed_0fe5_ca9e_3d01);
         let (mut turned, mut through) = (0, 0);
         for _ in 0..MOTIONS {
             let count = 3 + (next() * 10.0) as usize;
@@ -256,8 +256,11 @@ fn harpsichord(front: &str, back: &str, four: &str) -> Compiled {
     common::instruments("harpsichord.whip", &sets).remove(0)
 }
 
+/// Position (m) and force (N).
+type Curve = Vec<(f64, f64)>;
+
 /// Forces of a stroke to 9 mm and back, every 10 um: going down, coming back; and how often each row plucked.
-fn stroke(player: &mut Player) -> (Vec<(f64, f64)>, Vec<(f64, f64)>, [usize; 3]) {
+fn stroke(player: &mut Player) -> (Curve, Curve, [usize; 3]) {
     let total = player.index("force");
     let (mut down, mut back) = (Vec::new(), Vec::new());
     player.events();

@@ -18,7 +18,7 @@ const T_S: f64 = 1.0 / RATE_HZ as f64;
 /// An instrument that senses `x` and holds these declarations.
 fn instrument(declarations: &str) -> Compiled {
     let sense = "sense x: length in -0.5 mm .. 10.5 mm over 0.7 ms";
-    common::program("rule.whip", &format!("instrument rule {{ {sense}\n{declarations} }}"), &[]).remove(0)
+    common::compiled("rule.whip", &format!("instrument rule {{ {sense}\n{declarations} }}"), &[]).remove(0)
 }
 
 /// Tells the same story to both engines.

@@ -35,7 +35,7 @@ fn a_coordinate_at_its_end_loses_an_outward_rate_only() {
 
 #[test]
 fn states_and_senses_are_clamped() {
-    let narrow = common::program(
+    let narrow = common::compiled(
         "narrow.whip",
         "instrument narrow {
              sense x: length in 1 mm .. 4 mm

@@ -78,7 +78,7 @@ fn every_call_of_a_term_has_its_own_memory_and_runs_always() {
             let forgets = peak(x / 2, reset: x < 1 mm)
             let either  = if x > 5 mm then keeps.count else forgets.count
         }";
-    let compiled = common::program("two.whip", text, &[]).remove(0);
+    let compiled = common::compiled("two.whip", text, &[]).remove(0);
     both(&compiled, |p| {
         for x_m in [0.0, 8e-3, 0.0, 3e-3, 0.0] {
             p.tick(x_m);
@@ -113,7 +113,7 @@ fn force_terms_add_up_and_the_drive_clips() {
 #[test]
 fn what_moves_too_fast_is_held_back() {
     let text = "instrument slow { sense x: length in 0 mm .. 10 mm slew 2 m/s over 0.7 ms let v = x' }";
-    let compiled = common::program("slow.whip", text, &[]).remove(0);
+    let compiled = common::compiled("slow.whip", text, &[]).remove(0);
     let lsb_m = on_a_word(1) - on_a_word(0);
     // Whole words of the sensor per tick that do not exceed 2 m/s.
     let step_m = (2.0 * T_S / lsb_m).floor() * lsb_m;

@@ -45,7 +45,7 @@ fn a_window_has_the_odd_number_of_ticks_next_to_its_length() {
     // A step of one word shows in the slope for as many ticks as the window is long.
     for (over, ticks) in [("0.7 ms", 31), ("1 ms", 45), ("0.02 ms", 3), ("0.1 ms", 5), ("2 ms", 89)] {
         let text = format!("instrument w {{ sense x: length in 0 mm .. 10 mm over {over} let v = x' }}");
-        let compiled = common::program("w.whip", &text, &[]).remove(0);
+        let compiled = common::compiled("w.whip", &text, &[]).remove(0);
         both(&compiled, |p| {
             p.tick(on_a_word(20_000));
             let mut shows = 0;
