@@ -3,4 +3,6 @@
 mod agree;
 mod common;
 mod ideal;
+mod played;
 mod random_programs;
+mod strokes;
