@@ -8,8 +8,8 @@ use crate::played::{Played, play, play_gesture};
 
 /// Rise times from a bang to a press that does not strike (ms).
 const RISES_MS: &[f64] = &[
-    12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 60.0, 80.0, 100.0, 120.0, 150.0, 200.0, 250.0, 300.0, 400.0, 500.0, 600.0,
-    800.0, 1000.0, 1250.0, 1500.0,
+    12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 60.0, 80.0, 100.0, 120.0, 150.0, 200.0, 250.0, 300.0, 400.0, 500.0,
+    600.0, 800.0, 1000.0, 1250.0, 1500.0,
 ];
 
 fn grand() -> Compiled {
@@ -155,7 +155,8 @@ fn a_still_key_is_silent() {
         for (words, spread_n) in [(0.0, 0.003), (1.0, 0.110)] {
             let played = play(&grand, &noisy(depth_m, words));
             assert_eq!(played.contact_changes_after(0.5), 0, "{depth_m} m, noise of {words} words");
-            assert_eq!(played.times("note").len(), 0);
+            // A key that is down when the instrument starts throws the hammer, which starts at rest; only later all is still.
+            assert!(played.times("note").iter().all(|&t| t < 0.5), "{depth_m} m, noise of {words} words");
             let (low, high) = played.extremes("drive_n", 1.0);
             assert!(high - low <= spread_n, "{depth_m} m, noise of {words} words: {low} .. {high} N");
             assert!(low < 0.361 && high > 0.357, "the hammer's weight less G: {low} .. {high} N");
