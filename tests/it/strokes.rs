@@ -115,6 +115,8 @@ fn a_hammer_let_fall_on_the_whippen_rebounds_lower_and_rests() {
     println!("lands at {landings:?} s, rebounds by {rebound:.4} rad of {:.4}", phi[0] - rest);
     assert!(rebound > 0.0 && rebound < 0.25 * (phi[0] - rest), "{rebound}");
     assert!(played.extremes("thump_n", 0.0).1 > 0.1, "the blow is felt");
+    let landing = (landings[0] * f64::from(RATE_HZ)).round() as usize;
+    assert_eq!(played.column("contact_n")[landing], 0.0, "and felt once: not through the damper too");
 }
 
 #[test]
