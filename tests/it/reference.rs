@@ -10,8 +10,11 @@ use whippen_runtime::gesture::Gesture;
 use crate::common::{self, RATE_HZ};
 use crate::played::play;
 
+/// Names of parameters and their values.
+type Settings = &'static [(&'static str, &'static str)];
+
 /// Curve, file of the instrument, settings.
-const CURVES: &[(&str, &str, &[(&str, &str)])] = &[
+const CURVES: &[(&str, &str, Settings)] = &[
     ("grand-piano", "grand-piano.whip", &[]),
     ("harpsichord-one", "harpsichord.whip", &[("back", "off")]),
     ("harpsichord-two", "harpsichord.whip", &[]),
