@@ -28,6 +28,9 @@ pub fn run(args: &Args) -> Outcome {
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
     let (map, program) = load::checked(&load::read(&args.files)?, &options, Severity::Note)?;
     let device = Device::mikey();
+    if program.instruments.is_empty() {
+        println!("no instrument, but nothing wrong either");
+    }
     for model in program.instruments {
         let name = model.name.clone();
         let compiled = load::compiled(&map, model, &device, true)?;

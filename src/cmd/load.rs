@@ -64,7 +64,21 @@ pub fn checked(
     }
     let (program, diagnostics) = compile_front(&mut map, options);
     print(&map, &diagnostics, least);
-    program.map(|program| (map, program)).ok_or(Failure::Program)
+    let Some(program) = program else {
+        // A program that is right without its settings is not to blame.
+        let first_set = map.files().len() - options.sets.len();
+        let set_wrong = errors(&diagnostics).all(|d| d.span.file as usize >= first_set);
+        return Err(if set_wrong {
+            Failure::Usage("`--set` cannot be used as given".into())
+        } else {
+            Failure::Program
+        });
+    };
+    Ok((map, program))
+}
+
+fn errors(diagnostics: &[Diagnostic]) -> impl Iterator<Item = &Diagnostic> {
+    diagnostics.iter().filter(|d| d.severity() == Severity::Error)
 }
 
 /// Compiles one instrument; what is wrong with it is printed. `observe` keeps what traces need.

@@ -60,9 +60,21 @@ pub struct Outputs {
     pub plot: Vec<PathBuf>,
 }
 
+impl Outputs {
+    /// Before anything is run: endings of figures are known, folders are there.
+    fn check(&self) -> Result<(), String> {
+        plot::check_names(&self.plot)?;
+        let folders = self.out.iter().chain(&self.events).chain(&self.plot).filter_map(|path| path.parent());
+        match folders.into_iter().find(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+            Some(folder) => Err(format!("there is no folder `{}` to write to; make it first", folder.display())),
+            None => Ok(()),
+        }
+    }
+}
+
 pub fn run(args: &Args) -> Outcome {
     let (files, name) = load::split(&args.words)?;
-    plot::check_names(&args.outputs.plot).map_err(Failure::Usage)?;
+    args.outputs.check().map_err(Failure::Usage)?;
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
     let (map, program) = load::checked(&load::read(&files)?, &options, Severity::Warning)?;
     let device = device(args, &program)?;

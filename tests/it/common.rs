@@ -17,22 +17,22 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
+/// Every instrument of a text, compiled for `mikey`, with everything observed.
+pub fn compiled(name: &str, text: &str, sets: &[(&str, &str)]) -> Vec<Compiled> {
+    let mut map = SourceMap::default();
+    map.add(name, text);
+    let sets = sets.iter().map(|(n, v)| (n.to_string(), v.to_string())).collect();
+    let (program, diagnostics) = compile_front(&mut map, &Options { sets, ..Options::default() });
+    let program = program.unwrap_or_else(|| panic!("{name}: {diagnostics:#?}"));
+    let build = |model| compile(model, Device::mikey().scales(), true).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+    program.instruments.into_iter().map(build).collect()
+}
+
 /// Every instrument of a bundled file, compiled for `mikey`, with everything observed.
 pub fn instruments(file: &str, sets: &[(&str, &str)]) -> Vec<Compiled> {
     let path = root().join("instruments").join(file);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    program(file, &text, sets)
-}
-
-/// Every instrument of a program's text.
-pub fn program(file: &str, text: &str, sets: &[(&str, &str)]) -> Vec<Compiled> {
-    let mut map = SourceMap::default();
-    map.add(file, text);
-    let sets = sets.iter().map(|(n, v)| (n.to_string(), v.to_string())).collect();
-    let (program, diagnostics) = compile_front(&mut map, &Options { sets, ..Options::default() });
-    let program = program.unwrap_or_else(|| panic!("{file}: {diagnostics:#?}"));
-    let build = |model| compile(model, Device::mikey().scales(), true).unwrap_or_else(|e| panic!("{file}: {e:?}"));
-    program.instruments.into_iter().map(build).collect()
+    compiled(file, &text, sets)
 }
 
 /// Every bundled instrument.

@@ -1,10 +1,14 @@
-//! Integration tests, one binary: whole instruments through every engine.
+//! Integration tests, one binary: whole instruments through every engine, and the command.
 
 mod agree;
+mod cli;
 mod common;
+mod escapement;
 mod ideal;
 mod keyboard;
+mod language;
 mod organ_and_plucked;
+mod play;
 mod played;
 mod random_programs;
 mod reference;

@@ -101,8 +101,8 @@ fn every_value_of_random_programs_stays_within_its_bound() {
     let programs: u64 = std::env::var("WHIPPEN_PROGRAMS").ok().and_then(|n| n.parse().ok()).unwrap_or(400);
     for seed in 0..programs {
         let text = program(seed);
-        let compiled = common::program(&format!("random {seed}"), &text, &[]).remove(0);
-        let (values, tied) = one_tick_at_a_time(&compiled, &words);
+        let compiled = common::compiled(&format!("random {seed}"), &text, &[]).remove(0);
+        let (values, tied) = one_tick_at_a_time(&compiled, &words, 1e-10);
         (compared, ties) = (compared + values, ties + tied);
     }
     println!("{compared} values compared, {ties} of {} ticks tied", programs as usize * words.len());
@@ -124,8 +124,8 @@ fn differentiators_of_any_window_match_the_direct_sums() {
                 force inertia = 1 g * x''
             }}"
         );
-        let compiled = common::program("window", &text, &[]).remove(0);
-        let (compared, _) = one_tick_at_a_time(&compiled, &words);
+        let compiled = common::compiled("window", &text, &[]).remove(0);
+        let (compared, _) = one_tick_at_a_time(&compiled, &words, 1e-10);
         assert!(compared > 20_000, "{window_ms} ms: {compared}");
     }
 }

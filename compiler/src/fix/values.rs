@@ -121,6 +121,8 @@ impl Lowerer<'_> {
         let zero = self.constant(0)?;
         let negated = self.b.op(Op::Sub, &[zero, a.value])?;
         let value = self.b.op(Op::Max, &[a.value, negated])?;
+        // Intervals do not see that one of the two is not negative.
+        let value = self.b.op(Op::Assume(0, self.b.range(value).high), &[value])?;
         Ok(Real { value, ..a })
     }
 
@@ -148,7 +150,7 @@ impl Lowerer<'_> {
         let (ra, rb) = (self.real(a)?, self.real(b)?);
         let (ra, rb) = (self.fixed(ra)?, self.fixed(rb)?);
         // The divisor's proven interval leaves out zero; its rounded end must too.
-        let rb = self.away_from_zero(rb)?;
+        let rb = self.away_from_zero(rb, self.ranges.get(b).low > 0.0)?;
         let (value, bits, dividend) = self.divided(ra, rb, bits)?;
         let divisor = self.ranges.get(b);
         let smallest = divisor.low.abs().min(divisor.high.abs());
@@ -171,9 +173,9 @@ impl Lowerer<'_> {
         }
     }
 
-    fn away_from_zero(&mut self, real: Real) -> Result<Real, OpError> {
+    fn away_from_zero(&mut self, real: Real, positive: bool) -> Result<Real, OpError> {
         let range = self.b.range(real.value);
-        let kept = if range.high > -range.low { Range::new(1, range.high) } else { Range::new(range.low, -1) };
+        let kept = if positive { Range::new(1, range.high.max(1)) } else { Range::new(range.low.min(-1), -1) };
         Ok(Real { value: self.clamped(real.value, kept)?, ..real })
     }
 

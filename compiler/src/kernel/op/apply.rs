@@ -18,19 +18,21 @@ pub struct Declared<'a> {
 }
 
 impl Row {
-    /// Its operands and result in text, such as `i64 i32 i32 -> i64`.
+    /// Its operands and result in text, such as `i64 i32 i32 -> i64`, or `cell ->` where the type is that of the cell.
     pub fn signature(&self) -> String {
+        let named = || self.immediates.first().map(|immediate| format!("{immediate:?}").to_lowercase());
         let word = |sort: &Sort| match sort {
-            Sort::I1 => "i1",
-            Sort::I32 => "i32",
-            Sort::I64 => "i64",
-            Sort::N => "n",
-            Sort::T => "t",
-            Sort::Own => "own",
-            Sort::Index => "index",
-            Sort::Args => "i32..",
+            Sort::I1 => "i1".to_string(),
+            Sort::I32 => "i32".to_string(),
+            Sort::I64 => "i64".to_string(),
+            Sort::N => "n".to_string(),
+            Sort::T => "t".to_string(),
+            Sort::Own => named().unwrap_or_default(),
+            Sort::Index => "index".to_string(),
+            Sort::Args => "i32..".to_string(),
         };
-        let parts: Vec<&str> = self.args.iter().map(word).chain(["->"]).chain(self.result.iter().map(word)).collect();
+        let arrow = std::iter::once("->".to_string());
+        let parts: Vec<String> = self.args.iter().map(word).chain(arrow).chain(self.result.iter().map(word)).collect();
         parts.join(" ")
     }
 }
