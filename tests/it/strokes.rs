@@ -103,7 +103,7 @@ fn a_hammer_let_fall_on_the_whippen_rebounds_lower_and_rests() {
     let text = std::fs::read_to_string(path).expect("the bundled grand");
     let raised = text.replace("= 0 deg, rate", "= 20.5 deg, rate");
     assert_ne!(raised, text);
-    let grand = common::program("raised.whip", &raised, &[]).remove(0);
+    let grand = common::compiled("raised.whip", &raised, &[]).remove(0);
     let played = play(&grand, &vec![0.004; RATE_HZ as usize]);
     let phi = played.column("phi_rad");
     let rest = *phi.last().expect("a second of ticks");
