@@ -144,7 +144,8 @@ impl HostCode {
         // SAFETY: the code was translated for this `kernel` and `memory.layout`, and it touches nothing but the buffers.
         // Their lengths follow from that layout alone (`Memory` never resizes them), those of the words were checked by
         // the caller and above. Indices into cells, tables and lines were proven inside by `verify`; the proof holds since
-        // inputs are clamped to their ranges, and live values and cells can only be set within theirs.
+        // inputs are clamped to their ranges, and live values and cells can only be set within theirs. In a kernel that
+        // assumes anything, where the proof may not hold, the code itself holds indices inside and divisions from trapping.
         unsafe { function(&raw const buffers) }
     }
 }

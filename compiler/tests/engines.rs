@@ -150,3 +150,58 @@ fn nothing_gets_in_that_is_out_of_range() {
     assert_eq!([code.cell(0, 0, 1), code.cell(1, 0, 1), code.cell(1, 1, 0)], [Some(0), Some(-5), None]);
     assert!(matches!(HostCode::build(&kernel, 0, Options { probes: true }), Err(EngineError::Layout(_))));
 }
+
+const BROKEN_PROMISE: &str = "\
+kernel broken_promise @44100 {
+  cell any: i32 [-2147483648..2147483647] = 0
+  cell u: i32 x 3 [0..100] = 0
+  cell w: i64 x 2 [0..100] = 0
+  table t = { 1, 2, 3 }
+  probe read: i32
+  probe found: i32
+  probe quotient: i32
+  tick {
+    v0: i32 [-2147483648..2147483647] = get any
+    v1: i32 [0..2] = assume v0 0 2
+    v2: i32 [50..50] = const 50
+    set_at u v1 v2
+    v3: i32 [0..1] = assume v0 0 1
+    v4: i64 [50..50] = const 50
+    set_at w v3 v4
+    v5: i32 [0..100] = get_at u v1
+    v6: i32 [1..3] = lookup t v1
+    v7: i32 [1..1] = assume v0 1 1
+    v8: i32 [-1..0] = assume v0 -1 0
+    v9: i32 [-2147483648..0] = div_round v8 v7 31
+    probe read v5
+    probe found v6
+    probe quotient v9
+  }
+}
+";
+
+#[test]
+fn a_broken_promise_does_no_harm() {
+    let kernel = parse(BROKEN_PROMISE).expect("parses");
+    let mut pair = Pair::new(&kernel, 3, true, "broken promise");
+    pair.init(&[]);
+    for value in [0, 1, -1, 2, 3, i32::MIN, i32::MAX] {
+        pair.interp.set_cell(1, 0, 0, value.into()).expect("in range");
+        pair.code.set_cell(1, 0, 0, value.into()).expect("in range");
+        pair.interp.tick(&[], &mut []);
+        pair.code.tick(&[], &mut []);
+        let index = value.clamp(0, 2) as usize;
+        for engine in [pair.interp.probes(), pair.code.probes()] {
+            assert_eq!(engine[3..5], [50, index as i64 + 1], "{value}");
+        }
+        for word in 0..3 {
+            assert_eq!(pair.interp.cell(1, 1, word), pair.code.cell(1, 1, word), "{value}");
+        }
+    }
+    let mut checked = Interp::checked(&kernel, 1).expect("verifies");
+    checked.init(&[]);
+    checked.set_cell(0, 0, 0, 3).expect("in range");
+    checked.tick(&[], &mut []);
+    let violation = checked.violation().expect("a promise is broken").to_string();
+    assert_eq!(violation, "key 0: v1 is 3, not in [0..2]: v1: i32 [0..2] = assume v0 0 2");
+}

@@ -2,6 +2,7 @@
 
 mod arithmetic;
 mod memory;
+mod operator;
 
 use super::frame::{Access, Frame};
 use crate::kernel::layout::Layout;
@@ -21,6 +22,8 @@ pub(super) struct Translator<'a> {
     pub frame: Frame,
     /// Values of the kernel that are translated.
     values: Vec<Value>,
+    /// Whether anything is `assume`d, so that what could do harm must be looked at again.
+    assumes: bool,
 }
 
 /// How a value of this type is held in a register.
@@ -31,6 +34,10 @@ fn register(ty: Type) -> ir::Type {
     }
 }
 
+fn assumes(region: &Region) -> bool {
+    region.insts.iter().any(|inst| matches!(inst.op, Op::Assume(..)) || inst.regions.iter().any(assumes))
+}
+
 impl<'a> Translator<'a> {
     /// A translator into an empty function.
     pub fn new(kernel: &'a Kernel, layout: &'a Layout, mut f: FunctionBuilder<'a>) -> Translator<'a> {
@@ -38,7 +45,8 @@ impl<'a> Translator<'a> {
         let bases = [none; super::frame::BUFFERS];
         let frame = Frame { bases, rows: HashMap::new(), key: none, record: none };
         let access = Access::new(&mut f);
-        Translator { kernel, layout, f, access, frame, values: vec![none; kernel.values.len()] }
+        let assumes = assumes(&kernel.init) || assumes(&kernel.tick);
+        Translator { kernel, layout, f, access, frame, values: vec![none; kernel.values.len()], assumes }
     }
 
     /// Translates all instructions of a region.
@@ -49,16 +57,6 @@ impl<'a> Translator<'a> {
                 (Op::Loop(rounds), [body]) => self.repeat(inst, rounds, body),
                 _ => self.plain(inst),
             }
-        }
-    }
-
-    fn plain(&mut self, inst: &Inst) {
-        let args: Vec<Value> = inst.args.iter().map(|arg| self.value(*arg)).collect();
-        if let Some(result) = inst.results.first() {
-            let value = self.arithmetic(inst, &args).or_else(|| self.load(inst.op, &args));
-            self.values[result.0 as usize] = value.expect("what gives a result is arithmetic or a load");
-        } else {
-            self.store(inst, &args);
         }
     }
 

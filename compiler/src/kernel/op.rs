@@ -6,6 +6,9 @@
 //! a meaning is monotone in each operand by itself, the exact interval of the result is spanned by the meaning at the
 //! corners of the operands' intervals.
 //!
+//! One operator is a promise: `assume`. Where it is broken, values are wrong, and not in every engine alike; memory stays
+//! safe in all, since an index outside is taken for the nearest inside.
+//!
 //! Not here: how operators print (`print`), where they may stand (`verify`), what memory looks like (`layout`).
 
 mod apply;

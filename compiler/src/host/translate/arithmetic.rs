@@ -1,49 +1,29 @@
 //! Operators on values.
 
 use super::Translator;
-use crate::kernel::{Inst, Op, Range, Type};
+use crate::kernel::{Range, Type};
 use cranelift_codegen::ir::condcodes::IntCC;
-use cranelift_codegen::ir::types::{F64, I8, I64};
+use cranelift_codegen::ir::types::{F64, I8, I32, I64};
 use cranelift_codegen::ir::{InstBuilder, Value};
 
 impl Translator<'_> {
-    /// The result of an operator on values; none if it works on memory.
-    pub(super) fn arithmetic(&mut self, inst: &Inst, args: &[Value]) -> Option<Value> {
-        let arg_range = |at: usize| self.kernel.values[inst.args[at].0 as usize].range;
-        Some(match (inst.op, args) {
-            (Op::Const(value), []) => self.constant(self.ty(inst.results[0]), value),
-            (Op::Add, &[a, b]) => self.f.ins().iadd(a, b),
-            (Op::Sub, &[a, b]) => self.f.ins().isub(a, b),
-            (Op::Mul | Op::MulWide, &[a, b]) => self.f.ins().imul(a, b),
-            (Op::MacWide, &[a, b, c]) => {
-                let product = self.f.ins().imul(b, c);
-                self.f.ins().iadd(a, product)
-            }
-            (Op::Min, &[a, b]) => self.f.ins().smin(a, b),
-            (Op::Max, &[a, b]) => self.f.ins().smax(a, b),
-            (Op::Shl(n), &[a]) => self.f.ins().ishl_imm_s(a, i64::from(n)),
-            (Op::Sar(n), &[a]) => self.f.ins().sshr_imm_s(a, i64::from(n)),
-            (Op::SarRound(n), &[a]) => self.sar_round(n, a, arg_range(0)),
-            (Op::DivRound(n), &[a, b]) => self.div_round(n, a, b, arg_range(1)),
-            (Op::Sqrt, &[a]) => self.sqrt(a),
-            (Op::Widen | Op::Narrow | Op::Assume(..), &[a]) => a,
-            (Op::Eq, &[a, b]) => self.f.ins().icmp(IntCC::Equal, a, b),
-            (Op::Lt, &[a, b]) => self.f.ins().icmp(IntCC::SignedLessThan, a, b),
-            (Op::Le, &[a, b]) => self.f.ins().icmp(IntCC::SignedLessThanOrEqual, a, b),
-            (Op::And, &[a, b]) => self.f.ins().band(a, b),
-            (Op::Or, &[a, b]) => self.f.ins().bor(a, b),
-            (Op::Not, &[a]) => self.f.ins().icmp_imm_s(IntCC::Equal, a, 0),
-            (Op::Select, &[c, a, b]) => self.f.ins().select(c, a, b),
-            _ => return None,
-        })
+    /// Where a value of the kernel stays.
+    pub(super) fn range(&self, value: crate::kernel::Value) -> Range {
+        self.kernel.values[value.0 as usize].range
     }
 
-    fn constant(&mut self, ty: Type, value: i64) -> Value {
+    pub(super) fn constant(&mut self, ty: Type, value: i64) -> Value {
         self.f.ins().iconst(if ty == Type::I1 { I8 } else { I64 }, value)
     }
 
+    /// `a + b * c`
+    pub(super) fn multiply_add(&mut self, a: Value, b: Value, c: Value) -> Value {
+        let product = self.f.ins().imul(b, c);
+        self.f.ins().iadd(a, product)
+    }
+
     /// `floor(a / 2^n + 1/2)`
-    fn sar_round(&mut self, n: u8, a: Value, range: Range) -> Value {
+    pub(super) fn sar_round(&mut self, n: u8, a: Value, range: Range) -> Value {
         if n == 0 {
             return a;
         }
@@ -60,11 +40,15 @@ impl Translator<'_> {
     }
 
     /// `floor(a * 2^n / b + 1/2)`, 0 where `b` is 0; the dividend fits since `a` has 32 bits and `n` is at most 31.
-    fn div_round(&mut self, n: u8, a: Value, b: Value, divisor: Range) -> Value {
+    pub(super) fn div_round(&mut self, n: u8, a: Value, b: Value, divisor: Range) -> Value {
+        // The division must not trap, even where an assumption that is wrong gave it other operands.
+        let a = if self.assumes { self.low_word(a) } else { a };
+        let b = if self.assumes { self.low_word(b) } else { b };
+        let zero_occurs = self.assumes || divisor.has(0);
         let dividend = self.f.ins().ishl_imm_s(a, i64::from(n));
         let zero = self.f.ins().icmp_imm_s(IntCC::Equal, b, 0);
         let one = self.f.ins().iconst(I64, 1);
-        let safe = if divisor.has(0) { self.f.ins().select(zero, one, b) } else { b };
+        let safe = if zero_occurs { self.f.ins().select(zero, one, b) } else { b };
         let toward_zero = self.f.ins().sdiv(dividend, safe);
         let product = self.f.ins().imul(toward_zero, safe);
         let rest = self.f.ins().isub(dividend, product);
@@ -86,12 +70,18 @@ impl Translator<'_> {
         let up = self.f.ins().uextend(I64, up);
         let rounded = self.f.ins().iadd(floor, up);
         let nothing = self.f.ins().iconst(I64, 0);
-        if divisor.has(0) { self.f.ins().select(zero, nothing, rounded) } else { rounded }
+        if zero_occurs { self.f.ins().select(zero, nothing, rounded) } else { rounded }
+    }
+
+    /// The low 32 bits, with their sign.
+    fn low_word(&mut self, a: Value) -> Value {
+        let word = self.f.ins().ireduce(I32, a);
+        self.f.ins().sextend(I64, word)
     }
 
     /// `floor(sqrt(a))`, 0 where `a` is negative. The machine's square root, cut to an integer, may be one too large where
     /// `a` was rounded up on the way. It is never too small: rounding is monotone and the exact root is representable.
-    fn sqrt(&mut self, a: Value) -> Value {
+    pub(super) fn sqrt(&mut self, a: Value) -> Value {
         let zero = self.f.ins().iconst(I64, 0);
         let a = self.f.ins().smax(a, zero);
         let real = self.f.ins().fcvt_from_sint(F64, a);

@@ -4,7 +4,7 @@ use super::Translator;
 use crate::host::frame::Buffer;
 use crate::kernel::layout::{EVENT_HEAD, EVENTS_MAX, words};
 use crate::kernel::memory::Clock;
-use crate::kernel::{Inst, Op, Range, Type};
+use crate::kernel::{Range, Type};
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{I8, I32, I64};
 use cranelift_codegen::ir::{InstBuilder, Value};
@@ -16,64 +16,50 @@ const EVENTS: i32 = offset_of!(Clock, events) as i32;
 const LOST: i32 = offset_of!(Clock, lost) as i32;
 
 impl Translator<'_> {
-    /// The result of an operator that reads memory; none if there is no such.
-    pub(super) fn load(&mut self, op: Op, args: &[Value]) -> Option<Value> {
-        let fixed = self.access.fixed;
-        Some(match (op, args) {
-            (Op::In(port), []) => self.input(port),
-            (Op::Live(live), []) => {
-                let lives = self.base(Buffer::Lives);
-                self.f.ins().sload32(fixed, lives, 4 * live as i32)
-            }
-            (Op::Keyed(keyed), []) => {
-                let at = 4 * self.layout.keyed[keyed as usize] as i32;
-                self.f.ins().sload32(self.access.records, self.frame.record, at)
-            }
-            (Op::Get(cell), []) => self.get(cell, None),
-            (Op::GetAt(cell), &[index]) => self.get(cell, Some(index)),
-            (Op::Delay(line, ticks), []) => {
-                let place = self.layout.lines[line as usize];
-                let at = self.element(line, ticks % place.len as u32);
-                if place.narrow {
-                    self.f.ins().uload16(I64, self.access.rows, at, 0)
-                } else {
-                    self.f.ins().sload32(self.access.rows, at, 0)
-                }
-            }
-            (Op::Lookup(table), &[index]) => {
-                let before: usize = self.kernel.tables[..table as usize].iter().map(|table| table.values.len()).sum();
-                let tables = self.base(Buffer::Tables);
-                let at = self.indexed(tables, index, 2);
-                self.f.ins().sload32(fixed, at, 4 * before as i32)
-            }
-            _ => return None,
-        })
+    pub(super) fn live(&mut self, live: u32) -> Value {
+        let lives = self.base(Buffer::Lives);
+        self.f.ins().sload32(self.access.fixed, lives, 4 * live as i32)
     }
 
-    /// Translates an operator without result.
-    pub(super) fn store(&mut self, inst: &Inst, args: &[Value]) {
-        let leaving = self.access.leaving;
-        match (inst.op, args) {
-            (Op::Out(port), &[word]) => {
-                let at = self.of_key(Buffer::Outputs, 2 * self.kernel.outputs.len());
-                self.f.ins().istore16(leaving, word, at, 2 * port as i32);
-            }
-            (Op::Set(cell), &[value]) => self.set(cell, None, value),
-            (Op::SetAt(cell), &[index, value]) => self.set(cell, Some(index), value),
-            (Op::Push(line), &[value]) => {
-                let at = self.element(line, 0);
-                self.put(line, at, value);
-            }
-            (Op::Fill(line), &[value]) => self.fill(line, value),
-            (Op::Emit(event), args) => self.emit(event, args),
-            (Op::Probe(probe), &[value]) => {
-                let boolean = self.ty(inst.args[0]) == Type::I1;
-                let value = if boolean { self.f.ins().uextend(I64, value) } else { value };
-                let at = self.of_key(Buffer::Probes, 8 * self.kernel.probes.len());
-                self.f.ins().store(leaving, value, at, 8 * probe as i32);
-            }
-            _ => {}
+    pub(super) fn keyed(&mut self, keyed: u32) -> Value {
+        let at = 4 * self.layout.keyed[keyed as usize] as i32;
+        self.f.ins().sload32(self.access.records, self.frame.record, at)
+    }
+
+    pub(super) fn delay(&mut self, line: u32, ticks: u32) -> Value {
+        let place = self.layout.lines[line as usize];
+        let at = self.element(line, ticks % place.len as u32);
+        if place.narrow {
+            self.f.ins().uload16(I64, self.access.rows, at, 0)
+        } else {
+            self.f.ins().sload32(self.access.rows, at, 0)
         }
+    }
+
+    pub(super) fn lookup(&mut self, table: u32, index: Value) -> Value {
+        let lens: Vec<usize> = self.kernel.tables.iter().map(|table| table.values.len()).collect();
+        let before: usize = lens[..table as usize].iter().sum();
+        let index = self.inside(index, lens[table as usize]);
+        let tables = self.base(Buffer::Tables);
+        let at = self.indexed(tables, index, 2);
+        self.f.ins().sload32(self.access.fixed, at, 4 * before as i32)
+    }
+
+    pub(super) fn output(&mut self, port: u32, word: Value) {
+        let at = self.of_key(Buffer::Outputs, 2 * self.kernel.outputs.len());
+        self.f.ins().istore16(self.access.leaving, word, at, 2 * port as i32);
+    }
+
+    pub(super) fn push(&mut self, line: u32, value: Value) {
+        let at = self.element(line, 0);
+        self.put(line, at, value);
+    }
+
+    pub(super) fn probe(&mut self, probe: u32, value: Value) {
+        let boolean = self.kernel.probes[probe as usize].ty == Type::I1;
+        let value = if boolean { self.f.ins().uextend(I64, value) } else { value };
+        let at = self.of_key(Buffer::Probes, 8 * self.kernel.probes.len());
+        self.f.ins().store(self.access.leaving, value, at, 8 * probe as i32);
     }
 
     fn base(&self, buffer: Buffer) -> Value {
@@ -86,7 +72,17 @@ impl Translator<'_> {
         self.f.ins().iadd(base, offset)
     }
 
-    fn input(&mut self, port: u32) -> Value {
+    /// The nearest index inside, should the proof rest on an assumption.
+    fn inside(&mut self, index: Value, len: usize) -> Value {
+        if !self.assumes {
+            return index;
+        }
+        let [first, last] = [0, len as i64 - 1].map(|end| self.f.ins().iconst(I64, end));
+        let index = self.f.ins().smax(index, first);
+        self.f.ins().smin(index, last)
+    }
+
+    pub(super) fn input(&mut self, port: u32) -> Value {
         let at = self.of_key(Buffer::Inputs, 2 * self.kernel.inputs.len());
         let word = self.f.ins().uload16(I64, self.access.fixed, at, 2 * port as i32);
         let Range { low, high } = self.kernel.inputs[port as usize].range;
@@ -98,14 +94,16 @@ impl Translator<'_> {
 
     /// Address and offset of a word of a cell.
     fn place(&mut self, cell: u32, index: Option<Value>) -> (Value, i32) {
-        let ty = self.kernel.cells[cell as usize].ty;
+        let (ty, len) = (self.kernel.cells[cell as usize].ty, self.kernel.cells[cell as usize].len as usize);
         let offset = 4 * self.layout.cells[cell as usize] as i32;
         let shift = if words(ty) == 2 { 3 } else { 2 };
         let record = self.frame.record;
-        (index.map_or(record, |index| self.indexed(record, index, shift)), offset)
+        let Some(index) = index else { return (record, offset) };
+        let index = self.inside(index, len);
+        (self.indexed(record, index, shift), offset)
     }
 
-    fn get(&mut self, cell: u32, index: Option<Value>) -> Value {
+    pub(super) fn get(&mut self, cell: u32, index: Option<Value>) -> Value {
         let (at, offset) = self.place(cell, index);
         let records = self.access.records;
         match self.kernel.cells[cell as usize].ty {
@@ -118,7 +116,7 @@ impl Translator<'_> {
         }
     }
 
-    fn set(&mut self, cell: u32, index: Option<Value>, value: Value) {
+    pub(super) fn set(&mut self, cell: u32, index: Option<Value>, value: Value) {
         let (at, offset) = self.place(cell, index);
         let records = self.access.records;
         match self.kernel.cells[cell as usize].ty {
@@ -149,7 +147,7 @@ impl Translator<'_> {
     }
 
     /// Writes this key's element of every row.
-    fn fill(&mut self, line: u32, value: Value) {
+    pub(super) fn fill(&mut self, line: u32, value: Value) {
         let place = self.layout.lines[line as usize];
         let (buffer, width, shift) = if place.narrow { (Buffer::Narrow, 2, 1) } else { (Buffer::Wide, 4, 2) };
         let base = self.base(buffer);
@@ -168,7 +166,7 @@ impl Translator<'_> {
     }
 
     /// Appends to the buffer of events, or counts a lost one.
-    fn emit(&mut self, event: u32, args: &[Value]) {
+    pub(super) fn emit(&mut self, event: u32, args: &[crate::kernel::Value]) {
         let leaving = self.access.leaving;
         let clock = self.base(Buffer::Clock);
         let [room, full, after] = [(); 3].map(|()| self.f.create_block());
@@ -187,7 +185,8 @@ impl Translator<'_> {
             self.f.ins().istore32(leaving, value, at, 4 * word);
         }
         for (word, arg) in args.iter().enumerate() {
-            self.f.ins().istore32(leaving, *arg, at, 4 * (EVENT_HEAD + word) as i32);
+            let arg = self.value(*arg);
+            self.f.ins().istore32(leaving, arg, at, 4 * (EVENT_HEAD + word) as i32);
         }
         let more = self.f.ins().iadd_imm_s(count, 1);
         self.f.ins().store(leaving, more, clock, EVENTS);

@@ -1,10 +1,12 @@
 //! One key in one tick: what the operators on memory mean.
+//!
+//! The kernel is verified, so every index is inside, unless it rests on an `assume` that is wrong: then the nearest counts.
 
 use super::Memory;
 use crate::kernel::Kernel;
 use crate::kernel::layout::{EVENT_HEAD, EVENTS_MAX};
 
-/// One key, in one tick or in `init`. The kernel is verified, so every index is inside.
+/// One key, in one tick or in `init`.
 #[derive(Debug)]
 pub struct Key<'a> {
     pub(crate) kernel: &'a Kernel,
@@ -39,11 +41,13 @@ impl Key<'_> {
     }
 
     pub(crate) fn get(&self, cell: usize, word: i64) -> i64 {
-        self.memory.load(self.kernel.cells[cell].ty, self.key, cell, word as usize)
+        let found = &self.kernel.cells[cell];
+        self.memory.load(found.ty, self.key, cell, nearest(word, found.len as usize))
     }
 
     pub(crate) fn set(&mut self, cell: usize, word: i64, value: i64) {
-        self.memory.store(self.kernel.cells[cell].ty, self.key, cell, word as usize, value);
+        let found = &self.kernel.cells[cell];
+        self.memory.store(found.ty, self.key, cell, nearest(word, found.len as usize), value);
     }
 
     pub(crate) fn delay(&self, line: usize, ticks: usize) -> i64 {
@@ -64,7 +68,8 @@ impl Key<'_> {
     }
 
     pub(crate) fn lookup(&self, table: usize, index: i64) -> i64 {
-        self.kernel.tables[table].values[index as usize].into()
+        let values = &self.kernel.tables[table].values;
+        values[nearest(index, values.len())].into()
     }
 
     pub(crate) fn emit(&mut self, event: usize, args: &[i64]) {
@@ -95,4 +100,9 @@ impl Key<'_> {
     fn element(&self, line: usize, slot: usize) -> usize {
         self.memory.layout.lines[line].start + slot * self.memory.layout.keys + self.key
     }
+}
+
+/// The index nearest to this one; there is at least one word.
+fn nearest(index: i64, len: usize) -> usize {
+    index.clamp(0, len as i64 - 1) as usize
 }

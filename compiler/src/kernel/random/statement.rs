@@ -35,14 +35,11 @@ impl Generator {
         let Some(op) = self.immediates(b.kernel(), row).and_then(|immediates| (row.make)(&immediates)) else {
             return Ok(());
         };
-        if let Op::Const(_) = op {
-            let ty = self.rng.ty();
-            let value = self.constant(b, ty.range(), ty)?;
-            self.pool.push(value);
-            return Ok(());
-        }
-        if !self.allows(op) {
-            return Ok(());
+        match op {
+            Op::Const(_) => return self.known(b),
+            Op::Assume(..) => return self.assume(b),
+            _ if !self.allows(op) => return Ok(()),
+            _ => {}
         }
         if row.result.is_none() {
             return self.write(b, op);
@@ -57,6 +54,26 @@ impl Generator {
                 *arg = self.squeeze(b, *arg)?;
             }
         }
+        Ok(())
+    }
+
+    /// A constant.
+    fn known(&mut self, b: &mut Builder) -> Result<(), OpError> {
+        let ty = self.rng.ty();
+        let value = self.constant(b, ty.range(), ty)?;
+        self.pool.push(value);
+        Ok(())
+    }
+
+    /// An assumption that is true.
+    fn assume(&mut self, b: &mut Builder) -> Result<(), OpError> {
+        let ty = self.rng.pick(&[Type::I32, Type::I64]);
+        let value = self.value(b, ty)?;
+        let Range { low, high } = b.range(value);
+        let low = self.rng.interesting(Range::new(i64::MIN, low));
+        let high = self.rng.interesting(Range::new(high, i64::MAX));
+        let assumed = b.op(Op::Assume(low, high), &[value])?;
+        self.pool.push(assumed);
         Ok(())
     }
 
