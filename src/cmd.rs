@@ -2,6 +2,7 @@
 
 mod check;
 mod dump;
+mod errors;
 mod first;
 mod load;
 mod motion;

@@ -220,6 +220,15 @@ pub fn suffix(model: &Model, export: &Export) -> String {
     }
 }
 
+/// The unit of an export as a program writes it (`rad/s`).
+pub fn unit(model: &Model, export: &Export) -> String {
+    match suffix(model, export).as_str() {
+        "rad" => "rad".to_string(),
+        "rad_per_s" => "rad/s".to_string(),
+        _ => export.dim.map_or(String::new(), |dim| dim.unit()),
+    }
+}
+
 fn labels(model: &Model, export: &Export) -> Vec<String> {
     match export.kind {
         ExportKind::Machine(id) => model.machines[id.0 as usize].states.clone(),

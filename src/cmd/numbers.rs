@@ -26,7 +26,7 @@ fn table(out: &mut String, compiled: &Compiled) {
         "value", "low", "high", "unit", "format"
     );
     for export in compiled.lowered.exports.iter().filter(|e| e.dim.is_some()) {
-        let unit = unit(&compiled.model, export);
+        let unit = session::unit(&compiled.model, export);
         let (low, high) = (format!("{:.6}", sig(export.range.low)), format!("{:.6}", sig(export.range.high)));
         let error = format!("{:.1e}", export.error);
         let _ =
@@ -37,14 +37,6 @@ fn table(out: &mut String, compiled: &Compiled) {
 /// Six significant digits at the most.
 fn sig(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
-}
-
-fn unit(model: &Model, export: &Export) -> String {
-    match session::suffix(model, export).as_str() {
-        "rad" => "rad".to_string(),
-        "rad_per_s" => "rad/s".to_string(),
-        _ => export.dim.map_or(String::new(), |d| d.unit()),
-    }
 }
 
 fn clamps(out: &mut String, compiled: &Compiled) {

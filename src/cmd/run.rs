@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use whippen_compiler::check::{Options, Program};
 use whippen_compiler::diag::Severity;
 use whippen_compiler::pipeline::Compiled;
+use whippen_runtime::compare::compare;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::files::FileError;
@@ -12,9 +13,9 @@ use whippen_runtime::plot;
 use whippen_runtime::session::{self, Counts, Run};
 
 use super::motion::{self, MotionArgs, Positions};
-use super::{load, progress::Progress};
+use super::{errors, load, progress::Progress};
 use crate::exit::{Failure, Outcome};
-use crate::say::say;
+use crate::say::{self, say};
 
 #[derive(Debug, clap::Args)]
 #[command(
@@ -38,6 +39,9 @@ pub struct Args {
     /// Stop after so long
     #[arg(long, value_name = "TIME", value_parser = motion::seconds)]
     seconds: Option<f64>,
+    /// Run the f64 engine too, and print how far fixed point is from it
+    #[arg(long)]
+    errors: bool,
     #[command(flatten)]
     outputs: Outputs,
 }
@@ -87,7 +91,16 @@ pub fn run(args: &Args) -> Outcome {
     }
     let run = play(&compiled, &device, args.engine, &positions)?;
     summary(&compiled, &run, args.engine, &positions);
-    write(&args.outputs, &compiled, &run)
+    write(&args.outputs, &compiled, &run)?;
+    if args.errors { print_errors(&compiled, &device, args.engine, &positions) } else { Ok(()) }
+}
+
+fn print_errors(compiled: &Compiled, device: &Device, kind: EngineKind, positions: &Positions) -> Outcome {
+    let progress = Progress::new(positions.position_m.len(), compiled.model.rate_hz);
+    let comparison = compare(compiled, device, kind, &positions.position_m, |ticks| progress.at(ticks));
+    progress.done();
+    say::whole(&errors::report(compiled, &comparison.map_err(Failure::Defect)?));
+    Ok(())
 }
 
 /// The device named on the command line, else the first keyboard's, else mikey.
