@@ -2,8 +2,7 @@
 
 use std::fmt::Write;
 
-use whippen_compiler::fix::Export;
-use whippen_compiler::model::{Model, Sense};
+use whippen_compiler::model::Sense;
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::device::Device;
 use whippen_runtime::session;
