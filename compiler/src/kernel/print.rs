@@ -1,5 +1,5 @@
-//! The text of a Kernel. It is faithful: values keep their numbers, so what `verify` says of `v17` is found in the text,
-//! and `parse` gives back an equal Kernel.
+//! The text of a Kernel. It is faithful: values keep their numbers, so what `verify` says of `v17` is found in the
+//! text, and `parse` gives back an equal Kernel.
 //!
 //! ```text
 //! kernel spring @44100 {
