@@ -19,7 +19,8 @@
 //! }
 //! ```
 //!
-//! Names that are not words joined by dots (primes allowed) stand between quotes. `;` starts a comment when reading.
+//! Names that are not words joined by dots (primes allowed) stand between quotes. When reading, `;` starts a comment, and
+//! a name is declared before it is used.
 
 use super::{Inst, Kernel, Op, Port, Region, Type, Value};
 use std::fmt::{self, Display, Formatter};
