@@ -1,6 +1,5 @@
 //! How a command ends.
 
-use std::any::Any;
 use std::process::ExitCode;
 
 /// Why a command did not do what it was asked to.
@@ -31,24 +30,4 @@ pub fn code(outcome: Outcome) -> ExitCode {
             ExitCode::from(3)
         }
     }
-}
-
-/// Whether a panic is the one of `print!` whose reader has gone, as in `whippen dump .. | head`: not a defect.
-fn nobody_reads(panic: &(dyn Any + Send)) -> bool {
-    panic.downcast_ref::<String>().is_some_and(|m| m.starts_with("failed printing to stdout: Broken pipe"))
-}
-
-/// Keeps the message of that panic away from the terminal.
-pub fn quiet_when_nobody_reads() {
-    let usual = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |info| {
-        if !nobody_reads(info.payload()) {
-            usual(info);
-        }
-    }));
-}
-
-/// What a panic makes of a command.
-pub fn panicked(panic: &(dyn Any + Send)) -> Outcome {
-    if nobody_reads(panic) { Ok(()) } else { Err(Failure::Defect("the message above tells where".to_string())) }
 }

@@ -9,8 +9,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 fn main() -> ExitCode {
-    exit::quiet_when_nobody_reads();
     // A panic is a defect: exit code 3, told apart from a wrong program.
     let outcome = std::panic::catch_unwind(|| cmd::dispatch(cmd::Cli::parse()));
-    exit::code(outcome.unwrap_or_else(|panic| exit::panicked(panic.as_ref())))
+    exit::code(outcome.unwrap_or_else(|_| Err(exit::Failure::Defect("the message above tells where".to_string()))))
 }

@@ -54,6 +54,8 @@ struct Lowerer<'a> {
     /// Reals computed so far; entries made inside a branch are dropped at its end.
     reals: HashMap<NodeId, Real>,
     bools: HashMap<NodeId, Value>,
+    /// Cells read so far, kept and dropped alike: memory is written when everything has been read.
+    loads: HashMap<u32, Value>,
     inputs: sense::Inputs,
     cells: commit::Cells,
     lives: Vec<(u32, f64)>,
@@ -72,6 +74,7 @@ impl<'a> Lowerer<'a> {
             plan: plan::fractions(step, ranges),
             reals: HashMap::new(),
             bools: HashMap::new(),
+            loads: HashMap::new(),
             inputs: sense::Inputs::default(),
             cells: commit::Cells::default(),
             lives: Vec::new(),

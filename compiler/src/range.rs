@@ -68,14 +68,18 @@ impl Problem {
             Problem::ZeroDivisor(i) => Diagnostic::new(
                 Code::DivisionByZero,
                 span,
-                format!("the divisor lies in {} .. {} (SI), which contains zero", i.low, i.high),
+                format!("the divisor lies in {} .. {} (SI), which contains zero", short(i.low), short(i.high)),
                 "this division may be by zero",
             )
             .hint("keep the divisor away from zero with `max(.., a)` or `clamp`, or narrow the range of what it is made of"),
             Problem::NegativeBase(i) => Diagnostic::new(
                 Code::NegativePower,
                 span,
-                format!("a half-integer power of a value that may be negative ({} .. {} in SI)", i.low, i.high),
+                format!(
+                    "a half-integer power of a value that may be negative ({} .. {} in SI)",
+                    short(i.low),
+                    short(i.high)
+                ),
                 "not a real number where the base is negative",
             )
             .hint("write `max(.., 0)` with the unit of the base around it"),
@@ -131,6 +135,11 @@ pub fn transfer(model: &Model, node: &Node, of: impl Fn(NodeId) -> Interval) -> 
         },
     };
     if value.magnitude() <= LIMIT { Ok(value) } else { Err(Problem::Unbounded) }
+}
+
+/// Six significant digits at the most: the ends of intervals carry the rounding of what they are made of.
+fn short(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// `1 .. 1` where the comparison always holds, `0 .. 0` where it never does.

@@ -112,11 +112,11 @@ mod tests {
         let mikey = Device::mikey();
         assert_eq!((Device::bundled("mikey").as_ref(), Device::bundled("mickey")), (Some(&mikey), None));
         assert_eq!(mikey.sensor, Sensor { low_m: -0.0005, high_m: 0.0105, delay_samples: 1.0 });
-        assert_eq!(mikey.drive, Drive { full_scale_n: 20.0, delay_samples: 1.0 });
+        assert_eq!(mikey.drive, Drive { full_scale_n: 32.0, delay_samples: 1.0 });
         let lsb_m = mikey.position_of_word(1) - mikey.position_of_word(0);
         assert!((lsb_m - 0.168e-6).abs() < 1e-9, "{lsb_m}");
-        assert_eq!(mikey.force_of_word(16_384), 10.0);
-        assert_eq!(mikey.force_of_word(i16::MIN), -20.0);
+        assert_eq!(mikey.force_of_word(16_384), 16.0);
+        assert_eq!(mikey.force_of_word(i16::MIN), -32.0);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use whippen_compiler::diag::Severity;
 use whippen_runtime::device::Device;
 
 use super::{load, numbers};
-use crate::exit::Outcome;
+use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
 
 #[derive(Debug, clap::Args)]
@@ -29,19 +29,28 @@ pub fn run(args: &Args) -> Outcome {
     let (map, program) = load::checked(&load::read(&args.files)?, &options, Severity::Note)?;
     let device = Device::mikey();
     if program.instruments.is_empty() {
-        println!("no instrument, but nothing wrong either");
+        say!("no instrument, but nothing wrong either");
     }
+    let mut outcome = Ok(());
     for model in program.instruments {
         let name = model.name.clone();
-        let compiled = load::compiled(&map, model, &device, true)?;
+        let compiled = match load::compiled(&map, model, &device, true) {
+            Ok(compiled) => compiled,
+            // What is wrong with one instrument hides nothing of the next.
+            Err(Failure::Program) => {
+                outcome = Err(Failure::Program);
+                continue;
+            }
+            Err(other) => return Err(other),
+        };
         if args.numbers {
             say::whole(&numbers::report(&compiled, &device).to_string());
         } else {
             say!("{name}: ok");
         }
     }
-    for keyboard in program.keyboards {
+    for keyboard in program.keyboards.iter().filter(|_| outcome.is_ok()) {
         say!("{}: ok ({} keys at {} Hz)", keyboard.name, keyboard.keys(), keyboard.rate_hz);
     }
-    Ok(())
+    outcome
 }

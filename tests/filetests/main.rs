@@ -17,6 +17,7 @@
 mod case;
 mod kernel;
 mod run;
+mod whip;
 
 use case::Case;
 use std::path::{Path, PathBuf};
@@ -31,6 +32,10 @@ const COMMANDS: &[(&str, &str, Command)] = &[
     ("kernel", "verify", kernel::verify),
     ("kernel", "strip", kernel::strip),
     ("kernel", "run", run::run),
+    ("whip", "parse", whip::parse),
+    ("whip", "check", whip::check),
+    ("whip", "simplify", whip::simplify),
+    ("whip", "lower", whip::lower),
 ];
 
 macro_rules! directories {
@@ -47,6 +52,10 @@ directories! {
     kernel_operators    "kernel/operators"
     kernel_memory       "kernel/memory"
     kernel_control      "kernel/control"
+    whip_parse          "whip/parse"
+    whip_check          "whip/check"
+    whip_simplify       "whip/simplify"
+    whip_lower          "whip/lower"
 }
 
 fn root() -> PathBuf {

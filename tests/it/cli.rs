@@ -107,6 +107,12 @@ fn what_only_ranges_show_ends_with_1_too() {
     let text = "instrument i { sense x: length in 0 mm .. 10 mm force f = 1 N * (1 mm / x) }";
     let shell = Shell::new().with("wrong.whip", text);
     shell.refuses(1, &["check", "wrong.whip"], &["[WH0502]", "wrong.whip:1:", "1 error"]);
+    // And hides nothing of the next instrument.
+    let again = text.replace("instrument i", "instrument j");
+    let shell = shell.with("click.whip", CLICK).with("again.whip", &again);
+    let (out, err) = shell.ends(1, &["check", "wrong.whip", "click.whip", "again.whip"]);
+    assert_eq!(out, "click: ok\n");
+    assert!(err.contains("wrong.whip:1:") && err.contains("again.whip:1:"), "{err}");
 }
 
 #[test]

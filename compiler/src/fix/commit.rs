@@ -77,9 +77,19 @@ impl Lowerer<'_> {
         }
     }
 
+    /// A cell of the kernel at the tick's start, read once.
+    fn load(&mut self, cell: u32) -> Result<Value, OpError> {
+        if let Some(&value) = self.loads.get(&cell) {
+            return Ok(value);
+        }
+        let value = self.b.op(Op::Get(cell), &[])?;
+        self.loads.insert(cell, value);
+        Ok(value)
+    }
+
     /// A cell at the tick's start.
     pub(super) fn cell(&mut self, cell: CellId) -> Result<Real, OpError> {
-        let value = self.b.op(Op::Get(self.cells.reals[cell.0 as usize]), &[])?;
+        let value = self.load(self.cells.reals[cell.0 as usize])?;
         Ok(Real::fixed(value, self.cell_bits(cell), 0.0))
     }
 
@@ -93,7 +103,7 @@ impl Lowerer<'_> {
 
     /// The state of a machine at the tick's start, as an index (none: it has one state).
     pub(super) fn machine(&mut self, machine: MachineId) -> Result<Option<Value>, OpError> {
-        self.cells.machines[machine.0 as usize].map(|cell| self.b.op(Op::Get(cell), &[])).transpose()
+        self.cells.machines[machine.0 as usize].map(|cell| self.load(cell)).transpose()
     }
 
     pub(super) fn is(&mut self, machine: MachineId, state: u32) -> Result<Value, OpError> {
@@ -151,7 +161,7 @@ impl Lowerer<'_> {
     }
 
     pub(super) fn pulse_left(&mut self, pulse: usize) -> Result<Value, OpError> {
-        self.b.op(Op::Get(self.cells.pulse_left[pulse]), &[])
+        self.load(self.cells.pulse_left[pulse])
     }
 
     /// What is to be stored in a cell: its clamp, or for a coordinate one unit beyond, so that being stopped shows.

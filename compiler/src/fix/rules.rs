@@ -139,7 +139,7 @@ impl Lowerer<'_> {
         other: Vec<Value>,
         then: impl FnOnce(&mut Self) -> Result<Vec<Value>, OpError>,
     ) -> Result<Vec<Value>, OpError> {
-        let (reals, bools) = (self.reals.clone(), self.bools.clone());
+        let (reals, bools, loads) = (self.reals.clone(), self.bools.clone(), self.loads.clone());
         let mut builder = std::mem::replace(&mut self.b, Builder::new("", 0));
         let result = builder.if_else(
             condition,
@@ -152,7 +152,7 @@ impl Lowerer<'_> {
             |_| Ok(other),
         );
         self.b = builder;
-        (self.reals, self.bools) = (reals, bools);
+        (self.reals, self.bools, self.loads) = (reals, bools, loads);
         result
     }
 

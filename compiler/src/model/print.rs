@@ -190,8 +190,21 @@ impl Printer<'_> {
                 (format!("{} is {}", machine.name, machine.states[*s as usize]), 4)
             }
             Node::Linear(c0, terms) => {
-                let term = |(c, x): &(super::dag::Real, NodeId)| format!(" + {} * {}", number(c.0), self.value(*x, 7));
-                (format!("{}{}", number(c0.0), terms.iter().map(term).collect::<String>()), 5)
+                let term = |(c, x): &(super::dag::Real, NodeId)| match (c.0.abs(), self.value(*x, 7)) {
+                    (1.0, x) => x,
+                    (factor, x) => format!("{} * {x}", number(factor)),
+                };
+                let mut text = if c0.0 == 0.0 { String::new() } else { number(c0.0) };
+                for t in terms {
+                    text += match (text.is_empty(), t.0.0 < 0.0) {
+                        (true, false) => "",
+                        (true, true) => "-",
+                        (false, false) => " + ",
+                        (false, true) => " - ",
+                    };
+                    text += &term(t);
+                }
+                (text, 5)
             }
             Node::Add(a, b) => infix(a, "+", b, 5),
             Node::Sub(a, b) => infix(a, "-", b, 5),

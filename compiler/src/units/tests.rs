@@ -1,3 +1,5 @@
+//! Dimensions, units, quantities.
+
 use super::table::UNITS;
 use super::*;
 
