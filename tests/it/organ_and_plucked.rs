@@ -67,31 +67,6 @@ fn a_row_is_silent_on_the_way_back_and_plucks_again_only_below_its_string() {
 }
 
 #[test]
-fn turning_back_before_and_past_the_peak() {
-    // Fig. 5 on the front row: 3.0, 3.8, 4.0 mm and 0.9 N. Turned at 3.9 mm the force is held at half the height until 3.4 mm.
-    let force_after = |depths_mm: &[f64]| {
-        let to = |g: Gesture, mm: &f64| g.to(mm * 1e-3, 0.2);
-        let gesture = depths_mm.iter().fold(Gesture::new().hold(0.1), to).hold(0.1);
-        *harpsichord([true, false, false], &gesture).column("front_n").last().expect("ticks")
-    };
-    let cases: &[(&[f64], f64)] = &[
-        (&[3.6], 0.675),
-        (&[3.6, 3.2], 0.225),
-        (&[3.9], 0.45),
-        (&[3.9, 3.6], 0.45),
-        (&[3.9, 3.5, 3.8], 0.45),
-        (&[3.9, 3.5, 3.95], 0.225),
-        (&[3.9, 3.2], 0.225),
-        (&[3.9, 2.9, 3.8], 0.9),
-        (&[4.1, 3.5], 0.0),
-    ];
-    for (depths_mm, expected_n) in cases {
-        let force_n = force_after(depths_mm);
-        assert!((force_n - expected_n).abs() < 2e-3, "{depths_mm:?}: {force_n} N, not {expected_n} N");
-    }
-}
-
-#[test]
 fn the_bundled_gesture_plucks_every_stroke() {
     // Seven full strokes and one of 7 mm, which stops before the four-foot row at 7.2 mm.
     let played = play(&common::instruments("harpsichord.whip", &[("four", "on")])[0], &common::gesture());

@@ -101,7 +101,7 @@ fn force_terms_add_up_and_the_drive_clips() {
     both(&strong, |p| {
         p.tick(1e-3);
         close(p.value("force"), 3.5, 1e-3);
-        close(f64::from(p.drive) * 20.0 / 32_768.0, 3.5, 1.5e-3);
+        close(f64::from(p.drive) * 32.0 / 32_768.0, 3.5, 1.5e-3);
         p.tick(9e-3);
         close(p.value("force"), 35.5, 1e-2);
         assert_eq!(p.drive, i16::MAX, "clipped at the device's limit");

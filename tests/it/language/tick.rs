@@ -137,7 +137,7 @@ fn forces_are_those_worked_out_before_the_motion() {
     both(&heard, |p| {
         p.tick(6e-3);
         close(p.value("force"), 1.0, 1e-6);
-        assert_eq!(p.drive, 1638, "1 N of 20 N full scale");
+        assert_eq!(p.drive, 1024, "1 N of 32 N full scale");
         p.tick(6e-3);
         close(p.value("force"), 5.0, 1e-6);
     });
