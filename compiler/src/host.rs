@@ -9,13 +9,11 @@
 //!         next key --------------------------------------------------------+
 //! ```
 //!
-//! It works on the same [`Memory`] as the interpreter and agrees with it in every byte. The proofs of `verify` carry over:
-//! since no value can leave its range, 32-bit values live sign-extended in 64-bit registers, where their operators give the
-//! same results, and neither `widen` nor `narrow` costs anything.
+//! It works on the same [`Memory`] as the interpreter and agrees with it in every byte. The proofs of `verify` carry
+//! over: since no value can leave its range, 32-bit values live sign-extended in 64-bit registers, where their
+//! operators give the same results, and neither `widen` nor `narrow` costs anything.
 //!
 //! The only unsafe code of the compiler is in this file: calling what Cranelift made, and freeing it.
-
-#![allow(unsafe_code)]
 
 mod compile;
 mod frame;
@@ -28,7 +26,8 @@ use frame::BUFFERS;
 /// How to compile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
-    /// Whether probes are kept. Without them, and without what only they need, a kernel runs faster; `probes()` is empty.
+    /// Whether probes are kept. Without them, and without what only they need, a kernel runs faster; `probes()` is
+    /// empty.
     pub probes: bool,
 }
 
@@ -119,6 +118,7 @@ impl HostCode {
     }
 
     /// Runs the compiled `init` or `tick`.
+    #[allow(unsafe_code)]
     fn call(&mut self, tick: bool, inputs: &[u16], outputs: &mut [i16]) {
         assert_eq!(inputs.len(), self.memory.keys() * self.kernel.inputs.len(), "one input word per key and port");
         let Some(address) = self.code.as_ref().and_then(|code| if tick { code.tick } else { code.init }) else {
@@ -141,15 +141,17 @@ impl HostCode {
         ];
         // SAFETY: `address` was made by `compile` with the signature `Function` and lives as long as `self.code`.
         let function: Function = unsafe { std::mem::transmute::<*const u8, Function>(address) };
-        // SAFETY: the code was translated for this `kernel` and `memory.layout`, and it touches nothing but the buffers.
-        // Their lengths follow from that layout alone (`Memory` never resizes them), those of the words were checked by
-        // the caller and above. Indices into cells, tables and lines were proven inside by `verify`; the proof holds since
-        // inputs are clamped to their ranges, and live values and cells can only be set within theirs. In a kernel that
-        // assumes anything, where the proof may not hold, the code itself holds indices inside and divisions from trapping.
+        // SAFETY: the code was translated for this `kernel` and `memory.layout`, and it touches nothing but the
+        // buffers. Their lengths follow from that layout alone (`Memory` never resizes them), those of the words were
+        // checked by the caller and above. Indices into cells, tables and lines were proven inside by `verify`; the
+        // proof holds since inputs are clamped to their ranges, and live values and cells can only be set within
+        // theirs. In a kernel that assumes anything, where the proof may not hold, the code itself holds indices
+        // inside and divisions from trapping.
         unsafe { function(&raw const buffers) }
     }
 }
 
+#[allow(unsafe_code)]
 impl Drop for HostCode {
     fn drop(&mut self) {
         if let Some(code) = self.code.take() {

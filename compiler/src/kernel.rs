@@ -1,18 +1,34 @@
-//! The Kernel: one tick of one key as integer SSA, with the memory it works on; the engines run it for N keys.
+//! The Kernel: one tick of one key as integers, with the memory it works on; the engines run it for N keys.
 //!
-//! Values are 1-, 32- or 64-bit integers. Each value carries the interval it was proven to stay in, so no operator can
-//! overflow; should it be fed something outside all the same, arithmetic wraps, and every engine wraps alike. Control is
-//! structured: `if` and `loop` are instructions that own [`Region`]s.
+//! This is where the real numbers have ended. What a sensor word does to the words of memory and to the drive word is
+//! written out bit by bit: 1-, 32- and 64-bit integers in SSA form, explicit shifts and rounding, structured control
+//! (`if` and `loop` are instructions that own [`Region`]s). Whoever runs a Kernel has nothing left to choose, so the
+//! interpreter, the code for the host and the code for the target agree in every bit.
 //!
 //! ```text
-//!   in words -> | per-key record: cells | delay lines (ring index shared by all keys) | -> out words
-//!               | shared: live values, tables                                         | -> events, probes
+//!   in words -> | per-key record: cells, keyed constants                               | -> out words
+//!               | delay lines (one ring index for all of a length, shared by all keys) | -> events
+//!               | shared: live values, tables                                          | -> probes
 //! ```
 //!
-//! What an operator means is in `op`, once. `interp` is built from that alone; other engines only agree with it.
-//! A Kernel prints and parses (`print`, `parse`); `verify` checks types, dominance and every range.
+//! Each value carries the interval it was proven to stay in. The proof is local: the table of operators says which
+//! interval a result has, given those of the operands, and [`verify()`] checks that every declared interval holds it.
+//! No operator can overflow then, no index can leave its cell, whatever words come in; what a host may change between
+//! ticks is held to its declared range. Only [`Op::Assume`] puts something in that intervals cannot show, and the
+//! checked interpreter looks after it.
 //!
-//! Not here: reals, units, formats (they end in `fix::lower`), machine code.
+//! | part | what it settles |
+//! | --- | --- |
+//! | [`op`] | every operator in one line: name, signature, meaning, interval of the result |
+//! | [`build`] | makes Kernels, instruction by instruction, with types and intervals from the table |
+//! | `print`, [`mod@parse`] | the text of a Kernel, both ways |
+//! | [`mod@verify`] | types, dominance, effects, intervals, sizes |
+//! | [`layout`], [`memory`] | where everything lies; what operators on memory mean |
+//! | [`interp`] | the reference engine, built from the table alone |
+//! | `strip` | the same Kernel without probes |
+//! | [`random`] | random valid Kernels and inputs, for tests of every engine |
+//!
+//! Not here: reals, units, formats (they end in `fix::lower`), machine code (`host`, `thumb`).
 
 pub mod build;
 pub mod interp;

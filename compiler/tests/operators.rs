@@ -85,8 +85,8 @@ fn roots_are_those_of_fixed() {
     }
 }
 
-/// All operators on values with these types of operands, with immediates where they need one. The interval of `assume` is
-/// a promise, not a result.
+/// All operators on values with these types of operands, with immediates where they need one. The interval of
+/// `assume` is a promise, not a result.
 fn operators() -> Vec<(Op, Vec<Type>)> {
     let concrete = |sort: &Sort, free: Type| match sort {
         Sort::I1 => Type::I1,

@@ -1,4 +1,5 @@
-//! Tests that are texts: each file in these directories begins with commands in comments, and ends with what they print.
+//! Tests that are texts: each file in these directories begins with commands in comments, and ends with what they
+//! print.
 //!
 //! ```text
 //! ; test verify                    leading comments: the commands, in the order of the sections
@@ -10,8 +11,8 @@
 //! tick 0 key 0: x=1 -> f=3
 //! ```
 //!
-//! `WHIPPEN_BLESS=1 cargo test --test filetests` writes the sections anew. A new command is a line of [`COMMANDS`], a new
-//! directory one of `directories!`.
+//! `WHIPPEN_BLESS=1 cargo test --test filetests` writes the sections anew. A new command is a line of [`COMMANDS`], a
+//! new directory one of `directories!`.
 
 mod case;
 mod kernel;
@@ -21,7 +22,8 @@ mod whip;
 use case::Case;
 use std::path::{Path, PathBuf};
 
-/// A command: the text under test and the command's words give what is printed. An error fails the test even when blessing.
+/// A command: the text under test and the command's words give what is printed. An error fails the test even when
+/// blessing.
 type Command = fn(&str, &[&str]) -> Result<String, String>;
 
 /// Every command: ending of the file, name, what it does.

@@ -1,8 +1,8 @@
 //! `run [keys=N] [ticks=N] [cells] NAME=1,2,3/4,5,6 ..`: both engines, fed tick by tick.
 //!
-//! A name is an input, a live value or a cell (its word 0); values stand by tick, the last one stays; those after a slash
-//! are the next key's. What is printed comes from the interpreter in checked mode; that the host code does the same, to the
-//! byte, is a condition. `cells` prints all cells after the last tick.
+//! A name is an input, a live value or a cell (its word 0); values stand by tick, the last one stays; those after a
+//! slash are the next key's. What is printed comes from the interpreter in checked mode; that the host code does the
+//! same, to the byte, is a condition. `cells` prints all cells after the last tick.
 
 use std::fmt::Write;
 use whippen_compiler::host::{HostCode, Options};

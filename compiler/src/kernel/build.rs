@@ -15,8 +15,8 @@
 //! # Ok::<(), whippen_compiler::kernel::OpError>(())
 //! ```
 //!
-//! A pure operator applied twice to the same operands gives the same value (local value numbering), so constants need no
-//! care. A region that fails half-way is dropped as a whole; the builder can be used on.
+//! A pure operator applied twice to the same operands gives the same value (local value numbering), so constants need
+//! no care. A region that fails half-way is dropped as a whole; the builder can be used on.
 
 mod declare;
 
@@ -158,8 +158,9 @@ impl Builder {
         Ok(results)
     }
 
-    /// Runs `body` `rounds` times. It gets the round (`i32`, from 0) and the carried values, and returns their next values.
-    /// Each carried value comes with the range it keeps: the start must lie in it, and so must what `body` returns.
+    /// Runs `body` `rounds` times. It gets the round (`i32`, from 0) and the carried values, and returns their next
+    /// values. Each carried value comes with the range it keeps: the start must lie in it, and so must what `body`
+    /// returns.
     ///
     /// # Errors
     /// Those of the closure; no rounds; a carried value that may leave its range or changes its type.

@@ -1,15 +1,15 @@
 //! Where everything lies in memory; the same for every engine of the host.
 //!
 //! ```text
-//! records  | cell cell grid... keyed keyed | cell cell grid... keyed keyed | ...     one record per key, words of 32 bits
+//! records  | cell cell grid... keyed keyed | cell cell grid... keyed keyed | ...    one record a key, words of 32 bits
 //! rows     | slot 0: key 0, key 1, ... | slot 1: key 0, key 1, ... | ...             one block per delay line
 //! rings    one index per distinct length of line: the slot that is written in this tick
 //! events   | tick tick key event arg arg | ...                                       bounded
 //! ```
 //!
 //! An `i1` or `i32` takes one word, an `i64` two, the low one first, at an even place in its record. Rows hold `u16`
-//! where the line's range fits, else `i32`; with slots outside and keys inside, one tick of all keys touches one row per
-//! delay.
+//! where the line's range fits, else `i32`; with slots outside and keys inside, one tick of all keys touches one row
+//! per delay.
 
 use super::{Kernel, Range, Type, Verified};
 use std::fmt;

@@ -1,7 +1,7 @@
 //! Memory of all keys, and what the host may do with it between ticks.
 //!
-//! Every engine works on a `Memory` of its own; after the same calls they are equal byte for byte (`==`). Whatever comes in
-//! from outside is held to the declared ranges here, so that what `verify` proved stays true.
+//! Every engine works on a `Memory` of its own; after the same calls they are equal byte for byte (`==`). Whatever
+//! comes in from outside is held to the declared ranges here, so that what `verify` proved stays true.
 
 mod key;
 

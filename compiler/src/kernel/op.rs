@@ -1,13 +1,13 @@
 //! The table of operators: name, signature, what it means, which interval its result lies in. Everything else that must
 //! know operators (printer, parser, verifier, interpreter, random kernels) asks this table.
 //!
-//! Meanings are exact: they are written over unbounded integers (`i128` holds every intermediate) and the result is then
-//! wrapped to its type. That makes two other columns short. Overflow is the exact result not fitting its type; and where
-//! a meaning is monotone in each operand by itself, the exact interval of the result is spanned by the meaning at the
-//! corners of the operands' intervals.
+//! Meanings are exact: they are written over unbounded integers (`i128` holds every intermediate) and the result is
+//! then wrapped to its type. That makes two other columns short. Overflow is the exact result not fitting its type;
+//! and where a meaning is monotone in each operand by itself, the exact interval of the result is spanned by the
+//! meaning at the corners of the operands' intervals.
 //!
-//! One operator is a promise: `assume`. Where it is broken, values are wrong, and not in every engine alike; memory stays
-//! safe in all, since an index outside is taken for the nearest inside.
+//! One operator is a promise: `assume`. Where it is broken, values are wrong, and not in every engine alike; memory
+//! stays safe in all, since an index outside is taken for the nearest inside.
 //!
 //! Not here: how operators print (`print`), where they may stand (`verify`), what memory looks like (`layout`).
 
@@ -159,7 +159,7 @@ macro_rules! operators {
     ($(
         #[doc = $doc:literal]
         $op:ident $( ( $( $imm:ident: $imm_ty:ident $imm_kind:ident ),+ ) )?
-        = $name:literal ( $($arg:ident)* -> $($result:ident)? ) $effect:ident $transfer:ident $meaning:expr;
+        $name:literal ( $($arg:ident)* -> $($result:ident)? ) $effect:ident $transfer:ident $meaning:expr;
     )*) => {
         /// Operators with their immediates; types, meaning and range transfer are in the table of `op`.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -208,83 +208,88 @@ use Meaning::{Exact, Reads, Regions, Writes};
 
 operators! {
     /// A constant; its type is that of its result.
-    Const(value: i64 Number)    = "const"      (-> T)           Pure         Corners  Exact(|k, _, _, _| k);
+    Const(k: i64 Number)  "const"     (-> T)               Pure Corners  Exact(|k, _, _, _| k);
     /// The sum.
-    Add                         = "add"        (N N -> N)       Pure         Corners  Exact(|_, a, b, _| a + b);
+    Add                   "add"       (N N -> N)           Pure Corners  Exact(|_, a, b, _| a + b);
     /// The difference.
-    Sub                         = "sub"        (N N -> N)       Pure         Corners  Exact(|_, a, b, _| a - b);
+    Sub                   "sub"       (N N -> N)           Pure Corners  Exact(|_, a, b, _| a - b);
     /// The product.
-    Mul                         = "mul"        (N N -> N)       Pure         Corners  Exact(|_, a, b, _| a * b);
+    Mul                   "mul"       (N N -> N)           Pure Corners  Exact(|_, a, b, _| a * b);
     /// The whole product of two words (SMULL).
-    MulWide                     = "mul_wide"   (I32 I32 -> I64) Pure         Corners  Exact(|_, a, b, _| a * b);
+    MulWide               "mul_wide"  (I32 I32 -> I64)     Pure Corners  Exact(|_, a, b, _| a * b);
     /// Accumulator plus product (SMLAL).
-    MacWide                     = "mac_wide"   (I64 I32 I32 -> I64) Pure     Corners  Exact(|_, a, b, c| a + b * c);
+    MacWide               "mac_wide"  (I64 I32 I32 -> I64) Pure Corners  Exact(|_, a, b, c| a + b * c);
     /// The smaller one.
-    Min                         = "min"        (N N -> N)       Pure         Corners  Exact(|_, a, b, _| a.min(b));
+    Min                   "min"       (N N -> N)           Pure Corners  Exact(|_, a, b, _| a.min(b));
     /// The larger one.
-    Max                         = "max"        (N N -> N)       Pure         Corners  Exact(|_, a, b, _| a.max(b));
+    Max                   "max"       (N N -> N)           Pure Corners  Exact(|_, a, b, _| a.max(b));
     /// Left shift.
-    Shl(n: u8 Shift)            = "shl"        (N -> N)         Pure         Corners  Exact(|n, a, _, _| a << n);
+    Shl(n: u8 Shift)      "shl"       (N -> N)             Pure Corners  Exact(|n, a, _, _| a << n);
     /// Arithmetic right shift, rounding towards minus infinity.
-    Sar(n: u8 Shift)            = "sar"        (N -> N)         Pure         Corners  Exact(|n, a, _, _| a >> n);
+    Sar(n: u8 Shift)      "sar"       (N -> N)             Pure Corners  Exact(|n, a, _, _| a >> n);
     /// Arithmetic right shift, rounding half up: `floor(a / 2^n + 1/2)`.
-    SarRound(n: u8 Shift)       = "sar_round"  (N -> N)         Pure         Corners  Exact(|n, a, _, _| (a + ((1 << n) >> 1)) >> n);
+    SarRound(n: u8 Shift) "sar_round" (N -> N)             Pure Corners  Exact(|n, a, _, _| sar_round(a, n));
     /// Quotient in fixed point, rounding half up: `floor(a * 2^n / b + 1/2)`; 0 where `b` is 0.
-    DivRound(n: u8 Shift)       = "div_round"  (I32 I32 -> I32) Pure         Divide   Exact(|n, a, b, _| div_round(a << n, b));
+    DivRound(n: u8 Shift) "div_round" (I32 I32 -> I32)     Pure Divide   Exact(|n, a, b, _| div_round(a << n, b));
     /// `floor(sqrt(a))`; 0 where `a` is negative.
-    Sqrt                        = "sqrt"       (I64 -> I32)     Pure         Corners  Exact(|_, a, _, _| a.max(0).isqrt());
+    Sqrt                  "sqrt"      (I64 -> I32)         Pure Corners  Exact(|_, a, _, _| a.max(0).isqrt());
     /// The same value in 64 bits.
-    Widen                       = "widen"      (I32 -> I64)     Pure         Corners  Exact(|_, a, _, _| a);
-    /// The same value, known by an argument beyond intervals to lie within the immediates; the checked interpreter tests it.
-    Assume(low: i64 Number, high: i64 Number) = "assume" (N -> N)   Pure         Assumed  Exact(|_, a, _, _| a);
+    Widen                 "widen"     (I32 -> I64)         Pure Corners  Exact(|_, a, _, _| a);
+    /// The same value, promised to lie within the immediates by an argument beyond intervals.
+    Assume(low: i64 Number, high: i64 Number) "assume"    (N -> N)             Pure Assumed  Exact(|_, a, _, _| a);
     /// The low word.
-    Narrow                      = "narrow"     (I64 -> I32)     Pure         Corners  Exact(|_, a, _, _| a);
+    Narrow                "narrow"    (I64 -> I32)         Pure Corners  Exact(|_, a, _, _| a);
     /// Whether both are equal.
-    Eq                          = "eq"         (T T -> I1)      Pure         Equal    Exact(|_, a, b, _| (a == b).into());
+    Eq                    "eq"        (T T -> I1)          Pure Equal    Exact(|_, a, b, _| (a == b).into());
     /// Whether the first is less than the second.
-    Lt                          = "lt"         (N N -> I1)      Pure         Corners  Exact(|_, a, b, _| (a < b).into());
+    Lt                    "lt"        (N N -> I1)          Pure Corners  Exact(|_, a, b, _| (a < b).into());
     /// Whether the first is at most the second.
-    Le                          = "le"         (N N -> I1)      Pure         Corners  Exact(|_, a, b, _| (a <= b).into());
+    Le                    "le"        (N N -> I1)          Pure Corners  Exact(|_, a, b, _| (a <= b).into());
     /// Whether both hold.
-    And                         = "and"        (I1 I1 -> I1)    Pure         Corners  Exact(|_, a, b, _| a & b);
+    And                   "and"       (I1 I1 -> I1)        Pure Corners  Exact(|_, a, b, _| a & b);
     /// Whether at least one holds.
-    Or                          = "or"         (I1 I1 -> I1)    Pure         Corners  Exact(|_, a, b, _| a | b);
+    Or                    "or"        (I1 I1 -> I1)        Pure Corners  Exact(|_, a, b, _| a | b);
     /// Whether it does not hold.
-    Not                         = "not"        (I1 -> I1)       Pure         Corners  Exact(|_, a, _, _| 1 - a);
+    Not                   "not"       (I1 -> I1)           Pure Corners  Exact(|_, a, _, _| 1 - a);
     /// The second operand where the first holds, else the third.
-    Select                      = "select"     (I1 T T -> T)    Pure         Corners  Exact(|_, a, b, c| if a == 1 { b } else { c });
+    Select                "select"    (I1 T T -> T)        Pure Corners  Exact(|_, a, b, c| if a == 1 { b } else { c });
     /// Word of an input port, clamped to the port's range.
-    In(port: u32 Input)         = "in"         (-> Own)         Pure         Declared Reads(|key, [port, _], _| key.input(port));
+    In(i: u32 Input)     "in"     (-> Own)       Pure         Declared Reads(|k, [i, _], _| k.input(i));
     /// Word of an output port; every port is written exactly once.
-    Out(port: u32 Output)       = "out"        (Own ->)         WritesOnce   None     Writes(|key, [port, _], args| key.output(port, args[0]));
+    Out(i: u32 Output)   "out"    (Own ->)       WritesOnce   None     Writes(|k, [i, _], v| k.output(i, v[0]));
     /// A live value.
-    Live(live: u32 Live)        = "live"       (-> Own)         Pure         Declared Reads(|key, [live, _], _| key.live(live));
+    Live(i: u32 Live)    "live"   (-> Own)       Pure         Declared Reads(|k, [i, _], _| k.live(i));
     /// A constant of the key.
-    Keyed(keyed: u32 Keyed)     = "keyed"      (-> Own)         Pure         Declared Reads(|key, [keyed, _], _| key.keyed(keyed));
+    Keyed(i: u32 Keyed)  "keyed"  (-> Own)       Pure         Declared Reads(|k, [i, _], _| k.keyed(i));
     /// Word 0 of a cell, as stored now.
-    Get(cell: u32 Cell)         = "get"        (-> Own)         Reads        Declared Reads(|key, [cell, _], _| key.get(cell, 0));
+    Get(i: u32 Cell)     "get"    (-> Own)       Reads        Declared Reads(|k, [i, _], _| k.get(i, 0));
     /// Stores word 0 of a cell.
-    Set(cell: u32 Cell)         = "set"        (Own ->)         Writes       None     Writes(|key, [cell, _], args| key.set(cell, 0, args[0]));
+    Set(i: u32 Cell)     "set"    (Own ->)       Writes       None     Writes(|k, [i, _], v| k.set(i, 0, v[0]));
     /// A word of a cell, as stored now.
-    GetAt(cell: u32 Cell)       = "get_at"     (Index -> Own)   Reads        Declared Reads(|key, [cell, _], args| key.get(cell, args[0]));
+    GetAt(i: u32 Cell)   "get_at" (Index -> Own) Reads        Declared Reads(|k, [i, _], v| k.get(i, v[0]));
     /// Stores a word of a cell.
-    SetAt(cell: u32 Cell)       = "set_at"     (Index Own ->)   Writes       None     Writes(|key, [cell, _], args| key.set(cell, args[0], args[1]));
+    SetAt(i: u32 Cell)   "set_at" (Index Own ->) Writes       None     Writes(|k, [i, _], v| k.set(i, v[0], v[1]));
     /// What was pushed onto a line so many ticks ago; stands before the line's push.
-    Delay(line: u32 Line, ticks: u32 Ticks) = "delay" (-> Own)  Reads        Declared Reads(|key, [line, ticks], _| key.delay(line, ticks));
+    Delay(i: u32 Line, n: u32 Ticks) "delay"  (-> Own)       Reads        Declared Reads(|k, [i, n], _| k.delay(i, n));
     /// Pushes onto a line.
-    Push(line: u32 Line)        = "push"       (Own ->)         WritesOnce   None     Writes(|key, [line, _], args| key.push(line, args[0]));
+    Push(i: u32 Line)    "push"   (Own ->)       WritesOnce   None     Writes(|k, [i, _], v| k.push(i, v[0]));
     /// Fills a whole line.
-    Fill(line: u32 Line)        = "fill"       (Own ->)         WritesInInit None     Writes(|key, [line, _], args| key.fill(line, args[0]));
+    Fill(i: u32 Line)    "fill"   (Own ->)       WritesInInit None     Writes(|k, [i, _], v| k.fill(i, v[0]));
     /// Entry of a table.
-    Lookup(table: u32 Table)    = "lookup"     (Index -> I32)   Pure         Entries  Reads(|key, [table, _], args| key.lookup(table, args[0]));
+    Lookup(i: u32 Table) "lookup" (Index -> I32) Pure         Entries  Reads(|k, [i, _], v| k.lookup(i, v[0]));
     /// An event of this key in this tick.
-    Emit(event: u32 Event)      = "emit"       (Args ->)        WritesInTick None     Writes(|key, [event, _], args| key.emit(event, args));
+    Emit(i: u32 Event)   "emit"   (Args ->)      WritesInTick None     Writes(|k, [i, _], v| k.emit(i, v));
     /// Exports a value; a probe not reached in a tick keeps its value.
-    Probe(probe: u32 Probe)     = "probe"      (Own ->)         WritesInTick None     Writes(|key, [probe, _], args| key.probe(probe, args[0]));
+    Probe(i: u32 Probe)  "probe"  (Own ->)       WritesInTick None     Writes(|k, [i, _], v| k.probe(i, v[0]));
     /// Runs the first region where the operand holds, else the second; results are what the region yields.
-    If                          = "if"         (I1 ->)          Control      None     Regions;
+    If                   "if"     (I1 ->)        Control      None     Regions;
     /// Runs a region so many times with the round (from 0) and the values carried from round to round.
-    Loop(rounds: u32 Rounds)    = "loop"       (->)             Control      None     Regions;
+    Loop(i: u32 Rounds)  "loop"   (->)           Control      None     Regions;
+}
+
+/// `floor(a / 2^n + 1/2)`
+fn sar_round(a: i128, n: i128) -> i128 {
+    (a + ((1 << n) >> 1)) >> n
 }
 
 /// `floor(a / b + 1/2)`, 0 where `b` is 0.

@@ -1,5 +1,5 @@
-//! Reads the text of a Kernel (see `print`). Only the shape is checked here: names exist, operators have their operands;
-//! types and ranges are for `verify`.
+//! Reads the text of a Kernel (see `print`). Only the shape is checked here: names exist, operators have their
+//! operands; types and ranges are for `verify`.
 //!
 //! A grammar in which one token decides, read by recursive descent; the first error ends it.
 

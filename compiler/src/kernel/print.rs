@@ -1,5 +1,5 @@
-//! The text of a Kernel. It is faithful: values keep their numbers, so what `verify` says of `v17` is found in the text,
-//! and `parse` gives back an equal Kernel.
+//! The text of a Kernel. It is faithful: values keep their numbers, so what `verify` says of `v17` is found in the
+//! text, and `parse` gives back an equal Kernel.
 //!
 //! ```text
 //! kernel spring @44100 {
@@ -19,7 +19,8 @@
 //! }
 //! ```
 //!
-//! Names that are not words joined by dots (primes allowed) stand between quotes. `;` starts a comment when reading.
+//! Names that are not words joined by dots (primes allowed) stand between quotes. When reading, `;` starts a comment, and
+//! a name is declared before it is used.
 
 use super::{Inst, Kernel, Op, Port, Region, Type, Value};
 use std::fmt::{self, Display, Formatter};

@@ -1,9 +1,9 @@
 //! Random kernels and inputs, for tests of every engine and backend.
 //!
-//! A kernel is grown through the [`Builder`], so it is valid by construction: an operator is drawn from the table, its
-//! operands from what is in sight, and what the table refuses is repaired (operands are shifted down or clamped) or given
-//! up. Constants are the interesting ones: powers of two and their neighbours, the ends of types and ranges. Half of all
-//! values are exposed by probes and cells, so that what computes them cannot hide.
+//! A kernel is grown through the [`Builder`], so it is valid by construction: an operator is drawn from the table,
+//! its operands from what is in sight, and what the table refuses is repaired (operands are shifted down or clamped)
+//! or given up. Constants are the interesting ones: powers of two and their neighbours, the ends of types and ranges.
+//! Half of all values are exposed by probes and cells, so that what computes them cannot hide.
 //!
 //! Everything follows from the seed alone, on every platform.
 

@@ -79,8 +79,9 @@ impl Translator<'_> {
         self.f.ins().sextend(I64, word)
     }
 
-    /// `floor(sqrt(a))`, 0 where `a` is negative. The machine's square root, cut to an integer, may be one too large where
-    /// `a` was rounded up on the way. It is never too small: rounding is monotone and the exact root is representable.
+    /// `floor(sqrt(a))`, 0 where `a` is negative. The machine's square root, cut to an integer, may be one too large
+    /// where `a` was rounded up on the way. It is never too small: rounding is monotone and the exact root is
+    /// representable.
     pub(super) fn sqrt(&mut self, a: Value) -> Value {
         let zero = self.f.ins().iconst(I64, 0);
         let a = self.f.ins().smax(a, zero);

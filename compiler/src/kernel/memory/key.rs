@@ -1,6 +1,7 @@
 //! One key in one tick: what the operators on memory mean.
 //!
-//! The kernel is verified, so every index is inside, unless it rests on an `assume` that is wrong: then the nearest counts.
+//! The kernel is verified, so every index is inside, unless it rests on an `assume` that is wrong: then the nearest
+//! counts.
 
 use super::Memory;
 use crate::kernel::Kernel;

@@ -1,5 +1,5 @@
-//! Applying an operator to what is known of its operands: checks types, immediates and ranges, and gives the type and the
-//! interval of the result.
+//! Applying an operator to what is known of its operands: checks types, immediates and ranges, and gives the type and
+//! the interval of the result.
 
 use super::{Immediate, Meaning, Op, OpError, Row, Sort, Transfer};
 use crate::kernel::{Kernel, Range, Type, ValueInfo};
@@ -73,8 +73,9 @@ impl Op {
     /// Type and range of the result for such operands; none for an operator without result.
     ///
     /// # Errors
-    /// Operands of wrong types, immediates that do not exist or are too large, a result that need not fit its type, an
-    /// operand or index that may leave what is declared. `const` has no operands that tell its type: see [`Op::constant`].
+    /// Operands of wrong types, immediates that do not exist or are too large, a result that need not fit its type,
+    /// an operand or index that may leave what is declared. `const` has no operands that tell its type: see
+    /// [`Op::constant`].
     pub fn apply(self, kernel: &Kernel, args: &[ValueInfo]) -> Result<Option<ValueInfo>, OpError> {
         if matches!(self, Op::Const(_) | Op::If | Op::Loop(_)) {
             return Err(OpError::Misused { op: self });
