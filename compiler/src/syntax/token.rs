@@ -2,7 +2,7 @@
 //!
 //! A number and its unit are one token: after exactly one space the longest run of known units is taken, so `2 m` is a
 //! length, while `2 min(a, b)` and `10 lasting 3 ms` leave the word alone. Characters that belong to no token become
-//! diagnostics here and, where their meaning is plain, the token that was meant ([`foreign`]).
+//! diagnostics here and, where their meaning is plain, the token that was meant (`foreign`).
 //!
 //! Not here: what a number followed by an unknown word means (see `repair`), and any grammar.
 
