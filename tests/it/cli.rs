@@ -330,6 +330,18 @@ fn the_same_run_writes_the_same_bytes() {
 }
 
 #[test]
+fn the_program_in_the_readme_clicks_as_printed() {
+    let readme = include_str!("../../README.md");
+    let program = readme.split("```whip\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a program");
+    let shell = Shell::new().with("click.whip", program);
+    let (out, err) = shell.ends(0, &["run", "click.whip", "--plot", "click.png"]);
+    assert_eq!(err, "");
+    // One click for each of the eight strokes of the bundled gesture that pass 5.5 mm.
+    assert_eq!(out.matches("  note  ").count(), 8, "{out}");
+    assert!(shell.files().contains(&"click.png".to_string()));
+}
+
+#[test]
 fn without_a_command_it_shows_what_it_can() {
     let shell = Shell::new();
     let (out, err) = shell.ends(0, &[]);
