@@ -15,7 +15,7 @@ use std::path::Path;
 
 use whippen_compiler::scales::Scales;
 
-use crate::files::{FileError, open};
+use crate::files::{FileError, read_text};
 
 /// The default device, as bundled.
 const MIKEY: &str = include_str!("../../instruments/hardware/mikey.toml");
@@ -68,7 +68,7 @@ impl Device {
     /// The file cannot be read or is no TOML; a key is unknown or missing; a value is not a string, has no unit or one of the
     /// wrong dimension, or makes no sense. Each names the file, the line and the key.
     pub fn load(path: &Path) -> Result<Device, FileError> {
-        let text = std::io::read_to_string(open(path)?).map_err(|e| FileError::new(path, e.to_string()))?;
+        let text = read_text(path)?;
         file::read(path, &text)
     }
 

@@ -76,6 +76,17 @@ pub fn open(path: &Path) -> Result<File, FileError> {
     }
 }
 
+/// Reads a file as text.
+///
+/// # Errors
+/// As [`open`]; the file is not UTF-8.
+pub fn read_text(path: &Path) -> Result<String, FileError> {
+    io::read_to_string(open(path)?).map_err(|e| match e.kind() {
+        io::ErrorKind::InvalidData => FileError::new(path, "is not text (UTF-8)"),
+        _ => FileError::new(path, reason(&e)),
+    })
+}
+
 /// Writes a file whole or not at all: `contents` is given a buffered writer.
 ///
 /// # Errors

@@ -119,7 +119,10 @@ pub fn load(path: &Path, options: &MotionOptions, tick_rate_hz: u32) -> Result<M
     }
     if let Some(corner_hz) = options.lowpass_hz {
         source.positions_m = lowpass::lowpass(&source.positions_m, source.rate_hz, corner_hz).ok_or_else(|| {
-            error(format!("a low-pass at {corner_hz} Hz needs a corner between 0 and {} Hz", source.rate_hz / 2.0))
+            let (rate_hz, limit_hz) = (source.rate_hz, source.rate_hz / 2.0);
+            error(format!(
+                "at {rate_hz} rows a second a low-pass must lie below {limit_hz} Hz, and {corner_hz} Hz does not"
+            ))
         })?;
     }
     check_rates(source.positions_m.len(), source.rate_hz, tick_rate_hz).map_err(error)?;
@@ -155,12 +158,14 @@ fn read(path: &Path, layout: &Layout) -> Result<Source, FileError> {
             }
             let calibration = calibration.as_deref().map(Calibration::load).transpose()?;
             let raw = raw::read(path, *column, calibration.as_ref())?;
+            let metres =
+                calibration.is_none().then(|| "bare numbers are taken as metres, as there is no calibration".into());
             Ok(Source {
                 rate_hz: *rate_hz,
                 samples_read: raw.positions_m.len(),
                 positions_m: raw.positions_m,
                 calibration_clipped: raw.clipped,
-                notes: Vec::new(),
+                notes: metres.into_iter().collect(),
             })
         }
     }

@@ -6,6 +6,7 @@ use whippen_compiler::check::Options;
 use whippen_compiler::diag::Severity;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
+use whippen_runtime::files::write_whole;
 
 use super::load;
 use super::motion::{MotionArgs, Positions};
@@ -38,6 +39,17 @@ pub fn run() -> Outcome {
         plot: vec![file("grand-piano.png"), file("grand-piano.svg")],
     };
     run::write(&outputs, &compiled, &played)?;
-    say!("next: open {FOLDER}/grand-piano.png, change instruments/grand-piano.whip, and `whippen run` it");
+    let profile = file("grand-piano.whip");
+    keep(&profile)?;
+    say!("profile: {}", profile.display());
+    say!("next: open {FOLDER}/grand-piano.png, change the profile, and `whippen run {}`", profile.display());
     Ok(())
+}
+
+/// Writes the profile to play with, unless there is one already: it may have been changed.
+fn keep(profile: &Path) -> Outcome {
+    if profile.exists() {
+        return Ok(());
+    }
+    write_whole(profile, |file| file.write_all(GRAND.as_bytes())).map_err(|e| Failure::Usage(e.to_string()))
 }

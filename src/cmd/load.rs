@@ -10,6 +10,7 @@ use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::{self, CompileError, Compiled};
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
+use whippen_runtime::files::read_text;
 
 use crate::exit::Failure;
 
@@ -19,15 +20,15 @@ const SHOWN_MAX: usize = 100;
 /// Reads the files of one program.
 pub fn read(paths: &[PathBuf]) -> Result<Vec<(String, String)>, Failure> {
     let one = |path: &PathBuf| {
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| Failure::Usage(format!("cannot read `{}`: {e}{}", path.display(), hint(path))))?;
+        let text = read_text(path)
+            .map_err(|e| Failure::Usage(format!("cannot read `{}`: {}{}", path.display(), e.message, hint(path))))?;
         Ok((path.display().to_string(), text))
     };
     paths.iter().map(one).collect()
 }
 
 fn hint(path: &Path) -> &'static str {
-    if path.extension().is_some_and(|e| e == "whip") { "" } else { " (a program's file ends in .whip)" }
+    if path.extension().is_some_and(|e| e == "whip") { "" } else { "; a program's file ends in .whip" }
 }
 
 /// Splits `FILE.. [INSTRUMENT]`: what ends in `.whip` or names a file is a file.
@@ -118,6 +119,9 @@ pub fn instrument<'p>(program: &'p Program, name: Option<&str>) -> Result<&'p Mo
             .ok_or_else(|| Failure::Usage(format!("there is no instrument `{name}`; there are: {}", names()))),
         (None, [only]) => Ok(only),
         (None, []) => Err(Failure::Usage("the program has no instrument".to_string())),
-        (None, _) => Err(Failure::Usage(format!("the program has several instruments, name one of: {}", names()))),
+        (None, _) => Err(Failure::Usage(format!(
+            "the program has several instruments, name one of them after the files: {}",
+            names()
+        ))),
     }
 }

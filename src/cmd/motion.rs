@@ -18,10 +18,10 @@ pub struct MotionArgs {
     /// Rows per second of bare columns
     #[arg(long, value_name = "HZ", requires = "motion", value_parser = frequency)]
     rate: Option<f64>,
-    /// The column with the position, counted from 1
-    #[arg(long, value_name = "N", requires = "rate", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    /// The bare column with the position, counted from 1
+    #[arg(long, value_name = "N", requires = "rate", default_value_t = 1, value_parser = column)]
     column: u32,
-    /// Table from position to reading, by which bare readings become positions
+    /// Table from position to reading, by which bare readings become positions; without it they are metres
     #[arg(long, value_name = "FILE", requires = "rate")]
     calibration: Option<PathBuf>,
     /// Position of the key at rest, becomes 0
@@ -85,6 +85,11 @@ impl MotionArgs {
             }
         }
     }
+}
+
+fn column(text: &str) -> Result<u32, String> {
+    let number = text.parse().ok().filter(|n| *n > 0);
+    number.ok_or_else(|| "not the number of a column, counted from 1".to_string())
 }
 
 fn length(text: &str) -> Result<f64, String> {

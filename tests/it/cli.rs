@@ -132,7 +132,7 @@ fn a_wrong_command_line_ends_with_2_and_says_what_to_do() {
         (&["chekc", "click.whip"], &["unrecognized subcommand 'chekc'", "check"]),
         (&["check"], &["<FILE>", "Usage: whippen check"]),
         (&["check", "click.whip", "--fast"], &["unexpected argument '--fast'", "Usage"]),
-        (&["check", "absent.whip"], &["cannot read `absent.whip`"]),
+        (&["check", "absent.whip"], &["cannot read `absent.whip`: there is no such file"]),
         (&["check", "absent"], &["cannot read `absent`", "a program's file ends in .whip"]),
         (&["check", "folder.whip"], &["cannot read `folder.whip`"]),
         (&["check", "folder"], &["cannot read `folder`", "ends in .whip"]),
@@ -141,7 +141,7 @@ fn a_wrong_command_line_ends_with_2_and_says_what_to_do() {
         (&["run", "absent.whip"], &["cannot read `absent.whip`"]),
         (&["run", "click.whip", "clack"], &["there is no instrument `clack`; there are: click"]),
         (&["run", "click.whip", "click", "clack"], &["at most one instrument"]),
-        (&["run", "two.whip"], &["several instruments, name one of: a, b"]),
+        (&["run", "two.whip"], &["several instruments, name one of them after the files: a, b"]),
         (&["run", "click.whip", "--engine", "warp"], &["'warp'", "engines are jit, interp, ideal"]),
         (&["run", "click.whip", "--set", "k"], &["`--set name=value`, such as"]),
         (&["run", "click.whip", "--set", "q=1N"], &["WH0221", "`q`", "its parameters are k", "--set"]),
@@ -155,8 +155,10 @@ fn a_wrong_command_line_ends_with_2_and_says_what_to_do() {
         (&["run", "click.whip", "--seconds", "fast"], &["'fast'", "a time, such as 10s"]),
         (&["run", "click.whip", "--seconds", "0"], &["above zero"]),
         (&["run", "click.whip", "--rate", "2000"], &["--motion"]),
+        (&["run", "click.whip", "--motion", "m.csv", "--rate", "9", "--column", "x"], &["not the number of a column"]),
+        (&["run", "click.whip", "--motion", "click.whip", "--rate", "9"], &["a table with titles needs no rate"]),
         (&["run", "click.whip", "--motion", "absent.csv"], &["absent.csv", "no such file"]),
-        (&["run", "click.whip", "--motion", "click.whip"], &["click.whip", "column"]),
+        (&["run", "click.whip", "--motion", "click.whip"], &["click.whip", "time with its unit, such as `t_s`"]),
         (&["run", "click.whip", "--device", "absent.toml"], &["absent.toml", "no such file"]),
         (&["run", "click.whip", "--device", "click.whip"], &["click.whip"]),
         (&["dump", "click.whip", "--after", "magic"], &["`magic` is no pass", "simplify", "lower"]),
@@ -328,17 +330,35 @@ fn the_same_run_writes_the_same_bytes() {
 }
 
 #[test]
+fn the_program_in_the_readme_clicks_as_printed() {
+    let readme = include_str!("../../README.md");
+    let program = readme.split("```whip\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a program");
+    let shell = Shell::new().with("click.whip", program);
+    let (out, err) = shell.ends(0, &["run", "click.whip", "--plot", "click.png"]);
+    assert_eq!(err, "");
+    // One click for each of the eight strokes of the bundled gesture that pass 5.5 mm.
+    assert_eq!(out.matches("  note  ").count(), 8, "{out}");
+    assert!(shell.files().contains(&"click.png".to_string()));
+}
+
+#[test]
 fn without_a_command_it_shows_what_it_can() {
     let shell = Shell::new();
     let (out, err) = shell.ends(0, &[]);
     assert_eq!(err, "");
     assert_eq!(shell.files(), ["whippen-tour"]);
-    for file in ["grand-piano.csv", "grand-piano-events.csv", "grand-piano.png", "grand-piano.svg"] {
+    for file in ["grand-piano.csv", "grand-piano-events.csv", "grand-piano.png", "grand-piano.svg", "grand-piano.whip"]
+    {
         let path = shell.path("whippen-tour").join(file);
         assert!(std::fs::metadata(&path).is_ok_and(|m| m.len() > 100), "{file}");
         assert!(out.contains(file), "{out}");
     }
     assert!(out.contains("note  speed_m_per_s"), "the gesture strikes: {out}");
+    shell.ends(0, &["check", "whippen-tour/grand-piano.whip"]);
+    // What was changed to play with stays.
+    std::fs::write(shell.path("whippen-tour/grand-piano.whip"), "mine").expect("writable");
+    shell.ends(0, &[]);
+    assert_eq!(shell.lines("whippen-tour/grand-piano.whip"), ["mine"]);
     // A file in the way is said, not overwritten.
     let shell = Shell::new().with("whippen-tour", "mine");
     let (_, err) = shell.ends(2, &[]);

@@ -5,7 +5,7 @@ use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 
 use crate::common;
-use crate::play::Player;
+use crate::player::Player;
 
 /// Fixed point may be off by so much (N).
 const TOLERANCE_N: f64 = 1e-4;

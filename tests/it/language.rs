@@ -10,7 +10,7 @@ use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::engine::EngineKind;
 
 use crate::common::{self, RATE_HZ};
-use crate::play::Player;
+use crate::player::Player;
 
 /// Tick length (s).
 const T_S: f64 = 1.0 / RATE_HZ as f64;

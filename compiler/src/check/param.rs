@@ -72,6 +72,9 @@ impl<'a> Elaborator<'a, '_> {
     fn real_param(&mut self, scope: ScopeId, decl: ParamDecl<'a>, declared: Value, dim: Dim) -> Option<Value> {
         let name = &decl.name.node;
         let what = format!("the value of `{name}`");
+        if let Some(wanted) = decl.range.and_then(|range| self.both_ends(scope, range)) {
+            self.expect(declared, decl.value, wanted, || what.clone())?;
+        }
         let value = self.known(declared.node, decl.value.span, &what);
         let range = match decl.range {
             Some(range) => Some((self.range(scope, range, dim, &format!("the range of `{name}`"))?, range.span)),
@@ -100,6 +103,12 @@ impl<'a> Elaborator<'a, '_> {
             }
         };
         Some(Value::real(self.node(node, decl.name.span), dim))
+    }
+
+    /// The type of both ends of a range, if they agree and have a unit: then a value of another type is to blame.
+    fn both_ends(&mut self, scope: ScopeId, range: &'a RangeExpr) -> Option<Ty> {
+        let (low, high) = (self.expr(scope, &range.low)?.ty, self.expr(scope, &range.high)?.ty);
+        (low == high && low != Ty::Bool && low != Ty::Real(Dim::NUMBER)).then_some(low)
     }
 
     fn bool_param(&mut self, decl: ParamDecl<'a>, declared: Value) -> Option<Value> {

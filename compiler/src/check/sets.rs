@@ -68,7 +68,7 @@ pub fn report_unused(sets: &[Set], items: &Items, diags: &mut Diags) {
 pub fn unknown_instrument(name: &str, span: Span, items: &Items) -> Diagnostic {
     let hint = match items.nearest_instrument(name) {
         Some(near) => format!("did you mean `{near}`?"),
-        None => "name an `instrument` of this program, or give its file on the same command line".to_string(),
+        None => "name an `instrument` of this program, or give the file that holds it to the same command".to_string(),
     };
     let message = format!("there is no instrument `{name}`");
     Diagnostic::new(Code::UnknownInstrument, span, message, "unknown instrument").hint(hint)

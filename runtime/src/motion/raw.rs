@@ -38,7 +38,9 @@ pub fn read(path: &Path, column: usize, calibration: Option<&Calibration>) -> Re
             return Err(FileError::new(path, "this line is empty, though numbers follow").at_line(line));
         }
         let cell = cell(&text, column).map_err(error)?;
-        let number = finite(cell).map_err(|message| error(message).at_column(column))?;
+        let hint =
+            if line == 1 && cell.starts_with(char::is_alphabetic) { "; a table with titles needs no rate" } else { "" };
+        let number = finite(cell).map_err(|message| error(format!("{message}{hint}")).at_column(column))?;
         let (position_m, clipped) = calibration.map_or((number, false), |c| c.position_m(number));
         raw.positions_m.push(position_m);
         raw.clipped += usize::from(clipped);

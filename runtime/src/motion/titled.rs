@@ -48,10 +48,10 @@ fn find(titles: &[String], name: &str, dim: Dim, kind: &str) -> Result<(usize, U
         (Some(column), _) | (None, [column]) => Ok((column.0, column.2)),
         (None, several) => {
             let problem = match several {
-                [] => format!("no column has a unit of {kind}, as in `{name}_{}`", dim.unit()),
-                _ => format!("several columns have a unit of {kind}, and none of them is called `{name}`"),
+                [] => format!("a title must name a {kind} with its unit, such as `{name}_{}`", dim.unit()),
+                _ => format!("several columns have a unit of {kind}; call one of them `{name}_` and its unit"),
             };
-            Err(format!("{problem}; titles are `{}`", titles.join("`, `")))
+            Err(format!("{problem}; the titles here are `{}`", titles.join("`, `")))
         }
     }
 }

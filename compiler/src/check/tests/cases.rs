@@ -109,6 +109,8 @@ pub const TYPES: &[Case] = &[
     case("branches of different kinds", &["WH0301"], "let a = if x > 1 mm then 1 N else x"),
     case("min of different dimensions", &["WH0301"], "let a = min(x, 1 N)"),
     case("number and bool", &["WH0301"], "live param b = on let a = x + b"),
+    case("param in another unit than its range", &["WH0302"], "param k = 80 N in 0 N/m .. 200 N/m force f = k * x"),
+    case("param without unit, in a range with one", &["WH0303"], "param k = 80 in 0 N/m .. 200 N/m force f = k * x"),
     case("force of another dimension", &["WH0302"], "force f = 3 N/m + 2 N/m"),
     case("bool as a force", &["WH0302"], "force f = x > 1 mm"),
     case("number as a condition", &["WH0302"], "force f = if x then 1 N else 0 N"),

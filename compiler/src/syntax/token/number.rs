@@ -58,7 +58,10 @@ pub(super) fn check<'s>(literal: Literal<'s>, span: Span, diagnostics: &mut Vec<
         }
         Ok(_) => return Token::Number(literal),
         Err(_) if parse_unit(back).is_some() && front.parse::<f64>().is_ok() => {
-            report(format!("`{digits}` lacks the space before its unit"), format!("write `{front} {back}`"));
+            report(
+                format!("`{digits}` lacks the space before its unit"),
+                format!("put one space between number and unit: `{front} {back}`"),
+            );
             return Token::Number(Literal { digits: front, unit: back });
         }
         Err(_) if word_length(back) == back.len() && front.parse::<f64>().is_ok_and(|n| n != 0.0) => {
