@@ -2,7 +2,8 @@
 
 use whippen_compiler::host::{HostCode, Options};
 use whippen_compiler::kernel::Interp;
-use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::pipeline::{Compiled, compile};
+use whippen_runtime::device::Device;
 
 use crate::common;
 
@@ -60,4 +61,31 @@ fn on_noise() {
         })
         .collect();
     common::all().iter().for_each(|compiled| compare(compiled, &noise, 2));
+}
+
+/// Without observation a Kernel drives and tells what it does with it, word for word.
+#[test]
+fn observed_or_not() {
+    let words = common::words(&common::gesture());
+    for observed in common::all() {
+        let name = &observed.model.name;
+        let bare = compile(observed.model.clone(), Device::mikey().scales(), false).unwrap_or_else(|e| panic!("{e:?}"));
+        let engine = |c: &Compiled| HostCode::build(&c.lowered.kernel, 1, Options { probes: true }).expect("a kernel");
+        let (mut with, mut without) = (engine(&observed), engine(&bare));
+        let told = observed.model.emissions.len() as u32;
+        let (mut a, mut b, mut events) = ([0i16], [0i16], 0);
+        for (tick, word) in words.iter().enumerate() {
+            if tick == 0 {
+                with.init(&[*word]);
+                without.init(&[*word]);
+            }
+            with.tick(&[*word], &mut a);
+            without.tick(&[*word], &mut b);
+            assert_eq!(a, b, "{name}: drive word of tick {tick}");
+            let emitted: Vec<_> = with.drain_events().into_iter().filter(|e| e.event < told).collect();
+            assert_eq!(emitted, without.drain_events(), "{name}: events of tick {tick}");
+            events += emitted.len();
+        }
+        assert!(events > 5, "{name}: {events} events");
+    }
 }

@@ -81,41 +81,37 @@ impl Lowerer<'_> {
         let Some(shifts) = sum.terms.iter().map(|&(gain, ..)| power_of_two(gain)).collect::<Option<Vec<u8>>>() else {
             return Ok(None);
         };
-        let reach: f64 = sum.terms.iter().map(|(gain, _, magnitude)| gain.abs() * magnitude).sum();
-        if reach + sum.constant.abs() > format::TOP {
-            return Ok(None);
+        match self.shifted(sum, &shifts) {
+            Err(OpError::Overflow { .. }) => Ok(None),
+            other => other.map(Some),
         }
-        let constant = sum.constant.round() as i64;
+    }
+
+    /// Positive terms first, so that no sum begins with a negation; without any, from the constant downwards.
+    fn shifted(&mut self, sum: &Scaled, shifts: &[u8]) -> Result<Value, OpError> {
+        let terms = || sum.terms.iter().zip(shifts);
+        let (plus, minus) = (terms().filter(|((g, ..), _)| *g > 0.0), terms().filter(|((g, ..), _)| *g <= 0.0));
+        let mut constant = sum.constant.round() as i64;
         let mut total = None;
-        // Positive terms first, so that the sum rarely starts with a negation.
-        let order = |negative: bool| sum.terms.iter().zip(&shifts).filter(move |((g, ..), _)| (*g < 0.0) == negative);
-        for ((gain, value, _), &shift) in order(false).chain(order(true)) {
+        for ((gain, value, _), &shift) in plus.chain(minus) {
             let term = if shift == 0 { *value } else { self.b.op(Op::Shl(shift), &[*value])? };
             total = Some(match total {
                 None if *gain > 0.0 => term,
                 None => {
-                    let start = self.constant(constant)?;
-                    return self.rest_by_shifts(start, sum, &shifts).map(Some);
+                    let start = self.constant(std::mem::take(&mut constant))?;
+                    self.b.op(Op::Sub, &[start, term])?
                 }
                 Some(so_far) => self.b.op(if *gain > 0.0 { Op::Add } else { Op::Sub }, &[so_far, term])?,
             });
         }
-        match total {
-            Some(total) if constant == 0 => Ok(Some(total)),
-            Some(total) => {
+        match (total, constant) {
+            (Some(total), 0) => Ok(total),
+            (None, _) => self.constant(constant),
+            (Some(total), _) => {
                 let constant = self.constant(constant)?;
-                self.b.op(Op::Add, &[total, constant]).map(Some)
+                self.b.op(Op::Add, &[total, constant])
             }
-            None => self.constant(constant).map(Some),
         }
-    }
-
-    /// All terms negative: from the constant downwards.
-    fn rest_by_shifts(&mut self, start: Value, sum: &Scaled, shifts: &[u8]) -> Result<Value, OpError> {
-        sum.terms.iter().zip(shifts).try_fold(start, |so_far, ((_, value, _), &shift)| {
-            let term = if shift == 0 { *value } else { self.b.op(Op::Shl(shift), &[*value])? };
-            self.b.op(Op::Sub, &[so_far, term])
-        })
     }
 
     /// By multiply-accumulate: every coefficient as a 32-bit integer over `2^shift`, half a unit added first, so that the

@@ -116,7 +116,8 @@ impl Lowerer<'_> {
         for (index, rule) in self.step.model.rules.iter().enumerate() {
             fired.push(self.fires(index, rule, &fired)?);
             let places = self.places(rule, writes);
-            if places.is_empty() && rule.actions.is_empty() && !self.observe {
+            if rule.actions.is_empty() && !self.observe {
+                self.step_machine(rule, fired[index], writes)?;
                 continue;
             }
             let before: Vec<Value> = places.iter().filter_map(|&p| writes.get(p)).collect();
@@ -129,6 +130,25 @@ impl Lowerer<'_> {
                 writes.set(place, value);
             }
         }
+        Ok(())
+    }
+
+    /// A transition that does nothing else needs no branch.
+    fn step_machine(&mut self, rule: &Rule, fires: Value, writes: &mut Writes) -> Result<(), OpError> {
+        let RuleKind::Transition { machine, to, .. } = rule.kind else { return Ok(()) };
+        let Some(&now) = writes.machines.get(&machine.0) else { return Ok(()) };
+        let next = match (self.b.ty(now), to) {
+            (Type::I1, 0) => {
+                let stays = self.b.op(Op::Not, &[fires])?;
+                self.b.op(Op::And, &[now, stays])?
+            }
+            (Type::I1, _) => self.b.op(Op::Or, &[now, fires])?,
+            (ty, _) => {
+                let to = self.b.constant(ty, i64::from(to))?;
+                self.b.op(Op::Select, &[fires, to, now])?
+            }
+        };
+        writes.machines.insert(machine.0, next);
         Ok(())
     }
 
