@@ -19,7 +19,7 @@ mod compile;
 mod frame;
 mod translate;
 
-use crate::kernel::{EngineError, Happened, Kernel, Memory, without_probes};
+use crate::kernel::{Code, EngineError, Kernel, Loaded, Memory, without_probes};
 use compile::Compiled;
 use frame::BUFFERS;
 
@@ -31,10 +31,11 @@ pub struct Options {
     pub probes: bool,
 }
 
-/// A compiled kernel and the memory of its keys.
-pub struct HostCode {
-    kernel: Kernel,
-    memory: Memory,
+/// A compiled kernel.
+pub type HostCode = Loaded<HostFunctions>;
+
+/// The machine code of a kernel.
+pub struct HostFunctions {
     /// All tables, one after the other.
     tables: Vec<i32>,
     code: Option<Compiled>,
@@ -43,7 +44,7 @@ pub struct HostCode {
 /// What is compiled: the argument points to the bases of all buffers.
 type Function = unsafe extern "C" fn(*const [*mut u8; BUFFERS]);
 
-impl HostCode {
+impl Loaded<HostFunctions> {
     /// Compiles a kernel for so many keys; `init` comes first.
     ///
     /// # Errors
@@ -59,72 +60,16 @@ impl HostCode {
         };
         let tables = kernel.tables.iter().flat_map(|table| &table.values).copied().collect();
         let code = compile::compile(&kernel, &memory.layout).map_err(EngineError::Host)?;
-        Ok(HostCode { kernel, memory, tables, code: Some(code) })
+        Ok(Loaded::new_with(kernel, memory, HostFunctions { tables, code: Some(code) }))
     }
+}
 
-    /// Puts the memory back to its start (live values stay) and runs `init` for every key.
-    ///
-    /// # Panics
-    /// If `inputs` has not one word per key and port, key after key.
-    pub fn init(&mut self, inputs: &[u16]) {
-        self.memory.reset(&self.kernel);
-        self.call(false, inputs, &mut []);
-    }
-
-    /// Runs one tick for every key.
-    ///
-    /// # Panics
-    /// If `inputs` or `outputs` have not one word per key and port, key after key.
-    pub fn tick(&mut self, inputs: &[u16], outputs: &mut [i16]) {
-        assert_eq!(outputs.len(), self.memory.keys() * self.kernel.outputs.len(), "one output word per key and port");
-        self.call(true, inputs, outputs);
-        self.memory.advance();
-    }
-
-    /// What was exported in the last tick: key after key, probe after probe.
-    pub fn probes(&self) -> &[i64] {
-        self.memory.probes()
-    }
-
-    /// The events since the last call, in the order of ticks, then keys.
-    pub fn drain_events(&mut self) -> Vec<Happened> {
-        self.memory.drain_events(&self.kernel)
-    }
-
-    /// Changes a live value.
-    ///
-    /// # Errors
-    /// There is none with this index; the value is outside its range.
-    pub fn set_live(&mut self, live: usize, value: i32) -> Result<(), EngineError> {
-        self.memory.set_live(&self.kernel, live, value)
-    }
-
-    /// A word of a cell; none if there is no such key, cell or word.
-    pub fn cell(&self, key: usize, cell: usize, word: usize) -> Option<i64> {
-        self.memory.cell(&self.kernel, key, cell, word)
-    }
-
-    /// Changes a word of a cell.
-    ///
-    /// # Errors
-    /// No such key, cell or word; the value is outside the cell's range.
-    pub fn set_cell(&mut self, key: usize, cell: usize, word: usize, value: i64) -> Result<(), EngineError> {
-        self.memory.set_cell(&self.kernel, key, cell, word, value)
-    }
-
-    /// All memory.
-    pub fn memory(&self) -> &Memory {
-        &self.memory
-    }
-
-    /// Runs the compiled `init` or `tick`.
+impl Code for HostFunctions {
     #[allow(unsafe_code)]
-    fn call(&mut self, tick: bool, inputs: &[u16], outputs: &mut [i16]) {
-        assert_eq!(inputs.len(), self.memory.keys() * self.kernel.inputs.len(), "one input word per key and port");
+    fn run(&mut self, tick: bool, _: &Kernel, memory: &mut Memory, inputs: &[u16], outputs: &mut [i16]) {
         let Some(address) = self.code.as_ref().and_then(|code| if tick { code.tick } else { code.init }) else {
             return;
         };
-        let memory = &mut self.memory;
         // In the order of `frame::Buffer`. What is declared as `*const` there is only read by the code.
         let buffers: [*mut u8; BUFFERS] = [
             inputs.as_ptr().cast_mut().cast(),
@@ -141,10 +86,10 @@ impl HostCode {
         ];
         // SAFETY: `address` was made by `compile` with the signature `Function` and lives as long as `self.code`.
         let function: Function = unsafe { std::mem::transmute::<*const u8, Function>(address) };
-        // SAFETY: the code was translated for this `kernel` and `memory.layout`, and it touches nothing but the
-        // buffers. Their lengths follow from that layout alone (`Memory` never resizes them), those of the words were
-        // checked by the caller and above. Indices into cells, tables and lines were proven inside by `verify`; the
-        // proof holds since inputs are clamped to their ranges, and live values and cells can only be set within
+        // SAFETY: only `Loaded` calls this, with the kernel and the memory that the code was translated for, and the
+        // code touches nothing but the buffers. Their lengths follow from the memory's layout alone (`Memory` never
+        // resizes them), those of the words were checked by `Loaded`. Indices into cells, tables and lines were
+        // proven inside by `verify`; the proof holds since inputs are clamped to their ranges, and live values and cells can only be set within
         // theirs. In a kernel that assumes anything, where the proof may not hold, the code itself holds indices
         // inside and divisions from trapping.
         unsafe { function(&raw const buffers) }
@@ -152,10 +97,10 @@ impl HostCode {
 }
 
 #[allow(unsafe_code)]
-impl Drop for HostCode {
+impl Drop for HostFunctions {
     fn drop(&mut self) {
         if let Some(code) = self.code.take() {
-            // SAFETY: the code runs only inside `call`, which has returned, and no pointer into it is handed out.
+            // SAFETY: the code runs only inside `run`, which has returned, and no pointer into it is handed out.
             unsafe { code.module.free_memory() }
         }
     }

@@ -33,6 +33,7 @@
 pub mod build;
 pub mod interp;
 pub mod layout;
+mod loaded;
 pub mod memory;
 pub mod op;
 pub mod parse;
@@ -43,6 +44,8 @@ pub mod verify;
 
 pub use build::Builder;
 pub use interp::Interp;
+pub(crate) use loaded::Code;
+pub use loaded::Loaded;
 pub use memory::{EngineError, Happened, Memory};
 pub use op::{Effect, Immediate, Op, OpError, ROWS};
 pub use parse::{ParseError, parse};

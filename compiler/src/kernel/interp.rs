@@ -10,8 +10,9 @@
 
 mod flat;
 
+use super::loaded::{Code, Loaded};
 use super::memory::Key;
-use super::{EngineError, Happened, Inst, Kernel, Memory, Range, Region, Value};
+use super::{EngineError, Inst, Kernel, Memory, Range, Region, Value};
 use flat::{Flat, Step};
 use std::fmt;
 
@@ -37,11 +38,12 @@ impl fmt::Display for Violation {
     }
 }
 
-/// A kernel and the memory of its keys.
+/// A kernel being interpreted.
+pub type Interp = Loaded<Interpreter>;
+
+/// `init` and `tick` laid out flat, and room to run them.
 #[derive(Debug, Clone)]
-pub struct Interp {
-    kernel: Kernel,
-    memory: Memory,
+pub struct Interpreter {
     init: Flat,
     tick: Flat,
     /// Values of the key that runs, then room to copy.
@@ -49,7 +51,7 @@ pub struct Interp {
     violation: Option<Violation>,
 }
 
-impl Interp {
+impl Loaded<Interpreter> {
     /// An interpreter for so many keys; `init` comes first.
     ///
     /// # Errors
@@ -71,78 +73,23 @@ impl Interp {
         let init = Flat::new(kernel, &kernel.init, checked);
         let tick = Flat::new(kernel, &kernel.tick, checked);
         let registers = vec![0; init.registers.max(tick.registers)];
-        Ok(Interp { kernel: kernel.clone(), memory, init, tick, registers, violation: None })
-    }
-
-    /// Puts the memory back to its start (live values stay) and runs `init` for every key.
-    ///
-    /// # Panics
-    /// If `inputs` has not one word per key and port, key after key.
-    pub fn init(&mut self, inputs: &[u16]) {
-        self.memory.reset(&self.kernel);
-        self.run(false, inputs, &mut []);
-    }
-
-    /// Runs one tick for every key.
-    ///
-    /// # Panics
-    /// If `inputs` or `outputs` have not one word per key and port, key after key.
-    pub fn tick(&mut self, inputs: &[u16], outputs: &mut [i16]) {
-        assert_eq!(outputs.len(), self.memory.keys() * self.kernel.outputs.len(), "one output word per key and port");
-        self.run(true, inputs, outputs);
-        self.memory.advance();
-    }
-
-    /// What was exported in the last tick: key after key, probe after probe.
-    pub fn probes(&self) -> &[i64] {
-        self.memory.probes()
-    }
-
-    /// The events since the last call, in the order of ticks, then keys.
-    pub fn drain_events(&mut self) -> Vec<Happened> {
-        self.memory.drain_events(&self.kernel)
-    }
-
-    /// Changes a live value.
-    ///
-    /// # Errors
-    /// There is none with this index; the value is outside its range.
-    pub fn set_live(&mut self, live: usize, value: i32) -> Result<(), EngineError> {
-        self.memory.set_live(&self.kernel, live, value)
-    }
-
-    /// A word of a cell; none if there is no such key, cell or word.
-    pub fn cell(&self, key: usize, cell: usize, word: usize) -> Option<i64> {
-        self.memory.cell(&self.kernel, key, cell, word)
-    }
-
-    /// Changes a word of a cell.
-    ///
-    /// # Errors
-    /// No such key, cell or word; the value is outside the cell's range.
-    pub fn set_cell(&mut self, key: usize, cell: usize, word: usize, value: i64) -> Result<(), EngineError> {
-        self.memory.set_cell(&self.kernel, key, cell, word, value)
-    }
-
-    /// All memory.
-    pub fn memory(&self) -> &Memory {
-        &self.memory
+        Ok(Loaded::new_with(kernel.clone(), memory, Interpreter { init, tick, registers, violation: None }))
     }
 
     /// The first value that left its range, in checked mode.
     pub fn violation(&self) -> Option<&Violation> {
-        self.violation.as_ref()
+        self.code().violation.as_ref()
     }
+}
 
-    fn run(&mut self, tick: bool, inputs: &[u16], outputs: &mut [i16]) {
-        assert_eq!(inputs.len(), self.memory.keys() * self.kernel.inputs.len(), "one input word per key and port");
+impl Code for Interpreter {
+    fn run(&mut self, tick: bool, kernel: &Kernel, memory: &mut Memory, inputs: &[u16], outputs: &mut [i16]) {
         let flat = if tick { &self.tick } else { &self.init };
-        for index in 0..self.memory.keys() {
-            let (kernel, memory) = (&self.kernel, &mut self.memory);
+        for index in 0..memory.keys() {
             let mut key = Key { kernel, memory, key: index, inputs, outputs };
             let left = flat.run(&mut key, &mut self.registers);
             if let (Some(value), None) = (left, &self.violation) {
-                self.violation = Some(violation(&self.kernel, value, self.registers[value.0 as usize], index));
+                self.violation = Some(violation(kernel, value, self.registers[value.0 as usize], index));
             }
         }
     }
