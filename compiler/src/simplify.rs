@@ -12,7 +12,7 @@ mod linear;
 mod rewrite;
 
 use crate::diag::Diagnostic;
-use crate::model::{Action, Dag, Interval, Model, Named, Node, NodeId};
+use crate::model::{Dag, Interval, Model, Named, Node, NodeId};
 use crate::range;
 use rewrite::Rewriter;
 
@@ -44,7 +44,7 @@ pub fn simplify(model: &Model) -> Result<Step, Vec<Diagnostic>> {
     let coordinates = coordinates.iter().map(|&n| rewriter.node(n)).collect();
     let drive = rewriter.node(drive);
     let mut out = model.clone();
-    map_nodes(&mut out, |n| rewriter.node(n));
+    out.roots_mut().into_iter().for_each(|root| *root = rewriter.node(*root));
     (out.dag, out.spans) = rewriter.finish();
     Ok(Step { model: out, rates, coordinates, drive })
 }
@@ -77,35 +77,8 @@ fn sum(dag: &mut Dag, terms: &[Named]) -> NodeId {
 /// What a tick must compute even if nobody watches.
 fn roots(model: &Model, rates: &[NodeId], coordinates: &[NodeId], drive: NodeId) -> Vec<NodeId> {
     let mut model = Model { named: Vec::new(), forces: Vec::new(), bodies: Vec::new(), ..model.clone() };
-    let mut roots = [rates, coordinates, &[drive]].concat();
-    map_nodes(&mut model, |n| {
-        roots.push(n);
-        n
-    });
-    roots
-}
-
-/// Replaces every node that the Model's declarations mention.
-fn map_nodes(model: &mut Model, mut f: impl FnMut(NodeId) -> NodeId) {
-    for body in &mut model.bodies {
-        body.acceleration = f(body.acceleration);
-        body.hold = body.hold.map(&mut f);
-    }
-    for (_, node) in &mut model.nexts {
-        *node = f(*node);
-    }
-    for rule in &mut model.rules {
-        rule.guard = f(rule.guard);
-        for action in &mut rule.actions {
-            match action {
-                Action::Write { value, .. } | Action::Fire { value, .. } => *value = f(*value),
-                Action::Emit { args, .. } => args.iter_mut().for_each(|a| *a = f(*a)),
-            }
-        }
-    }
-    for named in model.forces.iter_mut().chain(&mut model.named) {
-        named.value = f(named.value);
-    }
+    let named = model.roots_mut().into_iter().map(|root| *root);
+    [rates, coordinates, &[drive]].concat().into_iter().chain(named).collect()
 }
 
 /// The interval of a node that was just made, or everything where it has none.

@@ -17,6 +17,7 @@ use whippen_compiler::units::Dim;
 use crate::device::Device;
 use crate::engine::{Engine, EngineKind, Happened};
 use crate::plot::{Figure, Roles};
+use crate::titles::join_title;
 use crate::trace::{Column, EventRow, Trace};
 
 /// What a run counted.
@@ -126,10 +127,7 @@ impl<'a> Watch<'a> {
 pub fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
     let (model, exports) = (&compiled.model, &compiled.lowered.exports);
     let titles = |wanted: &dyn Fn(ExportKind) -> bool| -> Vec<String> {
-        let title = |e: &Export| match suffix(model, e) {
-            unit if unit.is_empty() => e.name.clone(),
-            unit => format!("{}_{unit}", e.name),
-        };
+        let title = |e: &Export| join_title(&e.name, &suffix(model, e));
         exports.iter().filter(|e| wanted(e.kind)).map(title).collect()
     };
     let coordinate =
@@ -238,9 +236,6 @@ fn labels(model: &Model, export: &Export) -> Vec<String> {
 
 /// Titles of the arguments of every emission (`speed_m_per_s`).
 fn argument_titles(model: &Model) -> Vec<Vec<String>> {
-    let title = |(name, dim): &(String, Dim)| match dim.suffix() {
-        suffix if suffix.is_empty() => name.clone(),
-        suffix => format!("{name}_{suffix}"),
-    };
+    let title = |(name, dim): &(String, Dim)| join_title(name, &dim.suffix());
     model.emissions.iter().map(|e| e.args.iter().map(title).collect()).collect()
 }

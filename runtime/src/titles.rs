@@ -5,6 +5,11 @@
 
 use whippen_compiler::units::{UNITS, Unit, parse_unit};
 
+/// The title of a name and a unit's suffix; a plain number has none.
+pub fn join_title(name: &str, suffix: &str) -> String {
+    if suffix.is_empty() { name.to_string() } else { format!("{name}_{suffix}") }
+}
+
 /// Splits a title into its name and its unit: the longest tail that spells a unit. A title without a unit is a plain number.
 pub fn split_title(title: &str) -> (&str, Option<Unit>) {
     let tails = title.match_indices('_').map(|(at, _)| (&title[..at], &title[at + 1..]));

@@ -17,6 +17,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use crate::files::{FileError, write_whole};
+use crate::titles::join_title;
 
 /// One value per tick, under a name.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -34,7 +35,7 @@ pub struct Column {
 impl Column {
     /// The title in the table: name and unit (`x_m`).
     pub fn title(&self) -> String {
-        if self.unit.is_empty() { self.name.clone() } else { format!("{}_{}", self.name, self.unit) }
+        join_title(&self.name, &self.unit)
     }
 
     /// The label a value stands for, if it stands for one.

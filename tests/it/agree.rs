@@ -2,6 +2,7 @@
 
 use whippen_compiler::host::{HostCode, Options};
 use whippen_compiler::kernel::Interp;
+use whippen_compiler::kernel::random::Rng;
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_runtime::device::Device;
 
@@ -50,14 +51,11 @@ fn on_the_recording() {
 #[test]
 fn on_noise() {
     // Any sequence of words: no motion of a key, every clamp and every corner.
-    let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut random = Rng::new(1);
     let noise: Vec<u16> = (0..30_000)
         .map(|tick| {
-            seed ^= seed << 13;
-            seed ^= seed >> 7;
-            seed ^= seed << 17;
             let hold = tick / 40 % 3 == 0;
-            if hold { [0, 65_535][tick / 120 % 2] } else { (seed >> 48) as u16 }
+            if hold { [0, 65_535][tick / 120 % 2] } else { random.next() as u16 }
         })
         .collect();
     common::all().iter().for_each(|compiled| compare(compiled, &noise, 2));

@@ -4,27 +4,21 @@
 //! pieces (comparisons, machines) are part of it: ticks in which a comparison is nearly tied are left out, and counted.
 //! `WHIPPEN_PROGRAMS=20000 cargo test --release --test it random_programs` tries so many instead of 400.
 
+use whippen_compiler::kernel::random::Rng;
+
 use crate::common;
 use crate::ideal::one_tick_at_a_time;
 
-/// A small deterministic generator (splitmix64).
-struct Random(u64);
+/// Writes expressions at random.
+struct Random(Rng);
 
 impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
     fn below(&mut self, n: u64) -> u64 {
-        self.next() % n
+        self.0.below(n)
     }
 
     fn pick<'t>(&mut self, from: &[&'t str]) -> &'t str {
-        from[self.below(from.len() as u64) as usize]
+        self.0.pick(from)
     }
 
     /// A number between about 1e-3 and 1e3, of either sign.
@@ -68,7 +62,7 @@ impl Random {
 }
 
 fn program(seed: u64) -> String {
-    let mut r = Random(seed);
+    let mut r = Random(Rng::new(seed));
     let sensed = ["turns", "level", "memory", "speed"];
     let (first, second) = (r.expression(&sensed, 2), r.expression(&["one", "turns", "level", "memory"], 3));
     let (next, pull) = (r.expression(&["one", "two", "memory"], 1), r.expression(&["one", "two", "level"], 2));
@@ -92,7 +86,7 @@ fn program(seed: u64) -> String {
 
 #[test]
 fn every_value_of_random_programs_stays_within_its_bound() {
-    let mut noise = Random(7);
+    let mut noise = Rng::new(7);
     // Strokes with noise on them, and jumps.
     let mut positions_m = common::gesture()[80_000..81_000].to_vec();
     positions_m.extend((0..200).map(|_| noise.below(11_000) as f64 * 1e-6 - 0.5e-3));
@@ -112,7 +106,7 @@ fn every_value_of_random_programs_stays_within_its_bound() {
 #[test]
 fn differentiators_of_any_window_match_the_direct_sums() {
     let mut positions_m = common::gesture()[98_000..104_000].to_vec();
-    let mut noise = Random(11);
+    let mut noise = Rng::new(11);
     positions_m.extend((0..4000).map(|_| noise.below(11_000) as f64 * 1e-6 - 0.5e-3));
     let words = common::words(&positions_m);
     // From 3 ticks, over windows whose sums need 64 bits, to 2205.

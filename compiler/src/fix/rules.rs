@@ -34,6 +34,11 @@ impl Writes {
         }
     }
 
+    /// The values of places that have one.
+    fn at(&self, places: &[Place]) -> Vec<Value> {
+        places.iter().filter_map(|&place| self.get(place)).collect()
+    }
+
     fn set(&mut self, place: Place, value: Value) {
         match place {
             Place::Cell(c) => self.cells.insert(c, value),
@@ -115,16 +120,15 @@ impl Lowerer<'_> {
         let mut fired = Vec::new();
         for (index, rule) in self.step.model.rules.iter().enumerate() {
             fired.push(self.fires(index, rule, &fired)?);
-            let places = self.places(rule, writes);
             if rule.actions.is_empty() && !self.observe {
                 self.step_machine(rule, fired[index], writes)?;
                 continue;
             }
-            let before: Vec<Value> = places.iter().filter_map(|&p| writes.get(p)).collect();
-            let after = self.branch(fired[index], before.clone(), |s| {
+            let places = self.places(rule, writes);
+            let after = self.branch(fired[index], writes.at(&places), |s| {
                 let mut inside = writes.clone();
                 s.act(events, index, rule, &mut inside)?;
-                Ok(places.iter().filter_map(|&p| inside.get(p)).collect())
+                Ok(inside.at(&places))
             })?;
             for (&place, value) in places.iter().zip(after) {
                 writes.set(place, value);

@@ -1,7 +1,8 @@
 //! Values of the graph in one tick.
 
 use super::{KeyState, sense::SenseState};
-use crate::model::{Cmp, Model, Node, NodeId};
+use crate::model::fold::{compare, power};
+use crate::model::{Model, Node, NodeId};
 
 /// Computes every node, operands first; bools are 0 or 1.
 pub(super) fn evaluate(
@@ -47,18 +48,5 @@ pub(super) fn evaluate(
                 }
             }
         };
-    }
-}
-
-fn power(a: f64, halves: u8) -> f64 {
-    a.powi(i32::from(halves / 2)) * if halves % 2 == 1 { a.sqrt() } else { 1.0 }
-}
-
-fn compare(cmp: Cmp, a: f64, b: f64) -> bool {
-    match cmp {
-        Cmp::Lt => a < b,
-        Cmp::Le => a <= b,
-        Cmp::Gt => a > b,
-        Cmp::Ge => a >= b,
     }
 }

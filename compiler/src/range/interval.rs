@@ -3,6 +3,7 @@
 use std::ops::{Add, Mul, Neg, Sub};
 
 use crate::model::Interval;
+use crate::model::fold::power;
 
 impl Interval {
     /// One value.
@@ -61,8 +62,7 @@ impl Interval {
 
     /// `self ^ (halves / 2)`; the base must not be negative where `halves` is odd.
     pub fn power(self, halves: u8) -> Interval {
-        let whole = |x: f64| (0..halves / 2).fold(1.0, |product, _| product * x);
-        let of = |x: f64| whole(x) * if halves % 2 == 1 { x.max(0.0).sqrt() } else { 1.0 };
+        let of = |x: f64| power(x, halves);
         let even = halves.is_multiple_of(4);
         let monotone = !even || self.low >= 0.0;
         let base = if monotone { self } else { self.abs() };
