@@ -141,7 +141,11 @@ impl Lowerer<'_> {
         let shift = (own - bits).clamp(0, 63).max(shift_to_word(self.b.range(wide)));
         let bits = own - shift;
         let shifted = if shift > 0 { self.b.op(Op::SarRound(shift as u8), &[wide])? } else { wide };
-        let value = self.b.op(Op::Narrow, &[shifted])?;
+        let mut value = self.b.op(Op::Narrow, &[shifted])?;
+        if a.value == b.value {
+            // Intervals do not see that a square is not negative; the Model does, and has dropped clamps that say so.
+            value = self.b.op(Op::Assume(0, self.b.range(value).high), &[value])?;
+        }
         let rounding = if shift > 0 { 0.5 * exp2(-bits) } else { 0.0 };
         Ok(Real::fixed(value, bits, ma * b.error + mb * a.error + a.error * b.error + rounding))
     }
