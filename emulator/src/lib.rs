@@ -1,0 +1,2 @@
+//! A Cortex-M that counts.
+pub mod elf;
