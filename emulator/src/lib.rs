@@ -2,6 +2,8 @@
 //!
 //! No input, no output, no clock: images come in as bytes, what a program prints comes out as bytes.
 
+#![allow(dead_code, reason = "execution follows")]
+
 mod board;
 mod bus;
 mod cpu;
