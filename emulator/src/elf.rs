@@ -28,6 +28,8 @@ use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, elf};
 use whippen_isa::Arch;
 
+use crate::memory::{Memory, MemoryError};
+
 /// An ELF, read.
 #[derive(Clone, Debug)]
 pub struct Elf {
@@ -153,6 +155,23 @@ impl Elf {
             ET_EXEC | ET_DYN => linked(&file, arch),
             other => Err(ElfError::Kind(other.0)),
         }
+    }
+}
+
+impl Elf {
+    /// Copies the image to where it is loaded; if `started`, also to where it runs, as if start-up code had copied its
+    /// data.
+    ///
+    /// # Errors
+    /// The board has no memory there.
+    pub fn load(&self, memory: &mut Memory, started: bool) -> Result<(), MemoryError> {
+        for segment in &self.segments {
+            memory.write(segment.load, &segment.bytes)?;
+        }
+        for segment in self.segments.iter().filter(|s| started && s.run != s.load) {
+            memory.write(segment.run, &segment.bytes)?;
+        }
+        Ok(())
     }
 }
 
