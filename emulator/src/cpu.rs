@@ -19,11 +19,11 @@ pub struct Cpu {
     /// The stack pointer that R13 is not: PSP while MSP is in use.
     pub(crate) other_sp: u32,
     /// N is its sign.
-    pub(crate) n: u32,
+    pub(crate) negative: u32,
     /// Z is whether it is zero.
-    pub(crate) z: u32,
-    pub(crate) c: bool,
-    pub(crate) v: bool,
+    pub(crate) zero: u32,
+    pub(crate) carry: bool,
+    pub(crate) overflow: bool,
     pub(crate) q: bool,
     pub(crate) ge: u8,
     pub(crate) it: ItState,
@@ -76,10 +76,10 @@ impl Cpu {
             r: [0; 16],
             pc: 0,
             other_sp: 0,
-            n: 0,
-            z: 1,
-            c: false,
-            v: false,
+            negative: 0,
+            zero: 1,
+            carry: false,
+            overflow: false,
             q: false,
             ge: 0,
             it: ItState::OUTSIDE,
@@ -123,35 +123,35 @@ impl Cpu {
     /// `ConditionPassed()`.
     #[inline(always)]
     pub(crate) fn holds(&self, cond: Cond) -> bool {
-        cond.holds(self.n >> 31 != 0, self.z == 0, self.c, self.v)
+        cond.holds(self.negative >> 31 != 0, self.zero == 0, self.carry, self.overflow)
     }
 
     /// Sets all four flags by a result, a carry and an overflow.
     #[inline(always)]
     pub(crate) fn set_nzcv(&mut self, result: u32, c: bool, v: bool) {
-        self.n = result;
-        self.z = result;
-        self.c = c;
-        self.v = v;
+        self.negative = result;
+        self.zero = result;
+        self.carry = c;
+        self.overflow = v;
     }
 
     /// APSR: N, Z, C, V, Q and GE in their places.
     pub(crate) fn apsr(&self) -> u32 {
         let flag = |set: bool, place: u32| u32::from(set) << place;
-        self.n & 1 << 31
-            | flag(self.z == 0, 30)
-            | flag(self.c, 29)
-            | flag(self.v, 28)
+        self.negative & 1 << 31
+            | flag(self.zero == 0, 30)
+            | flag(self.carry, 29)
+            | flag(self.overflow, 28)
             | flag(self.q, 27)
             | u32::from(self.ge) << 16
     }
 
     /// Sets N, Z, C and V from their places.
     pub(crate) fn set_nzcv_bits(&mut self, word: u32) {
-        self.n = word;
-        self.z = !word & 1 << 30;
-        self.c = word >> 29 & 1 != 0;
-        self.v = word >> 28 & 1 != 0;
+        self.negative = word;
+        self.zero = !word & 1 << 30;
+        self.carry = word >> 29 & 1 != 0;
+        self.overflow = word >> 28 & 1 != 0;
     }
 
     /// XPSR: the flags, ITSTATE, T and the exception's number.

@@ -121,7 +121,7 @@ impl Cpu {
             23 => self.msplim,
             24 => self.psplim,
             25 => self.fpscr,
-            n => self.s[n as usize - 26 & 31],
+            n => self.s[(n as usize - 26) & 31],
         }
     }
 
@@ -141,7 +141,7 @@ impl Cpu {
             23 => self.msplim = value & !7,
             24 => self.psplim = value & !7,
             25 => self.fpscr = value & crate::float::FPSCR_BITS,
-            n => self.s[n as usize - 26 & 31] = value,
+            n => self.s[(n as usize - 26) & 31] = value,
         }
     }
 }
