@@ -116,6 +116,15 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// The exception that it raises, where the reason alone decides.
+    pub(crate) fn kind(self) -> Option<FaultKind> {
+        match self {
+            Self::Fetch => Some(FaultKind::BusFault),
+            Self::ExecuteNever => Some(FaultKind::MemManage),
+            _ => None,
+        }
+    }
+
     /// In words.
     pub fn text(self) -> &'static str {
         match self {

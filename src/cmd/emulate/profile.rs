@@ -34,7 +34,7 @@ pub struct Profile {
 impl Observer for Profile {
     fn instruction(&mut self, step: &Step<'_>) {
         let spent = self.by_address.entry(step.address).or_default();
-        spent.add(Spent { cycles: u64::from(step.cycles), instructions: 1 });
+        spent.add(Spent { cycles: u64::from(step.cost.cycles()), instructions: 1 });
     }
 }
 
@@ -76,8 +76,12 @@ impl Profile {
             }
         }
         let function = |((name, address), spent)| Row { function: Some(name), file: None, line: None, address, spent };
-        let line = |(line, spent): (Line, Spent)| {
-            Row { function: None, file: Some(line.file), line: Some(line.line), address: None, spent }
+        let line = |(line, spent): (Line, Spent)| Row {
+            function: None,
+            file: Some(line.file),
+            line: Some(line.line),
+            address: None,
+            spent,
         };
         Report {
             total,
