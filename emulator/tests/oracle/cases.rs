@@ -68,17 +68,18 @@ fn case(encoding: Encoding, arch: Arch, random: &mut Random) -> Case {
         let mut code = if conditional { vec![0xbf08 | u16::from(cond) << 4] } else { vec![] };
         code.extend(halfwords);
         if let Some(core) = registers(&inst, arch, random) {
-            return finish(encoding, inst, code, core, random);
+            return finish(encoding, inst, code, core, arch, random);
         }
     }
     panic!("{encoding}: no case found")
 }
 
-fn finish(encoding: Encoding, inst: Inst, code: Vec<u16>, core: [u32; 15], random: &mut Random) -> Case {
+fn finish(encoding: Encoding, inst: Inst, code: Vec<u16>, core: [u32; 15], arch: Arch, random: &mut Random) -> Case {
     let mut singles = [0; 32];
     singles.iter_mut().for_each(|s| *s = single(random));
     let fpscr = if random.one_in(2) { 0 } else { random.word() & 0xf7c0_009f };
-    let apsr = random.word() & 0xf80f_0000;
+    // QEMU keeps Q and GE where ARMv6-M has none.
+    let apsr = random.word() & if arch == Arch::V6M { 0xf000_0000 } else { 0xf80f_0000 };
     Case { encoding, inst, code, core, apsr, fpscr, singles, seed: random.word() }
 }
 
@@ -141,8 +142,8 @@ fn keeps_stack(inst: &Inst, core: &mut [u32; 15], random: &mut Random) -> bool {
         return false;
     }
     if inst.op().identifier().ends_with("_register") {
-        core[inst.m as usize % 15] = random.below(32);
-        return inst.m != 13 && inst.amount <= 3;
+        core[inst.m as usize % 13] = random.below(32);
+        return inst.m < 13 && inst.amount <= 3;
     }
     true
 }

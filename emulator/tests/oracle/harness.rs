@@ -141,7 +141,9 @@ impl Tools {
         if target.fpu {
             assembler.arg(if target.arch == Arch::V8M { "-mfpu=fpv5-sp-d16" } else { "-mfpu=fpv4-sp-d16" });
         }
-        symbols.iter().for_each(|(name, value)| drop(assembler.args(["--defsym", &format!("{name}={value}")])));
+        symbols.iter().for_each(|(name, value)| {
+            assembler.args(["--defsym", &format!("{name}={value}")]);
+        });
         run(&mut assembler);
         let mut linker = Command::new("arm-none-eabi-ld");
         linker.args(["-o", "image.elf", "image.o", "-e", "reset"]).current_dir(&folder);
