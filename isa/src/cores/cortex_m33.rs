@@ -70,7 +70,7 @@ const LINES: &[Line] = &[
     Line::new(&[FloatLoad], Any, 1).float(1, 0).from(Rule, "jnk0le"),
     Line::new(&[FloatStore], Double, 2).float(2, 0).from(Rule, "jnk0le"),
     Line::new(&[FloatStore], Any, 1).float(1, 0).from(Rule, "jnk0le"),
-    Line::new(&[FloatLoadMultiple, FloatStoreMultiple], Any, 0).each(1).float(1, 0).from(Rule, "jnk0le"),
+    Line::new(&[FloatLoadMultiple, FloatStoreMultiple], Any, 0).each(1).from(Rule, "jnk0le"),
 ];
 
 const fn fact(cycles: u8, evidence: crate::timing::Evidence, source: &'static str) -> Fact {

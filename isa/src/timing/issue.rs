@@ -80,7 +80,7 @@ impl Core {
         let singles_in = pipe.singles_in.saturating_sub(elapsed);
         if singles_in != 0 {
             (next.singles_in, next.late_singles) = (singles_in, pipe.late_singles);
-            next.about |= pipe.about & Pipe::FLOAT_SUM;
+            next.about |= pipe.about & (Pipe::FLOAT_SUM | Pipe::LATE_FPSCR);
         }
         let no_time = elapsed == 0 && !pipe.is(Pipe::EMPTY) || timed.is(Timed::EMPTY) && !folded;
         if no_time {
@@ -95,7 +95,7 @@ impl Core {
         }
         if outcome.target.is_some() {
             (next.late, next.late_for) = (0, 0);
-            next.about &= Pipe::FLOAT_SUM;
+            next.about &= Pipe::FLOAT_SUM | Pipe::LATE_FPSCR;
             return next;
         }
         next.about |= self.neighbourhood(pipe, timed, at, outcome, folded);
@@ -103,7 +103,7 @@ impl Core {
     }
 
     /// What the next instruction may share with this one.
-    fn neighbourhood(&self, pipe: &Pipe, timed: &Timed, address: u32, outcome: &Outcome, folded: bool) -> u8 {
+    fn neighbourhood(&self, pipe: &Pipe, timed: &Timed, address: u32, outcome: &Outcome, folded: bool) -> u16 {
         let mut about = Pipe::SEQUENTIAL;
         let fetched = pipe.is(Pipe::SEQUENTIAL) || address & 2 == 0;
         if self.branches.folded.cycles != 0 && timed.is(Timed::NARROW) && !folded {
@@ -143,9 +143,12 @@ fn wait_for_float_unit(pipe: &Pipe, timed: &Timed, cost: &mut Cost) {
     cost.add(Reason::FloatBusy, i32::from(pipe.float_busy));
     let needed = pipe.late_singles & timed.singles_read;
     let chained = pipe.is(Pipe::FLOAT_SUM) && timed.is(Timed::FLOAT_SUM) && needed & !timed.singles_late == 0;
+    let flags = pipe.is(Pipe::LATE_FPSCR) && timed.is(Timed::READS_FPSCR);
     let wait = pipe.singles_in.saturating_sub(pipe.float_busy).saturating_sub(u8::from(chained));
     if needed != 0 && wait != 0 {
         cost.wait_for(RegSet::singles_of(needed), wait);
+    } else if flags {
+        cost.add(Reason::LateFlags, i32::from(wait));
     }
 }
 
@@ -155,13 +158,12 @@ fn occupy_float_unit(next: &mut Pipe, timed: &Timed) {
         return;
     }
     next.float_busy = timed.float_hold.saturating_sub(timed.cycles.max(1));
-    next.singles_in = next.float_busy + timed.float_delay;
-    next.late_singles = if next.singles_in == 0 { 0 } else { timed.singles_late };
-    if next.late_singles == 0 {
-        next.singles_in = 0;
-    }
-    next.about &= !Pipe::FLOAT_SUM;
-    if next.singles_in != 0 && timed.is(Timed::FLOAT_SUM) {
-        next.about |= Pipe::FLOAT_SUM;
+    let result_in = next.float_busy + timed.float_delay;
+    let late = result_in != 0 && (timed.singles_late != 0 || timed.is(Timed::WRITES_FPSCR));
+    (next.singles_in, next.late_singles) = if late { (result_in, timed.singles_late) } else { (0, 0) };
+    next.about &= !(Pipe::FLOAT_SUM | Pipe::LATE_FPSCR);
+    if late {
+        next.about |= if timed.is(Timed::FLOAT_SUM) { Pipe::FLOAT_SUM } else { 0 };
+        next.about |= if timed.is(Timed::WRITES_FPSCR) { Pipe::LATE_FPSCR } else { 0 };
     }
 }

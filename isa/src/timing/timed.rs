@@ -2,6 +2,7 @@
 
 use super::facts::{Core, Kind, Line, Takers};
 use crate::class::Class;
+use crate::effects::Flags;
 use crate::imm::{ShiftType, thumb_imm_carry};
 use crate::inst::Inst;
 use crate::reg::{self, RegSet};
@@ -24,7 +25,7 @@ pub struct Timed {
     /// Core registers whose result is late.
     pub(super) late: u16,
     pub(super) late_for: Takers,
-    pub(super) about: u16,
+    pub(super) about: u32,
     /// The line of the core's table.
     pub(super) line: u8,
     pub(super) cycles: u8,
@@ -33,35 +34,39 @@ pub struct Timed {
 }
 
 impl Timed {
-    pub(super) const NARROW: u16 = 1;
+    pub(super) const NARROW: u32 = 1;
     /// May write PC.
-    pub(super) const BRANCHES: u16 = 2;
+    pub(super) const BRANCHES: u32 = 2;
     /// Loads PC.
-    pub(super) const LOADS_PC: u16 = 4;
+    pub(super) const LOADS_PC: u32 = 4;
     /// B, with or without condition, or BX LR.
-    pub(super) const FOLDS: u16 = 8;
+    pub(super) const FOLDS: u32 = 8;
     /// Has a condition.
-    pub(super) const CONDITIONAL: u16 = 16;
+    pub(super) const CONDITIONAL: u32 = 16;
     /// NOP or IT of 16 bits: shares its cycle with what follows.
-    pub(super) const EMPTY: u16 = 32;
+    pub(super) const EMPTY: u32 = 32;
     /// Sets the flags, outside an IT block.
-    pub(super) const SETS_FLAGS: u16 = 64;
-    pub(super) const READS_FLAGS: u16 = 128;
+    pub(super) const SETS_FLAGS: u32 = 64;
+    pub(super) const READS_FLAGS: u32 = 128;
     /// PUSH or POP.
-    pub(super) const STACK: u16 = 256;
-    pub(super) const DIVIDES: u16 = 512;
+    pub(super) const STACK: u32 = 256;
+    pub(super) const DIVIDES: u32 = 512;
     /// Needs the floating-point unit.
-    pub(super) const FLOAT: u16 = 1024;
+    pub(super) const FLOAT: u32 = 1024;
     /// Its flags are one cycle late.
-    pub(super) const LATE_FLAGS: u16 = 2048;
+    pub(super) const LATE_FLAGS: u32 = 2048;
     /// A floating-point multiply-add.
-    pub(super) const FLOAT_SUM: u16 = 4096;
+    pub(super) const FLOAT_SUM: u32 = 4096;
     /// A load that overlaps a load or store before it.
-    pub(super) const OVERLAPS: u16 = 8192;
+    pub(super) const OVERLAPS: u32 = 8192;
     /// A load or store that the next load overlaps.
-    pub(super) const OVERLAPPED: u16 = 16384;
+    pub(super) const OVERLAPPED: u32 = 16384;
+    /// Writes the flags of FPSCR.
+    pub(super) const WRITES_FPSCR: u32 = 32768;
+    /// Reads them.
+    pub(super) const READS_FPSCR: u32 = 65536;
 
-    pub(super) const fn is(&self, about: u16) -> bool {
+    pub(super) const fn is(&self, about: u32) -> bool {
         self.about & about != 0
     }
 
@@ -79,10 +84,9 @@ impl Core {
         let late = if line.late_for.is_empty() { 0 } else { last_results(inst) };
         let one_cycle = line.kind == Kind::ShiftedRegisterFlags && self.rules.shifted_register_flags == 1;
         let (reads, writes) = (inst.uses().single_bits(), inst.defs().single_bits());
-        let holds = line.float_hold != 0;
         let mut timed = Timed {
             singles_read: reads,
-            singles_late: if holds && line.float_hold + line.float_delay > 1 { writes } else { 0 },
+            singles_late: if line.float_hold + line.float_delay > 1 { writes } else { 0 },
             operands,
             addresses,
             sums,
@@ -240,13 +244,12 @@ fn count(inst: &Inst) -> u8 {
     }
 }
 
-fn about(inst: &Inst) -> u16 {
+fn about(inst: &Inst) -> u32 {
     let (class, narrow) = (inst.class(), inst.size() == 2);
     let writes_pc = inst.defs().contains(RegSet::core(reg::PC));
     let bx_lr = inst.op() == Op::BX && inst.m == reg::LR;
     let empty = class == Class::It || inst.op() == Op::NOP;
     let flags = inst.flags();
-    let nzcv = crate::Flags::NZCV;
     [
         (narrow, Timed::NARROW),
         (writes_pc, Timed::BRANCHES),
@@ -255,14 +258,16 @@ fn about(inst: &Inst) -> u16 {
         (class == Class::Branch || bx_lr, Timed::FOLDS),
         (inst.is_conditional(), Timed::CONDITIONAL),
         (narrow && empty, Timed::EMPTY),
-        (inst.cond.is_none() && flags.writes.intersects(nzcv), Timed::SETS_FLAGS),
-        (flags.reads.intersects(nzcv), Timed::READS_FLAGS),
+        (inst.cond.is_none() && flags.writes.intersects(Flags::NZCV), Timed::SETS_FLAGS),
+        (flags.reads.intersects(Flags::NZCV), Timed::READS_FLAGS),
         (matches!(inst.op(), Op::PUSH | Op::POP), Timed::STACK),
         (class == Class::Divide, Timed::DIVIDES),
         (is_float(class), Timed::FLOAT),
         (class == Class::FloatMultiplyAdd, Timed::FLOAT_SUM),
         (matches!(class, Class::Load | Class::FloatLoad), Timed::OVERLAPS),
         (matches!(class, Class::Load | Class::Store | Class::FloatLoad), Timed::OVERLAPPED),
+        (flags.writes.intersects(Flags::FPSCR), Timed::WRITES_FPSCR),
+        (flags.reads.intersects(Flags::FPSCR), Timed::READS_FPSCR),
     ]
     .iter()
     .fold(0, |about, (holds, bit)| if *holds { about | bit } else { about })
