@@ -59,18 +59,29 @@ impl Core {
     /// Whether the instruction shares the cycle of the one before it; if that saves one, it is taken off.
     fn fold(&self, pipe: &Pipe, timed: &Timed, outcome: &Outcome, cost: &mut Cost) -> bool {
         let joins = pipe.is(Pipe::EMPTY) && timed.is(Timed::NARROW);
-        let folds = pipe.is(Pipe::HOST) && timed.is(Timed::FOLDS | Timed::EMPTY);
+        let folds = pipe.is(Pipe::HOST) && (timed.is(Timed::IT) || timed.is(Timed::FOLDS) && self.folds());
         let waits_for_flags = timed.is(Timed::CONDITIONAL) && pipe.is(Pipe::FLAGS) && outcome.target.is_some();
         if joins || folds && !waits_for_flags {
-            cost.add(Reason::Folded, -i32::from(self.branches.folded.cycles));
+            let saved = if timed.is(Timed::IT) { self.branches.folded_it } else { self.branches.folded };
+            cost.add(Reason::Folded, -i32::from(saved.cycles));
         }
         joins || folds
     }
 
-    /// A load overlaps the load or store before it, on a core where it takes more than one cycle.
+    fn folds(&self) -> bool {
+        self.branches.folded.cycles != 0
+    }
+
+    /// What memory makes shorter, on cores where an access takes more than one cycle.
     fn overlap(&self, pipe: &Pipe, timed: &Timed, outcome: &Outcome, cost: &mut Cost) {
-        if timed.is(Timed::OVERLAPS) && pipe.is(Pipe::MEMORY) && !outcome.skipped {
-            cost.add(Reason::Pipelined, -i32::from(self.pipelined_load.cycles));
+        if outcome.skipped {
+            return;
+        }
+        if timed.is(Timed::OVERLAPS) && pipe.is(Pipe::OVERLAPPED) {
+            cost.add(Reason::Pipelined, -i32::from(self.overlap.cycles));
+        }
+        if timed.is(Timed::MEMORY) && outcome.near {
+            cost.add(Reason::Near, -i32::from(self.near.cycles));
         }
     }
 
@@ -82,7 +93,8 @@ impl Core {
             (next.singles_in, next.late_singles) = (singles_in, pipe.late_singles);
             next.about |= pipe.about & (Pipe::FLOAT_SUM | Pipe::LATE_FPSCR);
         }
-        let no_time = elapsed == 0 && !pipe.is(Pipe::EMPTY) || timed.is(Timed::EMPTY) && !folded;
+        let waits_for_company = timed.is(Timed::EMPTY) && !folded && self.folds();
+        let no_time = elapsed == 0 && !pipe.is(Pipe::EMPTY) || waits_for_company;
         if no_time {
             (next.late, next.late_for) = (pipe.late, pipe.late_for);
             next.about |= pipe.about & Pipe::LATE_FLAGS;
@@ -106,16 +118,16 @@ impl Core {
     fn neighbourhood(&self, pipe: &Pipe, timed: &Timed, address: u32, outcome: &Outcome, folded: bool) -> u16 {
         let mut about = Pipe::SEQUENTIAL;
         let fetched = pipe.is(Pipe::SEQUENTIAL) || address & 2 == 0;
-        if self.branches.folded.cycles != 0 && timed.is(Timed::NARROW) && !folded {
-            if fetched {
+        if timed.is(Timed::NARROW) && !folded {
+            if fetched && (self.folds() || self.branches.folded_it.cycles != 0) {
                 about |= Pipe::HOST;
                 about |= if timed.is(Timed::SETS_FLAGS) { Pipe::FLAGS } else { 0 };
             }
-            about |= if timed.is(Timed::EMPTY) { Pipe::EMPTY } else { 0 };
+            about |= if timed.is(Timed::EMPTY) && self.folds() { Pipe::EMPTY } else { 0 };
         }
         about |= if timed.is(Timed::STACK) { Pipe::STACK } else { 0 };
-        let memory = self.pipelined_load.cycles != 0 && timed.is(Timed::OVERLAPPED) && !outcome.skipped;
-        about | if memory { Pipe::MEMORY } else { 0 }
+        let overlapped = timed.is(Timed::OVERLAPPED) && !outcome.skipped;
+        about | if overlapped { Pipe::OVERLAPPED } else { 0 }
     }
 }
 

@@ -34,8 +34,8 @@ impl Pipe {
     pub(super) const LATE_FLAGS: u16 = 32;
     /// The late single-precision registers come from a multiply-add, whose result another one may add to a cycle early.
     pub(super) const FLOAT_SUM: u16 = 64;
-    /// It was a load or store that a load may overlap.
-    pub(super) const MEMORY: u16 = 128;
+    /// It was a load that the next access may start under.
+    pub(super) const OVERLAPPED: u16 = 128;
     /// The flags of FPSCR come when the late single-precision registers do.
     pub(super) const LATE_FPSCR: u16 = 256;
 

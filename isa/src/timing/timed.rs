@@ -39,7 +39,7 @@ impl Timed {
     pub(super) const BRANCHES: u32 = 2;
     /// Loads PC.
     pub(super) const LOADS_PC: u32 = 4;
-    /// B, with or without condition, or BX LR.
+    /// NOP, B with or without condition, BX LR.
     pub(super) const FOLDS: u32 = 8;
     /// Has a condition.
     pub(super) const CONDITIONAL: u32 = 16;
@@ -57,14 +57,17 @@ impl Timed {
     pub(super) const LATE_FLAGS: u32 = 2048;
     /// A floating-point multiply-add.
     pub(super) const FLOAT_SUM: u32 = 4096;
-    /// A load that overlaps a load or store before it.
+    /// Starts under a load before it.
     pub(super) const OVERLAPS: u32 = 8192;
-    /// A load or store that the next load overlaps.
+    /// The next may start under it.
     pub(super) const OVERLAPPED: u32 = 16384;
     /// Writes the flags of FPSCR.
     pub(super) const WRITES_FPSCR: u32 = 32768;
     /// Reads them.
     pub(super) const READS_FPSCR: u32 = 65536;
+    /// A load or store.
+    pub(super) const MEMORY: u32 = 131072;
+    pub(super) const IT: u32 = 262144;
 
     pub(super) const fn is(&self, about: u32) -> bool {
         self.about & about != 0
@@ -93,7 +96,7 @@ impl Core {
             sums_as,
             late,
             late_for: if late == 0 { Takers::NONE } else { line.late_for },
-            about: about(inst),
+            about: about(inst) | overlap(&line),
             line: number,
             cycles: line.cycles.saturating_add(line.each.saturating_mul(count(inst))),
             float_hold: line.float_hold,
@@ -102,9 +105,6 @@ impl Core {
         if one_cycle {
             timed.cycles = 1;
             timed.about |= Timed::LATE_FLAGS;
-        }
-        if timed.is(Timed::BRANCHES) && !timed.is(Timed::LOADS_PC) && is_arithmetic(inst.class()) {
-            timed.cycles = 0;
         }
         timed
     }
@@ -139,7 +139,8 @@ impl Kind {
                     | Op::STRH_register
             ),
             Self::Double => inst.uses().union(inst.defs()).single_bits().count_ones() == 2,
-            Self::LoadsPc => is_load(inst.class()) && inst.defs().contains(RegSet::core(reg::PC)),
+            Self::WritesPc => inst.defs().contains(RegSet::core(reg::PC)),
+            Self::Narrow => inst.size() == 2,
         }
     }
 }
@@ -152,10 +153,6 @@ fn has_shifted_register(inst: &Inst) -> bool {
 /// A modified immediate that is a rotated byte.
 fn has_shifted_constant(inst: &Inst) -> bool {
     inst.encoding.row().rules.has(Rule::ModifiedImm) && thumb_imm_carry(inst.imm).is_some()
-}
-
-fn is_arithmetic(class: Class) -> bool {
-    matches!(class, Class::Alu | Class::Move | Class::Shift)
 }
 
 fn is_memory(class: Class) -> bool {
@@ -244,6 +241,11 @@ fn count(inst: &Inst) -> u8 {
     }
 }
 
+fn overlap(line: &Line) -> u32 {
+    let overlaps = if line.overlaps { Timed::OVERLAPS } else { 0 };
+    overlaps | if line.overlapped { Timed::OVERLAPPED } else { 0 }
+}
+
 fn about(inst: &Inst) -> u32 {
     let (class, narrow) = (inst.class(), inst.size() == 2);
     let writes_pc = inst.defs().contains(RegSet::core(reg::PC));
@@ -255,7 +257,8 @@ fn about(inst: &Inst) -> u32 {
         (writes_pc, Timed::BRANCHES),
         (writes_pc && is_load(class), Timed::LOADS_PC),
         (class == Class::TableBranch, Timed::LOADS_PC),
-        (class == Class::Branch || bx_lr, Timed::FOLDS),
+        (class == Class::Branch || bx_lr || narrow && empty, Timed::FOLDS),
+        (class == Class::It, Timed::IT),
         (inst.is_conditional(), Timed::CONDITIONAL),
         (narrow && empty, Timed::EMPTY),
         (inst.cond.is_none() && flags.writes.intersects(Flags::NZCV), Timed::SETS_FLAGS),
@@ -264,8 +267,7 @@ fn about(inst: &Inst) -> u32 {
         (class == Class::Divide, Timed::DIVIDES),
         (is_float(class), Timed::FLOAT),
         (class == Class::FloatMultiplyAdd, Timed::FLOAT_SUM),
-        (matches!(class, Class::Load | Class::FloatLoad), Timed::OVERLAPS),
-        (matches!(class, Class::Load | Class::Store | Class::FloatLoad), Timed::OVERLAPPED),
+        (is_memory(class), Timed::MEMORY),
         (flags.writes.intersects(Flags::FPSCR), Timed::WRITES_FPSCR),
         (flags.reads.intersects(Flags::FPSCR), Timed::READS_FPSCR),
     ]

@@ -42,3 +42,26 @@ fn no_survivors(core: &Core, texts: &[&str]) {
     let survivors = mutation::survivors(core, &programs);
     assert!(survivors.is_empty(), "changed by one, and nothing comes out otherwise:\n{}", survivors.join("\n"));
 }
+
+const RULES_M0PLUS: &str = include_str!("rules-m0plus.txt");
+const RULES_M4: &str = include_str!("rules-m4.txt");
+
+#[test]
+fn rules_cortex_m0plus() {
+    check(&Core::cortex_m0plus(), RULES_M0PLUS);
+}
+
+#[test]
+fn rules_cortex_m4() {
+    check(&Core::cortex_m4(), RULES_M4);
+}
+
+#[test]
+fn every_number_of_cortex_m0plus_matters() {
+    no_survivors(&Core::cortex_m0plus(), &[RULES_M0PLUS]);
+}
+
+#[test]
+fn every_number_of_cortex_m4_matters() {
+    no_survivors(&Core::cortex_m4(), &[RULES_M4]);
+}

@@ -1,8 +1,8 @@
 //! Every number of a table matters: changed by one, some program comes out otherwise.
 
 use crate::program::Program;
-use whippen_isa::Class;
 use whippen_isa::timing::{Core, Fact, Kind, Line, Takers};
+use whippen_isa::{Arch, Class};
 
 /// A changed core, and what was changed.
 type Mutant = (String, Core);
@@ -58,7 +58,7 @@ fn changes(line: &Line, class: Class) -> Vec<(&'static str, Line)> {
 /// Whether instructions of the class have a result in a core register that somebody could wait for.
 fn may_be_late(kind: Kind, class: Class) -> bool {
     use Class::*;
-    matches!(class, Alu | Move | Shift | Bitfield | Extend | Bits) && kind != Kind::LoadsPc
+    matches!(class, Alu | Move | Shift | Bitfield | Extend | Bits) && kind != Kind::WritesPc
 }
 
 fn writes_float(class: Class) -> bool {
@@ -77,11 +77,11 @@ fn writes_float(class: Class) -> bool {
 }
 
 fn of_numbers(core: &Core) -> Vec<Mutant> {
+    let down = |fact: Fact| Fact { cycles: fact.cycles.saturating_sub(1), ..fact };
     let up = |fact: Fact| Fact { cycles: fact.cycles + 1, ..fact };
     let (branches, divide) = (core.branches, core.divide);
     let named = |what: &str, core: Core| (what.to_string(), core);
     let mut all = vec![
-        named("skipped", Core { skipped: up(core.skipped), ..*core }),
         named("branches.taken", Core { branches: with(branches, |b| b.taken = up(b.taken)), ..*core }),
         named("branches.not_taken", Core { branches: with(branches, |b| b.not_taken = up(b.not_taken)), ..*core }),
         named("branches.from_load", Core { branches: with(branches, |b| b.from_load = up(b.from_load)), ..*core }),
@@ -89,14 +89,21 @@ fn of_numbers(core: &Core) -> Vec<Mutant> {
             "branches.split_target",
             Core { branches: with(branches, |b| b.split_target = up(b.split_target)), ..*core },
         ),
-        named("branches.folded", Core { branches: with(branches, |b| b.folded = up(b.folded)), ..*core }),
-        named("pipelined_load", Core { pipelined_load: up(core.pipelined_load), ..*core }),
+        named("branches.folded", Core { branches: with(branches, |b| b.folded = down(b.folded)), ..*core }),
+        named("branches.folded_it", Core { branches: with(branches, |b| b.folded_it = down(b.folded_it)), ..*core }),
+        named("overlap", Core { overlap: down(core.overlap), ..*core }),
+        named("near", Core { near: down(core.near), ..*core }),
     ];
+    if core.arch != Arch::V6M {
+        all.push(named("skipped", Core { skipped: up(core.skipped), ..*core }));
+    }
     if core.lines.iter().any(|line| line.classes.contains(&Class::Divide)) {
         all.push(named("divide.start", Core { divide: with(divide, |d| d.start = up(d.start)), ..*core }));
         let slower = with(divide, |d| d.bits_per_cycle = up(d.bits_per_cycle));
         all.push(named("divide.bits_per_cycle", Core { divide: slower, ..*core }));
     }
+    // A saving that is zero is none.
+    all.retain(|(_, mutant)| mutant != core);
     all
 }
 

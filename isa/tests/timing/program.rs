@@ -28,6 +28,8 @@ enum Does {
     Divide(i8),
     /// Waits for memory.
     Wait(u16),
+    /// Accesses the single-cycle IO port.
+    Near,
 }
 
 struct Step {
@@ -106,6 +108,7 @@ fn parse_does(text: &str, line: &str) -> Does {
         [">", to] => Does::To(hex(to), u32::MAX),
         [">", to, times] => Does::To(hex(to), times.trim_start_matches('x').parse().expect("a count")),
         ["bits", n] => Does::Divide(n.parse().expect("a number")),
+        ["near"] => Does::Near,
         ["wait", n] => Does::Wait(n.parse().expect("a number")),
         _ => panic!("what does it do: {line}"),
     }
@@ -151,6 +154,7 @@ impl Program {
             Does::To(to, limit) if times < limit => taken(to),
             Does::Back => taken(back),
             Does::Divide(quotient_bits) => Outcome { quotient_bits, ..Outcome::NEXT },
+            Does::Near => Outcome { near: true, ..Outcome::NEXT },
             Does::Wait(waits) => Outcome { waits, ..Outcome::NEXT },
             Does::Next | Does::To(..) => Outcome::NEXT,
         }
