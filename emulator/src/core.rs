@@ -54,7 +54,8 @@ impl Core {
             self.code.clear();
         }
         let mut number = self.code.find(&mut bus.memory, self.cpu.pc, self.cpu.it);
-        while self.cycle + self.code.blocks[number].cycles_max <= horizon {
+        // A branch to an even address leaves Thumb state, which is a fault and so a step.
+        while self.cpu.thumb && self.cycle + self.code.blocks[number].cycles_max <= horizon {
             let (run, goes_on) = self.run_block(bus, number);
             let pc = self.cpu.pc;
             let next = if goes_on { self.code.find(&mut bus.memory, pc, self.cpu.it) } else { number };
