@@ -97,6 +97,11 @@ impl Machine {
         self.cores[self.existing(core)].cycle
     }
 
+    /// How many instructions all cores have executed or skipped since the machine was made.
+    pub fn instructions(&self) -> u64 {
+        self.cores.iter().map(|core| core.instructions).sum()
+    }
+
     /// Resets all cores, keeping memory and time: the first one starts from the board's vector table, the others halt.
     pub fn reset(&mut self) {
         let mut words = [0; 8];
