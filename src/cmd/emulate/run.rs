@@ -6,13 +6,13 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use whippen_emulator::elf::Elf;
-use whippen_emulator::{Machine, Observer, Start, Stop};
+use whippen_emulator::{Machine, Start, Stop};
 use whippen_runtime::files::write_whole;
 
 use super::image::{self, Image};
 use super::profile::Profile;
 use super::trace::Trace;
-use super::watch::{Count, Watch};
+use super::watch::Watch;
 use super::{MAX_CYCLES, Outputs, What, board, value};
 use crate::exit::Failure;
 use crate::say;
@@ -97,7 +97,7 @@ fn start(elf: &Elf, machine: &mut Machine) -> Result<(), Failure> {
     if whippen_emulator::elf::vector_table(elf).is_some() {
         machine.reset();
     } else if elf.entry != 0 && begins(elf) {
-        let address = elf.entry;
+        let address = elf.entry | 1;
         eprintln!("note: the image has no vector table that could be found; it starts at {:#010x}", address & !1);
         let stack = board::stack_top(machine.board());
         machine.start(0, Start { vector_table: 0, stack, address });
@@ -181,63 +181,73 @@ impl Read {
     }
 }
 
-/// Runs until something ends it; writes the trace and the profile.
+/// Runs until something ends it; writes the trace.
 pub fn to_the_end(image: &mut Image, task: &Task, outputs: &Outputs) -> Result<End, Failure> {
     let Image { elf, machine, lines } = image;
-    let keep = outputs.json;
-    let limit = machine.cycle(0).saturating_add(task.max_cycles.unwrap_or(MAX_CYCLES));
     let profile = outputs.profile.is_some().then(Profile::default);
-    let end = match &outputs.trace {
-        None if profile.is_none() => {
-            let mut count = Count::default();
-            let (stop, output) = run(machine, limit, keep, &mut count);
-            End { stop, output, instructions: count.instructions, cycles: 0, profile: None }
-        }
-        None => watched(machine, limit, keep, Watch { profile, ..Watch::default() }),
-        Some(path) if path.as_os_str() == "-" => {
+    let limit = machine.cycle(0).saturating_add(task.max_cycles.unwrap_or(MAX_CYCLES));
+    let to_stdout = outputs.trace.as_deref() == Some(Path::new("-"));
+    // Where the report is JSON, or the trace is on stdout, what the program prints has to wait.
+    let mut run = Run { limit, kept: (outputs.json || to_stdout).then(Vec::new), spinner: Spinner::new() };
+    let (mut watch, cores) = (Watch { trace: None, profile }, machine.cores());
+    let stop = match &outputs.trace {
+        None if watch.profile.is_none() => run.to_its_end(machine, |machine, until| machine.run(until)),
+        None => run.to_its_end(machine, |machine, until| machine.run_observed(until, &mut watch)),
+        Some(_) if to_stdout => {
             let mut stdout = io::BufWriter::new(io::stdout().lock());
-            let trace = Some(Trace::new(&mut stdout, elf, lines, machine.cores()));
-            watched(machine, limit, true, Watch { profile, trace, ..Watch::default() })
+            let mut watch =
+                Watch { trace: Some(Trace::new(&mut stdout, elf, lines, cores)), profile: watch.profile.take() };
+            let stop = run.to_its_end(machine, |machine, until| machine.run_observed(until, &mut watch));
+            return Ok(run.end(machine, stop, watch.profile));
         }
         Some(path) => {
-            let mut end = None;
+            let mut stop = Stop::Limit;
+            let profile = watch.profile.take();
             let traced = write_whole(path, |writer| {
-                let trace = Some(Trace::new(writer, elf, lines, machine.cores()));
-                end = Some(watched(machine, limit, keep, Watch { profile, trace, ..Watch::default() }));
-                Ok(())
+                let mut traced = Watch { trace: Some(Trace::new(writer, elf, lines, cores)), profile };
+                stop = run.to_its_end(machine, |machine, until| machine.run_observed(until, &mut traced));
+                watch.profile = traced.profile;
+                traced.trace.map_or(Ok(()), Trace::finish)
             });
             traced.map_err(|e| Failure::Usage(e.to_string()))?;
-            end.ok_or_else(|| Failure::Defect("a trace was written without a run".into()))?
+            stop
         }
     };
-    let cycles = match end.stop {
-        Stop::Returned { cycles, .. } => cycles,
-        _ => machine.cycle(0),
-    };
-    Ok(End { cycles, ..end })
+    Ok(run.end(machine, stop, watch.profile))
 }
 
-fn watched(machine: &mut Machine, limit: u64, keep: bool, mut watch: Watch<'_>) -> End {
-    let (stop, output) = run(machine, limit, keep, &mut watch);
-    End { stop, output, instructions: watch.count.instructions, cycles: 0, profile: watch.profile }
+/// A run in slices.
+struct Run {
+    limit: u64,
+    /// What the program printed, if it must wait for the report.
+    kept: Option<Vec<u8>>,
+    spinner: Spinner,
 }
 
-/// Runs in slices. What the program prints goes where it belongs, or is kept.
-fn run(machine: &mut Machine, limit: u64, keep: bool, observer: &mut impl Observer) -> (Stop, Vec<u8>) {
-    let progress = Spinner::new();
-    let mut kept = Vec::new();
-    loop {
-        let until = machine.cycle(0).saturating_add(SLICE).min(limit);
-        let stop = machine.run_observed(until, observer);
-        let finished = stop != Stop::Limit || until >= limit;
-        progress.at(machine.cycle(0));
-        if finished {
-            progress.done();
+impl Run {
+    fn to_its_end(&mut self, machine: &mut Machine, mut slice: impl FnMut(&mut Machine, u64) -> Stop) -> Stop {
+        loop {
+            let until = machine.cycle(0).saturating_add(SLICE).min(self.limit);
+            let stop = slice(machine, until);
+            let finished = stop != Stop::Limit || until >= self.limit;
+            if finished {
+                self.spinner.done();
+            } else {
+                self.spinner.at(machine.cycle(0));
+            }
+            pass_on(machine, self.kept.as_mut(), &self.spinner);
+            if finished {
+                return stop;
+            }
         }
-        pass_on(machine, keep.then_some(&mut kept), &progress);
-        if finished {
-            return (stop, kept);
-        }
+    }
+
+    fn end(self, machine: &Machine, stop: Stop, profile: Option<Profile>) -> End {
+        let cycles = match stop {
+            Stop::Returned { cycles, .. } => cycles,
+            _ => machine.cycle(0),
+        };
+        End { stop, cycles, instructions: machine.instructions(), output: self.kept.unwrap_or_default(), profile }
     }
 }
 
