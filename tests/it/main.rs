@@ -3,6 +3,7 @@
 mod agree;
 mod cli;
 mod common;
+mod emulate;
 mod escapement;
 mod ideal;
 mod keyboard;
