@@ -5,8 +5,10 @@
 #![allow(dead_code, reason = "execution follows")]
 
 mod board;
+mod boards;
 mod bus;
 mod cpu;
+mod device;
 mod float;
 mod lines;
 mod machine;
@@ -20,8 +22,11 @@ mod system;
 mod trap;
 
 pub use board::{Board, BoardError, CoreKind, Region};
+pub use boards::{BoardKind, ConverterSetup, Ports, build};
 pub use bus::{Access, Bus, BusError, Device, DeviceId, Waits};
 pub use cpu::{Activity, Cpu};
+pub use device::converter::Converter;
+pub use device::uart::Uart;
 pub use lines::{Lines, Start};
 pub use machine::{Machine, Watch};
 pub use memory::{Memory, MemoryError};

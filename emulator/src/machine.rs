@@ -84,13 +84,16 @@ impl Machine {
         self.cycles.get(core).copied().unwrap_or(0)
     }
 
-    /// Resets all cores, keeping memory: the first one starts from the board's vector table, the others halt.
+    /// Resets all cores, keeping memory: the first one starts from the board's vector table, the others where the board says.
     pub fn reset(&mut self) {
         let mut words = [0; 8];
         let table = self.board.vector_table;
         let _ = self.bus.memory.read(table, &mut words);
         let word = |at: usize| u32::from_le_bytes([words[at], words[at + 1], words[at + 2], words[at + 3]]);
         self.start(0, Start { vector_table: table, stack: word(0), address: word(4) });
+        if let Some(start) = self.board.others {
+            (1..self.cpus.len()).for_each(|core| self.start(core, start));
+        }
     }
 
     /// Starts a core from its reset state.
