@@ -286,7 +286,9 @@ mod tests {
     #[test]
     fn a_late_program_is_told() {
         let mut pair = converter();
-        (0..3).for_each(|_| drop(tick(&mut pair)));
+        for _ in 0..3 {
+            tick(&mut pair);
+        }
         assert_eq!((pair.0.overruns(), pair.0.status(0), pair.0.is_over()), (2, 0b0011, false));
         tick(&mut pair);
         assert!(pair.0.is_over());

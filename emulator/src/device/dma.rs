@@ -87,7 +87,7 @@ impl Dma {
         } else if (first..first + 4).contains(&request) {
             let from = request - first;
             let uart = bus.device::<Uart>(self.uarts[from as usize / 2]);
-            uart.is_some_and(|u| if from % 2 == 0 { u.requests().0 } else { u.requests().1 })
+            uart.is_some_and(|u| if from.is_multiple_of(2) { u.requests().0 } else { u.requests().1 })
         } else {
             false
         }

@@ -181,7 +181,7 @@ impl Channel {
         if mode == ENDLESS {
             return false;
         }
-        self.left = self.left & !0x0fff_ffff | self.count() - 1;
+        self.left = self.left & !0x0fff_ffff | (self.count() - 1);
         if !self.bits.modes {
             self.left &= 0x0fff_ffff;
         }
