@@ -9,6 +9,7 @@ mod boards;
 mod bus;
 mod cpu;
 mod device;
+pub mod elf;
 mod float;
 mod lines;
 mod machine;

@@ -135,14 +135,19 @@ impl Machine {
     }
 
     /// Calls a function of the C calling convention on the first core: R0 to R3 are its arguments, it returns to an
-    /// address that no memory has. The stack pointer stays as it is, or is taken from the vector table if it is 0.
+    /// address that no memory has. The stack pointer stays as it is.
     pub fn call(&mut self, address: u32, arguments: [u32; 4], cycles_max: u64) -> Stop {
+        self.prepare_call(address, arguments);
+        self.run(self.cycle(0).saturating_add(cycles_max))
+    }
+
+    /// Puts the first core in front of a function, as [`Machine::call`] does; a run then ends with [`Stop::Returned`].
+    pub fn prepare_call(&mut self, address: u32, arguments: [u32; 4]) {
         let cpu = &mut self.cpus[0];
         cpu.r[..4].copy_from_slice(&arguments);
         cpu.r[14] = RETURN | 1;
         cpu.pc = address & !1;
         cpu.activity = Activity::Running;
-        self.run(self.cycle(0).saturating_add(cycles_max))
     }
 
     /// Stops runs before the instruction at an address.
