@@ -80,12 +80,14 @@ pub struct Bus {
     /// Interrupts and events, devices to cores.
     pub lines: Lines,
     slots: Vec<Slot>,
+    /// The address that each core's exclusive monitor guards.
+    pub(crate) exclusives: Vec<Option<u32>>,
 }
 
 impl Bus {
     pub(crate) fn new(board: &Board) -> Result<Self, BoardError> {
         let lines = Lines::new(board.cores);
-        Ok(Self { memory: Memory::new(board)?, lines, slots: Vec::new() })
+        Ok(Self { memory: Memory::new(board)?, lines, slots: Vec::new(), exclusives: vec![None; board.cores] })
     }
 
     /// Puts a device at `base`. Where two devices overlap, or one lies over memory, the first and memory win.
