@@ -26,7 +26,15 @@ fn compile(kind: BoardKind, program: &str, folder: &Path) -> PathBuf {
         BoardKind::Rp2040 => ("RP2040", "cortex-m0plus", "0x10000100", "0x20042000"),
     };
     let mut gcc = Command::new("arm-none-eabi-gcc");
-    gcc.args([&format!("-mcpu={core}"), "-mthumb", "-O2", "-Wall", "-ffreestanding", "-nostdlib", &format!("-D{name}")]);
+    gcc.args([
+        &format!("-mcpu={core}"),
+        "-mthumb",
+        "-O2",
+        "-Wall",
+        "-ffreestanding",
+        "-nostdlib",
+        &format!("-D{name}"),
+    ]);
     gcc.args([format!("-Wl,--defsym=rom_base={rom}"), format!("-Wl,--defsym=stack1_top={stack1}")]);
     gcc.arg("-T").arg(sources.join("link.ld")).arg("-o").arg(&image);
     let output = gcc.arg(sources.join("start.c")).arg(sources.join(format!("{program}.c"))).arg("-lgcc").output();
@@ -101,7 +109,8 @@ fn both_cores_serve_the_converter() {
         let expected = ("overruns 0\nrounds missed by core 1 0\n", Stop::Exit { code: 0 });
         assert_eq!((text.as_str(), stop), expected, "on {}", kind.name());
         let converter = machine.bus.device::<Converter>(ports.converter).expect("a converter");
-        let drives = (0..TICKS).flat_map(|tick| (0..KEYS).map(move |key| (3 * word(tick, key)).wrapping_sub(key) as i16));
+        let drives =
+            (0..TICKS).flat_map(|tick| (0..KEYS).map(move |key| (3 * word(tick, key)).wrapping_sub(key) as i16));
         assert!(converter.drives.iter().copied().take(2000).eq(drives), "on {}", kind.name());
     }
 }

@@ -110,7 +110,14 @@ impl<'t> Build<'t> {
         let image = folder.join("image.elf");
         let define = |name: &str, value: &str| format!("-Wl,--defsym={name}={value}");
         let mut gcc = Command::new("arm-none-eabi-gcc");
-        gcc.args(self.target.flags).args(["-mthumb", "-masm-syntax-unified", self.level, "-g", "-Wall", "-ffunction-sections"]);
+        gcc.args(self.target.flags).args([
+            "-mthumb",
+            "-masm-syntax-unified",
+            self.level,
+            "-g",
+            "-Wall",
+            "-ffunction-sections",
+        ]);
         gcc.args(["--specs=nano.specs", "-nostartfiles", "-Wl,--gc-sections"]);
         gcc.args([define("rom_base", self.target.rom), define("ram_base", self.target.ram)]);
         gcc.arg("-T").arg(sources.join("link.ld")).arg("-o").arg(&image);
@@ -129,7 +136,17 @@ impl<'t> Build<'t> {
     pub fn qemu(&self, image: &Path) -> (String, u32) {
         // Half a minute is a hundred times what any of them takes.
         let mut qemu = Command::new("timeout");
-        qemu.args(["30", "qemu-system-arm", "-M", self.target.machine, "-nographic", "-monitor", "none", "-serial", "none"]);
+        qemu.args([
+            "30",
+            "qemu-system-arm",
+            "-M",
+            self.target.machine,
+            "-nographic",
+            "-monitor",
+            "none",
+            "-serial",
+            "none",
+        ]);
         qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel"]).arg(image);
         let output = qemu.output().expect("QEMU starts");
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();

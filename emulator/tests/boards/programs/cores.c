@@ -26,7 +26,9 @@ static void core1_main(void)
 
 static void mail(void)
 {
-    heard = REG(SIO + 0x58);
+    /* Reading an empty mailbox would raise the interrupt again. */
+    while (REG(SIO + 0x50) & 1)
+        heard = REG(SIO + 0x58);
     REG(SIO + 0x50) = 0xc;
 }
 

@@ -91,6 +91,7 @@ void leave(int code)
 void on_interrupt(unsigned number, void (*handler)(void))
 {
     handlers[number] = handler;
+    REG(0xe000e280 + number / 32 * 4) = 1u << (number % 32); /* what came before is forgotten */
     REG(0xe000e100 + number / 32 * 4) = 1u << (number % 32);
 }
 

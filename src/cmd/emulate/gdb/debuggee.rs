@@ -91,7 +91,13 @@ impl Target for Debuggee {
 }
 
 impl TargetDescriptionXmlOverride for Debuggee {
-    fn target_description_xml(&self, _: &[u8], offset: u64, length: usize, buf: &mut [u8]) -> TargetResult<usize, Self> {
+    fn target_description_xml(
+        &self,
+        _: &[u8],
+        offset: u64,
+        length: usize,
+        buf: &mut [u8],
+    ) -> TargetResult<usize, Self> {
         let xml = description(self.machine.board().core);
         let from = xml.len().min(usize::try_from(offset).unwrap_or(usize::MAX));
         let part = &xml.as_bytes()[from..];
