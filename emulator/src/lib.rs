@@ -38,6 +38,7 @@ mod code;
 mod core;
 mod cpu;
 mod device;
+
 pub mod elf;
 mod exception;
 mod exec;

@@ -183,6 +183,8 @@ impl Machine {
     }
 
     /// Puts the first core in front of a function, as [`Machine::call`] does; a run then ends with [`Stop::Returned`].
+    /// Puts the first core in front of a function, as [`Machine::call`] does; a run then ends with [`Stop::Returned`]. The
+    /// floating-point unit is on, because start-up code that would turn it on need not have run.
     pub fn prepare_call(&mut self, address: u32, arguments: [u32; 4]) {
         let mut stack = [0; 4];
         let known = self.bus.memory.read(self.board.vector_table, &mut stack).is_ok();
@@ -196,6 +198,7 @@ impl Machine {
         core.cpu.thumb = true;
         core.cpu.it = whippen_isa::ItState::OUTSIDE;
         core.cpu.activity = Activity::Running;
+        core.cpu.system.cpacr |= 0xf << 20;
         core.pipe = 0;
         self.called = Some(core.cycle);
     }
