@@ -14,6 +14,8 @@ mod bits;
 mod branch;
 mod data;
 mod dsp;
+mod float;
+mod float_memory;
 mod memory;
 mod multiple;
 mod multiply;
@@ -63,6 +65,8 @@ fn select(inst: &Inst) -> Run {
         .or_else(|| multiple::select(inst))
         .or_else(|| ordered::select(inst))
         .or_else(|| branch::select(inst))
+        .or_else(|| float::select(inst))
+        .or_else(|| float_memory::select(inst))
         .or_else(|| system::select(inst))
         .unwrap_or(undefined)
 }
@@ -93,9 +97,13 @@ fn constant(inst: &Inst, address: u32) -> u32 {
     }
 }
 
-/// The amount of a shift; of a constant that needs the shifter, 1 or 2 for a carry of 0 or 1.
+/// The amount of a shift; of a constant that needs the shifter, 1 or 2 for a carry of 0 or 1; of a
+/// list of floating-point registers, whether the base is written back.
 fn amount(inst: &Inst) -> u8 {
     use whippen_isa::Class::*;
+    if float_memory::is_list(inst) {
+        return u8::from(inst.wback);
+    }
     match thumb_imm_carry(inst.imm) {
         Some(carry) if matches!(inst.class(), Alu | Move) => 1 + u8::from(carry),
         _ => inst.amount,

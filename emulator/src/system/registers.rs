@@ -26,6 +26,7 @@ impl Cpu {
             return None;
         }
         self.system.changed = true;
+        self.float_ready = false;
         let address = canonical(address);
         if size == 4 {
             self.system.write(address, value, self.now);
