@@ -12,4 +12,5 @@ mod played;
 mod player;
 mod random_programs;
 mod reference;
+mod report;
 mod strokes;
