@@ -1,12 +1,14 @@
 //! Integration tests, one binary: whole instruments through every engine, and the command.
 
 mod agree;
+mod c;
 mod cli;
 mod common;
 mod escapement;
 mod ideal;
 mod keyboard;
 mod language;
+mod library;
 mod organ_and_plucked;
 mod played;
 mod player;

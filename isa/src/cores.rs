@@ -1,0 +1,3 @@
+//! The tables of the cores. No core inherits from another: each number has its own source.
+
+mod cortex_m33;
