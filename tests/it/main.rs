@@ -14,4 +14,5 @@ mod played;
 mod player;
 mod random_programs;
 mod reference;
+mod report;
 mod strokes;
