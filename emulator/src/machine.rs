@@ -182,7 +182,6 @@ impl Machine {
         stop
     }
 
-    /// Puts the first core in front of a function, as [`Machine::call`] does; a run then ends with [`Stop::Returned`].
     /// Puts the first core in front of a function, as [`Machine::call`] does; a run then ends with [`Stop::Returned`]. The
     /// floating-point unit is on, because start-up code that would turn it on need not have run.
     pub fn prepare_call(&mut self, address: u32, arguments: [u32; 4]) {
