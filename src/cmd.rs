@@ -1,6 +1,7 @@
 //! The subcommands.
 
 mod check;
+mod command;
 mod dump;
 mod emulate;
 mod errors;

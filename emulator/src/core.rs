@@ -52,6 +52,9 @@ impl Core {
 
     /// Runs whole blocks as long as they end before `horizon`; stops in front of what has to be exact.
     pub fn run_blocks(&mut self, bus: &mut Bus, horizon: u64) {
+        if !self.cpu.thumb {
+            return;
+        }
         if self.code.is_full() {
             self.code.clear();
         }

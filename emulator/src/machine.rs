@@ -102,7 +102,8 @@ impl Machine {
         self.cores.iter().map(|core| core.instructions).sum()
     }
 
-    /// Resets all cores, keeping memory and time: the first one starts from the board's vector table, the others halt.
+    /// Resets all cores, keeping memory and time: the first one starts from the board's vector table, the others where the
+    /// board says, or halt.
     pub fn reset(&mut self) {
         let mut words = [0; 8];
         let table = self.board.vector_table;
@@ -110,7 +111,12 @@ impl Machine {
         let _ = self.bus.memory.read(table, &mut words);
         let word = |at: usize| u32::from_le_bytes([words[at], words[at + 1], words[at + 2], words[at + 3]]);
         let start = Start { vector_table: table, stack: word(0), address: word(4) };
-        (1..self.cores.len()).for_each(|core| self.halt(core));
+        for core in 1..self.cores.len() {
+            match self.board.others {
+                Some(start) => self.start(core, start),
+                None => self.halt(core),
+            }
+        }
         self.start(0, start);
     }
 

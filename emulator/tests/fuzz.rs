@@ -1,10 +1,10 @@
 //! Nothing makes it panic: broken ELFs, random code, random machines. And what runs block by block runs as it does
 //! instruction by instruction.
 
-#[path = "common.rs"]
-mod common;
+#[path = "made/elf.rs"]
+mod made;
 
-use common::{Part, elf_of};
+use made::{Part, elf_of};
 use whippen_emulator::elf::{Elf, Lines, regions_for, vector_table};
 use whippen_emulator::{Board, CoreKind, Machine, Observer, Region, Register, Step, Stop};
 

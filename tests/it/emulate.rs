@@ -2,7 +2,7 @@
 
 mod gdb;
 mod gnu;
-#[path = "../../emulator/tests/common.rs"]
+#[path = "../../emulator/tests/made/elf.rs"]
 mod made;
 
 use crate::cli::Shell;

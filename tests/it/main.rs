@@ -1,6 +1,7 @@
 //! Integration tests, one binary: whole instruments through every engine, and the command.
 
 mod agree;
+mod c;
 mod cli;
 mod common;
 mod emulate;
@@ -8,9 +9,11 @@ mod escapement;
 mod ideal;
 mod keyboard;
 mod language;
+mod library;
 mod organ_and_plucked;
 mod played;
 mod player;
 mod random_programs;
 mod reference;
+mod report;
 mod strokes;
