@@ -27,6 +27,8 @@ pub(crate) struct Core {
     pub pipe: u16,
     /// The cycle in which its next instruction begins.
     pub cycle: u64,
+    /// Instructions that ran so far, skipped ones too.
+    pub instructions: u64,
     /// Where the next step probably is: block and instruction.
     pub cursor: (usize, usize),
 }
@@ -41,7 +43,7 @@ struct Run {
 
 impl Core {
     pub fn new(cpu: Cpu, timing: Timing) -> Self {
-        Self { cpu, code: Code::new(timing), pipes: Pipes::new(), pipe: 0, cycle: 0, cursor: (0, 0) }
+        Self { cpu, code: Code::new(timing), pipes: Pipes::new(), pipe: 0, cycle: 0, instructions: 0, cursor: (0, 0) }
     }
 
     pub fn timing(&self) -> &Timing {
@@ -102,6 +104,7 @@ impl Core {
             None => self.count(run, key, Target { address: pc, wide }),
         };
         self.cycle += u64::from(known.cycles);
+        self.instructions += run.done as u64;
         self.pipe = known.pipe;
     }
 

@@ -76,6 +76,7 @@ impl Core {
             observer.instruction(&Step { core, address, inst, cycle, cost });
         }
         self.cycle += u64::from(cost.cycles());
+        self.instructions += 1;
         self.pipe = self.number(pipe);
     }
 
