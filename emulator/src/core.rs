@@ -27,7 +27,7 @@ pub(crate) struct Core {
     pub pipe: u16,
     /// The cycle in which its next instruction begins.
     pub cycle: u64,
-    /// Instructions executed or skipped so far.
+    /// Instructions that ran so far, skipped ones too.
     pub instructions: u64,
     /// Where the next step probably is: block and instruction.
     pub cursor: (usize, usize),
@@ -52,9 +52,6 @@ impl Core {
 
     /// Runs whole blocks as long as they end before `horizon`; stops in front of what has to be exact.
     pub fn run_blocks(&mut self, bus: &mut Bus, horizon: u64) {
-        if !self.cpu.thumb {
-            return;
-        }
         if self.code.is_full() {
             self.code.clear();
         }

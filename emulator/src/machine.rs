@@ -97,9 +97,9 @@ impl Machine {
         self.cores[self.existing(core)].cycle
     }
 
-    /// How many instructions all cores have executed or skipped since the machine was made.
+    /// Instructions that all cores have run since the machine was made, skipped ones too.
     pub fn instructions(&self) -> u64 {
-        self.cores.iter().map(|core| core.instructions).sum()
+        self.cores.iter().map(|c| c.instructions).sum()
     }
 
     /// Resets all cores, keeping memory and time: the first one starts from the board's vector table, the others where the

@@ -6,19 +6,21 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use whippen_emulator::elf::Elf;
-use whippen_emulator::{Machine, Start, Stop};
+use whippen_emulator::{Converter, Machine, Ports, Start, Stop};
 use whippen_runtime::files::write_whole;
 
 use super::image::{self, Image};
 use super::profile::Profile;
 use super::trace::Trace;
 use super::watch::Watch;
-use super::{MAX_CYCLES, Outputs, What, board, value};
+use super::{MAX_CYCLES, Outputs, What, board, ports, value};
 use crate::exit::Failure;
 use crate::say;
 
 /// So many cycles at a time.
 const SLICE: u64 = 2_000_000;
+/// And so many while a converter ticks.
+const CONVERTER_SLICE: u64 = 50_000;
 
 /// What to do with an image, understood and prepared: memory is set and the core stands before its first instruction.
 pub struct Task {
@@ -44,6 +46,10 @@ pub struct Read {
 pub struct End {
     /// Why.
     pub stop: Stop,
+    /// Whether it ended because the converter's samples were over.
+    pub over: bool,
+    /// Ticks that came before the program had served the one before.
+    pub overruns: u32,
     /// Cycles of the function, or of the first core since reset.
     pub cycles: u64,
     /// Instructions of all cores.
@@ -55,9 +61,9 @@ pub struct End {
 }
 
 impl End {
-    /// The function returned, or the program said that all is well.
+    /// The function returned, the program said that all is well, or it served all samples in time.
     pub fn succeeded(&self) -> bool {
-        matches!(self.stop, Stop::Returned { .. } | Stop::Exit { code: 0 })
+        self.overruns == 0 && (self.over || matches!(self.stop, Stop::Returned { .. } | Stop::Exit { code: 0 }))
     }
 }
 
@@ -183,85 +189,112 @@ impl Read {
 
 /// Runs until something ends it; writes the trace.
 pub fn to_the_end(image: &mut Image, task: &Task, outputs: &Outputs) -> Result<End, Failure> {
-    let Image { elf, machine, lines } = image;
-    let profile = outputs.profile.is_some().then(Profile::default);
+    let Image { elf, machine, lines, ports } = image;
     let limit = machine.cycle(0).saturating_add(task.max_cycles.unwrap_or(MAX_CYCLES));
-    let to_stdout = outputs.trace.as_deref() == Some(Path::new("-"));
-    // Where the report is JSON, or the trace is on stdout, what the program prints has to wait.
-    let mut run = Run { limit, kept: (outputs.json || to_stdout).then(Vec::new), spinner: Spinner::new() };
-    let (mut watch, cores) = (Watch { trace: None, profile }, machine.cores());
-    let stop = match &outputs.trace {
-        None if watch.profile.is_none() => run.to_its_end(machine, |machine, until| machine.run(until)),
-        None => run.to_its_end(machine, |machine, until| machine.run_observed(until, &mut watch)),
-        Some(_) if to_stdout => {
+    let mut run = Run { machine, ports: *ports, limit, kept: outputs.json.then(Vec::new) };
+    let profile = outputs.profile.is_some().then(Profile::default);
+    let (stop, profile) = match &outputs.trace {
+        None if profile.is_none() => (run.to_the_end(None), None),
+        None => {
+            let (stop, profile, _) = run.watched(Watch { profile, trace: None });
+            (stop, profile)
+        }
+        Some(path) if path.as_os_str() == "-" => {
+            run.kept.get_or_insert_default();
             let mut stdout = io::BufWriter::new(io::stdout().lock());
-            let mut watch =
-                Watch { trace: Some(Trace::new(&mut stdout, elf, lines, cores)), profile: watch.profile.take() };
-            let stop = run.to_its_end(machine, |machine, until| machine.run_observed(until, &mut watch));
-            return Ok(run.end(machine, stop, watch.profile));
+            let trace = Some(Trace::new(&mut stdout, elf, lines, run.machine.cores()));
+            // A reader that has seen enough is no error.
+            let (stop, profile, _) = run.watched(Watch { profile, trace });
+            (stop, profile)
         }
         Some(path) => {
-            let mut stop = Stop::Limit;
-            let profile = watch.profile.take();
+            let mut end = None;
             let traced = write_whole(path, |writer| {
-                let mut traced = Watch { trace: Some(Trace::new(writer, elf, lines, cores)), profile };
-                stop = run.to_its_end(machine, |machine, until| machine.run_observed(until, &mut traced));
-                watch.profile = traced.profile;
-                traced.trace.map_or(Ok(()), Trace::finish)
+                let trace = Some(Trace::new(writer, elf, lines, run.machine.cores()));
+                let (stop, profile, written) = run.watched(Watch { profile, trace });
+                end = Some((stop, profile));
+                written
             });
             traced.map_err(|e| Failure::Usage(e.to_string()))?;
-            stop
+            end.ok_or_else(|| Failure::Defect("a trace was written without a run".into()))?
         }
     };
-    Ok(run.end(machine, stop, watch.profile))
+    let output = run.kept.unwrap_or_default();
+    let cycles = match stop {
+        Stop::Returned { cycles, .. } => cycles,
+        _ => machine.cycle(0),
+    };
+    let converter = ports.as_ref().and_then(|p| ports::converter(machine, p));
+    let over = stop == Stop::Limit && converter.is_some_and(|c| c.had_samples() && c.is_over());
+    let overruns = converter.map_or(0, Converter::overruns);
+    Ok(End { stop, over, overruns, cycles, instructions: machine.instructions(), output, profile })
 }
 
-/// A run in slices.
-struct Run {
+/// A run under way.
+struct Run<'m> {
+    machine: &'m mut Machine,
+    ports: Option<Ports>,
     limit: u64,
-    /// What the program printed, if it must wait for the report.
+    /// What the program prints, when it is not to be passed on at once.
     kept: Option<Vec<u8>>,
-    spinner: Spinner,
 }
 
-impl Run {
-    fn to_its_end(&mut self, machine: &mut Machine, mut slice: impl FnMut(&mut Machine, u64) -> Stop) -> Stop {
+impl Run<'_> {
+    /// The end, the profile, and whether the whole trace could be written.
+    fn watched(&mut self, mut watch: Watch<'_>) -> (Stop, Option<Profile>, io::Result<()>) {
+        let stop = self.to_the_end(Some(&mut watch));
+        (stop, watch.profile, watch.trace.map_or(Ok(()), Trace::finish))
+    }
+
+    /// Runs in slices. What the program prints goes where it belongs, or is kept.
+    fn to_the_end(&mut self, mut watch: Option<&mut Watch<'_>>) -> Stop {
+        let progress = Spinner::new();
         loop {
-            let until = machine.cycle(0).saturating_add(SLICE).min(self.limit);
-            let stop = slice(machine, until);
-            let finished = stop != Stop::Limit || until >= self.limit;
+            let until = self.machine.cycle(0).saturating_add(self.slice()).min(self.limit);
+            let stop = match &mut watch {
+                Some(watch) => self.machine.run_observed(until, *watch),
+                None => self.machine.run(until),
+            };
+            let finished = stop != Stop::Limit || until >= self.limit || self.is_over();
+            progress.at(self.machine.cycle(0));
             if finished {
-                self.spinner.done();
-            } else {
-                self.spinner.at(machine.cycle(0));
+                progress.done();
             }
-            pass_on(machine, self.kept.as_mut(), &self.spinner);
+            self.pass_on(&progress);
             if finished {
                 return stop;
             }
         }
     }
 
-    fn end(self, machine: &Machine, stop: Stop, profile: Option<Profile>) -> End {
-        let cycles = match stop {
-            Stop::Returned { cycles, .. } => cycles,
-            _ => machine.cycle(0),
-        };
-        End { stop, cycles, instructions: machine.instructions(), output: self.kept.unwrap_or_default(), profile }
+    fn converter(&self) -> Option<&Converter> {
+        ports::converter(self.machine, self.ports.as_ref()?)
     }
-}
 
-/// Takes what the program printed since the last time.
-fn pass_on(machine: &mut Machine, kept: Option<&mut Vec<u8>>, progress: &Spinner) {
-    let (output, errors) =
-        (std::mem::take(&mut machine.semihosting.output), std::mem::take(&mut machine.semihosting.errors));
-    match kept {
-        Some(kept) => kept.extend(output),
-        None if output.is_empty() => {}
-        None => progress.aside(|| say::bytes(&output)),
+    /// While a converter ticks, so often that the end of its samples ends the run.
+    fn slice(&self) -> u64 {
+        if self.converter().is_some() { CONVERTER_SLICE } else { SLICE }
     }
-    if !errors.is_empty() {
-        progress.aside(|| drop(io::stderr().lock().write_all(&errors)));
+
+    fn is_over(&self) -> bool {
+        self.converter().is_some_and(|c| c.is_over() && c.had_samples())
+    }
+
+    /// Takes what the program printed since the last time.
+    fn pass_on(&mut self, progress: &Spinner) {
+        let semihosting = &mut self.machine.semihosting;
+        let (mut output, errors) = (std::mem::take(&mut semihosting.output), std::mem::take(&mut semihosting.errors));
+        if let Some(ports) = &self.ports {
+            output.append(&mut ports::printed(self.machine, ports));
+        }
+        match &mut self.kept {
+            Some(kept) => kept.extend(output),
+            None if output.is_empty() => {}
+            None => progress.aside(|| say::bytes(&output)),
+        }
+        if !errors.is_empty() {
+            progress.aside(|| drop(io::stderr().lock().write_all(&errors)));
+        }
     }
 }
 

@@ -1,11 +1,11 @@
-//! Who watches a run: the trace and the profile.
+//! Who watches a run, when a trace or a profile was asked for.
 
 use whippen_emulator::{Observer, Step};
 
 use super::profile::Profile;
 use super::trace::Trace;
 
-/// Tells whoever was asked for.
+/// Traces and profiles, if asked to.
 #[derive(Default)]
 pub struct Watch<'w> {
     /// Writes every instruction.
