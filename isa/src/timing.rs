@@ -43,6 +43,7 @@ mod facts;
 mod issue;
 mod outcome;
 mod pipe;
+pub mod sram;
 mod timed;
 
 pub use cost::{Cost, Reason};

@@ -109,7 +109,12 @@ impl Core {
         timed
     }
 
-    /// The line that counts an instruction, and its number. The last line of a table fits everything.
+    /// The line that counts an instruction.
+    pub fn line(&self, inst: &Inst) -> Line {
+        self.line_of(inst).1
+    }
+
+    /// It and its number. No line counts what the architecture does not have; one cycle then.
     fn line_of(&self, inst: &Inst) -> (u8, Line) {
         let fits = |line: &Line| line.classes.contains(&inst.class()) && line.kind.fits(inst);
         let number = self.lines.iter().position(fits).unwrap_or(self.lines.len().saturating_sub(1));

@@ -1,10 +1,11 @@
 //! Cycles against counts derived on paper, program by program.
 
+mod golden;
 mod mutation;
 mod program;
 
 use program::{Program, parse};
-use whippen_isa::timing::Core;
+use whippen_isa::timing::{Core, Rules};
 
 /// The programs of a file, and how they come out on `core`.
 fn check(core: &Core, text: &str) {
@@ -30,6 +31,12 @@ fn published_cortex_m33() {
 #[test]
 fn rules_cortex_m33() {
     check(&Core::cortex_m33(), RULES_M33);
+}
+
+#[test]
+fn disputed_cortex_m33() {
+    let core = Core { rules: Rules { shifted_register_flags: 1 }, ..Core::cortex_m33() };
+    check(&core, include_str!("disputed-m33.txt"));
 }
 
 #[test]
@@ -64,4 +71,17 @@ fn every_number_of_cortex_m0plus_matters() {
 #[test]
 fn every_number_of_cortex_m4_matters() {
     no_survivors(&Core::cortex_m4(), &[RULES_M4]);
+}
+
+/// `WHIPPEN_BLESS=1` writes the table instead.
+#[test]
+fn cycles_of_every_instruction() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/timing/cycles.txt");
+    let table = golden::table();
+    if std::env::var_os("WHIPPEN_BLESS").is_some() {
+        std::fs::write(path, &table).expect("writable");
+    }
+    let kept = std::fs::read_to_string(path).unwrap_or_default();
+    let differ = table.lines().zip(kept.lines()).find(|(new, old)| new != old);
+    assert!(kept == table, "isa/tests/timing/cycles.txt is out of date (WHIPPEN_BLESS=1): {differ:?}");
 }
