@@ -2,6 +2,8 @@
 
 use whippen_isa::Arch;
 
+use crate::lines::Start;
+
 /// A core that the emulator knows.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum CoreKind {
@@ -113,7 +115,7 @@ impl Region {
 pub struct Board {
     /// The cores.
     pub core: CoreKind,
-    /// How many, 1 to 8. All but the first wait to be started.
+    /// How many, 1 to 8.
     pub cores: usize,
     /// Cycles per second, for semihosting's clock; nothing else depends on it.
     pub clock_hz: u32,
@@ -123,6 +125,8 @@ pub struct Board {
     pub regions: Vec<Region>,
     /// Where the first core finds its vector table at reset.
     pub vector_table: u32,
+    /// Where the other cores begin at reset; they halt when this is absent.
+    pub others: Option<Start>,
 }
 
 impl Board {
@@ -131,7 +135,7 @@ impl Board {
         let flash = Region::rom("flash", 0x0800_0000, 1 << 20);
         let boot = Region { name: "flash at 0".into(), base: 0, mirrors: Some(flash.base), ..flash.clone() };
         let regions = vec![flash, boot, Region::ram("ram", 0x2000_0000, 1 << 20)];
-        Self { core, cores: 1, clock_hz: 150_000_000, interrupts: 64, regions, vector_table: 0x0800_0000 }
+        Self { core, cores: 1, clock_hz: 150_000_000, interrupts: 64, regions, vector_table: 0x0800_0000, others: None }
     }
 }
 

@@ -1,7 +1,7 @@
 //! A Cortex-M that counts: Cortex-M0+, M4 and M33, functional and cycle by cycle. It runs any bare-metal image.
 //!
 //! ```text
-//!   image bytes --> Memory <--- Bus ---> devices (the caller's)
+//!   image bytes --> Memory <--- Bus ---> devices (boards', the caller's)
 //!                     |          |
 //!     Code (blocks of decoded Ops, cycles by pipeline state)
 //!                     |          |
@@ -32,10 +32,14 @@ mod access;
 mod alu;
 mod block;
 mod board;
+mod boards;
 mod bus;
 mod code;
 mod core;
 mod cpu;
+mod device;
+
+pub mod elf;
 mod exception;
 mod exec;
 mod faults;
@@ -56,8 +60,11 @@ mod system;
 mod trap;
 
 pub use board::{Board, BoardError, CoreKind, Region};
+pub use boards::{BoardKind, ConverterSetup, Ports, build};
 pub use bus::{Access, Bus, BusError, Device, DeviceId, Waits};
 pub use cpu::{Activity, Cpu};
+pub use device::converter::Converter;
+pub use device::uart::Uart;
 pub use lines::{Lines, Start};
 pub use machine::Machine;
 pub use memory::{Memory, MemoryError, Watch};

@@ -38,11 +38,13 @@ pub struct Lines {
     pub(crate) cores: Vec<CoreLines>,
     /// Whether anything changed that a core has not looked at.
     pub(crate) changed: bool,
+    /// Whether a device asks for a reset of the chip.
+    pub(crate) reset: bool,
 }
 
 impl Lines {
     pub(crate) fn new(cores: usize) -> Self {
-        Self { cores: vec![CoreLines::default(); cores], changed: false }
+        Self { cores: vec![CoreLines::default(); cores], changed: false, reset: false }
     }
 
     /// Sets the level of interrupt `number` of a core. A rising edge makes it pending; a level that is still high when its
@@ -87,6 +89,12 @@ impl Lines {
     /// Sets the event registers of all cores but one.
     pub fn event_from(&mut self, sender: usize) {
         (0..self.cores.len()).filter(|core| *core != sender).for_each(|core| self.event(core));
+    }
+
+    /// Asks for a reset of the chip, which ends the run.
+    pub fn reset(&mut self) {
+        self.reset = true;
+        self.changed = true;
     }
 
     /// Starts a core, whatever it is doing, from reset.

@@ -97,7 +97,8 @@ impl Machine {
         self.cores[self.existing(core)].cycle
     }
 
-    /// Resets all cores, keeping memory and time: the first one starts from the board's vector table, the others halt.
+    /// Resets all cores, keeping memory and time: the first one starts from the board's vector table, the others where the
+    /// board says, or halt.
     pub fn reset(&mut self) {
         let mut words = [0; 8];
         let table = self.board.vector_table;
@@ -105,7 +106,12 @@ impl Machine {
         let _ = self.bus.memory.read(table, &mut words);
         let word = |at: usize| u32::from_le_bytes([words[at], words[at + 1], words[at + 2], words[at + 3]]);
         let start = Start { vector_table: table, stack: word(0), address: word(4) };
-        (1..self.cores.len()).for_each(|core| self.halt(core));
+        for core in 1..self.cores.len() {
+            match self.board.others {
+                Some(start) => self.start(core, start),
+                None => self.halt(core),
+            }
+        }
         self.start(0, start);
     }
 
@@ -156,7 +162,7 @@ impl Machine {
     /// address that no memory has. The stack pointer stays as it is, or is taken from the vector table if it is 0; the rest of the
     /// core keeps its state, the pipeline is empty.
     pub fn call(&mut self, address: u32, arguments: [u32; 4], cycles_max: u64) -> Stop {
-        self.enter_call(address, arguments);
+        self.prepare_call(address, arguments);
         let stop = self.run(self.cycle(0).saturating_add(cycles_max));
         self.called = None;
         stop
@@ -170,13 +176,15 @@ impl Machine {
         cycles_max: u64,
         observer: &mut impl Observer,
     ) -> Stop {
-        self.enter_call(address, arguments);
+        self.prepare_call(address, arguments);
         let stop = self.run_observed(self.cycle(0).saturating_add(cycles_max), observer);
         self.called = None;
         stop
     }
 
-    fn enter_call(&mut self, address: u32, arguments: [u32; 4]) {
+    /// Puts the first core in front of a function, as [`Machine::call`] does; a run then ends with [`Stop::Returned`]. The
+    /// floating-point unit is on, because start-up code that would turn it on need not have run.
+    pub fn prepare_call(&mut self, address: u32, arguments: [u32; 4]) {
         let mut stack = [0; 4];
         let known = self.bus.memory.read(self.board.vector_table, &mut stack).is_ok();
         let core = &mut self.cores[0];
@@ -189,6 +197,7 @@ impl Machine {
         core.cpu.thumb = true;
         core.cpu.it = whippen_isa::ItState::OUTSIDE;
         core.cpu.activity = Activity::Running;
+        core.cpu.system.cpacr |= 0xf << 20;
         core.pipe = 0;
         self.called = Some(core.cycle);
     }

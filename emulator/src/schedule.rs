@@ -94,7 +94,8 @@ impl Machine {
             self.step_core(core, observer)?;
             let cpu = &mut self.cores[core].cpu;
             let changed = std::mem::take(&mut cpu.system.changed) | self.bus.lines.changed;
-            if changed || cpu.activity != Activity::Running {
+            // A device that was accessed may be due before the horizon that was set without it.
+            if changed || cpu.activity != Activity::Running || self.bus.due() < horizon {
                 return Ok(());
             }
         }
@@ -109,6 +110,9 @@ impl Machine {
     ) -> Result<(), Stop> {
         if self.bus.due() <= cycle {
             self.bus.attend(cycle);
+        }
+        if std::mem::take(&mut self.bus.lines.reset) {
+            return Err(Stop::Reset);
         }
         self.obey();
         for i in 0..self.cores.len() {

@@ -1,15 +1,18 @@
 //! Integration tests, one binary: whole instruments through every engine, and the command.
 
 mod agree;
+mod c;
 mod cli;
 mod common;
 mod escapement;
 mod ideal;
 mod keyboard;
 mod language;
+mod library;
 mod organ_and_plucked;
 mod played;
 mod player;
 mod random_programs;
 mod reference;
+mod report;
 mod strokes;
