@@ -43,6 +43,7 @@ mod facts;
 mod issue;
 mod outcome;
 mod pipe;
+mod sources;
 pub mod sram;
 mod timed;
 

@@ -93,6 +93,7 @@ impl Core {
                 folded_it: Fact::new(1, Exact, "jnk0le, cortexm-AES; 3.7.4.9.9 names forwards only"),
             },
             skipped: Fact::new(1, Exact, "3.7.4.9.8; cortexm-AES"),
+            late: Fact::new(1, Exact, "3.7.4.9.1"),
             divide: Division {
                 start: Fact::new(2, Rule, "3.7.4.9.4"),
                 bits_per_cycle: Fact::new(4, Rule, "3.7.4.9.4"),

@@ -74,6 +74,7 @@ impl Core {
                 folded_it: Fact::new(1, Rule, "3.3.1: IT folds into a 16-bit instruction"),
             },
             skipped: Fact::new(1, Rule, "3.3.1"),
+            late: Fact::new(1, Rule, "3.3.3"),
             divide: Division {
                 start: Fact::new(3, Estimate, "3.3.1: 2 to 12, by the operands"),
                 bits_per_cycle: Fact::new(4, Estimate, "3.3.1: 2 to 12, by the operands"),
