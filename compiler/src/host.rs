@@ -82,7 +82,8 @@ impl Loaded<HostFunctions> {
         let kernel = bare.unwrap_or_else(|| kernel.clone());
         let lanes = lanes::suits(&kernel, keys).then_some(&kernel);
         let stretches = stretches(keys, lanes.is_some(), None);
-        HostFunctions::new(&kernel, lanes, &memory, stretches).map(|code| Loaded::new_with(kernel.clone(), memory, code))
+        HostFunctions::new(&kernel, lanes, &memory, stretches)
+            .map(|code| Loaded::new_with(kernel.clone(), memory, code))
     }
 
     /// Compiles a kernel for so many keys of which one is observed: only its probes are kept (those of its neighbours

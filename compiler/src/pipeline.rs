@@ -61,6 +61,7 @@ pub fn compile(model: Model, scales: Scales, observe: bool) -> Result<Compiled, 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bundled::INSTRUMENTS;
     use crate::check::{Options, Program};
     use crate::front::compile_front;
     use crate::source::SourceMap;
@@ -76,12 +77,7 @@ mod tests {
 
     #[test]
     fn every_bundled_instrument_becomes_a_kernel() {
-        let texts = [
-            include_str!("../../instruments/grand-piano.whip"),
-            include_str!("../../instruments/harpsichord.whip"),
-            include_str!("../../instruments/hammond.whip"),
-        ];
-        for text in texts {
+        for (_, text) in INSTRUMENTS {
             for model in program(text).instruments {
                 for observe in [true, false] {
                     let compiled = compile(model.clone(), MIKEY, observe).unwrap_or_else(|e| panic!("{e:?}"));

@@ -84,6 +84,6 @@ fn observed_or_not() {
             assert_eq!(emitted, without.drain_events(), "{name}: events of tick {tick}");
             events += emitted.len();
         }
-        assert!(events > 5, "{name}: {events} events");
+        assert!(events > 5 || told == 0, "{name}: {events} events");
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use whippen_compiler::bundled::INSTRUMENTS;
 use whippen_compiler::check::Options;
 use whippen_compiler::front::compile_front;
 use whippen_compiler::pipeline::{Compiled, compile};
@@ -37,7 +38,7 @@ pub fn instruments(file: &str, sets: &[(&str, &str)]) -> Vec<Compiled> {
 
 /// Every bundled instrument.
 pub fn all() -> Vec<Compiled> {
-    ["grand-piano.whip", "harpsichord.whip", "hammond.whip"].iter().flat_map(|f| instruments(f, &[])).collect()
+    INSTRUMENTS.iter().flat_map(|(file, _)| instruments(file, &[])).collect()
 }
 
 /// Sensor words of positions.

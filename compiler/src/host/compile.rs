@@ -2,8 +2,8 @@
 
 use super::lanes::Lanes;
 use super::translate::Translator;
-use crate::kernel::layout::Layout;
 use crate::kernel::Kernel;
+use crate::kernel::layout::Layout;
 use cranelift_codegen::Context;
 use cranelift_codegen::ir::AbiParam;
 use cranelift_codegen::ir::types::I64;

@@ -65,12 +65,7 @@ impl Lanes<'_> {
     }
 
     /// An operator that vectors have, whatever the width of their lanes.
-    fn both(
-        &mut self,
-        a: KernelValue,
-        b: KernelValue,
-        op: impl Fn(FuncInstBuilder, Value, Value) -> Value,
-    ) -> Lane {
+    fn both(&mut self, a: KernelValue, b: KernelValue, op: impl Fn(FuncInstBuilder, Value, Value) -> Value) -> Lane {
         match self.t.ty(a) {
             Type::I64 => {
                 let (a, b) = (self.wide(a), self.wide(b));
