@@ -1,9 +1,12 @@
 //! Integration tests, one binary: whole instruments through every engine, and the command.
 
 mod agree;
+mod button_and_knob;
 mod cli;
 mod common;
+mod documents;
 mod escapement;
+mod first_mechanisms;
 mod ideal;
 mod keyboard;
 mod language;
