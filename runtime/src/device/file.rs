@@ -99,10 +99,10 @@ impl<'a> Entries<'a> {
             Ok(Quantity::Real { value, dim: found }) if found == dim => Ok(value),
             Ok(_) => {
                 let (kind, unit) = match dim {
-                    Dim::NUMBER => ("angle", "rad".to_string()),
-                    other => (other.name().unwrap_or("quantity"), other.unit()),
+                    Dim::NUMBER => ("an angle".to_string(), "rad".to_string()),
+                    other => (format!("a {}", other.name().unwrap_or("quantity")), other.unit()),
                 };
-                Err(self.error(key, &format!("is `{text}`, but must be a {kind} (a number of `{unit}`)")))
+                Err(self.error(key, &format!("is `{text}`, but must be {kind} (a number of `{unit}`)")))
             }
             Err(e) => Err(self.error(key, &format!("is not a quantity: {e}"))),
         }

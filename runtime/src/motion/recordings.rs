@@ -23,6 +23,7 @@ fn key(mapped: bool) -> Option<Motion> {
         layout: Layout::Raw { rate_hz: 2000.0, column: 2, calibration },
         stops: mapped.then_some(Stops { rest_m: 0.88e-3, full_m: 12.7e-3, dip_m: 10e-3 }),
         lowpass_hz: mapped.then_some(200.0),
+        turns: false,
     };
     Some(load(&path, &options, TICK_HZ).unwrap())
 }
