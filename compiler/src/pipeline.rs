@@ -70,7 +70,7 @@ mod tests {
     use crate::front::compile_front;
     use crate::source::SourceMap;
 
-    const MIKEY: Scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb_n: 20.0 / 32768.0 };
+    const MIKEY: Scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb: 20.0 / 32768.0 };
 
     fn program(text: &str) -> Program {
         let mut map = SourceMap::default();

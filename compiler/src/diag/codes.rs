@@ -111,6 +111,7 @@ codes! {
     WindowTooLong       "WH0510" Error "a differentiator's window that is too long";
     RangeTooSmall       "WH0511" Warning "a range that cuts off what is written to its state";
     // Physics and keyboards
+    WrongDrive          "WH0610" Error "a force on what turns, or a torque on what slides";
     BodyPart            "WH0601" Error "a body that lacks or repeats one of its lines";
     BodyMotion          "WH0602" Error "a line of a body that does not fit its coordinate";
     UnknownNote         "WH0603" Error "a note that does not exist";
