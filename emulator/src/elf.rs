@@ -104,9 +104,14 @@ impl std::fmt::Display for ElfError {
             Self::BigEndian => f.write_str("is a big-endian ELF; only little-endian ones are run"),
             Self::Machine(name) => write!(f, "is an ELF for {name}, not for ARM"),
             Self::Kind(kind) => write!(f, "is an ELF of type {kind}, neither an executable nor an object file"),
-            Self::Hosted(why) => write!(f, "is a program for an operating system ({why}); only bare-metal images are run"),
+            Self::Hosted(why) => {
+                write!(f, "is a program for an operating system ({why}); only bare-metal images are run")
+            }
             Self::Architecture(name) => {
-                write!(f, "is compiled for {name}; known are ARMv6-M, ARMv7-M and ARMv8-M (say --core to run it as one)")
+                write!(
+                    f,
+                    "is compiled for {name}; known are ARMv6-M, ARMv7-M and ARMv8-M (say --core to run it as one)"
+                )
             }
             Self::Undefined(names) => write!(f, "is an object file that needs {}; link it first", listed(names)),
             Self::NeedsLinker(what) => write!(f, "is an object file with {what}; link it first"),
@@ -200,7 +205,9 @@ fn segment(file: &File<'_>, header: &elf::ProgramHeader32<Endianness>) -> Result
     let memory_bytes = header.p_memsz(endian);
     let last = u64::from(memory_bytes) - 1;
     if u64::from(load.max(run)) + last > u64::from(u32::MAX) || bytes.len() as u64 > u64::from(memory_bytes) {
-        return Err(corrupt(format_args!("the segment at {run:#010x} does not fit into 32 bits, or its sizes disagree")));
+        return Err(corrupt(format_args!(
+            "the segment at {run:#010x} does not fit into 32 bits, or its sizes disagree"
+        )));
     }
     let flags = header.p_flags(endian);
     let (writable, executable) = (flags.contains(PF_W), flags.contains(PF_X));

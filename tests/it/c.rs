@@ -66,7 +66,9 @@ fn instruments() {
         for compiler in compilers(&[&strict, mode].concat()) {
             let mut cases = Vec::new();
             for compiled in common::all() {
-                for (layout, kernel) in LAYOUTS.into_iter().zip([&compiled.lowered.kernel, &without_probes(&compiled.lowered.kernel)]) {
+                for (layout, kernel) in
+                    LAYOUTS.into_iter().zip([&compiled.lowered.kernel, &without_probes(&compiled.lowered.kernel)])
+                {
                     cases.push(Case::played(kernel.clone(), layout, &words));
                 }
             }

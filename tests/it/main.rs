@@ -8,6 +8,7 @@ mod escapement;
 mod ideal;
 mod keyboard;
 mod language;
+mod midi;
 mod library;
 mod organ_and_plucked;
 mod played;

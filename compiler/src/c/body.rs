@@ -73,7 +73,8 @@ impl Writer<'_> {
         self.slots(&kernel.init);
         self.keys();
         for (index, cell) in kernel.cells.iter().enumerate() {
-            let each = if cell.len > 1 { format!("for (uint32_t i = 0; i < {}; i++) ", cell.len) } else { String::new() };
+            let each =
+                if cell.len > 1 { format!("for (uint32_t i = 0; i < {}; i++) ", cell.len) } else { String::new() };
             let word = self.cell(index as u32, "i");
             self.line(format!("{each}{word} = {};", literal(cell.ty, cell.init)));
         }
@@ -217,7 +218,8 @@ impl Writer<'_> {
             }
             return;
         }
-        let list = if args.is_empty() { "0".to_string() } else { format!("(const int32_t[]){{ {} }}", args.join(", ")) };
+        let list =
+            if args.is_empty() { "0".to_string() } else { format!("(const int32_t[]){{ {} }}", args.join(", ")) };
         self.line(format!("{name}_emit(s, k, {}, {}, {list});", self.names.events[event as usize], args.len()));
     }
 
@@ -250,7 +252,8 @@ impl Writer<'_> {
         for (site, event) in sites.into_iter().enumerate() {
             let count = self.kernel.events[event as usize].args;
             let args: Vec<String> = (0..count).map(|at| format!("args_{site}[{at}][k]")).collect();
-            let list = if args.is_empty() { "0".to_string() } else { format!("(const int32_t[]){{ {} }}", args.join(", ")) };
+            let list =
+                if args.is_empty() { "0".to_string() } else { format!("(const int32_t[]){{ {} }}", args.join(", ")) };
             let event = &self.names.events[event as usize];
             self.line(format!("if (emits_{site}[k]) {name}_emit(s, k, {event}, {count}, {list});"));
         }

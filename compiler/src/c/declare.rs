@@ -62,7 +62,8 @@ fn state(text: &mut String, kernel: &Kernel, names: &Names, options: Options) {
     }
     let _ = writeln!(text, "/* Memory of all keys. */\ntypedef struct {{");
     for (live, field) in kernel.lives.iter().zip(&names.lives) {
-        let _ = writeln!(text, "    int32_t {field}; /* {}; may be changed between ticks, within its range */", live.range);
+        let _ =
+            writeln!(text, "    int32_t {field}; /* {}; may be changed between ticks, within its range */", live.range);
     }
     let memory = if records { format!("    {name}_key key[{capitals}_KEYS];\n") } else { fields };
     text.push_str(&memory);

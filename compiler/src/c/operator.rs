@@ -65,7 +65,8 @@ impl Writer<'_> {
                 let range = kernel.inputs[port as usize].range;
                 let word = format!("in[k * {} + {port}]", kernel.inputs.len());
                 let low = if range.low > 0 { format!("{word} < {0} ? {0} : ", range.low) } else { String::new() };
-                let high = if range.high < 65_535 { format!("{word} > {0} ? {0} : ", range.high) } else { String::new() };
+                let high =
+                    if range.high < 65_535 { format!("{word} > {0} ? {0} : ", range.high) } else { String::new() };
                 format!("{low}{high}{word}")
             }
             Op::Live(live) => format!("s->{}", names.lives[live as usize]),

@@ -110,8 +110,16 @@ fn without(runs: Vec<(u64, u64, bool)>, taken: &[(u64, u64)]) -> Vec<(u64, u64, 
 
 /// Names that vendors give their tables.
 const TABLES: [&str; 10] = [
-    "__vectors", "__Vectors", "__isr_vector", "g_pfnVectors", "__VECTOR_TABLE", "__vector_table", "__VECTORS",
-    "vector_table", "_vectors", "__interrupt_vector",
+    "__vectors",
+    "__Vectors",
+    "__isr_vector",
+    "g_pfnVectors",
+    "__VECTOR_TABLE",
+    "__vector_table",
+    "__VECTORS",
+    "vector_table",
+    "_vectors",
+    "__interrupt_vector",
 ];
 
 /// Where the vector table is: behind a usual name, else at the start of a segment or 256 bytes behind it (where RP2040

@@ -68,7 +68,12 @@ impl Symbols {
         let mut symbols = Vec::new();
         for symbol in table.iter().filter(|s| !s.is_undefined(endian)) {
             let name = table.symbol_name(endian, symbol).map_err(corrupt)?;
-            symbols.extend(one(&String::from_utf8_lossy(name), symbol, symbol.st_value(endian), symbol.st_size(endian)));
+            symbols.extend(one(
+                &String::from_utf8_lossy(name),
+                symbol,
+                symbol.st_value(endian),
+                symbol.st_size(endian),
+            ));
         }
         Ok(Self::new(symbols))
     }

@@ -32,9 +32,9 @@ pub struct MemoryRange {
 
 /// `ADDR:SIZE`
 pub fn memory(text: &str) -> Result<MemoryRange, String> {
-    let parts = text.split_once(':').and_then(|(base, bytes)| {
-        Some((u32::try_from(value::unsigned(base)?).ok()?, value::size(bytes)?))
-    });
+    let parts = text
+        .split_once(':')
+        .and_then(|(base, bytes)| Some((u32::try_from(value::unsigned(base)?).ok()?, value::size(bytes)?)));
     let (base, bytes) = parts.ok_or("write ADDR:SIZE, such as 0x20000000:512K")?;
     let whole = base % 4096 == 0 && bytes % 4096 == 0 && bytes != 0;
     if !whole || base.checked_add(bytes - 1).is_none() {

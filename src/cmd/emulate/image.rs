@@ -69,7 +69,11 @@ fn core_for(elf: &Elf, asked: Option<CoreKind>) -> CoreKind {
     let compiled_for = elf.arch.map(core_of);
     if let (Some(asked), Some(arch)) = (asked, elf.arch) {
         if asked.arch() < arch {
-            eprintln!("note: the image was compiled for a {}; a {} lacks some of its instructions", core_of(arch).name(), asked.name());
+            eprintln!(
+                "note: the image was compiled for a {}; a {} lacks some of its instructions",
+                core_of(arch).name(),
+                asked.name()
+            );
         }
     }
     asked.or(compiled_for).unwrap_or(CoreKind::CortexM33)

@@ -76,8 +76,12 @@ impl Profile {
             }
         }
         let function = |((name, address), spent)| Row { function: Some(name), file: None, line: None, address, spent };
-        let line = |(line, spent): (Line, Spent)| {
-            Row { function: None, file: Some(line.file), line: Some(line.line), address: None, spent }
+        let line = |(line, spent): (Line, Spent)| Row {
+            function: None,
+            file: Some(line.file),
+            line: Some(line.line),
+            address: None,
+            spent,
         };
         Report {
             total,

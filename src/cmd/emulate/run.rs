@@ -67,8 +67,9 @@ impl Task {
         let Image { elf, machine, .. } = image;
         if let Some(call) = &what.call {
             let call = Call::parse(call, elf).map_err(|e| Failure::Usage(format!("--call {call}: {e}")))?;
-            elf.load(&mut machine.bus.memory, true)
-                .map_err(|e| Failure::Usage(format!("the image's data does not fit the board: {e}; --ram adds memory")))?;
+            elf.load(&mut machine.bus.memory, true).map_err(|e| {
+                Failure::Usage(format!("the image's data does not fit the board: {e}; --ram adds memory"))
+            })?;
             let stack = board::stack_top(machine.board());
             let vector_table = machine.board().vector_table;
             machine.start(0, Start { vector_table, stack, address: call.address });
@@ -79,9 +80,8 @@ impl Task {
         for text in &what.write {
             write(text, elf, machine).map_err(|e| Failure::Usage(format!("--write {text}: {e}")))?;
         }
-        let read = |text: &String| {
-            Read::parse(text, elf, machine).map_err(|e| Failure::Usage(format!("--read {text}: {e}")))
-        };
+        let read =
+            |text: &String| Read::parse(text, elf, machine).map_err(|e| Failure::Usage(format!("--read {text}: {e}")));
         let name = |call: &String| call.split(',').next().unwrap_or_default().trim().to_string();
         Ok(Self {
             call: what.call.as_ref().map(name),
@@ -105,7 +105,9 @@ fn start(elf: &Elf, machine: &mut Machine) -> Result<(), Failure> {
         let functions = elf.symbols.iter().filter(|s| s.function && s.global).map(|s| s.name.as_str());
         let some: Vec<&str> = functions.take(8).collect();
         let such = if some.is_empty() { String::new() } else { format!("; it has {}", some.join(", ")) };
-        return Err(Failure::Usage(format!("the image has no start (no vector table, no entry): use --call FUNCTION{such}")));
+        return Err(Failure::Usage(format!(
+            "the image has no start (no vector table, no entry): use --call FUNCTION{such}"
+        )));
     }
     Ok(())
 }
@@ -241,7 +243,8 @@ fn run(machine: &mut Machine, limit: u64, keep: bool, observer: &mut impl Observ
 
 /// Takes what the program printed since the last time.
 fn pass_on(machine: &mut Machine, kept: Option<&mut Vec<u8>>, progress: &Spinner) {
-    let (output, errors) = (std::mem::take(&mut machine.semihosting.output), std::mem::take(&mut machine.semihosting.errors));
+    let (output, errors) =
+        (std::mem::take(&mut machine.semihosting.output), std::mem::take(&mut machine.semihosting.errors));
     match kept {
         Some(kept) => kept.extend(output),
         None if output.is_empty() => {}
@@ -260,7 +263,8 @@ struct Spinner {
 
 impl Spinner {
     fn new() -> Self {
-        let style = ProgressStyle::with_template("{spinner} {msg}").unwrap_or_else(|_| ProgressStyle::default_spinner());
+        let style =
+            ProgressStyle::with_template("{spinner} {msg}").unwrap_or_else(|_| ProgressStyle::default_spinner());
         Self { bar: ProgressBar::hidden().with_style(style), start: Instant::now() }
     }
 

@@ -84,7 +84,9 @@ pub fn place<'e>(text: &str, elf: &'e Elf) -> Result<Place<'e>, String> {
     }
     match named {
         Ok(symbol) => Ok(Place { address: symbol.address, symbol: Some(symbol) }),
-        Err(_) if elf.symbols.is_empty() => Err(format!("the image has no symbols (it is stripped), so `{text}` must be a number")),
+        Err(_) if elf.symbols.is_empty() => {
+            Err(format!("the image has no symbols (it is stripped), so `{text}` must be a number"))
+        }
         Err(error) => Err(error.to_string()),
     }
 }
@@ -107,14 +109,17 @@ mod tests {
     use whippen_emulator::elf::Symbols;
 
     fn elf() -> Elf {
-        let symbol = |name: &str, address| Symbol { name: name.into(), address, bytes: 8, function: true, global: true };
+        let symbol =
+            |name: &str, address| Symbol { name: name.into(), address, bytes: 8, function: true, global: true };
         let symbols = Symbols::new(vec![symbol("fir", 0x100), symbol("operator+", 0x200)]);
         Elf { entry: 0, arch: None, segments: Vec::new(), symbols, relocatable: false }
     }
 
     #[test]
     fn counts_and_sizes() {
-        for (text, value) in [("1000", 1000), ("1_000", 1000), ("2e3", 2000), ("7k", 7000), ("0x1e3", 0x1e3), ("3M", 3_000_000)] {
+        for (text, value) in
+            [("1000", 1000), ("1_000", 1000), ("2e3", 2000), ("7k", 7000), ("0x1e3", 0x1e3), ("3M", 3_000_000)]
+        {
             assert_eq!(count(text), Ok(value));
         }
         for text in ["", "0", "-1", "1e99", "99999999999999999999", "k", "1.5e3", "many"] {

@@ -124,8 +124,7 @@ impl Case {
             );
         }
         let probes = if self.kernel.probes.is_empty() { "" } else { "put(s->probes, sizeof s->probes);" };
-        let (ins, outs, ticks) =
-            (keys * self.kernel.inputs.len(), keys * self.kernel.outputs.len(), self.ticks.len());
+        let (ins, outs, ticks) = (keys * self.kernel.inputs.len(), keys * self.kernel.outputs.len(), self.ticks.len());
         let feed = format!(
             "static {name}_state state_{number};
 static void run_{number}(void) {{
@@ -194,8 +193,12 @@ pub fn agree(compiler: &Compiler, cases: &[Case]) {
 
     let mut input = Vec::new();
     cases.iter().for_each(|case| case.input(&mut input));
-    let mut child =
-        Command::new(&binary).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("runs");
+    let mut child = Command::new(&binary)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("runs");
     let mut pipe = child.stdin.take().expect("piped");
     let writer = std::thread::spawn(move || pipe.write_all(&input));
     let output = child.wait_with_output().expect("ends");
