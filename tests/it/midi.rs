@@ -53,7 +53,8 @@ fn music() -> Vec<(f64, f64, u8, u8)> {
 }
 
 fn command(args: &[&str], folder: &Path) -> (i32, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_whippen")).args(args).current_dir(folder).output().expect("it starts");
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_whippen")).args(args).current_dir(folder).output().expect("it starts");
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
     (output.status.code().unwrap_or(-1), text(output.stdout), text(output.stderr))
 }
@@ -69,7 +70,10 @@ fn a_performance_strikes_what_it_should_and_says_what_not() {
         let words: Vec<&str> = ["run"].into_iter().chain(files.iter().map(String::as_str)).collect();
         command(&[&words[..], &["--midi", "song.mid"], more].concat(), folder.path())
     };
-    let (code, out, err) = run(&["--events", "e.csv", "--report", "r.html", "--key", "C4", "--out", "c4.csv", "--every", "100"]);
+    // Strings further away than they should be: the softest note does not reach them.
+    let far = ["--set", "grand_piano.phi_string=0.38 rad"];
+    let outputs = ["--events", "e.csv", "--report", "r.html", "--key", "C4", "--out", "c4.csv", "--every", "100"];
+    let (code, out, err) = run(&[&far[..], &outputs].concat());
     assert_eq!((code, err.as_str()), (0, ""), "{out}");
     assert!(out.contains("41 notes on 26 of 88 keys"), "{out}");
     assert!(out.contains("1 notes lie outside of A0 .. C8 and are not played: D8"), "{out}");
@@ -78,14 +82,19 @@ fn a_performance_strikes_what_it_should_and_says_what_not() {
     let events = std::fs::read_to_string(folder.path().join("e.csv")).expect("events");
     assert!(events.starts_with("t_s,key,name,event,speed_m_per_s\n"), "{events}");
     assert_eq!(events.lines().filter(|l| l.contains(",39,C4,note,")).count(), 13, "the trill and one of the scale");
-    assert!(std::fs::read_to_string(folder.path().join("c4.csv")).expect("a trace").starts_with("t_s,drive_n,x_m,force_n,"));
+    assert!(
+        std::fs::read_to_string(folder.path().join("c4.csv")).expect("a trace").starts_with("t_s,drive_n,x_m,force_n,")
+    );
     let page = std::fs::read_to_string(folder.path().join("r.html")).expect("a page");
     crate::report::check_tags(&page);
     assert!(page.contains("id=\"key-c4\"") && page.contains("too soft"));
     looked_at(&page);
     // Other programs of the keyboard, other engines.
     let (_, out, _) = run(&["--program", "harpsichord", "--engine", "interp", "--seconds", "1.5"]);
-    assert!(out.contains("mikey, harpsichord: 1.50 s on engine interp") && out.contains("2 strikes a note are usual"), "{out}");
+    assert!(
+        out.contains("mikey, harpsichord: 1.50 s on engine interp") && out.contains("2 strikes a note are usual"),
+        "{out}"
+    );
 }
 
 /// The page of a performance in a browser.
@@ -102,8 +111,15 @@ fn looked_at(page: &str) {
         done({ canvases, before, fault, all: document.querySelectorAll('canvas').length });";
     let Some(result) = browser::play(page, script) else { return };
     assert_eq!(result["errors"], serde_json::json!([]), "{result}");
-    assert_eq!((&result["canvases"], &result["all"]), (&3.into(), &10.into()), "roll and two scatters; then the key's own");
-    assert!(result["before"] != result["fault"] && result["fault"].as_str().is_some_and(|t| t.contains("5.")), "{result}");
+    assert_eq!(
+        (&result["canvases"], &result["all"]),
+        (&3.into(), &10.into()),
+        "roll and two scatters; then the key's own"
+    );
+    assert!(
+        result["before"] != result["fault"] && result["fault"].as_str().is_some_and(|t| t.contains("5.")),
+        "{result}"
+    );
 }
 
 #[test]
@@ -196,7 +212,8 @@ fn every_recorded_performance_is_read_and_played() {
         let early: Vec<Note> =
             some.iter().map(|n| Note { on_s: n.on_s - first_s, off_s: n.off_s - first_s, ..*n }).collect();
         let (keys, strokes) = laid_out(&early);
-        let logs = play(&model, &Device::mikey(), EngineKind::Jit, &keys, 44_100 + 22_050, 2, |_| ()).expect("it plays");
+        let logs =
+            play(&model, &Device::mikey(), EngineKind::Jit, &keys, 44_100 + 22_050, 2, |_| ()).expect("it plays");
         let outcome = Outcome::new(&early, &logs, &strokes, 0, model.rate_hz);
         assert!(logs.iter().all(|log| log.sense_clamped == 0), "{}", path.display());
         assert_eq!(outcome.notes.len(), early.iter().filter(|n| (21..=108).contains(&n.key)).count());

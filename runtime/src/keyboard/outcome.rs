@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::KeyLog;
 use crate::midi::Note;
-use crate::stroke::Stroke;
+use crate::stroke::{Stroke, lead_s};
 
 /// A key that is further down than this (m) when it is pressed again may not have reloaded.
 const RISEN_M: f64 = 2e-3;
@@ -38,6 +38,11 @@ impl PlayedNote {
         } else {
             format!("too soft: the key went down at {speed:.2} m/s at the most")
         }
+    }
+
+    /// Whether the key was still busy with the note before when it should have gone down.
+    pub fn waited(&self, later_s: f64) -> bool {
+        self.stroke.start_s > self.note.on_s + later_s - lead_s(self.note.velocity) + 1e-6
     }
 
     /// From note-on to the first strike (s). `later_s` is what the performance was moved by.

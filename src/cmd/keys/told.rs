@@ -66,6 +66,7 @@ pub fn outcome(board: &Board, played: &Outcome, logs: &[KeyLog], strikes: bool) 
 }
 
 fn counted(played: &Outcome) -> String {
+    let waited = played.notes.iter().filter(|n| n.waited(LATER_S)).count();
     let mut out =
         format!("{} notes: {} struck, {} did not", played.notes.len(), played.matched(), played.missed().count());
     let doubled = played.doubled().count();
@@ -74,6 +75,9 @@ fn counted(played: &Outcome) -> String {
     }
     if doubled > 0 {
         out += &format!("; {doubled} struck more often");
+    }
+    if waited > 0 {
+        out += &format!("; {waited} went down late, as the key was not free before");
     }
     if played.stray > 0 {
         out += &format!("; {} strikes without a note", played.stray);
@@ -183,7 +187,10 @@ fn worst(played: &Outcome) -> Table {
     let mut timed: Vec<&PlayedNote> = played.notes.iter().filter(|n| !n.strikes.is_empty()).collect();
     let late = |n: &PlayedNote| n.latency_s(LATER_S).unwrap_or_default();
     timed.sort_by(|a, b| late(b).total_cmp(&late(a)));
-    rows.extend(timed.iter().take(20).map(|n| ("among the latest".to_string(), *n)));
+    let why = |n: &PlayedNote| {
+        if n.waited(LATER_S) { "late: the key was still down for the note before" } else { "among the latest" }
+    };
+    rows.extend(timed.iter().take(20).map(|n| (why(n).to_string(), *n)));
     let heads = ["time (s)", "key", "velocity", "note-on to strike (ms)", "speed (m/s)", "what"];
     let note =
         format!("{missed} did not strike, {doubled} struck more often than usual; then the latest of the others.");
