@@ -55,6 +55,9 @@ pub struct KeyLog {
     pub sense_clamped: usize,
 }
 
+/// What a group gives.
+type Logs = Result<Vec<KeyLog>, String>;
+
 /// Plays keys for so many ticks, on so many threads. `progress` is told keys times ticks that were done since the last time.
 ///
 /// # Errors
@@ -69,7 +72,7 @@ pub fn play(
     progress: impl Fn(usize) + Sync,
 ) -> Result<Vec<KeyLog>, String> {
     let groups: Vec<&[PlayingKey]> = keys.chunks(GROUP).collect();
-    let done: Mutex<Vec<(usize, Result<Vec<KeyLog>, String>)>> = Mutex::new(Vec::new());
+    let done: Mutex<Vec<(usize, Logs)>> = Mutex::new(Vec::new());
     let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
     std::thread::scope(|scope| {
         for _ in 0..threads.clamp(1, groups.len().max(1)) {
