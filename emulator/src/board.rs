@@ -37,6 +37,11 @@ impl CoreKind {
         }
     }
 
+    /// Its cycles.
+    pub(crate) fn timing(self) -> whippen_isa::timing::Core {
+        whippen_isa::timing::Core::cortex_m33()
+    }
+
     /// CPUID: implementer Arm, and the revision that the boards have (r0p1, r0p1, r1p0).
     pub(crate) const fn cpuid(self) -> u32 {
         match self {

@@ -80,19 +80,30 @@ pub struct Bus {
     /// Interrupts and events, devices to cores.
     pub lines: Lines,
     slots: Vec<Slot>,
+    /// The earliest cycle in which one of them wants attention.
+    due: u64,
+    /// The address that each core's exclusive monitor guards.
+    pub(crate) exclusives: Vec<Option<u32>>,
 }
 
 impl Bus {
     pub(crate) fn new(board: &Board) -> Result<Self, BoardError> {
         let lines = Lines::new(board.cores);
-        Ok(Self { memory: Memory::new(board)?, lines, slots: Vec::new() })
+        Ok(Self {
+            memory: Memory::new(board)?,
+            lines,
+            slots: Vec::new(),
+            due: u64::MAX,
+            exclusives: vec![None; board.cores],
+        })
     }
 
     /// Puts a device at `base`. Where two devices overlap, or one lies over memory, the first and memory win.
     pub fn attach(&mut self, base: u32, bytes: u32, waits: Waits, device: Box<dyn Device>) -> DeviceId {
-        let due = device.due();
-        self.slots.push(Slot { base, bytes, waits, due, device: Some(device) });
-        DeviceId(self.slots.len() - 1)
+        let (index, due) = (self.slots.len(), device.due());
+        self.slots.push(Slot { base, bytes, waits, due: u64::MAX, device: Some(device) });
+        self.set_due(index, due);
+        DeviceId(index)
     }
 
     /// The device as what it is.
@@ -109,14 +120,21 @@ impl Bus {
 
     /// Asks a device again when it is due.
     pub fn reschedule(&mut self, id: DeviceId) {
-        if let Some(slot) = self.slots.get_mut(id.0) {
-            slot.due = slot.device.as_ref().map_or(u64::MAX, |d| d.due());
+        if let Some(device) = self.slots.get(id.0).and_then(|s| s.device.as_ref()) {
+            self.set_due(id.0, device.due());
         }
     }
 
     /// The earliest cycle in which a device wants attention.
     pub(crate) fn due(&self) -> u64 {
-        self.slots.iter().map(|s| s.due).min().unwrap_or(u64::MAX)
+        self.due
+    }
+
+    fn set_due(&mut self, index: usize, due: u64) {
+        if self.slots[index].due != due {
+            self.slots[index].due = due;
+            self.due = self.slots.iter().map(|s| s.due).min().unwrap_or(u64::MAX);
+        }
     }
 
     /// Calls every device that is due.
@@ -183,8 +201,9 @@ impl Bus {
     fn with_device<T>(&mut self, index: usize, act: impl FnOnce(&mut dyn Device, &mut Self) -> T) -> Option<T> {
         let mut device = self.slots[index].device.take()?;
         let result = act(device.as_mut(), self);
-        self.slots[index].due = device.due();
+        let due = device.due();
         self.slots[index].device = Some(device);
+        self.set_due(index, due);
         Some(result)
     }
 }

@@ -38,8 +38,10 @@ pub struct Cpu {
     pub(crate) control: u32,
     pub(crate) msplim: u32,
     pub(crate) psplim: u32,
-    /// The address that the exclusive monitor guards.
-    pub(crate) exclusive: Option<u32>,
+    /// Whether floating-point instructions need no preparation: allowed, context active, nothing to be saved.
+    pub(crate) float_ready: bool,
+    /// The first access of the instruction to a watched range: address, and whether it stored.
+    pub(crate) watched: Option<(u32, bool)>,
     /// The event register of WFE.
     pub(crate) event: bool,
     pub(crate) activity: Activity,
@@ -93,7 +95,8 @@ impl Cpu {
             control: 0,
             msplim: 0,
             psplim: 0,
-            exclusive: None,
+            float_ready: false,
+            watched: None,
             event: false,
             activity: Activity::Halted,
             system: System::new(kind, interrupts),
@@ -103,6 +106,15 @@ impl Cpu {
             outcomes: 1,
             trap: None,
         }
+    }
+
+    /// Prepares for an instruction that begins in a known cycle.
+    pub(crate) fn begin(&mut self, cycle: u64) {
+        self.now = cycle;
+        self.exact = true;
+        self.stall = 0;
+        self.outcomes = 1;
+        self.trap = None;
     }
 
     /// The kind of core.
@@ -209,6 +221,7 @@ impl Cpu {
     /// Changes mode or CONTROL, keeping R13 the stack pointer in use.
     pub(crate) fn change_mode(&mut self, ipsr: u32, control: u32) {
         let was = self.uses_psp();
+        self.float_ready = false;
         self.ipsr = ipsr;
         self.control = control;
         if self.uses_psp() != was {

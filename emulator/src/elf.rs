@@ -41,8 +41,8 @@ pub struct Elf {
     pub segments: Vec<Segment>,
     /// Names.
     pub symbols: Symbols,
-    /// Whether it was an object file, whose sections were placed here.
-    pub relocatable: bool,
+    /// Of an object file, the names that it uses and does not define. They have addresses without memory.
+    pub undefined: Vec<String>,
 }
 
 /// A run of memory that an image fills.
@@ -86,8 +86,6 @@ pub enum ElfError {
     Hosted(String),
     /// Compiled for a core that is no Cortex-M of ours.
     Architecture(String),
-    /// Names that an object file uses and does not define.
-    Undefined(Vec<String>),
     /// Something in an object file that only a linker can do.
     NeedsLinker(String),
     /// Nothing to load.
@@ -113,7 +111,6 @@ impl std::fmt::Display for ElfError {
                     "is compiled for {name}; known are ARMv6-M, ARMv7-M and ARMv8-M (say --core to run it as one)"
                 )
             }
-            Self::Undefined(names) => write!(f, "is an object file that needs {}; link it first", listed(names)),
             Self::NeedsLinker(what) => write!(f, "is an object file with {what}; link it first"),
             Self::Empty => f.write_str("has nothing to load"),
             Self::Corrupt(why) => write!(f, "is a corrupt ELF: {why}"),
@@ -122,15 +119,6 @@ impl std::fmt::Display for ElfError {
 }
 
 impl std::error::Error for ElfError {}
-
-fn listed(names: &[String]) -> String {
-    const SHOWN_MAX: usize = 8;
-    let shown: Vec<String> = names.iter().take(SHOWN_MAX).map(|n| format!("`{n}`")).collect();
-    match names.len().saturating_sub(SHOWN_MAX) {
-        0 => shown.join(", "),
-        more => format!("{} and {more} more names", shown.join(", ")),
-    }
-}
 
 pub(crate) type File<'data> = ElfFile32<'data, Endianness>;
 
@@ -195,7 +183,7 @@ fn linked(file: &File<'_>, arch: Option<Arch>) -> Result<Elf, ElfError> {
         return Err(ElfError::Empty);
     }
     let entry = file.elf_header().e_entry(endian);
-    Ok(Elf { entry, arch, segments, symbols: Symbols::read(file)?, relocatable: false })
+    Ok(Elf { entry, arch, segments, symbols: Symbols::read(file)?, undefined: Vec::new() })
 }
 
 fn segment(file: &File<'_>, header: &elf::ProgramHeader32<Endianness>) -> Result<Segment, ElfError> {

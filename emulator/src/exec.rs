@@ -42,16 +42,18 @@ pub(crate) fn prepare(inst: &Inst, address: u32) -> Op {
     Op { run, body, imm: constant(inst, address), amount: amount(inst), ..operands(inst, address) }
 }
 
-/// An instruction that is none: running it raises a fault.
-pub(crate) fn absent(run: Run, address: u32) -> Op {
-    Op { run, body: run, imm: 0, address, d: 0, n: 0, m: 0, a: 0, t: 0, amount: 0, shift: ShiftType::LSL, cond: Cond::AL }
+/// What is no instruction: running it raises a fault.
+pub(crate) fn absent(address: u32) -> Op {
+    let (run, body): (Run, Run) = (undefined, undefined);
+    Op { run, body, imm: 0, address, d: 0, n: 0, m: 0, a: 0, t: 0, amount: 0, shift: ShiftType::LSL, cond: Cond::AL }
 }
 
 fn operands(inst: &Inst, address: u32) -> Op {
-    let a = if matches!(inst.t2, 0) { inst.a } else { inst.t2 };
+    let a = if inst.t2 == 0 { inst.a } else { inst.t2 };
     let cond = inst.cond.unwrap_or(Cond::AL);
-    let (d, n, m, t, shift) = (inst.d, inst.n, inst.m, inst.t, inst.shift);
-    Op { d, n, m, a, t, shift, cond, ..absent(undefined, address) }
+    let shift = data::named_shift(inst.op()).unwrap_or(inst.shift);
+    let (d, n, m, t) = (inst.d, inst.n, inst.m, inst.t);
+    Op { d, n, m, a, t, shift, cond, ..absent(address) }
 }
 
 fn select(inst: &Inst) -> Run {
@@ -86,19 +88,24 @@ fn constant(inst: &Inst, address: u32) -> u32 {
     let offset = if inst.add { inst.imm } else { inst.imm.wrapping_neg() };
     match inst.class() {
         Branch | BranchLink | CompareBranch if inst.op() != whippen_isa::Op::BLX => pc.wrapping_add(inst.imm),
-        Load | LoadDual | FloatLoad if inst.uses().contains(whippen_isa::RegSet::core(15)) => (pc & !3).wrapping_add(offset),
+        Load | LoadDual | FloatLoad if inst.uses().contains(whippen_isa::RegSet::core(15)) => {
+            (pc & !3).wrapping_add(offset)
+        }
         Load | LoadDual | FloatLoad | Store | StoreDual | FloatStore => offset,
         Alu if inst.op() == whippen_isa::Op::ADR => (pc & !3).wrapping_add(offset),
         _ => inst.imm,
     }
 }
 
-/// The amount of a shift; of a constant that needs the shifter, 1 or 2 for a carry of 0 or 1.
+/// The amount of a shift; of a constant that needs the shifter, 1 or 2 for a carry of 0 or 1; of a
+/// list of floating-point registers, whether the base is written back.
 fn amount(inst: &Inst) -> u8 {
     use whippen_isa::Class::*;
-    let has_constant = matches!(inst.class(), Alu | Move) && inst.m == 0 && inst.amount == 0;
+    if float_memory::is_list(inst) {
+        return u8::from(inst.wback);
+    }
     match thumb_imm_carry(inst.imm) {
-        Some(carry) if has_constant => 1 + u8::from(carry),
+        Some(carry) if matches!(inst.class(), Alu | Move) => 1 + u8::from(carry),
         _ => inst.amount,
     }
 }

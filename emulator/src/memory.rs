@@ -30,6 +30,7 @@ pub struct Memory {
     all: Map,
     about: Vec<About>,
     regions: Vec<Region>,
+    watches: Vec<Watch>,
     /// Set when a store changed code that had been decoded.
     pub(crate) code_changed: bool,
 }
@@ -38,6 +39,19 @@ pub struct Memory {
 struct About {
     region: usize,
     code: Option<Box<Halfwords>>,
+}
+
+/// A range of addresses whose accesses stop the run.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Watch {
+    /// First address.
+    pub base: u32,
+    /// Size.
+    pub bytes: u32,
+    /// Stop at loads.
+    pub reads: bool,
+    /// Stop at stores.
+    pub writes: bool,
 }
 
 /// Why an access in plain memory could not be made.
@@ -69,6 +83,7 @@ impl Memory {
             all: empty_map(),
             about: Vec::new(),
             regions: board.regions.clone(),
+            watches: Vec::new(),
             code_changed: false,
         };
         for (index, region) in board.regions.iter().enumerate() {
@@ -102,8 +117,10 @@ impl Memory {
     fn map(&mut self, slot: usize, number: u32, region: &Region) {
         let has_code = self.about[number as usize - 1].code.is_some();
         self.all[slot] = number;
-        self.reads[slot] = if region.read_wait == 0 { number } else { 0 };
-        self.writes[slot] = if region.write_wait == 0 && region.writable && !has_code { number } else { 0 };
+        let watched = self.is_watched_page((slot << PAGE_BITS) as u32);
+        self.reads[slot] = if region.read_wait == 0 && !watched { number } else { 0 };
+        let writes = region.write_wait == 0 && region.writable && !has_code && !watched;
+        self.writes[slot] = if writes { number } else { 0 };
     }
 
     /// The region that an address lies in.
@@ -126,6 +143,62 @@ impl Memory {
         let at = address as usize % PAGE;
         page.get_mut(at..at + N)?.copy_from_slice(&bytes);
         Some(())
+    }
+
+    /// Writes into a page from which code was decoded; false when this is not what makes the address special.
+    pub(crate) fn write_beside_code(&mut self, address: u32, size: u32, value: u32) -> bool {
+        let Ok((page, at)) = self.find(address) else { return false };
+        let region = &self.regions[self.about[page].region];
+        let plain = self.about[page].code.is_some() && region.writable && region.write_wait == 0;
+        if !plain || self.is_watched_page(address) {
+            return false;
+        }
+        self.put(page, at, &value.to_le_bytes()[..size as usize]);
+        true
+    }
+
+    /// Reads plain memory that is special in some way: the value and the cycles to wait.
+    pub(crate) fn slow_read(&self, address: u32, size: u32) -> Option<(u32, u8)> {
+        let (page, at) = self.find(address).ok()?;
+        let mut bytes = [0; 4];
+        bytes[..size as usize].copy_from_slice(self.pages[page].get(at..at + size as usize)?);
+        Some((u32::from_le_bytes(bytes), self.region(address)?.read_wait))
+    }
+
+    /// Writes plain memory that is special in some way and may be written: the cycles to wait.
+    pub(crate) fn slow_write(&mut self, address: u32, size: u32, value: u32) -> Option<u8> {
+        let (page, at) = self.find(address).ok()?;
+        let (writable, wait) = self.region(address).map(|r| (r.writable, r.write_wait))?;
+        if !writable || at + size as usize > PAGE {
+            return None;
+        }
+        self.put(page, at, &value.to_le_bytes()[..size as usize]);
+        Some(wait)
+    }
+
+    fn put(&mut self, page: usize, at: usize, bytes: &[u8]) {
+        self.pages[page][at..at + bytes.len()].copy_from_slice(bytes);
+        self.note_change(page, at);
+        if bytes.len() > 2 {
+            self.note_change(page, at + 2);
+        }
+    }
+
+    /// Sets the ranges whose accesses are to be seen.
+    pub(crate) fn watch(&mut self, watches: &[Watch]) {
+        self.watches = watches.to_vec();
+        self.map_again();
+    }
+
+    /// Whether an access touches a watched range.
+    pub(crate) fn is_watched(&self, address: u32, size: u32, write: bool) -> bool {
+        let touches = |w: &Watch| address.wrapping_sub(w.base) < w.bytes || w.base.wrapping_sub(address) < size;
+        self.watches.iter().any(|w| (if write { w.writes } else { w.reads }) && touches(w))
+    }
+
+    fn is_watched_page(&self, address: u32) -> bool {
+        let page = address & !(PAGE as u32 - 1);
+        self.watches.iter().any(|w| page.wrapping_sub(w.base) < w.bytes || w.base.wrapping_sub(page) < PAGE as u32)
     }
 
     /// Copies plain memory out, whatever its rights.

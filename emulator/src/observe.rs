@@ -1,6 +1,7 @@
 //! Watching a run, instruction by instruction.
 
 use whippen_isa::Inst;
+use whippen_isa::timing::Cost;
 
 /// One executed instruction.
 #[derive(Clone, Copy, Debug)]
@@ -9,17 +10,17 @@ pub struct Step<'a> {
     pub core: usize,
     /// Its address.
     pub address: u32,
-    /// The instruction; absent where there was none and a fault was raised.
-    pub inst: Option<&'a Inst>,
+    /// The instruction.
+    pub inst: &'a Inst,
     /// The cycle it began in.
     pub cycle: u64,
-    /// Cycles it took, wait states included.
-    pub cycles: u32,
+    /// Cycles it took, by reason, wait states included.
+    pub cost: Cost,
 }
 
 /// Whoever watches. The run without one costs nothing for it.
 pub trait Observer {
-    /// After each instruction.
+    /// After each instruction that was executed or skipped; not one that raised a fault.
     fn instruction(&mut self, step: &Step<'_>);
 
     /// After an exception was taken: its number, and the cycle in which its handler begins.

@@ -41,7 +41,7 @@ pub enum Stop {
     },
     /// All cores sleep and nothing will wake them.
     Asleep,
-    /// The program asked for a reset of the system.
+    /// The program or its watchdog asked for a reset of the system.
     Reset,
 }
 
@@ -58,7 +58,7 @@ impl fmt::Display for Stop {
                 write!(f, "core {core}: {pc:#010x} {verb} {address:#010x}, which is watched")
             }
             Self::Asleep => f.write_str("all cores sleep and nothing will wake them"),
-            Self::Reset => f.write_str("the program asked for a reset"),
+            Self::Reset => f.write_str("the program or its watchdog asked for a reset"),
         }
     }
 }
@@ -116,6 +116,15 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// The exception that it raises, where the reason alone decides.
+    pub(crate) fn kind(self) -> Option<FaultKind> {
+        match self {
+            Self::Fetch => Some(FaultKind::BusFault),
+            Self::ExecuteNever => Some(FaultKind::MemManage),
+            _ => None,
+        }
+    }
+
     /// In words.
     pub fn text(self) -> &'static str {
         match self {

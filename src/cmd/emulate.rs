@@ -108,8 +108,7 @@ struct Outputs {
 }
 
 const SHORT_HELP: &str = "\
-Example: whippen emulate firmware.elf --call fir,input,output,64 --write input=0001000200030004 --read output:128
-`--help` says more.";
+Example: whippen emulate firmware.elf --call fir,in,out,4 --write in=0100020003000400 --read out:8";
 
 const LONG_HELP: &str = "\
 ADDR is a number (0x20000000), a symbol (buffer) or both (buffer+0x10).
@@ -119,11 +118,12 @@ Examples:
   whippen emulate firmware.elf
 
   # How many cycles does one function take, and what does it compute?
-  whippen emulate firmware.elf --call fir,input,output,64 --write input=@samples.bin --read output:128
-  whippen emulate firmware.elf --call isqrt,1000000 --json
+  whippen emulate firmware.elf --call isqrt,1000000
+  whippen emulate firmware.elf --call fir,in,out,64 --write in=@samples.bin --read out:128
 
   # The same function straight from the compiler, without a linker.
-  arm-none-eabi-gcc -O2 -mcpu=cortex-m33 -c isqrt.c && whippen emulate isqrt.o --call isqrt,1000000
+  arm-none-eabi-gcc -O2 -mcpu=cortex-m33 -c isqrt.c
+  whippen emulate isqrt.o --call isqrt,1000000
 
   # Where do the cycles go?
   whippen emulate firmware.elf --call update --trace - | less

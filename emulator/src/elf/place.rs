@@ -4,12 +4,13 @@
 //!   0x20000000  .text.*  .rodata.*  .data.*  .bss.*     each aligned as it asks
 //! ```
 //!
-//! What it takes: sections that define everything they refer to, and the relocations of `relocate`. Tables for unwinding
-//! are left out. Whatever else an object file may contain is a linker's work, and the error says so.
+//! Names that the file does not define get addresses where there is no memory, so that whoever calls or loads them faults
+//! there, and the rest can be called all the same. Tables for unwinding are left out. Whatever else an object file may
+//! contain than the relocations of `relocate` is a linker's work, and the error says so.
 
 use super::layout::RAM_BASE;
 use super::relocate::{self, Relocation};
-use super::symbols::{self, Symbols};
+use super::symbols::{self, Symbol, Symbols};
 use super::{Elf, ElfError, File, Segment, corrupt};
 use object::elf::{
     SHF_ALLOC, SHF_EXECINSTR, SHF_TLS, SHF_WRITE, SHN_ABS, SHN_COMMON, SHT_ARM_EXIDX, SHT_NOBITS, SHT_NOTE, STB_WEAK,
@@ -21,8 +22,13 @@ use whippen_isa::Arch;
 
 type Header = elf::SectionHeader32<Endianness>;
 
+/// Where names go that are not defined: out of every board's memory, within a branch's reach of RAM.
+const NOWHERE: u32 = RAM_BASE + (15 << 20);
+/// So far apart that the offset into an array still tells whose it was.
+const NOWHERE_BYTES: u32 = 1024;
+
 /// Object files larger than this in memory are not placed.
-const PLACED_BYTES_MAX: u32 = 16 << 20;
+const PLACED_BYTES_MAX: u32 = 8 << 20;
 
 pub(super) fn placed(file: &File<'_>, arch: Option<Arch>) -> Result<Elf, ElfError> {
     let mut placement = Placement::of(file)?;
@@ -31,7 +37,7 @@ pub(super) fn placed(file: &File<'_>, arch: Option<Arch>) -> Result<Elf, ElfErro
         return Err(ElfError::Empty);
     }
     let symbols = placement.symbols()?;
-    Ok(Elf { entry: 0, arch, segments: placement.segments, symbols, relocatable: true })
+    Ok(Elf { entry: 0, arch, segments: placement.segments, symbols, undefined: placement.undefined })
 }
 
 struct Placement<'f, 'data> {
@@ -41,7 +47,7 @@ struct Placement<'f, 'data> {
     /// Which segment a section became.
     places: Vec<Option<usize>>,
     segments: Vec<Segment>,
-    /// Names that are referred to and not defined.
+    /// Names that are referred to and not defined, in the order of their addresses.
     undefined: Vec<String>,
 }
 
@@ -71,7 +77,7 @@ impl<'f, 'data> Placement<'f, 'data> {
         let memory_bytes = header.sh_size(endian);
         *next = run.saturating_add(memory_bytes);
         if *next - RAM_BASE > PLACED_BYTES_MAX {
-            return Err(ElfError::NeedsLinker("more than 16 MiB of code and data".into()));
+            return Err(ElfError::NeedsLinker("more than 8 MiB of code and data".into()));
         }
         let bytes = header.data(endian, self.file.data()).map_err(corrupt)?.to_vec();
         let (writable, executable) = (flags.contains(SHF_WRITE), flags.contains(SHF_EXECINSTR));
@@ -92,48 +98,53 @@ impl<'f, 'data> Placement<'f, 'data> {
                 }
             }
         }
-        match self.undefined.is_empty() {
-            true => Ok(()),
-            false => Err(ElfError::Undefined(std::mem::take(&mut self.undefined))),
-        }
+        Ok(())
     }
 
     fn relocate(&mut self, place: usize, entry: &elf::Rel32<Endianness>) -> Result<(), ElfError> {
         let endian = self.file.endian();
         let (offset, kind) = (entry.r_offset(endian), entry.r_type(endian));
-        let Some((symbol, thumb)) = self.symbol_value(SymbolIndex(entry.r_sym(endian) as usize))? else {
-            return Ok(());
-        };
+        let (symbol, thumb) = self.symbol_value(SymbolIndex(entry.r_sym(endian) as usize))?;
         let segment = &mut self.segments[place];
         let relocation = Relocation { kind: kind.0, place: segment.run.wrapping_add(offset), symbol, thumb };
         relocate::apply(&mut segment.bytes, offset, &relocation)
     }
 
-    /// The value of a symbol, and whether it is a Thumb function. A name that is not defined is noted.
-    fn symbol_value(&mut self, index: SymbolIndex) -> Result<Option<(u32, bool)>, ElfError> {
+    /// The value of a symbol, and whether it is a Thumb function.
+    fn symbol_value(&mut self, index: SymbolIndex) -> Result<(u32, bool), ElfError> {
         let (table, endian) = (self.file.elf_symbol_table(), self.file.endian());
         if index.0 == 0 {
-            return Ok(Some((0, false)));
+            return Ok((0, false));
         }
         let symbol = table.symbol(index).map_err(corrupt)?;
         let value = symbol.st_value(endian);
         if symbol.st_shndx(endian) == SHN_ABS {
-            return Ok(Some((value, false)));
+            return Ok((value, false));
         }
         if let Some(base) = self.base(symbol, index)? {
             let thumb = symbol.st_type() == STT_FUNC && value & 1 != 0;
-            return Ok(Some((base.wrapping_add(value & !u32::from(thumb)), thumb)));
-        }
-        if symbol.st_bind() == STB_WEAK {
-            return Ok(Some((0, false)));
+            return Ok((base.wrapping_add(value & !u32::from(thumb)), thumb));
         }
         let name = table.symbol_name(endian, symbol).map_err(corrupt)?;
         let name = String::from_utf8_lossy(name).into_owned();
-        let what = if symbol.is_common(endian) { format!("the common symbol {name} (-fcommon)") } else { name };
-        if !self.undefined.contains(&what) {
-            self.undefined.push(what);
+        match (symbol.is_common(endian), symbol.st_bind() == STB_WEAK) {
+            (true, _) => Err(ElfError::NeedsLinker(format!("the common symbol `{name}` (compile with -fno-common)"))),
+            (_, true) => Ok((0, false)),
+            _ => self.nowhere(name).map(|address| (address, true)),
         }
-        Ok(None)
+    }
+
+    /// The address of a name that is not defined.
+    fn nowhere(&mut self, name: String) -> Result<u32, ElfError> {
+        let index = self.undefined.iter().position(|n| *n == name).unwrap_or_else(|| {
+            self.undefined.push(name);
+            self.undefined.len() - 1
+        });
+        // Beyond 512 of them they would leave a branch's reach.
+        match index {
+            0..512 => Ok(NOWHERE + index as u32 * NOWHERE_BYTES),
+            _ => Err(ElfError::NeedsLinker("more than 512 names that it does not define".into())),
+        }
     }
 
     fn base(&self, symbol: &elf::Sym32<Endianness>, index: SymbolIndex) -> Result<Option<u32>, ElfError> {
@@ -155,7 +166,14 @@ impl<'f, 'data> Placement<'f, 'data> {
                 found.extend(symbols::one(&String::from_utf8_lossy(name), symbol, value, symbol.st_size(endian)));
             }
         }
-        Ok(Symbols::new(found))
+        let undefined = self.undefined.iter().zip(0..).map(|(name, index)| Symbol {
+            name: format!("{name} (not linked)"),
+            address: NOWHERE + index * NOWHERE_BYTES,
+            bytes: NOWHERE_BYTES,
+            function: true,
+            global: true,
+        });
+        Ok(Symbols::new(found.into_iter().chain(undefined).collect()))
     }
 }
 

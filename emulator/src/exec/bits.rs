@@ -22,8 +22,8 @@ pub(super) fn select(inst: &Inst) -> Option<Run> {
     Some(match inst.op() {
         I::BFC => rd!(|cpu, op| cpu.rd(op) & !field(op)),
         I::BFI => rd!(|cpu, op| cpu.rd(op) & !field(op) | cpu.rn(op) << op.amount & field(op)),
-        I::SBFX => rd!(|cpu, op| ((cpu.rn(op) << above(op)) as i32 >> (32 - op.imm & 31)) as u32),
-        I::UBFX => rd!(|cpu, op| cpu.rn(op) << above(op) >> (32 - op.imm & 31)),
+        I::SBFX => rd!(|cpu, op| ((cpu.rn(op) << above(op)) as i32 >> ((32 - op.imm) & 31)) as u32),
+        I::UBFX => rd!(|cpu, op| cpu.rn(op) << above(op) >> ((32 - op.imm) & 31)),
         I::CLZ => rd!(|cpu, op| cpu.rm(op).leading_zeros()),
         I::RBIT => rd!(|cpu, op| cpu.rm(op).reverse_bits()),
         I::REV => rd!(|cpu, op| cpu.rm(op).swap_bytes()),
@@ -54,12 +54,12 @@ pub(super) fn select(inst: &Inst) -> Option<Run> {
 
 /// The bits of a field: `imm` is its width, `amount` its least significant bit.
 fn field(op: &Op) -> u32 {
-    (u64::MAX >> (64 - op.imm & 63)) as u32 << op.amount
+    (u32::MAX >> ((32 - op.imm) & 31)) << op.amount
 }
 
 /// How many bits are above a field.
 fn above(op: &Op) -> u32 {
-    32 - op.imm - u32::from(op.amount) & 31
+    (32 - op.imm - u32::from(op.amount)) & 31
 }
 
 fn rotated(cpu: &Cpu, op: &Op) -> u32 {

@@ -16,6 +16,7 @@ const LOADED: Takers = Takers::ALL.without(Takers::ACCUMULATOR);
 
 const LINES: &[Line] = &[
     // Arithmetic, logic, moves.
+    Line::new(&[Alu, Move], WritesPc, 0).from(Rule, "3.7.4.9.7: the time of a branch is its refill"),
     Line::new(&[Alu, Move], ShiftedRegisterFlags, 2).late(SECOND_STAGE).from(Rule, "3.7.4.9.2; jnk0le: 1, see Rules"),
     Line::new(&[Alu, Move], ShiftedRegister, 1).late(SECOND_STAGE).from(Exact, "3.7.4.9.2, 3.7.4.9.3"),
     Line::new(&[Move], Op(Op::MOV_immediate), 1).from(Rule, "3.7.4.9.2"),
@@ -70,12 +71,8 @@ const LINES: &[Line] = &[
     Line::new(&[FloatLoad], Any, 1).float(1, 0).from(Rule, "jnk0le"),
     Line::new(&[FloatStore], Double, 2).float(2, 0).from(Rule, "jnk0le"),
     Line::new(&[FloatStore], Any, 1).float(1, 0).from(Rule, "jnk0le"),
-    Line::new(&[FloatLoadMultiple, FloatStoreMultiple], Any, 0).each(1).float(1, 0).from(Rule, "jnk0le"),
+    Line::new(&[FloatLoadMultiple, FloatStoreMultiple], Any, 0).each(1).from(Rule, "jnk0le"),
 ];
-
-const fn fact(cycles: u8, evidence: crate::timing::Evidence, source: &'static str) -> Fact {
-    Fact { cycles, evidence, source }
-}
 
 impl Core {
     /// The Cortex-M33 of RP2350, with the default [`Rules`].
@@ -85,19 +82,24 @@ impl Core {
             arch: Arch::V8M,
             lines: LINES,
             branches: Branches {
-                taken: fact(2, Exact, "3.7.4.9.7"),
-                not_taken: fact(1, Exact, "3.7.4.9.7"),
-                from_load: fact(1, Rule, "L of 3.7.4.9.7"),
-                split_target: fact(1, Rule, "U of 3.7.4.9.7"),
-                folded: fact(1, Exact, "F of 3.7.4.9.7, 3.7.4.9.9"),
+                taken: Fact::new(2, Exact, "3.7.4.9.7"),
+                not_taken: Fact::new(1, Exact, "3.7.4.9.7"),
+                from_load: Fact::new(1, Rule, "L of 3.7.4.9.7"),
+                split_target: Fact::new(1, Rule, "U of 3.7.4.9.7"),
+                folded: Fact::new(1, Exact, "F of 3.7.4.9.7, 3.7.4.9.9"),
+                folded_it: Fact::new(1, Rule, "jnk0le; 3.7.4.9.9 folds it forwards only"),
             },
-            skipped: fact(1, Rule, "3.7.4.9.8"),
-            divide: Division { start: fact(2, Rule, "3.7.4.9.4"), bits_per_cycle: fact(4, Rule, "3.7.4.9.4") },
-            pipelined_load: fact(0, Exact, "3.7.4.9.5: nothing to overlap"),
+            skipped: Fact::new(1, Rule, "3.7.4.9.8"),
+            divide: Division {
+                start: Fact::new(2, Rule, "3.7.4.9.4"),
+                bits_per_cycle: Fact::new(4, Rule, "3.7.4.9.4"),
+            },
+            overlap: Fact::new(0, Rule, "3.7.4.9.5: accesses take one cycle"),
+            near: Fact::new(0, Rule, "3.7.4.9.5: accesses take one cycle"),
             exceptions: Exceptions {
-                entry: fact(12, Estimate, "as Cortex-M4"),
-                tail_chain: fact(6, Estimate, "as Cortex-M4"),
-                exit: fact(12, Estimate, "as Cortex-M4"),
+                entry: Fact::new(12, Estimate, "as Cortex-M4"),
+                tail_chain: Fact::new(6, Estimate, "as Cortex-M4"),
+                exit: Fact::new(12, Estimate, "as Cortex-M4"),
             },
             rules: Rules { shifted_register_flags: 2 },
         }

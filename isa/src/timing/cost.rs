@@ -28,8 +28,10 @@ reasons! {
     Divide "divide",
     /// Saved: it shared a cycle with the 16-bit instruction before it.
     Folded "folded",
-    /// Saved: a load that follows a load or store overlaps it.
+    /// Saved: it started under the load before it.
     Pipelined "pipelined",
+    /// Saved: what it accessed is one cycle away.
+    Near "near",
     /// A source register was not there yet.
     LateResult "late",
     /// The flags were not there yet.

@@ -37,6 +37,12 @@ pub struct Fact {
     pub source: &'static str,
 }
 
+impl Fact {
+    pub(crate) const fn new(cycles: u8, evidence: Evidence, source: &'static str) -> Self {
+        Self { cycles, evidence, source }
+    }
+}
+
 /// Those that use a register: a set, by the way they use it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Takers(pub(super) u8);
@@ -92,8 +98,10 @@ pub enum Kind {
     RegisterOffset,
     /// Of a double-precision register.
     Double,
-    /// Loading PC.
-    LoadsPc,
+    /// Writing PC.
+    WritesPc,
+    /// Of 16 bits.
+    Narrow,
 }
 
 /// One line of a core's table: the first that fits an instruction counts it.
@@ -109,6 +117,10 @@ pub struct Line {
     pub each: u8,
     /// Who has to wait one cycle for its result; of a load of several, for the last.
     pub late_for: Takers,
+    /// It starts under a load before it, where loads take more than a cycle.
+    pub overlaps: bool,
+    /// What may start so may start under it.
+    pub overlapped: bool,
     /// Cycles that the floating-point unit is taken.
     pub float_hold: u8,
     /// Cycles from then until its floating-point result is there.
@@ -123,8 +135,9 @@ impl Line {
     /// A line with this number of cycles and nothing late.
     pub(crate) const fn new(classes: &'static [Class], kind: Kind, cycles: u8) -> Self {
         let (evidence, source) = (Evidence::Estimate, "");
-        let late_for = Takers::NONE;
-        Self { classes, kind, cycles, each: 0, late_for, float_hold: 0, float_delay: 0, evidence, source }
+        let (late_for, overlaps, overlapped) = (Takers::NONE, false, false);
+        let (each, float_hold, float_delay) = (0, 0, 0);
+        Self { classes, kind, cycles, each, late_for, overlaps, overlapped, float_hold, float_delay, evidence, source }
     }
 
     /// And these for each register.
@@ -135,6 +148,16 @@ impl Line {
     /// Its result is one cycle late for these.
     pub(crate) const fn late(self, late_for: Takers) -> Self {
         Self { late_for, ..self }
+    }
+
+    /// It may start under a load before it.
+    pub(crate) const fn overlaps(self) -> Self {
+        Self { overlaps: true, ..self }
+    }
+
+    /// The next may start under it.
+    pub(crate) const fn overlapped(self) -> Self {
+        Self { overlapped: true, ..self }
     }
 
     /// It holds the floating-point unit, and its result comes some cycles after.
@@ -155,12 +178,14 @@ pub struct Branches {
     pub taken: Fact,
     /// One that is not taken.
     pub not_taken: Fact,
-    /// More when the target came from memory.
+    /// More when the target comes from memory.
     pub from_load: Fact,
     /// More when the target is a 32-bit instruction that is not word aligned.
     pub split_target: Fact,
-    /// Less when folded.
+    /// Less when folded: a branch or NOP into the instruction before, or an instruction into the NOP or IT before.
     pub folded: Fact,
+    /// Less for an IT that is folded into the instruction before.
+    pub folded_it: Fact,
 }
 
 /// What divisions cost, besides the cycles of their line, by [`Outcome::quotient_bits`](super::Outcome::quotient_bits).
@@ -212,8 +237,10 @@ pub struct Core {
     pub skipped: Fact,
     /// Divisions.
     pub divide: Division,
-    /// Less for a load that follows a load or store, on a core that overlaps them.
-    pub pipelined_load: Fact,
+    /// Less for what starts under the load before it.
+    pub overlap: Fact,
+    /// Less for a load or store whose data is one cycle away: the single-cycle IO port of a Cortex-M0+.
+    pub near: Fact,
     /// Exceptions.
     pub exceptions: Exceptions,
     /// The side taken in disputes.

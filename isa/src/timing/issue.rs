@@ -59,18 +59,29 @@ impl Core {
     /// Whether the instruction shares the cycle of the one before it; if that saves one, it is taken off.
     fn fold(&self, pipe: &Pipe, timed: &Timed, outcome: &Outcome, cost: &mut Cost) -> bool {
         let joins = pipe.is(Pipe::EMPTY) && timed.is(Timed::NARROW);
-        let folds = pipe.is(Pipe::HOST) && timed.is(Timed::FOLDS | Timed::EMPTY);
+        let folds = pipe.is(Pipe::HOST) && (timed.is(Timed::IT) || timed.is(Timed::FOLDS) && self.folds());
         let waits_for_flags = timed.is(Timed::CONDITIONAL) && pipe.is(Pipe::FLAGS) && outcome.target.is_some();
         if joins || folds && !waits_for_flags {
-            cost.add(Reason::Folded, -i32::from(self.branches.folded.cycles));
+            let saved = if timed.is(Timed::IT) { self.branches.folded_it } else { self.branches.folded };
+            cost.add(Reason::Folded, -i32::from(saved.cycles));
         }
         joins || folds
     }
 
-    /// A load overlaps the load or store before it, on a core where it takes more than one cycle.
+    fn folds(&self) -> bool {
+        self.branches.folded.cycles != 0
+    }
+
+    /// What memory makes shorter, on cores where an access takes more than one cycle.
     fn overlap(&self, pipe: &Pipe, timed: &Timed, outcome: &Outcome, cost: &mut Cost) {
-        if timed.is(Timed::OVERLAPS) && pipe.is(Pipe::MEMORY) && !outcome.skipped {
-            cost.add(Reason::Pipelined, -i32::from(self.pipelined_load.cycles));
+        if outcome.skipped {
+            return;
+        }
+        if timed.is(Timed::OVERLAPS) && pipe.is(Pipe::OVERLAPPED) {
+            cost.add(Reason::Pipelined, -i32::from(self.overlap.cycles));
+        }
+        if timed.is(Timed::MEMORY) && outcome.near {
+            cost.add(Reason::Near, -i32::from(self.near.cycles));
         }
     }
 
@@ -80,9 +91,10 @@ impl Core {
         let singles_in = pipe.singles_in.saturating_sub(elapsed);
         if singles_in != 0 {
             (next.singles_in, next.late_singles) = (singles_in, pipe.late_singles);
-            next.about |= pipe.about & Pipe::FLOAT_SUM;
+            next.about |= pipe.about & (Pipe::FLOAT_SUM | Pipe::LATE_FPSCR);
         }
-        let no_time = elapsed == 0 && !pipe.is(Pipe::EMPTY) || timed.is(Timed::EMPTY) && !folded;
+        let waits_for_company = timed.is(Timed::EMPTY) && !folded && self.folds();
+        let no_time = elapsed == 0 && !pipe.is(Pipe::EMPTY) || waits_for_company;
         if no_time {
             (next.late, next.late_for) = (pipe.late, pipe.late_for);
             next.about |= pipe.about & Pipe::LATE_FLAGS;
@@ -95,7 +107,7 @@ impl Core {
         }
         if outcome.target.is_some() {
             (next.late, next.late_for) = (0, 0);
-            next.about &= Pipe::FLOAT_SUM;
+            next.about &= Pipe::FLOAT_SUM | Pipe::LATE_FPSCR;
             return next;
         }
         next.about |= self.neighbourhood(pipe, timed, at, outcome, folded);
@@ -103,19 +115,19 @@ impl Core {
     }
 
     /// What the next instruction may share with this one.
-    fn neighbourhood(&self, pipe: &Pipe, timed: &Timed, address: u32, outcome: &Outcome, folded: bool) -> u8 {
+    fn neighbourhood(&self, pipe: &Pipe, timed: &Timed, address: u32, outcome: &Outcome, folded: bool) -> u16 {
         let mut about = Pipe::SEQUENTIAL;
         let fetched = pipe.is(Pipe::SEQUENTIAL) || address & 2 == 0;
-        if self.branches.folded.cycles != 0 && timed.is(Timed::NARROW) && !folded {
-            if fetched {
+        if timed.is(Timed::NARROW) && !folded {
+            if fetched && (self.folds() || self.branches.folded_it.cycles != 0) {
                 about |= Pipe::HOST;
                 about |= if timed.is(Timed::SETS_FLAGS) { Pipe::FLAGS } else { 0 };
             }
-            about |= if timed.is(Timed::EMPTY) { Pipe::EMPTY } else { 0 };
+            about |= if timed.is(Timed::EMPTY) && self.folds() { Pipe::EMPTY } else { 0 };
         }
         about |= if timed.is(Timed::STACK) { Pipe::STACK } else { 0 };
-        let memory = self.pipelined_load.cycles != 0 && timed.is(Timed::OVERLAPPED) && !outcome.skipped;
-        about | if memory { Pipe::MEMORY } else { 0 }
+        let overlapped = timed.is(Timed::OVERLAPPED) && !outcome.skipped;
+        about | if overlapped { Pipe::OVERLAPPED } else { 0 }
     }
 }
 
@@ -143,9 +155,12 @@ fn wait_for_float_unit(pipe: &Pipe, timed: &Timed, cost: &mut Cost) {
     cost.add(Reason::FloatBusy, i32::from(pipe.float_busy));
     let needed = pipe.late_singles & timed.singles_read;
     let chained = pipe.is(Pipe::FLOAT_SUM) && timed.is(Timed::FLOAT_SUM) && needed & !timed.singles_late == 0;
+    let flags = pipe.is(Pipe::LATE_FPSCR) && timed.is(Timed::READS_FPSCR);
     let wait = pipe.singles_in.saturating_sub(pipe.float_busy).saturating_sub(u8::from(chained));
     if needed != 0 && wait != 0 {
         cost.wait_for(RegSet::singles_of(needed), wait);
+    } else if flags {
+        cost.add(Reason::LateFlags, i32::from(wait));
     }
 }
 
@@ -155,13 +170,12 @@ fn occupy_float_unit(next: &mut Pipe, timed: &Timed) {
         return;
     }
     next.float_busy = timed.float_hold.saturating_sub(timed.cycles.max(1));
-    next.singles_in = next.float_busy + timed.float_delay;
-    next.late_singles = if next.singles_in == 0 { 0 } else { timed.singles_late };
-    if next.late_singles == 0 {
-        next.singles_in = 0;
-    }
-    next.about &= !Pipe::FLOAT_SUM;
-    if next.singles_in != 0 && timed.is(Timed::FLOAT_SUM) {
-        next.about |= Pipe::FLOAT_SUM;
+    let result_in = next.float_busy + timed.float_delay;
+    let late = result_in != 0 && (timed.singles_late != 0 || timed.is(Timed::WRITES_FPSCR));
+    (next.singles_in, next.late_singles) = if late { (result_in, timed.singles_late) } else { (0, 0) };
+    next.about &= !(Pipe::FLOAT_SUM | Pipe::LATE_FPSCR);
+    if late {
+        next.about |= if timed.is(Timed::FLOAT_SUM) { Pipe::FLOAT_SUM } else { 0 };
+        next.about |= if timed.is(Timed::WRITES_FPSCR) { Pipe::LATE_FPSCR } else { 0 };
     }
 }

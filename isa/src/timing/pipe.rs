@@ -16,28 +16,30 @@ pub struct Pipe {
     /// Cycles until the floating-point unit takes another instruction.
     pub(super) float_busy: u8,
     /// A set of the constants below.
-    pub(super) about: u8,
+    pub(super) about: u16,
 }
 
 impl Pipe {
     /// The instruction was reached from the one before it in memory, not by a branch.
-    pub(super) const SEQUENTIAL: u8 = 1;
+    pub(super) const SEQUENTIAL: u16 = 1;
     /// The instruction before can take a folded branch, NOP or IT.
-    pub(super) const HOST: u8 = 2;
+    pub(super) const HOST: u16 = 2;
     /// It was a NOP or IT that any 16-bit instruction may join.
-    pub(super) const EMPTY: u8 = 4;
+    pub(super) const EMPTY: u16 = 4;
     /// It set the flags, outside an IT block. Only remembered with `HOST`.
-    pub(super) const FLAGS: u8 = 8;
+    pub(super) const FLAGS: u16 = 8;
     /// It was PUSH or POP.
-    pub(super) const STACK: u8 = 16;
+    pub(super) const STACK: u16 = 16;
     /// The flags are one cycle late.
-    pub(super) const LATE_FLAGS: u8 = 32;
+    pub(super) const LATE_FLAGS: u16 = 32;
     /// The late single-precision registers come from a multiply-add, whose result another one may add to a cycle early.
-    pub(super) const FLOAT_SUM: u8 = 64;
-    /// It was a load or store that a load may overlap.
-    pub(super) const MEMORY: u8 = 128;
+    pub(super) const FLOAT_SUM: u16 = 64;
+    /// It was a load that the next access may start under.
+    pub(super) const OVERLAPPED: u16 = 128;
+    /// The flags of FPSCR come when the late single-precision registers do.
+    pub(super) const LATE_FPSCR: u16 = 256;
 
-    pub(super) const fn is(&self, about: u8) -> bool {
+    pub(super) const fn is(&self, about: u16) -> bool {
         self.about & about != 0
     }
 }

@@ -2,6 +2,7 @@
 
 use super::facts::{Core, Kind, Line, Takers};
 use crate::class::Class;
+use crate::effects::Flags;
 use crate::imm::{ShiftType, thumb_imm_carry};
 use crate::inst::Inst;
 use crate::reg::{self, RegSet};
@@ -24,7 +25,7 @@ pub struct Timed {
     /// Core registers whose result is late.
     pub(super) late: u16,
     pub(super) late_for: Takers,
-    pub(super) about: u16,
+    pub(super) about: u32,
     /// The line of the core's table.
     pub(super) line: u8,
     pub(super) cycles: u8,
@@ -33,35 +34,42 @@ pub struct Timed {
 }
 
 impl Timed {
-    pub(super) const NARROW: u16 = 1;
+    pub(super) const NARROW: u32 = 1;
     /// May write PC.
-    pub(super) const BRANCHES: u16 = 2;
+    pub(super) const BRANCHES: u32 = 2;
     /// Loads PC.
-    pub(super) const LOADS_PC: u16 = 4;
-    /// B, with or without condition, or BX LR.
-    pub(super) const FOLDS: u16 = 8;
+    pub(super) const LOADS_PC: u32 = 4;
+    /// NOP, B with or without condition, BX LR.
+    pub(super) const FOLDS: u32 = 8;
     /// Has a condition.
-    pub(super) const CONDITIONAL: u16 = 16;
+    pub(super) const CONDITIONAL: u32 = 16;
     /// NOP or IT of 16 bits: shares its cycle with what follows.
-    pub(super) const EMPTY: u16 = 32;
+    pub(super) const EMPTY: u32 = 32;
     /// Sets the flags, outside an IT block.
-    pub(super) const SETS_FLAGS: u16 = 64;
-    pub(super) const READS_FLAGS: u16 = 128;
+    pub(super) const SETS_FLAGS: u32 = 64;
+    pub(super) const READS_FLAGS: u32 = 128;
     /// PUSH or POP.
-    pub(super) const STACK: u16 = 256;
-    pub(super) const DIVIDES: u16 = 512;
+    pub(super) const STACK: u32 = 256;
+    pub(super) const DIVIDES: u32 = 512;
     /// Needs the floating-point unit.
-    pub(super) const FLOAT: u16 = 1024;
+    pub(super) const FLOAT: u32 = 1024;
     /// Its flags are one cycle late.
-    pub(super) const LATE_FLAGS: u16 = 2048;
+    pub(super) const LATE_FLAGS: u32 = 2048;
     /// A floating-point multiply-add.
-    pub(super) const FLOAT_SUM: u16 = 4096;
-    /// A load that overlaps a load or store before it.
-    pub(super) const OVERLAPS: u16 = 8192;
-    /// A load or store that the next load overlaps.
-    pub(super) const OVERLAPPED: u16 = 16384;
+    pub(super) const FLOAT_SUM: u32 = 4096;
+    /// Starts under a load before it.
+    pub(super) const OVERLAPS: u32 = 8192;
+    /// The next may start under it.
+    pub(super) const OVERLAPPED: u32 = 16384;
+    /// Writes the flags of FPSCR.
+    pub(super) const WRITES_FPSCR: u32 = 32768;
+    /// Reads them.
+    pub(super) const READS_FPSCR: u32 = 65536;
+    /// A load or store.
+    pub(super) const MEMORY: u32 = 131072;
+    pub(super) const IT: u32 = 262144;
 
-    pub(super) const fn is(&self, about: u16) -> bool {
+    pub(super) const fn is(&self, about: u32) -> bool {
         self.about & about != 0
     }
 
@@ -79,17 +87,16 @@ impl Core {
         let late = if line.late_for.is_empty() { 0 } else { last_results(inst) };
         let one_cycle = line.kind == Kind::ShiftedRegisterFlags && self.rules.shifted_register_flags == 1;
         let (reads, writes) = (inst.uses().single_bits(), inst.defs().single_bits());
-        let holds = line.float_hold != 0;
         let mut timed = Timed {
             singles_read: reads,
-            singles_late: if holds && line.float_hold + line.float_delay > 1 { writes } else { 0 },
+            singles_late: if line.float_hold + line.float_delay > 1 { writes } else { 0 },
             operands,
             addresses,
             sums,
             sums_as,
             late,
             late_for: if late == 0 { Takers::NONE } else { line.late_for },
-            about: about(inst),
+            about: about(inst) | overlap(&line),
             line: number,
             cycles: line.cycles.saturating_add(line.each.saturating_mul(count(inst))),
             float_hold: line.float_hold,
@@ -98,9 +105,6 @@ impl Core {
         if one_cycle {
             timed.cycles = 1;
             timed.about |= Timed::LATE_FLAGS;
-        }
-        if timed.is(Timed::BRANCHES) && !timed.is(Timed::LOADS_PC) && is_arithmetic(inst.class()) {
-            timed.cycles = 0;
         }
         timed
     }
@@ -135,7 +139,8 @@ impl Kind {
                     | Op::STRH_register
             ),
             Self::Double => inst.uses().union(inst.defs()).single_bits().count_ones() == 2,
-            Self::LoadsPc => is_load(inst.class()) && inst.defs().contains(RegSet::core(reg::PC)),
+            Self::WritesPc => inst.defs().contains(RegSet::core(reg::PC)),
+            Self::Narrow => inst.size() == 2,
         }
     }
 }
@@ -148,10 +153,6 @@ fn has_shifted_register(inst: &Inst) -> bool {
 /// A modified immediate that is a rotated byte.
 fn has_shifted_constant(inst: &Inst) -> bool {
     inst.encoding.row().rules.has(Rule::ModifiedImm) && thumb_imm_carry(inst.imm).is_some()
-}
-
-fn is_arithmetic(class: Class) -> bool {
-    matches!(class, Class::Alu | Class::Move | Class::Shift)
 }
 
 fn is_memory(class: Class) -> bool {
@@ -240,29 +241,35 @@ fn count(inst: &Inst) -> u8 {
     }
 }
 
-fn about(inst: &Inst) -> u16 {
+fn overlap(line: &Line) -> u32 {
+    let overlaps = if line.overlaps { Timed::OVERLAPS } else { 0 };
+    overlaps | if line.overlapped { Timed::OVERLAPPED } else { 0 }
+}
+
+fn about(inst: &Inst) -> u32 {
     let (class, narrow) = (inst.class(), inst.size() == 2);
     let writes_pc = inst.defs().contains(RegSet::core(reg::PC));
     let bx_lr = inst.op() == Op::BX && inst.m == reg::LR;
     let empty = class == Class::It || inst.op() == Op::NOP;
     let flags = inst.flags();
-    let nzcv = crate::Flags::NZCV;
     [
         (narrow, Timed::NARROW),
         (writes_pc, Timed::BRANCHES),
         (writes_pc && is_load(class), Timed::LOADS_PC),
         (class == Class::TableBranch, Timed::LOADS_PC),
-        (class == Class::Branch || bx_lr, Timed::FOLDS),
+        (class == Class::Branch || bx_lr || narrow && empty, Timed::FOLDS),
+        (class == Class::It, Timed::IT),
         (inst.is_conditional(), Timed::CONDITIONAL),
         (narrow && empty, Timed::EMPTY),
-        (inst.cond.is_none() && flags.writes.intersects(nzcv), Timed::SETS_FLAGS),
-        (flags.reads.intersects(nzcv), Timed::READS_FLAGS),
+        (inst.cond.is_none() && flags.writes.intersects(Flags::NZCV), Timed::SETS_FLAGS),
+        (flags.reads.intersects(Flags::NZCV), Timed::READS_FLAGS),
         (matches!(inst.op(), Op::PUSH | Op::POP), Timed::STACK),
         (class == Class::Divide, Timed::DIVIDES),
         (is_float(class), Timed::FLOAT),
         (class == Class::FloatMultiplyAdd, Timed::FLOAT_SUM),
-        (matches!(class, Class::Load | Class::FloatLoad), Timed::OVERLAPS),
-        (matches!(class, Class::Load | Class::Store | Class::FloatLoad), Timed::OVERLAPPED),
+        (is_memory(class), Timed::MEMORY),
+        (flags.writes.intersects(Flags::FPSCR), Timed::WRITES_FPSCR),
+        (flags.reads.intersects(Flags::FPSCR), Timed::READS_FPSCR),
     ]
     .iter()
     .fold(0, |about, (holds, bit)| if *holds { about | bit } else { about })

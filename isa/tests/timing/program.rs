@@ -28,14 +28,15 @@ enum Does {
     Divide(i8),
     /// Waits for memory.
     Wait(u16),
+    /// Accesses the single-cycle IO port.
+    Near,
 }
 
 struct Step {
     address: u32,
     text: String,
+    inst: Inst,
     timed: Timed,
-    size: u32,
-    calls: bool,
     does: Does,
 }
 
@@ -86,9 +87,8 @@ fn step(line: &str, core: &Core, it: &mut ItState) -> Option<Step> {
     *it = after(*it, &inst);
     let text = inst.to_string();
     let does = said.strip_prefix(&*text).unwrap_or_else(|| panic!("it says {text}: {line}"));
-    let calls = matches!(inst.op(), Op::BL | Op::BLX);
-    let timed = core.prepare(&inst);
-    Some(Step { address, text, timed, size: inst.size(), calls, does: parse_does(does, line) })
+    let does = parse_does(does, line);
+    Some(Step { address, timed: core.prepare(&inst), inst, text, does })
 }
 
 fn after(it: ItState, inst: &Inst) -> ItState {
@@ -108,12 +108,20 @@ fn parse_does(text: &str, line: &str) -> Does {
         [">", to] => Does::To(hex(to), u32::MAX),
         [">", to, times] => Does::To(hex(to), times.trim_start_matches('x').parse().expect("a count")),
         ["bits", n] => Does::Divide(n.parse().expect("a number")),
+        ["near"] => Does::Near,
         ["wait", n] => Does::Wait(n.parse().expect("a number")),
         _ => panic!("what does it do: {line}"),
     }
 }
 
 impl Program {
+    /// The cycles on another core of the same architecture.
+    pub fn run_again(&self, core: &Core) -> u64 {
+        let prepared = |s: &Step| Step { timed: core.prepare(&s.inst), text: s.text.clone(), ..*s };
+        let steps = self.steps.iter().map(prepared).collect();
+        Self { title: self.title.clone(), want: self.want, steps }.run(core).cycles
+    }
+
     /// Walks from the first line until the code ends.
     pub fn run(&self, core: &Core) -> Run {
         let (mut pipe, mut cycles, mut at) = (Pipe::default(), 0, self.steps[0].address);
@@ -125,8 +133,9 @@ impl Program {
             let outcome = self.outcome(step, times[i], back);
             let (next, cost) = core.issue(pipe, &step.timed, at, &outcome);
             (pipe, cycles) = (next, cycles + u64::from(cost.cycles()));
-            back = if step.calls { at + step.size } else { back };
-            at = outcome.target.map_or(at + step.size, |t| t.address);
+            let after = at + step.inst.size();
+            back = if matches!(step.inst.op(), Op::BL | Op::BLX) { after } else { back };
+            at = outcome.target.map_or(after, |t| t.address);
             times[i] += 1;
             last[i] = cost.to_string();
         }
@@ -137,7 +146,7 @@ impl Program {
 
     fn outcome(&self, step: &Step, times: u32, back: u32) -> Outcome {
         let taken = |to: u32| {
-            let wide = self.steps.iter().any(|s| s.address == to && s.size == 4);
+            let wide = self.steps.iter().any(|s| s.address == to && s.inst.size() == 4);
             Outcome::taken(to, wide)
         };
         match step.does {
@@ -145,6 +154,7 @@ impl Program {
             Does::To(to, limit) if times < limit => taken(to),
             Does::Back => taken(back),
             Does::Divide(quotient_bits) => Outcome { quotient_bits, ..Outcome::NEXT },
+            Does::Near => Outcome { near: true, ..Outcome::NEXT },
             Does::Wait(waits) => Outcome { waits, ..Outcome::NEXT },
             Does::Next | Does::To(..) => Outcome::NEXT,
         }

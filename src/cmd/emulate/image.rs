@@ -47,6 +47,9 @@ impl Image {
         let mut machine = machine.map_err(|e| Failure::Usage(format!("such a board cannot be: {e}")))?;
         elf.load(&mut machine.bus.memory, false)
             .map_err(|e| wrong(&format_args!("does not fit the board: {e}; --ram and --rom add memory")))?;
+        if !elf.undefined.is_empty() {
+            eprintln!("note: the object file is not linked; it faults if it comes to {}", listed(&elf.undefined));
+        }
         Ok(Self { lines: Lines::read(&bytes), elf, machine })
     }
 
@@ -61,6 +64,15 @@ impl Image {
             text.push_str(&format!(" ({line})"));
         }
         text
+    }
+}
+
+fn listed(names: &[String]) -> String {
+    const SHOWN: usize = 8;
+    let shown: Vec<String> = names.iter().take(SHOWN).map(|n| format!("`{n}`")).collect();
+    match names.len().saturating_sub(SHOWN) {
+        0 => shown.join(", "),
+        more => format!("{} and {more} more", shown.join(", ")),
     }
 }
 

@@ -34,7 +34,7 @@ pub struct Profile {
 impl Observer for Profile {
     fn instruction(&mut self, step: &Step<'_>) {
         let spent = self.by_address.entry(step.address).or_default();
-        spent.add(Spent { cycles: u64::from(step.cycles), instructions: 1 });
+        spent.add(Spent { cycles: u64::from(step.cost.cycles()), instructions: 1 });
     }
 }
 

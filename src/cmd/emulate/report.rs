@@ -143,7 +143,11 @@ fn complaint(image: &Image, task: &Task, stop: &Stop) -> Option<(String, Option<
     let pc = image.machine.cpu(0).get(Register::PC);
     let (message, address) = match stop {
         Stop::Returned { .. } | Stop::Exit { .. } => return None,
-        Stop::Fault(fault) => (fault.to_string(), fault.pc),
+        Stop::Fault(fault) => {
+            let named = image.elf.symbols.covering(fault.address).filter(|_| fault.address != fault.pc);
+            let named = named.map_or(String::new(), |_| format!("; the address is {}", image.place(fault.address)));
+            (format!("{fault}{named}"), fault.pc)
+        }
         Stop::Limit => {
             let limit = task.max_cycles.unwrap_or(MAX_CYCLES);
             (format!("the limit of {limit} cycles was reached; --max-cycles sets another"), pc)

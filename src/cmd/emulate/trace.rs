@@ -60,9 +60,12 @@ impl<'w> Trace<'w> {
 impl Observer for Trace<'_> {
     fn instruction(&mut self, step: &Step<'_>) {
         self.place(step);
-        let text = step.inst.map_or_else(|| "(no instruction)".to_string(), |inst| assembly(inst, step.address));
-        let Step { core, cycle, address, cycles, .. } = step;
-        self.write(format_args!("{core:>6} {cycle:>9}  {address:08x}  {text:<38} {cycles:>6}\n"));
+        let Step { core, cycle, address, inst, cost } = step;
+        let text = assembly(inst, *address);
+        // A cost prints as `2: 1 issue, 1 late r0`; a folded instruction as `0`.
+        let cost = cost.to_string();
+        let (cycles, why) = cost.split_once(": ").unwrap_or((&cost, ""));
+        self.write(format_args!("{core:>6} {cycle:>9}  {address:08x}  {text:<38} {cycles:>6}  {why}\n"));
     }
 
     fn exception(&mut self, core: usize, number: u32, cycle: u64) {

@@ -112,7 +112,7 @@ mod tests {
         let symbol =
             |name: &str, address| Symbol { name: name.into(), address, bytes: 8, function: true, global: true };
         let symbols = Symbols::new(vec![symbol("fir", 0x100), symbol("operator+", 0x200)]);
-        Elf { entry: 0, arch: None, segments: Vec::new(), symbols, relocatable: false }
+        Elf { entry: 0, arch: None, segments: Vec::new(), symbols, undefined: Vec::new() }
     }
 
     #[test]
