@@ -53,6 +53,8 @@ mod walk;
 #[cfg(test)]
 mod tests;
 
+pub use notes::{midi_number, note_name};
+
 use crate::diag::Diagnostic;
 use crate::model::Model;
 use crate::syntax::ast::File;

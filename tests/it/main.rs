@@ -15,6 +15,7 @@ mod ideal;
 mod keyboard;
 mod language;
 mod library;
+mod midi;
 mod organ_and_plucked;
 mod played;
 mod player;
