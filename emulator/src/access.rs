@@ -99,13 +99,15 @@ impl Cpu {
             return self.load_bytes(bus, address, size);
         }
         self.note_access(bus, address, size, false);
+        self.arbitrate(bus, address);
         self.load_one(bus, address, size)
     }
 
     #[cold]
     #[inline(never)]
     fn store_slow(&mut self, bus: &mut Bus, address: u32, size: u32, value: u32, aligned: bool) -> Result<(), Flow> {
-        if address.is_multiple_of(size) && bus.memory.write_beside_code(address, size, value) {
+        let unseen = !bus.memory.is_shared() && address.is_multiple_of(size);
+        if unseen && bus.memory.write_beside_code(address, size, value) {
             bus.break_exclusives(self.index, address);
             return Ok(());
         }
@@ -117,7 +119,18 @@ impl Cpu {
             return self.store_bytes(bus, address, size, value);
         }
         self.note_access(bus, address, size, true);
+        self.arbitrate(bus, address);
         self.store_one(bus, address, size, value)
+    }
+
+    /// Waits for the port of an access, when others may use it. Accesses of one instruction follow each other by a cycle.
+    fn arbitrate(&mut self, bus: &mut Bus, address: u32) {
+        if bus.memory.is_shared() {
+            let cycle = self.now.saturating_add_signed(self.stall) + self.accesses;
+            let wait = bus.fabric.data(self.index, address, cycle);
+            self.stall += wait as i64;
+            self.accesses += 1;
+        }
     }
 
     /// Unaligned accesses are faults in ARMv6-M, for some instructions, and when CCR says so.

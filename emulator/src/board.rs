@@ -2,6 +2,7 @@
 
 use whippen_isa::Arch;
 
+use crate::fabric::Banks;
 use crate::lines::Start;
 
 /// A core that the emulator knows.
@@ -123,6 +124,8 @@ pub struct Board {
     pub interrupts: usize,
     /// Plain memory.
     pub regions: Vec<Region>,
+    /// The ports of its memory, where several cores or a DMA may wait for each other; empty where they never do.
+    pub banks: &'static [Banks],
     /// Where the first core finds its vector table at reset.
     pub vector_table: u32,
     /// Where the other cores begin at reset; they halt when this is absent.
@@ -135,7 +138,16 @@ impl Board {
         let flash = Region::rom("flash", 0x0800_0000, 1 << 20);
         let boot = Region { name: "flash at 0".into(), base: 0, mirrors: Some(flash.base), ..flash.clone() };
         let regions = vec![flash, boot, Region::ram("ram", 0x2000_0000, 1 << 20)];
-        Self { core, cores: 1, clock_hz: 150_000_000, interrupts: 64, regions, vector_table: 0x0800_0000, others: None }
+        Self {
+            core,
+            cores: 1,
+            clock_hz: 150_000_000,
+            interrupts: 64,
+            regions,
+            vector_table: 0x0800_0000,
+            banks: &[],
+            others: None,
+        }
     }
 }
 

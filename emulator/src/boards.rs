@@ -13,6 +13,7 @@
 use crate::board::{Board, BoardError, CoreKind, Region};
 use crate::bus::{Bus, DeviceId, Waits};
 use crate::device::bootram::BootRam;
+use crate::device::busctrl::BusCtrl;
 use crate::device::converter::Converter;
 use crate::device::dma::{self, Dma};
 use crate::device::power::{Power, Watchdog};
@@ -20,6 +21,7 @@ use crate::device::registers::{Registers, Row};
 use crate::device::sio::{Chip, Sio};
 use crate::device::timer::Timer;
 use crate::device::uart::Uart;
+use crate::fabric::Banks;
 use crate::lines::Start;
 use crate::machine::Machine;
 
@@ -64,6 +66,7 @@ impl BoardKind {
             clock_hz: chip.clock_hz,
             interrupts: chip.interrupts,
             regions,
+            banks: chip.banks,
             vector_table: chip.flash,
             others: Some(chip.core1()),
         }
@@ -104,6 +107,8 @@ struct ChipTable {
     flash: u32,
     /// Name, base, bytes, writable.
     regions: &'static [(&'static str, u32, u32, bool)],
+    /// The ports of these.
+    banks: &'static [Banks],
     /// Blocks that only hold what is written.
     registers: &'static [(u32, &'static [Row])],
     /// SIO, and how much faster than memory it is.
@@ -121,6 +126,7 @@ struct ChipTable {
     dma: dma::Layout,
     /// Base and interrupt of the converter, which no chip has.
     converter: (u32, usize),
+    busctrl: u32,
     bootram: Option<u32>,
 }
 
@@ -172,6 +178,7 @@ fn attach(chip: &'static ChipTable, bus: &mut Bus, setup: ConverterSetup) -> Por
     let (base, counts_per_us) = chip.watchdog;
     bus.attach(base, BLOCK, PERIPHERAL, Box::new(Watchdog::new(clock_hz, counts_per_us)));
     bus.attach(DMA_BASE, BLOCK, Waits::default(), Box::new(Dma::new(chip.dma, uarts)));
+    bus.attach(chip.busctrl, BLOCK, PERIPHERAL, Box::new(BusCtrl::new()));
     if let Some(base) = chip.bootram {
         bus.attach(base, BLOCK, PERIPHERAL, Box::new(BootRam::new()));
     }

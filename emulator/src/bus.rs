@@ -7,6 +7,7 @@
 //! Not here: what every core has for itself at 0xE0000000 (`system`).
 
 use crate::board::{Board, BoardError};
+use crate::fabric::Fabric;
 use crate::lines::Lines;
 use crate::memory::Memory;
 use std::any::Any;
@@ -79,6 +80,8 @@ pub struct Bus {
     pub memory: Memory,
     /// Interrupts and events, devices to cores.
     pub lines: Lines,
+    /// Who waits for whom.
+    pub(crate) fabric: Fabric,
     slots: Vec<Slot>,
     /// The earliest cycle in which one of them wants attention.
     due: u64,
@@ -92,6 +95,7 @@ impl Bus {
         Ok(Self {
             memory: Memory::new(board)?,
             lines,
+            fabric: Fabric::new(board.banks),
             slots: Vec::new(),
             due: u64::MAX,
             exclusives: vec![None; board.cores],
@@ -165,6 +169,7 @@ impl Bus {
 
     /// A read as a device makes it, from memory or another device.
     pub fn read(&mut self, address: u32, size: u32, cycle: u64) -> Result<u32, BusError> {
+        self.fabric.dma(address, cycle);
         let mut bytes = [0; 4];
         match self.memory.read(address, &mut bytes[..size.min(4) as usize]) {
             Ok(()) => Ok(u32::from_le_bytes(bytes)),
@@ -174,6 +179,7 @@ impl Bus {
 
     /// A write as a device makes it, to memory that can be written or to another device.
     pub fn write(&mut self, address: u32, size: u32, value: u32, cycle: u64) -> Result<(), BusError> {
+        self.fabric.dma(address, cycle);
         match self.memory.region(address) {
             Some(region) if !region.writable => Err(BusError),
             Some(_) => self.memory.write(address, &value.to_le_bytes()[..size.min(4) as usize]).map_err(|_| BusError),

@@ -52,6 +52,8 @@ pub struct Cpu {
     pub(crate) exact: bool,
     /// Cycles lost to wait states since they were last charged.
     pub(crate) stall: i64,
+    /// Accesses of this instruction that were arbitrated.
+    pub(crate) accesses: u64,
     /// What the instruction did that timing depends on: see `outcome`.
     pub(crate) outcomes: u64,
     pub(crate) trap: Option<crate::trap::Trap>,
@@ -103,6 +105,7 @@ impl Cpu {
             now: 0,
             exact: false,
             stall: 0,
+            accesses: 0,
             outcomes: 1,
             trap: None,
         }
@@ -113,6 +116,7 @@ impl Cpu {
         self.now = cycle;
         self.exact = true;
         self.stall = 0;
+        self.accesses = 0;
         self.outcomes = 1;
         self.trap = None;
     }

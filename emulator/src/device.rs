@@ -2,6 +2,7 @@
 //!
 //! ```text
 //!   registers   blocks that only hold what is written, with the status bits that start-up code polls (tables)
+//!   busctrl     priorities at the ports of memory
 //!   sio         core number, mailbox between cores, spinlocks, doorbells, pins; the divider of RP2040
 //!   timer       microseconds and four alarms        power   switching core 1 off and on, the watchdog
 //!   uart        PL011: bytes out and in             dma     channels, paced by requests
@@ -13,6 +14,7 @@
 
 pub(crate) mod alias;
 pub(crate) mod bootram;
+pub(crate) mod busctrl;
 pub mod converter;
 pub(crate) mod dma;
 pub(crate) mod power;

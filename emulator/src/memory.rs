@@ -31,6 +31,9 @@ pub struct Memory {
     about: Vec<About>,
     regions: Vec<Region>,
     watches: Vec<Watch>,
+    /// Whether others may use memory in the same cycle. Then `reads` and `writes` are empty, and what they were is here.
+    shared: bool,
+    aside: (Map, Map),
     /// Set when a store changed code that had been decoded.
     pub(crate) code_changed: bool,
 }
@@ -93,6 +96,8 @@ impl Memory {
             about: Vec::new(),
             regions: board.regions.clone(),
             watches: Vec::new(),
+            shared: false,
+            aside: (empty_map(), empty_map()),
             code_changed: false,
         };
         for (index, region) in board.regions.iter().enumerate() {
@@ -127,9 +132,28 @@ impl Memory {
         let is_special = self.about[number as usize - 1].is_special();
         self.all[slot] = number;
         let watched = self.is_watched_page((slot << PAGE_BITS) as u32);
-        self.reads[slot] = if region.read_wait == 0 && !watched { number } else { 0 };
+        let read = if region.read_wait == 0 && !watched { number } else { 0 };
         let writes = region.write_wait == 0 && region.writable && !is_special && !watched;
-        self.writes[slot] = if writes { number } else { 0 };
+        let write = if writes { number } else { 0 };
+        let (reads, writes) = match self.shared {
+            true => (&mut self.aside.0, &mut self.aside.1),
+            false => (&mut self.reads, &mut self.writes),
+        };
+        (reads[slot], writes[slot]) = (read, write);
+    }
+
+    /// Whether somebody else may use memory in the same cycle, so that every access has to be looked at.
+    pub(crate) fn set_shared(&mut self, shared: bool) {
+        if shared != self.shared {
+            self.shared = shared;
+            std::mem::swap(&mut self.reads, &mut self.aside.0);
+            std::mem::swap(&mut self.writes, &mut self.aside.1);
+        }
+    }
+
+    /// See [`Memory::set_shared`].
+    pub(crate) fn is_shared(&self) -> bool {
+        self.shared
     }
 
     /// The region that an address lies in.

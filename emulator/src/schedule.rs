@@ -36,6 +36,7 @@ impl Machine {
             if self.cores[core].cycle >= until {
                 return Stop::Limit;
             }
+            self.bus.memory.set_shared(self.is_contended());
             let horizon = self.horizon(core, until);
             if let Err(stop) = self.run_core(core, horizon, first, &mut observer) {
                 return stop;
@@ -48,6 +49,12 @@ impl Machine {
     fn next_core(&self) -> Option<usize> {
         let running = (0..self.cores.len()).filter(|i| self.cores[*i].cpu.activity == Activity::Running);
         running.min_by_key(|i| self.cores[*i].cycle)
+    }
+
+    /// Whether more than one core, or a core and a DMA, may want memory in the same cycle.
+    fn is_contended(&self) -> bool {
+        let running = || self.cores.iter().filter(|c| c.cpu.activity == Activity::Running).count();
+        self.bus.fabric.arbitrates() && (self.bus.fabric.dma || running() > 1)
     }
 
     /// How far a core may run before somebody else has a say.
@@ -75,7 +82,7 @@ impl Machine {
         mut first: bool,
         observer: &mut Option<&mut O>,
     ) -> Result<(), Stop> {
-        let fast = observer.is_none() && !self.has_breakpoints();
+        let fast = observer.is_none() && !self.has_breakpoints() && !self.bus.memory.is_shared();
         loop {
             if fast {
                 self.cores[core].run_blocks(&mut self.bus, horizon);

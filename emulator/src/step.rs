@@ -27,6 +27,9 @@ impl Core {
         }
         let (block, index) = self.locate(around.bus);
         let op = self.code.blocks[block].ops[index];
+        if around.bus.memory.is_shared() {
+            around.bus.fabric.fetch(self.cpu.index, op.address, self.cycle);
+        }
         self.cpu.begin(self.cycle);
         let flow = (op.run)(&mut self.cpu, around.bus, &op);
         self.cpu.exact = false;

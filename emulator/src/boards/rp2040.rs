@@ -6,6 +6,7 @@ use crate::bus::Waits;
 use crate::device::dma;
 use crate::device::registers::{Reads, Row, held, status, times};
 use crate::device::sio::Chip;
+use crate::fabric::Banks;
 
 pub(super) const CHIP: ChipTable = ChipTable {
     core: CoreKind::CortexM0Plus,
@@ -20,6 +21,13 @@ pub(super) const CHIP: ChipTable = ChipTable {
         ("sram4", 0x2004_0000, 4 << 10, true),
         ("sram5", 0x2004_1000, 4 << 10, true),
     ],
+    banks: &[
+        Banks { base: 0x2000_0000, bytes: 256 << 10, ports: 4 },
+        Banks { base: 0x2004_0000, bytes: 4 << 10, ports: 1 },
+        Banks { base: 0x2004_1000, bytes: 4 << 10, ports: 1 },
+        Banks { base: 0x1000_0000, bytes: 2 << 20, ports: 1 },
+        Banks { base: 0, bytes: 0x4000, ports: 1 },
+    ],
     registers: &[
         (0x1400_0000, XIP_CTRL),
         (0x4000_0000, SYSINFO),
@@ -33,7 +41,6 @@ pub(super) const CHIP: ChipTable = ChipTable {
         (0x4002_4000, XOSC),
         (0x4002_8000, PLL),
         (0x4002_c000, PLL),
-        (0x4003_0000, BUSCTRL),
         (0x4006_0000, ROSC),
         (0x4006_4000, &[words(0, 3)]),
         (0x4006_c000, TBMAN),
@@ -48,6 +55,7 @@ pub(super) const CHIP: ChipTable = ChipTable {
     watchdog: (0x4005_8000, 2),
     dma: dma::RP2040,
     converter: (0x4007_0000, 31),
+    busctrl: 0x4003_0000,
     bootram: None,
 };
 
@@ -121,6 +129,3 @@ const IO_QSPI: &[Row] = &[times(6, 8, held(0, 0, 0)), times(6, 8, held(4, 0x1f, 
 
 /// The voltage, then a word a pin.
 const PADS: &[Row] = &[held(0, 0, 1), times(32, 4, held(4, 0x56, 0xff))];
-
-/// Priorities, which are acknowledged at once; the counters of the fabric stay at zero.
-const BUSCTRL: &[Row] = &[held(0, 0, 0x1111), held(4, 1, 0), words(8, 8)];

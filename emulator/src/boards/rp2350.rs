@@ -6,6 +6,7 @@ use crate::bus::Waits;
 use crate::device::dma;
 use crate::device::registers::{Reads, Row, held, status, times};
 use crate::device::sio::Chip;
+use crate::fabric::Banks;
 
 pub(super) const CHIP: ChipTable = ChipTable {
     core: CoreKind::CortexM33,
@@ -20,6 +21,14 @@ pub(super) const CHIP: ChipTable = ChipTable {
         ("sram8", 0x2008_0000, 4 << 10, true),
         ("sram9", 0x2008_1000, 4 << 10, true),
     ],
+    banks: &[
+        Banks { base: 0x2000_0000, bytes: 256 << 10, ports: 4 },
+        Banks { base: 0x2004_0000, bytes: 256 << 10, ports: 4 },
+        Banks { base: 0x2008_0000, bytes: 4 << 10, ports: 1 },
+        Banks { base: 0x2008_1000, bytes: 4 << 10, ports: 1 },
+        Banks { base: 0x1000_0000, bytes: 4 << 20, ports: 1 },
+        Banks { base: 0, bytes: 0x8000, ports: 1 },
+    ],
     registers: &[
         (0x4000_0000, SYSINFO),
         (0x4000_8000, &[words(0, 8)]),
@@ -33,7 +42,6 @@ pub(super) const CHIP: ChipTable = ChipTable {
         (0x4005_0000, PLL),
         (0x4005_8000, PLL),
         (0x4006_0000, &[words(0, 64)]),
-        (0x4006_8000, BUSCTRL),
         (0x400c_8000, &[words(0, 16)]),
         (0x400d_0000, &[words(0, 32)]),
         (0x400e_8000, ROSC),
@@ -50,6 +58,7 @@ pub(super) const CHIP: ChipTable = ChipTable {
     watchdog: (0x400d_8000, 1),
     dma: dma::RP2350,
     converter: (0x4017_0000, 46),
+    busctrl: 0x4006_8000,
     bootram: Some(0x400e_0000),
 };
 
@@ -135,6 +144,3 @@ const IO_QSPI: &[Row] = &[times(8, 8, held(0, 0, 0)), times(8, 8, held(4, 0x1f, 
 
 /// The voltage, then a word a pin.
 const PADS: &[Row] = &[held(0, 0, 1), times(50, 4, held(4, 0x116, 0x1ff))];
-
-/// Priorities, which are acknowledged at once; the counters of the fabric stay at zero.
-const BUSCTRL: &[Row] = &[held(0, 0, 0x1111), held(4, 1, 0), words(8, 9)];

@@ -67,6 +67,7 @@ impl Dma {
     }
 
     fn interrupts(&self, bus: &mut Bus) {
+        bus.fabric.dma = self.busy();
         for index in 0..self.layout.interrupts {
             bus.lines.set_all(self.layout.first_interrupt + index, self.active(index) != 0);
         }

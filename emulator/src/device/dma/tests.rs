@@ -1,3 +1,5 @@
+//! Transfers, chains, pacing, requests and errors of a DMA.
+
 use super::*;
 use crate::board::{Board, CoreKind};
 use crate::bus::Waits;
