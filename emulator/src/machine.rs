@@ -85,7 +85,9 @@ impl Machine {
     /// A core, to change its registers.
     pub fn cpu_mut(&mut self, core: usize) -> &mut Cpu {
         let core = self.existing(core);
-        &mut self.cores[core].cpu
+        let cpu = &mut self.cores[core].cpu;
+        cpu.system.changed = true;
+        cpu
     }
 
     fn existing(&self, core: usize) -> usize {

@@ -8,6 +8,9 @@ use crate::step::Around;
 use crate::stop::Stop;
 use crate::system::nvic::SYS_TICK;
 
+/// Room before the horizon for which it pays to look for a block.
+const BLOCK_CYCLES_MIN: u64 = 16;
+
 impl Machine {
     /// The cycle that all running cores have reached; that of the furthest core when none runs.
     pub(crate) fn now(&self) -> u64 {
@@ -77,7 +80,7 @@ impl Machine {
     ) -> Result<(), Stop> {
         let fast = observer.is_none() && !self.has_breakpoints();
         loop {
-            if fast {
+            if fast && horizon.saturating_sub(self.cores[core].cycle) >= BLOCK_CYCLES_MIN {
                 self.cores[core].run_blocks(&mut self.bus, horizon);
                 if self.bus.memory.code_changed {
                     self.forget_code();
@@ -93,7 +96,7 @@ impl Machine {
             first = false;
             self.step_core(core, observer)?;
             let cpu = &mut self.cores[core].cpu;
-            let changed = std::mem::take(&mut cpu.system.changed) | self.bus.lines.changed;
+            let changed = cpu.system.changed | self.bus.lines.changed;
             // A device that was accessed may be due before the horizon that was set without it.
             if changed || cpu.activity != Activity::Running || self.bus.due() < horizon {
                 return Ok(());
@@ -118,10 +121,12 @@ impl Machine {
         for i in 0..self.cores.len() {
             self.wake(i, cycle);
         }
-        let Some(number) = self.cores[core].cpu.preempting() else { return Ok(()) };
-        if self.cores[core].cpu.activity == Activity::Halted {
+        let cpu = &mut self.cores[core].cpu;
+        if !cpu.system.changed || cpu.activity == Activity::Halted {
             return Ok(());
         }
+        cpu.system.changed = false;
+        let Some(number) = cpu.preempting() else { return Ok(()) };
         let (bus, semihosting) = (&mut self.bus, &mut self.semihosting);
         let mut around = Around { bus, semihosting, observer: observer.as_deref_mut() };
         self.cores[core].enter(&mut around, number)
@@ -147,6 +152,7 @@ impl Machine {
         let core = &mut self.cores[index];
         if core.cpu.system.systick.advance(cycle) {
             core.cpu.system.nvic.set_pending(SYS_TICK, true);
+            core.cpu.system.changed = true;
             core.cpu.event |= core.cpu.system.scr & 1 << 4 != 0;
         }
         let awake = match core.cpu.activity {

@@ -3,6 +3,7 @@
 use crate::bus::Bus;
 use crate::core::Core;
 use crate::cpu::Activity;
+use crate::memo::{Key, Known};
 use crate::observe::{Observer, Step};
 use crate::op::Flow;
 use crate::outcome::Outcomes;
@@ -64,9 +65,35 @@ impl Core {
     fn count_step<O: Observer>(&mut self, around: &mut Around<'_, O>, block: usize, index: usize, taken: bool) {
         let pc = self.cpu.pc;
         let wide = taken && around.bus.memory.halfword(pc).is_some_and(whippen_isa::is_wide);
+        let about = u32::from(taken) << 2 | (pc >> 1 & 1) << 1 | u32::from(wide);
+        let key = Key::new(self.cpu.outcomes, self.pipe, 1, if taken { about } else { 0 });
+        let forgettable = around.observer.is_none() && self.cpu.stall == 0;
+        let memo = &self.code.blocks[block].infos[index].memo;
+        match memo.get(&key).filter(|_| forgettable) {
+            Some(known) => {
+                self.cycle += u64::from(known.cycles);
+                self.pipe = known.pipe;
+            }
+            None => {
+                let target = taken.then_some(Target { address: pc, wide });
+                let known = self.issue_step(around, block, index, target);
+                if let Some(known) = known.filter(|_| forgettable) {
+                    self.code.blocks[block].infos[index].memo.insert(key, known);
+                }
+            }
+        }
+    }
+
+    /// Counts the instruction, with the reasons for whoever watches; what is known then, unless it is not to be kept.
+    fn issue_step<O: Observer>(
+        &mut self,
+        around: &mut Around<'_, O>,
+        block: usize,
+        index: usize,
+        target: Option<Target>,
+    ) -> Option<Known> {
         let info = &self.code.blocks[block].infos[index];
-        let Ok((inst, timed)) = &info.inst else { return };
-        let target = taken.then_some(Target { address: pc, wide });
+        let Ok((inst, timed)) = &info.inst else { return None };
         let mut outcome = Outcomes::new(self.cpu.outcomes).next(info, target);
         outcome.waits = self.cpu.stall.clamp(0, i64::from(u16::MAX)) as u16;
         outcome.near = self.cpu.stall < 0;
@@ -76,7 +103,9 @@ impl Core {
             observer.instruction(&Step { core, address, inst, cycle, cost });
         }
         self.cycle += u64::from(cost.cycles());
+        let numbers = self.pipes.len();
         self.pipe = self.number(pipe);
+        (self.pipes.len() >= numbers).then_some(Known { cycles: cost.cycles(), pipe: self.pipe })
     }
 
     /// Ends the run after an access to a watched range.
