@@ -39,8 +39,11 @@ impl Machine {
             if self.cores[core].cycle >= until {
                 return Stop::Limit;
             }
-            let horizon = self.horizon(core, until);
-            if let Err(stop) = self.run_core(core, horizon, first, &mut observer) {
+            let ran = match self.running() {
+                1 => self.run_core(core, until.min(self.next_due()), first, &mut observer),
+                _ => self.run_turns(until.min(self.next_due()), first, &mut observer),
+            };
+            if let Err(stop) = ran {
                 return stop;
             }
             first = false;
@@ -53,15 +56,9 @@ impl Machine {
         running.min_by_key(|i| self.cores[*i].cycle)
     }
 
-    /// How far a core may run before somebody else has a say.
-    fn horizon(&self, core: usize, until: u64) -> u64 {
-        let mut horizon = until.min(self.next_due());
-        for (i, other) in self.cores.iter().enumerate() {
-            if i != core && other.cpu.activity == Activity::Running {
-                horizon = horizon.min(other.cycle + u64::from(core < i));
-            }
-        }
-        horizon
+    /// How many cores run.
+    fn running(&self) -> usize {
+        self.cores.iter().filter(|c| c.cpu.activity == Activity::Running).count()
     }
 
     /// The earliest cycle in which a device or a timer is due.
@@ -70,7 +67,7 @@ impl Machine {
         self.bus.due().min(timers.unwrap_or(u64::MAX))
     }
 
-    /// Runs one core to the horizon, or until something happened that others must hear of.
+    /// Runs the only running core to the horizon, or until something happened that others must hear of.
     fn run_core<O: Observer>(
         &mut self,
         core: usize,
@@ -86,22 +83,48 @@ impl Machine {
                     self.forget_code();
                 }
             }
-            let address = self.cores[core].cpu.pc;
-            if self.cores[core].cycle >= horizon {
+            if self.cores[core].cycle >= horizon || self.step_one(core, horizon, first, observer)? {
                 return Ok(());
-            }
-            if !first && self.has_breakpoint(address) {
-                return Err(Stop::Breakpoint { core, address });
             }
             first = false;
-            self.step_core(core, observer)?;
-            let cpu = &mut self.cores[core].cpu;
-            let changed = cpu.system.changed | self.bus.lines.changed;
-            // A device that was accessed may be due before the horizon that was set without it.
-            if changed || cpu.activity != Activity::Running || self.bus.due() < horizon {
-                return Ok(());
-            }
         }
+    }
+
+    /// Runs several cores to the horizon, always the one that is furthest behind by one instruction, or until something
+    /// happened that others must hear of.
+    fn run_turns<O: Observer>(
+        &mut self,
+        horizon: u64,
+        mut first: bool,
+        observer: &mut Option<&mut O>,
+    ) -> Result<(), Stop> {
+        while let Some(core) = self.next_core() {
+            let changed = self.cores[core].cpu.system.changed && !first;
+            if changed || self.cores[core].cycle >= horizon || self.step_one(core, horizon, first, observer)? {
+                break;
+            }
+            first = false;
+        }
+        Ok(())
+    }
+
+    /// One instruction, unless a breakpoint is in front of it; whether something happened that others must hear of.
+    fn step_one<O: Observer>(
+        &mut self,
+        core: usize,
+        horizon: u64,
+        first: bool,
+        observer: &mut Option<&mut O>,
+    ) -> Result<bool, Stop> {
+        let address = self.cores[core].cpu.pc;
+        if !first && self.has_breakpoint(address) {
+            return Err(Stop::Breakpoint { core, address });
+        }
+        self.step_core(core, observer)?;
+        let cpu = &self.cores[core].cpu;
+        let changed = cpu.system.changed | self.bus.lines.changed;
+        // A device that was accessed may be due before the horizon that was set without it.
+        Ok(changed || cpu.activity != Activity::Running || self.bus.due() < horizon)
     }
 
     /// Brings everything up to a cycle: devices, timers, lines; then the core's exceptions.
