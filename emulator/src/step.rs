@@ -65,6 +65,7 @@ impl Core {
     fn count_step<O: Observer>(&mut self, around: &mut Around<'_, O>, block: usize, index: usize, taken: bool) {
         let pc = self.cpu.pc;
         let wide = taken && around.bus.memory.halfword(pc).is_some_and(whippen_isa::is_wide);
+        self.instructions += 1;
         let about = u32::from(taken) << 2 | (pc >> 1 & 1) << 1 | u32::from(wide);
         let key = Key::new(self.cpu.outcomes, self.pipe, 1, if taken { about } else { 0 });
         let forgettable = around.observer.is_none() && self.cpu.stall == 0;
