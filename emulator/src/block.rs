@@ -42,6 +42,8 @@ pub(crate) struct Info {
     pub conditional: bool,
     /// It pushes its quotient's bits.
     pub divides: bool,
+    /// What it cost when it ran alone.
+    pub memo: crate::memo::Memo,
 }
 
 impl Block {
@@ -68,6 +70,12 @@ impl Block {
         block
     }
 
+    /// Forgets what is known by numbers of pipeline states.
+    pub fn forget_cycles(&mut self) {
+        self.memo = Default::default();
+        self.infos.iter_mut().for_each(|info| info.memo = Default::default());
+    }
+
     /// The address and the state of IT of instruction `index`, or after the last one.
     pub fn place(&self, index: usize) -> (u32, ItState) {
         self.infos.get(index).map_or((self.end, self.end_it), |info| (info.address, info.it))
@@ -87,7 +95,14 @@ impl Block {
                     memory.mark_code(address);
                 }
                 self.ops.push(exec::absent(address));
-                self.infos.push(Info { address, it, inst: Err(reason), conditional: false, divides: false });
+                self.infos.push(Info {
+                    address,
+                    it,
+                    inst: Err(reason),
+                    conditional: false,
+                    divides: false,
+                    memo: Default::default(),
+                });
                 false
             }
         }
@@ -98,7 +113,7 @@ impl Block {
         let conditional = inst.is_conditional() || inst.class() == Class::CompareBranch;
         let divides = inst.class() == Class::Divide;
         self.ops.push(exec::prepare(&inst, address));
-        self.infos.push(Info { address, it, inst: Ok((inst, timed)), conditional, divides });
+        self.infos.push(Info { address, it, inst: Ok((inst, timed)), conditional, divides, memo: Default::default() });
         self.end = address.wrapping_add(inst.size());
         self.end_it = match inst.op() {
             I::IT => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15).unwrap_or(ItState::OUTSIDE),

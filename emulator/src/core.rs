@@ -22,7 +22,7 @@ use whippen_isa::timing::{Core as Timing, Pipe, Target};
 pub(crate) struct Core {
     pub cpu: Cpu,
     pub code: Code,
-    pipes: Pipes,
+    pub pipes: Pipes,
     /// Number of the state of the pipeline.
     pub pipe: u16,
     /// The cycle in which its next instruction begins.
@@ -139,7 +139,7 @@ impl Core {
         if let Some(number) = self.pipes.number(pipe) {
             return number;
         }
-        self.code.blocks.iter_mut().for_each(|block: &mut Block| block.memo = Default::default());
+        self.code.blocks.iter_mut().for_each(Block::forget_cycles);
         self.pipes = Pipes::new();
         self.pipes.number(pipe).unwrap_or(0)
     }

@@ -63,6 +63,7 @@ impl Cpu {
     /// Takes over what devices did with the core's lines.
     pub(crate) fn absorb(&mut self, bus: &mut Bus) {
         let lines = &mut bus.lines.cores[self.index];
+        self.system.changed = true;
         let was_pending = self.system.nvic.pending;
         let risen = std::mem::take(&mut lines.risen);
         for (word, edges) in risen.into_iter().enumerate() {

@@ -23,7 +23,7 @@ use crate::stop::{Reason, Stop};
 use std::collections::BTreeSet;
 
 /// The address that a called function returns to: where the architecture's function return would go, and no memory is.
-const RETURN: u32 = 0xfeff_fffe;
+pub(crate) const RETURN: u32 = 0xfeff_fffe;
 
 /// A board at work.
 pub struct Machine {
@@ -85,7 +85,9 @@ impl Machine {
     /// A core, to change its registers.
     pub fn cpu_mut(&mut self, core: usize) -> &mut Cpu {
         let core = self.existing(core);
-        &mut self.cores[core].cpu
+        let cpu = &mut self.cores[core].cpu;
+        cpu.system.changed = true;
+        cpu
     }
 
     fn existing(&self, core: usize) -> usize {

@@ -8,6 +8,9 @@ use crate::step::Around;
 use crate::stop::Stop;
 use crate::system::nvic::SYS_TICK;
 
+/// Room before the horizon for which it pays to look for a block.
+const BLOCK_CYCLES_MIN: u64 = 16;
+
 impl Machine {
     /// The cycle that all running cores have reached; that of the furthest core when none runs.
     pub(crate) fn now(&self) -> u64 {
@@ -37,8 +40,11 @@ impl Machine {
                 return Stop::Limit;
             }
             self.bus.memory.set_shared(self.is_contended());
-            let horizon = self.horizon(core, until);
-            if let Err(stop) = self.run_core(core, horizon, first, &mut observer) {
+            let ran = match self.running() {
+                1 => self.run_core(core, until.min(self.next_due()), first, &mut observer),
+                _ => self.run_turns(until.min(self.next_due()), first, &mut observer),
+            };
+            if let Err(stop) = ran {
                 return stop;
             }
             first = false;
@@ -53,19 +59,12 @@ impl Machine {
 
     /// Whether more than one core, or a core and a DMA, may want memory in the same cycle.
     fn is_contended(&self) -> bool {
-        let running = || self.cores.iter().filter(|c| c.cpu.activity == Activity::Running).count();
-        self.bus.fabric.arbitrates() && (self.bus.fabric.dma || running() > 1)
+        self.bus.fabric.arbitrates() && (self.bus.fabric.dma || self.running() > 1)
     }
 
-    /// How far a core may run before somebody else has a say.
-    fn horizon(&self, core: usize, until: u64) -> u64 {
-        let mut horizon = until.min(self.next_due());
-        for (i, other) in self.cores.iter().enumerate() {
-            if i != core && other.cpu.activity == Activity::Running {
-                horizon = horizon.min(other.cycle + u64::from(core < i));
-            }
-        }
-        horizon
+    /// How many cores run.
+    fn running(&self) -> usize {
+        self.cores.iter().filter(|c| c.cpu.activity == Activity::Running).count()
     }
 
     /// The earliest cycle in which a device or a timer is due.
@@ -74,7 +73,7 @@ impl Machine {
         self.bus.due().min(timers.unwrap_or(u64::MAX))
     }
 
-    /// Runs one core to the horizon, or until something happened that others must hear of.
+    /// Runs the only running core to the horizon, or until something happened that others must hear of.
     fn run_core<O: Observer>(
         &mut self,
         core: usize,
@@ -84,28 +83,54 @@ impl Machine {
     ) -> Result<(), Stop> {
         let fast = observer.is_none() && !self.has_breakpoints() && !self.bus.memory.is_shared();
         loop {
-            if fast {
+            if fast && horizon.saturating_sub(self.cores[core].cycle) >= BLOCK_CYCLES_MIN {
                 self.cores[core].run_blocks(&mut self.bus, horizon);
                 if self.bus.memory.code_changed {
                     self.forget_code();
                 }
             }
-            let address = self.cores[core].cpu.pc;
-            if self.cores[core].cycle >= horizon {
+            if self.cores[core].cycle >= horizon || self.step_one(core, horizon, first, observer)? {
                 return Ok(());
-            }
-            if !first && self.has_breakpoint(address) {
-                return Err(Stop::Breakpoint { core, address });
             }
             first = false;
-            self.step_core(core, observer)?;
-            let cpu = &mut self.cores[core].cpu;
-            let changed = std::mem::take(&mut cpu.system.changed) | self.bus.lines.changed;
-            // A device that was accessed may be due before the horizon that was set without it.
-            if changed || cpu.activity != Activity::Running || self.bus.due() < horizon {
-                return Ok(());
-            }
         }
+    }
+
+    /// Runs several cores to the horizon, always the one that is furthest behind by one instruction, or until something
+    /// happened that others must hear of.
+    fn run_turns<O: Observer>(
+        &mut self,
+        horizon: u64,
+        mut first: bool,
+        observer: &mut Option<&mut O>,
+    ) -> Result<(), Stop> {
+        while let Some(core) = self.next_core() {
+            let changed = self.cores[core].cpu.system.changed && !first;
+            if changed || self.cores[core].cycle >= horizon || self.step_one(core, horizon, first, observer)? {
+                break;
+            }
+            first = false;
+        }
+        Ok(())
+    }
+
+    /// One instruction, unless a breakpoint is in front of it; whether something happened that others must hear of.
+    fn step_one<O: Observer>(
+        &mut self,
+        core: usize,
+        horizon: u64,
+        first: bool,
+        observer: &mut Option<&mut O>,
+    ) -> Result<bool, Stop> {
+        let address = self.cores[core].cpu.pc;
+        if !first && self.has_breakpoint(address) {
+            return Err(Stop::Breakpoint { core, address });
+        }
+        self.step_core(core, observer)?;
+        let cpu = &self.cores[core].cpu;
+        let changed = cpu.system.changed | self.bus.lines.changed;
+        // A device that was accessed may be due before the horizon that was set without it.
+        Ok(changed || cpu.activity != Activity::Running || self.bus.due() < horizon)
     }
 
     /// Brings everything up to a cycle: devices, timers, lines; then the core's exceptions.
@@ -125,10 +150,12 @@ impl Machine {
         for i in 0..self.cores.len() {
             self.wake(i, cycle);
         }
-        let Some(number) = self.cores[core].cpu.preempting() else { return Ok(()) };
-        if self.cores[core].cpu.activity == Activity::Halted {
+        let cpu = &mut self.cores[core].cpu;
+        if !cpu.system.changed || cpu.activity == Activity::Halted {
             return Ok(());
         }
+        cpu.system.changed = false;
+        let Some(number) = cpu.preempting() else { return Ok(()) };
         let (bus, semihosting) = (&mut self.bus, &mut self.semihosting);
         let mut around = Around { bus, semihosting, observer: observer.as_deref_mut() };
         self.cores[core].enter(&mut around, number)
@@ -154,6 +181,7 @@ impl Machine {
         let core = &mut self.cores[index];
         if core.cpu.system.systick.advance(cycle) {
             core.cpu.system.nvic.set_pending(SYS_TICK, true);
+            core.cpu.system.changed = true;
             core.cpu.event |= core.cpu.system.scr & 1 << 4 != 0;
         }
         let awake = match core.cpu.activity {

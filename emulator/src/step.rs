@@ -3,6 +3,8 @@
 use crate::bus::Bus;
 use crate::core::Core;
 use crate::cpu::Activity;
+use crate::machine::RETURN;
+use crate::memo::{Key, Known};
 use crate::observe::{Observer, Step};
 use crate::op::Flow;
 use crate::outcome::Outcomes;
@@ -67,9 +69,36 @@ impl Core {
     fn count_step<O: Observer>(&mut self, around: &mut Around<'_, O>, block: usize, index: usize, taken: bool) {
         let pc = self.cpu.pc;
         let wide = taken && around.bus.memory.halfword(pc).is_some_and(whippen_isa::is_wide);
+        self.instructions += 1;
+        let about = u32::from(taken) << 2 | (pc >> 1 & 1) << 1 | u32::from(wide);
+        let key = Key::new(self.cpu.outcomes, self.pipe, 1, if taken { about } else { 0 });
+        let forgettable = around.observer.is_none() && self.cpu.stall == 0;
+        let memo = &self.code.blocks[block].infos[index].memo;
+        match memo.get(&key).filter(|_| forgettable) {
+            Some(known) => {
+                self.cycle += u64::from(known.cycles);
+                self.pipe = known.pipe;
+            }
+            None => {
+                let target = taken.then_some(Target { address: pc, wide });
+                let known = self.issue_step(around, block, index, target);
+                if let Some(known) = known.filter(|_| forgettable) {
+                    self.code.blocks[block].infos[index].memo.insert(key, known);
+                }
+            }
+        }
+    }
+
+    /// Counts the instruction, with the reasons for whoever watches; what is known then, unless it is not to be kept.
+    fn issue_step<O: Observer>(
+        &mut self,
+        around: &mut Around<'_, O>,
+        block: usize,
+        index: usize,
+        target: Option<Target>,
+    ) -> Option<Known> {
         let info = &self.code.blocks[block].infos[index];
-        let Ok((inst, timed)) = &info.inst else { return };
-        let target = taken.then_some(Target { address: pc, wide });
+        let Ok((inst, timed)) = &info.inst else { return None };
         let mut outcome = Outcomes::new(self.cpu.outcomes).next(info, target);
         outcome.waits = self.cpu.stall.clamp(0, i64::from(u16::MAX)) as u16;
         outcome.near = self.cpu.stall < 0;
@@ -79,8 +108,9 @@ impl Core {
             observer.instruction(&Step { core, address, inst, cycle, cost });
         }
         self.cycle += u64::from(cost.cycles());
-        self.instructions += 1;
+        let numbers = self.pipes.len();
         self.pipe = self.number(pipe);
+        (self.pipes.len() >= numbers).then_some(Known { cycles: cost.cycles(), pipe: self.pipe })
     }
 
     /// Ends the run after an access to a watched range.
@@ -226,7 +256,8 @@ impl Core {
     fn judged(&mut self, bus: &Bus, fault: Fault) -> Result<u32, Stop> {
         let lockup = self.cpu.is_locked_up();
         let number = self.cpu.fault_exception(&fault);
-        let unhandled = !self.cpu.has_handler(bus, number);
+        // Nobody handles the end of a called function, whatever the image's vector table says.
+        let unhandled = fault.pc == RETURN || !self.cpu.has_handler(bus, number);
         let fault = Fault { lockup, ..fault };
         if lockup || unhandled { Err(Stop::Fault(fault)) } else { Ok(number) }
     }

@@ -105,7 +105,7 @@ fn cycles_beside(other: Option<u32>, priority: u32) -> u64 {
     machine.cpu_mut(0).set(Register::core(1), 0x2008_0000);
     let begun = machine.cycle(0);
     let stop = machine.call(CODE[0] | 1, [0, 0x2008_0000, 0, 0], 1000);
-    assert!(matches!(stop, Stop::Returned { .. }), "{stop} {other:?} pc {:x} act {:?} exc {} cyc {} shared {}", machine.cpu(0).get(Register::PC), machine.cpu(0).activity(), machine.cpu(0).exception(), machine.cycle(0), machine.bus.memory.is_shared());
+    assert!(matches!(stop, Stop::Returned { .. }), "{stop}");
     machine.cycle(0) - begun
 }
 

@@ -63,7 +63,7 @@ fn an_unhandled_fault_stops_with_its_reason() {
     assert_eq!(text(&[0x4700], 0x2000_0100), "UsageFault: branch to an even address (no Thumb bit) at 0x20000100");
     assert_eq!(text(&[0x4700], 0x9000_0001), "BusFault: no code at 0x90000000");
     assert_eq!(text(&[0x4700], 0x4000_0001), "MemManage: execution of memory that never executes at 0x40000000");
-    assert_eq!(text(&[0xee30, 0x0a00], 0), "UsageFault: coprocessor absent or disabled at 0x20000000");
+    assert_eq!(text(&[0xee00, 0x0410], 0), "UsageFault: coprocessor absent or disabled at 0x20000000");
 }
 
 #[test]
@@ -82,6 +82,18 @@ fn code_that_changes_itself_is_decoded_again() {
     let second = m.call(CODE, [CODE, 0x2007, 0, 0], 100);
     assert!(matches!(first, Stop::Returned { result: [1, _], .. }), "{first}");
     assert!(matches!(second, Stop::Returned { result: [7, _], .. }), "{second}");
+}
+
+#[test]
+fn unaligned_accesses_are_faults_when_ccr_says_so() {
+    // str r1, [r0]; ldr r0, [r2]; bx lr
+    let code = [0x6001, 0x6810, 0x4770];
+    let call = |core, ccr| machine(core, &code).call(CODE, [0xe000_ed14, ccr, CODE + 1, 0], 100);
+    assert!(matches!(call(CoreKind::CortexM33, 0x201), Stop::Returned { result: [0x7068_1060, _], .. }));
+    let trapped = call(CoreKind::CortexM33, 0x209);
+    assert!(matches!(&trapped, Stop::Fault(fault) if fault.reason == Reason::Unaligned), "{trapped}");
+    let never_allowed = call(CoreKind::CortexM0Plus, 0);
+    assert!(matches!(&never_allowed, Stop::Fault(fault) if fault.reason == Reason::Unaligned), "{never_allowed}");
 }
 
 #[test]
