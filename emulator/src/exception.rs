@@ -65,11 +65,11 @@ impl Cpu {
         let lines = &mut bus.lines.cores[self.index];
         let was_pending = self.system.nvic.pending;
         let risen = std::mem::take(&mut lines.risen);
-        for word in 0..risen.len() {
-            let mut high = lines.level[word] | risen[word];
+        for (word, edges) in risen.into_iter().enumerate() {
+            let mut high = lines.level[word] | edges;
             while high != 0 {
                 let number = FIRST + word as u32 * 64 + high.trailing_zeros();
-                let edge = risen[word] >> high.trailing_zeros() & 1 != 0;
+                let edge = edges >> high.trailing_zeros() & 1 != 0;
                 if edge || !self.system.nvic.is_active(number) {
                     self.system.nvic.set_pending(number, true);
                 }

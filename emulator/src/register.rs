@@ -157,6 +157,7 @@ mod tests {
         for (i, register) in Register::all().enumerate() {
             let value = match register.name() {
                 "primask" | "faultmask" => 1,
+                "fpscr" => 0x0340_0010,
                 "control" | "xpsr" => continue,
                 _ => (i as u32 + 1) * 8,
             };

@@ -25,7 +25,7 @@ pub fn run() -> Outcome {
     let (map, program) = load::checked(&files, &Options::default(), Severity::Warning)?;
     let device = Device::mikey();
     let model = load::instrument(&program, None)?.clone();
-    let positions: Positions = MotionArgs::bundled(model.rate_hz);
+    let positions: Positions = MotionArgs::bundled(&model);
     let compiled = load::compiled(&map, model, &device, true)?;
     let played = run::play(&compiled, &device, EngineKind::Jit, &positions)?;
     run::summary(&compiled, &played, EngineKind::Jit, &positions);

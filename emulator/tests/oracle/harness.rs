@@ -77,7 +77,7 @@ impl Target {
     }
 
     /// The top of the harness's own stack.
-    fn stack(&self) -> u32 {
+    pub fn stack(&self) -> u32 {
         self.ram + self.ram_bytes.min(0x1_0000)
     }
 
