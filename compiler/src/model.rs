@@ -316,6 +316,8 @@ impl Model {
     /// The places of the calls inside which a value was first written, innermost first.
     pub fn calls_around(&self, node: NodeId) -> impl Iterator<Item = Span> {
         self.calls_from(self.within.get(node.0 as usize).copied().flatten())
+    }
+
     /// Whether it turns: its first sense is an angle, and its forces are torques. Otherwise it slides.
     pub fn turns(&self) -> bool {
         self.senses.first().is_some_and(|sense| sense.dim.is_number())

@@ -16,12 +16,9 @@
 //!
 //! A knob is moved in the same way; its positions are angles (rad).
 //!
-//! Not here: recorded motions (`motion`), strokes made from MIDI notes.
+//! Not here: recorded motions (`motion`), strokes made from MIDI notes (`stroke`).
 
 use whippen_compiler::model::Model;
-
-/// One move between two depths, at rest before and after.
-//! Not here: recorded motions (`motion`), strokes made from MIDI notes (`stroke`).
 
 /// One move to a depth, at rest there afterwards.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -160,7 +160,7 @@ pub fn roles(compiled: &Compiled) -> Roles {
         forces: titles(compiled, &|kind| matches!(kind, ExportKind::Force(_))),
         total: first(ExportKind::Total),
         coordinates: titles(compiled, &coordinate),
-        mark: "note".to_string(),
+        mark: marked(model).to_string(),
     }
 }
 
@@ -168,13 +168,6 @@ pub fn roles(compiled: &Compiled) -> Roles {
 pub fn titles(compiled: &Compiled, wanted: &dyn Fn(ExportKind) -> bool) -> Vec<String> {
     let title = |e: &Export| join_title(&e.name, &suffix(&compiled.model, e));
     compiled.lowered.exports.iter().filter(|e| wanted(e.kind)).map(title).collect()
-        travel: first(titles(&|kind| kind == ExportKind::Sense(0))),
-        forces: titles(&|kind| matches!(kind, ExportKind::Force(_))),
-        total: first(titles(&|kind| kind == ExportKind::Total)),
-        coordinates: titles(&coordinate),
-        mark: marked(model).to_string(),
-    };
-    Figure::of(&run.trace, &roles)
 }
 
 /// Fills a trace: the drive, then senses, the sum of forces, forces, coordinates, rates, states.

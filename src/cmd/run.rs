@@ -91,9 +91,8 @@ pub fn run(args: &Args) -> Outcome {
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
     let sources = load::read(&files)?;
     let (map, program) = load::checked(&sources, &options, Severity::Warning)?;
-    let device = device(args, &program)?;
-    let (map, program) = load::checked(&load::read(&files)?, &options, Severity::Warning)?;
     if let Some(path) = &args.keys.midi {
+        let device = device(args, &program, keys::instrument(&program, name, &args.keys)?)?;
         let setup = Setup {
             map: &map,
             program: &program,

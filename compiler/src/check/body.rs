@@ -4,8 +4,6 @@ use super::elaborate::Elaborator;
 use super::scope::{Label, Made, ScopeId, Thing};
 use super::types::Ty;
 use crate::diag::{Advice, Code, Diagnostic, nearest};
-use crate::model::{Body, CellKind, Named, Node, NodeId};
-use crate::diag::{Code, Diagnostic, nearest};
 use crate::model::{Body, CellKind, Node, NodeId};
 use crate::source::Span;
 use crate::syntax::ast::{BodyPart, Expr, Name};

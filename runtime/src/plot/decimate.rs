@@ -17,7 +17,7 @@ pub fn line(values: &[f64], place: impl Fn(usize) -> f64, y: &Axis) -> Vec<Vec<P
         stretch.into_iter().for_each(|(tick, value)| push(&mut to, (place(tick), y.place(value))));
         to
     };
-    extremes(values, |tick| place(tick).floor()).into_iter().map(points).collect()
+    extremes(values, |tick| place(tick).floor()).into_iter().map(points).map(simplified).collect()
 }
 
 /// A tick and its value.
@@ -49,7 +49,7 @@ pub fn extremes(values: &[f64], column: impl Fn(usize) -> f64) -> Vec<Vec<Kept>>
     if let (Some(done), Some(last)) = (open, stretches.last_mut()) {
         done.flush(last);
     }
-    stretches.into_iter().map(simplified).collect()
+    stretches
 }
 
 /// What one column has seen: tick and value.
