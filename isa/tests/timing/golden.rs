@@ -2,7 +2,7 @@
 //! that they tell apart.
 
 use whippen_isa::timing::{Core, Evidence, Line};
-use whippen_isa::{Class, Encoding, Flags, Inst, Op, RegSet, ShiftType};
+use whippen_isa::{Class, Encoding, Flags, Inst, ItRule, Op, RegSet, ShiftType};
 
 const HEADING: &str = "\
 Cycles of every instruction. Made from the tables in isa/src/cores; WHIPPEN_BLESS=1 cargo test -p whippen-isa --test timing
@@ -57,7 +57,7 @@ fn variants(encoding: Encoding) -> Vec<(&'static str, Inst)> {
     add(takes_shift && sets(plain), ", shifted, flags", Inst { s: true, ..shifted });
     add(takes_constant && !plain.s, ", shifted constant", constant);
     add(takes_constant && sets(plain), ", shifted constant, flags", Inst { s: true, ..constant });
-    add(!writes_pc(&plain) && writes_pc(&to_pc) && may_write_pc(encoding), ", to PC", to_pc);
+    add(!writes_pc(&plain) && encoding.it_rule() == ItRule::LastIfPc, ", to PC", to_pc);
     all
 }
 
@@ -71,17 +71,6 @@ fn has_register_operand(encoding: Encoding) -> bool {
 
 fn is_arithmetic(class: Class) -> bool {
     matches!(class, Class::Alu | Class::Move)
-}
-
-/// Whether the manual lets the encoding write PC: `d` or `t` may be 15, or the list has it.
-fn may_write_pc(encoding: Encoding) -> bool {
-    let list = is_list(encoding.class()).then(|| Inst { imm: 0x8002, ..Inst::new(encoding) });
-    let single = Inst { d: 15, t: 15, n: Inst::new(encoding).n, ..Inst::new(encoding) };
-    let arch = whippen_isa::Arch::V8M;
-    [list, Some(single), Some(Inst { n: 15, m: 1, ..single })]
-        .into_iter()
-        .flatten()
-        .any(|inst| inst.encode(arch).is_ok())
 }
 
 fn cell(core: &Core, inst: &Inst) -> String {

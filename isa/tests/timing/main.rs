@@ -3,6 +3,7 @@
 mod golden;
 mod mutation;
 mod program;
+mod random;
 
 use program::{Program, parse};
 use whippen_isa::timing::{Core, Rules};
@@ -100,4 +101,11 @@ fn a_cost_is_as_sure_as_its_least_sure_part() {
     assert_eq!(core.source(&add, Reason::LateResult).source, "3.7.4.9.1");
     let (_, cost) = core.issue(pipe, &divide, 2, &Outcome::divided(100, 3, false));
     assert_eq!((cost.cycles(), core.evidence(&divide, &cost)), (6, Evidence::Rule));
+}
+
+#[test]
+fn random_instructions() {
+    for core in [Core::cortex_m33(), Core::cortex_m4(), Core::cortex_m0plus()] {
+        random::run(&core, 100_000);
+    }
 }
