@@ -6,6 +6,7 @@ use std::path::Path;
 use whippen_emulator::elf::{Elf, Lines};
 use whippen_emulator::{Converter, CoreKind, Machine, Ports};
 use whippen_isa::Arch;
+use whippen_isa::timing::Rules;
 use whippen_runtime::files;
 
 use super::{On, board, ports};
@@ -46,6 +47,7 @@ impl Image {
         let elf = Elf::parse(&bytes, on.core.is_some()).map_err(|e| wrong(&e))?;
         let core = core_for(&elf, on.board.core().or(on.core));
         let (mut machine, ports) = board::machine(&elf, core, on)?;
+        machine.set_rules(Rules { shifted_register_flags: on.shifted_flags });
         elf.load(&mut machine.bus.memory, false)
             .map_err(|e| wrong(&format_args!("does not fit the board: {e}; --ram and --rom add memory")))?;
         if !elf.undefined.is_empty() {
