@@ -4,3 +4,4 @@ mod calls;
 mod noise;
 mod same;
 mod support;
+mod together;
