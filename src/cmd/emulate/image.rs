@@ -87,14 +87,11 @@ fn listed(names: &[String]) -> String {
 /// The core of the command line, else the one the image was compiled for, else a Cortex-M33.
 fn core_for(elf: &Elf, asked: Option<CoreKind>) -> CoreKind {
     let compiled_for = elf.arch.map(core_of);
-    if let (Some(asked), Some(arch)) = (asked, elf.arch) {
-        if asked.arch() < arch {
-            eprintln!(
-                "note: the image was compiled for a {}; a {} lacks some of its instructions",
-                core_of(arch).name(),
-                asked.name()
-            );
-        }
+    if let (Some(asked), Some(arch)) = (asked, elf.arch)
+        && asked.arch() < arch
+    {
+        let (made_for, asked) = (core_of(arch).name(), asked.name());
+        eprintln!("note: the image was compiled for a {made_for}; a {asked} lacks some of its instructions");
     }
     asked.or(compiled_for).unwrap_or(CoreKind::CortexM33)
 }
