@@ -54,7 +54,9 @@ pub fn word(text: &str, elf: &Elf) -> Result<u32, String> {
             .ok()
             .and_then(|m| fits(if negative { -m } else { m }))
             .ok_or_else(|| format!("`{text}` does not fit into 32 bits")),
-        None if digits.starts_with(|c: char| c.is_ascii_digit()) => Err(format!("`{text}` is no number")),
+        None if digits.starts_with(|c: char| c.is_ascii_digit()) && !digits.contains('+') => {
+            Err(format!("`{text}` is no number"))
+        }
         None => place(text, elf).map(|p| p.address),
     }
 }
