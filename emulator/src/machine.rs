@@ -104,6 +104,13 @@ impl Machine {
         self.cores.iter().map(|c| c.instructions).sum()
     }
 
+    /// Takes another side where sources of cycles disagree; the default is the datasheet's.
+    pub fn set_rules(&mut self, rules: whippen_isa::timing::Rules) {
+        self.cores.iter_mut().for_each(|core| core.code.timing.rules = rules);
+        // What is known of blocks was counted by other rules.
+        self.forget_code();
+    }
+
     /// Resets all cores, keeping memory and time: the first one starts from the board's vector table, the others where the
     /// board says, or halt.
     pub fn reset(&mut self) {

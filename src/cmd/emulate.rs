@@ -88,6 +88,11 @@ struct On {
     /// Memory that the program cannot write
     #[arg(long, value_name = "ADDR:SIZE", value_parser = board::memory)]
     rom: Vec<MemoryRange>,
+    /// Cycles of flag-setting instructions with a shifted register on a Cortex-M33, where sources disagree
+    ///
+    /// 2 is the datasheet of RP2350; 1 is what others measured, the flags then come a cycle later.
+    #[arg(long, value_name = "1|2", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2))]
+    shifted_flags: u8,
     #[command(flatten)]
     devices: Devices,
 }

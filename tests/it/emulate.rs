@@ -67,6 +67,22 @@ fn a_summary_is_for_people() {
 }
 
 #[test]
+fn a_disputed_rule_is_a_switch() {
+    // cmp r0, r1, lsl #8 (the S form with a shifted register); bx lr
+    let code: Vec<u8> = [0xebb0_u16, 0x2f01, 0x4770, 0xbf00].iter().flat_map(|h| h.to_le_bytes()).collect();
+    let part = Part { run: 0x2000_0100, load: 0x2000_0100, bytes: &code, memory_bytes: 8, flags: 5 };
+    let shell = Shell::new();
+    std::fs::write(shell.path("cmp.elf"), elf_of(2, 0, &[part])).expect("writable");
+    let cycles = |side: &str| {
+        let args = ["emulate", "cmp.elf", "--call", "0x20000100", "--json", "--shifted-flags", side];
+        let (out, _) = shell.ends(0, &args);
+        serde_json::from_str::<serde_json::Value>(&out).expect("JSON")["cycles"].as_u64()
+    };
+    assert_eq!(cycles("2").zip(cycles("1")).map(|(two, one)| two - one), Some(1));
+    shell.refuses(2, &["emulate", "cmp.elf", "--shifted-flags", "3"], &["--shifted-flags"]);
+}
+
+#[test]
 fn memory_is_written_before_and_read_after() {
     let shell = shell();
     std::fs::write(shell.path("bytes.bin"), [1, 2, 3]).expect("writable");

@@ -6,6 +6,7 @@ use std::path::Path;
 use whippen_emulator::elf::{Elf, Lines};
 use whippen_emulator::{Converter, CoreKind, Machine, Ports};
 use whippen_isa::Arch;
+use whippen_isa::timing::Rules;
 use whippen_runtime::files;
 
 use super::{On, board, ports};
@@ -46,6 +47,7 @@ impl Image {
         let elf = Elf::parse(&bytes, on.core.is_some()).map_err(|e| wrong(&e))?;
         let core = core_for(&elf, on.board.core().or(on.core));
         let (mut machine, ports) = board::machine(&elf, core, on)?;
+        machine.set_rules(Rules { shifted_register_flags: on.shifted_flags });
         elf.load(&mut machine.bus.memory, false)
             .map_err(|e| wrong(&format_args!("does not fit the board: {e}; --ram and --rom add memory")))?;
         if !elf.undefined.is_empty() {
@@ -85,14 +87,11 @@ fn listed(names: &[String]) -> String {
 /// The core of the command line, else the one the image was compiled for, else a Cortex-M33.
 fn core_for(elf: &Elf, asked: Option<CoreKind>) -> CoreKind {
     let compiled_for = elf.arch.map(core_of);
-    if let (Some(asked), Some(arch)) = (asked, elf.arch) {
-        if asked.arch() < arch {
-            eprintln!(
-                "note: the image was compiled for a {}; a {} lacks some of its instructions",
-                core_of(arch).name(),
-                asked.name()
-            );
-        }
+    if let (Some(asked), Some(arch)) = (asked, elf.arch)
+        && asked.arch() < arch
+    {
+        let (made_for, asked) = (core_of(arch).name(), asked.name());
+        eprintln!("note: the image was compiled for a {made_for}; a {asked} lacks some of its instructions");
     }
     asked.or(compiled_for).unwrap_or(CoreKind::CortexM33)
 }

@@ -194,7 +194,7 @@ pub fn to_the_end(image: &mut Image, task: &Task, outputs: &Outputs) -> Result<E
     let mut run = Run { machine, ports: *ports, limit, kept: outputs.json.then(Vec::new) };
     let profile = outputs.profile.is_some().then(Profile::default);
     let (stop, profile) = match &outputs.trace {
-        None if profile.is_none() => (run.to_the_end(None), None),
+        None if profile.is_none() => (run.run(None), None),
         None => {
             let (stop, profile, _) = run.watched(Watch { profile, trace: None });
             (stop, profile)
@@ -242,12 +242,12 @@ struct Run<'m> {
 impl Run<'_> {
     /// The end, the profile, and whether the whole trace could be written.
     fn watched(&mut self, mut watch: Watch<'_>) -> (Stop, Option<Profile>, io::Result<()>) {
-        let stop = self.to_the_end(Some(&mut watch));
+        let stop = self.run(Some(&mut watch));
         (stop, watch.profile, watch.trace.map_or(Ok(()), Trace::finish))
     }
 
     /// Runs in slices. What the program prints goes where it belongs, or is kept.
-    fn to_the_end(&mut self, mut watch: Option<&mut Watch<'_>>) -> Stop {
+    fn run(&mut self, mut watch: Option<&mut Watch<'_>>) -> Stop {
         let progress = Spinner::new();
         loop {
             let until = self.machine.cycle(0).saturating_add(self.slice()).min(self.limit);

@@ -54,7 +54,9 @@ pub fn word(text: &str, elf: &Elf) -> Result<u32, String> {
             .ok()
             .and_then(|m| fits(if negative { -m } else { m }))
             .ok_or_else(|| format!("`{text}` does not fit into 32 bits")),
-        None if digits.starts_with(|c: char| c.is_ascii_digit()) => Err(format!("`{text}` is no number")),
+        None if digits.starts_with(|c: char| c.is_ascii_digit()) && !digits.contains('+') => {
+            Err(format!("`{text}` is no number"))
+        }
         None => place(text, elf).map(|p| p.address),
     }
 }
@@ -76,11 +78,11 @@ pub fn place<'e>(text: &str, elf: &'e Elf) -> Result<Place<'e>, String> {
     }
     // A name may contain a plus sign, as the operators of C++ do.
     let named = elf.symbols.named(text);
-    if let (Err(_), Some((base, offset))) = (&named, text.rsplit_once('+')) {
-        if let Some(offset) = unsigned(offset.trim()).and_then(|o| u32::try_from(o).ok()) {
-            let address = place(base, elf)?.address.wrapping_add(offset);
-            return Ok(Place { address, symbol: None });
-        }
+    if let (Err(_), Some((base, offset))) = (&named, text.rsplit_once('+'))
+        && let Some(offset) = unsigned(offset.trim()).and_then(|o| u32::try_from(o).ok())
+    {
+        let address = place(base, elf)?.address.wrapping_add(offset);
+        return Ok(Place { address, symbol: None });
     }
     match named {
         Ok(symbol) => Ok(Place { address: symbol.address, symbol: Some(symbol) }),
@@ -95,7 +97,7 @@ pub fn place<'e>(text: &str, elf: &'e Elf) -> Result<Place<'e>, String> {
 pub fn bytes(text: &str) -> Result<Vec<u8>, String> {
     let text = text.strip_prefix("0x").unwrap_or(text);
     let digits: Vec<char> = text.chars().filter(|c| !c.is_whitespace() && *c != '_').collect();
-    if digits.len() % 2 != 0 {
+    if !digits.len().is_multiple_of(2) {
         return Err(format!("`{text}` has half a byte: two digits each, in the order of memory"));
     }
     let byte = |pair: &[char]| Some((pair[0].to_digit(16)? << 4 | pair[1].to_digit(16)?) as u8);

@@ -26,9 +26,10 @@ uint32_t run(uint32_t n) {
 ";
 
 /// The command under gdb; what gdb printed, what the command printed, and its exit code.
-fn debugged(shell: &Shell, image: &str, call: &str, script: &[&str]) -> (String, String, Option<i32>) {
+fn debugged(shell: &Shell, image: &str, options: &[&str], script: &[&str]) -> (String, String, Option<i32>) {
     let mut server = Command::new(env!("CARGO_BIN_EXE_whippen"))
-        .args(["emulate", image, "--call", call, "--gdb", "0"])
+        .args(["emulate", image, "--gdb", "0"])
+        .args(options)
         .current_dir(shell.path("."))
         .stderr(Stdio::piped())
         .stdout(Stdio::piped())
@@ -103,7 +104,7 @@ fn breakpoints_steps_registers_and_memory() {
         "monitor cycles",
         "continue",
     ];
-    let (told, server, code) = debugged(&shell, "debug.elf", "run,4", &script);
+    let (told, server, code) = debugged(&shell, "debug.elf", &["--call", "run,4"], &script);
     says(&told, &["Breakpoint 1, add (a=0", "Breakpoint 1, add (a=0", "$1 = 1", "#0  add", "#1", "in run (n=4)"]);
     says(
         &told,
@@ -121,7 +122,7 @@ fn watchpoints_stop_at_accesses() {
     let Some(shell) = image() else { return };
     let script =
         ["watch other", "rwatch ratio", "continue", "continue", "continue", "info breakpoints", "delete", "detach"];
-    let (told, _, code) = debugged(&shell, "debug.elf", "run,4", &script);
+    let (told, _, code) = debugged(&shell, "debug.elf", &["--call", "run,4"], &script);
     says(&told, &["Hardware watchpoint 1: other", "Hardware read watchpoint 2: ratio", "Value = 1.5"]);
     says(&told, &["Hardware watchpoint 1: other", "Old value = 0", "New value = 1"]);
     assert_eq!(code, Some(0));
@@ -131,7 +132,7 @@ fn watchpoints_stop_at_accesses() {
 fn lines_are_stepped_and_faults_are_signals() {
     let Some(shell) = image() else { return };
     let script = ["next", "next", "next", "step", "set $pc = 0x10000000", "stepi", "kill"];
-    let (told, server, code) = debugged(&shell, "debug.elf", "run,4", &script);
+    let (told, server, code) = debugged(&shell, "debug.elf", &["--call", "run,4"], &script);
     says(&told, &["run (n=4)", "add (a=", "return sum", "SIGSEGV"]);
     says(&server, &["no code at 0x10000000"]);
     assert_eq!(code, Some(0));
@@ -146,11 +147,65 @@ fn a_running_program_is_interrupted() {
         "python threading.Timer(0.5, lambda: gdb.post_event(lambda: gdb.execute('interrupt'))).start()",
     ];
     let async_script: Vec<&str> = script.into_iter().chain(["continue", "print n > 1000", "kill"]).collect();
-    let (told, _, code) = debugged(&shell, "debug.elf", "run,-1", &async_script);
+    let (told, _, code) = debugged(&shell, "debug.elf", &["--call", "run,-1"], &async_script);
     if told.contains("Python scripting is not supported") {
         println!("SKIPPED: gdb without Python");
         return;
     }
     says(&told, &["SIGINT", "$1 = 1"]);
+    assert_eq!(code, Some(0));
+}
+
+/// Core 0 starts core 1 of an RP2350 as the boot ROM expects it, and both count.
+const TWO: &str = "
+#include <stdint.h>
+#define REG(address) (*(volatile uint32_t *)(address))
+volatile uint32_t count[2];
+static uint32_t stack[64];
+void other(void) { for (;;) count[1]++; }
+extern uint32_t vectors[];
+static void send(uint32_t word) { while (!(REG(0xd0000050) & 2)); REG(0xd0000054) = word; __asm__ volatile(\"sev\"); }
+static uint32_t receive(void) { while (!(REG(0xd0000050) & 1)) __asm__ volatile(\"wfe\"); return REG(0xd0000058); }
+static void start_other(void) {
+    const uint32_t words[] = {0, 0, 1, (uint32_t)vectors, (uint32_t)&stack[64], (uint32_t)other};
+    for (int i = 0; i < 6;) {
+        if (!words[i]) while (REG(0xd0000050) & 1) (void)REG(0xd0000058);
+        send(words[i]);
+        i = receive() == words[i] ? i + 1 : 0;
+    }
+}
+void reset(void) { start_other(); for (;;) count[0]++; }
+__attribute__((section(\".vectors\"), used)) uint32_t vectors[] = {0x20040000, (uint32_t)reset};
+";
+
+#[test]
+fn both_cores_of_a_board_are_threads() {
+    let shell = Shell::new().with("two.c", TWO);
+    let flags =
+        ["-O1", "-g", "-mcpu=cortex-m33", "-mfloat-abi=soft", "-nostdlib", "-Wl,-e,reset", "-fno-toplevel-reorder"];
+    let place = ["-Wl,--section-start=.vectors=0x10000000", "-Wl,-Ttext=0x10001000", "-Wl,-Tdata=0x20000000"];
+    let place = place.into_iter().chain(["-Wl,-Tbss=0x20000100", "two.c", "-o", "two.elf"]);
+    let args: Vec<&str> = flags.into_iter().chain(place).collect();
+    if !have("gdb-multiarch") || !gcc(&shell, &args) {
+        return;
+    }
+    let script = [
+        "info threads",
+        "break other",
+        "continue",
+        "thread",
+        "delete",
+        "watch count[1] if count[1] == 7",
+        "continue",
+        "print count[0] > 0",
+        "thread 1",
+        "backtrace",
+        "thread 2",
+        "stepi",
+        "kill",
+    ];
+    let (told, _, code) = debugged(&shell, "two.elf", &["--board", "rp2350"], &script);
+    says(&told, &["core 0, ", "core 1, ", "hit Breakpoint 1, other ()", "[Current thread is 2 "]);
+    says(&told, &["New value = 7", "$1 = 1", "[Switching to thread 1 ", "in reset ()", "[Switching to thread 2 "]);
     assert_eq!(code, Some(0));
 }

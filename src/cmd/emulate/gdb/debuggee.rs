@@ -133,7 +133,7 @@ impl MultiThreadBase for Debuggee {
         // A register of a device, as `x/wx` asks for it.
         let cycle = self.machine.cycle(0);
         match (u32::try_from(data.len()), self.machine.bus.memory.region(address)) {
-            (Ok(size @ (1 | 2 | 4)), None) if address % size == 0 => {
+            (Ok(size @ (1 | 2 | 4)), None) if address.is_multiple_of(size) => {
                 let value = self.machine.bus.read(address, size, cycle).map_err(|_| TargetError::NonFatal)?;
                 Ok(copy(&value.to_le_bytes()[..data.len()], data))
             }
@@ -149,7 +149,7 @@ impl MultiThreadBase for Debuggee {
         }
         let cycle = self.machine.cycle(0);
         match (u32::try_from(data.len()), self.machine.bus.memory.region(address)) {
-            (Ok(size @ (1 | 2 | 4)), None) if address % size == 0 => {
+            (Ok(size @ (1 | 2 | 4)), None) if address.is_multiple_of(size) => {
                 let value = data.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
                 self.machine.bus.write(address, size, value, cycle).map_err(|_| TargetError::NonFatal)
             }
