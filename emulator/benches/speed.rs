@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::LazyLock;
 use std::time::Instant;
-use whippen_emulator::{Board, CoreKind, Machine, Observer, Region, Start, Step};
+use whippen_emulator::{Board, CoreKind, Machine, Observer, Region, Start, Step, Stop};
 
 const RAM: u32 = 0x1000_0000;
 
@@ -61,11 +61,11 @@ fn now() -> f64 {
 static START: LazyLock<Instant> = LazyLock::new(Instant::now);
 
 /// Instructions per second of the fastest run.
-fn fastest(image: &[u8], cores: usize, runs: usize, run: impl Fn(&mut Machine)) -> f64 {
+fn fastest(image: &[u8], cores: usize, runs: usize, run: impl Fn(&mut Machine) -> Stop) -> f64 {
     let once = || {
         let mut machine = machine(image, cores);
         let start = now();
-        run(&mut machine);
+        assert_eq!(run(&mut machine), Stop::Exit { code: 0 });
         machine.instructions() as f64 / (now() - start)
     };
     (0..runs).map(|_| once()).fold(0.0, f64::max)
@@ -78,8 +78,8 @@ fn main() {
         Err(why) => return println!("skipped: no image: {why}"),
     };
     for cores in [1, 2] {
-        let blocks = fastest(&image, cores, 3, |m| drop(m.run(u64::MAX)));
-        let observed = fastest(&image, cores, 1, |m| drop(m.run_observed(u64::MAX, &mut Watcher)));
+        let blocks = fastest(&image, cores, 3, |m| m.run(u64::MAX));
+        let observed = fastest(&image, cores, 1, |m| m.run_observed(u64::MAX, &mut Watcher));
         println!("{cores} running: {:.1} M instructions/s, observed {:.1} M", blocks / 1e6, observed / 1e6);
     }
 }
