@@ -4,6 +4,7 @@
 //! two words.
 
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 use whippen_isa::timing::Pipe;
 
 /// What the cycles of a run through a block depend on.
@@ -71,15 +72,31 @@ impl Memo {
     }
 }
 
+/// A quick hash: its keys come from the emulator itself, not from an adversary.
+#[derive(Default)]
+struct Mix(u64);
+
+impl Hasher for Mix {
+    fn write(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.0 = (self.0.rotate_left(5) ^ u64::from(*byte)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        }
+    }
+
+    fn finish(&self) -> u64 {
+        self.0 ^ self.0 >> 32
+    }
+}
+
 /// Pipeline states by number.
 pub(crate) struct Pipes {
     states: Vec<Pipe>,
-    numbers: HashMap<Pipe, u16>,
+    numbers: HashMap<Pipe, u16, BuildHasherDefault<Mix>>,
 }
 
 impl Pipes {
     pub fn new() -> Self {
-        let mut pipes = Self { states: Vec::new(), numbers: HashMap::new() };
+        let mut pipes = Self { states: Vec::new(), numbers: HashMap::default() };
         pipes.number(Pipe::default());
         pipes
     }

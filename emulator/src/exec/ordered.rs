@@ -33,10 +33,8 @@ fn store<T: Datum>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
 fn store_exclusive<T: Datum>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
     let address = cpu.rn(op).wrapping_add(op.imm);
     let succeeds = bus.exclusives[cpu.index] == Some(address);
-    if succeeds {
-        if let Err(flow) = cpu.store_aligned::<T>(bus, address, cpu.rt(op)) {
-            return flow;
-        }
+    if succeeds && let Err(flow) = cpu.store_aligned::<T>(bus, address, cpu.rt(op)) {
+        return flow;
     }
     bus.exclusives[cpu.index] = None;
     cpu.write(op.d, u32::from(!succeeds));
