@@ -18,8 +18,7 @@
 //! **Events** must come out by keys, but four keys reach one `emit` together. They go to a buffer of their own, and
 //! [`super::HostFunctions`] sorts what a tick left there; that is rare.
 //!
-//! **Constants** stand in memory, once for each use: most instructions take an operand from there at no cost, while
-//! registers are few.
+//! **Constants** stand in memory, once for each use, and are read where they are used: registers are few.
 
 mod arithmetic;
 mod control;
@@ -151,7 +150,7 @@ impl<'a> Lanes<'a> {
     /// The value as pairs of 64 bits.
     fn wide(&mut self, value: crate::kernel::Value) -> [Value; 2] {
         match self.lane(value) {
-            Lane::Known(_, number) => [(); 2].map(|()| self.splat_wide(number)),
+            Lane::Known(_, number) => [self.splat_wide(number); 2],
             Lane::Mask(word) | Lane::Word(word) => [word; 2],
             Lane::Wide(pair) => pair,
             Lane::Shifted(n, pair) => pair.map(|half| self.ins().sshr_imm_s(half, i64::from(n))),
