@@ -222,3 +222,24 @@ impl Drop for HostFunctions {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shape(keys: usize, lanes: bool, observed: Option<usize>) -> Vec<(Function, usize, usize)> {
+        stretches(keys, lanes, observed).into_iter().map(|s| (s.function, s.first, s.end)).collect()
+    }
+
+    #[test]
+    fn whole_groups_run_in_lanes() {
+        use Function::{Lanes, Single};
+        assert_eq!(shape(88, true, None), [(Lanes, 0, 88)]);
+        assert_eq!(shape(10, true, None), [(Lanes, 0, 8), (Single, 8, 10)]);
+        assert_eq!(shape(3, false, None), [(Single, 0, 3)]);
+        assert_eq!(shape(12, true, Some(5)), [(Lanes, 0, 4), (Single, 4, 8), (Lanes, 8, 12)]);
+        assert_eq!(shape(10, true, Some(0)), [(Single, 0, 4), (Lanes, 4, 8), (Single, 8, 10)]);
+        assert_eq!(shape(10, true, Some(9)), [(Lanes, 0, 8), (Single, 8, 10)]);
+        assert_eq!(shape(3, false, Some(1)), [(Single, 0, 3)]);
+    }
+}

@@ -9,14 +9,14 @@ use whippen_runtime::device::Device;
 use crate::common;
 
 /// Runs both engines on the same words and compares drive words, probes, events in every tick and all memory at the end.
-fn compare(compiled: &Compiled, words: &[u16], keys: usize) {
+/// Every key hears the motion from another place on, so many words after the key before it.
+fn compare(compiled: &Compiled, words: &[u16], keys: usize, apart: usize, ticks: usize) {
     let (kernel, name) = (&compiled.lowered.kernel, &compiled.model.name);
     let mut interp = Interp::checked(kernel, keys).unwrap_or_else(|e| panic!("{name}: {e}"));
     let mut jit = HostCode::build(kernel, keys, Options { probes: true }).unwrap_or_else(|e| panic!("{name}: {e}"));
     let (mut a, mut b) = (vec![0i16; keys], vec![0i16; keys]);
-    for tick in 0..words.len() {
-        // Every key hears the motion at another time.
-        let inputs: Vec<u16> = (0..keys).map(|key| words[(tick + key * 997) % words.len()]).collect();
+    for tick in 0..ticks {
+        let inputs: Vec<u16> = (0..keys).map(|key| words[(tick + key * apart) % words.len()]).collect();
         if tick == 0 {
             interp.init(&inputs);
             jit.init(&inputs);
@@ -37,15 +37,19 @@ fn compare(compiled: &Compiled, words: &[u16], keys: usize) {
 #[test]
 fn on_the_bundled_gesture() {
     for compiled in common::all() {
-        compare(&compiled, &common::gesture_words(&compiled), 3);
+        let words = common::gesture_words(&compiled);
+        // One group in lanes and two keys by themselves.
+        compare(&compiled, &words, 6, 997, words.len() / 2);
     }
 }
 
 #[test]
 fn on_the_recording() {
     if let Some(positions) = common::recording() {
+        let words = common::words(&positions);
+        let quarter = words.len() / 4;
         let compiled = common::all();
-        compiled.iter().filter(|c| !c.model.turns()).for_each(|c| compare(c, &common::words(&positions), 1));
+        compiled.iter().filter(|c| !c.model.turns()).for_each(|c| compare(c, &words, 4, quarter, quarter));
     }
 }
 
@@ -59,7 +63,53 @@ fn on_noise() {
             if hold { [0, 65_535][tick / 120 % 2] } else { random.next() as u16 }
         })
         .collect();
-    common::all().iter().for_each(|compiled| compare(compiled, &noise, 2));
+    common::all().iter().for_each(|compiled| compare(compiled, &noise, 5, 997, noise.len() / 2));
+}
+
+/// One key is observed: what it exports, what all drive and what all tell is as if every key were.
+#[test]
+fn one_key_observed() {
+    let words = common::words(&common::gesture());
+    for compiled in common::all() {
+        let (kernel, keys) = (&compiled.lowered.kernel, 10);
+        for observed in [0, 5, 7, 8, 9] {
+            let mut all = HostCode::build(kernel, keys, Options { probes: true }).expect("a kernel");
+            let mut one = HostCode::build_observing(kernel, keys, observed).expect("a kernel");
+            let (mut a, mut b) = (vec![0i16; keys], vec![0i16; keys]);
+            for tick in (0..words.len() / 2).step_by(3) {
+                let inputs: Vec<u16> = (0..keys).map(|key| words[(tick + key * 997) % words.len()]).collect();
+                if tick == 0 {
+                    all.init(&inputs);
+                    one.init(&inputs);
+                }
+                all.tick(&inputs, &mut a);
+                one.tick(&inputs, &mut b);
+                let own = |probes: &[i64]| probes.chunks(kernel.probes.len()).nth(observed).map(<[i64]>::to_vec);
+                assert_eq!(own(all.probes()), own(one.probes()), "key {observed}, tick {tick}");
+                assert_eq!(a, b, "key {observed}, tick {tick}");
+                assert_eq!(all.drain_events(), one.drain_events(), "key {observed}, tick {tick}");
+            }
+        }
+        assert!(HostCode::build_observing(kernel, keys, keys).is_err());
+    }
+}
+
+/// Engines go to other threads.
+#[test]
+fn machine_code_can_be_sent() {
+    fn sent<T: Send>(value: T) -> T {
+        value
+    }
+    let compiled = common::all().remove(0);
+    let mut code = sent(HostCode::build(&compiled.lowered.kernel, 4, Options { probes: false }).expect("a kernel"));
+    let run = std::thread::spawn(move || {
+        let mut drive = [0i16; 4];
+        code.init(&[2979; 4]);
+        code.tick(&[2979; 4], &mut drive);
+        drive
+    });
+    let drive = run.join().expect("runs");
+    assert!(drive.iter().all(|word| *word == drive[0] && *word != 0), "{drive:?}");
 }
 
 /// Without observation a Kernel drives and tells what it does with it, word for word.

@@ -6,8 +6,8 @@
 //!   i64   two vectors                                    key 0 | key 1       key 2 | key 3
 //! ```
 //!
-//! **When.** Code for lanes is made for keyboards of at least [`WIDTH`] keys on machines whose vectors Cranelift knows
-//! well ([`suits`]); what is left when keys are grouped runs one key after the other. Every operator has a form for
+//! **When.** Code for lanes is made for keyboards of at least [`WIDTH`] keys, on the machines where it is tested
+//! ([`suits`]); what is left when keys are grouped runs one key after the other. Every operator has a form for
 //! lanes: where vectors have none (`div_round`, `sqrt`, `lookup`, indices that differ), the lanes are taken apart.
 //!
 //! **Branches.** An arm of an `if` that is cheap and has no effect is computed for all lanes, and each takes its own
@@ -18,8 +18,7 @@
 //! **Events** must come out by keys, but four keys reach one `emit` together. They go to a buffer of their own, and
 //! [`super::HostFunctions`] sorts what a tick left there; that is rare.
 //!
-//! **Constants** stand in memory, once for each use: most instructions take an operand from there at no cost, while
-//! registers are few.
+//! **Constants** stand in memory, once for each use, and are read where they are used: registers are few.
 
 mod arithmetic;
 mod control;
@@ -44,8 +43,7 @@ const EVENTS_MAX: usize = 1 << 16;
 
 /// Whether a kernel for so many keys is to be run in lanes.
 pub(super) fn suits(kernel: &Kernel, keys: usize) -> bool {
-    let machine = cfg!(any(target_arch = "x86_64", target_arch = "aarch64"));
-    machine && keys >= WIDTH && keys.saturating_mul(events_max(&kernel.tick)) <= EVENTS_MAX
+    cfg!(target_arch = "x86_64") && keys >= WIDTH && keys.saturating_mul(events_max(&kernel.tick)) <= EVENTS_MAX
 }
 
 /// The most events that a region may tell for one key.
@@ -151,7 +149,7 @@ impl<'a> Lanes<'a> {
     /// The value as pairs of 64 bits.
     fn wide(&mut self, value: crate::kernel::Value) -> [Value; 2] {
         match self.lane(value) {
-            Lane::Known(_, number) => [(); 2].map(|()| self.splat_wide(number)),
+            Lane::Known(_, number) => [self.splat_wide(number); 2],
             Lane::Mask(word) | Lane::Word(word) => [word; 2],
             Lane::Wide(pair) => pair,
             Lane::Shifted(n, pair) => pair.map(|half| self.ins().sshr_imm_s(half, i64::from(n))),

@@ -10,21 +10,32 @@ impl Lanes<'_> {
     /// `a * b` in 64 bits, plus `c`.
     pub(super) fn product(&mut self, a: KernelValue, b: KernelValue, c: Option<KernelValue>) -> Lane {
         let sum = c.map(|c| self.wide(c));
-        // A constant is loaded for each half, so that both loads can be operands.
-        let low = {
-            let (a, b) = (self.word(a), self.word(b));
-            let (a, b) = (self.ins().swiden_low(a), self.ins().swiden_low(b));
-            self.ins().imul(a, b)
+        let power = |lane| if let Lane::Known(_, number) = lane { power_of_two(number) } else { None };
+        let (minus, product) = match (power(self.lane(a)), power(self.lane(b))) {
+            (Some((n, minus)), _) => (minus, self.doubled(b, n)),
+            (_, Some((n, minus))) => (minus, self.doubled(a, n)),
+            _ => (false, self.multiplied(a, b)),
         };
-        let high = {
-            let (a, b) = (self.word(a), self.word(b));
-            let (a, b) = (self.ins().swiden_high(a), self.ins().swiden_high(b));
-            self.ins().imul(a, b)
-        };
-        match sum {
-            Some(sum) => Lane::Wide([self.ins().iadd(sum[0], low), self.ins().iadd(sum[1], high)]),
-            None => Lane::Wide([low, high]),
-        }
+        Lane::Wide(match (sum, minus) {
+            (Some(sum), false) => [0, 1].map(|half| self.ins().iadd(sum[half], product[half])),
+            (Some(sum), true) => [0, 1].map(|half| self.ins().isub(sum[half], product[half])),
+            (None, false) => product,
+            (None, true) => product.map(|half| self.ins().ineg(half)),
+        })
+    }
+
+    /// The whole products of words.
+    fn multiplied(&mut self, a: KernelValue, b: KernelValue) -> [Value; 2] {
+        let (a, b) = (self.word(a), self.word(b));
+        let (low_a, low_b) = (self.ins().swiden_low(a), self.ins().swiden_low(b));
+        let (high_a, high_b) = (self.ins().swiden_high(a), self.ins().swiden_high(b));
+        [self.ins().imul(low_a, low_b), self.ins().imul(high_a, high_b)]
+    }
+
+    /// Words times `2^n`, in 64 bits.
+    fn doubled(&mut self, a: KernelValue, n: u8) -> [Value; 2] {
+        let word = self.word(a);
+        self.widened(word).map(|half| self.ins().ishl_imm_s(half, i64::from(n)))
     }
 
     /// Each word in 64 bits.
@@ -228,4 +239,10 @@ impl Lanes<'_> {
 /// A vector of 32-bit lanes as a value of this type.
 pub(super) fn as_lane(ty: Type, vector: Value) -> Lane {
     if ty == Type::I1 { Lane::Mask(vector) } else { Lane::Word(vector) }
+}
+
+/// `n` and whether it is negative, where a number is plus or minus `2^n`.
+fn power_of_two(number: i64) -> Option<(u8, bool)> {
+    let magnitude = number.unsigned_abs();
+    magnitude.is_power_of_two().then(|| (magnitude.trailing_zeros() as u8, number < 0))
 }

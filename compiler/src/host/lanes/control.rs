@@ -145,7 +145,7 @@ impl Lanes<'_> {
     /// The vectors of a lane: two for 64 bits, else the first counts.
     fn vectors(&mut self, lane: Lane) -> [Value; 2] {
         match lane {
-            Lane::Known(Type::I64, number) => [(); 2].map(|()| self.splat_wide(number)),
+            Lane::Known(Type::I64, number) => [self.splat_wide(number); 2],
             Lane::Known(Type::I32, number) => [self.splat(number); 2],
             Lane::Known(Type::I1, bit) => [self.splat(-bit); 2],
             Lane::Mask(vector) | Lane::Word(vector) => [vector; 2],

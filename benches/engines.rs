@@ -1,0 +1,77 @@
+//! What each stage costs: check, lowering, machine code, C, and a tick of each engine with 1 key and with 88.
+//!
+//! ```text
+//! cargo bench --bench engines                     everything, with criterion's statistics
+//! cargo bench --bench engines -- "tick jit"       what the name contains
+//! ```
+
+use std::hint::black_box;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use whippen_compiler::c::{self, Layout};
+use whippen_compiler::check::Program;
+use whippen_compiler::front::compile_front;
+use whippen_compiler::host::{HostCode, Options};
+use whippen_compiler::kernel::{Kernel, verify};
+use whippen_compiler::pipeline::{Compiled, compile};
+use whippen_compiler::source::SourceMap;
+use whippen_runtime::device::Device;
+use whippen_runtime::engine::{ENGINES, Engine};
+use whippen_runtime::gesture;
+
+const GRAND: &str = include_str!("../instruments/grand-piano.whip");
+
+fn checked() -> Program {
+    let mut map = SourceMap::default();
+    map.add("grand-piano.whip", GRAND);
+    compile_front(&mut map, &Default::default()).0.unwrap_or_else(|| panic!("the bundled grand piano is correct"))
+}
+
+fn lowered() -> Compiled {
+    let model = checked().instruments.remove(0);
+    compile(model, Device::mikey().scales(), false).unwrap_or_else(|e| panic!("{e:?}"))
+}
+
+fn stages(criterion: &mut Criterion) {
+    let model = checked().instruments.remove(0);
+    let kernel: Kernel = lowered().lowered.kernel;
+    criterion.bench_function("check", |b| b.iter(checked));
+    criterion.bench_function("lower", |b| {
+        b.iter(|| compile(black_box(model.clone()), Device::mikey().scales(), false));
+    });
+    for keys in [1, 88] {
+        criterion.bench_function(&format!("machine code {keys}"), |b| {
+            b.iter(|| HostCode::build(&kernel, keys, Options { probes: false }));
+        });
+    }
+    let options = c::Options { keys: 88, layout: Layout::Records, events: 64 };
+    criterion.bench_function("C 88", |b| b.iter(|| verify(&kernel).map(|verified| c::source(verified, options))));
+}
+
+fn ticks(criterion: &mut Criterion) {
+    let (compiled, device) = (lowered(), Device::mikey());
+    let positions = gesture::default_gesture().positions(compiled.model.rate_hz);
+    let words: Vec<u16> = positions.iter().map(|&x| device.word_of_position(x).0).collect();
+    for &(name, kind) in ENGINES {
+        for keys in [1, 88] {
+            let Ok(mut engine) = Engine::new(kind, &compiled, device.scales(), keys) else { continue };
+            let (mut drive, mut inputs, mut tick) = (vec![0; keys], vec![words[0]; keys], 0);
+            engine.start(&inputs);
+            let mut group = criterion.benchmark_group("tick");
+            group.throughput(Throughput::Elements(keys as u64));
+            group.bench_function(format!("{name} {keys}"), |b| {
+                b.iter(|| {
+                    for (key, word) in inputs.iter_mut().enumerate() {
+                        *word = words[(tick + key * 997) % words.len()];
+                    }
+                    tick += 1;
+                    engine.tick(&inputs, &mut drive);
+                    engine.drain()
+                });
+            });
+        }
+    }
+}
+
+criterion_group!(benches, stages, ticks);
+criterion_main!(benches);
