@@ -1,7 +1,9 @@
 //! The subcommands.
 
 mod check;
+mod command;
 mod dump;
+mod emulate;
 mod errors;
 mod first;
 mod load;
@@ -35,6 +37,8 @@ enum Command {
     Run(Box<run::Args>),
     /// Print an intermediate form of a program
     Dump(dump::Args),
+    /// Run a bare-metal image for a Cortex-M, or one function of it, and count its cycles
+    Emulate(Box<emulate::Args>),
 }
 
 /// Runs what the command line asks for.
@@ -44,5 +48,6 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Dump(args)) => dump::run(&args),
+        Some(Command::Emulate(args)) => emulate::run(&args),
     }
 }

@@ -3,7 +3,7 @@
 //! ```text
 //!   recording --motion--.                                        .--> trace --> tables (CSV)
 //!                       +--> positions --device--> words  ...  --+
-//!   gesture ------------'                                        '--> plot --> figures (SVG, PNG)
+//!   gesture ------------'                                        '--> plot --> figures (SVG, PNG), report --> page (HTML)
 //! ```
 //!
 //! Files are read and written here and nowhere below: [`files`] has the errors and the whole-or-not-at-all writer that all
@@ -18,6 +18,7 @@ pub mod files;
 pub mod gesture;
 pub mod motion;
 pub mod plot;
+pub mod report;
 pub mod session;
 pub mod titles;
 pub mod trace;

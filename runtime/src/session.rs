@@ -37,6 +37,20 @@ pub struct Counts {
     pub engine_time: Duration,
 }
 
+impl Counts {
+    /// What was cut off, and how it is told: ticks and words; only what happened.
+    pub fn told(&self) -> Vec<(usize, &'static str)> {
+        let sensed = self.sense_clamped - self.sensor_clipped.min(self.sense_clamped);
+        let all = [
+            (self.sensor_clipped, "beyond the sensor's range, read as its end"),
+            (sensed, "beyond the range the instrument senses"),
+            (self.slew_held, "held back by the slew limit"),
+            (self.drive_clipped, "with more force than the drive gives, clipped"),
+        ];
+        all.into_iter().filter(|(count, _)| *count > 0).collect()
+    }
+}
+
 /// A finished run.
 #[derive(Debug, Clone)]
 pub struct Run {
@@ -131,23 +145,29 @@ pub fn marked(model: &Model) -> &str {
 
 /// The figure of a run: travel, force terms and their sum, coordinates, states, strikes.
 pub fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
-    let (model, exports) = (&compiled.model, &compiled.lowered.exports);
-    let titles = |wanted: &dyn Fn(ExportKind) -> bool| -> Vec<String> {
-        let title = |e: &Export| join_title(&e.name, &suffix(model, e));
-        exports.iter().filter(|e| wanted(e.kind)).map(title).collect()
-    };
+    Figure::of(&run.trace, &roles(compiled))
+}
+
+/// Which columns of a run's trace play which part in a figure.
+pub fn roles(compiled: &Compiled) -> Roles {
+    let model = &compiled.model;
     let coordinate =
         |kind| matches!(kind, ExportKind::Cell(id) if model.cells[id.0 as usize].kind == CellKind::Coordinate);
-    let first = |titles: Vec<String>| titles.into_iter().next().unwrap_or_default();
-    let roles = Roles {
+    let first = |wanted: ExportKind| titles(compiled, &|kind| kind == wanted).into_iter().next().unwrap_or_default();
+    Roles {
         title: model.name.replace('_', " "),
-        travel: first(titles(&|kind| kind == ExportKind::Sense(0))),
-        forces: titles(&|kind| matches!(kind, ExportKind::Force(_))),
-        total: first(titles(&|kind| kind == ExportKind::Total)),
-        coordinates: titles(&coordinate),
+        travel: first(ExportKind::Sense(0)),
+        forces: titles(compiled, &|kind| matches!(kind, ExportKind::Force(_))),
+        total: first(ExportKind::Total),
+        coordinates: titles(compiled, &coordinate),
         mark: marked(model).to_string(),
-    };
-    Figure::of(&run.trace, &roles)
+    }
+}
+
+/// The titles of the columns of exports of some kinds, in the order of the exports.
+pub fn titles(compiled: &Compiled, wanted: &dyn Fn(ExportKind) -> bool) -> Vec<String> {
+    let title = |e: &Export| join_title(&e.name, &suffix(&compiled.model, e));
+    compiled.lowered.exports.iter().filter(|e| wanted(e.kind)).map(title).collect()
 }
 
 /// Fills a trace: the drive, then senses, the sum of forces, forces, coordinates, rates, states.

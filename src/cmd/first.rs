@@ -37,6 +37,7 @@ pub fn run() -> Outcome {
         every: 44,
         events: Some(file("grand-piano-events.csv")),
         plot: vec![file("grand-piano.png"), file("grand-piano.svg")],
+        report: None,
     };
     run::write(&outputs, &compiled, &played)?;
     let profile = file("grand-piano.whip");

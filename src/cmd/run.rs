@@ -1,6 +1,6 @@
 //! `whippen run`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use whippen_compiler::check::{Options, Program};
 use whippen_compiler::diag::Severity;
@@ -11,10 +11,11 @@ use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::files::FileError;
 use whippen_runtime::plot;
+use whippen_runtime::report::{Made, Page, Section};
 use whippen_runtime::session::{self, Counts, Run};
 
 use super::motion::{self, MotionArgs, Positions};
-use super::{errors, load, progress::Progress};
+use super::{command, errors, load, progress::Progress};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
 
@@ -63,13 +64,17 @@ pub struct Outputs {
     /// Picture: forces against time and travel, hammer and states against time
     #[arg(long, value_name = "FILE.svg|FILE.png")]
     pub plot: Vec<PathBuf>,
+    /// Page to explore: plots to zoom, force loop, strikes, numbers, the program; one file that needs no network
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
 }
 
 impl Outputs {
     /// Before anything is run: endings of figures are known, folders are there.
     fn check(&self) -> Result<(), String> {
         plot::check_names(&self.plot)?;
-        let folders = self.out.iter().chain(&self.events).chain(&self.plot).filter_map(|path| path.parent());
+        let files = self.out.iter().chain(&self.events).chain(&self.plot).chain(&self.report);
+        let folders = files.filter_map(|path| path.parent());
         match folders.into_iter().find(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
             Some(folder) => Err(format!("there is no folder `{}` to write to; make it first", folder.display())),
             None => Ok(()),
@@ -81,7 +86,8 @@ pub fn run(args: &Args) -> Outcome {
     let (files, name) = load::split(&args.words)?;
     args.outputs.check().map_err(Failure::Usage)?;
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
-    let (map, program) = load::checked(&load::read(&files)?, &options, Severity::Warning)?;
+    let sources = load::read(&files)?;
+    let (map, program) = load::checked(&sources, &options, Severity::Warning)?;
     let model = load::instrument(&program, name)?.clone();
     let device = device(args, &program, &model)?;
     let mut positions = args.motion.load(&model)?;
@@ -93,7 +99,26 @@ pub fn run(args: &Args) -> Outcome {
     let run = play(&compiled, &device, args.engine, &positions)?;
     summary(&compiled, &run, args.engine, &positions);
     write(&args.outputs, &compiled, &run)?;
+    if let Some(path) = &args.outputs.report {
+        let made = Made {
+            engine: args.engine,
+            motion: &positions.notes,
+            device: &device,
+            settings: &options.sets,
+            sources: &sources,
+        };
+        report(path, Section::of_run(&compiled, &run, &made))?;
+    }
     if args.errors { print_errors(&compiled, &device, args.engine, &positions) } else { Ok(()) }
+}
+
+/// Writes a page of one section.
+fn report(path: &Path, section: Section) -> Outcome {
+    let title = format!("{} - whippen", section.title);
+    let page = Page { title, command: command::typed(), overview: None, sections: vec![section] };
+    page.save(path).map_err(|e| Failure::Usage(e.to_string()))?;
+    say!("report: {}", path.display());
+    Ok(())
 }
 
 fn print_errors(compiled: &Compiled, device: &Device, kind: EngineKind, positions: &Positions) -> Outcome {
@@ -140,21 +165,8 @@ pub fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Pos
         let args: Vec<String> = event.args.iter().map(|(title, value)| format!("{title} {value:.3}")).collect();
         say!("  {:>9.4} s  {marked}  {}", event.t_s, args.join("  "));
     }
-    cut_off(&run.counts);
-}
-
-fn cut_off(counts: &Counts) {
-    let told = [
-        (counts.sensor_clipped, "beyond the sensor's range, read as its end"),
-        (
-            counts.sense_clamped - counts.sensor_clipped.min(counts.sense_clamped),
-            "beyond the range the instrument senses",
-        ),
-        (counts.slew_held, "held back by the slew limit"),
-        (counts.drive_clipped, "with more force than the drive gives, clipped"),
-    ];
-    for (count, what) in told.iter().filter(|(count, _)| *count > 0) {
-        say!("  {count} of {} ticks {what}", counts.ticks);
+    for (count, what) in run.counts.told() {
+        say!("  {count} of {ticks} ticks {what}");
     }
 }
 

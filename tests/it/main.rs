@@ -2,6 +2,7 @@
 
 mod agree;
 mod button_and_knob;
+mod c;
 mod cli;
 mod common;
 mod documents;
@@ -16,4 +17,5 @@ mod played;
 mod player;
 mod random_programs;
 mod reference;
+mod report;
 mod strokes;

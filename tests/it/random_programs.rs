@@ -2,7 +2,7 @@
 //!
 //! Everything is a plain number, so that any expression has a dimension; values are kept in reach by clamps. Discontinuous
 //! pieces (comparisons, machines) are part of it: ticks in which a comparison is nearly tied are left out, and counted.
-//! `WHIPPEN_PROGRAMS=11000 cargo test --release --test it random_programs` tries so many instead of 400.
+//! `WHIPPEN_PROGRAMS=20000 cargo test --release --test it random_programs` tries so many instead of 400.
 
 use whippen_compiler::kernel::random::Rng;
 

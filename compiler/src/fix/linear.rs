@@ -17,12 +17,21 @@ struct Scaled {
     inherited: f64,
 }
 
+impl Scaled {
+    /// Largest magnitude of a gain.
+    fn gain(&self) -> f64 {
+        self.terms.iter().map(|(gain, ..)| gain.abs()).fold(0.0, f64::max)
+    }
+}
+
 impl Lowerer<'_> {
-    /// The sum with so many fraction bits, or fewer where the integers' range is wider than was thought.
+    /// The sum with so many fraction bits, or fewer: where the integers' range is wider than was thought, and where an
+    /// operand is so much coarser than its range would allow (`min` of a small and a large value is) that its
+    /// coefficient would not be a word.
     pub(super) fn sum(&mut self, c0: f64, terms: &[(f64, Real)], bits: i32) -> Result<Real, OpError> {
         let mut bits = bits;
         let mut scaled = self.scaled(c0, terms, exp2(-bits));
-        while self.reach(&scaled) > WORD_TOP {
+        while self.reach(&scaled) > WORD_TOP || scaled.gain() > format::TOP {
             bits -= 1;
             scaled = self.scaled(c0, terms, exp2(-bits));
         }
@@ -118,7 +127,7 @@ impl Lowerer<'_> {
     /// final shift rounds half up. A shift by 32 takes the upper word for nothing; smaller ones leave room for large gains.
     /// Gives a 64-bit value in units of the result, and the error in those units.
     fn accumulated(&mut self, sum: &Scaled) -> Result<(Value, f64), OpError> {
-        let gain = sum.terms.iter().map(|(gain, ..)| gain.abs()).fold(0.0, f64::max);
+        let gain = sum.gain();
         let reach: f64 = sum.constant.abs() + sum.terms.iter().map(|(g, _, m)| g.abs() * m).sum::<f64>();
         let room = |shift: i32| gain * exp2(shift) <= format::TOP && reach * exp2(shift) <= exp2(61);
         let shift = (0..=32).rev().find(|&s| room(s)).unwrap_or(0);

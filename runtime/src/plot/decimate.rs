@@ -1,8 +1,8 @@
 //! Fewer points for the same picture.
 //!
 //! A line over time is reduced per column of the page to its first, lowest, highest and last point, in their order: whatever the
-//! number of ticks, nothing is lost that could be seen. Points on a straight line are left out. A loop is reduced to the steps between cells of the
-//! page that were not drawn before. A machine is reduced to runs.
+//! number of ticks, nothing is lost that could be seen. A loop is reduced to the steps between cells of the page that were not drawn before; points on a
+//! straight line are left out of both. A machine is reduced to runs.
 
 use std::collections::HashSet;
 
@@ -12,39 +12,53 @@ use super::drawing::Point;
 /// Points of a line over time, in stretches between values that are not finite. `place` gives a tick's abscissa; columns are
 /// one point wide.
 pub fn line(values: &[f64], place: impl Fn(usize) -> f64, y: &Axis) -> Vec<Vec<Point>> {
-    let mut stretches: Vec<Vec<Point>> = Vec::new();
-    let mut column: Option<Column> = None;
+    let points = |stretch: Vec<Kept>| {
+        let mut to = Vec::new();
+        stretch.into_iter().for_each(|(tick, value)| push(&mut to, (place(tick), y.place(value))));
+        simplified(to)
+    };
+    extremes(values, |tick| place(tick).floor()).into_iter().map(points).collect()
+}
+
+/// A tick and its value.
+pub type Kept = (usize, f64);
+
+/// Of every column of ticks the first, lowest, highest and last value, in stretches between values that are not finite. `column`
+/// gives the column of a tick.
+pub fn extremes(values: &[f64], column: impl Fn(usize) -> f64) -> Vec<Vec<Kept>> {
+    let mut stretches: Vec<Vec<Kept>> = Vec::new();
+    let mut open: Option<Column> = None;
     for (tick, &value) in values.iter().enumerate() {
-        let x = place(tick);
-        match &mut column {
-            Some(c) if value.is_finite() && x.floor() == c.left => c.add(tick, value),
+        let left = column(tick);
+        match &mut open {
+            Some(c) if value.is_finite() && left == c.left => c.add(tick, value),
             _ => {
-                if let (Some(done), Some(last)) = (column.take(), stretches.last_mut()) {
-                    done.flush(last, &place, y);
+                if let (Some(done), Some(last)) = (open.take(), stretches.last_mut()) {
+                    done.flush(last);
                 }
                 let goes_on = tick > 0 && values[tick - 1].is_finite();
                 if value.is_finite() {
                     if !goes_on {
                         stretches.push(Vec::new());
                     }
-                    column = Some(Column::new(x.floor(), tick, value));
+                    open = Some(Column::new(left, tick, value));
                 }
             }
         }
     }
-    if let (Some(done), Some(last)) = (column, stretches.last_mut()) {
-        done.flush(last, &place, y);
+    if let (Some(done), Some(last)) = (open, stretches.last_mut()) {
+        done.flush(last);
     }
-    stretches.into_iter().map(simplified).collect()
+    stretches
 }
 
 /// What one column has seen: tick and value.
 struct Column {
     left: f64,
-    first: (usize, f64),
-    lowest: (usize, f64),
-    highest: (usize, f64),
-    last: (usize, f64),
+    first: Kept,
+    lowest: Kept,
+    highest: Kept,
+    last: Kept,
 }
 
 impl Column {
@@ -63,14 +77,10 @@ impl Column {
         }
     }
 
-    fn flush(self, to: &mut Vec<Point>, place: &impl Fn(usize) -> f64, y: &Axis) {
+    fn flush(self, to: &mut Vec<Kept>) {
         let mut kept = [self.first, self.lowest, self.highest, self.last];
         kept.sort_by_key(|k| k.0);
-        for (i, (tick, value)) in kept.iter().enumerate() {
-            if i == 0 || kept[i - 1].0 != *tick {
-                push(to, (place(*tick), y.place(*value)));
-            }
-        }
+        to.extend(kept.iter().enumerate().filter(|(i, k)| *i == 0 || kept[i - 1].0 != k.0).map(|(_, k)| *k));
     }
 }
 
