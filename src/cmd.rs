@@ -5,12 +5,13 @@ mod command;
 mod dump;
 mod emulate;
 mod errors;
-mod first;
+mod keys;
 mod load;
 mod motion;
 mod numbers;
 mod progress;
 mod run;
+mod tour;
 
 use clap::{Parser, Subcommand};
 
@@ -22,7 +23,7 @@ use crate::exit::Outcome;
     name = "whippen",
     version,
     about,
-    after_help = "Without a command: plays the bundled gesture on the bundled grand piano and says where the plot is."
+    after_help = "Without a command: the tour. Plays the bundled gesture on every bundled instrument and writes whippen-tour/report.html."
 )]
 pub struct Cli {
     #[command(subcommand)]
@@ -44,7 +45,7 @@ enum Command {
 /// Runs what the command line asks for.
 pub fn dispatch(cli: Cli) -> Outcome {
     match cli.command {
-        None => first::run(),
+        None => tour::run(),
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Dump(args)) => dump::run(&args),

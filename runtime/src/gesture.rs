@@ -16,16 +16,54 @@
 //!
 //! A knob is moved in the same way; its positions are angles (rad).
 //!
-//! Not here: recorded motions (`motion`), strokes made from MIDI notes.
+//! Not here: recorded motions (`motion`), strokes made from MIDI notes (`stroke`).
 
 use whippen_compiler::model::Model;
 
-/// One move between two depths, at rest before and after.
+/// One move to a depth, at rest there afterwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Move {
-    start_s: f64,
-    duration_s: f64,
-    to_m: f64,
+pub struct Move {
+    /// When it begins (s).
+    pub start_s: f64,
+    /// How long it takes (s).
+    pub duration_s: f64,
+    /// Where it ends (m, positive down).
+    pub to_m: f64,
+}
+
+/// A key that follows moves, asked at rising times.
+///
+/// A move that begins while another has not ended takes over smoothly: what the earlier ones would do fades out as the later one's
+/// share grows from 0 to 1, itself with minimum jerk. So position, speed and acceleration never jump, and the key stays
+/// between the depths that the moves name.
+#[derive(Debug, Clone)]
+pub struct Follower<'a> {
+    /// By the time they begin.
+    moves: &'a [Move],
+    /// Those that have begun and not ended.
+    now: std::ops::Range<usize>,
+    /// Where the key was left by those before.
+    from_m: f64,
+}
+
+impl<'a> Follower<'a> {
+    /// A key at depth 0. The moves are by the time they begin.
+    pub fn new(moves: &'a [Move]) -> Follower<'a> {
+        Follower { moves, now: 0..0, from_m: 0.0 }
+    }
+
+    /// Where the key is at a time (s), not before the time asked for last (m).
+    pub fn at(&mut self, t_s: f64) -> f64 {
+        while self.moves.get(self.now.end).is_some_and(|next| next.start_s <= t_s) {
+            self.now.end += 1;
+        }
+        let ended = |m: &Move| t_s >= m.start_s + m.duration_s;
+        if let Some(last) = self.now.clone().rev().find(|&i| ended(&self.moves[i])) {
+            (self.from_m, self.now.start) = (self.moves[last].to_m, last + 1);
+        }
+        let go = |x: f64, m: &Move| x + (m.to_m - x) * minimum_jerk((t_s - m.start_s) / m.duration_s);
+        self.moves[self.now.clone()].iter().fold(self.from_m, go)
+    }
 }
 
 /// A key motion over time: starts at rest at depth 0, moves, and ends at [`Gesture::duration_s`].
@@ -82,21 +120,8 @@ impl Gesture {
     /// The depths (m) at the ticks of a rate: tick `i` is at `i / rate_hz`, the first at 0, the last before the end.
     pub fn positions(&self, rate_hz: u32) -> Vec<f64> {
         let ticks = (self.end_s * f64::from(rate_hz)) as usize;
-        let mut moves = self.moves.iter().peekable();
-        let (mut now, mut from_m) = (Move { start_s: 0.0, duration_s: 0.0, to_m: 0.0 }, 0.0);
-        (0..ticks)
-            .map(|i| {
-                let t_s = i as f64 / f64::from(rate_hz);
-                while let Some(next) = moves.next_if(|m| m.start_s <= t_s) {
-                    (from_m, now) = (now.to_m, *next);
-                }
-                if t_s >= now.start_s + now.duration_s {
-                    now.to_m
-                } else {
-                    from_m + (now.to_m - from_m) * minimum_jerk((t_s - now.start_s) / now.duration_s)
-                }
-            })
-            .collect()
+        let mut key = Follower::new(&self.moves);
+        (0..ticks).map(|i| key.at(i as f64 / f64::from(rate_hz))).collect()
     }
 }
 

@@ -21,4 +21,4 @@ mod section;
 pub use html::{Cell, Row, Table};
 pub use knots::{KNOTS_MAX, Knots, Truth, knots};
 pub use page::Page;
-pub use section::{Made, Section};
+pub use section::{Made, Section, id};

@@ -267,7 +267,7 @@ fn labels(model: &Model, export: &Export) -> Vec<String> {
 }
 
 /// Titles of the arguments of every emission (`speed_m_per_s`).
-fn argument_titles(model: &Model) -> Vec<Vec<String>> {
+pub fn argument_titles(model: &Model) -> Vec<Vec<String>> {
     let title = |(name, dim): &(String, Dim)| join_title(name, &dim.suffix());
     model.emissions.iter().map(|e| e.args.iter().map(title).collect()).collect()
 }

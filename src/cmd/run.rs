@@ -14,6 +14,7 @@ use whippen_runtime::plot;
 use whippen_runtime::report::{Made, Page, Section};
 use whippen_runtime::session::{self, Counts, Run};
 
+use super::keys::{self, KeysArgs, Setup};
 use super::motion::{self, MotionArgs, Positions};
 use super::{command, errors, load, progress::Progress};
 use crate::exit::{Failure, Outcome};
@@ -29,6 +30,8 @@ pub struct Args {
     words: Vec<String>,
     #[command(flatten)]
     motion: MotionArgs,
+    #[command(flatten)]
+    keys: KeysArgs,
     /// What runs it: jit (compiled, fixed point), interp (the reference) or ideal (f64)
     #[arg(long, default_value = "jit")]
     engine: EngineKind,
@@ -88,6 +91,21 @@ pub fn run(args: &Args) -> Outcome {
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
     let sources = load::read(&files)?;
     let (map, program) = load::checked(&sources, &options, Severity::Warning)?;
+    if let Some(path) = &args.keys.midi {
+        let device = device(args, &program, keys::instrument(&program, name, &args.keys)?)?;
+        let setup = Setup {
+            map: &map,
+            program: &program,
+            sources: &sources,
+            settings: &options.sets,
+            device: &device,
+            engine: args.engine,
+            seconds: args.seconds,
+            name,
+            outputs: &args.outputs,
+        };
+        return keys::run(&setup, &args.keys, path);
+    }
     let model = load::instrument(&program, name)?.clone();
     let device = device(args, &program, &model)?;
     let mut positions = args.motion.load(&model)?;
@@ -107,15 +125,14 @@ pub fn run(args: &Args) -> Outcome {
             settings: &options.sets,
             sources: &sources,
         };
-        report(path, Section::of_run(&compiled, &run, &made))?;
+        report(path, &compiled.model.name.replace('_', " "), vec![Section::of_run(&compiled, &run, &made)])?;
     }
     if args.errors { print_errors(&compiled, &device, args.engine, &positions) } else { Ok(()) }
 }
 
-/// Writes a page of one section.
-fn report(path: &Path, section: Section) -> Outcome {
-    let title = format!("{} - whippen", section.title);
-    let page = Page { title, command: command::typed(), overview: None, sections: vec![section] };
+/// Writes a page and says where it is.
+pub fn report(path: &Path, title: &str, sections: Vec<Section>) -> Outcome {
+    let page = Page { title: title.to_string(), command: command::typed(), overview: None, sections };
     page.save(path).map_err(|e| Failure::Usage(e.to_string()))?;
     say!("report: {}", path.display());
     Ok(())
@@ -151,7 +168,7 @@ pub fn play(compiled: &Compiled, device: &Device, kind: EngineKind, positions: &
 }
 
 /// What happened, in a few lines.
-pub fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Positions) {
+fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Positions) {
     positions.notes.iter().for_each(|note| say!("motion: {note}"));
     let Counts { ticks, engine_time, .. } = run.counts;
     let played_s = ticks as f64 / f64::from(compiled.model.rate_hz);
@@ -170,20 +187,33 @@ pub fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Pos
     }
 }
 
-/// Writes what was asked for; every file appears whole or not at all.
-pub fn write(outputs: &Outputs, compiled: &Compiled, run: &Run) -> Outcome {
+/// Writes what was asked for and says where it is.
+fn write(outputs: &Outputs, compiled: &Compiled, run: &Run) -> Outcome {
+    for (what, path) in write_files(outputs, compiled, run)? {
+        say!("{what}: {}", path.display());
+    }
+    Ok(())
+}
+
+/// Writes trace, events and plots; every file appears whole or not at all. Gives what each is.
+pub fn write_files<'o>(
+    outputs: &'o Outputs,
+    compiled: &Compiled,
+    run: &Run,
+) -> Result<Vec<(&'static str, &'o Path)>, Failure> {
     let failed = |e: FileError| Failure::Usage(e.to_string());
+    let mut written: Vec<(&'static str, &Path)> = Vec::new();
     if let Some(path) = &outputs.out {
         run.trace.save_ticks(path, outputs.every as usize).map_err(failed)?;
-        say!("trace: {}", path.display());
+        written.push(("trace", path));
     }
     if let Some(path) = &outputs.events {
         run.trace.save_events(path).map_err(failed)?;
-        say!("events: {}", path.display());
+        written.push(("events", path));
     }
     for path in &outputs.plot {
         plot::save(&session::figure(compiled, run), path).map_err(failed)?;
-        say!("plot: {}", path.display());
+        written.push(("plot", path));
     }
-    Ok(())
+    Ok(written)
 }

@@ -1,6 +1,6 @@
 //! `run --report`: the page is sound HTML, its data is the trace's, and a browser shows it without complaint.
 
-mod browser;
+pub mod browser;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -30,7 +30,7 @@ fn page(compiled: &Compiled, seconds: f64) -> (Run, Page) {
 const VOID: &[&str] = &["meta", "input", "br", "link", "img"];
 
 /// Whether all tags are closed in order; scripts and styles are skipped to their ends, as a browser does.
-fn check_tags(html: &str) {
+pub fn check_tags(html: &str) {
     let mut open: Vec<&str> = Vec::new();
     let mut rest = html.strip_prefix("<!DOCTYPE html>").expect("a document type");
     while let Some(at) = rest.find('<') {

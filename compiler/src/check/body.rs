@@ -3,7 +3,7 @@
 use super::elaborate::Elaborator;
 use super::scope::{Label, Made, ScopeId, Thing};
 use super::types::Ty;
-use crate::diag::{Code, Diagnostic, nearest};
+use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::{Body, CellKind, Node, NodeId};
 use crate::source::Span;
 use crate::syntax::ast::{BodyPart, Expr, Name};
@@ -204,8 +204,8 @@ impl<'a> Elaborator<'a, '_> {
         let Some(label) = self.scopes[scope.0].bodies.get(name.node.as_str()) else {
             let here = &self.scopes[scope.0];
             let hint = match nearest(&name.node, here.bodies.keys().copied()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => "name a `body` of this instrument or term".to_string(),
+                Some(near) => Advice::did_you_mean(near),
+                None => "name a `body` of this instrument or term".into(),
             };
             let message = format!("there is no body `{}`", name.node);
             self.report(Diagnostic::new(Code::UnknownBody, name.span, message, "unknown body").hint(hint));

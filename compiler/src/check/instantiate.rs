@@ -7,7 +7,7 @@ use super::scope::{Entry, Label, Made, Scope, ScopeId, Thing};
 use super::slot::Source;
 use super::types::{Ty, Value};
 use crate::diag::{Code, Diagnostic};
-use crate::model::{Interval, Live, Node};
+use crate::model::{Call, Interval, Live, Node};
 use crate::source::Span;
 use crate::syntax::ast::{Decl, DeclKind, Name};
 
@@ -38,7 +38,13 @@ impl<'a> Elaborator<'a, '_> {
     pub fn instantiate_with(&mut self, scope: Scope<'a>, arguments: Vec<Source<'a>>) -> ScopeId {
         let id = ScopeId(self.scopes.len());
         let (term, decls) = (scope.term, scope.decls);
+        let caller = scope.caller;
         self.scopes.push(scope);
+        self.scopes[id.0].call = caller.map(|caller| {
+            let outer = self.scopes[caller.scope.0].call;
+            self.model.calls.push(Call { span: caller.span, outer });
+            self.model.calls.len() as u32 - 1
+        });
         if let Some(term) = term {
             self.signature(id, term, arguments);
         }

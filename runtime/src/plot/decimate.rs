@@ -17,7 +17,7 @@ pub fn line(values: &[f64], place: impl Fn(usize) -> f64, y: &Axis) -> Vec<Vec<P
         stretch.into_iter().for_each(|(tick, value)| push(&mut to, (place(tick), y.place(value))));
         simplified(to)
     };
-    extremes(values, |tick| place(tick).floor()).into_iter().map(points).collect()
+    extremes(values, |tick| place(tick).floor()).into_iter().map(points).map(simplified).collect()
 }
 
 /// A tick and its value.

@@ -79,6 +79,9 @@ impl Table {
         if !self.note.is_empty() {
             let _ = writeln!(out, "<p class=\"note\">{}</p>", escape(&self.note));
         }
+        if self.rows.is_empty() {
+            return out + "<p class=\"note\">None.</p></div>\n";
+        }
         if self.rows.iter().any(|row| row.minor) {
             out.push_str("<label class=\"all\"><input type=\"checkbox\"> show all</label>\n");
         }

@@ -13,7 +13,8 @@ function chartOf(host, id) {
   const view = new View(0, chart.end, 32 / chart.rate_hz);
   const group = new Group(id, chart, view);
   const stack = el("div", { class: "stack", tabindex: "0", role: "group", "aria-label": "Plots over time" });
-  chart.panels.forEach((panel, at) => stack.append(linePanel(group, panel, at)));
+  const last = chart.machines.length > 0 ? -1 : chart.panels.length - 1;
+  chart.panels.forEach((panel, at) => stack.append(linePanel(group, panel, at, at === last)));
   if (chart.machines.length > 0) stack.append(bandPanel(group));
   stack.addEventListener("keydown", (event) => onKey(event, group));
   host.append(toolbar(group), stack);
@@ -56,29 +57,29 @@ function toolbar(group) {
     button("◀", "earlier (arrow left)", () => view.pan(-0.25)), button("▶", "later (arrow right)", () => view.pan(0.25)),
     button("+", "closer (+)", () => view.zoom(0.5)), button("−", "further (−)", () => view.zoom(2)),
     button("whole", "everything (0, or double click)", () => view.reset()),
-    button("◁ strike", "the strike before (p)", () => toStrike(group, -1)),
-    button("strike ▷", "the next strike (n)", () => toStrike(group, 1)),
-    el("label", {}, fit, " fit heights"), range, cursor,
+    button(`◁ ${group.stop}`, `the ${group.stop} before (p)`, () => toStop(group, -1)),
+    button(`${group.stop} ▷`, `the next ${group.stop} (n)`, () => toStop(group, 1)),
+    group.stop === "strike" ? el("label", {}, fit, " fit heights") : "", range, cursor,
     el("details", { class: "help" }, el("summary", {}, "mouse and keys"), el("p", {},
-      "Drag to choose a part; shift-drag moves; the wheel zooms once you have clicked into the plots, or with Ctrl; double click shows " +
-      "everything. Keys: arrows move, + and − zoom, 0 everything, n and p strikes, shift with arrows moves the crosshair. Legends hide and " +
-      "show lines, shift-click leaves one alone.")));
+      `Drag to choose a part; shift-drag moves; the wheel zooms once you have clicked into the plots, or with Ctrl; double click shows ` +
+      `everything. Keys: arrows move, + and − zoom, 0 everything, n and p the next and previous ${group.stop}, shift with arrows moves the crosshair. Legends hide and ` +
+      `show lines, shift-click leaves one alone.`)));
 }
 
-/** Shows a little time around the strike after, or before, the middle. */
-function toStrike(group, step) {
-  const { view, marks } = group;
+/** Shows a little time around the next, or previous, strike or fault, seen from the middle. */
+function toStop(group, step) {
+  const { view, stops } = group;
   const middle = view.cursor ?? (view.whole ? (step > 0 ? -1 : Infinity) : (view.from + view.to) / 2);
   const apart = 1e-6;
   const next = step > 0
-    ? marks.find(([t]) => t > middle + apart)
-    : marks.findLast(([t]) => t < middle - apart);
+    ? stops.find(([t]) => t > middle + apart)
+    : stops.findLast(([t]) => t < middle - apart);
   if (next) showInstant(group, next[0]);
 }
 
-/** Shows an instant in the middle of at most a fifth of a second. */
+/** Shows an instant in the middle of a little time. */
 function showInstant(group, t) {
-  const half = Math.min(0.1, (group.view.to - group.view.from) / 2);
+  const half = Math.min(group.stop === "strike" ? 0.1 : 2, (group.view.to - group.view.from) / 2);
   group.view.show(t - half, t + half);
   group.point(t);
 }
@@ -92,7 +93,7 @@ function onKey(event, group) {
     ArrowLeft: () => (event.shiftKey ? move(-step) : view.pan(-0.1)),
     ArrowRight: () => (event.shiftKey ? move(step) : view.pan(0.1)),
     "+": () => view.zoom(0.7), "=": () => view.zoom(0.7), "-": () => view.zoom(1 / 0.7), "_": () => view.zoom(1 / 0.7),
-    "0": () => view.reset(), Home: () => view.reset(), n: () => toStrike(group, 1), p: () => toStrike(group, -1),
+    "0": () => view.reset(), Home: () => view.reset(), n: () => toStop(group, 1), p: () => toStop(group, -1),
     Escape: () => event.currentTarget.blur(),
   };
   if (!keys[event.key]) return;
@@ -100,7 +101,28 @@ function onKey(event, group) {
   keys[event.key]();
 }
 
-const makers = { chart: chartOf };
+/** The plots of a performance. */
+function rollOf(host, id) {
+  const roll = dataOf("keys", id);
+  const view = new View(0, roll.end, 0.01);
+  const faults = roll.notes.filter((note) => noteInk(note, roll) !== "note");
+  const group = new Group(id, { marks: [] }, view);
+  group.stops = faults.map((note) => [note[ON]]);
+  group.stop = "fault";
+  const stack = el("div", { class: "stack", tabindex: "0", role: "group", "aria-label": "Notes over time" }, rollPanel(group, roll));
+  stack.addEventListener("keydown", (event) => onKey(event, group));
+  host.append(toolbar(group), stack);
+  sized(group, stack);
+  const struck = roll.notes.filter((note) => note[STRIKE] !== null);
+  if (struck.length > 0) {
+    host.append(el("div", { class: "pair" },
+      scatter(group, "speed of the strike (m/s) over velocity", struck.map((note) => [note[VELOCITY], note[SPEED]])),
+      scatter(group, "from note-on to the strike (ms) over velocity", struck.map((n) => [n[VELOCITY], (n[STRIKE] - n[ON]) * 1e3]))));
+  }
+  return group;
+}
+
+const makers = { chart: chartOf, keys: rollOf };
 
 /** Brings a section to life, once. */
 function enliven(section) {

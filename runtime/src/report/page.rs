@@ -18,6 +18,7 @@ const SCRIPTS: &[&str] = &[
     include_str!("panels.js"),
     include_str!("bands.js"),
     include_str!("loop.js"),
+    include_str!("roll.js"),
     include_str!("tables.js"),
     include_str!("page.js"),
 ];

@@ -100,8 +100,8 @@ function drawMarks(u, group, labels) {
   ctx.restore();
 }
 
-/** One panel of lines: its plot and its legend. */
-function linePanel(group, panel, at) {
+/** One panel of lines: its plot and its legend; the last of all has the labels of time. */
+function linePanel(group, panel, at, last) {
   const { chart, view } = group;
   const columns = panel.columns.map((i) => chart.columns[i]);
   const total = panel.columns.indexOf(chart.total);
@@ -119,12 +119,12 @@ function linePanel(group, panel, at) {
     label: column.name, stroke: () => colour(i), width: i === total ? 1.8 : 1.4, pxAlign: 0, points: { show: false },
   }));
   const host = el("div", { class: "plot" });
-  const height = columns.length > 3 ? 240 : 150;
+  const height = (columns.length > 3 ? 240 : 150) + (last ? 22 : 0);
   const u = new uPlot(timeOptions(group, {
     points: true, labels: at === 0, top: at === 0 ? 18 : 8, scales: { y: { range } },
     options: {
       width: 600, height, series: [{}, ...series],
-      axes: [axis({ size: 6, values: (u, splits) => splits.map(() => "") }), axis({ size: AXIS })],
+      axes: [axis(last ? { size: 28 } : { size: 6, values: (u, splits) => splits.map(() => "") }), axis({ size: AXIS })],
     },
   }), [times, ...values], host);
   const legend = el("div", { class: "legend" });
@@ -159,7 +159,7 @@ function linePanel(group, panel, at) {
 /** The plots of a section that share a view: they are resized, redrawn and pointed at together. */
 class Group {
   constructor(key, chart, view) {
-    Object.assign(this, { key, chart, view, marks: chart.marks, plots: [], themed: [] });
+    Object.assign(this, { key, chart, view, marks: chart.marks, stops: chart.marks, stop: "strike", plots: [], themed: [] });
     let due = false;
     view.on("range", () => {
       if (due) return;

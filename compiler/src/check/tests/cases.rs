@@ -218,7 +218,7 @@ pub const MOTION: &[Case] = &[
     case(
         "two writes of one rule",
         &["WH0409"],
-        "state s: length in 0 mm .. 10 mm event e when x > 1 mm { s := x s := 2 * x }",
+        "state s: length in 0 mm .. 10 mm event e when x > 1 mm { s := x s := x / 2 }",
     ),
     case("empty machine", &["WH0410"], "states m { } force f = if m is a then 1 N else 0 N"),
     case("unreachable state", &["WH0411"], "states m { open -> shut when x > 1 mm shutt -> open when x < 1 mm }"),
