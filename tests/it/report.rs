@@ -134,7 +134,8 @@ fn its_data_is_the_trace_within_what_it_says() {
                 assert_eq!(f64::from(states[run]), value, "{name} at {tick}");
             }
         }
-        let strikes: Vec<f64> = run.trace.events.iter().filter(|e| e.event == "note").map(|e| e.t_s).collect();
+        let marked = session::marked(&compiled.model);
+        let strikes: Vec<f64> = run.trace.events.iter().filter(|e| e.event == marked).map(|e| e.t_s).collect();
         let marks: Vec<f64> =
             chart["marks"].as_array().expect("marks").iter().map(|m| m[0].as_f64().expect("s")).collect();
         // The reader of JSON rounds the last bit.
