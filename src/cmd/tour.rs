@@ -45,9 +45,12 @@ const PLANNED: &[(&str, &str)] = &[
 struct Stop {
     name: String,
     strikes: usize,
-    peak_n: f64,
-    /// Largest difference of the force to `ideal` (N).
-    error_n: f64,
+    /// Unit of what it drives: `N`, or `N*m` if it turns.
+    unit: &'static str,
+    /// The greatest force.
+    peak: f64,
+    /// Largest difference of the force to `ideal`.
+    error: f64,
     /// Seconds played per second of computing.
     real_time: f64,
     section: Section,
@@ -68,7 +71,8 @@ pub fn run() -> Outcome {
     let mut stops = Vec::new();
     for (file, text) in INSTRUMENTS {
         for stop in visit(file, text)? {
-            let (peak, error) = (format!("{:.2} N", stop.peak_n), format!("{:.1e} N", stop.error_n));
+            let (peak, error) =
+                (format!("{:.2} {}", stop.peak, stop.unit), format!("{:.1e} {}", stop.error, stop.unit));
             say!("{:<18} {:>6} {:>8} {peak:>11} {error:>14} {:>9.0}x", stop.name, "ok", stop.strikes, stop.real_time);
             stops.push(stop);
         }
@@ -93,14 +97,15 @@ fn visit(file: &str, text: &str) -> Result<Vec<Stop>, Failure> {
         let comparison = compare(&compiled, &device, EngineKind::Jit, &positions.position_m, |_| ());
         let deviations = comparison.map_err(Failure::Defect)?.deviations;
         let total = deviations.iter().find(|d| compiled.lowered.exports[d.export].kind == ExportKind::Total);
-        let (error_n, peak_n) = total.map_or((0.0, 0.0), |d| (d.max, d.seen.0.abs().max(d.seen.1.abs())));
+        let (error, peak) = total.map_or((0.0, 0.0), |d| (d.max, d.seen.0.abs().max(d.seen.1.abs())));
         write(&compiled, &played)?;
         let (counts, marked) = (&played.counts, session::marked(&compiled.model));
         stops.push(Stop {
             name: compiled.model.name.replace('_', " "),
             strikes: played.trace.events.iter().filter(|e| e.event == marked).count(),
-            peak_n,
-            error_n,
+            unit: if compiled.model.turns() { "N*m" } else { "N" },
+            peak,
+            error,
             real_time: counts.ticks as f64 / f64::from(compiled.model.rate_hz) / counts.engine_time.as_secs_f64(),
             section: section(&compiled, &played, &device, &positions, &sources),
         });
@@ -134,18 +139,18 @@ fn write(compiled: &Compiled, played: &Run) -> Outcome {
 
 fn page(stops: Vec<Stop>) -> Outcome {
     let row = |stop: &Stop| {
-        let error_mn = stop.error_n * 1e3;
+        let (peak, error) = (format!("{:.3} {}", stop.peak, stop.unit), format!("{:.1e} {}", stop.error, stop.unit));
         let cells = vec![
             Cell::text(&stop.name),
             Cell::text(stop.section.doc.split(['.', ':', '(']).next().unwrap_or_default().trim()),
             Cell::text("ok"),
             Cell::number(stop.strikes as f64, stop.strikes.to_string()),
-            Cell::number(stop.peak_n, format!("{:.3}", stop.peak_n)),
-            Cell::number(error_mn, format!("{error_mn:.4}")),
+            Cell::number(stop.peak, peak),
+            Cell::number(stop.error, error),
         ];
         Row { cells, section: Some(stop.section.id.clone()), ..Row::default() }
     };
-    let heads = ["instrument", "what it is", "check", "strikes", "peak force (N)", "force error (mN)"];
+    let heads = ["instrument", "what it is", "check", "strikes", "peak force", "force error"];
     let overview = Table {
         title: "Bundled instruments".into(),
         note: "Each on the bundled gesture. Force error: the largest difference between fixed point and f64.".into(),

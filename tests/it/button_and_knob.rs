@@ -1,8 +1,10 @@
 //! What is no piano: the snap dome's curve and clicks, the knob's detents, friction and stops.
 
 use whippen_compiler::pipeline::Compiled;
+use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::gesture::Gesture;
+use whippen_runtime::motion::{self, MotionOptions};
 
 use crate::common::{self, RATE_HZ};
 use crate::played::{Played, play, play_gesture};
@@ -179,4 +181,30 @@ fn the_stops_push_back_on_both_sides_and_never_pull() {
     assert_eq!(played.0.counts.drive_clipped, 0);
     let free = play(&knob(&[]), &turned(&[(140.0, 0.3), (-140.0, 0.3)]));
     assert_eq!((free.extremes("right_n_m", 0.0), free.extremes("left_n_m", 0.0)), ((0.0, 0.0), (0.0, 0.0)));
+}
+
+#[test]
+fn a_recorded_turn_is_read_in_degrees() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let load = |text: &str| {
+        let path = folder.path().join("turn.csv");
+        std::fs::write(&path, text).expect("writable");
+        motion::load(&path, &MotionOptions { turns: true, ..MotionOptions::default() }, RATE_HZ)
+    };
+    let turn = load("t_s,angle_deg\n0,0\n0.1,-30\n0.2,-90\n").unwrap_or_else(|e| panic!("{e}"));
+    let last = turn.position_m.last().expect("positions");
+    // Between the last two rows, as ticks end before the last.
+    assert!((last + 90f64.to_radians()).abs() < 0.05, "{last} rad");
+    let error = load("t_s,x_mm\n0,0\n0.1,3\n").expect_err("a knob has no length").to_string();
+    assert!(error.contains("a title must name an angle with its unit, such as `angle_rad`"), "{error}");
+}
+
+#[test]
+fn an_instrument_needs_a_device_that_moves_as_it_does() {
+    let (key, turning) = (dome().model, knob(&[]).model);
+    let (mikey, dial) = (Device::of(&key), Device::of(&turning));
+    assert_eq!((mikey.name.as_str(), dial.name.as_str()), ("mikey", "knob"));
+    assert!(mikey.fits(&key).is_ok() && dial.fits(&turning).is_ok());
+    assert_eq!(mikey.fits(&turning), Err("the device `mikey` measures lengths, but `knob` senses an angle".into()));
+    assert_eq!(dial.fits(&key), Err("the device `knob` measures angles, but `snap_dome` senses a length".into()));
 }

@@ -256,3 +256,27 @@ fn a_detent_changes_once_at_a_border_that_trembles() {
         assert_eq!(player.count("step"), 1, "{kind}: over the border once");
     }
 }
+
+#[test]
+fn a_knobs_friction_falls_with_its_rate_too() {
+    let text = "instrument dial {
+        sense angle: angle in -160 deg .. 160 deg over 2 ms
+        let rate = angle'
+        torque f = rotary_stribeck(angle, stick: 8 mN*m, slip: 2 mN*m, fades: 2 rad/s, give: 1 deg).drag
+    }";
+    let compiled = common::compiled("dial.whip", text, &[]).remove(0);
+    for kind in ENGINES {
+        let mut player = Player::new(&compiled, kind);
+        let (mut slider, mut fast) = (Slider { foot_m: 0.0, give_m: 1f64.to_radians() }, 0);
+        // The strokes of a key, 10 mm for 2.5 rad.
+        for position in strokes(0x56) {
+            player.tick(250.0 * position);
+            let pace = (player.value("rate") / 2.0).clamp(-10.0, 10.0);
+            let expected_n_m = (2e-3 + 6e-3 / (1.0 + pace * pace)) * slider.bend(player.value("angle"));
+            let found_n_m = player.value("f");
+            assert!((found_n_m - expected_n_m).abs() < 2e-6, "{kind}: {found_n_m} N*m, not {expected_n_m} N*m");
+            fast += usize::from(pace.abs() > 1.0);
+        }
+        assert!(fast > 1_000, "{fast} ticks beyond the rate at which half is left");
+    }
+}

@@ -11,13 +11,13 @@ use whippen_runtime::engine::EngineKind;
 use whippen_runtime::report::{Made, Page, Section};
 use whippen_runtime::session::{self, Run};
 
-use crate::common::{all, gesture};
+use crate::common::{all, gesture_of};
 
 /// A run of the first `seconds` of the bundled gesture and its page.
 fn page(compiled: &Compiled, seconds: f64) -> (Run, Page) {
-    let mut positions = gesture();
+    let mut positions = gesture_of(compiled);
     positions.truncate((seconds * 44_100.0) as usize);
-    let device = Device::mikey();
+    let device = Device::of(&compiled.model);
     let run = session::run(compiled, &device, EngineKind::Jit, &positions, |_| ()).expect("it runs");
     let sources = [("a <b>.whip".to_string(), "// </script><script>alert(1)</script>\n".to_string())];
     let made = Made { engine: EngineKind::Jit, motion: &[], device: &device, settings: &[], sources: &sources };
@@ -134,7 +134,8 @@ fn its_data_is_the_trace_within_what_it_says() {
                 assert_eq!(f64::from(states[run]), value, "{name} at {tick}");
             }
         }
-        let strikes: Vec<f64> = run.trace.events.iter().filter(|e| e.event == "note").map(|e| e.t_s).collect();
+        let marked = session::marked(&compiled.model);
+        let strikes: Vec<f64> = run.trace.events.iter().filter(|e| e.event == marked).map(|e| e.t_s).collect();
         let marks: Vec<f64> =
             chart["marks"].as_array().expect("marks").iter().map(|m| m[0].as_f64().expect("s")).collect();
         // The reader of JSON rounds the last bit.

@@ -35,6 +35,11 @@ pub fn read(path: &Path, turns: bool, limit: usize) -> Result<(usize, Uniform), 
     Ok((times_s.len(), grid))
 }
 
+/// `a length`, `an angle`.
+fn article(kind: &str) -> String {
+    if kind.starts_with('a') { format!("an {kind}") } else { format!("a {kind}") }
+}
+
 /// The unit of a title in an example.
 fn shown(dim: Dim) -> String {
     if dim.is_number() { "rad".to_string() } else { dim.unit() }
@@ -54,7 +59,7 @@ fn find(titles: &[String], name: &str, dim: Dim, kind: &str) -> Result<(usize, U
         (Some(column), _) | (None, [column]) => Ok((column.0, column.2)),
         (None, several) => {
             let problem = match several {
-                [] => format!("a title must name a {kind} with its unit, such as `{name}_{}`", shown(dim)),
+                [] => format!("a title must name {} with its unit, such as `{name}_{}`", article(kind), shown(dim)),
                 _ => format!("several columns have a unit of {kind}; call one of them `{name}_` and its unit"),
             };
             Err(format!("{problem}; the titles here are `{}`", titles.join("`, `")))

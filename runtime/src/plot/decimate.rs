@@ -1,8 +1,8 @@
 //! Fewer points for the same picture.
 //!
 //! A line over time is reduced per column of the page to its first, lowest, highest and last point, in their order: whatever the
-//! number of ticks, nothing is lost that could be seen. Points on a straight line are left out. A loop is reduced to the steps between cells of the
-//! page that were not drawn before. A machine is reduced to runs.
+//! number of ticks, nothing is lost that could be seen. A loop is reduced to the steps between cells of the page that were not drawn before; points on a
+//! straight line are left out of both. A machine is reduced to runs.
 
 use std::collections::HashSet;
 
@@ -15,7 +15,7 @@ pub fn line(values: &[f64], place: impl Fn(usize) -> f64, y: &Axis) -> Vec<Vec<P
     let points = |stretch: Vec<Kept>| {
         let mut to = Vec::new();
         stretch.into_iter().for_each(|(tick, value)| push(&mut to, (place(tick), y.place(value))));
-        to
+        simplified(to)
     };
     extremes(values, |tick| place(tick).floor()).into_iter().map(points).map(simplified).collect()
 }

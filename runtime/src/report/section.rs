@@ -120,10 +120,14 @@ pub fn id(name: &str) -> String {
 }
 
 fn device(device: &Device) -> String {
-    let (shown, position, force) = if device.turns { (1.0, "rad", "N*m") } else { (1e3, "mm", "N") };
-    let (low, high) = (device.sensor.low * shown, device.sensor.high * shown);
-    let full_scale = device.drive.full_scale;
-    format!("{}: sensor {low:.3} to {high:.3} {position}, drive ±{full_scale} {force}", device.name).replace('-', "−")
+    let (low, high, full_scale) = (device.sensor.low, device.sensor.high, device.drive.full_scale);
+    let text = if device.turns {
+        let (low, high) = (low.to_degrees(), high.to_degrees());
+        format!("{}: sensor {low:.1} to {high:.1} deg, drive ±{} mN·m", device.name, full_scale * 1e3)
+    } else {
+        format!("{}: sensor {:.3} to {:.3} mm, drive ±{full_scale} N", device.name, low * 1e3, high * 1e3)
+    };
+    text.replace('-', "−")
 }
 
 /// Strikes, the greatest force, how deep, how long.
