@@ -2,16 +2,22 @@
 
 mod check;
 mod command;
+mod completions;
 mod dump;
 mod emulate;
 mod errors;
+mod fmt;
 mod keys;
 mod load;
+mod lsp;
+mod man;
 mod motion;
+mod new;
 mod numbers;
 mod progress;
 mod run;
 mod tour;
+mod watch;
 
 use clap::{Parser, Subcommand};
 
@@ -32,23 +38,38 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Write a commented program to begin with
+    New(new::Args),
     /// Read and check a program, and say what is wrong with it
     Check(check::Args),
     /// Move the key of an instrument and record what it does
     Run(Box<run::Args>),
+    /// Lay out programs in the canonical way; comments stay
+    Fmt(fmt::Args),
     /// Print an intermediate form of a program
     Dump(dump::Args),
     /// Run a bare-metal image for a Cortex-M, or one function of it, and count its cycles
     Emulate(Box<emulate::Args>),
+    /// Serve an editor: diagnostics, hover, completion, definitions, layout
+    Lsp(lsp::Args),
+    /// Print a script with which a shell completes commands, options and files
+    Completions(completions::Args),
+    /// Print a manual page, or write all of them
+    Man(man::Args),
 }
 
 /// Runs what the command line asks for.
 pub fn dispatch(cli: Cli) -> Outcome {
     match cli.command {
         None => tour::run(),
+        Some(Command::New(args)) => new::run(&args),
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Run(args)) => run::run(&args),
+        Some(Command::Fmt(args)) => fmt::run(&args),
         Some(Command::Dump(args)) => dump::run(&args),
         Some(Command::Emulate(args)) => emulate::run(&args),
+        Some(Command::Lsp(args)) => lsp::run(&args),
+        Some(Command::Completions(args)) => completions::run(&args),
+        Some(Command::Man(args)) => man::run(&args),
     }
 }

@@ -2,6 +2,7 @@
 
 mod cmd;
 mod exit;
+mod lsp;
 mod say;
 
 use std::process::ExitCode;

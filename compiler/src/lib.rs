@@ -8,6 +8,7 @@ pub mod fix;
 pub mod front;
 pub mod host;
 pub mod ideal;
+pub mod index;
 pub mod kernel;
 pub mod lint;
 pub mod model;

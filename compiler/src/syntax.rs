@@ -11,11 +11,13 @@
 pub mod ast;
 mod build;
 mod expected;
+mod layout;
 mod parse;
 pub mod pretty;
 mod repair;
 pub mod token;
 
+pub use layout::{WIDTH, layout};
 pub use parse::parse;
 
 #[cfg(test)]

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
+use clap::ValueHint;
 use whippen_compiler::check::Options;
 use whippen_compiler::diag::Severity;
 use whippen_runtime::device::Device;
 
-use super::{load, numbers};
+use super::{load, numbers, watch};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
 
@@ -14,7 +15,7 @@ use crate::say::{self, say};
 #[command(after_help = "Example: whippen check instruments/grand-piano.whip --numbers")]
 pub struct Args {
     /// The files of one program
-    #[arg(required = true, value_name = "FILE")]
+    #[arg(required = true, value_name = "FILE", value_hint = ValueHint::FilePath)]
     files: Vec<PathBuf>,
     /// Print range, format and error bound of every named value
     #[arg(long)]
@@ -22,9 +23,16 @@ pub struct Args {
     /// Give a parameter another value, such as weight=0.4N
     #[arg(long = "set", value_name = "NAME=VALUE")]
     sets: Vec<String>,
+    /// Check again whenever one of the files is saved, until Ctrl-C
+    #[arg(long)]
+    watch: bool,
 }
 
 pub fn run(args: &Args) -> Outcome {
+    if args.watch { watch::watch(&args.files, || once(args)) } else { once(args) }
+}
+
+fn once(args: &Args) -> Outcome {
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
     let (map, program) = load::checked(&load::read(&args.files)?, &options, Severity::Note)?;
     if program.instruments.is_empty() {

@@ -1,5 +1,6 @@
 //! `whippen dump`
 
+use clap::ValueHint;
 use whippen_compiler::check::Options;
 use whippen_compiler::diag::Severity;
 use whippen_compiler::pipeline::PASSES;
@@ -15,7 +16,7 @@ use crate::say;
 #[command(after_help = "Example: whippen dump instruments/grand-piano.whip --after lower")]
 pub struct Args {
     /// The files of one program, and the name of an instrument if there are several
-    #[arg(required = true, value_name = "FILE.. [INSTRUMENT]")]
+    #[arg(required = true, value_name = "FILE.. [INSTRUMENT]", value_hint = ValueHint::FilePath)]
     words: Vec<String>,
     /// The last pass to run: parse, check, simplify or lower
     #[arg(long, value_name = "PASS", default_value = "lower")]

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::ValueHint;
 use whippen_compiler::model::Model;
 use whippen_compiler::units::{Dim, parse_quantity};
 use whippen_runtime::gesture;
@@ -14,7 +15,7 @@ use crate::exit::Failure;
 #[command(next_help_heading = "The motion")]
 pub struct MotionArgs {
     /// The key moves as recorded here: a table with titles such as t_s,x_mm (t_s,angle_deg for a knob), or bare columns with --rate; without it a bundled gesture
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     motion: Option<PathBuf>,
     /// Rows per second of bare columns
     #[arg(long, value_name = "HZ", requires = "motion", value_parser = frequency)]
@@ -23,7 +24,7 @@ pub struct MotionArgs {
     #[arg(long, value_name = "N", requires = "rate", default_value_t = 1, value_parser = column)]
     column: u32,
     /// Table from position to reading, by which bare readings become positions; without it they are metres
-    #[arg(long, value_name = "FILE", requires = "rate")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, requires = "rate")]
     calibration: Option<PathBuf>,
     /// Position of the key at rest, becomes 0
     #[arg(long, value_name = "LENGTH", requires = "full", value_parser = length, allow_hyphen_values = true)]
@@ -75,6 +76,11 @@ impl MotionArgs {
             ));
         }
         Ok(Positions { position_m: motion.position_m, notes })
+    }
+
+    /// The files that are read.
+    pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.motion.iter().chain(&self.calibration)
     }
 
     /// The bundled gesture.

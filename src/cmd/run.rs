@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::ValueHint;
 use whippen_compiler::check::{Options, Program};
 use whippen_compiler::diag::Severity;
 use whippen_compiler::model::Model;
@@ -16,7 +17,7 @@ use whippen_runtime::session::{self, Counts, Run};
 
 use super::keys::{self, KeysArgs, Setup};
 use super::motion::{self, MotionArgs, Positions};
-use super::{command, errors, load, progress::Progress};
+use super::{command, errors, load, progress::Progress, watch};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
 
@@ -26,7 +27,7 @@ use crate::say::{self, say};
 )]
 pub struct Args {
     /// The files of one program, and the name of an instrument if there are several
-    #[arg(required = true, value_name = "FILE.. [INSTRUMENT]")]
+    #[arg(required = true, value_name = "FILE.. [INSTRUMENT]", value_hint = ValueHint::FilePath)]
     words: Vec<String>,
     #[command(flatten)]
     motion: MotionArgs,
@@ -39,7 +40,7 @@ pub struct Args {
     #[arg(long = "set", value_name = "NAME=VALUE", help_heading = "The instrument")]
     sets: Vec<String>,
     /// Device file with the scales of sensor and drive; the keyboard's device or mikey otherwise
-    #[arg(long, value_name = "FILE", help_heading = "The instrument")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "The instrument")]
     device: Option<PathBuf>,
     /// Stop after so long
     #[arg(long, value_name = "TIME", value_parser = motion::seconds)]
@@ -47,6 +48,9 @@ pub struct Args {
     /// Run the f64 engine too, and print how far fixed point is from it
     #[arg(long)]
     errors: bool,
+    /// Run again whenever one of the files is saved, until Ctrl-C
+    #[arg(long)]
+    watch: bool,
     #[command(flatten)]
     outputs: Outputs,
 }
@@ -56,19 +60,19 @@ pub struct Args {
 #[command(next_help_heading = "What to write")]
 pub struct Outputs {
     /// Trace: a row per tick with ports, force terms, coordinates and states
-    #[arg(long, value_name = "FILE.csv")]
+    #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
     /// Only every N-th row of the trace
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub every: u32,
     /// Events: emitted ones, named ones and transitions
-    #[arg(long, value_name = "FILE.csv")]
+    #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
     pub events: Option<PathBuf>,
     /// Picture: forces against time and travel, hammer and states against time
-    #[arg(long, value_name = "FILE.svg|FILE.png")]
+    #[arg(long, value_name = "FILE.svg|FILE.png", value_hint = ValueHint::FilePath)]
     pub plot: Vec<PathBuf>,
     /// Page to explore: plots to zoom, force loop, strikes, numbers, the program; one file that needs no network
-    #[arg(long, value_name = "FILE.html")]
+    #[arg(long, value_name = "FILE.html", value_hint = ValueHint::FilePath)]
     pub report: Option<PathBuf>,
 }
 
@@ -86,6 +90,15 @@ impl Outputs {
 }
 
 pub fn run(args: &Args) -> Outcome {
+    if !args.watch {
+        return once(args);
+    }
+    let (mut files, _) = load::split(&args.words)?;
+    files.extend(args.motion.files().chain(&args.device).chain(&args.keys.midi).cloned());
+    watch::watch(&files, || once(args))
+}
+
+fn once(args: &Args) -> Outcome {
     let (files, name) = load::split(&args.words)?;
     args.outputs.check().map_err(Failure::Usage)?;
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };

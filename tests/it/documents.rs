@@ -135,8 +135,11 @@ fn the_library_is_documented_term_by_term_as_it_is() {
             let Item::Term(term) = item else { panic!("{name} holds something that is no term") };
             assert!(!term.doc.is_empty(), "{name}: `{}` has no documentation", term.name.node);
             let printed = pretty::print(&whippen_compiler::syntax::ast::File { items: vec![item.clone()] }).to_string();
-            let head = printed.lines().find(|l| l.starts_with("term ")).expect("a term");
-            signatures.insert(head.trim_start_matches("term ").trim_end_matches(" {").to_string());
+            // A long head stands on several lines.
+            let lines = printed.lines().skip_while(|l| !l.starts_with("term "));
+            let head = lines.take_while(|l| *l != "{" && !l.starts_with("    let")).collect::<Vec<_>>().join(" ");
+            let head = head.split('{').next().unwrap_or_default().trim_start_matches("term ");
+            signatures.insert(head.split_whitespace().collect::<Vec<_>>().join(" "));
         }
     }
     let documented: BTreeSet<String> = manual

@@ -1,19 +1,21 @@
-//! Prints a tree as source text in one canonical layout.
+//! Spells a tree as source text, in the canonical layout.
 //!
-//! Reading the text again gives the same tree, places aside. Ordinary comments are not part of the tree and are not
-//! printed: keeping them is the formatter's business.
+//! Reading the text again gives the same tree, places aside. Ordinary comments are not part of the tree: who has a text
+//! lays that out (`layout`).
 
 mod expr;
 
 use std::fmt::{self, Write};
 
 use super::ast::*;
+use super::layout;
 use expr::{Shown, list};
 
-/// The text of a file.
+/// The text of a file. What could not be read stands in it as `<error>`; such a text has a line per declaration and no
+/// further layout.
 pub fn print(file: &File) -> String {
-    let items: Vec<String> = file.items.iter().map(item).collect();
-    items.join("\n")
+    let text: String = file.items.iter().map(item).collect();
+    layout(0, &text).unwrap_or(text)
 }
 
 fn item(item: &Item) -> String {
@@ -39,11 +41,7 @@ fn typed(names: &[TypedName]) -> String {
 
 /// A header and a block of lines, each of which may be a block itself.
 fn block(header: &str, lines: Vec<String>) -> String {
-    if lines.is_empty() {
-        return format!("{header} {{}}");
-    }
-    let indented = lines.iter().flat_map(|l| l.lines()).fold(String::new(), |text, line| text + "    " + line + "\n");
-    format!("{header} {{\n{indented}}}")
+    format!("{header} {{\n{}\n}}", lines.join("\n"))
 }
 
 fn setting(setting: &Setting) -> String {

@@ -1,5 +1,6 @@
 //! Tests of the way from text to tree.
 
+mod layout;
 mod manual;
 mod meaning;
 mod mistakes;

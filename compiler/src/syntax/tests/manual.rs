@@ -11,6 +11,7 @@ use crate::front::compile_front;
 use crate::pipeline::compile;
 use crate::scales::Scales;
 use crate::source::SourceMap;
+use crate::syntax::layout;
 use crate::syntax::token::{HARD_KEYWORDS, SIGNS, SOFT_KEYWORDS};
 use crate::units::{dimension_names, unit_names};
 
@@ -48,6 +49,13 @@ fn programs_of_the_manual_are_one_program_that_compiles() {
     for model in program.instruments {
         let name = model.name.clone();
         compile(model, scales, false).unwrap_or_else(|error| panic!("{name}: {error:?}"));
+    }
+}
+
+#[test]
+fn programs_of_the_manual_have_the_canonical_layout() {
+    for program in blocks("whip") {
+        assert_eq!(layout(0, program).as_deref(), Ok(program));
     }
 }
 

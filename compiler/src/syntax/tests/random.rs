@@ -27,7 +27,7 @@ impl Dice {
         (self.below(2) == 0).then(|| make(self))
     }
 
-    fn some<T>(&mut self, least: usize, make: impl Fn(&mut Dice) -> T) -> Vec<T> {
+    pub fn some<T>(&mut self, least: usize, make: impl Fn(&mut Dice) -> T) -> Vec<T> {
         (0..least + self.below(3)).map(|_| make(self)).collect()
     }
 
@@ -154,7 +154,7 @@ impl Dice {
         }
     }
 
-    fn item(&mut self) -> Item {
+    pub fn item(&mut self) -> Item {
         let (name, span) = (self.name(), Span::default());
         let doc = self.pick(&["", "One line.", "Two\nlines.", "An empty one\n\nbetween."]).to_string();
         match self.below(3) {

@@ -1,0 +1,78 @@
+//! The language server: what an editor asks about a program while it is typed.
+//!
+//! ```text
+//!   stdin -- wire --> server -- world (open documents, files beside them) -- analysis (one program, one index)
+//!                       |                                                        |
+//!   stdout <------------+-- diagnostics, hover, navigate, complete, signature ---+
+//! ```
+//!
+//! A program is small and a full check takes milliseconds, so nothing is kept up to date by parts: after a change every
+//! open document is analysed anew, once the editor has nothing further to say.
+//!
+//! Not here: what the compiler knows (`whippen_compiler`), the protocol's types (`lsp-types`).
+
+mod actions;
+mod analysis;
+mod complete;
+mod diagnostics;
+mod hover;
+mod navigate;
+mod server;
+mod signature;
+mod text;
+mod uri;
+mod wire;
+mod words;
+mod world;
+
+use std::io::{self, BufReader};
+use std::sync::mpsc;
+use std::thread;
+
+use lsp_server::Message;
+
+use crate::exit::{Failure, Outcome};
+use server::{Next, Server};
+
+/// Serves one editor over stdin and stdout until it says `exit` or hangs up.
+pub fn serve() -> Outcome {
+    let (sender, receiver) = mpsc::channel();
+    thread::spawn(move || {
+        let mut input = BufReader::new(io::stdin());
+        while let Some(message) = wire::read(&mut input) {
+            if sender.send(message).is_err() {
+                break;
+            }
+        }
+    });
+    let mut server = Server::default();
+    let mut waiting = receiver.recv().ok();
+    while let Some(message) = waiting {
+        match message {
+            Ok(message) => match server.handle(message) {
+                Next::Go => {}
+                Next::Exit(true) => return Ok(()),
+                Next::Exit(false) => return Err(Failure::Program),
+            },
+            Err(why) => server.complain(&why),
+        }
+        // What was typed meanwhile comes first: diagnostics are for the last state.
+        waiting = match receiver.try_recv() {
+            Ok(next) => Some(next),
+            Err(_) => {
+                server.publish();
+                send(server.take())?;
+                receiver.recv().ok()
+            }
+        };
+    }
+    send(server.take())
+}
+
+fn send(messages: Vec<Message>) -> Outcome {
+    let mut output = io::stdout().lock();
+    messages
+        .into_iter()
+        .try_for_each(|message| message.write(&mut output))
+        .map_err(|e| Failure::Usage(format!("the editor does not listen any more: {e}")))
+}

@@ -1,0 +1,250 @@
+//! Requests and notifications: what each asks for and who answers.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use lsp_server::{ErrorCode, Message, Notification, Request, RequestId, Response};
+use lsp_types::*;
+use serde_json::{Value, json};
+use whippen_compiler::syntax::layout;
+
+use super::analysis::{Analysis, Numbers};
+use super::world::{Document, World};
+use super::{actions, complete, diagnostics, hover, navigate, signature, text};
+
+/// Whether there is anything further to do.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Next {
+    Go,
+    /// The end; `true` if `shutdown` came before `exit`.
+    Exit(bool),
+}
+
+/// Why a request has no answer.
+type Refusal = (ErrorCode, String);
+
+/// What one editor has said so far.
+#[derive(Default)]
+pub struct Server {
+    world: World,
+    /// Of open documents, as far as they are needed since the last change.
+    analyses: BTreeMap<String, Analysis>,
+    numbers: BTreeMap<String, Numbers>,
+    /// Documents of which the editor does not know the diagnostics yet.
+    stale: BTreeSet<String>,
+    initialized: bool,
+    shut_down: bool,
+    out: Vec<Message>,
+}
+
+impl Server {
+    /// What is to be sent.
+    pub fn take(&mut self) -> Vec<Message> {
+        std::mem::take(&mut self.out)
+    }
+
+    /// Answers something that is no message. The protocol wants the id `null`, which `lsp-server` cannot write, so the
+    /// editor's log is told.
+    pub fn complain(&mut self, why: &str) {
+        let params = LogMessageParams { typ: MessageType::ERROR, message: format!("whippen lsp: {why}") };
+        self.notify("window/logMessage", json!(params));
+    }
+
+    fn notify(&mut self, method: &str, params: Value) {
+        self.out.push(Notification { method: method.to_string(), params }.into());
+    }
+
+    pub fn handle(&mut self, message: Message) -> Next {
+        match message {
+            Message::Request(request) => {
+                let id = request.id.clone();
+                let answer = catch_unwind(AssertUnwindSafe(|| self.answer(&request)));
+                let defect = |_| Err((ErrorCode::InternalError, format!("a defect in Whippen: {}", request.method)));
+                self.respond(id, answer.unwrap_or_else(defect));
+            }
+            Message::Notification(notification) if notification.method == "exit" => return Next::Exit(self.shut_down),
+            Message::Notification(notification) => {
+                let method = notification.method.clone();
+                match catch_unwind(AssertUnwindSafe(|| self.told(notification))) {
+                    Ok(Ok(())) => {}
+                    Ok(Err(why)) => self.complain(&format!("{method}: {why}")),
+                    Err(_) => self.complain(&format!("a defect in Whippen: {method}")),
+                }
+            }
+            Message::Response(_) => {}
+        }
+        Next::Go
+    }
+
+    fn respond(&mut self, id: RequestId, answer: Result<Value, Refusal>) {
+        self.out.push(match answer {
+            Ok(value) => Response::new_ok(id, value).into(),
+            Err((code, message)) => Response::new_err(id, code as i32, message).into(),
+        });
+    }
+
+    fn answer(&mut self, request: &Request) -> Result<Value, Refusal> {
+        match request.method.as_str() {
+            "initialize" => {
+                self.initialized = true;
+                return Ok(json!({
+                    "capabilities": capabilities(),
+                    "serverInfo": { "name": "whippen", "version": env!("CARGO_PKG_VERSION") },
+                }));
+            }
+            _ if !self.initialized => {
+                return Err((ErrorCode::ServerNotInitialized, "`initialize` comes first".to_string()));
+            }
+            _ if self.shut_down => return Err((ErrorCode::InvalidRequest, "it was shut down".to_string())),
+            "shutdown" => {
+                self.shut_down = true;
+                return Ok(Value::Null);
+            }
+            _ => {}
+        }
+        let params = &request.params;
+        let Some(uri) = params.pointer("/textDocument/uri").and_then(Value::as_str) else {
+            return Err((ErrorCode::MethodNotFound, format!("`{}` is not known", request.method)));
+        };
+        let uri = uri.to_string();
+        if !self.world.open.contains_key(&uri) {
+            return Err((ErrorCode::InvalidParams, format!("`{uri}` is not open")));
+        }
+        let analysis = self.analysis(&uri);
+        let place = |params: &Value| -> Result<Position, Refusal> { read(params.get("position")) };
+        Ok(match request.method.as_str() {
+            "textDocument/hover" => json!(hover::hover(analysis, place(params)?)),
+            "textDocument/definition" => json!(navigate::definition(analysis, place(params)?)),
+            "textDocument/references" => {
+                let declaration = params.pointer("/context/includeDeclaration").and_then(Value::as_bool);
+                json!(navigate::references(analysis, place(params)?, declaration.unwrap_or(true)))
+            }
+            "textDocument/documentHighlight" => {
+                let all = navigate::references(analysis, place(params)?, true).unwrap_or_default();
+                let here = all.into_iter().filter(|l| l.uri.as_str() == uri);
+                json!(here.map(|l| DocumentHighlight { range: l.range, kind: None }).collect::<Vec<_>>())
+            }
+            "textDocument/rename" => {
+                let new: String = read(params.get("newName"))?;
+                let edit = navigate::rename(analysis, place(params)?, &new);
+                json!(edit.map_err(|why| (ErrorCode::RequestFailed, why))?)
+            }
+            "textDocument/documentSymbol" => json!(navigate::outline(analysis)),
+            "textDocument/completion" => json!(complete::complete(analysis, place(params)?)),
+            "textDocument/signatureHelp" => json!(signature::help(analysis, place(params)?)),
+            "textDocument/codeAction" => json!(actions::actions(analysis, read(params.get("range"))?)),
+            "textDocument/formatting" => json!(formatting(analysis.text(0))),
+            other => return Err((ErrorCode::MethodNotFound, format!("`{other}` is not known"))),
+        })
+    }
+
+    /// The analysis of an open document as it is now.
+    fn analysis(&mut self, uri: &str) -> &Analysis {
+        let (world, numbers) = (&self.world, &mut self.numbers);
+        self.analyses.entry(uri.to_string()).or_insert_with(|| {
+            let before = numbers.get(uri).cloned().unwrap_or_default();
+            let analysis = Analysis::new(&world.program(uri), before);
+            numbers.insert(uri.to_string(), analysis.numbers.clone());
+            analysis
+        })
+    }
+
+    fn told(&mut self, notification: Notification) -> Result<(), String> {
+        fn params<T: serde::de::DeserializeOwned>(value: Value) -> Result<T, String> {
+            serde_json::from_value(value).map_err(|e| e.to_string())
+        }
+        match notification.method.as_str() {
+            "textDocument/didOpen" => {
+                let opened: DidOpenTextDocumentParams = params(notification.params)?;
+                let TextDocumentItem { uri, version, text, .. } = opened.text_document;
+                self.world.open.insert(uri.as_str().to_string(), Document { text, version });
+                self.changed();
+            }
+            "textDocument/didChange" => {
+                let changed: DidChangeTextDocumentParams = params(notification.params)?;
+                let uri = changed.text_document.uri.as_str();
+                let document = self.world.open.get_mut(uri).ok_or_else(|| format!("`{uri}` is not open"))?;
+                document.version = changed.text_document.version;
+                changed.content_changes.into_iter().for_each(|change| text::apply(&mut document.text, change));
+                self.changed();
+            }
+            "textDocument/didClose" => {
+                let closed: DidCloseTextDocumentParams = params(notification.params)?;
+                let uri = closed.text_document.uri.as_str();
+                self.world.open.remove(uri);
+                self.numbers.remove(uri);
+                self.notify("textDocument/publishDiagnostics", json!({ "uri": uri, "diagnostics": [] }));
+                self.changed();
+            }
+            // A file beside the open ones may have changed.
+            "textDocument/didSave" | "workspace/didChangeWatchedFiles" => self.changed(),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Every open document may use what has changed.
+    fn changed(&mut self) {
+        self.analyses.clear();
+        self.stale = self.world.open.keys().cloned().collect();
+    }
+
+    /// Tells the diagnostics of all documents that may have changed.
+    pub fn publish(&mut self) {
+        for uri in std::mem::take(&mut self.stale) {
+            let found = catch_unwind(AssertUnwindSafe(|| diagnostics::diagnostics(self.analysis(&uri))));
+            let version = self.world.open.get(&uri).map(|document| document.version);
+            match found {
+                Ok(found) => self.notify(
+                    "textDocument/publishDiagnostics",
+                    json!({ "uri": uri, "version": version, "diagnostics": found }),
+                ),
+                Err(_) => self.complain(&format!("a defect in Whippen: the analysis of `{uri}`")),
+            }
+        }
+    }
+}
+
+fn read<T: serde::de::DeserializeOwned>(value: Option<&Value>) -> Result<T, Refusal> {
+    serde_json::from_value(value.cloned().unwrap_or_default()).map_err(|e| (ErrorCode::InvalidParams, e.to_string()))
+}
+
+/// One edit for the whole text; none where the text is laid out already, or cannot be read.
+fn formatting(source: &str) -> Vec<TextEdit> {
+    match layout(0, source) {
+        Ok(laid) if laid != source => vec![TextEdit { range: text::whole(source), new_text: laid }],
+        _ => Vec::new(),
+    }
+}
+
+fn capabilities() -> ServerCapabilities {
+    let words = |words: &[&str]| Some(words.iter().map(|w| (*w).to_string()).collect());
+    ServerCapabilities {
+        text_document_sync: Some(TextDocumentSyncCapability::Options(TextDocumentSyncOptions {
+            open_close: Some(true),
+            change: Some(TextDocumentSyncKind::INCREMENTAL),
+            save: Some(TextDocumentSyncSaveOptions::Supported(true)),
+            ..TextDocumentSyncOptions::default()
+        })),
+        hover_provider: Some(HoverProviderCapability::Simple(true)),
+        definition_provider: Some(OneOf::Left(true)),
+        references_provider: Some(OneOf::Left(true)),
+        document_highlight_provider: Some(OneOf::Left(true)),
+        rename_provider: Some(OneOf::Left(true)),
+        document_symbol_provider: Some(OneOf::Left(true)),
+        document_formatting_provider: Some(OneOf::Left(true)),
+        code_action_provider: Some(CodeActionProviderCapability::Options(CodeActionOptions {
+            code_action_kinds: Some(vec![CodeActionKind::QUICKFIX]),
+            ..CodeActionOptions::default()
+        })),
+        completion_provider: Some(CompletionOptions {
+            trigger_characters: words(&[".", " ", "*", "/"]),
+            ..CompletionOptions::default()
+        }),
+        signature_help_provider: Some(SignatureHelpOptions {
+            trigger_characters: words(&["(", ",", ":"]),
+            ..SignatureHelpOptions::default()
+        }),
+        ..ServerCapabilities::default()
+    }
+}
