@@ -149,7 +149,6 @@ fn wild(core: CoreKind, seed: u64) -> Machine {
     let code: Vec<u8> = (0..8000).flat_map(|_| halfword(&mut random).to_le_bytes()).collect();
     machine.bus.memory.write(RAM, &code).expect("RAM");
     let mut vectors = vec![RAM + 0x3f00];
-    let vector = |number| if (3..7).contains(&number) { 0x0800_0801 } else { RAM + 1 + random.next() % 0x1000 * 2 };
     let vector = |number| if (3..7).contains(&number) { 0x0800_0801 } else { (RAM + random.next() % 0x2000) | 1 };
     vectors.extend((1..64).map(vector));
     let vectors: Vec<u8> = vectors.into_iter().flat_map(u32::to_le_bytes).collect();
