@@ -1,3 +1,5 @@
+//! Boards as they start: two cores, the boot sequence, DMA and the converter together.
+
 use super::*;
 
 #[test]

@@ -1,3 +1,5 @@
+//! The DMA alone: sizes, chains, rings, interrupts.
+
 use super::*;
 use crate::board::{Board, CoreKind};
 use crate::bus::Waits;
