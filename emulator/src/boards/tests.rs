@@ -1,4 +1,4 @@
-//! Boards as they start: two cores, the boot sequence, DMA and the converter together.
+//! Boards as built: nothing overlaps, core 1 waits in ROM, polls of a start end.
 
 use super::*;
 

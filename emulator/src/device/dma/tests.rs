@@ -1,4 +1,4 @@
-//! The DMA alone: sizes, chains, rings, interrupts.
+//! The DMA alone: transfers, chains, rings, pacing, errors.
 
 use super::*;
 use crate::board::{Board, CoreKind};
