@@ -20,6 +20,7 @@ pub const INSTRUMENTS: &[(&str, &str)] = &[
     ("baker.whip", include_str!("../../instruments/baker.whip")),
     ("two-body.whip", include_str!("../../instruments/two-body.whip")),
     ("snap-dome.whip", include_str!("../../instruments/snap-dome.whip")),
+    ("knob.whip", include_str!("../../instruments/knob.whip")),
     ("hammond.whip", include_str!("../../instruments/hammond.whip")),
     ("harpsichord.whip", include_str!("../../instruments/harpsichord.whip")),
     ("grand-piano.whip", include_str!("../../instruments/grand-piano.whip")),

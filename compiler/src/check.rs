@@ -11,7 +11,7 @@
 //!   memory of its own. No expression is looked at yet, so cells and machines are numbered in the order of the text.
 //! * `elaborate` gives every expression a type and a node. Values are evaluated when first asked for, so the order of
 //!   declarations does not matter and a circle shows itself.
-//! * `finish` looks at the whole: unreachable states, writers that collide.
+//! * `finish` looks at the whole: states that no transition names.
 //!
 //! Every term is first checked by itself, with parameters of which only the type is known, then wherever it is called;
 //! a message that says the same about the same place is given once. What is in error already is `None` and silent, so
@@ -27,6 +27,7 @@ mod cell;
 mod children;
 mod constant;
 mod diags;
+mod drive;
 mod elaborate;
 mod expect;
 mod expr;
@@ -48,7 +49,6 @@ mod slot;
 mod states;
 mod types;
 mod walk;
-mod writers;
 
 #[cfg(test)]
 mod tests;

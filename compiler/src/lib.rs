@@ -9,6 +9,7 @@ pub mod front;
 pub mod host;
 pub mod ideal;
 pub mod kernel;
+pub mod lint;
 pub mod model;
 pub mod pipeline;
 pub mod range;

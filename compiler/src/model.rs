@@ -57,6 +57,11 @@ pub struct Model {
     pub dag: Dag,
     /// Where each value was first written, by node number; may be shorter than the graph.
     pub spans: Vec<Option<Span>>,
+    /// Inside which call of a term each value was first written (an index into `calls`), by node number; may be shorter
+    /// than the graph.
+    pub within: Vec<Option<u32>>,
+    /// The calls of terms that have been inlined.
+    pub calls: Vec<Call>,
     /// What is measured, in the order of the text.
     pub senses: Vec<Sense>,
     /// What the player may turn, in the order of the text.
@@ -81,6 +86,15 @@ pub struct Model {
     pub forces: Vec<Named>,
     /// Every `let` and every result of a term (`jack.resistance`), in the order of the text: exported to traces.
     pub named: Vec<Named>,
+}
+
+/// A call of a term, which has been inlined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Call {
+    /// Where it stands.
+    pub span: Span,
+    /// The call inside which it stands.
+    pub outer: Option<u32>,
 }
 
 /// `sense`
@@ -234,6 +248,8 @@ pub struct Rule {
     pub actions: Vec<Action>,
     /// Where it stands.
     pub span: Span,
+    /// Inside which call of a term (an index into the Model's).
+    pub call: Option<u32>,
 }
 
 /// What a rule does.
@@ -291,6 +307,22 @@ pub struct Named {
 }
 
 impl Model {
+    /// The places of a call and of those around it, innermost first.
+    pub fn calls_from(&self, call: Option<u32>) -> impl Iterator<Item = Span> {
+        let at = |call: Option<u32>| call.and_then(|c| self.calls.get(c as usize));
+        std::iter::successors(at(call), move |c| at(c.outer)).map(|c| c.span)
+    }
+
+    /// The places of the calls inside which a value was first written, innermost first.
+    pub fn calls_around(&self, node: NodeId) -> impl Iterator<Item = Span> {
+        self.calls_from(self.within.get(node.0 as usize).copied().flatten())
+    }
+
+    /// Whether it turns: its first sense is an angle, and its forces are torques. Otherwise it slides.
+    pub fn turns(&self) -> bool {
+        self.senses.first().is_some_and(|sense| sense.dim.is_number())
+    }
+
     /// How a rule is called in messages and event lists: the event's name, or `contact: touching -> flying`.
     pub fn rule_name(&self, rule: &Rule) -> String {
         match &rule.kind {

@@ -1,12 +1,13 @@
 //! The pipeline on one screen: source text to Kernel, with a check between passes.
 //!
 //! ```text
-//!   front: parse -> check => Model; compile: range (must be bounded) -> simplify -> range => Ranges -> lower => Kernel -> verify
+//!   front: parse -> check => Model; compile: range (must be bounded) -> lint => warnings; simplify -> range => Ranges -> lower => Kernel -> verify
 //! ```
 
 use crate::diag::Diagnostic;
 use crate::fix::{self, Lowered};
 use crate::kernel;
+use crate::lint;
 use crate::model::Model;
 use crate::range::{self, Ranges};
 use crate::scales::Scales;
@@ -31,6 +32,8 @@ pub struct Compiled {
     pub ranges: Ranges,
     /// In integers.
     pub lowered: Lowered,
+    /// What is surely not meant, though it has a meaning.
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// Why there is no Kernel.
@@ -47,6 +50,7 @@ pub enum CompileError {
 /// # Errors
 /// Values that cannot be bounded, or a defect.
 pub fn compile(model: Model, scales: Scales, observe: bool) -> Result<Compiled, CompileError> {
+    let warnings = lint::lint(&model, &range::analyze(&model).map_err(CompileError::Program)?);
     let step = simplify::simplify(&model).map_err(CompileError::Program)?;
     let ranges = range::analyze(&step.model).map_err(CompileError::Program)?;
     let defect = |what: &str, why: String| CompileError::Defect(format!("{what} of `{}`: {why}", model.name));
@@ -55,7 +59,7 @@ pub fn compile(model: Model, scales: Scales, observe: bool) -> Result<Compiled, 
         let all: Vec<String> = errors.iter().map(ToString::to_string).collect();
         defect("the kernel", all.join("; "))
     })?;
-    Ok(Compiled { model, step, ranges, lowered })
+    Ok(Compiled { model, step, ranges, lowered, warnings })
 }
 
 #[cfg(test)]
@@ -66,7 +70,7 @@ mod tests {
     use crate::front::compile_front;
     use crate::source::SourceMap;
 
-    const MIKEY: Scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb_n: 20.0 / 32768.0 };
+    const MIKEY: Scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb: 20.0 / 32768.0 };
 
     fn program(text: &str) -> Program {
         let mut map = SourceMap::default();

@@ -7,10 +7,10 @@
 //! Not here: integers (the Kernel proves its own ranges again, exactly), relations between values.
 
 mod interval;
+mod problem;
 
-use crate::diag::{Code, Diagnostic};
+use crate::diag::Diagnostic;
 use crate::model::{Cmp, Interval, Model, Node, NodeId};
-use crate::source::Span;
 
 /// What was proven: an interval per node. Only [`analyze`] makes one.
 #[derive(Debug, Clone)]
@@ -61,39 +61,6 @@ pub enum Problem {
     Unbounded,
 }
 
-impl Problem {
-    fn diagnostic(self, model: &Model, node: NodeId) -> Diagnostic {
-        let span: Span = model.spans.get(node.0 as usize).copied().flatten().unwrap_or_default();
-        match self {
-            Problem::ZeroDivisor(i) => Diagnostic::new(
-                Code::DivisionByZero,
-                span,
-                format!("the divisor lies in {} .. {} (SI), which contains zero", short(i.low), short(i.high)),
-                "this division may be by zero",
-            )
-            .hint("keep the divisor away from zero with `max(.., a)` or `clamp`, or narrow the range of what it is made of"),
-            Problem::NegativeBase(i) => Diagnostic::new(
-                Code::NegativePower,
-                span,
-                format!(
-                    "a half-integer power of a value that may be negative ({} .. {} in SI)",
-                    short(i.low),
-                    short(i.high)
-                ),
-                "not a real number where the base is negative",
-            )
-            .hint("write `max(.., 0)` with the unit of the base around it"),
-            Problem::Unbounded => Diagnostic::new(
-                Code::Unbounded,
-                span,
-                "this value cannot be bounded".to_string(),
-                format!("may exceed {LIMIT:e} in SI units"),
-            )
-            .hint("narrow the declared ranges of the values it is made of"),
-        }
-    }
-}
-
 /// The interval of one node from those of its operands.
 ///
 /// # Errors
@@ -135,11 +102,6 @@ pub fn transfer(model: &Model, node: &Node, of: impl Fn(NodeId) -> Interval) -> 
         },
     };
     if value.magnitude() <= LIMIT { Ok(value) } else { Err(Problem::Unbounded) }
-}
-
-/// Six significant digits at the most: the ends of intervals carry the rounding of what they are made of.
-fn short(value: f64) -> f64 {
-    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// `1 .. 1` where the comparison always holds, `0 .. 0` where it never does.

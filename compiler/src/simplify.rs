@@ -46,6 +46,7 @@ pub fn simplify(model: &Model) -> Result<Step, Vec<Diagnostic>> {
     let mut out = model.clone();
     out.roots_mut().into_iter().for_each(|root| *root = rewriter.node(*root));
     (out.dag, out.spans) = rewriter.finish();
+    out.within.clear();
     Ok(Step { model: out, rates, coordinates, drive })
 }
 

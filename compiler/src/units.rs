@@ -12,11 +12,13 @@
 
 pub mod dim;
 pub mod quantity;
+mod shown;
 pub mod table;
 pub mod unit;
 
 pub use dim::Dim;
 pub use quantity::{Quantity, QuantityError, parse_quantity};
+pub use shown::{shown, shown_range};
 pub use table::{DIMENSIONS, UNITS, dimension, dimension_names, nearest_unit, unit_names};
 pub(crate) use unit::word_length;
 pub use unit::{Unit, longest_unit, parse_unit};

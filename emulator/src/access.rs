@@ -106,6 +106,7 @@ impl Cpu {
     #[inline(never)]
     fn store_slow(&mut self, bus: &mut Bus, address: u32, size: u32, value: u32, aligned: bool) -> Result<(), Flow> {
         if address.is_multiple_of(size) && bus.memory.write_beside_code(address, size, value) {
+            bus.break_exclusives(self.index, address);
             return Ok(());
         }
         if !self.exact {
@@ -173,6 +174,7 @@ impl Cpu {
 
     fn store_one(&mut self, bus: &mut Bus, address: u32, size: u32, value: u32) -> Result<(), Flow> {
         if let Some(wait) = bus.memory.slow_write(address, size, value) {
+            bus.break_exclusives(self.index, address);
             self.stall += i64::from(wait);
             return Ok(());
         }

@@ -57,7 +57,7 @@ impl Block {
             memo: crate::memo::Memo::default(),
         };
         let mut bits = 0;
-        while block.ops.len() < LENGTH_MAX && bits <= OUTCOME_BITS_MAX - DIVIDE_BITS - 1 {
+        while block.ops.len() < LENGTH_MAX && bits < OUTCOME_BITS_MAX - DIVIDE_BITS {
             let goes_on = block.push(memory, timing);
             let info = &block.infos[block.infos.len() - 1];
             bits += u32::from(info.conditional) + if info.divides { DIVIDE_BITS } else { 0 };
@@ -123,13 +123,13 @@ fn cycles_max(inst: &Inst) -> u64 {
         Class::FloatMultiplyAdd => 24,
         Class::LoadMultiple | Class::StoreMultiple => 24,
         Class::FloatLoadMultiple | Class::FloatStoreMultiple => 24 + registers,
-        class if format_float(class) => 20,
+        class if waits_for_float(class) => 20,
         _ => 6,
     }
 }
 
 /// Whether an instruction may wait for the floating-point unit.
-fn format_float(class: Class) -> bool {
+fn waits_for_float(class: Class) -> bool {
     matches!(
         class,
         Class::FloatAlu

@@ -39,7 +39,12 @@ impl CoreKind {
 
     /// Its cycles.
     pub(crate) fn timing(self) -> whippen_isa::timing::Core {
-        whippen_isa::timing::Core::cortex_m33()
+        use whippen_isa::timing::Core;
+        match self {
+            Self::CortexM0Plus => Core::cortex_m0plus(),
+            Self::CortexM4 => Core::cortex_m4(),
+            Self::CortexM33 => Core::cortex_m33(),
+        }
     }
 
     /// CPUID: implementer Arm, and the revision that the boards have (r0p1, r0p1, r1p0).

@@ -98,6 +98,23 @@ impl Bus {
         })
     }
 
+    /// A core's store ends the exclusive access of others to the same word.
+    pub(crate) fn break_exclusives(&mut self, core: usize, address: u32) {
+        for (other, tag) in self.exclusives.iter_mut().enumerate() {
+            if other != core && tag.is_some_and(|guarded| (guarded ^ address) & !3 == 0) {
+                *tag = None;
+            }
+        }
+    }
+
+    /// Begins a core's exclusive access.
+    pub(crate) fn guard(&mut self, core: usize, address: u32) {
+        self.exclusives[core] = Some(address);
+        if self.exclusives.len() > 1 {
+            self.memory.guard(address);
+        }
+    }
+
     /// Puts a device at `base`. Where two devices overlap, or one lies over memory, the first and memory win.
     pub fn attach(&mut self, base: u32, bytes: u32, waits: Waits, device: Box<dyn Device>) -> DeviceId {
         let (index, due) = (self.slots.len(), device.due());

@@ -27,6 +27,8 @@ pub(crate) struct Core {
     pub pipe: u16,
     /// The cycle in which its next instruction begins.
     pub cycle: u64,
+    /// Instructions that ran so far, skipped ones too.
+    pub instructions: u64,
     /// Where the next step probably is: block and instruction.
     pub cursor: (usize, usize),
 }
@@ -41,7 +43,7 @@ struct Run {
 
 impl Core {
     pub fn new(cpu: Cpu, timing: Timing) -> Self {
-        Self { cpu, code: Code::new(timing), pipes: Pipes::new(), pipe: 0, cycle: 0, cursor: (0, 0) }
+        Self { cpu, code: Code::new(timing), pipes: Pipes::new(), pipe: 0, cycle: 0, instructions: 0, cursor: (0, 0) }
     }
 
     pub fn timing(&self) -> &Timing {
@@ -54,7 +56,8 @@ impl Core {
             self.code.clear();
         }
         let mut number = self.code.find(&mut bus.memory, self.cpu.pc, self.cpu.it);
-        while self.cycle + self.code.blocks[number].cycles_max <= horizon {
+        // A branch to an even address leaves Thumb state, which is a fault and so a step.
+        while self.cpu.thumb && self.cycle + self.code.blocks[number].cycles_max <= horizon {
             let (run, goes_on) = self.run_block(bus, number);
             let pc = self.cpu.pc;
             let next = if goes_on { self.code.find(&mut bus.memory, pc, self.cpu.it) } else { number };
@@ -102,6 +105,7 @@ impl Core {
             None => self.count(run, key, Target { address: pc, wide }),
         };
         self.cycle += u64::from(known.cycles);
+        self.instructions += run.done as u64;
         self.pipe = known.pipe;
     }
 

@@ -18,8 +18,11 @@ use crate::system::nvic::{FIRST, NMI};
 /// What goes wrong around exceptions: which fault, and why.
 pub(crate) type Derived = (FaultKind, Reason);
 
-/// CONTROL.FPCA and SPSEL.
-const FPCA: u32 = 4;
+/// CONTROL: floating-point context active, in the Secure state too, PSP in use.
+pub(crate) const FPCA: u32 = 4;
+pub(crate) const SFPA: u32 = 8;
+/// Where SFPA is kept in the frame's XPSR.
+const FRAME_SFPA: u32 = 1 << 20;
 const SPSEL: u32 = 2;
 /// FPCCR: lazy state preservation active, enabled.
 const LSPACT: u32 = 1;
@@ -62,11 +65,11 @@ impl Cpu {
         let lines = &mut bus.lines.cores[self.index];
         let was_pending = self.system.nvic.pending;
         let risen = std::mem::take(&mut lines.risen);
-        for word in 0..risen.len() {
-            let mut high = lines.level[word] | risen[word];
+        for (word, edges) in risen.into_iter().enumerate() {
+            let mut high = lines.level[word] | edges;
             while high != 0 {
                 let number = FIRST + word as u32 * 64 + high.trailing_zeros();
-                let edge = risen[word] >> high.trailing_zeros() & 1 != 0;
+                let edge = edges >> high.trailing_zeros() & 1 != 0;
                 if edge || !self.system.nvic.is_active(number) {
                     self.system.nvic.set_pending(number, true);
                 }
@@ -123,7 +126,8 @@ impl Cpu {
             return Err((FaultKind::UsageFault, Reason::StackOverflow));
         }
         self.r[13] = frame;
-        let xpsr = self.xpsr() & !(1 << 9) | u32::from(padding) << 9;
+        let sfpa = if self.control & SFPA != 0 { FRAME_SFPA } else { 0 };
+        let xpsr = self.xpsr() & !(1 << 9) | u32::from(padding) << 9 | sfpa;
         let [r0, r1, r2, r3] = [self.r[0], self.r[1], self.r[2], self.r[3]];
         let words = [r0, r1, r2, r3, self.r[12], self.r[14], self.pc, xpsr];
         self.put_words(bus, frame, &words, Reason::Stacking)?;
@@ -159,7 +163,7 @@ impl Cpu {
     /// `ExceptionTaken`: from here on the handler runs.
     pub(crate) fn take(&mut self, bus: &mut Bus, number: u32, link: u32) -> Result<(), Derived> {
         let vector = self.get_word(bus, self.system.vtor.wrapping_add(4 * number), Reason::Vector);
-        self.change_mode(number, self.control & !(SPSEL | FPCA));
+        self.change_mode(number, self.control & !(SPSEL | FPCA | SFPA));
         self.r[14] = link;
         self.it = whippen_isa::ItState::OUTSIDE;
         self.system.nvic.set_pending(number, false);
@@ -207,7 +211,7 @@ impl Cpu {
         let to_thread = link & 1 << 3 != 0;
         let float = link & 1 << 4 == 0;
         let spsel = if to_thread && link & 1 << 2 != 0 { SPSEL } else { 0 };
-        let control = self.control & !(SPSEL | FPCA) | spsel | if float { FPCA } else { 0 };
+        let mut control = self.control & !(SPSEL | FPCA | SFPA) | spsel | if float { FPCA } else { 0 };
         let from = self.ipsr;
         // Thread mode for a moment: R13 becomes the stack of the frame.
         self.change_mode(if to_thread { 0 } else { from }, control);
@@ -223,6 +227,9 @@ impl Cpu {
         self.r[13] = frame.wrapping_add(if float { 0x68 } else { 0x20 }) | padding;
         self.pc = pc & !1;
         self.set_xpsr(xpsr);
+        if self.kind == CoreKind::CortexM33 && xpsr & FRAME_SFPA != 0 {
+            control |= SFPA;
+        }
         let ipsr = if to_thread { 0 } else { xpsr & 0x1ff };
         self.change_mode(ipsr, control);
         bus.exclusives[self.index] = None;

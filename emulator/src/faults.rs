@@ -31,10 +31,9 @@ fn cfsr_bit(kind: FaultKind, reason: Reason) -> u32 {
 
 /// BFARVALID.
 const ADDRESS_VALID: u32 = 1 << 15;
-/// HFSR bits: a vector could not be read; another fault escalated; BKPT.
+/// HFSR bits: a vector could not be read; another exception escalated.
 const VECTTBL: u32 = 1 << 1;
 const FORCED: u32 = 1 << 30;
-const DEBUGEVT: u32 = 1 << 31;
 
 impl Cpu {
     /// Sets the status registers and gives the exception that takes the fault.
@@ -54,14 +53,10 @@ impl Cpu {
             self.system.bfar = fault.address;
         }
         let preempts = self.priority_group_of(number) < self.priority();
-        if self.system.is_fault_enabled(number) && preempts {
+        if number != HARD_FAULT && self.system.is_fault_enabled(number) && preempts {
             return number;
         }
-        self.system.hfsr |= match fault.reason {
-            Reason::Vector => VECTTBL,
-            Reason::Escalated => DEBUGEVT,
-            _ => FORCED,
-        };
+        self.system.hfsr |= if fault.reason == Reason::Vector { VECTTBL } else { FORCED };
         HARD_FAULT
     }
 

@@ -97,6 +97,11 @@ impl Machine {
         self.cores[self.existing(core)].cycle
     }
 
+    /// Instructions that all cores have run since the machine was made, skipped ones too.
+    pub fn instructions(&self) -> u64 {
+        self.cores.iter().map(|c| c.instructions).sum()
+    }
+
     /// Resets all cores, keeping memory and time: the first one starts from the board's vector table, the others where the
     /// board says, or halt.
     pub fn reset(&mut self) {

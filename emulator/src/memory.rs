@@ -39,6 +39,8 @@ pub struct Memory {
 struct About {
     region: usize,
     code: Option<Box<Halfwords>>,
+    /// Addresses in it are guarded by exclusive monitors.
+    guarded: bool,
 }
 
 /// A range of addresses whose accesses stop the run.
@@ -52,6 +54,13 @@ pub struct Watch {
     pub reads: bool,
     /// Stop at stores.
     pub writes: bool,
+}
+
+impl About {
+    /// Whether stores to the page have to be looked at.
+    fn is_special(&self) -> bool {
+        self.code.is_some() || self.guarded
+    }
 }
 
 /// Why an access in plain memory could not be made.
@@ -110,16 +119,16 @@ impl Memory {
 
     fn new_page(&mut self, region: usize) -> u32 {
         self.pages.push([0; PAGE]);
-        self.about.push(About { region, code: None });
+        self.about.push(About { region, code: None, guarded: false });
         self.pages.len() as u32
     }
 
     fn map(&mut self, slot: usize, number: u32, region: &Region) {
-        let has_code = self.about[number as usize - 1].code.is_some();
+        let is_special = self.about[number as usize - 1].is_special();
         self.all[slot] = number;
         let watched = self.is_watched_page((slot << PAGE_BITS) as u32);
         self.reads[slot] = if region.read_wait == 0 && !watched { number } else { 0 };
-        let writes = region.write_wait == 0 && region.writable && !has_code && !watched;
+        let writes = region.write_wait == 0 && region.writable && !is_special && !watched;
         self.writes[slot] = if writes { number } else { 0 };
     }
 
@@ -145,11 +154,11 @@ impl Memory {
         Some(())
     }
 
-    /// Writes into a page from which code was decoded; false when this is not what makes the address special.
+    /// Writes into a page that has decoded code or guarded addresses; false when this is not what makes it special.
     pub(crate) fn write_beside_code(&mut self, address: u32, size: u32, value: u32) -> bool {
         let Ok((page, at)) = self.find(address) else { return false };
         let region = &self.regions[self.about[page].region];
-        let plain = self.about[page].code.is_some() && region.writable && region.write_wait == 0;
+        let plain = self.about[page].is_special() && region.writable && region.write_wait == 0;
         if !plain || self.is_watched_page(address) {
             return false;
         }
@@ -235,6 +244,14 @@ impl Memory {
         }
         if let Some(code) = &mut self.about[page].code {
             code[at / 128] |= 1 << (at / 2 % 64);
+        }
+    }
+
+    /// Sends stores to the page the slow way, where monitors are looked at.
+    pub(crate) fn guard(&mut self, address: u32) {
+        let Ok((page, _)) = self.find(address) else { return };
+        if !std::mem::replace(&mut self.about[page].guarded, true) {
+            self.map_again();
         }
     }
 

@@ -137,7 +137,7 @@ impl Cpu {
             19 => self.primask = value & 1 != 0,
             20 => self.basepri = value & 0xff,
             21 => self.faultmask = value & 1 != 0,
-            22 => self.change_mode(self.ipsr, value & 7),
+            22 => self.change_mode(self.ipsr, value & 15),
             23 => self.msplim = value & !7,
             24 => self.psplim = value & !7,
             25 => self.fpscr = value & crate::float::FPSCR_BITS,
@@ -157,6 +157,7 @@ mod tests {
         for (i, register) in Register::all().enumerate() {
             let value = match register.name() {
                 "primask" | "faultmask" => 1,
+                "fpscr" => 0x0340_0010,
                 "control" | "xpsr" => continue,
                 _ => (i as u32 + 1) * 8,
             };

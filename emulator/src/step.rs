@@ -76,6 +76,7 @@ impl Core {
             observer.instruction(&Step { core, address, inst, cycle, cost });
         }
         self.cycle += u64::from(cost.cycles());
+        self.instructions += 1;
         self.pipe = self.number(pipe);
     }
 
@@ -123,8 +124,10 @@ impl Core {
         if self.cpu.priority_group_of(SV_CALL) < self.cpu.priority() {
             return self.enter(around, SV_CALL);
         }
-        self.cpu.pc = address;
-        self.fault(around, FaultKind::HardFault, Reason::Escalated, address)
+        let (core, kind, reason) = (self.cpu.index, FaultKind::HardFault, Reason::Escalated);
+        let fault = Fault { core, kind, reason, pc: address, address, lockup: false };
+        let number = self.judged(around.bus, fault)?;
+        self.enter(around, number)
     }
 
     /// Takes an exception whose context returns to PC.

@@ -111,7 +111,7 @@ pub enum Reason {
     LazyStacking,
     /// While a vector was read.
     Vector,
-    /// BKPT with no debugger, or SVC where it cannot be taken.
+    /// SVC where its priority does not let it be taken.
     Escalated,
 }
 
@@ -144,7 +144,7 @@ impl Reason {
             Self::Unstacking => "no stack frame to return with",
             Self::LazyStacking => "no stack for the floating-point registers",
             Self::Vector => "the vector cannot be read",
-            Self::Escalated => "BKPT or SVC that cannot be taken",
+            Self::Escalated => "SVC where its priority does not let it be taken",
         }
     }
 }

@@ -1,8 +1,9 @@
 //! Reading ELFs: good ones, and everything that is not one.
 
-mod common;
+#[path = "made/elf.rs"]
+mod made;
 
-use common::{Part, elf_of};
+use made::{Part, elf_of};
 use whippen_emulator::elf::{Elf, ElfError, regions_for, vector_table};
 use whippen_emulator::{Board, CoreKind, Machine, Region};
 

@@ -43,6 +43,8 @@ mod facts;
 mod issue;
 mod outcome;
 mod pipe;
+mod sources;
+pub mod sram;
 mod timed;
 
 pub use cost::{Cost, Reason};

@@ -14,7 +14,11 @@
 //! acceleration are continuous, the greatest velocity is 15/8 of depth over time, half way. Only additions and
 //! multiplications are used, so a gesture has the same bits on every machine.
 //!
+//! A knob is moved in the same way; its positions are angles (rad).
+//!
 //! Not here: recorded motions (`motion`), strokes made from MIDI notes (`stroke`).
+
+use whippen_compiler::model::Model;
 
 /// One move to a depth, at rest there afterwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,22 +125,52 @@ impl Gesture {
     }
 }
 
-/// The bundled gesture, 4.2 s on a key of 10 mm: a slow press that does not strike, a soft, a medium and a forte stroke (the
-/// forte one stays down, so the hammer is caught), a half-held stroke, three fast repetitions, rest.
+/// The dip of a piano's key (m).
+const DIP_M: f64 = 0.010;
+
+/// The bundled gesture of a key of 10 mm.
 pub fn default_gesture() -> Gesture {
-    const DIP_M: f64 = 0.010;
+    strokes(DIP_M)
+}
+
+/// The bundled gesture of an instrument: strokes of 10 mm, or as far as nine tenths of what it senses go; turns of a knob.
+pub fn bundled(model: &Model) -> Gesture {
+    let end = model.senses.first().map_or(DIP_M, |sense| sense.range.high);
+    if model.turns() { turns(end) } else { strokes(if end >= DIP_M { DIP_M } else { 0.9 * end }) }
+}
+
+/// 4.2 s on a key: a slow press that does not strike, a soft, a medium and a forte stroke (the forte one stays down, so a hammer
+/// is caught), a half-held stroke, three fast repetitions, rest.
+fn strokes(dip_m: f64) -> Gesture {
     Gesture::new()
-        .stroke(0.05, 1.5, 0.05, 0.15, DIP_M) // slow press
-        .stroke(1.85, 0.090, 0.06, 0.10, DIP_M) // soft
-        .stroke(2.20, 0.050, 0.06, 0.10, DIP_M) // medium
-        .stroke(2.50, 0.028, 0.35, 0.12, DIP_M) // forte, held: caught
-        .stroke(3.10, 0.040, 0.20, 0.10, 0.007) // half held: the hammer falls back on the key
-        .repeated(3.50, 9.0, 3, DIP_M)
+        .stroke(0.05, 1.5, 0.05, 0.15, dip_m) // slow press
+        .stroke(1.85, 0.090, 0.06, 0.10, dip_m) // soft
+        .stroke(2.20, 0.050, 0.06, 0.10, dip_m) // medium
+        .stroke(2.50, 0.028, 0.35, 0.12, dip_m) // forte, held: caught
+        .stroke(3.10, 0.040, 0.20, 0.10, 0.7 * dip_m) // half held: the hammer falls back on the key
+        .repeated(3.50, 9.0, 3, dip_m)
         .hold(0.37)
 }
 
+/// 5 s on a knob that is sensed up to `end` (rad): a slow turn and back, two small steps, a flick, and into the stops of both sides.
+fn turns(end: f64) -> Gesture {
+    let path = [
+        (0.45, 1.2, 0.1), // slowly, through some detents
+        (0.0, 0.8, 0.1),
+        (0.1, 0.1, 0.1), // a step, and another
+        (0.2, 0.1, 0.1),
+        (0.8, 0.2, 0.15),  // a flick
+        (0.97, 0.3, 0.15), // against the stop
+        (-0.97, 0.8, 0.15),
+        (0.0, 0.5, 0.2),
+    ];
+    path.iter()
+        .fold(Gesture::new().hold(0.05), |gesture, (to, seconds, rest)| gesture.to(to * end, *seconds).hold(*rest))
+}
+
 fn minimum_jerk(u: f64) -> f64 {
-    u * u * u * (10.0 + u * (6.0 * u - 15.0))
+    // Rounding may carry it a hair beyond the end, and so beyond what an instrument senses.
+    (u * u * u * (10.0 + u * (6.0 * u - 15.0))).min(1.0)
 }
 
 /// A time that can be waited for.

@@ -137,6 +137,12 @@ impl<'a> Watch<'a> {
     }
 }
 
+/// The event that a summary lists and a figure marks: `note`, or else the first that the program emits with an argument.
+pub fn marked(model: &Model) -> &str {
+    let first = || model.emissions.iter().find(|e| !e.args.is_empty()).map(|e| e.name.as_str());
+    if model.emissions.iter().any(|e| e.name == "note") { "note" } else { first().unwrap_or("note") }
+}
+
 /// The figure of a run: travel, force terms and their sum, coordinates, states, strikes.
 pub fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
     Figure::of(&run.trace, &roles(compiled))
@@ -154,7 +160,7 @@ pub fn roles(compiled: &Compiled) -> Roles {
         forces: titles(compiled, &|kind| matches!(kind, ExportKind::Force(_))),
         total: first(ExportKind::Total),
         coordinates: titles(compiled, &coordinate),
-        mark: "note".to_string(),
+        mark: marked(model).to_string(),
     }
 }
 
@@ -183,7 +189,7 @@ impl<'c> Recorder<'c> {
             values: Vec::with_capacity(ticks),
         };
         let shown: Vec<usize> = (0..exports.len()).filter(|&i| has_column(&compiled.model, &exports[i])).collect();
-        let mut columns = vec![column("drive", "n".to_string(), Vec::new())];
+        let mut columns = vec![column("drive", drive_unit(&compiled.model), Vec::new())];
         for &index in &shown {
             let export = &exports[index];
             columns.push(column(&export.name, suffix(&compiled.model, export), labels(&compiled.model, export)));
@@ -215,6 +221,11 @@ impl<'c> Recorder<'c> {
     }
 }
 
+/// The unit of what the device drives, as a column title writes it.
+fn drive_unit(model: &Model) -> String {
+    if model.turns() { Dim::TORQUE.suffix() } else { Dim::FORCE.suffix() }
+}
+
 /// Ports, force terms, coordinates, rates, pulses and states have columns; `let`s do not.
 fn has_column(model: &Model, export: &Export) -> bool {
     match export.kind {
@@ -224,10 +235,11 @@ fn has_column(model: &Model, export: &Export) -> bool {
     }
 }
 
-/// The unit of an export as a column title writes it; an angle is known by its body.
+/// The unit of an export as a column title writes it; an angle is known by its sense or its body.
 pub fn suffix(model: &Model, export: &Export) -> String {
     let Some(dim) = export.dim else { return String::new() };
     match export.kind {
+        ExportKind::Sense(_) if dim.is_number() => "rad".into(),
         ExportKind::Cell(id) if dim.is_number() && model.cells[id.0 as usize].kind == CellKind::Coordinate => {
             "rad".into()
         }

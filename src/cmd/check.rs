@@ -27,13 +27,12 @@ pub struct Args {
 pub fn run(args: &Args) -> Outcome {
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
     let (map, program) = load::checked(&load::read(&args.files)?, &options, Severity::Note)?;
-    let device = Device::mikey();
     if program.instruments.is_empty() {
         say!("no instrument, but nothing wrong either");
     }
     let mut outcome = Ok(());
     for model in program.instruments {
-        let name = model.name.clone();
+        let (name, device) = (model.name.clone(), Device::of(&model));
         let compiled = match load::compiled(&map, model, &device, true) {
             Ok(compiled) => compiled,
             // What is wrong with one instrument hides nothing of the next.

@@ -11,6 +11,7 @@
 mod board;
 mod gdb;
 mod image;
+mod ports;
 mod profile;
 mod report;
 mod run;
@@ -87,6 +88,29 @@ struct On {
     /// Memory that the program cannot write
     #[arg(long, value_name = "ADDR:SIZE", value_parser = board::memory)]
     rom: Vec<MemoryRange>,
+    #[command(flatten)]
+    devices: Devices,
+}
+
+/// What is at the other end of a board's devices.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Devices of rp2350 and rp2040")]
+struct Devices {
+    /// What arrives on the first serial port; what the program sends goes to stdout
+    #[arg(long, value_name = "FILE")]
+    serial_in: Option<PathBuf>,
+    /// Sensor words for the converter: 16 bits each, low byte first, one per key and tick; their end ends the run
+    #[arg(long, value_name = "FILE")]
+    sense: Option<PathBuf>,
+    /// Where to write the drive words, in the same order
+    #[arg(long, value_name = "FILE")]
+    drive: Option<PathBuf>,
+    /// Keys of the converter [default: 88]
+    #[arg(long, value_name = "N")]
+    keys: Option<u32>,
+    /// Its ticks per second [default: 44100]
+    #[arg(long, value_name = "HZ")]
+    rate: Option<u32>,
 }
 
 /// What to tell.
@@ -129,12 +153,15 @@ Examples:
   whippen emulate firmware.elf --call update --trace - | less
   whippen emulate firmware.elf --profile profile.json
 
+  # Both cores of an RP2350 serve 88 keys: sensor words in, drive words out, overruns counted.
+  whippen emulate firmware.elf --board rp2350 --sense words.bin --drive drive.bin
+
   # Debug it.
   whippen emulate firmware.elf --gdb 3333 &
   gdb-multiarch firmware.elf -ex 'target remote :3333'
 
 JSON: cycles, instructions, r0 (and r1), reads (a string of hexadecimal digits each, in memory's order), stop, which is
-`returned`, `exit`, `fault`, `limit`, `breakpoint`, `asleep` or `reset`; with more of the program's end under `where`,
+`returned`, `exit`, `fault`, `limit`, `over` (of --sense), `breakpoint`, `asleep` or `reset`; with more of the program's end under `where`,
 `message` and `exit_code`, and what it printed under `output`.
 
 Exit code: 0 the function returned, or the program exited with 0; 1 it faulted, exited otherwise or did not end;
@@ -152,15 +179,18 @@ pub fn run(args: &Args) -> Outcome {
     if let Some(port) = args.outputs.gdb {
         return gdb::serve(image, &task, port);
     }
-    check_folders(&args.outputs)?;
+    check_folders(&args.outputs, args.on.devices.drive.as_ref())?;
     let end = run::to_the_end(&mut image, &task, &args.outputs)?;
+    if let Some(ports) = &image.ports {
+        args.on.devices.write_drive(&image.machine, ports)?;
+    }
     report::print(&image, &task, &end, &args.outputs)?;
     if end.succeeded() { Ok(()) } else { Err(Failure::Program) }
 }
 
 /// Before anything is run: the folders of what will be written are there.
-fn check_folders(outputs: &Outputs) -> Outcome {
-    let paths = outputs.trace.iter().chain(&outputs.profile);
+fn check_folders(outputs: &Outputs, drive: Option<&PathBuf>) -> Outcome {
+    let paths = outputs.trace.iter().chain(&outputs.profile).chain(drive);
     match paths.filter_map(|p| p.parent()).find(|f| !f.as_os_str().is_empty() && !f.is_dir()) {
         Some(folder) => Err(Failure::Usage(format!("there is no folder `{}` to write to", folder.display()))),
         None => Ok(()),

@@ -84,11 +84,10 @@ struct Board<'a> {
 }
 
 impl<'a> Board<'a> {
-    fn of(setup: &Setup<'a>, args: &KeysArgs) -> Result<Board<'a>, Failure> {
-        let program = setup.program;
+    fn of(program: &'a Program, name: Option<&'a str>, args: &'a KeysArgs) -> Result<Board<'a>, Failure> {
         let keyboard = program.keyboards.first();
         let first = keyboard.and_then(|k| k.programs.first()).map(|&at| program.instruments[at].name.as_str());
-        let name = args.program.as_deref().or(setup.name).or(first);
+        let name = args.program.as_deref().or(name).or(first);
         let model = load::instrument(program, name)?;
         if let Some(keyboard) = keyboard
             && !keyboard.programs.iter().any(|&at| program.instruments[at].name == model.name)
@@ -103,6 +102,11 @@ impl<'a> Board<'a> {
     fn index(&self, key: u8) -> Option<usize> {
         (self.first..=self.last).contains(&key).then(|| usize::from(key - self.first))
     }
+}
+
+/// The instrument that all keys play.
+pub fn instrument<'a>(program: &'a Program, name: Option<&'a str>, args: &'a KeysArgs) -> Result<&'a Model, Failure> {
+    Ok(Board::of(program, name, args)?.model)
 }
 
 /// A performance laid out on a keyboard.
@@ -136,7 +140,7 @@ fn score(performance: &Performance, board: &Board, seconds: Option<f64>) -> Scor
 
 /// Plays, tells, writes.
 pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
-    let board = Board::of(setup, args)?;
+    let board = Board::of(setup.program, setup.name, args)?;
     let wanted = args.key.map(|key| traced_key(&board, key)).transpose()?;
     let outputs = setup.outputs;
     if wanted.is_none() && (outputs.out.is_some() || !outputs.plot.is_empty()) {

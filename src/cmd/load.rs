@@ -84,13 +84,15 @@ fn errors(diagnostics: &[Diagnostic]) -> impl Iterator<Item = &Diagnostic> {
 
 /// Compiles one instrument; what is wrong with it is printed. `observe` keeps what traces need.
 pub fn compiled(map: &SourceMap, model: Model, device: &Device, observe: bool) -> Result<Compiled, Failure> {
-    pipeline::compile(model, device.scales(), observe).map_err(|error| match error {
+    let compiled = pipeline::compile(model, device.scales(), observe).map_err(|error| match error {
         CompileError::Program(diagnostics) => {
             print(map, &diagnostics, Severity::Warning);
             Failure::Program
         }
         CompileError::Defect(message) => Failure::Defect(message),
-    })
+    })?;
+    print(map, &compiled.warnings, Severity::Warning);
+    Ok(compiled)
 }
 
 /// Prints diagnostics from `least` upwards and a summary to stderr; the worst come last, next to the summary.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use whippen_compiler::check::{Options, Program};
 use whippen_compiler::diag::Severity;
+use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::compare::compare;
 use whippen_runtime::device::Device;
@@ -92,8 +93,8 @@ pub fn run(args: &Args) -> Outcome {
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
     let sources = load::read(&files)?;
     let (map, program) = load::checked(&sources, &options, Severity::Warning)?;
-    let device = device(args, &program)?;
     if let Some(path) = &args.keys.midi {
+        let device = device(args, &program, keys::instrument(&program, name, &args.keys)?)?;
         let setup = Setup {
             map: &map,
             program: &program,
@@ -108,7 +109,8 @@ pub fn run(args: &Args) -> Outcome {
         return keys::run(&setup, &args.keys, path);
     }
     let model = load::instrument(&program, name)?.clone();
-    let mut positions = args.motion.load(model.rate_hz)?;
+    let device = device(args, &program, &model)?;
+    let mut positions = args.motion.load(&model)?;
     let compiled = load::compiled(&map, model, &device, true)?;
     if let Some(seconds) = args.seconds {
         let ticks = (seconds * f64::from(compiled.model.rate_hz)).ceil() as usize;
@@ -146,15 +148,17 @@ fn print_errors(compiled: &Compiled, device: &Device, kind: EngineKind, position
     Ok(())
 }
 
-/// The device named on the command line, else the first keyboard's, else mikey.
-fn device(args: &Args, program: &Program) -> Result<Device, Failure> {
-    match (&args.device, program.keyboards.first()) {
+/// The device named on the command line, else the first keyboard's, else the bundled one that moves as the instrument does.
+fn device(args: &Args, program: &Program, model: &Model) -> Result<Device, Failure> {
+    let device = match (&args.device, program.keyboards.first()) {
         (Some(path), _) => Device::load(path).map_err(|e| Failure::Usage(e.to_string())),
         (None, Some(keyboard)) => Device::bundled(&keyboard.device).ok_or_else(|| {
             Failure::Usage(format!("there is no device `{}`; give its file with --device", keyboard.device))
         }),
-        (None, None) => Ok(Device::mikey()),
-    }
+        (None, None) => Ok(Device::of(model)),
+    }?;
+    device.fits(model).map_err(|why| Failure::Usage(format!("{why}; give another device with --device")))?;
+    Ok(device)
 }
 
 /// Runs with a progress bar.
@@ -175,9 +179,10 @@ fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Positio
         compiled.model.name,
         played_s / engine_time.as_secs_f64()
     );
-    for event in run.trace.events.iter().filter(|e| e.event == "note") {
+    let marked = session::marked(&compiled.model);
+    for event in run.trace.events.iter().filter(|e| e.event == marked) {
         let args: Vec<String> = event.args.iter().map(|(title, value)| format!("{title} {value:.3}")).collect();
-        say!("  {:>9.4} s  note  {}", event.t_s, args.join("  "));
+        say!("  {:>9.4} s  {marked}  {}", event.t_s, args.join("  "));
     }
     for (count, what) in run.counts.told() {
         say!("  {count} of {ticks} ticks {what}");

@@ -16,7 +16,7 @@ use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::files::write_whole;
 use whippen_runtime::report::{Cell, Made, Page, Row, Section, Table};
-use whippen_runtime::session::Run;
+use whippen_runtime::session::{self, Run};
 
 use super::motion::{MotionArgs, Positions};
 use super::run::{self, Outputs};
@@ -84,11 +84,10 @@ pub fn run() -> Outcome {
 fn visit(file: &str, text: &str) -> Result<Vec<Stop>, Failure> {
     let sources = [(format!("instruments/{file}"), text.to_string())];
     let (map, program) = load::checked(&sources, &Options::default(), Severity::Warning)?;
-    let device = Device::mikey();
     keep(&at(file), text)?;
     let mut stops = Vec::new();
     for model in program.instruments {
-        let positions = MotionArgs::bundled(model.rate_hz);
+        let (device, positions) = (Device::of(&model), MotionArgs::bundled(&model));
         let compiled = load::compiled(&map, model, &device, true)?;
         let played = run::play(&compiled, &device, EngineKind::Jit, &positions)?;
         let comparison = compare(&compiled, &device, EngineKind::Jit, &positions.position_m, |_| ());
@@ -96,10 +95,10 @@ fn visit(file: &str, text: &str) -> Result<Vec<Stop>, Failure> {
         let total = deviations.iter().find(|d| compiled.lowered.exports[d.export].kind == ExportKind::Total);
         let (error_n, peak_n) = total.map_or((0.0, 0.0), |d| (d.max, d.seen.0.abs().max(d.seen.1.abs())));
         write(&compiled, &played)?;
-        let counts = &played.counts;
+        let (counts, marked) = (&played.counts, session::marked(&compiled.model));
         stops.push(Stop {
             name: compiled.model.name.replace('_', " "),
-            strikes: played.trace.events.iter().filter(|e| e.event == "note").count(),
+            strikes: played.trace.events.iter().filter(|e| e.event == marked).count(),
             peak_n,
             error_n,
             real_time: counts.ticks as f64 / f64::from(compiled.model.rate_hz) / counts.engine_time.as_secs_f64(),

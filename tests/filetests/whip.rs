@@ -29,7 +29,7 @@ pub fn check(text: &str, words: &[&str]) -> Result<String, String> {
     let mut printed = rendered(&map, &diagnostics);
     for model in program.iter().flat_map(|p| &p.instruments) {
         match compile(model.clone(), Device::mikey().scales(), false) {
-            Ok(_) => drop(write!(printed, "{model}")),
+            Ok(compiled) => drop(write!(printed, "{}{model}", rendered(&map, &compiled.warnings))),
             Err(CompileError::Program(diagnostics)) => printed += &rendered(&map, &diagnostics),
             Err(CompileError::Defect(message)) => return Err(message),
         }

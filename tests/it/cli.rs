@@ -12,32 +12,32 @@ fn bundled(name: &str) -> String {
 }
 
 /// A folder to work in, with the command.
-struct Shell {
+pub struct Shell {
     folder: TempDir,
 }
 
 impl Shell {
-    fn new() -> Shell {
+    pub fn new() -> Shell {
         Shell { folder: tempfile::tempdir().expect("a temporary folder") }
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    fn with(self, name: &str, text: &str) -> Shell {
+    pub fn with(self, name: &str, text: &str) -> Shell {
         std::fs::write(self.path(name), text).expect("writable");
         self
     }
 
-    fn run(&self, args: &[&str]) -> Output {
+    pub fn run(&self, args: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_whippen"));
         command.args(args).current_dir(self.folder.path()).output().expect("the command starts")
     }
 
     /// Runs, expects this exit code and gives stdout and stderr.
     #[track_caller]
-    fn ends(&self, code: i32, args: &[&str]) -> (String, String) {
+    pub fn ends(&self, code: i32, args: &[&str]) -> (String, String) {
         let output = self.run(args);
         let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).expect("UTF-8");
         let (out, err) = (text(&output.stdout), text(&output.stderr));
@@ -47,7 +47,7 @@ impl Shell {
 
     /// Runs, expects this exit code, nothing written, and these words on stderr.
     #[track_caller]
-    fn refuses(&self, code: i32, args: &[&str], words: &[&str]) {
+    pub fn refuses(&self, code: i32, args: &[&str], words: &[&str]) {
         let before = self.files();
         let (out, err) = self.ends(code, args);
         for word in words {
@@ -65,7 +65,7 @@ impl Shell {
         names
     }
 
-    fn lines(&self, name: &str) -> Vec<String> {
+    pub fn lines(&self, name: &str) -> Vec<String> {
         let text = std::fs::read_to_string(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
         text.lines().map(str::to_string).collect()
     }

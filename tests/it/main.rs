@@ -1,10 +1,14 @@
 //! Integration tests, one binary: whole instruments through every engine, and the command.
 
 mod agree;
+mod button_and_knob;
 mod c;
 mod cli;
 mod common;
+mod documents;
+mod emulate;
 mod escapement;
+mod first_mechanisms;
 mod ideal;
 mod keyboard;
 mod language;

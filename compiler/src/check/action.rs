@@ -4,7 +4,7 @@ use super::builtin;
 use super::elaborate::Elaborator;
 use super::scope::{ScopeId, Thing};
 use super::types::{Ty, Value};
-use crate::diag::{Code, Diagnostic, nearest};
+use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::{Action, CellId, Emission, EmissionId};
 use crate::source::Span;
 use crate::syntax::ast::{self, ActionKind, Expr, Name};
@@ -158,9 +158,9 @@ impl<'a> Elaborator<'a, '_> {
         let mut good = Some(());
         for (arg, _) in args.iter().filter(|(arg, _)| !names.contains(&arg.node)) {
             let hint = match nearest(&arg.node, names.iter().map(String::as_str)) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if names.is_empty() => "it has none: take it away".to_string(),
-                None => format!("it has {}", wanted.join(", ")),
+                Some(near) => Advice::did_you_mean(near),
+                None if names.is_empty() => "it has none: take it away".into(),
+                None => format!("it has {}", wanted.join(", ")).into(),
             };
             let message = format!("the event `{}` has no argument `{}`", name.node, arg.node);
             self.report_emission(Code::UnknownArgument, id, arg.span, message, "no such argument", hint);
@@ -177,7 +177,15 @@ impl<'a> Elaborator<'a, '_> {
         good
     }
 
-    fn report_emission(&mut self, code: Code, id: EmissionId, span: Span, message: String, label: &str, hint: String) {
+    fn report_emission(
+        &mut self,
+        code: Code,
+        id: EmissionId,
+        span: Span,
+        message: String,
+        label: &str,
+        hint: impl Into<Advice>,
+    ) {
         let mut diagnostic = Diagnostic::new(code, span, message, label);
         let emission = &self.model.emissions[id.0 as usize];
         let first = self.emission_spans[id.0 as usize];

@@ -3,8 +3,8 @@
 use super::elaborate::Elaborator;
 use super::scope::{Label, Made, ScopeId, Thing};
 use super::types::Ty;
-use crate::diag::{Code, Diagnostic, nearest};
-use crate::model::{Body, CellKind, Named, Node, NodeId};
+use crate::diag::{Advice, Code, Diagnostic, nearest};
+use crate::model::{Body, CellKind, Node, NodeId};
 use crate::source::Span;
 use crate::syntax::ast::{BodyPart, Expr, Name};
 use crate::units::Dim;
@@ -204,8 +204,8 @@ impl<'a> Elaborator<'a, '_> {
         let Some(label) = self.scopes[scope.0].bodies.get(name.node.as_str()) else {
             let here = &self.scopes[scope.0];
             let hint = match nearest(&name.node, here.bodies.keys().copied()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => "name a `body` of this instrument or term".to_string(),
+                Some(near) => Advice::did_you_mean(near),
+                None => "name a `body` of this instrument or term".into(),
             };
             let message = format!("there is no body `{}`", name.node);
             self.report(Diagnostic::new(Code::UnknownBody, name.span, message, "unknown body").hint(hint));
@@ -217,14 +217,5 @@ impl<'a> Elaborator<'a, '_> {
             None => condition,
         };
         self.model.bodies[index].hold = Some(hold);
-    }
-
-    /// `force name = value`
-    pub fn force(&mut self, scope: ScopeId, name: &Name, value: &'a Expr) {
-        let Some(found) = self.expr(scope, value) else { return };
-        let what = || format!("the force `{}`", name.node);
-        let Some(node) = self.expect(found, value, Ty::Real(Dim::FORCE), what) else { return };
-        let dim = Some(Dim::FORCE);
-        self.model.forces.push(Named { name: name.node.clone(), dim, value: node, span: name.span });
     }
 }

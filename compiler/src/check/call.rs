@@ -1,17 +1,16 @@
 //! Calls: arguments are bound to parameters; functions become nodes, terms were made scopes before.
 
 use super::builtin::{self, Function, Signature};
-use super::constant::shown;
 use super::elaborate::Elaborator;
 use super::items::TermItem;
 use super::scope::ScopeId;
 use super::slot::Source;
 use super::types::{Value, counted};
-use crate::diag::{Code, Diagnostic, nearest};
+use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::Node;
 use crate::source::Span;
 use crate::syntax::ast::{Arg, Expr, Name};
-use crate::units::Dim;
+use crate::units::{Dim, shown};
 
 impl<'a> Elaborator<'a, '_> {
     /// The value of a call.
@@ -100,8 +99,8 @@ impl<'a> Elaborator<'a, '_> {
     /// Reports a call of something that is no term.
     pub fn unknown_term(&mut self, callee: &Name) {
         let hint = match self.items.nearest_function(&callee.node) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("declare it: `term {}(..) -> .. {{ .. }}`", callee.node),
+            Some(near) => Advice::did_you_mean(near),
+            None => format!("declare it: `term {}(..) -> .. {{ .. }}`", callee.node).into(),
         };
         let message = format!("there is no term `{}`", callee.node);
         self.report(Diagnostic::new(Code::UnknownTerm, callee.span, message, "unknown term").hint(hint));
@@ -137,8 +136,8 @@ impl<'a> Elaborator<'a, '_> {
         if found.is_none() {
             let names = params.iter().map(|p| p.name.node.as_str());
             let hint = match nearest(&name.node, names.clone()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!("its parameters are {}", names.collect::<Vec<_>>().join(", ")),
+                Some(near) => Advice::did_you_mean(near),
+                None => format!("its parameters are {}", names.collect::<Vec<_>>().join(", ")).into(),
             };
             let message = format!("the term `{}` has no parameter `{}`", term.ast.name.node, name.node);
             let diagnostic = Diagnostic::new(Code::UnknownArgument, name.span, message, "no such parameter");

@@ -1,6 +1,5 @@
 //! Memory: `state` and `next`, and pulses.
 
-use super::constant::interval;
 use super::elaborate::Elaborator;
 use super::scope::{Made, ScopeId, Thing};
 use super::types::Value;
@@ -8,7 +7,7 @@ use crate::diag::{Code, Diagnostic};
 use crate::model::{Cell, CellId, CellKind, Interval, Node, Pulse, PulseId};
 use crate::source::Span;
 use crate::syntax::ast::{Expr, Name, RangeExpr};
-use crate::units::Dim;
+use crate::units::{Dim, shown_range};
 
 impl<'a> Elaborator<'a, '_> {
     /// A new cell, whose range and first value are filled in later, and its value.
@@ -109,7 +108,7 @@ impl<'a> Elaborator<'a, '_> {
             self.model.cells[level.0 as usize].range = bounds;
             if bounds.low > 0.0 || bounds.high < 0.0 {
                 let message = format!("the pulse `{name}` is zero while it rests, outside its range");
-                let label = interval(bounds, dim);
+                let label = shown_range(bounds, dim);
                 let diagnostic = Diagnostic::new(Code::PulseWithoutZero, range.span, message, label);
                 self.report(diagnostic.hint("widen the range so that it holds zero"));
             }

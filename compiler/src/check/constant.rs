@@ -7,7 +7,7 @@ use crate::diag::{Code, Diagnostic};
 use crate::model::{CellKind, Interval, Node, NodeId};
 use crate::source::Span;
 use crate::syntax::ast::{Expr, RangeExpr};
-use crate::units::Dim;
+use crate::units::{Dim, shown, shown_range};
 
 /// Values that differ by less than this part of a range count as equal: `0.3 mm` is not below `300 um`.
 const ROUNDING: f64 = 1e-12;
@@ -95,7 +95,7 @@ impl<'a> Elaborator<'a, '_> {
         if low < high {
             return Some(Interval { low, high });
         }
-        let message = format!("{of} is empty: {} .. {}", shown(low, dim), shown(high, dim));
+        let message = format!("{of} is empty: {}", shown_range(Interval { low, high }, dim));
         let label = "the lower end must be below the upper end";
         let hint = if low > high { "swap the two ends" } else { "widen it" };
         self.report(Diagnostic::new(Code::EmptyRange, range.span, message, label).hint(hint));
@@ -137,7 +137,7 @@ impl<'a> Elaborator<'a, '_> {
             return first;
         }
         let message = format!("`{name}` starts at {}, outside its range", shown(first, dim));
-        let range_label = format!("its range is {}", interval(range, dim));
+        let range_label = format!("its range is {}", shown_range(range, dim));
         let diagnostic = match init {
             Some(expr) => Diagnostic::new(Code::InitOutOfRange, expr.span, message, "outside the range")
                 .also(range_span, range_label)
@@ -154,22 +154,4 @@ impl<'a> Elaborator<'a, '_> {
 pub fn within(value: f64, range: Interval) -> Option<f64> {
     let slack = ROUNDING * (range.high - range.low);
     (value >= range.low - slack && value <= range.high + slack).then(|| value.clamp(range.low, range.high))
-}
-
-/// A value with its SI unit.
-pub fn shown(value: f64, dim: Dim) -> String {
-    let unit = dim.unit();
-    if unit.is_empty() { number(value) } else { format!("{} {unit}", number(value)) }
-}
-
-/// A range with its SI unit.
-pub fn interval(range: Interval, dim: Dim) -> String {
-    format!("{} .. {}", shown(range.low, dim), shown(range.high, dim))
-}
-
-/// A number as one would write it: six digits, an exponent only where it helps.
-fn number(value: f64) -> String {
-    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
-    let size = rounded.abs();
-    if size != 0.0 && !(1e-4..1e6).contains(&size) { format!("{rounded:e}") } else { format!("{rounded}") }
 }

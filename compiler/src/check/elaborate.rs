@@ -9,7 +9,6 @@ use super::scope::{Made, Scope, ScopeId, Thing};
 use super::settings::Settings;
 use super::slot::{Slot, SlotId};
 use super::types::Value;
-use super::writers;
 use crate::diag::Diagnostic;
 use crate::model::{Dag, Model, Named, Node, NodeId};
 use crate::source::Span;
@@ -64,7 +63,6 @@ pub fn instrument(items: &Items, index: usize, settings: Settings, diags: &mut D
     if diags.errors() > errors {
         return None;
     }
-    writers::check(&model, diags);
     model.sweep();
     Some(model)
 }
@@ -84,6 +82,8 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             rate_hz: settings.rate_hz,
             dag: Dag::default(),
             spans: Vec::new(),
+            within: Vec::new(),
+            calls: Vec::new(),
             senses: Vec::new(),
             lives: Vec::new(),
             keyed: Vec::new(),
@@ -135,6 +135,8 @@ impl<'a, 'd> Elaborator<'a, 'd> {
     /// Gives the nodes that are new since the last mark a place.
     pub fn mark(&mut self, span: Span) {
         self.model.spans.resize(self.model.dag.len(), Some(span));
+        let call = self.here.and_then(|scope| self.scopes[scope.0].call);
+        self.model.within.resize(self.model.dag.len(), call);
     }
 
     /// Elaborates a scope: its arguments, then its declarations, the calls in each before itself.
@@ -171,7 +173,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             (DeclKind::Event { name, guard, actions }, _) => self.event(scope, name, guard, actions, decl.span),
             (DeclKind::Pulse { range, lasting, .. }, Made::Pulse(pulse)) => self.pulse(scope, pulse, range, lasting),
             (DeclKind::Hold { body, guard }, _) => self.hold(scope, body, guard),
-            (DeclKind::Force { name, value }, _) => self.force(scope, name, value),
+            (DeclKind::Force { turning, name, value }, _) => self.force(scope, *turning, name, value),
             _ => {}
         }
     }

@@ -3,7 +3,7 @@
 
 use super::elaborate::Elaborator;
 use super::types::{Ty, Value};
-use crate::diag::{Code, Diagnostic, nearest};
+use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::NodeId;
 use crate::syntax::ast::{Expr, ExprKind, Name};
 use crate::units::{Dim, dimension, dimension_names};
@@ -61,8 +61,8 @@ impl Elaborator<'_, '_> {
             return Some(Ty::Real(dim));
         }
         let hint = match nearest(&ty.node, dimension_names().chain(["bool"])) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => "types are `bool` and the names of dimensions, such as `length` or `force`".to_string(),
+            Some(near) => Advice::did_you_mean(near),
+            None => "types are `bool` and the names of dimensions, such as `length` or `force`".into(),
         };
         let message = format!("`{}` is not a type", ty.node);
         self.report(Diagnostic::new(Code::UnknownType, ty.span, message, "unknown type").hint(hint));

@@ -5,7 +5,7 @@ use super::elaborate::Elaborator;
 use super::scope::{Entry, ScopeId, Thing};
 use super::slot::SlotId;
 use super::types::{Ty, Value};
-use crate::diag::{Code, Diagnostic, nearest};
+use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::{Node, NodeId};
 use crate::source::Span;
 use crate::syntax::ast::{Expr, ExprKind, Name, Number};
@@ -102,15 +102,15 @@ impl<'a> Elaborator<'a, '_> {
         let here = &self.scopes[scope.0];
         let constants = builtin::CONSTANTS.iter().map(|c| c.name);
         let hint = if here.decls.is_empty() {
-            "a keyboard is made of numbers: it knows no names but `pi` and `gravity`".to_string()
+            "a keyboard is made of numbers: it knows no names but `pi` and `gravity`".into()
         } else if here.machines.contains_key(name) {
-            format!("`{name}` is a machine: ask `{name} is ..` for one of its states")
+            format!("`{name}` is a machine: ask `{name} is ..` for one of its states").into()
         } else if let Some(near) = nearest(name, here.values.keys().copied().chain(constants)) {
-            format!("did you mean `{near}`?")
+            Advice::did_you_mean(near)
         } else if here.term.is_some() {
-            "a term sees only its parameters: add one and hand the value in".to_string()
+            "a term sees only its parameters: add one and hand the value in".into()
         } else {
-            format!("declare it, for example `let {name} = ..`")
+            format!("declare it, for example `let {name} = ..`").into()
         };
         let message = format!("nothing here is called `{name}`");
         self.report(Diagnostic::new(Code::UnknownName, span, message, "unknown name").hint(hint));
@@ -169,8 +169,8 @@ impl<'a> Elaborator<'a, '_> {
         let term = here.term.map_or("", |t| &t.ast.name.node);
         let names: Vec<&str> = here.results.iter().map(|(n, _)| *n).collect();
         let hint = match nearest(&field.node, names.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("it has {}", names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")),
+            Some(near) => Advice::did_you_mean(near),
+            None => format!("it has {}", names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")).into(),
         };
         let message = format!("the term `{term}` has no result `{}`", field.node);
         self.report(Diagnostic::new(Code::UnknownResult, field.span, message, "no such result").hint(hint));

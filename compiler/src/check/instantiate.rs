@@ -7,7 +7,7 @@ use super::scope::{Entry, Label, Made, Scope, ScopeId, Thing};
 use super::slot::Source;
 use super::types::{Ty, Value};
 use crate::diag::{Code, Diagnostic};
-use crate::model::{Interval, Live, Node};
+use crate::model::{Call, Interval, Live, Node};
 use crate::source::Span;
 use crate::syntax::ast::{Decl, DeclKind, Name};
 
@@ -38,7 +38,13 @@ impl<'a> Elaborator<'a, '_> {
     pub fn instantiate_with(&mut self, scope: Scope<'a>, arguments: Vec<Source<'a>>) -> ScopeId {
         let id = ScopeId(self.scopes.len());
         let (term, decls) = (scope.term, scope.decls);
+        let caller = scope.caller;
         self.scopes.push(scope);
+        self.scopes[id.0].call = caller.map(|caller| {
+            let outer = self.scopes[caller.scope.0].call;
+            self.model.calls.push(Call { span: caller.span, outer });
+            self.model.calls.len() as u32 - 1
+        });
         if let Some(term) = term {
             self.signature(id, term, arguments);
         }
@@ -132,12 +138,15 @@ impl<'a> Elaborator<'a, '_> {
         let (word, hint) = match kind {
             DeclKind::Sense { .. } => ("sense", "give the sensed value to the term as a parameter"),
             DeclKind::Param { .. } => ("param", "make it a parameter of the term, or a `let`"),
+            DeclKind::Force { turning: true, .. } => {
+                ("torque", "make it a result of the term and write `torque` in the instrument")
+            }
             _ => ("force", "make it a result of the term and write `force` in the instrument"),
         };
         let message = format!("a `{word}` cannot be declared in a term");
         let label = "belongs in an instrument";
         self.report(Diagnostic::new(Code::NotInTerm, name.span, message, label).hint(hint));
-        if word != "force" {
+        if !matches!(kind, DeclKind::Force { .. }) {
             self.enter(scope, name, Thing::Broken);
         }
         Made::Nothing

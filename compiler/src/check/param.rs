@@ -1,6 +1,6 @@
 //! Parameters: constants, live values, values per key; and what the keyboard and the caller set.
 
-use super::constant::{interval, shown, within};
+use super::constant::within;
 use super::elaborate::Elaborator;
 use super::scope::{Made, ScopeId, Thing};
 use super::slot::Source;
@@ -9,7 +9,7 @@ use crate::diag::{Code, Diagnostic};
 use crate::model::{Interval, Keyed, Live, Node};
 use crate::source::Span;
 use crate::syntax::ast::{Expr, Name, RangeExpr};
-use crate::units::{Dim, Quantity};
+use crate::units::{Dim, Quantity, shown, shown_range};
 
 /// How a parameter gets into the Model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -169,7 +169,7 @@ impl<'a> Elaborator<'a, '_> {
             let message = format!("`{name}` is {}, outside its range", shown(value, dim));
             self.report(
                 Diagnostic::new(Code::OutOfRange, span, message, "outside the range")
-                    .also(range_span, format!("its range is {}", interval(range, dim)))
+                    .also(range_span, format!("its range is {}", shown_range(range, dim)))
                     .hint("choose a value inside the range, or widen it"),
             );
         }

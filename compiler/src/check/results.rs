@@ -4,7 +4,7 @@ use super::elaborate::Elaborator;
 use super::items::TermItem;
 use super::scope::{Made, ScopeId, Thing};
 use super::slot::{SlotId, Source};
-use crate::diag::{Code, Diagnostic, nearest};
+use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::syntax::ast::{Expr, Name};
 
 impl<'a> Elaborator<'a, '_> {
@@ -39,8 +39,8 @@ impl<'a> Elaborator<'a, '_> {
         let message = format!("the term `{}` has no result `{}`", term.name.node, name.node);
         let names: Vec<&str> = term.results.iter().map(|r| r.name.node.as_str()).collect();
         let hint = match nearest(&name.node, names.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("name it after `->`, or write `let {} = ..`", name.node),
+            Some(near) => Advice::did_you_mean(near),
+            None => format!("name it after `->`, or write `let {} = ..`", name.node).into(),
         };
         let label = "not named after `->`";
         self.report(Diagnostic::new(Code::NotAResult, name.span, message, label).hint(hint));

@@ -19,7 +19,7 @@ impl<'a> Elaborator<'a, '_> {
         let actions: Vec<_> = actions.iter().map(|action| self.action(scope, action)).collect();
         let actions: Option<Vec<_>> = actions.into_iter().collect();
         if let (Some(guard), Some(actions)) = (guard, actions) {
-            self.model.rules.push(Rule { kind, guard, actions, span });
+            self.model.rules.push(Rule { kind, guard, actions, span, call: self.scopes[scope.0].call });
         }
     }
 }

@@ -113,6 +113,8 @@ pub struct Scope<'a> {
     pub term: Option<TermItem<'a>>,
     /// The call, unless it is an instrument or a term by itself.
     pub caller: Option<Caller>,
+    /// The same call as the Model knows it.
+    pub call: Option<u32>,
     /// Values by name.
     pub values: BTreeMap<&'a str, Entry>,
     /// Machines by name.
@@ -145,6 +147,7 @@ impl<'a> Scope<'a> {
             decls,
             term,
             caller,
+            call: None,
             values: BTreeMap::new(),
             machines: BTreeMap::new(),
             bodies: BTreeMap::new(),

@@ -3,7 +3,7 @@
 use super::Options;
 use super::diags::Diags;
 use super::items::Items;
-use crate::diag::{Code, Diagnostic, nearest};
+use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::source::Span;
 use crate::syntax::ast::{DeclKind, Instrument};
 use crate::units::{Quantity, parse_quantity};
@@ -67,8 +67,8 @@ pub fn report_unused(sets: &[Set], items: &Items, diags: &mut Diags) {
 /// An instrument that is not there.
 pub fn unknown_instrument(name: &str, span: Span, items: &Items) -> Diagnostic {
     let hint = match items.nearest_instrument(name) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => "name an `instrument` of this program, or give the file that holds it to the same command".to_string(),
+        Some(near) => Advice::did_you_mean(near),
+        None => "name an `instrument` of this program, or give the file that holds it to the same command".into(),
     };
     let message = format!("there is no instrument `{name}`");
     Diagnostic::new(Code::UnknownInstrument, span, message, "unknown instrument").hint(hint)
@@ -81,9 +81,9 @@ pub fn unknown_param(name: &str, span: Span, instruments: &[&Instrument]) -> Dia
         _ => None,
     });
     let hint = match nearest(name, params.clone()) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None if params.clone().next().is_none() => "there are no parameters".to_string(),
-        None => format!("its parameters are {}", params.collect::<Vec<_>>().join(", ")),
+        Some(near) => Advice::did_you_mean(near),
+        None if params.clone().next().is_none() => "there are no parameters".into(),
+        None => format!("its parameters are {}", params.collect::<Vec<_>>().join(", ")).into(),
     };
     let owner = match instruments {
         [one] => format!("the instrument `{}` has no parameter `{name}`", one.name.node),

@@ -2,7 +2,7 @@
 
 use super::elaborate::Elaborator;
 use super::scope::{Label, Made, ScopeId};
-use crate::diag::{Code, Diagnostic, nearest};
+use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::{Machine, MachineId, RuleKind};
 use crate::source::Span;
 use crate::syntax::ast::{Name, Transition};
@@ -70,8 +70,8 @@ impl<'a> Elaborator<'a, '_> {
             }
             told.push(state);
             let hint = match nearest(state, reached.iter().copied()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!("add a transition that ends in `{state}`, or take those from it away"),
+                Some(near) => Advice::did_you_mean(near),
+                None => format!("add a transition that ends in `{state}`, or take those from it away").into(),
             };
             let message = format!("the state `{state}` is never entered");
             let diagnostic = Diagnostic::new(Code::UnreachableState, t.from.span, message, "no transition leads here");
@@ -83,11 +83,11 @@ impl<'a> Elaborator<'a, '_> {
     pub fn unknown_machine(&mut self, scope: ScopeId, machine: &Name) {
         let here = &self.scopes[scope.0];
         let hint = if here.values.contains_key(machine.node.as_str()) {
-            format!("`{}` is a value: compare it, or ask a machine", machine.node)
+            format!("`{}` is a value: compare it, or ask a machine", machine.node).into()
         } else if let Some(near) = nearest(&machine.node, here.machines.keys().copied()) {
-            format!("did you mean `{near}`?")
+            Advice::did_you_mean(near)
         } else {
-            format!("declare it: `states {} {{ .. }}`", machine.node)
+            format!("declare it: `states {} {{ .. }}`", machine.node).into()
         };
         let message = format!("there is no machine `{}`", machine.node);
         self.report(Diagnostic::new(Code::UnknownMachine, machine.span, message, "unknown machine").hint(hint));
@@ -100,8 +100,8 @@ impl<'a> Elaborator<'a, '_> {
             return;
         }
         let hint = match nearest(&state.node, machine.states.iter().map(String::as_str)) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("its states are {}", machine.states.join(", ")),
+            Some(near) => Advice::did_you_mean(near),
+            None => format!("its states are {}", machine.states.join(", ")).into(),
         };
         let message = format!("the machine `{}` has no state `{}`", machine.name, state.node);
         let diagnostic = Diagnostic::new(Code::UnknownState, state.span, message, "unknown state");

@@ -9,12 +9,17 @@ mod mutations;
 use super::{Options, Program};
 use crate::diag::Diagnostic;
 use crate::front::compile_front;
+use crate::lint::lint;
+use crate::range::analyze;
 use crate::source::SourceMap;
 
-/// Checks one file.
+/// Checks one file, and says what is surely not meant.
 fn check_text(text: &str, options: &Options) -> (SourceMap, Option<Program>, Vec<Diagnostic>) {
     let mut map = SourceMap::default();
     map.add("test.whip", text);
-    let (program, diagnostics) = compile_front(&mut map, options);
+    let (program, mut diagnostics) = compile_front(&mut map, options);
+    for model in program.iter().flat_map(|p| &p.instruments) {
+        diagnostics.extend(analyze(model).iter().flat_map(|ranges| lint(model, ranges)));
+    }
     (map, program, diagnostics)
 }

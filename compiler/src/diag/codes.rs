@@ -81,6 +81,7 @@ codes! {
     FractionalDim       "WH0307" Error "a power whose dimension is not whole";
     NotConstant         "WH0308" Error "a value that changes where a constant is needed";
     NotFinite           "WH0309" Error "a constant that is not a finite number";
+    DubiousUnit         "WH0310" Warning "a unit of the right dimension that is surely not meant";
     // Motion and causality
     Circle              "WH0401" Error "a value that depends on itself within one tick";
     NoPrime             "WH0402" Error "a value that has no time derivative";
@@ -94,6 +95,9 @@ codes! {
     EmptyMachine        "WH0410" Error "a machine without transitions";
     UnreachableState    "WH0411" Warning "a state that is never entered";
     IdleStep            "WH0412" Warning "a step of a machine that does nothing";
+    NeverHolds          "WH0413" Warning "a guard that never holds";
+    AlwaysHolds         "WH0414" Warning "a guard that always holds";
+    OverlappingGuards   "WH0415" Warning "two transitions of one state whose guards can hold together";
     // Ranges and numbers
     Unbounded           "WH0501" Error "a value whose range cannot be bounded";
     DivisionByZero      "WH0502" Error "a division whose divisor may be zero";
@@ -105,7 +109,9 @@ codes! {
     PulseWithoutZero    "WH0508" Error "a pulse whose range does not hold zero";
     NotPositive         "WH0509" Error "a constant that must be above zero";
     WindowTooLong       "WH0510" Error "a differentiator's window that is too long";
+    RangeTooSmall       "WH0511" Warning "a range that cuts off what is written to its state";
     // Physics and keyboards
+    WrongDrive          "WH0610" Error "a force on what turns, or a torque on what slides";
     BodyPart            "WH0601" Error "a body that lacks or repeats one of its lines";
     BodyMotion          "WH0602" Error "a line of a body that does not fit its coordinate";
     UnknownNote         "WH0603" Error "a note that does not exist";
@@ -115,4 +121,5 @@ codes! {
     SenseMismatch       "WH0607" Error "programs of one keyboard that sense differently";
     TwoKeyboards        "WH0608" Note "an instrument that several keyboards list";
     BadSetting          "WH0609" Error "a value given to `--set` that cannot be read";
+    NoForce             "WH0610" Warning "an instrument without any force";
 }

@@ -72,7 +72,11 @@ fn isa() -> Result<OwnedTargetIsa, String> {
     for (name, value) in [("opt_level", "speed"), ("is_pic", "false"), ("enable_verifier", checks)] {
         flags.set(name, value).map_err(|error| error.to_string())?;
     }
-    let builder = cranelift_native::builder()?;
+    let mut builder = cranelift_native::builder()?;
+    if cfg!(target_arch = "x86_64") {
+        // With these instructions Cranelift makes `vpmullq` of every product in lanes, where `vpmuldq` is three times as fast.
+        builder.set("has_avx512dq", "false").map_err(|error| error.to_string())?;
+    }
     builder.finish(settings::Flags::new(flags)).map_err(|error| error.to_string())
 }
 

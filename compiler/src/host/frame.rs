@@ -63,7 +63,7 @@ impl Buffer {
 pub(super) struct Access {
     /// What no code writes.
     pub fixed: MemFlagsData,
-    /// Constants of lanes. They stay where they are used, as operands in memory, instead of filling registers.
+    /// Constants of lanes.
     pub constants: MemFlagsData,
     /// Columns.
     pub columns: MemFlagsData,
@@ -83,7 +83,7 @@ impl Access {
         };
         Access {
             fixed: region(0, "fixed").with_readonly().with_can_move(),
-            constants: region(4, "constants").with_readonly().with_aligned(),
+            constants: region(4, "constants").with_readonly().with_can_move().with_aligned(),
             columns: region(1, "columns"),
             rows: region(2, "rows"),
             leaving: region(3, "leaving"),
@@ -93,6 +93,8 @@ impl Access {
 
 /// What stays the same for all keys of a tick, and what steps along with them.
 pub(super) struct Frame {
+    /// What points to the bases.
+    pub context: Value,
     /// Bases of the buffers.
     pub bases: [Value; BUFFERS],
     /// First element of the row that `delay line ticks` reads; of the row that is pushed to for `ticks` 0.
@@ -111,6 +113,7 @@ impl Translator<'_> {
         self.f.append_block_params_for_function_params(entry);
         self.f.switch_to_block(entry);
         let [context, first, end] = std::array::from_fn(|at| self.f.block_params(entry)[at]);
+        self.frame.context = context;
         for buffer in Buffer::ALL {
             let offset = 8 * buffer as i32;
             self.frame.bases[buffer as usize] = self.f.ins().load(I64, self.access.fixed, context, offset);

@@ -31,7 +31,7 @@ use super::translate::Translator;
 use crate::kernel::layout::Layout;
 use crate::kernel::{Kernel, Op, Region, Type};
 use cranelift_codegen::ir::immediates::V128Imm;
-use cranelift_codegen::ir::types::{I8X16, I32X4, I64X2};
+use cranelift_codegen::ir::types::{I8X16, I32X4, I64, I64X2};
 use cranelift_codegen::ir::{self, Endianness, InstBuilder, MemFlagsData, Value};
 use cranelift_codegen::isa::TargetFrontendConfig;
 use cranelift_frontend::FunctionBuilder;
@@ -94,6 +94,11 @@ impl<'a> Lanes<'a> {
     /// Translates the region as a whole function; gives its constants.
     pub fn function(mut self, region: &Region, config: TargetFrontendConfig) -> Vec<u128> {
         let keys = self.t.open_keys(region);
+        // Read again for every group of keys, by way of memory that is written to: a base that stays the same would take
+        // all constants out of the loop, and into registers that do not exist.
+        let (access, at) = (self.t.access.columns, 8 * Buffer::Constants as i32);
+        let context = self.t.frame.context;
+        self.t.frame.bases[Buffer::Constants as usize] = self.ins().load(I64, access, context, at);
         self.region(region);
         self.t.close_keys(keys, WIDTH);
         self.t.f.finalize(config);

@@ -43,7 +43,7 @@ impl<'a> Translator<'a> {
     pub fn new(kernel: &'a Kernel, layout: &'a Layout, mut f: FunctionBuilder<'a>) -> Translator<'a> {
         let none = Value::from_u32(0);
         let bases = [none; super::frame::BUFFERS];
-        let frame = Frame { bases, rows: HashMap::new(), key: none, words: [none; 2] };
+        let frame = Frame { context: none, bases, rows: HashMap::new(), key: none, words: [none; 2] };
         let access = Access::new(&mut f);
         let assumes = assumes(&kernel.init) || assumes(&kernel.tick);
         Translator { kernel, layout, f, access, frame, values: vec![none; kernel.values.len()], assumes }

@@ -74,12 +74,14 @@ impl Model {
         self.roots_mut().iter().for_each(|root| needed[root.0 as usize] = true);
         self.dag.mark_operands(&mut needed);
         let (old, spans) = (std::mem::take(&mut self.dag), std::mem::take(&mut self.spans));
+        let within = std::mem::take(&mut self.within);
         let mut renamed = vec![NodeId(0); old.len()];
         for (id, node) in old.nodes().filter(|(id, _)| needed[id.0 as usize]) {
             let mut node = node.clone();
             node.map_operands(|operand| renamed[operand.0 as usize]);
             renamed[id.0 as usize] = self.dag.add(node);
             self.spans.push(spans.get(id.0 as usize).copied().flatten());
+            self.within.push(within.get(id.0 as usize).copied().flatten());
         }
         self.roots_mut().into_iter().for_each(|root| *root = renamed[root.0 as usize]);
     }

@@ -10,7 +10,7 @@ use lalrpop_util::ParseError;
 use super::ast::Spanned;
 use super::build::Error;
 use super::token::{HARD_KEYWORDS, Token};
-use crate::diag::{Code, Diagnostic, nearest};
+use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::source::Span;
 
 /// So many tokens must have been understood since the last error before another one is believed, unless something
@@ -136,14 +136,16 @@ impl<'a> Failure<'a> {
         let diagnostic = Diagnostic::new(Code::UnexpectedToken, span, message, "unknown setting");
         let line = self.text[..span.start as usize].rsplit('\n').next().unwrap_or_default();
         diagnostic.hint(match nearest(name, SETTINGS.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None if !line.trim().is_empty() => format!("if `{name}` belongs to a list, a `,` is missing before it"),
-            None => format!("its settings are {} and `instrument.param = {{ .. }}`", SETTINGS.join(", ")),
+            Some(near) => Advice::did_you_mean(near),
+            None if !line.trim().is_empty() => {
+                format!("if `{name}` belongs to a list, a `,` is missing before it").into()
+            }
+            None => format!("its settings are {} and `instrument.param = {{ .. }}`", SETTINGS.join(", ")).into(),
         })
     }
 
     /// What to do about some frequent mistakes.
-    fn advice(&self) -> Option<String> {
+    fn advice(&self) -> Option<Advice> {
         use Token::*;
         let wants = |token: &str| self.expected.contains(&token);
         let next = self.tokens.get(self.index + 1).map(|t| t.node);
@@ -165,18 +167,18 @@ impl<'a> Failure<'a> {
             Word(name) => return self.near(name),
             _ => return None,
         };
-        Some(fixed.to_string())
+        Some(fixed.into())
     }
 
     /// The expected keyword that looks most like a word.
-    fn near(&self, name: &str) -> Option<String> {
+    fn near(&self, name: &str) -> Option<Advice> {
         let keywords = self.expected.iter().copied().filter(|e| e.len() > 1 && e.starts_with(char::is_alphabetic));
         let near =
             nearest(name, keywords.filter(|e| HARD_KEYWORDS.contains(e) || super::token::SOFT_KEYWORDS.contains(e)));
         match near {
-            Some(near) => Some(format!("did you mean `{near}`?")),
+            Some(near) => Some(Advice::did_you_mean(near)),
             None if self.expected.contains(&"let") => {
-                Some("a declaration begins with its keyword, such as `let`, `param` or `force`".to_string())
+                Some("a declaration begins with its keyword, such as `let`, `param` or `force`".into())
             }
             None => None,
         }

@@ -52,6 +52,7 @@ pub struct Converter {
     overruns: u32,
     overrun: bool,
     over: bool,
+    sampled: bool,
     /// Cores that have not acknowledged.
     waiting: u32,
     last: Vec<u16>,
@@ -76,6 +77,7 @@ impl Converter {
             overruns: 0,
             overrun: false,
             over: false,
+            sampled: false,
             waiting: 0,
             last: Vec::new(),
         }
@@ -94,6 +96,11 @@ impl Converter {
     /// Whether a tick came for which there were no samples.
     pub fn is_over(&self) -> bool {
         self.over
+    }
+
+    /// Whether the host gave it any samples.
+    pub fn had_samples(&self) -> bool {
+        self.sampled
     }
 
     /// Words each way per tick.
@@ -138,6 +145,7 @@ impl Converter {
         let keys = self.keys as usize;
         if self.samples.len() >= keys {
             self.last = self.samples.drain(..keys).collect();
+            self.sampled = true;
         } else {
             self.over = true;
             self.last.resize(keys, 0);

@@ -72,7 +72,7 @@ fn parallel<E: Ending, const SHAPE: usize>(cpu: &mut Cpu, _: &mut Bus, op: &Op) 
         let sum = if subtract { lane(x, i) - lane(y, i) } else { lane(x, i) + lane(y, i) };
         let at_least = if E::SIGNED || subtract { 0 } else { 1 << bits };
         result |= (E::end(sum, bits) & ((1 << bits) - 1)) << (i * bits);
-        ge |= u8::from(sum >= at_least) * ((1 << (bits / 8)) - 1) << (i * bits / 8);
+        ge |= (u8::from(sum >= at_least) * ((1 << (bits / 8)) - 1)) << (i * bits / 8);
     }
     if E::FLAGS {
         cpu.ge = ge;

@@ -1,7 +1,9 @@
 //! Floating point: arithmetic, comparison, conversion, moves. One line per instruction.
 
+use crate::board::CoreKind;
 use crate::bus::Bus;
 use crate::cpu::Cpu;
+use crate::exception::{FPCA, SFPA};
 use crate::float::{self, Rounding, SIGN, Status};
 use crate::op::{Flow, Op, Run};
 use crate::stop::{FaultKind, Reason};
@@ -17,7 +19,6 @@ impl Cpu {
     #[cold]
     fn prepare_float(&mut self, bus: &mut Bus, op: &Op) -> Result<(), Flow> {
         const ASPEN: u32 = 1 << 31;
-        const FPCA: u32 = 4;
         if !self.exact {
             return Err(Flow::Inexact);
         }
@@ -27,7 +28,7 @@ impl Cpu {
         let address = self.system.fpcar;
         self.preserve_float(bus).map_err(|(kind, reason)| self.fault(kind, reason, address))?;
         if self.system.fpccr & ASPEN != 0 && self.control & FPCA == 0 {
-            self.control |= FPCA;
+            self.control |= FPCA | if self.kind == CoreKind::CortexM33 { SFPA } else { 0 };
             self.fpscr = self.system.fpdscr;
         }
         self.float_ready = true;

@@ -96,7 +96,7 @@ fn dual(cpu: &Cpu, op: &Op, sign: i64) -> i64 {
 
 /// Bits 47 to 16 of Rn times a half of Rm.
 fn word_half(cpu: &Cpu, op: &Op) -> i64 {
-    i64::from(cpu.rn(op) as i32) * half(cpu.rm(op), op.imm != 0) >> 16
+    (i64::from(cpu.rn(op) as i32) * half(cpu.rm(op), op.imm != 0)) >> 16
 }
 
 /// A product plus Ra; Q when that overflows.

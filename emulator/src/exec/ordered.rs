@@ -2,7 +2,7 @@
 //!
 //! Accesses are made in the order of the program anyway; what remains is the monitor. An exclusive store succeeds while its core's
 //! tag stands: set by the exclusive load of the same address, cleared by CLREX, by any exclusive store and by exceptions,
-//! and by the other cores' exclusive stores to the address.
+//! and by any store of another core to the word.
 
 use crate::access::Datum;
 use crate::bus::Bus;
@@ -17,7 +17,7 @@ fn load<T: Datum, const EXCLUSIVE: bool>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) 
         Err(flow) => return flow,
     };
     if EXCLUSIVE {
-        bus.exclusives[cpu.index] = Some(address);
+        bus.guard(cpu.index, address);
     }
     cpu.write(op.t, value);
     Flow::Next
@@ -37,7 +37,6 @@ fn store_exclusive<T: Datum>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
         if let Err(flow) = cpu.store_aligned::<T>(bus, address, cpu.rt(op)) {
             return flow;
         }
-        bus.exclusives.iter_mut().filter(|tag| **tag == Some(address)).for_each(|tag| *tag = None);
     }
     bus.exclusives[cpu.index] = None;
     cpu.write(op.d, u32::from(!succeeds));

@@ -138,8 +138,11 @@ impl Cpu {
     }
 
     fn set_control(&mut self, value: u32) {
-        let has_float = self.kind != CoreKind::CortexM0Plus;
-        let kept = if has_float { 7 } else { 3 };
+        let kept = match self.kind {
+            CoreKind::CortexM0Plus => 3,
+            CoreKind::CortexM4 => 7,
+            CoreKind::CortexM33 => 15,
+        };
         let spsel = if self.in_handler() { self.control & 2 } else { value & 2 };
         self.change_mode(self.ipsr, value & kept & !2 | spsel);
     }

@@ -127,7 +127,7 @@ pub(crate) fn divide(x: u32, y: u32, status: &mut Status) -> u32 {
         (Kind::Zero, _) | (_, Kind::Infinity) => signed(sign, 0),
         _ => {
             let dividend = a.mantissa << 64;
-            let quotient = dividend / b.mantissa << 1 | u128::from(!dividend.is_multiple_of(b.mantissa));
+            let quotient = (dividend / b.mantissa) << 1 | u128::from(!dividend.is_multiple_of(b.mantissa));
             round(sign, quotient, a.exponent - b.exponent - 65, status.rounding(), status)
         }
     }

@@ -1,6 +1,6 @@
 //! The registers at 0xE0000000 by address: what a load reads and a store changes.
 
-use super::nvic::{self, FIRST, HARD_FAULT, NMI, PEND_SV, SV_CALL, SYS_TICK};
+use super::nvic::{self, FIRST, NMI, PEND_SV, SV_CALL, SYS_TICK};
 use super::{FPCCR_RESET, System};
 use crate::board::CoreKind;
 use crate::cpu::Cpu;
@@ -234,7 +234,7 @@ impl System {
 
     /// Whether a fault goes to its own handler rather than to HardFault.
     pub(crate) fn is_fault_enabled(&self, number: u32) -> bool {
-        (4..=6).contains(&number) && self.faults_enabled >> (12 + number) & 1 != 0 || number == HARD_FAULT
+        (4..=6).contains(&number) && self.faults_enabled >> (12 + number) & 1 != 0
     }
 }
 

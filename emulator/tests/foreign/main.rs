@@ -60,7 +60,6 @@ macro_rules! programs {
     ($($name:ident $what:literal,)+) => { $(
         #[doc = $what]
         #[test]
-        #[ignore = "the core does not execute yet"]
         fn $name() {
             agrees_with_qemu(stringify!($name));
         }

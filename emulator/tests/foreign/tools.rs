@@ -19,32 +19,15 @@ pub struct Target {
 
 /// The cores, each with and without its FPU.
 pub const TARGETS: [Target; 5] = [
+    // The first core of this board has neither DSP extension nor FPU.
     Target {
         core: CoreKind::CortexM33,
-        name: "cortex-m33, hard float",
-        flags: &["-mcpu=cortex-m33", "-mfloat-abi=hard", "-mfpu=fpv5-sp-d16"],
-        machine: "mps2-an505",
-        rom: "0x10000000",
-        ram: "0x38000000",
-        dsp: true,
-    },
-    Target {
-        core: CoreKind::CortexM33,
-        name: "cortex-m33",
-        flags: &["-mcpu=cortex-m33", "-mfloat-abi=soft"],
+        name: "cortex-m33 without DSP",
+        flags: &["-mcpu=cortex-m33+nodsp", "-mfloat-abi=soft"],
         machine: "mps2-an521",
         rom: "0x10000000",
         ram: "0x38000000",
-        dsp: true,
-    },
-    Target {
-        core: CoreKind::CortexM4,
-        name: "cortex-m4, hard float",
-        flags: &["-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"],
-        machine: "mps2-an386",
-        rom: "0",
-        ram: "0x20000000",
-        dsp: true,
+        dsp: false,
     },
     Target {
         core: CoreKind::CortexM4,
@@ -64,6 +47,24 @@ pub const TARGETS: [Target; 5] = [
         rom: "0",
         ram: "0x20000000",
         dsp: false,
+    },
+    Target {
+        core: CoreKind::CortexM33,
+        name: "cortex-m33, hard float",
+        flags: &["-mcpu=cortex-m33", "-mfloat-abi=hard", "-mfpu=fpv5-sp-d16"],
+        machine: "mps2-an505",
+        rom: "0x10000000",
+        ram: "0x38000000",
+        dsp: true,
+    },
+    Target {
+        core: CoreKind::CortexM4,
+        name: "cortex-m4, hard float",
+        flags: &["-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"],
+        machine: "mps2-an386",
+        rom: "0",
+        ram: "0x20000000",
+        dsp: true,
     },
 ];
 

@@ -77,8 +77,16 @@ impl Target {
     }
 
     /// The top of the harness's own stack.
-    fn stack(&self) -> u32 {
+    pub fn stack(&self) -> u32 {
         self.ram + self.ram_bytes.min(0x1_0000)
+    }
+
+    /// What QEMU writes without what it is known to get wrong: it keeps Q where ARMv6-M has none.
+    fn known(&self, mut records: Vec<u8>) -> Vec<u8> {
+        if !self.mainline {
+            records.chunks_exact_mut(self.record_bytes()).for_each(|record| record[31] &= !8);
+        }
+        records
     }
 
     fn board(&self) -> Board {
@@ -141,7 +149,9 @@ impl Tools {
         if target.fpu {
             assembler.arg(if target.arch == Arch::V8M { "-mfpu=fpv5-sp-d16" } else { "-mfpu=fpv4-sp-d16" });
         }
-        symbols.iter().for_each(|(name, value)| drop(assembler.args(["--defsym", &format!("{name}={value}")])));
+        symbols.iter().for_each(|(name, value)| {
+            assembler.args(["--defsym", &format!("{name}={value}")]);
+        });
         run(&mut assembler);
         let mut linker = Command::new("arm-none-eabi-ld");
         linker.args(["-o", "image.elf", "image.o", "-e", "reset"]).current_dir(&folder);
@@ -170,7 +180,7 @@ impl Tools {
             "{}",
             String::from_utf8_lossy(&output.stderr[..output.stderr.len().min(2000)])
         );
-        output.stdout
+        target.known(output.stdout)
     }
 }
 

@@ -6,6 +6,7 @@
 
 mod cases;
 mod harness;
+mod programs;
 mod random;
 
 use cases::Case;

@@ -43,6 +43,7 @@ impl Core {
                 folded_it: Fact::new(0, Rule, "no IT"),
             },
             skipped: Fact::new(1, Rule, "no IT blocks"),
+            late: Fact::new(0, Rule, "nothing is late"),
             divide: Division {
                 start: Fact::new(0, Rule, "no divider"),
                 bits_per_cycle: Fact::new(1, Rule, "no divider"),

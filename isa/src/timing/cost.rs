@@ -61,19 +61,19 @@ impl Reason {
 /// The cycles of one instruction, by reason.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Cost {
-    parts: [i16; Reason::COUNT],
+    parts: [i32; Reason::COUNT],
     waited_for: RegSet,
 }
 
 impl Cost {
     /// All cycles: the sum of the parts. 0 for an instruction that was folded.
     pub fn cycles(&self) -> u32 {
-        self.parts.iter().map(|&part| i32::from(part)).sum::<i32>().max(0) as u32
+        self.parts.iter().sum::<i32>().max(0) as u32
     }
 
     /// The cycles for one reason; negative where a reason saves.
     pub fn part(&self, reason: Reason) -> i32 {
-        i32::from(self.parts[reason as usize])
+        self.parts[reason as usize]
     }
 
     /// The parts that are not zero.
@@ -87,8 +87,7 @@ impl Cost {
     }
 
     pub(super) fn add(&mut self, reason: Reason, cycles: i32) {
-        let part = &mut self.parts[reason as usize];
-        *part = part.saturating_add(cycles.clamp(i32::from(i16::MIN), i32::from(i16::MAX)) as i16);
+        self.parts[reason as usize] += cycles;
     }
 
     pub(super) fn wait_for(&mut self, registers: RegSet, cycles: u8) {

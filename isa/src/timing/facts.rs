@@ -100,8 +100,6 @@ pub enum Kind {
     Double,
     /// Writing PC.
     WritesPc,
-    /// Of 16 bits.
-    Narrow,
 }
 
 /// One line of a core's table: the first that fits an instruction counts it.
@@ -235,6 +233,8 @@ pub struct Core {
     pub branches: Branches,
     /// An instruction whose condition fails.
     pub skipped: Fact,
+    /// Waiting for a result that is late.
+    pub late: Fact,
     /// Divisions.
     pub divide: Division,
     /// Less for what starts under the load before it.

@@ -14,12 +14,15 @@ impl Core {
     pub fn issue(&self, pipe: Pipe, timed: &Timed, address: u32, outcome: &Outcome) -> (Pipe, Cost) {
         let mut cost = Cost::default();
         let branch = timed.is(Timed::BRANCHES);
-        if outcome.skipped && !branch {
-            cost.add(Reason::Skipped, i32::from(self.skipped.cycles));
-        } else {
+        // CBZ has no condition to skip it: when it is not taken, it has still looked.
+        let skipped = outcome.skipped && timed.is(Timed::CONDITIONAL);
+        if !skipped {
             self.own_cycles(timed, outcome, &mut cost);
-            wait_for_operands(&pipe, timed, &mut cost);
+            self.wait_for_operands(&pipe, timed, &mut cost);
+        } else if !branch {
+            cost.add(Reason::Skipped, i32::from(self.skipped.cycles));
         }
+        wait_for_flags(&pipe, timed, &mut cost);
         if branch {
             self.refill(&pipe, timed, outcome, &mut cost);
         }
@@ -39,6 +42,21 @@ impl Core {
             let per_cycle = i32::from(self.divide.bits_per_cycle.cycles.max(1));
             let more = i32::from(self.divide.start.cycles) + i32::from(outcome.quotient_bits) / per_cycle;
             cost.add(Reason::Divide, more);
+        }
+    }
+
+    fn wait_for_operands(&self, pipe: &Pipe, timed: &Timed, cost: &mut Cost) {
+        if pipe.late != 0 && !has_expired(pipe, timed) {
+            let late_for = |taker: Takers, registers: u16| if pipe.late_for & taker.0 != 0 { registers } else { 0 };
+            let waits = late_for(Takers::OPERAND, timed.operands)
+                | late_for(Takers::ADDRESS, timed.addresses)
+                | late_for(timed.sums_as, timed.sums);
+            if waits & pipe.late != 0 {
+                cost.wait_for(RegSet::core_list(waits & pipe.late), self.late.cycles);
+            }
+        }
+        if timed.is(Timed::FLOAT) {
+            wait_for_float_unit(pipe, timed, cost);
         }
     }
 
@@ -131,23 +149,15 @@ impl Core {
     }
 }
 
-fn wait_for_operands(pipe: &Pipe, timed: &Timed, cost: &mut Cost) {
-    let joining = pipe.is(Pipe::EMPTY) && timed.is(Timed::NARROW);
-    let expired = pipe.is(Pipe::EMPTY) && !joining;
-    if pipe.late != 0 && !expired {
-        let late_for = |taker: Takers, registers: u16| if pipe.late_for & taker.0 != 0 { registers } else { 0 };
-        let waits = late_for(Takers::OPERAND, timed.operands)
-            | late_for(Takers::ADDRESS, timed.addresses)
-            | late_for(timed.sums_as, timed.sums);
-        if waits & pipe.late != 0 {
-            cost.wait_for(RegSet::core_list(waits & pipe.late), 1);
-        }
-    }
-    if pipe.is(Pipe::LATE_FLAGS) && timed.is(Timed::READS_FLAGS) && !expired {
+/// What was late when a NOP or IT issued is there for whoever does not join it.
+fn has_expired(pipe: &Pipe, timed: &Timed) -> bool {
+    pipe.is(Pipe::EMPTY) && !timed.is(Timed::NARROW)
+}
+
+/// The condition itself needs the flags, so a skipped instruction waits too.
+fn wait_for_flags(pipe: &Pipe, timed: &Timed, cost: &mut Cost) {
+    if pipe.is(Pipe::LATE_FLAGS) && timed.is(Timed::READS_FLAGS) && !has_expired(pipe, timed) {
         cost.add(Reason::LateFlags, 1);
-    }
-    if timed.is(Timed::FLOAT) {
-        wait_for_float_unit(pipe, timed, cost);
     }
 }
 

@@ -19,6 +19,9 @@ pub struct Pipe {
     pub(super) about: u16,
 }
 
+/// Small enough to be a key.
+const _: () = assert!(size_of::<Pipe>() <= 16);
+
 impl Pipe {
     /// The instruction was reached from the one before it in memory, not by a branch.
     pub(super) const SEQUENTIAL: u16 = 1;

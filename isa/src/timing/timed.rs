@@ -109,7 +109,12 @@ impl Core {
         timed
     }
 
-    /// The line that counts an instruction, and its number. The last line of a table fits everything.
+    /// The line that counts an instruction.
+    pub fn line(&self, inst: &Inst) -> Line {
+        self.line_of(inst).1
+    }
+
+    /// It and its number. No line counts what the architecture does not have; one cycle then.
     fn line_of(&self, inst: &Inst) -> (u8, Line) {
         let fits = |line: &Line| line.classes.contains(&inst.class()) && line.kind.fits(inst);
         let number = self.lines.iter().position(fits).unwrap_or(self.lines.len().saturating_sub(1));
@@ -140,7 +145,6 @@ impl Kind {
             ),
             Self::Double => inst.uses().union(inst.defs()).single_bits().count_ones() == 2,
             Self::WritesPc => inst.defs().contains(RegSet::core(reg::PC)),
-            Self::Narrow => inst.size() == 2,
         }
     }
 }
@@ -191,10 +195,7 @@ fn sources(inst: &Inst) -> (u16, u16, u16, Takers) {
     let only = |set: RegSet| set.core_bits() & reads;
     let class = inst.class();
     if is_memory(class) || matches!(class, TableBranch | Preload) {
-        let with_index = matches!(class, Load | Store | TableBranch | Preload);
-        let index = if with_index { RegSet::core(inst.m) } else { RegSet::EMPTY };
-        let addresses = addresses_of(inst, reads, RegSet::core(inst.n).union(index));
-        return (0, addresses, 0, Takers::NONE);
+        return (0, only(addresses(inst)), 0, Takers::NONE);
     }
     let (sums, sums_as) = match class {
         MultiplyAdd => (only(RegSet::core(inst.a)), Takers::ACCUMULATOR),
@@ -207,11 +208,11 @@ fn sources(inst: &Inst) -> (u16, u16, u16, Takers) {
     (operands, 0, sums, sums_as)
 }
 
-/// The address registers among those read: a register offset only where there is one.
-fn addresses_of(inst: &Inst, reads: u16, wanted: RegSet) -> u16 {
+/// The registers of an address: a register offset only where there is one; PC is always there.
+fn addresses(inst: &Inst) -> RegSet {
     let indexed = Kind::RegisterOffset.fits(inst) || matches!(inst.class(), Class::TableBranch | Class::Preload);
-    let wanted = if indexed { wanted } else { RegSet::core(inst.n) };
-    wanted.core_bits() & reads & !RegSet::core(reg::PC).core_bits()
+    let index = if indexed { RegSet::core(inst.m) } else { RegSet::EMPTY };
+    RegSet::core(inst.n).union(index).without(RegSet::core(reg::PC))
 }
 
 /// The registers whose result may be late: the last one loaded, or all results but PC and a written-back base.

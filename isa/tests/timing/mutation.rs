@@ -26,6 +26,8 @@ fn of_line(core: &Core, at: usize, line: &Line, class: Class) -> Vec<Mutant> {
     let classes: &'static [Class] = Box::leak(Box::new([class]));
     changes(line, class)
         .into_iter()
+        // On a core where nothing is late it does not matter for whom.
+        .filter(|(what, _)| core.late.cycles != 0 || !what.starts_with("late"))
         .map(|(what, changed)| {
             let mut lines = core.lines.to_vec();
             lines.insert(at, Line { classes, ..changed });
@@ -91,6 +93,7 @@ fn of_numbers(core: &Core) -> Vec<Mutant> {
         ),
         named("branches.folded", Core { branches: with(branches, |b| b.folded = down(b.folded)), ..*core }),
         named("branches.folded_it", Core { branches: with(branches, |b| b.folded_it = down(b.folded_it)), ..*core }),
+        named("late", Core { late: down(core.late), ..*core }),
         named("overlap", Core { overlap: down(core.overlap), ..*core }),
         named("near", Core { near: down(core.near), ..*core }),
     ];

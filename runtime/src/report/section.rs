@@ -77,7 +77,7 @@ impl Section {
                 .map(|(count, what)| format!("{count} of {} ticks {what}", run.counts.ticks))
                 .collect(),
             data: vec![("chart", chart(&figure(compiled, run)))],
-            tables: vec![events(&run.trace), numbers(compiled, run)],
+            tables: vec![events(&run.trace, session::marked(&compiled.model)), numbers(compiled, run)],
             sources: made.sources.to_vec(),
         }
     }
@@ -120,20 +120,16 @@ pub fn id(name: &str) -> String {
 }
 
 fn device(device: &Device) -> String {
-    format!(
-        "{}: sensor {:.3} to {:.3} mm, drive ±{} N",
-        device.name,
-        device.sensor.low_m * 1e3,
-        device.sensor.high_m * 1e3,
-        device.drive.full_scale_n
-    )
-    .replace('-', "−")
+    let (shown, position, force) = if device.turns { (1.0, "rad", "N*m") } else { (1e3, "mm", "N") };
+    let (low, high) = (device.sensor.low * shown, device.sensor.high * shown);
+    let full_scale = device.drive.full_scale;
+    format!("{}: sensor {low:.3} to {high:.3} {position}, drive ±{full_scale} {force}", device.name).replace('-', "−")
 }
 
 /// Strikes, the greatest force, how deep, how long.
 fn outcome(compiled: &Compiled, run: &Run) -> Vec<(String, String)> {
     let trace = &run.trace;
-    let strikes = trace.events.iter().filter(|e| e.event == "note").count();
+    let strikes = trace.events.iter().filter(|e| e.event == session::marked(&compiled.model)).count();
     let rate_hz = f64::from(trace.rate_hz);
     let title = |wanted: ExportKind| {
         let export = compiled.lowered.exports.iter().find(|e| e.kind == wanted)?;
@@ -171,18 +167,18 @@ fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
 }
 
 /// All strikes, and the first of everything else that happened.
-fn events(trace: &Trace) -> Table {
+fn events(trace: &Trace, marked: &str) -> Table {
     let mut titles: Vec<&str> = Vec::new();
     for (title, _) in trace.events.iter().flat_map(|e| &e.args) {
         if !titles.contains(&title.as_str()) {
             titles.push(title);
         }
     }
-    let others = trace.events.iter().filter(|e| e.event != "note").count();
+    let others = trace.events.iter().filter(|e| e.event != marked).count();
     let (mut strikes, mut listed) = (0, 0);
     let mut rows = Vec::new();
     for event in &trace.events {
-        let strike = event.event == "note";
+        let strike = event.event == marked;
         *(if strike { &mut strikes } else { &mut listed }) += 1;
         if strike || listed <= LISTED_MAX {
             rows.push(event_row(event, strike.then_some(strikes), &titles));

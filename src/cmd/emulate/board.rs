@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use whippen_emulator::elf::{Elf, RAM_BASE, regions_for, vector_table};
-use whippen_emulator::{Board, CoreKind, Region};
+use whippen_emulator::{Board, BoardKind, CoreKind, Machine, Ports, Region, build};
 
 use super::{On, value};
 use crate::exit::Failure;
@@ -12,6 +12,26 @@ use crate::exit::Failure;
 pub enum BoardName {
     /// One core at 150 MHz and the memory that the image wants
     Generic,
+    /// Raspberry Pi RP2350: two Cortex-M33 at 150 MHz, with its devices and a converter
+    Rp2350,
+    /// Raspberry Pi RP2040: two Cortex-M0+ at 133 MHz, with its devices and a converter
+    Rp2040,
+}
+
+impl BoardName {
+    /// The board, unless it is the generic one.
+    fn kind(self) -> Option<BoardKind> {
+        match self {
+            Self::Generic => None,
+            Self::Rp2350 => Some(BoardKind::Rp2350),
+            Self::Rp2040 => Some(BoardKind::Rp2040),
+        }
+    }
+
+    /// The core that it has, unless that is free.
+    pub fn core(self) -> Option<CoreKind> {
+        Some(self.kind()?.board().core)
+    }
 }
 
 /// A core by its name.
@@ -47,22 +67,45 @@ pub fn memory(text: &str) -> Result<MemoryRange, String> {
     Ok(MemoryRange { base, bytes })
 }
 
-/// The board for an image.
-pub fn board(elf: &Elf, core: CoreKind, on: &On) -> Result<Board, Failure> {
-    match on.board {
-        BoardName::Generic => generic(elf, core, on),
+/// The machine for an image, and its devices if the board has any.
+pub fn machine(elf: &Elf, core: CoreKind, on: &On) -> Result<(Machine, Option<Ports>), Failure> {
+    let cannot_be = |e| Failure::Usage(format!("such a board cannot be: {e}"));
+    let Some(kind) = on.board.kind() else {
+        if let Some(option) = on.devices.wanted() {
+            return Err(Failure::Usage(format!(
+                "{option} needs a board with devices: --board rp2350 or --board rp2040"
+            )));
+        }
+        return Ok((Machine::new(generic(elf, core, on)?).map_err(cannot_be)?, None));
+    };
+    if let Some(asked) = on.core.filter(|asked| *asked != kind.board().core) {
+        let (asked, has) = (asked.name(), kind.board().core.name());
+        return Err(Failure::Usage(format!("--core {asked}: {} has a {has}; leave --core out", kind.name())));
+    }
+    let mut board = kind.board();
+    board.vector_table = vector_table(elf).unwrap_or(board.vector_table);
+    board.regions.extend(given(on).map(region));
+    let (mut machine, ports) = build(kind, board, on.devices.setup()?).map_err(cannot_be)?;
+    on.devices.connect(&mut machine, &ports)?;
+    Ok((machine, Some(ports)))
+}
+
+/// Memory of the command line: base, bytes, writable.
+fn given(on: &On) -> impl Iterator<Item = (u32, u32, bool)> {
+    on.ram.iter().map(|m| (m.base, m.bytes, true)).chain(on.rom.iter().map(|m| (m.base, m.bytes, false)))
+}
+
+fn region((base, bytes, writable): (u32, u32, bool)) -> Region {
+    match writable {
+        true => Region::ram(&format!("RAM at {base:#010x}"), base, bytes),
+        false => Region::rom(&format!("ROM at {base:#010x}"), base, bytes),
     }
 }
 
 /// One core, the memory of the command line, and around it what the image wants.
 fn generic(elf: &Elf, core: CoreKind, on: &On) -> Result<Board, Failure> {
-    let given = on.ram.iter().map(|m| (m.base, m.bytes, true)).chain(on.rom.iter().map(|m| (m.base, m.bytes, false)));
-    let mut runs: Vec<(u32, u32, bool)> = given.collect();
+    let mut runs: Vec<(u32, u32, bool)> = given(on).collect();
     runs.extend(regions_for(elf, &runs).map_err(|e| Failure::Usage(format!("the image cannot be loaded: {e}")))?);
-    let region = |(base, bytes, writable): (u32, u32, bool)| match writable {
-        true => Region::ram(&format!("RAM at {base:#010x}"), base, bytes),
-        false => Region::rom(&format!("ROM at {base:#010x}"), base, bytes),
-    };
     let regions = runs.into_iter().map(region).collect();
     let vector_table = vector_table(elf).unwrap_or(0);
     Ok(Board { regions, vector_table, ..Board::generic(core) })

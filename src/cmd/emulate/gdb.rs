@@ -30,9 +30,9 @@ const PC: Register = Register::PC;
 /// Waits for gdb, and serves it until it leaves or the program ends.
 pub fn serve(image: Image, task: &Task, port: u16) -> Outcome {
     let stream = accept(port).map_err(|e| Failure::Usage(format!("cannot listen on port {port}: {e}")))?;
-    let mut debuggee = Debuggee::new(image.machine, task.max_cycles);
+    let mut debuggee = Debuggee::new(image.machine, image.ports, task.max_cycles);
     let ended = GdbStub::new(stream).run_blocking::<session::Session>(&mut debuggee);
-    session::print(&mut debuggee.machine);
+    session::print(&mut debuggee);
     match ended {
         Ok(DisconnectReason::TargetExited(0)) | Ok(DisconnectReason::Disconnect | DisconnectReason::Kill) => Ok(()),
         Ok(DisconnectReason::TargetExited(code)) => {

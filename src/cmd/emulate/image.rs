@@ -4,11 +4,11 @@ use std::io::Read;
 use std::path::Path;
 
 use whippen_emulator::elf::{Elf, Lines};
-use whippen_emulator::{CoreKind, Machine};
+use whippen_emulator::{Converter, CoreKind, Machine, Ports};
 use whippen_isa::Arch;
 use whippen_runtime::files;
 
-use super::{On, board};
+use super::{On, board, ports};
 use crate::exit::Failure;
 
 /// An image, loaded.
@@ -19,6 +19,8 @@ pub struct Image {
     pub machine: Machine,
     /// Its source lines.
     pub lines: Lines,
+    /// The devices that talk to the host, of a board that has them.
+    pub ports: Option<Ports>,
 }
 
 /// Files larger than this are no images for microcontrollers.
@@ -42,15 +44,19 @@ impl Image {
         let bytes = read(path)?;
         let wrong = |why: &dyn std::fmt::Display| Failure::Usage(format!("`{}` {why}", path.display()));
         let elf = Elf::parse(&bytes, on.core.is_some()).map_err(|e| wrong(&e))?;
-        let core = core_for(&elf, on.core);
-        let machine = Machine::new(board::board(&elf, core, on)?);
-        let mut machine = machine.map_err(|e| Failure::Usage(format!("such a board cannot be: {e}")))?;
+        let core = core_for(&elf, on.board.core().or(on.core));
+        let (mut machine, ports) = board::machine(&elf, core, on)?;
         elf.load(&mut machine.bus.memory, false)
             .map_err(|e| wrong(&format_args!("does not fit the board: {e}; --ram and --rom add memory")))?;
         if !elf.undefined.is_empty() {
             eprintln!("note: the object file is not linked; it faults if it comes to {}", listed(&elf.undefined));
         }
-        Ok(Self { lines: Lines::read(&bytes), elf, machine })
+        Ok(Self { lines: Lines::read(&bytes), elf, machine, ports })
+    }
+
+    /// The converter, when the board has one and it has had at least one tick.
+    pub fn converter(&self) -> Option<&Converter> {
+        ports::converter(&self.machine, self.ports.as_ref()?)
     }
 
     /// An address in words: symbol, offset and line, as far as they are known.

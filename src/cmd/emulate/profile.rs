@@ -11,6 +11,9 @@ use super::image::Image;
 /// So many functions are printed.
 const SHOWN: usize = 12;
 
+/// What cycles between instructions are called: entry to and return from exceptions, and waiting for them.
+const BETWEEN: &str = "(exceptions, sleep)";
+
 /// Cycles and instructions.
 #[derive(Clone, Copy, Default, Serialize)]
 pub struct Spent {
@@ -29,12 +32,23 @@ impl Spent {
 #[derive(Default)]
 pub struct Profile {
     by_address: HashMap<u32, Spent>,
+    /// Per core, the cycle in which its last instruction ended.
+    ended: Vec<u64>,
+    /// Cycles between instructions.
+    between: u64,
 }
 
 impl Observer for Profile {
     fn instruction(&mut self, step: &Step<'_>) {
         let spent = self.by_address.entry(step.address).or_default();
-        spent.add(Spent { cycles: u64::from(step.cost.cycles()), instructions: 1 });
+        let cycles = u64::from(step.cost.cycles());
+        spent.add(Spent { cycles, instructions: 1 });
+        if self.ended.len() <= step.core {
+            self.ended.resize(step.core + 1, step.cycle);
+        }
+        let ended = &mut self.ended[step.core];
+        self.between += step.cycle.saturating_sub(*ended);
+        *ended = step.cycle + cycles;
     }
 }
 
@@ -64,8 +78,11 @@ struct Report {
 
 impl Profile {
     fn report(&self, image: &Image) -> Report {
-        let mut total = Spent::default();
+        let mut total = Spent { cycles: self.between, instructions: 0 };
         let mut functions: BTreeMap<(String, Option<u32>), Spent> = BTreeMap::new();
+        if self.between > 0 {
+            functions.insert((BETWEEN.into(), None), total);
+        }
         let mut lines: BTreeMap<Line, Spent> = BTreeMap::new();
         for (address, spent) in &self.by_address {
             total.add(*spent);

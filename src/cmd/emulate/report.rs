@@ -1,7 +1,7 @@
 //! What a run came to: a short summary, or one JSON object.
 
 use serde::Serialize;
-use whippen_emulator::{Register, Stop};
+use whippen_emulator::{Converter, Register, Stop};
 use whippen_runtime::files::write_whole;
 
 use super::image::Image;
@@ -19,6 +19,10 @@ struct Report {
     r1: u32,
     reads: Vec<String>,
     stop: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ticks: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    overruns: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     exit_code: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -61,7 +65,7 @@ fn json(image: &Image, task: &Task, end: &End) -> Outcome {
         let bytes = read.now(&image.machine)?;
         Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
     };
-    let (message, place) = complaint(image, task, &end.stop).unzip();
+    let (message, place) = complaint(image, task, end).unzip();
     let [r0, r1] = result(image);
     let report = Report {
         cycles: end.cycles,
@@ -69,7 +73,9 @@ fn json(image: &Image, task: &Task, end: &End) -> Outcome {
         r0,
         r1,
         reads: task.reads.iter().map(hex).collect::<Result<_, _>>().map_err(Failure::Usage)?,
-        stop: word(&end.stop),
+        stop: if end.over { "over" } else { word(&end.stop) },
+        ticks: image.converter().map(Converter::ticks),
+        overruns: image.converter().map(Converter::overruns),
         exit_code: if let Stop::Exit { code } = end.stop { Some(code) } else { None },
         message,
         r#where: place.flatten(),
@@ -105,7 +111,7 @@ fn summary(image: &Image, task: &Task, end: &End) {
         (Stop::Exit { code }, _) => say!("the program exited with {code}"),
         _ => {}
     }
-    if let Some((message, place)) = complaint(image, task, &end.stop) {
+    if let Some((message, place)) = complaint(image, task, end) {
         match place {
             Some(place) => say!("stopped in {place}: {message}"),
             None => say!("stopped: {message}"),
@@ -116,6 +122,10 @@ fn summary(image: &Image, task: &Task, end: &End) {
     let clock_mhz = f64::from(board.clock_hz) / 1e6;
     say!("  cycles       {:>12}  {time} at {clock_mhz} MHz, {}", end.cycles, board.core.name());
     say!("  instructions {:>12}  {each:.2} cycles each", end.instructions);
+    if let Some(converter) = image.converter() {
+        let (ticks, overruns) = (converter.ticks(), converter.overruns());
+        say!("  ticks        {ticks:>12}  of {} keys, {overruns} overruns", converter.keys());
+    }
     if matches!(end.stop, Stop::Fault(_)) {
         registers(image);
     }
@@ -139,9 +149,10 @@ fn duration(seconds: f64) -> String {
 }
 
 /// What went wrong, and where.
-fn complaint(image: &Image, task: &Task, stop: &Stop) -> Option<(String, Option<String>)> {
+fn complaint(image: &Image, task: &Task, end: &End) -> Option<(String, Option<String>)> {
     let pc = image.machine.cpu(0).get(Register::PC);
-    let (message, address) = match stop {
+    let (message, address) = match &end.stop {
+        _ if end.over => return None,
         Stop::Returned { .. } | Stop::Exit { .. } => return None,
         Stop::Fault(fault) => {
             let named = image.elf.symbols.covering(fault.address).filter(|_| fault.address != fault.pc);

@@ -6,19 +6,21 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use whippen_emulator::elf::Elf;
-use whippen_emulator::{Machine, Observer, Start, Stop};
+use whippen_emulator::{Converter, Machine, Ports, Start, Stop};
 use whippen_runtime::files::write_whole;
 
 use super::image::{self, Image};
 use super::profile::Profile;
 use super::trace::Trace;
-use super::watch::{Count, Watch};
-use super::{MAX_CYCLES, Outputs, What, board, value};
+use super::watch::Watch;
+use super::{MAX_CYCLES, Outputs, What, board, ports, value};
 use crate::exit::Failure;
 use crate::say;
 
 /// So many cycles at a time.
 const SLICE: u64 = 2_000_000;
+/// And so many while a converter ticks.
+const CONVERTER_SLICE: u64 = 50_000;
 
 /// What to do with an image, understood and prepared: memory is set and the core stands before its first instruction.
 pub struct Task {
@@ -44,6 +46,10 @@ pub struct Read {
 pub struct End {
     /// Why.
     pub stop: Stop,
+    /// Whether it ended because the converter's samples were over.
+    pub over: bool,
+    /// Ticks that came before the program had served the one before.
+    pub overruns: u32,
     /// Cycles of the function, or of the first core since reset.
     pub cycles: u64,
     /// Instructions of all cores.
@@ -55,9 +61,9 @@ pub struct End {
 }
 
 impl End {
-    /// The function returned, or the program said that all is well.
+    /// The function returned, the program said that all is well, or it served all samples in time.
     pub fn succeeded(&self) -> bool {
-        matches!(self.stop, Stop::Returned { .. } | Stop::Exit { code: 0 })
+        self.overruns == 0 && (self.over || matches!(self.stop, Stop::Returned { .. } | Stop::Exit { code: 0 }))
     }
 }
 
@@ -97,7 +103,7 @@ fn start(elf: &Elf, machine: &mut Machine) -> Result<(), Failure> {
     if whippen_emulator::elf::vector_table(elf).is_some() {
         machine.reset();
     } else if elf.entry != 0 && begins(elf) {
-        let address = elf.entry;
+        let address = elf.entry | 1;
         eprintln!("note: the image has no vector table that could be found; it starts at {:#010x}", address & !1);
         let stack = board::stack_top(machine.board());
         machine.start(0, Start { vector_table: 0, stack, address });
@@ -181,77 +187,114 @@ impl Read {
     }
 }
 
-/// Runs until something ends it; writes the trace and the profile.
+/// Runs until something ends it; writes the trace.
 pub fn to_the_end(image: &mut Image, task: &Task, outputs: &Outputs) -> Result<End, Failure> {
-    let Image { elf, machine, lines } = image;
-    let keep = outputs.json;
+    let Image { elf, machine, lines, ports } = image;
     let limit = machine.cycle(0).saturating_add(task.max_cycles.unwrap_or(MAX_CYCLES));
+    let mut run = Run { machine, ports: *ports, limit, kept: outputs.json.then(Vec::new) };
     let profile = outputs.profile.is_some().then(Profile::default);
-    let end = match &outputs.trace {
-        None if profile.is_none() => {
-            let mut count = Count::default();
-            let (stop, output) = run(machine, limit, keep, &mut count);
-            End { stop, output, instructions: count.instructions, cycles: 0, profile: None }
+    let (stop, profile) = match &outputs.trace {
+        None if profile.is_none() => (run.to_the_end(None), None),
+        None => {
+            let (stop, profile, _) = run.watched(Watch { profile, trace: None });
+            (stop, profile)
         }
-        None => watched(machine, limit, keep, Watch { profile, ..Watch::default() }),
         Some(path) if path.as_os_str() == "-" => {
+            run.kept.get_or_insert_default();
             let mut stdout = io::BufWriter::new(io::stdout().lock());
-            let trace = Some(Trace::new(&mut stdout, elf, lines, machine.cores()));
-            watched(machine, limit, true, Watch { profile, trace, ..Watch::default() })
+            let trace = Some(Trace::new(&mut stdout, elf, lines, run.machine.cores()));
+            // A reader that has seen enough is no error.
+            let (stop, profile, _) = run.watched(Watch { profile, trace });
+            (stop, profile)
         }
         Some(path) => {
             let mut end = None;
             let traced = write_whole(path, |writer| {
-                let trace = Some(Trace::new(writer, elf, lines, machine.cores()));
-                end = Some(watched(machine, limit, keep, Watch { profile, trace, ..Watch::default() }));
-                Ok(())
+                let trace = Some(Trace::new(writer, elf, lines, run.machine.cores()));
+                let (stop, profile, written) = run.watched(Watch { profile, trace });
+                end = Some((stop, profile));
+                written
             });
             traced.map_err(|e| Failure::Usage(e.to_string()))?;
             end.ok_or_else(|| Failure::Defect("a trace was written without a run".into()))?
         }
     };
-    let cycles = match end.stop {
+    let output = run.kept.unwrap_or_default();
+    let cycles = match stop {
         Stop::Returned { cycles, .. } => cycles,
         _ => machine.cycle(0),
     };
-    Ok(End { cycles, ..end })
+    let converter = ports.as_ref().and_then(|p| ports::converter(machine, p));
+    let over = stop == Stop::Limit && converter.is_some_and(|c| c.had_samples() && c.is_over());
+    let overruns = converter.map_or(0, Converter::overruns);
+    Ok(End { stop, over, overruns, cycles, instructions: machine.instructions(), output, profile })
 }
 
-fn watched(machine: &mut Machine, limit: u64, keep: bool, mut watch: Watch<'_>) -> End {
-    let (stop, output) = run(machine, limit, keep, &mut watch);
-    End { stop, output, instructions: watch.count.instructions, cycles: 0, profile: watch.profile }
+/// A run under way.
+struct Run<'m> {
+    machine: &'m mut Machine,
+    ports: Option<Ports>,
+    limit: u64,
+    /// What the program prints, when it is not to be passed on at once.
+    kept: Option<Vec<u8>>,
 }
 
-/// Runs in slices. What the program prints goes where it belongs, or is kept.
-fn run(machine: &mut Machine, limit: u64, keep: bool, observer: &mut impl Observer) -> (Stop, Vec<u8>) {
-    let progress = Spinner::new();
-    let mut kept = Vec::new();
-    loop {
-        let until = machine.cycle(0).saturating_add(SLICE).min(limit);
-        let stop = machine.run_observed(until, observer);
-        let finished = stop != Stop::Limit || until >= limit;
-        progress.at(machine.cycle(0));
-        if finished {
-            progress.done();
-        }
-        pass_on(machine, keep.then_some(&mut kept), &progress);
-        if finished {
-            return (stop, kept);
+impl Run<'_> {
+    /// The end, the profile, and whether the whole trace could be written.
+    fn watched(&mut self, mut watch: Watch<'_>) -> (Stop, Option<Profile>, io::Result<()>) {
+        let stop = self.to_the_end(Some(&mut watch));
+        (stop, watch.profile, watch.trace.map_or(Ok(()), Trace::finish))
+    }
+
+    /// Runs in slices. What the program prints goes where it belongs, or is kept.
+    fn to_the_end(&mut self, mut watch: Option<&mut Watch<'_>>) -> Stop {
+        let progress = Spinner::new();
+        loop {
+            let until = self.machine.cycle(0).saturating_add(self.slice()).min(self.limit);
+            let stop = match &mut watch {
+                Some(watch) => self.machine.run_observed(until, *watch),
+                None => self.machine.run(until),
+            };
+            let finished = stop != Stop::Limit || until >= self.limit || self.is_over();
+            progress.at(self.machine.cycle(0));
+            if finished {
+                progress.done();
+            }
+            self.pass_on(&progress);
+            if finished {
+                return stop;
+            }
         }
     }
-}
 
-/// Takes what the program printed since the last time.
-fn pass_on(machine: &mut Machine, kept: Option<&mut Vec<u8>>, progress: &Spinner) {
-    let (output, errors) =
-        (std::mem::take(&mut machine.semihosting.output), std::mem::take(&mut machine.semihosting.errors));
-    match kept {
-        Some(kept) => kept.extend(output),
-        None if output.is_empty() => {}
-        None => progress.aside(|| say::bytes(&output)),
+    fn converter(&self) -> Option<&Converter> {
+        ports::converter(self.machine, self.ports.as_ref()?)
     }
-    if !errors.is_empty() {
-        progress.aside(|| drop(io::stderr().lock().write_all(&errors)));
+
+    /// While a converter ticks, so often that the end of its samples ends the run.
+    fn slice(&self) -> u64 {
+        if self.converter().is_some() { CONVERTER_SLICE } else { SLICE }
+    }
+
+    fn is_over(&self) -> bool {
+        self.converter().is_some_and(|c| c.is_over() && c.had_samples())
+    }
+
+    /// Takes what the program printed since the last time.
+    fn pass_on(&mut self, progress: &Spinner) {
+        let semihosting = &mut self.machine.semihosting;
+        let (mut output, errors) = (std::mem::take(&mut semihosting.output), std::mem::take(&mut semihosting.errors));
+        if let Some(ports) = &self.ports {
+            output.append(&mut ports::printed(self.machine, ports));
+        }
+        match &mut self.kept {
+            Some(kept) => kept.extend(output),
+            None if output.is_empty() => {}
+            None => progress.aside(|| say::bytes(&output)),
+        }
+        if !errors.is_empty() {
+            progress.aside(|| drop(io::stderr().lock().write_all(&errors)));
+        }
     }
 }
 

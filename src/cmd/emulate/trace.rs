@@ -21,7 +21,7 @@ pub struct Trace<'w> {
     lines: &'w Lines,
     /// Per core: the function and the line it was in last.
     last: Vec<(Option<u32>, Option<Line>)>,
-    /// The first thing that went wrong; a pipe that was closed is nothing to complain about.
+    /// The first thing that went wrong.
     error: Option<io::ErrorKind>,
 }
 
@@ -37,6 +37,11 @@ impl<'w> Trace<'w> {
         if self.error.is_none() {
             self.error = self.writer.write_fmt(text).err().map(|e| e.kind());
         }
+    }
+
+    /// Ends the trace; the error that something could not be written.
+    pub fn finish(self) -> io::Result<()> {
+        self.error.map_or(Ok(()), |kind| Err(kind.into()))
     }
 
     /// Says where the core is when that is elsewhere than before.

@@ -218,7 +218,7 @@ pub const MOTION: &[Case] = &[
     case(
         "two writes of one rule",
         &["WH0409"],
-        "state s: length in 0 mm .. 10 mm event e when x > 1 mm { s := x s := 2 * x }",
+        "state s: length in 0 mm .. 10 mm event e when x > 1 mm { s := x s := x / 2 }",
     ),
     case("empty machine", &["WH0410"], "states m { } force f = if m is a then 1 N else 0 N"),
     case("unreachable state", &["WH0411"], "states m { open -> shut when x > 1 mm shutt -> open when x < 1 mm }"),
@@ -262,6 +262,18 @@ pub const RANGES: &[Case] = &[
         &["WH0602"],
         "body b { angle phi in 0 rad .. 1 rad, rate in -1 rad/s .. 1 rad/s mass 1 g }",
     ),
+    case(
+        "force on a knob",
+        &["WH0610"],
+        "instrument dial { sense angle: angle in -90 deg .. 90 deg force pull = 1 N }",
+    ),
+    case("torque on a key", &["WH0610"], "torque pull = 1 N*m"),
+    case(
+        "torque in the wrong unit",
+        &["WH0302"],
+        "instrument dial { sense angle: angle in -90 deg .. 90 deg torque pull = 1 N }",
+    ),
+    case("torque in a term", &["WH0215"], "term t(a: angle) -> b: angle { b = a torque pull = 1 N*m }"),
     case(
         "force on a turning body in the wrong unit",
         &["WH0302"],

@@ -134,7 +134,7 @@ impl Dice {
             7 => DeclKind::Event { name, guard: value, actions: self.some(0, Dice::action) },
             8 => DeclKind::Pulse { name, ty: self.ty(), range: self.range(), lasting: value },
             9 => DeclKind::Hold { body: name, guard: value },
-            10 => DeclKind::Force { name, value },
+            10 => DeclKind::Force { turning: self.below(2) == 0, name, value },
             _ => DeclKind::Result { name, value },
         };
         Decl { kind, span: Span::default() }

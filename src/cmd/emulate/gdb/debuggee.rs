@@ -17,7 +17,7 @@ use gdbstub::target::ext::target_description_xml_override::{
 };
 use gdbstub::target::ext::thread_extra_info::{ThreadExtraInfo, ThreadExtraInfoOps};
 use gdbstub::target::{Target, TargetError, TargetResult};
-use whippen_emulator::{Activity, Machine, Watch};
+use whippen_emulator::{Activity, Machine, Ports, Watch};
 
 use super::registers::{CortexM, Words, description};
 
@@ -39,6 +39,8 @@ pub enum Resume {
 pub struct Debuggee {
     /// The machine.
     pub machine: Machine,
+    /// Its devices that speak.
+    pub ports: Option<Ports>,
     /// What it is to do.
     pub resume: Resume,
     /// The cycle it stops at, if any.
@@ -49,9 +51,9 @@ pub struct Debuggee {
 
 impl Debuggee {
     /// With nothing asked for yet.
-    pub fn new(machine: Machine, max_cycles: Option<u64>) -> Self {
+    pub fn new(machine: Machine, ports: Option<Ports>, max_cycles: Option<u64>) -> Self {
         let limit = max_cycles.map_or(u64::MAX, |max| machine.cycle(0).saturating_add(max));
-        Self { machine, resume: Resume::Continue, limit, watches: Vec::new() }
+        Self { machine, ports, resume: Resume::Continue, limit, watches: Vec::new() }
     }
 
     fn core(&self, tid: Tid) -> usize {

@@ -10,8 +10,9 @@ use gdbstub::stub::MultiThreadStopReason;
 use gdbstub::stub::run_blocking::{BlockingEventLoop, Event, WaitForStopReasonError};
 use gdbstub::target::Target;
 use gdbstub::target::ext::breakpoints::WatchKind;
-use whippen_emulator::{Fault, Machine, Reason, Stop};
+use whippen_emulator::{Fault, Reason, Stop};
 
+use super::super::ports;
 use super::PC;
 use super::debuggee::{Debuggee, Resume, thread};
 use crate::say;
@@ -36,7 +37,7 @@ impl BlockingEventLoop for Session {
     fn wait_for_stop_reason(debuggee: &mut Debuggee, conn: &mut TcpStream) -> Result<Event<StopReason>, Failure> {
         loop {
             let stop = advance(debuggee);
-            print(&mut debuggee.machine);
+            print(debuggee);
             if let Some(reason) = stop {
                 return Ok(Event::TargetStopped(reason));
             }
@@ -53,8 +54,12 @@ impl BlockingEventLoop for Session {
 }
 
 /// What the program printed goes to the server's output.
-pub fn print(machine: &mut Machine) {
-    let output = std::mem::take(&mut machine.semihosting.output);
+pub fn print(debuggee: &mut Debuggee) {
+    let machine = &mut debuggee.machine;
+    let mut output = std::mem::take(&mut machine.semihosting.output);
+    if let Some(ports) = &debuggee.ports {
+        output.append(&mut ports::printed(machine, ports));
+    }
     let errors = std::mem::take(&mut machine.semihosting.errors);
     if !output.is_empty() {
         say::bytes(&output);
