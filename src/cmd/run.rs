@@ -23,7 +23,9 @@ use crate::say::{self, say};
 
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Example: whippen run instruments/grand-piano.whip --motion key.csv --out trace.csv --plot touch.png"
+    after_help = "Example: whippen run instruments/grand-piano.whip --motion key.csv --out trace.csv --plot touch.png\n\
+                  Example: whippen run instruments/grand-piano.whip --report touch.html\n\
+                  Example: whippen run instruments/grand-piano.whip --midi song.mid --key C4 --report song.html"
 )]
 pub struct Args {
     /// The files of one program, and the name of an instrument if there are several

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use super::knots::{Knots, Truth, knots};
 use crate::plot::decimate::runs;
-use crate::plot::frame::shown;
+use crate::plot::frame::{moved, shown};
 use crate::plot::layout::by_unit;
 use crate::plot::{Figure, Machine, Series};
 
@@ -25,18 +25,23 @@ const CHANGES_MAX: usize = 16_384;
 pub fn chart(figure: &Figure) -> Value {
     let mut columns = Columns::default();
     let mut panels = Vec::new();
-    let travel = figure.travel.as_ref().map(|series| columns.add(series));
-    panels.extend(figure.travel.iter().zip(travel).map(|(series, at)| panel("key travel", series.unit, &[at])));
-    let mut forces: Vec<usize> = figure.forces.iter().map(|series| columns.add(series)).collect();
-    let total = figure.total.as_ref().map(|series| columns.add(series));
+    let travel = figure.travel.as_ref().map(|series| {
+        let (title, unit, factor) = moved(series.unit);
+        let at = columns.add(series, (unit.clone(), factor));
+        panels.push(panel(title, &unit, &[at]));
+        at
+    });
+    let mut forces: Vec<usize> = figure.forces.iter().map(|series| columns.add(series, shown(series.unit))).collect();
+    let total = figure.total.as_ref().map(|series| columns.add(series, shown(series.unit)));
     forces.extend(total);
     if let Some(first) = figure.forces.first().or(figure.total.as_ref()) {
-        panels.push(panel("force", first.unit, &forces));
+        let title = if first.unit == "n_m" { "torque" } else { "force" };
+        panels.push(panel(title, &shown(first.unit).0, &forces));
     }
     for group in by_unit(&figure.coordinates) {
-        let members: Vec<usize> = group.iter().map(|series| columns.add(series)).collect();
+        let members: Vec<usize> = group.iter().map(|series| columns.add(series, shown(series.unit))).collect();
         let names: Vec<&str> = group.iter().map(|series| series.name).collect();
-        panels.push(panel(&names.join(", "), group[0].unit, &members));
+        panels.push(panel(&names.join(", "), &shown(group[0].unit).0, &members));
     }
     let machines: Vec<Value> = figure.machines.iter().map(machine).collect();
     let marks: Vec<Value> = figure.marks.iter().map(|mark| json!([mark.t_s, mark.label])).collect();
@@ -47,7 +52,7 @@ pub fn chart(figure: &Figure) -> Value {
 }
 
 fn panel(title: &str, unit: &str, columns: &[usize]) -> Value {
-    json!({ "title": title, "unit": shown(unit).0, "columns": columns })
+    json!({ "title": title, "unit": unit, "columns": columns })
 }
 
 /// The columns so far; panels refer to them by index.
@@ -57,9 +62,8 @@ struct Columns {
 }
 
 impl Columns {
-    fn add(&mut self, series: &Series) -> usize {
+    fn add(&mut self, series: &Series, (unit, factor): (String, f64)) -> usize {
         let Knots { kept, truth } = knots(series.values);
-        let (unit, factor) = shown(series.unit);
         let ticks = kept.iter().map(|k| k.0);
         let values: Vec<u8> = kept.iter().flat_map(|k| (k.1 as f32).to_le_bytes()).collect();
         let (within, every) = match truth {

@@ -3,6 +3,7 @@
 function loopPanel(group) {
   const { chart, view } = group;
   const [travel, total] = [chart.columns[chart.travel], chart.columns[chart.total]];
+  const [moved, felt] = [chart.panels[0].title, chart.panels[1].title];
   const times = union([travel, total]);
   const [xs, ys] = [travel.sample(times), total.sample(times)];
   const host = el("div", { class: "plot" });
@@ -12,7 +13,7 @@ function loopPanel(group) {
     scales: { x: { time: false, range: () => around(...extent([xs])) }, y: { range: () => around(...extent([ys])) } },
     series: [{}, {}],
     axes: [
-      axis({ size: 40, label: `key travel (${travel.unit})`, labelSize: 14, labelFont: "11px system-ui, sans-serif" }),
+      axis({ size: 40, label: `${moved} (${travel.unit})`, labelSize: 14, labelFont: "11px system-ui, sans-serif" }),
       axis({ size: AXIS }),
     ],
     hooks: { draw: [(u) => drawLoop(u, times, xs, ys, view)] },
@@ -30,8 +31,8 @@ function loopPanel(group) {
   view.on("range", () => requestAnimationFrame(() => u.redraw(false)));
   group.onTheme(() => u.redraw(false));
   const keys = el("p", { class: "keys" },
-    el("span", { class: "swatch down" }), "key going down ", el("span", { class: "swatch up" }), "key coming up ", readout);
-  const panel = el("div", { class: "panel loop" }, el("h4", {}, `force over travel (${total.unit})`), host, keys);
+    el("span", { class: "swatch down" }), moved === "angle" ? "turning up " : "key going down ", el("span", { class: "swatch up" }), moved === "angle" ? "turning back " : "key coming up ", readout);
+  const panel = el("div", { class: "panel loop" }, el("h4", {}, `${felt} over ${moved} (${total.unit})`), host, keys);
   new ResizeObserver(() => u.setSize({ width: Math.max(240, panel.clientWidth), height: 360 })).observe(panel);
   return panel;
 }

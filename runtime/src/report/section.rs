@@ -11,7 +11,7 @@ use super::chart::chart;
 use super::html::{Cell, Row, Table, escape};
 use crate::device::Device;
 use crate::engine::EngineKind;
-use crate::plot::frame::{heading, shown};
+use crate::plot::frame::{heading, moved, shown};
 use crate::plot::{Figure, Roles};
 use crate::session::{self, Run};
 use crate::titles::{join_title, split_title};
@@ -135,13 +135,14 @@ fn outcome(compiled: &Compiled, run: &Run) -> Vec<(String, String)> {
     let trace = &run.trace;
     let strikes = trace.events.iter().filter(|e| e.event == session::marked(&compiled.model)).count();
     let rate_hz = f64::from(trace.rate_hz);
-    let title = |wanted: ExportKind| {
+    // The greatest value of an export, with its unit, and when.
+    let peak = |wanted: ExportKind, shown: &dyn Fn(&str) -> (String, f64)| {
         let export = compiled.lowered.exports.iter().find(|e| e.kind == wanted)?;
-        trace.column(&join_title(&export.name, &session::suffix(&compiled.model, export)))
-    };
-    let peak = |kind: ExportKind| {
-        let values = title(kind)?.values.iter().copied().enumerate();
-        values.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(b.0.cmp(&a.0)))
+        let suffix = session::suffix(&compiled.model, export);
+        let values = trace.column(&join_title(&export.name, &suffix))?.values.iter().copied().enumerate();
+        let (tick, value) = values.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(b.0.cmp(&a.0)))?;
+        let (unit, factor) = shown(&suffix);
+        Some(minus(format!("{:.3} {unit} at {:.4} s", value * factor, trace.time_s(tick))))
     };
     let mut facts = vec![
         ("strikes".to_string(), strikes.to_string()),
@@ -150,12 +151,14 @@ fn outcome(compiled: &Compiled, run: &Run) -> Vec<(String, String)> {
             format!("{:.2} s, {} ticks at {} Hz", trace.ticks() as f64 / rate_hz, trace.ticks(), trace.rate_hz),
         ),
     ];
-    if let Some((tick, force_n)) = peak(ExportKind::Total) {
-        facts.push(("greatest force".to_string(), minus(format!("{force_n:.3} N at {:.4} s", trace.time_s(tick)))));
-    }
-    if let Some((tick, x_m)) = peak(ExportKind::Sense(0)) {
-        facts.push(("deepest".to_string(), minus(format!("{:.3} mm at {:.4} s", x_m * 1e3, trace.time_s(tick)))));
-    }
+    let (force, travel) = if compiled.model.turns() { ("torque", "furthest") } else { ("force", "deepest") };
+    let at = peak(ExportKind::Total, &shown).map(|at| (format!("greatest {force}"), at));
+    let moved = |suffix: &str| {
+        let (_, unit, factor) = moved(suffix);
+        (unit, factor)
+    };
+    facts.extend(at);
+    facts.extend(peak(ExportKind::Sense(0), &moved).map(|at| (travel.to_string(), at)));
     facts
 }
 

@@ -10,6 +10,7 @@ function liveTable(table, go) {
   const all = table.closest(".table").querySelector(".all input");
   if (all) {
     const show = () => table.classList.toggle("few", !all.checked);
+    all.checked = !body.querySelector("tr:not(.minor)");
     all.addEventListener("change", show);
     show();
   }
