@@ -1,5 +1,4 @@
 //! The boards as they are built: nothing overlaps, start-up polls end, cores meet at banks.
-//! Boards as built: nothing overlaps, core 1 waits in ROM, polls of a start end.
 
 use super::*;
 use crate::register::Register;

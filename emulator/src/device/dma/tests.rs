@@ -1,5 +1,4 @@
 //! Transfers, chains, pacing, requests and errors of a DMA.
-//! The DMA alone: transfers, chains, rings, pacing, errors.
 
 use super::*;
 use crate::board::{Board, CoreKind};
