@@ -3,7 +3,9 @@
 mod check;
 mod dump;
 mod errors;
+mod explain;
 mod first;
+mod json;
 mod load;
 mod motion;
 mod numbers;
@@ -33,6 +35,8 @@ enum Command {
     Check(check::Args),
     /// Move the key of an instrument and record what it does
     Run(Box<run::Args>),
+    /// Show the page of a diagnostic: what it means, the mistake, and its mend
+    Explain(explain::Args),
     /// Print an intermediate form of a program
     Dump(dump::Args),
 }
@@ -43,6 +47,7 @@ pub fn dispatch(cli: Cli) -> Outcome {
         None => first::run(),
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Run(args)) => run::run(&args),
+        Some(Command::Explain(args)) => explain::run(&args),
         Some(Command::Dump(args)) => dump::run(&args),
     }
 }

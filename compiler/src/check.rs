@@ -27,6 +27,7 @@ mod cell;
 mod children;
 mod constant;
 mod diags;
+mod dubious;
 mod elaborate;
 mod expect;
 mod expr;

@@ -7,6 +7,7 @@ mod escapement;
 mod ideal;
 mod keyboard;
 mod language;
+mod messages;
 mod organ_and_plucked;
 mod played;
 mod player;

@@ -36,6 +36,16 @@ macro_rules! codes {
             pub fn title(self) -> &'static str {
                 match self { $(Code::$name => $title,)* }
             }
+
+            /// Its page: what it means, a program that has the mistake, and the program without it (Markdown).
+            pub fn page(self) -> &'static str {
+                match self { $(Code::$name => include_str!(concat!("pages/", $number, ".md")),)* }
+            }
+
+            /// The name of its variant.
+            pub(super) fn variant(self) -> &'static str {
+                match self { $(Code::$name => stringify!($name),)* }
+            }
         }
     };
 }

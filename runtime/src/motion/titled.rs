@@ -51,6 +51,13 @@ fn find(titles: &[String], name: &str, dim: Dim, kind: &str) -> Result<(usize, U
                 [] => format!("a title must name a {kind} with its unit, such as `{name}_{}`", dim.unit()),
                 _ => format!("several columns have a unit of {kind}; call one of them `{name}_` and its unit"),
             };
+            if let [only] = titles
+                && only.contains([';', '\t'])
+            {
+                return Err(format!(
+                    "cells are separated by commas, and `{only}` is one cell; the decimal point is `.`"
+                ));
+            }
             Err(format!("{problem}; the titles here are `{}`", titles.join("`, `")))
         }
     }

@@ -115,7 +115,7 @@ fn every_code_of_the_checker_has_a_case() {
 
 #[test]
 fn what_could_not_be_read_has_no_consequences() {
-    let text = "instrument i { sense x: length in 0 mm .. 1 mm let a = 3 mmm * let b = a + c force f = 1 N + 2 }";
+    let text = "instrument i { sense x: length in 0 mm .. 1 mm let a = 3 mmm * let b = a + c\n force f = 1 N + 2 }";
     let (_, _, diagnostics) = check_text(text, &Options::default());
     let codes: Vec<&str> = diagnostics.iter().map(|d| d.code.number()).collect();
     assert!(codes.iter().all(|c| c.starts_with("WH01") || *c == "WH0303"), "{codes:?}");
