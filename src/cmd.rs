@@ -1,16 +1,19 @@
 //! The subcommands.
 
 mod check;
+mod command;
 mod dump;
+mod emulate;
 mod errors;
 mod explain;
-mod first;
 mod json;
+mod keys;
 mod load;
 mod motion;
 mod numbers;
 mod progress;
 mod run;
+mod tour;
 
 use clap::{Parser, Subcommand};
 
@@ -22,7 +25,7 @@ use crate::exit::Outcome;
     name = "whippen",
     version,
     about,
-    after_help = "Without a command: plays the bundled gesture on the bundled grand piano and says where the plot is."
+    after_help = "Without a command: the tour. Plays the bundled gesture on every bundled instrument and writes whippen-tour/report.html."
 )]
 pub struct Cli {
     #[command(subcommand)]
@@ -39,15 +42,18 @@ enum Command {
     Explain(explain::Args),
     /// Print an intermediate form of a program
     Dump(dump::Args),
+    /// Run a bare-metal image for a Cortex-M, or one function of it, and count its cycles
+    Emulate(Box<emulate::Args>),
 }
 
 /// Runs what the command line asks for.
 pub fn dispatch(cli: Cli) -> Outcome {
     match cli.command {
-        None => first::run(),
+        None => tour::run(),
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Explain(args)) => explain::run(&args),
         Some(Command::Dump(args)) => dump::run(&args),
+        Some(Command::Emulate(args)) => emulate::run(&args),
     }
 }

@@ -27,6 +27,7 @@ mod cell;
 mod children;
 mod constant;
 mod diags;
+mod drive;
 mod dubious;
 mod elaborate;
 mod expect;
@@ -52,6 +53,8 @@ mod walk;
 
 #[cfg(test)]
 mod tests;
+
+pub use notes::{midi_number, note_name};
 
 use crate::diag::Diagnostic;
 use crate::model::Model;

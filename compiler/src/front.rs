@@ -2,17 +2,12 @@
 
 use std::collections::HashSet;
 
+use crate::bundled::STD;
 use crate::check::{Options, Program, check};
 use crate::diag::{Code, Diagnostic, Severity};
 use crate::source::SourceMap;
 use crate::syntax::ast::File;
 use crate::syntax::parse;
-
-/// The standard library: names as shown in messages, and texts.
-pub const STD: &[(&str, &str)] = &[
-    ("<std/escapement.whip>", include_str!("../../instruments/std/escapement.whip")),
-    ("<std/plectrum.whip>", include_str!("../../instruments/std/plectrum.whip")),
-];
 
 /// What may merely follow from a declaration that could not be read. It is not told beside errors of the text.
 const CONSEQUENCES: &[Code] = &[

@@ -1,5 +1,7 @@
 //! The Whippen compiler: source text to Model to Kernel to code. No input or output, no clock.
 
+pub mod bundled;
+pub mod c;
 pub mod check;
 pub mod diag;
 pub mod fix;

@@ -320,6 +320,11 @@ impl Model {
         self.calls_from(self.within.get(node.0 as usize).copied().flatten())
     }
 
+    /// Whether it turns: its first sense is an angle, and its forces are torques. Otherwise it slides.
+    pub fn turns(&self) -> bool {
+        self.senses.first().is_some_and(|sense| sense.dim.is_number())
+    }
+
     /// How a rule is called in messages and event lists: the event's name, or `contact: touching -> flying`.
     pub fn rule_name(&self, rule: &Rule) -> String {
         match &rule.kind {

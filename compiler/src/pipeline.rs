@@ -65,11 +65,12 @@ pub fn compile(model: Model, scales: Scales, observe: bool) -> Result<Compiled, 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bundled::INSTRUMENTS;
     use crate::check::{Options, Program};
     use crate::front::compile_front;
     use crate::source::SourceMap;
 
-    const MIKEY: Scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb_n: 20.0 / 32768.0 };
+    const MIKEY: Scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb: 20.0 / 32768.0 };
 
     fn program(text: &str) -> Program {
         let mut map = SourceMap::default();
@@ -80,12 +81,7 @@ mod tests {
 
     #[test]
     fn every_bundled_instrument_becomes_a_kernel() {
-        let texts = [
-            include_str!("../../instruments/grand-piano.whip"),
-            include_str!("../../instruments/harpsichord.whip"),
-            include_str!("../../instruments/hammond.whip"),
-        ];
-        for text in texts {
+        for (_, text) in INSTRUMENTS {
             for model in program(text).instruments {
                 for observe in [true, false] {
                     let compiled = compile(model.clone(), MIKEY, observe).unwrap_or_else(|e| panic!("{e:?}"));

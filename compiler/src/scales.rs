@@ -9,8 +9,8 @@ pub struct Scales {
     pub sensor_zero: f64,
     /// Sensed value per unit of the sensor word (SI).
     pub sensor_lsb: f64,
-    /// Force (N at the key front) per unit of the drive word.
-    pub drive_lsb_n: f64,
+    /// Force (N where x is measured; N*m for an instrument that turns) per unit of the drive word.
+    pub drive_lsb: f64,
 }
 
 impl Scales {
@@ -38,7 +38,7 @@ impl Scales {
 mod tests {
     use super::*;
 
-    const MIKEY: Scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb_n: 20.0 / 32768.0 };
+    const MIKEY: Scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb: 20.0 / 32768.0 };
 
     #[test]
     fn the_whole_sensor_range_keeps_every_word() {

@@ -14,7 +14,7 @@ use whippen_compiler::source::SourceMap;
 /// Programs that have these mistakes do not fit on a page; `check` tests them.
 const TOO_LONG: &[Code] = &[Code::TooManyCalls, Code::TooManySteps];
 
-const SCALES: Scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb_n: 20.0 / 32768.0 };
+const SCALES: Scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb: 20.0 / 32768.0 };
 
 /// `// whippen check key.whip --set k=90N/m` in the first line.
 fn sets(text: &str) -> Vec<(String, String)> {

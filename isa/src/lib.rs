@@ -45,12 +45,13 @@
 //!   instructions (CDE).
 //! * A and R profile: the ARM instruction set, Advanced SIMD, SETEND, SMC, HVC, SRS, RFE, CRC32, LDREXD, STREXD.
 //! * What FPSCR does besides its condition flags: cumulative exception bits and modes are no operands here.
-//! * Meaning (the emulator's) and timing.
+//! * Meaning (the emulator's).
 #![no_std]
 
 mod arch;
 mod class;
 mod cond;
+mod cores;
 mod decode;
 mod effects;
 mod encode;
@@ -63,6 +64,7 @@ mod row;
 mod rules;
 mod table;
 mod text;
+pub mod timing;
 mod words;
 
 pub use arch::Arch;

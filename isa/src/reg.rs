@@ -43,6 +43,11 @@ impl RegSet {
         Self(((run << (first & 31)) & all) << FIRST_SINGLE)
     }
 
+    /// The single-precision registers of a set, bit n for Sn.
+    pub const fn singles_of(bits: u32) -> Self {
+        Self((bits as u64) << FIRST_SINGLE)
+    }
+
     /// `count` double-precision registers from D`first` on.
     pub const fn doubles(first: u8, count: u8) -> Self {
         Self::singles((first & 15) * 2, if count > 16 { 32 } else { count * 2 })

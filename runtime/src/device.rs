@@ -1,11 +1,12 @@
-//! Devices: what the words of sensors and drives mean in metres and newtons.
+//! Devices: what the words of sensors and drives mean in metres and newtons, or in radians and newton metres.
 //!
 //! ```text
-//!   position (m) --low .. high--> sensor word 0 .. 65535 --> program --> drive word -32768 .. 32767 --full scale--> force (N)
+//!   position --low .. high--> sensor word 0 .. 65535 --> program --> drive word -32768 .. 32767 --full scale--> force
 //! ```
 //!
-//! A device is a TOML file (`instruments/hardware/`): every value a string with its unit, as in the language. Without another, the
-//! bundled `mikey` is used.
+//! A device is a TOML file (`instruments/hardware/`): every value a string with its unit, as in the language. What it measures says
+//! how it moves: a key slides (m, N), a knob turns (rad, N*m). Positions and forces are meant that way in all of this crate, also
+//! where a name ends in `_m` or `_n`. Programs that name no device get the bundled one that moves as they do.
 //!
 //! Not here: boards (which core, which pins), motors and their heat, the mechanics of the key.
 
@@ -13,12 +14,16 @@ mod file;
 
 use std::path::Path;
 
+use whippen_compiler::model::Model;
 use whippen_compiler::scales::Scales;
 
 use crate::files::{FileError, read_text};
 
-/// The default device, as bundled.
-const MIKEY: &str = include_str!("../../instruments/hardware/mikey.toml");
+/// The bundled devices: file and text.
+const BUNDLED: &[(&str, &str)] = &[
+    ("mikey.toml", include_str!("../../instruments/hardware/mikey.toml")),
+    ("knob.toml", include_str!("../../instruments/hardware/knob.toml")),
+];
 
 /// A key's sensor and drive.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,15 +34,17 @@ pub struct Device {
     pub sensor: Sensor,
     /// How words become forces.
     pub drive: Drive,
+    /// Whether it is turned (rad, N*m); otherwise it slides (m, N).
+    pub turns: bool,
 }
 
 /// A position sensor with its converter: 16-bit words, unsigned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensor {
-    /// Position at word 0 (m).
-    pub low_m: f64,
-    /// Position at word 65535 (m), above `low_m`.
-    pub high_m: f64,
+    /// Position at word 0 (m or rad).
+    pub low: f64,
+    /// Position at word 65535 (m or rad), above `low`.
+    pub high: f64,
     /// From the instant of measurement to the tick that reads the word, in ticks.
     pub delay_samples: f64,
 }
@@ -45,21 +52,42 @@ pub struct Sensor {
 /// A drive with its converter: 16-bit words, signed (`I1F15`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drive {
-    /// Force that word 32768 would stand for (N), above 0.
-    pub full_scale_n: f64,
+    /// Force that word 32768 would stand for (N or N*m), above 0.
+    pub full_scale: f64,
     /// From the tick that writes the word to the instant the force acts, in ticks.
     pub delay_samples: f64,
 }
 
 impl Device {
-    /// The keyboard of the first paper: the device of every program that names none.
+    /// The keyboard of the first paper: the device of every key that names none.
     pub fn mikey() -> Device {
-        file::read(Path::new("mikey.toml"), MIKEY).expect("the bundled device file is correct")
+        Device::bundled("mikey").expect("mikey is bundled")
     }
 
     /// The bundled device of that name, if there is one.
     pub fn bundled(name: &str) -> Option<Device> {
-        Some(Device::mikey()).filter(|device| device.name == name)
+        let read =
+            |(file, text): &(&str, &str)| file::read(Path::new(file), text).expect("bundled device files are correct");
+        BUNDLED.iter().map(read).find(|device| device.name == name)
+    }
+
+    /// The bundled device for an instrument whose program names none.
+    pub fn of(model: &Model) -> Device {
+        let name = if model.turns() { "knob" } else { "mikey" };
+        Device::bundled(name).expect("both are bundled")
+    }
+
+    /// Whether an instrument can be played on it.
+    ///
+    /// # Errors
+    /// One of them turns and the other slides.
+    pub fn fits(&self, model: &Model) -> Result<(), String> {
+        let (measures, senses) = match (self.turns, model.turns()) {
+            (false, true) => ("lengths", "an angle"),
+            (true, false) => ("angles", "a length"),
+            _ => return Ok(()),
+        };
+        Err(format!("the device `{}` measures {measures}, but `{}` senses {senses}", self.name, model.name))
     }
 
     /// Reads a device file.
@@ -75,31 +103,31 @@ impl Device {
     /// The sensor's word for a position, and whether the position lay outside the sensor's range; halves are rounded up. What is
     /// not a number reads as word 0 and counts as outside.
     pub fn word_of_position(&self, position_m: f64) -> (u16, bool) {
-        let Sensor { low_m, high_m, .. } = self.sensor;
-        let word = ((position_m - low_m) / (high_m - low_m) * f64::from(u16::MAX) + 0.5).floor();
+        let Sensor { low, high, .. } = self.sensor;
+        let word = ((position_m - low) / (high - low) * f64::from(u16::MAX) + 0.5).floor();
         // The cast clamps, and takes what is not a number to 0.
-        (word as u16, !(low_m..=high_m).contains(&position_m))
+        (word as u16, !(low..=high).contains(&position_m))
     }
 
     /// What lowering and the engines must know of it.
     pub fn scales(&self) -> Scales {
-        let Sensor { low_m, high_m, .. } = self.sensor;
+        let Sensor { low, high, .. } = self.sensor;
         Scales {
-            sensor_zero: low_m,
-            sensor_lsb: (high_m - low_m) / f64::from(u16::MAX),
-            drive_lsb_n: self.drive.full_scale_n / 32_768.0,
+            sensor_zero: low,
+            sensor_lsb: (high - low) / f64::from(u16::MAX),
+            drive_lsb: self.drive.full_scale / 32_768.0,
         }
     }
 
-    /// The position (m) a sensor's word stands for.
+    /// The position (m or rad) a sensor's word stands for.
     pub fn position_of_word(&self, word: u16) -> f64 {
-        let Sensor { low_m, high_m, .. } = self.sensor;
-        low_m + (high_m - low_m) * (f64::from(word) / f64::from(u16::MAX))
+        let Sensor { low, high, .. } = self.sensor;
+        low + (high - low) * (f64::from(word) / f64::from(u16::MAX))
     }
 
-    /// The force (N) a drive's word stands for; positive pushes the key up.
+    /// The force (N or N*m) a drive's word stands for; positive pushes the key up.
     pub fn force_of_word(&self, word: i16) -> f64 {
-        f64::from(word) / 32768.0 * self.drive.full_scale_n
+        f64::from(word) / 32768.0 * self.drive.full_scale
     }
 }
 
@@ -111,12 +139,20 @@ mod tests {
     fn mikey_reads_and_drives_as_documented() {
         let mikey = Device::mikey();
         assert_eq!((Device::bundled("mikey").as_ref(), Device::bundled("mickey")), (Some(&mikey), None));
-        assert_eq!(mikey.sensor, Sensor { low_m: -0.0005, high_m: 0.0105, delay_samples: 1.0 });
-        assert_eq!(mikey.drive, Drive { full_scale_n: 32.0, delay_samples: 1.0 });
+        assert_eq!(mikey.sensor, Sensor { low: -0.0005, high: 0.0105, delay_samples: 1.0 });
+        assert_eq!(mikey.drive, Drive { full_scale: 32.0, delay_samples: 1.0 });
         let lsb_m = mikey.position_of_word(1) - mikey.position_of_word(0);
         assert!((lsb_m - 0.168e-6).abs() < 1e-9, "{lsb_m}");
         assert_eq!(mikey.force_of_word(16_384), 16.0);
         assert_eq!(mikey.force_of_word(i16::MIN), -32.0);
+    }
+
+    #[test]
+    fn the_knob_measures_angles_and_drives_torques() {
+        let knob = Device::bundled("knob").expect("is bundled");
+        assert!(knob.turns && !Device::mikey().turns);
+        assert!((knob.position_of_word(u16::MAX) - std::f64::consts::PI).abs() < 1e-12);
+        assert_eq!(knob.force_of_word(i16::MIN), -0.125);
     }
 
     #[test]

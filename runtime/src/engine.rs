@@ -100,7 +100,7 @@ impl<'c> Engine<'c> {
             Engine::Ideal(_, ideal, scales) => {
                 ideal.tick(words);
                 for (key, word) in drive.iter_mut().enumerate() {
-                    *word = (ideal.force_n(key) / scales.drive_lsb_n).round().clamp(-32_768.0, 32_767.0) as i16;
+                    *word = (ideal.force_n(key) / scales.drive_lsb).round().clamp(-32_768.0, 32_767.0) as i16;
                 }
             }
         }

@@ -14,14 +14,56 @@
 //! acceleration are continuous, the greatest velocity is 15/8 of depth over time, half way. Only additions and
 //! multiplications are used, so a gesture has the same bits on every machine.
 //!
-//! Not here: recorded motions (`motion`), strokes made from MIDI notes.
+//! A knob is moved in the same way; its positions are angles (rad).
+//!
+//! Not here: recorded motions (`motion`), strokes made from MIDI notes (`stroke`).
 
-/// One move between two depths, at rest before and after.
+use whippen_compiler::model::Model;
+
+/// One move to a depth, at rest there afterwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Move {
-    start_s: f64,
-    duration_s: f64,
-    to_m: f64,
+pub struct Move {
+    /// When it begins (s).
+    pub start_s: f64,
+    /// How long it takes (s).
+    pub duration_s: f64,
+    /// Where it ends (m, positive down).
+    pub to_m: f64,
+}
+
+/// A key that follows moves, asked at rising times.
+///
+/// A move that begins while another has not ended takes over smoothly: what the earlier ones would do fades out as the later one's
+/// share grows from 0 to 1, itself with minimum jerk. So position, speed and acceleration never jump, and the key stays
+/// between the depths that the moves name.
+#[derive(Debug, Clone)]
+pub struct Follower<'a> {
+    /// By the time they begin.
+    moves: &'a [Move],
+    /// Those that have begun and not ended.
+    now: std::ops::Range<usize>,
+    /// Where the key was left by those before.
+    from_m: f64,
+}
+
+impl<'a> Follower<'a> {
+    /// A key at depth 0. The moves are by the time they begin.
+    pub fn new(moves: &'a [Move]) -> Follower<'a> {
+        Follower { moves, now: 0..0, from_m: 0.0 }
+    }
+
+    /// Where the key is at a time (s), not before the time asked for last (m).
+    pub fn at(&mut self, t_s: f64) -> f64 {
+        while self.moves.get(self.now.end).is_some_and(|next| next.start_s <= t_s) {
+            self.now.end += 1;
+        }
+        let ended = |m: &Move| t_s >= m.start_s + m.duration_s;
+        if let Some(last) = self.now.clone().rev().find(|&i| ended(&self.moves[i])) {
+            (self.from_m, self.now.start) = (self.moves[last].to_m, last + 1);
+        }
+        let go = |x: f64, m: &Move| x + (m.to_m - x) * minimum_jerk((t_s - m.start_s) / m.duration_s);
+        self.moves[self.now.clone()].iter().fold(self.from_m, go)
+    }
 }
 
 /// A key motion over time: starts at rest at depth 0, moves, and ends at [`Gesture::duration_s`].
@@ -78,40 +120,57 @@ impl Gesture {
     /// The depths (m) at the ticks of a rate: tick `i` is at `i / rate_hz`, the first at 0, the last before the end.
     pub fn positions(&self, rate_hz: u32) -> Vec<f64> {
         let ticks = (self.end_s * f64::from(rate_hz)) as usize;
-        let mut moves = self.moves.iter().peekable();
-        let (mut now, mut from_m) = (Move { start_s: 0.0, duration_s: 0.0, to_m: 0.0 }, 0.0);
-        (0..ticks)
-            .map(|i| {
-                let t_s = i as f64 / f64::from(rate_hz);
-                while let Some(next) = moves.next_if(|m| m.start_s <= t_s) {
-                    (from_m, now) = (now.to_m, *next);
-                }
-                if t_s >= now.start_s + now.duration_s {
-                    now.to_m
-                } else {
-                    from_m + (now.to_m - from_m) * minimum_jerk((t_s - now.start_s) / now.duration_s)
-                }
-            })
-            .collect()
+        let mut key = Follower::new(&self.moves);
+        (0..ticks).map(|i| key.at(i as f64 / f64::from(rate_hz))).collect()
     }
 }
 
-/// The bundled gesture, 4.2 s on a key of 10 mm: a slow press that does not strike, a soft, a medium and a forte stroke (the
-/// forte one stays down, so the hammer is caught), a half-held stroke, three fast repetitions, rest.
+/// The dip of a piano's key (m).
+const DIP_M: f64 = 0.010;
+
+/// The bundled gesture of a key of 10 mm.
 pub fn default_gesture() -> Gesture {
-    const DIP_M: f64 = 0.010;
+    strokes(DIP_M)
+}
+
+/// The bundled gesture of an instrument: strokes of 10 mm, or as far as nine tenths of what it senses go; turns of a knob.
+pub fn bundled(model: &Model) -> Gesture {
+    let end = model.senses.first().map_or(DIP_M, |sense| sense.range.high);
+    if model.turns() { turns(end) } else { strokes(if end >= DIP_M { DIP_M } else { 0.9 * end }) }
+}
+
+/// 4.2 s on a key: a slow press that does not strike, a soft, a medium and a forte stroke (the forte one stays down, so a hammer
+/// is caught), a half-held stroke, three fast repetitions, rest.
+fn strokes(dip_m: f64) -> Gesture {
     Gesture::new()
-        .stroke(0.05, 1.5, 0.05, 0.15, DIP_M) // slow press
-        .stroke(1.85, 0.090, 0.06, 0.10, DIP_M) // soft
-        .stroke(2.20, 0.050, 0.06, 0.10, DIP_M) // medium
-        .stroke(2.50, 0.028, 0.35, 0.12, DIP_M) // forte, held: caught
-        .stroke(3.10, 0.040, 0.20, 0.10, 0.007) // half held: the hammer falls back on the key
-        .repeated(3.50, 9.0, 3, DIP_M)
+        .stroke(0.05, 1.5, 0.05, 0.15, dip_m) // slow press
+        .stroke(1.85, 0.090, 0.06, 0.10, dip_m) // soft
+        .stroke(2.20, 0.050, 0.06, 0.10, dip_m) // medium
+        .stroke(2.50, 0.028, 0.35, 0.12, dip_m) // forte, held: caught
+        .stroke(3.10, 0.040, 0.20, 0.10, 0.7 * dip_m) // half held: the hammer falls back on the key
+        .repeated(3.50, 9.0, 3, dip_m)
         .hold(0.37)
 }
 
+/// 5 s on a knob that is sensed up to `end` (rad): a slow turn and back, two small steps, a flick, and into the stops of both sides.
+fn turns(end: f64) -> Gesture {
+    let path = [
+        (0.45, 1.2, 0.1), // slowly, through some detents
+        (0.0, 0.8, 0.1),
+        (0.1, 0.1, 0.1), // a step, and another
+        (0.2, 0.1, 0.1),
+        (0.8, 0.2, 0.15),  // a flick
+        (0.97, 0.3, 0.15), // against the stop
+        (-0.97, 0.8, 0.15),
+        (0.0, 0.5, 0.2),
+    ];
+    path.iter()
+        .fold(Gesture::new().hold(0.05), |gesture, (to, seconds, rest)| gesture.to(to * end, *seconds).hold(*rest))
+}
+
 fn minimum_jerk(u: f64) -> f64 {
-    u * u * u * (10.0 + u * (6.0 * u - 15.0))
+    // Rounding may carry it a hair beyond the end, and so beyond what an instrument senses.
+    (u * u * u * (10.0 + u * (6.0 * u - 15.0))).min(1.0)
 }
 
 /// A time that can be waited for.

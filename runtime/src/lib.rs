@@ -3,7 +3,7 @@
 //! ```text
 //!   recording --motion--.                                        .--> trace --> tables (CSV)
 //!                       +--> positions --device--> words  ...  --+
-//!   gesture ------------'                                        '--> plot --> figures (SVG, PNG)
+//!   gesture ------------'                                        '--> plot --> figures (SVG, PNG), report --> page (HTML)
 //! ```
 //!
 //! Files are read and written here and nowhere below: [`files`] has the errors and the whole-or-not-at-all writer that all
@@ -16,8 +16,12 @@ pub mod device;
 pub mod engine;
 pub mod files;
 pub mod gesture;
+pub mod keyboard;
+pub mod midi;
 pub mod motion;
 pub mod plot;
+pub mod report;
 pub mod session;
+pub mod stroke;
 pub mod titles;
 pub mod trace;

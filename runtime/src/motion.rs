@@ -73,6 +73,8 @@ pub struct MotionOptions {
     pub layout: Layout,
     /// A linear map from what was recorded to the dip of the model; without it positions are taken as they are.
     pub stops: Option<Stops>,
+    /// The positions of a table are angles (rad), for an instrument that turns, and not lengths.
+    pub turns: bool,
     /// Corner of a low-pass filter without delay (Hz), below half the rate of the file.
     pub lowpass_hz: Option<f64>,
 }
@@ -112,7 +114,7 @@ impl Motion {
 /// The file cannot be read or does not hold what the options say (with line and column), or an option makes no sense for
 /// it.
 pub fn load(path: &Path, options: &MotionOptions, tick_rate_hz: u32) -> Result<Motion, FileError> {
-    let mut source = read(path, &options.layout)?;
+    let mut source = read(path, options)?;
     let error = |message: String| FileError::new(path, message);
     if let Some(stops) = options.stops {
         map_stops(&mut source.positions_m, stops).map_err(error)?;
@@ -145,10 +147,10 @@ struct Source {
     notes: Vec<String>,
 }
 
-fn read(path: &Path, layout: &Layout) -> Result<Source, FileError> {
-    match layout {
+fn read(path: &Path, options: &MotionOptions) -> Result<Source, FileError> {
+    match &options.layout {
         Layout::Titled => {
-            let (samples_read, grid) = titled::read(path, SAMPLES_MAX)?;
+            let (samples_read, grid) = titled::read(path, options.turns, SAMPLES_MAX)?;
             let notes = grid.note.into_iter().collect();
             Ok(Source { rate_hz: grid.rate_hz, positions_m: grid.samples, samples_read, calibration_clipped: 0, notes })
         }
@@ -158,14 +160,15 @@ fn read(path: &Path, layout: &Layout) -> Result<Source, FileError> {
             }
             let calibration = calibration.as_deref().map(Calibration::load).transpose()?;
             let raw = raw::read(path, *column, calibration.as_ref())?;
-            let metres =
-                calibration.is_none().then(|| "bare numbers are taken as metres, as there is no calibration".into());
+            let unit = if options.turns { "radians" } else { "metres" };
+            let taken =
+                calibration.is_none().then(|| format!("bare numbers are taken as {unit}, as there is no calibration"));
             Ok(Source {
                 rate_hz: *rate_hz,
                 samples_read: raw.positions_m.len(),
                 positions_m: raw.positions_m,
                 calibration_clipped: raw.clipped,
-                notes: metres.into_iter().collect(),
+                notes: taken.into_iter().collect(),
             })
         }
     }

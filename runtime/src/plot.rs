@@ -17,11 +17,11 @@
 
 mod axis;
 mod bands;
-mod decimate;
+pub(crate) mod decimate;
 mod drawing;
 mod font;
-mod frame;
-mod layout;
+pub(crate) mod frame;
+pub(crate) mod layout;
 mod path;
 mod png;
 mod svg;
@@ -129,6 +129,12 @@ impl<'a> Figure<'a> {
             mark_name: frame::heading(&roles.mark, &argument.map_or(String::new(), |unit| unit.dim.unit())),
             marks: marked().map(|e| Mark { t_s: e.t_s, label: label(e) }).collect(),
         }
+    }
+
+    /// The number of ticks of the longest series.
+    pub fn ticks(&self) -> usize {
+        let series = self.travel.iter().chain(&self.forces).chain(&self.total).chain(&self.coordinates);
+        series.map(|s| s.values.len()).chain(self.machines.iter().map(|m| m.values.len())).max().unwrap_or(0)
     }
 
     /// The figure as an SVG document.

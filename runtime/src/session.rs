@@ -37,6 +37,20 @@ pub struct Counts {
     pub engine_time: Duration,
 }
 
+impl Counts {
+    /// What was cut off, and how it is told: ticks and words; only what happened.
+    pub fn told(&self) -> Vec<(usize, &'static str)> {
+        let sensed = self.sense_clamped - self.sensor_clipped.min(self.sense_clamped);
+        let all = [
+            (self.sensor_clipped, "beyond the sensor's range, read as its end"),
+            (sensed, "beyond the range the instrument senses"),
+            (self.slew_held, "held back by the slew limit"),
+            (self.drive_clipped, "with more force than the drive gives, clipped"),
+        ];
+        all.into_iter().filter(|(count, _)| *count > 0).collect()
+    }
+}
+
 /// A finished run.
 #[derive(Debug, Clone)]
 pub struct Run {
@@ -123,25 +137,37 @@ impl<'a> Watch<'a> {
     }
 }
 
+/// The event that a summary lists and a figure marks: `note`, or else the first that the program emits with an argument.
+pub fn marked(model: &Model) -> &str {
+    let first = || model.emissions.iter().find(|e| !e.args.is_empty()).map(|e| e.name.as_str());
+    if model.emissions.iter().any(|e| e.name == "note") { "note" } else { first().unwrap_or("note") }
+}
+
 /// The figure of a run: travel, force terms and their sum, coordinates, states, strikes.
 pub fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
-    let (model, exports) = (&compiled.model, &compiled.lowered.exports);
-    let titles = |wanted: &dyn Fn(ExportKind) -> bool| -> Vec<String> {
-        let title = |e: &Export| join_title(&e.name, &suffix(model, e));
-        exports.iter().filter(|e| wanted(e.kind)).map(title).collect()
-    };
+    Figure::of(&run.trace, &roles(compiled))
+}
+
+/// Which columns of a run's trace play which part in a figure.
+pub fn roles(compiled: &Compiled) -> Roles {
+    let model = &compiled.model;
     let coordinate =
         |kind| matches!(kind, ExportKind::Cell(id) if model.cells[id.0 as usize].kind == CellKind::Coordinate);
-    let first = |titles: Vec<String>| titles.into_iter().next().unwrap_or_default();
-    let roles = Roles {
+    let first = |wanted: ExportKind| titles(compiled, &|kind| kind == wanted).into_iter().next().unwrap_or_default();
+    Roles {
         title: model.name.replace('_', " "),
-        travel: first(titles(&|kind| kind == ExportKind::Sense(0))),
-        forces: titles(&|kind| matches!(kind, ExportKind::Force(_))),
-        total: first(titles(&|kind| kind == ExportKind::Total)),
-        coordinates: titles(&coordinate),
-        mark: "note".to_string(),
-    };
-    Figure::of(&run.trace, &roles)
+        travel: first(ExportKind::Sense(0)),
+        forces: titles(compiled, &|kind| matches!(kind, ExportKind::Force(_))),
+        total: first(ExportKind::Total),
+        coordinates: titles(compiled, &coordinate),
+        mark: marked(model).to_string(),
+    }
+}
+
+/// The titles of the columns of exports of some kinds, in the order of the exports.
+pub fn titles(compiled: &Compiled, wanted: &dyn Fn(ExportKind) -> bool) -> Vec<String> {
+    let title = |e: &Export| join_title(&e.name, &suffix(&compiled.model, e));
+    compiled.lowered.exports.iter().filter(|e| wanted(e.kind)).map(title).collect()
 }
 
 /// Fills a trace: the drive, then senses, the sum of forces, forces, coordinates, rates, states.
@@ -163,7 +189,7 @@ impl<'c> Recorder<'c> {
             values: Vec::with_capacity(ticks),
         };
         let shown: Vec<usize> = (0..exports.len()).filter(|&i| has_column(&compiled.model, &exports[i])).collect();
-        let mut columns = vec![column("drive", "n".to_string(), Vec::new())];
+        let mut columns = vec![column("drive", drive_unit(&compiled.model), Vec::new())];
         for &index in &shown {
             let export = &exports[index];
             columns.push(column(&export.name, suffix(&compiled.model, export), labels(&compiled.model, export)));
@@ -195,6 +221,11 @@ impl<'c> Recorder<'c> {
     }
 }
 
+/// The unit of what the device drives, as a column title writes it.
+fn drive_unit(model: &Model) -> String {
+    if model.turns() { Dim::TORQUE.suffix() } else { Dim::FORCE.suffix() }
+}
+
 /// Ports, force terms, coordinates, rates, pulses and states have columns; `let`s do not.
 fn has_column(model: &Model, export: &Export) -> bool {
     match export.kind {
@@ -204,10 +235,11 @@ fn has_column(model: &Model, export: &Export) -> bool {
     }
 }
 
-/// The unit of an export as a column title writes it; an angle is known by its body.
+/// The unit of an export as a column title writes it; an angle is known by its sense or its body.
 pub fn suffix(model: &Model, export: &Export) -> String {
     let Some(dim) = export.dim else { return String::new() };
     match export.kind {
+        ExportKind::Sense(_) if dim.is_number() => "rad".into(),
         ExportKind::Cell(id) if dim.is_number() && model.cells[id.0 as usize].kind == CellKind::Coordinate => {
             "rad".into()
         }
@@ -235,7 +267,7 @@ fn labels(model: &Model, export: &Export) -> Vec<String> {
 }
 
 /// Titles of the arguments of every emission (`speed_m_per_s`).
-fn argument_titles(model: &Model) -> Vec<Vec<String>> {
+pub fn argument_titles(model: &Model) -> Vec<Vec<String>> {
     let title = |(name, dim): &(String, Dim)| join_title(name, &dim.suffix());
     model.emissions.iter().map(|e| e.args.iter().map(title).collect()).collect()
 }

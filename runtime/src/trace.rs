@@ -100,6 +100,14 @@ impl Trace {
         write_whole(path, |w| self.write_events(w))
     }
 
+    /// The same with the names of keys in a column `name` behind `key`.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn save_named_events(&self, path: &Path, name: &dyn Fn(u32) -> String) -> Result<(), FileError> {
+        write_whole(path, |w| self.write_event_rows(w, Some(name)))
+    }
+
     /// The table of ticks, as [`Trace::save_ticks`] writes it.
     ///
     /// # Errors
@@ -129,6 +137,10 @@ impl Trace {
     /// # Errors
     /// Those of the writer.
     pub fn write_events(&self, to: impl Write) -> io::Result<()> {
+        self.write_event_rows(to, None)
+    }
+
+    fn write_event_rows(&self, to: impl Write, name: Option<&dyn Fn(u32) -> String>) -> io::Result<()> {
         let mut place: HashMap<&str, usize> = HashMap::new();
         let mut titles: Vec<&str> = Vec::new();
         for (title, _) in self.events.iter().flat_map(|e| &e.args) {
@@ -138,7 +150,8 @@ impl Trace {
             });
         }
         let mut table = csv::Writer::from_writer(to);
-        table.write_record(["t_s", "key", "event"].iter().chain(&titles))?;
+        let fixed = if name.is_some() { &["t_s", "key", "name", "event"][..] } else { &["t_s", "key", "event"] };
+        table.write_record(fixed.iter().chain(&titles))?;
         let mut number = ryu::Buffer::new();
         for event in &self.events {
             let mut cells = vec![None; titles.len()];
@@ -147,6 +160,9 @@ impl Trace {
             }
             table.write_field(number.format(event.t_s))?;
             table.write_field(event.key.to_string())?;
+            if let Some(name) = name {
+                table.write_field(name(event.key))?;
+            }
             table.write_field(&event.event)?;
             for cell in cells {
                 table.write_field(cell.map_or("", |v| number.format(v)))?;

@@ -32,13 +32,12 @@ pub fn run(args: &Args) -> Outcome {
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
     let form = if args.json { Form::Json } else { Form::Text };
     let (map, program) = load::checked_as(form, &load::read(&args.files)?, &options, Severity::Note)?;
-    let device = Device::mikey();
     if program.instruments.is_empty() && !args.json {
         say!("no instrument, but nothing wrong either");
     }
     let mut outcome = Ok(());
     for model in program.instruments {
-        let name = model.name.clone();
+        let (name, device) = (model.name.clone(), Device::of(&model));
         let compiled = match load::compiled_as(form, &map, model, &device) {
             Ok(compiled) => compiled,
             // What is wrong with one instrument hides nothing of the next.

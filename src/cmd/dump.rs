@@ -41,7 +41,7 @@ pub fn run(args: &Args) -> Outcome {
         say::whole(&model.to_string());
         return Ok(());
     }
-    let compiled = load::compiled(&map, model.clone(), &Device::mikey(), !args.bare)?;
+    let compiled = load::compiled(&map, model.clone(), &Device::of(model), !args.bare)?;
     match pass {
         2 => say::whole(&compiled.step.model.to_string()),
         _ => say::whole(&compiled.lowered.kernel.to_string()),

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use whippen_compiler::model::Model;
 use whippen_compiler::units::{Dim, parse_quantity};
 use whippen_runtime::gesture;
 use whippen_runtime::motion::{self, Layout, MotionOptions, Stops};
@@ -12,7 +13,7 @@ use crate::exit::Failure;
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "The motion")]
 pub struct MotionArgs {
-    /// The key moves as recorded here: a table with titles such as t_s,x_mm, or bare columns with --rate; without it a bundled gesture
+    /// The key moves as recorded here: a table with titles such as t_s,x_mm (t_s,angle_deg for a knob), or bare columns with --rate; without it a bundled gesture
     #[arg(long, value_name = "FILE")]
     motion: Option<PathBuf>,
     /// Rows per second of bare columns
@@ -46,18 +47,23 @@ pub struct Positions {
 
 impl MotionArgs {
     /// Reads the recording, or makes the bundled gesture.
-    pub fn load(&self, tick_rate_hz: u32) -> Result<Positions, Failure> {
+    pub fn load(&self, model: &Model) -> Result<Positions, Failure> {
         if self.rest.is_some() != self.full.is_some() {
             let message = "`--rest` and `--full` belong together: the positions of the key at rest and when down, \
                            such as `--rest 0.88mm --full 12.7mm`";
             return Err(Failure::Usage(message.to_string()));
         }
+        let (tick_rate_hz, turns) = (model.rate_hz, model.turns());
         let Some(path) = &self.motion else {
-            return Ok(MotionArgs::bundled(tick_rate_hz));
+            return Ok(MotionArgs::bundled(model));
         };
+        if turns && self.rest.is_some() {
+            let message = "`--rest`, `--full` and `--dip` are lengths, and this instrument turns: record its angle";
+            return Err(Failure::Usage(message.to_string()));
+        }
         let layout = self.layout();
         let stops = self.rest.zip(self.full).map(|(rest_m, full_m)| Stops { rest_m, full_m, dip_m: self.dip });
-        let options = MotionOptions { layout, stops, lowpass_hz: self.lowpass };
+        let options = MotionOptions { layout, stops, turns, lowpass_hz: self.lowpass };
         let motion = motion::load(path, &options, tick_rate_hz).map_err(|e| Failure::Usage(e.to_string()))?;
         let mut notes = vec![format!(
             "{}: {} rows at {} Hz, {:.2} s",
@@ -77,8 +83,8 @@ impl MotionArgs {
     }
 
     /// The bundled gesture.
-    pub fn bundled(tick_rate_hz: u32) -> Positions {
-        let position_m = gesture::default_gesture().positions(tick_rate_hz);
+    pub fn bundled(model: &Model) -> Positions {
+        let position_m = gesture::bundled(model).positions(model.rate_hz);
         Positions { position_m, notes: vec!["the bundled gesture (synthetic)".to_string()] }
     }
 

@@ -62,11 +62,15 @@ fn differentiators(out: &mut String, compiled: &Compiled, sense: &Sense, device:
         n / rate * 1e3,
         delay / rate * 1e3
     );
+    // Who turns a knob thinks in degrees.
+    let (unit, small, large) = if sense.dim.is_number() { ("deg", 1e3, 1.0) } else { ("m", 1e6, 1e3) };
+    let lsb = if sense.dim.is_number() { lsb.to_degrees() } else { lsb };
+    let (tiny, fine) = if unit == "m" { ("um", "mm") } else { ("mdeg", "deg") };
     let _ = writeln!(
         out,
-        "  {name}: noise of 1 LSB rms ({:.3} um) gives {:.3} mm/s rms in {name}' and {:.3} m/s^2 rms in {name}''",
-        lsb * 1e6,
-        lsb * slope * 1e3,
+        "  {name}: noise of 1 LSB rms ({:.3} {tiny}) gives {:.3} {fine}/s rms in {name}' and {:.3} {unit}/s^2 rms in {name}''",
+        lsb * small,
+        lsb * slope * large,
         lsb * curvature
     );
 }

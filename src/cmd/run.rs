@@ -1,19 +1,22 @@
 //! `whippen run`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use whippen_compiler::check::{Options, Program};
 use whippen_compiler::diag::Severity;
+use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::compare::compare;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::files::FileError;
 use whippen_runtime::plot;
+use whippen_runtime::report::{Made, Page, Section};
 use whippen_runtime::session::{self, Counts, Run};
 
+use super::keys::{self, KeysArgs, Setup};
 use super::motion::{self, MotionArgs, Positions};
-use super::{errors, load, progress::Progress};
+use super::{command, errors, load, progress::Progress};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
 
@@ -27,6 +30,8 @@ pub struct Args {
     words: Vec<String>,
     #[command(flatten)]
     motion: MotionArgs,
+    #[command(flatten)]
+    keys: KeysArgs,
     /// What runs it: jit (compiled, fixed point), interp (the reference) or ideal (f64)
     #[arg(long, default_value = "jit")]
     engine: EngineKind,
@@ -62,6 +67,9 @@ pub struct Outputs {
     /// Picture: forces against time and travel, hammer and states against time
     #[arg(long, value_name = "FILE.svg|FILE.png")]
     pub plot: Vec<PathBuf>,
+    /// Page to explore: plots to zoom, force loop, strikes, numbers, the program; one file that needs no network
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
 }
 
 impl Outputs {
@@ -72,7 +80,8 @@ impl Outputs {
         if let Some(path) = self.out.iter().chain(&self.events).find(|path| !is_table(path)) {
             return Err(format!("{}: a table's name ends in `.csv`; `--plot` makes figures", path.display()));
         }
-        let folders = self.out.iter().chain(&self.events).chain(&self.plot).filter_map(|path| path.parent());
+        let files = self.out.iter().chain(&self.events).chain(&self.plot).chain(&self.report);
+        let folders = files.filter_map(|path| path.parent());
         match folders.into_iter().find(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
             Some(folder) => Err(format!("there is no folder `{}` to write to; make it first", folder.display())),
             None => Ok(()),
@@ -84,10 +93,26 @@ pub fn run(args: &Args) -> Outcome {
     let (files, name) = load::split(&args.words)?;
     args.outputs.check().map_err(Failure::Usage)?;
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
-    let (map, program) = load::checked(&load::read(&files)?, &options, Severity::Warning)?;
-    let device = device(args, &program)?;
+    let sources = load::read(&files)?;
+    let (map, program) = load::checked(&sources, &options, Severity::Warning)?;
+    if let Some(path) = &args.keys.midi {
+        let device = device(args, &program, keys::instrument(&program, name, &args.keys)?)?;
+        let setup = Setup {
+            map: &map,
+            program: &program,
+            sources: &sources,
+            settings: &options.sets,
+            device: &device,
+            engine: args.engine,
+            seconds: args.seconds,
+            name,
+            outputs: &args.outputs,
+        };
+        return keys::run(&setup, &args.keys, path);
+    }
     let model = load::instrument(&program, name)?.clone();
-    let mut positions = args.motion.load(model.rate_hz)?;
+    let device = device(args, &program, &model)?;
+    let mut positions = args.motion.load(&model)?;
     let compiled = load::compiled(&map, model, &device, true)?;
     if let Some(seconds) = args.seconds {
         let ticks = (seconds * f64::from(compiled.model.rate_hz)).ceil() as usize;
@@ -96,7 +121,25 @@ pub fn run(args: &Args) -> Outcome {
     let run = play(&compiled, &device, args.engine, &positions)?;
     summary(&compiled, &run, args.engine, &positions);
     write(&args.outputs, &compiled, &run)?;
+    if let Some(path) = &args.outputs.report {
+        let made = Made {
+            engine: args.engine,
+            motion: &positions.notes,
+            device: &device,
+            settings: &options.sets,
+            sources: &sources,
+        };
+        report(path, &compiled.model.name.replace('_', " "), vec![Section::of_run(&compiled, &run, &made)])?;
+    }
     if args.errors { print_errors(&compiled, &device, args.engine, &positions) } else { Ok(()) }
+}
+
+/// Writes a page and says where it is.
+pub fn report(path: &Path, title: &str, sections: Vec<Section>) -> Outcome {
+    let page = Page { title: title.to_string(), command: command::typed(), overview: None, sections };
+    page.save(path).map_err(|e| Failure::Usage(e.to_string()))?;
+    say!("report: {}", path.display());
+    Ok(())
 }
 
 fn print_errors(compiled: &Compiled, device: &Device, kind: EngineKind, positions: &Positions) -> Outcome {
@@ -107,15 +150,17 @@ fn print_errors(compiled: &Compiled, device: &Device, kind: EngineKind, position
     Ok(())
 }
 
-/// The device named on the command line, else the first keyboard's, else mikey.
-fn device(args: &Args, program: &Program) -> Result<Device, Failure> {
-    match (&args.device, program.keyboards.first()) {
+/// The device named on the command line, else the first keyboard's, else the bundled one that moves as the instrument does.
+fn device(args: &Args, program: &Program, model: &Model) -> Result<Device, Failure> {
+    let device = match (&args.device, program.keyboards.first()) {
         (Some(path), _) => Device::load(path).map_err(|e| Failure::Usage(e.to_string())),
         (None, Some(keyboard)) => Device::bundled(&keyboard.device).ok_or_else(|| {
             Failure::Usage(format!("there is no device `{}`; give its file with --device", keyboard.device))
         }),
-        (None, None) => Ok(Device::mikey()),
-    }
+        (None, None) => Ok(Device::of(model)),
+    }?;
+    device.fits(model).map_err(|why| Failure::Usage(format!("{why}; give another device with --device")))?;
+    Ok(device)
 }
 
 /// Runs with a progress bar.
@@ -127,7 +172,7 @@ pub fn play(compiled: &Compiled, device: &Device, kind: EngineKind, positions: &
 }
 
 /// What happened, in a few lines.
-pub fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Positions) {
+fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Positions) {
     positions.notes.iter().for_each(|note| say!("motion: {note}"));
     let Counts { ticks, engine_time, .. } = run.counts;
     let played_s = ticks as f64 / f64::from(compiled.model.rate_hz);
@@ -136,42 +181,43 @@ pub fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Pos
         compiled.model.name,
         played_s / engine_time.as_secs_f64()
     );
-    for event in run.trace.events.iter().filter(|e| e.event == "note") {
+    let marked = session::marked(&compiled.model);
+    for event in run.trace.events.iter().filter(|e| e.event == marked) {
         let args: Vec<String> = event.args.iter().map(|(title, value)| format!("{title} {value:.3}")).collect();
-        say!("  {:>9.4} s  note  {}", event.t_s, args.join("  "));
+        say!("  {:>9.4} s  {marked}  {}", event.t_s, args.join("  "));
     }
-    cut_off(&run.counts);
-}
-
-fn cut_off(counts: &Counts) {
-    let told = [
-        (counts.sensor_clipped, "beyond the sensor's range, read as its end"),
-        (
-            counts.sense_clamped - counts.sensor_clipped.min(counts.sense_clamped),
-            "beyond the range the instrument senses",
-        ),
-        (counts.slew_held, "held back by the slew limit"),
-        (counts.drive_clipped, "with more force than the drive gives, clipped"),
-    ];
-    for (count, what) in told.iter().filter(|(count, _)| *count > 0) {
-        say!("  {count} of {} ticks {what}", counts.ticks);
+    for (count, what) in run.counts.told() {
+        say!("  {count} of {ticks} ticks {what}");
     }
 }
 
-/// Writes what was asked for; every file appears whole or not at all.
-pub fn write(outputs: &Outputs, compiled: &Compiled, run: &Run) -> Outcome {
+/// Writes what was asked for and says where it is.
+fn write(outputs: &Outputs, compiled: &Compiled, run: &Run) -> Outcome {
+    for (what, path) in write_files(outputs, compiled, run)? {
+        say!("{what}: {}", path.display());
+    }
+    Ok(())
+}
+
+/// Writes trace, events and plots; every file appears whole or not at all. Gives what each is.
+pub fn write_files<'o>(
+    outputs: &'o Outputs,
+    compiled: &Compiled,
+    run: &Run,
+) -> Result<Vec<(&'static str, &'o Path)>, Failure> {
     let failed = |e: FileError| Failure::Usage(e.to_string());
+    let mut written: Vec<(&'static str, &Path)> = Vec::new();
     if let Some(path) = &outputs.out {
         run.trace.save_ticks(path, outputs.every as usize).map_err(failed)?;
-        say!("trace: {}", path.display());
+        written.push(("trace", path));
     }
     if let Some(path) = &outputs.events {
         run.trace.save_events(path).map_err(failed)?;
-        say!("events: {}", path.display());
+        written.push(("events", path));
     }
     for path in &outputs.plot {
         plot::save(&session::figure(compiled, run), path).map_err(failed)?;
-        say!("plot: {}", path.display());
+        written.push(("plot", path));
     }
-    Ok(())
+    Ok(written)
 }

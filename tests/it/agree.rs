@@ -37,14 +37,15 @@ fn compare(compiled: &Compiled, words: &[u16], keys: usize) {
 #[test]
 fn on_the_bundled_gesture() {
     for compiled in common::all() {
-        compare(&compiled, &common::words(&common::gesture()), 3);
+        compare(&compiled, &common::gesture_words(&compiled), 3);
     }
 }
 
 #[test]
 fn on_the_recording() {
     if let Some(positions) = common::recording() {
-        common::all().iter().for_each(|compiled| compare(compiled, &common::words(&positions), 1));
+        let compiled = common::all();
+        compiled.iter().filter(|c| !c.model.turns()).for_each(|c| compare(c, &common::words(&positions), 1));
     }
 }
 
@@ -64,10 +65,11 @@ fn on_noise() {
 /// Without observation a Kernel drives and tells what it does with it, word for word.
 #[test]
 fn observed_or_not() {
-    let words = common::words(&common::gesture());
     for observed in common::all() {
+        let words = common::gesture_words(&observed);
+        let scales = Device::of(&observed.model).scales();
         let name = &observed.model.name;
-        let bare = compile(observed.model.clone(), Device::mikey().scales(), false).unwrap_or_else(|e| panic!("{e:?}"));
+        let bare = compile(observed.model.clone(), scales, false).unwrap_or_else(|e| panic!("{e:?}"));
         let engine = |c: &Compiled| HostCode::build(&c.lowered.kernel, 1, Options { probes: true }).expect("a kernel");
         let (mut with, mut without) = (engine(&observed), engine(&bare));
         let told = observed.model.emissions.len() as u32;
@@ -84,6 +86,6 @@ fn observed_or_not() {
             assert_eq!(emitted, without.drain_events(), "{name}: events of tick {tick}");
             events += emitted.len();
         }
-        assert!(events > 5, "{name}: {events} events");
+        assert!(events > 5 || told == 0, "{name}: {events} events");
     }
 }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use tempfile::TempDir;
+use whippen_compiler::bundled::INSTRUMENTS;
 
 /// A bundled file.
 fn bundled(name: &str) -> String {
@@ -11,32 +12,32 @@ fn bundled(name: &str) -> String {
 }
 
 /// A folder to work in, with the command.
-struct Shell {
+pub struct Shell {
     folder: TempDir,
 }
 
 impl Shell {
-    fn new() -> Shell {
+    pub fn new() -> Shell {
         Shell { folder: tempfile::tempdir().expect("a temporary folder") }
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    fn with(self, name: &str, text: &str) -> Shell {
+    pub fn with(self, name: &str, text: &str) -> Shell {
         std::fs::write(self.path(name), text).expect("writable");
         self
     }
 
-    fn run(&self, args: &[&str]) -> Output {
+    pub fn run(&self, args: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_whippen"));
         command.args(args).current_dir(self.folder.path()).output().expect("the command starts")
     }
 
     /// Runs, expects this exit code and gives stdout and stderr.
     #[track_caller]
-    fn ends(&self, code: i32, args: &[&str]) -> (String, String) {
+    pub fn ends(&self, code: i32, args: &[&str]) -> (String, String) {
         let output = self.run(args);
         let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).expect("UTF-8");
         let (out, err) = (text(&output.stdout), text(&output.stderr));
@@ -46,7 +47,7 @@ impl Shell {
 
     /// Runs, expects this exit code, nothing written, and these words on stderr.
     #[track_caller]
-    fn refuses(&self, code: i32, args: &[&str], words: &[&str]) {
+    pub fn refuses(&self, code: i32, args: &[&str], words: &[&str]) {
         let before = self.files();
         let (out, err) = self.ends(code, args);
         for word in words {
@@ -64,7 +65,7 @@ impl Shell {
         names
     }
 
-    fn lines(&self, name: &str) -> Vec<String> {
+    pub fn lines(&self, name: &str) -> Vec<String> {
         let text = std::fs::read_to_string(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
         text.lines().map(str::to_string).collect()
     }
@@ -342,26 +343,54 @@ fn the_program_in_the_readme_clicks_as_printed() {
 }
 
 #[test]
-fn without_a_command_it_shows_what_it_can() {
+fn without_a_command_it_tours_every_bundled_instrument() {
     let shell = Shell::new();
     let (out, err) = shell.ends(0, &[]);
     assert_eq!(err, "");
     assert_eq!(shell.files(), ["whippen-tour"]);
-    for file in ["grand-piano.csv", "grand-piano-events.csv", "grand-piano.png", "grand-piano.svg", "grand-piano.whip"]
-    {
-        let path = shell.path("whippen-tour").join(file);
-        assert!(std::fs::metadata(&path).is_ok_and(|m| m.len() > 100), "{file}");
-        assert!(out.contains(file), "{out}");
+    let text = |name: &str| {
+        let path = shell.path("whippen-tour").join(name);
+        std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"))
+    };
+    let page = text("report.html");
+    for (file, program) in INSTRUMENTS {
+        let name = file.trim_end_matches(".whip");
+        assert_eq!(text(file), *program);
+        for part in [".csv", "-events.csv", ".svg"] {
+            assert!(text(&format!("{name}{part}")).len() > 10, "{name}{part}");
+        }
+        assert!(page.contains(&format!("<section id=\"{name}\">")) && out.contains(&name.replace('-', " ")), "{name}");
     }
-    assert!(out.contains("note  speed_m_per_s"), "the gesture strikes: {out}");
-    shell.ends(0, &["check", "whippen-tour/grand-piano.whip"]);
-    // What was changed to play with stays.
+    let row = |name: &str| out.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{name}: {out}"));
+    let words: Vec<&str> = row("grand piano").split_whitespace().collect();
+    assert_eq!(words[2..4], ["ok", "7"], "checked, and the gesture strikes seven times");
+    // What is not there is named, what is there is not.
+    assert!(out.contains("not built yet:") && !out.contains("emulate (") && !out.contains("run ("), "{out}");
+    assert!(out.contains("next:") && out.matches("\n  whippen ").count() == 2, "{out}");
+    // What was changed to play with stays, and so does what is not ours; the rest has the same bytes.
     std::fs::write(shell.path("whippen-tour/grand-piano.whip"), "mine").expect("writable");
+    std::fs::write(shell.path("whippen-tour/notes.txt"), "mine").expect("writable");
     shell.ends(0, &[]);
-    assert_eq!(shell.lines("whippen-tour/grand-piano.whip"), ["mine"]);
+    assert_eq!((text("grand-piano.whip"), text("notes.txt")), ("mine".to_string(), "mine".to_string()));
+    assert!(text("report.html") == page, "the same page again");
     // A file in the way is said, not overwritten.
     let shell = Shell::new().with("whippen-tour", "mine");
     let (_, err) = shell.ends(2, &[]);
     assert!(err.contains("cannot make the folder `whippen-tour`"), "{err}");
     assert_eq!(shell.lines("whippen-tour"), ["mine"]);
+}
+
+#[test]
+fn a_report_is_one_page_and_says_how_it_was_made() {
+    let shell = Shell::new().with("click.whip", CLICK);
+    let args = ["run", "click.whip", "--seconds", "2", "--set", "k=200 N/m", "--report", "r.html"];
+    let (out, _) = shell.ends(0, &args);
+    assert!(out.contains("report: r.html"), "{out}");
+    assert_eq!(shell.files(), ["click.whip", "r.html"]);
+    let page = shell.lines("r.html").join("\n");
+    assert!(page.contains("whippen run click.whip --seconds 2 --set &#39;k=200 N/m&#39; --report r.html"));
+    assert!(page.contains("force spring = k * x") && page.contains("<dd>k = 200 N/m</dd>"));
+    shell.ends(0, &args);
+    assert_eq!(shell.lines("r.html").join("\n"), page, "the same bytes");
+    shell.refuses(2, &["run", "click.whip", "--report", "no/r.html"], &["there is no folder `no`"]);
 }

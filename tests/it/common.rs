@@ -2,8 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use whippen_compiler::bundled::INSTRUMENTS;
 use whippen_compiler::check::Options;
 use whippen_compiler::front::compile_front;
+use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
@@ -17,18 +19,21 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Every instrument of a text, compiled for `mikey`, with everything observed.
+/// Every instrument of a text, compiled for its device, with everything observed.
 pub fn compiled(name: &str, text: &str, sets: &[(&str, &str)]) -> Vec<Compiled> {
     let mut map = SourceMap::default();
     map.add(name, text);
     let sets = sets.iter().map(|(n, v)| (n.to_string(), v.to_string())).collect();
     let (program, diagnostics) = compile_front(&mut map, &Options { sets, ..Options::default() });
     let program = program.unwrap_or_else(|| panic!("{name}: {diagnostics:#?}"));
-    let build = |model| compile(model, Device::mikey().scales(), true).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+    let build = |model: Model| {
+        let scales = Device::of(&model).scales();
+        compile(model, scales, true).unwrap_or_else(|e| panic!("{name}: {e:?}"))
+    };
     program.instruments.into_iter().map(build).collect()
 }
 
-/// Every instrument of a bundled file, compiled for `mikey`, with everything observed.
+/// Every instrument of a bundled file, compiled for its device, with everything observed.
 pub fn instruments(file: &str, sets: &[(&str, &str)]) -> Vec<Compiled> {
     let path = root().join("instruments").join(file);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
@@ -37,12 +42,20 @@ pub fn instruments(file: &str, sets: &[(&str, &str)]) -> Vec<Compiled> {
 
 /// Every bundled instrument.
 pub fn all() -> Vec<Compiled> {
-    ["grand-piano.whip", "harpsichord.whip", "hammond.whip"].iter().flat_map(|f| instruments(f, &[])).collect()
+    INSTRUMENTS.iter().flat_map(|(file, _)| instruments(file, &[])).collect()
 }
 
-/// Sensor words of positions.
+/// Sensor words of a key's positions.
 pub fn words(positions_m: &[f64]) -> Vec<u16> {
-    let device = Device::mikey();
+    words_on(&Device::mikey(), positions_m)
+}
+
+/// Sensor words of the bundled gesture of an instrument, on its device.
+pub fn gesture_words(compiled: &Compiled) -> Vec<u16> {
+    words_on(&Device::of(&compiled.model), &gesture_of(compiled))
+}
+
+fn words_on(device: &Device, positions_m: &[f64]) -> Vec<u16> {
     positions_m.iter().map(|&x| device.word_of_position(x).0).collect()
 }
 
@@ -57,12 +70,18 @@ pub fn recording() -> Option<Vec<f64>> {
         layout: Layout::Raw { rate_hz: 2000.0, column: 2, calibration: Some(folder.join("calibration_key.csv")) },
         stops: Some(Stops { rest_m: 0.88e-3, full_m: 12.7e-3, dip_m: 10e-3 }),
         lowpass_hz: Some(200.0),
+        turns: false,
     };
     let motion = load(&folder.join("key_and_hammer_2kHz.txt"), &options, RATE_HZ).unwrap_or_else(|e| panic!("{e}"));
     Some(motion.position_m)
 }
 
-/// The bundled gesture.
+/// The bundled gesture of an instrument.
+pub fn gesture_of(compiled: &Compiled) -> Vec<f64> {
+    gesture::bundled(&compiled.model).positions(RATE_HZ)
+}
+
+/// The bundled gesture of a key of 10 mm.
 pub fn gesture() -> Vec<f64> {
     gesture::default_gesture().positions(RATE_HZ)
 }

@@ -33,7 +33,7 @@ fn pages_are_found_and_listed() {
         assert!(!out.contains("```"), "{out}");
     }
     let (code, out, _) = whippen(&[], &["explain"]);
-    assert!(code == Some(0) && out.contains("WH0610  no-force") && out.contains("Ranges and numbers\n"), "{out}");
+    assert!(code == Some(0) && out.contains("WH0611  no-force") && out.contains("Ranges and numbers\n"), "{out}");
     let (code, _, err) = whippen(&[], &["explain", "unkown-term"]);
     assert!(code == Some(2) && err.contains("did you mean WH0203 (unknown-term)?"), "{err}");
 }

@@ -13,7 +13,7 @@ pub struct Played(pub Run);
 
 /// Plays positions.
 pub fn play(compiled: &Compiled, positions_m: &[f64]) -> Played {
-    let run = session::run(compiled, &Device::mikey(), EngineKind::Jit, positions_m, |_| ());
+    let run = session::run(compiled, &Device::of(&compiled.model), EngineKind::Jit, positions_m, |_| ());
     Played(run.unwrap_or_else(|e| panic!("{}: {e}", compiled.model.name)))
 }
 

@@ -13,29 +13,65 @@ use crate::played::play;
 /// Names of parameters and their values.
 type Settings = &'static [(&'static str, &'static str)];
 
-/// Curve, file of the instrument, settings.
-const CURVES: &[(&str, &str, Settings)] = &[
-    ("grand-piano", "grand-piano.whip", &[]),
-    ("harpsichord-one", "harpsichord.whip", &[("back", "off")]),
-    ("harpsichord-two", "harpsichord.whip", &[]),
-    ("harpsichord-three", "harpsichord.whip", &[("four", "on")]),
-    ("hammond", "hammond.whip", &[]),
+/// What to press, how, and in which units to write it down.
+struct Curve {
+    name: &'static str,
+    file: &'static str,
+    sets: Settings,
+    /// How far (m or rad).
+    end: f64,
+    /// How long a press, and a return, takes (s).
+    seconds: f64,
+    titles: &'static str,
+    /// The table's unit of position per SI unit.
+    unit: f64,
+    /// Decimals of the force.
+    digits: usize,
+}
+
+/// A key pressed by 10 mm in 1 s.
+const fn key(name: &'static str, file: &'static str, sets: Settings) -> Curve {
+    Curve { name, file, sets, end: 0.010, seconds: 1.0, titles: "x_mm,press_n,return_n", unit: 1e3, digits: 4 }
+}
+
+const CURVES: &[Curve] = &[
+    key("virtual-spring", "virtual-spring.whip", &[]),
+    // What it does shows only in motion.
+    Curve { seconds: 0.15, ..key("baker", "baker.whip", &[]) },
+    key("two-body", "two-body.whip", &[]),
+    Curve { end: 0.0036, ..key("snap-dome", "snap-dome.whip", &[]) },
+    Curve {
+        end: 150.0 * std::f64::consts::PI / 180.0,
+        titles: "angle_deg,right_n_m,left_n_m",
+        unit: 180.0 / std::f64::consts::PI,
+        digits: 6,
+        ..key("knob", "knob.whip", &[])
+    },
+    key("grand-piano", "grand-piano.whip", &[]),
+    key("harpsichord-one", "harpsichord.whip", &[("back", "off")]),
+    key("harpsichord-two", "harpsichord.whip", &[]),
+    key("harpsichord-three", "harpsichord.whip", &[("four", "on")]),
+    key("hammond", "hammond.whip", &[]),
 ];
 
-/// A press to 10 mm in 1 s, a hold of 0.2 s, a return in 1 s: a row for every 0.1 mm, where the key first gets there.
-fn curve(file: &str, sets: &[(&str, &str)]) -> String {
-    let positions_m = Gesture::new().hold(0.2).to(0.010, 1.0).hold(0.2).to(0.0, 1.0).hold(0.3).positions(RATE_HZ);
-    let played = play(&common::instruments(file, sets)[0], &positions_m);
-    let drive_n = played.column("drive_n");
-    let turn = (1.3 * f64::from(RATE_HZ)) as usize;
+/// A press, a hold of 0.2 s, a return: a row for every hundredth of the way, where the key first gets there.
+fn table(curve: &Curve) -> String {
+    let Curve { end, seconds, digits, .. } = *curve;
+    let gesture = Gesture::new().hold(0.2).to(end, seconds).hold(0.2).to(0.0, seconds).hold(0.3);
+    let positions = gesture.positions(RATE_HZ);
+    let played = play(&common::instruments(curve.file, curve.sets)[0], &positions);
+    let drive = &played.0.trace.columns[0].values;
+    let turn = ((0.3 + seconds) * f64::from(RATE_HZ)) as usize;
     let start = (0.2 * f64::from(RATE_HZ)) as usize;
-    let mut table = String::from("x_mm,press_n,return_n\n");
+    let mut table = format!("{}\n", curve.titles);
     for step in 0..=100 {
-        let x_m = f64::from(step) * 1e-4;
-        let press = (start..turn).find(|&i| positions_m[i] >= x_m).expect("the key gets there");
-        let back = (turn..positions_m.len()).find(|&i| positions_m[i] <= x_m).expect("the key comes back");
-        let x_mm = f64::from(step) / 10.0;
-        writeln!(table, "{x_mm:.1},{:.4},{:.4}", drive_n[press], drive_n[back]).expect("a string takes all");
+        let at = f64::from(step) / 100.0 * end;
+        let press = (start..turn).find(|&i| positions[i] >= at).expect("the key gets there");
+        let back = (turn..positions.len()).find(|&i| positions[i] <= at).expect("the key comes back");
+        let shown = at * curve.unit;
+        let decimals = if curve.end < 0.005 { 3 } else { 1 };
+        let (press, back) = (drive[press], drive[back]);
+        writeln!(table, "{shown:.decimals$},{press:.digits$},{back:.digits$}").expect("a string takes all");
     }
     table
 }
@@ -43,9 +79,9 @@ fn curve(file: &str, sets: &[(&str, &str)]) -> String {
 #[test]
 fn reference_curves_are_what_the_instruments_do() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("instruments/reference");
-    for (name, file, sets) in CURVES {
+    for curve in CURVES {
+        let (name, now) = (curve.name, table(curve));
         let path = folder.join(format!("{name}.csv"));
-        let now = curve(file, sets);
         if std::env::var_os("WHIPPEN_BLESS").is_some() {
             std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, &now)).expect("a writable folder");
         }

@@ -5,7 +5,7 @@ use super::elaborate::Elaborator;
 use super::scope::{Label, Made, ScopeId, Thing};
 use super::types::Ty;
 use crate::diag::{Advice, Code, Diagnostic, nearest};
-use crate::model::{Body, CellKind, Named, Node, NodeId};
+use crate::model::{Body, CellKind, Node, NodeId};
 use crate::source::Span;
 use crate::syntax::ast::{BodyPart, Expr, Name};
 use crate::units::Dim;
@@ -230,14 +230,5 @@ impl<'a> Elaborator<'a, '_> {
             None => condition,
         };
         self.model.bodies[index].hold = Some(hold);
-    }
-
-    /// `force name = value`
-    pub fn force(&mut self, scope: ScopeId, name: &Name, value: &'a Expr) {
-        let Some(found) = self.expr(scope, value) else { return };
-        let what = || format!("the force `{}`", name.node);
-        let Some(node) = self.expect(found, value, Ty::Real(Dim::FORCE), what) else { return };
-        let dim = Some(Dim::FORCE);
-        self.model.forces.push(Named { name: name.node.clone(), dim, value: node, span: name.span });
     }
 }

@@ -181,7 +181,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             (DeclKind::Event { name, guard, actions }, _) => self.event(scope, name, guard, actions, decl.span),
             (DeclKind::Pulse { range, lasting, .. }, Made::Pulse(pulse)) => self.pulse(scope, pulse, range, lasting),
             (DeclKind::Hold { body, guard }, _) => self.hold(scope, body, guard),
-            (DeclKind::Force { name, value }, _) => self.force(scope, name, value),
+            (DeclKind::Force { turning, name, value }, _) => self.force(scope, *turning, name, value),
             _ => {}
         }
     }

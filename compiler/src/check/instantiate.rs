@@ -138,12 +138,15 @@ impl<'a> Elaborator<'a, '_> {
         let (word, hint) = match kind {
             DeclKind::Sense { .. } => ("sense", "give the sensed value to the term as a parameter"),
             DeclKind::Param { .. } => ("param", "make it a parameter of the term, or a `let`"),
+            DeclKind::Force { turning: true, .. } => {
+                ("torque", "make it a result of the term and write `torque` in the instrument")
+            }
             _ => ("force", "make it a result of the term and write `force` in the instrument"),
         };
         let message = format!("a `{word}` cannot be declared in a term");
         let label = "belongs in an instrument";
         self.report(Diagnostic::new(Code::NotInTerm, name.span, message, label).hint(hint));
-        if word != "force" {
+        if !matches!(kind, DeclKind::Force { .. }) {
             self.enter(scope, name, Thing::Broken);
         }
         Made::Nothing

@@ -17,9 +17,16 @@ pub fn midi_number(name: &str) -> Option<u8> {
     u8::try_from(number).ok().filter(|n| *n <= 127)
 }
 
+/// The name of a MIDI number, black keys as sharps (`C#4`); above 127 there are none, and 127 is meant.
+pub fn note_name(number: u8) -> String {
+    const NAMES: [&str; 12] = ["C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B"];
+    let number = number.min(127);
+    format!("{}{}", NAMES[usize::from(number % 12)], i32::from(number / 12) - 1)
+}
+
 #[cfg(test)]
 mod tests {
-    use super::midi_number;
+    use super::{midi_number, note_name};
 
     #[test]
     fn names() {
@@ -29,5 +36,10 @@ mod tests {
         for wrong in ["", "H3", "c4", "C", "C10", "Cx4", "A9", "C##4", "é4", "C٣"] {
             assert_eq!(midi_number(wrong), None, "{wrong}");
         }
+    }
+    #[test]
+    fn numbers_have_names() {
+        assert_eq!([21, 60, 61, 108, 127, 200].map(note_name), ["A0", "C4", "C#4", "C8", "G9", "G9"]);
+        assert!((12..=127).all(|number| midi_number(&note_name(number)) == Some(number)));
     }
 }

@@ -121,6 +121,7 @@ codes! {
     WindowTooLong       "WH0510" Error "a differentiator's window that is too long";
     RangeTooSmall       "WH0511" Warning "a range that cuts off what is written to its state";
     // Physics and keyboards
+    WrongDrive          "WH0610" Error "a force on what turns, or a torque on what slides";
     BodyPart            "WH0601" Error "a body that lacks or repeats one of its lines";
     BodyMotion          "WH0602" Error "a line of a body that does not fit its coordinate";
     UnknownNote         "WH0603" Error "a note that does not exist";
@@ -130,5 +131,5 @@ codes! {
     SenseMismatch       "WH0607" Error "programs of one keyboard that sense differently";
     TwoKeyboards        "WH0608" Note "an instrument that several keyboards list";
     BadSetting          "WH0609" Error "a value given to `--set` that cannot be read";
-    NoForce             "WH0610" Warning "an instrument without any force";
+    NoForce             "WH0611" Warning "an instrument without any force";
 }

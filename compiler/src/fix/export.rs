@@ -140,11 +140,11 @@ impl Lowerer<'_> {
         for (c, x) in terms {
             reals.push((c.0, self.real(x)?));
         }
-        let reach = self.ranges.get(self.step.drive).magnitude() / self.scales.drive_lsb_n;
+        let reach = self.ranges.get(self.step.drive).magnitude() / self.scales.drive_lsb;
         if reach > format::DRIVE_WORD.high as f64 {
             self.clamps.push("drive word".to_string());
         }
-        self.sum_within(c0, &reals, self.scales.drive_lsb_n, format::DRIVE_WORD)
+        self.sum_within(c0, &reals, self.scales.drive_lsb, format::DRIVE_WORD)
     }
 
     /// A probe for everything with a name.
@@ -165,7 +165,8 @@ impl Lowerer<'_> {
         let total = self.real(self.step.drive)?;
         let newton = model.forces.iter().find_map(|f| f.dim);
         let range = self.ranges.get(self.step.drive);
-        exports.push(self.probe("force", ExportKind::Total, newton, total, range)?);
+        let name = if newton == Some(Dim::TORQUE) { "torque" } else { "force" };
+        exports.push(self.probe(name, ExportKind::Total, newton, total, range)?);
         let forces = model.forces.iter().enumerate().map(|(i, n)| (n, ExportKind::Force(i as u32)));
         let named = model.named.iter().enumerate().map(|(i, n)| (n, ExportKind::Named(i as u32)));
         for (value, kind) in forces.chain(named) {

@@ -4,12 +4,12 @@ use super::translate::Translator;
 use crate::kernel::{Op, Region};
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::I64;
-use cranelift_codegen::ir::{AliasRegion, AliasRegionData, InstBuilder, MemFlagsData, Value};
+use cranelift_codegen::ir::{AliasRegion, AliasRegionData, Block, InstBuilder, MemFlagsData, Value};
 use cranelift_frontend::FunctionBuilder;
 use std::collections::HashMap;
 
 /// How many buffers there are.
-pub(super) const BUFFERS: usize = 11;
+pub(super) const BUFFERS: usize = 12;
 
 /// The buffers, in the order in which their bases are handed over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,8 +18,8 @@ pub(super) enum Buffer {
     Inputs,
     /// `*mut i16`: key after key, port after port.
     Outputs,
-    /// `*mut u32`: the records.
-    Records,
+    /// `*mut u32`: the columns.
+    Columns,
     /// `*mut u16`: rows of narrow lines.
     Narrow,
     /// `*mut i32`: rows of wide lines.
@@ -36,6 +36,8 @@ pub(super) enum Buffer {
     Probes,
     /// `*mut Clock`
     Clock,
+    /// `*const u128`: constants of the code for lanes.
+    Constants,
 }
 
 impl Buffer {
@@ -43,7 +45,7 @@ impl Buffer {
     const ALL: [Buffer; BUFFERS] = [
         Buffer::Inputs,
         Buffer::Outputs,
-        Buffer::Records,
+        Buffer::Columns,
         Buffer::Narrow,
         Buffer::Wide,
         Buffer::Rings,
@@ -52,6 +54,7 @@ impl Buffer {
         Buffer::Events,
         Buffer::Probes,
         Buffer::Clock,
+        Buffer::Constants,
     ];
 }
 
@@ -60,8 +63,10 @@ impl Buffer {
 pub(super) struct Access {
     /// What no code writes.
     pub fixed: MemFlagsData,
-    /// Records.
-    pub records: MemFlagsData,
+    /// Constants of lanes.
+    pub constants: MemFlagsData,
+    /// Columns.
+    pub columns: MemFlagsData,
     /// Rows.
     pub rows: MemFlagsData,
     /// What leaves: outputs, events, probes, counters.
@@ -78,7 +83,8 @@ impl Access {
         };
         Access {
             fixed: region(0, "fixed").with_readonly().with_can_move(),
-            records: region(1, "records"),
+            constants: region(4, "constants").with_readonly().with_can_move().with_aligned(),
+            columns: region(1, "columns"),
             rows: region(2, "rows"),
             leaving: region(3, "leaving"),
         }
@@ -87,46 +93,50 @@ impl Access {
 
 /// What stays the same for all keys of a tick, and what steps along with them.
 pub(super) struct Frame {
+    /// What points to the bases.
+    pub context: Value,
     /// Bases of the buffers.
     pub bases: [Value; BUFFERS],
     /// First element of the row that `delay line ticks` reads; of the row that is pushed to for `ticks` 0.
     pub rows: HashMap<(u32, u32), Value>,
-    /// Index of the key.
+    /// Index of the key; of the first of several keys in lanes.
     pub key: Value,
-    /// The key's record.
-    pub record: Value,
+    /// Where the key's words stand in a column that begins at 0, for words of 32 and of 64 bits.
+    pub words: [Value; 2],
 }
 
-impl<'a> Translator<'a> {
-    /// Translates a region, run for every key, as a whole function.
-    pub fn function(mut self, region: &Region) -> FunctionBuilder<'a> {
+impl Translator<'_> {
+    /// Opens a function that runs a region for the keys from the second argument on and before the third; gives the
+    /// block to go back to, and the end.
+    pub fn open_keys(&mut self, region: &Region) -> (Block, Value) {
         let entry = self.f.create_block();
         self.f.append_block_params_for_function_params(entry);
         self.f.switch_to_block(entry);
-        let context = self.f.block_params(entry)[0];
+        let [context, first, end] = std::array::from_fn(|at| self.f.block_params(entry)[at]);
+        self.frame.context = context;
         for buffer in Buffer::ALL {
             let offset = 8 * buffer as i32;
             self.frame.bases[buffer as usize] = self.f.ins().load(I64, self.access.fixed, context, offset);
         }
         self.rows(region);
-
         let keys = self.f.create_block();
-        let zero = self.f.ins().iconst(I64, 0);
-        let records = self.frame.bases[Buffer::Records as usize];
-        self.f.ins().jump(keys, &[zero.into(), records.into()]);
-        [self.frame.key, self.frame.record] = [(); 2].map(|()| self.f.append_block_param(keys, I64));
+        self.f.ins().jump(keys, &[first.into()]);
+        self.frame.key = self.f.append_block_param(keys, I64);
         self.f.switch_to_block(keys);
-        self.region(region);
+        let columns = self.base(Buffer::Columns);
+        self.frame.words = [2, 3].map(|shift| self.indexed(columns, self.frame.key, shift));
+        (keys, end)
+    }
 
-        let key = self.f.ins().iadd_imm_s(self.frame.key, 1);
-        let record = self.f.ins().iadd_imm_s(self.frame.record, 4 * self.layout.record_words as i64);
-        let more = self.f.ins().icmp_imm_s(IntCC::SignedLessThan, key, self.layout.keys as i64);
+    /// Goes on with the key so many places later, or returns.
+    pub fn close_keys(&mut self, (keys, end): (Block, Value), step: usize) {
+        let key = self.f.ins().iadd_imm_s(self.frame.key, step as i64);
+        let more = self.f.ins().icmp(IntCC::SignedLessThan, key, end);
         let done = self.f.create_block();
-        self.f.ins().brif(more, keys, &[key.into(), record.into()], done, &[]);
+        self.f.ins().brif(more, keys, &[key.into()], done, &[]);
         self.f.switch_to_block(done);
         self.f.ins().return_(&[]);
         self.f.seal_all_blocks();
-        self.f
     }
 
     /// Where this key's words begin in a buffer that holds so many bytes for each key.

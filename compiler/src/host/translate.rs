@@ -23,7 +23,7 @@ pub(super) struct Translator<'a> {
     /// Values of the kernel that are translated.
     values: Vec<Value>,
     /// Whether anything is `assume`d, so that what could do harm must be looked at again.
-    assumes: bool,
+    pub assumes: bool,
 }
 
 /// How a value of this type is held in a register.
@@ -43,10 +43,18 @@ impl<'a> Translator<'a> {
     pub fn new(kernel: &'a Kernel, layout: &'a Layout, mut f: FunctionBuilder<'a>) -> Translator<'a> {
         let none = Value::from_u32(0);
         let bases = [none; super::frame::BUFFERS];
-        let frame = Frame { bases, rows: HashMap::new(), key: none, record: none };
+        let frame = Frame { context: none, bases, rows: HashMap::new(), key: none, words: [none; 2] };
         let access = Access::new(&mut f);
         let assumes = assumes(&kernel.init) || assumes(&kernel.tick);
         Translator { kernel, layout, f, access, frame, values: vec![none; kernel.values.len()], assumes }
+    }
+
+    /// Translates a region, run for one key after the other, as a whole function.
+    pub fn function(mut self, region: &Region) -> FunctionBuilder<'a> {
+        let keys = self.open_keys(region);
+        self.region(region);
+        self.close_keys(keys, 1);
+        self.f
     }
 
     /// Translates all instructions of a region.

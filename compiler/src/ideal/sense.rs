@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn a_parabola_of_words_gives_its_own_derivatives() {
-        let scales = Scales { sensor_zero: 0.0, sensor_lsb: 1.0, drive_lsb_n: 1.0 };
+        let scales = Scales { sensor_zero: 0.0, sensor_lsb: 1.0, drive_lsb: 1.0 };
         let range = Interval { low: 0.0, high: 65535.0 };
         let sense =
             Sense { name: "x".into(), dim: Dim::default(), range, window: 5, slew_per_s: None, span: Span::default() };

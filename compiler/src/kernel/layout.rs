@@ -1,15 +1,15 @@
 //! Where everything lies in memory; the same for every engine of the host.
 //!
 //! ```text
-//! records  | cell cell grid... keyed keyed | cell cell grid... keyed keyed | ...    one record a key, words of 32 bits
+//! columns  | cell: key 0, key 1, ... | grid[0]: key 0, ... | grid[1]: key 0, ... | keyed: key 0, ... | ...
 //! rows     | slot 0: key 0, key 1, ... | slot 1: key 0, key 1, ... | ...             one block per delay line
 //! rings    one index per distinct length of line: the slot that is written in this tick
 //! events   | tick tick key event arg arg | ...                                       bounded
 //! ```
 //!
-//! An `i1` or `i32` takes one word, an `i64` two, the low one first, at an even place in its record. Rows hold `u16`
-//! where the line's range fits, else `i32`; with slots outside and keys inside, one tick of all keys touches one row
-//! per delay.
+//! Keys lie side by side, so that one load brings the same word of several keys. Words have 32 bits; an `i1` or `i32`
+//! takes one, an `i64` two, the low one first. Rows hold `u16` where the line's range fits, else `i32`; with slots
+//! outside and keys inside, one tick of all keys touches one row per delay.
 
 use super::{Kernel, Range, Type, Verified};
 use std::fmt;
@@ -64,12 +64,12 @@ pub struct LinePlace {
 pub struct Layout {
     /// Keys.
     pub keys: usize,
-    /// First word of each cell in its record.
+    /// First word of the columns of each cell.
     pub cells: Vec<usize>,
-    /// Word of each per-key constant in its record.
+    /// First word of the column of each per-key constant.
     pub keyed: Vec<usize>,
-    /// Words of a record.
-    pub record_words: usize,
+    /// Words of all columns.
+    pub column_words: usize,
     /// Place of each line.
     pub lines: Vec<LinePlace>,
     /// Elements of all rows of `u16`.
@@ -101,7 +101,7 @@ impl Layout {
         }
         let kernel = kernel.kernel();
         let mut layout = Layout::empty(keys);
-        layout.place_record(kernel);
+        layout.place_columns(kernel);
         for line in &kernel.lines {
             layout.place_line(line.len as usize, line.range);
         }
@@ -115,7 +115,7 @@ impl Layout {
             keys,
             cells: Vec::new(),
             keyed: Vec::new(),
-            record_words: 0,
+            column_words: 0,
             lines: Vec::new(),
             narrow_len: 0,
             wide_len: 0,
@@ -124,18 +124,19 @@ impl Layout {
         }
     }
 
-    fn place_record(&mut self, kernel: &Kernel) {
+    fn place_columns(&mut self, kernel: &Kernel) {
         let mut at = 0_usize;
-        let mut widest = 1;
         for cell in &kernel.cells {
-            let size = words(cell.ty);
-            at = at.next_multiple_of(size);
             self.cells.push(at);
-            at += size * cell.len as usize;
-            widest = widest.max(size);
+            at += words(cell.ty) * cell.len as usize * self.keys;
         }
-        self.keyed = (at..at + kernel.keyed.len()).collect();
-        self.record_words = (at + kernel.keyed.len()).next_multiple_of(widest);
+        self.keyed = (0..kernel.keyed.len()).map(|index| at + index * self.keys).collect();
+        self.column_words = at + kernel.keyed.len() * self.keys;
+    }
+
+    /// First of the words that hold a word of a cell of this key.
+    pub fn place(&self, ty: Type, key: usize, cell: usize, word: usize) -> usize {
+        self.cells[cell] + (word * self.keys + key) * words(ty)
     }
 
     fn place_line(&mut self, len: usize, range: Range) {
@@ -149,8 +150,8 @@ impl Layout {
         *total += len * self.keys;
     }
 
-    /// Bytes of records and lines.
+    /// Bytes of columns and lines.
     fn bytes(&self) -> u64 {
-        4 * (self.record_words * self.keys) as u64 + 2 * self.narrow_len as u64 + 4 * self.wide_len as u64
+        4 * self.column_words as u64 + 2 * self.narrow_len as u64 + 4 * self.wide_len as u64
     }
 }

@@ -7,7 +7,7 @@ mod key;
 
 pub use key::Key;
 
-use super::layout::{EVENT_HEAD, EVENTS_MAX, Layout, LayoutError, words};
+use super::layout::{EVENT_HEAD, EVENTS_MAX, Layout, LayoutError};
 use super::{Kernel, Range, Type, VerifyError, verify};
 use std::fmt;
 
@@ -65,7 +65,7 @@ pub struct Happened {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Memory {
     pub(crate) layout: Layout,
-    pub(crate) records: Vec<u32>,
+    pub(crate) columns: Vec<u32>,
     pub(crate) narrow: Vec<u16>,
     pub(crate) wide: Vec<i32>,
     pub(crate) rings: Vec<u32>,
@@ -96,7 +96,7 @@ impl Memory {
         let verified = verify(kernel).map_err(EngineError::Kernel)?;
         let layout = Layout::new(verified, keys).map_err(EngineError::Layout)?;
         let mut memory = Memory {
-            records: vec![0; layout.record_words * keys],
+            columns: vec![0; layout.column_words],
             narrow: vec![0; layout.narrow_len],
             wide: vec![0; layout.wide_len],
             rings: vec![0; layout.rings.len()],
@@ -112,7 +112,7 @@ impl Memory {
 
     /// Puts back everything but the live values and events not drained.
     pub(crate) fn reset(&mut self, kernel: &Kernel) {
-        self.records.fill(0);
+        self.columns.fill(0);
         self.probes.fill(0);
         self.rings.fill(0);
         self.clock.tick = 0;
@@ -122,7 +122,7 @@ impl Memory {
             }
             for (at, keyed) in self.layout.keyed.iter().zip(&kernel.keyed) {
                 let value = keyed.values.get(key).or(keyed.values.last()).copied().unwrap_or_default();
-                self.records[key * self.layout.record_words + at] = value as u32;
+                self.columns[at + key] = value as u32;
             }
         }
         for (line, place) in kernel.lines.iter().zip(self.layout.lines.clone()) {
@@ -175,6 +175,19 @@ impl Memory {
         self.events.chunks_exact(self.layout.event_words).take(count).map(happened).collect()
     }
 
+    /// Room for one more event, with the tick filled in; where there is none, an event is counted as lost.
+    pub(crate) fn event_room(&mut self) -> Option<&mut [u32]> {
+        if self.clock.events == EVENTS_MAX as u64 {
+            self.clock.lost += 1;
+            return None;
+        }
+        let at = self.clock.events as usize * self.layout.event_words;
+        self.clock.events += 1;
+        let record = &mut self.events[at..at + self.layout.event_words];
+        record[..2].copy_from_slice(&[self.clock.tick as u32, (self.clock.tick >> 32) as u32]);
+        Some(record)
+    }
+
     /// Changes a live value.
     ///
     /// # Errors
@@ -210,23 +223,19 @@ impl Memory {
     }
 
     fn load(&self, ty: Type, key: usize, cell: usize, word: usize) -> i64 {
-        let at = self.place(ty, key, cell, word);
+        let at = self.layout.place(ty, key, cell, word);
         match ty {
-            Type::I1 | Type::I32 => i64::from(self.records[at] as i32),
-            Type::I64 => i64::from(self.records[at]) | i64::from(self.records[at + 1]) << 32,
+            Type::I1 | Type::I32 => i64::from(self.columns[at] as i32),
+            Type::I64 => i64::from(self.columns[at]) | i64::from(self.columns[at + 1]) << 32,
         }
     }
 
     fn store(&mut self, ty: Type, key: usize, cell: usize, word: usize, value: i64) {
-        let at = self.place(ty, key, cell, word);
-        self.records[at] = value as u32;
+        let at = self.layout.place(ty, key, cell, word);
+        self.columns[at] = value as u32;
         if ty == Type::I64 {
-            self.records[at + 1] = (value >> 32) as u32;
+            self.columns[at + 1] = (value >> 32) as u32;
         }
-    }
-
-    fn place(&self, ty: Type, key: usize, cell: usize, word: usize) -> usize {
-        key * self.layout.record_words + self.layout.cells[cell] + word * words(ty)
     }
 }
 

@@ -224,8 +224,10 @@ pub enum DeclKind {
         /// While this holds.
         guard: Expr,
     },
-    /// `force name = expr`
+    /// `force name = expr`, `torque name = expr`
     Force {
+        /// `torque`, for an instrument that turns.
+        turning: bool,
         /// Label of the term.
         name: Name,
         /// Its value; positive pushes the key up.

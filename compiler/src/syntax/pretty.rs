@@ -86,7 +86,9 @@ fn decl(decl: &Decl) -> String {
             format!("pulse {}: {} in {} lasting {}", name.node, ty.node, Range(range), Shown(lasting))
         }
         DeclKind::Hold { body, guard } => format!("hold {} when {}", body.node, Shown(guard)),
-        DeclKind::Force { name, value } => format!("force {} = {}", name.node, Shown(value)),
+        DeclKind::Force { turning, name, value } => {
+            format!("{} {} = {}", if *turning { "torque" } else { "force" }, name.node, Shown(value))
+        }
         DeclKind::Result { name, value } => format!("{} = {}", name.node, Shown(value)),
     }
 }

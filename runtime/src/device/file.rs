@@ -4,7 +4,7 @@ use std::path::Path;
 
 use toml::de::{DeTable, DeValue};
 use whippen_compiler::diag::nearest;
-use whippen_compiler::units::{Dim, Quantity, parse_quantity};
+use whippen_compiler::units::{Dim, Quantity, parse_quantity, parse_unit};
 
 use super::{Device, Drive, Sensor};
 use crate::files::FileError;
@@ -27,22 +27,25 @@ pub fn read(path: &Path, text: &str) -> Result<Device, FileError> {
     let name = entries.text("name")?.0.to_string();
     entries.word("sensor.bits")?;
     entries.word("drive.bits")?;
+    // What the sensor measures says how the device moves, and so what it drives.
+    let turns = entries.is_angle("sensor.low");
+    let (position, force) = if turns { (Dim::NUMBER, Dim::TORQUE) } else { (Dim::LENGTH, Dim::FORCE) };
     let sensor = Sensor {
-        low_m: entries.quantity("sensor.low", Dim::LENGTH)?,
-        high_m: entries.quantity("sensor.high", Dim::LENGTH)?,
+        low: entries.quantity("sensor.low", position)?,
+        high: entries.quantity("sensor.high", position)?,
         delay_samples: entries.samples("sensor.delay")?,
     };
-    if sensor.low_m >= sensor.high_m {
+    if sensor.low >= sensor.high {
         return Err(entries.error("sensor.high", "must lie above `sensor.low`"));
     }
     let drive = Drive {
-        full_scale_n: entries.quantity("drive.full_scale", Dim::FORCE)?,
+        full_scale: entries.quantity("drive.full_scale", force)?,
         delay_samples: entries.samples("drive.delay")?,
     };
-    if drive.full_scale_n <= 0.0 {
+    if drive.full_scale <= 0.0 {
         return Err(entries.error("drive.full_scale", "must be greater than zero"));
     }
-    Ok(Device { name, sensor, drive })
+    Ok(Device { name, sensor, drive, turns })
 }
 
 /// The entries of a file: dotted key, value and line.
@@ -83,14 +86,23 @@ impl<'a> Entries<'a> {
         })
     }
 
+    /// Whether a value is written as an angle.
+    fn is_angle(&self, key: &str) -> bool {
+        let unit = self.text(key).ok().and_then(|(text, _)| text.trim().rsplit_once(' '));
+        unit.is_some_and(|(_, unit)| parse_unit(unit).is_some_and(|u| u.dim.is_number()))
+    }
+
     /// A value of the given dimension, in SI.
     fn quantity(&self, key: &str, dim: Dim) -> Result<f64, FileError> {
         let (text, _) = self.text(key)?;
         match parse_quantity(text) {
             Ok(Quantity::Real { value, dim: found }) if found == dim => Ok(value),
             Ok(_) => {
-                let (kind, unit) = (dim.name().unwrap_or("quantity"), dim.unit());
-                Err(self.error(key, &format!("is `{text}`, but must be a {kind} (a number of `{unit}`)")))
+                let (kind, unit) = match dim {
+                    Dim::NUMBER => ("an angle".to_string(), "rad".to_string()),
+                    other => (format!("a {}", other.name().unwrap_or("quantity")), other.unit()),
+                };
+                Err(self.error(key, &format!("is `{text}`, but must be {kind} (a number of `{unit}`)")))
             }
             Err(e) => Err(self.error(key, &format!("is not a quantity: {e}"))),
         }
@@ -159,8 +171,8 @@ delay = "12 samples"
     #[test]
     fn units_are_those_of_the_language() {
         let device = read(Path::new("test.toml"), GOOD).unwrap();
-        assert_eq!(device.sensor, Sensor { low_m: -0.0005, high_m: 0.0105, delay_samples: 0.5 });
-        assert_eq!(device.drive, Drive { full_scale_n: 0.5, delay_samples: 12.0 });
+        assert_eq!(device.sensor, Sensor { low: -0.0005, high: 0.0105, delay_samples: 0.5 });
+        assert_eq!(device.drive, Drive { full_scale: 0.5, delay_samples: 12.0 });
     }
 
     #[test]
@@ -188,6 +200,9 @@ delay = "12 samples"
             changed("-0.5 mm", "on"),
             changed("-0.5 mm", "11 mm"),
             changed("500 mN", "0 N"),
+            changed("500 mN", "500 mN*m"),
+            changed("-0.5 mm", "-30 deg"),
+            changed("low = \"-0.5 mm\"\nhigh = \"10.5 mm\"", "low = \"-30 deg\"\nhigh = \"30 deg\""),
             changed("0.5 samples", "1 ms"),
             changed("0.5 samples", "-1 sample"),
             changed("16 bits", "12 bit"),

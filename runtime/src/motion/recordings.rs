@@ -23,6 +23,7 @@ fn key(mapped: bool) -> Option<Motion> {
         layout: Layout::Raw { rate_hz: 2000.0, column: 2, calibration },
         stops: mapped.then_some(Stops { rest_m: 0.88e-3, full_m: 12.7e-3, dip_m: 10e-3 }),
         lowpass_hz: mapped.then_some(200.0),
+        turns: false,
     };
     Some(load(&path, &options, TICK_HZ).unwrap())
 }
@@ -73,7 +74,7 @@ fn a_hammer_at_8_khz_survives_the_way_to_the_tick_rate_and_back() {
         let layout = Layout::Raw { rate_hz: 8000.0, column: 1, calibration: None };
         // Counts of 24 bits; the stops scale them to 0 .. 1.
         let stops = Some(Stops { rest_m: 0.0, full_m: 8_388_608.0, dip_m: 1.0 });
-        let options = MotionOptions { layout, stops, lowpass_hz: None };
+        let options = MotionOptions { layout, stops, lowpass_hz: None, turns: false };
         let own = load(&path, &options, 8000).unwrap().position_m;
         let fast = load(&path, &options, TICK_HZ).unwrap().position_m;
         assert_eq!(fast.len(), (own.len() as f64 * 44_100.0 / 8000.0).round() as usize);

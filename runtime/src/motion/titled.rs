@@ -1,4 +1,4 @@
-//! Motions as tables with titles: `t_s,x_m` in any units of time and length.
+//! Motions as tables with titles: `t_s,x_m` in any units of time and length, or `t_s,angle_deg` for a knob.
 
 use std::path::Path;
 
@@ -9,15 +9,16 @@ use super::uniform::{Uniform, uniform};
 use crate::files::FileError;
 use crate::titles::split_title;
 
-/// Reads the columns of time and position (m) and puts them onto an even grid of at most `limit` samples; gives the number of
+/// Reads the columns of time and position (m, or rad where it `turns`) and puts them onto an even grid of at most `limit` samples; gives the number of
 /// rows too.
 ///
 /// # Errors
 /// A column is missing or ambiguous, a cell is no finite number, or time does not increase.
-pub fn read(path: &Path, limit: usize) -> Result<(usize, Uniform), FileError> {
+pub fn read(path: &Path, turns: bool, limit: usize) -> Result<(usize, Uniform), FileError> {
     let mut rows = Rows::open(path)?;
-    let choice = find(rows.titles(), "t", Dim::TIME, "time")
-        .and_then(|t| Ok((t, find(rows.titles(), "x", Dim::LENGTH, "length")?)));
+    let (name, dim, kind) = if turns { ("angle", Dim::NUMBER, "angle") } else { ("x", Dim::LENGTH, "length") };
+    let choice =
+        find(rows.titles(), "t", Dim::TIME, "time").and_then(|t| Ok((t, find(rows.titles(), name, dim, kind)?)));
     let ((t_column, t_unit), (x_column, x_unit)) =
         choice.map_err(|message| FileError::new(path, message).at_line(1))?;
     let (mut times_s, mut positions_m) = (Vec::new(), Vec::new());
@@ -34,6 +35,11 @@ pub fn read(path: &Path, limit: usize) -> Result<(usize, Uniform), FileError> {
     Ok((times_s.len(), grid))
 }
 
+/// The unit of a title in an example.
+fn shown(dim: Dim) -> String {
+    if dim.is_number() { "rad".to_string() } else { dim.unit() }
+}
+
 /// The column of that name with a unit of that dimension, else the only column with such a unit.
 fn find(titles: &[String], name: &str, dim: Dim, kind: &str) -> Result<(usize, Unit), String> {
     let fitting: Vec<(usize, &str, Unit)> = titles
@@ -48,7 +54,7 @@ fn find(titles: &[String], name: &str, dim: Dim, kind: &str) -> Result<(usize, U
         (Some(column), _) | (None, [column]) => Ok((column.0, column.2)),
         (None, several) => {
             let problem = match several {
-                [] => format!("a title must name a {kind} with its unit, such as `{name}_{}`", dim.unit()),
+                [] => format!("a title must name a {kind} with its unit, such as `{name}_{}`", shown(dim)),
                 _ => format!("several columns have a unit of {kind}; call one of them `{name}_` and its unit"),
             };
             if let [only] = titles

@@ -56,8 +56,22 @@ pub fn shown(unit: &str) -> (String, f64) {
     match unit {
         "m" => ("mm".into(), 1e3),
         "n" => ("N".into(), 1.0),
+        "n_m" => ("mN·m".into(), 1e3),
         _ => (unit.replace("_per_", "/").replace('_', "·"), 1.0),
     }
+}
+
+/// What the player moves: its name, and the unit and factor it is shown in. Who turns a knob thinks in degrees.
+pub fn moved(unit: &str) -> (&'static str, String, f64) {
+    match unit {
+        "rad" => ("angle", "deg".into(), 180.0 / std::f64::consts::PI),
+        _ => ("key travel", shown(unit).0, shown(unit).1),
+    }
+}
+
+/// What the player feels, by its unit.
+pub fn felt(unit: &str) -> &'static str {
+    if unit == "n_m" { "torque" } else { "force at the key" }
 }
 
 /// A heading with a unit: `force (N)`.

@@ -16,7 +16,7 @@ const LABELS: f64 = 24.0;
 pub fn draw(figure: &Figure) -> Drawing {
     let mut page = Drawing { width: WIDTH, ..Drawing::default() };
     page.text((LEFT, 24.0), Anchor::Start, 15.0, BLACK, figure.title.as_str());
-    let clock = Clock::new(ticks(figure), figure.rate_hz);
+    let clock = Clock::new(figure.ticks(), figure.rate_hz);
     let mut bottom = over_time(&mut page, figure, &clock);
     let force = figure.total.as_ref().or(figure.forces.first());
     if let (Some(travel), Some(force)) = (&figure.travel, force) {
@@ -87,14 +87,8 @@ fn panels<'a>(figure: &'a Figure) -> Vec<Panel<'a>> {
     travel.into_iter().chain(forces).chain(coordinates).chain(states).collect()
 }
 
-/// The number of ticks of the longest series.
-fn ticks(figure: &Figure) -> usize {
-    let series = figure.travel.iter().chain(&figure.forces).chain(&figure.total).chain(&figure.coordinates);
-    series.map(|s| s.values.len()).chain(figure.machines.iter().map(|m| m.values.len())).max().unwrap_or(0)
-}
-
 /// Series in groups of one unit, in the order in which the units first occur.
-fn by_unit<'a>(series: &'a [Series<'a>]) -> Vec<Vec<&'a Series<'a>>> {
+pub fn by_unit<'a>(series: &'a [Series<'a>]) -> Vec<Vec<&'a Series<'a>>> {
     let mut groups: Vec<Vec<&Series>> = Vec::new();
     for one in series {
         match groups.iter_mut().find(|g| g[0].unit == one.unit) {

@@ -4,7 +4,9 @@ use super::Series;
 use super::axis::Axis;
 use super::decimate::path;
 use super::drawing::{Colour, Drawing};
-use super::frame::{GREY, LEADING, LEFT, RIGHT, abscissa, heading, legend, level_grid, shown, upright_grid};
+use super::frame::{
+    GREY, LEADING, LEFT, RIGHT, abscissa, felt, heading, legend, level_grid, moved, shown, upright_grid,
+};
 
 /// Turns smaller than this part of the whole travel are taken for noise.
 const TURN: f64 = 0.02;
@@ -15,11 +17,11 @@ const RETURN: Colour = 0xee_77_33;
 /// The panel, without the labels of its abscissa, which stand below it.
 pub fn draw(page: &mut Drawing, top: f64, height: f64, travel: &Series, force: &Series) {
     let bottom = top + height;
-    let ((x_unit, x_factor), (y_unit, y_factor)) = (shown(travel.unit), shown(force.unit));
+    let ((moved, x_unit, x_factor), (y_unit, y_factor)) = (moved(travel.unit), shown(force.unit));
     let x = Axis::around([travel.values].into_iter(), LEFT, RIGHT).in_units(x_factor);
     let y = Axis::around([force.values].into_iter(), bottom, top).in_units(y_factor);
     upright_grid(page, &x, top, bottom);
-    level_grid(page, &y, top, heading("force at the key over its travel", &y_unit));
+    level_grid(page, &y, top, heading(&over(force.unit), &y_unit));
     let turns = turns(travel.values);
     for (downward, colour) in [(true, PRESS), (false, RETURN)] {
         // Between stretches of this direction the pen is lifted.
@@ -31,10 +33,16 @@ pub fn draw(page: &mut Drawing, top: f64, height: f64, travel: &Series, force: &
             page.line(points, colour, 1.4);
         }
     }
-    legend(page, top + 6.0, "press", Some(PRESS), 1.4);
-    legend(page, top + 6.0 + LEADING, "return", Some(RETURN), 1.4);
+    let (there, back) = if travel.unit == "rad" { ("right", "left") } else { ("press", "return") };
+    legend(page, top + 6.0, there, Some(PRESS), 1.4);
+    legend(page, top + 6.0 + LEADING, back, Some(RETURN), 1.4);
     page.line(vec![(LEFT, top), (LEFT, bottom)], GREY, 0.8);
-    abscissa(page, &x, bottom, heading("key travel", &x_unit));
+    abscissa(page, &x, bottom, heading(moved, &x_unit));
+}
+
+/// The heading: `force at the key over its travel`, `torque over the angle`.
+fn over(unit: &str) -> String {
+    format!("{} over {}", felt(unit), if unit == "n_m" { "the angle" } else { "its travel" })
 }
 
 /// The stretches between turns: first tick, one past the last (the turn belongs to both), and whether the key goes down.

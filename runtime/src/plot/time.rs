@@ -4,8 +4,8 @@ use super::axis::Axis;
 use super::decimate::line;
 use super::drawing::{Anchor, Colour, Drawing};
 use super::frame::{
-    BLACK, DARK, GREY, LEADING, LEFT, LEGEND, MARK, RIGHT, TEXT, heading, legend, level_grid, line_colour, shown,
-    upright_grid,
+    BLACK, DARK, GREY, LEADING, LEFT, LEGEND, MARK, RIGHT, TEXT, felt, heading, legend, level_grid, line_colour, moved,
+    shown, upright_grid,
 };
 use super::{Mark, Series, font};
 
@@ -45,31 +45,45 @@ pub fn height(lines: usize, least: f64) -> f64 {
 
 /// The key's travel; `place` is the panel's upper edge and height, here and below.
 pub fn travel(page: &mut Drawing, clock: &Clock, place: (f64, f64), series: &Series) {
-    panel(page, clock, place, "key travel", &[Line { series, colour: BLACK, width: 1.5 }]);
+    let (name, unit, factor) = moved(series.unit);
+    panel(page, clock, place, (name, unit, factor), &[Line { series, colour: BLACK, width: 1.5 }]);
 }
 
 /// Force terms, over their total.
 pub fn forces(page: &mut Drawing, clock: &Clock, place: (f64, f64), terms: &[Series], total: Option<&Series>) {
     let total = total.into_iter().map(|series| Line { series, colour: BLACK, width: 2.2 });
     let terms = terms.iter().enumerate().map(|(i, series)| Line { series, colour: line_colour(i), width: 1.3 });
-    panel(page, clock, place, "force at the key", &total.chain(terms).collect::<Vec<_>>());
+    let lines: Vec<Line> = total.chain(terms).collect();
+    let (unit, factor) = shown(unit_of(&lines));
+    panel(page, clock, place, (felt(unit_of(&lines)), unit, factor), &lines);
 }
 
 /// Coordinates of one unit.
 pub fn coordinates(page: &mut Drawing, clock: &Clock, place: (f64, f64), series: &[&Series]) {
     let line = |(i, series)| Line { series, colour: line_colour(i), width: 1.5 };
     let lines: Vec<Line> = series.iter().copied().enumerate().map(line).collect();
-    let name = match lines.first().map(|l| l.series.unit) {
-        Some("rad") => "angle",
-        Some("m") => "position",
+    let name = match unit_of(&lines) {
+        "rad" => "angle",
+        "m" => "position",
         _ => "coordinate",
     };
-    panel(page, clock, place, name, &lines);
+    let (unit, factor) = shown(unit_of(&lines));
+    panel(page, clock, place, (name, unit, factor), &lines);
 }
 
-fn panel(page: &mut Drawing, clock: &Clock, (top, height): (f64, f64), name: &str, lines: &[Line]) {
+fn unit_of<'a>(lines: &[Line<'a>]) -> &'a str {
+    lines.first().map_or("", |line| line.series.unit)
+}
+
+/// A panel of lines; what they are, their unit as shown, and the factor from SI.
+fn panel(
+    page: &mut Drawing,
+    clock: &Clock,
+    (top, height): (f64, f64),
+    (name, unit, factor): (&str, String, f64),
+    lines: &[Line],
+) {
     let bottom = top + height;
-    let (unit, factor) = shown(lines.first().map_or("", |l| l.series.unit));
     let y = Axis::around(lines.iter().map(|l| l.series.values), bottom, top).in_units(factor);
     upright_grid(page, &clock.axis, top, bottom);
     level_grid(page, &y, top, heading(name, &unit));
@@ -87,9 +101,12 @@ fn panel(page: &mut Drawing, clock: &Clock, (top, height): (f64, f64), name: &st
     page.line(vec![(LEFT, top), (LEFT, bottom)], GREY, 0.8);
 }
 
+/// Room for the heading of the uppermost panel, beside which the labels of marks stand.
+const HEADING_ROOM: f64 = 90.0;
+
 /// Marks from `top` to `bottom`, labelled above as far as there is room.
 pub fn marks(page: &mut Drawing, clock: &Clock, (top, bottom): (f64, f64), name: &str, marks: &[Mark]) {
-    let (mut line_from, mut label_from) = (f64::NEG_INFINITY, LEFT);
+    let (mut line_from, mut label_from) = (f64::NEG_INFINITY, LEFT + HEADING_ROOM);
     for mark in marks {
         let (x, half) = (clock.axis.place(mark.t_s), font::width(&mark.label, TEXT) / 2.0);
         if !(LEFT..=RIGHT).contains(&x) {

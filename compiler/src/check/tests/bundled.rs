@@ -2,21 +2,15 @@
 
 use super::super::{Options, Program};
 use super::check_text;
+use crate::bundled::{INSTRUMENTS, KEYBOARD};
 use crate::front::compile_front;
 use crate::model::Model;
 use crate::source::SourceMap;
 
-const FILES: &[(&str, &str)] = &[
-    ("grand-piano.whip", include_str!("../../../../instruments/grand-piano.whip")),
-    ("harpsichord.whip", include_str!("../../../../instruments/harpsichord.whip")),
-    ("hammond.whip", include_str!("../../../../instruments/hammond.whip")),
-    ("mikey.whip", include_str!("../../../../instruments/mikey.whip")),
-];
-
 /// All of them as one program. Notes are allowed, but only about jumps between modes.
 fn program() -> Program {
     let mut map = SourceMap::default();
-    for (name, text) in FILES {
+    for (name, text) in INSTRUMENTS.iter().chain([&KEYBOARD]) {
         map.add(*name, *text);
     }
     let (program, diagnostics) = compile_front(&mut map, &Options::default());

@@ -262,6 +262,18 @@ pub const RANGES: &[Case] = &[
         "body b { angle phi in 0 rad .. 1 rad, rate in -1 rad/s .. 1 rad/s mass 1 g }",
     ),
     case(
+        "force on a knob",
+        &["WH0610"],
+        "instrument dial { sense angle: angle in -90 deg .. 90 deg force pull = 1 N }",
+    ),
+    case("torque on a key", &["WH0610"], "torque pull = 1 N*m"),
+    case(
+        "torque in the wrong unit",
+        &["WH0302"],
+        "instrument dial { sense angle: angle in -90 deg .. 90 deg torque pull = 1 N }",
+    ),
+    case("torque in a term", &["WH0215"], "term t(a: angle) -> b: angle { b = a torque pull = 1 N*m }"),
+    case(
         "force on a turning body in the wrong unit",
         &["WH0302"],
         "body b { angle phi in 0 rad .. 1 rad, rate in -1 rad/s .. 1 rad/s inertia 1 kg*m^2 torque 1 N }",

@@ -2,17 +2,10 @@
 
 use super::super::Options;
 use super::check_text;
+use crate::bundled::programs;
 use crate::diag::Severity;
 use crate::source::SourceMap;
 
-const TEXTS: &[&str] = &[
-    include_str!("../../../../instruments/grand-piano.whip"),
-    include_str!("../../../../instruments/harpsichord.whip"),
-    include_str!("../../../../instruments/hammond.whip"),
-    include_str!("../../../../instruments/mikey.whip"),
-    include_str!("../../../../instruments/std/escapement.whip"),
-    include_str!("../../../../instruments/std/plectrum.whip"),
-];
 const CASES: usize = 10_000;
 
 /// A xorshift generator: the same cases on every machine.
@@ -68,7 +61,7 @@ fn mutate<'a>(pieces: &mut Vec<&'a str>, others: &[&'a str], random: &mut Random
 #[test]
 fn mutated_programs_never_panic() {
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
-    let all: Vec<Vec<&str>> = TEXTS.iter().map(|text| pieces(text)).collect();
+    let all: Vec<Vec<&str>> = programs().map(|(_, text)| pieces(text)).collect();
     let mut accepted = 0;
     for case in 0..CASES {
         let mut broken = all[case % all.len()].clone();

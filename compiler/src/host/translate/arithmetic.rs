@@ -8,22 +8,22 @@ use cranelift_codegen::ir::{InstBuilder, Value};
 
 impl Translator<'_> {
     /// Where a value of the kernel stays.
-    pub(super) fn range(&self, value: crate::kernel::Value) -> Range {
+    pub(in crate::host) fn range(&self, value: crate::kernel::Value) -> Range {
         self.kernel.values[value.0 as usize].range
     }
 
-    pub(super) fn constant(&mut self, ty: Type, value: i64) -> Value {
+    pub(in crate::host) fn constant(&mut self, ty: Type, value: i64) -> Value {
         self.f.ins().iconst(if ty == Type::I1 { I8 } else { I64 }, value)
     }
 
     /// `a + b * c`
-    pub(super) fn multiply_add(&mut self, a: Value, b: Value, c: Value) -> Value {
+    pub(in crate::host) fn multiply_add(&mut self, a: Value, b: Value, c: Value) -> Value {
         let product = self.f.ins().imul(b, c);
         self.f.ins().iadd(a, product)
     }
 
     /// `floor(a / 2^n + 1/2)`
-    pub(super) fn sar_round(&mut self, n: u8, a: Value, range: Range) -> Value {
+    pub(in crate::host) fn sar_round(&mut self, n: u8, a: Value, range: Range) -> Value {
         if n == 0 {
             return a;
         }
@@ -40,7 +40,7 @@ impl Translator<'_> {
     }
 
     /// `floor(a * 2^n / b + 1/2)`, 0 where `b` is 0; the dividend fits since `a` has 32 bits and `n` is at most 31.
-    pub(super) fn div_round(&mut self, n: u8, a: Value, b: Value, divisor: Range) -> Value {
+    pub(in crate::host) fn div_round(&mut self, n: u8, a: Value, b: Value, divisor: Range) -> Value {
         // The division must not trap, even where an assumption that is wrong gave it other operands.
         let a = if self.assumes { self.low_word(a) } else { a };
         let b = if self.assumes { self.low_word(b) } else { b };
@@ -82,7 +82,7 @@ impl Translator<'_> {
     /// `floor(sqrt(a))`, 0 where `a` is negative. The machine's square root, cut to an integer, may be one too large
     /// where `a` was rounded up on the way. It is never too small: rounding is monotone and the exact root is
     /// representable.
-    pub(super) fn sqrt(&mut self, a: Value) -> Value {
+    pub(in crate::host) fn sqrt(&mut self, a: Value) -> Value {
         let zero = self.f.ins().iconst(I64, 0);
         let a = self.f.ins().smax(a, zero);
         let real = self.f.ins().fcvt_from_sint(F64, a);

@@ -16,17 +16,17 @@ const EVENTS: i32 = offset_of!(Clock, events) as i32;
 const LOST: i32 = offset_of!(Clock, lost) as i32;
 
 impl Translator<'_> {
-    pub(super) fn live(&mut self, live: u32) -> Value {
+    pub(in crate::host) fn live(&mut self, live: u32) -> Value {
         let lives = self.base(Buffer::Lives);
         self.f.ins().sload32(self.access.fixed, lives, 4 * live as i32)
     }
 
-    pub(super) fn keyed(&mut self, keyed: u32) -> Value {
+    pub(in crate::host) fn keyed(&mut self, keyed: u32) -> Value {
         let at = 4 * self.layout.keyed[keyed as usize] as i32;
-        self.f.ins().sload32(self.access.records, self.frame.record, at)
+        self.f.ins().sload32(self.access.columns, self.frame.words[0], at)
     }
 
-    pub(super) fn delay(&mut self, line: u32, ticks: u32) -> Value {
+    pub(in crate::host) fn delay(&mut self, line: u32, ticks: u32) -> Value {
         let place = self.layout.lines[line as usize];
         let at = self.element(line, ticks % place.len as u32);
         if place.narrow {
@@ -36,7 +36,7 @@ impl Translator<'_> {
         }
     }
 
-    pub(super) fn lookup(&mut self, table: u32, index: Value) -> Value {
+    pub(in crate::host) fn lookup(&mut self, table: u32, index: Value) -> Value {
         let lens: Vec<usize> = self.kernel.tables.iter().map(|table| table.values.len()).collect();
         let before: usize = lens[..table as usize].iter().sum();
         let index = self.inside(index, lens[table as usize]);
@@ -45,35 +45,35 @@ impl Translator<'_> {
         self.f.ins().sload32(self.access.fixed, at, 4 * before as i32)
     }
 
-    pub(super) fn output(&mut self, port: u32, word: Value) {
+    pub(in crate::host) fn output(&mut self, port: u32, word: Value) {
         let at = self.of_key(Buffer::Outputs, 2 * self.kernel.outputs.len());
         self.f.ins().istore16(self.access.leaving, word, at, 2 * port as i32);
     }
 
-    pub(super) fn push(&mut self, line: u32, value: Value) {
+    pub(in crate::host) fn push(&mut self, line: u32, value: Value) {
         let at = self.element(line, 0);
         self.put(line, at, value);
     }
 
-    pub(super) fn probe(&mut self, probe: u32, value: Value) {
+    pub(in crate::host) fn probe(&mut self, probe: u32, value: Value) {
         let boolean = self.kernel.probes[probe as usize].ty == Type::I1;
         let value = if boolean { self.f.ins().uextend(I64, value) } else { value };
         let at = self.of_key(Buffer::Probes, 8 * self.kernel.probes.len());
         self.f.ins().store(self.access.leaving, value, at, 8 * probe as i32);
     }
 
-    fn base(&self, buffer: Buffer) -> Value {
+    pub(in crate::host) fn base(&self, buffer: Buffer) -> Value {
         self.frame.bases[buffer as usize]
     }
 
     /// `base + index * 2^shift`
-    fn indexed(&mut self, base: Value, index: Value, shift: i64) -> Value {
+    pub(in crate::host) fn indexed(&mut self, base: Value, index: Value, shift: i64) -> Value {
         let offset = self.f.ins().ishl_imm_s(index, shift);
         self.f.ins().iadd(base, offset)
     }
 
     /// The nearest index inside, should the proof rest on an assumption.
-    fn inside(&mut self, index: Value, len: usize) -> Value {
+    pub(in crate::host) fn inside(&mut self, index: Value, len: usize) -> Value {
         if !self.assumes {
             return index;
         }
@@ -82,7 +82,7 @@ impl Translator<'_> {
         self.f.ins().smin(index, last)
     }
 
-    pub(super) fn input(&mut self, port: u32) -> Value {
+    pub(in crate::host) fn input(&mut self, port: u32) -> Value {
         let at = self.of_key(Buffer::Inputs, 2 * self.kernel.inputs.len());
         let word = self.f.ins().uload16(I64, self.access.fixed, at, 2 * port as i32);
         let Range { low, high } = self.kernel.inputs[port as usize].range;
@@ -96,41 +96,42 @@ impl Translator<'_> {
     fn place(&mut self, cell: u32, index: Option<Value>) -> (Value, i32) {
         let (ty, len) = (self.kernel.cells[cell as usize].ty, self.kernel.cells[cell as usize].len as usize);
         let offset = 4 * self.layout.cells[cell as usize] as i32;
-        let shift = if words(ty) == 2 { 3 } else { 2 };
-        let record = self.frame.record;
-        let Some(index) = index else { return (record, offset) };
+        let words = words(ty);
+        let own = self.frame.words[words - 1];
+        let Some(index) = index else { return (own, offset) };
         let index = self.inside(index, len);
-        (self.indexed(record, index, shift), offset)
+        let before = self.f.ins().imul_imm_s(index, (4 * words * self.layout.keys) as i64);
+        (self.f.ins().iadd(own, before), offset)
     }
 
-    pub(super) fn get(&mut self, cell: u32, index: Option<Value>) -> Value {
+    pub(in crate::host) fn get(&mut self, cell: u32, index: Option<Value>) -> Value {
         let (at, offset) = self.place(cell, index);
-        let records = self.access.records;
+        let columns = self.access.columns;
         match self.kernel.cells[cell as usize].ty {
             Type::I1 => {
-                let word = self.f.ins().load(I32, records, at, offset);
+                let word = self.f.ins().load(I32, columns, at, offset);
                 self.f.ins().ireduce(I8, word)
             }
-            Type::I32 => self.f.ins().sload32(records, at, offset),
-            Type::I64 => self.f.ins().load(I64, records, at, offset),
+            Type::I32 => self.f.ins().sload32(columns, at, offset),
+            Type::I64 => self.f.ins().load(I64, columns, at, offset),
         }
     }
 
-    pub(super) fn set(&mut self, cell: u32, index: Option<Value>, value: Value) {
+    pub(in crate::host) fn set(&mut self, cell: u32, index: Option<Value>, value: Value) {
         let (at, offset) = self.place(cell, index);
-        let records = self.access.records;
+        let columns = self.access.columns;
         match self.kernel.cells[cell as usize].ty {
             Type::I1 => {
                 let word = self.f.ins().uextend(I32, value);
-                self.f.ins().store(records, word, at, offset)
+                self.f.ins().store(columns, word, at, offset)
             }
-            Type::I32 => self.f.ins().istore32(records, value, at, offset),
-            Type::I64 => self.f.ins().store(records, value, at, offset),
+            Type::I32 => self.f.ins().istore32(columns, value, at, offset),
+            Type::I64 => self.f.ins().store(columns, value, at, offset),
         };
     }
 
     /// Address of this key's element in a row.
-    fn element(&mut self, line: u32, ticks: u32) -> Value {
+    pub(in crate::host) fn element(&mut self, line: u32, ticks: u32) -> Value {
         let row = self.frame.rows[&(line, ticks)];
         let shift = if self.layout.lines[line as usize].narrow { 1 } else { 2 };
         self.indexed(row, self.frame.key, shift)
@@ -147,7 +148,7 @@ impl Translator<'_> {
     }
 
     /// Writes this key's element of every row.
-    pub(super) fn fill(&mut self, line: u32, value: Value) {
+    pub(in crate::host) fn fill(&mut self, line: u32, value: Value) {
         let place = self.layout.lines[line as usize];
         let (buffer, width, shift) = if place.narrow { (Buffer::Narrow, 2, 1) } else { (Buffer::Wide, 4, 2) };
         let base = self.base(buffer);
@@ -166,7 +167,7 @@ impl Translator<'_> {
     }
 
     /// Appends to the buffer of events, or counts a lost one.
-    pub(super) fn emit(&mut self, event: u32, args: &[crate::kernel::Value]) {
+    pub(in crate::host) fn emit(&mut self, event: u32, args: &[crate::kernel::Value]) {
         let leaving = self.access.leaving;
         let clock = self.base(Buffer::Clock);
         let [room, full, after] = [(); 3].map(|()| self.f.create_block());

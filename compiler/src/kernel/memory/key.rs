@@ -5,7 +5,7 @@
 
 use super::Memory;
 use crate::kernel::Kernel;
-use crate::kernel::layout::{EVENT_HEAD, EVENTS_MAX};
+use crate::kernel::layout::EVENT_HEAD;
 
 /// One key, in one tick or in `init`.
 #[derive(Debug)]
@@ -37,7 +37,7 @@ impl Key<'_> {
 
     pub(crate) fn keyed(&self, keyed: usize) -> i64 {
         let layout = &self.memory.layout;
-        let word = self.memory.records[self.key * layout.record_words + layout.keyed[keyed]];
+        let word = self.memory.columns[layout.keyed[keyed] + self.key];
         i64::from(word as i32)
     }
 
@@ -75,17 +75,12 @@ impl Key<'_> {
 
     pub(crate) fn emit(&mut self, event: usize, args: &[i64]) {
         let memory = &mut *self.memory;
-        if memory.clock.events == EVENTS_MAX as u64 {
-            memory.clock.lost += 1;
-            return;
-        }
-        let at = memory.clock.events as usize * memory.layout.event_words;
-        let (low, high) = (memory.clock.tick as u32, (memory.clock.tick >> 32) as u32);
-        memory.events[at..at + EVENT_HEAD].copy_from_slice(&[low, high, self.key as u32, event as u32]);
-        for (slot, arg) in memory.events[at + EVENT_HEAD..].iter_mut().zip(args) {
+        let Some(record) = memory.event_room() else { return };
+        record[2] = self.key as u32;
+        record[3] = event as u32;
+        for (slot, arg) in record[EVENT_HEAD..].iter_mut().zip(args) {
             *slot = *arg as u32;
         }
-        memory.clock.events += 1;
     }
 
     pub(crate) fn probe(&mut self, probe: usize, value: i64) {

@@ -29,7 +29,7 @@ const KINDS: &[Kind] = &[
         needs: &["let"],
         covers: &[
             "sense", "live", "param", "let", "body", "states", "state", "next", "event", "pulse", "hold", "force",
-            "defined",
+            "torque", "defined",
         ],
         words: false,
     },

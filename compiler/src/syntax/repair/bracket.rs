@@ -51,7 +51,7 @@ fn begins_declaration(tokens: &Tokens, i: usize) -> bool {
     use Token::*;
     match at(tokens, i) {
         Some(Sense | Live | Param | Let | States | State | Next | Body | Event | Pulse | Hold) => true,
-        Some(Force) => at(tokens, i + 1).is_some_and(|t| t.name().is_some()) && defines(tokens, i + 1),
+        Some(Force | Torque) => at(tokens, i + 1).is_some_and(|t| t.name().is_some()) && defines(tokens, i + 1),
         _ => false,
     }
 }

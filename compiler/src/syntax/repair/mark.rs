@@ -1,6 +1,6 @@
 //! Tells names that begin something from names that are used.
 
-use super::{Tokens, assigns, at, defines, leaves};
+use super::{Spanned, Tokens, assigns, at, defines, leaves};
 use crate::syntax::token::{Level, Token};
 
 /// Replaces a name that stands where a definition, a write or a transition may begin, and is followed by its sign.
@@ -20,6 +20,7 @@ pub(super) fn mark(mut tokens: Tokens) -> Tokens {
         };
         tokens[i].node = match level {
             _ if !begins => continue,
+            Level::Outer if labels_a_torque(&tokens, i) => continue,
             Level::Outer if defines(&tokens, i) => Token::Defined(name),
             Level::Middle if leaves(&tokens, i) => Token::Left(name),
             Level::Middle | Level::Inner if assigns(&tokens, i) => Token::Assigned(name),
@@ -27,4 +28,14 @@ pub(super) fn mark(mut tokens: Tokens) -> Tokens {
         };
     }
     tokens
+}
+
+/// Whether the name at a place stands behind a `torque` that begins a declaration: one that is no name in an expression.
+fn labels_a_torque(tokens: &[Spanned<Token>], i: usize) -> bool {
+    let torque = i.checked_sub(1).filter(|&before| tokens[before].node == Token::Torque);
+    torque.is_some_and(|before| match before.checked_sub(1).and_then(|b| at(tokens, b)) {
+        Some(Token::Open(_) | Token::Close(_)) => true,
+        Some(token) => token.ends_expression(),
+        None => false,
+    })
 }

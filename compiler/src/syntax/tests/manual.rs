@@ -44,7 +44,7 @@ fn programs_of_the_manual_are_one_program_that_compiles() {
     let said: String = diagnostics.iter().map(|d| render(&map, d, false)).collect();
     let program = program.unwrap_or_else(|| panic!("{said}"));
     assert_eq!(said, "");
-    let scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb_n: 20.0 / 32768.0 };
+    let scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb: 20.0 / 32768.0 };
     for model in program.instruments {
         let name = model.name.clone();
         compile(model, scales, false).unwrap_or_else(|error| panic!("{name}: {error:?}"));

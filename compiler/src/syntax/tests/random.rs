@@ -2,6 +2,7 @@
 
 use super::spans::{Places, without};
 use super::*;
+use crate::bundled::programs;
 use crate::diag::render;
 use crate::source::{SourceMap, Span};
 use crate::syntax::pretty::print;
@@ -133,7 +134,7 @@ impl Dice {
             7 => DeclKind::Event { name, guard: value, actions: self.some(0, Dice::action) },
             8 => DeclKind::Pulse { name, ty: self.ty(), range: self.range(), lasting: value },
             9 => DeclKind::Hold { body: name, guard: value },
-            10 => DeclKind::Force { name, value },
+            10 => DeclKind::Force { turning: self.below(2) == 0, name, value },
             _ => DeclKind::Result { name, value },
         };
         Decl { kind, span: Span::default() }
@@ -169,7 +170,7 @@ impl Dice {
 
 #[test]
 fn what_is_printed_reads_back() {
-    for (name, text) in PROGRAMS {
+    for (name, text) in programs() {
         let file = tree(text);
         assert_eq!(without(tree(&print(&file))), without(file), "{name}");
     }
@@ -185,7 +186,8 @@ fn what_is_printed_reads_back() {
 
 /// A piece of a bundled program with some mistakes made in it.
 fn spoilt(dice: &mut Dice) -> String {
-    let program = dice.pick(PROGRAMS).1;
+    let all: Vec<_> = programs().collect();
+    let program = dice.pick(&all).1;
     let from = dice.below(program.len());
     let to = (from + dice.below(700)).min(program.len());
     let mut bytes =

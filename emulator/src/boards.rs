@@ -1,0 +1,185 @@
+//! The boards that the emulator knows by name: RP2350 and RP2040 with their devices, and a generic one with memory alone.
+//!
+//! ```text
+//!   build(kind, setup) -> machine + the devices a host talks to (serial ports, converter)
+//! ```
+//!
+//! What stands where and with which wait states is here; what the devices do is in `device`. A start goes as after the chip's own boot ROM:
+//! core 0 from the image's vector table, core 1 waiting in ROM for its start over the FIFO.
+//!
+//! Not here, and answered with a bus fault: PIO, USB, SPI, I2C, ADC, PWM, RTC, OTP, the flash chip's own interface, HSTX,
+//! SHA-256, TRNG. Flash reads as memory that is always in the cache.
+
+use crate::board::{Board, BoardError, CoreKind, Region};
+use crate::bus::{Bus, DeviceId, Waits};
+use crate::device::bootram::BootRam;
+use crate::device::converter::Converter;
+use crate::device::dma::{self, Dma};
+use crate::device::power::{Power, Watchdog};
+use crate::device::registers::{Registers, Row};
+use crate::device::sio::{Chip, Sio};
+use crate::device::timer::Timer;
+use crate::device::uart::Uart;
+use crate::lines::Start;
+use crate::machine::Machine;
+
+mod rp2040;
+mod rp2350;
+
+/// A board by name.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum BoardKind {
+    /// Two Cortex-M33 at 150 MHz, 520 KiB SRAM (Raspberry Pi Pico 2).
+    Rp2350,
+    /// Two Cortex-M0+ at 133 MHz, 264 KiB SRAM (Raspberry Pi Pico).
+    Rp2040,
+}
+
+impl BoardKind {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Rp2350, Self::Rp2040];
+
+    /// The name that the command line uses.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Rp2350 => "rp2350",
+            Self::Rp2040 => "rp2040",
+        }
+    }
+
+    fn chip(self) -> &'static ChipTable {
+        match self {
+            Self::Rp2350 => &rp2350::CHIP,
+            Self::Rp2040 => &rp2040::CHIP,
+        }
+    }
+
+    /// The board's cores and memory. Its vector table is where flash begins.
+    pub fn board(self) -> Board {
+        let chip = self.chip();
+        let regions = chip.regions.iter().map(region).collect();
+        Board {
+            core: chip.core,
+            cores: 2,
+            clock_hz: chip.clock_hz,
+            interrupts: chip.interrupts,
+            regions,
+            vector_table: chip.flash,
+            others: Some(chip.core1()),
+        }
+    }
+}
+
+/// What the host fixes of a converter.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct ConverterSetup {
+    /// Keys, until the program says otherwise.
+    pub keys: u32,
+    /// Ticks per second, until the program says otherwise.
+    pub rate_hz: u32,
+}
+
+impl Default for ConverterSetup {
+    /// 88 keys at 44.1 kHz.
+    fn default() -> Self {
+        Self { keys: 88, rate_hz: 44_100 }
+    }
+}
+
+/// The devices of a board that a host talks to.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Ports {
+    /// The serial ports, [`Uart`].
+    pub uarts: [DeviceId; 2],
+    /// The converter, [`Converter`].
+    pub converter: DeviceId,
+}
+
+/// A chip as data.
+struct ChipTable {
+    core: CoreKind,
+    clock_hz: u32,
+    interrupts: usize,
+    rom: &'static [u8],
+    flash: u32,
+    /// Name, base, bytes, writable.
+    regions: &'static [(&'static str, u32, u32, bool)],
+    /// Blocks that only hold what is written.
+    registers: &'static [(u32, &'static [Row])],
+    /// SIO, and how much faster than memory it is.
+    sio: Chip,
+    sio_waits: Waits,
+    /// Bases of the timers, with the number of their first interrupt; where INTR lies in them.
+    timers: &'static [(u32, usize)],
+    timer_intr: u32,
+    /// Bases and interrupts of the serial ports.
+    uarts: [(u32, usize); 2],
+    /// PSM: base, the bit of core 1, all bits.
+    power: (u32, u32, u32),
+    /// Base, counts per microsecond.
+    watchdog: (u32, u32),
+    dma: dma::Layout,
+    /// Base and interrupt of the converter, which no chip has.
+    converter: (u32, usize),
+    bootram: Option<u32>,
+}
+
+/// Accesses to the peripheral bus take at least 3 cycles to read and 4 to write (RP2350 datasheet 2.1.5).
+const PERIPHERAL: Waits = Waits { read: 2, write: 3 };
+const DMA_BASE: u32 = 0x5000_0000;
+const SIO_BASE: u32 = 0xd000_0000;
+/// A peripheral's block with its copies, and a whole slot of the peripheral bus.
+const BLOCK: u32 = 0x4000;
+
+impl ChipTable {
+    /// Where core 1 begins: the second word of the ROM's vector table.
+    fn core1(&self) -> Start {
+        let word = |i: usize| self.rom[i..i + 4].iter().rev().fold(0, |word, byte| word << 8 | u32::from(*byte));
+        Start { vector_table: 0, stack: word(0), address: word(4) }
+    }
+}
+
+fn region((name, base, bytes, writable): &(&str, u32, u32, bool)) -> Region {
+    Region { writable: *writable, ..Region::ram(name, *base, *bytes) }
+}
+
+/// A machine of that kind with all its devices, its memory zero but for the ROM, its cores halted.
+///
+/// # Errors
+/// The board's memory map cannot be (only when `board` was changed by hand).
+pub fn build(kind: BoardKind, board: Board, setup: ConverterSetup) -> Result<(Machine, Ports), BoardError> {
+    let chip = kind.chip();
+    let mut machine = Machine::new(board)?;
+    let bus = &mut machine.bus;
+    // The ROM region is the first of every chip and larger than its content.
+    let _ = bus.memory.write(0, chip.rom);
+    let ports = attach(chip, bus, setup);
+    Ok((machine, ports))
+}
+
+fn attach(chip: &'static ChipTable, bus: &mut Bus, setup: ConverterSetup) -> Ports {
+    let clock_hz = chip.clock_hz;
+    let sio = bus.attach(SIO_BASE, 0x1000, chip.sio_waits, Box::new(Sio::new(chip.sio)));
+    let uarts = chip.uarts.map(|(base, irq)| bus.attach(base, BLOCK, PERIPHERAL, Box::new(Uart::new(irq))));
+    for (base, irq) in chip.timers {
+        bus.attach(*base, BLOCK, PERIPHERAL, Box::new(Timer::new(clock_hz, *irq, chip.timer_intr)));
+    }
+    for (base, rows) in chip.registers {
+        bus.attach(*base, BLOCK, PERIPHERAL, Box::new(Registers::new(rows)));
+    }
+    let (base, core1, mask) = chip.power;
+    bus.attach(base, BLOCK, PERIPHERAL, Box::new(Power::new(core1, mask, sio, chip.core1())));
+    let (base, counts_per_us) = chip.watchdog;
+    bus.attach(base, BLOCK, PERIPHERAL, Box::new(Watchdog::new(clock_hz, counts_per_us)));
+    bus.attach(DMA_BASE, BLOCK, Waits::default(), Box::new(Dma::new(chip.dma, uarts)));
+    if let Some(base) = chip.bootram {
+        bus.attach(base, BLOCK, PERIPHERAL, Box::new(BootRam::new()));
+    }
+    let (base, irq) = chip.converter;
+    let converter = Converter::new(clock_hz, irq, setup.keys, setup.rate_hz);
+    let converter = bus.attach(base, BLOCK, PERIPHERAL, Box::new(converter));
+    Ports { uarts, converter }
+}
+
+#[cfg(test)]
+mod tests;

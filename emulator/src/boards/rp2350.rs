@@ -1,0 +1,140 @@
+//! RP2350: what lies where (datasheet 2.2), and its blocks of plain registers (chapters 7 to 9, 12).
+
+use super::ChipTable;
+use crate::board::CoreKind;
+use crate::bus::Waits;
+use crate::device::dma;
+use crate::device::registers::{Reads, Row, held, status, times};
+use crate::device::sio::Chip;
+
+pub(super) const CHIP: ChipTable = ChipTable {
+    core: CoreKind::CortexM33,
+    clock_hz: 150_000_000,
+    interrupts: 52,
+    rom: include_bytes!("../rom/rp2350.bin"),
+    flash: 0x1000_0000,
+    regions: &[
+        ("rom", 0, 0x8000, false),
+        ("flash", 0x1000_0000, 4 << 20, false),
+        ("sram0-7", 0x2000_0000, 512 << 10, true),
+        ("sram8", 0x2008_0000, 4 << 10, true),
+        ("sram9", 0x2008_1000, 4 << 10, true),
+    ],
+    registers: &[
+        (0x4000_0000, SYSINFO),
+        (0x4000_8000, &[words(0, 8)]),
+        (0x4001_0000, CLOCKS),
+        (0x4002_0000, RESETS),
+        (0x4002_8000, IO_BANK0),
+        (0x4003_0000, IO_QSPI),
+        (0x4003_8000, PADS),
+        (0x4004_0000, PADS),
+        (0x4004_8000, XOSC),
+        (0x4005_0000, PLL),
+        (0x4005_8000, PLL),
+        (0x4006_0000, &[words(0, 64)]),
+        (0x4006_8000, BUSCTRL),
+        (0x400c_8000, &[words(0, 16)]),
+        (0x400d_0000, &[words(0, 32)]),
+        (0x400e_8000, ROSC),
+        (0x4010_0000, &[words(0, 64)]),
+        (0x4010_8000, TICKS),
+        (0x4016_0000, TBMAN),
+    ],
+    sio: Chip::Rp2350,
+    sio_waits: Waits { read: 0, write: 0 },
+    timers: &[(0x400b_0000, 0), (0x400b_8000, 4)],
+    timer_intr: 0x3c,
+    uarts: [(0x4007_0000, 33), (0x4007_8000, 34)],
+    power: (0x4001_8000, 1 << 24, 0x01ff_ffff),
+    watchdog: (0x400d_8000, 1),
+    dma: dma::RP2350,
+    converter: (0x4017_0000, 46),
+    bootram: Some(0x400e_0000),
+};
+
+/// Registers that hold what is written, whatever it is.
+const fn words(at: u32, count: u32) -> Row {
+    times(count, 4, held(at, 0, u32::MAX))
+}
+
+/// CHIP_ID of stepping A2, PACKAGE_SEL, PLATFORM (a chip), GITREF.
+const SYSINFO: &[Row] = &[held(0, 0x2000_4927, 0), held(4, 0, 0), held(8, 2, 0), held(0x14, 0, 0)];
+
+/// PLATFORM: a chip.
+const TBMAN: &[Row] = &[held(0, 1, 0)];
+
+const BLOCKS: u32 = 0x1fff_ffff;
+
+const RESETS: &[Row] = &[held(0, BLOCKS, BLOCKS), held(4, 0, BLOCKS), status(8, Reads::Not { of: 0, mask: BLOCKS })];
+
+const ENABLE: u32 = 1 << 11;
+
+/// CTRL, DIV and SELECTED of ten clocks, of which only clk_ref and clk_sys switch without a glitch and say what they
+/// selected; the rest of the block. The frequency counter always finds clk_sys.
+const CLOCKS: &[Row] = &[
+    times(
+        10,
+        12,
+        Row { reads: Reads::When { of: 0, mask: ENABLE, value: ENABLE, bits: 1 << 28 }, ..held(0, 0, 0x0013_1fff) },
+    ),
+    times(10, 12, held(4, 0x1_0000, u32::MAX)),
+    times(4, 12, held(0x08, 1, 0)),
+    status(0x38, Reads::OneHot { of: 0x30, mask: 3 }),
+    status(0x44, Reads::OneHot { of: 0x3c, mask: 1 }),
+    times(4, 12, held(0x50, 1, 0)),
+    words(0x78, 3),
+    held(0x84, 0xff, 0x1_11ff),
+    held(0x88, 0, 0),
+    words(0x8c, 6),
+    held(0xa4, 0x11, 0),
+    held(0xa8, 150_000 << 5, 0),
+    times(4, 4, held(0xac, u32::MAX, u32::MAX)),
+    times(2, 4, held(0xbc, u32::MAX, 0)),
+    words(0xc4, 4),
+];
+
+/// Stable as soon as it is enabled; its delay counter is always down.
+const XOSC: &[Row] = &[
+    held(0, 0, 0x00ff_ffff),
+    status(4, Reads::When { of: 0, mask: 0x00ff_f000, value: 0x00fa_b000, bits: 0x8000_1000 }),
+    words(8, 2),
+    held(0x10, 0, 0),
+];
+
+/// Locked as soon as it and its VCO have power.
+const PLL: &[Row] = &[
+    Row { reads: Reads::When { of: 4, mask: 0x21, value: 0, bits: 1 << 31 }, ..held(0, 1, 0x13f) },
+    held(4, 0x2d, 0x2d),
+    held(8, 0, 0xfff),
+    held(0xc, 0x7_7000, 0x7_7000),
+    words(0x10, 4),
+];
+
+/// Enabled and stable from reset.
+const ROSC: &[Row] = &[
+    held(0, 0xaa0, 0x00ff_ffff),
+    words(4, 5),
+    held(0x18, 8, 0xfff),
+    held(0x1c, 0x8001_1000, 0),
+    held(0x20, 1, 0),
+    words(0x24, 1),
+];
+
+/// Six generators: CTRL, CYCLES, COUNT.
+const TICKS: &[Row] = &[
+    times(6, 12, Row { reads: Reads::When { of: 0, mask: 1, value: 1, bits: 2 }, ..held(0, 0, 1) }),
+    times(6, 12, held(4, 0, 0x1ff)),
+    times(6, 12, held(8, 0, 0)),
+];
+
+/// STATUS and CTRL (no function) of 48 pins, then the interrupts of pins.
+const IO_BANK0: &[Row] = &[times(48, 8, held(0, 0, 0)), times(48, 8, held(4, 0x1f, u32::MAX)), words(0x180, 160)];
+
+const IO_QSPI: &[Row] = &[times(8, 8, held(0, 0, 0)), times(8, 8, held(4, 0x1f, u32::MAX)), words(0x200, 32)];
+
+/// The voltage, then a word a pin.
+const PADS: &[Row] = &[held(0, 0, 1), times(50, 4, held(4, 0x116, 0x1ff))];
+
+/// Priorities, which are acknowledged at once; the counters of the fabric stay at zero.
+const BUSCTRL: &[Row] = &[held(0, 0, 0x1111), held(4, 1, 0), words(8, 9)];

@@ -1,0 +1,226 @@
+//! The bus: plain memory, devices, and the lines from devices to cores.
+//!
+//! A device is whatever answers reads and writes in a range of addresses. Plain memory never asks the bus; a device is
+//! asked with the exact cycle of the access, and is woken when it said it wants to be. While it acts it holds the rest of the bus,
+//! so it may read and write memory (a DMA) or other devices, and raise lines; its own range is then absent.
+//!
+//! Not here: what every core has for itself at 0xE0000000 (`system`).
+
+use crate::board::{Board, BoardError};
+use crate::lines::Lines;
+use crate::memory::Memory;
+use std::any::Any;
+
+/// One access to a device.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Access {
+    /// Bytes from the device's base; a multiple of `size`.
+    pub offset: u32,
+    /// 1, 2 or 4 bytes.
+    pub size: u32,
+    /// The core that asks; [`Access::DMA`] when a device does.
+    pub core: usize,
+    /// The cycle in which it asks.
+    pub cycle: u64,
+}
+
+impl Access {
+    /// The number that stands for a device as the asker.
+    pub const DMA: usize = usize::MAX;
+}
+
+/// An access that nobody answers, which the core sees as a bus fault.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct BusError;
+
+/// Something on the bus that is not plain memory.
+pub trait Device: Any {
+    /// A load: the value in the low bits.
+    fn read(&mut self, access: Access, bus: &mut Bus) -> Result<u32, BusError>;
+
+    /// A store of the low `8 * access.size` bits of `value`.
+    fn write(&mut self, access: Access, value: u32, bus: &mut Bus) -> Result<(), BusError>;
+
+    /// The cycle from which on [`Device::attend`] must be called. Asked after every access to the device and every call
+    /// of `attend`; until then nothing about the device costs time.
+    fn due(&self) -> u64 {
+        u64::MAX
+    }
+
+    /// Called when `due` has come, at the first instruction boundary from then on.
+    fn attend(&mut self, _cycle: u64, _bus: &mut Bus) {}
+}
+
+/// Cycles that accesses take beyond one; negative where a port is faster than the core's load or store.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Waits {
+    /// Of a read.
+    pub read: i8,
+    /// Of a write.
+    pub write: i8,
+}
+
+struct Slot {
+    base: u32,
+    bytes: u32,
+    waits: Waits,
+    due: u64,
+    /// Absent while it acts.
+    device: Option<Box<dyn Device>>,
+}
+
+/// Which device: as [`Bus::attach`] returned it.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct DeviceId(usize);
+
+/// Memory, devices and lines.
+pub struct Bus {
+    /// Plain memory.
+    pub memory: Memory,
+    /// Interrupts and events, devices to cores.
+    pub lines: Lines,
+    slots: Vec<Slot>,
+    /// The earliest cycle in which one of them wants attention.
+    due: u64,
+    /// The address that each core's exclusive monitor guards.
+    pub(crate) exclusives: Vec<Option<u32>>,
+}
+
+impl Bus {
+    pub(crate) fn new(board: &Board) -> Result<Self, BoardError> {
+        let lines = Lines::new(board.cores);
+        Ok(Self {
+            memory: Memory::new(board)?,
+            lines,
+            slots: Vec::new(),
+            due: u64::MAX,
+            exclusives: vec![None; board.cores],
+        })
+    }
+
+    /// A core's store ends the exclusive access of others to the same word.
+    pub(crate) fn break_exclusives(&mut self, core: usize, address: u32) {
+        for (other, tag) in self.exclusives.iter_mut().enumerate() {
+            if other != core && tag.is_some_and(|guarded| (guarded ^ address) & !3 == 0) {
+                *tag = None;
+            }
+        }
+    }
+
+    /// Begins a core's exclusive access.
+    pub(crate) fn guard(&mut self, core: usize, address: u32) {
+        self.exclusives[core] = Some(address);
+        if self.exclusives.len() > 1 {
+            self.memory.guard(address);
+        }
+    }
+
+    /// Puts a device at `base`. Where two devices overlap, or one lies over memory, the first and memory win.
+    pub fn attach(&mut self, base: u32, bytes: u32, waits: Waits, device: Box<dyn Device>) -> DeviceId {
+        let (index, due) = (self.slots.len(), device.due());
+        self.slots.push(Slot { base, bytes, waits, due: u64::MAX, device: Some(device) });
+        self.set_due(index, due);
+        DeviceId(index)
+    }
+
+    /// The device as what it is.
+    pub fn device<T: Device>(&self, id: DeviceId) -> Option<&T> {
+        let device: &dyn Any = self.slots.get(id.0)?.device.as_deref()?;
+        device.downcast_ref()
+    }
+
+    /// The device as what it is, to change. When it changes when it is due, [`Bus::reschedule`].
+    pub fn device_mut<T: Device>(&mut self, id: DeviceId) -> Option<&mut T> {
+        let device: &mut dyn Any = self.slots.get_mut(id.0)?.device.as_deref_mut()?;
+        device.downcast_mut()
+    }
+
+    /// Asks a device again when it is due.
+    pub fn reschedule(&mut self, id: DeviceId) {
+        if let Some(device) = self.slots.get(id.0).and_then(|s| s.device.as_ref()) {
+            self.set_due(id.0, device.due());
+        }
+    }
+
+    /// The earliest cycle in which a device wants attention.
+    pub(crate) fn due(&self) -> u64 {
+        self.due
+    }
+
+    fn set_due(&mut self, index: usize, due: u64) {
+        if self.slots[index].due != due {
+            self.slots[index].due = due;
+            self.due = self.slots.iter().map(|s| s.due).min().unwrap_or(u64::MAX);
+        }
+    }
+
+    /// Calls every device that is due.
+    pub(crate) fn attend(&mut self, cycle: u64) {
+        for index in 0..self.slots.len() {
+            if self.slots[index].due <= cycle {
+                self.with_device(index, |device, bus| device.attend(cycle, bus));
+            }
+        }
+    }
+
+    /// A read as a device makes it, from memory or another device.
+    pub fn read(&mut self, address: u32, size: u32, cycle: u64) -> Result<u32, BusError> {
+        let mut bytes = [0; 4];
+        match self.memory.read(address, &mut bytes[..size.min(4) as usize]) {
+            Ok(()) => Ok(u32::from_le_bytes(bytes)),
+            Err(_) => self.device_read(address, size, Access::DMA, cycle).map(|(value, _)| value),
+        }
+    }
+
+    /// A write as a device makes it, to memory that can be written or to another device.
+    pub fn write(&mut self, address: u32, size: u32, value: u32, cycle: u64) -> Result<(), BusError> {
+        match self.memory.region(address) {
+            Some(region) if !region.writable => Err(BusError),
+            Some(_) => self.memory.write(address, &value.to_le_bytes()[..size.min(4) as usize]).map_err(|_| BusError),
+            None => self.device_write(address, size, value, Access::DMA, cycle).map(|_| ()),
+        }
+    }
+
+    pub(crate) fn device_read(
+        &mut self,
+        address: u32,
+        size: u32,
+        core: usize,
+        cycle: u64,
+    ) -> Result<(u32, i8), BusError> {
+        let (index, offset) = self.find(address)?;
+        let value =
+            self.with_device(index, |d, bus| d.read(Access { offset, size, core, cycle }, bus)).ok_or(BusError)??;
+        Ok((value, self.slots[index].waits.read))
+    }
+
+    pub(crate) fn device_write(
+        &mut self,
+        address: u32,
+        size: u32,
+        value: u32,
+        core: usize,
+        cycle: u64,
+    ) -> Result<i8, BusError> {
+        let (index, offset) = self.find(address)?;
+        self.with_device(index, |d, bus| d.write(Access { offset, size, core, cycle }, value, bus))
+            .ok_or(BusError)??;
+        Ok(self.slots[index].waits.write)
+    }
+
+    fn find(&self, address: u32) -> Result<(usize, u32), BusError> {
+        let offset = |s: &Slot| address.wrapping_sub(s.base);
+        let index = self.slots.iter().position(|s| offset(s) < s.bytes).ok_or(BusError)?;
+        Ok((index, offset(&self.slots[index])))
+    }
+
+    /// Lets a device act on the rest of the bus. Nothing when it is acting already.
+    fn with_device<T>(&mut self, index: usize, act: impl FnOnce(&mut dyn Device, &mut Self) -> T) -> Option<T> {
+        let mut device = self.slots[index].device.take()?;
+        let result = act(device.as_mut(), self);
+        let due = device.due();
+        self.slots[index].device = Some(device);
+        self.set_due(index, due);
+        Some(result)
+    }
+}

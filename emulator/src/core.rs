@@ -1,0 +1,155 @@
+//! One core at work: blocks where nothing can interfere, else instruction by instruction, exactly.
+//!
+//! ```text
+//!   room for a whole block before the horizon? --yes--> run it, look its cycles up        fast
+//!        | no, or an instruction needs the exact cycle
+//!   step: one instruction, its cycles counted, its requests answered                      exact
+//! ```
+//!
+//! Both ways give the same state and the same cycles. A block never does what another core or a device could see: that is
+//! what [`Flow::Inexact`] is for.
+
+use crate::block::Block;
+use crate::bus::Bus;
+use crate::code::Code;
+use crate::cpu::Cpu;
+use crate::memo::{Key, Known, Pipes};
+use crate::op::Flow;
+use crate::outcome::Outcomes;
+use whippen_isa::timing::{Core as Timing, Pipe, Target};
+
+/// A core with what it has decoded and counted.
+pub(crate) struct Core {
+    pub cpu: Cpu,
+    pub code: Code,
+    pipes: Pipes,
+    /// Number of the state of the pipeline.
+    pub pipe: u16,
+    /// The cycle in which its next instruction begins.
+    pub cycle: u64,
+    /// Instructions that ran so far, skipped ones too.
+    pub instructions: u64,
+    /// Where the next step probably is: block and instruction.
+    pub cursor: (usize, usize),
+}
+
+/// A run through a block that ended.
+struct Run {
+    block: usize,
+    /// Instructions that ran.
+    done: usize,
+    taken: bool,
+}
+
+impl Core {
+    pub fn new(cpu: Cpu, timing: Timing) -> Self {
+        Self { cpu, code: Code::new(timing), pipes: Pipes::new(), pipe: 0, cycle: 0, instructions: 0, cursor: (0, 0) }
+    }
+
+    pub fn timing(&self) -> &Timing {
+        &self.code.timing
+    }
+
+    /// Runs whole blocks as long as they end before `horizon`; stops in front of what has to be exact.
+    pub fn run_blocks(&mut self, bus: &mut Bus, horizon: u64) {
+        if self.code.is_full() {
+            self.code.clear();
+        }
+        let mut number = self.code.find(&mut bus.memory, self.cpu.pc, self.cpu.it);
+        // A branch to an even address leaves Thumb state, which is a fault and so a step.
+        while self.cpu.thumb && self.cycle + self.code.blocks[number].cycles_max <= horizon {
+            let (run, goes_on) = self.run_block(bus, number);
+            let pc = self.cpu.pc;
+            let next = if goes_on { self.code.find(&mut bus.memory, pc, self.cpu.it) } else { number };
+            let wide = goes_on && self.code.blocks[next].wide;
+            self.charge(&run, wide);
+            if !goes_on || self.code.is_full() {
+                break;
+            }
+            number = next;
+        }
+    }
+
+    /// Runs one block; whether the next one may follow at once.
+    #[inline(always)]
+    fn run_block(&mut self, bus: &mut Bus, number: usize) -> (Run, bool) {
+        let block = &self.code.blocks[number];
+        self.cpu.outcomes = 1;
+        let mut done = 0;
+        let mut flow = Flow::Next;
+        for op in &block.ops {
+            flow = (op.run)(&mut self.cpu, bus, op);
+            if flow != Flow::Next {
+                break;
+            }
+            done += 1;
+        }
+        let taken = flow == Flow::Branch;
+        done += usize::from(taken || flow == Flow::Leave);
+        if taken {
+            self.cpu.it = whippen_isa::ItState::OUTSIDE;
+        } else {
+            (self.cpu.pc, self.cpu.it) = block.place(done);
+        }
+        (Run { block: number, done, taken }, matches!(flow, Flow::Next | Flow::Branch))
+    }
+
+    /// Adds the cycles of a run.
+    #[inline(always)]
+    fn charge(&mut self, run: &Run, wide: bool) {
+        let pc = self.cpu.pc;
+        let about = u32::from(run.taken) << 2 | (pc >> 1 & 1) << 1 | u32::from(wide);
+        let key = Key::new(self.cpu.outcomes, self.pipe, run.done, if run.taken { about } else { 0 });
+        let known = match self.code.blocks[run.block].memo.get(&key) {
+            Some(known) => known,
+            None => self.count(run, key, Target { address: pc, wide }),
+        };
+        self.cycle += u64::from(known.cycles);
+        self.instructions += run.done as u64;
+        self.pipe = known.pipe;
+    }
+
+    /// Counts a run instruction by instruction, and remembers the sum.
+    #[cold]
+    #[inline(never)]
+    fn count(&mut self, run: &Run, key: Key, target: Target) -> Known {
+        let block = &self.code.blocks[run.block];
+        let mut outcomes = Outcomes::new(key.outcomes);
+        let (mut pipe, mut cycles) = (self.pipes.state(self.pipe), 0);
+        for (i, info) in block.infos[..run.done].iter().enumerate() {
+            let target = (run.taken && i + 1 == run.done).then_some(target);
+            let outcome = outcomes.next(info, target);
+            if let Ok((_, timed)) = &info.inst {
+                let (after, cost) = self.code.timing.issue(pipe, timed, info.address, &outcome);
+                pipe = after;
+                cycles += cost.cycles();
+            }
+        }
+        let numbers = self.pipes.len();
+        let known = Known { cycles, pipe: self.number(pipe) };
+        // Numbers of an earlier count mean nothing.
+        if self.pipes.len() >= numbers && run.done > 0 {
+            self.code.blocks[run.block].memo.insert(key, known);
+        }
+        known
+    }
+
+    /// The number of a pipeline state; when there are too many, everything known by number is forgotten.
+    pub fn number(&mut self, pipe: Pipe) -> u16 {
+        if let Some(number) = self.pipes.number(pipe) {
+            return number;
+        }
+        self.code.blocks.iter_mut().for_each(|block: &mut Block| block.memo = Default::default());
+        self.pipes = Pipes::new();
+        self.pipes.number(pipe).unwrap_or(0)
+    }
+
+    /// Forgets all decoded code.
+    pub fn forget_code(&mut self) {
+        self.code.clear();
+    }
+
+    pub fn pipe_state(&self) -> Pipe {
+        self.pipes.state(self.pipe)
+    }
+}

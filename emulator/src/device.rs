@@ -1,0 +1,22 @@
+//! The devices of the boards: what a bare-metal image of an RP2350 or RP2040 finds beside memory, and the converter.
+//!
+//! ```text
+//!   registers   blocks that only hold what is written, with the status bits that start-up code polls (tables)
+//!   sio         core number, mailbox between cores, spinlocks, doorbells, pins; the divider of RP2040
+//!   timer       microseconds and four alarms        power   switching core 1 off and on, the watchdog
+//!   uart        PL011: bytes out and in             dma     channels, paced by requests
+//!   converter   sensor words of N keys in, drive words out, once per tick
+//! ```
+//!
+//! Time is cycles of the system clock, which the board fixes: registers of clocks and dividers are kept and answered, but do
+//! not change how long a cycle is.
+
+pub(crate) mod alias;
+pub(crate) mod bootram;
+pub mod converter;
+pub(crate) mod dma;
+pub(crate) mod power;
+pub(crate) mod registers;
+pub(crate) mod sio;
+pub(crate) mod timer;
+pub(crate) mod uart;

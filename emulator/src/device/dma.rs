@@ -1,0 +1,253 @@
+//! DMA: channels that copy, chained and paced (RP2350 datasheet 12.6, RP2040 datasheet 2.5). One transfer a cycle, the
+//! channels in turn, those of high priority first.
+//!
+//! Not here: the checksum of passing data, and wait states of what is accessed.
+
+use crate::bus::{Access, Bus, BusError, Device, DeviceId};
+use crate::device::alias;
+use crate::device::uart::Uart;
+
+mod channel;
+
+use channel::{Bits, Channel};
+
+/// In what the two chips differ.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Layout {
+    pub channels: usize,
+    /// How many interrupts, and the number of the first.
+    pub interrupts: usize,
+    pub first_interrupt: usize,
+    /// Where the pacing timers lie; what follows them follows at the same distance on both chips.
+    pub timers: u32,
+    /// The request of the first serial port's transmitter; its receiver and the second port follow.
+    pub uart_request: u32,
+    pub bits: Bits,
+}
+
+/// RP2350: 16 channels.
+pub(crate) const RP2350: Layout =
+    Layout { channels: 16, interrupts: 4, first_interrupt: 10, timers: 0x440, uart_request: 28, bits: channel::RP2350 };
+
+/// RP2040: 12 channels.
+pub(crate) const RP2040: Layout =
+    Layout { channels: 12, interrupts: 2, first_interrupt: 11, timers: 0x420, uart_request: 20, bits: channel::RP2040 };
+
+/// Requests that are no device's: the first pacing timer, and always.
+const TIMER_REQUEST: u32 = 0x3b;
+const ALWAYS: u32 = 0x3f;
+/// How often a device that does not request is asked again, in cycles.
+const POLL: u64 = 64;
+
+/// See the module.
+pub(crate) struct Dma {
+    layout: Layout,
+    uarts: [DeviceId; 2],
+    channels: Vec<Channel>,
+    raised: u32,
+    enabled: [u32; 4],
+    forced: [u32; 4],
+    /// X / Y transfers a cycle, and the accumulated fraction.
+    timers: [u32; 4],
+    /// The cycle in which the next transfer may happen.
+    next: u64,
+    /// The channel that was served last.
+    last: usize,
+}
+
+impl Dma {
+    pub(crate) fn new(layout: Layout, uarts: [DeviceId; 2]) -> Self {
+        let channels = (0..layout.channels).map(|i| Channel::new(layout.bits, i)).collect();
+        let (enabled, forced, timers) = ([0; 4], [0; 4], [0; 4]);
+        Self { layout, uarts, channels, raised: 0, enabled, forced, timers, next: 0, last: 0 }
+    }
+
+    fn active(&self, index: usize) -> u32 {
+        self.raised & self.enabled[index] | self.forced[index]
+    }
+
+    fn interrupts(&self, bus: &mut Bus) {
+        for index in 0..self.layout.interrupts {
+            bus.lines.set_all(self.layout.first_interrupt + index, self.active(index) != 0);
+        }
+    }
+
+    fn busy(&self) -> bool {
+        self.channels.iter().any(|c| c.busy)
+    }
+
+    /// Whether a channel may make a transfer in a cycle.
+    fn requested(&self, channel: &Channel, cycle: u64, bus: &Bus) -> bool {
+        let request = channel.request();
+        let first = self.layout.uart_request;
+        if request == ALWAYS {
+            true
+        } else if (TIMER_REQUEST..ALWAYS).contains(&request) {
+            channel.paced_from <= cycle
+        } else if (first..first + 4).contains(&request) {
+            let from = request - first;
+            let uart = bus.device::<Uart>(self.uarts[from as usize / 2]);
+            uart.is_some_and(|u| if from.is_multiple_of(2) { u.requests().0 } else { u.requests().1 })
+        } else {
+            false
+        }
+    }
+
+    /// The channel whose turn it is.
+    fn choose(&self, cycle: u64, bus: &Bus) -> Option<usize> {
+        let count = self.channels.len();
+        let turns = (1..=count).map(|i| (self.last + i) % count);
+        let ready = |i: &usize| self.channels[*i].busy && self.requested(&self.channels[*i], cycle, bus);
+        turns.filter(ready).min_by_key(|i| !self.channels[*i].high_priority())
+    }
+
+    /// Makes the transfers that are due. The clock moves on by one cycle for each, or to when one may be ready.
+    fn advance(&mut self, cycle: u64, bus: &mut Bus) {
+        while self.busy() && self.next <= cycle {
+            match self.choose(self.next, bus) {
+                Some(index) => self.transfer(index, bus),
+                None => self.next = self.next_request(),
+            }
+        }
+    }
+
+    fn next_request(&self) -> u64 {
+        let paced = |c: &&Channel| c.busy && (TIMER_REQUEST..ALWAYS).contains(&c.request());
+        let timed = self.channels.iter().filter(paced).map(|c| c.paced_from).min();
+        timed.unwrap_or(u64::MAX).clamp(self.next + 1, self.next + POLL)
+    }
+
+    fn transfer(&mut self, index: usize, bus: &mut Bus) {
+        let now = self.next;
+        let ended = self.channels[index].transfer(now, bus);
+        self.last = index;
+        self.next = now + 1;
+        self.pace(index, now);
+        if ended {
+            self.ended(index);
+        }
+    }
+
+    /// When a channel's pacing timer lets it go on.
+    fn pace(&mut self, index: usize, now: u64) {
+        let channel = &mut self.channels[index];
+        if let Some(timer) = channel.request().checked_sub(TIMER_REQUEST).filter(|t| *t < 4) {
+            let (x, y) = (self.timers[timer as usize] >> 16, self.timers[timer as usize] & 0xffff);
+            channel.paced_from = if x == 0 { u64::MAX } else { now + u64::from(y.div_ceil(x)).max(1) };
+        }
+    }
+
+    fn ended(&mut self, index: usize) {
+        if !self.channels[index].quiet() {
+            self.raised |= 1 << index;
+        }
+        let next = self.channels[index].chain_to();
+        if next != index {
+            self.trigger(next);
+        }
+    }
+
+    fn trigger(&mut self, index: usize) {
+        if let Some(channel) = self.channels.get_mut(index) {
+            channel.start();
+        }
+    }
+
+    fn channel_write(&mut self, at: u32, access: Access, value: u32) -> Result<(), BusError> {
+        let (index, place) = ((at / 0x40) as usize, at % 0x40 / 4);
+        let channel = self.channels.get_mut(index).ok_or(BusError)?;
+        channel.write(place, alias::written(access, value, channel.read(place)));
+        // The last of each group of four starts the channel, unless it is written with 0.
+        if place % 4 == 3 {
+            if channel.read(place) != 0 {
+                self.trigger(index);
+            } else if channel.quiet() {
+                self.raised |= 1 << index;
+            }
+        }
+        Ok(())
+    }
+
+    fn word(&self, at: u32) -> Option<u32> {
+        let group = (at.wrapping_sub(0x400) / 0x10) as usize;
+        let timers = self.layout.timers;
+        Some(match at {
+            0..0x400 => self.channels.get(at as usize / 0x40)?.read(at % 0x40 / 4),
+            _ if (0x400..timers).contains(&at) && group < self.layout.interrupts => match at % 0x10 {
+                0 => self.raised,
+                4 => self.enabled[group],
+                8 => self.forced[group],
+                _ => self.active(group),
+            },
+            _ if (timers..timers + 0x10).contains(&at) => self.timers[(at - timers) as usize / 4],
+            _ if [0x10, 0x20, 0x24].contains(&at.wrapping_sub(timers)) => 0,
+            _ if at == timers + 0x28 => self.channels.len() as u32,
+            _ => return None,
+        })
+    }
+
+    fn control_write(&mut self, at: u32, value: u32) -> Option<()> {
+        let group = (at.wrapping_sub(0x400) / 0x10) as usize;
+        let timers = self.layout.timers;
+        let all = (1 << self.channels.len()) - 1;
+        match at {
+            _ if (0x400..timers).contains(&at) && group < self.layout.interrupts => match at % 0x10 {
+                4 => self.enabled[group] = value & all,
+                8 => self.forced[group] = value & all,
+                _ => self.raised &= !value,
+            },
+            _ if (timers..timers + 0x10).contains(&at) => self.timers[(at - timers) as usize / 4] = value,
+            _ if at == timers + 0x10 => {
+                (0..self.channels.len()).filter(|i| value >> i & 1 != 0).for_each(|i| self.trigger(i));
+            }
+            _ if at == timers + 0x24 => {
+                let aborted = |i: &usize| value >> i & 1 != 0;
+                (0..self.channels.len()).filter(aborted).for_each(|i| self.channels[i].busy = false);
+            }
+            _ => return None,
+        }
+        Some(())
+    }
+
+    /// What a write to one of the copies changes; where a write is an action, zero.
+    fn held(&self, at: u32) -> u32 {
+        let held = at >= self.layout.timers || at % 0x10 == 4 || at % 0x10 == 8;
+        if held { self.word(at).unwrap_or(0) } else { 0 }
+    }
+}
+
+impl Device for Dma {
+    fn read(&mut self, access: Access, bus: &mut Bus) -> Result<u32, BusError> {
+        self.advance(access.cycle, bus);
+        let word = self.word(alias::plain(access.offset) & !3).ok_or(BusError)?;
+        Ok(alias::part(access.offset, word))
+    }
+
+    fn write(&mut self, access: Access, value: u32, bus: &mut Bus) -> Result<(), BusError> {
+        self.advance(access.cycle, bus);
+        let at = alias::plain(access.offset) & !3;
+        let idle = !self.busy();
+        if at < 0x400 {
+            self.channel_write(at, access, value)?;
+        } else {
+            self.control_write(at, alias::written(access, value, self.held(at))).ok_or(BusError)?;
+        }
+        if idle {
+            self.next = access.cycle + 1;
+        }
+        self.interrupts(bus);
+        Ok(())
+    }
+
+    fn due(&self) -> u64 {
+        if self.busy() { self.next } else { u64::MAX }
+    }
+
+    fn attend(&mut self, cycle: u64, bus: &mut Bus) {
+        self.advance(cycle, bus);
+        self.interrupts(bus);
+    }
+}
+
+#[cfg(test)]
+mod tests;

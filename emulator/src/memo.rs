@@ -1,0 +1,105 @@
+//! Cycles that are known already: of a block, by the state of the pipeline at its entry and what happened in it.
+//!
+//! A small table per block, grown while it pays and overwritten after that. Pipeline states are numbered, so that a key is
+//! two words.
+
+use std::collections::HashMap;
+use whippen_isa::timing::Pipe;
+
+/// What the cycles of a run through a block depend on.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Key {
+    pub outcomes: u64,
+    /// Number of the pipeline state at entry, instructions that ran, and about the target of the branch that ended it.
+    pub entry: u32,
+}
+
+impl Key {
+    /// `about_target`: 3 bits.
+    pub fn new(outcomes: u64, pipe: u16, done: usize, about_target: u32) -> Self {
+        Self { outcomes, entry: u32::from(pipe) | (done as u32) << 16 | about_target << 24 }
+    }
+
+    fn hash(&self) -> usize {
+        let mixed = (self.outcomes ^ u64::from(self.entry) << 20).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        (mixed >> 48) as usize
+    }
+}
+
+/// Cycles and the number of the pipeline state afterwards.
+#[derive(Clone, Copy)]
+pub(crate) struct Known {
+    pub cycles: u32,
+    pub pipe: u16,
+}
+
+/// What is known of one block.
+#[derive(Default)]
+pub(crate) struct Memo {
+    slots: Vec<(Key, Known)>,
+}
+
+/// Slots of a memo at most.
+const SLOTS_MAX: usize = 1024;
+
+/// A key that no run has: of no instructions.
+const NO_KEY: Key = Key { outcomes: 0, entry: 0 };
+
+impl Memo {
+    #[inline(always)]
+    pub fn get(&self, key: &Key) -> Option<Known> {
+        let (found, known) = self.slots.get(key.hash() & self.slots.len().wrapping_sub(1))?;
+        (found == key).then_some(*known)
+    }
+
+    pub fn insert(&mut self, key: Key, known: Known) {
+        let mask = self.slots.len().wrapping_sub(1);
+        let taken = self.slots.get(key.hash() & mask).is_none_or(|(found, _)| *found != NO_KEY);
+        if taken && self.slots.len() < SLOTS_MAX {
+            self.grow();
+        }
+        let mask = self.slots.len() - 1;
+        self.slots[key.hash() & mask] = (key, known);
+    }
+
+    fn grow(&mut self) {
+        let wanted = (self.slots.len() * 2).max(2);
+        let old = std::mem::replace(&mut self.slots, vec![(NO_KEY, Known { cycles: 0, pipe: 0 }); wanted]);
+        for (key, known) in old.into_iter().filter(|(key, _)| *key != NO_KEY) {
+            self.slots[key.hash() & (wanted - 1)] = (key, known);
+        }
+    }
+}
+
+/// Pipeline states by number.
+pub(crate) struct Pipes {
+    states: Vec<Pipe>,
+    numbers: HashMap<Pipe, u16>,
+}
+
+impl Pipes {
+    pub fn new() -> Self {
+        let mut pipes = Self { states: Vec::new(), numbers: HashMap::new() };
+        pipes.number(Pipe::default());
+        pipes
+    }
+
+    pub fn len(&self) -> usize {
+        self.states.len()
+    }
+
+    pub fn state(&self, number: u16) -> Pipe {
+        self.states[number as usize]
+    }
+
+    /// The number of a state. Number 0 is the default; nothing when all numbers are taken.
+    pub fn number(&mut self, pipe: Pipe) -> Option<u16> {
+        if let Some(number) = self.numbers.get(&pipe) {
+            return Some(*number);
+        }
+        let number = u16::try_from(self.states.len()).ok()?;
+        self.states.push(pipe);
+        self.numbers.insert(pipe, number);
+        Some(number)
+    }
+}

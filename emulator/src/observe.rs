@@ -1,0 +1,31 @@
+//! Watching a run, instruction by instruction.
+
+use whippen_isa::Inst;
+use whippen_isa::timing::Cost;
+
+/// One executed instruction.
+#[derive(Clone, Copy, Debug)]
+pub struct Step<'a> {
+    /// Which core.
+    pub core: usize,
+    /// Its address.
+    pub address: u32,
+    /// The instruction.
+    pub inst: &'a Inst,
+    /// The cycle it began in.
+    pub cycle: u64,
+    /// Cycles it took, by reason, wait states included.
+    pub cost: Cost,
+}
+
+/// Whoever watches. The run without one costs nothing for it.
+pub trait Observer {
+    /// After each instruction that was executed or skipped; not one that raised a fault.
+    fn instruction(&mut self, step: &Step<'_>);
+
+    /// After an exception was taken: its number, and the cycle in which its handler begins.
+    fn exception(&mut self, _core: usize, _number: u32, _cycle: u64) {}
+
+    /// After the return from an exception.
+    fn exception_return(&mut self, _core: usize, _number: u32, _cycle: u64) {}
+}

@@ -1,0 +1,180 @@
+//! Who runs next, and how far: the order of cores, devices, timers and exceptions in time.
+
+use crate::cpu::Activity;
+use crate::lines::Order;
+use crate::machine::Machine;
+use crate::observe::Observer;
+use crate::step::Around;
+use crate::stop::Stop;
+use crate::system::nvic::SYS_TICK;
+
+impl Machine {
+    /// The cycle that all running cores have reached; that of the furthest core when none runs.
+    pub(crate) fn now(&self) -> u64 {
+        let running = self.cores.iter().filter(|c| c.cpu.activity == Activity::Running);
+        let furthest = || self.cores.iter().map(|c| c.cycle).max().unwrap_or(0);
+        running.map(|c| c.cycle).min().unwrap_or_else(furthest)
+    }
+
+    pub(crate) fn run_with<O: Observer>(&mut self, until: u64, mut observer: Option<&mut O>) -> Stop {
+        let mut first = true;
+        loop {
+            let Some(core) = self.next_core() else {
+                match self.sleep(until) {
+                    Some(stop) => return stop,
+                    None => continue,
+                }
+            };
+            let cycle = self.cores[core].cycle;
+            if let Err(stop) = self.attend(core, cycle, &mut observer) {
+                return stop;
+            }
+            // An exception may have been taken, a core woken.
+            if self.next_core() != Some(core) {
+                continue;
+            }
+            if self.cores[core].cycle >= until {
+                return Stop::Limit;
+            }
+            let horizon = self.horizon(core, until);
+            if let Err(stop) = self.run_core(core, horizon, first, &mut observer) {
+                return stop;
+            }
+            first = false;
+        }
+    }
+
+    /// The running core that is furthest behind.
+    fn next_core(&self) -> Option<usize> {
+        let running = (0..self.cores.len()).filter(|i| self.cores[*i].cpu.activity == Activity::Running);
+        running.min_by_key(|i| self.cores[*i].cycle)
+    }
+
+    /// How far a core may run before somebody else has a say.
+    fn horizon(&self, core: usize, until: u64) -> u64 {
+        let mut horizon = until.min(self.next_due());
+        for (i, other) in self.cores.iter().enumerate() {
+            if i != core && other.cpu.activity == Activity::Running {
+                horizon = horizon.min(other.cycle + u64::from(core < i));
+            }
+        }
+        horizon
+    }
+
+    /// The earliest cycle in which a device or a timer is due.
+    fn next_due(&self) -> u64 {
+        let timers = self.cores.iter().map(|c| c.cpu.system.systick.due()).min();
+        self.bus.due().min(timers.unwrap_or(u64::MAX))
+    }
+
+    /// Runs one core to the horizon, or until something happened that others must hear of.
+    fn run_core<O: Observer>(
+        &mut self,
+        core: usize,
+        horizon: u64,
+        mut first: bool,
+        observer: &mut Option<&mut O>,
+    ) -> Result<(), Stop> {
+        let fast = observer.is_none() && !self.has_breakpoints();
+        loop {
+            if fast {
+                self.cores[core].run_blocks(&mut self.bus, horizon);
+                if self.bus.memory.code_changed {
+                    self.forget_code();
+                }
+            }
+            let address = self.cores[core].cpu.pc;
+            if self.cores[core].cycle >= horizon {
+                return Ok(());
+            }
+            if !first && self.has_breakpoint(address) {
+                return Err(Stop::Breakpoint { core, address });
+            }
+            first = false;
+            self.step_core(core, observer)?;
+            let cpu = &mut self.cores[core].cpu;
+            let changed = std::mem::take(&mut cpu.system.changed) | self.bus.lines.changed;
+            // A device that was accessed may be due before the horizon that was set without it.
+            if changed || cpu.activity != Activity::Running || self.bus.due() < horizon {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Brings everything up to a cycle: devices, timers, lines; then the core's exceptions.
+    pub(crate) fn attend<O: Observer>(
+        &mut self,
+        core: usize,
+        cycle: u64,
+        observer: &mut Option<&mut O>,
+    ) -> Result<(), Stop> {
+        if self.bus.due() <= cycle {
+            self.bus.attend(cycle);
+        }
+        if std::mem::take(&mut self.bus.lines.reset) {
+            return Err(Stop::Reset);
+        }
+        self.obey();
+        for i in 0..self.cores.len() {
+            self.wake(i, cycle);
+        }
+        let Some(number) = self.cores[core].cpu.preempting() else { return Ok(()) };
+        if self.cores[core].cpu.activity == Activity::Halted {
+            return Ok(());
+        }
+        let (bus, semihosting) = (&mut self.bus, &mut self.semihosting);
+        let mut around = Around { bus, semihosting, observer: observer.as_deref_mut() };
+        self.cores[core].enter(&mut around, number)
+    }
+
+    /// Starts and halts cores as devices asked.
+    fn obey(&mut self) {
+        if !std::mem::take(&mut self.bus.lines.changed) {
+            return;
+        }
+        for core in 0..self.cores.len() {
+            match self.bus.lines.cores[core].order.take() {
+                Some(Order::Start(start)) => self.start(core, start),
+                Some(Order::Halt) => self.halt(core),
+                None => {}
+            }
+            self.cores[core].cpu.absorb(&mut self.bus);
+        }
+    }
+
+    /// Moves a core's timer, and ends its wait if there is a reason.
+    fn wake(&mut self, index: usize, cycle: u64) {
+        let core = &mut self.cores[index];
+        if core.cpu.system.systick.advance(cycle) {
+            core.cpu.system.nvic.set_pending(SYS_TICK, true);
+            core.cpu.event |= core.cpu.system.scr & 1 << 4 != 0;
+        }
+        let awake = match core.cpu.activity {
+            Activity::WaitingForInterrupt => core.cpu.is_woken(),
+            Activity::WaitingForEvent => core.cpu.is_woken() || std::mem::take(&mut core.cpu.event),
+            Activity::Running | Activity::Halted => return,
+        };
+        if awake {
+            core.cpu.activity = Activity::Running;
+            core.cycle = core.cycle.max(cycle);
+        }
+    }
+
+    /// With no core running, time passes to what is due next.
+    fn sleep(&mut self, until: u64) -> Option<Stop> {
+        let (now, due) = (self.now(), self.next_due());
+        let cycle = due.max(now).min(until.max(now));
+        let asleep = self.cores.iter().any(|c| c.cpu.activity != Activity::Halted);
+        self.cores.iter_mut().filter(|c| c.cpu.activity != Activity::Halted).for_each(|c| c.cycle = c.cycle.max(cycle));
+        self.bus.attend(cycle);
+        self.obey();
+        (0..self.cores.len()).for_each(|core| self.wake(core, cycle));
+        let running = self.cores.iter().any(|c| c.cpu.activity == Activity::Running);
+        match () {
+            () if running => None,
+            () if due == u64::MAX || !asleep => Some(Stop::Asleep),
+            () if cycle >= until => Some(Stop::Limit),
+            () => None,
+        }
+    }
+}

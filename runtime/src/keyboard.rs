@@ -1,0 +1,184 @@
+//! A whole keyboard: every key with its own motion, all of them at the same time.
+//!
+//! ```text
+//!   keys that play --groups of 8--> [ engine: group ] per thread --> per key: events, greatest force, what was cut off
+//! ```
+//!
+//! Keys do not hear each other, so a group is computed by itself and the outcome does not depend on how many threads there are.
+//! Groups are of one size whatever the machine. What is kept grows with what happens, not with time: no trace of every tick.
+//! A key without moves is not run.
+//!
+//! Not here: where the moves come from (`stroke`), what the outcome means (`outcome`).
+
+mod outcome;
+
+pub use outcome::{Outcome, PlayedNote, Strike};
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use whippen_compiler::fix::LoweredEventKind;
+use whippen_compiler::model::Model;
+use whippen_compiler::pipeline::{Compiled, compile};
+
+use crate::device::Device;
+use crate::engine::{Engine, EngineKind};
+use crate::gesture::{Follower, Move};
+
+/// Keys computed together.
+const GROUP: usize = 8;
+
+/// Ticks between looks at the clock.
+const BLOCK: usize = 4096;
+
+/// A key that plays.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PlayingKey {
+    /// Counted from 0 at the lowest of the keyboard.
+    pub index: usize,
+    /// Its moves, by the time they begin.
+    pub moves: Vec<Move>,
+}
+
+/// What one key did.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct KeyLog {
+    /// Counted from 0 at the lowest of the keyboard.
+    pub index: usize,
+    /// What was emitted: tick, index of the emission in the Model, arguments (SI).
+    pub events: Vec<(usize, usize, Vec<f64>)>,
+    /// The greatest force in either direction (N), and its tick.
+    pub peak: (f64, usize),
+    /// Ticks in which the drive gave all it can.
+    pub drive_clipped: usize,
+    /// Ticks in which the key was beyond what the instrument senses.
+    pub sense_clamped: usize,
+}
+
+/// What a group gives.
+type Logs = Result<Vec<KeyLog>, String>;
+
+/// Plays keys for so many ticks, on so many threads. `progress` is told keys times ticks that were done since the last time.
+///
+/// # Errors
+/// The instrument cannot be compiled or run on this machine: a defect, in words.
+pub fn play(
+    model: &Model,
+    device: &Device,
+    kind: EngineKind,
+    keys: &[PlayingKey],
+    ticks: usize,
+    threads: usize,
+    progress: impl Fn(usize) + Sync,
+) -> Result<Vec<KeyLog>, String> {
+    let groups: Vec<&[PlayingKey]> = keys.chunks(GROUP).collect();
+    let done: Mutex<Vec<(usize, Logs)>> = Mutex::new(Vec::new());
+    let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
+    std::thread::scope(|scope| {
+        for _ in 0..threads.clamp(1, groups.len().max(1)) {
+            scope.spawn(|| {
+                while !failed.load(Ordering::Relaxed) {
+                    let at = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(group) = groups.get(at) else { return };
+                    let logs = play_group(model, device, kind, group, ticks, &progress);
+                    failed.fetch_or(logs.is_err(), Ordering::Relaxed);
+                    // A poisoned lock means another thread has panicked, which ends the scope with its panic anyway.
+                    if let Ok(mut done) = done.lock() {
+                        done.push((at, logs));
+                    }
+                }
+            });
+        }
+    });
+    let mut done = done.into_inner().map_err(|_| "a thread failed".to_string())?;
+    done.sort_by_key(|(at, _)| *at);
+    let logs: Result<Vec<Vec<KeyLog>>, String> = done.into_iter().map(|(_, logs)| logs).collect();
+    Ok(logs?.concat())
+}
+
+/// The instrument as some keys of a keyboard have it: their values of what is set per key.
+pub fn model_of_keys(model: &Model, keys: &[usize]) -> Model {
+    let mut model = model.clone();
+    for keyed in &mut model.keyed {
+        let last = keyed.values.last().copied().unwrap_or_default();
+        keyed.values = keys.iter().map(|&key| keyed.values.get(key).copied().unwrap_or(last)).collect();
+    }
+    model
+}
+
+fn play_group(
+    model: &Model,
+    device: &Device,
+    kind: EngineKind,
+    keys: &[PlayingKey],
+    ticks: usize,
+    progress: &impl Fn(usize),
+) -> Result<Vec<KeyLog>, String> {
+    let indices: Vec<usize> = keys.iter().map(|key| key.index).collect();
+    let model = model_of_keys(model, &indices);
+    let compiled = compile(model, device.scales(), false).map_err(|e| format!("{e:?}"))?;
+    let mut engine = Engine::new(kind, &compiled, device.scales(), keys.len())?;
+    let mut group = Group::new(&compiled, device, keys);
+    for block in (0..ticks).step_by(BLOCK) {
+        let end = ticks.min(block + BLOCK);
+        for tick in block..end {
+            group.tick(&mut engine, tick);
+        }
+        progress((end - block) * keys.len());
+    }
+    Ok(group.logs)
+}
+
+/// Some keys while they play.
+struct Group<'a> {
+    compiled: &'a Compiled,
+    device: &'a Device,
+    followers: Vec<Follower<'a>>,
+    words: Vec<u16>,
+    drive: Vec<i16>,
+    /// The greatest drive word of each key so far, without its sign.
+    peaks: Vec<u16>,
+    logs: Vec<KeyLog>,
+}
+
+impl<'a> Group<'a> {
+    fn new(compiled: &'a Compiled, device: &'a Device, keys: &'a [PlayingKey]) -> Group<'a> {
+        Group {
+            compiled,
+            device,
+            followers: keys.iter().map(|key| Follower::new(&key.moves)).collect(),
+            words: vec![0; keys.len() * compiled.model.senses.len()],
+            drive: vec![0; keys.len()],
+            peaks: vec![0; keys.len()],
+            logs: keys.iter().map(|key| KeyLog { index: key.index, ..KeyLog::default() }).collect(),
+        }
+    }
+
+    fn tick(&mut self, engine: &mut Engine, tick: usize) {
+        let model = &self.compiled.model;
+        let (t_s, senses) = (tick as f64 / f64::from(model.rate_hz), model.senses.len());
+        for (key, follower) in self.followers.iter_mut().enumerate() {
+            let position_m = follower.at(t_s);
+            let word = self.device.word_of_position(position_m).0;
+            self.words[key * senses..(key + 1) * senses].fill(word);
+            let outside = model.senses.first().is_some_and(|s| position_m < s.range.low || position_m > s.range.high);
+            self.logs[key].sense_clamped += usize::from(outside);
+        }
+        if tick == 0 {
+            engine.start(&self.words);
+        }
+        engine.tick(&self.words, &mut self.drive);
+        for (key, &word) in self.drive.iter().enumerate() {
+            if word.unsigned_abs() > self.peaks[key] {
+                self.peaks[key] = word.unsigned_abs();
+                self.logs[key].peak = (self.device.force_of_word(word), tick);
+            }
+            self.logs[key].drive_clipped += usize::from(word == i16::MIN || word == i16::MAX);
+        }
+        for happened in engine.drain() {
+            if let LoweredEventKind::Emission(e) = self.compiled.lowered.events[happened.event].kind {
+                self.logs[happened.key as usize].events.push((tick, e as usize, happened.args));
+            }
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! What a page draws of a run, as JSON with packed numbers.
+//!
+//! ```text
+//!   { "rate_hz", "ticks", "columns": [ { name, unit, factor, within, t, v } ], "panels": [ { title, unit, columns } ],
+//!     "machines": [ { name, states, t, s } ], "travel", "total", "marks": [[seconds, label]] }
+//! ```
+//!
+//! `t` are the ticks of the knots, each as the difference to the one before it, in seven bits a byte, the lowest first (LEB128);
+//! `v` are 32-bit floats, `s` one byte each; all three in base64. The other side is `report/data.js`.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use serde_json::{Value, json};
+
+use super::knots::{Knots, Truth, knots};
+use crate::plot::decimate::runs;
+use crate::plot::frame::shown;
+use crate::plot::layout::by_unit;
+use crate::plot::{Figure, Machine, Series};
+
+/// So many changes of a state are kept one by one; beyond them short visits are kept and others may be lost.
+const CHANGES_MAX: usize = 16_384;
+
+/// The JSON of a figure.
+pub fn chart(figure: &Figure) -> Value {
+    let mut columns = Columns::default();
+    let mut panels = Vec::new();
+    let travel = figure.travel.as_ref().map(|series| columns.add(series));
+    panels.extend(figure.travel.iter().zip(travel).map(|(series, at)| panel("key travel", series.unit, &[at])));
+    let mut forces: Vec<usize> = figure.forces.iter().map(|series| columns.add(series)).collect();
+    let total = figure.total.as_ref().map(|series| columns.add(series));
+    forces.extend(total);
+    if let Some(first) = figure.forces.first().or(figure.total.as_ref()) {
+        panels.push(panel("force", first.unit, &forces));
+    }
+    for group in by_unit(&figure.coordinates) {
+        let members: Vec<usize> = group.iter().map(|series| columns.add(series)).collect();
+        let names: Vec<&str> = group.iter().map(|series| series.name).collect();
+        panels.push(panel(&names.join(", "), group[0].unit, &members));
+    }
+    let machines: Vec<Value> = figure.machines.iter().map(machine).collect();
+    let marks: Vec<Value> = figure.marks.iter().map(|mark| json!([mark.t_s, mark.label])).collect();
+    json!({
+        "rate_hz": figure.rate_hz, "ticks": figure.ticks(), "columns": columns.list, "panels": panels, "machines": machines,
+        "travel": travel, "total": total, "mark": figure.mark_name, "marks": marks,
+    })
+}
+
+fn panel(title: &str, unit: &str, columns: &[usize]) -> Value {
+    json!({ "title": title, "unit": shown(unit).0, "columns": columns })
+}
+
+/// The columns so far; panels refer to them by index.
+#[derive(Default)]
+struct Columns {
+    list: Vec<Value>,
+}
+
+impl Columns {
+    fn add(&mut self, series: &Series) -> usize {
+        let Knots { kept, truth } = knots(series.values);
+        let (unit, factor) = shown(series.unit);
+        let ticks = kept.iter().map(|k| k.0);
+        let values: Vec<u8> = kept.iter().flat_map(|k| (k.1 as f32).to_le_bytes()).collect();
+        let (within, every) = match truth {
+            Truth::Within(tolerance) => (Some(tolerance), None),
+            Truth::Extremes(every) => (None, Some(every)),
+        };
+        self.list.push(json!({
+            "name": series.name, "unit": unit, "factor": factor, "within": within, "every": every,
+            "t": STANDARD.encode(differences(ticks)), "v": STANDARD.encode(values),
+        }));
+        self.list.len() - 1
+    }
+}
+
+/// A machine as the ticks at which its state changes.
+fn machine(machine: &Machine) -> Value {
+    let values = machine.values;
+    let mut changes: Vec<(usize, usize)> = Vec::new();
+    for (tick, &value) in values.iter().enumerate() {
+        if tick == 0 || value != values[tick - 1] {
+            changes.push((tick, value as usize));
+        }
+    }
+    if changes.len() > CHANGES_MAX {
+        let every = values.len().div_ceil(CHANGES_MAX);
+        let visible = runs(values, machine.states.len(), |tick| tick as f64 / every as f64);
+        changes = visible.iter().map(|run| (run.0 as usize * every, run.2)).collect();
+    }
+    let states: Vec<u8> = changes.iter().map(|c| c.1.min(255) as u8).collect();
+    json!({
+        "name": machine.name, "states": machine.states,
+        "t": STANDARD.encode(differences(changes.iter().map(|c| c.0))), "s": STANDARD.encode(states),
+    })
+}
+
+/// Rising numbers as differences in LEB128.
+pub fn differences(numbers: impl Iterator<Item = usize>) -> Vec<u8> {
+    let (mut bytes, mut before) = (Vec::new(), 0);
+    for number in numbers {
+        let mut rest = number - before;
+        before = number;
+        while rest >= 0x80 {
+            bytes.push(rest as u8 | 0x80);
+            rest >>= 7;
+        }
+        bytes.push(rest as u8);
+    }
+    bytes
+}

@@ -1,0 +1,188 @@
+//! Bare `whippen`: every bundled instrument, checked, compiled, played and drawn, on one page; and what there is not yet.
+//!
+//! Everything is written below one folder. Files of other names there are left alone, and so is a profile that is already there: it
+//! may have been changed.
+
+use std::path::{Path, PathBuf};
+
+use clap::CommandFactory;
+use whippen_compiler::bundled::INSTRUMENTS;
+use whippen_compiler::check::Options;
+use whippen_compiler::diag::Severity;
+use whippen_compiler::fix::ExportKind;
+use whippen_compiler::pipeline::Compiled;
+use whippen_runtime::compare::compare;
+use whippen_runtime::device::Device;
+use whippen_runtime::engine::EngineKind;
+use whippen_runtime::files::write_whole;
+use whippen_runtime::report::{Cell, Made, Page, Row, Section, Table};
+use whippen_runtime::session::{self, Run};
+
+use super::motion::{MotionArgs, Positions};
+use super::run::{self, Outputs};
+use super::{Cli, command, load};
+use crate::exit::{Failure, Outcome};
+use crate::say::say;
+
+/// Where it writes.
+const FOLDER: &str = "whippen-tour";
+
+/// Commands of the design and what each will be for. One that exists is not told.
+const PLANNED: &[(&str, &str)] = &[
+    ("new", "a commented starter instrument"),
+    ("fmt", "canonical layout"),
+    ("explain", "the page of a diagnostic"),
+    ("budget", "proof that every key meets its deadline"),
+    ("build", "firmware"),
+    ("emulate", "a Cortex-M that counts cycles"),
+    ("fit", "parameters from recordings"),
+    ("experiment", "the figures of the papers"),
+    ("measure", "the technician's report"),
+    ("import", "a measured curve becomes an instrument"),
+];
+
+/// One instrument after the tour has been there.
+struct Stop {
+    name: String,
+    strikes: usize,
+    peak_n: f64,
+    /// Largest difference of the force to `ideal` (N).
+    error_n: f64,
+    /// Seconds played per second of computing.
+    real_time: f64,
+    section: Section,
+}
+
+pub fn run() -> Outcome {
+    std::fs::create_dir_all(FOLDER).map_err(|e| Failure::Usage(format!("cannot make the folder `{FOLDER}`: {e}")))?;
+    say!("the bundled instruments, each on the bundled gesture; the whole story is in {FOLDER}/report.html\n");
+    say!(
+        "{:<18} {:>6} {:>8} {:>11} {:>14} {:>10}",
+        "instrument",
+        "check",
+        "strikes",
+        "peak force",
+        "force error",
+        "real time"
+    );
+    let mut stops = Vec::new();
+    for (file, text) in INSTRUMENTS {
+        for stop in visit(file, text)? {
+            let (peak, error) = (format!("{:.2} N", stop.peak_n), format!("{:.1e} N", stop.error_n));
+            say!("{:<18} {:>6} {:>8} {peak:>11} {error:>14} {:>9.0}x", stop.name, "ok", stop.strikes, stop.real_time);
+            stops.push(stop);
+        }
+    }
+    say!("\nforce error: largest difference between fixed point (jit) and f64 (ideal), both running free");
+    missing();
+    page(stops)?;
+    next();
+    Ok(())
+}
+
+/// Checks, compiles, plays and draws the instruments of one file.
+fn visit(file: &str, text: &str) -> Result<Vec<Stop>, Failure> {
+    let sources = [(format!("instruments/{file}"), text.to_string())];
+    let (map, program) = load::checked(&sources, &Options::default(), Severity::Warning)?;
+    keep(&at(file), text)?;
+    let mut stops = Vec::new();
+    for model in program.instruments {
+        let (device, positions) = (Device::of(&model), MotionArgs::bundled(&model));
+        let compiled = load::compiled(&map, model, &device, true)?;
+        let played = run::play(&compiled, &device, EngineKind::Jit, &positions)?;
+        let comparison = compare(&compiled, &device, EngineKind::Jit, &positions.position_m, |_| ());
+        let deviations = comparison.map_err(Failure::Defect)?.deviations;
+        let total = deviations.iter().find(|d| compiled.lowered.exports[d.export].kind == ExportKind::Total);
+        let (error_n, peak_n) = total.map_or((0.0, 0.0), |d| (d.max, d.seen.0.abs().max(d.seen.1.abs())));
+        write(&compiled, &played)?;
+        let (counts, marked) = (&played.counts, session::marked(&compiled.model));
+        stops.push(Stop {
+            name: compiled.model.name.replace('_', " "),
+            strikes: played.trace.events.iter().filter(|e| e.event == marked).count(),
+            peak_n,
+            error_n,
+            real_time: counts.ticks as f64 / f64::from(compiled.model.rate_hz) / counts.engine_time.as_secs_f64(),
+            section: section(&compiled, &played, &device, &positions, &sources),
+        });
+    }
+    Ok(stops)
+}
+
+fn section(
+    compiled: &Compiled,
+    played: &Run,
+    device: &Device,
+    positions: &Positions,
+    sources: &[(String, String)],
+) -> Section {
+    let made = Made { engine: EngineKind::Jit, motion: &positions.notes, device, settings: &[], sources };
+    Section::of_run(compiled, played, &made)
+}
+
+/// Trace, events and picture of one run.
+fn write(compiled: &Compiled, played: &Run) -> Outcome {
+    let name = compiled.model.name.replace('_', "-");
+    let outputs = Outputs {
+        out: Some(at(&format!("{name}.csv"))),
+        every: 44,
+        events: Some(at(&format!("{name}-events.csv"))),
+        plot: vec![at(&format!("{name}.svg"))],
+        report: None,
+    };
+    run::write_files(&outputs, compiled, played).map(drop)
+}
+
+fn page(stops: Vec<Stop>) -> Outcome {
+    let row = |stop: &Stop| {
+        let error_mn = stop.error_n * 1e3;
+        let cells = vec![
+            Cell::text(&stop.name),
+            Cell::text(stop.section.doc.split(['.', ':', '(']).next().unwrap_or_default().trim()),
+            Cell::text("ok"),
+            Cell::number(stop.strikes as f64, stop.strikes.to_string()),
+            Cell::number(stop.peak_n, format!("{:.3}", stop.peak_n)),
+            Cell::number(error_mn, format!("{error_mn:.4}")),
+        ];
+        Row { cells, section: Some(stop.section.id.clone()), ..Row::default() }
+    };
+    let heads = ["instrument", "what it is", "check", "strikes", "peak force (N)", "force error (mN)"];
+    let overview = Table {
+        title: "Bundled instruments".into(),
+        note: "Each on the bundled gesture. Force error: the largest difference between fixed point and f64.".into(),
+        heads: heads.map(String::from).to_vec(),
+        rows: stops.iter().map(row).collect(),
+    };
+    let sections = stops.into_iter().map(|stop| stop.section).collect();
+    let page =
+        Page { title: "Whippen: the tour".into(), command: command::typed(), overview: Some(overview), sections };
+    page.save(&at("report.html")).map_err(|e| Failure::Usage(e.to_string()))
+}
+
+/// What the design promises and this program does not have.
+fn missing() {
+    let cli = Cli::command();
+    let absent = PLANNED.iter().filter(|(name, _)| cli.find_subcommand(name).is_none());
+    let names: Vec<String> = absent.map(|(name, what)| format!("{name} ({what})")).collect();
+    if !names.is_empty() {
+        say!("not built yet: {}", names.join(", "));
+    }
+}
+
+fn next() {
+    say!("\nnext:");
+    say!("  open {FOLDER}/report.html                        in any browser, no network needed");
+    say!("  whippen run {FOLDER}/grand-piano.whip --set weight=0.2N --report heavier.html");
+    say!("  whippen check {FOLDER}/grand-piano.whip --numbers");
+}
+
+fn at(name: &str) -> PathBuf {
+    Path::new(FOLDER).join(name)
+}
+
+/// Writes a profile to play with, unless there is one already.
+fn keep(profile: &Path, text: &str) -> Outcome {
+    if profile.exists() {
+        return Ok(());
+    }
+    write_whole(profile, |file| file.write_all(text.as_bytes())).map_err(|e| Failure::Usage(e.to_string()))
+}
