@@ -7,6 +7,8 @@ mod dump;
 mod emulate;
 mod errors;
 mod fmt;
+mod explain;
+mod json;
 mod keys;
 mod load;
 mod lsp;
@@ -46,6 +48,8 @@ enum Command {
     Run(Box<run::Args>),
     /// Lay out programs in the canonical way; comments stay
     Fmt(fmt::Args),
+    /// Show the page of a diagnostic: what it means, the mistake, and its mend
+    Explain(explain::Args),
     /// Print an intermediate form of a program
     Dump(dump::Args),
     /// Run a bare-metal image for a Cortex-M, or one function of it, and count its cycles
@@ -66,6 +70,7 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Fmt(args)) => fmt::run(&args),
+        Some(Command::Explain(args)) => explain::run(&args),
         Some(Command::Dump(args)) => dump::run(&args),
         Some(Command::Emulate(args)) => emulate::run(&args),
         Some(Command::Lsp(args)) => lsp::run(&args),

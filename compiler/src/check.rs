@@ -28,6 +28,7 @@ mod children;
 mod constant;
 mod diags;
 mod drive;
+mod dubious;
 mod elaborate;
 mod expect;
 mod expr;

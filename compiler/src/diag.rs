@@ -4,6 +4,7 @@
 //! say what to do, with changes of the text where they can be given exactly. Rendering is done by `ariadne`. Phases collect them in a list and go on.
 
 pub mod codes;
+pub mod explain;
 mod nearest;
 pub mod render;
 

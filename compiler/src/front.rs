@@ -1,5 +1,7 @@
 //! The front of the compiler: a program's text to Models.
 
+use std::collections::HashSet;
+
 use crate::bundled::STD;
 use crate::check::{Options, Program, check};
 use crate::diag::{Code, Diagnostic, Severity};
@@ -48,7 +50,10 @@ pub fn compile_front(map: &mut SourceMap, options: &Options) -> (Option<Program>
     let unreadable = found.iter().any(|d| d.severity() == Severity::Error);
     let (program, mut checked) = check(&files, &std, options);
     if unreadable {
-        checked.retain(|d| !CONSEQUENCES.contains(&d.code));
+        let lines: HashSet<(u32, usize)> = found.iter().map(|d| (d.span.file, map.line_column(d.span).0)).collect();
+        // Beside what could not be read on a line, little on it is to be believed.
+        let believed = |d: &Diagnostic| !lines.contains(&(d.span.file, map.line_column(d.span).0));
+        checked.retain(|d| !CONSEQUENCES.contains(&d.code) && believed(d));
     }
     found.append(&mut checked);
     found.sort_by_key(|d| (d.span, d.code));

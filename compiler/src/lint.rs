@@ -16,7 +16,7 @@ mod overlap;
 mod together;
 mod writers;
 
-use crate::diag::Diagnostic;
+use crate::diag::{Code, Diagnostic};
 use crate::model::{Model, NodeId, Rule, RuleKind};
 use crate::range::Ranges;
 use together::Solver;
@@ -29,10 +29,21 @@ pub fn lint(model: &Model, ranges: &Ranges) -> Vec<Diagnostic> {
     overlap::check(model, &never, &mut solver, &mut found);
     writers::check(model, &never, &mut solver, &mut found);
     outside::check(model, ranges, &mut found);
+    found.extend(silent(model));
     found.sort_by_key(|d| (d.span, d.code));
     // A term that is called twice is looked at twice.
     found.dedup_by(|a, b| (a.span, a.code, &a.message) == (b.span, b.code, &b.message));
     found
+}
+
+/// An instrument that gives the key nothing to feel.
+fn silent(model: &Model) -> Option<Diagnostic> {
+    let name = &model.name;
+    let message = format!("the instrument `{name}` has no `force`: the player feels nothing of it");
+    model.forces.is_empty().then(|| {
+        Diagnostic::new(Code::NoForce, model.span, message, "nothing to feel")
+            .hint("add a line such as `force spring = 75 N/m * x`")
+    })
 }
 
 /// What holds while a rule acts: its guard, and for a transition that its machine is in the state it leaves.

@@ -49,6 +49,8 @@ pub struct Interval {
 pub struct Model {
     /// Its name.
     pub name: String,
+    /// Where its name stands.
+    pub span: Span,
     /// Its documentation.
     pub doc: String,
     /// Ticks per second.

@@ -8,6 +8,8 @@ use whippen_compiler::diag::Severity;
 use whippen_runtime::device::Device;
 
 use super::{load, numbers, watch};
+use super::load::{self, Form};
+use super::{json, numbers};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
 
@@ -20,6 +22,9 @@ pub struct Args {
     /// Print range, format and error bound of every named value
     #[arg(long)]
     numbers: bool,
+    /// Print one JSON object per line instead: diagnostics, and with --numbers the tables
+    #[arg(long)]
+    json: bool,
     /// Give a parameter another value, such as weight=0.4N
     #[arg(long = "set", value_name = "NAME=VALUE")]
     sets: Vec<String>,
@@ -34,14 +39,15 @@ pub fn run(args: &Args) -> Outcome {
 
 fn once(args: &Args) -> Outcome {
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
-    let (map, program) = load::checked(&load::read(&args.files)?, &options, Severity::Note)?;
-    if program.instruments.is_empty() {
+    let form = if args.json { Form::Json } else { Form::Text };
+    let (map, program) = load::checked_as(form, &load::read(&args.files)?, &options, Severity::Note)?;
+    if program.instruments.is_empty() && !args.json {
         say!("no instrument, but nothing wrong either");
     }
     let mut outcome = Ok(());
     for model in program.instruments {
         let (name, device) = (model.name.clone(), Device::of(&model));
-        let compiled = match load::compiled(&map, model, &device, true) {
+        let compiled = match load::compiled_as(form, &map, model, &device) {
             Ok(compiled) => compiled,
             // What is wrong with one instrument hides nothing of the next.
             Err(Failure::Program) => {
@@ -50,13 +56,15 @@ fn once(args: &Args) -> Outcome {
             }
             Err(other) => return Err(other),
         };
-        if args.numbers {
+        if args.json {
+            args.numbers.then(|| say!("{}", json::numbers(&compiled)));
+        } else if args.numbers {
             say::whole(&numbers::report(&compiled, &device).to_string());
         } else {
             say!("{name}: ok");
         }
     }
-    for keyboard in program.keyboards.iter().filter(|_| outcome.is_ok()) {
+    for keyboard in program.keyboards.iter().filter(|_| outcome.is_ok() && !args.json) {
         say!("{}: ok ({} keys at {} Hz)", keyboard.name, keyboard.keys(), keyboard.rate_hz);
     }
     outcome

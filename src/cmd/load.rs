@@ -2,6 +2,7 @@
 
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
+use std::sync::Once;
 
 use whippen_compiler::check::{Options, Program};
 use whippen_compiler::diag::{Diagnostic, Severity, render, summary};
@@ -12,7 +13,9 @@ use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 use whippen_runtime::files::read_text;
 
+use super::json;
 use crate::exit::Failure;
+use crate::say::say;
 
 /// So many diagnostics are printed at the most.
 const SHOWN_MAX: usize = 100;
@@ -53,8 +56,27 @@ pub fn sets(texts: &[String]) -> Result<Vec<(String, String)>, Failure> {
     texts.iter().map(one).collect()
 }
 
+/// How diagnostics are told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Drawn into excerpts of the source, to stderr.
+    Text,
+    /// As JSON lines, to stdout.
+    Json,
+}
+
 /// Checks a program, prints what there is to say to stderr (from `least` upwards), and gives it unless there is an error.
 pub fn checked(
+    files: &[(String, String)],
+    options: &Options,
+    least: Severity,
+) -> Result<(SourceMap, Program), Failure> {
+    checked_as(Form::Text, files, options, least)
+}
+
+/// As [`checked`], in a form.
+pub fn checked_as(
+    form: Form,
     files: &[(String, String)],
     options: &Options,
     least: Severity,
@@ -64,7 +86,7 @@ pub fn checked(
         map.add(name, text);
     }
     let (program, diagnostics) = compile_front(&mut map, options);
-    print(&map, &diagnostics, least);
+    tell(form, &map, &diagnostics, least);
     let Some(program) = program else {
         // A program that is right without its settings is not to blame.
         let first_set = map.files().len() - options.sets.len();
@@ -84,15 +106,31 @@ fn errors(diagnostics: &[Diagnostic]) -> impl Iterator<Item = &Diagnostic> {
 
 /// Compiles one instrument; what is wrong with it is printed. `observe` keeps what traces need.
 pub fn compiled(map: &SourceMap, model: Model, device: &Device, observe: bool) -> Result<Compiled, Failure> {
-    let compiled = pipeline::compile(model, device.scales(), observe).map_err(|error| match error {
+    told(Form::Text, map, pipeline::compile(model, device.scales(), observe))
+}
+
+/// As [`compiled`] for traces, in a form.
+pub fn compiled_as(form: Form, map: &SourceMap, model: Model, device: &Device) -> Result<Compiled, Failure> {
+    told(form, map, pipeline::compile(model, device.scales(), true))
+}
+
+fn told(form: Form, map: &SourceMap, compiled: Result<Compiled, CompileError>) -> Result<Compiled, Failure> {
+    let compiled = compiled.map_err(|error| match error {
         CompileError::Program(diagnostics) => {
-            print(map, &diagnostics, Severity::Warning);
+            tell(form, map, &diagnostics, Severity::Warning);
             Failure::Program
         }
         CompileError::Defect(message) => Failure::Defect(message),
     })?;
-    print(map, &compiled.warnings, Severity::Warning);
+    tell(form, map, &compiled.warnings, Severity::Warning);
     Ok(compiled)
+}
+
+fn tell(form: Form, map: &SourceMap, diagnostics: &[Diagnostic], least: Severity) {
+    match form {
+        Form::Text => print(map, diagnostics, least),
+        Form::Json => diagnostics.iter().for_each(|d| say!("{}", json::diagnostic(map, d))),
+    }
 }
 
 /// Prints diagnostics from `least` upwards and a summary to stderr; the worst come last, next to the summary.
@@ -106,10 +144,14 @@ pub fn print(map: &SourceMap, diagnostics: &[Diagnostic], least: Severity) {
     if shown.len() > SHOWN_MAX {
         eprintln!("{} more are not shown", shown.len() - SHOWN_MAX);
     }
-    if shown.iter().any(|d| d.severity() > Severity::Note) {
+    if let Some(worst) = shown.last().filter(|d| d.severity() > Severity::Note) {
         eprintln!("{}", summary(diagnostics));
+        EXPLAINED.call_once(|| eprintln!("help: whippen explain {}", worst.code.number()));
     }
 }
+
+/// The page of a diagnostic is pointed at once in a run.
+static EXPLAINED: Once = Once::new();
 
 /// The instrument that was named, or the only one.
 pub fn instrument<'p>(program: &'p Program, name: Option<&str>) -> Result<&'p Model, Failure> {

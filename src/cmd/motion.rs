@@ -27,10 +27,10 @@ pub struct MotionArgs {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, requires = "rate")]
     calibration: Option<PathBuf>,
     /// Position of the key at rest, becomes 0
-    #[arg(long, value_name = "LENGTH", requires = "full", value_parser = length, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
     rest: Option<f64>,
     /// Position of the key when down, becomes --dip
-    #[arg(long, value_name = "LENGTH", requires = "rest", value_parser = length, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
     full: Option<f64>,
     /// Dip of the modelled key
     #[arg(long, value_name = "LENGTH", requires = "full", value_parser = length, default_value = "10mm")]
@@ -49,6 +49,11 @@ pub struct Positions {
 impl MotionArgs {
     /// Reads the recording, or makes the bundled gesture.
     pub fn load(&self, model: &Model) -> Result<Positions, Failure> {
+        if self.rest.is_some() != self.full.is_some() {
+            let message = "`--rest` and `--full` belong together: the positions of the key at rest and when down, \
+                           such as `--rest 0.88mm --full 12.7mm`";
+            return Err(Failure::Usage(message.to_string()));
+        }
         let (tick_rate_hz, turns) = (model.rate_hz, model.turns());
         let Some(path) = &self.motion else {
             return Ok(MotionArgs::bundled(model));

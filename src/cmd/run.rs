@@ -82,6 +82,10 @@ impl Outputs {
     /// Before anything is run: endings of figures are known, folders are there.
     fn check(&self) -> Result<(), String> {
         plot::check_names(&self.plot)?;
+        let is_table = |path: &&PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+        if let Some(path) = self.out.iter().chain(&self.events).find(|path| !is_table(path)) {
+            return Err(format!("{}: a table's name ends in `.csv`; `--plot` makes figures", path.display()));
+        }
         let files = self.out.iter().chain(&self.events).chain(&self.plot).chain(&self.report);
         let folders = files.filter_map(|path| path.parent());
         match folders.into_iter().find(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {

@@ -34,6 +34,7 @@ const COMMANDS: &[(&str, &str, Command)] = &[
     ("kernel", "run", run::run),
     ("whip", "parse", whip::parse),
     ("whip", "check", whip::check),
+    ("whip", "mistake", whip::mistake),
     ("whip", "simplify", whip::simplify),
     ("whip", "lower", whip::lower),
 ];
@@ -54,6 +55,7 @@ directories! {
     kernel_control      "kernel/control"
     whip_parse          "whip/parse"
     whip_check          "whip/check"
+    whip_mistakes       "whip/mistakes"
     whip_simplify       "whip/simplify"
     whip_lower          "whip/lower"
 }

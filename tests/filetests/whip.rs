@@ -40,6 +40,23 @@ pub fn check(text: &str, words: &[&str]) -> Result<String, String> {
     Ok(printed)
 }
 
+/// What is wrong or surely not meant, as it is shown; something must be.
+pub fn mistake(text: &str, words: &[&str]) -> Result<String, String> {
+    let (map, mut diagnostics, program) = front(text, words)?;
+    for model in program.into_iter().flat_map(|p| p.instruments) {
+        match compile(model, Device::mikey().scales(), false) {
+            Ok(compiled) => diagnostics.extend(compiled.warnings),
+            Err(CompileError::Program(errors)) => diagnostics.extend(errors),
+            Err(CompileError::Defect(message)) => return Err(message),
+        }
+    }
+    if diagnostics.is_empty() {
+        Err("nothing is said of this mistake".to_string())
+    } else {
+        Ok(rendered(&map, &diagnostics))
+    }
+}
+
 /// The Model after algebra.
 pub fn simplify(text: &str, words: &[&str]) -> Result<String, String> {
     compiled(text, words).map(|all| all.iter().map(|c| c.step.model.to_string()).collect())

@@ -16,6 +16,7 @@ mod keyboard;
 mod language;
 mod library;
 mod lsp;
+mod messages;
 mod midi;
 mod organ_and_plucked;
 mod played;

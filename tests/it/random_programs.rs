@@ -116,6 +116,8 @@ fn differentiators_of_any_window_match_the_direct_sums() {
                 sense x: length in -0.5 mm .. 10.5 mm over {window_ms} ms
                 force viscous = clamp(0.4 N*s/m * x', -500 N, 500 N)
                 force inertia = 1 g * x''
+                let felt = (x / 1 mm + 0.6)^1.5
+                let growth = felt' / 1 kHz
             }}"
         );
         let compiled = common::compiled("window", &text, &[]).remove(0);

@@ -1,5 +1,6 @@
 //! Bodies: one coordinate, one inertia, any number of torques; and what holds them.
 
+use super::dubious::Kind;
 use super::elaborate::Elaborator;
 use super::scope::{Label, Made, ScopeId, Thing};
 use super::types::Ty;
@@ -97,6 +98,12 @@ impl<'a> Elaborator<'a, '_> {
             first = Some((*angle, *span));
             self.fill_cell(scope, coordinate, range, init.as_ref());
             self.fill_cell(scope, rate, rate_range, rate_init.as_ref());
+            if *angle {
+                self.doubt_range(range, Kind::Angle);
+                self.doubt_range(rate_range, Kind::AngularRate);
+                init.iter().for_each(|init| self.doubt(init, Kind::Angle));
+                rate_init.iter().for_each(|init| self.doubt(init, Kind::AngularRate));
+            }
         }
         let Some(coordinate) = first else { return };
         let inertia = self.inertia(scope, &name, coordinate, parts, span);
@@ -132,6 +139,9 @@ impl<'a> Elaborator<'a, '_> {
                 Some((_, first)) => self.repeated_part(body, motion.inertia, *span, first),
                 None => found = Some((self.positive_inertia(node, motion, value), *span)),
             }
+            if !turning {
+                self.doubt(value, Kind::Mass);
+            }
         }
         if found.is_none() {
             let (word, dim) = (motion.inertia, motion.inertia_dim);
@@ -162,6 +172,9 @@ impl<'a> Elaborator<'a, '_> {
         for part in parts {
             let BodyPart::Torque { angle, value, span } = part else { continue };
             let node = self.part(scope, coordinate, *angle, (value, *span), |m| (m.torque, m.torque_dim));
+            if *angle {
+                self.doubt(value, Kind::Torque);
+            }
             sum = match (sum, node) {
                 (Some(Some(sum)), Some(node)) => Some(Some(self.node(Node::Add(sum, node), value.span))),
                 (Some(None), Some(node)) => Some(Some(node)),

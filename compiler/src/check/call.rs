@@ -100,6 +100,11 @@ impl<'a> Elaborator<'a, '_> {
     pub fn unknown_term(&mut self, callee: &Name) {
         let hint = match self.items.nearest_function(&callee.node) {
             Some(near) => Advice::did_you_mean(near),
+            None if ["sqrt", "pow", "exp", "log", "sin", "cos", "tan", "tanh", "sign", "round", "floor"]
+                .contains(&callee.node.as_str()) =>
+            {
+                "built in are `min`, `max`, `clamp`, `abs` and the powers `e^n` for n = 1, 1.5, 2, 2.5, 3".into()
+            }
             None => format!("declare it: `term {}(..) -> .. {{ .. }}`", callee.node).into(),
         };
         let message = format!("there is no term `{}`", callee.node);

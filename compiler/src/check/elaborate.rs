@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use super::Options;
 use super::diags::Diags;
+use super::dubious::Kind;
 use super::items::{Items, TermItem};
 use super::scope::{Made, Scope, ScopeId, Thing};
 use super::settings::Settings;
@@ -60,6 +61,7 @@ pub fn instrument(items: &Items, index: usize, settings: Settings, diags: &mut D
     let root = elaborator.instantiate(Scope::new(String::new(), &ast.decls, None, None));
     elaborator.scope(root);
     let Elaborator { mut model, diags, .. } = elaborator;
+    model.span = ast.name.span;
     if diags.errors() > errors {
         return None;
     }
@@ -78,6 +80,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
     ) -> Elaborator<'a, 'd> {
         let model = Model {
             name: name.to_string(),
+            span: Span::default(),
             doc: doc.to_string(),
             rate_hz: settings.rate_hz,
             dag: Dag::default(),
@@ -167,7 +170,12 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             (DeclKind::States { transitions, .. }, Made::Machine(machine)) => {
                 self.states(scope, machine, transitions);
             }
-            (DeclKind::State { range, init, .. }, Made::Cell(cell)) => self.state(scope, cell, range, init.as_ref()),
+            (DeclKind::State { ty, range, init, .. }, Made::Cell(cell)) => {
+                self.state(scope, cell, range, init.as_ref());
+                if let Some(kind) = Kind::of_type(&ty.node) {
+                    self.doubt_range(range, kind);
+                }
+            }
             (DeclKind::Next { name, value }, _) => self.next(scope, name, value),
             (DeclKind::Body { parts, .. }, Made::Body(body)) => self.body(scope, body, parts),
             (DeclKind::Event { name, guard, actions }, _) => self.event(scope, name, guard, actions, decl.span),

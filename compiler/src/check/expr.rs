@@ -105,6 +105,8 @@ impl<'a> Elaborator<'a, '_> {
             "a keyboard is made of numbers: it knows no names but `pi` and `gravity`".into()
         } else if here.machines.contains_key(name) {
             format!("`{name}` is a machine: ask `{name} is ..` for one of its states").into()
+        } else if let Some(base) = rate_of(name).filter(|base| here.values.contains_key(base)) {
+            Advice::instead(format!("the rate of `{base}` is written `{base}'`"), format!("{base}'"))
         } else if let Some(near) = nearest(name, here.values.keys().copied().chain(constants)) {
             Advice::did_you_mean(near)
         } else if here.term.is_some() {
@@ -211,4 +213,10 @@ impl<'a> Elaborator<'a, '_> {
         let value = self.expr(scope, expr)?;
         self.expect(value, expr, Ty::Bool, || what.to_string())
     }
+}
+
+/// What a name that spells a rate is the rate of (`xdot`, `x_dot`, `dx`).
+fn rate_of(name: &str) -> Option<&str> {
+    let ending = ["_dot", "dot", "_prime", "prime", "_v"].into_iter().find_map(|end| name.strip_suffix(end));
+    ending.or(name.strip_prefix("d")).filter(|base| !base.is_empty())
 }

@@ -40,6 +40,8 @@ struct Reader<'a, 'i, 'd> {
     diags: &'d mut Diags,
     board: Board<'a>,
     seen: Vec<(String, Span)>,
+    /// Instruments that are not there, which has been told.
+    unknown: Vec<String>,
 }
 
 impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
@@ -59,7 +61,7 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             programs: Vec::new(),
         };
         let board = Board { keyboard, ast, per_key: Vec::new() };
-        Reader { items, options, diags, board, seen: Vec::new() }
+        Reader { items, options, diags, board, seen: Vec::new(), unknown: Vec::new() }
     }
 
     fn read(mut self) -> Board<'a> {
@@ -186,7 +188,10 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
 
     fn program(&mut self, name: &Name) {
         match self.items.instrument(&name.node) {
-            None => self.diags.push(unknown_instrument(&name.node, name.span, self.items)),
+            None => {
+                self.unknown.push(name.node.clone());
+                self.diags.push(unknown_instrument(&name.node, name.span, self.items));
+            }
             Some(index) if self.board.keyboard.programs.contains(&index) => {
                 let message = format!("the program `{}` is listed twice", name.node);
                 let diagnostic = Diagnostic::new(Code::RepeatedSetting, name.span, message, "the second time");
@@ -199,7 +204,10 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
     fn per_key(&mut self, instrument: &Name, param: &'a Name, points: &'a [(Name, Expr)]) {
         let points = self.points(param, points);
         let Some(index) = self.items.instrument(&instrument.node) else {
-            self.diags.push(unknown_instrument(&instrument.node, instrument.span, self.items));
+            if !self.unknown.contains(&instrument.node) {
+                self.unknown.push(instrument.node.clone());
+                self.diags.push(unknown_instrument(&instrument.node, instrument.span, self.items));
+            }
             return;
         };
         if !self.board.keyboard.programs.contains(&index) {

@@ -1,10 +1,11 @@
 //! Operators: what they ask of their operands and what they give.
 
+use super::dubious::Kind;
 use super::elaborate::Elaborator;
 use super::scope::ScopeId;
 use super::types::{Ty, Value};
 use crate::diag::{Code, Diagnostic};
-use crate::model::{Cmp, Node};
+use crate::model::{CellKind, Cmp, Node};
 use crate::source::Span;
 use crate::syntax::ast::{BinOp, Expr};
 use crate::units::Dim;
@@ -72,7 +73,21 @@ impl<'a> Elaborator<'a, '_> {
         let (first, second) = (self.expr(scope, a), self.expr(scope, b));
         let (first, second) = (first?, second?);
         self.alike(|a, b| format!("{a} and {b} cannot be compared"), (a, first), (b, second))?;
+        for (expr, other) in [(a, second), (b, first)] {
+            if self.is_angular_rate(other) {
+                self.doubt(expr, Kind::AngularRate);
+            }
+        }
         Some(Value::bool(self.node(Node::Compare(cmp, first.node, second.node), span)))
+    }
+
+    /// Whether a value is the rate of an angle.
+    fn is_angular_rate(&self, value: Value) -> bool {
+        let cell = match self.model.dag.get(value.node) {
+            Node::Cell(cell) => &self.model.cells[cell.0 as usize],
+            _ => return false,
+        };
+        cell.kind == CellKind::Rate && value.ty == Ty::Real(Dim::PER_TIME)
     }
 
     /// The dimension that two operands share; `problem` says of their kinds that they do not go together.

@@ -87,12 +87,6 @@ fn words(kind: NoPrimeKind) -> (Code, &'static str, &'static str, &'static str) 
             "the choice",
             "use `min`, `max` or `clamp`, or let a machine of `states` decide",
         ),
-        NoPrimeKind::Root => (
-            Code::NoPrime,
-            "a power of 1.5 has no prime here: it would be a square root",
-            "the power",
-            "take the prime of the base, or use the power 2 or 2.5",
-        ),
         NoPrimeKind::Bool => {
             (Code::NoPrime, "a bool has no prime", "the bool", "take the prime of the numbers it chooses between")
         }

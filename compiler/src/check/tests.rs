@@ -7,7 +7,7 @@ mod model;
 mod mutations;
 
 use super::{Options, Program};
-use crate::diag::Diagnostic;
+use crate::diag::{Code, Diagnostic};
 use crate::front::compile_front;
 use crate::lint::lint;
 use crate::range::analyze;
@@ -20,6 +20,8 @@ fn check_text(text: &str, options: &Options) -> (SourceMap, Option<Program>, Vec
     let (program, mut diagnostics) = compile_front(&mut map, options);
     for model in program.iter().flat_map(|p| &p.instruments) {
         diagnostics.extend(analyze(model).iter().flat_map(|ranges| lint(model, ranges)));
+        // Most cases are about something else than what the player feels.
+        diagnostics.retain(|d| d.code != Code::NoForce);
     }
     (map, program, diagnostics)
 }

@@ -36,6 +36,16 @@ macro_rules! codes {
             pub fn title(self) -> &'static str {
                 match self { $(Code::$name => $title,)* }
             }
+
+            /// Its page: what it means, a program that has the mistake, and the program without it (Markdown).
+            pub fn page(self) -> &'static str {
+                match self { $(Code::$name => include_str!(concat!("pages/", $number, ".md")),)* }
+            }
+
+            /// The name of its variant.
+            pub(super) fn variant(self) -> &'static str {
+                match self { $(Code::$name => stringify!($name),)* }
+            }
         }
     };
 }
@@ -121,5 +131,5 @@ codes! {
     SenseMismatch       "WH0607" Error "programs of one keyboard that sense differently";
     TwoKeyboards        "WH0608" Note "an instrument that several keyboards list";
     BadSetting          "WH0609" Error "a value given to `--set` that cannot be read";
-    NoForce             "WH0610" Warning "an instrument without any force";
+    NoForce             "WH0611" Warning "an instrument without any force";
 }

@@ -183,7 +183,7 @@ impl Lowerer<'_> {
         Ok(Real { value: self.clamped(real.value, kept)?, ..real })
     }
 
-    /// `a^1.5` and `a^2.5`: the square root in integers, then products.
+    /// `a^0.5` (in primes), `a^1.5` and `a^2.5`: the square root in integers, then products.
     fn power(&mut self, a: NodeId, halves: u8, bits: i32) -> Result<Real, OpError> {
         let real = self.real(a)?;
         let real = self.fixed(real)?;
@@ -196,6 +196,9 @@ impl Lowerer<'_> {
         let root = self.b.op(Op::Sqrt, &[wide])?;
         let root_bits = (own + up) / 2;
         let root = Real::fixed(root, root_bits, real.error.sqrt() + exp2(-root_bits));
+        if halves == 1 {
+            return self.with_bits(root, bits.min(root_bits));
+        }
         if halves == 3 {
             return self.multiplied(real, root, bits, (magnitude, magnitude.sqrt()));
         }

@@ -40,7 +40,7 @@ pub enum Together {
     Unknown,
 }
 
-/// So many nodes are looked at in one instrument; beyond, everything is unknown.
+/// So many nodes are looked at in one instrument, or a little more; beyond, everything is unknown.
 const WORK_MAX: usize = 3_000_000;
 
 /// Answers questions about one Model.
@@ -61,11 +61,11 @@ impl<'m> Solver<'m> {
         if facts.states.iter().any(|a| facts.states.iter().any(|b| a.0 == b.0 && a.1 != b.1)) {
             return Together::Never;
         }
-        let nodes = self.below(facts);
-        self.work += nodes.len() * (narrow::ROUNDS_MAX + witness::TRIES);
         if self.work > WORK_MAX {
             return Together::Unknown;
         }
+        let nodes = self.below(facts);
+        self.work += self.model.dag.len() + nodes.len() * (narrow::ROUNDS_MAX + witness::TRIES);
         let start = (0..self.model.dag.len()).map(|n| self.ranges.get(NodeId(n as u32))).collect();
         let Some(narrowed) = narrow::narrow(self.model, &nodes, facts, start) else { return Together::Never };
         match witness::find(self.model, &nodes, facts, &narrowed) {

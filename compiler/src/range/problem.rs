@@ -39,7 +39,9 @@ fn divisor(model: &Model, divisor: Option<NodeId>, interval: Interval, span: Spa
     let message = format!("this may divide by zero: {subject} lies in {lies}");
     let mut diagnostic = Diagnostic::new(Code::DivisionByZero, span, message, "this division may be by zero");
     if let Some(place) = divisor.and_then(|d| place(model, d)).filter(|p| *p != span) {
-        diagnostic = diagnostic.also(place, format!("the divisor, {lies}"));
+        let label =
+            if named.is_some() { format!("{subject} is declared here") } else { format!("the divisor, {lies}") };
+        diagnostic = diagnostic.also(place, label);
     }
     let example = match named {
         Some((name, dim)) => format!("`max({name}, {})`", shown(interval.magnitude().max(1e-3) * 1e-3, dim)),

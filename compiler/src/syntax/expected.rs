@@ -104,6 +104,7 @@ impl<'a> Failure<'a> {
         };
         match self.advice() {
             Some(hint) => diagnostic.hint(hint),
+            None if wanted == "`else`" => diagnostic.hint("an `if` chooses between two values: add `else ..`"),
             None => diagnostic,
         }
     }
@@ -159,7 +160,17 @@ impl<'a> Failure<'a> {
             }
             Assign => "`:=` stands only in the actions of an event or a transition",
             _ if wants(",") && wants("=") => "a coordinate ends with the range of its rate: `, rate in a .. b`",
+            Comma if self.decimal().is_some() => return self.decimal(),
             Comma if wants("}") => "declarations need no separator",
+            If if wants("when") => "the guard of a transition stands behind `when`",
+            In if wants(":") => "its type comes first: `sense x: length in ..`",
+            Close(_) if wants("(") => {
+                "an event has its arguments in brackets: `emit note(speed: x')`, `emit release()`"
+            }
+            Word(name) if wants("let") && self.continues_an_expression() => {
+                let before = self.before().map_or("..", |span| self.source(span));
+                return Some(format!("if `{name}` is a factor, its `*` is missing: `{before} * {name}`").into());
+            }
             Word(_) if wants("assigned") && next == Some(Equals) => "an action writes with `:=`",
             Word(_) if wants("left") => "a transition is written `from -> to when ..`",
             _ if found.is_hard_keyword() && wants("word") && !wants("number") => "a keyword cannot be a name",
@@ -168,6 +179,23 @@ impl<'a> Failure<'a> {
             _ => return None,
         };
         Some(fixed.into())
+    }
+
+    /// Whether the token before could end an expression, and stands on the same line.
+    fn continues_an_expression(&self) -> bool {
+        let before = self.index.checked_sub(1).map(|i| self.tokens[i].node);
+        before.is_some_and(Token::ends_expression) && !begins_line(self.text, self.tokens, self.index)
+    }
+
+    /// `7.5` for `7,5`.
+    fn decimal(&self) -> Option<Advice> {
+        let number = |i: usize| match self.tokens.get(i)?.node {
+            Token::Number(literal) => Some(literal),
+            _ => None,
+        };
+        let (whole, part) = (number(self.index.checked_sub(1)?)?, number(self.index + 1)?);
+        let right = format!("{}.{}", whole.digits, part.digits);
+        whole.unit.is_empty().then(|| Advice::instead(format!("the decimal point is `.`: write `{right}`"), "."))
     }
 
     /// The expected keyword that looks most like a word.

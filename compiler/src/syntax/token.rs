@@ -170,6 +170,11 @@ pub fn lex<'s>(file: u32, text: &'s str, diagnostics: &mut Vec<Diagnostic>) -> L
                 span.start = lexed.tokens.pop_if(touches).map_or(span.start, |t| t.span.start);
                 Some(foreign::report_name(&text[span.start as usize..span.end as usize], span, diagnostics))
             }
+            Err(()) if lexer.slice() == "#" => {
+                foreign::report("#", span, diagnostics);
+                lexer.bump(lexer.remainder().find('\n').unwrap_or(lexer.remainder().len()));
+                continue;
+            }
             Err(()) => {
                 lexer.bump(foreign::repeated(lexer.slice(), lexer.remainder()));
                 span.end = lexer.span().end as u32;

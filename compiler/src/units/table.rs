@@ -90,6 +90,8 @@ const MEANT: &[(&str, &str)] = &[
     ("sec", "s"),
     ("msec", "ms"),
     ("usec", "us"),
+    ("Newton", "N"),
+    ("Newtons", "N"),
     ("amp", "A"),
     ("amps", "A"),
     ("meter", "m"),

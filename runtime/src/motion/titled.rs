@@ -62,6 +62,13 @@ fn find(titles: &[String], name: &str, dim: Dim, kind: &str) -> Result<(usize, U
                 [] => format!("a title must name {} with its unit, such as `{name}_{}`", article(kind), shown(dim)),
                 _ => format!("several columns have a unit of {kind}; call one of them `{name}_` and its unit"),
             };
+            if let [only] = titles
+                && only.contains([';', '\t'])
+            {
+                return Err(format!(
+                    "cells are separated by commas, and `{only}` is one cell; the decimal point is `.`"
+                ));
+            }
             Err(format!("{problem}; the titles here are `{}`", titles.join("`, `")))
         }
     }

@@ -184,7 +184,6 @@ pub const MOTION: &[Case] = &[
     ),
     case("prime of a state", &["WH0402"], "state s: length in 0 mm .. 10 mm next s = x let a = (x - s)'"),
     case("prime of a pulse", &["WH0402"], "pulse p: force in 0 N .. 1 N lasting 1 ms let a = p'"),
-    case("prime of a root", &["WH0402"], "let a = ((x / 1 mm)^1.5)'"),
     case("prime of a comparing choice", &["WH0403"], "let a = if x > 3 mm then x else 2 * x let b = a'"),
     case("jump of a mode", &["WH0404"], "live param m = on let a = if m then x else 2 * x let b = a' let c = a'"),
     case("write to a let", &["WH0405"], "let a = x event e when x > 1 mm { a := 0 mm }"),

@@ -168,13 +168,11 @@ fn what_has_no_prime() {
     let mode = dag.add(Node::Is(MachineId(0), 0));
     let both = dag.add(Node::And(mode, test));
     let choice = dag.add(Node::Select(both, x, cells[0]));
-    let root = dag.add(Node::Power(x, 3));
     let wanted = [
         (third, NoPrimeKind::Third),
         (cells[0], NoPrimeKind::Rate),
         (cells[1], NoPrimeKind::State),
         (cells[2], NoPrimeKind::Pulse),
-        (root, NoPrimeKind::Root),
         (test, NoPrimeKind::Bool),
     ];
     for (node, kind) in wanted {

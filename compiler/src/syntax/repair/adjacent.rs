@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::{Tokens, assigns, at, defines, leaves};
-use crate::diag::{Code, Diagnostic};
+use crate::diag::{Advice, Code, Diagnostic};
 use crate::source::Span;
 use crate::syntax::ast::Spanned;
 use crate::syntax::token::{Literal, Token};
@@ -19,6 +19,16 @@ pub(super) fn repair<'s>(text: &'s str, tokens: Tokens<'s>, diagnostics: &mut Ve
         i += 1;
         repaired.push(token);
         let Token::Number(literal) = token.node else { continue };
+        if let Some(end) = goes_on(&tokens, i - 1, &declared).filter(|_| !literal.unit.is_empty()) {
+            let whole = token.span.to(tokens[end - 1].span);
+            let unit = Span { start: token.span.end - literal.unit.len() as u32, ..whole };
+            let (bare, source) = (Literal { unit: "", ..literal }, &text[unit.start as usize..unit.end as usize]);
+            let node = report_unit(bare, source, token.span, unit, diagnostics);
+            repaired.pop();
+            repaired.push(Spanned { node, span: whole });
+            i = end;
+            continue;
+        }
         let Some(next) = tokens.get(i).filter(|_| adjoins(text, &tokens, i)) else { continue };
         let product = match next.node.name() {
             Some(name) => declared.contains(name) || matches!(at(&tokens, i + 1), Some(Token::LeftParen)),
@@ -93,7 +103,8 @@ fn missing_times(text: &str, number: Span, next: &Spanned<Token>, after: Option<
     };
     let message = format!("a `*` is missing between `{}` and `{factor}`", source(number));
     let hint = format!("write `{} * {factor}`", source(number));
-    Diagnostic::new(Code::MissingTimes, next.span, message, label).hint(hint)
+    let gap = Span { start: number.end, end: next.span.start, ..number };
+    Diagnostic::new(Code::MissingTimes, next.span, message, label).hint(hint).replace(gap, " * ")
 }
 
 /// One past the last token of `word(^int)?([*/]word(^int)?)*` written without spaces from here on.
@@ -135,14 +146,37 @@ fn report_unit<'s>(
         let message = format!("the unit `{source}` must follow its number after exactly one space");
         let label = format!("this far from `{digits}`, it is no unit");
         let diagnostic = Diagnostic::new(Code::UnknownUnit, number.to(unit), message, label);
-        diagnostics.push(diagnostic.hint(format!("write `{digits} {source}`")));
+        let right = format!("{digits} {source}");
+        diagnostics.push(diagnostic.hint(Advice::instead(format!("write `{right}`"), right)));
         return Token::Number(Literal { digits, unit: source });
     }
     let word = source.split(['*', '/', '^']).find(|w| parse_unit(w).is_none()).unwrap_or(source);
     let diagnostic = Diagnostic::new(Code::UnknownUnit, unit, format!("`{word}` is not a unit"), "unknown unit");
-    diagnostics.push(match nearest_unit(word) {
-        Some(near) => diagnostic.hint(format!("did you mean `{digits} {}`?", source.replacen(word, near, 1))),
+    diagnostics.push(match powered(word).or_else(|| nearest_unit(word).map(str::to_string)) {
+        Some(near) => {
+            let right = source.replacen(word, &near, 1);
+            diagnostic.hint(Advice::instead(format!("did you mean `{digits} {right}`?"), right))
+        }
         None => diagnostic.hint(format!("known units are {}", unit_names().collect::<Vec<_>>().join(", "))),
     });
     Token::Broken
+}
+
+/// `mm^2` for `mm2`.
+fn powered(word: &str) -> Option<String> {
+    let power = word.chars().next_back().filter(char::is_ascii_digit)?;
+    let base = &word[..word.len() - 1];
+    parse_unit(base).map(|_| format!("{base}^{power}"))
+}
+
+/// Where a unit goes on with a word that is nearly one and no name (`75 N/mmm`), one past its last token.
+fn goes_on(tokens: &Tokens, number: usize, declared: &HashSet<&str>) -> Option<usize> {
+    let touches = |i: usize| tokens.get(i).is_some_and(|t| t.span.start == tokens[i - 1].span.end);
+    let sign = touches(number + 1) && matches!(tokens[number + 1].node, Token::Star | Token::Slash);
+    let word = tokens.get(number + 2).and_then(|t| t.node.name()).filter(|_| sign && touches(number + 2))?;
+    let call = matches!(at(tokens, number + 3), Some(Token::LeftParen));
+    let end = unit_end(tokens, number + 2);
+    let other = matches!(at(tokens, end), Some(Token::Dot | Token::Prime));
+    let near = powered(word).is_some() || nearest_unit(word).is_some();
+    (near && !call && !other && !declared.contains(word)).then_some(end)
 }

@@ -4,7 +4,7 @@
 //! and their keywords stand nowhere else.
 
 use super::{Tokens, at, defines};
-use crate::diag::{Code, Diagnostic};
+use crate::diag::{Advice, Code, Diagnostic};
 use crate::source::Span;
 use crate::syntax::ast::Spanned;
 use crate::syntax::token::{Level, Token};
@@ -102,7 +102,13 @@ impl<'s> Repair<'s, '_> {
             }
             None => {
                 let message = if brace { "no block can stand here" } else { "brackets are nested too deeply" };
-                self.diagnostics.push(Diagnostic::new(Code::TooDeep, span, message, "left out from here on"));
+                let hint = if brace {
+                    "close the block before it first"
+                } else {
+                    "give parts of the expression names with `let`"
+                };
+                self.diagnostics
+                    .push(Diagnostic::new(Code::TooDeep, span, message, "left out from here on").hint(hint));
                 self.out.extend((!brace).then_some(Spanned { node: Token::Broken, span }));
                 partner(tokens, i) + 1
             }
@@ -133,7 +139,8 @@ impl<'s> Repair<'s, '_> {
 
     fn surplus(&mut self, span: Span, bracket: &str) {
         let message = format!("`{bracket}` closes nothing");
-        self.diagnostics.push(Diagnostic::new(Code::UnexpectedToken, span, message, "one too many"));
+        let diagnostic = Diagnostic::new(Code::UnexpectedToken, span, message, "one too many");
+        self.diagnostics.push(diagnostic.hint(Advice::instead("take it away", "")));
     }
 
     /// Closes round brackets down to the innermost brace.
@@ -162,7 +169,8 @@ impl<'s> Repair<'s, '_> {
             report = report.also(span, "neither is this");
         }
         let signs: String = missing.iter().rev().map(|(_, brace)| sign(*brace).1).collect();
-        self.diagnostics.push(report.also(place, format!("`{signs}` is missing before here")));
+        let report = report.also(place, format!("`{signs}` is missing before here"));
+        self.diagnostics.push(report.hint(format!("add `{signs}` there")).replace(place, format!(" {signs}")));
     }
 }
 

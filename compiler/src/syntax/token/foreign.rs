@@ -52,9 +52,15 @@ const FOREIGN: &[Foreign] = &[
     nothing(";", "declarations end by themselves"),
     nothing("/*", "comments begin with `//` and end with the line"),
     nothing("#", "comments begin with `//`"),
-    nothing("\"", "there is no text in quotes"),
+    nothing("\"", "there is no text in quotes: write the value itself"),
+    nothing("“", "there is no text in quotes: write the value itself"),
+    nothing("”", "there is no text in quotes: write the value itself"),
+    sign("‘", Token::Prime, "write the straight quote, `'`"),
+    sign("`", Token::Prime, "write the straight quote, `'`"),
+    nothing("?", "choose with `if condition then a else b`"),
+    nothing("$", NAMES),
     nothing("%", "write a fraction, such as `0.05`"),
-    nothing("°", "write `deg`"),
+    nothing("°", "write the unit `deg` after one space"),
     nothing("²", "write `^2`"),
     nothing("³", "write `^3`"),
     nothing("\u{a0}", "this is a no-break space: write a plain one"),
@@ -95,7 +101,10 @@ pub(super) fn report_name<'s>(name: &'s str, span: Span, diagnostics: &mut Vec<D
 fn stray(shown: &str, span: Span, hint: &str) -> Diagnostic {
     let beginning: String = shown.chars().take(LONGEST).collect();
     let more = if beginning.len() < shown.len() { "…" } else { "" };
-    let message = format!("`{}{more}` is not part of the language", beginning.escape_debug());
+    let message = format!(
+        "`{}{more}` is not part of the language",
+        beginning.escape_debug().to_string().replace("\\\"", "\"").replace("\\'", "'")
+    );
     Diagnostic::new(Code::UnexpectedCharacter, span, message, "not understood").hint(hint)
 }
 

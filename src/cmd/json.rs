@@ -1,0 +1,64 @@
+//! Diagnostics and reports as JSON lines: one object per line, each with a `kind`.
+
+use serde_json::{Value, json};
+use whippen_compiler::diag::{Diagnostic, Severity};
+use whippen_compiler::model::Sense;
+use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::source::{SourceMap, Span};
+use whippen_runtime::session;
+
+/// A diagnostic: code, severity, texts, places, and changes of the text that editors can apply.
+pub fn diagnostic(map: &SourceMap, d: &Diagnostic) -> Value {
+    let severity = match d.severity() {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+        Severity::Note => "note",
+    };
+    let with = |span: Span, key: &str, text: &str| {
+        let mut object = place(map, span);
+        object[key] = json!(text);
+        object
+    };
+    json!({
+        "kind": "diagnostic",
+        "code": d.code.number(),
+        "name": d.code.name(),
+        "severity": severity,
+        "title": d.code.title(),
+        "message": d.message,
+        "place": with(d.span, "text", &d.label),
+        "labels": d.others.iter().map(|l| with(l.span, "text", &l.text)).collect::<Vec<_>>(),
+        "notes": d.hints,
+        "suggestions": d.suggestions.iter().map(|s| with(s.span, "replacement", &s.replacement)).collect::<Vec<_>>(),
+    })
+}
+
+/// File, bytes from 0 (the end is one past the last), lines and columns from 1 (columns in characters).
+fn place(map: &SourceMap, span: Span) -> Value {
+    let file = map.files().get(span.file as usize).map_or("", |f| f.name.as_str());
+    let end = Span { start: span.end, ..span };
+    let at = |span: Span| {
+        let (line, column) = map.line_column(span);
+        json!({ "byte": span.start, "line": line, "column": column })
+    };
+    json!({ "file": file, "start": at(span), "end": at(end) })
+}
+
+/// What `check --numbers` prints as a table.
+pub fn numbers(compiled: &Compiled) -> Value {
+    let values = compiled.lowered.exports.iter().filter(|e| e.dim.is_some()).map(|e| {
+        json!({
+            "name": e.name, "unit": session::unit(&compiled.model, e), "low": e.range.low, "high": e.range.high,
+            "format": e.format(), "lsb": e.lsb, "error_of_one_tick": e.error,
+        })
+    });
+    let sense = |s: &Sense| json!({ "name": s.name, "window_ticks": s.window, "lag_ticks": (s.window - 1) / 2 });
+    json!({
+        "kind": "numbers",
+        "instrument": compiled.model.name,
+        "rate_hz": compiled.model.rate_hz,
+        "values": values.collect::<Vec<_>>(),
+        "clamps": compiled.lowered.clamps,
+        "senses": compiled.model.senses.iter().map(sense).collect::<Vec<_>>(),
+    })
+}
