@@ -7,9 +7,8 @@ use whippen_compiler::check::Options;
 use whippen_compiler::diag::Severity;
 use whippen_runtime::device::Device;
 
-use super::{load, numbers, watch};
 use super::load::{self, Form};
-use super::{json, numbers};
+use super::{json, numbers, watch};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
 
