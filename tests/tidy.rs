@@ -113,7 +113,9 @@ fn none(found: &[String], rule: &str) {
 
 #[test]
 fn unsafe_code_stands_where_compiled_code_is_called() {
-    let uses = |t: &Text| t.text.lines().any(|l| has_word(l.split("//").next().unwrap_or_default(), "unsafe"));
+    // 'unsafe-inline' is a word of content security policies.
+    let code = |line: &str| line.split("//").next().unwrap_or_default().replace("'unsafe-inline'", "");
+    let uses = |t: &Text| t.text.lines().any(|l| has_word(&code(l), "unsafe"));
     // This file speaks of it.
     let found: Vec<String> =
         rust().into_iter().filter(|t| t.path != "tests/tidy.rs" && uses(t)).map(|t| t.path).collect();

@@ -151,10 +151,10 @@ fn motion(bytes: &[u8]) -> Result<(), String> {
     for (layout, stops, lowpass_hz) in
         [(Layout::Titled, None, None), (raw(None), stops, Some(200.0)), (raw(Some(path.clone())), None, None)]
     {
-        if let Ok(motion) = motion::load(&path, &MotionOptions { layout, stops, turns: false, lowpass_hz }, 44_100) {
-            if motion.position_m.iter().any(|x| !x.is_finite()) {
-                return Err("a position is not finite".to_string());
-            }
+        if let Ok(motion) = motion::load(&path, &MotionOptions { layout, stops, turns: false, lowpass_hz }, 44_100)
+            && motion.position_m.iter().any(|x| !x.is_finite())
+        {
+            return Err("a position is not finite".to_string());
         }
     }
     Ok(())

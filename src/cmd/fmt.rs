@@ -1,7 +1,7 @@
 //! `whippen fmt`
 
 use std::io::Read;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
 use similar::TextDiff;
@@ -50,7 +50,7 @@ fn read(path: &PathBuf) -> Result<String, Failure> {
     Ok(text)
 }
 
-fn one(path: &PathBuf, text: &str, check: bool) -> Outcome {
+fn one(path: &Path, text: &str, check: bool) -> Outcome {
     let stdin = path.as_os_str() == STDIN;
     let name = if stdin { "<stdin>".to_string() } else { path.display().to_string() };
     let laid = layout(0, text).map_err(|diagnostics| {

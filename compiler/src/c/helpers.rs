@@ -49,7 +49,8 @@ static inline int32_t whippen_sqrt(int64_t a)
 
 /// The functions that a kernel needs.
 pub(super) fn needed(kernel: &Kernel) -> String {
-    let table: [(&str, fn(&Inst) -> bool); 3] = [
+    type Needs = fn(&Inst) -> bool;
+    let table: [(&str, Needs); 3] = [
         (SHL, |inst| matches!(inst.op, Op::Shl(_) | Op::DivRound(_))),
         (DIV, |inst| matches!(inst.op, Op::DivRound(_))),
         (SQRT, |inst| inst.op == Op::Sqrt),
