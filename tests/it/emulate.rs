@@ -1,5 +1,6 @@
 //! `whippen emulate` as its users meet it. Programs are compiled by arm-none-eabi-gcc; without it those tests say so.
 
+mod boards;
 mod gdb;
 mod gnu;
 #[path = "../../emulator/tests/made/elf.rs"]

@@ -52,7 +52,7 @@ pub struct Converter {
     overruns: u32,
     overrun: bool,
     over: bool,
-    sampled: bool,
+    given: usize,
     /// Cores that have not acknowledged.
     waiting: u32,
     last: Vec<u16>,
@@ -77,7 +77,7 @@ impl Converter {
             overruns: 0,
             overrun: false,
             over: false,
-            sampled: false,
+            given: 0,
             waiting: 0,
             last: Vec::new(),
         }
@@ -98,9 +98,9 @@ impl Converter {
         self.over
     }
 
-    /// Whether the host gave it any samples.
-    pub fn had_samples(&self) -> bool {
-        self.sampled
+    /// How many of the host's sensor words the program has been given.
+    pub fn words_given(&self) -> usize {
+        self.given
     }
 
     /// Words each way per tick.
@@ -145,7 +145,7 @@ impl Converter {
         let keys = self.keys as usize;
         if self.samples.len() >= keys {
             self.last = self.samples.drain(..keys).collect();
-            self.sampled = true;
+            self.given += keys;
         } else {
             self.over = true;
             self.last.resize(keys, 0);

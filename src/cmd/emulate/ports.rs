@@ -55,7 +55,9 @@ impl Devices {
     pub fn write_drive(&self, machine: &Machine, ports: &Ports) -> Outcome {
         let Some(path) = &self.drive else { return Ok(()) };
         let Some(converter) = machine.bus.device::<Converter>(ports.converter) else { return Ok(()) };
-        let bytes: Vec<u8> = converter.drives.iter().flat_map(|word| word.to_le_bytes()).collect();
+        // A program may go on for some ticks after the last sample.
+        let answered = if self.sense.is_some() { converter.words_given() } else { usize::MAX };
+        let bytes: Vec<u8> = converter.drives.iter().take(answered).flat_map(|word| word.to_le_bytes()).collect();
         write_whole(path, |w| w.write_all(&bytes)).map_err(|e| Failure::Usage(e.to_string()))
     }
 }

@@ -225,7 +225,7 @@ pub fn to_the_end(image: &mut Image, task: &Task, outputs: &Outputs) -> Result<E
         _ => machine.cycle(0),
     };
     let converter = ports.as_ref().and_then(|p| ports::converter(machine, p));
-    let over = stop == Stop::Limit && converter.is_some_and(|c| c.had_samples() && c.is_over());
+    let over = stop == Stop::Limit && converter.is_some_and(|c| c.words_given() > 0 && c.is_over());
     let overruns = converter.map_or(0, Converter::overruns);
     Ok(End { stop, over, overruns, cycles, instructions: machine.instructions(), output, profile })
 }
@@ -277,7 +277,7 @@ impl Run<'_> {
     }
 
     fn is_over(&self) -> bool {
-        self.converter().is_some_and(|c| c.is_over() && c.had_samples())
+        self.converter().is_some_and(|c| c.is_over() && c.words_given() > 0)
     }
 
     /// Takes what the program printed since the last time.
