@@ -10,7 +10,9 @@
 //! * [`run`] spends a time on the targets in turn. `cargo run --release -p whippen-fuzz -- --seconds 600 --seed 7` does it at
 //!   length; the test `timed` does it in every run of the tests, after the corpus of old findings.
 //!
-//! Not here: coverage guidance (the mutations know the words of the language instead), the emulator.
+//! The same targets are guided by coverage in `libfuzzer/`, for long runs by hand.
+//!
+//! Not here: the emulator, which has tests of its own.
 
 pub mod mutate;
 pub mod run;

@@ -33,6 +33,17 @@ pub const TARGETS: &[Target] = &[
     Target { name: "device", ending: "toml", try_it: device },
 ];
 
+/// Hands an input to the target of that name.
+///
+/// # Panics
+/// What must hold does not, with what went wrong; or there is no such target.
+pub fn must_hold(name: &str, bytes: &[u8]) {
+    let target = TARGETS.iter().find(|t| t.name == name).expect("a target of the table");
+    if let Err(wrong) = (target.try_it)(bytes) {
+        panic!("{name}: {wrong}");
+    }
+}
+
 /// Ticks that a kernel is run for.
 const TICKS: usize = 3;
 

@@ -4,7 +4,7 @@ use super::ChipTable;
 use crate::board::CoreKind;
 use crate::bus::Waits;
 use crate::device::dma;
-use crate::device::registers::{Reads, Row, held, status, times};
+use crate::device::registers::{Reads, Row, held, status, times, words};
 use crate::device::sio::Chip;
 use crate::fabric::Banks;
 
@@ -58,11 +58,6 @@ pub(super) const CHIP: ChipTable = ChipTable {
     busctrl: 0x4003_0000,
     bootram: None,
 };
-
-/// Registers that hold what is written, whatever it is.
-const fn words(at: u32, count: u32) -> Row {
-    times(count, 4, held(at, 0, u32::MAX))
-}
 
 /// CHIP_ID of stepping B2, PLATFORM (a chip), GITREF.
 const SYSINFO: &[Row] = &[held(0, 0x2000_2927, 0), held(4, 2, 0), held(0x40, 0, 0)];

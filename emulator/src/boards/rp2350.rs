@@ -4,7 +4,7 @@ use super::ChipTable;
 use crate::board::CoreKind;
 use crate::bus::Waits;
 use crate::device::dma;
-use crate::device::registers::{Reads, Row, held, status, times};
+use crate::device::registers::{Reads, Row, held, status, times, words};
 use crate::device::sio::Chip;
 use crate::fabric::Banks;
 
@@ -61,11 +61,6 @@ pub(super) const CHIP: ChipTable = ChipTable {
     busctrl: 0x4006_8000,
     bootram: Some(0x400e_0000),
 };
-
-/// Registers that hold what is written, whatever it is.
-const fn words(at: u32, count: u32) -> Row {
-    times(count, 4, held(at, 0, u32::MAX))
-}
 
 /// CHIP_ID of stepping A2, PACKAGE_SEL, PLATFORM (a chip), GITREF.
 const SYSINFO: &[Row] = &[held(0, 0x2000_4927, 0), held(4, 0, 0), held(8, 2, 0), held(0x14, 0, 0)];

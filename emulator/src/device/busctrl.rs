@@ -3,10 +3,10 @@
 
 use crate::bus::{Access, Bus, BusError, Device};
 use crate::device::alias;
-use crate::device::registers::{Registers, Row, held, times};
+use crate::device::registers::{Registers, Row, held, words};
 
 const PRIORITY: u32 = 0;
-const ROWS: &[Row] = &[held(PRIORITY, 0, 0x1111), held(4, 1, 0), times(9, 4, held(8, 0, u32::MAX))];
+const ROWS: &[Row] = &[held(PRIORITY, 0, 0x1111), held(4, 1, 0), words(8, 9)];
 
 /// See the module.
 pub(crate) struct BusCtrl(Registers);

@@ -51,6 +51,11 @@ pub(crate) const fn times(count: u32, stride: u32, row: Row) -> Row {
     Row { count, stride, ..row }
 }
 
+/// Words that hold what is written, whatever it is.
+pub(crate) const fn words(at: u32, count: u32) -> Row {
+    times(count, 4, held(at, 0, u32::MAX))
+}
+
 /// A block of such registers.
 pub(crate) struct Registers {
     rows: &'static [Row],

@@ -1,14 +1,9 @@
 @ What stands for the boot ROM of RP2040 in the emulator: the wait of core 1 for its start over the FIFO (datasheet 2.8.2),
 @ and the tables of ROM functions (2.8.3) with those that need no flash chip: memory, bits. Written for this project.
-@ arm-none-eabi-as -mcpu=cortex-m0plus rp2040.s -o rp2040.o; arm-none-eabi-ld -Ttext=0 rp2040.o -o rp2040.elf; arm-none-eabi-objcopy -O binary rp2040.elf rp2040.bin
+@ arm-none-eabi-as -mcpu=cortex-m0plus -I . rp2040.s -o rp2040.o; arm-none-eabi-ld -Ttext=0 rp2040.o -o rp2040.elf; arm-none-eabi-objcopy -O binary rp2040.elf rp2040.bin
         .syntax unified
         .thumb
-        .equ    SIO, 0xd0000000
-        .equ    FIFO_ST, 0x50
-        .equ    FIFO_WR, 0x54
-        .equ    FIFO_RD, 0x58
         .equ    AIRCR, 0xe000ed0c
-        .equ    VTOR, 0xe000ed08
 
         .word   0x20042000              @ vector table: a stack, then core 1's wait for everything
         .word   core1 + 1
@@ -21,53 +16,7 @@
         .hword  lookup + 1              @ 0x18
         .hword  0
 
-@ Core 1: empty the FIFO, say 0, then wait for 0 0 1 and the three words; every word is answered with itself.
-        .balign 4
-core1:  ldr     r4, =SIO
-0:      ldr     r0, [r4, #FIFO_ST]
-        lsls    r0, #31                 @ VLD
-        beq     1f
-        ldr     r0, [r4, #FIFO_RD]
-        b       0b
-1:      movs    r0, #0
-        bl      answer
-restart:
-        movs    r5, #0                  @ how many words were right
-next:   ldr     r0, [r4, #FIFO_ST]
-        lsls    r0, #31
-        bne     2f
-        wfe
-        b       next
-2:      ldr     r0, [r4, #FIFO_RD]
-        bl      answer
-        cmp     r5, #3
-        bhs     4f
-        lsrs    r1, r5, #1              @ expected: 0 0 1
-        cmp     r0, r1
-        beq     3f
-        cmp     r0, #0                  @ a 0 out of turn is the first word of another attempt
-        bne     restart
-        movs    r5, #1
-        b       next
-4:      mov     r6, r7                  @ the last three words, oldest in r6
-        mov     r7, r8
-        mov     r8, r0
-3:      adds    r5, #1
-        cmp     r5, #6
-        blo     next
-        ldr     r1, =VTOR               @ vector table, stack, entry
-        str     r6, [r1]
-        msr     msp, r7
-        blx     r8
-        b       core1
-
-@ The word in r0 to core 0.
-answer: ldr     r1, [r4, #FIFO_ST]
-        lsls    r1, #30                 @ RDY
-        bpl     answer
-        str     r0, [r4, #FIFO_WR]
-        sev
-        bx      lr
+        .include "core1.s"
 
 @ lookup(r0: table, r1: two letters): the function, or 0.
         .balign 4

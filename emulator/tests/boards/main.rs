@@ -146,7 +146,10 @@ fn roms_are_their_sources() {
     };
     for (name, core) in [("rp2350", "cortex-m33"), ("rp2040", "cortex-m0plus")] {
         let source = roms.join(format!("{name}.s"));
-        run("arm-none-eabi-as", &[&format!("-mcpu={core}"), &source.to_string_lossy(), "-o", "rom.o"]);
+        run(
+            "arm-none-eabi-as",
+            &[&format!("-mcpu={core}"), "-I", &roms.to_string_lossy(), &source.to_string_lossy(), "-o", "rom.o"],
+        );
         run("arm-none-eabi-ld", &["-Ttext=0", "rom.o", "-o", "rom.elf"]);
         run("arm-none-eabi-objcopy", &["-O", "binary", "rom.elf", "rom.bin"]);
         let assembled = std::fs::read(folder.path().join("rom.bin")).expect("just made");
