@@ -67,7 +67,7 @@ int main(int argc, char **argv)
     }
     double total = 0;
     for (size_t at = 0; at < stretches; at++) total += best[at];
-    printf("%.3f ns per key tick, drive %016llx, %llu events, %llu strikes, mean speed %.4f m/s\n",
+    printf("%.3f ns per key tick, drive %016llx, %llu events, %llu strikes, mean speed word %.0f\n",
            1e9 * total / (double)(rows * KEYS), (unsigned long long)sum, (unsigned long long)events,
            (unsigned long long)strikes, strikes ? speeds / (double)strikes : 0);
     return 0;

@@ -128,15 +128,24 @@ pub fn load(path: &Path, options: &MotionOptions, tick_rate_hz: u32) -> Result<M
         })?;
     }
     check_rates(source.positions_m.len(), source.rate_hz, tick_rate_hz).map_err(error)?;
+    let position_m = resample(&source.positions_m, source.rate_hz, f64::from(tick_rate_hz));
+    if !position_m.iter().all(|x| x.abs() <= FARTHEST_M) {
+        return Err(error(format!(
+            "positions of more than {FARTHEST_M} m are no key's; check the column and its unit"
+        )));
+    }
     Ok(Motion {
         rate_hz: tick_rate_hz,
-        position_m: resample(&source.positions_m, source.rate_hz, f64::from(tick_rate_hz)),
+        position_m,
         samples_read: source.samples_read,
         source_rate_hz: source.rate_hz,
         calibration_clipped: source.calibration_clipped,
         notes: source.notes,
     })
 }
+
+/// Readings beyond this are mistakes (m or rad), and would overflow what computes with them.
+const FARTHEST_M: f64 = 1e6;
 
 /// A file at its own rate.
 struct Source {
