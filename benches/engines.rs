@@ -54,7 +54,7 @@ fn ticks(criterion: &mut Criterion) {
     let words: Vec<u16> = positions.iter().map(|&x| device.word_of_position(x).0).collect();
     for &(name, kind) in ENGINES {
         for keys in [1, 88] {
-            let Ok(mut engine) = Engine::new(kind, &compiled, device.scales(), keys) else { continue };
+            let Ok(mut engine) = Engine::new(kind, &compiled, &device, keys) else { continue };
             let (mut drive, mut inputs, mut tick) = (vec![0; keys], vec![words[0]; keys], 0);
             engine.start(&inputs);
             let mut group = criterion.benchmark_group("tick");

@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             // The slow engines need not play everything.
             let ticks = if kind == EngineKind::Jit { words.len() } else { words.len() / keys };
             let rows: Vec<u16> = (0..ticks * keys).map(|i| words[(i / keys + i % keys * 997) % words.len()]).collect();
-            let mut engine = Engine::new(kind, &compiled, device.scales(), keys)?;
+            let mut engine = Engine::new(kind, &compiled, &device, keys)?;
             let mut drive = vec![0; keys];
             engine.start(&rows[..keys]);
             let start = Instant::now();

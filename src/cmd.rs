@@ -1,5 +1,7 @@
 //! The subcommands.
 
+mod budget;
+mod build;
 mod check;
 mod command;
 mod completions;
@@ -46,6 +48,10 @@ enum Command {
     Check(check::Args),
     /// Move the key of an instrument and record what it does
     Run(Box<run::Args>),
+    /// Compile an instrument for a microcontroller: files to link, and their bindings
+    Build(Box<build::Args>),
+    /// Prove that every key's tick is in time, and show where the cycles go
+    Budget(Box<budget::Args>),
     /// Lay out programs in the canonical way; comments stay
     Fmt(fmt::Args),
     /// Show the page of a diagnostic: what it means, the mistake, and its mend
@@ -69,6 +75,8 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::New(args)) => new::run(&args),
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Run(args)) => run::run(&args),
+        Some(Command::Build(args)) => build::run(&args),
+        Some(Command::Budget(args)) => budget::run(&args),
         Some(Command::Fmt(args)) => fmt::run(&args),
         Some(Command::Explain(args)) => explain::run(&args),
         Some(Command::Dump(args)) => dump::run(&args),

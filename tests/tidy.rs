@@ -8,6 +8,9 @@ use std::path::{Path, PathBuf};
 /// The only file that may be `unsafe`.
 const UNSAFE: &str = "compiler/src/host.rs";
 
+/// Files that write Rust for others to link, and what they wrote; none of it runs here.
+const WRITTEN: [&str; 2] = ["compiler/src/image/bindings/rust.rs", "tests/build/bindings/probe_module.rs"];
+
 /// Floating point in what works on integers: file, what is allowed there, why.
 const FLOATS: &[(&str, &str)] = &[
     // The exact integer square root begins with a rounded one, corrected afterwards.
@@ -117,8 +120,9 @@ fn unsafe_code_stands_where_compiled_code_is_called() {
     let code = |line: &str| line.split("//").next().unwrap_or_default().replace("'unsafe-inline'", "");
     let uses = |t: &Text| t.text.lines().any(|l| has_word(&code(l), "unsafe"));
     // This file speaks of it.
-    let found: Vec<String> =
-        rust().into_iter().filter(|t| t.path != "tests/tidy.rs" && uses(t)).map(|t| t.path).collect();
+    let spoken = |t: &&Text| t.path == "tests/tidy.rs" || WRITTEN.contains(&t.path.as_str());
+    let texts = rust();
+    let found: Vec<&str> = texts.iter().filter(|t| !spoken(t) && uses(t)).map(|t| t.path.as_str()).collect();
     assert_eq!(found, [UNSAFE]);
 }
 

@@ -30,7 +30,7 @@ mod helpers;
 mod names;
 mod operator;
 
-pub use names::Names;
+pub use names::{Names, spelled};
 
 use crate::kernel::{Inst, Kernel, Op, Region, Type, Value, Verified};
 use std::fmt::Write;

@@ -15,6 +15,7 @@ mod convert;
 mod export;
 mod format;
 mod linear;
+mod origin;
 mod plan;
 mod real;
 mod rules;
@@ -22,6 +23,7 @@ mod sense;
 mod values;
 
 pub use export::{Export, ExportKind, Lowered, LoweredEvent, LoweredEventKind, LoweredLive};
+pub use origin::Origin;
 
 use std::collections::HashMap;
 
@@ -61,6 +63,7 @@ struct Lowerer<'a> {
     lives: Vec<(u32, f64)>,
     keyed: Vec<(u32, f64)>,
     clamps: Vec<String>,
+    origins: origin::Origins,
 }
 
 impl<'a> Lowerer<'a> {
@@ -80,6 +83,7 @@ impl<'a> Lowerer<'a> {
             lives: Vec::new(),
             keyed: Vec::new(),
             clamps: Vec::new(),
+            origins: origin::Origins::default(),
         }
     }
 
@@ -90,19 +94,24 @@ impl<'a> Lowerer<'a> {
         self.declare_senses()?;
 
         self.b.begin_tick();
+        let exports = self.from_all(|s| s.tick(drive, &events))?;
+        let lives = self.live_meanings();
+        let (events, clamps, origins) = (events.meanings, self.clamps, self.origins.list);
+        let mut kernel = self.b.finish();
+        kernel::sweep(&mut kernel);
+        Ok(Lowered { kernel, exports, events, lives, clamps, origins })
+    }
+
+    fn tick(&mut self, drive: u32, events: &rules::Events) -> Result<Vec<Export>, OpError> {
         self.tick_senses()?;
         let word = self.drive_word()?;
         self.b.effect(kernel::Op::Out(drive), &[word])?;
         let exports = if self.observe { self.probes()? } else { Vec::new() };
         let mut writes = self.integrated()?;
-        self.rules(&events, &mut writes)?;
+        self.rules(events, &mut writes)?;
         self.commit(writes)?;
         self.tick_histories()?;
-        let lives = self.live_meanings();
-        let (events, clamps) = (events.meanings, self.clamps);
-        let mut kernel = self.b.finish();
-        kernel::sweep(&mut kernel);
-        Ok(Lowered { kernel, exports, events, lives, clamps })
+        Ok(exports)
     }
 
     fn constant(&mut self, value: i64) -> Result<Value, OpError> {

@@ -26,6 +26,7 @@
 //! | [`layout`], [`memory`] | where everything lies; what operators on memory mean |
 //! | [`interp`] | the reference engine, built from the table alone |
 //! | `strip` | the same Kernel without probes |
+//! | `walk` | the walk over a region that translators share |
 //! | [`random`] | random valid Kernels and inputs, for tests of every engine |
 //!
 //! Not here: reals, units, formats (they end in `fix::lower`), machine code (`host`, `thumb`).
@@ -41,6 +42,7 @@ mod print;
 pub mod random;
 mod strip;
 pub mod verify;
+mod walk;
 
 pub use build::Builder;
 pub use interp::Interp;
@@ -51,6 +53,7 @@ pub use op::{Effect, Immediate, Op, OpError, ROWS};
 pub use parse::{ParseError, parse};
 pub use strip::{sweep, without_probes};
 pub use verify::{Verified, VerifyError, verify};
+pub(crate) use walk::Walk;
 
 use std::fmt;
 
@@ -312,4 +315,6 @@ pub struct Inst {
     pub results: Vec<Value>,
     /// `if`: then and else; `loop`: the body; otherwise none.
     pub regions: Vec<Region>,
+    /// Which place of the source it was made for, by number; means nothing to engines.
+    pub origin: Option<u32>,
 }

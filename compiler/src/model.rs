@@ -64,6 +64,8 @@ pub struct Model {
     pub within: Vec<Option<u32>>,
     /// The calls of terms that have been inlined.
     pub calls: Vec<Call>,
+    /// What the text declares, with the declarations of inlined terms: what values and code are made for.
+    pub items: Vec<Item>,
     /// What is measured, in the order of the text.
     pub senses: Vec<Sense>,
     /// What the player may turn, in the order of the text.
@@ -97,6 +99,17 @@ pub struct Call {
     pub span: Span,
     /// The call inside which it stands.
     pub outer: Option<u32>,
+}
+
+/// A declaration or a transition.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Item {
+    /// Its kind and full name: `force contact`, `state jack.held`; a transition as in [`Model::rule_name`].
+    pub name: String,
+    /// All of it.
+    pub span: Span,
+    /// Inside which call of a term (an index into the Model's).
+    pub call: Option<u32>,
 }
 
 /// `sense`
@@ -284,6 +297,15 @@ pub enum Action {
         /// Where it stands.
         span: Span,
     },
+}
+
+impl Action {
+    /// Where it stands.
+    pub fn span(&self) -> Span {
+        match self {
+            Action::Write { span, .. } | Action::Fire { span, .. } | Action::Emit { span, .. } => *span,
+        }
+    }
 }
 
 /// A kind of emitted event. Two `emit`s with the same name and the same argument names share one.

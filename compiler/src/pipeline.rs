@@ -19,6 +19,7 @@ pub const PASSES: &[(&str, &str)] = &[
     ("check", "the Model: equations over the reals, names resolved, terms inlined"),
     ("simplify", "the Model after algebra, with the proven range of every value"),
     ("lower", "the Kernel: one tick as integers"),
+    ("modes", "the tick of each mode: one piece of code for every combination of machine states that can occur"),
 ];
 
 /// One instrument in every form.

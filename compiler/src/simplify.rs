@@ -45,8 +45,7 @@ pub fn simplify(model: &Model) -> Result<Step, Vec<Diagnostic>> {
     let drive = rewriter.node(drive);
     let mut out = model.clone();
     out.roots_mut().into_iter().for_each(|root| *root = rewriter.node(*root));
-    (out.dag, out.spans) = rewriter.finish();
-    out.within.clear();
+    (out.dag, out.spans, out.within) = rewriter.finish();
     Ok(Step { model: out, rates, coordinates, drive })
 }
 

@@ -38,6 +38,13 @@ fn products_are_those_of_fixed() {
         let sum = evaluate(Op::MacWide, Type::I64, [b, a, b]);
         let expected = FixedI64::<U27>::from_bits(b).to_bits().wrapping_add(x.wide_mul(y).to_bits());
         assert_eq!(sum, expected, "{a} {b}");
+        let top = x.wide_mul(y).to_bits() >> 32;
+        assert_eq!(evaluate(Op::MulTop, Type::I32, [a, b, 0]), top, "{a} {b}");
+        assert_eq!(
+            evaluate(Op::MacTop, Type::I32, [a, a, b]),
+            i64::from((a as i32).wrapping_add(top as i32)),
+            "{a} {b}"
+        );
     }
 }
 
@@ -145,6 +152,7 @@ fn results_that_need_not_fit_are_refused() {
         assert!(refused(op, &[word, word]) && refused(op, &[wide, wide]), "{op:?}");
     }
     assert!(refused(Op::MacWide, &[wide, word, word]));
+    assert!(refused(Op::MacTop, &[word, word, word]) && !refused(Op::MulTop, &[word, word]));
     assert!(refused(Op::Shl(1), &[word]) && refused(Op::Narrow, &[wide]) && refused(Op::Sqrt, &[wide]));
     assert!(refused(Op::DivRound(1), &[word, info(Type::I32, 1, 1)]));
     assert!(refused(Op::DivRound(0), &[word, info(Type::I32, -1, -1)]));

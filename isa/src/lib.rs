@@ -6,7 +6,7 @@
 //!                                   |
 //!   halfwords --decode--> Inst (encoding + operands) --encode--> halfwords
 //!                                   |
-//!             Display (UAL)   uses, defs, flags   class, it_rule, shortest
+//!        Display, parse (UAL)   uses, defs, flags   class, it_rule, shortest
 //! ```
 //!
 //! An emulator decodes once and executes by [`Op`] and operands; a compiler fills operands in, asks what is read and
@@ -48,6 +48,8 @@
 //! * Meaning (the emulator's).
 #![no_std]
 
+extern crate alloc;
+
 mod arch;
 mod class;
 mod cond;
@@ -58,6 +60,7 @@ mod encode;
 pub mod imm;
 mod inst;
 mod limits;
+mod parse;
 mod pattern;
 pub mod reg;
 mod row;
@@ -76,6 +79,7 @@ pub use encode::{Code, NotEncoded};
 pub use imm::ShiftType;
 pub use inst::Inst;
 pub use limits::Why;
+pub use parse::{NotParsed, parse};
 pub use reg::RegSet;
 pub use row::{Encoding, Form, ItRule};
 pub use table::Op;

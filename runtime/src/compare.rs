@@ -56,8 +56,8 @@ pub fn compare(
     positions_m: &[f64],
     mut progress: impl FnMut(usize),
 ) -> Result<Comparison, String> {
-    let mut engine = Engine::new(kind, compiled, device.scales(), 1)?;
-    let mut ideal = Engine::new(EngineKind::Ideal, compiled, device.scales(), 1)?;
+    let mut engine = Engine::new(kind, compiled, device, 1)?;
+    let mut ideal = Engine::new(EngineKind::Ideal, compiled, device, 1)?;
     let mut sums = Sums::new(compiled);
     let mut out = Comparison::default();
     let (mut drive, senses) = ([0i16], compiled.model.senses.len());

@@ -8,7 +8,7 @@
 //! how it moves: a key slides (m, N), a knob turns (rad, N*m). Positions and forces are meant that way in all of this crate, also
 //! where a name ends in `_m` or `_n`. Programs that name no device get the bundled one that moves as they do.
 //!
-//! Not here: boards (which core, which pins), motors and their heat, the mechanics of the key.
+//! Not here: boards (which core, which pins), what is done about a motor's heat (the firmware), the mechanics of the key.
 
 mod file;
 
@@ -36,6 +36,21 @@ pub struct Device {
     pub drive: Drive,
     /// Whether it is turned (rad, N*m); otherwise it slides (m, N).
     pub turns: bool,
+    /// What its motor stands, if it says so: an image protects it.
+    pub motor: Option<Motor>,
+}
+
+/// A motor: what its amplifier gives and its winding stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motor {
+    /// Torque of a current (N*m/A).
+    pub torque_constant: f64,
+    /// The current it stands for ever (A).
+    pub rated_a: f64,
+    /// The current that drive word 32768 asks for, the most there is (A), above `rated_a`.
+    pub peak_a: f64,
+    /// How long it stands that (s).
+    pub peak_s: f64,
 }
 
 /// A position sensor with its converter: 16-bit words, unsigned.

@@ -1,4 +1,4 @@
-//! The engines behind one door: `jit`, `interp` and `ideal` run the same instrument on the same words.
+//! The engines behind one door: `jit`, `interp`, `ideal` and `emulated` run the same instrument on the same words.
 
 use std::fmt;
 use std::str::FromStr;
@@ -10,6 +10,9 @@ use whippen_compiler::kernel::{self, Interp};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::scales::Scales;
 
+use crate::device::Device;
+use crate::emulated::Emulated;
+
 /// Which engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EngineKind {
@@ -19,11 +22,17 @@ pub enum EngineKind {
     Interp,
     /// The Model in f64: the yardstick.
     Ideal,
+    /// The image of `whippen build` on the emulated board.
+    Emulated,
 }
 
 /// The engines by name.
-pub const ENGINES: &[(&str, EngineKind)] =
-    &[("jit", EngineKind::Jit), ("interp", EngineKind::Interp), ("ideal", EngineKind::Ideal)];
+pub const ENGINES: &[(&str, EngineKind)] = &[
+    ("jit", EngineKind::Jit),
+    ("interp", EngineKind::Interp),
+    ("ideal", EngineKind::Ideal),
+    ("emulated", EngineKind::Emulated),
+];
 
 impl FromStr for EngineKind {
     type Err = String;
@@ -61,16 +70,19 @@ pub enum Engine<'c> {
     Interp(&'c Compiled, Box<Interp>),
     /// See [`EngineKind::Ideal`].
     Ideal(&'c Compiled, Box<Ideal<'c>>, Scales),
+    /// See [`EngineKind::Emulated`].
+    Emulated(&'c Compiled, Box<Emulated>),
 }
 
 impl<'c> Engine<'c> {
     /// An engine of `keys` keys at rest.
     ///
     /// # Errors
-    /// The host's code generator refuses (an unsupported machine), in words.
-    pub fn new(kind: EngineKind, compiled: &'c Compiled, scales: Scales, keys: usize) -> Result<Engine<'c>, String> {
-        let kernel = &compiled.lowered.kernel;
+    /// The host's code generator refuses (an unsupported machine), or there is no image of so many keys, in words.
+    pub fn new(kind: EngineKind, compiled: &'c Compiled, device: &Device, keys: usize) -> Result<Engine<'c>, String> {
+        let (kernel, scales) = (&compiled.lowered.kernel, device.scales());
         Ok(match kind {
+            EngineKind::Emulated => Engine::Emulated(compiled, Box::new(Emulated::new(compiled, device, keys)?)),
             EngineKind::Jit => {
                 let options = Options { probes: true };
                 let code = HostCode::build(kernel, keys, options).map_err(|e| e.to_string())?;
@@ -89,6 +101,7 @@ impl<'c> Engine<'c> {
             Engine::Jit(_, code) => code.init(words),
             Engine::Interp(_, interp) => interp.init(words),
             Engine::Ideal(..) => {}
+            Engine::Emulated(_, board) => board.start(words),
         }
     }
 
@@ -97,6 +110,7 @@ impl<'c> Engine<'c> {
         match self {
             Engine::Jit(_, code) => code.tick(words, drive),
             Engine::Interp(_, interp) => interp.tick(words, drive),
+            Engine::Emulated(_, board) => board.tick(words, drive),
             Engine::Ideal(_, ideal, scales) => {
                 ideal.tick(words);
                 for (key, word) in drive.iter_mut().enumerate() {
@@ -106,13 +120,28 @@ impl<'c> Engine<'c> {
         }
     }
 
-    /// The exported value of the last tick (SI; states and bools as indices).
+    /// Whether it knows values inside of a tick: [`Engine::value`].
+    pub fn observes(&self) -> bool {
+        !matches!(self, Engine::Emulated(..))
+    }
+
+    /// The board, on [`EngineKind::Emulated`].
+    pub fn board(&self) -> Option<&Emulated> {
+        match self {
+            Engine::Emulated(_, board) => Some(board),
+            _ => None,
+        }
+    }
+
+    /// The exported value of the last tick (SI; states and bools as indices); not a number where the engine does not
+    /// [observe](Engine::observes).
     pub fn value(&self, key: usize, index: usize, export: &Export) -> f64 {
         let probes = |all: &[i64], count: usize| export.value(all[key * count + index]);
         match self {
             Engine::Jit(c, code) => probes(code.probes(), c.lowered.exports.len()),
             Engine::Interp(c, interp) => probes(interp.probes(), c.lowered.exports.len()),
             Engine::Ideal(c, ideal, _) => ideal_value(c, ideal, key, export.kind),
+            Engine::Emulated(..) => f64::NAN,
         }
     }
 
@@ -121,6 +150,7 @@ impl<'c> Engine<'c> {
         match self {
             Engine::Jit(c, code) => decode(&c.lowered.events, code.drain_events()),
             Engine::Interp(c, interp) => decode(&c.lowered.events, interp.drain_events()),
+            Engine::Emulated(c, board) => decode(&c.lowered.events, board.drain()),
             Engine::Ideal(c, ideal, _) => ideal
                 .occurrences()
                 .iter()

@@ -22,6 +22,7 @@ use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::{Compiled, compile};
 
 use crate::device::Device;
+use crate::emulated::Load;
 use crate::engine::{Engine, EngineKind};
 use crate::gesture::{Follower, Move};
 
@@ -80,7 +81,7 @@ pub fn play(
                 while !failed.load(Ordering::Relaxed) {
                     let at = next.fetch_add(1, Ordering::Relaxed);
                     let Some(group) = groups.get(at) else { return };
-                    let logs = play_group(model, device, kind, group, ticks, &progress);
+                    let logs = play_group(model, device, kind, group, ticks, &progress).map(|(logs, _)| logs);
                     failed.fetch_or(logs.is_err(), Ordering::Relaxed);
                     // A poisoned lock means another thread has panicked, which ends the scope with its panic anyway.
                     if let Ok(mut done) = done.lock() {
@@ -94,6 +95,21 @@ pub fn play(
     done.sort_by_key(|(at, _)| *at);
     let logs: Result<Vec<Vec<KeyLog>>, String> = done.into_iter().map(|(_, logs)| logs).collect();
     Ok(logs?.concat())
+}
+
+/// Plays keys on one emulated board that has these keys, and gives what it took besides.
+///
+/// # Errors
+/// There is no image of so many keys, or a tick is missed, in words.
+pub fn play_on_board(
+    model: &Model,
+    device: &Device,
+    keys: &[PlayingKey],
+    ticks: usize,
+    progress: impl Fn(usize),
+) -> Result<(Vec<KeyLog>, Load), String> {
+    let (logs, load) = play_group(model, device, EngineKind::Emulated, keys, ticks, &progress)?;
+    Ok((logs, load.unwrap_or_default()))
 }
 
 /// The instrument as some keys of a keyboard have it: their values of what is set per key.
@@ -113,11 +129,11 @@ fn play_group(
     keys: &[PlayingKey],
     ticks: usize,
     progress: &impl Fn(usize),
-) -> Result<Vec<KeyLog>, String> {
+) -> Result<(Vec<KeyLog>, Option<Load>), String> {
     let indices: Vec<usize> = keys.iter().map(|key| key.index).collect();
     let model = model_of_keys(model, &indices);
     let compiled = compile(model, device.scales(), false).map_err(|e| format!("{e:?}"))?;
-    let mut engine = Engine::new(kind, &compiled, device.scales(), keys.len())?;
+    let mut engine = Engine::new(kind, &compiled, device, keys.len())?;
     let mut group = Group::new(&compiled, device, keys);
     for block in (0..ticks).step_by(BLOCK) {
         let end = ticks.min(block + BLOCK);
@@ -125,8 +141,11 @@ fn play_group(
             group.tick(&mut engine, tick);
         }
         progress((end - block) * keys.len());
+        if let Some(trouble) = engine.board().and_then(|board| board.trouble()) {
+            return Err(trouble.to_string());
+        }
     }
-    Ok(group.logs)
+    Ok((group.logs, engine.board().map(|board| board.load())))
 }
 
 /// Some keys while they play.

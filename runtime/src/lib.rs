@@ -9,13 +9,17 @@
 //! Files are read and written here and nowhere below: [`files`] has the errors and the whole-or-not-at-all writer that all
 //! of them share. Every result is a function of its inputs alone, on every machine.
 //!
-//! Not here: the language (the compiler), the target (the emulator).
+//! Not here: the language (the compiler), what instructions do (the emulator).
 
+pub mod board;
 pub mod compare;
 pub mod device;
+pub mod emulated;
 pub mod engine;
+mod entries;
 pub mod files;
 pub mod gesture;
+pub mod image;
 pub mod keyboard;
 pub mod midi;
 pub mod motion;

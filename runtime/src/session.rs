@@ -15,6 +15,7 @@ use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::units::Dim;
 
 use crate::device::Device;
+use crate::emulated::Load;
 use crate::engine::{Engine, EngineKind, Happened};
 use crate::plot::{Figure, Roles};
 use crate::titles::join_title;
@@ -58,6 +59,8 @@ pub struct Run {
     pub trace: Trace,
     /// What was counted.
     pub counts: Counts,
+    /// What it took on the board, on the engine `emulated`.
+    pub load: Option<Load>,
 }
 
 /// Runs `compiled` over `positions_m`, one per tick. `progress` is told the ticks done now and then.
@@ -71,9 +74,9 @@ pub fn run(
     positions_m: &[f64],
     mut progress: impl FnMut(usize),
 ) -> Result<Run, String> {
-    let mut engine = Engine::new(kind, compiled, device.scales(), 1)?;
+    let mut engine = Engine::new(kind, compiled, device, 1)?;
     let senses = compiled.model.senses.len();
-    let mut recorder = Recorder::new(compiled, positions_m.len());
+    let mut recorder = Recorder::new(compiled, positions_m.len(), engine.observes());
     let mut watch = Watch::new(compiled, device);
     let mut words = vec![0u16; senses];
     let mut drive = [0i16];
@@ -92,7 +95,10 @@ pub fn run(
         }
     }
     progress(positions_m.len());
-    Ok(Run { trace: recorder.trace, counts: watch.counts })
+    if let Some(trouble) = engine.board().and_then(|board| board.trouble()) {
+        return Err(trouble.to_string());
+    }
+    Ok(Run { trace: recorder.trace, counts: watch.counts, load: engine.board().map(|board| board.load()) })
 }
 
 /// Counts what the converters and the ranges cut off.
@@ -180,7 +186,8 @@ struct Recorder<'c> {
 }
 
 impl<'c> Recorder<'c> {
-    fn new(compiled: &'c Compiled, ticks: usize) -> Recorder<'c> {
+    /// Without values inside of ticks there is the drive alone.
+    fn new(compiled: &'c Compiled, ticks: usize, observes: bool) -> Recorder<'c> {
         let exports = &compiled.lowered.exports;
         let column = |name: &str, unit: String, labels: Vec<String>| Column {
             name: name.to_string(),
@@ -188,7 +195,8 @@ impl<'c> Recorder<'c> {
             labels,
             values: Vec::with_capacity(ticks),
         };
-        let shown: Vec<usize> = (0..exports.len()).filter(|&i| has_column(&compiled.model, &exports[i])).collect();
+        let shown: Vec<usize> =
+            (0..exports.len()).filter(|&i| observes && has_column(&compiled.model, &exports[i])).collect();
         let mut columns = vec![column("drive", drive_unit(&compiled.model), Vec::new())];
         for &index in &shown {
             let export = &exports[index];

@@ -3,6 +3,8 @@
 use clap::ValueHint;
 use whippen_compiler::check::Options;
 use whippen_compiler::diag::Severity;
+use whippen_compiler::kernel::{Kernel, without_probes};
+use whippen_compiler::modes::{self, INSTRUCTIONS, Modes, verify};
 use whippen_compiler::pipeline::PASSES;
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::syntax::{parse, pretty};
@@ -18,7 +20,7 @@ pub struct Args {
     /// The files of one program, and the name of an instrument if there are several
     #[arg(required = true, value_name = "FILE.. [INSTRUMENT]", value_hint = ValueHint::FilePath)]
     words: Vec<String>,
-    /// The last pass to run: parse, check, simplify or lower
+    /// The last pass to run: parse, check, simplify, lower or modes
     #[arg(long, value_name = "PASS", default_value = "lower")]
     after: String,
     /// Leave out what only traces need: probes, and events for transitions
@@ -45,9 +47,20 @@ pub fn run(args: &Args) -> Outcome {
     let compiled = load::compiled(&map, model.clone(), &Device::of(model), !args.bare)?;
     match pass {
         2 => say::whole(&compiled.step.model.to_string()),
-        _ => say::whole(&compiled.lowered.kernel.to_string()),
+        3 => say::whole(&compiled.lowered.kernel.to_string()),
+        _ => say::whole(&specialised(&compiled.lowered.kernel)?.to_string()),
     }
     Ok(())
+}
+
+/// The modes of a kernel, verified.
+fn specialised(kernel: &Kernel) -> Result<Modes, Failure> {
+    let modes = modes::specialise(&without_probes(kernel), INSTRUCTIONS);
+    verify::verify(&modes).map_err(|errors| {
+        let all: Vec<String> = errors.iter().map(ToString::to_string).collect();
+        Failure::Defect(format!("the modes of `{}`: {}", kernel.name, all.join("; ")))
+    })?;
+    Ok(modes)
 }
 
 /// The trees as source text; mistakes are told, and what could be read is printed all the same.

@@ -98,6 +98,11 @@ impl<'a> Board<'a> {
         Ok(Board { name: keyboard.map(|k| k.name.as_str()), model, first, last })
     }
 
+    /// How many keys it has.
+    fn keys(&self) -> usize {
+        usize::from(self.last - self.first) + 1
+    }
+
     /// Key index of a MIDI number.
     fn index(&self, key: u8) -> Option<usize> {
         (self.first..=self.last).contains(&key).then(|| usize::from(key - self.first))
@@ -206,15 +211,33 @@ fn play(setup: &Setup, args: &KeysArgs, board: &Board, score: &Score) -> Result<
             progress.0.at(progress.1 / keys);
         }
     };
-    let logs = keyboard::play(board.model, setup.device, setup.engine, &score.keys, score.ticks, threads, tell);
+    let logs = if setup.engine == EngineKind::Emulated {
+        on_board(setup, board, score, |ticks| tell(ticks * keys / board.keys()))
+    } else {
+        keyboard::play(board.model, setup.device, setup.engine, &score.keys, score.ticks, threads, tell)
+            .map_err(Failure::Defect)
+    };
     if let Ok(progress) = progress.lock() {
         progress.0.done();
     }
     let played_s = score.ticks as f64 / f64::from(board.model.rate_hz);
     let of = board.name.map_or(String::new(), |name| format!("{name}, "));
     let (engine, factor) = (setup.engine, played_s / start.elapsed().as_secs_f64());
+    let logs = logs?;
     say!("{of}{}: {played_s:.2} s on engine {engine}, {threads} threads, {factor:.1}x real time", board.model.name);
-    logs.map_err(Failure::Defect)
+    Ok(logs)
+}
+
+/// All keys of the keyboard on one board, those that rest too.
+fn on_board(setup: &Setup, board: &Board, score: &Score, tell: impl Fn(usize)) -> Result<Vec<KeyLog>, Failure> {
+    let playing = |index: usize| score.keys.iter().find(|key| key.index == index).cloned();
+    let key = |index: usize| playing(index).unwrap_or(PlayingKey { index, ..PlayingKey::default() });
+    let keys: Vec<PlayingKey> = (0..board.keys()).map(key).collect();
+    let (mut logs, load) = keyboard::play_on_board(board.model, setup.device, &keys, score.ticks, tell)
+        .map_err(|why| run::stopped(setup.engine, why))?;
+    run::tell_load(&load);
+    logs.retain(|log| playing(log.index).is_some());
+    Ok(logs)
 }
 
 /// One key again, with everything recorded and written.
@@ -247,8 +270,8 @@ fn trace_key(setup: &Setup, board: &Board, score: &Score, index: usize) -> Resul
 fn traced(setup: &Setup, compiled: &Compiled, positions: &Positions) -> Result<Run, Failure> {
     let progress = Progress::new(positions.position_m.len(), compiled.model.rate_hz);
     let at = |ticks| progress.at(ticks);
-    let played =
-        session::run(compiled, setup.device, setup.engine, &positions.position_m, at).map_err(Failure::Defect)?;
+    let played = session::run(compiled, setup.device, setup.engine, &positions.position_m, at)
+        .map_err(|why| run::stopped(setup.engine, why))?;
     progress.done();
     let outputs = setup.outputs;
     // The events are those of all keys, and the report has all sections.

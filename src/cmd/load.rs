@@ -153,6 +153,19 @@ pub fn print(map: &SourceMap, diagnostics: &[Diagnostic], least: Severity) {
 /// The page of a diagnostic is pointed at once in a run.
 static EXPLAINED: Once = Once::new();
 
+/// The device of a file, or of the program's keyboard, or the bundled one that moves as the instrument does.
+pub fn device(path: Option<&Path>, program: &Program, model: &Model) -> Result<Device, Failure> {
+    let device = match (path, program.keyboards.first()) {
+        (Some(path), _) => Device::load(path).map_err(|e| Failure::Usage(e.to_string())),
+        (None, Some(keyboard)) => Device::bundled(&keyboard.device).ok_or_else(|| {
+            Failure::Usage(format!("there is no device `{}`; give its file with --device", keyboard.device))
+        }),
+        (None, None) => Ok(Device::of(model)),
+    }?;
+    device.fits(model).map_err(|why| Failure::Usage(format!("{why}; give another device with --device")))?;
+    Ok(device)
+}
+
 /// The instrument that was named, or the only one.
 pub fn instrument<'p>(program: &'p Program, name: Option<&str>) -> Result<&'p Model, Failure> {
     let names = || program.instruments.iter().map(|m| m.name.as_str()).collect::<Vec<_>>().join(", ");

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
-use whippen_compiler::check::{Options, Program};
+use whippen_compiler::check::Options;
 use whippen_compiler::diag::Severity;
-use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::compare::compare;
 use whippen_runtime::device::Device;
+use whippen_runtime::emulated::Load;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::files::FileError;
 use whippen_runtime::plot;
@@ -35,7 +35,7 @@ pub struct Args {
     motion: MotionArgs,
     #[command(flatten)]
     keys: KeysArgs,
-    /// What runs it: jit (compiled, fixed point), interp (the reference) or ideal (f64)
+    /// What runs it: jit (compiled, fixed point), interp (the reference), ideal (f64) or emulated (the image of `build` on its board)
     #[arg(long, default_value = "jit")]
     engine: EngineKind,
     /// Give a parameter another value, such as weight=0.4N
@@ -95,6 +95,21 @@ impl Outputs {
     }
 }
 
+impl Args {
+    /// A board keeps no values from inside of ticks: no figure can be drawn of it, and nothing but the drive be compared.
+    fn fits_engine(&self) -> Result<(), String> {
+        let outputs = &self.outputs;
+        let wanted =
+            [("--plot", !outputs.plot.is_empty()), ("--report", outputs.report.is_some()), ("--errors", self.errors)];
+        match wanted.iter().find(|(_, wanted)| *wanted && self.engine == EngineKind::Emulated) {
+            Some((option, _)) => Err(format!(
+                "{option} shows values from inside of ticks, which a board does not keep; use --engine jit, which is bit for bit the same"
+            )),
+            None => Ok(()),
+        }
+    }
+}
+
 pub fn run(args: &Args) -> Outcome {
     if !args.watch {
         return once(args);
@@ -107,11 +122,12 @@ pub fn run(args: &Args) -> Outcome {
 fn once(args: &Args) -> Outcome {
     let (files, name) = load::split(&args.words)?;
     args.outputs.check().map_err(Failure::Usage)?;
+    args.fits_engine().map_err(Failure::Usage)?;
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
     let sources = load::read(&files)?;
     let (map, program) = load::checked(&sources, &options, Severity::Warning)?;
     if let Some(path) = &args.keys.midi {
-        let device = device(args, &program, keys::instrument(&program, name, &args.keys)?)?;
+        let device = load::device(args.device.as_deref(), &program, keys::instrument(&program, name, &args.keys)?)?;
         let setup = Setup {
             map: &map,
             program: &program,
@@ -126,9 +142,10 @@ fn once(args: &Args) -> Outcome {
         return keys::run(&setup, &args.keys, path);
     }
     let model = load::instrument(&program, name)?.clone();
-    let device = device(args, &program, &model)?;
+    let device = load::device(args.device.as_deref(), &program, &model)?;
     let mut positions = args.motion.load(&model)?;
-    let compiled = load::compiled(&map, model, &device, true)?;
+    // A board gets the image that `build` makes, in which nothing is observed.
+    let compiled = load::compiled(&map, model, &device, args.engine != EngineKind::Emulated)?;
     if let Some(seconds) = args.seconds {
         let ticks = (seconds * f64::from(compiled.model.rate_hz)).ceil() as usize;
         positions.position_m.truncate(ticks.max(1));
@@ -165,25 +182,36 @@ fn print_errors(compiled: &Compiled, device: &Device, kind: EngineKind, position
     Ok(())
 }
 
-/// The device named on the command line, else the first keyboard's, else the bundled one that moves as the instrument does.
-fn device(args: &Args, program: &Program, model: &Model) -> Result<Device, Failure> {
-    let device = match (&args.device, program.keyboards.first()) {
-        (Some(path), _) => Device::load(path).map_err(|e| Failure::Usage(e.to_string())),
-        (None, Some(keyboard)) => Device::bundled(&keyboard.device).ok_or_else(|| {
-            Failure::Usage(format!("there is no device `{}`; give its file with --device", keyboard.device))
-        }),
-        (None, None) => Ok(Device::of(model)),
-    }?;
-    device.fits(model).map_err(|why| Failure::Usage(format!("{why}; give another device with --device")))?;
-    Ok(device)
-}
-
 /// Runs with a progress bar.
 pub fn play(compiled: &Compiled, device: &Device, kind: EngineKind, positions: &Positions) -> Result<Run, Failure> {
     let progress = Progress::new(positions.position_m.len(), compiled.model.rate_hz);
     let run = session::run(compiled, device, kind, &positions.position_m, |ticks| progress.at(ticks));
     progress.done();
-    run.map_err(Failure::Defect)
+    run.map_err(|why| stopped(kind, why))
+}
+
+/// What an engine could not go on with: on a board that is the program, or its device.
+pub fn stopped(kind: EngineKind, why: String) -> Failure {
+    if kind != EngineKind::Emulated {
+        return Failure::Defect(why);
+    }
+    eprintln!("error: on the emulated board: {why}");
+    Failure::Program
+}
+
+/// What a run took on the board.
+pub fn tell_load(load: &Load) {
+    for (number, core) in load.cores.iter().enumerate() {
+        say!(
+            "  core {number}: {} keys, longest tick {} of {} cycles, {:.1} % busy, {} missed, faults {}",
+            core.keys,
+            core.frame_cycles_max,
+            load.period_cycles,
+            100.0 * core.utilisation(load),
+            core.missed,
+            core.faults
+        );
+    }
 }
 
 /// What happened, in a few lines.
@@ -203,6 +231,10 @@ fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Positio
     }
     for (count, what) in run.counts.told() {
         say!("  {count} of {ticks} ticks {what}");
+    }
+    if let Some(load) = &run.load {
+        tell_load(load);
+        say!("  traced are the drive and what is emitted: a board keeps no values and transitions of a tick");
     }
 }
 

@@ -32,6 +32,7 @@ const COMMANDS: &[(&str, &str, Command)] = &[
     ("kernel", "verify", kernel::verify),
     ("kernel", "strip", kernel::strip),
     ("kernel", "run", run::run),
+    ("kernel", "modes", kernel::modes),
     ("whip", "parse", whip::parse),
     ("whip", "check", whip::check),
     ("whip", "mistake", whip::mistake),
@@ -53,6 +54,7 @@ directories! {
     kernel_operators    "kernel/operators"
     kernel_memory       "kernel/memory"
     kernel_control      "kernel/control"
+    kernel_modes        "kernel/modes"
     whip_parse          "whip/parse"
     whip_check          "whip/check"
     whip_mistakes       "whip/mistakes"

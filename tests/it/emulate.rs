@@ -7,7 +7,7 @@ mod gnu;
 mod made;
 
 use crate::cli::Shell;
-use gnu::gcc;
+pub use gnu::gcc;
 use made::{Part, elf_of};
 
 /// Increments R0, stores it at 0x20000000 and returns; at 0x20000100. Then a word that is undefined.

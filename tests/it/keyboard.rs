@@ -34,7 +34,7 @@ fn bass_keys_of_the_grand_are_heavier_than_treble_keys() {
     let (device, keys) = (Device::mikey(), 88);
     let grand = compile(model, device.scales(), true).unwrap_or_else(|e| panic!("{e:?}"));
     for kind in [EngineKind::Jit, EngineKind::Interp, EngineKind::Ideal] {
-        let mut engine = Engine::new(kind, &grand, device.scales(), keys).unwrap_or_else(|e| panic!("{e}"));
+        let mut engine = Engine::new(kind, &grand, &device, keys).unwrap_or_else(|e| panic!("{e}"));
         let words = vec![device.word_of_position(0.0).0; keys];
         let mut drive = vec![0; keys];
         engine.start(&words);

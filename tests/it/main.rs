@@ -1,6 +1,7 @@
 //! Integration tests, one binary: whole instruments through every engine, and the command.
 
 mod agree;
+mod budget;
 mod button_and_knob;
 mod c;
 mod cli;
@@ -8,6 +9,7 @@ mod common;
 mod cycle;
 mod documents;
 mod emulate;
+mod emulated;
 mod escapement;
 mod first_mechanisms;
 mod grammar;

@@ -19,7 +19,7 @@ impl<'c> Player<'c> {
     /// A key at rest.
     pub fn new(compiled: &'c Compiled, kind: EngineKind) -> Player<'c> {
         let device = Device::of(&compiled.model);
-        let engine = Engine::new(kind, compiled, device.scales(), 1).unwrap_or_else(|e| panic!("{e}"));
+        let engine = Engine::new(kind, compiled, &device, 1).unwrap_or_else(|e| panic!("{e}"));
         Player { engine, device, compiled, started: false, drive: 0 }
     }
 

@@ -2,7 +2,7 @@
 
 use super::declare::rings;
 use super::{Layout, Writer, any, c_type, helpers, literal};
-use crate::kernel::{Inst, Op, Region, Type, Value};
+use crate::kernel::{Inst, Op, Region, Type, Value, Walk};
 use std::collections::BTreeSet;
 
 impl Writer<'_> {
@@ -149,33 +149,6 @@ impl Writer<'_> {
         }
     }
 
-    pub(super) fn region(&mut self, region: &Region) {
-        for inst in &region.insts {
-            match (inst.op, &inst.regions[..]) {
-                (Op::If, [then, other]) => self.if_else(inst, then, other),
-                (Op::Loop(rounds), [body]) => self.repeat(inst, rounds, body),
-                _ => self.plain(inst),
-            }
-        }
-    }
-
-    fn if_else(&mut self, inst: &Inst, then: &Region, other: &Region) {
-        for result in &inst.results {
-            let (ty, name) = (self.ty(*result), self.define(*result));
-            self.line(format!("{} {name};", c_type(ty)));
-        }
-        let condition = self.value(inst.args[0]).to_string();
-        self.open(format!("if ({condition}) {{"));
-        self.arm(inst, then);
-        if other.insts.is_empty() && other.yields.is_empty() {
-            return self.close();
-        }
-        self.depth -= 1;
-        self.open("} else {");
-        self.arm(inst, other);
-        self.close();
-    }
-
     fn arm(&mut self, inst: &Inst, region: &Region) {
         self.region(region);
         self.hand_out(inst, &region.yields);
@@ -186,24 +159,6 @@ impl Writer<'_> {
             let text = format!("v{} = {};", result.0, self.value(*yielded));
             self.line(text);
         }
-    }
-
-    /// The results are what is carried from round to round; the body works on copies.
-    fn repeat(&mut self, inst: &Inst, rounds: u32, body: &Region) {
-        for (result, start) in inst.results.iter().zip(&inst.args) {
-            let (ty, start) = (self.ty(*result), self.value(*start).to_string());
-            let name = self.define(*result);
-            self.line(format!("{} {name} = {start};", c_type(ty)));
-        }
-        let round = self.define(body.params[0]);
-        self.open(format!("for (int32_t {round} = 0; {round} < {rounds}; {round}++) {{"));
-        for (param, result) in body.params[1..].iter().zip(&inst.results) {
-            let (ty, name) = (self.ty(*param), self.define(*param));
-            self.line(format!("const {} {name} = v{};", c_type(ty), result.0));
-        }
-        self.region(body);
-        self.hand_out(inst, &body.yields);
-        self.close();
     }
 
     /// An event: kept at once, or set aside.
@@ -258,6 +213,47 @@ impl Writer<'_> {
             self.line(format!("if (emits_{site}[k]) {name}_emit(s, k, {event}, {count}, {list});"));
         }
         self.close();
+    }
+}
+
+impl Walk for Writer<'_> {
+    fn if_else(&mut self, inst: &Inst, then: &Region, other: &Region) {
+        for result in &inst.results {
+            let (ty, name) = (self.ty(*result), self.define(*result));
+            self.line(format!("{} {name};", c_type(ty)));
+        }
+        let condition = self.value(inst.args[0]).to_string();
+        self.open(format!("if ({condition}) {{"));
+        self.arm(inst, then);
+        if other.insts.is_empty() && other.yields.is_empty() {
+            return self.close();
+        }
+        self.depth -= 1;
+        self.open("} else {");
+        self.arm(inst, other);
+        self.close();
+    }
+
+    /// The results are what is carried from round to round; the body works on copies.
+    fn repeat(&mut self, inst: &Inst, rounds: u32, body: &Region) {
+        for (result, start) in inst.results.iter().zip(&inst.args) {
+            let (ty, start) = (self.ty(*result), self.value(*start).to_string());
+            let name = self.define(*result);
+            self.line(format!("{} {name} = {start};", c_type(ty)));
+        }
+        let round = self.define(body.params[0]);
+        self.open(format!("for (int32_t {round} = 0; {round} < {rounds}; {round}++) {{"));
+        for (param, result) in body.params[1..].iter().zip(&inst.results) {
+            let (ty, name) = (self.ty(*param), self.define(*param));
+            self.line(format!("const {} {name} = v{};", c_type(ty), result.0));
+        }
+        self.region(body);
+        self.hand_out(inst, &body.yields);
+        self.close();
+    }
+
+    fn plain(&mut self, inst: &Inst) {
+        self.operator(inst);
     }
 }
 

@@ -60,7 +60,8 @@ fn unique(prefix: &str, names: &mut dyn Iterator<Item = &String>) -> Vec<String>
     all
 }
 
-fn spelled(name: &str) -> String {
+/// A name as C and Rust can spell it.
+pub fn spelled(name: &str) -> String {
     let letter = |c: char| match c {
         '\'' => "_prime".to_string(),
         c if c.is_ascii_alphanumeric() => c.to_string(),

@@ -5,7 +5,7 @@ use crate::kernel::{Inst, Op};
 
 impl Writer<'_> {
     /// An operator without regions.
-    pub(super) fn plain(&mut self, inst: &Inst) {
+    pub(super) fn operator(&mut self, inst: &Inst) {
         if let Op::Const(value) = inst.op {
             let result = inst.results[0];
             self.values[result.0 as usize] = literal(self.ty(result), value);
@@ -26,6 +26,8 @@ impl Writer<'_> {
             Op::Mul => format!("{a} * {b}"),
             Op::MulWide => format!("(int64_t){a} * {b}"),
             Op::MacWide => format!("{a} + (int64_t){b} * {c}"),
+            Op::MulTop => format!("(int32_t)((int64_t){a} * {b} >> 32)"),
+            Op::MacTop => format!("{a} + (int32_t)((int64_t){b} * {c} >> 32)"),
             Op::Min => format!("{a} < {b} ? {a} : {b}"),
             Op::Max => format!("{a} > {b} ? {a} : {b}"),
             Op::Shl(n) => format!("whippen_shl{}({a}, {n})", self.ty(inst.args[0]).bits()),

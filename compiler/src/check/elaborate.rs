@@ -11,7 +11,7 @@ use super::settings::Settings;
 use super::slot::{Slot, SlotId};
 use super::types::Value;
 use crate::diag::Diagnostic;
-use crate::model::{Dag, Model, Named, Node, NodeId};
+use crate::model::{Dag, Item, Model, Named, Node, NodeId};
 use crate::source::Span;
 use crate::syntax::ast::{Decl, DeclKind, Name};
 
@@ -87,6 +87,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             spans: Vec::new(),
             within: Vec::new(),
             calls: Vec::new(),
+            items: Vec::new(),
             senses: Vec::new(),
             lives: Vec::new(),
             keyed: Vec::new(),
@@ -152,8 +153,16 @@ impl<'a, 'd> Elaborator<'a, 'd> {
                 self.scope(child);
             }
             self.here = Some(id);
+            self.item(id, decl);
             self.declaration(id, decl, self.scopes[id.0].made[index]);
         }
+    }
+
+    fn item(&mut self, scope: ScopeId, decl: &Decl) {
+        let here = &self.scopes[scope.0];
+        let (kind, name) = decl.kind.label();
+        let name = format!("{kind} {}", here.full(&name.node));
+        self.model.items.push(Item { name, span: decl.span, call: here.call });
     }
 
     fn declaration(&mut self, scope: ScopeId, decl: &'a Decl, made: Made) {

@@ -2,7 +2,7 @@
 
 use super::elaborate::Elaborator;
 use super::scope::ScopeId;
-use crate::model::{Rule, RuleKind};
+use crate::model::{Item, Rule, RuleKind};
 use crate::source::Span;
 use crate::syntax::ast::{Action, Expr, Name};
 
@@ -19,7 +19,11 @@ impl<'a> Elaborator<'a, '_> {
         let actions: Vec<_> = actions.iter().map(|action| self.action(scope, action)).collect();
         let actions: Option<Vec<_>> = actions.into_iter().collect();
         if let (Some(guard), Some(actions)) = (guard, actions) {
-            self.model.rules.push(Rule { kind, guard, actions, span, call: self.scopes[scope.0].call });
+            let rule = Rule { kind, guard, actions, span, call: self.scopes[scope.0].call };
+            if matches!(rule.kind, RuleKind::Transition { .. }) {
+                self.model.items.push(Item { name: self.model.rule_name(&rule), span, call: rule.call });
+            }
+            self.model.rules.push(rule);
         }
     }
 }

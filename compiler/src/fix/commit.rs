@@ -133,8 +133,11 @@ impl Lowerer<'_> {
         let model = &self.step.model;
         for (index, body) in model.bodies.iter().enumerate() {
             let (rate, coordinate) = (self.step.rates[index], self.step.coordinates[index]);
-            writes.cells.insert(body.rate.0, self.new_value(body.rate, rate)?);
-            writes.cells.insert(body.coordinate.0, self.new_value(body.coordinate, coordinate)?);
+            let (rate, coordinate) = self.from_item(&format!("body {}", body.name), |s| {
+                Ok((s.new_value(body.rate, rate)?, s.new_value(body.coordinate, coordinate)?))
+            })?;
+            writes.cells.insert(body.rate.0, rate);
+            writes.cells.insert(body.coordinate.0, coordinate);
         }
         for action in model.rules.iter().flat_map(|r| &r.actions) {
             // What only actions write keeps its value where none acts.
@@ -145,19 +148,27 @@ impl Lowerer<'_> {
             }
         }
         for &(cell, node) in &model.nexts {
-            writes.cells.insert(cell.0, self.new_value(cell, node)?);
+            let item = format!("next {}", model.cells[cell.0 as usize].name);
+            writes.cells.insert(cell.0, self.from_item(&item, |s| s.new_value(cell, node))?);
         }
         for (index, pulse) in model.pulses.iter().enumerate() {
-            let (left, one, zero) = (self.pulse_left(index)?, self.constant(1)?, self.constant(0)?);
-            let counted = self.b.op(Op::Sub, &[left, one])?;
-            let counted = self.b.op(Op::Max, &[counted, zero])?;
-            let ends = self.b.op(Op::Le, &[left, one])?;
-            let level = self.cell(pulse.level)?.value;
-            let level = self.b.op(Op::Select, &[ends, zero, level])?;
+            let item = format!("pulse {}", pulse.name);
+            let (counted, level) = self.from_item(&item, |s| s.run_down(index, pulse.level))?;
             writes.pulse_left.insert(index as u32, counted);
             writes.cells.insert(pulse.level.0, level);
         }
         Ok(writes)
+    }
+
+    /// Ticks left and level of a pulse after a tick in which it is not fired.
+    fn run_down(&mut self, pulse: usize, level: CellId) -> Result<(Value, Value), OpError> {
+        let (left, one, zero) = (self.pulse_left(pulse)?, self.constant(1)?, self.constant(0)?);
+        let counted = self.b.op(Op::Sub, &[left, one])?;
+        let counted = self.b.op(Op::Max, &[counted, zero])?;
+        let ends = self.b.op(Op::Le, &[left, one])?;
+        let level = self.cell(level)?.value;
+        let level = self.b.op(Op::Select, &[ends, zero, level])?;
+        Ok((counted, level))
     }
 
     pub(super) fn pulse_left(&mut self, pulse: usize) -> Result<Value, OpError> {
@@ -183,7 +194,7 @@ impl Lowerer<'_> {
     /// Clamps and stores everything.
     pub(super) fn commit(&mut self, mut writes: Writes) -> Result<(), OpError> {
         for body in &self.step.model.bodies {
-            self.stop(body, &mut writes)?;
+            self.from_item(&format!("body {}", body.name), |s| s.stop(body, &mut writes))?;
         }
         let ordered = |map: HashMap<u32, Value>| map.into_iter().collect::<std::collections::BTreeMap<_, _>>();
         for (cell, value) in ordered(writes.cells) {
@@ -191,18 +202,35 @@ impl Lowerer<'_> {
             if !range.contains(self.b.range(value)) {
                 self.clamps.push(self.step.model.cells[cell as usize].name.clone());
             }
-            let kept = self.clamped(value, range)?;
-            self.b.effect(Op::Set(self.cells.reals[cell as usize]), &[kept])?;
+            self.from_item(&self.item_of(CellId(cell)), |s| {
+                let kept = s.clamped(value, range)?;
+                s.b.effect(Op::Set(s.cells.reals[cell as usize]), &[kept])
+            })?;
         }
         for (machine, value) in ordered(writes.machines) {
             if let Some(cell) = self.cells.machines[machine as usize] {
-                self.b.effect(Op::Set(cell), &[value])?;
+                let item = format!("states {}", self.step.model.machines[machine as usize].name);
+                self.from_item(&item, |s| s.b.effect(Op::Set(cell), &[value]))?;
             }
         }
         for (pulse, value) in ordered(writes.pulse_left) {
-            self.b.effect(Op::Set(self.cells.pulse_left[pulse as usize]), &[value])?;
+            let item = format!("pulse {}", self.step.model.pulses[pulse as usize].name);
+            let cell = self.cells.pulse_left[pulse as usize];
+            self.from_item(&item, |s| s.b.effect(Op::Set(cell), &[value]))?;
         }
         Ok(())
+    }
+
+    /// The declaration that a cell belongs to.
+    fn item_of(&self, cell: CellId) -> String {
+        let model = &self.step.model;
+        let own = &model.cells[cell.0 as usize];
+        let body = model.bodies.iter().find(|body| body.rate == cell || body.coordinate == cell);
+        match (own.kind, body) {
+            (_, Some(body)) => format!("body {}", body.name),
+            (CellKind::Pulse, _) => format!("pulse {}", own.name),
+            _ => format!("state {}", own.name),
+        }
     }
 
     /// A coordinate beyond an end of its range loses a rate that points outwards (rule 3).

@@ -1,6 +1,7 @@
 //! What a lowered instrument gives to the outside, and what its integers mean there.
 
 use super::format::{self, exp2};
+use super::origin::{self, Origin};
 use super::{Lowerer, OpError, real::Real};
 use crate::kernel::{Kernel, Op, Range, Value};
 use crate::model::{CellId, Interval, MachineId, Node};
@@ -19,6 +20,8 @@ pub struct Lowered {
     pub lives: Vec<LoweredLive>,
     /// Memory and ports whose clamp could not be proved away.
     pub clamps: Vec<String>,
+    /// What instructions were made for: [`crate::kernel::Inst::origin`] is an index.
+    pub origins: Vec<Origin>,
 }
 
 /// What kind of value a probe shows.
@@ -137,14 +140,16 @@ impl Lowerer<'_> {
             _ => (0.0, vec![(crate::model::dag::Real(1.0), self.step.drive)]),
         };
         let mut reals = Vec::new();
+        let mut forces = Vec::new();
         for (c, x) in terms {
             reals.push((c.0, self.real(x)?));
+            forces.push(origin::force_of(&self.step.model, x));
         }
         let reach = self.ranges.get(self.step.drive).magnitude() / self.scales.drive_lsb;
         if reach > format::DRIVE_WORD.high as f64 {
             self.clamps.push("drive word".to_string());
         }
-        self.sum_within(c0, &reals, self.scales.drive_lsb, format::DRIVE_WORD)
+        self.sum_within(c0, &reals, &forces, self.scales.drive_lsb, format::DRIVE_WORD)
     }
 
     /// A probe for everything with a name.

@@ -4,6 +4,7 @@ use super::format::{exp2, quantise};
 use super::real::Real;
 use super::{Lowerer, format};
 use crate::kernel::{Op, OpError, Range, Type, Value};
+use crate::source::Span;
 
 /// Largest result of a sum: a word, less what coefficients and the final shift may round.
 const WORD_TOP: f64 = 2_147_483_000.0;
@@ -39,23 +40,24 @@ impl Lowerer<'_> {
         let (value, error) = match self.by_shifts(&scaled)? {
             Some(value) => (value, (scaled.constant - scaled.constant.round()).abs()),
             None => {
-                let (wide, error) = self.accumulated(&scaled)?;
+                let (wide, error) = self.accumulated(&scaled, &[])?;
                 (self.b.op(Op::Narrow, &[wide])?, error)
             }
         };
         Ok(Real::fixed(value, bits, (error + scaled.inherited) * lsb))
     }
 
-    /// The sum in units of `lsb`, kept within `range`.
+    /// The sum in units of `lsb`, kept within `range`; each term was asked for at a place, where that is known.
     pub(super) fn sum_within(
         &mut self,
         c0: f64,
         terms: &[(f64, Real)],
+        places: &[Option<Span>],
         lsb: f64,
         range: Range,
     ) -> Result<Value, OpError> {
         let scaled = self.scaled(c0, terms, lsb);
-        let (wide, _) = self.accumulated(&scaled)?;
+        let (wide, _) = self.accumulated(&scaled, places)?;
         let word = Type::I32.range();
         let kept = self.clamped(wide, if word.contains(self.b.range(wide)) { word } else { range })?;
         let value = self.b.op(Op::Narrow, &[kept])?;
@@ -126,7 +128,7 @@ impl Lowerer<'_> {
     /// By multiply-accumulate: every coefficient as a 32-bit integer over `2^shift`, half a unit added first, so that the
     /// final shift rounds half up. A shift by 32 takes the upper word for nothing; smaller ones leave room for large gains.
     /// Gives a 64-bit value in units of the result, and the error in those units.
-    fn accumulated(&mut self, sum: &Scaled) -> Result<(Value, f64), OpError> {
+    fn accumulated(&mut self, sum: &Scaled, places: &[Option<Span>]) -> Result<(Value, f64), OpError> {
         let gain = sum.gain();
         let reach: f64 = sum.constant.abs() + sum.terms.iter().map(|(g, _, m)| g.abs() * m).sum::<f64>();
         let room = |shift: i32| gain * exp2(shift) <= format::TOP && reach * exp2(shift) <= exp2(61);
@@ -135,11 +137,17 @@ impl Lowerer<'_> {
         let half = if shift > 0 { 1i64 << (shift - 1) } else { 0 };
         let mut total = self.b.constant(Type::I64, quantise(sum.constant, unit) + half)?;
         let mut error = 0.5 + unit;
-        for (gain, value, magnitude) in &sum.terms {
+        for (index, (gain, value, magnitude)) in sum.terms.iter().enumerate() {
             let coefficient = quantise(*gain, unit);
             error += (coefficient as f64 * unit - gain).abs() * magnitude;
-            let coefficient = self.constant(coefficient)?;
-            total = self.b.op(Op::MacWide, &[total, *value, coefficient])?;
+            let add = |s: &mut Self| {
+                let coefficient = s.constant(coefficient)?;
+                s.b.op(Op::MacWide, &[total, *value, coefficient])
+            };
+            total = match places.get(index).copied().flatten() {
+                Some(place) => self.from_place(place, None, add)?,
+                None => add(self)?,
+            };
         }
         Ok((self.b.op(Op::Sar(shift as u8), &[total])?, error))
     }

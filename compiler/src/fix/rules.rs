@@ -119,20 +119,29 @@ impl Lowerer<'_> {
         // A guard is computed where its rule stands: few values are alive at a time.
         let mut fired = Vec::new();
         for (index, rule) in self.step.model.rules.iter().enumerate() {
-            fired.push(self.fires(index, rule, &fired)?);
-            if rule.actions.is_empty() && !self.observe {
-                self.step_machine(rule, fired[index], writes)?;
-                continue;
-            }
-            let places = self.places(rule, writes);
-            let after = self.branch(fired[index], writes.at(&places), |s| {
-                let mut inside = writes.clone();
-                s.act(events, index, rule, &mut inside)?;
-                Ok(inside.at(&places))
+            let fires = self.from_place(rule.span, rule.call, |s| {
+                let fires = s.fires(index, rule, &fired)?;
+                s.rule(events, index, fires, writes)?;
+                Ok(fires)
             })?;
-            for (&place, value) in places.iter().zip(after) {
-                writes.set(place, value);
-            }
+            fired.push(fires);
+        }
+        Ok(())
+    }
+
+    fn rule(&mut self, events: &Events, index: usize, fires: Value, writes: &mut Writes) -> Result<(), OpError> {
+        let rule = &self.step.model.rules[index];
+        if rule.actions.is_empty() && !self.observe {
+            return self.step_machine(rule, fires, writes);
+        }
+        let places = self.places(rule, writes);
+        let after = self.branch(fires, writes.at(&places), |s| {
+            let mut inside = writes.clone();
+            s.act(events, index, rule, &mut inside)?;
+            Ok(inside.at(&places))
+        })?;
+        for (&place, value) in places.iter().zip(after) {
+            writes.set(place, value);
         }
         Ok(())
     }
@@ -213,25 +222,29 @@ impl Lowerer<'_> {
             let to = self.b.constant(ty, i64::from(to))?;
             writes.machines.insert(machine.0, to);
         }
-        for action in &rule.actions {
-            match action {
-                Action::Write { cell, value, .. } => {
-                    let value = self.new_value(*cell, *value)?;
-                    writes.cells.insert(cell.0, value);
+        rule.actions
+            .iter()
+            .try_for_each(|action| self.from_place(action.span(), rule.call, |s| s.act_once(events, action, writes)))
+    }
+
+    fn act_once(&mut self, events: &Events, action: &Action, writes: &mut Writes) -> Result<(), OpError> {
+        match action {
+            Action::Write { cell, value, .. } => {
+                let value = self.new_value(*cell, *value)?;
+                writes.cells.insert(cell.0, value);
+                Ok(())
+            }
+            Action::Fire { pulse, value, .. } => self.fire(*pulse, *value, writes),
+            Action::Emit { emission, args, .. } => {
+                let bits = &events.bits[emission.0 as usize];
+                let mut words = Vec::new();
+                for (&arg, &bits) in args.iter().zip(bits) {
+                    let real = self.real(arg)?;
+                    words.push(self.saturated(real, bits, Range::new(-0x7fff_ffff, 0x7fff_ffff))?);
                 }
-                Action::Fire { pulse, value, .. } => self.fire(*pulse, *value, writes)?,
-                Action::Emit { emission, args, .. } => {
-                    let bits = &events.bits[emission.0 as usize];
-                    let mut words = Vec::new();
-                    for (&arg, &bits) in args.iter().zip(bits) {
-                        let real = self.real(arg)?;
-                        words.push(self.saturated(real, bits, Range::new(-0x7fff_ffff, 0x7fff_ffff))?);
-                    }
-                    self.b.effect(Op::Emit(emission.0), &words)?;
-                }
+                self.b.effect(Op::Emit(emission.0), &words)
             }
         }
-        Ok(())
     }
 
     fn fire(&mut self, pulse: PulseId, level: crate::model::NodeId, writes: &mut Writes) -> Result<(), OpError> {

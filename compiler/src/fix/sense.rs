@@ -1,16 +1,16 @@
 //! Sensed values: the word as accepted, and its differentiators, exact in integers and in O(1).
 //!
-//! Over the window `w_0 .. w_(N-1)` (oldest first) three sums are kept: `S0 = sum w_i`, `S1 = sum i w_i`,
-//! `S2 = sum i^2 w_i`. When `w` enters and `o = w_0` leaves,
+//! Over the window `w_-m .. w_m` (oldest first, N = 2m + 1) up to three sums are kept, centred, so that two of them are what is
+//! asked for: `S = sum w_j`, `D = sum j w_j`, `E = sum p_j w_j` with `p_j = j^2 - m(m+1)/3`. When `w` enters and `o` leaves,
 //!
 //! ```text
-//!   S2 <- S2 - 2 S1 + (S0 - o) + (N-1)^2 w      S1 <- S1 - (S0 - o) + (N-1) w      S0 <- S0 - o + w
+//!   D' <- D - S + (m+1)(o + w) - w      E' <- E - (D + D') + 2/3 m(m+1) (w - o)      S' <- S + (w - o)
 //! ```
 //!
-//! With `m = (N-1)/2` the slope of the least-squares line is `(S1 - m S0) / sum j^2` per tick, and the second derivative of
-//! the least-squares parabola `2 (S2 - 2m S1 + m^2 S0 - m(m+1)/3 S0) / sum p_j^2` with `p_j = j^2 - m(m+1)/3`. The
-//! integers are exact, so nothing drifts. That the sums stay within what N words can add up to follows from what they
-//! are, not from the recursion: they are `assume`d, and the checked interpreter tests it.
+//! The slope of the least-squares line is `D / sum j^2` per tick, the second derivative of the least-squares parabola
+//! `2 E / sum p_j^2`. The weights `p_j` are kept threefold where a third would not be whole. The integers are exact, so
+//! nothing drifts. That the sums stay within what N words can add up to follows from what they are, not from the recursion:
+//! they are `assume`d, and the checked interpreter tests it.
 
 use super::Lowerer;
 use super::format::exp2;
@@ -37,17 +37,68 @@ struct Input {
     curvature: Option<Real>,
 }
 
+/// A sum over the window: its cell, its type, where it stays.
+#[derive(Debug, Clone, Copy)]
+struct Sum {
+    cell: u32,
+    ty: Type,
+    range: Range,
+}
+
 #[derive(Debug)]
 struct Window {
     line: u32,
-    ticks: u32,
-    /// Cells of S0, S1 and, where x'' is used, S2.
-    sums: Vec<(u32, Type, Range)>,
+    weights: Weights,
+    /// S, D and, where x'' is used, E.
+    sums: Vec<Sum>,
 }
 
-/// `sum i^power` over the window.
-fn weight(ticks: u32, power: u32) -> i64 {
-    (0..i64::from(ticks)).map(|i| i.pow(power)).sum()
+/// The integers that belong to a window of N = 2m + 1 ticks.
+#[derive(Debug, Clone, Copy)]
+struct Weights {
+    m: i64,
+    /// 1, or 3 where a third of `m(m+1)` is not whole: the weights of E are that many times too large.
+    third: i64,
+}
+
+impl Weights {
+    fn new(ticks: u32) -> Weights {
+        let m = (i64::from(ticks) - 1) / 2;
+        Weights { m, third: if m * (m + 1) % 3 == 0 { 1 } else { 3 } }
+    }
+
+    fn ticks(self) -> i64 {
+        2 * self.m + 1
+    }
+
+    /// Weight of `w_j` in E.
+    fn bend(self, j: i64) -> i64 {
+        self.third * j * j - self.third * self.m * (self.m + 1) / 3
+    }
+
+    /// What `w - o` counts in the recursion of E.
+    fn step(self) -> i64 {
+        self.third * 2 * self.m * (self.m + 1) / 3
+    }
+
+    /// `sum j^2` and `sum p_j^2`.
+    fn squares(self) -> (i64, i64) {
+        let all = || -self.m..=self.m;
+        (all().map(|j| j * j).sum(), all().map(|j| self.bend(j) * self.bend(j)).sum())
+    }
+
+    /// Where S, D and E stay, and how large their recursions may get on the way.
+    fn reaches(self, accepted: Range) -> [(Range, i64); 3] {
+        let (width, around) = (accepted.high - accepted.low, |reach: i64| Range::new(-reach, reach));
+        let slope = width * (1..=self.m).sum::<i64>();
+        let bend = width * (-self.m..=self.m).map(|j| self.bend(j)).filter(|p| *p > 0).sum::<i64>();
+        let all = Range::new(accepted.low * self.ticks(), accepted.high * self.ticks());
+        [
+            (all, all.high + width),
+            (around(slope), slope + all.high + (2 * self.m + 3) * accepted.high),
+            (around(bend), bend + 2 * self.third * slope + self.step() * width),
+        ]
+    }
 }
 
 impl Lowerer<'_> {
@@ -86,39 +137,45 @@ impl Lowerer<'_> {
         if !curvature && !uses(&Node::Slope(index)) {
             return Ok(None);
         }
-        let ticks = sense.window;
-        let line = self.b.line(&format!("{}.history", sense.name), ticks, accepted);
+        let weights = Weights::new(sense.window);
+        let line = self.b.line(&format!("{}.history", sense.name), sense.window, accepted);
         self.b.effect(Op::Fill(line), &[first])?;
         let mut sums = Vec::new();
-        for power in 0..if curvature { 3 } else { 2 } {
-            let total = weight(ticks, power);
-            let range = Range::new(accepted.low * total, accepted.high * total);
-            // The recursion passes through values a little larger.
-            let ty = if range.high * 2 <= Type::I32.range().high { Type::I32 } else { Type::I64 };
-            let cell = self.b.cell(&format!("{}.s{power}", sense.name), ty, range, range.low);
-            let first = self.typed(first, ty)?;
-            let total = self.b.constant(ty, total)?;
-            let start = self.b.op(Op::Mul, &[first, total])?;
-            self.b.effect(Op::Set(cell), &[start])?;
-            sums.push((cell, ty, range));
+        for (power, (range, through)) in
+            weights.reaches(accepted).into_iter().enumerate().take(2 + usize::from(curvature))
+        {
+            let ty = if through <= Type::I32.range().high { Type::I32 } else { Type::I64 };
+            let init = 0.clamp(range.low, range.high);
+            let cell = self.b.cell(&format!("{}.s{power}", sense.name), ty, range, init);
+            sums.push(Sum { cell, ty, range });
         }
-        Ok(Some(Window { line, ticks, sums }))
+        // Of equal words the centred sums are nothing, as declared.
+        let total = self.b.constant(sums[0].ty, weights.ticks())?;
+        let first = self.typed(first, sums[0].ty)?;
+        let start = self.b.op(Op::Mul, &[first, total])?;
+        self.b.effect(Op::Set(sums[0].cell), &[start])?;
+        Ok(Some(Window { line, weights, sums }))
     }
 
     /// Reads the words of this tick and updates the differentiators.
     pub(super) fn tick_senses(&mut self) -> Result<(), OpError> {
-        for index in 0..self.inputs.senses.len() {
-            let input = &self.inputs.senses[index];
-            let (port, accepted, slew) = (input.port, input.accepted, input.slew);
-            let word = self.b.op(Op::In(port), &[])?;
-            let mut word = self.clamped(word, accepted)?;
-            if let Some((cell, step)) = slew {
-                word = self.slewed(word, cell, step, accepted)?;
-            }
-            self.inputs.senses[index].word = Some(word);
-            if self.inputs.senses[index].window.is_some() {
-                self.differentiate(index, word)?;
-            }
+        for (index, sense) in self.step.model.senses.iter().enumerate() {
+            self.from_place(sense.span, None, |s| s.tick_sense(index))?;
+        }
+        Ok(())
+    }
+
+    fn tick_sense(&mut self, index: usize) -> Result<(), OpError> {
+        let input = &self.inputs.senses[index];
+        let (port, accepted, slew) = (input.port, input.accepted, input.slew);
+        let word = self.b.op(Op::In(port), &[])?;
+        let mut word = self.clamped(word, accepted)?;
+        if let Some((cell, step)) = slew {
+            word = self.slewed(word, cell, step, accepted)?;
+        }
+        self.inputs.senses[index].word = Some(word);
+        if self.inputs.senses[index].window.is_some() {
+            self.differentiate(index, word)?;
         }
         Ok(())
     }
@@ -137,93 +194,67 @@ impl Lowerer<'_> {
 
     fn differentiate(&mut self, index: usize, word: Value) -> Result<(), OpError> {
         let Some(window) = &self.inputs.senses[index].window else { return Ok(()) };
-        let (line, ticks, sums) = (window.line, window.ticks, window.sums.clone());
-        let oldest = self.b.op(Op::Delay(line, ticks), &[])?;
+        let (line, weights, sums) = (window.line, window.weights, window.sums.clone());
+        let oldest = self.b.op(Op::Delay(line, weights.ticks() as u32), &[])?;
         let mut before = Vec::new();
-        for &(cell, ..) in &sums {
-            before.push(self.b.op(Op::Get(cell), &[])?);
+        for sum in &sums {
+            before.push(self.b.op(Op::Get(sum.cell), &[])?);
         }
-        let rest = self.b.op(Op::Sub, &[before[0], oldest])?;
-        let last = i64::from(ticks) - 1;
-        let s0 = self.b.op(Op::Add, &[rest, word])?;
-        let mut after = vec![self.stored_sum(sums[0], s0)?];
-        let s1 = self.recursion(sums[1], (before[1], rest), false, (word, last))?;
-        after.push(self.stored_sum(sums[1], s1)?);
+        let change = self.b.op(Op::Sub, &[word, oldest])?;
+        let all = self.accumulate(sums[0].ty, before[0], change, 1)?;
+        self.stored_sum(sums[0], all)?;
+
+        let ty = sums[1].ty;
+        let both = self.b.op(Op::Add, &[oldest, word])?;
+        let moved = self.accumulate(ty, before[1], before[0], -1)?;
+        let moved = self.accumulate(ty, moved, word, -1)?;
+        let slope = self.accumulate(ty, moved, both, weights.m + 1)?;
+        let slope = self.stored_sum(sums[1], slope)?;
+        let mut bend = None;
         if let Some(&third) = sums.get(2) {
-            let kept = self.typed(before[2], third.1)?;
-            let twice = self.typed(before[1], third.1)?;
-            let twice = self.b.op(Op::Shl(1), &[twice])?;
-            let kept = self.b.op(Op::Sub, &[kept, twice])?;
-            let s2 = self.recursion(third, (kept, rest), true, (word, last * last))?;
-            after.push(self.stored_sum(third, s2)?);
+            let twice = self.accumulate(third.ty, before[1], slope, 1)?;
+            let moved = self.accumulate(third.ty, before[2], twice, -weights.third)?;
+            let moved = self.accumulate(third.ty, moved, change, weights.step())?;
+            bend = Some(self.stored_sum(third, moved)?);
         }
-        self.slope_and_curvature(index, &after)
+        self.slope_and_curvature(index, weights, slope, bend)
     }
 
-    /// `kept -+ rest + factor * word` in the type of the sum.
-    fn recursion(
-        &mut self,
-        (_, ty, _): (u32, Type, Range),
-        (kept, rest): (Value, Value),
-        plus: bool,
-        (word, factor): (Value, i64),
-    ) -> Result<Value, OpError> {
-        let (kept, rest, word) = (self.typed(kept, ty)?, self.typed(rest, ty)?, self.typed(word, ty)?);
-        let moved = self.b.op(if plus { Op::Add } else { Op::Sub }, &[kept, rest])?;
-        let factor = self.b.constant(ty, factor)?;
-        let entering = self.b.op(Op::Mul, &[word, factor])?;
-        self.b.op(Op::Add, &[moved, entering])
+    /// `sum + factor * value` in this type.
+    fn accumulate(&mut self, ty: Type, sum: Value, value: Value, factor: i64) -> Result<Value, OpError> {
+        let (sum, mut value) = (self.typed(sum, ty)?, self.typed(value, ty)?);
+        let magnitude = factor.unsigned_abs();
+        if magnitude.is_power_of_two() && magnitude > 1 {
+            value = self.b.op(Op::Shl(magnitude.trailing_zeros() as u8), &[value])?;
+        } else if magnitude > 1 {
+            let magnitude = self.b.constant(ty, magnitude as i64)?;
+            value = self.b.op(Op::Mul, &[value, magnitude])?;
+        }
+        self.b.op(if factor < 0 { Op::Sub } else { Op::Add }, &[sum, value])
     }
 
-    fn stored_sum(&mut self, (cell, _, range): (u32, Type, Range), value: Value) -> Result<Value, OpError> {
-        let value = self.b.op(Op::Assume(range.low, range.high), &[value])?;
-        self.b.effect(Op::Set(cell), &[value])?;
+    fn stored_sum(&mut self, sum: Sum, value: Value) -> Result<Value, OpError> {
+        let value = self.b.op(Op::Assume(sum.range.low, sum.range.high), &[value])?;
+        self.b.effect(Op::Set(sum.cell), &[value])?;
         Ok(value)
     }
 
-    fn slope_and_curvature(&mut self, index: usize, sums: &[Value]) -> Result<(), OpError> {
-        let sense = &self.step.model.senses[index];
-        let (m, rate) = ((i64::from(sense.window) - 1) / 2, f64::from(self.step.model.rate_hz));
-        let width = self.inputs.senses[index].accepted;
-        let width = width.high - width.low;
-        let squares: i64 = (-m..=m).map(|j| j * j).sum();
-        let slope = self.centred(&[(sums[1], 1), (sums[0], -m)], width * (1..=m).sum::<i64>())?;
-        let lsb = self.scales.sensor_lsb * rate / squares as f64;
+    fn slope_and_curvature(
+        &mut self,
+        index: usize,
+        weights: Weights,
+        slope: Value,
+        bend: Option<Value>,
+    ) -> Result<(), OpError> {
+        let rate = f64::from(self.step.model.rate_hz);
+        let (lines, parabolas) = weights.squares();
+        let lsb = self.scales.sensor_lsb * rate / lines as f64;
         self.inputs.senses[index].slope = Some(self.differentiated(slope, lsb)?);
-        if let [s0, s1, s2] = *sums {
-            // Weights 3 j^2 - m (m + 1), or a third of that where it is whole.
-            let third = if m * (m + 1) % 3 == 0 { 1 } else { 3 };
-            let mean = third * m * (m + 1) / 3;
-            let p = |j: i64| third * j * j - mean;
-            let reach = width * (-m..=m).map(p).filter(|p| *p > 0).sum::<i64>();
-            let bend = self.centred(&[(s2, third), (s1, -2 * third * m), (s0, p(m))], reach)?;
-            let squares: i64 = (-m..=m).map(|j| p(j) * p(j)).sum();
-            let lsb = 2.0 * third as f64 * self.scales.sensor_lsb * rate * rate / squares as f64;
+        if let Some(bend) = bend {
+            let lsb = 2.0 * weights.third as f64 * self.scales.sensor_lsb * rate * rate / parabolas as f64;
             self.inputs.senses[index].curvature = Some(self.differentiated(bend, lsb)?);
         }
         Ok(())
-    }
-
-    /// `sum factor * value`, exactly; its weights add up to nothing, so it stays within `-reach .. reach`.
-    fn centred(&mut self, terms: &[(Value, i64)], reach: i64) -> Result<Value, OpError> {
-        let largest = |v: Value| self.b.range(v).high;
-        let through: i64 = terms.iter().map(|&(v, f)| largest(v) * f.abs()).sum();
-        let narrow = through <= Type::I32.range().high && terms.iter().all(|(v, _)| self.b.ty(*v) == Type::I32);
-        let ty = if narrow { Type::I32 } else { Type::I64 };
-        let mut total = None;
-        for &(value, factor) in terms {
-            let mut term = self.typed(value, ty)?;
-            if factor != 1 {
-                let factor = self.b.constant(ty, factor)?;
-                term = self.b.op(Op::Mul, &[term, factor])?;
-            }
-            total = Some(match total {
-                None => term,
-                Some(so_far) => self.b.op(Op::Add, &[so_far, term])?,
-            });
-        }
-        let total = total.map_or_else(|| self.b.constant(ty, 0), Ok)?;
-        self.b.op(Op::Assume(-reach, reach), &[total])
     }
 
     /// A differentiator's integer as a 32-bit real; long windows lose low bits here and nowhere else.
@@ -242,11 +273,11 @@ impl Lowerer<'_> {
 
     /// Pushes this tick's words; nothing reads the lines any more.
     pub(super) fn tick_histories(&mut self) -> Result<(), OpError> {
-        for index in 0..self.inputs.senses.len() {
+        for (index, sense) in self.step.model.senses.iter().enumerate() {
             let input = &self.inputs.senses[index];
             if let (Some(window), Some(word)) = (&input.window, input.word) {
                 let line = window.line;
-                self.b.effect(Op::Push(line), &[word])?;
+                self.from_place(sense.span, None, |s| s.b.effect(Op::Push(line), &[word]))?;
             }
         }
         Ok(())

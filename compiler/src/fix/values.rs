@@ -19,10 +19,10 @@ impl Lowerer<'_> {
         for id in open {
             let node = self.step.model.dag.get(id).clone();
             if node.is_bool() {
-                let value = self.bool_node(&node)?;
+                let value = self.from_node(id, |s| s.bool_node(&node))?;
                 self.bools.insert(id, value);
             } else {
-                let real = self.real_node(id, &node)?;
+                let real = self.from_node(id, |s| s.real_node(id, &node))?;
                 self.reals.insert(id, real);
             }
         }

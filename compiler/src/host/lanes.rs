@@ -28,7 +28,7 @@ mod operator;
 use super::frame::Buffer;
 use super::translate::Translator;
 use crate::kernel::layout::Layout;
-use crate::kernel::{Kernel, Op, Region, Type};
+use crate::kernel::{Kernel, Op, Region, Type, Walk};
 use cranelift_codegen::ir::immediates::V128Imm;
 use cranelift_codegen::ir::types::{I8X16, I32X4, I64, I64X2};
 use cranelift_codegen::ir::{self, Endianness, InstBuilder, MemFlagsData, Value};

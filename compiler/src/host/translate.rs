@@ -6,7 +6,7 @@ mod operator;
 
 use super::frame::{Access, Frame};
 use crate::kernel::layout::Layout;
-use crate::kernel::{Inst, Kernel, Op, Region, Type};
+use crate::kernel::{Inst, Kernel, Op, Region, Type, Walk};
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{I8, I64};
 use cranelift_codegen::ir::{self, BlockArg, InstBuilder, Value};
@@ -57,17 +57,28 @@ impl<'a> Translator<'a> {
         self.f
     }
 
-    /// Translates all instructions of a region.
-    pub fn region(&mut self, region: &Region) {
-        for inst in &region.insts {
-            match (inst.op, &inst.regions[..]) {
-                (Op::If, [then, other]) => self.if_else(inst, then, other),
-                (Op::Loop(rounds), [body]) => self.repeat(inst, rounds, body),
-                _ => self.plain(inst),
-            }
+    /// The results of an instruction become parameters of the block after it.
+    fn results(&mut self, inst: &Inst, after: ir::Block) {
+        for result in &inst.results {
+            self.values[result.0 as usize] = self.f.append_block_param(after, register(self.ty(*result)));
         }
     }
 
+    fn block_args(&self, values: &[crate::kernel::Value]) -> Vec<BlockArg> {
+        values.iter().map(|value| BlockArg::Value(self.value(*value))).collect()
+    }
+
+    fn value(&self, value: crate::kernel::Value) -> Value {
+        self.values[value.0 as usize]
+    }
+
+    /// Type of a value of the kernel.
+    pub fn ty(&self, value: crate::kernel::Value) -> Type {
+        self.kernel.values[value.0 as usize].ty
+    }
+}
+
+impl Walk for Translator<'_> {
     fn if_else(&mut self, inst: &Inst, then: &Region, other: &Region) {
         let [first, second, after] = [(); 3].map(|()| self.f.create_block());
         let condition = self.value(inst.args[0]);
@@ -106,23 +117,7 @@ impl<'a> Translator<'a> {
         self.f.switch_to_block(after);
     }
 
-    /// The results of an instruction become parameters of the block after it.
-    fn results(&mut self, inst: &Inst, after: ir::Block) {
-        for result in &inst.results {
-            self.values[result.0 as usize] = self.f.append_block_param(after, register(self.ty(*result)));
-        }
-    }
-
-    fn block_args(&self, values: &[crate::kernel::Value]) -> Vec<BlockArg> {
-        values.iter().map(|value| BlockArg::Value(self.value(*value))).collect()
-    }
-
-    fn value(&self, value: crate::kernel::Value) -> Value {
-        self.values[value.0 as usize]
-    }
-
-    /// Type of a value of the kernel.
-    pub fn ty(&self, value: crate::kernel::Value) -> Type {
-        self.kernel.values[value.0 as usize].ty
+    fn plain(&mut self, inst: &Inst) {
+        self.operator(inst);
     }
 }

@@ -42,13 +42,19 @@ pub struct Builder {
     scopes: Vec<Scope>,
     /// Whether the outermost region is `tick` (else `init`).
     in_tick: bool,
+    origin: Option<u32>,
 }
 
 impl Builder {
     /// A kernel without declarations; instructions go to `init` first.
     pub fn new(name: &str, rate_hz: u32) -> Builder {
         let kernel = Kernel { name: name.to_string(), rate_hz, ..Kernel::default() };
-        Builder { kernel, scopes: vec![Scope::default()], in_tick: false }
+        Builder { kernel, scopes: vec![Scope::default()], in_tick: false, origin: None }
+    }
+
+    /// Instructions from here on are made for this place of the source; gives the place before.
+    pub fn set_origin(&mut self, origin: Option<u32>) -> Option<u32> {
+        std::mem::replace(&mut self.origin, origin)
     }
 
     /// From here on instructions are added to `init`.
@@ -99,7 +105,7 @@ impl Builder {
         if self.apply(op, args)?.is_some() {
             return Err(OpError::Misused { op });
         }
-        self.push(Inst { op, args: args.to_vec(), results: Vec::new(), regions: Vec::new() });
+        self.push(Inst { op, args: args.to_vec(), results: Vec::new(), regions: Vec::new(), origin: self.origin });
         Ok(())
     }
 
@@ -154,7 +160,13 @@ impl Builder {
             .map(|(a, b)| ValueInfo { ty: self.ty(*a), range: self.range(*a).union(self.range(*b)) })
             .collect();
         let results: Vec<Value> = infos.into_iter().map(|info| self.define(info)).collect();
-        self.push(Inst { op: Op::If, args: vec![condition], results: results.clone(), regions: vec![then, other] });
+        self.push(Inst {
+            op: Op::If,
+            args: vec![condition],
+            results: results.clone(),
+            regions: vec![then, other],
+            origin: self.origin,
+        });
         Ok(results)
     }
 
@@ -186,7 +198,7 @@ impl Builder {
         self.check_yields(&region.yields, &starts)?;
         self.check_carried(&region.yields, carried)?;
         let results: Vec<Value> = region.yields.clone().into_iter().map(|y| self.define(self.info(y))).collect();
-        self.push(Inst { op, args: starts, results: results.clone(), regions: vec![region] });
+        self.push(Inst { op, args: starts, results: results.clone(), regions: vec![region], origin: self.origin });
         Ok(results)
     }
 
@@ -208,7 +220,7 @@ impl Builder {
             return *value;
         }
         let result = self.define(info);
-        self.push(Inst { op, args: args.to_vec(), results: vec![result], regions: Vec::new() });
+        self.push(Inst { op, args: args.to_vec(), results: vec![result], regions: Vec::new(), origin: self.origin });
         if pure && let Some(scope) = self.scopes.last_mut() {
             scope.known.insert(key, result);
         }

@@ -328,6 +328,16 @@ kernel \"two words\" @44100 {
     }
 
     #[test]
+    fn origins_are_written_where_they_are_asked_for() {
+        let text = EVERYTHING.replace("sar v4 1", "sar v4 1 @7").replace("if v3 {", "if v3 @8 {");
+        let kernel = parse(&text).expect("parses");
+        assert_eq!(kernel.to_string(), EVERYTHING);
+        assert_eq!(format!("{kernel:#}"), text);
+        assert_eq!(parse(&format!("{kernel:#}")), Ok(kernel));
+        assert_eq!(parse(&text.replace("@7", "@-7")).expect_err("negative").to_string(), "38:37: -7 is out of bounds");
+    }
+
+    #[test]
     fn errors_have_places() {
         let error = |from: &str, to: &str| parse(&EVERYTHING.replace(from, to)).expect_err(to).to_string();
         assert_eq!(error("in x\n    fill", "in y\n    fill"), "13:29: `y` is not declared");

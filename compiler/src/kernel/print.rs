@@ -1,5 +1,5 @@
 //! The text of a Kernel. It is faithful: values keep their numbers, so what `verify` says of `v17` is found in the
-//! text, and `parse` gives back an equal Kernel.
+//! text, and `parse` gives back an equal Kernel, but for origins, which are printed where they are asked for.
 //!
 //! ```text
 //! kernel spring @44100 {
@@ -18,6 +18,8 @@
 //!   }
 //! }
 //! ```
+//!
+//! In the alternate form (`{:#}`) an instruction that has an origin ends with it, as in `v1: i32 [0..4095] = sar v0 4 @12`.
 //!
 //! Names that are not words joined by dots (primes allowed) stand between quotes. When reading, `;` starts a comment, and
 //! a name is declared before it is used.
@@ -104,8 +106,11 @@ impl Kernel {
         Ok(())
     }
 
-    fn inst(&self, f: &mut Formatter, inst: &Inst, indent: usize) -> fmt::Result {
+    pub(crate) fn inst(&self, f: &mut Formatter, inst: &Inst, indent: usize) -> fmt::Result {
         write!(f, "{:indent$}{}", "", self.headline(inst))?;
+        if let Some(origin) = inst.origin.filter(|_| f.alternate()) {
+            write!(f, " @{origin}")?;
+        }
         for (at, region) in inst.regions.iter().enumerate() {
             let last = at + 1 == inst.regions.len();
             if at > 0 && last && region.insts.is_empty() && region.yields.is_empty() {
@@ -152,7 +157,7 @@ impl Kernel {
     }
 
     /// `v5: i32 [0..9]`
-    fn definition(&self, value: Value) -> String {
+    pub(crate) fn definition(&self, value: Value) -> String {
         match self.values.get(value.0 as usize) {
             Some(info) => format!("{value}: {} {}", info.ty, info.range),
             None => value.to_string(),

@@ -16,6 +16,7 @@ pub(super) struct Rewriter<'a> {
     dag: Dag,
     intervals: Vec<Interval>,
     spans: Vec<Option<Span>>,
+    within: Vec<Option<u32>>,
     /// Sums of several terms with several users: computed once, not unfolded into their users.
     shared: HashSet<NodeId>,
 }
@@ -29,12 +30,14 @@ impl<'a> Rewriter<'a> {
             dag: Dag::default(),
             intervals: Vec::new(),
             spans: Vec::new(),
+            within: Vec::new(),
             shared: HashSet::new(),
         }
     }
 
-    pub fn finish(self) -> (Dag, Vec<Option<Span>>) {
-        (self.dag, self.spans)
+    /// The new graph; where its values were written, and inside which calls.
+    pub fn finish(self) -> (Dag, Vec<Option<Span>>, Vec<Option<u32>>) {
+        (self.dag, self.spans, self.within)
     }
 
     /// The new node that computes what old node `id` does. Operands come first, without recursion.
@@ -60,8 +63,11 @@ impl<'a> Rewriter<'a> {
         let first_new = self.dag.len();
         let new = self.rewrite(&node);
         let span = self.model.spans.get(old.0 as usize).copied().flatten();
-        self.spans.resize(self.dag.len(), None);
-        self.spans[first_new..].fill(span);
+        let call = self.model.within.get(old.0 as usize).copied().flatten();
+        self.spans.resize(first_new, None);
+        self.spans.resize(self.dag.len(), span);
+        self.within.resize(first_new, None);
+        self.within.resize(self.dag.len(), call);
         if self.uses[old.0 as usize] > 1 && matches!(self.dag.get(new), Node::Linear(_, t) if t.len() > 1) {
             self.shared.insert(new);
         }

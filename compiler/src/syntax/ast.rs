@@ -242,6 +242,27 @@ pub enum DeclKind {
     },
 }
 
+impl DeclKind {
+    /// What it is, in the words of the language, and its name.
+    pub fn label(&self) -> (&'static str, &Name) {
+        match self {
+            DeclKind::Sense { name, .. } => ("sense", name),
+            DeclKind::Param { name, .. } => ("param", name),
+            DeclKind::Let { name, .. } => ("let", name),
+            DeclKind::States { name, .. } => ("states", name),
+            DeclKind::State { name, .. } => ("state", name),
+            DeclKind::Next { name, .. } => ("next", name),
+            DeclKind::Body { name, .. } => ("body", name),
+            DeclKind::Event { name, .. } => ("event", name),
+            DeclKind::Pulse { name, .. } => ("pulse", name),
+            DeclKind::Hold { body, .. } => ("hold", body),
+            DeclKind::Force { turning: true, name, .. } => ("torque", name),
+            DeclKind::Force { name, .. } => ("force", name),
+            DeclKind::Result { name, .. } => ("result", name),
+        }
+    }
+}
+
 /// A line of a `body`.
 #[expect(clippy::large_enum_variant, reason = "a program has a handful of them")]
 #[derive(Debug, Clone, PartialEq)]

@@ -2,15 +2,14 @@
 
 use std::path::Path;
 
-use toml::de::{DeTable, DeValue};
-use whippen_compiler::diag::nearest;
 use whippen_compiler::units::{Dim, Quantity, parse_quantity, parse_unit};
 
-use super::{Device, Drive, Sensor};
+use super::{Device, Drive, Motor, Sensor};
+use crate::entries::{Entries, Known};
 use crate::files::FileError;
 
 /// The keys of a device file, and an example of each.
-const KEYS: &[(&str, &str)] = &[
+const KEYS: &[Known] = &[
     ("name", "mikey"),
     ("sensor.bits", "16 bit"),
     ("sensor.low", "-0.5 mm"),
@@ -19,12 +18,16 @@ const KEYS: &[(&str, &str)] = &[
     ("drive.bits", "16 bit"),
     ("drive.full_scale", "20 N"),
     ("drive.delay", "1 sample"),
+    ("motor.torque_constant", "0.007 N*m/A"),
+    ("motor.rated", "0.5 A"),
+    ("motor.peak", "2 A"),
+    ("motor.peak_time", "100 ms"),
 ];
 
 /// Reads the text of a device file.
 pub fn read(path: &Path, text: &str) -> Result<Device, FileError> {
-    let entries = Entries::parse(path, text)?;
-    let name = entries.text("name")?.0.to_string();
+    let entries = Entries::parse(path, text, KEYS)?;
+    let name = entries.text("name")?.to_string();
     entries.word("sensor.bits")?;
     entries.word("drive.bits")?;
     // What the sensor measures says how the device moves, and so what it drives.
@@ -45,56 +48,37 @@ pub fn read(path: &Path, text: &str) -> Result<Device, FileError> {
     if drive.full_scale <= 0.0 {
         return Err(entries.error("drive.full_scale", "must be greater than zero"));
     }
-    Ok(Device { name, sensor, drive, turns })
+    let motor = entries.all().any(|(key, _)| key.starts_with("motor.")).then(|| motor(&entries)).transpose()?;
+    Ok(Device { name, sensor, drive, turns, motor })
 }
 
-/// The entries of a file: dotted key, value and line.
-struct Entries<'a> {
-    path: &'a Path,
-    list: Vec<(String, String, u64)>,
+fn motor(entries: &Entries) -> Result<Motor, FileError> {
+    let positive = |key: &str, dim: Dim| {
+        let value = entries.quantity(key, dim)?;
+        if value > 0.0 { Ok(value) } else { Err(entries.error(key, "must be greater than zero")) }
+    };
+    let motor = Motor {
+        torque_constant: positive("motor.torque_constant", Dim::TORQUE.div(Dim::CURRENT))?,
+        rated_a: positive("motor.rated", Dim::CURRENT)?,
+        peak_a: positive("motor.peak", Dim::CURRENT)?,
+        peak_s: positive("motor.peak_time", Dim::TIME)?,
+    };
+    if motor.rated_a >= motor.peak_a {
+        return Err(entries.error("motor.peak", "must be above `motor.rated`"));
+    }
+    Ok(motor)
 }
 
-impl<'a> Entries<'a> {
-    fn parse(path: &'a Path, text: &str) -> Result<Entries<'a>, FileError> {
-        let line = |at: usize| text.as_bytes()[..at.min(text.len())].iter().filter(|b| **b == b'\n').count() as u64 + 1;
-        let table = DeTable::parse(text).map_err(|e| {
-            let error = FileError::new(path, e.message());
-            e.span().map_or(error.clone(), |span| error.at_line(line(span.start)))
-        })?;
-        let mut list = Vec::new();
-        collect("", table.get_ref(), &mut |key, at, value| {
-            let error = |message| Err(FileError::new(path, message).at_line(line(at)));
-            let Some((_, example)) = KEYS.iter().find(|(known, _)| *known == key) else {
-                let hint = nearest(&key, KEYS.iter().map(|k| k.0)).map(|near| format!("; did you mean `{near}`?"));
-                return error(format!("unknown key `{key}`{}", hint.unwrap_or_default()));
-            };
-            let Some(value) = value.as_str() else {
-                return error(format!("`{key}` must be a string, such as `\"{example}\"`"));
-            };
-            list.push((key, value.to_string(), line(at)));
-            Ok(())
-        })?;
-        Ok(Entries { path, list })
-    }
-
-    /// The value of a key and its line.
-    fn text(&self, key: &str) -> Result<(&str, u64), FileError> {
-        let found = self.list.iter().find(|entry| entry.0 == key);
-        found.map(|(_, value, line)| (value.as_str(), *line)).ok_or_else(|| {
-            let example = KEYS.iter().find(|(known, _)| *known == key).map_or("", |k| k.1);
-            FileError::new(self.path, format!("`{key}` is missing, as in `{key} = \"{example}\"`"))
-        })
-    }
-
+impl Entries<'_> {
     /// Whether a value is written as an angle.
     fn is_angle(&self, key: &str) -> bool {
-        let unit = self.text(key).ok().and_then(|(text, _)| text.trim().rsplit_once(' '));
+        let unit = self.find(key).and_then(|text| text.trim().rsplit_once(' '));
         unit.is_some_and(|(_, unit)| parse_unit(unit).is_some_and(|u| u.dim.is_number()))
     }
 
     /// A value of the given dimension, in SI.
     fn quantity(&self, key: &str, dim: Dim) -> Result<f64, FileError> {
-        let (text, _) = self.text(key)?;
+        let text = self.text(key)?;
         match parse_quantity(text) {
             Ok(Quantity::Real { value, dim: found }) if found == dim => Ok(value),
             Ok(_) => {
@@ -110,7 +94,7 @@ impl<'a> Entries<'a> {
 
     /// A delay in samples of the keyboard's rate: a measure only devices have.
     fn samples(&self, key: &str) -> Result<f64, FileError> {
-        let (text, _) = self.text(key)?;
+        let text = self.text(key)?;
         let number = text.strip_suffix("samples").or_else(|| text.strip_suffix("sample"));
         let samples = number.and_then(|n| n.trim().parse().ok()).filter(|n: &f64| n.is_finite() && *n >= 0.0);
         samples.ok_or_else(|| self.error(key, &format!("is `{text}`, but must be a delay such as `1 sample`")))
@@ -118,32 +102,11 @@ impl<'a> Entries<'a> {
 
     /// The size of a word: 16 bits, the only one there is.
     fn word(&self, key: &str) -> Result<(), FileError> {
-        match self.text(key)?.0 {
+        match self.text(key)? {
             "16 bit" | "16 bits" => Ok(()),
             other => Err(self.error(key, &format!("is `{other}`, but words have `16 bit`"))),
         }
     }
-
-    fn error(&self, key: &str, what: &str) -> FileError {
-        let error = FileError::new(self.path, format!("`{key}` {what}"));
-        self.text(key).map_or(error.clone(), |(_, line)| error.at_line(line))
-    }
-}
-
-/// Visits the values of a table with their dotted keys and places.
-fn collect(
-    prefix: &str,
-    table: &DeTable,
-    visit: &mut impl FnMut(String, usize, &DeValue) -> Result<(), FileError>,
-) -> Result<(), FileError> {
-    for (key, value) in table {
-        let name = format!("{prefix}{}", key.get_ref());
-        match value.get_ref() {
-            DeValue::Table(inner) => collect(&format!("{name}."), inner, visit)?,
-            value => visit(name, key.span().start, value)?,
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -163,6 +126,13 @@ full_scale = "500 mN"
 delay = "12 samples"
 "#;
 
+    const MOTOR: &str = r#"[motor]
+torque_constant = "0.007 N*m/A"
+rated = "0.5 A"
+peak = "2 A"
+peak_time = "100 ms"
+[drive]"#;
+
     fn changed(from: &str, to: &str) -> String {
         assert!(GOOD.contains(from), "{from}");
         read(Path::new("test.toml"), &GOOD.replace(from, to)).unwrap_err().to_string()
@@ -173,6 +143,14 @@ delay = "12 samples"
         let device = read(Path::new("test.toml"), GOOD).unwrap();
         assert_eq!(device.sensor, Sensor { low: -0.0005, high: 0.0105, delay_samples: 0.5 });
         assert_eq!(device.drive, Drive { full_scale: 0.5, delay_samples: 12.0 });
+    }
+
+    #[test]
+    fn a_motor_is_what_it_stands() {
+        let device = read(Path::new("test.toml"), &GOOD.replace("[drive]", MOTOR)).unwrap();
+        let motor = Motor { torque_constant: 0.007, rated_a: 0.5, peak_a: 2.0, peak_s: 0.1 };
+        assert_eq!(device.motor, Some(motor));
+        assert_eq!(read(Path::new("test.toml"), GOOD).unwrap().motor, None);
     }
 
     #[test]
@@ -209,6 +187,9 @@ delay = "12 samples"
             changed("name = \"test\"", "name = \"test"),
             changed("name = \"test\"", "name = [\"test\"]"),
             changed("[drive]", "[sensor]"),
+            changed("[drive]", "[motor]\nrated = \"2 A\"\n[drive]"),
+            changed("[drive]", &MOTOR.replace("0.5 A", "2 A")),
+            changed("[drive]", &MOTOR.replace("100 ms", "0 ms")),
         ];
         insta::assert_snapshot!(messages.join("\n"));
     }

@@ -141,12 +141,13 @@ fn lines_are_stepped_and_faults_are_signals() {
 #[test]
 fn a_running_program_is_interrupted() {
     let Some(shell) = image() else { return };
-    // `run` with as many rounds as there are takes minutes; gdb interrupts it after a moment.
+    // `run` with as many rounds as there are takes minutes; gdb interrupts it after a moment, in `run` or what it calls.
     let script = [
         "python import gdb, threading",
         "python threading.Timer(0.5, lambda: gdb.post_event(lambda: gdb.execute('interrupt'))).start()",
     ];
-    let async_script: Vec<&str> = script.into_iter().chain(["continue", "print n > 1000", "kill"]).collect();
+    let async_script: Vec<&str> =
+        script.into_iter().chain(["continue", "frame function run", "print n > 1000", "kill"]).collect();
     let (told, _, code) = debugged(&shell, "debug.elf", &["--call", "run,-1"], &async_script);
     if told.contains("Python scripting is not supported") {
         println!("SKIPPED: gdb without Python");

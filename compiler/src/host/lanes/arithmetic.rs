@@ -32,6 +32,12 @@ impl Lanes<'_> {
         [self.ins().imul(low_a, low_b), self.ins().imul(high_a, high_b)]
     }
 
+    /// The top words of the products of words.
+    pub(super) fn top_words(&mut self, a: KernelValue, b: KernelValue) -> Value {
+        let products = self.multiplied(a, b);
+        self.words_of(products, [1, 3, 5, 7])
+    }
+
     /// Words times `2^n`, in 64 bits.
     fn doubled(&mut self, a: KernelValue, n: u8) -> [Value; 2] {
         let word = self.word(a);

@@ -9,7 +9,7 @@
 
 use super::arithmetic::as_lane;
 use super::{Lane, Lanes};
-use crate::kernel::{Effect, Inst, Op, Region, Type, Value as KernelValue};
+use crate::kernel::{Effect, Inst, Op, Region, Type, Value as KernelValue, Walk};
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{I32X4, I64, I64X2};
 use cranelift_codegen::ir::{Block, BlockArg, InstBuilder, Value};
@@ -17,18 +17,7 @@ use cranelift_codegen::ir::{Block, BlockArg, InstBuilder, Value};
 /// What an arm may cost, in vector instructions, to be computed for all lanes without asking.
 const CHEAP: u32 = 12;
 
-impl Lanes<'_> {
-    /// Translates all instructions of a region.
-    pub(super) fn region(&mut self, region: &Region) {
-        for inst in &region.insts {
-            match (inst.op, &inst.regions[..]) {
-                (Op::If, [then, other]) => self.if_else(inst, then, other),
-                (Op::Loop(rounds), [body]) => self.repeat(inst, rounds, body),
-                _ => self.plain(inst),
-            }
-        }
-    }
-
+impl Walk for Lanes<'_> {
     fn if_else(&mut self, inst: &Inst, then: &Region, other: &Region) {
         let condition = self.mask(inst.args[0]);
         let types: Vec<Type> = inst.results.iter().map(|result| self.t.ty(*result)).collect();
@@ -40,6 +29,44 @@ impl Lanes<'_> {
         }
     }
 
+    fn repeat(&mut self, inst: &Inst, rounds: u32, body: &Region) {
+        let types: Vec<Type> = inst.results.iter().map(|result| self.t.ty(*result)).collect();
+        let [head, after] = [(); 2].map(|()| self.t.f.create_block());
+        let results: Vec<Lane> = types.iter().map(|ty| self.param(after, *ty)).collect();
+        let zero = self.ins().iconst(I64, 0);
+        let lanes: Vec<Lane> = inst.args.iter().map(|arg| self.lane(*arg)).collect();
+        let starts = self.block_args(&types, &lanes);
+        let first = self.constant(I32X4, 0);
+        self.ins().jump(head, &[&[zero.into(), first.into()], &starts[..]].concat());
+        let round = self.t.f.append_block_param(head, I64);
+        let index = self.t.f.append_block_param(head, I32X4);
+        self.set_lane(body.params[0], Lane::Word(index));
+        for (param, ty) in body.params[1..].iter().zip(&types) {
+            let lane = self.param(head, *ty);
+            self.set_lane(*param, lane);
+        }
+        self.t.f.switch_to_block(head);
+        self.region(body);
+        let next = self.ins().iadd_imm_s(round, 1);
+        let one = self.splat(1);
+        let index = self.ins().iadd(index, one);
+        let lanes: Vec<Lane> = body.yields.iter().map(|value| self.lane(*value)).collect();
+        let yields = self.block_args(&types, &lanes);
+        let more = self.ins().icmp_imm_s(IntCC::SignedLessThan, next, i64::from(rounds));
+        let again = [&[next.into(), index.into()], &yields[..]].concat();
+        self.ins().brif(more, head, &again, after, &yields);
+        self.t.f.switch_to_block(after);
+        for (result, lane) in inst.results.iter().zip(results) {
+            self.set_lane(*result, lane);
+        }
+    }
+
+    fn plain(&mut self, inst: &Inst) {
+        self.operator(inst);
+    }
+}
+
+impl Lanes<'_> {
     /// Computes an arm for the lanes that want it; the others keep what they have, if they have anything yet.
     fn arm(&mut self, region: &Region, condition: Value, types: &[Type], before: Option<&[Lane]>) -> Vec<Lane> {
         let wanted = self.wanted(condition);
@@ -99,38 +126,6 @@ impl Lanes<'_> {
         }
     }
 
-    fn repeat(&mut self, inst: &Inst, rounds: u32, body: &Region) {
-        let types: Vec<Type> = inst.results.iter().map(|result| self.t.ty(*result)).collect();
-        let [head, after] = [(); 2].map(|()| self.t.f.create_block());
-        let results: Vec<Lane> = types.iter().map(|ty| self.param(after, *ty)).collect();
-        let zero = self.ins().iconst(I64, 0);
-        let lanes: Vec<Lane> = inst.args.iter().map(|arg| self.lane(*arg)).collect();
-        let starts = self.block_args(&types, &lanes);
-        let first = self.constant(I32X4, 0);
-        self.ins().jump(head, &[&[zero.into(), first.into()], &starts[..]].concat());
-        let round = self.t.f.append_block_param(head, I64);
-        let index = self.t.f.append_block_param(head, I32X4);
-        self.set_lane(body.params[0], Lane::Word(index));
-        for (param, ty) in body.params[1..].iter().zip(&types) {
-            let lane = self.param(head, *ty);
-            self.set_lane(*param, lane);
-        }
-        self.t.f.switch_to_block(head);
-        self.region(body);
-        let next = self.ins().iadd_imm_s(round, 1);
-        let one = self.splat(1);
-        let index = self.ins().iadd(index, one);
-        let lanes: Vec<Lane> = body.yields.iter().map(|value| self.lane(*value)).collect();
-        let yields = self.block_args(&types, &lanes);
-        let more = self.ins().icmp_imm_s(IntCC::SignedLessThan, next, i64::from(rounds));
-        let again = [&[next.into(), index.into()], &yields[..]].concat();
-        self.ins().brif(more, head, &again, after, &yields);
-        self.t.f.switch_to_block(after);
-        for (result, lane) in inst.results.iter().zip(results) {
-            self.set_lane(*result, lane);
-        }
-    }
-
     fn block_args(&mut self, types: &[Type], lanes: &[Lane]) -> Vec<BlockArg> {
         let mut args = Vec::new();
         for (ty, lane) in types.iter().zip(lanes) {
@@ -169,6 +164,7 @@ fn cost(region: &Region) -> u32 {
     let one = |inst: &Inst| match (inst.op.row().effect, inst.op) {
         (_, Op::DivRound(_) | Op::Sqrt | Op::Lookup(_) | Op::GetAt(_)) => 1000,
         (_, Op::MulWide | Op::MacWide) => 8,
+        (_, Op::MulTop | Op::MacTop) => 6,
         (Effect::Pure | Effect::Reads, _) => 1,
         _ => 1000,
     };

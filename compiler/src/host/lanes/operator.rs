@@ -9,7 +9,7 @@ use cranelift_frontend::FuncInstBuilder;
 
 impl Lanes<'_> {
     /// Translates an operator without regions.
-    pub(super) fn plain(&mut self, inst: &Inst) {
+    pub(super) fn operator(&mut self, inst: &Inst) {
         let [a, b, c] = std::array::from_fn(|at| inst.args.get(at).copied().unwrap_or(KernelValue(0)));
         let lane = match inst.op {
             Op::Const(value) => Lane::Known(self.t.ty(inst.results[0]), value),
@@ -26,6 +26,11 @@ impl Lanes<'_> {
             }
             Op::MulWide => self.product(a, b, None),
             Op::MacWide => self.product(b, c, Some(a)),
+            Op::MulTop => Lane::Word(self.top_words(a, b)),
+            Op::MacTop => {
+                let (sum, top) = (self.word(a), self.top_words(b, c));
+                Lane::Word(self.ins().iadd(sum, top))
+            }
             Op::Shl(n) => self.each_vector(a, |ins, a| ins.ishl_imm_s(a, i64::from(n))),
             Op::Sar(n) if self.t.ty(a) == Type::I64 => Lane::Shifted(n, self.wide(a)),
             Op::Sar(n) => self.each_vector(a, |ins, a| ins.sshr_imm_s(a, i64::from(n))),

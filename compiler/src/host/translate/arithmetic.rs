@@ -22,6 +22,12 @@ impl Translator<'_> {
         self.f.ins().iadd(a, product)
     }
 
+    /// `floor(a * b / 2^32)`
+    pub(in crate::host) fn top_word(&mut self, a: Value, b: Value) -> Value {
+        let product = self.f.ins().imul(a, b);
+        self.f.ins().sshr_imm_s(product, 32)
+    }
+
     /// `floor(a / 2^n + 1/2)`
     pub(in crate::host) fn sar_round(&mut self, n: u8, a: Value, range: Range) -> Value {
         if n == 0 {

@@ -7,7 +7,7 @@ use cranelift_codegen::ir::{InstBuilder, Value};
 
 impl Translator<'_> {
     /// Translates an operator without regions.
-    pub(super) fn plain(&mut self, inst: &Inst) {
+    pub(super) fn operator(&mut self, inst: &Inst) {
         let [a, b, c] = std::array::from_fn(|at| inst.args.get(at).map_or(Value::from_u32(0), |arg| self.value(*arg)));
         let result = match inst.op {
             Op::Const(value) => self.constant(self.ty(inst.results[0]), value),
@@ -15,6 +15,11 @@ impl Translator<'_> {
             Op::Sub => self.f.ins().isub(a, b),
             Op::Mul | Op::MulWide => self.f.ins().imul(a, b),
             Op::MacWide => self.multiply_add(a, b, c),
+            Op::MulTop => self.top_word(a, b),
+            Op::MacTop => {
+                let top = self.top_word(b, c);
+                self.f.ins().iadd(a, top)
+            }
             Op::Min => self.f.ins().smin(a, b),
             Op::Max => self.f.ins().smax(a, b),
             Op::Shl(n) => self.f.ins().ishl_imm_s(a, i64::from(n)),

@@ -2,7 +2,7 @@
 
 use crate::kernel::memory::Key;
 use crate::kernel::op::Meaning;
-use crate::kernel::{Inst, Kernel, Op, Range, Region, Type, Value};
+use crate::kernel::{Inst, Kernel, Range, Region, Type, Value, Walk};
 
 /// The most operands an operator may have.
 pub(super) const ARGS_MAX: usize = 16;
@@ -92,14 +92,10 @@ struct Flattener<'a> {
     checked: bool,
 }
 
-impl Flattener<'_> {
+impl Walk for Flattener<'_> {
     fn region(&mut self, region: &Region) {
         for inst in &region.insts {
-            match (inst.op, &inst.regions[..]) {
-                (Op::If, [then, other]) => self.if_else(inst, then, other),
-                (Op::Loop(rounds), [body]) => self.repeat(inst, rounds, body),
-                _ => self.plain(inst),
-            }
+            self.inst(inst);
             self.check(&inst.results);
         }
     }
@@ -145,7 +141,9 @@ impl Flattener<'_> {
         self.flat.steps.push(Step::Next { round, rounds: rounds.into(), to });
         self.copy(carried, &inst.results);
     }
+}
 
+impl Flattener<'_> {
     /// A step to be filled in later.
     fn hole(&mut self) -> usize {
         self.flat.steps.push(Step::Jump { to: 0 });

@@ -203,7 +203,10 @@ fn resolve(sort: Sort, free: Option<Type>, own: Option<Declared>) -> Option<Type
 fn corners(op: Op, args: &[ValueInfo]) -> (i128, i128) {
     let Meaning::Exact(exact) = op.row().meaning else { return (1, 0) };
     let n = op.immediates()[0].into();
-    let ends = |at: usize| args.get(at).map_or([0, 0], |arg| [arg.range.low.into(), arg.range.high.into()]);
+    let ends = |at: usize| {
+        let Range { low, high } = args.get(at).map_or(Range::point(0), |arg| arg.range);
+        std::iter::once(low).chain((low != high).then_some(high)).map(i128::from)
+    };
     let mut bounds = (i128::MAX, i128::MIN);
     for a in ends(0) {
         for b in ends(1) {

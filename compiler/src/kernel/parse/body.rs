@@ -79,7 +79,8 @@ impl Parser {
         }
         let make = (row.make)(&immediates);
         let op = make.ok_or_else(|| self.error_at(place, "an immediate is out of bounds".to_string()))?;
-        Ok(Inst { op, args, results: Vec::new(), regions: Vec::new() })
+        let origin = self.origin(line)?;
+        Ok(Inst { op, args, results: Vec::new(), regions: Vec::new(), origin })
     }
 
     fn declared(&mut self, kind: Immediate) -> Result<i64, ParseError> {
@@ -92,15 +93,18 @@ impl Parser {
 
     /// `if v1 { .. } else { .. }`
     fn if_else(&mut self, depth: usize) -> Result<Inst, ParseError> {
+        let line = self.peek().line;
         let args = vec![self.skip().value()?];
+        let origin = self.origin(line)?;
         let then = self.region(Vec::new(), depth + 1)?;
         let has_else = self.takes(Token::Name("else".to_string()));
         let other = if has_else { self.region(Vec::new(), depth + 1)? } else { Region::default() };
-        Ok(Inst { op: Op::If, args, results: Vec::new(), regions: vec![then, other] })
+        Ok(Inst { op: Op::If, args, results: Vec::new(), regions: vec![then, other], origin })
     }
 
     /// `loop 3 (v1: i32 [0..2], v2: i32 [0..9] = v0) { .. }`
     fn repeat(&mut self, depth: usize) -> Result<Inst, ParseError> {
+        let line = self.peek().line;
         let op = Op::Loop(self.skip().number()?);
         self.sign(Token::Left)?;
         let mut params = vec![self.definition()?];
@@ -111,8 +115,17 @@ impl Parser {
             args.push(self.value()?);
         }
         self.sign(Token::Right)?;
+        let origin = self.origin(line)?;
         let body = self.region(params, depth + 1)?;
-        Ok(Inst { op, args, results: Vec::new(), regions: vec![body] })
+        Ok(Inst { op, args, results: Vec::new(), regions: vec![body], origin })
+    }
+
+    /// `@12`, if it follows on this line.
+    fn origin(&mut self, line: usize) -> Result<Option<u32>, ParseError> {
+        if self.peek().line != line || !self.takes(Token::At) {
+            return Ok(None);
+        }
+        self.number().map(Some)
     }
 
     /// The values that follow on this line.

@@ -1,0 +1,131 @@
+//! The static bound: how many cycles final machine code takes at most, whatever its input.
+//!
+//! ```text
+//!   Code (bytes), Annotations
+//!      | graph     every instruction that can be reached, as blocks; calls in the context of their caller
+//!      | stack     where the stack pointer is, and that returns return
+//!      | order     loops, inner before outer, each with its bound
+//!      v
+//!   longest       forward through the blocks: for every state of the pipeline, the dearest way into it
+//!      |            block   cycles by `isa::timing::Core::issue`, the function that the emulator counts with
+//!      |            facts   what is known of registers and flags on the way: branches that contradict it are cut
+//!      v
+//!   Bound         cycles, the dearest path, stack, how sure
+//! ```
+//!
+//! Nothing is guessed: what cannot be followed is a [`NotBounded`] that names the address and what is missing.
+//! `docs/budget.md` says why the bound holds.
+//!
+//! # What is not here
+//!
+//! How code came about: the analysis sees bytes, so it judges the compiler's code, the firmware's and a C compiler's alike.
+//! Interrupts: they steal cycles whenever they come, and are charged per period by whoever knows how often.
+
+mod arena;
+mod block;
+mod code;
+mod error;
+mod facts;
+mod graph;
+mod longest;
+mod memory;
+mod order;
+mod program;
+mod relevant;
+mod report;
+mod stack;
+mod state;
+mod tick;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use whippen_isa::timing::{Core, Evidence, Target};
+
+pub use code::Code;
+pub use error::NotBounded;
+pub use memory::{Banks, Surroundings};
+pub use program::Program;
+pub use report::{Budget, CoreBudget, Deadline};
+pub use tick::{Tick, tick};
+
+/// What the bytes do not say.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Annotations {
+    /// How often the head of a loop runs at most each time the loop is entered, by its address.
+    pub loops: BTreeMap<u32, u32>,
+    /// Where the indirect branch at an address may go.
+    pub targets: BTreeMap<u32, Vec<u32>>,
+    /// Arriving at one of these ends a path; the instruction there is not counted.
+    pub stops: BTreeSet<u32>,
+    /// The entry lies inside a function, behind what saved its registers: that its return finds the caller is not checked.
+    pub inside: bool,
+    /// What the caller goes on with, as far as the return's cycles depend on it; where it is not known, the dearest.
+    pub return_to: Option<Target>,
+}
+
+/// One question: from `entry` until a stop or the return to the caller.
+#[derive(Debug, Clone, Copy)]
+pub struct Query<'a> {
+    /// The core and its side in disputed rules.
+    pub core: &'a Core,
+    /// The code.
+    pub code: &'a Code,
+    /// Where it starts, bit 0 clear.
+    pub entry: u32,
+    /// What the bytes do not say.
+    pub annotations: &'a Annotations,
+    /// Who else uses memory, if waiting for it is to be charged.
+    pub surroundings: Option<&'a Surroundings>,
+}
+
+/// One instruction of the dearest path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Step {
+    /// Its address.
+    pub address: u32,
+    /// Its cycles; of all rounds but the last two where a loop was not written out.
+    pub cycles: u64,
+    /// Of those, for memory.
+    pub waits: u64,
+    /// How often; more than once only for the head of a loop that was not written out.
+    pub times: u32,
+}
+
+/// The answer.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Bound {
+    /// No execution takes more.
+    pub cycles_max: u64,
+    /// A path that takes so many, as far as the facts know.
+    pub path: Vec<Step>,
+    /// How sure: as the least sure number that any path uses.
+    pub class: Evidence,
+    /// Whether every path ends with a pipeline that remembers nothing.
+    pub settled: bool,
+    /// Bytes of stack, at most.
+    pub stack_bytes_max: u32,
+    /// Bytes by which the stack pointer is above its place at the entry when a path ends.
+    pub stack_left: i32,
+    /// Branches that no input takes in the state in which they were met.
+    pub infeasible: u32,
+    /// Whether states were joined because there were too many, or rounds were not written out: the bound may then be
+    /// larger than the facts would have it.
+    pub merged: bool,
+    /// Code bytes of the instructions that can be reached.
+    pub code_bytes: u32,
+}
+
+/// Bounds one entry.
+pub fn bound(query: &Query) -> Result<Bound, NotBounded> {
+    let mut tables = graph::Tables::default();
+    loop {
+        let graph = graph::Graph::build(query, &tables)?;
+        let stack = stack::follow(query, &graph)?;
+        let order = order::Order::of(query, &graph)?;
+        let found = longest::Longest::find(query, &graph, &order);
+        if tables.learn(&found.indices) {
+            continue;
+        }
+        return found.answer(stack, &graph);
+    }
+}

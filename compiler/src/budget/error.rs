@@ -1,0 +1,158 @@
+//! Why there is no bound: an address, and what is missing.
+
+use std::fmt;
+
+use whippen_isa::{NotDecoded, reg};
+
+/// Why code has no bound.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum NotBounded {
+    /// A path leaves the bytes that were given.
+    NoCode {
+        /// Where it goes.
+        address: u32,
+    },
+    /// A path runs into what is no instruction.
+    NoInstruction {
+        /// Where.
+        address: u32,
+        /// What the words are.
+        why: NotDecoded,
+    },
+    /// The code waits, traps or leaves for the Secure state: how long is not its own decision.
+    Waits {
+        /// Where.
+        address: u32,
+        /// The instruction.
+        text: String,
+    },
+    /// An indirect branch whose targets nobody told.
+    NoTargets {
+        /// Where.
+        address: u32,
+        /// The instruction.
+        text: String,
+    },
+    /// A table branch whose index is not bounded on some path.
+    NoTable {
+        /// Where.
+        address: u32,
+        /// The instruction.
+        text: String,
+    },
+    /// A loop without a bound.
+    NoRounds {
+        /// Its head.
+        head: u32,
+    },
+    /// A loop that can be entered in more places than one.
+    Irreducible {
+        /// Two of them.
+        entries: [u32; 2],
+    },
+    /// A function that calls itself.
+    Recursive {
+        /// The call that closes the circle.
+        address: u32,
+    },
+    /// Paths that meet with the stack pointer in two places, or a stack pointer that cannot be followed.
+    Stack {
+        /// Where.
+        address: u32,
+    },
+    /// A return that may not return to the caller.
+    Return {
+        /// Where.
+        address: u32,
+    },
+    /// A piece of a tick ends while the floating-point unit is at work: pieces cannot be summed.
+    Unsettled {
+        /// Where the tick begins.
+        address: u32,
+    },
+    /// No path ends.
+    Endless {
+        /// Where it starts.
+        entry: u32,
+    },
+    /// There are more instructions, calls written out, than this analysis is made for.
+    TooLarge {
+        /// Instructions, at most.
+        instructions_max: usize,
+    },
+}
+
+impl NotBounded {
+    /// The address it is about, if there is one.
+    pub fn address(&self) -> Option<u32> {
+        match self {
+            Self::NoCode { address }
+            | Self::NoInstruction { address, .. }
+            | Self::Waits { address, .. }
+            | Self::NoTargets { address, .. }
+            | Self::NoTable { address, .. }
+            | Self::Recursive { address }
+            | Self::Stack { address }
+            | Self::Unsettled { address }
+            | Self::Return { address } => Some(*address),
+            Self::NoRounds { head } => Some(*head),
+            Self::Irreducible { entries } => Some(entries[0]),
+            Self::Endless { entry } => Some(*entry),
+            Self::TooLarge { .. } => None,
+        }
+    }
+}
+
+impl fmt::Display for NotBounded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoCode { address } => write!(f, "execution reaches {address:#010x}, and there is no code"),
+            Self::NoInstruction { address, .. } => {
+                write!(f, "execution reaches {address:#010x}, which is no instruction")
+            }
+            Self::Waits { address, text } => {
+                write!(
+                    f,
+                    "`{text}` at {address:#010x} hands over to what is outside of the code: how long that takes is not known"
+                )
+            }
+            Self::NoTargets { address, text } => {
+                write!(f, "where `{text}` at {address:#010x} goes is not known: give its targets")
+            }
+            Self::NoTable { address, text } => write!(
+                f,
+                "the index of `{text}` at {address:#010x} has no bound on some path: compare it before, or give the targets"
+            ),
+            Self::NoRounds { head } => {
+                write!(f, "the loop at {head:#010x} has no bound: say how often its first instruction runs at most")
+            }
+            Self::Irreducible { entries: [a, b] } => {
+                write!(f, "the loop with {a:#010x} and {b:#010x} can be entered at both")
+            }
+            Self::Recursive { address } => write!(f, "the call at {address:#010x} closes a circle of calls"),
+            Self::Stack { address } => write!(
+                f,
+                "at {address:#010x} {} is not at a fixed distance from where it was at the entry",
+                reg::core_name(reg::SP)
+            ),
+            Self::Return { address } => {
+                write!(
+                    f,
+                    "the return at {address:#010x} may not go to the caller: its address is not the one that came in"
+                )
+            }
+            Self::Unsettled { address } => {
+                write!(
+                    f,
+                    "the tick at {address:#010x} goes on to the next key while the floating-point unit is at work"
+                )
+            }
+            Self::Endless { entry } => write!(f, "no path from {entry:#010x} ends"),
+            Self::TooLarge { instructions_max } => {
+                write!(f, "more than {instructions_max} instructions, calls written out, can be reached")
+            }
+        }
+    }
+}
+
+impl std::error::Error for NotBounded {}

@@ -1,0 +1,123 @@
+//! What is known of registers and flags on a way through the code.
+//!
+//! ```text
+//!   register --> name --> interval       registers with one name hold one value
+//!   flags    --> which of the 16 combinations of N, Z, C, V are possible,
+//!                what was compared (two names), whose sign and zero they show (a name)
+//! ```
+//!
+//! A branch keeps the combinations that satisfy its condition, and narrows the intervals of what was compared; when no
+//! combination or an empty interval is left, no input goes that way. Everything is an over-approximation: a fact holds for
+//! every execution that takes the way.
+
+mod effect;
+mod flags;
+mod interval;
+mod merge;
+
+pub use interval::Interval;
+
+use whippen_isa::Cond;
+
+use super::relevant::{FLAGS, Relevant};
+use flags::FlagFacts;
+
+/// Index of a value.
+type Name = u16;
+
+/// No name: nothing is known of it, and no other register is known to hold the same.
+const NONE: Name = Name::MAX;
+
+/// What is known.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Facts {
+    registers: [Name; 16],
+    values: Vec<Interval>,
+    flags: FlagFacts,
+}
+
+impl Facts {
+    /// Nothing.
+    pub fn nothing() -> Self {
+        Self { registers: [NONE; 16], values: Vec::new(), flags: FlagFacts::UNKNOWN }
+    }
+
+    /// Where a register lies.
+    pub fn interval(&self, register: u8) -> Interval {
+        self.interval_of(self.registers[usize::from(register & 15)])
+    }
+
+    fn interval_of(&self, name: Name) -> Interval {
+        self.values.get(usize::from(name)).copied().unwrap_or(Interval::ALL)
+    }
+
+    fn new_value(&mut self, interval: Interval) -> Name {
+        self.values.push(interval);
+        (self.values.len() - 1) as Name
+    }
+
+    /// The name of a register, which gets one if it has none.
+    fn name(&mut self, register: u8) -> Name {
+        let register = usize::from(register & 15);
+        if self.registers[register] == NONE {
+            self.registers[register] = self.new_value(Interval::ALL);
+        }
+        self.registers[register]
+    }
+
+    /// Narrows a value; false when nothing is left.
+    fn narrow(&mut self, name: Name, to: Interval) -> bool {
+        let Some(value) = self.values.get_mut(usize::from(name)) else { return true };
+        *value = value.intersect(to);
+        !value.is_empty()
+    }
+
+    /// The condition holds; false when it cannot.
+    pub fn assume(&mut self, cond: Cond) -> bool {
+        self.flags.keep_where(cond) && self.narrow_compared() && self.narrow_result() && self.renew_flags()
+    }
+
+    /// A register is zero, or is not; false when it cannot be so.
+    pub fn assume_zero(&mut self, register: u8, zero: bool) -> bool {
+        let name = self.name(register);
+        let to = if zero { Interval::point(0) } else { self.interval_of(name).without(0) };
+        self.narrow(name, to)
+    }
+
+    /// Forgets what can no longer matter, and numbers values in the order of the registers: facts that mean the same are equal.
+    pub fn keep(&mut self, relevant: Relevant) {
+        let mut uses = vec![0_u8; self.values.len()];
+        for register in 0..16 {
+            let name = &mut self.registers[register];
+            if relevant >> register & 1 == 0 {
+                *name = NONE;
+            } else if *name != NONE {
+                uses[usize::from(*name)] = uses[usize::from(*name)].saturating_add(1);
+            }
+        }
+        if relevant & FLAGS == 0 {
+            self.flags = FlagFacts::UNKNOWN;
+        }
+        self.flags.forget_unless(|name| uses[usize::from(name)] != 0);
+        self.flags.names().for_each(|name| uses[usize::from(name)] = uses[usize::from(name)].saturating_add(1));
+        let mut renumbered = vec![NONE; self.values.len()];
+        let mut kept = Vec::new();
+        let (old, registers) = (&self.values, &mut self.registers);
+        let mut renumber = |name: &mut Name| {
+            let at = usize::from(*name);
+            let tells = old.get(at).is_some_and(|value| uses[at] > 1 || *value != Interval::ALL);
+            if !tells {
+                *name = NONE;
+                return;
+            }
+            if renumbered[at] == NONE {
+                renumbered[at] = kept.len() as Name;
+                kept.push(old[at]);
+            }
+            *name = renumbered[at];
+        };
+        registers.iter_mut().for_each(&mut renumber);
+        self.flags.names_mut().for_each(&mut renumber);
+        self.values = kept;
+    }
+}

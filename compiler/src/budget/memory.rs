@@ -1,0 +1,95 @@
+//! Waiting for memory: what an access may lose to others, and to the core's own fetching.
+//!
+//! RP2350 has a port for each bank of SRAM; two who want one in the same cycle take turns, and the phase of the turns is not
+//! documented. So an access is charged a cycle for each other manager that may use its bank, and one where data may lie in
+//! a bank that the code is being fetched from. Both are upper bounds, by rules; see `isa::timing::sram`.
+
+use whippen_isa::timing::{Outcome, sram};
+use whippen_isa::{Class, Inst, reg};
+
+use super::facts::Facts;
+
+/// A set of banks, bit n for bank n of [`sram::bank`].
+pub type Banks = u16;
+
+/// Who else uses memory.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Surroundings {
+    /// The banks that the code's data may lie in, where the analysis does not know an address.
+    pub data: Banks,
+    /// Whether data in a bank that is being fetched from costs a cycle: "can sometimes", says the datasheet.
+    pub prefetch: bool,
+    /// For each other manager of the bus, of the same priority, the banks that it may use.
+    pub others: Vec<Banks>,
+}
+
+impl Surroundings {
+    /// The banks of a range of addresses.
+    pub fn banks(from: u32, bytes: u32) -> Banks {
+        let words = (from & !3..from.saturating_add(bytes)).step_by(4);
+        words.take(16).chain([from.saturating_add(bytes.saturating_sub(1))]).filter_map(sram::bank).fold(0, with)
+    }
+
+    /// Cycles that an instruction may wait for its data and for what is fetched behind it.
+    pub fn waits(&self, inst: &Inst, at: u32, facts: &Facts, outcome: &Outcome) -> u16 {
+        let fetches = fetched(inst, at, outcome.target.map(|target| target.address)).filter_map(sram::bank);
+        let fetching: u16 = fetches.map(|bank| self.rivals(1 << bank)).sum();
+        let words = if outcome.skipped { 0 } else { accesses(inst) };
+        if words == 0 {
+            return fetching;
+        }
+        let banks = address(inst, at, facts).map_or(self.data, |address| {
+            (0..words).filter_map(|word| sram::bank(address.wrapping_add(4 * u32::from(word)))).fold(0, with)
+        });
+        let ahead = [4, 8, 12].map(|words| (at & !3).wrapping_add(words));
+        let prefetched = ahead.into_iter().filter_map(sram::bank).fold(0, with);
+        let meets = self.prefetch && banks & prefetched != 0;
+        let each = self.rivals(banks) + if meets { u16::from(sram::PREFETCH.cycles) } else { 0 };
+        fetching.saturating_add(words.saturating_mul(each))
+    }
+
+    fn rivals(&self, banks: Banks) -> u16 {
+        self.others.iter().filter(|other| **other & banks != 0).count() as u16
+    }
+}
+
+fn with(set: Banks, bank: u8) -> Banks {
+    set | 1 << bank
+}
+
+/// The words that are fetched for an instruction, and for the one that a branch leads to. A 16-bit instruction at the
+/// upper half of a word came with the one before it, unless a branch led there.
+fn fetched(inst: &Inst, at: u32, taken: Option<u32>) -> impl Iterator<Item = u32> {
+    let starts = (at & 2 == 0).then_some(at);
+    let ends = (at & 2 != 0 && inst.size() == 4).then_some(at.wrapping_add(2));
+    let target = taken.filter(|target| target & 2 != 0);
+    [starts, ends, target].into_iter().flatten()
+}
+
+/// How many words an instruction reads or writes.
+fn accesses(inst: &Inst) -> u16 {
+    use Class::*;
+    match inst.class() {
+        Load | Store | LoadOrdered | StoreOrdered | TableBranch => 1,
+        LoadDual | StoreDual => 2,
+        LoadMultiple | StoreMultiple => (inst.imm as u16).count_ones() as u16,
+        FloatLoad | FloatStore | FloatLoadMultiple | FloatStoreMultiple => {
+            inst.uses().union(inst.defs()).single_bits().count_ones() as u16
+        }
+        _ => 0,
+    }
+}
+
+/// The first address that an instruction accesses, where it is known.
+fn address(inst: &Inst, at: u32, facts: &Facts) -> Option<u32> {
+    let simple = matches!(inst.class(), Class::Load | Class::Store | Class::LoadDual | Class::StoreDual)
+        && !inst.op().identifier().ends_with("_register");
+    let literal = simple && inst.op().identifier().ends_with("_literal");
+    let base = match literal {
+        true => at.wrapping_add(4) & !3,
+        false if inst.n == reg::PC => return None,
+        false => facts.interval(inst.n).as_point()? as u32,
+    };
+    let offset = if inst.add { inst.imm } else { inst.imm.wrapping_neg() };
+    simple.then(|| if inst.index { base.wrapping_add(offset) } else { base })
+}

@@ -1,0 +1,208 @@
+//! Where the stack pointer is at every place, and that every return goes back to its caller.
+//!
+//! Both are followed symbolically: the distance from the entry, whether LR holds what the call put there, and in which stack
+//! slots that was saved. That nobody else writes to those slots is the code's promise (its calling convention), not proven.
+
+use whippen_isa::{Class, Inst, Op, RegSet, reg};
+
+use super::graph::{ContextId, Control, Destination, Graph, Item};
+use super::{NotBounded, Query};
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Place {
+    /// Bytes from the stack pointer at the entry, negative below it.
+    sp: i32,
+    /// LR holds the return address of the present function.
+    returns: bool,
+    /// Stack slots that hold a return address, and whose: by distance from the entry's stack pointer.
+    saved: Vec<(i32, ContextId)>,
+}
+
+/// The stack, in bytes from where it is at the entry.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stack {
+    /// How deep it gets.
+    pub deepest: u32,
+    /// Where it is at every end: positive above.
+    pub left: i32,
+}
+
+/// Follows the stack pointer to every place.
+pub fn follow(query: &Query, graph: &Graph) -> Result<Stack, NotBounded> {
+    let mut places: Vec<Option<Place>> = vec![None; graph.blocks.len()];
+    // Where the stack pointer was when each function was entered.
+    let mut entered: Vec<Option<i32>> = vec![None; graph.contexts.len()];
+    (places[0], entered[0]) = (Some(Place { sp: 0, returns: true, saved: Vec::new() }), Some(0));
+    let mut open = vec![0];
+    let (mut deepest, mut left) = (0, None);
+    while let Some(number) = open.pop() {
+        let block = &graph.blocks[number];
+        let Some(mut place) = places[number].clone() else { continue };
+        let last = block.items.len().saturating_sub(1);
+        for (i, item) in block.items.iter().enumerate() {
+            if i < last || item.control == Control::Next {
+                place.execute(item, block.context)?;
+                deepest = deepest.min(place.sp);
+            }
+        }
+        for edge in &block.edges {
+            let mut arriving = place.clone();
+            if let Some(item) = block.last().filter(|item| item.control != Control::Next && edge.taken.is_some()) {
+                arriving.branch(query, item, block.context, &entered)?;
+            }
+            deepest = deepest.min(arriving.sp);
+            let Destination::Block(to) = edge.to else {
+                let address = block.last().map_or(0, |item| item.address);
+                if *left.get_or_insert(arriving.sp) != arriving.sp {
+                    return Err(NotBounded::Stack { address });
+                }
+                continue;
+            };
+            let (from, context) = (block.context, graph.blocks[to].context);
+            if graph.contexts[context].caller == Some(from) && context != from {
+                arriving.returns = true;
+                let known = entered[context].get_or_insert(arriving.sp);
+                if *known != arriving.sp {
+                    return Err(NotBounded::Stack { address: graph.blocks[to].address() });
+                }
+            } else if context != from {
+                arriving.returns = false;
+            }
+            if arrive(&mut places[to], arriving, graph.blocks[to].address())? {
+                open.push(to);
+            }
+        }
+    }
+    Ok(Stack { deepest: deepest.unsigned_abs(), left: left.unwrap_or(0) })
+}
+
+/// Joins what arrives with what has; says whether less is known now.
+fn arrive(known: &mut Option<Place>, new: Place, address: u32) -> Result<bool, NotBounded> {
+    let Some(place) = known else {
+        *known = Some(new);
+        return Ok(true);
+    };
+    if place.sp != new.sp {
+        return Err(NotBounded::Stack { address });
+    }
+    let saved: Vec<_> = place.saved.iter().filter(|slot| new.saved.contains(slot)).copied().collect();
+    let joined = Place { returns: place.returns && new.returns, saved, ..new };
+    let changed = *place != joined;
+    *place = joined;
+    Ok(changed)
+}
+
+impl Place {
+    /// An instruction that does not branch.
+    fn execute(&mut self, item: &Item, context: ContextId) -> Result<(), NotBounded> {
+        let inst = &item.inst;
+        let (defs, before) = (inst.defs(), self.sp);
+        let moves = defs.contains(RegSet::core(reg::SP));
+        if moves {
+            let by =
+                moved(inst).filter(|_| !inst.is_conditional()).ok_or(NotBounded::Stack { address: item.address })?;
+            self.sp = self.sp.checked_add(by).ok_or(NotBounded::Stack { address: item.address })?;
+        }
+        self.store(inst, before, context);
+        if defs.contains(RegSet::core(reg::LR)) {
+            let slot = loaded_slot(inst, before, reg::LR);
+            self.returns = slot.is_some_and(|slot| self.saved.contains(&(slot, context))) && !inst.is_conditional();
+        }
+        Ok(())
+    }
+
+    /// A store to the stack: of LR, or over what was saved there.
+    fn store(&mut self, inst: &Inst, before: i32, context: ContextId) {
+        let stores = matches!(inst.class(), Class::Store | Class::StoreDual | Class::StoreMultiple);
+        if !stores || inst.n != reg::SP {
+            return;
+        }
+        let lr = stored_slot(inst, before, reg::LR).filter(|_| self.returns);
+        for register in 0..16 {
+            let slot = stored_slot(inst, before, register);
+            self.saved.retain(|(at, _)| Some(*at) != slot);
+        }
+        self.saved.extend(lr.filter(|_| !inst.is_conditional()).map(|slot| (slot, context)));
+    }
+
+    /// A branch that is taken.
+    fn branch(
+        &mut self,
+        query: &Query,
+        item: &Item,
+        context: ContextId,
+        entered: &[Option<i32>],
+    ) -> Result<(), NotBounded> {
+        let (inst, before) = (&item.inst, self.sp);
+        if inst.defs().contains(RegSet::core(reg::SP)) {
+            self.sp += moved(inst).ok_or(NotBounded::Stack { address: item.address })?;
+        }
+        let returns = item.control == Control::Return && !query.annotations.targets.contains_key(&item.address);
+        if !returns {
+            return Ok(());
+        }
+        let comes_back = match inst.class() {
+            Class::BranchRegister | Class::Move => self.returns,
+            _ => loaded_slot(inst, before, reg::PC).is_some_and(|slot| self.saved.contains(&(slot, context))),
+        };
+        let trusted = query.annotations.inside && context == 0;
+        if trusted || comes_back && entered[context] == Some(self.sp) {
+            self.saved.retain(|(_, owner)| *owner != context);
+            return Ok(());
+        }
+        Err(NotBounded::Return { address: item.address })
+    }
+}
+
+/// By how much an instruction moves the stack pointer.
+fn moved(inst: &Inst) -> Option<i32> {
+    let offset = if inst.add { inst.imm as i32 } else { -(inst.imm as i32) };
+    let words = |count: u32| 4 * count as i32;
+    let list = words(u32::from(inst.imm as u16).count_ones());
+    let singles = words(inst.uses().union(inst.defs()).single_bits().count_ones());
+    match (inst.class(), inst.op()) {
+        (_, Op::ADD_SP_plus_immediate) => Some(inst.imm as i32),
+        (_, Op::SUB_SP_minus_immediate) => Some(-(inst.imm as i32)),
+        (_, Op::PUSH | Op::STMDB) => Some(-list),
+        (_, Op::POP | Op::LDM) => Some(list),
+        (_, Op::VPUSH | Op::VPUSH_single) => Some(-singles),
+        (_, Op::VPOP | Op::VPOP_single) => Some(singles),
+        (Class::Load | Class::LoadDual | Class::Store | Class::StoreDual, _) if inst.n == reg::SP && inst.wback => {
+            Some(offset)
+        }
+        _ => None,
+    }
+}
+
+/// The slot from which an instruction loads a register.
+fn loaded_slot(inst: &Inst, sp: i32, register: u8) -> Option<i32> {
+    slot(inst, sp, register).filter(|_| matches!(inst.class(), Class::Load | Class::LoadMultiple))
+}
+
+/// The slot to which an instruction stores a register.
+fn stored_slot(inst: &Inst, sp: i32, register: u8) -> Option<i32> {
+    slot(inst, sp, register).filter(|_| matches!(inst.class(), Class::Store | Class::StoreDual | Class::StoreMultiple))
+}
+
+fn slot(inst: &Inst, sp: i32, register: u8) -> Option<i32> {
+    if inst.n != reg::SP {
+        return None;
+    }
+    let list = inst.imm as u16;
+    let below = 4 * (list & ((1_u32 << register) - 1) as u16).count_ones() as i32;
+    let offset = match (inst.index, inst.add) {
+        (false, _) => 0,
+        (true, true) => inst.imm as i32,
+        (true, false) => -(inst.imm as i32),
+    };
+    match inst.class() {
+        Class::StoreMultiple | Class::LoadMultiple if list >> register & 1 == 0 => None,
+        Class::StoreMultiple if inst.op() == Op::STM => Some(sp + below),
+        Class::StoreMultiple => Some(sp - 4 * list.count_ones() as i32 + below),
+        Class::LoadMultiple => Some(sp + below),
+        Class::Load | Class::Store if inst.t == register => Some(sp + offset),
+        Class::StoreDual | Class::LoadDual if inst.t == register => Some(sp + offset),
+        Class::StoreDual | Class::LoadDual if inst.t2 == register => Some(sp + offset + 4),
+        _ => None,
+    }
+}

@@ -1,0 +1,119 @@
+//! The tick of a core's keys: a bound for each mode of a key, and for what surrounds the keys.
+//!
+//! ```text
+//!   NAME_tick --> mode of key 0 --> mode of key 1 --> ... --> NAME.end --> return
+//!   '- frame -'   '- key -------'                             '- frame -------'
+//! ```
+//!
+//! A key's mode is where its tick begins, so two modes never add up for one key, and the bound of a key is the largest of
+//! its modes'. Every piece begins behind a taken branch, where the pipeline holds nothing of the piece before ([`Bound::settled`]
+//! says so), so the pieces' sums are exact.
+
+use whippen_isa::timing::{Core, Evidence};
+
+use super::memory::Surroundings;
+use super::program::Program;
+use super::{Annotations, Bound, NotBounded, Query, bound};
+
+/// The bounds of a tick.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Tick {
+    /// Each mode: its symbol and its bound, dispatch to the next key included.
+    pub modes: Vec<(String, Bound)>,
+    /// From the entry to the first key.
+    pub entry: Bound,
+    /// From the last key to the return.
+    pub end: Bound,
+}
+
+/// Where the tick of `name` begins, its modes, and its end: the symbols that `thumb` gives them.
+struct Places {
+    tick: u32,
+    modes: Vec<(String, u32)>,
+    end: u32,
+}
+
+impl Places {
+    fn find(program: &Program, name: &str) -> Option<Self> {
+        let of = |symbol: String| program.symbols.get(&symbol).copied();
+        let prefix = format!("{name}.mode.");
+        let number = |symbol: &str| symbol.strip_prefix(&prefix)?.parse::<usize>().ok();
+        let mut modes: Vec<(usize, String, u32)> =
+            program.symbols.iter().filter_map(|(symbol, &at)| Some((number(symbol)?, symbol.clone(), at))).collect();
+        modes.sort();
+        let modes = modes.into_iter().map(|(_, symbol, at)| (symbol, at)).collect();
+        Some(Self { tick: of(format!("{name}_tick"))?, modes, end: of(format!("{name}.end"))? })
+    }
+}
+
+/// Bounds the tick of `name`; none when the program has none.
+///
+/// # Errors
+/// What cannot be bounded.
+pub fn tick(
+    program: &Program,
+    name: &str,
+    core: &Core,
+    surroundings: Option<&Surroundings>,
+) -> Option<Result<Tick, NotBounded>> {
+    let places = Places::find(program, name)?;
+    let mut annotations: Annotations = program.annotations.clone();
+    annotations.stops = places.modes.iter().map(|(_, at)| *at).chain([places.end]).collect();
+    let of = |entry| bound(&Query { core, code: &program.code, entry, annotations: &annotations, surroundings });
+    let modes = places.modes.iter().map(|(symbol, at)| Ok((symbol.clone(), of(*at)?))).collect::<Result<_, _>>();
+    let all = || {
+        let inside = Annotations { inside: true, ..annotations.clone() };
+        let end = bound(&Query { core, code: &program.code, entry: places.end, annotations: &inside, surroundings })?;
+        Tick { modes: modes?, entry: of(places.tick)?, end }.checked(&places)
+    };
+    Some(all())
+}
+
+impl Tick {
+    /// The dearest mode.
+    pub fn dearest(&self) -> Option<&(String, Bound)> {
+        self.modes.iter().max_by_key(|(_, bound)| bound.cycles_max)
+    }
+
+    /// Cycles of a key, at most.
+    pub fn key_cycles_max(&self) -> u64 {
+        self.dearest().map_or(0, |(_, bound)| bound.cycles_max)
+    }
+
+    /// Cycles around the keys, at most.
+    pub fn frame_cycles_max(&self) -> u64 {
+        self.entry.cycles_max + self.end.cycles_max
+    }
+
+    /// Cycles of a tick with so many keys, at most.
+    pub fn cycles_max(&self, keys: u32) -> u64 {
+        self.frame_cycles_max() + u64::from(keys) * self.key_cycles_max()
+    }
+
+    /// Whether the pieces fit together: each begins with the pipeline and the stack as the one before leaves them.
+    fn checked(self, places: &Places) -> Result<Self, NotBounded> {
+        let keys_keep_the_stack = self.modes.iter().all(|(_, bound)| bound.stack_left == 0);
+        if !keys_keep_the_stack || self.entry.stack_left + self.end.stack_left != 0 {
+            return Err(NotBounded::Stack { address: places.end });
+        }
+        if !self.bounds().all(|bound| bound.settled) {
+            return Err(NotBounded::Unsettled { address: places.tick });
+        }
+        Ok(self)
+    }
+
+    fn bounds(&self) -> impl Iterator<Item = &Bound> {
+        self.modes.iter().map(|(_, bound)| bound).chain([&self.entry, &self.end])
+    }
+
+    /// As sure as the least sure.
+    pub fn class(&self) -> Evidence {
+        self.bounds().map(|bound| bound.class).max().unwrap_or(Evidence::Exact)
+    }
+
+    /// Bytes of stack: the keys' code finds the stack as the entry leaves it.
+    pub fn stack_bytes_max(&self) -> u32 {
+        let keys = self.modes.iter().map(|(_, bound)| bound.stack_bytes_max).max().unwrap_or(0);
+        self.entry.stack_bytes_max + keys.max(self.end.stack_bytes_max)
+    }
+}

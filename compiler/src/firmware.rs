@@ -1,0 +1,356 @@
+//! The firmware around the keys: both cores, the converter's tick, safety, parameters, MIDI, watchdog.
+//!
+//! ```text
+//!   core 0   tick: converter -> keys -> service, guard      between ticks: mailbox, watchdog
+//!   core 1   tick: converter -> keys -> service, guard      between ticks: events of both cores -> MIDI
+//! ```
+//!
+//! The texts in `firmware/` are assembled with the constants of a program and a board; `tick`, `service` and `guard` once
+//! for each core, because every number in them is a constant of that core. What a board must say is in two texts of its
+//! own. docs/firmware.md describes what the texts do, for those who use it.
+//!
+//! [`whole()`] puts the keys' code into it: an image that starts by itself.
+//!
+//! Not here: the code of the keys (`thumb`), addresses (`image`), files.
+
+mod tables;
+mod whole;
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use whippen_isa::Arch;
+use whippen_isa::imm::thumb_shrink_imm;
+
+use crate::asm::{AsmError, Source, assemble};
+use crate::image::Object;
+use crate::kernel::Kernel;
+use crate::modes::Modes;
+use crate::thumb::Layout;
+
+pub use whole::{Whole, WholeError, divided, support, whole};
+
+/// What a program and its keyboard say.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Setup {
+    /// Keys of each core, 1 to 255.
+    pub keys: [u32; 2],
+    /// Ticks per second.
+    pub rate_hz: u32,
+    /// What the motor stands.
+    pub motor: Motor,
+    /// Sensor words between which a key is in mid-travel: where a word that does not change may be a fault.
+    pub mid_travel: [u16; 2],
+    /// Which events are notes.
+    pub midi: Midi,
+}
+
+/// What a motor stands, in drive words: 32768 is its peak current.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Motor {
+    /// The word of its rated current.
+    pub rated: u32,
+    /// How long it stands its peak current (ms).
+    pub peak_ms: u32,
+    /// The word of 1 N.
+    pub newton: u32,
+}
+
+/// Which events become MIDI messages.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Midi {
+    /// The event whose first argument is a speed.
+    pub note: Option<u32>,
+    /// The event that ends a note.
+    pub release: Option<u32>,
+    /// The note of the first key; 21 is A0.
+    pub first_note: u32,
+    /// How far a speed is shifted right to be an index of the table.
+    pub speed_shift: u32,
+    /// Velocity by speed.
+    pub velocities: [u8; 128],
+}
+
+/// What a board says: two texts, and where its cores have their stacks.
+#[derive(Debug, Clone, Copy)]
+pub struct Support<'a> {
+    /// `board_begin` and `board_end`, assembled for each core.
+    pub tick: Source<'a>,
+    /// Everything else.
+    pub rest: Source<'a>,
+    /// Ends of the stacks of core 0 and 1.
+    pub stacks: [u32; 2],
+    /// Number of the converter's interrupt.
+    pub interrupt: u32,
+}
+
+/// The board RP2350 with the converter of the emulator.
+pub const RP2350: Support<'static> = Support {
+    tick: Source { name: "firmware/rp2350_tick.s", text: include_str!("firmware/rp2350_tick.s") },
+    rest: Source { name: "firmware/rp2350.s", text: include_str!("firmware/rp2350.s") },
+    stacks: [0x2008_1000, 0x2008_2000],
+    interrupt: 46,
+};
+
+/// Why there is no firmware.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum FirmwareError {
+    /// So many keys on a core, not 1 to 255.
+    Keys(u32),
+    /// A record of so many bytes, more than the frame can reach.
+    Record(u32),
+    /// The motor's rated word is not between 1 and 32767, or it stands its peak for less than 1 ms or more than 10 s.
+    Motor,
+    /// A board's text is no assembly.
+    Assembly(AsmError),
+}
+
+impl fmt::Display for FirmwareError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FirmwareError::Keys(keys) => write!(f, "{keys} keys on a core; the firmware takes 1 to 255"),
+            FirmwareError::Record(bytes) => {
+                write!(f, "a key's record takes {bytes} bytes; the firmware takes at most {RECORD_MAX}")
+            }
+            FirmwareError::Motor => {
+                f.write_str("the rated current must be below the peak, and the peak last between 1 ms and 10 s")
+            }
+            FirmwareError::Assembly(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for FirmwareError {}
+
+impl From<AsmError> for FirmwareError {
+    fn from(error: AsmError) -> Self {
+        FirmwareError::Assembly(error)
+    }
+}
+
+/// What an access with write-back reaches.
+const RECORD_MAX: u32 = 252;
+
+/// From a sensor word to the drive word of the same key, for so many keys of both cores: what
+/// [`thumb::compile_for_frame`](crate::thumb::compile_for_frame) must be told.
+pub fn distance(keys: [u32; 2]) -> u32 {
+    (2 * (keys[0] + keys[1])).next_multiple_of(4)
+}
+
+/// Names of the objects of the keys, by core.
+pub const CORES: [&str; 2] = ["core0", "core1"];
+
+/// The modes for the keys of one core: values per key begin at its first.
+pub fn keys_of(modes: &Modes, keys: [u32; 2], core: usize) -> Modes {
+    let first = if core == 0 { 0 } else { keys[0] as usize };
+    let mut own = modes.clone();
+    for keyed in &mut own.kernel.keyed {
+        // A list that is too short goes on with its last value.
+        let from = first.min(keyed.values.len().saturating_sub(1));
+        keyed.values.drain(..from);
+    }
+    own
+}
+
+const SHARED: &[Source<'static>] = &[
+    Source { name: "firmware/vectors.s", text: include_str!("firmware/vectors.s") },
+    Source { name: "firmware/boot.s", text: include_str!("firmware/boot.s") },
+    Source { name: "firmware/core1.s", text: include_str!("firmware/core1.s") },
+    Source { name: "firmware/cores.s", text: include_str!("firmware/cores.s") },
+    Source { name: "firmware/idle.s", text: include_str!("firmware/idle.s") },
+    Source { name: "firmware/mailbox.s", text: include_str!("firmware/mailbox.s") },
+    Source { name: "firmware/midi.s", text: include_str!("firmware/midi.s") },
+    Source { name: "firmware/silence.s", text: include_str!("firmware/silence.s") },
+];
+
+const FRAME: [Source<'static>; 3] = [
+    Source { name: "firmware/tick.s", text: include_str!("firmware/tick.s") },
+    Source { name: "firmware/service.s", text: include_str!("firmware/service.s") },
+    Source { name: "firmware/guard.s", text: include_str!("firmware/guard.s") },
+];
+
+/// The objects of a firmware, to be linked with those of the keys, which are compiled for the names in [`CORES`]. The image
+/// begins at `reset`.
+///
+/// # Errors
+/// Keys, records or motor are out of range; a text of the board is wrong.
+pub fn objects(
+    kernel: &Kernel,
+    setup: &Setup,
+    layouts: [&Layout; 2],
+    board: &Support,
+) -> Result<Vec<Object>, FirmwareError> {
+    let constants = constants(kernel, setup, layouts, board)?;
+    let mut objects = Vec::new();
+    for source in shared(board) {
+        objects.push(assemble(&[source], &constants, Arch::V8M)?);
+    }
+    let mut start = assemble(&[board.tick], &constants, Arch::V8M)?;
+    start.sections.iter_mut().filter(|s| s.name == ".text.frame").for_each(|s| s.name = ".text.start.board".into());
+    objects.push(start);
+    for (core, name) in CORES.iter().enumerate() {
+        let mut own = constants.clone();
+        own.insert("KEYS".to_string(), setup.keys[core].into());
+        objects.push(of_core(assemble(&frame(board), &own, Arch::V8M)?, name));
+    }
+    let tables = tables::text(kernel, setup, layouts[0]);
+    objects.push(assemble(&[Source { name: "tables", text: &tables }], &constants, Arch::V8M)?);
+    Ok(objects)
+}
+
+fn shared<'a>(board: &Support<'a>) -> impl Iterator<Item = Source<'a>> {
+    SHARED.iter().copied().chain([board.rest])
+}
+
+/// The frame of a core, one text after the other.
+fn frame<'a>(board: &Support<'a>) -> [Source<'a>; 4] {
+    let [tick, service, guard] = FRAME;
+    [tick, service, guard, board.tick]
+}
+
+/// The texts of a firmware as they are assembled, those of a frame together; a frame is told `KEYS` besides the
+/// [`constants`].
+pub fn sources<'a>(board: &Support<'a>) -> Vec<Vec<Source<'a>>> {
+    shared(board).map(|source| vec![source]).chain([frame(board).to_vec()]).collect()
+}
+
+/// The frame of one core: its names and sections say so, and nobody else sees what is in it but the tick.
+fn of_core(mut object: Object, core: &str) -> Object {
+    let rename = |name: &str| match name {
+        "tick" => format!("tick_{core}"),
+        "block" => core.to_string(),
+        "keys_tick" => format!("{core}_tick"),
+        other => other.to_string(),
+    };
+    for section in &mut object.sections {
+        section.name = section.name.replace(".text.frame", &format!(".text.{core}.frame"));
+        section.fixups.iter_mut().for_each(|fixup| fixup.symbol = rename(&fixup.symbol));
+        for hint in &mut section.hints {
+            if let crate::image::Hint::Targets { symbols, .. } = hint {
+                symbols.iter_mut().for_each(|symbol| *symbol = rename(symbol));
+            }
+        }
+    }
+    for symbol in &mut object.symbols {
+        symbol.global &= symbol.section.is_none() || symbol.name == "tick";
+        symbol.name = rename(&symbol.name);
+    }
+    object
+}
+
+/// Offsets in a core's block, in a key's guard, in the table of the status; bits of faults.
+const PLACES: &[(&str, i64)] = &[
+    ("C_CODE", 0),
+    ("C_STATE", 4),
+    ("C_ROWS", 8),
+    ("C_KEYS", 16),
+    ("C_GAINS", 20),
+    ("C_GUARDS", 24),
+    ("C_TICK", 28),
+    ("C_ALARM", 32),
+    ("C_MISSED", 36),
+    ("C_FAULTS", 40),
+    ("C_FAULTY", 44),
+    ("C_TURN", 48),
+    ("C_FIRST", 52),
+    ("C_ROW", 56),
+    ("C_RAMP", 60),
+    ("G_HEAT", 0),
+    ("G_CEILING", 4),
+    ("G_WORD", 8),
+    ("G_DRIVE", 10),
+    ("G_SINCE", 12),
+    ("S_FAULTS", 8),
+    ("FAULT_MISSED", 1),
+    ("FAULT_RAIL", 2),
+    ("FAULT_FROZEN", 4),
+    ("FAULT_HOT", 8),
+    ("FAULT_DEAD", 16),
+    ("WATCHDOG_US", 10_000),
+];
+
+/// Ticks between two turns of a key's service.
+const TURNS: u64 = 16;
+/// How long force takes to come back.
+const RAMP_MS: u64 = 20;
+
+/// What the texts are told of a program, a keyboard and a board.
+///
+/// # Errors
+/// Keys, records or motor are out of range.
+pub fn constants(
+    kernel: &Kernel,
+    setup: &Setup,
+    layouts: [&Layout; 2],
+    board: &Support,
+) -> Result<BTreeMap<String, i64>, FirmwareError> {
+    if let Some(keys) = setup.keys.iter().find(|keys| !(1..=255).contains(*keys)) {
+        return Err(FirmwareError::Keys(*keys));
+    }
+    let record = layouts[0].record(1) - layouts[0].record(0);
+    if record > RECORD_MAX {
+        return Err(FirmwareError::Record(record));
+    }
+    let (ring, rate) = (layouts[0].events(), u64::from(setup.rate_hz));
+    let gain = |core: usize| layouts[core].gain(0).unwrap_or(4);
+    let heat = heat(&setup.motor, rate)?;
+    let ticks = |ms: u64| ms * rate / 1000;
+    let mut all: BTreeMap<String, i64> = PLACES.iter().map(|(name, value)| (name.to_string(), *value)).collect();
+    let mut put = |name: &str, value: u64| {
+        all.insert(name.to_string(), value as i64);
+    };
+    put("KEYS0", setup.keys[0].into());
+    put("KEYS1", setup.keys[1].into());
+    put("DISTANCE", distance(setup.keys).into());
+    put("RECORD", record.into());
+    put("GAINS0", gain(0).into());
+    put("GAINS1", gain(1).into());
+    put("EVENTS", ring.start.into());
+    put("EVENTS_BYTES", ring.bytes.into());
+    put("EVENT", ring.event.into());
+    let none = kernel.events.len() as u32;
+    put("EVENT_NOTE", setup.midi.note.unwrap_or(none).into());
+    put("EVENT_RELEASE", setup.midi.release.unwrap_or(none).into());
+    put("FIRST_NOTE", setup.midi.first_note.into());
+    put("SPEED_SHIFT", setup.midi.speed_shift.into());
+    put("STEP", (65_536 * TURNS).div_ceil(ticks(RAMP_MS).max(TURNS)));
+    put("RAMP", (ticks(RAMP_MS) + 3 * TURNS).min(0xffff));
+    put("RATED2", heat.rated2);
+    put("HEAT_SHIFT", heat.shift);
+    put("HEAT_MAX", heat.max);
+    put("CEILING_HOT", rounded(2 * setup.motor.rated).into());
+    put("MOVED", rounded(setup.motor.newton).into());
+    put("AGE_RAIL", ticks(10).min(0xffff));
+    put("AGE_FROZEN", ticks(100).min(0xffff));
+    put("MID_LOW", setup.mid_travel[0].into());
+    put("MID_HIGH", setup.mid_travel[1].into());
+    put("RATE", rate);
+    put("STACK0", board.stacks[0].into());
+    put("STACK1", board.stacks[1].into());
+    put("CONVERTER_IRQ", board.interrupt.into());
+    Ok(all)
+}
+
+/// What the motor's limits are in the units of the service.
+struct Heat {
+    rated2: u64,
+    shift: u64,
+    max: u64,
+}
+
+fn heat(motor: &Motor, rate: u64) -> Result<Heat, FirmwareError> {
+    if !(1..=32_767).contains(&motor.rated) || !(1..=10_000).contains(&motor.peak_ms) {
+        return Err(FirmwareError::Motor);
+    }
+    let rated2 = u64::from(motor.rated).pow(2);
+    let turns = u64::from(motor.peak_ms) * rate / 1000 / TURNS;
+    let whole = (32_767_u64.pow(2)).saturating_sub(rated2).max(1) * turns.max(1);
+    // The sum is kept below 2^30.
+    let shift = (0..31).find(|shift| whole >> shift < 1 << 30).unwrap_or(31).max(1);
+    Ok(Heat { rated2, shift, max: (whole >> shift).max(1) })
+}
+
+/// The next number below that an instruction can hold.
+fn rounded(number: u32) -> u32 {
+    (1..=number).rev().find(|n| thumb_shrink_imm(*n).is_some()).unwrap_or(1)
+}

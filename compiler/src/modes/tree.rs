@@ -1,0 +1,183 @@
+//! The decisions of one mode: at every node of the tree one condition is decided, and both ways are folded anew under what
+//! that says; at a leaf the next mode is known.
+
+use super::fold::{Fold, Path};
+use super::gain::Gains;
+use super::graph::{Graph, Id, Kind};
+use super::reach;
+use super::tick::Tick;
+use crate::kernel::{Op, Range, Type};
+use std::rc::Rc;
+
+/// A cell by whose classes modes are told apart.
+#[derive(Debug, Clone)]
+pub(super) struct Discrete {
+    pub cell: usize,
+    /// Ranges, in order, without gaps.
+    pub classes: Vec<Range>,
+}
+
+impl Discrete {
+    /// The class that holds all of the range.
+    pub fn class(&self, range: Range) -> Option<usize> {
+        self.classes.iter().position(|class| class.contains(range))
+    }
+}
+
+/// A tree of decisions.
+#[derive(Debug)]
+pub(super) enum Tree {
+    Split { path: Rc<Path>, condition: Id, yes: Box<Tree>, no: Box<Tree> },
+    Leaf { path: Rc<Path>, tick: Tick, ranges: Vec<Range> },
+}
+
+/// The tree would have too many leaves.
+#[derive(Debug)]
+pub(super) struct TooBig;
+
+/// What a tree is grown from.
+pub(super) struct Grower<'a, 'k> {
+    pub graph: &'a mut Graph<'k>,
+    pub discrete: &'a [Discrete],
+    /// How many leaves are left.
+    pub leaves: usize,
+    pub fold: Fold,
+    /// Cycles that a decision must save which does not tell the next mode.
+    pub worth: u32,
+    /// How many decisions the way so far has.
+    pub depth: usize,
+}
+
+/// Decisions on one way; no instrument comes near, and what goes down a tree needs stack.
+const DEPTH: usize = 100;
+
+impl Grower<'_, '_> {
+    /// The tree for a tick under these facts; none if they contradict each other.
+    pub fn grow(&mut self, path: Rc<Path>, tick: &Tick) -> Result<Option<Tree>, TooBig> {
+        if self.depth > DEPTH {
+            return Err(TooBig);
+        }
+        let mark = self.fold.mark();
+        self.depth += 1;
+        let tree = self.grow_on(path, tick);
+        self.depth -= 1;
+        self.fold.back(mark);
+        tree
+    }
+
+    fn grow_on(&mut self, path: Rc<Path>, tick: &Tick) -> Result<Option<Tree>, TooBig> {
+        let roots = tick.roots();
+        let Some(folded) = self.fold.run(self.graph, &path, &roots) else { return Ok(None) };
+        let tick = tick.with(&folded);
+        let Some(condition) = self.choose(&tick) else { return self.leaf(path, tick).map(Some) };
+        let if_yes = path.on(self.graph, &self.fold, condition, true);
+        let if_no = path.on(self.graph, &self.fold, condition, false);
+        let (if_yes, if_no) = match (if_yes, if_no) {
+            (Some(yes), Some(no)) if self.can_be(&no, &tick) => (Rc::new(yes), Rc::new(no)),
+            (Some(yes), _) => return self.grow_given(&path, &yes, &tick, condition, true),
+            (None, Some(no)) => return self.grow_given(&path, &no, &tick, condition, false),
+            (None, None) => return Ok(None),
+        };
+        let Some(yes) = self.grow(if_yes.clone(), &tick)? else {
+            return self.grow_given(&path, &if_no, &tick, condition, false);
+        };
+        let Some(no) = self.grow(if_no, &tick)? else {
+            return self.grow_given(&path, &if_yes, &tick, condition, true);
+        };
+        Ok(Some(Tree::Split { path, condition, yes: Box::new(yes), no: Box::new(no) }))
+    }
+
+    /// The tree where the condition cannot be otherwise. No branch says so, so nothing is concluded for the values it is
+    /// made of; only what it tells of the next mode is assumed.
+    fn grow_given(
+        &mut self,
+        path: &Path,
+        strong: &Path,
+        tick: &Tick,
+        condition: Id,
+        holds: bool,
+    ) -> Result<Option<Tree>, TooBig> {
+        let mark = self.fold.mark();
+        let told = self.fold.run(self.graph, strong, &tick.roots());
+        let told = told.map(|roots| reach::ranges(self.graph, &self.fold, &tick.with(&roots)));
+        self.fold.back(mark);
+        let Some(told) = told else { return Ok(None) };
+        let mut tick = tick.clone();
+        for discrete in self.discrete {
+            let Some(id) = tick.cells[discrete.cell] else { continue };
+            let Range { low, high } = told[discrete.cell];
+            let ty = self.graph.ty(id);
+            tick.cells[discrete.cell] = Some(match ty {
+                _ if low == high => self.graph.number(ty, low),
+                Type::I1 => id,
+                _ => self.graph.node(Kind::Op(Op::Assume(low, high)), ty, &[id]),
+            });
+        }
+        self.grow(Rc::new(path.given(condition, holds)), &tick)
+    }
+
+    fn can_be(&mut self, path: &Path, tick: &Tick) -> bool {
+        let mark = self.fold.mark();
+        let possible = self.fold.run(self.graph, path, &tick.roots()).is_some();
+        self.fold.back(mark);
+        possible
+    }
+
+    fn leaf(&mut self, path: Rc<Path>, tick: Tick) -> Result<Tree, TooBig> {
+        self.leaves = self.leaves.checked_sub(1).ok_or(TooBig)?;
+        let ranges = reach::ranges(self.graph, &self.fold, &tick);
+        Ok(Tree::Leaf { path, tick, ranges })
+    }
+
+    /// The condition that is best decided now; none if nothing is left that pays or must be.
+    fn choose(&mut self, tick: &Tick) -> Option<Id> {
+        let musts = self.next_states(tick);
+        let mut gains = Gains::new(self.graph, &tick.roots(), &musts);
+        let mut best: Option<((u32, u32), Id)> = None;
+        for at in gains.in_order() {
+            let (condition, asking) = &gains.conditions[at];
+            let (condition, asked, must) = (*condition, asking.asked, asking.must);
+            let score = (gains.of(at), asked);
+            if (must || score.0 >= self.worth) && best.is_none_or(|(most, _)| score > most) {
+                best = Some((score, condition));
+            }
+        }
+        best.map(|(_, condition)| gains.most_shared(condition))
+    }
+
+    /// Bools that tell the class of a cell at the end.
+    fn next_states(&mut self, tick: &Tick) -> Vec<Id> {
+        let mut found = Vec::new();
+        for discrete in self.discrete {
+            let Some(id) = tick.cells[discrete.cell] else { continue };
+            let range = self.graph.constant(id).map_or_else(|| self.fold.range(id), Range::point);
+            if discrete.class(range).is_some() {
+                continue;
+            }
+            if self.graph.ty(id) == Type::I1 {
+                found.push(id);
+                continue;
+            }
+            let inside = discrete.classes.iter().find(|class| class.high >= range.low).map_or(range.high, |c| c.high);
+            let limit = self.fold.number(self.graph, self.graph.ty(id), inside + 1);
+            found.push(self.fold.pure(self.graph, Op::Lt, Type::I1, &[id, limit]));
+        }
+        found
+    }
+}
+
+impl Tick {
+    /// All that the tick leaves.
+    pub fn roots(&self) -> Vec<Id> {
+        self.cells.iter().flatten().chain(&self.writes).chain(std::iter::once(&self.last)).copied().collect()
+    }
+
+    /// The same with these roots.
+    pub fn with(&self, roots: &[Id]) -> Tick {
+        let mut roots = roots.iter().copied();
+        let mut next = |old: Id| roots.next().unwrap_or(old);
+        let cells = self.cells.iter().map(|cell| cell.map(&mut next)).collect();
+        let writes = self.writes.iter().map(|write| next(*write)).collect();
+        Tick { cells, writes, last: next(self.last) }
+    }
+}

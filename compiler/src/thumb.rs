@@ -1,0 +1,372 @@
+//! Code for the Cortex-M33: the tick of all keys of one core, from modes to an object.
+//!
+//! ```text
+//!   Modes --select--> Func (instructions over virtual registers) --allocate--> --arrange, emit--> Object
+//! ```
+//!
+//! The tick is threaded: keys have records that lie one after the other, and the first word of a record is the address of
+//! the code of the key's present mode. A mode's code does one key's tick, takes the address of the next key's code from
+//! the next record and goes there; after the last key a sentinel leads to the end of the frame. There is no loop and no
+//! test of modes.
+//!
+//! | part | what it settles |
+//! | --- | --- |
+//! | `frame` | registers with a meaning, the state and everything's place in it |
+//! | `select` | which instructions |
+//! | `vcode` | instructions over virtual registers |
+//! | `schedule` | the order of instructions |
+//! | `path` | cycles of the longest way |
+//! | `allocate` | registers, by `regalloc2` |
+//! | `arrange` | the order of blocks |
+//! | `emit` | encodings, IT blocks, branches |
+//! | `entry` | code around the keys |
+//!
+//! Every transformation here keeps every drive word, event and cell of the Kernel, bit for bit. Not here: what a Kernel may
+//! assume (`modes`), addresses (`image`).
+
+mod allocate;
+mod arrange;
+mod emit;
+mod entry;
+mod frame;
+mod literal;
+mod names;
+mod path;
+mod schedule;
+mod select;
+mod vcode;
+
+use crate::image::{Fixup, FixupKind, Object, Section, SectionKind, Symbol, SymbolKind};
+use crate::kernel::{Kernel, Type};
+use crate::modes::Modes;
+use allocate::{Allocated, allocate};
+use emit::{Bytes, Item, lay_out};
+use frame::{Frame, LITERALS_MAX};
+use literal::{Literal, Literals};
+use select::Select;
+use std::fmt;
+use whippen_isa::Arch;
+use whippen_isa::timing::Core;
+
+pub use emit::NoEncoding;
+
+/// What to build.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Prefix of all symbols.
+    pub name: String,
+    /// Keys of the core.
+    pub keys: u32,
+    /// Whether each key has a gain for its drive words, 65536 = 1.
+    pub gain: bool,
+    /// Whether probes are kept, key by key in the records; else they are left out.
+    pub probes: bool,
+}
+
+/// Why there is no code.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ThumbError {
+    /// No keys, or more than the state can have in 16 MiB.
+    Keys(u32),
+    /// More modes than addresses have room.
+    Modes(usize),
+    /// A bug: no registers, or no encoding.
+    Bug(String),
+}
+
+impl fmt::Display for ThumbError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            ThumbError::Keys(keys) => write!(f, "{keys} keys do not fit: a core takes 1 to 65536 keys in 16 MiB"),
+            ThumbError::Modes(modes) => write!(f, "{modes} modes, more than {LITERALS_MAX}"),
+            ThumbError::Bug(what) => write!(f, "no code: {what}"),
+        }
+    }
+}
+
+impl std::error::Error for ThumbError {}
+
+/// Where a host finds what it reads and writes, in bytes from the symbol `NAME_state`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Layout {
+    frame: Frame,
+}
+
+/// Code and data of a core's keys.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Built {
+    /// The object: `NAME_tick`, `NAME_init`, `NAME_state`.
+    pub object: Object,
+    /// Where things lie in the state.
+    pub layout: Layout,
+}
+
+/// Compiles the tick of a core's keys.
+///
+/// # Errors
+/// Too many keys or modes; a bug.
+pub fn compile(modes: &Modes, options: &Options) -> Result<Built, ThumbError> {
+    build(modes, options, None)
+}
+
+/// Compiles the tick of a core's keys as a part of a firmware's frame: `NAME_tick(state, words)` and `NAME_init(state, words)`
+/// find the first key's sensor word at `words`, put drive words `distance` bytes behind sensor words, and keep no register
+/// but SP.
+///
+/// # Errors
+/// Too many keys or modes; a bug.
+pub fn compile_for_frame(modes: &Modes, options: &Options, distance: u32) -> Result<Built, ThumbError> {
+    build(modes, options, Some(distance))
+}
+
+fn build(modes: &Modes, options: &Options, distance: Option<u32>) -> Result<Built, ThumbError> {
+    if options.keys == 0 || options.keys > 1 << 16 {
+        return Err(ThumbError::Keys(options.keys));
+    }
+    if modes.modes.len() > LITERALS_MAX / 2 {
+        return Err(ThumbError::Modes(modes.modes.len()));
+    }
+    let kernel = &modes.kernel;
+    let frame = Frame::new(kernel, options, distance);
+    if frame.size > 1 << 24 {
+        return Err(ThumbError::Keys(options.keys));
+    }
+    let mut literals = Literals::default();
+    let mut funcs = Vec::new();
+    for (index, mode) in modes.modes.iter().enumerate() {
+        funcs.push(finish(Select::mode(kernel, &frame, &mut literals, mode, index))?);
+    }
+    let init = finish(Select::init(kernel, &frame, &mut literals))?;
+    let items = items(&frame, options, modes, &funcs, &init);
+    let code = lay_out(&items.items, items.labels, Arch::V8M, &options.name)
+        .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
+    let object = object(kernel, &frame, options, &literals, code);
+    Ok(Built { object, layout: Layout { frame } })
+}
+
+/// How many values may be alive at once, in the orders that are tried.
+const ALIVE: [usize; 4] = [5, 7, 9, 12];
+
+/// The best of some orders, with registers.
+fn finish(func: vcode::Func) -> Result<Allocated, ThumbError> {
+    let (func, core) = (func.in_order(), Core::cortex_m33());
+    let mut best = allocated(&func)?;
+    let mut cycles = path::longest(&best, &core);
+    for limit in ALIVE {
+        let mut ordered = func.clone();
+        schedule::schedule(&mut ordered, &core, limit);
+        let tried = allocated(&ordered)?;
+        let longest = path::longest(&tried, &core);
+        if longest < cycles {
+            (best, cycles) = (tried, longest);
+        }
+    }
+    Ok(best)
+}
+
+fn allocated(func: &vcode::Func) -> Result<Allocated, ThumbError> {
+    allocate(func).map_err(ThumbError::Bug)
+}
+
+/// All code, and how many labels it has.
+struct Items {
+    items: Vec<Item>,
+    labels: usize,
+}
+
+fn items(frame: &Frame, options: &Options, modes: &Modes, funcs: &[Allocated], init: &Allocated) -> Items {
+    let name = &options.name;
+    let slots = funcs.iter().map(|func| func.slots).max().unwrap_or(0);
+    let mut mode_names: Vec<String> = (0..modes.modes.len()).map(|mode| names::mode(name, mode)).collect();
+    let mut items = entry::tick(frame, name, slots, &mode_names);
+    mode_names.push(names::end(name));
+    let labels = entry::Labels { init_key: 0, init_next: 1 };
+    let mut base = 2;
+    for (index, func) in funcs.iter().enumerate() {
+        items.push(Item::Function { name: names::mode(name, index), global: false });
+        items.extend(arrange::arrange(func, base, Arch::V8M, &mode_names, labels.init_next));
+        base += func.blocks.len();
+    }
+    items.extend(entry::init(frame, name, init.slots, labels));
+    items.extend(arrange::arrange(init, base, Arch::V8M, &mode_names, labels.init_next));
+    Items { items, labels: base + init.blocks.len() }
+}
+
+fn object(kernel: &Kernel, frame: &Frame, options: &Options, literals: &Literals, code: Bytes) -> Object {
+    let name = &options.name;
+    let mut object = Object { sections: Vec::new(), symbols: code.symbols };
+    object.sections.push(Section {
+        name: format!(".text.{name}"),
+        kind: SectionKind::Code,
+        align: 4,
+        size: code.bytes.len() as u32,
+        bytes: code.bytes,
+        fixups: code.fixups,
+        lines: code.lines,
+        hints: code.hints,
+    });
+    let mut state = state(kernel, frame);
+    state.literals(frame, literals, name);
+    state.modes(frame, name);
+    let symbol = |name, section, size| Symbol {
+        name,
+        section: Some(section),
+        offset: 0,
+        size,
+        kind: SymbolKind::Data,
+        global: true,
+    };
+    object.symbols.push(symbol(names::state(name), 1, frame.size));
+    object.sections.push(data(format!(".data.{name}"), SectionKind::Data, state.bytes, state.fixups));
+    for (index, table) in kernel.tables.iter().enumerate() {
+        let bytes: Vec<u8> = table.values.iter().flat_map(|word| word.to_le_bytes()).collect();
+        let (section, table) = (object.sections.len(), names::table(name, index as u32));
+        object.symbols.push(Symbol { global: false, ..symbol(table, section, bytes.len() as u32) });
+        object.sections.push(data(format!(".rodata.{name}.{index}"), SectionKind::Constant, bytes, Vec::new()));
+    }
+    object
+}
+
+fn data(name: String, kind: SectionKind, bytes: Vec<u8>, fixups: Vec<Fixup>) -> Section {
+    Section { name, kind, align: 4, size: bytes.len() as u32, bytes, fixups, lines: Vec::new(), hints: Vec::new() }
+}
+
+/// The state as it is before `init`.
+struct State {
+    bytes: Vec<u8>,
+    fixups: Vec<Fixup>,
+}
+
+impl State {
+    fn put(&mut self, at: u32, bytes: &[u8]) {
+        self.bytes[at as usize..at as usize + bytes.len()].copy_from_slice(bytes);
+    }
+
+    fn word(&mut self, at: u32, word: u32) {
+        self.put(at, &word.to_le_bytes());
+    }
+
+    fn address(&mut self, at: u32, symbol: String) {
+        self.fixups.push(Fixup { at, kind: FixupKind::Abs32, symbol, addend: 0 });
+    }
+
+    fn literals(&mut self, frame: &Frame, literals: &Literals, name: &str) {
+        for (index, literal) in literals.all().iter().enumerate() {
+            let at = frame.literals + 4 * index as u32;
+            match literal {
+                Literal::Word(word) => self.word(at, *word),
+                Literal::Mode(mode) => self.address(at, names::mode(name, *mode)),
+            }
+        }
+    }
+
+    fn modes(&mut self, frame: &Frame, name: &str) {
+        for key in 0..frame.keys {
+            self.address(frame.records + key * frame.record, names::mode(name, 0));
+        }
+        self.address(frame.records + frame.keys * frame.record, names::end(name));
+    }
+}
+
+fn state(kernel: &Kernel, frame: &Frame) -> State {
+    let mut state = State { bytes: vec![0; frame.size as usize], fixups: Vec::new() };
+    for (live, at) in kernel.lives.iter().zip(&frame.lives) {
+        state.word(*at, live.init as u32);
+    }
+    for key in 0..frame.keys {
+        let record = frame.records + key * frame.record;
+        if let Some(gain) = frame.gain {
+            state.word(record + gain, 1 << 16);
+        }
+        for (cell, at) in kernel.cells.iter().zip(&frame.cells) {
+            let size = if cell.ty == Type::I64 { 8 } else { 4 };
+            for word in 0..cell.len {
+                state.put(record + at + word * size, &cell.init.to_le_bytes()[..size as usize]);
+            }
+        }
+        for (keyed, at) in kernel.keyed.iter().zip(&frame.keyed) {
+            let value = keyed.values.get(key as usize).or(keyed.values.last()).copied().unwrap_or_default();
+            state.word(record + at, value as u32);
+        }
+    }
+    for (line, place) in kernel.lines.iter().zip(&frame.lines) {
+        let value = 0.clamp(line.range.low, line.range.high);
+        let slot = 1 << place.log2();
+        for at in (place.at..place.at + place.row * place.len).step_by(slot) {
+            state.put(at, &value.to_le_bytes()[..slot]);
+        }
+    }
+    state
+}
+
+impl Layout {
+    /// Bytes of the state.
+    pub fn size(&self) -> u32 {
+        self.frame.size
+    }
+
+    /// The word that comes in of a key and port.
+    pub fn input(&self, key: u32, port: u32) -> u32 {
+        self.frame.inputs + key * self.frame.stride + 2 * port
+    }
+
+    /// The word that goes out of a key and port.
+    pub fn output(&self, key: u32, port: u32) -> u32 {
+        self.frame.outputs + key * self.frame.stride + 2 * port
+    }
+
+    /// A live value.
+    pub fn live(&self, live: usize) -> Option<u32> {
+        self.frame.lives.get(live).copied()
+    }
+
+    /// The gain of a key, if keys have one.
+    pub fn gain(&self, key: u32) -> Option<u32> {
+        self.frame.gain.map(|at| self.record(key) + at)
+    }
+
+    /// Word 0 of a cell of a key; a mode that knows the cell may leave another value there.
+    pub fn cell(&self, key: u32, cell: usize) -> Option<u32> {
+        self.frame.cells.get(cell).map(|at| self.record(key) + at)
+    }
+
+    /// A probe of a key, 8 bytes, if probes are kept.
+    pub fn probe(&self, key: u32, probe: usize) -> Option<u32> {
+        self.frame.probes.as_ref()?.get(probe).map(|at| self.record(key) + at)
+    }
+
+    /// The record of a key: its first word is the address of the code of its mode.
+    pub fn record(&self, key: u32) -> u32 {
+        self.frame.records + key * self.frame.record
+    }
+
+    /// The ring of events.
+    pub fn events(&self) -> EventRing {
+        EventRing {
+            head: frame::EVENT_HEAD,
+            tail: frame::EVENT_TAIL,
+            lost: frame::EVENT_LOST,
+            start: self.frame.events,
+            bytes: frame::EVENT_BYTES,
+            event: self.frame.event,
+        }
+    }
+}
+
+/// The ring of events, all in bytes from the start of the state. An event is a word with the tick, `u16` key, `u16` event, and
+/// the arguments as words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EventRing {
+    /// Word: bytes ever written.
+    pub head: u32,
+    /// Word: bytes ever read; the reader's.
+    pub tail: u32,
+    /// Word: events that found the ring full.
+    pub lost: u32,
+    /// Where the ring begins.
+    pub start: u32,
+    /// Its size, a power of two.
+    pub bytes: u32,
+    /// Bytes of one event.
+    pub event: u32,
+}

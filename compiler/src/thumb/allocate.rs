@@ -1,0 +1,324 @@
+//! Registers for virtual registers, by `regalloc2`.
+//!
+//! ```text
+//!   Func  --regalloc2-->  each operand's register, and moves, loads and stores between instructions  -->  Allocated
+//! ```
+//!
+//! What is spilled lies on the stack at SP, below what the entry has saved. `regalloc2`'s own checker, which follows values through the
+//! result, runs in debug builds.
+
+use super::frame::FREE;
+use super::vcode::{Block, Code, Edge, End, Func, Reg, Role};
+use regalloc2::checker::Checker;
+use regalloc2::{
+    Allocation, Edit, Function, Inst as At, InstOrEdit, InstRange, MachineEnv, Operand, OperandConstraint, OperandKind,
+    OperandPos, Output, PReg, PRegSet, RegClass, RegallocOptions, VReg,
+};
+use whippen_isa::reg::{LR, SP};
+use whippen_isa::{Inst, Op};
+
+/// A block with registers.
+#[derive(Debug, Clone)]
+pub(super) struct Placed {
+    pub code: Vec<Fixed>,
+    pub end: End,
+    pub rounds: Option<u32>,
+}
+
+/// An instruction with registers.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Fixed {
+    pub inst: Inst,
+    pub code: Option<Code>,
+}
+
+/// All blocks, and how many words of the stack they use.
+#[derive(Debug, Clone)]
+pub(super) struct Allocated {
+    pub blocks: Vec<Placed>,
+    pub slots: usize,
+}
+
+/// Gives every virtual register a place.
+///
+/// # Errors
+/// An instruction needs more registers than there are, or the checker objects: a bug.
+pub(super) fn allocate(func: &Func) -> Result<Allocated, String> {
+    let view = View::new(func);
+    let env = environment();
+    let options = RegallocOptions { validate_ssa: cfg!(debug_assertions), ..RegallocOptions::default() };
+    let output = regalloc2::run(&view, &env, &options).map_err(|error| error.to_string())?;
+    if cfg!(debug_assertions) {
+        check(&view, &env, &output)?;
+    }
+    let blocks = (0..func.blocks.len()).map(|block| view.placed(block, &output)).collect();
+    Ok(Allocated { blocks, slots: output.num_spillslots })
+}
+
+/// Whether every operand finds its value.
+fn check(view: &View, env: &MachineEnv, output: &Output) -> Result<(), String> {
+    let mut checker = Checker::new(view, env);
+    checker.prepare(output);
+    checker.run().map_err(|errors| format!("allocation is wrong: {errors:?}"))
+}
+
+fn environment() -> MachineEnv {
+    let low = |reg: &u8| *reg < 8;
+    let set = |wanted: &dyn Fn(&u8) -> bool| {
+        FREE.iter().filter(|reg| wanted(reg)).fold(PRegSet::empty(), |set, reg| set.with(preg(*reg)))
+    };
+    MachineEnv {
+        preferred_regs_by_class: [set(&low), PRegSet::empty(), PRegSet::empty()],
+        non_preferred_regs_by_class: [set(&|reg| !low(reg)), PRegSet::empty(), PRegSet::empty()],
+        scratch_by_class: [None; 3],
+        fixed_stack_slots: Vec::new(),
+    }
+}
+
+fn preg(reg: u8) -> PReg {
+    PReg::new(reg.into(), RegClass::Int)
+}
+
+fn vreg(reg: u32) -> VReg {
+    VReg::new(reg as usize, RegClass::Int)
+}
+
+/// A function as `regalloc2` sees it: one row of instructions, the last of each block its end.
+struct View<'a> {
+    func: &'a Func,
+    ranges: Vec<InstRange>,
+    operands: Vec<Vec<Operand>>,
+    succs: Vec<Vec<regalloc2::Block>>,
+    preds: Vec<Vec<regalloc2::Block>>,
+    params: Vec<Vec<VReg>>,
+    args: Vec<Vec<VReg>>,
+    ends: Vec<bool>,
+    returns: Vec<bool>,
+}
+
+impl<'a> View<'a> {
+    fn new(func: &'a Func) -> View<'a> {
+        let block = |index: &usize| regalloc2::Block::new(*index);
+        let succs: Vec<Vec<_>> = func.blocks.iter().map(|b| b.end.targets().iter().map(block).collect()).collect();
+        let mut view = View {
+            func,
+            ranges: Vec::new(),
+            operands: Vec::new(),
+            preds: vec![Vec::new(); succs.len()],
+            succs,
+            params: func.blocks.iter().map(|b| b.params.iter().map(|r| vreg(*r)).collect()).collect(),
+            args: Vec::new(),
+            ends: Vec::new(),
+            returns: Vec::new(),
+        };
+        for (index, block) in func.blocks.iter().enumerate() {
+            view.add(block);
+            for target in block.end.targets() {
+                view.preds[target].push(regalloc2::Block::new(index));
+            }
+        }
+        view
+    }
+
+    fn add(&mut self, block: &Block) {
+        let first = self.operands.len();
+        for code in &block.code {
+            self.operands.push(operands(code));
+            self.ends.push(false);
+            self.returns.push(false);
+        }
+        self.operands.push(match &block.end {
+            End::Next(code) => vec![fixed(*code)],
+            _ => Vec::new(),
+        });
+        let leaves = matches!(block.end, End::Next(_) | End::InitDone);
+        self.ends.push(!leaves);
+        self.returns.push(leaves);
+        self.args.push(match &block.end {
+            End::Jump(Edge { args, .. }) => args.iter().map(|r| vreg(*r)).collect(),
+            _ => Vec::new(),
+        });
+        self.ranges.push(InstRange::new(At::new(first), At::new(self.operands.len())));
+    }
+
+    /// A block with the registers and moves that were found.
+    fn placed(&self, index: usize, output: &Output) -> Placed {
+        let block = &self.func.blocks[index];
+        let first = self.ranges[index].first().index();
+        let mut code = Vec::new();
+        for item in output.block_insts_and_edits(self, regalloc2::Block::new(index)) {
+            match item {
+                InstOrEdit::Edit(Edit::Move { from, to }) => code.push(Fixed { inst: moved(*from, *to), code: None }),
+                InstOrEdit::Inst(at) if at.index() - first < block.code.len() => {
+                    let source = &block.code[at.index() - first];
+                    code.push(Fixed { inst: with_registers(source, output.inst_allocs(at)), code: Some(*source) });
+                }
+                InstOrEdit::Inst(_) => {}
+            }
+        }
+        Placed { code, end: block.end.clone(), rounds: block.rounds }
+    }
+}
+
+/// The address of the next code is in LR, for `BX LR` folds.
+fn fixed(code: u32) -> Operand {
+    Operand::new(vreg(code), OperandConstraint::FixedReg(preg(LR)), OperandKind::Use, OperandPos::Early)
+}
+
+/// What is read first, in the order of roles, then what is written.
+fn operands(code: &Code) -> Vec<Operand> {
+    let reads: Vec<(Role, u32)> = code
+        .uses()
+        .filter_map(|u| match (u.writes, u.operand.reg, u.operand.old) {
+            (true, _, Some(old)) => Some((u.role, old)),
+            (false, Reg::Virtual(reg), _) => Some((u.role, reg)),
+            _ => None,
+        })
+        .collect();
+    let mut all: Vec<Operand> = reads.iter().map(|(_, reg)| Operand::reg_use(vreg(*reg))).collect();
+    for u in code.uses().filter(|u| u.writes) {
+        let Reg::Virtual(reg) = u.operand.reg else { continue };
+        let reused = reads.iter().position(|(role, old)| *role == u.role && Some(*old) == u.operand.old);
+        all.push(match reused {
+            Some(at) => Operand::reg_reuse_def(vreg(reg), at),
+            None => Operand::reg_def(vreg(reg)),
+        });
+    }
+    all
+}
+
+/// The instruction with the registers that were found for its operands.
+fn with_registers(code: &Code, allocs: &[Allocation]) -> Inst {
+    let mut inst = code.inst;
+    let reads = |u: &super::vcode::Use| {
+        if u.writes { u.operand.old.is_some() } else { matches!(u.operand.reg, Reg::Virtual(_)) }
+    };
+    let mut written = code.uses().filter(reads).count();
+    let mut read = 0;
+    for u in code.uses() {
+        let register = |at: &mut usize| {
+            *at += 1;
+            allocs.get(*at - 1).and_then(|a| a.as_reg()).map_or(0, |reg| reg.hw_enc() as u8)
+        };
+        if u.writes && u.operand.old.is_some() {
+            read += 1;
+        }
+        *u.role.of(&mut inst) = match (u.operand.reg, u.writes) {
+            (Reg::Fixed(reg), _) => reg,
+            (Reg::Virtual(_), true) => register(&mut written),
+            (Reg::Virtual(_), false) => register(&mut read),
+        };
+    }
+    inst
+}
+
+/// A move between registers and the stack.
+fn moved(from: Allocation, to: Allocation) -> Inst {
+    let register = |a: Allocation| a.as_reg().map(|reg| reg.hw_enc() as u8);
+    let slot = |a: Allocation| a.as_stack().map_or(0, |slot| 4 * slot.index() as u32);
+    let stack = |op, t, imm| Inst { t, n: SP, imm, ..super::vcode::template(op) };
+    match (register(from), register(to)) {
+        (Some(from), Some(to)) => Inst { d: to, m: from, ..super::vcode::template(Op::MOV_register) },
+        (Some(from), None) => stack(Op::STR_immediate, from, slot(to)),
+        (None, to) => stack(Op::LDR_immediate, to.unwrap_or(0), slot(from)),
+    }
+}
+
+impl Function for View<'_> {
+    fn num_insts(&self) -> usize {
+        self.operands.len()
+    }
+
+    fn num_blocks(&self) -> usize {
+        self.func.blocks.len()
+    }
+
+    fn entry_block(&self) -> regalloc2::Block {
+        regalloc2::Block::new(0)
+    }
+
+    fn block_insns(&self, block: regalloc2::Block) -> InstRange {
+        self.ranges[block.index()]
+    }
+
+    fn block_succs(&self, block: regalloc2::Block) -> &[regalloc2::Block] {
+        &self.succs[block.index()]
+    }
+
+    fn block_preds(&self, block: regalloc2::Block) -> &[regalloc2::Block] {
+        &self.preds[block.index()]
+    }
+
+    fn block_params(&self, block: regalloc2::Block) -> &[VReg] {
+        &self.params[block.index()]
+    }
+
+    fn is_ret(&self, at: At) -> bool {
+        self.returns[at.index()]
+    }
+
+    fn is_branch(&self, at: At) -> bool {
+        self.ends[at.index()]
+    }
+
+    fn branch_blockparams(&self, block: regalloc2::Block, _: At, _: usize) -> &[VReg] {
+        &self.args[block.index()]
+    }
+
+    fn inst_operands(&self, at: At) -> &[Operand] {
+        &self.operands[at.index()]
+    }
+
+    fn inst_clobbers(&self, _: At) -> PRegSet {
+        PRegSet::empty()
+    }
+
+    fn num_vregs(&self) -> usize {
+        self.func.vregs as usize
+    }
+
+    fn spillslot_size(&self, _: RegClass) -> usize {
+        1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::vcode::Access;
+    use super::*;
+
+    /// A loop whose blocks are numbered against their order: sums what it reads until that is 0.
+    fn summing() -> Func {
+        let mut func = Func::new();
+        let [entry, after, again, head] = [(); 4].map(|()| func.block());
+        let [start, kept, sum, read, next] = [(); 5].map(|()| func.fresh());
+        let load = |to| Code::new(Op::LDR_immediate).reg(Role::T, to).with(Role::N, Reg::Fixed(6)).access(Access::None);
+        func.blocks[entry].code = vec![load(start), load(kept)];
+        func.blocks[entry].end = End::Jump(Edge { block: head, args: vec![start] });
+        func.blocks[head].params = vec![sum];
+        let add = Code::new(Op::ADD_register).reg(Role::N, sum).reg(Role::M, read).reg(Role::D, next).flags();
+        func.blocks[head].code = vec![load(read), add];
+        func.blocks[head].end = End::Branch { cond: whippen_isa::Cond::NE, yes: again, no: after, likely: None };
+        func.blocks[again].end = End::Jump(Edge { block: head, args: vec![next] });
+        func.blocks[after].end = End::Next(kept);
+        func.in_order()
+    }
+
+    #[test]
+    fn the_checker_takes_what_is_right_and_nothing_else() {
+        let func = summing();
+        let (view, env) = (View::new(&func), environment());
+        let mut output = regalloc2::run(&view, &env, &RegallocOptions::default()).expect("there are registers");
+        assert_eq!(check(&view, &env, &output), Ok(()));
+        let (found, mut refused) = (output.allocs.clone(), 0);
+        for (at, right) in found.iter().enumerate() {
+            for reg in FREE.into_iter().filter(|reg| right.as_reg() != Some(preg(*reg))) {
+                output.allocs[at] = Allocation::reg(preg(reg));
+                refused += usize::from(check(&view, &env, &output).is_err());
+            }
+            output.allocs[at] = *right;
+        }
+        // Any other register is wrong for what is read, and for what is read later.
+        assert_eq!(refused, found.len() * (FREE.len() - 1));
+    }
+}

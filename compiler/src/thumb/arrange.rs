@@ -1,0 +1,101 @@
+//! The order of blocks, and their ends as branches.
+//!
+//! Blocks follow each other along the likely way; what is rare comes last, so that the likely way has no taken branch. A
+//! block that is empty but for a jump is left out.
+
+use super::allocate::{Allocated, Placed};
+use super::emit::{Item, Label, Line, finish};
+use super::vcode::{End, template};
+use whippen_isa::reg::LR;
+use whippen_isa::{Arch, Inst, Op};
+
+/// The items of a function whose blocks have labels from `base` on.
+pub(super) fn arrange(func: &Allocated, base: Label, arch: Arch, next: &[String], init_done: Label) -> Vec<Item> {
+    let order = order(func);
+    let mut items = Vec::new();
+    for (at, index) in order.iter().enumerate() {
+        let block = &func.blocks[*index];
+        items.push(Item::Label(base + index));
+        items.extend(block.rounds.map(|rounds| Item::Loop { rounds }));
+        let flags = matches!(block.end, End::Branch { .. });
+        let mut code = block.code.iter().map(line).collect();
+        finish(&mut code, arch, flags);
+        items.extend(code.into_iter().map(|(inst, origin, address)| Item::Inst { inst, origin, address }));
+        end(func, block, order.get(at + 1).copied(), base, next, init_done, &mut items);
+    }
+    items
+}
+
+fn line(fixed: &super::allocate::Fixed) -> Line {
+    let origin = fixed.code.and_then(|code| code.origin);
+    (fixed.inst, origin, fixed.code.and_then(|code| code.address))
+}
+
+fn end(
+    func: &Allocated,
+    block: &Placed,
+    following: Option<usize>,
+    base: Label,
+    next: &[String],
+    init_done: Label,
+    items: &mut Vec<Item>,
+) {
+    let follows = |block: usize| following == Some(through(func, block));
+    let label = |block: usize| base + through(func, block);
+    match &block.end {
+        End::Jump(edge) if follows(edge.block) => {}
+        End::Jump(edge) => items.push(Item::Branch { cond: None, to: label(edge.block) }),
+        End::Branch { cond, yes, no, .. } => {
+            if follows(*yes)
+                && let Some(inverse) = cond.invert()
+            {
+                items.push(Item::Branch { cond: Some(inverse), to: label(*no) });
+                return;
+            }
+            items.push(Item::Branch { cond: Some(*cond), to: label(*yes) });
+            if !follows(*no) {
+                items.push(Item::Branch { cond: None, to: label(*no) });
+            }
+        }
+        End::Next(_) => {
+            let bx = Inst { m: LR, ..template(Op::BX) };
+            items.push(Item::Indirect { inst: bx, to: next.to_vec() });
+        }
+        End::InitDone => items.push(Item::Branch { cond: None, to: init_done }),
+    }
+}
+
+/// Where a jump to a block ends up.
+fn through(func: &Allocated, mut block: usize) -> usize {
+    for _ in 0..func.blocks.len() {
+        match &func.blocks[block] {
+            Placed { code, end: End::Jump(edge), rounds: None } if code.is_empty() => block = edge.block,
+            _ => break,
+        }
+    }
+    block
+}
+
+/// The blocks in order, without those that are only passed through.
+fn order(func: &Allocated) -> Vec<usize> {
+    let mut seen = vec![false; func.blocks.len()];
+    let mut order = Vec::new();
+    let mut waiting = vec![0];
+    while let Some(start) = waiting.pop() {
+        let mut next = Some(through(func, start));
+        while let Some(block) = next.take().filter(|block| !seen[*block]) {
+            seen[block] = true;
+            order.push(block);
+            next = match &func.blocks[block].end {
+                End::Jump(edge) => Some(through(func, edge.block)),
+                End::Branch { yes, no, likely, .. } => {
+                    let (first, second) = if *likely == Some(true) { (*yes, *no) } else { (*no, *yes) };
+                    waiting.push(second);
+                    Some(through(func, first))
+                }
+                End::Next(_) | End::InitDone => None,
+            };
+        }
+    }
+    order
+}

@@ -1,0 +1,253 @@
+//! From instructions with registers to bytes: encodings, IT blocks, branches, addresses to be filled in.
+//!
+//! ```text
+//!   items: instruction | label | branch to a label     ->  sizes until nothing grows  ->  bytes, fixups, rows of origins
+//! ```
+//!
+//! Every instruction takes its shortest encoding. Where the flags are not needed, that may be one that sets them: 16-bit
+//! instructions let a branch or IT behind them cost less.
+
+use super::vcode::{Half, template};
+use crate::image::{Fixup, FixupKind, Hint, LineRow, Symbol, SymbolKind};
+use whippen_isa::{Arch, Cond, Encoding, Flags, Form, Inst, Op};
+
+/// An instruction, where it is from, and which address its immediate is.
+pub(super) type Line = (Inst, Option<u32>, Option<Half>);
+
+/// A place in the code, by number.
+pub(super) type Label = usize;
+
+/// What code is made of.
+#[derive(Debug, Clone)]
+pub(super) enum Item {
+    Inst {
+        inst: Inst,
+        origin: Option<u32>,
+        address: Option<Half>,
+    },
+    Label(Label),
+    /// A function begins, at a word.
+    Function {
+        name: String,
+        global: bool,
+    },
+    Branch {
+        cond: Option<Cond>,
+        to: Label,
+    },
+    /// A branch to an address in a register, which is that of one of these functions.
+    Indirect {
+        inst: Inst,
+        to: Vec<String>,
+    },
+    /// The next instruction is the head of a loop.
+    Loop {
+        rounds: u32,
+    },
+}
+
+/// Finished code.
+#[derive(Debug, Default)]
+pub(super) struct Bytes {
+    pub bytes: Vec<u8>,
+    pub fixups: Vec<Fixup>,
+    pub lines: Vec<LineRow>,
+    pub hints: Vec<Hint>,
+    pub symbols: Vec<Symbol>,
+}
+
+/// An instruction that has no encoding, which is a bug.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NoEncoding(pub String);
+
+/// Turns narrow what may be, and puts conditional instructions into IT blocks. `flags` says whether the end needs them.
+pub(super) fn finish(code: &mut Vec<Line>, arch: Arch, flags: bool) {
+    let mut live = if flags { Flags::NZCV } else { Flags::NONE };
+    for (inst, ..) in code.iter_mut().rev() {
+        if live.is_empty() && inst.cond.is_none() && inst.op() != Op::MUL && !inst.s {
+            let setting = Inst { s: true, ..*inst }.shortest(arch).filter(|short| short.size() == 2 && short.s);
+            *inst = setting.unwrap_or(*inst);
+        }
+        let use_ = inst.flags();
+        live = live.without(use_.writes) | use_.reads;
+        if inst.is_conditional() {
+            live |= use_.writes;
+        }
+    }
+    let mut done: Vec<Line> = Vec::with_capacity(code.len());
+    let mut rest = code.as_slice();
+    while let Some((first, _)) = rest.split_first() {
+        let count = block_len(rest);
+        if let (Some(cond), 1..) = (first.0.cond, count) {
+            done.push((it(cond, &rest[..count]), first.1, None));
+        }
+        done.extend_from_slice(&rest[..count.max(1)]);
+        rest = &rest[count.max(1)..];
+    }
+    *code = done;
+}
+
+/// How many instructions from the first on one IT block can hold; none if the first has no condition.
+fn block_len(code: &[Line]) -> usize {
+    let Some(first) = code[0].0.cond else { return 0 };
+    let joins = |inst: &Inst| inst.cond == Some(first) || inst.cond == first.invert();
+    code.iter().take(4).take_while(|(inst, ..)| joins(inst)).count()
+}
+
+/// The IT instruction in front of these.
+fn it(cond: Cond, block: &[Line]) -> Inst {
+    let bits = block[1..].iter().map(|(inst, ..)| inst.cond.map_or(0, |c| c.bits() & 1));
+    let mask = bits.fold(1, |mask, bit| mask << 1 | u32::from(bit)) << 1 | 1;
+    let mask = (mask << (4 - block.len())) & 15;
+    let encoding = Encoding::of(Op::IT).next();
+    let it = encoding.map_or_else(|| template(Op::IT), Inst::new);
+    Inst { imm: u32::from(cond.bits()) << 4 | mask, ..it }
+}
+
+/// Lays out items.
+///
+/// # Errors
+/// An instruction without encoding.
+pub(super) fn lay_out(items: &[Item], labels: usize, arch: Arch, name: &str) -> Result<Bytes, NoEncoding> {
+    let mut sizes = sizes(items, arch)?;
+    let places = loop {
+        let places = places(items, &sizes, labels);
+        if !grow(items, &mut sizes, &places) {
+            break places;
+        }
+    };
+    write(items, &sizes, &places, arch, name)
+}
+
+fn sizes(items: &[Item], arch: Arch) -> Result<Vec<u32>, NoEncoding> {
+    let size = |item: &Item| match item {
+        Item::Inst { inst, .. } | Item::Indirect { inst, .. } => short(inst, arch).map(|inst| inst.size()),
+        Item::Branch { .. } => Ok(2),
+        Item::Label(_) | Item::Function { .. } | Item::Loop { .. } => Ok(0),
+    };
+    items.iter().map(size).collect()
+}
+
+fn short(inst: &Inst, arch: Arch) -> Result<Inst, NoEncoding> {
+    let as_is = || inst.encode(arch).is_ok().then_some(*inst);
+    inst.shortest(arch).or_else(as_is).ok_or_else(|| NoEncoding(format!("{inst:?}")))
+}
+
+/// Where each label is, and at which offset each item begins.
+struct Places {
+    labels: Vec<u32>,
+    items: Vec<u32>,
+}
+
+fn places(items: &[Item], sizes: &[u32], labels: usize) -> Places {
+    let mut places = Places { labels: vec![0; labels], items: Vec::with_capacity(items.len()) };
+    let mut at = 0_u32;
+    for (item, size) in items.iter().zip(sizes) {
+        if matches!(item, Item::Function { .. }) {
+            at = at.next_multiple_of(4);
+        }
+        if let Item::Label(label) = item {
+            places.labels[*label] = at;
+        }
+        places.items.push(at);
+        at += size;
+    }
+    places
+}
+
+/// Widens the branches that do not reach; whether there were any.
+fn grow(items: &[Item], sizes: &mut [u32], places: &Places) -> bool {
+    let mut grown = false;
+    for (index, item) in items.iter().enumerate() {
+        let Item::Branch { cond, to } = item else { continue };
+        let reach = if cond.is_some() { -256..256 } else { -2048..2048 };
+        let offset = offset(places, index, *to);
+        if sizes[index] == 2 && !reach.contains(&offset) {
+            sizes[index] = 4;
+            grown = true;
+        }
+    }
+    grown
+}
+
+fn offset(places: &Places, index: usize, to: Label) -> i64 {
+    i64::from(places.labels[to]) - i64::from(places.items[index]) - 4
+}
+
+fn write(items: &[Item], sizes: &[u32], places: &Places, arch: Arch, name: &str) -> Result<Bytes, NoEncoding> {
+    let mut out = Bytes::default();
+    for (index, item) in items.iter().enumerate() {
+        while out.bytes.len() < places.items[index] as usize {
+            out.bytes.extend([0x00, 0xbf]);
+        }
+        let at = places.items[index];
+        match item {
+            Item::Label(_) => {}
+            Item::Function { name, global } => out.symbols.push(function(name, at, *global)),
+            Item::Loop { rounds } => out.hints.push(Hint::Loop { at, rounds_max: *rounds }),
+            Item::Inst { inst, origin, address } => {
+                out.line(at, *origin);
+                out.address(at, *address, name);
+                out.push(&short(inst, arch)?, arch)?;
+            }
+            Item::Indirect { inst, to } => {
+                out.hints.push(Hint::Targets { at, symbols: to.clone() });
+                out.push(&short(inst, arch)?, arch)?;
+            }
+            Item::Branch { cond, to } => {
+                out.push(&branch(*cond, sizes[index] == 4, offset(places, index, *to)), arch)?;
+            }
+        }
+    }
+    out.close();
+    Ok(out)
+}
+
+fn function(name: &str, at: u32, global: bool) -> Symbol {
+    Symbol { name: name.to_string(), section: Some(0), offset: at, size: 0, kind: SymbolKind::Function, global }
+}
+
+fn branch(cond: Option<Cond>, wide: bool, offset: i64) -> Inst {
+    let form = match (cond.is_some(), wide) {
+        (true, false) => Form::T1,
+        (false, false) => Form::T2,
+        (true, true) => Form::T3,
+        (false, true) => Form::T4,
+    };
+    let inst = Encoding::new(Op::B, form).map_or_else(|| template(Op::B), Inst::new);
+    Inst { cond, imm: offset as i32 as u32, ..inst }
+}
+
+impl Bytes {
+    fn push(&mut self, inst: &Inst, arch: Arch) -> Result<(), NoEncoding> {
+        let code = inst.encode(arch).map_err(|why| NoEncoding(format!("{inst:?}: {why:?}")))?;
+        let (first, second) = code.halfwords();
+        self.bytes.extend(first.to_le_bytes());
+        second.into_iter().for_each(|second| self.bytes.extend(second.to_le_bytes()));
+        Ok(())
+    }
+
+    fn line(&mut self, at: u32, origin: Option<u32>) {
+        if self.lines.last().map(|row| row.origin) != Some(origin) {
+            self.lines.push(LineRow { at, origin });
+        }
+    }
+
+    fn address(&mut self, at: u32, address: Option<Half>, name: &str) {
+        let Some(half) = address else { return };
+        let (kind, table) = match half {
+            Half::Low(table) => (FixupKind::MovwAbs, table),
+            Half::High(table) => (FixupKind::MovtAbs, table),
+        };
+        self.fixups.push(Fixup { at, kind, symbol: super::names::table(name, table), addend: 0 });
+    }
+
+    /// Every function ends where the next begins.
+    fn close(&mut self) {
+        let mut end = self.bytes.len() as u32;
+        for symbol in self.symbols.iter_mut().rev() {
+            symbol.size = end - symbol.offset;
+            end = symbol.offset;
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! Names of symbols and sections.
+
+/// Runs one tick: `void NAME_tick(void *state)`.
+pub(super) fn tick(name: &str) -> String {
+    format!("{name}_tick")
+}
+
+/// Prepares all keys for the first tick: `void NAME_init(void *state)`.
+pub(super) fn init(name: &str) -> String {
+    format!("{name}_init")
+}
+
+/// All memory of a core's keys.
+pub(super) fn state(name: &str) -> String {
+    format!("{name}_state")
+}
+
+/// The code of a mode.
+pub(super) fn mode(name: &str, mode: usize) -> String {
+    format!("{name}.mode.{mode}")
+}
+
+/// What runs after the last key.
+pub(super) fn end(name: &str) -> String {
+    format!("{name}.end")
+}
+
+/// A table of constants.
+pub(super) fn table(name: &str, table: u32) -> String {
+    format!("{name}.table.{table}")
+}

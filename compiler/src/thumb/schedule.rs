@@ -1,0 +1,166 @@
+//! The order of instructions within a block: no result is waited for that something else could be done for, and no more
+//! values are alive at once than there are registers.
+//!
+//! ```text
+//!   Code in selection's order -> what must stay before what (depend) -> one after the other, the best that is ready
+//! ```
+//!
+//! Cycles are asked of `isa::timing`: a candidate behind the instruction issued last costs what [`Core::issue`] says. A
+//! candidate that waits is put off; of the others the one with the longest way to the end goes first, until registers
+//! become scarce: then the one that frees most.
+//!
+//! Not here: which limit of registers is best (`thumb` tries some and counts), instructions across blocks.
+
+mod check;
+mod depend;
+mod live;
+
+use super::frame::K;
+use super::vcode::{Access, Code, End, Func, Reg, Role, VReg};
+use depend::{Graph, depend};
+use std::collections::HashMap;
+use whippen_isa::timing::{Core, Outcome, Pipe};
+
+/// Puts the code of every block in order; about `limit` values are alive at once.
+pub(super) fn schedule(func: &mut Func, core: &Core, limit: usize) {
+    let live = live::out(func);
+    for (index, block) in func.blocks.iter_mut().enumerate() {
+        let last = match block.end {
+            End::Next(code) => Some(code),
+            _ => None,
+        };
+        let graph = depend(&block.code, core);
+        let order = Order::new(&block.code, &graph, &live[index], last, limit).run();
+        let ordered: Vec<Code> = order.iter().map(|at| block.code[*at]).collect();
+        debug_assert!(check::same(&block.code, &ordered), "a schedule changes what is computed");
+        block.code = ordered;
+        if last.is_some() {
+            load_earlier(&mut block.code);
+        }
+    }
+}
+
+/// Exchanges the load of the next key's code, which walks K on, with the instruction before it, so that the branch finds the
+/// address there. What that one accesses by K is then behind it.
+fn load_earlier(code: &mut [Code]) {
+    let [.., before, load] = code else { return };
+    let walks = load.inst.wback.then_some(load.inst.imm as i64);
+    let by_k = |code: &Code| code.uses().any(|u| u.operand.reg == Reg::Fixed(K));
+    let offset = i64::from(before.inst.imm) * if before.inst.add { 1 } else { -1 };
+    let (Some(walks), false) = (walks, before.inst.wback || before.inst.cond.is_some()) else { return };
+    if before.writes().any(|reg| load.reads().any(|r| r == reg)) {
+        return;
+    }
+    if by_k(before) {
+        let offset = offset - walks;
+        if before.access == Access::None || !(-255..0).contains(&offset) {
+            return;
+        }
+        (before.inst.add, before.inst.imm) = (false, offset.unsigned_abs() as u32);
+    }
+    std::mem::swap(before, load);
+}
+
+/// Cycles that `next` waits when it comes right behind `last`.
+fn waits(core: &Core, last: &Code, next: &Code) -> u32 {
+    let results: Vec<VReg> = last.writes().collect();
+    // Results get the first numbers; all others are one register that nobody waits for.
+    let number = |reg: Reg| match reg {
+        Reg::Virtual(reg) => results.iter().position(|r| *r == reg).map_or(12, |at| at as u8),
+        Reg::Fixed(reg) => reg,
+    };
+    let named = |code: &Code, reads: bool| {
+        let mut inst = code.inst;
+        for role in Role::ALL {
+            if let Some(operand) = code.operands[role as usize] {
+                let old = operand.old.filter(|_| reads).map(Reg::Virtual);
+                *role.of(&mut inst) = number(old.unwrap_or(operand.reg));
+            }
+        }
+        core.prepare(&inst)
+    };
+    let (first, second) = (named(last, false), named(next, true));
+    let (pipe, _) = core.issue(Pipe::default(), &first, 0, &Outcome::NEXT);
+    let (_, behind) = core.issue(pipe, &second, 4, &Outcome::NEXT);
+    let (_, alone) = core.issue(Pipe::default(), &second, 4, &Outcome::NEXT);
+    behind.cycles().saturating_sub(alone.cycles())
+}
+
+/// A block being put in order.
+struct Order<'a> {
+    code: &'a [Code],
+    graph: &'a Graph,
+    limit: usize,
+    /// Uses that are still to come, by register; those behind the block count one.
+    left: HashMap<VReg, usize>,
+    /// How many predecessors are still to come.
+    blocked: Vec<usize>,
+    alive: usize,
+    order: Vec<usize>,
+}
+
+impl<'a> Order<'a> {
+    fn new(code: &'a [Code], graph: &'a Graph, live: &[VReg], last: Option<VReg>, limit: usize) -> Order<'a> {
+        let mut left: HashMap<VReg, usize> = HashMap::new();
+        let uses = code.iter().flat_map(Code::reads).chain(live.iter().copied()).chain(last);
+        uses.for_each(|reg| *left.entry(reg).or_default() += 1);
+        let defined: Vec<VReg> = code.iter().flat_map(Code::writes).collect();
+        let alive = left.keys().filter(|reg| !defined.contains(reg)).count();
+        let blocked = graph.before.clone();
+        Order { code, graph, limit, left, blocked, alive, order: Vec::new() }
+    }
+
+    fn run(mut self) -> Vec<usize> {
+        let mut ready: Vec<usize> = (0..self.code.len()).filter(|at| self.blocked[*at] == 0).collect();
+        while let Some(place) = self.best(&ready) {
+            let at = ready.swap_remove(place);
+            self.alive = self.alive.saturating_add_signed(self.change(at));
+            for reg in self.code[at].reads() {
+                self.left.entry(reg).and_modify(|left| *left -= 1);
+            }
+            self.order.push(at);
+            for (next, _) in &self.graph.after[at] {
+                self.blocked[*next] -= 1;
+                if self.blocked[*next] == 0 {
+                    ready.push(*next);
+                }
+            }
+        }
+        self.order
+    }
+
+    fn best(&self, ready: &[usize]) -> Option<usize> {
+        (0..ready.len()).min_by_key(|place| self.rank(ready[*place]))
+    }
+
+    /// Less is better.
+    fn rank(&self, at: usize) -> (bool, isize, u32, bool, std::cmp::Reverse<u32>, usize) {
+        let (waits, apart) = match self.order.last() {
+            Some(last) => (self.graph.wait(*last, at), self.parts(*last, at)),
+            None => (0, false),
+        };
+        let change = self.change(at);
+        let scarce = self.alive >= self.limit;
+        let over = self.alive.saturating_add_signed(change) > self.limit;
+        (over, if scarce { change } else { 0 }, waits, apart, std::cmp::Reverse(self.graph.height[at]), at)
+    }
+
+    /// Whether it would end a run of instructions that can share an IT block.
+    fn parts(&self, last: usize, at: usize) -> bool {
+        let (last, next) = (self.code[last].inst.cond, self.code[at].inst.cond);
+        last.is_some_and(|last| next != Some(last) && next != last.invert())
+    }
+
+    /// How many more values are alive behind it.
+    fn change(&self, at: usize) -> isize {
+        let code = &self.code[at];
+        let mut read: Vec<VReg> = code.reads().collect();
+        read.sort_unstable();
+        let count = |reg: &VReg| read.iter().filter(|r| *r == reg).count();
+        let mut distinct = read.clone();
+        distinct.dedup();
+        let ended = distinct.iter().filter(|reg| self.left.get(reg) == Some(&count(reg))).count();
+        let begun = code.writes().filter(|reg| self.left.contains_key(reg)).count();
+        begun as isize - ended as isize
+    }
+}

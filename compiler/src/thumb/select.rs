@@ -1,0 +1,355 @@
+//! From the Kernel's operators to instructions: which, not in which order or registers.
+//!
+//! ```text
+//!   Mode (blocks of Kernel instructions, `if` and `loop` inside)  ->  Func (blocks of Code, flags and jumps)
+//! ```
+//!
+//! Values are bound to what computes them: a constant costs nothing before it is needed in a register, a comparison is
+//! made anew wherever its outcome steers (one CMP, where a 0 or 1 in a register would cost three), all else is one
+//! register or, of 64 bits, two.
+//!
+//! | part | what it settles |
+//! | --- | --- |
+//! | `word` | arithmetic of words, constants, shifts |
+//! | `wide` | arithmetic of 64 bits, products |
+//! | `test` | comparisons, bools, selection |
+//! | `divide`, `root` | quotient and square root |
+//! | `memory` | cells, lines, tables, words in and out |
+//! | `event` | the ring of events |
+//! | `control` | `if`, `loop`, blocks, the way to the next key |
+
+mod again;
+mod control;
+mod divide;
+mod event;
+mod memory;
+mod root;
+mod test;
+mod wide;
+mod word;
+
+use super::frame::Frame;
+use super::literal::Literals;
+use super::vcode::{Code, Func, Reg, Role, VReg};
+use crate::kernel::{Inst, Kernel, Op, Region, Type, Value, ValueInfo, Walk};
+use crate::modes::{End, Mode};
+use whippen_isa::Op as Isa;
+
+/// What a value is bound to.
+#[derive(Debug, Clone, Copy)]
+enum Bound {
+    Nothing,
+    Const(i64),
+    One(VReg),
+    /// The low and the high word.
+    Two(VReg, VReg),
+    /// A bool that is computed where it steers.
+    Test(Op, [Value; 2]),
+    /// What is used once, and computed there, if possible as a part of its user.
+    Later(Op, [Value; 2]),
+    /// What costs one instruction in each block that uses it, and no register between them.
+    Again(Op, Value),
+}
+
+/// Selection for one mode, or for `init`.
+pub(super) struct Select<'a> {
+    kernel: &'a Kernel,
+    frame: &'a Frame,
+    literals: &'a mut Literals,
+    values: &'a [ValueInfo],
+    bound: Vec<Bound>,
+    /// Whether a bool is needed as a word.
+    as_word: Vec<bool>,
+    /// What is loaded wherever it is used.
+    again: Vec<bool>,
+    /// In which block it was done last, and where the result is.
+    done: Vec<Option<(usize, VReg)>>,
+    /// Constants in registers: which, in which block, behind how many instructions.
+    constants: Vec<(i32, usize, usize, VReg)>,
+    /// How often each value is used, more than once if in a loop.
+    used: Vec<u32>,
+    func: Func,
+    /// The block that code goes to.
+    at: usize,
+    origin: Option<u32>,
+    /// The word of the first input port, as it came in.
+    input: Option<VReg>,
+    /// Whether indices must be held inside, because an `assume` may be wrong.
+    guard: bool,
+    /// Whether H walks on with the push.
+    push_walks: bool,
+    /// The mode, none in `init`.
+    mode: Option<usize>,
+}
+
+impl<'a> Select<'a> {
+    fn new(
+        kernel: &'a Kernel,
+        frame: &'a Frame,
+        literals: &'a mut Literals,
+        values: &'a [ValueInfo],
+        mode: Option<usize>,
+    ) -> Self {
+        let pushes = |inst: &Inst| matches!(inst.op, Op::Push(line) if Some(line) == frame.first_line);
+        Select {
+            kernel,
+            frame,
+            literals,
+            values,
+            bound: vec![Bound::Nothing; values.len()],
+            as_word: vec![false; values.len()],
+            again: vec![false; values.len()],
+            done: vec![None; values.len()],
+            constants: Vec::new(),
+            used: vec![0; values.len()],
+            func: Func::new(),
+            at: 0,
+            origin: None,
+            input: None,
+            guard: assumes(&kernel.init) || assumes(&kernel.tick),
+            push_walks: mode.is_some() && frame.pointers.is_empty() && kernel.tick.insts.iter().any(pushes),
+            mode,
+        }
+    }
+
+    /// The code of one mode.
+    pub(super) fn mode(
+        kernel: &'a Kernel,
+        frame: &'a Frame,
+        literals: &'a mut Literals,
+        mode: &'a Mode,
+        index: usize,
+    ) -> Func {
+        let mut select = Select::new(kernel, frame, literals, &mode.values, Some(index));
+        for block in &mode.blocks {
+            select.mark_words(&block.insts);
+            match &block.end {
+                End::Jump(target) => select.mark(&target.args),
+                End::Branch { condition, yes, no, .. } => {
+                    select.used[condition.0 as usize] += 1;
+                    [yes, no].into_iter().for_each(|target| select.mark(&target.args));
+                }
+                End::Next(_) => {}
+            }
+        }
+        select.again = again::loads(kernel, mode);
+        mode.blocks.iter().for_each(|block| select.mark_compared(&block.insts));
+        select.blocks(mode);
+        select.func
+    }
+
+    /// The code of `init`.
+    pub(super) fn init(kernel: &'a Kernel, frame: &'a Frame, literals: &'a mut Literals) -> Func {
+        let mut select = Select::new(kernel, frame, literals, &kernel.values, None);
+        select.mark_words(&kernel.init.insts);
+        select.mark_compared(&kernel.init.insts);
+        select.at = select.func.block();
+        select.enter();
+        select.insts(&kernel.init.insts);
+        select.init_done();
+        select.func
+    }
+
+    fn mark(&mut self, values: &[Value]) {
+        for value in values {
+            self.as_word[value.0 as usize] = true;
+            self.used[value.0 as usize] += 1;
+        }
+    }
+
+    /// Counts what is compared as often as the comparison, which is made anew for each use.
+    fn mark_compared(&mut self, insts: &[Inst]) {
+        for inst in insts {
+            if matches!(inst.op, Op::Lt | Op::Le | Op::Eq) && self.used[inst.results[0].0 as usize] != 1 {
+                inst.args.iter().for_each(|arg| self.used[arg.0 as usize] += 1);
+            }
+            inst.regions.iter().for_each(|inner| self.mark_compared(&inner.insts));
+        }
+    }
+
+    /// Counts everything in a loop once more, so that nothing is computed again in each round.
+    fn mark_loop(&mut self, insts: &[Inst]) {
+        for inst in insts {
+            inst.args.iter().for_each(|arg| self.used[arg.0 as usize] += 1);
+            inst.regions.iter().for_each(|inner| self.mark_loop(&inner.insts));
+        }
+    }
+
+    /// Marks the bools that are needed as words: all but those that only steer.
+    fn mark_words(&mut self, insts: &[Inst]) {
+        for inst in insts {
+            let words = if matches!(inst.op, Op::If | Op::Select) { &inst.args[1..] } else { &inst.args };
+            self.mark(words);
+            if words.len() < inst.args.len() {
+                self.used[inst.args[0].0 as usize] += 1;
+            }
+            for inner in &inst.regions {
+                self.mark(&inner.yields);
+                self.mark_words(&inner.insts);
+                if matches!(inst.op, Op::Loop(_)) {
+                    self.mark_loop(&inner.insts);
+                    inner.yields.iter().for_each(|value| self.used[value.0 as usize] += 1);
+                }
+            }
+        }
+    }
+
+    fn insts(&mut self, insts: &[Inst]) {
+        for inst in insts {
+            self.origin = inst.origin.or(self.origin);
+            self.inst(inst);
+        }
+    }
+
+    fn info(&self, value: Value) -> ValueInfo {
+        self.values[value.0 as usize]
+    }
+
+    fn bind(&mut self, value: Value, bound: Bound) {
+        self.bound[value.0 as usize] = bound;
+    }
+
+    fn emit(&mut self, code: Code) {
+        let origin = self.origin;
+        self.func.blocks[self.at].code.push(Code { origin, ..code });
+    }
+
+    /// Emits an instruction whose result in D is new.
+    fn result(&mut self, code: Code) -> VReg {
+        let d = self.func.fresh();
+        self.emit(code.reg(Role::D, d));
+        d
+    }
+
+    /// `op d, n, m`
+    fn three(&mut self, op: Isa, n: VReg, m: VReg) -> VReg {
+        self.result(Code::new(op).reg(Role::N, n).reg(Role::M, m))
+    }
+
+    /// The known value of a constant.
+    fn constant(&self, value: Value) -> Option<i64> {
+        if let Bound::Const(k) = self.bound[value.0 as usize] {
+            return Some(k);
+        }
+        None
+    }
+
+    /// The register of a word, or of a bool as 0 or 1.
+    fn reg(&mut self, value: Value) -> VReg {
+        match self.bound[value.0 as usize] {
+            Bound::One(reg) | Bound::Two(reg, _) => reg,
+            Bound::Const(k) => self.load_constant(k as i32),
+            Bound::Test(..) => self.test_as_word(value),
+            Bound::Later(op, args) => {
+                let word = self.word(op, &args);
+                self.bind(value, Bound::One(word));
+                word
+            }
+            Bound::Again(op, arg) => self.once_more(value, op, arg),
+            Bound::Nothing => self.load_constant(0),
+        }
+    }
+
+    /// The registers of 64 bits.
+    fn pair(&mut self, value: Value) -> (VReg, VReg) {
+        match self.bound[value.0 as usize] {
+            Bound::Two(low, high) => (low, high),
+            Bound::Const(k) => (self.load_constant(k as i32), self.load_constant((k >> 32) as i32)),
+            Bound::Later(op, args) => {
+                let (low, high) = self.wide(op, &args);
+                self.bind(value, Bound::Two(low, high));
+                (low, high)
+            }
+            Bound::One(_) | Bound::Test(..) | Bound::Again(..) | Bound::Nothing => {
+                let low = self.reg(value);
+                (low, self.load_constant(0))
+            }
+        }
+    }
+
+    /// An instruction without regions.
+    fn one(&mut self, inst: &Inst) {
+        let result = inst.results.first().copied();
+        let Some(result) = result else { return self.write(inst) };
+        let info = self.info(result);
+        let bound = match (inst.op, info.ty) {
+            (Op::Const(k), _) => Bound::Const(k),
+            _ if info.range.low == info.range.high && inst.op.row().effect == crate::kernel::Effect::Pure => {
+                Bound::Const(info.range.low)
+            }
+            (Op::Assume(..), _) => self.bound[inst.args[0].0 as usize],
+            (Op::Lt | Op::Le | Op::Eq, _) => self.test(inst, result),
+            (Op::And | Op::Or | Op::Not, _) => self.logic(inst.op, &inst.args),
+            (Op::Select, ty) => self.select(ty, &inst.args),
+            (Op::Get(_) | Op::Live(_) | Op::Keyed(_), _) if self.again[result.0 as usize] => {
+                Bound::Again(inst.op, result)
+            }
+            (Op::Shl(_) | Op::Sar(_), Type::I32) if self.repeats(inst.op, inst.args[0], result) => {
+                Bound::Again(inst.op, inst.args[0])
+            }
+            (Op::In(_) | Op::Live(_) | Op::Keyed(_) | Op::Get(_) | Op::GetAt(_) | Op::Delay(..) | Op::Lookup(_), _) => {
+                self.read(inst.op, &inst.args)
+            }
+            (Op::DivRound(n), _) => Bound::One(self.div_round(inst.args[0], inst.args[1], n)),
+            (Op::Sqrt, _) => Bound::One(self.root(inst.args[0])),
+            (Op::Narrow, _) => self.narrow(inst.args[0]),
+            (op, _) if self.waits(op, result) => {
+                Bound::Later(op, [inst.args[0], *inst.args.get(1).unwrap_or(&inst.args[0])])
+            }
+            (op, Type::I64) => {
+                let (low, high) = self.wide(op, &inst.args);
+                Bound::Two(low, high)
+            }
+            (op, _) => Bound::One(self.word(op, &inst.args)),
+        };
+        self.bind(result, bound);
+    }
+
+    /// Whether a shift of what is loaded again is done again, too.
+    fn repeats(&self, op: Op, arg: Value, result: Value) -> bool {
+        !self.waits(op, result) && matches!(self.bound[arg.0 as usize], Bound::Again(..))
+    }
+
+    /// The register of what each block computes for itself.
+    fn once_more(&mut self, value: Value, op: Op, arg: Value) -> VReg {
+        if let Some((block, reg)) = self.done[value.0 as usize]
+            && block == self.at
+        {
+            return reg;
+        }
+        let reg = match op {
+            Op::Shl(_) | Op::Sar(_) => self.word(op, &[arg]),
+            _ => match self.read(op, &[]) {
+                Bound::One(reg) => reg,
+                _ => self.load_constant(0),
+            },
+        };
+        self.done[value.0 as usize] = Some((self.at, reg));
+        reg
+    }
+
+    /// Whether an operator may become a part of what uses its result.
+    fn waits(&self, op: Op, result: Value) -> bool {
+        let part = matches!(
+            op,
+            Op::Shl(_) | Op::Sar(_) | Op::SarRound(_) | Op::Mul | Op::MulTop | Op::MulWide | Op::Min | Op::Max
+        );
+        part && self.used[result.0 as usize] == 1
+    }
+
+    /// The operator and operands of a value that is still to be computed.
+    fn later(&self, value: Value) -> Option<(Op, [Value; 2])> {
+        if let Bound::Later(op, args) = self.bound[value.0 as usize] {
+            return Some((op, args));
+        }
+        None
+    }
+
+    fn fixed(reg: u8) -> Reg {
+        Reg::Fixed(reg)
+    }
+}
+
+fn assumes(region: &Region) -> bool {
+    region.insts.iter().any(|inst| matches!(inst.op, Op::Assume(..)) || inst.regions.iter().any(assumes))
+}

@@ -1,0 +1,91 @@
+//! Quotients in fixed point, exact: `floor(a * 2^n / b + 1/2)`, and 0 where `b` is 0.
+//!
+//! With `b` made positive that is `floor((a * 2^n + b / 2) / b)`, and for a negative dividend `y` the floor is
+//! `!(!y / b)`. What remains is to divide up to 63 bits by 32, with a quotient that fits a word because it was proven to:
+//! two digits of 16 bits, as in Knuth's algorithm D, each guessed by UDIV from the divisor's upper half and taken back at
+//! most twice.
+
+use super::word::with_shift;
+use super::{Bound, Select};
+use crate::kernel::Value;
+use crate::thumb::vcode::{Code, Role, VReg};
+use whippen_isa::{Cond, Op as Isa, ShiftType};
+
+impl Select<'_> {
+    pub(super) fn div_round(&mut self, a: Value, b: Value, n: u8) -> VReg {
+        let (a, b) = (self.reg(a), self.reg(b));
+        let sign_b = self.sign(b);
+        let positive = |select: &mut Self, word| {
+            let flipped = select.three(Isa::EOR_register, word, sign_b);
+            select.three(Isa::SUB_register, flipped, sign_b)
+        };
+        let divisor = positive(self, b);
+        // The dividend needs its 33rd bit where it was the smallest word.
+        let sign_a = self.sign(a);
+        let low = self.three(Isa::EOR_register, a, sign_b);
+        let high = self.three(Isa::EOR_register, sign_a, sign_b);
+        let dividend = self.sub_pairs((low, high), (sign_b, sign_b));
+        let dividend = self.shl_pair(dividend, n);
+        let half = self.shift(Isa::LSR_immediate, divisor, 1);
+        let zero = self.load_constant(0);
+        let (low, high) = self.add_pairs(dividend, (half, zero));
+        let sign = self.sign(high);
+        let low = self.three(Isa::EOR_register, low, sign);
+        let high = self.three(Isa::EOR_register, high, sign);
+        let quotient = self.quotient(high, low, divisor);
+        let quotient = self.three(Isa::EOR_register, quotient, sign);
+        self.emit(Code::new(Isa::CMP_immediate).reg(Role::N, b).imm(0));
+        self.move_only(Cond::EQ, Bound::Const(0), quotient)
+    }
+
+    /// `(high, low) / divisor`, unsigned, where `high < divisor`.
+    fn quotient(&mut self, high: VReg, low: VReg, divisor: VReg) -> VReg {
+        let shift = self.result(Code::new(Isa::CLZ).reg(Role::M, divisor));
+        let divisor = self.three(Isa::LSL_register, divisor, shift);
+        let rest = self.result(Code::new(Isa::RSB_immediate).reg(Role::N, shift).imm(32));
+        let up = self.three(Isa::LSL_register, high, shift);
+        let carried = self.three(Isa::LSR_register, low, rest);
+        let high = self.three(Isa::ORR_register, up, carried);
+        let low = self.three(Isa::LSL_register, low, shift);
+        let upper = self.shift(Isa::LSR_immediate, low, 16);
+        let (first, remainder) = self.digit(high, upper, divisor);
+        let lower = self.result(Code::new(Isa::UXTH).reg(Role::M, low));
+        let (second, _) = self.digit(remainder, lower, divisor);
+        let sum = Code::new(Isa::ADD_register).reg(Role::N, second).reg(Role::M, first);
+        self.result(with_shift(sum, ShiftType::LSL, 16))
+    }
+
+    /// One digit of 16 bits and what remains, of `(high << 16) + next` by a divisor whose top bit is set.
+    fn digit(&mut self, high: VReg, next: VReg, divisor: VReg) -> (VReg, VReg) {
+        let upper = self.shift(Isa::LSR_immediate, divisor, 16);
+        let lower = self.result(Code::new(Isa::UXTH).reg(Role::M, divisor));
+        let mut digit = self.three(Isa::UDIV, high, upper);
+        let guess = Code::new(Isa::MLS).reg(Role::N, digit).reg(Role::M, upper).reg(Role::A, high);
+        let mut rest = self.result(guess);
+        for _ in 0..2 {
+            (digit, rest) = self.correct(digit, rest, next, upper, lower);
+        }
+        let shifted = Code::new(Isa::ADD_register).reg(Role::N, next).reg(Role::M, high);
+        let dividend = self.result(with_shift(shifted, ShiftType::LSL, 16));
+        let remainder = Code::new(Isa::MLS).reg(Role::N, digit).reg(Role::M, divisor).reg(Role::A, dividend);
+        (digit, self.result(remainder))
+    }
+
+    /// Takes one back where `digit` is more than 16 bits or `digit * lower > (rest << 16) + next`, as long as `rest` has 16
+    /// bits.
+    fn correct(&mut self, digit: VReg, rest: VReg, next: VReg, upper: VReg, lower: VReg) -> (VReg, VReg) {
+        // (rest << 16) + next in 48 bits, less digit * lower in 33: all in 64.
+        let have_low = Code::new(Isa::ADD_register).reg(Role::N, next).reg(Role::M, rest);
+        let have_low = self.result(with_shift(have_low, ShiftType::LSL, 16));
+        let have_high = self.shift(Isa::LSR_immediate, rest, 16);
+        let (need_low, need_high) = self.long(Isa::UMULL, digit, lower);
+        self.emit(Code::new(Isa::CMP_register).reg(Role::N, have_low).reg(Role::M, need_low));
+        self.result(Code::new(Isa::SBC_register).reg(Role::N, have_high).reg(Role::M, need_high).flags());
+        let less = self.func.fresh();
+        self.emit(Code::new(Isa::SUB_immediate).reg(Role::N, digit).imm(1).both(Role::D, less, digit).only(Cond::CC));
+        let more = self.func.fresh();
+        let sum = Code::new(Isa::ADD_register).reg(Role::N, rest).reg(Role::M, upper);
+        self.emit(sum.both(Role::D, more, rest).only(Cond::CC));
+        (less, more)
+    }
+}

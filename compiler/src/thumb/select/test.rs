@@ -1,0 +1,172 @@
+//! Comparisons, bools and what they choose.
+
+use super::{Bound, Select};
+use crate::kernel::{Inst, Op, Type, Value};
+use crate::thumb::vcode::{Code, Role, VReg};
+use whippen_isa::imm::thumb_shrink_imm;
+use whippen_isa::{Cond, Op as Isa};
+
+impl Select<'_> {
+    /// A comparison: computed now if its word is needed, else where it steers.
+    pub(super) fn test(&mut self, inst: &Inst, result: Value) -> Bound {
+        let test = Bound::Test(inst.op, [inst.args[0], inst.args[1]]);
+        if !self.as_word[result.0 as usize] {
+            return test;
+        }
+        self.bind(result, test);
+        Bound::One(self.test_as_word(result))
+    }
+
+    /// 0 or 1.
+    pub(super) fn test_as_word(&mut self, value: Value) -> VReg {
+        if let Some(word) = self.sign_as_word(value) {
+            return word;
+        }
+        let cond = self.condition(value);
+        let zero = self.load_constant(0);
+        self.move_only(cond, Bound::Const(1), zero)
+    }
+
+    /// 0 or 1 as the sign of a difference, where that cannot overflow.
+    fn sign_as_word(&mut self, value: Value) -> Option<VReg> {
+        let Bound::Test(op, [a, b]) = self.bound[value.0 as usize] else { return None };
+        let (of, from) = (self.info(a), self.info(b));
+        let word = |low: i64, high: i64| Type::I32.range().has(low) && Type::I32.range().has(high);
+        if of.ty != Type::I32 || !word(of.range.low - from.range.high - 1, of.range.high - from.range.low - 1) {
+            return None;
+        }
+        // a < b where a - b is negative, a <= b where a - b - 1 is.
+        let less = i64::from(op == Op::Le);
+        let difference = match (op, self.constant(a), self.constant(b)) {
+            (Op::Eq, ..) => return None,
+            (_, _, Some(k)) => {
+                let a = self.reg(a);
+                self.plus(a, -k - less)
+            }
+            (_, Some(k), _) if thumb_shrink_imm((k - less) as u32).is_some() => {
+                let b = self.reg(b);
+                self.result(Code::new(Isa::RSB_immediate).reg(Role::N, b).imm((k - less) as u32))
+            }
+            (_, Some(k), _) => {
+                let (k, b) = (self.load_constant((k - less) as i32), self.reg(b));
+                self.three(Isa::SUB_register, k, b)
+            }
+            (Op::Lt, ..) => {
+                let (a, b) = (self.reg(a), self.reg(b));
+                self.three(Isa::SUB_register, a, b)
+            }
+            _ => return None,
+        };
+        Some(self.shift(Isa::LSR_immediate, difference, 31))
+    }
+
+    /// Sets the flags; the bool holds where the condition does.
+    pub(super) fn condition(&mut self, value: Value) -> Cond {
+        match self.bound[value.0 as usize] {
+            Bound::Test(op, [a, b]) if self.info(a).ty == Type::I64 => self.wide_condition(op, a, b),
+            Bound::Test(op, [a, b]) => {
+                // A constant is compared with from the right.
+                let turned = self.constant(a).is_some();
+                if turned {
+                    self.compare(b, a)
+                } else {
+                    self.compare(a, b)
+                }
+                match (op, turned) {
+                    (Op::Lt, false) => Cond::LT,
+                    (Op::Lt, true) => Cond::GT,
+                    (Op::Le, false) => Cond::LE,
+                    (Op::Le, true) => Cond::GE,
+                    _ => Cond::EQ,
+                }
+            }
+            _ => {
+                let word = self.reg(value);
+                self.emit(Code::new(Isa::CMP_immediate).reg(Role::N, word).imm(0));
+                Cond::NE
+            }
+        }
+    }
+
+    /// Flags of `a - b`.
+    pub(super) fn compare(&mut self, a: Value, b: Value) {
+        let n = self.reg(a);
+        if let Some(k) = self.constant(b) {
+            let (k, minus) = (k as i32 as u32, (k as i32).unsigned_abs());
+            if thumb_shrink_imm(k).is_some() {
+                return self.emit(Code::new(Isa::CMP_immediate).reg(Role::N, n).imm(k));
+            }
+            if (k as i32) < 0 && k as i32 != i32::MIN && thumb_shrink_imm(minus).is_some() {
+                return self.emit(Code::new(Isa::CMN_immediate).reg(Role::N, n).imm(minus));
+            }
+        }
+        let m = self.reg(b);
+        self.emit(Code::new(Isa::CMP_register).reg(Role::N, n).reg(Role::M, m));
+    }
+
+    fn wide_condition(&mut self, op: Op, a: Value, b: Value) -> Cond {
+        let (a, b) = (self.pair(a), self.pair(b));
+        match op {
+            Op::Lt => self.less(a, b),
+            Op::Le => {
+                self.less(b, a);
+                Cond::GE
+            }
+            _ => {
+                self.emit(Code::new(Isa::CMP_register).reg(Role::N, a.0).reg(Role::M, b.0));
+                self.emit(Code::new(Isa::CMP_register).reg(Role::N, a.1).reg(Role::M, b.1).only(Cond::EQ));
+                Cond::EQ
+            }
+        }
+    }
+
+    /// Whether 64 bits are less than others.
+    pub(super) fn less(&mut self, a: (VReg, VReg), b: (VReg, VReg)) -> Cond {
+        self.emit(Code::new(Isa::CMP_register).reg(Role::N, a.0).reg(Role::M, b.0));
+        self.result(Code::new(Isa::SBC_register).reg(Role::N, a.1).reg(Role::M, b.1).flags());
+        Cond::LT
+    }
+
+    /// Bools as words.
+    pub(super) fn logic(&mut self, op: Op, args: &[Value]) -> Bound {
+        let a = self.reg(args[0]);
+        Bound::One(match op {
+            Op::Not => self.result(Code::new(Isa::EOR_immediate).reg(Role::N, a).imm(1)),
+            _ => {
+                let b = self.reg(args[1]);
+                self.three(if op == Op::And { Isa::AND_register } else { Isa::ORR_register }, a, b)
+            }
+        })
+    }
+
+    pub(super) fn select(&mut self, ty: Type, args: &[Value]) -> Bound {
+        if let Some(known) = self.constant(args[0]) {
+            let chosen = args[if known == 0 { 2 } else { 1 }];
+            return if ty == Type::I64 { self.both(chosen) } else { Bound::One(self.reg(chosen)) };
+        }
+        if ty == Type::I64 {
+            let (then, other) = (self.pair(args[1]), self.pair(args[2]));
+            let cond = self.condition(args[0]);
+            return self.move_pair(cond, then, other);
+        }
+        let other = self.reg(args[2]);
+        let then = match self.bound[args[1].0 as usize] {
+            Bound::Const(k) if thumb_shrink_imm(k as u32).is_some() => Bound::Const(k),
+            _ => Bound::One(self.reg(args[1])),
+        };
+        let cond = self.condition(args[0]);
+        Bound::One(self.move_only(cond, then, other))
+    }
+
+    fn both(&mut self, value: Value) -> Bound {
+        let (low, high) = self.pair(value);
+        Bound::Two(low, high)
+    }
+
+    /// Both words where the flags say so.
+    pub(super) fn move_pair(&mut self, cond: Cond, then: (VReg, VReg), other: (VReg, VReg)) -> Bound {
+        let low = self.move_only(cond, Bound::One(then.0), other.0);
+        let high = self.move_only(cond, Bound::One(then.1), other.1);
+        Bound::Two(low, high)
+    }
+}

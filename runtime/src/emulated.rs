@@ -1,0 +1,359 @@
+//! The engine `emulated`: the image that `whippen build` makes, on the emulated board, with its firmware and both cores.
+//!
+//! ```text
+//!   words --converter--> firmware, keys' code --drive row--> drive words
+//!                                  `--rings--> events          frames, missed ticks, faults --> Load
+//! ```
+//!
+//! A board starts: its cores begin one after the other and force comes up over 20 ms. The engine lets it do so with the words of
+//! the first tick, then puts the keys' states back to where they were before their first tick, with all gains at 1.
+//! From there on every tick is a tick of the instrument, as on any other engine. What the firmware does for safety it does here
+//! too: a sensor that stays at its rail frees the key, a hot motor is held back; [`Emulated::load`] tells.
+//!
+//! Not here: values inside of a tick, which no firmware keeps.
+
+use whippen_compiler::firmware::{self, CORES, Whole, distance};
+use whippen_compiler::kernel::{Happened, Kernel, without_probes};
+use whippen_compiler::modes::{INSTRUCTIONS, specialise};
+use whippen_compiler::pipeline::Compiled;
+use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Observer, Ports, Step, Stop, build};
+
+use crate::device::Device;
+use crate::{board, image};
+
+/// The board.
+const BOARD: &str = "rp2350";
+/// The MIDI number of the first key; only the serial port, to which nobody listens, depends on it.
+const FIRST_NOTE: u8 = 21;
+/// Cycles between looks at whether a tick is over.
+const SLICE: u64 = 48;
+/// Ticks after which a board that does not play will not.
+const START_TICKS: u32 = 44_100;
+
+/// Offsets in a core's block; docs/firmware.md has the table.
+mod at {
+    pub const TICK: u32 = 28;
+    pub const MISSED: u32 = 36;
+    pub const FAULTS: u32 = 40;
+    pub const ROW: u32 = 56;
+}
+
+/// What the firmware told of a core.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct CoreLoad {
+    /// Its keys.
+    pub keys: u32,
+    /// The longest tick (cycles), from the first instruction of the interrupt's handler to the return.
+    pub frame_cycles_max: u64,
+    /// All ticks (cycles).
+    pub frame_cycles: u64,
+    /// Ticks that came before the one before was served.
+    pub missed: u32,
+    /// Faults, as docs/firmware.md numbers them.
+    pub faults: u32,
+}
+
+/// What a run took.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Load {
+    /// Ticks since the keys began.
+    pub ticks: u64,
+    /// Cycles of a tick.
+    pub period_cycles: u64,
+    /// By core.
+    pub cores: [CoreLoad; 2],
+}
+
+impl CoreLoad {
+    /// The part of all cycles that its ticks took.
+    pub fn utilisation(&self, load: &Load) -> f64 {
+        self.frame_cycles as f64 / (load.ticks * load.period_cycles).max(1) as f64
+    }
+}
+
+/// Watches interrupts come and go.
+#[derive(Debug, Default)]
+struct Frames {
+    began: [u64; 2],
+    longest: [u64; 2],
+    total: [u64; 2],
+}
+
+impl Observer for Frames {
+    fn instruction(&mut self, _: &Step<'_>) {}
+
+    fn exception(&mut self, core: usize, _: u32, cycle: u64) {
+        self.began[core & 1] = cycle;
+    }
+
+    fn exception_return(&mut self, core: usize, _: u32, cycle: u64) {
+        let core = core & 1;
+        let took = cycle.saturating_sub(self.began[core]);
+        self.longest[core] = self.longest[core].max(took);
+        self.total[core] += took;
+    }
+}
+
+/// A running board.
+pub struct Emulated {
+    machine: Machine,
+    ports: Ports,
+    whole: Whole,
+    kernel: Kernel,
+    /// Keys that are played; the board may have one more.
+    keys: usize,
+    of_core: [u32; 2],
+    frames: Frames,
+    /// Bytes of events taken, by core.
+    taken: [u32; 2],
+    load: Load,
+    trouble: Option<String>,
+}
+
+impl Emulated {
+    /// The image of so many keys on a board.
+    ///
+    /// # Errors
+    /// There is no image, in words.
+    pub fn new(compiled: &Compiled, device: &Device, keys: usize) -> Result<Emulated, String> {
+        // Each core has a key at least.
+        let count = u32::try_from(keys.max(2)).map_err(|e| e.to_string())?;
+        let setup = image::setup(compiled, device, count, FIRST_NOTE)?;
+        let kernel = without_probes(&compiled.lowered.kernel);
+        let modes = specialise(&kernel, INSTRUCTIONS);
+        let board = board::bundled(BOARD).ok_or("there is no board to emulate")?;
+        let whole = firmware::whole(&modes, &setup, &board, &[]).map_err(|e| e.to_string())?;
+        let converter = ConverterSetup { keys: count, rate_hz: setup.rate_hz };
+        let (mut machine, ports) =
+            build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).map_err(|e| e.to_string())?;
+        for segment in &whole.image.segments {
+            machine.bus.memory.write(segment.load, &segment.bytes).map_err(|e| e.to_string())?;
+        }
+        machine.reset();
+        let load = Load { period_cycles: u64::from(board.clock_hz / setup.rate_hz), ..Load::default() };
+        let (of_core, frames) = (setup.keys, Frames::default());
+        Ok(Emulated { machine, ports, whole, kernel, keys, of_core, frames, taken: [0; 2], load, trouble: None })
+    }
+
+    /// What must precede the first tick, with its words: the board starts.
+    pub fn start(&mut self, words: &[u16]) {
+        if let Err(why) = self.begin(words) {
+            self.trouble.get_or_insert(why);
+        }
+    }
+
+    /// One tick.
+    pub fn tick(&mut self, words: &[u16], drive: &mut [i16]) {
+        if self.trouble.is_some() {
+            return;
+        }
+        if let Err(why) = self.one(words, drive) {
+            self.trouble = Some(why);
+        }
+    }
+
+    /// Why it stopped, if it did.
+    pub fn trouble(&self) -> Option<&str> {
+        self.trouble.as_deref()
+    }
+
+    /// What the run took so far.
+    pub fn load(&self) -> Load {
+        let core = |core: usize| CoreLoad {
+            keys: self.of_core[core],
+            frame_cycles_max: self.frames.longest[core],
+            frame_cycles: self.frames.total[core],
+            missed: self.block(core, at::MISSED).unwrap_or(0),
+            faults: self.block(core, at::FAULTS).unwrap_or(0),
+        };
+        Load { cores: [core(0), core(1)], ..self.load }
+    }
+
+    /// Events since the last call.
+    pub fn drain(&mut self) -> Vec<Happened> {
+        let both: Result<Vec<Vec<Happened>>, String> = (0..2).map(|core| self.events(core)).collect();
+        match both {
+            Ok(all) => all.concat(),
+            Err(why) => {
+                self.trouble.get_or_insert(why);
+                Vec::new()
+            }
+        }
+    }
+
+    /// Starts the board, lets force come up, puts the keys back to their beginning.
+    fn begin(&mut self, words: &[u16]) -> Result<(), String> {
+        self.give(words)?;
+        let ticks = CORES.map(|core| format!("{core}_tick"));
+        let entries = [self.symbol(&ticks[0])?, self.symbol(&ticks[1])?];
+        entries.iter().for_each(|&entry| self.machine.set_breakpoint(entry));
+        let mut fresh: [Option<Vec<u8>>; 2] = [None, None];
+        while fresh.iter().any(Option::is_none) {
+            if let Some(core) = self.slice(10_000)? {
+                self.machine.clear_breakpoint(entries[core]);
+                fresh[core] = Some(self.state(core)?);
+            }
+            self.in_time()?;
+        }
+        while !(self.is_up(0)? && self.is_up(1)?) {
+            let next = self.ticks()? + 1;
+            self.until_served(next)?;
+            self.in_time()?;
+        }
+        for (core, state) in fresh.into_iter().flatten().enumerate() {
+            self.put_back(core, state)?;
+        }
+        self.frames = Frames::default();
+        Ok(())
+    }
+
+    fn in_time(&mut self) -> Result<(), String> {
+        if self.ticks()? < START_TICKS { Ok(()) } else { Err("the board does not begin to play".to_string()) }
+    }
+
+    /// The state of a core's keys, with all gains at 1.
+    fn put_back(&mut self, core: usize, mut state: Vec<u8>) -> Result<(), String> {
+        for key in 0..self.of_core[core] {
+            if let Some(gain) = self.whole.layouts[core].gain(key) {
+                state[gain as usize..][..4].copy_from_slice(&(1_u32 << 16).to_le_bytes());
+            }
+        }
+        let to = self.symbol(&format!("{}_state", CORES[core]))?;
+        self.machine.bus.memory.write(to, &state).map_err(|e| e.to_string())
+    }
+
+    fn one(&mut self, words: &[u16], drive: &mut [i16]) -> Result<(), String> {
+        self.give(words)?;
+        let tick = self.ticks()? + 1;
+        self.until_served(tick)?;
+        self.load.ticks += 1;
+        let missed = self.block(0, at::MISSED)? + self.block(1, at::MISSED)?;
+        if self.ticks()? != tick || missed > 0 {
+            let [a, b] = self.frames.longest;
+            let period = self.load.period_cycles;
+            return Err(format!(
+                "a tick is missed after {} ticks: the cores took up to {a} and {b} of {period} cycles",
+                self.load.ticks
+            ));
+        }
+        let (first, behind) = (self.of_core[0] as usize, distance(self.of_core));
+        for (key, word) in drive.iter_mut().enumerate() {
+            let (core, own) = if key < first { (0, key) } else { (1, key - first) };
+            let address = self.block(core, at::ROW)? + behind + 2 * own as u32;
+            let mut bytes = [0; 2];
+            self.machine.bus.memory.read(address, &mut bytes).map_err(|e| e.to_string())?;
+            *word = i16::from_le_bytes(bytes);
+        }
+        Ok(())
+    }
+
+    /// Sensor words for one tick; a key that only the board has does what the last one does.
+    fn give(&mut self, words: &[u16]) -> Result<(), String> {
+        let count = (self.of_core[0] + self.of_core[1]) as usize;
+        let last = words.last().copied().unwrap_or(0);
+        let row: Vec<u16> =
+            words[..self.keys.min(words.len())].iter().copied().chain(std::iter::repeat(last)).take(count).collect();
+        self.converter()?.samples.extend(row);
+        Ok(())
+    }
+
+    /// Runs until both cores have served a tick.
+    fn until_served(&mut self, tick: u32) -> Result<(), String> {
+        loop {
+            self.slice(SLICE)?;
+            let served =
+                |core: usize| Ok(self.block(core, at::TICK)? >= tick && self.machine.cpu(core).exception() == 0);
+            let both: [Result<bool, String>; 2] = [served(0), served(1)];
+            let [a, b] = both;
+            if a? && b? {
+                return Ok(());
+            }
+            if self.ticks()? > tick.saturating_add(2) {
+                let ([a, b], period) = (self.frames.longest, self.load.period_cycles);
+                return Err(format!(
+                    "ticks are missed, {} and {} keys take too long: up to {a} and {b} of {period} cycles on the two cores",
+                    self.of_core[0], self.of_core[1]
+                ));
+            }
+        }
+    }
+
+    /// Runs for so long; the core that met a breakpoint, if one did.
+    fn slice(&mut self, cycles: u64) -> Result<Option<usize>, String> {
+        let until = self.machine.cycle(0).max(self.machine.cycle(1)) + cycles;
+        match self.machine.run_observed(until, &mut self.frames) {
+            Stop::Limit => Ok(None),
+            Stop::Breakpoint { core, .. } => Ok(Some(core)),
+            stop => Err(format!("the board stopped: {stop}")),
+        }
+    }
+
+    fn is_up(&self, core: usize) -> Result<bool, String> {
+        let state = self.symbol(&format!("{}_state", CORES[core]))?;
+        for key in 0..self.of_core[core] {
+            let gain = self.whole.layouts[core].gain(key);
+            if gain.map(|gain| self.word(state + gain)).transpose()?.is_some_and(|gain| gain != 1 << 16) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    fn state(&self, core: usize) -> Result<Vec<u8>, String> {
+        let mut state = vec![0; self.whole.layouts[core].size() as usize];
+        let from = self.symbol(&format!("{}_state", CORES[core]))?;
+        self.machine.bus.memory.read(from, &mut state).map_err(|e| e.to_string())?;
+        Ok(state)
+    }
+
+    /// What a core's keys emitted since the last call.
+    fn events(&mut self, core: usize) -> Result<Vec<Happened>, String> {
+        let ring = self.whole.layouts[core].events();
+        let state = self.symbol(&format!("{}_state", CORES[core]))?;
+        if self.word(state + ring.lost)? > 0 {
+            return Err("more events in a tick than the ring holds".to_string());
+        }
+        let head = self.word(state + ring.head)?;
+        let first = if core == 0 { 0 } else { self.of_core[0] };
+        let mut all = Vec::new();
+        while self.taken[core] != head {
+            let record =
+                |at: u32| self.word(state + ring.start + (self.taken[core].wrapping_add(at) & (ring.bytes - 1)));
+            let (tick, what) = (record(0)?, record(4)?);
+            let event = what >> 16;
+            let args = self.kernel.events.get(event as usize).map_or(0, |event| event.args);
+            let args: Result<Vec<i32>, String> = (0..args).map(|arg| Ok(record(8 + 4 * arg)? as i32)).collect();
+            let key = (what & 0xffff) + first;
+            let happened = Happened { tick: tick.into(), key, event, args: args? };
+            // The key that only the board has is nobody's.
+            if (key as usize) < self.keys {
+                all.push(happened);
+            }
+            self.taken[core] = self.taken[core].wrapping_add(ring.event);
+        }
+        Ok(all)
+    }
+
+    fn converter(&mut self) -> Result<&mut Converter, String> {
+        self.machine.bus.device_mut(self.ports.converter).ok_or_else(|| "the board has no converter".to_string())
+    }
+
+    fn ticks(&mut self) -> Result<u32, String> {
+        Ok(self.converter()?.ticks())
+    }
+
+    fn block(&self, core: usize, offset: u32) -> Result<u32, String> {
+        self.word(self.symbol(CORES[core])? + offset)
+    }
+
+    fn symbol(&self, name: &str) -> Result<u32, String> {
+        let found = self.whole.image.symbols.iter().find(|symbol| symbol.name == name);
+        found.map(|symbol| symbol.address).ok_or_else(|| format!("the image has no `{name}`"))
+    }
+
+    fn word(&self, address: u32) -> Result<u32, String> {
+        let mut bytes = [0; 4];
+        self.machine.bus.memory.read(address, &mut bytes).map_err(|e| e.to_string())?;
+        Ok(u32::from_le_bytes(bytes))
+    }
+}

@@ -1,0 +1,81 @@
+//! What an image must know of an instrument and its device, in the firmware's words.
+//!
+//! ```text
+//!   device (full scale, motor) ---.
+//!   senses (range)             ---+--> firmware::Setup --firmware::whole--> Image
+//!   events (note, release)     ---'
+//! ```
+//!
+//! Not here: the firmware itself (the compiler), files.
+
+use whippen_compiler::firmware::{Midi, Motor, Setup, divided};
+use whippen_compiler::pipeline::Compiled;
+
+use crate::device::Device;
+
+/// The part of the sensed range at either end where a constant word is no fault.
+const END: f64 = 0.1;
+/// The speed (m/s) that velocity 64 stands for: a hammer that is five times as fast as its key, whose 64 is 0.25 m/s
+/// ([`crate::stroke::press_speed`]).
+const MIDDLE_M_PER_S: f64 = 1.25;
+/// Speeds above this (m/s) have the greatest velocity.
+const FASTEST_M_PER_S: f64 = 8.0;
+
+/// The firmware's setup for so many keys; the first is this MIDI note.
+///
+/// # Errors
+/// The device says nothing of its motor, in words.
+pub fn setup(compiled: &Compiled, device: &Device, keys: u32, first_note: u8) -> Result<Setup, String> {
+    Ok(Setup {
+        keys: divided(keys),
+        rate_hz: compiled.model.rate_hz,
+        motor: motor(device)?,
+        mid_travel: mid_travel(compiled, device),
+        midi: midi(compiled, first_note),
+    })
+}
+
+/// Word 32768 is the peak current.
+fn motor(device: &Device) -> Result<Motor, String> {
+    let motor = device.motor.ok_or_else(|| {
+        format!(
+            "the device `{}` does not say what its motor stands, and an image protects it: add `[motor]` with \
+             `torque_constant`, `rated`, `peak` and `peak_time` to its file",
+            device.name
+        )
+    })?;
+    Ok(Motor {
+        rated: (32_768.0 * motor.rated_a / motor.peak_a).floor() as u32,
+        peak_ms: (1000.0 * motor.peak_s).floor() as u32,
+        newton: (32_768.0 / device.drive.full_scale).round().clamp(1.0, 32_767.0) as u32,
+    })
+}
+
+fn mid_travel(compiled: &Compiled, device: &Device) -> [u16; 2] {
+    let Some(range) = compiled.model.senses.first().map(|sense| sense.range) else { return [0, u16::MAX] };
+    let at = |part: f64| device.word_of_position(range.low + part * (range.high - range.low)).0;
+    [at(END), at(1.0 - END)]
+}
+
+fn midi(compiled: &Compiled, first_note: u8) -> Midi {
+    let events = &compiled.lowered.kernel.events;
+    let find = |name: &str| events.iter().position(|event| event.name == name);
+    // A velocity is made of an argument.
+    let note = find("note").filter(|&at| events[at].args > 0);
+    let lsb = note.map_or(1.0, |at| compiled.lowered.events[at].arg_lsbs[0]);
+    let step = |shift: u32| f64::from(1 << shift) * lsb;
+    // The firmware shifts by one at least.
+    let speed_shift = (1..24).find(|&shift| 128.0 * step(shift) >= FASTEST_M_PER_S).unwrap_or(24);
+    let velocity = |index: usize| {
+        let speed = (index as f64 + 0.5) * step(speed_shift);
+        (64.0 + 30.0 * libm::log2(speed / MIDDLE_M_PER_S)).round().clamp(1.0, 127.0) as u8
+    };
+    let index = |at: usize| at as u32;
+    Midi {
+        note: note.map(index),
+        release: find("release").map(index),
+        first_note: first_note.into(),
+        speed_shift,
+        velocities: std::array::from_fn(velocity),
+    }
+}

@@ -1,0 +1,105 @@
+//! The header and the module, judged by compilers.
+
+use whippen_compiler::image::{
+    Argument, EventInterface, Interface, LiveInterface, PortInterface, Ring, c_header, rust_module,
+};
+
+use crate::tools::Folder;
+
+fn interface() -> Interface {
+    let port = |name: &str, lsb, zero, unit: &str| PortInterface { name: name.into(), lsb, zero, unit: unit.into() };
+    let live = |name: &str, at, range, init, fraction_bits, unit: &str| LiveInterface {
+        name: name.into(),
+        at,
+        range,
+        init,
+        fraction_bits,
+        unit: unit.into(),
+    };
+    let speed = Argument { name: "speed".into(), fraction_bits: 28, unit: "m/s".into() };
+    Interface {
+        name: "probe".into(),
+        keys: 3,
+        rate_hz: 44_100,
+        state_bytes: 400,
+        inputs: (320, vec![port("x", 1.678e-7, -5e-4, "m")]),
+        outputs: (328, vec![port("drive", 9.765_625e-4, 0.0, "N")]),
+        row_words: 1,
+        lives: vec![live("weight", 20, (i32::MIN, 1 << 30), -7, 30, "N"), live("slow", 24, (0, 9), 1, -2, "N*s/m")],
+        events: vec![
+            EventInterface { name: "note".into(), args: vec![speed] },
+            EventInterface { name: "release".into(), args: Vec::new() },
+        ],
+        ring: Some(Ring { at: 64, bytes: 256, record_bytes: 16 }),
+    }
+}
+
+const USE: &str = "#include \"probe.h\"
+struct probe_state probe_state;
+void probe_init(struct probe_state *state) { state->inputs[PROBE_KEYS - 1][PROBE_INPUT_X] = 7; }
+void probe_tick(struct probe_state *state) { state->tick++; }
+int main(void) {
+    struct probe_event event;
+    probe_init(&probe_state);
+    probe_tick(&probe_state);
+    if (!probe_set_weight(&probe_state, PROBE_WEIGHT_MIN) || probe_set_weight(&probe_state, PROBE_WEIGHT_MAX + 1)) return 1;
+    if (probe_set_slow(&probe_state, -1) || probe_state.live_slow != 0 || probe_state.live_weight != INT32_MIN) return 2;
+    if (probe_read_event(&probe_state, &event)) return 3;
+    /* A record across the ring's end begins at its start again. */
+    for (uint32_t n = 0; n < 40; n++) {
+        const uint32_t at = probe_state.event_head % 256u / 4u;
+        probe_state.events[at] = (int32_t)n;
+        probe_state.events[at + 1] = PROBE_EVENT_RELEASE << 16 | 2;
+        probe_state.events[at + 2] = -5;
+        probe_state.event_head += 16u;
+        if (!probe_read_event(&probe_state, &event)) return 4;
+        if (event.tick != n || event.key != 2 || event.event != PROBE_EVENT_RELEASE) return 5;
+        if (event.args[PROBE_NOTE_SPEED] != -5) return 6;
+    }
+    return probe_state.inputs[2][0] == 7 && probe_state.tick == 1 ? 0 : 7;
+}
+";
+
+#[test]
+fn the_header_is_strict_c_and_cpp() {
+    let folder = Folder::new();
+    folder.write("probe.h", c_header(&interface()));
+    folder.write("use.c", USE);
+    let strict = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion"];
+    for std in ["-std=c99", "-std=c11", "-std=c23"] {
+        let args: Vec<&str> = strict.into_iter().chain([std, "use.c", "-o", "use"]).collect();
+        // Older compilers know the last one by another name.
+        let known = folder.output("gcc", &[std, "-E", "-x", "c", "/dev/null"]).is_some_and(|o| o.status.success());
+        if known && folder.run("gcc", &args).is_some() {
+            folder.run("./use", &[]).expect("runs");
+        }
+        let target: Vec<&str> = strict.into_iter().chain(["-mcpu=cortex-m33", std, "-c", "use.c"]).collect();
+        if known {
+            folder.run("arm-none-eabi-gcc", &target);
+        }
+    }
+    for compiler in ["g++", "arm-none-eabi-g++"] {
+        let args: Vec<&str> = strict.into_iter().chain(["-std=c++17", "-x", "c++", "-c", "use.c"]).collect();
+        folder.run(compiler, &args);
+    }
+    insta::assert_snapshot!("header", c_header(&interface()));
+}
+
+/// The module as it was last accepted; `WHIPPEN_BLESS=1` writes it anew.
+#[allow(unreachable_pub, missing_docs, unsafe_code)]
+#[rustfmt::skip]
+mod probe_module;
+
+#[test]
+fn the_module_is_rust_over_fixed() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/build/bindings/probe_module.rs");
+    let made = rust_module(&interface());
+    if std::env::var_os("WHIPPEN_BLESS").is_some() {
+        std::fs::write(path, &made).expect("written");
+    }
+    assert_eq!(std::fs::read_to_string(path).expect("there"), made);
+    use probe_module::{SLOW_MAX, WEIGHT_INIT, WEIGHT_MIN, X_LSB_M, note_speed};
+    assert_eq!((WEIGHT_MIN.to_num::<f64>(), WEIGHT_INIT.to_bits(), SLOW_MAX), (-2.0, -7, 9));
+    let event = probe_module::Event { tick: 1, key: 2, event: probe_module::EVENT_NOTE, args: [3 << 27] };
+    assert_eq!((note_speed(&event).to_num::<f64>(), X_LSB_M), (1.5, 1.678e-7));
+}

@@ -1,0 +1,172 @@
+//! probe: 3 keys at 44100 ticks a second. Written by Whippen.
+//!
+//! Put this tick's sensor words into `inputs`, call `init` once and `tick` in every tick, and take the drive words
+//! out of `outputs`. Link with the object file that came with this module.
+#![allow(dead_code)]
+
+use core::ptr::{addr_of, addr_of_mut};
+
+/// Keys.
+pub const KEYS: usize = 3;
+/// Ticks per second.
+pub const RATE_HZ: u32 = 44100;
+/// Bytes of the state.
+pub const STATE_BYTES: usize = 400;
+
+/// Which word of a key is `x`.
+pub const INPUT_X: usize = 0;
+/// Value of one unit of `x`, in m.
+pub const X_LSB_M: f64 = 1.678e-7;
+/// Value of word 0 of `x`, in m.
+pub const X_ZERO_M: f64 = -5e-4;
+
+/// Which word of a key is `drive`.
+pub const OUTPUT_DRIVE: usize = 0;
+/// Value of one unit of `drive`, in N.
+pub const DRIVE_LSB_N: f64 = 9.765625e-4;
+/// Value of word 0 of `drive`, in N.
+pub const DRIVE_ZERO_N: f64 = 0e0;
+
+/// Smallest value of `weight`, in N.
+pub const WEIGHT_MIN: fixed::FixedI32<fixed::types::extra::U30> = fixed::FixedI32::<fixed::types::extra::U30>::from_bits(-2147483648);
+
+/// Largest value of `weight`, in N.
+pub const WEIGHT_MAX: fixed::FixedI32<fixed::types::extra::U30> = fixed::FixedI32::<fixed::types::extra::U30>::from_bits(1073741824);
+
+/// First value of `weight`, in N.
+pub const WEIGHT_INIT: fixed::FixedI32<fixed::types::extra::U30> = fixed::FixedI32::<fixed::types::extra::U30>::from_bits(-7);
+
+/// Smallest value of `slow`, in N*s/m.
+pub const SLOW_MIN: i32 = 0;
+
+/// Largest value of `slow`, in N*s/m.
+pub const SLOW_MAX: i32 = 9;
+
+/// First value of `slow`, in N*s/m.
+pub const SLOW_INIT: i32 = 1;
+
+/// Event `note`.
+pub const EVENT_NOTE: u16 = 0;
+
+/// `speed` of an event `note`, in m/s: argument 0.
+pub fn note_speed(event: &Event) -> fixed::FixedI32<fixed::types::extra::U28> {
+    fixed::FixedI32::<fixed::types::extra::U28>::from_bits(event.args[0])
+}
+
+/// Event `release`.
+pub const EVENT_RELEASE: u16 = 1;
+
+/// What happened to a key in a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Event {
+    /// The tick, counted from 0.
+    pub tick: u32,
+    /// The key.
+    pub key: u16,
+    /// What: `EVENT_..`.
+    pub event: u16,
+    /// Its arguments.
+    pub args: [i32; 1],
+}
+
+/// Memory of all keys. What is private belongs to the code.
+#[repr(C)]
+pub struct State {
+    event_head: u32,
+    event_tail: u32,
+    events_lost: u32,
+    tick: u32,
+    private_16: [u32; 1],
+    live_weight: i32,
+    live_slow: i32,
+    private_28: [u32; 9],
+    events: [i32; 64],
+    /// Sensor words of this tick.
+    pub inputs: [[u16; 1]; KEYS],
+    private_326: [u8; 2],
+    /// Drive words of this tick.
+    pub outputs: [[i16; 1]; KEYS],
+    private_334: [u8; 66],
+}
+
+const _: () = assert!(core::mem::size_of::<State>() == STATE_BYTES);
+const _: () = assert!(core::mem::offset_of!(State, event_head) == 0);
+const _: () = assert!(core::mem::offset_of!(State, event_tail) == 4);
+const _: () = assert!(core::mem::offset_of!(State, events_lost) == 8);
+const _: () = assert!(core::mem::offset_of!(State, tick) == 12);
+const _: () = assert!(core::mem::offset_of!(State, live_weight) == 20);
+const _: () = assert!(core::mem::offset_of!(State, live_slow) == 24);
+const _: () = assert!(core::mem::offset_of!(State, events) == 64);
+const _: () = assert!(core::mem::offset_of!(State, inputs) == 320);
+const _: () = assert!(core::mem::offset_of!(State, outputs) == 328);
+
+unsafe extern "C" {
+    /// All memory of the keys, with its values at the start.
+    #[link_name = "probe_state"]
+    pub static mut STATE: State;
+    /// Prepares all keys for the first tick, whose words are in `inputs`.
+    #[link_name = "probe_init"]
+    pub fn init(state: *mut State);
+    /// One tick of all keys: reads `inputs`, writes `outputs`.
+    #[link_name = "probe_tick"]
+    pub fn tick(state: *mut State);
+}
+
+/// A live value that was not set: it is out of its range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OutOfRange;
+
+/// Sets `weight` from the next tick on.
+///
+/// # Errors
+/// It is out of range; nothing is changed.
+///
+/// # Safety
+/// `state` points to the state.
+pub unsafe fn set_weight(state: *mut State, value: fixed::FixedI32<fixed::types::extra::U30>) -> Result<(), OutOfRange> {
+    if !(WEIGHT_MIN..=WEIGHT_MAX).contains(&value) {
+        return Err(OutOfRange);
+    }
+    unsafe { addr_of_mut!((*state).live_weight).write_volatile(value.to_bits()) };
+    Ok(())
+}
+
+/// Sets `slow` from the next tick on.
+///
+/// # Errors
+/// It is out of range; nothing is changed.
+///
+/// # Safety
+/// `state` points to the state.
+pub unsafe fn set_slow(state: *mut State, value: i32) -> Result<(), OutOfRange> {
+    if !(SLOW_MIN..=SLOW_MAX).contains(&value) {
+        return Err(OutOfRange);
+    }
+    unsafe { addr_of_mut!((*state).live_slow).write_volatile(value) };
+    Ok(())
+}
+
+/// Takes the oldest event. What found the ring full is counted, and lost.
+///
+/// # Safety
+/// `state` points to the state, and nobody else takes events.
+pub unsafe fn read_event(state: *mut State) -> Option<Event> {
+    let tail = unsafe { addr_of!((*state).event_tail).read_volatile() };
+    if unsafe { addr_of!((*state).event_head).read_volatile() } == tail {
+        return None;
+    }
+    let at = (tail % 256 / 4) as usize;
+    let word = |offset: usize| unsafe { addr_of!((*state).events[at + offset]).read_volatile() };
+    let what = word(1) as u32;
+    let event = Event { tick: word(0) as u32, key: what as u16, event: (what >> 16) as u16, args: [word(2)] };
+    unsafe { addr_of_mut!((*state).event_tail).write_volatile(tail.wrapping_add(16)) };
+    Some(event)
+}
+
+/// How many events found the ring full.
+///
+/// # Safety
+/// `state` points to the state.
+pub unsafe fn events_lost(state: *const State) -> u32 {
+    unsafe { addr_of!((*state).events_lost).read_volatile() }
+}

@@ -1,0 +1,81 @@
+//! The GNU assembler makes the same of the firmware's texts.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::Command;
+
+use crate::rig::{Rig, kernel, setup};
+use whippen_compiler::asm::{Source, assemble};
+use whippen_compiler::firmware::{RP2350, constants, sources};
+use whippen_compiler::image::{FixupKind, Section};
+use whippen_isa::Arch;
+
+/// Bytes of a section by the GNU assembler; nothing where the tools are absent.
+fn gnu(name: &str, text: &str, constants: &BTreeMap<String, i64>, sections: &[Section]) -> Option<Vec<Vec<u8>>> {
+    let path = |ending: &str| PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("firmware-{name}.{ending}"));
+    std::fs::write(path("s"), text).expect("the target directory can be written");
+    let mut assembler = Command::new("arm-none-eabi-as");
+    assembler.arg("-mcpu=cortex-m33").arg("-o").arg(path("o")).arg(path("s"));
+    let output = assembler.args(constants.iter().map(|(name, value)| format!("--defsym={name}={value}"))).output();
+    let output = output.ok()?;
+    assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    let bytes = |section: &Section| {
+        let only = format!("--only-section={}", section.name);
+        let copy = ["-O", "binary", only.as_str()];
+        let done = Command::new("arm-none-eabi-objcopy").args(copy).arg(path("o")).arg(path("bin")).status();
+        assert!(done.expect("objcopy runs").success());
+        std::fs::read(path("bin")).expect("objcopy has written")
+    };
+    Some(sections.iter().map(bytes).collect())
+}
+
+#[test]
+fn the_same_bytes() {
+    let kernel = kernel("virtual-spring.whip");
+    let setup = setup(&kernel);
+    let rig = Rig::new(&kernel, 0);
+    let mut constants = constants(&kernel, &setup, rig.layouts.each_ref(), &RP2350).expect("constants");
+    constants.insert("KEYS".to_string(), 44);
+    let mut compared = 0;
+    for (index, texts) in sources(&RP2350).into_iter().enumerate() {
+        let text: String = texts.iter().map(|source| source.text).collect();
+        let object = assemble(&texts, &constants, Arch::V8M).unwrap_or_else(|e| panic!("{e}"));
+        let sections: Vec<Section> = object.sections.into_iter().filter(|s| !s.bytes.is_empty()).collect();
+        let Some(theirs) = gnu(&index.to_string(), &text, &constants, &sections) else {
+            let note = b"SKIPPED: arm-none-eabi-as is not installed (Debian: binutils-arm-none-eabi)\n";
+            std::io::stderr().write_all(note).expect("standard error takes a line");
+            return;
+        };
+        for (section, mut theirs) in sections.iter().zip(theirs) {
+            let mut ours = section.bytes.clone();
+            // What a linker fills in: the GNU assembler keeps addends there.
+            for fixup in &section.fixups {
+                let at = fixup.at as usize..fixup.at as usize + 4;
+                assert!(
+                    fixup.kind == FixupKind::Abs32
+                        || fixup.kind == FixupKind::ThumbCall
+                        || fixup.kind == FixupKind::ThumbJump24
+                );
+                ours[at.clone()].fill(0);
+                theirs[at].fill(0);
+            }
+            let differs = ours.iter().zip(&theirs).position(|(a, b)| a != b);
+            let told = || texts.iter().map(|source| source.name).collect::<Vec<_>>().join(", ");
+            assert_eq!((differs, ours.len()), (None, theirs.len()), "{} of {}", section.name, told());
+            compared += ours.len();
+        }
+    }
+    assert!(compared > 1500, "{compared} bytes");
+}
+
+/// Names that the tests of mistakes would not find: a board's text is reported as it was named.
+#[test]
+fn a_board_s_mistake_is_told_with_its_line() {
+    let rest = Source { name: "mine.s", text: "board_feed:\n  addd r0, r1\n" };
+    let kernel = kernel("virtual-spring.whip");
+    let rig = Rig::new(&kernel, 0);
+    let board = whippen_compiler::firmware::Support { rest, ..RP2350 };
+    let refused = whippen_compiler::firmware::objects(&kernel, &setup(&kernel), rig.layouts.each_ref(), &board);
+    assert_eq!(refused.expect_err("refused").to_string(), "mine.s:2: `addd` is no instruction");
+}

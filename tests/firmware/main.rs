@@ -1,0 +1,8 @@
+//! Whole firmware on the emulated board, with both cores: what it plays, and what it does when something fails.
+
+mod example;
+mod gnu;
+mod play;
+mod rig;
+mod safety;
+mod talk;

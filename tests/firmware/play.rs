@@ -1,0 +1,77 @@
+//! Both cores start and play; the drive words are the interpreter's.
+
+use crate::rig::{KEYS, RATE_HZ, Rig, at, kernel};
+use whippen_compiler::kernel::{Interp, Kernel};
+use whippen_runtime::device::Device;
+use whippen_runtime::gesture::default_gesture;
+
+/// Sensor words of 88 keys that are played one after the other, with the noise that a converter has.
+fn words(ticks: usize) -> Vec<u16> {
+    let device = Device::mikey();
+    let motion: Vec<u16> = default_gesture().positions(RATE_HZ).iter().map(|&x| device.word_of_position(x).0).collect();
+    // Constant until both cores play: each key starts from the words that it is given first.
+    let noise = |tick: usize| if tick < 60 { 0 } else { ((tick * 40_503) >> 7 & 1) as u16 };
+    let word = |tick: usize, key: usize| motion[(tick.max(60) * 3 + key * 397) % motion.len()] ^ noise(tick);
+    (0..ticks).flat_map(|tick| (0..KEYS).map(move |key| word(tick, key))).collect()
+}
+
+/// Ticks before the keys begin, by core: what the state counts against what the converter counts.
+fn begins(rig: &Rig) -> [usize; 2] {
+    [0, 1].map(|core| {
+        let state = rig.symbol(["core0_state", "core1_state"][core]);
+        (rig.block(core, at::TICK) - rig.word(state + 12)) as usize
+    })
+}
+
+/// The interpreter's drive words for a core's keys, which begin after so many ticks; nothing before.
+fn expected(kernel: &Kernel, words: &[u16], core: usize, first: usize, begin: usize) -> Vec<Vec<i16>> {
+    let row = |tick: usize| &words[tick * KEYS + 44 * core..][..44];
+    let mut interp = Interp::new(kernel, 44).expect("verifies");
+    interp.init(row(first));
+    let mut drive = vec![0; 44];
+    let ticks = words.len() / KEYS;
+    let mut all = vec![vec![0; 44]; begin];
+    for tick in begin..ticks {
+        interp.tick(row(tick), &mut drive);
+        all.push(drive.clone());
+    }
+    all
+}
+
+fn plays_as_the_interpreter(file: &str, leaves: usize) {
+    let kernel = kernel(file);
+    let mut rig = Rig::new(&kernel, leaves);
+    let (ticks, words) = (1000, words(1000));
+    let drives = rig.play(words.iter().copied());
+    assert_eq!(rig.converter().overruns(), 0);
+    let begins = begins(&rig);
+    assert!(begins.iter().all(|begin| (1..200).contains(begin)), "{begins:?}");
+    let mut full = 0;
+    for core in [0, 1] {
+        let want = expected(&kernel, &words, core, 0, begins[core]);
+        for tick in 0..ticks - 2 {
+            for key in 0..44 {
+                let (got, want) = (drives[tick * KEYS + 44 * core + key], want[tick][key]);
+                let told = || {
+                    format!(
+                        "{file}: core {core}, key {key}, tick {tick}; {begins:?}, faults {}",
+                        rig.block(core, at::FAULTS)
+                    )
+                };
+                if tick > begins[core] + 300 {
+                    assert_eq!(got, want, "{}", told());
+                    full += usize::from(want != 0);
+                } else {
+                    assert!(got.unsigned_abs() <= want.unsigned_abs().saturating_add(1), "{}: {got} {want}", told());
+                }
+            }
+        }
+        assert_eq!((rig.block(core, at::FAULTS), rig.block(core, at::MISSED)), (0, 0));
+    }
+    assert!(full > 10_000, "{full} words say something");
+}
+
+#[test]
+fn a_spring_on_both_cores() {
+    plays_as_the_interpreter("virtual-spring.whip", 0);
+}

@@ -1,0 +1,191 @@
+//! A whole firmware on the emulated board: built, linked, started, fed with sensor words.
+
+use whippen_compiler::firmware::{self, CORES, Midi, Motor, RP2350, Setup};
+use whippen_compiler::front::compile_front;
+use whippen_compiler::image::{Board, Image, Input, Memory, MemoryKind, Placement, Start, link};
+use whippen_compiler::kernel::Kernel;
+use whippen_compiler::modes::{Modes, specialise};
+use whippen_compiler::pipeline::compile;
+use whippen_compiler::source::SourceMap;
+use whippen_compiler::thumb::{Layout, Options, compile_for_frame};
+use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Ports, Stop, Uart, build};
+use whippen_isa::Arch;
+use whippen_runtime::device::Device;
+
+pub const KEYS: usize = 88;
+/// Ticks per second, fewer than a keyboard has: what is tested here is not whether 88 keys fit.
+pub const RATE_HZ: u32 = 11_025;
+/// Words of 1 N, of the rated and of the peak current on `mikey`.
+pub const NEWTON: u32 = 1024;
+pub const RATED: u32 = 8192;
+
+/// What the firmware's blocks and guards hold, by offset; docs/firmware.md has the same table.
+pub mod at {
+    pub const TICK: u32 = 28;
+    pub const MISSED: u32 = 36;
+    pub const FAULTS: u32 = 40;
+    pub const FAULTY: u32 = 44;
+    pub const GAINS: u32 = 20;
+    pub const GUARDS: u32 = 24;
+    pub const CEILING: u32 = 4;
+}
+
+/// An instrument's kernel.
+pub fn kernel(file: &str) -> Kernel {
+    let mut map = SourceMap::default();
+    let programs = whippen_compiler::bundled::INSTRUMENTS;
+    let text = programs.iter().find(|(name, _)| *name == file).expect("a bundled instrument").1;
+    map.add(file, text);
+    let (program, _) = compile_front(&mut map, &Default::default());
+    let model = program.expect("it is correct").instruments.remove(0);
+    compile(model, Device::mikey().scales(), false).expect("it lowers").lowered.kernel
+}
+
+/// What `mikey` stands, and how its events are notes.
+pub fn setup(kernel: &Kernel) -> Setup {
+    let event = |name: &str| kernel.events.iter().position(|event| event.name == name).map(|index| index as u32);
+    let mut velocities = [0; 128];
+    velocities.iter_mut().enumerate().for_each(|(index, velocity)| *velocity = index.max(1) as u8);
+    Setup {
+        keys: [44, 44],
+        rate_hz: RATE_HZ,
+        motor: Motor { rated: RATED, peak_ms: 100, newton: NEWTON },
+        mid_travel: [6000, 60_000],
+        midi: Midi { note: event("note"), release: event("release"), first_note: 21, speed_shift: 8, velocities },
+    }
+}
+
+/// The memory of RP2350: code of each core in a group of its own, data of each in the other group.
+fn board() -> Board {
+    let memory = |name: &str, base, size, kind| Memory { name: name.to_string(), base, size, kind };
+    let place = |pattern: &str, memory: &str| Placement { pattern: pattern.to_string(), memory: memory.to_string() };
+    Board {
+        name: "rp2350".to_string(),
+        arch: Arch::V8M,
+        cores: 2,
+        clock_hz: 150_000_000,
+        start: Start::ImageDef,
+        uf2_family: None,
+        memory: vec![
+            memory("flash", 0x1000_0000, 4 << 20, MemoryKind::Flash),
+            memory("sram0", 0x2000_0000, 256 << 10, MemoryKind::Ram),
+            memory("sram4", 0x2004_0000, 256 << 10, MemoryKind::Ram),
+        ],
+        places: vec![
+            place(".vectors", "flash"),
+            place(".image_def", "flash"),
+            place(".copy_table", "flash"),
+            place(".zero_table", "flash"),
+            place(".text.start*", "flash"),
+            place(".text*", "sram0"),
+            place(".rodata*", "sram4"),
+            place(".data*", "sram4"),
+            place(".bss*", "sram4"),
+            place(".text.core1*", "sram4"),
+            place(".rodata.core1*", "sram0"),
+            place(".data.core1*", "sram0"),
+            place(".bss.core1*", "sram0"),
+        ],
+    }
+}
+
+/// A keyboard of 88 keys that plays one instrument.
+pub struct Rig {
+    pub machine: Machine,
+    pub ports: Ports,
+    pub image: Image,
+    pub layouts: [Layout; 2],
+}
+
+impl Rig {
+    /// Built with the usual setup.
+    pub fn new(kernel: &Kernel, leaves: usize) -> Rig {
+        Rig::with(kernel, leaves, &setup(kernel))
+    }
+
+    /// Built from all modes of the kernel, or (0 leaves) from the one that knows nothing.
+    pub fn with(kernel: &Kernel, leaves: usize, setup: &Setup) -> Rig {
+        let modes = if leaves == 0 { Modes::single(kernel) } else { specialise(kernel, leaves) };
+        let distance = firmware::distance(setup.keys);
+        let built = [0, 1].map(|core| {
+            let modes = firmware::keys_of(&modes, setup.keys, core);
+            let (name, keys) = (CORES[core].to_string(), setup.keys[core]);
+            compile_for_frame(&modes, &Options { name, keys, gain: true, probes: false }, distance).expect("code")
+        });
+        let layouts = [&built[0].layout, &built[1].layout];
+        let firmware = firmware::objects(kernel, setup, layouts, &RP2350).unwrap_or_else(|e| panic!("{e}"));
+        let objects = firmware.iter().chain(built.iter().map(|built| &built.object));
+        let inputs: Vec<Input> = objects.map(|object| Input { object, places: &[] }).collect();
+        let image = link(&board(), &inputs, "reset").unwrap_or_else(|e| panic!("{e}"));
+        let converter = ConverterSetup { keys: KEYS as u32, rate_hz: setup.rate_hz };
+        let (mut machine, ports) =
+            build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).expect("the board can be");
+        for segment in &image.segments {
+            machine.bus.memory.write(segment.load, &segment.bytes).expect("memory");
+        }
+        machine.reset();
+        let mut rig = Rig { machine, ports, layouts: built.map(|built| built.layout), image };
+        rig.converter().recording = true;
+        rig
+    }
+
+    pub fn converter(&mut self) -> &mut Converter {
+        self.machine.bus.device_mut(self.ports.converter).expect("the converter")
+    }
+
+    /// What the serial port has sent.
+    pub fn sent(&mut self) -> Vec<u8> {
+        let uart: &mut Uart = self.machine.bus.device_mut(self.ports.uarts[0]).expect("the port");
+        std::mem::take(&mut uart.output)
+    }
+
+    /// Gives the words of so many ticks and runs until they are used up; the drive words since the last call, from the tick
+    /// before on.
+    pub fn play(&mut self, words: impl IntoIterator<Item = u16>) -> Vec<i16> {
+        self.converter().samples.extend(words);
+        let ticks = self.converter().samples.len() / KEYS;
+        self.run(ticks)
+    }
+
+    /// Runs so many ticks.
+    pub fn run(&mut self, ticks: usize) -> Vec<i16> {
+        let last = self.converter().ticks() + ticks as u32;
+        while self.converter().ticks() < last {
+            let stop = self.step();
+            assert!(matches!(stop, Stop::Limit), "{stop:?}");
+        }
+        std::mem::take(&mut self.converter().drives)
+    }
+
+    /// Runs for a thousand cycles.
+    pub fn step(&mut self) -> Stop {
+        let until = self.machine.cycle(0).max(self.machine.cycle(1)) + 1000;
+        self.machine.run(until)
+    }
+
+    pub fn symbol(&self, name: &str) -> u32 {
+        let found = self.image.symbols.iter().find(|symbol| symbol.name == name);
+        found.unwrap_or_else(|| panic!("{name} is there")).address
+    }
+
+    pub fn word(&self, address: u32) -> u32 {
+        let mut bytes = [0; 4];
+        self.machine.bus.memory.read(address, &mut bytes).expect("memory");
+        u32::from_le_bytes(bytes)
+    }
+
+    pub fn set(&mut self, address: u32, word: u32) {
+        self.machine.bus.memory.write(address, &word.to_le_bytes()).expect("memory");
+    }
+
+    /// A word of a core's block.
+    pub fn block(&self, core: usize, at: u32) -> u32 {
+        self.word(self.symbol(CORES[core]) + at)
+    }
+
+    /// The ceiling of a key's gain: 65536, less when it is hot, 0 when it is free.
+    pub fn ceiling(&self, key: usize) -> u32 {
+        let (core, key) = (key / 44, key as u32 % 44);
+        self.word(self.block(core, at::GUARDS) + 16 * key + at::CEILING)
+    }
+}

@@ -1,0 +1,90 @@
+//! Every bundled instrument, as one mode and specialised, on its gesture and on noise.
+
+use crate::target::Target;
+use std::path::Path;
+use whippen_compiler::bundled::INSTRUMENTS;
+use whippen_compiler::check::Options;
+use whippen_compiler::front::compile_front;
+use whippen_compiler::kernel::random::Rng;
+use whippen_compiler::kernel::{Interp, Kernel, without_probes};
+use whippen_compiler::modes::{Modes, specialise};
+use whippen_compiler::pipeline::compile;
+use whippen_compiler::source::SourceMap;
+use whippen_runtime::device::Device;
+use whippen_runtime::gesture;
+
+/// Keys, each behind the one before it.
+const KEYS: usize = 3;
+/// Ticks of each kind of words.
+const TICKS: usize = 6000;
+/// Instructions that modes may have.
+const INSTRUCTIONS: usize = 4000;
+
+/// The kernel of every bundled instrument, without observation, and the words of its gesture.
+fn all() -> Vec<(Kernel, Vec<u16>)> {
+    let mut kernels = Vec::new();
+    for (file, _) in INSTRUMENTS {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("instruments").join(file);
+        let mut map = SourceMap::default();
+        map.add(*file, std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{file}: {e}")));
+        let (program, diagnostics) = compile_front(&mut map, &Options::default());
+        let program = program.unwrap_or_else(|| panic!("{file}: {diagnostics:#?}"));
+        for model in program.instruments {
+            let device = Device::of(&model);
+            let positions = gesture::bundled(&model).positions(44_100);
+            let words = positions.iter().map(|&x| device.word_of_position(x).0).collect();
+            let compiled = compile(model, device.scales(), false).unwrap_or_else(|e| panic!("{file}: {e:?}"));
+            kernels.push((without_probes(&compiled.lowered.kernel), words));
+        }
+    }
+    kernels
+}
+
+/// Runs both and compares drive words and events in every tick, and what the modes leave in memory at the end.
+fn compare(modes: &Modes, words: impl Fn(usize, usize) -> u16) {
+    let kernel = &modes.kernel;
+    let mut interp = Interp::new(kernel, KEYS).expect("verifies");
+    let mut target = Target::new(modes, KEYS as u32);
+    let mut drive = vec![0; KEYS * kernel.outputs.len()];
+    for tick in 0..TICKS {
+        let words: Vec<u16> = (0..KEYS).map(|key| words(tick, key)).collect();
+        if tick == 0 {
+            interp.init(&words);
+            target.init(&words);
+        }
+        interp.tick(&words, &mut drive);
+        assert_eq!(target.tick(&words), drive, "{}: drive words of tick {tick}", kernel.name);
+        let (events, lost) = target.drain_events();
+        assert_eq!((events, lost), (interp.drain_events(), 0), "{}: events of tick {tick}", kernel.name);
+    }
+    let stored = |cell: &usize| modes.modes.iter().all(|mode| !mode.known[*cell]);
+    for key in 0..KEYS {
+        for cell in (0..kernel.cells.len()).filter(stored) {
+            let want = interp.cell(key, cell, 0).expect("a cell");
+            assert_eq!(target.cell(key as u32, cell, 0), want, "{}: `{}`", kernel.name, kernel.cells[cell].name);
+        }
+    }
+}
+
+fn both(words: impl Fn(&[u16], usize, usize) -> u16) {
+    for (kernel, gesture) in all() {
+        for modes in [Modes::single(&kernel), specialise(&kernel, INSTRUCTIONS)] {
+            compare(&modes, |tick, key| words(&gesture, tick, key));
+        }
+    }
+}
+
+#[test]
+fn on_the_bundled_gesture() {
+    // Every seventh word: a stroke seven times as fast meets every transition in fewer ticks.
+    both(|gesture, tick, key| gesture[(7 * tick + 997 * key) % gesture.len()]);
+}
+
+#[test]
+fn on_noise() {
+    let mut random = Rng::new(3);
+    let noise: Vec<u16> = (0..TICKS + KEYS)
+        .map(|tick| if tick / 40 % 3 == 0 { [0, u16::MAX][tick / 120 % 2] } else { random.next() as u16 })
+        .collect();
+    both(|_, tick, key| noise[tick + key]);
+}

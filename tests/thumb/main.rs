@@ -1,0 +1,6 @@
+//! Generated code on the emulator against the interpreter: every drive word, event, probe and cell, bit for bit.
+
+mod instruments;
+mod listing;
+mod random;
+mod target;

@@ -1,0 +1,53 @@
+//! Random kernels. `WHIPPEN_KERNELS=N cargo test --test thumb random` tries N instead of some hundred.
+
+use crate::target::Target;
+use whippen_compiler::kernel::random::{Rng, inputs, kernel};
+use whippen_compiler::kernel::{Interp, Kernel};
+use whippen_compiler::modes::Modes;
+
+/// How many kernels, where the environment does not say.
+const KERNELS: u64 = 120;
+/// From this one on.
+const FIRST: u64 = 0;
+
+fn count() -> u64 {
+    std::env::var("WHIPPEN_KERNELS").ok().and_then(|n| n.parse().ok()).unwrap_or(KERNELS)
+}
+
+/// Compares everything that a kernel does in some ticks.
+fn compare(seed: u64, kernel: &Kernel) {
+    let keys = 1 + seed as u32 % 4;
+    let mut rng = Rng::new(seed);
+    let mut interp = Interp::new(kernel, keys as usize).expect("verifies");
+    let mut target = Target::new(&Modes::single(kernel), keys);
+    let first = inputs(&mut rng, kernel, keys as usize);
+    interp.init(&first);
+    target.init(&first);
+    let mut drive = vec![0; keys as usize * kernel.outputs.len()];
+    for tick in 0..12 {
+        let words = inputs(&mut rng, kernel, keys as usize);
+        interp.tick(&words, &mut drive);
+        let told = || format!("seed {seed}, tick {tick}\n{kernel}");
+        let found = target.tick(&words);
+        let events = interp.drain_events();
+        let (raised, lost) = target.drain_events();
+        assert!(lost > 0 || raised == events, "events {raised:?} {events:?} {}", told());
+        assert_eq!(target.probes(), interp.probes(), "probes, {}", told());
+        assert_eq!(found, drive, "drive, {}", told());
+        for key in 0..keys {
+            for (cell, about) in kernel.cells.iter().enumerate() {
+                for word in 0..about.len {
+                    let want = interp.cell(key as usize, cell, word as usize).expect("a cell");
+                    assert_eq!(target.cell(key, cell, word), want, "`{}`[{word}] of key {key}, {}", about.name, told());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn kernels() {
+    for seed in FIRST..FIRST + count() {
+        compare(seed, &kernel(seed));
+    }
+}
