@@ -35,8 +35,8 @@ pub(super) fn text(programs: &[Played], keys: [u32; 2]) -> String {
         }
     }
     for (number, program) in programs.iter().enumerate() {
-        for core in 0..CORES.len() {
-            line(&descriptor(program, number, core, keys[core]));
+        for (core, keys) in keys.into_iter().enumerate() {
+            line(&descriptor(program, number, core, keys));
         }
     }
     for (number, program) in programs.iter().enumerate() {
