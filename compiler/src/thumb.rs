@@ -17,6 +17,8 @@
 //! | `schedule` | the order of instructions |
 //! | `path` | cycles of the longest way |
 //! | `allocate` | registers, by `regalloc2` |
+//! | `reorder` | the order of instructions that have registers |
+//! | `same` | whether two orders compute the same |
 //! | `arrange` | the order of blocks |
 //! | `emit` | encodings, IT blocks, branches |
 //! | `entry` | code around the keys |
@@ -32,6 +34,8 @@ mod frame;
 mod literal;
 mod names;
 mod path;
+mod reorder;
+mod same;
 mod schedule;
 mod select;
 mod vcode;
@@ -161,6 +165,7 @@ fn finish(func: vcode::Func) -> Result<Allocated, ThumbError> {
             (best, cycles) = (tried, longest);
         }
     }
+    reorder::reorder(&mut best, &core);
     Ok(best)
 }
 
