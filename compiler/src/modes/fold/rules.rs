@@ -19,6 +19,7 @@ impl Fold {
             (Op::Assume(low, high), [a]) => Range::new(low, high).contains(self.range(*a)).then_some(*a),
             (Op::Narrow, [a]) => inner(graph, *a, Op::Widen),
             (Op::Widen, [a]) => inner(graph, *a, Op::Narrow),
+            (Op::DivRound(n), [a, b]) => self.quotient(graph, *a, *b, n),
             (Op::MacWide, [a, b, c]) => self.product(graph, *a, *b, *c),
             (Op::Min, [a, b]) => self.extreme(*a, *b, |x, y| x.high <= y.low),
             (Op::Max, [a, b]) => self.extreme(*a, *b, |x, y| x.low >= y.high),
