@@ -16,7 +16,10 @@
 //! | `vcode` | instructions over virtual registers |
 //! | `schedule` | the order of instructions |
 //! | `path` | cycles of the longest way |
+//! | `best` | the best of some ways to make code |
 //! | `allocate` | registers, by `regalloc2` |
+//! | `reorder` | the order of instructions that have registers |
+//! | `same` | whether two orders compute the same |
 //! | `arrange` | the order of blocks |
 //! | `emit` | encodings, IT blocks, branches |
 //! | `entry` | code around the keys |
@@ -26,12 +29,15 @@
 
 mod allocate;
 mod arrange;
+mod best;
 mod emit;
 mod entry;
 mod frame;
 mod literal;
 mod names;
 mod path;
+mod reorder;
+mod same;
 mod schedule;
 mod select;
 mod vcode;
@@ -39,14 +45,13 @@ mod vcode;
 use crate::image::{Fixup, FixupKind, Object, Section, SectionKind, Symbol, SymbolKind};
 use crate::kernel::{Kernel, Type};
 use crate::modes::Modes;
-use allocate::{Allocated, allocate};
+use allocate::Allocated;
 use emit::{Bytes, Item, lay_out};
 use frame::{Frame, LITERALS_MAX};
 use literal::{Literal, Literals};
 use select::Select;
 use std::fmt;
 use whippen_isa::Arch;
-use whippen_isa::timing::Core;
 
 pub use emit::NoEncoding;
 
@@ -146,40 +151,13 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
         return Err(ThumbError::Keys(options.keys));
     }
     let mut literals = Literals::default();
-    let mut funcs = Vec::new();
-    for (index, mode) in modes.modes.iter().enumerate() {
-        funcs.push(finish(Select::mode(kernel, &frame, &mut literals, mode, index))?);
-    }
-    let init = finish(Select::init(kernel, &frame, &mut literals))?;
+    let funcs = best::modes(modes, &frame, &mut literals)?;
+    let init = best::init(Select::init(kernel, &frame, &mut literals))?;
     let items = items(&frame, options, modes, &funcs, &init);
     let code = lay_out(&items.items, items.labels, Arch::V8M, &options.name)
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
     let object = object(kernel, &frame, options, &literals, code);
     Ok(Built { object, layout: Layout { frame } })
-}
-
-/// How many values may be alive at once, in the orders that are tried.
-const ALIVE: [usize; 4] = [5, 7, 9, 12];
-
-/// The best of some orders, with registers.
-fn finish(func: vcode::Func) -> Result<Allocated, ThumbError> {
-    let (func, core) = (func.in_order(), Core::cortex_m33());
-    let mut best = allocated(&func)?;
-    let mut cycles = path::longest(&best, &core);
-    for limit in ALIVE {
-        let mut ordered = func.clone();
-        schedule::schedule(&mut ordered, &core, limit);
-        let tried = allocated(&ordered)?;
-        let longest = path::longest(&tried, &core);
-        if longest < cycles {
-            (best, cycles) = (tried, longest);
-        }
-    }
-    Ok(best)
-}
-
-fn allocated(func: &vcode::Func) -> Result<Allocated, ThumbError> {
-    allocate(func).map_err(ThumbError::Bug)
 }
 
 /// All code, and how many labels it has.

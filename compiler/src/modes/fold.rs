@@ -3,6 +3,7 @@
 //! Nodes are taken in their order. Each is made anew from its folded operands: its range follows by the table of operators,
 //! a range of one value is a constant, and what choices, limits and bools come to is in `rules`.
 
+mod divide;
 mod rules;
 
 use super::facts::{self, Facts, meet};

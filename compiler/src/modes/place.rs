@@ -6,6 +6,7 @@
 //!      c, set x a        set x b    bools stand where they are asked for, so that a branch follows its comparison
 //! ```
 
+mod sink;
 mod sorted;
 
 use super::fold::{Fold, Path};
@@ -54,7 +55,6 @@ pub(super) fn mode(graph: &mut Graph, plan: &Plan, at: usize) -> Option<Mode> {
         blocks: vec![open_block()],
         at: 0,
         placed: FxHashMap::default(),
-        made: FxHashSet::default(),
         here: FxHashMap::default(),
         results: FxHashMap::default(),
         trail: Vec::new(),
@@ -138,8 +138,6 @@ struct Placer<'a, 'k> {
     at: usize,
     /// Nodes that stand in this block or above.
     placed: FxHashMap<Id, Value>,
-    /// Constants and bools that can be made where they are used, of what stands here.
-    made: FxHashSet<Id>,
     /// Constants and bools in this block.
     here: FxHashMap<Id, Value>,
     /// Results of effects.
@@ -152,23 +150,17 @@ impl Placer<'_, '_> {
     fn place(&mut self, needs: &Needs, block: usize) -> Option<()> {
         let above = self.trail.len();
         self.go_to(block);
-        let leaf = matches!(needs.then, Then::Next(_));
         for id in &needs.by_all {
             let natural = self.fold.natural(self.graph, *id);
             let fact = needs.path.facts.get(id).copied().unwrap_or(natural);
             self.fold.put(*id, super::facts::meet(natural, fact));
         }
-        self.made.clear();
-        // What is overwritten at the end is read before.
-        for writes in [false, true] {
-            for id in &needs.by_all {
-                if self.on_demand(*id) && self.is_ready(*id) {
-                    self.made.insert(*id);
-                }
-                let free = !self.placed.contains_key(id) && !self.on_demand(*id) && self.is_write(*id) == writes;
-                if free && (leaf || self.may_stand(needs, *id)) {
-                    self.stand(*id)?;
-                }
+        match &needs.then {
+            Then::Next(_) => self.stand_all(&needs.by_all)?,
+            Then::Split(condition, ..) => {
+                let may_stand = self.may_stand(needs);
+                let stay = sink::stay(self, needs, *condition, may_stand);
+                self.stand_all(&stay)?;
             }
         }
         match &needs.then {
@@ -190,26 +182,54 @@ impl Placer<'_, '_> {
         self.here.clear();
     }
 
-    /// Whether it may stand here, above decisions that are still to come.
-    fn may_stand(&self, needs: &Needs, id: Id) -> bool {
-        let args = self.graph.args(id);
-        if !self.is_ready(id) || self.fold.proven(self.graph, id).is_none() {
+    /// Puts all that does not stand yet into the block. What is overwritten at the end is read before.
+    fn stand_all(&mut self, all: &[Id]) -> Option<()> {
+        for writes in [false, true] {
+            for id in all {
+                let free = !self.placed.contains_key(id) && !self.on_demand(*id) && self.is_write(*id) == writes;
+                if free {
+                    self.stand(*id)?;
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// What may stand here, above decisions that are still to come.
+    fn may_stand(&self, needs: &Needs) -> Vec<Id> {
+        let (mut all, mut there) = (Vec::new(), FxHashSet::default());
+        for writes in [false, true] {
+            for id in needs.by_all.iter().filter(|id| !self.placed.contains_key(id)) {
+                let is_ready =
+                    self.graph.args(*id).iter().all(|arg| self.placed.contains_key(arg) || there.contains(arg));
+                if self.on_demand(*id) {
+                    if is_ready {
+                        there.insert(*id);
+                    }
+                } else if self.is_write(*id) == writes && is_ready && self.is_allowed(needs, *id, &there) {
+                    there.insert(*id);
+                    all.push(*id);
+                }
+            }
+        }
+        all
+    }
+
+    /// Whether it does the same here as below.
+    fn is_allowed(&self, needs: &Needs, id: Id, there: &FxHashSet<Id>) -> bool {
+        if self.fold.proven(self.graph, id).is_none() {
             return false;
         }
         let later = |reads: &dyn Fn(Op) -> bool| {
-            needs.by_some.iter().any(|id| !self.placed.contains_key(id) && self.graph.asks(*id, reads))
+            let open = |id: &Id| !self.placed.contains_key(id) && !there.contains(id);
+            needs.by_some.iter().any(|id| open(id) && self.graph.asks(*id, reads))
         };
         match self.graph.kind(id) {
             Kind::Op(Op::Set(cell)) => !later(&|op| op == Op::Get(cell)),
             Kind::Op(Op::Push(line)) => !later(&|op| matches!(op, Op::Delay(l, _) if l == line)),
-            Kind::Effect(_) => self.graph.constant(args[0]) == Some(1),
+            Kind::Effect(_) => self.graph.constant(self.graph.args(id)[0]) == Some(1),
             _ => true,
         }
-    }
-
-    /// Whether all its operands stand here or can be made here.
-    fn is_ready(&self, id: Id) -> bool {
-        self.graph.args(id).iter().all(|arg| self.placed.contains_key(arg) || self.made.contains(arg))
     }
 
     fn is_write(&self, id: Id) -> bool {

@@ -142,7 +142,12 @@ impl Grower<'_, '_> {
                 best = Some((score, condition));
             }
         }
-        best.map(|(_, condition)| gains.most_shared(condition))
+        let (_, best) = best?;
+        // Of several comparisons that will be made, the one in the middle tells most of the others.
+        let worth = self.worth;
+        let others: Vec<Id> = gains.compared_alike(best, |must, gain| must || gain >= worth);
+        let middle = others.get(others.len() / 2).copied().unwrap_or(best);
+        Some(if others.len() > 1 { middle } else { gains.most_shared(best) })
     }
 
     /// Bools that tell the class of a cell at the end.

@@ -1,17 +1,19 @@
 //! The order of blocks, and their ends as branches.
 //!
-//! Blocks follow each other along the likely way; what is rare comes last, so that the likely way has no taken branch. A
-//! block that is empty but for a jump is left out.
+//! Blocks follow each other along the longest way, so that it has no taken branch; of what remains the next longest, and so on.
+//! A block that is empty but for a jump is left out.
 
 use super::allocate::{Allocated, Placed};
 use super::emit::{Item, Label, Line, finish};
+use super::path;
 use super::vcode::{End, template};
 use whippen_isa::reg::LR;
+use whippen_isa::timing::Core;
 use whippen_isa::{Arch, Inst, Op};
 
 /// The items of a function whose blocks have labels from `base` on.
 pub(super) fn arrange(func: &Allocated, base: Label, arch: Arch, next: &[String], init_done: Label) -> Vec<Item> {
-    let order = order(func);
+    let order = order(func, &path::from_each(func, &Core::cortex_m33()));
     let mut items = Vec::new();
     for (at, index) in order.iter().enumerate() {
         let block = &func.blocks[*index];
@@ -76,8 +78,8 @@ fn through(func: &Allocated, mut block: usize) -> usize {
     block
 }
 
-/// The blocks in order, without those that are only passed through.
-fn order(func: &Allocated) -> Vec<usize> {
+/// The blocks in order, without those that are only passed through; `longest` is the longest way from each on.
+fn order(func: &Allocated, longest: &[u64]) -> Vec<usize> {
     let mut seen = vec![false; func.blocks.len()];
     let mut order = Vec::new();
     let mut waiting = vec![0];
@@ -89,7 +91,9 @@ fn order(func: &Allocated) -> Vec<usize> {
             next = match &func.blocks[block].end {
                 End::Jump(edge) => Some(through(func, edge.block)),
                 End::Branch { yes, no, likely, .. } => {
-                    let (first, second) = if *likely == Some(true) { (*yes, *no) } else { (*no, *yes) };
+                    let yes_first =
+                        longest[*yes] > longest[*no] || longest[*yes] == longest[*no] && *likely == Some(true);
+                    let (first, second) = if yes_first { (*yes, *no) } else { (*no, *yes) };
                     waiting.push(second);
                     Some(through(func, first))
                 }

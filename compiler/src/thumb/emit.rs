@@ -64,9 +64,8 @@ pub struct NoEncoding(pub String);
 pub(super) fn finish(code: &mut Vec<Line>, arch: Arch, flags: bool) {
     let mut live = if flags { Flags::NZCV } else { Flags::NONE };
     for (inst, ..) in code.iter_mut().rev() {
-        if live.is_empty() && inst.cond.is_none() && inst.op() != Op::MUL && !inst.s {
-            let setting = Inst { s: true, ..*inst }.shortest(arch).filter(|short| short.size() == 2 && short.s);
-            *inst = setting.unwrap_or(*inst);
+        if live.is_empty() {
+            *inst = setting(inst, arch).unwrap_or(*inst);
         }
         let use_ = inst.flags();
         live = live.without(use_.writes) | use_.reads;
@@ -77,7 +76,7 @@ pub(super) fn finish(code: &mut Vec<Line>, arch: Arch, flags: bool) {
     let mut done: Vec<Line> = Vec::with_capacity(code.len());
     let mut rest = code.as_slice();
     while let Some((first, _)) = rest.split_first() {
-        let count = block_len(rest);
+        let count = it_block(rest.iter().map(|(inst, ..)| inst.cond));
         if let (Some(cond), 1..) = (first.0.cond, count) {
             done.push((it(cond, &rest[..count]), first.1, None));
         }
@@ -87,15 +86,21 @@ pub(super) fn finish(code: &mut Vec<Line>, arch: Arch, flags: bool) {
     *code = done;
 }
 
-/// How many instructions from the first on one IT block can hold; none if the first has no condition.
-fn block_len(code: &[Line]) -> usize {
-    let Some(first) = code[0].0.cond else { return 0 };
-    let joins = |inst: &Inst| inst.cond == Some(first) || inst.cond == first.invert();
-    code.iter().take(4).take_while(|(inst, ..)| joins(inst)).count()
+/// The 16-bit form that sets the flags, if there is one that is worth it.
+pub(super) fn setting(inst: &Inst, arch: Arch) -> Option<Inst> {
+    let may = inst.cond.is_none() && inst.op() != Op::MUL && !inst.s;
+    let short = may.then(|| Inst { s: true, ..*inst }.shortest(arch)).flatten();
+    short.filter(|short| short.size() == 2 && short.s)
+}
+
+/// How many instructions from the first on one IT block can hold, by their conditions; none if the first has no condition.
+pub(super) fn it_block(mut conditions: impl Iterator<Item = Option<Cond>>) -> usize {
+    let Some(first) = conditions.next().flatten() else { return 0 };
+    1 + conditions.take(3).take_while(|cond| *cond == Some(first) || *cond == first.invert()).count()
 }
 
 /// The IT instruction in front of these.
-fn it(cond: Cond, block: &[Line]) -> Inst {
+pub(super) fn it(cond: Cond, block: &[Line]) -> Inst {
     let bits = block[1..].iter().map(|(inst, ..)| inst.cond.map_or(0, |c| c.bits() & 1));
     let mask = bits.fold(1, |mask, bit| mask << 1 | u32::from(bit)) << 1 | 1;
     let mask = (mask << (4 - block.len())) & 15;
@@ -207,7 +212,7 @@ fn function(name: &str, at: u32, global: bool) -> Symbol {
     Symbol { name: name.to_string(), section: Some(0), offset: at, size: 0, kind: SymbolKind::Function, global }
 }
 
-fn branch(cond: Option<Cond>, wide: bool, offset: i64) -> Inst {
+pub(super) fn branch(cond: Option<Cond>, wide: bool, offset: i64) -> Inst {
     let form = match (cond.is_some(), wide) {
         (true, false) => Form::T1,
         (false, false) => Form::T2,

@@ -11,13 +11,19 @@ use whippen_isa::timing::{Core, Outcome, Pipe};
 
 /// Cycles of the longest way; blocks of loops count as often as they run.
 pub(super) fn longest(func: &Allocated, core: &Core) -> u64 {
+    from_each(func, core).first().copied().unwrap_or(0)
+}
+
+/// Cycles of the longest way from each block on.
+pub(super) fn from_each(func: &Allocated, core: &Core) -> Vec<u64> {
     let mut cycles: Vec<u64> = func.blocks.iter().map(|block| block_cycles(block, core)).collect();
     // Loops are short and rare: their rounds are charged to their heads.
     for (block, cycles) in func.blocks.iter().zip(&mut cycles) {
         *cycles *= u64::from(block.rounds.unwrap_or(1));
     }
     let mut longest = vec![None; func.blocks.len()];
-    way(func, 0, &cycles, &mut longest)
+    way(func, 0, &cycles, &mut longest);
+    longest.into_iter().map(|way| way.unwrap_or(0)).collect()
 }
 
 /// The longest way from a block on; a block that is being visited is a loop's head, and ends the way.

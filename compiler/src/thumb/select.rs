@@ -33,6 +33,7 @@ use super::literal::Literals;
 use super::vcode::{Code, Func, Reg, Role, VReg};
 use crate::kernel::{Inst, Kernel, Op, Region, Type, Value, ValueInfo, Walk};
 use crate::modes::{End, Mode};
+use std::collections::BTreeMap;
 use whippen_isa::Op as Isa;
 
 /// What a value is bound to.
@@ -64,6 +65,10 @@ pub(super) struct Select<'a> {
     again: Vec<bool>,
     /// In which block it was done last, and where the result is.
     done: Vec<Option<(usize, VReg)>>,
+    /// Over how many decisions such a result stays in its register.
+    near: usize,
+    /// The only block that leads to a block, of those that were asked about.
+    above: BTreeMap<usize, Option<usize>>,
     /// Constants in registers: which, in which block, behind how many instructions.
     constants: Vec<(i32, usize, usize, VReg)>,
     /// How often each value is used, more than once if in a loop.
@@ -100,6 +105,8 @@ impl<'a> Select<'a> {
             as_word: vec![false; values.len()],
             again: vec![false; values.len()],
             done: vec![None; values.len()],
+            near: 0,
+            above: BTreeMap::new(),
             constants: Vec::new(),
             used: vec![0; values.len()],
             func: Func::new(),
@@ -112,15 +119,16 @@ impl<'a> Select<'a> {
         }
     }
 
-    /// The code of one mode.
+    /// The code of one mode; what can be loaded again stays in its register over so many decisions.
     pub(super) fn mode(
         kernel: &'a Kernel,
         frame: &'a Frame,
         literals: &'a mut Literals,
         mode: &'a Mode,
         index: usize,
+        near: usize,
     ) -> Func {
-        let mut select = Select::new(kernel, frame, literals, &mode.values, Some(index));
+        let mut select = Select { near, ..Select::new(kernel, frame, literals, &mode.values, Some(index)) };
         for block in &mode.blocks {
             select.mark_words(&block.insts);
             match &block.end {
@@ -313,7 +321,7 @@ impl<'a> Select<'a> {
     /// The register of what each block computes for itself.
     fn once_more(&mut self, value: Value, op: Op, arg: Value) -> VReg {
         if let Some((block, reg)) = self.done[value.0 as usize]
-            && block == self.at
+            && self.is_near(block)
         {
             return reg;
         }
@@ -326,6 +334,28 @@ impl<'a> Select<'a> {
         };
         self.done[value.0 as usize] = Some((self.at, reg));
         reg
+    }
+
+    /// Whether every way here comes from that block over few decisions.
+    fn is_near(&mut self, block: usize) -> bool {
+        let mut at = self.at;
+        // Each decision is a block, and one that leads from it.
+        for _ in 0..2 * self.near {
+            match self.above(at) {
+                Some(above) if at != block => at = above,
+                _ => break,
+            }
+        }
+        at == block
+    }
+
+    /// The only block that leads to one that code is put into, or was.
+    fn above(&mut self, at: usize) -> Option<usize> {
+        let blocks = &self.func.blocks;
+        *self.above.entry(at).or_insert_with(|| {
+            let mut ways = (0..blocks.len()).filter(|from| blocks[*from].end.targets().contains(&at));
+            ways.next().filter(|_| ways.next().is_none())
+        })
     }
 
     /// Whether an operator may become a part of what uses its result.

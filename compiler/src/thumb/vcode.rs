@@ -62,7 +62,7 @@ pub(super) struct Operand {
 }
 
 /// Memory that accesses may meet in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Place {
     /// What no tick writes.
     Constant,

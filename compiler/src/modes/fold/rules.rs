@@ -16,12 +16,18 @@ impl Fold {
             (Op::Add | Op::Sub, [a, b]) if graph.constant(*b) == Some(0) => Some(*a),
             (Op::Mul, [a, b]) if graph.constant(*b) == Some(1) => Some(*a),
             (Op::Shl(0) | Op::Sar(0) | Op::SarRound(0), [a]) => Some(*a),
+            (Op::Shl(n), [a]) => self.narrower(graph, *a, n),
             (Op::Assume(low, high), [a]) => Range::new(low, high).contains(self.range(*a)).then_some(*a),
             (Op::Narrow, [a]) => inner(graph, *a, Op::Widen),
             (Op::Widen, [a]) => inner(graph, *a, Op::Narrow),
+            (Op::DivRound(n), [a, b]) => self.quotient(graph, *a, *b, n),
             (Op::MacWide, [a, b, c]) => self.product(graph, *a, *b, *c),
-            (Op::Min, [a, b]) => self.extreme(*a, *b, |x, y| x.high <= y.low),
-            (Op::Max, [a, b]) => self.extreme(*a, *b, |x, y| x.low >= y.high),
+            (Op::Min, [a, b]) => {
+                self.extreme(*a, *b, |x, y| x.high <= y.low).or_else(|| self.before_shift(graph, op, ty, *a, *b))
+            }
+            (Op::Max, [a, b]) => {
+                self.extreme(*a, *b, |x, y| x.low >= y.high).or_else(|| self.before_shift(graph, op, ty, *a, *b))
+            }
             (Op::Le, [a, b]) => {
                 let less = self.pure(graph, Op::Lt, ty, &[*b, *a]);
                 Some(self.pure(graph, Op::Not, ty, &[less]))
@@ -44,6 +50,31 @@ impl Fold {
             return Some(self.pure(graph, Op::Add, Type::I64, &[a, product]));
         }
         (self.range(a) == Range::point(0)).then(|| self.pure(graph, Op::MulWide, Type::I64, &[b, c]))
+    }
+
+    /// A shift of a word that fits a word.
+    fn narrower(&mut self, graph: &mut Graph, a: Id, n: u8) -> Option<Id> {
+        let word = inner(graph, a, Op::Widen)?;
+        let Range { low, high } = self.range(word);
+        if n > 31 || !Type::I32.range().contains(Range::new(low << n, high << n)) {
+            return None;
+        }
+        let shifted = self.pure(graph, Op::Shl(n), Type::I32, &[word]);
+        Some(self.pure(graph, Op::Widen, Type::I64, &[shifted]))
+    }
+
+    /// A limit `b` of what was shifted or widened is one of what it was before, where no bit is lost.
+    fn before_shift(&mut self, graph: &mut Graph, op: Op, ty: Type, a: Id, b: Id) -> Option<Id> {
+        let (limit, outer) = (graph.constant(b)?, graph.op(a)?);
+        let (inside, limit) = match outer {
+            Op::Widen => (Type::I32, Some(limit)),
+            Op::Shl(n) => (ty, Some(limit >> n).filter(|k| k << n == limit)),
+            _ => return None,
+        };
+        let (limit, of) = (limit.filter(|k| inside.range().has(*k))?, graph.args(a)[0]);
+        let limit = self.number(graph, inside, limit);
+        let held = self.pure(graph, op, inside, &[of, limit]);
+        Some(self.pure(graph, outer, ty, &[held]))
     }
 
     /// The one of two that the comparison of their ranges prefers.

@@ -36,6 +36,12 @@ pub(super) fn loads(kernel: &Kernel, mode: &Mode) -> Vec<bool> {
     scan.allowed
 }
 
+/// Whether selection may compute the operator where its result is used instead of where it stands.
+fn is_late(op: Op) -> bool {
+    let part = matches!(op, Op::Sar(_) | Op::SarRound(_) | Op::Shl(_) | Op::Mul | Op::MulTop | Op::MulWide);
+    part || matches!(op, Op::Min | Op::Max | Op::Lt | Op::Le | Op::Eq | Op::Assume(..) | Op::Narrow)
+}
+
 struct Scan<'a> {
     kernel: &'a Kernel,
     allowed: Vec<bool>,
@@ -82,7 +88,11 @@ impl Scan<'_> {
                 self.allowed[result.0 as usize] = true;
                 Vec::new()
             }
-            _ => inst.args.iter().flat_map(|arg| self.sources[arg.0 as usize].clone()).collect::<Vec<_>>(),
+            op if is_late(op) => {
+                inst.args.iter().flat_map(|arg| self.sources[arg.0 as usize].clone()).collect::<Vec<_>>()
+            }
+            // Everything else is computed where it stands.
+            _ => Vec::new(),
         };
         sources.sort_unstable();
         sources.dedup();

@@ -4,7 +4,7 @@ use super::{Bound, Select};
 use crate::kernel::{Inst, Op, Type, Value};
 use crate::thumb::vcode::{Code, Role, VReg};
 use whippen_isa::imm::thumb_shrink_imm;
-use whippen_isa::{Cond, Op as Isa};
+use whippen_isa::{Cond, Flags, Op as Isa};
 
 impl Select<'_> {
     /// A comparison: computed now if its word is needed, else where it steers.
@@ -94,14 +94,23 @@ impl Select<'_> {
         if let Some(k) = self.constant(b) {
             let (k, minus) = (k as i32 as u32, (k as i32).unsigned_abs());
             if thumb_shrink_imm(k).is_some() {
-                return self.emit(Code::new(Isa::CMP_immediate).reg(Role::N, n).imm(k));
+                return self.flags_of(Code::new(Isa::CMP_immediate).reg(Role::N, n).imm(k));
             }
             if (k as i32) < 0 && k as i32 != i32::MIN && thumb_shrink_imm(minus).is_some() {
-                return self.emit(Code::new(Isa::CMN_immediate).reg(Role::N, n).imm(minus));
+                return self.flags_of(Code::new(Isa::CMN_immediate).reg(Role::N, n).imm(minus));
             }
         }
         let m = self.reg(b);
-        self.emit(Code::new(Isa::CMP_register).reg(Role::N, n).reg(Role::M, m));
+        self.flags_of(Code::new(Isa::CMP_register).reg(Role::N, n).reg(Role::M, m));
+    }
+
+    /// A comparison, if its flags are not there still.
+    fn flags_of(&mut self, code: Code) {
+        let sets = |code: &&Code| code.inst.flags().writes.intersects(Flags::NZCV);
+        let last = self.func.blocks[self.at].code.iter().rev().find(sets);
+        if last.is_none_or(|last| (last.inst, last.operands) != (code.inst, code.operands)) {
+            self.emit(code);
+        }
     }
 
     fn wide_condition(&mut self, op: Op, a: Value, b: Value) -> Cond {

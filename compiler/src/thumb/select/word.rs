@@ -244,8 +244,10 @@ impl Select<'_> {
         let (a, b, cond) = if self.constant(a).is_some() { (b, a, cond) } else { (a, b, cond) };
         self.compare(a, b);
         let (then, other) = (self.reg(a), self.bound[b.0 as usize]);
-        match (other, cond.invert()) {
-            (Bound::Const(k), Some(inverse)) => self.move_only(inverse, Bound::Const(k), then),
+        // Both are the same where they are equal.
+        let beyond = if cond == Cond::LT { Cond::GT } else { Cond::LT };
+        match other {
+            Bound::Const(k) => self.move_only(beyond, Bound::Const(k), then),
             _ => {
                 let other = self.reg(b);
                 self.move_only(cond, Bound::One(then), other)

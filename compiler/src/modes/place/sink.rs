@@ -1,0 +1,107 @@
+//! What does not stand as high as it could, because its result would take a register all the way down.
+//!
+//! A value that only blocks below use is computed there if that takes no other register down in its place: what it is made of
+//! alone (its cone) rests on values that are alive below anyway, or that can be read again. Each way below then has its own copy.
+
+use super::{Needs, Placer};
+use crate::kernel::Op;
+use crate::modes::graph::Id;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+/// So many values may be alive below a block without anything being done about it: not all registers, because blocks need
+/// some for what they compute.
+const ALIVE: usize = 4;
+/// Instructions that are copied, at most, to free one register.
+const CONE: usize = 8;
+
+/// What stands in a block, and who else uses it.
+struct Block<'a, 'p, 'k> {
+    placer: &'a Placer<'p, 'k>,
+    here: FxHashSet<Id>,
+    /// Who uses each value: nodes that are still to be placed.
+    users: FxHashMap<Id, Vec<Id>>,
+    /// What the decision at the end of the block is made of.
+    decided: FxHashSet<Id>,
+}
+
+/// Of what may stand here, in order, what is to stand here.
+pub(super) fn stay(placer: &Placer, needs: &Needs, condition: Id, may_stand: Vec<Id>) -> Vec<Id> {
+    let mut users: FxHashMap<Id, Vec<Id>> = FxHashMap::default();
+    for id in needs.by_some.iter().filter(|id| !placer.placed.contains_key(id)) {
+        placer.graph.args(*id).iter().for_each(|arg| users.entry(*arg).or_default().push(*id));
+    }
+    let decided = placer.graph.reachable(&[condition]).into_iter().collect();
+    let mut block = Block { placer, here: may_stand.iter().copied().collect(), users, decided };
+    let mut alive = may_stand.iter().filter(|id| block.is_alive(**id)).count();
+    for id in may_stand.iter().rev() {
+        if alive <= ALIVE {
+            break;
+        }
+        if let Some(cone) = block.cone(*id) {
+            cone.iter().for_each(|id| _ = block.here.remove(id));
+            alive -= 1;
+        }
+    }
+    may_stand.into_iter().filter(|id| block.here.contains(id)).collect()
+}
+
+impl Block<'_, '_, '_> {
+    /// Whether a use is in this block: of a bool, if all uses of the bool are.
+    fn is_here(&self, user: Id) -> bool {
+        if self.placer.on_demand(user) {
+            return self.users.get(&user).is_none_or(|users| users.iter().all(|user| self.is_here(*user)));
+        }
+        self.here.contains(&user)
+    }
+
+    fn used_below(&self, id: Id) -> bool {
+        self.users.get(&id).is_some_and(|users| users.iter().any(|user| !self.is_here(*user)))
+    }
+
+    /// Whether it takes a register down.
+    fn is_alive(&self, id: Id) -> bool {
+        !self.is_read_again(id) && self.used_below(id)
+    }
+
+    /// Whether blocks can read it anew.
+    fn is_read_again(&self, id: Id) -> bool {
+        match self.placer.graph.op(id) {
+            Some(Op::Const(_) | Op::Live(_) | Op::Keyed(_) | Op::In(_)) => true,
+            Some(Op::Get(cell)) => !self.here.iter().any(|id| self.placer.graph.op(*id) == Some(Op::Set(cell))),
+            _ => false,
+        }
+    }
+
+    /// The value with all that only it needs, if it can go down without another value that goes down in its place.
+    fn cone(&self, top: Id) -> Option<Vec<Id>> {
+        let graph = &self.placer.graph;
+        let pure = |id: Id| graph.op(id).is_some_and(|op| op.row().effect == crate::kernel::Effect::Pure);
+        let goes = |id: Id| self.here.contains(&id) && pure(id) && !self.decided.contains(&id);
+        let users = self.users.get(&top)?;
+        if !goes(top) || users.iter().any(|user| self.is_here(*user)) {
+            return None;
+        }
+        let (mut cone, mut open) = (vec![top], graph.args(top).to_vec());
+        while let Some(id) = open.pop() {
+            if cone.contains(&id) || self.is_read_again(id) || graph.constant(id).is_some() {
+                continue;
+            }
+            let only_here = self.users.get(&id).is_some_and(|users| users.iter().all(|user| cone.contains(user)));
+            if goes(id) && only_here {
+                cone.push(id);
+                open.extend_from_slice(graph.args(id));
+            } else if self.placer.on_demand(id) || !self.used_below(id) && self.is_new(id) {
+                return None;
+            }
+            if cone.len() > CONE {
+                return None;
+            }
+        }
+        Some(cone)
+    }
+
+    /// Whether it is not alive below yet.
+    fn is_new(&self, id: Id) -> bool {
+        self.here.contains(&id) || self.placer.placed.contains_key(&id)
+    }
+}

@@ -1,0 +1,92 @@
+//! The best of some ways to make the code of each mode.
+//!
+//! A way is how many values may be alive at once in the schedule, and for how long what can be loaded again keeps its
+//! register. Every mode is made in one way; then the dearest is made in others, as long as there is another to try, because
+//! only the longest path of all counts.
+
+use super::allocate::{Allocated, allocate};
+use super::frame::Frame;
+use super::literal::Literals;
+use super::select::Select;
+use super::vcode::Func;
+use super::{ThumbError, path, reorder, schedule};
+use crate::modes::Modes;
+use whippen_isa::timing::Core;
+
+/// A way to make code.
+#[derive(Debug, Clone, Copy)]
+struct Way {
+    /// Decisions over which a loaded value stays in its register.
+    near: usize,
+    /// Values alive at once, as far as that can be had; none for the order of selection.
+    alive: Option<usize>,
+}
+
+const fn way(near: usize, alive: usize) -> Way {
+    Way { near, alive: Some(alive) }
+}
+
+/// The ways, in the order in which they are tried.
+const WAYS: [Way; 13] = [
+    way(1, 9),
+    way(0, 9),
+    way(3, 9),
+    way(20, 9),
+    way(1, 7),
+    way(0, 7),
+    way(3, 7),
+    way(1, 12),
+    way(0, 12),
+    way(3, 12),
+    way(1, 5),
+    Way { near: 1, alive: None },
+    Way { near: 0, alive: None },
+];
+
+/// Code and the cycles of its longest path.
+struct Made {
+    code: Allocated,
+    cycles: u64,
+    /// How many ways were tried.
+    tried: usize,
+}
+
+/// The code of all modes.
+pub(super) fn modes(modes: &Modes, frame: &Frame, literals: &mut Literals) -> Result<Vec<Allocated>, ThumbError> {
+    let core = Core::cortex_m33();
+    let mut make = |index: usize, way: Way| {
+        let func = Select::mode(&modes.kernel, frame, literals, &modes.modes[index], index, way.near);
+        finish(func, way.alive, &core)
+    };
+    let mut all = Vec::new();
+    for index in 0..modes.modes.len() {
+        let (code, cycles) = make(index, WAYS[0])?;
+        all.push(Made { code, cycles, tried: 1 });
+    }
+    loop {
+        let dearest = (0..all.len()).max_by_key(|index| (all[*index].cycles, std::cmp::Reverse(*index)));
+        let Some((index, way)) = dearest.and_then(|index| Some((index, *WAYS.get(all[index].tried)?))) else { break };
+        let (code, cycles) = make(index, way)?;
+        all[index].tried += 1;
+        if cycles < all[index].cycles {
+            (all[index].code, all[index].cycles) = (code, cycles);
+        }
+    }
+    Ok(all.into_iter().map(|made| made.code).collect())
+}
+
+/// The best code for `init`, of which only the size counts.
+pub(super) fn init(func: Func) -> Result<Allocated, ThumbError> {
+    Ok(finish(func, None, &Core::cortex_m33())?.0)
+}
+
+fn finish(func: Func, alive: Option<usize>, core: &Core) -> Result<(Allocated, u64), ThumbError> {
+    let mut func = func.in_order();
+    if let Some(alive) = alive {
+        schedule::schedule(&mut func, core, alive);
+    }
+    let mut code = allocate(&func).map_err(ThumbError::Bug)?;
+    reorder::reorder(&mut code, core);
+    let cycles = path::longest(&code, core);
+    Ok((code, cycles))
+}

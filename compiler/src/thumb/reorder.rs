@@ -1,0 +1,168 @@
+//! The order of instructions that have registers: what the allocator put in between (loads from the stack, moves) is waited
+//! for like everything else, and branches fold behind the right instruction.
+//!
+//! ```text
+//!   a block with registers -> what must stay before what -> single instructions moved as long as the block becomes shorter
+//! ```
+//!
+//! Cycles are those of [`Measure`]: encodings, IT blocks and the end included. A checker that does not know the
+//! dependences compares what every instruction finds; it runs in debug builds.
+
+mod check;
+mod measure;
+
+use super::allocate::{Allocated, Fixed, Placed};
+use super::vcode::{Access, Place};
+use measure::Measure;
+use whippen_isa::reg::SP;
+use whippen_isa::timing::Core;
+use whippen_isa::{Class, Flags};
+
+/// How far an instruction is moved at once.
+const WINDOW: usize = 14;
+/// How many orders of a block are measured.
+const TRIES: usize = 4000;
+
+/// Puts every block in a better order, if there is one.
+pub(super) fn reorder(func: &mut Allocated, core: &Core) {
+    for block in &mut func.blocks {
+        let better = Order::new(block, core).improved();
+        let ordered: Vec<Fixed> = better.iter().map(|at| block.code[*at]).collect();
+        debug_assert!(check::same(&block.code, &ordered), "an order changes what is computed");
+        block.code = ordered;
+    }
+}
+
+/// What instructions read and write besides values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Resource {
+    Flags,
+    Register(u8),
+    /// A word of the stack.
+    Slot(u32),
+    Memory(Place),
+}
+
+/// What an instruction touches, and whether it writes it.
+fn resources(fixed: &Fixed) -> Vec<(Resource, bool)> {
+    let inst = &fixed.inst;
+    let (flags, mut all) = (inst.flags(), Vec::new());
+    let (reads, writes) = (flags.reads.intersects(Flags::NZCV), flags.writes.intersects(Flags::NZCV));
+    if reads || writes {
+        all.push((Resource::Flags, writes));
+    }
+    let (uses, defs) = (inst.uses().core_bits(), inst.defs().core_bits());
+    for reg in 0..16 {
+        match (uses >> reg & 1, defs >> reg & 1) {
+            (_, 1) => all.push((Resource::Register(reg), true)),
+            (1, _) => all.push((Resource::Register(reg), false)),
+            _ => {}
+        }
+    }
+    match fixed.code.map(|code| code.access) {
+        Some(Access::Read(Place::Constant) | Access::Write(Place::Constant) | Access::None) => {}
+        Some(Access::Read(place)) => all.push((Resource::Memory(place), false)),
+        Some(Access::Write(place)) => all.push((Resource::Memory(place), true)),
+        None if inst.n == SP => match inst.class() {
+            Class::Store => all.push((Resource::Slot(inst.imm), true)),
+            Class::Load => all.push((Resource::Slot(inst.imm), false)),
+            _ => {}
+        },
+        None => {}
+    }
+    all
+}
+
+/// A block being put in order.
+struct Order {
+    measure: Measure,
+    /// Who must come before each.
+    before: Vec<Vec<usize>>,
+    after: Vec<Vec<usize>>,
+    order: Vec<usize>,
+    /// Where each stands.
+    place: Vec<usize>,
+    cycles: u32,
+    tries: usize,
+}
+
+impl Order {
+    fn new(block: &Placed, core: &Core) -> Order {
+        let (before, after) = dependences(&block.code);
+        let order: Vec<usize> = (0..block.code.len()).collect();
+        let mut measure = Measure::new(block, core);
+        let cycles = measure.of(&order);
+        Order { measure, before, after, place: order.clone(), order, cycles, tries: 0 }
+    }
+
+    fn improved(mut self) -> Vec<usize> {
+        loop {
+            let cycles = self.cycles;
+            for at in 0..self.order.len() {
+                self.move_one(at);
+            }
+            if self.cycles == cycles || self.tries >= TRIES {
+                return self.order;
+            }
+        }
+    }
+
+    /// Moves one instruction to where it is best.
+    fn move_one(&mut self, at: usize) {
+        let from = self.place[at];
+        let first = self.before[at].iter().map(|other| self.place[*other] + 1).max().unwrap_or(0);
+        let end = self.after[at].iter().map(|other| self.place[*other]).min().unwrap_or(self.order.len());
+        let (first, end) = (first.max(from.saturating_sub(WINDOW)), end.min(from + WINDOW));
+        let (mut best, mut now) = (from, from);
+        for to in (first..end).filter(|to| *to != from) {
+            if self.tries >= TRIES {
+                break;
+            }
+            self.shift(now, to);
+            now = to;
+            self.tries += 1;
+            let cycles = self.measure.of(&self.order);
+            if cycles < self.cycles {
+                (self.cycles, best) = (cycles, to);
+            }
+        }
+        self.shift(now, best);
+        for place in first.min(from)..end.max(from + 1) {
+            self.place[self.order[place]] = place;
+        }
+    }
+
+    /// Takes one instruction out and puts it in elsewhere.
+    fn shift(&mut self, from: usize, to: usize) {
+        if from < to {
+            self.order[from..=to].rotate_left(1);
+        } else {
+            self.order[to..=from].rotate_right(1);
+        }
+    }
+}
+
+/// Who must come before, and behind, each instruction.
+fn dependences(code: &[Fixed]) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
+    let (mut before, mut after) = (vec![Vec::new(); code.len()], vec![Vec::new(); code.len()]);
+    let mut touched: std::collections::BTreeMap<Resource, (Option<usize>, Vec<usize>)> = Default::default();
+    for (at, fixed) in code.iter().enumerate() {
+        let mut edge = |from: usize| {
+            if before[at].last() != Some(&from) {
+                before[at].push(from);
+                after[from].push(at);
+            }
+        };
+        for (resource, writes) in resources(fixed) {
+            let (writer, readers) = touched.entry(resource).or_default();
+            writer.iter().for_each(|writer| edge(*writer));
+            if writes {
+                readers.drain(..).for_each(&mut edge);
+                *writer = Some(at);
+            } else {
+                readers.push(at);
+            }
+        }
+    }
+    (before, after)
+}
