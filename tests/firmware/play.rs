@@ -79,3 +79,9 @@ fn plays_as_the_interpreter(file: &str, leaves: usize) {
 fn a_spring_on_both_cores() {
     plays_as_the_interpreter("virtual-spring.whip", 0);
 }
+
+/// Every mode, both cores' values per key, events: the instrument with the most of everything.
+#[test]
+fn a_grand_on_both_cores() {
+    plays_as_the_interpreter("grand-piano.whip", 12_000);
+}
