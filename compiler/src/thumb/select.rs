@@ -248,6 +248,11 @@ impl<'a> Select<'a> {
             Bound::One(reg) | Bound::Two(reg, _) => reg,
             Bound::Const(k) => self.load_constant(k as i32),
             Bound::Test(..) => self.test_as_word(value),
+            Bound::Later(Op::Not, args) => {
+                let bound = self.logic(Op::Not, &args[..1]);
+                self.bind(value, bound);
+                self.reg(value)
+            }
             Bound::Later(op, args) => {
                 let word = self.word(op, &args);
                 self.bind(value, Bound::One(word));
@@ -287,6 +292,7 @@ impl<'a> Select<'a> {
             }
             (Op::Assume(..), _) => self.bound[inst.args[0].0 as usize],
             (Op::Lt | Op::Le | Op::Eq, _) => self.test(inst, result),
+            (Op::Not, _) if self.used[result.0 as usize] == 1 => Bound::Later(Op::Not, [inst.args[0]; 2]),
             (Op::And | Op::Or | Op::Not, _) => self.logic(inst.op, &inst.args),
             (Op::Select, ty) => self.select(ty, &inst.args),
             (Op::Get(_) | Op::Live(_) | Op::Keyed(_), _) if self.again[result.0 as usize] => {

@@ -39,7 +39,7 @@ pub(super) fn loads(kernel: &Kernel, mode: &Mode) -> Vec<bool> {
 /// Whether selection may compute the operator where its result is used instead of where it stands.
 fn is_late(op: Op) -> bool {
     let part = matches!(op, Op::Sar(_) | Op::SarRound(_) | Op::Shl(_) | Op::Mul | Op::MulTop | Op::MulWide);
-    part || matches!(op, Op::Min | Op::Max | Op::Lt | Op::Le | Op::Eq | Op::Assume(..) | Op::Narrow)
+    part || matches!(op, Op::Min | Op::Max | Op::Lt | Op::Le | Op::Eq | Op::Not | Op::Assume(..) | Op::Narrow)
 }
 
 struct Scan<'a> {

@@ -82,10 +82,21 @@ impl Select<'_> {
             }
             _ => {
                 let word = self.reg(value);
-                self.emit(Code::new(Isa::CMP_immediate).reg(Role::N, word).imm(0));
+                if !self.sets_zero_flag(word) {
+                    self.emit(Code::new(Isa::CMP_immediate).reg(Role::N, word).imm(0));
+                }
                 Cond::NE
             }
         }
+    }
+
+    /// Lets the last instruction, if it is the one that makes this bool, say in the flags whether it is zero.
+    fn sets_zero_flag(&mut self, word: VReg) -> bool {
+        let Some(last) = self.func.blocks[self.at].code.last_mut() else { return false };
+        let logic = matches!(last.inst.op(), Isa::AND_register | Isa::ORR_register | Isa::BIC_register);
+        let makes = logic && last.inst.cond.is_none() && last.writes().eq([word]);
+        last.inst.s |= makes;
+        makes
     }
 
     /// Flags of `a - b`.
@@ -138,6 +149,14 @@ impl Select<'_> {
 
     /// Bools as words.
     pub(super) fn logic(&mut self, op: Op, args: &[Value]) -> Bound {
+        if op == Op::And {
+            for (one, other) in [(args[0], args[1]), (args[1], args[0])] {
+                if let Some((Op::Not, [not, _])) = self.later(other) {
+                    let (n, m) = (self.reg(one), self.reg(not));
+                    return Bound::One(self.three(Isa::BIC_register, n, m));
+                }
+            }
+        }
         let a = self.reg(args[0]);
         Bound::One(match op {
             Op::Not => self.result(Code::new(Isa::EOR_immediate).reg(Role::N, a).imm(1)),
