@@ -16,12 +16,14 @@
 //! | `divide`, `root` | quotient and square root |
 //! | `memory` | cells, lines, tables, words in and out |
 //! | `event` | the ring of events |
+//! | `keep` | cells that may keep their word |
 //! | `control` | `if`, `loop`, blocks, the way to the next key |
 
 mod again;
 mod control;
 mod divide;
 mod event;
+mod keep;
 mod memory;
 mod root;
 mod test;
@@ -63,6 +65,12 @@ pub(super) struct Select<'a> {
     as_word: Vec<bool>,
     /// What is loaded wherever it is used.
     again: Vec<bool>,
+    /// Choices that wait until they are stored.
+    waiting: Vec<bool>,
+    /// Those that are waiting.
+    chosen: BTreeMap<Value, [Value; 3]>,
+    /// The cell whose word a value is, as it was.
+    old: Vec<Option<u32>>,
     /// In which block it was done last, and where the result is.
     done: Vec<Option<(usize, VReg)>>,
     /// Over how many decisions such a result stays in its register.
@@ -104,6 +112,9 @@ impl<'a> Select<'a> {
             bound: vec![Bound::Nothing; values.len()],
             as_word: vec![false; values.len()],
             again: vec![false; values.len()],
+            waiting: vec![false; values.len()],
+            chosen: BTreeMap::new(),
+            old: vec![None; values.len()],
             done: vec![None; values.len()],
             near: 0,
             above: BTreeMap::new(),
@@ -140,7 +151,8 @@ impl<'a> Select<'a> {
                 End::Next(_) => {}
             }
         }
-        select.again = again::loads(kernel, mode);
+        select.waiting = keep::waiting(mode, &select.used);
+        select.again = again::loads(kernel, mode, &select.waiting);
         mode.blocks.iter().for_each(|block| select.mark_compared(&block.insts));
         select.blocks(mode);
         select.func
@@ -248,6 +260,11 @@ impl<'a> Select<'a> {
             Bound::One(reg) | Bound::Two(reg, _) => reg,
             Bound::Const(k) => self.load_constant(k as i32),
             Bound::Test(..) => self.test_as_word(value),
+            Bound::Later(Op::Not, args) => {
+                let bound = self.logic(Op::Not, &args[..1]);
+                self.bind(value, bound);
+                self.reg(value)
+            }
             Bound::Later(op, args) => {
                 let word = self.word(op, &args);
                 self.bind(value, Bound::One(word));
@@ -280,6 +297,9 @@ impl<'a> Select<'a> {
         let result = inst.results.first().copied();
         let Some(result) = result else { return self.write(inst) };
         let info = self.info(result);
+        if let Op::Get(cell) = inst.op {
+            self.old[result.0 as usize] = Some(cell);
+        }
         let bound = match (inst.op, info.ty) {
             (Op::Const(k), _) => Bound::Const(k),
             _ if info.range.low == info.range.high && inst.op.row().effect == crate::kernel::Effect::Pure => {
@@ -287,7 +307,9 @@ impl<'a> Select<'a> {
             }
             (Op::Assume(..), _) => self.bound[inst.args[0].0 as usize],
             (Op::Lt | Op::Le | Op::Eq, _) => self.test(inst, result),
+            (Op::Not, _) if self.used[result.0 as usize] == 1 => Bound::Later(Op::Not, [inst.args[0]; 2]),
             (Op::And | Op::Or | Op::Not, _) => self.logic(inst.op, &inst.args),
+            (Op::Select, _) if self.waits_for_store(inst) => Bound::Nothing,
             (Op::Select, ty) => self.select(ty, &inst.args),
             (Op::Get(_) | Op::Live(_) | Op::Keyed(_), _) if self.again[result.0 as usize] => {
                 Bound::Again(inst.op, result)

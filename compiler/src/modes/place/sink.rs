@@ -32,6 +32,9 @@ pub(super) fn stay(placer: &Placer, needs: &Needs, condition: Id, may_stand: Vec
     }
     let decided = placer.graph.reachable(&[condition]).into_iter().collect();
     let mut block = Block { placer, here: may_stand.iter().copied().collect(), users, decided };
+    for id in may_stand.iter().rev() {
+        block.leave_overwriting(*id);
+    }
     let mut alive = may_stand.iter().filter(|id| block.is_alive(**id)).count();
     for id in may_stand.iter().rev() {
         if alive <= ALIVE {
@@ -69,6 +72,25 @@ impl Block<'_, '_, '_> {
             Some(Op::Const(_) | Op::Live(_) | Op::Keyed(_) | Op::In(_)) => true,
             Some(Op::Get(cell)) => !self.here.iter().any(|id| self.placer.graph.op(*id) == Some(Op::Set(cell))),
             _ => false,
+        }
+    }
+
+    /// A cell whose old word is used below is not overwritten here: the word would take a register down.
+    fn leave_overwriting(&mut self, id: Id) {
+        let graph = &self.placer.graph;
+        let Some(Op::Set(cell)) = graph.op(id) else { return };
+        let is_old = |id: &&Id| graph.op(**id) == Some(Op::Get(cell));
+        let old = self.here.iter().find(is_old).or_else(|| self.placer.placed.keys().find(is_old)).copied();
+        if !old.is_some_and(|old| self.used_below(old)) {
+            return;
+        }
+        self.here.remove(&id);
+        let new = graph.args(id)[0];
+        if let Some(cone) = self.cone(new) {
+            cone.iter().for_each(|id| _ = self.here.remove(id));
+        } else if !self.is_read_again(new) && self.is_new(new) {
+            // The new word would go down instead.
+            self.here.insert(id);
         }
     }
 

@@ -7,10 +7,11 @@
 use crate::kernel::{Inst, Kernel, Op, Type, Value};
 use crate::modes::{End, Mode};
 
-/// Which values may be loaded again wherever they are used.
-pub(super) fn loads(kernel: &Kernel, mode: &Mode) -> Vec<bool> {
+/// Which values may be loaded again wherever they are used; some choices wait until they are stored.
+pub(super) fn loads(kernel: &Kernel, mode: &Mode, waiting: &[bool]) -> Vec<bool> {
     let mut scan = Scan {
         kernel,
+        waiting,
         allowed: vec![false; mode.values.len()],
         sources: vec![Vec::new(); mode.values.len()],
         stored: vec![false; kernel.cells.len()],
@@ -39,11 +40,12 @@ pub(super) fn loads(kernel: &Kernel, mode: &Mode) -> Vec<bool> {
 /// Whether selection may compute the operator where its result is used instead of where it stands.
 fn is_late(op: Op) -> bool {
     let part = matches!(op, Op::Sar(_) | Op::SarRound(_) | Op::Shl(_) | Op::Mul | Op::MulTop | Op::MulWide);
-    part || matches!(op, Op::Min | Op::Max | Op::Lt | Op::Le | Op::Eq | Op::Assume(..) | Op::Narrow)
+    part || matches!(op, Op::Min | Op::Max | Op::Lt | Op::Le | Op::Eq | Op::Not | Op::Assume(..) | Op::Narrow)
 }
 
 struct Scan<'a> {
     kernel: &'a Kernel,
+    waiting: &'a [bool],
     allowed: Vec<bool>,
     /// The loaded values, with their cells, that a value may be computed from where it is used.
     sources: Vec<Vec<(Value, u32)>>,
@@ -80,6 +82,10 @@ impl Scan<'_> {
     fn define(&mut self, inst: &Inst) {
         let Some(result) = inst.results.first() else { return };
         let mut sources = match inst.op {
+            // It may be computed where its result is stored.
+            Op::Select if self.waiting[result.0 as usize] => {
+                inst.args.iter().flat_map(|arg| self.sources[arg.0 as usize].clone()).collect::<Vec<_>>()
+            }
             Op::Get(cell) if self.kernel.cells[cell as usize].ty != Type::I64 => {
                 self.allowed[result.0 as usize] = !self.stored[cell as usize];
                 vec![(*result, cell)]

@@ -5,6 +5,7 @@
 //! ```
 
 use super::memory::EVENTS;
+use super::word::shift_code;
 use super::{Reg, Select};
 use crate::kernel::Value;
 use crate::thumb::frame::{EVENT_BYTES, EVENT_HEAD, EVENT_LOST, EVENT_TAIL, I, T, TICK};
@@ -18,9 +19,10 @@ impl Select<'_> {
         let head = self.load(Isa::LDR_immediate, state, EVENT_HEAD.into(), EVENTS);
         let tail = self.load(Isa::LDR_immediate, state, EVENT_TAIL.into(), EVENTS);
         let used = self.three(Isa::SUB_register, head, tail);
-        self.emit(Code::new(Isa::CMP_immediate).reg(Role::N, used).imm(EVENT_BYTES));
+        // Where a bit from that of the ring's size on is set, there is no room.
+        self.result(shift_code(Isa::LSR_immediate, EVENT_BYTES.trailing_zeros() as u8).reg(Role::M, used).flags());
         let (room, full, after) = (self.func.block(), self.func.block(), self.func.block());
-        let end = End::Branch { cond: Cond::CC, yes: room, no: full, likely: Some(true) };
+        let end = End::Branch { cond: Cond::EQ, yes: room, no: full, likely: Some(true) };
         self.func.blocks[self.at].end = end;
         self.at = room;
         self.append(event, head, &args);

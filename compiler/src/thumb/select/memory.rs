@@ -82,6 +82,9 @@ impl Select<'_> {
         let args = &inst.args;
         match inst.op {
             Op::Out(port) => self.output(port, args[0]),
+            Op::Set(cell) if self.chosen.contains_key(&args[0]) => {
+                self.chosen.get(&args[0]).copied().into_iter().for_each(|choice| self.store_chosen(cell, choice));
+            }
             Op::Set(cell) => {
                 let (base, offset) = (Self::fixed(K), self.frame.cells[cell as usize].into());
                 self.store_words(Place::Cell(cell), base, offset, args[0]);

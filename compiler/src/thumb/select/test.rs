@@ -82,26 +82,43 @@ impl Select<'_> {
             }
             _ => {
                 let word = self.reg(value);
-                self.emit(Code::new(Isa::CMP_immediate).reg(Role::N, word).imm(0));
+                if !self.sets_zero_flag(word) {
+                    self.emit(Code::new(Isa::CMP_immediate).reg(Role::N, word).imm(0));
+                }
                 Cond::NE
             }
         }
     }
 
+    /// Lets the last instruction, if it is the one that makes this bool, say in the flags whether it is zero.
+    fn sets_zero_flag(&mut self, word: VReg) -> bool {
+        let Some(last) = self.func.blocks[self.at].code.last_mut() else { return false };
+        let logic = matches!(last.inst.op(), Isa::AND_register | Isa::ORR_register | Isa::BIC_register);
+        let makes = logic && last.inst.cond.is_none() && last.writes().eq([word]);
+        last.inst.s |= makes;
+        makes
+    }
+
     /// Flags of `a - b`.
     pub(super) fn compare(&mut self, a: Value, b: Value) {
+        let code = self.comparison(a, b);
+        self.flags_of(code);
+    }
+
+    /// What gives the flags of `a - b`.
+    fn comparison(&mut self, a: Value, b: Value) -> Code {
         let n = self.reg(a);
         if let Some(k) = self.constant(b) {
             let (k, minus) = (k as i32 as u32, (k as i32).unsigned_abs());
             if thumb_shrink_imm(k).is_some() {
-                return self.flags_of(Code::new(Isa::CMP_immediate).reg(Role::N, n).imm(k));
+                return Code::new(Isa::CMP_immediate).reg(Role::N, n).imm(k);
             }
             if (k as i32) < 0 && k as i32 != i32::MIN && thumb_shrink_imm(minus).is_some() {
-                return self.flags_of(Code::new(Isa::CMN_immediate).reg(Role::N, n).imm(minus));
+                return Code::new(Isa::CMN_immediate).reg(Role::N, n).imm(minus);
             }
         }
         let m = self.reg(b);
-        self.flags_of(Code::new(Isa::CMP_register).reg(Role::N, n).reg(Role::M, m));
+        Code::new(Isa::CMP_register).reg(Role::N, n).reg(Role::M, m)
     }
 
     /// A comparison, if its flags are not there still.
@@ -138,6 +155,14 @@ impl Select<'_> {
 
     /// Bools as words.
     pub(super) fn logic(&mut self, op: Op, args: &[Value]) -> Bound {
+        if op == Op::And {
+            for (one, other) in [(args[0], args[1]), (args[1], args[0])] {
+                if let Some((Op::Not, [not, _])) = self.later(other) {
+                    let (n, m) = (self.reg(one), self.reg(not));
+                    return Bound::One(self.three(Isa::BIC_register, n, m));
+                }
+            }
+        }
         let a = self.reg(args[0]);
         Bound::One(match op {
             Op::Not => self.result(Code::new(Isa::EOR_immediate).reg(Role::N, a).imm(1)),
@@ -158,6 +183,9 @@ impl Select<'_> {
             let cond = self.condition(args[0]);
             return self.move_pair(cond, then, other);
         }
+        if let Some(word) = self.chosen_limit(args) {
+            return Bound::One(word);
+        }
         let other = self.reg(args[2]);
         let then = match self.bound[args[1].0 as usize] {
             Bound::Const(k) if thumb_shrink_imm(k as u32).is_some() => Bound::Const(k),
@@ -165,6 +193,46 @@ impl Select<'_> {
         };
         let cond = self.condition(args[0]);
         Bound::One(self.move_only(cond, then, other))
+    }
+
+    /// A value that is held within a limit only where a bool says so: the comparison with the limit is conditional, too.
+    fn chosen_limit(&mut self, args: &[Value]) -> Option<VReg> {
+        let limit_of = |select: &Self, held: Value, of: Value| {
+            let (op, [a, b]) = select.later(held).filter(|(op, _)| matches!(op, Op::Min | Op::Max))?;
+            let limit = if a == of { b } else { a };
+            ((a == of || b == of) && select.constant(of).is_none()).then_some((op, limit))
+        };
+        let (where_it_holds, of, (op, limit)) =
+            match (limit_of(self, args[1], args[2]), limit_of(self, args[2], args[1])) {
+                (Some(limit), _) => (true, args[2], limit),
+                (_, Some(limit)) => (false, args[1], limit),
+                _ => return None,
+            };
+        let beyond = if op == Op::Max { Cond::LT } else { Cond::GT };
+        let cond = match (self.bound[args[0].0 as usize], where_it_holds) {
+            // A constant is compared with from the right.
+            (Bound::Test(Op::Lt, [a, _]), holds) if self.constant(a).is_none() && self.info(a).ty != Type::I64 => {
+                if holds {
+                    Cond::LT
+                } else {
+                    Cond::GE
+                }
+            }
+            _ => return None,
+        };
+        // Where the first comparison fails, its own flags must say that nothing is beyond the limit.
+        if !matches!((cond, beyond), (Cond::LT, Cond::LT) | (Cond::GE, Cond::GT)) {
+            return None;
+        }
+        let (old, new) = (self.reg(of), self.bound[limit.0 as usize]);
+        let compare = self.comparison(of, limit);
+        let new = match new {
+            Bound::Const(k) if thumb_shrink_imm(k as u32).is_some() => new,
+            _ => Bound::One(self.reg(limit)),
+        };
+        self.condition(args[0]);
+        self.emit(compare.only(cond));
+        Some(self.move_only(beyond, new, old))
     }
 
     fn both(&mut self, value: Value) -> Bound {

@@ -9,7 +9,7 @@ use whippen_isa::imm::thumb_shrink_imm;
 use whippen_isa::{Cond, Op as Isa, ShiftType};
 
 /// For how many instructions a constant stays in its register.
-const CONSTANT_KEPT: usize = 12;
+const CONSTANT_KEPT: usize = 24;
 
 impl Select<'_> {
     /// A constant in a register, that of a little while ago if there is one.
