@@ -13,6 +13,7 @@
 //!
 //! Not here: the code of the keys (`thumb`), addresses (`image`), files.
 
+mod running;
 mod tables;
 mod whole;
 
@@ -28,6 +29,7 @@ use crate::kernel::Kernel;
 use crate::modes::Modes;
 use crate::thumb::Layout;
 
+pub use running::{DEAD, Owner, PARTS, RUNNING, Running, owner};
 pub use whole::{Whole, WholeError, divided, support, whole};
 
 /// What a program and its keyboard say.

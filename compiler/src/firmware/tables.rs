@@ -16,7 +16,8 @@ pub(super) fn text(kernel: &Kernel, setup: &Setup, layout: &Layout) -> String {
         let at = layout.live(index).unwrap_or(0);
         let _ = writeln!(text, "        .word   {at}, {}, {}         @ {}", live.range.low, live.range.high, live.name);
     }
-    text += "velocities:\n";
+    // Looked up by core 1 alone.
+    text += "        .section .rodata.core1.tables, \"a\"\nvelocities:\n";
     for row in setup.midi.velocities.chunks(16) {
         let bytes: Vec<String> = row.iter().map(u8::to_string).collect();
         let _ = writeln!(text, "        .byte   {}", bytes.join(", "));
