@@ -20,6 +20,7 @@ mod new;
 mod numbers;
 mod progress;
 mod run;
+mod setup;
 mod tour;
 mod watch;
 

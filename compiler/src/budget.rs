@@ -24,11 +24,15 @@
 mod arena;
 mod block;
 mod code;
+mod cores;
 mod error;
 mod facts;
+mod frame;
 mod graph;
 mod longest;
 mod memory;
+mod missed;
+mod named;
 mod order;
 mod program;
 mod relevant;
@@ -42,10 +46,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use whippen_isa::timing::{Core, Evidence, Target};
 
 pub use code::Code;
+pub use cores::{Bounded, cores};
 pub use error::NotBounded;
+pub use frame::{Frame, Played, frame};
 pub use memory::{Banks, Surroundings};
+pub use missed::{Dearest, missed};
+pub use named::mode_names;
 pub use program::Program;
-pub use report::{Budget, CoreBudget, Deadline};
+pub use report::{Budget, CoreBudget};
 pub use tick::{Tick, tick};
 
 /// What the bytes do not say.
@@ -61,6 +69,23 @@ pub struct Annotations {
     pub inside: bool,
     /// What the caller goes on with, as far as the return's cycles depend on it; where it is not known, the dearest.
     pub return_to: Option<Target>,
+    /// The entry is an exception's handler: what its return costs beyond the instruction's own cycles is not this code's.
+    pub handler: bool,
+    /// Functions that are bounded elsewhere, by their address: a call of one costs what is said here.
+    pub known: BTreeMap<u32, Known>,
+    /// What the call of such a function at an address costs, where that is not what it costs elsewhere.
+    pub known_calls: BTreeMap<u32, Known>,
+    /// WFE and WFI are instructions like others: how long they sleep is not the question.
+    pub sleeps: bool,
+}
+
+/// What a function costs that is bounded elsewhere. It returns with a pipeline that remembers nothing.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Known {
+    /// Cycles from its first instruction to the one that follows its call.
+    pub cycles: u64,
+    /// Bytes of stack.
+    pub stack_bytes: u32,
 }
 
 /// One question: from `entry` until a stop or the return to the caller.

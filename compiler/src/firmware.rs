@@ -13,6 +13,7 @@
 //!
 //! Not here: the code of the keys (`thumb`), addresses (`image`), files.
 
+mod running;
 mod tables;
 mod whole;
 
@@ -28,6 +29,7 @@ use crate::kernel::Kernel;
 use crate::modes::Modes;
 use crate::thumb::Layout;
 
+pub use running::{BEGINNING, DEAD, Owner, PARTS, RUNNING, Running, owner};
 pub use whole::{Program, Whole, WholeError, divided, support, whole};
 
 /// What a program and its keyboard say.
@@ -139,7 +141,7 @@ pub fn distance(keys: [u32; 2]) -> u32 {
 }
 
 /// How many programs an image may have.
-const PROGRAMS_MAX: usize = 64;
+pub const PROGRAMS_MAX: usize = 64;
 
 /// Names of the cores' blocks, and of the objects of the keys of the first program.
 pub const CORES: [&str; 2] = ["core0", "core1"];

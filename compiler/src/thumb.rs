@@ -179,9 +179,19 @@ fn items(frame: &Frame, options: &Options, modes: &Modes, funcs: &[Allocated], i
         items.extend(arrange::arrange(func, base, Arch::V8M, &mode_names, labels.init_next));
         base += func.blocks.len();
     }
-    items.extend(entry::init(frame, &modes.kernel, name, init.slots, labels));
+    items.extend(entry::init(frame, name, init.slots, labels));
     items.extend(arrange::arrange(init, base, Arch::V8M, &mode_names, labels.init_next));
-    Items { items, labels: base + init.blocks.len() }
+    base += init.blocks.len();
+    if frame.caller.is_some() {
+        // A copy, so that a key that begins costs what one key costs, and can be bounded as such.
+        let done = base + init.blocks.len();
+        let [before, behind] = entry::begin(frame, &modes.kernel, name, init.slots, done);
+        items.extend(before);
+        items.extend(arrange::arrange(init, base, Arch::V8M, &mode_names, done));
+        items.extend(behind);
+        base = done + 1;
+    }
+    Items { items, labels: base }
 }
 
 fn object(kernel: &Kernel, frame: &Frame, options: &Options, literals: &Literals, code: Bytes) -> Object {

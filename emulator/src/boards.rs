@@ -24,6 +24,7 @@ use crate::device::uart::Uart;
 use crate::fabric::Banks;
 use crate::lines::Start;
 use crate::machine::Machine;
+use whippen_isa::timing::apb;
 
 mod rp2040;
 mod rp2350;
@@ -130,8 +131,7 @@ struct ChipTable {
     bootram: Option<u32>,
 }
 
-/// Accesses to the peripheral bus take at least 3 cycles to read and 4 to write (RP2350 datasheet 2.1.5).
-const PERIPHERAL: Waits = Waits { read: 2, write: 3 };
+const PERIPHERAL: Waits = Waits { read: apb::READ.cycles as i8, write: apb::WRITE.cycles as i8 };
 const DMA_BASE: u32 = 0x5000_0000;
 const SIO_BASE: u32 = 0xd000_0000;
 /// A peripheral's block with its copies, and a whole slot of the peripheral bus.

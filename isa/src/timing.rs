@@ -38,6 +38,7 @@
 //! Waiting for memory: it depends on the device and on who else uses it, and arrives as [`Outcome::waits`]. Exceptions:
 //! [`Core::exceptions`] has their cycles; when they happen is the emulator's.
 
+pub mod apb;
 mod cost;
 mod facts;
 mod issue;

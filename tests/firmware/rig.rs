@@ -1,6 +1,6 @@
 //! A whole firmware on the emulated board: built, linked, started, fed with sensor words.
 
-use whippen_compiler::firmware::{self, CORES, Midi, Motor, Program, Setup};
+use whippen_compiler::firmware::{self, CORES, Midi, Motor, Program, Setup, Whole};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::image::Image;
 use whippen_compiler::kernel::Kernel;
@@ -81,10 +81,9 @@ impl Rig {
         let modes: Vec<Modes> = kernels.iter().map(modes).collect();
         let midi: Vec<Midi> = kernels.iter().map(|kernel| midi(kernel)).collect();
         let programs = modes.iter().zip(&midi).map(|(modes, midi)| Program { modes, places: &[], midi });
-        let board = board::bundled("rp2350").expect("it is bundled");
         let programs: Vec<Program> = programs.collect();
-        let whole = firmware::whole(&programs, setup, &board).unwrap_or_else(|e| panic!("{e}"));
-        let (image, layouts) = (whole.image, whole.layouts);
+        let board = board::bundled("rp2350").expect("it is bundled");
+        let Whole { image, layouts } = firmware::whole(&programs, setup, &board).unwrap_or_else(|e| panic!("{e}"));
         let converter = ConverterSetup { keys: KEYS as u32, rate_hz: setup.rate_hz };
         let (mut machine, ports) =
             build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).expect("the board can be");

@@ -1,6 +1,6 @@
 //! One state through one block, instruction by instruction.
 
-use whippen_isa::timing::{Cost, Outcome};
+use whippen_isa::timing::{Cost, Outcome, Pipe};
 use whippen_isa::{Class, Op};
 
 use super::arena::Arena;
@@ -91,9 +91,22 @@ impl<'a> Walker<'a> {
             return None;
         }
         Some(match edge.taken {
-            Some(_) => self.execute(item, behind, state, Some(edge)),
+            Some(_) => {
+                let called = self.execute(item, behind, state, Some(edge));
+                self.run_known(edge, called)
+            }
+            None if edge.leaves => self.issue(item, state, Outcome::NEXT),
             None => self.issue(item, state, Outcome::SKIPPED),
         })
+    }
+
+    /// What is bounded elsewhere runs on the way: it may leave anything in registers, and nothing in the pipeline.
+    fn run_known(&mut self, edge: &Edge, mut state: State) -> State {
+        let (Some(known), Some(target)) = (edge.known, edge.taken) else { return state };
+        state.facts.keep(0);
+        let step = Step { address: target.address, cycles: known.cycles, waits: 0, times: 1 };
+        let chain = self.arena.step(state.chain, step);
+        State { pipe: Pipe::default(), cycles: state.cycles + known.cycles, chain, ..state }
     }
 
     /// Narrows what is known to what takes an edge.

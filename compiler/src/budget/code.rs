@@ -17,6 +17,9 @@ impl Code {
 
     /// Adds a run of bytes that overlaps no other.
     pub fn add(&mut self, address: u32, bytes: Vec<u8>) {
+        if bytes.is_empty() {
+            return;
+        }
         let at = self.segments.partition_point(|(other, _)| *other < address);
         self.segments.insert(at, (address, bytes));
     }
@@ -64,6 +67,7 @@ mod tests {
     fn bytes_are_found_in_the_segment_that_holds_them() {
         let mut code = Code::new(0x100, vec![1, 2, 3, 4, 5]);
         code.add(0x10, vec![9, 8]);
+        code.add(0x100, Vec::new());
         assert_eq!((code.byte(0x11), code.halfword(0x11), code.halfword(0x10)), (Some(8), None, Some(0x0809)));
         assert_eq!(
             (code.word(0x101), code.word(0x102), code.byte(0x105), code.byte(0)),

@@ -70,6 +70,16 @@ pub enum NotBounded {
         /// Where the tick begins.
         address: u32,
     },
+    /// A name that the firmware should have.
+    NoSymbol {
+        /// Which.
+        name: String,
+    },
+    /// Something else than the tick may interrupt, and nobody said how often.
+    Interrupts {
+        /// Its handler.
+        address: u32,
+    },
     /// No path ends.
     Endless {
         /// Where it starts.
@@ -94,11 +104,12 @@ impl NotBounded {
             | Self::Recursive { address }
             | Self::Stack { address }
             | Self::Unsettled { address }
+            | Self::Interrupts { address }
             | Self::Return { address } => Some(*address),
             Self::NoRounds { head } => Some(*head),
             Self::Irreducible { entries } => Some(entries[0]),
             Self::Endless { entry } => Some(*entry),
-            Self::TooLarge { .. } => None,
+            Self::TooLarge { .. } | Self::NoSymbol { .. } => None,
         }
     }
 }
@@ -146,6 +157,10 @@ impl fmt::Display for NotBounded {
                     f,
                     "the tick at {address:#010x} goes on to the next key while the floating-point unit is at work"
                 )
+            }
+            Self::NoSymbol { name } => write!(f, "there is no `{name}` in the code"),
+            Self::Interrupts { address } => {
+                write!(f, "the handler at {address:#010x} may interrupt a tick, and how often is not known")
             }
             Self::Endless { entry } => write!(f, "no path from {entry:#010x} ends"),
             Self::TooLarge { instructions_max } => {

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use whippen_isa::Inst;
 use whippen_isa::timing::{Target, Timed};
 
-use super::{NotBounded, Query};
+use super::{Known, NotBounded, Query};
 pub use control::Control;
 
 /// Number of a block.
@@ -62,6 +62,10 @@ pub struct Edge {
     pub taken: Option<Target>,
     /// Of a table branch, the indices that lead here.
     pub indices: Vec<u32>,
+    /// A function runs on the way that is bounded elsewhere; its first instruction is the target.
+    pub known: Option<Known>,
+    /// An exception's handler returns.
+    pub leaves: bool,
     pub to: Destination,
 }
 

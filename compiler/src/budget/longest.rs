@@ -189,6 +189,9 @@ impl<'a> Search<'a> {
         let (first, others) = entries.split_first()?;
         let mut facts = others.iter().fold(first.facts.clone(), |facts, state| facts.join(&state.facts));
         let blocks = around.members.iter().map(|&block| &self.walker.graph.blocks[block]);
+        if blocks.clone().flat_map(|block| &block.edges).any(|edge| edge.known.is_some()) {
+            facts.keep(0);
+        }
         let changed = blocks.flat_map(|block| &block.items).fold(0, |set, item| set | writes(&item.inst));
         facts.keep(!changed & self.walker.relevance.before[around.head]);
         Some(facts)

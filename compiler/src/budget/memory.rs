@@ -2,9 +2,10 @@
 //!
 //! RP2350 has a port for each bank of SRAM; two who want one in the same cycle take turns, and the phase of the turns is not
 //! documented. So an access is charged a cycle for each other manager that may use its bank, and one where data may lie in
-//! a bank that the code is being fetched from. Both are upper bounds, by rules; see `isa::timing::sram`.
+//! a bank that the code is being fetched from. Both are upper bounds, by rules; see `isa::timing::sram`. Devices of the
+//! peripheral bus make everybody wait (`isa::timing::apb`); an address that is not known is memory's.
 
-use whippen_isa::timing::{Outcome, sram};
+use whippen_isa::timing::{Outcome, apb, sram};
 use whippen_isa::{Class, Inst, reg};
 
 use super::facts::Facts;
@@ -12,7 +13,7 @@ use super::facts::Facts;
 /// A set of banks, bit n for bank n of [`sram::bank`].
 pub type Banks = u16;
 
-/// Who else uses memory.
+/// Who else uses memory; by default nobody.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Surroundings {
     /// The banks that the code's data may lie in, where the analysis does not know an address.
@@ -21,6 +22,8 @@ pub struct Surroundings {
     pub prefetch: bool,
     /// For each other manager of the bus, of the same priority, the banks that it may use.
     pub others: Vec<Banks>,
+    /// How many accesses of others come in a frame besides: each makes one of ours wait a cycle at most.
+    pub visits: u32,
 }
 
 impl Surroundings {
@@ -33,23 +36,54 @@ impl Surroundings {
     /// Cycles that an instruction may wait for its data and for what is fetched behind it.
     pub fn waits(&self, inst: &Inst, at: u32, facts: &Facts, outcome: &Outcome) -> u16 {
         let fetches = fetched(inst, at, outcome.target.map(|target| target.address)).filter_map(sram::bank);
-        let fetching: u16 = fetches.map(|bank| self.rivals(1 << bank)).sum();
+        let fetching: u16 = fetches.map(|bank| self.rivals(bank)).sum();
         let words = if outcome.skipped { 0 } else { accesses(inst) };
-        if words == 0 {
-            return fetching;
-        }
-        let banks = address(inst, at, facts).map_or(self.data, |address| {
-            (0..words).filter_map(|word| sram::bank(address.wrapping_add(4 * u32::from(word)))).fold(0, with)
-        });
-        let ahead = [4, 8, 12].map(|words| (at & !3).wrapping_add(words));
-        let prefetched = ahead.into_iter().filter_map(sram::bank).fold(0, with);
-        let meets = self.prefetch && banks & prefetched != 0;
-        let each = self.rivals(banks) + if meets { u16::from(sram::PREFETCH.cycles) } else { 0 };
-        fetching.saturating_add(words.saturating_mul(each))
+        let known = if words == 0 { None } else { address(inst, at, facts) };
+        let data = match known {
+            Some(address) => {
+                (0..words).map(|word| self.word(inst, at, address.wrapping_add(4 * u32::from(word)))).sum()
+            }
+            None => words.saturating_mul(self.anywhere(at)),
+        };
+        fetching.saturating_add(data)
     }
 
-    fn rivals(&self, banks: Banks) -> u16 {
-        self.others.iter().filter(|other| **other & banks != 0).count() as u16
+    /// As [`Self::waits`] where nothing is known and any address may be a device's.
+    pub fn waits_max(&self, inst: &Inst, at: u32) -> u16 {
+        let device = accesses(inst).saturating_mul(u16::from(apb::WRITE.cycles.max(apb::READ.cycles)));
+        self.waits(inst, at, &Facts::nothing(), &Outcome::NEXT).saturating_add(device)
+    }
+
+    /// One word at an address.
+    fn word(&self, inst: &Inst, at: u32, address: u32) -> u16 {
+        let stores = matches!(inst.class(), Class::Store | Class::StoreDual);
+        match sram::bank(address) {
+            Some(bank) => self.bank(at, bank),
+            None if apb::holds(address) => u16::from(if stores { apb::WRITE } else { apb::READ }.cycles),
+            None => 0,
+        }
+    }
+
+    /// One word wherever data may lie.
+    fn anywhere(&self, at: u32) -> u16 {
+        (0..sram::BANKS).filter(|bank| self.data >> bank & 1 != 0).map(|bank| self.bank(at, bank)).max().unwrap_or(0)
+    }
+
+    /// One word of an exception's frame or a vector: nothing is fetched meanwhile.
+    pub fn elsewhere(&self) -> u16 {
+        (0..sram::BANKS).filter(|bank| self.data >> bank & 1 != 0).map(|bank| self.rivals(bank)).max().unwrap_or(0)
+    }
+
+    /// One word of a bank.
+    pub(super) fn bank(&self, at: u32, bank: u8) -> u16 {
+        let ahead = [4, 8, 12].map(|words| (at & !3).wrapping_add(words));
+        let meets = self.prefetch && ahead.into_iter().any(|word| sram::bank(word) == Some(bank));
+        self.rivals(bank) + if meets { u16::from(sram::PREFETCH.cycles) } else { 0 }
+    }
+
+    /// How many others may use a bank.
+    pub(super) fn rivals(&self, bank: u8) -> u16 {
+        self.others.iter().filter(|other| **other >> bank & 1 != 0).count() as u16
     }
 }
 

@@ -14,6 +14,10 @@ pub struct Program {
     pub annotations: Annotations,
     /// Address (bit 0 clear) of each symbol.
     pub symbols: BTreeMap<String, u32>,
+    /// The symbols at each address.
+    pub names: BTreeMap<u32, Vec<String>>,
+    /// Address and bytes of each section, by address.
+    sections: Vec<(u32, u32)>,
     /// From this address on, instructions belong to this place, up to the next.
     lines: BTreeMap<u32, Option<Place>>,
 }
@@ -28,10 +32,20 @@ impl Program {
             }
             program.lines.extend(section.lines.iter().cloned());
         }
+        for symbol in &image.symbols {
+            program.names.entry(symbol.address & !1).or_default().push(symbol.name.clone());
+        }
+        program.sections = image.sections.iter().map(|section| (section.run, section.size)).collect();
         program.symbols = image.symbols.iter().map(|symbol| (symbol.name.clone(), symbol.address & !1)).collect();
         program.annotations.loops = image.loops.iter().copied().collect();
         program.annotations.targets = image.targets.iter().cloned().collect();
         program
+    }
+
+    /// The addresses of the words from an address to the end of its section.
+    pub fn words_of(&self, from: u32) -> impl Iterator<Item = u32> + use<> {
+        let section = self.sections.iter().find(|(at, bytes)| (*at..at + bytes).contains(&from));
+        (from..section.map_or(from, |(at, bytes)| at + bytes)).step_by(4)
     }
 
     /// Whose an instruction is.

@@ -1,21 +1,27 @@
 //! The budget: what a tick may take, what it takes at most, and what is left.
 
-use super::Tick;
+use super::cores::Bounded;
 use whippen_isa::timing::Evidence;
 
-/// What has to be done in which time.
+/// Whether every core does its keys in time.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Deadline {
+pub struct Budget {
+    /// Cycles between two ticks, rounded down.
+    pub period_cycles: u64,
     /// Cycles of a second.
     pub clock_hz: u32,
     /// Ticks of a second.
     pub rate_hz: u32,
-    /// Cores that share the keys.
-    pub cores: u32,
-    /// Keys of all cores.
-    pub keys: u32,
-    /// Cycles of a tick that a core spends around its keys' code at most: the firmware's, interrupts included.
-    pub firmware_cycles: u64,
+    /// Cycles of a key, at most, with nobody else at the bus.
+    pub key_cycles_max: u64,
+    /// Cycles of a key, at most, waiting for others included.
+    pub crowded_key_cycles_max: u64,
+    /// Each core.
+    pub cores: Vec<CoreBudget>,
+    /// How sure: as the least sure number.
+    pub class: Evidence,
+    /// How sure the cycles of a key are, with nobody else at the bus.
+    pub key_class: Evidence,
 }
 
 /// One core.
@@ -23,52 +29,47 @@ pub struct Deadline {
 pub struct CoreBudget {
     /// Its keys.
     pub keys: u32,
-    /// Cycles of a tick, at most.
+    /// Cycles of a frame, at most, waiting for others included.
     pub cycles_max: u64,
+    /// Of those, around the keys.
+    pub around_cycles_max: u64,
+    /// Of those, waiting for the other core and for own fetches.
+    pub contention_cycles_max: u64,
     /// Cycles that are left; negative where the deadline is missed.
     pub slack_cycles: i64,
-    /// How many keys more would fit.
+    /// How many keys more would fit as far as the keys themselves go: what is around them may grow by a few cycles with them.
     pub more_keys: u32,
-}
-
-/// Whether every core does its keys in time.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Budget {
-    /// Cycles between two ticks, rounded down.
-    pub period_cycles: u64,
-    /// Cycles of a key, at most.
-    pub key_cycles_max: u64,
-    /// Cycles of a tick around the keys, the firmware's included.
-    pub frame_cycles_max: u64,
-    /// Each core.
-    pub cores: Vec<CoreBudget>,
-    /// How sure: as the least sure number.
-    pub class: Evidence,
+    /// Bytes of stack.
+    pub stack_bytes_max: u32,
 }
 
 impl Budget {
-    /// Of ticks with this deadline: the first cores take one key more where keys do not divide evenly.
-    pub fn of(tick: &Tick, deadline: &Deadline) -> Self {
-        let period_cycles = u64::from(deadline.clock_hz / deadline.rate_hz.max(1));
-        let (key, frame) = (tick.key_cycles_max(), tick.frame_cycles_max() + deadline.firmware_cycles);
-        let cores = deadline.cores.max(1);
-        let core = |number| {
-            let keys = deadline.keys / cores + u32::from(number < deadline.keys % cores);
-            let cycles_max = frame + u64::from(keys) * key;
-            let fitting = period_cycles.saturating_sub(frame) / key.max(1);
+    /// Of cores that are bounded, at so many cycles and ticks a second.
+    pub fn of(cores: &[Bounded], clock_hz: u32, rate_hz: u32) -> Self {
+        let period_cycles = u64::from(clock_hz / rate_hz.max(1));
+        let key = |of: &dyn Fn(&Bounded) -> u64| cores.iter().map(of).max().unwrap_or(0);
+        let core = |core: &Bounded| {
+            let slack_cycles = period_cycles as i64 - core.crowded.cycles_max as i64;
+            let more = slack_cycles.max(0) as u64 / core.crowded.tick.key_cycles_max().max(1);
             CoreBudget {
-                keys,
-                cycles_max,
-                slack_cycles: period_cycles as i64 - cycles_max as i64,
-                more_keys: u32::try_from(fitting).unwrap_or(u32::MAX).saturating_sub(keys),
+                keys: core.alone.keys,
+                cycles_max: core.crowded.cycles_max,
+                around_cycles_max: core.alone.around_cycles_max(),
+                contention_cycles_max: core.contention_cycles_max(),
+                slack_cycles,
+                more_keys: u32::try_from(more).unwrap_or(u32::MAX),
+                stack_bytes_max: core.alone.stack_bytes_max,
             }
         };
         Self {
             period_cycles,
-            key_cycles_max: key,
-            frame_cycles_max: frame,
-            cores: (0..cores).map(core).collect(),
-            class: tick.class(),
+            clock_hz,
+            rate_hz,
+            key_cycles_max: key(&|core| core.alone.tick.key_cycles_max()),
+            crowded_key_cycles_max: key(&|core| core.crowded.tick.key_cycles_max()),
+            cores: cores.iter().map(core).collect(),
+            class: cores.iter().map(|core| core.crowded.class).max().unwrap_or(Evidence::Exact),
+            key_class: cores.iter().map(|core| core.alone.tick.class()).max().unwrap_or(Evidence::Exact),
         }
     }
 
@@ -77,17 +78,54 @@ impl Budget {
         self.cores.iter().all(|core| core.slack_cycles >= 0)
     }
 
+    /// The core that has least left.
+    pub fn fullest(&self) -> Option<&CoreBudget> {
+        self.cores.iter().min_by_key(|core| core.slack_cycles)
+    }
+
+    /// How many ticks a second every core could do.
+    pub fn rate_hz_max(&self) -> u64 {
+        let most = self.cores.iter().map(|core| core.cycles_max).max().unwrap_or(1);
+        u64::from(self.clock_hz) / most.max(1)
+    }
+
+    /// The clock (Hz) with which every core would be in time.
+    pub fn clock_hz_min(&self) -> u64 {
+        let most = self.cores.iter().map(|core| core.cycles_max).max().unwrap_or(0);
+        most * u64::from(self.rate_hz)
+    }
+
+    /// How many keys on each core would be in time, as far as the keys themselves go.
+    pub fn keys_allowed(&self) -> u64 {
+        let allowed = |core: &CoreBudget| {
+            let around = core.cycles_max.saturating_sub(u64::from(core.keys) * self.crowded_key_cycles_max);
+            self.period_cycles.saturating_sub(around) / self.crowded_key_cycles_max.max(1)
+        };
+        self.cores.iter().map(allowed).min().unwrap_or(0)
+    }
+
     /// Cycles that a key may take for the fullest core to be in time.
     pub fn key_cycles_allowed(&self) -> u64 {
-        let keys = self.cores.iter().map(|core| core.keys).max().unwrap_or(0);
-        self.period_cycles.saturating_sub(self.frame_cycles_max) / u64::from(keys.max(1))
+        let allowed = |core: &CoreBudget| {
+            let around = core.cycles_max.saturating_sub(u64::from(core.keys) * self.crowded_key_cycles_max);
+            self.period_cycles.saturating_sub(around) / u64::from(core.keys.max(1))
+        };
+        self.cores.iter().map(allowed).min().unwrap_or(0)
     }
 }
 
 impl CoreBudget {
     /// The part of the period that is spent, at most.
     pub fn utilization(&self) -> f64 {
-        let period = self.cycles_max as i64 + self.slack_cycles;
-        self.cycles_max as f64 / period.max(1) as f64
+        self.cycles_max as f64 / self.period_cycles().max(1) as f64
+    }
+
+    /// The part of the period that is left; negative where the deadline is missed.
+    pub fn slack(&self) -> f64 {
+        self.slack_cycles as f64 / self.period_cycles().max(1) as f64
+    }
+
+    fn period_cycles(&self) -> i64 {
+        self.cycles_max as i64 + self.slack_cycles
     }
 }

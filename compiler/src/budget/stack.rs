@@ -47,10 +47,15 @@ pub fn follow(query: &Query, graph: &Graph) -> Result<Stack, NotBounded> {
         }
         for edge in &block.edges {
             let mut arriving = place.clone();
-            if let Some(item) = block.last().filter(|item| item.control != Control::Next && edge.taken.is_some()) {
+            let goes = edge.taken.is_some() || edge.leaves;
+            if let Some(item) = block.last().filter(|item| item.control != Control::Next && goes) {
                 arriving.branch(query, item, block.context, &entered)?;
             }
             deepest = deepest.min(arriving.sp);
+            if let Some(known) = edge.known {
+                deepest = deepest.min(arriving.sp.saturating_sub_unsigned(known.stack_bytes));
+                arriving.returns = false;
+            }
             let Destination::Block(to) = edge.to else {
                 let address = block.last().map_or(0, |item| item.address);
                 if *left.get_or_insert(arriving.sp) != arriving.sp {

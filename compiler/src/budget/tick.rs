@@ -9,7 +9,7 @@
 //! its modes'. Every piece begins behind a taken branch, where the pipeline holds nothing of the piece before ([`Bound::settled`]
 //! says so), so the pieces' sums are exact.
 
-use whippen_isa::timing::{Core, Evidence};
+use whippen_isa::timing::{Core, Evidence, Target};
 
 use super::memory::Surroundings;
 use super::program::Program;
@@ -34,39 +34,39 @@ struct Places {
 }
 
 impl Places {
-    fn find(program: &Program, name: &str) -> Option<Self> {
-        let of = |symbol: String| program.symbols.get(&symbol).copied();
+    fn find(program: &Program, name: &str) -> Result<Self, NotBounded> {
+        let of = |name: String| program.symbols.get(&name).copied().ok_or(NotBounded::NoSymbol { name });
         let prefix = format!("{name}.mode.");
         let number = |symbol: &str| symbol.strip_prefix(&prefix)?.parse::<usize>().ok();
         let mut modes: Vec<(usize, String, u32)> =
             program.symbols.iter().filter_map(|(symbol, &at)| Some((number(symbol)?, symbol.clone(), at))).collect();
         modes.sort();
         let modes = modes.into_iter().map(|(_, symbol, at)| (symbol, at)).collect();
-        Some(Self { tick: of(format!("{name}_tick"))?, modes, end: of(format!("{name}.end"))? })
+        Ok(Self { tick: of(format!("{name}_tick"))?, modes, end: of(format!("{name}.end"))? })
     }
 }
 
-/// Bounds the tick of `name`; none when the program has none.
+/// Bounds the tick of `name`, which returns to where it was called.
 ///
 /// # Errors
-/// What cannot be bounded.
+/// What cannot be bounded, or is not there.
 pub fn tick(
     program: &Program,
     name: &str,
     core: &Core,
-    surroundings: Option<&Surroundings>,
-) -> Option<Result<Tick, NotBounded>> {
+    surroundings: &Surroundings,
+    return_to: Option<Target>,
+) -> Result<Tick, NotBounded> {
     let places = Places::find(program, name)?;
-    let mut annotations: Annotations = program.annotations.clone();
+    let mut annotations: Annotations = Annotations { return_to, ..program.annotations.clone() };
     annotations.stops = places.modes.iter().map(|(_, at)| *at).chain([places.end]).collect();
-    let of = |entry| bound(&Query { core, code: &program.code, entry, annotations: &annotations, surroundings });
-    let modes = places.modes.iter().map(|(symbol, at)| Ok((symbol.clone(), of(*at)?))).collect::<Result<_, _>>();
-    let all = || {
-        let inside = Annotations { inside: true, ..annotations.clone() };
-        let end = bound(&Query { core, code: &program.code, entry: places.end, annotations: &inside, surroundings })?;
-        Tick { modes: modes?, entry: of(places.tick)?, end }.checked(&places)
+    let inside = Annotations { inside: true, ..annotations.clone() };
+    let of = |entry, annotations| {
+        bound(&Query { core, code: &program.code, entry, annotations, surroundings: Some(surroundings) })
     };
-    Some(all())
+    let mode = |(symbol, at): &(String, u32)| Ok((symbol.clone(), of(*at, &annotations)?));
+    let modes = places.modes.iter().map(mode).collect::<Result<_, _>>()?;
+    Tick { modes, entry: of(places.tick, &annotations)?, end: of(places.end, &inside)? }.checked(&places)
 }
 
 impl Tick {

@@ -1,5 +1,5 @@
 //! The table of diagnostics. WH01xx text, WH02xx names, WH03xx types and dimensions, WH04xx motion and causality,
-//! WH05xx ranges and numbers, WH06xx physics and keyboards.
+//! WH05xx ranges and numbers, WH06xx physics and keyboards, WH07xx budgets.
 
 /// How bad a diagnostic is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -132,4 +132,6 @@ codes! {
     TwoKeyboards        "WH0608" Note "an instrument that several keyboards list";
     BadSetting          "WH0609" Error "a value given to `--set` that cannot be read";
     NoForce             "WH0611" Warning "an instrument without any force";
+    // Budgets
+    DeadlineMissed      "WH0701" Error "a deadline that is missed";
 }

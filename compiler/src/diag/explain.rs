@@ -10,6 +10,7 @@ pub const GROUPS: &[(&str, &str)] = &[
     ("04", "Motion and causality"),
     ("05", "Ranges and numbers"),
     ("06", "Physics and keyboards"),
+    ("07", "Budgets"),
 ];
 
 impl Code {

@@ -3,7 +3,7 @@
 @   words   | sensor words of all keys | drive words | sensor words | drive words |      two halves, 2 * DISTANCE apart
         .syntax unified
         .thumb
-        .section .data.cores, "aw"
+        .section .data.shared.cores, "aw"
         .balign 4
         .global status, core0, core1, alarm
 status: .ascii  "WHIP"
@@ -18,18 +18,15 @@ core0:  .word   core0_tick, core0_state
         .word   0, 0, 0, 0, -1, 0       @ tick, alarm, missed, faults, the key that is faulty, turn
         .word   0, 0, RAMP              @ its first key, this tick's row, ticks of ramps that are left
         .word   program0_core0, program0_core0, 0 @ the program that plays, the one that is wanted, keys that have begun
-        .section .data.core1.block, "aw"
-        .balign 4
 core1:  .word   core1_tick, core1_state
         .word   words + 2 * KEYS0, words + 2 * DISTANCE + 2 * KEYS0
         .word   KEYS1, core1_state + GAINS1, guards1
         .word   0, 0, 0, 0, -1, 0
         .word   KEYS0, 0, RAMP
         .word   program0_core1, program0_core1, 0
-        .section .data.cores, "aw"
 alarm:  .word   0                       @ goes up with every missed tick of either core
 
-        .section .bss.words, "aw", %nobits
+        .section .bss.shared.words, "aw", %nobits
         .balign 4
         .global words
 words:  .space  4 * DISTANCE

@@ -2,9 +2,8 @@
         .syntax unified
         .thumb
         .section .text.firmware.idle, "ax"
-        .global idle0, idle1
+        .global idle0
         .type   idle0, %function
-        .type   idle1, %function
 
 @ Core 0: parameters, and food for the watchdog as long as both cores get their ticks.
 idle0:  movs    r6, #0
@@ -24,7 +23,10 @@ idle0:  movs    r6, #0
         bl      board_feed
         b       1b
 
-@ Core 1: events of both cores to the serial port.
+@ Core 1: events of both cores to the serial port. It fetches from its own group of banks, as its tick does.
+        .section .text.core1.firmware.idle, "ax"
+        .global idle1
+        .type   idle1, %function
 idle1:  bl      midi_step
         wfe
         b       idle1

@@ -9,13 +9,13 @@
         .equ    T_HEAD, 0
         .equ    T_TAIL, 4
 
-        .section .bss.midi, "aw", %nobits
+        .section .bss.core1.midi, "aw", %nobits
         .balign 4
 message: .space 8                       @ bytes that are left, how many
 reader0: .space 36                      @ the program whose events are read, and which keys sound, a bit each
 reader1: .space 36
 
-        .section .text.firmware.midi, "ax"
+        .section .text.core1.firmware.midi, "ax"
         .global midi_step
         .type   midi_step, %function
 midi_step:

@@ -17,7 +17,8 @@ board_feed:
         str     r0, [r1, #4]            @ LOAD
         bx      lr
 
-@ R0: not 0 where the serial port takes a byte.
+@ R0: not 0 where the serial port takes a byte. Core 1 asks, so this lies with its code.
+        .section .text.core1.firmware.board, "ax"
         .global board_serial_ready
         .type   board_serial_ready, %function
 board_serial_ready:

@@ -34,11 +34,15 @@ pub(super) fn text(programs: &[Played], keys: [u32; 2]) -> String {
             line(&format!("        .word   {}, {}         @ {}", live.range.low, live.range.high, live.name));
         }
     }
+    // A descriptor is looked up by its core's tick and by the reader of events.
+    line("        .section .rodata.shared.programs, \"a\"\n        .balign 4");
     for (number, program) in programs.iter().enumerate() {
         for (core, keys) in keys.into_iter().enumerate() {
             line(&descriptor(program, number, core, keys));
         }
     }
+    // Looked up by core 1 alone.
+    line("        .section .rodata.core1.tables, \"a\"");
     for (number, program) in programs.iter().enumerate() {
         line(&format!("velocities{number}:"));
         for row in program.midi.velocities.chunks(16) {

@@ -52,31 +52,33 @@ pub(super) fn tick(frame: &Frame, name: &str, slots: usize, modes: &[String]) ->
 }
 
 /// `init` of all keys; the code of one key follows at `init_key` and comes back to `init_next`.
-pub(super) fn init(frame: &Frame, kernel: &Kernel, name: &str, slots: usize, labels: Labels) -> Vec<Item> {
+pub(super) fn init(frame: &Frame, name: &str, slots: usize, labels: Labels) -> Vec<Item> {
     let mut w = Writer { frame, items: Vec::new() };
     w.items.push(Item::Function { name: names::init(name), global: true });
     w.enter(slots);
     w.pointers();
     w.registers();
-    if let Some(caller) = frame.caller {
-        w.behind_last();
-        w.store(0, caller.until);
-    }
     w.items.push(Item::Loop { rounds: frame.keys });
     w.items.push(Item::Branch { cond: None, to: labels.init_key });
     w.items.push(Item::Label(labels.init_next));
-    match frame.caller {
-        Some(caller) => w.load(0, caller.until),
-        None => w.behind_last(),
-    }
+    w.offset(0, frame.records + frame.keys * frame.record);
+    w.op(Inst { d: 0, n: 0, m: T, ..template(Op::ADD_register) });
     w.op(Inst { n: K, m: 0, ..template(Op::CMP_register) });
     w.items.push(Item::Branch { cond: Some(Cond::NE), to: labels.init_key });
     w.leave(slots);
-    if let Some(caller) = frame.caller {
-        w.begin(kernel, name, slots, caller.until);
-    }
     w.items.push(Item::Label(labels.init_key));
     w.items
+}
+
+/// One key of those that `init` prepares all: state in R0, its word in R1, its number in R2. Before the code of a key's `init`
+/// and behind it.
+pub(super) fn begin(frame: &Frame, kernel: &Kernel, name: &str, slots: usize, done: Label) -> [Vec<Item>; 2] {
+    let mut w = Writer { frame, items: Vec::new() };
+    w.begin(kernel, name, slots);
+    let before = std::mem::take(&mut w.items);
+    w.items.push(Item::Label(done));
+    w.leave(slots);
+    [before, w.items]
 }
 
 impl Writer<'_> {
@@ -94,8 +96,7 @@ impl Writer<'_> {
         }
     }
 
-    /// One key of those that `init` prepares all: state in R0, its word in R1, its number in R2. Falls into its code.
-    fn begin(&mut self, kernel: &Kernel, name: &str, slots: usize, until: u32) {
+    fn begin(&mut self, kernel: &Kernel, name: &str, slots: usize) {
         let frame = self.frame;
         self.items.push(Item::Function { name: names::begin(name), global: true });
         self.op(Inst { imm: 1 << LR, ..template(Op::PUSH) });
@@ -106,8 +107,6 @@ impl Writer<'_> {
         self.op(Inst { d: 0, n: 0, m: T, ..template(Op::ADD_register) });
         self.offset(1, frame.record);
         self.op(Inst { d: K, n: 2, m: 1, a: 0, ..template(Op::MLA) });
-        self.op(Inst { d: 0, n: K, m: 1, ..template(Op::ADD_register) });
-        self.store(0, until);
         if let Some(first) = frame.first_line {
             // `init` fills lines from their first row on.
             let (line, shift) = (&frame.lines[first as usize], ShiftType::LSL);
@@ -135,12 +134,6 @@ impl Writer<'_> {
             }
             self.op(Inst { t: 0, n: K, imm: at, ..template(Op::STR_immediate) });
         }
-    }
-
-    /// R0: the record behind the last key.
-    fn behind_last(&mut self) {
-        self.offset(0, self.frame.records + self.frame.keys * self.frame.record);
-        self.op(Inst { d: 0, n: 0, m: T, ..template(Op::ADD_register) });
     }
 
     fn leave(&mut self, slots: usize) {

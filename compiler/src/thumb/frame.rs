@@ -82,8 +82,6 @@ pub(super) struct Caller {
     pub distance: u32,
     /// Offset in T: this tick's row of words in.
     pub at: u32,
-    /// Offset in T: the record behind the last key that `init` prepares.
-    pub until: u32,
 }
 
 /// Where everything lies.
@@ -148,8 +146,7 @@ impl Frame {
             records: 0,
             size: RINGS,
         };
-        frame.caller =
-            around.map(|around| Caller { distance: around.distance, at: frame.take(4), until: frame.take(4) });
+        frame.caller = around.map(|around| Caller { distance: around.distance, at: frame.take(4) });
         frame.place_record(kernel, options.probes);
         frame.record = frame.record.max(around.map_or(0, |around| around.record));
         frame.place_table(kernel);

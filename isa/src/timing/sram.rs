@@ -19,6 +19,9 @@ use super::facts::{Evidence, Fact};
 /// What an access costs more that meets the prefetch.
 pub const PREFETCH: Fact = Fact::new(1, Evidence::Rule, "RP2350 datasheet 3.7.4.9.12");
 
+/// How many banks there are.
+pub const BANKS: u8 = 10;
+
 /// The bank of an address, 0 to 9, or nothing outside SRAM.
 pub const fn bank(address: u32) -> Option<u8> {
     let in_stripe = (address >> 2 & 3) as u8;

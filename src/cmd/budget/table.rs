@@ -4,61 +4,85 @@ use std::fmt::Write;
 
 use super::Proof;
 
-impl Proof {
+impl Proof<'_> {
     /// Modes, cores, and the dearest way through a key's tick.
     pub fn table(&self) -> String {
         let mut out = String::new();
-        let (deadline, budget) = (&self.deadline, &self.budget);
+        let (board, budget) = (&self.setup.board, &self.budget);
+        let verdict = if budget.fits() { "fits" } else { "does not fit" };
         let _ = writeln!(
             out,
-            "{} on {}: {} keys, {} cores, {} Hz, {} cycles a tick",
-            self.name, self.board.name, deadline.keys, deadline.cores, deadline.rate_hz, budget.period_cycles
+            "{} on {}: {} keys at {} Hz, {} cycles a tick at {} MHz: {verdict}",
+            self.name,
+            board.name,
+            self.keys(),
+            budget.rate_hz,
+            budget.period_cycles,
+            f64::from(budget.clock_hz) / 1e6
         );
-        self.modes(&mut out);
+        self.key(&mut out);
         self.around(&mut out);
-        self.cores(&mut out);
+        self.each_core(&mut out);
         self.path(&mut out);
         out
     }
 
-    fn modes(&self, out: &mut String) {
-        let _ = writeln!(out, "  {:>6}  {:>6}  mode", "cycles", "code");
-        for (name, (_, bound)) in self.modes.iter().zip(&self.tick.modes) {
-            let _ = writeln!(out, "  {:>6}  {:>6}  {name}", bound.cycles_max, bound.code_bytes);
+    fn key(&self, out: &mut String) {
+        let _ = writeln!(out, "\na key, cycles at most   alone  crowded  code bytes");
+        for (index, name) in self.modes.iter().enumerate() {
+            let most = |of: &dyn Fn(&Self) -> Option<u64>| of(self).unwrap_or(0);
+            let alone = most(&|s| s.mode(index).map(|(alone, _)| alone.cycles_max).max());
+            let crowded = most(&|s| s.mode(index).map(|(_, crowded)| crowded.cycles_max).max());
+            let code = self.mode(index).map(|(alone, _)| alone.code_bytes).max().unwrap_or(0);
+            let _ = writeln!(out, "                      {alone:>7}  {crowded:>7}  {code:>10}  {name}");
         }
     }
 
     fn around(&self, out: &mut String) {
-        let _ = writeln!(
-            out,
-            "  {} cycles around the keys of a core: {} to enter and leave, {} of the firmware as given",
-            self.budget.frame_cycles_max,
-            self.tick.frame_cycles_max(),
-            self.deadline.firmware_cycles
-        );
-        let waits = self.crowded.key_cycles_max().saturating_sub(self.tick.key_cycles_max());
-        let _ = writeln!(out, "  up to {waits} more a key if another core uses the same banks (not in the sums)");
-        let (flash, ram) = self.bytes();
-        let stack = self.tick.stack_bytes_max();
-        let _ = writeln!(out, "  {flash} bytes stored, {ram} bytes of RAM, {stack} bytes of stack a core");
-        let _ = writeln!(out, "  class: {}", self.budget.class);
-    }
-
-    fn cores(&self, out: &mut String) {
-        for (number, core) in self.budget.cores.iter().enumerate() {
-            let (percent, slack) = (core.utilization() * 100.0, core.slack_cycles);
-            let _ = writeln!(
-                out,
-                "  core {number}: {} keys, at most {} cycles, {percent:.1} % of the tick, {slack} left, {} more keys fit",
-                core.keys, core.cycles_max, core.more_keys
-            );
+        let core = &self.cores[0];
+        let _ = writeln!(out, "\naround the keys of core 0: {} cycles at most", core.alone.around_cycles_max());
+        for (part, cycles) in &core.alone.parts {
+            let _ = writeln!(out, "  {cycles:>6}  {part}");
         }
     }
 
+    fn each_core(&self, out: &mut String) {
+        let _ = writeln!(out);
+        for (number, (core, bounded)) in self.budget.cores.iter().zip(&self.cores).enumerate() {
+            let _ = writeln!(
+                out,
+                "core {number}: {} keys, {} cycles at most, {:.1} % of the tick; slack {} cycles, {:.1} %; {} more keys fit",
+                core.keys,
+                core.cycles_max,
+                100.0 * core.utilization(),
+                core.slack_cycles,
+                100.0 * core.slack(),
+                core.more_keys
+            );
+            let _ = writeln!(
+                out,
+                "  {:>6}  keys, {} each\n  {:>6}  around them\n  {:>6}  waiting for the other core and for its own fetches",
+                bounded.alone.keys_cycles_max,
+                bounded.alone.tick.key_cycles_max(),
+                core.around_cycles_max,
+                core.contention_cycles_max
+            );
+        }
+        let image = &self.whole.image;
+        let stack = self.budget.cores.iter().map(|core| core.stack_bytes_max).max().unwrap_or(0);
+        let _ = writeln!(
+            out,
+            "{} bytes of flash, {} bytes of RAM, {stack} bytes of stack a core",
+            image.stored_bytes(),
+            image.run_bytes()
+        );
+        let _ = writeln!(out, "class: {} for a key alone, {} for a core", self.budget.key_class, self.budget.class);
+    }
+
     fn path(&self, out: &mut String) {
-        let (mode, bound) = self.dearest();
-        let _ = writeln!(out, "dearest way through a key, {} cycles in mode `{mode}`:", bound.cycles_max);
-        for (place, cycles) in self.program.by_place(&bound.path) {
+        let dearest = self.dearest();
+        let _ = writeln!(out, "\ndearest way through a key, {} cycles: {}", dearest.bound.cycles_max, dearest.mode);
+        for (place, cycles) in self.program.by_place(&dearest.bound.path) {
             let (line, item) = match place {
                 Some(place) => (format!("{}:{}", place.file, place.line), place.item.as_str()),
                 None => ("-".to_string(), "the key's frame"),
@@ -66,7 +90,7 @@ impl Proof {
             let _ = writeln!(out, "  {cycles:>6}  {line:<40} {item}");
         }
         let _ = writeln!(out, "by declaration:");
-        for (item, cycles) in self.program.by_item(&bound.path) {
+        for (item, cycles) in self.program.by_item(&dearest.bound.path) {
             let _ = writeln!(out, "  {cycles:>6}  {item}");
         }
     }

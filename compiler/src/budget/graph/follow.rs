@@ -7,7 +7,7 @@ use whippen_isa::{Class, Inst, ItState, NotDecoded, Op};
 
 use super::control::{Control, falls_through};
 use super::{Block, Context, ContextId, Destination, Edge, Graph, Item, Tables};
-use crate::budget::{NotBounded, Query};
+use crate::budget::{Known, NotBounded, Query};
 
 /// Instructions, calls written out, at most.
 const NODES_MAX: usize = 1 << 18;
@@ -23,9 +23,12 @@ struct Place {
 }
 
 /// Where one instruction leads; the numbers are of nodes.
+#[derive(Default)]
 struct Way {
     taken: Option<Target>,
     indices: Vec<u32>,
+    known: Option<Known>,
+    leaves: bool,
     to: Option<usize>,
 }
 
@@ -81,10 +84,10 @@ impl<'a> Followed<'a> {
         let Place { context, address, it } = place;
         let inst = self.decode(address, it)?;
         let item = Item { address, inst, timed: self.query.core.prepare(&inst), control: Control::of(&inst, address) };
-        let control = if self.query.annotations.targets.contains_key(&address) && item.control == Control::Return {
-            Control::Indirect
-        } else {
-            item.control
+        let control = match item.control {
+            Control::Return if self.query.annotations.targets.contains_key(&address) => Control::Indirect,
+            Control::Waits if self.query.annotations.sleeps && inst.class() == Class::Wait => Control::Next,
+            other => other,
         };
         let item = Item { control, ..item };
         let mut ways = self.branches(context, &item)?;
@@ -105,7 +108,7 @@ impl<'a> Followed<'a> {
     fn way(&mut self, taken: Option<Target>, context: ContextId, address: u32, it: ItState) -> Way {
         let stops = self.query.annotations.stops.contains(&address);
         let to = (!stops).then(|| self.number(Place { context, address, it }));
-        Way { taken, indices: Vec::new(), to }
+        Way { taken, to, ..Way::default() }
     }
 
     /// A branch that is taken.
@@ -138,6 +141,13 @@ impl<'a> Followed<'a> {
 
     fn call(&mut self, caller: ContextId, item: &Item, callee: u32) -> Result<Way, NotBounded> {
         let (callee, return_address) = (callee & !1, item.address.wrapping_add(item.inst.size()));
+        let annotations = &self.query.annotations;
+        if let Some(known) = annotations.known.get(&callee) {
+            let known = *annotations.known_calls.get(&item.address).unwrap_or(known);
+            let target = Target { address: callee, wide: self.query.code.is_wide_at(callee) };
+            let way = self.way(Some(target), caller, return_address, ItState::OUTSIDE);
+            return Ok(Way { known: Some(known), ..way });
+        }
         let mut chain = Some(caller);
         let mut depth = 0;
         while let Some(context) = chain.map(|c| self.contexts[c]) {
@@ -159,10 +169,11 @@ impl<'a> Followed<'a> {
         let Context { caller, return_address, .. } = self.contexts[context];
         match caller {
             Some(caller) => self.taken(caller, return_address),
+            None if self.query.annotations.handler => Way { leaves: true, ..Way::default() },
             None => {
                 let dearest = Target { address: 2, wide: true };
                 let target = self.query.annotations.return_to.unwrap_or(dearest);
-                Way { taken: Some(target), indices: Vec::new(), to: None }
+                Way { taken: Some(target), ..Way::default() }
             }
         }
     }
@@ -198,7 +209,7 @@ impl<'a> Followed<'a> {
             way.to.into_iter().for_each(|to| entered[to] += 1);
         }
         let continues = |node: &Node| match node.ways.as_slice() {
-            [Way { taken: None, to: Some(to), .. }] if entered[*to] == 1 && *to != 0 => Some(*to),
+            [Way { taken: None, leaves: false, to: Some(to), .. }] if entered[*to] == 1 && *to != 0 => Some(*to),
             _ => None,
         };
         let mut begins = vec![true; nodes.len()];
@@ -213,6 +224,8 @@ impl<'a> Followed<'a> {
         let edge = |way: &Way| Edge {
             taken: way.taken,
             indices: way.indices.clone(),
+            known: way.known,
+            leaves: way.leaves,
             to: way.to.map_or(Destination::Stop, |to| Destination::Block(number[to])),
         };
         let block = |first: usize| {

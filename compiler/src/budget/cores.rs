@@ -1,0 +1,67 @@
+//! Both cores of a whole image: each bounded as if it were alone, and with the other one at work.
+//!
+//! Who may be where follows from the sections of the image: each core fetches from its own code and accesses its own data and
+//! what both share. What a core looks up in the other's memory between ticks comes as a number (`Running::visits`).
+
+use whippen_isa::timing::Core;
+
+use super::NotBounded;
+use super::frame::{Frame, Played, frame};
+use super::memory::{Banks, Surroundings};
+use super::program::Program;
+use crate::firmware::{Owner, RUNNING, owner};
+use crate::image::{Image, SectionKind};
+
+/// One core.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Bounded {
+    /// With nobody else at the bus.
+    pub alone: Frame,
+    /// With the other core at work, and with its own fetches in the way of its data.
+    pub crowded: Frame,
+}
+
+impl Bounded {
+    /// Cycles of a frame that go to waiting for the other core and for own fetches, at most.
+    pub fn contention_cycles_max(&self) -> u64 {
+        self.crowded.cycles_max.saturating_sub(self.alone.cycles_max)
+    }
+}
+
+/// Bounds both cores of a firmware's image with so many keys each, while one of its programs plays.
+///
+/// # Errors
+/// What cannot be bounded.
+pub fn cores(
+    image: &Image,
+    program: &Program,
+    core: &Core,
+    keys: [u32; 2],
+    program_number: usize,
+) -> Result<[Bounded; 2], NotBounded> {
+    let of = |number: usize| {
+        let (running, keys) = (&RUNNING[number], keys[number]);
+        let with = |surroundings| frame(&Played { program, core, running, number: program_number, keys, surroundings });
+        Ok(Bounded { alone: with(&Surroundings::default())?, crowded: with(&surroundings(image, number))? })
+    };
+    Ok([of(0)?, of(1)?])
+}
+
+/// Who else is at the banks that a core uses.
+fn surroundings(image: &Image, core: usize) -> Surroundings {
+    let other = 1 - core;
+    let others = vec![banks(image, other, true), banks(image, other, false)];
+    Surroundings { data: banks(image, core, false), prefetch: true, others, visits: RUNNING[core].visits }
+}
+
+/// The banks of a core's code, or of its data and what it shares.
+fn banks(image: &Image, core: usize, code: bool) -> Banks {
+    let is = |name: &str| match owner(name) {
+        Owner::Core(own) => own == core,
+        Owner::Both => !code,
+        Owner::Start => false,
+    };
+    let wanted =
+        image.sections.iter().filter(|section| (section.kind == SectionKind::Code) == code && is(&section.name));
+    wanted.fold(0, |set, section| set | Surroundings::banks(section.run, section.size))
+}

@@ -1,0 +1,67 @@
+//! What runs on the cores while they play: the table that comes with the texts, for who bounds their cycles.
+//!
+//! Loop bounds and targets of indirect branches stand in the texts themselves (`@! rounds`, `@! targets`).
+
+/// One core, by the names in the texts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Running {
+    /// The handler of the converter's interrupt, the only one that comes.
+    pub handler: &'static str,
+    /// Its number.
+    pub core: usize,
+    /// What runs between ticks.
+    pub idle: &'static str,
+    /// The table of vectors that is used while the core plays.
+    pub vectors: &'static str,
+    /// What the other core reads and writes between two of its ticks in memory that is otherwise this core's (words).
+    /// Core 1: the ring of core 0's events, six words a round, two rounds (the second one finds WFE without an event).
+    /// Core 0: a parameter, one word a round, two rounds.
+    pub visits: u32,
+}
+
+/// Both cores.
+pub const RUNNING: [Running; 2] = [
+    Running { handler: "tick_core0", core: 0, idle: "idle0", vectors: "vectors0", visits: 12 },
+    Running { handler: "tick_core1", core: 1, idle: "idle1", vectors: "vectors1", visits: 2 },
+];
+
+/// What calls the keys while a program begins.
+pub const BEGINNING: &str = "beginning";
+
+/// Where all other vectors lead: no forces, and the end.
+pub const DEAD: &str = "dead";
+
+/// The parts of the handler, by the symbols that begin them.
+pub const PARTS: &[(&str, &str)] = &[
+    ("tick_core0", "which tick, which words"),
+    ("tick_core1", "which tick, which words"),
+    ("missed", "after a missed tick"),
+    ("beginning", "the keys of a program that begins"),
+    ("chain_to", "the keys of a program that begins"),
+    ("service", "heat and gain of every 16th key"),
+    ("guard", "sensor and limits of one key"),
+    ("board_begin", "board_begin"),
+    ("board_end", "board_end"),
+];
+
+/// Who uses a section while the cores play.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Owner {
+    /// One core alone, but for visits.
+    Core(usize),
+    /// Both.
+    Both,
+    /// Nobody: it belongs to the start.
+    Start,
+}
+
+/// Who uses a section, by its name.
+pub fn owner(section: &str) -> Owner {
+    let has = |part: &str| section.split('.').any(|own| own == part);
+    match () {
+        () if section.starts_with(".text.start") || !section.starts_with(['.']) => Owner::Start,
+        () if [".vectors", ".image_def", ".copy_table", ".zero_table"].contains(&section) => Owner::Start,
+        () if has("shared") => Owner::Both,
+        () => Owner::Core(usize::from(has("core1"))),
+    }
+}

@@ -1,0 +1,117 @@
+//! The emulated board with a whole image, and somebody who counts: cycles of each key by its mode, cycles of each frame.
+
+use std::collections::HashMap;
+
+use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Observer, Ports, Step, Stop, build};
+
+use crate::image::Image;
+
+/// Cycles between two looks.
+const SLICE: u64 = 4000;
+/// Offset of the tick's number in a core's block.
+const TICK: u32 = 28;
+
+/// The longest of everything.
+pub struct Watch {
+    places: [HashMap<u32, Option<usize>>; 2],
+    /// The key that is being done: its mode, and when it began.
+    open: [Option<(usize, u64)>; 2],
+    began: [Option<u64>; 2],
+    /// Of each mode, by core.
+    pub keys: [Vec<u64>; 2],
+    /// Of the handler, by core.
+    pub frames: [u64; 2],
+    pub frames_seen: [u64; 2],
+    pub keys_seen: u64,
+}
+
+impl Observer for Watch {
+    fn instruction(&mut self, step: &Step<'_>) {
+        let core = step.core & 1;
+        let Some(&place) = self.places[core].get(&step.address) else { return };
+        if let Some((mode, began)) = self.open[core].take() {
+            let longest = &mut self.keys[core][mode];
+            *longest = (*longest).max(step.cycle - began);
+            self.keys_seen += 1;
+        }
+        self.open[core] = place.map(|mode| (mode, step.cycle));
+    }
+
+    fn exception(&mut self, core: usize, _: u32, cycle: u64) {
+        self.began[core & 1] = Some(cycle);
+    }
+
+    fn exception_return(&mut self, core: usize, _: u32, cycle: u64) {
+        let core = core & 1;
+        // Where watching began in the middle of a frame, that one does not count.
+        let Some(began) = self.began[core].take() else { return };
+        self.frames[core] = self.frames[core].max(cycle - began);
+        self.frames_seen[core] += 1;
+    }
+}
+
+impl Watch {
+    pub fn new(image: &Image) -> Watch {
+        let modes = image.modes.modes.len();
+        Watch {
+            places: [image.places(0), image.places(1)],
+            open: [None; 2],
+            began: [None; 2],
+            keys: [vec![0; modes], vec![0; modes]],
+            frames: [0; 2],
+            frames_seen: [0; 2],
+            keys_seen: 0,
+        }
+    }
+}
+
+pub struct Board<'a> {
+    image: &'a Image,
+    machine: Machine,
+    ports: Ports,
+}
+
+impl<'a> Board<'a> {
+    /// Loaded and reset.
+    pub fn new(image: &'a Image) -> Board<'a> {
+        let keys = image.keys[0] + image.keys[1];
+        let converter = ConverterSetup { keys, rate_hz: image.compiled.model.rate_hz };
+        let (mut machine, ports) = build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).expect("a board");
+        for segment in &image.whole.image.segments {
+            machine.bus.memory.write(segment.load, &segment.bytes).expect("memory");
+        }
+        machine.reset();
+        Board { image, machine, ports }
+    }
+
+    /// Plays words, so many ticks of all keys, counting from here on.
+    pub fn play(&mut self, words: Vec<u16>, alone: bool, watch: &mut Watch) {
+        let ticks = words.len() / (self.image.keys[0] + self.image.keys[1]) as usize;
+        self.converter().samples.extend(words);
+        let last = self.converter().ticks() + ticks as u32;
+        while self.converter().ticks() < last {
+            if alone {
+                self.keep_alive();
+            }
+            let until = self.machine.cycle(0).max(self.machine.cycle(1)) + SLICE.min(self.image.period / 2);
+            let stop = self.machine.run_observed(until, watch);
+            assert!(matches!(stop, Stop::Limit), "{}: {stop}", self.image.name());
+        }
+    }
+
+    /// Core 1 stops for good.
+    pub fn halt_core1(&mut self) {
+        self.machine.halt(1);
+    }
+
+    /// Core 0 feeds the watchdog only while core 1 has ticks: as if it had.
+    fn keep_alive(&mut self) {
+        let ticks = self.converter().ticks();
+        let at = self.image.symbol("core1") + TICK;
+        self.machine.bus.memory.write(at, &ticks.to_le_bytes()).expect("memory");
+    }
+
+    fn converter(&mut self) -> &mut Converter {
+        self.machine.bus.device_mut(self.ports.converter).expect("the converter")
+    }
+}

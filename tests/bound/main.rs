@@ -1,0 +1,13 @@
+//! The static bound of whole images against the emulator: nobody takes longer, and how close they come.
+//!
+//! `WHIPPEN_TICKS=N` plays N ticks instead of some thousand, `WHIPPEN_ROUNDS=N` searches for so many rounds.
+
+mod board;
+mod image;
+mod played;
+mod searched;
+mod states;
+
+#[path = "../it/common.rs"]
+#[expect(dead_code, reason = "other tests want more of it")]
+mod common;

@@ -1,0 +1,128 @@
+//! Whole boards that play: noise, strokes, gestures, recordings; both cores at once, then one alone.
+
+use whippen_compiler::budget::Frame;
+use whippen_compiler::kernel::random::Rng;
+use whippen_compiler::pipeline::Compiled;
+use whippen_runtime::device::Device;
+
+use crate::board::{Board, Watch};
+use crate::common;
+use crate::image::{Image, instruments};
+
+/// Ticks of each instrument and source of motion, where the environment does not say.
+const TICKS: usize = 600;
+/// Ticks in which the cores come up: nothing is played yet.
+const START: usize = 60;
+/// Keys of both cores: so many always fit.
+const KEYS: usize = 9;
+
+fn ticks() -> usize {
+    std::env::var("WHIPPEN_TICKS").ok().and_then(|n| n.parse().ok()).unwrap_or(TICKS)
+}
+
+/// Words of all keys, tick by tick.
+type Source = Box<dyn FnMut(usize) -> Vec<u16>>;
+
+/// A motion that all keys play, each from another place on and at another speed.
+fn motion(words: Vec<u16>) -> Source {
+    let at = move |tick: usize, key: usize| words[(tick * (1 + key) + key * 7919) % words.len()];
+    Box::new(move |tick| (0..KEYS).map(|key| at(tick, key)).collect())
+}
+
+/// Any word at any time; or, key by key, words that stay near the one before.
+fn noise(seed: u64) -> Source {
+    let mut rng = Rng::new(seed);
+    let mut last = [0_u16; KEYS];
+    Box::new(move |_| {
+        for (key, word) in last.iter_mut().enumerate() {
+            let near = rng.below(1 << (2 * key)) as i32 - (1 << (2 * key)) / 2;
+            *word =
+                if key < 3 { rng.next() as u16 } else { i32::from(*word).wrapping_add(near).clamp(0, 65_535) as u16 };
+        }
+        last.to_vec()
+    })
+}
+
+/// Strokes of random speed, from anywhere to anywhere, with rests between them.
+fn strokes(seed: u64) -> Source {
+    let mut rng = Rng::new(seed);
+    let mut state = [(0_i64, 0_i64, 0_u32); KEYS];
+    Box::new(move |_| {
+        for (word, speed, left) in &mut state {
+            if *left == 0 {
+                let to = rng.pick(&[0, 6000, 30_000, 40_000, 55_000, 65_535]);
+                let longest = 1 << rng.below(11);
+                *left = 1 + rng.below(longest) as u32;
+                *speed = if rng.chance(1, 5) { 0 } else { (to - *word) / i64::from(*left) };
+            }
+            *left -= 1;
+            *word = (*word + *speed).clamp(0, 65_535);
+        }
+        state.iter().map(|(word, _, _)| *word as u16).collect()
+    })
+}
+
+/// Every source of motion there is, by name.
+fn sources(compiled: &Compiled) -> Vec<(&'static str, Source)> {
+    let mut all: Vec<(&str, Source)> =
+        vec![("noise", noise(11)), ("strokes", strokes(12)), ("gesture", motion(common::gesture_words(compiled)))];
+    if !Device::of(&compiled.model).turns
+        && let Some(positions) = common::recording()
+    {
+        all.push(("recording", motion(common::words(&positions))));
+    }
+    all
+}
+
+/// Nobody took longer than a frame's bounds say.
+fn holds(image: &Image, watch: &Watch, core: usize, frame: &Frame, visits: u64) -> (u64, u64) {
+    for ((mode, bound), &observed) in frame.tick.modes.iter().zip(&watch.keys[core]) {
+        let allowed = bound.cycles_max + visits;
+        assert!(observed <= allowed, "{}: {mode}: {observed} > {allowed}", image.name());
+    }
+    let (observed, bound) = (watch.frames[core], frame.handler.cycles_max + visits);
+    assert!(observed <= bound, "{}: frame of core {core}: {observed} > {bound}", image.name());
+    let longest = watch.keys[core].iter().max().copied().unwrap_or(0);
+    (longest, observed)
+}
+
+#[test]
+fn nobody_takes_longer_than_the_bound() {
+    let (mut cases, mut keys) = (0, 0);
+    for compiled in instruments() {
+        let mut sources = sources(&compiled);
+        let image = Image::new(compiled, KEYS as u32);
+        let mut board = Board::new(&image);
+        let (mut both, mut alone) = (Watch::new(&image), Watch::new(&image));
+        board.play(sources[0].1(0).repeat(START), false, &mut Watch::new(&image));
+        for (_, source) in &mut sources {
+            board.play((0..ticks()).flat_map(&mut *source).collect(), false, &mut both);
+        }
+        board.halt_core1();
+        for (_, source) in &mut sources {
+            board.play((0..ticks()).flat_map(&mut *source).collect(), true, &mut alone);
+        }
+        let [a, b] = [0, 1].map(|core| {
+            let visits = u64::from(whippen_compiler::firmware::RUNNING[core].visits);
+            holds(&image, &both, core, &image.cores[core].crowded, visits)
+        });
+        let frame = &image.cores[0].alone;
+        let (key, observed) = holds(&image, &alone, 0, frame, 0);
+        assert!(alone.frames_seen[0] as usize + 4 >= sources.len() * ticks() && both.frames_seen[1] > 0, "it played");
+        println!(
+            "{}: alone: key {key} of {}, frame {observed} of {}; both: keys {} {} of {}, frames {} {} of {}",
+            image.name(),
+            frame.tick.key_cycles_max(),
+            frame.handler.cycles_max,
+            a.0,
+            b.0,
+            image.cores[0].crowded.tick.key_cycles_max(),
+            a.1,
+            b.1,
+            image.cores[0].crowded.handler.cycles_max,
+        );
+        cases += sources.len();
+        keys += both.keys_seen + alone.keys_seen;
+    }
+    println!("{cases} cases, {keys} ticks of a key");
+}
