@@ -7,6 +7,7 @@ mod image;
 mod played;
 mod searched;
 mod states;
+mod table;
 
 #[path = "../it/common.rs"]
 #[expect(dead_code, reason = "other tests want more of it")]
