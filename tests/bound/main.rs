@@ -5,6 +5,7 @@
 mod board;
 mod image;
 mod played;
+mod refused;
 mod searched;
 mod states;
 mod table;
