@@ -1,14 +1,19 @@
 //! `whippen budget`: whether every key's tick is in time, proven on the bytes of the image that `build` writes.
 
 mod json;
+mod path;
 mod table;
 
+use std::path::PathBuf;
+
+use clap::ValueHint;
 use whippen_compiler::budget::{Bound, Bounded, Budget, Dearest, NotBounded, Program, cores, missed, mode_names};
 use whippen_compiler::diag::{Diagnostic, Severity};
 use whippen_compiler::firmware::Whole;
 use whippen_compiler::modes::Modes;
 use whippen_compiler::pipeline::Compiled;
 use whippen_isa::Arch;
+use whippen_runtime::files::write_whole;
 
 use super::load;
 use super::setup::{Setup, SetupArgs};
@@ -27,6 +32,9 @@ pub struct Args {
     /// Find the largest number of keys that is proven to fit
     #[arg(long, conflicts_with = "keys")]
     most_keys: bool,
+    /// Also write the dearest way through a key as assembly, for other judges of its cycles
+    #[arg(long, value_name = "FILE.s", value_hint = ValueHint::FilePath)]
+    path: Option<PathBuf>,
     /// Print one JSON object a program instead
     #[arg(long)]
     json: bool,
@@ -59,6 +67,10 @@ pub fn run(args: &Args) -> Outcome {
             say!("{}", proof.json());
         } else {
             say::whole(&proof.table());
+        }
+        if let Some(path) = &args.path {
+            let text = proof.path_as_assembly();
+            write_whole(path, |w| w.write_all(text.as_bytes())).map_err(|error| Failure::Usage(error.to_string()))?;
         }
         if let Some(diagnostic) = proof.missed() {
             load::print(&setup.map, &[diagnostic], Severity::Error);

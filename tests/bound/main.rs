@@ -5,8 +5,10 @@
 mod board;
 mod image;
 mod played;
+mod refused;
 mod searched;
 mod states;
+mod table;
 
 #[path = "../it/common.rs"]
 #[expect(dead_code, reason = "other tests want more of it")]

@@ -4,8 +4,8 @@ use std::fmt;
 
 use whippen_isa::Arch;
 
-use super::{FirmwareError, Midi, Played, RP2350, Setup, Support, distance, keys_name, keys_of, objects};
-use crate::image::{Board, Image, Input, LinkError, Place, Start, link};
+use super::{CORES, FirmwareError, Midi, Played, RP2350, Setup, Support, distance, keys_name, keys_of, objects};
+use crate::image::{Board, Hint, Image, Input, LinkError, Place, Start, link};
 use crate::modes::Modes;
 use crate::thumb::{self, Around, Built, Layout, ThumbError, compile_for_frame, record_bytes};
 
@@ -102,7 +102,12 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
         let modes = keys_of(programs[number].modes, setup.keys, core);
         compile_for_frame(&modes, &options(core, number), &around).map_err(WholeError::Code)
     };
-    let pairs = (0..programs.len()).map(|number| Ok([built(0, number)?, built(1, number)?]));
+    let pairs = (0..programs.len()).map(|number| {
+        let first = built(0, number)?;
+        let same = setup.keys[0] == setup.keys[1] && programs[number].modes.kernel.keyed.is_empty();
+        let second = if same { renamed(&first, CORES) } else { built(1, number)? };
+        Ok([first, second])
+    });
     let keys: Vec<[Built; 2]> = pairs.collect::<Result<_, WholeError>>()?;
     let played = programs.iter().zip(&keys).map(|(program, [a, b])| Played {
         kernel: &program.modes.kernel,
@@ -116,5 +121,71 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
         inputs.extend(cores.iter().map(|built| Input { object: &built.object, places: program.places }));
     }
     let image = link(board, &inputs, "reset").map_err(WholeError::Link)?;
+    for stack in support.stacks {
+        has_room(&image, board, stack).map_err(WholeError::Link)?;
+    }
     Ok(Whole { image, layouts: keys.into_iter().map(|cores| cores.map(|built| built.layout)).collect() })
+}
+
+/// Bytes kept for the stack of a core: several times what the bound says that it needs.
+const STACK_BYTES: u32 = 1024;
+
+/// That nothing lies where a stack grows down to.
+fn has_room(image: &Image, board: &Board, stack: u32) -> Result<(), LinkError> {
+    let memory = board.memory.iter().find(|memory| (memory.base + 1..=memory.base + memory.size).contains(&stack));
+    let Some(memory) = memory else { return Ok(()) };
+    let ends = image.sections.iter().filter(|section| section.memory == memory.name);
+    let end = ends.map(|section| section.run + section.size).max().unwrap_or(memory.base);
+    if end + STACK_BYTES <= stack {
+        return Ok(());
+    }
+    let wanted = u64::from(end - memory.base) + u64::from(STACK_BYTES);
+    Err(LinkError::Full { memory: memory.name.clone(), wanted, size: stack - memory.base })
+}
+
+/// The same code and state for another core, under its name.
+fn renamed(built: &Built, [from, to]: [&str; 2]) -> Built {
+    let mut built = built.clone();
+    let rename = |name: &mut String| *name = name.replacen(from, to, 1);
+    for section in &mut built.object.sections {
+        rename(&mut section.name);
+        section.fixups.iter_mut().for_each(|fixup| rename(&mut fixup.symbol));
+        for hint in &mut section.hints {
+            if let Hint::Targets { symbols, .. } = hint {
+                symbols.iter_mut().for_each(rename);
+            }
+        }
+    }
+    built.object.symbols.iter_mut().for_each(|symbol| rename(&mut symbol.name));
+    built
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::parse;
+
+    /// A renamed object is the one that would have been compiled.
+    #[test]
+    fn the_second_core_has_the_code_of_the_first() {
+        let text = "kernel direct @44100 {
+  in x: u16 [0..65535]
+  out f: i16 [-32768..32767]
+  event loud 1
+  tick {
+    v0: i32 [0..65535] = in x
+    v1: i32 [32768..32768] = const 32768
+    v2: i32 [-32768..32767] = sub v0 v1
+    out f v2
+  }
+}
+";
+        let modes = Modes::single(&parse(text).unwrap_or_else(|error| panic!("{error:?}")));
+        let compiled = |core: usize| {
+            let options = thumb::Options { name: CORES[core].to_string(), keys: 7, gain: true, probes: false };
+            compile_for_frame(&modes, &options, &Around { distance: 28, record: 0 })
+                .unwrap_or_else(|error| panic!("{error}"))
+        };
+        assert_eq!(renamed(&compiled(0), CORES), compiled(1));
+    }
 }

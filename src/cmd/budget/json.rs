@@ -19,6 +19,8 @@ impl Proof<'_> {
             "kind": "budget",
             "instrument": self.name,
             "board": self.setup.board.name,
+            "keys": self.keys(),
+            "rate_hz": self.budget.rate_hz,
             "fits": self.budget.fits(),
             "period_cycles": self.budget.period_cycles,
             "key": {
@@ -47,6 +49,7 @@ impl Proof<'_> {
             "utilization": core.utilization(),
             "slack_cycles": core.slack_cycles,
             "slack": core.slack(),
+            "alone_cycles_max": of.alone.cycles_max,
             "contention_cycles_max": core.contention_cycles_max,
             "around_keys": parts(&of.alone),
             "more_keys": core.more_keys,

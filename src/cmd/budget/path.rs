@@ -1,0 +1,41 @@
+//! The dearest way through a key as assembly: one instruction after the other, as it is executed.
+
+use std::fmt::Write;
+
+use whippen_isa::{Class, Inst, ItState};
+
+use super::Proof;
+
+impl Proof<'_> {
+    /// A text for an assembler; branches lead to one label, because what they cost is not where they go.
+    pub fn path_as_assembly(&self) -> String {
+        let dearest = self.dearest();
+        let mut text = format!(
+            "@ {}: {} cycles, {}\n        .syntax unified\n        .thumb\nkey:\n",
+            self.setup.name(),
+            dearest.bound.cycles_max,
+            dearest.mode
+        );
+        let mut it = ItState::OUTSIDE;
+        for step in &dearest.bound.path {
+            let Some(Ok(inst)) = self.program.code.decode(step.address, self.setup.board.arch, it) else { continue };
+            it = match inst.class() {
+                Class::It => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15).unwrap_or(ItState::OUTSIDE),
+                _ => it.advance(),
+            };
+            let _ = writeln!(text, "        {:<40}@ {:08x} {}", assembly(&inst), step.address, step.cycles);
+        }
+        text
+    }
+}
+
+/// An instruction without the address it branches to.
+fn assembly(inst: &Inst) -> String {
+    let text = inst.to_string();
+    let before = match inst.class() {
+        Class::Branch => text.split_once(' ').map(|(name, _)| format!("{name} ")),
+        Class::CompareBranch => text.rsplit_once(' ').map(|(before, _)| format!("{before} ")),
+        _ => None,
+    };
+    before.map_or(text, |before| before + "key")
+}
