@@ -26,6 +26,24 @@ pub(super) fn from_each(func: &Allocated, core: &Core) -> Vec<u64> {
     longest.into_iter().map(|way| way.unwrap_or(0)).collect()
 }
 
+/// Cycles of the longest way through each block.
+pub(super) fn through_each(func: &Allocated, core: &Core) -> Vec<u64> {
+    let below = from_each(func, core);
+    let own = |block: usize| {
+        let targets = func.blocks[block].end.targets();
+        below[block] - targets.into_iter().map(|to| below[to]).max().unwrap_or(0).min(below[block])
+    };
+    let mut above = vec![0; func.blocks.len()];
+    // Blocks follow those that lead to them, but for the way back in a loop, which does not count.
+    for block in 0..func.blocks.len() {
+        let here = above[block] + own(block);
+        for to in func.blocks[block].end.targets().into_iter().filter(|to| *to > block) {
+            above[to] = above[to].max(here);
+        }
+    }
+    above.iter().zip(below).map(|(above, below)| above + below).collect()
+}
+
 /// The longest way from a block on; a block that is being visited is a loop's head, and ends the way.
 fn way(func: &Allocated, block: usize, cycles: &[u64], known: &mut [Option<u64>]) -> u64 {
     if let Some(known) = known[block] {
