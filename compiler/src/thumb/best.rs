@@ -52,7 +52,7 @@ struct Made {
 }
 
 /// How many ways are tried, at most, beside the first of each mode.
-const TRIES: usize = 40;
+const TRIES: usize = 16;
 
 /// The code of all modes.
 pub(super) fn modes(modes: &Modes, frame: &Frame, literals: &mut Literals) -> Result<Vec<Allocated>, ThumbError> {
@@ -90,14 +90,14 @@ pub(super) fn init(func: Func) -> Result<Allocated, ThumbError> {
     Ok(made(func, None, &Core::cortex_m33())?.0)
 }
 
-/// Code with registers, and the cycles of its longest path.
+/// Code with registers, and about the cycles of its longest path.
 fn made(func: Func, alive: Option<usize>, core: &Core) -> Result<(Allocated, u64), ThumbError> {
     let mut func = func.in_order();
     if let Some(alive) = alive {
         schedule::schedule(&mut func, core, alive);
     }
     let code = allocate(&func).map_err(ThumbError::Bug)?;
-    let cycles = path::longest(&code, core);
+    let cycles = path::roughly(&code, core);
     Ok((code, cycles))
 }
 

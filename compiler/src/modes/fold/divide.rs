@@ -4,7 +4,7 @@
 //! before rounding down lies in `[0, 1 / 2b)`: the first is a multiple of `1 / 2b`. `m` has two digits of 31 bits.
 
 use super::Fold;
-use crate::kernel::{Op, Range, Type};
+use crate::kernel::{Op, Type};
 use crate::modes::graph::{Graph, Id};
 
 /// Bits of a digit.
@@ -73,8 +73,8 @@ mod tests {
         let (mut rng, mut found) = (Rng::new(1), 0);
         for _ in 0..20_000 {
             let n = rng.below(31) as u8;
-            let b = 1 + rng.below(1 << (1 + rng.below(31))) as i64;
-            let bits = 1 + rng.below(31);
+            let (size, bits) = (1 + rng.below(31), 1 + rng.below(31));
+            let b = 1 + rng.below(1 << size) as i64;
             // What does not fit a word is no quotient of a kernel.
             let largest = (rng.below(1 << bits) as i64).min(((1_i64 << 31) - 2).saturating_mul(b) >> n);
             let Some(product) = Product::of(largest.into(), b.into(), n) else { continue };

@@ -13,6 +13,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 const ALIVE: usize = 4;
 /// Instructions that are copied, at most, to free one register.
 const CONE: usize = 8;
+/// Uses of bools that are followed.
+const USES: usize = 64;
 
 /// What stands in a block, and who else uses it.
 struct Block<'a, 'p, 'k> {
@@ -48,12 +50,18 @@ pub(super) fn stay(placer: &Placer, needs: &Needs, condition: Id, may_stand: Vec
 }
 
 impl Block<'_, '_, '_> {
-    /// Whether a use is in this block: of a bool, if all uses of the bool are.
+    /// Whether a use is in this block: of a bool, if all uses of the bool are. Of bools of bools only so many are looked at.
     fn is_here(&self, user: Id) -> bool {
-        if self.placer.on_demand(user) {
-            return self.users.get(&user).is_none_or(|users| users.iter().all(|user| self.is_here(*user)));
+        let mut open = vec![user];
+        for _ in 0..USES {
+            let Some(user) = open.pop() else { return true };
+            if self.placer.on_demand(user) {
+                open.extend(self.users.get(&user).into_iter().flatten());
+            } else if !self.here.contains(&user) {
+                return false;
+            }
         }
-        self.here.contains(&user)
+        false
     }
 
     fn used_below(&self, id: Id) -> bool {
