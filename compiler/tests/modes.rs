@@ -211,3 +211,56 @@ fn limits_are_kept() {
         }
     }
 }
+
+/// How long chains are.
+const LINKS: i64 = 3000;
+
+/// A kernel where each of many operators is made of the one before.
+fn chain(link: usize) -> Result<Kernel, OpError> {
+    let mut b = Builder::new(&format!("chain.{link}"), 44_100);
+    let (input, out) = (b.input("x", Range::new(0, 65_535)), b.output("f", Range::new(-32_768, 32_767)));
+    let kept = b.cell("kept", Type::I1, Type::I1.range(), 0);
+    b.begin_tick();
+    let x = b.op(Op::In(input), &[])?;
+    let mut word = x;
+    let mut holds = b.op(Op::Get(kept), &[])?;
+    for at in 0..LINKS {
+        let k = b.constant(Type::I32, 1 + at % 7)?;
+        match link {
+            0 => word = b.op(Op::Add, &[word, k])?,
+            1 => {
+                let shifted = b.op(Op::Shl(1), &[word])?;
+                word = b.op(Op::Sar(1), &[shifted])?;
+            }
+            2 => word = b.op(if at % 2 == 0 { Op::Min } else { Op::Max }, &[word, k])?,
+            3 => holds = b.op(Op::Not, &[holds])?,
+            _ => {
+                let limit = b.constant(Type::I32, at * 20)?;
+                let less = b.op(Op::Lt, &[x, limit])?;
+                holds = b.op([Op::And, Op::Or][at as usize % 2], &[holds, less])?;
+                if link == 5 {
+                    word = b.op(Op::Select, &[holds, word, k])?;
+                }
+            }
+        }
+    }
+    let limit = b.constant(Type::I32, 9000)?;
+    let less = b.op(Op::Lt, &[word, limit])?;
+    let less = b.op(Op::And, &[less, holds])?;
+    b.effect(Op::Set(kept), &[less])?;
+    let zero = b.constant(Type::I32, 0)?;
+    let force = b.op(Op::Select, &[less, zero, limit])?;
+    b.effect(Op::Out(out), &[force])?;
+    Ok(b.finish())
+}
+
+/// Whatever goes down such a chain needs no more stack than a thread has.
+#[test]
+fn long_chains() {
+    for link in 0..6 {
+        let kernel = chain(link).expect("is made of what fits");
+        let modes = specialise(&kernel, 12_000);
+        assert!(modes.longest() <= Modes::single(&kernel).longest(), "link {link}");
+        Pair::new(&kernel, &modes, &kernel.name).run(&mut Rng::new(link as u64), 20);
+    }
+}

@@ -58,7 +58,12 @@ pub(super) struct Fold {
     impossible: bool,
     /// What to take back, the latest last.
     trail: Vec<Undo>,
+    /// How many rules deep this is.
+    depth: usize,
 }
+
+/// Rules that lead to rules, at most: behind that an operator stands as it is, so that long chains need no stack.
+const DEPTH: usize = 64;
 
 #[derive(Debug, Clone, Copy)]
 enum Undo {
@@ -212,7 +217,10 @@ impl Fold {
 
     /// A pure operator of folded operands.
     pub(super) fn pure(&mut self, graph: &mut Graph, op: Op, ty: Type, args: &[Id]) -> Id {
-        if let Some(id) = self.simpler(graph, op, ty, args) {
+        self.depth += 1;
+        let simpler = if self.depth <= DEPTH { self.simpler(graph, op, ty, args) } else { None };
+        self.depth -= 1;
+        if let Some(id) = simpler {
             return id;
         }
         let id = graph.node(Kind::Op(op), ty, args);

@@ -14,7 +14,7 @@ pub(super) fn equal_tails(mut blocks: Vec<Block>, values: &[ValueInfo]) -> Vec<B
     // What a block leads to comes after it, so from the end all that is equal below has become one.
     for at in (0..blocks.len()).rev() {
         blocks[at].end.targets_mut().for_each(|target| target.block = first[target.block]);
-        let mut spelled = Spelled { infos: values, words: Vec::new(), own: FxHashMap::default(), count: 0 };
+        let mut spelled = Spelled { infos: values, words: Vec::new(), own: FxHashMap::default(), count: 0, depth: 0 };
         spelled.block(&blocks, at);
         first[at] = *known.entry(spelled.words).or_insert(at);
     }
@@ -28,10 +28,24 @@ struct Spelled<'a> {
     own: FxHashMap<Value, u64>,
     /// How many definitions came by; one that two ways lead to comes by twice.
     count: u64,
+    /// How many blocks down this is.
+    depth: usize,
 }
+
+/// Blocks that are spelled one below the other; the next is a number, so that blocks are the same only if they lead there.
+const DEPTH: usize = 100;
 
 impl Spelled<'_> {
     fn block(&mut self, blocks: &[Block], at: usize) {
+        if self.depth == DEPTH {
+            return self.words.extend([4, at as u64]);
+        }
+        self.depth += 1;
+        self.spell(blocks, at);
+        self.depth -= 1;
+    }
+
+    fn spell(&mut self, blocks: &[Block], at: usize) {
         let Some(block) = blocks.get(at) else { return };
         self.define(&block.params);
         block.insts.iter().for_each(|inst| self.inst(inst));

@@ -20,6 +20,8 @@ use sorted::{common, union};
 
 /// Blocks of one mode; parts of conditions that are shared are decided once for each use, which could go on for long.
 const BLOCKS: usize = 20_000;
+/// Bools that are made of bools, at most so deep: going down them needs stack.
+const DEPTH: usize = 200;
 
 /// What all modes know of each other.
 pub(super) struct Plan<'a> {
@@ -58,6 +60,7 @@ pub(super) fn mode(graph: &mut Graph, plan: &Plan, at: usize) -> Option<Mode> {
         here: FxHashMap::default(),
         results: FxHashMap::default(),
         trail: Vec::new(),
+        depth: 0,
     };
     placer.place(&needs, 0)?;
     let Placer { values, blocks, .. } = placer;
@@ -144,6 +147,8 @@ struct Placer<'a, 'k> {
     results: FxHashMap<Id, Vec<Value>>,
     /// What was placed, in order.
     trail: Vec<Id>,
+    /// How deep in bools this is.
+    depth: usize,
 }
 
 impl Placer<'_, '_> {
@@ -246,8 +251,15 @@ impl Placer<'_, '_> {
         }
     }
 
-    /// Puts the node at the end of the block.
+    /// Puts the node at the end of the block; none if it is made of too much.
     fn stand(&mut self, id: Id) -> Option<Value> {
+        self.depth += 1;
+        let value = if self.depth <= DEPTH { self.stand_here(id) } else { None };
+        self.depth -= 1;
+        value
+    }
+
+    fn stand_here(&mut self, id: Id) -> Option<Value> {
         let args: Vec<Id> = self.graph.args(id).to_vec();
         let value = match self.graph.kind(id) {
             Kind::Start => Value(u32::MAX),
@@ -364,9 +376,22 @@ impl Placer<'_, '_> {
 
     /// A compound condition is decided part by part.
     fn decide_to(&mut self, condition: Id, yes: Way, no: Way, ends: &mut Vec<(usize, Value, Way, Way)>) -> Option<()> {
-        if self.blocks.len() > BLOCKS {
+        if self.blocks.len() > BLOCKS || self.depth > DEPTH {
             return None;
         }
+        self.depth += 1;
+        let decided = self.decide_part(condition, yes, no, ends);
+        self.depth -= 1;
+        decided
+    }
+
+    fn decide_part(
+        &mut self,
+        condition: Id,
+        yes: Way,
+        no: Way,
+        ends: &mut Vec<(usize, Value, Way, Way)>,
+    ) -> Option<()> {
         let args = self.graph.args(condition).to_vec();
         match (self.graph.op(condition), &args[..]) {
             (Some(Op::Not), [inner]) => self.decide_to(*inner, no, yes, ends),

@@ -1,8 +1,8 @@
 //! The best of some ways to make the code of each mode.
 //!
 //! A way is how many values may be alive at once in the schedule, and for how long what can be loaded again keeps its
-//! register. Every mode is made in one way; then the dearest is made in others, as long as there is another to try, because
-//! only the longest path of all counts.
+//! register. Every mode is made in one way; then the dearest is put in order, and made in others, as long as there is another
+//! to try, because only the longest path of all counts.
 
 use super::allocate::{Allocated, allocate};
 use super::frame::Frame;
@@ -47,46 +47,62 @@ const WAYS: [Way; 13] = [
 struct Made {
     code: Allocated,
     cycles: u64,
-    /// How many ways were tried.
+    /// How many ways were tried to the end; the first of them is only begun with where this is none.
     tried: usize,
 }
+
+/// How many ways are tried, at most, beside the first of each mode.
+const TRIES: usize = 16;
 
 /// The code of all modes.
 pub(super) fn modes(modes: &Modes, frame: &Frame, literals: &mut Literals) -> Result<Vec<Allocated>, ThumbError> {
     let core = Core::cortex_m33();
     let mut make = |index: usize, way: Way| {
         let func = Select::mode(&modes.kernel, frame, literals, &modes.modes[index], index, way.near);
-        finish(func, way.alive, &core)
+        made(func, way.alive, &core)
     };
     let mut all = Vec::new();
     for index in 0..modes.modes.len() {
         let (code, cycles) = make(index, WAYS[0])?;
-        all.push(Made { code, cycles, tried: 1 });
+        all.push(Made { code, cycles, tried: 0 });
     }
-    loop {
-        let dearest = (0..all.len()).max_by_key(|index| (all[*index].cycles, std::cmp::Reverse(*index)));
-        let Some((index, way)) = dearest.and_then(|index| Some((index, *WAYS.get(all[index].tried)?))) else { break };
-        let (code, cycles) = make(index, way)?;
-        all[index].tried += 1;
-        if cycles < all[index].cycles {
-            (all[index].code, all[index].cycles) = (code, cycles);
+    for _ in 0..TRIES + all.len() {
+        let dearest = all.iter_mut().enumerate().max_by_key(|(index, made)| (made.cycles, std::cmp::Reverse(*index)));
+        let Some((index, best)) = dearest else { break };
+        if best.tried == 0 {
+            best.cycles = ordered(&mut best.code, &core);
+        } else if let Some(way) = WAYS.get(best.tried) {
+            let (mut code, _) = make(index, *way)?;
+            let cycles = ordered(&mut code, &core);
+            if cycles < best.cycles {
+                (best.code, best.cycles) = (code, cycles);
+            }
+        } else {
+            break;
         }
+        best.tried += 1;
     }
     Ok(all.into_iter().map(|made| made.code).collect())
 }
 
-/// The best code for `init`, of which only the size counts.
+/// The code of `init`, of which only the size counts.
 pub(super) fn init(func: Func) -> Result<Allocated, ThumbError> {
-    Ok(finish(func, None, &Core::cortex_m33())?.0)
+    Ok(made(func, None, &Core::cortex_m33())?.0)
 }
 
-fn finish(func: Func, alive: Option<usize>, core: &Core) -> Result<(Allocated, u64), ThumbError> {
+/// Code with registers, and about the cycles of its longest path.
+fn made(func: Func, alive: Option<usize>, core: &Core) -> Result<(Allocated, u64), ThumbError> {
     let mut func = func.in_order();
     if let Some(alive) = alive {
         schedule::schedule(&mut func, core, alive);
     }
-    let mut code = allocate(&func).map_err(ThumbError::Bug)?;
-    reorder::reorder(&mut code, core);
-    let cycles = path::longest(&code, core);
+    let code = allocate(&func).map_err(ThumbError::Bug)?;
+    let cycles = path::roughly(&code, core);
     Ok((code, cycles))
+}
+
+/// The same in a better order; gives its cycles.
+fn ordered(code: &mut Allocated, core: &Core) -> u64 {
+    reorder::reorder(code, core);
+    path::longest(code, core)
 }

@@ -9,6 +9,20 @@ use super::vcode::End;
 use whippen_isa::Arch;
 use whippen_isa::timing::{Core, Outcome, Pipe};
 
+/// The same without folding, which is fast and a little more.
+pub(super) fn roughly(func: &Allocated, core: &Core) -> u64 {
+    let cycles = |block: &Placed| {
+        let mut pipe = Pipe::default();
+        let issue = |fixed: &super::allocate::Fixed| {
+            let (next, cost) = core.issue(pipe, &core.prepare(&fixed.inst), 0, &Outcome::NEXT);
+            pipe = next;
+            u64::from(cost.cycles())
+        };
+        block.code.iter().map(issue).sum::<u64>() + end(block)
+    };
+    below(func, func.blocks.iter().map(cycles).collect()).first().copied().unwrap_or(0)
+}
+
 /// Cycles of the longest way; blocks of loops count as often as they run.
 pub(super) fn longest(func: &Allocated, core: &Core) -> u64 {
     from_each(func, core).first().copied().unwrap_or(0)
@@ -16,27 +30,34 @@ pub(super) fn longest(func: &Allocated, core: &Core) -> u64 {
 
 /// Cycles of the longest way from each block on.
 pub(super) fn from_each(func: &Allocated, core: &Core) -> Vec<u64> {
-    let mut cycles: Vec<u64> = func.blocks.iter().map(|block| block_cycles(block, core)).collect();
+    below(func, func.blocks.iter().map(|block| block_cycles(block, core)).collect())
+}
+
+/// The longest way from each block on, given the cycles of each.
+fn below(func: &Allocated, mut cycles: Vec<u64>) -> Vec<u64> {
     // Loops are short and rare: their rounds are charged to their heads.
     for (block, cycles) in func.blocks.iter().zip(&mut cycles) {
         *cycles *= u64::from(block.rounds.unwrap_or(1));
     }
-    let mut longest = vec![None; func.blocks.len()];
-    way(func, 0, &cycles, &mut longest);
-    longest.into_iter().map(|way| way.unwrap_or(0)).collect()
+    // Blocks follow those that lead to them, but for the way back in a loop, which does not count.
+    for block in (0..cycles.len()).rev() {
+        let below = func.blocks[block].end.targets().into_iter().filter(|to| *to > block).map(|to| cycles[to]);
+        cycles[block] += below.max().unwrap_or(0);
+    }
+    cycles
 }
 
-/// The longest way from a block on; a block that is being visited is a loop's head, and ends the way.
-fn way(func: &Allocated, block: usize, cycles: &[u64], known: &mut [Option<u64>]) -> u64 {
-    if let Some(known) = known[block] {
-        return known;
+/// Cycles of the longest way through each block.
+pub(super) fn through_each(func: &Allocated, core: &Core) -> Vec<u64> {
+    let below = from_each(func, core);
+    let mut above = vec![0; func.blocks.len()];
+    for block in 0..func.blocks.len() {
+        let targets: Vec<usize> = func.blocks[block].end.targets().into_iter().filter(|to| *to > block).collect();
+        let own = below[block] - targets.iter().map(|to| below[*to]).max().unwrap_or(0);
+        let here = above[block] + own;
+        targets.into_iter().for_each(|to| above[to] = here.max(above[to]));
     }
-    known[block] = Some(0);
-    let targets = func.blocks[block].end.targets();
-    let below = targets.into_iter().map(|to| way(func, to, cycles, known)).max().unwrap_or(0);
-    let all = cycles[block] + below;
-    known[block] = Some(all);
-    all
+    above.iter().zip(below).map(|(above, below)| above + below).collect()
 }
 
 fn block_cycles(block: &Placed, core: &Core) -> u64 {
@@ -48,10 +69,13 @@ fn block_cycles(block: &Placed, core: &Core) -> u64 {
         let (next, cost) = core.issue(pipe, &core.prepare(&inst), at, &Outcome::NEXT);
         (pipe, at, sum) = (next, at + inst.size(), sum + u64::from(cost.cycles()));
     }
-    let end = match block.end {
+    sum + end(block)
+}
+
+fn end(block: &Placed) -> u64 {
+    match block.end {
         End::Jump(_) => 0,
         End::Branch { .. } => 1,
         End::Next(_) | End::InitDone => 2,
-    };
-    sum + end
+    }
 }

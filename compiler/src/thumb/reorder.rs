@@ -12,20 +12,28 @@ mod check;
 mod measure;
 
 use super::allocate::{Allocated, Fixed, Placed};
+use super::path;
 use super::vcode::{Access, Place};
 use measure::Measure;
 use whippen_isa::reg::SP;
 use whippen_isa::timing::Core;
 use whippen_isa::{Class, Flags};
 
+/// Ways shorter than this part of the longest are left as they are: an order saves less than the difference.
+const SHORT: (u64, u64) = (4, 5);
 /// How far an instruction is moved at once.
 const WINDOW: usize = 14;
 /// How many orders of a block are measured.
 const TRIES: usize = 4000;
 
-/// Puts every block in a better order, if there is one.
+/// Puts every block on a long way in a better order, if there is one: the others are as good as they need be.
 pub(super) fn reorder(func: &mut Allocated, core: &Core) {
-    for block in &mut func.blocks {
+    let through = path::through_each(func, core);
+    let longest = through.iter().copied().max().unwrap_or(0);
+    for (block, through) in func.blocks.iter_mut().zip(through) {
+        if SHORT.1 * through < SHORT.0 * longest {
+            continue;
+        }
         let better = Order::new(block, core).improved();
         let ordered: Vec<Fixed> = better.iter().map(|at| block.code[*at]).collect();
         debug_assert!(check::same(&block.code, &ordered), "an order changes what is computed");
@@ -91,7 +99,7 @@ impl Order {
         let (before, after) = dependences(&block.code);
         let order: Vec<usize> = (0..block.code.len()).collect();
         let mut measure = Measure::new(block, core);
-        let cycles = measure.of(&order);
+        let cycles = measure.accept(&order);
         Order { measure, before, after, place: order.clone(), order, cycles, tries: 0 }
     }
 
@@ -127,6 +135,9 @@ impl Order {
             }
         }
         self.shift(now, best);
+        if best != from {
+            self.measure.accept(&self.order);
+        }
         for place in first.min(from)..end.max(from + 1) {
             self.place[self.order[place]] = place;
         }

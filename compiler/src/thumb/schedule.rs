@@ -18,7 +18,7 @@ mod live;
 use super::frame::K;
 use super::vcode::{Access, Code, End, Func, Reg, Role, VReg};
 use depend::{Graph, depend};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 use whippen_isa::timing::{Core, Outcome, Pipe};
 
 /// Puts the code of every block in order; about `limit` values are alive at once.
@@ -92,7 +92,7 @@ struct Order<'a> {
     graph: &'a Graph,
     limit: usize,
     /// Uses that are still to come, by register; those behind the block count one.
-    left: HashMap<VReg, usize>,
+    left: FxHashMap<VReg, usize>,
     /// How many predecessors are still to come.
     blocked: Vec<usize>,
     alive: usize,
@@ -101,7 +101,7 @@ struct Order<'a> {
 
 impl<'a> Order<'a> {
     fn new(code: &'a [Code], graph: &'a Graph, live: &[VReg], last: Option<VReg>, limit: usize) -> Order<'a> {
-        let mut left: HashMap<VReg, usize> = HashMap::new();
+        let mut left: FxHashMap<VReg, usize> = FxHashMap::default();
         let uses = code.iter().flat_map(Code::reads).chain(live.iter().copied()).chain(last);
         uses.for_each(|reg| *left.entry(reg).or_default() += 1);
         let defined: Vec<VReg> = code.iter().flat_map(Code::writes).collect();

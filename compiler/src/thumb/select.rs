@@ -54,6 +54,9 @@ enum Bound {
     Again(Op, Value),
 }
 
+/// How many values may wait one for the other.
+const LATE: u8 = 32;
+
 /// Selection for one mode, or for `init`.
 pub(super) struct Select<'a> {
     kernel: &'a Kernel,
@@ -65,6 +68,8 @@ pub(super) struct Select<'a> {
     as_word: Vec<bool>,
     /// What is loaded wherever it is used.
     again: Vec<bool>,
+    /// How many values that wait, one for the other, a value is made of.
+    late: Vec<u8>,
     /// Choices that wait until they are stored.
     waiting: Vec<bool>,
     /// Those that are waiting.
@@ -112,6 +117,7 @@ impl<'a> Select<'a> {
             bound: vec![Bound::Nothing; values.len()],
             as_word: vec![false; values.len()],
             again: vec![false; values.len()],
+            late: vec![0; values.len()],
             waiting: vec![false; values.len()],
             chosen: BTreeMap::new(),
             old: vec![None; values.len()],
@@ -307,23 +313,23 @@ impl<'a> Select<'a> {
             }
             (Op::Assume(..), _) => self.bound[inst.args[0].0 as usize],
             (Op::Lt | Op::Le | Op::Eq, _) => self.test(inst, result),
-            (Op::Not, _) if self.used[result.0 as usize] == 1 => Bound::Later(Op::Not, [inst.args[0]; 2]),
+            (Op::Not, _) if self.used[result.0 as usize] == 1 && self.may_wait(&inst.args) => {
+                Bound::Later(Op::Not, [inst.args[0]; 2])
+            }
             (Op::And | Op::Or | Op::Not, _) => self.logic(inst.op, &inst.args),
             (Op::Select, _) if self.waits_for_store(inst) => Bound::Nothing,
             (Op::Select, ty) => self.select(ty, &inst.args),
             (Op::Get(_) | Op::Live(_) | Op::Keyed(_), _) if self.again[result.0 as usize] => {
                 Bound::Again(inst.op, result)
             }
-            (Op::Shl(_) | Op::Sar(_), Type::I32) if self.repeats(inst.op, inst.args[0], result) => {
-                Bound::Again(inst.op, inst.args[0])
-            }
+            (Op::Shl(_) | Op::Sar(_), Type::I32) if self.repeats(inst, result) => Bound::Again(inst.op, inst.args[0]),
             (Op::In(_) | Op::Live(_) | Op::Keyed(_) | Op::Get(_) | Op::GetAt(_) | Op::Delay(..) | Op::Lookup(_), _) => {
                 self.read(inst.op, &inst.args)
             }
             (Op::DivRound(n), _) => Bound::One(self.div_round(inst.args[0], inst.args[1], n)),
             (Op::Sqrt, _) => Bound::One(self.root(inst.args[0])),
             (Op::Narrow, _) => self.narrow(inst.args[0]),
-            (op, _) if self.waits(op, result) => {
+            (op, _) if self.waits(op, result) && self.may_wait(&inst.args) => {
                 Bound::Later(op, [inst.args[0], *inst.args.get(1).unwrap_or(&inst.args[0])])
             }
             (op, Type::I64) => {
@@ -332,12 +338,24 @@ impl<'a> Select<'a> {
             }
             (op, _) => Bound::One(self.word(op, &inst.args)),
         };
+        self.late[result.0 as usize] = match bound {
+            Bound::Later(..) | Bound::Test(..) | Bound::Again(..) => {
+                inst.args.iter().map(|arg| self.late[arg.0 as usize]).max().unwrap_or(0).saturating_add(1)
+            }
+            _ => 0,
+        };
         self.bind(result, bound);
     }
 
     /// Whether a shift of what is loaded again is done again, too.
-    fn repeats(&self, op: Op, arg: Value, result: Value) -> bool {
-        !self.waits(op, result) && matches!(self.bound[arg.0 as usize], Bound::Again(..))
+    fn repeats(&self, inst: &Inst, result: Value) -> bool {
+        let is_again = matches!(self.bound[inst.args[0].0 as usize], Bound::Again(..));
+        is_again && !self.waits(inst.op, result) && self.may_wait(&inst.args)
+    }
+
+    /// Whether a value of these may wait for its user: not behind too many others that do, because going there needs stack.
+    fn may_wait(&self, args: &[Value]) -> bool {
+        args.iter().all(|arg| self.late[arg.0 as usize] < LATE)
     }
 
     /// The register of what each block computes for itself.

@@ -12,7 +12,7 @@ impl Proof<'_> {
         let dearest = self.dearest();
         let mut text = format!(
             "@ {}: {} cycles, {}\n        .syntax unified\n        .thumb\nkey:\n",
-            self.setup.name(),
+            self.name,
             dearest.bound.cycles_max,
             dearest.mode
         );

@@ -73,9 +73,8 @@ mod tests {
         let (mut rng, mut found) = (Rng::new(1), 0);
         for _ in 0..20_000 {
             let n = rng.below(31) as u8;
-            let width = 1 + rng.below(31);
-            let b = 1 + rng.below(1 << width) as i64;
-            let bits = 1 + rng.below(31);
+            let (size, bits) = (1 + rng.below(31), 1 + rng.below(31));
+            let b = 1 + rng.below(1 << size) as i64;
             // What does not fit a word is no quotient of a kernel.
             let largest = (rng.below(1 << bits) as i64).min(((1_i64 << 31) - 2).saturating_mul(b) >> n);
             let Some(product) = Product::of(largest.into(), b.into(), n) else { continue };

@@ -13,6 +13,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 const ALIVE: usize = 4;
 /// Instructions that are copied, at most, to free one register.
 const CONE: usize = 8;
+/// Uses of bools that are followed.
+const USES: usize = 64;
 
 /// What stands in a block, and who else uses it.
 struct Block<'a, 'p, 'k> {
@@ -32,15 +34,14 @@ pub(super) fn stay(placer: &Placer, needs: &Needs, condition: Id, may_stand: Vec
     }
     let decided = placer.graph.reachable(&[condition]).into_iter().collect();
     let mut block = Block { placer, here: may_stand.iter().copied().collect(), users, decided };
-    for id in may_stand.iter().rev() {
-        block.leave_overwriting(*id);
-    }
+    // What is left for below reads what others overwrite.
+    while may_stand.iter().rev().any(|id| block.leave_overwriting(*id)) {}
     let mut alive = may_stand.iter().filter(|id| block.is_alive(**id)).count();
     for id in may_stand.iter().rev() {
         if alive <= ALIVE {
             break;
         }
-        if let Some(cone) = block.cone(*id) {
+        if let Some(cone) = block.cone(*id, false) {
             cone.iter().for_each(|id| _ = block.here.remove(id));
             alive -= 1;
         }
@@ -49,12 +50,18 @@ pub(super) fn stay(placer: &Placer, needs: &Needs, condition: Id, may_stand: Vec
 }
 
 impl Block<'_, '_, '_> {
-    /// Whether a use is in this block: of a bool, if all uses of the bool are.
+    /// Whether a use is in this block: of a bool, if all uses of the bool are. Of bools of bools only so many are looked at.
     fn is_here(&self, user: Id) -> bool {
-        if self.placer.on_demand(user) {
-            return self.users.get(&user).is_none_or(|users| users.iter().all(|user| self.is_here(*user)));
+        let mut open = vec![user];
+        for _ in 0..USES {
+            let Some(user) = open.pop() else { return true };
+            if self.placer.on_demand(user) {
+                open.extend(self.users.get(&user).into_iter().flatten());
+            } else if !self.here.contains(&user) {
+                return false;
+            }
         }
-        self.here.contains(&user)
+        false
     }
 
     fn used_below(&self, id: Id) -> bool {
@@ -75,27 +82,31 @@ impl Block<'_, '_, '_> {
         }
     }
 
-    /// A cell whose old word is used below is not overwritten here: the word would take a register down.
-    fn leave_overwriting(&mut self, id: Id) {
+    /// A cell whose old word is used below is not overwritten here: the word would take a register down. Gives whether that
+    /// is so, of a cell that was to be overwritten here.
+    fn leave_overwriting(&mut self, id: Id) -> bool {
         let graph = &self.placer.graph;
-        let Some(Op::Set(cell)) = graph.op(id) else { return };
+        let Some(Op::Set(cell)) = graph.op(id).filter(|_| self.here.contains(&id)) else { return false };
         let is_old = |id: &&Id| graph.op(**id) == Some(Op::Get(cell));
         let old = self.here.iter().find(is_old).or_else(|| self.placer.placed.keys().find(is_old)).copied();
         if !old.is_some_and(|old| self.used_below(old)) {
-            return;
+            return false;
         }
         self.here.remove(&id);
         let new = graph.args(id)[0];
-        if let Some(cone) = self.cone(new) {
-            cone.iter().for_each(|id| _ = self.here.remove(id));
-        } else if !self.is_read_again(new) && self.is_new(new) {
-            // The new word would go down instead.
+        let cone = self.cone(new, true);
+        // Without a cone the new word would go down instead.
+        let leaves = cone.is_some() || self.is_read_again(new) || !self.is_new(new);
+        if !leaves {
             self.here.insert(id);
         }
+        cone.into_iter().flatten().for_each(|id| _ = self.here.remove(&id));
+        leaves
     }
 
     /// The value with all that only it needs, if it can go down without another value that goes down in its place.
-    fn cone(&self, top: Id) -> Option<Vec<Id>> {
+    /// With `overwritten`, words of cells that are overwritten here count as what can be read again.
+    fn cone(&self, top: Id, overwritten: bool) -> Option<Vec<Id>> {
         let graph = &self.placer.graph;
         let pure = |id: Id| graph.op(id).is_some_and(|op| op.row().effect == crate::kernel::Effect::Pure);
         let goes = |id: Id| self.here.contains(&id) && pure(id) && !self.decided.contains(&id);
@@ -105,14 +116,20 @@ impl Block<'_, '_, '_> {
         }
         let (mut cone, mut open) = (vec![top], graph.args(top).to_vec());
         while let Some(id) = open.pop() {
-            if cone.contains(&id) || self.is_read_again(id) || graph.constant(id).is_some() {
+            let is_word = overwritten && matches!(graph.op(id), Some(Op::Get(_)));
+            if cone.contains(&id) || is_word || self.is_read_again(id) {
+                continue;
+            }
+            if self.placer.on_demand(id) {
+                // It is made anew wherever it is asked for.
+                open.extend_from_slice(graph.args(id));
                 continue;
             }
             let only_here = self.users.get(&id).is_some_and(|users| users.iter().all(|user| cone.contains(user)));
             if goes(id) && only_here {
                 cone.push(id);
                 open.extend_from_slice(graph.args(id));
-            } else if self.placer.on_demand(id) || !self.used_below(id) && self.is_new(id) {
+            } else if !self.used_below(id) && self.is_new(id) {
                 return None;
             }
             if cone.len() > CONE {

@@ -30,8 +30,36 @@ pub(super) struct Measure {
     it: Form,
     /// The branch at the end, and whether it is always taken; none if the next block may just follow.
     end: Option<(Form, bool)>,
-    /// Which of the two forms, by place.
+    /// The order that others are compared with.
+    base: Base,
+    /// Which of the two forms, by place, of the order that is measured.
     setting: Vec<bool>,
+}
+
+/// An order that was measured: the states before each place and at the end.
+#[derive(Default)]
+struct Base {
+    order: Vec<usize>,
+    setting: Vec<bool>,
+    states: Vec<State>,
+    total: u32,
+}
+
+/// Between two instructions.
+#[derive(Debug, Clone, Copy, Default)]
+struct State {
+    pipe: Pipe,
+    at: u32,
+    /// Twice the cycles so far.
+    sum: u32,
+    left_in_it: usize,
+}
+
+impl State {
+    /// Whether what follows costs the same.
+    fn is_like(&self, other: &State) -> bool {
+        (self.pipe, self.at % 4, self.left_in_it) == (other.pipe, other.at % 4, other.left_in_it)
+    }
 }
 
 impl Measure {
@@ -57,40 +85,68 @@ impl Measure {
             forms: block.code.iter().map(|fixed| forms(&fixed.inst)).collect(),
             it: form(&emit::it(Cond::EQ, &[(template(Op::MOV_register), None, None)])),
             end,
+            base: Base::default(),
             setting: vec![false; block.code.len()],
         }
     }
 
-    /// Twice the cycles, so that half of them are for each way of a branch.
+    /// Twice the cycles, so that half of them are for each way of a branch; others are compared with this order from here on.
+    pub fn accept(&mut self, order: &[usize]) -> u32 {
+        self.choose_forms(order);
+        let (mut state, mut states) = (State::default(), Vec::with_capacity(order.len() + 1));
+        for place in 0..order.len() {
+            states.push(state);
+            state = self.step(state, order, place);
+        }
+        states.push(state);
+        let total = state.sum + self.end(state);
+        self.base = Base { order: order.to_vec(), setting: self.setting.clone(), states, total };
+        total
+    }
+
+    /// The same for an order that differs a little.
     pub fn of(&mut self, order: &[usize]) -> u32 {
         self.choose_forms(order);
-        let (mut pipe, mut at, mut sum) = (Pipe::default(), 0, 0);
-        let mut issue = |form: &Form, outcome: &Outcome| {
-            let (next, cost) = self.core.issue(pipe, &form.timed, at, outcome);
-            (pipe, at, sum) = (next, at + form.bytes, sum + 2 * cost.cycles());
-        };
-        let mut left_in_it = 0;
-        for (place, index) in order.iter().enumerate() {
-            let forms = &self.forms[*index];
-            if forms.cond.is_some() && left_in_it == 0 {
-                left_in_it = self.it_block(&order[place..]);
-                issue(&self.it, &Outcome::NEXT);
+        let Base { order: known, setting, states, total } = &self.base;
+        let differs = |place: &usize| known[*place] != order[*place] || setting[*place] != self.setting[*place];
+        let Some(first) = (0..order.len()).find(differs) else { return *total };
+        let last = (first..order.len()).rfind(differs).unwrap_or(first);
+        // An IT block looks ahead over four instructions.
+        let first = first.saturating_sub(4);
+        let mut state = states[first];
+        for place in first..order.len() {
+            if place > last && state.is_like(&states[place]) {
+                return total + state.sum - states[place].sum;
             }
-            left_in_it = left_in_it.saturating_sub(1);
-            let form = forms.setting.as_ref().filter(|_| self.setting[place]).unwrap_or(&forms.plain);
-            issue(form, &Outcome::NEXT);
+            state = self.step(state, order, place);
         }
+        state.sum + self.end(state)
+    }
+
+    /// One instruction, with an IT in front of it if it begins a block.
+    fn step(&self, mut state: State, order: &[usize], place: usize) -> State {
+        let forms = &self.forms[order[place]];
+        if forms.cond.is_some() && state.left_in_it == 0 {
+            state = self.issue(state, &self.it);
+            state.left_in_it = self.it_block(&order[place..]);
+        }
+        state.left_in_it = state.left_in_it.saturating_sub(1);
+        self.issue(state, forms.setting.as_ref().filter(|_| self.setting[place]).unwrap_or(&forms.plain))
+    }
+
+    fn issue(&self, state: State, form: &Form) -> State {
+        let (pipe, cost) = self.core.issue(state.pipe, &form.timed, state.at, &Outcome::NEXT);
+        State { pipe, at: state.at + form.bytes, sum: state.sum + 2 * cost.cycles(), ..state }
+    }
+
+    /// Twice the cycles of the end.
+    fn end(&self, state: State) -> u32 {
+        let taken = Outcome::taken(0, false);
+        let cycles = |form: &Form, way: &Outcome| self.core.issue(state.pipe, &form.timed, state.at, way).1.cycles();
         match &self.end {
-            None => sum,
-            Some((form, true)) => {
-                issue(form, &Outcome::taken(0, false));
-                sum
-            }
-            Some((form, false)) => {
-                let ways = [Outcome::NEXT, Outcome::taken(0, false)];
-                let ends = ways.map(|way| self.core.issue(pipe, &form.timed, at, &way).1.cycles());
-                sum + ends[0] + ends[1]
-            }
+            None => 0,
+            Some((form, true)) => 2 * cycles(form, &taken),
+            Some((form, false)) => cycles(form, &Outcome::NEXT) + cycles(form, &taken),
         }
     }
 

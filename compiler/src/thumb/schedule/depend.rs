@@ -2,7 +2,7 @@
 
 use super::waits;
 use crate::thumb::vcode::{Access, Code, Place, Reg, VReg};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 use whippen_isa::Flags;
 use whippen_isa::timing::Core;
 
@@ -33,9 +33,9 @@ struct Touched {
 
 pub(super) fn depend(code: &[Code], core: &Core) -> Graph {
     let mut graph = Graph { after: vec![Vec::new(); code.len()], before: vec![0; code.len()], height: Vec::new() };
-    let mut defined: HashMap<VReg, usize> = HashMap::new();
-    let mut read: HashMap<VReg, Vec<usize>> = HashMap::new();
-    let mut touched: HashMap<Resource, Touched> = HashMap::new();
+    let mut defined: FxHashMap<VReg, usize> = FxHashMap::default();
+    let mut read: FxHashMap<VReg, Vec<usize>> = FxHashMap::default();
+    let mut touched: FxHashMap<Resource, Touched> = FxHashMap::default();
     for (at, inst) in code.iter().enumerate() {
         for reg in inst.reads() {
             defined.get(&reg).into_iter().for_each(|from| graph.edge(*from, at));

@@ -1,34 +1,49 @@
 //! Which registers are needed behind each block.
 
 use crate::thumb::vcode::{Code, End, Func, VReg};
-use std::collections::BTreeSet;
+
+/// A set of registers, a bit for each.
+type Set = Vec<u64>;
 
 pub(super) fn out(func: &Func) -> Vec<Vec<VReg>> {
-    let mut before: Vec<BTreeSet<VReg>> = vec![BTreeSet::new(); func.blocks.len()];
+    let empty: Set = vec![0; func.vregs as usize / 64 + 1];
+    let mut before = vec![empty; func.blocks.len()];
     let mut out = before.clone();
     loop {
         let mut changed = false;
+        // From the end: blocks follow those that lead to them, so one round does, but for loops.
         for index in (0..func.blocks.len()).rev() {
             let block = &func.blocks[index];
-            let mut needed: BTreeSet<VReg> = BTreeSet::new();
-            block.end.targets().iter().for_each(|target| needed.extend(&before[*target]));
+            let mut needed: Set = vec![0; before[index].len()];
+            for target in block.end.targets() {
+                needed.iter_mut().zip(&before[target]).for_each(|(all, more)| *all |= more);
+            }
             if let End::Jump(edge) = &block.end {
-                needed.extend(&edge.args);
+                edge.args.iter().for_each(|reg| put(&mut needed, *reg, true));
             }
             out[index].clone_from(&needed);
             if let End::Next(code) = block.end {
-                needed.insert(code);
+                put(&mut needed, code, true);
             }
             for code in block.code.iter().rev() {
-                needed.retain(|reg| code.writes().all(|written| written != *reg));
-                needed.extend(Code::reads(code));
+                code.writes().for_each(|reg| put(&mut needed, reg, false));
+                Code::reads(code).for_each(|reg| put(&mut needed, reg, true));
             }
-            needed.retain(|reg| !block.params.contains(reg));
+            block.params.iter().for_each(|reg| put(&mut needed, *reg, false));
             changed |= before[index] != needed;
             before[index] = needed;
         }
         if !changed {
-            return out.into_iter().map(|set| set.into_iter().collect()).collect();
+            return out.into_iter().map(|set| members(&set)).collect();
         }
     }
+}
+
+fn put(set: &mut Set, reg: VReg, is_in: bool) {
+    let (word, bit) = (&mut set[reg as usize / 64], 1 << (reg % 64));
+    *word = if is_in { *word | bit } else { *word & !bit };
+}
+
+fn members(set: &Set) -> Vec<VReg> {
+    (0..set.len() as VReg * 64).filter(|reg| set[*reg as usize / 64] >> (reg % 64) & 1 == 1).collect()
 }
