@@ -132,4 +132,5 @@ codes! {
     TwoKeyboards        "WH0608" Note "an instrument that several keyboards list";
     BadSetting          "WH0609" Error "a value given to `--set` that cannot be read";
     NoForce             "WH0611" Warning "an instrument without any force";
+    Unstable            "WH0612" Warning "a force that makes the loop of key, hand and program ring";
 }
