@@ -12,6 +12,7 @@
 //!
 //! Not here: the device file (runtime), motion and heat, words for the terminal.
 
+mod border;
 mod gradient;
 mod hands;
 mod key;
@@ -24,9 +25,10 @@ mod response;
 mod statics;
 mod warning;
 
+pub use border::Borders;
 pub use hands::{HANDS, hands};
 pub use key::{Hand, Key};
 pub use margin::GROWTH_PER_S;
 pub use modes::{Mode, PerHand, Stability, analyze};
-pub use statics::{Static, static_force};
+pub use statics::{Static, static_force, too_strong};
 pub use warning::warnings;

@@ -151,6 +151,11 @@ impl Device {
         }
     }
 
+    /// The force (N or N*m) that the motor gives for ever, if the device says what it stands: word 32768 is its peak current.
+    pub fn rated_force(&self) -> Option<f64> {
+        self.motor.map(|motor| motor.rated_a / motor.peak_a * self.drive.full_scale)
+    }
+
     /// The position (m or rad) a sensor's word stands for.
     pub fn position_of_word(&self, word: u16) -> f64 {
         let Sensor { low, high, .. } = self.sensor;

@@ -1,5 +1,9 @@
-//! `whippen budget`: whether every key's tick is in time, proven on the final code.
+//! `whippen budget`: whether every key's tick is in time, proven on the final code; and the other budgets (`beyond`).
 
+mod beyond;
+mod motor;
+mod numbers;
+mod stability;
 mod table;
 
 use std::path::PathBuf;
@@ -17,6 +21,7 @@ use whippen_compiler::source::SourceMap;
 use whippen_compiler::{c, thumb};
 use whippen_isa::Arch;
 
+use self::beyond::{Beyond, BeyondArgs};
 use super::{build, load};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
@@ -48,6 +53,8 @@ pub struct Args {
     /// Device file with the scales of sensor and drive; the keyboard's device or mikey otherwise
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     device: Option<PathBuf>,
+    #[command(flatten)]
+    beyond: BeyondArgs,
     /// Print one JSON object instead
     #[arg(long)]
     json: bool,
@@ -85,10 +92,14 @@ pub fn run(args: &Args) -> Outcome {
         firmware_cycles: args.firmware,
     };
     let proof = Proof::find(&map, &compiled, board, deadline, args.modes)?;
+    let beyond = Beyond::find(&map, &compiled.model, &device, &args.beyond)?;
     if args.json {
-        say!("{}", proof.json());
+        let mut budget = proof.json();
+        beyond.add_to(&map, &mut budget);
+        say!("{budget}");
     } else {
-        say::whole(&proof.table());
+        beyond.warn(&map);
+        say::whole(&(proof.table() + &beyond.text(&device)));
     }
     proof.verdict()
 }

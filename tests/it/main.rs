@@ -26,4 +26,5 @@ mod player;
 mod random_programs;
 mod reference;
 mod report;
+mod stability;
 mod strokes;

@@ -133,4 +133,5 @@ codes! {
     BadSetting          "WH0609" Error "a value given to `--set` that cannot be read";
     NoForce             "WH0611" Warning "an instrument without any force";
     Unstable            "WH0612" Warning "a force that makes the loop of key, hand and program ring";
+    TooStrong           "WH0613" Warning "more force for ever than the motor is rated for";
 }
