@@ -62,14 +62,13 @@ const FIRST_NOTE: u8 = 21;
 /// Everything that a file is made of.
 struct Setup {
     map: SourceMap,
-    compiled: Compiled,
+    /// The programs, at least one; several only in an image.
+    programs: Vec<Compiled>,
     device: Device,
     board: Board,
     keys: u32,
     /// MIDI number of the first key.
     first_note: u8,
-    /// Programs of the keyboard that are not in what is built.
-    left_out: usize,
 }
 
 pub fn run(args: &Args) -> Outcome {
@@ -77,15 +76,23 @@ pub fn run(args: &Args) -> Outcome {
     let options = Options { sets: load::sets(&args.sets)?, rate_hz: args.rate };
     let (map, program) = load::checked(&load::read(&files)?, &options, Severity::Warning)?;
     let keyboard = program.keyboards.first();
-    let model = instrument(&program, name)?.clone();
-    let device = load::device(args.device.as_deref(), &program, &model)?;
+    let models = if args.output.is_image() { instruments(&program, name)? } else { vec![instrument(&program, name)?] };
+    let device = load::device(args.device.as_deref(), &program, models[0])?;
     let board = board(args.board.as_deref(), keyboard)?;
     let keys = args.keys.or(keyboard.map(|k| k.keys() as u32)).unwrap_or(88);
     let first_note = keyboard.map_or(FIRST_NOTE, |k| k.first_key);
-    let left_out = keyboard.map_or(0, |k| k.programs.len().saturating_sub(1));
-    let compiled = load::compiled(&map, model, &device, false)?;
-    let setup = Setup { map, compiled, device, board, keys, first_note, left_out };
+    let programs = models.into_iter().map(|model| load::compiled(&map, model.clone(), &device, false));
+    let programs = programs.collect::<Result<_, _>>()?;
+    let setup = Setup { map, programs, device, board, keys, first_note };
     setup.write(args)
+}
+
+/// The instrument that was named, or all programs of the keyboard, or the only instrument.
+fn instruments<'p>(program: &'p Program, name: Option<&str>) -> Result<Vec<&'p Model>, Failure> {
+    match (name, program.keyboards.first().map(|keyboard| &keyboard.programs[..])) {
+        (None, Some(programs @ [_, ..])) => Ok(programs.iter().map(|&at| &program.instruments[at]).collect()),
+        _ => Ok(vec![load::instrument(program, name)?]),
+    }
 }
 
 /// The instrument that was named, the only one, or the only one of the keyboard.

@@ -1,15 +1,15 @@
 //! A whole firmware on the emulated board: built, linked, started, fed with sensor words.
 
-use whippen_compiler::firmware::{self, CORES, Midi, Motor, RP2350, Setup};
+use whippen_compiler::firmware::{self, CORES, Midi, Motor, Program, Setup};
 use whippen_compiler::front::compile_front;
-use whippen_compiler::image::{Board, Image, Input, Memory, MemoryKind, Placement, Start, link};
+use whippen_compiler::image::Image;
 use whippen_compiler::kernel::Kernel;
 use whippen_compiler::modes::{Modes, specialise};
 use whippen_compiler::pipeline::compile;
 use whippen_compiler::source::SourceMap;
-use whippen_compiler::thumb::{Layout, Options, compile_for_frame};
+use whippen_compiler::thumb::Layout;
 use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Ports, Stop, Uart, build};
-use whippen_isa::Arch;
+use whippen_runtime::board;
 use whippen_runtime::device::Device;
 
 pub const KEYS: usize = 88;
@@ -41,82 +41,50 @@ pub fn kernel(file: &str) -> Kernel {
     compile(model, Device::mikey().scales(), false).expect("it lowers").lowered.kernel
 }
 
-/// What `mikey` stands, and how its events are notes.
-pub fn setup(kernel: &Kernel) -> Setup {
-    let event = |name: &str| kernel.events.iter().position(|event| event.name == name).map(|index| index as u32);
-    let mut velocities = [0; 128];
-    velocities.iter_mut().enumerate().for_each(|(index, velocity)| *velocity = index.max(1) as u8);
+/// What `mikey` stands.
+pub fn setup() -> Setup {
     Setup {
         keys: [44, 44],
         rate_hz: RATE_HZ,
         motor: Motor { rated: RATED, peak_ms: 100, newton: NEWTON },
         mid_travel: [6000, 60_000],
-        midi: Midi { note: event("note"), release: event("release"), first_note: 21, speed_shift: 8, velocities },
+        first_note: 21,
     }
 }
 
-/// The memory of RP2350: code of each core in a group of its own, data of each in the other group.
-fn board() -> Board {
-    let memory = |name: &str, base, size, kind| Memory { name: name.to_string(), base, size, kind };
-    let place = |pattern: &str, memory: &str| Placement { pattern: pattern.to_string(), memory: memory.to_string() };
-    Board {
-        name: "rp2350".to_string(),
-        arch: Arch::V8M,
-        cores: 2,
-        clock_hz: 150_000_000,
-        start: Start::ImageDef,
-        uf2_family: None,
-        memory: vec![
-            memory("flash", 0x1000_0000, 4 << 20, MemoryKind::Flash),
-            memory("sram0", 0x2000_0000, 256 << 10, MemoryKind::Ram),
-            memory("sram4", 0x2004_0000, 256 << 10, MemoryKind::Ram),
-        ],
-        places: vec![
-            place(".vectors", "flash"),
-            place(".image_def", "flash"),
-            place(".copy_table", "flash"),
-            place(".zero_table", "flash"),
-            place(".text.start*", "flash"),
-            place(".text*", "sram0"),
-            place(".rodata*", "sram4"),
-            place(".data*", "sram4"),
-            place(".bss*", "sram4"),
-            place(".text.core1*", "sram4"),
-            place(".rodata.core1*", "sram0"),
-            place(".data.core1*", "sram0"),
-            place(".bss.core1*", "sram0"),
-        ],
-    }
+/// How events of a kernel are notes.
+pub fn midi(kernel: &Kernel) -> Midi {
+    let event = |name: &str| kernel.events.iter().position(|event| event.name == name).map(|index| index as u32);
+    let mut velocities = [0; 128];
+    velocities.iter_mut().enumerate().for_each(|(index, velocity)| *velocity = index.max(1) as u8);
+    Midi { note: event("note"), release: event("release"), speed_shift: 8, velocities }
 }
 
-/// A keyboard of 88 keys that plays one instrument.
+/// A keyboard of 88 keys.
 pub struct Rig {
     pub machine: Machine,
     pub ports: Ports,
     pub image: Image,
-    pub layouts: [Layout; 2],
+    /// By program and core.
+    pub layouts: Vec<[Layout; 2]>,
 }
 
 impl Rig {
     /// Built with the usual setup.
     pub fn new(kernel: &Kernel, leaves: usize) -> Rig {
-        Rig::with(kernel, leaves, &setup(kernel))
+        Rig::with(&[kernel], leaves, &setup())
     }
 
-    /// Built from all modes of the kernel, or (0 leaves) from the one that knows nothing.
-    pub fn with(kernel: &Kernel, leaves: usize, setup: &Setup) -> Rig {
-        let modes = if leaves == 0 { Modes::single(kernel) } else { specialise(kernel, leaves) };
-        let distance = firmware::distance(setup.keys);
-        let built = [0, 1].map(|core| {
-            let modes = firmware::keys_of(&modes, setup.keys, core);
-            let (name, keys) = (CORES[core].to_string(), setup.keys[core]);
-            compile_for_frame(&modes, &Options { name, keys, gain: true, probes: false }, distance).expect("code")
-        });
-        let layouts = [&built[0].layout, &built[1].layout];
-        let firmware = firmware::objects(kernel, setup, layouts, &RP2350).unwrap_or_else(|e| panic!("{e}"));
-        let objects = firmware.iter().chain(built.iter().map(|built| &built.object));
-        let inputs: Vec<Input> = objects.map(|object| Input { object, places: &[] }).collect();
-        let image = link(&board(), &inputs, "reset").unwrap_or_else(|e| panic!("{e}"));
+    /// Built from all modes of the kernels, or (0 leaves) from the one that knows nothing.
+    pub fn with(kernels: &[&Kernel], leaves: usize, setup: &Setup) -> Rig {
+        let modes = |kernel: &&Kernel| if leaves == 0 { Modes::single(kernel) } else { specialise(kernel, leaves) };
+        let modes: Vec<Modes> = kernels.iter().map(modes).collect();
+        let midi: Vec<Midi> = kernels.iter().map(|kernel| midi(kernel)).collect();
+        let programs = modes.iter().zip(&midi).map(|(modes, midi)| Program { modes, places: &[], midi });
+        let board = board::bundled("rp2350").expect("it is bundled");
+        let programs: Vec<Program> = programs.collect();
+        let whole = firmware::whole(&programs, setup, &board).unwrap_or_else(|e| panic!("{e}"));
+        let (image, layouts) = (whole.image, whole.layouts);
         let converter = ConverterSetup { keys: KEYS as u32, rate_hz: setup.rate_hz };
         let (mut machine, ports) =
             build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).expect("the board can be");
@@ -124,7 +92,7 @@ impl Rig {
             machine.bus.memory.write(segment.load, &segment.bytes).expect("memory");
         }
         machine.reset();
-        let mut rig = Rig { machine, ports, layouts: built.map(|built| built.layout), image };
+        let mut rig = Rig { machine, ports, layouts, image };
         rig.converter().recording = true;
         rig
     }

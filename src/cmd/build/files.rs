@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use whippen_compiler::c;
-use whippen_compiler::firmware::{self, FirmwareError, WholeError};
+use whippen_compiler::firmware::{self, FirmwareError, Midi, WholeError};
 use whippen_compiler::image::{
-    Board, Image, Input, Interface, LinkError, Object, Start, c_header, executable, link, listing, map, places,
+    Board, Image, Input, Interface, LinkError, Object, Place, Start, c_header, executable, link, listing, map, places,
     relocatable, rust_module, uf2,
 };
 use whippen_compiler::kernel::verify;
-use whippen_compiler::modes::specialise;
+use whippen_compiler::modes::{Modes, specialise};
+use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::thumb::{self, ThumbError};
 use whippen_isa::Arch;
 use whippen_runtime::files::{FileError, write_whole};
@@ -51,6 +52,13 @@ pub fn output(text: &str) -> Result<Output, String> {
     Ok(Output { path, kind })
 }
 
+impl Output {
+    /// Whether it is a whole image, which can have several programs.
+    pub fn is_image(&self) -> bool {
+        matches!(self.kind, Kind::Elf | Kind::Uf2)
+    }
+}
+
 impl Setup {
     /// Makes and writes everything.
     pub fn write(&self, args: &Args) -> Outcome {
@@ -64,13 +72,18 @@ impl Setup {
         }
     }
 
+    /// The only program, or the first.
+    fn compiled(&self) -> &Compiled {
+        &self.programs[0]
+    }
+
     /// The prefix of all names.
     fn name(&self) -> String {
-        c::Names::new(&self.compiled.lowered.kernel).kernel
+        name(self.compiled())
     }
 
     fn write_c(&self, path: &Path) -> Outcome {
-        let kernel = verify(&self.compiled.lowered.kernel)
+        let kernel = verify(&self.compiled().lowered.kernel)
             .map_err(|errors| Failure::Defect(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")))?;
         let layout = c::Layout::Records;
         let source = c::source(kernel, c::Options { keys: self.keys as usize, layout, events: C_EVENTS });
@@ -96,10 +109,15 @@ impl Setup {
             (Kind::Uf2, family) => family,
             _ => None,
         };
-        let setup = image::setup(&self.compiled, &self.device, self.keys, self.first_note).map_err(Failure::Usage)?;
-        let places = places(&self.compiled.lowered.origins, &self.map);
-        let modes = specialise(&self.compiled.lowered.kernel, args.modes);
-        let whole = firmware::whole(&modes, &setup, &self.board, &places).map_err(not_whole)?;
+        let setup = image::setup(self.compiled(), &self.device, self.keys, self.first_note).map_err(Failure::Usage)?;
+        let parts = self.programs.iter().map(|compiled| Part {
+            modes: specialise(&compiled.lowered.kernel, args.modes),
+            places: places(&compiled.lowered.origins, &self.map),
+            midi: image::midi(compiled),
+        });
+        let parts: Vec<Part> = parts.collect();
+        let programs: Vec<firmware::Program> = parts.iter().map(Part::program).collect();
+        let whole = firmware::whole(&programs, &setup, &self.board).map_err(not_whole)?;
         self.listings(args, &whole.image, &self.board)?;
         let path = &args.output.path;
         write(path, &family.map_or_else(|| executable(&whole.image), |family| uf2(&whole.image, family)))?;
@@ -109,18 +127,19 @@ impl Setup {
 
     /// What an image is and takes.
     fn tell(&self, path: &Path, image: &Image, keys: [u32; 2]) {
-        let name = self.name();
-        if self.left_out > 0 {
-            eprintln!("note: the image plays `{name}` alone; images do not switch between programs of a keyboard");
-        }
+        let names: Vec<String> = self.programs.iter().map(name).collect();
         let stored: usize = image.segments.iter().map(|segment| segment.bytes.len()).sum();
         let run: u32 = image.segments.iter().filter(|s| s.run != s.load || s.writable).map(|s| s.size).sum();
         say!(
-            "{}: {} and {} keys of {name} on two cores, {stored} bytes of flash, {run} bytes of RAM",
+            "{}: {} and {} keys of {} on two cores, {stored} bytes of flash, {run} bytes of RAM",
             path.display(),
             keys[0],
-            keys[1]
+            keys[1],
+            names.join(", ")
         );
+        if names.len() > 1 {
+            say!("it begins with {}; programs are numbered from 0 in this order", names[0]);
+        }
         if let Some(motor) = &self.device.motor {
             let (peak, torque) = (motor.peak_a, 1000.0 * motor.peak_a * motor.torque_constant);
             let (force, unit) = (self.device.drive.full_scale, if self.device.turns { "N*m" } else { "N" });
@@ -138,12 +157,12 @@ impl Setup {
         let path = &args.output.path;
         let name = self.name();
         let options = thumb::Options { name: name.clone(), keys: self.keys, gain: false, probes: false };
-        let modes = specialise(&self.compiled.lowered.kernel, args.modes);
+        let modes = specialise(&self.compiled().lowered.kernel, args.modes);
         let built = thumb::compile(&modes, &options).map_err(no_code)?;
-        let places = places(&self.compiled.lowered.origins, &self.map);
+        let places = places(&self.compiled().lowered.origins, &self.map);
         let bytes = relocatable(&built.object, self.board.arch, &places)
             .map_err(|error| Failure::Defect(format!("the object file: an address {error}")))?;
-        let interface = Interface::of(&self.compiled, self.device.scales(), &name, self.keys, &built.layout);
+        let interface = Interface::of(self.compiled(), self.device.scales(), &name, self.keys, &built.layout);
         self.tables(args, &Input { object: &built.object, places: &places }, &format!("{name}_tick"))?;
         write(&path.with_extension("h"), c_header(&interface).as_bytes())?;
         write(&path.with_extension("rs"), rust_module(&interface).as_bytes())?;
@@ -178,6 +197,23 @@ impl Setup {
         }
         Ok(())
     }
+}
+
+/// What an image is made of, for one program.
+struct Part {
+    modes: Modes,
+    places: Vec<Place>,
+    midi: Midi,
+}
+
+impl Part {
+    fn program(&self) -> firmware::Program<'_> {
+        firmware::Program { modes: &self.modes, places: &self.places, midi: &self.midi }
+    }
+}
+
+fn name(compiled: &Compiled) -> String {
+    c::Names::new(&compiled.lowered.kernel).kernel
 }
 
 fn code_bytes(object: &Object) -> u32 {
