@@ -11,7 +11,8 @@ use crate::engine::EngineKind;
 use crate::plant::{Energy, Plant, Player};
 use crate::session::{Run, looped};
 
-/// What a stroke took: from where the key leaves its rest until it is back.
+/// What a stroke took, from where the key leaves its rest until it is back. It may begin and end in motion, so that only the sum over strokes that
+/// begin at rest says whether a key gave more than it got.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StrokeEnergy {
     /// When it began (s).
@@ -57,7 +58,7 @@ pub fn run(
     })?;
     let range = compiled.model.senses.first().map_or((0.0, 1.0), |s| (s.range.low, s.range.high));
     let begins = range.0.max(0.0) + STROKE * (range.1 - range.0.max(0.0));
-    let mut observer = Observer { begins, rate_hz, now: None, strokes: Vec::new() };
+    let mut observer = Observer { begins, rate_hz, since: None, energy: Energy::default(), strokes: Vec::new() };
     let mut positions = Vec::with_capacity(ticks);
     let run = looped(compiled, device, kind, ticks, progress, |tick, word| {
         if let Some(word) = word {
@@ -70,34 +71,31 @@ pub fn run(
     Ok(Closed { run, positions, strokes: observer.finish(ticks) })
 }
 
-/// Adds up the energy of each stroke.
+/// Adds up the energy of each stroke, with what led up to it since the one before.
 struct Observer {
     begins: f64,
     rate_hz: u32,
-    /// The stroke's first tick, and its energy with what led up to it.
-    now: Option<(usize, Energy)>,
+    /// The first tick of the stroke that goes on.
+    since: Option<usize>,
+    energy: Energy,
     strokes: Vec<StrokeEnergy>,
 }
 
 impl Observer {
     fn tick(&mut self, tick: usize, x: f64, energy: Energy) {
-        let down = x > self.begins;
-        match &mut self.now {
-            Some((_, sum)) => {
-                sum.given_j += energy.given_j;
-                sum.returned_j += energy.returned_j;
-                if !down {
-                    self.close(tick);
-                }
-            }
-            None if down => self.now = Some((tick, energy)),
-            None => {}
+        self.energy.given_j += energy.given_j;
+        self.energy.returned_j += energy.returned_j;
+        match (self.since, x > self.begins) {
+            (None, true) => self.since = Some(tick),
+            (Some(_), false) => self.close(tick),
+            _ => {}
         }
     }
 
     fn close(&mut self, tick: usize) {
         let second = |tick: usize| tick as f64 / f64::from(self.rate_hz);
-        if let Some((start, energy)) = self.now.take() {
+        if let Some(start) = self.since.take() {
+            let energy = std::mem::take(&mut self.energy);
             self.strokes.push(StrokeEnergy { start_s: second(start), seconds: second(tick - start), energy });
         }
     }

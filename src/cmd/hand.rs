@@ -144,18 +144,22 @@ impl HandArgs {
     }
 }
 
-/// What each stroke took of the player.
+/// What each stroke took of the player; and if so, that the key gave more than it got, from a rest on.
 fn energies(closed: &Closed) -> Vec<String> {
     let told = |stroke: &closed::StrokeEnergy| {
-        let energy = stroke.energy;
-        let active = if energy.kept_j() < 0.0 { ": the key gave more than it got" } else { "" };
         format!(
-            "stroke at {:.3} s, {:.0} ms: the player put in {:.3} mJ and got back {:.3} mJ{active}",
+            "stroke at {:.3} s, {:.0} ms: the player put in {:.3} mJ and got back {:.3} mJ",
             stroke.start_s,
             1e3 * stroke.seconds,
-            1e3 * energy.given_j,
-            1e3 * energy.returned_j
+            1e3 * stroke.energy.given_j,
+            1e3 * stroke.energy.returned_j
         )
     };
-    closed.strokes.iter().map(told).collect()
+    let mut lines: Vec<String> = closed.strokes.iter().map(told).collect();
+    let kept_j: f64 = closed.strokes.iter().map(|s| s.energy.kept_j()).sum();
+    if !lines.is_empty() {
+        let (word, size) = if kept_j < 0.0 { ("gave the player", -kept_j) } else { ("kept", kept_j) };
+        lines.push(format!("all strokes together: the key {word} {:.3} mJ", 1e3 * size));
+    }
+    lines
 }

@@ -5,6 +5,7 @@ mod budget;
 mod button_and_knob;
 mod c;
 mod cli;
+mod closed;
 mod common;
 mod cycle;
 mod documents;

@@ -84,14 +84,13 @@ pub fn solve(matrix: &mut [Vec<Complex64>], right: &mut [Complex64]) {
         let pivot = (column..n).max_by(|a, b| size(*a).total_cmp(&size(*b))).unwrap_or(column);
         matrix.swap(column, pivot);
         right.swap(column, pivot);
-        for row in column + 1..n {
-            let factor = matrix[row][column] / matrix[column][column];
-            for k in column..n {
-                let step = factor * matrix[column][k];
-                matrix[row][k] -= step;
-            }
-            let step = factor * right[column];
-            right[row] -= step;
+        let (above, below) = matrix.split_at_mut(column + 1);
+        let top = &above[column];
+        let (first, rest) = right.split_at_mut(column + 1);
+        for (row, value) in below.iter_mut().zip(rest) {
+            let factor = row[column] / top[column];
+            row.iter_mut().zip(top).skip(column).for_each(|(v, t)| *v -= factor * t);
+            *value -= factor * first[column];
         }
     }
     for row in (0..n).rev() {
