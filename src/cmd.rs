@@ -10,6 +10,7 @@ mod emulate;
 mod errors;
 mod explain;
 mod fmt;
+mod hand;
 mod json;
 mod keys;
 mod load;

@@ -22,6 +22,7 @@ pub mod range;
 pub mod scales;
 pub mod simplify;
 pub mod source;
+pub mod stability;
 pub mod syntax;
 pub mod thumb;
 pub mod units;

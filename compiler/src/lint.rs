@@ -13,7 +13,7 @@
 mod guards;
 mod outside;
 mod overlap;
-mod together;
+pub(crate) mod together;
 mod writers;
 
 use crate::diag::{Code, Diagnostic};
@@ -52,7 +52,7 @@ fn facts(rule: &Rule) -> together::Facts {
         RuleKind::Transition { machine, from, .. } => Some((machine, from)),
         RuleKind::Event { .. } => None,
     };
-    together::Facts { holds: vec![rule.guard], states: state.into_iter().collect() }
+    together::Facts { holds: vec![rule.guard], states: state.into_iter().collect(), ..Default::default() }
 }
 
 /// Adds the calls of terms in which a rule stands, innermost first.

@@ -10,6 +10,7 @@ use whippen_compiler::front::compile_front;
 use whippen_compiler::pipeline::{CompileError, compile};
 use whippen_compiler::scales::Scales;
 use whippen_compiler::source::SourceMap;
+use whippen_compiler::stability::{Key, analyze, static_force, too_strong, warnings};
 
 /// Programs that have these mistakes do not fit on a page; `check` tests them.
 const TOO_LONG: &[Code] = &[Code::TooManyCalls, Code::TooManySteps];
@@ -19,6 +20,17 @@ const OF_IMAGES: &[Code] = &[Code::DeadlineMissed];
 
 const SCALES: Scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb: 20.0 / 32768.0 };
 
+/// The loop of `mikey`, and the force that its motor gives for ever.
+const KEY: Key = Key {
+    mass: 0.06,
+    damping: 0.2,
+    friction: 0.03,
+    delay_ticks: 2.0,
+    bandwidth_hz: Some(3000.0),
+    sensor_lsb: 11e-3 / 65535.0,
+};
+const RATED_N: f64 = 8.0;
+
 /// `// whippen check key.whip --set k=90N/m` in the first line.
 fn sets(text: &str) -> Vec<(String, String)> {
     let first = text.lines().next().unwrap_or_default();
@@ -26,14 +38,22 @@ fn sets(text: &str) -> Vec<(String, String)> {
     set.into_iter().map(|(name, value)| (name.to_string(), value.to_string())).collect()
 }
 
-/// Everything the compiler says of a program.
-fn diagnostics(text: &str) -> Vec<Diagnostic> {
+/// Everything the compiler says of a program; of a code of `whippen budget` also what that says of its loop.
+fn diagnostics(code: Code, text: &str) -> Vec<Diagnostic> {
+    let of_budget = [Code::Unstable, Code::TooStrong].contains(&code);
     let mut map = SourceMap::default();
     map.add("page.whip", text);
     let (program, mut found) = compile_front(&mut map, &Options { sets: sets(text), ..Options::default() });
     for model in program.into_iter().flat_map(|p| p.instruments) {
         match compile(model, SCALES, true) {
-            Ok(compiled) => found.extend(compiled.warnings),
+            Ok(compiled) => {
+                let model = &compiled.model;
+                let stability = analyze(model, &KEY).filter(|_| of_budget);
+                let statics = static_force(model).filter(|_| of_budget);
+                found.extend(compiled.warnings.clone());
+                found.extend(stability.map(|s| warnings(model, &s)).unwrap_or_default());
+                found.extend(statics.and_then(|s| too_strong(model, &s, RATED_N)));
+            }
             Err(CompileError::Program(errors)) => found.extend(errors),
             Err(CompileError::Defect(why)) => panic!("{why}\n{text}"),
         }
@@ -52,7 +72,7 @@ fn every_page_shows_its_mistake_and_mends_it() {
         assert_eq!(wrong, usize::from(!TOO_LONG.contains(&code)), "{}", code.number());
         assert_eq!(examples.len(), wrong + 1, "{}", code.number());
         for (wrong, text) in examples {
-            let found: Vec<&str> = diagnostics(text).iter().map(|d| d.code.number()).collect();
+            let found: Vec<&str> = diagnostics(code, text).iter().map(|d| d.code.number()).collect();
             let good = if wrong && OF_IMAGES.contains(&code) {
                 found.is_empty()
             } else if wrong {

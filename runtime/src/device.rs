@@ -11,6 +11,7 @@
 //! Not here: boards (which core, which pins), what is done about a motor's heat (the firmware), the mechanics of the key.
 
 mod file;
+mod mechanics;
 
 use std::path::Path;
 
@@ -18,6 +19,7 @@ use whippen_compiler::model::Model;
 use whippen_compiler::scales::Scales;
 
 use crate::files::{FileError, read_text};
+pub use mechanics::{Mechanics, Stops};
 
 /// The bundled devices: file and text.
 const BUNDLED: &[(&str, &str)] = &[
@@ -38,6 +40,8 @@ pub struct Device {
     pub turns: bool,
     /// What its motor stands, if it says so: an image protects it.
     pub motor: Option<Motor>,
+    /// How its key moves by itself, if it says so: the stability budget and closed loops need it.
+    pub mechanics: Option<Mechanics>,
 }
 
 /// A motor: what its amplifier gives and its winding stands.
@@ -51,6 +55,17 @@ pub struct Motor {
     pub peak_a: f64,
     /// How long it stands that (s).
     pub peak_s: f64,
+    /// How its winding gets warm, if it says so.
+    pub heat: Option<Heat>,
+}
+
+/// How a winding gets warm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Heat {
+    /// By how much at the rated current for ever (K).
+    pub rise_k: f64,
+    /// After which time it is warm by all but 1/e of that (s).
+    pub time_s: f64,
 }
 
 /// A position sensor with its converter: 16-bit words, unsigned.
@@ -71,6 +86,8 @@ pub struct Drive {
     pub full_scale: f64,
     /// From the tick that writes the word to the instant the force acts, in ticks.
     pub delay_samples: f64,
+    /// Up to where the force follows (Hz); none for a drive without limit.
+    pub bandwidth_hz: Option<f64>,
 }
 
 impl Device {
@@ -134,6 +151,11 @@ impl Device {
         }
     }
 
+    /// The force (N or N*m) that the motor gives for ever, if the device says what it stands: word 32768 is its peak current.
+    pub fn rated_force(&self) -> Option<f64> {
+        self.motor.map(|motor| motor.rated_a / motor.peak_a * self.drive.full_scale)
+    }
+
     /// The position (m or rad) a sensor's word stands for.
     pub fn position_of_word(&self, word: u16) -> f64 {
         let Sensor { low, high, .. } = self.sensor;
@@ -155,7 +177,7 @@ mod tests {
         let mikey = Device::mikey();
         assert_eq!((Device::bundled("mikey").as_ref(), Device::bundled("mickey")), (Some(&mikey), None));
         assert_eq!(mikey.sensor, Sensor { low: -0.0005, high: 0.0105, delay_samples: 1.0 });
-        assert_eq!(mikey.drive, Drive { full_scale: 32.0, delay_samples: 1.0 });
+        assert_eq!(mikey.drive, Drive { full_scale: 32.0, delay_samples: 1.0, bandwidth_hz: Some(3000.0) });
         let lsb_m = mikey.position_of_word(1) - mikey.position_of_word(0);
         assert!((lsb_m - 0.168e-6).abs() < 1e-9, "{lsb_m}");
         assert_eq!(mikey.force_of_word(16_384), 16.0);

@@ -12,6 +12,7 @@
 //! Not here: the language (the compiler), what instructions do (the emulator).
 
 pub mod board;
+pub mod closed;
 pub mod compare;
 pub mod device;
 pub mod emulated;
@@ -23,6 +24,8 @@ pub mod image;
 pub mod keyboard;
 pub mod midi;
 pub mod motion;
+pub mod motor;
+pub mod plant;
 pub mod plot;
 pub mod report;
 pub mod session;

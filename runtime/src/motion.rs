@@ -10,7 +10,9 @@
 //! way is counted in the [`Motion`] or said in its notes. Only portable arithmetic is used: the same file gives the same
 //! bits on every machine.
 //!
-//! Not here: what a sensor makes of a position (`device`), forces as inputs, synthetic motions (`gesture`).
+//! Forces on the key are read in the same way ([`load_force`]).
+//!
+//! Not here: what a sensor makes of a position (`device`), synthetic motions (`gesture`).
 
 mod calibration;
 mod lowpass;
@@ -144,6 +146,16 @@ pub fn load(path: &Path, options: &MotionOptions, tick_rate_hz: u32) -> Result<M
     })
 }
 
+/// Reads a force on the key from a table such as `t_s,f_n` (or `t_s,torque_n_m` where it `turns`) and brings it to the tick rate (N or N*m).
+///
+/// # Errors
+/// As [`load`].
+pub fn load_force(path: &Path, turns: bool, tick_rate_hz: u32) -> Result<Vec<f64>, FileError> {
+    let (_, grid) = titled::read(path, titled::FORCE[usize::from(turns)], SAMPLES_MAX)?;
+    check_rates(grid.samples.len(), grid.rate_hz, tick_rate_hz).map_err(|message| FileError::new(path, message))?;
+    Ok(resample(&grid.samples, grid.rate_hz, f64::from(tick_rate_hz)))
+}
+
 /// Readings beyond this are mistakes (m or rad), and would overflow what computes with them.
 const FARTHEST_M: f64 = 1e6;
 
@@ -159,7 +171,7 @@ struct Source {
 fn read(path: &Path, options: &MotionOptions) -> Result<Source, FileError> {
     match &options.layout {
         Layout::Titled => {
-            let (samples_read, grid) = titled::read(path, options.turns, SAMPLES_MAX)?;
+            let (samples_read, grid) = titled::read(path, titled::POSITION[usize::from(options.turns)], SAMPLES_MAX)?;
             let notes = grid.note.into_iter().collect();
             Ok(Source { rate_hz: grid.rate_hz, positions_m: grid.samples, samples_read, calibration_clipped: 0, notes })
         }

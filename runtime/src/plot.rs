@@ -13,7 +13,7 @@
 //! which both outputs put on paper, so both show the same. A recording of any length is reduced to what can be seen
 //! (`decimate`). Colours can be told apart with any kind of colour vision (Paul Tol's schemes).
 //!
-//! Not here: interaction, reports.
+//! A [`Map`] is the other kind: lines over two quantities. Not here: interaction, reports.
 
 mod axis;
 mod bands;
@@ -22,6 +22,7 @@ mod drawing;
 mod font;
 pub(crate) mod frame;
 pub(crate) mod layout;
+mod map;
 mod path;
 mod png;
 mod svg;
@@ -35,6 +36,7 @@ use std::path::{Path, PathBuf};
 use crate::files::{FileError, write_whole};
 use crate::titles::split_title;
 use crate::trace::{Column, EventRow, Trace};
+pub use map::{Curve, Map};
 
 /// One quantity over time.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,7 +4,7 @@
 //!   positions (m) -> sensor words -> Engine -> drive words, values, events -> Trace
 //! ```
 //!
-//! The motion is prescribed: the key is where it was recorded to be, whatever force answers. All keys of an engine get the
+//! The motion is prescribed: the key is where it was recorded to be, whatever force answers (`closed` lets the force move it). All keys of an engine get the
 //! same motion; the trace shows the first.
 
 use std::time::{Duration, Instant};
@@ -72,16 +72,28 @@ pub fn run(
     device: &Device,
     kind: EngineKind,
     positions_m: &[f64],
+    progress: impl FnMut(usize),
+) -> Result<Run, String> {
+    looped(compiled, device, kind, positions_m.len(), progress, |tick, _| positions_m[tick])
+}
+
+/// Runs `compiled` for so many ticks; `position_m` is told the tick and the drive's word of the one before, and says where the key then is.
+pub(crate) fn looped(
+    compiled: &Compiled,
+    device: &Device,
+    kind: EngineKind,
+    ticks: usize,
     mut progress: impl FnMut(usize),
+    mut position_m: impl FnMut(usize, Option<i16>) -> f64,
 ) -> Result<Run, String> {
     let mut engine = Engine::new(kind, compiled, device, 1)?;
     let senses = compiled.model.senses.len();
-    let mut recorder = Recorder::new(compiled, positions_m.len(), engine.observes());
+    let mut recorder = Recorder::new(compiled, ticks, engine.observes());
     let mut watch = Watch::new(compiled, device);
     let mut words = vec![0u16; senses];
     let mut drive = [0i16];
-    for (tick, &position_m) in positions_m.iter().enumerate() {
-        words.fill(watch.word(position_m));
+    for tick in 0..ticks {
+        words.fill(watch.word(position_m(tick, (tick > 0).then_some(drive[0]))));
         let before = Instant::now();
         if tick == 0 {
             engine.start(&words);
@@ -94,7 +106,7 @@ pub fn run(
             progress(tick);
         }
     }
-    progress(positions_m.len());
+    progress(ticks);
     if let Some(trouble) = engine.board().and_then(|board| board.trouble()) {
         return Err(trouble.to_string());
     }

@@ -1,7 +1,12 @@
-//! `whippen budget`: whether every key's tick is in time, proven on the bytes of the image that `build` writes.
+//! `whippen budget`: whether every key's tick is in time, proven on the bytes of the image that `build` writes; and the other
+//! budgets (`beyond`).
 
+mod beyond;
 mod json;
+mod motor;
+mod numbers;
 mod path;
+mod stability;
 mod table;
 
 use std::path::PathBuf;
@@ -15,6 +20,7 @@ use whippen_compiler::pipeline::Compiled;
 use whippen_isa::Arch;
 use whippen_runtime::files::write_whole;
 
+use self::beyond::{Beyond, BeyondArgs};
 use super::load;
 use super::setup::{Setup, SetupArgs};
 use crate::exit::{Failure, Outcome};
@@ -35,6 +41,8 @@ pub struct Args {
     /// Also write the dearest way through a key as assembly, for other judges of its cycles
     #[arg(long, value_name = "FILE.s", value_hint = ValueHint::FilePath)]
     path: Option<PathBuf>,
+    #[command(flatten)]
+    beyond: BeyondArgs,
     /// Print one JSON object a program instead
     #[arg(long)]
     json: bool,
@@ -63,10 +71,14 @@ pub fn run(args: &Args) -> Outcome {
             true => Proof::most(&setup, &modes, number)?,
             false => Proof::find(&setup, &modes, number, setup.keys)?,
         };
+        let beyond = Beyond::find(&setup.map, &proof.compiled.model, &setup.device, &args.beyond)?;
         if args.json {
-            say!("{}", proof.json());
+            let mut budget = proof.json();
+            beyond.add_to(&setup.map, &mut budget);
+            say!("{budget}");
         } else {
-            say::whole(&proof.table());
+            beyond.warn(&setup.map);
+            say::whole(&(proof.table() + &beyond.text(&setup.device)));
         }
         if let Some(path) = &args.path {
             let text = proof.path_as_assembly();

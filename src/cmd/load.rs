@@ -114,6 +114,12 @@ pub fn compiled_as(form: Form, map: &SourceMap, model: Model, device: &Device) -
     told(form, map, pipeline::compile(model, device.scales(), true))
 }
 
+/// Compiles for traces an instrument whose warnings have been told.
+pub fn compiled_silently(map: &SourceMap, model: Model, device: &Device) -> Result<Compiled, Failure> {
+    let compiled = pipeline::compile(model, device.scales(), true);
+    told(Form::Text, map, compiled.map(|c| Compiled { warnings: Vec::new(), ..c }))
+}
+
 fn told(form: Form, map: &SourceMap, compiled: Result<Compiled, CompileError>) -> Result<Compiled, Failure> {
     let compiled = compiled.map_err(|error| match error {
         CompileError::Program(diagnostics) => {

@@ -15,6 +15,7 @@ use whippen_runtime::plot;
 use whippen_runtime::report::{Made, Page, Section};
 use whippen_runtime::session::{self, Counts, Run};
 
+use super::hand::HandArgs;
 use super::keys::{self, KeysArgs, Setup};
 use super::motion::{self, MotionArgs, Positions};
 use super::{command, errors, load, progress::Progress, watch};
@@ -25,6 +26,7 @@ use crate::say::{self, say};
 #[command(
     after_help = "Example: whippen run instruments/grand-piano.whip --motion key.csv --out trace.csv --plot touch.png\n\
                   Example: whippen run instruments/grand-piano.whip --report touch.html\n\
+                  Example: whippen run instruments/grand-piano.whip --hand 0.2kg,3N*s/m,500N/m --plot touch.png\n\
                   Example: whippen run instruments/grand-piano.whip --midi song.mid --key C4 --report song.html"
 )]
 pub struct Args {
@@ -33,6 +35,8 @@ pub struct Args {
     words: Vec<String>,
     #[command(flatten)]
     motion: MotionArgs,
+    #[command(flatten)]
+    hand: HandArgs,
     #[command(flatten)]
     keys: KeysArgs,
     /// What runs it: jit (compiled, fixed point), interp (the reference), ideal (f64) or emulated (the image of `build` on its board)
@@ -115,7 +119,7 @@ pub fn run(args: &Args) -> Outcome {
         return once(args);
     }
     let (mut files, _) = load::split(&args.words)?;
-    files.extend(args.motion.files().chain(&args.device).chain(&args.keys.midi).cloned());
+    files.extend(args.motion.files().chain(args.hand.files()).chain(&args.device).chain(&args.keys.midi).cloned());
     watch::watch(&files, || once(args))
 }
 
@@ -150,7 +154,13 @@ fn once(args: &Args) -> Outcome {
         let ticks = (seconds * f64::from(compiled.model.rate_hz)).ceil() as usize;
         positions.position_m.truncate(ticks.max(1));
     }
-    let run = play(&compiled, &device, args.engine, &positions)?;
+    let run = if args.hand.closes() {
+        let (run, moved) = args.hand.play(&compiled, &device, args.engine, &positions)?;
+        positions = moved;
+        run
+    } else {
+        play(&compiled, &device, args.engine, &positions)?
+    };
     summary(&compiled, &run, args.engine, &positions);
     write(&args.outputs, &compiled, &run)?;
     if let Some(path) = &args.outputs.report {

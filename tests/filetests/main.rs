@@ -36,6 +36,7 @@ const COMMANDS: &[(&str, &str, Command)] = &[
     ("whip", "parse", whip::parse),
     ("whip", "check", whip::check),
     ("whip", "mistake", whip::mistake),
+    ("whip", "budget", whip::budget),
     ("whip", "simplify", whip::simplify),
     ("whip", "lower", whip::lower),
 ];

@@ -7,7 +7,7 @@ use tempfile::TempDir;
 use whippen_compiler::bundled::INSTRUMENTS;
 
 /// A bundled file.
-fn bundled(name: &str) -> String {
+pub fn bundled(name: &str) -> String {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("instruments").join(name).display().to_string()
 }
 

@@ -79,7 +79,7 @@ fn drawn(compiled: &Compiled) -> String {
     session::figure(compiled, &run.unwrap_or_else(|e| panic!("{}: {e}", compiled.model.name))).svg()
 }
 
-fn compare_picture(path: &Path, now: &str) {
+pub fn compare_picture(path: &Path, now: &str) {
     if blessing() {
         std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder that can be made");
         std::fs::write(path, now).expect("a writable folder");

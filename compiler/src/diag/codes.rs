@@ -134,4 +134,6 @@ codes! {
     NoForce             "WH0611" Warning "an instrument without any force";
     // Budgets
     DeadlineMissed      "WH0701" Error "a deadline that is missed";
+    Unstable            "WH0702" Warning "a force that makes the loop of key, hand and program ring";
+    TooStrong           "WH0703" Warning "more force for ever than the motor is rated for";
 }

@@ -5,7 +5,7 @@
 //! the nodes below the facts only. Values are tried from the narrowed intervals: middles, ends, then at random from a
 //! fixed seed; every try is worked out in interval arithmetic, so that rounding cannot fool it.
 
-mod narrow;
+pub(crate) mod narrow;
 mod witness;
 
 use crate::model::{Interval, MachineId, Model, Node, NodeId};
@@ -16,6 +16,8 @@ use crate::range::Ranges;
 pub struct Facts {
     /// Bools.
     pub holds: Vec<NodeId>,
+    /// Bools that shall not hold.
+    pub fails: Vec<NodeId>,
     /// Machines and their states.
     pub states: Vec<(MachineId, u32)>,
 }
@@ -24,6 +26,7 @@ impl Facts {
     /// Both.
     pub fn and(mut self, mut other: Facts) -> Facts {
         self.holds.append(&mut other.holds);
+        self.fails.append(&mut other.fails);
         self.states.append(&mut other.states);
         self
     }
@@ -76,7 +79,8 @@ impl<'m> Solver<'m> {
 
     /// The nodes that the facts depend on, operands first.
     fn below(&self, facts: &Facts) -> Vec<NodeId> {
-        let mut nodes: Vec<NodeId> = facts.holds.iter().flat_map(|f| self.model.dag.below(*f)).collect();
+        let mut nodes: Vec<NodeId> =
+            facts.holds.iter().chain(&facts.fails).flat_map(|f| self.model.dag.below(*f)).collect();
         nodes.sort_unstable();
         nodes.dedup();
         nodes

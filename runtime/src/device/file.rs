@@ -4,7 +4,7 @@ use std::path::Path;
 
 use whippen_compiler::units::{Dim, Quantity, parse_quantity, parse_unit};
 
-use super::{Device, Drive, Motor, Sensor};
+use super::{Device, Drive, Heat, Mechanics, Motor, Sensor};
 use crate::entries::{Entries, Known};
 use crate::files::FileError;
 
@@ -18,10 +18,21 @@ const KEYS: &[Known] = &[
     ("drive.bits", "16 bit"),
     ("drive.full_scale", "20 N"),
     ("drive.delay", "1 sample"),
+    ("drive.bandwidth", "3 kHz"),
+    ("mechanics.mass", "60 g"),
+    ("mechanics.inertia", "15e-6 kg*m^2"),
+    ("mechanics.damping", "0.2 N*s/m"),
+    ("mechanics.friction", "30 mN"),
+    ("mechanics.stop_low", "0 mm"),
+    ("mechanics.stop_high", "10 mm"),
+    ("mechanics.stop_stiffness", "20 kN/m"),
+    ("mechanics.stop_damping", "20 N*s/m"),
     ("motor.torque_constant", "0.007 N*m/A"),
     ("motor.rated", "0.5 A"),
     ("motor.peak", "2 A"),
     ("motor.peak_time", "100 ms"),
+    ("motor.rise", "60 K"),
+    ("motor.heat_time", "30 s"),
 ];
 
 /// Reads the text of a device file.
@@ -44,12 +55,21 @@ pub fn read(path: &Path, text: &str) -> Result<Device, FileError> {
     let drive = Drive {
         full_scale: entries.quantity("drive.full_scale", force)?,
         delay_samples: entries.samples("drive.delay")?,
+        bandwidth_hz: entries
+            .find("drive.bandwidth")
+            .map(|_| entries.quantity("drive.bandwidth", Dim::PER_TIME))
+            .transpose()?,
     };
+    if drive.bandwidth_hz.is_some_and(|hz| hz <= 0.0) {
+        return Err(entries.error("drive.bandwidth", "must be greater than zero"));
+    }
     if drive.full_scale <= 0.0 {
         return Err(entries.error("drive.full_scale", "must be greater than zero"));
     }
-    let motor = entries.all().any(|(key, _)| key.starts_with("motor.")).then(|| motor(&entries)).transpose()?;
-    Ok(Device { name, sensor, drive, turns, motor })
+    let has = |part: &str| entries.all().any(|(key, _)| key.starts_with(part));
+    let motor = has("motor.").then(|| motor(&entries)).transpose()?;
+    let mechanics = has("mechanics.").then(|| Mechanics::read(&entries, turns)).transpose()?;
+    Ok(Device { name, sensor, drive, turns, motor, mechanics })
 }
 
 fn motor(entries: &Entries) -> Result<Motor, FileError> {
@@ -62,6 +82,10 @@ fn motor(entries: &Entries) -> Result<Motor, FileError> {
         rated_a: positive("motor.rated", Dim::CURRENT)?,
         peak_a: positive("motor.peak", Dim::CURRENT)?,
         peak_s: positive("motor.peak_time", Dim::TIME)?,
+        heat: match (entries.find("motor.rise"), entries.find("motor.heat_time")) {
+            (None, None) => None,
+            _ => Some(Heat { rise_k: entries.kelvins("motor.rise")?, time_s: positive("motor.heat_time", Dim::TIME)? }),
+        },
     };
     if motor.rated_a >= motor.peak_a {
         return Err(entries.error("motor.peak", "must be above `motor.rated`"));
@@ -77,7 +101,7 @@ impl Entries<'_> {
     }
 
     /// A value of the given dimension, in SI.
-    fn quantity(&self, key: &str, dim: Dim) -> Result<f64, FileError> {
+    pub(super) fn quantity(&self, key: &str, dim: Dim) -> Result<f64, FileError> {
         let text = self.text(key)?;
         match parse_quantity(text) {
             Ok(Quantity::Real { value, dim: found }) if found == dim => Ok(value),
@@ -100,6 +124,14 @@ impl Entries<'_> {
         samples.ok_or_else(|| self.error(key, &format!("is `{text}`, but must be a delay such as `1 sample`")))
     }
 
+    /// A difference of temperatures: a measure only devices have.
+    fn kelvins(&self, key: &str) -> Result<f64, FileError> {
+        let text = self.text(key)?;
+        let kelvins =
+            text.strip_suffix('K').and_then(|n| n.trim().parse().ok()).filter(|k: &f64| k.is_finite() && *k > 0.0);
+        kelvins.ok_or_else(|| self.error(key, &format!("is `{text}`, but must be a rise such as `60 K`")))
+    }
+
     /// The size of a word: 16 bits, the only one there is.
     fn word(&self, key: &str) -> Result<(), FileError> {
         match self.text(key)? {
@@ -111,6 +143,7 @@ impl Entries<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Stops;
     use super::*;
 
     const GOOD: &str = r#"
@@ -133,6 +166,16 @@ peak = "2 A"
 peak_time = "100 ms"
 [drive]"#;
 
+    const MECHANICS: &str = r#"[mechanics]
+mass = "60 g"
+damping = "0.2 N*s/m"
+friction = "30 mN"
+stop_low = "0 mm"
+stop_high = "10 mm"
+stop_stiffness = "20 kN/m"
+stop_damping = "20 N*s/m"
+[drive]"#;
+
     fn changed(from: &str, to: &str) -> String {
         assert!(GOOD.contains(from), "{from}");
         read(Path::new("test.toml"), &GOOD.replace(from, to)).unwrap_err().to_string()
@@ -142,15 +185,25 @@ peak_time = "100 ms"
     fn units_are_those_of_the_language() {
         let device = read(Path::new("test.toml"), GOOD).unwrap();
         assert_eq!(device.sensor, Sensor { low: -0.0005, high: 0.0105, delay_samples: 0.5 });
-        assert_eq!(device.drive, Drive { full_scale: 0.5, delay_samples: 12.0 });
+        assert_eq!(device.drive, Drive { full_scale: 0.5, delay_samples: 12.0, bandwidth_hz: None });
     }
 
     #[test]
     fn a_motor_is_what_it_stands() {
         let device = read(Path::new("test.toml"), &GOOD.replace("[drive]", MOTOR)).unwrap();
-        let motor = Motor { torque_constant: 0.007, rated_a: 0.5, peak_a: 2.0, peak_s: 0.1 };
+        let motor = Motor { torque_constant: 0.007, rated_a: 0.5, peak_a: 2.0, peak_s: 0.1, heat: None };
         assert_eq!(device.motor, Some(motor));
         assert_eq!(read(Path::new("test.toml"), GOOD).unwrap().motor, None);
+    }
+
+    #[test]
+    fn a_key_moves_as_its_mechanics_say() {
+        let device = read(Path::new("test.toml"), &GOOD.replace("[drive]", MECHANICS)).unwrap();
+        let stops = Stops { low: 0.0, high: 0.01, stiffness: 2e4, damping: 20.0 };
+        let mechanics = Mechanics { mass: 0.06, damping: 0.2, friction: 0.03, stops: Some(stops) };
+        assert_eq!(device.mechanics, Some(mechanics));
+        assert_eq!(device.key().map(|key| key.delay_ticks), Some(12.5));
+        assert_eq!(read(Path::new("test.toml"), GOOD).unwrap().key(), None);
     }
 
     #[test]
@@ -190,6 +243,13 @@ peak_time = "100 ms"
             changed("[drive]", "[motor]\nrated = \"2 A\"\n[drive]"),
             changed("[drive]", &MOTOR.replace("0.5 A", "2 A")),
             changed("[drive]", &MOTOR.replace("100 ms", "0 ms")),
+            changed("[drive]", &MOTOR.replace("\"100 ms\"", "\"100 ms\"\nrise = \"60 degC\"")),
+            changed("[drive]", &MOTOR.replace("\"100 ms\"", "\"100 ms\"\nrise = \"60 K\"")),
+            changed("[drive]", "[mechanics]\nweight = \"60 g\"\n[drive]"),
+            changed("[drive]", "[mechanics]\nmass = \"60 mN\"\n[drive]"),
+            changed("[drive]", "[mechanics]\nmass = \"0 g\"\n[drive]"),
+            changed("[drive]", &MECHANICS.replace("10 mm", "-1 mm")),
+            changed("500 mN\"", "500 mN\"\nbandwidth = \"0 Hz\""),
         ];
         insta::assert_snapshot!(messages.join("\n"));
     }

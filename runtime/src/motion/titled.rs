@@ -1,4 +1,4 @@
-//! Motions as tables with titles: `t_s,x_m` in any units of time and length, or `t_s,angle_deg` for a knob.
+//! Motions as tables with titles: `t_s,x_m` in any units of time and length, or `t_s,angle_deg` for a knob; and forces, `t_s,f_n`.
 
 use std::path::Path;
 
@@ -9,14 +9,21 @@ use super::uniform::{Uniform, uniform};
 use crate::files::FileError;
 use crate::titles::split_title;
 
-/// Reads the columns of time and position (m, or rad where it `turns`) and puts them onto an even grid of at most `limit` samples; gives the number of
+/// What a column may hold: its usual name, its dimension, and what that is called.
+pub type Wanted = (&'static str, Dim, &'static str);
+
+/// Positions, of what slides and of what turns.
+pub const POSITION: [Wanted; 2] = [("x", Dim::LENGTH, "length"), ("angle", Dim::NUMBER, "angle")];
+/// Forces and torques.
+pub const FORCE: [Wanted; 2] = [("f", Dim::FORCE, "force"), ("torque", Dim::TORQUE, "torque")];
+
+/// Reads the columns of time and of what is wanted (SI) and puts them onto an even grid of at most `limit` samples; gives the number of
 /// rows too.
 ///
 /// # Errors
 /// A column is missing or ambiguous, a cell is no finite number, or time does not increase.
-pub fn read(path: &Path, turns: bool, limit: usize) -> Result<(usize, Uniform), FileError> {
+pub fn read(path: &Path, (name, dim, kind): Wanted, limit: usize) -> Result<(usize, Uniform), FileError> {
     let mut rows = Rows::open(path)?;
-    let (name, dim, kind) = if turns { ("angle", Dim::NUMBER, "angle") } else { ("x", Dim::LENGTH, "length") };
     let choice =
         find(rows.titles(), "t", Dim::TIME, "time").and_then(|t| Ok((t, find(rows.titles(), name, dim, kind)?)));
     let ((t_column, t_unit), (x_column, x_unit)) =

@@ -12,9 +12,7 @@ impl Proof<'_> {
         let dearest = self.dearest();
         let mut text = format!(
             "@ {}: {} cycles, {}\n        .syntax unified\n        .thumb\nkey:\n",
-            self.name,
-            dearest.bound.cycles_max,
-            dearest.mode
+            self.name, dearest.bound.cycles_max, dearest.mode
         );
         let mut it = ItState::OUTSIDE;
         for step in &dearest.bound.path {

@@ -5,10 +5,10 @@ use crate::model::{Cmp, Interval, Model, Node, NodeId};
 use crate::range::transfer;
 
 /// So often the graph is walked, down and up.
-pub(super) const ROUNDS_MAX: usize = 6;
+pub(crate) const ROUNDS_MAX: usize = 6;
 
-/// The intervals in which all facts can hold; `None` if there are none.
-pub(super) fn narrow(model: &Model, nodes: &[NodeId], facts: &Facts, start: Vec<Interval>) -> Option<Vec<Interval>> {
+/// The intervals in which all facts can hold; `None` if there are none. `nodes` are those to look at, operands first.
+pub(crate) fn narrow(model: &Model, nodes: &[NodeId], facts: &Facts, start: Vec<Interval>) -> Option<Vec<Interval>> {
     let mut pass = Pass { model, at: start, changed: false };
     for &id in nodes {
         if let Some(asked) = asked_state(facts, model.dag.get(id)) {
@@ -17,6 +17,9 @@ pub(super) fn narrow(model: &Model, nodes: &[NodeId], facts: &Facts, start: Vec<
     }
     for &fact in &facts.holds {
         pass.decide(fact, true)?;
+    }
+    for &fact in &facts.fails {
+        pass.decide(fact, false)?;
     }
     for _ in 0..ROUNDS_MAX {
         pass.changed = false;

@@ -18,7 +18,8 @@ pub(super) fn find(model: &Model, nodes: &[NodeId], facts: &Facts, within: &[Int
     (0..TRIES).find_map(|attempt| {
         let values = Attempt { model, facts, within, first: attempt == 0, rng: &mut rng }.values(nodes)?;
         let holds = |f: &NodeId| values[f.0 as usize].low == 1.0;
-        facts.holds.iter().all(holds).then(|| words(model, nodes, &values))
+        let fails = |f: &NodeId| values[f.0 as usize].high == 0.0;
+        (facts.holds.iter().all(holds) && facts.fails.iter().all(fails)).then(|| words(model, nodes, &values))
     })
 }
 

@@ -1,0 +1,34 @@
+//! The stability budget: whether the sampled loop of key, hand and program gives energy to the player, and whether it can ring.
+//!
+//! ```text
+//!   Model --pieces--> places where every choice is decided --gradient--> linear discrete systems, coupled bodies included
+//!                                                                           |
+//!   Key (mass, friction, delay, bandwidth) --------------------- passive: damping that no hand can do without (Colgate & Schenkel)
+//!   Hands (a table) --Held--> position for a force -------------- margin: how much larger a force may be before it rings (Nyquist)
+//! ```
+//!
+//! What is claimed and what is not stands in `docs/stability.md`: each piece is judged by itself, as if the key stayed in it; the
+//! jumps between pieces are the program's meaning (a pluck gives way) and are judged by simulation alone.
+//!
+//! Not here: the device file (runtime), motion and heat, words for the terminal.
+
+mod border;
+mod gradient;
+mod hands;
+mod key;
+mod linear;
+mod margin;
+mod modes;
+mod passive;
+mod pieces;
+mod response;
+mod statics;
+mod warning;
+
+pub use border::Borders;
+pub use hands::{HANDS, hands};
+pub use key::{Hand, Key};
+pub use margin::GROWTH_PER_S;
+pub use modes::{Mode, PerHand, Stability, analyze};
+pub use statics::{Static, static_force, too_strong};
+pub use warning::warnings;

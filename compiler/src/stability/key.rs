@@ -1,0 +1,184 @@
+//! The key that is held: from the force that the program asks for to the position at the next samples, exactly.
+//!
+//! ```text
+//!   u[k] --delay--> hold --bandwidth--> force on   m x'' = -b x' - k x - f      m, b, k: key and hand together
+//!                                                  sampled at every tick
+//! ```
+//!
+//! Between two samples the held force changes once (where the delay is no whole number of ticks), so the continuous
+//! system is stepped over two parts of the tick by matrix exponentials.
+
+use libm::{exp, floor, log2};
+use num_complex::Complex64;
+
+use super::response::solve;
+
+/// The device's loop around a program: what moves, what is lost, what is late. Lengths in m and forces in N, or angles and
+/// torques where the device turns (masses are then inertias).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Key {
+    /// Effective mass where `x` is measured (kg or kg*m^2).
+    pub mass: f64,
+    /// Viscous friction (N*s/m or N*m*s/rad).
+    pub damping: f64,
+    /// Dry friction (N or N*m).
+    pub friction: f64,
+    /// From the instant of measurement to the instant the force begins to act, in ticks; what is computed meanwhile is part of it.
+    pub delay_ticks: f64,
+    /// Where the force falls behind by 45 degrees (Hz); none for a drive without limit.
+    pub bandwidth_hz: Option<f64>,
+    /// What one word of the sensor is (m or rad).
+    pub sensor_lsb: f64,
+}
+
+/// What holds the key: a mass on it, and a spring and a damper to where the player wants it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hand {
+    /// kg or kg*m^2.
+    pub mass: f64,
+    /// N*s/m or N*m*s/rad.
+    pub damping: f64,
+    /// N/m or N*m/rad.
+    pub stiffness: f64,
+}
+
+impl Hand {
+    /// Nobody.
+    pub const FREE: Hand = Hand { mass: 0.0, damping: 0.0, stiffness: 0.0 };
+}
+
+/// Position, speed, force of the drive.
+type Matrix = [[f64; 3]; 3];
+
+/// A key with a hand, sampled.
+#[derive(Debug, Clone)]
+pub struct Held {
+    step: Matrix,
+    /// What the force of `whole` and of `whole + 1` ticks ago does in a tick.
+    new: [f64; 3],
+    old: [f64; 3],
+    whole: i32,
+}
+
+impl Held {
+    /// The key in a hand, at a rate.
+    pub fn new(key: &Key, hand: &Hand, rate_hz: f64) -> Held {
+        let (mass, damping) = (key.mass + hand.mass, key.damping + hand.damping);
+        // A drive without limit is one far beyond the rate.
+        let corner = key.bandwidth_hz.map_or(200.0 * rate_hz, |hz| std::f64::consts::TAU * hz);
+        let system = [[0.0, 1.0, 0.0], [-hand.stiffness / mass, -damping / mass, -1.0 / mass], [0.0, 0.0, -corner]];
+        let whole = floor(key.delay_ticks);
+        let late = (key.delay_ticks - whole) / rate_hz;
+        let rest = 1.0 / rate_hz - late;
+        let (first, from_first) = stepped(&system, corner, late);
+        let (second, from_second) = stepped(&system, corner, rest);
+        Held {
+            step: product(&second, &first),
+            new: from_second,
+            old: applied(&second, &from_first),
+            whole: whole as i32,
+        }
+    }
+
+    /// How far down (m) for each unit of force upwards, at `z`: positive where it gives way.
+    pub fn at(&self, z: Complex64) -> Complex64 {
+        let mut matrix: Vec<Vec<Complex64>> = (0..3)
+            .map(|i| (0..3).map(|j| if i == j { z } else { Complex64::ZERO } - self.step[i][j]).collect())
+            .collect();
+        let back = z.inv();
+        let mut right: Vec<Complex64> = self.new.iter().zip(self.old).map(|(new, old)| back * old + new).collect();
+        solve(&mut matrix, &mut right);
+        -right[0] * back.powi(self.whole)
+    }
+}
+
+/// Over a time: how the state moves on, and what a constant input adds to it.
+fn stepped(system: &Matrix, corner: f64, time_s: f64) -> (Matrix, [f64; 3]) {
+    // The input enters at the drive only, whose own step is known; halving keeps the series short.
+    let largest = system.iter().flatten().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let halvings = log2((largest * time_s).max(1e-9)).ceil().max(0.0) as i32 + 4;
+    let part = time_s / 2.0_f64.powi(halvings);
+    let mut step = series(system, part, |n| 1.0 / n);
+    let input = series(system, part, |n| 1.0 / (n + 1.0));
+    let mut added = applied(&input, &[0.0, 0.0, corner * part]);
+    for _ in 0..halvings {
+        let carried = applied(&step, &added);
+        added = std::array::from_fn(|i| added[i] + carried[i]);
+        step = product(&step, &step);
+    }
+    // What has settled has settled.
+    step[2][2] = exp(-corner * time_s);
+    (step, added)
+}
+
+/// `1 + f(1) A t + f(1) f(2) (A t)^2 + ..`
+fn series(system: &Matrix, time_s: f64, factor: impl Fn(f64) -> f64) -> Matrix {
+    let mut term = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let mut sum = term;
+    for n in 1..=12 {
+        let f = factor(f64::from(n)) * time_s;
+        let next = product(&term, system);
+        term = next.map(|row| row.map(|v| v * f));
+        for (row, more) in sum.iter_mut().zip(&term) {
+            row.iter_mut().zip(more).for_each(|(v, m)| *v += m);
+        }
+    }
+    sum
+}
+
+fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| a[i][k] * b[k][j]).sum()))
+}
+
+fn applied(a: &Matrix, v: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| (0..3).map(|k| a[i][k] * v[k]).sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KEY: Key =
+        Key { mass: 0.1, damping: 0.5, friction: 0.0, delay_ticks: 1.25, bandwidth_hz: Some(3000.0), sensor_lsb: 1e-7 };
+
+    /// The same by small steps of the differential equation.
+    #[test]
+    fn a_pulse_of_force_moves_it_as_the_differential_equation_says() {
+        let hand = Hand { mass: 0.05, damping: 1.0, stiffness: 2000.0 };
+        let (rate_hz, fine) = (44_100.0, 4000);
+        let held = Held::new(&KEY, &hand, rate_hz);
+        let (mut x, mut v, mut f) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let mut exact = [0.0; 3];
+        let corner = std::f64::consts::TAU * 3000.0;
+        let h = 1.0 / (rate_hz * f64::from(fine));
+        for tick in 0..6 {
+            assert!((exact[0] - x).abs() <= 2e-3 * x.abs() + 1e-15, "tick {tick}: {} {x}", exact[0]);
+            for i in 0..fine {
+                let age = f64::from(tick) + f64::from(i) / f64::from(fine) - KEY.delay_ticks;
+                let u = f64::from((0.0..1.0).contains(&age));
+                f += h * corner * (u - f);
+                v += h * (-f - 1.5 * v - 2000.0 * x) / 0.15;
+                x += h * v;
+            }
+            // The command of tick 0 acts from 1.25: as `new` in tick 1, as `old` in tick 2.
+            let forced: [f64; 3] = match tick {
+                1 => held.new,
+                2 => held.old,
+                _ => [0.0; 3],
+            };
+            let moved = applied(&held.step, &exact);
+            exact = std::array::from_fn(|i| moved[i] + forced[i]);
+        }
+        assert!(x < 0.0);
+    }
+
+    #[test]
+    fn slowly_it_gives_way_as_its_stiffness_says() {
+        let hand = Hand { mass: 0.05, damping: 1.0, stiffness: 2000.0 };
+        for bandwidth_hz in [None, Some(3000.0)] {
+            let held = Held::new(&Key { bandwidth_hz, ..KEY }, &hand, 44_100.0);
+            let slow = held.at(Complex64::ONE);
+            assert!((slow.re * 2000.0 - 1.0).abs() < 1e-6 && slow.im == 0.0, "{slow}");
+        }
+    }
+}

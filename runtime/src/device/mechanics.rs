@@ -1,0 +1,85 @@
+//! What moves: the key or the knob by itself, without any force of the drive.
+
+use whippen_compiler::stability::Key;
+use whippen_compiler::units::Dim;
+
+use super::Device;
+use crate::entries::Entries;
+use crate::files::FileError;
+
+/// A key's mechanics, where its position is measured. On what turns, masses are inertias (kg*m^2), forces torques.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mechanics {
+    /// Effective mass (kg or kg*m^2), above 0.
+    pub mass: f64,
+    /// Viscous friction (N*s/m or N*m*s/rad).
+    pub damping: f64,
+    /// Dry friction (N or N*m).
+    pub friction: f64,
+    /// Stops, if it has any.
+    pub stops: Option<Stops>,
+}
+
+/// Felt at both ends of the way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stops {
+    /// Where it is touched going up (m or rad).
+    pub low: f64,
+    /// Where it is touched going down (m or rad), above `low`.
+    pub high: f64,
+    /// N/m or N*m/rad.
+    pub stiffness: f64,
+    /// N*s/m or N*m*s/rad.
+    pub damping: f64,
+}
+
+impl Mechanics {
+    /// Reads `mechanics.*` of a device file.
+    pub(super) fn read(entries: &Entries, turns: bool) -> Result<Mechanics, FileError> {
+        let (position, force) = if turns { (Dim::NUMBER, Dim::TORQUE) } else { (Dim::LENGTH, Dim::FORCE) };
+        let (mass_key, mass) = if turns { ("inertia", Dim::INERTIA) } else { ("mass", Dim::MASS) };
+        let (stiffness, damping) = (force.div(position), force.div(position).mul(Dim::TIME));
+        let least = |key: &str, dim: Dim, zero: bool| {
+            let key = format!("mechanics.{key}");
+            let value = entries.quantity(&key, dim)?;
+            let good = value > 0.0 || zero && value == 0.0;
+            if good { Ok(value) } else { Err(entries.error(&key, "must be greater than zero")) }
+        };
+        let stops = || {
+            let stops = Stops {
+                low: entries.quantity("mechanics.stop_low", position)?,
+                high: entries.quantity("mechanics.stop_high", position)?,
+                stiffness: least("stop_stiffness", stiffness, false)?,
+                damping: least("stop_damping", damping, true)?,
+            };
+            let apart = stops.low < stops.high;
+            if apart {
+                Ok(stops)
+            } else {
+                Err(entries.error("mechanics.stop_high", "must lie above `mechanics.stop_low`"))
+            }
+        };
+        let has_stops = entries.all().any(|(key, _)| key.starts_with("mechanics.stop_"));
+        Ok(Mechanics {
+            mass: least(mass_key, mass, false)?,
+            damping: least("damping", damping, true)?,
+            friction: least("friction", force, true)?,
+            stops: has_stops.then(stops).transpose()?,
+        })
+    }
+}
+
+impl Device {
+    /// The loop around a program, if the device says how its key moves.
+    pub fn key(&self) -> Option<Key> {
+        let Mechanics { mass, damping, friction, .. } = self.mechanics?;
+        Some(Key {
+            mass,
+            damping,
+            friction,
+            delay_ticks: self.sensor.delay_samples + self.drive.delay_samples,
+            bandwidth_hz: self.drive.bandwidth_hz,
+            sensor_lsb: self.scales().sensor_lsb,
+        })
+    }
+}

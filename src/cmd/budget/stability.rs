@@ -1,0 +1,165 @@
+//! The stability budget for people and for programs.
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+use whippen_compiler::diag::Diagnostic;
+use whippen_compiler::model::{Interval, Model};
+use whippen_compiler::stability::{self, Hand, Mode, Stability};
+use whippen_runtime::device::Device;
+
+/// So many modes are listed.
+const MODES_SHOWN: usize = 4;
+
+/// What is known of the loop of one instrument.
+pub struct StabilityBudget {
+    found: Stability,
+    hands: usize,
+    turns: bool,
+}
+
+impl StabilityBudget {
+    /// `None` if the device does not say how its key moves.
+    pub fn find(model: &Model, device: &Device) -> Option<StabilityBudget> {
+        let found = stability::analyze(model, &device.key()?)?;
+        Some(StabilityBudget { found, hands: stability::hands(model.turns()).len() - 1, turns: model.turns() })
+    }
+
+    pub fn warnings(&self, model: &Model) -> Vec<Diagnostic> {
+        stability::warnings(model, &self.found)
+    }
+
+    /// `passive`, `stable` or `unstable`.
+    fn verdict(&self) -> &'static str {
+        match (self.found.is_stable(), self.found.is_passive()) {
+            (true, true) => "passive",
+            (true, false) => "stable",
+            (false, _) => "unstable",
+        }
+    }
+
+    /// How much larger all forces may be before it rings (percent), and the damping of the key above what passivity needs (percent).
+    fn margins(&self) -> [f64; 2] {
+        let needed = self.found.damping_needed();
+        [100.0 * (self.found.factor() - 1.0), 100.0 * (self.found.key.damping / needed.max(1e-12) - 1.0)]
+    }
+
+    /// Stiffness, damping, mass.
+    fn units(&self) -> [&'static str; 3] {
+        if self.turns { ["N*m/rad", "N*m*s/rad", "kg*m^2"] } else { ["N/m", "N*s/m", "kg"] }
+    }
+
+    pub fn text(&self) -> String {
+        let (s, units, [margin, _]) = (&self.found, self.units(), self.margins());
+        let mut out = format!(
+            "stability: {}\n",
+            match self.verdict() {
+                "passive" => format!("passive; stable with every hand, {}", told(margin)),
+                "stable" => format!("stable with nobody and with each of {} hands, {}", self.hands, told(margin)),
+                _ => format!("UNSTABLE, {}", told(margin)),
+            }
+        );
+        let _ = writeln!(
+            out,
+            "  passivity needs {} {} of the key's own damping and it has {} ({} where gains change while playing)",
+            number(s.damping_needed()),
+            units[1],
+            number(s.key.damping),
+            number(s.damping_for_changing)
+        );
+        for (what, (range, unit)) in ["stiffness", "damping", "mass"].iter().zip(s.largest.iter().zip(units)) {
+            if range.magnitude() > 0.0 {
+                let _ = writeln!(out, "  {what} {} .. {} {unit}", number(range.low), number(range.high));
+            }
+        }
+        let (word, force) = (if self.turns { "mN*m" } else { "mN" }, 1e3);
+        let _ = writeln!(
+            out,
+            "  one word of the sensor moves the force by {} {word}, dry friction holds {}: {}",
+            number(s.force_per_word * force),
+            number(s.key.friction * force),
+            if s.is_quiet() { "quiet" } else { "it may hum" }
+        );
+        if s.coarse {
+            out += "  too many cases: what was left open is judged by both branches at once\n";
+        }
+        for mode in s.modes.iter().take(MODES_SHOWN) {
+            self.mode(&mut out, mode);
+        }
+        if s.modes.len() > MODES_SHOWN {
+            let _ = writeln!(out, "  and {} modes with more margin", s.modes.len() - MODES_SHOWN);
+        }
+        out
+    }
+
+    fn mode(&self, out: &mut String, mode: &Mode) {
+        let gains: Vec<String> = (mode.gains.iter().zip(self.units()))
+            .filter(|(gain, _)| **gain != 0.0)
+            .map(|(gain, unit)| format!("{} {unit}", number(*gain)))
+            .collect();
+        let gains = if gains.is_empty() { "no force that depends on motion".to_string() } else { gains.join(", ") };
+        let margin = if mode.settles { told(100.0 * (mode.worst.factor - 1.0)) } else { "unstable by itself".into() };
+        let at = if mode.worst.ring_hz > 0.0 {
+            format!(", {:.0} Hz, {}", mode.worst.ring_hz, self.hand(mode.worst.hand))
+        } else {
+            String::new()
+        };
+        let _ = writeln!(out, "  {}: {gains}: {margin}{at}", mode.name);
+    }
+
+    fn hand(&self, hand: Hand) -> String {
+        if hand == Hand::FREE {
+            return "nobody".to_string();
+        }
+        let units = self.units();
+        format!(
+            "hand {} {}, {} {}, {} {}",
+            number(hand.mass),
+            units[2],
+            number(hand.damping),
+            units[1],
+            number(hand.stiffness),
+            units[0]
+        )
+    }
+
+    pub fn json(&self) -> Value {
+        let (s, [margin, passive]) = (&self.found, self.margins());
+        let range = |i: &Interval| json!([i.low, i.high]);
+        let hand = |h: &Hand| json!({ "mass": h.mass, "damping": h.damping, "stiffness": h.stiffness });
+        let mode = |m: &Mode| {
+            json!({
+                "name": m.name, "stiffness": m.gains[0], "damping": m.gains[1], "mass": m.gains[2], "coupled": m.coupled,
+                "settles": m.settles, "damping_needed": m.damping_needed, "factor": m.worst.factor,
+                "ring_hz": m.worst.ring_hz, "hand": hand(&m.worst.hand),
+            })
+        };
+        json!({
+            "verdict": self.verdict(),
+            "margin_percent": margin,
+            "passivity_margin_percent": passive,
+            "damping_needed": s.damping_needed(),
+            "damping_needed_changing": s.damping_for_changing,
+            "key": { "mass": s.key.mass, "damping": s.key.damping, "friction": s.key.friction,
+                     "delay_ticks": s.key.delay_ticks, "bandwidth_hz": s.key.bandwidth_hz },
+            "stiffness": range(&s.largest[0]), "damping": range(&s.largest[1]), "mass": range(&s.largest[2]),
+            "force_per_word": s.force_per_word, "quiet": s.is_quiet(), "coarse": s.coarse, "hands": self.hands,
+            "modes": s.modes.iter().map(mode).collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// A margin in words.
+fn told(percent: f64) -> String {
+    match percent {
+        p if p >= 9_899.0 => "margin beyond 100 times".to_string(),
+        p if p >= 0.0 => format!("margin {p:.0} %"),
+        p => format!("{:.0} % too much", -100.0 * p / (100.0 + p)),
+    }
+}
+
+/// Three digits.
+fn number(value: f64) -> String {
+    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
+    if rounded != 0.0 && !(1e-3..1e6).contains(&rounded.abs()) { format!("{rounded:e}") } else { format!("{rounded}") }
+}

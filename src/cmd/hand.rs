@@ -1,0 +1,165 @@
+//! `run --hand` and `run --force`: the key is moved by a player and by the program's force, not along a recording.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::ValueHint;
+use whippen_compiler::model::Model;
+use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::stability::Hand;
+use whippen_compiler::units::{Dim, Quantity, parse_quantity};
+use whippen_runtime::closed::{self, Closed};
+use whippen_runtime::device::Device;
+use whippen_runtime::engine::EngineKind;
+use whippen_runtime::motion::load_force;
+use whippen_runtime::plant::Player;
+use whippen_runtime::session::Run;
+
+use super::motion::Positions;
+use super::progress::Progress;
+use super::run::stopped;
+use crate::exit::Failure;
+
+/// Who moves the key.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "The player")]
+pub struct HandArgs {
+    /// Close the loop: the program's force moves the key of the device, and a hand of this mass, damping and stiffness leads it along the motion, such as 0.2kg,3N*s/m,500N/m; `free` for nobody
+    #[arg(long, value_name = "free|MASS,DAMPING,STIFFNESS", conflicts_with_all = ["errors", "midi"])]
+    hand: Option<Grip>,
+    /// A force on the free key, as recorded: a table with titles such as t_s,f_n; down is positive
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with_all = ["errors", "midi", "motion"])]
+    force: Option<PathBuf>,
+}
+
+/// What `--hand` says, with the dimensions as they were given.
+#[derive(Debug, Clone, Copy)]
+enum Grip {
+    Free,
+    Held([(f64, Dim); 3]),
+}
+
+impl FromStr for Grip {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Grip, String> {
+        if text == "free" {
+            return Ok(Grip::Free);
+        }
+        let parts: Vec<&str> = text.split(',').collect();
+        let [mass, damping, stiffness] = parts[..] else {
+            return Err("a hand is `free`, or its mass, damping and stiffness, such as 0.2kg,3N*s/m,500N/m".to_string());
+        };
+        let part = |text: &str| match parse_quantity(text) {
+            Ok(Quantity::Real { value, dim }) if value >= 0.0 => Ok((value, dim)),
+            Ok(_) => Err(format!("`{text}` is below zero or no quantity")),
+            Err(error) => Err(error.to_string()),
+        };
+        Ok(Grip::Held([part(mass)?, part(damping)?, part(stiffness)?]))
+    }
+}
+
+impl Grip {
+    /// The hand, if its dimensions are those of what it moves.
+    fn hand(self, turns: bool) -> Result<Hand, String> {
+        let Grip::Held([mass, damping, stiffness]) = self else { return Ok(Hand::FREE) };
+        let dims = if turns {
+            [Dim::INERTIA, Dim::TORQUE.mul(Dim::TIME), Dim::TORQUE]
+        } else {
+            let per_length = Dim::FORCE.div(Dim::LENGTH);
+            [Dim::MASS, per_length.mul(Dim::TIME), per_length]
+        };
+        if [mass.1, damping.1, stiffness.1] != dims {
+            let units = dims.map(|dim| dim.unit()).join(", ");
+            return Err(format!("--hand: mass, damping and stiffness are numbers of {units}"));
+        }
+        Ok(Hand { mass: mass.0, damping: damping.0, stiffness: stiffness.0 })
+    }
+}
+
+impl HandArgs {
+    /// Whether the loop is closed.
+    pub fn closes(&self) -> bool {
+        self.hand.is_some() || self.force.is_some()
+    }
+
+    /// The files that are read.
+    pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.force.iter()
+    }
+
+    /// Runs in a closed loop and says who gave how much energy. Nobody lets the key go at half of the motion's way.
+    pub fn play(
+        &self,
+        compiled: &Compiled,
+        device: &Device,
+        kind: EngineKind,
+        positions: &Positions,
+    ) -> Result<(Run, Positions), Failure> {
+        let model = &compiled.model;
+        let grip = self.hand.unwrap_or(Grip::Free);
+        if self.force.is_some() && !matches!(grip, Grip::Free) {
+            return Err(Failure::Usage("--force acts on a free key; leave --hand away".to_string()));
+        }
+        let hand = grip.hand(model.turns()).map_err(Failure::Usage)?;
+        let (player, start_m, note, ticks) = self.player(model, hand, positions)?;
+        if device.mechanics.is_none() {
+            let why = "does not say how its key moves: add `[mechanics]` to its file";
+            return Err(Failure::Usage(format!("the device `{}` {why}", device.name)));
+        }
+        let progress = Progress::new(ticks, model.rate_hz);
+        let closed = closed::run(compiled, device, kind, (player, start_m), ticks, |ticks| progress.at(ticks));
+        progress.done();
+        let closed = closed.map_err(|why| stopped(kind, why))?;
+        let mut notes = positions.notes.clone();
+        if self.force.is_some() {
+            notes.clear();
+        }
+        notes.push(note);
+        notes.extend(energies(&closed));
+        Ok((closed.run, Positions { position_m: closed.positions, notes }))
+    }
+
+    fn player(
+        &self,
+        model: &Model,
+        hand: Hand,
+        positions: &Positions,
+    ) -> Result<(Player, f64, String, usize), Failure> {
+        if let Some(path) = &self.force {
+            let force = load_force(path, model.turns(), model.rate_hz).map_err(|e| Failure::Usage(e.to_string()))?;
+            let ticks = force.len();
+            return Ok((Player::Force(force), 0.0, format!("closed loop: {}, on a free key", path.display()), ticks));
+        }
+        let ticks = positions.position_m.len();
+        if hand == Hand::FREE {
+            let most = positions.position_m.iter().copied().fold(0.0, f64::max);
+            let note = "closed loop: nobody holds the key, let go at half of the motion's way".to_string();
+            return Ok((Player::Force(Vec::new()), 0.5 * most, note, ticks));
+        }
+        let target = positions.position_m.clone();
+        let start_m = target.first().copied().unwrap_or(0.0);
+        let note = "closed loop: a hand leads the key along the motion".to_string();
+        Ok((Player::Hand { hand, target }, start_m, note, ticks))
+    }
+}
+
+/// What each stroke took of the player; and if so, that the key gave more than it got, from a rest on.
+fn energies(closed: &Closed) -> Vec<String> {
+    let told = |stroke: &closed::StrokeEnergy| {
+        format!(
+            "stroke at {:.3} s, {:.0} ms: the player put in {:.3} mJ and got back {:.3} mJ",
+            stroke.start_s,
+            1e3 * stroke.seconds,
+            1e3 * stroke.energy.given_j,
+            1e3 * stroke.energy.returned_j
+        )
+    };
+    let mut lines: Vec<String> = closed.strokes.iter().map(told).collect();
+    let kept_j: f64 = closed.strokes.iter().map(|s| s.energy.kept_j()).sum();
+    if !lines.is_empty() {
+        let (word, size) = if kept_j < 0.0 { ("gave the player", -kept_j) } else { ("kept", kept_j) };
+        lines.push(format!("all strokes together: the key {word} {:.3} mJ", 1e3 * size));
+    }
+    lines
+}

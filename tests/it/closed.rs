@@ -1,0 +1,75 @@
+//! `whippen run --hand`, `--force` and the budgets besides time, as the command gives them.
+
+use serde_json::Value;
+
+use crate::cli::{Shell, bundled};
+
+#[test]
+fn a_hand_leads_the_key_and_its_energies_are_told() {
+    let shell = Shell::new();
+    let spring = bundled("virtual-spring.whip");
+    let (out, _) = shell.ends(0, &["run", &spring, "--hand", "0.2kg,3N*s/m,2000N/m", "--out", "trace.csv"]);
+    let strokes: Vec<&str> = out.lines().filter(|l| l.contains("the player put in")).collect();
+    assert!(strokes.len() >= 5 && out.contains("the key kept"), "{out}");
+    let trace = std::fs::read_to_string(shell.path("trace.csv")).expect("written");
+    let mut rows = trace.lines();
+    let x = rows.next().and_then(|t| t.split(',').position(|title| title == "x_m")).expect("a column");
+    let deepest = rows.filter_map(|row| row.split(',').nth(x)?.parse().ok()).fold(0.0, f64::max);
+    // A spring of 100 N/m against a hand of 2000 N/m that wants 10 mm; a fast stroke overshoots up to the stop.
+    assert!((0.0093..0.0103).contains(&deepest), "{deepest}");
+}
+
+#[test]
+fn a_force_pushes_the_free_key_and_nobody_lets_it_go() {
+    let push: String =
+        (0..400).map(|i| format!("{},{}\n", f64::from(i) / 1000.0, if i < 200 { 0.7 } else { 0.0 })).collect();
+    let shell = Shell::new().with("push.csv", &format!("t_s,f_n\n{push}"));
+    let spring = bundled("virtual-spring.whip");
+    let (out, _) = shell.ends(0, &["run", &spring, "--force", "push.csv", "--out", "trace.csv"]);
+    assert!(
+        out.contains("push.csv, on a free key") && out.contains("the player put in") && out.contains("the key kept"),
+        "{out}"
+    );
+    let (out, _) = shell.ends(0, &["run", &spring, "--hand", "free", "--engine", "interp", "--seconds", "0.3"]);
+    assert!(out.contains("nobody holds the key"), "{out}");
+}
+
+#[test]
+fn hands_that_are_none_and_devices_without_mechanics_are_refused() {
+    let bare = "name = \"bare\"\n[sensor]\nbits = \"16 bit\"\nlow = \"-0.5 mm\"\nhigh = \"10.5 mm\"\ndelay = \"1 sample\"\n\
+                [drive]\nbits = \"16 bit\"\nfull_scale = \"32 N\"\ndelay = \"1 sample\"\n";
+    let shell = Shell::new().with("bare.toml", bare);
+    let spring = bundled("virtual-spring.whip");
+    for (hand, word) in [
+        ("0.2kg", "mass, damping and stiffness"),
+        ("0.2kg,3N*s/m,500N", "numbers of kg"),
+        ("-1kg,3N*s/m,5N/m", "below zero"),
+        ("0.2kgs,3N*s/m,5N/m", "not a unit"),
+    ] {
+        shell.refuses(2, &["run", &spring, &format!("--hand={hand}")], &[word]);
+    }
+    shell.refuses(2, &["run", &spring, "--hand", "free", "--device", "bare.toml"], &["[mechanics]"]);
+    let (out, _) = shell.ends(0, &["budget", &spring, "--device", "bare.toml", "--keys", "4"]);
+    assert!(out.contains("stability: not judged") && out.contains("motor: not judged"), "{out}");
+}
+
+#[test]
+fn the_budget_has_numbers_stability_and_motor() {
+    let shell = Shell::new();
+    let json = |file: &str| -> Value {
+        let (out, _) = shell.ends(0, &["budget", &bundled(file), "--keys", "4", "--json"]);
+        serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {out}"))
+    };
+    let organ = json("hammond.whip");
+    assert_eq!(organ["stability"]["verdict"], "stable");
+    assert_eq!(organ["numbers"]["overflow_free"], true);
+    assert_eq!(organ["motor"]["within_rating"], true);
+    // 75 N/m * 10.5 mm + 0.4 N; with all the weight taken away 75 N/m * -0.5 mm + 0.4 N - 0.5 N.
+    let force = |end: usize| organ["motor"]["static"][end].as_f64().expect("a number");
+    assert!((force(1) - 1.1875).abs() < 1e-6 && (force(0) + 0.1375).abs() < 1e-6, "{}", organ["motor"]);
+    assert!(organ["motor"]["slices"].as_array().is_some_and(|s| s.len() > 500));
+    let baker = json("baker.whip");
+    assert_eq!((&baker["stability"]["verdict"], &baker["warnings"][0]["code"]), (&"unstable".into(), &"WH0702".into()));
+    let (out, err) = shell.ends(0, &["budget", &bundled("baker.whip"), "--keys", "4"]);
+    assert!(out.contains("stability: UNSTABLE") && err.contains("WH0702") && err.contains("is stable with every hand"));
+}
