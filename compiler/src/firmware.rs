@@ -29,8 +29,8 @@ use crate::kernel::Kernel;
 use crate::modes::Modes;
 use crate::thumb::Layout;
 
-pub use running::{DEAD, Owner, PARTS, RUNNING, Running, owner};
-pub use whole::{Whole, WholeError, divided, support, whole};
+pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};
+pub use whole::{Program, Whole, WholeError, divided, support, whole};
 
 /// What a program and its keyboard say.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -43,8 +43,8 @@ pub struct Setup {
     pub motor: Motor,
     /// Sensor words between which a key is in mid-travel: where a word that does not change may be a fault.
     pub mid_travel: [u16; 2],
-    /// Which events are notes.
-    pub midi: Midi,
+    /// The MIDI note of the first key; 21 is A0.
+    pub first_note: u32,
 }
 
 /// What a motor stands, in drive words: 32768 is its peak current.
@@ -65,8 +65,6 @@ pub struct Midi {
     pub note: Option<u32>,
     /// The event that ends a note.
     pub release: Option<u32>,
-    /// The note of the first key; 21 is A0.
-    pub first_note: u32,
     /// How far a speed is shifted right to be an index of the table.
     pub speed_shift: u32,
     /// Velocity by speed.
@@ -101,6 +99,8 @@ pub enum FirmwareError {
     Keys(u32),
     /// A record of so many bytes, more than the frame can reach.
     Record(u32),
+    /// So many programs, not 1 to 64.
+    Programs(usize),
     /// The motor's rated word is not between 1 and 32767, or it stands its peak for less than 1 ms or more than 10 s.
     Motor,
     /// A board's text is no assembly.
@@ -114,6 +114,7 @@ impl fmt::Display for FirmwareError {
             FirmwareError::Record(bytes) => {
                 write!(f, "a key's record takes {bytes} bytes; the firmware takes at most {RECORD_MAX}")
             }
+            FirmwareError::Programs(count) => write!(f, "{count} programs; the firmware takes 1 to {PROGRAMS_MAX}"),
             FirmwareError::Motor => {
                 f.write_str("the rated current must be below the peak, and the peak last between 1 ms and 10 s")
             }
@@ -139,8 +140,27 @@ pub fn distance(keys: [u32; 2]) -> u32 {
     (2 * (keys[0] + keys[1])).next_multiple_of(4)
 }
 
-/// Names of the objects of the keys, by core.
+/// How many programs an image may have.
+const PROGRAMS_MAX: usize = 64;
+
+/// Names of the cores' blocks, and of the objects of the keys of the first program.
 pub const CORES: [&str; 2] = ["core0", "core1"];
+
+/// The name of the object of a core's keys of a program.
+pub fn keys_name(core: usize, program: usize) -> String {
+    if program == 0 { CORES[core].to_string() } else { format!("{}_{program}", CORES[core]) }
+}
+
+/// A program as the firmware sees it: its kernel, where its state has what on either core, and its notes.
+#[derive(Debug, Clone, Copy)]
+pub struct Played<'a> {
+    /// What is played.
+    pub kernel: &'a Kernel,
+    /// By core.
+    pub layouts: [&'a Layout; 2],
+    /// Which events are notes.
+    pub midi: &'a Midi,
+}
 
 /// The modes for the keys of one core: values per key begin at its first.
 pub fn keys_of(modes: &Modes, keys: [u32; 2], core: usize) -> Modes {
@@ -171,18 +191,13 @@ const FRAME: [Source<'static>; 3] = [
     Source { name: "firmware/guard.s", text: include_str!("firmware/guard.s") },
 ];
 
-/// The objects of a firmware, to be linked with those of the keys, which are compiled for the names in [`CORES`]. The image
-/// begins at `reset`.
+/// The objects of a firmware, to be linked with those of the keys of all programs, which are compiled for the names by
+/// [`keys_name`] with records of one size. The image begins at `reset`, with the first program.
 ///
 /// # Errors
-/// Keys, records or motor are out of range; a text of the board is wrong.
-pub fn objects(
-    kernel: &Kernel,
-    setup: &Setup,
-    layouts: [&Layout; 2],
-    board: &Support,
-) -> Result<Vec<Object>, FirmwareError> {
-    let constants = constants(kernel, setup, layouts, board)?;
+/// Programs, keys, records or motor are out of range; a text of the board is wrong.
+pub fn objects(programs: &[Played], setup: &Setup, board: &Support) -> Result<Vec<Object>, FirmwareError> {
+    let constants = constants(programs, setup, board)?;
     let mut objects = Vec::new();
     for source in shared(board) {
         objects.push(assemble(&[source], &constants, Arch::V8M)?);
@@ -190,12 +205,12 @@ pub fn objects(
     let mut start = assemble(&[board.tick], &constants, Arch::V8M)?;
     start.sections.iter_mut().filter(|s| s.name == ".text.frame").for_each(|s| s.name = ".text.start.board".into());
     objects.push(start);
-    for (core, name) in CORES.iter().enumerate() {
+    for core in 0..CORES.len() {
         let mut own = constants.clone();
         own.insert("KEYS".to_string(), setup.keys[core].into());
-        objects.push(of_core(assemble(&frame(board), &own, Arch::V8M)?, name));
+        objects.push(of_core(assemble(&frame(board), &own, Arch::V8M)?, core, programs.len()));
     }
-    let tables = tables::text(kernel, setup, layouts[0]);
+    let tables = tables::text(programs, setup.keys);
     objects.push(assemble(&[Source { name: "tables", text: &tables }], &constants, Arch::V8M)?);
     Ok(objects)
 }
@@ -217,19 +232,29 @@ pub fn sources<'a>(board: &Support<'a>) -> Vec<Vec<Source<'a>>> {
 }
 
 /// The frame of one core: its names and sections say so, and nobody else sees what is in it but the tick.
-fn of_core(mut object: Object, core: &str) -> Object {
+fn of_core(mut object: Object, core: usize, programs: usize) -> Object {
+    let (number, core) = (core, CORES[core]);
     let rename = |name: &str| match name {
         "tick" => format!("tick_{core}"),
         "block" => core.to_string(),
-        "keys_tick" => format!("{core}_tick"),
         other => other.to_string(),
+    };
+    let of_programs = |what: &str| (0..programs).map(|at| format!("{}_{what}", keys_name(number, at))).collect();
+    let targets = |name: &String| -> Vec<String> {
+        match name.as_str() {
+            "keys_tick" => of_programs("tick"),
+            "keys_begin" => of_programs("begin"),
+            // With one program there is never another one that could begin.
+            "beginning" if programs == 1 => Vec::new(),
+            other => vec![rename(other)],
+        }
     };
     for section in &mut object.sections {
         section.name = section.name.replace(".text.frame", &format!(".text.{core}.frame"));
         section.fixups.iter_mut().for_each(|fixup| fixup.symbol = rename(&fixup.symbol));
         for hint in &mut section.hints {
             if let crate::image::Hint::Targets { symbols, .. } = hint {
-                symbols.iter_mut().for_each(|symbol| *symbol = rename(symbol));
+                *symbols = symbols.iter().flat_map(targets).collect();
             }
         }
     }
@@ -240,7 +265,7 @@ fn of_core(mut object: Object, core: &str) -> Object {
     object
 }
 
-/// Offsets in a core's block, in a key's guard, in the table of the status; bits of faults.
+/// Offsets in a core's block, in a key's guard, in a core's program, in the table of the status; bits of faults.
 const PLACES: &[(&str, i64)] = &[
     ("C_CODE", 0),
     ("C_STATE", 4),
@@ -257,11 +282,28 @@ const PLACES: &[(&str, i64)] = &[
     ("C_FIRST", 52),
     ("C_ROW", 56),
     ("C_RAMP", 60),
+    ("C_PROGRAM", 64),
+    ("C_WANTED", 68),
+    ("C_BEGUN", 72),
     ("G_HEAT", 0),
     ("G_CEILING", 4),
     ("G_WORD", 8),
     ("G_DRIVE", 10),
     ("G_SINCE", 12),
+    ("P_CORE", 0),
+    ("P_STATE", 4),
+    ("P_INIT", 8),
+    ("P_TICK", 12),
+    ("P_BEGIN", 16),
+    ("P_GAINS", 20),
+    ("P_RECORDS", 24),
+    ("P_END", 28),
+    ("P_EVENTS", 32),
+    ("P_EVENT", 36),
+    ("P_NOTE", 40),
+    ("P_RELEASE", 44),
+    ("P_SHIFT", 48),
+    ("P_VELOCITIES", 52),
     ("S_FAULTS", 8),
     ("FAULT_MISSED", 1),
     ("FAULT_RAIL", 2),
@@ -276,16 +318,14 @@ const TURNS: u64 = 16;
 /// How long force takes to come back.
 const RAMP_MS: u64 = 20;
 
-/// What the texts are told of a program, a keyboard and a board.
+/// What the texts are told of programs, a keyboard and a board.
 ///
 /// # Errors
-/// Keys, records or motor are out of range.
-pub fn constants(
-    kernel: &Kernel,
-    setup: &Setup,
-    layouts: [&Layout; 2],
-    board: &Support,
-) -> Result<BTreeMap<String, i64>, FirmwareError> {
+/// Programs, keys, records or motor are out of range.
+pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<BTreeMap<String, i64>, FirmwareError> {
+    let Some(Played { layouts, .. }) = programs.first().filter(|_| programs.len() <= PROGRAMS_MAX) else {
+        return Err(FirmwareError::Programs(programs.len()));
+    };
     if let Some(keys) = setup.keys.iter().find(|keys| !(1..=255).contains(*keys)) {
         return Err(FirmwareError::Keys(*keys));
     }
@@ -293,7 +333,7 @@ pub fn constants(
     if record > RECORD_MAX {
         return Err(FirmwareError::Record(record));
     }
-    let (ring, rate) = (layouts[0].events(), u64::from(setup.rate_hz));
+    let rate = u64::from(setup.rate_hz);
     let gain = |core: usize| layouts[core].gain(0).unwrap_or(4);
     let heat = heat(&setup.motor, rate)?;
     let ticks = |ms: u64| ms * rate / 1000;
@@ -307,14 +347,8 @@ pub fn constants(
     put("RECORD", record.into());
     put("GAINS0", gain(0).into());
     put("GAINS1", gain(1).into());
-    put("EVENTS", ring.start.into());
-    put("EVENTS_BYTES", ring.bytes.into());
-    put("EVENT", ring.event.into());
-    let none = kernel.events.len() as u32;
-    put("EVENT_NOTE", setup.midi.note.unwrap_or(none).into());
-    put("EVENT_RELEASE", setup.midi.release.unwrap_or(none).into());
-    put("FIRST_NOTE", setup.midi.first_note.into());
-    put("SPEED_SHIFT", setup.midi.speed_shift.into());
+    put("EVENTS_BYTES", layouts[0].events().bytes.into());
+    put("FIRST_NOTE", setup.first_note.into());
     put("STEP", (65_536 * TURNS).div_ceil(ticks(RAMP_MS).max(TURNS)));
     put("RAMP", (ticks(RAMP_MS) + 3 * TURNS).min(0xffff));
     put("RATED2", heat.rated2);

@@ -109,17 +109,31 @@ pub fn compile(modes: &Modes, options: &Options) -> Result<Built, ThumbError> {
     build(modes, options, None)
 }
 
+/// What a firmware's frame asks of the keys' code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Around {
+    /// Bytes from a sensor word to the drive word of the same key.
+    pub distance: u32,
+    /// The least bytes of a key's record; [`record_bytes`] says what a kernel needs.
+    pub record: u32,
+}
+
 /// Compiles the tick of a core's keys as a part of a firmware's frame: `NAME_tick(state, words)` and `NAME_init(state, words)`
 /// find the first key's sensor word at `words`, put drive words `distance` bytes behind sensor words, and keep no register
-/// but SP.
+/// but SP; so does `NAME_begin(state, word, key)`, which prepares one key as `NAME_init` prepares all, once that has run.
 ///
 /// # Errors
 /// Too many keys or modes; a bug.
-pub fn compile_for_frame(modes: &Modes, options: &Options, distance: u32) -> Result<Built, ThumbError> {
-    build(modes, options, Some(distance))
+pub fn compile_for_frame(modes: &Modes, options: &Options, around: &Around) -> Result<Built, ThumbError> {
+    build(modes, options, Some(around))
 }
 
-fn build(modes: &Modes, options: &Options, distance: Option<u32>) -> Result<Built, ThumbError> {
+/// Bytes of a key's record.
+pub fn record_bytes(kernel: &Kernel, options: &Options) -> u32 {
+    Frame::new(kernel, options, None).record
+}
+
+fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Built, ThumbError> {
     if options.keys == 0 || options.keys > 1 << 16 {
         return Err(ThumbError::Keys(options.keys));
     }
@@ -127,7 +141,7 @@ fn build(modes: &Modes, options: &Options, distance: Option<u32>) -> Result<Buil
         return Err(ThumbError::Modes(modes.modes.len()));
     }
     let kernel = &modes.kernel;
-    let frame = Frame::new(kernel, options, distance);
+    let frame = Frame::new(kernel, options, around);
     if frame.size > 1 << 24 {
         return Err(ThumbError::Keys(options.keys));
     }
@@ -187,7 +201,7 @@ fn items(frame: &Frame, options: &Options, modes: &Modes, funcs: &[Allocated], i
         items.extend(arrange::arrange(func, base, Arch::V8M, &mode_names, labels.init_next));
         base += func.blocks.len();
     }
-    items.extend(entry::init(frame, name, init.slots, labels));
+    items.extend(entry::init(frame, &modes.kernel, name, init.slots, labels));
     items.extend(arrange::arrange(init, base, Arch::V8M, &mode_names, labels.init_next));
     Items { items, labels: base + init.blocks.len() }
 }

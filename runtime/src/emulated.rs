@@ -122,7 +122,8 @@ impl Emulated {
         let kernel = without_probes(&compiled.lowered.kernel);
         let modes = specialise(&kernel, INSTRUCTIONS);
         let board = board::bundled(BOARD).ok_or("there is no board to emulate")?;
-        let whole = firmware::whole(&modes, &setup, &board, &[]).map_err(|e| e.to_string())?;
+        let program = firmware::Program { modes: &modes, places: &[], midi: &image::midi(compiled) };
+        let whole = firmware::whole(&[program], &setup, &board).map_err(|e| e.to_string())?;
         let converter = ConverterSetup { keys: count, rate_hz: setup.rate_hz };
         let (mut machine, ports) =
             build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).map_err(|e| e.to_string())?;
@@ -214,7 +215,7 @@ impl Emulated {
     /// The state of a core's keys, with all gains at 1.
     fn put_back(&mut self, core: usize, mut state: Vec<u8>) -> Result<(), String> {
         for key in 0..self.of_core[core] {
-            if let Some(gain) = self.whole.layouts[core].gain(key) {
+            if let Some(gain) = self.whole.layouts[0][core].gain(key) {
                 state[gain as usize..][..4].copy_from_slice(&(1_u32 << 16).to_le_bytes());
             }
         }
@@ -291,7 +292,7 @@ impl Emulated {
     fn is_up(&self, core: usize) -> Result<bool, String> {
         let state = self.symbol(&format!("{}_state", CORES[core]))?;
         for key in 0..self.of_core[core] {
-            let gain = self.whole.layouts[core].gain(key);
+            let gain = self.whole.layouts[0][core].gain(key);
             if gain.map(|gain| self.word(state + gain)).transpose()?.is_some_and(|gain| gain != 1 << 16) {
                 return Ok(false);
             }
@@ -300,7 +301,7 @@ impl Emulated {
     }
 
     fn state(&self, core: usize) -> Result<Vec<u8>, String> {
-        let mut state = vec![0; self.whole.layouts[core].size() as usize];
+        let mut state = vec![0; self.whole.layouts[0][core].size() as usize];
         let from = self.symbol(&format!("{}_state", CORES[core]))?;
         self.machine.bus.memory.read(from, &mut state).map_err(|e| e.to_string())?;
         Ok(state)
@@ -308,7 +309,7 @@ impl Emulated {
 
     /// What a core's keys emitted since the last call.
     fn events(&mut self, core: usize) -> Result<Vec<Happened>, String> {
-        let ring = self.whole.layouts[core].events();
+        let ring = self.whole.layouts[0][core].events();
         let state = self.symbol(&format!("{}_state", CORES[core]))?;
         if self.word(state + ring.lost)? > 0 {
             return Err("more events in a tick than the ring holds".to_string());

@@ -3,7 +3,7 @@
 //! ```text
 //!   device (full scale, motor) ---.
 //!   senses (range)             ---+--> firmware::Setup --firmware::whole--> Image
-//!   events (note, release)     ---'
+//!   events (note, release)     -------> firmware::Midi, for each program
 //! ```
 //!
 //! Not here: the firmware itself (the compiler), files.
@@ -31,7 +31,7 @@ pub fn setup(compiled: &Compiled, device: &Device, keys: u32, first_note: u8) ->
         rate_hz: compiled.model.rate_hz,
         motor: motor(device)?,
         mid_travel: mid_travel(compiled, device),
-        midi: midi(compiled, first_note),
+        first_note: first_note.into(),
     })
 }
 
@@ -57,7 +57,8 @@ fn mid_travel(compiled: &Compiled, device: &Device) -> [u16; 2] {
     [at(END), at(1.0 - END)]
 }
 
-fn midi(compiled: &Compiled, first_note: u8) -> Midi {
+/// Which events of a program are notes, and how fast a note's velocities are.
+pub fn midi(compiled: &Compiled) -> Midi {
     let events = &compiled.lowered.kernel.events;
     let find = |name: &str| events.iter().position(|event| event.name == name);
     // A velocity is made of an argument.
@@ -74,7 +75,6 @@ fn midi(compiled: &Compiled, first_note: u8) -> Midi {
     Midi {
         note: note.map(index),
         release: find("release").map(index),
-        first_note: first_note.into(),
         speed_shift,
         velocities: std::array::from_fn(velocity),
     }

@@ -29,5 +29,6 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Outcome {
-    files::write(&args.setup.one()?, args)
+    let setup = if args.output.is_image() { args.setup.all()? } else { args.setup.one()? };
+    files::write(&setup, args)
 }

@@ -6,8 +6,8 @@ use clap::ValueHint;
 use whippen_compiler::c;
 use whippen_compiler::check::{Keyboard, Options, Program};
 use whippen_compiler::diag::{Severity, nearest};
-use whippen_compiler::firmware::{self, FirmwareError, Whole, WholeError};
-use whippen_compiler::image::{Board, LinkError, places};
+use whippen_compiler::firmware::{self, FirmwareError, Midi, Whole, WholeError};
+use whippen_compiler::image::{Board, LinkError, Place, places};
 use whippen_compiler::model::Model;
 use whippen_compiler::modes::{INSTRUCTIONS, Modes, specialise};
 use whippen_compiler::pipeline::Compiled;
@@ -47,17 +47,16 @@ pub struct SetupArgs {
 /// The MIDI number of the first key where no keyboard says otherwise: A0.
 const FIRST_NOTE: u8 = 21;
 
-/// One instrument with everything that code for it is made of.
+/// Everything that code is made of.
 pub struct Setup {
     pub map: SourceMap,
-    pub compiled: Compiled,
+    /// At least one program; several only for an image.
+    pub programs: Vec<Compiled>,
     pub device: Device,
     pub board: Board,
     pub keys: u32,
     /// MIDI number of the first key.
     pub first_note: u8,
-    /// Programs of the keyboard besides this one.
-    pub others: usize,
     /// Instructions for all modes of a key.
     instructions: usize,
 }
@@ -70,19 +69,17 @@ impl SetupArgs {
             (None, Some(&[only])) => &program.instruments[only],
             _ => load::instrument(&program, name)?,
         };
-        self.setup(&map, &program, model)
+        self.setup(map, &program, &[model])
     }
 
-    /// The instrument that was named, the only one, or all of the keyboard.
-    pub fn all(&self) -> Result<Vec<Setup>, Failure> {
+    /// The instrument that was named, or all programs of the keyboard, or the only instrument.
+    pub fn all(&self) -> Result<Setup, Failure> {
         let (map, program, name) = self.checked()?;
-        let models = match (name, listed(&program)) {
-            (None, Some(programs)) if !programs.is_empty() => {
-                programs.iter().map(|&index| &program.instruments[index]).collect()
-            }
+        let models: Vec<&Model> = match (name, listed(&program)) {
+            (None, Some(programs @ [_, ..])) => programs.iter().map(|&index| &program.instruments[index]).collect(),
             _ => vec![load::instrument(&program, name)?],
         };
-        models.into_iter().map(|model| self.setup(&map, &program, model)).collect()
+        self.setup(map, &program, &models)
     }
 
     fn checked(&self) -> Result<(SourceMap, Program, Option<&str>), Failure> {
@@ -92,18 +89,18 @@ impl SetupArgs {
         Ok((map, program, name))
     }
 
-    fn setup(&self, map: &SourceMap, program: &Program, model: &Model) -> Result<Setup, Failure> {
+    fn setup(&self, map: SourceMap, program: &Program, models: &[&Model]) -> Result<Setup, Failure> {
         let keyboard = program.keyboards.first();
-        let device = load::device(self.device.as_deref(), program, model)?;
+        let device = load::device(self.device.as_deref(), program, models[0])?;
         let board = board(self.board.as_deref(), keyboard)?;
+        let programs = models.iter().map(|&model| load::compiled(&map, model.clone(), &device, false));
         Ok(Setup {
-            compiled: load::compiled(map, model.clone(), &device, false)?,
-            map: map.clone(),
+            programs: programs.collect::<Result<_, _>>()?,
+            map,
             device,
             board,
             keys: self.keys.or(keyboard.map(|k| k.keys() as u32)).unwrap_or(88),
             first_note: keyboard.map_or(FIRST_NOTE, |k| k.first_key),
-            others: keyboard.map_or(0, |k| k.programs.len().saturating_sub(1)),
             instructions: self.modes,
         })
     }
@@ -131,15 +128,20 @@ fn board(wanted: Option<&str>, keyboard: Option<&Keyboard>) -> Result<Board, Fai
     })
 }
 
+/// The prefix of all names of a program.
+pub fn name(compiled: &Compiled) -> String {
+    c::Names::new(&compiled.lowered.kernel).kernel
+}
+
 impl Setup {
-    /// The prefix of all names.
-    pub fn name(&self) -> String {
-        c::Names::new(&self.compiled.lowered.kernel).kernel
+    /// The only program, or the first.
+    pub fn first(&self) -> &Compiled {
+        &self.programs[0]
     }
 
-    /// The modes of a key.
-    pub fn modes(&self) -> Modes {
-        specialise(&self.compiled.lowered.kernel, self.instructions)
+    /// The modes of a key, by program.
+    pub fn modes(&self) -> Vec<Modes> {
+        self.programs.iter().map(|compiled| specialise(&compiled.lowered.kernel, self.instructions)).collect()
     }
 
     /// That there is a firmware for the board.
@@ -151,11 +153,18 @@ impl Setup {
     }
 
     /// The image of so many keys, and how they are divided between the cores.
-    pub fn whole(&self, modes: &Modes, keys: u32) -> Result<(Whole, [u32; 2]), Failure> {
+    pub fn whole(&self, modes: &[Modes], keys: u32) -> Result<(Whole, [u32; 2]), Failure> {
         self.supported()?;
-        let setup = image::setup(&self.compiled, &self.device, keys, self.first_note).map_err(Failure::Usage)?;
-        let places = places(&self.compiled.lowered.origins, &self.map);
-        let whole = firmware::whole(modes, &setup, &self.board, &places).map_err(not_whole)?;
+        let setup = image::setup(self.first(), &self.device, keys, self.first_note).map_err(Failure::Usage)?;
+        let parts = self.programs.iter().map(|compiled| {
+            let places = places(&compiled.lowered.origins, &self.map);
+            (places, image::midi(compiled))
+        });
+        let parts: Vec<(Vec<Place>, Midi)> = parts.collect();
+        let programs = modes.iter().zip(&parts);
+        let programs: Vec<firmware::Program> =
+            programs.map(|(modes, (places, midi))| firmware::Program { modes, places, midi }).collect();
+        let whole = firmware::whole(&programs, &setup, &self.board).map_err(not_whole)?;
         Ok((whole, setup.keys))
     }
 }

@@ -72,7 +72,7 @@ impl<'a> Keys<'a> {
 
     /// One tick of these cases, key by key; the cycles of each. The reader of events has read so many bytes less than all.
     pub fn tick(&mut self, cases: &[Case], lives: &[i64], unread: u32) -> Vec<u64> {
-        let layout = &self.image.whole.layouts[0];
+        let layout = &self.image.whole.layouts[0][0];
         let (ring, modes) = (layout.events(), &self.image.modes);
         let kernel = &modes.kernel;
         let mut words: Vec<(u32, u32)> = Vec::new();

@@ -197,6 +197,33 @@ fn an_image_starts_and_plays() {
     assert!(last.iter().all(|&word| word != 0 && word == last[0]), "{last:?}");
 }
 
+/// An image of a keyboard has all its programs; one that is named is alone in it.
+#[test]
+fn an_image_has_the_programs_of_its_keyboard() {
+    let folder = Folder::new();
+    let file = |name: &str| grand().with_file_name(name).to_string_lossy().into_owned();
+    let board =
+        "keyboard two {\n    rate     11025 Hz\n    keys     A0 .. C8\n    programs virtual_spring, hammond\n}\n";
+    folder.write("two.whip", board);
+    let files = ["two.whip", &file("virtual-spring.whip"), &file("hammond.whip")];
+    fn build<'a>(files: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
+        [&["build"], files, more].concat()
+    }
+    let both =
+        folder.run(WHIPPEN, &build(&files, &["--modes", "0", "-o", "two.elf", "--map", "two.map"])).expect("is built");
+    assert!(both.contains("44 and 44 keys of virtual_spring, hammond on two cores"), "{both}");
+    assert!(both.contains("it begins with virtual_spring"), "{both}");
+    let map = std::fs::read_to_string(folder.path().join("two.map")).expect("written");
+    assert!(
+        ["core0_tick", "core0_1_tick", "core1_1_state", "whippen_play"].iter().all(|name| map.contains(name)),
+        "{map}"
+    );
+    let one = folder.run(WHIPPEN, &build(&files, &["hammond", "--modes", "0", "-o", "one.elf"])).expect("is built");
+    assert!(one.contains("44 and 44 keys of hammond on two cores") && !one.contains("it begins"), "{one}");
+    let refused = folder.output(WHIPPEN, &build(&files, &["-o", "two.o"])).expect("runs");
+    assert_eq!(refused.status.code(), Some(2), "an object has one program: {}", text(&refused.stderr));
+}
+
 #[test]
 fn c_is_written_with_its_header() {
     let folder = Folder::new();

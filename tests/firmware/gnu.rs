@@ -5,10 +5,11 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::Command;
 
-use crate::rig::{Rig, kernel, setup};
+use crate::rig::{Rig, kernel, midi, setup};
 use whippen_compiler::asm::{Source, assemble};
-use whippen_compiler::firmware::{RP2350, constants, sources};
+use whippen_compiler::firmware::{Midi, Played, RP2350, constants, sources};
 use whippen_compiler::image::{FixupKind, Section};
+use whippen_compiler::kernel::Kernel;
 use whippen_isa::Arch;
 
 /// Bytes of a section by the GNU assembler; nothing where the tools are absent.
@@ -30,12 +31,15 @@ fn gnu(name: &str, text: &str, constants: &BTreeMap<String, i64>, sections: &[Se
     Some(sections.iter().map(bytes).collect())
 }
 
+fn played<'a>(kernel: &'a Kernel, rig: &'a Rig, midi: &'a Midi) -> Played<'a> {
+    Played { kernel, layouts: rig.layouts[0].each_ref(), midi }
+}
+
 #[test]
 fn the_same_bytes() {
     let kernel = kernel("virtual-spring.whip");
-    let setup = setup(&kernel);
     let rig = Rig::new(&kernel, 0);
-    let mut constants = constants(&kernel, &setup, rig.layouts.each_ref(), &RP2350).expect("constants");
+    let mut constants = constants(&[played(&kernel, &rig, &midi(&kernel))], &setup(), &RP2350).expect("constants");
     constants.insert("KEYS".to_string(), 44);
     let mut compared = 0;
     for (index, texts) in sources(&RP2350).into_iter().enumerate() {
@@ -76,6 +80,6 @@ fn a_board_s_mistake_is_told_with_its_line() {
     let kernel = kernel("virtual-spring.whip");
     let rig = Rig::new(&kernel, 0);
     let board = whippen_compiler::firmware::Support { rest, ..RP2350 };
-    let refused = whippen_compiler::firmware::objects(&kernel, &setup(&kernel), rig.layouts.each_ref(), &board);
+    let refused = whippen_compiler::firmware::objects(&[played(&kernel, &rig, &midi(&kernel))], &setup(), &board);
     assert_eq!(refused.expect_err("refused").to_string(), "mine.s:2: `addd` is no instruction");
 }

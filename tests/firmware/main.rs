@@ -4,5 +4,7 @@ mod example;
 mod gnu;
 mod play;
 mod rig;
+mod ring;
 mod safety;
+mod switch;
 mod talk;

@@ -1,7 +1,9 @@
 //! Both cores start and play; the drive words are the interpreter's.
 
 use crate::rig::{KEYS, RATE_HZ, Rig, at, kernel};
+use whippen_compiler::firmware::keys_of;
 use whippen_compiler::kernel::{Interp, Kernel};
+use whippen_compiler::modes::Modes;
 use whippen_runtime::device::Device;
 use whippen_runtime::gesture::default_gesture;
 
@@ -26,7 +28,9 @@ fn begins(rig: &Rig) -> [usize; 2] {
 /// The interpreter's drive words for a core's keys, which begin after so many ticks; nothing before.
 fn expected(kernel: &Kernel, words: &[u16], core: usize, first: usize, begin: usize) -> Vec<Vec<i16>> {
     let row = |tick: usize| &words[tick * KEYS + 44 * core..][..44];
-    let mut interp = Interp::new(kernel, 44).expect("verifies");
+    // Values per key go to the core that has the key.
+    let own = keys_of(&Modes::single(kernel), [44, 44], core).kernel;
+    let mut interp = Interp::new(&own, 44).expect("verifies");
     interp.init(row(first));
     let mut drive = vec![0; 44];
     let ticks = words.len() / KEYS;

@@ -1,6 +1,6 @@
 //! A whole firmware on the emulated board: built, linked, started, fed with sensor words.
 
-use whippen_compiler::firmware::{CORES, Midi, Motor, Setup, Whole, whole};
+use whippen_compiler::firmware::{self, CORES, Midi, Motor, Program, Setup};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::image::Image;
 use whippen_compiler::kernel::Kernel;
@@ -41,39 +41,50 @@ pub fn kernel(file: &str) -> Kernel {
     compile(model, Device::mikey().scales(), false).expect("it lowers").lowered.kernel
 }
 
-/// What `mikey` stands, and how its events are notes.
-pub fn setup(kernel: &Kernel) -> Setup {
-    let event = |name: &str| kernel.events.iter().position(|event| event.name == name).map(|index| index as u32);
-    let mut velocities = [0; 128];
-    velocities.iter_mut().enumerate().for_each(|(index, velocity)| *velocity = index.max(1) as u8);
+/// What `mikey` stands.
+pub fn setup() -> Setup {
     Setup {
         keys: [44, 44],
         rate_hz: RATE_HZ,
         motor: Motor { rated: RATED, peak_ms: 100, newton: NEWTON },
         mid_travel: [6000, 60_000],
-        midi: Midi { note: event("note"), release: event("release"), first_note: 21, speed_shift: 8, velocities },
+        first_note: 21,
     }
 }
 
-/// A keyboard of 88 keys that plays one instrument.
+/// How events of a kernel are notes.
+pub fn midi(kernel: &Kernel) -> Midi {
+    let event = |name: &str| kernel.events.iter().position(|event| event.name == name).map(|index| index as u32);
+    let mut velocities = [0; 128];
+    velocities.iter_mut().enumerate().for_each(|(index, velocity)| *velocity = index.max(1) as u8);
+    Midi { note: event("note"), release: event("release"), speed_shift: 8, velocities }
+}
+
+/// A keyboard of 88 keys.
 pub struct Rig {
     pub machine: Machine,
     pub ports: Ports,
     pub image: Image,
-    pub layouts: [Layout; 2],
+    /// By program and core.
+    pub layouts: Vec<[Layout; 2]>,
 }
 
 impl Rig {
     /// Built with the usual setup.
     pub fn new(kernel: &Kernel, leaves: usize) -> Rig {
-        Rig::with(kernel, leaves, &setup(kernel))
+        Rig::with(&[kernel], leaves, &setup())
     }
 
-    /// Built from all modes of the kernel, or (0 leaves) from the one that knows nothing.
-    pub fn with(kernel: &Kernel, leaves: usize, setup: &Setup) -> Rig {
-        let modes = if leaves == 0 { Modes::single(kernel) } else { specialise(kernel, leaves) };
+    /// Built from all modes of the kernels, or (0 leaves) from the one that knows nothing.
+    pub fn with(kernels: &[&Kernel], leaves: usize, setup: &Setup) -> Rig {
+        let modes = |kernel: &&Kernel| if leaves == 0 { Modes::single(kernel) } else { specialise(kernel, leaves) };
+        let modes: Vec<Modes> = kernels.iter().map(modes).collect();
+        let midi: Vec<Midi> = kernels.iter().map(|kernel| midi(kernel)).collect();
+        let programs = modes.iter().zip(&midi).map(|(modes, midi)| Program { modes, places: &[], midi });
         let board = board::bundled("rp2350").expect("it is bundled");
-        let Whole { image, layouts } = whole(&modes, setup, &board, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let programs: Vec<Program> = programs.collect();
+        let whole = firmware::whole(&programs, setup, &board).unwrap_or_else(|e| panic!("{e}"));
+        let (image, layouts) = (whole.image, whole.layouts);
         let converter = ConverterSetup { keys: KEYS as u32, rate_hz: setup.rate_hz };
         let (mut machine, ports) =
             build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).expect("the board can be");

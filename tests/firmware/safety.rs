@@ -87,7 +87,7 @@ fn a_frozen_sensor_frees_its_key_only_when_the_drive_moves() {
 }
 
 fn record(rig: &Rig) -> u32 {
-    rig.layouts[0].record(1) - rig.layouts[0].record(0)
+    rig.layouts[0][0].record(1) - rig.layouts[0][0].record(0)
 }
 
 #[test]
@@ -95,7 +95,7 @@ fn a_hot_motor_is_held_at_its_rated_current() {
     const RATED: i64 = 2048;
     let kernel = direct();
     let motor = Motor { rated: RATED as u32, peak_ms: 4, newton: NEWTON };
-    let mut rig = Rig::with(&kernel, 0, &Setup { motor, ..setup(&kernel) });
+    let mut rig = Rig::with(&[&kernel], 0, &Setup { motor, ..setup() });
     let deep = |tick: usize| 62_000 + (tick % 8) as u16;
     play(&mut rig, 500, |_, key| (key == 30).then_some(32_768));
     let drives = play(&mut rig, 2500, |tick, key| (key == 30).then_some(deep(tick)));

@@ -6,7 +6,7 @@
 use whippen_isa::timing::Core;
 
 use super::NotBounded;
-use super::frame::{Frame, Played, frame};
+use super::frame::{Frame, OnCore, frame};
 use super::memory::{Banks, Surroundings};
 use super::program::Program;
 use crate::firmware::{Owner, RUNNING, owner};
@@ -28,14 +28,20 @@ impl Bounded {
     }
 }
 
-/// Bounds both cores of a firmware's image with so many keys each.
+/// Bounds both cores of a firmware's image with so many keys each, while it plays the program of that number.
 ///
 /// # Errors
 /// What cannot be bounded.
-pub fn cores(image: &Image, program: &Program, core: &Core, keys: [u32; 2]) -> Result<[Bounded; 2], NotBounded> {
+pub fn cores(
+    image: &Image,
+    program: &Program,
+    core: &Core,
+    keys: [u32; 2],
+    playing: usize,
+) -> Result<[Bounded; 2], NotBounded> {
     let of = |number: usize| {
         let (running, keys) = (&RUNNING[number], keys[number]);
-        let with = |surroundings| frame(&Played { program, core, running, keys, surroundings });
+        let with = |surroundings| frame(&OnCore { program, core, running, number, playing, keys, surroundings });
         Ok(Bounded { alone: with(&Surroundings::default())?, crowded: with(&surroundings(image, number))? })
     };
     Ok([of(0)?, of(1)?])

@@ -11,16 +11,19 @@ status: .ascii  "WHIP"
         .word   0                       @ S_FAULTS: see docs/firmware.md
         .word   core0, core1
         .word   mailbox
+        .word   programs
 core0:  .word   core0_tick, core0_state
         .word   words, words + 2 * DISTANCE
         .word   KEYS0, core0_state + GAINS0, guards0
         .word   0, 0, 0, 0, -1, 0       @ tick, alarm, missed, faults, the key that is faulty, turn
         .word   0, 0, RAMP              @ its first key, this tick's row, ticks of ramps that are left
+        .word   program0_core0, program0_core0, 0 @ the program that plays, the one that is wanted, keys that have begun
 core1:  .word   core1_tick, core1_state
         .word   words + 2 * KEYS0, words + 2 * DISTANCE + 2 * KEYS0
         .word   KEYS1, core1_state + GAINS1, guards1
         .word   0, 0, 0, 0, -1, 0
         .word   KEYS0, 0, RAMP
+        .word   program0_core1, program0_core1, 0
 alarm:  .word   0                       @ goes up with every missed tick of either core
 
         .section .bss.shared.words, "aw", %nobits
@@ -44,18 +47,27 @@ start_keys:                             @ R1: which half holds sensor words
         push    {r1, lr}
         ldr     r4, =core0
         bl      free_keys
-        ldr     r2, =core0_init         @ keeps no register; in RAM, beyond a branch
-        blx     r2
-        ldr     r1, [sp]
         ldr     r4, =core1
         bl      free_keys
-        ldr     r2, =core1_init
+        ldr     r2, =programs
+        ldr     r3, [r2], #4            @ every program of both cores, so that each can begin at any time
+        lsls    r3, r3, #1
+1:      ldr     r0, [r2], #4
+        push    {r2, r3}
+        ldr     r2, [r0, #P_INIT]       @ keeps no register; in RAM, beyond a branch
+        ldr     r4, [r0, #P_CORE]
+        ldr     r1, [sp, #8]
+        ldr     r0, [r0, #P_STATE]
+        add     r1, r4, r1, lsl #2
+        ldr     r1, [r1, #C_ROWS]
         blx     r2
+        pop     {r2, r3}
+        subs    r3, #1
+        bne     1b
         pop     {r1, pc}
 
-@ Gains 0, ceilings 1, for the core at R4. R0: its state, R1: its sensor words of the half in R1.
+@ Gains 0, ceilings 1, for the core at R4.
 free_keys:
-        add     r5, r4, r1, lsl #2
         ldr     r0, [r4, #C_GUARDS]
         ldr     r1, [r4, #C_GAINS]
         ldr     r2, [r4, #C_KEYS]
@@ -66,6 +78,4 @@ free_keys:
         str     r12, [r1], #RECORD
         subs    r2, #1
         bne     2b
-        ldr     r1, [r5, #C_ROWS]
-        ldr     r0, [r4, #C_STATE]
         bx      lr

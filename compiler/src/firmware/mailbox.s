@@ -2,6 +2,8 @@
 @
 @   mailbox | request | parameter | value | done | outcome |     write parameter and value, then another number to request;
 @                                                             done becomes that number when outcome is there
+@
+@ Parameter 0xffffffff is the program: its value is the number of the one to play.
         .syntax unified
         .thumb
         .section .data.mailbox, "aw"
@@ -34,30 +36,28 @@ mailbox_step:
         .global whippen_set
         .type   whippen_set, %function
 whippen_set:
-        ldr     r2, =lives
-        ldr     r3, [r2]                @ how many there are
+        cmn     r0, #1
+        bne     1f
+        mov     r0, r1
+        b       whippen_play
+1:      ldr     r2, =lives
+        ldr     r3, [r2], #4            @ how many there are
         cmp     r0, r3
-        bhs     8f
-        movs    r3, #12
-        mla     r2, r0, r3, r2
-        ldr     r3, [r2, #8]
-        cmp     r1, r3
+        bhs     none
+        add     r2, r2, r0, lsl #4
+        ldrd    r0, r3, [r2, #8]        @ its range
+        cmp     r1, r0
         blt     7f
-        ldr     r3, [r2, #12]
         cmp     r1, r3
         bgt     7f
-        ldr     r0, [r2, #4]
-        ldr     r3, =core0
-        ldr     r3, [r3, #C_STATE]
-        str     r1, [r3, r0]
-        ldr     r3, =core1
-        ldr     r3, [r3, #C_STATE]
-        str     r1, [r3, r0]
+        ldrd    r0, r3, [r2]            @ its words
+        str     r1, [r0]
+        str     r1, [r3]
         movs    r0, #0
         bx      lr
 7:      movs    r0, #2
         bx      lr
-8:      movs    r0, #1
+none:   movs    r0, #1
         bx      lr
 
 @ int32_t whippen_get(uint32_t parameter): its value; 0 where there is none.
@@ -65,15 +65,37 @@ whippen_set:
         .type   whippen_get, %function
 whippen_get:
         ldr     r2, =lives
-        ldr     r3, [r2]
+        ldr     r3, [r2], #4
         cmp     r0, r3
         bhs     9f
-        movs    r3, #12
-        mla     r2, r0, r3, r2
-        ldr     r0, [r2, #4]
-        ldr     r3, =core0
-        ldr     r3, [r3, #C_STATE]
-        ldr     r0, [r3, r0]
+        add     r2, r2, r0, lsl #4
+        ldr     r0, [r2]
+        ldr     r0, [r0]
         bx      lr
 9:      movs    r0, #0
+        bx      lr
+
+@ int whippen_play(uint32_t program): another program begins with the next tick; 0, or 1 for no such program.
+@ A core looks for what is wanted when its alarm differs from everybody's, after it has made them equal. So what is wanted is
+@ written first, and if a tick makes them equal in between it sees what is wanted as well.
+        .global whippen_play
+        .type   whippen_play, %function
+whippen_play:
+        ldr     r2, =programs
+        ldr     r3, [r2], #4
+        cmp     r0, r3
+        bhs     none
+        add     r2, r2, r0, lsl #3
+        ldrd    r0, r1, [r2]
+        ldr     r2, =core0
+        ldr     r3, =core1
+        str     r0, [r2, #C_WANTED]
+        str     r1, [r3, #C_WANTED]
+        dmb     sy
+        ldr     r0, =alarm
+        ldr     r0, [r0]
+        mvns    r0, r0
+        str     r0, [r2, #C_ALARM]
+        str     r0, [r3, #C_ALARM]
+        movs    r0, #0
         bx      lr

@@ -1,26 +1,73 @@
-//! What the firmware looks up: live parameters with their ranges, velocities by speed.
+//! What the firmware looks up: programs, live parameters with their ranges, velocities by speed.
 
 use std::fmt::Write;
 
-use super::Setup;
-use crate::kernel::Kernel;
-use crate::thumb::Layout;
+use super::{CORES, Played, keys_name};
 
-/// The tables as assembly: `lives` is how many, then offset in the state, lowest and highest value of each; `velocities` 128
-/// bytes.
-pub(super) fn text(kernel: &Kernel, setup: &Setup, layout: &Layout) -> String {
-    let mut text =
-        String::from("        .section .rodata.tables, \"a\"\n        .balign 4\n        .global lives, velocities\n");
-    let _ = writeln!(text, "lives:  .word   {}", kernel.lives.len());
-    for (index, live) in kernel.lives.iter().enumerate() {
-        let at = layout.live(index).unwrap_or(0);
-        let _ = writeln!(text, "        .word   {at}, {}, {}         @ {}", live.range.low, live.range.high, live.name);
+/// The tables as assembly.
+///
+/// ```text
+///   programs            how many, then of each the descriptors for core 0 and core 1
+///   programN_coreM      a descriptor: the offsets P_.. name its words
+///   lives               how many of all programs, then words on core 0 and core 1, lowest and highest value of each
+///   velocitiesN         128 bytes
+/// ```
+pub(super) fn text(programs: &[Played], keys: [u32; 2]) -> String {
+    let mut text = String::from(
+        "        .section .rodata.shared.tables, \"a\"\n        .balign 4\n        .global programs, lives\n",
+    );
+    let mut line = |words: &str| {
+        let _ = writeln!(text, "{words}");
+    };
+    line(&format!("programs: .word {}", programs.len()));
+    for program in 0..programs.len() {
+        line(&format!("        .word   program{program}_core0, program{program}_core1"));
     }
-    // Looked up by core 1 alone.
-    text += "        .section .rodata.core1.tables, \"a\"\nvelocities:\n";
-    for row in setup.midi.velocities.chunks(16) {
-        let bytes: Vec<String> = row.iter().map(u8::to_string).collect();
-        let _ = writeln!(text, "        .byte   {}", bytes.join(", "));
+    let count: usize = programs.iter().map(|program| program.kernel.lives.len()).sum();
+    line(&format!("lives:  .word   {count}"));
+    for (number, program) in programs.iter().enumerate() {
+        for (index, live) in program.kernel.lives.iter().enumerate() {
+            let at = [0, 1].map(|core| {
+                let place = program.layouts[core].live(index).unwrap_or(0);
+                format!("{}_state + {place}", keys_name(core, number))
+            });
+            line(&format!("        .word   {}, {}", at[0], at[1]));
+            line(&format!("        .word   {}, {}         @ {}", live.range.low, live.range.high, live.name));
+        }
+    }
+    for (number, program) in programs.iter().enumerate() {
+        for (core, keys) in keys.into_iter().enumerate() {
+            line(&descriptor(program, number, core, keys));
+        }
+    }
+    for (number, program) in programs.iter().enumerate() {
+        line(&format!("velocities{number}:"));
+        for row in program.midi.velocities.chunks(16) {
+            let bytes: Vec<String> = row.iter().map(u8::to_string).collect();
+            line(&format!("        .byte   {}", bytes.join(", ")));
+        }
     }
     text
+}
+
+fn descriptor(program: &Played, number: usize, core: usize, keys: u32) -> String {
+    let (name, layout) = (keys_name(core, number), program.layouts[core]);
+    let (ring, none) = (layout.events(), program.kernel.events.len() as u32);
+    let event = |index: Option<u32>| index.unwrap_or(none);
+    let label = format!("program{number}_core{core}");
+    format!(
+        "        .global {label}
+{label}: .word {block}, {name}_state, {name}_init, {name}_tick, {name}_begin
+        .word   {name}_state + {gains}, {name}_state + {records}, {name}_state + {end}
+        .word   {start}, {event}, {note}, {release}, {shift}, velocities{number}",
+        block = CORES[core],
+        gains = layout.gain(0).unwrap_or(4),
+        records = layout.record(0),
+        end = layout.record(keys),
+        start = ring.start,
+        event = ring.event,
+        note = event(program.midi.note),
+        release = event(program.midi.release),
+        shift = program.midi.speed_shift,
+    )
 }

@@ -1,6 +1,6 @@
 @ The converter's interrupt: one tick of this core's keys. Assembled once for each core, with its KEYS and its block.
 @
-@   board_begin -> [a tick was missed: silence] -> keys -> board_end -> service of every 16th key, guard of one
+@   board_begin -> [a tick was missed, another program: silence] -> keys -> board_end -> service of every 16th key, guard of one
 @
 @ R4 is the core's block (cores.s), then R10 this tick's sensor words; drive words lie DISTANCE behind.
         .syntax unified
@@ -20,13 +20,13 @@ tick:   push    {r4-r11, lr}
         add     r1, r4, r1, lsl #2
         cmp     r0, r2
         bne     missed
-        cmp     r3, r5                  @ the other core missed one
+        cmp     r3, r5                  @ the other core missed one, or another program is wanted
         bne     alarmed
         ldr     r1, [r1, #C_ROWS]
         ldr     r3, [r4, #C_CODE]
         ldr     r0, [r4, #C_STATE]
         str     r1, [r4, #C_ROW]
-@! targets keys_tick
+@! targets keys_tick beginning
         blx     r3                      @ keeps no register
         bl      board_end
         ldr     r4, =block
@@ -50,7 +50,21 @@ alarmed:
         str     r5, [r4, #C_ALARM]
         movw    r0, #RAMP
         str     r0, [r4, #C_RAMP]
-        ldr     r0, [r4, #C_ROWS]       @ drive words of both halves
+        ldr     r0, [r4, #C_WANTED]
+        ldr     r1, [r4, #C_PROGRAM]
+        cmp     r0, r1
+        beq     1f
+        ldr     r1, =beginning          @ no key has begun: the chain of keys ends before the first
+        ldr     r2, [r0, #P_STATE]
+        ldr     r3, [r0, #P_GAINS]
+        str     r0, [r4, #C_PROGRAM]
+        str     r1, [r4, #C_CODE]
+        str     r2, [r4, #C_STATE]
+        str     r3, [r4, #C_GAINS]
+        movs    r2, #0
+        str     r2, [r4, #C_BEGUN]
+        bl      chain_to
+1:      ldr     r0, [r4, #C_ROWS]       @ drive words of both halves
         ldr     r1, [r4, #C_ROWS + 4]
         ldr     r3, [r4, #C_GAINS]
         movs    r2, #KEYS
@@ -65,3 +79,43 @@ alarmed:
         bne     1b
         bl      board_end
         pop     {r4-r11, pc}
+
+@ The keys of a program that begins: those that have begun play, and one more begins with its word of this tick.
+        .type   beginning, %function
+beginning:
+        push    {lr}
+        ldr     r2, [r4, #C_PROGRAM]
+        ldr     r3, [r2, #P_TICK]
+@! targets keys_tick
+        blx     r3
+        ldr     r4, =block
+        ldr     r2, [r4, #C_BEGUN]
+        ldr     r1, [r4, #C_ROW]
+        ldr     r5, [r4, #C_PROGRAM]
+        ldr     r0, [r4, #C_STATE]
+        ldr     r3, [r5, #P_BEGIN]
+        add     r1, r1, r2, lsl #1
+@! targets keys_begin
+        blx     r3
+        ldr     r4, =block
+        ldr     r2, [r4, #C_BEGUN]
+        ldr     r0, [r4, #C_PROGRAM]
+        adds    r2, #1
+        str     r2, [r4, #C_BEGUN]
+        cmp     r2, #KEYS
+        bhs     1f
+        bl      chain_to
+        pop     {pc}
+1:      ldr     r3, [r0, #P_TICK]       @ all play
+        str     r3, [r4, #C_CODE]
+        pop     {pc}
+
+@ The chain of keys of the program at R0 ends before key R2: there stands what stands behind the last.
+chain_to:
+        ldr     r3, [r0, #P_END]
+        ldr     r1, [r0, #P_RECORDS]
+        movw    r12, #RECORD
+        ldr     r3, [r3]
+        mla     r1, r2, r12, r1
+        str     r3, [r1]
+        bx      lr

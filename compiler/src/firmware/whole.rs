@@ -1,21 +1,21 @@
-//! A whole image: keys of both cores, divided, and the firmware around them.
+//! A whole image: keys of both cores, divided, of every program, and the firmware around them.
 
 use std::fmt;
 
 use whippen_isa::Arch;
 
-use super::{CORES, FirmwareError, RP2350, Setup, Support, distance, keys_of, objects};
+use super::{FirmwareError, Midi, Played, RP2350, Setup, Support, distance, keys_name, keys_of, objects};
 use crate::image::{Board, Hint, Image, Input, LinkError, Place, Start, link};
 use crate::modes::Modes;
-use crate::thumb::{self, Built, Layout, ThumbError, compile_for_frame};
+use crate::thumb::{self, Around, Built, Layout, ThumbError, compile_for_frame, record_bytes};
 
 /// An image that starts by itself, and where the states of its keys have what.
 #[derive(Debug, Clone)]
 pub struct Whole {
     /// Everything with addresses.
     pub image: Image,
-    /// By core: where things lie in `core0_state`, `core1_state`.
-    pub layouts: [Layout; 2],
+    /// By program and core: where things lie in the state.
+    pub layouts: Vec<[Layout; 2]>,
 }
 
 /// Why there is no image.
@@ -63,39 +63,69 @@ pub fn support(board: &Board) -> Option<Support<'static>> {
     (board.arch == Arch::V8M && board.cores == 2 && board.start == Start::ImageDef).then_some(RP2350)
 }
 
-/// Builds the image of a keyboard that plays one instrument. `places` are those of the kernel's origins.
+/// A program of a keyboard.
+#[derive(Debug, Clone, Copy)]
+pub struct Program<'a> {
+    /// The modes of its kernel, without probes.
+    pub modes: &'a Modes,
+    /// Places of the kernel's origins.
+    pub places: &'a [Place],
+    /// Which events are notes.
+    pub midi: &'a Midi,
+}
+
+/// Builds the image of a keyboard; it starts with the first program.
 ///
 /// # Errors
-/// Board or instrument have no firmware, setup or keys are out of range, memory is full; a bug.
-pub fn whole(modes: &Modes, setup: &Setup, board: &Board, places: &[Place]) -> Result<Whole, WholeError> {
+/// Board or programs have no firmware, setup or keys are out of range, memory is full; a bug.
+pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole, WholeError> {
     let support = support(board).ok_or_else(|| WholeError::Board(board.name.clone()))?;
-    let kernel = &modes.kernel;
-    if (kernel.inputs.len(), kernel.outputs.len()) != (1, 1) {
-        return Err(WholeError::Ports(kernel.inputs.len(), kernel.outputs.len()));
+    for program in programs {
+        let (ins, outs) = (program.modes.kernel.inputs.len(), program.modes.kernel.outputs.len());
+        if (ins, outs) != (1, 1) {
+            return Err(WholeError::Ports(ins, outs));
+        }
     }
     if let Some(&keys) = setup.keys.iter().find(|keys| !(1..=255).contains(*keys)) {
         return Err(WholeError::Firmware(FirmwareError::Keys(keys)));
     }
-    let distance = distance(setup.keys);
-    let core = |core: usize| {
-        let options =
-            thumb::Options { name: CORES[core].to_string(), keys: setup.keys[core], gain: true, probes: false };
-        compile_for_frame(&keys_of(modes, setup.keys, core), &options, distance).map_err(WholeError::Code)
+    let options = |core: usize, number: usize| thumb::Options {
+        name: keys_name(core, number),
+        keys: setup.keys[core],
+        gain: true,
+        probes: false,
     };
-    let first = core(0)?;
-    let same = setup.keys[0] == setup.keys[1] && kernel.keyed.is_empty();
-    let second = if same { renamed(&first, CORES) } else { core(1)? };
-    let built = [first, second];
-    let layouts = [&built[0].layout, &built[1].layout];
-    let around = objects(kernel, setup, layouts, &support).map_err(WholeError::Firmware)?;
-    let firmware = around.iter().map(|object| Input { object, places: &[] });
-    let keys = built.iter().map(|built| Input { object: &built.object, places });
-    let inputs: Vec<Input> = firmware.chain(keys).collect();
+    // One size of records for all, so that what runs through the gains need not ask which program plays.
+    let records = programs.iter().map(|program| record_bytes(&program.modes.kernel, &options(0, 0)));
+    let around = Around { distance: distance(setup.keys), record: records.max().unwrap_or(0) };
+    let built = |core: usize, number: usize| {
+        let modes = keys_of(programs[number].modes, setup.keys, core);
+        compile_for_frame(&modes, &options(core, number), &around).map_err(WholeError::Code)
+    };
+    let pair = |number: usize| {
+        let first = built(0, number)?;
+        let same = setup.keys[0] == setup.keys[1] && programs[number].modes.kernel.keyed.is_empty();
+        let second = if same { renamed(&first, number) } else { built(1, number)? };
+        Ok([first, second])
+    };
+    let pairs = (0..programs.len()).map(pair);
+    let keys: Vec<[Built; 2]> = pairs.collect::<Result<_, WholeError>>()?;
+    let played = programs.iter().zip(&keys).map(|(program, [a, b])| Played {
+        kernel: &program.modes.kernel,
+        layouts: [&a.layout, &b.layout],
+        midi: program.midi,
+    });
+    let played: Vec<Played> = played.collect();
+    let around = objects(&played, setup, &support).map_err(WholeError::Firmware)?;
+    let mut inputs: Vec<Input> = around.iter().map(|object| Input { object, places: &[] }).collect();
+    for (program, cores) in programs.iter().zip(&keys) {
+        inputs.extend(cores.iter().map(|built| Input { object: &built.object, places: program.places }));
+    }
     let image = link(board, &inputs, "reset").map_err(WholeError::Link)?;
     for stack in support.stacks {
         has_room(&image, board, stack).map_err(WholeError::Link)?;
     }
-    Ok(Whole { image, layouts: built.map(|built| built.layout) })
+    Ok(Whole { image, layouts: keys.into_iter().map(|cores| cores.map(|built| built.layout)).collect() })
 }
 
 /// Bytes kept for the stack of a core: several times what the bound says that it needs.
@@ -115,9 +145,9 @@ fn has_room(image: &Image, board: &Board, stack: u32) -> Result<(), LinkError> {
 }
 
 /// The same code and state for another core, under its name.
-fn renamed(built: &Built, [from, to]: [&str; 2]) -> Built {
-    let mut built = built.clone();
-    let rename = |name: &mut String| *name = name.replacen(from, to, 1);
+fn renamed(built: &Built, program: usize) -> Built {
+    let (mut built, [from, to]) = (built.clone(), [0, 1].map(|core| keys_name(core, program)));
+    let rename = |name: &mut String| *name = name.replacen(&from, &to, 1);
     for section in &mut built.object.sections {
         rename(&mut section.name);
         section.fixups.iter_mut().for_each(|fixup| rename(&mut fixup.symbol));
@@ -152,10 +182,13 @@ mod tests {
 }
 ";
         let modes = Modes::single(&parse(text).unwrap_or_else(|error| panic!("{error:?}")));
-        let compiled = |core: usize| {
-            let options = thumb::Options { name: CORES[core].to_string(), keys: 7, gain: true, probes: false };
-            compile_for_frame(&modes, &options, 28).unwrap_or_else(|error| panic!("{error}"))
-        };
-        assert_eq!(renamed(&compiled(0), CORES), compiled(1));
+        for program in [0, 3] {
+            let compiled = |core: usize| {
+                let options = thumb::Options { name: keys_name(core, program), keys: 7, gain: true, probes: false };
+                let around = Around { distance: 28, record: 40 };
+                compile_for_frame(&modes, &options, &around).unwrap_or_else(|error| panic!("{error}"))
+            };
+            assert_eq!(renamed(&compiled(0), program), compiled(1));
+        }
     }
 }

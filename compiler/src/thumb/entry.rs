@@ -3,14 +3,17 @@
 //! ```text
 //!   NAME_tick: save, T K I H, to the first key's code ... end: rings go on, pointers, tick + 1, restore
 //!   NAME_init: save, T K I H, pointers, [init of a key]*, restore
+//!   NAME_begin: T K I H of one key, its cells, [init of a key], restore
 //! ```
 //!
-//! As part of a firmware's frame both take the first key's word in R1 and keep no register but SP.
+//! As part of a firmware's frame all take the first key's word in R1 and keep no register but SP. `NAME_begin` is there
+//! for it alone.
 
 use super::emit::{Item, Label};
 use super::frame::{Frame, H, I, K, Pointer, ROW, T, TICK};
 use super::vcode::template;
 use super::{names, vcode::Half};
+use crate::kernel::{Kernel, Type};
 use whippen_isa::reg::{LR, PC, SP};
 use whippen_isa::{Cond, Encoding, Form, Inst, Op, ShiftType};
 
@@ -49,20 +52,29 @@ pub(super) fn tick(frame: &Frame, name: &str, slots: usize, modes: &[String]) ->
 }
 
 /// `init` of all keys; the code of one key follows at `init_key` and comes back to `init_next`.
-pub(super) fn init(frame: &Frame, name: &str, slots: usize, labels: Labels) -> Vec<Item> {
+pub(super) fn init(frame: &Frame, kernel: &Kernel, name: &str, slots: usize, labels: Labels) -> Vec<Item> {
     let mut w = Writer { frame, items: Vec::new() };
     w.items.push(Item::Function { name: names::init(name), global: true });
     w.enter(slots);
     w.pointers();
     w.registers();
+    if let Some(caller) = frame.caller {
+        w.behind_last();
+        w.store(0, caller.until);
+    }
     w.items.push(Item::Loop { rounds: frame.keys });
     w.items.push(Item::Branch { cond: None, to: labels.init_key });
     w.items.push(Item::Label(labels.init_next));
-    w.offset(0, frame.records + frame.keys * frame.record);
-    w.op(Inst { d: 0, n: 0, m: T, ..template(Op::ADD_register) });
+    match frame.caller {
+        Some(caller) => w.load(0, caller.until),
+        None => w.behind_last(),
+    }
     w.op(Inst { n: K, m: 0, ..template(Op::CMP_register) });
     w.items.push(Item::Branch { cond: Some(Cond::NE), to: labels.init_key });
     w.leave(slots);
+    if let Some(caller) = frame.caller {
+        w.begin(kernel, name, slots, caller.until);
+    }
     w.items.push(Item::Label(labels.init_key));
     w.items
 }
@@ -80,6 +92,55 @@ impl Writer<'_> {
             self.op(Inst { d: I, m: 1, ..template(Op::MOV_register) });
             self.store(1, caller.at);
         }
+    }
+
+    /// One key of those that `init` prepares all: state in R0, its word in R1, its number in R2. Falls into its code.
+    fn begin(&mut self, kernel: &Kernel, name: &str, slots: usize, until: u32) {
+        let frame = self.frame;
+        self.items.push(Item::Function { name: names::begin(name), global: true });
+        self.op(Inst { imm: 1 << LR, ..template(Op::PUSH) });
+        self.stack(Op::SUB_SP_minus_immediate, slots);
+        self.op(Inst { d: T, m: 0, ..template(Op::MOV_register) });
+        self.op(Inst { d: I, m: 1, ..template(Op::MOV_register) });
+        self.offset(0, frame.records);
+        self.op(Inst { d: 0, n: 0, m: T, ..template(Op::ADD_register) });
+        self.offset(1, frame.record);
+        self.op(Inst { d: K, n: 2, m: 1, a: 0, ..template(Op::MLA) });
+        self.op(Inst { d: 0, n: K, m: 1, ..template(Op::ADD_register) });
+        self.store(0, until);
+        if let Some(first) = frame.first_line {
+            // `init` fills lines from their first row on.
+            let (line, shift) = (&frame.lines[first as usize], ShiftType::LSL);
+            let amount = line.log2();
+            self.offset(H, line.at);
+            self.op(Inst { d: H, n: H, m: T, ..template(Op::ADD_register) });
+            self.op(Inst { d: H, n: H, m: 2, shift, amount, ..template(Op::ADD_register) });
+        }
+        self.cells(kernel);
+    }
+
+    /// The cells of the key at K as they are before `init`, which writes some of them.
+    fn cells(&mut self, kernel: &Kernel) {
+        let words = kernel.cells.iter().zip(&self.frame.cells).flat_map(|(cell, &at)| {
+            let words = if cell.ty == Type::I64 { 2 } else { 1 };
+            let word = move |nth: u32| (cell.init >> (32 * (nth % words))) as u32;
+            (0..words * cell.len).map(move |nth| (word(nth), at + 4 * nth))
+        });
+        let mut words: Vec<(u32, u32)> = words.collect();
+        words.sort_unstable();
+        let mut held = None;
+        for (word, at) in words {
+            if held.replace(word) != Some(word) {
+                self.offset(0, word);
+            }
+            self.op(Inst { t: 0, n: K, imm: at, ..template(Op::STR_immediate) });
+        }
+    }
+
+    /// R0: the record behind the last key.
+    fn behind_last(&mut self) {
+        self.offset(0, self.frame.records + self.frame.keys * self.frame.record);
+        self.op(Inst { d: 0, n: 0, m: T, ..template(Op::ADD_register) });
     }
 
     fn leave(&mut self, slots: usize) {

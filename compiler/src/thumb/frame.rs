@@ -12,7 +12,7 @@
 //! Everything is one piece of memory, its *state*, so all distances are constants and one address finds all. A key's code
 //! leaves I, H and K at the next key's.
 
-use super::Options;
+use super::{Around, Options};
 use crate::kernel::layout::words;
 use crate::kernel::{Kernel, Range};
 
@@ -82,6 +82,8 @@ pub(super) struct Caller {
     pub distance: u32,
     /// Offset in T: this tick's row of words in.
     pub at: u32,
+    /// Offset in T: the record behind the last key that `init` prepares.
+    pub until: u32,
 }
 
 /// Where everything lies.
@@ -121,8 +123,8 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// The state of so many keys of a kernel; with a distance, the rows of words are the caller's.
-    pub(super) fn new(kernel: &Kernel, options: &Options, distance: Option<u32>) -> Frame {
+    /// The state of so many keys of a kernel; with a frame around them, the rows of words are the caller's.
+    pub(super) fn new(kernel: &Kernel, options: &Options, around: Option<&Around>) -> Frame {
         let (keys, gain) = (options.keys, options.gain);
         let mut frame = Frame {
             keys,
@@ -146,8 +148,10 @@ impl Frame {
             records: 0,
             size: RINGS,
         };
-        frame.caller = distance.map(|distance| Caller { distance, at: frame.take(4) });
+        frame.caller =
+            around.map(|around| Caller { distance: around.distance, at: frame.take(4), until: frame.take(4) });
         frame.place_record(kernel, options.probes);
+        frame.record = frame.record.max(around.map_or(0, |around| around.record));
         frame.place_table(kernel);
         frame.place_arrays(kernel);
         frame

@@ -10,6 +10,11 @@ pub(super) fn init(name: &str) -> String {
     format!("{name}_init")
 }
 
+/// Prepares one key: `void NAME_begin(void *state, const uint16_t *word, uint32_t key)`.
+pub(super) fn begin(name: &str) -> String {
+    format!("{name}_begin")
+}
+
 /// All memory of a core's keys.
 pub(super) fn state(name: &str) -> String {
     format!("{name}_state")

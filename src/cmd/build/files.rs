@@ -13,7 +13,7 @@ use whippen_isa::Arch;
 use whippen_runtime::files::{FileError, write_whole};
 
 use super::Args;
-use crate::cmd::setup::{Setup, no_code, no_link};
+use crate::cmd::setup::{Setup, name, no_code, no_link};
 use crate::exit::{Failure, Outcome};
 use crate::say::say;
 
@@ -59,6 +59,13 @@ struct Files<'a> {
     setup: &'a Setup,
 }
 
+impl Output {
+    /// Whether it is a whole image, which can have several programs.
+    pub fn is_image(&self) -> bool {
+        matches!(self.kind, Kind::Elf | Kind::Uf2)
+    }
+}
+
 impl Files<'_> {
     fn write(&self, args: &Args) -> Outcome {
         match args.output.kind {
@@ -73,7 +80,7 @@ impl Files<'_> {
 
     fn write_c(&self, path: &Path) -> Outcome {
         let setup = self.setup;
-        let kernel = verify(&setup.compiled.lowered.kernel)
+        let kernel = verify(&setup.first().lowered.kernel)
             .map_err(|errors| Failure::Defect(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")))?;
         let layout = c::Layout::Records;
         let source = c::source(kernel, c::Options { keys: setup.keys as usize, layout, events: C_EVENTS });
@@ -82,7 +89,7 @@ impl Files<'_> {
         let body = format!("#include \"{include}\"\n\n{}", source.body);
         put(&header, source.header.as_bytes())?;
         put(path, body.as_bytes())?;
-        say!("{}: {} keys of {}, in C, with {}", path.display(), setup.keys, setup.name(), include);
+        say!("{}: {} keys of {}, in C, with {}", path.display(), setup.keys, name(setup.first()), include);
         Ok(())
     }
 
@@ -109,17 +116,18 @@ impl Files<'_> {
     /// What an image is and takes.
     fn tell(&self, path: &Path, image: &Image, keys: [u32; 2]) {
         let setup = self.setup;
-        let name = setup.name();
-        if setup.others > 0 {
-            eprintln!("note: the image plays `{name}` alone; images do not switch between programs of a keyboard");
-        }
+        let names: Vec<String> = setup.programs.iter().map(name).collect();
         let (stored, run) = (image.stored_bytes(), image.run_bytes());
         say!(
-            "{}: {} and {} keys of {name} on two cores, {stored} bytes of flash, {run} bytes of RAM",
+            "{}: {} and {} keys of {} on two cores, {stored} bytes of flash, {run} bytes of RAM",
             path.display(),
             keys[0],
-            keys[1]
+            keys[1],
+            names.join(", ")
         );
+        if names.len() > 1 {
+            say!("it begins with {}; programs are numbered from 0 in this order", names[0]);
+        }
         if let Some(motor) = &setup.device.motor {
             let (peak, torque) = (motor.peak_a, 1000.0 * motor.peak_a * motor.torque_constant);
             let (force, unit) = (setup.device.drive.full_scale, if setup.device.turns { "N*m" } else { "N" });
@@ -136,13 +144,13 @@ impl Files<'_> {
             )));
         }
         let path = &args.output.path;
-        let name = setup.name();
+        let name = name(setup.first());
         let options = thumb::Options { name: name.clone(), keys: setup.keys, gain: false, probes: false };
-        let built = thumb::compile(&setup.modes(), &options).map_err(no_code)?;
-        let places = places(&setup.compiled.lowered.origins, &setup.map);
+        let built = thumb::compile(&setup.modes()[0], &options).map_err(no_code)?;
+        let places = places(&setup.first().lowered.origins, &setup.map);
         let bytes = relocatable(&built.object, setup.board.arch, &places)
             .map_err(|error| Failure::Defect(format!("the object file: an address {error}")))?;
-        let interface = Interface::of(&setup.compiled, setup.device.scales(), &name, setup.keys, &built.layout);
+        let interface = Interface::of(setup.first(), setup.device.scales(), &name, setup.keys, &built.layout);
         self.tables(args, &Input { object: &built.object, places: &places }, &format!("{name}_tick"))?;
         put(&path.with_extension("h"), c_header(&interface).as_bytes())?;
         put(&path.with_extension("rs"), rust_module(&interface).as_bytes())?;
