@@ -23,6 +23,7 @@
 
 mod arena;
 mod block;
+mod calls;
 mod code;
 mod cores;
 mod error;
@@ -48,7 +49,7 @@ use whippen_isa::timing::{Core, Evidence, Target};
 pub use code::Code;
 pub use cores::{Bounded, cores};
 pub use error::NotBounded;
-pub use frame::{Frame, Played, frame};
+pub use frame::{Frame, OnCore, frame};
 pub use memory::{Banks, Surroundings};
 pub use missed::{Dearest, missed};
 pub use named::mode_names;
@@ -71,10 +72,8 @@ pub struct Annotations {
     pub return_to: Option<Target>,
     /// The entry is an exception's handler: what its return costs beyond the instruction's own cycles is not this code's.
     pub handler: bool,
-    /// Functions that are bounded elsewhere, by their address: a call of one costs what is said here.
-    pub known: BTreeMap<u32, Known>,
-    /// What the call of such a function at an address costs, where that is not what it costs elsewhere.
-    pub known_calls: BTreeMap<u32, Known>,
+    /// Functions that are bounded elsewhere, by the addresses of the call and of the function: what the call costs.
+    pub known: BTreeMap<(u32, u32), Known>,
     /// WFE and WFI are instructions like others: how long they sleep is not the question.
     pub sleeps: bool,
 }

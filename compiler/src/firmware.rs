@@ -29,7 +29,7 @@ use crate::kernel::Kernel;
 use crate::modes::Modes;
 use crate::thumb::Layout;
 
-pub use running::{BEGINNING, DEAD, Owner, PARTS, RUNNING, Running, owner};
+pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};
 pub use whole::{Program, Whole, WholeError, divided, support, whole};
 
 /// What a program and its keyboard say.
@@ -141,7 +141,7 @@ pub fn distance(keys: [u32; 2]) -> u32 {
 }
 
 /// How many programs an image may have.
-pub const PROGRAMS_MAX: usize = 64;
+const PROGRAMS_MAX: usize = 64;
 
 /// Names of the cores' blocks, and of the objects of the keys of the first program.
 pub const CORES: [&str; 2] = ["core0", "core1"];
@@ -244,6 +244,8 @@ fn of_core(mut object: Object, core: usize, programs: usize) -> Object {
         match name.as_str() {
             "keys_tick" => of_programs("tick"),
             "keys_begin" => of_programs("begin"),
+            // With one program there is never another one that could begin.
+            "beginning" if programs == 1 => Vec::new(),
             other => vec![rename(other)],
         }
     };

@@ -48,54 +48,57 @@ pub struct Args {
     json: bool,
 }
 
-/// Everything that is proven of one program's image.
+/// Everything that is proven of an image.
 struct Proof<'a> {
     setup: &'a Setup,
-    /// Which of the image's programs it is about.
-    compiled: &'a Compiled,
-    name: String,
-    /// The modes of a key, in words.
-    modes: Vec<String>,
     whole: Whole,
     program: Program,
+    keys: u32,
+    /// While it plays each of its programs.
+    played: Vec<Played<'a>>,
+}
+
+/// What is proven while one program plays.
+struct Played<'a> {
+    compiled: &'a Compiled,
+    /// The modes of a key, in words.
+    modes: Vec<String>,
     cores: [Bounded; 2],
     budget: Budget,
 }
 
 pub fn run(args: &Args) -> Outcome {
-    let mut fits = true;
     let setup = args.setup.all()?;
-    let modes = possible(&setup)?.modes();
-    for number in 0..setup.programs.len() {
-        let proof = match args.most_keys {
-            true => Proof::most(&setup, &modes, number)?,
-            false => Proof::find(&setup, &modes, number, setup.keys)?,
-        };
-        let beyond = Beyond::find(&setup.map, &proof.compiled.model, &setup.device, &args.beyond)?;
+    possible(&setup)?;
+    let modes = setup.modes();
+    let proof = match args.most_keys {
+        true => Proof::most(&setup, &modes)?,
+        false => Proof::find(&setup, &modes, setup.keys)?,
+    };
+    if let Some(path) = &args.path {
+        let text = proof.path_as_assembly();
+        write_whole(path, |w| w.write_all(text.as_bytes())).map_err(|error| Failure::Usage(error.to_string()))?;
+    }
+    for played in &proof.played {
+        let beyond = Beyond::find(&setup.map, &played.compiled.model, &setup.device, &args.beyond)?;
         if args.json {
-            let mut budget = proof.json();
+            let mut budget = proof.json(played);
             beyond.add_to(&setup.map, &mut budget);
             say!("{budget}");
         } else {
             beyond.warn(&setup.map);
-            say::whole(&(proof.table() + &beyond.text(&setup.device)));
-        }
-        if let Some(path) = &args.path {
-            let text = proof.path_as_assembly();
-            write_whole(path, |w| w.write_all(text.as_bytes())).map_err(|error| Failure::Usage(error.to_string()))?;
-        }
-        if let Some(diagnostic) = proof.missed() {
-            load::print(&setup.map, &[diagnostic], Severity::Error);
-            fits = false;
+            say::whole(&(proof.table(played) + &beyond.text(&setup.device)));
         }
     }
-    if fits { Ok(()) } else { Err(Failure::Program) }
+    let missed: Vec<Diagnostic> = proof.played.iter().filter_map(|played| proof.missed(played)).collect();
+    load::print(&setup.map, &missed, Severity::Error);
+    if missed.is_empty() { Ok(()) } else { Err(Failure::Program) }
 }
 
 /// Code is made for one kind of core so far.
-fn possible(setup: &Setup) -> Result<&Setup, Failure> {
+fn possible(setup: &Setup) -> Outcome {
     let core = match setup.board.arch {
-        Arch::V8M => return Ok(setup),
+        Arch::V8M => return Ok(()),
         Arch::V6M => "Cortex-M0+",
         Arch::V7EM => "Cortex-M4",
     };
@@ -106,44 +109,55 @@ fn possible(setup: &Setup) -> Result<&Setup, Failure> {
 }
 
 impl<'a> Proof<'a> {
-    /// Bounds the image of so many keys while it plays one of its programs.
-    fn find(setup: &'a Setup, modes: &[Modes], number: usize, keys: u32) -> Result<Self, Failure> {
-        let (whole, keys) = setup.whole(modes, keys)?;
+    /// Bounds the image of so many keys, while it plays each of its programs.
+    fn find(setup: &'a Setup, modes: &[Modes], keys: u32) -> Result<Self, Failure> {
+        let (whole, of_core) = setup.whole(modes, keys)?;
         let program = Program::of(&whole.image);
-        let defect = |error: NotBounded| Failure::Defect(format!("no bound: {error}"));
-        let cores = cores(&whole.image, &program, &setup.board.timing(), keys, number).map_err(defect)?;
-        let compiled = &setup.programs[number];
-        let budget = Budget::of(&cores, setup.board.clock_hz, compiled.model.rate_hz);
-        let (name, modes) = (setup.names().swap_remove(number), mode_names(&compiled.model, &modes[number]));
-        Ok(Self { setup, compiled, name, modes, whole, program, cores, budget })
+        let timing = setup.board.timing();
+        let played = setup.programs.iter().zip(modes).enumerate().map(|(number, (compiled, modes))| {
+            let cores = cores(&whole.image, &program, &timing, of_core, number)
+                .map_err(|error: NotBounded| Failure::Defect(format!("no bound: {error}")))?;
+            let budget = Budget::of(&cores, setup.board.clock_hz, compiled.model.rate_hz);
+            Ok(Played { compiled, modes: mode_names(&compiled.model, modes), cores, budget })
+        });
+        let played = played.collect::<Result<_, Failure>>()?;
+        Ok(Self { setup, whole, program, keys, played })
     }
 
     /// The image of as many keys as fit; of the fewest where none fit.
-    fn most(setup: &'a Setup, modes: &[Modes], number: usize) -> Result<Self, Failure> {
-        let (mut fits, mut exceeds) = (Self::find(setup, modes, number, KEYS.0)?, KEYS.1 + 1);
-        if !fits.budget.fits() {
+    fn most(setup: &'a Setup, modes: &[Modes]) -> Result<Self, Failure> {
+        let (mut fits, mut exceeds) = (Self::find(setup, modes, KEYS.0)?, KEYS.1 + 1);
+        if !fits.fits() {
             return Ok(fits);
         }
-        while fits.keys() + 1 < exceeds {
+        while fits.keys + 1 < exceeds {
             // What is left, in keys: right but for what grows around them.
-            let more: u32 = fits.budget.cores.iter().map(|core| core.more_keys).sum();
-            let next = fits.keys().saturating_add(more.max(1)).clamp(fits.keys() + 1, exceeds - 1);
-            match Self::find(setup, modes, number, next) {
-                Ok(tried) if tried.budget.fits() => fits = tried,
-                Ok(_) => exceeds = next,
-                Err(Failure::Usage(_) | Failure::Program) => exceeds = next,
+            let left = |played: &Played| played.budget.cores.iter().map(|core| core.more_keys).sum::<u32>();
+            let more = fits.played.iter().map(left).min().unwrap_or(0).max(1);
+            let next = fits.keys.saturating_add(more).min(exceeds - 1);
+            match Self::find(setup, modes, next) {
+                Ok(tried) if tried.fits() => fits = tried,
+                Ok(_) | Err(Failure::Usage(_) | Failure::Program) => exceeds = next,
                 Err(other) => return Err(other),
             }
         }
         Ok(fits)
     }
 
-    /// Keys of all cores.
-    fn keys(&self) -> u32 {
-        self.budget.cores.iter().map(|core| core.keys).sum()
+    /// Whether every program is in time.
+    fn fits(&self) -> bool {
+        self.played.iter().all(|played| played.budget.fits())
     }
 
-    /// The mode that costs most, its number in the modes, and its bound with nobody else at the bus.
+    /// A deadline that is missed, with the lines that cost most and what would be enough.
+    fn missed(&self, played: &Played) -> Option<Diagnostic> {
+        let model = &played.compiled.model;
+        missed(&self.setup.map, (&model.name, model.span), &played.budget, &self.program, played.dearest())
+    }
+}
+
+impl Played<'_> {
+    /// The mode that costs most, and its bound with nobody else at the bus.
     fn dearest(&self) -> Dearest<'_> {
         let bounds = self.cores.iter().flat_map(|core| self.modes.iter().zip(&core.alone.tick.modes));
         let dearest = bounds.max_by_key(|(_, (_, bound))| bound.cycles_max);
@@ -157,11 +171,5 @@ impl<'a> Proof<'a> {
         self.cores.iter().filter_map(move |core| {
             Some((&core.alone.tick.modes.get(index)?.1, &core.crowded.tick.modes.get(index)?.1))
         })
-    }
-
-    /// A deadline that is missed, with the lines that cost most and what would be enough.
-    fn missed(&self) -> Option<Diagnostic> {
-        let model = &self.compiled.model;
-        missed(&self.setup.map, (&model.name, model.span), &self.budget, &self.program, self.dearest())
     }
 }

@@ -1,4 +1,4 @@
-//! What `build` and `budget` start from: instruments, compiled, and the keyboard and board they are for.
+//! What `build` and `budget` start from: an instrument, compiled, and the keyboard and board it is for.
 
 use std::path::{Path, PathBuf};
 
@@ -6,8 +6,8 @@ use clap::ValueHint;
 use whippen_compiler::c;
 use whippen_compiler::check::{Keyboard, Options, Program};
 use whippen_compiler::diag::{Severity, nearest};
-use whippen_compiler::firmware::{self, FirmwareError, Whole, WholeError};
-use whippen_compiler::image::{Board, LinkError, places};
+use whippen_compiler::firmware::{self, FirmwareError, Midi, Whole, WholeError};
+use whippen_compiler::image::{Board, LinkError, Place, places};
 use whippen_compiler::model::Model;
 use whippen_compiler::modes::{INSTRUCTIONS, Modes, specialise};
 use whippen_compiler::pipeline::Compiled;
@@ -47,10 +47,10 @@ pub struct SetupArgs {
 /// The MIDI number of the first key where no keyboard says otherwise: A0.
 const FIRST_NOTE: u8 = 21;
 
-/// Instruments with everything that code for them is made of.
+/// Everything that code is made of.
 pub struct Setup {
     pub map: SourceMap,
-    /// At least one.
+    /// At least one program; several only for an image.
     pub programs: Vec<Compiled>,
     pub device: Device,
     pub board: Board,
@@ -69,19 +69,17 @@ impl SetupArgs {
             (None, Some(&[only])) => &program.instruments[only],
             _ => load::instrument(&program, name)?,
         };
-        self.setup(&map, &program, &[model])
+        self.setup(map, &program, &[model])
     }
 
-    /// The instrument that was named, the only one, or all of the keyboard.
+    /// The instrument that was named, or all programs of the keyboard, or the only instrument.
     pub fn all(&self) -> Result<Setup, Failure> {
         let (map, program, name) = self.checked()?;
-        let models = match (name, listed(&program)) {
-            (None, Some(programs)) if !programs.is_empty() => {
-                programs.iter().map(|&index| &program.instruments[index]).collect()
-            }
+        let models: Vec<&Model> = match (name, listed(&program)) {
+            (None, Some(programs @ [_, ..])) => programs.iter().map(|&index| &program.instruments[index]).collect(),
             _ => vec![load::instrument(&program, name)?],
         };
-        self.setup(&map, &program, &models)
+        self.setup(map, &program, &models)
     }
 
     fn checked(&self) -> Result<(SourceMap, Program, Option<&str>), Failure> {
@@ -91,14 +89,14 @@ impl SetupArgs {
         Ok((map, program, name))
     }
 
-    fn setup(&self, map: &SourceMap, program: &Program, models: &[&Model]) -> Result<Setup, Failure> {
+    fn setup(&self, map: SourceMap, program: &Program, models: &[&Model]) -> Result<Setup, Failure> {
         let keyboard = program.keyboards.first();
         let device = load::device(self.device.as_deref(), program, models[0])?;
         let board = board(self.board.as_deref(), keyboard)?;
-        let programs = models.iter().map(|&model| load::compiled(map, model.clone(), &device, false));
+        let programs = models.iter().map(|&model| load::compiled(&map, model.clone(), &device, false));
         Ok(Setup {
             programs: programs.collect::<Result<_, _>>()?,
-            map: map.clone(),
+            map,
             device,
             board,
             keys: self.keys.or(keyboard.map(|k| k.keys() as u32)).unwrap_or(88),
@@ -130,18 +128,18 @@ fn board(wanted: Option<&str>, keyboard: Option<&Keyboard>) -> Result<Board, Fai
     })
 }
 
+/// The prefix of all names of a program.
+pub fn name(compiled: &Compiled) -> String {
+    c::Names::new(&compiled.lowered.kernel).kernel
+}
+
 impl Setup {
-    /// The first program, of which a file that is no image is made.
-    pub fn compiled(&self) -> &Compiled {
+    /// The only program, or the first.
+    pub fn first(&self) -> &Compiled {
         &self.programs[0]
     }
 
-    /// The prefix of all names of each program.
-    pub fn names(&self) -> Vec<String> {
-        self.programs.iter().map(|compiled| c::Names::new(&compiled.lowered.kernel).kernel).collect()
-    }
-
-    /// The modes of a key in each program.
+    /// The modes of a key, by program.
     pub fn modes(&self) -> Vec<Modes> {
         self.programs.iter().map(|compiled| specialise(&compiled.lowered.kernel, self.instructions)).collect()
     }
@@ -157,12 +155,16 @@ impl Setup {
     /// The image of so many keys, and how they are divided between the cores.
     pub fn whole(&self, modes: &[Modes], keys: u32) -> Result<(Whole, [u32; 2]), Failure> {
         self.supported()?;
-        let setup = image::setup(self.compiled(), &self.device, keys, self.first_note).map_err(Failure::Usage)?;
-        let of_lines = self.programs.iter().map(|compiled| places(&compiled.lowered.origins, &self.map));
-        let (of_lines, midi): (Vec<_>, Vec<_>) = of_lines.zip(self.programs.iter().map(image::midi)).unzip();
-        let parts = modes.iter().zip(&of_lines).zip(&midi);
-        let parts = parts.map(|((modes, places), midi)| firmware::Program { modes, places, midi });
-        let whole = firmware::whole(&parts.collect::<Vec<_>>(), &setup, &self.board).map_err(not_whole)?;
+        let setup = image::setup(self.first(), &self.device, keys, self.first_note).map_err(Failure::Usage)?;
+        let parts = self.programs.iter().map(|compiled| {
+            let places = places(&compiled.lowered.origins, &self.map);
+            (places, image::midi(compiled))
+        });
+        let parts: Vec<(Vec<Place>, Midi)> = parts.collect();
+        let programs = modes.iter().zip(&parts);
+        let programs: Vec<firmware::Program> =
+            programs.map(|(modes, (places, midi))| firmware::Program { modes, places, midi }).collect();
+        let whole = firmware::whole(&programs, &setup, &self.board).map_err(not_whole)?;
         Ok((whole, setup.keys))
     }
 }

@@ -2,13 +2,14 @@
 
 use std::collections::HashMap;
 
-use whippen_compiler::budget::{self, Bounded, cores};
-use whippen_compiler::firmware::{CORES, Program, Whole, whole};
+use whippen_compiler::budget::{Bounded, Program, cores};
+use whippen_compiler::firmware::{self, CORES, Whole, whole};
 use whippen_compiler::image::{Board, MemoryKind};
 use whippen_compiler::modes::{INSTRUCTIONS, Modes, specialise};
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_isa::timing::Core;
-use whippen_runtime::{board, device::Device, image::midi, image::setup};
+use whippen_runtime::image::{midi, setup};
+use whippen_runtime::{board, device::Device};
 
 use crate::common;
 
@@ -16,7 +17,7 @@ pub struct Image {
     pub compiled: Compiled,
     pub modes: Modes,
     pub whole: Whole,
-    pub program: budget::Program,
+    pub program: Program,
     pub cores: [Bounded; 2],
     pub keys: [u32; 2],
     /// Cycles between two ticks.
@@ -45,9 +46,10 @@ impl Image {
         let modes = specialise(&compiled.lowered.kernel, INSTRUCTIONS);
         let setup = setup(&compiled, &Device::of(&compiled.model), keys, 21).expect("a setup");
         let board = rp2350();
-        let part = Program { modes: &modes, places: &[], midi: &midi(&compiled) };
-        let whole = whole(&[part], &setup, &board).unwrap_or_else(|e| panic!("{e}"));
-        let program = budget::Program::of(&whole.image);
+        let midi = midi(&compiled);
+        let programs = [firmware::Program { modes: &modes, places: &[], midi: &midi }];
+        let whole = whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
+        let program = Program::of(&whole.image);
         let cores = cores(&whole.image, &program, &Core::cortex_m33(), setup.keys, 0).unwrap_or_else(|e| panic!("{e}"));
         let period = u64::from(board.clock_hz / compiled.model.rate_hz);
         Image { compiled, modes, whole, program, cores, keys: setup.keys, period }

@@ -1,6 +1,6 @@
 //! A whole firmware on the emulated board: built, linked, started, fed with sensor words.
 
-use whippen_compiler::firmware::{self, CORES, Midi, Motor, Program, Setup, Whole};
+use whippen_compiler::firmware::{self, CORES, Midi, Motor, Program, Setup};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::image::Image;
 use whippen_compiler::kernel::Kernel;
@@ -81,9 +81,10 @@ impl Rig {
         let modes: Vec<Modes> = kernels.iter().map(modes).collect();
         let midi: Vec<Midi> = kernels.iter().map(|kernel| midi(kernel)).collect();
         let programs = modes.iter().zip(&midi).map(|(modes, midi)| Program { modes, places: &[], midi });
-        let programs: Vec<Program> = programs.collect();
         let board = board::bundled("rp2350").expect("it is bundled");
-        let Whole { image, layouts } = firmware::whole(&programs, setup, &board).unwrap_or_else(|e| panic!("{e}"));
+        let programs: Vec<Program> = programs.collect();
+        let whole = firmware::whole(&programs, setup, &board).unwrap_or_else(|e| panic!("{e}"));
+        let (image, layouts) = (whole.image, whole.layouts);
         let converter = ConverterSetup { keys: KEYS as u32, rate_hz: setup.rate_hz };
         let (mut machine, ports) =
             build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).expect("the board can be");
@@ -119,12 +120,6 @@ impl Rig {
         let last = self.converter().ticks() + ticks as u32;
         while self.converter().ticks() < last {
             let stop = self.step();
-            assert!(matches!(stop, Stop::Limit), "{stop:?}");
-        }
-        // Both cores between two ticks: no count is half done.
-        while [0, 1].iter().any(|&core| self.machine.cpu(core).exception() != 0) {
-            let until = self.machine.cycle(0).max(self.machine.cycle(1)) + 10;
-            let stop = self.machine.run(until);
             assert!(matches!(stop, Stop::Limit), "{stop:?}");
         }
         std::mem::take(&mut self.converter().drives)

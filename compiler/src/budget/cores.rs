@@ -6,7 +6,7 @@
 use whippen_isa::timing::Core;
 
 use super::NotBounded;
-use super::frame::{Frame, Played, frame};
+use super::frame::{Frame, OnCore, frame};
 use super::memory::{Banks, Surroundings};
 use super::program::Program;
 use crate::firmware::{Owner, RUNNING, owner};
@@ -28,7 +28,7 @@ impl Bounded {
     }
 }
 
-/// Bounds both cores of a firmware's image with so many keys each, while one of its programs plays.
+/// Bounds both cores of a firmware's image with so many keys each, while it plays the program of that number.
 ///
 /// # Errors
 /// What cannot be bounded.
@@ -37,11 +37,11 @@ pub fn cores(
     program: &Program,
     core: &Core,
     keys: [u32; 2],
-    program_number: usize,
+    playing: usize,
 ) -> Result<[Bounded; 2], NotBounded> {
     let of = |number: usize| {
         let (running, keys) = (&RUNNING[number], keys[number]);
-        let with = |surroundings| frame(&Played { program, core, running, number: program_number, keys, surroundings });
+        let with = |surroundings| frame(&OnCore { program, core, running, number, playing, keys, surroundings });
         Ok(Bounded { alone: with(&Surroundings::default())?, crowded: with(&surroundings(image, number))? })
     };
     Ok([of(0)?, of(1)?])

@@ -7,8 +7,6 @@
 pub struct Running {
     /// The handler of the converter's interrupt, the only one that comes.
     pub handler: &'static str,
-    /// Its number.
-    pub core: usize,
     /// What runs between ticks.
     pub idle: &'static str,
     /// The table of vectors that is used while the core plays.
@@ -21,23 +19,23 @@ pub struct Running {
 
 /// Both cores.
 pub const RUNNING: [Running; 2] = [
-    Running { handler: "tick_core0", core: 0, idle: "idle0", vectors: "vectors0", visits: 12 },
-    Running { handler: "tick_core1", core: 1, idle: "idle1", vectors: "vectors1", visits: 2 },
+    Running { handler: "tick_core0", idle: "idle0", vectors: "vectors0", visits: 12 },
+    Running { handler: "tick_core1", idle: "idle1", vectors: "vectors1", visits: 2 },
 ];
-
-/// What calls the keys while a program begins.
-pub const BEGINNING: &str = "beginning";
 
 /// Where all other vectors lead: no forces, and the end.
 pub const DEAD: &str = "dead";
+
+/// The part of the handler in which a program begins: it ticks the keys that have begun, never all, and one more begins.
+pub const BEGINS: &str = "a program that begins";
 
 /// The parts of the handler, by the symbols that begin them.
 pub const PARTS: &[(&str, &str)] = &[
     ("tick_core0", "which tick, which words"),
     ("tick_core1", "which tick, which words"),
     ("missed", "after a missed tick"),
-    ("beginning", "the keys of a program that begins"),
-    ("chain_to", "the keys of a program that begins"),
+    ("beginning", BEGINS),
+    ("chain_to", BEGINS),
     ("service", "heat and gain of every 16th key"),
     ("guard", "sensor and limits of one key"),
     ("board_begin", "board_begin"),
@@ -57,11 +55,25 @@ pub enum Owner {
 
 /// Who uses a section, by its name.
 pub fn owner(section: &str) -> Owner {
-    let has = |part: &str| section.split('.').any(|own| own == part);
+    // The keys of further programs are in sections like `.text.core1_2`.
+    let has = |part: &str| section.split('.').any(|own| own.split('_').next() == Some(part));
     match () {
         () if section.starts_with(".text.start") || !section.starts_with(['.']) => Owner::Start,
         () if [".vectors", ".image_def", ".copy_table", ".zero_table"].contains(&section) => Owner::Start,
         () if has("shared") => Owner::Both,
         () => Owner::Core(usize::from(has("core1"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_section_has_its_owner() {
+        let owners =
+            [".text.core0", ".data.core1_2", ".text.core1.frame", ".bss.guards", ".rodata.shared.tables"].map(owner);
+        assert_eq!(owners, [Owner::Core(0), Owner::Core(1), Owner::Core(1), Owner::Core(0), Owner::Both]);
+        assert_eq!([".text.start", ".vectors", ".copy_table"].map(owner), [Owner::Start; 3]);
     }
 }

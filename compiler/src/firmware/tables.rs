@@ -13,8 +13,9 @@ use super::{CORES, Played, keys_name};
 ///   velocitiesN         128 bytes
 /// ```
 pub(super) fn text(programs: &[Played], keys: [u32; 2]) -> String {
-    let mut text =
-        String::from("        .section .rodata.tables, \"a\"\n        .balign 4\n        .global programs, lives\n");
+    let mut text = String::from(
+        "        .section .rodata.shared.tables, \"a\"\n        .balign 4\n        .global programs, lives\n",
+    );
     let mut line = |words: &str| {
         let _ = writeln!(text, "{words}");
     };

@@ -4,7 +4,7 @@ use std::fmt;
 
 use whippen_isa::Arch;
 
-use super::{CORES, FirmwareError, Midi, Played, RP2350, Setup, Support, distance, keys_name, keys_of, objects};
+use super::{FirmwareError, Midi, Played, RP2350, Setup, Support, distance, keys_name, keys_of, objects};
 use crate::image::{Board, Hint, Image, Input, LinkError, Place, Start, link};
 use crate::modes::Modes;
 use crate::thumb::{self, Around, Built, Layout, ThumbError, compile_for_frame, record_bytes};
@@ -102,12 +102,13 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
         let modes = keys_of(programs[number].modes, setup.keys, core);
         compile_for_frame(&modes, &options(core, number), &around).map_err(WholeError::Code)
     };
-    let pairs = (0..programs.len()).map(|number| {
+    let pair = |number: usize| {
         let first = built(0, number)?;
         let same = setup.keys[0] == setup.keys[1] && programs[number].modes.kernel.keyed.is_empty();
-        let second = if same { renamed(&first, CORES) } else { built(1, number)? };
+        let second = if same { renamed(&first, number) } else { built(1, number)? };
         Ok([first, second])
-    });
+    };
+    let pairs = (0..programs.len()).map(pair);
     let keys: Vec<[Built; 2]> = pairs.collect::<Result<_, WholeError>>()?;
     let played = programs.iter().zip(&keys).map(|(program, [a, b])| Played {
         kernel: &program.modes.kernel,
@@ -144,9 +145,9 @@ fn has_room(image: &Image, board: &Board, stack: u32) -> Result<(), LinkError> {
 }
 
 /// The same code and state for another core, under its name.
-fn renamed(built: &Built, [from, to]: [&str; 2]) -> Built {
-    let mut built = built.clone();
-    let rename = |name: &mut String| *name = name.replacen(from, to, 1);
+fn renamed(built: &Built, program: usize) -> Built {
+    let (mut built, [from, to]) = (built.clone(), [0, 1].map(|core| keys_name(core, program)));
+    let rename = |name: &mut String| *name = name.replacen(&from, &to, 1);
     for section in &mut built.object.sections {
         rename(&mut section.name);
         section.fixups.iter_mut().for_each(|fixup| rename(&mut fixup.symbol));
@@ -181,11 +182,13 @@ mod tests {
 }
 ";
         let modes = Modes::single(&parse(text).unwrap_or_else(|error| panic!("{error:?}")));
-        let compiled = |core: usize| {
-            let options = thumb::Options { name: CORES[core].to_string(), keys: 7, gain: true, probes: false };
-            compile_for_frame(&modes, &options, &Around { distance: 28, record: 0 })
-                .unwrap_or_else(|error| panic!("{error}"))
-        };
-        assert_eq!(renamed(&compiled(0), CORES), compiled(1));
+        for program in [0, 3] {
+            let compiled = |core: usize| {
+                let options = thumb::Options { name: keys_name(core, program), keys: 7, gain: true, probes: false };
+                let around = Around { distance: 28, record: 40 };
+                compile_for_frame(&modes, &options, &around).unwrap_or_else(|error| panic!("{error}"))
+            };
+            assert_eq!(renamed(&compiled(0), program), compiled(1));
+        }
     }
 }

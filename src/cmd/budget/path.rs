@@ -5,14 +5,18 @@ use std::fmt::Write;
 use whippen_isa::{Class, Inst, ItState};
 
 use super::Proof;
+use crate::cmd::setup::name;
 
 impl Proof<'_> {
     /// A text for an assembler; branches lead to one label, because what they cost is not where they go.
     pub fn path_as_assembly(&self) -> String {
-        let dearest = self.dearest();
+        let by_cycles = self.played.iter().max_by_key(|played| played.dearest().bound.cycles_max);
+        let Some((dearest, name)) = by_cycles.map(|played| (played.dearest(), name(played.compiled))) else {
+            return String::new();
+        };
         let mut text = format!(
             "@ {}: {} cycles, {}\n        .syntax unified\n        .thumb\nkey:\n",
-            self.name, dearest.bound.cycles_max, dearest.mode
+            name, dearest.bound.cycles_max, dearest.mode
         );
         let mut it = ItState::OUTSIDE;
         for step in &dearest.bound.path {

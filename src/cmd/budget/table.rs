@@ -2,31 +2,55 @@
 
 use std::fmt::Write;
 
-use super::Proof;
+use super::{Played, Proof};
+use crate::cmd::setup::name;
 
 impl Proof<'_> {
-    /// Modes, cores, and the dearest way through a key's tick.
-    pub fn table(&self) -> String {
+    /// Modes, cores, and the dearest way through a key's tick, while one program plays.
+    pub fn table(&self, played: &Played) -> String {
         let mut out = String::new();
-        let (board, budget) = (&self.setup.board, &self.budget);
+        let (board, budget) = (&self.setup.board, &played.budget);
         let verdict = if budget.fits() { "fits" } else { "does not fit" };
         let _ = writeln!(
             out,
             "{} on {}: {} keys at {} Hz, {} cycles a tick at {} MHz: {verdict}",
-            self.name,
+            name(played.compiled),
             board.name,
-            self.keys(),
+            self.keys,
             budget.rate_hz,
             budget.period_cycles,
             f64::from(budget.clock_hz) / 1e6
         );
-        self.key(&mut out);
-        self.around(&mut out);
-        self.each_core(&mut out);
-        self.path(&mut out);
+        played.key(&mut out);
+        played.around(&mut out);
+        played.each_core(&mut out);
+        let (image, stack) =
+            (&self.whole.image, budget.cores.iter().map(|core| core.stack_bytes_max).max().unwrap_or(0));
+        let (stored, run) = (image.stored_bytes(), image.run_bytes());
+        let _ = writeln!(out, "{stored} bytes of flash, {run} bytes of RAM, {stack} bytes of stack a core");
+        let _ = writeln!(out, "class: {} for a key alone, {} for a core", budget.key_class, budget.class);
+        self.path(played, &mut out);
         out
     }
 
+    fn path(&self, played: &Played, out: &mut String) {
+        let dearest = played.dearest();
+        let _ = writeln!(out, "\ndearest way through a key, {} cycles: {}", dearest.bound.cycles_max, dearest.mode);
+        for (place, cycles) in self.program.by_place(&dearest.bound.path) {
+            let (line, item) = match place {
+                Some(place) => (format!("{}:{}", place.file, place.line), place.item.as_str()),
+                None => ("-".to_string(), "the key's frame"),
+            };
+            let _ = writeln!(out, "  {cycles:>6}  {line:<40} {item}");
+        }
+        let _ = writeln!(out, "by declaration:");
+        for (item, cycles) in self.program.by_item(&dearest.bound.path) {
+            let _ = writeln!(out, "  {cycles:>6}  {item}");
+        }
+    }
+}
+
+impl Played<'_> {
     fn key(&self, out: &mut String) {
         let _ = writeln!(out, "\na key, cycles at most   alone  crowded  code bytes");
         for (index, name) in self.modes.iter().enumerate() {
@@ -63,37 +87,12 @@ impl Proof<'_> {
                 out,
                 "  {:>6}  keys, {} each\n  {:>6}  around them\n  {:>6}  waiting for the other core and for its own fetches; \
                  without it the slack is {:.1} %",
-                bounded.alone.keys_cycles_max,
+                bounded.alone.keys_cycles_max(),
                 bounded.alone.tick.key_cycles_max(),
                 core.around_cycles_max,
                 core.contention_cycles_max,
                 100.0 * (1.0 - bounded.alone.cycles_max as f64 / self.budget.period_cycles.max(1) as f64)
             );
-        }
-        let image = &self.whole.image;
-        let stack = self.budget.cores.iter().map(|core| core.stack_bytes_max).max().unwrap_or(0);
-        let _ = writeln!(
-            out,
-            "{} bytes of flash, {} bytes of RAM, {stack} bytes of stack a core",
-            image.stored_bytes(),
-            image.run_bytes()
-        );
-        let _ = writeln!(out, "class: {} for a key alone, {} for a core", self.budget.key_class, self.budget.class);
-    }
-
-    fn path(&self, out: &mut String) {
-        let dearest = self.dearest();
-        let _ = writeln!(out, "\ndearest way through a key, {} cycles: {}", dearest.bound.cycles_max, dearest.mode);
-        for (place, cycles) in self.program.by_place(&dearest.bound.path) {
-            let (line, item) = match place {
-                Some(place) => (format!("{}:{}", place.file, place.line), place.item.as_str()),
-                None => ("-".to_string(), "the key's frame"),
-            };
-            let _ = writeln!(out, "  {cycles:>6}  {line:<40} {item}");
-        }
-        let _ = writeln!(out, "by declaration:");
-        for (item, cycles) in self.program.by_item(&dearest.bound.path) {
-            let _ = writeln!(out, "  {cycles:>6}  {item}");
         }
     }
 }

@@ -13,7 +13,7 @@ use whippen_isa::Arch;
 use whippen_runtime::files::{FileError, write_whole};
 
 use super::Args;
-use crate::cmd::setup::{Setup, no_code, no_link};
+use crate::cmd::setup::{Setup, name, no_code, no_link};
 use crate::exit::{Failure, Outcome};
 use crate::say::say;
 
@@ -49,13 +49,6 @@ pub fn output(text: &str) -> Result<Output, String> {
     Ok(Output { path, kind })
 }
 
-impl Output {
-    /// Whether it is a whole image, which can have several programs.
-    pub fn is_image(&self) -> bool {
-        matches!(self.kind, Kind::Elf | Kind::Uf2)
-    }
-}
-
 /// Makes and writes everything.
 pub fn write(setup: &Setup, args: &Args) -> Outcome {
     Files { setup }.write(args)
@@ -64,6 +57,13 @@ pub fn write(setup: &Setup, args: &Args) -> Outcome {
 /// The files of one setup.
 struct Files<'a> {
     setup: &'a Setup,
+}
+
+impl Output {
+    /// Whether it is a whole image, which can have several programs.
+    pub fn is_image(&self) -> bool {
+        matches!(self.kind, Kind::Elf | Kind::Uf2)
+    }
 }
 
 impl Files<'_> {
@@ -78,14 +78,9 @@ impl Files<'_> {
         }
     }
 
-    /// The prefix of all names of a file with one program.
-    fn name(&self) -> String {
-        self.setup.names().swap_remove(0)
-    }
-
     fn write_c(&self, path: &Path) -> Outcome {
         let setup = self.setup;
-        let kernel = verify(&setup.compiled().lowered.kernel)
+        let kernel = verify(&setup.first().lowered.kernel)
             .map_err(|errors| Failure::Defect(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")))?;
         let layout = c::Layout::Records;
         let source = c::source(kernel, c::Options { keys: setup.keys as usize, layout, events: C_EVENTS });
@@ -94,7 +89,7 @@ impl Files<'_> {
         let body = format!("#include \"{include}\"\n\n{}", source.body);
         put(&header, source.header.as_bytes())?;
         put(path, body.as_bytes())?;
-        say!("{}: {} keys of {}, in C, with {}", path.display(), setup.keys, self.name(), include);
+        say!("{}: {} keys of {}, in C, with {}", path.display(), setup.keys, name(setup.first()), include);
         Ok(())
     }
 
@@ -121,7 +116,7 @@ impl Files<'_> {
     /// What an image is and takes.
     fn tell(&self, path: &Path, image: &Image, keys: [u32; 2]) {
         let setup = self.setup;
-        let names = setup.names();
+        let names: Vec<String> = setup.programs.iter().map(name).collect();
         let (stored, run) = (image.stored_bytes(), image.run_bytes());
         say!(
             "{}: {} and {} keys of {} on two cores, {stored} bytes of flash, {run} bytes of RAM",
@@ -149,13 +144,13 @@ impl Files<'_> {
             )));
         }
         let path = &args.output.path;
-        let name = self.name();
+        let name = name(setup.first());
         let options = thumb::Options { name: name.clone(), keys: setup.keys, gain: false, probes: false };
         let built = thumb::compile(&setup.modes()[0], &options).map_err(no_code)?;
-        let places = places(&setup.compiled().lowered.origins, &setup.map);
+        let places = places(&setup.first().lowered.origins, &setup.map);
         let bytes = relocatable(&built.object, setup.board.arch, &places)
             .map_err(|error| Failure::Defect(format!("the object file: an address {error}")))?;
-        let interface = Interface::of(setup.compiled(), setup.device.scales(), &name, setup.keys, &built.layout);
+        let interface = Interface::of(setup.first(), setup.device.scales(), &name, setup.keys, &built.layout);
         self.tables(args, &Input { object: &built.object, places: &places }, &format!("{name}_tick"))?;
         put(&path.with_extension("h"), c_header(&interface).as_bytes())?;
         put(&path.with_extension("rs"), rust_module(&interface).as_bytes())?;

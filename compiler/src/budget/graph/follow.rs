@@ -141,9 +141,7 @@ impl<'a> Followed<'a> {
 
     fn call(&mut self, caller: ContextId, item: &Item, callee: u32) -> Result<Way, NotBounded> {
         let (callee, return_address) = (callee & !1, item.address.wrapping_add(item.inst.size()));
-        let annotations = &self.query.annotations;
-        if let Some(known) = annotations.known.get(&callee) {
-            let known = *annotations.known_calls.get(&item.address).unwrap_or(known);
+        if let Some(&known) = self.query.annotations.known.get(&(item.address, callee)) {
             let target = Target { address: callee, wide: self.query.code.is_wide_at(callee) };
             let way = self.way(Some(target), caller, return_address, ItState::OUTSIDE);
             return Ok(Way { known: Some(known), ..way });

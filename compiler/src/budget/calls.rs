@@ -1,0 +1,116 @@
+//! The handler's calls of the keys: which there are, and what each costs.
+//!
+//! An image has the keys' code of several programs. A frame is bounded while one of them plays; calls of the others cost
+//! nothing in it, because each call goes to the one that plays.
+
+use std::collections::BTreeMap;
+
+use whippen_isa::timing::Target;
+
+use super::frame::{OnCore, find};
+use super::program::Program;
+use super::tick::Tick;
+use super::{Bound, Known, NotBounded, Query, Step, bound};
+use crate::firmware::{BEGINS, PARTS, keys_name};
+
+/// All calls, by what they lead to.
+pub struct Calls {
+    /// The name in front of `_tick`.
+    pub name: String,
+    /// Where the keys' tick comes back to.
+    pub return_to: Option<Target>,
+    /// Address of the tick and of the function that begins a key, of the program that plays.
+    tick: u32,
+    begin: u32,
+    /// Both of all other programs.
+    others: Vec<u32>,
+    /// Where all keys are ticked; where those are that have begun, one less at most; where one begins.
+    whole: Vec<u32>,
+    begun: Vec<u32>,
+    beginning: Vec<u32>,
+}
+
+impl Calls {
+    /// Finds them in the targets that come with the image.
+    pub fn find(of: &OnCore) -> Result<Self, NotBounded> {
+        let program = of.program;
+        let name = keys_name(of.number, of.playing);
+        let (tick, begin) = (find(program, &format!("{name}_tick"))?, find(program, &format!("{name}_begin"))?);
+        let all = (0..).map(|other| keys_name(of.number, other)).map_while(|name| {
+            let address = |what: &str| program.symbols.get(&format!("{name}_{what}")).copied();
+            Some([address("tick")?, address("begin")?])
+        });
+        let others = all.flatten().filter(|address| *address != tick && *address != begin).collect();
+        let (mut whole, mut begun, mut beginning) = (Vec::new(), Vec::new(), Vec::new());
+        for (&at, targets) in &program.annotations.targets {
+            let leads = |to: u32| targets.iter().any(|target| target & !1 == to);
+            match () {
+                () if leads(begin) => beginning.push(at),
+                () if leads(tick) && part(program, at) == BEGINS => begun.push(at),
+                () if leads(tick) => whole.push(at),
+                () => {}
+            }
+        }
+        let returns: Vec<Target> = whole.iter().chain(&begun).map(|&at| behind(program, at)).collect();
+        // One place to return to is right for all if it is the dearest.
+        let dearest = returns.iter().find(|target| target.wide && target.address & 2 != 0);
+        let return_to = dearest.or(returns.first()).copied();
+        Ok(Self { name, return_to, tick, begin, others, whole, begun, beginning })
+    }
+
+    /// What a call costs that begins a key. The code is that of `init`, whose loop over the keys runs once.
+    pub fn begin(&self, of: &OnCore) -> Result<Bound, NotBounded> {
+        let mut annotations = of.program.annotations.clone();
+        let (core, code, entry) = (of.core, &of.program.code, self.begin);
+        let surroundings = Some(of.surroundings);
+        let first = bound(&Query { core, code, entry, annotations: &annotations, surroundings });
+        let Err(NotBounded::NoRounds { head }) = first else { return first };
+        annotations.loops.insert(head, 1);
+        bound(&Query { core, code, entry, annotations: &annotations, surroundings })
+    }
+
+    /// The costs of all calls.
+    pub fn known(&self, tick: &Tick, keys: u32, begin: &Bound) -> BTreeMap<(u32, u32), Known> {
+        let ticked = |keys| Known { cycles: tick.cycles_max(keys), stack_bytes: tick.stack_bytes_max() };
+        let begins = Known { cycles: begin.cycles_max, stack_bytes: begin.stack_bytes_max };
+        let whole = self.whole.iter().map(|&at| ((at, self.tick), ticked(keys)));
+        let begun = self.begun.iter().map(|&at| ((at, self.tick), ticked(keys.saturating_sub(1))));
+        let beginning = self.beginning.iter().map(|&at| ((at, self.begin), begins));
+        let sites = self.whole.iter().chain(&self.begun).chain(&self.beginning);
+        let nobody = sites.flat_map(|&at| self.others.iter().map(move |&other| ((at, other), Known::default())));
+        whole.chain(begun).chain(beginning).chain(nobody).collect()
+    }
+
+    /// The cycles of the handler's dearest way by part, without those of so many cycles of keys.
+    pub fn parts(&self, program: &Program, path: &[Step], keys_cycles: u64) -> Vec<(String, u64)> {
+        let mut parts: Vec<(String, i64)> = Vec::new();
+        let begins = path.iter().any(|step| step.address == self.begin);
+        for step in path {
+            let name = match step.address {
+                at if at != self.tick && at != self.begin => part(program, at),
+                _ if begins => BEGINS,
+                _ => "to the first key and from the last",
+            };
+            let keys = if step.address == self.tick { keys_cycles } else { 0 };
+            let cycles = step.cycles as i64 - keys as i64;
+            match parts.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, sum)) => *sum += cycles,
+                None => parts.push((name.to_string(), cycles)),
+            }
+        }
+        parts.into_iter().map(|(name, cycles)| (name, cycles.max(0) as u64)).collect()
+    }
+}
+
+/// Where a call through a register comes back to.
+fn behind(program: &Program, call: u32) -> Target {
+    let address = call + if program.code.is_wide_at(call) { 4 } else { 2 };
+    Target { address, wide: program.code.is_wide_at(address) }
+}
+
+/// The part of the handler that an address belongs to.
+fn part(program: &Program, address: u32) -> &'static str {
+    let before = program.names.range(..=address).rev().flat_map(|(_, names)| names);
+    let known = before.filter_map(|name| PARTS.iter().find(|(symbol, _)| symbol == name)).next();
+    known.map_or("elsewhere", |(_, words)| words)
+}
