@@ -8,6 +8,7 @@ mod played;
 mod refused;
 mod searched;
 mod states;
+mod switched;
 mod table;
 
 #[path = "../it/common.rs"]

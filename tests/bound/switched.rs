@@ -1,0 +1,88 @@
+//! An image with two programs that switches between them: frames in which a program begins are bounded too.
+
+use whippen_compiler::budget::{Program, cores};
+use whippen_compiler::firmware::{self, RUNNING, whole};
+use whippen_compiler::modes::{Modes, specialise};
+use whippen_compiler::pipeline::Compiled;
+use whippen_emulator::{BoardKind, Converter, ConverterSetup, Observer, Step, Stop, build};
+use whippen_isa::timing::Core;
+use whippen_runtime::device::Device;
+use whippen_runtime::image::{midi, setup};
+
+use crate::common;
+use crate::image::{instruments, rp2350};
+
+const KEYS: u32 = 9;
+/// Ticks between two switches: a key begins each, so all play before the next.
+const APART: u32 = 40;
+const SWITCHES: u32 = 12;
+
+/// The longest frame of each core, and how many there were.
+#[derive(Default)]
+struct Frames {
+    began: [Option<u64>; 2],
+    longest: [u64; 2],
+    count: u32,
+}
+
+impl Observer for Frames {
+    fn instruction(&mut self, _: &Step<'_>) {}
+
+    fn exception(&mut self, core: usize, _: u32, cycle: u64) {
+        self.began[core & 1] = Some(cycle);
+    }
+
+    fn exception_return(&mut self, core: usize, _: u32, cycle: u64) {
+        let Some(began) = self.began[core & 1].take() else { return };
+        self.longest[core & 1] = self.longest[core & 1].max(cycle - began);
+        self.count += 1;
+    }
+}
+
+#[test]
+fn a_program_that_begins_keeps_its_bound() {
+    let of = |name: &str| instruments().into_iter().find(|compiled| compiled.model.name == name).expect("bundled");
+    let programs: [Compiled; 2] = [of("hammond"), of("virtual_spring")];
+    let modes: Vec<Modes> = programs.iter().map(|compiled| specialise(&compiled.lowered.kernel, 2000)).collect();
+    let notes = programs.each_ref().map(midi);
+    let parts: Vec<firmware::Program> =
+        modes.iter().zip(&notes).map(|(modes, midi)| firmware::Program { modes, places: &[], midi }).collect();
+    let setup = setup(&programs[0], &Device::of(&programs[0].model), KEYS, 21).expect("a setup");
+    let image = whole(&parts, &setup, &rp2350()).unwrap_or_else(|e| panic!("{e}")).image;
+    let program = Program::of(&image);
+    let bounds = [0, 1].map(|playing| {
+        cores(&image, &program, &Core::cortex_m33(), setup.keys, playing).unwrap_or_else(|e| panic!("{e}"))
+    });
+    let converter = ConverterSetup { keys: KEYS, rate_hz: setup.rate_hz };
+    let (mut machine, ports) = build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).expect("a board");
+    for segment in &image.segments {
+        machine.bus.memory.write(segment.load, &segment.bytes).expect("memory");
+    }
+    machine.reset();
+    let words = common::gesture_words(&programs[0]);
+    let row = (0..KEYS * APART * SWITCHES).map(|at| words[(at as usize * 31) % words.len()]);
+    machine.bus.device_mut::<Converter>(ports.converter).expect("the converter").samples.extend(row);
+    let mut frames = Frames::default();
+    let (mailbox, core0) = (program.symbols["mailbox"], program.symbols["core0"]);
+    let mut begun = [false; 2];
+    for switch in 0..SWITCHES {
+        let request = [(4, u32::MAX), (8, switch % 2), (0, switch + 1)];
+        for (at, word) in request {
+            machine.bus.memory.write(mailbox + at, &word.to_le_bytes()).expect("memory");
+        }
+        let until = machine.cycle(0) + u64::from(APART) * 3401;
+        assert!(matches!(machine.run_observed(until, &mut frames), Stop::Limit), "it plays on");
+        let mut code = [0; 4];
+        machine.bus.memory.read(core0, &mut code).expect("memory");
+        let name = ["core0_tick", "core0_1_tick"][switch as usize % 2];
+        begun[switch as usize % 2] |= u32::from_le_bytes(code) & !1 == program.symbols[name];
+    }
+    assert_eq!(begun, [true; 2], "both have played");
+    assert!(frames.count > APART * SWITCHES, "{} frames", frames.count);
+    for (core, observed) in frames.longest.into_iter().enumerate() {
+        let bound = bounds.each_ref().map(|cores| cores[core].crowded.handler.cycles_max).into_iter().max();
+        let bound = bound.unwrap_or(0) + u64::from(RUNNING[core].visits);
+        println!("core {core}: frame {observed} of {bound}");
+        assert!(observed <= bound, "core {core}: {observed} > {bound}");
+    }
+}
