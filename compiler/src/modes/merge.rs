@@ -5,20 +5,42 @@
 
 use super::{Block, End};
 use crate::kernel::{Inst, Region, Value, ValueInfo};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHasher};
+use std::hash::{Hash, Hasher};
 
 /// The blocks with everyone led to the first of those that are the same; the others are led to by nobody.
 pub(super) fn equal_tails(mut blocks: Vec<Block>, values: &[ValueInfo]) -> Vec<Block> {
     let mut known: FxHashMap<Vec<u64>, usize> = FxHashMap::default();
     let mut first: Vec<usize> = (0..blocks.len()).collect();
+    let shapes = shapes(&blocks);
+    let mut alike: FxHashMap<u64, usize> = FxHashMap::default();
+    shapes.iter().for_each(|shape| *alike.entry(*shape).or_default() += 1);
     // What a block leads to comes after it, so from the end all that is equal below has become one.
     for at in (0..blocks.len()).rev() {
         blocks[at].end.targets_mut().for_each(|target| target.block = first[target.block]);
+        if alike[&shapes[at]] == 1 {
+            continue;
+        }
         let mut spelled = Spelled { infos: values, words: Vec::new(), own: FxHashMap::default(), count: 0, depth: 0 };
         spelled.block(&blocks, at);
         first[at] = *known.entry(spelled.words).or_insert(at);
     }
     blocks
+}
+
+/// Of each block a number that says which operators it and those below it have: others are not the same.
+fn shapes(blocks: &[Block]) -> Vec<u64> {
+    let mut shapes = vec![0; blocks.len()];
+    for (at, block) in blocks.iter().enumerate().rev() {
+        let mut hasher = FxHasher::default();
+        block.insts.iter().for_each(|inst| inst.op.row().index.hash(&mut hasher));
+        if let End::Next(next) = block.end {
+            next.hash(&mut hasher);
+        }
+        block.end.targets().for_each(|target| shapes[target.block].hash(&mut hasher));
+        shapes[at] = hasher.finish();
+    }
+    shapes
 }
 
 /// A block and all below it as numbers.

@@ -6,6 +6,7 @@
 //!      c, set x a        set x b    bools stand where they are asked for, so that a branch follows its comparison
 //! ```
 
+mod decide;
 mod sink;
 mod sorted;
 
@@ -13,7 +14,7 @@ use super::fold::{Fold, Path};
 use super::graph::{Graph, Id, Kind};
 use super::reach::{self, Reached};
 use super::tree::{Discrete, Tree};
-use super::{Block, End, Mode, Target, merge};
+use super::{Block, End, Mode, merge};
 use crate::kernel::{Inst, Op, Range, Region, Type, Value, ValueInfo};
 use rustc_hash::{FxHashMap, FxHashSet};
 use sorted::{common, union};
@@ -352,71 +353,6 @@ impl Placer<'_, '_> {
         new
     }
 
-    /// Ends the block by a decision; gives the blocks of both sides.
-    fn branch(&mut self, condition: Id) -> Option<(usize, usize)> {
-        let mut ends = Vec::new();
-        self.decide(condition, &mut ends)?;
-        let sides = (self.blocks.len(), self.blocks.len() + 1);
-        self.blocks.extend([open_block(), open_block()]);
-        for (block, condition, yes, no) in ends {
-            let side = |way: Way| match way {
-                Way::Block(block) => block,
-                Way::Yes => sides.0,
-                Way::No => sides.1,
-            };
-            let target = |way| Target { block: side(way), args: Vec::new() };
-            self.blocks[block].end = End::Branch { condition, yes: target(yes), no: target(no), likely: None };
-        }
-        Some(sides)
-    }
-
-    fn decide(&mut self, condition: Id, ends: &mut Vec<(usize, Value, Way, Way)>) -> Option<()> {
-        self.decide_to(condition, Way::Yes, Way::No, ends)
-    }
-
-    /// A compound condition is decided part by part.
-    fn decide_to(&mut self, condition: Id, yes: Way, no: Way, ends: &mut Vec<(usize, Value, Way, Way)>) -> Option<()> {
-        if self.blocks.len() > BLOCKS || self.depth > DEPTH {
-            return None;
-        }
-        self.depth += 1;
-        let decided = self.decide_part(condition, yes, no, ends);
-        self.depth -= 1;
-        decided
-    }
-
-    fn decide_part(
-        &mut self,
-        condition: Id,
-        yes: Way,
-        no: Way,
-        ends: &mut Vec<(usize, Value, Way, Way)>,
-    ) -> Option<()> {
-        let args = self.graph.args(condition).to_vec();
-        match (self.graph.op(condition), &args[..]) {
-            (Some(Op::Not), [inner]) => self.decide_to(*inner, no, yes, ends),
-            (Some(Op::And), [a, b]) => {
-                let next = self.blocks.len();
-                self.blocks.push(open_block());
-                self.decide_to(*a, Way::Block(next), no, ends)?;
-                self.go_to(next);
-                self.decide_to(*b, yes, no, ends)
-            }
-            (Some(Op::Or), [a, b]) => {
-                let next = self.blocks.len();
-                self.blocks.push(open_block());
-                self.decide_to(*a, yes, Way::Block(next), ends)?;
-                self.go_to(next);
-                self.decide_to(*b, yes, no, ends)
-            }
-            _ => {
-                let value = self.value(condition)?;
-                ends.push((self.at, value, yes, no));
-                Some(())
-            }
-        }
-    }
-
     fn push(&mut self, op: Op, args: Vec<Value>, results: Vec<Value>, regions: Vec<Region>, origin: Option<u32>) {
         self.blocks[self.at].insts.push(Inst { op, args, results, regions, origin });
     }
@@ -425,12 +361,4 @@ impl Placer<'_, '_> {
         self.values.push(info);
         Value(self.values.len() as u32 - 1)
     }
-}
-
-/// Where a part of a condition leads.
-#[derive(Debug, Clone, Copy)]
-enum Way {
-    Block(usize),
-    Yes,
-    No,
 }

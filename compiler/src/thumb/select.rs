@@ -17,6 +17,7 @@
 //! | `memory` | cells, lines, tables, words in and out |
 //! | `event` | the ring of events |
 //! | `keep` | cells that may keep their word |
+//! | `late`, `again` | values that wait for their user, or are computed anew |
 //! | `control` | `if`, `loop`, blocks, the way to the next key |
 
 mod again;
@@ -24,6 +25,7 @@ mod control;
 mod divide;
 mod event;
 mod keep;
+mod late;
 mod memory;
 mod root;
 mod test;
@@ -345,66 +347,6 @@ impl<'a> Select<'a> {
             _ => 0,
         };
         self.bind(result, bound);
-    }
-
-    /// Whether a shift of what is loaded again is done again, too.
-    fn repeats(&self, inst: &Inst, result: Value) -> bool {
-        let is_again = matches!(self.bound[inst.args[0].0 as usize], Bound::Again(..));
-        is_again && !self.waits(inst.op, result) && self.may_wait(&inst.args)
-    }
-
-    /// Whether a value of these may wait for its user: not behind too many others that do, because going there needs stack.
-    fn may_wait(&self, args: &[Value]) -> bool {
-        args.iter().all(|arg| self.late[arg.0 as usize] < LATE)
-    }
-
-    /// The register of what each block computes for itself.
-    fn once_more(&mut self, value: Value, op: Op, arg: Value) -> VReg {
-        if let Some((block, reg)) = self.done[value.0 as usize]
-            && self.is_near(block)
-        {
-            return reg;
-        }
-        let reg = match op {
-            Op::Shl(_) | Op::Sar(_) => self.word(op, &[arg]),
-            _ => match self.read(op, &[]) {
-                Bound::One(reg) => reg,
-                _ => self.load_constant(0),
-            },
-        };
-        self.done[value.0 as usize] = Some((self.at, reg));
-        reg
-    }
-
-    /// Whether every way here comes from that block over few decisions.
-    fn is_near(&mut self, block: usize) -> bool {
-        let mut at = self.at;
-        // Each decision is a block, and one that leads from it.
-        for _ in 0..2 * self.near {
-            match self.above(at) {
-                Some(above) if at != block => at = above,
-                _ => break,
-            }
-        }
-        at == block
-    }
-
-    /// The only block that leads to one that code is put into, or was.
-    fn above(&mut self, at: usize) -> Option<usize> {
-        let blocks = &self.func.blocks;
-        *self.above.entry(at).or_insert_with(|| {
-            let mut ways = (0..blocks.len()).filter(|from| blocks[*from].end.targets().contains(&at));
-            ways.next().filter(|_| ways.next().is_none())
-        })
-    }
-
-    /// Whether an operator may become a part of what uses its result.
-    fn waits(&self, op: Op, result: Value) -> bool {
-        let part = matches!(
-            op,
-            Op::Shl(_) | Op::Sar(_) | Op::SarRound(_) | Op::Mul | Op::MulTop | Op::MulWide | Op::Min | Op::Max
-        );
-        part && self.used[result.0 as usize] == 1
     }
 
     /// The operator and operands of a value that is still to be computed.

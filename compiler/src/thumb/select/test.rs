@@ -3,7 +3,7 @@
 use super::{Bound, Select};
 use crate::kernel::{Inst, Op, Type, Value};
 use crate::thumb::vcode::{Code, Role, VReg};
-use whippen_isa::imm::thumb_shrink_imm;
+use whippen_isa::imm::{thumb_imm_carry, thumb_shrink_imm};
 use whippen_isa::{Cond, Flags, Op as Isa};
 
 impl Select<'_> {
@@ -110,10 +110,10 @@ impl Select<'_> {
         let n = self.reg(a);
         if let Some(k) = self.constant(b) {
             let (k, minus) = (k as i32 as u32, (k as i32).unsigned_abs());
-            if thumb_shrink_imm(k).is_some() {
+            if is_free(k) {
                 return Code::new(Isa::CMP_immediate).reg(Role::N, n).imm(k);
             }
-            if (k as i32) < 0 && k as i32 != i32::MIN && thumb_shrink_imm(minus).is_some() {
+            if (k as i32) < 0 && k as i32 != i32::MIN && is_free(minus) {
                 return Code::new(Isa::CMN_immediate).reg(Role::N, n).imm(minus);
             }
         }
@@ -246,4 +246,9 @@ impl Select<'_> {
         let high = self.move_only(cond, Bound::One(then.1), other.1);
         Bound::Two(low, high)
     }
+}
+
+/// Whether comparing with such a constant costs no more than with a register: one that must be shifted takes a cycle more.
+fn is_free(k: u32) -> bool {
+    thumb_shrink_imm(k).is_some() && thumb_imm_carry(k).is_none()
 }

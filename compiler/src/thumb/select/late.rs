@@ -1,0 +1,67 @@
+//! Values that wait for their user, and those that are computed anew wherever they are used.
+
+use super::{Bound, LATE, Select};
+use crate::kernel::{Inst, Op, Value};
+use crate::thumb::vcode::VReg;
+
+impl Select<'_> {
+    /// Whether a shift of what is loaded again is done again, too.
+    pub(super) fn repeats(&self, inst: &Inst, result: Value) -> bool {
+        let is_again = matches!(self.bound[inst.args[0].0 as usize], Bound::Again(..));
+        is_again && !self.waits(inst.op, result) && self.may_wait(&inst.args)
+    }
+
+    /// Whether a value of these may wait for its user: not behind too many others that do, because going there needs stack.
+    pub(super) fn may_wait(&self, args: &[Value]) -> bool {
+        args.iter().all(|arg| self.late[arg.0 as usize] < LATE)
+    }
+
+    /// The register of what each block computes for itself.
+    pub(super) fn once_more(&mut self, value: Value, op: Op, arg: Value) -> VReg {
+        if let Some((block, reg)) = self.done[value.0 as usize]
+            && self.is_near(block)
+        {
+            return reg;
+        }
+        let reg = match op {
+            Op::Shl(_) | Op::Sar(_) => self.word(op, &[arg]),
+            _ => match self.read(op, &[]) {
+                Bound::One(reg) => reg,
+                _ => self.load_constant(0),
+            },
+        };
+        self.done[value.0 as usize] = Some((self.at, reg));
+        reg
+    }
+
+    /// Whether every way here comes from that block over few decisions.
+    pub(super) fn is_near(&mut self, block: usize) -> bool {
+        let mut at = self.at;
+        // Each decision is a block, and one that leads from it.
+        for _ in 0..2 * self.near {
+            match self.above(at) {
+                Some(above) if at != block => at = above,
+                _ => break,
+            }
+        }
+        at == block
+    }
+
+    /// The only block that leads to one that code is put into, or was.
+    pub(super) fn above(&mut self, at: usize) -> Option<usize> {
+        let blocks = &self.func.blocks;
+        *self.above.entry(at).or_insert_with(|| {
+            let mut ways = (0..blocks.len()).filter(|from| blocks[*from].end.targets().contains(&at));
+            ways.next().filter(|_| ways.next().is_none())
+        })
+    }
+
+    /// Whether an operator may become a part of what uses its result.
+    pub(super) fn waits(&self, op: Op, result: Value) -> bool {
+        let part = matches!(
+            op,
+            Op::Shl(_) | Op::Sar(_) | Op::SarRound(_) | Op::Mul | Op::MulTop | Op::MulWide | Op::Min | Op::Max
+        );
+        part && self.used[result.0 as usize] == 1
+    }
+}
