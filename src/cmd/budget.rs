@@ -20,9 +20,11 @@ use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::{c, thumb};
 use whippen_isa::Arch;
+use whippen_runtime::files::write_whole;
+use whippen_runtime::report::budget_page;
 
 use self::beyond::{Beyond, BeyondArgs};
-use super::{build, load};
+use super::{build, command, load};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
 
@@ -55,6 +57,9 @@ pub struct Args {
     device: Option<PathBuf>,
     #[command(flatten)]
     beyond: BeyondArgs,
+    /// Also write a page: cores and modes as bars, the map of stability, the current over time
+    #[arg(long, value_name = "FILE.html", value_hint = ValueHint::FilePath)]
+    report: Option<PathBuf>,
     /// Print one JSON object instead
     #[arg(long)]
     json: bool,
@@ -93,9 +98,15 @@ pub fn run(args: &Args) -> Outcome {
     };
     let proof = Proof::find(&map, &compiled, board, deadline, args.modes)?;
     let beyond = Beyond::find(&map, &compiled.model, &device, &args.beyond)?;
+    let mut budget = proof.json();
+    beyond.add_to(&map, &mut budget);
+    if let Some(path) = &args.report {
+        let mut shown = budget.clone();
+        beyond.add_map_to(&compiled.model, &mut shown);
+        let page = budget_page(&[shown], &command::typed());
+        write_whole(path, |w| w.write_all(page.as_bytes())).map_err(|e| Failure::Usage(e.to_string()))?;
+    }
     if args.json {
-        let mut budget = proof.json();
-        beyond.add_to(&map, &mut budget);
         say!("{budget}");
     } else {
         beyond.warn(&map);
