@@ -152,7 +152,7 @@ fn stability(out: &mut String, found: &Value) {
     if !map.is_null() {
         let field = Field {
             title: "stiffness over damping: borders of a spring with a damper on this device, and the modes",
-            ends: [number(&map["damping_end"]), number(&map["stiffness_end"])],
+            ends: [round_up(number(&map["damping_end"])), round_up(number(&map["stiffness_end"]))],
             names: [text(&map["damping_unit"]), text(&map["stiffness_unit"])],
         };
         let modes = list(&found["modes"]).iter().map(|m| (number(&m["damping"]), number(&m["stiffness"])));
@@ -184,6 +184,16 @@ fn stability(out: &mut String, found: &Value) {
         rows: list(&found["modes"]).iter().map(row).collect(),
     };
     out.push_str(&table.html());
+}
+
+/// The next number whose quarters are round.
+fn round_up(value: f64) -> f64 {
+    let power = libm::exp10(libm::floor(libm::log10(value.max(1e-12))));
+    [1.0, 1.2, 1.6, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0]
+        .map(|m| m * power)
+        .into_iter()
+        .find(|end| *end >= value)
+        .unwrap_or(value)
 }
 
 fn points(value: &Value) -> Vec<(f64, f64)> {
@@ -275,7 +285,7 @@ fn motor(out: &mut String, found: &Value) {
     let current: Vec<(f64, f64)> = slices.iter().map(|s| (number(&s[0]), number(&s[1]))).collect();
     let field = Field {
         title: "current over time, the largest of each slice; dashed: rated",
-        ends: [number(&found["seconds"]), 1.1 * rated.max(peak)],
+        ends: [number(&found["seconds"]), round_up(rated.max(peak))],
         names: ["time (s)".into(), "current (A)".into()],
     };
     field.draw(out, &[("current", current)], &[], Some(rated));

@@ -126,15 +126,16 @@ impl StabilityBudget {
     /// Borders of a spring with a damper, over as much damping as the instrument has.
     pub fn map(&self, model: &Model) -> Value {
         let window = model.senses.first().map_or(3, |s| s.window);
-        let borders = Borders::new(&self.found.key, self.found.rate_hz, window);
+        let device = Borders::new(&self.found.key, self.found.rate_hz, window);
         let own = self.found.modes.iter().map(|m| m.gains[1]).fold(2.0 * self.found.key.damping, f64::max);
         let dampings: Vec<f64> = (0..=40).map(|i| 1.2 * own * f64::from(i) / 40.0).collect();
-        let nobody: Vec<[f64; 2]> = dampings.iter().map(|b| [*b, borders.stable(&Hand::FREE, *b)]).collect();
-        let passive: Vec<[f64; 2]> = dampings.iter().filter_map(|b| Some([*b, borders.passive(*b)?])).collect();
-        let stiffest = self.found.modes.iter().map(|m| m.gains[0]).fold(nobody[0][1], f64::max);
+        let nobody: Vec<[f64; 2]> = dampings.iter().map(|b| [*b, device.stable(&Hand::FREE, *b)]).collect();
+        let passive: Vec<[f64; 2]> = dampings.iter().filter_map(|b| Some([*b, device.passive(*b)?])).collect();
+        let borders = nobody.iter().map(|p| p[1]);
+        let stiffest = self.found.modes.iter().map(|m| m.gains[0]).chain(borders).fold(0.0, f64::max);
         let units = self.units();
         json!({
-            "damping_end": 1.2 * own, "stiffness_end": 1.5 * stiffest,
+            "damping_end": 1.2 * own, "stiffness_end": stiffest,
             "damping_unit": format!("damping ({})", units[1]), "stiffness_unit": format!("stiffness ({})", units[0]),
             "nobody": nobody, "passive": passive,
         })
