@@ -59,13 +59,14 @@ impl StabilityBudget {
                 _ => format!("UNSTABLE, {}", told(margin)),
             }
         );
+        let changing = s.damping_for_changing.map(|b| format!(" ({} where gains change while playing)", number(b)));
         let _ = writeln!(
             out,
-            "  passivity needs {} {} of the key's own damping and it has {} ({} where gains change while playing)",
+            "  passivity needs {} {} of the key's own damping and it has {}{}",
             number(s.damping_needed()),
             units[1],
             number(s.key.damping),
-            number(s.damping_for_changing)
+            changing.unwrap_or_default()
         );
         for (what, (range, unit)) in ["stiffness", "damping", "mass"].iter().zip(s.largest.iter().zip(units)) {
             if range.magnitude() > 0.0 {
