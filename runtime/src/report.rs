@@ -12,12 +12,14 @@
 //!
 //! Not here: still pictures (`plot`), tables of all ticks (`trace`).
 
+mod budget;
 mod chart;
 mod html;
 mod knots;
 mod page;
 mod section;
 
+pub use budget::budget_page;
 pub use html::{Cell, Row, Table};
 pub use knots::{KNOTS_MAX, Knots, Truth, knots};
 pub use page::Page;

@@ -19,10 +19,11 @@ use whippen_compiler::modes::Modes;
 use whippen_compiler::pipeline::Compiled;
 use whippen_isa::Arch;
 use whippen_runtime::files::write_whole;
+use whippen_runtime::report::budget_page;
 
 use self::beyond::{Beyond, BeyondArgs};
-use super::load;
 use super::setup::{Setup, SetupArgs};
+use super::{command, load};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
 
@@ -43,6 +44,9 @@ pub struct Args {
     path: Option<PathBuf>,
     #[command(flatten)]
     beyond: BeyondArgs,
+    /// Also write a page: cores and modes as bars, the map of stability, the current over time
+    #[arg(long, value_name = "FILE.html", value_hint = ValueHint::FilePath)]
+    report: Option<PathBuf>,
     /// Print one JSON object a program instead
     #[arg(long)]
     json: bool,
@@ -79,16 +83,25 @@ pub fn run(args: &Args) -> Outcome {
         let text = proof.path_as_assembly();
         write_whole(path, |w| w.write_all(text.as_bytes())).map_err(|error| Failure::Usage(error.to_string()))?;
     }
+    let mut shown = Vec::new();
     for played in &proof.played {
         let beyond = Beyond::find(&setup.map, &played.compiled.model, &setup.device, &args.beyond)?;
+        let mut budget = proof.json(played);
+        beyond.add_to(&setup.map, &mut budget);
         if args.json {
-            let mut budget = proof.json(played);
-            beyond.add_to(&setup.map, &mut budget);
             say!("{budget}");
         } else {
             beyond.warn(&setup.map);
             say::whole(&(proof.table(played) + &beyond.text(&setup.device)));
         }
+        if args.report.is_some() {
+            beyond.add_map_to(&played.compiled.model, &mut budget);
+            shown.push(budget);
+        }
+    }
+    if let Some(path) = &args.report {
+        let page = budget_page(&shown, &command::typed());
+        write_whole(path, |w| w.write_all(page.as_bytes())).map_err(|error| Failure::Usage(error.to_string()))?;
     }
     let missed: Vec<Diagnostic> = proof.played.iter().filter_map(|played| proof.missed(played)).collect();
     load::print(&setup.map, &missed, Severity::Error);

@@ -57,8 +57,8 @@ pub struct Stability {
     pub largest: [Interval; 3],
     /// What occurs, the worst first.
     pub modes: Vec<Mode>,
-    /// Damping that suffices where gains change while playing, memory apart.
-    pub damping_for_changing: f64,
+    /// Damping that suffices where gains change while playing; none where something moves along, which it does not cover.
+    pub damping_for_changing: Option<f64>,
     /// The most by which one word of the sensor changes the force.
     pub force_per_word: f64,
     /// Some choices were left open: derivatives of both branches are taken together.
@@ -204,12 +204,13 @@ pub fn analyze(model: &Model, key: &Key) -> Option<Stability> {
     };
     let gains = most(&|d| d.gains(loops.rate_hz));
     let steps = most(&Differentiator::steps);
+    let alone = modes.iter().all(|mode| mode.coupled == 0);
     Some(Stability {
         key: *key,
         rate_hz: loops.rate_hz,
         largest,
         modes,
-        damping_for_changing: damping_for_changing(key, loops.rate_hz, sizes, gains),
+        damping_for_changing: alone.then(|| damping_for_changing(key, loops.rate_hz, sizes, gains)),
         force_per_word: key.sensor_lsb * (sizes[0] + sizes[1] * steps[0] + sizes[2] * steps[1]),
         coarse,
         loops,

@@ -25,8 +25,10 @@ pub fn warnings(model: &Model, stability: &Stability) -> Vec<Diagnostic> {
         let safe = safe(&stability.loops, &mode.system, force);
         match blames.iter_mut().find(|b| b.force == force) {
             None => blames.push(Blame { force, mode, safe }),
-            // What must become smallest is what is told.
-            Some(known) if part(safe) < part(known.safe) => *known = Blame { force, mode, safe },
+            // Told is the mode in which it must become smallest, of those in which it can help.
+            Some(known) if safe.is_some_and(|part| known.safe.is_none_or(|other| part < other)) => {
+                *known = Blame { force, mode, safe };
+            }
             Some(_) => {}
         }
     }
@@ -40,10 +42,6 @@ pub fn warnings(model: &Model, stability: &Stability) -> Vec<Diagnostic> {
         );
     }
     found
-}
-
-fn part(safe: Option<f64>) -> f64 {
-    safe.unwrap_or(0.0)
 }
 
 /// The force term with the largest share of what rings, where the loop rings.
@@ -77,16 +75,17 @@ fn safe(loops: &Loops, system: &System, force: usize) -> Option<f64> {
 fn told(model: &Model, stability: &Stability, blame: &Blame) -> Diagnostic {
     let Blame { force, mode, safe } = blame;
     let term = &model.forces[*force];
-    let (kind, value, dim) = coefficient(model, stability, blame);
+    let (kind, value, dim) = coefficient(model, blame);
     let hz = mode.worst.ring_hz;
     let hand = held_by(model, stability, mode);
     let kind_of_term = if model.turns() { "torque" } else { "force" };
     let message = format!("the {kind_of_term} `{}` makes the loop ring, at {hz:.0} Hz {hand}", term.name);
+    // The units of what turns leave the radian away, as the language's do.
     let label = format!("its {kind} here is {}", shown(rounded(value), dim));
     let diagnostic = Diagnostic::new(Code::Unstable, term.span, message, label);
     let diagnostic = match safe {
         Some(part) => diagnostic.hint(format!(
-            "at most {} is stable with every hand; x' and x'' come late by half their window, so a shorter one allows more",
+            "up to {} is stable with every hand; x' and x'' come late by half their window, so a shorter one allows more",
             shown(rounded_down(value * part), dim)
         )),
         None => diagnostic.hint("other terms ring as well: no value of this one alone is stable"),
@@ -95,7 +94,7 @@ fn told(model: &Model, stability: &Stability, blame: &Blame) -> Diagnostic {
 }
 
 /// What of the term counts most where it rings: its name, its value, its dimension.
-fn coefficient(model: &Model, stability: &Stability, blame: &Blame) -> (&'static str, f64, Dim) {
+fn coefficient(model: &Model, blame: &Blame) -> (&'static str, f64, Dim) {
     let w = std::f64::consts::TAU * blame.mode.worst.ring_hz;
     let direct = &blame.mode.system.outputs[blame.force].direct;
     let sum = |part: usize| direct.iter().skip(part).step_by(3).sum::<f64>();
@@ -104,7 +103,6 @@ fn coefficient(model: &Model, stability: &Stability, blame: &Blame) -> (&'static
     let weight = |part: usize| sum(part).abs() * w.powi(part as i32);
     let most = (0..3).max_by(|a, b| weight(*a).total_cmp(&weight(*b))).unwrap_or(0);
     let dim = (0..most).fold(stiffness, |dim, _| dim.mul(Dim::TIME));
-    debug_assert!(stability.rate_hz > 0.0);
     (names[most], sum(most), dim)
 }
 

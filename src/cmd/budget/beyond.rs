@@ -65,6 +65,13 @@ impl Beyond {
         self.numbers.text() + &stability + &motor
     }
 
+    /// Adds the map of borders, which only a page shows, to the field `stability`.
+    pub fn add_map_to(&self, model: &Model, budget: &mut Value) {
+        if let Some(stability) = &self.stability {
+            budget["stability"]["map"] = stability.map(model);
+        }
+    }
+
     /// Adds the fields `numbers`, `stability`, `motor` and `warnings` to an object.
     pub fn add_to(&self, map: &SourceMap, budget: &mut Value) {
         budget["numbers"] = self.numbers.json();

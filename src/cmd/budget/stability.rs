@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 use whippen_compiler::diag::Diagnostic;
 use whippen_compiler::model::{Interval, Model};
-use whippen_compiler::stability::{self, Hand, Mode, Stability};
+use whippen_compiler::stability::{self, Borders, Hand, Mode, Stability};
 use whippen_runtime::device::Device;
 
 /// So many modes are listed.
@@ -59,13 +59,14 @@ impl StabilityBudget {
                 _ => format!("UNSTABLE, {}", told(margin)),
             }
         );
+        let changing = s.damping_for_changing.map(|b| format!(" ({} where gains change while playing)", number(b)));
         let _ = writeln!(
             out,
-            "  passivity needs {} {} of the key's own damping and it has {} ({} where gains change while playing)",
+            "  passivity needs {} {} of the key's own damping and it has {}{}",
             number(s.damping_needed()),
             units[1],
             number(s.key.damping),
-            number(s.damping_for_changing)
+            changing.unwrap_or_default()
         );
         for (what, (range, unit)) in ["stiffness", "damping", "mass"].iter().zip(s.largest.iter().zip(units)) {
             if range.magnitude() > 0.0 {
@@ -121,6 +122,24 @@ impl StabilityBudget {
             number(hand.stiffness),
             units[0]
         )
+    }
+
+    /// Borders of a spring with a damper, over as much damping as the instrument has.
+    pub fn map(&self, model: &Model) -> Value {
+        let window = model.senses.first().map_or(3, |s| s.window);
+        let device = Borders::new(&self.found.key, self.found.rate_hz, window);
+        let own = self.found.modes.iter().map(|m| m.gains[1]).fold(2.0 * self.found.key.damping, f64::max);
+        let dampings: Vec<f64> = (0..=40).map(|i| 1.2 * own * f64::from(i) / 40.0).collect();
+        let nobody: Vec<[f64; 2]> = dampings.iter().map(|b| [*b, device.stable(&Hand::FREE, *b)]).collect();
+        let passive: Vec<[f64; 2]> = dampings.iter().filter_map(|b| Some([*b, device.passive(*b)?])).collect();
+        let borders = nobody.iter().map(|p| p[1]);
+        let stiffest = self.found.modes.iter().map(|m| m.gains[0]).chain(borders).fold(0.0, f64::max);
+        let units = self.units();
+        json!({
+            "damping_end": 1.2 * own, "stiffness_end": stiffest,
+            "damping_unit": format!("damping ({})", units[1]), "stiffness_unit": format!("stiffness ({})", units[0]),
+            "nobody": nobody, "passive": passive,
+        })
     }
 
     pub fn json(&self) -> Value {
