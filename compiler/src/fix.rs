@@ -1,25 +1,27 @@
 //! Lowering: equations over the reals become integers.
 //!
-//! Every value gets a format from its proven range: as many fraction bits as 32 bits allow. Sums of scaled values are one
-//! chain of 32 x 32 -> 64 bit multiply-accumulates with a single rounding at the end; products round once; clamps stand
-//! only where the ranges do not prove them away. Each value carries a bound on the error that one tick adds to it.
+//! The units of all values are chosen together, so that few sums need more than additions. Sums of scaled values gather in one
+//! 32-bit word, products by their top words; clamps stand only where the ranges do not prove them away. Each value carries a
+//! bound on the error that one tick adds to it.
 //!
 //! ```text
-//!   Step + Ranges + Scales -> [ format | sense | values | step | rules | commit ] -> Kernel + what its values mean
+//!   Step + Ranges + Scales -> [ units | sense | values | rules | commit ] -> Kernel + what its values mean
 //! ```
 //!
 //! Not here: algebra (`simplify`), the meaning of operators (`kernel::op`), layout in memory.
 
+mod chain;
+mod clamp;
 mod commit;
 mod convert;
 mod export;
 mod format;
 mod linear;
 mod origin;
-mod plan;
 mod real;
 mod rules;
 mod sense;
+mod units;
 mod values;
 
 pub use export::{Export, ExportKind, Lowered, LoweredEvent, LoweredEventKind, LoweredLive};
@@ -51,11 +53,14 @@ struct Lowerer<'a> {
     scales: Scales,
     observe: bool,
     b: Builder,
-    /// Fraction bits wanted for each node.
-    plan: Vec<i32>,
+    units: units::Units,
+    /// By node: whether the constant of a sum is left to its users.
+    left: Vec<bool>,
     /// Reals computed so far; entries made inside a branch are dropped at its end.
     reals: HashMap<NodeId, Real>,
     bools: HashMap<NodeId, Value>,
+    /// Values times a power of two.
+    moved: HashMap<(Value, i32), Value>,
     /// Cells read so far, kept and dropped alike: memory is written when everything has been read.
     loads: HashMap<u32, Value>,
     inputs: sense::Inputs,
@@ -74,9 +79,11 @@ impl<'a> Lowerer<'a> {
             scales,
             observe,
             b: Builder::new(&step.model.name, step.model.rate_hz),
-            plan: plan::fractions(step, ranges),
+            units: units::choose(step, ranges, scales),
+            left: units::left(step),
             reals: HashMap::new(),
             bools: HashMap::new(),
+            moved: HashMap::new(),
             loads: HashMap::new(),
             inputs: sense::Inputs::default(),
             cells: commit::Cells::default(),

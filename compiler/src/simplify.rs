@@ -2,12 +2,15 @@
 //!
 //! * Constants fold; sums of scaled values become one [`Node::Linear`], so `T * l3 / I * k` is one coefficient and the
 //!   integer form one chain of multiply-accumulates.
+//! * Both arms of an `if` give up what they share: `if c then a + x else b + x` is `x + if c then a else b`, and one value with
+//!   two factors becomes a product with a chosen constant, as does a division by one.
 //! * What the ranges decide is gone: a `max` that never bites, a comparison that always holds.
 //! * Comparisons compare a value with a constant where they can: the threshold is scaled, not the value.
 //! * The step of every body is written out (rule 3: rate first, then coordinate), so it takes part in all this.
 //!
 //! Not here: formats, integers. Nothing is reordered that the f64 engine could tell from the source by more than rounding.
 
+mod choice;
 mod linear;
 mod rewrite;
 
@@ -59,12 +62,11 @@ fn integrate(model: &mut Model) -> (Vec<NodeId>, Vec<NodeId>) {
     for body in &model.bodies {
         let (rate, coordinate) = (dag.add(Node::Cell(body.rate)), dag.add(Node::Cell(body.coordinate)));
         let change = dag.add(Node::Mul(t, body.acceleration));
-        let new_rate = dag.add(Node::Add(rate, change));
+        let free = dag.add(Node::Add(rate, change));
+        let new_rate = body.hold.map_or(free, |held| dag.add(Node::Select(held, zero, free)));
         let way = dag.add(Node::Mul(t, new_rate));
-        let new_coordinate = dag.add(Node::Add(coordinate, way));
-        let held = |dag: &mut Dag, stay, go| body.hold.map_or(go, |h| dag.add(Node::Select(h, stay, go)));
-        out.0.push(held(dag, zero, new_rate));
-        out.1.push(held(dag, coordinate, new_coordinate));
+        out.0.push(new_rate);
+        out.1.push(dag.add(Node::Add(coordinate, way)));
     }
     out
 }

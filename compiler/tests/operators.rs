@@ -38,7 +38,7 @@ fn products_are_those_of_fixed() {
         let sum = evaluate(Op::MacWide, Type::I64, [b, a, b]);
         let expected = FixedI64::<U27>::from_bits(b).to_bits().wrapping_add(x.wide_mul(y).to_bits());
         assert_eq!(sum, expected, "{a} {b}");
-        let top = x.wide_mul(y).to_bits() >> 32;
+        let top = (x.wide_mul(y).to_bits() + (1 << 31)) >> 32;
         assert_eq!(evaluate(Op::MulTop, Type::I32, [a, b, 0]), top, "{a} {b}");
         assert_eq!(
             evaluate(Op::MacTop, Type::I32, [a, a, b]),

@@ -222,7 +222,7 @@ fn hover_tells_declaration_dimension_range_and_format() {
     let mut editor = Editor::new();
     editor.open("key.whip", KEY);
     let spring = editor.hover("key.whip", place(KEY, "spring +", 0, 2));
-    for part in ["let spring = k * x", "force", "0 .. 0.75 N", "format I", "error of at most"] {
+    for part in ["let spring = k * x", "force", "0 .. 0.75 N", "format ~I", "error of at most"] {
         assert!(spring.contains(part), "`{part}` in\n{spring}");
     }
     assert_eq!(editor.hover("key.whip", place(KEY, "\n    let spring", 0, 0)), "", "nothing stands there");

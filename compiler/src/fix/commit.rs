@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use super::Lowerer;
 use super::format::{self, exp2};
-use super::real::Real;
+use super::real::{Real, Scale};
 use crate::kernel::{Op, OpError, Range, Type, Value};
-use crate::model::{Action, Body, CellId, CellKind, MachineId, NodeId, RuleKind};
+use crate::model::{Action, Body, CellId, CellKind, Interval, MachineId, NodeId, RuleKind};
 
 /// Kernel cells of the Model's memory.
 #[derive(Debug, Default)]
@@ -46,10 +46,10 @@ impl Lowerer<'_> {
             let range = Range::new(ends.clone().min().unwrap_or(0), ends.max().unwrap_or(0));
             self.keyed.push((self.b.keyed(&keyed.name, range, values), lsb));
         }
-        for cell in &model.cells {
-            let lsb = exp2(-format::fraction_bits(cell.range));
-            let range = format::inside(cell.range, lsb);
-            let init = format::quantise(cell.init, lsb).clamp(range.low, range.high);
+        for (index, cell) in model.cells.iter().enumerate() {
+            let range = self.cell_range(CellId(index as u32));
+            let scale = self.units.scale_of_cell(CellId(index as u32));
+            let init = scale.quantise(cell.init).clamp(range.low, range.high);
             self.cells.reals.push(self.b.cell(&cell.name, Type::I32, range, init));
         }
         self.declare_discrete();
@@ -90,15 +90,20 @@ impl Lowerer<'_> {
     /// A cell at the tick's start.
     pub(super) fn cell(&mut self, cell: CellId) -> Result<Real, OpError> {
         let value = self.load(self.cells.reals[cell.0 as usize])?;
-        Ok(Real::fixed(value, self.cell_bits(cell), 0.0))
-    }
-
-    pub(super) fn cell_bits(&self, cell: CellId) -> i32 {
-        format::fraction_bits(self.step.model.cells[cell.0 as usize].range)
+        let Scale { lsb, offset } = self.units.scale_of_cell(cell);
+        Ok(Real { value, lsb, offset, error: 0.0 })
     }
 
     pub(super) fn cell_range(&self, cell: CellId) -> Range {
-        format::inside(self.step.model.cells[cell.0 as usize].range, exp2(-self.cell_bits(cell)))
+        let range = self.step.model.cells[cell.0 as usize].range;
+        let Scale { lsb, offset } = self.units.scale_of_cell(cell);
+        let counted = Interval { low: range.low - offset, high: range.high - offset };
+        match self.step.model.cells[cell.0 as usize].kind {
+            // As constants of the program are rounded: what is one of the ends needs no clamp.
+            CellKind::State => format::nearest(counted, lsb),
+            CellKind::Rate => format::inside_powers(counted, lsb),
+            _ => format::inside(counted, lsb),
+        }
     }
 
     /// The state of a machine at the tick's start, as an index (none: it has one state).
@@ -177,18 +182,18 @@ impl Lowerer<'_> {
 
     /// What is to be stored in a cell: its clamp, or for a coordinate one unit beyond, so that being stopped shows.
     pub(super) fn new_value(&mut self, cell: CellId, node: NodeId) -> Result<Value, OpError> {
-        let real = self.real(node)?;
         let range = self.cell_range(cell);
         let beyond = match self.step.model.cells[cell.0 as usize].kind {
             CellKind::Coordinate => Range::new(range.low - 1, range.high + 1),
             _ => range,
         };
-        let bits = self.cell_bits(cell);
-        match real.bits {
-            // Already in the cell's format: clamped at the end, after the rules.
-            Some(own) if own == bits => Ok(real.value),
-            _ => self.saturated(real, bits, beyond),
+        let scale = self.units.scale_of_cell(cell);
+        if let Some(constant) = self.step.model.dag.real(node) {
+            return self.constant(scale.quantise(constant).clamp(beyond.low, beyond.high));
         }
+        let real = self.real(node)?;
+        // In the cell's unit: clamped at the end, after the rules.
+        if real.scale() == scale { Ok(real.value) } else { self.saturated(real, scale, beyond) }
     }
 
     /// Clamps and stores everything.
@@ -238,7 +243,7 @@ impl Lowerer<'_> {
         let range = self.cell_range(body.coordinate);
         let (coordinate, mut rate) = (writes.cells[&body.coordinate.0], writes.cells[&body.rate.0]);
         let proven = self.b.range(coordinate);
-        let zero = self.constant(0)?;
+        let zero = self.constant(self.units.scale_of_cell(body.rate).quantise(0.0))?;
         if proven.high > range.high {
             let end = self.constant(range.high)?;
             let beyond = self.b.op(Op::Lt, &[end, coordinate])?;

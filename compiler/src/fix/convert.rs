@@ -1,44 +1,26 @@
-//! From one format to another.
+//! From one unit to another.
 
-use super::format::exp2;
-use super::real::Real;
-use super::{Lowerer, format};
+use super::Lowerer;
+use super::format::{TOP, exp2, exponent};
+use super::real::{Real, Scale, power_of_two};
 use crate::kernel::{Op, OpError, Range, Type, Value};
 
-impl Lowerer<'_> {
-    /// The same value with so many fraction bits, rounded half up where bits are dropped. The value must fit.
-    pub(super) fn with_bits(&mut self, real: Real, bits: i32) -> Result<Real, OpError> {
-        match real.bits {
-            Some(own) if own == bits => Ok(real),
-            Some(own) if own > bits => {
-                let value = self.shift_right(real.value, own - bits)?;
-                Ok(Real::fixed(value, bits, real.error + 0.5 * exp2(-bits)))
-            }
-            Some(own) => {
-                let value = self.b.op(Op::Shl((bits - own).min(31) as u8), &[real.value])?;
-                Ok(Real::fixed(value, bits, real.error))
-            }
-            None => self.sum(0.0, &[(1.0, real)], bits),
-        }
-    }
+/// An offset that is no more than this part of a value's reach counts as an error where it would cost an addition.
+pub(super) const NEGLIGIBLE: f64 = 1.0 / 4_194_304.0;
 
-    /// The same value as a multiple of a power of two, as fine as its range allows.
-    pub(super) fn fixed(&mut self, real: Real) -> Result<Real, OpError> {
-        if real.bits.is_some() {
+impl Lowerer<'_> {
+    /// The same value without offset.
+    pub(super) fn plain(&mut self, real: Real) -> Result<Real, OpError> {
+        if real.offset == 0.0 {
             return Ok(real);
         }
         let range = self.b.range(real.value);
-        let ends = [range.low, range.high].map(|word| real.lsb * word as f64 + real.offset);
-        let bits = format::fraction_bits(crate::model::Interval { low: ends[0], high: ends[1] });
-        self.with_bits(real, bits)
-    }
-
-    /// `value / 2^n`, rounded half up; zero once nothing is left.
-    pub(super) fn shift_right(&mut self, value: Value, n: i32) -> Result<Value, OpError> {
-        if n > 31 {
-            return self.constant(0);
+        let ends = [range.low, range.high].map(|word| (real.lsb * word as f64 + real.offset).abs());
+        if real.offset.abs() <= NEGLIGIBLE * ends[0].max(ends[1]) {
+            return Ok(Real { offset: 0.0, error: real.error + real.offset.abs(), ..real });
         }
-        self.b.op(Op::SarRound(n as u8), &[value])
+        let room = exponent(TOP * real.lsb / ends[0].max(ends[1]).max(real.lsb)).clamp(0, 30);
+        self.rescaled(real, real.lsb * exp2(-room))
     }
 
     /// `value` kept within `range`, with as many comparisons as its own range asks for.
@@ -56,25 +38,36 @@ impl Lowerer<'_> {
         Ok(value)
     }
 
-    /// A real with so many fraction bits, kept within `range` (in units of that format) whatever it is.
-    pub(super) fn saturated(&mut self, real: Real, bits: i32, range: Range) -> Result<Value, OpError> {
-        let real = self.fixed(real)?;
-        let own = real.bits.unwrap_or(bits);
-        if own >= bits {
-            let value = self.with_bits(real, bits)?.value;
-            return self.clamped(value, range);
+    /// A real as an integer of `scale`, kept within `range` (of those integers) whatever it is.
+    pub(super) fn saturated(&mut self, real: Real, scale: Scale, range: Range) -> Result<Value, OpError> {
+        if real.scale() == scale {
+            return self.clamped(real.value, range);
         }
-        // Coarser than wanted: clamp where nothing overflows, in 64 bits.
-        let wide = self.b.op(Op::Widen, &[real.value])?;
-        let shifted = self.b.op(Op::Shl((bits - own).min(31) as u8), &[wide])?;
-        let kept = self.clamped(shifted, range)?;
-        self.b.op(Op::Narrow, &[kept])
+        let shift = Scale::plain(scale.lsb).quantise(-scale.offset);
+        let counted = self.counted(real, scale.lsb, Range::new(range.low - shift, range.high - shift))?;
+        if shift == 0 {
+            return Ok(counted);
+        }
+        let shift = self.constant(shift)?;
+        self.b.op(Op::Add, &[counted, shift])
     }
 
-    /// `value` as a constant with so many fraction bits.
-    pub(super) fn constant_real(&mut self, value: f64, bits: i32) -> Result<Real, OpError> {
-        let quantised = format::quantise(value, exp2(-bits));
-        let error = (value - quantised as f64 * exp2(-bits)).abs();
-        Ok(Real::fixed(self.b.constant(Type::I32, quantised)?, bits, error))
+    /// A real in units of `lsb`, kept within `range`.
+    fn counted(&mut self, real: Real, lsb: f64, range: Range) -> Result<Value, OpError> {
+        let real = if power_of_two(real.lsb / lsb).is_some() { self.plain(real)? } else { self.rescaled(real, lsb)? };
+        let n = power_of_two(real.lsb / lsb).unwrap_or(0);
+        if n <= 0 {
+            let value = self.moved(real.value, n)?;
+            return self.clamped(value, range);
+        }
+        // Coarser than wanted: clamped where nothing overflows, then moved up.
+        let n = n.min(31);
+        let word = Type::I32.range();
+        let (above, below) = (-(-range.high >> n), range.low >> n);
+        let high = if above << n <= word.high { above } else { range.high >> n };
+        let low = if below << n >= word.low { below } else { -(-range.low >> n) };
+        let kept = self.clamped(real.value, Range::new(low, high))?;
+        let value = self.moved(kept, n)?;
+        self.clamped(value, range)
     }
 }

@@ -2,7 +2,8 @@
 
 use super::format::{self, exp2};
 use super::origin::{self, Origin};
-use super::{Lowerer, OpError, real::Real};
+use super::real::{Real, power_of_two};
+use super::{Lowerer, OpError};
 use crate::kernel::{Kernel, Op, Range, Value};
 use crate::model::{CellId, Interval, MachineId, Node};
 use crate::units::Dim;
@@ -82,12 +83,13 @@ impl Export {
         self.lsb * integer as f64 + self.offset
     }
 
-    /// Name of its format.
+    /// Name of its format; `~` where one unit is not a power of two, but between that of the name and twice that.
     pub fn format(&self) -> String {
         match (self.dim, self.fraction_bits) {
             (None, _) => "state".to_string(),
             (_, Some(bits)) => format::name(bits),
-            (_, None) => "word".to_string(),
+            (_, None) if matches!(self.kind, ExportKind::Sense(_)) => "word".to_string(),
+            (_, None) => format!("~{}", format::name(-format::exponent(self.lsb))),
         }
     }
 }
@@ -142,7 +144,7 @@ impl Lowerer<'_> {
         let mut reals = Vec::new();
         let mut forces = Vec::new();
         for (c, x) in terms {
-            reals.push((c.0, self.real(x)?));
+            reals.push(self.term(c.0, x)?);
             forces.push(origin::force_of(&self.step.model, x));
         }
         let reach = self.ranges.get(self.step.drive).magnitude() / self.scales.drive_lsb;
@@ -214,8 +216,9 @@ impl Lowerer<'_> {
     ) -> Result<Export, OpError> {
         let probe = self.b.probe(&format!("{} {name}", kind.prefix()), self.b.ty(real.value));
         self.b.effect(Op::Probe(probe), &[real.value])?;
-        let Real { lsb, offset, bits, error, .. } = real;
-        Ok(Export { name: name.to_string(), kind, dim, lsb, offset, fraction_bits: bits, range, error })
+        let Real { lsb, offset, error, .. } = real;
+        let fraction_bits = if offset == 0.0 { power_of_two(lsb).map(|n| -n) } else { None };
+        Ok(Export { name: name.to_string(), kind, dim, lsb, offset, fraction_bits, range, error })
     }
 
     fn state_probe(&mut self, name: &str, kind: ExportKind, state: Value, last: usize) -> Result<Export, OpError> {

@@ -14,16 +14,21 @@ pub(super) fn exp2(n: i32) -> f64 {
     f64::from_bits(((1023 + i64::from(n.clamp(-1022, 1023))) as u64) << 52)
 }
 
+/// `n` with `2^n <= x < 2^(n+1)`, for normal `x` above zero.
+pub(super) fn exponent(x: f64) -> i32 {
+    ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023
+}
+
 /// Most fraction bits with which every value of `range` fits; at most 62.
 pub(super) fn fraction_bits(range: Interval) -> i32 {
     let magnitude = range.magnitude().max(exp2(-40));
-    let exponent = ((magnitude.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-    let bits = 30 - exponent;
+    let bits = 30 - exponent(magnitude);
     (if magnitude * exp2(bits) <= TOP { bits } else { bits - 1 }).min(62)
 }
 
 /// Whether every value of `range` fits with so many fraction bits.
-pub(super) fn fits(range: Interval, bits: i32) -> bool {
+#[cfg(test)]
+fn fits(range: Interval, bits: i32) -> bool {
     range.magnitude() * exp2(bits) <= TOP
 }
 
@@ -36,6 +41,20 @@ pub(super) fn quantise(value: f64, lsb: f64) -> i64 {
 pub(super) fn inside(range: Interval, lsb: f64) -> Range {
     let (low, high) = ((range.low / lsb).ceil() as i64, (range.high / lsb).floor() as i64);
     Range::new(low.min(high), high.max(low))
+}
+
+/// The integers from one end of `range` to the other, each end rounded.
+pub(super) fn nearest(range: Interval, lsb: f64) -> Range {
+    Range::new(quantise(range.low, lsb), quantise(range.high, lsb))
+}
+
+/// The integers whose values lie within `range`; `-2^n .. 2^n - 1` where that is all but a few thousandths of them.
+pub(super) fn inside_powers(range: Interval, lsb: f64) -> Range {
+    let all = inside(range, lsb);
+    let power = 1i64 << (63 - (all.high + 1).max(1).leading_zeros());
+    let (below, above) = (-power - all.low, all.high - (power - 1));
+    let few = power >> 8;
+    if (0..=few).contains(&below) && (0..=few).contains(&above) { Range::new(-power, power - 1) } else { all }
 }
 
 /// `I5F27`: integer bits with the sign, fraction bits, as the `fixed` crate counts them.

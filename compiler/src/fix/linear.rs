@@ -1,159 +1,299 @@
-//! Sums of scaled values: `c0 + sum c_i * x_i` with one rounding.
+//! Sums of scaled values, `c0 + sum c_i * x_i`, in one 32-bit accumulator.
+//!
+//! In units of the result each term is `gain * integer`. A gain that is a power of two is a shifted addition; any other is the
+//! top word of a product with a 32-bit coefficient, `floor(integer * coefficient / 2^32 + 1/2)`, which multiply-accumulates take
+//! for nothing. A small integer is moved up as far as it goes before that. What shifts round down is made good for in the
+//! constant, where there is one.
 
-use super::format::{exp2, quantise};
-use super::real::Real;
-use super::{Lowerer, format};
+use super::Lowerer;
+use super::chain::{Joining, Plan, Way};
+use super::convert::NEGLIGIBLE;
+use super::format::{self, exp2};
+use super::real::{Real, Scale, power_of_two};
 use crate::kernel::{Op, OpError, Range, Type, Value};
+use crate::model::{Node, NodeId};
 use crate::source::Span;
 
-/// Largest result of a sum: a word, less what coefficients and the final shift may round.
-const WORD_TOP: f64 = 2_147_483_000.0;
+/// Largest gain whose coefficient is a word.
+pub(super) const HALF: f64 = 0.499_999;
+/// Guard bits of a sum that ends in a word of 16 bits, at most.
+const GUARD: i32 = 14;
+/// Changes of what adds up are gathered in units so many bits finer, at most.
+const FINER: i32 = 16;
+/// As many are enough for the roundings of ten terms to stay below a third of the word's unit.
+const ENOUGH: i32 = 4;
 
-/// A sum in units of its result: `constant + sum gain_i * integer_i`.
-struct Scaled {
-    constant: f64,
-    /// Gain, integer, largest magnitude of the integer.
-    terms: Vec<(f64, Value, f64)>,
-    /// Error brought along by the operands, in units of the result.
-    inherited: f64,
+/// What a term is multiplied by.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Factor {
+    One(f64),
+    /// One of two constants.
+    Either(Value, f64, f64),
 }
 
-impl Scaled {
-    /// Largest magnitude of a gain.
-    fn gain(&self) -> f64 {
-        self.terms.iter().map(|(gain, ..)| gain.abs()).fold(0.0, f64::max)
+impl Factor {
+    pub fn map(self, f: impl Fn(f64) -> f64) -> Factor {
+        match self {
+            Factor::One(x) => Factor::One(f(x)),
+            Factor::Either(c, x, y) => Factor::Either(c, f(x), f(y)),
+        }
     }
+
+    /// The constants it may be.
+    pub fn both(self) -> [f64; 2] {
+        match self {
+            Factor::One(x) => [x, x],
+            Factor::Either(_, x, y) => [x, y],
+        }
+    }
+
+    pub fn largest(self) -> f64 {
+        self.both().into_iter().map(f64::abs).fold(0.0, f64::max)
+    }
+}
+
+/// A term: a factor times a value, or the factor alone.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Term {
+    factor: Factor,
+    operand: Option<Real>,
+    place: Option<Span>,
+}
+
+/// What becomes of the constant of a sum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Constant {
+    /// It is added, rounded to a unit.
+    Added,
+    /// It is left to those who use the sum: comparisons take it for nothing, and sums of sums add once.
+    Left,
 }
 
 impl Lowerer<'_> {
-    /// The sum with so many fraction bits, or fewer: where the integers' range is wider than was thought, and where an
-    /// operand is so much coarser than its range would allow (`min` of a small and a large value is) that its
-    /// coefficient would not be a word.
-    pub(super) fn sum(&mut self, c0: f64, terms: &[(f64, Real)], bits: i32) -> Result<Real, OpError> {
-        let mut bits = bits;
-        let mut scaled = self.scaled(c0, terms, exp2(-bits));
-        while self.reach(&scaled) > WORD_TOP || scaled.gain() > format::TOP {
-            bits -= 1;
-            scaled = self.scaled(c0, terms, exp2(-bits));
-        }
-        let lsb = exp2(-bits);
-        let (value, error) = match self.by_shifts(&scaled)? {
-            Some(value) => (value, (scaled.constant - scaled.constant.round()).abs()),
-            None => {
-                let (wide, error) = self.accumulated(&scaled, &[])?;
-                (self.b.op(Op::Narrow, &[wide])?, error)
-            }
+    /// `c * node` as a term. Constants that are chosen between are part of the factor.
+    pub(super) fn term(&mut self, c: f64, node: NodeId) -> Result<Term, OpError> {
+        let (factor, operand) = match *self.step.model.dag.get(node) {
+            Node::Mul(a, b) => match (self.choice(a)?, self.choice(b)?) {
+                (_, Some(factor)) => (factor, Some(a)),
+                (Some(factor), _) => (factor, Some(b)),
+                _ => (Factor::One(1.0), Some(node)),
+            },
+            _ => self.choice(node)?.map_or((Factor::One(1.0), Some(node)), |factor| (factor, None)),
         };
-        Ok(Real::fixed(value, bits, (error + scaled.inherited) * lsb))
+        let operand = operand.map(|node| self.real(node)).transpose()?;
+        Ok(Term { factor: factor.map(|f| c * f), operand, place: None })
     }
 
-    /// The sum in units of `lsb`, kept within `range`; each term was asked for at a place, where that is known.
+    /// `if condition then constant else constant`
+    fn choice(&mut self, node: NodeId) -> Result<Option<Factor>, OpError> {
+        let dag = &self.step.model.dag;
+        let Node::Select(condition, a, b) = *dag.get(node) else { return Ok(None) };
+        let (Some(a), Some(b)) = (dag.real(a), dag.real(b)) else { return Ok(None) };
+        Ok(Some(Factor::Either(self.bool(condition)?, a, b)))
+    }
+
+    /// The sum in such integers, or in units of the next power of two above with which nothing overflows.
+    pub(super) fn sum(&mut self, c0: f64, terms: &[Term], scale: Scale, constant: Constant) -> Result<Real, OpError> {
+        let Scale { mut lsb, offset } = scale;
+        loop {
+            let plan = self.planned(c0 - offset, terms, lsb, 0.0, constant);
+            match plan.map(|plan| self.chained(plan)).transpose() {
+                Ok(Some((value, error, left))) => {
+                    return Ok(Real { value, lsb, offset: offset + left * lsb, error: error * lsb });
+                }
+                Ok(None) | Err(OpError::Overflow { .. }) if lsb < 1e30 => lsb *= 2.0,
+                Ok(None) => return Err(OpError::Misused { op: Op::Add }),
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// A sum that adds up over ticks, such as a new rate: what is added to the old value is gathered in finer units, so that there
+    /// is one rounding to the value's own, and nothing of a constant is lost.
+    pub(super) fn increased(&mut self, c0: f64, terms: &[Term], scale: Scale) -> Result<Real, OpError> {
+        let old = |t: &Term| match (t.factor, t.operand) {
+            (Factor::One(f), Some(real)) if real.scale() == scale && (f - 1.0).abs() < HALF => Some((f, real)),
+            _ => None,
+        };
+        let Some((factor, real)) = terms.iter().find_map(old) else {
+            return self.sum(c0, terms, scale, Constant::Added);
+        };
+        let mut change: Vec<Term> = terms.iter().filter(|t| old(t).is_none()).copied().collect();
+        if factor != 1.0 {
+            change.insert(0, Term::of(factor - 1.0, real));
+        }
+        let fine = Scale::plain(scale.lsb * exp2(-FINER));
+        let change = self.sum(c0 + 0.5 * scale.lsb, &change, fine, Constant::Added)?;
+        match power_of_two(change.lsb / scale.lsb) {
+            Some(n) if n < 0 => {
+                let change_in_units = self.moved(change.value, n)?;
+                let value = self.b.op(Op::Add, &[real.value, change_in_units])?;
+                Ok(Real { value, error: real.error + change.error + 0.5 * scale.lsb, ..real })
+            }
+            _ => self.sum(c0, terms, scale, Constant::Added),
+        }
+    }
+
+    /// One value in units of `lsb`, or of a power of two above it.
+    pub(super) fn rescaled(&mut self, real: Real, lsb: f64) -> Result<Real, OpError> {
+        if real.lsb == lsb && real.offset == 0.0 {
+            return Ok(real);
+        }
+        self.sum(
+            0.0,
+            &[Term { factor: Factor::One(1.0), operand: Some(real), place: None }],
+            Scale::plain(lsb),
+            Constant::Added,
+        )
+    }
+
+    /// The sum in units of `lsb`, rounded half up and kept within `range`, which is one of 16 bits; each term was asked for at a
+    /// place, where that is known.
     pub(super) fn sum_within(
         &mut self,
         c0: f64,
-        terms: &[(f64, Real)],
+        terms: &[Term],
         places: &[Option<Span>],
         lsb: f64,
         range: Range,
     ) -> Result<Value, OpError> {
-        let scaled = self.scaled(c0, terms, lsb);
-        let (wide, _) = self.accumulated(&scaled, places)?;
-        let word = Type::I32.range();
-        let kept = self.clamped(wide, if word.contains(self.b.range(wide)) { word } else { range })?;
-        let value = self.b.op(Op::Narrow, &[kept])?;
-        self.clamped(value, range)
-    }
-
-    /// Largest magnitude of the sum, in units of its result.
-    fn reach(&self, sum: &Scaled) -> f64 {
-        let end = |high: bool| {
-            let of = |&(gain, value, _): &(f64, Value, f64)| {
-                let range = self.b.range(value);
-                gain * if (gain > 0.0) == high { range.high } else { range.low } as f64
-            };
-            sum.constant + sum.terms.iter().map(of).sum::<f64>()
+        let terms: Vec<Term> = terms.iter().zip(places).map(|(term, &place)| Term { place, ..*term }).collect();
+        let plan = |s: &Self, guard: i32| {
+            let half = if guard > 0 { exp2(guard - 1) } else { 0.0 };
+            s.planned(c0, &terms, lsb * exp2(-guard), half, Constant::Added)
         };
-        end(true).abs().max(end(false).abs())
-    }
-
-    fn scaled(&self, c0: f64, terms: &[(f64, Real)], lsb: f64) -> Scaled {
-        let constant = terms.iter().fold(c0, |sum, (c, real)| sum + c * real.offset) / lsb;
-        let inherited = terms.iter().map(|(c, real)| c.abs() * real.error / lsb).sum();
-        let magnitude = |value| {
-            let range = self.b.range(value);
-            range.low.unsigned_abs().max(range.high.unsigned_abs()) as f64
-        };
-        let term = |(c, real): &(f64, Real)| (c * real.lsb / lsb, real.value, magnitude(real.value));
-        Scaled { constant, terms: terms.iter().map(term).collect(), inherited }
-    }
-
-    /// Without a multiplication, where every gain is a whole power of two up to sign and no partial sum leaves 32 bits.
-    fn by_shifts(&mut self, sum: &Scaled) -> Result<Option<Value>, OpError> {
-        let Some(shifts) = sum.terms.iter().map(|&(gain, ..)| power_of_two(gain)).collect::<Option<Vec<u8>>>() else {
-            return Ok(None);
-        };
-        match self.shifted(sum, &shifts) {
-            Err(OpError::Overflow { .. }) => Ok(None),
-            other => other.map(Some),
-        }
-    }
-
-    /// Positive terms first, so that no sum begins with a negation; without any, from the constant downwards.
-    fn shifted(&mut self, sum: &Scaled, shifts: &[u8]) -> Result<Value, OpError> {
-        let terms = || sum.terms.iter().zip(shifts);
-        let (plus, minus) = (terms().filter(|((g, ..), _)| *g > 0.0), terms().filter(|((g, ..), _)| *g <= 0.0));
-        let mut constant = sum.constant.round() as i64;
-        let mut total = None;
-        for ((gain, value, _), &shift) in plus.chain(minus) {
-            let term = if shift == 0 { *value } else { self.b.op(Op::Shl(shift), &[*value])? };
-            total = Some(match total {
-                None if *gain > 0.0 => term,
-                None => {
-                    let start = self.constant(std::mem::take(&mut constant))?;
-                    self.b.op(Op::Sub, &[start, term])?
-                }
-                Some(so_far) => self.b.op(if *gain > 0.0 { Op::Add } else { Op::Sub }, &[so_far, term])?,
-            });
-        }
-        match (total, constant) {
-            (Some(total), 0) => Ok(total),
-            (None, _) => self.constant(constant),
-            (Some(total), _) => {
-                let constant = self.constant(constant)?;
-                self.b.op(Op::Add, &[total, constant])
+        let mut fits = None;
+        for guard in (0..=GUARD).rev() {
+            match plan(self, guard).map(|plan| self.chained(plan)).transpose() {
+                Ok(Some(_)) => fits = Some(guard),
+                Ok(None) | Err(OpError::Overflow { .. }) => continue,
+                Err(error) => return Err(error),
             }
+            break;
         }
+        // Fewer bits may make a value and product a product alone.
+        let steps = |guard: &i32| plan(self, *guard).map_or(usize::MAX, |plan| plan.steps());
+        let cheapest = fits.and_then(|fits| (ENOUGH.min(fits)..=fits).rev().min_by_key(steps));
+        let Some((guard, plan)) = cheapest.and_then(|guard| Some((guard, plan(self, guard)?))) else {
+            // More than 32 bits of drive words: the sum in units that hold it, then the words.
+            let coarse = self.sum(c0, &terms, Scale::plain(2.0 * lsb), Constant::Added)?;
+            return self.saturated(coarse, Scale::plain(lsb), range);
+        };
+        let (value, ..) = self.chained(plan)?;
+        let word = if guard > 0 { self.b.op(Op::Sar(guard as u8), &[value])? } else { value };
+        self.clamped(word, range)
     }
 
-    /// By multiply-accumulate: every coefficient as a 32-bit integer over `2^shift`, half a unit added first, so that the
-    /// final shift rounds half up. A shift by 32 takes the upper word for nothing; smaller ones leave room for large gains.
-    /// Gives a 64-bit value in units of the result, and the error in those units.
-    fn accumulated(&mut self, sum: &Scaled, places: &[Option<Span>]) -> Result<(Value, f64), OpError> {
-        let gain = sum.gain();
-        let reach: f64 = sum.constant.abs() + sum.terms.iter().map(|(g, _, m)| g.abs() * m).sum::<f64>();
-        let room = |shift: i32| gain * exp2(shift) <= format::TOP && reach * exp2(shift) <= exp2(61);
-        let shift = (0..=32).rev().find(|&s| room(s)).unwrap_or(0);
-        let unit = exp2(-shift);
-        let half = if shift > 0 { 1i64 << (shift - 1) } else { 0 };
-        let mut total = self.b.constant(Type::I64, quantise(sum.constant, unit) + half)?;
-        let mut error = 0.5 + unit;
-        for (index, (gain, value, magnitude)) in sum.terms.iter().enumerate() {
-            let coefficient = quantise(*gain, unit);
-            error += (coefficient as f64 * unit - gain).abs() * magnitude;
-            let add = |s: &mut Self| {
-                let coefficient = s.constant(coefficient)?;
-                s.b.op(Op::MacWide, &[total, *value, coefficient])
-            };
-            total = match places.get(index).copied().flatten() {
-                Some(place) => self.from_place(place, None, add)?,
-                None => add(self)?,
-            };
+    /// How the sum is made in units of `lsb`, with `more` added (in units); none if a term has no way.
+    fn planned(&self, c0: f64, terms: &[Term], lsb: f64, more: f64, keep: Constant) -> Option<Plan> {
+        let offset = |t: &Term| t.operand.map_or(0.0, |real| real.offset);
+        // An offset times a chosen factor is a chosen constant.
+        let choices = terms.iter().filter(|t| t.operand.is_none() || (offset(t) != 0.0 && !t.fixed()));
+        let mut choices: Vec<Factor> =
+            choices.map(|t| t.factor.map(|f| f * t.operand.map_or(1.0, |r| r.offset) / lsb)).collect();
+        let fixed = terms.iter().filter(|t| t.operand.is_some() && t.fixed());
+        let constant = fixed.fold(c0 / lsb + more, |sum, t| sum + t.factor.both()[0] * offset(t) / lsb);
+        let mut constant: f64 = constant;
+        let mut error: f64 = terms.iter().filter_map(|t| Some(t.factor.largest() * t.operand?.error / lsb)).sum();
+        merge(&mut choices);
+        // Constants of which one is as good as the other.
+        choices.retain(|choice| {
+            let [a, b] = choice.both();
+            if (a - b).abs() < 1.0 {
+                constant += 0.5 * (a + b);
+                error += 0.5 * (a - b).abs();
+            }
+            (a - b).abs() >= 1.0
+        });
+        let mut ways = Vec::new();
+        for term in terms {
+            let Some(real) = term.operand else { continue };
+            let gain = term.factor.map(|f| f * real.lsb / lsb);
+            ways.push(Joining { value: real.value, gain, way: self.way(gain, real.value)?, place: term.place });
         }
-        Ok((self.b.op(Op::Sar(shift as u8), &[total])?, error))
+        let mut plan = Plan { choices, ways, constant, error, left: 0.0 };
+        self.settle(&mut plan, c0 == 0.0 && more == 0.0, keep);
+        let largest = plan.choices.iter().map(|c| c.largest()).fold(plan.constant.abs(), f64::max);
+        (largest <= format::TOP).then_some(plan)
+    }
+
+    /// Settles what is done with the constant and with what shifts round down.
+    fn settle(&self, plan: &mut Plan, only_offsets: bool, keep: Constant) {
+        let reach: f64 = plan.ways.iter().map(|w| w.gain.largest() * self.magnitude(w.value)).sum();
+        let small = plan.constant.abs() <= NEGLIGIBLE * reach && plan.constant.abs() > 0.75;
+        if keep == Constant::Added && only_offsets && plan.choices.is_empty() && small {
+            plan.error += std::mem::take(&mut plan.constant).abs();
+        }
+        let centred = !only_offsets || plan.constant != 0.0 || !plan.choices.is_empty() || keep == Constant::Left;
+        plan.error += plan.ways.iter().map(|w| w.way.error(centred)).sum::<f64>();
+        if centred {
+            plan.constant += plan.ways.iter().map(|w| w.way.bias(&w.gain)).sum::<f64>();
+        }
+        if let Some(first) = plan.choices.first_mut() {
+            *first = first.map(|f| f + plan.constant);
+            plan.constant = 0.0;
+        }
+        if keep == Constant::Left {
+            plan.left = std::mem::take(&mut plan.constant);
+        }
+        plan.error += (plan.constant - plan.constant.round()).abs() + 0.5 * plan.choices.len() as f64;
+    }
+
+    /// How a value with this gain joins a sum; none if only a coarser unit helps.
+    fn way(&self, gain: Factor, value: Value) -> Option<Way> {
+        if let Factor::One(gain) = gain
+            && let Some(n) = power_of_two(gain.abs())
+        {
+            return (n <= self.headroom(value)).then_some(Way::Shift(n));
+        }
+        if gain.largest() < HALF {
+            return Some(Way::Top { up: 0, whole: 0.0 });
+        }
+        let up = self.headroom(value);
+        let moved = gain.map(|g| g * exp2(-up));
+        let about = |whole: f64| moved.both().iter().all(|g| (g - whole).abs() < HALF);
+        [0.0, 1.0, -1.0].into_iter().find(|&whole| about(whole)).map(|whole| Way::Top { up, whole })
+    }
+
+    /// By how many places the value may be moved up.
+    pub(super) fn headroom(&self, value: Value) -> i32 {
+        let range = self.b.range(value);
+        let magnitude = range.low.unsigned_abs().max(range.high.unsigned_abs()).max(1);
+        (0..31).rev().find(|&n| magnitude << n < 1 << 31).unwrap_or(0)
+    }
+
+    /// A constant as such an integer.
+    pub(super) fn constant_real(&mut self, value: f64, scale: Scale) -> Result<Real, OpError> {
+        let Scale { lsb, offset } = scale;
+        let quantised = scale.quantise(value);
+        let error = (value - offset - quantised as f64 * lsb).abs();
+        Ok(Real { value: self.b.constant(Type::I32, quantised)?, lsb, offset, error })
     }
 }
+/// Adds up what one condition chooses.
+fn merge(choices: &mut Vec<Factor>) {
+    let mut merged: Vec<Factor> = Vec::new();
+    for &choice in choices.iter() {
+        let Factor::Either(condition, a, b) = choice else { continue };
+        let same = merged.iter_mut().find_map(|m| match m {
+            Factor::Either(c, x, y) if *c == condition => Some((x, y)),
+            _ => None,
+        });
+        match same {
+            Some((x, y)) => (*x, *y) = (*x + a, *y + b),
+            None => merged.push(choice),
+        }
+    }
+    *choices = merged;
+}
 
-/// `n` where `gain` is plus or minus `2^n`, 0 <= n <= 30.
-fn power_of_two(gain: f64) -> Option<u8> {
-    (0..=30u8).find(|&n| gain.abs() == exp2(i32::from(n)))
+impl Term {
+    pub(super) fn of(c: f64, operand: Real) -> Term {
+        Term { factor: Factor::One(c), operand: Some(operand), place: None }
+    }
+
+    /// Whether its factor is one constant.
+    fn fixed(&self) -> bool {
+        matches!(self.factor, Factor::One(_))
+    }
 }

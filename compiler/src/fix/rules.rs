@@ -4,6 +4,7 @@ use super::Lowerer;
 use super::commit::Writes;
 use super::export::{LoweredEvent, LoweredEventKind};
 use super::format::{self, exp2};
+use super::real::Scale;
 use crate::kernel::{Builder, Op, OpError, Range, Type, Value};
 use crate::model::{Action, EmissionId, Interval, PulseId, Rule, RuleKind};
 
@@ -172,7 +173,7 @@ impl Lowerer<'_> {
         other: Vec<Value>,
         then: impl FnOnce(&mut Self) -> Result<Vec<Value>, OpError>,
     ) -> Result<Vec<Value>, OpError> {
-        let (reals, bools, loads) = (self.reals.clone(), self.bools.clone(), self.loads.clone());
+        let saved = (self.reals.clone(), self.bools.clone(), self.loads.clone(), self.moved.clone());
         let mut builder = std::mem::replace(&mut self.b, Builder::new("", 0));
         let result = builder.if_else(
             condition,
@@ -185,7 +186,7 @@ impl Lowerer<'_> {
             |_| Ok(other),
         );
         self.b = builder;
-        (self.reals, self.bools, self.loads) = (reals, bools, loads);
+        (self.reals, self.bools, self.loads, self.moved) = saved;
         result
     }
 
@@ -240,7 +241,11 @@ impl Lowerer<'_> {
                 let mut words = Vec::new();
                 for (&arg, &bits) in args.iter().zip(bits) {
                     let real = self.real(arg)?;
-                    words.push(self.saturated(real, bits, Range::new(-0x7fff_ffff, 0x7fff_ffff))?);
+                    words.push(self.saturated(
+                        real,
+                        Scale::plain(exp2(-bits)),
+                        Range::new(-0x7fff_ffff, 0x7fff_ffff),
+                    )?);
                 }
                 self.b.effect(Op::Emit(emission.0), &words)
             }
@@ -250,8 +255,8 @@ impl Lowerer<'_> {
     fn fire(&mut self, pulse: PulseId, level: crate::model::NodeId, writes: &mut Writes) -> Result<(), OpError> {
         let p = &self.step.model.pulses[pulse.0 as usize];
         let real = self.real(level)?;
-        let (bits, range) = (self.cell_bits(p.level), self.cell_range(p.level));
-        let level = self.saturated(real, bits, range)?;
+        let (scale, range) = (self.units.scale_of_cell(p.level), self.cell_range(p.level));
+        let level = self.saturated(real, scale, range)?;
         let left = self.pulse_left(pulse.0 as usize)?;
         let zero = self.constant(0)?;
         let runs = self.b.op(Op::Lt, &[zero, left])?;

@@ -17,6 +17,7 @@ use super::format::exp2;
 use super::real::Real;
 use crate::kernel::{Op, OpError, Range, Type, Value};
 use crate::model::{Node, Sense};
+use crate::scales::Scales;
 
 /// What the tick knows of all senses.
 #[derive(Debug, Default)]
@@ -99,6 +100,19 @@ impl Weights {
             (around(bend), bend + 2 * self.third * slope + self.step() * width),
         ]
     }
+}
+
+/// Value (SI) of one unit of D, the sum behind the slope over so many ticks.
+pub(super) fn slope_lsb(scales: Scales, rate_hz: f64, ticks: u32) -> f64 {
+    let (lines, _) = Weights::new(ticks).squares();
+    scales.sensor_lsb * rate_hz / lines as f64
+}
+
+/// Value (SI) of one unit of E, the sum behind the second derivative over so many ticks.
+pub(super) fn curvature_lsb(scales: Scales, rate_hz: f64, ticks: u32) -> f64 {
+    let weights = Weights::new(ticks);
+    let (_, parabolas) = weights.squares();
+    2.0 * weights.third as f64 * scales.sensor_lsb * rate_hz * rate_hz / parabolas as f64
 }
 
 impl Lowerer<'_> {
@@ -247,11 +261,11 @@ impl Lowerer<'_> {
         bend: Option<Value>,
     ) -> Result<(), OpError> {
         let rate = f64::from(self.step.model.rate_hz);
-        let (lines, parabolas) = weights.squares();
-        let lsb = self.scales.sensor_lsb * rate / lines as f64;
+        let ticks = weights.ticks() as u32;
+        let lsb = slope_lsb(self.scales, rate, ticks);
         self.inputs.senses[index].slope = Some(self.differentiated(slope, lsb)?);
         if let Some(bend) = bend {
-            let lsb = 2.0 * weights.third as f64 * self.scales.sensor_lsb * rate * rate / parabolas as f64;
+            let lsb = curvature_lsb(self.scales, rate, ticks);
             self.inputs.senses[index].curvature = Some(self.differentiated(bend, lsb)?);
         }
         Ok(())
@@ -260,7 +274,7 @@ impl Lowerer<'_> {
     /// A differentiator's integer as a 32-bit real; long windows lose low bits here and nowhere else.
     fn differentiated(&mut self, integer: Value, lsb: f64) -> Result<Real, OpError> {
         if self.b.ty(integer) == Type::I32 {
-            return Ok(Real { value: integer, lsb, offset: 0.0, bits: None, error: 0.0 });
+            return Ok(Real::new(integer, lsb, 0.0));
         }
         let reach = self.b.range(integer).high;
         let extra = (64 - reach.leading_zeros() as i32 - 30).max(0);
@@ -268,7 +282,7 @@ impl Lowerer<'_> {
         let value = self.b.op(Op::Narrow, &[shifted])?;
         let lsb = lsb * exp2(extra);
         let error = if extra > 0 { 0.5 * lsb } else { 0.0 };
-        Ok(Real { value, lsb, offset: 0.0, bits: None, error })
+        Ok(Real::new(value, lsb, error))
     }
 
     /// Pushes this tick's words; nothing reads the lines any more.
@@ -286,7 +300,7 @@ impl Lowerer<'_> {
     pub(super) fn sensed(&self, sense: u32) -> Option<Real> {
         let value = self.inputs.senses[sense as usize].word?;
         let (lsb, offset) = (self.scales.sensor_lsb, self.scales.sensor_zero);
-        Some(Real { value, lsb, offset, bits: None, error: 0.0 })
+        Some(Real { value, lsb, offset, error: 0.0 })
     }
 
     pub(super) fn slope(&self, sense: u32) -> Option<Real> {

@@ -1,10 +1,15 @@
 //! Values of the graph as integers.
 
-use super::format::{self, exp2};
-use super::real::Real;
-use super::{Lowerer, plan};
+use super::Lowerer;
+use super::clamp;
+use super::format::{self, exp2, exponent};
+use super::linear::{Constant, Term};
+use super::real::{Real, Scale, power_of_two};
 use crate::kernel::{Op, OpError, Range, Type, Value};
 use crate::model::{Cmp, Interval, Node, NodeId};
+
+/// So many bits of a product's precision may go to spare a shift.
+const SPARED: i32 = 4;
 
 impl Lowerer<'_> {
     /// Computes everything `nodes` need, operands first, without recursion.
@@ -42,12 +47,15 @@ impl Lowerer<'_> {
     }
 
     fn real_node(&mut self, id: NodeId, node: &Node) -> Result<Real, OpError> {
-        let bits = self.plan[id.0 as usize];
+        let lsb = self.units.of(id);
+        if let Some((x, limit)) = clamp::symmetric(&self.step.model.dag, id) {
+            return self.limited(x, limit);
+        }
         match *node {
-            Node::Const(c) => self.constant_real(c.0, bits),
-            Node::Sense(s) => self.sensed(s).map_or_else(|| self.constant_real(0.0, 0), Ok),
-            Node::Slope(s) => self.slope(s).map_or_else(|| self.constant_real(0.0, 0), Ok),
-            Node::Curvature(s) => self.curvature(s).map_or_else(|| self.constant_real(0.0, 0), Ok),
+            Node::Const(c) => self.constant_real(c.0, Scale::plain(lsb)),
+            Node::Sense(s) => self.sensed(s).map_or_else(|| self.constant_real(0.0, Scale::plain(lsb)), Ok),
+            Node::Slope(s) => self.slope(s).map_or_else(|| self.constant_real(0.0, Scale::plain(lsb)), Ok),
+            Node::Curvature(s) => self.curvature(s).map_or_else(|| self.constant_real(0.0, Scale::plain(lsb)), Ok),
             Node::Live(l) => {
                 let value = self.b.op(Op::Live(self.lives[l as usize].0), &[])?;
                 Ok(set_from_outside(value, self.step.model.lives[l as usize].range))
@@ -58,66 +66,103 @@ impl Lowerer<'_> {
             }
             Node::Cell(c) => self.cell(c),
             Node::Linear(c0, ref terms) => {
-                let mut reals = Vec::new();
-                for (c, x) in terms {
-                    reals.push((c.0, self.real(*x)?));
+                let terms: Vec<Term> = terms.iter().map(|&(c, x)| self.term(c.0, x)).collect::<Result<_, _>>()?;
+                let scale = self.units.scale_of(id);
+                match self.left[id.0 as usize] {
+                    _ if self.is_new_rate(id) => self.increased(c0.0, &terms, scale),
+                    true => self.sum(c0.0, &terms, scale, Constant::Left),
+                    false => self.sum(c0.0, &terms, scale, Constant::Added),
                 }
-                self.sum(c0.0, &reals, bits)
             }
-            Node::Add(a, b) => self.pair_sum(1.0, a, b, bits),
-            Node::Sub(a, b) => self.pair_sum(-1.0, a, b, bits),
+            Node::Add(a, b) => self.pair_sum(1.0, a, b, lsb),
+            Node::Sub(a, b) => self.pair_sum(-1.0, a, b, lsb),
             Node::Neg(a) => {
-                let a = self.real(a)?;
-                self.sum(0.0, &[(-1.0, a)], bits)
+                let a = self.term(-1.0, a)?;
+                self.sum(0.0, &[a], Scale::plain(lsb), Constant::Added)
             }
-            Node::Mul(a, b) => self.product(a, b, bits),
-            Node::Div(a, b) => self.quotient(a, b, bits),
-            Node::Min(a, b) => self.of_two(Op::Min, a, b, bits),
-            Node::Max(a, b) => self.of_two(Op::Max, a, b, bits),
-            Node::Abs(a) => self.absolute(a, bits),
-            Node::Power(a, halves) => self.power(a, halves, bits),
+            Node::Mul(a, b) => self.product(a, b, lsb),
+            Node::Div(a, b) => self.quotient(a, b, lsb),
+            Node::Min(a, b) => self.of_two(Op::Min, a, b, lsb),
+            Node::Max(a, b) => self.of_two(Op::Max, a, b, lsb),
+            Node::Abs(a) => self.absolute(a, lsb),
+            Node::Power(a, halves) => self.power(a, halves, lsb),
             Node::Select(c, a, b) => {
                 let c = self.bool(c)?;
-                let (a, b) = self.alike(a, b, bits)?;
+                let (a, b) = self.alike(a, b, lsb)?;
                 let value = self.b.op(Op::Select, &[c, a.value, b.value])?;
                 Ok(Real { value, error: a.error.max(b.error), ..a })
             }
-            _ => self.constant_real(0.0, 0),
+            _ => self.constant_real(0.0, Scale::plain(lsb)),
         }
     }
 
-    fn pair_sum(&mut self, sign: f64, a: NodeId, b: NodeId, bits: i32) -> Result<Real, OpError> {
-        let (a, b) = (self.real(a)?, self.real(b)?);
-        self.sum(0.0, &[(1.0, a), (sign, b)], bits)
+    /// Whether a node is the new rate of a body, held or not.
+    fn is_new_rate(&self, node: NodeId) -> bool {
+        let arm =
+            |new: &NodeId| matches!(*self.step.model.dag.get(*new), Node::Select(_, a, b) if [a, b].contains(&node));
+        self.step.rates.contains(&node) || self.step.rates.iter().any(arm)
     }
 
-    /// Both in one format: as planned, but not finer than the coarser of the two.
-    fn alike(&mut self, a: NodeId, b: NodeId, bits: i32) -> Result<(Real, Real), OpError> {
-        let (ra, rb) = (self.real(a)?, self.real(b)?);
-        let (ra, rb) = (self.fixed(ra)?, self.fixed(rb)?);
+    fn pair_sum(&mut self, sign: f64, a: NodeId, b: NodeId, lsb: f64) -> Result<Real, OpError> {
+        let terms = [self.term(1.0, a)?, self.term(sign, b)?];
+        self.sum(0.0, &terms, Scale::plain(lsb), Constant::Added)
+    }
+
+    /// Both in one unit: as chosen, or coarser where one does not fit. Sensed values keep their offset where both can.
+    fn alike(&mut self, a: NodeId, b: NodeId, lsb: f64) -> Result<(Real, Real), OpError> {
         let dag = &self.step.model.dag;
-        let limit = |node: NodeId, real: Real| match dag.get(node) {
-            Node::Const(_) => i32::MAX,
-            _ => real.bits.unwrap_or(bits),
+        let constants = (dag.real(a), dag.real(b));
+        let (mut ra, mut rb) = (self.real(a)?, self.real(b)?);
+        // Only shifts keep an offset as it is.
+        let kept = |real: Real| power_of_two(real.lsb / lsb).is_some();
+        let offset = match constants {
+            (None, None) if ra.offset == rb.offset && kept(ra) && kept(rb) => ra.offset,
+            (Some(_), None) if kept(rb) => rb.offset,
+            (None, Some(_)) if kept(ra) => ra.offset,
+            _ => 0.0,
         };
-        let bits = bits.min(limit(a, ra)).min(limit(b, rb));
-        let operand = |s: &mut Self, node: NodeId, real: Real| match *s.step.model.dag.get(node) {
-            Node::Const(c) if format::fits(s.ranges.get(node), bits) => s.constant_real(c.0, bits),
-            _ => s.with_bits(real, bits),
-        };
-        Ok((operand(self, a, ra)?, operand(self, b, rb)?))
+        for (real, constant) in [(&mut ra, constants.0), (&mut rb, constants.1)] {
+            if offset == 0.0 && constant.is_none() {
+                *real = self.plain(*real)?;
+            }
+        }
+        let mut lsb = lsb;
+        loop {
+            let both = (self.in_unit(ra, constants.0, lsb, offset)?, self.in_unit(rb, constants.1, lsb, offset)?);
+            if let (Some(a), Some(b)) = both {
+                return Ok((a, b));
+            }
+            lsb *= 2.0;
+        }
     }
 
-    fn of_two(&mut self, op: Op, a: NodeId, b: NodeId, bits: i32) -> Result<Real, OpError> {
-        let (a, b) = self.alike(a, b, bits)?;
+    /// A constant, or a real with this offset, in units of `lsb`; none if it does not fit.
+    fn in_unit(&mut self, real: Real, constant: Option<f64>, lsb: f64, offset: f64) -> Result<Option<Real>, OpError> {
+        if let Some(constant) = constant {
+            let fits = (constant - offset).abs() <= format::TOP * lsb;
+            return if fits { self.constant_real(constant, Scale { lsb, offset }).map(Some) } else { Ok(None) };
+        }
+        let Some(n) = power_of_two(real.lsb / lsb) else {
+            let real = self.plain(real)?;
+            let moved = self.rescaled(real, lsb)?;
+            return Ok((moved.lsb == lsb && offset == 0.0).then_some(moved));
+        };
+        if n > self.headroom(real.value) {
+            return Ok(None);
+        }
+        let error = real.error + if n < 0 { lsb } else { 0.0 };
+        Ok(Some(Real { value: self.moved(real.value, n)?, lsb, error, ..real }))
+    }
+
+    fn of_two(&mut self, op: Op, a: NodeId, b: NodeId, lsb: f64) -> Result<Real, OpError> {
+        let (a, b) = self.alike(a, b, lsb)?;
         let value = self.b.op(op, &[a.value, b.value])?;
         Ok(Real { value, error: a.error.max(b.error), ..a })
     }
 
-    fn absolute(&mut self, a: NodeId, bits: i32) -> Result<Real, OpError> {
+    fn absolute(&mut self, a: NodeId, lsb: f64) -> Result<Real, OpError> {
         let a = self.real(a)?;
-        let a = self.fixed(a)?;
-        let a = self.with_bits(a, bits.min(a.bits.unwrap_or(bits)))?;
+        let a = self.rescaled(a, lsb)?;
         let zero = self.constant(0)?;
         let negated = self.b.op(Op::Sub, &[zero, a.value])?;
         let value = self.b.op(Op::Max, &[a.value, negated])?;
@@ -126,53 +171,55 @@ impl Lowerer<'_> {
         Ok(Real { value, ..a })
     }
 
-    fn product(&mut self, a: NodeId, b: NodeId, bits: i32) -> Result<Real, OpError> {
+    fn product(&mut self, a: NodeId, b: NodeId, lsb: f64) -> Result<Real, OpError> {
         let (ra, rb) = (self.real(a)?, self.real(b)?);
-        let (ra, rb) = (self.fixed(ra)?, self.fixed(rb)?);
+        let (ra, rb) = (self.plain(ra)?, self.plain(rb)?);
         let (ma, mb) = (self.ranges.get(a).magnitude(), self.ranges.get(b).magnitude());
-        self.multiplied(ra, rb, bits, (ma, mb))
+        self.multiplied(ra, rb, lsb, (ma, mb))
     }
 
-    /// The product of two fixed values, of at most these magnitudes, with so many fraction bits.
-    fn multiplied(&mut self, a: Real, b: Real, bits: i32, (ma, mb): (f64, f64)) -> Result<Real, OpError> {
-        let wide = self.b.op(Op::MulWide, &[a.value, b.value])?;
-        let own = a.bits.unwrap_or(0) + b.bits.unwrap_or(0);
-        // The integers' range may be wider than the Model's, which knows more of how values hang together.
-        let shift = (own - bits).clamp(0, 63).max(shift_to_word(self.b.range(wide)));
-        let bits = own - shift;
-        let shifted = if shift > 0 { self.b.op(Op::SarRound(shift as u8), &[wide])? } else { wide };
-        let mut value = self.b.op(Op::Narrow, &[shifted])?;
-        if a.value == b.value {
+    /// The product of two values, of at most these magnitudes, by its top word. What is far from filling a word is moved up first.
+    fn multiplied(&mut self, a: Real, b: Real, lsb: f64, (ma, mb): (f64, f64)) -> Result<Real, OpError> {
+        let squared = a.value == b.value;
+        let (mut u, mut v) = (a, b);
+        for real in [&mut u, &mut v] {
+            if a.lsb * b.lsb * exp2(32) > lsb * exp2(SPARED) {
+                let up = self.headroom(real.value);
+                *real = Real { value: self.moved(real.value, up)?, lsb: real.lsb * exp2(-up), ..*real };
+            }
+        }
+        let mut value = self.b.op(Op::MulTop, &[u.value, v.value])?;
+        if squared {
             // Intervals do not see that a square is not negative; the Model does, and has dropped clamps that say so.
             value = self.b.op(Op::Assume(0, self.b.range(value).high), &[value])?;
         }
-        let rounding = if shift > 0 { 0.5 * exp2(-bits) } else { 0.0 };
-        Ok(Real::fixed(value, bits, ma * b.error + mb * a.error + a.error * b.error + rounding))
+        let lsb = u.lsb * v.lsb * exp2(32);
+        Ok(Real::new(value, lsb, ma * b.error + mb * a.error + a.error * b.error + 0.5 * lsb))
     }
 
-    fn quotient(&mut self, a: NodeId, b: NodeId, bits: i32) -> Result<Real, OpError> {
+    fn quotient(&mut self, a: NodeId, b: NodeId, lsb: f64) -> Result<Real, OpError> {
         let (ra, rb) = (self.real(a)?, self.real(b)?);
-        let (ra, rb) = (self.fixed(ra)?, self.fixed(rb)?);
+        let (ra, rb) = (self.plain(ra)?, self.plain(rb)?);
         // The divisor's proven interval leaves out zero; its rounded end must too.
         let rb = self.away_from_zero(rb, self.ranges.get(b).low > 0.0)?;
-        let (value, bits, dividend) = self.divided(ra, rb, bits)?;
+        let (value, lsb, dividend) = self.divided(ra, rb, lsb)?;
         let divisor = self.ranges.get(b);
         let smallest = divisor.low.abs().min(divisor.high.abs());
         let quotient = self.ranges.get(a).magnitude() / smallest;
         let inherited = (dividend.error + quotient * rb.error) / (smallest - rb.error).max(f64::MIN_POSITIVE);
-        Ok(Real::fixed(value, bits, inherited + 0.5 * exp2(-bits)))
+        Ok(Real::new(value, lsb, inherited + 0.5 * lsb))
     }
 
-    /// The quotient with so many fraction bits, or as many fewer as its integers need; also the dividend it was made from.
-    fn divided(&mut self, a: Real, b: Real, bits: i32) -> Result<(Value, i32, Real), OpError> {
-        let divisor_bits = b.bits.unwrap_or(0);
-        let mut bits = bits.min(a.bits.unwrap_or(0) - divisor_bits + 31);
+    /// The quotient in units of about `lsb`, or as much coarser as its integers need; also the dividend it was made from.
+    fn divided(&mut self, a: Real, b: Real, lsb: f64) -> Result<(Value, f64, Real), OpError> {
+        let mut shift = exponent(a.lsb / (b.lsb * lsb)).min(31);
         loop {
-            let dividend = self.with_bits(a, (bits + divisor_bits).min(a.bits.unwrap_or(0)))?;
-            let shift = bits + divisor_bits - dividend.bits.unwrap_or(0);
-            match self.b.op(Op::DivRound(shift as u8), &[dividend.value, b.value]) {
-                Err(OpError::Overflow { .. }) => bits -= 1,
-                other => return other.map(|value| (value, bits, dividend)),
+            let down = (-shift).max(0);
+            let error = a.error + if down > 0 { a.lsb * exp2(down) } else { 0.0 };
+            let dividend = Real { value: self.moved(a.value, -down)?, lsb: a.lsb * exp2(down), error, ..a };
+            match self.b.op(Op::DivRound(shift.max(0) as u8), &[dividend.value, b.value]) {
+                Err(OpError::Overflow { .. }) => shift -= 1,
+                other => return other.map(|value| (value, a.lsb / b.lsb * exp2(-shift), dividend)),
             }
         }
     }
@@ -184,28 +231,25 @@ impl Lowerer<'_> {
     }
 
     /// `a^0.5` (in primes), `a^1.5` and `a^2.5`: the square root in integers, then products.
-    fn power(&mut self, a: NodeId, halves: u8, bits: i32) -> Result<Real, OpError> {
+    fn power(&mut self, a: NodeId, halves: u8, lsb: f64) -> Result<Real, OpError> {
         let real = self.real(a)?;
-        let real = self.fixed(real)?;
+        let real = self.plain(real)?;
         let magnitude = self.ranges.get(a).magnitude();
-        let own = real.bits.unwrap_or(0);
-        // The root of an integer of up to 31 bits, moved up by 29 or 30: an even number of fraction bits, a word of result.
-        let up = if (own + 30) % 2 == 0 { 30 } else { 29 };
+        // The root of an integer of up to 31 bits, moved up by 30: a word of result.
         let wide = self.b.op(Op::Widen, &[real.value])?;
-        let wide = self.b.op(Op::Shl(up as u8), &[wide])?;
+        let wide = self.b.op(Op::Shl(30), &[wide])?;
         let root = self.b.op(Op::Sqrt, &[wide])?;
-        let root_bits = (own + up) / 2;
-        let root = Real::fixed(root, root_bits, real.error.sqrt() + exp2(-root_bits));
+        let root_lsb = (real.lsb * exp2(-30)).sqrt();
+        let root = Real::new(root, root_lsb, real.error.sqrt() + root_lsb);
         if halves == 1 {
-            return self.with_bits(root, bits.min(root_bits));
+            return Ok(root);
         }
         if halves == 3 {
-            return self.multiplied(real, root, bits, (magnitude, magnitude.sqrt()));
+            return self.multiplied(real, root, lsb, (magnitude, magnitude.sqrt()));
         }
         let square = magnitude * magnitude;
-        let interval = Interval { low: 0.0, high: square };
-        let squared = self.multiplied(real, real, format::fraction_bits(interval), (magnitude, magnitude))?;
-        self.multiplied(squared, root, bits, (square, magnitude.sqrt()))
+        let squared = self.multiplied(real, real, square / format::TOP, (magnitude, magnitude))?;
+        self.multiplied(squared, root, lsb, (square, magnitude.sqrt()))
     }
 
     fn bool_node(&mut self, node: &Node) -> Result<Value, OpError> {
@@ -242,8 +286,8 @@ impl Lowerer<'_> {
             let a = self.real(a)?;
             return self.against(cmp, a, c.0);
         }
-        let bits = plan::coarser(&self.plan, a, b);
-        let (a, b) = self.alike(a, b, bits)?;
+        let lsb = self.units.of(a).max(self.units.of(b));
+        let (a, b) = self.alike(a, b, lsb)?;
         self.ordered(cmp, a.value, b.value)
     }
 
@@ -270,14 +314,8 @@ impl Lowerer<'_> {
     }
 }
 
-/// By how much a 64-bit value must be shifted right to fit into 32 bits, rounding included.
-fn shift_to_word(range: Range) -> i32 {
-    let magnitude = range.low.unsigned_abs().max(range.high.unsigned_abs());
-    (0..32).find(|&n| magnitude >> n < (1 << 31) - 1).unwrap_or(32)
-}
-
 /// A value that the host rounded to its format.
 fn set_from_outside(value: Value, range: Interval) -> Real {
     let bits = format::fraction_bits(range);
-    Real::fixed(value, bits, 0.5 * exp2(-bits))
+    Real::new(value, exp2(-bits), 0.5 * exp2(-bits))
 }

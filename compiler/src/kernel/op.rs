@@ -219,10 +219,10 @@ operators! {
     MulWide               "mul_wide"  (I32 I32 -> I64)     Pure Corners  Exact(|_, a, b, _| a * b);
     /// Accumulator plus product (SMLAL).
     MacWide               "mac_wide"  (I64 I32 I32 -> I64) Pure Corners  Exact(|_, a, b, c| a + b * c);
-    /// The top word of the product, rounding towards minus infinity: `floor(a * b / 2^32)` (SMMUL).
-    MulTop                "mul_top"   (I32 I32 -> I32)     Pure Corners  Exact(|_, a, b, _| (a * b) >> 32);
-    /// Accumulator plus the top word of the product: `a + floor(b * c / 2^32)` (SMMLA).
-    MacTop                "mac_top"   (I32 I32 I32 -> I32) Pure Corners  Exact(|_, a, b, c| a + ((b * c) >> 32));
+    /// The top word of the product, rounding half up: `floor(a * b / 2^32 + 1/2)` (SMMULR).
+    MulTop                "mul_top"   (I32 I32 -> I32)     Pure Corners  Exact(|_, a, b, _| sar_round(a * b, 32));
+    /// Accumulator plus the top word of the product: `a + floor(b * c / 2^32 + 1/2)` (SMMLAR).
+    MacTop                "mac_top"   (I32 I32 I32 -> I32) Pure Corners  Exact(|_, a, b, c| a + sar_round(b * c, 32));
     /// The smaller one.
     Min                   "min"       (N N -> N)           Pure Corners  Exact(|_, a, b, _| a.min(b));
     /// The larger one.

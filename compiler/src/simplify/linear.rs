@@ -36,6 +36,18 @@ impl Sum {
         self
     }
 
+    /// What stands in both with equal coefficients, taken out of both; constants stay.
+    pub fn taken_from_both(&mut self, other: &mut Sum) -> Sum {
+        let equal = |x: &NodeId, c: f64| other.terms.get(x) == Some(&c);
+        let terms: BTreeMap<NodeId, f64> =
+            self.terms.iter().filter(|(x, c)| equal(x, **c)).map(|(&x, &c)| (x, c)).collect();
+        for x in terms.keys() {
+            self.terms.remove(x);
+            other.terms.remove(x);
+        }
+        Sum { constant: 0.0, terms }
+    }
+
     /// The only term, if there is exactly one: value and coefficient.
     pub fn single(&self) -> Option<(NodeId, f64)> {
         let (&node, &c) = self.terms.first_key_value()?;

@@ -13,7 +13,7 @@ pub(super) struct Rewriter<'a> {
     map: Vec<Option<NodeId>>,
     /// How often each old node is used by what must be computed.
     uses: Vec<u32>,
-    dag: Dag,
+    pub(super) dag: Dag,
     intervals: Vec<Interval>,
     spans: Vec<Option<Span>>,
     within: Vec<Option<u32>>,
@@ -114,7 +114,7 @@ impl<'a> Rewriter<'a> {
         }
     }
 
-    fn add(&mut self, node: Node) -> NodeId {
+    pub(super) fn add(&mut self, node: Node) -> NodeId {
         let interval = interval_of(self.model, &node, |o| self.intervals[o.0 as usize]);
         let bool = node.is_bool();
         if interval.low == interval.high && !matches!(node, Node::Const(_) | Node::Bool(_)) {
@@ -127,11 +127,11 @@ impl<'a> Rewriter<'a> {
         id
     }
 
-    fn interval(&self, id: NodeId) -> Interval {
+    pub(super) fn interval(&self, id: NodeId) -> Interval {
         self.intervals[id.0 as usize]
     }
 
-    fn constant_of(&self, id: NodeId) -> Option<f64> {
+    pub(super) fn constant_of(&self, id: NodeId) -> Option<f64> {
         match self.dag.get(id) {
             Node::Const(c) => Some(c.0),
             _ => None,
@@ -139,7 +139,7 @@ impl<'a> Rewriter<'a> {
     }
 
     /// `id` as a sum; a shared sum of several terms stays one value.
-    fn sum_of(&self, id: NodeId) -> Sum {
+    pub(super) fn sum_of(&self, id: NodeId) -> Sum {
         match self.dag.get(id) {
             Node::Const(c) => Sum::constant(c.0),
             Node::Linear(c0, terms) if !self.shared.contains(&id) => {
@@ -149,7 +149,7 @@ impl<'a> Rewriter<'a> {
         }
     }
 
-    fn linear(&mut self, sum: Sum) -> NodeId {
+    pub(super) fn linear(&mut self, sum: Sum) -> NodeId {
         match sum.single() {
             Some((node, 1.0)) if sum.constant == 0.0 => node,
             None if sum.terms.is_empty() => self.add(Node::Const(Real(sum.constant + 0.0))),
@@ -173,7 +173,7 @@ impl<'a> Rewriter<'a> {
         }
     }
 
-    fn mul(&mut self, a: NodeId, b: NodeId) -> NodeId {
+    pub(super) fn mul(&mut self, a: NodeId, b: NodeId) -> NodeId {
         if let Some((c, x)) = self.constant_of(a).map(|c| (c, b)).or(self.constant_of(b).map(|c| (c, a))) {
             let sum = self.sum_of(x).scaled(c);
             return self.linear(sum);
@@ -188,6 +188,9 @@ impl<'a> Rewriter<'a> {
             let sum = self.sum_of(a).scaled(1.0 / c);
             return self.linear(sum);
         }
+        if let Some(reciprocal) = self.chosen_reciprocal(b) {
+            return self.mul(a, reciprocal);
+        }
         let ((ca, a), (cb, b)) = (self.scaled(a), self.scaled(b));
         let quotient = self.add(Node::Div(a, b));
         self.linear(Sum::value(quotient).scaled(ca / cb))
@@ -198,7 +201,7 @@ impl<'a> Rewriter<'a> {
             _ if a == b => a,
             (x, y) if x.high <= y.low => a,
             (x, y) if y.high <= x.low => b,
-            _ => self.add(Node::Min(a.min(b), a.max(b))),
+            _ => self.limited(a, b, true).unwrap_or_else(|| self.add(Node::Min(a.min(b), a.max(b)))),
         }
     }
 
@@ -207,7 +210,7 @@ impl<'a> Rewriter<'a> {
             _ if a == b => a,
             (x, y) if x.low >= y.high => a,
             (x, y) if y.low >= x.high => b,
-            _ => self.add(Node::Max(a.min(b), a.max(b))),
+            _ => self.limited(a, b, false).unwrap_or_else(|| self.add(Node::Max(a.min(b), a.max(b)))),
         }
     }
 
@@ -265,8 +268,8 @@ impl<'a> Rewriter<'a> {
         match *self.dag.get(c) {
             _ if a == b => a,
             Node::Bool(value) => [b, a][usize::from(value)],
-            Node::Not(inner) => self.add(Node::Select(inner, b, a)),
-            _ => self.add(Node::Select(c, a, b)),
+            Node::Not(inner) => self.select(inner, b, a),
+            _ => self.chosen(c, a, b),
         }
     }
 

@@ -32,10 +32,11 @@ impl Lanes<'_> {
         [self.ins().imul(low_a, low_b), self.ins().imul(high_a, high_b)]
     }
 
-    /// The top words of the products of words.
+    /// The top words of the products of words, rounded half up.
     pub(super) fn top_words(&mut self, a: KernelValue, b: KernelValue) -> Value {
-        let products = self.multiplied(a, b);
-        self.words_of(products, [1, 3, 5, 7])
+        let half = self.splat_wide(1 << 31);
+        let rounded = self.multiplied(a, b).map(|products| self.ins().iadd(products, half));
+        self.words_of(rounded, [1, 3, 5, 7])
     }
 
     /// Words times `2^n`, in 64 bits.

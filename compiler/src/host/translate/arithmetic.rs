@@ -25,7 +25,8 @@ impl Translator<'_> {
     /// `floor(a * b / 2^32)`
     pub(in crate::host) fn top_word(&mut self, a: Value, b: Value) -> Value {
         let product = self.f.ins().imul(a, b);
-        self.f.ins().sshr_imm_s(product, 32)
+        let rounded = self.f.ins().iadd_imm_s(product, 1 << 31);
+        self.f.ins().sshr_imm_s(rounded, 32)
     }
 
     /// `floor(a / 2^n + 1/2)`

@@ -1,6 +1,6 @@
 //! Arithmetic of 64 bits, in two registers.
 
-use super::word::{shift_code, with_shift};
+use super::word::{ROUND, shift_code, with_shift};
 use super::{Bound, Select};
 use crate::kernel::{Op, Value};
 use crate::thumb::vcode::{Code, Role, VReg};
@@ -92,7 +92,7 @@ impl Select<'_> {
     fn rounded_product(&mut self, product: Value) -> VReg {
         let Some((_, [a, b])) = self.later(product) else { return self.pair(product).1 };
         let (n, m) = (self.reg(a), self.reg(b));
-        self.result(Code::new(Isa::SMMUL).reg(Role::N, n).reg(Role::M, m).imm(1))
+        self.result(Code::new(Isa::SMMUL).reg(Role::N, n).reg(Role::M, m).imm(ROUND))
     }
 
     /// Both words of a product.

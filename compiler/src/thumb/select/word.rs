@@ -8,6 +8,9 @@ use crate::thumb::vcode::{Code, Place, Role, VReg};
 use whippen_isa::imm::thumb_shrink_imm;
 use whippen_isa::{Cond, Op as Isa, ShiftType};
 
+/// Top words of products are rounded half up (SMMULR, SMMLAR).
+pub(super) const ROUND: u32 = 1;
+
 /// For how many instructions a constant stays in its register.
 const CONSTANT_KEPT: usize = 24;
 
@@ -54,21 +57,16 @@ impl Select<'_> {
                 self.three(Isa::MUL, a, b)
             }
             Op::MulTop => match self.power(args[0], args[1]) {
-                Some((of, n)) => self.shifted(Isa::ASR_immediate, of, n),
+                Some((of, n)) => self.sar_round_word(of, n),
                 None => {
                     let (a, b) = (self.reg(args[0]), self.reg(args[1]));
-                    self.three(Isa::SMMUL, a, b)
+                    self.result(Code::new(Isa::SMMUL).reg(Role::N, a).reg(Role::M, b).imm(ROUND))
                 }
             },
             Op::MacTop if args[1..].iter().any(|arg| self.constant(*arg) == Some(0)) => self.reg(args[0]),
-            Op::MacTop if self.power(args[1], args[2]).is_some() => {
-                let (of, n) = self.power(args[1], args[2]).unwrap_or((args[1], 31));
-                let sum = self.reg(args[0]);
-                self.with_shifted(Isa::ADD_register, sum, Op::Sar(n), of)
-            }
             Op::MacTop => {
                 let (sum, a, b) = (self.reg(args[0]), self.reg(args[1]), self.reg(args[2]));
-                self.result(Code::new(Isa::SMMLA).reg(Role::N, a).reg(Role::M, b).reg(Role::A, sum))
+                self.result(Code::new(Isa::SMMLA).reg(Role::N, a).reg(Role::M, b).reg(Role::A, sum).imm(ROUND))
             }
             Op::Min | Op::Max => self.clamped(op, args),
             Op::Shl(n) => self.shifted(Isa::LSL_immediate, args[0], n),
@@ -128,16 +126,12 @@ impl Select<'_> {
         };
         let sum = self.reg(sum);
         let product = match op {
-            Op::Mul => Isa::MLA,
-            Op::MulTop if self.power(args[0], args[1]).is_some() => {
-                let (of, n) = self.power(args[0], args[1])?;
-                return Some(self.with_shifted(Isa::ADD_register, sum, Op::Sar(n), of));
-            }
-            Op::MulTop => Isa::SMMLA,
+            Op::Mul => Code::new(Isa::MLA),
+            Op::MulTop => Code::new(Isa::SMMLA).imm(ROUND),
             _ => return Some(self.with_shifted(Isa::ADD_register, sum, op, args[0])),
         };
         let (n, m) = (self.reg(args[0]), self.reg(args[1]));
-        Some(self.result(Code::new(product).reg(Role::N, n).reg(Role::M, m).reg(Role::A, sum)))
+        Some(self.result(product.reg(Role::N, n).reg(Role::M, m).reg(Role::A, sum)))
     }
 
     /// An instruction of two operands, the second of them shifted as a Kernel operator says.
