@@ -114,9 +114,9 @@ impl Measure {
         // An IT block looks ahead over four instructions.
         let first = first.saturating_sub(4);
         let mut state = states[first];
-        for place in first..order.len() {
-            if place > last && state.is_like(&states[place]) {
-                return total + state.sum - states[place].sum;
+        for (place, known) in states.iter().enumerate().take(order.len()).skip(first) {
+            if place > last && state.is_like(known) {
+                return total + state.sum - known.sum;
             }
             state = self.step(state, order, place);
         }
