@@ -122,6 +122,12 @@ impl Rig {
             let stop = self.step();
             assert!(matches!(stop, Stop::Limit), "{stop:?}");
         }
+        // Both cores between two ticks: no count is half done.
+        while [0, 1].iter().any(|&core| self.machine.cpu(core).exception() != 0) {
+            let until = self.machine.cycle(0).max(self.machine.cycle(1)) + 10;
+            let stop = self.machine.run(until);
+            assert!(matches!(stop, Stop::Limit), "{stop:?}");
+        }
         std::mem::take(&mut self.converter().drives)
     }
 

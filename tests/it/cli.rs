@@ -240,7 +240,7 @@ fn numbers_are_ranges_formats_and_errors() {
     let rows: Vec<Vec<&str>> = out.lines().map(|line| line.split_whitespace().collect()).collect();
     let row = |name: &str| rows.iter().find(|r| r.first() == Some(&name)).unwrap_or_else(|| panic!("{name}: {out}"));
     assert_eq!(row("x")[..6], ["x", "-0.000500", "..", "0.010500", "m", "word"]);
-    assert_eq!(row("spring")[..6], ["spring", "-0.150000", "..", "3.150000", "N", "~I3F29"]);
+    assert_eq!(row("spring")[..6], ["spring", "-0.150000", "..", "3.150000", "N", "~I4F28"]);
     assert!(row("spring")[6].parse::<f64>().is_ok_and(|error| (0.0..1e-6).contains(&error)));
     assert!(out.contains("x: window 31 ticks (0.703 ms); x' and x'' lag 15 ticks (0.340 ms)"), "{out}");
     // A setting from outside is seen.

@@ -38,7 +38,8 @@ fn a_force_pushes_the_free_key_and_nobody_lets_it_go() {
 fn hands_that_are_none_and_devices_without_mechanics_are_refused() {
     let bare = "name = \"bare\"\n[sensor]\nbits = \"16 bit\"\nlow = \"-0.5 mm\"\nhigh = \"10.5 mm\"\ndelay = \"1 sample\"\n\
                 [drive]\nbits = \"16 bit\"\nfull_scale = \"32 N\"\ndelay = \"1 sample\"\n";
-    let shell = Shell::new().with("bare.toml", bare);
+    let motor = "[motor]\ntorque_constant = \"7 mN*m/A\"\nrated = \"0.5 A\"\npeak = \"2 A\"\npeak_time = \"100 ms\"\n";
+    let shell = Shell::new().with("bare.toml", bare).with("driven.toml", &format!("{bare}{motor}"));
     let spring = bundled("virtual-spring.whip");
     for (hand, word) in [
         ("0.2kg", "mass, damping and stiffness"),
@@ -49,8 +50,9 @@ fn hands_that_are_none_and_devices_without_mechanics_are_refused() {
         shell.refuses(2, &["run", &spring, &format!("--hand={hand}")], &[word]);
     }
     shell.refuses(2, &["run", &spring, "--hand", "free", "--device", "bare.toml"], &["[mechanics]"]);
-    let (out, _) = shell.ends(0, &["budget", &spring, "--device", "bare.toml", "--keys", "4"]);
-    assert!(out.contains("stability: not judged") && out.contains("motor: not judged"), "{out}");
+    shell.refuses(2, &["budget", &spring, "--device", "bare.toml", "--keys", "4"], &["[motor]"]);
+    let (out, _) = shell.ends(0, &["budget", &spring, "--device", "driven.toml", "--keys", "4"]);
+    assert!(out.contains("stability: not judged"), "{out}");
 }
 
 #[test]

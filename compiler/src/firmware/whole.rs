@@ -172,7 +172,7 @@ mod tests {
         let text = "kernel direct @44100 {
   in x: u16 [0..65535]
   out f: i16 [-32768..32767]
-  event loud 1
+  event loud(1)
   tick {
     v0: i32 [0..65535] = in x
     v1: i32 [32768..32768] = const 32768
