@@ -188,7 +188,7 @@ mod tests {
             changed("\"256 KiB\"", "\"2 bytes\""),
             changed("\"256 KiB\"", "\"257 KiB\""),
             changed("kind = \"flash\"", "kind = \"rom\""),
-            changed("\".data*\"         = \"sram4\"", "\".data*\" = \"sram5\""),
+            changed("\".data*\"         = \"sram0\"", "\".data*\" = \"sram5\""),
             changed("name  = \"rp2350\"", ""),
         ];
         insta::assert_snapshot!(messages.join("\n"));
