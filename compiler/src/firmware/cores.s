@@ -5,11 +5,15 @@
         .thumb
         .section .data.shared.cores, "aw"
         .balign 4
-        .global status, core0, core1, alarm
+        .global status, core0, alarm
 status: .ascii  "WHIP"
         .word   1                       @ version of this table
         .word   0                       @ S_FAULTS: see docs/firmware.md
+        .if     CORES > 1
         .word   core0, core1
+        .else
+        .word   core0, 0                @ there is no other
+        .endif
         .word   mailbox
         .word   programs
 core0:  .word   core0_tick, core0_state
@@ -18,12 +22,15 @@ core0:  .word   core0_tick, core0_state
         .word   0, 0, 0, 0, -1, 0       @ tick, alarm, missed, faults, the key that is faulty, turn
         .word   0, 0, RAMP              @ its first key, this tick's row, ticks of ramps that are left
         .word   program0_core0, program0_core0, 0 @ the program that plays, the one that is wanted, keys that have begun
+        .if     CORES > 1
+        .global core1
 core1:  .word   core1_tick, core1_state
         .word   words + 2 * KEYS0, words + 2 * DISTANCE + 2 * KEYS0
         .word   KEYS1, core1_state + GAINS1, guards1
         .word   0, 0, 0, 0, -1, 0
         .word   KEYS0, 0, RAMP
         .word   program0_core1, program0_core1, 0
+        .endif
 alarm:  .word   0                       @ goes up with every missed tick of either core
 
         .section .bss.shared.words, "aw", %nobits
@@ -33,11 +40,14 @@ words:  .space  4 * DISTANCE
 
         .section .bss.guards, "aw", %nobits
         .balign 4
-        .global guards0, guards1
+        .global guards0
 guards0: .space 16 * KEYS0
+        .if     CORES > 1
         .section .bss.core1.guards, "aw", %nobits
         .balign 4
+        .global guards1
 guards1: .space 16 * KEYS1
+        .endif
 
 @ Every key may have full force, after the ramp; the keys' own state comes from the compiler.
         .section .text.start, "ax"
@@ -47,11 +57,15 @@ start_keys:                             @ R1: which half holds sensor words
         push    {r1, lr}
         ldr     r4, =core0
         bl      free_keys
+        .if     CORES > 1
         ldr     r4, =core1
         bl      free_keys
+        .endif
         ldr     r2, =programs
         ldr     r3, [r2], #4            @ every program of both cores, so that each can begin at any time
+        .if     CORES > 1
         lsls    r3, r3, #1
+        .endif
 1:      ldr     r0, [r2], #4
         push    {r2, r3}
         ldr     r2, [r0, #P_INIT]       @ keeps no register; in RAM, beyond a branch

@@ -59,7 +59,9 @@ pub fn owner(section: &str) -> Owner {
     let has = |part: &str| section.split('.').any(|own| own.split('_').next() == Some(part));
     match () {
         () if section.starts_with(".text.start") || !section.starts_with(['.']) => Owner::Start,
-        () if [".vectors", ".image_def", ".copy_table", ".zero_table"].contains(&section) => Owner::Start,
+        () if section.ends_with("vectors") || [".image_def", ".copy_table", ".zero_table"].contains(&section) => {
+            Owner::Start
+        }
         () if has("shared") => Owner::Both,
         () => Owner::Core(usize::from(has("core1"))),
     }
