@@ -99,14 +99,13 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
     let records = programs.iter().map(|program| record_bytes(&program.modes.kernel, &options(0, 0)));
     let around = Around { distance: distance(setup.keys), record: records.max().unwrap_or(0) };
     let built = |core: usize, number: usize| {
-        let modes = keys_of(programs[number].modes, setup.keys, core);
-        compile_for_frame(&modes, &options(core, number), &around).map_err(WholeError::Code)
+        compile_for_frame(programs[number].modes, &options(core, number), &around).map_err(WholeError::Code)
     };
     let pair = |number: usize| {
         let first = built(0, number)?;
-        let same = setup.keys[0] == setup.keys[1] && programs[number].modes.kernel.keyed.is_empty();
-        let second = if same { renamed(&first, number) } else { built(1, number)? };
-        Ok([first, second])
+        let second = if setup.keys[0] == setup.keys[1] { renamed(&first, number) } else { built(1, number)? };
+        let own = keys_of(&programs[number].modes.kernel, setup.keys, 1);
+        Ok([first, second.with_keys_of(&own)])
     };
     let pairs = (0..programs.len()).map(pair);
     let keys: Vec<[Built; 2]> = pairs.collect::<Result<_, WholeError>>()?;
@@ -166,29 +165,37 @@ mod tests {
     use super::*;
     use crate::kernel::parse;
 
-    /// A renamed object is the one that would have been compiled.
+    /// A renamed object with other keys is the one that would have been compiled.
     #[test]
     fn the_second_core_has_the_code_of_the_first() {
         let text = "kernel direct @44100 {
   in x: u16 [0..65535]
   out f: i16 [-32768..32767]
+  keyed weight: i32 [0..9] = { 1, 2, 3, 4, 5, 6, 7, 8, 9 }
   event loud(1)
   tick {
     v0: i32 [0..65535] = in x
     v1: i32 [32768..32768] = const 32768
-    v2: i32 [-32768..32767] = sub v0 v1
-    out f v2
+    v2: i32 [0..9] = keyed weight
+    v3: i32 [-32768..32767] = sub v0 v1
+    v4: i32 [-32777..32767] = sub v3 v2
+    v5: i32 [-32768..-32768] = const -32768
+    v6: i32 [-32768..32767] = max v4 v5
+    out f v6
   }
 }
 ";
-        let modes = Modes::single(&parse(text).unwrap_or_else(|error| panic!("{error:?}")));
+        let kernel = parse(text).unwrap_or_else(|error| panic!("{error:?}"));
+        let keys = [0, 1].map(|core| keys_of(&kernel, [7, 7], core));
+        assert_ne!(keys[0].keyed, keys[1].keyed);
         for program in [0, 3] {
             let compiled = |core: usize| {
+                let modes = Modes::single(&keys[core]);
                 let options = thumb::Options { name: keys_name(core, program), keys: 7, gain: true, probes: false };
                 let around = Around { distance: 28, record: 40 };
                 compile_for_frame(&modes, &options, &around).unwrap_or_else(|error| panic!("{error}"))
             };
-            assert_eq!(renamed(&compiled(0), program), compiled(1));
+            assert_eq!(renamed(&compiled(0), program).with_keys_of(&keys[1]), compiled(1));
         }
     }
 }
