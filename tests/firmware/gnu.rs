@@ -41,6 +41,7 @@ fn the_same_bytes() {
     let rig = Rig::new(&kernel, 0);
     let mut constants = constants(&[played(&kernel, &rig, &midi(&kernel))], &setup(), &RP2350).expect("constants");
     constants.insert("KEYS".to_string(), 44);
+    constants.insert("DISTANCE".to_string(), 88);
     let mut compared = 0;
     for (index, texts) in sources(&RP2350).into_iter().enumerate() {
         let text: String = texts.iter().map(|source| source.text).collect();

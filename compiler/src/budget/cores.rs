@@ -1,7 +1,6 @@
 //! Both cores of a whole image: each bounded as if it were alone, and with the other one at work.
 //!
-//! Who may be where follows from the sections of the image: each core fetches from its own code and accesses its own data and
-//! what both share. What a core looks up in the other's memory between ticks comes as a number (`Running::visits`).
+//! Who may be where follows from the sections of the image: each core fetches from its own code and accesses its own data. What a core looks up in the other's memory between ticks comes as a number (`Running::visits`).
 
 use whippen_isa::timing::Core;
 
@@ -54,11 +53,10 @@ fn surroundings(image: &Image, core: usize) -> Surroundings {
     Surroundings { data: banks(image, core, false), prefetch: true, others, visits: RUNNING[core].visits }
 }
 
-/// The banks of a core's code, or of its data and what it shares.
+/// The banks of a core's code, or of its data.
 fn banks(image: &Image, core: usize, code: bool) -> Banks {
     let is = |name: &str| match owner(name) {
         Owner::Core(own) => own == core,
-        Owner::Both => !code,
         Owner::Start => false,
     };
     let wanted =

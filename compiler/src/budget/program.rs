@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Annotations, Code, Step};
+use super::{Annotations, Banks, Code, Step, Surroundings};
 use crate::image::{Image, Place, SectionKind};
 
 /// Code with names.
@@ -46,6 +46,12 @@ impl Program {
     pub fn words_of(&self, from: u32) -> impl Iterator<Item = u32> + use<> {
         let section = self.sections.iter().find(|(at, bytes)| (*at..at + bytes).contains(&from));
         (from..section.map_or(from, |(at, bytes)| at + bytes)).step_by(4)
+    }
+
+    /// The banks of the section that an address is in.
+    pub fn banks_of(&self, address: u32) -> Banks {
+        let section = self.sections.iter().find(|(at, bytes)| (*at..at + bytes).contains(&address));
+        section.map_or(!0, |(at, bytes)| Surroundings::banks(*at, *bytes))
     }
 
     /// Whose an instruction is.

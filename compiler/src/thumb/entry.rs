@@ -111,8 +111,9 @@ impl Writer<'_> {
             // `init` fills lines from their first row on.
             let (line, shift) = (&frame.lines[first as usize], ShiftType::LSL);
             let amount = line.log2();
+            let base = self.apart();
             self.offset(H, line.at);
-            self.op(Inst { d: H, n: H, m: T, ..template(Op::ADD_register) });
+            self.op(Inst { d: H, n: H, m: base, ..template(Op::ADD_register) });
             self.op(Inst { d: H, n: H, m: 2, shift, amount, ..template(Op::ADD_register) });
         }
         self.cells(kernel);
@@ -198,18 +199,26 @@ impl Writer<'_> {
     fn pointers(&mut self) {
         let frame = self.frame;
         let Some(first) = frame.first_line else { return };
-        self.row(3, first, 0);
+        let base = self.apart();
+        self.row(base, 3, first, 0);
         self.store(3, ROW);
         for Pointer { line, ticks, at } in &frame.pointers {
-            self.row(0, *line, *ticks);
+            self.row(base, 0, *line, *ticks);
             let (scale, shift) = (frame.scale(*line), ShiftType::LSL);
             self.op(Inst { d: 0, n: 0, m: 3, shift, amount: scale, ..template(Op::SUB_register) });
             self.store(0, *at);
         }
     }
 
+    /// The register from which events and histories are counted; R12 where they lie apart.
+    fn apart(&mut self) -> u8 {
+        let Some(at) = self.frame.apart else { return T };
+        self.load(12, at);
+        12
+    }
+
     /// The address of the row of a line that was written so many ticks ago, or is written now. Uses R1 and R2.
-    fn row(&mut self, d: u8, line: u32, ticks: u32) {
+    fn row(&mut self, base: u8, d: u8, line: u32, ticks: u32) {
         let line = &self.frame.lines[line as usize];
         self.load(d, line.ring);
         if ticks != 0 {
@@ -221,7 +230,7 @@ impl Writer<'_> {
         }
         self.offset(1, line.row);
         self.offset(2, line.at);
-        self.op(Inst { d: 2, n: 2, m: T, ..template(Op::ADD_register) });
+        self.op(Inst { d: 2, n: 2, m: base, ..template(Op::ADD_register) });
         self.op(Inst { d, n: d, m: 1, a: 2, ..template(Op::MLA) });
     }
 }
