@@ -325,6 +325,7 @@ const PLACES: &[(&str, i64)] = &[
     ("R_RELEASE", 16),
     ("R_SHIFT", 20),
     ("R_VELOCITIES", 24),
+    ("R_MASK", 28),
     ("S_FAULTS", 8),
     ("FAULT_MISSED", 1),
     ("FAULT_RAIL", 2),
@@ -372,7 +373,6 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
         put(&format!("STACK{core}"), board.stacks[core].into());
     }
     put("RECORD", record.into());
-    put("EVENTS_BYTES", layouts[0].events().bytes.into());
     put("FIRST_NOTE", setup.first_note.into());
     put("STEP", (65_536 * TURNS).div_ceil(ticks(RAMP_MS).max(TURNS)));
     put("RAMP", (ticks(RAMP_MS) + 3 * TURNS).min(0xffff));

@@ -210,10 +210,10 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, funcs: &[
     let name = &options.name;
     let slots = funcs.iter().map(|func| func.slots).max().unwrap_or(0);
     let mut mode_names: Vec<String> = (0..modes.modes.len()).map(|mode| names::mode(name, mode)).collect();
-    let mut items = entry::tick(frame, name, slots, &mode_names);
+    let labels = entry::Labels { init_key: 0, init_next: 1, events: 2 };
+    let mut items = entry::tick(frame, name, slots, &mode_names, labels.events);
     mode_names.push(names::end(name));
-    let labels = entry::Labels { init_key: 0, init_next: 1 };
-    let mut base = 2;
+    let mut base = entry::LABELS;
     for (index, func) in funcs.iter().enumerate() {
         items.push(Item::Function { name: names::mode(name, index), global: false });
         items.extend(arrange::arrange(func, base, core, &mode_names, labels.init_next));
@@ -252,6 +252,9 @@ fn object(kernel: &Kernel, frame: &Frame, options: &Options, literals: &Literals
     state.modes(frame, name);
     if let Some(at) = frame.apart {
         state.address(at, names::histories(name));
+        if frame.ring.is_some() {
+            state.address(at + 4, names::events(name));
+        }
     }
     let symbol = |name, section, size| Symbol {
         name,
@@ -267,6 +270,11 @@ fn object(kernel: &Kernel, frame: &Frame, options: &Options, literals: &Literals
         object.symbols.push(symbol(names::histories(name), 2, frame.size_apart));
         let section = format!(".data.{name}.histories");
         object.sections.push(data(section, SectionKind::Data, histories.bytes, histories.fixups));
+        if let Some(ring) = frame.ring {
+            object.symbols.push(symbol(names::events(name), object.sections.len(), ring.size()));
+            let zeroed = data(format!(".bss.{name}.events"), SectionKind::Zeroed, Vec::new(), Vec::new());
+            object.sections.push(Section { size: ring.size(), ..zeroed });
+        }
     }
     for (index, table) in kernel.tables.iter().enumerate() {
         let bytes: Vec<u8> = table.values.iter().flat_map(|word| word.to_le_bytes()).collect();
@@ -329,7 +337,7 @@ impl Memory {
     }
 }
 
-/// The state, and events and histories where they lie apart.
+/// The state, and the histories where they lie apart.
 fn memory(kernel: &Kernel, frame: &Frame) -> [Memory; 2] {
     let zeroed = |bytes: u32| Memory { bytes: vec![0; bytes as usize], fixups: Vec::new() };
     let (mut state, mut histories) = (zeroed(frame.size), zeroed(frame.size_apart));
@@ -404,21 +412,23 @@ impl Layout {
         self.frame.records + key * self.frame.record
     }
 
-    /// The ring of events.
-    pub fn events(&self) -> EventRing {
-        EventRing {
+    /// The ring of events, if keys have any.
+    pub fn events(&self) -> Option<EventRing> {
+        let ring = self.frame.ring?;
+        Some(EventRing {
             head: frame::EVENT_HEAD,
             tail: frame::EVENT_TAIL,
             lost: frame::EVENT_LOST,
-            start: self.frame.events,
-            bytes: frame::EVENT_BYTES,
-            event: self.frame.event,
-        }
+            start: ring.at,
+            bytes: ring.bytes,
+            event: ring.event,
+        })
     }
 }
 
 /// The ring of events, in bytes from the start of the state. An event is a word with the tick, `u16` key, `u16` event, and
-/// the arguments as words. Where histories lie apart (`NAME_histories`), `start` is in bytes from there.
+/// the arguments as words; one whose second word is [`EVENT_MARK`] is none, but says that the ring goes on at its beginning.
+/// Where the ring lies apart (`NAME_events`), `start` is in bytes from there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EventRing {
     /// Word: bytes ever written.
@@ -433,4 +443,14 @@ pub struct EventRing {
     pub bytes: u32,
     /// Bytes of one event.
     pub event: u32,
+}
+
+/// The second word of what is no event: it says that the ring goes on at its beginning.
+pub const EVENT_MARK: u32 = !0;
+
+impl EventRing {
+    /// Where what was written first and not read yet goes on, if a mark stands at `tail`.
+    pub fn behind_mark(&self, tail: u32) -> u32 {
+        (tail | (self.bytes - 1)).wrapping_add(1)
+    }
 }

@@ -62,14 +62,17 @@ take:   push    {r4-r10, lr}
         cmp     r7, r2
         beq     empty
         dmb     sy
-        movw    r3, #EVENTS_BYTES - 1
+        ldr     r3, [r8, #R_MASK]
         ldr     r2, [r8, #R_EVENTS]
-        ands    r3, r7
-        add     r2, r2, r3              @ tick, key, event, arguments
+        and     r0, r3, r7
+        add     r2, r2, r0              @ tick, key, event, arguments
+        ldr     r12, [r2, #4]
+        cmn     r12, #1
+        beq     mark
         ldr     r3, [r8, #R_EVENT]
-        ldrh    r0, [r2, #4]
-        ldrh    r12, [r2, #6]
         ldr     r2, [r2, #8]
+        uxth    r0, r12
+        lsr     r12, r12, #16
         add     r7, r7, r3
         dmb     sy
         str     r7, [r5, #T_TAIL]
@@ -106,6 +109,10 @@ put:    str     r7, [r5]
         movs    r0, #3
         str     r0, [r4, #4]
         pop     {r4-r10, pc}
+mark:   orrs    r7, r3                  @ no event: the ring goes on at its beginning
+        adds    r7, #1
+        str     r7, [r5, #T_TAIL]
+        b       none
 empty:  cmp     r10, r9
         beq     none
         movs    r0, #0                  @ another program plays: the first key that still sounds

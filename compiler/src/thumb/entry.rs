@@ -9,6 +9,8 @@
 //! As part of a firmware's frame all take the first key's word in R1 and keep no register but SP. `NAME_begin` is there
 //! for it alone.
 
+mod events;
+
 use super::emit::{Item, Label};
 use super::frame::{Frame, H, I, K, Pointer, ROW, T, TICK};
 use super::vcode::template;
@@ -25,7 +27,12 @@ const SAVED: u32 = 0x0ff0;
 pub(super) struct Labels {
     pub init_key: Label,
     pub init_next: Label,
+    /// Three, then two more.
+    pub events: Label,
 }
+
+/// How many labels there are.
+pub(super) const LABELS: Label = 7;
 
 /// A list of instructions being written.
 struct Writer<'a> {
@@ -33,15 +40,17 @@ struct Writer<'a> {
     items: Vec<Item>,
 }
 
-/// Entry and end of a tick; `slots` words of the stack are for the keys' code.
-pub(super) fn tick(frame: &Frame, name: &str, slots: usize, modes: &[String]) -> Vec<Item> {
+/// Entry and end of a tick, with labels from `events` on; `slots` words of the stack are for the keys' code.
+pub(super) fn tick(frame: &Frame, name: &str, slots: usize, modes: &[String], events: Label) -> Vec<Item> {
     let mut w = Writer { frame, items: Vec::new() };
     w.items.push(Item::Function { name: names::tick(name), global: true });
     w.enter(slots);
+    w.open_events(events);
     w.registers();
     w.op(Inst { t: LR, n: K, ..template(Op::LDR_immediate) });
     w.items.push(Item::Indirect { inst: Inst { m: LR, ..template(Op::BX) }, to: modes.to_vec() });
     w.items.push(Item::Function { name: names::end(name), global: false });
+    w.close_events(events + 3);
     w.rings();
     w.pointers();
     w.op(Inst { t: 0, n: T, imm: TICK, ..template(Op::LDR_immediate) });
@@ -210,7 +219,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The register from which events and histories are counted; R12 where they lie apart.
+    /// The register from which histories are counted; R12 where they lie apart.
     fn apart(&mut self) -> u8 {
         let Some(at) = self.frame.apart else { return T };
         self.load(12, at);

@@ -20,7 +20,12 @@ pub(super) fn state(name: &str) -> String {
     format!("{name}_state")
 }
 
-/// Events and histories of a core's keys, where they lie apart from their state.
+/// The ring of events of a core's keys, where it lies apart from their state.
+pub(super) fn events(name: &str) -> String {
+    format!("{name}_events")
+}
+
+/// Histories of a core's keys, where they lie apart from their state.
 pub(super) fn histories(name: &str) -> String {
     format!("{name}_histories")
 }
