@@ -42,7 +42,7 @@ mod schedule;
 mod select;
 mod vcode;
 
-use crate::image::{Fixup, FixupKind, Object, Section, SectionKind, Symbol, SymbolKind};
+use crate::image::{Fixup, FixupKind, Object, Section, SectionKind, Symbol, SymbolKind, timing};
 use crate::kernel::{Kernel, Type};
 use crate::modes::Modes;
 use allocate::Allocated;
@@ -52,6 +52,7 @@ use literal::{Literal, Literals};
 use select::Select;
 use std::fmt;
 use whippen_isa::Arch;
+use whippen_isa::timing::Core;
 
 pub use emit::NoEncoding;
 
@@ -66,6 +67,8 @@ pub struct Options {
     pub gain: bool,
     /// Whether probes are kept, key by key in the records; else they are left out.
     pub probes: bool,
+    /// The core's architecture.
+    pub arch: Arch,
 }
 
 /// Why there is no code.
@@ -75,6 +78,8 @@ pub enum ThumbError {
     Keys(u32),
     /// More modes than addresses have room.
     Modes(usize),
+    /// Code is not made for this architecture.
+    Arch(Arch),
     /// A bug: no registers, or no encoding.
     Bug(String),
 }
@@ -84,6 +89,7 @@ impl fmt::Display for ThumbError {
         match self {
             ThumbError::Keys(keys) => write!(f, "{keys} keys do not fit: a core takes 1 to 65536 keys in 16 MiB"),
             ThumbError::Modes(modes) => write!(f, "{modes} modes, more than {LITERALS_MAX}"),
+            ThumbError::Arch(arch) => write!(f, "no code is made for the {} so far", timing(*arch).name),
             ThumbError::Bug(what) => write!(f, "no code: {what}"),
         }
     }
@@ -171,20 +177,24 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
     if options.keys == 0 || options.keys > 1 << 16 {
         return Err(ThumbError::Keys(options.keys));
     }
+    if options.arch == Arch::V6M {
+        return Err(ThumbError::Arch(options.arch));
+    }
     if modes.modes.len() > LITERALS_MAX / 2 {
         return Err(ThumbError::Modes(modes.modes.len()));
     }
     let kernel = &modes.kernel;
     let mut frame = Frame::new(kernel, options, around);
     let mut literals = Literals::default();
-    let funcs = best::modes(modes, &frame, &mut literals)?;
-    let init = best::init(Select::init(kernel, &frame, &mut literals))?;
+    let core = timing(options.arch);
+    let funcs = best::modes(modes, &frame, &mut literals, &core)?;
+    let init = best::init(Select::init(kernel, &frame, &mut literals), &core)?;
     frame.close(literals.all().len());
     if frame.size.max(frame.size_apart) > 1 << 24 {
         return Err(ThumbError::Keys(options.keys));
     }
-    let items = items(&frame, options, modes, &funcs, &init);
-    let code = lay_out(&items.items, items.labels, Arch::V8M, &options.name)
+    let items = items(&frame, options, &core, modes, &funcs, &init);
+    let code = lay_out(&items.items, items.labels, core.arch, &options.name)
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
     let object = object(kernel, &frame, options, &literals, code);
     Ok(Built { object, layout: Layout { frame } })
@@ -196,7 +206,7 @@ struct Items {
     labels: usize,
 }
 
-fn items(frame: &Frame, options: &Options, modes: &Modes, funcs: &[Allocated], init: &Allocated) -> Items {
+fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, funcs: &[Allocated], init: &Allocated) -> Items {
     let name = &options.name;
     let slots = funcs.iter().map(|func| func.slots).max().unwrap_or(0);
     let mut mode_names: Vec<String> = (0..modes.modes.len()).map(|mode| names::mode(name, mode)).collect();
@@ -206,18 +216,18 @@ fn items(frame: &Frame, options: &Options, modes: &Modes, funcs: &[Allocated], i
     let mut base = 2;
     for (index, func) in funcs.iter().enumerate() {
         items.push(Item::Function { name: names::mode(name, index), global: false });
-        items.extend(arrange::arrange(func, base, Arch::V8M, &mode_names, labels.init_next));
+        items.extend(arrange::arrange(func, base, core, &mode_names, labels.init_next));
         base += func.blocks.len();
     }
     items.extend(entry::init(frame, name, init.slots, labels));
-    items.extend(arrange::arrange(init, base, Arch::V8M, &mode_names, labels.init_next));
+    items.extend(arrange::arrange(init, base, core, &mode_names, labels.init_next));
     base += init.blocks.len();
     if frame.caller.is_some() {
         // A copy, so that a key that begins costs what one key costs, and can be bounded as such.
         let done = base + init.blocks.len();
         let [before, behind] = entry::begin(frame, &modes.kernel, name, init.slots, done);
         items.extend(before);
-        items.extend(arrange::arrange(init, base, Arch::V8M, &mode_names, done));
+        items.extend(arrange::arrange(init, base, core, &mode_names, done));
         items.extend(behind);
         base = done + 1;
     }

@@ -56,7 +56,7 @@ fn listing(code: &[u8], symbols: &[(u32, String)]) -> String {
 #[test]
 fn of_a_spring() {
     let modes = Modes::single(&kernel());
-    let options = Options { name: "k".into(), keys: 2, gain: false, probes: false };
+    let options = Options { name: "k".into(), keys: 2, gain: false, probes: false, arch: Arch::V8M };
     let built = compile(&modes, &options).unwrap_or_else(|error| panic!("{error}"));
     let functions = built.object.symbols.iter().filter(|symbol| symbol.section == Some(0));
     let symbols: Vec<(u32, String)> = functions.map(|symbol| (symbol.offset, symbol.name.clone())).collect();

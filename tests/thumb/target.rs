@@ -27,7 +27,7 @@ pub struct Target {
 impl Target {
     /// Code for so many keys, loaded.
     pub fn new(modes: &Modes, keys: u32) -> Target {
-        let options = Options { name: "k".into(), keys, gain: true, probes: true };
+        let options = Options { name: "k".into(), keys, gain: true, probes: true, arch: Arch::V8M };
         let built = compile(modes, &options).unwrap_or_else(|error| panic!("{}: {error}", modes.kernel.name));
         let mut board = Board::generic(CoreKind::CortexM33);
         board.regions.iter_mut().filter(|r| r.base == RAM).for_each(|r| r.bytes = RAM_BYTES);

@@ -94,6 +94,7 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
         keys: setup.keys[core],
         gain: true,
         probes: false,
+        arch: board.arch,
     };
     // One size of records for all, so that what runs through the gains need not ask which program plays.
     let records = programs.iter().map(|program| record_bytes(&program.modes.kernel, &options(0, 0)));
@@ -214,7 +215,13 @@ mod tests {
         for program in [0, 3] {
             let compiled = |core: usize| {
                 let modes = Modes::single(&keys[core]);
-                let options = thumb::Options { name: keys_name(core, program), keys: 7, gain: true, probes: false };
+                let options = thumb::Options {
+                    name: keys_name(core, program),
+                    keys: 7,
+                    gain: true,
+                    probes: false,
+                    arch: Arch::V8M,
+                };
                 let around = Around { distance: 28, record: 40 };
                 compile_for_frame(&modes, &options, &around).unwrap_or_else(|error| panic!("{error}"))
             };

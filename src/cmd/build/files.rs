@@ -145,7 +145,8 @@ impl Files<'_> {
         }
         let path = &args.output.path;
         let name = name(setup.first());
-        let options = thumb::Options { name: name.clone(), keys: setup.keys, gain: false, probes: false };
+        let options =
+            thumb::Options { name: name.clone(), keys: setup.keys, gain: false, probes: false, arch: setup.board.arch };
         let built = thumb::compile(&setup.modes()[0], &options).map_err(no_code)?;
         let places = places(&setup.first().lowered.origins, &setup.map);
         let bytes = relocatable(&built.object, setup.board.arch, &places)
