@@ -10,6 +10,7 @@ use super::memory::{Banks, Surroundings};
 use super::program::Program;
 use crate::firmware::{Owner, RUNNING, owner};
 use crate::image::{Image, SectionKind};
+use crate::parallel;
 
 /// One core.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -38,12 +39,13 @@ pub fn cores(
     keys: [u32; 2],
     playing: usize,
 ) -> Result<[Bounded; 2], NotBounded> {
-    let of = |number: usize| {
-        let (running, keys) = (&RUNNING[number], keys[number]);
-        let with = |surroundings| frame(&OnCore { program, core, running, number, playing, keys, surroundings });
-        Ok(Bounded { alone: with(&Surroundings::default())?, crowded: with(&surroundings(image, number))? })
-    };
-    Ok([of(0)?, of(1)?])
+    let questions = [0, 1].map(|number| [(number, Surroundings::default()), (number, surroundings(image, number))]);
+    let found = parallel::map(questions.into_iter().flatten().collect(), |(number, surroundings)| {
+        let (running, keys, surroundings) = (&RUNNING[number], keys[number], &surroundings);
+        frame(&OnCore { program, core, running, number, playing, keys, surroundings })
+    });
+    let [alone0, crowded0, alone1, crowded1] = found.try_into().unwrap_or_else(|_| unreachable!("four questions"));
+    Ok([Bounded { alone: alone0?, crowded: crowded0? }, Bounded { alone: alone1?, crowded: crowded1? }])
 }
 
 /// Who else is at the banks that a core uses.

@@ -98,8 +98,8 @@ pub(super) fn reach(
         grower.leaves = leaves.checked_sub(others).ok_or(TooBig)?;
         let path = Path { facts: entry(grower.graph, &reach.modes[at].cells), ..Path::default() };
         let tree = grower.grow(Rc::new(path), tick)?;
-        for ranges in tree.iter().flat_map(Tree::ends) {
-            reach.enter(ranges);
+        if let Some(tree) = &tree {
+            tree.ends(&mut |ranges| reach.enter(ranges));
         }
         reach.modes[at].tree = tree;
     }
@@ -155,15 +155,21 @@ pub(super) fn classes(discrete: &[Discrete], cells: &[Range]) -> Option<Vec<usiz
 }
 
 impl Tree {
-    /// Where cells lie at each leaf.
-    fn ends(&self) -> Vec<&[Range]> {
+    /// Calls back with where cells lie at each leaf.
+    fn ends(&self, each: &mut impl FnMut(&[Range])) {
         match self {
-            Tree::Leaf { ranges, .. } => vec![ranges],
-            Tree::Split { yes, no, .. } => yes.ends().into_iter().chain(no.ends()).collect(),
+            Tree::Leaf { ranges, .. } => each(ranges),
+            Tree::Split { yes, no, .. } => {
+                yes.ends(each);
+                no.ends(each);
+            }
         }
     }
 
     pub fn leaves(&self) -> usize {
-        self.ends().len()
+        match self {
+            Tree::Leaf { .. } => 1,
+            Tree::Split { yes, no, .. } => yes.leaves() + no.leaves(),
+        }
     }
 }

@@ -65,11 +65,11 @@ pub(super) fn modes(
     let mut select =
         |index: usize, way: Way| Select::mode(&modes.kernel, frame, literals, &modes.modes[index], index, way.near);
     let funcs: Vec<Func> = (0..modes.modes.len()).map(|index| select(index, WAYS[0])).collect();
-    let first = |func: &Func| {
-        let (code, cycles) = made(func.clone(), WAYS[0].alive, core)?;
+    let first = |func: Func| {
+        let (code, cycles) = made(func, WAYS[0].alive, core)?;
         Ok(Made { code, cycles, tried: 0 })
     };
-    let mut all = parallel::map(&funcs, first).into_iter().collect::<Result<Vec<Made>, ThumbError>>()?;
+    let mut all = parallel::map(funcs, first).into_iter().collect::<Result<Vec<Made>, ThumbError>>()?;
     for _ in 0..TRIES + all.len() {
         let dearest = all.iter_mut().enumerate().max_by_key(|(index, made)| (made.cycles, std::cmp::Reverse(*index)));
         let Some((index, best)) = dearest else { break };
