@@ -23,9 +23,18 @@ pub fn map<T: Send, R: Send>(items: Vec<T>, of: impl Fn(T) -> R + Sync) -> Vec<R
     all.into_iter().map(|(_, result)| result).collect()
 }
 
+/// Two results, found at once.
+pub fn both<A: Send, B>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B) -> (A, B) {
+    thread::scope(|scope| {
+        let a = scope.spawn(a);
+        let b = b();
+        (a.join().unwrap_or_else(|panic| resume_unwind(panic)), b)
+    })
+}
+
 #[cfg(test)]
 mod tests {
-    use super::map;
+    use super::{both, map};
 
     #[test]
     fn results_come_in_the_order_of_the_items() {
@@ -33,5 +42,6 @@ mod tests {
         let items: Vec<u64> = (0..1000).collect();
         assert_eq!(map(items.clone(), |item| item * item), squares(items));
         assert_eq!(map(Vec::new(), |item: u64| item * item), []);
+        assert_eq!(both(|| 1, || 2), (1, 2));
     }
 }

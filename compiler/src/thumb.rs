@@ -341,6 +341,9 @@ fn memory(kernel: &Kernel, frame: &Frame) -> [Memory; 2] {
         if let Some(gain) = frame.gain {
             state.word(record + gain, 1 << 16);
         }
+        if let Some(number) = frame.number {
+            state.word(record + number, key);
+        }
         for (cell, at) in kernel.cells.iter().zip(&frame.cells) {
             let size = if cell.ty == Type::I64 { 8 } else { 4 };
             for word in 0..cell.len {

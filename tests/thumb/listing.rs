@@ -5,6 +5,7 @@ use std::fmt::Write;
 use whippen_compiler::kernel::{Kernel, parse};
 use whippen_compiler::modes::Modes;
 use whippen_compiler::thumb::{Options, compile};
+use whippen_emulator::CoreKind;
 use whippen_isa::{Arch, ItState, Op, decode};
 
 const SPRING: &str = "\
@@ -67,7 +68,7 @@ fn of_a_spring() {
 #[test]
 fn cycles_of_a_key() {
     let cycles = |keys: u32| {
-        let mut target = Target::new(&Modes::single(&kernel()), keys);
+        let mut target = Target::new(&Modes::single(&kernel()), keys, CoreKind::CortexM33);
         let words = vec![30_000; keys as usize];
         target.init(&words);
         target.tick(&words);

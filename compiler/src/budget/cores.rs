@@ -1,8 +1,10 @@
-//! Both cores of a whole image: each bounded as if it were alone, and with the other one at work.
+//! All cores of a whole image: each bounded as if it were alone, and with the other one, if there is one, at work.
 //!
-//! Who may be where follows from the sections of the image: each core fetches from its own code and accesses its own data. What a core looks up in the other's memory between ticks comes as a number (`Running::visits`).
+//! Who may be where follows from the sections of the image: each core fetches from its own code and accesses its own data. What a
+//! core looks up in the other's memory between ticks comes as a number (`Running::visits`).
 
 use whippen_isa::timing::Core;
+use whippen_isa::timing::sram::Chip;
 
 use super::NotBounded;
 use super::frame::{Frame, OnCore, frame};
@@ -28,7 +30,7 @@ impl Bounded {
     }
 }
 
-/// Bounds both cores of a firmware's image with so many keys each, while it plays the program of that number.
+/// Bounds the cores of a firmware's image with so many keys each, while it plays the program of that number.
 ///
 /// # Errors
 /// What cannot be bounded.
@@ -36,32 +38,41 @@ pub fn cores(
     image: &Image,
     program: &Program,
     core: &Core,
-    keys: [u32; 2],
+    keys: &[u32],
     playing: usize,
-) -> Result<[Bounded; 2], NotBounded> {
-    let questions = [0, 1].map(|number| [(number, Surroundings::default()), (number, surroundings(image, number))]);
-    let found = parallel::map(questions.into_iter().flatten().collect(), |(number, surroundings)| {
+) -> Result<Vec<Bounded>, NotBounded> {
+    let (chip, count) = (Chip::of(core.arch), keys.len());
+    let alone = || Surroundings { chip, ..Surroundings::default() };
+    let questions =
+        (0..count).flat_map(|number| [alone(), surroundings(image, chip, number, count)].map(|s| (number, s)));
+    let found = parallel::map(questions.collect(), |(number, surroundings)| {
         let (running, keys, surroundings) = (&RUNNING[number], keys[number], &surroundings);
         frame(&OnCore { program, core, running, number, playing, keys, surroundings })
     });
-    let [alone0, crowded0, alone1, crowded1] = found.try_into().unwrap_or_else(|_| unreachable!("four questions"));
-    Ok([Bounded { alone: alone0?, crowded: crowded0? }, Bounded { alone: alone1?, crowded: crowded1? }])
+    let mut found = found.into_iter();
+    let pairs = std::iter::from_fn(|| Some((found.next()?, found.next()?)));
+    pairs.map(|(alone, crowded)| Ok(Bounded { alone: alone?, crowded: crowded? })).collect()
 }
 
-/// Who else is at the banks that a core uses.
-fn surroundings(image: &Image, core: usize) -> Surroundings {
-    let other = 1 - core;
-    let others = vec![banks(image, other, true), banks(image, other, false)];
-    Surroundings { data: banks(image, core, false), prefetch: true, others, visits: RUNNING[core].visits }
+/// Who else is at the banks that a core uses, one of so many.
+fn surroundings(image: &Image, chip: Chip, core: usize, cores: usize) -> Surroundings {
+    let banks = |core: usize, code: bool| banks(image, chip, core, code);
+    let (data, prefetch) = (banks(core, false), chip.fetches_apart());
+    if cores == 1 {
+        // What is named after another core is there, but this one runs it.
+        return Surroundings { chip, data: data | banks(1, false), prefetch, ..Surroundings::default() };
+    }
+    let others = vec![banks(1 - core, true), banks(1 - core, false)];
+    Surroundings { chip, data, prefetch, others, visits: RUNNING[core].visits }
 }
 
 /// The banks of a core's code, or of its data.
-fn banks(image: &Image, core: usize, code: bool) -> Banks {
+fn banks(image: &Image, chip: Chip, core: usize, code: bool) -> Banks {
     let is = |name: &str| match owner(name) {
         Owner::Core(own) => own == core,
         Owner::Start => false,
     };
     let wanted =
         image.sections.iter().filter(|section| (section.kind == SectionKind::Code) == code && is(&section.name));
-    wanted.fold(0, |set, section| set | Surroundings::banks(section.run, section.size))
+    wanted.fold(0, |set, section| set | Surroundings::banks(chip, section.run, section.size))
 }
