@@ -7,6 +7,8 @@
 //! What is spilled lies on the stack at SP, below what the entry has saved. `regalloc2`'s own checker, which follows values through the
 //! result, runs in debug builds.
 
+use std::cell::OnceCell;
+
 use super::frame::FREE;
 use super::vcode::{Block, Code, Edge, End, Func, Reg, Role};
 use regalloc2::checker::Checker;
@@ -15,7 +17,7 @@ use regalloc2::{
     OperandPos, Output, PReg, PRegSet, RegClass, RegallocOptions, VReg,
 };
 use whippen_isa::reg::{LR, SP};
-use whippen_isa::{Inst, Op};
+use whippen_isa::{Arch, Inst, Op};
 
 /// A block with registers.
 #[derive(Debug, Clone)]
@@ -23,9 +25,11 @@ pub(super) struct Placed {
     pub code: Vec<Fixed>,
     pub end: End,
     pub rounds: Option<u32>,
+    /// Its cycles, once somebody has asked `path` for them.
+    pub cycles: OnceCell<u64>,
 }
 
-/// An instruction with registers.
+/// An instruction with registers, in its shortest encoding.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fixed {
     pub inst: Inst,
@@ -43,7 +47,7 @@ pub(super) struct Allocated {
 ///
 /// # Errors
 /// An instruction needs more registers than there are, or the checker objects: a bug.
-pub(super) fn allocate(func: &Func) -> Result<Allocated, String> {
+pub(super) fn allocate(func: &Func, arch: Arch) -> Result<Allocated, String> {
     let view = View::new(func);
     let env = environment();
     let options = RegallocOptions { validate_ssa: cfg!(debug_assertions), ..RegallocOptions::default() };
@@ -51,7 +55,7 @@ pub(super) fn allocate(func: &Func) -> Result<Allocated, String> {
     if cfg!(debug_assertions) {
         check(&view, &env, &output)?;
     }
-    let blocks = (0..func.blocks.len()).map(|block| view.placed(block, &output)).collect();
+    let blocks = (0..func.blocks.len()).map(|block| view.placed(block, &output, arch)).collect();
     Ok(Allocated { blocks, slots: output.num_spillslots })
 }
 
@@ -142,21 +146,22 @@ impl<'a> View<'a> {
     }
 
     /// A block with the registers and moves that were found.
-    fn placed(&self, index: usize, output: &Output) -> Placed {
+    fn placed(&self, index: usize, output: &Output, arch: Arch) -> Placed {
+        let fixed = |inst: Inst, code| Fixed { inst: inst.shortest(arch).unwrap_or(inst), code };
         let block = &self.func.blocks[index];
         let first = self.ranges[index].first().index();
         let mut code = Vec::new();
         for item in output.block_insts_and_edits(self, regalloc2::Block::new(index)) {
             match item {
-                InstOrEdit::Edit(Edit::Move { from, to }) => code.push(Fixed { inst: moved(*from, *to), code: None }),
+                InstOrEdit::Edit(Edit::Move { from, to }) => code.push(fixed(moved(*from, *to), None)),
                 InstOrEdit::Inst(at) if at.index() - first < block.code.len() => {
                     let source = &block.code[at.index() - first];
-                    code.push(Fixed { inst: with_registers(source, output.inst_allocs(at)), code: Some(*source) });
+                    code.push(fixed(with_registers(source, output.inst_allocs(at)), Some(*source)));
                 }
                 InstOrEdit::Inst(_) => {}
             }
         }
-        Placed { code, end: block.end.clone(), rounds: block.rounds }
+        Placed { code, end: block.end.clone(), rounds: block.rounds, cycles: OnceCell::new() }
     }
 }
 

@@ -71,7 +71,7 @@ fn end(
 fn through(func: &Allocated, mut block: usize) -> usize {
     for _ in 0..func.blocks.len() {
         match &func.blocks[block] {
-            Placed { code, end: End::Jump(edge), rounds: None } if code.is_empty() => block = edge.block,
+            Placed { code, end: End::Jump(edge), rounds: None, .. } if code.is_empty() => block = edge.block,
             _ => break,
         }
     }

@@ -11,6 +11,7 @@ use super::select::Select;
 use super::vcode::Func;
 use super::{ThumbError, path, reorder, schedule};
 use crate::modes::Modes;
+use crate::parallel;
 use whippen_isa::timing::Core;
 
 /// A way to make code.
@@ -61,22 +62,21 @@ pub(super) fn modes(
     literals: &mut Literals,
     core: &Core,
 ) -> Result<Vec<Allocated>, ThumbError> {
-    let mut make = |index: usize, way: Way| {
-        let func = Select::mode(&modes.kernel, frame, literals, &modes.modes[index], index, way.near);
-        made(func, way.alive, core)
+    let mut select =
+        |index: usize, way: Way| Select::mode(&modes.kernel, frame, literals, &modes.modes[index], index, way.near);
+    let funcs: Vec<Func> = (0..modes.modes.len()).map(|index| select(index, WAYS[0])).collect();
+    let first = |func: Func| {
+        let (code, cycles) = made(func, WAYS[0].alive, core)?;
+        Ok(Made { code, cycles, tried: 0 })
     };
-    let mut all = Vec::new();
-    for index in 0..modes.modes.len() {
-        let (code, cycles) = make(index, WAYS[0])?;
-        all.push(Made { code, cycles, tried: 0 });
-    }
+    let mut all = parallel::map(funcs, first).into_iter().collect::<Result<Vec<Made>, ThumbError>>()?;
     for _ in 0..TRIES + all.len() {
         let dearest = all.iter_mut().enumerate().max_by_key(|(index, made)| (made.cycles, std::cmp::Reverse(*index)));
         let Some((index, best)) = dearest else { break };
         if best.tried == 0 {
             best.cycles = ordered(&mut best.code, core);
         } else if let Some(way) = WAYS.get(best.tried) {
-            let (mut code, _) = make(index, *way)?;
+            let (mut code, _) = made(select(index, *way), way.alive, core)?;
             let cycles = ordered(&mut code, core);
             if cycles < best.cycles {
                 (best.code, best.cycles) = (code, cycles);
@@ -100,7 +100,7 @@ fn made(func: Func, alive: Option<usize>, core: &Core) -> Result<(Allocated, u64
     if let Some(alive) = alive {
         schedule::schedule(&mut func, core, alive);
     }
-    let code = allocate(&func).map_err(ThumbError::Bug)?;
+    let code = allocate(&func, core.arch).map_err(ThumbError::Bug)?;
     let cycles = path::roughly(&code, core);
     Ok((code, cycles))
 }

@@ -88,8 +88,9 @@ pub(super) fn finish(code: &mut Vec<Line>, arch: Arch, flags: bool) {
 
 /// The 16-bit form that sets the flags, if there is one that is worth it.
 pub(super) fn setting(inst: &Inst, arch: Arch) -> Option<Inst> {
-    let may = inst.cond.is_none() && inst.op() != Op::MUL && !inst.s;
-    let short = may.then(|| Inst { s: true, ..*inst }.shortest(arch)).flatten();
+    let with = Inst { s: true, ..*inst };
+    let may = inst.cond.is_none() && inst.op() != Op::MUL && !inst.s && !with.flags().writes.is_empty();
+    let short = may.then(|| with.shortest(arch)).flatten();
     short.filter(|short| short.size() == 2 && short.s)
 }
 

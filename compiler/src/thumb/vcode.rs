@@ -189,9 +189,9 @@ impl Code {
 /// The instruction in its first 32-bit encoding, or its only one.
 pub(super) fn template(op: Op) -> Inst {
     let wide = Encoding::of(op).find(|encoding| encoding.size() == 4);
-    let any = Encoding::all().find(|encoding| encoding.op() == op);
+    let any = || Encoding::of(op).next();
     // Every instruction has an encoding; the first of all is only there to need no panic.
-    let first = wide.or(any).or(Encoding::all().next());
+    let first = wide.or_else(any).or_else(|| Encoding::all().next());
     first.map_or_else(|| unreachable!("the table is not empty"), Inst::new)
 }
 
