@@ -9,8 +9,9 @@ use super::frame::Frame;
 use super::literal::Literals;
 use super::select::Select;
 use super::vcode::Func;
-use super::{ThumbError, path, reorder, schedule};
+use super::{ThumbError, path, reorder, schedule, v6m};
 use crate::modes::Modes;
+use whippen_isa::Arch;
 use whippen_isa::timing::Core;
 
 /// A way to make code.
@@ -63,8 +64,13 @@ pub(super) fn modes(
 ) -> Result<Vec<Allocated>, ThumbError> {
     let mut make = |index: usize, way: Way| {
         let func = Select::mode(&modes.kernel, frame, literals, &modes.modes[index], index, way.near);
-        made(func, way.alive, core)
+        made(func, frame, literals, way.alive, core)
     };
+    if core.arch == Arch::V6M {
+        // Nothing waits there, so one order is as good as another.
+        let all = (0..modes.modes.len()).map(|index| Ok(make(index, WAYS[0])?.0));
+        return all.collect();
+    }
     let mut all = Vec::new();
     for index in 0..modes.modes.len() {
         let (code, cycles) = make(index, WAYS[0])?;
@@ -90,17 +96,30 @@ pub(super) fn modes(
 }
 
 /// The code of `init`, of which only the size counts.
-pub(super) fn init(func: Func, core: &Core) -> Result<Allocated, ThumbError> {
-    Ok(made(func, None, core)?.0)
+pub(super) fn init(
+    modes: &Modes,
+    frame: &Frame,
+    literals: &mut Literals,
+    core: &Core,
+) -> Result<Allocated, ThumbError> {
+    let func = Select::init(&modes.kernel, frame, literals);
+    Ok(made(func, frame, literals, None, core)?.0)
 }
 
 /// Code with registers, and about the cycles of its longest path.
-fn made(func: Func, alive: Option<usize>, core: &Core) -> Result<(Allocated, u64), ThumbError> {
-    let mut func = func.in_order();
-    if let Some(alive) = alive {
+fn made(
+    func: Func,
+    frame: &Frame,
+    literals: &mut Literals,
+    alive: Option<usize>,
+    core: &Core,
+) -> Result<(Allocated, u64), ThumbError> {
+    let small = core.arch == Arch::V6M;
+    let mut func = if small { v6m::legal(func, frame, literals).in_order() } else { func.in_order() };
+    if let Some(alive) = alive.filter(|_| !small) {
         schedule::schedule(&mut func, core, alive);
     }
-    let code = allocate(&func).map_err(ThumbError::Bug)?;
+    let code = allocate(&func, core.arch).map_err(ThumbError::Bug)?;
     let cycles = path::roughly(&code, core);
     Ok((code, cycles))
 }
