@@ -74,6 +74,9 @@ pub struct Annotations {
     pub handler: bool,
     /// Functions that are bounded elsewhere, by the addresses of the call and of the function: what the call costs.
     pub known: BTreeMap<(u32, u32), Known>,
+    /// Registers that point into memory that is known, and the banks of that memory. It is checked that nothing that is reached
+    /// moves them but steps by constants, which stay inside; where something else does, they are no more than others.
+    pub bases: BTreeMap<u8, Banks>,
     /// WFE and WFI are instructions like others: how long they sleep is not the question.
     pub sleeps: bool,
 }

@@ -149,10 +149,10 @@ impl From<AsmError> for FirmwareError {
 /// What an access with write-back reaches.
 const RECORD_MAX: u32 = 252;
 
-/// From a sensor word to the drive word of the same key, for so many keys of each core: what
+/// From a sensor word to the drive word of the same key (bytes), for so many keys of a core: what
 /// [`thumb::compile_for_frame`](crate::thumb::compile_for_frame) must be told.
-pub fn distance(keys: &[u32]) -> u32 {
-    (2 * keys.iter().sum::<u32>()).next_multiple_of(4)
+pub fn distance(keys: u32) -> u32 {
+    (2 * keys).next_multiple_of(4)
 }
 
 /// How many programs an image may have.
@@ -225,6 +225,7 @@ pub fn objects(programs: &[Played], setup: &Setup, board: &Support) -> Result<Ve
     for (core, &keys) in setup.keys.iter().enumerate() {
         let mut own = constants.clone();
         own.insert("KEYS".to_string(), keys.into());
+        own.insert("DISTANCE".to_string(), distance(keys).into());
         objects.push(of_core(assemble(&frame(board), &own, board.arch)?, core, programs.len()));
     }
     let tables = tables::text(programs, &setup.keys);
@@ -243,7 +244,7 @@ fn frame<'a>(board: &Support<'a>) -> [Source<'a>; 4] {
     [tick, service, guard, board.tick]
 }
 
-/// The texts of a firmware as they are assembled, those of a frame together; a frame is told `KEYS` besides the
+/// The texts of a firmware as they are assembled, those of a frame together; a frame is told `KEYS` and `DISTANCE` besides the
 /// [`constants`].
 pub fn sources<'a>(board: &Support<'a>) -> Vec<Vec<Source<'a>>> {
     shared(board).map(|source| vec![source]).chain([frame(board).to_vec()]).collect()
@@ -283,7 +284,8 @@ fn of_core(mut object: Object, core: usize, programs: usize) -> Object {
     object
 }
 
-/// Offsets in a core's block, in a key's guard, in a core's program, in the table of the status; bits of faults.
+/// Offsets in a core's block, in a key's guard, in a core's program, in what its reader knows of it, in the table of the status;
+/// bits of faults.
 const PLACES: &[(&str, i64)] = &[
     ("C_CODE", 0),
     ("C_STATE", 4),
@@ -316,12 +318,14 @@ const PLACES: &[(&str, i64)] = &[
     ("P_GAINS", 20),
     ("P_RECORDS", 24),
     ("P_END", 28),
-    ("P_EVENTS", 32),
-    ("P_EVENT", 36),
-    ("P_NOTE", 40),
-    ("P_RELEASE", 44),
-    ("P_SHIFT", 48),
-    ("P_VELOCITIES", 52),
+    ("P_READER", 32),
+    ("R_STATE", 0),
+    ("R_EVENTS", 4),
+    ("R_EVENT", 8),
+    ("R_NOTE", 12),
+    ("R_RELEASE", 16),
+    ("R_SHIFT", 20),
+    ("R_VELOCITIES", 24),
     ("S_FAULTS", 8),
     ("FAULT_MISSED", 1),
     ("FAULT_RAIL", 2),
@@ -364,10 +368,10 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
     put("CORES", board.stacks.len() as u64);
     for (core, (&keys, layout)) in setup.keys.iter().zip(layouts).enumerate() {
         put(&format!("KEYS{core}"), keys.into());
+        put(&format!("DISTANCE{core}"), distance(keys).into());
         put(&format!("GAINS{core}"), layout.gain(0).unwrap_or(4).into());
         put(&format!("STACK{core}"), board.stacks[core].into());
     }
-    put("DISTANCE", distance(&setup.keys).into());
     put("RECORD", record.into());
     put("EVENTS_BYTES", layouts[0].events().bytes.into());
     put("FIRST_NOTE", setup.first_note.into());

@@ -138,6 +138,20 @@ pub fn compile_for_frame(modes: &Modes, options: &Options, around: &Around) -> R
     build(modes, options, Some(around))
 }
 
+/// Registers that point into known memory while keys are ticked; they go on in steps, by constants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Points {
+    /// Into `NAME_state`.
+    pub state: [u8; 2],
+    /// Into `NAME_histories`, where they lie apart.
+    pub histories: u8,
+    /// Into the rows of words.
+    pub words: u8,
+}
+
+/// Those of all code for keys.
+pub const POINTS: Points = Points { state: [frame::T, frame::K], histories: frame::H, words: frame::I };
+
 /// Bytes of a key's record.
 pub fn record_bytes(kernel: &Kernel, options: &Options) -> u32 {
     Frame::new(kernel, options, None).record
@@ -151,14 +165,15 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
         return Err(ThumbError::Modes(modes.modes.len()));
     }
     let kernel = &modes.kernel;
-    let frame = Frame::new(kernel, options, around);
-    if frame.size > 1 << 24 {
-        return Err(ThumbError::Keys(options.keys));
-    }
+    let mut frame = Frame::new(kernel, options, around);
     let mut literals = Literals::new(modes.modes.len() + kernel.tables.len());
     let core = timing(options.arch);
     let funcs = best::modes(modes, &frame, &mut literals, &core)?;
     let init = best::init(modes, &frame, &mut literals, &core)?;
+    frame.close(literals.all().len());
+    if frame.size.max(frame.size_apart) > 1 << 24 {
+        return Err(ThumbError::Keys(options.keys));
+    }
     let items = items(&frame, options, &core, modes, &funcs, &init);
     let code = lay_out(&items.items, items.labels, core.arch, &options.name)
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
@@ -214,9 +229,12 @@ fn object(kernel: &Kernel, frame: &Frame, options: &Options, literals: &Literals
         lines: code.lines,
         hints: code.hints,
     });
-    let mut state = state(kernel, frame);
+    let [mut state, histories] = memory(kernel, frame);
     state.literals(frame, literals, name);
     state.modes(frame, name);
+    if let Some(at) = frame.apart {
+        state.address(at, names::histories(name));
+    }
     let symbol = |name, section, size| Symbol {
         name,
         section: Some(section),
@@ -227,6 +245,11 @@ fn object(kernel: &Kernel, frame: &Frame, options: &Options, literals: &Literals
     };
     object.symbols.push(symbol(names::state(name), 1, frame.size));
     object.sections.push(data(format!(".data.{name}"), SectionKind::Data, state.bytes, state.fixups));
+    if frame.apart.is_some() {
+        object.symbols.push(symbol(names::histories(name), 2, frame.size_apart));
+        let section = format!(".data.{name}.histories");
+        object.sections.push(data(section, SectionKind::Data, histories.bytes, histories.fixups));
+    }
     for (index, table) in kernel.tables.iter().enumerate() {
         let bytes: Vec<u8> = table.values.iter().flat_map(|word| word.to_le_bytes()).collect();
         let (section, table) = (object.sections.len(), names::table(name, index as u32));
@@ -259,13 +282,13 @@ fn data(name: String, kind: SectionKind, bytes: Vec<u8>, fixups: Vec<Fixup>) -> 
     Section { name, kind, align: 4, size: bytes.len() as u32, bytes, fixups, lines: Vec::new(), hints: Vec::new() }
 }
 
-/// The state as it is before `init`.
-struct State {
+/// A piece of memory as it is before `init`.
+struct Memory {
     bytes: Vec<u8>,
     fixups: Vec<Fixup>,
 }
 
-impl State {
+impl Memory {
     fn put(&mut self, at: u32, bytes: &[u8]) {
         self.bytes[at as usize..at as usize + bytes.len()].copy_from_slice(bytes);
     }
@@ -297,8 +320,10 @@ impl State {
     }
 }
 
-fn state(kernel: &Kernel, frame: &Frame) -> State {
-    let mut state = State { bytes: vec![0; frame.size as usize], fixups: Vec::new() };
+/// The state, and events and histories where they lie apart.
+fn memory(kernel: &Kernel, frame: &Frame) -> [Memory; 2] {
+    let zeroed = |bytes: u32| Memory { bytes: vec![0; bytes as usize], fixups: Vec::new() };
+    let (mut state, mut histories) = (zeroed(frame.size), zeroed(frame.size_apart));
     for (live, at) in kernel.lives.iter().zip(&frame.lives) {
         state.word(*at, live.init as u32);
     }
@@ -318,14 +343,15 @@ fn state(kernel: &Kernel, frame: &Frame) -> State {
             state.word(record + at, value as u32);
         }
     }
+    let lines = if frame.apart.is_some() { &mut histories } else { &mut state };
     for (line, place) in kernel.lines.iter().zip(&frame.lines) {
         let value = 0.clamp(line.range.low, line.range.high);
         let slot = 1 << place.log2();
         for at in (place.at..place.at + place.row * place.len).step_by(slot) {
-            state.put(at, &value.to_le_bytes()[..slot]);
+            lines.put(at, &value.to_le_bytes()[..slot]);
         }
     }
-    state
+    [state, histories]
 }
 
 impl Layout {
@@ -382,8 +408,8 @@ impl Layout {
     }
 }
 
-/// The ring of events, all in bytes from the start of the state. An event is a word with the tick, `u16` key, `u16` event, and
-/// the arguments as words.
+/// The ring of events, in bytes from the start of the state. An event is a word with the tick, `u16` key, `u16` event, and
+/// the arguments as words. Where histories lie apart (`NAME_histories`), `start` is in bytes from there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EventRing {
     /// Word: bytes ever written.

@@ -53,8 +53,14 @@ pub fn old_findings() -> (usize, Vec<Finding>) {
     (tried, found)
 }
 
-/// Mutated inputs for so long, on the targets in turn (or one of them); how many of each, and the first finding of each.
-pub fn spend(time: Duration, seed: u64, only: Option<&str>) -> (Vec<(&'static str, u64)>, Vec<Finding>) {
+/// Mutated inputs for so long, and at most so many of a target, on the targets in turn (or one of them); how many of each, and
+/// the first finding of each.
+pub fn spend(
+    time: Duration,
+    inputs_max: fn(&Target) -> u64,
+    seed: u64,
+    only: Option<&str>,
+) -> (Vec<(&'static str, u64)>, Vec<Finding>) {
     let (mut tried, mut found) = (Vec::new(), Vec::new());
     let targets: Vec<&'static Target> = TARGETS.iter().filter(|t| only.is_none_or(|name| name == t.name)).collect();
     for target in &targets {
@@ -62,7 +68,7 @@ pub fn spend(time: Duration, seed: u64, only: Option<&str>) -> (Vec<(&'static st
         let mut rng = Rng::new(seed);
         let until = Instant::now() + time / targets.len() as u32;
         let mut count = 0;
-        while Instant::now() < until {
+        while count < inputs_max(target) && Instant::now() < until {
             let input = mutate::mutate(&mut rng, &seeds);
             count += 1;
             if let Some(what) = attempt(target, &input) {

@@ -232,10 +232,10 @@ impl Emulated {
             let ticks = self.load.ticks;
             return Err(format!("a tick is missed after {ticks} ticks: it took up to {longest} of {period} cycles"));
         }
-        let (first, behind) = (self.of_core[0] as usize, distance(&self.of_core));
+        let first = self.of_core[0] as usize;
         for (key, word) in drive.iter_mut().enumerate() {
             let (core, own) = if key < first { (0, key) } else { (1, key - first) };
-            let address = self.block(core, at::ROW)? + behind + 2 * own as u32;
+            let address = self.block(core, at::ROW)? + distance(self.of_core[core]) + 2 * own as u32;
             let mut bytes = [0; 2];
             self.machine.bus.memory.read(address, &mut bytes).map_err(|e| e.to_string())?;
             *word = i16::from_le_bytes(bytes);
@@ -326,6 +326,7 @@ impl Emulated {
     fn events(&mut self, core: usize) -> Result<Vec<Happened>, String> {
         let ring = self.whole.layouts[0][core].events();
         let state = self.symbol(&format!("{}_state", CORES[core]))?;
+        let start = self.symbol(&format!("{}_histories", CORES[core]))? + ring.start;
         if self.word(state + ring.lost)? > 0 {
             return Err("more events in a tick than the ring holds".to_string());
         }
@@ -333,8 +334,7 @@ impl Emulated {
         let first = if core == 0 { 0 } else { self.of_core[0] };
         let mut all = Vec::new();
         while self.taken[core] != head {
-            let record =
-                |at: u32| self.word(state + ring.start + (self.taken[core].wrapping_add(at) & (ring.bytes - 1)));
+            let record = |at: u32| self.word(start + (self.taken[core].wrapping_add(at) & (ring.bytes - 1)));
             let (tick, what) = (record(0)?, record(4)?);
             let event = what >> 16;
             let args = self.kernel.events.get(event as usize).map_or(0, |event| event.args);

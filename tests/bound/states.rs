@@ -51,7 +51,7 @@ impl<'a> Keys<'a> {
             machine.bus.memory.write(section.run, &section.bytes).expect("memory");
         }
         machine.cpu_mut(0).set(Register::named("sp").expect("a register"), 0x2010_0000);
-        let (state, words) = (image.symbol("core0_state"), image.symbol("words"));
+        let (state, words) = (image.symbol("core0_state"), image.symbol("words0"));
         let watch = Watch { places: image.places(0), began: None, cycles: Vec::new() };
         let mut keys = Keys { image, machine, state, words, watch };
         keys.call("core0_init");

@@ -48,6 +48,7 @@ fn compare(board: &Support, core: &str, setup: &Setup) -> Option<usize> {
     let played = Played { kernel: &kernel, layouts, midi: &midi(&kernel) };
     let mut constants = constants(&[played], setup, board).expect("constants");
     constants.insert("KEYS".to_string(), 44);
+    constants.insert("DISTANCE".to_string(), 88);
     let mut compared = 0;
     for (index, texts) in sources(board).into_iter().enumerate() {
         let text: String = texts.iter().map(|source| source.text).collect();

@@ -6,6 +6,7 @@ use whippen_isa::{Class, Op};
 use super::arena::Arena;
 use super::facts::Facts;
 use super::graph::{Control, Edge, Graph, Item};
+use super::memory::Bases;
 use super::relevant::{Relevance, Relevant, writes};
 use super::state::{State, insert};
 use super::{Query, Step};
@@ -15,6 +16,8 @@ pub struct Walker<'a> {
     pub query: &'a Query<'a>,
     pub graph: &'a Graph,
     pub relevance: &'a Relevance,
+    /// Where registers point, as far as the annotations say and the code keeps to it.
+    pub bases: Bases,
     pub arena: Arena,
     /// How sure the least sure number is.
     pub class: whippen_isa::timing::Evidence,
@@ -140,7 +143,7 @@ impl<'a> Walker<'a> {
 
     fn issue(&mut self, item: &Item, state: State, mut outcome: Outcome) -> State {
         if let Some(surroundings) = self.query.surroundings {
-            outcome.waits = surroundings.waits(&item.inst, item.address, &state.facts, &outcome);
+            outcome.waits = surroundings.waits(&item.inst, item.address, &state.facts, &self.bases, &outcome);
         }
         let (pipe, cost) = self.query.core.issue(state.pipe, &item.timed, item.address, &outcome);
         self.judge(item, &cost);

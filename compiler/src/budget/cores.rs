@@ -1,7 +1,7 @@
 //! All cores of a whole image: each bounded as if it were alone, and with the other one, if there is one, at work.
 //!
-//! Who may be where follows from the sections of the image: each core fetches from its own code and accesses its own data and
-//! what both share. What a core looks up in the other's memory between ticks comes as a number (`Running::visits`).
+//! Who may be where follows from the sections of the image: each core fetches from its own code and accesses its own data. What a
+//! core looks up in the other's memory between ticks comes as a number (`Running::visits`).
 
 use whippen_isa::timing::Core;
 use whippen_isa::timing::sram::Chip;
@@ -63,11 +63,10 @@ fn surroundings(image: &Image, chip: Chip, core: usize, cores: usize) -> Surroun
     Surroundings { chip, data, prefetch, others, visits: RUNNING[core].visits }
 }
 
-/// The banks of a core's code, or of its data and what it shares.
+/// The banks of a core's code, or of its data.
 fn banks(image: &Image, chip: Chip, core: usize, code: bool) -> Banks {
     let is = |name: &str| match owner(name) {
         Owner::Core(own) => own == core,
-        Owner::Both => !code,
         Owner::Start => false,
     };
     let wanted =

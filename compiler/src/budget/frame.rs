@@ -11,16 +11,19 @@
 //! and one begins. Nothing interrupts it: every other vector of the core
 //! leads to the end of the firmware, which is checked in the bytes of its table.
 
-use whippen_isa::Class;
+use std::collections::BTreeMap;
+
 use whippen_isa::timing::{Core, Evidence, Outcome, Pipe, Target};
+use whippen_isa::{Class, reg};
 
 use super::calls::Calls;
 use super::graph::{Control, Graph, Tables};
-use super::memory::Surroundings;
+use super::memory::{Banks, Surroundings};
 use super::program::Program;
 use super::tick::Tick;
 use super::{Annotations, Bound, NotBounded, Query, bound, stack};
 use crate::firmware::{DEAD, Running};
+use crate::thumb::{self, Points};
 
 /// Words that an exception saves and restores.
 const SAVED_WORDS: u16 = 8;
@@ -86,10 +89,12 @@ pub fn frame(of: &OnCore) -> Result<Frame, NotBounded> {
     let handler = find(program, running.handler)?;
     only_handler(program, running, handler)?;
     let calls = Calls::find(of)?;
-    let tick = super::tick::tick(program, &calls.name, core, surroundings, calls.return_to)?;
+    let tick =
+        super::tick::tick(program, &calls.name, core, surroundings, calls.return_to, of.bases_of_keys(&calls.name))?;
     let begin = calls.begin(of)?;
     let known = calls.known(&tick, keys, &begin);
-    let annotations = Annotations { handler: true, known, ..program.annotations.clone() };
+    let bases = of.stack().into_iter().collect();
+    let annotations = Annotations { handler: true, known, bases, ..program.annotations.clone() };
     let query =
         |entry, annotations| Query { core, code: &program.code, entry, annotations, surroundings: Some(surroundings) };
     let handled = bound(&query(handler, &annotations))?;
@@ -116,6 +121,25 @@ pub fn frame(of: &OnCore) -> Result<Frame, NotBounded> {
         handler: handled,
         parts,
     })
+}
+
+impl OnCore<'_> {
+    /// The stack's register and banks: the first word of the vectors is where it begins.
+    fn stack(&self) -> Option<(u8, Banks)> {
+        let vectors = *self.program.symbols.get(self.running.vectors)?;
+        let top = self.program.code.word(vectors)?;
+        Some((reg::SP, Surroundings::banks(self.surroundings.chip, top.checked_sub(4)?, 4)))
+    }
+
+    /// Where registers point while keys are ticked: `thumb` says what they are for, the image where that is.
+    fn bases_of_keys(&self, name: &str) -> BTreeMap<u8, Banks> {
+        let Points { state, histories, words } = thumb::POINTS;
+        let of = |symbol: &str| Some(self.program.banks_of(self.surroundings.chip, *self.program.symbols.get(symbol)?));
+        let state = of(&format!("{name}_state")).into_iter().flat_map(|banks| state.map(|register| (register, banks)));
+        let histories = of(&format!("{name}_histories")).map(|banks| (histories, banks));
+        let words = of(self.running.words).map(|banks| (words, banks));
+        state.chain(histories).chain(words).chain(self.stack()).collect()
+    }
 }
 
 pub(super) fn find(program: &Program, name: &str) -> Result<u32, NotBounded> {

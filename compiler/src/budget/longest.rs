@@ -15,6 +15,7 @@ use super::arena::{Arena, Chain, START};
 use super::block::Walker;
 use super::facts::Facts;
 use super::graph::{BlockId, Destination, Graph, TABLE_MAX};
+use super::memory::Bases;
 use super::order::{Element, Loop, Order};
 use super::relevant::{Relevance, writes};
 use super::stack::Stack;
@@ -70,6 +71,7 @@ impl Longest {
             query,
             graph,
             relevance: &relevance,
+            bases: Bases::of(&query.annotations.bases, graph),
             arena: Arena::default(),
             class: Evidence::Exact,
             infeasible: 0,

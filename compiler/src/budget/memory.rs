@@ -8,9 +8,12 @@
 
 use whippen_isa::timing::sram::Chip;
 use whippen_isa::timing::{Outcome, apb, sram};
-use whippen_isa::{Class, Inst, reg};
+use whippen_isa::{Class, Inst, Op, reg};
+
+use std::collections::BTreeMap;
 
 use super::facts::Facts;
+use super::graph::Graph;
 
 /// A set of banks, bit n for bank n of [`Chip::bank`].
 pub type Banks = u16;
@@ -42,7 +45,7 @@ impl Surroundings {
     }
 
     /// Cycles that an instruction may wait for its data and for what is fetched behind it.
-    pub fn waits(&self, inst: &Inst, at: u32, facts: &Facts, outcome: &Outcome) -> u16 {
+    pub fn waits(&self, inst: &Inst, at: u32, facts: &Facts, bases: &Bases, outcome: &Outcome) -> u16 {
         let fetches =
             fetched(inst, at, outcome.target.map(|target| target.address)).filter_map(|at| self.chip.bank(at));
         let fetching: u16 = fetches.map(|bank| self.rivals(bank)).sum();
@@ -52,7 +55,7 @@ impl Surroundings {
             Some(address) => {
                 (0..words).map(|word| self.word(inst, at, address.wrapping_add(4 * u32::from(word)))).sum()
             }
-            None => words.saturating_mul(self.anywhere(at)),
+            None => words.saturating_mul(self.anywhere(at, bases.banks(inst).unwrap_or(self.data))),
         };
         fetching.saturating_add(data)
     }
@@ -60,7 +63,7 @@ impl Surroundings {
     /// As [`Self::waits`] where nothing is known and any address may be a device's.
     pub fn waits_max(&self, inst: &Inst, at: u32) -> u16 {
         let device = accesses(inst).saturating_mul(u16::from(apb::WRITE.cycles.max(apb::READ.cycles)));
-        self.waits(inst, at, &Facts::nothing(), &Outcome::NEXT).saturating_add(device)
+        self.waits(inst, at, &Facts::nothing(), &Bases::default(), &Outcome::NEXT).saturating_add(device)
     }
 
     /// One word at an address.
@@ -73,9 +76,9 @@ impl Surroundings {
         }
     }
 
-    /// One word wherever data may lie.
-    fn anywhere(&self, at: u32) -> u16 {
-        (0..sram::BANKS).filter(|bank| self.data >> bank & 1 != 0).map(|bank| self.bank(at, bank)).max().unwrap_or(0)
+    /// One word anywhere in a set of banks.
+    fn anywhere(&self, at: u32, banks: Banks) -> u16 {
+        (0..sram::BANKS).filter(|bank| banks >> bank & 1 != 0).map(|bank| self.bank(at, bank)).max().unwrap_or(0)
     }
 
     /// One word of an exception's frame or a vector: nothing is fetched meanwhile.
@@ -94,6 +97,43 @@ impl Surroundings {
     pub(super) fn rivals(&self, bank: u8) -> u16 {
         self.others.iter().filter(|other| **other >> bank & 1 != 0).count() as u16
     }
+}
+
+/// The banks that accesses through a register are in.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Bases(BTreeMap<u8, Banks>);
+
+impl Bases {
+    /// Of the registers that are said to point into known memory, those that nothing in a graph moves but by constants.
+    pub fn of(said: &BTreeMap<u8, Banks>, graph: &Graph) -> Self {
+        let mut bases = said.clone();
+        for item in graph.blocks.iter().flat_map(|block| &block.items) {
+            bases.retain(|register, _| !loses(&item.inst, *register));
+        }
+        Self(bases)
+    }
+
+    /// The banks of an access by a register and a constant.
+    fn banks(&self, inst: &Inst) -> Option<Banks> {
+        let by_constant =
+            !inst.op().identifier().ends_with("_register") && !inst.op().identifier().ends_with("_literal");
+        by_constant.then(|| self.0.get(&inst.n).copied()).flatten()
+    }
+}
+
+/// Instructions that add a constant to a register, or take it away.
+const STEPS: [Op; 4] = [Op::ADD_immediate, Op::SUB_immediate, Op::ADD_SP_plus_immediate, Op::SUB_SP_minus_immediate];
+
+/// Whether an instruction leaves something else in a register than what was there, some constant further.
+fn loses(inst: &Inst, register: u8) -> bool {
+    let writes = inst.defs().core_bits() >> register & 1 != 0;
+    let steps = match inst.class() {
+        Class::Load | Class::LoadDual => inst.wback && inst.n == register && inst.t != register && inst.t2 != register,
+        Class::LoadMultiple => inst.n == register && inst.imm >> register & 1 == 0,
+        Class::Store | Class::StoreDual | Class::StoreMultiple => inst.n == register,
+        _ => STEPS.contains(&inst.op()) && inst.n == register,
+    };
+    writes && !steps
 }
 
 fn with(set: Banks, bank: u8) -> Banks {

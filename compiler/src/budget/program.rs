@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::{Annotations, Code, Step};
+use whippen_isa::timing::sram::Chip;
+
+use super::{Annotations, Banks, Code, Step, Surroundings};
 use crate::image::{Image, Place, SectionKind};
 
 /// Code with names.
@@ -46,6 +48,12 @@ impl Program {
     pub fn words_of(&self, from: u32) -> impl Iterator<Item = u32> + use<> {
         let section = self.sections.iter().find(|(at, bytes)| (*at..at + bytes).contains(&from));
         (from..section.map_or(from, |(at, bytes)| at + bytes)).step_by(4)
+    }
+
+    /// The banks of the section that an address is in.
+    pub fn banks_of(&self, chip: Chip, address: u32) -> Banks {
+        let section = self.sections.iter().find(|(at, bytes)| (*at..at + bytes).contains(&address));
+        section.map_or(!0, |(at, bytes)| Surroundings::banks(chip, *at, *bytes))
     }
 
     /// Whose an instruction is.

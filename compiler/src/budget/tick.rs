@@ -9,9 +9,11 @@
 //! its modes'. Every piece begins behind a taken branch, where the pipeline holds nothing of the piece before ([`Bound::settled`]
 //! says so), so the pieces' sums are exact.
 
+use std::collections::BTreeMap;
+
 use whippen_isa::timing::{Core, Evidence, Target};
 
-use super::memory::Surroundings;
+use super::memory::{Banks, Surroundings};
 use super::program::Program;
 use super::{Annotations, Bound, NotBounded, Query, bound};
 
@@ -46,7 +48,8 @@ impl Places {
     }
 }
 
-/// Bounds the tick of `name`, which returns to where it was called.
+/// Bounds the tick of `name`, which returns to where it was called; `bases` are the registers that point into known memory while
+/// keys are ticked, with the banks of that memory.
 ///
 /// # Errors
 /// What cannot be bounded, or is not there.
@@ -56,9 +59,10 @@ pub fn tick(
     core: &Core,
     surroundings: &Surroundings,
     return_to: Option<Target>,
+    bases: BTreeMap<u8, Banks>,
 ) -> Result<Tick, NotBounded> {
     let places = Places::find(program, name)?;
-    let mut annotations: Annotations = Annotations { return_to, ..program.annotations.clone() };
+    let mut annotations: Annotations = Annotations { return_to, bases, ..program.annotations.clone() };
     annotations.stops = places.modes.iter().map(|(_, at)| *at).chain([places.end]).collect();
     let inside = Annotations { inside: true, ..annotations.clone() };
     let of = |entry, annotations| {

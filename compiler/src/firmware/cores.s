@@ -1,13 +1,14 @@
-@ What each core keeps of its keys, the converter's buffers, and what the outside may read.
+@ What each core keeps of its keys, the converter's buffers, and what the outside may read. What a core uses in each tick lies in
+@ memory of its own ("near"), where nobody fetches and the other core seldom looks (running.rs counts how often).
 @
-@   words   | sensor words of all keys | drive words | sensor words | drive words |      two halves, 2 * DISTANCE apart
+@   wordsN  | sensor words of this core's keys | drive words | sensor words | drive words |   two halves, 2 * DISTANCEN apart
         .syntax unified
         .thumb
-        .section .data.shared.cores, "aw"
+        .section .data.near.core0.block, "aw"
         .balign 4
         .global status, core0, alarm
 status: .ascii  "WHIP"
-        .word   1                       @ version of this table
+        .word   2                       @ version of this table
         .word   0                       @ S_FAULTS: see docs/firmware.md
         .if     CORES > 1
         .word   core0, core1
@@ -17,26 +18,35 @@ status: .ascii  "WHIP"
         .word   mailbox
         .word   programs
 core0:  .word   core0_tick, core0_state
-        .word   words, words + 2 * DISTANCE
+        .word   words0, words0 + 2 * DISTANCE0
         .word   KEYS0, core0_state + GAINS0, guards0
         .word   0, 0, 0, 0, -1, 0       @ tick, alarm, missed, faults, the key that is faulty, turn
         .word   0, 0, RAMP              @ its first key, this tick's row, ticks of ramps that are left
         .word   program0_core0, program0_core0, 0 @ the program that plays, the one that is wanted, keys that have begun
+alarm:  .word   0                       @ goes up with every missed tick of either core
+
         .if     CORES > 1
+        .section .data.near.core1.block, "aw"
+        .balign 4
         .global core1
 core1:  .word   core1_tick, core1_state
-        .word   words + 2 * KEYS0, words + 2 * DISTANCE + 2 * KEYS0
+        .word   words1, words1 + 2 * DISTANCE1
         .word   KEYS1, core1_state + GAINS1, guards1
         .word   0, 0, 0, 0, -1, 0
         .word   KEYS0, 0, RAMP
         .word   program0_core1, program0_core1, 0
         .endif
-alarm:  .word   0                       @ goes up with every missed tick of either core
 
-        .section .bss.shared.words, "aw", %nobits
+        .section .bss.near.core0.words, "aw", %nobits
         .balign 4
-        .global words
-words:  .space  4 * DISTANCE
+        .global words0
+words0: .space  4 * DISTANCE0
+        .if     CORES > 1
+        .section .bss.near.core1.words, "aw", %nobits
+        .balign 4
+        .global words1
+words1: .space  4 * DISTANCE1
+        .endif
 
         .section .bss.guards, "aw", %nobits
         .balign 4

@@ -49,24 +49,24 @@ midi_step:
 9:      pop     {r4, r5, r6, pc}
 
 @ The oldest event of the core at R0, whose reader is at R1, into the message. R0: whether there was one that is sent.
-take:   push    {r4-r9, lr}
+take:   push    {r4-r10, lr}
         ldr     r9, [r0, #C_PROGRAM]
         ldr     r6, [r0, #C_FIRST]
-        ldr     r8, [r1], #4            @ R1: the bits of its keys
-        cmp     r8, #0
+        ldr     r10, [r1], #4           @ R1: the bits of its keys
+        cmp     r10, #0
         beq     begun
-        ldr     r5, [r8, #P_STATE]
+        ldr     r8, [r10, #P_READER]
+        ldr     r5, [r8, #R_STATE]
         ldr     r7, [r5, #T_TAIL]
         ldr     r2, [r5, #T_HEAD]
         cmp     r7, r2
         beq     empty
         dmb     sy
         movw    r3, #EVENTS_BYTES - 1
-        ldr     r2, [r8, #P_EVENTS]
+        ldr     r2, [r8, #R_EVENTS]
         ands    r3, r7
-        add     r2, r2, r3
-        add     r2, r2, r5              @ tick, key, event, arguments
-        ldr     r3, [r8, #P_EVENT]
+        add     r2, r2, r3              @ tick, key, event, arguments
+        ldr     r3, [r8, #R_EVENT]
         ldrh    r0, [r2, #4]
         ldrh    r12, [r2, #6]
         ldr     r2, [r2, #8]
@@ -79,17 +79,17 @@ take:   push    {r4-r9, lr}
         and     r3, r0, #31
         lsls    r4, r3
         ldr     r7, [r5]
-        ldr     r3, [r8, #P_RELEASE]
+        ldr     r3, [r8, #R_RELEASE]
         cmp     r12, r3
         beq     off
-        ldr     r3, [r8, #P_NOTE]
+        ldr     r3, [r8, #R_NOTE]
         cmp     r12, r3
         bne     none
         orrs    r7, r4
-        ldr     r3, [r8, #P_SHIFT]
+        ldr     r3, [r8, #R_SHIFT]
         asrs    r2, r3
         usat    r2, #7, r2
-        ldr     r1, [r8, #P_VELOCITIES]
+        ldr     r1, [r8, #R_VELOCITIES]
         ldrb    r1, [r1, r2]
         movs    r2, #0x90
         b       put
@@ -105,8 +105,8 @@ put:    str     r7, [r5]
         str     r2, [r4]
         movs    r0, #3
         str     r0, [r4, #4]
-        pop     {r4-r9, pc}
-empty:  cmp     r8, r9
+        pop     {r4-r10, pc}
+empty:  cmp     r10, r9
         beq     none
         movs    r0, #0                  @ another program plays: the first key that still sounds
 1:      lsrs    r5, r0, #5
@@ -118,7 +118,7 @@ empty:  cmp     r8, r9
         blo     1b
 begun:  str     r9, [r1, #-4]
 none:   movs    r0, #0
-        pop     {r4-r9, pc}
+        pop     {r4-r10, pc}
 2:      rbit    r3, r7
         clz     r3, r3
         add     r0, r0, r3

@@ -144,19 +144,27 @@ board_watchdog:
         str     r1, [r0]                @ CTRL: enabled
         bx      lr
 
-@ The converter: double buffers, no core served yet, and go.
+@ The converter: double buffers of both cores' keys, no core served yet, and go.
         .global board_converter
         .type   board_converter, %function
 board_converter:
         ldr     r0, =CONVERTER
         movw    r1, #KEYS0 + KEYS1
         str     r1, [r0, #0x08]
-        ldr     r1, =words
+        ldr     r1, =words0
         str     r1, [r0, #0x0c]
-        ldr     r1, =words + DISTANCE
+        ldr     r1, =words0 + DISTANCE0
         str     r1, [r0, #0x10]
-        movw    r1, #2 * DISTANCE
+        movw    r1, #2 * DISTANCE0
         str     r1, [r0, #0x14]
+        movw    r1, #KEYS0              @ from this key on
+        str     r1, [r0, #0x24]
+        ldr     r1, =words1
+        str     r1, [r0, #0x28]
+        ldr     r1, =words1 + DISTANCE1
+        str     r1, [r0, #0x2c]
+        movw    r1, #2 * DISTANCE1
+        str     r1, [r0, #0x30]
         ldr     r1, =RATE
         str     r1, [r0, #0x18]
         movs    r1, #3

@@ -11,16 +11,20 @@ pub struct Running {
     pub idle: &'static str,
     /// The table of vectors that is used while the core plays.
     pub vectors: &'static str,
+    /// The converter's words of its keys.
+    pub words: &'static str,
     /// What the other core reads and writes between two of its ticks in memory that is otherwise this core's (words).
-    /// Core 1: the ring of core 0's events, six words a round, two rounds (the second one finds WFE without an event).
-    /// Core 0: a parameter, one word a round, two rounds.
+    /// Core 1 at core 0's: the program that plays and its reader, the first key, head and tail twice of the ring, three words
+    /// of an event, so nine a round, two rounds (the second one finds WFE without an event); the alarm, twice in each of two
+    /// ticks.
+    /// Core 0 at core 1's: the number of its tick, a parameter or two words for another program, two rounds.
     pub visits: u32,
 }
 
 /// Both cores.
 pub const RUNNING: [Running; 2] = [
-    Running { handler: "tick_core0", idle: "idle0", vectors: "vectors0", visits: 12 },
-    Running { handler: "tick_core1", idle: "idle1", vectors: "vectors1", visits: 2 },
+    Running { handler: "tick_core0", idle: "idle0", vectors: "vectors0", words: "words0", visits: 22 },
+    Running { handler: "tick_core1", idle: "idle1", vectors: "vectors1", words: "words1", visits: 6 },
 ];
 
 /// Where all other vectors lead: no forces, and the end.
@@ -47,8 +51,6 @@ pub const PARTS: &[(&str, &str)] = &[
 pub enum Owner {
     /// One core alone, but for visits.
     Core(usize),
-    /// Both.
-    Both,
     /// Nobody: it belongs to the start.
     Start,
 }
@@ -62,7 +64,6 @@ pub fn owner(section: &str) -> Owner {
         () if section.ends_with("vectors") || [".image_def", ".copy_table", ".zero_table"].contains(&section) => {
             Owner::Start
         }
-        () if has("shared") => Owner::Both,
         () => Owner::Core(usize::from(has("core1"))),
     }
 }
@@ -74,8 +75,8 @@ mod tests {
     #[test]
     fn every_section_has_its_owner() {
         let owners =
-            [".text.core0", ".data.core1_2", ".text.core1.frame", ".bss.guards", ".rodata.shared.tables"].map(owner);
-        assert_eq!(owners, [Owner::Core(0), Owner::Core(1), Owner::Core(1), Owner::Core(0), Owner::Both]);
+            [".text.core0", ".data.core1_2", ".text.core1.frame", ".bss.guards", ".data.near.core1_2"].map(owner);
+        assert_eq!(owners, [0, 1, 1, 0, 1].map(Owner::Core));
         assert_eq!([".text.start", ".vectors", ".copy_table"].map(owner), [Owner::Start; 3]);
     }
 }

@@ -5,14 +5,19 @@
         .global silence
         .type   silence, %function
 silence:
-        ldr     r0, =words + DISTANCE
         movs    r1, #0
-        movs    r2, #0
-        movw    r12, #DISTANCE
-1:      str     r1, [r0, r2]
-        adds    r3, r0, r2
-        str     r1, [r3, #2 * DISTANCE]
-        adds    r2, #4
-        cmp     r2, r12
-        blo     1b
+        ldr     r0, =words0 + DISTANCE0
+        movs    r2, #DISTANCE0 / 4
+1:      str     r1, [r0, #2 * DISTANCE0]
+        str     r1, [r0], #4
+        subs    r2, #1
+        bne     1b
+        .if     CORES > 1
+        ldr     r0, =words1 + DISTANCE1
+        movs    r2, #DISTANCE1 / 4
+2:      str     r1, [r0, #2 * DISTANCE1]
+        str     r1, [r0], #4
+        subs    r2, #1
+        bne     2b
+        .endif
         bx      lr

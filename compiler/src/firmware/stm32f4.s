@@ -137,11 +137,11 @@ board_converter:
         ldr     r0, =CONVERTER
         movw    r1, #KEYS0
         str     r1, [r0, #0x08]
-        ldr     r1, =words
+        ldr     r1, =words0
         str     r1, [r0, #0x0c]
-        ldr     r1, =words + DISTANCE
+        ldr     r1, =words0 + DISTANCE0
         str     r1, [r0, #0x10]
-        movw    r1, #2 * DISTANCE
+        movw    r1, #2 * DISTANCE0
         str     r1, [r0, #0x14]
         ldr     r1, =RATE
         str     r1, [r0, #0x18]

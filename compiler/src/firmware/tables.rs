@@ -10,12 +10,12 @@ use super::{CORES, Played, keys_name};
 ///   programs            how many, then of each the descriptors for each core
 ///   programN_coreM      a descriptor: the offsets P_.. name its words
 ///   lives               how many of all programs, then words on core 0 and core 1 (or the only core, twice), lowest and highest value of each
+///   readerN_coreM       what their reader knows: the offsets R_.. name its words
 ///   velocitiesN         128 bytes
 /// ```
 pub(super) fn text(programs: &[Played], keys: &[u32]) -> String {
-    let mut text = String::from(
-        "        .section .rodata.shared.tables, \"a\"\n        .balign 4\n        .global programs, lives\n",
-    );
+    let mut text =
+        String::from("        .section .rodata.tables, \"a\"\n        .balign 4\n        .global programs, lives\n");
     let mut line = |words: &str| {
         let _ = writeln!(text, "{words}");
     };
@@ -36,16 +36,17 @@ pub(super) fn text(programs: &[Played], keys: &[u32]) -> String {
             line(&format!("        .word   {}, {}         @ {}", live.range.low, live.range.high, live.name));
         }
     }
-    // A descriptor is looked up by its core's tick and by the reader of events.
-    line("        .section .rodata.shared.programs, \"a\"\n        .balign 4");
-    for (number, program) in programs.iter().enumerate() {
-        for (core, &keys) in keys.iter().enumerate() {
+    // A descriptor is looked up by its core's tick and by who reads its events.
+    for (core, &keys) in keys.iter().enumerate() {
+        line(&format!("        .section .rodata.near.{}.programs, \"a\"\n        .balign 4", CORES[core]));
+        for (number, program) in programs.iter().enumerate() {
             line(&descriptor(program, number, core, keys));
         }
     }
     // Looked up by core 1 alone.
-    line("        .section .rodata.core1.tables, \"a\"");
+    line("        .section .rodata.core1.tables, \"a\"\n        .balign 4");
     for (number, program) in programs.iter().enumerate() {
+        (0..keys.len()).for_each(|core| line(&reader(program, number, core)));
         line(&format!("velocities{number}:"));
         for row in program.midi.velocities.chunks(16) {
             let bytes: Vec<String> = row.iter().map(u8::to_string).collect();
@@ -57,18 +58,27 @@ pub(super) fn text(programs: &[Played], keys: &[u32]) -> String {
 
 fn descriptor(program: &Played, number: usize, core: usize, keys: u32) -> String {
     let (name, layout) = (keys_name(core, number), program.layouts[core]);
-    let (ring, none) = (layout.events(), program.kernel.events.len() as u32);
-    let event = |index: Option<u32>| index.unwrap_or(none);
     let label = format!("program{number}_core{core}");
     format!(
         "        .global {label}
 {label}: .word {block}, {name}_state, {name}_init, {name}_tick, {name}_begin
         .word   {name}_state + {gains}, {name}_state + {records}, {name}_state + {end}
-        .word   {start}, {event}, {note}, {release}, {shift}, velocities{number}",
+        .word   reader{number}_core{core}",
         block = CORES[core],
         gains = layout.gain(0).unwrap_or(4),
         records = layout.record(0),
         end = layout.record(keys),
+    )
+}
+
+/// What the reader of a core's events knows of a program.
+fn reader(program: &Played, number: usize, core: usize) -> String {
+    let (name, ring) = (keys_name(core, number), program.layouts[core].events());
+    let none = program.kernel.events.len() as u32;
+    let event = |index: Option<u32>| index.unwrap_or(none);
+    format!(
+        "reader{number}_core{core}: .word {name}_state, {name}_histories + {start}
+        .word   {event}, {note}, {release}, {shift}, velocities{number}",
         start = ring.start,
         event = ring.event,
         note = event(program.midi.note),

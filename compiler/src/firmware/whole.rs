@@ -4,8 +4,10 @@ use std::fmt;
 
 use whippen_isa::Arch;
 
-use super::{FirmwareError, Midi, Played, RP2350, STM32F4, Setup, Support, distance, keys_name, keys_of, objects};
-use crate::image::{Board, Hint, Image, Input, LinkError, Place, Start, link};
+use super::{
+    CORES, FirmwareError, Midi, Played, RP2350, STM32F4, Setup, Support, distance, keys_name, keys_of, objects,
+};
+use crate::image::{Board, Hint, Image, Input, LinkError, Object, Place, Section, Start, link};
 use crate::modes::Modes;
 use crate::thumb::{self, Around, Built, Layout, ThumbError, compile_for_frame, record_bytes};
 
@@ -102,9 +104,10 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
     };
     // One size of records for all, so that what runs through the gains need not ask which program plays.
     let records = programs.iter().map(|program| record_bytes(&program.modes.kernel, &options(0, 0)));
-    let around = Around { distance: distance(&setup.keys), record: records.max().unwrap_or(0) };
+    let record = records.max().unwrap_or(0);
     let built = |core: usize, number: usize| {
         let modes = keys_of(programs[number].modes, &setup.keys, core);
+        let around = Around { distance: distance(setup.keys[core]), record };
         compile_for_frame(&modes, &options(core, number), &around).map_err(WholeError::Code)
     };
     let of_cores = |number: usize| {
@@ -115,7 +118,7 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
         }
         Ok(cores)
     };
-    let keys: Vec<Vec<Built>> = (0..programs.len()).map(of_cores).collect::<Result<_, WholeError>>()?;
+    let mut keys: Vec<Vec<Built>> = (0..programs.len()).map(of_cores).collect::<Result<_, WholeError>>()?;
     let played = programs.iter().zip(&keys).map(|(program, cores)| Played {
         kernel: &program.modes.kernel,
         layouts: cores.iter().map(|built| &built.layout).collect(),
@@ -123,6 +126,7 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
     });
     let played: Vec<Played> = played.collect();
     let around = objects(&played, setup, &support).map_err(WholeError::Firmware)?;
+    place_near(board, &support, &around, &mut keys);
     let mut inputs: Vec<Input> = around.iter().map(|object| Input { object, places: &[] }).collect();
     for (program, cores) in programs.iter().zip(&keys) {
         inputs.extend(cores.iter().map(|built| Input { object: &built.object, places: program.places }));
@@ -137,8 +141,29 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
     })
 }
 
-/// Bytes kept for the stack of a core: several times what the bound says that it needs.
-const STACK_BYTES: u32 = 1024;
+/// Bytes kept for the stack of a core: twice what the bound says that it needs.
+const STACK_BYTES: u32 = 512;
+
+/// Moves the keys' states into the memory that is near their core, as long as there is room: there nobody fetches and the
+/// other core seldom looks, so nothing of a key waits.
+fn place_near(board: &Board, support: &Support, around: &[Object], keys: &mut [Vec<Built>]) {
+    for (core, name) in CORES.iter().take(support.stacks.len()).enumerate() {
+        let Some(memory) = board.memory_for(&format!(".data.near.{name}")) else { continue };
+        let stack = support.stacks.iter().any(|stack| (memory.base + 1..=memory.base + memory.size).contains(stack));
+        let mut room = memory.size.saturating_sub(if stack { STACK_BYTES } else { 0 });
+        let inside = |section: &&Section| board.memory_for(&section.name) == Some(memory);
+        let taken: u32 = around.iter().flat_map(|object| &object.sections).filter(inside).map(|s| s.size + 3).sum();
+        room = room.saturating_sub(taken);
+        for (number, cores) in keys.iter_mut().enumerate() {
+            let data = format!(".data.{}", keys_name(core, number));
+            let state = cores[core].object.sections.iter_mut().find(|section| section.name == data);
+            if let Some(state) = state.filter(|state| state.size <= room) {
+                room -= state.size;
+                state.name = data.replace(".data.", ".data.near.");
+            }
+        }
+    }
+}
 
 /// That nothing lies where a stack grows down to.
 fn has_room(image: &Image, board: &Board, stack: u32) -> Result<(), LinkError> {

@@ -39,7 +39,7 @@ macro_rules! tokens {
      signs { $($sign:ident $sign_text:literal,)* }) => {
         /// One token.
         #[derive(Logos, Debug, Clone, Copy, PartialEq)]
-        #[logos(skip r"[ \t\r\n\u{feff}]+")]
+        #[logos(skip r"[ \t\r\n]+")]
         pub enum Token<'s> {
             /// A number, with its unit if it has one.
             #[regex(r"[0-9]+(\.[0-9]+)?([eE][+-]?[0-9]+)?", number::scan)]
@@ -153,6 +153,8 @@ pub struct Lexed<'s> {
 pub fn lex<'s>(file: u32, text: &'s str, diagnostics: &mut Vec<Diagnostic>) -> Lexed<'s> {
     let mut lexed = Lexed::default();
     let mut lexer = Token::lexer(text);
+    // A byte order mark says something at the beginning only.
+    lexer.bump(text.len() - text.trim_start_matches('\u{feff}').len());
     while let Some(token) = lexer.next() {
         let mut span = Span { file, start: lexer.span().start as u32, end: lexer.span().end as u32 };
         let token = match token {

@@ -136,8 +136,9 @@ impl<'a> Writer<'a> {
             // `init` fills lines from their first row on.
             let (line, shift) = (&frame.lines[first as usize], ShiftType::LSL);
             let amount = line.log2();
+            let base = self.apart();
             self.offset(H, line.at);
-            self.add(H, T);
+            self.add(H, base);
             if self.small {
                 self.op(Inst { d: 4, m: 2, amount, s: true, ..template(Op::LSL_immediate) });
                 self.add(H, 4);
@@ -306,10 +307,11 @@ impl<'a> Writer<'a> {
     fn pointers(&mut self) {
         let frame = self.frame;
         let Some(first) = frame.first_line else { return };
-        self.row(3, first, 0);
+        let base = self.apart();
+        self.row(base, 3, first, 0);
         self.store(3, ROW);
         for Pointer { line, ticks, at } in &frame.pointers {
-            self.row(0, *line, *ticks);
+            self.row(base, 0, *line, *ticks);
             let (scale, shift) = (frame.scale(*line), ShiftType::LSL);
             if self.small && scale != 0 {
                 self.op(Inst { d: 4, m: 3, amount: scale, s: true, ..template(Op::LSL_immediate) });
@@ -321,8 +323,20 @@ impl<'a> Writer<'a> {
         }
     }
 
+    /// The register from which events and histories are counted; R12 where they lie apart.
+    fn apart(&mut self) -> u8 {
+        let Some(at) = self.frame.apart else { return T };
+        if self.small {
+            self.load(4, at);
+            self.mov(12, 4);
+        } else {
+            self.load(12, at);
+        }
+        12
+    }
+
     /// The address of the row of a line that was written so many ticks ago, or is written now. Uses R1 and R2.
-    fn row(&mut self, d: u8, line: u32, ticks: u32) {
+    fn row(&mut self, base: u8, d: u8, line: u32, ticks: u32) {
         let line = &self.frame.lines[line as usize];
         self.load(d, line.ring);
         if ticks != 0 {
@@ -341,7 +355,7 @@ impl<'a> Writer<'a> {
         }
         self.offset(1, line.row);
         self.offset(2, line.at);
-        self.add(2, T);
+        self.add(2, base);
         self.multiply_add(d, d, 1, 2);
     }
 }

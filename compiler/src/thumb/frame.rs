@@ -1,16 +1,17 @@
 //! The registers and the memory that all code of a core shares.
 //!
 //! ```text
-//!   T -> | next event, read, lost, tick | ring indices | row of line 0, pointers | lives | literals | events |
-//!        | rows of words | records, sentinel | histories |
+//!   T -> | next event, read, lost, tick | ring indices | row of line 0, pointers | lives | events | literals |
+//!        | records, sentinel | rows of words | histories |
 //!
 //!   K -> record of this key: | code | gain | cells | keyed constants | probes |
 //!   I -> its words in the rows (`u16` in, then, one row on, `i16` out)
 //!   H -> its slot in the current row of the first line's history
 //! ```
 //!
-//! Everything is one piece of memory, its *state*, so all distances are constants and one address finds all. A key's code
-//! leaves I, H and K at the next key's.
+//! Everything is one piece of memory, its *state*, so all distances are constants and one address finds all. In a firmware's
+//! frame events and histories lie apart: a key uses them a few times a tick and the rest at every turn, so the rest can have
+//! memory that nobody else is at. A key's code leaves I, H and K at the next key's.
 
 use super::{Around, Options};
 use crate::kernel::layout::words;
@@ -51,7 +52,7 @@ pub(super) struct Line {
     pub narrow: bool,
     /// Slots of each key.
     pub len: u32,
-    /// Offset in the state of the first row.
+    /// Offset of the first row in the state, or in the histories where they lie apart.
     pub at: u32,
     /// Bytes of a row.
     pub row: u32,
@@ -90,6 +91,8 @@ pub(super) struct Frame {
     pub keys: u32,
     /// Where the caller's words lie, if the tick is part of a firmware's frame.
     pub caller: Option<Caller>,
+    /// Offset in T of the address of events and histories, where they lie apart.
+    pub apart: Option<u32>,
     /// Bytes of a key in a row of words.
     pub stride: u32,
     /// Offset in the record of the gain, if there is one.
@@ -111,6 +114,7 @@ pub(super) struct Frame {
     /// Offset in T of each live value.
     pub lives: Vec<u32>,
     pub literals: u32,
+    /// The ring of events, in the state or in the histories.
     pub events: u32,
     /// Bytes of an event; a power of two.
     pub event: u32,
@@ -118,15 +122,18 @@ pub(super) struct Frame {
     pub outputs: u32,
     pub records: u32,
     pub size: u32,
+    /// Bytes of events and histories, where they lie apart.
+    pub size_apart: u32,
 }
 
 impl Frame {
-    /// The state of so many keys of a kernel; with a frame around them, the rows of words are the caller's.
+    /// The state of so many keys of a kernel, to be closed; with a frame around them, the rows of words are the caller's.
     pub(super) fn new(kernel: &Kernel, options: &Options, around: Option<&Around>) -> Frame {
         let (keys, gain) = (options.keys, options.gain);
         let mut frame = Frame {
             keys,
             caller: None,
+            apart: None,
             stride: 2 * kernel.inputs.len().max(kernel.outputs.len()).max(1) as u32,
             gain: gain.then_some(4),
             cells: Vec::new(),
@@ -145,12 +152,18 @@ impl Frame {
             outputs: 0,
             records: 0,
             size: RINGS,
+            size_apart: 0,
         };
         frame.caller = around.map(|around| Caller { distance: around.distance, at: frame.take(4) });
+        frame.apart = around.map(|_| frame.take(4));
         frame.place_record(kernel, options.probes);
         frame.record = frame.record.max(around.map_or(0, |around| around.record));
         frame.place_table(kernel);
-        frame.place_arrays(kernel);
+        if frame.apart.is_none() {
+            frame.place_records(LITERALS_MAX);
+        }
+        frame.place_rows();
+        frame.place_histories(kernel);
         frame
     }
 
@@ -168,6 +181,16 @@ impl Frame {
     fn take(&mut self, bytes: u32) -> u32 {
         let at = self.size;
         self.size += bytes.next_multiple_of(4);
+        at
+    }
+
+    /// As [`Frame::take`], but of events and histories.
+    fn take_apart(&mut self, bytes: u32) -> u32 {
+        if self.apart.is_none() {
+            return self.take(bytes);
+        }
+        let at = self.size_apart;
+        self.size_apart += bytes.next_multiple_of(4);
         at
     }
 
@@ -193,13 +216,13 @@ impl Frame {
                 self.pointers.push(Pointer { line, ticks, at });
             }
         }
-        self.literals = self.take(4 * LITERALS_MAX as u32);
         let args = kernel.events.iter().map(|event| event.args).max().unwrap_or(0);
         self.event = 4 * (2 + args).next_power_of_two();
-        self.events = self.take(if kernel.events.is_empty() { 0 } else { EVENT_BYTES });
+        self.events = self.take_apart(if kernel.events.is_empty() { 0 } else { EVENT_BYTES });
+        self.literals = self.size;
     }
 
-    fn place_arrays(&mut self, kernel: &Kernel) {
+    fn place_rows(&mut self) {
         let row = self.keys * self.stride;
         match self.caller {
             Some(caller) => self.outputs = caller.distance,
@@ -208,12 +231,27 @@ impl Frame {
                 self.outputs = self.take(row);
             }
         }
+    }
+
+    /// Literals, so many, and records behind them: no key's code knows how far they are.
+    fn place_records(&mut self, literals: usize) {
+        self.take(4 * literals as u32);
         // The sentinel is a record of one word.
         self.records = self.take(self.keys * self.record + 4);
+    }
+
+    /// Everything is known once it is known how many literals there are.
+    pub(super) fn close(&mut self, literals: usize) {
+        if self.apart.is_some() {
+            self.place_records(literals);
+        }
+    }
+
+    fn place_histories(&mut self, kernel: &Kernel) {
         for line in &kernel.lines {
             let narrow = is_narrow(line.range);
             let row = (self.keys * if narrow { 2 } else { 4 }).next_multiple_of(4);
-            let at = self.take(row * line.len);
+            let at = self.take_apart(row * line.len);
             let ring = self.rings.iter().find(|(_, len)| *len == line.len).map_or(RINGS, |(at, _)| *at);
             self.lines.push(Line { narrow, len: line.len, at, row, ring });
         }

@@ -20,6 +20,11 @@ pub(super) fn state(name: &str) -> String {
     format!("{name}_state")
 }
 
+/// Events and histories of a core's keys, where they lie apart from their state.
+pub(super) fn histories(name: &str) -> String {
+    format!("{name}_histories")
+}
+
 /// The code of a mode.
 pub(super) fn mode(name: &str, mode: usize) -> String {
     format!("{name}.mode.{mode}")

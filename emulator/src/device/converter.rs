@@ -19,6 +19,8 @@
 //! | 0x18 | RATE | ticks per second |
 //! | 0x1c | TICKS | ticks since it was enabled |
 //! | 0x20 | OVERRUNS | ticks that came too early |
+//! | 0x24 | SPLIT | from this key on, words lie in buffers of their own (reset: above all keys) |
+//! | 0x28, 0x2c, 0x30 | SENSE1, DRIVE1, HALF1 | theirs, as 0x0c to 0x14 |
 
 use std::collections::VecDeque;
 
@@ -29,6 +31,14 @@ const ENABLE: u32 = 1;
 const DOUBLE: u32 = 2;
 const OVERRUN: u32 = 2;
 const OVER: u32 = 4;
+
+/// Where words are exchanged.
+#[derive(Debug, Clone, Copy, Default)]
+struct Buffers {
+    sense: u32,
+    drive: u32,
+    half: u32,
+}
 
 /// See the module.
 pub struct Converter {
@@ -42,9 +52,9 @@ pub struct Converter {
     interrupt: usize,
     control: u32,
     keys: u32,
-    sense: u32,
-    drive: u32,
-    half: u32,
+    split: u32,
+    /// Of the keys below the split, and of the others.
+    buffers: [Buffers; 2],
     rate_hz: u32,
     /// The cycle it was enabled in.
     started: u64,
@@ -68,9 +78,8 @@ impl Converter {
             interrupt,
             control: 1 << 8,
             keys,
-            sense: 0,
-            drive: 0,
-            half: 0,
+            split: KEYS_MAX,
+            buffers: [Buffers::default(); 2],
             rate_hz,
             started: 0,
             ticks: 0,
@@ -132,11 +141,17 @@ impl Converter {
         self.waiting = self.control >> 8 & 3;
     }
 
+    /// Where a key's word is in a half of its buffers.
+    fn address(&self, key: u32, half: u32, buffer: impl Fn(&Buffers) -> u32) -> u32 {
+        let (own, first) = if key < self.split { (&self.buffers[0], 0) } else { (&self.buffers[1], self.split) };
+        buffer(own).wrapping_add(own.half.wrapping_mul(half)).wrapping_add(2 * (key - first)) & !1
+    }
+
     /// The drive words of the tick before; where there is no memory, zero.
     fn take_drives(&mut self, cycle: u64, bus: &mut Bus) {
-        let from = self.drive.wrapping_add(self.half * self.half_of(self.ticks.wrapping_sub(1)));
+        let half = self.half_of(self.ticks.wrapping_sub(1));
         for key in 0..self.keys {
-            let word = bus.read(from.wrapping_add(2 * key) & !1, 2, cycle).unwrap_or(0);
+            let word = bus.read(self.address(key, half, |own| own.drive), 2, cycle).unwrap_or(0);
             self.drives.push(word as u16 as i16);
         }
     }
@@ -150,10 +165,11 @@ impl Converter {
             self.over = true;
             self.last.resize(keys, 0);
         }
-        let to = self.sense.wrapping_add(self.half * self.half_of(self.ticks));
+        let half = self.half_of(self.ticks);
         for (key, word) in self.last.iter().enumerate() {
             // A buffer that is not memory is the program's mistake, which it sees as words that do not come.
-            let _ = bus.write(to.wrapping_add(2 * key as u32) & !1, 2, u32::from(*word), cycle);
+            let to = self.address(key as u32, half, |own| own.sense);
+            let _ = bus.write(to, 2, u32::from(*word), cycle);
         }
     }
 
@@ -194,12 +210,16 @@ impl Device for Converter {
             0x00 => self.control,
             0x04 => self.status(access.core),
             0x08 => self.keys,
-            0x0c => self.sense,
-            0x10 => self.drive,
-            0x14 => self.half,
+            0x0c => self.buffers[0].sense,
+            0x10 => self.buffers[0].drive,
+            0x14 => self.buffers[0].half,
             0x18 => self.rate_hz,
             0x1c => self.ticks,
             0x20 => self.overruns,
+            0x24 => self.split,
+            0x28 => self.buffers[1].sense,
+            0x2c => self.buffers[1].drive,
+            0x30 => self.buffers[1].half,
             _ => return Err(BusError),
         };
         Ok(alias::part(access.offset, word))
@@ -211,11 +231,15 @@ impl Device for Converter {
             0x00 => self.enable(whole(self.control), access.cycle),
             0x04 => self.acknowledge(access.core, value),
             0x08 => self.keys = whole(self.keys).min(KEYS_MAX),
-            0x0c => self.sense = whole(self.sense),
-            0x10 => self.drive = whole(self.drive),
-            0x14 => self.half = whole(self.half),
+            0x0c => self.buffers[0].sense = whole(self.buffers[0].sense),
+            0x10 => self.buffers[0].drive = whole(self.buffers[0].drive),
+            0x14 => self.buffers[0].half = whole(self.buffers[0].half),
             0x18 => self.rate_hz = whole(self.rate_hz).min(RATE_MAX),
             0x1c | 0x20 => {}
+            0x24 => self.split = whole(self.split).min(KEYS_MAX),
+            0x28 => self.buffers[1].sense = whole(self.buffers[1].sense),
+            0x2c => self.buffers[1].drive = whole(self.buffers[1].drive),
+            0x30 => self.buffers[1].half = whole(self.buffers[1].half),
             _ => return Err(BusError),
         }
         self.interrupts(bus);
@@ -289,6 +313,21 @@ mod tests {
         tick(&mut pair);
         assert_eq!(pair.1.read(RAM + 4, 4, 0), Ok(21 << 16 | 11));
         assert_eq!((pair.0.drives.as_slice(), pair.0.status(0)), (&[5, -1][..], 0b1001));
+    }
+
+    #[test]
+    fn keys_behind_the_split_have_buffers_of_their_own() {
+        let mut pair = converter();
+        [(0x24, 1), (0x28, RAM + 0x80), (0x2c, RAM + 0xc0), (0x30, 8)]
+            .iter()
+            .for_each(|(at, value)| write(&mut pair, *at, 1000, *value));
+        tick(&mut pair);
+        assert_eq!((pair.1.read(RAM, 4, 0), pair.1.read(RAM + 0x80, 4, 0)), (Ok(10), Ok(20)));
+        pair.1.write(RAM + 0x40, 2, 5, 0).unwrap();
+        pair.1.write(RAM + 0xc0, 2, 0xffff, 0).unwrap();
+        tick(&mut pair);
+        assert_eq!((pair.1.read(RAM + 4, 4, 0), pair.1.read(RAM + 0x88, 4, 0)), (Ok(11), Ok(21)));
+        assert_eq!(pair.0.drives, [5, -1]);
     }
 
     #[test]

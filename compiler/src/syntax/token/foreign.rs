@@ -63,6 +63,7 @@ const FOREIGN: &[Foreign] = &[
     nothing("°", "write the unit `deg` after one space"),
     nothing("²", "write `^2`"),
     nothing("³", "write `^3`"),
+    nothing("\u{feff}", "this invisible byte order mark says something at the beginning only: delete it"),
     nothing("\u{a0}", "this is a no-break space: write a plain one"),
 ];
 

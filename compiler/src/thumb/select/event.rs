@@ -36,7 +36,8 @@ impl Select<'_> {
     fn append(&mut self, event: u32, head: VReg, args: &[VReg]) {
         let state = Self::fixed(T);
         let offset = self.result(Code::new(Isa::UBFX).reg(Role::N, head).imm(EVENT_BYTES.trailing_zeros()));
-        let at = self.result(Code::new(Isa::ADD_register).with(Role::N, state).reg(Role::M, offset));
+        let ring = self.apart();
+        let at = self.result(Code::new(Isa::ADD_register).with(Role::N, ring).reg(Role::M, offset));
         let at = Reg::Virtual(at);
         let base = i64::from(self.frame.events);
         let tick = self.load(Isa::LDR_immediate, state, TICK.into(), Place::Constant);

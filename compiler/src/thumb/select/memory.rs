@@ -214,14 +214,23 @@ impl Select<'_> {
         self.emit(if walks { walking(code, H, slot) } else { code });
     }
 
+    /// Where events and histories are counted from.
+    pub(super) fn apart(&mut self) -> Reg {
+        let state = Self::fixed(T);
+        match self.frame.apart {
+            None => state,
+            Some(at) => Reg::Virtual(self.load(Isa::LDR_immediate, state, at.into(), Place::Constant)),
+        }
+    }
+
     /// The address of this key's slot in a line's first row. Only `init` fills, and its rings stand at 0.
     pub(super) fn first_slot(&mut self, line: u32) -> VReg {
         let frame = self.frame;
         let scale = frame.scale(line);
         let first = frame.first_line.map_or(0, |first| i64::from(frame.lines[first as usize].at));
-        let offset =
-            self.result(Code::new(Isa::SUB_register).with(Role::N, Self::fixed(H)).with(Role::M, Self::fixed(T)));
-        let sum = Code::new(Isa::ADD_register).with(Role::N, Self::fixed(T)).reg(Role::M, offset);
+        let base = self.apart();
+        let offset = self.result(Code::new(Isa::SUB_register).with(Role::N, Self::fixed(H)).with(Role::M, base));
+        let sum = Code::new(Isa::ADD_register).with(Role::N, base).reg(Role::M, offset);
         let sum = self.result(with_shift(sum, ShiftType::LSL, scale));
         self.plus(sum, i64::from(frame.lines[line as usize].at) - (first << scale))
     }
