@@ -26,7 +26,6 @@ use whippen_isa::imm::thumb_shrink_imm;
 use crate::asm::{AsmError, Source, assemble};
 use crate::image::Object;
 use crate::kernel::Kernel;
-use crate::modes::Modes;
 use crate::thumb::Layout;
 
 pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};
@@ -186,11 +185,11 @@ pub struct Played<'a> {
     pub midi: &'a Midi,
 }
 
-/// The modes for the keys of one core: values per key begin at its first.
-pub fn keys_of(modes: &Modes, keys: &[u32], core: usize) -> Modes {
+/// The kernel for the keys of one core: values per key begin at its first.
+pub fn keys_of(kernel: &Kernel, keys: &[u32], core: usize) -> Kernel {
     let first = keys[..core].iter().sum::<u32>() as usize;
-    let mut own = modes.clone();
-    for keyed in &mut own.kernel.keyed {
+    let mut own = kernel.clone();
+    for keyed in &mut own.keyed {
         // A list that is too short goes on with its last value.
         let from = first.min(keyed.values.len().saturating_sub(1));
         keyed.values.drain(..from);

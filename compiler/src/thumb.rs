@@ -111,6 +111,21 @@ pub struct Built {
     pub layout: Layout,
 }
 
+impl Built {
+    /// The same code for as many other keys: those of this kernel, which differs in its values per key alone.
+    #[must_use]
+    pub fn with_keys_of(mut self, kernel: &Kernel) -> Built {
+        let frame = &self.layout.frame;
+        let holds = |section: &&mut Section| section.kind == SectionKind::Data;
+        if let Some(data) = self.object.sections.iter_mut().find(holds) {
+            let mut state = Memory { bytes: std::mem::take(&mut data.bytes), fixups: Vec::new() };
+            state.keyed(kernel, frame);
+            data.bytes = state.bytes;
+        }
+        self
+    }
+}
+
 /// Compiles the tick of a core's keys.
 ///
 /// # Errors
@@ -312,6 +327,17 @@ impl Memory {
         }
     }
 
+    /// The values per key, the only ones in which keys begin otherwise than their neighbours.
+    fn keyed(&mut self, kernel: &Kernel, frame: &Frame) {
+        for key in 0..frame.keys {
+            let record = frame.records + key * frame.record;
+            for (keyed, at) in kernel.keyed.iter().zip(&frame.keyed) {
+                let value = keyed.values.get(key as usize).or(keyed.values.last()).copied().unwrap_or_default();
+                self.word(record + at, value as u32);
+            }
+        }
+    }
+
     fn modes(&mut self, frame: &Frame, name: &str) {
         for key in 0..frame.keys {
             self.address(frame.records + key * frame.record, names::mode(name, 0));
@@ -332,17 +358,17 @@ fn memory(kernel: &Kernel, frame: &Frame) -> [Memory; 2] {
         if let Some(gain) = frame.gain {
             state.word(record + gain, 1 << 16);
         }
+        if let Some(number) = frame.number {
+            state.word(record + number, key);
+        }
         for (cell, at) in kernel.cells.iter().zip(&frame.cells) {
             let size = if cell.ty == Type::I64 { 8 } else { 4 };
             for word in 0..cell.len {
                 state.put(record + at + word * size, &cell.init.to_le_bytes()[..size as usize]);
             }
         }
-        for (keyed, at) in kernel.keyed.iter().zip(&frame.keyed) {
-            let value = keyed.values.get(key as usize).or(keyed.values.last()).copied().unwrap_or_default();
-            state.word(record + at, value as u32);
-        }
     }
+    state.keyed(kernel, frame);
     let lines = if frame.apart.is_some() { &mut histories } else { &mut state };
     for (line, place) in kernel.lines.iter().zip(&frame.lines) {
         let value = 0.clamp(line.range.low, line.range.high);

@@ -82,15 +82,19 @@ pub fn run(args: &Args) -> Outcome {
     let mut shown = Vec::new();
     for played in &proof.played {
         let beyond = Beyond::find(&setup.map, &played.compiled.model, &setup.device, &args.beyond)?;
-        let mut budget = proof.json(played);
-        beyond.add_to(&setup.map, &mut budget);
+        let json = || {
+            let mut budget = proof.json(played);
+            beyond.add_to(&setup.map, &mut budget);
+            budget
+        };
         if args.json {
-            say!("{budget}");
+            say!("{}", json());
         } else {
             beyond.warn(&setup.map);
             say::whole(&(proof.table(played) + &beyond.text(&setup.device)));
         }
         if args.report.is_some() {
+            let mut budget = json();
             beyond.add_map_to(&played.compiled.model, &mut budget);
             shown.push(budget);
         }

@@ -107,15 +107,15 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
     let records = programs.iter().map(|program| record_bytes(&program.modes.kernel, &options(0, 0)));
     let record = records.max().unwrap_or(0);
     let built = |core: usize, number: usize| {
-        let modes = keys_of(programs[number].modes, &setup.keys, core);
         let around = Around { distance: distance(setup.keys[core]), record };
-        compile_for_frame(&modes, &options(core, number), &around).map_err(WholeError::Code)
+        compile_for_frame(programs[number].modes, &options(core, number), &around).map_err(WholeError::Code)
     };
     let of_cores = |number: usize| {
         let mut cores = vec![built(0, number)?];
         for core in 1..setup.keys.len() {
-            let same = setup.keys[0] == setup.keys[core] && programs[number].modes.kernel.keyed.is_empty();
-            cores.push(if same { renamed(&cores[0], core, number) } else { built(core, number)? });
+            let same = setup.keys[0] == setup.keys[core];
+            let other = if same { renamed(&cores[0], core, number) } else { built(core, number)? };
+            cores.push(other.with_keys_of(&keys_of(&programs[number].modes.kernel, &setup.keys, core)));
         }
         Ok(cores)
     };
@@ -201,24 +201,32 @@ mod tests {
     use super::*;
     use crate::kernel::parse;
 
-    /// A renamed object is the one that would have been compiled.
+    /// A renamed object with other keys is the one that would have been compiled.
     #[test]
     fn the_second_core_has_the_code_of_the_first() {
         let text = "kernel direct @44100 {
   in x: u16 [0..65535]
   out f: i16 [-32768..32767]
+  keyed weight: i32 [0..9] = { 1, 2, 3, 4, 5, 6, 7, 8, 9 }
   event loud(1)
   tick {
     v0: i32 [0..65535] = in x
     v1: i32 [32768..32768] = const 32768
-    v2: i32 [-32768..32767] = sub v0 v1
-    out f v2
+    v2: i32 [0..9] = keyed weight
+    v3: i32 [-32768..32767] = sub v0 v1
+    v4: i32 [-32777..32767] = sub v3 v2
+    v5: i32 [-32768..-32768] = const -32768
+    v6: i32 [-32768..32767] = max v4 v5
+    out f v6
   }
 }
 ";
-        let modes = Modes::single(&parse(text).unwrap_or_else(|error| panic!("{error:?}")));
+        let kernel = parse(text).unwrap_or_else(|error| panic!("{error:?}"));
+        let keys = [0, 1].map(|core| keys_of(&kernel, &[7, 7], core));
+        assert_ne!(keys[0].keyed, keys[1].keyed);
         for program in [0, 3] {
             let compiled = |core: usize| {
+                let modes = Modes::single(&keys[core]);
                 let options = thumb::Options {
                     name: keys_name(core, program),
                     keys: 7,
@@ -229,7 +237,7 @@ mod tests {
                 let around = Around { distance: 28, record: 40 };
                 compile_for_frame(&modes, &options, &around).unwrap_or_else(|error| panic!("{error}"))
             };
-            assert_eq!(renamed(&compiled(0), 1, program), compiled(1));
+            assert_eq!(renamed(&compiled(0), 1, program).with_keys_of(&keys[1]), compiled(1));
         }
     }
 }

@@ -101,7 +101,7 @@ impl Lowerer<'_> {
         match self.step.model.cells[cell.0 as usize].kind {
             // As constants of the program are rounded: what is one of the ends needs no clamp.
             CellKind::State => format::nearest(counted, lsb),
-            CellKind::Rate => format::inside_powers(counted, lsb),
+            CellKind::Rate | CellKind::Pulse => format::inside_powers(counted, lsb),
             _ => format::inside(counted, lsb),
         }
     }
@@ -180,7 +180,8 @@ impl Lowerer<'_> {
         self.load(self.cells.pulse_left[pulse])
     }
 
-    /// What is to be stored in a cell: its clamp, or for a coordinate one unit beyond, so that being stopped shows.
+    /// What is to be stored in a cell: its clamp; for a coordinate one unit beyond, so that being stopped shows. A rate
+    /// may be a few of its operand's units beyond, because it is clamped at the end in any case.
     pub(super) fn new_value(&mut self, cell: CellId, node: NodeId) -> Result<Value, OpError> {
         let range = self.cell_range(cell);
         let beyond = match self.step.model.cells[cell.0 as usize].kind {
@@ -193,7 +194,11 @@ impl Lowerer<'_> {
         }
         let real = self.real(node)?;
         // In the cell's unit: clamped at the end, after the rules.
-        if real.scale() == scale { Ok(real.value) } else { self.saturated(real, scale, beyond) }
+        match self.step.model.cells[cell.0 as usize].kind {
+            _ if real.scale() == scale => Ok(real.value),
+            CellKind::Rate => self.nearly(real, scale, beyond),
+            _ => self.saturated(real, scale, beyond),
+        }
     }
 
     /// Clamps and stores everything.

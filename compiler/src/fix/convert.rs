@@ -1,12 +1,15 @@
 //! From one unit to another.
 
 use super::Lowerer;
-use super::format::{TOP, exp2, exponent};
+use super::format::{TOP, exp2, exponent, powers};
 use super::real::{Real, Scale, power_of_two};
 use crate::kernel::{Op, OpError, Range, Type, Value};
 
 /// An offset that is no more than this part of a value's reach counts as an error where it would cost an addition.
 pub(super) const NEGLIGIBLE: f64 = 1.0 / 4_194_304.0;
+
+/// Units of a value that are nothing at the ends of its range.
+const FEW: i64 = 2;
 
 impl Lowerer<'_> {
     /// The same value without offset.
@@ -40,6 +43,12 @@ impl Lowerer<'_> {
 
     /// A real as an integer of `scale`, kept within `range` (of those integers) whatever it is.
     pub(super) fn saturated(&mut self, real: Real, scale: Scale, range: Range) -> Result<Value, OpError> {
+        let value = self.nearly(real, scale, range)?;
+        self.clamped(value, range)
+    }
+
+    /// The same, but where the real is coarser, up to [`FEW`] of its units beyond.
+    pub(super) fn nearly(&mut self, real: Real, scale: Scale, range: Range) -> Result<Value, OpError> {
         if real.scale() == scale {
             return self.clamped(real.value, range);
         }
@@ -52,7 +61,7 @@ impl Lowerer<'_> {
         self.b.op(Op::Add, &[counted, shift])
     }
 
-    /// A real in units of `lsb`, kept within `range`.
+    /// A real in units of `lsb`, kept nearly within `range`.
     fn counted(&mut self, real: Real, lsb: f64, range: Range) -> Result<Value, OpError> {
         let real = if power_of_two(real.lsb / lsb).is_some() { self.plain(real)? } else { self.rescaled(real, lsb)? };
         let n = power_of_two(real.lsb / lsb).unwrap_or(0);
@@ -66,8 +75,12 @@ impl Lowerer<'_> {
         let (above, below) = (-(-range.high >> n), range.low >> n);
         let high = if above << n <= word.high { above } else { range.high >> n };
         let low = if below << n >= word.low { below } else { -(-range.low >> n) };
-        let kept = self.clamped(real.value, Range::new(low, high))?;
+        // So that it is one saturation, where a few units make it one.
+        let ends = powers(Range::new(low, high), FEW);
+        let kept = self.clamped(real.value, ends)?;
         let value = self.moved(kept, n)?;
-        self.clamped(value, range)
+        // What is a word with room is left to who clamps in any case.
+        let room = Range::new(range.low.min(0) - (FEW << n), range.high.max(0) + (FEW << n));
+        if word.contains(room) && ends != Range::new(low, high) { Ok(value) } else { self.clamped(value, range) }
     }
 }

@@ -48,13 +48,18 @@ pub(super) fn nearest(range: Interval, lsb: f64) -> Range {
     Range::new(quantise(range.low, lsb), quantise(range.high, lsb))
 }
 
-/// The integers whose values lie within `range`; `-2^n .. 2^n - 1` where that is all but a few thousandths of them.
+/// The integers whose values lie within `range`, less a few thousandths of them where that leaves what [`powers`] gives.
 pub(super) fn inside_powers(range: Interval, lsb: f64) -> Range {
     let all = inside(range, lsb);
+    powers(all, (all.high + 1) >> 8)
+}
+
+/// `-2^n .. 2^n - 1` or `0 .. 2^n - 1`, which is one saturation, where that is all but `few` of the integers at either end.
+pub(super) fn powers(all: Range, few: i64) -> Range {
     let power = 1i64 << (63 - (all.high + 1).max(1).leading_zeros());
-    let (below, above) = (-power - all.low, all.high - (power - 1));
-    let few = power >> 8;
-    if (0..=few).contains(&below) && (0..=few).contains(&above) { Range::new(-power, power - 1) } else { all }
+    let low = if all.low == 0 { 0 } else { -power };
+    let (below, above) = (low - all.low, all.high - (power - 1));
+    if (0..=few).contains(&below) && (0..=few).contains(&above) { Range::new(low, power - 1) } else { all }
 }
 
 /// `I5F27`: integer bits with the sign, fraction bits, as the `fixed` crate counts them.

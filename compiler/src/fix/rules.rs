@@ -257,12 +257,16 @@ impl Lowerer<'_> {
         let real = self.real(level)?;
         let (scale, range) = (self.units.scale_of_cell(p.level), self.cell_range(p.level));
         let level = self.saturated(real, scale, range)?;
-        let left = self.pulse_left(pulse.0 as usize)?;
-        let zero = self.constant(0)?;
-        let runs = self.b.op(Op::Lt, &[zero, left])?;
         let now = self.cell(p.level)?.value;
         let larger = self.b.op(Op::Max, &[level, now])?;
-        let level = self.b.op(Op::Select, &[runs, larger, level])?;
+        // A pulse at rest has the level 0, which is the larger one only of levels below.
+        let level = if range.low >= 0 {
+            larger
+        } else {
+            let (left, zero) = (self.pulse_left(pulse.0 as usize)?, self.constant(0)?);
+            let runs = self.b.op(Op::Lt, &[zero, left])?;
+            self.b.op(Op::Select, &[runs, larger, level])?
+        };
         writes.cells.insert(p.level.0, level);
         let ticks = self.b.constant(Type::I32, i64::from(p.ticks))?;
         writes.pulse_left.insert(pulse.0, ticks);

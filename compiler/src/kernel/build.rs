@@ -43,13 +43,15 @@ pub struct Builder {
     /// Whether the outermost region is `tick` (else `init`).
     in_tick: bool,
     origin: Option<u32>,
+    /// By value: whether a choice is part of it.
+    decided: Vec<bool>,
 }
 
 impl Builder {
     /// A kernel without declarations; instructions go to `init` first.
     pub fn new(name: &str, rate_hz: u32) -> Builder {
         let kernel = Kernel { name: name.to_string(), rate_hz, ..Kernel::default() };
-        Builder { kernel, scopes: vec![Scope::default()], in_tick: false, origin: None }
+        Builder { kernel, scopes: vec![Scope::default()], in_tick: false, origin: None, decided: Vec::new() }
     }
 
     /// Instructions from here on are made for this place of the source; gives the place before.
@@ -86,6 +88,11 @@ impl Builder {
     /// Type of a value.
     pub fn ty(&self, value: Value) -> Type {
         self.info(value).ty
+    }
+
+    /// Whether a choice made in this tick is part of the value.
+    pub fn is_decided(&self, value: Value) -> bool {
+        self.decided.get(value.0 as usize).copied().unwrap_or(false)
     }
 
     /// Adds an instruction and gives its result.
@@ -160,6 +167,7 @@ impl Builder {
             .map(|(a, b)| ValueInfo { ty: self.ty(*a), range: self.range(*a).union(self.range(*b)) })
             .collect();
         let results: Vec<Value> = infos.into_iter().map(|info| self.define(info)).collect();
+        results.iter().for_each(|result| self.decided[result.0 as usize] = true);
         self.push(Inst {
             op: Op::If,
             args: vec![condition],
@@ -220,6 +228,7 @@ impl Builder {
             return *value;
         }
         let result = self.define(info);
+        self.decided[result.0 as usize] = op == Op::Select || args.iter().any(|arg| self.is_decided(*arg));
         self.push(Inst { op, args: args.to_vec(), results: vec![result], regions: Vec::new(), origin: self.origin });
         if pure && let Some(scope) = self.scopes.last_mut() {
             scope.known.insert(key, result);
@@ -229,6 +238,7 @@ impl Builder {
 
     fn define(&mut self, info: ValueInfo) -> Value {
         self.kernel.values.push(info);
+        self.decided.push(false);
         Value(self.kernel.values.len() as u32 - 1)
     }
 

@@ -1,7 +1,7 @@
 //! What is known on a path, beyond what the operators themselves say: from what was decided back to what was compared.
 
 use super::graph::{Graph, Id};
-use crate::kernel::{Op, Range};
+use crate::kernel::{Op, Range, Type};
 use rustc_hash::FxHashMap;
 
 /// Where nodes lie on a path; what is not listed is as its operands say.
@@ -82,6 +82,25 @@ impl Narrowing<'_, '_> {
                 self.factor(*a, *y, range);
                 self.factor(*b, *x, range);
             }
+            (Op::SarRound(n), [a], _) if n > 0 => {
+                let half = 1_i64 << (n - 1);
+                let all = Range::new(times(range.low, n, 0), times(range.high, n, 1));
+                self.open.push((*a, minus(all, Range::point(half))));
+            }
+            (Op::MulTop, [a, b], [x, y]) => {
+                self.top_factor(*a, *y, range);
+                self.top_factor(*b, *x, range);
+            }
+            (Op::MacTop, [z, a, b], [w, x, y]) => {
+                if z == a {
+                    // `z + top(z * y)` is the top word of `z * (2^32 + y)`.
+                    self.top_factor(*z, plus(*y, Range::point(1 << 32)), range);
+                }
+                self.open.push((*z, minus(range, top(*x, *y))));
+                let product = minus(range, *w);
+                self.top_factor(*a, *y, product);
+                self.top_factor(*b, *x, product);
+            }
             (Op::MacWide, [_, a, b], [z, x, y]) => {
                 let product = minus(range, *z);
                 self.factor(*a, *y, product);
@@ -145,6 +164,16 @@ impl Narrowing<'_, '_> {
         let ceiling = low.div_euclid(k) + i64::from(low.rem_euclid(k) != 0);
         self.open.push((id, Range::new(ceiling, high.div_euclid(k))));
     }
+
+    /// A factor, given the other and the top word of the product, rounded half up.
+    fn top_factor(&mut self, id: Id, other: Range, top: Range) {
+        // A top word is a word, so nothing is lost here.
+        let Range { low, high } = meet(top, Type::I32.range());
+        if low <= high {
+            let (half, one) = (1 << 31, 1 << 32);
+            self.factor(id, other, Range::new((low * one).saturating_sub(half), high * one + (half - 1)));
+        }
+    }
 }
 
 /// What two ranges have in common.
@@ -169,6 +198,13 @@ fn minus(a: Range, b: Range) -> Range {
     Range::new(a.low.saturating_sub(b.high), a.high.saturating_sub(b.low))
 }
 
+/// The top words of products of words, rounded half up.
+fn top(a: Range, b: Range) -> Range {
+    let word = |x: i64, y: i64| ((i128::from(x) * i128::from(y) + (1 << 31)) >> 32) as i64;
+    let ends = [word(a.low, b.low), word(a.low, b.high), word(a.high, b.low), word(a.high, b.high)];
+    ends.into_iter().fold(Range::point(ends[0]), |all, end| all.union(Range::point(end)))
+}
+
 /// `ceil(value / 2^n)`
 fn up(value: i64, n: u8) -> i64 {
     (value >> n) + i64::from((value >> n) << n != value)
@@ -178,4 +214,54 @@ fn up(value: i64, n: u8) -> i64 {
 fn times(value: i64, n: u8, last: i128) -> i64 {
     let number = ((i128::from(value) + last) << n) - last;
     number.clamp(i64::MIN.into(), i64::MAX.into()) as i64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::Kernel;
+    use crate::kernel::random::Rng;
+    use crate::modes::graph::Kind;
+
+    /// A number of any size, at random.
+    fn number(rng: &mut Rng) -> i64 {
+        i64::from(rng.next() as u32 as i32) >> rng.below(31)
+    }
+
+    #[test]
+    fn top_words_tell_of_their_factors_and_leave_room_for_what_they_were_made_of() {
+        let (kernel, mut rng, mut narrowed) = (Kernel::default(), Rng::new(5), 0);
+        let top = |a: i64, b: i64| ((i128::from(a) * i128::from(b) + (1 << 31)) >> 32) as i64;
+        for _ in 0..20_000 {
+            let mut graph = Graph::new(&kernel);
+            let values = [number(&mut rng), number(&mut rng), number(&mut rng)];
+            let reach = rng.below(2) as i64 * values[1].abs();
+            let ids = [0, 1, 2].map(|live| graph.node(Kind::Op(Op::Live(live)), Type::I32, &[]));
+            let ([z, a, k], [vz, va, vk]) = (ids, values);
+            let shape = rng.below(4);
+            let (op, args, result) = match shape {
+                0 => (Op::MulTop, vec![a, k], top(va, vk)),
+                1 => (Op::MacTop, vec![z, a, k], vz + top(va, vk)),
+                2 => (Op::MacTop, vec![a, a, k], va + top(va, vk)),
+                _ => (Op::SarRound(7), vec![a], (va + 64) >> 7),
+            };
+            let node = graph.node(Kind::Op(op), Type::I32, &args);
+            let known = |id: Id| match ids.iter().position(|known| *known == id) {
+                Some(0) => Range::new(vz - reach, vz + reach),
+                Some(1) => Type::I32.range(),
+                Some(_) => Range::point(vk),
+                None => Range::new(i64::MIN, i64::MAX),
+            };
+            let told = Range::new(result - rng.below(100) as i64, result + rng.below(100) as i64);
+            let (facts, _) = with(&graph, &known, &Facts::default(), node, told).expect("it can be");
+            for (id, value) in ids.into_iter().zip(values) {
+                assert!(
+                    facts.get(&id).is_none_or(|range| range.has(value)),
+                    "{op:?} of {values:?} in {told}: {facts:?}"
+                );
+            }
+            narrowed += usize::from(facts.contains_key(&a));
+        }
+        assert!(narrowed > 5000, "{narrowed}");
+    }
 }

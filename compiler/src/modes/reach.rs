@@ -1,7 +1,10 @@
 //! Which modes occur: from what cells hold after `init`, tick by tick, until nothing new comes up.
 //!
 //! A mode is a class for every discrete cell. With it goes where all other cells lie whenever the mode is entered; a range
-//! that grows is taken to be all that the cell declares at once, so that this ends after few rounds.
+//! that grows is taken to be all that the cell declares at once, so that this ends after few rounds. What that gave away is
+//! taken back afterwards (`narrow`).
+
+mod narrow;
 
 use super::facts::{Facts, meet};
 use super::fold::{Fold, Path};
@@ -96,8 +99,7 @@ pub(super) fn reach(
     while let Some(at) = reach.open.pop().or_else(|| reach.again.pop()) {
         let others: usize = reach.modes.iter().map(|mode| mode.tree.as_ref().map_or(0, Tree::leaves)).sum();
         grower.leaves = leaves.checked_sub(others).ok_or(TooBig)?;
-        let path = Path { facts: entry(grower.graph, &reach.modes[at].cells), ..Path::default() };
-        let tree = grower.grow(Rc::new(path), tick)?;
+        let tree = grow(&mut grower, &reach.modes[at].cells, tick)?;
         for ranges in tree.iter().flat_map(Tree::ends) {
             reach.enter(ranges);
         }
@@ -105,7 +107,25 @@ pub(super) fn reach(
     }
     // A mode that is entered can be; where its tree says otherwise, nothing is made.
     let done = |mode: Open| Some(Reached { classes: mode.classes, cells: mode.cells, tree: mode.tree? });
-    reach.modes.into_iter().map(done).collect::<Option<Vec<Reached>>>().ok_or(TooBig)
+    let mut modes = reach.modes.into_iter().map(done).collect::<Option<Vec<Reached>>>().ok_or(TooBig)?;
+    for _ in 0..narrow::ROUNDS {
+        let Some(narrower) = narrow::narrower(&modes, discrete, start) else { break };
+        grower.leaves = leaves;
+        let grown = narrower.into_iter().map(|(classes, cells)| {
+            let tree = grow(&mut grower, &cells, tick)?.ok_or(TooBig)?;
+            Ok(Reached { classes, cells, tree })
+        });
+        match grown.collect::<Result<Vec<Reached>, TooBig>>() {
+            Ok(grown) if narrow::is_closed(&grown, discrete, start) => modes = grown,
+            _ => break,
+        }
+    }
+    Ok(modes)
+}
+
+fn grow(grower: &mut Grower, cells: &[Range], tick: &Tick) -> Result<Option<Tree>, TooBig> {
+    let path = Path { facts: entry(grower.graph, cells), ..Path::default() };
+    grower.grow(Rc::new(path), tick)
 }
 
 struct Open {
@@ -156,7 +176,7 @@ pub(super) fn classes(discrete: &[Discrete], cells: &[Range]) -> Option<Vec<usiz
 
 impl Tree {
     /// Where cells lie at each leaf.
-    fn ends(&self) -> Vec<&[Range]> {
+    pub fn ends(&self) -> Vec<&[Range]> {
         match self {
             Tree::Leaf { ranges, .. } => vec![ranges],
             Tree::Split { yes, no, .. } => yes.ends().into_iter().chain(no.ends()).collect(),

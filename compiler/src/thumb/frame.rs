@@ -4,7 +4,7 @@
 //!   T -> | next event, read, lost, tick | ring indices | row of line 0, pointers | lives | events | literals |
 //!        | records, sentinel | rows of words | histories |
 //!
-//!   K -> record of this key: | code | gain | cells | keyed constants | probes |
+//!   K -> record of this key: | code | gain | number | cells | keyed constants | probes |
 //!   I -> its words in the rows (`u16` in, then, one row on, `i16` out)
 //!   H -> its slot in the current row of the first line's history
 //! ```
@@ -97,6 +97,8 @@ pub(super) struct Frame {
     pub stride: u32,
     /// Offset in the record of the gain, if there is one.
     pub gain: Option<u32>,
+    /// Offset in the record of the key's number, where keys have events.
+    pub number: Option<u32>,
     /// Offset in the record of each cell.
     pub cells: Vec<u32>,
     /// Offset in the record of each keyed constant.
@@ -136,6 +138,7 @@ impl Frame {
             apart: None,
             stride: 2 * kernel.inputs.len().max(kernel.outputs.len()).max(1) as u32,
             gain: gain.then_some(4),
+            number: None,
             cells: Vec::new(),
             keyed: Vec::new(),
             probes: None,
@@ -173,6 +176,7 @@ impl Frame {
             self.record += bytes as u32;
             at
         };
+        self.number = (!kernel.events.is_empty()).then(|| take(4));
         self.cells = kernel.cells.iter().map(|cell| take(4 * words(cell.ty) * cell.len as usize)).collect();
         self.keyed = kernel.keyed.iter().map(|_| take(4)).collect();
         self.probes = probes.then(|| kernel.probes.iter().map(|_| take(8)).collect());

@@ -8,7 +8,7 @@ use super::memory::EVENTS;
 use super::word::shift_code;
 use super::{Reg, Select};
 use crate::kernel::Value;
-use crate::thumb::frame::{EVENT_BYTES, EVENT_HEAD, EVENT_LOST, EVENT_TAIL, I, T, TICK};
+use crate::thumb::frame::{EVENT_BYTES, EVENT_HEAD, EVENT_LOST, EVENT_TAIL, K, T, TICK};
 use crate::thumb::vcode::{Code, Edge, End, Place, Role, VReg};
 use whippen_isa::{Cond, Op as Isa};
 
@@ -42,34 +42,14 @@ impl Select<'_> {
         let base = i64::from(self.frame.events);
         let tick = self.load(Isa::LDR_immediate, state, TICK.into(), Place::Constant);
         self.store(Isa::STR_immediate, at, base, EVENTS, tick);
-        let key = self.key();
-        self.store(Isa::STRH_immediate, at, base + 4, EVENTS, key);
-        let event = self.load_constant(event as i32);
-        self.store(Isa::STRH_immediate, at, base + 6, EVENTS, event);
+        let key = self.load(Isa::LDR_immediate, Self::fixed(K), self.frame.number.unwrap_or(0).into(), Place::Constant);
+        let about = self.plus(key, i64::from(event) << 16);
+        self.store(Isa::STR_immediate, at, base + 4, EVENTS, about);
         for (index, arg) in args.iter().enumerate() {
             self.store(Isa::STR_immediate, at, base + 8 + 4 * index as i64, EVENTS, *arg);
         }
         let head = self.plus(head, self.frame.event.into());
         self.store(Isa::STR_immediate, state, EVENT_HEAD.into(), EVENTS, head);
-    }
-
-    /// The number of this key, from the place of its words.
-    fn key(&mut self) -> VReg {
-        let (words, state) = (Self::fixed(I), Self::fixed(T));
-        let code = Code::new(Isa::SUB_register).with(Role::N, words);
-        let offset = match self.frame.caller {
-            Some(caller) => {
-                let row = self.load(Isa::LDR_immediate, state, caller.at.into(), Place::Constant);
-                self.result(code.reg(Role::M, row))
-            }
-            None => self.result(code.with(Role::M, state)),
-        };
-        let bytes = self.plus(offset, -i64::from(self.frame.inputs) - i64::from(self.frame.stride));
-        if self.frame.stride.is_power_of_two() {
-            return self.shift(Isa::LSR_immediate, bytes, self.frame.stride.trailing_zeros() as u8);
-        }
-        let stride = self.load_constant(self.frame.stride as i32);
-        self.three(Isa::UDIV, bytes, stride)
     }
 
     /// Adds one to a word of the state.

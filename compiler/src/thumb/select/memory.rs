@@ -168,13 +168,12 @@ impl Select<'_> {
         self.clamp(word, range, Range::new(0, u16::MAX.into()))
     }
 
-    /// The drive word; its gain has 16 fraction bits.
+    /// The drive word; its gain has 16 fraction bits and is at most 1, so the product is a word again.
     fn output(&mut self, port: u32, value: Value) {
         let mut word = self.reg(value);
         if let Some(gain) = self.frame.gain {
             let gain = self.load(Isa::LDR_immediate, Self::fixed(K), gain.into(), Place::Constant);
-            let scaled = self.three(Isa::SMULWy, gain, word);
-            word = self.result(Code::new(Isa::SSAT).reg(Role::N, scaled).imm(16));
+            word = self.three(Isa::SMULWy, gain, word);
         }
         let distance = i64::from(self.frame.outputs) - i64::from(self.frame.inputs);
         let offset = distance + 2 * i64::from(port) - i64::from(self.frame.stride);

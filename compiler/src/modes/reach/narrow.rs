@@ -1,0 +1,49 @@
+//! Where cells really lie when a mode is entered: what the leaves that lead to it leave behind.
+//!
+//! Whatever holds on entry of every mode holds after a tick as the leaves say, so each mode is entered only with what some leaf
+//! that leads to it (or `init`) leaves, and that is never more than was assumed. With trees grown anew under it, the leaves
+//! say still less: a hammer that was low a tick ago cannot be at the string now.
+
+use super::super::facts::meet;
+use super::super::tree::Discrete;
+use super::{Reached, classes};
+use crate::kernel::Range;
+
+/// Each round follows what one tick does to what is known.
+pub(super) const ROUNDS: usize = 3;
+
+/// Modes with their classes, and where cells lie on their entry.
+type Entries = Vec<(Vec<usize>, Vec<Range>)>;
+
+/// Those modes that are entered at all, and with what; none if nothing is new.
+pub(super) fn narrower(modes: &[Reached], discrete: &[Discrete], start: &[Range]) -> Option<Entries> {
+    let mut found: Vec<Option<Vec<Range>>> = vec![None; modes.len()];
+    for ends in std::iter::once(start).chain(modes.iter().flat_map(|mode| mode.tree.ends())) {
+        let at = place(modes, discrete, ends)?;
+        let entry = found[at].get_or_insert_with(|| ends.to_vec());
+        entry.iter_mut().zip(ends).for_each(|(all, end)| *all = all.union(*end));
+    }
+    let mut changed = false;
+    let entries = modes.iter().zip(found).filter_map(|(mode, entry)| {
+        let cells: Option<Vec<Range>> =
+            entry.map(|entry| entry.iter().zip(&mode.cells).map(|(new, old)| meet(*new, *old)).collect());
+        changed |= cells.as_ref() != Some(&mode.cells);
+        Some((mode.classes.clone(), cells?))
+    });
+    let entries: Entries = entries.collect();
+    changed.then_some(entries)
+}
+
+/// Whether every leaf leads to a mode that is entered with no less.
+pub(super) fn is_closed(modes: &[Reached], discrete: &[Discrete], start: &[Range]) -> bool {
+    let mut ends = std::iter::once(start).chain(modes.iter().flat_map(|mode| mode.tree.ends()));
+    ends.all(|ends| {
+        let mode = place(modes, discrete, ends).map(|at| &modes[at]);
+        mode.is_some_and(|mode| mode.cells.iter().zip(ends).all(|(entry, end)| entry.contains(*end)))
+    })
+}
+
+fn place(modes: &[Reached], discrete: &[Discrete], ends: &[Range]) -> Option<usize> {
+    let classes = classes(discrete, ends)?;
+    modes.iter().position(|mode| mode.classes == classes)
+}
