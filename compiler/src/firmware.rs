@@ -103,6 +103,15 @@ pub const STM32F4: Support<'static> = Support {
     arch: Arch::V7EM,
 };
 
+/// The board RP2040 with the converter of the emulator.
+pub const RP2040: Support<'static> = Support {
+    tick: Source { name: "firmware/rp2040_tick.s", text: include_str!("firmware/rp2040_tick.s") },
+    rest: Source { name: "firmware/rp2040.s", text: include_str!("firmware/rp2040.s") },
+    stacks: &[0x2004_1000, 0x2004_2000],
+    interrupt: 31,
+    arch: Arch::V6M,
+};
+
 /// Why there is no firmware.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FirmwareError {
@@ -239,9 +248,16 @@ fn shared<'a>(board: &Support<'a>) -> impl Iterator<Item = Source<'a>> {
 
 /// The frame of a core, one text after the other.
 fn frame<'a>(board: &Support<'a>) -> [Source<'a>; 4] {
-    let [tick, service, guard] = FRAME;
+    let [tick, service, guard] = if board.arch == Arch::V6M { SMALL_FRAME } else { FRAME };
     [tick, service, guard, board.tick]
 }
+
+/// The frame in the instructions of ARMv6-M.
+const SMALL_FRAME: [Source<'static>; 3] = [
+    Source { name: "firmware/v6m/tick.s", text: include_str!("firmware/v6m/tick.s") },
+    Source { name: "firmware/v6m/service.s", text: include_str!("firmware/v6m/service.s") },
+    Source { name: "firmware/v6m/guard.s", text: include_str!("firmware/v6m/guard.s") },
+];
 
 /// The texts of a firmware as they are assembled, those of a frame together; a frame is told `KEYS` and `DISTANCE` besides the
 /// [`constants`].

@@ -14,7 +14,7 @@ const RAM_BYTES: u32 = 0x80_0000;
 const CYCLES_MAX: u64 = 20_000_000;
 
 /// The cores that code is made for.
-pub const CORES: [CoreKind; 2] = [CoreKind::CortexM33, CoreKind::CortexM4];
+pub const CORES: [CoreKind; 3] = [CoreKind::CortexM33, CoreKind::CortexM4, CoreKind::CortexM0Plus];
 
 /// One core with the keys of a kernel.
 pub struct Target {

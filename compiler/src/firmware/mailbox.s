@@ -36,21 +36,24 @@ mailbox_step:
         .global whippen_set
         .type   whippen_set, %function
 whippen_set:
-        cmn     r0, #1
+        adds    r2, r0, #1
         bne     1f
         mov     r0, r1
-        b       whippen_play
-1:      ldr     r2, =lives
-        ldr     r3, [r2], #4            @ how many there are
+        b       8f
+1:      ldr     r2, =lives              @ how many there are; then each has its words and its range
+        ldr     r3, [r2]
         cmp     r0, r3
         bhs     none
-        add     r2, r2, r0, lsl #4
-        ldrd    r0, r3, [r2, #8]        @ its range
+        lsls    r0, r0, #4
+        adds    r2, r2, r0
+        ldr     r0, [r2, #12]
+        ldr     r3, [r2, #16]
         cmp     r1, r0
         blt     7f
         cmp     r1, r3
         bgt     7f
-        ldrd    r0, r3, [r2]            @ its words
+        ldr     r0, [r2, #4]
+        ldr     r3, [r2, #8]
         str     r1, [r0]
         str     r1, [r3]
         movs    r0, #0
@@ -65,11 +68,12 @@ none:   movs    r0, #1
         .type   whippen_get, %function
 whippen_get:
         ldr     r2, =lives
-        ldr     r3, [r2], #4
+        ldr     r3, [r2]
         cmp     r0, r3
         bhs     9f
-        add     r2, r2, r0, lsl #4
-        ldr     r0, [r2]
+        lsls    r0, r0, #4
+        adds    r2, r2, r0
+        ldr     r0, [r2, #4]
         ldr     r0, [r0]
         bx      lr
 9:      movs    r0, #0
@@ -81,17 +85,21 @@ whippen_get:
         .global whippen_play
         .type   whippen_play, %function
 whippen_play:
-        ldr     r2, =programs
-        ldr     r3, [r2], #4
+8:      ldr     r2, =programs
+        ldr     r3, [r2]
         cmp     r0, r3
         bhs     none
         .if     CORES > 1
-        add     r2, r2, r0, lsl #3
-        ldrd    r0, r1, [r2]
+        lsls    r0, r0, #3
+        adds    r2, r2, r0
+        ldr     r0, [r2, #4]
+        ldr     r1, [r2, #8]
         ldr     r3, =core1
         str     r1, [r3, #C_WANTED]
         .else
-        ldr     r0, [r2, r0, lsl #2]
+        lsls    r0, r0, #2
+        adds    r2, r2, r0
+        ldr     r0, [r2, #4]
         .endif
         ldr     r2, =core0
         str     r0, [r2, #C_WANTED]

@@ -42,7 +42,8 @@ vectors1:
 dead:   cpsid   i
         ldr     r0, =status
         ldr     r1, [r0, #S_FAULTS]
-        orr     r1, r1, #FAULT_DEAD
+        movs    r2, #FAULT_DEAD
+        orrs    r1, r2
         str     r1, [r0, #S_FAULTS]
         bl      silence
 1:      b       1b

@@ -10,7 +10,8 @@
 use std::cell::OnceCell;
 
 use super::frame::FREE;
-use super::vcode::{Block, Code, Edge, End, Func, Reg, Role};
+use super::v6m::LOST;
+use super::vcode::{Block, Code, Edge, End, Func, Half, Reg, Role};
 use regalloc2::checker::Checker;
 use regalloc2::{
     Allocation, Edit, Function, Inst as At, InstOrEdit, InstRange, MachineEnv, Operand, OperandConstraint, OperandKind,
@@ -48,8 +49,8 @@ pub(super) struct Allocated {
 /// # Errors
 /// An instruction needs more registers than there are, or the checker objects: a bug.
 pub(super) fn allocate(func: &Func, arch: Arch) -> Result<Allocated, String> {
-    let view = View::new(func);
-    let env = environment();
+    let view = View::new(func, arch);
+    let env = environment(arch);
     let options = RegallocOptions { validate_ssa: cfg!(debug_assertions), ..RegallocOptions::default() };
     let output = regalloc2::run(&view, &env, &options).map_err(|error| error.to_string())?;
     if cfg!(debug_assertions) {
@@ -66,10 +67,12 @@ fn check(view: &View, env: &MachineEnv, output: &Output) -> Result<(), String> {
     checker.run().map_err(|errors| format!("allocation is wrong: {errors:?}"))
 }
 
-fn environment() -> MachineEnv {
+/// Registers that may be given, the lower ones first; ARMv6-M can do little with the others.
+fn environment(arch: Arch) -> MachineEnv {
     let low = |reg: &u8| *reg < 8;
+    let usable = |reg: &&u8| low(reg) || arch != Arch::V6M;
     let set = |wanted: &dyn Fn(&u8) -> bool| {
-        FREE.iter().filter(|reg| wanted(reg)).fold(PRegSet::empty(), |set, reg| set.with(preg(*reg)))
+        FREE.iter().filter(usable).filter(|reg| wanted(reg)).fold(PRegSet::empty(), |set, reg| set.with(preg(*reg)))
     };
     MachineEnv {
         preferred_regs_by_class: [set(&low), PRegSet::empty(), PRegSet::empty()],
@@ -90,8 +93,10 @@ fn vreg(reg: u32) -> VReg {
 /// A function as `regalloc2` sees it: one row of instructions, the last of each block its end.
 struct View<'a> {
     func: &'a Func,
+    arch: Arch,
     ranges: Vec<InstRange>,
     operands: Vec<Vec<Operand>>,
+    clobbers: Vec<PRegSet>,
     succs: Vec<Vec<regalloc2::Block>>,
     preds: Vec<Vec<regalloc2::Block>>,
     params: Vec<Vec<VReg>>,
@@ -101,13 +106,15 @@ struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    fn new(func: &'a Func) -> View<'a> {
+    fn new(func: &'a Func, arch: Arch) -> View<'a> {
         let block = |index: &usize| regalloc2::Block::new(*index);
         let succs: Vec<Vec<_>> = func.blocks.iter().map(|b| b.end.targets().iter().map(block).collect()).collect();
         let mut view = View {
             func,
+            arch,
             ranges: Vec::new(),
             operands: Vec::new(),
+            clobbers: Vec::new(),
             preds: vec![Vec::new(); succs.len()],
             succs,
             params: func.blocks.iter().map(|b| b.params.iter().map(|r| vreg(*r)).collect()).collect(),
@@ -128,13 +135,15 @@ impl<'a> View<'a> {
         let first = self.operands.len();
         for code in &block.code {
             self.operands.push(operands(code));
+            self.clobbers.push(clobbers(code));
             self.ends.push(false);
             self.returns.push(false);
         }
         self.operands.push(match &block.end {
-            End::Next(code) => vec![fixed(*code)],
+            End::Next(code) => vec![fixed(*code, next_register(self.arch))],
             _ => Vec::new(),
         });
+        self.clobbers.push(PRegSet::empty());
         let leaves = matches!(block.end, End::Next(_) | End::InitDone);
         self.ends.push(!leaves);
         self.returns.push(leaves);
@@ -165,9 +174,22 @@ impl<'a> View<'a> {
     }
 }
 
-/// The address of the next code is in LR, for `BX LR` folds.
-fn fixed(code: u32) -> Operand {
-    Operand::new(vreg(code), OperandConstraint::FixedReg(preg(LR)), OperandKind::Use, OperandPos::Early)
+/// Where the address of the next code is: LR, for `BX LR` folds; on ARMv6-M a register that can be loaded.
+pub(super) fn next_register(arch: Arch) -> u8 {
+    if arch == Arch::V6M { 5 } else { LR }
+}
+
+/// What is read in a certain register.
+fn fixed(of: u32, reg: u8) -> Operand {
+    Operand::new(vreg(of), OperandConstraint::FixedReg(preg(reg)), OperandKind::Use, OperandPos::Early)
+}
+
+/// What a routine does not keep.
+fn clobbers(code: &Code) -> PRegSet {
+    match code.address {
+        Some(Half::Routine(_)) => LOST.iter().fold(PRegSet::empty(), |set, reg| set.with(preg(*reg))),
+        _ => PRegSet::empty(),
+    }
 }
 
 /// What is read first, in the order of roles, then what is written.
@@ -180,6 +202,14 @@ fn operands(code: &Code) -> Vec<Operand> {
             _ => None,
         })
         .collect();
+    if let Some(Half::Routine(_)) = code.address {
+        // Operands in R0 and R1, the result in R0.
+        let result = code.writes().map(|reg| {
+            let at = OperandConstraint::FixedReg(preg(0));
+            Operand::new(vreg(reg), at, OperandKind::Def, OperandPos::Late)
+        });
+        return (0..).zip(&reads).map(|(at, (_, reg))| fixed(*reg, at)).chain(result).collect();
+    }
     let mut all: Vec<Operand> = reads.iter().map(|(_, reg)| Operand::reg_use(vreg(*reg))).collect();
     for u in code.uses().filter(|u| u.writes) {
         let Reg::Virtual(reg) = u.operand.reg else { continue };
@@ -195,6 +225,10 @@ fn operands(code: &Code) -> Vec<Operand> {
 /// The instruction with the registers that were found for its operands.
 fn with_registers(code: &Code, allocs: &[Allocation]) -> Inst {
     let mut inst = code.inst;
+    if let Some(Half::Routine(_)) = code.address {
+        // A call has them by convention.
+        return inst;
+    }
     let reads = |u: &super::vcode::Use| {
         if u.writes { u.operand.old.is_some() } else { matches!(u.operand.reg, Reg::Virtual(_)) }
     };
@@ -213,6 +247,9 @@ fn with_registers(code: &Code, allocs: &[Allocation]) -> Inst {
             (Reg::Virtual(_), true) => register(&mut written),
             (Reg::Virtual(_), false) => register(&mut read),
         };
+    }
+    if let Some(role) = code.tied {
+        *role.of(&mut inst) = inst.d;
     }
     inst
 }
@@ -274,8 +311,8 @@ impl Function for View<'_> {
         &self.operands[at.index()]
     }
 
-    fn inst_clobbers(&self, _: At) -> PRegSet {
-        PRegSet::empty()
+    fn inst_clobbers(&self, at: At) -> PRegSet {
+        self.clobbers[at.index()]
     }
 
     fn num_vregs(&self) -> usize {
@@ -312,7 +349,7 @@ mod tests {
     #[test]
     fn the_checker_takes_what_is_right_and_nothing_else() {
         let func = summing();
-        let (view, env) = (View::new(&func), environment());
+        let (view, env) = (View::new(&func, Arch::V8M), environment(Arch::V8M));
         let mut output = regalloc2::run(&view, &env, &RegallocOptions::default()).expect("there are registers");
         assert_eq!(check(&view, &env, &output), Ok(()));
         let (found, mut refused) = (output.allocs.clone(), 0);

@@ -40,6 +40,11 @@ pub(super) fn end(name: &str) -> String {
     format!("{name}.end")
 }
 
+/// A routine that code calls.
+pub(super) fn routine(name: &str, routine: &str) -> String {
+    format!("{name}.{routine}")
+}
+
 /// A table of constants.
 pub(super) fn table(name: &str, table: u32) -> String {
     format!("{name}.table.{table}")
