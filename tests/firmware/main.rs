@@ -2,6 +2,7 @@
 
 mod example;
 mod gnu;
+mod passivity;
 mod play;
 mod rig;
 mod ring;
