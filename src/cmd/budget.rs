@@ -116,7 +116,7 @@ pub fn run(args: &Args) -> Outcome {
 impl<'a> Proof<'a> {
     /// Bounds the image of so many keys, while it plays each of its programs.
     fn find(setup: &'a Setup, modes: &[Modes], keys: u32) -> Result<Self, Failure> {
-        let (whole, of_core) = setup.whole(modes, keys)?;
+        let (whole, of_core) = setup.whole_to_judge(modes, keys)?;
         let program = Program::of(&whole.image);
         let timing = setup.board.timing();
         let played = setup.programs.iter().zip(modes).enumerate().map(|(number, (compiled, modes))| {

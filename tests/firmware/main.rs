@@ -3,6 +3,7 @@
 mod boot2;
 mod example;
 mod gnu;
+mod passivity;
 mod play;
 mod rig;
 mod ring;

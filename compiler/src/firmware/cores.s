@@ -59,6 +59,20 @@ guards0: .space 16 * KEYS0
 guards1: .space 16 * KEYS1
         .endif
 
+@ What each key's motor gave and got (passivity.s).
+        .if     PAST
+        .section .bss.ledger, "aw", %nobits
+        .balign 4
+        .global ledger0
+ledger0: .space 4 + 8 * KEYS0 + 2 * KEYS0 * PAST
+        .endif
+        .if     PAST * (CORES - 1)
+        .section .bss.core1.ledger, "aw", %nobits
+        .balign 4
+        .global ledger1
+ledger1: .space 4 + 8 * KEYS1 + 2 * KEYS1 * PAST
+        .endif
+
 @ Every key may have full force, after the ramp; the keys' own state comes from the compiler.
         .section .text.start, "ax"
         .global start_keys

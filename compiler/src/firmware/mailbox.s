@@ -40,43 +40,45 @@ whippen_set:
         bne     1f
         mov     r0, r1
         b       8f
-1:      ldr     r2, =lives              @ how many there are; then each has its words and its range
-        ldr     r3, [r2]
-        cmp     r0, r3
-        bhs     none
-        lsls    r0, r0, #4
-        adds    r2, r2, r0
-        ldr     r0, [r2, #12]
+1:      push    {r3, lr}
+        bl      live
+        movs    r0, #1
+        bhs     9f
+        ldr     r0, [r2, #12]           @ its range
         ldr     r3, [r2, #16]
         cmp     r1, r0
         blt     7f
         cmp     r1, r3
         bgt     7f
-        ldr     r0, [r2, #4]
+        ldr     r0, [r2, #4]            @ its words
         ldr     r3, [r2, #8]
         str     r1, [r0]
         str     r1, [r3]
         movs    r0, #0
-        bx      lr
+        pop     {r3, pc}
 7:      movs    r0, #2
-        bx      lr
-none:   movs    r0, #1
-        bx      lr
+9:      pop     {r3, pc}
 
 @ int32_t whippen_get(uint32_t parameter): its value; 0 where there is none.
         .global whippen_get
         .type   whippen_get, %function
 whippen_get:
-        ldr     r2, =lives
-        ldr     r3, [r2]
-        cmp     r0, r3
+        push    {r3, lr}
+        bl      live
+        movs    r0, #0
         bhs     9f
-        lsls    r0, r0, #4
-        adds    r2, r2, r0
         ldr     r0, [r2, #4]
         ldr     r0, [r0]
-        bx      lr
-9:      movs    r0, #0
+9:      pop     {r3, pc}
+
+@ R2: the word before the row of the parameter R0 in the table of lives; carry where there is none. Keeps R0 and R1.
+        .type   live, %function
+live:   ldr     r2, =lives
+        lsls    r3, r0, #4
+        adds    r3, r2, r3
+        ldr     r2, [r2]                @ how many there are
+        cmp     r0, r2
+        mov     r2, r3
         bx      lr
 
 @ int whippen_play(uint32_t program): another program begins with the next tick; 0, or 1 for no such program.
@@ -88,7 +90,7 @@ whippen_play:
 8:      ldr     r2, =programs
         ldr     r3, [r2]
         cmp     r0, r3
-        bhs     none
+        bhs     9f
         .if     CORES > 1
         lsls    r0, r0, #3
         adds    r2, r2, r0
@@ -112,4 +114,6 @@ whippen_play:
         str     r0, [r3, #C_ALARM]
         .endif
         movs    r0, #0
+        bx      lr
+9:      movs    r0, #1
         bx      lr

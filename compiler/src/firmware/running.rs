@@ -41,6 +41,7 @@ pub const PARTS: &[(&str, &str)] = &[
     ("beginning", BEGINS),
     ("chain_to", BEGINS),
     ("service", "heat and gain of every 16th key"),
+    ("passivity", "energy of every key"),
     ("guard", "sensor and limits of one key"),
     ("board_begin", "board_begin"),
     ("board_end", "board_end"),
