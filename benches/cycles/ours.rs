@@ -2,6 +2,7 @@
 
 use whippen_compiler::kernel::{Interp, Kernel};
 use whippen_compiler::modes::Modes;
+use whippen_emulator::CoreKind;
 
 use super::play::Cycles;
 use super::target::Target;
@@ -10,7 +11,7 @@ use super::{Failure, KEYS};
 /// Cycles of its frames.
 pub fn play(kernel: &Kernel, modes: &Modes, words: &[u16]) -> Result<Cycles, Failure> {
     let mut interp = Interp::new(kernel, 1).map_err(|e| format!("{e:?}"))?;
-    let mut target = Target::new(modes, KEYS as u32);
+    let mut target = Target::new(modes, KEYS as u32, CoreKind::CortexM33);
     let first = words.first().copied().unwrap_or_default();
     interp.init(&[first]);
     target.init(&[first; KEYS]);

@@ -1,8 +1,8 @@
-//! The firmware around the keys: both cores, the converter's tick, safety, parameters, MIDI, watchdog.
+//! The firmware around the keys: one core or two, the converter's tick, safety, parameters, MIDI, watchdog.
 //!
 //! ```text
 //!   core 0   tick: converter -> keys -> service, guard      between ticks: mailbox, watchdog
-//!   core 1   tick: converter -> keys -> service, guard      between ticks: events of both cores -> MIDI
+//!   core 1   tick: converter -> keys -> service, guard      between ticks: events of both cores -> MIDI (a single core: here too)
 //! ```
 //!
 //! The texts in `firmware/` are assembled with the constants of a program and a board; `tick`, `service` and `guard` once
@@ -26,7 +26,6 @@ use whippen_isa::imm::thumb_shrink_imm;
 use crate::asm::{AsmError, Source, assemble};
 use crate::image::Object;
 use crate::kernel::Kernel;
-use crate::modes::Modes;
 use crate::thumb::Layout;
 
 pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};
@@ -35,8 +34,8 @@ pub use whole::{Program, Whole, WholeError, divided, support, whole};
 /// What a program and its keyboard say.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Setup {
-    /// Keys of each core, 1 to 255.
-    pub keys: [u32; 2],
+    /// Keys of each core of the board, 1 to 255.
+    pub keys: Vec<u32>,
     /// Ticks per second.
     pub rate_hz: u32,
     /// What the motor stands.
@@ -71,25 +70,37 @@ pub struct Midi {
     pub velocities: [u8; 128],
 }
 
-/// What a board says: two texts, and where its cores have their stacks.
+/// What a board says: its core, two texts, and where its cores have their stacks.
 #[derive(Debug, Clone, Copy)]
 pub struct Support<'a> {
     /// `board_begin` and `board_end`, assembled for each core.
     pub tick: Source<'a>,
     /// Everything else.
     pub rest: Source<'a>,
-    /// Ends of the stacks of core 0 and 1.
-    pub stacks: [u32; 2],
+    /// Ends of the stacks, by core.
+    pub stacks: &'a [u32],
     /// Number of the converter's interrupt.
     pub interrupt: u32,
+    /// The architecture of its cores.
+    pub arch: Arch,
 }
 
 /// The board RP2350 with the converter of the emulator.
 pub const RP2350: Support<'static> = Support {
     tick: Source { name: "firmware/rp2350_tick.s", text: include_str!("firmware/rp2350_tick.s") },
     rest: Source { name: "firmware/rp2350.s", text: include_str!("firmware/rp2350.s") },
-    stacks: [0x2008_1000, 0x2008_2000],
+    stacks: &[0x2008_1000, 0x2008_2000],
     interrupt: 46,
+    arch: Arch::V8M,
+};
+
+/// A board with an STM32F407, with the converter of the emulator.
+pub const STM32F4: Support<'static> = Support {
+    tick: Source { name: "firmware/stm32f4_tick.s", text: include_str!("firmware/stm32f4_tick.s") },
+    rest: Source { name: "firmware/stm32f4.s", text: include_str!("firmware/stm32f4.s") },
+    stacks: &[0x2002_0000],
+    interrupt: 56,
+    arch: Arch::V7EM,
 };
 
 /// Why there is no firmware.
@@ -97,6 +108,8 @@ pub const RP2350: Support<'static> = Support {
 pub enum FirmwareError {
     /// So many keys on a core, not 1 to 255.
     Keys(u32),
+    /// Keys are given for so many cores, and the board has another number of them.
+    Cores(usize, usize),
     /// A record of so many bytes, more than the frame can reach.
     Record(u32),
     /// So many programs, not 1 to 64.
@@ -111,6 +124,7 @@ impl fmt::Display for FirmwareError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             FirmwareError::Keys(keys) => write!(f, "{keys} keys on a core; the firmware takes 1 to 255"),
+            FirmwareError::Cores(given, has) => write!(f, "keys of {given} cores for a board with {has}"),
             FirmwareError::Record(bytes) => {
                 write!(f, "a key's record takes {bytes} bytes; the firmware takes at most {RECORD_MAX}")
             }
@@ -152,21 +166,21 @@ pub fn keys_name(core: usize, program: usize) -> String {
 }
 
 /// A program as the firmware sees it: its kernel, where its state has what on either core, and its notes.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Played<'a> {
     /// What is played.
     pub kernel: &'a Kernel,
     /// By core.
-    pub layouts: [&'a Layout; 2],
+    pub layouts: Vec<&'a Layout>,
     /// Which events are notes.
     pub midi: &'a Midi,
 }
 
-/// The modes for the keys of one core: values per key begin at its first.
-pub fn keys_of(modes: &Modes, keys: [u32; 2], core: usize) -> Modes {
-    let first = if core == 0 { 0 } else { keys[0] as usize };
-    let mut own = modes.clone();
-    for keyed in &mut own.kernel.keyed {
+/// The kernel for the keys of one core: values per key begin at its first.
+pub fn keys_of(kernel: &Kernel, keys: &[u32], core: usize) -> Kernel {
+    let first = keys[..core].iter().sum::<u32>() as usize;
+    let mut own = kernel.clone();
+    for keyed in &mut own.keyed {
         // A list that is too short goes on with its last value.
         let from = first.min(keyed.values.len().saturating_sub(1));
         keyed.values.drain(..from);
@@ -174,10 +188,12 @@ pub fn keys_of(modes: &Modes, keys: [u32; 2], core: usize) -> Modes {
     own
 }
 
+/// The start of core 1, of boards that have one.
+const CORE1: Source<'static> = Source { name: "firmware/core1.s", text: include_str!("firmware/core1.s") };
+
 const SHARED: &[Source<'static>] = &[
     Source { name: "firmware/vectors.s", text: include_str!("firmware/vectors.s") },
     Source { name: "firmware/boot.s", text: include_str!("firmware/boot.s") },
-    Source { name: "firmware/core1.s", text: include_str!("firmware/core1.s") },
     Source { name: "firmware/cores.s", text: include_str!("firmware/cores.s") },
     Source { name: "firmware/idle.s", text: include_str!("firmware/idle.s") },
     Source { name: "firmware/mailbox.s", text: include_str!("firmware/mailbox.s") },
@@ -200,24 +216,25 @@ pub fn objects(programs: &[Played], setup: &Setup, board: &Support) -> Result<Ve
     let constants = constants(programs, setup, board)?;
     let mut objects = Vec::new();
     for source in shared(board) {
-        objects.push(assemble(&[source], &constants, Arch::V8M)?);
+        objects.push(assemble(&[source], &constants, board.arch)?);
     }
-    let mut start = assemble(&[board.tick], &constants, Arch::V8M)?;
+    let mut start = assemble(&[board.tick], &constants, board.arch)?;
     start.sections.iter_mut().filter(|s| s.name == ".text.frame").for_each(|s| s.name = ".text.start.board".into());
     objects.push(start);
-    for core in 0..CORES.len() {
+    for (core, &keys) in setup.keys.iter().enumerate() {
         let mut own = constants.clone();
-        own.insert("KEYS".to_string(), setup.keys[core].into());
-        own.insert("DISTANCE".to_string(), distance(setup.keys[core]).into());
-        objects.push(of_core(assemble(&frame(board), &own, Arch::V8M)?, core, programs.len()));
+        own.insert("KEYS".to_string(), keys.into());
+        own.insert("DISTANCE".to_string(), distance(keys).into());
+        objects.push(of_core(assemble(&frame(board), &own, board.arch)?, core, programs.len()));
     }
-    let tables = tables::text(programs, setup.keys);
-    objects.push(assemble(&[Source { name: "tables", text: &tables }], &constants, Arch::V8M)?);
+    let tables = tables::text(programs, &setup.keys);
+    objects.push(assemble(&[Source { name: "tables", text: &tables }], &constants, board.arch)?);
     Ok(objects)
 }
 
 fn shared<'a>(board: &Support<'a>) -> impl Iterator<Item = Source<'a>> {
-    SHARED.iter().copied().chain([board.rest])
+    let core1 = (board.stacks.len() > 1).then_some(CORE1);
+    SHARED.iter().copied().chain(core1).chain([board.rest])
 }
 
 /// The frame of a core, one text after the other.
@@ -330,6 +347,9 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
     let Some(Played { layouts, .. }) = programs.first().filter(|_| programs.len() <= PROGRAMS_MAX) else {
         return Err(FirmwareError::Programs(programs.len()));
     };
+    if setup.keys.len() != board.stacks.len() {
+        return Err(FirmwareError::Cores(setup.keys.len(), board.stacks.len()));
+    }
     if let Some(keys) = setup.keys.iter().find(|keys| !(1..=255).contains(*keys)) {
         return Err(FirmwareError::Keys(*keys));
     }
@@ -338,20 +358,20 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
         return Err(FirmwareError::Record(record));
     }
     let rate = u64::from(setup.rate_hz);
-    let gain = |core: usize| layouts[core].gain(0).unwrap_or(4);
     let heat = heat(&setup.motor, rate)?;
     let ticks = |ms: u64| ms * rate / 1000;
     let mut all: BTreeMap<String, i64> = PLACES.iter().map(|(name, value)| (name.to_string(), *value)).collect();
     let mut put = |name: &str, value: u64| {
         all.insert(name.to_string(), value as i64);
     };
-    put("KEYS0", setup.keys[0].into());
-    put("KEYS1", setup.keys[1].into());
-    put("DISTANCE0", distance(setup.keys[0]).into());
-    put("DISTANCE1", distance(setup.keys[1]).into());
+    put("CORES", board.stacks.len() as u64);
+    for (core, (&keys, layout)) in setup.keys.iter().zip(layouts).enumerate() {
+        put(&format!("KEYS{core}"), keys.into());
+        put(&format!("DISTANCE{core}"), distance(keys).into());
+        put(&format!("GAINS{core}"), layout.gain(0).unwrap_or(4).into());
+        put(&format!("STACK{core}"), board.stacks[core].into());
+    }
     put("RECORD", record.into());
-    put("GAINS0", gain(0).into());
-    put("GAINS1", gain(1).into());
     put("EVENTS_BYTES", layouts[0].events().bytes.into());
     put("FIRST_NOTE", setup.first_note.into());
     put("STEP", (65_536 * TURNS).div_ceil(ticks(RAMP_MS).max(TURNS)));
@@ -366,8 +386,6 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
     put("MID_LOW", setup.mid_travel[0].into());
     put("MID_HIGH", setup.mid_travel[1].into());
     put("RATE", rate);
-    put("STACK0", board.stacks[0].into());
-    put("STACK1", board.stacks[1].into());
     put("CONVERTER_IRQ", board.interrupt.into());
     Ok(all)
 }

@@ -35,7 +35,7 @@ mod object;
 mod uf2;
 
 pub use bindings::{Argument, EventInterface, Interface, LiveInterface, PortInterface, Ring, c_header, rust_module};
-pub use board::{Board, Memory, MemoryKind, Placement, Start};
+pub use board::{Board, Memory, MemoryKind, Placement, Start, timing};
 pub use elf::{executable, relocatable};
 pub use fixup::FixupError;
 pub use lines::{Place, places};

@@ -42,7 +42,7 @@ mod schedule;
 mod select;
 mod vcode;
 
-use crate::image::{Fixup, FixupKind, Object, Section, SectionKind, Symbol, SymbolKind};
+use crate::image::{Fixup, FixupKind, Object, Section, SectionKind, Symbol, SymbolKind, timing};
 use crate::kernel::{Kernel, Type};
 use crate::modes::Modes;
 use allocate::Allocated;
@@ -52,6 +52,7 @@ use literal::{Literal, Literals};
 use select::Select;
 use std::fmt;
 use whippen_isa::Arch;
+use whippen_isa::timing::Core;
 
 pub use emit::NoEncoding;
 
@@ -66,6 +67,8 @@ pub struct Options {
     pub gain: bool,
     /// Whether probes are kept, key by key in the records; else they are left out.
     pub probes: bool,
+    /// The core's architecture.
+    pub arch: Arch,
 }
 
 /// Why there is no code.
@@ -75,6 +78,8 @@ pub enum ThumbError {
     Keys(u32),
     /// More modes than addresses have room.
     Modes(usize),
+    /// Code is not made for this architecture.
+    Arch(Arch),
     /// A bug: no registers, or no encoding.
     Bug(String),
 }
@@ -84,6 +89,7 @@ impl fmt::Display for ThumbError {
         match self {
             ThumbError::Keys(keys) => write!(f, "{keys} keys do not fit: a core takes 1 to 65536 keys in 16 MiB"),
             ThumbError::Modes(modes) => write!(f, "{modes} modes, more than {LITERALS_MAX}"),
+            ThumbError::Arch(arch) => write!(f, "no code is made for the {} so far", timing(*arch).name),
             ThumbError::Bug(what) => write!(f, "no code: {what}"),
         }
     }
@@ -104,6 +110,21 @@ pub struct Built {
     pub object: Object,
     /// Where things lie in the state.
     pub layout: Layout,
+}
+
+impl Built {
+    /// The same code for as many other keys: those of this kernel, which differs in its values per key alone.
+    #[must_use]
+    pub fn with_keys_of(mut self, kernel: &Kernel) -> Built {
+        let frame = &self.layout.frame;
+        let holds = |section: &&mut Section| section.kind == SectionKind::Data;
+        if let Some(data) = self.object.sections.iter_mut().find(holds) {
+            let mut state = Memory { bytes: std::mem::take(&mut data.bytes), fixups: Vec::new() };
+            state.keyed(kernel, frame);
+            data.bytes = state.bytes;
+        }
+        self
+    }
 }
 
 /// Compiles the tick of a core's keys.
@@ -156,20 +177,24 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
     if options.keys == 0 || options.keys > 1 << 16 {
         return Err(ThumbError::Keys(options.keys));
     }
+    if options.arch == Arch::V6M {
+        return Err(ThumbError::Arch(options.arch));
+    }
     if modes.modes.len() > LITERALS_MAX / 2 {
         return Err(ThumbError::Modes(modes.modes.len()));
     }
     let kernel = &modes.kernel;
     let mut frame = Frame::new(kernel, options, around);
     let mut literals = Literals::default();
-    let funcs = best::modes(modes, &frame, &mut literals)?;
-    let init = best::init(Select::init(kernel, &frame, &mut literals))?;
+    let core = timing(options.arch);
+    let funcs = best::modes(modes, &frame, &mut literals, &core)?;
+    let init = best::init(Select::init(kernel, &frame, &mut literals), &core)?;
     frame.close(literals.all().len());
     if frame.size.max(frame.size_apart) > 1 << 24 {
         return Err(ThumbError::Keys(options.keys));
     }
-    let items = items(&frame, options, modes, &funcs, &init);
-    let code = lay_out(&items.items, items.labels, Arch::V8M, &options.name)
+    let items = items(&frame, options, &core, modes, &funcs, &init);
+    let code = lay_out(&items.items, items.labels, core.arch, &options.name)
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
     let object = object(kernel, &frame, options, &literals, code);
     Ok(Built { object, layout: Layout { frame } })
@@ -181,7 +206,7 @@ struct Items {
     labels: usize,
 }
 
-fn items(frame: &Frame, options: &Options, modes: &Modes, funcs: &[Allocated], init: &Allocated) -> Items {
+fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, funcs: &[Allocated], init: &Allocated) -> Items {
     let name = &options.name;
     let slots = funcs.iter().map(|func| func.slots).max().unwrap_or(0);
     let mut mode_names: Vec<String> = (0..modes.modes.len()).map(|mode| names::mode(name, mode)).collect();
@@ -191,18 +216,18 @@ fn items(frame: &Frame, options: &Options, modes: &Modes, funcs: &[Allocated], i
     let mut base = 2;
     for (index, func) in funcs.iter().enumerate() {
         items.push(Item::Function { name: names::mode(name, index), global: false });
-        items.extend(arrange::arrange(func, base, Arch::V8M, &mode_names, labels.init_next));
+        items.extend(arrange::arrange(func, base, core, &mode_names, labels.init_next));
         base += func.blocks.len();
     }
     items.extend(entry::init(frame, name, init.slots, labels));
-    items.extend(arrange::arrange(init, base, Arch::V8M, &mode_names, labels.init_next));
+    items.extend(arrange::arrange(init, base, core, &mode_names, labels.init_next));
     base += init.blocks.len();
     if frame.caller.is_some() {
         // A copy, so that a key that begins costs what one key costs, and can be bounded as such.
         let done = base + init.blocks.len();
         let [before, behind] = entry::begin(frame, &modes.kernel, name, init.slots, done);
         items.extend(before);
-        items.extend(arrange::arrange(init, base, Arch::V8M, &mode_names, done));
+        items.extend(arrange::arrange(init, base, core, &mode_names, done));
         items.extend(behind);
         base = done + 1;
     }
@@ -285,6 +310,17 @@ impl Memory {
         }
     }
 
+    /// The values per key, the only ones in which keys begin otherwise than their neighbours.
+    fn keyed(&mut self, kernel: &Kernel, frame: &Frame) {
+        for key in 0..frame.keys {
+            let record = frame.records + key * frame.record;
+            for (keyed, at) in kernel.keyed.iter().zip(&frame.keyed) {
+                let value = keyed.values.get(key as usize).or(keyed.values.last()).copied().unwrap_or_default();
+                self.word(record + at, value as u32);
+            }
+        }
+    }
+
     fn modes(&mut self, frame: &Frame, name: &str) {
         for key in 0..frame.keys {
             self.address(frame.records + key * frame.record, names::mode(name, 0));
@@ -314,11 +350,8 @@ fn memory(kernel: &Kernel, frame: &Frame) -> [Memory; 2] {
                 state.put(record + at + word * size, &cell.init.to_le_bytes()[..size as usize]);
             }
         }
-        for (keyed, at) in kernel.keyed.iter().zip(&frame.keyed) {
-            let value = keyed.values.get(key as usize).or(keyed.values.last()).copied().unwrap_or_default();
-            state.word(record + at, value as u32);
-        }
     }
+    state.keyed(kernel, frame);
     let lines = if frame.apart.is_some() { &mut histories } else { &mut state };
     for (line, place) in kernel.lines.iter().zip(&frame.lines) {
         let value = 0.clamp(line.range.low, line.range.high);

@@ -1,11 +1,11 @@
-//! The boards that the emulator knows by name: RP2350 and RP2040 with their devices, and a generic one with memory alone.
+//! The boards that the emulator knows by name: RP2350, RP2040 and STM32F407 with their devices.
 //!
 //! ```text
 //!   build(kind, setup) -> machine + the devices a host talks to (serial ports, converter)
 //! ```
 //!
 //! What stands where and with which wait states is here; what the devices do is in `device`. A start goes as after the chip's own boot ROM:
-//! core 0 from the image's vector table, core 1 waiting in ROM for its start over the FIFO.
+//! core 0 from the image's vector table, core 1 of an RP waiting in ROM for its start over the FIFO.
 //!
 //! Not here, and answered with a bus fault: PIO, USB, SPI, I2C, ADC, PWM, RTC, OTP, the flash chip's own interface, HSTX,
 //! SHA-256, TRNG. Flash reads as memory that is always in the cache.
@@ -28,6 +28,7 @@ use whippen_isa::timing::apb;
 
 mod rp2040;
 mod rp2350;
+mod stm32f4;
 
 /// A board by name.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -36,30 +37,35 @@ pub enum BoardKind {
     Rp2350,
     /// Two Cortex-M0+ at 133 MHz, 264 KiB SRAM (Raspberry Pi Pico).
     Rp2040,
+    /// One Cortex-M4 at 168 MHz, 192 KiB SRAM (STM32F407).
+    Stm32f4,
 }
 
 impl BoardKind {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Rp2350, Self::Rp2040];
+    pub const ALL: [Self; 3] = [Self::Rp2350, Self::Rp2040, Self::Stm32f4];
 
     /// The name that the command line uses.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Rp2350 => "rp2350",
             Self::Rp2040 => "rp2040",
+            Self::Stm32f4 => "stm32f4",
         }
     }
 
-    fn chip(self) -> &'static ChipTable {
+    /// The chips of Raspberry Pi are tables of one form.
+    fn chip(self) -> Option<&'static ChipTable> {
         match self {
-            Self::Rp2350 => &rp2350::CHIP,
-            Self::Rp2040 => &rp2040::CHIP,
+            Self::Rp2350 => Some(&rp2350::CHIP),
+            Self::Rp2040 => Some(&rp2040::CHIP),
+            Self::Stm32f4 => None,
         }
     }
 
     /// The board's cores and memory. Its vector table is where flash begins.
     pub fn board(self) -> Board {
-        let chip = self.chip();
+        let Some(chip) = self.chip() else { return stm32f4::board() };
         let regions = chip.regions.iter().map(region).collect();
         Board {
             core: chip.core,
@@ -154,12 +160,16 @@ fn region((name, base, bytes, writable): &(&str, u32, u32, bool)) -> Region {
 /// # Errors
 /// The board's memory map cannot be (only when `board` was changed by hand).
 pub fn build(kind: BoardKind, board: Board, setup: ConverterSetup) -> Result<(Machine, Ports), BoardError> {
-    let chip = kind.chip();
     let mut machine = Machine::new(board)?;
     let bus = &mut machine.bus;
-    // The ROM region is the first of every chip and larger than its content.
-    let _ = bus.memory.write(0, chip.rom);
-    let ports = attach(chip, bus, setup);
+    let ports = match kind.chip() {
+        Some(chip) => {
+            // The ROM region is the first of every such chip and larger than its content.
+            let _ = bus.memory.write(0, chip.rom);
+            attach(chip, bus, setup)
+        }
+        None => stm32f4::attach(bus, setup),
+    };
     Ok((machine, ports))
 }
 

@@ -1,11 +1,12 @@
-//! The devices of the boards: what a bare-metal image of an RP2350 or RP2040 finds beside memory, and the converter.
+//! The devices of the boards: what a bare-metal image of an RP2350, RP2040 or STM32F407 finds beside memory, and the converter.
 //!
 //! ```text
 //!   registers   blocks that only hold what is written, with the status bits that start-up code polls (tables)
 //!   busctrl     priorities at the ports of memory
 //!   sio         core number, mailbox between cores, spinlocks, doorbells, pins; the divider of RP2040
 //!   timer       microseconds and four alarms        power   switching core 1 off and on, the watchdog
-//!   uart        PL011: bytes out and in             dma     channels, paced by requests
+//!   uart        PL011, or an STM32's: bytes         dma     channels, paced by requests
+//!   iwdg        the watchdog of an STM32
 //!   converter   sensor words of N keys in, drive words out, once per tick
 //! ```
 //!
@@ -17,6 +18,7 @@ pub(crate) mod bootram;
 pub(crate) mod busctrl;
 pub mod converter;
 pub(crate) mod dma;
+pub(crate) mod iwdg;
 pub(crate) mod power;
 pub(crate) mod registers;
 pub(crate) mod sio;

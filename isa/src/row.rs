@@ -141,8 +141,9 @@ impl Encoding {
 
     /// The encoding that reads `word`, or nothing when it is UNDEFINED.
     pub(crate) fn find(word: u32, wide: bool, arch: Arch) -> Option<Self> {
-        let by_precision = if wide { WIDE_FROM..ROWS.len() } else { 0..WIDE_FROM };
-        let matching = BY_PRECISION[by_precision].iter().filter(|c| word & c.mask == c.bits);
+        let group = group(word, wide);
+        let candidates = &CANDIDATES[STARTS[group] as usize..STARTS[group + 1] as usize];
+        let matching = candidates.iter().filter(|c| word & c.mask == c.bits);
         matching.map(|c| Self(c.row)).find(|e| {
             let row = e.row();
             row.since <= arch && !row.rules.excludes(&row.pattern, word)
@@ -201,16 +202,6 @@ const FIRST: [u16; Op::ALL.len()] = {
     first
 };
 
-/// How many rows are 16 bits wide.
-const WIDE_FROM: usize = {
-    let (mut narrow, mut i) = (0, 0);
-    while i < ROWS.len() {
-        narrow += !ROWS[i].pattern.wide as usize;
-        i += 1;
-    }
-    narrow
-};
-
 /// What a word is compared with: the fixed places of a row.
 #[derive(Clone, Copy)]
 struct Candidate {
@@ -220,7 +211,7 @@ struct Candidate {
 }
 
 /// All rows: the 16-bit ones, then the 32-bit ones, each by falling number of fixed places.
-static BY_PRECISION: [Candidate; ROWS.len()] = {
+const BY_PRECISION: [Candidate; ROWS.len()] = {
     let mut order = [Candidate { mask: 0, bits: 0, row: 0 }; ROWS.len()];
     let (mut filled, mut rank) = (0, 64);
     while rank > 0 {
@@ -237,6 +228,55 @@ static BY_PRECISION: [Candidate; ROWS.len()] = {
     }
     assert!(filled == ROWS.len());
     order
+};
+
+/// Words are told apart by their width and six leading bits: one of so many groups.
+const GROUPS: usize = 128;
+
+/// The group of a word. Behind the three bits that say that a word is wide, the six are those of the first halfword.
+const fn group(word: u32, wide: bool) -> usize {
+    (if wide { 64 + (word >> 23 & 63) } else { word >> 10 & 63 }) as usize
+}
+
+/// Whether a word of the group may be read by a row.
+const fn may_read(row: &Row, group: usize) -> bool {
+    let leading = group as u32 % 64;
+    let (mask, bits) = if group < 64 { (63 << 10, leading << 10) } else { (63 << 23, leading << 23) };
+    let p = &row.pattern;
+    p.wide == (group >= 64) && (p.bits ^ bits) & p.mask & mask == 0
+}
+
+/// Where each group begins in [`CANDIDATES`], and where the last one ends.
+static STARTS: [u16; GROUPS + 1] = {
+    let (mut starts, mut group) = ([0; GROUPS + 1], 0);
+    while group < GROUPS {
+        let (mut count, mut i) = (0, 0);
+        while i < ROWS.len() {
+            count += may_read(&ROWS[i], group) as u16;
+            i += 1;
+        }
+        starts[group + 1] = starts[group] + count;
+        group += 1;
+    }
+    starts
+};
+
+/// For each group the rows that may read its words, by falling number of fixed places.
+static CANDIDATES: [Candidate; STARTS[GROUPS] as usize] = {
+    let mut all = [BY_PRECISION[0]; STARTS[GROUPS] as usize];
+    let (mut filled, mut group) = (0, 0);
+    while group < GROUPS {
+        let mut i = 0;
+        while i < ROWS.len() {
+            if may_read(&ROWS[BY_PRECISION[i].row as usize], group) {
+                all[filled] = BY_PRECISION[i];
+                filled += 1;
+            }
+            i += 1;
+        }
+        group += 1;
+    }
+    all
 };
 
 /// No two rows that read the same word fix equally many places, and every place of a picture is fixed or read.

@@ -1,4 +1,4 @@
-//! The engine `emulated`: the image that `whippen build` makes, on the emulated board, with its firmware and both cores.
+//! The engine `emulated`: the image that `whippen build` makes, on the emulated board, with its firmware and all its cores.
 //!
 //! ```text
 //!   words --converter--> firmware, keys' code --drive row--> drive words
@@ -21,8 +21,6 @@ use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Observer, 
 use crate::device::Device;
 use crate::{board, image};
 
-/// The board.
-const BOARD: &str = "rp2350";
 /// The MIDI number of the first key; only the serial port, to which nobody listens, depends on it.
 const FIRST_NOTE: u8 = 21;
 /// Cycles between looks at whether a tick is over.
@@ -54,14 +52,14 @@ pub struct CoreLoad {
 }
 
 /// What a run took.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Load {
     /// Ticks since the keys began.
     pub ticks: u64,
     /// Cycles of a tick.
     pub period_cycles: u64,
     /// By core.
-    pub cores: [CoreLoad; 2],
+    pub cores: Vec<CoreLoad>,
 }
 
 impl CoreLoad {
@@ -102,7 +100,8 @@ pub struct Emulated {
     kernel: Kernel,
     /// Keys that are played; the board may have one more.
     keys: usize,
-    of_core: [u32; 2],
+    /// By core.
+    of_core: Vec<u32>,
     frames: Frames,
     /// Bytes of events taken, by core.
     taken: [u32; 2],
@@ -111,22 +110,21 @@ pub struct Emulated {
 }
 
 impl Emulated {
-    /// The image of so many keys on a board.
+    /// The image of so many keys on a board of that kind.
     ///
     /// # Errors
     /// There is no image, in words.
-    pub fn new(compiled: &Compiled, device: &Device, keys: usize) -> Result<Emulated, String> {
+    pub fn new(compiled: &Compiled, device: &Device, kind: BoardKind, keys: usize) -> Result<Emulated, String> {
+        let board = board::bundled(kind.name()).ok_or("there is no board to emulate")?;
         // Each core has a key at least.
-        let count = u32::try_from(keys.max(2)).map_err(|e| e.to_string())?;
-        let setup = image::setup(compiled, device, count, FIRST_NOTE)?;
+        let count = u32::try_from(keys).map_err(|e| e.to_string())?.max(board.cores);
+        let setup = image::setup(compiled, device, count, board.cores, FIRST_NOTE)?;
         let kernel = without_probes(&compiled.lowered.kernel);
         let modes = specialise(&kernel, INSTRUCTIONS);
-        let board = board::bundled(BOARD).ok_or("there is no board to emulate")?;
         let program = firmware::Program { modes: &modes, places: &[], midi: &image::midi(compiled) };
         let whole = firmware::whole(&[program], &setup, &board).map_err(|e| e.to_string())?;
         let converter = ConverterSetup { keys: count, rate_hz: setup.rate_hz };
-        let (mut machine, ports) =
-            build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).map_err(|e| e.to_string())?;
+        let (mut machine, ports) = build(kind, kind.board(), converter).map_err(|e| e.to_string())?;
         for segment in &whole.image.segments {
             machine.bus.memory.write(segment.load, &segment.bytes).map_err(|e| e.to_string())?;
         }
@@ -167,13 +165,13 @@ impl Emulated {
             missed: self.block(core, at::MISSED).unwrap_or(0),
             faults: self.block(core, at::FAULTS).unwrap_or(0),
         };
-        Load { cores: [core(0), core(1)], ..self.load }
+        Load { cores: self.cores().map(core).collect(), ..self.load.clone() }
     }
 
     /// Events since the last call.
     pub fn drain(&mut self) -> Vec<Happened> {
-        let both: Result<Vec<Vec<Happened>>, String> = (0..2).map(|core| self.events(core)).collect();
-        match both {
+        let of_cores: Result<Vec<Vec<Happened>>, String> = self.cores().map(|core| self.events(core)).collect();
+        match of_cores {
             Ok(all) => all.concat(),
             Err(why) => {
                 self.trouble.get_or_insert(why);
@@ -185,10 +183,10 @@ impl Emulated {
     /// Starts the board, lets force come up, puts the keys back to their beginning.
     fn begin(&mut self, words: &[u16]) -> Result<(), String> {
         self.give(words)?;
-        let ticks = CORES.map(|core| format!("{core}_tick"));
-        let entries = [self.symbol(&ticks[0])?, self.symbol(&ticks[1])?];
+        let entry = |core: usize| self.symbol(&format!("{}_tick", CORES[core]));
+        let entries: Vec<u32> = self.cores().map(entry).collect::<Result<_, _>>()?;
         entries.iter().for_each(|&entry| self.machine.set_breakpoint(entry));
-        let mut fresh: [Option<Vec<u8>>; 2] = [None, None];
+        let mut fresh: Vec<Option<Vec<u8>>> = vec![None; entries.len()];
         while fresh.iter().any(Option::is_none) {
             if let Some(core) = self.slice(10_000)? {
                 self.machine.clear_breakpoint(entries[core]);
@@ -196,7 +194,7 @@ impl Emulated {
             }
             self.in_time()?;
         }
-        while !(self.is_up(0)? && self.is_up(1)?) {
+        while !self.all(|core| self.is_up(core))? {
             let next = self.ticks()? + 1;
             self.until_served(next)?;
             self.in_time()?;
@@ -228,14 +226,11 @@ impl Emulated {
         let tick = self.ticks()? + 1;
         self.until_served(tick)?;
         self.load.ticks += 1;
-        let missed = self.block(0, at::MISSED)? + self.block(1, at::MISSED)?;
+        let missed = self.missed()?;
         if self.ticks()? != tick || missed > 0 {
-            let [a, b] = self.frames.longest;
-            let period = self.load.period_cycles;
-            return Err(format!(
-                "a tick is missed after {} ticks: the cores took up to {a} and {b} of {period} cycles",
-                self.load.ticks
-            ));
+            let (longest, period) = (self.longest(), self.load.period_cycles);
+            let ticks = self.load.ticks;
+            return Err(format!("a tick is missed after {ticks} ticks: it took up to {longest} of {period} cycles"));
         }
         let first = self.of_core[0] as usize;
         for (key, word) in drive.iter_mut().enumerate() {
@@ -250,7 +245,7 @@ impl Emulated {
 
     /// Sensor words for one tick; a key that only the board has does what the last one does.
     fn give(&mut self, words: &[u16]) -> Result<(), String> {
-        let count = (self.of_core[0] + self.of_core[1]) as usize;
+        let count = self.of_core.iter().sum::<u32>() as usize;
         let last = words.last().copied().unwrap_or(0);
         let row: Vec<u16> =
             words[..self.keys.min(words.len())].iter().copied().chain(std::iter::repeat(last)).take(count).collect();
@@ -264,16 +259,15 @@ impl Emulated {
             self.slice(SLICE)?;
             let served =
                 |core: usize| Ok(self.block(core, at::TICK)? >= tick && self.machine.cpu(core).exception() == 0);
-            let both: [Result<bool, String>; 2] = [served(0), served(1)];
-            let [a, b] = both;
-            if a? && b? {
+            if self.all(served)? {
                 return Ok(());
             }
             if self.ticks()? > tick.saturating_add(2) {
-                let ([a, b], period) = (self.frames.longest, self.load.period_cycles);
+                let (longest, period) = (self.longest(), self.load.period_cycles);
+                let keys: Vec<String> = self.of_core.iter().map(u32::to_string).collect();
                 return Err(format!(
-                    "ticks are missed, {} and {} keys take too long: up to {a} and {b} of {period} cycles on the two cores",
-                    self.of_core[0], self.of_core[1]
+                    "ticks are missed, {} keys take too long: up to {longest} of {period} cycles",
+                    keys.join(" and ")
                 ));
             }
         }
@@ -281,12 +275,33 @@ impl Emulated {
 
     /// Runs for so long; the core that met a breakpoint, if one did.
     fn slice(&mut self, cycles: u64) -> Result<Option<usize>, String> {
-        let until = self.machine.cycle(0).max(self.machine.cycle(1)) + cycles;
+        let now = self.cores().map(|core| self.machine.cycle(core)).max().unwrap_or(0);
+        let until = now + cycles;
         match self.machine.run_observed(until, &mut self.frames) {
             Stop::Limit => Ok(None),
             Stop::Breakpoint { core, .. } => Ok(Some(core)),
             stop => Err(format!("the board stopped: {stop}")),
         }
+    }
+
+    fn cores(&self) -> std::ops::Range<usize> {
+        0..self.of_core.len()
+    }
+
+    /// Whether something holds on all cores.
+    fn all(&self, holds: impl Fn(usize) -> Result<bool, String>) -> Result<bool, String> {
+        self.cores().try_fold(true, |all, core| Ok(all && holds(core)?))
+    }
+
+    /// Ticks that any core has missed.
+    fn missed(&self) -> Result<u32, String> {
+        self.cores().map(|core| self.block(core, at::MISSED)).sum()
+    }
+
+    /// The longest tick of each core, in words.
+    fn longest(&self) -> String {
+        let longest: Vec<String> = self.cores().map(|core| self.frames.longest[core].to_string()).collect();
+        longest.join(" and ")
     }
 
     fn is_up(&self, core: usize) -> Result<bool, String> {

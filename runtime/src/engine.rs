@@ -9,6 +9,7 @@ use whippen_compiler::ideal::{Ideal, What};
 use whippen_compiler::kernel::{self, Interp};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::scales::Scales;
+use whippen_emulator::BoardKind;
 
 use crate::device::Device;
 use crate::emulated::Emulated;
@@ -22,8 +23,8 @@ pub enum EngineKind {
     Interp,
     /// The Model in f64: the yardstick.
     Ideal,
-    /// The image of `whippen build` on the emulated board.
-    Emulated,
+    /// The image of `whippen build` on an emulated board.
+    Emulated(BoardKind),
 }
 
 /// The engines by name.
@@ -31,8 +32,18 @@ pub const ENGINES: &[(&str, EngineKind)] = &[
     ("jit", EngineKind::Jit),
     ("interp", EngineKind::Interp),
     ("ideal", EngineKind::Ideal),
-    ("emulated", EngineKind::Emulated),
+    ("emulated", EngineKind::Emulated(BoardKind::Rp2350)),
 ];
+
+impl EngineKind {
+    /// The board, if it is [`EngineKind::Emulated`].
+    pub fn board(self) -> Option<BoardKind> {
+        match self {
+            EngineKind::Emulated(board) => Some(board),
+            _ => None,
+        }
+    }
+}
 
 impl FromStr for EngineKind {
     type Err = String;
@@ -46,7 +57,10 @@ impl FromStr for EngineKind {
 
 impl fmt::Display for EngineKind {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let name = ENGINES.iter().find(|(_, kind)| kind == self).map_or("", |(name, _)| name);
+        let name = ENGINES
+            .iter()
+            .find(|(_, kind)| kind == self || kind.board().is_some() && self.board().is_some())
+            .map_or("", |(name, _)| name);
         f.write_str(name)
     }
 }
@@ -82,7 +96,9 @@ impl<'c> Engine<'c> {
     pub fn new(kind: EngineKind, compiled: &'c Compiled, device: &Device, keys: usize) -> Result<Engine<'c>, String> {
         let (kernel, scales) = (&compiled.lowered.kernel, device.scales());
         Ok(match kind {
-            EngineKind::Emulated => Engine::Emulated(compiled, Box::new(Emulated::new(compiled, device, keys)?)),
+            EngineKind::Emulated(board) => {
+                Engine::Emulated(compiled, Box::new(Emulated::new(compiled, device, board, keys)?))
+            }
             EngineKind::Jit => {
                 let options = Options { probes: true };
                 let code = HostCode::build(kernel, keys, options).map_err(|e| e.to_string())?;

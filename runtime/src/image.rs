@@ -21,13 +21,13 @@ const MIDDLE_M_PER_S: f64 = 1.25;
 /// Speeds above this (m/s) have the greatest velocity.
 const FASTEST_M_PER_S: f64 = 8.0;
 
-/// The firmware's setup for so many keys; the first is this MIDI note.
+/// The firmware's setup for so many keys on a board with so many cores; the first is this MIDI note.
 ///
 /// # Errors
 /// The device says nothing of its motor, in words.
-pub fn setup(compiled: &Compiled, device: &Device, keys: u32, first_note: u8) -> Result<Setup, String> {
+pub fn setup(compiled: &Compiled, device: &Device, keys: u32, cores: u32, first_note: u8) -> Result<Setup, String> {
     Ok(Setup {
-        keys: divided(keys),
+        keys: divided(keys, cores),
         rate_hz: compiled.model.rate_hz,
         motor: motor(device)?,
         mid_travel: mid_travel(compiled, device),

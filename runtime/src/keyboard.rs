@@ -20,6 +20,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use whippen_compiler::fix::LoweredEventKind;
 use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::{Compiled, compile};
+use whippen_emulator::BoardKind;
 
 use crate::device::Device;
 use crate::emulated::Load;
@@ -97,18 +98,19 @@ pub fn play(
     Ok(logs?.concat())
 }
 
-/// Plays keys on one emulated board that has these keys, and gives what it took besides.
+/// Plays keys on one emulated board of that kind that has these keys, and gives what it took besides.
 ///
 /// # Errors
 /// There is no image of so many keys, or a tick is missed, in words.
 pub fn play_on_board(
     model: &Model,
     device: &Device,
+    board: BoardKind,
     keys: &[PlayingKey],
     ticks: usize,
     progress: impl Fn(usize),
 ) -> Result<(Vec<KeyLog>, Load), String> {
-    let (logs, load) = play_group(model, device, EngineKind::Emulated, keys, ticks, &progress)?;
+    let (logs, load) = play_group(model, device, EngineKind::Emulated(board), keys, ticks, &progress)?;
     Ok((logs, load.unwrap_or_default()))
 }
 

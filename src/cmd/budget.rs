@@ -17,7 +17,6 @@ use whippen_compiler::diag::{Diagnostic, Severity};
 use whippen_compiler::firmware::Whole;
 use whippen_compiler::modes::Modes;
 use whippen_compiler::pipeline::Compiled;
-use whippen_isa::Arch;
 use whippen_runtime::files::write_whole;
 use whippen_runtime::report::budget_page;
 
@@ -26,9 +25,6 @@ use super::setup::{Setup, SetupArgs};
 use super::{command, load};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
-
-/// Keys that an image can have, at least and at most.
-const KEYS: (u32, u32) = (2, 510);
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: whippen budget instruments/grand-piano.whip --board rp2350 --keys 88\n\
@@ -67,13 +63,13 @@ struct Played<'a> {
     compiled: &'a Compiled,
     /// The modes of a key, in words.
     modes: Vec<String>,
-    cores: [Bounded; 2],
+    cores: Vec<Bounded>,
     budget: Budget,
 }
 
 pub fn run(args: &Args) -> Outcome {
     let setup = args.setup.all()?;
-    possible(&setup)?;
+    setup.supported()?;
     let modes = setup.modes();
     let proof = match args.most_keys {
         true => Proof::most(&setup, &modes)?,
@@ -86,15 +82,19 @@ pub fn run(args: &Args) -> Outcome {
     let mut shown = Vec::new();
     for played in &proof.played {
         let beyond = Beyond::find(&setup.map, &played.compiled.model, &setup.device, &args.beyond)?;
-        let mut budget = proof.json(played);
-        beyond.add_to(&setup.map, &mut budget);
+        let json = || {
+            let mut budget = proof.json(played);
+            beyond.add_to(&setup.map, &mut budget);
+            budget
+        };
         if args.json {
-            say!("{budget}");
+            say!("{}", json());
         } else {
             beyond.warn(&setup.map);
             say::whole(&(proof.table(played) + &beyond.text(&setup.device)));
         }
         if args.report.is_some() {
+            let mut budget = json();
             beyond.add_map_to(&played.compiled.model, &mut budget);
             shown.push(budget);
         }
@@ -108,19 +108,6 @@ pub fn run(args: &Args) -> Outcome {
     if missed.is_empty() { Ok(()) } else { Err(Failure::Program) }
 }
 
-/// Code is made for one kind of core so far.
-fn possible(setup: &Setup) -> Outcome {
-    let core = match setup.board.arch {
-        Arch::V8M => return Ok(()),
-        Arch::V6M => "Cortex-M0+",
-        Arch::V7EM => "Cortex-M4",
-    };
-    Err(Failure::Usage(format!(
-        "`{}` has a {core}, and code is made for the Cortex-M33 only, so there is nothing to prove yet; boards with one: rp2350",
-        setup.board.name
-    )))
-}
-
 impl<'a> Proof<'a> {
     /// Bounds the image of so many keys, while it plays each of its programs.
     fn find(setup: &'a Setup, modes: &[Modes], keys: u32) -> Result<Self, Failure> {
@@ -128,7 +115,7 @@ impl<'a> Proof<'a> {
         let program = Program::of(&whole.image);
         let timing = setup.board.timing();
         let played = setup.programs.iter().zip(modes).enumerate().map(|(number, (compiled, modes))| {
-            let cores = cores(&whole.image, &program, &timing, of_core, number)
+            let cores = cores(&whole.image, &program, &timing, &of_core, number)
                 .map_err(|error: NotBounded| Failure::Defect(format!("no bound: {error}")))?;
             let budget = Budget::of(&cores, setup.board.clock_hz, compiled.model.rate_hz);
             Ok(Played { compiled, modes: mode_names(&compiled.model, modes), cores, budget })
@@ -139,7 +126,8 @@ impl<'a> Proof<'a> {
 
     /// The image of as many keys as fit; of the fewest where none fit.
     fn most(setup: &'a Setup, modes: &[Modes]) -> Result<Self, Failure> {
-        let (mut fits, mut exceeds) = (Self::find(setup, modes, KEYS.0)?, KEYS.1 + 1);
+        let [least, most] = setup.keys_possible();
+        let (mut fits, mut exceeds) = (Self::find(setup, modes, least)?, most + 1);
         if !fits.fits() {
             return Ok(fits);
         }

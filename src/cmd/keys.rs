@@ -10,6 +10,7 @@ use whippen_compiler::check::{Program, midi_number, note_name};
 use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::source::SourceMap;
+use whippen_emulator::BoardKind;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::gesture::{Follower, Move};
@@ -211,8 +212,8 @@ fn play(setup: &Setup, args: &KeysArgs, board: &Board, score: &Score) -> Result<
             progress.0.at(progress.1 / keys);
         }
     };
-    let logs = if setup.engine == EngineKind::Emulated {
-        on_board(setup, board, score, |ticks| tell(ticks * keys / board.keys()))
+    let logs = if let Some(kind) = setup.engine.board() {
+        on_board(setup, board, kind, score, |ticks| tell(ticks * keys / board.keys()))
     } else {
         keyboard::play(board.model, setup.device, setup.engine, &score.keys, score.ticks, threads, tell)
             .map_err(Failure::Defect)
@@ -229,11 +230,17 @@ fn play(setup: &Setup, args: &KeysArgs, board: &Board, score: &Score) -> Result<
 }
 
 /// All keys of the keyboard on one board, those that rest too.
-fn on_board(setup: &Setup, board: &Board, score: &Score, tell: impl Fn(usize)) -> Result<Vec<KeyLog>, Failure> {
+fn on_board(
+    setup: &Setup,
+    board: &Board,
+    kind: BoardKind,
+    score: &Score,
+    tell: impl Fn(usize),
+) -> Result<Vec<KeyLog>, Failure> {
     let playing = |index: usize| score.keys.iter().find(|key| key.index == index).cloned();
     let key = |index: usize| playing(index).unwrap_or(PlayingKey { index, ..PlayingKey::default() });
     let keys: Vec<PlayingKey> = (0..board.keys()).map(key).collect();
-    let (mut logs, load) = keyboard::play_on_board(board.model, setup.device, &keys, score.ticks, tell)
+    let (mut logs, load) = keyboard::play_on_board(board.model, setup.device, kind, &keys, score.ticks, tell)
         .map_err(|why| run::stopped(setup.engine, why))?;
     run::tell_load(&load);
     logs.retain(|log| playing(log.index).is_some());

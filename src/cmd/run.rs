@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
-use whippen_compiler::check::Options;
+use whippen_compiler::check::{Options, Program};
 use whippen_compiler::diag::Severity;
 use whippen_compiler::pipeline::Compiled;
+use whippen_emulator::BoardKind;
 use whippen_runtime::compare::compare;
 use whippen_runtime::device::Device;
 use whippen_runtime::emulated::Load;
@@ -42,6 +43,9 @@ pub struct Args {
     /// What runs it: jit (compiled, fixed point), interp (the reference), ideal (f64) or emulated (the image of `build` on its board)
     #[arg(long, default_value = "jit")]
     engine: EngineKind,
+    /// The board of the engine emulated: rp2350, rp2040 or stm32f4; the keyboard's, or rp2350 otherwise
+    #[arg(long, value_name = "NAME", value_parser = emulated_board)]
+    board: Option<BoardKind>,
     /// Give a parameter another value, such as weight=0.4N
     #[arg(long = "set", value_name = "NAME=VALUE", help_heading = "The instrument")]
     sets: Vec<String>,
@@ -100,18 +104,44 @@ impl Outputs {
 }
 
 impl Args {
+    /// The engine, with its board if it has one.
+    fn engine_on(&self, program: &Program) -> Result<EngineKind, String> {
+        if self.engine.board().is_none() {
+            return match self.board {
+                Some(_) => Err("--board is for --engine emulated: the other engines have none".to_string()),
+                None => Ok(self.engine),
+            };
+        }
+        let of_keyboard = program.keyboards.first().and_then(|keyboard| keyboard.board.as_deref());
+        let board = match (self.board, of_keyboard) {
+            (Some(board), _) => Some(board),
+            (None, Some(name)) => Some(emulated_board(name)?),
+            (None, None) => None,
+        };
+        Ok(board.map_or(self.engine, EngineKind::Emulated))
+    }
+
     /// A board keeps no values from inside of ticks: no figure can be drawn of it, and nothing but the drive be compared.
     fn fits_engine(&self) -> Result<(), String> {
         let outputs = &self.outputs;
         let wanted =
             [("--plot", !outputs.plot.is_empty()), ("--report", outputs.report.is_some()), ("--errors", self.errors)];
-        match wanted.iter().find(|(_, wanted)| *wanted && self.engine == EngineKind::Emulated) {
+        match wanted.iter().find(|(_, wanted)| *wanted && self.engine.board().is_some()) {
             Some((option, _)) => Err(format!(
                 "{option} shows values from inside of ticks, which a board does not keep; use --engine jit, which is bit for bit the same"
             )),
             None => Ok(()),
         }
     }
+}
+
+/// A board that can be emulated, by its name.
+fn emulated_board(name: &str) -> Result<BoardKind, String> {
+    let found = BoardKind::ALL.into_iter().find(|kind| kind.name() == name);
+    found.ok_or_else(|| {
+        let names = BoardKind::ALL.map(BoardKind::name);
+        format!("`{name}` cannot be emulated; boards that can are {}", names.join(", "))
+    })
 }
 
 pub fn run(args: &Args) -> Outcome {
@@ -130,6 +160,7 @@ fn once(args: &Args) -> Outcome {
     let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
     let sources = load::read(&files)?;
     let (map, program) = load::checked(&sources, &options, Severity::Warning)?;
+    let engine = args.engine_on(&program).map_err(Failure::Usage)?;
     if let Some(path) = &args.keys.midi {
         let device = load::device(args.device.as_deref(), &program, keys::instrument(&program, name, &args.keys)?)?;
         let setup = Setup {
@@ -138,7 +169,7 @@ fn once(args: &Args) -> Outcome {
             sources: &sources,
             settings: &options.sets,
             device: &device,
-            engine: args.engine,
+            engine,
             seconds: args.seconds,
             name,
             outputs: &args.outputs,
@@ -149,31 +180,26 @@ fn once(args: &Args) -> Outcome {
     let device = load::device(args.device.as_deref(), &program, &model)?;
     let mut positions = args.motion.load(&model)?;
     // A board gets the image that `build` makes, in which nothing is observed.
-    let compiled = load::compiled(&map, model, &device, args.engine != EngineKind::Emulated)?;
+    let compiled = load::compiled(&map, model, &device, engine.board().is_none())?;
     if let Some(seconds) = args.seconds {
         let ticks = (seconds * f64::from(compiled.model.rate_hz)).ceil() as usize;
         positions.position_m.truncate(ticks.max(1));
     }
     let run = if args.hand.closes() {
-        let (run, moved) = args.hand.play(&compiled, &device, args.engine, &positions)?;
+        let (run, moved) = args.hand.play(&compiled, &device, engine, &positions)?;
         positions = moved;
         run
     } else {
-        play(&compiled, &device, args.engine, &positions)?
+        play(&compiled, &device, engine, &positions)?
     };
-    summary(&compiled, &run, args.engine, &positions);
+    summary(&compiled, &run, engine, &positions);
     write(&args.outputs, &compiled, &run)?;
     if let Some(path) = &args.outputs.report {
-        let made = Made {
-            engine: args.engine,
-            motion: &positions.notes,
-            device: &device,
-            settings: &options.sets,
-            sources: &sources,
-        };
+        let made =
+            Made { engine, motion: &positions.notes, device: &device, settings: &options.sets, sources: &sources };
         report(path, &compiled.model.name.replace('_', " "), vec![Section::of_run(&compiled, &run, &made)])?;
     }
-    if args.errors { print_errors(&compiled, &device, args.engine, &positions) } else { Ok(()) }
+    if args.errors { print_errors(&compiled, &device, engine, &positions) } else { Ok(()) }
 }
 
 /// Writes a page and says where it is.
@@ -202,7 +228,7 @@ pub fn play(compiled: &Compiled, device: &Device, kind: EngineKind, positions: &
 
 /// What an engine could not go on with: on a board that is the program, or its device.
 pub fn stopped(kind: EngineKind, why: String) -> Failure {
-    if kind != EngineKind::Emulated {
+    if kind.board().is_none() {
         return Failure::Defect(why);
     }
     eprintln!("error: on the emulated board: {why}");

@@ -148,14 +148,15 @@ impl Setup {
     pub fn supported(&self) -> Result<(), Failure> {
         match firmware::support(&self.board) {
             Some(_) => Ok(()),
-            None => Err(not_whole(WholeError::Board(self.board.name.clone()))),
+            None => Err(self.not_whole(WholeError::Board(self.board.name.clone()))),
         }
     }
 
     /// The image of so many keys, and how they are divided between the cores.
-    pub fn whole(&self, modes: &[Modes], keys: u32) -> Result<(Whole, [u32; 2]), Failure> {
+    pub fn whole(&self, modes: &[Modes], keys: u32) -> Result<(Whole, Vec<u32>), Failure> {
         self.supported()?;
-        let setup = image::setup(self.first(), &self.device, keys, self.first_note).map_err(Failure::Usage)?;
+        let setup = image::setup(self.first(), &self.device, keys, self.board.cores, self.first_note)
+            .map_err(Failure::Usage)?;
         let parts = self.programs.iter().map(|compiled| {
             let places = places(&compiled.lowered.origins, &self.map);
             (places, image::midi(compiled))
@@ -164,8 +165,27 @@ impl Setup {
         let programs = modes.iter().zip(&parts);
         let programs: Vec<firmware::Program> =
             programs.map(|(modes, (places, midi))| firmware::Program { modes, places, midi }).collect();
-        let whole = firmware::whole(&programs, &setup, &self.board).map_err(not_whole)?;
+        let whole = firmware::whole(&programs, &setup, &self.board).map_err(|error| self.not_whole(error))?;
         Ok((whole, setup.keys))
+    }
+
+    /// Keys that an image can have, at least and at most: each core has 1 to 255.
+    pub fn keys_possible(&self) -> [u32; 2] {
+        [self.board.cores, 255 * self.board.cores]
+    }
+
+    fn not_whole(&self, error: WholeError) -> Failure {
+        match error {
+            WholeError::Link(error) => no_link(error),
+            WholeError::Code(error) => no_code(error),
+            WholeError::Firmware(FirmwareError::Assembly(_)) => Failure::Defect(error.to_string()),
+            WholeError::Board(_) => Failure::Usage(format!("{error}; make a .o or a .c for your own firmware")),
+            WholeError::Firmware(FirmwareError::Keys(_)) => {
+                let [least, most] = self.keys_possible();
+                Failure::Usage(format!("{error}: give {least} to {most} with --keys"))
+            }
+            WholeError::Ports(..) | WholeError::Firmware(_) => Failure::Usage(error.to_string()),
+        }
     }
 }
 
@@ -173,19 +193,6 @@ pub fn no_code(error: ThumbError) -> Failure {
     match error {
         ThumbError::Bug(_) => Failure::Defect(error.to_string()),
         other => Failure::Usage(other.to_string()),
-    }
-}
-
-fn not_whole(error: WholeError) -> Failure {
-    match error {
-        WholeError::Link(error) => no_link(error),
-        WholeError::Code(error) => no_code(error),
-        WholeError::Firmware(FirmwareError::Assembly(_)) => Failure::Defect(error.to_string()),
-        WholeError::Board(_) => {
-            Failure::Usage(format!("{error}; make a .c for your own firmware, or a .o for a Cortex-M33"))
-        }
-        WholeError::Firmware(FirmwareError::Keys(_)) => Failure::Usage(format!("{error}: give 2 to 510 with --keys")),
-        WholeError::Ports(..) | WholeError::Firmware(_) => Failure::Usage(error.to_string()),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Observer, Ports, Step, Stop, build};
+use whippen_emulator::{Converter, ConverterSetup, Machine, Observer, Ports, Step, Stop, build};
 
 use crate::image::Image;
 
@@ -13,7 +13,7 @@ const TICK: u32 = 28;
 
 /// The longest of everything.
 pub struct Watch {
-    places: [HashMap<u32, Option<usize>>; 2],
+    places: Vec<HashMap<u32, Option<usize>>>,
     /// The key that is being done: its mode, and when it began.
     open: [Option<(usize, u64)>; 2],
     began: [Option<u64>; 2],
@@ -54,7 +54,7 @@ impl Watch {
     pub fn new(image: &Image) -> Watch {
         let modes = image.modes.modes.len();
         Watch {
-            places: [image.places(0), image.places(1)],
+            places: (0..image.keys.len()).map(|core| image.places(core)).collect(),
             open: [None; 2],
             began: [None; 2],
             keys: [vec![0; modes], vec![0; modes]],
@@ -74,9 +74,9 @@ pub struct Board<'a> {
 impl<'a> Board<'a> {
     /// Loaded and reset.
     pub fn new(image: &'a Image) -> Board<'a> {
-        let keys = image.keys[0] + image.keys[1];
+        let keys = image.keys.iter().sum();
         let converter = ConverterSetup { keys, rate_hz: image.compiled.model.rate_hz };
-        let (mut machine, ports) = build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).expect("a board");
+        let (mut machine, ports) = build(image.kind, image.kind.board(), converter).expect("a board");
         for segment in &image.whole.image.segments {
             machine.bus.memory.write(segment.load, &segment.bytes).expect("memory");
         }
@@ -86,22 +86,25 @@ impl<'a> Board<'a> {
 
     /// Plays words, so many ticks of all keys, counting from here on.
     pub fn play(&mut self, words: Vec<u16>, alone: bool, watch: &mut Watch) {
-        let ticks = words.len() / (self.image.keys[0] + self.image.keys[1]) as usize;
+        let ticks = words.len() / self.image.keys.iter().sum::<u32>() as usize;
         self.converter().samples.extend(words);
         let last = self.converter().ticks() + ticks as u32;
         while self.converter().ticks() < last {
-            if alone {
+            if alone && self.image.keys.len() > 1 {
                 self.keep_alive();
             }
-            let until = self.machine.cycle(0).max(self.machine.cycle(1)) + SLICE.min(self.image.period / 2);
+            let now = (0..self.machine.cores()).map(|core| self.machine.cycle(core)).max().unwrap_or(0);
+            let until = now + SLICE.min(self.image.period / 2);
             let stop = self.machine.run_observed(until, watch);
             assert!(matches!(stop, Stop::Limit), "{}: {stop}", self.image.name());
         }
     }
 
-    /// Core 1 stops for good.
+    /// Core 1, if there is one, stops for good.
     pub fn halt_core1(&mut self) {
-        self.machine.halt(1);
+        if self.image.keys.len() > 1 {
+            self.machine.halt(1);
+        }
     }
 
     /// Core 0 feeds the watchdog only while core 1 has ticks: as if it had.

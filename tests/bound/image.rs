@@ -7,19 +7,21 @@ use whippen_compiler::firmware::{self, CORES, Whole, whole};
 use whippen_compiler::image::{Board, MemoryKind};
 use whippen_compiler::modes::{INSTRUCTIONS, Modes, specialise};
 use whippen_compiler::pipeline::{Compiled, compile};
-use whippen_isa::timing::Core;
+use whippen_emulator::BoardKind;
 use whippen_runtime::image::{midi, setup};
 use whippen_runtime::{board, device::Device};
 
 use crate::common;
 
 pub struct Image {
+    pub kind: BoardKind,
+    pub board: Board,
     pub compiled: Compiled,
     pub modes: Modes,
     pub whole: Whole,
     pub program: Program,
-    pub cores: [Bounded; 2],
-    pub keys: [u32; 2],
+    pub cores: Vec<Bounded>,
+    pub keys: Vec<u32>,
     /// Cycles between two ticks.
     pub period: u64,
 }
@@ -37,22 +39,23 @@ pub fn instruments() -> Vec<Compiled> {
     with.into_iter().map(built).collect()
 }
 
-pub fn rp2350() -> Board {
-    board::bundled("rp2350").expect("it is bundled")
-}
-
 impl Image {
+    /// On an rp2350.
     pub fn new(compiled: Compiled, keys: u32) -> Image {
+        Image::on(BoardKind::Rp2350, compiled, keys)
+    }
+
+    pub fn on(kind: BoardKind, compiled: Compiled, keys: u32) -> Image {
         let modes = specialise(&compiled.lowered.kernel, INSTRUCTIONS);
-        let setup = setup(&compiled, &Device::of(&compiled.model), keys, 21).expect("a setup");
-        let board = rp2350();
+        let board = board::bundled(kind.name()).expect("it is bundled");
+        let setup = setup(&compiled, &Device::of(&compiled.model), keys, board.cores, 21).expect("a setup");
         let midi = midi(&compiled);
         let programs = [firmware::Program { modes: &modes, places: &[], midi: &midi }];
         let whole = whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
         let program = Program::of(&whole.image);
-        let cores = cores(&whole.image, &program, &Core::cortex_m33(), setup.keys, 0).unwrap_or_else(|e| panic!("{e}"));
+        let cores = cores(&whole.image, &program, &board.timing(), &setup.keys, 0).unwrap_or_else(|e| panic!("{e}"));
         let period = u64::from(board.clock_hz / compiled.model.rate_hz);
-        Image { compiled, modes, whole, program, cores, keys: setup.keys, period }
+        Image { kind, board, compiled, modes, whole, program, cores, keys: setup.keys, period }
     }
 
     pub fn name(&self) -> &str {
@@ -72,6 +75,6 @@ impl Image {
 
     /// Sections that are read where they are stored.
     pub fn is_flash(&self, memory: &str) -> bool {
-        rp2350().memory.iter().any(|own| own.name == memory && own.kind == MemoryKind::Flash)
+        self.board.memory.iter().any(|own| own.name == memory && own.kind == MemoryKind::Flash)
     }
 }

@@ -6,11 +6,12 @@ use whippen_compiler::modes::{Modes, specialise};
 use whippen_compiler::pipeline::Compiled;
 use whippen_emulator::{BoardKind, Converter, ConverterSetup, Observer, Step, Stop, build};
 use whippen_isa::timing::Core;
+use whippen_runtime::board;
 use whippen_runtime::device::Device;
 use whippen_runtime::image::{midi, setup};
 
 use crate::common;
-use crate::image::{instruments, rp2350};
+use crate::image::instruments;
 
 const KEYS: u32 = 9;
 /// Ticks between two switches: a key begins each, so all play before the next.
@@ -47,11 +48,12 @@ fn a_program_that_begins_keeps_its_bound() {
     let notes = programs.each_ref().map(midi);
     let parts: Vec<firmware::Program> =
         modes.iter().zip(&notes).map(|(modes, midi)| firmware::Program { modes, places: &[], midi }).collect();
-    let setup = setup(&programs[0], &Device::of(&programs[0].model), KEYS, 21).expect("a setup");
-    let image = whole(&parts, &setup, &rp2350()).unwrap_or_else(|e| panic!("{e}")).image;
+    let setup = setup(&programs[0], &Device::of(&programs[0].model), KEYS, 2, 21).expect("a setup");
+    let board = board::bundled("rp2350").expect("it is bundled");
+    let image = whole(&parts, &setup, &board).unwrap_or_else(|e| panic!("{e}")).image;
     let program = Program::of(&image);
     let bounds = [0, 1].map(|playing| {
-        cores(&image, &program, &Core::cortex_m33(), setup.keys, playing).unwrap_or_else(|e| panic!("{e}"))
+        cores(&image, &program, &Core::cortex_m33(), &setup.keys, playing).unwrap_or_else(|e| panic!("{e}"))
     });
     let converter = ConverterSetup { keys: KEYS, rate_hz: setup.rate_hz };
     let (mut machine, ports) = build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).expect("a board");

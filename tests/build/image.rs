@@ -26,7 +26,7 @@ fn sources() -> SourceMap {
 
 #[test]
 fn images_run_on_every_board() {
-    for (name, emulated) in [("rp2350", "rp2350"), ("rp2040", "rp2040"), ("stm32f4", "generic")] {
+    for (name, emulated) in [("rp2350", "rp2350"), ("rp2040", "rp2040"), ("stm32f4", "stm32f4")] {
         let folder = Folder::new();
         let image = image(&board(name));
         folder.write("out.elf", executable(&image));

@@ -7,17 +7,22 @@ use std::process::Command;
 
 use crate::rig::{Rig, kernel, midi, setup};
 use whippen_compiler::asm::{Source, assemble};
-use whippen_compiler::firmware::{Midi, Played, RP2350, constants, sources};
+use whippen_compiler::firmware::{Midi, Played, RP2350, STM32F4, Setup, Support, constants, sources};
 use whippen_compiler::image::{FixupKind, Section};
 use whippen_compiler::kernel::Kernel;
-use whippen_isa::Arch;
 
 /// Bytes of a section by the GNU assembler; nothing where the tools are absent.
-fn gnu(name: &str, text: &str, constants: &BTreeMap<String, i64>, sections: &[Section]) -> Option<Vec<Vec<u8>>> {
+fn gnu(
+    name: &str,
+    core: &str,
+    text: &str,
+    constants: &BTreeMap<String, i64>,
+    sections: &[Section],
+) -> Option<Vec<Vec<u8>>> {
     let path = |ending: &str| PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("firmware-{name}.{ending}"));
     std::fs::write(path("s"), text).expect("the target directory can be written");
     let mut assembler = Command::new("arm-none-eabi-as");
-    assembler.arg("-mcpu=cortex-m33").arg("-o").arg(path("o")).arg(path("s"));
+    assembler.arg(format!("-mcpu={core}")).arg("-o").arg(path("o")).arg(path("s"));
     let output = assembler.args(constants.iter().map(|(name, value)| format!("--defsym={name}={value}"))).output();
     let output = output.ok()?;
     assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
@@ -32,26 +37,24 @@ fn gnu(name: &str, text: &str, constants: &BTreeMap<String, i64>, sections: &[Se
 }
 
 fn played<'a>(kernel: &'a Kernel, rig: &'a Rig, midi: &'a Midi) -> Played<'a> {
-    Played { kernel, layouts: rig.layouts[0].each_ref(), midi }
+    Played { kernel, layouts: rig.layouts[0].iter().collect(), midi }
 }
 
-#[test]
-fn the_same_bytes() {
+/// Every text of a board's firmware; how many bytes were compared, none where the tools are absent.
+fn compare(board: &Support, core: &str, setup: &Setup) -> Option<usize> {
     let kernel = kernel("virtual-spring.whip");
     let rig = Rig::new(&kernel, 0);
-    let mut constants = constants(&[played(&kernel, &rig, &midi(&kernel))], &setup(), &RP2350).expect("constants");
+    let layouts = rig.layouts[0].iter().take(setup.keys.len()).collect();
+    let played = Played { kernel: &kernel, layouts, midi: &midi(&kernel) };
+    let mut constants = constants(&[played], setup, board).expect("constants");
     constants.insert("KEYS".to_string(), 44);
     constants.insert("DISTANCE".to_string(), 88);
     let mut compared = 0;
-    for (index, texts) in sources(&RP2350).into_iter().enumerate() {
+    for (index, texts) in sources(board).into_iter().enumerate() {
         let text: String = texts.iter().map(|source| source.text).collect();
-        let object = assemble(&texts, &constants, Arch::V8M).unwrap_or_else(|e| panic!("{e}"));
+        let object = assemble(&texts, &constants, board.arch).unwrap_or_else(|e| panic!("{e}"));
         let sections: Vec<Section> = object.sections.into_iter().filter(|s| !s.bytes.is_empty()).collect();
-        let Some(theirs) = gnu(&index.to_string(), &text, &constants, &sections) else {
-            let note = b"SKIPPED: arm-none-eabi-as is not installed (Debian: binutils-arm-none-eabi)\n";
-            std::io::stderr().write_all(note).expect("standard error takes a line");
-            return;
-        };
+        let theirs = gnu(&format!("{core}-{index}"), core, &text, &constants, &sections)?;
         for (section, mut theirs) in sections.iter().zip(theirs) {
             let mut ours = section.bytes.clone();
             // What a linker fills in: the GNU assembler keeps addends there.
@@ -71,7 +74,21 @@ fn the_same_bytes() {
             compared += ours.len();
         }
     }
-    assert!(compared > 1500, "{compared} bytes");
+    Some(compared)
+}
+
+#[test]
+fn the_same_bytes() {
+    let one = Setup { keys: vec![44], ..setup() };
+    for (board, core, setup) in [(RP2350, "cortex-m33", setup()), (STM32F4, "cortex-m4", one)] {
+        match compare(&board, core, &setup) {
+            Some(compared) => assert!(compared > 1200, "{core}: {compared} bytes"),
+            None => {
+                let note = b"SKIPPED: arm-none-eabi-as is not installed (Debian: binutils-arm-none-eabi)\n";
+                std::io::stderr().write_all(note).expect("standard error takes a line");
+            }
+        }
+    }
 }
 
 /// Names that the tests of mistakes would not find: a board's text is reported as it was named.

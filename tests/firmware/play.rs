@@ -3,7 +3,6 @@
 use crate::rig::{KEYS, RATE_HZ, Rig, at, kernel};
 use whippen_compiler::firmware::keys_of;
 use whippen_compiler::kernel::{Interp, Kernel};
-use whippen_compiler::modes::Modes;
 use whippen_runtime::device::Device;
 use whippen_runtime::gesture::default_gesture;
 
@@ -29,7 +28,7 @@ fn begins(rig: &Rig) -> [usize; 2] {
 fn expected(kernel: &Kernel, words: &[u16], core: usize, first: usize, begin: usize) -> Vec<Vec<i16>> {
     let row = |tick: usize| &words[tick * KEYS + 44 * core..][..44];
     // Values per key go to the core that has the key.
-    let own = keys_of(&Modes::single(kernel), [44, 44], core).kernel;
+    let own = keys_of(kernel, &[44, 44], core);
     let mut interp = Interp::new(&own, 44).expect("verifies");
     interp.init(row(first));
     let mut drive = vec![0; 44];

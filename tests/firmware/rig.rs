@@ -44,7 +44,7 @@ pub fn kernel(file: &str) -> Kernel {
 /// What `mikey` stands.
 pub fn setup() -> Setup {
     Setup {
-        keys: [44, 44],
+        keys: vec![44, 44],
         rate_hz: RATE_HZ,
         motor: Motor { rated: RATED, peak_ms: 100, newton: NEWTON },
         mid_travel: [6000, 60_000],
@@ -66,7 +66,7 @@ pub struct Rig {
     pub ports: Ports,
     pub image: Image,
     /// By program and core.
-    pub layouts: Vec<[Layout; 2]>,
+    pub layouts: Vec<Vec<Layout>>,
 }
 
 impl Rig {

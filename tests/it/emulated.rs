@@ -2,6 +2,7 @@
 
 use whippen_compiler::fix::LoweredEventKind;
 use whippen_compiler::pipeline::{Compiled, compile};
+use whippen_emulator::BoardKind;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::{Engine, EngineKind};
 
@@ -21,11 +22,11 @@ fn interesting(compiled: &Compiled, words: &[u16]) -> usize {
 
 /// Runs the reference, the compiled code and the board on the same words; all drive words and events. Keys hear the motion so
 /// many words apart.
-fn compare(compiled: &Compiled, words: &[u16], keys: usize, apart: usize, ticks: usize) {
+fn compare(compiled: &Compiled, board: BoardKind, words: &[u16], keys: usize, apart: usize, ticks: usize) {
     let start = interesting(compiled, words);
-    let name = &compiled.model.name;
+    let name = format!("{} on {}", compiled.model.name, board.name());
     let device = Device::of(&compiled.model);
-    let mut engines = [EngineKind::Interp, EngineKind::Jit, EngineKind::Emulated]
+    let mut engines = [EngineKind::Interp, EngineKind::Jit, EngineKind::Emulated(board)]
         .map(|kind| Engine::new(kind, compiled, &device, keys).unwrap_or_else(|e| panic!("{name}: {e}")));
     let (mut says, mut happened) = (0, 0);
     for tick in 0..ticks {
@@ -67,7 +68,7 @@ fn on_the_bundled_gesture() {
         let compiled = built(file);
         let words = common::gesture_words(&compiled);
         // An odd number: the cores have different numbers of keys.
-        compare(&compiled, &words, 3, 997, 5000);
+        compare(&compiled, BoardKind::Rp2350, &words, 3, 997, 5000);
     }
 }
 
@@ -75,5 +76,17 @@ fn on_the_bundled_gesture() {
 fn a_single_key_has_a_board() {
     let compiled = built("virtual-spring.whip");
     let words = common::gesture_words(&compiled);
-    compare(&compiled, &words, 1, 0, 4000);
+    compare(&compiled, BoardKind::Rp2350, &words, 1, 0, 4000);
+}
+
+/// The instruments of the README on the boards with other cores.
+#[test]
+fn other_boards_play_the_same() {
+    for file in ["virtual-spring.whip", "baker.whip", "hammond.whip", "harpsichord.whip", "grand-piano.whip"] {
+        let compiled = built(file);
+        let words = common::gesture_words(&compiled);
+        for board in [BoardKind::Stm32f4] {
+            compare(&compiled, board, &words, 3, 997, 3000);
+        }
+    }
 }

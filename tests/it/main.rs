@@ -3,7 +3,6 @@
 mod agree;
 mod budget;
 mod button_and_knob;
-mod c;
 mod cli;
 mod closed;
 mod common;

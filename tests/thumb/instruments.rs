@@ -1,6 +1,6 @@
 //! Every bundled instrument, as one mode and specialised, on its gesture and on noise.
 
-use crate::target::Target;
+use crate::target::{CORES, Target};
 use std::path::Path;
 use whippen_compiler::bundled::INSTRUMENTS;
 use whippen_compiler::check::Options;
@@ -10,6 +10,7 @@ use whippen_compiler::kernel::{Interp, Kernel, without_probes};
 use whippen_compiler::modes::{Modes, specialise};
 use whippen_compiler::pipeline::compile;
 use whippen_compiler::source::SourceMap;
+use whippen_emulator::CoreKind;
 use whippen_runtime::device::Device;
 use whippen_runtime::gesture;
 
@@ -41,10 +42,10 @@ fn all() -> Vec<(Kernel, Vec<u16>)> {
 }
 
 /// Runs both and compares drive words and events in every tick, and what the modes leave in memory at the end.
-fn compare(modes: &Modes, words: impl Fn(usize, usize) -> u16) {
+fn compare(modes: &Modes, core: CoreKind, words: impl Fn(usize, usize) -> u16) {
     let kernel = &modes.kernel;
     let mut interp = Interp::new(kernel, KEYS).expect("verifies");
-    let mut target = Target::new(modes, KEYS as u32);
+    let mut target = Target::new(modes, KEYS as u32, core);
     let mut drive = vec![0; KEYS * kernel.outputs.len()];
     for tick in 0..TICKS {
         let words: Vec<u16> = (0..KEYS).map(|key| words(tick, key)).collect();
@@ -53,9 +54,15 @@ fn compare(modes: &Modes, words: impl Fn(usize, usize) -> u16) {
             target.init(&words);
         }
         interp.tick(&words, &mut drive);
-        assert_eq!(target.tick(&words), drive, "{}: drive words of tick {tick}", kernel.name);
+        assert_eq!(target.tick(&words), drive, "{} on {}: drive words of tick {tick}", kernel.name, core.name());
         let (events, lost) = target.drain_events();
-        assert_eq!((events, lost), (interp.drain_events(), 0), "{}: events of tick {tick}", kernel.name);
+        assert_eq!(
+            (events, lost),
+            (interp.drain_events(), 0),
+            "{} on {}: events of tick {tick}",
+            kernel.name,
+            core.name()
+        );
     }
     let stored = |cell: &usize| modes.modes.iter().all(|mode| !mode.known[*cell]);
     for key in 0..KEYS {
@@ -69,7 +76,9 @@ fn compare(modes: &Modes, words: impl Fn(usize, usize) -> u16) {
 fn both(words: impl Fn(&[u16], usize, usize) -> u16) {
     for (kernel, gesture) in all() {
         for modes in [Modes::single(&kernel), specialise(&kernel, INSTRUCTIONS)] {
-            compare(&modes, |tick, key| words(&gesture, tick, key));
+            for core in CORES {
+                compare(&modes, core, |tick, key| words(&gesture, tick, key));
+            }
         }
     }
 }

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use whippen_compiler::kernel::{Kernel, parse};
 use whippen_compiler::modes::Modes;
 use whippen_compiler::thumb::{Options, compile};
+use whippen_emulator::CoreKind;
 use whippen_isa::{Arch, ItState, Op, decode};
 
 const SPRING: &str = "\
@@ -56,7 +57,7 @@ fn listing(code: &[u8], symbols: &[(u32, String)]) -> String {
 #[test]
 fn of_a_spring() {
     let modes = Modes::single(&kernel());
-    let options = Options { name: "k".into(), keys: 2, gain: false, probes: false };
+    let options = Options { name: "k".into(), keys: 2, gain: false, probes: false, arch: Arch::V8M };
     let built = compile(&modes, &options).unwrap_or_else(|error| panic!("{error}"));
     let functions = built.object.symbols.iter().filter(|symbol| symbol.section == Some(0));
     let symbols: Vec<(u32, String)> = functions.map(|symbol| (symbol.offset, symbol.name.clone())).collect();
@@ -67,7 +68,7 @@ fn of_a_spring() {
 #[test]
 fn cycles_of_a_key() {
     let cycles = |keys: u32| {
-        let mut target = Target::new(&Modes::single(&kernel()), keys);
+        let mut target = Target::new(&Modes::single(&kernel()), keys, CoreKind::CortexM33);
         let words = vec![30_000; keys as usize];
         target.init(&words);
         target.tick(&words);

@@ -1,9 +1,10 @@
 //! Random kernels. `WHIPPEN_KERNELS=N cargo test --test thumb random` tries N instead of some hundred.
 
-use crate::target::Target;
+use crate::target::{CORES, Target};
 use whippen_compiler::kernel::random::{Rng, inputs, kernel};
 use whippen_compiler::kernel::{Interp, Kernel};
 use whippen_compiler::modes::Modes;
+use whippen_emulator::CoreKind;
 
 /// How many kernels, where the environment does not say.
 const KERNELS: u64 = 120;
@@ -15,11 +16,11 @@ fn count() -> u64 {
 }
 
 /// Compares everything that a kernel does in some ticks.
-fn compare(seed: u64, kernel: &Kernel) {
+fn compare(seed: u64, kernel: &Kernel, core: CoreKind) {
     let keys = 1 + seed as u32 % 4;
     let mut rng = Rng::new(seed);
     let mut interp = Interp::new(kernel, keys as usize).expect("verifies");
-    let mut target = Target::new(&Modes::single(kernel), keys);
+    let mut target = Target::new(&Modes::single(kernel), keys, core);
     let first = inputs(&mut rng, kernel, keys as usize);
     interp.init(&first);
     target.init(&first);
@@ -27,7 +28,7 @@ fn compare(seed: u64, kernel: &Kernel) {
     for tick in 0..12 {
         let words = inputs(&mut rng, kernel, keys as usize);
         interp.tick(&words, &mut drive);
-        let told = || format!("seed {seed}, tick {tick}\n{kernel}");
+        let told = || format!("{}, seed {seed}, tick {tick}\n{kernel}", core.name());
         let found = target.tick(&words);
         let events = interp.drain_events();
         let (raised, lost) = target.drain_events();
@@ -48,6 +49,6 @@ fn compare(seed: u64, kernel: &Kernel) {
 #[test]
 fn kernels() {
     for seed in FIRST..FIRST + count() {
-        compare(seed, &kernel(seed));
+        CORES.into_iter().for_each(|core| compare(seed, &kernel(seed), core));
     }
 }

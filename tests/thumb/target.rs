@@ -13,6 +13,9 @@ const RAM_BYTES: u32 = 0x80_0000;
 /// No tick takes longer.
 const CYCLES_MAX: u64 = 20_000_000;
 
+/// The cores that code is made for.
+pub const CORES: [CoreKind; 2] = [CoreKind::CortexM33, CoreKind::CortexM4];
+
 /// One core with the keys of a kernel.
 pub struct Target {
     machine: Machine,
@@ -25,16 +28,16 @@ pub struct Target {
 }
 
 impl Target {
-    /// Code for so many keys, loaded.
-    pub fn new(modes: &Modes, keys: u32) -> Target {
-        let options = Options { name: "k".into(), keys, gain: true, probes: true };
+    /// Code for so many keys, loaded into a core of that kind.
+    pub fn new(modes: &Modes, keys: u32, core: CoreKind) -> Target {
+        let options = Options { name: "k".into(), keys, gain: true, probes: true, arch: core.arch() };
         let built = compile(modes, &options).unwrap_or_else(|error| panic!("{}: {error}", modes.kernel.name));
-        let mut board = Board::generic(CoreKind::CortexM33);
+        let mut board = Board::generic(core);
         board.regions.iter_mut().filter(|r| r.base == RAM).for_each(|r| r.bytes = RAM_BYTES);
         let mut machine = Machine::new(board).expect("a board");
         let input = Input { object: &built.object, places: &[] };
-        let image =
-            link(&memory(), &[input], "k_tick").unwrap_or_else(|error| panic!("{}: {error}", modes.kernel.name));
+        let image = link(&memory(core.arch()), &[input], "k_tick")
+            .unwrap_or_else(|error| panic!("{}: {error}", modes.kernel.name));
         for section in &image.sections {
             machine.bus.memory.write(section.run, &section.bytes).expect("memory");
         }
@@ -149,11 +152,11 @@ fn named(name: &str) -> Register {
 }
 
 /// Memory enough for any kernel; what is above it is for the stack.
-fn memory() -> LinkBoard {
+fn memory(arch: Arch) -> LinkBoard {
     let ram = Memory { name: "ram".to_string(), base: RAM, size: RAM_BYTES - 0x1_0000, kind: MemoryKind::Ram };
     LinkBoard {
         name: "target".to_string(),
-        arch: Arch::V8M,
+        arch,
         cores: 1,
         clock_hz: 150_000_000,
         start: Start::Vectors,

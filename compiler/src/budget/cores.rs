@@ -1,14 +1,16 @@
-//! Both cores of a whole image: each bounded as if it were alone, and with the other one at work.
+//! All cores of a whole image: each bounded as if it were alone, and with the other one, if there is one, at work.
 //!
-//! Who may be where follows from the sections of the image: each core fetches from its own code and accesses its own data. What a core looks up in the other's memory between ticks comes as a number (`Running::visits`).
+//! Who may be where follows from the sections of the image: each core fetches from its own code and accesses its own data. What a
+//! core looks up in the other's memory between ticks comes as a number (`Running::visits`).
 
 use whippen_isa::timing::Core;
+use whippen_isa::timing::sram::Chip;
 
 use super::NotBounded;
 use super::frame::{Frame, OnCore, frame};
 use super::memory::{Banks, Surroundings};
 use super::program::Program;
-use crate::firmware::{Owner, RUNNING, owner};
+use crate::firmware::{Owner, RUNNING, Running, owner};
 use crate::image::{Image, SectionKind};
 
 /// One core.
@@ -27,7 +29,7 @@ impl Bounded {
     }
 }
 
-/// Bounds both cores of a firmware's image with so many keys each, while it plays the program of that number.
+/// Bounds the cores of a firmware's image with so many keys each, while it plays the program of that number.
 ///
 /// # Errors
 /// What cannot be bounded.
@@ -35,31 +37,39 @@ pub fn cores(
     image: &Image,
     program: &Program,
     core: &Core,
-    keys: [u32; 2],
+    keys: &[u32],
     playing: usize,
-) -> Result<[Bounded; 2], NotBounded> {
-    let of = |number: usize| {
-        let (running, keys) = (&RUNNING[number], keys[number]);
-        let with = |surroundings| frame(&OnCore { program, core, running, number, playing, keys, surroundings });
-        Ok(Bounded { alone: with(&Surroundings::default())?, crowded: with(&surroundings(image, number))? })
+) -> Result<Vec<Bounded>, NotBounded> {
+    let (chip, count) = (Chip::of(core.arch), keys.len());
+    let of = |(running, (number, &keys)): (&Running, (usize, &u32))| {
+        let surroundings = surroundings(image, chip, number, count);
+        let with = |surroundings: &Surroundings| {
+            frame(&OnCore { program, core, running, number, playing, keys, surroundings })
+        };
+        Ok(Bounded { alone: with(&Surroundings { chip, ..Surroundings::default() })?, crowded: with(&surroundings)? })
     };
-    Ok([of(0)?, of(1)?])
+    RUNNING.iter().zip(keys.iter().enumerate()).map(of).collect()
 }
 
-/// Who else is at the banks that a core uses.
-fn surroundings(image: &Image, core: usize) -> Surroundings {
-    let other = 1 - core;
-    let others = vec![banks(image, other, true), banks(image, other, false)];
-    Surroundings { data: banks(image, core, false), prefetch: true, others, visits: RUNNING[core].visits }
+/// Who else is at the banks that a core uses, one of so many.
+fn surroundings(image: &Image, chip: Chip, core: usize, cores: usize) -> Surroundings {
+    let banks = |core: usize, code: bool| banks(image, chip, core, code);
+    let (data, prefetch) = (banks(core, false), chip.fetches_apart());
+    if cores == 1 {
+        // What is named after another core is there, but this one runs it.
+        return Surroundings { chip, data: data | banks(1, false), prefetch, ..Surroundings::default() };
+    }
+    let others = vec![banks(1 - core, true), banks(1 - core, false)];
+    Surroundings { chip, data, prefetch, others, visits: RUNNING[core].visits }
 }
 
 /// The banks of a core's code, or of its data.
-fn banks(image: &Image, core: usize, code: bool) -> Banks {
+fn banks(image: &Image, chip: Chip, core: usize, code: bool) -> Banks {
     let is = |name: &str| match owner(name) {
         Owner::Core(own) => own == core,
         Owner::Start => false,
     };
     let wanted =
         image.sections.iter().filter(|section| (section.kind == SectionKind::Code) == code && is(&section.name));
-    wanted.fold(0, |set, section| set | Surroundings::banks(section.run, section.size))
+    wanted.fold(0, |set, section| set | Surroundings::banks(chip, section.run, section.size))
 }

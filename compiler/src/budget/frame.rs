@@ -128,13 +128,13 @@ impl OnCore<'_> {
     fn stack(&self) -> Option<(u8, Banks)> {
         let vectors = *self.program.symbols.get(self.running.vectors)?;
         let top = self.program.code.word(vectors)?;
-        Some((reg::SP, Surroundings::banks(top.checked_sub(4)?, 4)))
+        Some((reg::SP, Surroundings::banks(self.surroundings.chip, top.checked_sub(4)?, 4)))
     }
 
     /// Where registers point while keys are ticked: `thumb` says what they are for, the image where that is.
     fn bases_of_keys(&self, name: &str) -> BTreeMap<u8, Banks> {
         let Points { state, histories, words } = thumb::POINTS;
-        let of = |symbol: &str| Some(self.program.banks_of(*self.program.symbols.get(symbol)?));
+        let of = |symbol: &str| Some(self.program.banks_of(self.surroundings.chip, *self.program.symbols.get(symbol)?));
         let state = of(&format!("{name}_state")).into_iter().flat_map(|banks| state.map(|register| (register, banks)));
         let histories = of(&format!("{name}_histories")).map(|banks| (histories, banks));
         let words = of(self.running.words).map(|banks| (words, banks));

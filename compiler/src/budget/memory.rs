@@ -1,10 +1,12 @@
-//! Waiting for memory: what an access may lose to others, and to the core's own fetching.
+//! Waiting for memory: what an access may lose to others, and to the core's own fetching. Which banks there are is the chip's
+//! ([`Chip`]).
 //!
 //! RP2350 has a port for each bank of SRAM; two who want one in the same cycle take turns, and the phase of the turns is not
 //! documented. So an access is charged a cycle for each other manager that may use its bank, and one where data may lie in
 //! a bank that the code is being fetched from. Both are upper bounds, by rules; see `isa::timing::sram`. Devices of the
 //! peripheral bus make everybody wait (`isa::timing::apb`); an address that is not known is memory's.
 
+use whippen_isa::timing::sram::Chip;
 use whippen_isa::timing::{Outcome, apb, sram};
 use whippen_isa::{Class, Inst, Op, reg};
 
@@ -13,12 +15,14 @@ use std::collections::BTreeMap;
 use super::facts::Facts;
 use super::graph::Graph;
 
-/// A set of banks, bit n for bank n of [`sram::bank`].
+/// A set of banks, bit n for bank n of [`Chip::bank`].
 pub type Banks = u16;
 
 /// Who else uses memory; by default nobody.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Surroundings {
+    /// Whose memory it is.
+    pub chip: Chip,
     /// The banks that the code's data may lie in, where the analysis does not know an address.
     pub data: Banks,
     /// Whether data in a bank that is being fetched from costs a cycle: "can sometimes", says the datasheet.
@@ -31,14 +35,19 @@ pub struct Surroundings {
 
 impl Surroundings {
     /// The banks of a range of addresses.
-    pub fn banks(from: u32, bytes: u32) -> Banks {
+    pub fn banks(chip: Chip, from: u32, bytes: u32) -> Banks {
         let words = (from & !3..from.saturating_add(bytes)).step_by(4);
-        words.take(16).chain([from.saturating_add(bytes.saturating_sub(1))]).filter_map(sram::bank).fold(0, with)
+        words
+            .take(16)
+            .chain([from.saturating_add(bytes.saturating_sub(1))])
+            .filter_map(|at| chip.bank(at))
+            .fold(0, with)
     }
 
     /// Cycles that an instruction may wait for its data and for what is fetched behind it.
     pub fn waits(&self, inst: &Inst, at: u32, facts: &Facts, bases: &Bases, outcome: &Outcome) -> u16 {
-        let fetches = fetched(inst, at, outcome.target.map(|target| target.address)).filter_map(sram::bank);
+        let fetches =
+            fetched(inst, at, outcome.target.map(|target| target.address)).filter_map(|at| self.chip.bank(at));
         let fetching: u16 = fetches.map(|bank| self.rivals(bank)).sum();
         let words = if outcome.skipped { 0 } else { accesses(inst) };
         let known = if words == 0 { None } else { address(inst, at, facts) };
@@ -60,7 +69,7 @@ impl Surroundings {
     /// One word at an address.
     fn word(&self, inst: &Inst, at: u32, address: u32) -> u16 {
         let stores = matches!(inst.class(), Class::Store | Class::StoreDual);
-        match sram::bank(address) {
+        match self.chip.bank(address) {
             Some(bank) => self.bank(at, bank),
             None if apb::holds(address) => u16::from(if stores { apb::WRITE } else { apb::READ }.cycles),
             None => 0,
@@ -80,7 +89,7 @@ impl Surroundings {
     /// One word of a bank.
     pub(super) fn bank(&self, at: u32, bank: u8) -> u16 {
         let ahead = [4, 8, 12].map(|words| (at & !3).wrapping_add(words));
-        let meets = self.prefetch && ahead.into_iter().any(|word| sram::bank(word) == Some(bank));
+        let meets = self.prefetch && ahead.into_iter().any(|word| self.chip.bank(word) == Some(bank));
         self.rivals(bank) + if meets { u16::from(sram::PREFETCH.cycles) } else { 0 }
     }
 

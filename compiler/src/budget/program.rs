@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use whippen_isa::timing::sram::Chip;
+
 use super::{Annotations, Banks, Code, Step, Surroundings};
 use crate::image::{Image, Place, SectionKind};
 
@@ -49,9 +51,9 @@ impl Program {
     }
 
     /// The banks of the section that an address is in.
-    pub fn banks_of(&self, address: u32) -> Banks {
+    pub fn banks_of(&self, chip: Chip, address: u32) -> Banks {
         let section = self.sections.iter().find(|(at, bytes)| (*at..at + bytes).contains(&address));
-        section.map_or(!0, |(at, bytes)| Surroundings::banks(*at, *bytes))
+        section.map_or(!0, |(at, bytes)| Surroundings::banks(chip, *at, *bytes))
     }
 
     /// Whose an instruction is.

@@ -5,18 +5,20 @@
         .global reset
         .type   reset, %function
 reset:  cpsid   i
+        bl      board_clocks            @ before there is anything in RAM
         bl      fill_memory
         ldr     r0, =0xe000ed08         @ VTOR
         ldr     r1, =vectors0
         str     r1, [r0]
-        bl      board_clocks
         bl      board_serial
         bl      board_converter
 1:      bl      board_begin             @ keys start from where they are
         cmp     r0, #0
         beq     1b
         bl      start_keys
+        .if     CORES > 1
         bl      launch_core1
+        .endif
         bl      board_watchdog
         bl      board_listen
         cpsie   i

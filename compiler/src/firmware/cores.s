@@ -10,7 +10,11 @@
 status: .ascii  "WHIP"
         .word   2                       @ version of this table
         .word   0                       @ S_FAULTS: see docs/firmware.md
+        .if     CORES > 1
         .word   core0, core1
+        .else
+        .word   core0, 0                @ there is no other
+        .endif
         .word   mailbox
         .word   programs
 core0:  .word   core0_tick, core0_state
@@ -21,6 +25,7 @@ core0:  .word   core0_tick, core0_state
         .word   program0_core0, program0_core0, 0 @ the program that plays, the one that is wanted, keys that have begun
 alarm:  .word   0                       @ goes up with every missed tick of either core
 
+        .if     CORES > 1
         .section .data.near.core1.block, "aw"
         .balign 4
         .global core1
@@ -30,22 +35,29 @@ core1:  .word   core1_tick, core1_state
         .word   0, 0, 0, 0, -1, 0
         .word   KEYS0, 0, RAMP
         .word   program0_core1, program0_core1, 0
+        .endif
 
         .section .bss.near.core0.words, "aw", %nobits
         .balign 4
-        .global words0, words1
+        .global words0
 words0: .space  4 * DISTANCE0
+        .if     CORES > 1
         .section .bss.near.core1.words, "aw", %nobits
         .balign 4
+        .global words1
 words1: .space  4 * DISTANCE1
+        .endif
 
         .section .bss.guards, "aw", %nobits
         .balign 4
-        .global guards0, guards1
+        .global guards0
 guards0: .space 16 * KEYS0
+        .if     CORES > 1
         .section .bss.core1.guards, "aw", %nobits
         .balign 4
+        .global guards1
 guards1: .space 16 * KEYS1
+        .endif
 
 @ Every key may have full force, after the ramp; the keys' own state comes from the compiler.
         .section .text.start, "ax"
@@ -55,11 +67,15 @@ start_keys:                             @ R1: which half holds sensor words
         push    {r1, lr}
         ldr     r4, =core0
         bl      free_keys
+        .if     CORES > 1
         ldr     r4, =core1
         bl      free_keys
+        .endif
         ldr     r2, =programs
         ldr     r3, [r2], #4            @ every program of both cores, so that each can begin at any time
+        .if     CORES > 1
         lsls    r3, r3, #1
+        .endif
 1:      ldr     r0, [r2], #4
         push    {r2, r3}
         ldr     r2, [r0, #P_INIT]       @ keeps no register; in RAM, beyond a branch

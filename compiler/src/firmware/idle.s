@@ -5,24 +5,32 @@
         .global idle0
         .type   idle0, %function
 
-@ Core 0: parameters, and food for the watchdog as long as both cores get their ticks.
+@ Core 0: parameters, and food for the watchdog as long as all cores get their ticks. An only core also sends events.
 idle0:  movs    r6, #0
         movs    r7, #0
 1:      wfe
         bl      mailbox_step
+        .if     CORES == 1
+        bl      midi_step
+        .endif
         ldr     r0, =core0
-        ldr     r1, =core1
         ldr     r0, [r0, #C_TICK]
+        .if     CORES > 1
+        ldr     r1, =core1
         ldr     r1, [r1, #C_TICK]
+        .endif
         cmp     r0, r6
         beq     1b
+        .if     CORES > 1
         cmp     r1, r7
         beq     1b
-        mov     r6, r0
         mov     r7, r1
+        .endif
+        mov     r6, r0
         bl      board_feed
         b       1b
 
+        .if     CORES > 1
 @ Core 1: events of both cores to the serial port. It fetches from its own group of banks, as its tick does.
         .section .text.core1.firmware.idle, "ax"
         .global idle1
@@ -30,3 +38,4 @@ idle0:  movs    r6, #0
 idle1:  bl      midi_step
         wfe
         b       idle1
+        .endif

@@ -85,17 +85,23 @@ whippen_play:
         ldr     r3, [r2], #4
         cmp     r0, r3
         bhs     none
+        .if     CORES > 1
         add     r2, r2, r0, lsl #3
         ldrd    r0, r1, [r2]
-        ldr     r2, =core0
         ldr     r3, =core1
-        str     r0, [r2, #C_WANTED]
         str     r1, [r3, #C_WANTED]
+        .else
+        ldr     r0, [r2, r0, lsl #2]
+        .endif
+        ldr     r2, =core0
+        str     r0, [r2, #C_WANTED]
         dmb     sy
         ldr     r0, =alarm
         ldr     r0, [r0]
         mvns    r0, r0
         str     r0, [r2, #C_ALARM]
+        .if     CORES > 1
         str     r0, [r3, #C_ALARM]
+        .endif
         movs    r0, #0
         bx      lr

@@ -13,7 +13,9 @@
         .balign 4
 message: .space 8                       @ bytes that are left, how many
 reader0: .space 36                      @ the program whose events are read, and which keys sound, a bit each
+        .if     CORES > 1
 reader1: .space 36
+        .endif
 
         .section .text.core1.firmware.midi, "ax"
         .global midi_step
@@ -26,10 +28,12 @@ midi_step:
         ldr     r0, =core0
         ldr     r1, =reader0
         bl      take
+        .if     CORES > 1
         cbnz    r0, 1f
         ldr     r0, =core1
         ldr     r1, =reader1
         bl      take
+        .endif
 1:      ldr     r5, [r4, #4]            @ as much as the port takes
         cbz     r5, 9f
         bl      board_serial_ready

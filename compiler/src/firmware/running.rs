@@ -61,7 +61,9 @@ pub fn owner(section: &str) -> Owner {
     let has = |part: &str| section.split('.').any(|own| own.split('_').next() == Some(part));
     match () {
         () if section.starts_with(".text.start") || !section.starts_with(['.']) => Owner::Start,
-        () if [".vectors", ".image_def", ".copy_table", ".zero_table"].contains(&section) => Owner::Start,
+        () if section.ends_with("vectors") || [".image_def", ".copy_table", ".zero_table"].contains(&section) => {
+            Owner::Start
+        }
         () => Owner::Core(usize::from(has("core1"))),
     }
 }

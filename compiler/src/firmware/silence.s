@@ -12,10 +12,12 @@ silence:
         str     r1, [r0], #4
         subs    r2, #1
         bne     1b
+        .if     CORES > 1
         ldr     r0, =words1 + DISTANCE1
         movs    r2, #DISTANCE1 / 4
 2:      str     r1, [r0, #2 * DISTANCE1]
         str     r1, [r0], #4
         subs    r2, #1
         bne     2b
+        .endif
         bx      lr

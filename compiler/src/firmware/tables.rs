@@ -7,13 +7,13 @@ use super::{CORES, Played, keys_name};
 /// The tables as assembly.
 ///
 /// ```text
-///   programs            how many, then of each the descriptors for core 0 and core 1
+///   programs            how many, then of each the descriptors for each core
 ///   programN_coreM      a descriptor: the offsets P_.. name its words
-///   lives               how many of all programs, then words on core 0 and core 1, lowest and highest value of each
+///   lives               how many of all programs, then words on core 0 and core 1 (or the only core, twice), lowest and highest value of each
 ///   readerN_coreM       what their reader knows: the offsets R_.. name its words
 ///   velocitiesN         128 bytes
 /// ```
-pub(super) fn text(programs: &[Played], keys: [u32; 2]) -> String {
+pub(super) fn text(programs: &[Played], keys: &[u32]) -> String {
     let mut text =
         String::from("        .section .rodata.tables, \"a\"\n        .balign 4\n        .global programs, lives\n");
     let mut line = |words: &str| {
@@ -21,13 +21,14 @@ pub(super) fn text(programs: &[Played], keys: [u32; 2]) -> String {
     };
     line(&format!("programs: .word {}", programs.len()));
     for program in 0..programs.len() {
-        line(&format!("        .word   program{program}_core0, program{program}_core1"));
+        let descriptors = (0..keys.len()).map(|core| format!("program{program}_core{core}"));
+        line(&format!("        .word   {}", descriptors.collect::<Vec<_>>().join(", ")));
     }
     let count: usize = programs.iter().map(|program| program.kernel.lives.len()).sum();
     line(&format!("lives:  .word   {count}"));
     for (number, program) in programs.iter().enumerate() {
         for (index, live) in program.kernel.lives.iter().enumerate() {
-            let at = [0, 1].map(|core| {
+            let at = [0, keys.len() - 1].map(|core| {
                 let place = program.layouts[core].live(index).unwrap_or(0);
                 format!("{}_state + {place}", keys_name(core, number))
             });
@@ -36,7 +37,7 @@ pub(super) fn text(programs: &[Played], keys: [u32; 2]) -> String {
         }
     }
     // A descriptor is looked up by its core's tick and by who reads its events.
-    for (core, keys) in keys.into_iter().enumerate() {
+    for (core, &keys) in keys.iter().enumerate() {
         line(&format!("        .section .rodata.near.{}.programs, \"a\"\n        .balign 4", CORES[core]));
         for (number, program) in programs.iter().enumerate() {
             line(&descriptor(program, number, core, keys));
@@ -45,7 +46,7 @@ pub(super) fn text(programs: &[Played], keys: [u32; 2]) -> String {
     // Looked up by core 1 alone.
     line("        .section .rodata.core1.tables, \"a\"\n        .balign 4");
     for (number, program) in programs.iter().enumerate() {
-        (0..CORES.len()).for_each(|core| line(&reader(program, number, core)));
+        (0..keys.len()).for_each(|core| line(&reader(program, number, core)));
         line(&format!("velocities{number}:"));
         for row in program.midi.velocities.chunks(16) {
             let bytes: Vec<String> = row.iter().map(u8::to_string).collect();

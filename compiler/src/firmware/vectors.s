@@ -21,6 +21,7 @@ vectors0:
         .space  4 * CONVERTER_IRQ, 0
         .word   tick_core0
 
+        .if     CORES > 1
         .section .rodata.core1.vectors, "a"
         .balign 512
         .global vectors1
@@ -32,6 +33,7 @@ vectors1:
         .word   dead, dead, 0, dead, dead
         .space  4 * CONVERTER_IRQ, 0
         .word   tick_core1
+        .endif
 
 @ A fault of the processor, or an exception that nobody expects: no force, and no more food for the watchdog.
         .section .text.firmware.dead, "ax"

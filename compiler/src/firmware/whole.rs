@@ -1,10 +1,12 @@
-//! A whole image: keys of both cores, divided, of every program, and the firmware around them.
+//! A whole image: keys of all cores, divided, of every program, and the firmware around them.
 
 use std::fmt;
 
 use whippen_isa::Arch;
 
-use super::{CORES, FirmwareError, Midi, Played, RP2350, Setup, Support, distance, keys_name, keys_of, objects};
+use super::{
+    CORES, FirmwareError, Midi, Played, RP2350, STM32F4, Setup, Support, distance, keys_name, keys_of, objects,
+};
 use crate::image::{Board, Hint, Image, Input, LinkError, Object, Place, Section, Start, link};
 use crate::modes::Modes;
 use crate::thumb::{self, Around, Built, Layout, ThumbError, compile_for_frame, record_bytes};
@@ -15,7 +17,7 @@ pub struct Whole {
     /// Everything with addresses.
     pub image: Image,
     /// By program and core: where things lie in the state.
-    pub layouts: Vec<[Layout; 2]>,
+    pub layouts: Vec<Vec<Layout>>,
 }
 
 /// Why there is no image.
@@ -39,7 +41,7 @@ impl fmt::Display for WholeError {
             WholeError::Board(name) => write!(
                 f,
                 "there is no firmware for `{name}`: whole images are made for boards like rp2350 (two Cortex-M33, an \
-                 image definition at the start)"
+                 image definition at the start) and stm32f4 (one Cortex-M4, vectors at the start)"
             ),
             WholeError::Ports(ins, outs) => {
                 write!(f, "a key has {ins} words in and {outs} out; the firmware takes one each")
@@ -53,14 +55,18 @@ impl fmt::Display for WholeError {
 
 impl std::error::Error for WholeError {}
 
-/// How keys are divided between the cores: the first half to core 0, which takes the odd one.
-pub fn divided(keys: u32) -> [u32; 2] {
-    [keys.div_ceil(2), keys / 2]
+/// How keys are divided between so many cores: equal parts, the first cores take what is over.
+pub fn divided(keys: u32, cores: u32) -> Vec<u32> {
+    (0..cores).map(|core| (keys + cores - 1 - core) / cores.max(1)).collect()
 }
 
 /// The firmware of a board, if there is one.
 pub fn support(board: &Board) -> Option<Support<'static>> {
-    (board.arch == Arch::V8M && board.cores == 2 && board.start == Start::ImageDef).then_some(RP2350)
+    match (board.arch, board.cores, board.start) {
+        (Arch::V8M, 2, Start::ImageDef) => Some(RP2350),
+        (Arch::V7EM, 1, Start::Vectors) => Some(STM32F4),
+        _ => None,
+    }
 }
 
 /// A program of a keyboard.
@@ -94,26 +100,28 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
         keys: setup.keys[core],
         gain: true,
         probes: false,
+        arch: board.arch,
     };
     // One size of records for all, so that what runs through the gains need not ask which program plays.
     let records = programs.iter().map(|program| record_bytes(&program.modes.kernel, &options(0, 0)));
     let record = records.max().unwrap_or(0);
     let built = |core: usize, number: usize| {
-        let modes = keys_of(programs[number].modes, setup.keys, core);
         let around = Around { distance: distance(setup.keys[core]), record };
-        compile_for_frame(&modes, &options(core, number), &around).map_err(WholeError::Code)
+        compile_for_frame(programs[number].modes, &options(core, number), &around).map_err(WholeError::Code)
     };
-    let pair = |number: usize| {
-        let first = built(0, number)?;
-        let same = setup.keys[0] == setup.keys[1] && programs[number].modes.kernel.keyed.is_empty();
-        let second = if same { renamed(&first, number) } else { built(1, number)? };
-        Ok([first, second])
+    let of_cores = |number: usize| {
+        let mut cores = vec![built(0, number)?];
+        for core in 1..setup.keys.len() {
+            let same = setup.keys[0] == setup.keys[core];
+            let other = if same { renamed(&cores[0], core, number) } else { built(core, number)? };
+            cores.push(other.with_keys_of(&keys_of(&programs[number].modes.kernel, &setup.keys, core)));
+        }
+        Ok(cores)
     };
-    let pairs = (0..programs.len()).map(pair);
-    let mut keys: Vec<[Built; 2]> = pairs.collect::<Result<_, WholeError>>()?;
-    let played = programs.iter().zip(&keys).map(|(program, [a, b])| Played {
+    let mut keys: Vec<Vec<Built>> = (0..programs.len()).map(of_cores).collect::<Result<_, WholeError>>()?;
+    let played = programs.iter().zip(&keys).map(|(program, cores)| Played {
         kernel: &program.modes.kernel,
-        layouts: [&a.layout, &b.layout],
+        layouts: cores.iter().map(|built| &built.layout).collect(),
         midi: program.midi,
     });
     let played: Vec<Played> = played.collect();
@@ -125,9 +133,12 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
     }
     let image = link(board, &inputs, "reset").map_err(WholeError::Link)?;
     for stack in support.stacks {
-        has_room(&image, board, stack).map_err(WholeError::Link)?;
+        has_room(&image, board, *stack).map_err(WholeError::Link)?;
     }
-    Ok(Whole { image, layouts: keys.into_iter().map(|cores| cores.map(|built| built.layout)).collect() })
+    Ok(Whole {
+        image,
+        layouts: keys.into_iter().map(|cores| cores.into_iter().map(|built| built.layout).collect()).collect(),
+    })
 }
 
 /// Bytes kept for the stack of a core: twice what the bound says that it needs.
@@ -135,8 +146,8 @@ const STACK_BYTES: u32 = 512;
 
 /// Moves the keys' states into the memory that is near their core, as long as there is room: there nobody fetches and the
 /// other core seldom looks, so nothing of a key waits.
-fn place_near(board: &Board, support: &Support, around: &[Object], keys: &mut [[Built; 2]]) {
-    for (core, name) in CORES.iter().enumerate() {
+fn place_near(board: &Board, support: &Support, around: &[Object], keys: &mut [Vec<Built>]) {
+    for (core, name) in CORES.iter().take(support.stacks.len()).enumerate() {
         let Some(memory) = board.memory_for(&format!(".data.near.{name}")) else { continue };
         let stack = support.stacks.iter().any(|stack| (memory.base + 1..=memory.base + memory.size).contains(stack));
         let mut room = memory.size.saturating_sub(if stack { STACK_BYTES } else { 0 });
@@ -168,8 +179,8 @@ fn has_room(image: &Image, board: &Board, stack: u32) -> Result<(), LinkError> {
 }
 
 /// The same code and state for another core, under its name.
-fn renamed(built: &Built, program: usize) -> Built {
-    let (mut built, [from, to]) = (built.clone(), [0, 1].map(|core| keys_name(core, program)));
+fn renamed(built: &Built, core: usize, program: usize) -> Built {
+    let (mut built, [from, to]) = (built.clone(), [0, core].map(|core| keys_name(core, program)));
     let rename = |name: &mut String| *name = name.replacen(&from, &to, 1);
     for section in &mut built.object.sections {
         rename(&mut section.name);
@@ -189,29 +200,43 @@ mod tests {
     use super::*;
     use crate::kernel::parse;
 
-    /// A renamed object is the one that would have been compiled.
+    /// A renamed object with other keys is the one that would have been compiled.
     #[test]
     fn the_second_core_has_the_code_of_the_first() {
         let text = "kernel direct @44100 {
   in x: u16 [0..65535]
   out f: i16 [-32768..32767]
+  keyed weight: i32 [0..9] = { 1, 2, 3, 4, 5, 6, 7, 8, 9 }
   event loud(1)
   tick {
     v0: i32 [0..65535] = in x
     v1: i32 [32768..32768] = const 32768
-    v2: i32 [-32768..32767] = sub v0 v1
-    out f v2
+    v2: i32 [0..9] = keyed weight
+    v3: i32 [-32768..32767] = sub v0 v1
+    v4: i32 [-32777..32767] = sub v3 v2
+    v5: i32 [-32768..-32768] = const -32768
+    v6: i32 [-32768..32767] = max v4 v5
+    out f v6
   }
 }
 ";
-        let modes = Modes::single(&parse(text).unwrap_or_else(|error| panic!("{error:?}")));
+        let kernel = parse(text).unwrap_or_else(|error| panic!("{error:?}"));
+        let keys = [0, 1].map(|core| keys_of(&kernel, &[7, 7], core));
+        assert_ne!(keys[0].keyed, keys[1].keyed);
         for program in [0, 3] {
             let compiled = |core: usize| {
-                let options = thumb::Options { name: keys_name(core, program), keys: 7, gain: true, probes: false };
+                let modes = Modes::single(&keys[core]);
+                let options = thumb::Options {
+                    name: keys_name(core, program),
+                    keys: 7,
+                    gain: true,
+                    probes: false,
+                    arch: Arch::V8M,
+                };
                 let around = Around { distance: 28, record: 40 };
                 compile_for_frame(&modes, &options, &around).unwrap_or_else(|error| panic!("{error}"))
             };
-            assert_eq!(renamed(&compiled(0), program), compiled(1));
+            assert_eq!(renamed(&compiled(0), 1, program).with_keys_of(&keys[1]), compiled(1));
         }
     }
 }

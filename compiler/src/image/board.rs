@@ -89,7 +89,7 @@ impl Board {
 }
 
 /// The core of our boards that has this architecture.
-pub(super) fn timing(arch: Arch) -> Core {
+pub fn timing(arch: Arch) -> Core {
     match arch {
         Arch::V6M => Core::cortex_m0plus(),
         Arch::V7EM => Core::cortex_m4(),

@@ -28,14 +28,15 @@ pub(super) fn by_gain(graph: &mut Graph, tick: &Tick, cells: Vec<Discrete>) -> V
 }
 
 /// The cells, by their place in the list, that are worth a try all at once: a mode becomes as many as there are classes
-/// that it may be entered with, each as large as the whole.
+/// that it may be entered with, each as large as the whole; twice as large where the class has several values, because a
+/// tick may then leave it or not, whatever else it does.
 pub(super) fn that_fit(modes: &Modes, cells: &[Discrete], instructions: usize) -> Vec<usize> {
     let mut sizes: Vec<usize> = modes.modes.iter().map(Mode::instructions).collect();
     let mut found = Vec::new();
     for (at, discrete) in cells.iter().enumerate() {
         let classes = |mode: &Mode| {
-            let met = |class: &&Range| !meet(**class, mode.cells[discrete.cell]).is_empty();
-            discrete.classes.iter().filter(met).count()
+            let met = discrete.classes.iter().map(|class| meet(*class, mode.cells[discrete.cell]));
+            met.map(|Range { low, high }| usize::from(low <= high) + usize::from(low < high)).sum::<usize>()
         };
         let split: Vec<usize> = modes.modes.iter().zip(&sizes).map(|(mode, size)| size * classes(mode)).collect();
         if split.iter().sum::<usize>() <= instructions {

@@ -9,11 +9,11 @@ use super::path;
 use super::vcode::{End, template};
 use whippen_isa::reg::LR;
 use whippen_isa::timing::Core;
-use whippen_isa::{Arch, Inst, Op};
+use whippen_isa::{Inst, Op};
 
 /// The items of a function whose blocks have labels from `base` on.
-pub(super) fn arrange(func: &Allocated, base: Label, arch: Arch, next: &[String], init_done: Label) -> Vec<Item> {
-    let order = order(func, &path::from_each(func, &Core::cortex_m33()));
+pub(super) fn arrange(func: &Allocated, base: Label, core: &Core, next: &[String], init_done: Label) -> Vec<Item> {
+    let order = order(func, &path::from_each(func, core));
     let mut items = Vec::new();
     for (at, index) in order.iter().enumerate() {
         let block = &func.blocks[*index];
@@ -21,7 +21,7 @@ pub(super) fn arrange(func: &Allocated, base: Label, arch: Arch, next: &[String]
         items.extend(block.rounds.map(|rounds| Item::Loop { rounds }));
         let flags = matches!(block.end, End::Branch { .. });
         let mut code = block.code.iter().map(line).collect();
-        finish(&mut code, arch, flags);
+        finish(&mut code, core.arch, flags);
         items.extend(code.into_iter().map(|(inst, origin, address)| Item::Inst { inst, origin, address }));
         end(func, block, order.get(at + 1).copied(), base, next, init_done, &mut items);
     }

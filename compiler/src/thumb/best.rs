@@ -55,11 +55,15 @@ struct Made {
 const TRIES: usize = 16;
 
 /// The code of all modes.
-pub(super) fn modes(modes: &Modes, frame: &Frame, literals: &mut Literals) -> Result<Vec<Allocated>, ThumbError> {
-    let core = Core::cortex_m33();
+pub(super) fn modes(
+    modes: &Modes,
+    frame: &Frame,
+    literals: &mut Literals,
+    core: &Core,
+) -> Result<Vec<Allocated>, ThumbError> {
     let mut make = |index: usize, way: Way| {
         let func = Select::mode(&modes.kernel, frame, literals, &modes.modes[index], index, way.near);
-        made(func, way.alive, &core)
+        made(func, way.alive, core)
     };
     let mut all = Vec::new();
     for index in 0..modes.modes.len() {
@@ -70,10 +74,10 @@ pub(super) fn modes(modes: &Modes, frame: &Frame, literals: &mut Literals) -> Re
         let dearest = all.iter_mut().enumerate().max_by_key(|(index, made)| (made.cycles, std::cmp::Reverse(*index)));
         let Some((index, best)) = dearest else { break };
         if best.tried == 0 {
-            best.cycles = ordered(&mut best.code, &core);
+            best.cycles = ordered(&mut best.code, core);
         } else if let Some(way) = WAYS.get(best.tried) {
             let (mut code, _) = make(index, *way)?;
-            let cycles = ordered(&mut code, &core);
+            let cycles = ordered(&mut code, core);
             if cycles < best.cycles {
                 (best.code, best.cycles) = (code, cycles);
             }
@@ -86,8 +90,8 @@ pub(super) fn modes(modes: &Modes, frame: &Frame, literals: &mut Literals) -> Re
 }
 
 /// The code of `init`, of which only the size counts.
-pub(super) fn init(func: Func) -> Result<Allocated, ThumbError> {
-    Ok(made(func, None, &Core::cortex_m33())?.0)
+pub(super) fn init(func: Func, core: &Core) -> Result<Allocated, ThumbError> {
+    Ok(made(func, None, core)?.0)
 }
 
 /// Code with registers, and about the cycles of its longest path.

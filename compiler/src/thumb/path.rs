@@ -6,7 +6,6 @@
 use super::allocate::{Allocated, Placed};
 use super::emit::finish;
 use super::vcode::End;
-use whippen_isa::Arch;
 use whippen_isa::timing::{Core, Outcome, Pipe};
 
 /// The same without folding, which is fast and a little more.
@@ -62,10 +61,10 @@ pub(super) fn through_each(func: &Allocated, core: &Core) -> Vec<u64> {
 
 fn block_cycles(block: &Placed, core: &Core) -> u64 {
     let mut code = block.code.iter().map(|fixed| (fixed.inst, None, None)).collect();
-    finish(&mut code, Arch::V8M, matches!(block.end, End::Branch { .. }));
+    finish(&mut code, core.arch, matches!(block.end, End::Branch { .. }));
     let (mut pipe, mut at, mut sum) = (Pipe::default(), 0, 0);
     for (inst, ..) in &code {
-        let inst = inst.shortest(Arch::V8M).unwrap_or(*inst);
+        let inst = inst.shortest(core.arch).unwrap_or(*inst);
         let (next, cost) = core.issue(pipe, &core.prepare(&inst), at, &Outcome::NEXT);
         (pipe, at, sum) = (next, at + inst.size(), sum + u64::from(cost.cycles()));
     }

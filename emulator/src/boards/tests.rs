@@ -8,9 +8,9 @@ use crate::stop::Stop;
 fn every_board_can_be_built_and_nothing_overlaps() {
     for kind in BoardKind::ALL {
         let (machine, ports) = build(kind, kind.board(), ConverterSetup::default()).unwrap();
-        assert_eq!(machine.cores(), 2);
+        assert_eq!(machine.cores(), kind.board().cores);
         assert_eq!(machine.bus.device::<Converter>(ports.converter).map(Converter::keys), Some(88));
-        let chip = kind.chip();
+        let Some(chip) = kind.chip() else { continue };
         let mut bases: Vec<u32> = chip.registers.iter().map(|(base, _)| *base).collect();
         bases.extend(chip.timers.iter().map(|(base, _)| *base));
         bases.extend(chip.uarts.iter().map(|(base, _)| *base));
@@ -23,10 +23,11 @@ fn every_board_can_be_built_and_nothing_overlaps() {
 
 #[test]
 fn core_1_waits_in_rom() {
-    for kind in BoardKind::ALL {
-        let start = kind.chip().core1();
+    for kind in [BoardKind::Rp2350, BoardKind::Rp2040] {
+        let chip = kind.chip().expect("a table");
+        let start = chip.core1();
         assert_eq!(start.address & 1, 1);
-        assert!((start.address as usize) < kind.chip().rom.len());
+        assert!((start.address as usize) < chip.rom.len());
         assert!(kind.board().regions.iter().any(|r| r.contains(start.stack - 4)), "{start:x?}");
     }
 }

@@ -15,6 +15,8 @@ pub(crate) enum Reads {
     When { of: u32, mask: u32, value: u32, bits: u32 },
     /// These bits of the register at `of`, inverted.
     Not { of: u32, mask: u32 },
+    /// What is held, with these bits of the register at `of` moved up to where they are acknowledged.
+    Follow { of: u32, mask: u32, up: u32 },
     /// One bit: number (register at `of` & mask).
     OneHot { of: u32, mask: u32 },
 }
@@ -95,6 +97,7 @@ impl Registers {
                 held | if self.holds(of + from) & mask == value { bits } else { 0 }
             }
             Reads::Not { of, mask } => !self.holds(of + from) & mask,
+            Reads::Follow { of, mask, up } => held | (self.holds(of + from) & mask) << up,
             Reads::OneHot { of, mask } => 1 << (self.holds(of + from) & mask & 31),
         })
     }
@@ -123,6 +126,7 @@ mod tests {
         status(8, Reads::Not { of: 0, mask: 0x1f }),
         times(2, 0x10, held(0x20, 0, 3)),
         times(2, 0x10, status(0x24, Reads::OneHot { of: 0x20, mask: 3 })),
+        Row { reads: Reads::Follow { of: 0x60, mask: 3, up: 2 }, ..held(0x60, 0, 0xf3) },
         Row { reads: Reads::When { of: 0x50, mask: 1, value: 1, bits: 2 }, ..held(0x50, 0, 1) },
     ];
 

@@ -1,5 +1,7 @@
-//! The serial port, a PL011 with FIFOs of 32 bytes (RP2350 datasheet 12.1, RP2040 datasheet 4.2). A byte takes the time
-//! that its dividers say; before they are set it takes none.
+//! The serial port, a PL011 with FIFOs of 32 bytes (RP2350 datasheet 12.1, RP2040 datasheet 4.2), or the one of an STM32 (`usart`).
+//! A byte takes the time that its dividers say; before they are set it takes none.
+
+mod usart;
 
 use std::collections::VecDeque;
 
@@ -20,6 +22,8 @@ pub struct Uart {
     pub output: Vec<u8>,
     /// Bytes that will arrive, one frame after the other, once the port receives.
     pub input: VecDeque<u8>,
+    /// Whether it has the registers of an STM32, and then how many cycles one of its own clock takes.
+    usart: Option<u32>,
     interrupt: usize,
     sending: VecDeque<u8>,
     received: VecDeque<u8>,
@@ -151,6 +155,9 @@ impl Uart {
 impl Device for Uart {
     fn read(&mut self, access: Access, bus: &mut Bus) -> Result<u32, BusError> {
         self.advance(access.cycle);
+        if self.usart.is_some() {
+            return self.usart_word(access.offset & !3).ok_or(BusError);
+        }
         let word = self.word(alias::plain(access.offset) & !3).ok_or(BusError)?;
         self.interrupts(bus);
         Ok(alias::part(access.offset, word))
@@ -158,6 +165,9 @@ impl Device for Uart {
 
     fn write(&mut self, access: Access, value: u32, bus: &mut Bus) -> Result<(), BusError> {
         self.advance(access.cycle);
+        if let Some(cycles) = self.usart {
+            return self.usart_write(cycles, access, value).ok_or(BusError);
+        }
         match alias::plain(access.offset) & !3 {
             0x00 => self.send(value as u8, access.cycle),
             0x04 => self.sticky = 0,

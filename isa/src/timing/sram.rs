@@ -1,4 +1,4 @@
-//! The SRAM of RP2350: which bank an address is in, and when fetching and data meet there.
+//! The SRAM of RP2350: which bank an address is in, and when fetching and data meet there. The other boards' banks ([`Chip`]).
 //!
 //! ```text
 //!   0x20000000  SRAM0 to 3   striped by word: address bits 3:2
@@ -15,12 +15,57 @@
 //! a bound that must hold charges [`PREFETCH`] for every access that [`may_meet_prefetch`].
 
 use super::facts::{Evidence, Fact};
+use crate::arch::Arch;
 
 /// What an access costs more that meets the prefetch.
 pub const PREFETCH: Fact = Fact::new(1, Evidence::Rule, "RP2350 datasheet 3.7.4.9.12");
 
-/// How many banks there are.
+/// How many banks there are, at most.
 pub const BANKS: u8 = 10;
+
+/// Whose memory it is.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+pub enum Chip {
+    /// As above.
+    #[default]
+    Rp2350,
+    /// SRAM0 to 3, striped by word from 0x20000000 and one after the other from 0x21000000; SRAM4 and SRAM5 of 4 KiB (RP2040
+    /// datasheet 2.6.2).
+    Rp2040,
+    /// SRAM1 (112 KiB, also at address 0), SRAM2 and the memory beside the core (RM0090, 2.3.1 and 2.4).
+    Stm32f4,
+}
+
+impl Chip {
+    /// The chip of our boards that has this architecture.
+    pub const fn of(arch: Arch) -> Self {
+        match arch {
+            Arch::V6M => Self::Rp2040,
+            Arch::V7EM => Self::Stm32f4,
+            Arch::V8M => Self::Rp2350,
+        }
+    }
+
+    /// The bank of an address, or nothing outside SRAM.
+    pub const fn bank(self, address: u32) -> Option<u8> {
+        match (self, address) {
+            (Self::Rp2350, _) => bank(address),
+            (Self::Rp2040, 0x2000_0000..=0x2003_ffff) => Some((address >> 2 & 3) as u8),
+            (Self::Rp2040, 0x2100_0000..=0x2103_ffff) => Some((address >> 16 & 3) as u8),
+            (Self::Rp2040, 0x2004_0000..=0x2004_0fff) => Some(4),
+            (Self::Rp2040, 0x2004_1000..=0x2004_1fff) => Some(5),
+            (Self::Stm32f4, 0..=0x0001_bfff | 0x2000_0000..=0x2001_bfff) => Some(0),
+            (Self::Stm32f4, 0x2001_c000..=0x2001_ffff) => Some(1),
+            (Self::Stm32f4, 0x1000_0000..=0x1000_ffff) => Some(2),
+            _ => None,
+        }
+    }
+
+    /// Whether the core fetches through a port of its own, so that its fetches can be in the way of its data.
+    pub const fn fetches_apart(self) -> bool {
+        !matches!(self, Self::Rp2040)
+    }
+}
 
 /// The bank of an address, 0 to 9, or nothing outside SRAM.
 pub const fn bank(address: u32) -> Option<u8> {
@@ -63,6 +108,15 @@ mod tests {
         assert_eq!(bank(0x2007_fffc), Some(7));
         assert_eq!((bank(0x2008_0ffc), bank(0x2008_1000), bank(0x2008_2000)), (Some(8), Some(9), None));
         assert_eq!(bank(0x1000_0000), None);
+    }
+
+    #[test]
+    fn other_chips_have_their_own_banks() {
+        let rp2040 = [0x2000_0008, 0x2102_0008, 0x2004_0ffc, 0x2004_1000, 0x2004_2000];
+        assert_eq!(rp2040.map(|at| Chip::Rp2040.bank(at)), [Some(2), Some(2), Some(4), Some(5), None]);
+        let stm32f4 = [0x100, 0x2000_0100, 0x2001_c000, 0x1000_fffc, 0x0800_0000];
+        assert_eq!(stm32f4.map(|at| Chip::Stm32f4.bank(at)), [Some(0), Some(0), Some(1), Some(2), None]);
+        assert_eq!(Chip::of(Arch::V8M).bank(0x2008_0000), bank(0x2008_0000));
     }
 
     #[test]

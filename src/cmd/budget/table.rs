@@ -85,12 +85,13 @@ impl Played<'_> {
             );
             let _ = writeln!(
                 out,
-                "  {:>6}  keys, {} each\n  {:>6}  around them\n  {:>6}  waiting for the other core and for its own fetches; \
+                "  {:>6}  keys, {} each\n  {:>6}  around them\n  {:>6}  waiting for {}its own fetches; \
                  without it the slack is {:.1} %",
                 bounded.alone.keys_cycles_max(),
                 bounded.alone.tick.key_cycles_max(),
                 core.around_cycles_max,
                 core.contention_cycles_max,
+                if self.cores.len() > 1 { "the other core and for " } else { "" },
                 100.0 * (1.0 - bounded.alone.cycles_max as f64 / self.budget.period_cycles.max(1) as f64)
             );
         }

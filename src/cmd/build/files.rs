@@ -109,21 +109,21 @@ impl Files<'_> {
         self.listings(args, &whole.image, &setup.board)?;
         let path = &args.output.path;
         put(path, &family.map_or_else(|| executable(&whole.image), |family| uf2(&whole.image, family)))?;
-        self.tell(path, &whole.image, keys);
+        self.tell(path, &whole.image, &keys);
         Ok(())
     }
 
     /// What an image is and takes.
-    fn tell(&self, path: &Path, image: &Image, keys: [u32; 2]) {
+    fn tell(&self, path: &Path, image: &Image, keys: &[u32]) {
         let setup = self.setup;
         let names: Vec<String> = setup.programs.iter().map(name).collect();
         let (stored, run) = (image.stored_bytes(), image.run_bytes());
         say!(
-            "{}: {} and {} keys of {} on two cores, {stored} bytes of flash, {run} bytes of RAM",
+            "{}: {} keys of {} on {}, {stored} bytes of flash, {run} bytes of RAM",
             path.display(),
-            keys[0],
-            keys[1],
-            names.join(", ")
+            keys.iter().map(u32::to_string).collect::<Vec<_>>().join(" and "),
+            names.join(", "),
+            if keys.len() == 1 { "one core" } else { "two cores" }
         );
         if names.len() > 1 {
             say!("it begins with {}; programs are numbered from 0 in this order", names[0]);
@@ -137,15 +137,16 @@ impl Files<'_> {
 
     fn write_object(&self, args: &Args) -> Outcome {
         let setup = self.setup;
-        if setup.board.arch != Arch::V8M {
+        if setup.board.arch == Arch::V6M {
             return Err(Failure::Usage(format!(
-                "code is made for the Cortex-M33, and {} has another core: make a .c for its compiler",
+                "no code is made for the Cortex-M0+ of {} so far: make a .c for its compiler",
                 setup.board.name
             )));
         }
         let path = &args.output.path;
         let name = name(setup.first());
-        let options = thumb::Options { name: name.clone(), keys: setup.keys, gain: false, probes: false };
+        let options =
+            thumb::Options { name: name.clone(), keys: setup.keys, gain: false, probes: false, arch: setup.board.arch };
         let built = thumb::compile(&setup.modes()[0], &options).map_err(no_code)?;
         let places = places(&setup.first().lowered.origins, &setup.map);
         let bytes = relocatable(&built.object, setup.board.arch, &places)

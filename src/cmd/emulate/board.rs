@@ -16,6 +16,8 @@ pub enum BoardName {
     Rp2350,
     /// Raspberry Pi RP2040: two Cortex-M0+ at 133 MHz, with its devices and a converter
     Rp2040,
+    /// STM32F407: one Cortex-M4 at 168 MHz, with a few of its devices and a converter
+    Stm32f4,
 }
 
 impl BoardName {
@@ -25,6 +27,7 @@ impl BoardName {
             Self::Generic => None,
             Self::Rp2350 => Some(BoardKind::Rp2350),
             Self::Rp2040 => Some(BoardKind::Rp2040),
+            Self::Stm32f4 => Some(BoardKind::Stm32f4),
         }
     }
 
@@ -73,7 +76,7 @@ pub fn machine(elf: &Elf, core: CoreKind, on: &On) -> Result<(Machine, Option<Po
     let Some(kind) = on.board.kind() else {
         if let Some(option) = on.devices.wanted() {
             return Err(Failure::Usage(format!(
-                "{option} needs a board with devices: --board rp2350 or --board rp2040"
+                "{option} needs a board with devices: --board rp2350, rp2040 or stm32f4"
             )));
         }
         return Ok((Machine::new(generic(elf, core, on)?).map_err(cannot_be)?, None));

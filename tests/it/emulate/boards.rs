@@ -49,7 +49,7 @@ fn mistakes_about_boards_are_told() {
     let Some(shell) = with_firmware("-O2") else { return };
     std::fs::write(shell.path("odd.bin"), [0; 7]).expect("writable");
     let wrong: [(&[&str], &str); 4] = [
-        (&["--keys", "10"], "--keys needs a board with devices: --board rp2350 or --board rp2040"),
+        (&["--keys", "10"], "--keys needs a board with devices: --board rp2350, rp2040 or stm32f4"),
         (&["--board", "rp2350", "--core", "cortex-m4"], "rp2350 has a cortex-m33; leave --core out"),
         (&["--board", "rp2350", "--keys", "10", "--sense", "odd.bin"], "7 bytes are not whole ticks of 10 keys"),
         (&["--board", "rp2350", "--rate", "0"], "--rate 1 to 1000000 Hz"),

@@ -5,7 +5,7 @@ use crate::thumb::emit;
 use crate::thumb::vcode::{End, template};
 use whippen_isa::reg::LR;
 use whippen_isa::timing::{Core, Outcome, Pipe, Timed};
-use whippen_isa::{Arch, Cond, Flags, Inst, Op};
+use whippen_isa::{Cond, Flags, Inst, Op};
 
 /// One encoding of an instruction.
 #[derive(Clone, Copy)]
@@ -65,14 +65,14 @@ impl State {
 impl Measure {
     pub fn new(block: &Placed, core: &Core) -> Measure {
         let form = |inst: &Inst| {
-            let short = inst.shortest(Arch::V8M).unwrap_or(*inst);
+            let short = inst.shortest(core.arch).unwrap_or(*inst);
             let flags = inst.flags();
             let (reads, writes) = (flags.reads, flags.writes);
             Form { timed: core.prepare(&short), bytes: short.size(), reads, writes }
         };
         let forms = |inst: &Inst| Forms {
             plain: form(inst),
-            setting: emit::setting(inst, Arch::V8M).map(|inst| form(&inst)),
+            setting: emit::setting(inst, core.arch).map(|inst| form(&inst)),
             cond: inst.cond,
         };
         let end = match &block.end {

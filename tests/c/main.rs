@@ -1,0 +1,180 @@
+//! Kernels in C against the interpreter, bit for bit: outputs, probes, events, cells, through whatever C compilers there are,
+//! here and on a Cortex-M33 in QEMU.
+//!
+//! ```text
+//! cargo test --test c                             every instrument, on everything recorded; 10 000 random kernels, 2500 in QEMU
+//! WHIPPEN_KERNELS=100000 cargo test --test c      so many
+//! ```
+
+mod case;
+mod program;
+mod recordings;
+mod toolchain;
+
+#[path = "../it/common.rs"]
+#[expect(dead_code, reason = "other tests want more of it")]
+mod common;
+
+use whippen_compiler::c::{Layout, Options, source};
+use whippen_compiler::kernel::random::{self, Rng};
+use whippen_compiler::kernel::{Kernel, parse, verify, without_probes};
+
+use case::Case;
+use program::{agree, agree_on};
+use toolchain::{Toolchain, cortex_m33, host};
+
+const LAYOUTS: [Layout; 2] = [Layout::Records, Layout::Columns];
+
+/// How random kernels are compiled: quickly, some with care, and some looking for what C leaves undefined. Some compute with
+/// constants alone, or use nothing of what they compute, so warnings are of no interest.
+const QUICK: &[&str] = &["-O0", "-w"];
+const OPTIMISED: &[&str] = &["-O2", "-w"];
+const CHECKED: &[&str] = &["-O1", "-w", "-fsanitize=undefined", "-fno-sanitize-recover=all"];
+
+/// How everything else is compiled: no warning, but that several kernels in one file say the same twice.
+const STRICT: [&str; 7] = [
+    "-std=c99",
+    "-Wall",
+    "-Wextra",
+    "-Wno-unused-variable",
+    "-Wno-unused-but-set-variable",
+    "-Wno-typedef-redefinition",
+    "-Werror",
+];
+
+/// How many of them one program holds: all of their code fits 4 MB.
+const BATCH: usize = 250;
+
+/// How many random kernels, where the environment does not say.
+const KERNELS: usize = 10_000;
+
+fn kernels() -> usize {
+    std::env::var("WHIPPEN_KERNELS").ok().and_then(|n| n.parse().ok()).unwrap_or(KERNELS)
+}
+
+fn random_case(seed: usize) -> Case {
+    let kernel = random::kernel(seed as u64);
+    Case::random(kernel, LAYOUTS[seed % 2], &mut Rng::new(seed as u64))
+}
+
+/// So many of them, from the `first` on.
+fn agree_on_random(compiler: &Toolchain, first: usize, count: usize) {
+    agree_on(compiler, count, BATCH, |number| random_case(first + number));
+}
+
+#[test]
+fn random_kernels() {
+    // Each compiler has its share.
+    let compilers = host(QUICK);
+    let share = kernels().div_ceil(compilers.len().max(1));
+    compilers.iter().enumerate().for_each(|(at, compiler)| agree_on_random(compiler, at * share, share));
+}
+
+#[test]
+fn random_kernels_on_a_cortex_m33() {
+    if let Some(compiler) = cortex_m33(QUICK) {
+        agree_on_random(&compiler, 0, kernels() / 4);
+    }
+}
+
+#[test]
+fn random_kernels_optimised() {
+    let compilers = host(OPTIMISED).into_iter().chain(cortex_m33(OPTIMISED)).chain(host(CHECKED).into_iter().take(1));
+    compilers.for_each(|compiler| agree_on_random(&compiler, kernels(), kernels() / 50));
+}
+
+/// Strict compilers at full optimisation, and one that looks for undefined behaviour.
+fn strict() -> Vec<Toolchain> {
+    let modes = [&["-O2"][..], &["-O3", "-march=native"], &CHECKED[2..]];
+    let here = modes.into_iter().flat_map(|mode| host(&[&STRICT, mode].concat()));
+    here.chain(cortex_m33(&[&STRICT[..], &["-O2"]].concat())).collect()
+}
+
+/// Everything that is exported, in both layouts.
+#[test]
+fn instruments() {
+    for compiler in strict() {
+        let mut cases = Vec::new();
+        for compiled in common::all() {
+            let words: Vec<u16> = common::gesture_words(&compiled).into_iter().step_by(7).collect();
+            let bare = without_probes(&compiled.lowered.kernel);
+            cases.push(Case::played(compiled.lowered.kernel, LAYOUTS[0], &words, 5));
+            cases.push(Case::played(bare, LAYOUTS[1], &words, 5));
+        }
+        agree(&compiler, &cases);
+        println!("{compiler}: {} cases agree", cases.len());
+    }
+}
+
+/// Each instrument of a key on each motion of one.
+#[test]
+fn instruments_on_recordings() {
+    let motions = recordings::all();
+    let kernels: Vec<Kernel> = common::all()
+        .into_iter()
+        .filter(|compiled| !compiled.model.turns())
+        .map(|compiled| without_probes(&compiled.lowered.kernel))
+        .collect();
+    for compiler in host(&["-O2", "-w"]).into_iter().chain(cortex_m33(&["-O2", "-w"])) {
+        let cases = motions.len() * kernels.len();
+        agree_on(&compiler, cases, 1, |number| {
+            let (_, words) = &motions[number / kernels.len()];
+            Case::played(kernels[number % kernels.len()].clone(), Layout::Records, words, 1)
+        });
+    }
+    println!("{} motions: {:?}", motions.len(), motions.iter().map(|(name, _)| name).collect::<Vec<_>>());
+}
+
+const SMALL: &str = "\
+kernel spring @44100 {
+  in x: u16 [100..65535]
+  out f: i16 [-32768..32767]
+  live k: i32 [-8..8] = 3
+  keyed gain: i32 [1..9] = { 1, 2, 9 }
+  cell phi': i32 [-70000..70000] = 0
+  line past: 2 [0..65535]
+  event crossed(1)
+  tick {
+    v0: i32 [100..65535] = in x
+    v1: i32 [0..65535] = delay past 2
+    v2: i32 [-65435..65535] = sub v0 v1
+    v3: i32 [-8..8] = live k
+    v4: i32 [1..9] = keyed gain
+    v5: i32 [-72..72] = mul v3 v4
+    v6: i64 [-4718520..4718520] = mul_wide v2 v5
+    v7: i64 [-73727..73727] = sar_round v6 6
+    v8: i32 [-73727..73727] = narrow v7
+    v9: i32 [70000..70000] = const 70000
+    v10: i32 [-70000..-70000] = const -70000
+    v11: i32 [-73727..70000] = min v8 v9
+    v12: i32 [-70000..70000] = max v11 v10
+    v13: i1 [0..1] = lt v0 v1
+    v14: i32 [-35000..35000] = if v13 {
+      emit crossed v12
+      v15: i32 [-35000..35000] = sar v12 1
+      yield v15
+    } else {
+      v16: i32 [0..0] = const 0
+      yield v16
+    }
+    set phi' v12
+    v17: i32 [-17500..17500] = sar v12 2
+    out f v17
+    push past v0
+  }
+}
+";
+
+fn small() -> Kernel {
+    parse(SMALL).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test]
+fn a_small_kernel_reads_well() {
+    for (layout, name) in LAYOUTS.into_iter().zip(["records", "columns"]) {
+        let kernel = small();
+        let verified = verify(&kernel).unwrap_or_else(|e| panic!("{e:?}"));
+        let source = source(verified, Options { keys: 3, layout, events: 8 });
+        insta::assert_snapshot!(format!("small_kernel_{name}"), format!("{}\n{}", source.header, source.body));
+    }
+}
