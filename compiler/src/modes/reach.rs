@@ -21,7 +21,7 @@ pub(super) struct Reached {
     pub classes: Vec<usize>,
     /// Where cells lie when it is entered.
     pub cells: Vec<Range>,
-    pub tree: Tree,
+    pub tree: Rc<Tree>,
 }
 
 /// Where cells lie after `init`.
@@ -106,13 +106,18 @@ pub(super) fn reach(
         reach.modes[at].tree = tree;
     }
     // A mode that is entered can be; where its tree says otherwise, nothing is made.
-    let done = |mode: Open| Some(Reached { classes: mode.classes, cells: mode.cells, tree: mode.tree? });
+    let done = |mode: Open| Some(Reached { classes: mode.classes, cells: mode.cells, tree: Rc::new(mode.tree?) });
     let mut modes = reach.modes.into_iter().map(done).collect::<Option<Vec<Reached>>>().ok_or(TooBig)?;
     for _ in 0..narrow::ROUNDS {
         let Some(narrower) = narrow::narrower(&modes, discrete, start) else { break };
         grower.leaves = leaves;
         let grown = narrower.into_iter().map(|(classes, cells)| {
-            let tree = grow(&mut grower, &cells, tick)?.ok_or(TooBig)?;
+            // What is entered as before decides as before.
+            let known = modes.iter().find(|mode| mode.classes == classes && mode.cells == cells);
+            let tree = match known {
+                Some(mode) => mode.tree.clone(),
+                None => Rc::new(grow(&mut grower, &cells, tick)?.ok_or(TooBig)?),
+            };
             Ok(Reached { classes, cells, tree })
         });
         match grown.collect::<Result<Vec<Reached>, TooBig>>() {
