@@ -1,4 +1,5 @@
-//! What each stage costs: check, lowering, machine code, C, and a tick of each engine with 1 key and with 88.
+//! What each stage costs: check, lowering, machine code, C, modes, image, bound and stability, and a tick of each engine with
+//! 1 key and with 88.
 //!
 //! ```text
 //! cargo bench --bench engines                     everything, with criterion's statistics
@@ -8,16 +9,20 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use whippen_compiler::budget;
 use whippen_compiler::c::{self, Layout};
 use whippen_compiler::check::Program;
+use whippen_compiler::firmware;
 use whippen_compiler::front::compile_front;
 use whippen_compiler::host::{HostCode, Options};
 use whippen_compiler::kernel::{Kernel, verify};
+use whippen_compiler::modes::{INSTRUCTIONS, specialise};
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_compiler::source::SourceMap;
+use whippen_compiler::stability::analyze;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::{ENGINES, Engine};
-use whippen_runtime::gesture;
+use whippen_runtime::{board, gesture, image};
 
 const GRAND: &str = include_str!("../instruments/grand-piano.whip");
 
@@ -48,6 +53,24 @@ fn stages(criterion: &mut Criterion) {
     criterion.bench_function("C 88", |b| b.iter(|| verify(&kernel).map(|verified| c::source(verified, options))));
 }
 
+/// What `build` and `budget` of 88 keys on the RP2350 consist of.
+fn images(criterion: &mut Criterion) {
+    let (compiled, device) = (lowered(), Device::mikey());
+    let kernel = &compiled.lowered.kernel;
+    let board = board::bundled("rp2350").unwrap_or_else(|| panic!("it is bundled"));
+    let setup = image::setup(&compiled, &device, 88, board.cores, 21).unwrap_or_else(|e| panic!("{e}"));
+    let (modes, midi) = (specialise(kernel, INSTRUCTIONS), image::midi(&compiled));
+    let programs = [firmware::Program { modes: &modes, places: &[], midi: &midi }];
+    let whole = || firmware::whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
+    let (built, timing) = (whole(), board.timing());
+    let bound = || budget::cores(&built.image, &budget::Program::of(&built.image), &timing, &setup.keys, 0);
+    criterion.bench_function("modes", |b| b.iter(|| specialise(black_box(kernel), INSTRUCTIONS)));
+    criterion.bench_function("image 88", |b| b.iter(whole));
+    criterion.bench_function("bound 88", |b| b.iter(bound));
+    let key = device.key().unwrap_or_else(|| panic!("the file says how its key moves"));
+    criterion.bench_function("stability", |b| b.iter(|| analyze(black_box(&compiled.model), &key)));
+}
+
 fn ticks(criterion: &mut Criterion) {
     let (compiled, device) = (lowered(), Device::mikey());
     let positions = gesture::default_gesture().positions(compiled.model.rate_hz);
@@ -73,5 +96,5 @@ fn ticks(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, stages, ticks);
+criterion_group!(benches, stages, images, ticks);
 criterion_main!(benches);

@@ -221,8 +221,7 @@ mod tests {
     #[test]
     fn adc_reads_carry_and_sets_flags_only_with_s() {
         let e = Effects::parse("d NZCV = n m C");
-        let reads = |operand| e.reads().any(|read| read == operand);
-        assert!(e.writes().any(|written| written == Operand::D) && reads(Operand::M) && !reads(Operand::D));
+        assert!(e.writes().eq([Operand::D]) && e.reads().eq([Operand::N, Operand::M]));
         assert_eq!(e.flags(true, false, false), FlagUse { reads: Flags::C, writes: Flags::NZCV });
         assert_eq!(e.flags(false, false, false), FlagUse { reads: Flags::C, writes: Flags::NONE });
     }

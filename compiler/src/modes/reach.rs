@@ -21,7 +21,7 @@ pub(super) struct Reached {
     pub classes: Vec<usize>,
     /// Where cells lie when it is entered.
     pub cells: Vec<Range>,
-    pub tree: Tree,
+    pub tree: Rc<Tree>,
 }
 
 /// Where cells lie after `init`.
@@ -106,12 +106,12 @@ pub(super) fn reach(
         reach.modes[at].tree = tree;
     }
     // A mode that is entered can be; where its tree says otherwise, nothing is made.
-    let done = |mode: Open| Some(Reached { classes: mode.classes, cells: mode.cells, tree: mode.tree? });
+    let done = |mode: Open| Some(Reached { classes: mode.classes, cells: mode.cells, tree: Rc::new(mode.tree?) });
     let mut modes = reach.modes.into_iter().map(done).collect::<Option<Vec<Reached>>>().ok_or(TooBig)?;
     grower.leaves = leaves;
     for _ in 0..narrow::ROUNDS {
         let Some(entries) = narrow::narrower(&modes, discrete, start) else { break };
-        let grown = narrow::regrown(entries, (discrete, start), |cells| grow(&mut grower, cells, tick));
+        let grown = narrow::regrown(entries, &modes, (discrete, start), |cells| grow(&mut grower, cells, tick));
         let Some(narrower) = grown else { break };
         modes = narrower;
     }

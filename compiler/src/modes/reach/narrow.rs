@@ -4,6 +4,8 @@
 //! that leads to it (or `init`) leaves, and that is never more than was assumed. With trees grown anew under it, the leaves
 //! say still less: a hammer that was low a tick ago cannot be at the string now.
 
+use std::rc::Rc;
+
 use super::super::facts::meet;
 use super::super::tree::{Discrete, TooBig, Tree};
 use super::{Reached, classes};
@@ -40,12 +42,18 @@ pub(super) fn narrower(modes: &[Reached], discrete: &[Discrete], start: &[Range]
 /// come first changes with what is known, and with it what leaves can tell.
 pub(super) fn regrown(
     entries: Entries,
+    before: &[Reached],
     (discrete, start): (&[Discrete], &[Range]),
     mut grow: impl FnMut(&[Range]) -> Result<Option<Tree>, TooBig>,
 ) -> Option<Vec<Reached>> {
     let mut modes = Vec::new();
     for (classes, cells) in entries {
-        let tree = grow(&cells).ok()??;
+        // What is entered as before decides as before.
+        let known = before.iter().find(|mode| mode.classes == classes && mode.cells == cells);
+        let tree = match known {
+            Some(mode) => mode.tree.clone(),
+            None => Rc::new(grow(&cells).ok()??),
+        };
         modes.push(Reached { classes, cells, tree });
     }
     for _ in 0..MENDED {
@@ -56,7 +64,7 @@ pub(super) fn regrown(
         }
         let mut closed = true;
         for (mode, cells) in modes.iter_mut().zip(wider).filter(|(mode, cells)| mode.cells != *cells) {
-            mode.tree = grow(&cells).ok()??;
+            mode.tree = Rc::new(grow(&cells).ok()??);
             mode.cells = cells;
             closed = false;
         }
