@@ -117,6 +117,15 @@ pub const STM32F4: Support<'static> = Support {
     arch: Arch::V7EM,
 };
 
+/// The board RP2040 with the converter of the emulator.
+pub const RP2040: Support<'static> = Support {
+    tick: Source { name: "firmware/rp2040_tick.s", text: include_str!("firmware/rp2040_tick.s") },
+    rest: Source { name: "firmware/rp2040.s", text: include_str!("firmware/rp2040.s") },
+    stacks: &[0x2004_1000, 0x2004_2000],
+    interrupt: 31,
+    arch: Arch::V6M,
+};
+
 /// Why there is no firmware.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FirmwareError {
@@ -128,6 +137,8 @@ pub enum FirmwareError {
     Record(u32),
     /// So many programs, not 1 to 64.
     Programs(usize),
+    /// The board's core is one for which the limit of energy is not made.
+    PassivityCore,
     /// Credit, past or damping of the passivity are out of range.
     Passivity,
     /// The motor's rated word is not between 1 and 32767, or it stands its peak for less than 1 ms or more than 10 s.
@@ -151,6 +162,9 @@ impl fmt::Display for FirmwareError {
             FirmwareError::Passivity => f.write_str(
                 "passivity is out of reach: energy, delays or damping are not within what the firmware's words can say",
             ),
+            FirmwareError::PassivityCore => {
+                f.write_str("passivity is watched on Cortex-M4 and M33 only: take another board, or no [passivity]")
+            }
             FirmwareError::Assembly(error) => error.fmt(f),
         }
     }
@@ -221,7 +235,7 @@ const SHARED: &[Source<'static>] = &[
 ];
 
 /// Of a core, one after the other.
-const FRAME: [Source<'static>; 5] = [
+const FRAME: &[Source<'static>] = &[
     Source { name: "firmware/exceptions.s", text: include_str!("firmware/exceptions.s") },
     Source { name: "firmware/tick.s", text: include_str!("firmware/tick.s") },
     Source { name: "firmware/service.s", text: include_str!("firmware/service.s") },
@@ -260,7 +274,8 @@ fn shared<'a>(board: &Support<'a>) -> impl Iterator<Item = Source<'a>> {
 
 /// The frame of a core, one text after the other.
 fn frame<'a>(board: &Support<'a>) -> Vec<Source<'a>> {
-    FRAME.into_iter().chain([board.tick]).collect()
+    let own = if board.arch == Arch::V6M { SMALL_FRAME } else { FRAME };
+    own.iter().copied().chain([board.tick]).collect()
 }
 
 /// What the frame of a core is told besides the [`constants`].
@@ -268,6 +283,14 @@ pub fn of_frame(keys: u32, board: &Support, core: usize) -> BTreeMap<String, i64
     let all = [("KEYS", keys), ("DISTANCE", distance(keys)), ("STACK", board.stacks[core])];
     all.into_iter().map(|(name, value)| (name.to_string(), value.into())).collect()
 }
+
+/// The frame in the instructions of ARMv6-M.
+const SMALL_FRAME: &[Source<'static>] = &[
+    Source { name: "firmware/exceptions.s", text: include_str!("firmware/exceptions.s") },
+    Source { name: "firmware/v6m/tick.s", text: include_str!("firmware/v6m/tick.s") },
+    Source { name: "firmware/v6m/service.s", text: include_str!("firmware/v6m/service.s") },
+    Source { name: "firmware/v6m/guard.s", text: include_str!("firmware/v6m/guard.s") },
+];
 
 /// The texts of a firmware as they are assembled, those of a frame together; a frame is told [`of_frame`] besides the
 /// [`constants`].
@@ -354,6 +377,7 @@ const PLACES: &[(&str, i64)] = &[
     ("R_RELEASE", 16),
     ("R_SHIFT", 20),
     ("R_VELOCITIES", 24),
+    ("R_MASK", 28),
     ("S_FAULTS", 8),
     ("FAULT_MISSED", 1),
     ("FAULT_RAIL", 2),
@@ -401,7 +425,6 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
         put(&format!("STACK{core}"), board.stacks[core].into());
     }
     put("RECORD", record.into());
-    put("EVENTS_BYTES", layouts[0].events().bytes.into());
     put("FIRST_NOTE", setup.first_note.into());
     put("STEP", (65_536 * TURNS).div_ceil(ticks(RAMP_MS).max(TURNS)));
     put("RAMP", (ticks(RAMP_MS) + 3 * TURNS).min(0xffff));
@@ -412,6 +435,9 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
     put("MOVED", rounded(setup.motor.newton).into());
     put("AGE_RAIL", ticks(10).min(0xffff));
     put("AGE_FROZEN", ticks(100).min(0xffff));
+    if setup.passivity.is_some() && board.arch == Arch::V6M {
+        return Err(FirmwareError::PassivityCore);
+    }
     let passivity = passivity(setup)?;
     put("PAST", passivity.past.into());
     put("DAMPING", passivity.damping.into());

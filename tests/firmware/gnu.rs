@@ -8,7 +8,7 @@ use std::process::Command;
 use crate::rig::{Rig, kernel, midi, setup};
 use whippen_compiler::asm::{Source, assemble};
 use whippen_compiler::firmware::{
-    Midi, Passivity, Played, RP2350, STM32F4, Setup, Support, constants, of_frame, sources,
+    Midi, Passivity, Played, RP2040, RP2350, STM32F4, Setup, Support, constants, of_frame, sources,
 };
 use whippen_compiler::image::{FixupKind, Section};
 use whippen_compiler::kernel::Kernel;
@@ -82,7 +82,9 @@ fn compare(board: &Support, core: &str, setup: &Setup) -> Option<usize> {
 #[test]
 fn the_same_bytes() {
     let one = Setup { keys: vec![44], ..setup() };
-    for (board, core, setup) in [(RP2350, "cortex-m33", setup()), (STM32F4, "cortex-m4", one)] {
+    for (board, core, setup) in
+        [(RP2350, "cortex-m33", setup()), (RP2040, "cortex-m0plus", setup()), (STM32F4, "cortex-m4", one)]
+    {
         match compare(&board, core, &setup) {
             Some(compared) => assert!(compared > 1200, "{core}: {compared} bytes"),
             None => {

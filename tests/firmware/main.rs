@@ -1,5 +1,6 @@
 //! Whole firmware on the emulated board, with both cores: what it plays, and what it does when something fails.
 
+mod boot2;
 mod example;
 mod gnu;
 mod passivity;

@@ -36,20 +36,22 @@ mailbox_step:
         .global whippen_set
         .type   whippen_set, %function
 whippen_set:
-        cmn     r0, #1
+        adds    r2, r0, #1
         bne     1f
         mov     r0, r1
-        b       whippen_play
+        b       8f
 1:      push    {r3, lr}
         bl      live
-        mov     r0, #1
+        movs    r0, #1
         bhs     9f
-        ldrd    r0, r3, [r2, #8]        @ its range
+        ldr     r0, [r2, #12]           @ its range
+        ldr     r3, [r2, #16]
         cmp     r1, r0
         blt     7f
         cmp     r1, r3
         bgt     7f
-        ldrd    r0, r3, [r2]            @ its words
+        ldr     r0, [r2, #4]            @ its words
+        ldr     r3, [r2, #8]
         str     r1, [r0]
         str     r1, [r3]
         movs    r0, #0
@@ -63,18 +65,20 @@ whippen_set:
 whippen_get:
         push    {r3, lr}
         bl      live
-        mov     r0, #0
+        movs    r0, #0
         bhs     9f
-        ldr     r0, [r2]
+        ldr     r0, [r2, #4]
         ldr     r0, [r0]
 9:      pop     {r3, pc}
 
-@ R2: the row of the parameter R0 in the table of lives; carry where there is none. Keeps R0 and R1.
+@ R2: the word before the row of the parameter R0 in the table of lives; carry where there is none. Keeps R0 and R1.
         .type   live, %function
 live:   ldr     r2, =lives
-        ldr     r3, [r2], #4            @ how many there are
-        add     r2, r2, r0, lsl #4
-        cmp     r0, r3
+        lsls    r3, r0, #4
+        adds    r3, r2, r3
+        ldr     r2, [r2]                @ how many there are
+        cmp     r0, r2
+        mov     r2, r3
         bx      lr
 
 @ int whippen_play(uint32_t program): another program begins with the next tick; 0, or 1 for no such program.
@@ -83,17 +87,21 @@ live:   ldr     r2, =lives
         .global whippen_play
         .type   whippen_play, %function
 whippen_play:
-        ldr     r2, =programs
-        ldr     r3, [r2], #4
+8:      ldr     r2, =programs
+        ldr     r3, [r2]
         cmp     r0, r3
         bhs     9f
         .if     CORES > 1
-        add     r2, r2, r0, lsl #3
-        ldrd    r0, r1, [r2]
+        lsls    r0, r0, #3
+        adds    r2, r2, r0
+        ldr     r0, [r2, #4]
+        ldr     r1, [r2, #8]
         ldr     r3, =core1
         str     r1, [r3, #C_WANTED]
         .else
-        ldr     r0, [r2, r0, lsl #2]
+        lsls    r0, r0, #2
+        adds    r2, r2, r0
+        ldr     r0, [r2, #4]
         .endif
         ldr     r2, =core0
         str     r0, [r2, #C_WANTED]

@@ -16,7 +16,8 @@ vectors:
 dead:   cpsid   i
         ldr     r0, =status
         ldr     r1, [r0, #S_FAULTS]
-        orr     r1, r1, #FAULT_DEAD
+        movs    r2, #FAULT_DEAD
+        orrs    r1, r2
         str     r1, [r0, #S_FAULTS]
         bl      silence
 1:      b       1b

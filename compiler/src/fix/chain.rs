@@ -60,9 +60,9 @@ impl Lowerer<'_> {
     /// The sum, its error and what was left of the constant, in units of the result.
     pub(super) fn chained(&mut self, plan: Plan) -> Result<(Value, f64, f64), OpError> {
         let Plan { choices, mut ways, constant, error, left } = plan;
-        // First what needs no negation; then what no decision of the tick has a part in, so that one sum is all that waits
-        // for the decisions; then in the order in which operands come about.
-        ways.sort_by_key(|w| (w.way.starts_badly(&w.gain), self.b.is_decided(w.value), w.value.0));
+        // First what no decision of the tick has a part in, so that one sum is all that waits for the decisions; of that, first
+        // what needs no negation, then in the order in which operands come about.
+        ways.sort_by_key(|w| (self.b.is_decided(w.value), w.way.starts_badly(&w.gain), w.value.0));
         let mut chain = Chain { total: None, constant: constant.round() as i64, error };
         for choice in choices {
             let word = self.word(choice.map(f64::round))?;

@@ -43,17 +43,21 @@ impl Lowerer<'_> {
 
     /// A real as an integer of `scale`, kept within `range` (of those integers) whatever it is.
     pub(super) fn saturated(&mut self, real: Real, scale: Scale, range: Range) -> Result<Value, OpError> {
-        let value = self.nearly(real, scale, range)?;
-        self.clamped(value, range)
+        self.kept(real, scale, range, 0)
     }
 
-    /// The same, but where the real is coarser, up to [`FEW`] of its units beyond.
+    /// The same for what is clamped once more: where the real is coarser, the limit is up to [`FEW`] of its units beside the ends,
+    /// if that makes it one saturation.
     pub(super) fn nearly(&mut self, real: Real, scale: Scale, range: Range) -> Result<Value, OpError> {
+        self.kept(real, scale, range, FEW)
+    }
+
+    fn kept(&mut self, real: Real, scale: Scale, range: Range, few: i64) -> Result<Value, OpError> {
         if real.scale() == scale {
             return self.clamped(real.value, range);
         }
         let shift = Scale::plain(scale.lsb).quantise(-scale.offset);
-        let counted = self.counted(real, scale.lsb, Range::new(range.low - shift, range.high - shift))?;
+        let counted = self.counted(real, scale.lsb, Range::new(range.low - shift, range.high - shift), few)?;
         if shift == 0 {
             return Ok(counted);
         }
@@ -61,8 +65,8 @@ impl Lowerer<'_> {
         self.b.op(Op::Add, &[counted, shift])
     }
 
-    /// A real in units of `lsb`, kept nearly within `range`.
-    fn counted(&mut self, real: Real, lsb: f64, range: Range) -> Result<Value, OpError> {
+    /// A real in units of `lsb`, kept within `range`, as far as `few` of the real's own units.
+    fn counted(&mut self, real: Real, lsb: f64, range: Range, few: i64) -> Result<Value, OpError> {
         let real = if power_of_two(real.lsb / lsb).is_some() { self.plain(real)? } else { self.rescaled(real, lsb)? };
         let n = power_of_two(real.lsb / lsb).unwrap_or(0);
         if n <= 0 {
@@ -75,12 +79,11 @@ impl Lowerer<'_> {
         let (above, below) = (-(-range.high >> n), range.low >> n);
         let high = if above << n <= word.high { above } else { range.high >> n };
         let low = if below << n >= word.low { below } else { -(-range.low >> n) };
-        // So that it is one saturation, where a few units make it one.
-        let ends = powers(Range::new(low, high), FEW);
+        let ends = powers(Range::new(low, high), few);
         let kept = self.clamped(real.value, ends)?;
         let value = self.moved(kept, n)?;
         // What is a word with room is left to who clamps in any case.
-        let room = Range::new(range.low.min(0) - (FEW << n), range.high.max(0) + (FEW << n));
+        let room = Range::new(range.low.min(0) - (few << n), range.high.max(0) + (few << n));
         if word.contains(room) && ends != Range::new(low, high) { Ok(value) } else { self.clamped(value, range) }
     }
 }

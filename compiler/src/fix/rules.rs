@@ -256,7 +256,7 @@ impl Lowerer<'_> {
         let p = &self.step.model.pulses[pulse.0 as usize];
         let real = self.real(level)?;
         let (scale, range) = (self.units.scale_of_cell(p.level), self.cell_range(p.level));
-        let level = self.saturated(real, scale, range)?;
+        let level = self.nearly(real, scale, range)?;
         let now = self.cell(p.level)?.value;
         let larger = self.b.op(Op::Max, &[level, now])?;
         // A pulse at rest has the level 0, which is the larger one only of levels below.

@@ -108,17 +108,12 @@ pub(super) fn reach(
     // A mode that is entered can be; where its tree says otherwise, nothing is made.
     let done = |mode: Open| Some(Reached { classes: mode.classes, cells: mode.cells, tree: mode.tree? });
     let mut modes = reach.modes.into_iter().map(done).collect::<Option<Vec<Reached>>>().ok_or(TooBig)?;
+    grower.leaves = leaves;
     for _ in 0..narrow::ROUNDS {
-        let Some(narrower) = narrow::narrower(&modes, discrete, start) else { break };
-        grower.leaves = leaves;
-        let grown = narrower.into_iter().map(|(classes, cells)| {
-            let tree = grow(&mut grower, &cells, tick)?.ok_or(TooBig)?;
-            Ok(Reached { classes, cells, tree })
-        });
-        match grown.collect::<Result<Vec<Reached>, TooBig>>() {
-            Ok(grown) if narrow::is_closed(&grown, discrete, start) => modes = grown,
-            _ => break,
-        }
+        let Some(entries) = narrow::narrower(&modes, discrete, start) else { break };
+        let grown = narrow::regrown(entries, (discrete, start), |cells| grow(&mut grower, cells, tick));
+        let Some(narrower) = grown else { break };
+        modes = narrower;
     }
     Ok(modes)
 }
@@ -177,13 +172,25 @@ pub(super) fn classes(discrete: &[Discrete], cells: &[Range]) -> Option<Vec<usiz
 impl Tree {
     /// Where cells lie at each leaf.
     pub fn ends(&self) -> Vec<&[Range]> {
+        let mut all = Vec::new();
+        self.add_ends(&mut all);
+        all
+    }
+
+    fn add_ends<'a>(&'a self, all: &mut Vec<&'a [Range]>) {
         match self {
-            Tree::Leaf { ranges, .. } => vec![ranges],
-            Tree::Split { yes, no, .. } => yes.ends().into_iter().chain(no.ends()).collect(),
+            Tree::Leaf { ranges, .. } => all.push(ranges),
+            Tree::Split { yes, no, .. } => {
+                yes.add_ends(all);
+                no.add_ends(all);
+            }
         }
     }
 
     pub fn leaves(&self) -> usize {
-        self.ends().len()
+        match self {
+            Tree::Leaf { .. } => 1,
+            Tree::Split { yes, no, .. } => yes.leaves() + no.leaves(),
+        }
     }
 }

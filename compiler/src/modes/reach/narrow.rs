@@ -5,12 +5,14 @@
 //! say still less: a hammer that was low a tick ago cannot be at the string now.
 
 use super::super::facts::meet;
-use super::super::tree::Discrete;
+use super::super::tree::{Discrete, TooBig, Tree};
 use super::{Reached, classes};
 use crate::kernel::Range;
 
 /// Each round follows what one tick does to what is known.
 pub(super) const ROUNDS: usize = 3;
+/// How often trees are grown for what the leaves of others leave.
+const MENDED: usize = 4;
 
 /// Modes with their classes, and where cells lie on their entry.
 type Entries = Vec<(Vec<usize>, Vec<Range>)>;
@@ -34,13 +36,35 @@ pub(super) fn narrower(modes: &[Reached], discrete: &[Discrete], start: &[Range]
     changed.then_some(entries)
 }
 
-/// Whether every leaf leads to a mode that is entered with no less.
-pub(super) fn is_closed(modes: &[Reached], discrete: &[Discrete], start: &[Range]) -> bool {
-    let mut ends = std::iter::once(start).chain(modes.iter().flat_map(|mode| mode.tree.ends()));
-    ends.all(|ends| {
-        let mode = place(modes, discrete, ends).map(|at| &modes[at]);
-        mode.is_some_and(|mode| mode.cells.iter().zip(ends).all(|(entry, end)| entry.contains(*end)))
-    })
+/// The modes with trees grown anew; none if their leaves would not keep to what the modes are entered with: which decisions
+/// come first changes with what is known, and with it what leaves can tell.
+pub(super) fn regrown(
+    entries: Entries,
+    (discrete, start): (&[Discrete], &[Range]),
+    mut grow: impl FnMut(&[Range]) -> Result<Option<Tree>, TooBig>,
+) -> Option<Vec<Reached>> {
+    let mut modes = Vec::new();
+    for (classes, cells) in entries {
+        let tree = grow(&cells).ok()??;
+        modes.push(Reached { classes, cells, tree });
+    }
+    for _ in 0..MENDED {
+        let mut wider: Vec<Vec<Range>> = modes.iter().map(|mode| mode.cells.clone()).collect();
+        for ends in std::iter::once(start).chain(modes.iter().flat_map(|mode| mode.tree.ends())) {
+            let entry = &mut wider[place(&modes, discrete, ends)?];
+            entry.iter_mut().zip(ends).for_each(|(all, end)| *all = all.union(*end));
+        }
+        let mut closed = true;
+        for (mode, cells) in modes.iter_mut().zip(wider).filter(|(mode, cells)| mode.cells != *cells) {
+            mode.tree = grow(&cells).ok()??;
+            mode.cells = cells;
+            closed = false;
+        }
+        if closed {
+            return Some(modes);
+        }
+    }
+    None
 }
 
 fn place(modes: &[Reached], discrete: &[Discrete], ends: &[Range]) -> Option<usize> {
