@@ -13,6 +13,9 @@ const PERFORMANCE_S: f64 = 30.0;
 /// The dip that a motion is mapped to (m).
 const DIP_M: f64 = 0.010;
 
+/// Of so many words one is played: minutes of recordings, and every instrument plays them all.
+const THINNED: usize = 4;
+
 /// Names and words: the recordings of a real action, and the busiest key of one performance of each collection.
 pub fn all() -> Vec<(String, Vec<u16>)> {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
@@ -23,6 +26,9 @@ pub fn all() -> Vec<(String, Vec<u16>)> {
     }
     let performances = sorted(&data.join("midi")).into_iter().filter(|path| path.is_dir());
     all.extend(performances.filter_map(|folder| performance(&folder)));
+    for (_, words) in &mut all {
+        *words = words.iter().copied().step_by(THINNED).collect();
+    }
     if all.is_empty() {
         println!("0 recordings: ../shared/data is absent");
     }
