@@ -13,6 +13,7 @@
 //!
 //! Not here: the code of the keys (`thumb`), addresses (`image`), files.
 
+mod boards;
 mod running;
 mod tables;
 mod whole;
@@ -28,6 +29,9 @@ use crate::image::Object;
 use crate::kernel::Kernel;
 use crate::thumb::Layout;
 
+use boards::{frame, shared};
+
+pub use boards::{RP2040, RP2350, STM32F4, Support};
 pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};
 pub use whole::{Program, Whole, WholeError, divided, support, whole};
 
@@ -83,48 +87,6 @@ pub struct Midi {
     /// Velocity by speed.
     pub velocities: [u8; 128],
 }
-
-/// What a board says: its core, two texts, and where its cores have their stacks.
-#[derive(Debug, Clone, Copy)]
-pub struct Support<'a> {
-    /// `board_begin` and `board_end`, assembled for each core.
-    pub tick: Source<'a>,
-    /// Everything else.
-    pub rest: Source<'a>,
-    /// Ends of the stacks, by core.
-    pub stacks: &'a [u32],
-    /// Number of the converter's interrupt.
-    pub interrupt: u32,
-    /// The architecture of its cores.
-    pub arch: Arch,
-}
-
-/// The board RP2350 with the converter of the emulator.
-pub const RP2350: Support<'static> = Support {
-    tick: Source { name: "firmware/rp2350_tick.s", text: include_str!("firmware/rp2350_tick.s") },
-    rest: Source { name: "firmware/rp2350.s", text: include_str!("firmware/rp2350.s") },
-    stacks: &[0x2008_1000, 0x2008_2000],
-    interrupt: 46,
-    arch: Arch::V8M,
-};
-
-/// A board with an STM32F407, with the converter of the emulator.
-pub const STM32F4: Support<'static> = Support {
-    tick: Source { name: "firmware/stm32f4_tick.s", text: include_str!("firmware/stm32f4_tick.s") },
-    rest: Source { name: "firmware/stm32f4.s", text: include_str!("firmware/stm32f4.s") },
-    stacks: &[0x2002_0000],
-    interrupt: 56,
-    arch: Arch::V7EM,
-};
-
-/// The board RP2040 with the converter of the emulator.
-pub const RP2040: Support<'static> = Support {
-    tick: Source { name: "firmware/rp2040_tick.s", text: include_str!("firmware/rp2040_tick.s") },
-    rest: Source { name: "firmware/rp2040.s", text: include_str!("firmware/rp2040.s") },
-    stacks: &[0x2004_1000, 0x2004_2000],
-    interrupt: 31,
-    arch: Arch::V6M,
-};
 
 /// Why there is no firmware.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -221,28 +183,6 @@ pub fn keys_of(kernel: &Kernel, keys: &[u32], core: usize) -> Kernel {
     own
 }
 
-/// The start of core 1, of boards that have one.
-const CORE1: Source<'static> = Source { name: "firmware/core1.s", text: include_str!("firmware/core1.s") };
-
-const SHARED: &[Source<'static>] = &[
-    Source { name: "firmware/vectors.s", text: include_str!("firmware/vectors.s") },
-    Source { name: "firmware/boot.s", text: include_str!("firmware/boot.s") },
-    Source { name: "firmware/cores.s", text: include_str!("firmware/cores.s") },
-    Source { name: "firmware/idle.s", text: include_str!("firmware/idle.s") },
-    Source { name: "firmware/mailbox.s", text: include_str!("firmware/mailbox.s") },
-    Source { name: "firmware/midi.s", text: include_str!("firmware/midi.s") },
-    Source { name: "firmware/silence.s", text: include_str!("firmware/silence.s") },
-];
-
-/// Of a core, one after the other.
-const FRAME: &[Source<'static>] = &[
-    Source { name: "firmware/exceptions.s", text: include_str!("firmware/exceptions.s") },
-    Source { name: "firmware/tick.s", text: include_str!("firmware/tick.s") },
-    Source { name: "firmware/service.s", text: include_str!("firmware/service.s") },
-    Source { name: "firmware/passivity.s", text: include_str!("firmware/passivity.s") },
-    Source { name: "firmware/guard.s", text: include_str!("firmware/guard.s") },
-];
-
 /// The objects of a firmware, to be linked with those of the keys of all programs, which are compiled for the names by
 /// [`keys_name`] with records of one size. The image begins at `reset`, with the first program.
 ///
@@ -267,30 +207,11 @@ pub fn objects(programs: &[Played], setup: &Setup, board: &Support) -> Result<Ve
     Ok(objects)
 }
 
-fn shared<'a>(board: &Support<'a>) -> impl Iterator<Item = Source<'a>> {
-    let core1 = (board.stacks.len() > 1).then_some(CORE1);
-    SHARED.iter().copied().chain(core1).chain([board.rest])
-}
-
-/// The frame of a core, one text after the other.
-fn frame<'a>(board: &Support<'a>) -> Vec<Source<'a>> {
-    let own = if board.arch == Arch::V6M { SMALL_FRAME } else { FRAME };
-    own.iter().copied().chain([board.tick]).collect()
-}
-
 /// What the frame of a core is told besides the [`constants`].
 pub fn of_frame(keys: u32, board: &Support, core: usize) -> BTreeMap<String, i64> {
     let all = [("KEYS", keys), ("DISTANCE", distance(keys)), ("STACK", board.stacks[core])];
     all.into_iter().map(|(name, value)| (name.to_string(), value.into())).collect()
 }
-
-/// The frame in the instructions of ARMv6-M.
-const SMALL_FRAME: &[Source<'static>] = &[
-    Source { name: "firmware/exceptions.s", text: include_str!("firmware/exceptions.s") },
-    Source { name: "firmware/v6m/tick.s", text: include_str!("firmware/v6m/tick.s") },
-    Source { name: "firmware/v6m/service.s", text: include_str!("firmware/v6m/service.s") },
-    Source { name: "firmware/v6m/guard.s", text: include_str!("firmware/v6m/guard.s") },
-];
 
 /// The texts of a firmware as they are assembled, those of a frame together; a frame is told [`of_frame`] besides the
 /// [`constants`].

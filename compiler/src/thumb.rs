@@ -35,6 +35,7 @@ mod emit;
 mod entry;
 mod frame;
 mod literal;
+mod memory;
 mod names;
 mod path;
 mod reorder;
@@ -44,14 +45,14 @@ mod select;
 mod v6m;
 mod vcode;
 
-use crate::asm::{Source, assemble};
-use crate::image::{Fixup, FixupKind, Object, Section, SectionKind, Symbol, SymbolKind, timing};
-use crate::kernel::{Kernel, Type};
+use crate::image::{Fixup, Object, Section, SectionKind, Symbol, SymbolKind, timing};
+use crate::kernel::Kernel;
 use crate::modes::Modes;
 use allocate::Allocated;
 use emit::{Bytes, Item, lay_out};
 use frame::{Frame, LITERALS_MAX};
-use literal::{Literal, Literals};
+use literal::Literals;
+use memory::{Memory, memory};
 use std::fmt;
 use whippen_isa::Arch;
 use whippen_isa::timing::Core;
@@ -193,7 +194,7 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
     let code = lay_out(&items.items, items.labels, core.arch, &options.name)
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
     let mut object = object(kernel, &frame, options, &literals, code);
-    routines(&mut object, options)?;
+    v6m::add_routines(&mut object, options)?;
     Ok(Built { object, layout: Layout { frame } })
 }
 
@@ -282,110 +283,8 @@ fn object(kernel: &Kernel, frame: &Frame, options: &Options, literals: &Literals
     object
 }
 
-/// Adds the routines that the code calls, under names of its own.
-fn routines(object: &mut Object, options: &Options) -> Result<(), ThumbError> {
-    let name = |routine: &str| names::routine(&options.name, routine);
-    let all = v6m::Routine::ALL.map(|routine| name(routine.name()));
-    let calls = |section: &Section| section.fixups.iter().any(|fixup| all.contains(&fixup.symbol));
-    if !object.sections.iter().any(calls) {
-        return Ok(());
-    }
-    let source = Source { name: "routines.s", text: v6m::ROUTINES };
-    let routines =
-        assemble(&[source], &Default::default(), options.arch).map_err(|e| ThumbError::Bug(e.to_string()))?;
-    let (code, others) = (object.sections.len(), routines.symbols);
-    let own = others.into_iter().filter(|symbol| all.contains(&name(&symbol.name)));
-    object.symbols.extend(own.map(|symbol| Symbol { name: name(&symbol.name), section: Some(code), ..symbol }));
-    let text = routines.sections.into_iter().filter(|section| section.kind == SectionKind::Code && section.size != 0);
-    object.sections.extend(text.map(|section| Section { name: format!(".text.{}.routines", options.name), ..section }));
-    Ok(())
-}
-
 fn data(name: String, kind: SectionKind, bytes: Vec<u8>, fixups: Vec<Fixup>) -> Section {
     Section { name, kind, align: 4, size: bytes.len() as u32, bytes, fixups, lines: Vec::new(), hints: Vec::new() }
-}
-
-/// A piece of memory as it is before `init`.
-struct Memory {
-    bytes: Vec<u8>,
-    fixups: Vec<Fixup>,
-}
-
-impl Memory {
-    fn put(&mut self, at: u32, bytes: &[u8]) {
-        self.bytes[at as usize..at as usize + bytes.len()].copy_from_slice(bytes);
-    }
-
-    fn word(&mut self, at: u32, word: u32) {
-        self.put(at, &word.to_le_bytes());
-    }
-
-    fn address(&mut self, at: u32, symbol: String) {
-        self.fixups.push(Fixup { at, kind: FixupKind::Abs32, symbol, addend: 0 });
-    }
-
-    fn literals(&mut self, frame: &Frame, literals: &Literals, name: &str) {
-        for (index, literal) in literals.all().iter().enumerate() {
-            let at = frame.literals + 4 * index as u32;
-            match literal {
-                Literal::Word(word) => self.word(at, *word),
-                Literal::Mode(mode) => self.address(at, names::mode(name, *mode)),
-                Literal::Table(table) => self.address(at, names::table(name, *table)),
-            }
-        }
-    }
-
-    /// The values per key, the only ones in which keys begin otherwise than their neighbours.
-    fn keyed(&mut self, kernel: &Kernel, frame: &Frame) {
-        for key in 0..frame.keys {
-            let record = frame.records + key * frame.record;
-            for (keyed, at) in kernel.keyed.iter().zip(&frame.keyed) {
-                let value = keyed.values.get(key as usize).or(keyed.values.last()).copied().unwrap_or_default();
-                self.word(record + at, value as u32);
-            }
-        }
-    }
-
-    fn modes(&mut self, frame: &Frame, name: &str) {
-        for key in 0..frame.keys {
-            self.address(frame.records + key * frame.record, names::mode(name, 0));
-        }
-        self.address(frame.records + frame.keys * frame.record, names::end(name));
-    }
-}
-
-/// The state, and the histories where they lie apart.
-fn memory(kernel: &Kernel, frame: &Frame) -> [Memory; 2] {
-    let zeroed = |bytes: u32| Memory { bytes: vec![0; bytes as usize], fixups: Vec::new() };
-    let (mut state, mut histories) = (zeroed(frame.size), zeroed(frame.size_apart));
-    for (live, at) in kernel.lives.iter().zip(&frame.lives) {
-        state.word(*at, live.init as u32);
-    }
-    for key in 0..frame.keys {
-        let record = frame.records + key * frame.record;
-        if let Some(gain) = frame.gain {
-            state.word(record + gain, 1 << 16);
-        }
-        if let Some(number) = frame.number {
-            state.word(record + number, key);
-        }
-        for (cell, at) in kernel.cells.iter().zip(&frame.cells) {
-            let size = if cell.ty == Type::I64 { 8 } else { 4 };
-            for word in 0..cell.len {
-                state.put(record + at + word * size, &cell.init.to_le_bytes()[..size as usize]);
-            }
-        }
-    }
-    state.keyed(kernel, frame);
-    let lines = if frame.apart.is_some() { &mut histories } else { &mut state };
-    for (line, place) in kernel.lines.iter().zip(&frame.lines) {
-        let value = 0.clamp(line.range.low, line.range.high);
-        let slot = 1 << place.log2();
-        for at in (place.at..place.at + place.row * place.len).step_by(slot) {
-            lines.put(at, &value.to_le_bytes()[..slot]);
-        }
-    }
-    [state, histories]
 }
 
 impl Layout {

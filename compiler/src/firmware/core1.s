@@ -7,12 +7,15 @@
         .equ    FIFO_RD, 0x58
 
         .section .text.start, "ax"
+        .balign 4
+sequence: .word   0, 0, 1, vectors1, STACK1, core1_start
+
         .global launch_core1
         .type   launch_core1, %function
 launch_core1:
         push    {r4, lr}
         ldr     r0, =SIO
-        adr     r1, sequence
+        ldr     r1, =sequence
         movs    r2, #0                  @ how many bytes were answered
 next:   ldr     r3, [r1, r2]
         cmp     r3, #0
@@ -41,9 +44,6 @@ read:   ldr     r4, [r0, #FIFO_RD]
 1:      cmp     r2, #24
         bne     next
         pop     {r4, pc}
-        .balign 4
-sequence: .word   0, 0, 1, vectors1, STACK1, core1_start
-
         .global core1_start
         .type   core1_start, %function
 core1_start:

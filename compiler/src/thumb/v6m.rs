@@ -22,11 +22,13 @@
 //! | `memory` | loads and stores |
 //! | `lower` | everything else, instruction by instruction |
 //! | `unused` | results that nobody reads |
+//! | `routines` | what is called, as a part of the object |
 
 mod constant;
 mod flags;
 mod lower;
 mod memory;
+mod routines;
 mod unused;
 
 use super::frame::Frame;
@@ -36,6 +38,7 @@ use flags::Flags;
 use whippen_isa::{Op, ShiftType};
 
 pub(super) use constant::{Step, steps};
+pub(super) use routines::add_routines;
 
 /// The routines that code calls, by their names in `routines.s`: factors or the like in R0 and R1, the result in R0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,9 +73,6 @@ impl Routine {
 
 /// Registers that a routine does not keep, besides that of its result and those that nobody is given.
 pub(super) const LOST: [u8; 3] = [1, 2, 3];
-
-/// The text of the routines.
-pub(super) const ROUTINES: &str = include_str!("v6m/routines.s");
 
 /// The same for ARMv6-M.
 pub(super) fn legal(func: Func, frame: &Frame, literals: &mut Literals) -> Func {
