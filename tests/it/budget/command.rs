@@ -95,7 +95,7 @@ fn the_most_keys_fit_and_one_more_does_not() {
 #[test]
 fn a_missed_deadline_points_at_lines_and_says_what_would_fit() {
     let shell = shell();
-    let (out, err) = shell.ends(1, &["budget", "spring.whip", "--keys", "280"]);
+    let (out, err) = shell.ends(1, &["budget", "spring.whip", "--keys", "440"]);
     assert!(out.contains("does not fit"), "{out}");
     for words in
         ["WH0701", "`spring` misses its deadline by", "keys a core fit", "Hz", "MHz", "spring.whip:", "`force push`"]
