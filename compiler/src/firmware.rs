@@ -44,6 +44,20 @@ pub struct Setup {
     pub mid_travel: [u16; 2],
     /// The MIDI note of the first key; 21 is A0.
     pub first_note: u32,
+    /// How much energy a key may give, where that is limited.
+    pub passivity: Option<Passivity>,
+}
+
+/// What a key may give beyond what it got, in any span of time, and how that is observed. The unit of energy is a drive word times
+/// a sensor word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Passivity {
+    /// That energy, 2^18 to 2^30.
+    pub credit: u32,
+    /// Ticks from a drive word to the sensor word that ends the way on which it acted, 1 to 16.
+    pub past: u32,
+    /// The key's own damping, which takes a part of what the motor gives: 1/256 of a drive word for a sensor word a tick, at most 8191.
+    pub damping: u32,
 }
 
 /// What a motor stands, in drive words: 32768 is its peak current.
@@ -103,6 +117,15 @@ pub const STM32F4: Support<'static> = Support {
     arch: Arch::V7EM,
 };
 
+/// The board RP2040 with the converter of the emulator.
+pub const RP2040: Support<'static> = Support {
+    tick: Source { name: "firmware/rp2040_tick.s", text: include_str!("firmware/rp2040_tick.s") },
+    rest: Source { name: "firmware/rp2040.s", text: include_str!("firmware/rp2040.s") },
+    stacks: &[0x2004_1000, 0x2004_2000],
+    interrupt: 31,
+    arch: Arch::V6M,
+};
+
 /// Why there is no firmware.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FirmwareError {
@@ -114,6 +137,10 @@ pub enum FirmwareError {
     Record(u32),
     /// So many programs, not 1 to 64.
     Programs(usize),
+    /// The board's core is one for which the limit of energy is not made.
+    PassivityCore,
+    /// Credit, past or damping of the passivity are out of range.
+    Passivity,
     /// The motor's rated word is not between 1 and 32767, or it stands its peak for less than 1 ms or more than 10 s.
     Motor,
     /// A board's text is no assembly.
@@ -131,6 +158,12 @@ impl fmt::Display for FirmwareError {
             FirmwareError::Programs(count) => write!(f, "{count} programs; the firmware takes 1 to {PROGRAMS_MAX}"),
             FirmwareError::Motor => {
                 f.write_str("the rated current must be below the peak, and the peak last between 1 ms and 10 s")
+            }
+            FirmwareError::Passivity => f.write_str(
+                "passivity is out of reach: energy, delays or damping are not within what the firmware's words can say",
+            ),
+            FirmwareError::PassivityCore => {
+                f.write_str("passivity is watched on Cortex-M4 and M33 only: take another board, or no [passivity]")
             }
             FirmwareError::Assembly(error) => error.fmt(f),
         }
@@ -201,9 +234,12 @@ const SHARED: &[Source<'static>] = &[
     Source { name: "firmware/silence.s", text: include_str!("firmware/silence.s") },
 ];
 
-const FRAME: [Source<'static>; 3] = [
+/// Of a core, one after the other.
+const FRAME: &[Source<'static>] = &[
+    Source { name: "firmware/exceptions.s", text: include_str!("firmware/exceptions.s") },
     Source { name: "firmware/tick.s", text: include_str!("firmware/tick.s") },
     Source { name: "firmware/service.s", text: include_str!("firmware/service.s") },
+    Source { name: "firmware/passivity.s", text: include_str!("firmware/passivity.s") },
     Source { name: "firmware/guard.s", text: include_str!("firmware/guard.s") },
 ];
 
@@ -223,8 +259,7 @@ pub fn objects(programs: &[Played], setup: &Setup, board: &Support) -> Result<Ve
     objects.push(start);
     for (core, &keys) in setup.keys.iter().enumerate() {
         let mut own = constants.clone();
-        own.insert("KEYS".to_string(), keys.into());
-        own.insert("DISTANCE".to_string(), distance(keys).into());
+        own.extend(of_frame(keys, board, core));
         objects.push(of_core(assemble(&frame(board), &own, board.arch)?, core, programs.len()));
     }
     let tables = tables::text(programs, &setup.keys);
@@ -238,15 +273,29 @@ fn shared<'a>(board: &Support<'a>) -> impl Iterator<Item = Source<'a>> {
 }
 
 /// The frame of a core, one text after the other.
-fn frame<'a>(board: &Support<'a>) -> [Source<'a>; 4] {
-    let [tick, service, guard] = FRAME;
-    [tick, service, guard, board.tick]
+fn frame<'a>(board: &Support<'a>) -> Vec<Source<'a>> {
+    let own = if board.arch == Arch::V6M { SMALL_FRAME } else { FRAME };
+    own.iter().copied().chain([board.tick]).collect()
 }
 
-/// The texts of a firmware as they are assembled, those of a frame together; a frame is told `KEYS` and `DISTANCE` besides the
+/// What the frame of a core is told besides the [`constants`].
+pub fn of_frame(keys: u32, board: &Support, core: usize) -> BTreeMap<String, i64> {
+    let all = [("KEYS", keys), ("DISTANCE", distance(keys)), ("STACK", board.stacks[core])];
+    all.into_iter().map(|(name, value)| (name.to_string(), value.into())).collect()
+}
+
+/// The frame in the instructions of ARMv6-M.
+const SMALL_FRAME: &[Source<'static>] = &[
+    Source { name: "firmware/exceptions.s", text: include_str!("firmware/exceptions.s") },
+    Source { name: "firmware/v6m/tick.s", text: include_str!("firmware/v6m/tick.s") },
+    Source { name: "firmware/v6m/service.s", text: include_str!("firmware/v6m/service.s") },
+    Source { name: "firmware/v6m/guard.s", text: include_str!("firmware/v6m/guard.s") },
+];
+
+/// The texts of a firmware as they are assembled, those of a frame together; a frame is told [`of_frame`] besides the
 /// [`constants`].
 pub fn sources<'a>(board: &Support<'a>) -> Vec<Vec<Source<'a>>> {
-    shared(board).map(|source| vec![source]).chain([frame(board).to_vec()]).collect()
+    shared(board).map(|source| vec![source]).chain([frame(board)]).collect()
 }
 
 /// The frame of one core: its names and sections say so, and nobody else sees what is in it but the tick.
@@ -255,6 +304,9 @@ fn of_core(mut object: Object, core: usize, programs: usize) -> Object {
     let rename = |name: &str| match name {
         "tick" => format!("tick_{core}"),
         "block" => core.to_string(),
+        "entry" => ["reset", "core1_start"][number].to_string(),
+        "exceptions" => format!("vectors{number}"),
+        "ledger" => format!("ledger{number}"),
         other => other.to_string(),
     };
     let of_programs = |what: &str| (0..programs).map(|at| format!("{}_{what}", keys_name(number, at))).collect();
@@ -268,7 +320,7 @@ fn of_core(mut object: Object, core: usize, programs: usize) -> Object {
         }
     };
     for section in &mut object.sections {
-        section.name = section.name.replace(".text.frame", &format!(".text.{core}.frame"));
+        section.name = section.name.replace(".frame", &format!(".{core}.frame"));
         section.fixups.iter_mut().for_each(|fixup| fixup.symbol = rename(&fixup.symbol));
         for hint in &mut section.hints {
             if let crate::image::Hint::Targets { symbols, .. } = hint {
@@ -277,7 +329,7 @@ fn of_core(mut object: Object, core: usize, programs: usize) -> Object {
         }
     }
     for symbol in &mut object.symbols {
-        symbol.global &= symbol.section.is_none() || symbol.name == "tick";
+        symbol.global &= symbol.section.is_none() || ["tick", "exceptions"].contains(&symbol.name.as_str());
         symbol.name = rename(&symbol.name);
     }
     object
@@ -325,6 +377,7 @@ const PLACES: &[(&str, i64)] = &[
     ("R_RELEASE", 16),
     ("R_SHIFT", 20),
     ("R_VELOCITIES", 24),
+    ("R_MASK", 28),
     ("S_FAULTS", 8),
     ("FAULT_MISSED", 1),
     ("FAULT_RAIL", 2),
@@ -372,7 +425,6 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
         put(&format!("STACK{core}"), board.stacks[core].into());
     }
     put("RECORD", record.into());
-    put("EVENTS_BYTES", layouts[0].events().bytes.into());
     put("FIRST_NOTE", setup.first_note.into());
     put("STEP", (65_536 * TURNS).div_ceil(ticks(RAMP_MS).max(TURNS)));
     put("RAMP", (ticks(RAMP_MS) + 3 * TURNS).min(0xffff));
@@ -383,11 +435,29 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
     put("MOVED", rounded(setup.motor.newton).into());
     put("AGE_RAIL", ticks(10).min(0xffff));
     put("AGE_FROZEN", ticks(100).min(0xffff));
+    if setup.passivity.is_some() && board.arch == Arch::V6M {
+        return Err(FirmwareError::PassivityCore);
+    }
+    let passivity = passivity(setup)?;
+    put("PAST", passivity.past.into());
+    put("DAMPING", passivity.damping.into());
+    put("CREDIT", passivity.credit.into());
+    // A gain is less than 1 when less than a quarter to a half of the credit is left.
+    put("CREDIT_SHIFT", u64::from(passivity.credit.ilog2() - 17));
     put("MID_LOW", setup.mid_travel[0].into());
     put("MID_HIGH", setup.mid_travel[1].into());
     put("RATE", rate);
     put("CONVERTER_IRQ", board.interrupt.into());
     Ok(all)
+}
+
+/// What is observed of the keys' energy: nothing where there is no past.
+fn passivity(setup: &Setup) -> Result<Passivity, FirmwareError> {
+    let off = Passivity { credit: 1 << 18, past: 0, damping: 0 };
+    let Some(wanted) = setup.passivity else { return Ok(off) };
+    let ranges = [(wanted.credit, 1 << 18, 1 << 30), (wanted.past, 1, 16), (wanted.damping, 0, 8191)];
+    let fits = ranges.into_iter().all(|(value, low, high)| (low..=high).contains(&value));
+    if fits { Ok(wanted) } else { Err(FirmwareError::Passivity) }
 }
 
 /// What the motor's limits are in the units of the service.

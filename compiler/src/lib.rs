@@ -17,6 +17,7 @@ pub mod kernel;
 pub mod lint;
 pub mod model;
 pub mod modes;
+pub mod parallel;
 pub mod pipeline;
 pub mod range;
 pub mod scales;

@@ -188,8 +188,7 @@ fn placed(graph: &mut Graph, discrete: &[Discrete], reached: &[reach::Reached]) 
     };
     let known: Vec<Vec<bool>> = reached.iter().map(knows).collect();
     let plan = place::Plan { discrete, modes: reached, known: &known };
-    let modes = (0..reached.len()).map(|at| place::mode(graph, &plan, at)).collect::<Option<Vec<Mode>>>()?;
-    Some(Modes { kernel: graph.kernel.clone(), modes })
+    Some(Modes { modes: place::modes(graph, &plan)?, kernel: graph.kernel.clone() })
 }
 
 impl End {

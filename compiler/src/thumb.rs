@@ -1,4 +1,4 @@
-//! Code for the Cortex-M33: the tick of all keys of one core, from modes to an object.
+//! Code for the Cortex-M33, the Cortex-M4 and the Cortex-M0+: the tick of all keys of one core, from modes to an object.
 //!
 //! ```text
 //!   Modes --select--> Func (instructions over virtual registers) --allocate--> --arrange, emit--> Object
@@ -21,6 +21,7 @@
 //! | `reorder` | the order of instructions that have registers |
 //! | `same` | whether two orders compute the same |
 //! | `arrange` | the order of blocks |
+//! | `v6m` | the same for ARMv6-M, which has less |
 //! | `emit` | encodings, IT blocks, branches |
 //! | `entry` | code around the keys |
 //!
@@ -40,8 +41,10 @@ mod reorder;
 mod same;
 mod schedule;
 mod select;
+mod v6m;
 mod vcode;
 
+use crate::asm::{Source, assemble};
 use crate::image::{Fixup, FixupKind, Object, Section, SectionKind, Symbol, SymbolKind, timing};
 use crate::kernel::{Kernel, Type};
 use crate::modes::Modes;
@@ -49,7 +52,6 @@ use allocate::Allocated;
 use emit::{Bytes, Item, lay_out};
 use frame::{Frame, LITERALS_MAX};
 use literal::{Literal, Literals};
-use select::Select;
 use std::fmt;
 use whippen_isa::Arch;
 use whippen_isa::timing::Core;
@@ -78,8 +80,6 @@ pub enum ThumbError {
     Keys(u32),
     /// More modes than addresses have room.
     Modes(usize),
-    /// Code is not made for this architecture.
-    Arch(Arch),
     /// A bug: no registers, or no encoding.
     Bug(String),
 }
@@ -89,7 +89,6 @@ impl fmt::Display for ThumbError {
         match self {
             ThumbError::Keys(keys) => write!(f, "{keys} keys do not fit: a core takes 1 to 65536 keys in 16 MiB"),
             ThumbError::Modes(modes) => write!(f, "{modes} modes, more than {LITERALS_MAX}"),
-            ThumbError::Arch(arch) => write!(f, "no code is made for the {} so far", timing(*arch).name),
             ThumbError::Bug(what) => write!(f, "no code: {what}"),
         }
     }
@@ -177,18 +176,15 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
     if options.keys == 0 || options.keys > 1 << 16 {
         return Err(ThumbError::Keys(options.keys));
     }
-    if options.arch == Arch::V6M {
-        return Err(ThumbError::Arch(options.arch));
-    }
-    if modes.modes.len() > LITERALS_MAX / 2 {
+    if modes.modes.len() + modes.kernel.tables.len() > LITERALS_MAX / 2 {
         return Err(ThumbError::Modes(modes.modes.len()));
     }
     let kernel = &modes.kernel;
     let mut frame = Frame::new(kernel, options, around);
-    let mut literals = Literals::default();
+    let mut literals = Literals::new(modes.modes.len() + kernel.tables.len());
     let core = timing(options.arch);
     let funcs = best::modes(modes, &frame, &mut literals, &core)?;
-    let init = best::init(Select::init(kernel, &frame, &mut literals), &core)?;
+    let init = best::init(modes, &frame, &mut literals, &core)?;
     frame.close(literals.all().len());
     if frame.size.max(frame.size_apart) > 1 << 24 {
         return Err(ThumbError::Keys(options.keys));
@@ -196,7 +192,8 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
     let items = items(&frame, options, &core, modes, &funcs, &init);
     let code = lay_out(&items.items, items.labels, core.arch, &options.name)
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
-    let object = object(kernel, &frame, options, &literals, code);
+    let mut object = object(kernel, &frame, options, &literals, code);
+    routines(&mut object, options)?;
     Ok(Built { object, layout: Layout { frame } })
 }
 
@@ -210,22 +207,22 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, funcs: &[
     let name = &options.name;
     let slots = funcs.iter().map(|func| func.slots).max().unwrap_or(0);
     let mut mode_names: Vec<String> = (0..modes.modes.len()).map(|mode| names::mode(name, mode)).collect();
-    let mut items = entry::tick(frame, name, slots, &mode_names);
+    let labels = entry::Labels { init_key: 0, init_next: 1, events: 2 };
+    let mut items = entry::tick(frame, core.arch, name, slots, &mode_names, labels.events);
     mode_names.push(names::end(name));
-    let labels = entry::Labels { init_key: 0, init_next: 1 };
-    let mut base = 2;
+    let mut base = entry::LABELS;
     for (index, func) in funcs.iter().enumerate() {
         items.push(Item::Function { name: names::mode(name, index), global: false });
         items.extend(arrange::arrange(func, base, core, &mode_names, labels.init_next));
         base += func.blocks.len();
     }
-    items.extend(entry::init(frame, name, init.slots, labels));
+    items.extend(entry::init(frame, core.arch, name, init.slots, labels));
     items.extend(arrange::arrange(init, base, core, &mode_names, labels.init_next));
     base += init.blocks.len();
     if frame.caller.is_some() {
         // A copy, so that a key that begins costs what one key costs, and can be bounded as such.
         let done = base + init.blocks.len();
-        let [before, behind] = entry::begin(frame, &modes.kernel, name, init.slots, done);
+        let [before, behind] = entry::begin(frame, core.arch, &modes.kernel, name, init.slots, done);
         items.extend(before);
         items.extend(arrange::arrange(init, base, core, &mode_names, done));
         items.extend(behind);
@@ -252,6 +249,9 @@ fn object(kernel: &Kernel, frame: &Frame, options: &Options, literals: &Literals
     state.modes(frame, name);
     if let Some(at) = frame.apart {
         state.address(at, names::histories(name));
+        if frame.ring.is_some() {
+            state.address(at + 4, names::events(name));
+        }
     }
     let symbol = |name, section, size| Symbol {
         name,
@@ -267,6 +267,11 @@ fn object(kernel: &Kernel, frame: &Frame, options: &Options, literals: &Literals
         object.symbols.push(symbol(names::histories(name), 2, frame.size_apart));
         let section = format!(".data.{name}.histories");
         object.sections.push(data(section, SectionKind::Data, histories.bytes, histories.fixups));
+        if let Some(ring) = frame.ring {
+            object.symbols.push(symbol(names::events(name), object.sections.len(), ring.size()));
+            let zeroed = data(format!(".bss.{name}.events"), SectionKind::Zeroed, Vec::new(), Vec::new());
+            object.sections.push(Section { size: ring.size(), ..zeroed });
+        }
     }
     for (index, table) in kernel.tables.iter().enumerate() {
         let bytes: Vec<u8> = table.values.iter().flat_map(|word| word.to_le_bytes()).collect();
@@ -275,6 +280,25 @@ fn object(kernel: &Kernel, frame: &Frame, options: &Options, literals: &Literals
         object.sections.push(data(format!(".rodata.{name}.{index}"), SectionKind::Constant, bytes, Vec::new()));
     }
     object
+}
+
+/// Adds the routines that the code calls, under names of its own.
+fn routines(object: &mut Object, options: &Options) -> Result<(), ThumbError> {
+    let name = |routine: &str| names::routine(&options.name, routine);
+    let all = v6m::Routine::ALL.map(|routine| name(routine.name()));
+    let calls = |section: &Section| section.fixups.iter().any(|fixup| all.contains(&fixup.symbol));
+    if !object.sections.iter().any(calls) {
+        return Ok(());
+    }
+    let source = Source { name: "routines.s", text: v6m::ROUTINES };
+    let routines =
+        assemble(&[source], &Default::default(), options.arch).map_err(|e| ThumbError::Bug(e.to_string()))?;
+    let (code, others) = (object.sections.len(), routines.symbols);
+    let own = others.into_iter().filter(|symbol| all.contains(&name(&symbol.name)));
+    object.symbols.extend(own.map(|symbol| Symbol { name: name(&symbol.name), section: Some(code), ..symbol }));
+    let text = routines.sections.into_iter().filter(|section| section.kind == SectionKind::Code && section.size != 0);
+    object.sections.extend(text.map(|section| Section { name: format!(".text.{}.routines", options.name), ..section }));
+    Ok(())
 }
 
 fn data(name: String, kind: SectionKind, bytes: Vec<u8>, fixups: Vec<Fixup>) -> Section {
@@ -306,6 +330,7 @@ impl Memory {
             match literal {
                 Literal::Word(word) => self.word(at, *word),
                 Literal::Mode(mode) => self.address(at, names::mode(name, *mode)),
+                Literal::Table(table) => self.address(at, names::table(name, *table)),
             }
         }
     }
@@ -329,7 +354,7 @@ impl Memory {
     }
 }
 
-/// The state, and events and histories where they lie apart.
+/// The state, and the histories where they lie apart.
 fn memory(kernel: &Kernel, frame: &Frame) -> [Memory; 2] {
     let zeroed = |bytes: u32| Memory { bytes: vec![0; bytes as usize], fixups: Vec::new() };
     let (mut state, mut histories) = (zeroed(frame.size), zeroed(frame.size_apart));
@@ -404,21 +429,23 @@ impl Layout {
         self.frame.records + key * self.frame.record
     }
 
-    /// The ring of events.
-    pub fn events(&self) -> EventRing {
-        EventRing {
+    /// The ring of events, if keys have any.
+    pub fn events(&self) -> Option<EventRing> {
+        let ring = self.frame.ring?;
+        Some(EventRing {
             head: frame::EVENT_HEAD,
             tail: frame::EVENT_TAIL,
             lost: frame::EVENT_LOST,
-            start: self.frame.events,
-            bytes: frame::EVENT_BYTES,
-            event: self.frame.event,
-        }
+            start: ring.at,
+            bytes: ring.bytes,
+            event: ring.event,
+        })
     }
 }
 
 /// The ring of events, in bytes from the start of the state. An event is a word with the tick, `u16` key, `u16` event, and
-/// the arguments as words. Where histories lie apart (`NAME_histories`), `start` is in bytes from there.
+/// the arguments as words; one whose second word is [`EVENT_MARK`] is none, but says that the ring goes on at its beginning.
+/// Where the ring lies apart (`NAME_events`), `start` is in bytes from there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EventRing {
     /// Word: bytes ever written.
@@ -433,4 +460,14 @@ pub struct EventRing {
     pub bytes: u32,
     /// Bytes of one event.
     pub event: u32,
+}
+
+/// The second word of what is no event: it says that the ring goes on at its beginning.
+pub const EVENT_MARK: u32 = !0;
+
+impl EventRing {
+    /// Where what was written first and not read yet goes on, if a mark stands at `tail`.
+    pub fn behind_mark(&self, tail: u32) -> u32 {
+        (tail | (self.bytes - 1)).wrapping_add(1)
+    }
 }

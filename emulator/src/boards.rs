@@ -63,7 +63,7 @@ impl BoardKind {
         }
     }
 
-    /// The board's cores and memory. Its vector table is where flash begins.
+    /// The board's cores and memory. Its vector table is where flash begins, or behind the second stage of RP2040.
     pub fn board(self) -> Board {
         let Some(chip) = self.chip() else { return stm32f4::board() };
         let regions = chip.regions.iter().map(region).collect();
@@ -74,7 +74,7 @@ impl BoardKind {
             interrupts: chip.interrupts,
             regions,
             banks: chip.banks,
-            vector_table: chip.flash,
+            vector_table: chip.vectors,
             others: Some(chip.core1()),
         }
     }
@@ -111,7 +111,8 @@ struct ChipTable {
     clock_hz: u32,
     interrupts: usize,
     rom: &'static [u8],
-    flash: u32,
+    /// Where the vector table is that the ROM, or RP2040's second stage, starts with.
+    vectors: u32,
     /// Name, base, bytes, writable.
     regions: &'static [(&'static str, u32, u32, bool)],
     /// The ports of these.

@@ -150,6 +150,15 @@ pub(crate) struct Effects {
     flag_reads: Flags,
 }
 
+/// The operands of a set of bits.
+fn members(mut bits: u32) -> impl Iterator<Item = Operand> {
+    core::iter::from_fn(move || {
+        let first = *Operand::ALL.get(bits.trailing_zeros() as usize)?;
+        bits &= bits - 1;
+        Some(first)
+    })
+}
+
 impl Effects {
     /// Parses the string; panics, which is a build error in a constant, at an unknown word.
     pub const fn parse(text: &str) -> Self {
@@ -179,14 +188,14 @@ impl Effects {
         }
     }
 
-    /// Whether the operand is written.
-    pub const fn writes(&self, operand: Operand) -> bool {
-        self.writes >> operand as u32 & 1 != 0
+    /// The operands that are written.
+    pub fn writes(&self) -> impl Iterator<Item = Operand> + use<> {
+        members(self.writes)
     }
 
-    /// Whether the operand is read.
-    pub const fn reads(&self, operand: Operand) -> bool {
-        self.reads >> operand as u32 & 1 != 0
+    /// The operands that are read.
+    pub fn reads(&self) -> impl Iterator<Item = Operand> + use<> {
+        members(self.reads)
     }
 
     /// The flags, given whether the instruction sets them, whether its shifter gives a carry and whether that carry
@@ -212,7 +221,8 @@ mod tests {
     #[test]
     fn adc_reads_carry_and_sets_flags_only_with_s() {
         let e = Effects::parse("d NZCV = n m C");
-        assert!(e.writes(Operand::D) && e.reads(Operand::M) && !e.reads(Operand::D));
+        let reads = |operand| e.reads().any(|read| read == operand);
+        assert!(e.writes().any(|written| written == Operand::D) && reads(Operand::M) && !reads(Operand::D));
         assert_eq!(e.flags(true, false, false), FlagUse { reads: Flags::C, writes: Flags::NZCV });
         assert_eq!(e.flags(false, false, false), FlagUse { reads: Flags::C, writes: Flags::NONE });
     }

@@ -121,19 +121,17 @@ impl Inst {
     /// A conditional instruction also leaves its [`Inst::defs`] as they were when it is skipped: whoever follows values
     /// must then count them as read.
     pub fn uses(&self) -> RegSet {
-        let effects = &self.encoding.row().effects;
-        self.registers(|operand| effects.reads(operand))
+        self.registers(self.encoding.row().effects.reads())
     }
 
     /// The registers it writes, the written-back base included; PC if it branches.
     pub fn defs(&self) -> RegSet {
-        let effects = &self.encoding.row().effects;
         let base = if self.wback { RegSet::core(self.n) } else { RegSet::EMPTY };
-        self.registers(|operand| effects.writes(operand)).union(base)
+        self.registers(self.encoding.row().effects.writes()).union(base)
     }
 
-    fn registers(&self, wanted: impl Fn(Operand) -> bool) -> RegSet {
-        Operand::ALL.into_iter().filter(|&o| wanted(o)).fold(RegSet::EMPTY, |set, o| set.union(self.registers_of(o)))
+    fn registers(&self, operands: impl Iterator<Item = Operand>) -> RegSet {
+        operands.fold(RegSet::EMPTY, |set, operand| set.union(self.registers_of(operand)))
     }
 
     fn registers_of(&self, operand: Operand) -> RegSet {

@@ -108,6 +108,10 @@ impl Text<'_> {
         if row.rules.has(Rule::ItBlock) {
             return operand::it_block(self.mnemonic, &self.operands, Inst::new(encoding)).ok_or(NotParsed::Mnemonic);
         }
+        let stem = row.text.split(['{', '.', ' ']).next().unwrap_or("");
+        if !self.mnemonic.starts_with(stem) {
+            return Err(NotParsed::Mnemonic);
+        }
         let (mnemonic, operands) = row.text.split_once(' ').unwrap_or((row.text, ""));
         let mnemonic = mnemonic.strip_suffix(".w").unwrap_or(mnemonic);
         let named = Reader::new(encoding).mnemonic(mnemonic, self.mnemonic).ok_or(NotParsed::Mnemonic)?;

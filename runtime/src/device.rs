@@ -42,6 +42,8 @@ pub struct Device {
     pub motor: Option<Motor>,
     /// How its key moves by itself, if it says so: the stability budget and closed loops need it.
     pub mechanics: Option<Mechanics>,
+    /// How much energy its motor may give in any span of time beyond what it got (J), if that is limited.
+    pub passivity_j: Option<f64>,
 }
 
 /// A motor: what its amplifier gives and its winding stands.
@@ -107,6 +109,12 @@ impl Device {
     pub fn of(model: &Model) -> Device {
         let name = if model.turns() { "knob" } else { "mikey" };
         Device::bundled(name).expect("both are bundled")
+    }
+
+    /// The bundled device of that name, such as a keyboard's, if the instrument can be played on it; otherwise the usual one.
+    pub fn known(name: Option<&str>, model: &Model) -> Device {
+        let named = name.and_then(Device::bundled).filter(|device| device.fits(model).is_ok());
+        named.unwrap_or_else(|| Device::of(model))
     }
 
     /// Whether an instrument can be played on it.

@@ -16,6 +16,7 @@ use whippen_compiler::firmware::{self, CORES, Whole, distance};
 use whippen_compiler::kernel::{Happened, Kernel, without_probes};
 use whippen_compiler::modes::{INSTRUCTIONS, specialise};
 use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::thumb::EVENT_MARK;
 use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Observer, Ports, Step, Stop, build};
 
 use crate::device::Device;
@@ -324,9 +325,9 @@ impl Emulated {
 
     /// What a core's keys emitted since the last call.
     fn events(&mut self, core: usize) -> Result<Vec<Happened>, String> {
-        let ring = self.whole.layouts[0][core].events();
+        let Some(ring) = self.whole.layouts[0][core].events() else { return Ok(Vec::new()) };
         let state = self.symbol(&format!("{}_state", CORES[core]))?;
-        let start = self.symbol(&format!("{}_histories", CORES[core]))? + ring.start;
+        let start = self.symbol(&format!("{}_events", CORES[core]))? + ring.start;
         if self.word(state + ring.lost)? > 0 {
             return Err("more events in a tick than the ring holds".to_string());
         }
@@ -336,6 +337,10 @@ impl Emulated {
         while self.taken[core] != head {
             let record = |at: u32| self.word(start + (self.taken[core].wrapping_add(at) & (ring.bytes - 1)));
             let (tick, what) = (record(0)?, record(4)?);
+            if what == EVENT_MARK {
+                self.taken[core] = ring.behind_mark(self.taken[core]);
+                continue;
+            }
             let event = what >> 16;
             let args = self.kernel.events.get(event as usize).map_or(0, |event| event.args);
             let args: Result<Vec<i32>, String> = (0..args).map(|arg| Ok(record(8 + 4 * arg)? as i32)).collect();

@@ -8,7 +8,7 @@
 //!
 //! Not here: the firmware itself (the compiler), files.
 
-use whippen_compiler::firmware::{Midi, Motor, Setup, divided};
+use whippen_compiler::firmware::{Midi, Motor, Passivity, Setup, divided};
 use whippen_compiler::pipeline::Compiled;
 
 use crate::device::Device;
@@ -26,13 +26,67 @@ const FASTEST_M_PER_S: f64 = 8.0;
 /// # Errors
 /// The device says nothing of its motor, in words.
 pub fn setup(compiled: &Compiled, device: &Device, keys: u32, cores: u32, first_note: u8) -> Result<Setup, String> {
+    with(compiled, device, divided(keys, cores), first_note, motor(device)?)
+}
+
+/// The same for somebody who only counts cycles: a motor's numbers are constants of code that is otherwise the same, so one stands
+/// in where the device says nothing of its own.
+///
+/// # Errors
+/// The device asks for more than the firmware's words can say, in words.
+pub fn setup_to_judge(
+    compiled: &Compiled,
+    device: &Device,
+    keys: u32,
+    cores: u32,
+    first_note: u8,
+) -> Result<Setup, String> {
+    let some = Motor { rated: 8192, peak_ms: 100, newton: 1024 };
+    with(compiled, device, divided(keys, cores), first_note, motor(device).unwrap_or(some))
+}
+
+fn with(compiled: &Compiled, device: &Device, keys: Vec<u32>, first_note: u8, motor: Motor) -> Result<Setup, String> {
     Ok(Setup {
-        keys: divided(keys, cores),
+        keys,
         rate_hz: compiled.model.rate_hz,
-        motor: motor(device)?,
+        motor,
         mid_travel: mid_travel(compiled, device),
         first_note: first_note.into(),
+        passivity: passivity(device, f64::from(compiled.model.rate_hz))?,
     })
+}
+
+/// What the firmware must know to limit the energy of a key, where the device asks for it.
+fn passivity(device: &Device, rate_hz: f64) -> Result<Option<Passivity>, String> {
+    let Some(energy_j) = device.passivity_j else { return Ok(None) };
+    let scales = device.scales();
+    // A coil follows late by its time constant.
+    let coil = device.drive.bandwidth_hz.map_or(0.0, |hz| rate_hz / (std::f64::consts::TAU * hz));
+    let late = device.sensor.delay_samples + device.drive.delay_samples + coil;
+    let damping =
+        device.mechanics.map_or(0.0, |mechanics| mechanics.damping) * scales.sensor_lsb * rate_hz / scales.drive_lsb;
+    let words = Passivity {
+        credit: (energy_j / (scales.drive_lsb * scales.sensor_lsb)).round() as u32,
+        past: 1 + late.round() as u32,
+        damping: (256.0 * damping).round() as u32,
+    };
+    let unit_j = scales.drive_lsb * scales.sensor_lsb;
+    let [low_j, high_j] = [18, 30].map(|bits| f64::from(1_u32 << bits) * unit_j);
+    match words {
+        Passivity { credit, .. } if !(1 << 18..=1 << 30).contains(&credit) => Err(format!(
+            "`passivity.energy` of the device `{}` is {energy_j:.3e} J, and its words can say {low_j:.1e} to {high_j:.1e} J",
+            device.name
+        )),
+        Passivity { past: 17.., .. } => Err(format!(
+            "the device `{}` is late by {late:.1} ticks, and `passivity` looks back 15 at most",
+            device.name
+        )),
+        Passivity { damping: 8192.., .. } => Err(format!(
+            "the key of the device `{}` has more damping of its own than `passivity` can count",
+            device.name
+        )),
+        words => Ok(Some(words)),
+    }
 }
 
 /// Word 32768 is the peak current.

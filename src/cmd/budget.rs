@@ -16,6 +16,7 @@ use whippen_compiler::budget::{Bound, Bounded, Budget, Dearest, NotBounded, Prog
 use whippen_compiler::diag::{Diagnostic, Severity};
 use whippen_compiler::firmware::Whole;
 use whippen_compiler::modes::Modes;
+use whippen_compiler::parallel;
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::files::write_whole;
 use whippen_runtime::report::budget_page;
@@ -70,18 +71,22 @@ struct Played<'a> {
 pub fn run(args: &Args) -> Outcome {
     let setup = args.setup.all()?;
     setup.supported()?;
-    let modes = setup.modes();
-    let proof = match args.most_keys {
-        true => Proof::most(&setup, &modes)?,
-        false => Proof::find(&setup, &modes, setup.keys)?,
-    };
+    let beyond = |compiled: &Compiled| Beyond::find(&setup.map, &compiled.model, &setup.device, &args.beyond);
+    let (all_beyond, proof) = parallel::both(
+        || setup.programs.iter().map(beyond).collect::<Vec<_>>(),
+        || {
+            let modes = setup.modes();
+            if args.most_keys { Proof::most(&setup, &modes) } else { Proof::find(&setup, &modes, setup.keys) }
+        },
+    );
+    let proof = proof?;
     if let Some(path) = &args.path {
         let text = proof.path_as_assembly();
         write_whole(path, |w| w.write_all(text.as_bytes())).map_err(|error| Failure::Usage(error.to_string()))?;
     }
     let mut shown = Vec::new();
-    for played in &proof.played {
-        let beyond = Beyond::find(&setup.map, &played.compiled.model, &setup.device, &args.beyond)?;
+    for (played, beyond) in proof.played.iter().zip(all_beyond) {
+        let beyond = beyond?;
         let json = || {
             let mut budget = proof.json(played);
             beyond.add_to(&setup.map, &mut budget);
@@ -111,7 +116,7 @@ pub fn run(args: &Args) -> Outcome {
 impl<'a> Proof<'a> {
     /// Bounds the image of so many keys, while it plays each of its programs.
     fn find(setup: &'a Setup, modes: &[Modes], keys: u32) -> Result<Self, Failure> {
-        let (whole, of_core) = setup.whole(modes, keys)?;
+        let (whole, of_core) = setup.whole_to_judge(modes, keys)?;
         let program = Program::of(&whole.image);
         let timing = setup.board.timing();
         let played = setup.programs.iter().zip(modes).enumerate().map(|(number, (compiled, modes))| {

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::ValueHint;
 use whippen_compiler::check::Options;
-use whippen_compiler::diag::Severity;
+use whippen_compiler::diag::{Diagnostic, Severity};
+use whippen_compiler::model::Model;
+use whippen_compiler::stability;
 use whippen_runtime::device::Device;
 
 use super::load::{self, Form};
@@ -21,6 +23,9 @@ pub struct Args {
     /// Print range, format and error bound of every named value
     #[arg(long)]
     numbers: bool,
+    /// Also judge the loop of key, hand and program, and warn of what rings (tenths of a second for a large program)
+    #[arg(long)]
+    stability: bool,
     /// Print one JSON object per line instead: diagnostics, and with --numbers the tables
     #[arg(long)]
     json: bool,
@@ -44,8 +49,10 @@ fn once(args: &Args) -> Outcome {
         say!("no instrument, but nothing wrong either");
     }
     let mut outcome = Ok(());
+    let named = program.keyboards.first().map(|keyboard| keyboard.device.as_str());
     for model in program.instruments {
         let (name, device) = (model.name.clone(), Device::of(&model));
+        let judged = args.stability.then(|| warnings(&model, &Device::known(named, &model)));
         let compiled = match load::compiled_as(form, &map, model, &device) {
             Ok(compiled) => compiled,
             // What is wrong with one instrument hides nothing of the next.
@@ -55,6 +62,9 @@ fn once(args: &Args) -> Outcome {
             }
             Err(other) => return Err(other),
         };
+        if let Some(warnings) = judged {
+            load::tell(form, &map, &warnings, Severity::Warning);
+        }
         if args.json {
             args.numbers.then(|| say!("{}", json::numbers(&compiled)));
         } else if args.numbers {
@@ -67,4 +77,10 @@ fn once(args: &Args) -> Outcome {
         say!("{}: ok ({} keys at {} Hz)", keyboard.name, keyboard.keys(), keyboard.rate_hz);
     }
     outcome
+}
+
+/// What rings with some hand; nothing where the device does not say how its key moves.
+fn warnings(model: &Model, device: &Device) -> Vec<Diagnostic> {
+    let found = device.key().and_then(|key| stability::analyze(model, &key));
+    found.map_or_else(Vec::new, |found| stability::warnings(model, &found))
 }

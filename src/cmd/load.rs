@@ -132,7 +132,8 @@ fn told(form: Form, map: &SourceMap, compiled: Result<Compiled, CompileError>) -
     Ok(compiled)
 }
 
-fn tell(form: Form, map: &SourceMap, diagnostics: &[Diagnostic], least: Severity) {
+/// Tells diagnostics from `least` upwards in a form.
+pub fn tell(form: Form, map: &SourceMap, diagnostics: &[Diagnostic], least: Severity) {
     match form {
         Form::Text => print(map, diagnostics, least),
         Form::Json => diagnostics.iter().for_each(|d| say!("{}", json::diagnostic(map, d))),

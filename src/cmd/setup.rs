@@ -155,8 +155,18 @@ impl Setup {
     /// The image of so many keys, and how they are divided between the cores.
     pub fn whole(&self, modes: &[Modes], keys: u32) -> Result<(Whole, Vec<u32>), Failure> {
         self.supported()?;
-        let setup = image::setup(self.first(), &self.device, keys, self.board.cores, self.first_note)
-            .map_err(Failure::Usage)?;
+        let setup = image::setup(self.first(), &self.device, keys, self.board.cores, self.first_note);
+        self.linked(modes, setup.map_err(Failure::Usage)?)
+    }
+
+    /// The image whose cycles are to be bounded: also where nothing is known of a motor, as they are the same with any.
+    pub fn whole_to_judge(&self, modes: &[Modes], keys: u32) -> Result<(Whole, Vec<u32>), Failure> {
+        self.supported()?;
+        let setup = image::setup_to_judge(self.first(), &self.device, keys, self.board.cores, self.first_note);
+        self.linked(modes, setup.map_err(Failure::Usage)?)
+    }
+
+    fn linked(&self, modes: &[Modes], setup: firmware::Setup) -> Result<(Whole, Vec<u32>), Failure> {
         let parts = self.programs.iter().map(|compiled| {
             let places = places(&compiled.lowered.origins, &self.map);
             (places, image::midi(compiled))

@@ -9,6 +9,7 @@ use whippen_compiler::front::compile_front;
 use whippen_compiler::index::{Definition, Index, Kind, Occurrence};
 use whippen_compiler::pipeline::{CompileError, Compiled, compile};
 use whippen_compiler::source::SourceMap;
+use whippen_compiler::stability::{analyze, warnings};
 use whippen_compiler::syntax::ast::File;
 use whippen_compiler::syntax::parse;
 use whippen_runtime::device::Device;
@@ -35,21 +36,28 @@ pub struct Analysis {
     pub uris: Vec<String>,
     pub index: Index,
     pub diagnostics: Vec<Diagnostic>,
+    /// What rings with some hand, of the text as it was saved.
+    pub rings: Vec<Diagnostic>,
     /// By instrument; of the last program that was right, where this one is not.
     pub numbers: Numbers,
 }
 
 impl Analysis {
-    /// Reads, checks and lowers a program.
-    pub fn new(program: &[Source], before: Numbers) -> Analysis {
+    /// Reads, checks and lowers a program. What rings is judged if it is not known, which takes longer than all else.
+    pub fn new(program: &[Source], before: Numbers, known: Option<Vec<Diagnostic>>) -> Analysis {
         let mut map = SourceMap::default();
         for source in program {
             map.add(&source.uri, &source.text);
         }
         let (checked, mut diagnostics) = compile_front(&mut map, &Options::default());
-        let mut numbers = before;
+        let (mut numbers, unknown) = (before, known.is_none());
+        let mut rings = known.unwrap_or_default();
+        let named = checked.as_ref().and_then(|p| p.keyboards.first()).map(|keyboard| keyboard.device.clone());
         for model in checked.map(|p| p.instruments).unwrap_or_default() {
-            let device = Device::mikey();
+            let device = Device::known(named.as_deref(), &model);
+            if unknown && let Some(found) = device.key().and_then(|key| analyze(&model, &key)) {
+                rings.extend(warnings(&model, &found));
+            }
             match compile(model, device.scales(), true) {
                 Ok(compiled) => drop(numbers.insert(compiled.model.name.clone(), proven(&compiled))),
                 Err(CompileError::Program(mut found)) => diagnostics.append(&mut found),
@@ -65,7 +73,7 @@ impl Analysis {
         };
         let files: Vec<File> = map.files().iter().enumerate().map(trees).collect();
         let index = Index::new(&map, &files);
-        Analysis { uris: program.iter().map(|s| s.uri.clone()).collect(), map, index, diagnostics, numbers }
+        Analysis { uris: program.iter().map(|s| s.uri.clone()).collect(), map, index, diagnostics, rings, numbers }
     }
 
     /// The text of a file.

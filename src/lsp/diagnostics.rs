@@ -9,7 +9,8 @@ use super::{text, uri};
 
 /// The diagnostics of the document, with what to do as a part of the message.
 pub fn diagnostics(analysis: &Analysis) -> Vec<Diagnostic> {
-    analysis.diagnostics.iter().filter(|d| d.span.file == 0).map(|d| diagnostic(analysis, d)).collect()
+    let all = analysis.diagnostics.iter().chain(&analysis.rings);
+    all.filter(|d| d.span.file == 0).map(|d| diagnostic(analysis, d)).collect()
 }
 
 fn diagnostic(analysis: &Analysis, found: &diag::Diagnostic) -> Diagnostic {

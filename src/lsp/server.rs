@@ -6,6 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use lsp_server::{ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::*;
 use serde_json::{Value, json};
+use whippen_compiler::diag;
 use whippen_compiler::syntax::layout;
 
 use super::analysis::{Analysis, Numbers};
@@ -30,6 +31,8 @@ pub struct Server {
     /// Of open documents, as far as they are needed since the last change.
     analyses: BTreeMap<String, Analysis>,
     numbers: BTreeMap<String, Numbers>,
+    /// What rings, of documents that are as they were opened or saved; nothing while it is not known yet.
+    rings: BTreeMap<String, Option<Vec<diag::Diagnostic>>>,
     /// Documents of which the editor does not know the diagnostics yet.
     stale: BTreeSet<String>,
     initialized: bool,
@@ -140,10 +143,14 @@ impl Server {
 
     /// The analysis of an open document as it is now.
     fn analysis(&mut self, uri: &str) -> &Analysis {
-        let (world, numbers) = (&self.world, &mut self.numbers);
+        let (world, numbers, rings) = (&self.world, &mut self.numbers, &mut self.rings);
         self.analyses.entry(uri.to_string()).or_insert_with(|| {
             let before = numbers.get(uri).cloned().unwrap_or_default();
-            let analysis = Analysis::new(&world.program(uri), before);
+            let analysis =
+                Analysis::new(&world.program(uri), before, rings.get(uri).cloned().unwrap_or(Some(Vec::new())));
+            if let Some(known) = rings.get_mut(uri) {
+                *known = Some(analysis.rings.clone());
+            }
             numbers.insert(uri.to_string(), analysis.numbers.clone());
             analysis
         })
@@ -157,6 +164,7 @@ impl Server {
             "textDocument/didOpen" => {
                 let opened: DidOpenTextDocumentParams = params(notification.params)?;
                 let TextDocumentItem { uri, version, text, .. } = opened.text_document;
+                self.rings.insert(uri.as_str().to_string(), None);
                 self.world.open.insert(uri.as_str().to_string(), Document { text, version });
                 self.changed();
             }
@@ -165,6 +173,7 @@ impl Server {
                 let uri = changed.text_document.uri.as_str();
                 let document = self.world.open.get_mut(uri).ok_or_else(|| format!("`{uri}` is not open"))?;
                 document.version = changed.text_document.version;
+                self.rings.remove(uri);
                 changed.content_changes.into_iter().for_each(|change| text::apply(&mut document.text, change));
                 self.changed();
             }
@@ -172,12 +181,18 @@ impl Server {
                 let closed: DidCloseTextDocumentParams = params(notification.params)?;
                 let uri = closed.text_document.uri.as_str();
                 self.world.open.remove(uri);
+                self.rings.remove(uri);
                 self.numbers.remove(uri);
                 self.notify("textDocument/publishDiagnostics", json!({ "uri": uri, "diagnostics": [] }));
                 self.changed();
             }
+            "textDocument/didSave" => {
+                let saved: DidSaveTextDocumentParams = params(notification.params)?;
+                self.rings.insert(saved.text_document.uri.as_str().to_string(), None);
+                self.changed();
+            }
             // A file beside the open ones may have changed.
-            "textDocument/didSave" | "workspace/didChangeWatchedFiles" => self.changed(),
+            "workspace/didChangeWatchedFiles" => self.changed(),
             _ => {}
         }
         Ok(())

@@ -8,7 +8,7 @@ use whippen_compiler::image::{Board, MemoryKind};
 use whippen_compiler::modes::{INSTRUCTIONS, Modes, specialise};
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_emulator::BoardKind;
-use whippen_runtime::image::{midi, setup};
+use whippen_runtime::image::{midi, setup_to_judge};
 use whippen_runtime::{board, device::Device};
 
 use crate::common;
@@ -26,17 +26,13 @@ pub struct Image {
     pub period: u64,
 }
 
-/// Every bundled instrument as it is built, for its device; without those whose device has no firmware because nothing is
-/// known of its motor.
+/// Every bundled instrument as it is built, for its device.
 pub fn instruments() -> Vec<Compiled> {
     let built = |observed: Compiled| {
         let scales = Device::of(&observed.model).scales();
         compile(observed.model, scales, false).unwrap_or_else(|e| panic!("{e:?}"))
     };
-    let has_motor = |compiled: &Compiled| Device::of(&compiled.model).motor.is_some();
-    let (with, without): (Vec<Compiled>, Vec<Compiled>) = common::all().into_iter().partition(has_motor);
-    without.iter().for_each(|compiled| println!("{}: no motor, so no image", compiled.model.name));
-    with.into_iter().map(built).collect()
+    common::all().into_iter().map(built).collect()
 }
 
 impl Image {
@@ -48,7 +44,8 @@ impl Image {
     pub fn on(kind: BoardKind, compiled: Compiled, keys: u32) -> Image {
         let modes = specialise(&compiled.lowered.kernel, INSTRUCTIONS);
         let board = board::bundled(kind.name()).expect("it is bundled");
-        let setup = setup(&compiled, &Device::of(&compiled.model), keys, board.cores, 21).expect("a setup");
+        let device = Device::of(&compiled.model);
+        let setup = setup_to_judge(&compiled, &device, keys, board.cores, 21).expect("a setup");
         let midi = midi(&compiled);
         let programs = [firmware::Program { modes: &modes, places: &[], midi: &midi }];
         let whole = whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));

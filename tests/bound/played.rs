@@ -136,6 +136,17 @@ fn nobody_takes_longer_than_the_bound() {
     println!("{keys} ticks of a key");
 }
 
+/// The instruments that the README counts for all boards.
+const EVERYWHERE: [&str; 5] = ["virtual_spring", "baker", "hammond", "harpsichord", "grand_piano"];
+
+#[test]
+fn nor_on_cores_of_armv6_m() {
+    let known = instruments().into_iter().filter(|compiled| EVERYWHERE.contains(&compiled.model.name.as_str()));
+    let played: Vec<u64> = known.map(|compiled| play(BoardKind::Rp2040, compiled, 2)).collect();
+    assert_eq!(played.len(), EVERYWHERE.len());
+    println!("{} ticks of a key", played.iter().sum::<u64>());
+}
+
 #[test]
 fn nor_on_a_cortex_m4() {
     let keys: u64 = instruments().into_iter().map(|compiled| play(BoardKind::Stm32f4, compiled, KEYS)).sum();

@@ -57,8 +57,8 @@ fn search(keys: &mut Keys, seed: u64) -> Vec<u64> {
                 mutated(keys, case, &mut rng)
             })
             .collect();
-        let unread = if rng.chance(1, 8) { 1024 } else { 0 };
-        for (case, cycles) in cases.iter().zip(keys.tick(&cases, &lives, unread)) {
+        let full = rng.chance(1, 8);
+        for (case, cycles) in cases.iter().zip(keys.tick(&cases, &lives, full)) {
             let known = &mut best[case.mode];
             if known.as_ref().is_none_or(|best| best.cycles <= cycles) {
                 *known = Some(Best { case: case.clone(), lives: lives.clone(), cycles });

@@ -70,8 +70,8 @@ impl<'a> Keys<'a> {
         self.machine.bus.memory.write(self.state + at, &word.to_le_bytes()).expect("memory");
     }
 
-    /// One tick of these cases, key by key; the cycles of each. The reader of events has read so many bytes less than all.
-    pub fn tick(&mut self, cases: &[Case], lives: &[i64], unread: u32) -> Vec<u64> {
+    /// One tick of these cases, key by key; the cycles of each. The ring of events is full or empty.
+    pub fn tick(&mut self, cases: &[Case], lives: &[i64], full: bool) -> Vec<u64> {
         let layout = &self.image.whole.layouts[0][0];
         let (ring, modes) = (layout.events(), &self.image.modes);
         let kernel = &modes.kernel;
@@ -89,9 +89,9 @@ impl<'a> Keys<'a> {
                 }
             }
         }
-        if !kernel.events.is_empty() {
+        if let Some(ring) = ring {
             words.push((ring.tail, 0));
-            words.push((ring.head, unread));
+            words.push((ring.head, if full { ring.bytes } else { 0 }));
         }
         words.into_iter().for_each(|(at, word)| self.write(at, word));
         for (key, case) in (0..).zip(cases) {

@@ -10,27 +10,36 @@ use whippen_compiler::bundled::INSTRUMENTS;
 const BEGIN: &str = "<!-- most keys -->\n";
 const END: &str = "<!-- end of most keys -->\n";
 
-/// `whippen budget FILE --most-keys --json`; none where there is no image.
-fn budget(file: &str, name: Option<&str>) -> Option<Value> {
+/// The boards, in the order of the columns.
+const BOARDS: [&str; 3] = ["rp2350", "stm32f4", "rp2040"];
+
+/// `whippen budget FILE --board BOARD --most-keys --json`; none where there is no image.
+fn budget(file: &str, name: &str, board: &str) -> Option<Value> {
     let path = format!("instruments/{file}");
     let mut command = Command::new(env!("CARGO_BIN_EXE_whippen"));
-    command.current_dir(env!("CARGO_MANIFEST_DIR")).args(["budget", &path]).args(name).args(["--most-keys", "--json"]);
-    let output = command.output().expect("the command runs");
-    (output.status.code() == Some(0)).then(|| serde_json::from_slice(&output.stdout).expect("JSON"))
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).args(["budget", &path, name, "--board", board]);
+    let output = command.args(["--most-keys", "--json"]).output().expect("the command runs");
+    // 1: not even the fewest keys fit.
+    matches!(output.status.code(), Some(0 | 1)).then(|| serde_json::from_slice(&output.stdout).expect("JSON"))
+}
+
+/// Cycles of a key, what it waits, and how many fit.
+fn columns(found: &Value) -> String {
+    let key = &found["key"];
+    let keys = if found["fits"] == Value::Bool(true) { found["keys"].to_string() } else { "none".to_string() };
+    format!("{} + {} | {keys}", key["cycles_max"], key["contention_cycles_max"])
 }
 
 fn table() -> String {
-    let mut text =
-        "| instrument | cycles of a key, at most | and waiting for memory | most keys, 44.1 kHz, two cores |\n\
-                    | --- | --- | --- | --- |\n"
-            .to_string();
+    let heads = BOARDS.map(|board| format!("{board}: cycles of a key | keys at 44.1 kHz"));
+    let mut text = format!("| instrument | {} |\n| --- | {} |\n", heads.join(" | "), ["---"; 6].join(" | "));
     for compiled in crate::image::instruments() {
         let name = compiled.model.name.clone();
         let holds = |text: &str| text.contains(&format!("instrument {name} "));
         let file = INSTRUMENTS.iter().find(|(_, text)| holds(text)).map(|(file, _)| *file).expect("it is bundled");
-        let Some(found) = budget(file, Some(&name)) else { continue };
-        let key = &found["key"];
-        let row = [&key["cycles_max"], &key["contention_cycles_max"], &found["keys"]].map(Value::to_string);
+        let found: Option<Vec<Value>> = BOARDS.into_iter().map(|board| budget(file, &name, board)).collect();
+        let Some(found) = found else { continue };
+        let row: Vec<String> = found.iter().map(columns).collect();
         text += &format!("| [{name}](instruments/{file}) | {} |\n", row.join(" | "));
     }
     text

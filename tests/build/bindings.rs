@@ -56,6 +56,14 @@ int main(void) {
         if (event.tick != n || event.key != 2 || event.event != PROBE_EVENT_RELEASE) return 5;
         if (event.args[PROBE_NOTE_SPEED] != -5) return 6;
     }
+    /* A mark is no event: the next one is at the ring's beginning. */
+    probe_state.events[probe_state.event_head % 256u / 4u + 1u] = -1;
+    probe_state.event_head = (probe_state.event_head | 255u) + 1u;
+    if (probe_read_event(&probe_state, &event)) return 8;
+    probe_state.events[0] = 77;
+    probe_state.events[1] = PROBE_EVENT_NOTE << 16 | 1;
+    probe_state.event_head += 16u;
+    if (!probe_read_event(&probe_state, &event) || event.tick != 77 || event.key != 1) return 9;
     return probe_state.inputs[2][0] == 7 && probe_state.tick == 1 ? 0 : 7;
 }
 ";

@@ -7,7 +7,9 @@ use std::process::Command;
 
 use crate::rig::{Rig, kernel, midi, setup};
 use whippen_compiler::asm::{Source, assemble};
-use whippen_compiler::firmware::{Midi, Played, RP2350, STM32F4, Setup, Support, constants, sources};
+use whippen_compiler::firmware::{
+    Midi, Passivity, Played, RP2040, RP2350, STM32F4, Setup, Support, constants, of_frame, sources,
+};
 use whippen_compiler::image::{FixupKind, Section};
 use whippen_compiler::kernel::Kernel;
 
@@ -46,9 +48,9 @@ fn compare(board: &Support, core: &str, setup: &Setup) -> Option<usize> {
     let rig = Rig::new(&kernel, 0);
     let layouts = rig.layouts[0].iter().take(setup.keys.len()).collect();
     let played = Played { kernel: &kernel, layouts, midi: &midi(&kernel) };
-    let mut constants = constants(&[played], setup, board).expect("constants");
-    constants.insert("KEYS".to_string(), 44);
-    constants.insert("DISTANCE".to_string(), 88);
+    let setup = Setup { passivity: Some(Passivity { credit: 1 << 24, past: 5, damping: 300 }), ..setup.clone() };
+    let mut constants = constants(&[played], &setup, board).expect("constants");
+    constants.extend(of_frame(setup.keys[0], board, 0));
     let mut compared = 0;
     for (index, texts) in sources(board).into_iter().enumerate() {
         let text: String = texts.iter().map(|source| source.text).collect();
@@ -80,7 +82,9 @@ fn compare(board: &Support, core: &str, setup: &Setup) -> Option<usize> {
 #[test]
 fn the_same_bytes() {
     let one = Setup { keys: vec![44], ..setup() };
-    for (board, core, setup) in [(RP2350, "cortex-m33", setup()), (STM32F4, "cortex-m4", one)] {
+    for (board, core, setup) in
+        [(RP2350, "cortex-m33", setup()), (RP2040, "cortex-m0plus", setup()), (STM32F4, "cortex-m4", one)]
+    {
         match compare(&board, core, &setup) {
             Some(compared) => assert!(compared > 1200, "{core}: {compared} bytes"),
             None => {

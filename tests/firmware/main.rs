@@ -1,7 +1,9 @@
 //! Whole firmware on the emulated board, with both cores: what it plays, and what it does when something fails.
 
+mod boot2;
 mod example;
 mod gnu;
+mod passivity;
 mod play;
 mod rig;
 mod ring;

@@ -49,6 +49,7 @@ pub fn setup() -> Setup {
         motor: Motor { rated: RATED, peak_ms: 100, newton: NEWTON },
         mid_travel: [6000, 60_000],
         first_note: 21,
+        passivity: None,
     }
 }
 

@@ -50,7 +50,13 @@ fn hands_that_are_none_and_devices_without_mechanics_are_refused() {
         shell.refuses(2, &["run", &spring, &format!("--hand={hand}")], &[word]);
     }
     shell.refuses(2, &["run", &spring, "--hand", "free", "--device", "bare.toml"], &["[mechanics]"]);
-    shell.refuses(2, &["budget", &spring, "--device", "bare.toml", "--keys", "4"], &["[motor]"]);
+    // Without a motor there is no image to write, but its cycles are those of any.
+    shell.refuses(2, &["build", &spring, "--device", "bare.toml", "--keys", "4", "-o", "bare.elf"], &["[motor]"]);
+    let budget = |device: &str| shell.ends(0, &["budget", &spring, "--device", device, "--keys", "4"]).0;
+    let (out, with) = (budget("bare.toml"), budget("driven.toml"));
+    assert!(out.contains("motor: not judged, as the device `bare` has no `[motor]`"), "{out}");
+    let time = |text: &str| text.split("numbers").next().map(str::to_string);
+    assert_eq!(time(&out), time(&with));
     let (out, _) = shell.ends(0, &["budget", &spring, "--device", "driven.toml", "--keys", "4"]);
     assert!(out.contains("stability: not judged"), "{out}");
 }

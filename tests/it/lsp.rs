@@ -217,6 +217,30 @@ fn diagnostics_come_while_typing_and_go_again() {
     editor.end();
 }
 
+/// What rings is told of the text as it was opened or saved, and not while it is typed.
+#[test]
+fn what_rings_is_told_when_a_document_is_saved() {
+    let text = |damping: &str| {
+        format!(
+            "instrument probe {{\n    sense x: length in 0 mm .. 10 mm over 1 ms\n    force brake = {damping} N*s/m * x'\n}}\n"
+        )
+    };
+    let mut editor = Editor::new();
+    let found = editor.open("probe.whip", &text("-5"));
+    assert_eq!(found.iter().map(|d| &d["code"]).collect::<Vec<_>>(), ["WH0702"], "{found:#?}");
+    let uri = editor.uri("probe.whip");
+    let change = |version: i64, text: &str| json!({ "textDocument": { "uri": uri, "version": version }, "contentChanges": [{ "text": text }] });
+    editor.tell("textDocument/didChange", change(2, &text("-6")));
+    assert_eq!(editor.diagnostics("probe.whip", 2), Vec::<Value>::new());
+    editor.tell("textDocument/didSave", json!({ "textDocument": { "uri": uri } }));
+    let found = editor.diagnostics("probe.whip", 2);
+    assert_eq!((found.len(), &found[0]["range"]["start"]["line"]), (1, &json!(2)), "{found:#?}");
+    editor.tell("textDocument/didChange", change(3, &text("1")));
+    editor.tell("textDocument/didSave", json!({ "textDocument": { "uri": uri } }));
+    assert_eq!(editor.diagnostics("probe.whip", 3), Vec::<Value>::new());
+    editor.end();
+}
+
 #[test]
 fn hover_tells_declaration_dimension_range_and_format() {
     let mut editor = Editor::new();

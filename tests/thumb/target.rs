@@ -3,7 +3,7 @@
 use whippen_compiler::image::{Board as LinkBoard, Image, Input, Memory, MemoryKind, Placement, Start, link};
 use whippen_compiler::kernel::{Happened, Kernel, Type};
 use whippen_compiler::modes::Modes;
-use whippen_compiler::thumb::{Layout, Options, compile};
+use whippen_compiler::thumb::{EVENT_MARK, Layout, Options, compile};
 use whippen_emulator::{Board, CoreKind, Machine, Register, Stop};
 use whippen_isa::Arch;
 
@@ -14,7 +14,7 @@ const RAM_BYTES: u32 = 0x80_0000;
 const CYCLES_MAX: u64 = 20_000_000;
 
 /// The cores that code is made for.
-pub const CORES: [CoreKind; 2] = [CoreKind::CortexM33, CoreKind::CortexM4];
+pub const CORES: [CoreKind; 3] = [CoreKind::CortexM33, CoreKind::CortexM4, CoreKind::CortexM0Plus];
 
 /// One core with the keys of a kernel.
 pub struct Target {
@@ -126,12 +126,16 @@ impl Target {
 
     /// The events since the last call, and how many were lost.
     pub fn drain_events(&mut self) -> (Vec<Happened>, u32) {
-        let ring = self.layout.events();
+        let Some(ring) = self.layout.events() else { return (Vec::new(), 0) };
         let (head, mut tail) = (self.word(ring.head), self.word(ring.tail));
         let mut events = Vec::new();
         while tail != head {
             let at = ring.start + tail % ring.bytes;
             let about = self.word(at + 4);
+            if about == EVENT_MARK {
+                tail = ring.behind_mark(tail);
+                continue;
+            }
             let event = about >> 16;
             let args = self.kernel.events[event as usize].args;
             events.push(Happened {

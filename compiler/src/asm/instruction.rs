@@ -166,7 +166,10 @@ fn literal(
     let suffix = suffix.ok_or("only `ldr` loads a value")?;
     let value = unit.expr(value)?;
     let register = register.trim().to_lowercase();
-    if let Expr::Number(n) = value {
+    // ARMv6-M has no move of a constant that leaves the flags.
+    if let Expr::Number(n) = value
+        && unit.arch != Arch::V6M
+    {
         let bits = n as u32;
         let moves = [("mov", ".w", bits), ("mvn", "", !bits)];
         let by = moves.into_iter().find(|(_, _, bits)| thumb_shrink_imm(*bits).is_some());

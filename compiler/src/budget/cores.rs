@@ -10,8 +10,9 @@ use super::NotBounded;
 use super::frame::{Frame, OnCore, frame};
 use super::memory::{Banks, Surroundings};
 use super::program::Program;
-use crate::firmware::{Owner, RUNNING, Running, owner};
+use crate::firmware::{Owner, RUNNING, owner};
 use crate::image::{Image, SectionKind};
+use crate::parallel;
 
 /// One core.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,14 +42,16 @@ pub fn cores(
     playing: usize,
 ) -> Result<Vec<Bounded>, NotBounded> {
     let (chip, count) = (Chip::of(core.arch), keys.len());
-    let of = |(running, (number, &keys)): (&Running, (usize, &u32))| {
-        let surroundings = surroundings(image, chip, number, count);
-        let with = |surroundings: &Surroundings| {
-            frame(&OnCore { program, core, running, number, playing, keys, surroundings })
-        };
-        Ok(Bounded { alone: with(&Surroundings { chip, ..Surroundings::default() })?, crowded: with(&surroundings)? })
-    };
-    RUNNING.iter().zip(keys.iter().enumerate()).map(of).collect()
+    let alone = || Surroundings { chip, ..Surroundings::default() };
+    let questions =
+        (0..count).flat_map(|number| [alone(), surroundings(image, chip, number, count)].map(|s| (number, s)));
+    let found = parallel::map(questions.collect(), |(number, surroundings)| {
+        let (running, keys, surroundings) = (&RUNNING[number], keys[number], &surroundings);
+        frame(&OnCore { program, core, running, number, playing, keys, surroundings })
+    });
+    let mut found = found.into_iter();
+    let pairs = std::iter::from_fn(|| Some((found.next()?, found.next()?)));
+    pairs.map(|(alone, crowded)| Ok(Bounded { alone: alone?, crowded: crowded? })).collect()
 }
 
 /// Who else is at the banks that a core uses, one of so many.

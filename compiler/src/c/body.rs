@@ -123,7 +123,7 @@ impl Writer<'_> {
             format!("{name}_key *restrict const key = &s->key[k]; (void)key;"),
         );
         if self.set_aside {
-            self.line("#ifdef __GNUC__\n#pragma GCC ivdep\n#endif");
+            self.line("#if defined __GNUC__ && !defined __clang__\n#pragma GCC ivdep\n#endif");
         }
         self.open(head);
         if self.options.layout == Layout::Records {

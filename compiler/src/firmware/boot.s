@@ -33,8 +33,10 @@ fill_memory:
         bhs     4f
         ldmia   r4!, {r0, r1, r2}
         b       3f
-2:      ldr     r3, [r0], #4
-        str     r3, [r1], #4
+2:      ldr     r3, [r0]
+        adds    r0, #4
+        str     r3, [r1]
+        adds    r1, #4
         subs    r2, #4
 3:      cmp     r2, #0
         bne     2b
@@ -46,7 +48,8 @@ fill_memory:
         bhs     8f
         ldmia   r4!, {r0, r1}
         b       7f
-6:      str     r3, [r0], #4
+6:      str     r3, [r0]
+        adds    r0, #4
         subs    r1, #4
 7:      cmp     r1, #0
         bne     6b

@@ -10,35 +10,37 @@
         .global launch_core1
         .type   launch_core1, %function
 launch_core1:
+        push    {r4, lr}
         ldr     r0, =SIO
         adr     r1, sequence
-        movs    r2, #0                  @ how many words were answered
-next:   ldr     r3, [r1, r2, lsl #2]
-        cbnz    r3, send
-drain:  ldr     r12, [r0, #FIFO_ST]     @ before a 0, what is left of an attempt before goes
-        tst     r12, #1
+        movs    r2, #0                  @ how many bytes were answered
+next:   ldr     r3, [r1, r2]
+        cmp     r3, #0
+        bne     send
+drain:  ldr     r4, [r0, #FIFO_ST]      @ before a 0, what is left of an attempt before goes
+        lsls    r4, r4, #31
         beq     wake
-        ldr     r12, [r0, #FIFO_RD]
+        ldr     r4, [r0, #FIFO_RD]
         b       drain
 wake:   sev
-send:   ldr     r12, [r0, #FIFO_ST]
-        tst     r12, #2
-        beq     send
+send:   ldr     r4, [r0, #FIFO_ST]
+        lsls    r4, r4, #30
+        bpl     send
         str     r3, [r0, #FIFO_WR]
         sev
-answer: ldr     r12, [r0, #FIFO_ST]
-        tst     r12, #1
+answer: ldr     r4, [r0, #FIFO_ST]
+        lsls    r4, r4, #31
         bne     read
         wfe
         b       answer
-read:   ldr     r12, [r0, #FIFO_RD]
-        cmp     r12, r3
-        ite     eq
-        addeq   r2, r2, #1
-        movne   r2, #0                  @ another answer: from the beginning
-        cmp     r2, #6
+read:   ldr     r4, [r0, #FIFO_RD]
+        adds    r2, #4
+        cmp     r4, r3
+        beq     1f
+        movs    r2, #0                  @ another answer: from the beginning
+1:      cmp     r2, #24
         bne     next
-        bx      lr
+        pop     {r4, pc}
         .balign 4
 sequence: .word   0, 0, 1, vectors1, STACK1, core1_start
 

@@ -59,6 +59,20 @@ guards0: .space 16 * KEYS0
 guards1: .space 16 * KEYS1
         .endif
 
+@ What each key's motor gave and got (passivity.s).
+        .if     PAST
+        .section .bss.ledger, "aw", %nobits
+        .balign 4
+        .global ledger0
+ledger0: .space 4 + 8 * KEYS0 + 2 * KEYS0 * PAST
+        .endif
+        .if     PAST * (CORES - 1)
+        .section .bss.core1.ledger, "aw", %nobits
+        .balign 4
+        .global ledger1
+ledger1: .space 4 + 8 * KEYS1 + 2 * KEYS1 * PAST
+        .endif
+
 @ Every key may have full force, after the ramp; the keys' own state comes from the compiler.
         .section .text.start, "ax"
         .global start_keys
@@ -72,17 +86,20 @@ start_keys:                             @ R1: which half holds sensor words
         bl      free_keys
         .endif
         ldr     r2, =programs
-        ldr     r3, [r2], #4            @ every program of both cores, so that each can begin at any time
+        ldr     r3, [r2]                @ every program of both cores, so that each can begin at any time
         .if     CORES > 1
         lsls    r3, r3, #1
         .endif
-1:      ldr     r0, [r2], #4
+        adds    r2, #4
+1:      ldr     r0, [r2]
+        adds    r2, #4
         push    {r2, r3}
         ldr     r2, [r0, #P_INIT]       @ keeps no register; in RAM, beyond a branch
         ldr     r4, [r0, #P_CORE]
         ldr     r1, [sp, #8]
         ldr     r0, [r0, #P_STATE]
-        add     r1, r4, r1, lsl #2
+        lsls    r1, r1, #2
+        adds    r1, r4, r1
         ldr     r1, [r1, #C_ROWS]
         blx     r2
         pop     {r2, r3}
@@ -95,11 +112,12 @@ free_keys:
         ldr     r0, [r4, #C_GUARDS]
         ldr     r1, [r4, #C_GAINS]
         ldr     r2, [r4, #C_KEYS]
-        mov     r3, #65536
-        mov     r12, #0
+        ldr     r3, =65536
+        movs    r5, #0
 2:      str     r3, [r0, #G_CEILING]
         adds    r0, #16
-        str     r12, [r1], #RECORD
+        str     r5, [r1]
+        adds    r1, #RECORD
         subs    r2, #1
         bne     2b
         bx      lr

@@ -35,7 +35,8 @@ idle0:  movs    r6, #0
         .section .text.core1.firmware.idle, "ax"
         .global idle1
         .type   idle1, %function
-idle1:  bl      midi_step
+idle1:
+1:      bl      midi_step
         wfe
-        b       idle1
+        b       1b
         .endif

@@ -36,43 +36,49 @@ mailbox_step:
         .global whippen_set
         .type   whippen_set, %function
 whippen_set:
-        cmn     r0, #1
+        adds    r2, r0, #1
         bne     1f
         mov     r0, r1
-        b       whippen_play
-1:      ldr     r2, =lives
-        ldr     r3, [r2], #4            @ how many there are
-        cmp     r0, r3
-        bhs     none
-        add     r2, r2, r0, lsl #4
-        ldrd    r0, r3, [r2, #8]        @ its range
+        b       8f
+1:      push    {r3, lr}
+        bl      live
+        movs    r0, #1
+        bhs     9f
+        ldr     r0, [r2, #12]           @ its range
+        ldr     r3, [r2, #16]
         cmp     r1, r0
         blt     7f
         cmp     r1, r3
         bgt     7f
-        ldrd    r0, r3, [r2]            @ its words
+        ldr     r0, [r2, #4]            @ its words
+        ldr     r3, [r2, #8]
         str     r1, [r0]
         str     r1, [r3]
         movs    r0, #0
-        bx      lr
+        pop     {r3, pc}
 7:      movs    r0, #2
-        bx      lr
-none:   movs    r0, #1
-        bx      lr
+9:      pop     {r3, pc}
 
 @ int32_t whippen_get(uint32_t parameter): its value; 0 where there is none.
         .global whippen_get
         .type   whippen_get, %function
 whippen_get:
-        ldr     r2, =lives
-        ldr     r3, [r2], #4
-        cmp     r0, r3
+        push    {r3, lr}
+        bl      live
+        movs    r0, #0
         bhs     9f
-        add     r2, r2, r0, lsl #4
-        ldr     r0, [r2]
+        ldr     r0, [r2, #4]
         ldr     r0, [r0]
-        bx      lr
-9:      movs    r0, #0
+9:      pop     {r3, pc}
+
+@ R2: the word before the row of the parameter R0 in the table of lives; carry where there is none. Keeps R0 and R1.
+        .type   live, %function
+live:   ldr     r2, =lives
+        lsls    r3, r0, #4
+        adds    r3, r2, r3
+        ldr     r2, [r2]                @ how many there are
+        cmp     r0, r2
+        mov     r2, r3
         bx      lr
 
 @ int whippen_play(uint32_t program): another program begins with the next tick; 0, or 1 for no such program.
@@ -81,17 +87,21 @@ whippen_get:
         .global whippen_play
         .type   whippen_play, %function
 whippen_play:
-        ldr     r2, =programs
-        ldr     r3, [r2], #4
+8:      ldr     r2, =programs
+        ldr     r3, [r2]
         cmp     r0, r3
-        bhs     none
+        bhs     9f
         .if     CORES > 1
-        add     r2, r2, r0, lsl #3
-        ldrd    r0, r1, [r2]
+        lsls    r0, r0, #3
+        adds    r2, r2, r0
+        ldr     r0, [r2, #4]
+        ldr     r1, [r2, #8]
         ldr     r3, =core1
         str     r1, [r3, #C_WANTED]
         .else
-        ldr     r0, [r2, r0, lsl #2]
+        lsls    r0, r0, #2
+        adds    r2, r2, r0
+        ldr     r0, [r2, #4]
         .endif
         ldr     r2, =core0
         str     r0, [r2, #C_WANTED]
@@ -104,4 +114,6 @@ whippen_play:
         str     r0, [r3, #C_ALARM]
         .endif
         movs    r0, #0
+        bx      lr
+9:      movs    r0, #1
         bx      lr

@@ -24,20 +24,24 @@ midi_step:
         push    {r4, r5, r6, lr}
         ldr     r4, =message
         ldr     r5, [r4, #4]
-        cbnz    r5, 1f
+        cmp     r5, #0
+        bne     1f
         ldr     r0, =core0
         ldr     r1, =reader0
         bl      take
         .if     CORES > 1
-        cbnz    r0, 1f
+        cmp     r0, #0
+        bne     1f
         ldr     r0, =core1
         ldr     r1, =reader1
         bl      take
         .endif
 1:      ldr     r5, [r4, #4]            @ as much as the port takes
-        cbz     r5, 9f
+        cmp     r5, #0
+        beq     9f
         bl      board_serial_ready
-        cbz     r0, 9f
+        cmp     r0, #0
+        beq     9f
         ldr     r6, [r4]
         uxtb    r0, r6
         bl      board_serial_send
@@ -49,79 +53,103 @@ midi_step:
 9:      pop     {r4, r5, r6, pc}
 
 @ The oldest event of the core at R0, whose reader is at R1, into the message. R0: whether there was one that is sent.
-take:   push    {r4-r10, lr}
-        ldr     r9, [r0, #C_PROGRAM]
+take:   push    {r4-r7, lr}
         ldr     r6, [r0, #C_FIRST]
-        ldr     r10, [r1], #4           @ R1: the bits of its keys
-        cmp     r10, #0
+        mov     r12, r6
+        ldr     r2, [r0, #C_PROGRAM]
+        ldr     r3, [r1]
+        adds    r1, #4                  @ the bits of its keys
+        cmp     r3, #0
         beq     begun
-        ldr     r8, [r10, #P_READER]
-        ldr     r5, [r8, #R_STATE]
+        ldr     r6, [r3, #P_READER]
+        ldr     r5, [r6, #R_STATE]
         ldr     r7, [r5, #T_TAIL]
-        ldr     r2, [r5, #T_HEAD]
-        cmp     r7, r2
+        ldr     r4, [r5, #T_HEAD]
+        cmp     r7, r4
         beq     empty
         dmb     sy
-        movw    r3, #EVENTS_BYTES - 1
-        ldr     r2, [r8, #R_EVENTS]
-        ands    r3, r7
-        add     r2, r2, r3              @ tick, key, event, arguments
-        ldr     r3, [r8, #R_EVENT]
-        ldrh    r0, [r2, #4]
-        ldrh    r12, [r2, #6]
+        ldr     r3, [r6, #R_MASK]
+        ldr     r2, [r6, #R_EVENTS]
+        movs    r0, r3
+        ands    r0, r7
+        adds    r2, r2, r0              @ tick, key, event, arguments
+        ldr     r4, [r2, #4]
+        adds    r0, r4, #1
+        beq     mark
+        ldr     r3, [r6, #R_EVENT]
         ldr     r2, [r2, #8]
-        add     r7, r7, r3
+        uxth    r0, r4
+        lsrs    r4, r4, #16
+        adds    r7, r7, r3
         dmb     sy
         str     r7, [r5, #T_TAIL]
-        lsrs    r5, r0, #5              @ the key's bit: R4 of the word at R5
-        add     r5, r1, r5, lsl #2
-        movs    r4, #1
-        and     r3, r0, #31
-        lsls    r4, r3
-        ldr     r7, [r5]
-        ldr     r3, [r8, #R_RELEASE]
-        cmp     r12, r3
+        ldr     r3, [r6, #R_RELEASE]
+        cmp     r4, r3
         beq     off
-        ldr     r3, [r8, #R_NOTE]
-        cmp     r12, r3
+        ldr     r3, [r6, #R_NOTE]
+        cmp     r4, r3
         bne     none
-        orrs    r7, r4
-        ldr     r3, [r8, #R_SHIFT]
+        ldr     r3, [r6, #R_SHIFT]
         asrs    r2, r3
-        usat    r2, #7, r2
-        ldr     r1, [r8, #R_VELOCITIES]
-        ldrb    r1, [r1, r2]
+        bpl     1f
+        movs    r2, #0
+1:      cmp     r2, #127
+        bls     2f
+        movs    r2, #127
+2:      ldr     r4, [r6, #R_VELOCITIES]
+        ldrb    r4, [r4, r2]
+        bl      key_bit
+        orrs    r7, r3
         movs    r2, #0x90
         b       put
-off:    bics    r7, r4
+off:    bl      key_bit
+        bics    r7, r3
         movs    r2, #0x80
-        movs    r1, #64
+        movs    r4, #64
 put:    str     r7, [r5]
-        adds    r0, r6
+        add     r0, r12
         adds    r0, #FIRST_NOTE
-        orr     r2, r2, r0, lsl #8
-        orr     r2, r2, r1, lsl #16
+        lsls    r0, r0, #8
+        orrs    r2, r0
+        lsls    r4, r4, #16
+        orrs    r2, r4
         ldr     r4, =message
         str     r2, [r4]
         movs    r0, #3
         str     r0, [r4, #4]
-        pop     {r4-r10, pc}
-empty:  cmp     r10, r9
+        pop     {r4-r7, pc}
+mark:   orrs    r7, r3                  @ no event: the ring goes on at its beginning
+        adds    r7, #1
+        str     r7, [r5, #T_TAIL]
+        b       none
+empty:  cmp     r3, r2
         beq     none
         movs    r0, #0                  @ another program plays: the first key that still sounds
 1:      lsrs    r5, r0, #5
-        add     r5, r1, r5, lsl #2
-        ldr     r7, [r5]
-        cbnz    r7, 2f
+        lsls    r5, r5, #2
+        ldr     r7, [r1, r5]
+        cmp     r7, #0
+        bne     2f
         adds    r0, #32
-        cmp     r0, #256
-        blo     1b
-begun:  str     r9, [r1, #-4]
+        lsrs    r5, r0, #8
+        beq     1b
+begun:  subs    r1, #4
+        str     r2, [r1]
 none:   movs    r0, #0
-        pop     {r4-r10, pc}
-2:      rbit    r3, r7
-        clz     r3, r3
-        add     r0, r0, r3
-        movs    r4, #1
-        lsls    r4, r3
-        b       off
+        pop     {r4-r7, pc}
+2:      lsrs    r7, r7, #1
+        bcs     off
+        adds    r0, #1
+        b       2b
+
+@ Of the key R0, whose bits are at R1: R5 where they are, R7 the word, R3 its bit.
+key_bit:
+        lsrs    r5, r0, #5
+        lsls    r5, r5, #2
+        adds    r5, r1, r5
+        movs    r7, #31
+        ands    r7, r0
+        movs    r3, #1
+        lsls    r3, r7
+        ldr     r7, [r5]
+        bx      lr

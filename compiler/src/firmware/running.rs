@@ -14,8 +14,8 @@ pub struct Running {
     /// The converter's words of its keys.
     pub words: &'static str,
     /// What the other core reads and writes between two of its ticks in memory that is otherwise this core's (words).
-    /// Core 1 at core 0's: the program that plays and its reader, the first key, head and tail twice of the ring, three words
-    /// of an event, so nine a round, two rounds (the second one finds WFE without an event); the alarm, twice in each of two
+    /// Core 1 at core 0's: the program that plays and its reader, the first key, head and tail of the ring, two words of
+    /// an event, the tail anew, so eight a round, two rounds (the second one finds WFE without an event); the alarm, twice in each of two
     /// ticks.
     /// Core 0 at core 1's: the number of its tick, a parameter or two words for another program, two rounds.
     pub visits: u32,
@@ -23,7 +23,7 @@ pub struct Running {
 
 /// Both cores.
 pub const RUNNING: [Running; 2] = [
-    Running { handler: "tick_core0", idle: "idle0", vectors: "vectors0", words: "words0", visits: 22 },
+    Running { handler: "tick_core0", idle: "idle0", vectors: "vectors0", words: "words0", visits: 20 },
     Running { handler: "tick_core1", idle: "idle1", vectors: "vectors1", words: "words1", visits: 6 },
 ];
 
@@ -41,6 +41,7 @@ pub const PARTS: &[(&str, &str)] = &[
     ("beginning", BEGINS),
     ("chain_to", BEGINS),
     ("service", "heat and gain of every 16th key"),
+    ("passivity", "energy of every key"),
     ("guard", "sensor and limits of one key"),
     ("board_begin", "board_begin"),
     ("board_end", "board_end"),
@@ -61,7 +62,9 @@ pub fn owner(section: &str) -> Owner {
     let has = |part: &str| section.split('.').any(|own| own.split('_').next() == Some(part));
     match () {
         () if section.starts_with(".text.start") || !section.starts_with(['.']) => Owner::Start,
-        () if section.ends_with("vectors") || [".image_def", ".copy_table", ".zero_table"].contains(&section) => {
+        () if section.ends_with("vectors")
+            || [".boot2", ".image_def", ".copy_table", ".zero_table"].contains(&section) =>
+        {
             Owner::Start
         }
         () => Owner::Core(usize::from(has("core1"))),

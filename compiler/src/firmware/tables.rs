@@ -73,14 +73,17 @@ fn descriptor(program: &Played, number: usize, core: usize, keys: u32) -> String
 
 /// What the reader of a core's events knows of a program.
 fn reader(program: &Played, number: usize, core: usize) -> String {
-    let (name, ring) = (keys_name(core, number), program.layouts[core].events());
+    let name = keys_name(core, number);
+    // Without events nobody looks for them: the ring's head stays where its tail is.
+    let (events, event_bytes, mask) = match program.layouts[core].events() {
+        Some(ring) => (format!("{name}_events"), ring.event, ring.bytes - 1),
+        None => ("0".to_string(), 0, 0),
+    };
     let none = program.kernel.events.len() as u32;
     let event = |index: Option<u32>| index.unwrap_or(none);
     format!(
-        "reader{number}_core{core}: .word {name}_state, {name}_histories + {start}
-        .word   {event}, {note}, {release}, {shift}, velocities{number}",
-        start = ring.start,
-        event = ring.event,
+        "reader{number}_core{core}: .word {name}_state, {events}
+        .word   {event_bytes}, {note}, {release}, {shift}, velocities{number}, {mask}",
         note = event(program.midi.note),
         release = event(program.midi.release),
         shift = program.midi.speed_shift,

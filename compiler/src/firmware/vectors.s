@@ -1,5 +1,5 @@
-@ Where the cores begin and where exceptions go. What stands in front of the image is for the start alone: a tick may not wait for
-@ flash, so each core has a table in RAM.
+@ Where the image begins, for the start alone, and where faults end. While they play, the cores have tables of their own
+@ (exceptions.s).
         .syntax unified
         .thumb
 
@@ -9,32 +9,6 @@ vectors:
         .word   STACK0                  @ initial stack pointer
         .word   reset
 
-        .section .rodata.vectors, "a"
-        .balign 512
-        .global vectors0
-vectors0:
-        .word   STACK0
-        .word   reset
-        .word   dead, dead, dead, dead, dead, dead
-        .word   0, 0, 0
-        .word   dead, dead, 0, dead, dead
-        .space  4 * CONVERTER_IRQ, 0
-        .word   tick_core0
-
-        .if     CORES > 1
-        .section .rodata.core1.vectors, "a"
-        .balign 512
-        .global vectors1
-vectors1:
-        .word   STACK1
-        .word   core1_start
-        .word   dead, dead, dead, dead, dead, dead
-        .word   0, 0, 0
-        .word   dead, dead, 0, dead, dead
-        .space  4 * CONVERTER_IRQ, 0
-        .word   tick_core1
-        .endif
-
 @ A fault of the processor, or an exception that nobody expects: no force, and no more food for the watchdog.
         .section .text.firmware.dead, "ax"
         .global dead
@@ -42,7 +16,8 @@ vectors1:
 dead:   cpsid   i
         ldr     r0, =status
         ldr     r1, [r0, #S_FAULTS]
-        orr     r1, r1, #FAULT_DEAD
+        movs    r2, #FAULT_DEAD
+        orrs    r1, r2
         str     r1, [r0, #S_FAULTS]
         bl      silence
 1:      b       1b

@@ -5,7 +5,7 @@ use std::fmt;
 use whippen_isa::Arch;
 
 use super::{
-    CORES, FirmwareError, Midi, Played, RP2350, STM32F4, Setup, Support, distance, keys_name, keys_of, objects,
+    CORES, FirmwareError, Midi, Played, RP2040, RP2350, STM32F4, Setup, Support, distance, keys_name, keys_of, objects,
 };
 use crate::image::{Board, Hint, Image, Input, LinkError, Object, Place, Section, Start, link};
 use crate::modes::Modes;
@@ -41,7 +41,7 @@ impl fmt::Display for WholeError {
             WholeError::Board(name) => write!(
                 f,
                 "there is no firmware for `{name}`: whole images are made for boards like rp2350 (two Cortex-M33, an \
-                 image definition at the start) and stm32f4 (one Cortex-M4, vectors at the start)"
+                 image definition at the start), rp2040 (two Cortex-M0+, a second stage there) and stm32f4 (one Cortex-M4, vectors)"
             ),
             WholeError::Ports(ins, outs) => {
                 write!(f, "a key has {ins} words in and {outs} out; the firmware takes one each")
@@ -64,6 +64,7 @@ pub fn divided(keys: u32, cores: u32) -> Vec<u32> {
 pub fn support(board: &Board) -> Option<Support<'static>> {
     match (board.arch, board.cores, board.start) {
         (Arch::V8M, 2, Start::ImageDef) => Some(RP2350),
+        (Arch::V6M, 2, Start::Boot2) => Some(RP2040),
         (Arch::V7EM, 1, Start::Vectors) => Some(STM32F4),
         _ => None,
     }

@@ -65,6 +65,15 @@ pub(super) struct Fold {
 /// Rules that lead to rules, at most: behind that an operator stands as it is, so that long chains need no stack.
 const DEPTH: usize = 64;
 
+/// What a run found, taken back, to be had again without another run.
+#[derive(Debug)]
+pub(super) struct Found {
+    /// The folded roots.
+    pub roots: Vec<Id>,
+    ranges: Vec<(Id, Range)>,
+    kept: Vec<Id>,
+}
+
 #[derive(Debug, Clone, Copy)]
 enum Undo {
     Range(Id, Range),
@@ -91,6 +100,32 @@ impl Fold {
                 Undo::Range(id, range) => self.ranges[id.index()] = range,
                 Undo::Kept(id) => self.kept[id.index()] = false,
             }
+        }
+    }
+
+    /// A run that is taken back at once; none if its facts contradict each other.
+    pub fn try_run(&mut self, graph: &mut Graph, path: &Path, roots: &[Id]) -> Option<Found> {
+        let mark = self.mark();
+        let found = self.run(graph, path, roots).map(|roots| {
+            let (mut ranges, mut kept) = (Vec::new(), Vec::new());
+            for undo in &self.trail[mark..] {
+                match undo {
+                    Undo::Range(id, _) => ranges.push((*id, self.range(*id))),
+                    Undo::Kept(id) => kept.push(*id),
+                }
+            }
+            Found { roots, ranges, kept }
+        });
+        self.back(mark);
+        found
+    }
+
+    /// What such a run found, from where it began.
+    pub fn again(&mut self, found: &Found) {
+        found.ranges.iter().for_each(|(id, range)| self.put(*id, *range));
+        for id in &found.kept {
+            self.kept[id.index()] = true;
+            self.trail.push(Undo::Kept(*id));
         }
     }
 

@@ -110,6 +110,17 @@ impl<'k> Graph<'k> {
         Graph { known: None, ..Graph::new(kernel) }
     }
 
+    /// A copy to which no node is added.
+    pub fn to_read(&self) -> Graph<'k> {
+        Graph {
+            sources: self.sources.clone(),
+            nodes: self.nodes.clone(),
+            origins: self.origins.clone(),
+            lists: self.lists.clone(),
+            ..Graph::unshared(self.kernel)
+        }
+    }
+
     pub fn len(&self) -> usize {
         self.nodes.len()
     }

@@ -16,6 +16,7 @@ use super::reach::{self, Reached};
 use super::tree::{Discrete, Tree};
 use super::{Block, End, Mode, merge};
 use crate::kernel::{Inst, Op, Range, Region, Type, Value, ValueInfo};
+use crate::parallel;
 use rustc_hash::{FxHashMap, FxHashSet};
 use sorted::{common, union};
 
@@ -47,10 +48,22 @@ enum Then<'a> {
     Next(usize),
 }
 
-/// The blocks of a mode.
-pub(super) fn mode(graph: &mut Graph, plan: &Plan, at: usize) -> Option<Mode> {
-    let reached = &plan.modes[at];
-    let needs = needs(graph, plan, at, &reached.tree)?;
+/// The blocks of all modes.
+pub(super) fn modes(graph: &mut Graph, plan: &Plan) -> Option<Vec<Mode>> {
+    let needs = plan.modes.iter().enumerate().map(|(at, reached)| needs(graph, plan, at, &reached.tree));
+    let needs: Vec<Needs> = needs.collect::<Option<_>>()?;
+    let jobs: Vec<(Graph, Needs)> = needs.into_iter().map(|needs| (graph.to_read(), needs)).collect();
+    let placed = parallel::map(jobs, |(graph, needs)| blocks(&graph, &needs));
+    let modes = plan.modes.iter().zip(plan.known).zip(placed).map(|((reached, known), placed)| {
+        let (values, blocks) = placed?;
+        let name = name(graph, plan, reached);
+        Some(Mode { name, cells: reached.cells.clone(), known: known.clone(), values, blocks })
+    });
+    modes.collect()
+}
+
+/// The values and blocks of a mode.
+fn blocks(graph: &Graph, needs: &Needs) -> Option<(Vec<ValueInfo>, Vec<Block>)> {
     let mut placer = Placer {
         graph,
         fold: Fold::default(),
@@ -63,11 +76,10 @@ pub(super) fn mode(graph: &mut Graph, plan: &Plan, at: usize) -> Option<Mode> {
         trail: Vec::new(),
         depth: 0,
     };
-    placer.place(&needs, 0)?;
+    placer.place(needs, 0)?;
     let Placer { values, blocks, .. } = placer;
     let blocks = in_order(merge::equal_tails(in_order(blocks), &values));
-    let name = name(graph, plan, reached);
-    Some(Mode { name, cells: reached.cells.clone(), known: plan.known[at].clone(), values, blocks })
+    Some((values, blocks))
 }
 
 fn name(graph: &Graph, plan: &Plan, reached: &Reached) -> String {
@@ -134,7 +146,7 @@ fn open_block() -> Block {
 }
 
 struct Placer<'a, 'k> {
-    graph: &'a mut Graph<'k>,
+    graph: &'a Graph<'k>,
     fold: Fold,
     values: Vec<ValueInfo>,
     blocks: Vec<Block>,

@@ -172,13 +172,25 @@ pub(super) fn classes(discrete: &[Discrete], cells: &[Range]) -> Option<Vec<usiz
 impl Tree {
     /// Where cells lie at each leaf.
     pub fn ends(&self) -> Vec<&[Range]> {
+        let mut all = Vec::new();
+        self.add_ends(&mut all);
+        all
+    }
+
+    fn add_ends<'a>(&'a self, all: &mut Vec<&'a [Range]>) {
         match self {
-            Tree::Leaf { ranges, .. } => vec![ranges],
-            Tree::Split { yes, no, .. } => yes.ends().into_iter().chain(no.ends()).collect(),
+            Tree::Leaf { ranges, .. } => all.push(ranges),
+            Tree::Split { yes, no, .. } => {
+                yes.add_ends(all);
+                no.add_ends(all);
+            }
         }
     }
 
     pub fn leaves(&self) -> usize {
-        self.ends().len()
+        match self {
+            Tree::Leaf { .. } => 1,
+            Tree::Split { yes, no, .. } => yes.leaves() + no.leaves(),
+        }
     }
 }

@@ -54,34 +54,46 @@ const DEPTH: usize = 100;
 impl Grower<'_, '_> {
     /// The tree for a tick under these facts; none if they contradict each other.
     pub fn grow(&mut self, path: Rc<Path>, tick: &Tick) -> Result<Option<Tree>, TooBig> {
+        self.deeper(|grower| {
+            let Some(folded) = grower.fold.run(grower.graph, &path, &tick.roots()) else { return Ok(None) };
+            grower.grow_on(path, tick.with(&folded))
+        })
+    }
+
+    /// One decision further down; what is found there is forgotten behind it.
+    fn deeper<T>(&mut self, grow: impl FnOnce(&mut Self) -> Result<T, TooBig>) -> Result<T, TooBig> {
         if self.depth > DEPTH {
             return Err(TooBig);
         }
         let mark = self.fold.mark();
         self.depth += 1;
-        let tree = self.grow_on(path, tick);
+        let tree = grow(self);
         self.depth -= 1;
         self.fold.back(mark);
         tree
     }
 
-    fn grow_on(&mut self, path: Rc<Path>, tick: &Tick) -> Result<Option<Tree>, TooBig> {
-        let roots = tick.roots();
-        let Some(folded) = self.fold.run(self.graph, &path, &roots) else { return Ok(None) };
-        let tick = tick.with(&folded);
+    /// The tree for a folded tick.
+    fn grow_on(&mut self, path: Rc<Path>, tick: Tick) -> Result<Option<Tree>, TooBig> {
         let Some(condition) = self.choose(&tick) else { return self.leaf(path, tick).map(Some) };
         let if_yes = path.on(self.graph, &self.fold, condition, true);
         let if_no = path.on(self.graph, &self.fold, condition, false);
-        let (if_yes, if_no) = match (if_yes, if_no) {
-            (Some(yes), Some(no)) if self.can_be(&no, &tick) => (Rc::new(yes), Rc::new(no)),
-            (Some(yes), _) => return self.grow_given(&path, &yes, &tick, condition, true),
-            (None, Some(no)) => return self.grow_given(&path, &no, &tick, condition, false),
+        // The other side is looked at first, because where it cannot be nothing is decided here.
+        let no = if_no.and_then(|no| Some((self.fold.try_run(self.graph, &no, &tick.roots())?, Rc::new(no))));
+        let (if_yes, (found, if_no)) = match (if_yes, no) {
+            (Some(yes), Some(no)) => (Rc::new(yes), no),
+            (Some(yes), None) => return self.grow_given(&path, &yes, &tick, condition, true),
+            (None, Some((_, no))) => return self.grow_given(&path, &no, &tick, condition, false),
             (None, None) => return Ok(None),
         };
         let Some(yes) = self.grow(if_yes.clone(), &tick)? else {
             return self.grow_given(&path, &if_no, &tick, condition, false);
         };
-        let Some(no) = self.grow(if_no, &tick)? else {
+        let no = self.deeper(|grower| {
+            grower.fold.again(&found);
+            grower.grow_on(if_no, tick.with(&found.roots))
+        })?;
+        let Some(no) = no else {
             return self.grow_given(&path, &if_yes, &tick, condition, true);
         };
         Ok(Some(Tree::Split { path, condition, yes: Box::new(yes), no: Box::new(no) }))
@@ -114,13 +126,6 @@ impl Grower<'_, '_> {
             });
         }
         self.grow(Rc::new(path.given(condition, holds)), &tick)
-    }
-
-    fn can_be(&mut self, path: &Path, tick: &Tick) -> bool {
-        let mark = self.fold.mark();
-        let possible = self.fold.run(self.graph, path, &tick.roots()).is_some();
-        self.fold.back(mark);
-        possible
     }
 
     fn leaf(&mut self, path: Rc<Path>, tick: Tick) -> Result<Tree, TooBig> {

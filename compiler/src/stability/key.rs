@@ -82,11 +82,10 @@ impl Held {
 
     /// How far down (m) for each unit of force upwards, at `z`: positive where it gives way.
     pub fn at(&self, z: Complex64) -> Complex64 {
-        let mut matrix: Vec<Vec<Complex64>> = (0..3)
-            .map(|i| (0..3).map(|j| if i == j { z } else { Complex64::ZERO } - self.step[i][j]).collect())
-            .collect();
+        let entry = |i: usize, j: usize| if i == j { z } else { Complex64::ZERO } - self.step[i][j];
+        let mut matrix: [[Complex64; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)));
         let back = z.inv();
-        let mut right: Vec<Complex64> = self.new.iter().zip(self.old).map(|(new, old)| back * old + new).collect();
+        let mut right: [Complex64; 3] = std::array::from_fn(|i| back * self.old[i] + self.new[i]);
         solve(&mut matrix, &mut right);
         -right[0] * back.powi(self.whole)
     }

@@ -1,6 +1,6 @@
 //! The analysis: pieces to systems, systems against the key by itself and against every hand.
 
-use std::collections::HashMap;
+use std::collections::HashSet;
 
 use num_complex::Complex64;
 
@@ -13,6 +13,7 @@ use super::passive::{Hold, damping_for_changing};
 use super::pieces::{Law, Piece};
 use super::response::{Differentiator, forces, settles};
 use crate::model::{Interval, Model, Node, NodeId};
+use crate::parallel;
 
 /// So many parameters are taken at all combinations of their ends; beyond, each at its ends by itself.
 const COMBINED_MAX: usize = 4;
@@ -156,6 +157,20 @@ impl Loops {
         per_hand.reduce(least).unwrap_or(PerHand { hand: Hand::FREE, factor: f64::INFINITY, ring_hz: 0.0 })
     }
 
+    /// What holds for a system.
+    fn mode(&self, name: String, system: System) -> Mode {
+        let direct = |part: usize| system.outputs.iter().flat_map(move |o| o.direct.iter().skip(part).step_by(3)).sum();
+        Mode {
+            name,
+            gains: std::array::from_fn(direct),
+            coupled: system.a.len(),
+            settles: settles(&system.a, on_circle(0.0, self.rate_hz).re),
+            damping_needed: self.damping_needed(&system),
+            worst: self.worst(&system),
+            system,
+        }
+    }
+
     /// Damping that the key needs to be passive.
     fn damping_needed(&self, system: &System) -> f64 {
         let responses = self.responses(system, &self.inputs[1], on_unit);
@@ -179,7 +194,7 @@ fn inputs(differentiators: &[Differentiator], z: Complex64) -> Vec<Complex64> {
 pub fn analyze(model: &Model, key: &Key) -> Option<Stability> {
     let law = Law::of(model)?;
     let loops = Loops::new(&law.model, key);
-    let mut found = Found { law: &law, known: HashMap::new(), modes: Vec::new(), loops: &loops };
+    let mut found = Found { law: &law, known: HashSet::new(), systems: Vec::new() };
     let mut coarse = false;
     for (piece, rows) in law.pieces() {
         coarse |= piece.coarse;
@@ -190,7 +205,7 @@ pub fn analyze(model: &Model, key: &Key) -> Option<Stability> {
             }
         }
     }
-    let mut modes = found.modes;
+    let mut modes = parallel::map(found.systems, |(name, system)| loops.mode(name, system));
     modes.sort_by(|a, b| a.worst.factor.total_cmp(&b.worst.factor));
     let whole = law.whole();
     let rows = law.rows(&whole).ok()?;
@@ -219,10 +234,10 @@ pub fn analyze(model: &Model, key: &Key) -> Option<Stability> {
 
 struct Found<'a> {
     law: &'a Law,
-    /// Systems by their numbers.
-    known: HashMap<String, usize>,
-    modes: Vec<Mode>,
-    loops: &'a Loops,
+    /// What systems are, in words.
+    known: HashSet<String>,
+    /// Each with the name of the piece that it was found in.
+    systems: Vec<(String, System)>,
 }
 
 impl Found<'_> {
@@ -256,19 +271,9 @@ impl Found<'_> {
             .chain(system.b.iter().flatten())
             .map(number)
             .collect();
-        if self.known.insert(key, self.modes.len()).is_some() {
-            return;
+        if self.known.insert(key) {
+            self.systems.push((name(&self.law.model, piece), system));
         }
-        let direct = |part: usize| system.outputs.iter().flat_map(move |o| o.direct.iter().skip(part).step_by(3)).sum();
-        self.modes.push(Mode {
-            name: name(&self.law.model, piece),
-            gains: std::array::from_fn(direct),
-            coupled: system.a.len(),
-            settles: settles(&system.a, on_circle(0.0, self.loops.rate_hz).re),
-            damping_needed: self.loops.damping_needed(&system),
-            worst: self.loops.worst(&system),
-            system,
-        });
     }
 }
 

@@ -77,25 +77,27 @@ pub fn forces(system: &System, z: Complex64, inputs: &[Complex64]) -> Vec<Comple
 }
 
 /// Solves `matrix x = right` in place, by elimination with pivots. A singular matrix gives numbers without end.
-pub fn solve(matrix: &mut [Vec<Complex64>], right: &mut [Complex64]) {
+pub fn solve<R: AsRef<[Complex64]> + AsMut<[Complex64]>>(matrix: &mut [R], right: &mut [Complex64]) {
     let n = right.len();
     for column in 0..n {
-        let size = |row: usize| matrix[row][column].norm_sqr();
+        let size = |row: usize| matrix[row].as_ref()[column].norm_sqr();
         let pivot = (column..n).max_by(|a, b| size(*a).total_cmp(&size(*b))).unwrap_or(column);
         matrix.swap(column, pivot);
         right.swap(column, pivot);
         let (above, below) = matrix.split_at_mut(column + 1);
-        let top = &above[column];
+        let top = above[column].as_ref();
         let (first, rest) = right.split_at_mut(column + 1);
         for (row, value) in below.iter_mut().zip(rest) {
+            let row = row.as_mut();
             let factor = row[column] / top[column];
             row.iter_mut().zip(top).skip(column).for_each(|(v, t)| *v -= factor * t);
             *value -= factor * first[column];
         }
     }
     for row in (0..n).rev() {
-        let known: Complex64 = (row + 1..n).map(|k| matrix[row][k] * right[k]).sum();
-        right[row] = (right[row] - known) / matrix[row][row];
+        let own = matrix[row].as_ref();
+        let known: Complex64 = (row + 1..n).map(|k| own[k] * right[k]).sum();
+        right[row] = (right[row] - known) / own[row];
     }
 }
 

@@ -7,15 +7,18 @@
 //! What is spilled lies on the stack at SP, below what the entry has saved. `regalloc2`'s own checker, which follows values through the
 //! result, runs in debug builds.
 
+use std::cell::OnceCell;
+
 use super::frame::FREE;
-use super::vcode::{Block, Code, Edge, End, Func, Reg, Role};
+use super::v6m::LOST;
+use super::vcode::{Block, Code, Edge, End, Func, Half, Reg, Role};
 use regalloc2::checker::Checker;
 use regalloc2::{
     Allocation, Edit, Function, Inst as At, InstOrEdit, InstRange, MachineEnv, Operand, OperandConstraint, OperandKind,
     OperandPos, Output, PReg, PRegSet, RegClass, RegallocOptions, VReg,
 };
 use whippen_isa::reg::{LR, SP};
-use whippen_isa::{Inst, Op};
+use whippen_isa::{Arch, Inst, Op};
 
 /// A block with registers.
 #[derive(Debug, Clone)]
@@ -23,9 +26,11 @@ pub(super) struct Placed {
     pub code: Vec<Fixed>,
     pub end: End,
     pub rounds: Option<u32>,
+    /// Its cycles, once somebody has asked `path` for them.
+    pub cycles: OnceCell<u64>,
 }
 
-/// An instruction with registers.
+/// An instruction with registers, in its shortest encoding.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fixed {
     pub inst: Inst,
@@ -43,15 +48,15 @@ pub(super) struct Allocated {
 ///
 /// # Errors
 /// An instruction needs more registers than there are, or the checker objects: a bug.
-pub(super) fn allocate(func: &Func) -> Result<Allocated, String> {
-    let view = View::new(func);
-    let env = environment();
+pub(super) fn allocate(func: &Func, arch: Arch) -> Result<Allocated, String> {
+    let view = View::new(func, arch);
+    let env = environment(arch);
     let options = RegallocOptions { validate_ssa: cfg!(debug_assertions), ..RegallocOptions::default() };
     let output = regalloc2::run(&view, &env, &options).map_err(|error| error.to_string())?;
     if cfg!(debug_assertions) {
         check(&view, &env, &output)?;
     }
-    let blocks = (0..func.blocks.len()).map(|block| view.placed(block, &output)).collect();
+    let blocks = (0..func.blocks.len()).map(|block| view.placed(block, &output, arch)).collect();
     Ok(Allocated { blocks, slots: output.num_spillslots })
 }
 
@@ -62,10 +67,12 @@ fn check(view: &View, env: &MachineEnv, output: &Output) -> Result<(), String> {
     checker.run().map_err(|errors| format!("allocation is wrong: {errors:?}"))
 }
 
-fn environment() -> MachineEnv {
+/// Registers that may be given, the lower ones first; ARMv6-M can do little with the others.
+fn environment(arch: Arch) -> MachineEnv {
     let low = |reg: &u8| *reg < 8;
+    let usable = |reg: &&u8| low(reg) || arch != Arch::V6M;
     let set = |wanted: &dyn Fn(&u8) -> bool| {
-        FREE.iter().filter(|reg| wanted(reg)).fold(PRegSet::empty(), |set, reg| set.with(preg(*reg)))
+        FREE.iter().filter(usable).filter(|reg| wanted(reg)).fold(PRegSet::empty(), |set, reg| set.with(preg(*reg)))
     };
     MachineEnv {
         preferred_regs_by_class: [set(&low), PRegSet::empty(), PRegSet::empty()],
@@ -86,8 +93,10 @@ fn vreg(reg: u32) -> VReg {
 /// A function as `regalloc2` sees it: one row of instructions, the last of each block its end.
 struct View<'a> {
     func: &'a Func,
+    arch: Arch,
     ranges: Vec<InstRange>,
     operands: Vec<Vec<Operand>>,
+    clobbers: Vec<PRegSet>,
     succs: Vec<Vec<regalloc2::Block>>,
     preds: Vec<Vec<regalloc2::Block>>,
     params: Vec<Vec<VReg>>,
@@ -97,13 +106,15 @@ struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    fn new(func: &'a Func) -> View<'a> {
+    fn new(func: &'a Func, arch: Arch) -> View<'a> {
         let block = |index: &usize| regalloc2::Block::new(*index);
         let succs: Vec<Vec<_>> = func.blocks.iter().map(|b| b.end.targets().iter().map(block).collect()).collect();
         let mut view = View {
             func,
+            arch,
             ranges: Vec::new(),
             operands: Vec::new(),
+            clobbers: Vec::new(),
             preds: vec![Vec::new(); succs.len()],
             succs,
             params: func.blocks.iter().map(|b| b.params.iter().map(|r| vreg(*r)).collect()).collect(),
@@ -124,13 +135,15 @@ impl<'a> View<'a> {
         let first = self.operands.len();
         for code in &block.code {
             self.operands.push(operands(code));
+            self.clobbers.push(clobbers(code));
             self.ends.push(false);
             self.returns.push(false);
         }
         self.operands.push(match &block.end {
-            End::Next(code) => vec![fixed(*code)],
+            End::Next(code) => vec![fixed(*code, next_register(self.arch))],
             _ => Vec::new(),
         });
+        self.clobbers.push(PRegSet::empty());
         let leaves = matches!(block.end, End::Next(_) | End::InitDone);
         self.ends.push(!leaves);
         self.returns.push(leaves);
@@ -142,27 +155,41 @@ impl<'a> View<'a> {
     }
 
     /// A block with the registers and moves that were found.
-    fn placed(&self, index: usize, output: &Output) -> Placed {
+    fn placed(&self, index: usize, output: &Output, arch: Arch) -> Placed {
+        let fixed = |inst: Inst, code| Fixed { inst: inst.shortest(arch).unwrap_or(inst), code };
         let block = &self.func.blocks[index];
         let first = self.ranges[index].first().index();
         let mut code = Vec::new();
         for item in output.block_insts_and_edits(self, regalloc2::Block::new(index)) {
             match item {
-                InstOrEdit::Edit(Edit::Move { from, to }) => code.push(Fixed { inst: moved(*from, *to), code: None }),
+                InstOrEdit::Edit(Edit::Move { from, to }) => code.push(fixed(moved(*from, *to), None)),
                 InstOrEdit::Inst(at) if at.index() - first < block.code.len() => {
                     let source = &block.code[at.index() - first];
-                    code.push(Fixed { inst: with_registers(source, output.inst_allocs(at)), code: Some(*source) });
+                    code.push(fixed(with_registers(source, output.inst_allocs(at)), Some(*source)));
                 }
                 InstOrEdit::Inst(_) => {}
             }
         }
-        Placed { code, end: block.end.clone(), rounds: block.rounds }
+        Placed { code, end: block.end.clone(), rounds: block.rounds, cycles: OnceCell::new() }
     }
 }
 
-/// The address of the next code is in LR, for `BX LR` folds.
-fn fixed(code: u32) -> Operand {
-    Operand::new(vreg(code), OperandConstraint::FixedReg(preg(LR)), OperandKind::Use, OperandPos::Early)
+/// Where the address of the next code is: LR, for `BX LR` folds; on ARMv6-M a register that can be loaded.
+pub(super) fn next_register(arch: Arch) -> u8 {
+    if arch == Arch::V6M { 5 } else { LR }
+}
+
+/// What is read in a certain register.
+fn fixed(of: u32, reg: u8) -> Operand {
+    Operand::new(vreg(of), OperandConstraint::FixedReg(preg(reg)), OperandKind::Use, OperandPos::Early)
+}
+
+/// What a routine does not keep.
+fn clobbers(code: &Code) -> PRegSet {
+    match code.address {
+        Some(Half::Routine(_)) => LOST.iter().fold(PRegSet::empty(), |set, reg| set.with(preg(*reg))),
+        _ => PRegSet::empty(),
+    }
 }
 
 /// What is read first, in the order of roles, then what is written.
@@ -175,6 +202,14 @@ fn operands(code: &Code) -> Vec<Operand> {
             _ => None,
         })
         .collect();
+    if let Some(Half::Routine(_)) = code.address {
+        // Operands in R0 and R1, the result in R0.
+        let result = code.writes().map(|reg| {
+            let at = OperandConstraint::FixedReg(preg(0));
+            Operand::new(vreg(reg), at, OperandKind::Def, OperandPos::Late)
+        });
+        return (0..).zip(&reads).map(|(at, (_, reg))| fixed(*reg, at)).chain(result).collect();
+    }
     let mut all: Vec<Operand> = reads.iter().map(|(_, reg)| Operand::reg_use(vreg(*reg))).collect();
     for u in code.uses().filter(|u| u.writes) {
         let Reg::Virtual(reg) = u.operand.reg else { continue };
@@ -190,6 +225,10 @@ fn operands(code: &Code) -> Vec<Operand> {
 /// The instruction with the registers that were found for its operands.
 fn with_registers(code: &Code, allocs: &[Allocation]) -> Inst {
     let mut inst = code.inst;
+    if let Some(Half::Routine(_)) = code.address {
+        // A call has them by convention.
+        return inst;
+    }
     let reads = |u: &super::vcode::Use| {
         if u.writes { u.operand.old.is_some() } else { matches!(u.operand.reg, Reg::Virtual(_)) }
     };
@@ -208,6 +247,9 @@ fn with_registers(code: &Code, allocs: &[Allocation]) -> Inst {
             (Reg::Virtual(_), true) => register(&mut written),
             (Reg::Virtual(_), false) => register(&mut read),
         };
+    }
+    if let Some(role) = code.tied {
+        *role.of(&mut inst) = inst.d;
     }
     inst
 }
@@ -269,8 +311,8 @@ impl Function for View<'_> {
         &self.operands[at.index()]
     }
 
-    fn inst_clobbers(&self, _: At) -> PRegSet {
-        PRegSet::empty()
+    fn inst_clobbers(&self, at: At) -> PRegSet {
+        self.clobbers[at.index()]
     }
 
     fn num_vregs(&self) -> usize {
@@ -307,7 +349,7 @@ mod tests {
     #[test]
     fn the_checker_takes_what_is_right_and_nothing_else() {
         let func = summing();
-        let (view, env) = (View::new(&func), environment());
+        let (view, env) = (View::new(&func, Arch::V8M), environment(Arch::V8M));
         let mut output = regalloc2::run(&view, &env, &RegallocOptions::default()).expect("there are registers");
         assert_eq!(check(&view, &env, &output), Ok(()));
         let (found, mut refused) = (output.allocs.clone(), 0);

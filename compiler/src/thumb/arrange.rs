@@ -3,11 +3,10 @@
 //! Blocks follow each other along the longest way, so that it has no taken branch; of what remains the next longest, and so on.
 //! A block that is empty but for a jump is left out.
 
-use super::allocate::{Allocated, Placed};
+use super::allocate::{Allocated, Placed, next_register};
 use super::emit::{Item, Label, Line, finish};
 use super::path;
 use super::vcode::{End, template};
-use whippen_isa::reg::LR;
 use whippen_isa::timing::Core;
 use whippen_isa::{Inst, Op};
 
@@ -23,6 +22,7 @@ pub(super) fn arrange(func: &Allocated, base: Label, core: &Core, next: &[String
         let mut code = block.code.iter().map(line).collect();
         finish(&mut code, core.arch, flags);
         items.extend(code.into_iter().map(|(inst, origin, address)| Item::Inst { inst, origin, address }));
+        let next = (next, next_register(core.arch));
         end(func, block, order.get(at + 1).copied(), base, next, init_done, &mut items);
     }
     items
@@ -38,7 +38,7 @@ fn end(
     block: &Placed,
     following: Option<usize>,
     base: Label,
-    next: &[String],
+    next: (&[String], u8),
     init_done: Label,
     items: &mut Vec<Item>,
 ) {
@@ -60,8 +60,8 @@ fn end(
             }
         }
         End::Next(_) => {
-            let bx = Inst { m: LR, ..template(Op::BX) };
-            items.push(Item::Indirect { inst: bx, to: next.to_vec() });
+            let bx = Inst { m: next.1, ..template(Op::BX) };
+            items.push(Item::Indirect { inst: bx, to: next.0.to_vec() });
         }
         End::InitDone => items.push(Item::Branch { cond: None, to: init_done }),
     }
@@ -71,7 +71,7 @@ fn end(
 fn through(func: &Allocated, mut block: usize) -> usize {
     for _ in 0..func.blocks.len() {
         match &func.blocks[block] {
-            Placed { code, end: End::Jump(edge), rounds: None } if code.is_empty() => block = edge.block,
+            Placed { code, end: End::Jump(edge), rounds: None, .. } if code.is_empty() => block = edge.block,
             _ => break,
         }
     }

@@ -9,8 +9,10 @@ use super::frame::Frame;
 use super::literal::Literals;
 use super::select::Select;
 use super::vcode::Func;
-use super::{ThumbError, path, reorder, schedule};
+use super::{ThumbError, path, reorder, schedule, v6m};
 use crate::modes::Modes;
+use crate::parallel;
+use whippen_isa::Arch;
 use whippen_isa::timing::Core;
 
 /// A way to make code.
@@ -61,14 +63,19 @@ pub(super) fn modes(
     literals: &mut Literals,
     core: &Core,
 ) -> Result<Vec<Allocated>, ThumbError> {
-    let mut make = |index: usize, way: Way| {
+    let mut select = |index: usize, way: Way| {
         let func = Select::mode(&modes.kernel, frame, literals, &modes.modes[index], index, way.near);
-        made(func, way.alive, core)
+        legal(func, frame, literals, core)
     };
-    let mut all = Vec::new();
-    for index in 0..modes.modes.len() {
-        let (code, cycles) = make(index, WAYS[0])?;
-        all.push(Made { code, cycles, tried: 0 });
+    let funcs: Vec<Func> = (0..modes.modes.len()).map(|index| select(index, WAYS[0])).collect();
+    let first = |func: Func| {
+        let (code, cycles) = made(func, WAYS[0].alive, core)?;
+        Ok(Made { code, cycles, tried: 0 })
+    };
+    let mut all = parallel::map(funcs, first).into_iter().collect::<Result<Vec<Made>, ThumbError>>()?;
+    if core.arch == Arch::V6M {
+        // Nothing waits there, so one order is as good as another.
+        return Ok(all.into_iter().map(|made| made.code).collect());
     }
     for _ in 0..TRIES + all.len() {
         let dearest = all.iter_mut().enumerate().max_by_key(|(index, made)| (made.cycles, std::cmp::Reverse(*index)));
@@ -76,7 +83,7 @@ pub(super) fn modes(
         if best.tried == 0 {
             best.cycles = ordered(&mut best.code, core);
         } else if let Some(way) = WAYS.get(best.tried) {
-            let (mut code, _) = make(index, *way)?;
+            let (mut code, _) = made(select(index, *way), way.alive, core)?;
             let cycles = ordered(&mut code, core);
             if cycles < best.cycles {
                 (best.code, best.cycles) = (code, cycles);
@@ -90,17 +97,28 @@ pub(super) fn modes(
 }
 
 /// The code of `init`, of which only the size counts.
-pub(super) fn init(func: Func, core: &Core) -> Result<Allocated, ThumbError> {
+pub(super) fn init(
+    modes: &Modes,
+    frame: &Frame,
+    literals: &mut Literals,
+    core: &Core,
+) -> Result<Allocated, ThumbError> {
+    let func = legal(Select::init(&modes.kernel, frame, literals), frame, literals, core);
     Ok(made(func, None, core)?.0)
+}
+
+/// Instructions that the core has.
+fn legal(func: Func, frame: &Frame, literals: &mut Literals, core: &Core) -> Func {
+    if core.arch == Arch::V6M { v6m::legal(func, frame, literals) } else { func }
 }
 
 /// Code with registers, and about the cycles of its longest path.
 fn made(func: Func, alive: Option<usize>, core: &Core) -> Result<(Allocated, u64), ThumbError> {
     let mut func = func.in_order();
-    if let Some(alive) = alive {
+    if let Some(alive) = alive.filter(|_| core.arch != Arch::V6M) {
         schedule::schedule(&mut func, core, alive);
     }
-    let code = allocate(&func).map_err(ThumbError::Bug)?;
+    let code = allocate(&func, core.arch).map_err(ThumbError::Bug)?;
     let cycles = path::roughly(&code, core);
     Ok((code, cycles))
 }

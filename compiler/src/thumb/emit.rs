@@ -7,6 +7,9 @@
 //! Every instruction takes its shortest encoding. Where the flags are not needed, that may be one that sets them: 16-bit
 //! instructions let a branch or IT behind them cost less.
 
+mod reach;
+
+use super::names;
 use super::vcode::{Half, template};
 use crate::image::{Fixup, FixupKind, Hint, LineRow, Symbol, SymbolKind};
 use whippen_isa::{Arch, Cond, Encoding, Flags, Form, Inst, Op};
@@ -88,8 +91,9 @@ pub(super) fn finish(code: &mut Vec<Line>, arch: Arch, flags: bool) {
 
 /// The 16-bit form that sets the flags, if there is one that is worth it.
 pub(super) fn setting(inst: &Inst, arch: Arch) -> Option<Inst> {
-    let may = inst.cond.is_none() && inst.op() != Op::MUL && !inst.s;
-    let short = may.then(|| Inst { s: true, ..*inst }.shortest(arch)).flatten();
+    let with = Inst { s: true, ..*inst };
+    let may = inst.cond.is_none() && inst.op() != Op::MUL && !inst.s && !with.flags().writes.is_empty();
+    let short = may.then(|| with.shortest(arch)).flatten();
     short.filter(|short| short.size() == 2 && short.s)
 }
 
@@ -114,14 +118,24 @@ pub(super) fn it(cond: Cond, block: &[Line]) -> Inst {
 /// # Errors
 /// An instruction without encoding.
 pub(super) fn lay_out(items: &[Item], labels: usize, arch: Arch, name: &str) -> Result<Bytes, NoEncoding> {
+    if arch == Arch::V6M {
+        let items = reach::in_reach(items.to_vec(), labels)?;
+        let (sizes, places) = settled(&items, items.len() + labels, arch)?;
+        return write(&items, &sizes, &places, arch, name);
+    }
+    let (sizes, places) = settled(items, labels, arch)?;
+    write(items, &sizes, &places, arch, name)
+}
+
+/// Sizes of which none need grow, and where everything then is.
+fn settled(items: &[Item], labels: usize, arch: Arch) -> Result<(Vec<u32>, Places), NoEncoding> {
     let mut sizes = sizes(items, arch)?;
-    let places = loop {
+    loop {
         let places = places(items, &sizes, labels);
         if !grow(items, &mut sizes, &places) {
-            break places;
+            return Ok((sizes, places));
         }
-    };
-    write(items, &sizes, &places, arch, name)
+    }
 }
 
 fn sizes(items: &[Item], arch: Arch) -> Result<Vec<u32>, NoEncoding> {
@@ -199,6 +213,11 @@ fn write(items: &[Item], sizes: &[u32], places: &Places, arch: Arch, name: &str)
                 out.hints.push(Hint::Targets { at, symbols: to.clone() });
                 out.push(&short(inst, arch)?, arch)?;
             }
+            Item::Branch { cond: Some(cond), to } if sizes[index] == 4 && arch == Arch::V6M => {
+                // Around a branch that reaches further.
+                out.push(&branch(cond.invert(), false, 0), arch)?;
+                out.push(&branch(None, false, offset(places, index, *to) - 2), arch)?;
+            }
             Item::Branch { cond, to } => {
                 out.push(&branch(*cond, sizes[index] == 4, offset(places, index, *to)), arch)?;
             }
@@ -240,11 +259,12 @@ impl Bytes {
 
     fn address(&mut self, at: u32, address: Option<Half>, name: &str) {
         let Some(half) = address else { return };
-        let (kind, table) = match half {
-            Half::Low(table) => (FixupKind::MovwAbs, table),
-            Half::High(table) => (FixupKind::MovtAbs, table),
+        let (kind, symbol) = match half {
+            Half::Low(table) => (FixupKind::MovwAbs, names::table(name, table)),
+            Half::High(table) => (FixupKind::MovtAbs, names::table(name, table)),
+            Half::Routine(routine) => (FixupKind::ThumbCall, names::routine(name, routine.name())),
         };
-        self.fixups.push(Fixup { at, kind, symbol: super::names::table(name, table), addend: 0 });
+        self.fixups.push(Fixup { at, kind, symbol, addend: 0 });
     }
 
     /// Every function ends where the next begins.

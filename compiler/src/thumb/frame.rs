@@ -10,12 +10,12 @@
 //! ```
 //!
 //! Everything is one piece of memory, its *state*, so all distances are constants and one address finds all. In a firmware's
-//! frame events and histories lie apart: a key uses them a few times a tick and the rest at every turn, so the rest can have
+//! frame the ring of events and the histories lie apart: a key uses them a few times a tick and the rest at every turn, so the rest can have
 //! memory that nobody else is at. A key's code leaves I, H and K at the next key's.
 
 use super::{Around, Options};
 use crate::kernel::layout::words;
-use crate::kernel::{Kernel, Range};
+use crate::kernel::{Inst, Kernel, Op, Range, Region};
 
 /// This key's record.
 pub(super) const K: u8 = 7;
@@ -28,8 +28,8 @@ pub(super) const H: u8 = 11;
 /// What the allocator may use; all others have a meaning.
 pub(super) const FREE: [u8; 10] = [0, 1, 2, 3, 4, 5, 8, 9, 12, 14];
 
-/// Bytes of the ring of events; a power of two.
-pub(super) const EVENT_BYTES: u32 = 1024;
+/// Bytes that the ring of events has at least.
+const RING_BYTES_MIN: u32 = 1024;
 /// Offset in T: bytes of events ever written.
 pub(super) const EVENT_HEAD: u32 = 0;
 /// Offset in T: bytes of events ever read, written by the reader.
@@ -40,8 +40,10 @@ pub(super) const EVENT_LOST: u32 = 8;
 pub(super) const TICK: u32 = 12;
 /// Offset in T: this tick's row of the first line.
 pub(super) const ROW: u32 = 16;
+/// Offset in T: where this tick's next event goes.
+pub(super) const EVENT_NEXT: u32 = 20;
 /// Offset in T: the first ring index.
-const RINGS: u32 = 20;
+const RINGS: u32 = 24;
 /// How many literals T holds.
 pub(super) const LITERALS_MAX: usize = 256;
 
@@ -91,7 +93,7 @@ pub(super) struct Frame {
     pub keys: u32,
     /// Where the caller's words lie, if the tick is part of a firmware's frame.
     pub caller: Option<Caller>,
-    /// Offset in T of the address of events and histories, where they lie apart.
+    /// Offset in T of the address of the histories, and behind it that of the ring of events, where they lie apart.
     pub apart: Option<u32>,
     /// Bytes of a key in a row of words.
     pub stride: u32,
@@ -116,16 +118,60 @@ pub(super) struct Frame {
     /// Offset in T of each live value.
     pub lives: Vec<u32>,
     pub literals: u32,
-    /// The ring of events, in the state or in the histories.
-    pub events: u32,
-    /// Bytes of an event; a power of two.
-    pub event: u32,
+    /// Events, where keys have any.
+    pub ring: Option<Ring>,
     pub inputs: u32,
     pub outputs: u32,
     pub records: u32,
     pub size: u32,
-    /// Bytes of events and histories, where they lie apart.
+    /// Bytes of the histories, where they lie apart.
     pub size_apart: u32,
+}
+
+/// The ring of events.
+///
+/// Its room is looked after once a tick: a tick begins where the most events of a tick fit in one piece, or, where they do not
+/// fit at all, in the spare behind the ring, from which they are counted as lost. So an event is stored and nothing else.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Ring {
+    /// Offset in the state; 0 where it lies apart.
+    pub at: u32,
+    /// Its size, a power of two, at least twice that of the events of a tick.
+    pub bytes: u32,
+    /// Bytes of an event; a power of two.
+    pub event: u32,
+    /// Bytes of all events that a tick can have.
+    pub tick_bytes_max: u32,
+}
+
+impl Ring {
+    fn new(kernel: &Kernel, keys: u32) -> Option<Ring> {
+        let args = kernel.events.iter().map(|event| event.args).max()?;
+        let event = 4 * (2 + args).next_power_of_two();
+        let tick_bytes_max = keys.saturating_mul(emitted(&kernel.tick)).max(1).saturating_mul(event);
+        let bytes = tick_bytes_max.saturating_mul(2).max(RING_BYTES_MIN).checked_next_power_of_two()?;
+        Some(Ring { at: 0, bytes, event, tick_bytes_max })
+    }
+
+    /// From the ring's beginning to that of the spare: a ring that is full to its end is none of it.
+    pub fn spare(&self) -> u32 {
+        self.bytes + self.event
+    }
+
+    /// Bytes of both.
+    pub fn size(&self) -> u32 {
+        self.spare() + self.tick_bytes_max
+    }
+}
+
+/// How many events a region can emit.
+fn emitted(region: &Region) -> u32 {
+    let of = |inst: &Inst| match inst.op {
+        Op::Emit(_) => 1,
+        Op::Loop(rounds) => rounds.saturating_mul(inst.regions.iter().map(emitted).sum()),
+        _ => inst.regions.iter().map(emitted).max().unwrap_or(0),
+    };
+    region.insts.iter().map(of).fold(0, u32::saturating_add)
 }
 
 impl Frame {
@@ -149,8 +195,7 @@ impl Frame {
             rings: Vec::new(),
             lives: Vec::new(),
             literals: 0,
-            events: 0,
-            event: 0,
+            ring: Ring::new(kernel, keys),
             inputs: 0,
             outputs: 0,
             records: 0,
@@ -158,7 +203,7 @@ impl Frame {
             size_apart: 0,
         };
         frame.caller = around.map(|around| Caller { distance: around.distance, at: frame.take(4) });
-        frame.apart = around.map(|_| frame.take(4));
+        frame.apart = around.map(|_| frame.take(8));
         frame.place_record(kernel, options.probes);
         frame.record = frame.record.max(around.map_or(0, |around| around.record));
         frame.place_table(kernel);
@@ -188,7 +233,7 @@ impl Frame {
         at
     }
 
-    /// As [`Frame::take`], but of events and histories.
+    /// As [`Frame::take`], but of histories.
     fn take_apart(&mut self, bytes: u32) -> u32 {
         if self.apart.is_none() {
             return self.take(bytes);
@@ -220,9 +265,9 @@ impl Frame {
                 self.pointers.push(Pointer { line, ticks, at });
             }
         }
-        let args = kernel.events.iter().map(|event| event.args).max().unwrap_or(0);
-        self.event = 4 * (2 + args).next_power_of_two();
-        self.events = self.take_apart(if kernel.events.is_empty() { 0 } else { EVENT_BYTES });
+        if let Some(ring) = self.ring.filter(|_| self.apart.is_none()) {
+            self.ring = Some(Ring { at: self.take(ring.size()), ..ring });
+        }
         self.literals = self.size;
     }
 
@@ -279,9 +324,9 @@ fn is_narrow(range: Range) -> bool {
 
 /// Every line and delay that the kernel asks for.
 fn delays(kernel: &Kernel) -> Vec<(u32, u32)> {
-    fn collect(region: &crate::kernel::Region, found: &mut Vec<(u32, u32)>) {
+    fn collect(region: &Region, found: &mut Vec<(u32, u32)>) {
         for inst in &region.insts {
-            if let crate::kernel::Op::Delay(line, ticks) = inst.op {
+            if let Op::Delay(line, ticks) = inst.op {
                 found.push((line, ticks));
             }
             inst.regions.iter().for_each(|inner| collect(inner, found));

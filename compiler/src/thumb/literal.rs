@@ -8,25 +8,37 @@ pub(super) enum Literal {
     Word(u32),
     /// Where the code of a mode begins.
     Mode(usize),
+    /// Where a table begins.
+    Table(u32),
 }
 
 /// All of them, each once.
-#[derive(Debug, Default)]
-pub(super) struct Literals(Vec<Literal>);
+#[derive(Debug)]
+pub(super) struct Literals {
+    all: Vec<Literal>,
+    /// How many may be words: for every address there is room.
+    words_left: usize,
+}
 
 impl Literals {
-    /// The place of a word among the literals; none where there is no more room.
+    /// None yet, and room for so many addresses.
+    pub(super) fn new(addresses: usize) -> Literals {
+        Literals { all: Vec::new(), words_left: LITERALS_MAX.saturating_sub(addresses) }
+    }
+
+    /// The place of a literal; none where there is no more room for words.
     pub(super) fn place(&mut self, literal: Literal) -> Option<u32> {
-        let known = self.0.iter().position(|l| *l == literal);
-        let free = || (self.0.len() < LITERALS_MAX).then_some(self.0.len());
-        let at = known.or_else(free)?;
-        if at == self.0.len() {
-            self.0.push(literal);
+        if let Some(at) = self.all.iter().position(|l| *l == literal) {
+            return Some(at as u32);
         }
-        Some(at as u32)
+        if matches!(literal, Literal::Word(_)) {
+            self.words_left = self.words_left.checked_sub(1)?;
+        }
+        self.all.push(literal);
+        Some(self.all.len() as u32 - 1)
     }
 
     pub(super) fn all(&self) -> &[Literal] {
-        &self.0
+        &self.all
     }
 }

@@ -20,7 +20,12 @@ pub(super) fn state(name: &str) -> String {
     format!("{name}_state")
 }
 
-/// Events and histories of a core's keys, where they lie apart from their state.
+/// The ring of events of a core's keys, where it lies apart from their state.
+pub(super) fn events(name: &str) -> String {
+    format!("{name}_events")
+}
+
+/// Histories of a core's keys, where they lie apart from their state.
 pub(super) fn histories(name: &str) -> String {
     format!("{name}_histories")
 }
@@ -33,6 +38,11 @@ pub(super) fn mode(name: &str, mode: usize) -> String {
 /// What runs after the last key.
 pub(super) fn end(name: &str) -> String {
     format!("{name}.end")
+}
+
+/// A routine that code calls.
+pub(super) fn routine(name: &str, routine: &str) -> String {
+    format!("{name}.{routine}")
 }
 
 /// A table of constants.

@@ -29,7 +29,8 @@ pub(super) fn longest(func: &Allocated, core: &Core) -> u64 {
 
 /// Cycles of the longest way from each block on.
 pub(super) fn from_each(func: &Allocated, core: &Core) -> Vec<u64> {
-    below(func, func.blocks.iter().map(|block| block_cycles(block, core)).collect())
+    let cycles = |block: &Placed| *block.cycles.get_or_init(|| block_cycles(block, core));
+    below(func, func.blocks.iter().map(cycles).collect())
 }
 
 /// The longest way from each block on, given the cycles of each.
@@ -64,8 +65,7 @@ fn block_cycles(block: &Placed, core: &Core) -> u64 {
     finish(&mut code, core.arch, matches!(block.end, End::Branch { .. }));
     let (mut pipe, mut at, mut sum) = (Pipe::default(), 0, 0);
     for (inst, ..) in &code {
-        let inst = inst.shortest(core.arch).unwrap_or(*inst);
-        let (next, cost) = core.issue(pipe, &core.prepare(&inst), at, &Outcome::NEXT);
+        let (next, cost) = core.issue(pipe, &core.prepare(inst), at, &Outcome::NEXT);
         (pipe, at, sum) = (next, at + inst.size(), sum + u64::from(cost.cycles()));
     }
     sum + end(block)

@@ -11,6 +11,8 @@
 mod check;
 mod measure;
 
+use std::cell::OnceCell;
+
 use super::allocate::{Allocated, Fixed, Placed};
 use super::path;
 use super::vcode::{Access, Place};
@@ -37,7 +39,7 @@ pub(super) fn reorder(func: &mut Allocated, core: &Core) {
         let better = Order::new(block, core).improved();
         let ordered: Vec<Fixed> = better.iter().map(|at| block.code[*at]).collect();
         debug_assert!(check::same(&block.code, &ordered), "an order changes what is computed");
-        block.code = ordered;
+        (block.code, block.cycles) = (ordered, OnceCell::new());
     }
 }
 

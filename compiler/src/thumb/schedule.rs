@@ -18,19 +18,19 @@ mod live;
 use super::frame::K;
 use super::vcode::{Access, Code, End, Func, Reg, Role, VReg};
 use depend::{Graph, depend};
-use rustc_hash::FxHashMap;
 use whippen_isa::timing::{Core, Outcome, Pipe};
 
 /// Puts the code of every block in order; about `limit` values are alive at once.
 pub(super) fn schedule(func: &mut Func, core: &Core, limit: usize) {
     let live = live::out(func);
+    let vregs = func.vregs as usize;
     for (index, block) in func.blocks.iter_mut().enumerate() {
         let last = match block.end {
             End::Next(code) => Some(code),
             _ => None,
         };
         let graph = depend(&block.code, core);
-        let order = Order::new(&block.code, &graph, &live[index], last, limit).run();
+        let order = Order::new(&block.code, &graph, &live[index], last, limit, vregs).run();
         let ordered: Vec<Code> = order.iter().map(|at| block.code[*at]).collect();
         debug_assert!(check::same(&block.code, &ordered), "a schedule changes what is computed");
         block.code = ordered;
@@ -91,8 +91,12 @@ struct Order<'a> {
     code: &'a [Code],
     graph: &'a Graph,
     limit: usize,
+    /// The registers that each instruction reads, with how often.
+    reads: Vec<Vec<(VReg, u32)>>,
+    /// How many values that somebody needs each instruction defines.
+    begun: Vec<isize>,
     /// Uses that are still to come, by register; those behind the block count one.
-    left: FxHashMap<VReg, usize>,
+    left: Vec<u32>,
     /// How many predecessors are still to come.
     blocked: Vec<usize>,
     alive: usize,
@@ -100,14 +104,26 @@ struct Order<'a> {
 }
 
 impl<'a> Order<'a> {
-    fn new(code: &'a [Code], graph: &'a Graph, live: &[VReg], last: Option<VReg>, limit: usize) -> Order<'a> {
-        let mut left: FxHashMap<VReg, usize> = FxHashMap::default();
-        let uses = code.iter().flat_map(Code::reads).chain(live.iter().copied()).chain(last);
-        uses.for_each(|reg| *left.entry(reg).or_default() += 1);
-        let defined: Vec<VReg> = code.iter().flat_map(Code::writes).collect();
-        let alive = left.keys().filter(|reg| !defined.contains(reg)).count();
+    fn new(
+        code: &'a [Code],
+        graph: &'a Graph,
+        live: &[VReg],
+        last: Option<VReg>,
+        limit: usize,
+        vregs: usize,
+    ) -> Order<'a> {
+        let reads: Vec<Vec<(VReg, u32)>> = code.iter().map(read).collect();
+        let writes: Vec<Vec<VReg>> = code.iter().map(|code| code.writes().collect()).collect();
+        let mut left = vec![0; vregs];
+        reads.iter().flatten().for_each(|(reg, times)| left[*reg as usize] += times);
+        live.iter().copied().chain(last).for_each(|reg| left[reg as usize] += 1);
+        let needed = |reg: &&VReg| left[**reg as usize] > 0;
+        let begun = writes.iter().map(|regs| regs.iter().filter(needed).count() as isize).collect();
+        let mut comes_in: Vec<bool> = left.iter().map(|left| *left > 0).collect();
+        writes.iter().flatten().for_each(|reg| comes_in[*reg as usize] = false);
+        let alive = comes_in.into_iter().filter(|is| *is).count();
         let blocked = graph.before.clone();
-        Order { code, graph, limit, left, blocked, alive, order: Vec::new() }
+        Order { code, graph, limit, reads, begun, left, blocked, alive, order: Vec::new() }
     }
 
     fn run(mut self) -> Vec<usize> {
@@ -115,8 +131,8 @@ impl<'a> Order<'a> {
         while let Some(place) = self.best(&ready) {
             let at = ready.swap_remove(place);
             self.alive = self.alive.saturating_add_signed(self.change(at));
-            for reg in self.code[at].reads() {
-                self.left.entry(reg).and_modify(|left| *left -= 1);
+            for (reg, times) in &self.reads[at] {
+                self.left[*reg as usize] -= times;
             }
             self.order.push(at);
             for (next, _) in &self.graph.after[at] {
@@ -153,14 +169,19 @@ impl<'a> Order<'a> {
 
     /// How many more values are alive behind it.
     fn change(&self, at: usize) -> isize {
-        let code = &self.code[at];
-        let mut read: Vec<VReg> = code.reads().collect();
-        read.sort_unstable();
-        let count = |reg: &VReg| read.iter().filter(|r| *r == reg).count();
-        let mut distinct = read.clone();
-        distinct.dedup();
-        let ended = distinct.iter().filter(|reg| self.left.get(reg) == Some(&count(reg))).count();
-        let begun = code.writes().filter(|reg| self.left.contains_key(reg)).count();
-        begun as isize - ended as isize
+        let ended = self.reads[at].iter().filter(|(reg, times)| self.left[*reg as usize] == *times).count();
+        self.begun[at] - ended as isize
     }
+}
+
+/// The registers that an instruction reads, each with how often.
+fn read(code: &Code) -> Vec<(VReg, u32)> {
+    let mut all: Vec<(VReg, u32)> = Vec::new();
+    for reg in code.reads() {
+        match all.iter_mut().find(|(known, _)| *known == reg) {
+            Some((_, times)) => *times += 1,
+            None => all.push((reg, 1)),
+        }
+    }
+    all
 }

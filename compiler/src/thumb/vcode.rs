@@ -11,6 +11,7 @@
 //!
 //! Not here: encodings (`emit` takes the shortest), cycles (`schedule`).
 
+use super::v6m::Routine;
 use whippen_isa::{Cond, Encoding, Inst, Op};
 
 /// A virtual register.
@@ -89,6 +90,8 @@ pub(super) enum Half {
     Low(u32),
     /// MOVT: the high half.
     High(u32),
+    /// BL: a routine.
+    Routine(Routine),
 }
 
 /// One instruction.
@@ -100,6 +103,8 @@ pub(super) struct Code {
     pub access: Access,
     /// An immediate that is an address.
     pub address: Option<Half>,
+    /// The role, without an operand of its own, whose register is that of D.
+    pub tied: Option<Role>,
     pub origin: Option<u32>,
 }
 
@@ -114,7 +119,7 @@ pub(super) struct Use {
 
 impl Code {
     pub(super) fn new(op: Op) -> Code {
-        Code { inst: template(op), operands: [None; 6], access: Access::None, address: None, origin: None }
+        Code { inst: template(op), operands: [None; 6], access: Access::None, address: None, tied: None, origin: None }
     }
 
     pub(super) fn with(mut self, role: Role, reg: Reg) -> Code {
@@ -154,13 +159,25 @@ impl Code {
         self
     }
 
+    /// Writes another register instead.
+    pub(super) fn rename(&mut self, from: VReg, to: VReg) {
+        let writes: Vec<Role> = self.uses().filter(|u| u.writes).map(|u| u.role).collect();
+        for role in writes {
+            let operand = self.operands[role as usize].as_mut().filter(|operand| operand.reg == Reg::Virtual(from));
+            operand.into_iter().for_each(|operand| operand.reg = Reg::Virtual(to));
+        }
+    }
+
     /// Its operands, with what happens to them.
     pub(super) fn uses(&self) -> impl Iterator<Item = Use> + '_ {
         let mut numbered = self.inst;
         for role in Role::ALL {
             *role.of(&mut numbered) = role as u8;
         }
-        let (reads, writes) = (numbered.uses().core_bits(), numbered.defs().core_bits());
+        let (reads, writes) = match self.address {
+            Some(Half::Routine(_)) => (1 << Role::N as u16 | 1 << Role::M as u16, 1 << Role::D as u16),
+            _ => (numbered.uses().core_bits(), numbered.defs().core_bits()),
+        };
         Role::ALL.into_iter().filter_map(move |role| {
             let operand = self.operands[role as usize]?;
             let bit = |set: u16| set >> role as u8 & 1 != 0;
@@ -189,9 +206,9 @@ impl Code {
 /// The instruction in its first 32-bit encoding, or its only one.
 pub(super) fn template(op: Op) -> Inst {
     let wide = Encoding::of(op).find(|encoding| encoding.size() == 4);
-    let any = Encoding::all().find(|encoding| encoding.op() == op);
+    let any = || Encoding::of(op).next();
     // Every instruction has an encoding; the first of all is only there to need no panic.
-    let first = wide.or(any).or(Encoding::all().next());
+    let first = wide.or_else(any).or_else(|| Encoding::all().next());
     first.map_or_else(|| unreachable!("the table is not empty"), Inst::new)
 }
 

@@ -13,7 +13,7 @@ pub(super) const CHIP: ChipTable = ChipTable {
     clock_hz: 150_000_000,
     interrupts: 52,
     rom: include_bytes!("../rom/rp2350.bin"),
-    flash: 0x1000_0000,
+    vectors: 0x1000_0000,
     regions: &[
         ("rom", 0, 0x8000, false),
         ("flash", 0x1000_0000, 4 << 20, false),

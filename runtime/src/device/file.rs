@@ -33,6 +33,7 @@ const KEYS: &[Known] = &[
     ("motor.peak_time", "100 ms"),
     ("motor.rise", "60 K"),
     ("motor.heat_time", "30 s"),
+    ("passivity.energy", "20 mJ"),
 ];
 
 /// Reads the text of a device file.
@@ -69,7 +70,12 @@ pub fn read(path: &Path, text: &str) -> Result<Device, FileError> {
     let has = |part: &str| entries.all().any(|(key, _)| key.starts_with(part));
     let motor = has("motor.").then(|| motor(&entries)).transpose()?;
     let mechanics = has("mechanics.").then(|| Mechanics::read(&entries, turns)).transpose()?;
-    Ok(Device { name, sensor, drive, turns, motor, mechanics })
+    let passivity_j = entries.find("passivity.energy").map(|_| entries.quantity("passivity.energy", Dim::TORQUE));
+    let passivity_j = passivity_j.transpose()?;
+    if passivity_j.is_some_and(|energy| energy <= 0.0) {
+        return Err(entries.error("passivity.energy", "must be greater than zero"));
+    }
+    Ok(Device { name, sensor, drive, turns, motor, mechanics, passivity_j })
 }
 
 fn motor(entries: &Entries) -> Result<Motor, FileError> {
@@ -194,6 +200,15 @@ stop_damping = "20 N*s/m"
         let motor = Motor { torque_constant: 0.007, rated_a: 0.5, peak_a: 2.0, peak_s: 0.1, heat: None };
         assert_eq!(device.motor, Some(motor));
         assert_eq!(read(Path::new("test.toml"), GOOD).unwrap().motor, None);
+    }
+
+    #[test]
+    fn a_motor_may_be_limited_in_what_it_gives() {
+        let with = |energy: &str| GOOD.replace("[drive]", &format!("[passivity]\nenergy = \"{energy}\"\n[drive]"));
+        let device = |energy: &str| read(Path::new("test.toml"), &with(energy));
+        assert_eq!(device("20 mJ").map(|device| device.passivity_j), Ok(Some(0.02)));
+        assert!(device("0 mJ").is_err() && device("20 mW").is_err());
+        assert_eq!(read(Path::new("test.toml"), GOOD).unwrap().passivity_j, None);
     }
 
     #[test]

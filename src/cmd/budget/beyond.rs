@@ -61,7 +61,10 @@ impl Beyond {
             format!("{what}: not judged, as the device `{}` has no `[{table}]`\n", device.name)
         };
         let stability = self.stability.as_ref().map_or_else(|| absent("stability", "mechanics"), StabilityBudget::text);
-        let motor = self.motor.as_ref().map_or_else(|| absent("motor", "motor"), MotorBudget::text);
+        let without = || {
+            absent("motor", "motor") + "  an image with any motor takes the cycles above; `build` makes none without\n"
+        };
+        let motor = self.motor.as_ref().map_or_else(without, MotorBudget::text);
         self.numbers.text() + &stability + &motor
     }
 

@@ -9,7 +9,6 @@ use whippen_compiler::image::{
 };
 use whippen_compiler::kernel::verify;
 use whippen_compiler::thumb;
-use whippen_isa::Arch;
 use whippen_runtime::files::{FileError, write_whole};
 
 use super::Args;
@@ -137,12 +136,6 @@ impl Files<'_> {
 
     fn write_object(&self, args: &Args) -> Outcome {
         let setup = self.setup;
-        if setup.board.arch == Arch::V6M {
-            return Err(Failure::Usage(format!(
-                "no code is made for the Cortex-M0+ of {} so far: make a .c for its compiler",
-                setup.board.name
-            )));
-        }
         let path = &args.output.path;
         let name = name(setup.first());
         let options =

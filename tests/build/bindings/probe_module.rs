@@ -151,12 +151,18 @@ pub unsafe fn set_slow(state: *mut State, value: i32) -> Result<(), OutOfRange> 
 /// # Safety
 /// `state` points to the state, and nobody else takes events.
 pub unsafe fn read_event(state: *mut State) -> Option<Event> {
-    let tail = unsafe { addr_of!((*state).event_tail).read_volatile() };
-    if unsafe { addr_of!((*state).event_head).read_volatile() } == tail {
+    let mut tail = unsafe { addr_of!((*state).event_tail).read_volatile() };
+    let head = unsafe { addr_of!((*state).event_head).read_volatile() };
+    let at = |tail: u32| (tail % 256 / 4) as usize;
+    if head != tail && unsafe { addr_of!((*state).events[at(tail) + 1]).read_volatile() } == -1 {
+        // A mark, no event: the ring goes on at its beginning.
+        tail = (tail | 255).wrapping_add(1);
+        unsafe { addr_of_mut!((*state).event_tail).write_volatile(tail) };
+    }
+    if head == tail {
         return None;
     }
-    let at = (tail % 256 / 4) as usize;
-    let word = |offset: usize| unsafe { addr_of!((*state).events[at + offset]).read_volatile() };
+    let word = |offset: usize| unsafe { addr_of!((*state).events[at(tail) + offset]).read_volatile() };
     let what = word(1) as u32;
     let event = Event { tick: word(0) as u32, key: what as u16, event: (what >> 16) as u16, args: [word(2)] };
     unsafe { addr_of_mut!((*state).event_tail).write_volatile(tail.wrapping_add(16)) };

@@ -129,7 +129,6 @@ fn every_program_of_a_keyboard_must_fit() {
 fn what_cannot_be_proven_is_said() {
     let shell = shell();
     let budget = |args: &[&'static str]| [&["budget", "spring.whip"], args].concat();
-    shell.refuses(2, &budget(&["--board", "rp2040"]), &["no firmware for `rp2040`"]);
     shell.refuses(2, &budget(&["--board", "stm32f4", "--keys", "300"]), &["300 keys on a core", "1 to 255"]);
     shell.refuses(2, &budget(&["--board", "rp2530"]), &["did you mean `rp2350`?"]);
     shell.refuses(2, &budget(&["--keys", "1"]), &["0 keys on a core", "2 to 510"]);

@@ -154,14 +154,19 @@ fn reader(text: &mut String, big: &str, own: &Interface) {
          struct {name}_event {{\n    uint32_t tick;\n    uint16_t key;\n    uint16_t event; /* {big}_EVENT_.. */\n    int32_t args[{}];\n}};\n\n\
          /* Takes the oldest event; false if there is none. What found the ring full is counted in `events_lost`. */\n\
          static inline bool {name}_read_event(struct {name}_state *state, struct {name}_event *event)\n{{\n\
-         \x20   const uint32_t tail = state->event_tail;\n\
+         \x20   uint32_t tail = state->event_tail;\n\
+         \x20   if (state->event_head != tail && state->events[tail % {bytes}u / 4u + 1] == -1) {{\n\
+         \x20       /* A mark, no event: the ring goes on at its beginning. */\n\
+         \x20       tail = (tail | {mask}u) + 1u;\n\
+         \x20       state->event_tail = tail;\n    }}\n\
          \x20   if (state->event_head == tail) {{\n        return false;\n    }}\n\
-         \x20   const uint32_t at = tail % {}u / 4u;\n\
+         \x20   const uint32_t at = tail % {bytes}u / 4u;\n\
          \x20   const uint32_t what = (uint32_t)state->events[at + 1];\n\
          \x20   event->tick = (uint32_t)state->events[at];\n\
          \x20   event->key = (uint16_t)what;\n    event->event = (uint16_t)(what >> 16);",
         args.max(1),
-        ring.bytes
+        bytes = ring.bytes,
+        mask = ring.bytes - 1,
     );
     for index in 0..args {
         let _ = writeln!(text, "    event->args[{index}] = state->events[at + {}];", index + 2);

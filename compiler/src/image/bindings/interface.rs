@@ -19,7 +19,7 @@ impl Interface {
         let output = |name| PortInterface { name, lsb: scales.drive_lsb, zero: 0.0, unit: force.into() };
         let names = |ports: &[crate::kernel::Port]| unique(ports.iter().map(|port| port.name.as_str()));
         let ring = layout.events();
-        let ring = Ring { at: ring.start, bytes: ring.bytes, record_bytes: ring.event };
+        let ring = ring.map(|ring| Ring { at: ring.start, bytes: ring.bytes, record_bytes: ring.event });
         Interface {
             name: name.to_string(),
             keys,
@@ -30,7 +30,7 @@ impl Interface {
             row_words: kernel.inputs.len().max(kernel.outputs.len()).max(1) as u32,
             lives: lives(compiled, layout),
             events: events(compiled),
-            ring: (!kernel.events.is_empty()).then_some(ring),
+            ring,
         }
     }
 }

@@ -176,17 +176,23 @@ fn reader(text: &mut String, own: &Interface) {
         "/// Takes the oldest event. What found the ring full is counted, and lost.\n///\n\
          /// # Safety\n/// `state` points to the state, and nobody else takes events.\n\
          pub unsafe fn read_event(state: *mut State) -> Option<Event> {{\n\
-         \x20   let tail = unsafe {{ addr_of!((*state).event_tail).read_volatile() }};\n\
-         \x20   if unsafe {{ addr_of!((*state).event_head).read_volatile() }} == tail {{\n        return None;\n    }}\n\
-         \x20   let at = (tail % {} / 4) as usize;\n\
-         \x20   let word = |offset: usize| unsafe {{ addr_of!((*state).events[at + offset]).read_volatile() }};\n\
+         \x20   let mut tail = unsafe {{ addr_of!((*state).event_tail).read_volatile() }};\n\
+         \x20   let head = unsafe {{ addr_of!((*state).event_head).read_volatile() }};\n\
+         \x20   let at = |tail: u32| (tail % {bytes} / 4) as usize;\n\
+         \x20   if head != tail && unsafe {{ addr_of!((*state).events[at(tail) + 1]).read_volatile() }} == -1 {{\n\
+         \x20       // A mark, no event: the ring goes on at its beginning.\n\
+         \x20       tail = (tail | {mask}).wrapping_add(1);\n\
+         \x20       unsafe {{ addr_of_mut!((*state).event_tail).write_volatile(tail) }};\n    }}\n\
+         \x20   if head == tail {{\n        return None;\n    }}\n\
+         \x20   let word = |offset: usize| unsafe {{ addr_of!((*state).events[at(tail) + offset]).read_volatile() }};\n\
          \x20   let what = word(1) as u32;\n\
-         \x20   let event = Event {{ tick: word(0) as u32, key: what as u16, event: (what >> 16) as u16, args: [{}] }};\n\
-         \x20   unsafe {{ addr_of_mut!((*state).event_tail).write_volatile(tail.wrapping_add({})) }};\n    Some(event)\n}}\n\n\
+         \x20   let event = Event {{ tick: word(0) as u32, key: what as u16, event: (what >> 16) as u16, args: [{args}] }};\n\
+         \x20   unsafe {{ addr_of_mut!((*state).event_tail).write_volatile(tail.wrapping_add({record})) }};\n    Some(event)\n}}\n\n\
          /// How many events found the ring full.\n///\n/// # Safety\n/// `state` points to the state.\n\
          pub unsafe fn events_lost(state: *const State) -> u32 {{\n    unsafe {{ addr_of!((*state).events_lost).read_volatile() }}\n}}",
-        ring.bytes,
-        args.join(", "),
-        ring.record_bytes
+        bytes = ring.bytes,
+        mask = ring.bytes - 1,
+        args = args.join(", "),
+        record = ring.record_bytes,
     );
 }

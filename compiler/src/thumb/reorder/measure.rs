@@ -65,10 +65,8 @@ impl State {
 impl Measure {
     pub fn new(block: &Placed, core: &Core) -> Measure {
         let form = |inst: &Inst| {
-            let short = inst.shortest(core.arch).unwrap_or(*inst);
             let flags = inst.flags();
-            let (reads, writes) = (flags.reads, flags.writes);
-            Form { timed: core.prepare(&short), bytes: short.size(), reads, writes }
+            Form { timed: core.prepare(inst), bytes: inst.size(), reads: flags.reads, writes: flags.writes }
         };
         let forms = |inst: &Inst| Forms {
             plain: form(inst),

@@ -34,7 +34,7 @@ struct Touched {
 pub(super) fn depend(code: &[Code], core: &Core) -> Graph {
     let mut graph = Graph { after: vec![Vec::new(); code.len()], before: vec![0; code.len()], height: Vec::new() };
     let mut defined: FxHashMap<VReg, usize> = FxHashMap::default();
-    let mut read: FxHashMap<VReg, Vec<usize>> = FxHashMap::default();
+    let mut read: Vec<(VReg, usize)> = Vec::new();
     let mut touched: FxHashMap<Resource, Touched> = FxHashMap::default();
     for (at, inst) in code.iter().enumerate() {
         for reg in inst.reads() {
@@ -42,9 +42,9 @@ pub(super) fn depend(code: &[Code], core: &Core) -> Graph {
         }
         // What is overwritten in place is read by all others first, which saves a copy.
         for old in inst.operands.iter().flatten().filter_map(|operand| operand.old) {
-            read.get(&old).into_iter().flatten().for_each(|from| graph.edge(*from, at));
+            read.iter().filter(|(reg, _)| *reg == old).for_each(|(_, from)| graph.edge(*from, at));
         }
-        inst.reads().for_each(|reg| read.entry(reg).or_default().push(at));
+        read.extend(inst.reads().map(|reg| (reg, at)));
         defined.extend(inst.writes().map(|reg| (reg, at)));
         for (resource, writes) in resources(inst) {
             graph.touch(touched.entry(resource).or_default(), at, writes);

@@ -213,7 +213,7 @@ impl Select<'_> {
         self.emit(if walks { walking(code, H, slot) } else { code });
     }
 
-    /// Where events and histories are counted from.
+    /// Where histories are counted from.
     pub(super) fn apart(&mut self) -> Reg {
         let state = Self::fixed(T);
         match self.frame.apart {

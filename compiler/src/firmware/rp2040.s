@@ -1,0 +1,196 @@
+@ The board: RP2040 at 133 MHz with the converter of the emulator. To run on a board of your own, write these functions anew
+@ (docs/firmware.md): each may use R0 to R3 and R12, and those that a tick calls count in its cycles.
+        .syntax unified
+        .thumb
+        .equ    CONVERTER, 0x40070000
+        .equ    UART, 0x40034000
+        .equ    WATCHDOG, 0x40058000
+
+@ The second stage: the ROM copies these 256 bytes, the last four a checksum that the linker puts there, and enters them with the flash
+@ not yet to be read as memory. Every flash chip knows the plain read, command 03h with 24 bits of address (datasheet 2.8.1.3, 4.10).
+        .section .boot2, "ax"
+        ldr     r0, =0x18000000         @ SSI
+        movs    r1, #0
+        str     r1, [r0, #0x08]         @ SSIENR: off, or it cannot be set up
+        movs    r1, #4
+        str     r1, [r0, #0x14]         @ BAUDR: 33 MHz at 133 MHz, which every chip stands
+        ldr     r1, =31 << 16 | 3 << 8
+        str     r1, [r0, #0x00]         @ CTRLR0: one line, words of 32 bits, command and address before each
+        movs    r1, #0
+        str     r1, [r0, #0x04]         @ CTRLR1: one word each time
+        ldr     r1, =0x03 << 24 | 2 << 8 | 6 << 2
+        ldr     r2, =0x180000f4
+        str     r1, [r2]                @ SPI_CTRLR0: 03h, 8 bits of command, 24 of address, on one line
+        movs    r1, #1
+        str     r1, [r0, #0x08]
+        ldr     r0, =0x10000100         @ the vector table behind this block
+        ldr     r1, =0xe000ed08
+        str     r0, [r1]                @ VTOR
+        ldr     r1, [r0]
+        ldr     r2, [r0, #4]
+        msr     msp, r1
+        bx      r2
+        .ltorg
+
+        .section .text.firmware.board, "ax"
+
+@ The watchdog gets its time anew. It counts twice a microsecond (datasheet, erratum RP2040-E1).
+        .global board_feed
+        .type   board_feed, %function
+board_feed:
+        ldr     r1, =WATCHDOG
+        ldr     r0, =2 * WATCHDOG_US
+        str     r0, [r1, #4]            @ LOAD
+        bx      lr
+
+@ R0: not 0 where the serial port takes a byte. Core 1 asks, so this lies with its code.
+        .section .text.core1.firmware.board, "ax"
+        .global board_serial_ready
+        .type   board_serial_ready, %function
+board_serial_ready:
+        ldr     r1, =UART
+        ldr     r0, [r1, #0x18]         @ UARTFR
+        mvns    r0, r0
+        movs    r1, #0x20               @ TXFF
+        ands    r0, r1
+        bx      lr
+
+@ Sends the byte in R0.
+        .global board_serial_send
+        .type   board_serial_send, %function
+board_serial_send:
+        ldr     r1, =UART
+        str     r0, [r1]                @ UARTDR
+        bx      lr
+
+@ Once, at the start.
+        .section .text.start, "ax"
+
+@ This core takes the converter's interrupt from now on. Called once by each core.
+        .global board_listen
+        .type   board_listen, %function
+board_listen:
+        ldr     r1, =0xe000e100
+        ldr     r0, =1 << CONVERTER_IRQ
+        str     r0, [r1]                @ NVIC_ISER
+        ldr     r1, =0xd0000000
+        ldr     r0, [r1]                @ SIO: number of this core
+        movs    r1, #1
+        adds    r0, #8
+        lsls    r1, r0
+        ldr     r0, =CONVERTER + 0x2000
+        str     r1, [r0]                @ CTRL, set: this core serves
+        bx      lr
+
+@ 12 MHz crystal, PLL at 1596 MHz / 6 / 2 = 133 MHz; clk_peri; microseconds for the watchdog (datasheet 2.15 to 2.18, 4.7).
+        .global board_clocks
+        .type   board_clocks, %function
+board_clocks:
+        ldr     r0, =0x40024000         @ XOSC: 1 to 15 MHz, delay, enable
+        ldr     r1, =0xaa0
+        str     r1, [r0]
+        movs    r1, #47
+        str     r1, [r0, #0xc]
+        ldr     r1, =0xfabaa0
+        str     r1, [r0]
+1:      ldr     r1, [r0, #4]
+        cmp     r1, #0                  @ STABLE
+        bge     1b
+        ldr     r0, =0x40008000         @ clk_ref from the crystal
+        movs    r1, #2
+        str     r1, [r0, #0x30]
+2:      ldr     r1, [r0, #0x38]
+        cmp     r1, #1 << 2
+        bne     2b
+        ldr     r0, =0x4000f000         @ RESETS, clear: PLL_SYS, UART0, IO_BANK0, PADS_BANK0
+        ldr     r1, =1 << 12 | 1 << 22 | 1 << 5 | 1 << 8
+        str     r1, [r0]
+        ldr     r0, =0x4000c000
+3:      ldr     r2, [r0, #8]            @ RESET_DONE
+        ands    r2, r1
+        cmp     r2, r1
+        bne     3b
+        ldr     r0, =0x40028000         @ PLL_SYS
+        movs    r1, #1
+        str     r1, [r0]                @ reference / 1
+        movs    r1, #133
+        str     r1, [r0, #8]            @ * 133
+        movs    r1, #0xc
+        str     r1, [r0, #4]            @ power to PLL and VCO, not to the dividers
+4:      ldr     r1, [r0]
+        cmp     r1, #0                  @ LOCK
+        bge     4b
+        ldr     r1, =6 << 16 | 2 << 12
+        str     r1, [r0, #0xc]
+        movs    r1, #4
+        str     r1, [r0, #4]
+        ldr     r0, =0x40008000
+        movs    r1, #0
+        str     r1, [r0, #0x3c]         @ clk_sys: auxiliary is PLL_SYS
+        movs    r1, #1
+        str     r1, [r0, #0x3c]         @ and is taken
+5:      ldr     r1, [r0, #0x44]
+        cmp     r1, #2
+        bne     5b
+        ldr     r1, =1 << 11
+        str     r1, [r0, #0x48]         @ clk_peri from clk_sys
+        ldr     r0, =WATCHDOG
+        ldr     r1, =1 << 9 | 12        @ TICK: every 12 cycles of clk_ref
+        str     r1, [r0, #0x2c]
+        bx      lr
+
+@ UART0 on GPIO 0 at 31250 baud: 133 MHz / 16 / 266.
+        .global board_serial
+        .type   board_serial, %function
+board_serial:
+        ldr     r0, =UART
+        ldr     r1, =266
+        str     r1, [r0, #0x24]         @ UARTIBRD
+        movs    r1, #0
+        str     r1, [r0, #0x28]         @ UARTFBRD
+        movs    r1, #0x70
+        str     r1, [r0, #0x2c]         @ UARTLCR_H: 8 bits, FIFO
+        ldr     r1, =0x101
+        str     r1, [r0, #0x30]         @ UARTCR: enabled, transmits
+        ldr     r0, =0x40014000         @ IO_BANK0: GPIO 0 is UART0 TX
+        movs    r1, #2
+        str     r1, [r0, #4]
+        bx      lr
+
+@ The watchdog bites after WATCHDOG_US without food.
+        .global board_watchdog
+        .type   board_watchdog, %function
+board_watchdog:
+        ldr     r0, =WATCHDOG
+        ldr     r1, =2 * WATCHDOG_US
+        str     r1, [r0, #4]
+        ldr     r1, =1 << 30
+        str     r1, [r0]                @ CTRL: enabled
+        bx      lr
+
+@ The converter: double buffers of both cores' keys, no core served yet, and go.
+        .global board_converter
+        .type   board_converter, %function
+board_converter:
+        ldr     r0, =CONVERTER
+        ldr     r1, =KEYS0 + KEYS1
+        str     r1, [r0, #0x08]
+        ldr     r1, =words0
+        str     r1, [r0, #0x0c]
+        ldr     r1, =words0 + DISTANCE0
+        str     r1, [r0, #0x10]
+        ldr     r1, =2 * DISTANCE0
+        str     r1, [r0, #0x14]
+        movs    r1, #KEYS0              @ from this key on
+        str     r1, [r0, #0x24]
+        ldr     r1, =words1
+        str     r1, [r0, #0x28]
+        ldr     r1, =words1 + DISTANCE1
+        str     r1, [r0, #0x2c]
+        ldr     r1, =2 * DISTANCE1
+        str     r1, [r0, #0x30]
+        ldr     r1, =RATE
+        str     r1, [r0, #0x18]
+        movs    r1, #3
+        str     r1, [r0]
+        bx      lr

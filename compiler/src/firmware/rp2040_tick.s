@@ -1,0 +1,27 @@
+@ What a tick needs of the board: assembled once for each core, beside its frame, so that both do not fetch from one place.
+@ Each function may use R0 to R3 and R12; their cycles count.
+        .syntax unified
+        .thumb
+        .equ    CONVERTER, 0x40070000
+        .section .text.frame, "ax"
+
+@ R0: the number of this tick, from 1; R1: which half of the buffers it uses. Called when the converter interrupts.
+        .global board_begin
+        .type   board_begin, %function
+board_begin:
+        ldr     r1, =CONVERTER
+        ldr     r0, [r1, #0x1c]         @ TICKS
+        subs    r1, r0, #1
+        movs    r2, #1
+        ands    r1, r2
+        bx      lr
+
+@ The drive words of this tick are in place.
+        .global board_end
+        .type   board_end, %function
+board_end:
+        ldr     r1, =CONVERTER
+        movs    r0, #1
+        str     r0, [r1, #4]            @ STATUS: acknowledged
+        bx      lr
+

@@ -1,0 +1,210 @@
+//! Code for the Cortex-M0+: what selection asks for in terms of the larger cores, as instructions that ARMv6-M has.
+//!
+//! ```text
+//!   Func of selection --legal--> Func: low registers, two operands, flags right before who reads them, no IT
+//! ```
+//!
+//! ARMv6-M has 16-bit instructions, which nearly all set the flags, registers 0 to 7 for most of them, products of 32 bits, no
+//! quotient, no saturation and no conditions but those of branches. So here
+//!
+//! * an operand that is shifted, and a constant that does not fit, becomes an instruction of its own;
+//! * a result that must be its first operand is tied to it, and the allocator copies where that lives on;
+//! * flags are made again in front of whoever reads them: what makes them is kept, not their values;
+//! * a conditional instruction becomes a branch around it;
+//! * top words of products and quotients are calls of routines (`routines.s`).
+//!
+//! It is right and slow: a product's top word takes 23 cycles where a Cortex-M33 takes one.
+//!
+//! | part | what it settles |
+//! | --- | --- |
+//! | `constant` | constants, from shifts and sums or from the state |
+//! | `flags` | flags, conditions |
+//! | `memory` | loads and stores |
+//! | `lower` | everything else, instruction by instruction |
+//! | `unused` | results that nobody reads |
+
+mod constant;
+mod flags;
+mod lower;
+mod memory;
+mod unused;
+
+use super::frame::Frame;
+use super::literal::Literals;
+use super::vcode::{Code, Edge, End, Func, Half, Operand, Reg, Role, VReg};
+use flags::Flags;
+use whippen_isa::{Op, ShiftType};
+
+pub(super) use constant::{Step, steps};
+
+/// The routines that code calls, by their names in `routines.s`: factors or the like in R0 and R1, the result in R0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Routine {
+    /// The top word of a product, rounded half up.
+    MulTop,
+    /// The top word of a product.
+    MulHigh,
+    /// The top word of a product without signs.
+    UmulHigh,
+    /// A quotient without signs; 0 where the divisor is 0.
+    Divide,
+    /// How many zeros a word begins with; its second operand is not read.
+    LeadingZeros,
+}
+
+impl Routine {
+    pub(super) const ALL: [Routine; 5] =
+        [Routine::MulTop, Routine::MulHigh, Routine::UmulHigh, Routine::Divide, Routine::LeadingZeros];
+
+    /// Its name in `routines.s`.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Routine::MulTop => "mul_top",
+            Routine::MulHigh => "mul_high",
+            Routine::UmulHigh => "umul_high",
+            Routine::Divide => "divide",
+            Routine::LeadingZeros => "leading_zeros",
+        }
+    }
+}
+
+/// Registers that a routine does not keep, besides that of its result and those that nobody is given.
+pub(super) const LOST: [u8; 3] = [1, 2, 3];
+
+/// The text of the routines.
+pub(super) const ROUTINES: &str = include_str!("v6m/routines.s");
+
+/// The same for ARMv6-M.
+pub(super) fn legal(func: Func, frame: &Frame, literals: &mut Literals) -> Func {
+    let out = Func { blocks: Vec::new(), vregs: func.vregs };
+    let mut legal =
+        Legal { literals, literals_at: frame.literals, out, at: 0, flags: Flags::default(), origin: None, known: 0 };
+    let heads: Vec<usize> = func.blocks.iter().map(|_| legal.out.block()).collect();
+    for (index, block) in func.blocks.into_iter().enumerate() {
+        (legal.at, legal.flags) = (heads[index], Flags::default());
+        (legal.out.blocks[heads[index]].params, legal.out.blocks[heads[index]].rounds) = (block.params, block.rounds);
+        for code in &block.code {
+            (legal.origin, legal.known) = (code.origin, legal.out.vregs);
+            legal.one(code);
+        }
+        legal.end(block.end, &heads);
+    }
+    unused::without(legal.out)
+}
+
+struct Legal<'a> {
+    literals: &'a mut Literals,
+    /// Offset of the first in the state.
+    literals_at: u32,
+    out: Func,
+    /// The block that code goes to.
+    at: usize,
+    flags: Flags,
+    origin: Option<u32>,
+    /// Registers from this one on were made for the present instruction.
+    known: VReg,
+}
+
+impl Legal<'_> {
+    fn emit(&mut self, code: Code) {
+        self.out.blocks[self.at].code.push(Code { origin: self.origin, ..code });
+    }
+
+    /// A new register for the result in D.
+    fn result(&mut self, code: Code) -> VReg {
+        let d = self.out.fresh();
+        self.emit(code.reg(Role::D, d));
+        d
+    }
+
+    /// An instruction of ARMv6-M whose result is its first operand, changed.
+    fn tied(&mut self, op: Op, old: VReg, other: Option<VReg>) -> VReg {
+        self.tied_to(Role::N, op, old, other, 0)
+    }
+
+    /// The same; the operand is in another role, or an immediate.
+    fn tied_to(&mut self, role: Role, op: Op, old: VReg, other: Option<VReg>, imm: u32) -> VReg {
+        let d = self.out.fresh();
+        let mut code = Code::new(op).flags().both(Role::D, d, old).imm(imm);
+        code.tied = Some(role);
+        let rest = if role == Role::N { Role::M } else { Role::N };
+        let code = other.map_or(code, |other| code.reg(rest, other));
+        self.emit(code);
+        d
+    }
+
+    /// `op d, n, m` with three low registers.
+    fn three(&mut self, op: Op, n: Reg, m: Reg) -> VReg {
+        self.result(Code::new(op).flags().with(Role::N, n).with(Role::M, m))
+    }
+
+    /// A copy, which leaves the flags.
+    fn copy(&mut self, from: Reg) -> VReg {
+        self.result(Code::new(Op::MOV_register).with(Role::M, from))
+    }
+
+    /// The result under the name that selection gave it.
+    fn name(&mut self, code: &Code, role: Role, from: VReg) {
+        let Some(Operand { reg: Reg::Virtual(to), .. }) = code.operands[role as usize] else { return };
+        let last = self.out.blocks[self.at].code.last_mut().filter(|last| last.writes().eq([from]));
+        match last {
+            // Nobody else knows it yet.
+            Some(last) if from >= self.known => last.rename(from, to),
+            _ => self.emit(Code::new(Op::MOV_register).reg(Role::D, to).reg(Role::M, from)),
+        }
+    }
+
+    /// What stands in a role, in a low register.
+    fn low(&mut self, code: &Code, role: Role) -> Reg {
+        match code.operands[role as usize].map(|operand| operand.reg) {
+            Some(Reg::Fixed(reg)) if reg >= 8 => Reg::Virtual(self.copy(Reg::Fixed(reg))),
+            Some(reg) => reg,
+            // Every instruction has the operands that its lowering asks for.
+            None => Reg::Virtual(self.constant(0)),
+        }
+    }
+
+    /// The same in a register that is not fixed.
+    fn value(&mut self, code: &Code, role: Role) -> VReg {
+        match self.low(code, role) {
+            Reg::Virtual(reg) => reg,
+            fixed => self.copy(fixed),
+        }
+    }
+
+    /// The operand M, shifted as it is in the instruction.
+    fn shifted(&mut self, code: &Code, role: Role) -> Reg {
+        let reg = self.low(code, role);
+        let op = match code.inst.shift {
+            ShiftType::LSR => Op::LSR_immediate,
+            ShiftType::ASR => Op::ASR_immediate,
+            _ => Op::LSL_immediate,
+        };
+        if code.inst.amount == 0 { reg } else { Reg::Virtual(self.shift(op, reg, code.inst.amount)) }
+    }
+
+    fn shift(&mut self, op: Op, reg: Reg, amount: u8) -> VReg {
+        let mut code = Code::new(op).flags().with(Role::M, reg);
+        code.inst.amount = amount;
+        self.result(code)
+    }
+
+    /// The result of a routine.
+    fn call(&mut self, routine: Routine, a: VReg, b: VReg) -> VReg {
+        let code = Code { address: Some(Half::Routine(routine)), ..Code::new(Op::BL) };
+        self.result(code.reg(Role::N, a).reg(Role::M, b))
+    }
+
+    fn jump(&mut self, block: usize, args: Vec<VReg>) {
+        self.out.blocks[self.at].end = End::Jump(Edge { block, args });
+    }
+
+    fn end(&mut self, end: End, heads: &[usize]) {
+        match end {
+            End::Jump(edge) => self.jump(heads[edge.block], edge.args),
+            End::Branch { cond, yes, no, likely } => self.branch(cond, heads[yes], heads[no], likely),
+            End::Next(code) => self.out.blocks[self.at].end = End::Next(code),
+            End::InitDone => self.out.blocks[self.at].end = End::InitDone,
+        }
+    }
+}

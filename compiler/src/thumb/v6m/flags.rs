@@ -1,0 +1,102 @@
+//! Flags: what makes them is kept, and emitted again where they are read, because nearly every instruction changes them.
+
+use super::Legal;
+use crate::thumb::vcode::{Code, End, Reg, Role};
+use whippen_isa::Cond;
+
+/// What makes the flags that the next reader finds.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Flags {
+    made: Made,
+    /// Where they still are: in this block, behind so many instructions.
+    here: Option<(usize, usize)>,
+}
+
+#[derive(Debug, Clone)]
+enum Made {
+    /// By these, one right after the other.
+    By(Vec<Code>),
+    /// By the first ones, and where those give the condition by the others.
+    Either { first: Vec<Code>, cond: Cond, second: Vec<Code> },
+}
+
+impl Default for Made {
+    fn default() -> Self {
+        Made::By(Vec::new())
+    }
+}
+
+impl Legal<'_> {
+    /// The last instruction has set the flags, and needs those before it if it reads some.
+    pub(super) fn flags_made(&mut self, reads: bool) {
+        let code = &self.out.blocks[self.at].code;
+        let (last, count) = (code.last().copied(), code.len());
+        let before = match &self.flags.made {
+            Made::By(before) if reads => before.clone(),
+            _ => Vec::new(),
+        };
+        let made = Made::By(before.into_iter().chain(last).collect());
+        self.flags = Flags { made, here: Some((self.at, count)) };
+    }
+
+    /// What was last emitted left them.
+    pub(super) fn flags_left(&mut self) {
+        self.flags.here = Some((self.at, self.out.blocks[self.at].code.len()));
+    }
+
+    /// Takes the last instruction back: it is to set the flags only where those before give a condition.
+    pub(super) fn flags_made_only(&mut self, before: Flags, cond: Cond) {
+        let second = self.out.blocks[self.at].code.pop().into_iter().collect();
+        let (Made::By(first) | Made::Either { first, .. }) = before.made;
+        self.flags = Flags { made: Made::Either { first, cond, second }, here: None };
+    }
+
+    /// The flags are those that were made, for the instruction that comes next.
+    pub(super) fn want_flags(&mut self) {
+        let here = (self.at, self.out.blocks[self.at].code.len());
+        if self.flags.here != Some(here)
+            && let Made::By(codes) = self.flags.made.clone()
+        {
+            self.again(&codes);
+        }
+    }
+
+    /// The same instructions with results of their own.
+    fn again(&mut self, codes: &[Code]) {
+        for code in codes {
+            let mut code = *code;
+            if let Some(d) = &mut code.operands[Role::D as usize] {
+                d.reg = Reg::Virtual(self.out.fresh());
+            }
+            self.emit(code);
+        }
+    }
+
+    /// Ends the block by a condition; code goes on nowhere.
+    pub(super) fn branch(&mut self, cond: Cond, yes: usize, no: usize, likely: Option<bool>) {
+        let Made::Either { first, cond: decides, second } = self.flags.made.clone() else {
+            self.want_flags();
+            return self.part(cond, yes, no, likely);
+        };
+        let [holds, fails] = [(); 2].map(|()| self.out.block());
+        self.again(&first);
+        self.part(decides, holds, fails, None);
+        for (block, codes) in [(holds, second), (fails, first)] {
+            self.at = block;
+            self.again(&codes);
+            self.part(cond, yes, no, likely);
+        }
+    }
+
+    /// A branch to blocks of its own, which lead to where it goes: those may be led to by others.
+    fn part(&mut self, cond: Cond, yes: usize, no: usize, likely: Option<bool>) {
+        let from = self.at;
+        let [to_yes, to_no] = [yes, no].map(|to| {
+            self.at = self.out.block();
+            self.jump(to, Vec::new());
+            self.at
+        });
+        self.out.blocks[from].end = End::Branch { cond, yes: to_yes, no: to_no, likely };
+        self.at = from;
+    }
+}
