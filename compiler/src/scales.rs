@@ -32,14 +32,6 @@ impl Scales {
     pub fn words_per_tick(&self, speed: f64, rate_hz: u32) -> i64 {
         (speed / f64::from(rate_hz) / self.sensor_lsb).floor().clamp(1.0, 65535.0) as i64
     }
-
-    /// How far a word may move in a tick at `speed` (SI per second): by as many words as that allows, or, where that takes off
-    /// no more than a sixteenth, by a power of two down and a word less up, which is one saturating instruction.
-    pub fn moves_per_tick(&self, speed: f64, rate_hz: u32) -> (i64, i64) {
-        let words = self.words_per_tick(speed, rate_hz);
-        let power = 1 << words.ilog2();
-        if power > 1 && words - power <= words / 16 { (-power, power - 1) } else { (-words, words) }
-    }
 }
 
 #[cfg(test)]
@@ -61,13 +53,5 @@ mod tests {
     fn ten_metres_per_second_is_1350_words_per_tick() {
         assert_eq!(MIKEY.words_per_tick(10.0, 44_100), 1350);
         assert_eq!(MIKEY.words_per_tick(1e-9, 44_100), 1);
-        assert_eq!(MIKEY.moves_per_tick(10.0, 44_100), (-1350, 1350));
-        assert_eq!(MIKEY.moves_per_tick(1e-9, 44_100), (-1, 1));
-    }
-
-    #[test]
-    fn eight_metres_per_second_are_a_power_of_two() {
-        assert_eq!(MIKEY.words_per_tick(8.0, 44_100), 1080);
-        assert_eq!(MIKEY.moves_per_tick(8.0, 44_100), (-1024, 1023));
     }
 }

@@ -119,7 +119,7 @@ struct Watch<'a> {
     model: &'a Model,
     /// Words the first sense accepts, and how far it lets them move in a tick.
     accepted: (i64, i64),
-    moves: Option<(i64, i64)>,
+    step: Option<i64>,
     last: Option<i64>,
     counts: Counts,
 }
@@ -129,8 +129,8 @@ impl<'a> Watch<'a> {
         let (model, scales) = (&compiled.model, device.scales());
         let sense = model.senses.first();
         let accepted = sense.map_or((0, 65_535), |s| scales.words_in(s.range));
-        let moves = sense.and_then(|s| s.slew_per_s).map(|v| scales.moves_per_tick(v, model.rate_hz));
-        Watch { device, model, accepted, moves, last: None, counts: Counts::default() }
+        let step = sense.and_then(|s| s.slew_per_s).map(|v| scales.words_per_tick(v, model.rate_hz));
+        Watch { device, model, accepted, step, last: None, counts: Counts::default() }
     }
 
     fn word(&mut self, position_m: f64) -> u16 {
@@ -138,8 +138,8 @@ impl<'a> Watch<'a> {
         let (low, high) = self.accepted;
         let wide = i64::from(word).clamp(low, high);
         let outside = self.model.senses.first().is_some_and(|s| position_m < s.range.low || position_m > s.range.high);
-        let held = match (self.last, self.moves) {
-            (Some(last), Some((down, up))) => last + (wide - last).clamp(down, up),
+        let held = match (self.last, self.step) {
+            (Some(last), Some(step)) => wide.clamp(last - step, last + step),
             _ => wide,
         };
         self.counts.ticks += 1;

@@ -30,7 +30,7 @@ struct Input {
     port: u32,
     accepted: Range,
     /// Cell of the last word, and how far a word may move from it.
-    slew: Option<(u32, Range)>,
+    slew: Option<(u32, i64)>,
     window: Option<Window>,
     /// This tick's values.
     word: Option<Value>,
@@ -127,8 +127,7 @@ impl Lowerer<'_> {
             let word = self.clamped(word, accepted)?;
             let slew = sense.slew_per_s.map(|speed| {
                 let cell = self.b.cell(&format!("{}.word", sense.name), Type::I32, accepted, low);
-                let (down, up) = self.scales.moves_per_tick(speed, self.step.model.rate_hz);
-                (cell, Range::new(down, up))
+                (cell, self.scales.words_per_tick(speed, self.step.model.rate_hz))
             });
             if let Some((cell, _)) = slew {
                 self.b.effect(Op::Set(cell), &[word])?;
@@ -185,8 +184,8 @@ impl Lowerer<'_> {
         let (port, accepted, slew) = (input.port, input.accepted, input.slew);
         let word = self.b.op(Op::In(port), &[])?;
         let mut word = self.clamped(word, accepted)?;
-        if let Some((cell, moves)) = slew {
-            word = self.slewed(word, cell, moves, accepted)?;
+        if let Some((cell, step)) = slew {
+            word = self.slewed(word, cell, step, accepted)?;
         }
         self.inputs.senses[index].word = Some(word);
         if self.inputs.senses[index].window.is_some() {
@@ -195,11 +194,12 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    fn slewed(&mut self, word: Value, cell: u32, moves: Range, accepted: Range) -> Result<Value, OpError> {
+    fn slewed(&mut self, word: Value, cell: u32, step: i64, accepted: Range) -> Result<Value, OpError> {
         let last = self.b.op(Op::Get(cell), &[])?;
-        let moved = self.b.op(Op::Sub, &[word, last])?;
-        let moved = self.clamped(moved, moves)?;
-        let held = self.b.op(Op::Add, &[last, moved])?;
+        let step = self.constant(step)?;
+        let (low, high) = (self.b.op(Op::Sub, &[last, step])?, self.b.op(Op::Add, &[last, step])?);
+        let raised = self.b.op(Op::Max, &[word, low])?;
+        let held = self.b.op(Op::Min, &[raised, high])?;
         // Between the last word and this one, both accepted.
         let held = self.b.op(Op::Assume(accepted.low, accepted.high), &[held])?;
         self.b.effect(Op::Set(cell), &[held])?;

@@ -10,8 +10,7 @@ use crate::scales::Scales;
 pub(super) struct SenseState {
     words: VecDeque<i64>,
     accepted: (i64, i64),
-    /// How far a word may move in a tick.
-    moves: (i64, i64),
+    step: i64,
     scales: Scales,
     rate_hz: f64,
 }
@@ -20,17 +19,16 @@ impl SenseState {
     /// The window is filled with the first word (rule 6).
     pub fn new(sense: &Sense, scales: Scales, rate_hz: u32, first: u16) -> SenseState {
         let accepted = scales.words_in(sense.range);
-        let moves = sense.slew_per_s.map_or((-65_535, 65_535), |v| scales.moves_per_tick(v, rate_hz));
+        let step = sense.slew_per_s.map_or(i64::MAX / 2, |v| scales.words_per_tick(v, rate_hz));
         let first = i64::from(first).clamp(accepted.0, accepted.1);
         let words = VecDeque::from(vec![first; sense.window as usize]);
-        SenseState { words, accepted, moves, scales, rate_hz: f64::from(rate_hz) }
+        SenseState { words, accepted, step, scales, rate_hz: f64::from(rate_hz) }
     }
 
     /// Takes this tick's word: clamped to the range, then held back to the slew.
     pub fn push(&mut self, word: u16) {
         let last = self.last();
-        let word = i64::from(word).clamp(self.accepted.0, self.accepted.1);
-        let word = last + (word - last).clamp(self.moves.0, self.moves.1);
+        let word = i64::from(word).clamp(self.accepted.0, self.accepted.1).clamp(last - self.step, last + self.step);
         self.words.pop_front();
         self.words.push_back(word);
     }
