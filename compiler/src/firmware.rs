@@ -101,7 +101,7 @@ pub enum FirmwareError {
     Programs(usize),
     /// The board's core is one for which the limit of energy is not made.
     PassivityCore,
-    /// Credit, past or damping of the passivity are out of range.
+    /// Credit, past or damping of the passivity are out of range, or the core has none.
     Passivity,
     /// The motor's rated word is not between 1 and 32767, or it stands its peak for less than 1 ms or more than 10 s.
     Motor,
@@ -122,7 +122,7 @@ impl fmt::Display for FirmwareError {
                 f.write_str("the rated current must be below the peak, and the peak last between 1 ms and 10 s")
             }
             FirmwareError::Passivity => f.write_str(
-                "passivity is out of reach: energy, delays or damping are not within what the firmware's words can say",
+                "passivity is out of reach: a Cortex-M0+ has none, or energy, delays or damping are not within what words can say",
             ),
             FirmwareError::PassivityCore => {
                 f.write_str("passivity is watched on Cortex-M4 and M33 only: take another board, or no [passivity]")
@@ -359,7 +359,7 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
     if setup.passivity.is_some() && board.arch == Arch::V6M {
         return Err(FirmwareError::PassivityCore);
     }
-    let passivity = passivity(setup)?;
+    let passivity = passivity(setup, board)?;
     put("PAST", passivity.past.into());
     put("DAMPING", passivity.damping.into());
     put("CREDIT", passivity.credit.into());
@@ -373,12 +373,13 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
 }
 
 /// What is observed of the keys' energy: nothing where there is no past.
-fn passivity(setup: &Setup) -> Result<Passivity, FirmwareError> {
+fn passivity(setup: &Setup, board: &Support) -> Result<Passivity, FirmwareError> {
     let off = Passivity { credit: 1 << 18, past: 0, damping: 0 };
     let Some(wanted) = setup.passivity else { return Ok(off) };
     let ranges = [(wanted.credit, 1 << 18, 1 << 30), (wanted.past, 1, 16), (wanted.damping, 0, 8191)];
     let fits = ranges.into_iter().all(|(value, low, high)| (low..=high).contains(&value));
-    if fits { Ok(wanted) } else { Err(FirmwareError::Passivity) }
+    // The frame of an ARMv6-M has none: what was asked for must not be left out in silence.
+    if fits && board.arch != Arch::V6M { Ok(wanted) } else { Err(FirmwareError::Passivity) }
 }
 
 /// What the motor's limits are in the units of the service.
