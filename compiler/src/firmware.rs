@@ -356,9 +356,6 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
     put("MOVED", rounded(setup.motor.newton).into());
     put("AGE_RAIL", ticks(10).min(0xffff));
     put("AGE_FROZEN", ticks(100).min(0xffff));
-    if setup.passivity.is_some() && board.arch == Arch::V6M {
-        return Err(FirmwareError::PassivityCore);
-    }
     let passivity = passivity(setup, board)?;
     put("PAST", passivity.past.into());
     put("DAMPING", passivity.damping.into());
@@ -379,7 +376,11 @@ fn passivity(setup: &Setup, board: &Support) -> Result<Passivity, FirmwareError>
     let ranges = [(wanted.credit, 1 << 18, 1 << 30), (wanted.past, 1, 16), (wanted.damping, 0, 8191)];
     let fits = ranges.into_iter().all(|(value, low, high)| (low..=high).contains(&value));
     // The frame of an ARMv6-M has none: what was asked for must not be left out in silence.
-    if fits && board.arch != Arch::V6M { Ok(wanted) } else { Err(FirmwareError::Passivity) }
+    match fits {
+        _ if board.arch == Arch::V6M => Err(FirmwareError::PassivityCore),
+        true => Ok(wanted),
+        false => Err(FirmwareError::Passivity),
+    }
 }
 
 /// What the motor's limits are in the units of the service.
