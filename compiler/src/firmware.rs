@@ -122,7 +122,7 @@ impl fmt::Display for FirmwareError {
                 f.write_str("the rated current must be below the peak, and the peak last between 1 ms and 10 s")
             }
             FirmwareError::Passivity => f.write_str(
-                "passivity is out of reach: a Cortex-M0+ has none, or energy, delays or damping are not within what words can say",
+                "passivity is out of reach: energy, delays or damping are not within what the firmware's words can say",
             ),
             FirmwareError::PassivityCore => {
                 f.write_str("passivity is watched on Cortex-M4 and M33 only: take another board, or no [passivity]")
