@@ -62,7 +62,7 @@ pub fn owner(section: &str) -> Owner {
     let has = |part: &str| section.split('.').any(|own| own.split('_').next() == Some(part));
     match () {
         () if section.starts_with(".text.start") || !section.starts_with(['.']) => Owner::Start,
-        () if section.ends_with("vectors")
+        () if ["vectors", "exceptions"].iter().any(|end| section.ends_with(end))
             || [".boot2", ".image_def", ".copy_table", ".zero_table"].contains(&section) =>
         {
             Owner::Start
