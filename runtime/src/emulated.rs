@@ -208,7 +208,12 @@ impl Emulated {
     }
 
     fn in_time(&mut self) -> Result<(), String> {
-        if self.ticks()? < START_TICKS { Ok(()) } else { Err("the board does not begin to play".to_string()) }
+        if self.ticks()? < START_TICKS {
+            Ok(())
+        } else {
+            Err("the board does not begin to play: its ticks may be too long (`whippen budget` says how many keys fit)"
+                .to_string())
+        }
     }
 
     /// The state of a core's keys, with all gains at 1.
