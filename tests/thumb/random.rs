@@ -1,4 +1,7 @@
-//! Random kernels. `WHIPPEN_KERNELS=N cargo test --test thumb random` tries N instead of some hundred.
+//! Random kernels. `WHIPPEN_KERNELS=N cargo test --test thumb random` tries N of them.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
 
 use crate::target::{CORES, Target};
 use whippen_compiler::kernel::random::{Rng, inputs, kernel};
@@ -7,7 +10,9 @@ use whippen_compiler::modes::Modes;
 use whippen_emulator::CoreKind;
 
 /// How many kernels, where the environment does not say.
-const KERNELS: u64 = 120;
+const KERNELS: u64 = 10_000;
+/// Every so many of them on all cores, the others on the first.
+const ON_ALL: u64 = 50;
 /// From this one on.
 const FIRST: u64 = 0;
 
@@ -48,7 +53,13 @@ fn compare(seed: u64, kernel: &Kernel, core: CoreKind) {
 
 #[test]
 fn kernels() {
-    for seed in FIRST..FIRST + count() {
-        CORES.into_iter().for_each(|core| compare(seed, &kernel(seed), core));
-    }
+    let (next, end) = (AtomicU64::new(FIRST), FIRST + count());
+    let work = || {
+        while let Some(seed) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|seed| *seed < end) {
+            let on = if seed % ON_ALL == 0 { &CORES[..] } else { &CORES[..1] };
+            on.iter().for_each(|core| compare(seed, &kernel(seed), *core));
+        }
+    };
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(work))));
 }

@@ -9,7 +9,9 @@ use whippen_isa::Arch;
 
 /// Where everything lies.
 const RAM: u32 = 0x2000_0000;
+/// At most.
 const RAM_BYTES: u32 = 0x80_0000;
+const STACK_BYTES: u32 = 0x1_0000;
 /// No tick takes longer.
 const CYCLES_MAX: u64 = 20_000_000;
 
@@ -20,6 +22,8 @@ pub const CORES: [CoreKind; 3] = [CoreKind::CortexM33, CoreKind::CortexM4, CoreK
 pub struct Target {
     machine: Machine,
     layout: Layout,
+    /// Where the state is.
+    state: u32,
     image: Image,
     kernel: Kernel,
     keys: u32,
@@ -33,31 +37,29 @@ impl Target {
         let options = Options { name: "k".into(), keys, gain: true, probes: true, arch: core.arch() };
         let built = compile(modes, &options).unwrap_or_else(|error| panic!("{}: {error}", modes.kernel.name));
         let mut board = Board::generic(core);
-        board.regions.iter_mut().filter(|r| r.base == RAM).for_each(|r| r.bytes = RAM_BYTES);
-        let mut machine = Machine::new(board).expect("a board");
         let input = Input { object: &built.object, places: &[] };
         let image = link(&memory(core.arch()), &[input], "k_tick")
             .unwrap_or_else(|error| panic!("{}: {error}", modes.kernel.name));
+        // As much as is used, and a stack: a machine begins with all of it cleared.
+        let end = image.sections.iter().map(|section| section.run + section.size).max().unwrap_or(RAM);
+        let bytes = (end - RAM).next_multiple_of(0x1000) + STACK_BYTES;
+        board.regions.iter_mut().filter(|r| r.base == RAM).for_each(|r| r.bytes = bytes);
+        let mut machine = Machine::new(board).expect("a board");
         for section in &image.sections {
             machine.bus.memory.write(section.run, &section.bytes).expect("memory");
         }
-        machine.cpu_mut(0).set(named("sp"), RAM + RAM_BYTES);
-        Target { machine, layout: built.layout, image, kernel: modes.kernel.clone(), keys, cycles: 0 }
-    }
-
-    fn address(&self, symbol: &str) -> u32 {
-        let found = self.image.symbols.iter().find(|known| known.name == symbol);
-        found.unwrap_or_else(|| panic!("no `{symbol}`")).address
+        machine.cpu_mut(0).set(named("sp"), RAM + bytes);
+        let state = address(&image, "k_state");
+        Target { machine, layout: built.layout, state, image, kernel: modes.kernel.clone(), keys, cycles: 0 }
     }
 
     fn write(&mut self, at: u32, bytes: &[u8]) {
-        let state = self.address("k_state");
-        self.machine.bus.memory.write(state + at, bytes).expect("memory");
+        self.machine.bus.memory.write(self.state + at, bytes).expect("memory");
     }
 
     fn read<const N: usize>(&self, at: u32) -> [u8; N] {
         let mut bytes = [0; N];
-        self.machine.bus.memory.read(self.address("k_state") + at, &mut bytes).expect("memory");
+        self.machine.bus.memory.read(self.state + at, &mut bytes).expect("memory");
         bytes
     }
 
@@ -66,7 +68,7 @@ impl Target {
     }
 
     fn call(&mut self, symbol: &str) {
-        let (function, state) = (self.address(symbol), self.address("k_state"));
+        let (function, state) = (address(&self.image, symbol), self.state);
         let saved = self.kept();
         match self.machine.call(function, [state, 0, 0, 0], CYCLES_MAX) {
             Stop::Returned { cycles, .. } => self.cycles = cycles,
@@ -151,13 +153,18 @@ impl Target {
     }
 }
 
+fn address(image: &Image, symbol: &str) -> u32 {
+    let found = image.symbols.iter().find(|known| known.name == symbol);
+    found.unwrap_or_else(|| panic!("no `{symbol}`")).address
+}
+
 fn named(name: &str) -> Register {
     Register::named(name).expect("a register")
 }
 
 /// Memory enough for any kernel; what is above it is for the stack.
 fn memory(arch: Arch) -> LinkBoard {
-    let ram = Memory { name: "ram".to_string(), base: RAM, size: RAM_BYTES - 0x1_0000, kind: MemoryKind::Ram };
+    let ram = Memory { name: "ram".to_string(), base: RAM, size: RAM_BYTES - STACK_BYTES, kind: MemoryKind::Ram };
     LinkBoard {
         name: "target".to_string(),
         arch,

@@ -313,7 +313,12 @@ impl<'a> Select<'a> {
             _ if info.range.low == info.range.high && inst.op.row().effect == crate::kernel::Effect::Pure => {
                 Bound::Const(info.range.low)
             }
-            (Op::Assume(..), _) => self.bound[inst.args[0].0 as usize],
+            (Op::Assume(..), ty) => match self.bound[inst.args[0].0 as usize] {
+                // What waits for one user is computed where that stands; several may stand in blocks that do not meet.
+                Bound::Later(..) if self.used[result.0 as usize] != 1 && ty == Type::I64 => self.both(inst.args[0]),
+                Bound::Later(..) if self.used[result.0 as usize] != 1 => Bound::One(self.reg(inst.args[0])),
+                bound => bound,
+            },
             (Op::Lt | Op::Le | Op::Eq, _) => self.test(inst, result),
             (Op::Not, _) if self.used[result.0 as usize] == 1 && self.may_wait(&inst.args) => {
                 Bound::Later(Op::Not, [inst.args[0]; 2])

@@ -32,11 +32,11 @@ impl Select<'_> {
         let Bound::Test(op, [a, b]) = self.bound[value.0 as usize] else { return None };
         let (of, from) = (self.info(a), self.info(b));
         let word = |low: i64, high: i64| Type::I32.range().has(low) && Type::I32.range().has(high);
-        if of.ty != Type::I32 || !word(of.range.low - from.range.high - 1, of.range.high - from.range.low - 1) {
-            return None;
-        }
         // a < b where a - b is negative, a <= b where a - b - 1 is.
         let less = i64::from(op == Op::Le);
+        if of.ty != Type::I32 || !word(of.range.low - from.range.high - less, of.range.high - from.range.low - less) {
+            return None;
+        }
         let difference = match (op, self.constant(a), self.constant(b)) {
             (Op::Eq, ..) => return None,
             (_, _, Some(k)) => {
@@ -235,7 +235,7 @@ impl Select<'_> {
         Some(self.move_only(beyond, new, old))
     }
 
-    fn both(&mut self, value: Value) -> Bound {
+    pub(super) fn both(&mut self, value: Value) -> Bound {
         let (low, high) = self.pair(value);
         Bound::Two(low, high)
     }
