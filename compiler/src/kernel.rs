@@ -51,6 +51,7 @@ pub use loaded::Loaded;
 pub use memory::{EngineError, Happened, Memory};
 pub use op::{Effect, Immediate, Op, OpError, ROWS};
 pub use parse::{ParseError, parse};
+pub(crate) use strip::sweep_insts;
 pub use strip::{sweep, without_probes};
 pub use verify::{Verified, VerifyError, verify};
 pub(crate) use walk::Walk;

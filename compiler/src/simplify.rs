@@ -4,6 +4,7 @@
 //!   integer form one chain of multiply-accumulates.
 //! * Both arms of an `if` give up what they share: `if c then a + x else b + x` is `x + if c then a else b`, and one value with
 //!   two factors becomes a product with a chosen constant, as does a division by one.
+//! * A value divided by what live parameters alone decide is a product with a quotient that all keys share.
 //! * What the ranges decide is gone: a `max` that never bites, a comparison that always holds.
 //! * Comparisons compare a value with a constant where they can: the threshold is scaled, not the value.
 //! * The step of every body is written out (rule 3: rate first, then coordinate), so it takes part in all this.

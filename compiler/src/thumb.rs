@@ -12,6 +12,7 @@
 //! | part | what it settles |
 //! | --- | --- |
 //! | `frame` | registers with a meaning, the state and everything's place in it |
+//! | `shared` | what is computed once a tick for all keys |
 //! | `select` | which instructions |
 //! | `vcode` | instructions over virtual registers |
 //! | `schedule` | the order of instructions |
@@ -42,6 +43,7 @@ mod reorder;
 mod same;
 mod schedule;
 mod select;
+mod shared;
 mod v6m;
 mod vcode;
 
@@ -170,7 +172,7 @@ pub const POINTS: Points = Points { state: [frame::T, frame::K], histories: fram
 
 /// Bytes of a key's record.
 pub fn record_bytes(kernel: &Kernel, options: &Options) -> u32 {
-    Frame::new(kernel, options, None).record
+    Frame::new(kernel, options, None, 0).record
 }
 
 fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Built, ThumbError> {
@@ -180,22 +182,33 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
     if modes.modes.len() + modes.kernel.tables.len() > LITERALS_MAX / 2 {
         return Err(ThumbError::Modes(modes.modes.len()));
     }
+    let (modes, shared) = shared::share(modes);
     let kernel = &modes.kernel;
-    let mut frame = Frame::new(kernel, options, around);
+    let mut frame = Frame::new(kernel, options, around, shared.results.len());
     let mut literals = Literals::new(modes.modes.len() + kernel.tables.len());
     let core = timing(options.arch);
-    let funcs = best::modes(modes, &frame, &mut literals, &core)?;
-    let init = best::init(modes, &frame, &mut literals, &core)?;
+    let made = Made {
+        modes: best::modes(&modes, &frame, &mut literals, &core)?,
+        init: best::init(&modes, &frame, &mut literals, &core)?,
+        shared: best::shared(kernel, &frame, &mut literals, &shared, &core)?,
+    };
     frame.close(literals.all().len());
     if frame.size.max(frame.size_apart) > 1 << 24 {
         return Err(ThumbError::Keys(options.keys));
     }
-    let items = items(&frame, options, &core, modes, &funcs, &init);
+    let items = items(&frame, options, &core, &modes, &made);
     let code = lay_out(&items.items, items.labels, core.arch, &options.name)
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
     let mut object = object(kernel, &frame, options, &literals, code);
     v6m::add_routines(&mut object, options)?;
     Ok(Built { object, layout: Layout { frame } })
+}
+
+/// Code with registers: of all modes, of `init`, and of what a tick computes at its entry, if there is such.
+struct Made {
+    modes: Vec<Allocated>,
+    init: Allocated,
+    shared: Option<Allocated>,
 }
 
 /// All code, and how many labels it has.
@@ -204,15 +217,22 @@ struct Items {
     labels: usize,
 }
 
-fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, funcs: &[Allocated], init: &Allocated) -> Items {
-    let name = &options.name;
-    let slots = funcs.iter().map(|func| func.slots).max().unwrap_or(0);
+fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Made) -> Items {
+    let (name, init) = (&options.name, &made.init);
+    let slots = made.modes.iter().chain(&made.shared).map(|func| func.slots).max().unwrap_or(0);
     let mut mode_names: Vec<String> = (0..modes.modes.len()).map(|mode| names::mode(name, mode)).collect();
     let labels = entry::Labels { init_key: 0, init_next: 1, events: 2 };
-    let mut items = entry::tick(frame, core.arch, name, slots, &mode_names, labels.events);
-    mode_names.push(names::end(name));
     let mut base = entry::LABELS;
-    for (index, func) in funcs.iter().enumerate() {
+    let shared = made.shared.as_ref().map_or_else(Vec::new, |shared| {
+        let done = base + shared.blocks.len();
+        let mut items = arrange::arrange(shared, base, core, &mode_names, done);
+        items.push(Item::Label(done));
+        base = done + 1;
+        items
+    });
+    let mut items = entry::tick(frame, core.arch, name, slots, shared, &mode_names, labels.events);
+    mode_names.push(names::end(name));
+    for (index, func) in made.modes.iter().enumerate() {
         items.push(Item::Function { name: names::mode(name, index), global: false });
         items.extend(arrange::arrange(func, base, core, &mode_names, labels.init_next));
         base += func.blocks.len();

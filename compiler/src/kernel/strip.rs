@@ -14,8 +14,8 @@ pub fn without_probes(kernel: &Kernel) -> Kernel {
 /// Removes instructions without effect whose results nobody uses, and unused results of `if`.
 pub fn sweep(kernel: &mut Kernel) {
     let mut needed = vec![false; kernel.values.len()];
-    sweep_region(&mut kernel.init, &mut needed);
-    sweep_region(&mut kernel.tick, &mut needed);
+    sweep_insts(&mut kernel.init.insts, &mut needed);
+    sweep_insts(&mut kernel.tick.insts, &mut needed);
 }
 
 fn drop_probes(region: &mut Region) {
@@ -23,10 +23,10 @@ fn drop_probes(region: &mut Region) {
     region.insts.iter_mut().flat_map(|inst| &mut inst.regions).for_each(drop_probes);
 }
 
-/// From the bottom up; what is yielded must be marked already.
-fn sweep_region(region: &mut Region, needed: &mut [bool]) {
+/// Leaves out what nobody needs, from the bottom up; what is needed behind these instructions must be marked already.
+pub(crate) fn sweep_insts(insts: &mut Vec<Inst>, needed: &mut [bool]) {
     let mut kept: Vec<Inst> = Vec::new();
-    for mut inst in std::mem::take(&mut region.insts).into_iter().rev() {
+    for mut inst in std::mem::take(insts).into_iter().rev() {
         if inst.op == Op::If {
             drop_results(&mut inst, needed);
         }
@@ -34,13 +34,13 @@ fn sweep_region(region: &mut Region, needed: &mut [bool]) {
             mark(&inst.args, needed);
             for inner in &mut inst.regions {
                 mark(&inner.yields, needed);
-                sweep_region(inner, needed);
+                sweep_insts(&mut inner.insts, needed);
             }
             kept.push(inst);
         }
     }
     kept.reverse();
-    region.insts = kept;
+    *insts = kept;
 }
 
 /// Removes the results of an `if` that nobody uses.

@@ -15,6 +15,8 @@ pub(super) struct Rewriter<'a> {
     uses: Vec<u32>,
     pub(super) dag: Dag,
     intervals: Vec<Interval>,
+    /// Whether a value depends on live parameters and constants alone.
+    common: Vec<bool>,
     spans: Vec<Option<Span>>,
     within: Vec<Option<u32>>,
     /// Sums of several terms with several users: computed once, not unfolded into their users.
@@ -29,6 +31,7 @@ impl<'a> Rewriter<'a> {
             uses: count_uses(&model.dag, &roots),
             dag: Dag::default(),
             intervals: Vec::new(),
+            common: Vec::new(),
             spans: Vec::new(),
             within: Vec::new(),
             shared: HashSet::new(),
@@ -117,14 +120,23 @@ impl<'a> Rewriter<'a> {
     pub(super) fn add(&mut self, node: Node) -> NodeId {
         let interval = interval_of(self.model, &node, |o| self.intervals[o.0 as usize]);
         let bool = node.is_bool();
+        let common = self.is_common(&node);
         if interval.low == interval.high && !matches!(node, Node::Const(_) | Node::Bool(_)) {
             return self.add(if bool { Node::Bool(interval.low == 1.0) } else { Node::Const(Real(interval.low)) });
         }
         let id = self.dag.add(node);
         if id.0 as usize == self.intervals.len() {
             self.intervals.push(interval);
+            self.common.push(common);
         }
         id
+    }
+
+    /// Whether it is the same for all keys, and stays so from tick to tick.
+    fn is_common(&self, node: &Node) -> bool {
+        use Node::{Cell, Curvature, Is, Keyed, Sense, Slope};
+        let of_key = matches!(node, Sense(_) | Slope(_) | Curvature(_) | Keyed(_) | Cell(_) | Is(..));
+        !of_key && node.operands().into_iter().all(|operand| self.common[operand.0 as usize])
     }
 
     pub(super) fn interval(&self, id: NodeId) -> Interval {
@@ -189,6 +201,12 @@ impl<'a> Rewriter<'a> {
             return self.linear(sum);
         }
         if let Some(reciprocal) = self.chosen_reciprocal(b) {
+            return self.mul(a, reciprocal);
+        }
+        if self.common[b.0 as usize] && !self.common[a.0 as usize] {
+            // A quotient is dear, and this one is the same for all keys.
+            let one = self.add(Node::Const(Real(1.0)));
+            let reciprocal = self.div(one, b);
             return self.mul(a, reciprocal);
         }
         let ((ca, a), (cb, b)) = (self.scaled(a), self.scaled(b));

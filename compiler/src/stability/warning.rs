@@ -109,7 +109,8 @@ fn coefficient(model: &Model, blame: &Blame) -> (&'static str, f64, Dim) {
 fn held_by(model: &Model, stability: &Stability, mode: &Mode) -> String {
     let hand = mode.worst.hand;
     if hand == super::key::Hand::FREE {
-        return format!("when nobody holds the key of {}", shown(stability.key.mass, mass(model)));
+        let what = if model.turns() { "knob" } else { "key" };
+        return format!("when nobody holds the {what} of {}", shown(stability.key.mass, mass(model)));
     }
     let damping = if model.turns() { Dim::TORQUE } else { Dim::FORCE.div(Dim::LENGTH) }.mul(Dim::TIME);
     let stiffness = damping.div(Dim::TIME);

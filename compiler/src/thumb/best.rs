@@ -8,8 +8,10 @@ use super::allocate::{Allocated, allocate};
 use super::frame::Frame;
 use super::literal::Literals;
 use super::select::Select;
+use super::shared::Shared;
 use super::vcode::Func;
 use super::{ThumbError, path, reorder, schedule, v6m};
+use crate::kernel::Kernel;
 use crate::modes::Modes;
 use crate::parallel;
 use whippen_isa::Arch;
@@ -105,6 +107,25 @@ pub(super) fn init(
 ) -> Result<Allocated, ThumbError> {
     let func = legal(Select::init(&modes.kernel, frame, literals), frame, literals, core);
     Ok(made(func, None, core)?.0)
+}
+
+/// The code of what a tick computes at its entry, if there is such.
+pub(super) fn shared(
+    kernel: &Kernel,
+    frame: &Frame,
+    literals: &mut Literals,
+    shared: &Shared,
+    core: &Core,
+) -> Result<Option<Allocated>, ThumbError> {
+    if shared.results.is_empty() {
+        return Ok(None);
+    }
+    let func = legal(Select::shared(kernel, frame, literals, shared), frame, literals, core);
+    let (mut code, _) = made(func, WAYS[0].alive, core)?;
+    if core.arch != Arch::V6M {
+        ordered(&mut code, core);
+    }
+    Ok(Some(code))
 }
 
 /// Instructions that the core has.

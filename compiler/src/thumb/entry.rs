@@ -1,7 +1,7 @@
 //! Code around the keys: entry, end of the frame, `init`. It runs once a tick, or once.
 //!
 //! ```text
-//!   NAME_tick: save, T K I H, to the first key's code ... end: rings go on, pointers, tick + 1, restore
+//!   NAME_tick: save, what all keys share, T K I H, to the first key's code ... end: rings go on, pointers, tick + 1, restore
 //!   NAME_init: save, T K I H, pointers, [init of a key]*, restore
 //!   NAME_begin: T K I H of one key, its cells, [init of a key], restore
 //! ```
@@ -48,11 +48,21 @@ struct Writer<'a> {
     items: Vec<Item>,
 }
 
-/// Entry and end of a tick, with labels from `events` on; `slots` words of the stack are for the keys' code.
-pub(super) fn tick(frame: &Frame, arch: Arch, name: &str, slots: usize, modes: &[String], events: Label) -> Vec<Item> {
+/// Entry and end of a tick, with labels from `events` on; `slots` words of the stack are for the keys' code, and for what is
+/// computed for all of them before.
+pub(super) fn tick(
+    frame: &Frame,
+    arch: Arch,
+    name: &str,
+    slots: usize,
+    shared: Vec<Item>,
+    modes: &[String],
+    events: Label,
+) -> Vec<Item> {
     let mut w = Writer::new(frame, arch);
     w.items.push(Item::Function { name: names::tick(name), global: true });
     w.enter(slots);
+    w.items.extend(shared);
     w.open_events(events);
     w.registers();
     let next = next_register(arch);

@@ -115,7 +115,7 @@ pub(super) struct Frame {
     pub pointers: Vec<Pointer>,
     /// Offset in T of each distinct ring index, and its length.
     pub rings: Vec<(u32, u32)>,
-    /// Offset in T of each live value.
+    /// Offset in T of each live value, those that the entry of a tick computes behind the kernel's own.
     pub lives: Vec<u32>,
     pub literals: u32,
     /// Events, where keys have any.
@@ -175,8 +175,9 @@ fn emitted(region: &Region) -> u32 {
 }
 
 impl Frame {
-    /// The state of so many keys of a kernel, to be closed; with a frame around them, the rows of words are the caller's.
-    pub(super) fn new(kernel: &Kernel, options: &Options, around: Option<&Around>) -> Frame {
+    /// The state of so many keys of a kernel, to be closed; with a frame around them, the rows of words are the caller's. The
+    /// entry of a tick computes so many live values more.
+    pub(super) fn new(kernel: &Kernel, options: &Options, around: Option<&Around>, shared: usize) -> Frame {
         let (keys, gain) = (options.keys, options.gain);
         let mut frame = Frame {
             keys,
@@ -206,7 +207,7 @@ impl Frame {
         frame.apart = around.map(|_| frame.take(8));
         frame.place_record(kernel, options.probes);
         frame.record = frame.record.max(around.map_or(0, |around| around.record));
-        frame.place_table(kernel);
+        frame.place_table(kernel, shared);
         if frame.apart.is_none() {
             frame.place_records(LITERALS_MAX);
         }
@@ -243,14 +244,14 @@ impl Frame {
         at
     }
 
-    fn place_table(&mut self, kernel: &Kernel) {
+    fn place_table(&mut self, kernel: &Kernel, shared: usize) {
         for line in &kernel.lines {
             if !self.rings.iter().any(|(_, len)| *len == line.len) {
                 let at = self.take(4);
                 self.rings.push((at, line.len));
             }
         }
-        self.lives = kernel.lives.iter().map(|_| self.take(4)).collect();
+        self.lives = (0..kernel.lives.len() + shared).map(|_| self.take(4)).collect();
         let delays = delays(kernel);
         let narrow = |line: &u32| is_narrow(kernel.lines[*line as usize].range);
         let lines = 0..kernel.lines.len() as u32;

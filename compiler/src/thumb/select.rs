@@ -34,6 +34,7 @@ mod word;
 
 use super::frame::Frame;
 use super::literal::Literals;
+use super::shared::Shared;
 use super::vcode::{Code, Func, Reg, Role, VReg};
 use crate::kernel::{Inst, Kernel, Op, Region, Type, Value, ValueInfo, Walk};
 use crate::modes::{End, Mode};
@@ -175,6 +176,18 @@ impl<'a> Select<'a> {
         select.enter();
         select.insts(&kernel.init.insts);
         select.init_done();
+        select.func
+    }
+
+    /// The code of what is the same for all keys: it stores live values.
+    pub(super) fn shared(kernel: &'a Kernel, frame: &'a Frame, literals: &'a mut Literals, shared: &'a Shared) -> Func {
+        let mut select = Select::new(kernel, frame, literals, &shared.values, None);
+        select.mark_words(&shared.insts);
+        select.mark(&shared.results);
+        select.mark_compared(&shared.insts);
+        select.at = select.func.block();
+        select.insts(&shared.insts);
+        select.store_shared(&shared.results);
         select.func
     }
 

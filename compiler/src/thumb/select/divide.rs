@@ -1,58 +1,83 @@
 //! Quotients in fixed point, exact: `floor(a * 2^n / b + 1/2)`, and 0 where `b` is 0.
 //!
 //! With `b` made positive that is `floor((a * 2^n + b / 2) / b)`, and for a negative dividend `y` the floor is
-//! `!(!y / b)`. What remains is to divide up to 63 bits by 32, with a quotient that fits a word because it was proven to:
-//! two digits of 16 bits, as in Knuth's algorithm D, each guessed by UDIV from the divisor's upper half and taken back at
-//! most twice.
+//! `!(!y / b)`. What the intervals say of signs and of the divisor's highest bit is not asked again. What remains is to
+//! divide up to 63 bits by 32, with a quotient that fits a word because it was proven to: two digits of 16 bits, as in
+//! Knuth's algorithm D, each guessed by UDIV from the divisor's upper half and taken back at most twice.
 
 use super::word::with_shift;
 use super::{Bound, Select};
-use crate::kernel::Value;
+use crate::kernel::{Range, Value};
 use crate::thumb::vcode::{Code, Role, VReg};
 use whippen_isa::{Cond, Op as Isa, ShiftType};
 
 impl Select<'_> {
     pub(super) fn div_round(&mut self, a: Value, b: Value, n: u8) -> VReg {
+        let (of, by) = (self.info(a).range, self.info(b).range);
         let (a, b) = (self.reg(a), self.reg(b));
-        let sign_b = self.sign(b);
-        let positive = |select: &mut Self, word| {
-            let flipped = select.three(Isa::EOR_register, word, sign_b);
-            select.three(Isa::SUB_register, flipped, sign_b)
+        let zero = self.load_constant(0);
+        let (divisor, dividend) = match by.low < 0 {
+            true => self.by_positive(a, b),
+            false if of.low < 0 => (b, (a, self.sign(a))),
+            false => (b, (a, zero)),
         };
-        let divisor = positive(self, b);
-        // The dividend needs its 33rd bit where it was the smallest word.
-        let sign_a = self.sign(a);
-        let low = self.three(Isa::EOR_register, a, sign_b);
-        let high = self.three(Isa::EOR_register, sign_a, sign_b);
-        let dividend = self.sub_pairs((low, high), (sign_b, sign_b));
         let dividend = self.shl_pair(dividend, n);
         let half = self.shift(Isa::LSR_immediate, divisor, 1);
-        let zero = self.load_constant(0);
-        let (low, high) = self.add_pairs(dividend, (half, zero));
-        let sign = self.sign(high);
-        let low = self.three(Isa::EOR_register, low, sign);
-        let high = self.three(Isa::EOR_register, high, sign);
-        let quotient = self.quotient(high, low, divisor);
-        let quotient = self.three(Isa::EOR_register, quotient, sign);
+        let dividend = self.add_pairs(dividend, (half, zero));
+        let quotient = if of.low < 0 || by.low < 0 {
+            let sign = self.sign(dividend.1);
+            let low = self.three(Isa::EOR_register, dividend.0, sign);
+            let high = self.three(Isa::EOR_register, dividend.1, sign);
+            let quotient = self.quotient((low, high), divisor, by);
+            self.three(Isa::EOR_register, quotient, sign)
+        } else {
+            self.quotient(dividend, divisor, by)
+        };
+        if !by.has(0) {
+            return quotient;
+        }
         self.emit(Code::new(Isa::CMP_immediate).reg(Role::N, b).imm(0));
         self.move_only(Cond::EQ, Bound::Const(0), quotient)
     }
 
-    /// `(high, low) / divisor`, unsigned, where `high < divisor`.
-    fn quotient(&mut self, high: VReg, low: VReg, divisor: VReg) -> VReg {
-        let shift = self.result(Code::new(Isa::CLZ).reg(Role::M, divisor));
-        let divisor = self.three(Isa::LSL_register, divisor, shift);
-        let rest = self.result(Code::new(Isa::RSB_immediate).reg(Role::N, shift).imm(32));
-        let up = self.three(Isa::LSL_register, high, shift);
-        let carried = self.three(Isa::LSR_register, low, rest);
-        let high = self.three(Isa::ORR_register, up, carried);
-        let low = self.three(Isa::LSL_register, low, shift);
+    /// `b` made positive, and the 33 bits of `a` with the same sign taken from it.
+    fn by_positive(&mut self, a: VReg, b: VReg) -> (VReg, (VReg, VReg)) {
+        let sign_b = self.sign(b);
+        let flipped = self.three(Isa::EOR_register, b, sign_b);
+        let divisor = self.three(Isa::SUB_register, flipped, sign_b);
+        // The dividend needs its 33rd bit where it was the smallest word.
+        let sign_a = self.sign(a);
+        let low = self.three(Isa::EOR_register, a, sign_b);
+        let high = self.three(Isa::EOR_register, sign_a, sign_b);
+        (divisor, self.sub_pairs((low, high), (sign_b, sign_b)))
+    }
+
+    /// Dividend over divisor, unsigned, where the dividend's upper word is less than the divisor.
+    fn quotient(&mut self, dividend: (VReg, VReg), divisor: VReg, by: Range) -> VReg {
+        let zeros = |word: i64| (word as u32).leading_zeros() as u8;
+        let (divisor, (low, high)) = if by.low > 0 && zeros(by.low) == zeros(by.high) {
+            let up = zeros(by.low);
+            (self.shift(Isa::LSL_immediate, divisor, up), self.shl_pair(dividend, up))
+        } else {
+            self.normal(dividend, divisor)
+        };
         let upper = self.shift(Isa::LSR_immediate, low, 16);
         let (first, remainder) = self.digit(high, upper, divisor);
         let lower = self.result(Code::new(Isa::UXTH).reg(Role::M, low));
         let (second, _) = self.digit(remainder, lower, divisor);
         let sum = Code::new(Isa::ADD_register).reg(Role::N, second).reg(Role::M, first);
         self.result(with_shift(sum, ShiftType::LSL, 16))
+    }
+
+    /// Both shifted left until the divisor's top bit is set.
+    fn normal(&mut self, (low, high): (VReg, VReg), divisor: VReg) -> (VReg, (VReg, VReg)) {
+        let shift = self.result(Code::new(Isa::CLZ).reg(Role::M, divisor));
+        let divisor = self.three(Isa::LSL_register, divisor, shift);
+        let rest = self.result(Code::new(Isa::RSB_immediate).reg(Role::N, shift).imm(32));
+        let up = self.three(Isa::LSL_register, high, shift);
+        let carried = self.three(Isa::LSR_register, low, rest);
+        let high = self.three(Isa::ORR_register, up, carried);
+        (divisor, (self.three(Isa::LSL_register, low, shift), high))
     }
 
     /// One digit of 16 bits and what remains, of `(high << 16) + next` by a divisor whose top bit is set.

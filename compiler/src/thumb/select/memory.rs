@@ -6,7 +6,7 @@ use crate::kernel::layout::words;
 use crate::kernel::{Op, Range, Type, Value};
 use crate::thumb::frame::{H, I, K, T};
 use crate::thumb::literal::Literal;
-use crate::thumb::vcode::{Access, Code, Half, Place, Reg, Role, VReg};
+use crate::thumb::vcode::{Access, Code, End, Half, Place, Reg, Role, VReg};
 use whippen_isa::{Op as Isa, ShiftType};
 
 /// Places that are neither cells nor lines.
@@ -245,6 +245,15 @@ impl Select<'_> {
         let code = Code::new(Isa::LDR_register).reg(Role::N, base).reg(Role::M, index).reg(Role::T, t);
         self.emit(with_shift(code, ShiftType::LSL, 2).access(Access::Read(Place::Constant)));
         t
+    }
+
+    /// Live values behind those of the kernel. Only keys read them, and they come later.
+    pub(super) fn store_shared(&mut self, results: &[Value]) {
+        for (result, at) in results.iter().zip(&self.frame.lives[self.kernel.lives.len()..]) {
+            let word = self.reg(*result);
+            self.store(Isa::STR_immediate, Self::fixed(T), i64::from(*at), Place::Constant, word);
+        }
+        self.func.blocks[self.at].end = End::InitDone;
     }
 
     /// Another mode from the next tick on.
