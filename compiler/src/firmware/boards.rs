@@ -13,35 +13,43 @@ pub struct Support<'a> {
     pub rest: Source<'a>,
     /// Ends of the stacks, by core.
     pub stacks: &'a [u32],
-    /// Number of the converter's interrupt.
+    /// Address of the converter.
+    pub converter: u32,
+    /// Number of its interrupt.
     pub interrupt: u32,
     /// The architecture of its cores.
     pub arch: Arch,
 }
 
+/// A tick with the converter of the emulator.
+const CONVERTER: Source<'static> = Source { name: "firmware/converter.s", text: include_str!("converter.s") };
+
 /// The board RP2350 with the converter of the emulator.
 pub const RP2350: Support<'static> = Support {
-    tick: Source { name: "firmware/rp2350_tick.s", text: include_str!("rp2350_tick.s") },
+    tick: CONVERTER,
     rest: Source { name: "firmware/rp2350.s", text: include_str!("rp2350.s") },
     stacks: &[0x2008_1000, 0x2008_2000],
+    converter: 0x4017_0000,
     interrupt: 46,
     arch: Arch::V8M,
 };
 
 /// A board with an STM32F407, with the converter of the emulator.
 pub const STM32F4: Support<'static> = Support {
-    tick: Source { name: "firmware/stm32f4_tick.s", text: include_str!("stm32f4_tick.s") },
+    tick: CONVERTER,
     rest: Source { name: "firmware/stm32f4.s", text: include_str!("stm32f4.s") },
     stacks: &[0x2002_0000],
+    converter: 0x4003_0000,
     interrupt: 56,
     arch: Arch::V7EM,
 };
 
 /// The board RP2040 with the converter of the emulator.
 pub const RP2040: Support<'static> = Support {
-    tick: Source { name: "firmware/rp2040_tick.s", text: include_str!("rp2040_tick.s") },
+    tick: CONVERTER,
     rest: Source { name: "firmware/rp2040.s", text: include_str!("rp2040.s") },
     stacks: &[0x2004_1000, 0x2004_2000],
+    converter: 0x4007_0000,
     interrupt: 31,
     arch: Arch::V6M,
 };

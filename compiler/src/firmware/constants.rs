@@ -122,6 +122,7 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
     put("MID_LOW", setup.mid_travel[0].into());
     put("MID_HIGH", setup.mid_travel[1].into());
     put("RATE", rate);
+    put("CONVERTER", board.converter.into());
     put("CONVERTER_IRQ", board.interrupt.into());
     Ok(all)
 }

@@ -2,7 +2,6 @@
 @ (docs/firmware.md): each may use R0 to R3 and R12, and those that a tick calls count in its cycles.
         .syntax unified
         .thumb
-        .equ    CONVERTER, 0x40070000
         .equ    UART, 0x40034000
         .equ    WATCHDOG, 0x40058000
 

@@ -3,7 +3,6 @@
 @ Numbers in parentheses are sections of the manual RM0090.
         .syntax unified
         .thumb
-        .equ    CONVERTER, 0x40030000
         .equ    USART1, 0x40011000
         .equ    IWDG, 0x40003000
         .equ    RCC, 0x40023800

@@ -1,8 +1,7 @@
-@ What a tick needs of the board: assembled once for each core, beside its frame, so that both do not fetch from one place.
-@ Each function may use R0 to R3 and R12; their cycles count.
+@ What a tick needs of a board with the converter of the emulator: assembled once for each core, beside its frame, so that
+@ two cores do not fetch from one place. Each function may use R0 to R3 and R12; their cycles count.
         .syntax unified
         .thumb
-        .equ    CONVERTER, 0x40170000
         .section .text.frame, "ax"
 
 @ R0: the number of this tick, from 1; R1: which half of the buffers it uses. Called when the converter interrupts.
@@ -11,8 +10,8 @@
 board_begin:
         ldr     r1, =CONVERTER
         ldr     r0, [r1, #0x1c]         @ TICKS
-        subs    r1, r0, #1
-        and     r1, r1, #1
+        movs    r1, #1
+        bics    r1, r0
         bx      lr
 
 @ The drive words of this tick are in place.
