@@ -108,7 +108,7 @@ fn a_board_s_mistake_is_told_with_its_line() {
     let rest = Source { name: "mine.s", text: "board_feed:\n  addd r0, r1\n" };
     let kernel = kernel("virtual-spring.whip");
     let rig = Rig::new(&kernel, 0);
-    let board = whippen_compiler::firmware::Support { rest, ..RP2350 };
+    let board = whippen_compiler::firmware::Support { rest: &[rest], ..RP2350 };
     let refused = whippen_compiler::firmware::objects(&[played(&kernel, &rig, &midi(&kernel))], &setup(), &board);
     assert_eq!(refused.expect_err("refused").to_string(), "mine.s:2: `addd` is no instruction");
 }

@@ -4,18 +4,18 @@ use whippen_isa::Arch;
 
 use crate::asm::Source;
 
-/// What a board says: its core, two texts, and where its cores have their stacks.
+/// What a board says: its core, its texts, and where its cores have their stacks.
 #[derive(Debug, Clone, Copy)]
 pub struct Support<'a> {
     /// `board_begin` and `board_end`, assembled for each core.
     pub tick: Source<'a>,
     /// Everything else.
-    pub rest: Source<'a>,
+    pub rest: &'a [Source<'a>],
+    /// Numbers that its texts are told.
+    pub constants: &'a [(&'a str, i64)],
     /// Ends of the stacks, by core.
     pub stacks: &'a [u32],
-    /// Address of the converter.
-    pub converter: u32,
-    /// Number of its interrupt.
+    /// Number of the converter's interrupt.
     pub interrupt: u32,
     /// The architecture of its cores.
     pub arch: Arch,
@@ -24,12 +24,26 @@ pub struct Support<'a> {
 /// A tick with the converter of the emulator.
 const CONVERTER: Source<'static> = Source { name: "firmware/converter.s", text: include_str!("converter.s") };
 
+/// How it is started.
+const CONVERTER_START: Source<'static> =
+    Source { name: "firmware/converter_start.s", text: include_str!("converter_start.s") };
+
+/// What RP2350 and RP2040 have alike.
+const RP2: Source<'static> = Source { name: "firmware/rp2.s", text: include_str!("rp2.s") };
+
 /// The board RP2350 with the converter of the emulator.
 pub const RP2350: Support<'static> = Support {
     tick: CONVERTER,
-    rest: Source { name: "firmware/rp2350.s", text: include_str!("rp2350.s") },
+    rest: &[Source { name: "firmware/rp2350.s", text: include_str!("rp2350.s") }, RP2, CONVERTER_START],
+    constants: &[
+        ("CONVERTER", 0x4017_0000),
+        ("UART", 0x4007_0000),
+        ("UART_DIVISOR", 300), // 150 MHz / 16 / 31250
+        ("IO_BANK0", 0x4002_8000),
+        ("WATCHDOG", 0x400d_8000),
+        ("WATCHDOG_LOAD", 10_000),
+    ],
     stacks: &[0x2008_1000, 0x2008_2000],
-    converter: 0x4017_0000,
     interrupt: 46,
     arch: Arch::V8M,
 };
@@ -37,9 +51,9 @@ pub const RP2350: Support<'static> = Support {
 /// A board with an STM32F407, with the converter of the emulator.
 pub const STM32F4: Support<'static> = Support {
     tick: CONVERTER,
-    rest: Source { name: "firmware/stm32f4.s", text: include_str!("stm32f4.s") },
+    rest: &[Source { name: "firmware/stm32f4.s", text: include_str!("stm32f4.s") }, CONVERTER_START],
+    constants: &[("CONVERTER", 0x4003_0000)],
     stacks: &[0x2002_0000],
-    converter: 0x4003_0000,
     interrupt: 56,
     arch: Arch::V7EM,
 };
@@ -47,9 +61,16 @@ pub const STM32F4: Support<'static> = Support {
 /// The board RP2040 with the converter of the emulator.
 pub const RP2040: Support<'static> = Support {
     tick: CONVERTER,
-    rest: Source { name: "firmware/rp2040.s", text: include_str!("rp2040.s") },
+    rest: &[Source { name: "firmware/rp2040.s", text: include_str!("rp2040.s") }, RP2, CONVERTER_START],
+    constants: &[
+        ("CONVERTER", 0x4007_0000),
+        ("UART", 0x4003_4000),
+        ("UART_DIVISOR", 266), // 133 MHz / 16 / 31250
+        ("IO_BANK0", 0x4001_4000),
+        ("WATCHDOG", 0x4005_8000),
+        ("WATCHDOG_LOAD", 2 * 10_000), // it counts twice a microsecond (datasheet, erratum RP2040-E1)
+    ],
     stacks: &[0x2004_1000, 0x2004_2000],
-    converter: 0x4007_0000,
     interrupt: 31,
     arch: Arch::V6M,
 };
@@ -79,7 +100,7 @@ const FRAME: &[Source<'static>] = &[
 /// The texts that are assembled once.
 pub(super) fn shared<'a>(board: &Support<'a>) -> impl Iterator<Item = Source<'a>> {
     let core1 = (board.stacks.len() > 1).then_some(CORE1);
-    SHARED.iter().copied().chain(core1).chain([board.rest])
+    SHARED.iter().copied().chain(core1).chain(board.rest.iter().copied())
 }
 
 /// The frame of a core, one text after the other.

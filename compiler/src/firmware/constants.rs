@@ -122,8 +122,8 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
     put("MID_LOW", setup.mid_travel[0].into());
     put("MID_HIGH", setup.mid_travel[1].into());
     put("RATE", rate);
-    put("CONVERTER", board.converter.into());
     put("CONVERTER_IRQ", board.interrupt.into());
+    all.extend(board.constants.iter().map(|(name, value)| (name.to_string(), *value)));
     Ok(all)
 }
 

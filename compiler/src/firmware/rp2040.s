@@ -1,9 +1,7 @@
-@ The board: RP2040 at 133 MHz with the converter of the emulator. To run on a board of your own, write these functions anew
-@ (docs/firmware.md): each may use R0 to R3 and R12, and those that a tick calls count in its cycles.
+@ The board: RP2040 at 133 MHz with the converter of the emulator; rp2.s and the texts of the converter have the rest. To run on a
+@ board of your own, write these functions anew (docs/firmware.md): each may use R0 to R3 and R12.
         .syntax unified
         .thumb
-        .equ    UART, 0x40034000
-        .equ    WATCHDOG, 0x40058000
 
 @ The second stage: the ROM copies these 256 bytes, the last four a checksum that the linker puts there, and enters them with the flash
 @ not yet to be read as memory. Every flash chip knows the plain read, command 03h with 24 bits of address (datasheet 2.8.1.3, 4.10).
@@ -31,55 +29,7 @@
         bx      r2
         .ltorg
 
-        .section .text.firmware.board, "ax"
-
-@ The watchdog gets its time anew. It counts twice a microsecond (datasheet, erratum RP2040-E1).
-        .global board_feed
-        .type   board_feed, %function
-board_feed:
-        ldr     r1, =WATCHDOG
-        ldr     r0, =2 * WATCHDOG_US
-        str     r0, [r1, #4]            @ LOAD
-        bx      lr
-
-@ R0: not 0 where the serial port takes a byte. Core 1 asks, so this lies with its code.
-        .section .text.core1.firmware.board, "ax"
-        .global board_serial_ready
-        .type   board_serial_ready, %function
-board_serial_ready:
-        ldr     r1, =UART
-        ldr     r0, [r1, #0x18]         @ UARTFR
-        mvns    r0, r0
-        movs    r1, #0x20               @ TXFF
-        ands    r0, r1
-        bx      lr
-
-@ Sends the byte in R0.
-        .global board_serial_send
-        .type   board_serial_send, %function
-board_serial_send:
-        ldr     r1, =UART
-        str     r0, [r1]                @ UARTDR
-        bx      lr
-
-@ Once, at the start.
         .section .text.start, "ax"
-
-@ This core takes the converter's interrupt from now on. Called once by each core.
-        .global board_listen
-        .type   board_listen, %function
-board_listen:
-        ldr     r1, =0xe000e100
-        ldr     r0, =1 << CONVERTER_IRQ
-        str     r0, [r1]                @ NVIC_ISER
-        ldr     r1, =0xd0000000
-        ldr     r0, [r1]                @ SIO: number of this core
-        movs    r1, #1
-        adds    r0, #8
-        lsls    r1, r0
-        ldr     r0, =CONVERTER + 0x2000
-        str     r1, [r0]                @ CTRL, set: this core serves
-        bx      lr
 
 @ 12 MHz crystal, PLL at 1596 MHz / 6 / 2 = 133 MHz; clk_peri; microseconds for the watchdog (datasheet 2.15 to 2.18, 4.7).
         .global board_clocks
@@ -136,60 +86,4 @@ board_clocks:
         ldr     r0, =WATCHDOG
         ldr     r1, =1 << 9 | 12        @ TICK: every 12 cycles of clk_ref
         str     r1, [r0, #0x2c]
-        bx      lr
-
-@ UART0 on GPIO 0 at 31250 baud: 133 MHz / 16 / 266.
-        .global board_serial
-        .type   board_serial, %function
-board_serial:
-        ldr     r0, =UART
-        ldr     r1, =266
-        str     r1, [r0, #0x24]         @ UARTIBRD
-        movs    r1, #0
-        str     r1, [r0, #0x28]         @ UARTFBRD
-        movs    r1, #0x70
-        str     r1, [r0, #0x2c]         @ UARTLCR_H: 8 bits, FIFO
-        ldr     r1, =0x101
-        str     r1, [r0, #0x30]         @ UARTCR: enabled, transmits
-        ldr     r0, =0x40014000         @ IO_BANK0: GPIO 0 is UART0 TX
-        movs    r1, #2
-        str     r1, [r0, #4]
-        bx      lr
-
-@ The watchdog bites after WATCHDOG_US without food.
-        .global board_watchdog
-        .type   board_watchdog, %function
-board_watchdog:
-        ldr     r0, =WATCHDOG
-        ldr     r1, =2 * WATCHDOG_US
-        str     r1, [r0, #4]
-        ldr     r1, =1 << 30
-        str     r1, [r0]                @ CTRL: enabled
-        bx      lr
-
-@ The converter: double buffers of both cores' keys, no core served yet, and go.
-        .global board_converter
-        .type   board_converter, %function
-board_converter:
-        ldr     r0, =CONVERTER
-        ldr     r1, =KEYS0 + KEYS1
-        str     r1, [r0, #0x08]
-        ldr     r1, =words0
-        str     r1, [r0, #0x0c]
-        ldr     r1, =words0 + DISTANCE0
-        str     r1, [r0, #0x10]
-        ldr     r1, =2 * DISTANCE0
-        str     r1, [r0, #0x14]
-        movs    r1, #KEYS0              @ from this key on
-        str     r1, [r0, #0x24]
-        ldr     r1, =words1
-        str     r1, [r0, #0x28]
-        ldr     r1, =words1 + DISTANCE1
-        str     r1, [r0, #0x2c]
-        ldr     r1, =2 * DISTANCE1
-        str     r1, [r0, #0x30]
-        ldr     r1, =RATE
-        str     r1, [r0, #0x18]
-        movs    r1, #3
-        str     r1, [r0]
         bx      lr

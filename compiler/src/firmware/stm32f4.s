@@ -128,22 +128,3 @@ board_watchdog:
         movw    r1, #0xcccc
         str     r1, [r0]                @ KR: go
         bx      lr
-
-@ The converter: double buffers, no core served yet, and go.
-        .global board_converter
-        .type   board_converter, %function
-board_converter:
-        ldr     r0, =CONVERTER
-        movw    r1, #KEYS0
-        str     r1, [r0, #0x08]
-        ldr     r1, =words0
-        str     r1, [r0, #0x0c]
-        ldr     r1, =words0 + DISTANCE0
-        str     r1, [r0, #0x10]
-        movw    r1, #2 * DISTANCE0
-        str     r1, [r0, #0x14]
-        ldr     r1, =RATE
-        str     r1, [r0, #0x18]
-        movs    r1, #3
-        str     r1, [r0]
-        bx      lr

@@ -1,0 +1,83 @@
+@ What RP2350 and RP2040 have alike: serial port, watchdog, two cores that ask SIO who they are. In instructions of both cores; each
+@ function may use R0 to R3 and R12.
+        .syntax unified
+        .thumb
+
+        .section .text.firmware.board, "ax"
+
+@ The watchdog gets its time anew.
+        .global board_feed
+        .type   board_feed, %function
+board_feed:
+        ldr     r1, =WATCHDOG
+        ldr     r0, =WATCHDOG_LOAD
+        str     r0, [r1, #4]            @ LOAD
+        bx      lr
+
+@ R0: not 0 where the serial port takes a byte. Core 1 asks, so this lies with its code.
+        .section .text.core1.firmware.board, "ax"
+        .global board_serial_ready
+        .type   board_serial_ready, %function
+board_serial_ready:
+        ldr     r1, =UART
+        ldr     r0, [r1, #0x18]         @ UARTFR
+        mvns    r0, r0
+        movs    r1, #0x20               @ TXFF
+        ands    r0, r1
+        bx      lr
+
+@ Sends the byte in R0.
+        .global board_serial_send
+        .type   board_serial_send, %function
+board_serial_send:
+        ldr     r1, =UART
+        str     r0, [r1]                @ UARTDR
+        bx      lr
+
+@ Once, at the start.
+        .section .text.start, "ax"
+
+@ This core takes the converter's interrupt from now on. Called once by each core.
+        .global board_listen
+        .type   board_listen, %function
+board_listen:
+        ldr     r1, =0xe000e100 + 4 * (CONVERTER_IRQ / 32)
+        ldr     r0, =1 << (CONVERTER_IRQ % 32)
+        str     r0, [r1]                @ NVIC_ISER
+        ldr     r1, =0xd0000000
+        ldr     r0, [r1]                @ SIO: number of this core
+        adds    r0, #8
+        movs    r1, #1
+        lsls    r1, r0
+        ldr     r0, =CONVERTER + 0x2000
+        str     r1, [r0]                @ CTRL, set: this core serves
+        bx      lr
+
+@ UART0 on GPIO 0 at 31250 baud, its clock divided by 16 and by UART_DIVISOR.
+        .global board_serial
+        .type   board_serial, %function
+board_serial:
+        ldr     r0, =UART
+        ldr     r1, =UART_DIVISOR
+        str     r1, [r0, #0x24]         @ UARTIBRD
+        movs    r1, #0
+        str     r1, [r0, #0x28]         @ UARTFBRD
+        movs    r1, #0x70
+        str     r1, [r0, #0x2c]         @ UARTLCR_H: 8 bits, FIFO
+        ldr     r1, =0x101
+        str     r1, [r0, #0x30]         @ UARTCR: enabled, transmits
+        ldr     r0, =IO_BANK0
+        movs    r1, #2
+        str     r1, [r0, #4]            @ GPIO 0 is UART0 TX
+        bx      lr
+
+@ The watchdog bites after WATCHDOG_LOAD counts without food.
+        .global board_watchdog
+        .type   board_watchdog, %function
+board_watchdog:
+        ldr     r0, =WATCHDOG
+        ldr     r1, =WATCHDOG_LOAD
+        str     r1, [r0, #4]
+        ldr     r1, =1 << 30
+        str     r1, [r0]                @ CTRL: enabled
+        bx      lr
