@@ -48,6 +48,7 @@ mod vcode;
 use crate::image::{Fixup, Object, Section, SectionKind, Symbol, SymbolKind, timing};
 use crate::kernel::Kernel;
 use crate::modes::Modes;
+use crate::parallel;
 use allocate::Allocated;
 use emit::{Bytes, Item, lay_out};
 use frame::{Frame, LITERALS_MAX};
@@ -191,7 +192,7 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
         return Err(ThumbError::Keys(options.keys));
     }
     let items = items(&frame, options, &core, modes, &funcs, &init);
-    let code = lay_out(&items.items, items.labels, core.arch, &options.name)
+    let code = lay_out(items.items, items.labels, core.arch, &options.name)
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
     let mut object = object(kernel, &frame, options, &literals, code);
     v6m::add_routines(&mut object, options)?;
@@ -212,10 +213,16 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, funcs: &[
     let mut items = entry::tick(frame, core.arch, name, slots, &mode_names, labels.events);
     mode_names.push(names::end(name));
     let mut base = entry::LABELS;
-    for (index, func) in funcs.iter().enumerate() {
-        items.push(Item::Function { name: names::mode(name, index), global: false });
-        items.extend(arrange::arrange(func, base, core, &mode_names, labels.init_next));
+    let mut placed = Vec::new();
+    for func in funcs {
+        placed.push((func, base));
         base += func.blocks.len();
+    }
+    let arranged =
+        parallel::map(placed, |(func, base)| arrange::arrange(func, base, core, &mode_names, labels.init_next));
+    for (index, arranged) in arranged.into_iter().enumerate() {
+        items.push(Item::Function { name: names::mode(name, index), global: false });
+        items.extend(arranged);
     }
     items.extend(entry::init(frame, core.arch, name, init.slots, labels));
     items.extend(arrange::arrange(init, base, core, &mode_names, labels.init_next));
