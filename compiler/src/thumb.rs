@@ -11,6 +11,7 @@
 //!
 //! | part | what it settles |
 //! | --- | --- |
+//! | `layout` | where a host finds what it reads and writes |
 //! | `frame` | registers with a meaning, the state and everything's place in it |
 //! | `shared` | what is computed once a tick for all keys |
 //! | `select` | which instructions |
@@ -35,6 +36,7 @@ mod best;
 mod emit;
 mod entry;
 mod frame;
+mod layout;
 mod literal;
 mod memory;
 mod names;
@@ -50,6 +52,7 @@ mod vcode;
 use crate::image::{Fixup, Object, Section, SectionKind, Symbol, SymbolKind, timing};
 use crate::kernel::Kernel;
 use crate::modes::Modes;
+use crate::parallel;
 use allocate::Allocated;
 use emit::{Bytes, Item, lay_out};
 use frame::{Frame, LITERALS_MAX};
@@ -60,6 +63,7 @@ use whippen_isa::Arch;
 use whippen_isa::timing::Core;
 
 pub use emit::NoEncoding;
+pub use layout::{EVENT_MARK, EventRing, Layout};
 
 /// What to build.
 #[derive(Debug, Clone)]
@@ -98,12 +102,6 @@ impl fmt::Display for ThumbError {
 }
 
 impl std::error::Error for ThumbError {}
-
-/// Where a host finds what it reads and writes, in bytes from the symbol `NAME_state`.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Layout {
-    frame: Frame,
-}
 
 /// Code and data of a core's keys.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -197,7 +195,7 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
         return Err(ThumbError::Keys(options.keys));
     }
     let items = items(&frame, options, &core, &modes, &made);
-    let code = lay_out(&items.items, items.labels, core.arch, &options.name)
+    let code = lay_out(items.items, items.labels, core.arch, &options.name)
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
     let mut object = object(kernel, &frame, options, &literals, code);
     v6m::add_routines(&mut object, options)?;
@@ -226,16 +224,25 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Ma
     let shared = made.shared.as_ref().map_or_else(Vec::new, |shared| {
         let done = base + shared.blocks.len();
         let mut items = arrange::arrange(shared, base, core, &mode_names, done);
+        if matches!(items.last(), Some(Item::Branch { cond: None, to }) if *to == done) {
+            items.pop();
+        }
         items.push(Item::Label(done));
         base = done + 1;
         items
     });
     let mut items = entry::tick(frame, core.arch, name, slots, shared, &mode_names, labels.events);
     mode_names.push(names::end(name));
-    for (index, func) in made.modes.iter().enumerate() {
-        items.push(Item::Function { name: names::mode(name, index), global: false });
-        items.extend(arrange::arrange(func, base, core, &mode_names, labels.init_next));
+    let mut placed = Vec::new();
+    for func in &made.modes {
+        placed.push((func, base));
         base += func.blocks.len();
+    }
+    let arranged =
+        parallel::map(placed, |(func, base)| arrange::arrange(func, base, core, &mode_names, labels.init_next));
+    for (index, arranged) in arranged.into_iter().enumerate() {
+        items.push(Item::Function { name: names::mode(name, index), global: false });
+        items.extend(arranged);
     }
     items.extend(entry::init(frame, core.arch, name, init.slots, labels));
     items.extend(arrange::arrange(init, base, core, &mode_names, labels.init_next));
@@ -305,88 +312,4 @@ fn object(kernel: &Kernel, frame: &Frame, options: &Options, literals: &Literals
 
 fn data(name: String, kind: SectionKind, bytes: Vec<u8>, fixups: Vec<Fixup>) -> Section {
     Section { name, kind, align: 4, size: bytes.len() as u32, bytes, fixups, lines: Vec::new(), hints: Vec::new() }
-}
-
-impl Layout {
-    /// Bytes of the state.
-    pub fn size(&self) -> u32 {
-        self.frame.size
-    }
-
-    /// The word that comes in of a key and port.
-    pub fn input(&self, key: u32, port: u32) -> u32 {
-        self.frame.inputs + key * self.frame.stride + 2 * port
-    }
-
-    /// The word that goes out of a key and port.
-    pub fn output(&self, key: u32, port: u32) -> u32 {
-        self.frame.outputs + key * self.frame.stride + 2 * port
-    }
-
-    /// A live value.
-    pub fn live(&self, live: usize) -> Option<u32> {
-        self.frame.lives.get(live).copied()
-    }
-
-    /// The gain of a key, if keys have one.
-    pub fn gain(&self, key: u32) -> Option<u32> {
-        self.frame.gain.map(|at| self.record(key) + at)
-    }
-
-    /// Word 0 of a cell of a key; a mode that knows the cell may leave another value there.
-    pub fn cell(&self, key: u32, cell: usize) -> Option<u32> {
-        self.frame.cells.get(cell).map(|at| self.record(key) + at)
-    }
-
-    /// A probe of a key, 8 bytes, if probes are kept.
-    pub fn probe(&self, key: u32, probe: usize) -> Option<u32> {
-        self.frame.probes.as_ref()?.get(probe).map(|at| self.record(key) + at)
-    }
-
-    /// The record of a key: its first word is the address of the code of its mode.
-    pub fn record(&self, key: u32) -> u32 {
-        self.frame.records + key * self.frame.record
-    }
-
-    /// The ring of events, if keys have any.
-    pub fn events(&self) -> Option<EventRing> {
-        let ring = self.frame.ring?;
-        Some(EventRing {
-            head: frame::EVENT_HEAD,
-            tail: frame::EVENT_TAIL,
-            lost: frame::EVENT_LOST,
-            start: ring.at,
-            bytes: ring.bytes,
-            event: ring.event,
-        })
-    }
-}
-
-/// The ring of events, in bytes from the start of the state. An event is a word with the tick, `u16` key, `u16` event, and
-/// the arguments as words; one whose second word is [`EVENT_MARK`] is none, but says that the ring goes on at its beginning.
-/// Where the ring lies apart (`NAME_events`), `start` is in bytes from there.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct EventRing {
-    /// Word: bytes ever written.
-    pub head: u32,
-    /// Word: bytes ever read; the reader's.
-    pub tail: u32,
-    /// Word: events that found the ring full.
-    pub lost: u32,
-    /// Where the ring begins.
-    pub start: u32,
-    /// Its size, a power of two.
-    pub bytes: u32,
-    /// Bytes of one event.
-    pub event: u32,
-}
-
-/// The second word of what is no event: it says that the ring goes on at its beginning.
-pub const EVENT_MARK: u32 = !0;
-
-impl EventRing {
-    /// Where what was written first and not read yet goes on, if a mark stands at `tail`.
-    pub fn behind_mark(&self, tail: u32) -> u32 {
-        (tail | (self.bytes - 1)).wrapping_add(1)
-    }
 }

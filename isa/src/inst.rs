@@ -113,7 +113,23 @@ impl Inst {
         Encoding::of(self.op())
             .filter(|encoding| has_cond(*encoding) == has_cond(self.encoding))
             .map(|encoding| Self { encoding, ..*self })
-            .find(|candidate| candidate.encode(arch).is_ok())
+            .find(|candidate| candidate.may_have_bits() && candidate.encode(arch).is_ok())
+    }
+
+    /// Whether registers and the S bit, taken by themselves, fit the encoding: a quick no to what [`Inst::encode`] would refuse.
+    fn may_have_bits(&self) -> bool {
+        let Row { pattern, rules, .. } = self.encoding.row();
+        let fits = |field: Field, register: u8| {
+            let places = pattern.field(field);
+            places == 0 || u32::from(register) >> places.count_ones() == 0
+        };
+        fits(Field::D, self.d)
+            && fits(Field::N, self.n)
+            && fits(Field::M, self.m)
+            && fits(Field::T, self.t)
+            && (self.n == self.d || !rules.has(Rule::NIsD))
+            && (self.m == self.d || !rules.has(Rule::MIsD))
+            && (self.s == self.cond.is_none() || !rules.has(Rule::SetsFlagsOutsideIt))
     }
 
     /// The registers it reads when it executes, address and stored data included; PC for a literal.

@@ -56,7 +56,10 @@ pub fn parse(text: &str, arch: Arch, it: Option<Cond>) -> Result<Inst, NotParsed
     let mut refused = NotParsed::Mnemonic;
     for size in [2, 4].into_iter().filter(|size| width.is_none_or(|width| width == *size)) {
         for count in [Count::AsWritten, Count::Adapted] {
-            for encoding in Encoding::all().filter(|e| e.size() == size) {
+            // Most names begin otherwise, which is told from one letter.
+            let first = |text: &str| text.bytes().next();
+            let alike = |e: &Encoding| [Some(b'{'), first(mnemonic)].contains(&first(e.row().text));
+            for encoding in Encoding::all().filter(|e| e.size() == size && alike(e)) {
                 match text.read(encoding, count).and_then(|inst| checked(inst, arch)) {
                     Ok(inst) => return Ok(inst),
                     Err(why) => refused = worse(refused, why),

@@ -153,10 +153,10 @@ const fn letter_index(letter: u8) -> usize {
 pub(crate) const fn gather(word: u32, mut mask: u32) -> u32 {
     let (mut value, mut to) = (0, 0);
     while mask != 0 {
-        let place = mask.trailing_zeros();
-        value |= (word >> place & 1) << to;
-        to += 1;
-        mask &= mask - 1;
+        let (place, count, ones) = first_run(mask);
+        value |= (word >> place & ones) << to;
+        to += count;
+        mask &= !(ones << place);
     }
     value
 }
@@ -165,11 +165,19 @@ pub(crate) const fn gather(word: u32, mut mask: u32) -> u32 {
 pub(crate) const fn scatter(value: u32, mut mask: u32) -> u32 {
     let (mut word, mut from) = (0, 0);
     while mask != 0 {
-        word |= (value >> from & 1) << mask.trailing_zeros();
-        from += 1;
-        mask &= mask - 1;
+        let (place, count, ones) = first_run(mask);
+        word |= (value >> from & ones) << place;
+        from += count;
+        mask &= !(ones << place);
     }
     word
+}
+
+/// The lowest run of ones of a mask that has one: its place, how many they are, and as many ones from bit 0 on.
+const fn first_run(mask: u32) -> (u32, u32, u32) {
+    let place = mask.trailing_zeros();
+    let count = (mask >> place).trailing_ones();
+    (place, count, u32::MAX >> (32 - count))
 }
 
 #[cfg(test)]

@@ -7,9 +7,10 @@ mod divide;
 mod rules;
 
 use super::facts::{self, Facts, meet};
-use super::graph::{Graph, Id, Kind};
+use super::graph::{Graph, Id, Kind, Walk};
 use crate::kernel::op::Effect;
 use crate::kernel::{Op, Range, Type};
+use std::cell::RefCell;
 
 /// A way through the decisions.
 #[derive(Debug, Clone, Default)]
@@ -60,6 +61,16 @@ pub(super) struct Fold {
     trail: Vec<Undo>,
     /// How many rules deep this is.
     depth: usize,
+    /// By node: where it lies, for those ranges of its operands that it was asked for last.
+    lies: RefCell<Vec<Lies>>,
+    walk: Walk,
+}
+
+/// Where a node lies for some ranges of its operands; none if the table cannot tell.
+#[derive(Debug, Clone, Copy)]
+struct Lies {
+    operands: [Range; 3],
+    result: Option<Range>,
 }
 
 /// Rules that lead to rules, at most: behind that an operator stands as it is, so that long chains need no stack.
@@ -104,9 +115,9 @@ impl Fold {
     }
 
     /// A run that is taken back at once; none if its facts contradict each other.
-    pub fn try_run(&mut self, graph: &mut Graph, path: &Path, roots: &[Id]) -> Option<Found> {
+    pub fn try_run(&mut self, graph: &mut Graph, path: &Path, roots: &[Id], nodes: &[Id]) -> Option<Found> {
         let mark = self.mark();
-        let found = self.run(graph, path, roots).map(|roots| {
+        let found = self.run_over(graph, path, roots, nodes).map(|roots| {
             let (mut ranges, mut kept) = (Vec::new(), Vec::new());
             for undo in &self.trail[mark..] {
                 match undo {
@@ -131,11 +142,21 @@ impl Fold {
 
     /// The roots on this path, which goes on from that of the run before; none if its facts contradict each other.
     pub fn run(&mut self, graph: &mut Graph, path: &Path, roots: &[Id]) -> Option<Vec<Id>> {
+        let nodes = self.nodes(graph, path, roots);
+        self.run_over(graph, path, roots, &nodes)
+    }
+
+    /// All that the roots and what was decided are made of, operands first.
+    pub fn nodes(&mut self, graph: &Graph, path: &Path, roots: &[Id]) -> Vec<Id> {
+        self.walk.over(graph, roots.iter().chain(&path.decided).copied())
+    }
+
+    /// The same over [those nodes](Fold::nodes).
+    pub fn run_over(&mut self, graph: &mut Graph, path: &Path, roots: &[Id], nodes: &[Id]) -> Option<Vec<Id>> {
         self.start(graph, path);
-        let all: Vec<Id> = roots.iter().chain(&path.decided).copied().collect();
-        for id in graph.reachable(&all) {
-            if self.is_stale(graph, id) {
-                self.renew(graph, &path.facts, id);
+        for id in nodes {
+            if self.is_stale(graph, *id) {
+                self.renew(graph, &path.facts, *id);
             }
             if self.impossible {
                 return None;
@@ -152,7 +173,7 @@ impl Fold {
         self.folded.resize(graph.len(), (0, Id(0)));
         self.told.resize(graph.len(), 0);
         path.latest.iter().for_each(|id| self.told[id.index()] = self.run);
-        for id in path.decided.last().map(|last| graph.reachable(&[*last])).into_iter().flatten() {
+        for id in self.walk.over(graph, path.decided.last().copied().into_iter()) {
             if !std::mem::replace(&mut self.kept[id.index()], true) {
                 self.trail.push(Undo::Kept(id));
             }
@@ -284,8 +305,22 @@ impl Fold {
                 for (range, arg) in operands.iter_mut().zip(graph.args(id)) {
                     *range = meet(self.range(*arg), graph.ty(*arg).range());
                 }
-                graph.lies(id, op, operands)
+                self.lies(graph, id, op, operands)
             }
         }
+    }
+
+    fn lies(&self, graph: &Graph, id: Id, op: Op, operands: [Range; 3]) -> Option<Range> {
+        let mut known = self.lies.borrow_mut();
+        if known.len() < graph.len() {
+            // No operand lies nowhere, so these are asked for never.
+            let never = Lies { operands: [Range::new(1, 0); 3], result: None };
+            known.resize(graph.len(), never);
+        }
+        let lies = &mut known[id.index()];
+        if lies.operands != operands {
+            *lies = Lies { operands, result: graph.lies(id, op, operands) };
+        }
+        lies.result
     }
 }

@@ -5,15 +5,16 @@
 //! `x`, and with them what they choose. What counts is the dearer way on.
 
 use super::cost;
-use super::graph::{Graph, Id, Kind};
+use super::graph::{Graph, Id, Kind, Walk};
 use crate::kernel::{Op, Type};
-use rustc_hash::FxHashMap;
 
 /// What asks for a condition.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Asking {
-    /// The nodes that the condition chooses between: where it holds, where not.
-    pub sides: [Vec<Id>; 2],
+    /// The bool.
+    pub condition: Id,
+    /// The last of the nodes that the condition chooses between: where it holds, where not.
+    sides: [u32; 2],
     /// How many of those are choices of one of two.
     choices: u32,
     /// How many choices, guards and next states it is part of.
@@ -22,29 +23,62 @@ pub(super) struct Asking {
     pub must: bool,
 }
 
+/// No place in a list.
+const NOWHERE: u32 = u32::MAX;
+
+/// Lists that are used again from tick to tick.
+#[derive(Debug, Default)]
+pub(super) struct Lists {
+    /// How often each node is used; nothing but 0 between two ticks.
+    uses: Vec<u32>,
+    /// Where the condition stands among the conditions, by node; nowhere but in a tick.
+    places: Vec<u32>,
+    walk: Walk,
+    /// The nodes of the tick.
+    all: Vec<Id>,
+    conditions: Vec<Asking>,
+    /// The nodes of sides, each with the one before it on its side.
+    sides: Vec<(Id, u32)>,
+    /// Comparisons of a value with constants: the value, the constant, the place of the condition; in order.
+    compared: Vec<(Id, i64, usize)>,
+    gone: Vec<Id>,
+    /// Conditions still to be noted.
+    open: Vec<(Id, [Option<Id>; 2])>,
+}
+
 /// How often each node is used, and who asks for which condition.
 pub(super) struct Gains<'a, 'k> {
     graph: &'a Graph<'k>,
-    uses: Vec<u32>,
-    pub conditions: Vec<(Id, Asking)>,
-    /// Where the condition stands in that list, by node; past its end if it is none.
-    places: Vec<u32>,
-    /// The places of comparisons of a value with constants, in the order of the constants, by value.
-    compared: FxHashMap<Id, Vec<(i64, usize)>>,
+    lists: &'a mut Lists,
 }
 
 /// Parts of a condition that are looked at. Long chains are decided from their start, and go on from there.
 const PARTS: usize = 256;
 
+impl Lists {
+    /// Forgets the tick before.
+    fn clear(&mut self, nodes: usize) {
+        self.all.iter().for_each(|id| self.uses[id.index()] = 0);
+        self.conditions.iter().for_each(|asking| self.places[asking.condition.index()] = NOWHERE);
+        self.conditions.clear();
+        self.sides.clear();
+        self.compared.clear();
+        self.uses.resize(nodes, 0);
+        self.places.resize(nodes, NOWHERE);
+    }
+}
+
 impl<'a, 'k> Gains<'a, 'k> {
     /// For a tick with these roots, and bools that the next mode depends on.
-    pub fn new(graph: &'a Graph<'k>, roots: &[Id], musts: &[Id]) -> Gains<'a, 'k> {
-        let (uses, places) = (vec![0; graph.len()], vec![u32::MAX; graph.len()]);
-        let mut gains = Gains { graph, uses, conditions: Vec::new(), places, compared: FxHashMap::default() };
-        roots.iter().for_each(|root| gains.uses[root.index()] += 1);
-        for id in graph.reachable(roots) {
+    pub fn new(graph: &'a Graph<'k>, lists: &'a mut Lists, roots: &[Id], musts: &[Id]) -> Gains<'a, 'k> {
+        lists.clear(graph.len());
+        lists.all = lists.walk.over(graph, roots.iter().copied());
+        let mut gains = Gains { graph, lists };
+        roots.iter().for_each(|root| gains.lists.uses[root.index()] += 1);
+        for at in 0..gains.lists.all.len() {
+            let id = gains.lists.all[at];
             let args = graph.args(id);
-            args.iter().for_each(|arg| gains.uses[arg.index()] += 1);
+            args.iter().for_each(|arg| gains.lists.uses[arg.index()] += 1);
             match graph.kind(id) {
                 Kind::Op(Op::Select) => gains.ask(args[0], false, [Some(args[1]), Some(args[2])]),
                 Kind::Effect(_) => gains.ask(args[0], false, [Some(id), None]),
@@ -52,18 +86,23 @@ impl<'a, 'k> Gains<'a, 'k> {
             }
         }
         musts.iter().for_each(|must| gains.ask(*must, true, [None, None]));
-        for place in 0..gains.conditions.len() {
+        for place in 0..gains.lists.conditions.len() {
             if let Some((of, limit)) = gains.limit(place) {
-                gains.compared.entry(of).or_default().push((limit, place));
+                gains.lists.compared.push((of, limit, place));
             }
         }
-        gains.compared.values_mut().for_each(|places| places.sort_unstable());
+        gains.lists.compared.sort_unstable();
         gains
+    }
+
+    /// What asks for the condition at a place.
+    pub fn asking(&self, place: usize) -> Asking {
+        self.lists.conditions[place]
     }
 
     /// Of `x < k`, both.
     fn limit(&self, place: usize) -> Option<(Id, i64)> {
-        let id = self.conditions[place].0;
+        let id = self.asking(place).condition;
         match self.graph.args(id) {
             [x, k] if self.graph.op(id) == Some(Op::Lt) => Some((*x, self.graph.constant(*k)?)),
             _ => None,
@@ -72,7 +111,8 @@ impl<'a, 'k> Gains<'a, 'k> {
 
     /// Notes a condition and the bools it is made of.
     fn ask(&mut self, condition: Id, must: bool, sides: [Option<Id>; 2]) {
-        let mut open = vec![(condition, sides)];
+        let mut open = std::mem::take(&mut self.lists.open);
+        open.push((condition, sides));
         for _ in 0..PARTS {
             let Some((condition, sides)) = open.pop() else { break };
             if self.graph.constant(condition).is_some() {
@@ -83,11 +123,7 @@ impl<'a, 'k> Gains<'a, 'k> {
                 open.push((self.graph.args(condition)[0], [no, yes]));
                 continue;
             }
-            let asking = self.asking(condition);
-            asking.asked += 1;
-            asking.must |= must;
-            asking.sides.iter_mut().zip(sides).for_each(|(all, new)| all.extend(new));
-            asking.choices += u32::from(sides.iter().all(Option::is_some));
+            self.note(condition, must, sides);
             if self.is_compound(condition) {
                 // One part alone can decide that a conjunction does not hold, or that a disjunction does.
                 let sides = match self.graph.op(condition) {
@@ -98,29 +134,41 @@ impl<'a, 'k> Gains<'a, 'k> {
                 open.extend(self.graph.args(condition).iter().map(|part| (*part, sides)));
             }
         }
+        open.clear();
+        self.lists.open = open;
     }
 
-    fn asking(&mut self, condition: Id) -> &mut Asking {
-        let place = &mut self.places[condition.index()];
-        if *place == u32::MAX {
-            *place = self.conditions.len() as u32;
-            self.conditions.push((condition, Asking::default()));
+    fn note(&mut self, condition: Id, must: bool, sides: [Option<Id>; 2]) {
+        let Lists { places, conditions, sides: all_sides, .. } = &mut *self.lists;
+        let place = &mut places[condition.index()];
+        if *place == NOWHERE {
+            *place = conditions.len() as u32;
+            conditions.push(Asking { condition, sides: [NOWHERE; 2], choices: 0, asked: 0, must: false });
         }
-        &mut self.conditions[*place as usize].1
+        let asking = &mut conditions[*place as usize];
+        asking.asked += 1;
+        asking.must |= must;
+        asking.choices += u32::from(sides.iter().all(Option::is_some));
+        for (last, node) in asking.sides.iter_mut().zip(sides) {
+            if let Some(node) = node {
+                all_sides.push((node, *last));
+                *last = all_sides.len() as u32 - 1;
+            }
+        }
     }
 
     /// Places of the conditions, in the order of nodes.
     pub fn in_order(&self) -> Vec<usize> {
-        let mut places: Vec<usize> = (0..self.conditions.len()).collect();
-        places.sort_unstable_by_key(|at| self.conditions[*at].0);
+        let mut places: Vec<usize> = (0..self.lists.conditions.len()).collect();
+        places.sort_unstable_by_key(|at| self.asking(*at).condition);
         places
     }
 
     /// The part of a condition that most others ask for as well, so that they have it too; the condition itself if it
     /// shares nothing.
     pub fn most_shared(&self, condition: Id) -> Id {
-        let asked =
-            |id: Id| self.conditions.get(self.places[id.index()] as usize).map_or(0, |(_, asking)| asking.asked);
+        let place = |id: Id| self.lists.places[id.index()] as usize;
+        let asked = |id: Id| self.lists.conditions.get(place(id)).map_or(0, |asking| asking.asked);
         let mut best = condition;
         loop {
             let (mut open, from) = (vec![best], best);
@@ -143,51 +191,74 @@ impl<'a, 'k> Gains<'a, 'k> {
         matches!(self.graph.op(id), Some(Op::And | Op::Or | Op::Not | Op::Select))
     }
 
-    /// Cycles saved on the dearer side, the branch paid.
-    pub fn of(&mut self, at: usize) -> u32 {
-        let saved = [true, false].map(|holds| {
-            let decided = self.decided(at, holds);
-            let asked = || decided.iter().map(|at| &self.conditions[*at].1);
-            let gone: Vec<Id> = asked().flat_map(|asking| &asking.sides[usize::from(holds)]).copied().collect();
-            let choices: u32 = asked().map(|asking| asking.choices).sum();
-            2 * choices + saved(self.graph, &mut self.uses, &gone)
-        });
+    /// Cycles saved on the dearer side by the condition at a place, the branch paid.
+    pub fn of(&mut self, place: usize) -> u32 {
+        let saved = [true, false].map(|holds| self.saved(place, holds));
         saved[0].min(saved[1]).saturating_sub(cost::BRANCH)
     }
 
-    /// The comparisons with constants of what this one compares, itself included, in the order of the constants: those that
-    /// are wanted, by whether they must be decided and what that saves.
-    pub fn compared_alike(&mut self, condition: Id, wanted: impl Fn(bool, u32) -> bool) -> Vec<Id> {
-        let place = self.places.get(condition.index()).map_or(usize::MAX, |place| *place as usize);
-        let of = if place < self.conditions.len() { self.limit(place) } else { None };
-        let all = of.and_then(|(of, _)| self.compared.get(&of)).cloned().unwrap_or_default();
-        let mut wanted_at = |at: usize| wanted(self.conditions[at].1.must, self.of(at));
-        let places: Vec<usize> = all.into_iter().map(|(_, at)| at).filter(|at| wanted_at(*at)).collect();
-        places.into_iter().map(|at| self.conditions[at].0).collect()
+    /// Cycles saved where it holds, or where it does not.
+    fn saved(&mut self, place: usize, holds: bool) -> u32 {
+        let mut gone = std::mem::take(&mut self.lists.gone);
+        let mut choices = 0;
+        let mut decide = |place: usize| {
+            let asking = self.asking(place);
+            choices += asking.choices;
+            let mut side = asking.sides[usize::from(holds)];
+            while let Some((node, before)) = self.lists.sides.get(side as usize) {
+                gone.push(*node);
+                side = *before;
+            }
+        };
+        match self.limit(place) {
+            None => decide(place),
+            Some((of, limit)) => self.decided(of, limit, holds).iter().for_each(|(_, _, place)| decide(*place)),
+        }
+        let cycles = unused(self.graph, &mut self.lists.uses, &mut gone);
+        gone.clear();
+        self.lists.gone = gone;
+        2 * choices + cycles
     }
 
-    /// The conditions that hold (or do not) where this one does (or does not).
-    fn decided(&self, at: usize, holds: bool) -> Vec<usize> {
-        let compared = self.limit(at).and_then(|(of, limit)| Some((limit, self.compared.get(&of)?)));
-        let Some((limit, places)) = compared else { return vec![at] };
-        let first = places.partition_point(|(other, _)| *other < limit);
-        let end = places.partition_point(|(other, _)| *other <= limit);
-        let places = if holds { &places[first..] } else { &places[..end] };
-        places.iter().map(|(_, place)| *place).collect()
+    /// The comparisons with constants of what this condition compares, itself included, in the order of the constants: those that
+    /// are wanted, by whether they must be decided and what that saves.
+    pub fn compared_alike(&mut self, condition: Id, wanted: impl Fn(bool, u32) -> bool) -> Vec<Id> {
+        let place = self.lists.places.get(condition.index()).map_or(usize::MAX, |place| *place as usize);
+        let of = if place < self.lists.conditions.len() { self.limit(place) } else { None };
+        let Some((of, _)) = of else { return Vec::new() };
+        let all: Vec<usize> = self.compared(of).iter().map(|(_, _, place)| *place).collect();
+        let places = all.into_iter().filter(|place| wanted(self.asking(*place).must, self.of(*place)));
+        let places: Vec<usize> = places.collect();
+        places.into_iter().map(|place| self.asking(place).condition).collect()
+    }
+
+    /// The comparisons of a value with constants.
+    fn compared(&self, of: Id) -> &[(Id, i64, usize)] {
+        let first = self.lists.compared.partition_point(|(other, ..)| *other < of);
+        let count = self.lists.compared[first..].partition_point(|(other, ..)| *other == of);
+        &self.lists.compared[first..first + count]
+    }
+
+    /// The comparisons that hold (or do not) where the one of this value with this limit does (or does not).
+    fn decided(&self, of: Id, limit: i64, holds: bool) -> &[(Id, i64, usize)] {
+        let all = self.compared(of);
+        let first = all.partition_point(|(_, other, _)| *other < limit);
+        let end = all.partition_point(|(_, other, _)| *other <= limit);
+        if holds { &all[first..] } else { &all[..end] }
     }
 }
 
-/// Cycles of what only these uses of nodes need.
-fn saved(graph: &Graph, uses: &mut [u32], gone: &[Id]) -> u32 {
-    let (mut open, mut log, mut cycles) = (gone.to_vec(), Vec::new(), 0_u32);
-    while let Some(id) = open.pop() {
-        log.push(id);
+/// Cycles of what only these uses of nodes need; the list grows by what falls with them.
+fn unused(graph: &Graph, uses: &mut [u32], gone: &mut Vec<Id>) -> u32 {
+    let (mut at, mut cycles) = (0, 0_u32);
+    while let Some(id) = gone.get(at).copied() {
+        at += 1;
         uses[id.index()] = uses[id.index()].saturating_sub(1);
         if uses[id.index()] == 0 {
             cycles = cycles.saturating_add(cost::of_node(graph, id));
-            open.extend_from_slice(graph.args(id));
+            gone.extend_from_slice(graph.args(id));
         }
     }
-    log.into_iter().for_each(|id| uses[id.index()] += 1);
+    gone.iter().for_each(|id| uses[id.index()] += 1);
     cycles
 }

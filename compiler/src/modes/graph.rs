@@ -16,7 +16,6 @@
 use crate::kernel::op::Effect;
 use crate::kernel::{Inst, Kernel, Op, Range, Type, Value, ValueInfo};
 use rustc_hash::FxHashMap;
-use std::cell::RefCell;
 
 /// A node of a [`Graph`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -63,13 +62,6 @@ pub(super) struct Source {
     pub reads: Vec<Value>,
 }
 
-/// Where a node lies for some ranges of its operands; none if the table cannot tell.
-#[derive(Debug, Clone, Copy)]
-struct Lies {
-    operands: [Range; 3],
-    result: Option<Range>,
-}
-
 /// All nodes.
 #[derive(Debug)]
 pub(super) struct Graph<'k> {
@@ -83,10 +75,6 @@ pub(super) struct Graph<'k> {
     known_lists: FxHashMap<Vec<Id>, u32>,
     /// Nodes made from here on stem from this place.
     pub origin: Option<u32>,
-    /// Which nodes a walk came by, a bit for each: kept to be used again.
-    walked: RefCell<Vec<u64>>,
-    /// By node: where it lies, for those ranges of its operands that it was asked for last.
-    lies: RefCell<Vec<Lies>>,
 }
 
 impl<'k> Graph<'k> {
@@ -100,25 +88,12 @@ impl<'k> Graph<'k> {
             lists: Vec::new(),
             known_lists: FxHashMap::default(),
             origin: None,
-            walked: RefCell::default(),
-            lies: RefCell::default(),
         }
     }
 
     /// A graph where every node is new, equal to another or not.
     pub fn unshared(kernel: &'k Kernel) -> Graph<'k> {
         Graph { known: None, ..Graph::new(kernel) }
-    }
-
-    /// A copy to which no node is added.
-    pub fn to_read(&self) -> Graph<'k> {
-        Graph {
-            sources: self.sources.clone(),
-            nodes: self.nodes.clone(),
-            origins: self.origins.clone(),
-            lists: self.lists.clone(),
-            ..Graph::unshared(self.kernel)
-        }
     }
 
     pub fn len(&self) -> usize {
@@ -205,48 +180,18 @@ impl<'k> Graph<'k> {
     /// Where a pure operator lies for such ranges of its operands; none if the table cannot tell, because the result might
     /// not fit its type.
     pub fn lies(&self, id: Id, op: Op, operands: [Range; 3]) -> Option<Range> {
-        let mut known = self.lies.borrow_mut();
-        if known.len() < self.nodes.len() {
-            // No operand lies nowhere, so these are asked for never.
-            let never = Lies { operands: [Range::new(1, 0); 3], result: None };
-            known.resize(self.nodes.len(), never);
+        let args = self.args(id);
+        let mut infos = [ValueInfo { ty: Type::I1, range: Type::I1.range() }; 3];
+        for (at, arg) in args.iter().enumerate().take(3) {
+            infos[at] = ValueInfo { ty: self.ty(*arg), range: operands[at] };
         }
-        let lies = &mut known[id.index()];
-        if lies.operands != operands {
-            let args = self.args(id);
-            let mut infos = [ValueInfo { ty: Type::I1, range: Type::I1.range() }; 3];
-            for (at, arg) in args.iter().enumerate().take(3) {
-                infos[at] = ValueInfo { ty: self.ty(*arg), range: operands[at] };
-            }
-            let info = infos.get(..args.len()).and_then(|infos| op.apply(self.kernel, infos).ok());
-            *lies = Lies { operands, result: info.map(|info| info.map_or(self.ty(id).range(), |info| info.range)) };
-        }
-        lies.result
+        let info = infos.get(..args.len()).and_then(|infos| op.apply(self.kernel, infos).ok());
+        info.map(|info| info.map_or(self.ty(id).range(), |info| info.range))
     }
 
     /// All that the roots need and the roots, operands first.
     pub fn reachable(&self, roots: &[Id]) -> Vec<Id> {
-        let mut seen = self.walked.borrow_mut();
-        seen.clear();
-        seen.resize(self.nodes.len() / 64 + 1, 0);
-        let (mut open, mut count) = (roots.to_vec(), 0);
-        while let Some(id) = open.pop() {
-            let (word, bit) = (&mut seen[id.index() / 64], 1 << (id.index() % 64));
-            if *word & bit == 0 {
-                *word |= bit;
-                count += 1;
-                open.extend_from_slice(self.args(id));
-            }
-        }
-        let mut all = Vec::with_capacity(count);
-        for (at, word) in seen.iter().enumerate() {
-            let mut left = *word;
-            while left != 0 {
-                all.push(Id(at as u32 * 64 + left.trailing_zeros()));
-                left &= left - 1;
-            }
-        }
-        all
+        Walk::default().over(self, roots.iter().copied())
     }
 
     fn operands(&mut self, args: &[Id]) -> Operands {
@@ -262,6 +207,63 @@ impl<'k> Graph<'k> {
         }
         Operands::List(list)
     }
+}
+
+/// Which nodes a walk came by: a bit for each, and a bit for each word of those, so that few among many are found in order.
+/// It can be used again, at the cost of what it comes by.
+#[derive(Debug, Default)]
+pub(super) struct Walk {
+    seen: Vec<u64>,
+    words: Vec<u64>,
+    count: usize,
+    open: Vec<Id>,
+}
+
+impl Walk {
+    /// All that the roots need and the roots, operands first.
+    pub fn over(&mut self, graph: &Graph, roots: impl Iterator<Item = Id>) -> Vec<Id> {
+        let words = graph.len().div_ceil(64);
+        if self.seen.len() < words {
+            self.seen.resize(words, 0);
+            self.words.resize(words.div_ceil(64), 0);
+        }
+        roots.for_each(|root| self.come_by(root));
+        while let Some(id) = self.open.pop() {
+            graph.args(id).iter().for_each(|arg| self.come_by(*arg));
+        }
+        self.taken()
+    }
+
+    fn come_by(&mut self, id: Id) {
+        let (word, bit) = (id.index() / 64, 1 << (id.index() % 64));
+        if self.seen[word] & bit == 0 {
+            self.seen[word] |= bit;
+            self.words[word / 64] |= 1 << (word % 64);
+            self.count += 1;
+            self.open.push(id);
+        }
+    }
+
+    /// The nodes it came by, in their order; they are forgotten.
+    fn taken(&mut self) -> Vec<Id> {
+        let mut all = Vec::with_capacity(std::mem::take(&mut self.count));
+        for (at, words) in self.words.iter_mut().enumerate() {
+            for word in ones(std::mem::take(words)) {
+                let word = 64 * at + word;
+                all.extend(ones(std::mem::take(&mut self.seen[word])).map(|bit| Id((64 * word + bit) as u32)));
+            }
+        }
+        all
+    }
+}
+
+/// The places of the bits that are set, in order.
+fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let at = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (at < 64).then_some(at)
+    })
 }
 
 fn any(inst: &Inst, such: &dyn Fn(Op) -> bool) -> bool {

@@ -52,8 +52,8 @@ enum Then<'a> {
 pub(super) fn modes(graph: &mut Graph, plan: &Plan) -> Option<Vec<Mode>> {
     let needs = plan.modes.iter().enumerate().map(|(at, reached)| needs(graph, plan, at, &reached.tree));
     let needs: Vec<Needs> = needs.collect::<Option<_>>()?;
-    let jobs: Vec<(Graph, Needs)> = needs.into_iter().map(|needs| (graph.to_read(), needs)).collect();
-    let placed = parallel::map(jobs, |(graph, needs)| blocks(&graph, &needs));
+    let graph = &*graph;
+    let placed = parallel::map_with(needs, Fold::default, |fold, needs| blocks(graph, fold, &needs));
     let modes = plan.modes.iter().zip(plan.known).zip(placed).map(|((reached, known), placed)| {
         let (values, blocks) = placed?;
         let name = name(graph, plan, reached);
@@ -63,10 +63,10 @@ pub(super) fn modes(graph: &mut Graph, plan: &Plan) -> Option<Vec<Mode>> {
 }
 
 /// The values and blocks of a mode.
-fn blocks(graph: &Graph, needs: &Needs) -> Option<(Vec<ValueInfo>, Vec<Block>)> {
+fn blocks(graph: &Graph, fold: &mut Fold, needs: &Needs) -> Option<(Vec<ValueInfo>, Vec<Block>)> {
     let mut placer = Placer {
         graph,
-        fold: Fold::default(),
+        fold,
         values: Vec::new(),
         blocks: vec![open_block()],
         at: 0,
@@ -76,8 +76,10 @@ fn blocks(graph: &Graph, needs: &Needs) -> Option<(Vec<ValueInfo>, Vec<Block>)> 
         trail: Vec::new(),
         depth: 0,
     };
-    placer.place(needs, 0)?;
-    let Placer { values, blocks, .. } = placer;
+    let placed = placer.place(needs, 0);
+    let Placer { values, blocks, fold, .. } = placer;
+    fold.back(0);
+    placed?;
     let blocks = in_order(merge::equal_tails(in_order(blocks), &values));
     Some((values, blocks))
 }
@@ -147,7 +149,7 @@ fn open_block() -> Block {
 
 struct Placer<'a, 'k> {
     graph: &'a Graph<'k>,
-    fold: Fold,
+    fold: &'a mut Fold,
     values: Vec<ValueInfo>,
     blocks: Vec<Block>,
     /// The block that is filled.

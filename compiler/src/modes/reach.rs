@@ -8,6 +8,7 @@ mod narrow;
 
 use super::facts::{Facts, meet};
 use super::fold::{Fold, Path};
+use super::gain::Lists;
 use super::graph::{Graph, Id, Kind};
 use super::tick::{self, Tick};
 use super::tree::{Discrete, Grower, TooBig, Tree};
@@ -95,7 +96,8 @@ pub(super) fn reach(
 ) -> Result<Vec<Reached>, TooBig> {
     let mut reach = Reach { kernel: graph.kernel, discrete, modes: Vec::new(), open: Vec::new(), again: Vec::new() };
     reach.enter(start);
-    let mut grower = Grower { graph, discrete, leaves, fold: Fold::default(), worth: 3, depth: 0 };
+    let (fold, lists) = (Fold::default(), Lists::default());
+    let mut grower = Grower { graph, discrete, leaves, fold, lists, worth: 3, depth: 0 };
     while let Some(at) = reach.open.pop().or_else(|| reach.again.pop()) {
         let others: usize = reach.modes.iter().map(|mode| mode.tree.as_ref().map_or(0, Tree::leaves)).sum();
         grower.leaves = leaves.checked_sub(others).ok_or(TooBig)?;

@@ -2,7 +2,7 @@
 //! that says; at a leaf the next mode is known.
 
 use super::fold::{Fold, Path};
-use super::gain::Gains;
+use super::gain::{Asking, Gains, Lists};
 use super::graph::{Graph, Id, Kind};
 use super::reach;
 use super::tick::Tick;
@@ -42,6 +42,7 @@ pub(super) struct Grower<'a, 'k> {
     /// How many leaves are left.
     pub leaves: usize,
     pub fold: Fold,
+    pub lists: Lists,
     /// Cycles that a decision must save which does not tell the next mode.
     pub worth: u32,
     /// How many decisions the way so far has.
@@ -54,8 +55,14 @@ const DEPTH: usize = 100;
 impl Grower<'_, '_> {
     /// The tree for a tick under these facts; none if they contradict each other.
     pub fn grow(&mut self, path: Rc<Path>, tick: &Tick) -> Result<Option<Tree>, TooBig> {
+        let nodes = self.fold.nodes(self.graph, &path, &tick.roots());
+        self.grow_over(path, tick, &nodes)
+    }
+
+    /// The same; `nodes` are all that the tick and what was decided are made of.
+    fn grow_over(&mut self, path: Rc<Path>, tick: &Tick, nodes: &[Id]) -> Result<Option<Tree>, TooBig> {
         self.deeper(|grower| {
-            let Some(folded) = grower.fold.run(grower.graph, &path, &tick.roots()) else { return Ok(None) };
+            let Some(folded) = grower.fold.run_over(grower.graph, &path, &tick.roots(), nodes) else { return Ok(None) };
             grower.grow_on(path, tick.with(&folded))
         })
     }
@@ -78,23 +85,27 @@ impl Grower<'_, '_> {
         let Some(condition) = self.choose(&tick) else { return self.leaf(path, tick).map(Some) };
         let if_yes = path.on(self.graph, &self.fold, condition, true);
         let if_no = path.on(self.graph, &self.fold, condition, false);
+        let roots = tick.roots();
+        // Both ways are decided by the same.
+        let Some(either) = if_yes.as_ref().or(if_no.as_ref()) else { return Ok(None) };
+        let nodes = self.fold.nodes(self.graph, either, &roots);
         // The other side is looked at first, because where it cannot be nothing is decided here.
-        let no = if_no.and_then(|no| Some((self.fold.try_run(self.graph, &no, &tick.roots())?, Rc::new(no))));
+        let no = if_no.and_then(|no| Some((self.fold.try_run(self.graph, &no, &roots, &nodes)?, Rc::new(no))));
         let (if_yes, (found, if_no)) = match (if_yes, no) {
             (Some(yes), Some(no)) => (Rc::new(yes), no),
-            (Some(yes), None) => return self.grow_given(&path, &yes, &tick, condition, true),
-            (None, Some((_, no))) => return self.grow_given(&path, &no, &tick, condition, false),
+            (Some(yes), None) => return self.grow_given(&path, &yes, &tick, (condition, true), &nodes),
+            (None, Some((_, no))) => return self.grow_given(&path, &no, &tick, (condition, false), &nodes),
             (None, None) => return Ok(None),
         };
-        let Some(yes) = self.grow(if_yes.clone(), &tick)? else {
-            return self.grow_given(&path, &if_no, &tick, condition, false);
+        let Some(yes) = self.grow_over(if_yes.clone(), &tick, &nodes)? else {
+            return self.grow_given(&path, &if_no, &tick, (condition, false), &nodes);
         };
         let no = self.deeper(|grower| {
             grower.fold.again(&found);
             grower.grow_on(if_no, tick.with(&found.roots))
         })?;
         let Some(no) = no else {
-            return self.grow_given(&path, &if_yes, &tick, condition, true);
+            return self.grow_given(&path, &if_yes, &tick, (condition, true), &nodes);
         };
         Ok(Some(Tree::Split { path, condition, yes: Box::new(yes), no: Box::new(no) }))
     }
@@ -106,11 +117,11 @@ impl Grower<'_, '_> {
         path: &Path,
         strong: &Path,
         tick: &Tick,
-        condition: Id,
-        holds: bool,
+        (condition, holds): (Id, bool),
+        nodes: &[Id],
     ) -> Result<Option<Tree>, TooBig> {
         let mark = self.fold.mark();
-        let told = self.fold.run(self.graph, strong, &tick.roots());
+        let told = self.fold.run_over(self.graph, strong, &tick.roots(), nodes);
         let told = told.map(|roots| reach::ranges(self.graph, &self.fold, &tick.with(&roots)));
         self.fold.back(mark);
         let Some(told) = told else { return Ok(None) };
@@ -137,11 +148,10 @@ impl Grower<'_, '_> {
     /// The condition that is best decided now; none if nothing is left that pays or must be.
     fn choose(&mut self, tick: &Tick) -> Option<Id> {
         let musts = self.next_states(tick);
-        let mut gains = Gains::new(self.graph, &tick.roots(), &musts);
+        let mut gains = Gains::new(self.graph, &mut self.lists, &tick.roots(), &musts);
         let mut best: Option<((u32, u32), Id)> = None;
         for at in gains.in_order() {
-            let (condition, asking) = &gains.conditions[at];
-            let (condition, asked, must) = (*condition, asking.asked, asking.must);
+            let Asking { condition, asked, must, .. } = gains.asking(at);
             let score = (gains.of(at), asked);
             if (must || score.0 >= self.worth) && best.is_none_or(|(most, _)| score > most) {
                 best = Some((score, condition));

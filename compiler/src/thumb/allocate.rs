@@ -7,7 +7,7 @@
 //! What is spilled lies on the stack at SP, below what the entry has saved. `regalloc2`'s own checker, which follows values through the
 //! result, runs in debug builds.
 
-use std::cell::OnceCell;
+use std::sync::OnceLock;
 
 use super::frame::FREE;
 use super::v6m::LOST;
@@ -27,7 +27,7 @@ pub(super) struct Placed {
     pub end: End,
     pub rounds: Option<u32>,
     /// Its cycles, once somebody has asked `path` for them.
-    pub cycles: OnceCell<u64>,
+    pub cycles: OnceLock<u64>,
 }
 
 /// An instruction with registers, in its shortest encoding.
@@ -170,7 +170,7 @@ impl<'a> View<'a> {
                 InstOrEdit::Inst(_) => {}
             }
         }
-        Placed { code, end: block.end.clone(), rounds: block.rounds, cycles: OnceCell::new() }
+        Placed { code, end: block.end.clone(), rounds: block.rounds, cycles: OnceLock::new() }
     }
 }
 

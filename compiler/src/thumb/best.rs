@@ -57,6 +57,8 @@ struct Made {
 
 /// How many ways are tried, at most, beside the first of each mode.
 const TRIES: usize = 16;
+/// So many are tried at once: what comes next if those before do not change which mode is the dearest.
+const AHEAD: usize = 2;
 
 /// The code of all modes.
 pub(super) fn modes(
@@ -65,11 +67,11 @@ pub(super) fn modes(
     literals: &mut Literals,
     core: &Core,
 ) -> Result<Vec<Allocated>, ThumbError> {
-    let mut select = |index: usize, way: Way| {
+    let select = |index: usize, way: Way, literals: &mut Literals| {
         let func = Select::mode(&modes.kernel, frame, literals, &modes.modes[index], index, way.near);
         legal(func, frame, literals, core)
     };
-    let funcs: Vec<Func> = (0..modes.modes.len()).map(|index| select(index, WAYS[0])).collect();
+    let funcs: Vec<Func> = (0..modes.modes.len()).map(|index| select(index, WAYS[0], literals)).collect();
     let first = |func: Func| {
         let (code, cycles) = made(func, WAYS[0].alive, core)?;
         Ok(Made { code, cycles, tried: 0 })
@@ -79,23 +81,64 @@ pub(super) fn modes(
         // Nothing waits there, so one order is as good as another.
         return Ok(all.into_iter().map(|made| made.code).collect());
     }
-    for _ in 0..TRIES + all.len() {
-        let dearest = all.iter_mut().enumerate().max_by_key(|(index, made)| (made.cycles, std::cmp::Reverse(*index)));
-        let Some((index, best)) = dearest else { break };
-        if best.tried == 0 {
-            best.cycles = ordered(&mut best.code, core);
-        } else if let Some(way) = WAYS.get(best.tried) {
-            let (mut code, _) = made(select(index, *way), way.alive, core)?;
-            let cycles = ordered(&mut code, core);
-            if cycles < best.cycles {
-                (best.code, best.cycles) = (code, cycles);
-            }
-        } else {
+    let mut left = TRIES + all.len();
+    while left > 0 {
+        let ahead = ahead(&all, left.min(AHEAD));
+        if ahead.is_empty() {
             break;
         }
-        best.tried += 1;
+        let begun = ahead.iter().map(|&(index, tried)| {
+            let before = literals.clone();
+            let func = (tried > 0).then(|| select(index, WAYS[tried], literals));
+            ((func, tried, &all[index].code), before)
+        });
+        let (begun, before): (Vec<_>, Vec<Literals>) = begun.unzip();
+        let ended = parallel::map(begun, |(func, tried, code)| {
+            let mut code = match func {
+                Some(func) => made(func, WAYS[tried].alive, core)?.0,
+                None => code.clone(),
+            };
+            let cycles = ordered(&mut code, core);
+            Ok((code, cycles))
+        });
+        for ((&(index, tried), before), ended) in ahead.iter().zip(before).zip(ended) {
+            if dearest(&standing(&all)) != Some((index, tried)) {
+                // One before has changed what comes next: nobody has tried this.
+                *literals = before;
+                break;
+            }
+            let (best, (code, cycles)) = (&mut all[index], ended?);
+            if tried == 0 || cycles < best.cycles {
+                (best.code, best.cycles) = (code, cycles);
+            }
+            best.tried += 1;
+            left -= 1;
+        }
     }
     Ok(all.into_iter().map(|made| made.code).collect())
+}
+
+/// The cycles of each mode, and how many ways were tried.
+fn standing(all: &[Made]) -> Vec<(u64, usize)> {
+    all.iter().map(|made| (made.cycles, made.tried)).collect()
+}
+
+/// The dearest mode, with its way that is to be tried; none if there is no other.
+fn dearest(standing: &[(u64, usize)]) -> Option<(usize, usize)> {
+    let by_cycles = |(index, (cycles, _)): &(usize, &(u64, usize))| (*cycles, std::cmp::Reverse(*index));
+    let (index, (_, tried)) = standing.iter().enumerate().max_by_key(by_cycles)?;
+    (*tried < WAYS.len()).then_some((index, *tried))
+}
+
+/// What is tried next, and then, as long as none of it helps.
+fn ahead(all: &[Made], count: usize) -> Vec<(usize, usize)> {
+    let mut standing = standing(all);
+    let next = || {
+        let next = dearest(&standing)?;
+        standing[next.0].1 += 1;
+        Some(next)
+    };
+    std::iter::from_fn(next).take(count).collect()
 }
 
 /// The code of `init`, of which only the size counts.

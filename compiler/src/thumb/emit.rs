@@ -117,32 +117,37 @@ pub(super) fn it(cond: Cond, block: &[Line]) -> Inst {
 ///
 /// # Errors
 /// An instruction without encoding.
-pub(super) fn lay_out(items: &[Item], labels: usize, arch: Arch, name: &str) -> Result<Bytes, NoEncoding> {
+pub(super) fn lay_out(mut items: Vec<Item>, labels: usize, arch: Arch, name: &str) -> Result<Bytes, NoEncoding> {
+    for item in &mut items {
+        if let Item::Inst { inst, .. } | Item::Indirect { inst, .. } = item {
+            *inst = short(inst, arch)?;
+        }
+    }
     if arch == Arch::V6M {
-        let items = reach::in_reach(items.to_vec(), labels)?;
-        let (sizes, places) = settled(&items, items.len() + labels, arch)?;
+        let items = reach::in_reach(items, labels);
+        let (sizes, places) = settled(&items, items.len() + labels);
         return write(&items, &sizes, &places, arch, name);
     }
-    let (sizes, places) = settled(items, labels, arch)?;
-    write(items, &sizes, &places, arch, name)
+    let (sizes, places) = settled(&items, labels);
+    write(&items, &sizes, &places, arch, name)
 }
 
 /// Sizes of which none need grow, and where everything then is.
-fn settled(items: &[Item], labels: usize, arch: Arch) -> Result<(Vec<u32>, Places), NoEncoding> {
-    let mut sizes = sizes(items, arch)?;
+fn settled(items: &[Item], labels: usize) -> (Vec<u32>, Places) {
+    let mut sizes = sizes(items);
     loop {
         let places = places(items, &sizes, labels);
         if !grow(items, &mut sizes, &places) {
-            return Ok((sizes, places));
+            return (sizes, places);
         }
     }
 }
 
-fn sizes(items: &[Item], arch: Arch) -> Result<Vec<u32>, NoEncoding> {
+fn sizes(items: &[Item]) -> Vec<u32> {
     let size = |item: &Item| match item {
-        Item::Inst { inst, .. } | Item::Indirect { inst, .. } => short(inst, arch).map(|inst| inst.size()),
-        Item::Branch { .. } => Ok(2),
-        Item::Label(_) | Item::Function { .. } | Item::Loop { .. } => Ok(0),
+        Item::Inst { inst, .. } | Item::Indirect { inst, .. } => inst.size(),
+        Item::Branch { .. } => 2,
+        Item::Label(_) | Item::Function { .. } | Item::Loop { .. } => 0,
     };
     items.iter().map(size).collect()
 }
@@ -207,11 +212,11 @@ fn write(items: &[Item], sizes: &[u32], places: &Places, arch: Arch, name: &str)
             Item::Inst { inst, origin, address } => {
                 out.line(at, *origin);
                 out.address(at, *address, name);
-                out.push(&short(inst, arch)?, arch)?;
+                out.push(inst, arch)?;
             }
             Item::Indirect { inst, to } => {
                 out.hints.push(Hint::Targets { at, symbols: to.clone() });
-                out.push(&short(inst, arch)?, arch)?;
+                out.push(inst, arch)?;
             }
             Item::Branch { cond: Some(cond), to } if sizes[index] == 4 && arch == Arch::V6M => {
                 // Around a branch that reaches further.

@@ -13,7 +13,7 @@ pub(super) enum Literal {
 }
 
 /// All of them, each once.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Literals {
     all: Vec<Literal>,
     /// How many may be words: for every address there is room.

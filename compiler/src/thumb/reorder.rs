@@ -11,7 +11,7 @@
 mod check;
 mod measure;
 
-use std::cell::OnceCell;
+use std::sync::OnceLock;
 
 use super::allocate::{Allocated, Fixed, Placed};
 use super::path;
@@ -39,7 +39,7 @@ pub(super) fn reorder(func: &mut Allocated, core: &Core) {
         let better = Order::new(block, core).improved();
         let ordered: Vec<Fixed> = better.iter().map(|at| block.code[*at]).collect();
         debug_assert!(check::same(&block.code, &ordered), "an order changes what is computed");
-        (block.code, block.cycles) = (ordered, OnceCell::new());
+        (block.code, block.cycles) = (ordered, OnceLock::new());
     }
 }
 

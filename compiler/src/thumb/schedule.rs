@@ -18,7 +18,7 @@ mod live;
 use super::frame::K;
 use super::vcode::{Access, Code, End, Func, Reg, Role, VReg};
 use depend::{Graph, depend};
-use whippen_isa::timing::{Core, Outcome, Pipe};
+use whippen_isa::timing::{Core, Outcome, Pipe, Timed};
 
 /// Puts the code of every block in order; about `limit` values are alive at once.
 pub(super) fn schedule(func: &mut Func, core: &Core, limit: usize) {
@@ -61,15 +61,37 @@ fn load_earlier(code: &mut [Code]) {
     std::mem::swap(before, load);
 }
 
-/// Cycles that `next` waits when it comes right behind `last`.
-fn waits(core: &Core, last: &Code, next: &Code) -> u32 {
-    let results: Vec<VReg> = last.writes().collect();
-    // Results get the first numbers; all others are one register that nobody waits for.
-    let number = |reg: Reg| match reg {
-        Reg::Virtual(reg) => results.iter().position(|r| *r == reg).map_or(12, |at| at as u8),
-        Reg::Fixed(reg) => reg,
-    };
-    let named = |code: &Code, reads: bool| {
+/// The pipeline behind an instruction.
+struct Behind {
+    /// What it defines.
+    results: Vec<VReg>,
+    pipe: Pipe,
+}
+
+impl Behind {
+    fn new(core: &Core, last: &Code) -> Behind {
+        let behind = Behind { results: last.writes().collect(), pipe: Pipe::default() };
+        let (pipe, _) = core.issue(behind.pipe, &behind.named(core, last, false), 0, &Outcome::NEXT);
+        Behind { pipe, ..behind }
+    }
+
+    /// Cycles that `next` waits when it comes right here.
+    fn waits(&self, core: &Core, next: &Code) -> u32 {
+        if self.pipe.delays_nobody() {
+            return 0;
+        }
+        let next = self.named(core, next, true);
+        let (_, behind) = core.issue(self.pipe, &next, 4, &Outcome::NEXT);
+        let (_, alone) = core.issue(Pipe::default(), &next, 4, &Outcome::NEXT);
+        behind.cycles().saturating_sub(alone.cycles())
+    }
+
+    /// An instruction whose results get the first numbers; all others are one register that nobody waits for.
+    fn named(&self, core: &Core, code: &Code, reads: bool) -> Timed {
+        let number = |reg: Reg| match reg {
+            Reg::Virtual(reg) => self.results.iter().position(|r| *r == reg).map_or(12, |at| at as u8),
+            Reg::Fixed(reg) => reg,
+        };
         let mut inst = code.inst;
         for role in Role::ALL {
             if let Some(operand) = code.operands[role as usize] {
@@ -78,12 +100,7 @@ fn waits(core: &Core, last: &Code, next: &Code) -> u32 {
             }
         }
         core.prepare(&inst)
-    };
-    let (first, second) = (named(last, false), named(next, true));
-    let (pipe, _) = core.issue(Pipe::default(), &first, 0, &Outcome::NEXT);
-    let (_, behind) = core.issue(pipe, &second, 4, &Outcome::NEXT);
-    let (_, alone) = core.issue(Pipe::default(), &second, 4, &Outcome::NEXT);
-    behind.cycles().saturating_sub(alone.cycles())
+    }
 }
 
 /// A block being put in order.

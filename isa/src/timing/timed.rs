@@ -83,10 +83,11 @@ impl Core {
     /// Everything about `inst` that does not depend on its execution.
     pub fn prepare(&self, inst: &Inst) -> Timed {
         let (number, line) = self.line_of(inst);
-        let (operands, addresses, sums, sums_as) = sources(inst);
-        let late = if line.late_for.is_empty() { 0 } else { last_results(inst) };
+        let (uses, defs) = (inst.uses(), inst.defs());
+        let (operands, addresses, sums, sums_as) = sources(inst, uses);
+        let late = if line.late_for.is_empty() { 0 } else { last_results(inst, defs) };
         let one_cycle = line.kind == Kind::ShiftedRegisterFlags && self.rules.shifted_register_flags == 1;
-        let (reads, writes) = (inst.uses().single_bits(), inst.defs().single_bits());
+        let (reads, writes) = (uses.single_bits(), defs.single_bits());
         let mut timed = Timed {
             singles_read: reads,
             singles_late: if line.float_hold + line.float_delay > 1 { writes } else { 0 },
@@ -96,9 +97,9 @@ impl Core {
             sums_as,
             late,
             late_for: if late == 0 { Takers::NONE } else { line.late_for },
-            about: about(inst) | overlap(&line),
+            about: about(inst, defs) | overlap(&line),
             line: number,
-            cycles: line.cycles.saturating_add(line.each.saturating_mul(count(inst))),
+            cycles: line.cycles.saturating_add(line.each.saturating_mul(count(inst, uses.union(defs)))),
             float_hold: line.float_hold,
             float_delay: line.float_delay,
         };
@@ -116,7 +117,8 @@ impl Core {
 
     /// It and its number. No line counts what the architecture does not have; one cycle then.
     fn line_of(&self, inst: &Inst) -> (u8, Line) {
-        let fits = |line: &Line| line.classes.contains(&inst.class()) && line.kind.fits(inst);
+        let class = inst.class();
+        let fits = |line: &Line| line.classes.contains(&class) && line.kind.fits(inst);
         let number = self.lines.iter().position(fits).unwrap_or(self.lines.len().saturating_sub(1));
         (number as u8, self.lines.get(number).copied().unwrap_or(Line::new(&[], Kind::Any, 1)))
     }
@@ -189,9 +191,9 @@ fn is_float(class: Class) -> bool {
 }
 
 /// Core registers read: as operands, as addresses, as accumulator or addend; and which of the last two.
-fn sources(inst: &Inst) -> (u16, u16, u16, Takers) {
+fn sources(inst: &Inst, uses: RegSet) -> (u16, u16, u16, Takers) {
     use Class::*;
-    let reads = inst.uses().core_bits();
+    let reads = uses.core_bits();
     let only = |set: RegSet| set.core_bits() & reads;
     let class = inst.class();
     if is_memory(class) || matches!(class, TableBranch | Preload) {
@@ -216,13 +218,13 @@ fn addresses(inst: &Inst) -> RegSet {
 }
 
 /// The registers whose result may be late: the last one loaded, or all results but PC and a written-back base.
-fn last_results(inst: &Inst) -> u16 {
+fn last_results(inst: &Inst, defs: RegSet) -> u16 {
     let not_pc = !RegSet::core(reg::PC).core_bits();
     match inst.class() {
         Class::Load | Class::LoadOrdered => RegSet::core(inst.t).core_bits() & not_pc,
         Class::LoadDual => RegSet::core(inst.t2).core_bits(),
         Class::LoadMultiple => top_of_list(inst.imm as u16) & not_pc,
-        _ => inst.defs().core_bits() & not_pc,
+        _ => defs.core_bits() & not_pc,
     }
 }
 
@@ -230,14 +232,11 @@ const fn top_of_list(list: u16) -> u16 {
     if list == 0 { 0 } else { 1 << (15 - list.leading_zeros()) }
 }
 
-/// How many registers a list has.
-fn count(inst: &Inst) -> u8 {
+/// How many registers a list has, of the registers that are touched.
+fn count(inst: &Inst, touched: RegSet) -> u8 {
     match inst.class() {
         Class::LoadMultiple | Class::StoreMultiple => (inst.imm as u16).count_ones() as u8,
-        Class::FloatLoadMultiple | Class::FloatStoreMultiple => {
-            let data = inst.uses().union(inst.defs()).single_bits();
-            data.count_ones() as u8
-        }
+        Class::FloatLoadMultiple | Class::FloatStoreMultiple => touched.single_bits().count_ones() as u8,
         _ => 0,
     }
 }
@@ -247,9 +246,9 @@ fn overlap(line: &Line) -> u32 {
     overlaps | if line.overlapped { Timed::OVERLAPPED } else { 0 }
 }
 
-fn about(inst: &Inst) -> u32 {
+fn about(inst: &Inst, defs: RegSet) -> u32 {
     let (class, narrow) = (inst.class(), inst.size() == 2);
-    let writes_pc = inst.defs().contains(RegSet::core(reg::PC));
+    let writes_pc = defs.contains(RegSet::core(reg::PC));
     let bx_lr = inst.op() == Op::BX && inst.m == reg::LR;
     let empty = class == Class::It || inst.op() == Op::NOP;
     let flags = inst.flags();

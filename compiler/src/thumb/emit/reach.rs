@@ -1,15 +1,14 @@
 //! Branches of ARMv6-M reach 2 KiB: those that go further go by way of others.
 
-use super::{Item, Label, NoEncoding, offset, settled};
-use whippen_isa::Arch;
+use super::{Item, Label, offset, settled};
 
 /// How far a step goes (bytes): less than a branch reaches, because what is put in between moves the rest.
 const STEP: i64 = 1500;
 
 /// The same items with steps where branches do not reach.
-pub(super) fn in_reach(mut items: Vec<Item>, mut labels: Label) -> Result<Vec<Item>, NoEncoding> {
+pub(super) fn in_reach(mut items: Vec<Item>, mut labels: Label) -> Vec<Item> {
     loop {
-        let (sizes, places) = settled(&items, labels, Arch::V6M)?;
+        let (sizes, places) = settled(&items, labels);
         let far = |(index, item): (usize, &Item)| match item {
             Item::Branch { cond, to } => {
                 let far = offset(&places, index, *to) - if cond.is_some() { i64::from(sizes[index] - 2) } else { 0 };
@@ -17,15 +16,15 @@ pub(super) fn in_reach(mut items: Vec<Item>, mut labels: Label) -> Result<Vec<It
             }
             _ => None,
         };
-        let Some((index, far)) = items.iter().enumerate().find_map(far) else { return Ok(items) };
+        let Some((index, far)) = items.iter().enumerate().find_map(far) else { return items };
         let wanted = i64::from(places.items[index]) + STEP * far.signum();
         let distance = |at: &usize| (i64::from(places.items[*at]) - wanted).abs();
         // Never between a loop's mark and its first instruction.
         let free = |at: &usize| !matches!(items[at - 1], Item::Loop { .. });
-        let Some(at) = (1..items.len()).filter(free).min_by_key(distance) else { return Ok(items) };
+        let Some(at) = (1..items.len()).filter(free).min_by_key(distance) else { return items };
         let (step, over) = (labels, labels + 1);
         labels += 2;
-        let Item::Branch { to, .. } = &mut items[index] else { return Ok(items) };
+        let Item::Branch { to, .. } = &mut items[index] else { return items };
         let to = std::mem::replace(to, step);
         let leads_on = !matches!(items[at - 1], Item::Branch { cond: None, .. } | Item::Indirect { .. });
         let mut between = vec![Item::Label(step), Item::Branch { cond: None, to }];

@@ -1,6 +1,6 @@
 //! What must stay before what: definitions before uses, and the order of accesses to flags, fixed registers and memory.
 
-use super::waits;
+use super::Behind;
 use crate::thumb::vcode::{Access, Code, Place, Reg, VReg};
 use rustc_hash::FxHashMap;
 use whippen_isa::Flags;
@@ -51,7 +51,8 @@ pub(super) fn depend(code: &[Code], core: &Core) -> Graph {
         }
     }
     for (from, after) in graph.after.iter_mut().enumerate() {
-        after.iter_mut().for_each(|(to, wait)| *wait = waits(core, &code[from], &code[*to]));
+        let behind = Behind::new(core, &code[from]);
+        after.iter_mut().for_each(|(to, wait)| *wait = behind.waits(core, &code[*to]));
     }
     graph.height = heights(&graph);
     graph

@@ -45,5 +45,13 @@ fn put(set: &mut Set, reg: VReg, is_in: bool) {
 }
 
 fn members(set: &Set) -> Vec<VReg> {
-    (0..set.len() as VReg * 64).filter(|reg| set[*reg as usize / 64] >> (reg % 64) & 1 == 1).collect()
+    let mut all = Vec::new();
+    for (word, bits) in (0..).zip(set) {
+        let mut left = *bits;
+        while left != 0 {
+            all.push(64 * word + left.trailing_zeros());
+            left &= left - 1;
+        }
+    }
+    all
 }
