@@ -26,12 +26,15 @@ pub const INSTRUMENTS: &[(&str, &str)] = &[
     ("grand-piano.whip", include_str!("../../instruments/grand-piano.whip")),
 ];
 
-/// The bundled keyboard, which plays three of the instruments.
-pub const KEYBOARD: (&str, &str) = ("mikey.whip", include_str!("../../instruments/mikey.whip"));
+/// The bundled keyboards: one plays three of the instruments, one after the other, and one plays two of them in zones.
+pub const KEYBOARDS: &[(&str, &str)] = &[
+    ("mikey.whip", include_str!("../../instruments/mikey.whip")),
+    ("split.whip", include_str!("../../instruments/split.whip")),
+];
 
-/// All of them: instruments, keyboard, library.
+/// All of them: instruments, keyboards, library.
 pub fn programs() -> impl Iterator<Item = &'static (&'static str, &'static str)> {
-    INSTRUMENTS.iter().chain([&KEYBOARD]).chain(STD)
+    INSTRUMENTS.iter().chain(KEYBOARDS).chain(STD)
 }
 
 #[cfg(test)]
@@ -45,7 +48,7 @@ mod tests {
     fn every_file_of_the_folders_is_listed() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../instruments");
         for (folder, listed) in [
-            ("", INSTRUMENTS.iter().chain([&KEYBOARD]).map(|(name, _)| name.to_string()).collect::<BTreeSet<_>>()),
+            ("", INSTRUMENTS.iter().chain(KEYBOARDS).map(|(name, _)| name.to_string()).collect::<BTreeSet<_>>()),
             ("std", STD.iter().map(|(name, _)| name["<std/".len()..name.len() - 1].to_string()).collect()),
         ] {
             let entries = std::fs::read_dir(root.join(folder)).expect("the folder");

@@ -20,6 +20,8 @@ pub enum Kind {
     Term,
     /// A keyboard.
     Keyboard,
+    /// A keyboard's program of several instruments.
+    Zones,
     /// A sensed value.
     Sense,
     /// A constant.
@@ -63,6 +65,7 @@ impl Kind {
             Kind::Instrument => "instrument",
             Kind::Term => "term",
             Kind::Keyboard => "keyboard",
+            Kind::Zones => "program of zones",
             Kind::Sense => "sensed value",
             Kind::Param => "constant",
             Kind::Live => "live parameter",

@@ -14,6 +14,7 @@ mod outcome;
 
 pub use outcome::{Outcome, PlayedNote, Strike};
 
+use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -57,15 +58,25 @@ pub struct KeyLog {
     pub sense_clamped: usize,
 }
 
+/// Neighbouring keys of a keyboard that play one instrument.
+#[derive(Debug, Clone)]
+pub struct Part<'a> {
+    /// What they play, with the values of all keys of the keyboard.
+    pub model: &'a Model,
+    /// Which keys, counted from 0 at the lowest of the keyboard.
+    pub keys: Range<usize>,
+}
+
 /// What a group gives.
 type Logs = Result<Vec<KeyLog>, String>;
 
-/// Plays keys for so many ticks, on so many threads. `progress` is told keys times ticks that were done since the last time.
+/// Plays keys, which come from the lowest up, for so many ticks, on so many threads. `progress` is told keys times ticks that were
+/// done since the last time. Every key is in one of the parts.
 ///
 /// # Errors
 /// The instrument cannot be compiled or run on this machine: a defect, in words.
 pub fn play(
-    model: &Model,
+    parts: &[Part],
     device: &Device,
     kind: EngineKind,
     keys: &[PlayingKey],
@@ -73,7 +84,12 @@ pub fn play(
     threads: usize,
     progress: impl Fn(usize) + Sync,
 ) -> Result<Vec<KeyLog>, String> {
-    let groups: Vec<&[PlayingKey]> = keys.chunks(GROUP).collect();
+    let of_part = |part: &Part| {
+        let at = |key: usize| keys.partition_point(|playing| playing.index < key);
+        at(part.keys.start)..at(part.keys.end)
+    };
+    let groups: Vec<(&Model, &[PlayingKey])> =
+        parts.iter().flat_map(|part| keys[of_part(part)].chunks(GROUP).map(|group| (part.model, group))).collect();
     let done: Mutex<Vec<(usize, Logs)>> = Mutex::new(Vec::new());
     let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
     std::thread::scope(|scope| {
@@ -81,7 +97,7 @@ pub fn play(
             scope.spawn(|| {
                 while !failed.load(Ordering::Relaxed) {
                     let at = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(group) = groups.get(at) else { return };
+                    let Some((model, group)) = groups.get(at) else { return };
                     let logs = play_group(model, device, kind, group, ticks, &progress).map(|(logs, _)| logs);
                     failed.fetch_or(logs.is_err(), Ordering::Relaxed);
                     // A poisoned lock means another thread has panicked, which ends the scope with its panic anyway.
@@ -103,13 +119,14 @@ pub fn play(
 /// # Errors
 /// There is no image of so many keys, or a tick is missed, in words.
 pub fn play_on_board(
-    model: &Model,
+    parts: &[Part],
     device: &Device,
     board: BoardKind,
     keys: &[PlayingKey],
     ticks: usize,
     progress: impl Fn(usize),
 ) -> Result<(Vec<KeyLog>, Load), String> {
+    let [Part { model, .. }] = parts else { return Err("no board plays zones yet".to_string()) };
     let (logs, load) = play_group(model, device, EngineKind::Emulated(board), keys, ticks, &progress)?;
     Ok((logs, load.unwrap_or_default()))
 }

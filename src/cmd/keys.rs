@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Instant;
 
-use whippen_compiler::check::{Program, midi_number, note_name};
+use whippen_compiler::check::{self, Program, midi_number, note_name};
 use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::source::SourceMap;
@@ -46,12 +46,12 @@ pub struct KeysArgs {
     /// A performance: every note is a synthetic stroke of its key, all keys run
     #[arg(long, value_name = "FILE.mid", conflicts_with_all = ["motion", "errors"])]
     pub midi: Option<PathBuf>,
-    /// The program of the keyboard that plays; otherwise its first
-    #[arg(long, value_name = "INSTRUMENT", requires = "midi")]
+    /// The program of the keyboard that plays, an instrument or zones; otherwise its first
+    #[arg(long, value_name = "PROGRAM", requires = "midi")]
     program: Option<String>,
-    /// Record everything about this key, such as C4: for --out, --plot and --report
-    #[arg(long, value_name = "NOTE", requires = "midi", value_parser = note)]
-    key: Option<u8>,
+    /// Record everything about this key, such as C4: for --out, --plot and --report; without --midi the key that is played
+    #[arg(long, value_name = "NOTE", value_parser = note)]
+    pub key: Option<u8>,
     /// So many threads compute; the outcome is the same with any number. Without it, one per processor
     #[arg(long, value_name = "N", requires = "midi", value_parser = clap::value_parser!(u32).range(1..=256))]
     threads: Option<u32>,
@@ -76,27 +76,45 @@ pub struct Setup<'a> {
     pub outputs: &'a Outputs,
 }
 
-/// The keys there are, and the instrument on them.
+/// The keys there are, and what is on them.
 struct Board<'a> {
     name: Option<&'a str>,
-    model: &'a Model,
+    /// The program that plays.
+    program: &'a str,
+    /// By rising key.
+    parts: Vec<keyboard::Part<'a>>,
     first: u8,
     last: u8,
 }
 
 impl<'a> Board<'a> {
     fn of(program: &'a Program, name: Option<&'a str>, args: &'a KeysArgs) -> Result<Board<'a>, Failure> {
-        let keyboard = program.keyboards.first();
-        let first = keyboard.and_then(|k| k.programs.first()).map(|&at| program.instruments[at].name.as_str());
-        let name = args.program.as_deref().or(name).or(first);
-        let model = load::instrument(program, name)?;
-        if let Some(keyboard) = keyboard
-            && !keyboard.programs.iter().any(|&at| program.instruments[at].name == model.name)
-        {
-            return Err(Failure::Usage(format!("`{}` is no program of the keyboard `{}`", model.name, keyboard.name)));
-        }
-        let (first, last) = keyboard.map_or((21, 108), |k| (k.first_key, k.last_key));
-        Ok(Board { name: keyboard.map(|k| k.name.as_str()), model, first, last })
+        let name = args.program.as_deref().or(name);
+        let Some(keyboard) = program.keyboards.first() else {
+            let model = load::instrument(program, name)?;
+            let parts = vec![keyboard::Part { model, keys: 0..88 }];
+            return Ok(Board { name: None, program: &model.name, parts, first: 21, last: 108 });
+        };
+        let listed = || keyboard.programs.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+        let playable = match name {
+            Some(name) => keyboard.program(name),
+            None => keyboard.programs.first(),
+        };
+        let Some(playable) = playable else {
+            let (name, board) = (name.unwrap_or_default(), &keyboard.name);
+            return Err(Failure::Usage(format!(
+                "`{name}` is no program of the keyboard `{board}`; its programs are: {}",
+                listed()
+            )));
+        };
+        let index = |key: u8| usize::from(key - keyboard.first_key);
+        let part = |part: &check::Part| keyboard::Part {
+            model: &program.instruments[part.instrument],
+            keys: index(part.first_key)..index(part.last_key) + 1,
+        };
+        let parts = playable.parts.iter().map(part).collect();
+        let (first, last) = (keyboard.first_key, keyboard.last_key);
+        Ok(Board { name: Some(&keyboard.name), program: &playable.name, parts, first, last })
     }
 
     /// How many keys it has.
@@ -108,11 +126,30 @@ impl<'a> Board<'a> {
     fn index(&self, key: u8) -> Option<usize> {
         (self.first..=self.last).contains(&key).then(|| usize::from(key - self.first))
     }
+
+    /// What a key plays, by its index.
+    fn model(&self, index: usize) -> &'a Model {
+        self.parts.iter().find(|part| part.keys.contains(&index)).map_or(self.parts[0].model, |part| part.model)
+    }
+
+    /// Ticks per second.
+    fn rate_hz(&self) -> u32 {
+        self.parts[0].model.rate_hz
+    }
+
+    /// The event of a key that is a strike.
+    fn strike(&self, index: usize) -> Option<usize> {
+        self.model(index).emissions.iter().position(|e| e.name == "note")
+    }
 }
 
-/// The instrument that all keys play.
-pub fn instrument<'a>(program: &'a Program, name: Option<&'a str>, args: &'a KeysArgs) -> Result<&'a Model, Failure> {
-    Ok(Board::of(program, name, args)?.model)
+/// What the keys play, or the lowest ones if they do not all play the same.
+pub fn first_instrument<'a>(
+    program: &'a Program,
+    name: Option<&'a str>,
+    args: &'a KeysArgs,
+) -> Result<&'a Model, Failure> {
+    Ok(Board::of(program, name, args)?.parts[0].model)
 }
 
 /// A performance laid out on a keyboard.
@@ -140,7 +177,7 @@ fn score(performance: &Performance, board: &Board, seconds: Option<f64>) -> Scor
     let end = |m: &Move| m.start_s + m.duration_s + AFTER_S;
     let end_s = keys.iter().flat_map(|k| &k.moves).map(end).fold(0.0, f64::max).min(until_s);
     let outside = wanted.iter().filter(|n| board.index(n.key).is_none()).count();
-    let ticks = (end_s * f64::from(board.model.rate_hz)).ceil() as usize;
+    let ticks = (end_s * f64::from(board.rate_hz())).ceil() as usize;
     Score { notes: wanted, keys, strokes: all, outside, ticks }
 }
 
@@ -160,7 +197,7 @@ pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
         let (first, last) = (note_name(board.first), note_name(board.last));
         return Err(Failure::Usage(format!("{}: no note is on the keys {first} .. {last}", path.display())));
     }
-    if score.ticks as f64 > LONGEST_S * f64::from(board.model.rate_hz) {
+    if score.ticks as f64 > LONGEST_S * f64::from(board.rate_hz()) {
         return Err(Failure::Usage(format!(
             "{}: lasts more than six hours; play a part with --seconds",
             path.display()
@@ -168,22 +205,26 @@ pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
     }
     told::performance(path, &performance, &score, &board);
     // What is wrong with the instrument is told as for any run.
-    drop(load::compiled(setup.map, board.model.clone(), setup.device, false)?);
+    for (at, part) in board.parts.iter().enumerate() {
+        if board.parts[..at].iter().all(|before| before.model.name != part.model.name) {
+            setup.device.fits(part.model).map_err(Failure::Usage)?;
+            drop(load::compiled(setup.map, part.model.clone(), setup.device, false)?);
+        }
+    }
     let logs = play(setup, args, &board, &score)?;
-    let rate_hz = board.model.rate_hz;
-    let emission = board.model.emissions.iter().position(|e| e.name == "note");
-    let played = Played::new(&score.notes, &logs, &score.strokes, emission.unwrap_or(usize::MAX), rate_hz);
-    told::outcome(&board, &played, &logs, emission.is_some());
+    let rate_hz = board.rate_hz();
+    let played = Played::new(&score.notes, &logs, &score.strokes, |key| board.strike(key), rate_hz);
+    told::outcome(&board, &played, &logs);
     if let Some(path) = &outputs.events {
         let names = |key: u32| note_name(board.first.saturating_add(key as u8));
-        let trace = told::events(board.model, &logs);
+        let trace = told::events(&board, &logs);
         trace.save_named_events(path, &names).map_err(|e| Failure::Usage(e.to_string()))?;
         say!("events: {}", path.display());
     }
     let traced = wanted.map(|index| trace_key(setup, &board, &score, index)).transpose()?;
     if let Some(to) = &outputs.report {
         let file = path.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
-        let title = format!("{file} on {}", board.model.name.replace('_', " "));
+        let title = format!("{file} on {}", board.program.replace('_', " "));
         let mut sections = vec![told::section(setup, &board, &score, &played, &logs, &performance)];
         sections.extend(traced);
         run::report(to, &title, sections)?;
@@ -204,7 +245,7 @@ fn play(setup: &Setup, args: &KeysArgs, board: &Board, score: &Score) -> Result<
         |threads| threads as usize,
     );
     let keys = score.keys.len();
-    let progress = Mutex::new((Progress::new(score.ticks, board.model.rate_hz), 0_usize));
+    let progress = Mutex::new((Progress::new(score.ticks, board.rate_hz()), 0_usize));
     let start = Instant::now();
     let tell = |key_ticks: usize| {
         if let Ok(mut progress) = progress.lock() {
@@ -215,17 +256,17 @@ fn play(setup: &Setup, args: &KeysArgs, board: &Board, score: &Score) -> Result<
     let logs = if let Some(kind) = setup.engine.board() {
         on_board(setup, board, kind, score, |ticks| tell(ticks * keys / board.keys()))
     } else {
-        keyboard::play(board.model, setup.device, setup.engine, &score.keys, score.ticks, threads, tell)
+        keyboard::play(&board.parts, setup.device, setup.engine, &score.keys, score.ticks, threads, tell)
             .map_err(Failure::Defect)
     };
     if let Ok(progress) = progress.lock() {
         progress.0.done();
     }
-    let played_s = score.ticks as f64 / f64::from(board.model.rate_hz);
+    let played_s = score.ticks as f64 / f64::from(board.rate_hz());
     let of = board.name.map_or(String::new(), |name| format!("{name}, "));
     let (engine, factor) = (setup.engine, played_s / start.elapsed().as_secs_f64());
     let logs = logs?;
-    say!("{of}{}: {played_s:.2} s on engine {engine}, {threads} threads, {factor:.1}x real time", board.model.name);
+    say!("{of}{}: {played_s:.2} s on engine {engine}, {threads} threads, {factor:.1}x real time", board.program);
     Ok(logs)
 }
 
@@ -240,7 +281,7 @@ fn on_board(
     let playing = |index: usize| score.keys.iter().find(|key| key.index == index).cloned();
     let key = |index: usize| playing(index).unwrap_or(PlayingKey { index, ..PlayingKey::default() });
     let keys: Vec<PlayingKey> = (0..board.keys()).map(key).collect();
-    let (mut logs, load) = keyboard::play_on_board(board.model, setup.device, kind, &keys, score.ticks, tell)
+    let (mut logs, load) = keyboard::play_on_board(&board.parts, setup.device, kind, &keys, score.ticks, tell)
         .map_err(|why| run::stopped(setup.engine, why))?;
     run::tell_load(&load);
     logs.retain(|log| playing(log.index).is_some());
@@ -250,9 +291,9 @@ fn on_board(
 /// One key again, with everything recorded and written.
 fn trace_key(setup: &Setup, board: &Board, score: &Score, index: usize) -> Result<Section, Failure> {
     let name = note_name(board.first + index as u8);
-    let model = keyboard::model_of_keys(board.model, &[index]);
+    let model = keyboard::model_of_keys(board.model(index), &[index]);
     let compiled = load::compiled(setup.map, model, setup.device, true)?;
-    let rate_hz = f64::from(board.model.rate_hz);
+    let rate_hz = f64::from(board.rate_hz());
     let moves = score.keys.iter().find(|key| key.index == index).map_or(&[][..], |key| &key.moves);
     let mut follower = Follower::new(moves);
     let ticks = score.ticks.min((TRACED_S * rate_hz) as usize);

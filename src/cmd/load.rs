@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
-use whippen_compiler::check::{Options, Program};
+use whippen_compiler::check::{Options, Playable, Program, note_name};
 use whippen_compiler::diag::{Diagnostic, Severity, render, summary};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::model::Model;
@@ -12,6 +12,7 @@ use whippen_compiler::pipeline::{self, CompileError, Compiled};
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 use whippen_runtime::files::read_text;
+use whippen_runtime::keyboard;
 
 use super::json;
 use crate::exit::Failure;
@@ -177,10 +178,13 @@ pub fn device(path: Option<&Path>, program: &Program, model: &Model) -> Result<D
 pub fn instrument<'p>(program: &'p Program, name: Option<&str>) -> Result<&'p Model, Failure> {
     let names = || program.instruments.iter().map(|m| m.name.as_str()).collect::<Vec<_>>().join(", ");
     match (name, program.instruments.as_slice()) {
-        (Some(name), all) => all
-            .iter()
-            .find(|m| m.name == name)
-            .ok_or_else(|| Failure::Usage(format!("there is no instrument `{name}`; there are: {}", names()))),
+        (Some(name), all) => all.iter().find(|m| m.name == name).ok_or_else(|| match zones(program, Some(name)) {
+            Some(zones) => {
+                let own = instruments_of(program, zones);
+                Failure::Usage(format!("`{name}` are zones with several instruments; name one of them: {own}"))
+            }
+            None => Failure::Usage(format!("there is no instrument `{name}`; there are: {}", names())),
+        }),
         (None, [only]) => Ok(only),
         (None, []) => Err(Failure::Usage("the program has no instrument".to_string())),
         (None, _) => Err(Failure::Usage(format!(
@@ -188,4 +192,58 @@ pub fn instrument<'p>(program: &'p Program, name: Option<&str>) -> Result<&'p Mo
             names()
         ))),
     }
+}
+
+/// The program of zones that has this name.
+fn zones<'p>(program: &'p Program, name: Option<&str>) -> Option<&'p Playable> {
+    let found = program.keyboards.first()?.program(name?)?;
+    program.instruments.iter().all(|model| model.name != found.name).then_some(found)
+}
+
+/// The names of what a program's keys play.
+pub fn instruments_of(program: &Program, playable: &Playable) -> String {
+    let mut names: Vec<&str> = Vec::new();
+    for part in &playable.parts {
+        let name = program.instruments[part.instrument].name.as_str();
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names.join(", ")
+}
+
+/// What one key plays: the instrument as [`instrument`] finds it, or the one of that key of the zones that were named; with a key,
+/// as that key has it.
+pub fn one_key(program: &Program, name: Option<&str>, key: Option<u8>) -> Result<Model, Failure> {
+    let zones = zones(program, name);
+    let keyboard = program.keyboards.first();
+    let (Some(key), Some(keyboard)) = (key, keyboard) else {
+        return match (key, zones) {
+            (Some(_), _) => {
+                Err(Failure::Usage("--key names a key of a keyboard, and the program has none".to_string()))
+            }
+            (None, Some(zones)) => Err(Failure::Usage(format!(
+                "`{}` are zones: name a key, such as --key {}, or one of the instruments: {}",
+                zones.name,
+                note_name(zones.parts[0].first_key),
+                instruments_of(program, zones)
+            ))),
+            (None, None) => instrument(program, name).cloned(),
+        };
+    };
+    let (first, last) = (keyboard.first_key, keyboard.last_key);
+    if !(first..=last).contains(&key) {
+        return Err(Failure::Usage(format!(
+            "the keyboard has the keys {} .. {}, and not {}",
+            note_name(first),
+            note_name(last),
+            note_name(key)
+        )));
+    }
+    let part = zones.and_then(|zones| zones.parts.iter().find(|part| (part.first_key..=part.last_key).contains(&key)));
+    let model = match part {
+        Some(part) => &program.instruments[part.instrument],
+        None => instrument(program, name)?,
+    };
+    Ok(keyboard::model_of_keys(model, &[usize::from(key - first)]))
 }

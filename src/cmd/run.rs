@@ -162,7 +162,8 @@ fn once(args: &Args) -> Outcome {
     let (map, program) = load::checked(&sources, &options, Severity::Warning)?;
     let engine = args.engine_on(&program).map_err(Failure::Usage)?;
     if let Some(path) = &args.keys.midi {
-        let device = load::device(args.device.as_deref(), &program, keys::instrument(&program, name, &args.keys)?)?;
+        let device =
+            load::device(args.device.as_deref(), &program, keys::first_instrument(&program, name, &args.keys)?)?;
         let setup = Setup {
             map: &map,
             program: &program,
@@ -176,7 +177,7 @@ fn once(args: &Args) -> Outcome {
         };
         return keys::run(&setup, &args.keys, path);
     }
-    let model = load::instrument(&program, name)?.clone();
+    let model = load::one_key(&program, name, args.keys.key)?;
     let device = load::device(args.device.as_deref(), &program, &model)?;
     let mut positions = args.motion.load(&model)?;
     // A board gets the image that `build` makes, in which nothing is observed.

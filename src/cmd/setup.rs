@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
 use whippen_compiler::c;
-use whippen_compiler::check::{Keyboard, Options, Program};
+use whippen_compiler::check::{Keyboard, Options, Playable, Program};
 use whippen_compiler::diag::{Severity, nearest};
 use whippen_compiler::firmware::{self, FirmwareError, Midi, Whole, WholeError};
 use whippen_compiler::image::{Board, LinkError, Place, places};
@@ -66,7 +66,7 @@ impl SetupArgs {
     pub fn one(&self) -> Result<Setup, Failure> {
         let (map, program, name) = self.checked()?;
         let model = match (name, listed(&program)) {
-            (None, Some(&[only])) => &program.instruments[only],
+            (None, Some(&[ref only])) => &program.instruments[only.parts[0].instrument],
             _ => load::instrument(&program, name)?,
         };
         self.setup(map, &program, &[model])
@@ -76,7 +76,9 @@ impl SetupArgs {
     pub fn all(&self) -> Result<Setup, Failure> {
         let (map, program, name) = self.checked()?;
         let models: Vec<&Model> = match (name, listed(&program)) {
-            (None, Some(programs @ [_, ..])) => programs.iter().map(|&index| &program.instruments[index]).collect(),
+            (None, Some(programs @ [_, ..])) => {
+                programs.iter().map(|p| &program.instruments[p.parts[0].instrument]).collect()
+            }
             _ => vec![load::instrument(&program, name)?],
         };
         self.setup(map, &program, &models)
@@ -107,7 +109,7 @@ impl SetupArgs {
 }
 
 /// The programs of the keyboard, if there is one.
-fn listed(program: &Program) -> Option<&[usize]> {
+fn listed(program: &Program) -> Option<&[Playable]> {
     program.keyboards.first().map(|keyboard| &keyboard.programs[..])
 }
 

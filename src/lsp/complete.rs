@@ -136,7 +136,11 @@ impl Place<'_> {
         };
         let mut all: Vec<CompletionItem> = parameters.iter().flatten().map(argument).collect();
         let scoped = self.item().into_iter().flat_map(|item| index.inside(item)).map(|(_, d)| d);
-        all.extend(self.shown(scoped.filter(|d| d.kind.is_value() || matches!(d.kind, Kind::Machine | Kind::Body))));
+        all.extend(
+            self.shown(
+                scoped.filter(|d| d.kind.is_value() || matches!(d.kind, Kind::Machine | Kind::Body | Kind::Zones)),
+            ),
+        );
         let items = index.definitions.iter().filter(|d| matches!(d.kind, Kind::Term | Kind::Instrument));
         all.extend(self.shown(items));
         let built_in =
@@ -151,7 +155,7 @@ impl Place<'_> {
 fn symbol(kind: Kind) -> CompletionItemKind {
     match kind {
         Kind::Term => CompletionItemKind::FUNCTION,
-        Kind::Instrument | Kind::Keyboard => CompletionItemKind::CLASS,
+        Kind::Instrument | Kind::Keyboard | Kind::Zones => CompletionItemKind::CLASS,
         Kind::Param => CompletionItemKind::CONSTANT,
         Kind::Machine => CompletionItemKind::ENUM,
         Kind::MachineState => CompletionItemKind::ENUM_MEMBER,

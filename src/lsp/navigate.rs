@@ -58,6 +58,13 @@ pub fn rename(analysis: &Analysis, position: Position, new: &str) -> Result<Work
 /// Whether a name is used already where the definition's name counts.
 fn taken(analysis: &Analysis, definition: &Definition, new: &str) -> bool {
     let global = matches!(definition.kind, Kind::Instrument | Kind::Term | Kind::Keyboard);
+    // Programs of a keyboard are called by their names.
+    let programs = |d: &Definition| {
+        matches!((d.kind, definition.kind), (Kind::Instrument, Kind::Zones) | (Kind::Zones, Kind::Instrument))
+    };
+    if analysis.index.definitions.iter().any(|d| programs(d) && d.name == new) {
+        return true;
+    }
     let same_space = |d: &&Definition| match definition.kind {
         _ if global => d.kind == definition.kind,
         kind if kind.is_value() => d.kind.is_value(),
@@ -102,6 +109,7 @@ fn symbol_kind(kind: Kind) -> SymbolKind {
     match kind {
         Kind::Instrument => SymbolKind::CLASS,
         Kind::Keyboard => SymbolKind::MODULE,
+        Kind::Zones => SymbolKind::CLASS,
         Kind::Term => SymbolKind::FUNCTION,
         Kind::Param => SymbolKind::CONSTANT,
         Kind::Machine => SymbolKind::ENUM,

@@ -57,7 +57,11 @@ pub const KEYWORDS: &[(&str, &str)] = &[
     ("board", "`board name`: what the keyboard's code runs on."),
     ("device", "`device name`: sensor, converters, motor and key."),
     ("keys", "`keys low .. high`: the keys, by notes."),
-    ("programs", "`programs a, b`: the instruments of the keyboard."),
+    ("programs", "`programs a, b`: the programs of the keyboard: instruments, and zones by their names."),
+    (
+        "zones",
+        "`zones name = { low .. high: instrument, .. }`: a program whose keys play different instruments; every key is in one zone.",
+    ),
 ];
 
 /// A function or a constant: name, how it is written, what it is.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use whippen_compiler::bundled::STD;
-use whippen_compiler::syntax::ast::{File, Item, Setting};
+use whippen_compiler::syntax::ast::{File, Item, Keyboard, Name, Setting};
 use whippen_compiler::syntax::parse;
 use whippen_compiler::syntax::token::{Token, lex};
 use whippen_runtime::files::{read_text, write_whole};
@@ -103,13 +103,23 @@ impl Wanted {
             match item {
                 Item::Instrument(i) => drop(self.declared.insert(i.name.node.clone())),
                 Item::Term(t) => drop(self.declared.insert(t.name.node.clone())),
-                Item::Keyboard(k) => k.settings.iter().for_each(|setting| match setting {
-                    Setting::Programs(names) => self.used.extend(names.iter().map(|n| n.node.clone())),
-                    Setting::PerKey { instrument, .. } => self.used.push(instrument.node.clone()),
-                    _ => {}
-                }),
+                Item::Keyboard(k) => self.keyboard(k),
             }
         }
+    }
+
+    fn keyboard(&mut self, keyboard: &Keyboard) {
+        let settings = &keyboard.settings;
+        let own = |name: &Name| {
+            settings.iter().any(|s| matches!(s, Setting::Zones { name: zones, .. } if zones.node == name.node))
+        };
+        let used = settings.iter().flat_map(|setting| match setting {
+            Setting::Programs(names) => names.iter().filter(|name| !own(name)).collect(),
+            Setting::Zones { zones, .. } => zones.iter().map(|zone| &zone.instrument).collect(),
+            Setting::PerKey { instrument, .. } => vec![instrument],
+            _ => Vec::new(),
+        });
+        self.used.extend(used.map(|name| name.node.clone()));
     }
 
     /// What is used and not declared.

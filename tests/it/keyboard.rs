@@ -22,7 +22,7 @@ fn mikey_has_88_keys_and_three_programs() {
     let program = mikey();
     let [keyboard] = program.keyboards.as_slice() else { panic!("one keyboard") };
     assert_eq!((keyboard.name.as_str(), keyboard.device.as_str(), keyboard.keys()), ("mikey", "mikey", 88));
-    let names: Vec<&str> = keyboard.programs.iter().map(|&i| program.instruments[i].name.as_str()).collect();
+    let names: Vec<&str> = keyboard.programs.iter().map(|p| p.name.as_str()).collect();
     assert_eq!(names, ["grand_piano", "harpsichord", "hammond"]);
     assert_eq!(keyboard.rate_hz, 44_100);
 }

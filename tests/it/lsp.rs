@@ -229,6 +229,28 @@ fn a_keyboard_finds_its_instruments_beside_it() {
 }
 
 #[test]
+fn zones_have_a_name_and_instruments() {
+    let mut editor = Editor::new();
+    std::fs::write(editor.folder.path().join("key.whip"), KEY).expect("writable");
+    let board = "keyboard board {\n    rate     44100 Hz\n    keys     A0 .. C8\n    programs split\n    zones    split = { A0 .. C8: key }\n}\n";
+    assert_eq!(editor.open("board.whip", board), Vec::<Value>::new());
+    let split = editor.at("definition", "board.whip", place(board, "programs split", 0, 10), json!({}));
+    assert_eq!(split["range"]["start"], place(board, "split = ", 0, 0));
+    let key = editor.at("definition", "board.whip", place(board, "C8: key", 0, 5), json!({}));
+    assert_eq!(key["uri"], editor.uri("key.whip"));
+    let told = editor.at("hover", "board.whip", place(board, "programs split", 0, 10), json!({})).to_string();
+    assert!(told.contains("zones    split = { A0 .. C8: key }") && told.contains("program of zones"), "{told}");
+    let word = editor.at("hover", "board.whip", place(board, "zones", 0, 1), json!({})).to_string();
+    assert!(word.contains("every key is in one zone"), "{word}");
+    let words = editor.at("completion", "board.whip", place(board, "programs split", 0, 9), json!({})).to_string();
+    assert!(words.contains("\"split\"") && words.contains("\"zones\""), "{words}");
+    let edits = editor.at("rename", "board.whip", place(board, "split = ", 0, 0), json!({ "newName": "halves" }));
+    let uri = editor.uri("board.whip");
+    assert_eq!(edits["changes"][&uri].as_array().map(Vec::len), Some(2), "{edits}");
+    editor.end();
+}
+
+#[test]
 fn nothing_that_is_said_ends_it() {
     let mut editor = Editor::new();
     let body = |text: &str| format!("Content-Length: {}\r\n\r\n{text}", text.len()).into_bytes();

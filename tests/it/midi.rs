@@ -3,12 +3,13 @@
 use std::path::Path;
 use std::process::Command;
 
-use whippen_compiler::check::Options;
+use whippen_compiler::check::{self, Options, Playable};
 use whippen_compiler::front::compile_front;
+use whippen_compiler::model::Model;
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
-use whippen_runtime::keyboard::{KeyLog, Outcome, PlayingKey, model_of_keys, play};
+use whippen_runtime::keyboard::{KeyLog, Outcome, Part, PlayingKey, model_of_keys, play};
 use whippen_runtime::midi::{self, Note};
 use whippen_runtime::stroke::{Stroke, strokes};
 
@@ -158,6 +159,11 @@ fn grand() -> whippen_compiler::model::Model {
     program.instruments.into_iter().find(|m| m.name == "grand_piano").expect("the grand")
 }
 
+/// One instrument on all keys.
+fn all(model: &Model) -> [Part<'_>; 1] {
+    [Part { model, keys: 0..88 }]
+}
+
 /// The keys of notes from A0 on, and their strokes.
 fn laid_out(notes: &[Note]) -> (Vec<PlayingKey>, Vec<Vec<Stroke>>) {
     let mut out = (Vec::new(), Vec::new());
@@ -180,7 +186,7 @@ fn any_number_of_threads_and_any_company_give_the_same_bits() {
     let (keys, _) = laid_out(&notes);
     let ticks = 2 * 44_100;
     let run = |keys: &[PlayingKey], threads| {
-        play(&model, &device, EngineKind::Jit, keys, ticks, threads, |_| ()).expect("it plays")
+        play(&all(&model), &device, EngineKind::Jit, keys, ticks, threads, |_| ()).expect("it plays")
     };
     let together = run(&keys, 1);
     assert!(together == run(&keys, 2) && together == run(&keys, 7), "threads do not matter");
@@ -190,6 +196,102 @@ fn any_number_of_threads_and_any_company_give_the_same_bits() {
     // Every key has its own values of what is set per key.
     let own = model_of_keys(&model, &[0, 87]);
     assert_eq!(own.keyed[0].values, [model.keyed[0].values[0], model.keyed[0].values[87]]);
+}
+
+/// A program of a bundled keyboard, and its instruments.
+fn split() -> (Vec<Model>, Playable) {
+    let mut map = SourceMap::default();
+    for file in ["split.whip", "grand-piano.whip", "hammond.whip"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("instruments").join(file);
+        map.add(file, std::fs::read_to_string(path).expect("bundled"));
+    }
+    let (program, diagnostics) = compile_front(&mut map, &Options::default());
+    let program = program.unwrap_or_else(|| panic!("{diagnostics:?}"));
+    let split = program.keyboards[0].program("split").expect("zones").clone();
+    (program.instruments, split)
+}
+
+#[test]
+fn zones_play_what_their_instruments_play_alone() {
+    let ((models, split), device) = (split(), Device::mikey());
+    let of_stage = |note: u8| usize::from(note - 36);
+    let part = |part: &check::Part| Part {
+        model: &models[part.instrument],
+        keys: of_stage(part.first_key)..of_stage(part.last_key) + 1,
+    };
+    let parts: Vec<Part> = split.parts.iter().map(part).collect();
+    assert_eq!(parts.iter().map(|part| part.keys.clone()).collect::<Vec<_>>(), [0..29, 29..61]);
+    let notes = midi::read(&file(&music())).expect("notes").notes;
+    let (mut keys, mut strokes) = laid_out(&notes);
+    let inside = |key: &PlayingKey| (15..76).contains(&key.index);
+    (keys, strokes) = keys.into_iter().zip(strokes).filter(|(key, _)| inside(key)).unzip();
+    keys.iter_mut().for_each(|key| key.index -= 15);
+    let run = |parts: &[Part], threads| {
+        play(parts, &device, EngineKind::Jit, &keys, 3 * 44_100, threads, |_| ()).expect("it plays")
+    };
+    let logs = run(&parts, 1);
+    assert_eq!(logs, run(&parts, 5));
+    assert_eq!(
+        logs.iter().map(|log| log.index).collect::<Vec<_>>(),
+        keys.iter().map(|key| key.index).collect::<Vec<_>>()
+    );
+    for part in &parts {
+        let alone = run(&[Part { keys: 0..61, ..part.clone() }], 1);
+        let own = |logs: &[KeyLog]| -> Vec<KeyLog> {
+            logs.iter().filter(|log| part.keys.contains(&log.index)).cloned().collect()
+        };
+        assert!(own(&logs).len() > 5, "keys of {} play", part.model.name);
+        assert_eq!(own(&logs), own(&alone), "{}", part.model.name);
+    }
+    // Which event is a strike depends on the key: a key that has none has no notes to be compared.
+    let strike = |key: usize| (key < 29).then_some(0);
+    let outcome = Outcome::new(&notes, &logs, &strokes, strike, 44_100);
+    assert!(!outcome.notes.is_empty() && outcome.notes.iter().all(|n| n.note.key < 65), "{outcome:?}");
+}
+
+#[test]
+fn zones_are_played_by_name_and_key() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(folder.path().join("song.mid"), file(&music())).expect("writable");
+    let bundled =
+        |file: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("instruments").join(file).display().to_string();
+    let files = ["split.whip", "grand-piano.whip", "hammond.whip"].map(bundled);
+    let run = |more: &[&str]| {
+        let words: Vec<&str> = ["run"].into_iter().chain(files.iter().map(String::as_str)).collect();
+        command(&[&words[..], more].concat(), folder.path())
+    };
+    let outputs = ["--events", "e.csv", "--report", "r.html", "--key", "C5", "--out", "c5.csv", "--every", "100"];
+    let (code, out, err) = run(&[&["--midi", "song.mid", "--seconds", "3"], &outputs[..]].concat());
+    assert_eq!((code, err.as_str()), (0, ""), "{out}");
+    assert!(out.contains("stage, split: ") && out.contains(" struck, "), "{out}");
+    let page = std::fs::read_to_string(folder.path().join("r.html")).expect("a page");
+    assert!(page.contains("C2 .. E4: hammond, F4 .. C7: grand piano") && page.contains("id=\"key-c5\""));
+    let c5 = std::fs::read_to_string(folder.path().join("c5.csv")).expect("a trace");
+    assert!(c5.lines().next().expect("titles").contains("phi"), "the grand's hammer: {c5:.200}");
+    // One key: of the zones, or of an instrument with that key's values.
+    let (code, out, _) = run(&["split", "--key", "C3"]);
+    assert!(code == 0 && out.contains("hammond: "), "{out}");
+    let (code, out, _) = run(&["split", "--key", "F4"]);
+    assert!(code == 0 && out.contains("grand_piano: "), "{out}");
+    let cases: &[(&[&str], &str)] = &[
+        (
+            &["split"],
+            "`split` are zones: name a key, such as --key C2, or one of the instruments: hammond, grand_piano",
+        ),
+        (&["split", "--key", "C8"], "the keyboard has the keys C2 .. C7, and not C8"),
+        (&["--midi", "song.mid", "--program", "grand_piano"], "its programs are: split, hammond"),
+    ];
+    for (more, says) in cases {
+        let (code, _, err) = run(more);
+        assert!(code == 2 && err.contains(says), "{more:?}: {err}");
+    }
+    let (code, _, err) = command(&["dump", &files[0], &files[1], &files[2], "split"], folder.path());
+    assert!(
+        code == 2 && err.contains("`split` are zones with several instruments; name one of them: hammond"),
+        "{err}"
+    );
+    let (code, out, _) = command(&["check", &files[0], &files[1], &files[2]], folder.path());
+    assert!(code == 0 && out.contains("stage: ok (61 keys at 44100 Hz)"), "{out}");
 }
 
 #[test]
@@ -211,8 +313,8 @@ fn every_recorded_performance_is_read_and_played() {
             some.iter().map(|n| Note { on_s: n.on_s - first_s, off_s: n.off_s - first_s, ..*n }).collect();
         let (keys, strokes) = laid_out(&early);
         let logs =
-            play(&model, &Device::mikey(), EngineKind::Jit, &keys, 44_100 + 22_050, 2, |_| ()).expect("it plays");
-        let outcome = Outcome::new(&early, &logs, &strokes, 0, model.rate_hz);
+            play(&all(&model), &Device::mikey(), EngineKind::Jit, &keys, 44_100 + 22_050, 2, |_| ()).expect("it plays");
+        let outcome = Outcome::new(&early, &logs, &strokes, |_| Some(0), model.rate_hz);
         assert!(logs.iter().all(|log| log.sense_clamped == 0), "{}", path.display());
         assert_eq!(outcome.notes.len(), early.iter().filter(|n| (21..=108).contains(&n.key)).count());
         played += outcome.notes.len();

@@ -9,8 +9,9 @@ use super::scope::{Scope, ScopeId};
 use super::sets::{unknown_instrument, unknown_param};
 use super::settings::Settings;
 use super::types::{Ty, Value};
-use super::{Keyboard, Options};
-use crate::diag::{Code, Diagnostic};
+use super::zones::Zones;
+use super::{Keyboard, Options, Part, Playable};
+use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::{Model, Sense};
 use crate::source::Span;
 use crate::syntax::ast::{self, DeclKind, Expr, Name, Setting};
@@ -34,14 +35,19 @@ pub fn read<'a>(items: &Items<'a>, options: &Options, diags: &mut Diags) -> Vec<
     items.keyboards.iter().map(|ast| Reader::new(items, options, diags, ast).read()).collect()
 }
 
-struct Reader<'a, 'i, 'd> {
-    items: &'i Items<'a>,
+/// A keyboard while it is read.
+pub(super) struct Reader<'a, 'i, 'd> {
+    pub items: &'i Items<'a>,
     options: &'i Options,
-    diags: &'d mut Diags,
-    board: Board<'a>,
+    pub diags: &'d mut Diags,
+    pub board: Board<'a>,
     seen: Vec<(String, Span)>,
     /// Instruments that are not there, which has been told.
     unknown: Vec<String>,
+    /// Programs of several instruments.
+    pub zones: Vec<Zones<'a>>,
+    /// Whether its keys are said, and right.
+    pub keys_known: bool,
 }
 
 impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
@@ -61,7 +67,16 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             programs: Vec::new(),
         };
         let board = Board { keyboard, ast, per_key: Vec::new() };
-        Reader { items, options, diags, board, seen: Vec::new(), unknown: Vec::new() }
+        Reader {
+            items,
+            options,
+            diags,
+            board,
+            seen: Vec::new(),
+            unknown: Vec::new(),
+            zones: Vec::new(),
+            keys_known: false,
+        }
     }
 
     fn read(mut self) -> Board<'a> {
@@ -69,6 +84,12 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         for setting in &ast.settings {
             self.setting(setting);
         }
+        for setting in &ast.settings {
+            if let Setting::Zones { name, zones, .. } = setting {
+                self.zones(name, zones);
+            }
+        }
+        self.programs();
         for setting in &ast.settings {
             if let Setting::PerKey { instrument, param, points } = setting {
                 self.per_key(instrument, param, points);
@@ -107,13 +128,7 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
                     self.keys(first, last);
                 }
             }
-            Setting::Programs(names) => {
-                let span = names.first().map_or(self.board.ast.name.span, |n| n.span);
-                if self.is_first("programs", span) {
-                    names.iter().for_each(|name| self.program(name));
-                }
-            }
-            Setting::PerKey { .. } => {}
+            Setting::Programs(_) | Setting::Zones { .. } | Setting::PerKey { .. } => {}
         }
     }
 
@@ -174,9 +189,11 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             return;
         }
         (self.board.keyboard.first_key, self.board.keyboard.last_key) = (low, high);
+        self.keys_known = true;
     }
 
-    fn note(&mut self, name: &Name) -> Option<u8> {
+    /// MIDI number of a note.
+    pub fn note(&mut self, name: &Name) -> Option<u8> {
         let number = midi_number(&name.node);
         if number.is_none() {
             let message = format!("`{}` is not a note", name.node);
@@ -186,34 +203,73 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         number
     }
 
-    fn program(&mut self, name: &Name) {
-        match self.items.instrument(&name.node) {
-            None => {
-                self.unknown.push(name.node.clone());
-                self.diags.push(unknown_instrument(&name.node, name.span, self.items));
+    fn programs(&mut self) {
+        let mut listed: Vec<String> = Vec::new();
+        for setting in &self.board.ast.settings {
+            let Setting::Programs(names) = setting else { continue };
+            let span = names.first().map_or(self.board.ast.name.span, |n| n.span);
+            if self.is_first("programs", span) {
+                for name in names {
+                    self.program(name, &listed);
+                    listed.push(name.node.clone());
+                }
             }
-            Some(index) if self.board.keyboard.programs.contains(&index) => {
-                let message = format!("the program `{}` is listed twice", name.node);
-                let diagnostic = Diagnostic::new(Code::RepeatedSetting, name.span, message, "the second time");
-                self.diags.push(diagnostic.hint("take it away"));
-            }
-            Some(index) => self.board.keyboard.programs.push(index),
         }
+        self.unused_zones(&listed);
+    }
+
+    /// A program, behind those that are listed before it.
+    fn program(&mut self, name: &Name, listed: &[String]) {
+        if listed.contains(&name.node) {
+            let message = format!("the program `{}` is listed twice", name.node);
+            let diagnostic = Diagnostic::new(Code::RepeatedSetting, name.span, message, "the second time");
+            self.diags.push(diagnostic.hint("take it away"));
+            return;
+        }
+        if let Some(zones) = self.zones.iter().find(|zones| zones.name.node == name.node) {
+            self.board.keyboard.programs.push(zones.playable());
+            return;
+        }
+        if let Some(instrument) = self.instrument(name) {
+            let (first_key, last_key) = (self.board.keyboard.first_key, self.board.keyboard.last_key);
+            let parts = vec![Part { first_key, last_key, instrument }];
+            self.board.keyboard.programs.push(Playable { name: name.node.clone(), parts });
+        }
+    }
+
+    /// The index of an instrument; that there is none is told once.
+    pub fn instrument(&mut self, name: &Name) -> Option<usize> {
+        let found = self.items.instrument(&name.node);
+        if found.is_none() && !self.unknown.contains(&name.node) {
+            self.unknown.push(name.node.clone());
+            let zones = self.zones.iter().map(|zones| zones.name.node.as_str());
+            let near = nearest(&name.node, zones).filter(|_| self.items.nearest_instrument(&name.node).is_none());
+            self.diags.push(match near {
+                None => unknown_instrument(&name.node, name.span, self.items),
+                Some(near) => {
+                    let message = format!("there is no instrument `{}`, and there are no such zones", name.node);
+                    let diagnostic = Diagnostic::new(Code::UnknownInstrument, name.span, message, "unknown program");
+                    diagnostic.hint(Advice::did_you_mean(near))
+                }
+            });
+        }
+        found
     }
 
     fn per_key(&mut self, instrument: &Name, param: &'a Name, points: &'a [(Name, Expr)]) {
         let points = self.points(param, points);
-        let Some(index) = self.items.instrument(&instrument.node) else {
-            if !self.unknown.contains(&instrument.node) {
-                self.unknown.push(instrument.node.clone());
-                self.diags.push(unknown_instrument(&instrument.node, instrument.span, self.items));
-            }
+        if let Some(zones) = self.zones.iter().find(|zones| zones.name.node == instrument.node) {
+            let message = format!("`{}` are zones, and values per key belong to an instrument", instrument.node);
+            let diagnostic = Diagnostic::new(Code::UnknownInstrument, instrument.span, message, "no instrument");
+            let diagnostic = diagnostic.also(zones.name.span, "the zones");
+            self.diags.push(diagnostic.hint("name the instrument: its keys find their values in any zone"));
             return;
-        };
-        if !self.board.keyboard.programs.contains(&index) {
+        }
+        let Some(index) = self.instrument(instrument) else { return };
+        if !self.board.keyboard.plays(index) {
             let message = format!("`{}` is not a program of this keyboard", instrument.node);
             let diagnostic = Diagnostic::new(Code::UnknownInstrument, instrument.span, message, "not listed");
-            self.diags.push(diagnostic.hint("add it to `programs`, or take this line away"));
+            self.diags.push(diagnostic.hint("add it to `programs` or to its zones, or take this line away"));
             return;
         }
         let ast = self.items.instruments[index];
@@ -254,7 +310,8 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
 /// Programs that share a keyboard read the same sensors, so they must agree in what they sense.
 pub fn compare_senses(boards: &[Board], models: &[Option<Model>], diags: &mut Diags) {
     for board in boards {
-        let programs: Vec<&Model> = board.keyboard.programs.iter().filter_map(|p| models[*p].as_ref()).collect();
+        let programs: Vec<&Model> =
+            board.keyboard.instruments().into_iter().filter_map(|i| models[i].as_ref()).collect();
         let Some((first, rest)) = programs.split_first() else { continue };
         for other in rest {
             compare(board, first, other, diags);

@@ -52,7 +52,7 @@ pub fn of<'a>(
     diags: &mut Diags,
 ) -> Settings<'a> {
     let mut settings = Settings::bare(options);
-    let mut listing = boards.iter().filter(|b| b.keyboard.programs.contains(&instrument));
+    let mut listing = boards.iter().filter(|b| b.keyboard.plays(instrument));
     if let Some(board) = listing.next() {
         settings.rate_hz = board.keyboard.rate_hz;
         settings.keys = (board.keyboard.first_key, board.keyboard.last_key);

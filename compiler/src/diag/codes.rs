@@ -132,6 +132,11 @@ codes! {
     TwoKeyboards        "WH0608" Note "an instrument that several keyboards list";
     BadSetting          "WH0609" Error "a value given to `--set` that cannot be read";
     NoForce             "WH0611" Warning "an instrument without any force";
+    ZoneGap             "WH0612" Error "a key that is in no zone";
+    ZoneOverlap         "WH0613" Error "a key that is in two zones";
+    ZoneOutside         "WH0614" Error "a zone beyond the keys";
+    ZonesName           "WH0615" Error "zones with the name of an instrument";
+    UnusedZones         "WH0616" Warning "zones that are no program";
     // Budgets
     DeadlineMissed      "WH0701" Error "a deadline that is missed";
     Unstable            "WH0702" Warning "a force that makes the loop of key, hand and program ring";

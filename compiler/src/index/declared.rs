@@ -19,7 +19,14 @@ pub(super) fn collect(files: &[File]) -> Index {
                 t.results.iter().for_each(|r| index.typed(Kind::Result, r));
                 t.decls.iter().for_each(|d| index.decl(d));
             }
-            Item::Keyboard(k) => index.item(Kind::Keyboard, &k.name, k.span, &k.doc),
+            Item::Keyboard(k) => {
+                index.item(Kind::Keyboard, &k.name, k.span, &k.doc);
+                for setting in &k.settings {
+                    if let Setting::Zones { name, span, .. } = setting {
+                        index.define(Kind::Zones, name, *span);
+                    }
+                }
+            }
         }
     }
     index

@@ -119,8 +119,9 @@ impl Resolver<'_> {
         match setting {
             Setting::Board(_) | Setting::Device(_) | Setting::Keys(..) => {}
             Setting::Rate(rate) => self.expr(rate),
-            Setting::Programs(names) => names.iter().for_each(|n| {
-                self.instrument(n);
+            Setting::Programs(names) => names.iter().for_each(|n| self.program(n)),
+            Setting::Zones { zones, .. } => zones.iter().for_each(|zone| {
+                self.instrument(&zone.instrument);
             }),
             Setting::PerKey { instrument, param, points } => {
                 let item = self.instrument(instrument);
@@ -128,6 +129,14 @@ impl Resolver<'_> {
                 self.found(param.span, found);
                 points.iter().for_each(|(_, value)| self.expr(value));
             }
+        }
+    }
+
+    /// Zones of this keyboard, or an instrument.
+    fn program(&mut self, name: &Name) {
+        match self.index.find(self.item, &name.node, |kind| kind == Kind::Zones) {
+            None => drop(self.instrument(name)),
+            zones => self.found(name.span, zones),
         }
     }
 

@@ -100,6 +100,15 @@ pub enum Setting {
     Keys(Name, Name),
     /// `programs a, b`
     Programs(Vec<Name>),
+    /// `zones split = { A0 .. B3: a, C4 .. C8: b }`: a program whose keys play different instruments.
+    Zones {
+        /// The program.
+        name: Name,
+        /// Its zones in the order of the text.
+        zones: Vec<Zone>,
+        /// From the keyword to the closing brace.
+        span: Span,
+    },
     /// `instrument.param = { A0: v, C8: v }`, linear between the given notes.
     PerKey {
         /// The instrument.
@@ -109,6 +118,17 @@ pub enum Setting {
         /// Note name and value, in the order of the text.
         points: Vec<(Name, Expr)>,
     },
+}
+
+/// `A0 .. B3: hammond`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Zone {
+    /// Its lowest key, by note name.
+    pub low: Name,
+    /// Its highest key.
+    pub high: Name,
+    /// What its keys play.
+    pub instrument: Name,
 }
 
 /// A declaration inside an instrument or a term.

@@ -18,7 +18,7 @@ use crate::source::Span;
 const UNDERSTOOD: usize = 3;
 
 /// The settings of a keyboard.
-const SETTINGS: &[&str] = &["board", "device", "rate", "keys", "programs"];
+const SETTINGS: &[&str] = &["board", "device", "rate", "keys", "programs", "zones"];
 
 /// The diagnostics of the errors worth telling.
 pub(super) fn describe(file: u32, text: &str, tokens: &[Spanned<Token>], mut errors: Vec<Error>) -> Vec<Diagnostic> {

@@ -51,6 +51,10 @@ fn setting(setting: &Setting) -> String {
         Setting::Rate(rate) => format!("rate {}", Shown(rate)),
         Setting::Keys(low, high) => format!("keys {} .. {}", low.node, high.node),
         Setting::Programs(names) => format!("programs {}", list(names, |n| n.node.clone())),
+        Setting::Zones { name, zones, .. } => {
+            let zones = list(zones, |z| format!("{} .. {}: {}", z.low.node, z.high.node, z.instrument.node));
+            format!("zones {} = {{ {zones} }}", name.node)
+        }
         Setting::PerKey { instrument, param, points } => {
             let points = list(points, |(note, value)| format!("{}: {}", note.node, Shown(value)));
             format!("{}.{} = {{ {points} }}", instrument.node, param.node)

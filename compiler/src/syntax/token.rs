@@ -117,7 +117,7 @@ tokens! {
     soft {
         Over "over", Slew "slew", Lasting "lasting", At "at", Angle "angle", Position "position", Rate "rate",
         Inertia "inertia", Mass "mass", Torque "torque", Board "board", Device "device", Keys "keys",
-        Programs "programs",
+        Programs "programs", Zones "zones",
     }
     signs {
         LeftParen "(", RightParen ")", Comma ",", Colon ":", Dot ".", DotDot "..", Prime "'", Arrow "->", Assign ":=",

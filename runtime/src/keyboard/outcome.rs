@@ -63,10 +63,18 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Compares. `strokes` are the strokes of each key of `logs`, `emission` is the event that is a strike.
-    pub fn new(notes: &[Note], logs: &[KeyLog], strokes: &[Vec<Stroke>], emission: usize, rate_hz: u32) -> Outcome {
+    /// Compares. `strokes` are the strokes of each key of `logs`, `emission` says which event of a key is a strike; the notes of a key
+    /// that has none are left out.
+    pub fn new(
+        notes: &[Note],
+        logs: &[KeyLog],
+        strokes: &[Vec<Stroke>],
+        emission: impl Fn(usize) -> Option<usize>,
+        rate_hz: u32,
+    ) -> Outcome {
         let mut out = Outcome { usual: 1, ..Outcome::default() };
         for (log, strokes) in logs.iter().zip(strokes) {
+            let Some(emission) = emission(log.index) else { continue };
             let struck = log.events.iter().filter(|(_, kind, _)| *kind == emission);
             let strikes: Vec<Strike> = struck
                 .map(|(tick, _, args)| Strike {
@@ -128,7 +136,7 @@ mod tests {
             ..KeyLog::default()
         };
         let strokes = vec![vec![stroke(0, 1.0, 0.0), stroke(1, 2.0, 0.0), stroke(2, 3.0, 0.004)]];
-        Outcome::new(&[note(1.05), note(2.05), note(3.05)], &[log], &strokes, 1, 1000)
+        Outcome::new(&[note(1.05), note(2.05), note(3.05)], &[log], &strokes, |_| Some(1), 1000)
     }
 
     #[test]

@@ -4,8 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use whippen_compiler::check::note_name;
-use whippen_compiler::model::Model;
-use whippen_runtime::keyboard::{KeyLog, Outcome, PlayedNote};
+use whippen_runtime::keyboard::{KeyLog, Outcome, Part, PlayedNote};
 use whippen_runtime::midi::Performance;
 use whippen_runtime::report::{Cell, Row, Section, Table, id};
 use whippen_runtime::session::argument_titles;
@@ -42,9 +41,11 @@ fn outside(score: &Score, board: &Board) -> String {
 }
 
 /// Notes against strikes.
-pub fn outcome(board: &Board, played: &Outcome, logs: &[KeyLog], strikes: bool) {
-    if !strikes {
-        say!("  {} emits no `note`: strikes are not compared with notes", board.model.name);
+pub fn outcome(board: &Board, played: &Outcome, logs: &[KeyLog]) {
+    for part in silent(board) {
+        say!("  {} emits no `note`: strikes are not compared with notes", part.model.name);
+    }
+    if silent(board).count() == board.parts.len() {
         return;
     }
     say!("  {}", counted(played));
@@ -63,6 +64,11 @@ pub fn outcome(board: &Board, played: &Outcome, logs: &[KeyLog], strikes: bool) 
         say!("  a key that goes down slowly does not throw its hammer: that is the instrument, not an error");
     }
     cut_off(logs).iter().for_each(|told| say!("  {told}"));
+}
+
+/// The parts whose keys never strike.
+fn silent<'b>(board: &'b Board) -> impl Iterator<Item = &'b Part<'b>> {
+    board.parts.iter().filter(|part| board.strike(part.keys.start).is_none())
 }
 
 fn counted(played: &Outcome) -> String {
@@ -104,19 +110,21 @@ fn cut_off(logs: &[KeyLog]) -> Vec<String> {
 }
 
 /// The events of all keys as a trace without columns.
-pub fn events(model: &Model, logs: &[KeyLog]) -> Trace {
-    let titles = argument_titles(model);
+pub fn events(board: &Board, logs: &[KeyLog]) -> Trace {
+    let rate_hz = board.rate_hz();
     let mut all: Vec<(usize, u32, EventRow)> = Vec::new();
     for log in logs {
+        let (model, key) = (board.model(log.index), log.index as u32);
+        let titles = argument_titles(model);
         for (tick, emission, args) in &log.events {
             let args = titles[*emission].iter().cloned().zip(args.iter().copied()).collect();
-            let (t_s, key) = (*tick as f64 / f64::from(model.rate_hz), log.index as u32);
+            let t_s = *tick as f64 / f64::from(rate_hz);
             all.push((*tick, key, EventRow { t_s, key, event: model.emissions[*emission].name.clone(), args }));
         }
     }
     // Stable: what one key did in one tick stays in its order.
     all.sort_by_key(|(tick, key, _)| (*tick, *key));
-    Trace { rate_hz: model.rate_hz, columns: Vec::new(), events: all.into_iter().map(|(_, _, row)| row).collect() }
+    Trace { rate_hz, columns: Vec::new(), events: all.into_iter().map(|(_, _, row)| row).collect() }
 }
 
 /// The section of a performance.
@@ -128,12 +136,12 @@ pub fn section(
     logs: &[KeyLog],
     performance: &Performance,
 ) -> Section {
-    let rate_hz = f64::from(board.model.rate_hz);
+    let rate_hz = f64::from(board.rate_hz());
     let fact = |name: &str, value: String| (name.to_string(), value);
     let mut facts = vec![
         fact("notes", counted(played)),
         fact("played", format!("{:.2} s on {} keys at {rate_hz} Hz", score.ticks as f64 / rate_hz, score.keys.len())),
-        fact("program", board.model.name.replace('_', " ")),
+        fact("program", board.program.replace('_', " ")),
         fact("engine", setup.engine.to_string()),
         fact(
             "strokes",
@@ -144,6 +152,9 @@ pub fn section(
             ),
         ),
     ];
+    if let [_, _, ..] = &board.parts[..] {
+        facts.push(fact("zones", zones(board)));
+    }
     facts.extend(latencies(played).map(|times| fact("timing", times)));
     facts.extend(performance.told.iter().map(|told| fact("file", told.clone())));
     facts.extend(setup.settings.iter().map(|(name, value)| fact("set", format!("{name} = {value}"))));
@@ -163,6 +174,15 @@ pub fn section(
     }
 }
 
+/// What which keys play.
+fn zones(board: &Board) -> String {
+    let note = |index: usize| note_name(board.first.saturating_add(index as u8));
+    let zone = |part: &Part| {
+        format!("{} .. {}: {}", note(part.keys.start), note(part.keys.end - 1), part.model.name.replace('_', " "))
+    };
+    board.parts.iter().map(zone).collect::<Vec<_>>().join(", ")
+}
+
 /// What the piano roll draws: per note key, on, off, velocity, strike, speed, strikes.
 fn roll(board: &Board, score: &Score, played: &Outcome) -> Value {
     let short = |v: f64| (v * 1e5).round() / 1e5;
@@ -172,7 +192,7 @@ fn roll(board: &Board, score: &Score, played: &Outcome) -> Value {
         let (at, speed) = (first.map(|s| short(s.t_s)), first.map(|s| short(s.speed)));
         json!([n.note.key, on, off, n.note.velocity, at, speed, n.strikes.len()])
     };
-    let end_s = score.ticks as f64 / f64::from(board.model.rate_hz);
+    let end_s = score.ticks as f64 / f64::from(board.rate_hz());
     json!({
         "first": board.first, "last": board.last, "end": end_s, "usual": played.usual,
         "notes": played.notes.iter().map(note).collect::<Vec<_>>(),
@@ -232,7 +252,7 @@ fn keys(board: &Board, played: &Outcome, logs: &[KeyLog]) -> Table {
         "at (s)",
         "drive clipped (ticks)",
     ];
-    let rate_hz = f64::from(board.model.rate_hz);
+    let rate_hz = f64::from(board.rate_hz());
     let row = |log: &KeyLog| {
         let key = board.first.saturating_add(log.index as u8);
         let own = || played.notes.iter().filter(move |n| n.note.key == key);

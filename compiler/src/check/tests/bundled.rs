@@ -2,7 +2,7 @@
 
 use super::super::{Options, Program};
 use super::check_text;
-use crate::bundled::{INSTRUMENTS, KEYBOARD};
+use crate::bundled::{INSTRUMENTS, KEYBOARDS};
 use crate::front::compile_front;
 use crate::model::Model;
 use crate::source::SourceMap;
@@ -10,7 +10,7 @@ use crate::source::SourceMap;
 /// All of them as one program. Notes are allowed, but only about jumps between modes.
 fn program() -> Program {
     let mut map = SourceMap::default();
-    for (name, text) in INSTRUMENTS.iter().chain([&KEYBOARD]) {
+    for (name, text) in INSTRUMENTS.iter().chain(&KEYBOARDS[..1]) {
         map.add(*name, *text);
     }
     let (program, diagnostics) = compile_front(&mut map, &Options::default());
@@ -43,7 +43,7 @@ fn mikey() {
     let board = &program.keyboards[0];
     assert_eq!((board.board.as_deref(), board.device.as_str(), board.rate_hz), (Some("rp2350"), "mikey", 44_100));
     assert_eq!((board.first_key, board.last_key, board.keys()), (21, 108, 88));
-    let names: Vec<&str> = board.programs.iter().map(|p| program.instruments[*p].name.as_str()).collect();
+    let names: Vec<&str> = board.programs.iter().map(|p| p.name.as_str()).collect();
     assert_eq!(names, ["grand_piano", "harpsichord", "hammond"]);
 }
 

@@ -293,6 +293,19 @@ macro_rules! keyboard {
     };
 }
 
+/// Two instruments on a keyboard with zones.
+macro_rules! zones {
+    ($zones:literal) => {
+        concat!(
+            "instrument a { sense x: length in 0 mm .. 10 mm live param w = 0 N in 0 N .. 2 N force f = w }\n",
+            "instrument b { sense x: length in 0 mm .. 10 mm live param w = 0 N in 0 N .. 2 N force f = w }\n",
+            "keyboard k { rate 44100 Hz keys A0 .. C8 programs split zones ",
+            $zones,
+            " }"
+        )
+    };
+}
+
 /// Keyboards.
 pub const KEYBOARDS: &[Case] = &[
     case("unknown program", &["WH0220"], keyboard!("rate 44100 Hz keys A0 .. C8 programs piano, pino")),
@@ -357,5 +370,40 @@ pub const KEYBOARDS: &[Case] = &[
         "instrument of two keyboards",
         &["WH0608"],
         "instrument a { } keyboard k { rate 1 kHz keys A0 .. C8 programs a } keyboard l { rate 2 kHz keys A0 .. C8 programs a }",
+    ),
+    case("a key in no zone", &["WH0612"], zones!("split = { A0 .. B3: a, D4 .. C8: b }")),
+    case("keys before and behind all zones", &["WH0612", "WH0612"], zones!("split = { A1 .. B3: a, C4 .. C7: b }")),
+    case("no zones", &["WH0612"], zones!("split = { }")),
+    case("keys in two zones", &["WH0613"], zones!("split = { A0 .. E4: a, C4 .. C8: b }")),
+    case("a zone in a zone", &["WH0613"], zones!("split = { A0 .. C8: a, C4 .. E4: b }")),
+    case("a zone beyond the keys", &["WH0614"], zones!("split = { A0 .. B3: a, C4 .. G9: b }")),
+    case("a name that an instrument has", &["WH0220", "WH0615", "WH0616"], zones!("a = { A0 .. B3: a, C4 .. C8: b }")),
+    case("zones that are no program", &["WH0616"], zones!("split = { A0 .. C8: a } zones other = { A0 .. C8: b }")),
+    case("zones given twice", &["WH0605"], zones!("split = { A0 .. C8: a } zones split = { A0 .. C8: b }")),
+    case("an unknown instrument in a zone", &["WH0220"], zones!("split = { A0 .. B3: a, C4 .. C8: c }")),
+    case("zones in a zone", &["WH0220"], zones!("split = { A0 .. B3: a, C4 .. C8: split }")),
+    case("an unknown note in a zone", &["WH0603"], zones!("split = { A0 .. H3: a, C4 .. C8: b }")),
+    case("a swapped zone", &["WH0505"], zones!("split = { B3 .. A0: a, C4 .. C8: b }")),
+    case("a value of zones", &["WH0220"], zones!("split = { A0 .. C8: a } split.w = { A0: 1 N }")),
+    case("a value of an instrument in no zone", &["WH0220"], zones!("split = { A0 .. C8: a } b.w = { A0: 1 N }")),
+    case(
+        "zones among wrong keys",
+        &["WH0603"],
+        concat!(
+            "instrument a { sense x: length in 0 mm .. 10 mm } keyboard k {
+        rate 44100 Hz keys A0 .. X8 programs split zones split = { A0 .. B3: a } }"
+        ),
+    ),
+    case(
+        "misspelt zones",
+        &["WH0220", "WH0616"],
+        "instrument a { sense x: length in 0 mm .. 10 mm } keyboard k {
+        rate 44100 Hz keys A0 .. C8 programs splt zones split = { A0 .. C8: a } }",
+    ),
+    case(
+        "zones that sense differently",
+        &["WH0607"],
+        "instrument a { sense x: length in 0 mm .. 10 mm } instrument b { sense y: length in 0 mm .. 9 mm }
+         keyboard k { rate 44100 Hz keys A0 .. C8 programs s zones s = { A0 .. B3: a, C4 .. C8: b } }",
     ),
 ];

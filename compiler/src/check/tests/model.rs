@@ -1,6 +1,6 @@
 //! What the checker makes of small programs.
 
-use super::super::Options;
+use super::super::{Options, Part};
 use super::check_text;
 use crate::model::{Action, Model, Node, RuleKind};
 
@@ -117,6 +117,26 @@ fn per_key_values_are_linear_between_the_notes() {
     assert_eq!((model.rate_hz, program.keyboards[0].keys()), (1000, 5));
     let set = models(text, &set("i.w", "2N")).remove(0);
     assert_eq!((set.keyed.len(), set.lives[0].value), (0, 2.0));
+}
+
+#[test]
+fn zones_are_a_program_of_parts() {
+    let text = "keyboard b { rate 1000 Hz keys C4 .. E4 programs j, split, i i.w = { C4: 1 N, E4: 5 N }
+            zones split = { D4 .. E4: i, C4 .. C4: j, Db4 .. C#4: i } }
+        instrument i { sense x: length in 0 mm .. 10 mm live param w = 0 N in 0 N .. 5 N force f = w }
+        instrument j { sense x: length in 0 mm .. 10 mm force f = 1 N }";
+    let (_, program, diagnostics) = check_text(text, &Options::default());
+    assert_eq!(diagnostics.len(), 0, "{diagnostics:?}");
+    let program = program.unwrap();
+    let board = &program.keyboards[0];
+    let parts = |name: &str| board.program(name).unwrap().parts.clone();
+    let part = |first_key, last_key, instrument| Part { first_key, last_key, instrument };
+    assert_eq!(parts("split"), [part(60, 60, 1), part(61, 61, 0), part(62, 64, 0)]);
+    assert_eq!(parts("i"), [part(60, 64, 0)]);
+    assert_eq!((board.instruments(), board.keys()), (vec![1, 0], 5));
+    assert_eq!(parts("split").iter().map(Part::keys).collect::<Vec<_>>(), [1, 1, 3]);
+    // Values by note, whatever zone a key is in.
+    assert_eq!(program.instruments[0].keyed[0].values, [1.0, 2.0, 3.0, 4.0, 5.0]);
 }
 
 #[test]

@@ -85,7 +85,8 @@ fn rows(pieces: &[Piece], starts: Vec<Start>, end: usize) -> Vec<Row> {
 
 fn row(pieces: &[Piece], from: usize, to: usize, kind: Kind, inside: Inside) -> Row {
     let brace = pieces[from..to].iter().position(|p| matches!(p.token, Token::Open(_)));
-    let block = brace.filter(|_| kind != Kind::PerKey).map(|at| {
+    // The braces of a keyboard's line hold a list.
+    let block = brace.filter(|_| !matches!(kind, Kind::PerKey | Kind::Setting)).map(|at| {
         let at_byte = |start: u32| index(pieces, start);
         let starts = match inside {
             Inside::Nothing => Vec::new(),
@@ -138,6 +139,7 @@ fn setting<'a>(pieces: &[Piece], setting: &Setting) -> Start<'a> {
         }
         Setting::Board(name) | Setting::Device(name) | Setting::Keys(name, _) => name.span.start,
         Setting::Rate(rate) => rate.span.start,
+        Setting::Zones { name, .. } => name.span.start,
         Setting::Programs(names) => names.first().map_or(0, |n| n.span.start),
     };
     (index(pieces, first).saturating_sub(1), Kind::Setting, Inside::Nothing)

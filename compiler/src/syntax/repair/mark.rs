@@ -20,7 +20,7 @@ pub(super) fn mark(mut tokens: Tokens) -> Tokens {
         };
         tokens[i].node = match level {
             _ if !begins => continue,
-            Level::Outer if labels_a_torque(&tokens, i) => continue,
+            Level::Outer if is_named_by_keyword(&tokens, i) => continue,
             Level::Outer if defines(&tokens, i) => Token::Defined(name),
             Level::Middle if leaves(&tokens, i) => Token::Left(name),
             Level::Middle | Level::Inner if assigns(&tokens, i) => Token::Assigned(name),
@@ -30,12 +30,18 @@ pub(super) fn mark(mut tokens: Tokens) -> Tokens {
     tokens
 }
 
-/// Whether the name at a place stands behind a `torque` that begins a declaration: one that is no name in an expression.
-fn labels_a_torque(tokens: &[Spanned<Token>], i: usize) -> bool {
-    let torque = i.checked_sub(1).filter(|&before| tokens[before].node == Token::Torque);
-    torque.is_some_and(|before| match before.checked_sub(1).and_then(|b| at(tokens, b)) {
-        Some(Token::Open(_) | Token::Close(_)) => true,
-        Some(token) => token.ends_expression(),
-        None => false,
-    })
+/// Whether the name at a place stands behind a `torque` or `zones` that begins a line: one that is no name in an expression.
+fn is_named_by_keyword(tokens: &[Spanned<Token>], i: usize) -> bool {
+    let back = |steps: usize| i.checked_sub(steps).and_then(|before| at(tokens, before));
+    let (torque, zones) = (back(1) == Some(Token::Torque), back(1) == Some(Token::Zones));
+    (torque || zones)
+        && match back(2) {
+            Some(Token::Open(_) | Token::Close(_) | Token::Sharp(_)) => true,
+            // What these lead is a value, unless they are names themselves.
+            Some(Token::Over | Token::Slew | Token::Lasting | Token::At) if torque => {
+                !back(3).is_some_and(Token::ends_expression)
+            }
+            Some(token) => token.ends_expression(),
+            None => false,
+        }
 }

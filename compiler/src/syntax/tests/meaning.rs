@@ -89,7 +89,7 @@ fn soft_keywords_are_names_elsewhere() {
         );
         assert_eq!(decls(&text).len(), 9, "{word}");
         tree(&format!(
-            "keyboard {word} {{ board {word} rate 1 keys {word} .. C#8 programs {word}, {word} {word}.{word} = {{ {word}: 1 }} }}"
+            "keyboard {word} {{ board {word} rate 1 keys {word} .. C#8 programs {word}, {word} zones {word} = {{ {word} .. C#8: {word} }} {word}.{word} = {{ {word}: 1 }} }}"
         ));
     }
 }
@@ -125,14 +125,19 @@ fn bodies_turn_or_slide() {
 
 #[test]
 fn keyboards_are_read() {
-    let text =
-        "keyboard k { board b device d rate 44.1 kHz keys F#1 .. C8 programs p, q p.w = { A0: 1 N, C#8: -2 N } }";
+    let text = "keyboard k { board b device d rate 44.1 kHz keys F#1 .. C8 programs p, q p.w = { A0: 1 N, C#8: -2 N } \
+         zones q = { F#1 .. B3: p, C4 .. C8: r, } }";
     let Item::Keyboard(keyboard) = tree(text).items.remove(0) else { panic!() };
-    assert_eq!(keyboard.settings.len(), 6);
+    assert_eq!(keyboard.settings.len(), 7);
     let Setting::Keys(low, high) = &keyboard.settings[3] else { panic!() };
     assert_eq!((low.node.as_str(), high.node.as_str()), ("F#1", "C8"));
     let Setting::PerKey { points, .. } = &keyboard.settings[5] else { panic!() };
     assert_eq!(points[1].0.node, "C#8");
+    let Setting::Zones { name, zones, span } = &keyboard.settings[6] else { panic!() };
+    assert_eq!((name.node.as_str(), zones.len()), ("q", 2));
+    let [low, high, instrument] = [&zones[0].low, &zones[0].high, &zones[0].instrument].map(|n| n.node.as_str());
+    assert_eq!((low, high, instrument), ("F#1", "B3", "p"));
+    assert_eq!(&text[span.start as usize..span.end as usize], "zones q = { F#1 .. B3: p, C4 .. C8: r, }");
 }
 
 #[test]

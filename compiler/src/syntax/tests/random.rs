@@ -141,12 +141,16 @@ impl Dice {
     }
 
     fn setting(&mut self) -> Setting {
-        match self.below(6) {
+        match self.below(7) {
             0 => Setting::Board(self.name()),
             1 => Setting::Device(self.name()),
             2 => Setting::Rate(self.value()),
             3 => Setting::Keys(self.name(), Spanned { node: "C#8".to_string(), span: Span::default() }),
             4 => Setting::Programs(self.some(1, Dice::name)),
+            5 => {
+                let zone = |d: &mut Dice| Zone { low: d.name(), high: d.name(), instrument: d.name() };
+                Setting::Zones { name: self.name(), zones: self.some(0, zone), span: Span::default() }
+            }
             _ => {
                 let points = self.some(0, |d| (d.name(), d.value()));
                 Setting::PerKey { instrument: self.name(), param: self.name(), points }
