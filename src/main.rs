@@ -9,6 +9,10 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
+/// Compiling allocates much, on all threads.
+#[global_allocator]
+static MEMORY: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 fn main() -> ExitCode {
     // A panic is a defect: exit code 3, told apart from a wrong program.
     let outcome = std::panic::catch_unwind(|| cmd::dispatch(cmd::Cli::parse()));

@@ -27,6 +27,7 @@ use constants::{PROGRAMS_MAX, RECORD_MAX};
 use crate::asm::{AsmError, Source, assemble};
 use crate::image::Object;
 use crate::kernel::Kernel;
+use crate::parallel;
 use crate::thumb::Layout;
 
 use boards::{frame, shared};
@@ -185,20 +186,21 @@ pub fn keys_of(kernel: &Kernel, keys: &[u32], core: usize) -> Kernel {
 /// Programs, keys, records or motor are out of range; a text of the board is wrong.
 pub fn objects(programs: &[Played], setup: &Setup, board: &Support) -> Result<Vec<Object>, FirmwareError> {
     let constants = constants(programs, setup, board)?;
-    let mut objects = Vec::new();
-    for source in shared(board) {
-        objects.push(assemble(&[source], &constants, board.arch)?);
-    }
-    let mut start = assemble(&[board.tick], &constants, board.arch)?;
-    start.sections.iter_mut().filter(|s| s.name == ".text.frame").for_each(|s| s.name = ".text.start.board".into());
-    objects.push(start);
-    for (core, &keys) in setup.keys.iter().enumerate() {
-        let mut own = constants.clone();
-        own.extend(of_frame(keys, board, core));
-        objects.push(of_core(assemble(&frame(board), &own, board.arch)?, core, programs.len()));
-    }
     let tables = tables::text(programs, &setup.keys);
-    objects.push(assemble(&[Source { name: "tables", text: &tables }], &constants, board.arch)?);
+    let alone = shared(board).chain([board.tick]).map(|source| vec![source]);
+    let mut texts: Vec<(Vec<Source>, Option<usize>)> = alone.map(|sources| (sources, None)).collect();
+    let start = texts.len() - 1;
+    texts.extend((0..setup.keys.len()).map(|core| (frame(board), Some(core))));
+    texts.push((vec![Source { name: "tables", text: &tables }], None));
+    let assembled = parallel::map(texts, |(sources, core)| {
+        let Some(core) = core else { return assemble(&sources, &constants, board.arch) };
+        let mut own = constants.clone();
+        own.extend(of_frame(setup.keys[core], board, core));
+        Ok(of_core(assemble(&sources, &own, board.arch)?, core, programs.len()))
+    });
+    let mut objects = assembled.into_iter().collect::<Result<Vec<Object>, AsmError>>()?;
+    let frame = objects[start].sections.iter_mut().filter(|section| section.name == ".text.frame");
+    frame.for_each(|section| section.name = ".text.start.board".into());
     Ok(objects)
 }
 
