@@ -49,13 +49,13 @@ use whippen_isa::timing::{Core, Evidence, Target};
 pub use code::Code;
 pub use cores::{Bounded, cores};
 pub use error::NotBounded;
-pub use frame::{Frame, OnCore, frame};
+pub use frame::{Frame, OnCore, frames};
 pub use memory::{Banks, Surroundings};
 pub use missed::{Dearest, missed};
 pub use named::mode_names;
 pub use program::Program;
 pub use report::{Budget, CoreBudget};
-pub use tick::{Tick, tick};
+pub use tick::{Tick, ticks};
 
 /// What the bytes do not say.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -144,15 +144,24 @@ pub struct Bound {
 
 /// Bounds one entry.
 pub fn bound(query: &Query) -> Result<Bound, NotBounded> {
+    // There is one bound for each question.
+    bounds(query, &[query.surroundings])?.pop().ok_or(NotBounded::Endless { entry: query.entry })
+}
+
+/// Bounds one entry once for each of these surroundings, which take the place of the query's: the graph is the same for all.
+fn bounds(query: &Query, all: &[Option<&Surroundings>]) -> Result<Vec<Bound>, NotBounded> {
     let mut tables = graph::Tables::default();
     loop {
         let graph = graph::Graph::build(query, &tables)?;
         let stack = stack::follow(query, &graph)?;
         let order = order::Order::of(query, &graph)?;
-        let found = longest::Longest::find(query, &graph, &order);
-        if tables.learn(&found.indices) {
-            continue;
+        let find = |surroundings: &Option<&Surroundings>| {
+            longest::Longest::find(&Query { surroundings: *surroundings, ..*query }, &graph, &order)
+        };
+        let found: Vec<longest::Longest> = all.iter().map(find).collect();
+        let learned = found.iter().filter(|found| tables.learn(&found.indices)).count();
+        if learned == 0 {
+            return found.into_iter().map(|found| found.answer(stack, &graph)).collect();
         }
-        return found.answer(stack, &graph);
     }
 }

@@ -7,7 +7,7 @@ use whippen_isa::timing::Core;
 use whippen_isa::timing::sram::Chip;
 
 use super::NotBounded;
-use super::frame::{Frame, OnCore, frame};
+use super::frame::{Frame, OnCore, frames};
 use super::memory::{Banks, Surroundings};
 use super::program::Program;
 use crate::firmware::{Owner, RUNNING, owner};
@@ -43,15 +43,17 @@ pub fn cores(
 ) -> Result<Vec<Bounded>, NotBounded> {
     let (chip, count) = (Chip::of(core.arch), keys.len());
     let alone = || Surroundings { chip, ..Surroundings::default() };
-    let questions =
-        (0..count).flat_map(|number| [alone(), surroundings(image, chip, number, count)].map(|s| (number, s)));
-    let found = parallel::map(questions.collect(), |(number, surroundings)| {
-        let (running, keys, surroundings) = (&RUNNING[number], keys[number], &surroundings);
-        frame(&OnCore { program, core, running, number, playing, keys, surroundings })
+    let found = parallel::map((0..count).collect(), |number: usize| {
+        let surroundings = [alone(), surroundings(image, chip, number, count)];
+        let (running, keys, [alone, crowded]) = (&RUNNING[number], keys[number], surroundings.each_ref());
+        let core = OnCore { program, core, running, number, playing, keys, surroundings: alone };
+        frames(&core, &[alone, crowded])
     });
-    let mut found = found.into_iter();
-    let pairs = std::iter::from_fn(|| Some((found.next()?, found.next()?)));
-    pairs.map(|(alone, crowded)| Ok(Bounded { alone: alone?, crowded: crowded? })).collect()
+    let bounded = |frames: Result<Vec<Frame>, NotBounded>| {
+        let mut frames = frames?.into_iter();
+        Ok(frames.next().zip(frames.next()).map(|(alone, crowded)| Bounded { alone, crowded }))
+    };
+    found.into_iter().filter_map(|frames| bounded(frames).transpose()).collect()
 }
 
 /// Who else is at the banks that a core uses, one of so many.

@@ -17,10 +17,14 @@ mod merge;
 
 pub use interval::Interval;
 
+use smallvec::{SmallVec, smallvec};
 use whippen_isa::Cond;
 
 use super::relevant::{FLAGS, Relevant};
 use flags::FlagFacts;
+
+/// As many values are known at most places; more take memory of their own.
+const FEW: usize = 8;
 
 /// Index of a value.
 type Name = u16;
@@ -32,14 +36,14 @@ const NONE: Name = Name::MAX;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Facts {
     registers: [Name; 16],
-    values: Vec<Interval>,
+    values: SmallVec<[Interval; FEW]>,
     flags: FlagFacts,
 }
 
 impl Facts {
     /// Nothing.
     pub fn nothing() -> Self {
-        Self { registers: [NONE; 16], values: Vec::new(), flags: FlagFacts::UNKNOWN }
+        Self { registers: [NONE; 16], values: SmallVec::new(), flags: FlagFacts::UNKNOWN }
     }
 
     /// Where a register lies.
@@ -86,7 +90,7 @@ impl Facts {
 
     /// Forgets what can no longer matter, and numbers values in the order of the registers: facts that mean the same are equal.
     pub fn keep(&mut self, relevant: Relevant) {
-        let mut uses = vec![0_u8; self.values.len()];
+        let mut uses: SmallVec<[u8; 4 * FEW]> = smallvec![0; self.values.len()];
         for register in 0..16 {
             let name = &mut self.registers[register];
             if relevant >> register & 1 == 0 {
@@ -100,8 +104,8 @@ impl Facts {
         }
         self.flags.forget_unless(|name| uses[usize::from(name)] != 0);
         self.flags.names().for_each(|name| uses[usize::from(name)] = uses[usize::from(name)].saturating_add(1));
-        let mut renumbered = vec![NONE; self.values.len()];
-        let mut kept = Vec::new();
+        let mut renumbered: SmallVec<[Name; 4 * FEW]> = smallvec![NONE; self.values.len()];
+        let mut kept = SmallVec::new();
         let (old, registers) = (&self.values, &mut self.registers);
         let mut renumber = |name: &mut Name| {
             let at = usize::from(*name);

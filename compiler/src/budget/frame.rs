@@ -80,17 +80,24 @@ impl Frame {
     }
 }
 
-/// Bounds the frame of a core while it plays one of its programs.
+/// Bounds the frame of a core while it plays one of its programs, in each of some surroundings, which take the place of its own.
 ///
 /// # Errors
 /// What cannot be bounded, or is not there.
-pub fn frame(of: &OnCore) -> Result<Frame, NotBounded> {
+pub fn frames(of: &OnCore, surroundings: &[&Surroundings]) -> Result<Vec<Frame>, NotBounded> {
+    let OnCore { program, core, running, .. } = *of;
+    only_handler(program, running, find(program, running.handler)?)?;
+    let calls = Calls::find(of)?;
+    let bases = of.bases_of_keys(&calls.name);
+    let ticks = super::tick::ticks(program, &calls.name, core, surroundings, calls.return_to, bases)?;
+    let each = surroundings.iter().zip(ticks);
+    each.map(|(surroundings, tick)| frame(&OnCore { surroundings, ..*of }, &calls, tick)).collect()
+}
+
+/// The frame around a tick.
+fn frame(of: &OnCore, calls: &Calls, tick: Tick) -> Result<Frame, NotBounded> {
     let OnCore { program, core, running, keys, surroundings, .. } = *of;
     let handler = find(program, running.handler)?;
-    only_handler(program, running, handler)?;
-    let calls = Calls::find(of)?;
-    let tick =
-        super::tick::tick(program, &calls.name, core, surroundings, calls.return_to, of.bases_of_keys(&calls.name))?;
     let begin = calls.begin(of)?;
     let known = calls.known(&tick, keys, &begin);
     let bases = of.stack().into_iter().collect();

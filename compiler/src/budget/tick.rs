@@ -15,7 +15,7 @@ use whippen_isa::timing::{Core, Evidence, Target};
 
 use super::memory::{Banks, Surroundings};
 use super::program::Program;
-use super::{Annotations, Bound, NotBounded, Query, bound};
+use super::{Annotations, Bound, NotBounded, Query, bounds};
 
 /// The bounds of a tick.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,29 +48,37 @@ impl Places {
     }
 }
 
-/// Bounds the tick of `name`, which returns to where it was called; `bases` are the registers that point into known memory while
+/// Bounds the tick of `name` in each of some surroundings. It returns to where it was called; `bases` are the registers that point into known memory while
 /// keys are ticked, with the banks of that memory.
 ///
 /// # Errors
 /// What cannot be bounded, or is not there.
-pub fn tick(
+pub fn ticks(
     program: &Program,
     name: &str,
     core: &Core,
-    surroundings: &Surroundings,
+    surroundings: &[&Surroundings],
     return_to: Option<Target>,
     bases: BTreeMap<u8, Banks>,
-) -> Result<Tick, NotBounded> {
+) -> Result<Vec<Tick>, NotBounded> {
     let places = Places::find(program, name)?;
     let mut annotations: Annotations = Annotations { return_to, bases, ..program.annotations.clone() };
     annotations.stops = places.modes.iter().map(|(_, at)| *at).chain([places.end]).collect();
     let inside = Annotations { inside: true, ..annotations.clone() };
+    let surroundings: Vec<Option<&Surroundings>> = surroundings.iter().copied().map(Some).collect();
     let of = |entry, annotations| {
-        bound(&Query { core, code: &program.code, entry, annotations, surroundings: Some(surroundings) })
+        let query = Query { core, code: &program.code, entry, annotations, surroundings: None };
+        bounds(&query, &surroundings)
     };
-    let mode = |(symbol, at): &(String, u32)| Ok((symbol.clone(), of(*at, &annotations)?));
-    let modes = places.modes.iter().map(mode).collect::<Result<_, _>>()?;
-    Tick { modes, entry: of(places.tick, &annotations)?, end: of(places.end, &inside)? }.checked(&places)
+    let (entry, end) = (of(places.tick, &annotations)?, of(places.end, &inside)?);
+    let tick = |(entry, end)| Tick { modes: Vec::new(), entry, end };
+    let mut ticks: Vec<Tick> = entry.into_iter().zip(end).map(tick).collect();
+    for (symbol, at) in &places.modes {
+        for (tick, bound) in ticks.iter_mut().zip(of(*at, &annotations)?) {
+            tick.modes.push((symbol.clone(), bound));
+        }
+    }
+    ticks.into_iter().map(|tick| tick.checked(&places)).collect()
 }
 
 impl Tick {

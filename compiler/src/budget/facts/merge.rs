@@ -1,6 +1,8 @@
 //! Comparing and joining what is known on two ways.
 
-use super::{Facts, NONE, Name};
+use smallvec::{SmallVec, smallvec};
+
+use super::{FEW, Facts, NONE, Name};
 
 impl Facts {
     /// Every place that has a name, in one order for all facts.
@@ -10,7 +12,7 @@ impl Facts {
 
     /// Whether all that is known here is known there too: whatever is possible there is possible here.
     pub fn covers(&self, other: &Self) -> bool {
-        let mut images = vec![NONE; self.values.len()];
+        let mut images: SmallVec<[Name; 4 * FEW]> = smallvec![NONE; self.values.len()];
         let agrees = |(mine, theirs): (Name, Name)| {
             let Some(value) = self.values.get(usize::from(mine)) else { return true };
             let image = &mut images[usize::from(mine)];
