@@ -161,6 +161,17 @@ impl Node {
         }
     }
 
+    /// Whether it is made of no other values.
+    pub fn is_leaf(&self) -> bool {
+        use Node::*;
+        match self {
+            Const(_) | Bool(_) | Sense(_) | Slope(_) | Curvature(_) | Live(_) => true,
+            LiveBool(_) | Keyed(_) | Cell(_) | Is(..) => true,
+            Linear(_, terms) => terms.is_empty(),
+            _ => false,
+        }
+    }
+
     /// Whether it is a bool.
     pub fn is_bool(&self) -> bool {
         use Node::*;

@@ -51,10 +51,14 @@ impl Row {
     }
 
     fn merged(&self, other: &Row, both: impl Fn(Interval, Interval) -> Option<Interval>) -> Row {
-        let mut variables: Vec<u32> = self.0.iter().chain(&other.0).map(|(v, _)| *v).collect();
-        variables.sort_unstable();
-        variables.dedup();
-        Row(variables.into_iter().filter_map(|v| Some((v, both(self.get(v), other.get(v))?))).collect())
+        let (zero, mut all) = (Interval::point(0.0), Vec::with_capacity(self.0.len() + other.0.len()));
+        let (mut mine, mut theirs) = (self.0.iter().peekable(), other.0.iter().peekable());
+        while let Some(variable) = mine.peek().into_iter().chain(theirs.peek()).map(|(variable, _)| *variable).min() {
+            let a = mine.next_if(|(own, _)| *own == variable).map_or(zero, |(_, slope)| *slope);
+            let b = theirs.next_if(|(own, _)| *own == variable).map_or(zero, |(_, slope)| *slope);
+            all.extend(both(a, b).map(|slope| (variable, slope)));
+        }
+        Row(all)
     }
 
     /// Whether all derivatives are the same numbers.

@@ -8,6 +8,8 @@
 //! Without force (`g = 0`) the key in a hand is stable, so the pairs outside at `g = 1` are what left below 1 less what entered. A
 //! real pole that leaves is not counted: it is no ringing but a force law that falls, through which a key snaps as it shall.
 
+use std::cell::OnceCell;
+
 use num_complex::Complex64;
 
 /// Growth that counts as standing (1/s): by e in ten seconds, which any friction ends.
@@ -22,6 +24,24 @@ struct Crossing {
     factor: f64,
     theta: f64,
     leaves: bool,
+}
+
+/// The gain of a loop at an angle.
+struct Point {
+    theta: f64,
+    gain: Complex64,
+    /// Its absolute value, once somebody has asked for it.
+    norm: OnceCell<f64>,
+}
+
+impl Point {
+    fn new(theta: f64, gain: Complex64) -> Point {
+        Point { theta, gain, norm: OnceCell::new() }
+    }
+
+    fn norm(&self) -> f64 {
+        *self.norm.get_or_init(|| self.gain.norm())
+    }
 }
 
 /// What a loop bears.
@@ -59,8 +79,9 @@ pub fn on_circle(theta: f64, rate_hz: f64) -> Complex64 {
 /// The margin of a loop gain `P H`, known at `angles` and computed between them.
 pub fn margin(angles: &[f64], known: &[Complex64], at: &impl Fn(f64) -> Complex64) -> Margin {
     let mut crossings = Vec::new();
-    for (pair, gains) in angles.windows(2).zip(known.windows(2)) {
-        between((pair[0], gains[0]), (pair[1], gains[1]), at, 0, &mut crossings);
+    let points: Vec<Point> = angles.iter().zip(known).map(|(theta, gain)| Point::new(*theta, *gain)).collect();
+    for pair in points.windows(2) {
+        between(&pair[0], &pair[1], at, 0, &mut crossings);
     }
     // At half the rate the gain is real: a pole there is alone, and rings at every second tick.
     if let (Some(theta), Some(gain)) = (angles.last(), known.last()) {
@@ -89,32 +110,26 @@ pub fn margin(angles: &[f64], known: &[Complex64], at: &impl Fn(f64) -> Complex6
 }
 
 /// Finds crossings between two angles; halves them while the gain turns far.
-fn between(
-    low: (f64, Complex64),
-    high: (f64, Complex64),
-    at: &impl Fn(f64) -> Complex64,
-    depth: u32,
-    found: &mut Vec<Crossing>,
-) {
+fn between(low: &Point, high: &Point, at: &impl Fn(f64) -> Complex64, depth: u32, found: &mut Vec<Crossing>) {
     // Where a differentiator is blind the gain turns within nothing; so small a one meets -1 at no factor that counts.
-    if low.1.norm_sqr().max(high.1.norm_sqr()) < 1.0 / (FACTOR_MAX * FACTOR_MAX) {
+    if low.gain.norm_sqr().max(high.gain.norm_sqr()) < 1.0 / (FACTOR_MAX * FACTOR_MAX) {
         return;
     }
-    let crosses = (low.1.im < 0.0) != (high.1.im < 0.0);
+    let crosses = (low.gain.im < 0.0) != (high.gain.im < 0.0);
     // Far: by more than about a radian, or the real axis is met and it is not clear on which side.
-    let far = (high.1 * low.1.conj()).re < 0.5 * low.1.norm() * high.1.norm();
+    let far = (high.gain * low.gain.conj()).re < 0.5 * low.norm() * high.norm();
     if (far && depth < 24) || (crosses && depth < 12) {
-        let middle = 0.5 * (low.0 + high.0);
-        let middle = (middle, at(middle));
-        between(low, middle, at, depth + 1, found);
-        between(middle, high, at, depth + 1, found);
+        let theta = 0.5 * (low.theta + high.theta);
+        let middle = Point::new(theta, at(theta));
+        between(low, &middle, at, depth + 1, found);
+        between(&middle, high, at, depth + 1, found);
     } else if crosses {
-        let part = low.1.im / (low.1.im - high.1.im);
-        let real = low.1.re + part * (high.1.re - low.1.re);
+        let part = low.gain.im / (low.gain.im - high.gain.im);
+        let real = low.gain.re + part * (high.gain.re - low.gain.re);
         let factor = -1.0 / real;
         if real < 0.0 && !far {
-            let theta = low.0 + part * (high.0 - low.0);
-            found.push(Crossing { factor, theta, leaves: low.1.im < 0.0 });
+            let theta = low.theta + part * (high.theta - low.theta);
+            found.push(Crossing { factor, theta, leaves: low.gain.im < 0.0 });
         }
     }
 }

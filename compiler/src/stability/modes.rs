@@ -1,8 +1,10 @@
 //! The analysis: pieces to systems, systems against the key by itself and against every hand.
 
+use std::cell::RefCell;
 use std::collections::HashSet;
 
 use num_complex::Complex64;
+use rustc_hash::FxHashMap;
 
 use super::gradient::{decided, is_point};
 use super::hands::hands;
@@ -106,6 +108,16 @@ pub(super) struct Loops {
     holds: Vec<Hold>,
 }
 
+/// What was found between the angles, by the angle's bits: hands and systems halve the same steps.
+#[derive(Debug, Default)]
+pub(super) struct Between {
+    /// Of the key in a hand, by its number too.
+    gains: FxHashMap<(usize, u64), Complex64>,
+    inputs: FxHashMap<u64, Vec<Complex64>>,
+    /// Of all terms of one system.
+    sums: FxHashMap<u64, Complex64>,
+}
+
 impl Loops {
     fn new(model: &Model, key: &Key) -> Loops {
         let rate_hz = f64::from(model.rate_hz);
@@ -143,11 +155,20 @@ impl Loops {
     }
 
     /// The margin in the hand that bears it least.
-    pub fn worst(&self, system: &System) -> PerHand {
+    pub fn worst(&self, system: &System, between: &mut Between) -> PerHand {
         let responses = self.responses(system, &self.inputs[0], |theta| on_circle(theta, self.rate_hz));
-        let per_hand = self.hands.iter().map(|(hand, held, gains)| {
+        between.sums.clear();
+        let between = RefCell::new(between);
+        let per_hand = self.hands.iter().enumerate().map(|(number, (hand, held, gains))| {
             let at = |theta: f64| {
-                held.at(on_circle(theta, self.rate_hz)) * self.forces(system, theta).iter().sum::<Complex64>()
+                let z = on_circle(theta, self.rate_hz);
+                let Between { gains, inputs: known, sums } = &mut **between.borrow_mut();
+                let gain = *gains.entry((number, theta.to_bits())).or_insert_with(|| held.at(z));
+                let sum = sums.entry(theta.to_bits()).or_insert_with(|| {
+                    let inputs = known.entry(theta.to_bits()).or_insert_with(|| inputs(&self.differentiators, z));
+                    forces(system, z, inputs).iter().sum()
+                });
+                gain * *sum
             };
             let known: Vec<Complex64> = gains.iter().zip(&responses).map(|(p, h)| p * h).collect();
             let Margin { factor, theta } = margin(&self.angles, &known, &at);
@@ -158,7 +179,7 @@ impl Loops {
     }
 
     /// What holds for a system.
-    fn mode(&self, name: String, system: System) -> Mode {
+    fn mode(&self, name: String, system: System, between: &mut Between) -> Mode {
         let direct = |part: usize| system.outputs.iter().flat_map(move |o| o.direct.iter().skip(part).step_by(3)).sum();
         Mode {
             name,
@@ -166,7 +187,7 @@ impl Loops {
             coupled: system.a.len(),
             settles: settles(&system.a, on_circle(0.0, self.rate_hz).re),
             damping_needed: self.damping_needed(&system),
-            worst: self.worst(&system),
+            worst: self.worst(&system, between),
             system,
         }
     }
@@ -192,24 +213,30 @@ fn inputs(differentiators: &[Differentiator], z: Complex64) -> Vec<Complex64> {
 
 /// The stability budget of an instrument as checked; `None` where its values cannot be bounded.
 pub fn analyze(model: &Model, key: &Key) -> Option<Stability> {
-    let law = Law::of(model)?;
-    let loops = Loops::new(&law.model, key);
-    let mut found = Found { law: &law, known: HashSet::new(), systems: Vec::new() };
+    analyze_law(&Law::of(model)?, key)
+}
+
+/// The same of its law.
+pub fn analyze_law(law: &Law, key: &Key) -> Option<Stability> {
+    let (model, loops) = (&law.model, Loops::new(&law.model, key));
+    let mut found = Found { law, known: HashSet::new(), systems: Vec::new() };
     let mut coarse = false;
     for (piece, rows) in law.pieces() {
         coarse |= piece.coarse;
-        let linear = Linear::of(&law, &piece, &rows);
-        for corner in found.corners(&piece, linear) {
+        let linear = Linear::of(law, piece, rows);
+        for corner in found.corners(piece, linear) {
             for system in corner.corners() {
-                found.add(&piece, system);
+                found.add(piece, system);
             }
         }
     }
-    let mut modes = parallel::map(found.systems, |(name, system)| loops.mode(name, system));
+    let mut modes = parallel::map_with(found.systems, Between::default, |between, (name, system)| {
+        loops.mode(name, system, between)
+    });
     modes.sort_by(|a, b| a.worst.factor.total_cmp(&b.worst.factor));
     let whole = law.whole();
     let rows = law.rows(&whole).ok()?;
-    let linear = Linear::of(&law, &whole, &rows);
+    let linear = Linear::of(law, &whole, &rows);
     let largest = std::array::from_fn(|part| {
         (0..model.senses.len()).map(|s| linear.total(3 * s + part)).fold(Interval::point(0.0), |sum, v| sum + v)
     });

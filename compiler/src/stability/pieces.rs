@@ -13,6 +13,7 @@ use super::gradient::{Deciders, Gradient, Row, add_deciders, cell_variable, deci
 use crate::lint::together::{Facts, narrow};
 use crate::model::{CellKind, Interval, Model, Node, NodeId};
 use crate::range::{self, Ranges};
+use std::sync::OnceLock;
 
 /// So many pieces are looked at; what is open beyond is taken with both branches at once.
 const PIECES_MAX: usize = 1500;
@@ -36,16 +37,17 @@ impl Piece {
     }
 }
 
-/// A Model ready to be taken to pieces.
-pub(super) struct Law {
+/// The force law of an instrument, ready to be taken to pieces.
+pub struct Law {
     /// As checked, with the comparisons by which choices are made.
-    pub model: Model,
-    pub deciders: Deciders,
+    pub(super) model: Model,
+    pub(super) deciders: Deciders,
     /// What forces and the memory behind them are made of, operands first.
-    pub nodes: Vec<NodeId>,
+    pub(super) nodes: Vec<NodeId>,
     /// Cells that a force depends on, through other cells too.
-    pub cells: Vec<usize>,
+    pub(super) cells: Vec<usize>,
     ranges: Ranges,
+    pieces: OnceLock<Vec<(Piece, Vec<Row>)>>,
 }
 
 impl Law {
@@ -54,20 +56,29 @@ impl Law {
         let mut model = model.clone();
         let deciders = add_deciders(&mut model);
         let ranges = range::analyze(&model).ok()?;
-        let mut law = Law { model, deciders, nodes: Vec::new(), cells: Vec::new(), ranges };
+        let mut law = Law { model, deciders, nodes: Vec::new(), cells: Vec::new(), ranges, pieces: OnceLock::new() };
         law.find_cells();
         law.nodes = law.below(&law.roots());
         Some(law)
     }
 
+    /// Whether the instrument turns.
+    pub fn turns(&self) -> bool {
+        self.model.turns()
+    }
+
     /// Everything that occurs.
-    pub fn whole(&self) -> Piece {
+    pub(super) fn whole(&self) -> Piece {
         let at = (0..self.model.dag.len()).map(|n| self.ranges.get(NodeId(n as u32))).collect();
         Piece { at, decisions: Vec::new(), coarse: true }
     }
 
-    /// The pieces, and the rows of each.
-    pub fn pieces(&self) -> Vec<(Piece, Vec<Row>)> {
+    /// The pieces, and the rows of each; found once.
+    pub(super) fn pieces(&self) -> &[(Piece, Vec<Row>)] {
+        self.pieces.get_or_init(|| self.find_pieces())
+    }
+
+    fn find_pieces(&self) -> Vec<(Piece, Vec<Row>)> {
         let mut open = vec![Piece { coarse: false, ..self.whole() }];
         let mut done = Vec::new();
         while let Some(mut piece) = open.pop() {
@@ -89,7 +100,7 @@ impl Law {
     }
 
     /// The same piece with some values given, if it has them.
-    pub fn given(&self, piece: &Piece, values: &[(NodeId, Interval)]) -> Option<Piece> {
+    pub(super) fn given(&self, piece: &Piece, values: &[(NodeId, Interval)]) -> Option<Piece> {
         let mut cut = piece.clone();
         for &(node, value) in values {
             let own = &mut cut.at[node.0 as usize];
@@ -106,7 +117,7 @@ impl Law {
     ///
     /// # Errors
     /// The bool that must be decided first.
-    pub fn rows(&self, piece: &Piece) -> Result<Vec<Row>, NodeId> {
+    pub(super) fn rows(&self, piece: &Piece) -> Result<Vec<Row>, NodeId> {
         let gradient = Gradient { model: &self.model, deciders: &self.deciders, at: &piece.at, coarse: piece.coarse };
         let rows = gradient.rows(&self.nodes)?;
         let holds = self.model.bodies.iter().filter(|b| self.cells.contains(&(b.coordinate.0 as usize)));
@@ -117,7 +128,7 @@ impl Law {
     }
 
     /// The nodes of parameters that have a range while playing or over the keys.
-    pub fn parameters(&self) -> Vec<NodeId> {
+    pub(super) fn parameters(&self) -> Vec<NodeId> {
         let is = |id: &&NodeId| matches!(self.model.dag.get(**id), Node::Live(_) | Node::Keyed(_));
         self.nodes.iter().filter(is).copied().collect()
     }

@@ -20,7 +20,11 @@ pub struct Static {
 /// The intervals of the force of an instrument as checked while the key stands still: no speed, no acceleration, no pulse.
 /// `None` where its values cannot be bounded.
 pub fn static_force(model: &Model) -> Option<Static> {
-    let law = Law::of(model)?;
+    static_force_of(&Law::of(model)?)
+}
+
+/// The same of its law.
+pub fn static_force_of(law: &Law) -> Option<Static> {
     let zero = Interval::point(0.0);
     let still = law.nodes.iter().filter(|id| match law.model.dag.get(**id) {
         Node::Slope(_) | Node::Curvature(_) => true,
@@ -31,9 +35,9 @@ pub fn static_force(model: &Model) -> Option<Static> {
     let mut found: [Option<Interval>; 2] = [None, None];
     let mut terms: Vec<Interval> = Vec::new();
     for (piece, _) in law.pieces() {
-        let Some(piece) = law.given(&piece, &still) else { continue };
-        for (rest, held) in at_rest(&law, piece) {
-            let own = values(&law, &rest);
+        let Some(piece) = law.given(piece, &still) else { continue };
+        for (rest, held) in at_rest(law, piece) {
+            let own = values(law, &rest);
             let sum = own.iter().fold(zero, |sum, v| sum + *v);
             let all = &mut found[usize::from(held)];
             *all = Some(all.map_or(sum, |all| all.union(sum)));

@@ -1,7 +1,7 @@
 //! What rings, told at the force term that makes it ring, with the most it may be.
 
 use super::linear::System;
-use super::modes::{Loops, Mode, Stability};
+use super::modes::{Between, Loops, Mode, Stability};
 use crate::diag::{Code, Diagnostic};
 use crate::model::Model;
 use crate::units::{Dim, shown};
@@ -59,7 +59,7 @@ fn safe(loops: &Loops, system: &System, force: usize) -> Option<f64> {
         let mut system = system.clone();
         let output = &mut system.outputs[force];
         output.direct.iter_mut().chain(&mut output.cells).for_each(|gain| *gain *= part);
-        loops.worst(&system).factor <= 1.0
+        loops.worst(&system, &mut Between::default()).factor <= 1.0
     };
     if rings(0.0) {
         return None;

@@ -6,7 +6,9 @@ use clap::ValueHint;
 use serde_json::Value;
 use whippen_compiler::diag::{Diagnostic, Severity};
 use whippen_compiler::model::Model;
+use whippen_compiler::parallel;
 use whippen_compiler::source::SourceMap;
+use whippen_compiler::stability::Law;
 use whippen_runtime::device::Device;
 
 use super::motor::MotorBudget;
@@ -41,13 +43,19 @@ impl Beyond {
     /// # Errors
     /// A file to be played cannot be read.
     pub fn find(map: &SourceMap, model: &Model, device: &Device, args: &BeyondArgs) -> Result<Beyond, Failure> {
-        let compiled = load::compiled_silently(map, model.clone(), device)?;
-        let stability = StabilityBudget::find(model, device);
-        let motor = MotorBudget::find(&compiled, device, args)?;
+        let law = Law::of(model);
+        let (found, stability) = parallel::both(
+            || {
+                let compiled = load::compiled_silently(map, model.clone(), device)?;
+                Ok((MotorBudget::find(&compiled, law.as_ref(), device, args)?, NumbersBudget::find(&compiled)))
+            },
+            || StabilityBudget::find(law.as_ref()?, device),
+        );
+        let (motor, numbers) = found?;
         let mut warnings = stability.as_ref().map(|s| s.warnings(model)).unwrap_or_default();
         warnings.extend(motor.as_ref().and_then(|m| m.warning(model)));
         warnings.sort_by_key(|d| (d.span, d.code));
-        Ok(Beyond { numbers: NumbersBudget::find(&compiled), stability, motor, warnings })
+        Ok(Beyond { numbers, stability, motor, warnings })
     }
 
     /// Prints what is surely not meant.

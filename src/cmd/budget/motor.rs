@@ -7,7 +7,7 @@ use whippen_compiler::check::note_name;
 use whippen_compiler::diag::Diagnostic;
 use whippen_compiler::model::{Interval, Model};
 use whippen_compiler::pipeline::Compiled;
-use whippen_compiler::stability::{Static, static_force, too_strong};
+use whippen_compiler::stability::{Law, Static, static_force_of, too_strong};
 use whippen_runtime::device::{Device, Motor};
 use whippen_runtime::gesture::Follower;
 use whippen_runtime::midi::{self, Note};
@@ -34,15 +34,20 @@ pub struct MotorBudget {
 }
 
 impl MotorBudget {
-    /// `None` if the device says nothing of its motor. `compiled` observes.
-    pub fn find(compiled: &Compiled, device: &Device, args: &BeyondArgs) -> Result<Option<MotorBudget>, Failure> {
+    /// `None` if the device says nothing of its motor. `compiled` observes; `law` is its force law, if that can be bounded.
+    pub fn find(
+        compiled: &Compiled,
+        law: Option<&Law>,
+        device: &Device,
+        args: &BeyondArgs,
+    ) -> Result<Option<MotorBudget>, Failure> {
         let (positions, motion) = positions(&compiled.model, args)?;
         let played = motor::play(compiled, device, &positions).map_err(Failure::Defect)?;
         let (Some(played), Some(motor), Some(rated_force)) = (played, device.motor, device.rated_force()) else {
             return Ok(None);
         };
         Ok(Some(MotorBudget {
-            statics: static_force(&compiled.model),
+            statics: law.and_then(static_force_of),
             played,
             motion,
             motor,

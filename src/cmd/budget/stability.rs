@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 use whippen_compiler::diag::Diagnostic;
 use whippen_compiler::model::{Interval, Model};
-use whippen_compiler::stability::{self, Borders, Hand, Mode, Stability};
+use whippen_compiler::stability::{self, Borders, Hand, Law, Mode, Stability};
 use whippen_runtime::device::Device;
 
 /// So many modes are listed.
@@ -20,9 +20,9 @@ pub struct StabilityBudget {
 
 impl StabilityBudget {
     /// `None` if the device does not say how its key moves.
-    pub fn find(model: &Model, device: &Device) -> Option<StabilityBudget> {
-        let found = stability::analyze(model, &device.key()?)?;
-        Some(StabilityBudget { found, hands: stability::hands(model.turns()).len() - 1, turns: model.turns() })
+    pub fn find(law: &Law, device: &Device) -> Option<StabilityBudget> {
+        let (found, turns) = (stability::analyze_law(law, &device.key()?)?, law.turns());
+        Some(StabilityBudget { found, hands: stability::hands(turns).len() - 1, turns })
     }
 
     pub fn warnings(&self, model: &Model) -> Vec<Diagnostic> {

@@ -82,7 +82,7 @@ impl Pass<'_> {
     /// From operands to the node.
     fn up(&mut self, id: NodeId) -> Option<()> {
         let node = self.model.dag.get(id);
-        if node.operands().is_empty() {
+        if node.is_leaf() {
             return Some(());
         }
         match transfer(self.model, node, |o| self.of(o)) {
