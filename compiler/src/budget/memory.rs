@@ -108,7 +108,8 @@ impl Bases {
     pub fn of(said: &BTreeMap<u8, Banks>, graph: &Graph) -> Self {
         let mut bases = said.clone();
         for item in graph.blocks.iter().flat_map(|block| &block.items) {
-            bases.retain(|register, _| !loses(&item.inst, *register));
+            let written = item.inst.defs().core_bits();
+            bases.retain(|register, _| written >> register & 1 == 0 || steps(&item.inst, *register));
         }
         Self(bases)
     }
@@ -124,16 +125,14 @@ impl Bases {
 /// Instructions that add a constant to a register, or take it away.
 const STEPS: [Op; 4] = [Op::ADD_immediate, Op::SUB_immediate, Op::ADD_SP_plus_immediate, Op::SUB_SP_minus_immediate];
 
-/// Whether an instruction leaves something else in a register than what was there, some constant further.
-fn loses(inst: &Inst, register: u8) -> bool {
-    let writes = inst.defs().core_bits() >> register & 1 != 0;
-    let steps = match inst.class() {
+/// Whether an instruction that writes a register leaves there what was there, some constant further.
+fn steps(inst: &Inst, register: u8) -> bool {
+    match inst.class() {
         Class::Load | Class::LoadDual => inst.wback && inst.n == register && inst.t != register && inst.t2 != register,
         Class::LoadMultiple => inst.n == register && inst.imm >> register & 1 == 0,
         Class::Store | Class::StoreDual | Class::StoreMultiple => inst.n == register,
         _ => STEPS.contains(&inst.op()) && inst.n == register,
-    };
-    writes && !steps
+    }
 }
 
 fn with(set: Banks, bank: u8) -> Banks {

@@ -32,6 +32,14 @@ struct Way {
     to: Option<usize>,
 }
 
+impl Way {
+    /// Whether both end at words with instructions of one size: then they cost the same.
+    fn ends_like(&self, other: &Way) -> bool {
+        let word = |way: &Way| way.taken.filter(|target| way.to.is_none() && target.address & 3 == 0);
+        word(self).zip(word(other)).is_some_and(|(own, other)| own.wide == other.wide)
+    }
+}
+
 struct Node {
     context: ContextId,
     item: Item,
@@ -130,7 +138,14 @@ impl<'a> Followed<'a> {
                 told.iter().map(|&to| self.call(context, item, to)).collect::<Result<_, _>>()?
             }
             (Control::Table | Control::Indirect, Some(told)) => {
-                told.iter().map(|&to| self.taken(context, to)).collect()
+                let mut ways: Vec<Way> = Vec::new();
+                for &to in told {
+                    let way = self.taken(context, to);
+                    if !ways.iter().any(|known| known.ends_like(&way)) {
+                        ways.push(way);
+                    }
+                }
+                ways
             }
             (Control::Return, _) => vec![self.comes_back(context)],
             (Control::Table, None) => self.table(context, item)?,
