@@ -215,10 +215,12 @@ impl Fold {
             many = old.iter().map(|arg| self.now(*arg)).collect::<Vec<Id>>();
             &many
         };
+        // Of the same operands it is the same node, unless there is something simpler.
+        let same = (args == old).then_some(id);
         graph.origin = graph.origin_of(id);
         let ty = graph.ty(id);
         let new = match graph.kind(id) {
-            Kind::Op(op) if op.row().effect == Effect::Pure => self.pure(graph, op, ty, args),
+            Kind::Op(op) if op.row().effect == Effect::Pure => self.pure_or(graph, op, ty, args, same),
             Kind::Result(_) if !matches!(graph.kind(args[0]), Kind::Effect(_)) => {
                 // The effect does not happen; nobody looks at its results.
                 let low = self.natural(graph, id).low;
@@ -273,13 +275,18 @@ impl Fold {
 
     /// A pure operator of folded operands.
     pub(super) fn pure(&mut self, graph: &mut Graph, op: Op, ty: Type, args: &[Id]) -> Id {
+        self.pure_or(graph, op, ty, args, None)
+    }
+
+    /// The same, if it is known which node that is.
+    fn pure_or(&mut self, graph: &mut Graph, op: Op, ty: Type, args: &[Id], known: Option<Id>) -> Id {
         self.depth += 1;
         let simpler = if self.depth <= DEPTH { self.simpler(graph, op, ty, args) } else { None };
         self.depth -= 1;
         if let Some(id) = simpler {
             return id;
         }
-        let id = graph.node(Kind::Op(op), ty, args);
+        let id = known.unwrap_or_else(|| graph.node(Kind::Op(op), ty, args));
         let range = self.natural(graph, id);
         if range.low == range.high {
             return self.number(graph, ty, range.low);

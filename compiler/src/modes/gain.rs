@@ -5,7 +5,7 @@
 //! `x`, and with them what they choose. What counts is the dearer way on.
 
 use super::cost;
-use super::graph::{Graph, Id, Kind, Walk};
+use super::graph::{Graph, Id, Kind};
 use crate::kernel::{Op, Type};
 
 /// What asks for a condition.
@@ -33,8 +33,7 @@ pub(super) struct Lists {
     uses: Vec<u32>,
     /// Where the condition stands among the conditions, by node; nowhere but in a tick.
     places: Vec<u32>,
-    walk: Walk,
-    /// The nodes of the tick.
+    /// The nodes of the tick, in no certain order.
     all: Vec<Id>,
     conditions: Vec<Asking>,
     /// The nodes of sides, each with the one before it on its side.
@@ -58,7 +57,7 @@ const PARTS: usize = 256;
 impl Lists {
     /// Forgets the tick before.
     fn clear(&mut self, nodes: usize) {
-        self.all.iter().for_each(|id| self.uses[id.index()] = 0);
+        self.all.drain(..).for_each(|id| self.uses[id.index()] = 0);
         self.conditions.iter().for_each(|asking| self.places[asking.condition.index()] = NOWHERE);
         self.conditions.clear();
         self.sides.clear();
@@ -66,19 +65,29 @@ impl Lists {
         self.uses.resize(nodes, 0);
         self.places.resize(nodes, NOWHERE);
     }
+
+    /// Counts uses; nodes that are used for the first time are nodes of the tick from here on.
+    fn used(&mut self, nodes: &[Id]) {
+        for id in nodes {
+            let uses = &mut self.uses[id.index()];
+            if *uses == 0 {
+                self.all.push(*id);
+            }
+            *uses += 1;
+        }
+    }
 }
 
 impl<'a, 'k> Gains<'a, 'k> {
     /// For a tick with these roots, and bools that the next mode depends on.
     pub fn new(graph: &'a Graph<'k>, lists: &'a mut Lists, roots: &[Id], musts: &[Id]) -> Gains<'a, 'k> {
         lists.clear(graph.len());
-        lists.all = lists.walk.over(graph, roots.iter().copied());
-        let mut gains = Gains { graph, lists };
-        roots.iter().for_each(|root| gains.lists.uses[root.index()] += 1);
-        for at in 0..gains.lists.all.len() {
-            let id = gains.lists.all[at];
+        lists.used(roots);
+        let (mut gains, mut at) = (Gains { graph, lists }, 0);
+        while let Some(id) = gains.lists.all.get(at).copied() {
+            at += 1;
             let args = graph.args(id);
-            args.iter().for_each(|arg| gains.lists.uses[arg.index()] += 1);
+            gains.lists.used(args);
             match graph.kind(id) {
                 Kind::Op(Op::Select) => gains.ask(args[0], false, [Some(args[1]), Some(args[2])]),
                 Kind::Effect(_) => gains.ask(args[0], false, [Some(id), None]),

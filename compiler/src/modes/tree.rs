@@ -82,10 +82,10 @@ impl Grower<'_, '_> {
 
     /// The tree for a folded tick.
     fn grow_on(&mut self, path: Rc<Path>, tick: Tick) -> Result<Option<Tree>, TooBig> {
-        let Some(condition) = self.choose(&tick) else { return self.leaf(path, tick).map(Some) };
+        let roots = tick.roots();
+        let Some(condition) = self.choose(&tick, &roots) else { return self.leaf(path, tick).map(Some) };
         let if_yes = path.on(self.graph, &self.fold, condition, true);
         let if_no = path.on(self.graph, &self.fold, condition, false);
-        let roots = tick.roots();
         // Both ways are decided by the same.
         let Some(either) = if_yes.as_ref().or(if_no.as_ref()) else { return Ok(None) };
         let nodes = self.fold.nodes(self.graph, either, &roots);
@@ -146,9 +146,9 @@ impl Grower<'_, '_> {
     }
 
     /// The condition that is best decided now; none if nothing is left that pays or must be.
-    fn choose(&mut self, tick: &Tick) -> Option<Id> {
+    fn choose(&mut self, tick: &Tick, roots: &[Id]) -> Option<Id> {
         let musts = self.next_states(tick);
-        let mut gains = Gains::new(self.graph, &mut self.lists, &tick.roots(), &musts);
+        let mut gains = Gains::new(self.graph, &mut self.lists, roots, &musts);
         let mut best: Option<((u32, u32), Id)> = None;
         for at in gains.in_order() {
             let Asking { condition, asked, must, .. } = gains.asking(at);
