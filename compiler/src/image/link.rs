@@ -273,6 +273,7 @@ impl<'a> Linker<'a> {
         globals: &HashMap<String, (u32, SymbolKind)>,
     ) -> Result<(Vec<(u32, u32)>, Vec<(u32, Vec<u32>)>), LinkError> {
         let (mut loops, mut targets) = (Vec::new(), Vec::new());
+        let mut last: Option<(&Vec<String>, Vec<u32>)> = None;
         for (number, input) in self.inputs.iter().enumerate() {
             let own = self.own_symbols(number);
             for (index, section) in input.object.sections.iter().enumerate() {
@@ -283,11 +284,17 @@ impl<'a> Linker<'a> {
                         Hint::Targets { at, symbols } => {
                             let address = |symbol: &String| {
                                 let found = own.get(symbol.as_str()).or_else(|| globals.get(symbol));
-                                let (symbol, section) = (symbol.clone(), section.name.clone());
-                                found.map(|(address, _)| *address).ok_or(LinkError::Undefined { symbol, section })
+                                let undefined =
+                                    || LinkError::Undefined { symbol: symbol.clone(), section: section.name.clone() };
+                                found.map(|(address, _)| *address).ok_or_else(undefined)
                             };
-                            let to: Result<Vec<u32>, LinkError> = symbols.iter().map(address).collect();
-                            targets.push((run + at, to?));
+                            // Whoever goes to the next key goes where the one before does.
+                            let to = match last {
+                                Some((same, to)) if same == symbols => to,
+                                _ => symbols.iter().map(address).collect::<Result<Vec<u32>, LinkError>>()?,
+                            };
+                            targets.push((run + at, to.clone()));
+                            last = Some((symbols, to));
                         }
                     }
                 }

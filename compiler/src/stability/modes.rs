@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::HashSet;
 
 use num_complex::Complex64;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::gradient::{decided, is_point};
 use super::hands::hands;
@@ -219,7 +219,7 @@ pub fn analyze(model: &Model, key: &Key) -> Option<Stability> {
 /// The same of its law.
 pub fn analyze_law(law: &Law, key: &Key) -> Option<Stability> {
     let (model, loops) = (&law.model, Loops::new(&law.model, key));
-    let mut found = Found { law, known: HashSet::new(), systems: Vec::new() };
+    let mut found = Found { law, exactly: FxHashSet::default(), known: HashSet::new(), systems: Vec::new() };
     let mut coarse = false;
     for (piece, rows) in law.pieces() {
         coarse |= piece.coarse;
@@ -261,7 +261,8 @@ pub fn analyze_law(law: &Law, key: &Key) -> Option<Stability> {
 
 struct Found<'a> {
     law: &'a Law,
-    /// What systems are, in words.
+    /// What systems are, in bits, and in words.
+    exactly: FxHashSet<Vec<u64>>,
     known: HashSet<String>,
     /// Each with the name of the piece that it was found in.
     systems: Vec<(String, System)>,
@@ -289,16 +290,13 @@ impl Found<'_> {
     }
 
     fn add(&mut self, piece: &Piece, system: System) {
+        let outputs = system.outputs.iter().flat_map(|o| o.direct.iter().chain(&o.cells));
+        let numbers = outputs.chain(system.a.iter().flatten()).chain(system.b.iter().flatten());
+        // Most are known to the last bit, and need no words.
         let number = |v: &f64| format!("{v:.5e},");
-        let key: String = system
-            .outputs
-            .iter()
-            .flat_map(|o| o.direct.iter().chain(&o.cells))
-            .chain(system.a.iter().flatten())
-            .chain(system.b.iter().flatten())
-            .map(number)
-            .collect();
-        if self.known.insert(key) {
+        if self.exactly.insert(numbers.clone().map(|v| v.to_bits()).collect())
+            && self.known.insert(numbers.map(number).collect())
+        {
             self.systems.push((name(&self.law.model, piece), system));
         }
     }
