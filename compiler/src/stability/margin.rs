@@ -18,6 +18,9 @@ pub const GROWTH_PER_S: f64 = 0.1;
 /// Larger factors than this are all the same.
 pub const FACTOR_MAX: f64 = 100.0;
 
+/// Of two numbers that are so many times apart, no rounding makes the smaller the larger.
+const CLEAR: f64 = 1.0 + 1e-9;
+
 /// A pair of poles on the circle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Crossing {
@@ -116,8 +119,15 @@ fn between(low: &Point, high: &Point, at: &impl Fn(f64) -> Complex64, depth: u32
         return;
     }
     let crosses = (low.gain.im < 0.0) != (high.gain.im < 0.0);
-    // Far: by more than about a radian, or the real axis is met and it is not clear on which side.
-    let far = (high.gain * low.gain.conj()).re < 0.5 * low.norm() * high.norm();
+    // Far: by more than about a radian, or the real axis is met and it is not clear on which side. Roots are taken only where squares
+    // leave it open.
+    let along = (high.gain * low.gain.conj()).re;
+    let (square, least) = (along * along, 0.25 * low.gain.norm_sqr() * high.gain.norm_sqr());
+    let far = match along > 0.0 && square.is_normal() {
+        true if square > CLEAR * least => false,
+        true if CLEAR * square < least => true,
+        _ => along < 0.5 * low.norm() * high.norm(),
+    };
     if (far && depth < 24) || (crosses && depth < 12) {
         let theta = 0.5 * (low.theta + high.theta);
         let middle = Point::new(theta, at(theta));
