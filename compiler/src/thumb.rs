@@ -21,6 +21,8 @@
 //! | `best` | the best of some ways to make code |
 //! | `allocate` | registers, by `regalloc2` |
 //! | `reorder` | the order of instructions that have registers |
+//! | `spread` | registers that leave more orders |
+//! | `hoist` | what goes up over a branch |
 //! | `same` | whether two orders compute the same |
 //! | `arrange` | the order of blocks |
 //! | `v6m` | the same for ARMv6-M, which has less |
@@ -36,6 +38,7 @@ mod best;
 mod emit;
 mod entry;
 mod frame;
+mod hoist;
 mod layout;
 mod literal;
 mod memory;
@@ -46,6 +49,7 @@ mod same;
 mod schedule;
 mod select;
 mod shared;
+mod spread;
 mod v6m;
 mod vcode;
 

@@ -72,6 +72,7 @@ impl Writer<'_> {
                 format!("{low}{high}{word}")
             }
             Op::Live(live) => format!("s->{}", names.lives[live as usize]),
+            Op::Tick(later) => format!("(int32_t)(uint32_t)(s->tick + {later}u)"),
             Op::Keyed(keyed) => format!("{}_{}[k]", names.kernel, names.keyed[keyed as usize]),
             Op::Get(cell) => self.cell(cell, "0"),
             Op::GetAt(cell) => self.cell(cell, &self.inside(a, kernel.cells[cell as usize].len as usize)),

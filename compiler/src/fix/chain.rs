@@ -2,7 +2,8 @@
 
 use super::Lowerer;
 use super::format::{exp2, quantise};
-use super::linear::Factor;
+use super::linear::{Factor, Live};
+use super::real::Real;
 use crate::kernel::{Op, OpError, Value};
 use crate::source::Span;
 
@@ -60,9 +61,10 @@ impl Lowerer<'_> {
     /// The sum, its error and what was left of the constant, in units of the result.
     pub(super) fn chained(&mut self, plan: Plan) -> Result<(Value, f64, f64), OpError> {
         let Plan { choices, mut ways, constant, error, left } = plan;
-        // First what no decision of the tick has a part in, so that one sum is all that waits for the decisions; of that, first
-        // what needs no negation, then in the order in which operands come about.
-        ways.sort_by_key(|w| (self.b.is_decided(w.value), w.way.starts_badly(&w.gain), w.value.0));
+        // First what all keys share, then what no decision of the tick has a part in, so that one sum is all that waits for the
+        // decisions; of that, first what needs no negation, then in the order in which operands come about.
+        let rank = |w: &Joining| (!self.b.is_shared(w.value), self.b.is_decided(w.value));
+        ways.sort_by_key(|w| (rank(w), w.way.starts_badly(&w.gain), w.value.0));
         let mut chain = Chain { total: None, constant: constant.round() as i64, error };
         for choice in choices {
             let word = self.word(choice.map(f64::round))?;
@@ -94,6 +96,10 @@ impl Lowerer<'_> {
                 let (a, b) = (self.constant(a as i64)?, self.constant(b as i64)?);
                 self.b.op(Op::Select, &[condition, a, b])
             }
+            Factor::Live(live) => {
+                let real = Real::new(live.value, live.unit, 0.0);
+                Ok(self.rescaled(real, 1.0)?.value)
+            }
         }
     }
 
@@ -115,6 +121,11 @@ impl Lowerer<'_> {
             }
             Way::Top { up, whole } => {
                 let moved = self.moved(value, up)?;
+                if let Factor::Live(live) = gain {
+                    let (unit, moved_by) = (live.unit * exp2(32 - up), magnitude * exp2(up - 32));
+                    chain.error += (live.error * unit.abs() + 1.0) * moved_by;
+                    return self.plus_product(chain, moved, Factor::Live(Live { unit, ..live }));
+                }
                 let parts = gain.map(|g| g * exp2(-up) - whole);
                 let words = parts.map(|p| quantise(p, exp2(-32)) as f64);
                 let rounded = |p: f64, w: f64| (p - w * exp2(-32)).abs() * magnitude * exp2(up);

@@ -8,7 +8,7 @@ use crate::kernel::{OpError, Range};
 use crate::model::{Dag, Node, NodeId};
 
 /// The limits are `2^n` units, if the value fits.
-const LIMIT: i32 = 20;
+const LIMIT: i32 = 16;
 
 /// The differentiator that a node limits to `-limit .. limit`, and the limit.
 pub(super) fn symmetric(dag: &Dag, node: NodeId) -> Option<(NodeId, f64)> {

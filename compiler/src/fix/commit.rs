@@ -15,7 +15,7 @@ pub(super) struct Cells {
     reals: Vec<u32>,
     /// Per machine; none for a machine of one state.
     machines: Vec<Option<u32>>,
-    /// Per pulse: ticks left.
+    /// Per pulse: the tick at whose end it ends, or, where it counts, how many ticks are left.
     pulse_left: Vec<u32>,
     /// Per rule: whether an event's guard held in the tick before.
     held: Vec<Option<u32>>,
@@ -65,7 +65,8 @@ impl Lowerer<'_> {
             self.cells.machines.push(cell);
         }
         for pulse in &model.pulses {
-            let range = Range::new(0, i64::from(pulse.ticks));
+            let counts = self.counts(pulse.level);
+            let range = if counts { Range::new(0, i64::from(pulse.ticks)) } else { Type::I32.range() };
             self.cells.pulse_left.push(self.b.cell(&format!("{}.pulse", pulse.name), Type::I32, range, 0));
         }
         for rule in &model.rules {
@@ -165,9 +166,21 @@ impl Lowerer<'_> {
         Ok(writes)
     }
 
-    /// Ticks left and level of a pulse after a tick in which it is not fired.
+    /// Whether a pulse counts its ticks. Others know when they end, which costs a comparison with the tick's number; but whether
+    /// one runs whose level is 0 they do not know, and have no need to where no level lies below.
+    pub(super) fn counts(&self, level: CellId) -> bool {
+        self.cell_range(level).low < 0
+    }
+
+    /// Ticks left, or the end, and level of a pulse after a tick in which it is not fired.
     fn run_down(&mut self, pulse: usize, level: CellId) -> Result<(Value, Value), OpError> {
         let (left, one, zero) = (self.pulse_left(pulse)?, self.constant(1)?, self.constant(0)?);
+        if !self.counts(level) {
+            let now = self.b.op(Op::Tick(0), &[])?;
+            let ends = self.b.op(Op::Eq, &[left, now])?;
+            let level = self.cell(level)?.value;
+            return Ok((left, self.b.op(Op::Select, &[ends, zero, level])?));
+        }
         let counted = self.b.op(Op::Sub, &[left, one])?;
         let counted = self.b.op(Op::Max, &[counted, zero])?;
         let ends = self.b.op(Op::Le, &[left, one])?;

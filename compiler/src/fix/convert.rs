@@ -56,6 +56,11 @@ impl Lowerer<'_> {
         if real.scale() == scale {
             return self.clamped(real.value, range);
         }
+        if few > 0
+            && let Some(value) = self.coarse(real, scale, range, few)?
+        {
+            return Ok(value);
+        }
         let shift = Scale::plain(scale.lsb).quantise(-scale.offset);
         let counted = self.counted(real, scale.lsb, Range::new(range.low - shift, range.high - shift), few)?;
         if shift == 0 {
@@ -63,6 +68,21 @@ impl Lowerer<'_> {
         }
         let shift = self.constant(shift)?;
         self.b.op(Op::Add, &[counted, shift])
+    }
+
+    /// A real that is coarser than `scale`, and whose offset is no more than a few of its units away: it is put right by whole units of
+    /// its own before it is clamped, so that one saturation is enough.
+    fn coarse(&mut self, real: Real, scale: Scale, range: Range, few: i64) -> Result<Option<Value>, OpError> {
+        let difference = Scale::plain(scale.lsb).quantise(real.offset - scale.offset);
+        let n = power_of_two(real.lsb / scale.lsb).unwrap_or(0);
+        if !(1..=20).contains(&n) || difference == 0 || !(0..=few << n).contains(&difference) {
+            return Ok(None);
+        }
+        let units = self.constant(difference >> n)?;
+        match self.b.op(Op::Add, &[real.value, units]) {
+            Ok(value) => self.counted(Real { value, offset: 0.0, ..real }, scale.lsb, range, few).map(Some),
+            Err(_) => Ok(None),
+        }
     }
 
     /// A real in units of `lsb`, kept within `range`, as far as `few` of the real's own units.

@@ -29,13 +29,29 @@ pub(super) enum Factor {
     One(f64),
     /// One of two constants.
     Either(Value, f64, f64),
+    /// What live values make: it is the same for all keys.
+    Live(Live),
+}
+
+/// An integer made of live values, as a factor.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Live {
+    pub value: Value,
+    /// What a unit of it counts.
+    pub unit: f64,
+    /// Where it lies, in units.
+    pub ends: [f64; 2],
+    /// Bound on what is wrong of it, in units.
+    pub error: f64,
 }
 
 impl Factor {
+    /// Each constant by itself; what live values make can only be scaled.
     pub fn map(self, f: impl Fn(f64) -> f64) -> Factor {
         match self {
             Factor::One(x) => Factor::One(f(x)),
             Factor::Either(c, x, y) => Factor::Either(c, f(x), f(y)),
+            Factor::Live(live) => Factor::Live(Live { unit: f(live.unit), ..live }),
         }
     }
 
@@ -44,6 +60,7 @@ impl Factor {
         match self {
             Factor::One(x) => [x, x],
             Factor::Either(_, x, y) => [x, y],
+            Factor::Live(live) => live.ends.map(|end| live.unit * end),
         }
     }
 
@@ -76,12 +93,27 @@ impl Lowerer<'_> {
             Node::Mul(a, b) => match (self.choice(a)?, self.choice(b)?) {
                 (_, Some(factor)) => (factor, Some(a)),
                 (Some(factor), _) => (factor, Some(b)),
-                _ => (Factor::One(1.0), Some(node)),
+                _ => match (self.live_factor(a, b)?, self.live_factor(b, a)?) {
+                    (Some(factor), _) => (factor, Some(b)),
+                    (_, Some(factor)) => (factor, Some(a)),
+                    _ => (Factor::One(1.0), Some(node)),
+                },
             },
             _ => self.choice(node)?.map_or((Factor::One(1.0), Some(node)), |factor| (factor, None)),
         };
         let operand = operand.map(|node| self.real(node)).transpose()?;
         Ok(Term { factor: factor.map(|f| c * f), operand, place: None })
+    }
+
+    /// What live values alone make, as a factor of something that varies by key and counts from zero.
+    fn live_factor(&mut self, node: NodeId, other: NodeId) -> Result<Option<Factor>, OpError> {
+        let (real, other) = (self.real(node)?, self.real(other)?);
+        if !self.b.is_shared(real.value) || self.b.is_shared(other.value) || real.offset != 0.0 || other.offset != 0.0 {
+            return Ok(None);
+        }
+        let range = self.b.range(real.value);
+        let ends = [range.low as f64, range.high as f64];
+        Ok(Some(Factor::Live(Live { value: real.value, unit: real.lsb, ends, error: real.error / real.lsb })))
     }
 
     /// `if condition then constant else constant`
@@ -246,13 +278,21 @@ impl Lowerer<'_> {
         {
             return (n <= self.headroom(value)).then_some(Way::Shift(n));
         }
+        let up = self.headroom(value);
+        if let Factor::Live(_) = gain {
+            // The word that it becomes is rounded, and may be a little more.
+            let is_word = |up: &i32| gain.largest() * exp2(-up) < 0.5 * HALF;
+            return (0..=up).find(is_word).map(|up| Way::Top { up, whole: 0.0 });
+        }
         if gain.largest() < HALF {
             return Some(Way::Top { up: 0, whole: 0.0 });
         }
-        let up = self.headroom(value);
+        if let Some(up) = (1..=up).find(|up| gain.largest() * exp2(-up) < HALF) {
+            return Some(Way::Top { up, whole: 0.0 });
+        }
         let moved = gain.map(|g| g * exp2(-up));
         let about = |whole: f64| moved.both().iter().all(|g| (g - whole).abs() < HALF);
-        [0.0, 1.0, -1.0].into_iter().find(|&whole| about(whole)).map(|whole| Way::Top { up, whole })
+        [1.0, -1.0].into_iter().find(|&whole| about(whole)).map(|whole| Way::Top { up, whole })
     }
 
     /// By how many places the value may be moved up.

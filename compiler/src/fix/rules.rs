@@ -4,7 +4,7 @@ use super::Lowerer;
 use super::commit::Writes;
 use super::export::{LoweredEvent, LoweredEventKind};
 use super::format::{self, exp2};
-use super::real::Scale;
+use super::real::{Scale, power_of_two};
 use crate::kernel::{Builder, Op, OpError, Range, Type, Value};
 use crate::model::{Action, EmissionId, Interval, PulseId, Rule, RuleKind};
 
@@ -256,11 +256,19 @@ impl Lowerer<'_> {
         let p = &self.step.model.pulses[pulse.0 as usize];
         let real = self.real(level)?;
         let (scale, range) = (self.units.scale_of_cell(p.level), self.cell_range(p.level));
-        let level = self.nearly(real, scale, range)?;
+        let real = match power_of_two(real.lsb / scale.lsb) {
+            Some(_) => real,
+            None => self.rescaled(real, scale.lsb)?,
+        };
+        // Where the present level is the larger one of levels below zero, they need no clamp of their own.
+        let is_as_fine = range.low == 0 && real.lsb <= scale.lsb;
+        let low = if is_as_fine { Type::I32.range().low } else { range.low };
+        let level = self.nearly(real, scale, Range { low, ..range })?;
         let now = self.cell(p.level)?.value;
         let larger = self.b.op(Op::Max, &[level, now])?;
         // A pulse at rest has the level 0, which is the larger one only of levels below.
-        let level = if range.low >= 0 {
+        let counts = self.counts(p.level);
+        let level = if !counts {
             larger
         } else {
             let (left, zero) = (self.pulse_left(pulse.0 as usize)?, self.constant(0)?);
@@ -268,7 +276,7 @@ impl Lowerer<'_> {
             self.b.op(Op::Select, &[runs, larger, level])?
         };
         writes.cells.insert(p.level.0, level);
-        let ticks = self.b.constant(Type::I32, i64::from(p.ticks))?;
+        let ticks = if counts { self.constant(p.ticks.into())? } else { self.b.op(Op::Tick(p.ticks), &[])? };
         writes.pulse_left.insert(pulse.0, ticks);
         Ok(())
     }

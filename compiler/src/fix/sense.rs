@@ -1,10 +1,12 @@
 //! Sensed values: the word as accepted, and its differentiators, exact in integers and in O(1).
 //!
-//! Over the window `w_-m .. w_m` (oldest first, N = 2m + 1) up to three sums are kept, centred, so that two of them are what is
-//! asked for: `S = sum w_j`, `D = sum j w_j`, `E = sum p_j w_j` with `p_j = j^2 - m(m+1)/3`. When `w` enters and `o` leaves,
+//! Over the window `w_-m .. w_m` (oldest first, N = 2m + 1) up to three sums tell all: `S = sum w_j`, `D = sum j w_j`,
+//! `E = sum p_j w_j` with `p_j = j^2 - m(m+1)/3`. Where it fits a word, `F = E + D - 2/3 m(m+1) S` is kept instead of E, because its
+//! recursion is one subtraction. When `w` enters and `o` leaves,
 //!
 //! ```text
-//!   D' <- D - S + (m+1)(o + w) - w      E' <- E - (D + D') + 2/3 m(m+1) (w - o)      S' <- S + (w - o)
+//!   S' <- (S + w) - o      D' <- D - (S + w) + (m+1)(o + w)      F' <- F - 2 D      E' = F' - D' + 2/3 m(m+1) S'
+//!                                                            or  E' <- E - (D + D') + 2/3 m(m+1) (w - o)
 //! ```
 //!
 //! The slope of the least-squares line is `D / sum j^2` per tick, the second derivative of the least-squares parabola
@@ -50,8 +52,10 @@ struct Sum {
 struct Window {
     line: u32,
     weights: Weights,
-    /// S, D and, where x'' is used, E.
+    /// S, D and, where x'' is used, E or F.
     sums: Vec<Sum>,
+    /// Where F is kept: where E stays.
+    bend: Option<Range>,
 }
 
 /// The integers that belong to a window of N = 2m + 1 ticks.
@@ -88,16 +92,20 @@ impl Weights {
         (all().map(|j| j * j).sum(), all().map(|j| self.bend(j) * self.bend(j)).sum())
     }
 
-    /// Where S, D and E stay, and how large their recursions may get on the way.
-    fn reaches(self, accepted: Range) -> [(Range, i64); 3] {
+    /// Where S, D and E stay, and how large their recursions may get on the way; of F, and of E made of it, in the last place.
+    fn reaches(self, accepted: Range) -> [(Range, i64); 4] {
         let (width, around) = (accepted.high - accepted.low, |reach: i64| Range::new(-reach, reach));
         let slope = width * (1..=self.m).sum::<i64>();
         let bend = width * (-self.m..=self.m).map(|j| self.bend(j)).filter(|p| *p > 0).sum::<i64>();
         let all = Range::new(accepted.low * self.ticks(), accepted.high * self.ticks());
+        let other = self.third * slope + bend;
+        let kept = Range::new(-other - self.step() * all.high, other - self.step() * all.low);
+        let most = kept.low.abs().max(kept.high.abs());
         [
-            (all, all.high + width),
+            (all, all.high + accepted.high),
             (around(slope), slope + all.high + (2 * self.m + 3) * accepted.high),
             (around(bend), bend + 2 * self.third * slope + self.step() * width),
+            (kept, most + 3 * self.third * slope + self.step() * all.high),
         ]
     }
 }
@@ -154,21 +162,30 @@ impl Lowerer<'_> {
         let weights = Weights::new(sense.window);
         let line = self.b.line(&format!("{}.history", sense.name), sense.window, accepted);
         self.b.effect(Op::Fill(line), &[first])?;
+        let [total, slope, bend, kept] = weights.reaches(accepted);
+        let keeps = kept.1 <= Type::I32.range().high;
+        let third = curvature.then_some(if keeps { kept } else { bend });
         let mut sums = Vec::new();
-        for (power, (range, through)) in
-            weights.reaches(accepted).into_iter().enumerate().take(2 + usize::from(curvature))
-        {
+        for (power, (range, through)) in [total, slope].into_iter().chain(third).enumerate() {
             let ty = if through <= Type::I32.range().high { Type::I32 } else { Type::I64 };
             let init = 0.clamp(range.low, range.high);
             let cell = self.b.cell(&format!("{}.s{power}", sense.name), ty, range, init);
             sums.push(Sum { cell, ty, range });
         }
-        // Of equal words the centred sums are nothing, as declared.
-        let total = self.b.constant(sums[0].ty, weights.ticks())?;
-        let first = self.typed(first, sums[0].ty)?;
-        let start = self.b.op(Op::Mul, &[first, total])?;
-        self.b.effect(Op::Set(sums[0].cell), &[start])?;
-        Ok(Some(Window { line, weights, sums }))
+        // Of equal words D and E are nothing, as declared.
+        self.start(sums[0], first, weights.ticks())?;
+        if let Some(&third) = sums.get(2).filter(|_| keeps) {
+            self.start(third, first, -weights.step() * weights.ticks())?;
+        }
+        Ok(Some(Window { line, weights, sums, bend: keeps.then_some(bend.0) }))
+    }
+
+    /// A sum's first value, so many times the first word.
+    fn start(&mut self, sum: Sum, first: Value, times: i64) -> Result<(), OpError> {
+        let times = self.b.constant(sum.ty, times)?;
+        let first = self.typed(first, sum.ty)?;
+        let start = self.b.op(Op::Mul, &[first, times])?;
+        self.b.effect(Op::Set(sum.cell), &[start])
     }
 
     /// Reads the words of this tick and updates the differentiators.
@@ -208,28 +225,39 @@ impl Lowerer<'_> {
 
     fn differentiate(&mut self, index: usize, word: Value) -> Result<(), OpError> {
         let Some(window) = &self.inputs.senses[index].window else { return Ok(()) };
-        let (line, weights, sums) = (window.line, window.weights, window.sums.clone());
+        let (line, weights, sums, kept) = (window.line, window.weights, window.sums.clone(), window.bend);
         let oldest = self.b.op(Op::Delay(line, weights.ticks() as u32), &[])?;
         let mut before = Vec::new();
         for sum in &sums {
             before.push(self.b.op(Op::Get(sum.cell), &[])?);
         }
-        let change = self.b.op(Op::Sub, &[word, oldest])?;
-        let all = self.accumulate(sums[0].ty, before[0], change, 1)?;
-        self.stored_sum(sums[0], all)?;
+        let more = self.accumulate(sums[0].ty, before[0], word, 1)?;
+        let all = self.accumulate(sums[0].ty, more, oldest, -1)?;
+        let all = self.stored_sum(sums[0], all)?;
 
         let ty = sums[1].ty;
         let both = self.b.op(Op::Add, &[oldest, word])?;
-        let moved = self.accumulate(ty, before[1], before[0], -1)?;
-        let moved = self.accumulate(ty, moved, word, -1)?;
+        let moved = self.accumulate(ty, before[1], more, -1)?;
         let slope = self.accumulate(ty, moved, both, weights.m + 1)?;
         let slope = self.stored_sum(sums[1], slope)?;
         let mut bend = None;
         if let Some(&third) = sums.get(2) {
-            let twice = self.accumulate(third.ty, before[1], slope, 1)?;
-            let moved = self.accumulate(third.ty, before[2], twice, -weights.third)?;
-            let moved = self.accumulate(third.ty, moved, change, weights.step())?;
-            bend = Some(self.stored_sum(third, moved)?);
+            bend = Some(match kept {
+                Some(range) => {
+                    let kept = self.accumulate(third.ty, before[2], before[1], -2 * weights.third)?;
+                    let kept = self.stored_sum(third, kept)?;
+                    let moved = self.accumulate(third.ty, kept, slope, -weights.third)?;
+                    let moved = self.accumulate(third.ty, moved, all, weights.step())?;
+                    self.b.op(Op::Assume(range.low, range.high), &[moved])?
+                }
+                None => {
+                    let change = self.b.op(Op::Sub, &[word, oldest])?;
+                    let twice = self.accumulate(third.ty, before[1], slope, 1)?;
+                    let moved = self.accumulate(third.ty, before[2], twice, -weights.third)?;
+                    let moved = self.accumulate(third.ty, moved, change, weights.step())?;
+                    self.stored_sum(third, moved)?
+                }
+            });
         }
         self.slope_and_curvature(index, weights, slope, bend)
     }

@@ -109,6 +109,7 @@ pub(super) fn choose(step: &Step, ranges: &Ranges, scales: Scales) -> Units {
     chooser.ties();
     chooser.coarsen_states();
     chooser.widen();
+    chooser.coarsen_pulses(ranges);
     let unit = |place| Scale::plain(chooser.unit(place));
     let (nodes, cells) = (step.model.dag.len(), step.model.cells.len());
     let mut units = Units { nodes: (0..nodes).map(unit).collect(), cells: (nodes..nodes + cells).map(unit).collect() };

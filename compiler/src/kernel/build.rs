@@ -45,13 +45,30 @@ pub struct Builder {
     origin: Option<u32>,
     /// By value: whether a choice is part of it.
     decided: Vec<bool>,
+    /// By value: what other values than constants it is made of.
+    made_of: Vec<MadeOf>,
+}
+
+/// What other values than constants a value is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum MadeOf {
+    Nothing,
+    Live,
+    Others,
 }
 
 impl Builder {
     /// A kernel without declarations; instructions go to `init` first.
     pub fn new(name: &str, rate_hz: u32) -> Builder {
         let kernel = Kernel { name: name.to_string(), rate_hz, ..Kernel::default() };
-        Builder { kernel, scopes: vec![Scope::default()], in_tick: false, origin: None, decided: Vec::new() }
+        Builder {
+            kernel,
+            scopes: vec![Scope::default()],
+            in_tick: false,
+            origin: None,
+            decided: Vec::new(),
+            made_of: Vec::new(),
+        }
     }
 
     /// Instructions from here on are made for this place of the source; gives the place before.
@@ -93,6 +110,11 @@ impl Builder {
     /// Whether a choice made in this tick is part of the value.
     pub fn is_decided(&self, value: Value) -> bool {
         self.decided.get(value.0 as usize).copied().unwrap_or(false)
+    }
+
+    /// Whether a value is made of live values and constants alone, so that all keys have the same.
+    pub fn is_shared(&self, value: Value) -> bool {
+        self.made_of.get(value.0 as usize) == Some(&MadeOf::Live)
     }
 
     /// Adds an instruction and gives its result.
@@ -229,6 +251,12 @@ impl Builder {
         }
         let result = self.define(info);
         self.decided[result.0 as usize] = op == Op::Select || args.iter().any(|arg| self.is_decided(*arg));
+        self.made_of[result.0 as usize] = match op {
+            Op::Const(_) => MadeOf::Nothing,
+            Op::Live(_) | Op::Tick(_) => MadeOf::Live,
+            _ if args.is_empty() || !pure => MadeOf::Others,
+            _ => args.iter().map(|arg| self.made_of[arg.0 as usize]).max().unwrap_or(MadeOf::Others),
+        };
         self.push(Inst { op, args: args.to_vec(), results: vec![result], regions: Vec::new(), origin: self.origin });
         if pure && let Some(scope) = self.scopes.last_mut() {
             scope.known.insert(key, result);
@@ -239,6 +267,7 @@ impl Builder {
     fn define(&mut self, info: ValueInfo) -> Value {
         self.kernel.values.push(info);
         self.decided.push(false);
+        self.made_of.push(MadeOf::Others);
         Value(self.kernel.values.len() as u32 - 1)
     }
 

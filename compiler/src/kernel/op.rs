@@ -122,6 +122,8 @@ pub enum Transfer {
     Equal,
     /// The range that what the immediate names declares.
     Declared,
+    /// All that its type holds.
+    All,
     /// What the operand's range and the two immediates have in common.
     Assumed,
     /// Smallest and largest entry of the table within the interval of the index.
@@ -263,6 +265,8 @@ operators! {
     Out(i: u32 Output)   "out"    (Own ->)       WritesOnce   None     Writes(|k, [i, _], v| k.output(i, v[0]));
     /// A live value.
     Live(i: u32 Live)    "live"   (-> Own)       Pure         Declared Reads(|k, [i, _], _| k.live(i));
+    /// The number of the tick that comes so many ticks later, its low word.
+    Tick(n: u32 Number)  "tick"   (-> I32)       Pure         All      Reads(|k, [n, _], _| k.tick(n));
     /// A constant of the key.
     Keyed(i: u32 Keyed)  "keyed"  (-> Own)       Pure         Declared Reads(|k, [i, _], _| k.keyed(i));
     /// Word 0 of a cell, as stored now.

@@ -1,6 +1,6 @@
 //! What code costs, roughly: cycles of a Cortex-M33 for each operator, to compare one way of making code with another.
 //!
-//! The exact count is made of final bytes. Here constants are free, as is what instructions do besides (a product's upper
+//! The exact count is made of final bytes. Here small constants are free, as is what instructions do besides (a product's upper
 //! word, an accumulator), and results are assumed to be there in time.
 
 use super::graph::{Graph, Id, Kind};
@@ -8,6 +8,9 @@ use crate::kernel::{Inst, Op, Type, Value};
 
 /// Cycles of a decision: compare, branch.
 pub const BRANCH: u32 = 2;
+
+/// Constants up to this are part of instructions; others are loaded.
+const IMMEDIATE: u64 = 4095;
 
 /// Cycles of an operator whose operands have this type.
 pub fn of(op: Op, ty: Type) -> u32 {
@@ -34,7 +37,7 @@ pub fn of(op: Op, ty: Type) -> u32 {
         Op::Select => 2 + wide,
         Op::DivRound(_) => 40,
         Op::Sqrt => 100,
-        Op::In(_) | Op::Live(_) | Op::Keyed(_) | Op::Get(_) | Op::Set(_) | Op::Delay(..) => 1 + wide,
+        Op::In(_) | Op::Live(_) | Op::Tick(_) | Op::Keyed(_) | Op::Get(_) | Op::Set(_) | Op::Delay(..) => 1 + wide,
         Op::Out(_) | Op::Push(_) | Op::Fill(_) => 1,
         Op::GetAt(_) | Op::SetAt(_) | Op::Lookup(_) => 2 + wide,
         Op::Emit(_) => 12,
@@ -46,6 +49,7 @@ pub fn of(op: Op, ty: Type) -> u32 {
 pub(super) fn of_node(graph: &Graph, id: Id) -> u32 {
     match graph.kind(id) {
         Kind::Start | Kind::Result(_) => 0,
+        Kind::Op(Op::Const(k)) => u32::from(k.unsigned_abs() > IMMEDIATE),
         Kind::Op(op) => {
             let ty = graph.args(id).last().map_or(graph.ty(id), |arg| graph.ty(*arg));
             of(op, ty)

@@ -206,6 +206,12 @@ impl<'a, 'k> Gains<'a, 'k> {
         saved[0].min(saved[1]).saturating_sub(cost::BRANCH)
     }
 
+    /// The same on the cheaper side.
+    pub fn of_cheaper(&mut self, place: usize) -> u32 {
+        let saved = [true, false].map(|holds| self.saved(place, holds));
+        saved[0].max(saved[1]).saturating_sub(cost::BRANCH)
+    }
+
     /// Cycles saved where it holds, or where it does not.
     fn saved(&mut self, place: usize, holds: bool) -> u32 {
         let mut gone = std::mem::take(&mut self.lists.gone);

@@ -97,7 +97,7 @@ pub(super) fn reach(
     let mut reach = Reach { kernel: graph.kernel, discrete, modes: Vec::new(), open: Vec::new(), again: Vec::new() };
     reach.enter(start);
     let (fold, lists) = (Fold::default(), Lists::default());
-    let mut grower = Grower { graph, discrete, leaves, fold, lists, worth: 3, depth: 0 };
+    let mut grower = Grower { graph, discrete, leaves, fold, lists, worth: 2, promising: 3, depth: 0 };
     while let Some(at) = reach.open.pop().or_else(|| reach.again.pop()) {
         let others: usize = reach.modes.iter().map(|mode| mode.tree.as_ref().map_or(0, Tree::leaves)).sum();
         grower.leaves = leaves.checked_sub(others).ok_or(TooBig)?;

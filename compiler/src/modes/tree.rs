@@ -1,6 +1,7 @@
 //! The decisions of one mode: at every node of the tree one condition is decided, and both ways are folded anew under what
 //! that says; at a leaf the next mode is known.
 
+use super::cost;
 use super::fold::{Fold, Path};
 use super::gain::{Asking, Gains, Lists};
 use super::graph::{Graph, Id, Kind};
@@ -45,6 +46,8 @@ pub(super) struct Grower<'a, 'k> {
     pub lists: Lists,
     /// Cycles that a decision must save which does not tell the next mode.
     pub worth: u32,
+    /// Cycles that a condition must seem to save on its cheaper side to be tried out.
+    pub promising: u32,
     /// How many decisions the way so far has.
     pub depth: usize,
 }
@@ -83,7 +86,8 @@ impl Grower<'_, '_> {
     /// The tree for a folded tick.
     fn grow_on(&mut self, path: Rc<Path>, tick: Tick) -> Result<Option<Tree>, TooBig> {
         let roots = tick.roots();
-        let Some(condition) = self.choose(&tick, &roots) else { return self.leaf(path, tick).map(Some) };
+        let chosen = self.choose(&tick, &roots).or_else(|| self.choose_by_trial(&path, &roots));
+        let Some(condition) = chosen else { return self.leaf(path, tick).map(Some) };
         let if_yes = path.on(self.graph, &self.fold, condition, true);
         let if_no = path.on(self.graph, &self.fold, condition, false);
         // Both ways are decided by the same.
@@ -163,6 +167,34 @@ impl Grower<'_, '_> {
         let others: Vec<Id> = gains.compared_alike(best, |must, gain| must || gain >= worth);
         let middle = others.get(others.len() / 2).copied().unwrap_or(best);
         Some(if others.len() > 1 { middle } else { gains.most_shared(best) })
+    }
+
+    /// Where nothing is left that pays by itself: the condition that saves most once both ways are folded under what it tells of
+    /// ranges, such as that of two limits one is never met; none if none pays.
+    fn choose_by_trial(&mut self, path: &Path, roots: &[Id]) -> Option<Id> {
+        let mut gains = Gains::new(self.graph, &mut self.lists, roots, &[]);
+        let mut promising = gains.in_order();
+        promising.retain(|at| gains.of_cheaper(*at) >= self.promising);
+        let promising: Vec<Id> = promising.into_iter().map(|at| gains.asking(at).condition).collect();
+        if promising.is_empty() {
+            return None;
+        }
+        let now = cost::of_all(self.graph, roots);
+        let mut best: Option<(u32, Id)> = None;
+        for condition in promising {
+            let sides = [true, false].map(|holds| {
+                let side = path.on(self.graph, &self.fold, condition, holds)?;
+                let nodes = self.fold.nodes(self.graph, &side, roots);
+                let found = self.fold.try_run(self.graph, &side, roots, &nodes)?;
+                Some(cost::of_all(self.graph, &found.roots))
+            });
+            let [Some(yes), Some(no)] = sides else { continue };
+            let saved = now.saturating_sub(yes.max(no) + cost::BRANCH);
+            if saved >= self.worth && best.is_none_or(|(most, _)| saved > most) {
+                best = Some((saved, condition));
+            }
+        }
+        best.map(|(_, condition)| condition)
     }
 
     /// Bools that tell the class of a cell at the end.

@@ -10,6 +10,7 @@
 use std::sync::OnceLock;
 
 use super::frame::FREE;
+use super::path::Cycles;
 use super::v6m::LOST;
 use super::vcode::{Block, Code, Edge, End, Func, Half, Reg, Role};
 use regalloc2::checker::Checker;
@@ -27,7 +28,7 @@ pub(super) struct Placed {
     pub end: End,
     pub rounds: Option<u32>,
     /// Its cycles, once somebody has asked `path` for them.
-    pub cycles: OnceLock<u64>,
+    pub cycles: OnceLock<Cycles>,
 }
 
 /// An instruction with registers, in its shortest encoding.

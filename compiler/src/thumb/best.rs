@@ -10,7 +10,7 @@ use super::literal::Literals;
 use super::select::Select;
 use super::shared::Shared;
 use super::vcode::Func;
-use super::{ThumbError, path, reorder, schedule, v6m};
+use super::{ThumbError, hoist, path, reorder, schedule, v6m};
 use crate::kernel::Kernel;
 use crate::modes::Modes;
 use crate::parallel;
@@ -59,6 +59,9 @@ struct Made {
 const TRIES: usize = 16;
 /// So many are tried at once: what comes next if those before do not change which mode is the dearest.
 const AHEAD: usize = 2;
+
+/// Modes that are so many cycles below the dearest are made as well as that one.
+const CLOSE: u64 = 3;
 
 /// The code of all modes.
 pub(super) fn modes(
@@ -125,9 +128,12 @@ fn standing(all: &[Made]) -> Vec<(u64, usize)> {
 
 /// The dearest mode, with its way that is to be tried; none if there is no other.
 fn dearest(standing: &[(u64, usize)]) -> Option<(usize, usize)> {
+    let most = standing.iter().map(|(cycles, _)| *cycles).max()?;
+    // What comes close may be dearer once it has addresses.
+    let is_open = |(_, (cycles, tried)): &(usize, &(u64, usize))| *tried < WAYS.len() && cycles + CLOSE >= most;
     let by_cycles = |(index, (cycles, _)): &(usize, &(u64, usize))| (*cycles, std::cmp::Reverse(*index));
-    let (index, (_, tried)) = standing.iter().enumerate().max_by_key(by_cycles)?;
-    (*tried < WAYS.len()).then_some((index, *tried))
+    let (index, (_, tried)) = standing.iter().enumerate().filter(is_open).max_by_key(by_cycles)?;
+    Some((index, *tried))
 }
 
 /// What is tried next, and then, as long as none of it helps.
@@ -190,5 +196,6 @@ fn made(func: Func, alive: Option<usize>, core: &Core) -> Result<(Allocated, u64
 /// The same in a better order; gives its cycles.
 fn ordered(code: &mut Allocated, core: &Core) -> u64 {
     reorder::reorder(code, core);
+    hoist::hoist(code, core);
     path::longest(code, core)
 }

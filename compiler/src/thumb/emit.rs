@@ -165,10 +165,15 @@ struct Places {
 
 fn places(items: &[Item], sizes: &[u32], labels: usize) -> Places {
     let mut places = Places { labels: vec![0; labels], items: Vec::with_capacity(items.len()) };
-    let mut at = 0_u32;
-    for (item, size) in items.iter().zip(sizes) {
-        if matches!(item, Item::Function { .. }) {
+    let (mut at, mut leads_on) = (0_u32, true);
+    for (index, (item, size)) in items.iter().zip(sizes).enumerate() {
+        // Where only branches lead, a long instruction that does not begin at a word would cost them a cycle.
+        let is_target = !leads_on && matches!(item, Item::Label(_) | Item::Loop { .. });
+        if matches!(item, Item::Function { .. }) || is_target && is_long(&items[index..], &sizes[index..]) {
             at = at.next_multiple_of(4);
+        }
+        if *size > 0 {
+            leads_on = !matches!(item, Item::Branch { cond: None, .. } | Item::Indirect { .. });
         }
         if let Item::Label(label) = item {
             places.labels[*label] = at;
@@ -177,6 +182,12 @@ fn places(items: &[Item], sizes: &[u32], labels: usize) -> Places {
         at += size;
     }
     places
+}
+
+/// Whether the next instruction takes two halfwords.
+fn is_long(items: &[Item], sizes: &[u32]) -> bool {
+    let between = |item: &&Item| matches!(item, Item::Label(_) | Item::Loop { .. });
+    sizes.get(items.iter().take_while(between).count()) == Some(&4)
 }
 
 /// Widens the branches that do not reach; whether there were any.

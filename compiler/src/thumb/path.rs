@@ -1,23 +1,37 @@
 //! About how many cycles the longest way through a function takes: the measure by which orders of instructions are chosen.
 //!
-//! A block is counted by `isa::timing` from an empty pipeline; ends cost a taken branch. What holds for final bytes is found by
-//! `budget`, not here.
+//! A block is counted by `isa::timing` from an empty pipeline, its end as one that leads on to the next block; the shorter one of two
+//! ways is branched to. What holds for final bytes is found by `budget`, not here.
 
 use super::allocate::{Allocated, Placed};
-use super::emit::finish;
-use super::vcode::End;
+use super::emit::{branch, finish};
+use super::vcode::{End, template};
+use whippen_isa::reg::LR;
 use whippen_isa::timing::{Core, Outcome, Pipe};
+use whippen_isa::{Inst, Op};
+
+/// Cycles of a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Cycles {
+    /// With its end, which is a branch that is not taken if it is a decision.
+    pub on: u64,
+    /// What the branch costs more where it is taken.
+    pub taken: u64,
+}
 
 /// The same without folding, which is fast and a little more.
 pub(super) fn roughly(func: &Allocated, core: &Core) -> u64 {
     let cycles = |block: &Placed| {
+        let taken = u64::from(matches!(block.end, End::Branch { .. }));
         let mut pipe = Pipe::default();
         let issue = |fixed: &super::allocate::Fixed| {
             let (next, cost) = core.issue(pipe, &core.prepare(&fixed.inst), 0, &Outcome::NEXT);
             pipe = next;
             u64::from(cost.cycles())
         };
-        block.code.iter().map(issue).sum::<u64>() + end(block)
+        let on =
+            block.code.iter().map(issue).sum::<u64>() + if matches!(block.end, End::Jump(_)) { 0 } else { 2 - taken };
+        Cycles { on, taken }
     };
     below(func, func.blocks.iter().map(cycles).collect()).first().copied().unwrap_or(0)
 }
@@ -29,22 +43,29 @@ pub(super) fn longest(func: &Allocated, core: &Core) -> u64 {
 
 /// Cycles of the longest way from each block on.
 pub(super) fn from_each(func: &Allocated, core: &Core) -> Vec<u64> {
-    let cycles = |block: &Placed| *block.cycles.get_or_init(|| block_cycles(block, core));
-    below(func, func.blocks.iter().map(cycles).collect())
+    below(func, func.blocks.iter().map(|block| of_block(block, core)).collect())
 }
 
 /// The longest way from each block on, given the cycles of each.
-fn below(func: &Allocated, mut cycles: Vec<u64>) -> Vec<u64> {
-    // Loops are short and rare: their rounds are charged to their heads.
-    for (block, cycles) in func.blocks.iter().zip(&mut cycles) {
-        *cycles *= u64::from(block.rounds.unwrap_or(1));
-    }
+fn below(func: &Allocated, of_blocks: Vec<Cycles>) -> Vec<u64> {
+    let mut cycles = vec![0; of_blocks.len()];
     // Blocks follow those that lead to them, but for the way back in a loop, which does not count.
-    for block in (0..cycles.len()).rev() {
-        let below = func.blocks[block].end.targets().into_iter().filter(|to| *to > block).map(|to| cycles[to]);
-        cycles[block] += below.max().unwrap_or(0);
+    for (block, own) in of_blocks.into_iter().enumerate().rev() {
+        // Loops are short and rare: their rounds are charged to their heads.
+        let rounds = u64::from(func.blocks[block].rounds.unwrap_or(1));
+        cycles[block] = rounds * own.on + longer(&func.blocks[block].end, block, own.taken, &cycles);
     }
     cycles
+}
+
+/// The longer one of the ways on from a block. Only one of two can be what follows; the other one is branched to, which costs so
+/// much more.
+pub(super) fn longer(end: &End, block: usize, taken: u64, cycles: &[u64]) -> u64 {
+    let below: Vec<u64> = end.targets().into_iter().filter(|to| *to > block).map(|to| cycles[to]).collect();
+    match below[..] {
+        [first, second] => first.max(second).max(first.min(second) + taken),
+        _ => below.first().copied().unwrap_or(0),
+    }
 }
 
 /// Cycles of the longest way through each block.
@@ -53,14 +74,20 @@ pub(super) fn through_each(func: &Allocated, core: &Core) -> Vec<u64> {
     let mut above = vec![0; func.blocks.len()];
     for block in 0..func.blocks.len() {
         let targets: Vec<usize> = func.blocks[block].end.targets().into_iter().filter(|to| *to > block).collect();
-        let own = below[block] - targets.iter().map(|to| below[*to]).max().unwrap_or(0);
+        let taken = of_block(&func.blocks[block], core).taken;
+        let own = below[block] - longer(&func.blocks[block].end, block, taken, &below);
         let here = above[block] + own;
         targets.into_iter().for_each(|to| above[to] = here.max(above[to]));
     }
     above.iter().zip(below).map(|(above, below)| above + below).collect()
 }
 
-fn block_cycles(block: &Placed, core: &Core) -> u64 {
+/// Cycles of a block.
+pub(super) fn of_block(block: &Placed, core: &Core) -> Cycles {
+    *block.cycles.get_or_init(|| block_cycles(block, core))
+}
+
+fn block_cycles(block: &Placed, core: &Core) -> Cycles {
     let mut code = block.code.iter().map(|fixed| (fixed.inst, None, None)).collect();
     finish(&mut code, core.arch, matches!(block.end, End::Branch { .. }));
     let (mut pipe, mut at, mut sum) = (Pipe::default(), 0, 0);
@@ -68,13 +95,16 @@ fn block_cycles(block: &Placed, core: &Core) -> u64 {
         let (next, cost) = core.issue(pipe, &core.prepare(inst), at, &Outcome::NEXT);
         (pipe, at, sum) = (next, at + inst.size(), sum + u64::from(cost.cycles()));
     }
-    sum + end(block)
-}
-
-fn end(block: &Placed) -> u64 {
+    let cycles = |inst: &Inst, way: &Outcome| u64::from(core.issue(pipe, &core.prepare(inst), at, way).1.cycles());
+    let taken = Outcome::taken(0, false);
     match block.end {
-        End::Jump(_) => 0,
-        End::Branch { .. } => 1,
-        End::Next(_) | End::InitDone => 2,
+        End::Jump(_) => Cycles { on: sum, taken: 0 },
+        End::Branch { cond, .. } => {
+            let branch = branch(Some(cond), false, 0);
+            let on = cycles(&branch, &Outcome::NEXT);
+            Cycles { on: sum + on, taken: cycles(&branch, &taken).saturating_sub(on) }
+        }
+        End::Next(_) => Cycles { on: sum + cycles(&Inst { m: LR, ..template(Op::BX) }, &taken), taken: 0 },
+        End::InitDone => Cycles { on: sum + 2, taken: 0 },
     }
 }

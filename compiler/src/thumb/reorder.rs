@@ -14,7 +14,9 @@ mod measure;
 use std::sync::OnceLock;
 
 use super::allocate::{Allocated, Fixed, Placed};
+use super::hoist::{live_behind, live_in};
 use super::path;
+use super::spread::spread;
 use super::vcode::{Access, Place};
 use measure::Measure;
 use whippen_isa::reg::SP;
@@ -32,15 +34,28 @@ const TRIES: usize = 4000;
 pub(super) fn reorder(func: &mut Allocated, core: &Core) {
     let through = path::through_each(func, core);
     let longest = through.iter().copied().max().unwrap_or(0);
-    for (block, through) in func.blocks.iter_mut().zip(through) {
+    let live = live_in(func, core);
+    let behind: Vec<u32> = func.blocks.iter().map(|block| live_behind(block, &live, core)).collect();
+    for ((block, through), behind) in func.blocks.iter_mut().zip(through).zip(behind) {
         if SHORT.1 * through < SHORT.0 * longest {
             continue;
         }
-        let better = Order::new(block, core).improved();
-        let ordered: Vec<Fixed> = better.iter().map(|at| block.code[*at]).collect();
-        debug_assert!(check::same(&block.code, &ordered), "an order changes what is computed");
-        (block.code, block.cycles) = (ordered, OnceLock::new());
+        let mut best = ordered(block, core);
+        if let Some(code) = spread(block, behind, core) {
+            let other = ordered(&Placed { code, ..block.clone() }, core);
+            best = if other.1 < best.1 { other } else { best };
+        }
+        (block.code, block.cycles) = (best.0, OnceLock::new());
     }
+}
+
+/// The code in a better order, and twice its cycles.
+fn ordered(block: &Placed, core: &Core) -> (Vec<Fixed>, u32) {
+    let mut order = Order::new(block, core);
+    order.improve();
+    let ordered: Vec<Fixed> = order.order.iter().map(|at| block.code[*at]).collect();
+    debug_assert!(check::same(&block.code, &ordered), "an order changes what is computed");
+    (ordered, order.cycles)
 }
 
 /// What instructions read and write besides values.
@@ -105,14 +120,14 @@ impl Order {
         Order { measure, before, after, place: order.clone(), order, cycles, tries: 0 }
     }
 
-    fn improved(mut self) -> Vec<usize> {
+    fn improve(&mut self) {
         loop {
             let cycles = self.cycles;
             for at in 0..self.order.len() {
                 self.move_one(at);
             }
             if self.cycles == cycles || self.tries >= TRIES {
-                return self.order;
+                return;
             }
         }
     }

@@ -160,7 +160,7 @@ impl<'a> Select<'a> {
                 End::Next(_) => {}
             }
         }
-        select.waiting = keep::waiting(mode, &select.used);
+        select.waiting = keep::waiting(mode, &select.used, kernel.cells.len());
         select.again = again::loads(kernel, mode, &select.waiting);
         mode.blocks.iter().for_each(|block| select.mark_compared(&block.insts));
         select.blocks(mode);
@@ -339,13 +339,21 @@ impl<'a> Select<'a> {
             (Op::And | Op::Or | Op::Not, _) => self.logic(inst.op, &inst.args),
             (Op::Select, _) if self.waits_for_store(inst) => Bound::Nothing,
             (Op::Select, ty) => self.select(ty, &inst.args),
-            (Op::Get(_) | Op::Live(_) | Op::Keyed(_), _) if self.again[result.0 as usize] => {
+            (Op::Get(_) | Op::Live(_) | Op::Tick(_) | Op::Keyed(_), _) if self.again[result.0 as usize] => {
                 Bound::Again(inst.op, result)
             }
             (Op::Shl(_) | Op::Sar(_), Type::I32) if self.repeats(inst, result) => Bound::Again(inst.op, inst.args[0]),
-            (Op::In(_) | Op::Live(_) | Op::Keyed(_) | Op::Get(_) | Op::GetAt(_) | Op::Delay(..) | Op::Lookup(_), _) => {
-                self.read(inst.op, &inst.args)
-            }
+            (
+                Op::In(_)
+                | Op::Live(_)
+                | Op::Tick(_)
+                | Op::Keyed(_)
+                | Op::Get(_)
+                | Op::GetAt(_)
+                | Op::Delay(..)
+                | Op::Lookup(_),
+                _,
+            ) => self.read(inst.op, &inst.args),
             (Op::DivRound(n), _) => Bound::One(self.div_round(inst.args[0], inst.args[1], n)),
             (Op::Sqrt, _) => Bound::One(self.root(inst.args[0])),
             (Op::Narrow, _) => self.narrow(inst.args[0]),

@@ -1,4 +1,4 @@
-//! What depends on live values and constants alone is the same for all keys: it is computed once a tick, at its entry.
+//! What depends on live values, the tick's number and constants alone is the same for all keys: it is computed once a tick, at its entry.
 //!
 //! ```text
 //!   mode:   v9 = add (live 0) 4;  v10 = div_round 1 v9;  .. v10 ..      entry of the tick:  live 3 = div_round 1 (add (live 0) 4)
@@ -41,7 +41,7 @@ pub(super) fn share(modes: &Modes) -> (Cow<'_, Modes>, Shared) {
 /// Whether it is worth a word of memory and a load.
 fn is_dear(op: Op) -> bool {
     let sum = matches!(op, Op::Add | Op::Sub | Op::MacTop | Op::MacWide | Op::Min | Op::Max | Op::Select);
-    sum || matches!(op, Op::Mul | Op::MulWide | Op::MulTop | Op::DivRound(_) | Op::Sqrt)
+    sum || matches!(op, Op::Tick(1..)) || matches!(op, Op::Mul | Op::MulWide | Op::MulTop | Op::DivRound(_) | Op::Sqrt)
 }
 
 /// Which values of a mode depend on live values alone.
@@ -99,7 +99,8 @@ impl<'m> Scan<'m> {
     }
 
     fn is_alone(&self, inst: &Inst) -> bool {
-        let computes = matches!(inst.op.row().meaning, Meaning::Exact(_)) || matches!(inst.op, Op::Live(_));
+        let reads = matches!(inst.op, Op::Live(_) | Op::Tick(_));
+        let computes = reads || matches!(inst.op.row().meaning, Meaning::Exact(_));
         computes && inst.regions.is_empty() && inst.args.iter().all(|arg| self.made[arg.0 as usize].is_some())
     }
 
@@ -107,7 +108,7 @@ impl<'m> Scan<'m> {
         let any = |of: &[bool]| inst.args.iter().any(|arg| of[arg.0 as usize]);
         let (live, dear) = (any(&self.live), any(&self.dear));
         let at = inst.results[0].0 as usize;
-        self.live[at] = live || matches!(inst.op, Op::Live(_));
+        self.live[at] = live || matches!(inst.op, Op::Live(_) | Op::Tick(_));
         self.dear[at] = dear || is_dear(inst.op);
         self.made[at] = Some(inst);
     }

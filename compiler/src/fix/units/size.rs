@@ -1,11 +1,14 @@
 //! Units made coarser where that pays: states that must not drift, and sums of which a term would be value and product.
 
 use super::ties::Chooser;
-use crate::fix::format::exp2;
+use crate::fix::format::{TOP, exp2};
 use crate::fix::linear::HALF;
 use crate::fix::real::power_of_two;
-use crate::model::{CellId, CellKind, Node, NodeId};
+use crate::model::{Action, CellId, CellKind, Node, NodeId};
+use crate::range::Ranges;
 
+/// Bits of a pulse's level, at least.
+const FINE: i32 = 18;
 /// So many bits of a state may be given up for the sums that it stands in.
 const COARSER: i32 = 4;
 
@@ -22,6 +25,20 @@ impl Chooser<'_> {
                     let cluster = self.speaker(x.0 as usize);
                     self.needs[cluster].1 = self.unit(x.0 as usize) * exp2(n);
                 }
+            }
+        }
+    }
+
+    /// Levels of pulses in units in which what they are fired at fits, too: it is clamped and not moved then.
+    pub(super) fn coarsen_pulses(&mut self, ranges: &Ranges) {
+        let model = &self.step.model;
+        for action in model.rules.iter().flat_map(|rule| &rule.actions) {
+            let Action::Fire { pulse, value, .. } = action else { continue };
+            let level = model.pulses[pulse.0 as usize].level;
+            let need = ranges.get(*value).magnitude() / TOP;
+            if need * exp2(FINE) <= model.cells[level.0 as usize].range.magnitude() {
+                let cluster = self.speaker(self.cell(level));
+                self.needs[cluster].1 = self.needs[cluster].1.max(need);
             }
         }
     }

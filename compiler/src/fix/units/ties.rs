@@ -83,7 +83,7 @@ impl<'a> Chooser<'a> {
         self.step.model.dag.nodes().filter(|(id, _)| self.needed[id.0 as usize]).collect()
     }
 
-    fn cell(&self, cell: CellId) -> usize {
+    pub(super) fn cell(&self, cell: CellId) -> usize {
         self.step.model.dag.len() + cell.0 as usize
     }
 

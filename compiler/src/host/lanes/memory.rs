@@ -17,6 +17,13 @@ impl Lanes<'_> {
         Lane::Word(self.ins().splat(I32X4, value))
     }
 
+    pub(super) fn tick(&mut self, later: u32) -> Lane {
+        let (access, clock) = (self.t.access.leaving, self.t.base(Buffer::Clock));
+        let now = self.ins().load(I32, access, clock, offset_of!(Clock, tick) as i32);
+        let then = self.ins().iadd_imm_s(now, i64::from(later));
+        Lane::Word(self.ins().splat(I32X4, then))
+    }
+
     pub(super) fn keyed(&mut self, keyed: u32) -> Lane {
         let (at, own) = (4 * self.t.layout.keyed[keyed as usize] as i32, self.t.frame.words[0]);
         let access = self.t.access.columns;

@@ -52,6 +52,7 @@ impl Lanes<'_> {
             }
             Op::In(port) => self.input(port),
             Op::Live(live) => self.live(live),
+            Op::Tick(later) => self.tick(later),
             Op::Keyed(keyed) => self.keyed(keyed),
             Op::Get(cell) => self.get(cell),
             Op::GetAt(cell) => self.get_at(cell, a),

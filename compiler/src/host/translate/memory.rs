@@ -21,6 +21,13 @@ impl Translator<'_> {
         self.f.ins().sload32(self.access.fixed, lives, 4 * live as i32)
     }
 
+    pub(in crate::host) fn tick(&mut self, later: u32) -> Value {
+        let clock = self.base(Buffer::Clock);
+        let now = self.f.ins().load(I32, self.access.leaving, clock, TICK);
+        let then = self.f.ins().iadd_imm_s(now, i64::from(later));
+        self.f.ins().sextend(I64, then)
+    }
+
     pub(in crate::host) fn keyed(&mut self, keyed: u32) -> Value {
         let at = 4 * self.layout.keyed[keyed as usize] as i32;
         self.f.ins().sload32(self.access.columns, self.frame.words[0], at)

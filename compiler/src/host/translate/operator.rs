@@ -37,6 +37,7 @@ impl Translator<'_> {
             Op::Select => self.f.ins().select(a, b, c),
             Op::In(port) => self.input(port),
             Op::Live(live) => self.live(live),
+            Op::Tick(later) => self.tick(later),
             Op::Keyed(keyed) => self.keyed(keyed),
             Op::Get(cell) => self.get(cell, None),
             Op::GetAt(cell) => self.get(cell, Some(a)),

@@ -31,6 +31,10 @@ impl Key<'_> {
         self.outputs[self.key * self.kernel.outputs.len() + port] = word as i16;
     }
 
+    pub(crate) fn tick(&self, later: usize) -> i64 {
+        i64::from(self.memory.clock.tick.wrapping_add(later as u64) as i32)
+    }
+
     pub(crate) fn live(&self, live: usize) -> i64 {
         self.memory.lives[live].into()
     }

@@ -176,6 +176,7 @@ impl Op {
                 (a.range.low.max(low).into(), a.range.high.min(high).into())
             }
             (Transfer::Declared, _, Some(own)) => return Ok(own.range),
+            (Transfer::All, ..) => return Ok(ty.range()),
             (Transfer::Entries, [index], _) => return Ok(entries(kernel, self, index.range)),
             (Transfer::Corners, ..) => corners(self, args),
             _ => return Err(OpError::Misused { op: self }),

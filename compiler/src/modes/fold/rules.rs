@@ -17,11 +17,13 @@ impl Fold {
             (Op::Mul, [a, b]) if graph.constant(*b) == Some(1) => Some(*a),
             (Op::Shl(0) | Op::Sar(0) | Op::SarRound(0), [a]) => Some(*a),
             (Op::Shl(n), [a]) => self.narrower(graph, *a, n),
+            (Op::Sar(n), [a]) => self.shifted_back(graph, ty, *a, n),
             (Op::Assume(low, high), [a]) => Range::new(low, high).contains(self.range(*a)).then_some(*a),
             (Op::Narrow, [a]) => inner(graph, *a, Op::Widen),
             (Op::Widen, [a]) => inner(graph, *a, Op::Narrow),
             (Op::DivRound(n), [a, b]) => self.quotient(graph, *a, *b, n),
             (Op::MacWide, [a, b, c]) => self.product(graph, *a, *b, *c),
+            (Op::MacTop, [a, b, c]) if [b, c].iter().any(|factor| self.range(**factor) == Range::point(0)) => Some(*a),
             (Op::Min, [a, b]) => {
                 self.extreme(*a, *b, |x, y| x.high <= y.low).or_else(|| self.before_shift(graph, op, ty, *a, *b))
             }
@@ -61,6 +63,13 @@ impl Fold {
         }
         let shifted = self.pure(graph, Op::Shl(n), Type::I32, &[word]);
         Some(self.pure(graph, Op::Widen, Type::I64, &[shifted]))
+    }
+
+    /// What was shifted up, which loses nothing, and then down.
+    fn shifted_back(&mut self, graph: &mut Graph, ty: Type, a: Id, n: u8) -> Option<Id> {
+        let (Op::Shl(up), of) = (graph.op(a)?, *graph.args(a).first()?) else { return None };
+        let op = if up >= n { Op::Shl(up - n) } else { Op::Sar(n - up) };
+        Some(self.pure(graph, op, ty, &[of]))
     }
 
     /// A limit `b` of what was shifted or widened is one of what it was before, where no bit is lost.

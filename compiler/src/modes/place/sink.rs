@@ -76,7 +76,7 @@ impl Block<'_, '_, '_> {
     /// Whether blocks can read it anew.
     fn is_read_again(&self, id: Id) -> bool {
         match self.placer.graph.op(id) {
-            Some(Op::Const(_) | Op::Live(_) | Op::Keyed(_) | Op::In(_)) => true,
+            Some(Op::Const(_) | Op::Live(_) | Op::Tick(_) | Op::Keyed(_) | Op::In(_)) => true,
             Some(Op::Get(cell)) => !self.here.iter().any(|id| self.placer.graph.op(*id) == Some(Op::Set(cell))),
             _ => false,
         }

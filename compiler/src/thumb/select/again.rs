@@ -90,7 +90,7 @@ impl Scan<'_> {
                 self.allowed[result.0 as usize] = !self.stored[cell as usize];
                 vec![(*result, cell)]
             }
-            Op::Live(_) | Op::Keyed(_) => {
+            Op::Live(_) | Op::Tick(0) | Op::Keyed(_) => {
                 self.allowed[result.0 as usize] = true;
                 Vec::new()
             }

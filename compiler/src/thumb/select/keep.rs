@@ -2,37 +2,59 @@
 
 use super::Select;
 use crate::kernel::{Inst, Op, Type, Value};
-use crate::modes::{Block, Mode};
+use crate::modes::Mode;
 use crate::thumb::frame::K;
 use crate::thumb::vcode::{Access, Code, Place, Role};
 use whippen_isa::Op as Isa;
 
 /// The choices, by their results, that wait until a cell is overwritten by them.
-pub(super) fn waiting(mode: &Mode, used: &[u32]) -> Vec<bool> {
-    let mut found = vec![false; mode.values.len()];
-    mode.blocks.iter().for_each(|block| in_block(block, used, &mut found));
-    found
+pub(super) fn waiting(mode: &Mode, used: &[u32], cells: usize) -> Vec<bool> {
+    let mut scan = Scan { old: vec![None; mode.values.len()], found: vec![false; mode.values.len()], used };
+    let mut before = vec![vec![false; cells]; mode.blocks.len()];
+    // What a block names comes after it, so one pass sees every way in.
+    for (index, block) in mode.blocks.iter().enumerate() {
+        let mut stored = std::mem::take(&mut before[index]);
+        scan.block(&block.insts, &mut stored);
+        for target in block.end.targets() {
+            before[target.block].iter_mut().zip(&stored).for_each(|(known, stored)| *known |= stored);
+        }
+    }
+    scan.found
 }
 
-fn in_block(block: &Block, used: &[u32], found: &mut [bool]) {
-    for (at, set) in block.insts.iter().enumerate() {
-        let Op::Set(cell) = set.op else { continue };
-        let chosen = set.args[0];
-        let before = &block.insts[..at];
-        let made = before.iter().rfind(|inst| inst.results.first() == Some(&chosen));
-        let Some(choice) = made.filter(|inst| inst.op == Op::Select && used[chosen.0 as usize] == 1) else { continue };
-        let is_old = |inst: &Inst| inst.op == Op::Get(cell) && choice.args[1..].contains(&inst.results[0]);
-        let old = before.iter().rposition(is_old);
-        found[chosen.0 as usize] = old.is_some_and(|old| !stores(&before[old..], cell));
+struct Scan<'a> {
+    /// The cell whose word a value is, as it was at the tick's start.
+    old: Vec<Option<u32>>,
+    found: Vec<bool>,
+    used: &'a [u32],
+}
+
+impl Scan<'_> {
+    fn block(&mut self, insts: &[Inst], stored: &mut [bool]) {
+        for (at, inst) in insts.iter().enumerate() {
+            match inst.op {
+                Op::Get(cell) if !stored[cell as usize] => self.old[inst.results[0].0 as usize] = Some(cell),
+                Op::Set(cell) if !stored[cell as usize] => {
+                    let chosen = inst.args[0];
+                    let made = insts[..at].iter().rfind(|inst| inst.results.first() == Some(&chosen));
+                    let alone = |choice: &&Inst| choice.op == Op::Select && self.used[chosen.0 as usize] == 1;
+                    let is_old = |value: &Value| self.old[value.0 as usize] == Some(cell);
+                    let keeps = made.filter(alone).is_some_and(|choice| choice.args[1..].iter().any(is_old));
+                    self.found[chosen.0 as usize] = keeps;
+                }
+                _ => {}
+            }
+            stores(inst, stored);
+        }
     }
 }
 
-/// Whether one of the instructions may write the cell.
-fn stores(insts: &[Inst], cell: u32) -> bool {
-    insts.iter().any(|inst| {
-        let inside = inst.regions.iter().any(|region| stores(&region.insts, cell));
-        inside || matches!(inst.op, Op::Set(other) | Op::SetAt(other) if other == cell)
-    })
+/// Notes the cells that an instruction may write.
+fn stores(inst: &Inst, stored: &mut [bool]) {
+    if let Op::Set(cell) | Op::SetAt(cell) = inst.op {
+        stored[cell as usize] = true;
+    }
+    inst.regions.iter().flat_map(|region| &region.insts).for_each(|inst| stores(inst, stored));
 }
 
 impl Select<'_> {

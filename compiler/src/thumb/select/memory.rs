@@ -4,7 +4,7 @@ use super::word::with_shift;
 use super::{Bound, Select};
 use crate::kernel::layout::words;
 use crate::kernel::{Op, Range, Type, Value};
-use crate::thumb::frame::{H, I, K, T};
+use crate::thumb::frame::{H, I, K, T, TICK};
 use crate::thumb::literal::Literal;
 use crate::thumb::vcode::{Access, Code, End, Half, Place, Reg, Role, VReg};
 use whippen_isa::{Op as Isa, ShiftType};
@@ -54,6 +54,10 @@ impl Select<'_> {
         match op {
             Op::In(port) => Bound::One(self.input(port)),
             Op::Live(live) => constant(self, T, self.frame.lives[live as usize]),
+            Op::Tick(later) => {
+                let now = self.load(Isa::LDR_immediate, Self::fixed(T), TICK.into(), Place::Constant);
+                Bound::One(self.plus(now, later.into()))
+            }
             Op::Keyed(keyed) => constant(self, K, self.frame.keyed[keyed as usize]),
             Op::Get(cell) => {
                 let (base, offset) = (Self::fixed(K), self.frame.cells[cell as usize].into());
