@@ -60,10 +60,11 @@ fn images(criterion: &mut Criterion) {
     let board = board::bundled("rp2350").unwrap_or_else(|| panic!("it is bundled"));
     let setup = image::setup(&compiled, &device, 88, board.cores, 21).unwrap_or_else(|e| panic!("{e}"));
     let (modes, midi) = (specialise(kernel, INSTRUCTIONS), image::midi(&compiled));
-    let programs = [firmware::Program { modes: &modes, places: &[], midi: &midi }];
+    let instrument = firmware::Instrument { modes: &modes, places: &[], midi: &midi };
+    let programs = [firmware::Program::on_all(instrument, &setup)];
     let whole = || firmware::whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
     let (built, timing) = (whole(), board.timing());
-    let bound = || budget::cores(&built.image, &budget::Program::of(&built.image), &timing, &setup.keys, 0);
+    let bound = || budget::cores(&built.image, &budget::Program::of(&built.image), &timing, &built.keys(0), 0);
     criterion.bench_function("modes", |b| b.iter(|| specialise(black_box(kernel), INSTRUCTIONS)));
     criterion.bench_function("image 88", |b| b.iter(whole));
     criterion.bench_function("bound 88", |b| b.iter(bound));

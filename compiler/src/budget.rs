@@ -26,6 +26,7 @@ mod block;
 mod calls;
 mod code;
 mod cores;
+mod division;
 mod error;
 mod facts;
 mod frame;
@@ -47,9 +48,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use whippen_isa::timing::{Core, Evidence, Target};
 
 pub use code::Code;
+pub use division::{Costs, NotDivided, cheapest, whole_divided};
 pub use cores::{Bounded, cores};
 pub use error::NotBounded;
-pub use frame::{Frame, OnCore, frame};
+pub use frame::{Frame, OnCore, Zone, frame};
 pub use memory::{Banks, Surroundings};
 pub use missed::{Dearest, missed};
 pub use named::mode_names;
@@ -72,8 +74,9 @@ pub struct Annotations {
     pub return_to: Option<Target>,
     /// The entry is an exception's handler: what its return costs beyond the instruction's own cycles is not this code's.
     pub handler: bool,
-    /// Functions that are bounded elsewhere, by the addresses of the call and of the function: what the call costs.
-    pub known: BTreeMap<(u32, u32), Known>,
+    /// Functions that are bounded elsewhere, by the addresses of the call (none: wherever it is) and of the function: what the call
+    /// costs.
+    pub known: BTreeMap<(Option<u32>, u32), Known>,
     /// Registers that point into memory that is known, and the banks of that memory. It is checked that nothing that is reached
     /// moves them but steps by constants, which stay inside; where something else does, they are no more than others.
     pub bases: BTreeMap<u8, Banks>,

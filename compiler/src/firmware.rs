@@ -18,6 +18,7 @@ mod constants;
 mod running;
 mod tables;
 mod whole;
+mod zones;
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -34,7 +35,8 @@ use boards::{frame, shared};
 pub use boards::{RP2040, RP2350, STM32F4, Support};
 pub use constants::constants;
 pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};
-pub use whole::{Program, Whole, WholeError, divided, support, whole};
+pub use whole::{Instrument, Part, Program, Whole, WholeError, divided, support, whole};
+pub use zones::zone_name;
 
 /// What a program and its keyboard say.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -96,6 +98,8 @@ pub enum FirmwareError {
     Keys(u32),
     /// Keys are given for so many cores, and the board has another number of them.
     Cores(usize, usize),
+    /// A program's parts have so many keys, and the cores so many.
+    Parts(u32, u32),
     /// A record of so many bytes, more than the frame can reach.
     Record(u32),
     /// So many programs, not 1 to 64.
@@ -115,6 +119,9 @@ impl fmt::Display for FirmwareError {
         match self {
             FirmwareError::Keys(keys) => write!(f, "{keys} keys on a core; the firmware takes 1 to 255"),
             FirmwareError::Cores(given, has) => write!(f, "keys of {given} cores for a board with {has}"),
+            FirmwareError::Parts(parts, keys) => {
+                write!(f, "the zones of a program have {parts} keys and the keyboard {keys}: give it that many")
+            }
             FirmwareError::Record(bytes) => {
                 write!(f, "a key's record takes {bytes} bytes; the firmware takes at most {RECORD_MAX}")
             }
@@ -155,31 +162,48 @@ pub fn keys_name(core: usize, program: usize) -> String {
     if program == 0 { CORES[core].to_string() } else { format!("{}_{program}", CORES[core]) }
 }
 
-/// A program as the firmware sees it: its kernel, where its state has what on either core, and its notes.
-#[derive(Debug, Clone)]
-pub struct Played<'a> {
-    /// What is played.
-    pub kernel: &'a Kernel,
-    /// By core.
-    pub layouts: Vec<&'a Layout>,
-    /// Which events are notes.
-    pub midi: &'a Midi,
+/// Neighbouring keys of a core that play one instrument.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Segment {
+    /// The prefix of its symbols: [`keys_name`], or [`zone_name`] where the core has several.
+    pub name: String,
+    /// Which part of the program it belongs to; the rest of that may be on the other core.
+    pub part: usize,
+    /// Its first key, counted from the first of the core.
+    pub first: u32,
+    /// How many keys it has.
+    pub keys: u32,
+    /// Where its state has what.
+    pub layout: Layout,
 }
 
-/// The kernel for the keys of one core: values per key begin at its first.
-pub fn keys_of(kernel: &Kernel, keys: &[u32], core: usize) -> Kernel {
-    let first = keys[..core].iter().sum::<u32>() as usize;
+/// A program as the firmware sees it.
+#[derive(Debug, Clone)]
+pub struct Played<'a> {
+    /// What each part plays, and which of its events are notes.
+    pub parts: Vec<(&'a Kernel, &'a Midi)>,
+    /// By core: its keys from the first on.
+    pub cores: &'a [Vec<Segment>],
+}
+
+/// The kernel for keys from one on, counted from the first of the keyboard: values per key begin there.
+pub fn keys_of(kernel: &Kernel, first: u32) -> Kernel {
     let mut own = kernel.clone();
     for keyed in &mut own.keyed {
         // A list that is too short goes on with its last value.
-        let from = first.min(keyed.values.len().saturating_sub(1));
+        let from = (first as usize).min(keyed.values.len().saturating_sub(1));
         keyed.values.drain(..from);
     }
     own
 }
 
-/// The objects of a firmware, to be linked with those of the keys of all programs, which are compiled for the names by
-/// [`keys_name`] with records of one size. The image begins at `reset`, with the first program.
+/// Whether some core has keys of several instruments in one program: then records are listed (`zones`).
+pub(super) fn zoned(programs: &[Played]) -> bool {
+    programs.iter().flat_map(|program| program.cores).any(|segments| segments.len() > 1)
+}
+
+/// The objects of a firmware, to be linked with those of the keys of all programs, which are compiled for the names of their
+/// segments, with records of one size unless some core has several instruments. The image begins at `reset`, with the first program.
 ///
 /// # Errors
 /// Programs, keys, records or motor are out of range; a text of the board is wrong.
@@ -197,8 +221,17 @@ pub fn objects(programs: &[Played], setup: &Setup, board: &Support) -> Result<Ve
         own.extend(of_frame(keys, board, core));
         objects.push(of_core(assemble(&frame(board), &own, board.arch)?, core, programs.len()));
     }
-    let tables = tables::text(programs, &setup.keys);
-    objects.push(assemble(&[Source { name: "tables", text: &tables }], &constants, board.arch)?);
+    let mut texts = vec![tables::text(programs)];
+    for (number, program) in programs.iter().enumerate().filter(|_| zoned(programs)) {
+        for (core, segments) in program.cores.iter().enumerate() {
+            let name = keys_name(core, number);
+            texts.push(zones::records(&name, core, segments));
+            texts.extend((segments.len() > 1).then(|| zones::text(&name, core, segments)));
+        }
+    }
+    for text in &texts {
+        objects.push(assemble(&[Source { name: "tables", text }], &constants, board.arch)?);
+    }
     Ok(objects)
 }
 

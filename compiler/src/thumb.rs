@@ -113,14 +113,25 @@ pub struct Built {
 }
 
 impl Built {
-    /// The same code for as many other keys: those of this kernel, which differs in its values per key alone.
+    /// How many keys it has.
+    pub fn keys(&self) -> u32 {
+        self.layout.frame.keys
+    }
+
+    /// The section of its state.
+    pub fn state(&mut self) -> Option<&mut Section> {
+        self.object.sections.iter_mut().find(|section| section.kind == SectionKind::Data)
+    }
+
+    /// The same code for as many other keys: those of this kernel, which differs in its values per key alone, and which are numbered
+    /// from `first` on.
     #[must_use]
-    pub fn with_keys_of(mut self, kernel: &Kernel) -> Built {
-        let frame = &self.layout.frame;
-        let holds = |section: &&mut Section| section.kind == SectionKind::Data;
-        if let Some(data) = self.object.sections.iter_mut().find(holds) {
+    pub fn with_keys_of(mut self, kernel: &Kernel, first: u32) -> Built {
+        let frame = self.layout.frame.clone();
+        if let Some(data) = self.state() {
             let mut state = Memory { bytes: std::mem::take(&mut data.bytes), fixups: Vec::new() };
-            state.keyed(kernel, frame);
+            state.keyed(kernel, &frame);
+            state.numbers(&frame, first);
             data.bytes = state.bytes;
         }
         self

@@ -12,9 +12,10 @@
 //!
 //! Not here: values inside of a tick, which no firmware keeps.
 
-use whippen_compiler::firmware::{self, CORES, Whole, distance};
+use whippen_compiler::budget::whole_divided;
+use whippen_compiler::firmware::{self, CORES, Instrument, Midi, Segment, Whole, distance};
 use whippen_compiler::kernel::{Happened, Kernel, without_probes};
-use whippen_compiler::modes::{INSTRUCTIONS, specialise};
+use whippen_compiler::modes::{INSTRUCTIONS, Modes, specialise};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::thumb::EVENT_MARK;
 use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Observer, Ports, Step, Stop, build};
@@ -98,14 +99,15 @@ pub struct Emulated {
     machine: Machine,
     ports: Ports,
     whole: Whole,
-    kernel: Kernel,
+    /// By part: what its keys play.
+    kernels: Vec<Kernel>,
     /// Keys that are played; the board may have one more.
     keys: usize,
     /// By core.
     of_core: Vec<u32>,
     frames: Frames,
-    /// Bytes of events taken, by core.
-    taken: [u32; 2],
+    /// Bytes of events taken, by core and segment.
+    taken: Vec<Vec<u32>>,
     load: Load,
     trouble: Option<String>,
 }
@@ -116,14 +118,30 @@ impl Emulated {
     /// # Errors
     /// There is no image, in words.
     pub fn new(compiled: &Compiled, device: &Device, kind: BoardKind, keys: usize) -> Result<Emulated, String> {
+        Emulated::of_parts(&[(keys, compiled)], device, kind)
+    }
+
+    /// The image of neighbouring keys that play different instruments, from the lowest up: how many, and which.
+    ///
+    /// # Errors
+    /// There is no image, in words.
+    pub fn of_parts(parts: &[(usize, &Compiled)], device: &Device, kind: BoardKind) -> Result<Emulated, String> {
         let board = board::bundled(kind.name()).ok_or("there is no board to emulate")?;
+        let keys: usize = parts.iter().map(|(keys, _)| keys).sum();
         // Each core has a key at least.
         let count = u32::try_from(keys).map_err(|e| e.to_string())?.max(board.cores);
-        let setup = image::setup(compiled, device, count, board.cores, FIRST_NOTE)?;
-        let kernel = without_probes(&compiled.lowered.kernel);
-        let modes = specialise(&kernel, INSTRUCTIONS);
-        let program = firmware::Program { modes: &modes, places: &[], midi: &image::midi(compiled) };
-        let whole = firmware::whole(&[program], &setup, &board).map_err(|e| e.to_string())?;
+        let more = count - keys as u32;
+        let (_, first) = parts.first().ok_or("there are no keys")?;
+        let mut setup = image::setup(first, device, count, board.cores, FIRST_NOTE)?;
+        let kernels: Vec<Kernel> = parts.iter().map(|(_, of)| without_probes(&of.lowered.kernel)).collect();
+        let modes: Vec<Modes> = kernels.iter().map(|kernel| specialise(kernel, INSTRUCTIONS)).collect();
+        let notes: Vec<Midi> = parts.iter().map(|(_, of)| image::midi(of)).collect();
+        let part = |at: usize| firmware::Part {
+            keys: parts[at].0 as u32 + if at + 1 == parts.len() { more } else { 0 },
+            instrument: Instrument { modes: &modes[at], places: &[], midi: &notes[at] },
+        };
+        let program = firmware::Program { parts: (0..parts.len()).map(part).collect() };
+        let whole = whole_divided(&[program], &mut setup, &board).map_err(|e| e.to_string())?;
         let converter = ConverterSetup { keys: count, rate_hz: setup.rate_hz };
         let (mut machine, ports) = build(kind, kind.board(), converter).map_err(|e| e.to_string())?;
         for segment in &whole.image.segments {
@@ -132,7 +150,13 @@ impl Emulated {
         machine.reset();
         let load = Load { period_cycles: u64::from(board.clock_hz / setup.rate_hz), ..Load::default() };
         let (of_core, frames) = (setup.keys, Frames::default());
-        Ok(Emulated { machine, ports, whole, kernel, keys, of_core, frames, taken: [0; 2], load, trouble: None })
+        let taken = whole.programs[0].iter().map(|segments| vec![0; segments.len()]).collect();
+        Ok(Emulated { machine, ports, whole, kernels, keys, of_core, frames, taken, load, trouble: None })
+    }
+
+    /// A core's keys, from the first on.
+    fn segments(&self, core: usize) -> &[Segment] {
+        &self.whole.programs[0][core]
     }
 
     /// What must precede the first tick, with its words: the board starts.
@@ -187,11 +211,11 @@ impl Emulated {
         let entry = |core: usize| self.symbol(&format!("{}_tick", CORES[core]));
         let entries: Vec<u32> = self.cores().map(entry).collect::<Result<_, _>>()?;
         entries.iter().for_each(|&entry| self.machine.set_breakpoint(entry));
-        let mut fresh: Vec<Option<Vec<u8>>> = vec![None; entries.len()];
+        let mut fresh: Vec<Option<Vec<Vec<u8>>>> = vec![None; entries.len()];
         while fresh.iter().any(Option::is_none) {
             if let Some(core) = self.slice(10_000)? {
                 self.machine.clear_breakpoint(entries[core]);
-                fresh[core] = Some(self.state(core)?);
+                fresh[core] = Some(self.states(core)?);
             }
             self.in_time()?;
         }
@@ -200,8 +224,10 @@ impl Emulated {
             self.until_served(next)?;
             self.in_time()?;
         }
-        for (core, state) in fresh.into_iter().flatten().enumerate() {
-            self.put_back(core, state)?;
+        for (core, states) in fresh.into_iter().flatten().enumerate() {
+            for (at, state) in states.into_iter().enumerate() {
+                self.put_back(&self.segments(core)[at].clone(), state)?;
+            }
         }
         self.frames = Frames::default();
         Ok(())
@@ -216,14 +242,14 @@ impl Emulated {
         }
     }
 
-    /// The state of a core's keys, with all gains at 1.
-    fn put_back(&mut self, core: usize, mut state: Vec<u8>) -> Result<(), String> {
-        for key in 0..self.of_core[core] {
-            if let Some(gain) = self.whole.layouts[0][core].gain(key) {
+    /// The state of a segment's keys, with all gains at 1.
+    fn put_back(&mut self, segment: &Segment, mut state: Vec<u8>) -> Result<(), String> {
+        for key in 0..segment.keys {
+            if let Some(gain) = segment.layout.gain(key) {
                 state[gain as usize..][..4].copy_from_slice(&(1_u32 << 16).to_le_bytes());
             }
         }
-        let to = self.symbol(&format!("{}_state", CORES[core]))?;
+        let to = self.symbol(&format!("{}_state", segment.name))?;
         self.machine.bus.memory.write(to, &state).map_err(|e| e.to_string())
     }
 
@@ -311,43 +337,66 @@ impl Emulated {
     }
 
     fn is_up(&self, core: usize) -> Result<bool, String> {
-        let state = self.symbol(&format!("{}_state", CORES[core]))?;
-        for key in 0..self.of_core[core] {
-            let gain = self.whole.layouts[0][core].gain(key);
-            if gain.map(|gain| self.word(state + gain)).transpose()?.is_some_and(|gain| gain != 1 << 16) {
-                return Ok(false);
+        for segment in self.segments(core) {
+            let state = self.symbol(&format!("{}_state", segment.name))?;
+            for key in 0..segment.keys {
+                let gain = segment.layout.gain(key);
+                if gain.map(|gain| self.word(state + gain)).transpose()?.is_some_and(|gain| gain != 1 << 16) {
+                    return Ok(false);
+                }
             }
         }
         Ok(true)
     }
 
-    fn state(&self, core: usize) -> Result<Vec<u8>, String> {
-        let mut state = vec![0; self.whole.layouts[0][core].size() as usize];
-        let from = self.symbol(&format!("{}_state", CORES[core]))?;
-        self.machine.bus.memory.read(from, &mut state).map_err(|e| e.to_string())?;
-        Ok(state)
+    /// The states of a core's segments.
+    fn states(&self, core: usize) -> Result<Vec<Vec<u8>>, String> {
+        let state = |segment: &Segment| {
+            let mut state = vec![0; segment.layout.size() as usize];
+            let from = self.symbol(&format!("{}_state", segment.name))?;
+            self.machine.bus.memory.read(from, &mut state).map_err(|e| e.to_string())?;
+            Ok(state)
+        };
+        self.segments(core).iter().map(state).collect()
     }
 
     /// What a core's keys emitted since the last call.
     fn events(&mut self, core: usize) -> Result<Vec<Happened>, String> {
-        let Some(ring) = self.whole.layouts[0][core].events() else { return Ok(Vec::new()) };
-        let state = self.symbol(&format!("{}_state", CORES[core]))?;
-        let start = self.symbol(&format!("{}_events", CORES[core]))? + ring.start;
+        let mut all = Vec::new();
+        for at in 0..self.segments(core).len() {
+            let (happened, taken) = self.events_of(core, at)?;
+            self.taken[core][at] = taken;
+            all.extend(happened);
+        }
+        // One zone after the other has told its ticks.
+        if self.segments(core).len() > 1 {
+            all.sort_by_key(|happened| happened.tick);
+        }
+        Ok(all)
+    }
+
+    /// What a segment's keys emitted, and how many bytes of it are taken then.
+    fn events_of(&self, core: usize, at: usize) -> Result<(Vec<Happened>, u32), String> {
+        let (segment, mut taken) = (&self.segments(core)[at], self.taken[core][at]);
+        let Some(ring) = segment.layout.events() else { return Ok((Vec::new(), taken)) };
+        let kernel = &self.kernels[segment.part];
+        let state = self.symbol(&format!("{}_state", segment.name))?;
+        let start = self.symbol(&format!("{}_events", segment.name))? + ring.start;
         if self.word(state + ring.lost)? > 0 {
             return Err("more events in a tick than the ring holds".to_string());
         }
         let head = self.word(state + ring.head)?;
         let first = if core == 0 { 0 } else { self.of_core[0] };
         let mut all = Vec::new();
-        while self.taken[core] != head {
-            let record = |at: u32| self.word(start + (self.taken[core].wrapping_add(at) & (ring.bytes - 1)));
+        while taken != head {
+            let record = |at: u32| self.word(start + (taken.wrapping_add(at) & (ring.bytes - 1)));
             let (tick, what) = (record(0)?, record(4)?);
             if what == EVENT_MARK {
-                self.taken[core] = ring.behind_mark(self.taken[core]);
+                taken = ring.behind_mark(taken);
                 continue;
             }
             let event = what >> 16;
-            let args = self.kernel.events.get(event as usize).map_or(0, |event| event.args);
+            let args = kernel.events.get(event as usize).map_or(0, |event| event.args);
             let args: Result<Vec<i32>, String> = (0..args).map(|arg| Ok(record(8 + 4 * arg)? as i32)).collect();
             let key = (what & 0xffff) + first;
             let happened = Happened { tick: tick.into(), key, event, args: args? };
@@ -355,9 +404,9 @@ impl Emulated {
             if (key as usize) < self.keys {
                 all.push(happened);
             }
-            self.taken[core] = self.taken[core].wrapping_add(ring.event);
+            taken = taken.wrapping_add(ring.event);
         }
-        Ok(all)
+        Ok((all, taken))
     }
 
     fn converter(&mut self) -> Result<&mut Converter, String> {

@@ -195,7 +195,7 @@ fn ideal_value(c: &Compiled, ideal: &Ideal, key: usize, kind: ExportKind) -> f64
     }
 }
 
-fn decode(meanings: &[LoweredEvent], records: Vec<kernel::Happened>) -> Vec<Happened> {
+pub(crate) fn decode(meanings: &[LoweredEvent], records: Vec<kernel::Happened>) -> Vec<Happened> {
     let one = |r: kernel::Happened| {
         let lsbs = &meanings[r.event as usize].arg_lsbs;
         let args = r.args.iter().zip(lsbs).map(|(&word, lsb)| f64::from(word) * lsb).collect();

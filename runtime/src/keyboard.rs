@@ -19,13 +19,14 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use whippen_compiler::fix::LoweredEventKind;
+use whippen_compiler::kernel;
 use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_emulator::BoardKind;
 
 use crate::device::Device;
-use crate::emulated::Load;
-use crate::engine::{Engine, EngineKind};
+use crate::emulated::{Emulated, Load};
+use crate::engine::{Engine, EngineKind, Happened, decode};
 use crate::gesture::{Follower, Move};
 
 /// Keys computed together.
@@ -98,7 +99,7 @@ pub fn play(
                 while !failed.load(Ordering::Relaxed) {
                     let at = next.fetch_add(1, Ordering::Relaxed);
                     let Some((model, group)) = groups.get(at) else { return };
-                    let logs = play_group(model, device, kind, group, ticks, &progress).map(|(logs, _)| logs);
+                    let logs = play_group(model, device, kind, group, ticks, &progress);
                     failed.fetch_or(logs.is_err(), Ordering::Relaxed);
                     // A poisoned lock means another thread has panicked, which ends the scope with its panic anyway.
                     if let Ok(mut done) = done.lock() {
@@ -114,7 +115,7 @@ pub fn play(
     Ok(logs?.concat())
 }
 
-/// Plays keys on one emulated board of that kind that has these keys, and gives what it took besides.
+/// Plays all keys of a keyboard on one emulated board of that kind, and gives what it took besides. Every key is in one of the parts.
 ///
 /// # Errors
 /// There is no image of so many keys, or a tick is missed, in words.
@@ -126,9 +127,43 @@ pub fn play_on_board(
     ticks: usize,
     progress: impl Fn(usize),
 ) -> Result<(Vec<KeyLog>, Load), String> {
-    let [Part { model, .. }] = parts else { return Err("no board plays zones yet".to_string()) };
-    let (logs, load) = play_group(model, device, EngineKind::Emulated(board), keys, ticks, &progress)?;
-    Ok((logs, load.unwrap_or_default()))
+    let compiled = |part: &Part| {
+        let model = model_of_keys(part.model, &part.keys.clone().collect::<Vec<_>>());
+        compile(model, device.scales(), false).map_err(|e| format!("{e:?}"))
+    };
+    let compiled: Vec<Compiled> = parts.iter().map(compiled).collect::<Result<_, _>>()?;
+    let of_parts: Vec<(usize, &Compiled)> = parts.iter().map(|part| part.keys.len()).zip(&compiled).collect();
+    let mut engine = Emulated::of_parts(&of_parts, device, board)?;
+    let groups = parts.iter().zip(&compiled).map(|(part, compiled)| Group::new(compiled, device, &keys[part.keys.clone()]));
+    let mut groups: Vec<Group> = groups.collect();
+    let mut drive = vec![0; keys.len()];
+    for block in (0..ticks).step_by(BLOCK) {
+        let end = ticks.min(block + BLOCK);
+        for tick in block..end {
+            groups.iter_mut().for_each(|group| group.sense(tick));
+            let words = groups.iter().map(|group| &group.words[..]).collect::<Vec<_>>().concat();
+            if tick == 0 {
+                engine.start(&words);
+            }
+            engine.tick(&words, &mut drive);
+            for (part, group) in parts.iter().zip(&mut groups) {
+                group.driven(&drive[part.keys.clone()], tick);
+            }
+            for happened in engine.drain() {
+                let of = parts.iter().position(|part| part.keys.contains(&(happened.key as usize)));
+                let Some(of) = of else { continue };
+                let key = happened.key - parts[of].keys.start as u32;
+                for happened in decode(&compiled[of].lowered.events, vec![kernel::Happened { key, ..happened }]) {
+                    groups[of].happened(happened, tick);
+                }
+            }
+        }
+        progress((end - block) * keys.len());
+        if let Some(trouble) = engine.trouble() {
+            return Err(trouble.to_string());
+        }
+    }
+    Ok((groups.into_iter().flat_map(|group| group.logs).collect(), engine.load()))
 }
 
 /// The instrument as some keys of a keyboard have it: their values of what is set per key.
@@ -148,7 +183,7 @@ fn play_group(
     keys: &[PlayingKey],
     ticks: usize,
     progress: &impl Fn(usize),
-) -> Result<(Vec<KeyLog>, Option<Load>), String> {
+) -> Logs {
     let indices: Vec<usize> = keys.iter().map(|key| key.index).collect();
     let model = model_of_keys(model, &indices);
     let compiled = compile(model, device.scales(), false).map_err(|e| format!("{e:?}"))?;
@@ -160,11 +195,8 @@ fn play_group(
             group.tick(&mut engine, tick);
         }
         progress((end - block) * keys.len());
-        if let Some(trouble) = engine.board().and_then(|board| board.trouble()) {
-            return Err(trouble.to_string());
-        }
     }
-    Ok((group.logs, engine.board().map(|board| board.load())))
+    Ok(group.logs)
 }
 
 /// Some keys while they play.
@@ -192,7 +224,8 @@ impl<'a> Group<'a> {
         }
     }
 
-    fn tick(&mut self, engine: &mut Engine, tick: usize) {
+    /// The words of a tick.
+    fn sense(&mut self, tick: usize) {
         let model = &self.compiled.model;
         let (t_s, senses) = (tick as f64 / f64::from(model.rate_hz), model.senses.len());
         for (key, follower) in self.followers.iter_mut().enumerate() {
@@ -202,21 +235,36 @@ impl<'a> Group<'a> {
             let outside = model.senses.first().is_some_and(|s| position_m < s.range.low || position_m > s.range.high);
             self.logs[key].sense_clamped += usize::from(outside);
         }
+    }
+
+    fn tick(&mut self, engine: &mut Engine, tick: usize) {
+        self.sense(tick);
         if tick == 0 {
             engine.start(&self.words);
         }
-        engine.tick(&self.words, &mut self.drive);
-        for (key, &word) in self.drive.iter().enumerate() {
+        let mut drive = std::mem::take(&mut self.drive);
+        engine.tick(&self.words, &mut drive);
+        self.driven(&drive, tick);
+        self.drive = drive;
+        for happened in engine.drain() {
+            self.happened(happened, tick);
+        }
+    }
+
+    /// What the drives were told in a tick.
+    fn driven(&mut self, drive: &[i16], tick: usize) {
+        for (key, &word) in drive.iter().enumerate() {
             if word.unsigned_abs() > self.peaks[key] {
                 self.peaks[key] = word.unsigned_abs();
                 self.logs[key].peak = (self.device.force_of_word(word), tick);
             }
             self.logs[key].drive_clipped += usize::from(word == i16::MIN || word == i16::MAX);
         }
-        for happened in engine.drain() {
-            if let LoweredEventKind::Emission(e) = self.compiled.lowered.events[happened.event].kind {
-                self.logs[happened.key as usize].events.push((tick, e as usize, happened.args));
-            }
+    }
+
+    fn happened(&mut self, happened: Happened, tick: usize) {
+        if let LoweredEventKind::Emission(e) = self.compiled.lowered.events[happened.event].kind {
+            self.logs[happened.key as usize].events.push((tick, e as usize, happened.args));
         }
     }
 }

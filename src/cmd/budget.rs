@@ -9,12 +9,14 @@ mod path;
 mod stability;
 mod table;
 
+use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::ValueHint;
-use whippen_compiler::budget::{Bound, Bounded, Budget, Dearest, NotBounded, Program, cores, missed, mode_names};
+use whippen_compiler::budget::{Bound, Bounded, Budget, Dearest, NotBounded, Program, Zone, cores, missed, mode_names};
+use whippen_compiler::check::note_name;
 use whippen_compiler::diag::{Diagnostic, Severity};
-use whippen_compiler::firmware::Whole;
+use whippen_compiler::firmware::{Segment, Whole};
 use whippen_compiler::modes::Modes;
 use whippen_compiler::parallel;
 use whippen_compiler::pipeline::Compiled;
@@ -22,7 +24,7 @@ use whippen_runtime::files::write_whole;
 use whippen_runtime::report::budget_page;
 
 use self::beyond::{Beyond, BeyondArgs};
-use super::setup::{Setup, SetupArgs};
+use super::setup::{PlayingPart, Setup, SetupArgs, name};
 use super::{command, load};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
@@ -61,19 +63,37 @@ struct Proof<'a> {
 
 /// What is proven while one program plays.
 struct Played<'a> {
+    /// Its name.
+    name: String,
+    /// What its keys play, from the lowest up.
+    parts: Vec<Part<'a>>,
+    cores: Vec<Bounded>,
+    /// By core and zone: which part it is of.
+    part_of: Vec<Vec<usize>>,
+    budget: Budget,
+}
+
+/// Neighbouring keys that play one instrument.
+struct Part<'a> {
     compiled: &'a Compiled,
+    /// Which of the setup's instruments it is.
+    instrument: usize,
+    /// Its keys by their notes, where not all keys play it.
+    keys: Option<String>,
     /// The modes of a key, in words.
     modes: Vec<String>,
-    cores: Vec<Bounded>,
-    budget: Budget,
 }
 
 pub fn run(args: &Args) -> Outcome {
     let setup = args.setup.all()?;
     setup.supported()?;
+    if let Some(zones) = setup.zones().filter(|_| args.most_keys) {
+        let why = "zones are for the keys of their keyboard: --most-keys counts keys that all play one instrument, so name one";
+        return Err(Failure::Usage(format!("`{}`: {why}", zones.name)));
+    }
     let beyond = |compiled: &Compiled| Beyond::find(&setup.map, &compiled.model, &setup.device, &args.beyond);
     let (all_beyond, proof) = parallel::both(
-        || setup.programs.iter().map(beyond).collect::<Vec<_>>(),
+        || setup.instruments.iter().map(beyond).collect::<Result<Vec<_>, _>>(),
         || {
             let modes = setup.modes();
             if args.most_keys { Proof::most(&setup, &modes) } else { Proof::find(&setup, &modes, setup.keys) }
@@ -84,23 +104,33 @@ pub fn run(args: &Args) -> Outcome {
         let text = proof.path_as_assembly();
         write_whole(path, |w| w.write_all(text.as_bytes())).map_err(|error| Failure::Usage(error.to_string()))?;
     }
-    let mut shown = Vec::new();
-    for (played, beyond) in proof.played.iter().zip(all_beyond) {
-        let beyond = beyond?;
+    let (mut shown, all_beyond) = (Vec::new(), all_beyond?);
+    for (played, playing) in proof.played.iter().zip(&setup.programs) {
+        // The field `key` is about the dearest part, and so is what is said beyond time; zones have their own.
+        let (_, dearest) = played.dearest_part();
+        let beyond = &all_beyond[dearest.instrument];
         let json = || {
             let mut budget = proof.json(played);
             beyond.add_to(&setup.map, &mut budget);
+            played.add_zones(&mut budget, |zone, part| all_beyond[part.instrument].add_to(&setup.map, zone));
             budget
         };
         if args.json {
             say!("{}", json());
         } else {
-            beyond.warn(&setup.map);
-            say::whole(&(proof.table(played) + &beyond.text(&setup.device)));
+            let mut text = proof.table(played);
+            for instrument in playing.instruments() {
+                all_beyond[instrument].warn(&setup.map);
+                if playing.parts.len() > 1 {
+                    let _ = writeln!(text, "\n{}", name(&setup.instruments[instrument]));
+                }
+                text += &all_beyond[instrument].text(&setup.device);
+            }
+            say::whole(&text);
         }
         if args.report.is_some() {
             let mut budget = json();
-            beyond.add_map_to(&played.compiled.model, &mut budget);
+            beyond.add_map_to(&dearest.compiled.model, &mut budget);
             shown.push(budget);
         }
     }
@@ -116,14 +146,23 @@ pub fn run(args: &Args) -> Outcome {
 impl<'a> Proof<'a> {
     /// Bounds the image of so many keys, while it plays each of its programs.
     fn find(setup: &'a Setup, modes: &[Modes], keys: u32) -> Result<Self, Failure> {
-        let (whole, of_core) = setup.whole_to_judge(modes, keys)?;
+        let (whole, _) = setup.whole_to_judge(modes, keys)?;
         let program = Program::of(&whole.image);
         let timing = setup.board.timing();
-        let played = setup.programs.iter().zip(modes).enumerate().map(|(number, (compiled, modes))| {
-            let cores = cores(&whole.image, &program, &timing, &of_core, number)
+        let played = setup.programs.iter().enumerate().map(|(number, playing)| {
+            let cores = cores(&whole.image, &program, &timing, &whole.keys(number), number)
                 .map_err(|error: NotBounded| Failure::Defect(format!("no bound: {error}")))?;
-            let budget = Budget::of(&cores, setup.board.clock_hz, compiled.model.rate_hz);
-            Ok(Played { compiled, modes: mode_names(&compiled.model, modes), cores, budget })
+            let part = |part: &PlayingPart| {
+                let compiled = &setup.instruments[part.instrument];
+                let keys = part.notes.map(|(low, high)| format!("{} .. {}", note_name(low), note_name(high)));
+                let modes = mode_names(&compiled.model, &modes[part.instrument]);
+                Part { compiled, instrument: part.instrument, keys, modes }
+            };
+            let parts: Vec<Part> = playing.parts.iter().map(part).collect();
+            let budget = Budget::of(&cores, setup.board.clock_hz, parts[0].compiled.model.rate_hz);
+            let segments = |core: &Vec<Segment>| core.iter().map(|segment| segment.part).collect();
+            let part_of = whole.programs[number].iter().map(segments).collect();
+            Ok(Played { name: playing.name.clone(), parts, cores, part_of, budget })
         });
         let played = played.collect::<Result<_, Failure>>()?;
         Ok(Self { setup, whole, program, keys, played })
@@ -157,25 +196,42 @@ impl<'a> Proof<'a> {
 
     /// A deadline that is missed, with the lines that cost most and what would be enough.
     fn missed(&self, played: &Played) -> Option<Diagnostic> {
-        let model = &played.compiled.model;
-        missed(&self.setup.map, (&model.name, model.span), &played.budget, &self.program, played.dearest())
+        let (_, part) = played.dearest_part();
+        let place = (played.name.as_str(), part.compiled.model.span);
+        missed(&self.setup.map, place, &played.budget, &self.program, played.dearest())
     }
 }
 
-impl Played<'_> {
+impl<'a> Played<'a> {
     /// The mode that costs most, and its bound with nobody else at the bus.
     fn dearest(&self) -> Dearest<'_> {
-        let bounds = self.cores.iter().flat_map(|core| self.modes.iter().zip(&core.alone.tick.modes));
+        let (number, part) = self.dearest_part();
+        let bounds = self.zones(number).flat_map(|(alone, _)| part.modes.iter().zip(&alone.tick.modes));
         let dearest = bounds.max_by_key(|(_, (_, bound))| bound.cycles_max);
         let (mode, bound) =
             dearest.map_or(("any state", &self.cores[0].alone.handler), |(name, (_, bound))| (name.as_str(), bound));
         Dearest { mode, bound }
     }
 
-    /// The bounds of one mode on each core, alone and crowded.
-    fn mode(&self, index: usize) -> impl Iterator<Item = (&Bound, &Bound)> {
-        self.cores.iter().filter_map(move |core| {
-            Some((&core.alone.tick.modes.get(index)?.1, &core.crowded.tick.modes.get(index)?.1))
+    /// The part that has it, by its number.
+    fn dearest_part(&self) -> (usize, &Part<'a>) {
+        let cycles = |number: usize| self.zones(number).map(|(alone, _)| alone.tick.key_cycles_max()).max();
+        let number = (0..self.parts.len()).rev().max_by_key(|&number| cycles(number)).unwrap_or(0);
+        (number, &self.parts[number])
+    }
+
+    /// The keys of a part on each core, alone and crowded.
+    fn zones(&self, part: usize) -> impl Iterator<Item = (&Zone, &Zone)> {
+        self.cores.iter().zip(&self.part_of).flat_map(move |(core, parts)| {
+            let zones = core.alone.zones.iter().zip(&core.crowded.zones).zip(parts);
+            zones.filter(move |(_, of)| **of == part).map(|(zones, _)| zones)
+        })
+    }
+
+    /// The bounds of one mode of a part on each core, alone and crowded.
+    fn mode(&self, part: usize, index: usize) -> impl Iterator<Item = (&Bound, &Bound)> {
+        self.zones(part).filter_map(move |(alone, crowded)| {
+            Some((&alone.tick.modes.get(index)?.1, &crowded.tick.modes.get(index)?.1))
         })
     }
 }

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
-use whippen_compiler::c;
-use whippen_compiler::check::{Keyboard, Options, Playable, Program};
+use whippen_compiler::budget::{NotDivided, whole_divided};
+use whippen_compiler::check::{self, Keyboard, Options, Playable, Program};
 use whippen_compiler::diag::{Severity, nearest};
-use whippen_compiler::firmware::{self, FirmwareError, Midi, Whole, WholeError};
+use whippen_compiler::firmware::{self, FirmwareError, Instrument, Midi, Part, Whole, WholeError};
 use whippen_compiler::image::{Board, LinkError, Place, places};
 use whippen_compiler::model::Model;
 use whippen_compiler::modes::{INSTRUCTIONS, Modes, specialise};
@@ -47,11 +47,54 @@ pub struct SetupArgs {
 /// The MIDI number of the first key where no keyboard says otherwise: A0.
 const FIRST_NOTE: u8 = 21;
 
+/// What a program plays.
+pub struct Playing {
+    /// Its name.
+    pub name: String,
+    /// By rising key.
+    pub parts: Vec<PlayingPart>,
+}
+
+/// Neighbouring keys that play one instrument.
+pub struct PlayingPart {
+    /// Which of the setup's instruments.
+    pub instrument: usize,
+    /// MIDI numbers of its lowest and highest key, where it is a zone; otherwise it is all keys, however many there are.
+    pub notes: Option<(u8, u8)>,
+}
+
+impl Playing {
+    /// How many keys it has, if it says so.
+    fn keys(&self) -> Option<u32> {
+        self.parts.iter().map(PlayingPart::keys).sum()
+    }
+
+    /// Its instruments, each once.
+    pub fn instruments(&self) -> Vec<usize> {
+        let mut all: Vec<usize> = Vec::new();
+        for part in &self.parts {
+            if !all.contains(&part.instrument) {
+                all.push(part.instrument);
+            }
+        }
+        all
+    }
+}
+
+impl PlayingPart {
+    /// How many keys it has, if it says so.
+    pub fn keys(&self) -> Option<u32> {
+        self.notes.map(|(first, last)| u32::from(last - first) + 1)
+    }
+}
+
 /// Everything that code is made of.
 pub struct Setup {
     pub map: SourceMap,
-    /// At least one program; several only for an image.
-    pub programs: Vec<Compiled>,
+    /// At least one.
+    pub instruments: Vec<Compiled>,
+    /// At least one; several only for an image.
+    pub programs: Vec<Playing>,
     pub device: Device,
     pub board: Board,
     pub keys: u32,
@@ -72,16 +115,17 @@ impl SetupArgs {
         self.setup(map, &program, &[model])
     }
 
-    /// The instrument that was named, or all programs of the keyboard, or the only instrument.
+    /// The instrument or the zones that were named, or all programs of the keyboard, or the only instrument.
     pub fn all(&self) -> Result<Setup, Failure> {
         let (map, program, name) = self.checked()?;
-        let models: Vec<&Model> = match (name, listed(&program)) {
-            (None, Some(programs @ [_, ..])) => {
-                programs.iter().map(|p| &program.instruments[p.parts[0].instrument]).collect()
-            }
-            _ => vec![load::instrument(&program, name)?],
-        };
-        self.setup(map, &program, &models)
+        let listed = listed(&program).unwrap_or_default();
+        let zones = listed.iter().filter(|playable| name.is_none_or(|name| playable.name == name));
+        let chosen: Vec<Playable> = zones.cloned().collect();
+        if chosen.is_empty() || name.is_some_and(|name| program.instruments.iter().any(|m| m.name == name)) {
+            let model = load::instrument(&program, name)?;
+            return self.setup(map, &program, &[model]);
+        }
+        self.programs(map, &program, &chosen)
     }
 
     fn checked(&self) -> Result<(SourceMap, Program, Option<&str>), Failure> {
@@ -91,13 +135,50 @@ impl SetupArgs {
         Ok((map, program, name))
     }
 
+    /// One program for each instrument.
     fn setup(&self, map: SourceMap, program: &Program, models: &[&Model]) -> Result<Setup, Failure> {
+        let playing = |(instrument, model): (usize, &&Model)| Playing {
+            name: model.name.clone(),
+            parts: vec![PlayingPart { instrument, notes: None }],
+        };
+        let programs = models.iter().enumerate().map(playing).collect();
+        self.compiled(map, program, models, programs)
+    }
+
+    /// Programs of the keyboard.
+    fn programs(&self, map: SourceMap, program: &Program, chosen: &[Playable]) -> Result<Setup, Failure> {
+        let mut used: Vec<usize> = Vec::new();
+        let mut programs = Vec::new();
+        for playable in chosen {
+            let plain = playable.parts.len() == 1;
+            let part = |part: &check::Part| {
+                let instrument = used.iter().position(|&at| at == part.instrument).unwrap_or_else(|| {
+                    used.push(part.instrument);
+                    used.len() - 1
+                });
+                PlayingPart { instrument, notes: (!plain).then_some((part.first_key, part.last_key)) }
+            };
+            let parts = playable.parts.iter().map(part).collect();
+            programs.push(Playing { name: playable.name.clone(), parts });
+        }
+        let models: Vec<&Model> = used.iter().map(|&at| &program.instruments[at]).collect();
+        self.compiled(map, program, &models, programs)
+    }
+
+    fn compiled(
+        &self,
+        map: SourceMap,
+        program: &Program,
+        models: &[&Model],
+        programs: Vec<Playing>,
+    ) -> Result<Setup, Failure> {
         let keyboard = program.keyboards.first();
         let device = load::device(self.device.as_deref(), program, models[0])?;
         let board = board(self.board.as_deref(), keyboard)?;
-        let programs = models.iter().map(|&model| load::compiled(&map, model.clone(), &device, false));
+        let instruments = models.iter().map(|&model| load::compiled(&map, model.clone(), &device, false));
         Ok(Setup {
-            programs: programs.collect::<Result<_, _>>()?,
+            instruments: instruments.collect::<Result<_, _>>()?,
+            programs,
             map,
             device,
             board,
@@ -132,18 +213,23 @@ fn board(wanted: Option<&str>, keyboard: Option<&Keyboard>) -> Result<Board, Fai
 
 /// The prefix of all names of a program.
 pub fn name(compiled: &Compiled) -> String {
-    c::Names::new(&compiled.lowered.kernel).kernel
+    whippen_compiler::c::Names::new(&compiled.lowered.kernel).kernel
 }
 
 impl Setup {
-    /// The only program, or the first.
+    /// The only instrument, or the first.
     pub fn first(&self) -> &Compiled {
-        &self.programs[0]
+        &self.instruments[0]
     }
 
-    /// The modes of a key, by program.
+    /// The modes of a key, by instrument.
     pub fn modes(&self) -> Vec<Modes> {
-        self.programs.iter().map(|compiled| specialise(&compiled.lowered.kernel, self.instructions)).collect()
+        self.instruments.iter().map(|compiled| specialise(&compiled.lowered.kernel, self.instructions)).collect()
+    }
+
+    /// A program whose keys do not all play the same, if there is one.
+    pub fn zones(&self) -> Option<&Playing> {
+        self.programs.iter().find(|program| program.parts.len() > 1)
     }
 
     /// That there is a firmware for the board.
@@ -168,16 +254,35 @@ impl Setup {
         self.linked(modes, setup.map_err(Failure::Usage)?)
     }
 
-    fn linked(&self, modes: &[Modes], setup: firmware::Setup) -> Result<(Whole, Vec<u32>), Failure> {
-        let parts = self.programs.iter().map(|compiled| {
+    fn linked(&self, modes: &[Modes], mut setup: firmware::Setup) -> Result<(Whole, Vec<u32>), Failure> {
+        let keys: u32 = setup.keys.iter().sum();
+        if let Some(zones) = self.programs.iter().find(|program| program.keys().is_some_and(|own| own != keys)) {
+            let (name, own) = (&zones.name, zones.keys().unwrap_or_default());
+            return Err(Failure::Usage(format!(
+                "`{name}` are zones for the {own} keys of their keyboard, not for {keys}: leave --keys away"
+            )));
+        }
+        let parts = self.instruments.iter().map(|compiled| {
             let places = places(&compiled.lowered.origins, &self.map);
             (places, image::midi(compiled))
         });
         let parts: Vec<(Vec<Place>, Midi)> = parts.collect();
-        let programs = modes.iter().zip(&parts);
-        let programs: Vec<firmware::Program> =
-            programs.map(|(modes, (places, midi))| firmware::Program { modes, places, midi }).collect();
-        let whole = firmware::whole(&programs, &setup, &self.board).map_err(|error| self.not_whole(error))?;
+        let instrument = |at: usize| {
+            let (places, midi) = &parts[at];
+            Instrument { modes: &modes[at], places, midi }
+        };
+        let program = |program: &Playing| firmware::Program {
+            parts: program
+                .parts
+                .iter()
+                .map(|part| Part { keys: part.keys().unwrap_or(keys), instrument: instrument(part.instrument) })
+                .collect(),
+        };
+        let programs: Vec<firmware::Program> = self.programs.iter().map(program).collect();
+        let whole = whole_divided(&programs, &mut setup, &self.board).map_err(|error| match error {
+            NotDivided::Whole(error) => self.not_whole(error),
+            NotDivided::Bound(_) => Failure::Defect(error.to_string()),
+        })?;
         Ok((whole, setup.keys))
     }
 

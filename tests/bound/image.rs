@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use whippen_compiler::budget::{Bounded, Program, cores};
-use whippen_compiler::firmware::{self, CORES, Whole, whole};
+use whippen_compiler::firmware::{self, CORES, Instrument, Whole, whole};
 use whippen_compiler::image::{Board, MemoryKind};
 use whippen_compiler::modes::{INSTRUCTIONS, Modes, specialise};
 use whippen_compiler::pipeline::{Compiled, compile};
@@ -47,10 +47,11 @@ impl Image {
         let device = Device::of(&compiled.model);
         let setup = setup_to_judge(&compiled, &device, keys, board.cores, 21).expect("a setup");
         let midi = midi(&compiled);
-        let programs = [firmware::Program { modes: &modes, places: &[], midi: &midi }];
+        let instrument = Instrument { modes: &modes, places: &[], midi: &midi };
+        let programs = [firmware::Program::on_all(instrument, &setup)];
         let whole = whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
         let program = Program::of(&whole.image);
-        let cores = cores(&whole.image, &program, &board.timing(), &setup.keys, 0).unwrap_or_else(|e| panic!("{e}"));
+        let cores = cores(&whole.image, &program, &board.timing(), &whole.keys(0), 0).unwrap_or_else(|e| panic!("{e}"));
         let period = u64::from(board.clock_hz / compiled.model.rate_hz);
         Image { kind, board, compiled, modes, whole, program, cores, keys: setup.keys, period }
     }

@@ -81,7 +81,7 @@ fn sources(compiled: &Compiled, keys: usize) -> Vec<(&'static str, Source)> {
 
 /// Nobody took longer than a frame's bounds say.
 fn holds(image: &Image, watch: &Watch, core: usize, frame: &Frame, visits: u64) -> (u64, u64) {
-    for ((mode, bound), &observed) in frame.tick.modes.iter().zip(&watch.keys[core]) {
+    for ((mode, bound), &observed) in frame.zones[0].tick.modes.iter().zip(&watch.keys[core]) {
         let allowed = bound.cycles_max + visits;
         assert!(observed <= allowed, "{}: {mode}: {observed} > {allowed}", image.name());
     }
@@ -111,7 +111,7 @@ fn play(kind: BoardKind, compiled: Compiled, keys: usize) -> u64 {
         assert!(both.frames_seen[core] > 0, "it played");
         format!(
             "key {key} of {}, frame {frame} of {}",
-            bounds.crowded.tick.key_cycles_max(),
+            bounds.crowded.key_cycles_max(),
             bounds.crowded.handler.cycles_max
         )
     });
@@ -123,7 +123,7 @@ fn play(kind: BoardKind, compiled: Compiled, keys: usize) -> u64 {
         "{} on {}: alone: key {key} of {}, frame {observed} of {}; crowded: {}",
         image.name(),
         image.board.name,
-        frame.tick.key_cycles_max(),
+        frame.key_cycles_max(),
         frame.handler.cycles_max,
         crowded.join("; ")
     );

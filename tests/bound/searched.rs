@@ -108,13 +108,13 @@ fn no_state_of_a_key_takes_longer_than_its_mode_s_bound() {
         let image = Image::new(compiled, KEYS);
         let mut keys = Keys::new(&image);
         let found = search(&mut keys, seed);
-        let bounds = &image.cores[0].alone.tick.modes;
+        let bounds = &image.cores[0].alone.zones[0].tick.modes;
         let mut reached = 0;
         for ((mode, bound), &found) in bounds.iter().zip(&found) {
             assert!(found <= bound.cycles_max, "{}: {mode}: {found} > {}", image.name(), bound.cycles_max);
             reached += usize::from(found == bound.cycles_max);
         }
-        let (bound, found) = (image.cores[0].alone.tick.key_cycles_max(), found.iter().max().copied().unwrap_or(0));
+        let (bound, found) = (image.cores[0].alone.key_cycles_max(), found.iter().max().copied().unwrap_or(0));
         exact += usize::from(bound == found);
         let tightness = bound as f64 / found as f64;
         println!(
@@ -149,7 +149,7 @@ fn a_bound_that_is_too_low_is_noticed() {
         let Some(compiled) = instruments().into_iter().find(|compiled| compiled.model.name == name) else { continue };
         let image = Image::new(compiled, KEYS);
         let found = search(&mut Keys::new(&image), 1);
-        let key = image.cores[0].alone.tick.key_cycles_max();
+        let key = image.cores[0].alone.key_cycles_max();
         let exceeded = |cycles_max: u64| found.iter().any(|&found| found > cycles_max);
         assert!(!exceeded(key), "{name}: {found:?} of {key}");
         if name == "two_body" {

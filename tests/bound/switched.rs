@@ -1,7 +1,7 @@
 //! An image with two programs that switches between them: frames in which a program begins are bounded too.
 
-use whippen_compiler::budget::{Program, cores};
-use whippen_compiler::firmware::{self, RUNNING, whole};
+use whippen_compiler::budget::{Frame, Program, cores};
+use whippen_compiler::firmware::{self, Instrument, Midi, Part, whole};
 use whippen_compiler::modes::{Modes, specialise};
 use whippen_compiler::pipeline::Compiled;
 use whippen_emulator::{BoardKind, Converter, ConverterSetup, Observer, Step, Stop, build};
@@ -40,20 +40,26 @@ impl Observer for Frames {
     }
 }
 
-#[test]
-fn a_program_that_begins_keeps_its_bound() {
-    let of = |name: &str| instruments().into_iter().find(|compiled| compiled.model.name == name).expect("bundled");
-    let programs: [Compiled; 2] = [of("hammond"), of("virtual_spring")];
-    let modes: Vec<Modes> = programs.iter().map(|compiled| specialise(&compiled.lowered.kernel, 2000)).collect();
-    let notes = programs.each_ref().map(midi);
-    let parts: Vec<firmware::Program> =
-        modes.iter().zip(&notes).map(|(modes, midi)| firmware::Program { modes, places: &[], midi }).collect();
-    let setup = setup(&programs[0], &Device::of(&programs[0].model), KEYS, 2, 21).expect("a setup");
+/// An image of two programs, each zones of so many keys of an instrument, that switches between them, and no frame takes longer than
+/// its bound. How many zones the cores have in each program.
+fn switches(names: &[&str], zones: [&[(u32, usize)]; 2], keys: [u32; 2]) -> [Vec<usize>; 2] {
+    let of = |name: &&str| instruments().into_iter().find(|compiled| compiled.model.name == *name).expect("bundled");
+    let compiled: Vec<Compiled> = names.iter().map(of).collect();
+    let modes: Vec<Modes> = compiled.iter().map(|compiled| specialise(&compiled.lowered.kernel, 2000)).collect();
+    let notes: Vec<Midi> = compiled.iter().map(midi).collect();
+    let mut setup = setup(&compiled[0], &Device::of(&compiled[0].model), KEYS, 2, 21).expect("a setup");
+    setup.keys = keys.to_vec();
+    let part = |&(keys, at): &(u32, usize)| {
+        Part { keys, instrument: Instrument { modes: &modes[at], places: &[], midi: &notes[at] } }
+    };
+    let programs = zones.map(|zones| firmware::Program { parts: zones.iter().map(part).collect() });
     let board = board::bundled("rp2350").expect("it is bundled");
-    let image = whole(&parts, &setup, &board).unwrap_or_else(|e| panic!("{e}")).image;
-    let program = Program::of(&image);
+    let whole = whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
+    let image = &whole.image;
+    let program = Program::of(image);
     let bounds = [0, 1].map(|playing| {
-        cores(&image, &program, &Core::cortex_m33(), &setup.keys, playing).unwrap_or_else(|e| panic!("{e}"))
+        let keys = whole.keys(playing);
+        cores(image, &program, &Core::cortex_m33(), &keys, playing).unwrap_or_else(|e| panic!("{e}"))
     });
     let converter = ConverterSetup { keys: KEYS, rate_hz: setup.rate_hz };
     let (mut machine, ports) = build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).expect("a board");
@@ -61,7 +67,7 @@ fn a_program_that_begins_keeps_its_bound() {
         machine.bus.memory.write(segment.load, &segment.bytes).expect("memory");
     }
     machine.reset();
-    let words = common::gesture_words(&programs[0]);
+    let words = common::gesture_words(&compiled[0]);
     let row = (0..KEYS * APART * SWITCHES).map(|at| words[(at as usize * 31) % words.len()]);
     machine.bus.device_mut::<Converter>(ports.converter).expect("the converter").samples.extend(row);
     let mut frames = Frames::default();
@@ -82,9 +88,29 @@ fn a_program_that_begins_keeps_its_bound() {
     assert_eq!(begun, [true; 2], "both have played");
     assert!(frames.count > APART * SWITCHES, "{} frames", frames.count);
     for (core, observed) in frames.longest.into_iter().enumerate() {
-        let bound = bounds.each_ref().map(|cores| cores[core].crowded.handler.cycles_max).into_iter().max();
-        let bound = bound.unwrap_or(0) + u64::from(RUNNING[core].visits);
-        println!("core {core}: frame {observed} of {bound}");
+        let frames = bounds.each_ref().map(|cores| &cores[core].crowded);
+        let visits = |frame: &&Frame| frame.parts.iter().find(|(what, _)| what.contains("visits")).map_or(0, |(_, n)| *n);
+        let bound = frames.iter().map(|frame| frame.handler.cycles_max + visits(frame)).max().unwrap_or(0);
+        println!("{names:?}, core {core}: frame {observed} of {bound}");
         assert!(observed <= bound, "core {core}: {observed} > {bound}");
+        assert!(observed * 5 > bound * 4, "core {core}: {observed} is far from {bound}");
     }
+    [0, 1].map(|program| whole.keys(program).iter().map(Vec::len).collect())
+}
+
+#[test]
+fn a_program_that_begins_keeps_its_bound() {
+    let zones = switches(&["hammond", "virtual_spring"], [&[(KEYS, 0)], &[(KEYS, 1)]], [5, 4]);
+    assert_eq!(zones, [vec![1, 1], vec![1, 1]]);
+}
+
+/// Several instruments on a core, a core that begins in the midst of a zone, an instrument in two zones; and from all keys alike to
+/// zones and back.
+#[test]
+fn zones_that_begin_keep_their_bound() {
+    let names = ["hammond", "harpsichord", "virtual_spring"];
+    let zones = switches(&names, [&[(2, 0), (5, 1), (2, 0)], &[(KEYS, 2)]], [6, 3]);
+    assert_eq!(zones, [vec![2, 2], vec![1, 1]]);
+    let zones = switches(&names, [&[(1, 0), (1, 2), (1, 1), (6, 0)], &[(6, 1), (3, 0)]], [4, 5]);
+    assert_eq!(zones, [vec![4, 1], vec![1, 2]]);
 }

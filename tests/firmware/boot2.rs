@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use whippen_compiler::firmware::{self, Program};
+use whippen_compiler::firmware::{self, Instrument, Program};
 use whippen_compiler::image::{Image, uf2};
 use whippen_compiler::modes::Modes;
 use whippen_emulator::{Access, BoardKind, Bus, BusError, ConverterSetup, Device, Register, Stop, Waits, build};
@@ -18,7 +18,9 @@ const SSI: u32 = 0x1800_0000;
 fn image() -> Image {
     let (kernel, board) = (kernel("virtual-spring.whip"), board::bundled("rp2040").expect("it is bundled"));
     let modes = Modes::single(&kernel);
-    let programs = [Program { modes: &modes, places: &[], midi: &midi(&kernel) }];
+    let notes = midi(&kernel);
+    let instrument = Instrument { modes: &modes, places: &[], midi: &notes };
+    let programs = [Program::on_all(instrument, &setup())];
     firmware::whole(&programs, &setup(), &board).unwrap_or_else(|e| panic!("{e}")).image
 }
 

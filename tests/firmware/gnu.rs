@@ -40,15 +40,15 @@ fn gnu(
 }
 
 fn played<'a>(kernel: &'a Kernel, rig: &'a Rig, midi: &'a Midi) -> Played<'a> {
-    Played { kernel, layouts: rig.layouts[0].iter().collect(), midi }
+    Played { parts: vec![(kernel, midi)], cores: &rig.programs[0] }
 }
 
 /// Every text of a board's firmware; how many bytes were compared, none where the tools are absent.
-fn compare(board: &Support, core: &str, setup: &Setup) -> Option<usize> {
+fn compare(board: &Support, core: &str, setup: &Setup, zones: bool) -> Option<usize> {
     let kernel = kernel("virtual-spring.whip");
     let rig = Rig::new(&kernel, 0);
-    let layouts = rig.layouts[0].iter().take(setup.keys.len()).collect();
-    let played = Played { kernel: &kernel, layouts, midi: &midi(&kernel) };
+    let notes = midi(&kernel);
+    let played = Played { parts: vec![(&kernel, &notes)], cores: &rig.programs[0][..setup.keys.len()] };
     let watched = Setup { passivity: Some(Passivity { credit: 1 << 24, past: 5, damping: 300 }), ..setup.clone() };
     let mut constants = match constants(std::slice::from_ref(&played), &watched, board) {
         // It has no text for this core; the others are compared all the same.
@@ -58,6 +58,7 @@ fn compare(board: &Support, core: &str, setup: &Setup) -> Option<usize> {
         constants => constants.expect("constants"),
     };
     constants.extend(of_frame(setup.keys[0], board, 0));
+    constants.insert("ZONES".to_string(), zones.into());
     let mut compared = 0;
     for (index, texts) in sources(board).into_iter().enumerate() {
         let text: String = texts.iter().map(|source| source.text).collect();
@@ -89,10 +90,9 @@ fn compare(board: &Support, core: &str, setup: &Setup) -> Option<usize> {
 #[test]
 fn the_same_bytes() {
     let one = Setup { keys: vec![44], ..setup() };
-    for (board, core, setup) in
-        [(RP2350, "cortex-m33", setup()), (RP2040, "cortex-m0plus", setup()), (STM32F4, "cortex-m4", one)]
-    {
-        match compare(&board, core, &setup) {
+    let boards = [(RP2350, "cortex-m33", setup()), (RP2040, "cortex-m0plus", setup()), (STM32F4, "cortex-m4", one)];
+    for ((board, core, setup), zones) in boards.iter().flat_map(|board| [false, true].map(|zones| (board, zones))) {
+        match compare(board, core, setup, zones) {
             Some(compared) => assert!(compared > 1200, "{core}: {compared} bytes"),
             None => {
                 let note = b"SKIPPED: arm-none-eabi-as is not installed (Debian: binutils-arm-none-eabi)\n";

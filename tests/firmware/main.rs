@@ -10,3 +10,4 @@ mod ring;
 mod safety;
 mod switch;
 mod talk;
+mod zones;

@@ -1,7 +1,7 @@
 //! A key that may give no more energy than its device says: actively unstable programs stay bounded, others play as ever.
 
 use whippen_compiler::budget::{Program, cores};
-use whippen_compiler::firmware::{self, Passivity, Setup, whole};
+use whippen_compiler::firmware::{self, Instrument, Passivity, Setup, whole};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::modes::Modes;
 use whippen_compiler::pipeline::{Compiled, compile};
@@ -94,9 +94,10 @@ fn it_is_charged() {
         (Modes::single(&kernel), midi(&kernel), board::bundled("rp2350").expect("it is bundled"));
     let frames = |passivity: Option<Passivity>| {
         let setup = Setup { passivity, ..setup() };
-        let programs = [firmware::Program { modes: &modes, places: &[], midi: &midi }];
-        let image = whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}")).image;
-        let bounds = cores(&image, &Program::of(&image), &Core::cortex_m33(), &setup.keys, 0);
+        let instrument = Instrument { modes: &modes, places: &[], midi: &midi };
+        let programs = [firmware::Program::on_all(instrument, &setup)];
+        let whole = whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
+        let bounds = cores(&whole.image, &Program::of(&whole.image), &Core::cortex_m33(), &whole.keys(0), 0);
         let bounds = bounds.unwrap_or_else(|e| panic!("{e}"));
         [0, 1].map(|core: usize| bounds[core].alone.handler.cycles_max)
     };

@@ -28,7 +28,7 @@ fn begins(rig: &Rig) -> [usize; 2] {
 fn expected(kernel: &Kernel, words: &[u16], core: usize, first: usize, begin: usize) -> Vec<Vec<i16>> {
     let row = |tick: usize| &words[tick * KEYS + 44 * core..][..44];
     // Values per key go to the core that has the key.
-    let own = keys_of(kernel, &[44, 44], core);
+    let own = keys_of(kernel, 44 * core as u32);
     let mut interp = Interp::new(&own, 44).expect("verifies");
     interp.init(row(first));
     let mut drive = vec![0; 44];

@@ -1,6 +1,6 @@
 //! A whole firmware on the emulated board: built, linked, started, fed with sensor words.
 
-use whippen_compiler::firmware::{self, CORES, Midi, Motor, Program, Setup};
+use whippen_compiler::firmware::{self, CORES, Instrument, Midi, Motor, Program, Segment, Setup};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::image::Image;
 use whippen_compiler::kernel::Kernel;
@@ -67,7 +67,7 @@ pub struct Rig {
     pub ports: Ports,
     pub image: Image,
     /// By program and core.
-    pub layouts: Vec<Vec<Layout>>,
+    pub programs: Vec<Vec<Vec<Segment>>>,
 }
 
 impl Rig {
@@ -81,11 +81,16 @@ impl Rig {
         let modes = |kernel: &&Kernel| if leaves == 0 { Modes::single(kernel) } else { specialise(kernel, leaves) };
         let modes: Vec<Modes> = kernels.iter().map(modes).collect();
         let midi: Vec<Midi> = kernels.iter().map(|kernel| midi(kernel)).collect();
-        let programs = modes.iter().zip(&midi).map(|(modes, midi)| Program { modes, places: &[], midi });
+        let instruments = modes.iter().zip(&midi).map(|(modes, midi)| Instrument { modes, places: &[], midi });
+        let programs: Vec<Program> = instruments.map(|instrument| Program::on_all(instrument, setup)).collect();
+        Rig::of_programs(&programs, setup)
+    }
+
+    /// Built from programs.
+    pub fn of_programs(programs: &[Program], setup: &Setup) -> Rig {
         let board = board::bundled("rp2350").expect("it is bundled");
-        let programs: Vec<Program> = programs.collect();
-        let whole = firmware::whole(&programs, setup, &board).unwrap_or_else(|e| panic!("{e}"));
-        let (image, layouts) = (whole.image, whole.layouts);
+        let whole = firmware::whole(programs, setup, &board).unwrap_or_else(|e| panic!("{e}"));
+        let (image, programs) = (whole.image, whole.programs);
         let converter = ConverterSetup { keys: KEYS as u32, rate_hz: setup.rate_hz };
         let (mut machine, ports) =
             build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).expect("the board can be");
@@ -93,9 +98,14 @@ impl Rig {
             machine.bus.memory.write(segment.load, &segment.bytes).expect("memory");
         }
         machine.reset();
-        let mut rig = Rig { machine, ports, layouts, image };
+        let mut rig = Rig { machine, ports, programs, image };
         rig.converter().recording = true;
         rig
+    }
+
+    /// Where a core's keys have what, of a program that has one instrument.
+    pub fn layout(&self, program: usize, core: usize) -> &Layout {
+        &self.programs[program][core][0].layout
     }
 
     pub fn converter(&mut self) -> &mut Converter {

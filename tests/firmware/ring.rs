@@ -29,7 +29,7 @@ fn talkative() -> Kernel {
 /// Head, tail, lost, of a core's ring.
 fn ring(rig: &Rig, core: usize) -> [u32; 3] {
     let state = rig.symbol(["core0_state", "core1_state"][core]);
-    let ring = rig.layouts[0][core].events().expect("keys have events");
+    let ring = rig.layout(0, core).events().expect("keys have events");
     [ring.head, ring.tail, ring.lost].map(|at| rig.word(state + at))
 }
 
@@ -42,7 +42,7 @@ fn events_without_room_are_counted_and_nothing_waits() {
     let loud = 50;
     let drives = rig.play((0..loud + 2).flat_map(|tick| row(if tick < loud { 40_000 } else { 8_000 })));
     for core in [0, 1] {
-        let bytes = rig.layouts[0][core].events().expect("keys have events");
+        let bytes = rig.layout(0, core).events().expect("keys have events");
         let [head, tail, lost] = ring(&rig, core);
         // Each tick has 44 events; what is left of the ring behind the last whole tick holds a mark.
         let left = bytes.bytes % (44 * bytes.event);
@@ -64,7 +64,7 @@ fn events_without_room_are_counted_and_nothing_waits() {
     let after = ring(&rig, 0);
     assert_eq!(
         after[0] - before[0],
-        rig.layouts[0][0].events().expect("keys have events").event,
+        rig.layout(0, 0).events().expect("keys have events").event,
         "there is room again"
     );
     assert_eq!(after[2], before[2]);

@@ -87,7 +87,7 @@ fn a_frozen_sensor_frees_its_key_only_when_the_drive_moves() {
 }
 
 fn record(rig: &Rig) -> u32 {
-    rig.layouts[0][0].record(1) - rig.layouts[0][0].record(0)
+    rig.layout(0, 0).record(1) - rig.layout(0, 0).record(0)
 }
 
 #[test]

@@ -9,12 +9,12 @@ use whippen_runtime::gesture::default_gesture;
 /// What the mailbox calls the program.
 const PROGRAM: u32 = u32::MAX;
 /// Ticks after which force is whole again (20 ms), and every key plays.
-fn ramp(rate_hz: u32) -> usize {
+pub fn ramp(rate_hz: u32) -> usize {
     rate_hz as usize / 50 + 3 * 16 + 44
 }
 
 /// Asks for another program; it begins within the next ticks.
-fn ask(rig: &mut Rig, request: u32, program: u32) {
+pub fn ask(rig: &mut Rig, request: u32, program: u32) {
     let mailbox = rig.symbol("mailbox");
     rig.set(mailbox + 4, PROGRAM);
     rig.set(mailbox + 8, program);
@@ -22,7 +22,7 @@ fn ask(rig: &mut Rig, request: u32, program: u32) {
 }
 
 /// Sensor words of so many ticks: every key plays the gesture at a time of its own, three times as fast.
-fn words(rate_hz: u32, ticks: std::ops::Range<usize>) -> Vec<u16> {
+pub fn words(rate_hz: u32, ticks: std::ops::Range<usize>) -> Vec<u16> {
     let device = Device::mikey();
     let motion: Vec<u16> = default_gesture().positions(rate_hz).iter().map(|&x| device.word_of_position(x).0).collect();
     let word =

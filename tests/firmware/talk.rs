@@ -22,7 +22,7 @@ fn parameters_are_set_within_their_ranges() {
     let live = kernel.lives.first().expect("a live parameter");
     let mut rig = Rig::with(&[&kernel], 0, &Setup { rate_hz: 4410, ..setup() });
     rig.play(vec![20_000; 200 * KEYS]);
-    let at = rig.layouts[0][0].live(0).expect("a place");
+    let at = rig.layout(0, 0).live(0).expect("a place");
     let values = |rig: &Rig| ["core0_state", "core1_state"].map(|state| rig.word(rig.symbol(state) + at) as i32);
     assert_eq!(values(&rig), [live.init; 2]);
     let (low, high) = (live.range.low as i32, live.range.high as i32);

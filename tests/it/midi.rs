@@ -220,10 +220,10 @@ fn zones_play_what_their_instruments_play_alone() {
         keys: of_stage(part.first_key)..of_stage(part.last_key) + 1,
     };
     let parts: Vec<Part> = split.parts.iter().map(part).collect();
-    assert_eq!(parts.iter().map(|part| part.keys.clone()).collect::<Vec<_>>(), [0..29, 29..61]);
+    assert_eq!(parts.iter().map(|part| part.keys.clone()).collect::<Vec<_>>(), [0..24, 24..49]);
     let notes = midi::read(&file(&music())).expect("notes").notes;
     let (mut keys, mut strokes) = laid_out(&notes);
-    let inside = |key: &PlayingKey| (15..76).contains(&key.index);
+    let inside = |key: &PlayingKey| (15..64).contains(&key.index);
     (keys, strokes) = keys.into_iter().zip(strokes).filter(|(key, _)| inside(key)).unzip();
     keys.iter_mut().for_each(|key| key.index -= 15);
     let run = |parts: &[Part], threads| {
@@ -236,7 +236,7 @@ fn zones_play_what_their_instruments_play_alone() {
         keys.iter().map(|key| key.index).collect::<Vec<_>>()
     );
     for part in &parts {
-        let alone = run(&[Part { keys: 0..61, ..part.clone() }], 1);
+        let alone = run(&[Part { keys: 0..49, ..part.clone() }], 1);
         let own = |logs: &[KeyLog]| -> Vec<KeyLog> {
             logs.iter().filter(|log| part.keys.contains(&log.index)).cloned().collect()
         };
@@ -244,9 +244,9 @@ fn zones_play_what_their_instruments_play_alone() {
         assert_eq!(own(&logs), own(&alone), "{}", part.model.name);
     }
     // Which event is a strike depends on the key: a key that has none has no notes to be compared.
-    let strike = |key: usize| (key < 29).then_some(0);
+    let strike = |key: usize| (key < 24).then_some(0);
     let outcome = Outcome::new(&notes, &logs, &strokes, strike, 44_100);
-    assert!(!outcome.notes.is_empty() && outcome.notes.iter().all(|n| n.note.key < 65), "{outcome:?}");
+    assert!(!outcome.notes.is_empty() && outcome.notes.iter().all(|n| n.note.key < 60), "{outcome:?}");
 }
 
 #[test]
@@ -265,7 +265,7 @@ fn zones_are_played_by_name_and_key() {
     assert_eq!((code, err.as_str()), (0, ""), "{out}");
     assert!(out.contains("stage, split: ") && out.contains(" struck, "), "{out}");
     let page = std::fs::read_to_string(folder.path().join("r.html")).expect("a page");
-    assert!(page.contains("C2 .. E4: hammond, F4 .. C7: grand piano") && page.contains("id=\"key-c5\""));
+    assert!(page.contains("C2 .. B3: hammond, C4 .. C6: grand piano") && page.contains("id=\"key-c5\""));
     let c5 = std::fs::read_to_string(folder.path().join("c5.csv")).expect("a trace");
     assert!(c5.lines().next().expect("titles").contains("phi"), "the grand's hammer: {c5:.200}");
     // One key: of the zones, or of an instrument with that key's values.
@@ -278,7 +278,7 @@ fn zones_are_played_by_name_and_key() {
             &["split"],
             "`split` are zones: name a key, such as --key C2, or one of the instruments: hammond, grand_piano",
         ),
-        (&["split", "--key", "C8"], "the keyboard has the keys C2 .. C7, and not C8"),
+        (&["split", "--key", "C8"], "the keyboard has the keys C2 .. C6, and not C8"),
         (&["--midi", "song.mid", "--program", "grand_piano"], "its programs are: split, hammond"),
     ];
     for (more, says) in cases {
@@ -291,7 +291,7 @@ fn zones_are_played_by_name_and_key() {
         "{err}"
     );
     let (code, out, _) = command(&["check", &files[0], &files[1], &files[2]], folder.path());
-    assert!(code == 0 && out.contains("stage: ok (61 keys at 44100 Hz)"), "{out}");
+    assert!(code == 0 && out.contains("stage: ok (49 keys at 44100 Hz)"), "{out}");
 }
 
 #[test]

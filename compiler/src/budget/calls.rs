@@ -7,10 +7,9 @@ use std::collections::BTreeMap;
 
 use whippen_isa::timing::Target;
 
-use super::frame::{OnCore, find};
+use super::frame::{OnCore, Zone, find};
 use super::program::Program;
-use super::tick::Tick;
-use super::{Bound, Known, NotBounded, Query, Step, bound};
+use super::{Annotations, Bound, Known, NotBounded, Query, Step, bound};
 use crate::firmware::{BEGINS, PARTS, keys_name};
 
 /// All calls, by what they lead to.
@@ -58,26 +57,59 @@ impl Calls {
         Ok(Self { name, return_to, tick, begin, others, whole, begun, beginning })
     }
 
-    /// What a call costs that begins a key. The code is that of `init`, whose loop over the keys runs once.
+    /// What a call costs that begins a key. The code is that of `init`, whose loop over the keys runs once; of several zones, the
+    /// dearest.
     pub fn begin(&self, of: &OnCore) -> Result<Bound, NotBounded> {
-        let mut annotations = of.program.annotations.clone();
-        let (core, code, entry) = (of.core, &of.program.code, self.begin);
-        let surroundings = Some(of.surroundings);
-        let first = bound(&Query { core, code, entry, annotations: &annotations, surroundings });
-        let Err(NotBounded::NoRounds { head }) = first else { return first };
-        annotations.loops.insert(head, 1);
-        bound(&Query { core, code, entry, annotations: &annotations, surroundings })
+        begins(of, self.begin, BTreeMap::new())
+    }
+
+    /// What the keys of a program cost, where its core has zones: the calls between them are code like other.
+    pub fn costs(&self, of: &OnCore, zones: &[Zone]) -> Result<Costs, NotBounded> {
+        let begin = self.begin(of)?;
+        if let [zone] = zones {
+            let ticked = |keys| Known { cycles: zone.tick.cycles_max(keys), stack_bytes: zone.tick.stack_bytes_max() };
+            return Ok(Costs { whole: ticked(zone.keys), begun: ticked(zone.keys.saturating_sub(1)), begin });
+        }
+        let known = |what: &str, cost: &dyn Fn(&Zone) -> Known| {
+            let one = |zone: &Zone| Ok(((None, find(of.program, &format!("{}_{what}", zone.name))?), cost(zone)));
+            zones.iter().map(one).collect::<Result<BTreeMap<_, _>, NotBounded>>()
+        };
+        let tick = |zone: &Zone| Known {
+            cycles: zone.tick.cycles_max(zone.keys),
+            stack_bytes: zone.tick.stack_bytes_max(),
+        };
+        let annotations = Annotations {
+            known: known("tick", &tick)?,
+            bases: of.stack().into_iter().collect(),
+            return_to: self.return_to,
+            ..of.program.annotations.clone()
+        };
+        let (core, code, surroundings) = (of.core, &of.program.code, Some(of.surroundings));
+        let all = bound(&Query { core, code, entry: self.tick, annotations: &annotations, surroundings })?;
+        let whole = Known { cycles: all.cycles_max, stack_bytes: all.stack_bytes_max };
+        // Some key begins, those below it play, those above it do not: which one costs most?
+        let finds = begins(of, self.begin, known("begin", &|_| Known::default())?)?;
+        let (mut above, mut dearest) = (0, 0);
+        for zone in zones.iter().rev() {
+            let own = begins(of, find(of.program, &format!("{}_begin", zone.name))?, BTreeMap::new())?;
+            let key = zone.tick.key_cycles_max();
+            let played = whole.cycles.saturating_sub(above + key);
+            dearest = dearest.max(played + own.cycles_max + finds.cycles_max);
+            above += u64::from(zone.keys) * key;
+        }
+        // Both are called on the same way, so what one call costs may be charged to the other.
+        let begun = Known { cycles: dearest.saturating_sub(begin.cycles_max), ..whole };
+        Ok(Costs { whole, begun, begin })
     }
 
     /// The costs of all calls.
-    pub fn known(&self, tick: &Tick, keys: u32, begin: &Bound) -> BTreeMap<(u32, u32), Known> {
-        let ticked = |keys| Known { cycles: tick.cycles_max(keys), stack_bytes: tick.stack_bytes_max() };
-        let begins = Known { cycles: begin.cycles_max, stack_bytes: begin.stack_bytes_max };
-        let whole = self.whole.iter().map(|&at| ((at, self.tick), ticked(keys)));
-        let begun = self.begun.iter().map(|&at| ((at, self.tick), ticked(keys.saturating_sub(1))));
-        let beginning = self.beginning.iter().map(|&at| ((at, self.begin), begins));
+    pub fn known(&self, costs: &Costs) -> BTreeMap<(Option<u32>, u32), Known> {
+        let begins = Known { cycles: costs.begin.cycles_max, stack_bytes: costs.begin.stack_bytes_max };
+        let whole = self.whole.iter().map(|&at| ((Some(at), self.tick), costs.whole));
+        let begun = self.begun.iter().map(|&at| ((Some(at), self.tick), costs.begun));
+        let beginning = self.beginning.iter().map(|&at| ((Some(at), self.begin), begins));
         let sites = self.whole.iter().chain(&self.begun).chain(&self.beginning);
-        let nobody = sites.flat_map(|&at| self.others.iter().map(move |&other| ((at, other), Known::default())));
+        let nobody = sites.flat_map(|&at| self.others.iter().map(move |&other| ((Some(at), other), Known::default())));
         whole.chain(begun).chain(beginning).chain(nobody).collect()
     }
 
@@ -99,6 +131,31 @@ impl Calls {
             }
         }
         parts.into_iter().map(|(name, cycles)| (name, cycles.max(0) as u64)).collect()
+    }
+}
+
+/// What a program's keys cost.
+pub struct Costs {
+    /// All of them.
+    whole: Known,
+    /// Those that have begun, one less at most.
+    begun: Known,
+    /// One that begins.
+    begin: Bound,
+}
+
+/// The bound of a function that begins a key: each of its loops over keys runs once.
+fn begins(of: &OnCore, entry: u32, known: BTreeMap<(Option<u32>, u32), Known>) -> Result<Bound, NotBounded> {
+    let mut annotations = Annotations { known, ..of.program.annotations.clone() };
+    let (core, code, surroundings) = (of.core, &of.program.code, Some(of.surroundings));
+    loop {
+        let found = bound(&Query { core, code, entry, annotations: &annotations, surroundings });
+        match found {
+            Err(NotBounded::NoRounds { head }) if !annotations.loops.contains_key(&head) => {
+                annotations.loops.insert(head, 1);
+            }
+            found => return found,
+        }
     }
 }
 

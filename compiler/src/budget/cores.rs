@@ -7,10 +7,10 @@ use whippen_isa::timing::Core;
 use whippen_isa::timing::sram::Chip;
 
 use super::NotBounded;
-use super::frame::{Frame, OnCore, frame};
+use super::frame::{Frame, OnCore, frame, zone_names};
 use super::memory::{Banks, Surroundings};
 use super::program::Program;
-use crate::firmware::{Owner, RUNNING, owner};
+use crate::firmware::{Owner, RUNNING, keys_name, owner};
 use crate::image::{Image, SectionKind};
 use crate::parallel;
 
@@ -30,7 +30,8 @@ impl Bounded {
     }
 }
 
-/// Bounds the cores of a firmware's image with so many keys each, while it plays the program of that number.
+/// Bounds the cores of a firmware's image with so many keys each, zone by zone (`Whole::keys`), while it plays the program of that
+/// number.
 ///
 /// # Errors
 /// What cannot be bounded.
@@ -38,15 +39,15 @@ pub fn cores(
     image: &Image,
     program: &Program,
     core: &Core,
-    keys: &[u32],
+    keys: &[Vec<u32>],
     playing: usize,
 ) -> Result<Vec<Bounded>, NotBounded> {
     let (chip, count) = (Chip::of(core.arch), keys.len());
     let alone = || Surroundings { chip, ..Surroundings::default() };
     let questions =
-        (0..count).flat_map(|number| [alone(), surroundings(image, chip, number, count)].map(|s| (number, s)));
+        (0..count).flat_map(|number| [alone(), surroundings(image, program, chip, number, count)].map(|s| (number, s)));
     let found = parallel::map(questions.collect(), |(number, surroundings)| {
-        let (running, keys, surroundings) = (&RUNNING[number], keys[number], &surroundings);
+        let (running, keys, surroundings) = (&RUNNING[number], &keys[number], &surroundings);
         frame(&OnCore { program, core, running, number, playing, keys, surroundings })
     });
     let mut found = found.into_iter();
@@ -55,7 +56,7 @@ pub fn cores(
 }
 
 /// Who else is at the banks that a core uses, one of so many.
-fn surroundings(image: &Image, chip: Chip, core: usize, cores: usize) -> Surroundings {
+fn surroundings(image: &Image, program: &Program, chip: Chip, core: usize, cores: usize) -> Surroundings {
     let banks = |core: usize, code: bool| banks(image, chip, core, code);
     let (data, prefetch) = (banks(core, false), chip.fetches_apart());
     if cores == 1 {
@@ -63,7 +64,18 @@ fn surroundings(image: &Image, chip: Chip, core: usize, cores: usize) -> Surroun
         return Surroundings { chip, data: data | banks(1, false), prefetch, ..Surroundings::default() };
     }
     let others = vec![banks(1 - core, true), banks(1 - core, false)];
-    Surroundings { chip, data, prefetch, others, visits: RUNNING[core].visits }
+    let visits = RUNNING[core].visits + more_visits(program, core);
+    Surroundings { chip, data, prefetch, others, visits }
+}
+
+/// What core 1 looks up besides in the memory of core 0 where that has several zones: head and tail of each further ring, in two
+/// rounds.
+fn more_visits(program: &Program, core: usize) -> u32 {
+    let zones = (0..)
+        .map(|number| keys_name(core, number))
+        .take_while(|name| program.symbols.contains_key(&format!("{name}_tick")))
+        .map(|name| zone_names(program, &name).len() as u32);
+    if core == 0 { 4 * (zones.max().unwrap_or(1) - 1) } else { 0 }
 }
 
 /// The banks of a core's code, or of its data.

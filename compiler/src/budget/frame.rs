@@ -22,7 +22,7 @@ use super::memory::{Banks, Surroundings};
 use super::program::Program;
 use super::tick::Tick;
 use super::{Annotations, Bound, NotBounded, Query, bound, stack};
-use crate::firmware::{DEAD, Running};
+use crate::firmware::{DEAD, Running, zone_name};
 use crate::thumb::{self, Points};
 
 /// Words that an exception saves and restores.
@@ -35,8 +35,8 @@ const SAVED_BYTES: u32 = 4 * SAVED_WORDS as u32 + 4;
 pub struct Frame {
     /// Keys of the core.
     pub keys: u32,
-    /// The code of the keys.
-    pub tick: Tick,
+    /// The code of the keys, by instrument: one zone, unless the program has several and some of them on this core.
+    pub zones: Vec<Zone>,
     /// The handler, all keys included.
     pub handler: Bound,
     /// What the cycles around the keys are for, on the handler's dearest way.
@@ -47,6 +47,17 @@ pub struct Frame {
     pub stack_bytes_max: u32,
     /// As sure as the least sure number.
     pub class: Evidence,
+}
+
+/// Neighbouring keys of a core that play one instrument.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Zone {
+    /// The name in front of `_tick`.
+    pub name: String,
+    /// How many keys.
+    pub keys: u32,
+    /// Their code.
+    pub tick: Tick,
 }
 
 /// A core to be bounded.
@@ -62,8 +73,8 @@ pub struct OnCore<'a> {
     pub number: usize,
     /// Which program plays, by its number.
     pub playing: usize,
-    /// Its keys.
-    pub keys: u32,
+    /// How many keys of each of its zones.
+    pub keys: &'a [u32],
     /// Who else uses memory.
     pub surroundings: &'a Surroundings,
 }
@@ -76,7 +87,17 @@ impl Frame {
 
     /// Cycles of all keys, at most.
     pub fn keys_cycles_max(&self) -> u64 {
-        u64::from(self.keys) * self.tick.key_cycles_max()
+        self.zones.iter().map(|zone| u64::from(zone.keys) * zone.tick.key_cycles_max()).sum()
+    }
+
+    /// Cycles of the dearest key, at most.
+    pub fn key_cycles_max(&self) -> u64 {
+        self.zones.iter().map(|zone| zone.tick.key_cycles_max()).max().unwrap_or(0)
+    }
+
+    /// How sure the cycles of a key are.
+    pub fn key_class(&self) -> Evidence {
+        self.zones.iter().map(|zone| zone.tick.class()).max().unwrap_or(Evidence::Exact)
     }
 }
 
@@ -89,10 +110,13 @@ pub fn frame(of: &OnCore) -> Result<Frame, NotBounded> {
     let handler = find(program, running.handler)?;
     only_handler(program, running, handler)?;
     let calls = Calls::find(of)?;
-    let tick =
-        super::tick::tick(program, &calls.name, core, surroundings, calls.return_to, of.bases_of_keys(&calls.name))?;
-    let begin = calls.begin(of)?;
-    let known = calls.known(&tick, keys, &begin);
+    let names = zone_names(program, &calls.name);
+    // Zones are called in one row, so each comes back to another place: to the dearest.
+    let return_to = if names.len() == 1 { calls.return_to } else { None };
+    let tick = |name: &str| super::tick::tick(program, name, core, surroundings, return_to, of.bases_of_keys(name));
+    let zone = |(name, &keys): (&String, &u32)| Ok(Zone { name: name.clone(), keys, tick: tick(name)? });
+    let zones = names.iter().zip(keys).map(zone).collect::<Result<Vec<Zone>, NotBounded>>()?;
+    let known = calls.known(&calls.costs(of, &zones)?);
     let bases = of.stack().into_iter().collect();
     let annotations = Annotations { handler: true, known, bases, ..program.annotations.clone() };
     let query =
@@ -106,18 +130,19 @@ pub fn frame(of: &OnCore) -> Result<Frame, NotBounded> {
         ("the instruction in progress".to_string(), idle.cycles_max),
         ("entry of the interrupt".to_string(), u64::from(enter.cycles) + u64::from(SAVED_WORDS + 1) * stacking),
     ];
-    let all = u64::from(keys) * tick.key_cycles_max();
+    let all: u64 = zones.iter().map(|zone| u64::from(zone.keys) * zone.tick.key_cycles_max()).sum();
     parts.extend(calls.parts(program, &handled.path, all));
     parts.push(("return from the interrupt".into(), u64::from(leave.cycles) + u64::from(SAVED_WORDS) * stacking));
     if surroundings.visits > 0 {
         parts.push(("the other core's visits".to_string(), u64::from(surroundings.visits)));
     }
+    let class = zones.iter().map(|zone| zone.tick.class()).max().unwrap_or(Evidence::Exact);
     Ok(Frame {
-        keys,
+        keys: keys.iter().sum(),
         cycles_max: all + parts.iter().map(|(_, cycles)| cycles).sum::<u64>(),
         stack_bytes_max: idle.stack_bytes_max + SAVED_BYTES + handled.stack_bytes_max,
-        class: handled.class.max(tick.class()).max(enter.evidence).max(leave.evidence),
-        tick,
+        class: handled.class.max(class).max(enter.evidence).max(leave.evidence),
+        zones,
         handler: handled,
         parts,
     })
@@ -125,7 +150,7 @@ pub fn frame(of: &OnCore) -> Result<Frame, NotBounded> {
 
 impl OnCore<'_> {
     /// The stack's register and banks: the first word of the vectors is where it begins.
-    fn stack(&self) -> Option<(u8, Banks)> {
+    pub(super) fn stack(&self) -> Option<(u8, Banks)> {
         let vectors = *self.program.symbols.get(self.running.vectors)?;
         let top = self.program.code.word(vectors)?;
         Some((reg::SP, Surroundings::banks(self.surroundings.chip, top.checked_sub(4)?, 4)))
@@ -140,6 +165,14 @@ impl OnCore<'_> {
         let words = of(self.running.words).map(|banks| (words, banks));
         state.chain(histories).chain(words).chain(self.stack()).collect()
     }
+}
+
+/// The names of a program's zones on a core; its own where it has no several.
+pub(super) fn zone_names(program: &Program, name: &str) -> Vec<String> {
+    let all = (0..).map(|zone| zone_name(name, zone));
+    let zones: Vec<String> =
+        all.take_while(|zone| program.symbols.contains_key(&format!("{zone}_tick"))).collect();
+    if zones.is_empty() { vec![name.to_string()] } else { zones }
 }
 
 pub(super) fn find(program: &Program, name: &str) -> Result<u32, NotBounded> {

@@ -31,7 +31,9 @@ pub struct CoreBudget {
     pub keys: u32,
     /// Cycles of a frame, at most, waiting for others included.
     pub cycles_max: u64,
-    /// Of those, around the keys.
+    /// Of those, the keys, waiting for others included.
+    pub keys_cycles_max: u64,
+    /// Around the keys, with nobody else at the bus.
     pub around_cycles_max: u64,
     /// Of those, waiting for the other core and for own fetches.
     pub contention_cycles_max: u64,
@@ -50,10 +52,11 @@ impl Budget {
         let key = |of: &dyn Fn(&Bounded) -> u64| cores.iter().map(of).max().unwrap_or(0);
         let core = |core: &Bounded| {
             let slack_cycles = period_cycles as i64 - core.crowded.cycles_max as i64;
-            let more = slack_cycles.max(0) as u64 / core.crowded.tick.key_cycles_max().max(1);
+            let more = slack_cycles.max(0) as u64 / core.crowded.key_cycles_max().max(1);
             CoreBudget {
                 keys: core.alone.keys,
                 cycles_max: core.crowded.cycles_max,
+                keys_cycles_max: core.crowded.keys_cycles_max(),
                 around_cycles_max: core.alone.around_cycles_max(),
                 contention_cycles_max: core.contention_cycles_max(),
                 slack_cycles,
@@ -65,11 +68,11 @@ impl Budget {
             period_cycles,
             clock_hz,
             rate_hz,
-            key_cycles_max: key(&|core| core.alone.tick.key_cycles_max()),
-            crowded_key_cycles_max: key(&|core| core.crowded.tick.key_cycles_max()),
+            key_cycles_max: key(&|core| core.alone.key_cycles_max()),
+            crowded_key_cycles_max: key(&|core| core.crowded.key_cycles_max()),
             cores: cores.iter().map(core).collect(),
             class: cores.iter().map(|core| core.crowded.class).max().unwrap_or(Evidence::Exact),
-            key_class: cores.iter().map(|core| core.alone.tick.class()).max().unwrap_or(Evidence::Exact),
+            key_class: cores.iter().map(|core| core.alone.key_class()).max().unwrap_or(Evidence::Exact),
         }
     }
 
@@ -98,7 +101,7 @@ impl Budget {
     /// How many keys on each core would be in time, as far as the keys themselves go.
     pub fn keys_allowed(&self) -> u64 {
         let allowed = |core: &CoreBudget| {
-            let around = core.cycles_max.saturating_sub(u64::from(core.keys) * self.crowded_key_cycles_max);
+            let around = core.cycles_max.saturating_sub(core.keys_cycles_max);
             self.period_cycles.saturating_sub(around) / self.crowded_key_cycles_max.max(1)
         };
         self.cores.iter().map(allowed).min().unwrap_or(0)
@@ -107,7 +110,7 @@ impl Budget {
     /// Cycles that a key may take for the fullest core to be in time.
     pub fn key_cycles_allowed(&self) -> u64 {
         let allowed = |core: &CoreBudget| {
-            let around = core.cycles_max.saturating_sub(u64::from(core.keys) * self.crowded_key_cycles_max);
+            let around = core.cycles_max.saturating_sub(core.keys_cycles_max);
             self.period_cycles.saturating_sub(around) / u64::from(core.keys.max(1))
         };
         self.cores.iter().map(allowed).min().unwrap_or(0)

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use whippen_isa::Arch;
 use whippen_isa::imm::thumb_shrink_imm;
 
-use super::{FirmwareError, Motor, Passivity, Played, Setup, Support, distance};
+use super::{FirmwareError, Motor, Passivity, Played, Segment, Setup, Support, distance, zoned};
 
 /// What an access with write-back reaches.
 pub(super) const RECORD_MAX: u32 = 252;
@@ -56,6 +56,7 @@ const PLACES: &[(&str, i64)] = &[
     ("R_SHIFT", 20),
     ("R_VELOCITIES", 24),
     ("R_MASK", 28),
+    ("R_NEXT", 32),
     ("S_FAULTS", 8),
     ("FAULT_MISSED", 1),
     ("FAULT_RAIL", 2),
@@ -65,6 +66,8 @@ const PLACES: &[(&str, i64)] = &[
     ("WATCHDOG_US", 10_000),
 ];
 
+/// The gain of a key in its record.
+const GAIN: u32 = 4;
 /// Ticks between two turns of a key's service.
 const TURNS: u64 = 16;
 /// How long force takes to come back.
@@ -75,7 +78,7 @@ const RAMP_MS: u64 = 20;
 /// # Errors
 /// Programs, keys, records or motor are out of range.
 pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<BTreeMap<String, i64>, FirmwareError> {
-    let Some(Played { layouts, .. }) = programs.first().filter(|_| programs.len() <= PROGRAMS_MAX) else {
+    let Some(Played { cores, .. }) = programs.first().filter(|_| programs.len() <= PROGRAMS_MAX) else {
         return Err(FirmwareError::Programs(programs.len()));
     };
     if setup.keys.len() != board.stacks.len() {
@@ -84,10 +87,12 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
     if let Some(keys) = setup.keys.iter().find(|keys| !(1..=255).contains(*keys)) {
         return Err(FirmwareError::Keys(*keys));
     }
-    let record = layouts[0].record(1) - layouts[0].record(0);
+    let layouts = programs.iter().flat_map(|program| program.cores).flatten().map(|segment| &segment.layout);
+    let record = layouts.map(|layout| layout.record(1) - layout.record(0)).max().unwrap_or(0);
     if record > RECORD_MAX {
         return Err(FirmwareError::Record(record));
     }
+    let gain = |segments: &Vec<Segment>| segments.first().and_then(|s| s.layout.gain(0)).unwrap_or(GAIN);
     let rate = u64::from(setup.rate_hz);
     let heat = heat(&setup.motor, rate)?;
     let ticks = |ms: u64| ms * rate / 1000;
@@ -96,13 +101,15 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
         all.insert(name.to_string(), value as i64);
     };
     put("CORES", board.stacks.len() as u64);
-    for (core, (&keys, layout)) in setup.keys.iter().zip(layouts).enumerate() {
+    for (core, (&keys, segments)) in setup.keys.iter().zip(*cores).enumerate() {
         put(&format!("KEYS{core}"), keys.into());
         put(&format!("DISTANCE{core}"), distance(keys).into());
-        put(&format!("GAINS{core}"), layout.gain(0).unwrap_or(4).into());
+        put(&format!("GAINS{core}"), gain(segments).into());
         put(&format!("STACK{core}"), board.stacks[core].into());
     }
     put("RECORD", record.into());
+    put("GAIN", GAIN.into());
+    put("ZONES", zoned(programs).into());
     put("FIRST_NOTE", setup.first_note.into());
     put("STEP", (65_536 * TURNS).div_ceil(ticks(RAMP_MS).max(TURNS)));
     put("RAMP", (ticks(RAMP_MS) + 3 * TURNS).min(0xffff));

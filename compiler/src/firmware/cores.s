@@ -19,7 +19,11 @@ status: .ascii  "WHIP"
         .word   programs
 core0:  .word   core0_tick, core0_state
         .word   words0, words0 + 2 * DISTANCE0
+        .if     ZONES
+        .word   KEYS0, core0_records, guards0
+        .else
         .word   KEYS0, core0_state + GAINS0, guards0
+        .endif
         .word   0, 0, 0, 0, -1, 0       @ tick, alarm, missed, faults, the key that is faulty, turn
         .word   0, 0, RAMP              @ its first key, this tick's row, ticks of ramps that are left
         .word   program0_core0, program0_core0, 0 @ the program that plays, the one that is wanted, keys that have begun
@@ -31,7 +35,11 @@ alarm:  .word   0                       @ goes up with every missed tick of eith
         .global core1
 core1:  .word   core1_tick, core1_state
         .word   words1, words1 + 2 * DISTANCE1
+        .if     ZONES
+        .word   KEYS1, core1_records, guards1
+        .else
         .word   KEYS1, core1_state + GAINS1, guards1
+        .endif
         .word   0, 0, 0, 0, -1, 0
         .word   KEYS0, 0, RAMP
         .word   program0_core1, program0_core1, 0
@@ -116,8 +124,14 @@ free_keys:
         movs    r5, #0
 2:      str     r3, [r0, #G_CEILING]
         adds    r0, #16
+        .if     ZONES
+        ldr     r6, [r1]
+        str     r5, [r6, #GAIN]
+        adds    r1, #8
+        .else
         str     r5, [r1]
         adds    r1, #RECORD
+        .endif
         subs    r2, #1
         bne     2b
         bx      lr

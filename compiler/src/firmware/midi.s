@@ -62,6 +62,9 @@ take:   push    {r4-r7, lr}
         cmp     r3, #0
         beq     begun
         ldr     r6, [r3, #P_READER]
+        .if     ZONES
+zone:
+        .endif
         ldr     r5, [r6, #R_STATE]
         ldr     r7, [r5, #T_TAIL]
         ldr     r4, [r5, #T_HEAD]
@@ -122,7 +125,13 @@ mark:   orrs    r7, r3                  @ no event: the ring goes on at its begi
         adds    r7, #1
         str     r7, [r5, #T_TAIL]
         b       none
-empty:  cmp     r3, r2
+empty:
+        .if     ZONES
+        ldr     r6, [r6, #R_NEXT]       @ the core's next zone
+        cmp     r6, #0
+        bne     zone
+        .endif
+        cmp     r3, r2
         beq     none
         movs    r0, #0                  @ another program plays: the first key that still sounds
 1:      lsrs    r5, r0, #5

@@ -41,12 +41,20 @@ passivity:
         ldr     r3, [r6]
         ssat    r0, #16, r0
         add     r2, r2, r1, asr #8
+        .if     ZONES == 0
         ldr     r11, [r8]
+        .endif
         ssat    r2, #16, r2
         mul     r1, r2, r0              @ what came in, or went out
+        .if     ZONES
+        ldr     r0, [r8], #8
+        .endif
         qadd    r3, r3, r1
         cmp     r1, #0
         and     r3, r3, r3, asr #31
+        .if     ZONES
+        ldr     r11, [r0, #GAIN]
+        .endif
         str     r3, [r6], #8
         add     r3, r3, r12
         usat    r3, #17, r3, asr #CREDIT_SHIFT
@@ -54,8 +62,12 @@ passivity:
         movge   r3, r11
         cmp     r3, r11
         it      lo
+        .if     ZONES
+        strlo   r3, [r0, #GAIN]
+        .else
         strlo   r3, [r8]
         add     r8, r8, #RECORD
+        .endif
         subs    lr, #1
         bne     1b
         .endif

@@ -13,11 +13,17 @@ service:
         ldr     r6, [r4, #C_GUARDS]
         ldr     r7, [r4, #C_GAINS]
         and     r0, r0, #15             @ the first of this turn's keys
+        .if     ZONES == 0
         movw    r1, #RECORD
+        .endif
         ldr     r9, =RATED2
         ldr     r5, =STEP
         add     r6, r6, r0, lsl #4
+        .if     ZONES
+        add     r7, r7, r0, lsl #3
+        .else
         mla     r7, r0, r1, r7
+        .endif
         add     r8, r10, r0, lsl #1
         .set    NTH, 0
         .rept   (KEYS + 15) / 16
@@ -28,8 +34,15 @@ service:
         ldrsh   r12, [r8, #DISTANCE + 2 * NTH]
         ldr     r1, [r6, #16 * NTH + G_HEAT]
         ldr     r3, [r6, #16 * NTH + G_CEILING]
+        .if     ZONES
+        ldr     r11, [r7, #8 * NTH]
+        .endif
         mul     r12, r12, r12
+        .if     ZONES
+        ldr     r2, [r11, #GAIN]
+        .else
         ldr     r2, [r7, #RECORD * NTH]
+        .endif
         sub     r12, r12, r9
         add     r2, r2, r5
         add     r1, r1, r12, asr #HEAT_SHIFT
@@ -37,7 +50,11 @@ service:
         it      hi
         movhi   r2, r3
         usat    r1, #30, r1
+        .if     ZONES
+        str     r2, [r11, #GAIN]
+        .else
         str     r2, [r7, #RECORD * NTH]
+        .endif
         str     r1, [r6, #16 * NTH + G_HEAT]
         .set    NTH, NTH + 16
         .endr

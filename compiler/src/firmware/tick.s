@@ -3,6 +3,9 @@
 @   board_begin -> [a tick was missed, another program: silence] -> keys -> board_end -> service of every 16th key, guard of one
 @
 @ R4 is the core's block (cores.s), then R10 this tick's sensor words; drive words lie DISTANCE behind.
+@
+@ Where some program has keys of several instruments on a core (ZONES), records have no common distance: C_GAINS is a table of them,
+@ two words a key (tables.rs), and a key that has not begun is the end of its zone's chain.
         .syntax unified
         .thumb
         .section .text.frame, "ax"
@@ -63,7 +66,19 @@ alarmed:
         str     r3, [r4, #C_GAINS]
         movs    r2, #0
         str     r2, [r4, #C_BEGUN]
+        .if     ZONES
+        movs    r2, #KEYS
+@! rounds KEYS
+2:      ldr     r0, [r3]
+        ldr     r1, [r3, #4]
+        ldr     r1, [r1]                @ what stands behind the zone's last key
+        str     r1, [r0]
+        adds    r3, #8
+        subs    r2, #1
+        bne     2b
+        .else
         bl      chain_to
+        .endif
 1:      ldr     r0, [r4, #C_ROWS]       @ drive words of both halves
         ldr     r1, [r4, #C_ROWS + 4]
         ldr     r3, [r4, #C_GAINS]
@@ -72,7 +87,12 @@ alarmed:
 @! rounds KEYS
 1:      strh    r5, [r0, #DISTANCE]
         strh    r5, [r1, #DISTANCE]
+        .if     ZONES
+        ldr     r6, [r3], #8
+        str     r5, [r6, #GAIN]
+        .else
         str     r5, [r3], #RECORD
+        .endif
         adds    r0, #2
         adds    r1, #2
         subs    r2, #1
@@ -104,13 +124,16 @@ beginning:
         str     r2, [r4, #C_BEGUN]
         cmp     r2, #KEYS
         bhs     1f
+        .if     ZONES == 0
         bl      chain_to
+        .endif
         pop     {pc}
 1:      ldr     r3, [r0, #P_TICK]       @ all play
         str     r3, [r4, #C_CODE]
         pop     {pc}
 
 @ The chain of keys of the program at R0 ends before key R2: there stands what stands behind the last.
+        .if     ZONES == 0
 chain_to:
         ldr     r3, [r0, #P_END]
         ldr     r1, [r0, #P_RECORDS]
@@ -119,3 +142,4 @@ chain_to:
         mla     r1, r2, r12, r1
         str     r3, [r1]
         bx      lr
+        .endif

@@ -5,19 +5,27 @@ use std::fmt;
 use whippen_isa::Arch;
 
 use super::{
-    CORES, FirmwareError, Midi, Played, RP2040, RP2350, STM32F4, Setup, Support, distance, keys_name, keys_of, objects,
+    CORES, FirmwareError, Midi, Played, RP2040, RP2350, STM32F4, Segment, Setup, Support, distance, keys_name, keys_of,
+    objects, zone_name,
 };
 use crate::image::{Board, Hint, Image, Input, LinkError, Object, Place, Section, Start, link};
 use crate::modes::Modes;
-use crate::thumb::{self, Around, Built, Layout, ThumbError, compile_for_frame, record_bytes};
+use crate::thumb::{self, Around, Built, ThumbError, compile_for_frame, record_bytes};
 
 /// An image that starts by itself, and where the states of its keys have what.
 #[derive(Debug, Clone)]
 pub struct Whole {
     /// Everything with addresses.
     pub image: Image,
-    /// By program and core: where things lie in the state.
-    pub layouts: Vec<Vec<Layout>>,
+    /// By program and core: its keys from the first on.
+    pub programs: Vec<Vec<Vec<Segment>>>,
+}
+
+impl Whole {
+    /// How many keys each segment of each core has, in a program.
+    pub fn keys(&self, program: usize) -> Vec<Vec<u32>> {
+        self.programs[program].iter().map(|core| core.iter().map(|segment| segment.keys).collect()).collect()
+    }
 }
 
 /// Why there is no image.
@@ -70,9 +78,9 @@ pub fn support(board: &Board) -> Option<Support<'static>> {
     }
 }
 
-/// A program of a keyboard.
+/// An instrument, to be built.
 #[derive(Debug, Clone, Copy)]
-pub struct Program<'a> {
+pub struct Instrument<'a> {
     /// The modes of its kernel, without probes.
     pub modes: &'a Modes,
     /// Places of the kernel's origins.
@@ -81,65 +89,137 @@ pub struct Program<'a> {
     pub midi: &'a Midi,
 }
 
+/// Neighbouring keys of a keyboard that play one instrument.
+#[derive(Debug, Clone, Copy)]
+pub struct Part<'a> {
+    /// How many.
+    pub keys: u32,
+    /// What they play.
+    pub instrument: Instrument<'a>,
+}
+
+/// A program of a keyboard: by rising key, all of them.
+#[derive(Debug, Clone)]
+pub struct Program<'a> {
+    /// What its keys play.
+    pub parts: Vec<Part<'a>>,
+}
+
+impl<'a> Program<'a> {
+    /// One instrument on all keys of a setup.
+    pub fn on_all(instrument: Instrument<'a>, setup: &Setup) -> Program<'a> {
+        Program { parts: vec![Part { keys: setup.keys.iter().sum(), instrument }] }
+    }
+
+    /// How the cores have its keys, one run of the parts each: which part, its first key counted from the first of the keyboard and
+    /// of the core, how many.
+    fn divided(&self, of_core: &[u32]) -> Vec<Vec<Piece>> {
+        let mut begin = 0;
+        let pieces = |&keys: &u32| {
+            let (from, to) = (begin, begin + keys);
+            begin = to;
+            let mut first = 0;
+            let pieces = self.parts.iter().enumerate().filter_map(|(part, &Part { keys, .. })| {
+                let (low, high) = (first.max(from), (first + keys).min(to));
+                first += keys;
+                (low < high).then(|| Piece { part, of_keyboard: low, of_core: low - from, keys: high - low })
+            });
+            pieces.collect()
+        };
+        of_core.iter().map(pieces).collect()
+    }
+}
+
+/// A segment before it is built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Piece {
+    part: usize,
+    of_keyboard: u32,
+    of_core: u32,
+    keys: u32,
+}
+
 /// Builds the image of a keyboard; it starts with the first program.
 ///
 /// # Errors
 /// Board or programs have no firmware, setup or keys are out of range, memory is full; a bug.
 pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole, WholeError> {
     let support = support(board).ok_or_else(|| WholeError::Board(board.name.clone()))?;
+    let all: u32 = setup.keys.iter().sum();
     for program in programs {
-        let (ins, outs) = (program.modes.kernel.inputs.len(), program.modes.kernel.outputs.len());
-        if (ins, outs) != (1, 1) {
-            return Err(WholeError::Ports(ins, outs));
+        for part in &program.parts {
+            let kernel = &part.instrument.modes.kernel;
+            let (ins, outs) = (kernel.inputs.len(), kernel.outputs.len());
+            if (ins, outs) != (1, 1) {
+                return Err(WholeError::Ports(ins, outs));
+            }
+        }
+        let keys: u32 = program.parts.iter().map(|part| part.keys).sum();
+        if keys != all {
+            return Err(WholeError::Firmware(FirmwareError::Parts(keys, all)));
         }
     }
     if let Some(&keys) = setup.keys.iter().find(|keys| !(1..=255).contains(*keys)) {
         return Err(WholeError::Firmware(FirmwareError::Keys(keys)));
     }
-    let options = |core: usize, number: usize| thumb::Options {
-        name: keys_name(core, number),
-        keys: setup.keys[core],
-        gain: true,
-        probes: false,
-        arch: board.arch,
-    };
-    // One size of records for all, so that what runs through the gains need not ask which program plays.
-    let records = programs.iter().map(|program| record_bytes(&program.modes.kernel, &options(0, 0)));
-    let record = records.max().unwrap_or(0);
-    let built = |core: usize, number: usize| {
-        let around = Around { distance: distance(setup.keys[core]), record };
-        compile_for_frame(programs[number].modes, &options(core, number), &around).map_err(WholeError::Code)
-    };
-    let of_cores = |number: usize| {
-        let mut cores = vec![built(0, number)?];
-        for core in 1..setup.keys.len() {
-            let same = setup.keys[0] == setup.keys[core];
-            let other = if same { renamed(&cores[0], core, number) } else { built(core, number)? };
-            cores.push(other.with_keys_of(&keys_of(&programs[number].modes.kernel, &setup.keys, core)));
+    let pieces: Vec<Vec<Vec<Piece>>> = programs.iter().map(|program| program.divided(&setup.keys)).collect();
+    let zoned = pieces.iter().flatten().any(|pieces| pieces.len() > 1);
+    let options = |name: String, keys: u32| thumb::Options { name, keys, gain: true, probes: false, arch: board.arch };
+    // One size of records for all, so that what runs through the gains need not ask which program plays; or a table of them.
+    let kernels = programs.iter().flat_map(|program| &program.parts).map(|part| &part.instrument.modes.kernel);
+    let records = kernels.map(|kernel| record_bytes(kernel, &options(keys_name(0, 0), setup.keys[0])));
+    let record = if zoned { 0 } else { records.max().unwrap_or(0) };
+    let mut keys: Vec<Vec<Vec<Built>>> = Vec::new();
+    let mut segments: Vec<Vec<Vec<Segment>>> = Vec::new();
+    for (number, (program, pieces)) in programs.iter().zip(&pieces).enumerate() {
+        // Cores that have as many keys of an instrument share its code.
+        let mut made: Vec<(u32, usize, String, Built)> = Vec::new();
+        let (mut built, mut named) = (Vec::new(), Vec::new());
+        for (core, pieces) in pieces.iter().enumerate() {
+            let (mut own, mut names) = (Vec::new(), Vec::new());
+            for (zone, piece) in pieces.iter().enumerate() {
+                let whole = keys_name(core, number);
+                let name = if pieces.len() > 1 { zone_name(&whole, zone) } else { whole };
+                let modes = program.parts[piece.part].instrument.modes;
+                let around = Around { distance: distance(setup.keys[core]), record };
+                let same = |other: &&(u32, usize, String, Built)| {
+                    other.0 == around.distance && other.1 == piece.part && other.3.keys() == piece.keys
+                };
+                let of_piece = match made.iter().find(same) {
+                    Some((_, _, from, built)) => renamed(built, from, &name),
+                    None => compile_for_frame(modes, &options(name.clone(), piece.keys), &around)
+                        .map_err(WholeError::Code)?,
+                };
+                made.push((around.distance, piece.part, name.clone(), of_piece.clone()));
+                let of_piece = of_piece.with_keys_of(&keys_of(&modes.kernel, piece.of_keyboard), piece.of_core);
+                let (part, first, keys) = (piece.part, piece.of_core, piece.keys);
+                names.push(Segment { name, part, first, keys, layout: of_piece.layout.clone() });
+                own.push(of_piece);
+            }
+            built.push(own);
+            named.push(names);
         }
-        Ok(cores)
-    };
-    let mut keys: Vec<Vec<Built>> = (0..programs.len()).map(of_cores).collect::<Result<_, WholeError>>()?;
-    let played = programs.iter().zip(&keys).map(|(program, cores)| Played {
-        kernel: &program.modes.kernel,
-        layouts: cores.iter().map(|built| &built.layout).collect(),
-        midi: program.midi,
+        keys.push(built);
+        segments.push(named);
+    }
+    let played = programs.iter().zip(&segments).map(|(program, cores)| Played {
+        parts: program.parts.iter().map(|part| (&part.instrument.modes.kernel, part.instrument.midi)).collect(),
+        cores,
     });
     let played: Vec<Played> = played.collect();
     let around = objects(&played, setup, &support).map_err(WholeError::Firmware)?;
     place_near(board, &support, &around, &mut keys);
     let mut inputs: Vec<Input> = around.iter().map(|object| Input { object, places: &[] }).collect();
-    for (program, cores) in programs.iter().zip(&keys) {
-        inputs.extend(cores.iter().map(|built| Input { object: &built.object, places: program.places }));
+    for ((program, cores), segments) in programs.iter().zip(&keys).zip(&segments) {
+        for (built, segment) in cores.iter().flatten().zip(segments.iter().flatten()) {
+            inputs.push(Input { object: &built.object, places: program.parts[segment.part].instrument.places });
+        }
     }
     let image = link(board, &inputs, "reset").map_err(WholeError::Link)?;
     for stack in support.stacks {
         has_room(&image, board, *stack).map_err(WholeError::Link)?;
     }
-    Ok(Whole {
-        image,
-        layouts: keys.into_iter().map(|cores| cores.into_iter().map(|built| built.layout).collect()).collect(),
-    })
+    Ok(Whole { image, programs: segments })
 }
 
 /// Bytes kept for the stack of a core: twice what the bound says that it needs.
@@ -147,7 +227,7 @@ const STACK_BYTES: u32 = 512;
 
 /// Moves the keys' states into the memory that is near their core, as long as there is room: there nobody fetches and the
 /// other core seldom looks, so nothing of a key waits.
-fn place_near(board: &Board, support: &Support, around: &[Object], keys: &mut [Vec<Built>]) {
+fn place_near(board: &Board, support: &Support, around: &[Object], keys: &mut [Vec<Vec<Built>>]) {
     for (core, name) in CORES.iter().take(support.stacks.len()).enumerate() {
         let Some(memory) = board.memory_for(&format!(".data.near.{name}")) else { continue };
         let stack = support.stacks.iter().any(|stack| (memory.base + 1..=memory.base + memory.size).contains(stack));
@@ -155,13 +235,10 @@ fn place_near(board: &Board, support: &Support, around: &[Object], keys: &mut [V
         let inside = |section: &&Section| board.memory_for(&section.name) == Some(memory);
         let taken: u32 = around.iter().flat_map(|object| &object.sections).filter(inside).map(|s| s.size + 3).sum();
         room = room.saturating_sub(taken);
-        for (number, cores) in keys.iter_mut().enumerate() {
-            let data = format!(".data.{}", keys_name(core, number));
-            let state = cores[core].object.sections.iter_mut().find(|section| section.name == data);
-            if let Some(state) = state.filter(|state| state.size <= room) {
-                room -= state.size;
-                state.name = data.replace(".data.", ".data.near.");
-            }
+        for built in keys.iter_mut().flat_map(|cores| &mut cores[core]) {
+            let Some(state) = built.state().filter(|state| state.size <= room) else { continue };
+            room -= state.size;
+            state.name = state.name.replace(".data.", ".data.near.");
         }
     }
 }
@@ -179,10 +256,10 @@ fn has_room(image: &Image, board: &Board, stack: u32) -> Result<(), LinkError> {
     Err(LinkError::Full { memory: memory.name.clone(), wanted, size: stack - memory.base })
 }
 
-/// The same code and state for another core, under its name.
-fn renamed(built: &Built, core: usize, program: usize) -> Built {
-    let (mut built, [from, to]) = (built.clone(), [0, core].map(|core| keys_name(core, program)));
-    let rename = |name: &mut String| *name = name.replacen(&from, &to, 1);
+/// The same code and state under another name.
+fn renamed(built: &Built, from: &str, to: &str) -> Built {
+    let mut built = built.clone();
+    let rename = |name: &mut String| *name = name.replacen(from, to, 1);
     for section in &mut built.object.sections {
         rename(&mut section.name);
         section.fixups.iter_mut().for_each(|fixup| rename(&mut fixup.symbol));
@@ -222,7 +299,7 @@ mod tests {
 }
 ";
         let kernel = parse(text).unwrap_or_else(|error| panic!("{error:?}"));
-        let keys = [0, 1].map(|core| keys_of(&kernel, &[7, 7], core));
+        let keys = [0, 7].map(|first| keys_of(&kernel, first));
         assert_ne!(keys[0].keyed, keys[1].keyed);
         for program in [0, 3] {
             let compiled = |core: usize| {
@@ -237,7 +314,8 @@ mod tests {
                 let around = Around { distance: 28, record: 40 };
                 compile_for_frame(&modes, &options, &around).unwrap_or_else(|error| panic!("{error}"))
             };
-            assert_eq!(renamed(&compiled(0), 1, program).with_keys_of(&keys[1]), compiled(1));
+            let [from, to] = [0, 1].map(|core| keys_name(core, program));
+            assert_eq!(renamed(&compiled(0), &from, &to).with_keys_of(&keys[1], 0), compiled(1));
         }
     }
 }

@@ -47,6 +47,14 @@ impl Memory {
         }
     }
 
+    /// The numbers of the keys, by which events know them.
+    pub(super) fn numbers(&mut self, frame: &Frame, first: u32) {
+        let Some(number) = frame.number else { return };
+        for key in 0..frame.keys {
+            self.word(frame.records + key * frame.record + number, first + key);
+        }
+    }
+
     pub(super) fn modes(&mut self, frame: &Frame, name: &str) {
         for key in 0..frame.keys {
             self.address(frame.records + key * frame.record, names::mode(name, 0));
@@ -67,9 +75,6 @@ pub(super) fn memory(kernel: &Kernel, frame: &Frame) -> [Memory; 2] {
         if let Some(gain) = frame.gain {
             state.word(record + gain, 1 << 16);
         }
-        if let Some(number) = frame.number {
-            state.word(record + number, key);
-        }
         for (cell, at) in kernel.cells.iter().zip(&frame.cells) {
             let size = if cell.ty == Type::I64 { 8 } else { 4 };
             for word in 0..cell.len {
@@ -78,6 +83,7 @@ pub(super) fn memory(kernel: &Kernel, frame: &Frame) -> [Memory; 2] {
         }
     }
     state.keyed(kernel, frame);
+    state.numbers(frame, 0);
     let lines = if frame.apart.is_some() { &mut histories } else { &mut state };
     for (line, place) in kernel.lines.iter().zip(&frame.lines) {
         let value = 0.clamp(line.range.low, line.range.high);

@@ -14,7 +14,7 @@ impl Proof<'_> {
         let _ = writeln!(
             out,
             "{} on {}: {} keys at {} Hz, {} cycles a tick at {} MHz: {verdict}",
-            name(played.compiled),
+            played.name,
             board.name,
             self.keys,
             budget.rate_hz,
@@ -52,13 +52,17 @@ impl Proof<'_> {
 
 impl Played<'_> {
     fn key(&self, out: &mut String) {
-        let _ = writeln!(out, "\na key, cycles at most   alone  crowded  code bytes");
-        for (index, name) in self.modes.iter().enumerate() {
-            let most = |of: &dyn Fn(&Self) -> Option<u64>| of(self).unwrap_or(0);
-            let alone = most(&|s| s.mode(index).map(|(alone, _)| alone.cycles_max).max());
-            let crowded = most(&|s| s.mode(index).map(|(_, crowded)| crowded.cycles_max).max());
-            let code = self.mode(index).map(|(alone, _)| alone.code_bytes).max().unwrap_or(0);
-            let _ = writeln!(out, "                      {alone:>7}  {crowded:>7}  {code:>10}  {name}");
+        for (number, part) in self.parts.iter().enumerate() {
+            let of = part.keys.as_ref().map_or(String::new(), |keys| format!("{}, {keys}: ", name(part.compiled)));
+            let _ = writeln!(out, "\n{of}a key, cycles at most   alone  crowded  code bytes");
+            for (index, name) in part.modes.iter().enumerate() {
+                let most = |of: &dyn Fn(&Self) -> Option<u64>| of(self).unwrap_or(0);
+                let alone = most(&|s| s.mode(number, index).map(|(alone, _)| alone.cycles_max).max());
+                let crowded = most(&|s| s.mode(number, index).map(|(_, crowded)| crowded.cycles_max).max());
+                let code = self.mode(number, index).map(|(alone, _)| alone.code_bytes).max().unwrap_or(0);
+                let width = of.chars().count() + 29;
+                let _ = writeln!(out, "{alone:>width$}  {crowded:>7}  {code:>10}  {name}");
+            }
         }
     }
 
@@ -83,12 +87,20 @@ impl Played<'_> {
                 100.0 * core.slack(),
                 core.more_keys
             );
+            if self.parts.len() > 1 {
+                for (zone, &part) in bounded.alone.zones.iter().zip(&self.part_of[number]) {
+                    let key = zone.tick.key_cycles_max();
+                    let (cycles, instrument) = (u64::from(zone.keys) * key, name(self.parts[part].compiled));
+                    let _ = writeln!(out, "  {cycles:>6}  {} keys of {instrument}, {key} each", zone.keys);
+                }
+            } else {
+                let (all, key) = (bounded.alone.keys_cycles_max(), bounded.alone.key_cycles_max());
+                let _ = writeln!(out, "  {all:>6}  keys, {key} each");
+            }
             let _ = writeln!(
                 out,
-                "  {:>6}  keys, {} each\n  {:>6}  around them\n  {:>6}  waiting for {}its own fetches; \
+                "  {:>6}  around them\n  {:>6}  waiting for {}its own fetches; \
                  without it the slack is {:.1} %",
-                bounded.alone.keys_cycles_max(),
-                bounded.alone.tick.key_cycles_max(),
                 core.around_cycles_max,
                 core.contention_cycles_max,
                 if self.cores.len() > 1 { "the other core and for " } else { "" },

@@ -115,7 +115,7 @@ impl Files<'_> {
     /// What an image is and takes.
     fn tell(&self, path: &Path, image: &Image, keys: &[u32]) {
         let setup = self.setup;
-        let names: Vec<String> = setup.programs.iter().map(name).collect();
+        let names: Vec<&str> = setup.programs.iter().map(|program| program.name.as_str()).collect();
         let (stored, run) = (image.stored_bytes(), image.run_bytes());
         say!(
             "{}: {} keys of {} on {}, {stored} bytes of flash, {run} bytes of RAM",

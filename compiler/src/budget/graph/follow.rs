@@ -141,7 +141,8 @@ impl<'a> Followed<'a> {
 
     fn call(&mut self, caller: ContextId, item: &Item, callee: u32) -> Result<Way, NotBounded> {
         let (callee, return_address) = (callee & !1, item.address.wrapping_add(item.inst.size()));
-        if let Some(&known) = self.query.annotations.known.get(&(item.address, callee)) {
+        let known = |at: Option<u32>| self.query.annotations.known.get(&(at, callee));
+        if let Some(&known) = known(Some(item.address)).or_else(|| known(None)) {
             let target = Target { address: callee, wide: self.query.code.is_wide_at(callee) };
             let way = self.way(Some(target), caller, return_address, ItState::OUTSIDE);
             return Ok(Way { known: Some(known), ..way });

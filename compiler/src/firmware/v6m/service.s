@@ -10,8 +10,12 @@ service:
         lsls    r2, r0, #4
         adds    r6, r6, r2
         ldr     r7, [r4, #C_GAINS]
+        .if     ZONES
+        lsls    r1, r0, #3
+        .else
         movs    r1, #RECORD
         muls    r1, r0, r1
+        .endif
         adds    r7, r7, r1
         ldr     r5, [r4, #C_ROW]
         lsls    r1, r0, #1
@@ -39,20 +43,33 @@ service:
         bls     1f
         mov     r2, r3
 1:      str     r2, [r6, #G_HEAT]
+        .if     ZONES
+        ldr     r1, [r7]
+        ldr     r2, [r1, #GAIN]
+        .else
         ldr     r2, [r7]
+        .endif
         ldr     r3, =STEP
         adds    r2, r2, r3
         ldr     r3, [r6, #G_CEILING]
         cmp     r2, r3
         bls     2f
         mov     r2, r3
+        .if     ZONES
+2:      str     r2, [r1, #GAIN]
+        .else
 2:      str     r2, [r7]
+        .endif
         .if     NTH + 16 < KEYS
         adds    r5, #32
         adds    r6, #128
         adds    r6, #128
+        .if     ZONES
+        adds    r7, #128
+        .else
         ldr     r1, =16 * RECORD
         adds    r7, r7, r1
+        .endif
         .endif
         .set    NTH, NTH + 16
         .endr

@@ -63,7 +63,19 @@ alarmed:
         str     r3, [r4, #C_GAINS]
         movs    r2, #0
         str     r2, [r4, #C_BEGUN]
+        .if     ZONES
+        movs    r2, #KEYS
+@! rounds KEYS
+2:      ldr     r0, [r3]
+        ldr     r1, [r3, #4]
+        ldr     r1, [r1]                @ what stands behind the zone's last key
+        str     r1, [r0]
+        adds    r3, #8
+        subs    r2, #1
+        bne     2b
+        .else
         bl      chain_to
+        .endif
 1:      ldr     r0, [r4, #C_ROWS]       @ drive words of both halves
         ldr     r1, [r4, #C_ROWS + 4]
         ldr     r3, [r4, #C_GAINS]
@@ -75,8 +87,14 @@ alarmed:
 @! rounds KEYS
 1:      strh    r5, [r0]
         strh    r5, [r1]
+        .if     ZONES
+        ldr     r6, [r3]
+        adds    r3, #8
+        str     r5, [r6, #GAIN]
+        .else
         str     r5, [r3]
         adds    r3, #RECORD
+        .endif
         adds    r0, #2
         adds    r1, #2
         subs    r2, #1
@@ -109,13 +127,16 @@ beginning:
         str     r2, [r4, #C_BEGUN]
         cmp     r2, #KEYS
         bhs     1f
+        .if     ZONES == 0
         bl      chain_to
+        .endif
         pop     {pc}
 1:      ldr     r3, [r0, #P_TICK]       @ all play
         str     r3, [r4, #C_CODE]
         pop     {pc}
 
 @ The chain of keys of the program at R0 ends before key R2: there stands what stands behind the last.
+        .if     ZONES == 0
 chain_to:
         ldr     r3, [r0, #P_END]
         ldr     r1, [r0, #P_RECORDS]
@@ -125,4 +146,5 @@ chain_to:
         adds    r1, r1, r5
         str     r3, [r1]
         bx      lr
+        .endif
         .ltorg

@@ -1,0 +1,250 @@
+//! A program whose keys play different instruments, several of them on one core.
+
+use crate::rig::{KEYS, NEWTON, Rig, at, kernel, midi, setup};
+use crate::switch::{ask, ramp, words};
+use whippen_compiler::firmware::{Instrument, Midi, Part, Passivity, Program, Segment, Setup, keys_of};
+use whippen_compiler::kernel::{Interp, Kernel};
+use whippen_compiler::modes::{Modes, specialise};
+
+/// Keys of each core: not half and half, and both begin or end in the midst of a zone.
+const CORES: [u32; 2] = [50, 38];
+/// The program of zones: how many keys, which instrument.
+const SPLIT: [(u32, usize); 3] = [(20, 0), (40, 1), (28, 0)];
+
+/// The instruments: an organ, a spring.
+fn kernels() -> [Kernel; 2] {
+    ["hammond.whip", "virtual-spring.whip"].map(kernel)
+}
+
+/// A board with the spring on all keys, and with zones.
+fn rig(kernels: &[Kernel; 2], programs: &[&[(u32, usize)]], setup: &Setup) -> Rig {
+    let modes: Vec<Modes> = kernels.iter().map(|kernel| specialise(kernel, 4000)).collect();
+    let notes: Vec<Midi> = kernels.iter().map(midi).collect();
+    let part = |&(keys, at): &(u32, usize)| {
+        Part { keys, instrument: Instrument { modes: &modes[at], places: &[], midi: &notes[at] } }
+    };
+    let program = |zones: &&[(u32, usize)]| Program { parts: zones.iter().map(part).collect() };
+    Rig::of_programs(&programs.iter().map(program).collect::<Vec<_>>(), setup)
+}
+
+fn divided(rate_hz: u32) -> Setup {
+    Setup { keys: CORES.to_vec(), rate_hz, ..setup() }
+}
+
+fn place(key: usize) -> (usize, usize) {
+    let first = CORES[0] as usize;
+    if key < first { (0, key) } else { (1, key - first) }
+}
+
+/// Which instrument a key has.
+fn instrument(zones: &[(u32, usize)], key: usize) -> usize {
+    let mut from = 0;
+    let zone = zones.iter().find(|(keys, _)| {
+        from += *keys as usize;
+        key < from
+    });
+    zone.expect("every key is in a zone").1
+}
+
+/// How many ticks a program has played, by core.
+fn played(rig: &Rig, program: usize) -> [u32; 2] {
+    let first = |core: usize| &rig.programs[program][core][0];
+    [0, 1].map(|core| rig.word(rig.symbol(&format!("{}_state", first(core).name)) + 12))
+}
+
+/// From when force is whole, drive words are those of each key's instrument alone, begun in its turn.
+fn plays(
+    kernels: &[Kernel; 2],
+    zones: &[(u32, usize)],
+    begins: [usize; 2],
+    words: &[u16],
+    drives: &[i16],
+    ticks: std::ops::Range<usize>,
+) {
+    let mut compared = [0; 2];
+    for key in 0..KEYS {
+        let (core, own) = place(key);
+        let which = instrument(zones, key);
+        let begin = begins[core] + own;
+        let mut interp = Interp::new(&keys_of(&kernels[which], key as u32), 1).expect("verifies");
+        let word = |tick: usize| [words[tick * KEYS + key]];
+        interp.init(&word(begin));
+        for tick in begin + 1..ticks.end {
+            let mut want = [0];
+            interp.tick(&word(tick), &mut want);
+            let got = drives[tick * KEYS + key];
+            if tick < ticks.start {
+                assert!(got.unsigned_abs() <= want[0].unsigned_abs() + 1, "key {key}, tick {tick}: {got} {want:?}");
+            } else {
+                assert_eq!(got, want[0], "{}: key {key}, tick {tick}, began at {begin}", kernels[which].name);
+                compared[which] += usize::from(got != 0);
+            }
+        }
+    }
+    assert!(zones.iter().all(|(_, which)| compared[*which] > 1000), "{compared:?} words say something");
+}
+
+/// From all keys alike to zones and back, at a rate that leaves little time.
+fn switches(setup: &Setup) {
+    let kernels = kernels();
+    let plain: &[(u32, usize)] = &[(88, 1)];
+    let rate_hz = setup.rate_hz;
+    let mut rig = rig(&kernels, &[plain, &SPLIT], setup);
+    let segments = |program: usize, core: usize| -> Vec<(usize, u32, u32)> {
+        rig.programs[program][core].iter().map(|s: &Segment| (s.part, s.first, s.keys)).collect()
+    };
+    assert_eq!(segments(1, 0), [(0, 0, 20), (1, 20, 30)]);
+    assert_eq!(segments(1, 1), [(1, 0, 10), (2, 10, 28)]);
+    assert_eq!([segments(0, 0), segments(0, 1)], [vec![(0, 0, 50)], vec![(0, 0, 38)]]);
+    let (first, second, third) = (2000, 4000, 6000);
+    let words = words(rate_hz, 0..third);
+    let mut drives = rig.play(words[..first * KEYS].iter().copied());
+    ask(&mut rig, 1, 1);
+    drives.extend(rig.play(words[first * KEYS..second * KEYS].iter().copied()));
+    let begins = |rig: &Rig, program: usize, before: [u32; 2]| {
+        let now = played(rig, program);
+        [0, 1].map(|core| (rig.block(core, at::TICK) - (now[core] - before[core])) as usize)
+    };
+    plays(&kernels, &SPLIT, begins(&rig, 1, [0; 2]), &words, &drives, first + ramp(rate_hz)..second - 2);
+    let before = played(&rig, 0);
+    ask(&mut rig, 2, 0);
+    drives.extend(rig.play(words[second * KEYS..].iter().copied()));
+    plays(&kernels, plain, begins(&rig, 0, before), &words, &drives, second + ramp(rate_hz)..third - 2);
+    assert_eq!(rig.converter().overruns(), 0);
+    for core in [0, 1] {
+        assert_eq!((rig.block(core, at::MISSED), rig.block(core, at::FAULTS)), (0, 0));
+    }
+}
+
+#[test]
+fn every_key_plays_as_its_instrument_alone_and_no_tick_is_missed() {
+    switches(&divided(24_000));
+}
+
+/// A credit that nobody uses up changes no word.
+#[test]
+fn energy_is_watched_across_zones() {
+    switches(&Setup { passivity: Some(Passivity { credit: 1 << 30, past: 5, damping: 300 }), ..divided(20_000) });
+}
+
+/// The same at the start, and twice: what begins anew begins from its first states.
+#[test]
+fn zones_may_be_the_first_program() {
+    let kernels = kernels();
+    let mut rig = rig(&kernels, &[&SPLIT], &divided(11_025));
+    let ticks = 1200;
+    let words = words(11_025, 0..ticks);
+    let drives = rig.play(words.iter().copied());
+    let begins = [0, 1].map(|core| rig.block(core, at::TICK) as usize - played(&rig, 0)[core] as usize);
+    let (mut compared, ramp) = (0, ramp(11_025) + 50);
+    for key in 0..KEYS {
+        let mut interp = Interp::new(&kernels[instrument(&SPLIT, key)], 1).expect("verifies");
+        interp.init(&[words[key]]);
+        for tick in begins[place(key).0]..ticks - 2 {
+            let mut want = [0];
+            interp.tick(&[words[tick * KEYS + key]], &mut want);
+            if tick > ramp {
+                assert_eq!(drives[tick * KEYS + key], want[0], "key {key}, tick {tick}, {begins:?}");
+                compared += usize::from(want[0] != 0);
+            }
+        }
+    }
+    assert!(compared > 10_000, "{compared}");
+}
+
+/// A sensor at its rail frees its key, in the second zone of either core, and no other.
+#[test]
+fn a_key_of_another_zone_goes_free() {
+    let kernels = kernels();
+    let mut rig = rig(&kernels, &[&SPLIT], &divided(11_025));
+    let broken = [35, 75];
+    let row = |faulty: bool| {
+        (0..KEYS).map(move |key| if faulty && broken.contains(&key) { 65_535 } else { 20_000 + 100 * key as u16 })
+    };
+    rig.play((0..500).flat_map(|_| row(false)));
+    let drives = rig.play((0..600).flat_map(|_| row(true)));
+    let last = &drives[drives.len() - KEYS..];
+    for key in 0..KEYS {
+        let (core, own) = place(key);
+        let ceiling = rig.word(rig.block(core, at::GUARDS) + 16 * own as u32 + at::CEILING);
+        let segment = rig.programs[0][core].iter().rfind(|s| s.first as usize <= own).expect("a zone");
+        let gain = segment.layout.gain(own as u32 - segment.first).expect("a gain");
+        let gain = rig.word(rig.symbol(&format!("{}_state", segment.name)) + gain);
+        let free = broken.contains(&key);
+        assert_eq!((ceiling, gain), if free { (0, 0) } else { (65_536, 65_536) }, "key {key}");
+        assert_eq!(last[key] == 0, free, "key {key}: {}", last[key]);
+    }
+    for (core, own) in broken.map(place) {
+        assert_eq!((rig.block(core, at::FAULTS), rig.block(core, at::FAULTY)), (2, own as u32), "core {core}");
+    }
+}
+
+/// A motor that gets too hot is held back, whatever zone its key is in.
+#[test]
+fn heat_is_summed_in_every_zone() {
+    let text_newton = NEWTON;
+    let kernels = kernels();
+    let mut rig = rig(&kernels, &[&SPLIT], &divided(11_025));
+    rig.play(vec![0x4000; 400 * KEYS]);
+    let heat = |rig: &Rig, key: usize| {
+        let (core, own) = place(key);
+        rig.word(rig.block(core, at::GUARDS) + 16 * own as u32)
+    };
+    assert!((0..KEYS).all(|key| heat(&rig, key) == 0), "a word of {text_newton} is 1 N: nobody gets warm of these");
+    // Every key's gain is back at 1 after the ramp: each has its turn in the service.
+    for (core, segments) in rig.programs[0].iter().enumerate() {
+        for segment in segments {
+            for key in 0..segment.keys {
+                let gain = rig.symbol(&format!("{}_state", segment.name)) + segment.layout.gain(key).expect("a gain");
+                assert_eq!(rig.word(gain), 65_536, "core {core}, {}, key {key}", segment.name);
+            }
+        }
+    }
+}
+
+/// Notes have the keyboard's numbers, in whatever zone their keys are; they end with their program.
+#[test]
+fn notes_of_all_zones_are_sent() {
+    let kernels = kernels();
+    let mut rig = rig(&kernels, &[&SPLIT, &[(88, 1)]], &divided(11_025));
+    let held = [3, 19, 61, 87];
+    let row = |down: bool| (0..KEYS).map(move |key| if down && held.contains(&key) { 40_000 } else { 3000 });
+    rig.play((0..400).flat_map(|_| row(false)));
+    rig.play((0..600).flat_map(|_| row(true)));
+    let sent = rig.sent();
+    let mut on: Vec<u8> = sent.chunks(3).filter(|message| message[0] == 0x90).map(|message| message[1]).collect();
+    on.sort_unstable();
+    assert_eq!((on, sent.len()), (held.map(|key| 21 + key as u8).to_vec(), 12));
+    ask(&mut rig, 1, 1);
+    rig.play((0..600).flat_map(|_| row(true)));
+    let sent = rig.sent();
+    let mut off: Vec<u8> = sent.chunks(3).filter(|message| message[0] == 0x80).map(|message| message[1]).collect();
+    off.sort_unstable();
+    assert_eq!((off, sent.len()), (held.map(|key| 21 + key as u8).to_vec(), 12));
+}
+
+/// Each zone has parameters of its own, numbered through: one that a core has not is the other's alone.
+#[test]
+fn zones_have_parameters_of_their_own() {
+    let kernels = kernels();
+    let mut rig = rig(&kernels, &[&[(88, 1)], &SPLIT], &divided(11_025));
+    rig.play(vec![20_000; 100 * KEYS]);
+    let [organ, spring] = [0, 1].map(|at: usize| kernels[at].lives.len() as u32);
+    assert!(organ > 0);
+    // The plain program's first, then those of the first zone, of the second, of the third.
+    let third = spring + organ + spring;
+    let mailbox = rig.symbol("mailbox");
+    let value = kernels[0].lives[0].range.high as u32;
+    rig.set(mailbox + 4, third);
+    rig.set(mailbox + 8, value);
+    rig.set(mailbox, 1);
+    rig.play(vec![20_000; 100 * KEYS]);
+    assert_eq!((rig.word(mailbox + 12), rig.word(mailbox + 16)), (1, 0));
+    let live = |core: usize, zone: usize| {
+        let segment = &rig.programs[1][core][zone];
+        rig.word(rig.symbol(&format!("{}_state", segment.name)) + segment.layout.live(0).expect("a place"))
+    };
+    let first = kernels[0].lives[0].init as u32;
+    assert_ne!(first, value);
+    assert_eq!((live(0, 0), live(1, 1)), (first, value), "the first zone keeps its own");
+}
