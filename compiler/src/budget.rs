@@ -48,8 +48,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use whippen_isa::timing::{Core, Evidence, Target};
 
 pub use code::Code;
-pub use division::{Costs, NotDivided, cheapest, whole_divided};
 pub use cores::{Bounded, cores};
+pub use division::{Costs, NotDivided, cheapest, whole_divided};
 pub use error::NotBounded;
 pub use frame::{Frame, OnCore, Zone, frame};
 pub use memory::{Banks, Surroundings};

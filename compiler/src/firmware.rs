@@ -186,7 +186,7 @@ pub struct Played<'a> {
     pub cores: &'a [Vec<Segment>],
 }
 
-/// The kernel for keys from one on, counted from the first of the keyboard: values per key begin there.
+/// The kernel for keys from one on: values per key begin there.
 pub fn keys_of(kernel: &Kernel, first: u32) -> Kernel {
     let mut own = kernel.clone();
     for keyed in &mut own.keyed {

@@ -121,7 +121,8 @@ impl Emulated {
         Emulated::of_parts(&[(keys, compiled)], device, kind)
     }
 
-    /// The image of neighbouring keys that play different instruments, from the lowest up: how many, and which.
+    /// The image of neighbouring keys that play different instruments, from the lowest up: how many, and which, with the values of
+    /// these keys.
     ///
     /// # Errors
     /// There is no image, in words.
@@ -138,6 +139,7 @@ impl Emulated {
         let notes: Vec<Midi> = parts.iter().map(|(_, of)| image::midi(of)).collect();
         let part = |at: usize| firmware::Part {
             keys: parts[at].0 as u32 + if at + 1 == parts.len() { more } else { 0 },
+            values_from: 0,
             instrument: Instrument { modes: &modes[at], places: &[], midi: &notes[at] },
         };
         let program = firmware::Program { parts: (0..parts.len()).map(part).collect() };

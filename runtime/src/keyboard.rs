@@ -134,7 +134,8 @@ pub fn play_on_board(
     let compiled: Vec<Compiled> = parts.iter().map(compiled).collect::<Result<_, _>>()?;
     let of_parts: Vec<(usize, &Compiled)> = parts.iter().map(|part| part.keys.len()).zip(&compiled).collect();
     let mut engine = Emulated::of_parts(&of_parts, device, board)?;
-    let groups = parts.iter().zip(&compiled).map(|(part, compiled)| Group::new(compiled, device, &keys[part.keys.clone()]));
+    let groups =
+        parts.iter().zip(&compiled).map(|(part, compiled)| Group::new(compiled, device, &keys[part.keys.clone()]));
     let mut groups: Vec<Group> = groups.collect();
     let mut drive = vec![0; keys.len()];
     for block in (0..ticks).step_by(BLOCK) {

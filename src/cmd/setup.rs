@@ -271,13 +271,12 @@ impl Setup {
             let (places, midi) = &parts[at];
             Instrument { modes: &modes[at], places, midi }
         };
-        let program = |program: &Playing| firmware::Program {
-            parts: program
-                .parts
-                .iter()
-                .map(|part| Part { keys: part.keys().unwrap_or(keys), instrument: instrument(part.instrument) })
-                .collect(),
+        let part = |part: &PlayingPart| Part {
+            keys: part.keys().unwrap_or(keys),
+            values_from: part.notes.map_or(0, |(first, _)| u32::from(first - self.first_note)),
+            instrument: instrument(part.instrument),
         };
+        let program = |program: &Playing| firmware::Program { parts: program.parts.iter().map(part).collect() };
         let programs: Vec<firmware::Program> = self.programs.iter().map(program).collect();
         let whole = whole_divided(&programs, &mut setup, &self.board).map_err(|error| match error {
             NotDivided::Whole(error) => self.not_whole(error),

@@ -19,7 +19,8 @@ fn another_interrupt_has_no_bound() {
     let timer = 4 * (16 + 3);
     section.bytes[timer..timer + 4].copy_from_slice(&(other | 1).to_le_bytes());
     let program = Program::of(&image.whole.image);
-    let refused = cores(&image.whole.image, &program, &Core::cortex_m33(), &image.whole.keys(0), 0).expect_err("no bound");
+    let refused =
+        cores(&image.whole.image, &program, &Core::cortex_m33(), &image.whole.keys(0), 0).expect_err("no bound");
     assert_eq!(refused, NotBounded::Interrupts { address: other });
     assert_eq!(
         refused.to_string(),
@@ -32,6 +33,7 @@ fn an_image_without_a_firmware_has_no_bound() {
     let mut image = spring();
     image.whole.image.symbols.retain(|symbol| symbol.name != "idle0");
     let program = Program::of(&image.whole.image);
-    let refused = cores(&image.whole.image, &program, &Core::cortex_m33(), &image.whole.keys(0), 0).expect_err("no bound");
+    let refused =
+        cores(&image.whole.image, &program, &Core::cortex_m33(), &image.whole.keys(0), 0).expect_err("no bound");
     assert_eq!(refused.to_string(), "there is no `idle0` in the code");
 }

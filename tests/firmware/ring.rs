@@ -62,10 +62,6 @@ fn events_without_room_are_counted_and_nothing_waits() {
     let before = ring(&rig, 0);
     rig.play((0..10).flat_map(|tick| (0..KEYS).map(move |key| if tick == 0 && key == 5 { 40_000 } else { 8_000 })));
     let after = ring(&rig, 0);
-    assert_eq!(
-        after[0] - before[0],
-        rig.layout(0, 0).events().expect("keys have events").event,
-        "there is room again"
-    );
+    assert_eq!(after[0] - before[0], rig.layout(0, 0).events().expect("keys have events").event, "there is room again");
     assert_eq!(after[2], before[2]);
 }

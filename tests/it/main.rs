@@ -28,3 +28,4 @@ mod reference;
 mod report;
 mod stability;
 mod strokes;
+mod zones;

@@ -199,7 +199,7 @@ fn any_number_of_threads_and_any_company_give_the_same_bits() {
 }
 
 /// A program of a bundled keyboard, and its instruments.
-fn split() -> (Vec<Model>, Playable) {
+pub fn split() -> (Vec<Model>, Playable) {
     let mut map = SourceMap::default();
     for file in ["split.whip", "grand-piano.whip", "hammond.whip"] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("instruments").join(file);

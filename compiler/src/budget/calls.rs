@@ -74,10 +74,8 @@ impl Calls {
             let one = |zone: &Zone| Ok(((None, find(of.program, &format!("{}_{what}", zone.name))?), cost(zone)));
             zones.iter().map(one).collect::<Result<BTreeMap<_, _>, NotBounded>>()
         };
-        let tick = |zone: &Zone| Known {
-            cycles: zone.tick.cycles_max(zone.keys),
-            stack_bytes: zone.tick.stack_bytes_max(),
-        };
+        let tick =
+            |zone: &Zone| Known { cycles: zone.tick.cycles_max(zone.keys), stack_bytes: zone.tick.stack_bytes_max() };
         let annotations = Annotations {
             known: known("tick", &tick)?,
             bases: of.stack().into_iter().collect(),

@@ -45,11 +45,7 @@ pub struct Costs {
 ///
 /// # Errors
 /// There is no image, or no bound of its keys.
-pub fn whole_divided(
-    programs: &[firmware::Program],
-    setup: &mut Setup,
-    board: &Board,
-) -> Result<Whole, NotDivided> {
+pub fn whole_divided(programs: &[firmware::Program], setup: &mut Setup, board: &Board) -> Result<Whole, NotDivided> {
     let equal = whole(programs, setup, board).map_err(NotDivided::Whole)?;
     if setup.keys.len() == 1 || programs.iter().all(|program| program.parts.len() == 1) {
         return Ok(equal);

@@ -170,8 +170,7 @@ impl OnCore<'_> {
 /// The names of a program's zones on a core; its own where it has no several.
 pub(super) fn zone_names(program: &Program, name: &str) -> Vec<String> {
     let all = (0..).map(|zone| zone_name(name, zone));
-    let zones: Vec<String> =
-        all.take_while(|zone| program.symbols.contains_key(&format!("{zone}_tick"))).collect();
+    let zones: Vec<String> = all.take_while(|zone| program.symbols.contains_key(&format!("{zone}_tick"))).collect();
     if zones.is_empty() { vec![name.to_string()] } else { zones }
 }
 

@@ -32,9 +32,8 @@ pub(super) fn text(programs: &[Played]) -> String {
             let own: Vec<&Segment> = program.cores.iter().flatten().filter(|segment| segment.part == part).collect();
             let (Some(first), Some(last)) = (own.first(), own.last()) else { continue };
             for (index, live) in kernel.lives.iter().enumerate() {
-                let at = |segment: &Segment| {
-                    format!("{}_state + {}", segment.name, segment.layout.live(index).unwrap_or(0))
-                };
+                let at =
+                    |segment: &Segment| format!("{}_state + {}", segment.name, segment.layout.live(index).unwrap_or(0));
                 line(&format!("        .word   {}, {}", at(first), at(last)));
                 line(&format!("        .word   {}, {}         @ {}", live.range.low, live.range.high, live.name));
             }

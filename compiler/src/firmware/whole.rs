@@ -94,6 +94,8 @@ pub struct Instrument<'a> {
 pub struct Part<'a> {
     /// How many.
     pub keys: u32,
+    /// Which of the kernel's values per key is that of the first.
+    pub values_from: u32,
     /// What they play.
     pub instrument: Instrument<'a>,
 }
@@ -108,11 +110,10 @@ pub struct Program<'a> {
 impl<'a> Program<'a> {
     /// One instrument on all keys of a setup.
     pub fn on_all(instrument: Instrument<'a>, setup: &Setup) -> Program<'a> {
-        Program { parts: vec![Part { keys: setup.keys.iter().sum(), instrument }] }
+        Program { parts: vec![Part { keys: setup.keys.iter().sum(), values_from: 0, instrument }] }
     }
 
-    /// How the cores have its keys, one run of the parts each: which part, its first key counted from the first of the keyboard and
-    /// of the core, how many.
+    /// How the cores have its keys, one run of the parts each.
     fn divided(&self, of_core: &[u32]) -> Vec<Vec<Piece>> {
         let mut begin = 0;
         let pieces = |&keys: &u32| {
@@ -121,8 +122,9 @@ impl<'a> Program<'a> {
             let mut first = 0;
             let pieces = self.parts.iter().enumerate().filter_map(|(part, &Part { keys, .. })| {
                 let (low, high) = (first.max(from), (first + keys).min(to));
+                let of_part = low - first;
                 first += keys;
-                (low < high).then(|| Piece { part, of_keyboard: low, of_core: low - from, keys: high - low })
+                (low < high).then(|| Piece { part, of_part, of_core: low - from, keys: high - low })
             });
             pieces.collect()
         };
@@ -134,7 +136,8 @@ impl<'a> Program<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Piece {
     part: usize,
-    of_keyboard: u32,
+    /// Its first key, counted from that of the part and of the core.
+    of_part: u32,
     of_core: u32,
     keys: u32,
 }
@@ -191,7 +194,8 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
                         .map_err(WholeError::Code)?,
                 };
                 made.push((around.distance, piece.part, name.clone(), of_piece.clone()));
-                let of_piece = of_piece.with_keys_of(&keys_of(&modes.kernel, piece.of_keyboard), piece.of_core);
+                let values = keys_of(&modes.kernel, program.parts[piece.part].values_from + piece.of_part);
+                let of_piece = of_piece.with_keys_of(&values, piece.of_core);
                 let (part, first, keys) = (piece.part, piece.of_core, piece.keys);
                 names.push(Segment { name, part, first, keys, layout: of_piece.layout.clone() });
                 own.push(of_piece);

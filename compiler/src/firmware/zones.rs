@@ -55,7 +55,11 @@ pub(super) fn text(name: &str, core: usize, zones: &[Segment]) -> String {
         if !last {
             line(&format!("        cmp     r2, #{}\n        bhs     1f", zone.keys));
         }
-        line(&format!("        ldr     r0, [r0, #{}]\n        bl      {}_begin\n        pop     {{pc}}", 4 * at, zone.name));
+        line(&format!(
+            "        ldr     r0, [r0, #{}]\n        bl      {}_begin\n        pop     {{pc}}",
+            4 * at,
+            zone.name
+        ));
         if !last {
             line(&format!("1:      subs    r2, #{}", zone.keys));
         }

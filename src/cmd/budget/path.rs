@@ -11,7 +11,8 @@ impl Proof<'_> {
     /// A text for an assembler; branches lead to one label, because what they cost is not where they go.
     pub fn path_as_assembly(&self) -> String {
         let by_cycles = self.played.iter().max_by_key(|played| played.dearest().bound.cycles_max);
-        let Some((dearest, name)) = by_cycles.map(|played| (played.dearest(), name(played.dearest_part().1.compiled))) else {
+        let Some((dearest, name)) = by_cycles.map(|played| (played.dearest(), name(played.dearest_part().1.compiled)))
+        else {
             return String::new();
         };
         let mut text = format!(
