@@ -12,14 +12,18 @@
 //!
 //! Not here: values inside of a tick, which no firmware keeps.
 
+mod load;
+
 use whippen_compiler::budget::whole_divided;
 use whippen_compiler::firmware::{self, CORES, Instrument, Midi, Segment, Whole, distance};
 use whippen_compiler::kernel::{Happened, Kernel, without_probes};
 use whippen_compiler::modes::{INSTRUCTIONS, Modes, specialise};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::thumb::EVENT_MARK;
-use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Observer, Ports, Step, Stop, build};
+use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Ports, Stop, build};
 
+use self::load::Frames;
+pub use self::load::{CoreLoad, Load};
 use crate::device::Device;
 use crate::{board, image};
 
@@ -36,62 +40,6 @@ mod at {
     pub const MISSED: u32 = 36;
     pub const FAULTS: u32 = 40;
     pub const ROW: u32 = 56;
-}
-
-/// What the firmware told of a core.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct CoreLoad {
-    /// Its keys.
-    pub keys: u32,
-    /// The longest tick (cycles), from the first instruction of the interrupt's handler to the return.
-    pub frame_cycles_max: u64,
-    /// All ticks (cycles).
-    pub frame_cycles: u64,
-    /// Ticks that came before the one before was served.
-    pub missed: u32,
-    /// Faults, as docs/firmware.md numbers them.
-    pub faults: u32,
-}
-
-/// What a run took.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Load {
-    /// Ticks since the keys began.
-    pub ticks: u64,
-    /// Cycles of a tick.
-    pub period_cycles: u64,
-    /// By core.
-    pub cores: Vec<CoreLoad>,
-}
-
-impl CoreLoad {
-    /// The part of all cycles that its ticks took.
-    pub fn utilisation(&self, load: &Load) -> f64 {
-        self.frame_cycles as f64 / (load.ticks * load.period_cycles).max(1) as f64
-    }
-}
-
-/// Watches interrupts come and go.
-#[derive(Debug, Default)]
-struct Frames {
-    began: [u64; 2],
-    longest: [u64; 2],
-    total: [u64; 2],
-}
-
-impl Observer for Frames {
-    fn instruction(&mut self, _: &Step<'_>) {}
-
-    fn exception(&mut self, core: usize, _: u32, cycle: u64) {
-        self.began[core & 1] = cycle;
-    }
-
-    fn exception_return(&mut self, core: usize, _: u32, cycle: u64) {
-        let core = core & 1;
-        let took = cycle.saturating_sub(self.began[core]);
-        self.longest[core] = self.longest[core].max(took);
-        self.total[core] += took;
-    }
 }
 
 /// A running board.

@@ -109,7 +109,7 @@ impl SetupArgs {
     pub fn one(&self) -> Result<Setup, Failure> {
         let (map, program, name) = self.checked()?;
         let model = match (name, listed(&program)) {
-            (None, Some(&[ref only])) => &program.instruments[only.parts[0].instrument],
+            (None, Some([only])) => &program.instruments[only.parts[0].instrument],
             _ => load::instrument(&program, name)?,
         };
         self.setup(map, &program, &[model])

@@ -171,6 +171,25 @@ fn without_speed(line: &str) -> String {
     }
 }
 
+/// The page of the split shows what the budget says of its cores.
+#[test]
+fn the_budget_of_the_split_is_what_its_page_shows() {
+    let path = "instruments/split.md";
+    let page = read(path);
+    let command = blocks(&page).into_iter().find(|block| block.kind == "sh").expect("a command").text;
+    let said = typed(command.trim(), &root("instruments"));
+    let is_core = |line: &&str| line.starts_with("core ") || line.starts_with("  ");
+    let cores = said.lines().skip_while(|line| !line.starts_with("core 0")).take_while(is_core);
+    let shown: String = said.lines().take(1).chain([""]).chain(cores).map(|line| format!("{line}\n")).collect();
+    let (before, rest) = page.split_once("```text\n").expect("a text");
+    let (_, after) = rest.split_once("```").expect("its end");
+    let now = format!("{before}```text\n{shown}```{after}");
+    if blessing() {
+        std::fs::write(root(path), &now).expect("writable");
+    }
+    assert_eq!(read(path), now);
+}
+
 #[test]
 fn what_the_tutorial_types_prints_what_it_shows() {
     let path = "docs/tutorial.md";

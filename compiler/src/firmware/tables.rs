@@ -40,8 +40,8 @@ pub(super) fn text(programs: &[Played]) -> String {
         }
     }
     // A descriptor is looked up by its core's tick and by who reads its events.
-    for core in 0..programs[0].cores.len() {
-        line(&format!("        .section .rodata.near.{}.programs, \"a\"\n        .balign 4", CORES[core]));
+    for (core, name) in CORES.iter().enumerate().take(programs[0].cores.len()) {
+        line(&format!("        .section .rodata.near.{name}.programs, \"a\"\n        .balign 4"));
         for (number, program) in programs.iter().enumerate() {
             line(&descriptor(&program.cores[core], number, core, zoned));
         }

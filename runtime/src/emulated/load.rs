@@ -1,0 +1,61 @@
+//! What a board took: the longest ticks, load, missed ticks, faults.
+
+use whippen_emulator::{Observer, Step};
+
+/// What the firmware told of a core.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct CoreLoad {
+    /// Its keys.
+    pub keys: u32,
+    /// The longest tick (cycles), from the first instruction of the interrupt's handler to the return.
+    pub frame_cycles_max: u64,
+    /// All ticks (cycles).
+    pub frame_cycles: u64,
+    /// Ticks that came before the one before was served.
+    pub missed: u32,
+    /// Faults, as docs/firmware.md numbers them.
+    pub faults: u32,
+}
+
+/// What a run took.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Load {
+    /// Ticks since the keys began.
+    pub ticks: u64,
+    /// Cycles of a tick.
+    pub period_cycles: u64,
+    /// By core.
+    pub cores: Vec<CoreLoad>,
+}
+
+impl CoreLoad {
+    /// The part of all cycles that its ticks took.
+    pub fn utilisation(&self, load: &Load) -> f64 {
+        self.frame_cycles as f64 / (load.ticks * load.period_cycles).max(1) as f64
+    }
+}
+
+/// Watches interrupts come and go.
+#[derive(Debug, Default)]
+pub(super) struct Frames {
+    began: [u64; 2],
+    /// The longest of each core (cycles).
+    pub longest: [u64; 2],
+    /// All of each core (cycles).
+    pub total: [u64; 2],
+}
+
+impl Observer for Frames {
+    fn instruction(&mut self, _: &Step<'_>) {}
+
+    fn exception(&mut self, core: usize, _: u32, cycle: u64) {
+        self.began[core & 1] = cycle;
+    }
+
+    fn exception_return(&mut self, core: usize, _: u32, cycle: u64) {
+        let core = core & 1;
+        let took = cycle.saturating_sub(self.began[core]);
+        self.longest[core] = self.longest[core].max(took);
+        self.total[core] += took;
+    }
+}
