@@ -3,7 +3,7 @@
 use crate::rig::{KEYS, RATED, Rig, at, kernel, midi, setup};
 use crate::switch::{ask, ramp, words};
 use whippen_compiler::firmware::{Instrument, Midi, Part, Passivity, Program, Segment, Setup};
-use whippen_compiler::kernel::{Interp, Kernel};
+use whippen_compiler::kernel::{Interp, Kernel, parse};
 use whippen_compiler::modes::{Modes, specialise};
 
 /// Keys of each core: not half and half, and both begin or end in the midst of a zone.
@@ -206,6 +206,47 @@ fn gains_follow_in_every_zone() {
         let ceiling = rig.word(rig.block(core, at::GUARDS) + 16 * own as u32 + at::CEILING);
         assert_eq!(gain, ceiling, "key {key}");
         assert_eq!(ceiling, if hot.contains(&key) { 2 * RATED } else { 65_536 }, "key {key}");
+    }
+}
+
+/// What is set per key goes to the key, whatever zone and core it is in.
+#[test]
+fn values_per_key_follow_the_keyboard() {
+    let values: Vec<String> = (0..KEYS).map(|key| (100 * key).to_string()).collect();
+    let text = format!(
+        "kernel keyed @11025 {{
+  in x: u16 [0..65535]
+  out f: i16 [-32768..32767]
+  keyed weight: i32 [0..9000] = {{ {} }}
+  tick {{
+    v0: i32 [0..65535] = in x
+    v1: i32 [32768..32768] = const 32768
+    v2: i32 [0..9000] = keyed weight
+    v3: i32 [-32768..32767] = sub v0 v1
+    v4: i32 [-41768..32767] = sub v3 v2
+    v5: i32 [-32768..-32768] = const -32768
+    v6: i32 [-32768..32767] = max v4 v5
+    out f v6
+  }}
+}}
+",
+        values.join(", ")
+    );
+    let keyed = parse(&text).unwrap_or_else(|error| panic!("{error:?}"));
+    let kernels = [keyed, kernel("virtual-spring.whip")];
+    let modes = kernels.each_ref().map(Modes::single);
+    let notes = kernels.each_ref().map(midi);
+    let part = |(values_from, keys, at): (u32, u32, usize)| {
+        let instrument = Instrument { modes: &modes[at], places: &[], midi: &notes[at] };
+        Part { keys, values_from, instrument }
+    };
+    let zones = [(0, 9, 0), (9, 21, 1), (30, 58, 0)];
+    let program = Program { parts: zones.map(part).to_vec() };
+    let mut rig = Rig::of_programs(&[program], &divided(11_025));
+    let drives = rig.play(vec![40_000; 500 * KEYS]);
+    let last = &drives[drives.len() - KEYS..];
+    for (key, &word) in last.iter().enumerate().filter(|(key, _)| !(9..30).contains(key)) {
+        assert_eq!(i32::from(word), 40_000 - 32_768 - 100 * key as i32, "key {key}");
     }
 }
 

@@ -84,6 +84,9 @@ impl Calls {
         };
         let (core, code, surroundings) = (of.core, &of.program.code, Some(of.surroundings));
         let all = bound(&Query { core, code, entry: self.tick, annotations: &annotations, surroundings })?;
+        if !all.settled {
+            return Err(NotBounded::Unsettled { address: self.tick });
+        }
         let whole = Known { cycles: all.cycles_max, stack_bytes: all.stack_bytes_max };
         // Some key begins, those below it play, those above it do not: which one costs most?
         let finds = begins(of, self.begin, known("begin", &|_| Known::default())?)?;

@@ -17,6 +17,7 @@ pub struct Running {
     /// Core 1 at core 0's: the program that plays and its reader, the first key, head and tail of the ring, two words of
     /// an event, the tail anew, so eight a round, two rounds (the second one finds WFE without an event); the alarm, twice in each of two
     /// ticks.
+    /// Where core 0 has several zones, head and tail of each further ring come to that (`budget/cores.rs`).
     /// Core 0 at core 1's: the number of its tick, a parameter or two words for another program, two rounds.
     pub visits: u32,
 }

@@ -111,10 +111,8 @@ pub const KEYBOARDS: &[Case] = &[
     case(
         "zones among wrong keys",
         &["WH0603"],
-        concat!(
-            "instrument a { sense x: length in 0 mm .. 10 mm } keyboard k {
-        rate 44100 Hz keys A0 .. X8 programs split zones split = { A0 .. B3: a } }"
-        ),
+        "instrument a { sense x: length in 0 mm .. 10 mm } keyboard k {
+        rate 44100 Hz keys A0 .. X8 programs split zones split = { A0 .. B3: a } }",
     ),
     case(
         "misspelt zones",
