@@ -26,6 +26,7 @@ service:
         .endif
         add     r8, r10, r0, lsl #1
         .set    NTH, 0
+        .set    BASE, 0                 @ where R7 is, from the first key's record on
         .rept   (KEYS + 15) / 16
         .if     NTH + 15 > KEYS - 1
         cmp     r0, #KEYS - NTH
@@ -41,7 +42,12 @@ service:
         .if     ZONES
         ldr     r2, [r11, #GAIN]
         .else
-        ldr     r2, [r7, #RECORD * NTH]
+        .if     RECORD * NTH - BASE > 4095
+        movw    r11, #RECORD * NTH - BASE
+        add     r7, r7, r11
+        .set    BASE, RECORD * NTH
+        .endif
+        ldr     r2, [r7, #RECORD * NTH - BASE]
         .endif
         sub     r12, r12, r9
         add     r2, r2, r5
@@ -53,7 +59,7 @@ service:
         .if     ZONES
         str     r2, [r11, #GAIN]
         .else
-        str     r2, [r7, #RECORD * NTH]
+        str     r2, [r7, #RECORD * NTH - BASE]
         .endif
         str     r1, [r6, #16 * NTH + G_HEAT]
         .set    NTH, NTH + 16

@@ -6,6 +6,7 @@
 mod divide;
 mod rules;
 
+use super::cost;
 use super::facts::{self, Facts, meet};
 use super::graph::{Graph, Id, Kind, Walk};
 use crate::kernel::op::Effect;
@@ -149,6 +150,11 @@ impl Fold {
     /// All that the roots and what was decided are made of, operands first.
     pub fn nodes(&mut self, graph: &Graph, path: &Path, roots: &[Id]) -> Vec<Id> {
         self.walk.over(graph, roots.iter().chain(&path.decided).copied())
+    }
+
+    /// Cycles of all that the roots need.
+    pub fn cost(&mut self, graph: &Graph, roots: &[Id]) -> u32 {
+        self.walk.over(graph, roots.iter().copied()).into_iter().map(|id| cost::of_node(graph, id)).sum()
     }
 
     /// The same over [those nodes](Fold::nodes).

@@ -179,14 +179,14 @@ impl Grower<'_, '_> {
         if promising.is_empty() {
             return None;
         }
-        let now = cost::of_all(self.graph, roots);
+        let now = self.fold.cost(self.graph, roots);
         let mut best: Option<(u32, Id)> = None;
         for condition in promising {
             let sides = [true, false].map(|holds| {
                 let side = path.on(self.graph, &self.fold, condition, holds)?;
                 let nodes = self.fold.nodes(self.graph, &side, roots);
                 let found = self.fold.try_run(self.graph, &side, roots, &nodes)?;
-                Some(cost::of_all(self.graph, &found.roots))
+                Some(self.fold.cost(self.graph, &found.roots))
             });
             let [Some(yes), Some(no)] = sides else { continue };
             let saved = now.saturating_sub(yes.max(no) + cost::BRANCH);
