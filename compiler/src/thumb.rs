@@ -32,6 +32,7 @@
 //! Every transformation here keeps every drive word, event and cell of the Kernel, bit for bit. Not here: what a Kernel may
 //! assume (`modes`), addresses (`image`).
 
+mod agree;
 mod allocate;
 mod arrange;
 mod best;

@@ -10,7 +10,7 @@ use super::literal::Literals;
 use super::select::Select;
 use super::shared::Shared;
 use super::vcode::Func;
-use super::{ThumbError, hoist, path, reorder, schedule, v6m};
+use super::{ThumbError, agree, hoist, path, reorder, schedule, v6m};
 use crate::kernel::Kernel;
 use crate::modes::Modes;
 use crate::parallel;
@@ -101,7 +101,7 @@ pub(super) fn modes(
                 Some(func) => made(func, WAYS[tried].alive, core)?.0,
                 None => code.clone(),
             };
-            let cycles = ordered(&mut code, core);
+            let cycles = ordered(&mut code, core)?;
             Ok((code, cycles))
         });
         for ((&(index, tried), before), ended) in ahead.iter().zip(before).zip(ended) {
@@ -172,7 +172,7 @@ pub(super) fn shared(
     let func = legal(Select::shared(kernel, frame, literals, shared), frame, literals, core);
     let (mut code, _) = made(func, WAYS[0].alive, core)?;
     if core.arch != Arch::V6M {
-        ordered(&mut code, core);
+        ordered(&mut code, core)?;
     }
     Ok(Some(code))
 }
@@ -193,9 +193,13 @@ fn made(func: Func, alive: Option<usize>, core: &Core) -> Result<(Allocated, u64
     Ok((code, cycles))
 }
 
-/// The same in a better order; gives its cycles.
-fn ordered(code: &mut Allocated, core: &Core) -> u64 {
+/// The same in a better order; gives its cycles. In debug builds a checker compares what it does with what it did.
+fn ordered(code: &mut Allocated, core: &Core) -> Result<u64, ThumbError> {
+    let before = cfg!(debug_assertions).then(|| code.clone());
     reorder::reorder(code, core);
     hoist::hoist(code, core);
-    path::longest(code, core)
+    if let Some(before) = before {
+        agree::agree(&before, code, core.arch).map_err(ThumbError::Bug)?;
+    }
+    Ok(path::longest(code, core))
 }

@@ -41,7 +41,7 @@ pub(super) use constant::{Step, steps};
 pub(super) use routines::add_routines;
 
 /// The routines that code calls, by their names in `routines.s`: factors or the like in R0 and R1, the result in R0.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Routine {
     /// The top word of a product, rounded half up.
     MulTop,

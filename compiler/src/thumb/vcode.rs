@@ -27,7 +27,7 @@ pub(super) enum Reg {
 }
 
 /// The places of operands in an instruction, as `Inst` names them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Role {
     D,
     N,
@@ -63,7 +63,7 @@ pub(super) struct Operand {
 }
 
 /// Memory that accesses may meet in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Place {
     /// What no tick writes.
     Constant,
@@ -84,7 +84,7 @@ pub(super) enum Access {
 }
 
 /// An address that is known when the object is linked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Half {
     /// MOVW: the low half of a table's address.
     Low(u32),

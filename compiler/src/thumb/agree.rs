@@ -1,0 +1,200 @@
+//! Whether two functions with registers do the same: one before the passes that change such code, and the one behind them.
+//!
+//! ```text
+//!   ldr r0, a      r0 = #1 = load a of (T, what a holds)          Both functions are run with numbers for contents. Equal
+//!   adds r1, r0    r1 = #2 = add of (#1), flags = #3 ..           instructions that find equal numbers leave equal numbers,
+//!   str r1, a      a  = #4 = store of (#2, T, what a held)        whichever registers they use and wherever they stand.
+//! ```
+//!
+//! Equal must be: flags where a block's end decides by them and, where the code is left, memory, the registers of `frame`, and
+//! the address of what follows. A block with several ways in begins with numbers of its own; where one of these counts, all blocks
+//! before must leave equal numbers there. Nothing is known of dependences, nor of free registers.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use super::allocate::{Allocated, Fixed, next_register};
+use super::emit::branch;
+use super::frame::{H, I, K, T};
+use super::vcode::{Access, End, Half, Place, Role};
+use whippen_isa::ShiftType;
+use whippen_isa::reg::SP;
+use whippen_isa::{Arch, Class, Cond, Flags, Inst, Op};
+
+/// What has a content.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+enum At {
+    Register(u8),
+    /// One of [`FLAGS`].
+    Flag(usize),
+    /// A word of the stack.
+    Slot(u32),
+    Memory(Place),
+    /// A word, by its offset, that only other functions read: to this one it is as good as constant.
+    Result(u32),
+}
+
+/// Flags that instructions read.
+const FLAGS: [Flags; 5] = [Flags::N, Flags::Z, Flags::C, Flags::V, Flags::GE];
+
+/// What a content is, but for what it was made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Name {
+    /// What is there where a block begins.
+    Start(usize, At),
+    /// A result: of what, and which.
+    Result(What, Part),
+}
+
+/// An instruction without its registers and its encoding; whether it sets the flags is told by these.
+type What = (Op, Option<Cond>, ShiftType, u8, u32, [bool; 3], Option<Half>);
+
+/// Which result of an instruction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Part {
+    Role(Role),
+    Flag(At),
+    Memory,
+}
+
+/// Numbers of contents, the same for the same.
+#[derive(Default)]
+struct Numbers {
+    known: HashMap<(Name, Vec<u32>), u32>,
+    /// The starts among them that are still to be compared: looking at one may bring up more.
+    starts: Vec<(usize, At)>,
+}
+
+/// What is where, as numbers.
+#[derive(Clone)]
+struct State {
+    /// The block with whose start it began.
+    from: usize,
+    left: BTreeMap<At, u32>,
+}
+
+/// Compares two functions.
+///
+/// # Errors
+/// They differ, or do what the checker does not know; says where.
+pub(super) fn agree(before: &Allocated, after: &Allocated, arch: Arch) -> Result<(), String> {
+    let ends = |func: &Allocated| func.blocks.iter().map(|b| (b.end.clone(), b.rounds)).collect::<Vec<_>>();
+    if ends(before) != ends(after) || before.slots != after.slots {
+        return Err("a pass changed how blocks end, or the stack".to_string());
+    }
+    let mut ways = vec![Vec::new(); before.blocks.len()];
+    for (index, block) in before.blocks.iter().enumerate() {
+        block.end.targets().into_iter().for_each(|to| ways[to].push(index));
+    }
+    let mut numbers = Numbers::default();
+    let states = [numbers.run(before, &ways)?, numbers.run(after, &ways)?];
+    let written: BTreeSet<At> = states.iter().flatten().flat_map(|state| state.left.keys().copied()).collect();
+    let memory = written.into_iter().filter(|at| matches!(at, At::Memory(_) | At::Result(_)));
+    let outside: Vec<At> = memory.chain([T, K, I, H, SP].map(At::Register)).collect();
+    let same = |numbers: &mut Numbers, block: usize, at: At| {
+        let [one, other] = states.each_ref().map(|all| numbers.at(&all[block], at));
+        (one == other).then_some(()).ok_or_else(|| format!("a pass changed what block {block} leaves in {at:?}"))
+    };
+    for (index, block) in before.blocks.iter().enumerate() {
+        let counts: Vec<At> = match block.end {
+            End::Jump(_) => Vec::new(),
+            End::Branch { cond, .. } => flags(branch(Some(cond), false, 0).flags().reads).collect(),
+            End::Next(_) => outside.iter().copied().chain([At::Register(next_register(arch))]).collect(),
+            End::InitDone => outside.clone(),
+        };
+        counts.into_iter().try_for_each(|at| same(&mut numbers, index, at))?;
+    }
+    while let Some((block, at)) = numbers.starts.pop() {
+        ways[block].iter().try_for_each(|from| same(&mut numbers, *from, at))?;
+    }
+    Ok(())
+}
+
+fn flags(of: Flags) -> impl Iterator<Item = At> {
+    (0..FLAGS.len()).filter(move |flag| of.intersects(FLAGS[*flag])).map(At::Flag)
+}
+
+impl Numbers {
+    fn of(&mut self, name: Name, made_of: Vec<u32>) -> u32 {
+        let next = self.known.len() as u32;
+        *self.known.entry((name, made_of)).or_insert_with(|| {
+            if let Name::Start(block, at) = name {
+                self.starts.push((block, at));
+            }
+            next
+        })
+    }
+
+    fn at(&mut self, state: &State, at: At) -> u32 {
+        state.left.get(&at).copied().unwrap_or_else(|| self.of(Name::Start(state.from, at), Vec::new()))
+    }
+
+    /// What each block leaves.
+    fn run(&mut self, func: &Allocated, ways: &[Vec<usize>]) -> Result<Vec<State>, String> {
+        let mut states: Vec<State> = Vec::new();
+        for (index, block) in func.blocks.iter().enumerate() {
+            let mut state = match ways[index][..] {
+                [from] if from < index => states[from].clone(),
+                _ => State { from: index, left: BTreeMap::new() },
+            };
+            block.code.iter().try_for_each(|fixed| self.step(&mut state, fixed))?;
+            states.push(state);
+        }
+        Ok(states)
+    }
+
+    fn step(&mut self, state: &mut State, fixed: &Fixed) -> Result<(), String> {
+        let inst = &fixed.inst;
+        let (from, to) = memory(fixed);
+        let [reads, writes] = roles(inst)?;
+        let found = reads.into_iter().map(|(_, at)| at).chain(flags(inst.flags().reads)).chain(from);
+        let found: Vec<u32> = found.map(|at| self.at(state, at)).collect();
+        let parts = writes.into_iter().map(|(role, at)| (Part::Role(role), at));
+        let parts = parts.chain(flags(inst.flags().writes).map(|at| (Part::Flag(at), at)));
+        let parts: Vec<(Part, At)> = parts.chain(to.map(|at| (Part::Memory, at))).collect();
+        let address = fixed.code.and_then(|code| code.address);
+        let what =
+            (inst.op(), inst.cond, inst.shift, inst.amount, inst.imm, [inst.index, inst.add, inst.wback], address);
+        for (part, at) in parts {
+            let mut made_of = found.clone();
+            if part == Part::Memory || inst.is_conditional() {
+                // Other words of that memory, and what is skipped, stay.
+                made_of.push(self.at(state, at));
+            }
+            state.left.insert(at, self.of(Name::Result(what, part), made_of));
+        }
+        Ok(())
+    }
+}
+
+/// The roles that an instruction reads, and those that it writes, with their registers.
+fn roles(inst: &Inst) -> Result<[Vec<(Role, At)>; 2], String> {
+    let (mut own, mut numbered) = (*inst, *inst);
+    Role::ALL.into_iter().for_each(|role| *role.of(&mut numbered) = role as u8);
+    let mut of = |by_role: u16, all: u16| {
+        let roles = Role::ALL.into_iter().filter(|role| by_role >> *role as u8 & 1 == 1);
+        let roles: Vec<(Role, u8)> = roles.map(|role| (role, *role.of(&mut own))).collect();
+        if roles.iter().fold(0, |bits, (_, reg)| bits | 1 << reg) != all {
+            return Err(format!("{:?} names registers otherwise than by roles", inst.op()));
+        }
+        Ok(roles.into_iter().map(|(role, reg)| (role, At::Register(reg))).collect())
+    };
+    let reads = of(numbered.uses().core_bits(), inst.uses().core_bits())?;
+    Ok([reads, of(numbered.defs().core_bits(), inst.defs().core_bits())?])
+}
+
+/// The memory that an instruction reads, and that it writes.
+fn memory(fixed: &Fixed) -> (Option<At>, Option<At>) {
+    let Fixed { inst, code } = fixed;
+    match code.map(|code| code.access) {
+        Some(Access::None | Access::Read(Place::Constant)) => (None, None),
+        Some(Access::Read(place)) => (Some(At::Memory(place)), None),
+        Some(Access::Write(Place::Constant)) => (None, Some(At::Result(inst.imm))),
+        Some(Access::Write(place)) => (None, Some(At::Memory(place))),
+        None if inst.class() == Class::Load => (Some(At::Slot(inst.imm)), None),
+        None if inst.class() == Class::Store => (None, Some(At::Slot(inst.imm))),
+        None => (None, None),
+    }
+}
+
+#[cfg(test)]
+mod tests;
