@@ -11,9 +11,10 @@
 use std::sync::OnceLock;
 
 use super::allocate::{Allocated, Fixed, Placed, next_register};
-use super::frame::FREE;
+use super::frame::{FREE, H, I, K, T};
 use super::path::{self, Cycles};
 use super::vcode::{Access, End};
+use whippen_isa::reg::SP;
 use whippen_isa::timing::Core;
 use whippen_isa::{Class, Flags};
 
@@ -160,7 +161,9 @@ fn may_move(fixed: &Fixed) -> bool {
         && !inst.wback
         && !flags.writes.intersects(Flags::NZCV)
         && !flags.reads.intersects(Flags::NZCV);
-    let load = matches!(code.access, Access::Read(_)) && inst.class() == Class::Load;
+    // Another address may be right on one side of the branch only.
+    let near = [T, K, I, H, SP].iter().any(|base| inst.uses().core_bits() == 1 << base);
+    let load = near && matches!(code.access, Access::Read(_)) && inst.class() == Class::Load;
     let computes = matches!(
         inst.class(),
         Class::Alu
