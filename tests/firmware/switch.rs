@@ -46,23 +46,36 @@ fn plays(kernel: &Kernel, begins: [usize; 2], words: &[u16], drives: &[i16], tic
     let mut compared = 0;
     for key in 0..KEYS {
         let (core, own) = (key / 44, key % 44);
-        let begin = begins[core] + own;
-        let mut interp = Interp::new(kernel, 1).expect("verifies");
-        let word = |tick: usize| [words[tick * KEYS + key]];
-        interp.init(&word(begin));
-        for tick in begin + 1..ticks.end {
-            let mut want = [0];
-            interp.tick(&word(tick), &mut want);
-            let got = drives[tick * KEYS + key];
-            if tick < ticks.start {
-                assert!(got.unsigned_abs() <= want[0].unsigned_abs() + 1, "key {key}, tick {tick}: {got} {want:?}");
-            } else {
-                assert_eq!(got, want[0], "{}: key {key}, tick {tick}, began at {begin}", kernel.name);
-                compared += usize::from(got != 0);
-            }
-        }
+        compared += key_plays(kernel, key, begins[core] + own, words, drives, ticks.clone());
     }
     assert!(compared > 1000, "{compared} words say something");
+}
+
+/// The same of one key that began in a tick; how many of the words that must be equal are not 0.
+pub fn key_plays(
+    kernel: &Kernel,
+    key: usize,
+    begin: usize,
+    words: &[u16],
+    drives: &[i16],
+    ticks: std::ops::Range<usize>,
+) -> usize {
+    let mut compared = 0;
+    let mut interp = Interp::new(kernel, 1).expect("verifies");
+    let word = |tick: usize| [words[tick * KEYS + key]];
+    interp.init(&word(begin));
+    for tick in begin + 1..ticks.end {
+        let mut want = [0];
+        interp.tick(&word(tick), &mut want);
+        let got = drives[tick * KEYS + key];
+        if tick < ticks.start {
+            assert!(got.unsigned_abs() <= want[0].unsigned_abs() + 1, "key {key}, tick {tick}: {got} {want:?}");
+        } else {
+            assert_eq!(got, want[0], "{}: key {key}, tick {tick}, began at {begin}", kernel.name);
+            compared += usize::from(got != 0);
+        }
+    }
+    compared
 }
 
 /// At a rate that leaves little time.

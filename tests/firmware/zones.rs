@@ -1,7 +1,7 @@
 //! A program whose keys play different instruments, several of them on one core.
 
 use crate::rig::{KEYS, RATED, Rig, at, kernel, midi, setup};
-use crate::switch::{ask, ramp, words};
+use crate::switch::{ask, key_plays, ramp, words};
 use whippen_compiler::firmware::{Instrument, Midi, Part, Passivity, Program, Segment, Setup};
 use whippen_compiler::kernel::{Interp, Kernel, parse};
 use whippen_compiler::modes::{Modes, specialise};
@@ -67,21 +67,7 @@ fn plays(
     for key in 0..KEYS {
         let (core, own) = place(key);
         let which = instrument(zones, key);
-        let begin = begins[core] + own;
-        let mut interp = Interp::new(&kernels[which], 1).expect("verifies");
-        let word = |tick: usize| [words[tick * KEYS + key]];
-        interp.init(&word(begin));
-        for tick in begin + 1..ticks.end {
-            let mut want = [0];
-            interp.tick(&word(tick), &mut want);
-            let got = drives[tick * KEYS + key];
-            if tick < ticks.start {
-                assert!(got.unsigned_abs() <= want[0].unsigned_abs() + 1, "key {key}, tick {tick}: {got} {want:?}");
-            } else {
-                assert_eq!(got, want[0], "{}: key {key}, tick {tick}, began at {begin}", kernels[which].name);
-                compared[which] += usize::from(got != 0);
-            }
-        }
+        compared[which] += key_plays(&kernels[which], key, begins[core] + own, words, drives, ticks.clone());
     }
     assert!(zones.iter().all(|(_, which)| compared[*which] > 1000), "{compared:?} words say something");
 }

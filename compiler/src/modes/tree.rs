@@ -182,13 +182,15 @@ impl Grower<'_, '_> {
         let now = self.fold.cost(self.graph, roots);
         let mut best: Option<(u32, Id)> = None;
         for condition in promising {
-            let sides = [true, false].map(|holds| {
-                let side = path.on(self.graph, &self.fold, condition, holds)?;
-                let nodes = self.fold.nodes(self.graph, &side, roots);
+            let sides = [true, false].map(|holds| path.on(self.graph, &self.fold, condition, holds));
+            let [Some(if_yes), Some(if_no)] = sides else { continue };
+            // Both ways are decided by the same.
+            let nodes = self.fold.nodes(self.graph, &if_yes, roots);
+            let costs = [if_yes, if_no].map(|side| {
                 let found = self.fold.try_run(self.graph, &side, roots, &nodes)?;
                 Some(self.fold.cost(self.graph, &found.roots))
             });
-            let [Some(yes), Some(no)] = sides else { continue };
+            let [Some(yes), Some(no)] = costs else { continue };
             let saved = now.saturating_sub(yes.max(no) + cost::BRANCH);
             if saved >= self.worth && best.is_none_or(|(most, _)| saved > most) {
                 best = Some((saved, condition));

@@ -216,11 +216,13 @@ pub(super) fn live_behind(block: &Placed, live: &[u32], core: &Core) -> u32 {
     block.end.targets().into_iter().fold(leaves, |all, to| all | live[to])
 }
 
-fn live_before(block: &Placed, mut live: u32) -> u32 {
-    for fixed in block.code.iter().rev() {
-        let (uses, defs) = touched(fixed);
-        live = if fixed.inst.cond.is_some() { live | defs } else { live & !defs };
-        live |= uses;
-    }
-    live
+fn live_before(block: &Placed, behind: u32) -> u32 {
+    block.code.iter().rev().fold(behind, |live, fixed| wanted_before(fixed, live))
+}
+
+/// The registers that hold something that is wanted before an instruction, given those behind it.
+pub(super) fn wanted_before(fixed: &Fixed, behind: u32) -> u32 {
+    let (uses, defs) = touched(fixed);
+    // What is skipped may be wanted from before.
+    uses | if fixed.inst.cond.is_some() { behind | defs } else { behind & !defs }
 }

@@ -9,7 +9,7 @@
 
 use super::allocate::{Fixed, Placed};
 use super::frame::FREE;
-use super::hoist::{renamed, touched};
+use super::hoist::{renamed, touched, wanted_before};
 use whippen_isa::timing::Core;
 
 /// A register that was touched longer ago than this is as good as any.
@@ -56,9 +56,7 @@ fn wanted_after(code: &[Fixed], behind: u32) -> Vec<u32> {
     let mut live = behind;
     for (at, fixed) in code.iter().enumerate().rev() {
         wanted[at] = live;
-        let (uses, defs) = touched(fixed);
-        live = if fixed.inst.cond.is_some() { live | defs } else { live & !defs };
-        live |= uses;
+        live = wanted_before(fixed, live);
     }
     wanted
 }
