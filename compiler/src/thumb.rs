@@ -16,6 +16,7 @@
 //! | `shared` | what is computed once a tick for all keys |
 //! | `select` | which instructions |
 //! | `vcode` | instructions over virtual registers |
+//! | `pins` | what stays in registers from key to key |
 //! | `schedule` | the order of instructions |
 //! | `path` | cycles of the longest way |
 //! | `best` | the best of some ways to make code |
@@ -45,6 +46,7 @@ mod literal;
 mod memory;
 mod names;
 mod path;
+mod pins;
 mod reorder;
 mod same;
 mod schedule;
@@ -63,6 +65,7 @@ use emit::{Bytes, Item, lay_out};
 use frame::{Frame, LITERALS_MAX};
 use literal::Literals;
 use memory::{Memory, memory};
+use pins::Pins;
 use std::fmt;
 use whippen_isa::Arch;
 use whippen_isa::timing::Core;
@@ -201,8 +204,10 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
     let mut frame = Frame::new(kernel, options, around, shared.results.len());
     let mut literals = Literals::new(modes.modes.len() + kernel.tables.len());
     let core = timing(options.arch);
+    let (made_modes, pins) = best::modes(&modes, &frame, &mut literals, &core)?;
     let made = Made {
-        modes: best::modes(&modes, &frame, &mut literals, &core)?,
+        modes: made_modes,
+        pins,
         init: best::init(&modes, &frame, &mut literals, &core)?,
         shared: best::shared(kernel, &frame, &mut literals, &shared, &core)?,
     };
@@ -221,6 +226,7 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
 /// Code with registers: of all modes, of `init`, and of what a tick computes at its entry, if there is such.
 struct Made {
     modes: Vec<Allocated>,
+    pins: Pins,
     init: Allocated,
     shared: Option<Allocated>,
 }
@@ -247,7 +253,7 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Ma
         base = done + 1;
         items
     });
-    let mut items = entry::tick(frame, core.arch, name, slots, shared, &mode_names, labels.events);
+    let mut items = entry::tick(frame, core.arch, name, slots, shared, &mode_names, &made.pins, labels.events);
     mode_names.push(names::end(name));
     let mut placed = Vec::new();
     for func in &made.modes {

@@ -43,6 +43,8 @@ pub(super) struct Fixed {
 pub(super) struct Allocated {
     pub blocks: Vec<Placed>,
     pub slots: usize,
+    /// The registers that it may use, as bits.
+    pub free: u32,
 }
 
 /// Gives every virtual register a place.
@@ -51,14 +53,14 @@ pub(super) struct Allocated {
 /// An instruction needs more registers than there are, or the checker objects: a bug.
 pub(super) fn allocate(func: &Func, arch: Arch) -> Result<Allocated, String> {
     let view = View::new(func, arch);
-    let env = environment(arch);
+    let env = environment(arch, func.free);
     let options = RegallocOptions { validate_ssa: true, ..RegallocOptions::default() };
     let output = regalloc2::run(&view, &env, &options).map_err(|error| error.to_string())?;
     if cfg!(debug_assertions) {
         check(&view, &env, &output)?;
     }
     let blocks = (0..func.blocks.len()).map(|block| view.placed(block, &output, arch)).collect();
-    Ok(Allocated { blocks, slots: output.num_spillslots })
+    Ok(Allocated { blocks, slots: output.num_spillslots, free: func.free })
 }
 
 /// Whether every operand finds its value.
@@ -69,9 +71,9 @@ fn check(view: &View, env: &MachineEnv, output: &Output) -> Result<(), String> {
 }
 
 /// Registers that may be given, the lower ones first; ARMv6-M can do little with the others.
-fn environment(arch: Arch) -> MachineEnv {
+fn environment(arch: Arch, free: u32) -> MachineEnv {
     let low = |reg: &u8| *reg < 8;
-    let usable = |reg: &&u8| low(reg) || arch != Arch::V6M;
+    let usable = |reg: &&u8| free >> **reg & 1 != 0 && (low(reg) || arch != Arch::V6M);
     let set = |wanted: &dyn Fn(&u8) -> bool| {
         FREE.iter().filter(usable).filter(|reg| wanted(reg)).fold(PRegSet::empty(), |set, reg| set.with(preg(*reg)))
     };
@@ -350,7 +352,7 @@ mod tests {
     #[test]
     fn the_checker_takes_what_is_right_and_nothing_else() {
         let func = summing();
-        let (view, env) = (View::new(&func, Arch::V8M), environment(Arch::V8M));
+        let (view, env) = (View::new(&func, Arch::V8M), environment(Arch::V8M, func.free));
         let mut output = regalloc2::run(&view, &env, &RegallocOptions::default()).expect("there are registers");
         assert_eq!(check(&view, &env, &output), Ok(()));
         let (found, mut refused) = (output.allocs.clone(), 0);

@@ -5,8 +5,9 @@
 //! to try, because only the longest path of all counts.
 
 use super::allocate::{Allocated, allocate};
-use super::frame::Frame;
+use super::frame::{ALL_FREE, Frame};
 use super::literal::Literals;
+use super::pins::{self, Pins};
 use super::select::Select;
 use super::shared::Shared;
 use super::vcode::Func;
@@ -63,18 +64,24 @@ const AHEAD: usize = 2;
 /// Modes that are so many cycles below the dearest are made as well as that one.
 const CLOSE: u64 = 3;
 
-/// The code of all modes.
+/// So many of the longest modes tell how many words stay in registers.
+const LONG: usize = 8;
+
+/// The code of all modes, and what stays in registers from key to key.
 pub(super) fn modes(
     modes: &Modes,
     frame: &Frame,
     literals: &mut Literals,
     core: &Core,
-) -> Result<Vec<Allocated>, ThumbError> {
+) -> Result<(Vec<Allocated>, Pins), ThumbError> {
     let select = |index: usize, way: Way, literals: &mut Literals| {
         let func = Select::mode(&modes.kernel, frame, literals, &modes.modes[index], index, way.near);
         legal(func, frame, literals, core)
     };
     let funcs: Vec<Func> = (0..modes.modes.len()).map(|index| select(index, WAYS[0], literals)).collect();
+    let pins = if core.arch == Arch::V6M { Pins::default() } else { best_pins(&funcs, core)? };
+    let select = |index: usize, way: Way, literals: &mut Literals| pins.keep(select(index, way, literals));
+    let funcs: Vec<Func> = funcs.into_iter().map(|func| pins.keep(func)).collect();
     let first = |func: Func| {
         let (code, cycles) = made(func, WAYS[0].alive, core)?;
         Ok(Made { code, cycles, tried: 0 })
@@ -82,7 +89,7 @@ pub(super) fn modes(
     let mut all = parallel::map(funcs, first).into_iter().collect::<Result<Vec<Made>, ThumbError>>()?;
     if core.arch == Arch::V6M {
         // Nothing waits there, so one order is as good as another.
-        return Ok(all.into_iter().map(|made| made.code).collect());
+        return Ok((all.into_iter().map(|made| made.code).collect(), pins));
     }
     let mut left = TRIES + all.len();
     while left > 0 {
@@ -118,7 +125,29 @@ pub(super) fn modes(
             left -= 1;
         }
     }
-    Ok(all.into_iter().map(|made| made.code).collect())
+    let code = all.into_iter().map(|made| made.code).collect();
+    Ok((code, pins))
+}
+
+/// The words that stay in registers: as many as make the dearest mode cheapest, the more the better where it is the same. Only
+/// modes that may be the dearest are made for that.
+fn best_pins(funcs: &[Func], core: &Core) -> Result<Pins, ThumbError> {
+    let words = pins::wanted(funcs);
+    let mut longest: Vec<&Func> = funcs.iter().collect();
+    longest.sort_by_cached_key(|func| std::cmp::Reverse(func.longest()));
+    longest.truncate(LONG);
+    let mut best: Option<(u64, Pins)> = None;
+    for count in 0..=words.len() {
+        let pins = Pins::new(&words[..count]);
+        let funcs: Vec<Func> = longest.iter().map(|func| pins.keep((*func).clone())).collect();
+        let cycles = parallel::map(funcs, |func| Ok(made(func, WAYS[0].alive, core)?.1));
+        let dearest = cycles.into_iter().collect::<Result<Vec<u64>, ThumbError>>()?.into_iter().max();
+        match (dearest, &best) {
+            (Some(dearest), Some((least, _))) if dearest > *least => break,
+            (dearest, _) => best = Some((dearest.unwrap_or(0), pins)),
+        }
+    }
+    Ok(best.map_or_else(Pins::default, |(_, pins)| pins))
 }
 
 /// The cycles of each mode, and how many ways were tried.
@@ -186,7 +215,8 @@ fn legal(func: Func, frame: &Frame, literals: &mut Literals, core: &Core) -> Fun
 fn made(func: Func, alive: Option<usize>, core: &Core) -> Result<(Allocated, u64), ThumbError> {
     let mut func = func.in_order();
     if let Some(alive) = alive.filter(|_| core.arch != Arch::V6M) {
-        schedule::schedule(&mut func, core, alive);
+        let pinned = (ALL_FREE & !func.free).count_ones() as usize;
+        schedule::schedule(&mut func, core, alive.saturating_sub(pinned).max(2));
     }
     let code = allocate(&func, core.arch).map_err(ThumbError::Bug)?;
     let cycles = path::roughly(&code, core);

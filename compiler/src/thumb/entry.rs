@@ -16,6 +16,7 @@ mod events;
 use super::allocate::next_register;
 use super::emit::{Item, Label};
 use super::frame::{Frame, H, I, K, Pointer, ROW, T, TICK};
+use super::pins::{Pins, Word};
 use super::v6m::{self, Step};
 use super::vcode::template;
 use super::{names, vcode::Half};
@@ -57,6 +58,7 @@ pub(super) fn tick(
     slots: usize,
     shared: Vec<Item>,
     modes: &[String],
+    pins: &Pins,
     events: Label,
 ) -> Vec<Item> {
     let mut w = Writer::new(frame, arch);
@@ -65,6 +67,7 @@ pub(super) fn tick(
     w.items.extend(shared);
     w.open_events(events);
     w.registers();
+    w.pins(pins);
     let next = next_register(arch);
     w.op(Inst { t: next, n: K, ..template(Op::LDR_immediate) });
     w.items.push(Item::Indirect { inst: Inst { m: next, ..template(Op::BX) }, to: modes.to_vec() });
@@ -262,6 +265,17 @@ impl<'a> Writer<'a> {
             self.load(low, ROW);
             if low != H {
                 self.mov(H, low);
+            }
+        }
+    }
+
+    /// What stays in registers from key to key.
+    fn pins(&mut self, pins: &Pins) {
+        for (word, reg) in pins.iter() {
+            match word {
+                Word::At(offset) => self.load(reg, offset),
+                Word::Number(number) if number >> 16 == 0 => self.offset(reg, number),
+                Word::Number(number) => self.op(Inst { d: reg, imm: number, ..template(Op::MOV_immediate) }),
             }
         }
     }

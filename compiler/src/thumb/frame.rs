@@ -16,6 +16,7 @@
 use super::{Around, Options};
 use crate::kernel::layout::words;
 use crate::kernel::{Inst, Kernel, Op, Range, Region};
+use whippen_isa::Arch;
 
 /// This key's record.
 pub(super) const K: u8 = 7;
@@ -27,6 +28,8 @@ pub(super) const I: u8 = 10;
 pub(super) const H: u8 = 11;
 /// What the allocator may use; all others have a meaning.
 pub(super) const FREE: [u8; 10] = [0, 1, 2, 3, 4, 5, 8, 9, 12, 14];
+/// The same as bits.
+pub(super) const ALL_FREE: u32 = 0b0101_0011_0011_1111;
 
 /// Bytes that the ring of events has at least.
 const RING_BYTES_MIN: u32 = 1024;
@@ -91,6 +94,8 @@ pub(super) struct Caller {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Frame {
     pub keys: u32,
+    /// ARMv6-M, where nearly every instruction changes the flags.
+    pub small: bool,
     /// Where the caller's words lie, if the tick is part of a firmware's frame.
     pub caller: Option<Caller>,
     /// Offset in T of the address of the histories, and behind it that of the ring of events, where they lie apart.
@@ -181,6 +186,7 @@ impl Frame {
         let (keys, gain) = (options.keys, options.gain);
         let mut frame = Frame {
             keys,
+            small: options.arch == Arch::V6M,
             caller: None,
             apart: None,
             stride: 2 * kernel.inputs.len().max(kernel.outputs.len()).max(1) as u32,

@@ -73,7 +73,9 @@ fn move_up(
     let (_, own) = touched(&first);
     let behind_from = live_behind(&func.blocks[from], live, core);
     // In its own register, or in another one that nobody wants.
-    let registers = std::iter::once(own).chain(FREE.iter().map(|reg| 1 << reg).filter(|reg| *reg != own));
+    let free = func.free;
+    let registers =
+        std::iter::once(own).chain(FREE.iter().map(|reg| 1 << reg).filter(|reg| *reg != own && free & reg != 0));
     for register in registers.filter(|_| pays(upper)) {
         let code = match register == own {
             true => Some(func.blocks[from].code.clone()),

@@ -39,7 +39,7 @@ pub(super) fn reorder(func: &mut Allocated, core: &Core) {
             continue;
         }
         let mut best = ordered(block, core);
-        if let Some(code) = spread(block, behind, core) {
+        if let Some(code) = spread(block, behind, func.free, core) {
             let other = ordered(&Placed { code, ..block.clone() }, core);
             best = if other.1 < best.1 { other } else { best };
         }

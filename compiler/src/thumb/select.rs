@@ -38,6 +38,7 @@ use super::shared::Shared;
 use super::vcode::{Code, Func, Reg, Role, VReg};
 use crate::kernel::{Inst, Kernel, Op, Region, Type, Value, ValueInfo, Walk};
 use crate::modes::{End, Mode};
+use event::Written;
 use std::collections::BTreeMap;
 use whippen_isa::Op as Isa;
 
@@ -89,10 +90,14 @@ pub(super) struct Select<'a> {
     constants: Vec<(i32, usize, usize, VReg)>,
     /// How often each value is used, more than once if in a loop.
     used: Vec<u32>,
+    /// How often each value is a term of a sum.
+    summed: Vec<u32>,
     func: Func,
     /// The block that code goes to.
     at: usize,
     origin: Option<u32>,
+    /// What the last event left in registers; nothing behind a loop, whose rounds may have events.
+    written: Option<Written>,
     /// The word of the first input port, as it came in.
     input: Option<VReg>,
     /// Whether indices must be held inside, because an `assume` may be wrong.
@@ -129,9 +134,11 @@ impl<'a> Select<'a> {
             above: BTreeMap::new(),
             constants: Vec::new(),
             used: vec![0; values.len()],
+            summed: vec![0; values.len()],
             func: Func::new(),
             at: 0,
             origin: None,
+            written: None,
             input: None,
             guard: assumes(&kernel.init) || assumes(&kernel.tick),
             push_walks: mode.is_some() && frame.pointers.is_empty() && kernel.tick.insts.iter().any(pushes),
@@ -151,6 +158,7 @@ impl<'a> Select<'a> {
         let mut select = Select { near, ..Select::new(kernel, frame, literals, &mode.values, Some(index)) };
         for block in &mode.blocks {
             select.mark_words(&block.insts);
+            select.mark_summed(&block.insts);
             match &block.end {
                 End::Jump(target) => select.mark(&target.args),
                 End::Branch { condition, yes, no, .. } => {
@@ -205,6 +213,18 @@ impl<'a> Select<'a> {
                 inst.args.iter().for_each(|arg| self.used[arg.0 as usize] += 1);
             }
             inst.regions.iter().for_each(|inner| self.mark_compared(&inner.insts));
+        }
+    }
+
+    /// Counts what is a term of a sum; nothing in loops.
+    fn mark_summed(&mut self, insts: &[Inst]) {
+        for inst in insts {
+            if matches!(inst.op, Op::Add | Op::Sub) && inst.args[0] != inst.args[1] {
+                inst.args.iter().for_each(|arg| self.summed[arg.0 as usize] += 1);
+            }
+            if inst.op == Op::If {
+                inst.regions.iter().for_each(|inner| self.mark_summed(&inner.insts));
+            }
         }
     }
 
@@ -342,7 +362,9 @@ impl<'a> Select<'a> {
             (Op::Get(_) | Op::Live(_) | Op::Tick(_) | Op::Keyed(_), _) if self.again[result.0 as usize] => {
                 Bound::Again(inst.op, result)
             }
-            (Op::Shl(_) | Op::Sar(_), Type::I32) if self.repeats(inst, result) => Bound::Again(inst.op, inst.args[0]),
+            (Op::Shl(_) | Op::Sar(_), Type::I32) if self.repeats(inst, result) || self.is_part_of_all(inst, result) => {
+                Bound::Again(inst.op, inst.args[0])
+            }
             (
                 Op::In(_)
                 | Op::Live(_)

@@ -18,12 +18,11 @@ const LONG: usize = 12;
 const HIGH: usize = 6;
 
 /// The block with other registers; `behind` is what is wanted behind it. None if nothing can be otherwise.
-pub(super) fn spread(block: &Placed, behind: u32, core: &Core) -> Option<Vec<Fixed>> {
+pub(super) fn spread(block: &Placed, behind: u32, free: u32, core: &Core) -> Option<Vec<Fixed>> {
     let mut code = block.code.clone();
     let mut changed = false;
     for at in 0..code.len() {
         let (_, own) = touched(&code[at]);
-        let free = FREE.iter().fold(0_u32, |all, reg| all | 1 << reg);
         if own & free != own || own.count_ones() != 1 || code[at].inst.cond.is_some() {
             continue;
         }
@@ -37,7 +36,7 @@ pub(super) fn spread(block: &Placed, behind: u32, core: &Core) -> Option<Vec<Fix
             before.enumerate().find(|(_, fixed)| touches(fixed)).map_or(LONG, |(distance, _)| distance)
         };
         let worth = |register: u32| since(register).saturating_sub(if register < 1 << 8 { 0 } else { HIGH });
-        let others = FREE.iter().map(|reg| 1_u32 << reg).filter(|reg| *reg != own && wanted[at] & reg == 0);
+        let others = FREE.iter().map(|reg| 1_u32 << reg).filter(|reg| *reg != own && free & !wanted[at] & reg != 0);
         let mut better: Vec<u32> = others.filter(|reg| worth(*reg) > worth(own) + 2).collect();
         better.sort_by_key(|reg| std::cmp::Reverse(worth(*reg)));
         let new = better.into_iter().find_map(|reg| renamed(&code[at..], own, reg, behind, core));

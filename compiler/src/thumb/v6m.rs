@@ -75,12 +75,13 @@ impl Routine {
 pub(super) const LOST: [u8; 3] = [1, 2, 3];
 
 /// The same for ARMv6-M.
-pub(super) fn legal(func: Func, frame: &Frame, literals: &mut Literals) -> Func {
-    let out = Func { blocks: Vec::new(), vregs: func.vregs };
+pub(super) fn legal(mut func: Func, frame: &Frame, literals: &mut Literals) -> Func {
+    let blocks = std::mem::take(&mut func.blocks);
+    let out = func;
     let mut legal =
         Legal { literals, literals_at: frame.literals, out, at: 0, flags: Flags::default(), origin: None, known: 0 };
-    let heads: Vec<usize> = func.blocks.iter().map(|_| legal.out.block()).collect();
-    for (index, block) in func.blocks.into_iter().enumerate() {
+    let heads: Vec<usize> = blocks.iter().map(|_| legal.out.block()).collect();
+    for (index, block) in blocks.into_iter().enumerate() {
         (legal.at, legal.flags) = (heads[index], Flags::default());
         (legal.out.blocks[heads[index]].params, legal.out.blocks[heads[index]].rounds) = (block.params, block.rounds);
         for code in &block.code {

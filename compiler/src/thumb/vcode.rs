@@ -11,6 +11,7 @@
 //!
 //! Not here: encodings (`emit` takes the shortest), cycles (`schedule`).
 
+use super::frame::ALL_FREE;
 use super::v6m::Routine;
 use whippen_isa::{Cond, Encoding, Inst, Op};
 
@@ -251,11 +252,13 @@ pub(super) struct Block {
 pub(super) struct Func {
     pub blocks: Vec<Block>,
     pub vregs: u32,
+    /// The registers that it may use, as bits.
+    pub free: u32,
 }
 
 impl Func {
     pub(super) fn new() -> Func {
-        Func { blocks: Vec::new(), vregs: 0 }
+        Func { blocks: Vec::new(), vregs: 0, free: ALL_FREE }
     }
 
     pub(super) fn fresh(&mut self) -> VReg {
@@ -284,11 +287,11 @@ impl End {
 impl Func {
     /// The same without blocks that nobody comes to, in an order in which each but the first follows one that leads to it:
     /// `regalloc2`'s checker takes what comes from a later block for unknown if that has no way in yet.
-    pub(super) fn in_order(self) -> Func {
+    pub(super) fn in_order(mut self) -> Func {
         let order = self.reverse_postorder();
         let mut places = vec![0; self.blocks.len()];
         order.iter().enumerate().for_each(|(place, block)| places[*block] = place);
-        let mut blocks: Vec<Option<Block>> = self.blocks.into_iter().map(Some).collect();
+        let mut blocks: Vec<Option<Block>> = std::mem::take(&mut self.blocks).into_iter().map(Some).collect();
         let mut blocks: Vec<Block> = order.iter().filter_map(|block| blocks[*block].take()).collect();
         for block in &mut blocks {
             match &mut block.end {
@@ -297,7 +300,18 @@ impl Func {
                 End::Next(_) | End::InitDone => {}
             }
         }
-        Func { blocks, vregs: self.vregs }
+        Func { blocks, ..self }
+    }
+
+    /// Instructions on the longest way, loops counted once.
+    pub(super) fn longest(&self) -> usize {
+        let mut below = vec![0; self.blocks.len()];
+        for at in self.reverse_postorder().into_iter().rev() {
+            let block = &self.blocks[at];
+            let next = block.end.targets().into_iter().map(|to| below[to]).max();
+            below[at] = block.code.len() + next.unwrap_or(0);
+        }
+        below.first().copied().unwrap_or(0)
     }
 
     fn reverse_postorder(&self) -> Vec<usize> {

@@ -9,7 +9,7 @@ use crate::kernel::sweep;
 use crate::modes::Modes;
 use crate::thumb::Options;
 use crate::thumb::allocate::{Placed, allocate};
-use crate::thumb::frame::{FREE, Frame};
+use crate::thumb::frame::{ALL_FREE, FREE, Frame};
 use crate::thumb::hoist::{hoist, live_in, touched};
 use crate::thumb::literal::Literals;
 use crate::thumb::reorder::reorder;
@@ -51,7 +51,7 @@ fn decision() -> Allocated {
         vec![next, store(2, 4)],
     ];
     let placed = |(code, end)| Placed { code, end, rounds: None, cycles: OnceLock::new() };
-    Allocated { blocks: codes.into_iter().zip(ends).map(placed).collect(), slots: 0 }
+    Allocated { blocks: codes.into_iter().zip(ends).map(placed).collect(), slots: 0, free: ALL_FREE }
 }
 
 #[test]

@@ -37,7 +37,9 @@ impl Walk for Select<'_> {
         let index = params[0];
         self.func.blocks[head].params = params;
         self.func.blocks[head].rounds = Some(rounds);
+        self.written = None;
         self.insts(&region.insts);
+        self.written = None;
         let yields = self.words_of(&region.yields);
         let next = self.plus(index, 1);
         let end = self.load_constant(rounds as i32);

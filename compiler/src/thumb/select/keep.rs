@@ -1,11 +1,11 @@
 //! Cells that may keep their word: `set c (select b v (get c))` is a store where `b` holds, and no copy of the old word.
 
-use super::Select;
+use super::{Bound, Select};
 use crate::kernel::{Inst, Op, Type, Value};
 use crate::modes::Mode;
 use crate::thumb::frame::K;
-use crate::thumb::vcode::{Access, Code, Place, Role};
-use whippen_isa::Op as Isa;
+use crate::thumb::vcode::{Access, Code, Place, Role, VReg};
+use whippen_isa::{Cond, Op as Isa};
 
 /// The choices, by their results, that wait until a cell is overwritten by them.
 pub(super) fn waiting(mode: &Mode, used: &[u32], cells: usize) -> Vec<bool> {
@@ -61,14 +61,37 @@ impl Select<'_> {
     /// A store of a choice that waited for it.
     pub(super) fn store_chosen(&mut self, cell: u32, [condition, yes, no]: [Value; 3]) {
         let keeps_no = self.old[no.0 as usize] == Some(cell);
-        let new = self.reg(if keeps_no { yes } else { no });
-        let cond = self.condition(condition);
-        let cond = if keeps_no { Some(cond) } else { cond.invert() };
+        let new = if keeps_no { yes } else { no };
+        let (new, cond) = match self.zero_where_equal(condition).filter(|_| keeps_no && self.constant(new) == Some(0)) {
+            Some([a, b]) => (self.difference(a, b), Some(Cond::EQ)),
+            None => {
+                let (new, cond) = (self.reg(new), self.condition(condition));
+                (new, if keeps_no { Some(cond) } else { cond.invert() })
+            }
+        };
         let offset = self.frame.cells[cell as usize];
         let store = Code::new(Isa::STR_immediate).with(Role::N, Self::fixed(K)).reg(Role::T, new).imm(offset);
         let mut store = store.access(Access::Write(Place::Cell(cell)));
         store.inst.cond = cond;
         self.emit(store);
+    }
+
+    /// Two words whose difference is zero where a bool holds.
+    fn zero_where_equal(&self, condition: Value) -> Option<[Value; 2]> {
+        match self.bound[condition.0 as usize] {
+            Bound::Test(Op::Eq, [a, b])
+                if !self.frame.small && self.info(a).ty != Type::I64 && self.bounded(&[a, b]).is_none() =>
+            {
+                Some([a, b])
+            }
+            _ => None,
+        }
+    }
+
+    /// Sets the flags, as a comparison would, and keeps the difference.
+    fn difference(&mut self, a: Value, b: Value) -> VReg {
+        let (n, m) = (self.reg(a), self.reg(b));
+        self.result(Code::new(Isa::SUB_register).reg(Role::N, n).reg(Role::M, m).flags())
     }
 
     /// Whether a choice waits for its store; its operands are kept until then.

@@ -11,6 +11,21 @@ impl Select<'_> {
         is_again && !self.waits(inst.op, result) && self.may_wait(&inst.args)
     }
 
+    /// Whether a shift becomes a part of every sum that uses it, so that it costs nothing there.
+    pub(super) fn is_part_of_all(&self, inst: &Inst, result: Value) -> bool {
+        let is_there = matches!(self.bound[inst.args[0].0 as usize], Bound::One(_) | Bound::Again(..));
+        let (used, summed) = (self.used[result.0 as usize], self.summed[result.0 as usize]);
+        is_there && used > 1 && used == summed && self.may_wait(&inst.args)
+    }
+
+    /// What waits for its user, or a shift that is done in each.
+    pub(super) fn part(&self, value: Value) -> Option<(Op, [Value; 2])> {
+        match self.bound[value.0 as usize] {
+            Bound::Again(op @ (Op::Shl(_) | Op::Sar(_)), arg) => Some((op, [arg; 2])),
+            _ => self.later(value),
+        }
+    }
+
     /// Whether a value of these may wait for its user: not behind too many others that do, because going there needs stack.
     pub(super) fn may_wait(&self, args: &[Value]) -> bool {
         args.iter().all(|arg| self.late[arg.0 as usize] < LATE)

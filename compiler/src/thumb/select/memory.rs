@@ -158,7 +158,7 @@ impl Select<'_> {
     pub(super) fn enter(&mut self) {
         let t = self.func.fresh();
         let code = Code::new(Isa::LDRH_immediate).reg(Role::T, t).access(Access::Read(Place::Constant));
-        self.emit(walking(code, I, self.frame.stride));
+        self.emit(walking(code, self.frame.stride).with(Role::N, Self::fixed(I)));
         self.input = Some(t);
     }
 
@@ -214,7 +214,7 @@ impl Select<'_> {
         let code = code.reg(Role::T, word).access(Access::Write(Place::Line(line)));
         let walks = self.push_walks && self.frame.first_line == Some(line);
         let slot = 1 << self.frame.lines[line as usize].log2();
-        self.emit(if walks { walking(code, H, slot) } else { code });
+        self.emit(if walks { walking(code, slot).with(Role::N, Self::fixed(H)) } else { code });
     }
 
     /// Where histories are counted from.
@@ -271,8 +271,8 @@ impl Select<'_> {
 }
 
 /// The access at the base alone, which then goes on by so many bytes.
-fn walking(mut code: Code, base: u8, bytes: u32) -> Code {
-    code = code.with(Role::N, Reg::Fixed(base)).imm(bytes);
+pub(super) fn walking(mut code: Code, bytes: u32) -> Code {
+    code = code.imm(bytes);
     (code.inst.index, code.inst.add, code.inst.wback) = (false, true, true);
     code
 }

@@ -65,6 +65,9 @@ impl Select<'_> {
         match self.bound[value.0 as usize] {
             Bound::Test(op, [a, b]) if self.info(a).ty == Type::I64 => self.wide_condition(op, a, b),
             Bound::Test(op, [a, b]) => {
+                if let Some(cond) = self.sign_of_sum(op, a, b) {
+                    return cond;
+                }
                 // A constant is compared with from the right.
                 let turned = self.constant(a).is_some();
                 if turned {
@@ -88,6 +91,30 @@ impl Select<'_> {
                 Cond::NE
             }
         }
+    }
+
+    /// A comparison with zero by the flags of what computes the word, if nothing behind that has to do with flags.
+    fn sign_of_sum(&mut self, op: Op, a: Value, b: Value) -> Option<Cond> {
+        if self.frame.small {
+            return None;
+        }
+        let (of, cond) = match (op, self.constant(a), self.constant(b)) {
+            (Op::Lt, _, Some(0)) | (Op::Le, _, Some(-1)) => (a, Cond::MI),
+            (Op::Le, Some(0), _) | (Op::Lt, Some(-1), _) => (b, Cond::PL),
+            _ => return None,
+        };
+        let word = self.reg(of);
+        for code in self.func.blocks[self.at].code.iter_mut().rev() {
+            let flags = code.inst.flags();
+            if flags.writes.intersects(Flags::NZCV) || flags.reads.intersects(Flags::NZCV) {
+                return None;
+            }
+            if code.writes().eq([word]) {
+                code.inst.s = tells_sign(code);
+                return code.inst.s.then_some(cond);
+            }
+        }
+        None
     }
 
     /// Lets the last instruction, if it is the one that makes this bool, say in the flags whether it is zero.
@@ -209,14 +236,10 @@ impl Select<'_> {
                 _ => return None,
             };
         let beyond = if op == Op::Max { Cond::LT } else { Cond::GT };
-        let cond = match (self.bound[args[0].0 as usize], where_it_holds) {
+        let (first, cond) = match self.bound[args[0].0 as usize] {
             // A constant is compared with from the right.
-            (Bound::Test(Op::Lt, [a, _]), holds) if self.constant(a).is_none() && self.info(a).ty != Type::I64 => {
-                if holds {
-                    Cond::LT
-                } else {
-                    Cond::GE
-                }
+            Bound::Test(Op::Lt, [a, b]) if self.constant(a).is_none() && self.info(a).ty != Type::I64 => {
+                ([a, b], if where_it_holds { Cond::LT } else { Cond::GE })
             }
             _ => return None,
         };
@@ -230,7 +253,7 @@ impl Select<'_> {
             Bound::Const(k) if thumb_shrink_imm(k as u32).is_some() => new,
             _ => Bound::One(self.reg(limit)),
         };
-        self.condition(args[0]);
+        self.compare(first[0], first[1]);
         self.emit(compare.only(cond));
         Some(self.move_only(beyond, new, old))
     }
@@ -246,6 +269,17 @@ impl Select<'_> {
         let high = self.move_only(cond, Bound::One(then.1), other.1);
         Bound::Two(low, high)
     }
+}
+
+/// Whether an instruction can say in the flags what the sign of its result is, at no cost.
+fn tells_sign(code: &Code) -> bool {
+    let inst = &code.inst;
+    let computes = match inst.op() {
+        Isa::ADD_register | Isa::SUB_register | Isa::RSB_register => true,
+        Isa::ADD_immediate | Isa::SUB_immediate | Isa::RSB_immediate => thumb_shrink_imm(inst.imm).is_some(),
+        _ => false,
+    };
+    computes && inst.cond.is_none() && code.tied.is_none()
 }
 
 /// Whether comparing with such a constant costs no more than with a register: one that must be shifted takes a cycle more.

@@ -85,7 +85,6 @@ impl Select<'_> {
 
     /// `value + k`
     pub(super) fn plus(&mut self, value: VReg, k: i64) -> VReg {
-        let fits = |k: i64| (0..4096).contains(&k) || u32::try_from(k).is_ok_and(|k| thumb_shrink_imm(k).is_some());
         match k {
             0 => value,
             k if fits(k) => self.result(Code::new(Isa::ADD_immediate).reg(Role::N, value).imm(k as u32)),
@@ -98,15 +97,18 @@ impl Select<'_> {
     }
 
     fn add_word(&mut self, a: Value, b: Value) -> VReg {
-        match (self.constant(a), self.constant(b)) {
-            (Some(k), _) => {
-                let b = self.reg(b);
-                self.plus(b, k)
-            }
-            (_, Some(k)) => {
-                let a = self.reg(a);
-                self.plus(a, k)
-            }
+        match self.bounded(&[a, b]) {
+            Some((of, k)) => match self.part(of) {
+                // A constant that takes a register may as well be what a shifted operand is added to.
+                Some((op @ (Op::Shl(_) | Op::Sar(_)), [shifted, _])) if !fits(k) && !fits(-k) => {
+                    let k = self.load_constant(k as i32);
+                    self.with_shifted(Isa::ADD_register, k, op, shifted)
+                }
+                _ => {
+                    let of = self.reg(of);
+                    self.plus(of, k)
+                }
+            },
             _ => match self.sum_of_part(a, b) {
                 Some(sum) => sum,
                 None => {
@@ -119,7 +121,7 @@ impl Select<'_> {
 
     /// A sum whose one side is a product or shift that nobody else needs.
     fn sum_of_part(&mut self, a: Value, b: Value) -> Option<VReg> {
-        let (sum, (op, args)) = match (self.later(a), self.later(b)) {
+        let (sum, (op, args)) = match (self.part(a), self.part(b)) {
             (_, Some(part)) if is_part(part.0) => (a, part),
             (Some(part), _) if is_part(part.0) => (b, part),
             _ => return None,
@@ -152,7 +154,7 @@ impl Select<'_> {
             let a = self.reg(a);
             return self.plus(a, -k);
         }
-        match (self.later(a), self.later(b)) {
+        match (self.part(a), self.part(b)) {
             (_, Some((op @ (Op::Shl(_) | Op::Sar(_)), [b, _]))) => {
                 let a = self.reg(a);
                 self.with_shifted(Isa::SUB_register, a, op, b)
@@ -199,7 +201,7 @@ impl Select<'_> {
     }
 
     /// The operand that is not constant, and the one that is.
-    fn bounded(&self, args: &[Value]) -> Option<(Value, i64)> {
+    pub(super) fn bounded(&self, args: &[Value]) -> Option<(Value, i64)> {
         match (self.constant(args[0]), self.constant(args[1])) {
             (None, Some(k)) => Some((args[0], k)),
             (Some(k), None) => Some((args[1], k)),
@@ -219,7 +221,7 @@ impl Select<'_> {
         let unsigned = (0..32_u32).find(|n| same(0, (1 << n) - 1)).map(|n| (Isa::USAT, n));
         let signed = (1..33_u32).find(|n| same(-(1 << (n - 1)), (1 << (n - 1)) - 1)).map(|n| (Isa::SSAT, n));
         let (isa, bits) = unsigned.or(signed)?;
-        let code = match self.later(value) {
+        let code = match self.part(value) {
             Some((op @ (Op::Shl(_) | Op::Sar(_)), [of, _])) => {
                 let (shift, amount) = shift_of(op);
                 let n = self.reg(of);
@@ -294,6 +296,11 @@ impl Select<'_> {
         self.emit(code.both(Role::D, d, old).only(cond));
         d
     }
+}
+
+/// Whether an addition has room for a constant.
+fn fits(k: i64) -> bool {
+    (0..4096).contains(&k) || u32::try_from(k).is_ok_and(|k| thumb_shrink_imm(k).is_some())
 }
 
 /// Whether an operator can be a part of an addition.

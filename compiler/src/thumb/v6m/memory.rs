@@ -5,9 +5,15 @@ use crate::thumb::vcode::{Code, Operand, Reg, Role};
 use whippen_isa::Op;
 
 impl Legal<'_> {
-    /// A load or store with an immediate, whose base may go on.
+    /// A load or store with an immediate, whose base may go on: a word of the frame in place, any other as a new word behind the access.
     pub(super) fn access(&mut self, code: &Code) {
-        let base = code.operands[Role::N as usize].map_or(Reg::Fixed(0), |operand| operand.reg);
+        let operand = code.operands[Role::N as usize];
+        let base = operand.map_or(Reg::Fixed(0), |operand| operand.reg);
+        if let Some(Operand { reg: Reg::Virtual(behind), old: Some(old) }) = operand {
+            self.plain(code, Reg::Virtual(old), 0);
+            let on = Code::new(Op::ADD_immediate).reg(Role::D, behind).reg(Role::N, old);
+            return self.one(&on.imm(code.inst.imm));
+        }
         let offset = if code.inst.add { code.inst.imm as i32 } else { -(code.inst.imm as i32) };
         match (code.inst.wback, code.inst.index) {
             (false, _) => self.plain(code, base, offset),

@@ -1,0 +1,137 @@
+//! Words that stay in registers from key to key: what every key of a core would load or make anew.
+//!
+//! ```text
+//!   ldr r0, [r6, #68]                       tick, before the first key:   ldr r9, [r6, #68]
+//!   smmlar r1, r2, r0, r3        =>         every key:                    smmlar r1, r2, r9, r3
+//! ```
+//!
+//! Live values, what all keys share, the number of the tick and literals do not change within a tick. A register that holds one of them
+//! is one that nothing else can have, so how many do is tried (`best`).
+
+use super::frame::T;
+use super::vcode::{Access, Code, Edge, End, Func, Place, Reg, Role, VReg};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use whippen_isa::Op;
+
+/// The registers that may hold such a word, in the order in which they are taken; short encodings do not name them.
+const REGISTERS: [u8; PINS_MAX] = [9, 8, 12, 5, 4];
+/// How many words may stay in registers: no instruction needs more than the others.
+const PINS_MAX: usize = 5;
+
+/// A word that is the same for all keys.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Word {
+    /// At an offset in T.
+    At(u32),
+    /// A number.
+    Number(u32),
+}
+
+/// Words with registers.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) struct Pins {
+    all: Vec<(Word, u8)>,
+}
+
+/// What most modes ask for, first what their entry blocks do, because every way has those.
+pub(super) fn wanted(funcs: &[Func]) -> Vec<Word> {
+    // In how many modes at the entry, and anywhere.
+    let mut wanted: BTreeMap<Word, [usize; 2]> = BTreeMap::new();
+    for func in funcs {
+        let words = |blocks: usize| func.blocks.iter().take(blocks).flat_map(|block| &block.code).filter_map(word);
+        let [entry, all]: [BTreeSet<Word>; 2] = [words(1).collect(), words(func.blocks.len()).collect()];
+        for word in all {
+            let [at_entry, anywhere] = wanted.entry(word).or_default();
+            *at_entry += usize::from(entry.contains(&word));
+            *anywhere += 1;
+        }
+    }
+    let mut wanted: Vec<(Word, [usize; 2])> = wanted.into_iter().collect();
+    wanted.retain(|(_, [_, anywhere])| 2 * anywhere > funcs.len());
+    wanted.sort_by_key(|(_, modes)| std::cmp::Reverse(*modes));
+    wanted.truncate(PINS_MAX);
+    wanted.into_iter().map(|(word, _)| word).collect()
+}
+
+/// The word that an instruction loads or makes, if that is all it does.
+fn word(code: &Code) -> Option<Word> {
+    let inst = &code.inst;
+    match inst.op() {
+        Op::LDR_immediate if code.access == Access::Read(Place::Constant) && !inst.wback => {
+            let base = code.operands[Role::N as usize].map(|operand| operand.reg);
+            (base == Some(Reg::Fixed(T)) && inst.add).then_some(Word::At(inst.imm))
+        }
+        Op::MOV_immediate if inst.cond.is_none() && !inst.s && code.address.is_none() => Some(Word::Number(inst.imm)),
+        _ => None,
+    }
+}
+
+impl Pins {
+    /// Registers for these words.
+    pub fn new(words: &[Word]) -> Pins {
+        Pins { all: words.iter().copied().zip(REGISTERS).collect() }
+    }
+
+    /// The words and their registers.
+    pub fn iter(&self) -> impl Iterator<Item = (Word, u8)> + '_ {
+        self.all.iter().copied()
+    }
+
+    /// The function with these words in their registers.
+    pub fn keep(&self, mut func: Func) -> Func {
+        let mut held: HashMap<VReg, u8> = HashMap::new();
+        for block in &mut func.blocks {
+            block.code.retain(|code| {
+                let found = word(code).and_then(|word| self.all.iter().find(|(pinned, _)| *pinned == word));
+                found.is_none_or(|(_, reg)| code.writes().any(|to| held.insert(to, *reg).is_some()))
+            });
+        }
+        if !held.is_empty() {
+            for at in 0..func.blocks.len() {
+                read_held(&mut func, at, &held);
+            }
+        }
+        func.free = self.all.iter().fold(func.free, |free, (_, reg)| free & !(1 << reg));
+        func
+    }
+}
+
+/// Has a block read the registers; what becomes something else in place, or goes to another block, is copied.
+fn read_held(func: &mut Func, at: usize, held: &HashMap<VReg, u8>) {
+    let old = std::mem::take(&mut func.blocks[at].code);
+    let mut code = Vec::with_capacity(old.len());
+    for mut next in old {
+        let reads: Vec<Role> = next.uses().filter(|u| !u.writes).map(|u| u.role).collect();
+        for (role, operand) in next.operands.iter_mut().enumerate().filter_map(|(at, o)| Some((at, o.as_mut()?))) {
+            if let Reg::Virtual(reg) = operand.reg
+                && let Some(pinned) = held.get(&reg)
+                && reads.iter().any(|read| *read as usize == role)
+            {
+                operand.reg = Reg::Fixed(*pinned);
+            }
+            if let Some(pinned) = operand.old.and_then(|old| held.get(&old)) {
+                let copy = func.fresh();
+                code.push(copied(copy, *pinned, next.origin));
+                operand.old = Some(copy);
+            }
+        }
+        code.push(next);
+    }
+    let mut end = func.blocks[at].end.clone();
+    let leaving: Vec<&mut VReg> = match &mut end {
+        End::Jump(Edge { args, .. }) => args.iter_mut().collect(),
+        End::Next(code) => vec![code],
+        End::Branch { .. } | End::InitDone => Vec::new(),
+    };
+    for reg in leaving {
+        if let Some(pinned) = held.get(reg) {
+            *reg = func.fresh();
+            code.push(copied(*reg, *pinned, None));
+        }
+    }
+    (func.blocks[at].code, func.blocks[at].end) = (code, end);
+}
+
+fn copied(to: VReg, from: u8, origin: Option<u32>) -> Code {
+    Code { origin, ..Code::new(Op::MOV_register).reg(Role::D, to).with(Role::M, Reg::Fixed(from)) }
+}
