@@ -19,7 +19,7 @@
 //! | --- | --- |
 //! | `graph`, `tick` | a tick as a graph: every computation once, memory read at the start and written at the end |
 //! | `fold`, `facts` | the same graph under what is known on a path |
-//! | `gain`, `tree` | which condition is decided first, down to the next mode |
+//! | `gain`, `order`, `tree` | which condition is decided first, down to the next mode |
 //! | `reach`, `choose` | which modes occur; which cells are worth modes of their own |
 //! | `place`, `merge` | where each computation stands; equal ways become one |
 //! | `cost` | cycles, roughly |
@@ -34,6 +34,7 @@ mod fold;
 mod gain;
 mod graph;
 mod merge;
+mod order;
 mod place;
 mod print;
 mod reach;

@@ -40,7 +40,7 @@ pub fn of(op: Op, ty: Type) -> u32 {
         Op::In(_) | Op::Live(_) | Op::Tick(_) | Op::Keyed(_) | Op::Get(_) | Op::Set(_) | Op::Delay(..) => 1 + wide,
         Op::Out(_) | Op::Push(_) | Op::Fill(_) => 1,
         Op::GetAt(_) | Op::SetAt(_) | Op::Lookup(_) => 2 + wide,
-        Op::Emit(_) => 12,
+        Op::Emit(_) => 6,
         Op::Probe(_) | Op::If | Op::Loop(_) => 4,
     }
 }

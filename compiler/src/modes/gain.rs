@@ -23,6 +23,16 @@ pub(super) struct Asking {
     pub must: bool,
 }
 
+/// A comparison of some value with a constant.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Limit {
+    /// It holds below this.
+    pub limit: i64,
+    pub condition: Id,
+    /// Whether the next mode depends on it.
+    pub must: bool,
+}
+
 /// No place in a list.
 const NOWHERE: u32 = u32::MAX;
 
@@ -235,16 +245,22 @@ impl<'a, 'k> Gains<'a, 'k> {
         2 * choices + cycles
     }
 
-    /// The comparisons with constants of what this condition compares, itself included, in the order of the constants: those that
-    /// are wanted, by whether they must be decided and what that saves.
-    pub fn compared_alike(&mut self, condition: Id, wanted: impl Fn(bool, u32) -> bool) -> Vec<Id> {
-        let place = self.lists.places.get(condition.index()).map_or(usize::MAX, |place| *place as usize);
-        let of = if place < self.lists.conditions.len() { self.limit(place) } else { None };
-        let Some((of, _)) = of else { return Vec::new() };
-        let all: Vec<usize> = self.compared(of).iter().map(|(_, _, place)| *place).collect();
-        let places = all.into_iter().filter(|place| wanted(self.asking(*place).must, self.of(*place)));
-        let places: Vec<usize> = places.collect();
-        places.into_iter().map(|place| self.asking(place).condition).collect()
+    /// The value that this condition compares with a constant, and all such comparisons of it that are wanted, in the order of the
+    /// constants; none if it is no comparison.
+    pub fn compared_alike(
+        &mut self,
+        condition: Id,
+        wanted: impl Fn(&mut Self, usize) -> bool,
+    ) -> Option<(Id, Vec<Limit>)> {
+        let place = *self.lists.places.get(condition.index())?;
+        let (of, _) = if place == NOWHERE { None } else { self.limit(place as usize) }?;
+        let all = self.compared(of).to_vec();
+        let wanted = all.into_iter().filter(|(_, _, place)| wanted(self, *place)).collect::<Vec<_>>();
+        let limit = |(_, limit, place): (Id, i64, usize)| {
+            let Asking { condition, must, .. } = self.asking(place);
+            Limit { limit, condition, must }
+        };
+        Some((of, wanted.into_iter().map(limit).collect()))
     }
 
     /// The comparisons of a value with constants.

@@ -1,12 +1,11 @@
 //! The decisions of one mode: at every node of the tree one condition is decided, and both ways are folded anew under what
 //! that says; at a leaf the next mode is known.
 
-use super::cost;
 use super::fold::{Fold, Path};
-use super::gain::{Asking, Gains, Lists};
+use super::gain::{Asking, Gains, Limit, Lists};
 use super::graph::{Graph, Id, Kind};
-use super::reach;
 use super::tick::Tick;
+use super::{cost, facts, order, reach};
 use crate::kernel::{Op, Range, Type};
 use std::rc::Rc;
 
@@ -86,7 +85,7 @@ impl Grower<'_, '_> {
     /// The tree for a folded tick.
     fn grow_on(&mut self, path: Rc<Path>, tick: Tick) -> Result<Option<Tree>, TooBig> {
         let roots = tick.roots();
-        let chosen = self.choose(&tick, &roots).or_else(|| self.choose_by_trial(&path, &roots));
+        let chosen = self.choose(&path, &tick, &roots).or_else(|| self.choose_by_trial(&path, &roots));
         let Some(condition) = chosen else { return self.leaf(path, tick).map(Some) };
         let if_yes = path.on(self.graph, &self.fold, condition, true);
         let if_no = path.on(self.graph, &self.fold, condition, false);
@@ -150,23 +149,65 @@ impl Grower<'_, '_> {
     }
 
     /// The condition that is best decided now; none if nothing is left that pays or must be.
-    fn choose(&mut self, tick: &Tick, roots: &[Id]) -> Option<Id> {
+    fn choose(&mut self, path: &Path, tick: &Tick, roots: &[Id]) -> Option<Id> {
         let musts = self.next_states(tick);
+        let (worth, promising) = (self.worth, self.promising);
         let mut gains = Gains::new(self.graph, &mut self.lists, roots, &musts);
         let mut best: Option<((u32, u32), Id)> = None;
         for at in gains.in_order() {
             let Asking { condition, asked, must, .. } = gains.asking(at);
             let score = (gains.of(at), asked);
-            if (must || score.0 >= self.worth) && best.is_none_or(|(most, _)| score > most) {
+            if (must || score.0 >= worth) && best.is_none_or(|(most, _)| score > most) {
                 best = Some((score, condition));
             }
         }
         let (_, best) = best?;
-        // Of several comparisons that will be made, the one in the middle tells most of the others.
-        let worth = self.worth;
-        let others: Vec<Id> = gains.compared_alike(best, |must, gain| must || gain >= worth);
-        let middle = others.get(others.len() / 2).copied().unwrap_or(best);
-        Some(if others.len() > 1 { middle } else { gains.most_shared(best) })
+        // What would be tried out later counts as well: what one comparison tells, others need not ask.
+        let wanted = |gains: &mut Gains, at: usize| {
+            gains.asking(at).must || gains.of(at) >= worth || gains.of_cheaper(at) >= promising
+        };
+        match gains.compared_alike(best, wanted) {
+            Some((of, limits)) if limits.len() > 1 => Some(self.first_of(path, tick, of, &limits).unwrap_or(best)),
+            _ => Some(gains.most_shared(best)),
+        }
+    }
+
+    /// Of several comparisons of one value with constants, the one that is best decided first; none if none pays.
+    fn first_of(&mut self, path: &Path, tick: &Tick, of: Id, limits: &[Limit]) -> Option<Id> {
+        if limits.len() > order::AT_ONCE {
+            return Some(limits[limits.len() / 2].condition);
+        }
+        let musts: Vec<bool> = limits.iter().map(|limit| limit.must).collect();
+        let Range { low, high } = self.fold.range(of);
+        let lows: Vec<i64> = std::iter::once(low).chain(limits.iter().map(|limit| limit.limit)).collect();
+        let highs: Vec<i64> = limits.iter().map(|limit| limit.limit - 1).chain(std::iter::once(high)).collect();
+        let nodes = self.fold.nodes(self.graph, path, &tick.roots());
+        let mut costs: order::Costs = vec![Vec::new(); lows.len()];
+        for (at, low) in lows.iter().enumerate() {
+            for (to, high) in highs.iter().enumerate().skip(at) {
+                // Where something must be decided, nobody asks what it costs if it is not.
+                let is_left = to == at || !musts[at..to].contains(&true);
+                let within = (of, Range::new(*low, *high));
+                let cost = if is_left { self.cost_within(path, tick, &nodes, within) } else { u32::MAX };
+                costs[at].push(cost);
+            }
+        }
+        order::first(&musts, &costs, self.worth).map(|at| limits[at].condition)
+    }
+
+    /// Cycles of what is left to do, and to decide for the next mode, where a node lies so.
+    fn cost_within(&mut self, path: &Path, tick: &Tick, nodes: &[Id], (of, range): (Id, Range)) -> u32 {
+        let told = facts::with(self.graph, &|id| self.fold.range(id), &path.facts, of, range);
+        let Some((facts, latest)) = told else { return 0 };
+        let (roots, mark) = (tick.roots(), self.fold.mark());
+        let within = Path { facts, latest, decided: Vec::new() };
+        let folded = self.fold.run_over(self.graph, &within, &roots, nodes);
+        let cost = folded.map_or(0, |roots| {
+            let musts = self.next_states(&tick.with(&roots)).len() as u32;
+            self.fold.cost(self.graph, &roots) + cost::BRANCH * musts
+        });
+        self.fold.back(mark);
+        cost
     }
 
     /// Where nothing is left that pays by itself: the condition that saves most once both ways are folded under what it tells of
