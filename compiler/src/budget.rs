@@ -80,6 +80,8 @@ pub struct Annotations {
     /// Registers that point into memory that is known, and the banks of that memory. It is checked that nothing that is reached
     /// moves them but steps by constants, which stay inside; where something else does, they are no more than others.
     pub bases: BTreeMap<u8, Banks>,
+    /// Registers of which something is known at the entry: the lowest and the highest word (signed) that they may hold.
+    pub entered: BTreeMap<u8, [u32; 2]>,
     /// WFE and WFI are instructions like others: how long they sleep is not the question.
     pub sleeps: bool,
 }

@@ -48,8 +48,8 @@ impl Places {
     }
 }
 
-/// Bounds the tick of `name` in each of some surroundings. It returns to where it was called; `bases` are the registers that point into known memory while
-/// keys are ticked, with the banks of that memory.
+/// Bounds the tick of `name` in each of some surroundings. It returns to where it was called, `entered` is what registers hold then
+/// ([`Annotations::entered`]); `bases` are the registers that point into known memory while keys are ticked, with the banks of that memory.
 ///
 /// # Errors
 /// What cannot be bounded, or is not there.
@@ -59,18 +59,20 @@ pub fn ticks(
     core: &Core,
     surroundings: &[&Surroundings],
     return_to: Option<Target>,
+    entered: BTreeMap<u8, [u32; 2]>,
     bases: BTreeMap<u8, Banks>,
 ) -> Result<Vec<Tick>, NotBounded> {
     let places = Places::find(program, name)?;
     let mut annotations: Annotations = Annotations { return_to, bases, ..program.annotations.clone() };
     annotations.stops = places.modes.iter().map(|(_, at)| *at).chain([places.end]).collect();
+    let called = Annotations { entered, ..annotations.clone() };
     let inside = Annotations { inside: true, ..annotations.clone() };
     let surroundings: Vec<Option<&Surroundings>> = surroundings.iter().copied().map(Some).collect();
     let of = |entry, annotations| {
         let query = Query { core, code: &program.code, entry, annotations, surroundings: None };
         bounds(&query, &surroundings)
     };
-    let (entry, end) = (of(places.tick, &annotations)?, of(places.end, &inside)?);
+    let (entry, end) = (of(places.tick, &called)?, of(places.end, &inside)?);
     let tick = |(entry, end)| Tick { modes: Vec::new(), entry, end };
     let mut ticks: Vec<Tick> = entry.into_iter().zip(end).map(tick).collect();
     for (symbol, at) in &places.modes {
