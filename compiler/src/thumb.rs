@@ -124,7 +124,7 @@ impl Built {
     }
 
     /// The section of its state.
-    pub fn state(&mut self) -> Option<&mut Section> {
+    fn state(&mut self) -> Option<&mut Section> {
         self.object.sections.iter_mut().find(|section| section.kind == SectionKind::Data)
     }
 

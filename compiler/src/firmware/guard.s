@@ -9,7 +9,7 @@
         .thumb
         .section .text.frame, "ax"
 guard:  ldr     r6, [r4, #C_TURN]
-        ldr     r8, [r4, #C_GUARDS]
+        ldr     r8, =guards
         ldr     r5, =HEAT_MAX
         adds    r6, #1
         cmp     r6, #KEYS

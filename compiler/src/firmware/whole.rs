@@ -8,7 +8,7 @@ use super::{
     CORES, FirmwareError, Midi, Played, RP2040, RP2350, STM32F4, Segment, Setup, Support, distance, keys_name, keys_of,
     objects, zone_name,
 };
-use crate::image::{Board, Hint, Image, Input, LinkError, Object, Place, Section, Start, link};
+use crate::image::{Board, Hint, Image, Input, LinkError, Object, Place, Section, SectionKind, Start, link};
 use crate::modes::Modes;
 use crate::thumb::{self, Around, Built, ThumbError, compile_for_frame, record_bytes};
 
@@ -211,8 +211,8 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
         cores,
     });
     let played: Vec<Played> = played.collect();
-    let around = objects(&played, setup, &support).map_err(WholeError::Firmware)?;
-    place_near(board, &support, &around, &mut keys);
+    let mut around = objects(&played, setup, &support).map_err(WholeError::Firmware)?;
+    place_near(board, &support, &mut around, &mut keys);
     let mut inputs: Vec<Input> = around.iter().map(|object| Input { object, places: &[] }).collect();
     for ((program, cores), segments) in programs.iter().zip(&keys).zip(&segments) {
         for (built, segment) in cores.iter().flatten().zip(segments.iter().flatten()) {
@@ -229,9 +229,9 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
 /// Bytes kept for the stack of a core: twice what the bound says that it needs.
 const STACK_BYTES: u32 = 512;
 
-/// Moves the keys' states into the memory that is near their core, as long as there is room: there nobody fetches and the
-/// other core seldom looks, so nothing of a key waits.
-fn place_near(board: &Board, support: &Support, around: &[Object], keys: &mut [Vec<Vec<Built>>]) {
+/// Moves what a core uses at every turn into the memory that is near it, as long as there is room: there nobody fetches and the
+/// other core seldom looks, so nothing waits. First the keys' states, then their histories, then what the frame keeps of them.
+fn place_near(board: &Board, support: &Support, around: &mut [Object], keys: &mut [Vec<Vec<Built>>]) {
     for (core, name) in CORES.iter().take(support.stacks.len()).enumerate() {
         let Some(memory) = board.memory_for(&format!(".data.near.{name}")) else { continue };
         let stack = support.stacks.iter().any(|stack| (memory.base + 1..=memory.base + memory.size).contains(stack));
@@ -239,10 +239,22 @@ fn place_near(board: &Board, support: &Support, around: &[Object], keys: &mut [V
         let inside = |section: &&Section| board.memory_for(&section.name) == Some(memory);
         let taken: u32 = around.iter().flat_map(|object| &object.sections).filter(inside).map(|s| s.size + 3).sum();
         room = room.saturating_sub(taken);
-        for built in keys.iter_mut().flat_map(|cores| &mut cores[core]) {
-            let Some(state) = built.state().filter(|state| state.size <= room) else { continue };
-            room -= state.size;
-            state.name = state.name.replace(".data.", ".data.near.");
+        let of_keys: Vec<&mut Built> = keys.iter_mut().flat_map(|cores| &mut cores[core]).collect();
+        let (mut states, mut histories) = (Vec::new(), Vec::new());
+        for built in of_keys {
+            let mut sections = built.object.sections.iter_mut().filter(|section| section.kind == SectionKind::Data);
+            states.extend(sections.next());
+            histories.extend(sections.next());
+        }
+        let guards = around.iter_mut().flat_map(|object| &mut object.sections);
+        let guards = guards.filter(|section| section.name == format!(".bss.{name}.guards"));
+        for section in states.into_iter().chain(histories).chain(guards) {
+            let near = section.name.replacen(&format!(".{name}"), &format!(".near.{name}"), 1);
+            let bytes = section.size.next_multiple_of(4);
+            if bytes <= room && board.memory_for(&near) == Some(memory) {
+                room -= bytes;
+                section.name = near;
+            }
         }
     }
 }
