@@ -21,7 +21,7 @@ use super::graph::{Control, Graph, Tables};
 use super::memory::{Banks, Bases, Surroundings};
 use super::program::Program;
 use super::tick::Tick;
-use super::{Annotations, Bound, NotBounded, Query, bound, stack};
+use super::{Annotations, Bound, NotBounded, Query, bound, every, stack, zip};
 use crate::firmware::{DEAD, Running, zone_name};
 use crate::thumb::{self, Points};
 
@@ -105,29 +105,21 @@ impl Frame {
 ///
 /// # Errors
 /// What cannot be bounded, or is not there.
-pub fn frames(of: &OnCore, surroundings: &[&Surroundings]) -> Result<Vec<Frame>, NotBounded> {
+pub fn frames<const N: usize>(of: &OnCore, surroundings: [&Surroundings; N]) -> Result<[Frame; N], NotBounded> {
     let OnCore { program, core, running, .. } = *of;
     only_handler(program, running, find(program, running.handler)?)?;
     let calls = Calls::find(of)?;
     let names = zone_names(program, &calls.name);
     // Zones are called in one row, so each comes back to another place: to the dearest.
     let return_to = if names.len() == 1 { calls.return_to } else { None };
-    let mut zones: Vec<Vec<Zone>> = surroundings.iter().map(|_| Vec::new()).collect();
+    let mut zones: [Vec<Zone>; N] = std::array::from_fn(|_| Vec::new());
     for (name, &keys) in names.iter().zip(of.keys) {
-        let ticks = super::tick::ticks(
-            program,
-            name,
-            core,
-            surroundings,
-            return_to,
-            of.entered(name, None),
-            of.bases_of_keys(name),
-        )?;
+        let (entered, bases) = (of.entered(name, None), of.bases_of_keys(name));
+        let ticks = super::tick::ticks(program, name, core, surroundings, return_to, entered, bases)?;
         let each = zones.iter_mut().zip(ticks);
         each.for_each(|(zones, tick)| zones.push(Zone { name: name.clone(), keys, tick }));
     }
-    let each = surroundings.iter().zip(zones);
-    each.map(|(surroundings, zones)| frame(&OnCore { surroundings, ..*of }, &calls, zones)).collect()
+    every(zip(surroundings, zones, |surroundings, zones| frame(&OnCore { surroundings, ..*of }, &calls, zones)))
 }
 
 /// The frame around the ticks of zones.
