@@ -183,3 +183,28 @@ fn addresses(inst: &Inst, at: u32, facts: &Facts) -> Option<Interval> {
     let moved = if inst.index { Interval::of(base.low + offset, base.high + offset) } else { base };
     (simple && moved.high - moved.low < RANGE_BYTES_MAX).then_some(moved)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use whippen_isa::{Arch, ItState, decode};
+
+    /// Of a load from 0x20000000 by R0, on core 0, while core 1 uses its own banks.
+    fn waits(from: u32, to: u32) -> u16 {
+        let inst = decode(0x6801, 0, Arch::V8M, ItState::OUTSIDE).expect("ldr r1, [r0]");
+        let around =
+            Surroundings { data: 0b1111, prefetch: true, others: vec![0b10_1111_0000], ..Surroundings::default() };
+        let facts = Facts::of_registers(&BTreeMap::from([(0, [from, to])]));
+        around.waits(&inst, 0x2000_0000, &facts, &Bases::default(), &Outcome::NEXT)
+    }
+
+    #[test]
+    fn an_address_of_a_few_waits_as_the_dearest_of_them() {
+        assert_eq!(waits(0x2008_0000, 0x2008_0800), 0, "near core 0, where nobody fetches");
+        assert_eq!(waits(0x2008_0ff0, 0x2008_1000), 1, "the last is near core 1");
+        assert_eq!(waits(0x2000_0000, 0x2000_0000), 0, "the bank of the instruction, not of those behind it");
+        assert_eq!(waits(0x2000_0000, 0x2000_0010), 1, "any bank of the code");
+        assert_eq!(waits(0x2000_0100, 0x2004_0100), 1, "too many to be looked at");
+        assert_eq!(waits(0x2008_1ff0, 0x2008_2010), 1, "nothing is known where there is no memory");
+    }
+}
