@@ -31,8 +31,8 @@ impl Whole {
 /// Why there is no image.
 #[derive(Debug, Clone, PartialEq)]
 pub enum WholeError {
-    /// The board has another core, so many of them, or starts otherwise than what the firmware is made for.
-    Board(String),
+    /// The board has another core or clock, so many cores, or starts otherwise than what the firmware is made for.
+    Board(String, u32),
     /// The instrument has so many words in and out for each key, not one each.
     Ports(usize, usize),
     /// The firmware cannot be made so.
@@ -46,10 +46,12 @@ pub enum WholeError {
 impl fmt::Display for WholeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            WholeError::Board(name) => write!(
+            WholeError::Board(name, clock_hz) => write!(
                 f,
-                "there is no firmware for `{name}`: whole images are made for boards like rp2350 (two Cortex-M33, an \
-                 image definition at the start), rp2040 (two Cortex-M0+, a second stage there) and stm32f4 (one Cortex-M4, vectors)"
+                "there is no firmware for `{name}` at {} MHz: whole images are made for boards like rp2350 (two Cortex-M33 at 150 MHz, an \
+                 image definition at the start), rp2040 (two Cortex-M0+ at 133 MHz, a second stage there) and stm32f4 (one \
+                 Cortex-M4 at 168 MHz, vectors)",
+                f64::from(*clock_hz) / 1e6
             ),
             WholeError::Ports(ins, outs) => {
                 write!(f, "a key has {ins} words in and {outs} out; the firmware takes one each")
@@ -70,12 +72,13 @@ pub fn divided(keys: u32, cores: u32) -> Vec<u32> {
 
 /// The firmware of a board, if there is one.
 pub fn support(board: &Board) -> Option<Support<'static>> {
-    match (board.arch, board.cores, board.start) {
-        (Arch::V8M, 2, Start::ImageDef) => Some(RP2350),
-        (Arch::V6M, 2, Start::Boot2) => Some(RP2040),
-        (Arch::V7EM, 1, Start::Vectors) => Some(STM32F4),
-        _ => None,
-    }
+    let support = match (board.arch, board.cores, board.start) {
+        (Arch::V8M, 2, Start::ImageDef) => RP2350,
+        (Arch::V6M, 2, Start::Boot2) => RP2040,
+        (Arch::V7EM, 1, Start::Vectors) => STM32F4,
+        _ => return None,
+    };
+    Some(support).filter(|support| support.clock_hz == board.clock_hz)
 }
 
 /// An instrument, to be built.
@@ -147,7 +150,7 @@ struct Piece {
 /// # Errors
 /// Board or programs have no firmware, setup or keys are out of range, memory is full; a bug.
 pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole, WholeError> {
-    let support = support(board).ok_or_else(|| WholeError::Board(board.name.clone()))?;
+    let support = support(board).ok_or_else(|| WholeError::Board(board.name.clone(), board.clock_hz))?;
     let all: u32 = setup.keys.iter().sum();
     for program in programs {
         for part in &program.parts {
