@@ -93,10 +93,14 @@ const SHARED: &[Source<'static>] = &[
     Source { name: "firmware/silence.s", text: include_str!("silence.s") },
 ];
 
+/// What frames of all cores have.
+const ALARM: Source<'static> = Source { name: "firmware/alarm.s", text: include_str!("alarm.s") };
+
 /// Of a core, one after the other.
 const FRAME: &[Source<'static>] = &[
     Source { name: "firmware/exceptions.s", text: include_str!("exceptions.s") },
     Source { name: "firmware/tick.s", text: include_str!("tick.s") },
+    ALARM,
     Source { name: "firmware/service.s", text: include_str!("service.s") },
     Source { name: "firmware/passivity.s", text: include_str!("passivity.s") },
     Source { name: "firmware/guard.s", text: include_str!("guard.s") },
@@ -118,6 +122,7 @@ pub(super) fn frame<'a>(board: &Support<'a>) -> Vec<Source<'a>> {
 const SMALL_FRAME: &[Source<'static>] = &[
     Source { name: "firmware/exceptions.s", text: include_str!("exceptions.s") },
     Source { name: "firmware/v6m/tick.s", text: include_str!("v6m/tick.s") },
+    ALARM,
     Source { name: "firmware/v6m/service.s", text: include_str!("v6m/service.s") },
     Source { name: "firmware/v6m/guard.s", text: include_str!("v6m/guard.s") },
 ];
