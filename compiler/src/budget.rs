@@ -80,6 +80,8 @@ pub struct Annotations {
     /// Registers that point into memory that is known, and the banks of that memory. It is checked that nothing that is reached
     /// moves them but steps by constants, which stay inside; where something else does, they are no more than others.
     pub bases: BTreeMap<u8, Banks>,
+    /// Registers of which something is known at the entry: the lowest and the highest word (signed) that they may hold.
+    pub entered: BTreeMap<u8, [u32; 2]>,
     /// WFE and WFI are instructions like others: how long they sleep is not the question.
     pub sleeps: bool,
 }
@@ -147,24 +149,33 @@ pub struct Bound {
 
 /// Bounds one entry.
 pub fn bound(query: &Query) -> Result<Bound, NotBounded> {
-    // There is one bound for each question.
-    bounds(query, &[query.surroundings])?.pop().ok_or(NotBounded::Endless { entry: query.entry })
+    bounds(query, [query.surroundings]).map(|[bound]| bound)
 }
 
 /// Bounds one entry once for each of these surroundings, which take the place of the query's: the graph is the same for all.
-fn bounds(query: &Query, all: &[Option<&Surroundings>]) -> Result<Vec<Bound>, NotBounded> {
+fn bounds<const N: usize>(query: &Query, all: [Option<&Surroundings>; N]) -> Result<[Bound; N], NotBounded> {
     let mut tables = graph::Tables::default();
     loop {
         let graph = graph::Graph::build(query, &tables)?;
         let stack = stack::follow(query, &graph)?;
         let order = order::Order::of(query, &graph)?;
-        let find = |surroundings: &Option<&Surroundings>| {
-            longest::Longest::find(&Query { surroundings: *surroundings, ..*query }, &graph, &order)
-        };
-        let found: Vec<longest::Longest> = all.iter().map(find).collect();
+        let find = |surroundings| longest::Longest::find(&Query { surroundings, ..*query }, &graph, &order);
+        let found = all.map(find);
         let learned = found.iter().filter(|found| tables.learn(&found.indices)).count();
         if learned == 0 {
-            return found.into_iter().map(|found| found.answer(stack, &graph)).collect();
+            return every(found.map(|found| found.answer(stack, &graph)));
         }
     }
+}
+
+/// What comes of each of some and of that of others which has the same place.
+fn zip<A, B, C, const N: usize>(some: [A; N], others: [B; N], with: impl Fn(A, B) -> C) -> [C; N] {
+    let mut others = others.into_iter();
+    some.map(|one| with(one, others.next().expect("as many as there were")))
+}
+
+/// All of them, or the first that failed.
+fn every<T: std::fmt::Debug, const N: usize>(results: [Result<T, NotBounded>; N]) -> Result<[T; N], NotBounded> {
+    let all = results.into_iter().collect::<Result<Vec<T>, NotBounded>>()?;
+    Ok(all.try_into().expect("as many as there were"))
 }

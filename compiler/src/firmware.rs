@@ -255,7 +255,7 @@ fn of_core(mut object: Object, core: usize, programs: usize) -> Object {
         "block" => core.to_string(),
         "entry" => ["reset", "core1_start"][number].to_string(),
         "exceptions" => format!("vectors{number}"),
-        "ledger" => format!("ledger{number}"),
+        "guards" | "ledger" => format!("{name}{number}"),
         other => other.to_string(),
     };
     let of_programs = |what: &str| (0..programs).map(|at| format!("{}_{what}", keys_name(number, at))).collect();

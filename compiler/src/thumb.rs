@@ -127,7 +127,7 @@ impl Built {
     }
 
     /// The section of its state.
-    pub fn state(&mut self) -> Option<&mut Section> {
+    fn state(&mut self) -> Option<&mut Section> {
         self.object.sections.iter_mut().find(|section| section.kind == SectionKind::Data)
     }
 
@@ -244,13 +244,8 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Ma
     let labels = entry::Labels { init_key: 0, init_next: 1, events: 2 };
     let mut base = entry::LABELS;
     let shared = made.shared.as_ref().map_or_else(Vec::new, |shared| {
-        let done = base + shared.blocks.len();
-        let mut items = arrange::arrange(shared, base, core, &mode_names, done);
-        if matches!(items.last(), Some(Item::Branch { cond: None, to }) if *to == done) {
-            items.pop();
-        }
-        items.push(Item::Label(done));
-        base = done + 1;
+        let items = inside(shared, base, core, &mode_names);
+        base += shared.blocks.len() + 1;
         items
     });
     let mut items = entry::tick(frame, core.arch, name, slots, shared, &mode_names, &made.pins, labels.events);
@@ -271,14 +266,24 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Ma
     base += init.blocks.len();
     if frame.caller.is_some() {
         // A copy, so that a key that begins costs what one key costs, and can be bounded as such.
-        let done = base + init.blocks.len();
-        let [before, behind] = entry::begin(frame, core.arch, &modes.kernel, name, init.slots, done);
+        let [before, behind] = entry::begin(frame, core.arch, &modes.kernel, name, init.slots);
         items.extend(before);
-        items.extend(arrange::arrange(init, base, core, &mode_names, done));
+        items.extend(inside(init, base, core, &mode_names));
         items.extend(behind);
-        base = done + 1;
+        base += init.blocks.len() + 1;
     }
     Items { items, labels: base }
+}
+
+/// Code that goes on behind its end, with labels from `base` on: one a block, and one there.
+fn inside(func: &Allocated, base: usize, core: &Core, mode_names: &[String]) -> Vec<Item> {
+    let done = base + func.blocks.len();
+    let mut items = arrange::arrange(func, base, core, mode_names, done);
+    if matches!(items.last(), Some(Item::Branch { cond: None, to }) if *to == done) {
+        items.pop();
+    }
+    items.push(Item::Label(done));
+    items
 }
 
 fn object(kernel: &Kernel, frame: &Frame, options: &Options, literals: &Literals, code: Bytes) -> Object {

@@ -92,14 +92,11 @@ pub fn run(args: &Args) -> Outcome {
         return Err(Failure::Usage(format!("`{}`: {why}", zones.name)));
     }
     let beyond = |compiled: &Compiled| Beyond::find(&setup.map, &compiled.model, &setup.device, &args.beyond);
-    let (all_beyond, proof) = parallel::both(
+    let (all_beyond, proven) = parallel::both(
         || setup.instruments.iter().map(beyond).collect::<Result<Vec<_>, _>>(),
-        || {
-            let modes = setup.modes();
-            if args.most_keys { Proof::most(&setup, &modes) } else { Proof::find(&setup, &modes, setup.keys) }
-        },
+        || Proof::wanted(&setup, args.most_keys),
     );
-    let proof = proof?;
+    let (proof, keys_fitting) = proven?;
     if let Some(path) = &args.path {
         let text = proof.path_as_assembly();
         write_whole(path, |w| w.write_all(text.as_bytes())).map_err(|error| Failure::Usage(error.to_string()))?;
@@ -138,12 +135,30 @@ pub fn run(args: &Args) -> Outcome {
         let page = budget_page(&shown, &command::typed());
         write_whole(path, |w| w.write_all(page.as_bytes())).map_err(|error| Failure::Usage(error.to_string()))?;
     }
-    let missed: Vec<Diagnostic> = proof.played.iter().filter_map(|played| proof.missed(played)).collect();
+    let missed: Vec<Diagnostic> = proof.played.iter().filter_map(|played| proof.missed(played, keys_fitting)).collect();
     load::print(&setup.map, &missed, Severity::Error);
     if missed.is_empty() { Ok(()) } else { Err(Failure::Program) }
 }
 
 impl<'a> Proof<'a> {
+    /// Of the keys that are wanted, or of as many as fit. How many that are is also found out where those that are wanted do not, but
+    /// for zones, whose keys are their keyboard's.
+    fn wanted(setup: &'a Setup, most: bool) -> Result<(Self, Option<u32>), Failure> {
+        let modes = setup.modes();
+        let fitting = |most: &Self| if most.fits() { most.keys } else { 0 };
+        if most {
+            let found = Self::most(setup, &modes)?;
+            let keys = fitting(&found);
+            return Ok((found, Some(keys)));
+        }
+        let found = Self::find(setup, &modes, setup.keys)?;
+        if found.fits() || setup.zones().is_some() {
+            return Ok((found, None));
+        }
+        let most = Self::most(setup, &modes)?;
+        Ok((found, Some(fitting(&most))))
+    }
+
     /// Bounds the image of so many keys, while it plays each of its programs.
     fn find(setup: &'a Setup, modes: &[Modes], keys: u32) -> Result<Self, Failure> {
         let (whole, _) = setup.whole_to_judge(modes, keys)?;
@@ -195,10 +210,10 @@ impl<'a> Proof<'a> {
     }
 
     /// A deadline that is missed, with the lines that cost most and what would be enough.
-    fn missed(&self, played: &Played) -> Option<Diagnostic> {
+    fn missed(&self, played: &Played, keys_fitting: Option<u32>) -> Option<Diagnostic> {
         let (_, part) = played.dearest_part();
         let place = (played.name.as_str(), part.compiled.model.span);
-        missed(&self.setup.map, place, &played.budget, &self.program, played.dearest())
+        missed(&self.setup.map, place, &played.budget, &self.program, played.dearest(), keys_fitting)
     }
 }
 

@@ -236,7 +236,7 @@ impl Setup {
     pub fn supported(&self) -> Result<(), Failure> {
         match firmware::support(&self.board) {
             Some(_) => Ok(()),
-            None => Err(self.not_whole(WholeError::Board(self.board.name.clone()))),
+            None => Err(self.not_whole(WholeError::Board(self.board.name.clone(), self.board.clock_hz))),
         }
     }
 
@@ -295,7 +295,7 @@ impl Setup {
             WholeError::Link(error) => no_link(error),
             WholeError::Code(error) => no_code(error),
             WholeError::Firmware(FirmwareError::Assembly(_)) => Failure::Defect(error.to_string()),
-            WholeError::Board(_) => Failure::Usage(format!("{error}; make a .o or a .c for your own firmware")),
+            WholeError::Board(..) => Failure::Usage(format!("{error}; make a .o or a .c for your own firmware")),
             WholeError::Firmware(FirmwareError::Keys(_)) => {
                 let [least, most] = self.keys_possible();
                 Failure::Usage(format!("{error}: give {least} to {most} with --keys"))

@@ -242,10 +242,12 @@ fn what_is_asked_wrongly_is_told_and_nothing_is_written() {
     let program = grand().to_str().expect("text");
     let rp2350 = std::fs::read_to_string(grand().with_file_name("hardware/rp2350.toml")).expect("the board");
     folder.write("single.toml", rp2350.replace("\"rp2350\"", "\"single\"").replace("cores = \"2\"", "cores = \"1\""));
+    folder.write("fast.toml", rp2350.replace("\"rp2350\"", "\"fast\"").replace("150 MHz", "300 MHz"));
     let knob = grand().with_file_name("knob.whip");
     let knob = knob.to_str().expect("text");
-    let cases: [(&[&str], i32); 12] = [
+    let cases: [(&[&str], i32); 13] = [
         (&["build", program, "-o", "piano.elf", "--board", "single.toml", "--modes", "0"], 2),
+        (&["build", program, "-o", "piano.elf", "--board", "fast.toml", "--modes", "0"], 2),
         (&["build", program, "-o", "piano.uf2", "--board", "stm32f4", "--modes", "0"], 2),
         (&["build", program, "-o", "piano.elf", "--keys", "1", "--modes", "0"], 2),
         (&["build", knob, "-o", "knob.elf", "--modes", "0"], 2),
@@ -270,6 +272,6 @@ fn what_is_asked_wrongly_is_told_and_nothing_is_written() {
         .map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned())
         .collect();
     files.sort();
-    assert_eq!(files, ["own.toml", "single.toml", "wrong.whip"]);
+    assert_eq!(files, ["fast.toml", "own.toml", "single.toml", "wrong.whip"]);
     insta::assert_snapshot!("mistakes", told.join("\n"));
 }

@@ -60,7 +60,7 @@ impl Calls {
     /// What a call costs that begins a key. The code is that of `init`, whose loop over the keys runs once; of several zones, the
     /// dearest.
     pub fn begin(&self, of: &OnCore) -> Result<Bound, NotBounded> {
-        begins(of, self.begin, BTreeMap::new())
+        begins(of, &self.name, of.keys.iter().sum(), BTreeMap::new())
     }
 
     /// What the keys of a program cost, where its core has zones: the calls between them are code like other.
@@ -80,6 +80,7 @@ impl Calls {
             known: known("tick", &tick)?,
             bases: of.stack().into_iter().collect(),
             return_to: self.return_to,
+            entered: of.entered(&self.name, None),
             ..of.program.annotations.clone()
         };
         let (core, code, surroundings) = (of.core, &of.program.code, Some(of.surroundings));
@@ -89,10 +90,10 @@ impl Calls {
         }
         let whole = Known { cycles: all.cycles_max, stack_bytes: all.stack_bytes_max };
         // Some key begins, those below it play, those above it do not: which one costs most?
-        let finds = begins(of, self.begin, known("begin", &|_| Known::default())?)?;
+        let finds = begins(of, &self.name, of.keys.iter().sum(), known("begin", &|_| Known::default())?)?;
         let (mut above, mut dearest) = (0, 0);
         for zone in zones.iter().rev() {
-            let own = begins(of, find(of.program, &format!("{}_begin", zone.name))?, BTreeMap::new())?;
+            let own = begins(of, &zone.name, zone.keys, BTreeMap::new())?;
             let key = zone.tick.key_cycles_max();
             let played = whole.cycles.saturating_sub(above + key);
             dearest = dearest.max(played + own.cycles_max + finds.cycles_max);
@@ -145,9 +146,11 @@ pub struct Costs {
     begin: Bound,
 }
 
-/// The bound of a function that begins a key: each of its loops over keys runs once.
-fn begins(of: &OnCore, entry: u32, known: BTreeMap<(Option<u32>, u32), Known>) -> Result<Bound, NotBounded> {
-    let mut annotations = Annotations { known, ..of.program.annotations.clone() };
+/// The bound of the function that begins one of so many keys of that name: each of its loops over keys runs once.
+fn begins(of: &OnCore, name: &str, keys: u32, known: BTreeMap<(Option<u32>, u32), Known>) -> Result<Bound, NotBounded> {
+    let entry = find(of.program, &format!("{name}_begin"))?;
+    let (entered, bases) = (of.entered(name, Some(keys)), of.stack().into_iter().collect());
+    let mut annotations = Annotations { known, entered, bases, ..of.program.annotations.clone() };
     let (core, code, surroundings) = (of.core, &of.program.code, Some(of.surroundings));
     loop {
         let found = bound(&Query { core, code, entry, annotations: &annotations, surroundings });

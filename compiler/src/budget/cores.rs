@@ -46,15 +46,11 @@ pub fn cores(
     let alone = || Surroundings { chip, ..Surroundings::default() };
     let found = parallel::map((0..count).collect(), |number: usize| {
         let surroundings = [alone(), surroundings(image, program, chip, number, count)];
-        let (running, keys, [alone, crowded]) = (&RUNNING[number], &keys[number], surroundings.each_ref());
-        let core = OnCore { program, core, running, number, playing, keys, surroundings: alone };
-        frames(&core, &[alone, crowded])
+        let (running, keys, surroundings) = (&RUNNING[number], &keys[number], surroundings.each_ref());
+        let core = OnCore { program, core, running, number, playing, keys, surroundings: surroundings[0] };
+        frames(&core, surroundings).map(|[alone, crowded]| Bounded { alone, crowded })
     });
-    let bounded = |frames: Result<Vec<Frame>, NotBounded>| {
-        let mut frames = frames?.into_iter();
-        Ok(frames.next().zip(frames.next()).map(|(alone, crowded)| Bounded { alone, crowded }))
-    };
-    found.into_iter().filter_map(|frames| bounded(frames).transpose()).collect()
+    found.into_iter().collect()
 }
 
 /// Who else is at the banks that a core uses, one of so many.

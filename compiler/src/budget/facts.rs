@@ -17,6 +17,8 @@ mod merge;
 
 pub use interval::Interval;
 
+use std::collections::BTreeMap;
+
 use smallvec::{SmallVec, smallvec};
 use whippen_isa::Cond;
 
@@ -44,6 +46,16 @@ impl Facts {
     /// Nothing.
     pub fn nothing() -> Self {
         Self { registers: [NONE; 16], values: SmallVec::new(), flags: FlagFacts::UNKNOWN }
+    }
+
+    /// Each of these registers holds a word from the first to the last.
+    pub fn of_registers(known: &BTreeMap<u8, [u32; 2]>) -> Self {
+        let mut facts = Self::nothing();
+        for (&register, ends) in known {
+            let [low, high] = ends.map(|word| i64::from(word as i32));
+            facts.registers[usize::from(register & 15)] = facts.new_value(Interval { low, high });
+        }
+        facts
     }
 
     /// Where a register lies.

@@ -18,10 +18,10 @@ use whippen_isa::{Class, reg};
 
 use super::calls::Calls;
 use super::graph::{Control, Graph, Tables};
-use super::memory::{Banks, Surroundings};
+use super::memory::{Banks, Bases, Surroundings};
 use super::program::Program;
 use super::tick::Tick;
-use super::{Annotations, Bound, NotBounded, Query, bound, stack};
+use super::{Annotations, Bound, NotBounded, Query, bound, every, stack, zip};
 use crate::firmware::{DEAD, Running, zone_name};
 use crate::thumb::{self, Points};
 
@@ -105,21 +105,21 @@ impl Frame {
 ///
 /// # Errors
 /// What cannot be bounded, or is not there.
-pub fn frames(of: &OnCore, surroundings: &[&Surroundings]) -> Result<Vec<Frame>, NotBounded> {
+pub fn frames<const N: usize>(of: &OnCore, surroundings: [&Surroundings; N]) -> Result<[Frame; N], NotBounded> {
     let OnCore { program, core, running, .. } = *of;
     only_handler(program, running, find(program, running.handler)?)?;
     let calls = Calls::find(of)?;
     let names = zone_names(program, &calls.name);
     // Zones are called in one row, so each comes back to another place: to the dearest.
     let return_to = if names.len() == 1 { calls.return_to } else { None };
-    let mut zones: Vec<Vec<Zone>> = surroundings.iter().map(|_| Vec::new()).collect();
+    let mut zones: [Vec<Zone>; N] = std::array::from_fn(|_| Vec::new());
     for (name, &keys) in names.iter().zip(of.keys) {
-        let ticks = super::tick::ticks(program, name, core, surroundings, return_to, of.bases_of_keys(name))?;
+        let (entered, bases) = (of.entered(name, None), of.bases_of_keys(name));
+        let ticks = super::tick::ticks(program, name, core, surroundings, return_to, entered, bases)?;
         let each = zones.iter_mut().zip(ticks);
         each.for_each(|(zones, tick)| zones.push(Zone { name: name.clone(), keys, tick }));
     }
-    let each = surroundings.iter().zip(zones);
-    each.map(|(surroundings, zones)| frame(&OnCore { surroundings, ..*of }, &calls, zones)).collect()
+    every(zip(surroundings, zones, |surroundings, zones| frame(&OnCore { surroundings, ..*of }, &calls, zones)))
 }
 
 /// The frame around the ticks of zones.
@@ -127,12 +127,12 @@ fn frame(of: &OnCore, calls: &Calls, zones: Vec<Zone>) -> Result<Frame, NotBound
     let OnCore { program, core, running, keys, surroundings, .. } = *of;
     let handler = find(program, running.handler)?;
     let known = calls.known(&calls.costs(of, &zones)?);
-    let bases = of.stack().into_iter().collect();
-    let annotations = Annotations { handler: true, known, bases, ..program.annotations.clone() };
+    let bases: BTreeMap<u8, Banks> = of.stack().into_iter().collect();
+    let annotations = Annotations { handler: true, known, bases: bases.clone(), ..program.annotations.clone() };
     let query =
         |entry, annotations| Query { core, code: &program.code, entry, annotations, surroundings: Some(surroundings) };
     let handled = bound(&query(handler, &annotations))?;
-    let sleeping = Annotations { sleeps: true, ..program.annotations.clone() };
+    let sleeping = Annotations { sleeps: true, bases, ..program.annotations.clone() };
     let idle = Idle::of(&query(find(program, running.idle)?, &sleeping))?;
     let stacking = u64::from(surroundings.elsewhere());
     let (enter, leave) = (core.exceptions.entry, core.exceptions.exit);
@@ -175,6 +175,17 @@ impl OnCore<'_> {
         let words = of(self.running.words).map(|banks| (words, banks));
         state.chain(histories).chain(words).chain(self.stack()).collect()
     }
+
+    /// What the functions of keys of that name are called with: their state in R0, a word of theirs in R1; in R2 which key it is, of
+    /// so many, where it is one.
+    pub(super) fn entered(&self, name: &str, keys: Option<u32>) -> BTreeMap<u8, [u32; 2]> {
+        let symbol = |name: &str| self.program.symbols.get(name).copied();
+        let state = symbol(&format!("{name}_state")).map(|at| (0, [at, at]));
+        let words =
+            symbol(self.running.words).and_then(|at| self.program.words_of(at).last().map(|last| (1, [at, last + 2])));
+        let key = keys.map(|keys| (2, [0, keys.saturating_sub(1)]));
+        [state, words, key].into_iter().flatten().collect()
+    }
 }
 
 /// The names of a program's zones on a core; its own where it has no several.
@@ -211,11 +222,12 @@ struct Idle {
 impl Idle {
     fn of(query: &Query) -> Result<Self, NotBounded> {
         let graph = Graph::build(query, &Tables::default())?;
+        let bases = Bases::of(&query.annotations.bases, &graph);
         let items = graph.blocks.iter().flat_map(|block| &block.items);
         let cycles = items.map(|item| {
             let taken = Target { address: 2, wide: true };
             let target = (item.control != Control::Next).then_some(taken);
-            let waits = query.surroundings.map_or(0, |around| around.waits_max(&item.inst, item.address));
+            let waits = query.surroundings.map_or(0, |around| around.waits_max(&item.inst, item.address, &bases));
             let quotient_bits = if item.inst.class() == Class::Divide { 31 } else { 0 };
             let outcome = Outcome { target, waits, quotient_bits, ..Outcome::NEXT };
             let (_, cost) = query.core.issue(Pipe::default(), &item.timed, item.address, &outcome);

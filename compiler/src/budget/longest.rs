@@ -80,7 +80,8 @@ impl Longest {
         };
         let arriving = vec![Vec::new(); graph.blocks.len()];
         let mut search = Search { walker, arriving, frames: Vec::new(), end: None, settled: true };
-        let start = State { pipe: Pipe::default(), facts: Facts::nothing(), cycles: 0, chain: START };
+        let facts = Facts::of_registers(&query.annotations.entered);
+        let start = State { pipe: Pipe::default(), facts, cycles: 0, chain: START };
         search.arrive(Destination::Block(0), start);
         search.elements(&order.elements);
         let Search { walker: Walker { arena, class, infeasible, indices, merged, .. }, end, settled, .. } = search;

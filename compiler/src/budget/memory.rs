@@ -12,7 +12,7 @@ use whippen_isa::{Class, Inst, Op, reg};
 
 use std::collections::BTreeMap;
 
-use super::facts::Facts;
+use super::facts::{Facts, Interval};
 use super::graph::Graph;
 
 /// A set of banks, bit n for bank n of [`Chip::bank`].
@@ -50,30 +50,34 @@ impl Surroundings {
             fetched(inst, at, outcome.target.map(|target| target.address)).filter_map(|at| self.chip.bank(at));
         let fetching: u16 = fetches.map(|bank| self.rivals(bank)).sum();
         let words = if outcome.skipped { 0 } else { accesses(inst) };
-        let known = if words == 0 { None } else { address(inst, at, facts) };
-        let data = match known {
-            Some(address) => {
-                (0..words).map(|word| self.word(inst, at, address.wrapping_add(4 * u32::from(word)))).sum()
-            }
-            None => words.saturating_mul(self.anywhere(at, bases.banks(inst).unwrap_or(self.data))),
-        };
-        fetching.saturating_add(data)
+        let first = if words == 0 { None } else { addresses(inst, at, facts) };
+        let known = first.and_then(|first| (0..words).map(|word| self.word(inst, at, first, word)).sum());
+        let anywhere = || words.saturating_mul(self.anywhere(at, bases.banks(inst).unwrap_or(self.data)));
+        fetching.saturating_add(known.unwrap_or_else(anywhere))
     }
 
-    /// As [`Self::waits`] where nothing is known and any address may be a device's.
-    pub fn waits_max(&self, inst: &Inst, at: u32) -> u16 {
-        let device = accesses(inst).saturating_mul(u16::from(apb::WRITE.cycles.max(apb::READ.cycles)));
-        self.waits(inst, at, &Facts::nothing(), &Bases::default(), &Outcome::NEXT).saturating_add(device)
+    /// As [`Self::waits`] where nothing is known but the bases, and any other address may be a device's.
+    pub fn waits_max(&self, inst: &Inst, at: u32, bases: &Bases) -> u16 {
+        let device = if bases.banks(inst).is_some() { 0 } else { apb::WRITE.cycles.max(apb::READ.cycles) };
+        let devices = accesses(inst).saturating_mul(u16::from(device));
+        self.waits(inst, at, &Facts::nothing(), bases, &Outcome::NEXT).saturating_add(devices)
     }
 
-    /// One word at an address.
-    fn word(&self, inst: &Inst, at: u32, address: u32) -> u16 {
-        let stores = matches!(inst.class(), Class::Store | Class::StoreDual);
-        match self.chip.bank(address) {
-            Some(bank) => self.bank(at, bank),
-            None if apb::holds(address) => u16::from(if stores { apb::WRITE } else { apb::READ }.cycles),
-            None => 0,
+    /// The word that stands so many behind one of these; nothing is known of it where it may lie outside of SRAM.
+    fn word(&self, inst: &Inst, at: u32, first: Interval, nth: u16) -> Option<u16> {
+        let address = |first: i64| (first as u32).wrapping_add(4 * u32::from(nth));
+        let (low, high) = (address(first.low), address(first.high));
+        if low == high {
+            let stores = matches!(inst.class(), Class::Store | Class::StoreDual);
+            return Some(match self.chip.bank(low) {
+                Some(bank) => self.bank(at, bank),
+                None if apb::holds(low) => u16::from(if stores { apb::WRITE } else { apb::READ }.cycles),
+                None => 0,
+            });
         }
+        let mut words = (low & !3..=high).step_by(4);
+        let banks = words.try_fold(0, |set, at| self.chip.bank(at).map(|bank| with(set, bank)))?;
+        Some(self.anywhere(at, banks))
     }
 
     /// One word anywhere in a set of banks.
@@ -162,16 +166,45 @@ fn accesses(inst: &Inst) -> u16 {
     }
 }
 
-/// The first address that an instruction accesses, where it is known.
-fn address(inst: &Inst, at: u32, facts: &Facts) -> Option<u32> {
+/// Addresses that are looked at one by one, at most.
+const RANGE_BYTES_MAX: i64 = 4096;
+
+/// The first address that an instruction accesses, where it is known or one of a few.
+fn addresses(inst: &Inst, at: u32, facts: &Facts) -> Option<Interval> {
     let simple = matches!(inst.class(), Class::Load | Class::Store | Class::LoadDual | Class::StoreDual)
         && !inst.op().identifier().ends_with("_register");
     let literal = simple && inst.op().identifier().ends_with("_literal");
     let base = match literal {
-        true => at.wrapping_add(4) & !3,
+        true => Interval::point((at.wrapping_add(4) & !3) as i32),
         false if inst.n == reg::PC => return None,
-        false => facts.interval(inst.n).as_point()? as u32,
+        false => facts.interval(inst.n),
     };
-    let offset = if inst.add { inst.imm } else { inst.imm.wrapping_neg() };
-    simple.then(|| if inst.index { base.wrapping_add(offset) } else { base })
+    let offset = if inst.add { i64::from(inst.imm) } else { -i64::from(inst.imm) };
+    let moved = if inst.index { Interval::of(base.low + offset, base.high + offset) } else { base };
+    (simple && moved.high - moved.low < RANGE_BYTES_MAX).then_some(moved)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use whippen_isa::{Arch, ItState, decode};
+
+    /// Of a load from 0x20000000 by R0, on core 0, while core 1 uses its own banks.
+    fn waits(from: u32, to: u32) -> u16 {
+        let inst = decode(0x6801, 0, Arch::V8M, ItState::OUTSIDE).expect("ldr r1, [r0]");
+        let around =
+            Surroundings { data: 0b1111, prefetch: true, others: vec![0b10_1111_0000], ..Surroundings::default() };
+        let facts = Facts::of_registers(&BTreeMap::from([(0, [from, to])]));
+        around.waits(&inst, 0x2000_0000, &facts, &Bases::default(), &Outcome::NEXT)
+    }
+
+    #[test]
+    fn an_address_of_a_few_waits_as_the_dearest_of_them() {
+        assert_eq!(waits(0x2008_0000, 0x2008_0800), 0, "near core 0, where nobody fetches");
+        assert_eq!(waits(0x2008_0ff0, 0x2008_1000), 1, "the last is near core 1");
+        assert_eq!(waits(0x2000_0000, 0x2000_0000), 0, "the bank of the instruction, not of those behind it");
+        assert_eq!(waits(0x2000_0000, 0x2000_0010), 1, "any bank of the code");
+        assert_eq!(waits(0x2000_0100, 0x2004_0100), 1, "too many to be looked at");
+        assert_eq!(waits(0x2008_1ff0, 0x2008_2010), 1, "nothing is known where there is no memory");
+    }
 }

@@ -17,13 +17,15 @@ pub struct Dearest<'a> {
     pub bound: &'a Bound,
 }
 
-/// What is to be said when a budget does not fit: nothing if it does. `instrument` is its name and where it is declared.
+/// What is to be said when a budget does not fit: nothing if it does. `instrument` is its name and where it is declared; so many
+/// keys are proven to fit, where that was found out.
 pub fn missed(
     map: &SourceMap,
     instrument: (&str, Span),
     budget: &Budget,
     program: &Program,
     dearest: Dearest,
+    keys_fitting: Option<u32>,
 ) -> Option<Diagnostic> {
     let core = budget.fullest().filter(|_| !budget.fits())?;
     let (key, period, late) = (dearest.bound.cycles_max, budget.period_cycles, -core.slack_cycles);
@@ -46,16 +48,21 @@ pub fn missed(
     let pointed = lines
         .take(LINES - 1)
         .fold(diagnostic, |diagnostic, (span, cycles, item)| diagnostic.also(span, label(cycles, item)));
-    Some(hints(budget, program, dearest).into_iter().fold(pointed, Diagnostic::hint))
+    Some(hints(budget, program, dearest, keys_fitting).into_iter().fold(pointed, Diagnostic::hint))
 }
 
 /// What would make it fit.
-fn hints(budget: &Budget, program: &Program, dearest: Dearest) -> Vec<String> {
-    let keys = budget.fullest().map_or(0, |core| core.keys);
+fn hints(budget: &Budget, program: &Program, dearest: Dearest, keys_fitting: Option<u32>) -> Vec<String> {
+    let keys: u32 = budget.cores.iter().map(|core| core.keys).sum();
     let mhz = budget.clock_hz_min().div_ceil(1_000_000);
-    let fitting = match budget.keys_allowed() {
-        0 => "not even one key a core fits".to_string(),
-        fitting => format!("{fitting} keys a core fit"),
+    let fitting = keys_fitting.map_or_else(String::new, |fitting| match fitting {
+        0 => "not even one key a core fits; ".to_string(),
+        fitting => format!("{fitting} keys fit as it is (--most-keys); "),
+    });
+    let (key, crowded) = (budget.key_cycles_max, budget.crowded_key_cycles_max);
+    let waiting = match crowded.saturating_sub(key) {
+        0 => String::new(),
+        waiting => format!(", of which {waiting} are charged for memory that others may use at the same time"),
     };
     let items: Vec<String> = program
         .by_item(&dearest.bound.path)
@@ -63,21 +70,14 @@ fn hints(budget: &Budget, program: &Program, dearest: Dearest) -> Vec<String> {
         .take(LINES)
         .map(|(item, cycles)| format!("`{item}` {cycles}"))
         .collect();
-    let mut hints = vec![
-        format!("as it is, {fitting}; or {keys} at a rate of {} Hz; or on a board of {mhz} MHz", budget.rate_hz_max()),
-        format!(
-            "{keys} keys fit if each takes at most {} cycles; the dearest mode ({}) takes {}, of which {}",
-            budget.key_cycles_allowed(),
-            dearest.mode,
-            budget.crowded_key_cycles_max,
-            items.join(", ")
-        ),
-    ];
-    let waiting = budget.crowded_key_cycles_max.saturating_sub(budget.key_cycles_max);
-    if waiting > 0 {
-        hints.push(format!("{waiting} cycles of a key are charged for memory that others may use at the same time"));
-    }
-    hints
+    vec![
+        format!("{fitting}{keys} keys fit at a rate of {} Hz, or with a clock of {mhz} MHz", budget.rate_hz_max()),
+        match budget.key_cycles_allowed() {
+            0 => format!("what is around {keys} keys leaves no cycle for them; one takes up to {crowded}{waiting}"),
+            allowed => format!("{keys} keys fit if each takes at most {allowed} cycles; it is {crowded}{waiting}"),
+        },
+        format!("the dearest mode takes {} ({}): {}", dearest.bound.cycles_max, dearest.mode, items.join(", ")),
+    ]
 }
 
 /// The text of a place's line.

@@ -98,15 +98,6 @@ impl Budget {
         most * u64::from(self.rate_hz)
     }
 
-    /// How many keys on each core would be in time, as far as the keys themselves go.
-    pub fn keys_allowed(&self) -> u64 {
-        let allowed = |core: &CoreBudget| {
-            let around = core.cycles_max.saturating_sub(core.keys_cycles_max);
-            self.period_cycles.saturating_sub(around) / self.crowded_key_cycles_max.max(1)
-        };
-        self.cores.iter().map(allowed).min().unwrap_or(0)
-    }
-
     /// Cycles that a key may take for the fullest core to be in time.
     pub fn key_cycles_allowed(&self) -> u64 {
         let allowed = |core: &CoreBudget| {

@@ -15,7 +15,7 @@ use whippen_isa::timing::{Core, Evidence, Target};
 
 use super::memory::{Banks, Surroundings};
 use super::program::Program;
-use super::{Annotations, Bound, NotBounded, Query, bounds};
+use super::{Annotations, Bound, NotBounded, Query, bounds, every, zip};
 
 /// The bounds of a tick.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,37 +48,37 @@ impl Places {
     }
 }
 
-/// Bounds the tick of `name` in each of some surroundings. It returns to where it was called; `bases` are the registers that point into known memory while
-/// keys are ticked, with the banks of that memory.
+/// Bounds the tick of `name` in each of some surroundings. It returns to where it was called, `entered` is what registers hold then
+/// ([`Annotations::entered`]); `bases` are the registers that point into known memory while keys are ticked, with the banks of that memory.
 ///
 /// # Errors
 /// What cannot be bounded, or is not there.
-pub fn ticks(
+pub fn ticks<const N: usize>(
     program: &Program,
     name: &str,
     core: &Core,
-    surroundings: &[&Surroundings],
+    surroundings: [&Surroundings; N],
     return_to: Option<Target>,
+    entered: BTreeMap<u8, [u32; 2]>,
     bases: BTreeMap<u8, Banks>,
-) -> Result<Vec<Tick>, NotBounded> {
+) -> Result<[Tick; N], NotBounded> {
     let places = Places::find(program, name)?;
     let mut annotations: Annotations = Annotations { return_to, bases, ..program.annotations.clone() };
     annotations.stops = places.modes.iter().map(|(_, at)| *at).chain([places.end]).collect();
+    let called = Annotations { entered, ..annotations.clone() };
     let inside = Annotations { inside: true, ..annotations.clone() };
-    let surroundings: Vec<Option<&Surroundings>> = surroundings.iter().copied().map(Some).collect();
     let of = |entry, annotations| {
         let query = Query { core, code: &program.code, entry, annotations, surroundings: None };
-        bounds(&query, &surroundings)
+        bounds(&query, surroundings.map(Some))
     };
-    let (entry, end) = (of(places.tick, &annotations)?, of(places.end, &inside)?);
-    let tick = |(entry, end)| Tick { modes: Vec::new(), entry, end };
-    let mut ticks: Vec<Tick> = entry.into_iter().zip(end).map(tick).collect();
+    let (entry, end) = (of(places.tick, &called)?, of(places.end, &inside)?);
+    let mut ticks = zip(entry, end, |entry, end| Tick { modes: Vec::new(), entry, end });
     for (symbol, at) in &places.modes {
         for (tick, bound) in ticks.iter_mut().zip(of(*at, &annotations)?) {
             tick.modes.push((symbol.clone(), bound));
         }
     }
-    ticks.into_iter().map(|tick| tick.checked(&places)).collect()
+    every(ticks.map(|tick| tick.checked(&places)))
 }
 
 impl Tick {

@@ -15,6 +15,8 @@ pub struct Support<'a> {
     pub constants: &'a [(&'a str, i64)],
     /// Ends of the stacks, by core.
     pub stacks: &'a [u32],
+    /// What its texts make of the clock.
+    pub clock_hz: u32,
     /// Number of the converter's interrupt.
     pub interrupt: u32,
     /// The architecture of its cores.
@@ -44,6 +46,7 @@ pub const RP2350: Support<'static> = Support {
         ("WATCHDOG_LOAD", 10_000),
     ],
     stacks: &[0x2008_1000, 0x2008_2000],
+    clock_hz: 150_000_000,
     interrupt: 46,
     arch: Arch::V8M,
 };
@@ -54,6 +57,7 @@ pub const STM32F4: Support<'static> = Support {
     rest: &[Source { name: "firmware/stm32f4.s", text: include_str!("stm32f4.s") }, CONVERTER_START],
     constants: &[("CONVERTER", 0x4003_0000)],
     stacks: &[0x2002_0000],
+    clock_hz: 168_000_000,
     interrupt: 56,
     arch: Arch::V7EM,
 };
@@ -71,6 +75,7 @@ pub const RP2040: Support<'static> = Support {
         ("WATCHDOG_LOAD", 2 * 10_000), // it counts twice a microsecond (datasheet, erratum RP2040-E1)
     ],
     stacks: &[0x2004_1000, 0x2004_2000],
+    clock_hz: 133_000_000,
     interrupt: 31,
     arch: Arch::V6M,
 };
@@ -88,10 +93,14 @@ const SHARED: &[Source<'static>] = &[
     Source { name: "firmware/silence.s", text: include_str!("silence.s") },
 ];
 
+/// What frames of all cores have.
+const ALARM: Source<'static> = Source { name: "firmware/alarm.s", text: include_str!("alarm.s") };
+
 /// Of a core, one after the other.
 const FRAME: &[Source<'static>] = &[
     Source { name: "firmware/exceptions.s", text: include_str!("exceptions.s") },
     Source { name: "firmware/tick.s", text: include_str!("tick.s") },
+    ALARM,
     Source { name: "firmware/service.s", text: include_str!("service.s") },
     Source { name: "firmware/passivity.s", text: include_str!("passivity.s") },
     Source { name: "firmware/guard.s", text: include_str!("guard.s") },
@@ -113,6 +122,7 @@ pub(super) fn frame<'a>(board: &Support<'a>) -> Vec<Source<'a>> {
 const SMALL_FRAME: &[Source<'static>] = &[
     Source { name: "firmware/exceptions.s", text: include_str!("exceptions.s") },
     Source { name: "firmware/v6m/tick.s", text: include_str!("v6m/tick.s") },
+    ALARM,
     Source { name: "firmware/v6m/service.s", text: include_str!("v6m/service.s") },
     Source { name: "firmware/v6m/guard.s", text: include_str!("v6m/guard.s") },
 ];

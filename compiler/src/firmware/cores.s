@@ -56,7 +56,7 @@ words0: .space  4 * DISTANCE0
 words1: .space  4 * DISTANCE1
         .endif
 
-        .section .bss.guards, "aw", %nobits
+        .section .bss.core0.guards, "aw", %nobits
         .balign 4
         .global guards0
 guards0: .space 16 * KEYS0

@@ -9,7 +9,7 @@
         .thumb
         .section .text.frame, "ax"
 guard:  ldr     r6, [r4, #C_TURN]
-        ldr     r8, [r4, #C_GUARDS]
+        ldr     r8, =guards
         ldr     r5, =HEAT_MAX
         adds    r6, #1
         cmp     r6, #KEYS
@@ -80,15 +80,15 @@ stuck:  movs    r2, #FAULT_RAIL
         beq     free
         movw    r1, #AGE_FROZEN
         cmp     r7, r1
-        blo     done
+        blo     leave
         lsls    r3, r3, #31
-        beq     done
+        beq     leave
         movw    r1, #MID_LOW
         cmp     r0, r1
-        blo     done
+        blo     leave
         movw    r1, #MID_HIGH
         cmp     r0, r1
-        bhi     done
+        bhi     leave
         movs    r2, #FAULT_FROZEN
 free:   movs    r0, #0
         str     r0, [r8, #G_CEILING]
@@ -96,4 +96,4 @@ free:   movs    r0, #0
         orrs    r1, r2
         str     r1, [r4, #C_FAULTS]
         str     r6, [r4, #C_FAULTY]
-done:   pop     {r4-r11, pc}
+leave:  pop     {r4-r11, pc}

@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn every_section_has_its_owner() {
         let owners =
-            [".text.core0", ".data.core1_2", ".text.core1.frame", ".bss.guards", ".data.near.core1_2"].map(owner);
+            [".text.core0", ".data.core1_2", ".text.core1.frame", ".bss.ledger", ".data.near.core1_2"].map(owner);
         assert_eq!(owners, [0, 1, 1, 0, 1].map(Owner::Core));
         assert_eq!([".text.start", ".vectors", ".copy_table"].map(owner), [Owner::Start; 3]);
     }

@@ -10,7 +10,7 @@
         .section .text.frame, "ax"
 service:
         ldr     r0, [r4, #C_TICK]
-        ldr     r6, [r4, #C_GUARDS]
+        ldr     r6, =guards
         ldr     r7, [r4, #C_GAINS]
         and     r0, r0, #15             @ the first of this turn's keys
         .if     ZONES == 0

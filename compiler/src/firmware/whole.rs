@@ -8,7 +8,7 @@ use super::{
     CORES, FirmwareError, Midi, Played, RP2040, RP2350, STM32F4, Segment, Setup, Support, distance, keys_name, keys_of,
     objects, zone_name,
 };
-use crate::image::{Board, Hint, Image, Input, LinkError, Object, Place, Section, Start, link};
+use crate::image::{Board, Hint, Image, Input, LinkError, Object, Place, Section, SectionKind, Start, link};
 use crate::modes::Modes;
 use crate::thumb::{self, Around, Built, ThumbError, compile_for_frame, record_bytes};
 
@@ -31,8 +31,8 @@ impl Whole {
 /// Why there is no image.
 #[derive(Debug, Clone, PartialEq)]
 pub enum WholeError {
-    /// The board has another core, so many of them, or starts otherwise than what the firmware is made for.
-    Board(String),
+    /// The board has another core or clock, so many cores, or starts otherwise than what the firmware is made for.
+    Board(String, u32),
     /// The instrument has so many words in and out for each key, not one each.
     Ports(usize, usize),
     /// The firmware cannot be made so.
@@ -46,10 +46,12 @@ pub enum WholeError {
 impl fmt::Display for WholeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            WholeError::Board(name) => write!(
+            WholeError::Board(name, clock_hz) => write!(
                 f,
-                "there is no firmware for `{name}`: whole images are made for boards like rp2350 (two Cortex-M33, an \
-                 image definition at the start), rp2040 (two Cortex-M0+, a second stage there) and stm32f4 (one Cortex-M4, vectors)"
+                "there is no firmware for `{name}` at {} MHz: whole images are made for boards like rp2350 (two Cortex-M33 at 150 MHz, an \
+                 image definition at the start), rp2040 (two Cortex-M0+ at 133 MHz, a second stage there) and stm32f4 (one \
+                 Cortex-M4 at 168 MHz, vectors)",
+                f64::from(*clock_hz) / 1e6
             ),
             WholeError::Ports(ins, outs) => {
                 write!(f, "a key has {ins} words in and {outs} out; the firmware takes one each")
@@ -70,12 +72,13 @@ pub fn divided(keys: u32, cores: u32) -> Vec<u32> {
 
 /// The firmware of a board, if there is one.
 pub fn support(board: &Board) -> Option<Support<'static>> {
-    match (board.arch, board.cores, board.start) {
-        (Arch::V8M, 2, Start::ImageDef) => Some(RP2350),
-        (Arch::V6M, 2, Start::Boot2) => Some(RP2040),
-        (Arch::V7EM, 1, Start::Vectors) => Some(STM32F4),
-        _ => None,
-    }
+    let support = match (board.arch, board.cores, board.start) {
+        (Arch::V8M, 2, Start::ImageDef) => RP2350,
+        (Arch::V6M, 2, Start::Boot2) => RP2040,
+        (Arch::V7EM, 1, Start::Vectors) => STM32F4,
+        _ => return None,
+    };
+    Some(support).filter(|support| support.clock_hz == board.clock_hz)
 }
 
 /// An instrument, to be built.
@@ -147,7 +150,7 @@ struct Piece {
 /// # Errors
 /// Board or programs have no firmware, setup or keys are out of range, memory is full; a bug.
 pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole, WholeError> {
-    let support = support(board).ok_or_else(|| WholeError::Board(board.name.clone()))?;
+    let support = support(board).ok_or_else(|| WholeError::Board(board.name.clone(), board.clock_hz))?;
     let all: u32 = setup.keys.iter().sum();
     for program in programs {
         for part in &program.parts {
@@ -211,8 +214,8 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
         cores,
     });
     let played: Vec<Played> = played.collect();
-    let around = objects(&played, setup, &support).map_err(WholeError::Firmware)?;
-    place_near(board, &support, &around, &mut keys);
+    let mut around = objects(&played, setup, &support).map_err(WholeError::Firmware)?;
+    place_near(board, &support, &mut around, &mut keys);
     let mut inputs: Vec<Input> = around.iter().map(|object| Input { object, places: &[] }).collect();
     for ((program, cores), segments) in programs.iter().zip(&keys).zip(&segments) {
         for (built, segment) in cores.iter().flatten().zip(segments.iter().flatten()) {
@@ -229,9 +232,9 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
 /// Bytes kept for the stack of a core: twice what the bound says that it needs.
 const STACK_BYTES: u32 = 512;
 
-/// Moves the keys' states into the memory that is near their core, as long as there is room: there nobody fetches and the
-/// other core seldom looks, so nothing of a key waits.
-fn place_near(board: &Board, support: &Support, around: &[Object], keys: &mut [Vec<Vec<Built>>]) {
+/// Moves what a core uses at every turn into the memory that is near it, as long as there is room: there nobody fetches and the
+/// other core seldom looks, so nothing waits. First the keys' states, then their histories, then what the frame keeps of them.
+fn place_near(board: &Board, support: &Support, around: &mut [Object], keys: &mut [Vec<Vec<Built>>]) {
     for (core, name) in CORES.iter().take(support.stacks.len()).enumerate() {
         let Some(memory) = board.memory_for(&format!(".data.near.{name}")) else { continue };
         let stack = support.stacks.iter().any(|stack| (memory.base + 1..=memory.base + memory.size).contains(stack));
@@ -239,10 +242,22 @@ fn place_near(board: &Board, support: &Support, around: &[Object], keys: &mut [V
         let inside = |section: &&Section| board.memory_for(&section.name) == Some(memory);
         let taken: u32 = around.iter().flat_map(|object| &object.sections).filter(inside).map(|s| s.size + 3).sum();
         room = room.saturating_sub(taken);
-        for built in keys.iter_mut().flat_map(|cores| &mut cores[core]) {
-            let Some(state) = built.state().filter(|state| state.size <= room) else { continue };
-            room -= state.size;
-            state.name = state.name.replace(".data.", ".data.near.");
+        let of_keys: Vec<&mut Built> = keys.iter_mut().flat_map(|cores| &mut cores[core]).collect();
+        let (mut states, mut histories) = (Vec::new(), Vec::new());
+        for built in of_keys {
+            let mut sections = built.object.sections.iter_mut().filter(|section| section.kind == SectionKind::Data);
+            states.extend(sections.next());
+            histories.extend(sections.next());
+        }
+        let guards = around.iter_mut().flat_map(|object| &mut object.sections);
+        let guards = guards.filter(|section| section.name == format!(".bss.{name}.guards"));
+        for section in states.into_iter().chain(histories).chain(guards) {
+            let near = section.name.replacen(&format!(".{name}"), &format!(".near.{name}"), 1);
+            let bytes = section.size.next_multiple_of(4);
+            if bytes <= room && board.memory_for(&near) == Some(memory) {
+                room -= bytes;
+                section.name = near;
+            }
         }
     }
 }

@@ -103,18 +103,10 @@ pub(super) fn init(frame: &Frame, arch: Arch, name: &str, slots: usize, labels: 
 
 /// One key of those that `init` prepares all: state in R0, its word in R1, its number in R2. Before the code of a key's `init`
 /// and behind it.
-pub(super) fn begin(
-    frame: &Frame,
-    arch: Arch,
-    kernel: &Kernel,
-    name: &str,
-    slots: usize,
-    done: Label,
-) -> [Vec<Item>; 2] {
+pub(super) fn begin(frame: &Frame, arch: Arch, kernel: &Kernel, name: &str, slots: usize) -> [Vec<Item>; 2] {
     let mut w = Writer::new(frame, arch);
     w.begin(kernel, name, slots);
     let before = std::mem::take(&mut w.items);
-    w.items.push(Item::Label(done));
     w.leave(slots);
     [before, w.items]
 }

@@ -22,6 +22,8 @@ const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 
 
 /// So many modes have a bar.
 const MODES_SHOWN: usize = 16;
+/// So many characters of a row stand in its width.
+const ROW_CHARS: usize = 130;
 /// Width of all charts.
 const WIDTH: f64 = 900.0;
 /// Where bars and fields begin.
@@ -90,9 +92,10 @@ fn time(out: &mut String, budget: &Value) {
         .iter()
         .enumerate()
         .map(|(n, core)| {
-            let (cycles, keys, slack) = (number(&core["cycles_max"]), &core["keys"], &core["slack_cycles"]);
+            let (cycles, keys, slack) = (number(&core["cycles_max"]), &core["keys"], number(&core["slack_cycles"]));
             let percent = 100.0 * number(&core["utilization"]);
-            (cycles, format!("core {n}: {keys} keys, {cycles} cycles, {percent:.1} %, {slack} left"))
+            let left = if slack < 0.0 { format!("{} too many", -slack) } else { format!("{slack} left") };
+            (cycles, format!("core {n}: {keys} keys, {cycles} cycles, {percent:.1} %, {left}"))
         })
         .collect();
     bar_chart(out, "cycles of a tick, by core", &bars, most, Some(period));
@@ -117,9 +120,13 @@ fn bar_chart(out: &mut String, title: &str, bars: &[(f64, String)], most: f64, l
     for (at, (value, words)) in bars.iter().enumerate() {
         let top = row * at as f64;
         let long = width * (value / most.max(1e-9)).clamp(0.0, 1.0);
+        // What is too long for its row is drawn narrower, not cut.
+        let narrow = words.chars().count() > ROW_CHARS;
+        let fitted =
+            if narrow { format!(" textLength=\"{width}\" lengthAdjust=\"spacingAndGlyphs\"") } else { String::new() };
         let _ = writeln!(
             out,
-            "<text x=\"2\" y=\"{}\">{}</text><rect class=\"back\" x=\"2\" y=\"{}\" width=\"{width}\" height=\"12\"/>\
+            "<text x=\"2\" y=\"{}\"{fitted}>{}</text><rect class=\"back\" x=\"2\" y=\"{}\" width=\"{width}\" height=\"12\"/>\
              <rect class=\"bar\" x=\"2\" y=\"{}\" width=\"{long:.1}\" height=\"12\"/>",
             top + 13.0,
             escape(words),
@@ -270,11 +277,11 @@ fn motor(out: &mut String, found: &Value) {
     }
     let good = found["within_rating"].as_bool().unwrap_or(false);
     let words = format!(
-        "{} {}: peak {} A, rms {} A; held still between {} and {}, and the motor gives {} for ever.",
+        "{} Peak {} A, rms {} A in {}; held still between {} and {}, and the motor gives {} for ever.",
         if good { "Within its rating." } else { "More than rated." },
-        text(&found["motion"]),
         short(number(&found["peak_a"])),
         short(number(&found["rms_a"])),
+        text(&found["motion"]),
         short(number(&found["static"][0])),
         short(number(&found["static"][1])),
         short(number(&found["rated_force"]))

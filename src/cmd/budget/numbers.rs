@@ -40,7 +40,10 @@ impl NumbersBudget {
 
     pub fn text(&self) -> String {
         let mut out = format!("numbers: no overflow, proven for all {} values that are observed\n", self.values);
-        let error = |n: &Named| format!("  error of one tick: {} at most {:.1e} {}\n", n.name, n.error, n.unit);
+        let error = |n: &Named| {
+            let line = format!("  error of one tick: {} at most {:.1e} {}", n.name, n.error, n.unit);
+            line.trim_end().to_string() + "\n"
+        };
         out.extend(self.force.iter().chain(&self.coarsest).map(error));
         if !self.clamps.is_empty() {
             out += &format!("  clamps that act: {}\n", self.clamps.join(", "));

@@ -77,15 +77,18 @@ impl Played<'_> {
     fn each_core(&self, out: &mut String) {
         let _ = writeln!(out);
         for (number, (core, bounded)) in self.budget.cores.iter().zip(&self.cores).enumerate() {
+            let left = match core.slack_cycles {
+                late @ ..0 => format!("{} cycles too many", -late),
+                slack => {
+                    format!("slack {slack} cycles, {:.1} %; {} more keys fit", 100.0 * core.slack(), core.more_keys)
+                }
+            };
             let _ = writeln!(
                 out,
-                "core {number}: {} keys, {} cycles at most, {:.1} % of the tick; slack {} cycles, {:.1} %; {} more keys fit",
+                "core {number}: {} keys, {} cycles at most, {:.1} % of the tick; {left}",
                 core.keys,
                 core.cycles_max,
-                100.0 * core.utilization(),
-                core.slack_cycles,
-                100.0 * core.slack(),
-                core.more_keys
+                100.0 * core.utilization()
             );
             if self.parts.len() > 1 {
                 for (zone, &part) in bounded.alone.zones.iter().zip(&self.part_of[number]) {
@@ -100,11 +103,11 @@ impl Played<'_> {
             let _ = writeln!(
                 out,
                 "  {:>6}  around them\n  {:>6}  waiting for {}its own fetches; \
-                 without it the slack is {:.1} %",
+                 without it {:.1} % of the tick",
                 core.around_cycles_max,
                 core.contention_cycles_max,
                 if self.cores.len() > 1 { "the other core and for " } else { "" },
-                100.0 * (1.0 - bounded.alone.cycles_max as f64 / self.budget.period_cycles.max(1) as f64)
+                100.0 * bounded.alone.cycles_max as f64 / self.budget.period_cycles.max(1) as f64
             );
         }
     }

@@ -97,8 +97,10 @@ fn a_missed_deadline_points_at_lines_and_says_what_would_fit() {
     let shell = shell();
     let (out, err) = shell.ends(1, &["budget", "spring.whip", "--keys", "480"]);
     assert!(out.contains("does not fit"), "{out}");
+    let most = json(&shell, 0, &["--most-keys"])["keys"].as_u64().expect("keys");
+    assert!(err.contains(&format!("{most} keys fit as it is")), "what --most-keys finds: {most}, {err}");
     for words in
-        ["WH0701", "`spring` misses its deadline by", "keys a core fit", "Hz", "MHz", "spring.whip:", "`force push`"]
+        ["WH0701", "`spring` misses its deadline by", "keys fit as it is", "Hz", "MHz", "spring.whip:", "`force push`"]
     {
         assert!(err.contains(words), "{words}: {err}");
     }

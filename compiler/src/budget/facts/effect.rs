@@ -1,6 +1,6 @@
 //! What instructions do to what is known. An instruction that is not spelled out here leaves its results unknown.
 
-use whippen_isa::{Class, Flags, Inst, Op, reg};
+use whippen_isa::{Class, Flags, Inst, Op, ShiftType, reg};
 
 use super::{Facts, Interval, NONE, Name};
 use crate::budget::Code;
@@ -83,7 +83,10 @@ impl Facts {
             Op::ADD_immediate if inst.n != reg::PC => within(Interval::of(n.low + imm, n.high + imm)),
             Op::SUB_immediate if inst.n != reg::PC => within(Interval::of(n.low - imm, n.high - imm)),
             Op::RSB_immediate => within(Interval::of(imm - n.high, imm - n.low)),
-            Op::ADD_register if inst.amount == 0 => within(Interval::of(n.low + m.low, n.high + m.high)),
+            Op::ADD_register if inst.shift == ShiftType::LSL => {
+                within(Interval::of(n.low + shifted_left(m.low, inst), n.high + shifted_left(m.high, inst)))
+            }
+            Op::MLA => within(product(n, m).plus(self.interval(inst.a))),
             Op::SUB_register if inst.amount == 0 => within(Interval::of(n.low - m.high, n.high - m.low)),
             Op::AND_immediate | Op::TST_immediate => within(masked(n, imm)),
             Op::LSL_immediate if inst.amount < 32 => {
@@ -138,6 +141,12 @@ fn masked(value: Interval, mask: i64) -> Interval {
 /// Shifted left.
 fn shifted_left(value: i64, inst: &Inst) -> i64 {
     value << inst.amount
+}
+
+/// A product of words.
+fn product(n: Interval, m: Interval) -> Interval {
+    let corners = [n.low * m.low, n.low * m.high, n.high * m.low, n.high * m.high];
+    corners.into_iter().map(|at| Interval { low: at, high: at }).reduce(Interval::hull).unwrap_or(Interval::ALL)
 }
 
 /// Shifted right, the sign kept.

@@ -22,6 +22,11 @@ impl Interval {
         if low < all.low || high > all.high { all } else { Self { low, high } }
     }
 
+    /// The sum, or any word where it may wrap.
+    pub fn plus(self, other: Self) -> Self {
+        Self::of(self.low + other.low, self.high + other.high)
+    }
+
     pub fn is_empty(self) -> bool {
         self.low > self.high
     }

@@ -8,6 +8,11 @@ use crate::thumb::frame::{H, K};
 use crate::thumb::vcode::{Access, Code, Edge, End, Role, VReg};
 use whippen_isa::{Cond, Op as Isa};
 
+/// Slots of a line that a round fills, at most.
+const FILLED: u32 = 8;
+/// How far a store reaches.
+const OFFSET_MAX: u32 = 4095;
+
 impl Walk for Select<'_> {
     fn plain(&mut self, inst: &Inst) {
         self.one(inst);
@@ -184,27 +189,41 @@ impl Select<'_> {
         self.emit(code.with(Role::N, fixed).with(Role::D, fixed));
     }
 
-    /// A line full of one value: a loop over its slots.
+    /// A line full of one value: a loop over its slots, some in each round. A program that begins waits for it in a tick.
     pub(super) fn fill(&mut self, line: u32, value: Value) {
         let word = self.reg(value);
         let place = self.frame.lines[line as usize].clone();
-        let start = self.first_slot(line);
-        let count = self.load_constant(place.len as i32);
-        let row = self.load_constant(place.row as i32);
+        let mut start = self.first_slot(line);
+        let slots = FILLED.min(1 + OFFSET_MAX / place.row.max(1)).min(place.len.max(1));
+        let (rounds, over) = (place.len / slots, place.len % slots);
+        if over != 0 {
+            self.fill_slots(line, word, start, over);
+            start = self.plus(start, (over * place.row).into());
+        }
+        let count = self.load_constant(rounds as i32);
+        let bytes = self.load_constant((slots * place.row) as i32);
         let (at, left) = (self.func.fresh(), self.func.fresh());
         let (head, again, after) = (self.func.block(), self.func.block(), self.func.block());
         self.jump(head, vec![start, count]);
         self.func.blocks[head].params = vec![at, left];
-        self.func.blocks[head].rounds = Some(place.len);
+        self.func.blocks[head].rounds = Some(rounds);
         self.at = head;
-        let op = if place.narrow { Isa::STRH_immediate } else { Isa::STR_immediate };
-        let store = Code::new(op).reg(Role::N, at).reg(Role::T, word);
-        self.emit(store.access(Access::Write(crate::thumb::vcode::Place::Line(line))));
-        let next = self.three(Isa::ADD_register, at, row);
+        self.fill_slots(line, word, at, slots);
+        let next = self.three(Isa::ADD_register, at, bytes);
         let less = self.result(Code::new(Isa::SUB_immediate).reg(Role::N, left).imm(1).flags());
         self.func.blocks[head].end = End::Branch { cond: Cond::NE, yes: again, no: after, likely: Some(true) };
         self.at = again;
         self.jump(head, vec![next, less]);
         self.at = after;
+    }
+
+    /// So many slots of a line, from an address on.
+    fn fill_slots(&mut self, line: u32, word: VReg, at: VReg, slots: u32) {
+        let place = &self.frame.lines[line as usize];
+        let (op, row) = (if place.narrow { Isa::STRH_immediate } else { Isa::STR_immediate }, place.row);
+        for slot in 0..slots {
+            let store = Code::new(op).reg(Role::N, at).reg(Role::T, word).imm(slot * row);
+            self.emit(store.access(Access::Write(crate::thumb::vcode::Place::Line(line))));
+        }
     }
 }
