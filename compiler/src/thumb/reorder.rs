@@ -8,6 +8,7 @@
 //! Cycles are those of [`Measure`]: encodings, IT blocks and the end included.
 
 mod measure;
+mod pipes;
 
 use std::sync::OnceLock;
 
@@ -143,7 +144,7 @@ impl Order {
             self.shift(now, to);
             now = to;
             self.tries += 1;
-            let cycles = self.measure.of(&self.order);
+            let cycles = self.measure.of(&self.order, from.min(to), from.max(to));
             if cycles < self.cycles {
                 (self.cycles, best) = (cycles, to);
             }
@@ -151,9 +152,9 @@ impl Order {
         self.shift(now, best);
         if best != from {
             self.measure.accept(&self.order);
-        }
-        for place in first.min(from)..end.max(from + 1) {
-            self.place[self.order[place]] = place;
+            for place in best.min(from)..=best.max(from) {
+                self.place[self.order[place]] = place;
+            }
         }
     }
 
