@@ -11,7 +11,7 @@
 use crate::arch::Arch;
 use crate::class::Class;
 use crate::cond::Cond;
-use crate::effects::{FlagUse, Flags, Operand};
+use crate::effects::{FlagUse, Flags, Operand, Operands};
 use crate::imm::{ShiftType, thumb_imm_carry};
 use crate::pattern::Field;
 use crate::reg::{self, RegSet};
@@ -146,8 +146,17 @@ impl Inst {
         self.registers(self.encoding.row().effects.writes()).union(base)
     }
 
-    fn registers(&self, operands: impl Iterator<Item = Operand>) -> RegSet {
-        operands.fold(RegSet::EMPTY, |set, operand| set.union(self.registers_of(operand)))
+    fn registers(&self, operands: Operands) -> RegSet {
+        let fields = [
+            (Operand::D, self.d),
+            (Operand::N, self.n),
+            (Operand::M, self.m),
+            (Operand::A, self.a),
+            (Operand::T, self.t),
+            (Operand::T2, self.t2),
+        ];
+        let list = fields.iter().fold(0, |list, (operand, reg)| list | u16::from(operands.has(*operand)) << (reg & 15));
+        operands.others().fold(RegSet::core_list(list), |set, operand| set.union(self.registers_of(operand)))
     }
 
     fn registers_of(&self, operand: Operand) -> RegSet {

@@ -10,6 +10,7 @@
 mod measure;
 mod pipes;
 
+use rustc_hash::FxHashMap;
 use std::sync::OnceLock;
 
 use super::allocate::{Allocated, Fixed, Placed};
@@ -36,7 +37,7 @@ pub(super) fn reorder(func: &mut Allocated, core: &Core) {
     let live = live_in(func, core);
     let behind: Vec<u32> = func.blocks.iter().map(|block| live_behind(block, &live, core)).collect();
     for ((block, through), behind) in func.blocks.iter_mut().zip(through).zip(behind) {
-        if SHORT.1 * through < SHORT.0 * longest {
+        if SHORT.1 * through < SHORT.0 * longest || block.code.is_empty() {
             continue;
         }
         let mut best = ordered(block, core);
@@ -57,7 +58,7 @@ fn ordered(block: &Placed, core: &Core) -> (Vec<Fixed>, u32) {
 }
 
 /// What instructions read and write besides values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Resource {
     Flags,
     Register(u8),
@@ -171,7 +172,7 @@ impl Order {
 /// Who must come before, and behind, each instruction.
 fn dependences(code: &[Fixed]) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
     let (mut before, mut after) = (vec![Vec::new(); code.len()], vec![Vec::new(); code.len()]);
-    let mut touched: std::collections::BTreeMap<Resource, (Option<usize>, Vec<usize>)> = Default::default();
+    let mut touched: FxHashMap<Resource, (Option<usize>, Vec<usize>)> = FxHashMap::default();
     for (at, fixed) in code.iter().enumerate() {
         let mut edge = |from: usize| {
             if before[at].last() != Some(&from) {
