@@ -7,6 +7,7 @@
 use super::allocate::{Allocated, allocate};
 use super::frame::Frame;
 use super::literal::Literals;
+use super::reorder::Known;
 use super::select::Select;
 use super::shared::Shared;
 use super::vcode::Func;
@@ -73,6 +74,7 @@ pub(super) fn modes(
         // Nothing waits there, so one order is as good as another.
         return Ok(all.into_iter().map(|made| made.code).collect());
     }
+    let known = Known::default();
     let mut left = TRIES + all.len();
     while left > 0 {
         let ahead = ahead(&all, left.min(AHEAD));
@@ -90,7 +92,7 @@ pub(super) fn modes(
                 Some(func) => made(func, WAYS[tried].alive, core)?.0,
                 None => code.clone(),
             };
-            let cycles = ordered(&mut code, core)?;
+            let cycles = ordered(&mut code, core, &known)?;
             Ok((code, cycles))
         });
         for ((&(index, tried), before), ended) in ahead.iter().zip(before).zip(ended) {
@@ -163,7 +165,7 @@ pub(super) fn shared(
     let func = legal(Select::shared(kernel, frame, literals, shared), frame, literals, core);
     let (mut code, _) = made(func, WAYS[0].alive, core)?;
     if core.arch != Arch::V6M {
-        ordered(&mut code, core)?;
+        ordered(&mut code, core, &Known::default())?;
     }
     Ok(Some(code))
 }
@@ -185,9 +187,9 @@ fn made(func: Func, alive: Option<usize>, core: &Core) -> Result<(Allocated, u64
 }
 
 /// The same in a better order; gives its cycles. In debug builds a checker compares what it does with what it did.
-fn ordered(code: &mut Allocated, core: &Core) -> Result<u64, ThumbError> {
+fn ordered(code: &mut Allocated, core: &Core, known: &Known) -> Result<u64, ThumbError> {
     let before = cfg!(debug_assertions).then(|| code.clone());
-    reorder::reorder(code, core);
+    reorder::reorder(code, core, known);
     hoist::hoist(code, core);
     if let Some(before) = before {
         agree::agree(&before, code, core.arch).map_err(ThumbError::Bug)?;

@@ -7,6 +7,7 @@
 //!
 //! Cycles are those of [`Measure`]: encodings, IT blocks and the end included.
 
+mod known;
 mod measure;
 mod pipes;
 
@@ -18,6 +19,8 @@ use super::hoist::{live_behind, live_in};
 use super::path;
 use super::spread::spread;
 use super::vcode::{Access, Place};
+pub(super) use known::Known;
+use known::{Ordered, in_order};
 use measure::Measure;
 use whippen_isa::reg::SP;
 use whippen_isa::timing::Core;
@@ -31,7 +34,7 @@ const WINDOW: usize = 14;
 const TRIES: usize = 4000;
 
 /// Puts every block on a long way in a better order, if there is one: the others are as good as they need be.
-pub(super) fn reorder(func: &mut Allocated, core: &Core) {
+pub(super) fn reorder(func: &mut Allocated, core: &Core, known: &Known) {
     let through = path::through_each(func, core);
     let longest = through.iter().copied().max().unwrap_or(0);
     let live = live_in(func, core);
@@ -40,21 +43,25 @@ pub(super) fn reorder(func: &mut Allocated, core: &Core) {
         if SHORT.1 * through < SHORT.0 * longest || block.code.is_empty() {
             continue;
         }
-        let mut best = ordered(block, core);
-        if let Some(code) = spread(block, behind, core) {
-            let other = ordered(&Placed { code, ..block.clone() }, core);
-            best = if other.1 < best.1 { other } else { best };
-        }
-        (block.code, block.cycles) = (best.0, OnceLock::new());
+        let order = known.order(block, behind, || best(block, behind, core));
+        (block.code, block.cycles) = (in_order(&block.code, order), OnceLock::new());
+    }
+}
+
+/// The best order of a block with its registers, or with others.
+fn best(block: &Placed, behind: u32, core: &Core) -> Ordered {
+    let (own, cycles) = ordered(block, core);
+    match spread(block, behind, core).map(|code| ordered(&Placed { code, ..block.clone() }, core)) {
+        Some((other, fewer)) if fewer < cycles => other,
+        _ => own,
     }
 }
 
 /// The code in a better order, and twice its cycles.
-fn ordered(block: &Placed, core: &Core) -> (Vec<Fixed>, u32) {
+fn ordered(block: &Placed, core: &Core) -> (Ordered, u32) {
     let mut order = Order::new(block, core);
     order.improve();
-    let ordered: Vec<Fixed> = order.order.iter().map(|at| block.code[*at]).collect();
-    (ordered, order.cycles)
+    (order.order.iter().map(|at| (*at, block.code[*at].inst)).collect(), order.cycles)
 }
 
 /// What instructions read and write besides values.
