@@ -147,15 +147,9 @@ impl Inst {
     }
 
     fn registers(&self, operands: Operands) -> RegSet {
-        let fields = [
-            (Operand::D, self.d),
-            (Operand::N, self.n),
-            (Operand::M, self.m),
-            (Operand::A, self.a),
-            (Operand::T, self.t),
-            (Operand::T2, self.t2),
-        ];
-        let list = fields.iter().fold(0, |list, (operand, reg)| list | u16::from(operands.has(*operand)) << (reg & 15));
+        let bit = |operand, register: u8| u16::from(operands.has(operand)) << (register & 15);
+        let list = bit(Operand::D, self.d) | bit(Operand::N, self.n) | bit(Operand::M, self.m);
+        let list = list | bit(Operand::A, self.a) | bit(Operand::T, self.t) | bit(Operand::T2, self.t2);
         operands.others().fold(RegSet::core_list(list), |set, operand| set.union(self.registers_of(operand)))
     }
 
