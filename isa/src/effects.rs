@@ -150,13 +150,25 @@ pub(crate) struct Effects {
     flag_reads: Flags,
 }
 
-/// The operands of a set of bits.
-fn members(mut bits: u32) -> impl Iterator<Item = Operand> {
-    core::iter::from_fn(move || {
-        let first = *Operand::ALL.get(bits.trailing_zeros() as usize)?;
-        bits &= bits - 1;
-        Some(first)
-    })
+/// A set of operands.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Operands(u32);
+
+impl Operands {
+    /// Whether the operand is in the set.
+    pub const fn has(self, operand: Operand) -> bool {
+        self.0 >> operand as u32 & 1 != 0
+    }
+
+    /// Those that are no fields of core registers: all from `list` on.
+    pub fn others(self) -> impl Iterator<Item = Operand> {
+        let mut bits = self.0 >> (Operand::List as u32) << (Operand::List as u32);
+        core::iter::from_fn(move || {
+            let first = *Operand::ALL.get(bits.trailing_zeros() as usize)?;
+            bits &= bits - 1;
+            Some(first)
+        })
+    }
 }
 
 impl Effects {
@@ -189,13 +201,13 @@ impl Effects {
     }
 
     /// The operands that are written.
-    pub fn writes(&self) -> impl Iterator<Item = Operand> + use<> {
-        members(self.writes)
+    pub const fn writes(&self) -> Operands {
+        Operands(self.writes)
     }
 
     /// The operands that are read.
-    pub fn reads(&self) -> impl Iterator<Item = Operand> + use<> {
-        members(self.reads)
+    pub const fn reads(&self) -> Operands {
+        Operands(self.reads)
     }
 
     /// The flags, given whether the instruction sets them, whether its shifter gives a carry and whether that carry
@@ -221,7 +233,8 @@ mod tests {
     #[test]
     fn adc_reads_carry_and_sets_flags_only_with_s() {
         let e = Effects::parse("d NZCV = n m C");
-        assert!(e.writes().eq([Operand::D]) && e.reads().eq([Operand::N, Operand::M]));
+        let of = |operands: Operands| Operand::ALL.into_iter().filter(move |operand| operands.has(*operand));
+        assert!(of(e.writes()).eq([Operand::D]) && of(e.reads()).eq([Operand::N, Operand::M]));
         assert_eq!(e.flags(true, false, false), FlagUse { reads: Flags::C, writes: Flags::NZCV });
         assert_eq!(e.flags(false, false, false), FlagUse { reads: Flags::C, writes: Flags::NONE });
     }

@@ -11,7 +11,7 @@
 use crate::arch::Arch;
 use crate::class::Class;
 use crate::cond::Cond;
-use crate::effects::{FlagUse, Flags, Operand};
+use crate::effects::{FlagUse, Flags, Operand, Operands};
 use crate::imm::{ShiftType, thumb_imm_carry};
 use crate::pattern::Field;
 use crate::reg::{self, RegSet};
@@ -146,8 +146,11 @@ impl Inst {
         self.registers(self.encoding.row().effects.writes()).union(base)
     }
 
-    fn registers(&self, operands: impl Iterator<Item = Operand>) -> RegSet {
-        operands.fold(RegSet::EMPTY, |set, operand| set.union(self.registers_of(operand)))
+    fn registers(&self, operands: Operands) -> RegSet {
+        let bit = |operand, register: u8| u16::from(operands.has(operand)) << (register & 15);
+        let list = bit(Operand::D, self.d) | bit(Operand::N, self.n) | bit(Operand::M, self.m);
+        let list = list | bit(Operand::A, self.a) | bit(Operand::T, self.t) | bit(Operand::T2, self.t2);
+        operands.others().fold(RegSet::core_list(list), |set, operand| set.union(self.registers_of(operand)))
     }
 
     fn registers_of(&self, operand: Operand) -> RegSet {

@@ -45,8 +45,13 @@ pub fn of(op: Op, ty: Type) -> u32 {
     }
 }
 
-/// Cycles of a node.
+/// Cycles of a node, which the graph counts when the node is made.
 pub(super) fn of_node(graph: &Graph, id: Id) -> u32 {
+    graph.cycles(id)
+}
+
+/// Cycles of a new node.
+pub(super) fn count(graph: &Graph, id: Id) -> u32 {
     match graph.kind(id) {
         Kind::Start | Kind::Result(_) => 0,
         Kind::Op(Op::Const(k)) => u32::from(k.unsigned_abs() > IMMEDIATE),

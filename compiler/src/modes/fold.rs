@@ -245,7 +245,8 @@ impl Fold {
         }
         self.impossible |= range.is_empty();
         self.put(new, range);
-        if range.low == range.high && !graph.is_done(new) {
+        let becomes_known = range.low == range.high && graph.constant(new) != Some(range.low);
+        if becomes_known && !graph.is_done(new) {
             return self.number(graph, graph.ty(new), range.low);
         }
         new

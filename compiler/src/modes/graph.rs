@@ -13,6 +13,7 @@
 //! Effects (events, grids, loops) keep their order: each depends on the one before. A cell that a loop touches, or that has
 //! several words, is left in memory and its reads and writes are effects.
 
+use super::cost;
 use crate::kernel::op::Effect;
 use crate::kernel::{Inst, Kernel, Op, Range, Type, Value, ValueInfo};
 use rustc_hash::FxHashMap;
@@ -69,6 +70,7 @@ pub(super) struct Graph<'k> {
     pub sources: Vec<Source>,
     nodes: Vec<Node>,
     origins: Vec<Option<u32>>,
+    cycles: Vec<u32>,
     /// Nodes by what they are; none where each is to be new.
     known: Option<FxHashMap<Node, Id>>,
     lists: Vec<Vec<Id>>,
@@ -84,6 +86,7 @@ impl<'k> Graph<'k> {
             sources: Vec::new(),
             nodes: Vec::new(),
             origins: Vec::new(),
+            cycles: Vec::new(),
             known: Some(FxHashMap::default()),
             lists: Vec::new(),
             known_lists: FxHashMap::default(),
@@ -118,6 +121,11 @@ impl<'k> Graph<'k> {
 
     pub fn origin_of(&self, id: Id) -> Option<u32> {
         self.origins[id.index()]
+    }
+
+    /// What it costs, roughly.
+    pub fn cycles(&self, id: Id) -> u32 {
+        self.cycles[id.index()]
     }
 
     pub fn args(&self, id: Id) -> &[Id] {
@@ -162,6 +170,7 @@ impl<'k> Graph<'k> {
         if id == fresh {
             self.nodes.push(node);
             self.origins.push(self.origin);
+            self.cycles.push(cost::count(self, id));
         }
         id
     }

@@ -54,7 +54,7 @@ pub(super) struct Allocated {
 pub(super) fn allocate(func: &Func, arch: Arch) -> Result<Allocated, String> {
     let view = View::new(func, arch);
     let env = environment(arch, func.free);
-    let options = RegallocOptions { validate_ssa: true, ..RegallocOptions::default() };
+    let options = RegallocOptions { validate_ssa: cfg!(debug_assertions), ..RegallocOptions::default() };
     let output = regalloc2::run(&view, &env, &options).map_err(|error| error.to_string())?;
     if cfg!(debug_assertions) {
         check(&view, &env, &output)?;

@@ -7,8 +7,11 @@
 //!
 //! Cycles are those of [`Measure`]: encodings, IT blocks and the end included.
 
+mod known;
 mod measure;
+mod pipes;
 
+use rustc_hash::FxHashMap;
 use std::sync::OnceLock;
 
 use super::allocate::{Allocated, Fixed, Placed};
@@ -16,6 +19,8 @@ use super::hoist::{live_behind, live_in};
 use super::path;
 use super::spread::spread;
 use super::vcode::{Access, Place};
+pub(super) use known::Known;
+use known::{Ordered, in_order};
 use measure::Measure;
 use whippen_isa::reg::SP;
 use whippen_isa::timing::Core;
@@ -29,34 +34,38 @@ const WINDOW: usize = 14;
 const TRIES: usize = 4000;
 
 /// Puts every block on a long way in a better order, if there is one: the others are as good as they need be.
-pub(super) fn reorder(func: &mut Allocated, core: &Core) {
+pub(super) fn reorder(func: &mut Allocated, core: &Core, known: &Known) {
     let through = path::through_each(func, core);
     let longest = through.iter().copied().max().unwrap_or(0);
-    let live = live_in(func, core);
+    let (live, free) = (live_in(func, core), func.free);
     let behind: Vec<u32> = func.blocks.iter().map(|block| live_behind(block, &live, core)).collect();
     for ((block, through), behind) in func.blocks.iter_mut().zip(through).zip(behind) {
-        if SHORT.1 * through < SHORT.0 * longest {
+        if SHORT.1 * through < SHORT.0 * longest || block.code.is_empty() {
             continue;
         }
-        let mut best = ordered(block, core);
-        if let Some(code) = spread(block, behind, func.free, core) {
-            let other = ordered(&Placed { code, ..block.clone() }, core);
-            best = if other.1 < best.1 { other } else { best };
-        }
-        (block.code, block.cycles) = (best.0, OnceLock::new());
+        let order = known.order(block, behind, || best(block, behind, free, core));
+        (block.code, block.cycles) = (in_order(&block.code, order), OnceLock::new());
+    }
+}
+
+/// The best order of a block with its registers, or with others.
+fn best(block: &Placed, behind: u32, free: u32, core: &Core) -> Ordered {
+    let (own, cycles) = ordered(block, core);
+    match spread(block, behind, free, core).map(|code| ordered(&Placed { code, ..block.clone() }, core)) {
+        Some((other, fewer)) if fewer < cycles => other,
+        _ => own,
     }
 }
 
 /// The code in a better order, and twice its cycles.
-fn ordered(block: &Placed, core: &Core) -> (Vec<Fixed>, u32) {
+fn ordered(block: &Placed, core: &Core) -> (Ordered, u32) {
     let mut order = Order::new(block, core);
     order.improve();
-    let ordered: Vec<Fixed> = order.order.iter().map(|at| block.code[*at]).collect();
-    (ordered, order.cycles)
+    (order.order.iter().map(|at| (*at, block.code[*at].inst)).collect(), order.cycles)
 }
 
 /// What instructions read and write besides values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Resource {
     Flags,
     Register(u8),
@@ -143,7 +152,7 @@ impl Order {
             self.shift(now, to);
             now = to;
             self.tries += 1;
-            let cycles = self.measure.of(&self.order);
+            let cycles = self.measure.of(&self.order, from.min(to), from.max(to));
             if cycles < self.cycles {
                 (self.cycles, best) = (cycles, to);
             }
@@ -151,9 +160,9 @@ impl Order {
         self.shift(now, best);
         if best != from {
             self.measure.accept(&self.order);
-        }
-        for place in first.min(from)..end.max(from + 1) {
-            self.place[self.order[place]] = place;
+            for place in best.min(from)..=best.max(from) {
+                self.place[self.order[place]] = place;
+            }
         }
     }
 
@@ -170,7 +179,7 @@ impl Order {
 /// Who must come before, and behind, each instruction.
 fn dependences(code: &[Fixed]) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
     let (mut before, mut after) = (vec![Vec::new(); code.len()], vec![Vec::new(); code.len()]);
-    let mut touched: std::collections::BTreeMap<Resource, (Option<usize>, Vec<usize>)> = Default::default();
+    let mut touched: FxHashMap<Resource, (Option<usize>, Vec<usize>)> = FxHashMap::default();
     for (at, fixed) in code.iter().enumerate() {
         let mut edge = |from: usize| {
             if before[at].last() != Some(&from) {

@@ -20,42 +20,62 @@ const HIGH: usize = 6;
 /// The block with other registers; `behind` is what is wanted behind it. None if nothing can be otherwise.
 pub(super) fn spread(block: &Placed, behind: u32, free: u32, core: &Core) -> Option<Vec<Fixed>> {
     let mut code = block.code.clone();
+    let mut known = Known::of(&code, behind);
     let mut changed = false;
     for at in 0..code.len() {
-        let (_, own) = touched(&code[at]);
+        let (_, own) = known.touched[at];
         if own & free != own || own.count_ones() != 1 || code[at].inst.cond.is_some() {
             continue;
         }
-        let wanted = wanted_after(&code, behind);
-        let since = |register: u32| {
-            let before = code[..at].iter().rev().take(LONG);
-            let touches = |fixed: &Fixed| {
-                let (uses, defs) = touched(fixed);
-                (uses | defs) & register != 0
-            };
-            before.enumerate().find(|(_, fixed)| touches(fixed)).map_or(LONG, |(distance, _)| distance)
-        };
-        let worth = |register: u32| since(register).saturating_sub(if register < 1 << 8 { 0 } else { HIGH });
-        let others = FREE.iter().map(|reg| 1_u32 << reg).filter(|reg| *reg != own && free & !wanted[at] & reg != 0);
-        let mut better: Vec<u32> = others.filter(|reg| worth(*reg) > worth(own) + 2).collect();
-        better.sort_by_key(|reg| std::cmp::Reverse(worth(*reg)));
-        let new = better.into_iter().find_map(|reg| renamed(&code[at..], own, reg, behind, core));
+        let others = FREE
+            .iter()
+            .map(|reg| 1_u32 << reg)
+            .filter(|reg| *reg != own && free & *reg != 0 && known.may_take(at, own, *reg));
+        let than = known.worth(at, own) + 2;
+        let mut better: Vec<(usize, u32)> =
+            others.map(|reg| (known.worth(at, reg), reg)).filter(|(worth, _)| *worth > than).collect();
+        better.sort_by_key(|(worth, _)| std::cmp::Reverse(*worth));
+        let new = better.into_iter().find_map(|(_, reg)| renamed(&code[at..], own, reg, behind, core));
         if let Some(new) = new {
             code.truncate(at);
             code.extend(new);
+            known = Known::of(&code, behind);
             changed = true;
         }
     }
     changed.then_some(code)
 }
 
-/// The registers that hold something that is wanted behind each instruction.
-fn wanted_after(code: &[Fixed], behind: u32) -> Vec<u32> {
-    let mut wanted = vec![behind; code.len()];
-    let mut live = behind;
-    for (at, fixed) in code.iter().enumerate().rev() {
-        wanted[at] = live;
-        live = wanted_before(fixed, live);
+/// What is known of each instruction.
+struct Known {
+    /// The registers that it reads and writes.
+    touched: Vec<(u32, u32)>,
+    /// The registers that hold something that is wanted behind it.
+    wanted: Vec<u32>,
+}
+
+impl Known {
+    fn of(code: &[Fixed], behind: u32) -> Known {
+        let mut wanted = vec![behind; code.len()];
+        let mut live = behind;
+        for (at, fixed) in code.iter().enumerate().rev() {
+            wanted[at] = live;
+            live = wanted_before(fixed, live);
+        }
+        Known { touched: code.iter().map(touched).collect(), wanted }
     }
-    wanted
+
+    /// Whether another register may be free while the result of an instruction is wanted.
+    fn may_take(&self, at: usize, own: u32, register: u32) -> bool {
+        let behind = self.touched.iter().zip(&self.wanted).skip(at + 1);
+        let mut meanwhile = behind.take_while(|((_, defs), wanted)| **wanted & own != 0 && defs & own == 0);
+        self.wanted[at] & register == 0 && !meanwhile.any(|((uses, defs), _)| (uses | defs) & register != 0)
+    }
+
+    /// The longer ago a register was touched, the better it is.
+    fn worth(&self, at: usize, register: u32) -> usize {
+        let mut before = self.touched[..at].iter().rev().take(LONG);
+        let since = before.position(|(uses, defs)| (uses | defs) & register != 0).unwrap_or(LONG);
+        since.saturating_sub(if register < 1 << 8 { 0 } else { HIGH })
+    }
 }

@@ -77,7 +77,7 @@ pub(super) enum Place {
 }
 
 /// What an instruction does to memory.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Access {
     None,
     Read(Place),

@@ -12,7 +12,7 @@ use crate::thumb::allocate::{Placed, allocate};
 use crate::thumb::frame::{ALL_FREE, FREE, Frame};
 use crate::thumb::hoist::{hoist, live_in, touched};
 use crate::thumb::literal::Literals;
-use crate::thumb::reorder::reorder;
+use crate::thumb::reorder::{Known, reorder};
 use crate::thumb::select::Select;
 use crate::thumb::vcode::{Code, Edge, template};
 
@@ -101,7 +101,7 @@ fn random(seed: u64) -> [Allocated; 2] {
     let func = Select::mode(&modes.kernel, &frame, &mut literals, &modes.modes[0], 0, 1).in_order();
     let before = allocate(&func, options.arch).expect("there are registers");
     let mut after = before.clone();
-    reorder(&mut after, &timing(options.arch));
+    reorder(&mut after, &timing(options.arch), &Known::default());
     hoist(&mut after, &timing(options.arch));
     [before, after]
 }

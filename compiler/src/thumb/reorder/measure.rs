@@ -1,17 +1,18 @@
 //! What an order of a block's instructions costs, encodings and IT blocks as `emit` makes them, counted by `isa::timing`.
 
+use super::pipes::{Pipes, START};
 use crate::thumb::allocate::Placed;
 use crate::thumb::emit;
 use crate::thumb::vcode::{End, template};
 use whippen_isa::reg::LR;
-use whippen_isa::timing::{Core, Outcome, Pipe, Timed};
+use whippen_isa::timing::{Core, Outcome};
 use whippen_isa::{Cond, Flags, Inst, Op};
 
 /// One encoding of an instruction.
 #[derive(Clone, Copy)]
 struct Form {
-    timed: Timed,
-    bytes: u32,
+    /// Its number in [`Pipes`].
+    number: u16,
     reads: Flags,
     writes: Flags,
 }
@@ -25,96 +26,111 @@ struct Forms {
 
 /// A block whose orders are measured.
 pub(super) struct Measure {
-    core: Core,
+    pipes: Pipes,
     forms: Vec<Forms>,
     it: Form,
     /// The branch at the end, and whether it is always taken; none if the next block may just follow.
     end: Option<(Form, bool)>,
     /// The order that others are compared with.
     base: Base,
-    /// Which of the two forms, by place, of the order that is measured.
+    /// Which of the two forms, by place: of the base, but while another order is measured.
     setting: Vec<bool>,
 }
 
-/// An order that was measured: the states before each place and at the end.
+/// An order that was measured.
 #[derive(Default)]
 struct Base {
-    order: Vec<usize>,
     setting: Vec<bool>,
+    /// The flags that are wanted behind each place.
+    wanted: Vec<Flags>,
+    /// The states before each place and at the end.
     states: Vec<State>,
     total: u32,
 }
 
 /// Between two instructions.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct State {
-    pipe: Pipe,
-    at: u32,
+    pipe: u16,
+    left_in_it: u16,
     /// Twice the cycles so far.
     sum: u32,
-    left_in_it: usize,
 }
 
 impl State {
+    const START: State = State { pipe: START, left_in_it: 0, sum: 0 };
+
     /// Whether what follows costs the same.
     fn is_like(&self, other: &State) -> bool {
-        (self.pipe, self.at % 4, self.left_in_it) == (other.pipe, other.at % 4, other.left_in_it)
+        (self.pipe, self.left_in_it) == (other.pipe, other.left_in_it)
     }
 }
 
 impl Measure {
     pub fn new(block: &Placed, core: &Core) -> Measure {
-        let form = |inst: &Inst| {
+        let mut insts = Vec::with_capacity(2 * block.code.len() + 2);
+        let mut form = |inst: &Inst| {
             let flags = inst.flags();
-            Form { timed: core.prepare(inst), bytes: inst.size(), reads: flags.reads, writes: flags.writes }
+            insts.push(core.prepare(inst));
+            Form { number: insts.len() as u16 - 1, reads: flags.reads, writes: flags.writes }
         };
-        let forms = |inst: &Inst| Forms {
+        let mut forms = |inst: &Inst| Forms {
             plain: form(inst),
             setting: emit::setting(inst, core.arch).map(|inst| form(&inst)),
             cond: inst.cond,
         };
+        let all = block.code.iter().map(|fixed| forms(&fixed.inst)).collect();
+        let it = form(&emit::it(Cond::EQ, &[(template(Op::MOV_register), None, None)]));
         let end = match &block.end {
             End::Branch { cond, .. } => Some((form(&emit::branch(Some(*cond), false, 0)), false)),
             End::Next(_) => Some((form(&Inst { m: LR, ..template(Op::BX) }), true)),
             End::Jump(_) | End::InitDone => None,
         };
-        Measure {
-            core: *core,
-            forms: block.code.iter().map(|fixed| forms(&fixed.inst)).collect(),
-            it: form(&emit::it(Cond::EQ, &[(template(Op::MOV_register), None, None)])),
-            end,
-            base: Base::default(),
-            setting: vec![false; block.code.len()],
-        }
+        let pipes = Pipes::new(core, insts);
+        Measure { pipes, forms: all, it, end, base: Base::default(), setting: vec![false; block.code.len()] }
     }
 
     /// Twice the cycles, so that half of them are for each way of a branch; others are compared with this order from here on.
     pub fn accept(&mut self, order: &[usize]) -> u32 {
-        self.choose_forms(order);
-        let (mut state, mut states) = (State::default(), Vec::with_capacity(order.len() + 1));
+        let mut wanted = match self.end {
+            Some((_, false)) => Flags::NZCV,
+            _ => Flags::NONE,
+        };
+        self.base.wanted.resize(order.len(), Flags::NONE);
+        for place in (0..order.len()).rev() {
+            self.base.wanted[place] = wanted;
+            wanted = self.choose_form(order, place, wanted);
+        }
+        self.base.setting.clone_from(&self.setting);
+        self.base.states.clear();
+        let mut state = State::START;
         for place in 0..order.len() {
-            states.push(state);
+            self.base.states.push(state);
             state = self.step(state, order, place);
         }
-        states.push(state);
-        let total = state.sum + self.end(state);
-        self.base = Base { order: order.to_vec(), setting: self.setting.clone(), states, total };
-        total
+        self.base.states.push(state);
+        self.base.total = state.sum + self.end(state);
+        self.base.total
     }
 
-    /// The same for an order that differs a little.
-    pub fn of(&mut self, order: &[usize]) -> u32 {
-        self.choose_forms(order);
-        let Base { order: known, setting, states, total } = &self.base;
-        let differs = |place: &usize| known[*place] != order[*place] || setting[*place] != self.setting[*place];
-        let Some(first) = (0..order.len()).find(differs) else { return *total };
-        let last = (first..order.len()).rfind(differs).unwrap_or(first);
-        // An IT block looks ahead over four instructions.
-        let first = first.saturating_sub(4);
-        let mut state = states[first];
-        for (place, known) in states.iter().enumerate().take(order.len()).skip(first) {
+    /// The same for an order that differs from `first` to `last`.
+    pub fn of(&mut self, order: &[usize], first: usize, last: usize) -> u32 {
+        let first = self.choose_forms(order, first, last);
+        let cycles = self.from(order, first, last);
+        self.setting[first..=last].copy_from_slice(&self.base.setting[first..=last]);
+        cycles
+    }
+
+    /// What an order costs that differs, with its forms, from `first` to `last`.
+    fn from(&mut self, order: &[usize], first: usize, last: usize) -> u32 {
+        // An IT block looks ahead.
+        let is_conditional = |place: &usize| self.forms[order[*place]].cond.is_some();
+        let first = (0..first).rev().take_while(is_conditional).last().unwrap_or(first);
+        let mut state = self.base.states[first];
+        for place in first..order.len() {
+            let known = &self.base.states[place];
             if place > last && state.is_like(known) {
-                return total + state.sum - known.sum;
+                return self.base.total + state.sum - known.sum;
             }
             state = self.step(state, order, place);
         }
@@ -122,25 +138,26 @@ impl Measure {
     }
 
     /// One instruction, with an IT in front of it if it begins a block.
-    fn step(&self, mut state: State, order: &[usize], place: usize) -> State {
+    fn step(&mut self, mut state: State, order: &[usize], place: usize) -> State {
         let forms = &self.forms[order[place]];
+        let form = forms.setting.as_ref().filter(|_| self.setting[place]).unwrap_or(&forms.plain).number;
         if forms.cond.is_some() && state.left_in_it == 0 {
-            state = self.issue(state, &self.it);
+            state = self.issue(state, self.it.number);
             state.left_in_it = self.it_block(&order[place..]);
         }
         state.left_in_it = state.left_in_it.saturating_sub(1);
-        self.issue(state, forms.setting.as_ref().filter(|_| self.setting[place]).unwrap_or(&forms.plain))
+        self.issue(state, form)
     }
 
-    fn issue(&self, state: State, form: &Form) -> State {
-        let (pipe, cost) = self.core.issue(state.pipe, &form.timed, state.at, &Outcome::NEXT);
-        State { pipe, at: state.at + form.bytes, sum: state.sum + 2 * cost.cycles(), ..state }
+    fn issue(&mut self, state: State, inst: u16) -> State {
+        let (pipe, cycles) = self.pipes.issue(state.pipe, inst);
+        State { pipe, sum: state.sum + 2 * u32::from(cycles), ..state }
     }
 
     /// Twice the cycles of the end.
     fn end(&self, state: State) -> u32 {
         let taken = Outcome::taken(0, false);
-        let cycles = |form: &Form, way: &Outcome| self.core.issue(state.pipe, &form.timed, state.at, way).1.cycles();
+        let cycles = |form: &Form, way: &Outcome| self.pipes.cycles(state.pipe, form.number, way);
         match &self.end {
             None => 0,
             Some((form, true)) => 2 * cycles(form, &taken),
@@ -148,25 +165,32 @@ impl Measure {
         }
     }
 
-    /// Flags may be set where nobody reads them.
-    fn choose_forms(&mut self, order: &[usize]) {
-        let mut live = match self.end {
-            Some((_, false)) => Flags::NZCV,
-            _ => Flags::NONE,
-        };
-        for (place, index) in order.iter().enumerate().rev() {
-            let Forms { plain, setting, cond } = &self.forms[*index];
-            self.setting[place] = live.is_empty() && setting.is_some();
-            let form = setting.as_ref().filter(|_| self.setting[place]).unwrap_or(plain);
-            live = live.without(form.writes) | form.reads;
-            if cond.is_some() {
-                live |= form.writes;
+    /// The forms of an order that differs from `first` to `last`; from where on it does then.
+    fn choose_forms(&mut self, order: &[usize], first: usize, last: usize) -> usize {
+        let (mut from, mut wanted) = (first, self.base.wanted[last]);
+        for place in (0..=last).rev() {
+            if place < first && wanted == self.base.wanted[place] {
+                break;
+            }
+            wanted = self.choose_form(order, place, wanted);
+            if self.setting[place] != self.base.setting[place] {
+                from = from.min(place);
             }
         }
+        from
+    }
+
+    /// Flags may be set where nobody reads them: given those that are wanted behind a place, gives those before it.
+    fn choose_form(&mut self, order: &[usize], place: usize, wanted: Flags) -> Flags {
+        let Forms { plain, setting, cond } = &self.forms[order[place]];
+        self.setting[place] = wanted.is_empty() && setting.is_some();
+        let form = setting.as_ref().filter(|_| self.setting[place]).unwrap_or(plain);
+        let kept = if cond.is_some() { wanted | form.writes } else { wanted.without(form.writes) };
+        kept | form.reads
     }
 
     /// How many instructions one IT block holds from here on.
-    fn it_block(&self, order: &[usize]) -> usize {
-        emit::it_block(order.iter().map(|index| self.forms[*index].cond))
+    fn it_block(&self, order: &[usize]) -> u16 {
+        emit::it_block(order.iter().map(|index| self.forms[*index].cond)) as u16
     }
 }
