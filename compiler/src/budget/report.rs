@@ -39,7 +39,8 @@ pub struct CoreBudget {
     pub contention_cycles_max: u64,
     /// Cycles that are left; negative where the deadline is missed.
     pub slack_cycles: i64,
-    /// How many keys more would fit as far as the keys themselves go: what is around them may grow by a few cycles with them.
+    /// How many keys more would fit as far as the keys themselves go: what is around them may grow by a few cycles with them, and by many where
+    /// they no longer fit in the memory near the core.
     pub more_keys: u32,
     /// Bytes of stack.
     pub stack_bytes_max: u32,

@@ -80,7 +80,13 @@ impl Played<'_> {
             let left = match core.slack_cycles {
                 late @ ..0 => format!("{} cycles too many", -late),
                 slack => {
-                    format!("slack {slack} cycles, {:.1} %; {} more keys fit", 100.0 * core.slack(), core.more_keys)
+                    // Not how many fit: with more keys more may have to wait for memory.
+                    let takes = match core.more_keys {
+                        0 => "less than a key takes".to_string(),
+                        1 => "what 1 more key takes".to_string(),
+                        more => format!("what {more} more keys take"),
+                    };
+                    format!("slack {slack} cycles, {:.1} %, {takes}", 100.0 * core.slack())
                 }
             };
             let _ = writeln!(
