@@ -65,7 +65,6 @@ use emit::{Bytes, Item, lay_out};
 use frame::{Frame, LITERALS_MAX};
 use literal::Literals;
 use memory::{Memory, memory};
-use pins::Pins;
 use std::fmt;
 use whippen_isa::Arch;
 use whippen_isa::timing::Core;
@@ -205,9 +204,9 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
     let mut literals = Literals::new(modes.modes.len() + kernel.tables.len());
     let core = timing(options.arch);
     let (made_modes, pins) = best::modes(&modes, &frame, &mut literals, &core)?;
+    frame.pins = pins;
     let made = Made {
         modes: made_modes,
-        pins,
         init: best::init(&modes, &frame, &mut literals, &core)?,
         shared: best::shared(kernel, &frame, &mut literals, &shared, &core)?,
     };
@@ -226,7 +225,6 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
 /// Code with registers: of all modes, of `init`, and of what a tick computes at its entry, if there is such.
 struct Made {
     modes: Vec<Allocated>,
-    pins: Pins,
     init: Allocated,
     shared: Option<Allocated>,
 }
@@ -248,7 +246,7 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Ma
         base += shared.blocks.len() + 1;
         items
     });
-    let mut items = entry::tick(frame, core.arch, name, slots, shared, &mode_names, &made.pins, labels.events);
+    let mut items = entry::tick(frame, core.arch, name, slots, shared, &mode_names, labels.events);
     mode_names.push(names::end(name));
     let mut placed = Vec::new();
     for func in &made.modes {

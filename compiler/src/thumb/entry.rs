@@ -16,7 +16,7 @@ mod events;
 use super::allocate::next_register;
 use super::emit::{Item, Label};
 use super::frame::{Frame, H, I, K, Pointer, ROW, T, TICK};
-use super::pins::{Pins, Word};
+use super::pins::Word;
 use super::v6m::{self, Step};
 use super::vcode::template;
 use super::{names, vcode::Half};
@@ -58,7 +58,6 @@ pub(super) fn tick(
     slots: usize,
     shared: Vec<Item>,
     modes: &[String],
-    pins: &Pins,
     events: Label,
 ) -> Vec<Item> {
     let mut w = Writer::new(frame, arch);
@@ -67,7 +66,7 @@ pub(super) fn tick(
     w.items.extend(shared);
     w.open_events(events);
     w.registers();
-    w.pins(pins);
+    w.pins();
     let next = next_register(arch);
     w.op(Inst { t: next, n: K, ..template(Op::LDR_immediate) });
     w.items.push(Item::Indirect { inst: Inst { m: next, ..template(Op::BX) }, to: modes.to_vec() });
@@ -262,8 +261,8 @@ impl<'a> Writer<'a> {
     }
 
     /// What stays in registers from key to key.
-    fn pins(&mut self, pins: &Pins) {
-        for (word, reg) in pins.iter() {
+    fn pins(&mut self) {
+        for (word, reg) in self.frame.pins.iter() {
             match word {
                 Word::At(offset) => self.load(reg, offset),
                 Word::Number(number) if number >> 16 == 0 => self.offset(reg, number),

@@ -13,6 +13,7 @@
 //! frame the ring of events and the histories lie apart: a key uses them a few times a tick and the rest at every turn, so the rest can have
 //! memory that nobody else is at. A key's code leaves I, H and K at the next key's.
 
+use super::pins::Pins;
 use super::{Around, Options};
 use crate::kernel::layout::words;
 use crate::kernel::{Inst, Kernel, Op, Range, Region};
@@ -128,6 +129,8 @@ pub(super) struct Frame {
     pub inputs: u32,
     pub outputs: u32,
     pub records: u32,
+    /// What stays in registers from key to key, once the modes are made.
+    pub pins: Pins,
     pub size: u32,
     /// Bytes of the histories, where they lie apart.
     pub size_apart: u32,
@@ -206,6 +209,7 @@ impl Frame {
             inputs: 0,
             outputs: 0,
             records: 0,
+            pins: Pins::default(),
             size: RINGS,
             size_apart: 0,
         };
