@@ -17,6 +17,7 @@
 //! | `memory` | cells, lines, tables, words in and out |
 //! | `event` | the ring of events |
 //! | `keep` | cells that may keep their word |
+//! | `mark` | how often, and as what, values are used |
 //! | `late`, `again` | values that wait for their user, or are computed anew |
 //! | `control` | `if`, `loop`, blocks, the way to the next key |
 
@@ -26,6 +27,7 @@ mod divide;
 mod event;
 mod keep;
 mod late;
+mod mark;
 mod memory;
 mod root;
 mod test;
@@ -197,62 +199,6 @@ impl<'a> Select<'a> {
         select.insts(&shared.insts);
         select.store_shared(&shared.results);
         select.func
-    }
-
-    fn mark(&mut self, values: &[Value]) {
-        for value in values {
-            self.as_word[value.0 as usize] = true;
-            self.used[value.0 as usize] += 1;
-        }
-    }
-
-    /// Counts what is compared as often as the comparison, which is made anew for each use.
-    fn mark_compared(&mut self, insts: &[Inst]) {
-        for inst in insts {
-            if matches!(inst.op, Op::Lt | Op::Le | Op::Eq) && self.used[inst.results[0].0 as usize] != 1 {
-                inst.args.iter().for_each(|arg| self.used[arg.0 as usize] += 1);
-            }
-            inst.regions.iter().for_each(|inner| self.mark_compared(&inner.insts));
-        }
-    }
-
-    /// Counts what is a term of a sum; nothing in loops.
-    fn mark_summed(&mut self, insts: &[Inst]) {
-        for inst in insts {
-            if matches!(inst.op, Op::Add | Op::Sub) && inst.args[0] != inst.args[1] {
-                inst.args.iter().for_each(|arg| self.summed[arg.0 as usize] += 1);
-            }
-            if inst.op == Op::If {
-                inst.regions.iter().for_each(|inner| self.mark_summed(&inner.insts));
-            }
-        }
-    }
-
-    /// Counts everything in a loop once more, so that nothing is computed again in each round.
-    fn mark_loop(&mut self, insts: &[Inst]) {
-        for inst in insts {
-            inst.args.iter().for_each(|arg| self.used[arg.0 as usize] += 1);
-            inst.regions.iter().for_each(|inner| self.mark_loop(&inner.insts));
-        }
-    }
-
-    /// Marks the bools that are needed as words: all but those that only steer.
-    fn mark_words(&mut self, insts: &[Inst]) {
-        for inst in insts {
-            let words = if matches!(inst.op, Op::If | Op::Select) { &inst.args[1..] } else { &inst.args };
-            self.mark(words);
-            if words.len() < inst.args.len() {
-                self.used[inst.args[0].0 as usize] += 1;
-            }
-            for inner in &inst.regions {
-                self.mark(&inner.yields);
-                self.mark_words(&inner.insts);
-                if matches!(inst.op, Op::Loop(_)) {
-                    self.mark_loop(&inner.insts);
-                    inner.yields.iter().for_each(|value| self.used[value.0 as usize] += 1);
-                }
-            }
-        }
     }
 
     fn insts(&mut self, insts: &[Inst]) {
