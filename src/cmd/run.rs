@@ -236,7 +236,16 @@ pub fn stopped(kind: EngineKind, why: String) -> Failure {
     Failure::Program
 }
 
-/// What a run took on the board.
+/// What the firmware counts as a fault (`docs/firmware.md`), by bit.
+const FAULTS: [(u32, &str); 5] = [
+    (1, "a tick was missed: all forces went to zero and came back"),
+    (2, "a sensor word stayed at a rail for 10 ms: its key went free"),
+    (4, "a sensor word stayed the same for 100 ms in mid-travel while the drive moved: its key went free"),
+    (8, "a motor got too warm: its force was held at what it stands for ever"),
+    (16, "the processor met a fault: all forces stay zero"),
+];
+
+/// What a run took on the board, and what went wrong there.
 pub fn tell_load(load: &Load) {
     for (number, core) in load.cores.iter().enumerate() {
         say!(
@@ -248,6 +257,9 @@ pub fn tell_load(load: &Load) {
             core.missed,
             core.faults
         );
+        for (fault, what) in FAULTS.iter().filter(|(fault, _)| core.faults & fault != 0) {
+            say!("    fault {fault}: {what}");
+        }
     }
 }
 
