@@ -259,12 +259,12 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Ma
         items.push(Item::Function { name: names::mode(name, index), global: false });
         items.extend(arranged);
     }
-    items.extend(entry::init(frame, core.arch, name, init.slots, labels));
+    items.extend(entry::init(frame, name, init.slots, labels));
     items.extend(arrange::arrange(init, base, core, &mode_names, labels.init_next));
     base += init.blocks.len();
     if frame.caller.is_some() {
         // A copy, so that a key that begins costs what one key costs, and can be bounded as such.
-        let [before, behind] = entry::begin(frame, core.arch, &modes.kernel, name, init.slots);
+        let [before, behind] = entry::begin(frame, &modes.kernel, name, init.slots);
         items.extend(before);
         items.extend(inside(init, base, core, &mode_names));
         items.extend(behind);

@@ -1,6 +1,5 @@
 //! Which cells are worth modes of their own: those that save most where they are known.
 
-use super::cost;
 use super::facts::meet;
 use super::fold::{Fold, Path};
 use super::graph::{Graph, Kind};
@@ -51,5 +50,5 @@ fn cycles(graph: &mut Graph, fold: &mut Fold, tick: &Tick, path: Path) -> u32 {
     let mark = fold.mark();
     let folded = fold.run(graph, &path, &tick.roots());
     fold.back(mark);
-    folded.map_or(0, |roots| cost::of_all(graph, &roots))
+    folded.map_or(0, |roots| fold.cost(graph, &roots))
 }

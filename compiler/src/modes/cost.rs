@@ -45,13 +45,8 @@ pub fn of(op: Op, ty: Type) -> u32 {
     }
 }
 
-/// Cycles of a node, which the graph counts when the node is made.
+/// Cycles of a new node: [`Graph::cycles`] keeps them.
 pub(super) fn of_node(graph: &Graph, id: Id) -> u32 {
-    graph.cycles(id)
-}
-
-/// Cycles of a new node.
-pub(super) fn count(graph: &Graph, id: Id) -> u32 {
     match graph.kind(id) {
         Kind::Start | Kind::Result(_) => 0,
         Kind::Op(Op::Const(k)) => u32::from(k.unsigned_abs() > IMMEDIATE),
@@ -74,9 +69,4 @@ pub(super) fn of_inst(inst: &Inst, ty: impl Fn(Value) -> Type + Copy) -> u32 {
     let rounds = if let Op::Loop(rounds) = inst.op { rounds } else { 1 };
     let own = of(inst.op, inst.args.last().or(inst.results.first()).map_or(Type::I32, |value| ty(*value)));
     own.saturating_add(inner.saturating_mul(rounds))
-}
-
-/// Cycles of all that the roots need.
-pub(super) fn of_all(graph: &Graph, roots: &[Id]) -> u32 {
-    graph.reachable(roots).into_iter().map(|id| of_node(graph, id)).fold(0, u32::saturating_add)
 }

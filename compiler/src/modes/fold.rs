@@ -6,7 +6,6 @@
 mod divide;
 mod rules;
 
-use super::cost;
 use super::facts::{self, Facts, meet};
 use super::graph::{Graph, Id, Kind, Walk};
 use crate::kernel::op::Effect;
@@ -154,7 +153,8 @@ impl Fold {
 
     /// Cycles of all that the roots need.
     pub fn cost(&mut self, graph: &Graph, roots: &[Id]) -> u32 {
-        self.walk.over(graph, roots.iter().copied()).into_iter().map(|id| cost::of_node(graph, id)).sum()
+        let nodes = self.walk.over(graph, roots.iter().copied());
+        nodes.into_iter().map(|id| graph.cycles(id)).fold(0, u32::saturating_add)
     }
 
     /// The same over [those nodes](Fold::nodes).

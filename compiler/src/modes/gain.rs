@@ -286,7 +286,7 @@ fn unused(graph: &Graph, uses: &mut [u32], gone: &mut Vec<Id>) -> u32 {
         at += 1;
         uses[id.index()] = uses[id.index()].saturating_sub(1);
         if uses[id.index()] == 0 {
-            cycles = cycles.saturating_add(cost::of_node(graph, id));
+            cycles = cycles.saturating_add(graph.cycles(id));
             gone.extend_from_slice(graph.args(id));
         }
     }

@@ -170,7 +170,7 @@ impl<'k> Graph<'k> {
         if id == fresh {
             self.nodes.push(node);
             self.origins.push(self.origin);
-            self.cycles.push(cost::count(self, id));
+            self.cycles.push(cost::of_node(self, id));
         }
         id
     }

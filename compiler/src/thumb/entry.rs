@@ -44,8 +44,6 @@ pub(super) const LABELS: Label = 7;
 /// A list of instructions being written.
 struct Writer<'a> {
     frame: &'a Frame,
-    /// ARMv6-M.
-    small: bool,
     items: Vec<Item>,
 }
 
@@ -60,7 +58,7 @@ pub(super) fn tick(
     modes: &[String],
     events: Label,
 ) -> Vec<Item> {
-    let mut w = Writer::new(frame, arch);
+    let mut w = Writer::new(frame);
     w.items.push(Item::Function { name: names::tick(name), global: true });
     w.enter(slots);
     w.items.extend(shared);
@@ -82,8 +80,8 @@ pub(super) fn tick(
 }
 
 /// `init` of all keys; the code of one key follows at `init_key` and comes back to `init_next`.
-pub(super) fn init(frame: &Frame, arch: Arch, name: &str, slots: usize, labels: Labels) -> Vec<Item> {
-    let mut w = Writer::new(frame, arch);
+pub(super) fn init(frame: &Frame, name: &str, slots: usize, labels: Labels) -> Vec<Item> {
+    let mut w = Writer::new(frame);
     w.items.push(Item::Function { name: names::init(name), global: true });
     w.enter(slots);
     w.pointers();
@@ -102,8 +100,8 @@ pub(super) fn init(frame: &Frame, arch: Arch, name: &str, slots: usize, labels: 
 
 /// One key of those that `init` prepares all: state in R0, its word in R1, its number in R2. Before the code of a key's `init`
 /// and behind it.
-pub(super) fn begin(frame: &Frame, arch: Arch, kernel: &Kernel, name: &str, slots: usize) -> [Vec<Item>; 2] {
-    let mut w = Writer::new(frame, arch);
+pub(super) fn begin(frame: &Frame, kernel: &Kernel, name: &str, slots: usize) -> [Vec<Item>; 2] {
+    let mut w = Writer::new(frame);
     w.begin(kernel, name, slots);
     let before = std::mem::take(&mut w.items);
     w.leave(slots);
@@ -111,8 +109,8 @@ pub(super) fn begin(frame: &Frame, arch: Arch, kernel: &Kernel, name: &str, slot
 }
 
 impl<'a> Writer<'a> {
-    fn new(frame: &'a Frame, arch: Arch) -> Writer<'a> {
-        Writer { frame, small: arch == Arch::V6M, items: Vec::new() }
+    fn new(frame: &'a Frame) -> Writer<'a> {
+        Writer { frame, items: Vec::new() }
     }
 
     fn op(&mut self, inst: Inst) {
@@ -121,7 +119,7 @@ impl<'a> Writer<'a> {
 
     fn enter(&mut self, slots: usize) {
         self.op(Inst { imm: self.saved() | 1 << LR, ..template(Op::PUSH) });
-        if self.small && self.saved() != 0 {
+        if self.frame.small && self.saved() != 0 {
             self.mov(4, I);
             self.mov(5, H);
             self.op(Inst { imm: HIGH, ..template(Op::PUSH) });
@@ -152,7 +150,7 @@ impl<'a> Writer<'a> {
             let base = self.apart();
             self.offset(H, line.at);
             self.add(H, base);
-            if self.small {
+            if self.frame.small {
                 self.op(Inst { d: 4, m: 2, amount, s: true, ..template(Op::LSL_immediate) });
                 self.add(H, 4);
             } else {
@@ -182,7 +180,7 @@ impl<'a> Writer<'a> {
 
     fn leave(&mut self, slots: usize) {
         self.stack(Op::ADD_SP_plus_immediate, slots);
-        if self.small && self.saved() != 0 {
+        if self.frame.small && self.saved() != 0 {
             self.op(Inst { imm: HIGH, ..template(Op::POP) });
             self.mov(I, 4);
             self.mov(H, 5);
@@ -192,7 +190,7 @@ impl<'a> Writer<'a> {
 
     /// A firmware's frame keeps what it needs itself.
     fn saved(&self) -> u32 {
-        match (self.frame.caller, self.small) {
+        match (self.frame.caller, self.frame.small) {
             (Some(_), _) => 0,
             (None, true) => SAVED & 0xff,
             (None, false) => SAVED,
@@ -200,7 +198,7 @@ impl<'a> Writer<'a> {
     }
 
     fn stack(&mut self, op: Op, slots: usize) {
-        let most = if self.small { 127 } else { slots.max(1) };
+        let most = if self.frame.small { 127 } else { slots.max(1) };
         for from in (0..slots).step_by(most) {
             let imm = 4 * (slots - from).min(most) as u32;
             self.op(Inst { d: SP, n: SP, imm, ..template(op) });
@@ -217,12 +215,12 @@ impl<'a> Writer<'a> {
     }
 
     fn plus_one(&mut self, d: u8) {
-        self.op(Inst { d, n: d, imm: 1, s: self.small, ..template(Op::ADD_immediate) });
+        self.op(Inst { d, n: d, imm: 1, s: self.frame.small, ..template(Op::ADD_immediate) });
     }
 
     /// `d = n * m + a`; on ARMv6-M `n` or `m` may be `d` and all are low.
     fn multiply_add(&mut self, d: u8, n: u8, m: u8, a: u8) {
-        if !self.small {
+        if !self.frame.small {
             return self.op(Inst { d, n, m, a, ..template(Op::MLA) });
         }
         if d != m {
@@ -234,7 +232,7 @@ impl<'a> Writer<'a> {
 
     /// An offset in a register.
     fn offset(&mut self, d: u8, offset: u32) {
-        if self.small {
+        if self.frame.small {
             return self.steps(d, offset);
         }
         let low = Encoding::new(Op::MOV_immediate, Form::T3).map_or_else(|| template(Op::MOV_immediate), Inst::new);
@@ -252,7 +250,7 @@ impl<'a> Writer<'a> {
             self.add(register, T);
         }
         if self.frame.first_line.is_some() {
-            let low = if self.small { 4 } else { H };
+            let low = if self.frame.small { 4 } else { H };
             self.load(low, ROW);
             if low != H {
                 self.mov(H, low);
@@ -277,7 +275,7 @@ impl<'a> Writer<'a> {
             self.load(0, *at);
             self.plus_one(0);
             self.offset(1, *len);
-            if self.small {
+            if self.frame.small {
                 // All bits where it is less than the length, none where it is that.
                 self.op(Inst { d: 1, n: 0, m: 1, s: true, ..template(Op::SUB_register) });
                 self.op(Inst { d: 1, m: 1, amount: 31, s: true, ..template(Op::ASR_immediate) });
@@ -301,7 +299,7 @@ impl<'a> Writer<'a> {
 
     /// A word at a distance from a register.
     fn access(&mut self, op: Op, t: u8, n: u8, at: u32) {
-        if !self.small || at < 128 {
+        if !self.frame.small || at < 128 {
             return self.op(Inst { t, n, imm: at, ..template(op) });
         }
         self.steps(5, at);
@@ -337,11 +335,19 @@ impl<'a> Writer<'a> {
         for Pointer { line, ticks, at } in &frame.pointers {
             self.row(base, 0, *line, *ticks);
             let (scale, shift) = (frame.scale(*line), ShiftType::LSL);
-            if self.small && scale != 0 {
+            if self.frame.small && scale != 0 {
                 self.op(Inst { d: 4, m: 3, amount: scale, s: true, ..template(Op::LSL_immediate) });
                 self.op(Inst { d: 0, n: 0, m: 4, s: true, ..template(Op::SUB_register) });
             } else {
-                self.op(Inst { d: 0, n: 0, m: 3, shift, amount: scale, s: self.small, ..template(Op::SUB_register) });
+                self.op(Inst {
+                    d: 0,
+                    n: 0,
+                    m: 3,
+                    shift,
+                    amount: scale,
+                    s: self.frame.small,
+                    ..template(Op::SUB_register)
+                });
             }
             self.store(0, *at);
         }
@@ -350,7 +356,7 @@ impl<'a> Writer<'a> {
     /// The register from which histories are counted; R12 where they lie apart.
     fn apart(&mut self) -> u8 {
         let Some(at) = self.frame.apart else { return T };
-        if self.small {
+        if self.frame.small {
             self.load(4, at);
             self.mov(12, 4);
         } else {
@@ -367,7 +373,7 @@ impl<'a> Writer<'a> {
             self.offset(1, ticks);
             self.op(Inst { d, n: d, m: 1, s: true, ..template(Op::SUB_register) });
             self.offset(1, line.len);
-            if self.small {
+            if self.frame.small {
                 // The length where it is negative, else nothing.
                 self.op(Inst { d: 2, m: d, amount: 31, s: true, ..template(Op::ASR_immediate) });
                 self.op(Inst { d: 1, n: 1, m: 2, s: true, ..template(Op::AND_register) });

@@ -30,7 +30,19 @@ pub(super) const H: u8 = 11;
 /// What the allocator may use; all others have a meaning.
 pub(super) const FREE: [u8; 10] = [0, 1, 2, 3, 4, 5, 8, 9, 12, 14];
 /// The same as bits.
-pub(super) const ALL_FREE: u32 = 0b0101_0011_0011_1111;
+pub(super) const ALL_FREE: u32 = {
+    let (mut all, mut at) = (0, 0);
+    while at < FREE.len() {
+        all |= 1 << FREE[at];
+        at += 1;
+    }
+    all
+};
+
+/// Each of these registers but one, all as bits, the lowest first.
+pub(super) fn others(registers: u32, own: u32) -> impl Iterator<Item = u32> {
+    (0..u32::BITS).map(|reg| 1 << reg).filter(move |reg| registers & !own & reg != 0)
+}
 
 /// Bytes that the ring of events has at least.
 const RING_BYTES_MIN: u32 = 1024;

@@ -11,7 +11,7 @@
 use std::sync::OnceLock;
 
 use super::allocate::{Allocated, Fixed, Placed, next_register};
-use super::frame::{FREE, H, I, K, T};
+use super::frame::{H, I, K, T, others};
 use super::path::{self, Cycles};
 use super::vcode::{Access, End};
 use whippen_isa::reg::SP;
@@ -73,9 +73,7 @@ fn move_up(
     let (_, own) = touched(&first);
     let behind_from = live_behind(&func.blocks[from], live, core);
     // In its own register, or in another one that nobody wants.
-    let free = func.free;
-    let registers =
-        std::iter::once(own).chain(FREE.iter().map(|reg| 1 << reg).filter(|reg| *reg != own && free & reg != 0));
+    let registers = std::iter::once(own).chain(others(func.free, own));
     for register in registers.filter(|_| pays(upper)) {
         let code = match register == own {
             true => Some(func.blocks[from].code.clone()),

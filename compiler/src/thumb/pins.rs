@@ -9,8 +9,9 @@
 //! is one that nothing else can have, so how many do is tried (`best`).
 
 use super::frame::T;
-use super::vcode::{Access, Code, Edge, End, Func, Place, Reg, Role, VReg};
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use super::vcode::{Access, Code, Edge, End, Func, Operand, Place, Reg, Role, Use, VReg};
+use rustc_hash::FxHashMap;
+use std::collections::{BTreeMap, BTreeSet};
 use whippen_isa::Op;
 
 /// The registers that may hold such a word, in the order in which they are taken; short encodings do not name them.
@@ -79,7 +80,7 @@ impl Pins {
 
     /// The function with these words in their registers.
     pub fn keep(&self, mut func: Func) -> Func {
-        let mut held: HashMap<VReg, u8> = HashMap::new();
+        let mut held: FxHashMap<VReg, u8> = FxHashMap::default();
         for block in &mut func.blocks {
             block.code.retain(|code| {
                 let found = word(code).and_then(|word| self.all.iter().find(|(pinned, _)| *pinned == word));
@@ -97,22 +98,21 @@ impl Pins {
 }
 
 /// Has a block read the registers; what becomes something else in place, or goes to another block, is copied.
-fn read_held(func: &mut Func, at: usize, held: &HashMap<VReg, u8>) {
+fn read_held(func: &mut Func, at: usize, held: &FxHashMap<VReg, u8>) {
     let old = std::mem::take(&mut func.blocks[at].code);
     let mut code = Vec::with_capacity(old.len());
     for mut next in old {
-        let reads: Vec<Role> = next.uses().filter(|u| !u.writes).map(|u| u.role).collect();
-        for (role, operand) in next.operands.iter_mut().enumerate().filter_map(|(at, o)| Some((at, o.as_mut()?))) {
-            if let Reg::Virtual(reg) = operand.reg
+        let uses: Vec<Use> = next.uses().collect();
+        for Use { role, operand, writes, .. } in uses {
+            if let (Reg::Virtual(reg), false) = (operand.reg, writes)
                 && let Some(pinned) = held.get(&reg)
-                && reads.iter().any(|read| *read as usize == role)
             {
-                operand.reg = Reg::Fixed(*pinned);
+                next = next.with(role, Reg::Fixed(*pinned));
             }
             if let Some(pinned) = operand.old.and_then(|old| held.get(&old)) {
                 let copy = func.fresh();
                 code.push(copied(copy, *pinned, next.origin));
-                operand.old = Some(copy);
+                next.operands[role as usize] = Some(Operand { old: Some(copy), ..operand });
             }
         }
         code.push(next);

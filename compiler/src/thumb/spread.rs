@@ -8,7 +8,7 @@
 //! ```
 
 use super::allocate::{Fixed, Placed};
-use super::frame::FREE;
+use super::frame::others;
 use super::hoist::{renamed, touched, wanted_before};
 use whippen_isa::timing::Core;
 
@@ -27,10 +27,7 @@ pub(super) fn spread(block: &Placed, behind: u32, free: u32, core: &Core) -> Opt
         if own & free != own || own.count_ones() != 1 || code[at].inst.cond.is_some() {
             continue;
         }
-        let others = FREE
-            .iter()
-            .map(|reg| 1_u32 << reg)
-            .filter(|reg| *reg != own && free & *reg != 0 && known.may_take(at, own, *reg));
+        let others = others(free, own).filter(|reg| known.may_take(at, own, *reg));
         let than = known.worth(at, own) + 2;
         let mut better: Vec<(usize, u32)> =
             others.map(|reg| (known.worth(at, reg), reg)).filter(|(worth, _)| *worth > than).collect();
