@@ -1,5 +1,5 @@
-//! What each stage costs: check, lowering, machine code, C, modes, image, bound and stability, and a tick of each engine with
-//! 1 key and with 88.
+//! What each stage costs: check, lowering, machine code, C, modes, image, bound and stability, and
+//! a tick of each engine with 1 key and with 88.
 //!
 //! ```text
 //! cargo bench --bench engines                     everything, with criterion's statistics
@@ -29,7 +29,9 @@ const GRAND: &str = include_str!("../instruments/grand-piano.whip");
 fn checked() -> Program {
     let mut map = SourceMap::default();
     map.add("grand-piano.whip", GRAND);
-    compile_front(&mut map, &Default::default()).0.unwrap_or_else(|| panic!("the bundled grand piano is correct"))
+    compile_front(&mut map, &Default::default())
+        .0
+        .unwrap_or_else(|| panic!("the bundled grand piano is correct"))
 }
 
 fn lowered() -> Compiled {
@@ -49,8 +51,14 @@ fn stages(criterion: &mut Criterion) {
             b.iter(|| HostCode::build(&kernel, keys, Options { probes: false }));
         });
     }
-    let options = c::Options { keys: 88, layout: Layout::Records, events: 64 };
-    criterion.bench_function("C 88", |b| b.iter(|| verify(&kernel).map(|verified| c::source(verified, options))));
+    let options = c::Options {
+        keys: 88,
+        layout: Layout::Records,
+        events: 64,
+    };
+    criterion.bench_function("C 88", |b| {
+        b.iter(|| verify(&kernel).map(|verified| c::source(verified, options)))
+    });
 }
 
 /// What `build` and `budget` of 88 keys on the RP2350 consist of.
@@ -58,27 +66,51 @@ fn images(criterion: &mut Criterion) {
     let (compiled, device) = (lowered(), Device::mikey());
     let kernel = &compiled.lowered.kernel;
     let board = board::bundled("rp2350").unwrap_or_else(|| panic!("it is bundled"));
-    let setup = image::setup(&compiled, &device, 88, board.cores, 21).unwrap_or_else(|e| panic!("{e}"));
+    let setup =
+        image::setup(&compiled, &device, 88, board.cores, 21).unwrap_or_else(|e| panic!("{e}"));
     let (modes, midi) = (specialise(kernel, INSTRUCTIONS), image::midi(&compiled));
-    let instrument = firmware::Instrument { modes: &modes, places: &[], midi: &midi };
+    let instrument = firmware::Instrument {
+        modes: &modes,
+        places: &[],
+        midi: &midi,
+    };
     let programs = [firmware::Program::on_all(instrument, &setup)];
     let whole = || firmware::whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
     let (built, timing) = (whole(), board.timing());
-    let bound = || budget::cores(&built.image, &budget::Program::of(&built.image), &timing, &built.keys(0), 0);
-    criterion.bench_function("modes", |b| b.iter(|| specialise(black_box(kernel), INSTRUCTIONS)));
+    let bound = || {
+        budget::cores(
+            &built.image,
+            &budget::Program::of(&built.image),
+            &timing,
+            &built.keys(0),
+            0,
+        )
+    };
+    criterion.bench_function("modes", |b| {
+        b.iter(|| specialise(black_box(kernel), INSTRUCTIONS))
+    });
     criterion.bench_function("image 88", |b| b.iter(whole));
     criterion.bench_function("bound 88", |b| b.iter(bound));
-    let key = device.key().unwrap_or_else(|| panic!("the file says how its key moves"));
-    criterion.bench_function("stability", |b| b.iter(|| analyze(black_box(&compiled.model), &key)));
+    let key = device
+        .key()
+        .unwrap_or_else(|| panic!("the file says how its key moves"));
+    criterion.bench_function("stability", |b| {
+        b.iter(|| analyze(black_box(&compiled.model), &key))
+    });
 }
 
 fn ticks(criterion: &mut Criterion) {
     let (compiled, device) = (lowered(), Device::mikey());
     let positions = gesture::default_gesture().positions(compiled.model.rate_hz);
-    let words: Vec<u16> = positions.iter().map(|&x| device.word_of_position(x).0).collect();
+    let words: Vec<u16> = positions
+        .iter()
+        .map(|&x| device.word_of_position(x).0)
+        .collect();
     for &(name, kind) in ENGINES {
         for keys in [1, 88] {
-            let Ok(mut engine) = Engine::new(kind, &compiled, &device, keys) else { continue };
+            let Ok(mut engine) = Engine::new(kind, &compiled, &device, keys) else {
+                continue;
+            };
             let (mut drive, mut inputs, mut tick) = (vec![0; keys], vec![words[0]; keys], 0);
             engine.start(&inputs);
             let mut group = criterion.benchmark_group("tick");

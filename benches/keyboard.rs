@@ -1,4 +1,5 @@
-//! A keyboard of grands, timed like its peers in C and in Faust (`benches/run` runs them all, interleaved).
+//! A keyboard of grands, timed like its peers in C and in Faust (`benches/run` runs them all,
+//! interleaved).
 //!
 //! ```text
 //! cargo bench --bench keyboard -- words FILE KEYS     writes rows of sensor words: the bundled gesture, each key at another time
@@ -20,12 +21,15 @@ type Failure = Box<dyn std::error::Error>;
 const RATE_HZ: u32 = 44_100;
 const ROUNDS: usize = 20;
 
-/// Ticks between two looks at the clock. Each stretch is played in every round and its fastest time counts, so that
-/// what else runs on the machine disturbs little.
+/// Ticks between two looks at the clock. Each stretch is played in every round and its fastest time
+/// counts, so that what else runs on the machine disturbs little.
 const STRETCH: usize = 256;
 
 fn main() -> Result<(), Failure> {
-    let args: Vec<String> = std::env::args().skip(1).filter(|arg| arg != "--bench").collect();
+    let args: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|arg| arg != "--bench")
+        .collect();
     match &args[..] {
         [what, file, keys] if what == "words" => words(file, keys.parse()?),
         [what, file, keys] if what == "time" => time(file, keys.parse()?),
@@ -36,26 +40,43 @@ fn main() -> Result<(), Failure> {
 
 fn grand() -> Result<Kernel, Failure> {
     let mut map = SourceMap::default();
-    map.add("grand-piano.whip", include_str!("../instruments/grand-piano.whip"));
+    map.add(
+        "grand-piano.whip",
+        include_str!("../instruments/grand-piano.whip"),
+    );
     let (program, _) = compile_front(&mut map, &Default::default());
-    let model = program.ok_or("the bundled grand piano is correct")?.instruments.remove(0);
-    Ok(compile(model, Device::mikey().scales(), false).map_err(|e| format!("{e:?}"))?.lowered.kernel)
+    let model = program
+        .ok_or("the bundled grand piano is correct")?
+        .instruments
+        .remove(0);
+    Ok(compile(model, Device::mikey().scales(), false)
+        .map_err(|e| format!("{e:?}"))?
+        .lowered
+        .kernel)
 }
 
 fn words(file: &str, keys: usize) -> Result<(), Failure> {
     let device = Device::mikey();
     let positions = gesture::default_gesture().positions(RATE_HZ);
-    let words: Vec<u16> = positions.iter().map(|&x| device.word_of_position(x).0).collect();
+    let words: Vec<u16> = positions
+        .iter()
+        .map(|&x| device.word_of_position(x).0)
+        .collect();
     let rows = 0..4 * RATE_HZ as usize;
     let word = |row: usize, key: usize| words[(row + key * 997) % words.len()];
-    let bytes: Vec<u8> = rows.flat_map(|row| (0..keys).flat_map(move |key| word(row, key).to_le_bytes())).collect();
+    let bytes: Vec<u8> = rows
+        .flat_map(|row| (0..keys).flat_map(move |key| word(row, key).to_le_bytes()))
+        .collect();
     std::fs::write(file, bytes)?;
     Ok(())
 }
 
 fn time(file: &str, keys: usize) -> Result<(), Failure> {
     let bytes = std::fs::read(file)?;
-    let words: Vec<u16> = bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect();
+    let words: Vec<u16> = bytes
+        .chunks_exact(2)
+        .map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
+        .collect();
     let mut code = HostCode::build(&grand()?, keys, Options { probes: false })?;
     let mut out = vec![0; keys];
     let (mut sum, mut events) = (0u64, 0);
@@ -70,7 +91,9 @@ fn time(file: &str, keys: usize) -> Result<(), Failure> {
                 code.tick(row, &mut out);
             }
             *best = best.min(start.elapsed().as_secs_f64());
-            sum = out.iter().fold(sum, |sum, word| sum.wrapping_mul(31).wrapping_add(i64::from(*word) as u64));
+            sum = out.iter().fold(sum, |sum, word| {
+                sum.wrapping_mul(31).wrapping_add(i64::from(*word) as u64)
+            });
             events += code.drain_events().len();
         }
     }

@@ -29,7 +29,8 @@ use clap::{Parser, Subcommand};
 
 use crate::exit::Outcome;
 
-/// Touch profiles for force-feedback instruments: written as states, events and force terms, run in fixed point.
+/// Touch profiles for force-feedback instruments: written as states, events and force terms, run in
+/// fixed point.
 #[derive(Debug, Parser)]
 #[command(
     name = "whippen",

@@ -16,7 +16,8 @@ pub enum Failure {
 /// The result of a command.
 pub type Outcome = Result<(), Failure>;
 
-/// Prints what there is to say and gives the exit code: 0 done, 1 program, 2 command line, 3 defect.
+/// Prints what there is to say and gives the exit code: 0 done, 1 program, 2 command line, 3
+/// defect.
 pub fn code(outcome: Outcome) -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

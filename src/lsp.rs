@@ -6,8 +6,8 @@
 //!   stdout <------------+-- diagnostics, hover, navigate, complete, signature ---+
 //! ```
 //!
-//! A program is small and a full check takes milliseconds, so nothing is kept up to date by parts: after a change every
-//! open document is analysed anew, once the editor has nothing further to say.
+//! A program is small and a full check takes milliseconds, so nothing is kept up to date by parts:
+//! after a change every open document is analysed anew, once the editor has nothing further to say.
 //!
 //! Not here: what the compiler knows (`whippen_compiler`), the protocol's types (`lsp-types`).
 

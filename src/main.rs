@@ -16,5 +16,9 @@ static MEMORY: mimalloc::MiMalloc = mimalloc::MiMalloc;
 fn main() -> ExitCode {
     // A panic is a defect: exit code 3, told apart from a wrong program.
     let outcome = std::panic::catch_unwind(|| cmd::dispatch(cmd::Cli::parse()));
-    exit::code(outcome.unwrap_or_else(|_| Err(exit::Failure::Defect("the message above tells where".to_string()))))
+    exit::code(outcome.unwrap_or_else(|_| {
+        Err(exit::Failure::Defect(
+            "the message above tells where".to_string(),
+        ))
+    }))
 }

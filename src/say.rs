@@ -1,4 +1,5 @@
-//! Printing to stdout. A reader that has seen enough (`| head`) is no error: what is left goes nowhere.
+//! Printing to stdout. A reader that has seen enough (`| head`) is no error: what is left goes
+//! nowhere.
 
 /// Prints a line to stdout.
 macro_rules! say {

@@ -1,4 +1,5 @@
-//! Programs in C, compiled for the board: `reset(in)` and `tick(in, out)` over the words at `in_words`, `out_words`.
+//! Programs in C, compiled for the board: `reset(in)` and `tick(in, out)` over the words at
+//! `in_words`, `out_words`.
 
 use std::fmt;
 use std::path::Path;
@@ -65,31 +66,66 @@ void bench_tick(void) { tick(in_words, out_words, &live); }
 impl Contestant {
     /// A Kernel as the compiler writes it in C.
     pub fn kernel(name: &str, text: &str) -> Contestant {
-        let around = KERNEL.replace("NAME", name).replace("KEYS", &KEYS.to_string());
-        Contestant { name: "the Kernel in C", text: format!("{text}\n{around}") }
+        let around = KERNEL
+            .replace("NAME", name)
+            .replace("KEYS", &KEYS.to_string());
+        Contestant {
+            name: "the Kernel in C",
+            text: format!("{text}\n{around}"),
+        }
     }
 
     /// The grand written by hand.
     pub fn by_hand() -> Contestant {
         let text = include_str!("../peers/piano.c");
-        Contestant { name: "C by hand", text: format!("#define KEYS {KEYS}\n{text}\n{BY_HAND}") }
+        Contestant {
+            name: "C by hand",
+            text: format!("#define KEYS {KEYS}\n{text}\n{BY_HAND}"),
+        }
     }
 
     /// The image; none where the compiler, or the linker and C library that both use, are absent.
     pub fn build(&self, compiler: Compiler) -> Result<Option<Vec<u8>>, Failure> {
         let folder = tempfile::tempdir()?;
-        let (c, object, elf) = (folder.path().join("x.c"), folder.path().join("x.o"), folder.path().join("x.elf"));
+        let (c, object, elf) = (
+            folder.path().join("x.c"),
+            folder.path().join("x.o"),
+            folder.path().join("x.elf"),
+        );
         std::fs::write(&c, &self.text)?;
         let mut command = compiler.command();
-        command.args(["-mcpu=cortex-m33", "-mthumb", "-mfloat-abi=soft", "-O3", "-ffreestanding", "-c"]);
+        command.args([
+            "-mcpu=cortex-m33",
+            "-mthumb",
+            "-mfloat-abi=soft",
+            "-O3",
+            "-ffreestanding",
+            "-c",
+        ]);
         if !run(command.arg(&c).arg("-o").arg(&object))? {
             return Ok(None);
         }
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/peers/board.ld");
         let mut link = Command::new("arm-none-eabi-gcc");
-        link.args(["-mcpu=cortex-m33", "-mthumb", "-mfloat-abi=soft", "-nostartfiles", "-Wl,--no-warn-rwx-segments"]);
-        let linked = run(link.arg("-T").arg(script).arg(&object).arg("-lgcc").arg("-o").arg(&elf))?;
-        Ok(if linked { Some(std::fs::read(elf)?) } else { None })
+        link.args([
+            "-mcpu=cortex-m33",
+            "-mthumb",
+            "-mfloat-abi=soft",
+            "-nostartfiles",
+            "-Wl,--no-warn-rwx-segments",
+        ]);
+        let linked = run(link
+            .arg("-T")
+            .arg(script)
+            .arg(&object)
+            .arg("-lgcc")
+            .arg("-o")
+            .arg(&elf))?;
+        Ok(if linked {
+            Some(std::fs::read(elf)?)
+        } else {
+            None
+        })
     }
 }
 

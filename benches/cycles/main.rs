@@ -1,12 +1,15 @@
-//! Cycles per key on the Cortex-M33 of RP2350: what compilers make of a Kernel in C, and of the grand written by hand.
+//! Cycles per key on the Cortex-M33 of RP2350: what compilers make of a Kernel in C, and of the
+//! grand written by hand.
 //!
 //! ```text
 //! cargo bench --bench cycles [-- INSTRUMENT]
 //! ```
 //!
-//! All keys play the same words at the same moment, so a frame is so many times what one key costs there (and the frame's
-//! own cycles once); its dearest frame is what a keyboard must reckon with. The words are the bundled gesture, then every word at random. Wants arm-none-eabi-gcc,
-//! uses clang-19 where it is; who is absent is said and left out. Counts come from the emulator and are the same everywhere.
+//! All keys play the same words at the same moment, so a frame is so many times what one key costs
+//! there (and the frame's own cycles once); its dearest frame is what a keyboard must reckon with.
+//! The words are the bundled gesture, then every word at random. Wants arm-none-eabi-gcc, uses
+//! clang-19 where it is; who is absent is said and left out. Counts come from the emulator and are
+//! the same everywhere.
 
 mod contestant;
 mod ours;
@@ -31,7 +34,10 @@ const KEYS: usize = 8;
 const RATE_HZ: u32 = 44_100;
 
 fn main() -> Result<(), Failure> {
-    let args: Vec<String> = std::env::args().skip(1).filter(|arg| arg != "--bench").collect();
+    let args: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|arg| arg != "--bench")
+        .collect();
     // `cargo test --benches` only wants to see that it is built.
     if args.iter().any(|arg| arg == "--test") {
         return Ok(());
@@ -49,16 +55,29 @@ fn main() -> Result<(), Failure> {
 }
 
 fn instrument(name: &str, file: &str, words: &[u16]) -> Result<(), Failure> {
-    let Some(kernel) = kernel(file)? else { return Ok(()) };
+    let Some(kernel) = kernel(file)? else {
+        return Ok(());
+    };
     let verified = verify(&kernel).map_err(|e| format!("{e:?}"))?;
-    let text = source(verified, Options { keys: KEYS, layout: Layout::Records, events: 64 });
-    let mut contestants = vec![Contestant::kernel(&kernel.name, &format!("{}\n{}", text.header, text.body))];
+    let text = source(
+        verified,
+        Options {
+            keys: KEYS,
+            layout: Layout::Records,
+            events: 64,
+        },
+    );
+    let mut contestants = vec![Contestant::kernel(
+        &kernel.name,
+        &format!("{}\n{}", text.header, text.body),
+    )];
     if name == "grand-piano" {
         contestants.push(Contestant::by_hand());
     }
-    for (code, modes) in
-        [("one mode", Modes::single(&kernel)), ("modes", modes::specialise(&kernel, modes::INSTRUCTIONS))]
-    {
+    for (code, modes) in [
+        ("one mode", Modes::single(&kernel)),
+        ("modes", modes::specialise(&kernel, modes::INSTRUCTIONS)),
+    ] {
         let cycles = ours::play(&kernel, &modes, words)?;
         let [worst, mean] = [cycles.worst, cycles.mean].map(|cycles| cycles / KEYS as f64);
         println!("| {name} | {code} | whippen | {worst:.1} | {mean:.1} |");
@@ -68,8 +87,12 @@ fn instrument(name: &str, file: &str, words: &[u16]) -> Result<(), Failure> {
             match contestant.build(compiler)? {
                 Some(elf) => {
                     let cycles = play::play(&elf, words)?;
-                    let [worst, mean] = [cycles.worst, cycles.mean].map(|cycles| cycles / KEYS as f64);
-                    println!("| {name} | {} | {compiler} | {worst:.1} | {mean:.1} |", contestant.name);
+                    let [worst, mean] =
+                        [cycles.worst, cycles.mean].map(|cycles| cycles / KEYS as f64);
+                    println!(
+                        "| {name} | {} | {compiler} | {worst:.1} | {mean:.1} |",
+                        contestant.name
+                    );
                 }
                 None => println!("| {name} | {} | {compiler} | absent | |", contestant.name),
             }
@@ -81,11 +104,15 @@ fn instrument(name: &str, file: &str, words: &[u16]) -> Result<(), Failure> {
 /// The kernel of a bundled instrument for the bundled key; none if its device is another.
 fn kernel(file: &str) -> Result<Option<Kernel>, Failure> {
     let mut map = SourceMap::default();
-    let text =
-        whippen_compiler::bundled::INSTRUMENTS.iter().find(|(name, _)| *name == file).map_or("", |(_, text)| text);
+    let text = whippen_compiler::bundled::INSTRUMENTS
+        .iter()
+        .find(|(name, _)| *name == file)
+        .map_or("", |(_, text)| text);
     map.add(file, text);
     let (program, _) = compile_front(&mut map, &Default::default());
-    let Some(model) = program.and_then(|mut program| program.instruments.pop()) else { return Ok(None) };
+    let Some(model) = program.and_then(|mut program| program.instruments.pop()) else {
+        return Ok(None);
+    };
     let device = Device::of(&model);
     let compiled = compile(model, device.scales(), false).map_err(|e| format!("{e:?}"))?;
     Ok(Some(compiled.lowered.kernel))

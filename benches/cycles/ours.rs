@@ -1,4 +1,5 @@
-//! Our own code for the same Kernel, on the same words, compared with the interpreter in every drive word.
+//! Our own code for the same Kernel, on the same words, compared with the interpreter in every
+//! drive word.
 
 use whippen_compiler::kernel::{Interp, Kernel};
 use whippen_compiler::modes::Modes;
@@ -27,5 +28,8 @@ pub fn play(kernel: &Kernel, modes: &Modes, words: &[u16]) -> Result<Cycles, Fai
         worst = worst.max(target.cycles);
         sum += target.cycles;
     }
-    Ok(Cycles { worst: worst as f64, mean: sum as f64 / words.len() as f64 })
+    Ok(Cycles {
+        worst: worst as f64,
+        mean: sum as f64 / words.len() as f64,
+    })
 }

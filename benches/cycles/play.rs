@@ -23,7 +23,10 @@ pub struct Cycles {
 /// One word per tick: the bundled gesture, then words at random, some of them staying for a while.
 pub fn words(device: &Device) -> Vec<u16> {
     let positions = gesture::default_gesture().positions(RATE_HZ);
-    let mut words: Vec<u16> = positions.iter().map(|&x| device.word_of_position(x).0).collect();
+    let mut words: Vec<u16> = positions
+        .iter()
+        .map(|&x| device.word_of_position(x).0)
+        .collect();
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
     let mut word = 0;
     for _ in 0..RANDOM {
@@ -42,15 +45,31 @@ pub fn words(device: &Device) -> Vec<u16> {
 pub fn play(elf: &[u8], words: &[u16]) -> Result<Cycles, Failure> {
     let elf = Elf::parse(elf, false)?;
     let regions = vec![Region::ram("ram", RAM, RAM_BYTES)];
-    let mut machine = Machine::new(Board { regions, vector_table: RAM, ..Board::generic(CoreKind::CortexM33) })?;
+    let mut machine = Machine::new(Board {
+        regions,
+        vector_table: RAM,
+        ..Board::generic(CoreKind::CortexM33)
+    })?;
     elf.load(&mut machine.bus.memory, true)?;
     machine.reset();
     let sp = Register::named("sp").ok_or("a stack pointer")?;
     machine.cpu_mut(0).set(sp, RAM + RAM_BYTES);
-    let address = |name: &str| elf.symbols.named(name).map(|s| s.address).map_err(|e| format!("{e:?}"));
-    let (reset, tick, input) = (address("bench_reset")?, address("bench_tick")?, address("in_words")?);
+    let address = |name: &str| {
+        elf.symbols
+            .named(name)
+            .map(|s| s.address)
+            .map_err(|e| format!("{e:?}"))
+    };
+    let (reset, tick, input) = (
+        address("bench_reset")?,
+        address("bench_tick")?,
+        address("in_words")?,
+    );
     let call = |machine: &mut Machine, function: u32, word: u16| -> Result<u64, Failure> {
-        machine.bus.memory.write(input, &word.to_le_bytes().repeat(KEYS))?;
+        machine
+            .bus
+            .memory
+            .write(input, &word.to_le_bytes().repeat(KEYS))?;
         match machine.call(function, [0; 4], CYCLES_MAX) {
             Stop::Returned { cycles, .. } => Ok(cycles),
             other => Err(format!("{other:?}").into()),
@@ -63,5 +82,8 @@ pub fn play(elf: &[u8], words: &[u16]) -> Result<Cycles, Failure> {
         worst = worst.max(cycles);
         sum += cycles;
     }
-    Ok(Cycles { worst: worst as f64, mean: sum as f64 / words.len() as f64 })
+    Ok(Cycles {
+        worst: worst as f64,
+        mean: sum as f64 / words.len() as f64,
+    })
 }

@@ -13,13 +13,14 @@
 //!   Bound         cycles, the dearest path, stack, how sure
 //! ```
 //!
-//! Nothing is guessed: what cannot be followed is a [`NotBounded`] that names the address and what is missing.
-//! `docs/budget.md` says why the bound holds.
+//! Nothing is guessed: what cannot be followed is a [`NotBounded`] that names the address and what
+//! is missing. `docs/budget.md` says why the bound holds.
 //!
 //! # What is not here
 //!
-//! How code came about: the analysis sees bytes, so it judges the compiler's code, the firmware's and a C compiler's alike.
-//! Interrupts: they steal cycles whenever they come, and are charged per period by whoever knows how often.
+//! How code came about: the analysis sees bytes, so it judges the compiler's code, the firmware's
+//! and a C compiler's alike. Interrupts: they steal cycles whenever they come, and are charged per
+//! period by whoever knows how often.
 
 mod arena;
 mod block;
@@ -68,25 +69,31 @@ pub struct Annotations {
     pub targets: BTreeMap<u32, Vec<u32>>,
     /// Arriving at one of these ends a path; the instruction there is not counted.
     pub stops: BTreeSet<u32>,
-    /// The entry lies inside a function, behind what saved its registers: that its return finds the caller is not checked.
+    /// The entry lies inside a function, behind what saved its registers: that its return finds the
+    /// caller is not checked.
     pub inside: bool,
-    /// What the caller goes on with, as far as the return's cycles depend on it; where it is not known, the dearest.
+    /// What the caller goes on with, as far as the return's cycles depend on it; where it is not
+    /// known, the dearest.
     pub return_to: Option<Target>,
-    /// The entry is an exception's handler: what its return costs beyond the instruction's own cycles is not this code's.
+    /// The entry is an exception's handler: what its return costs beyond the instruction's own
+    /// cycles is not this code's.
     pub handler: bool,
-    /// Functions that are bounded elsewhere, by the addresses of the call (none: wherever it is) and of the function: what the call
-    /// costs.
+    /// Functions that are bounded elsewhere, by the addresses of the call (none: wherever it is)
+    /// and of the function: what the call costs.
     pub known: BTreeMap<(Option<u32>, u32), Known>,
-    /// Registers that point into memory that is known, and the banks of that memory. It is checked that nothing that is reached
-    /// moves them but steps by constants, which stay inside; where something else does, they are no more than others.
+    /// Registers that point into memory that is known, and the banks of that memory. It is checked
+    /// that nothing that is reached moves them but steps by constants, which stay inside; where
+    /// something else does, they are no more than others.
     pub bases: BTreeMap<u8, Banks>,
-    /// Registers of which something is known at the entry: the lowest and the highest word (signed) that they may hold.
+    /// Registers of which something is known at the entry: the lowest and the highest word (signed)
+    /// that they may hold.
     pub entered: BTreeMap<u8, [u32; 2]>,
     /// WFE and WFI are instructions like others: how long they sleep is not the question.
     pub sleeps: bool,
 }
 
-/// What a function costs that is bounded elsewhere. It returns with a pipeline that remembers nothing.
+/// What a function costs that is bounded elsewhere. It returns with a pipeline that remembers
+/// nothing.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Known {
     /// Cycles from its first instruction to the one that follows its call.
@@ -140,8 +147,8 @@ pub struct Bound {
     pub stack_left: i32,
     /// Branches that no input takes in the state in which they were met.
     pub infeasible: u32,
-    /// Whether states were joined because there were too many, or rounds were not written out: the bound may then be
-    /// larger than the facts would have it.
+    /// Whether states were joined because there were too many, or rounds were not written out: the
+    /// bound may then be larger than the facts would have it.
     pub merged: bool,
     /// Code bytes of the instructions that can be reached.
     pub code_bytes: u32,
@@ -152,16 +159,32 @@ pub fn bound(query: &Query) -> Result<Bound, NotBounded> {
     bounds(query, [query.surroundings]).map(|[bound]| bound)
 }
 
-/// Bounds one entry once for each of these surroundings, which take the place of the query's: the graph is the same for all.
-fn bounds<const N: usize>(query: &Query, all: [Option<&Surroundings>; N]) -> Result<[Bound; N], NotBounded> {
+/// Bounds one entry once for each of these surroundings, which take the place of the query's: the
+/// graph is the same for all.
+fn bounds<const N: usize>(
+    query: &Query,
+    all: [Option<&Surroundings>; N],
+) -> Result<[Bound; N], NotBounded> {
     let mut tables = graph::Tables::default();
     loop {
         let graph = graph::Graph::build(query, &tables)?;
         let stack = stack::follow(query, &graph)?;
         let order = order::Order::of(query, &graph)?;
-        let find = |surroundings| longest::Longest::find(&Query { surroundings, ..*query }, &graph, &order);
+        let find = |surroundings| {
+            longest::Longest::find(
+                &Query {
+                    surroundings,
+                    ..*query
+                },
+                &graph,
+                &order,
+            )
+        };
         let found = all.map(find);
-        let learned = found.iter().filter(|found| tables.learn(&found.indices)).count();
+        let learned = found
+            .iter()
+            .filter(|found| tables.learn(&found.indices))
+            .count();
         if learned == 0 {
             return every(found.map(|found| found.answer(stack, &graph)));
         }
@@ -175,7 +198,11 @@ fn zip<A, B, C, const N: usize>(some: [A; N], others: [B; N], with: impl Fn(A, B
 }
 
 /// All of them, or the first that failed.
-fn every<T: std::fmt::Debug, const N: usize>(results: [Result<T, NotBounded>; N]) -> Result<[T; N], NotBounded> {
-    let all = results.into_iter().collect::<Result<Vec<T>, NotBounded>>()?;
+fn every<T: std::fmt::Debug, const N: usize>(
+    results: [Result<T, NotBounded>; N],
+) -> Result<[T; N], NotBounded> {
+    let all = results
+        .into_iter()
+        .collect::<Result<Vec<T>, NotBounded>>()?;
     Ok(all.try_into().expect("as many as there were"))
 }

@@ -8,11 +8,13 @@
 //!   tick(state, in, out)    one tick of all keys; events collect in the state until the caller sets `events` to 0
 //! ```
 //!
-//! The text is integers alone and agrees with the interpreter bit for bit. It rests on what `verify` proved: no sum or
-//! product overflows its type, so none is written with unsigned detours, and the same text is readable. Nothing that C
-//! leaves undefined is left over: negative values are shifted left by way of unsigned ones, and a division sees no zero.
-//! Where a kernel `assume`s, indices are held inside as in every engine. Shifting a negative value to the right is the
-//! only thing that C leaves to the compiler; the text checks that it is the arithmetic shift, as everywhere.
+//! The text is integers alone and agrees with the interpreter bit for bit. It rests on what
+//! `verify` proved: no sum or product overflows its type, so none is written with unsigned detours,
+//! and the same text is readable. Nothing that C leaves undefined is left over: negative values are
+//! shifted left by way of unsigned ones, and a division sees no zero. Where a kernel `assume`s,
+//! indices are held inside as in every engine. Shifting a negative value to the right is the only
+//! thing that C leaves to the compiler; the text checks that it is the arithmetic shift, as
+//! everywhere.
 //!
 //! | part | what it settles |
 //! | --- | --- |
@@ -40,8 +42,8 @@ use std::fmt::Write;
 pub enum Layout {
     /// A record for each key: what a microcontroller loads with one base register.
     Records,
-    /// A column for each word, keys side by side: what a compiler can run in lanes. Events are set aside and
-    /// collected after the loop over the keys, so that the loop calls nothing.
+    /// A column for each word, keys side by side: what a compiler can run in lanes. Events are set
+    /// aside and collected after the loop over the keys, so that the loop calls nothing.
     Columns,
 }
 
@@ -130,7 +132,8 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// The C type that holds a value of this type. A bool takes a word, as wide as what it chooses between.
+/// The C type that holds a value of this type. A bool takes a word, as wide as what it chooses
+/// between.
 fn c_type(ty: Type) -> &'static str {
     match ty {
         Type::I1 | Type::I32 => "int32_t",
@@ -150,7 +153,10 @@ fn literal(ty: Type, value: i64) -> String {
 
 /// Whether any instruction of a region, or inside it, is such.
 fn any(region: &Region, such: fn(&Inst) -> bool) -> bool {
-    region.insts.iter().any(|inst| such(inst) || inst.regions.iter().any(|inner| any(inner, such)))
+    region
+        .insts
+        .iter()
+        .any(|inst| such(inst) || inst.regions.iter().any(|inner| any(inner, such)))
 }
 
 fn emits_in_loop(region: &Region) -> bool {

@@ -7,17 +7,19 @@
 //! ```
 //!
 //! * `items` finds what the files declare; a user's term hides a term of `std`.
-//! * `instantiate` makes the tree of scopes: the instrument, and below it one scope per call of a term, each with
-//!   memory of its own. No expression is looked at yet, so cells and machines are numbered in the order of the text.
-//! * `elaborate` gives every expression a type and a node. Values are evaluated when first asked for, so the order of
-//!   declarations does not matter and a circle shows itself.
+//! * `instantiate` makes the tree of scopes: the instrument, and below it one scope per call of a
+//!   term, each with memory of its own. No expression is looked at yet, so cells and machines are
+//!   numbered in the order of the text.
+//! * `elaborate` gives every expression a type and a node. Values are evaluated when first asked
+//!   for, so the order of declarations does not matter and a circle shows itself.
 //! * `finish` looks at the whole: states that no transition names.
 //!
-//! Every term is first checked by itself, with parameters of which only the type is known, then wherever it is called;
-//! a message that says the same about the same place is given once. What is in error already is `None` and silent, so
-//! that one mistake gives one message.
+//! Every term is first checked by itself, with parameters of which only the type is known, then
+//! wherever it is called; a message that says the same about the same place is given once. What is
+//! in error already is `None` and silent, so that one mistake gives one message.
 //!
-//! Not here: whether values are bounded and divisors differ from zero (the range analysis), algebra (the simplifier).
+//! Not here: whether values are bounded and divisors differ from zero (the range analysis), algebra
+//! (the simplifier).
 
 mod action;
 mod body;
@@ -66,14 +68,18 @@ use crate::syntax::ast::File;
 pub struct Options {
     /// Ticks per second where no keyboard says otherwise; at least 1.
     pub rate_hz: u32,
-    /// Parameters set from outside: `name` or `instrument.name`, and the value as text (`0.4N`, `off`).
+    /// Parameters set from outside: `name` or `instrument.name`, and the value as text (`0.4N`,
+    /// `off`).
     pub sets: Vec<(String, String)>,
 }
 
 impl Default for Options {
     /// 44.1 kHz, nothing set.
     fn default() -> Options {
-        Options { rate_hz: 44_100, sets: Vec::new() }
+        Options {
+            rate_hz: 44_100,
+            sets: Vec::new(),
+        }
     }
 }
 
@@ -138,7 +144,8 @@ impl Keyboard {
         usize::from(self.last_key.saturating_sub(self.first_key)) + 1
     }
 
-    /// The instruments that any of its keys play in any program, each once, in the order of the programs.
+    /// The instruments that any of its keys play in any program, each once, in the order of the
+    /// programs.
     pub fn instruments(&self) -> Vec<usize> {
         let mut all: Vec<usize> = Vec::new();
         for part in self.programs.iter().flat_map(|program| &program.parts) {
@@ -162,9 +169,14 @@ impl Keyboard {
 
 /// Checks a program and gives its Models, unless there is an error.
 ///
-/// The spans in `files` and `std` name their files in this order, all of `files` before all of `std`; spans in messages
-/// about the k-th of `options.sets` name file `files.len() + std.len() + k`, whose text is `name=value`.
-pub fn check(files: &[File], std: &[File], options: &Options) -> (Option<Program>, Vec<Diagnostic>) {
+/// The spans in `files` and `std` name their files in this order, all of `files` before all of
+/// `std`; spans in messages about the k-th of `options.sets` name file `files.len() + std.len() +
+/// k`, whose text is `name=value`.
+pub fn check(
+    files: &[File],
+    std: &[File],
+    options: &Options,
+) -> (Option<Program>, Vec<Diagnostic>) {
     let mut diags = diags::Diags::default();
     let items = items::collect(files, std, &mut diags);
     let mut sets = sets::read(options, files.len() + std.len(), &mut diags);

@@ -1,7 +1,8 @@
 //! Diagnostics: what the compiler says about the user's program.
 //!
-//! A diagnostic has a code from the table in [`codes`], a place, a label for that place, further places, and hints that
-//! say what to do, with changes of the text where they can be given exactly. Rendering is done by `ariadne`. Phases collect them in a list and go on.
+//! A diagnostic has a code from the table in [`codes`], a place, a label for that place, further
+//! places, and hints that say what to do, with changes of the text where they can be given exactly.
+//! Rendering is done by `ariadne`. Phases collect them in a list and go on.
 
 pub mod codes;
 pub mod explain;
@@ -42,7 +43,10 @@ pub struct Advice {
 impl Advice {
     /// Words, and what would stand there instead.
     pub fn instead(text: impl Into<String>, replacement: impl Into<String>) -> Advice {
-        Advice { text: text.into(), instead: Some(replacement.into()) }
+        Advice {
+            text: text.into(),
+            instead: Some(replacement.into()),
+        }
     }
 
     /// The nearest known word instead.
@@ -53,7 +57,10 @@ impl Advice {
 
 impl From<String> for Advice {
     fn from(text: String) -> Advice {
-        Advice { text, instead: None }
+        Advice {
+            text,
+            instead: None,
+        }
     }
 }
 
@@ -84,7 +91,12 @@ pub struct Diagnostic {
 
 impl Diagnostic {
     /// A diagnostic without further places and hints.
-    pub fn new(code: Code, span: Span, message: impl Into<String>, label: impl Into<String>) -> Diagnostic {
+    pub fn new(
+        code: Code,
+        span: Span,
+        message: impl Into<String>,
+        label: impl Into<String>,
+    ) -> Diagnostic {
         Diagnostic {
             code,
             message: message.into(),
@@ -99,7 +111,10 @@ impl Diagnostic {
     /// Adds a further place.
     #[must_use]
     pub fn also(mut self, span: Span, text: impl Into<String>) -> Diagnostic {
-        self.others.push(Label { span, text: text.into() });
+        self.others.push(Label {
+            span,
+            text: text.into(),
+        });
         self
     }
 
@@ -109,14 +124,18 @@ impl Diagnostic {
         let Advice { text, instead } = advice.into();
         self.hints.push(text);
         let span = self.span;
-        self.suggestions.extend(instead.map(|replacement| Suggestion { span, replacement }));
+        self.suggestions
+            .extend(instead.map(|replacement| Suggestion { span, replacement }));
         self
     }
 
     /// Adds a change of the text that does what the hints say.
     #[must_use]
     pub fn replace(mut self, span: Span, replacement: impl Into<String>) -> Diagnostic {
-        self.suggestions.push(Suggestion { span, replacement: replacement.into() });
+        self.suggestions.push(Suggestion {
+            span,
+            replacement: replacement.into(),
+        });
         self
     }
 

@@ -1,13 +1,15 @@
-//! The firmware around the keys: one core or two, the converter's tick, safety, parameters, MIDI, watchdog.
+//! The firmware around the keys: one core or two, the converter's tick, safety, parameters, MIDI,
+//! watchdog.
 //!
 //! ```text
 //!   core 0   tick: converter -> keys -> service, guard      between ticks: mailbox, watchdog
 //!   core 1   tick: converter -> keys -> service, guard      between ticks: events of both cores -> MIDI (a single core: here too)
 //! ```
 //!
-//! The texts in `firmware/` are assembled with the constants of a program and a board; `tick`, `service` and `guard` once
-//! for each core, because every number in them is a constant of that core. What a board must say is in two texts of its
-//! own. docs/firmware.md describes what the texts do, for those who use it.
+//! The texts in `firmware/` are assembled with the constants of a program and a board; `tick`,
+//! `service` and `guard` once for each core, because every number in them is a constant of that
+//! core. What a board must say is in two texts of its own. docs/firmware.md describes what the
+//! texts do, for those who use it.
 //!
 //! [`whole()`] puts the keys' code into it: an image that starts by itself.
 //!
@@ -48,7 +50,8 @@ pub struct Setup {
     pub rate_hz: u32,
     /// What the motor stands.
     pub motor: Motor,
-    /// Sensor words between which a key is in mid-travel: where a word that does not change may be a fault.
+    /// Sensor words between which a key is in mid-travel: where a word that does not change may be
+    /// a fault.
     pub mid_travel: [u16; 2],
     /// The MIDI note of the first key; 21 is A0.
     pub first_note: u32,
@@ -56,15 +59,16 @@ pub struct Setup {
     pub passivity: Option<Passivity>,
 }
 
-/// What a key may give beyond what it got, in any span of time, and how that is observed. The unit of energy is a drive word times
-/// a sensor word.
+/// What a key may give beyond what it got, in any span of time, and how that is observed. The unit
+/// of energy is a drive word times a sensor word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Passivity {
     /// That energy, 2^18 to 2^30.
     pub credit: u32,
     /// Ticks from a drive word to the sensor word that ends the way on which it acted, 1 to 16.
     pub past: u32,
-    /// The key's own damping, which takes a part of what the motor gives: 1/256 of a drive word for a sensor word a tick, at most 8191.
+    /// The key's own damping, which takes a part of what the motor gives: 1/256 of a drive word for
+    /// a sensor word a tick, at most 8191.
     pub damping: u32,
 }
 
@@ -109,7 +113,8 @@ pub enum FirmwareError {
     PassivityCore,
     /// Credit, past or damping of the passivity are out of range, or the core has none.
     Passivity,
-    /// The motor's rated word is not between 1 and 32767, or it stands its peak for less than 1 ms or more than 10 s.
+    /// The motor's rated word is not between 1 and 32767, or it stands its peak for less than 1 ms
+    /// or more than 10 s.
     Motor,
     /// A board's text is no assembly.
     Assembly(AsmError),
@@ -160,7 +165,11 @@ pub const CORES: [&str; 2] = ["core0", "core1"];
 
 /// The name of the object of a core's keys of a program.
 pub fn keys_name(core: usize, program: usize) -> String {
-    if program == 0 { CORES[core].to_string() } else { format!("{}_{program}", CORES[core]) }
+    if program == 0 {
+        CORES[core].to_string()
+    } else {
+        format!("{}_{program}", CORES[core])
+    }
 }
 
 /// Neighbouring keys of a core that play one instrument.
@@ -198,17 +207,26 @@ pub fn keys_of(kernel: &Kernel, first: u32) -> Kernel {
     own
 }
 
-/// Whether some core has keys of several instruments in one program: then records are listed (`zones`).
+/// Whether some core has keys of several instruments in one program: then records are listed
+/// (`zones`).
 pub(super) fn zoned(programs: &[Played]) -> bool {
-    programs.iter().flat_map(|program| program.cores).any(|segments| segments.len() > 1)
+    programs
+        .iter()
+        .flat_map(|program| program.cores)
+        .any(|segments| segments.len() > 1)
 }
 
-/// The objects of a firmware, to be linked with those of the keys of all programs, which are compiled for the names of their
-/// segments, with records of one size unless some core has several instruments. The image begins at `reset`, with the first program.
+/// The objects of a firmware, to be linked with those of the keys of all programs, which are
+/// compiled for the names of their segments, with records of one size unless some core has several
+/// instruments. The image begins at `reset`, with the first program.
 ///
 /// # Errors
 /// Programs, keys, records or motor are out of range; a text of the board is wrong.
-pub fn objects(programs: &[Played], setup: &Setup, board: &Support) -> Result<Vec<Object>, FirmwareError> {
+pub fn objects(
+    programs: &[Played],
+    setup: &Setup,
+    board: &Support,
+) -> Result<Vec<Object>, FirmwareError> {
     let constants = constants(programs, setup, board)?;
     let mut tables = vec![tables::text(programs)];
     for (number, program) in programs.iter().enumerate().filter(|_| zoned(programs)) {
@@ -219,35 +237,65 @@ pub fn objects(programs: &[Played], setup: &Setup, board: &Support) -> Result<Ve
         }
     }
     let alone = shared(board).chain([board.tick]).map(|source| vec![source]);
-    let mut texts: Vec<(Vec<Source>, Option<usize>)> = alone.map(|sources| (sources, None)).collect();
+    let mut texts: Vec<(Vec<Source>, Option<usize>)> =
+        alone.map(|sources| (sources, None)).collect();
     let start = texts.len() - 1;
     texts.extend((0..setup.keys.len()).map(|core| (frame(board), Some(core))));
-    texts.extend(tables.iter().map(|text| (vec![Source { name: "tables", text }], None)));
+    texts.extend(tables.iter().map(|text| {
+        (
+            vec![Source {
+                name: "tables",
+                text,
+            }],
+            None,
+        )
+    }));
     let assembled = parallel::map(texts, |(sources, core)| {
-        let Some(core) = core else { return assemble(&sources, &constants, board.arch) };
+        let Some(core) = core else {
+            return assemble(&sources, &constants, board.arch);
+        };
         let mut own = constants.clone();
         own.extend(of_frame(setup.keys[core], board, core));
-        Ok(of_core(assemble(&sources, &own, board.arch)?, core, programs.len()))
+        Ok(of_core(
+            assemble(&sources, &own, board.arch)?,
+            core,
+            programs.len(),
+        ))
     });
-    let mut objects = assembled.into_iter().collect::<Result<Vec<Object>, AsmError>>()?;
-    let frame = objects[start].sections.iter_mut().filter(|section| section.name == ".text.frame");
+    let mut objects = assembled
+        .into_iter()
+        .collect::<Result<Vec<Object>, AsmError>>()?;
+    let frame = objects[start]
+        .sections
+        .iter_mut()
+        .filter(|section| section.name == ".text.frame");
     frame.for_each(|section| section.name = ".text.start.board".into());
     Ok(objects)
 }
 
 /// What the frame of a core is told besides the [`constants`].
 pub fn of_frame(keys: u32, board: &Support, core: usize) -> BTreeMap<String, i64> {
-    let all = [("KEYS", keys), ("DISTANCE", distance(keys)), ("STACK", board.stacks[core])];
-    all.into_iter().map(|(name, value)| (name.to_string(), value.into())).collect()
+    let all = [
+        ("KEYS", keys),
+        ("DISTANCE", distance(keys)),
+        ("STACK", board.stacks[core]),
+    ];
+    all.into_iter()
+        .map(|(name, value)| (name.to_string(), value.into()))
+        .collect()
 }
 
-/// The texts of a firmware as they are assembled, those of a frame together; a frame is told [`of_frame`] besides the
-/// [`constants`].
+/// The texts of a firmware as they are assembled, those of a frame together; a frame is told
+/// [`of_frame`] besides the [`constants`].
 pub fn sources<'a>(board: &Support<'a>) -> Vec<Vec<Source<'a>>> {
-    shared(board).map(|source| vec![source]).chain([frame(board)]).collect()
+    shared(board)
+        .map(|source| vec![source])
+        .chain([frame(board)])
+        .collect()
 }
 
-/// The frame of one core: its names and sections say so, and nobody else sees what is in it but the tick.
+/// The frame of one core: its names and sections say so, and nobody else sees what is in it but the
+/// tick.
 fn of_core(mut object: Object, core: usize, programs: usize) -> Object {
     let (number, core) = (core, CORES[core]);
     let rename = |name: &str| match name {
@@ -258,7 +306,11 @@ fn of_core(mut object: Object, core: usize, programs: usize) -> Object {
         "guards" | "ledger" => format!("{name}{number}"),
         other => other.to_string(),
     };
-    let of_programs = |what: &str| (0..programs).map(|at| format!("{}_{what}", keys_name(number, at))).collect();
+    let of_programs = |what: &str| {
+        (0..programs)
+            .map(|at| format!("{}_{what}", keys_name(number, at)))
+            .collect()
+    };
     let targets = |name: &String| -> Vec<String> {
         match name.as_str() {
             "keys_tick" => of_programs("tick"),
@@ -270,7 +322,10 @@ fn of_core(mut object: Object, core: usize, programs: usize) -> Object {
     };
     for section in &mut object.sections {
         section.name = section.name.replace(".frame", &format!(".{core}.frame"));
-        section.fixups.iter_mut().for_each(|fixup| fixup.symbol = rename(&fixup.symbol));
+        section
+            .fixups
+            .iter_mut()
+            .for_each(|fixup| fixup.symbol = rename(&fixup.symbol));
         for hint in &mut section.hints {
             if let crate::image::Hint::Targets { symbols, .. } = hint {
                 *symbols = symbols.iter().flat_map(targets).collect();
@@ -278,7 +333,8 @@ fn of_core(mut object: Object, core: usize, programs: usize) -> Object {
         }
     }
     for symbol in &mut object.symbols {
-        symbol.global &= symbol.section.is_none() || ["tick", "exceptions"].contains(&symbol.name.as_str());
+        symbol.global &=
+            symbol.section.is_none() || ["tick", "exceptions"].contains(&symbol.name.as_str());
         symbol.name = rename(&symbol.name);
     }
     object

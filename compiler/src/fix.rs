@@ -1,8 +1,9 @@
 //! Lowering: equations over the reals become integers.
 //!
-//! The units of all values are chosen together, so that few sums need more than additions. Sums of scaled values gather in one
-//! 32-bit word, products by their top words; clamps stand only where the ranges do not prove them away. Each value carries a
-//! bound on the error that one tick adds to it.
+//! The units of all values are chosen together, so that few sums need more than additions. Sums of
+//! scaled values gather in one 32-bit word, products by their top words; clamps stand only where
+//! the ranges do not prove them away. Each value carries a bound on the error that one tick adds to
+//! it.
 //!
 //! ```text
 //!   Step + Ranges + Scales -> [ units | sense | values | rules | commit ] -> Kernel + what its values mean
@@ -38,11 +39,18 @@ use real::Real;
 
 /// Lowers one instrument.
 ///
-/// `observe` adds what traces need and a keyboard does not: a probe per named value, an event per rule.
+/// `observe` adds what traces need and a keyboard does not: a probe per named value, an event per
+/// rule.
 ///
 /// # Errors
-/// An operator refused its operands: a defect of this module (ranges are given), reported with the operator.
-pub fn lower(step: &Step, ranges: &Ranges, scales: Scales, observe: bool) -> Result<Lowered, OpError> {
+/// An operator refused its operands: a defect of this module (ranges are given), reported with the
+/// operator.
+pub fn lower(
+    step: &Step,
+    ranges: &Ranges,
+    scales: Scales,
+    observe: bool,
+) -> Result<Lowered, OpError> {
     Lowerer::new(step, ranges, scales, observe).run()
 }
 
@@ -106,14 +114,25 @@ impl<'a> Lowerer<'a> {
         let (events, clamps, origins) = (events.meanings, self.clamps, self.origins.list);
         let mut kernel = self.b.finish();
         kernel::sweep(&mut kernel);
-        Ok(Lowered { kernel, exports, events, lives, clamps, origins })
+        Ok(Lowered {
+            kernel,
+            exports,
+            events,
+            lives,
+            clamps,
+            origins,
+        })
     }
 
     fn tick(&mut self, drive: u32, events: &rules::Events) -> Result<Vec<Export>, OpError> {
         self.tick_senses()?;
         let word = self.drive_word()?;
         self.b.effect(kernel::Op::Out(drive), &[word])?;
-        let exports = if self.observe { self.probes()? } else { Vec::new() };
+        let exports = if self.observe {
+            self.probes()?
+        } else {
+            Vec::new()
+        };
         let mut writes = self.integrated()?;
         self.rules(events, &mut writes)?;
         self.commit(writes)?;

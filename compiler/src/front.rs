@@ -9,7 +9,8 @@ use crate::source::SourceMap;
 use crate::syntax::ast::File;
 use crate::syntax::parse;
 
-/// What may merely follow from a declaration that could not be read. It is not told beside errors of the text.
+/// What may merely follow from a declaration that could not be read. It is not told beside errors
+/// of the text.
 const CONSEQUENCES: &[Code] = &[
     Code::UnknownName,
     Code::UnknownTerm,
@@ -32,10 +33,11 @@ const CONSEQUENCES: &[Code] = &[
     Code::SenseMismatch,
 ];
 
-/// Reads and checks the files in `map`, which become one program; the Program only if there is no error.
+/// Reads and checks the files in `map`, which become one program; the Program only if there is no
+/// error.
 ///
-/// The standard library and the settings of `options` are added to `map` behind the files, because messages may point
-/// at them: call this once per map.
+/// The standard library and the settings of `options` are added to `map` behind the files, because
+/// messages may point at them: call this once per map.
 pub fn compile_front(map: &mut SourceMap, options: &Options) -> (Option<Program>, Vec<Diagnostic>) {
     let mut found = Vec::new();
     let files = parse_from(map, 0, &mut found);
@@ -50,7 +52,10 @@ pub fn compile_front(map: &mut SourceMap, options: &Options) -> (Option<Program>
     let unreadable = found.iter().any(|d| d.severity() == Severity::Error);
     let (program, mut checked) = check(&files, &std, options);
     if unreadable {
-        let lines: HashSet<(u32, usize)> = found.iter().map(|d| (d.span.file, map.line_column(d.span).0)).collect();
+        let lines: HashSet<(u32, usize)> = found
+            .iter()
+            .map(|d| (d.span.file, map.line_column(d.span).0))
+            .collect();
         // Beside what could not be read on a line, little on it is to be believed.
         let believed = |d: &Diagnostic| !lines.contains(&(d.span.file, map.line_column(d.span).0));
         checked.retain(|d| !CONSEQUENCES.contains(&d.code) && believed(d));
@@ -61,5 +66,10 @@ pub fn compile_front(map: &mut SourceMap, options: &Options) -> (Option<Program>
 }
 
 fn parse_from(map: &SourceMap, first: usize, found: &mut Vec<Diagnostic>) -> Vec<File> {
-    map.files().iter().enumerate().skip(first).map(|(index, file)| parse(index as u32, &file.text, found)).collect()
+    map.files()
+        .iter()
+        .enumerate()
+        .skip(first)
+        .map(|(index, file)| parse(index as u32, &file.text, found))
+        .collect()
 }

@@ -1,4 +1,5 @@
-//! Machine code for the computer this runs on: a Kernel compiled by Cranelift, as a second engine beside `interp`.
+//! Machine code for the computer this runs on: a Kernel compiled by Cranelift, as a second engine
+//! beside `interp`.
 //!
 //! `init` and `tick` become functions over a stretch of keys, with the loop over the keys inside:
 //!
@@ -17,11 +18,13 @@
 //!   key 0 .. 3 | 4 | 5 | 6 | 7 | 8 .. 11        where key 5 alone is observed: its group one by one, with probes
 //! ```
 //!
-//! Both work on the same [`Memory`] as the interpreter and agree with it in every byte. The proofs of `verify` carry
-//! over: since no value can leave its range, 32-bit values of a single key live sign-extended in 64-bit registers, where
-//! their operators give the same results, and neither `widen` nor `narrow` costs anything.
+//! Both work on the same [`Memory`] as the interpreter and agree with it in every byte. The proofs
+//! of `verify` carry over: since no value can leave its range, 32-bit values of a single key live
+//! sign-extended in 64-bit registers, where their operators give the same results, and neither
+//! `widen` nor `narrow` costs anything.
 //!
-//! The only unsafe code of the compiler is in this file: calling what Cranelift made, and freeing it.
+//! The only unsafe code of the compiler is in this file: calling what Cranelift made, and freeing
+//! it.
 
 mod compile;
 mod frame;
@@ -37,8 +40,8 @@ use frame::{BUFFERS, Buffer};
 /// How to compile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
-    /// Whether probes are kept. Without them, and without what only they need, a kernel runs faster; `probes()` is
-    /// empty.
+    /// Whether probes are kept. Without them, and without what only they need, a kernel runs
+    /// faster; `probes()` is empty.
     pub probes: bool,
 }
 
@@ -71,11 +74,16 @@ impl Loaded<HostFunctions> {
     /// Compiles a kernel for so many keys; `init` comes first.
     ///
     /// # Errors
-    /// The kernel does not verify; too many keys or too much memory; Cranelift does not know this machine.
+    /// The kernel does not verify; too many keys or too much memory; Cranelift does not know this
+    /// machine.
     pub fn build(kernel: &Kernel, keys: usize, options: Options) -> Result<HostCode, EngineError> {
         // What does not verify is not taken apart.
         let mut memory = Memory::new(kernel, keys)?;
-        let bare = if options.probes { None } else { Some(without_probes(kernel)) };
+        let bare = if options.probes {
+            None
+        } else {
+            Some(without_probes(kernel))
+        };
         if let Some(bare) = &bare {
             memory = Memory::new(bare, keys)?;
         }
@@ -86,12 +94,16 @@ impl Loaded<HostFunctions> {
             .map(|code| Loaded::new_with(kernel.clone(), memory, code))
     }
 
-    /// Compiles a kernel for so many keys of which one is observed: only its probes are kept (those of its neighbours
-    /// may be, too), and the other keys run as fast as without.
+    /// Compiles a kernel for so many keys of which one is observed: only its probes are kept (those
+    /// of its neighbours may be, too), and the other keys run as fast as without.
     ///
     /// # Errors
     /// Those of [`HostCode::build`]; no such key.
-    pub fn build_observing(kernel: &Kernel, keys: usize, observed: usize) -> Result<HostCode, EngineError> {
+    pub fn build_observing(
+        kernel: &Kernel,
+        keys: usize,
+        observed: usize,
+    ) -> Result<HostCode, EngineError> {
         let memory = Memory::new(kernel, keys)?;
         if observed >= keys {
             return Err(EngineError::Unknown);
@@ -99,22 +111,47 @@ impl Loaded<HostFunctions> {
         let bare = without_probes(kernel);
         let lanes = lanes::suits(&bare, keys).then_some(&bare);
         let stretches = stretches(keys, lanes.is_some(), Some(observed));
-        HostFunctions::new(kernel, lanes, &memory, stretches).map(|code| Loaded::new_with(kernel.clone(), memory, code))
+        HostFunctions::new(kernel, lanes, &memory, stretches)
+            .map(|code| Loaded::new_with(kernel.clone(), memory, code))
     }
 }
 
 /// Which keys run in lanes: whole groups, but for the group of an observed key.
 fn stretches(keys: usize, lanes: bool, observed: Option<usize>) -> Vec<Stretch> {
-    let grouped = if lanes { keys / lanes::WIDTH * lanes::WIDTH } else { 0 };
-    let alone = observed.filter(|key| *key < grouped).map_or(grouped, |key| key / lanes::WIDTH * lanes::WIDTH);
+    let grouped = if lanes {
+        keys / lanes::WIDTH * lanes::WIDTH
+    } else {
+        0
+    };
+    let alone = observed
+        .filter(|key| *key < grouped)
+        .map_or(grouped, |key| key / lanes::WIDTH * lanes::WIDTH);
     let after = (alone + lanes::WIDTH).min(grouped.max(alone));
     let all = [
-        Stretch { function: Function::Lanes, first: 0, end: alone },
-        Stretch { function: Function::Single, first: alone, end: after },
-        Stretch { function: Function::Lanes, first: after, end: grouped },
-        Stretch { function: Function::Single, first: grouped, end: keys },
+        Stretch {
+            function: Function::Lanes,
+            first: 0,
+            end: alone,
+        },
+        Stretch {
+            function: Function::Single,
+            first: alone,
+            end: after,
+        },
+        Stretch {
+            function: Function::Lanes,
+            first: after,
+            end: grouped,
+        },
+        Stretch {
+            function: Function::Single,
+            first: grouped,
+            end: keys,
+        },
     ];
-    all.into_iter().filter(|stretch| stretch.first < stretch.end).collect()
+    all.into_iter()
+        .filter(|stretch| stretch.first < stretch.end)
+        .collect()
 }
 
 impl HostFunctions {
@@ -124,11 +161,19 @@ impl HostFunctions {
         memory: &Memory,
         stretches: Vec<Stretch>,
     ) -> Result<HostFunctions, EngineError> {
-        let single = stretches.iter().any(|stretch| stretch.function == Function::Single);
-        let code = Compiled::new(kernel, single, lanes, &memory.layout).map_err(EngineError::Host)?;
+        let single = stretches
+            .iter()
+            .any(|stretch| stretch.function == Function::Single);
+        let code =
+            Compiled::new(kernel, single, lanes, &memory.layout).map_err(EngineError::Host)?;
         let events = lanes.map_or(0, |kernel| lanes::events_max(&kernel.tick) * memory.keys());
         Ok(HostFunctions {
-            tables: kernel.tables.iter().flat_map(|table| &table.values).copied().collect(),
+            tables: kernel
+                .tables
+                .iter()
+                .flat_map(|table| &table.values)
+                .copied()
+                .collect(),
             stretches,
             told: vec![0; events * memory.layout.event_words],
             code: Some(code),
@@ -136,8 +181,18 @@ impl HostFunctions {
     }
 
     /// Runs a stretch of keys in lanes; what they tell is sorted by keys.
-    fn lanes(&mut self, stretch: Stretch, kernel: &Kernel, memory: &mut Memory, inputs: &[u16], outputs: &mut [i16]) {
-        let mut clock = Clock { tick: memory.clock.tick, ..Clock::default() };
+    fn lanes(
+        &mut self,
+        stretch: Stretch,
+        kernel: &Kernel,
+        memory: &mut Memory,
+        inputs: &[u16],
+        outputs: &mut [i16],
+    ) {
+        let mut clock = Clock {
+            tick: memory.clock.tick,
+            ..Clock::default()
+        };
         let mut buffers = self.buffers(memory, inputs, outputs);
         buffers[Buffer::Events as usize] = self.told.as_mut_ptr().cast();
         buffers[Buffer::Clock as usize] = (&raw mut clock).cast();
@@ -149,19 +204,35 @@ impl HostFunctions {
 
     /// Hands on what was told, key by key; what one key told stays in its order.
     fn keep(&self, count: usize, kernel: &Kernel, memory: &mut Memory) {
-        let mut records: Vec<&[u32]> = self.told.chunks_exact(memory.layout.event_words).take(count).collect();
+        let mut records: Vec<&[u32]> = self
+            .told
+            .chunks_exact(memory.layout.event_words)
+            .take(count)
+            .collect();
         records.sort_by_key(|record| record[2]);
         for record in records {
-            let args = kernel.events.get(record[3] as usize).map_or(0, |event| event.args as usize);
+            let args = kernel
+                .events
+                .get(record[3] as usize)
+                .map_or(0, |event| event.args as usize);
             if let Some(room) = memory.event_room() {
                 room[2..EVENT_HEAD + args].copy_from_slice(&record[2..EVENT_HEAD + args]);
             }
         }
     }
 
-    /// The bases of all buffers, in the order of `frame::Buffer`. What is declared as `*const` there is only read.
-    fn buffers(&mut self, memory: &mut Memory, inputs: &[u16], outputs: &mut [i16]) -> [*mut u8; BUFFERS] {
-        let constants = self.code.as_mut().map_or(std::ptr::null_mut(), |code| code.constants.as_mut_ptr());
+    /// The bases of all buffers, in the order of `frame::Buffer`. What is declared as `*const`
+    /// there is only read.
+    fn buffers(
+        &mut self,
+        memory: &mut Memory,
+        inputs: &[u16],
+        outputs: &mut [i16],
+    ) -> [*mut u8; BUFFERS] {
+        let constants = self
+            .code
+            .as_mut()
+            .map_or(std::ptr::null_mut(), |code| code.constants.as_mut_ptr());
         [
             inputs.as_ptr().cast_mut().cast(),
             outputs.as_mut_ptr().cast(),
@@ -180,24 +251,50 @@ impl HostFunctions {
 
     #[allow(unsafe_code)]
     fn call(&self, stretch: Stretch, buffers: &[*mut u8; BUFFERS]) {
-        let Some(address) = self.code.as_ref().and_then(|code| code.address(stretch.function)) else { return };
-        // SAFETY: `address` was made by `compile` with the signature `Machine` and lives as long as `self.code`.
+        let Some(address) = self
+            .code
+            .as_ref()
+            .and_then(|code| code.address(stretch.function))
+        else {
+            return;
+        };
+        // SAFETY: `address` was made by `compile` with the signature `Machine` and lives as long as
+        // `self.code`.
         let machine: Machine = unsafe { std::mem::transmute::<*const u8, Machine>(address) };
-        // SAFETY: only `run` calls this, with the buffers of the kernel and the memory that the code was translated for,
-        // and the code touches nothing else. Their lengths follow from the memory's layout alone (`Memory` never
-        // resizes them), those of the words were checked by `Loaded`, and `told` has room for all events of a tick.
-        // A stretch lies within the keys; one in lanes has a multiple of their number. Indices into cells, tables and
-        // lines were proven inside by `verify`; the proof holds since inputs are clamped to their ranges, and live
-        // values and cells can only be set within theirs. In a kernel that assumes anything, where the proof may not
-        // hold, the code itself holds indices inside and divisions from trapping.
-        unsafe { machine(&raw const *buffers, stretch.first as i64, stretch.end as i64) }
+        // SAFETY: only `run` calls this, with the buffers of the kernel and the memory that the
+        // code was translated for, and the code touches nothing else. Their lengths follow from the
+        // memory's layout alone (`Memory` never resizes them), those of the words were checked by
+        // `Loaded`, and `told` has room for all events of a tick. A stretch lies within the keys;
+        // one in lanes has a multiple of their number. Indices into cells, tables and lines were
+        // proven inside by `verify`; the proof holds since inputs are clamped to their ranges, and
+        // live values and cells can only be set within theirs. In a kernel that assumes anything,
+        // where the proof may not hold, the code itself holds indices inside and divisions from
+        // trapping.
+        unsafe {
+            machine(
+                &raw const *buffers,
+                stretch.first as i64,
+                stretch.end as i64,
+            )
+        }
     }
 }
 
 impl Code for HostFunctions {
-    fn run(&mut self, tick: bool, kernel: &Kernel, memory: &mut Memory, inputs: &[u16], outputs: &mut [i16]) {
+    fn run(
+        &mut self,
+        tick: bool,
+        kernel: &Kernel,
+        memory: &mut Memory,
+        inputs: &[u16],
+        outputs: &mut [i16],
+    ) {
         if !tick {
-            let all = Stretch { function: Function::Init, first: 0, end: memory.keys() };
+            let all = Stretch {
+                function: Function::Init,
+                first: 0,
+                end: memory.keys(),
+            };
             let buffers = self.buffers(memory, inputs, outputs);
             return self.call(all, &buffers);
         }
@@ -217,7 +314,8 @@ impl Code for HostFunctions {
 impl Drop for HostFunctions {
     fn drop(&mut self) {
         if let Some(code) = self.code.take() {
-            // SAFETY: the code runs only inside `run`, which has returned, and no pointer into it is handed out.
+            // SAFETY: the code runs only inside `run`, which has returned, and no pointer into it
+            // is handed out.
             unsafe { code.module.free_memory() }
         }
     }
@@ -228,7 +326,10 @@ mod tests {
     use super::*;
 
     fn shape(keys: usize, lanes: bool, observed: Option<usize>) -> Vec<(Function, usize, usize)> {
-        stretches(keys, lanes, observed).into_iter().map(|s| (s.function, s.first, s.end)).collect()
+        stretches(keys, lanes, observed)
+            .into_iter()
+            .map(|s| (s.function, s.first, s.end))
+            .collect()
     }
 
     #[test]
@@ -237,8 +338,14 @@ mod tests {
         assert_eq!(shape(88, true, None), [(Lanes, 0, 88)]);
         assert_eq!(shape(10, true, None), [(Lanes, 0, 8), (Single, 8, 10)]);
         assert_eq!(shape(3, false, None), [(Single, 0, 3)]);
-        assert_eq!(shape(12, true, Some(5)), [(Lanes, 0, 4), (Single, 4, 8), (Lanes, 8, 12)]);
-        assert_eq!(shape(10, true, Some(0)), [(Single, 0, 4), (Lanes, 4, 8), (Single, 8, 10)]);
+        assert_eq!(
+            shape(12, true, Some(5)),
+            [(Lanes, 0, 4), (Single, 4, 8), (Lanes, 8, 12)]
+        );
+        assert_eq!(
+            shape(10, true, Some(0)),
+            [(Single, 0, 4), (Lanes, 4, 8), (Single, 8, 10)]
+        );
         assert_eq!(shape(10, true, Some(9)), [(Lanes, 0, 8), (Single, 8, 10)]);
         assert_eq!(shape(3, false, Some(1)), [(Single, 0, 3)]);
     }

@@ -1,8 +1,9 @@
 //! The engine `ideal`: a Model in f64, the yardstick for fixed point.
 //!
-//! It follows the rules of a tick as the manual words them, on the Model as checked (before algebra), so it shares
-//! nothing with lowering but the meaning of the language. It reads the same raw words as the other engines, and its
-//! differentiators sum the same integers, here straight over the window.
+//! It follows the rules of a tick as the manual words them, on the Model as checked (before
+//! algebra), so it shares nothing with lowering but the meaning of the language. It reads the same
+//! raw words as the other engines, and its differentiators sum the same integers, here straight
+//! over the window.
 //!
 //! ```text
 //!   words -> sense -> values of the graph -> bodies -> rules -> commit
@@ -87,15 +88,22 @@ impl<'m> Ideal<'m> {
         }
     }
 
-    /// One tick of all keys. `words` holds one word per sense and key, key after key. The values it computes stay readable
-    /// until the next tick.
+    /// One tick of all keys. `words` holds one word per sense and key, key after key. The values it
+    /// computes stay readable until the next tick.
     pub fn tick(&mut self, words: &[u16]) {
         self.occurrences.clear();
         let senses = self.model.senses.len();
         for key in 0..self.keys.len() {
             self.sense(key, &words[key * senses..(key + 1) * senses]);
             self.before[key].clone_from(&self.keys[key]);
-            value::evaluate(self.model, &self.lives, key, &self.keys[key], &self.senses[key], &mut self.values[key]);
+            value::evaluate(
+                self.model,
+                &self.lives,
+                key,
+                &self.keys[key],
+                &self.senses[key],
+                &mut self.values[key],
+            );
             self.act(key);
         }
         self.started = true;
@@ -104,9 +112,13 @@ impl<'m> Ideal<'m> {
     fn sense(&mut self, key: usize, words: &[u16]) {
         if !self.started {
             let start = |(s, &w)| SenseState::new(s, self.scales, self.model.rate_hz, w);
-            self.senses.push(self.model.senses.iter().zip(words).map(start).collect());
+            self.senses
+                .push(self.model.senses.iter().zip(words).map(start).collect());
         } else {
-            self.senses[key].iter_mut().zip(words).for_each(|(s, &w)| s.push(w));
+            self.senses[key]
+                .iter_mut()
+                .zip(words)
+                .for_each(|(s, &w)| s.push(w));
         }
     }
 
@@ -120,7 +132,9 @@ impl<'m> Ideal<'m> {
             let guard = value(rule.guard) != 0.0;
             let acts = match rule.kind {
                 RuleKind::Transition { machine, from, .. } => {
-                    guard && state.machines[machine.0 as usize] == from && !moved[machine.0 as usize]
+                    guard
+                        && state.machines[machine.0 as usize] == from
+                        && !moved[machine.0 as usize]
                 }
                 RuleKind::Event { .. } => guard && !state.held[index],
             };
@@ -128,15 +142,23 @@ impl<'m> Ideal<'m> {
             if !acts {
                 continue;
             }
-            self.occurrences.push(Occurrence { key: key as u32, what: What::Rule(index as u32), args: vec![] });
+            self.occurrences.push(Occurrence {
+                key: key as u32,
+                what: What::Rule(index as u32),
+                args: vec![],
+            });
             if let RuleKind::Transition { machine, to, .. } = rule.kind {
                 moved[machine.0 as usize] = true;
                 writes.machines[machine.0 as usize] = to;
             }
             for action in &rule.actions {
                 match action {
-                    Action::Write { cell, value: v, .. } => writes.cells[cell.0 as usize] = value(*v),
-                    Action::Fire { pulse, value: v, .. } => writes.fire(model, state, *pulse, value(*v)),
+                    Action::Write { cell, value: v, .. } => {
+                        writes.cells[cell.0 as usize] = value(*v)
+                    }
+                    Action::Fire {
+                        pulse, value: v, ..
+                    } => writes.fire(model, state, *pulse, value(*v)),
                     Action::Emit { emission, args, .. } => self.occurrences.push(Occurrence {
                         key: key as u32,
                         what: What::Emission(emission.0),
@@ -160,7 +182,11 @@ impl<'m> Ideal<'m> {
 
     /// Sum of all force terms in the last tick (N).
     pub fn force_n(&self, key: usize) -> f64 {
-        self.model.forces.iter().map(|f| self.value(key, f.value)).sum()
+        self.model
+            .forces
+            .iter()
+            .map(|f| self.value(key, f.value))
+            .sum()
     }
 
     /// Memory of a key at the start of the last tick, on which its values were computed.

@@ -1,4 +1,5 @@
-//! Machine code and what belongs to it, before and after it has addresses; and the files that are made of it.
+//! Machine code and what belongs to it, before and after it has addresses; and the files that are
+//! made of it.
 //!
 //! ```text
 //!   thumb (the tick)  --.
@@ -18,7 +19,8 @@
 //! | `listing`, `map` | files for people |
 //! | `bindings` | a header for C and a module for Rust, for who links a relocatable file |
 //!
-//! Everything is a function of its arguments: the same program gives the same bytes. Not here: files, instructions.
+//! Everything is a function of its arguments: the same program gives the same bytes. Not here:
+//! files, instructions.
 
 mod bindings;
 mod board;
@@ -34,7 +36,9 @@ mod map;
 mod object;
 mod uf2;
 
-pub use bindings::{Argument, EventInterface, Interface, LiveInterface, PortInterface, Ring, c_header, rust_module};
+pub use bindings::{
+    Argument, EventInterface, Interface, LiveInterface, PortInterface, Ring, c_header, rust_module,
+};
 pub use board::{Board, Memory, MemoryKind, Placement, Start, timing};
 pub use elf::{executable, relocatable};
 pub use fixup::FixupError;
@@ -43,5 +47,7 @@ pub use link::{Input, LinkError, link};
 pub use linked::{Image, Linked, Named, Segment};
 pub use listing::listing;
 pub use map::map;
-pub use object::{Fixup, FixupKind, Hint, LineRow, Object, Section, SectionKind, Symbol, SymbolKind};
+pub use object::{
+    Fixup, FixupKind, Hint, LineRow, Object, Section, SectionKind, Symbol, SymbolKind,
+};
 pub use uf2::uf2;

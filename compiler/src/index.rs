@@ -1,7 +1,7 @@
 //! Who is meant: the names of a program's text, and what each of them stands for. For editors.
 //!
-//! The index is made from trees alone, so it is there for programs that are not right yet: what cannot be resolved is
-//! left out. Rule 9 of the manual says who sees whom.
+//! The index is made from trees alone, so it is there for programs that are not right yet: what
+//! cannot be resolved is left out. Rule 9 of the manual says who sees whom.
 //!
 //! Not here: types and values (`check`), which only right programs have.
 
@@ -56,7 +56,10 @@ impl Kind {
     /// Whether it stands in the name space of values.
     pub fn is_value(self) -> bool {
         use Kind::*;
-        matches!(self, Sense | Param | Live | Let | State | Pulse | Coordinate | Parameter | Result)
+        matches!(
+            self,
+            Sense | Param | Live | Let | State | Pulse | Coordinate | Parameter | Result
+        )
     }
 
     /// In words.
@@ -128,7 +131,8 @@ pub struct Index {
 }
 
 impl Index {
-    /// The index of the files of `map`, which are these trees in this order; of terms with one name the first counts.
+    /// The index of the files of `map`, which are these trees in this order; of terms with one name
+    /// the first counts.
     pub fn new(map: &SourceMap, files: &[File]) -> Index {
         let mut index = declared::collect(files);
         resolve::resolve(&mut index, map, files);
@@ -139,33 +143,49 @@ impl Index {
 
     /// The name that a place touches, at its end too.
     pub fn at(&self, file: u32, byte: u32) -> Option<Occurrence> {
-        let touches = |o: &&Occurrence| o.span.file == file && o.span.start <= byte && byte <= o.span.end;
-        self.occurrences.iter().filter(touches).max_by_key(|o| o.span.start).copied()
+        let touches =
+            |o: &&Occurrence| o.span.file == file && o.span.start <= byte && byte <= o.span.end;
+        self.occurrences
+            .iter()
+            .filter(touches)
+            .max_by_key(|o| o.span.start)
+            .copied()
     }
 
     /// The instrument, term or keyboard around a place: its place in [`Index::items`].
     pub fn item_at(&self, file: u32, byte: u32) -> Option<usize> {
-        self.items.iter().position(|s| s.file == file && s.start <= byte && byte <= s.end)
+        self.items
+            .iter()
+            .position(|s| s.file == file && s.start <= byte && byte <= s.end)
     }
 
     /// What an item declares.
     pub fn inside(&self, item: usize) -> impl Iterator<Item = (usize, &Definition)> {
-        self.definitions.iter().enumerate().filter(move |(_, d)| d.item == item)
+        self.definitions
+            .iter()
+            .enumerate()
+            .filter(move |(_, d)| d.item == item)
     }
 
     /// The first definition in an item that has this name and is of such a kind.
     pub fn find(&self, item: usize, name: &str, is: impl Fn(Kind) -> bool) -> Option<usize> {
-        self.inside(item).find(|(_, d)| d.name == name && is(d.kind)).map(|(n, _)| n)
+        self.inside(item)
+            .find(|(_, d)| d.name == name && is(d.kind))
+            .map(|(n, _)| n)
     }
 
     /// The first instrument or term of this name.
     pub fn item_named(&self, name: &str, kind: Kind) -> Option<usize> {
-        self.definitions.iter().position(|d| d.kind == kind && d.name == name)
+        self.definitions
+            .iter()
+            .position(|d| d.kind == kind && d.name == name)
     }
 
     /// The states of a machine.
     pub fn states(&self, machine: usize) -> impl Iterator<Item = &Definition> {
-        self.definitions.iter().filter(move |d| d.machine == Some(machine))
+        self.definitions
+            .iter()
+            .filter(move |d| d.machine == Some(machine))
     }
 }
 

@@ -1,9 +1,11 @@
-//! The Kernel: one tick of one key as integers, with the memory it works on; the engines run it for N keys.
+//! The Kernel: one tick of one key as integers, with the memory it works on; the engines run it for
+//! N keys.
 //!
-//! This is where the real numbers have ended. What a sensor word does to the words of memory and to the drive word is
-//! written out bit by bit: 1-, 32- and 64-bit integers in SSA form, explicit shifts and rounding, structured control
-//! (`if` and `loop` are instructions that own [`Region`]s). Whoever runs a Kernel has nothing left to choose, so the
-//! interpreter, the code for the host and the code for the target agree in every bit.
+//! This is where the real numbers have ended. What a sensor word does to the words of memory and to
+//! the drive word is written out bit by bit: 1-, 32- and 64-bit integers in SSA form, explicit
+//! shifts and rounding, structured control (`if` and `loop` are instructions that own [`Region`]s).
+//! Whoever runs a Kernel has nothing left to choose, so the interpreter, the code for the host and
+//! the code for the target agree in every bit.
 //!
 //! ```text
 //!   in words -> | per-key record: cells, keyed constants                               | -> out words
@@ -11,11 +13,12 @@
 //!               | shared: live values, tables                                          | -> probes
 //! ```
 //!
-//! Each value carries the interval it was proven to stay in. The proof is local: the table of operators says which
-//! interval a result has, given those of the operands, and [`verify()`] checks that every declared interval holds it.
-//! No operator can overflow then, no index can leave its cell, whatever words come in; what a host may change between
-//! ticks is held to its declared range. Only [`Op::Assume`] puts something in that intervals cannot show, and the
-//! checked interpreter looks after it.
+//! Each value carries the interval it was proven to stay in. The proof is local: the table of
+//! operators says which interval a result has, given those of the operands, and [`verify()`] checks
+//! that every declared interval holds it. No operator can overflow then, no index can leave its
+//! cell, whatever words come in; what a host may change between ticks is held to its declared
+//! range. Only [`Op::Assume`] puts something in that intervals cannot show, and the checked
+//! interpreter looks after it.
 //!
 //! | part | what it settles |
 //! | --- | --- |
@@ -77,8 +80,14 @@ impl Type {
     pub const fn range(self) -> Range {
         match self {
             Type::I1 => Range { low: 0, high: 1 },
-            Type::I32 => Range { low: i32::MIN as i64, high: i32::MAX as i64 },
-            Type::I64 => Range { low: i64::MIN, high: i64::MAX },
+            Type::I32 => Range {
+                low: i32::MIN as i64,
+                high: i32::MAX as i64,
+            },
+            Type::I64 => Range {
+                low: i64::MIN,
+                high: i64::MAX,
+            },
         }
     }
 
@@ -124,7 +133,10 @@ impl Range {
 
     /// One value alone.
     pub const fn point(value: i64) -> Range {
-        Range { low: value, high: value }
+        Range {
+            low: value,
+            high: value,
+        }
     }
 
     /// Whether `value` lies inside.
@@ -140,7 +152,10 @@ impl Range {
     /// The smallest interval that holds both.
     #[must_use]
     pub fn union(self, other: Range) -> Range {
-        Range { low: self.low.min(other.low), high: self.high.max(other.high) }
+        Range {
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+        }
     }
 
     /// Whether it holds nothing.
@@ -174,8 +189,8 @@ pub struct ValueInfo {
     pub range: Range,
 }
 
-/// A word that enters (`u16`) or leaves (`i16`) each key in each tick. An input outside its range is clamped to it when
-/// it is read, so nothing a host feeds can leave a proven range.
+/// A word that enters (`u16`) or leaves (`i16`) each key in each tick. An input outside its range
+/// is clamped to it when it is read, so nothing a host feeds can leave a proven range.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Port {
     /// Name.
@@ -221,9 +236,10 @@ pub struct Cell {
     pub init: i64,
 }
 
-/// A delay line of each key. `delay n` reads what was pushed `n` ticks ago (1 ..= len); one push per tick, after the
-/// delays, so that a ring of `len` slots is enough: `delay len` reads the slot that the push then overwrites. All keys
-/// share one ring index. Before `init` every slot holds the value of the range that is nearest to zero.
+/// A delay line of each key. `delay n` reads what was pushed `n` ticks ago (1 ..= len); one push
+/// per tick, after the delays, so that a ring of `len` slots is enough: `delay len` reads the slot
+/// that the push then overwrites. All keys share one ring index. Before `init` every slot holds the
+/// value of the range that is nearest to zero.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Line {
     /// Name.
@@ -288,7 +304,8 @@ pub struct Kernel {
     pub probes: Vec<Probe>,
     /// All SSA values; some may be defined nowhere and used nowhere.
     pub values: Vec<ValueInfo>,
-    /// Run once per key before the first tick, with the first tick's inputs; may not `out`, `emit` or `probe`.
+    /// Run once per key before the first tick, with the first tick's inputs; may not `out`, `emit`
+    /// or `probe`.
     pub init: Region,
     /// Run for every key in every tick.
     pub tick: Region,

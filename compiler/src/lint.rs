@@ -1,4 +1,5 @@
-//! What a program that has a meaning surely does not mean: seen by intervals, not by the looks of the text.
+//! What a program that has a meaning surely does not mean: seen by intervals, not by the looks of
+//! the text.
 //!
 //! ```text
 //!   Model + Ranges ─ guards   a guard that always or never holds; a state that is never entered for it
@@ -8,7 +9,8 @@
 //!                       └── all ask `together`: can these bools hold at once? never, at such values, unknown
 //! ```
 //!
-//! Everything here is a warning. Not here: what has no meaning (`check`, `range`), the feel of the key.
+//! Everything here is a warning. Not here: what has no meaning (`check`, `range`), the feel of the
+//! key.
 
 mod guards;
 mod outside;
@@ -21,7 +23,8 @@ use crate::model::{Model, NodeId, Rule, RuleKind};
 use crate::range::Ranges;
 use together::Solver;
 
-/// Warnings about one instrument, in the order of the text. `ranges` are those of `model` as checked.
+/// Warnings about one instrument, in the order of the text. `ranges` are those of `model` as
+/// checked.
 pub fn lint(model: &Model, ranges: &Ranges) -> Vec<Diagnostic> {
     let mut solver = Solver::new(model, ranges);
     let mut found = Vec::new();
@@ -46,21 +49,29 @@ fn silent(model: &Model) -> Option<Diagnostic> {
     })
 }
 
-/// What holds while a rule acts: its guard, and for a transition that its machine is in the state it leaves.
+/// What holds while a rule acts: its guard, and for a transition that its machine is in the state
+/// it leaves.
 fn facts(rule: &Rule) -> together::Facts {
     let state = match rule.kind {
         RuleKind::Transition { machine, from, .. } => Some((machine, from)),
         RuleKind::Event { .. } => None,
     };
-    together::Facts { holds: vec![rule.guard], states: state.into_iter().collect(), ..Default::default() }
+    together::Facts {
+        holds: vec![rule.guard],
+        states: state.into_iter().collect(),
+        ..Default::default()
+    }
 }
 
 /// Adds the calls of terms in which a rule stands, innermost first.
 fn in_calls(model: &Model, call: Option<u32>, diagnostic: Diagnostic) -> Diagnostic {
-    model.calls_from(call).fold(diagnostic, |d, span| d.also(span, "in this call"))
+    model
+        .calls_from(call)
+        .fold(diagnostic, |d, span| d.also(span, "in this call"))
 }
 
-/// Whether the constants alone decide a node, without any range: then it was switched so on purpose.
+/// Whether the constants alone decide a node, without any range: then it was switched so on
+/// purpose.
 fn is_constant(model: &Model, node: NodeId) -> bool {
     model.dag.bool(node).is_some()
 }

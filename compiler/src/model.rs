@@ -1,8 +1,9 @@
 //! The Model: one instrument as equations over the reals, in SI units, with everything resolved.
 //!
-//! Terms are inlined, primes are expanded, names are gone (kept for messages and traces only). Values are nodes of a
-//! hash-consed graph ([`Dag`]); memory is a list of [`Cell`]s; what happens at an instant is a list of [`Rule`]s in the
-//! order of the text, because the later of two writes wins.
+//! Terms are inlined, primes are expanded, names are gone (kept for messages and traces only).
+//! Values are nodes of a hash-consed graph ([`Dag`]); memory is a list of [`Cell`]s; what happens
+//! at an instant is a list of [`Rule`]s in the order of the text, because the later of two writes
+//! wins.
 //!
 //! ```text
 //!   check -> Model -> simplify -> range -> fix::lower -> Kernel
@@ -59,12 +60,13 @@ pub struct Model {
     pub dag: Dag,
     /// Where each value was first written, by node number; may be shorter than the graph.
     pub spans: Vec<Option<Span>>,
-    /// Inside which call of a term each value was first written (an index into `calls`), by node number; may be shorter
-    /// than the graph.
+    /// Inside which call of a term each value was first written (an index into `calls`), by node
+    /// number; may be shorter than the graph.
     pub within: Vec<Option<u32>>,
     /// The calls of terms that have been inlined.
     pub calls: Vec<Call>,
-    /// What the text declares, with the declarations of inlined terms: what values and code are made for.
+    /// What the text declares, with the declarations of inlined terms: what values and code are
+    /// made for.
     pub items: Vec<Item>,
     /// What is measured, in the order of the text.
     pub senses: Vec<Sense>,
@@ -88,7 +90,8 @@ pub struct Model {
     pub emissions: Vec<Emission>,
     /// Force terms, in the order of the text.
     pub forces: Vec<Named>,
-    /// Every `let` and every result of a term (`jack.resistance`), in the order of the text: exported to traces.
+    /// Every `let` and every result of a term (`jack.resistance`), in the order of the text:
+    /// exported to traces.
     pub named: Vec<Named>,
 }
 
@@ -104,7 +107,8 @@ pub struct Call {
 /// A declaration or a transition.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Item {
-    /// Its kind and full name: `force contact`, `state jack.held`; a transition as in [`Model::rule_name`].
+    /// Its kind and full name: `force contact`, `state jack.held`; a transition as in
+    /// [`Model::rule_name`].
     pub name: String,
     /// All of it.
     pub span: Span,
@@ -175,8 +179,8 @@ pub enum CellKind {
 /// One remembered real.
 #[derive(Debug, Clone)]
 pub struct Cell {
-    /// Name; a rate is named after its coordinate with a prime (`phi'`), a cell of a term with the place of the call
-    /// (`jack.held`).
+    /// Name; a rate is named after its coordinate with a prime (`phi'`), a cell of a term with the
+    /// place of the call (`jack.held`).
     pub name: String,
     /// What it is for.
     pub kind: CellKind,
@@ -234,8 +238,8 @@ pub struct Pulse {
 /// What makes a rule act.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RuleKind {
-    /// A step of a machine: it acts if the machine is in `from`, the guard holds, and no earlier transition of the same
-    /// machine from the same state acts in this tick.
+    /// A step of a machine: it acts if the machine is in `from`, the guard holds, and no earlier
+    /// transition of the same machine from the same state acts in this tick.
     Transition {
         /// The machine.
         machine: MachineId,
@@ -244,8 +248,8 @@ pub enum RuleKind {
         /// State entered.
         to: u32,
     },
-    /// An event: it acts when the guard is true now and was not true in the tick before (in the first tick it counts as
-    /// having been true).
+    /// An event: it acts when the guard is true now and was not true in the tick before (in the
+    /// first tick it counts as having been true).
     Event {
         /// Its name.
         name: String,
@@ -303,7 +307,9 @@ impl Action {
     /// Where it stands.
     pub fn span(&self) -> Span {
         match self {
-            Action::Write { span, .. } | Action::Fire { span, .. } | Action::Emit { span, .. } => *span,
+            Action::Write { span, .. } | Action::Fire { span, .. } | Action::Emit { span, .. } => {
+                *span
+            }
         }
     }
 }
@@ -342,18 +348,25 @@ impl Model {
         self.calls_from(self.within.get(node.0 as usize).copied().flatten())
     }
 
-    /// Whether it turns: its first sense is an angle, and its forces are torques. Otherwise it slides.
+    /// Whether it turns: its first sense is an angle, and its forces are torques. Otherwise it
+    /// slides.
     pub fn turns(&self) -> bool {
-        self.senses.first().is_some_and(|sense| sense.dim.is_number())
+        self.senses
+            .first()
+            .is_some_and(|sense| sense.dim.is_number())
     }
 
-    /// How a rule is called in messages and event lists: the event's name, or `contact: touching -> flying`.
+    /// How a rule is called in messages and event lists: the event's name, or `contact: touching ->
+    /// flying`.
     pub fn rule_name(&self, rule: &Rule) -> String {
         match &rule.kind {
             RuleKind::Event { name } => name.clone(),
             RuleKind::Transition { machine, from, to } => {
                 let machine = &self.machines[machine.0 as usize];
-                format!("{}: {} -> {}", machine.name, machine.states[*from as usize], machine.states[*to as usize])
+                format!(
+                    "{}: {} -> {}",
+                    machine.name, machine.states[*from as usize], machine.states[*to as usize]
+                )
             }
         }
     }

@@ -1,4 +1,5 @@
-//! The tick of a Kernel as a set of modes: one piece of code for every combination of machine states that can occur.
+//! The tick of a Kernel as a set of modes: one piece of code for every combination of machine
+//! states that can occur.
 //!
 //! ```text
 //!   Kernel -> Modes     mode: what is known of the cells when its tick starts
@@ -7,13 +8,15 @@
 //!                       a block ends by choosing the next block, or by naming the mode of the next tick
 //! ```
 //!
-//! In a mode, cells that are known are constants, and what the knowledge decides has been decided; the meaning of a tick
-//! is the Kernel's, bit for bit. A cell whose value the mode knows ([`Mode::known`]) need not be in memory when its tick
-//! starts: nobody reads it there, and whoever leaves for such a mode in [`End::Next`] does not store it. Every other cell
-//! is in memory when a tick starts; what it held already is not stored again.
+//! In a mode, cells that are known are constants, and what the knowledge decides has been decided;
+//! the meaning of a tick is the Kernel's, bit for bit. A cell whose value the mode knows
+//! ([`Mode::known`]) need not be in memory when its tick starts: nobody reads it there, and whoever
+//! leaves for such a mode in [`End::Next`] does not store it. Every other cell is in memory when a
+//! tick starts; what it held already is not stored again.
 //!
-//! A host that changes cells between ticks must find the key's mode anew ([`Modes::mode_of`]); where there is none, no tick
-//! can have left the cells so, and the key must start from `init`. Live values may change freely.
+//! A host that changes cells between ticks must find the key's mode anew ([`Modes::mode_of`]);
+//! where there is none, no tick can have left the cells so, and the key must start from `init`.
+//! Live values may change freely.
 //!
 //! | part | what it settles |
 //! | --- | --- |
@@ -50,7 +53,8 @@ use graph::Graph;
 use tick::Tick;
 use tree::Discrete;
 
-/// How many instructions all modes of an instrument may have, if nothing else is asked for: about 40 KB of code.
+/// How many instructions all modes of an instrument may have, if nothing else is asked for: about
+/// 40 KB of code.
 pub const INSTRUCTIONS: usize = 12_000;
 
 /// All modes of a kernel's tick.
@@ -69,7 +73,8 @@ pub struct Mode {
     pub name: String,
     /// Where word 0 of each cell lies when the tick starts.
     pub cells: Vec<Range>,
-    /// Whether memory need not hold the cell (its range is a point that the mode stands for), by cell.
+    /// Whether memory need not hold the cell (its range is a point that the mode stands for), by
+    /// cell.
     pub known: Vec<bool>,
     /// All values of the blocks.
     pub values: Vec<ValueInfo>,
@@ -117,8 +122,8 @@ pub struct Target {
     pub args: Vec<Value>,
 }
 
-/// The modes of a kernel: told apart by those cells that make the longest path shorter, as long as all modes together have
-/// no more instructions than this; with 0, the one mode that knows nothing.
+/// The modes of a kernel: told apart by those cells that make the longest path shorter, as long as
+/// all modes together have no more instructions than this; with 0, the one mode that knows nothing.
 pub fn specialise(kernel: &Kernel, instructions: usize) -> Modes {
     if instructions == 0 {
         return Modes::single(kernel);
@@ -128,7 +133,9 @@ pub fn specialise(kernel: &Kernel, instructions: usize) -> Modes {
     let (mut best, mut chosen) = (Modes::single(kernel), Vec::new());
     loop {
         let mut more = choose::that_fit(&best, &left, instructions);
-        let Some(first) = more.first().copied() else { return best };
+        let Some(first) = more.first().copied() else {
+            return best;
+        };
         while !more.is_empty() {
             let added = more.iter().map(|at| left[*at].clone());
             let cells: Vec<Discrete> = chosen.iter().cloned().chain(added).collect();
@@ -142,12 +149,16 @@ pub fn specialise(kernel: &Kernel, instructions: usize) -> Modes {
         }
         // The first, where even that one does not do alone, is left out for good.
         let settled = if more.is_empty() { vec![first] } else { more };
-        let others = left.into_iter().enumerate().filter(|(at, _)| !settled.contains(at));
+        let others = left
+            .into_iter()
+            .enumerate()
+            .filter(|(at, _)| !settled.contains(at));
         left = others.map(|(_, discrete)| discrete).collect();
     }
 }
 
-/// The modes of a kernel, told apart by all cells that can tell them apart; none if they have more instructions than this.
+/// The modes of a kernel, told apart by all cells that can tell them apart; none if they have more
+/// instructions than this.
 pub fn specialise_fully(kernel: &Kernel, instructions: usize) -> Option<Modes> {
     let mut source = Source::new(kernel);
     let all = std::mem::take(&mut source.discrete);
@@ -167,15 +178,31 @@ impl<'k> Source<'k> {
     fn new(kernel: &'k Kernel) -> Source<'k> {
         let start = reach::after_init(kernel);
         let mut graph = Graph::new(kernel);
-        let tick = tick::read(&mut graph, &kernel.tick, &tick::in_memory(kernel, &kernel.tick));
+        let tick = tick::read(
+            &mut graph,
+            &kernel.tick,
+            &tick::in_memory(kernel, &kernel.tick),
+        );
         let all = reach::discrete(&graph, &tick, &start);
         let discrete = choose::by_gain(&mut graph, &tick, all);
-        Source { graph, tick, start, discrete }
+        Source {
+            graph,
+            tick,
+            start,
+            discrete,
+        }
     }
 
     /// Modes told apart by these cells; none if they become too large.
     fn modes(&mut self, cells: &[Discrete], instructions: usize) -> Option<Modes> {
-        let reached = reach::reach(&mut self.graph, &self.tick, cells, &self.start, instructions).ok()?;
+        let reached = reach::reach(
+            &mut self.graph,
+            &self.tick,
+            cells,
+            &self.start,
+            instructions,
+        )
+        .ok()?;
         let modes = placed(&mut self.graph, cells, &reached)?;
         (modes.instructions() <= instructions).then_some(modes)
     }
@@ -185,11 +212,20 @@ fn placed(graph: &mut Graph, discrete: &[Discrete], reached: &[reach::Reached]) 
     let in_memory = tick::in_memory(graph.kernel, &graph.kernel.tick);
     let knows = |mode: &reach::Reached| {
         let ranges = mode.cells.iter().zip(&in_memory);
-        ranges.map(|(range, in_memory)| range.low == range.high && !in_memory).collect::<Vec<bool>>()
+        ranges
+            .map(|(range, in_memory)| range.low == range.high && !in_memory)
+            .collect::<Vec<bool>>()
     };
     let known: Vec<Vec<bool>> = reached.iter().map(knows).collect();
-    let plan = place::Plan { discrete, modes: reached, known: &known };
-    Some(Modes { modes: place::modes(graph, &plan)?, kernel: graph.kernel.clone() })
+    let plan = place::Plan {
+        discrete,
+        modes: reached,
+        known: &known,
+    };
+    Some(Modes {
+        modes: place::modes(graph, &plan)?,
+        kernel: graph.kernel.clone(),
+    })
 }
 
 impl End {
@@ -217,7 +253,9 @@ impl Mode {
     /// The cells whose value the mode stands for, with that value.
     pub fn stands_for(&self) -> impl Iterator<Item = (usize, i64)> {
         let cells = self.cells.iter().zip(&self.known).enumerate();
-        cells.filter(|(_, (_, known))| **known).map(|(cell, (range, _))| (cell, range.low))
+        cells
+            .filter(|(_, (_, known))| **known)
+            .map(|(cell, (range, _))| (cell, range.low))
     }
 }
 
@@ -229,17 +267,30 @@ impl Modes {
 
     /// The longest path through any mode.
     pub fn longest(&self) -> Size {
-        self.modes.iter().map(Mode::longest).max().unwrap_or_default()
+        self.modes
+            .iter()
+            .map(Mode::longest)
+            .max()
+            .unwrap_or_default()
     }
 
     /// The mode of a key whose cells hold this (word 0 of each); none if no tick can leave them so.
     pub fn mode_of(&self, cell: impl Fn(usize) -> i64) -> Option<usize> {
-        self.modes.iter().position(|mode| mode.cells.iter().enumerate().all(|(at, range)| range.has(cell(at))))
+        self.modes.iter().position(|mode| {
+            mode.cells
+                .iter()
+                .enumerate()
+                .all(|(at, range)| range.has(cell(at)))
+        })
     }
 
     /// One mode that knows nothing: the kernel's tick as it is.
     pub fn single(kernel: &Kernel) -> Modes {
-        let entry = Block { params: Vec::new(), insts: kernel.tick.insts.clone(), end: End::Next(0) };
+        let entry = Block {
+            params: Vec::new(),
+            insts: kernel.tick.insts.clone(),
+            end: End::Next(0),
+        };
         let mode = Mode {
             name: "any".to_string(),
             cells: kernel.cells.iter().map(|cell| cell.range).collect(),
@@ -247,6 +298,9 @@ impl Modes {
             values: kernel.values.clone(),
             blocks: vec![entry],
         };
-        Modes { kernel: kernel.clone(), modes: vec![mode] }
+        Modes {
+            kernel: kernel.clone(),
+            modes: vec![mode],
+        }
     }
 }

@@ -9,19 +9,24 @@ pub fn map<T: Send, R: Send>(items: Vec<T>, of: impl Fn(T) -> R + Sync) -> Vec<R
     map_with(items, || (), |(), item| of(item))
 }
 
-/// The same, where each thread has something that it uses again from item to item, and that no result depends on.
+/// The same, where each thread has something that it uses again from item to item, and that no
+/// result depends on.
 pub fn map_with<T: Send, S, R: Send>(
     items: Vec<T>,
     own: impl Fn() -> S + Sync,
     of: impl Fn(&mut S, T) -> R + Sync,
 ) -> Vec<R> {
-    let threads = thread::available_parallelism().map_or(1, usize::from).min(items.len());
+    let threads = thread::available_parallelism()
+        .map_or(1, usize::from)
+        .min(items.len());
     let left = Mutex::new(items.into_iter().enumerate());
     // Nobody panics while holding the lock.
     let next = || left.lock().ok()?.next();
     let work = || {
         let mut own = own();
-        std::iter::from_fn(next).map(|(at, item)| (at, of(&mut own, item))).collect::<Vec<(usize, R)>>()
+        std::iter::from_fn(next)
+            .map(|(at, item)| (at, of(&mut own, item)))
+            .collect::<Vec<(usize, R)>>()
     };
     let mut all = thread::scope(|scope| {
         let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();

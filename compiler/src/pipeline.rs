@@ -16,10 +16,19 @@ use crate::simplify::{self, Step};
 /// The passes, by the names `dump --after` knows them by.
 pub const PASSES: &[(&str, &str)] = &[
     ("parse", "the tree of the text, printed as source"),
-    ("check", "the Model: equations over the reals, names resolved, terms inlined"),
-    ("simplify", "the Model after algebra, with the proven range of every value"),
+    (
+        "check",
+        "the Model: equations over the reals, names resolved, terms inlined",
+    ),
+    (
+        "simplify",
+        "the Model after algebra, with the proven range of every value",
+    ),
     ("lower", "the Kernel: one tick as integers"),
-    ("modes", "the tick of each mode: one piece of code for every combination of machine states that can occur"),
+    (
+        "modes",
+        "the tick of each mode: one piece of code for every combination of machine states that can occur",
+    ),
 ];
 
 /// One instrument in every form.
@@ -46,21 +55,34 @@ pub enum CompileError {
     Defect(String),
 }
 
-/// Compiles one instrument. `observe` keeps what traces need: a probe per named value, an event per rule.
+/// Compiles one instrument. `observe` keeps what traces need: a probe per named value, an event per
+/// rule.
 ///
 /// # Errors
 /// Values that cannot be bounded, or a defect.
 pub fn compile(model: Model, scales: Scales, observe: bool) -> Result<Compiled, CompileError> {
-    let warnings = lint::lint(&model, &range::analyze(&model).map_err(CompileError::Program)?);
+    let warnings = lint::lint(
+        &model,
+        &range::analyze(&model).map_err(CompileError::Program)?,
+    );
     let step = simplify::simplify(&model).map_err(CompileError::Program)?;
     let ranges = range::analyze(&step.model).map_err(CompileError::Program)?;
-    let defect = |what: &str, why: String| CompileError::Defect(format!("{what} of `{}`: {why}", model.name));
-    let lowered = fix::lower(&step, &ranges, scales, observe).map_err(|e| defect("lowering", e.to_string()))?;
+    let defect = |what: &str, why: String| {
+        CompileError::Defect(format!("{what} of `{}`: {why}", model.name))
+    };
+    let lowered = fix::lower(&step, &ranges, scales, observe)
+        .map_err(|e| defect("lowering", e.to_string()))?;
     kernel::verify::verify(&lowered.kernel).map_err(|errors| {
         let all: Vec<String> = errors.iter().map(ToString::to_string).collect();
         defect("the kernel", all.join("; "))
     })?;
-    Ok(Compiled { model, step, ranges, lowered, warnings })
+    Ok(Compiled {
+        model,
+        step,
+        ranges,
+        lowered,
+        warnings,
+    })
 }
 
 #[cfg(test)]
@@ -71,7 +93,11 @@ mod tests {
     use crate::front::compile_front;
     use crate::source::SourceMap;
 
-    const MIKEY: Scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb: 20.0 / 32768.0 };
+    const MIKEY: Scales = Scales {
+        sensor_zero: -0.5e-3,
+        sensor_lsb: 11e-3 / 65535.0,
+        drive_lsb: 20.0 / 32768.0,
+    };
 
     fn program(text: &str) -> Program {
         let mut map = SourceMap::default();
@@ -85,7 +111,8 @@ mod tests {
         for (_, text) in INSTRUMENTS {
             for model in program(text).instruments {
                 for observe in [true, false] {
-                    let compiled = compile(model.clone(), MIKEY, observe).unwrap_or_else(|e| panic!("{e:?}"));
+                    let compiled =
+                        compile(model.clone(), MIKEY, observe).unwrap_or_else(|e| panic!("{e:?}"));
                     println!("{}", compiled.lowered.kernel);
                     assert_eq!(compiled.lowered.exports.is_empty(), !observe);
                 }

@@ -1,8 +1,9 @@
 //! Interval analysis of a Model: a proven interval for every value, which lowering requires.
 //!
-//! Memory has declared ranges and every write is clamped to them, so one pass over the graph, operands first, bounds
-//! everything: no fixed point is needed. Interval ends are moved outwards by one unit in the last place per operation, so
-//! that rounding of the analysis itself stays on the safe side.
+//! Memory has declared ranges and every write is clamped to them, so one pass over the graph,
+//! operands first, bounds everything: no fixed point is needed. Interval ends are moved outwards by
+//! one unit in the last place per operation, so that rounding of the analysis itself stays on the
+//! safe side.
 //!
 //! Not here: integers (the Kernel proves its own ranges again, exactly), relations between values.
 
@@ -31,23 +32,34 @@ pub const LIMIT: f64 = 1e15;
 /// Bounds every value of `model`.
 ///
 /// # Errors
-/// One diagnostic per division whose divisor may be zero, per odd half-power of a value that may be negative, and per
-/// value that is not bounded by [`LIMIT`]; users of a value in error are not reported again.
+/// One diagnostic per division whose divisor may be zero, per odd half-power of a value that may be
+/// negative, and per value that is not bounded by [`LIMIT`]; users of a value in error are not
+/// reported again.
 pub fn analyze(model: &Model) -> Result<Ranges, Vec<Diagnostic>> {
     let mut nodes: Vec<Interval> = Vec::with_capacity(model.dag.len());
     let mut bad = vec![false; model.dag.len()];
     let mut diagnostics = Vec::new();
     for (id, node) in model.dag.nodes() {
         let tainted = node.operands().iter().any(|o| bad[o.0 as usize]);
-        let result: Result<Interval, Option<Problem>> =
-            if tainted { Err(None) } else { transfer(model, node, |o| nodes[o.0 as usize]).map_err(Some) };
-        nodes.push(result.unwrap_or(Interval { low: 0.0, high: 0.0 }));
+        let result: Result<Interval, Option<Problem>> = if tainted {
+            Err(None)
+        } else {
+            transfer(model, node, |o| nodes[o.0 as usize]).map_err(Some)
+        };
+        nodes.push(result.unwrap_or(Interval {
+            low: 0.0,
+            high: 0.0,
+        }));
         if let Err(problem) = result {
             bad[id.0 as usize] = true;
             diagnostics.extend(problem.map(|p| p.diagnostic(model, id)));
         }
     }
-    if diagnostics.is_empty() { Ok(Ranges { nodes }) } else { Err(diagnostics) }
+    if diagnostics.is_empty() {
+        Ok(Ranges { nodes })
+    } else {
+        Err(diagnostics)
+    }
 }
 
 /// Why a value has no interval.
@@ -65,7 +77,11 @@ pub enum Problem {
 ///
 /// # Errors
 /// See [`Problem`].
-pub fn transfer(model: &Model, node: &Node, of: impl Fn(NodeId) -> Interval) -> Result<Interval, Problem> {
+pub fn transfer(
+    model: &Model,
+    node: &Node,
+    of: impl Fn(NodeId) -> Interval,
+) -> Result<Interval, Problem> {
     let value = match node {
         Node::Const(c) => Interval::point(c.0),
         Node::Bool(b) => Interval::point(f64::from(*b)),
@@ -76,10 +92,13 @@ pub fn transfer(model: &Model, node: &Node, of: impl Fn(NodeId) -> Interval) -> 
         Node::Keyed(k) => model.keyed[*k as usize].range,
         Node::Cell(c) => model.cells[c.0 as usize].range,
         Node::Is(m, _) if model.machines[m.0 as usize].states.len() == 1 => Interval::point(1.0),
-        Node::Is(..) => Interval { low: 0.0, high: 1.0 },
-        Node::Linear(c0, terms) => {
-            terms.iter().fold(Interval::point(c0.0), |sum, (c, x)| sum + of(*x) * Interval::point(c.0))
-        }
+        Node::Is(..) => Interval {
+            low: 0.0,
+            high: 1.0,
+        },
+        Node::Linear(c0, terms) => terms.iter().fold(Interval::point(c0.0), |sum, (c, x)| {
+            sum + of(*x) * Interval::point(c.0)
+        }),
         &Node::Add(a, b) => of(a) + of(b),
         &Node::Sub(a, b) => of(a) - of(b),
         &Node::Mul(a, b) if a == b => of(a).power(4),
@@ -89,19 +108,28 @@ pub fn transfer(model: &Model, node: &Node, of: impl Fn(NodeId) -> Interval) -> 
         &Node::Min(a, b) => of(a).min(of(b)),
         &Node::Max(a, b) => of(a).max(of(b)),
         &Node::Abs(a) => of(a).abs(),
-        &Node::Power(a, halves) if halves % 2 == 1 && of(a).low < 0.0 => return Err(Problem::NegativeBase(of(a))),
+        &Node::Power(a, halves) if halves % 2 == 1 && of(a).low < 0.0 => {
+            return Err(Problem::NegativeBase(of(a)));
+        }
         &Node::Power(a, halves) => of(a).power(halves),
         &Node::Compare(cmp, a, b) => compare(cmp, of(a), of(b)),
         &Node::And(a, b) => of(a).min(of(b)),
         &Node::Or(a, b) => of(a).max(of(b)),
-        &Node::Not(a) => Interval { low: 1.0 - of(a).high, high: 1.0 - of(a).low },
+        &Node::Not(a) => Interval {
+            low: 1.0 - of(a).high,
+            high: 1.0 - of(a).low,
+        },
         &Node::Select(c, a, b) | &Node::SelectBool(c, a, b) => match (of(c).low, of(c).high) {
             (1.0, _) => of(a),
             (_, 0.0) => of(b),
             _ => of(a).union(of(b)),
         },
     };
-    if value.magnitude() <= LIMIT { Ok(value) } else { Err(Problem::Unbounded) }
+    if value.magnitude() <= LIMIT {
+        Ok(value)
+    } else {
+        Err(Problem::Unbounded)
+    }
 }
 
 /// `1 .. 1` where the comparison always holds, `0 .. 0` where it never does.
@@ -112,11 +140,14 @@ fn compare(cmp: Cmp, a: Interval, b: Interval) -> Interval {
         Cmp::Gt => (a.low > b.high, a.high <= b.low),
         Cmp::Ge => (a.low >= b.high, a.high < b.low),
     };
-    Interval { low: f64::from(always), high: f64::from(!never) }
+    Interval {
+        low: f64::from(always),
+        high: f64::from(!never),
+    }
 }
 
-/// Largest slope of the least-squares line over the window: the first half of the samples at one end of the range, the
-/// second half at the other.
+/// Largest slope of the least-squares line over the window: the first half of the samples at one
+/// end of the range, the second half at the other.
 fn slope_range(model: &Model, sense: usize) -> Interval {
     let (s, rate) = (&model.senses[sense], f64::from(model.rate_hz));
     let m = (f64::from(s.window) - 1.0) / 2.0;
@@ -125,8 +156,8 @@ fn slope_range(model: &Model, sense: usize) -> Interval {
     Interval::around(weights / squares * rate * s.range.width())
 }
 
-/// Largest second derivative of the least-squares parabola: the positive weights on one end of the range, the negative on
-/// the other.
+/// Largest second derivative of the least-squares parabola: the positive weights on one end of the
+/// range, the negative on the other.
 fn curvature_range(model: &Model, sense: usize) -> Interval {
     let (s, rate) = (&model.senses[sense], f64::from(model.rate_hz));
     let n = f64::from(s.window);
@@ -143,10 +174,31 @@ mod tests {
 
     #[test]
     fn comparisons_are_decided_only_when_the_intervals_are_apart() {
-        let (a, b) = (Interval { low: 0.0, high: 1.0 }, Interval { low: 1.0, high: 2.0 });
+        let (a, b) = (
+            Interval {
+                low: 0.0,
+                high: 1.0,
+            },
+            Interval {
+                low: 1.0,
+                high: 2.0,
+            },
+        );
         assert_eq!(compare(Cmp::Le, a, b), Interval::point(1.0));
-        assert_eq!(compare(Cmp::Lt, a, b), Interval { low: 0.0, high: 1.0 });
+        assert_eq!(
+            compare(Cmp::Lt, a, b),
+            Interval {
+                low: 0.0,
+                high: 1.0
+            }
+        );
         assert_eq!(compare(Cmp::Gt, a, b), Interval::point(0.0));
-        assert_eq!(compare(Cmp::Ge, a, b), Interval { low: 0.0, high: 1.0 });
+        assert_eq!(
+            compare(Cmp::Ge, a, b),
+            Interval {
+                low: 0.0,
+                high: 1.0
+            }
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! The stability budget: whether the sampled loop of key, hand and program gives energy to the player, and whether it can ring.
+//! The stability budget: whether the sampled loop of key, hand and program gives energy to the
+//! player, and whether it can ring.
 //!
 //! ```text
 //!   Model --pieces--> places where every choice is decided --gradient--> linear discrete systems, coupled bodies included
@@ -7,8 +8,9 @@
 //!   Hands (a table) --Held--> position for a force -------------- margin: how much larger a force may be before it rings (Nyquist)
 //! ```
 //!
-//! What is claimed and what is not stands in `docs/stability.md`: each piece is judged by itself, as if the key stayed in it; the
-//! jumps between pieces are the program's meaning (a pluck gives way) and are judged by simulation alone.
+//! What is claimed and what is not stands in `docs/stability.md`: each piece is judged by itself,
+//! as if the key stayed in it; the jumps between pieces are the program's meaning (a pluck gives
+//! way) and are judged by simulation alone.
 //!
 //! Not here: the device file (runtime), motion and heat, words for the terminal.
 

@@ -1,13 +1,14 @@
-//! Code for the Cortex-M33, the Cortex-M4 and the Cortex-M0+: the tick of all keys of one core, from modes to an object.
+//! Code for the Cortex-M33, the Cortex-M4 and the Cortex-M0+: the tick of all keys of one core,
+//! from modes to an object.
 //!
 //! ```text
 //!   Modes --select--> Func (instructions over virtual registers) --allocate--> --arrange, emit--> Object
 //! ```
 //!
-//! The tick is threaded: keys have records that lie one after the other, and the first word of a record is the address of
-//! the code of the key's present mode. A mode's code does one key's tick, takes the address of the next key's code from
-//! the next record and goes there; after the last key a sentinel leads to the end of the frame. There is no loop and no
-//! test of modes.
+//! The tick is threaded: keys have records that lie one after the other, and the first word of a
+//! record is the address of the code of the key's present mode. A mode's code does one key's tick,
+//! takes the address of the next key's code from the next record and goes there; after the last key
+//! a sentinel leads to the end of the frame. There is no loop and no test of modes.
 //!
 //! | part | what it settles |
 //! | --- | --- |
@@ -30,8 +31,8 @@
 //! | `emit` | encodings, IT blocks, branches |
 //! | `entry` | code around the keys |
 //!
-//! Every transformation here keeps every drive word, event and cell of the Kernel, bit for bit. Not here: what a Kernel may
-//! assume (`modes`), addresses (`image`).
+//! Every transformation here keeps every drive word, event and cell of the Kernel, bit for bit. Not
+//! here: what a Kernel may assume (`modes`), addresses (`image`).
 
 mod agree;
 mod allocate;
@@ -101,7 +102,10 @@ pub enum ThumbError {
 impl fmt::Display for ThumbError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            ThumbError::Keys(keys) => write!(f, "{keys} keys do not fit: a core takes 1 to 65536 keys in 16 MiB"),
+            ThumbError::Keys(keys) => write!(
+                f,
+                "{keys} keys do not fit: a core takes 1 to 65536 keys in 16 MiB"
+            ),
             ThumbError::Modes(modes) => write!(f, "{modes} modes, more than {LITERALS_MAX}"),
             ThumbError::Bug(what) => write!(f, "no code: {what}"),
         }
@@ -127,16 +131,22 @@ impl Built {
 
     /// The section of its state.
     fn state(&mut self) -> Option<&mut Section> {
-        self.object.sections.iter_mut().find(|section| section.kind == SectionKind::Data)
+        self.object
+            .sections
+            .iter_mut()
+            .find(|section| section.kind == SectionKind::Data)
     }
 
-    /// The same code for as many other keys: those of this kernel, which differs in its values per key alone, and which are numbered
-    /// from `first` on.
+    /// The same code for as many other keys: those of this kernel, which differs in its values per
+    /// key alone, and which are numbered from `first` on.
     #[must_use]
     pub fn with_keys_of(mut self, kernel: &Kernel, first: u32) -> Built {
         let frame = self.layout.frame.clone();
         if let Some(data) = self.state() {
-            let mut state = Memory { bytes: std::mem::take(&mut data.bytes), fixups: Vec::new() };
+            let mut state = Memory {
+                bytes: std::mem::take(&mut data.bytes),
+                fixups: Vec::new(),
+            };
             state.keyed(kernel, &frame);
             state.numbers(&frame, first);
             data.bytes = state.bytes;
@@ -162,13 +172,18 @@ pub struct Around {
     pub record: u32,
 }
 
-/// Compiles the tick of a core's keys as a part of a firmware's frame: `NAME_tick(state, words)` and `NAME_init(state, words)`
-/// find the first key's sensor word at `words`, put drive words `distance` bytes behind sensor words, and keep no register
-/// but SP; so does `NAME_begin(state, word, key)`, which prepares one key as `NAME_init` prepares all, once that has run.
+/// Compiles the tick of a core's keys as a part of a firmware's frame: `NAME_tick(state, words)`
+/// and `NAME_init(state, words)` find the first key's sensor word at `words`, put drive words
+/// `distance` bytes behind sensor words, and keep no register but SP; so does `NAME_begin(state,
+/// word, key)`, which prepares one key as `NAME_init` prepares all, once that has run.
 ///
 /// # Errors
 /// Too many keys or modes; a bug.
-pub fn compile_for_frame(modes: &Modes, options: &Options, around: &Around) -> Result<Built, ThumbError> {
+pub fn compile_for_frame(
+    modes: &Modes,
+    options: &Options,
+    around: &Around,
+) -> Result<Built, ThumbError> {
     build(modes, options, Some(around))
 }
 
@@ -184,7 +199,11 @@ pub struct Points {
 }
 
 /// Those of all code for keys.
-pub const POINTS: Points = Points { state: [frame::T, frame::K], histories: frame::H, words: frame::I };
+pub const POINTS: Points = Points {
+    state: [frame::T, frame::K],
+    histories: frame::H,
+    words: frame::I,
+};
 
 /// Bytes of a key's record.
 pub fn record_bytes(kernel: &Kernel, options: &Options) -> u32 {
@@ -219,10 +238,14 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
     let mut object = object(kernel, &frame, options, &literals, code);
     v6m::add_routines(&mut object, options)?;
-    Ok(Built { object, layout: Layout { frame } })
+    Ok(Built {
+        object,
+        layout: Layout { frame },
+    })
 }
 
-/// Code with registers: of all modes, of `init`, and of what a tick computes at its entry, if there is such.
+/// Code with registers: of all modes, of `init`, and of what a tick computes at its entry, if there
+/// is such.
 struct Made {
     modes: Vec<Allocated>,
     init: Allocated,
@@ -237,30 +260,60 @@ struct Items {
 
 fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Made) -> Items {
     let (name, init) = (&options.name, &made.init);
-    let slots = made.modes.iter().chain(&made.shared).map(|func| func.slots).max().unwrap_or(0);
-    let mut mode_names: Vec<String> = (0..modes.modes.len()).map(|mode| names::mode(name, mode)).collect();
-    let labels = entry::Labels { init_key: 0, init_next: 1, events: 2 };
+    let slots = made
+        .modes
+        .iter()
+        .chain(&made.shared)
+        .map(|func| func.slots)
+        .max()
+        .unwrap_or(0);
+    let mut mode_names: Vec<String> = (0..modes.modes.len())
+        .map(|mode| names::mode(name, mode))
+        .collect();
+    let labels = entry::Labels {
+        init_key: 0,
+        init_next: 1,
+        events: 2,
+    };
     let mut base = entry::LABELS;
     let shared = made.shared.as_ref().map_or_else(Vec::new, |shared| {
         let items = inside(shared, base, core, &mode_names);
         base += shared.blocks.len() + 1;
         items
     });
-    let mut items = entry::tick(frame, core.arch, name, slots, shared, &mode_names, labels.events);
+    let mut items = entry::tick(
+        frame,
+        core.arch,
+        name,
+        slots,
+        shared,
+        &mode_names,
+        labels.events,
+    );
     mode_names.push(names::end(name));
     let mut placed = Vec::new();
     for func in &made.modes {
         placed.push((func, base));
         base += func.blocks.len();
     }
-    let arranged =
-        parallel::map(placed, |(func, base)| arrange::arrange(func, base, core, &mode_names, labels.init_next));
+    let arranged = parallel::map(placed, |(func, base)| {
+        arrange::arrange(func, base, core, &mode_names, labels.init_next)
+    });
     for (index, arranged) in arranged.into_iter().enumerate() {
-        items.push(Item::Function { name: names::mode(name, index), global: false });
+        items.push(Item::Function {
+            name: names::mode(name, index),
+            global: false,
+        });
         items.extend(arranged);
     }
     items.extend(entry::init(frame, name, init.slots, labels));
-    items.extend(arrange::arrange(init, base, core, &mode_names, labels.init_next));
+    items.extend(arrange::arrange(
+        init,
+        base,
+        core,
+        &mode_names,
+        labels.init_next,
+    ));
     base += init.blocks.len();
     if frame.caller.is_some() {
         // A copy, so that a key that begins costs what one key costs, and can be bounded as such.
@@ -270,7 +323,10 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Ma
         items.extend(behind);
         base += init.blocks.len() + 1;
     }
-    Items { items, labels: base }
+    Items {
+        items,
+        labels: base,
+    }
 }
 
 /// Code that goes on behind its end, with labels from `base` on: one a block, and one there.
@@ -284,9 +340,18 @@ fn inside(func: &Allocated, base: usize, core: &Core, mode_names: &[String]) -> 
     items
 }
 
-fn object(kernel: &Kernel, frame: &Frame, options: &Options, literals: &Literals, code: Bytes) -> Object {
+fn object(
+    kernel: &Kernel,
+    frame: &Frame,
+    options: &Options,
+    literals: &Literals,
+    code: Bytes,
+) -> Object {
     let name = &options.name;
-    let mut object = Object { sections: Vec::new(), symbols: code.symbols };
+    let mut object = Object {
+        sections: Vec::new(),
+        symbols: code.symbols,
+    };
     object.sections.push(Section {
         name: format!(".text.{name}"),
         kind: SectionKind::Code,
@@ -314,27 +379,74 @@ fn object(kernel: &Kernel, frame: &Frame, options: &Options, literals: &Literals
         kind: SymbolKind::Data,
         global: true,
     };
-    object.symbols.push(symbol(names::state(name), 1, frame.size));
-    object.sections.push(data(format!(".data.{name}"), SectionKind::Data, state.bytes, state.fixups));
+    object
+        .symbols
+        .push(symbol(names::state(name), 1, frame.size));
+    object.sections.push(data(
+        format!(".data.{name}"),
+        SectionKind::Data,
+        state.bytes,
+        state.fixups,
+    ));
     if frame.apart.is_some() {
-        object.symbols.push(symbol(names::histories(name), 2, frame.size_apart));
+        object
+            .symbols
+            .push(symbol(names::histories(name), 2, frame.size_apart));
         let section = format!(".data.{name}.histories");
-        object.sections.push(data(section, SectionKind::Data, histories.bytes, histories.fixups));
+        object.sections.push(data(
+            section,
+            SectionKind::Data,
+            histories.bytes,
+            histories.fixups,
+        ));
         if let Some(ring) = frame.ring {
-            object.symbols.push(symbol(names::events(name), object.sections.len(), ring.size()));
-            let zeroed = data(format!(".bss.{name}.events"), SectionKind::Zeroed, Vec::new(), Vec::new());
-            object.sections.push(Section { size: ring.size(), ..zeroed });
+            object.symbols.push(symbol(
+                names::events(name),
+                object.sections.len(),
+                ring.size(),
+            ));
+            let zeroed = data(
+                format!(".bss.{name}.events"),
+                SectionKind::Zeroed,
+                Vec::new(),
+                Vec::new(),
+            );
+            object.sections.push(Section {
+                size: ring.size(),
+                ..zeroed
+            });
         }
     }
     for (index, table) in kernel.tables.iter().enumerate() {
-        let bytes: Vec<u8> = table.values.iter().flat_map(|word| word.to_le_bytes()).collect();
+        let bytes: Vec<u8> = table
+            .values
+            .iter()
+            .flat_map(|word| word.to_le_bytes())
+            .collect();
         let (section, table) = (object.sections.len(), names::table(name, index as u32));
-        object.symbols.push(Symbol { global: false, ..symbol(table, section, bytes.len() as u32) });
-        object.sections.push(data(format!(".rodata.{name}.{index}"), SectionKind::Constant, bytes, Vec::new()));
+        object.symbols.push(Symbol {
+            global: false,
+            ..symbol(table, section, bytes.len() as u32)
+        });
+        object.sections.push(data(
+            format!(".rodata.{name}.{index}"),
+            SectionKind::Constant,
+            bytes,
+            Vec::new(),
+        ));
     }
     object
 }
 
 fn data(name: String, kind: SectionKind, bytes: Vec<u8>, fixups: Vec<Fixup>) -> Section {
-    Section { name, kind, align: 4, size: bytes.len() as u32, bytes, fixups, lines: Vec::new(), hints: Vec::new() }
+    Section {
+        name,
+        kind,
+        align: 4,
+        size: bytes.len() as u32,
+        bytes,
+        fixups,
+        lines: Vec::new(),
+        hints: Vec::new(),
+    }
 }

@@ -1,14 +1,15 @@
 //! Units and dimensions.
 //!
-//! A *dimension* says what kind of thing a value is (a length, a force); a *unit* says in what measure a number was
-//! written (`mm`, `N*s/m`). Inside the compiler everything is SI; units are seen only where text is read or written.
+//! A *dimension* says what kind of thing a value is (a length, a force); a *unit* says in what
+//! measure a number was written (`mm`, `N*s/m`). Inside the compiler everything is SI; units are
+//! seen only where text is read or written.
 //!
 //! ```text
 //!   "12.7 mm" -- unit::parse --> Unit { mm } -- to_si --> 0.0127, Dim::LENGTH -- Display --> "m"
 //! ```
 //!
-//! The facts stand in [`table`]: one line per unit, one line per dimension. Not here: converter samples and other
-//! measures that only a device knows.
+//! The facts stand in [`table`]: one line per unit, one line per dimension. Not here: converter
+//! samples and other measures that only a device knows.
 
 pub mod dim;
 pub mod quantity;

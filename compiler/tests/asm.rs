@@ -10,26 +10,47 @@ use whippen_compiler::image::{FixupKind, Object};
 use whippen_isa::{Arch, ItState, Op, decode, is_wide};
 
 /// Where sections go here, and outside names.
-const PLACES: &[(&str, u32)] =
-    &[(".vectors", 0x1000_0000), (".text", 0x2000_0000), (".data", 0x2004_0000), (".bss", 0x2005_0000)];
+const PLACES: &[(&str, u32)] = &[
+    (".vectors", 0x1000_0000),
+    (".text", 0x2000_0000),
+    (".data", 0x2004_0000),
+    (".bss", 0x2005_0000),
+];
 const OUTSIDE: (&str, u32) = ("outside", 0x2000_8000);
 
 fn assembled(text: &str) -> Object {
-    let source = Source { name: "sample.s", text };
+    let source = Source {
+        name: "sample.s",
+        text,
+    };
     assemble(&[source], &BTreeMap::new(), Arch::V8M).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn place(name: &str) -> u32 {
-    PLACES.iter().find(|(section, _)| *section == name).unwrap_or_else(|| panic!("{name}")).1
+    PLACES
+        .iter()
+        .find(|(section, _)| *section == name)
+        .unwrap_or_else(|| panic!("{name}"))
+        .1
 }
 
 /// The bytes of a section at the places of this test.
 fn linked(object: &Object, name: &str) -> Vec<u8> {
-    let section = object.sections.iter().find(|section| section.name == name).expect("the section");
+    let section = object
+        .sections
+        .iter()
+        .find(|section| section.name == name)
+        .expect("the section");
     let mut bytes = section.bytes.clone();
     for fixup in &section.fixups {
-        let symbol = object.symbols.iter().find(|symbol| symbol.name == fixup.symbol).expect("the symbol");
-        let base = symbol.section.map_or(OUTSIDE.1, |index| place(&object.sections[index].name) + symbol.offset);
+        let symbol = object
+            .symbols
+            .iter()
+            .find(|symbol| symbol.name == fixup.symbol)
+            .expect("the symbol");
+        let base = symbol.section.map_or(OUTSIDE.1, |index| {
+            place(&object.sections[index].name) + symbol.offset
+        });
         let thumb = u32::from(symbol.kind == whippen_compiler::image::SymbolKind::Function);
         let target = base.wrapping_add_signed(fixup.addend);
         let at = fixup.at as usize;
@@ -45,7 +66,8 @@ fn patch(bytes: &mut [u8], kind: FixupKind, target: u32, thumb: u32, here: u32) 
         FixupKind::Abs32 => target | thumb,
         FixupKind::Rel32 => target.wrapping_sub(here),
         kind => {
-            let mut inst = decode(half(0), half(2), Arch::V8M, ItState::OUTSIDE).expect("an instruction");
+            let mut inst =
+                decode(half(0), half(2), Arch::V8M, ItState::OUTSIDE).expect("an instruction");
             inst.imm = match kind {
                 FixupKind::MovwAbs => (target | thumb) & 0xffff,
                 FixupKind::MovtAbs => target >> 16,
@@ -60,29 +82,56 @@ fn patch(bytes: &mut [u8], kind: FixupKind, target: u32, thumb: u32, here: u32) 
 
 /// Whether the GNU tools are here; a note where they are not.
 fn is_installed() -> bool {
-    let found = Command::new("arm-none-eabi-as").arg("--version").output().is_ok_and(|o| o.status.success());
+    let found = Command::new("arm-none-eabi-as")
+        .arg("--version")
+        .output()
+        .is_ok_and(|o| o.status.success());
     if !found {
         let note = b"SKIPPED: arm-none-eabi-as is not installed (Debian: binutils-arm-none-eabi)\n";
-        std::io::stderr().write_all(note).expect("standard error takes a line");
+        std::io::stderr()
+            .write_all(note)
+            .expect("standard error takes a line");
     }
     found
 }
 
 /// The bytes of sections, by the GNU assembler and linker.
 fn gnu(name: &str, text: &str, sections: &[&str]) -> Vec<Vec<u8>> {
-    let path = |extension: &str| PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.{extension}"));
+    let path = |extension: &str| {
+        PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.{extension}"))
+    };
     std::fs::write(path("s"), text).expect("the target directory can be written");
     let run = |command: &mut Command| {
         let output = command.output().expect("the GNU tools run");
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
     };
-    run(Command::new("arm-none-eabi-as").arg("-mcpu=cortex-m33").arg("-o").arg(path("o")).arg(path("s")));
+    run(Command::new("arm-none-eabi-as")
+        .arg("-mcpu=cortex-m33")
+        .arg("-o")
+        .arg(path("o"))
+        .arg(path("s")));
     let mut ld = Command::new("arm-none-eabi-ld");
-    ld.arg(format!("--defsym={}={:#x}", OUTSIDE.0, OUTSIDE.1)).arg("-o").arg(path("elf")).arg(path("o"));
-    run(ld.args(PLACES.iter().map(|(section, at)| format!("--section-start={section}={at:#x}"))).arg("-estart"));
+    ld.arg(format!("--defsym={}={:#x}", OUTSIDE.0, OUTSIDE.1))
+        .arg("-o")
+        .arg(path("elf"))
+        .arg(path("o"));
+    run(ld
+        .args(
+            PLACES
+                .iter()
+                .map(|(section, at)| format!("--section-start={section}={at:#x}")),
+        )
+        .arg("-estart"));
     let binary = |section: &&str| {
         let only = format!("--only-section={section}");
-        run(Command::new("arm-none-eabi-objcopy").args(["-O", "binary", &only]).arg(path("elf")).arg(path("bin")));
+        run(Command::new("arm-none-eabi-objcopy")
+            .args(["-O", "binary", &only])
+            .arg(path("elf"))
+            .arg(path("bin")));
         std::fs::read(path("bin")).expect("objcopy has written")
     };
     sections.iter().map(binary).collect()
@@ -92,7 +141,15 @@ fn gnu(name: &str, text: &str, sections: &[&str]) -> Vec<Vec<u8>> {
 fn it_makes_the_bytes_of_the_gnu_assembler() {
     let text = include_str!("asm/sample.s");
     let object = assembled(text);
-    assert_eq!(object.sections.iter().find(|s| s.name == ".bss").expect("there").size, 64);
+    assert_eq!(
+        object
+            .sections
+            .iter()
+            .find(|s| s.name == ".bss")
+            .expect("there")
+            .size,
+        64
+    );
     if !is_installed() {
         return;
     }
@@ -100,7 +157,11 @@ fn it_makes_the_bytes_of_the_gnu_assembler() {
     for (name, theirs) in sections.iter().zip(gnu("asm-sample", text, &sections)) {
         let ours = linked(&object, name);
         let differs = ours.iter().zip(&theirs).position(|(a, b)| a != b);
-        assert_eq!((differs, ours.len()), (None, theirs.len()), "{name}: {ours:02x?}\n{theirs:02x?}");
+        assert_eq!(
+            (differs, ours.len()),
+            (None, theirs.len()),
+            "{name}: {ours:02x?}\n{theirs:02x?}"
+        );
     }
 }
 
@@ -120,7 +181,9 @@ fn it_reads_back() {
             _ => format!("{inst}\n"),
         };
         it = match inst.op() {
-            Op::IT => ItState::after_it((inst.imm >> 4) as u8, (inst.imm & 15) as u8).expect("a block"),
+            Op::IT => {
+                ItState::after_it((inst.imm >> 4) as u8, (inst.imm & 15) as u8).expect("a block")
+            }
             _ => it.advance(),
         };
         at += inst.size() as usize;
@@ -156,7 +219,10 @@ fn mistakes_have_their_line_and_a_way_out() {
     ];
     let messages = texts.map(|text| {
         let refused = assemble(&[Source { name: "m.s", text }], &BTreeMap::new(), Arch::V8M);
-        format!("{text:?}\n    {}", refused.map_or_else(|e| e.to_string(), |_| panic!("{text} assembles")))
+        format!(
+            "{text:?}\n    {}",
+            refused.map_or_else(|e| e.to_string(), |_| panic!("{text} assembles"))
+        )
     });
     insta::assert_snapshot!(messages.join("\n"));
 }
@@ -168,13 +234,27 @@ fn no_text_makes_it_panic() {
     let words: Vec<&str> = sample.split_inclusive([' ', '\n', ',', '#', '[']).collect();
     let mut state = 9_u64;
     let mut next = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) as usize
     };
     let mut refused = 0;
     for _ in 0..2000 {
-        let text: String = (0..next() % 12).map(|_| words[next() % words.len()]).collect();
-        refused += usize::from(assemble(&[Source { name: "r.s", text: &text }], &BTreeMap::new(), Arch::V8M).is_err());
+        let text: String = (0..next() % 12)
+            .map(|_| words[next() % words.len()])
+            .collect();
+        refused += usize::from(
+            assemble(
+                &[Source {
+                    name: "r.s",
+                    text: &text,
+                }],
+                &BTreeMap::new(),
+                Arch::V8M,
+            )
+            .is_err(),
+        );
     }
     assert!(refused > 1000, "{refused}");
 }

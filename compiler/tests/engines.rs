@@ -23,10 +23,20 @@ struct Pair {
 
 impl Pair {
     fn new(kernel: &Kernel, keys: usize, probes: bool, name: &str) -> Pair {
-        let code = HostCode::build(kernel, keys, Options { probes }).unwrap_or_else(|error| panic!("{name}: {error}"));
-        let kernel = if probes { kernel.clone() } else { without_probes(kernel) };
+        let code = HostCode::build(kernel, keys, Options { probes })
+            .unwrap_or_else(|error| panic!("{name}: {error}"));
+        let kernel = if probes {
+            kernel.clone()
+        } else {
+            without_probes(kernel)
+        };
         let interp = Interp::new(&kernel, keys).unwrap_or_else(|error| panic!("{name}: {error}"));
-        Pair { kernel, interp, code, name: name.to_string() }
+        Pair {
+            kernel,
+            interp,
+            code,
+            name: name.to_string(),
+        }
     }
 
     fn init(&mut self, words: &[u16]) {
@@ -46,8 +56,15 @@ impl Pair {
     fn compare(&self, what: &str, left: &[i16], right: &[i16]) {
         let (name, kernel) = (&self.name, &self.kernel);
         let tick = self.interp.memory().tick();
-        assert_eq!(left, right, "{name}: {what} {tick}, outputs of interp and jit\n{kernel}");
-        assert_eq!(self.interp.memory(), self.code.memory(), "{name}: {what} {tick}, memory\n{kernel}");
+        assert_eq!(
+            left, right,
+            "{name}: {what} {tick}, outputs of interp and jit\n{kernel}"
+        );
+        assert_eq!(
+            self.interp.memory(),
+            self.code.memory(),
+            "{name}: {what} {tick}, memory\n{kernel}"
+        );
     }
 
     fn drain(&mut self) -> usize {
@@ -66,7 +83,12 @@ fn agree(seed: u64) {
     let mut rng = Rng::new(seed);
     // Most in lanes alone; some with keys left over, or with no lanes at all.
     let keys = [4, 4, 6, 4, 3, 4, 4, 5][(seed % 8) as usize];
-    let mut pair = Pair::new(&random::kernel(seed), keys, !seed.is_multiple_of(5), &format!("seed {seed}"));
+    let mut pair = Pair::new(
+        &random::kernel(seed),
+        keys,
+        !seed.is_multiple_of(5),
+        &format!("seed {seed}"),
+    );
     pair.init(&random::inputs(&mut rng, &pair.kernel, keys));
     for tick in 0..TICKS {
         let live = tick % pair.kernel.lives.len();
@@ -109,7 +131,10 @@ fn random_kernels_fourth_quarter() {
 #[test]
 #[ignore = "as long as WHIPPEN_KERNELS says"]
 fn random_kernels_at_length() {
-    let count = std::env::var("WHIPPEN_KERNELS").ok().and_then(|count| count.parse().ok()).unwrap_or(100_000);
+    let count = std::env::var("WHIPPEN_KERNELS")
+        .ok()
+        .and_then(|count| count.parse().ok())
+        .unwrap_or(100_000);
     agree_on(10_000..10_000 + count);
 }
 
@@ -138,18 +163,33 @@ fn a_full_buffer_counts_what_it_loses() {
 
 #[test]
 fn nothing_gets_in_that_is_out_of_range() {
-    let kernel = parse("kernel k @1 { live a: i32 [0..9] = 1 cell c: i64 x 2 [-5..5] = 0 }").expect("parses");
+    let kernel = parse("kernel k @1 { live a: i32 [0..9] = 1 cell c: i64 x 2 [-5..5] = 0 }")
+        .expect("parses");
     let mut code = HostCode::build(&kernel, 2, Options { probes: true }).expect("compiles");
-    let outside = |value| Err(EngineError::Outside { value, range: kernel.cells[0].range });
+    let outside = |value| {
+        Err(EngineError::Outside {
+            value,
+            range: kernel.cells[0].range,
+        })
+    };
     assert_eq!(code.set_live(0, 9), Ok(()));
-    assert!(matches!(code.set_live(0, 10), Err(EngineError::Outside { value: 10, .. })));
+    assert!(matches!(
+        code.set_live(0, 10),
+        Err(EngineError::Outside { value: 10, .. })
+    ));
     assert_eq!(code.set_live(1, 0), Err(EngineError::Unknown));
     assert_eq!(code.set_cell(1, 0, 1, -5), Ok(()));
     assert_eq!(code.set_cell(1, 0, 1, -6), outside(-6));
     assert_eq!(code.set_cell(2, 0, 0, 0), Err(EngineError::Unknown));
     assert_eq!(code.set_cell(0, 0, 2, 0), Err(EngineError::Unknown));
-    assert_eq!([code.cell(0, 0, 1), code.cell(1, 0, 1), code.cell(1, 1, 0)], [Some(0), Some(-5), None]);
-    assert!(matches!(HostCode::build(&kernel, 0, Options { probes: true }), Err(EngineError::Layout(_))));
+    assert_eq!(
+        [code.cell(0, 0, 1), code.cell(1, 0, 1), code.cell(1, 1, 0)],
+        [Some(0), Some(-5), None]
+    );
+    assert!(matches!(
+        HostCode::build(&kernel, 0, Options { probes: true }),
+        Err(EngineError::Layout(_))
+    ));
 }
 
 const BROKEN_PROMISE: &str = "\
@@ -187,7 +227,9 @@ fn a_broken_promise_does_no_harm() {
     let mut pair = Pair::new(&kernel, 3, true, "broken promise");
     pair.init(&[]);
     for value in [0, 1, -1, 2, 3, i32::MIN, i32::MAX] {
-        pair.interp.set_cell(1, 0, 0, value.into()).expect("in range");
+        pair.interp
+            .set_cell(1, 0, 0, value.into())
+            .expect("in range");
         pair.code.set_cell(1, 0, 0, value.into()).expect("in range");
         pair.interp.tick(&[], &mut []);
         pair.code.tick(&[], &mut []);
@@ -196,13 +238,23 @@ fn a_broken_promise_does_no_harm() {
             assert_eq!(engine[3..5], [50, index as i64 + 1], "{value}");
         }
         for word in 0..3 {
-            assert_eq!(pair.interp.cell(1, 1, word), pair.code.cell(1, 1, word), "{value}");
+            assert_eq!(
+                pair.interp.cell(1, 1, word),
+                pair.code.cell(1, 1, word),
+                "{value}"
+            );
         }
     }
     let mut checked = Interp::checked(&kernel, 1).expect("verifies");
     checked.init(&[]);
     checked.set_cell(0, 0, 0, 3).expect("in range");
     checked.tick(&[], &mut []);
-    let violation = checked.violation().expect("a promise is broken").to_string();
-    assert_eq!(violation, "key 0: v1 is 3, not in [0..2]: v1: i32 [0..2] = assume v0 0 2");
+    let violation = checked
+        .violation()
+        .expect("a promise is broken")
+        .to_string();
+    assert_eq!(
+        violation,
+        "key 0: v1 is 3, not in [0..2]: v1: i32 [0..2] = assume v0 0 2"
+    );
 }

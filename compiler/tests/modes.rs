@@ -1,7 +1,10 @@
-//! The modes of a kernel do what the kernel does: outputs, memory and events in every tick; and what they promise holds.
+//! The modes of a kernel do what the kernel does: outputs, memory and events in every tick; and
+//! what they promise holds.
 
 use whippen_compiler::kernel::random::{self, Rng};
-use whippen_compiler::kernel::{Builder, Interp, Kernel, Op, OpError, Range, Type, Value, without_probes};
+use whippen_compiler::kernel::{
+    Builder, Interp, Kernel, Op, OpError, Range, Type, Value, without_probes,
+};
 use whippen_compiler::modes::run::ModesEngine;
 use whippen_compiler::modes::verify::verify;
 use whippen_compiler::modes::{Modes, specialise, specialise_fully};
@@ -23,7 +26,12 @@ impl Pair {
         }
         let left = Interp::new(kernel, KEYS).expect("verifies");
         let right = ModesEngine::new(modes, KEYS).expect("verifies");
-        Pair { kernel: kernel.clone(), left, right, name: name.to_string() }
+        Pair {
+            kernel: kernel.clone(),
+            left,
+            right,
+            name: name.to_string(),
+        }
     }
 
     /// Some ticks from the start; gives how many different modes were met.
@@ -58,10 +66,22 @@ impl Pair {
         self.left.tick(words, &mut left);
         self.right.tick(words, &mut right);
         let (name, kernel) = (&self.name, &self.kernel);
-        assert_eq!(self.right.violation(), None, "{name}: tick {tick}\n{kernel}");
+        assert_eq!(
+            self.right.violation(),
+            None,
+            "{name}: tick {tick}\n{kernel}"
+        );
         assert_eq!(left, right, "{name}: tick {tick}, outputs\n{kernel}");
-        assert_eq!(self.left.memory(), self.right.memory(), "{name}: tick {tick}, memory\n{kernel}");
-        assert_eq!(self.left.drain_events(), self.right.drain_events(), "{name}: tick {tick}, events");
+        assert_eq!(
+            self.left.memory(),
+            self.right.memory(),
+            "{name}: tick {tick}, memory\n{kernel}"
+        );
+        assert_eq!(
+            self.left.drain_events(),
+            self.right.drain_events(),
+            "{name}: tick {tick}, events"
+        );
     }
 }
 
@@ -74,19 +94,24 @@ fn random_kernels() {
     }
 }
 
-/// A kernel of small machines: bools and counters that step by comparisons of two words and of each other, fire events
-/// and set levels.
+/// A kernel of small machines: bools and counters that step by comparisons of two words and of each
+/// other, fire events and set levels.
 fn machines(seed: u64) -> Result<Kernel, OpError> {
     let mut rng = Rng::new(seed);
     let mut b = Builder::new(&format!("machines.{seed}"), 44_100);
-    let inputs = [b.input("x", Range::new(0, 65_535)), b.input("y", Range::new(0, 4000))];
+    let inputs = [
+        b.input("x", Range::new(0, 65_535)),
+        b.input("y", Range::new(0, 4000)),
+    ];
     let out = b.output("f", Range::new(-32_768, 32_767));
     let event = b.event("happened", 1);
     let live = b.live("weight", Range::new(-100, 100), 5);
-    let states: Vec<u32> =
-        (0..2 + rng.below(3)).map(|at| b.cell(&format!("s{at}"), Type::I1, Type::I1.range(), 0)).collect();
-    let counters: Vec<u32> =
-        (0..1 + rng.below(2)).map(|at| b.cell(&format!("c{at}"), Type::I32, Range::new(0, 9), 0)).collect();
+    let states: Vec<u32> = (0..2 + rng.below(3))
+        .map(|at| b.cell(&format!("s{at}"), Type::I1, Type::I1.range(), 0))
+        .collect();
+    let counters: Vec<u32> = (0..1 + rng.below(2))
+        .map(|at| b.cell(&format!("c{at}"), Type::I32, Range::new(0, 9), 0))
+        .collect();
     let level = b.cell("level", Type::I32, Range::new(0, 1000), 0);
     b.begin_tick();
     let words = [b.op(Op::In(inputs[0]), &[])?, b.op(Op::In(inputs[1]), &[])?];
@@ -99,8 +124,12 @@ fn machines(seed: u64) -> Result<Kernel, OpError> {
             condition,
             |b| step(&mut then, b, &states, &counters, level, event, cell).map(|()| Vec::new()),
             |b| {
-                if other.chance(1, 3) { step(&mut other, b, &states, &counters, level, event, cell) } else { Ok(()) }
-                    .map(|()| Vec::new())
+                if other.chance(1, 3) {
+                    step(&mut other, b, &states, &counters, level, event, cell)
+                } else {
+                    Ok(())
+                }
+                .map(|()| Vec::new())
             },
         )?;
     }
@@ -122,14 +151,20 @@ fn condition(
     states: &[u32],
     counters: &[u32],
 ) -> Result<Value, OpError> {
-    let limit = b.constant(Type::I32, rng.pick(&[0, 1, 1000, 2000, 3999, 30_000, 65_535]))?;
+    let limit = b.constant(
+        Type::I32,
+        rng.pick(&[0, 1, 1000, 2000, 3999, 30_000, 65_535]),
+    )?;
     let compare = rng.pick(&[Op::Lt, Op::Le]);
     let mut found = b.op(compare, &[rng.pick(words), limit])?;
     for _ in 0..rng.below(3) {
         let other = match rng.below(3) {
             0 => b.op(Op::Get(rng.pick(states)), &[])?,
             1 => {
-                let (count, limit) = (b.op(Op::Get(rng.pick(counters)), &[])?, b.constant(Type::I32, 1)?);
+                let (count, limit) = (
+                    b.op(Op::Get(rng.pick(counters)), &[])?,
+                    b.constant(Type::I32, 1)?,
+                );
                 b.op(compare, &[count, limit])?
             }
             _ => b.op(compare, &[limit, rng.pick(words)])?,
@@ -174,7 +209,11 @@ fn step(
 }
 
 fn count_down(b: &mut Builder, counter: u32) -> Result<(), OpError> {
-    let (count, one, zero) = (b.op(Op::Get(counter), &[])?, b.constant(Type::I32, 1)?, b.constant(Type::I32, 0)?);
+    let (count, one, zero) = (
+        b.op(Op::Get(counter), &[])?,
+        b.constant(Type::I32, 1)?,
+        b.constant(Type::I32, 0)?,
+    );
     let less = b.op(Op::Sub, &[count, one])?;
     let less = b.op(Op::Max, &[less, zero])?;
     b.effect(Op::Set(counter), &[less])
@@ -195,7 +234,10 @@ fn random_machines() {
     }
     assert!(made > 600 * 2, "{made} modes were made");
     assert!(met * 10 > made * 5, "{met} of {made} modes were met");
-    assert!(longer < 60, "{longer} of 600 have a longer path than without modes");
+    assert!(
+        longer < 60,
+        "{longer} of 600 have a longer path than without modes"
+    );
     assert!(large < 60, "{large} of 600 are too large");
 }
 
@@ -206,7 +248,11 @@ fn limits_are_kept() {
         let whole = Modes::single(&kernel);
         for instructions in [0, 100, 1000] {
             let modes = specialise(&kernel, instructions);
-            assert!(modes == whole || modes.instructions() <= instructions, "seed {seed}: {}", modes.instructions());
+            assert!(
+                modes == whole || modes.instructions() <= instructions,
+                "seed {seed}: {}",
+                modes.instructions()
+            );
             assert!(modes.longest() <= whole.longest(), "seed {seed}");
         }
     }
@@ -218,7 +264,10 @@ const LINKS: i64 = 3000;
 /// A kernel where each of many operators is made of the one before.
 fn chain(link: usize) -> Result<Kernel, OpError> {
     let mut b = Builder::new(&format!("chain.{link}"), 44_100);
-    let (input, out) = (b.input("x", Range::new(0, 65_535)), b.output("f", Range::new(-32_768, 32_767)));
+    let (input, out) = (
+        b.input("x", Range::new(0, 65_535)),
+        b.output("f", Range::new(-32_768, 32_767)),
+    );
     let kept = b.cell("kept", Type::I1, Type::I1.range(), 0);
     b.begin_tick();
     let x = b.op(Op::In(input), &[])?;
@@ -260,7 +309,10 @@ fn long_chains() {
     for link in 0..6 {
         let kernel = chain(link).expect("is made of what fits");
         let modes = specialise(&kernel, 12_000);
-        assert!(modes.longest() <= Modes::single(&kernel).longest(), "link {link}");
+        assert!(
+            modes.longest() <= Modes::single(&kernel).longest(),
+            "link {link}"
+        );
         Pair::new(&kernel, &modes, &kernel.name).run(&mut Rng::new(link as u64), 20);
     }
 }

@@ -1,4 +1,5 @@
-//! Scalar operators against the `fixed` crate, and their intervals against every combination of small operands.
+//! Scalar operators against the `fixed` crate, and their intervals against every combination of
+//! small operands.
 
 use fixed::traits::Fixed;
 use fixed::types::extra::{U0, U27, U32};
@@ -11,10 +12,26 @@ use whippen_compiler::kernel::{Effect, Kernel, Op, OpError, Range, Type, ValueIn
 /// Pairs of edges of the type, then random numbers of all sizes.
 fn pairs(ty: Type, count: usize) -> Vec<(i64, i64)> {
     let Range { low, high } = ty.range();
-    let edges = [low, low + 1, low / 2, -3, -2, -1, 0, 1, 2, 3, high / 2, high / 2 + 1, high - 1, high];
+    let edges = [
+        low,
+        low + 1,
+        low / 2,
+        -3,
+        -2,
+        -1,
+        0,
+        1,
+        2,
+        3,
+        high / 2,
+        high / 2 + 1,
+        high - 1,
+        high,
+    ];
     let all = edges.iter().flat_map(|a| edges.iter().map(|b| (*a, *b)));
     let mut rng = Rng::new(7);
-    all.chain((0..count).map(|_| (rng.interesting(ty.range()), rng.interesting(ty.range())))).collect()
+    all.chain((0..count).map(|_| (rng.interesting(ty.range()), rng.interesting(ty.range()))))
+        .collect()
 }
 
 fn evaluate(op: Op, ty: Type, args: [i64; 3]) -> i64 {
@@ -34,9 +51,15 @@ fn products_are_those_of_fixed() {
         let wide = evaluate(Op::MulWide, Type::I64, [a, b, 0]);
         assert_eq!(wide, x.wide_mul(y).to_bits(), "{a} {b}");
         let floor = evaluate(Op::Sar(27), Type::I64, [wide, 0, 0]);
-        assert_eq!(evaluate(Op::Narrow, Type::I32, [floor, 0, 0]), i64::from(x.wrapping_mul(y).to_bits()), "{a} {b}");
+        assert_eq!(
+            evaluate(Op::Narrow, Type::I32, [floor, 0, 0]),
+            i64::from(x.wrapping_mul(y).to_bits()),
+            "{a} {b}"
+        );
         let sum = evaluate(Op::MacWide, Type::I64, [b, a, b]);
-        let expected = FixedI64::<U27>::from_bits(b).to_bits().wrapping_add(x.wide_mul(y).to_bits());
+        let expected = FixedI64::<U27>::from_bits(b)
+            .to_bits()
+            .wrapping_add(x.wide_mul(y).to_bits());
         assert_eq!(sum, expected, "{a} {b}");
         let top = (x.wide_mul(y).to_bits() + (1 << 31)) >> 32;
         assert_eq!(evaluate(Op::MulTop, Type::I32, [a, b, 0]), top, "{a} {b}");
@@ -54,9 +77,16 @@ fn shifts_round_as_fixed_does() {
         let n = n.rem_euclid(64) as u8;
         let x = I64F64::from_num(a) >> u32::from(n);
         let floor: i128 = x.floor().to_num();
-        assert_eq!(i128::from(evaluate(Op::Sar(n), Type::I64, [a, 0, 0])), floor, "{a} {n}");
+        assert_eq!(
+            i128::from(evaluate(Op::Sar(n), Type::I64, [a, 0, 0])),
+            floor,
+            "{a} {n}"
+        );
         if let Some(sum) = x.checked_add(I64F64::from_num(0.5)) {
-            assert_eq!(i128::from(evaluate(Op::SarRound(n), Type::I64, [a, 0, 0])), sum.floor().to_num::<i128>());
+            assert_eq!(
+                i128::from(evaluate(Op::SarRound(n), Type::I64, [a, 0, 0])),
+                sum.floor().to_num::<i128>()
+            );
         }
     }
 }
@@ -75,7 +105,11 @@ fn quotients_round_as_fixed_does() {
         let expected = half_up(quotient);
         if Type::I32.range().has(expected as i64) {
             compared += 1;
-            assert_eq!(i128::from(evaluate(Op::DivRound(n), Type::I32, [a, b, 0])), expected, "{a} {b} {n}");
+            assert_eq!(
+                i128::from(evaluate(Op::DivRound(n), Type::I32, [a, b, 0])),
+                expected,
+                "{a} {b} {n}"
+            );
         }
     }
     assert!(compared > 20_000, "only {compared} quotients fit");
@@ -83,7 +117,8 @@ fn quotients_round_as_fixed_does() {
 
 #[test]
 fn roots_are_those_of_fixed() {
-    let squares = (0..2000).flat_map(|k| [-1, 0, 1].map(|d| ((i64::from(i32::MAX) - k).pow(2) + d, 0)));
+    let squares =
+        (0..2000).flat_map(|k| [-1, 0, 1].map(|d| ((i64::from(i32::MAX) - k).pow(2) + d, 0)));
     for (a, _) in pairs(Type::I64, 20_000).into_iter().chain(squares) {
         let expected = FixedI64::<U0>::from_bits(a.max(0)).sqrt().to_bits();
         if expected <= i64::from(i32::MAX) {
@@ -92,8 +127,8 @@ fn roots_are_those_of_fixed() {
     }
 }
 
-/// All operators on values with these types of operands, with immediates where they need one. The interval of
-/// `assume` is a promise, not a result.
+/// All operators on values with these types of operands, with immediates where they need one. The
+/// interval of `assume` is a promise, not a result.
 fn operators() -> Vec<(Op, Vec<Type>)> {
     let concrete = |sort: &Sort, free: Type| match sort {
         Sort::I1 => Type::I1,
@@ -101,13 +136,28 @@ fn operators() -> Vec<(Op, Vec<Type>)> {
         Sort::N | Sort::T => free,
         _ => Type::I32,
     };
-    let pure = ROWS.iter().filter(|row| row.effect == Effect::Pure && row.transfer != Transfer::Assumed);
+    let pure = ROWS
+        .iter()
+        .filter(|row| row.effect == Effect::Pure && row.transfer != Transfer::Assumed);
     pure.filter_map(|row| (row.make)(&vec![2; row.immediates.len()]))
-        .filter(|op| !op.row().immediates.iter().any(|immediate| immediate.is_declared()) && !op.row().args.is_empty())
+        .filter(|op| {
+            !op.row()
+                .immediates
+                .iter()
+                .any(|immediate| immediate.is_declared())
+                && !op.row().args.is_empty()
+        })
         .flat_map(|op| {
-            let free = Type::ALL
-                .into_iter()
-                .map(move |free| (op, op.row().args.iter().map(|sort| concrete(sort, free)).collect::<Vec<_>>()));
+            let free = Type::ALL.into_iter().map(move |free| {
+                (
+                    op,
+                    op.row()
+                        .args
+                        .iter()
+                        .map(|sort| concrete(sort, free))
+                        .collect::<Vec<_>>(),
+                )
+            });
             free.collect::<Vec<_>>()
         })
         .collect()
@@ -116,7 +166,9 @@ fn operators() -> Vec<(Op, Vec<Type>)> {
 /// Every combination of one number of each range.
 fn combinations(ranges: &[Range]) -> Vec<[i64; 3]> {
     let numbers = |at: usize| ranges.get(at).map_or(0..=0, |range| range.low..=range.high);
-    numbers(0).flat_map(|a| numbers(1).flat_map(move |b| numbers(2).map(move |c| [a, b, c]))).collect()
+    numbers(0)
+        .flat_map(|a| numbers(1).flat_map(move |b| numbers(2).map(move |c| [a, b, c])))
+        .collect()
 }
 
 #[test]
@@ -127,14 +179,29 @@ fn intervals_are_exact() {
     for (op, types) in operators() {
         for _ in 0..40 {
             let small = Range::new(-6, 6);
-            let ranges: Vec<Range> =
-                types.iter().map(|ty| rng.range(if *ty == Type::I1 { ty.range() } else { small })).collect();
-            let args: Vec<ValueInfo> =
-                types.iter().zip(&ranges).map(|(ty, range)| ValueInfo { ty: *ty, range: *range }).collect();
-            let Ok(Some(info)) = op.apply(&kernel, &args) else { continue };
+            let ranges: Vec<Range> = types
+                .iter()
+                .map(|ty| rng.range(if *ty == Type::I1 { ty.range() } else { small }))
+                .collect();
+            let args: Vec<ValueInfo> = types
+                .iter()
+                .zip(&ranges)
+                .map(|(ty, range)| ValueInfo {
+                    ty: *ty,
+                    range: *range,
+                })
+                .collect();
+            let Ok(Some(info)) = op.apply(&kernel, &args) else {
+                continue;
+            };
             applied += 1;
-            let results = combinations(&ranges).into_iter().map(|args| evaluate(op, info.ty, args));
-            let exact = results.map(Range::point).reduce(Range::union).expect("not empty");
+            let results = combinations(&ranges)
+                .into_iter()
+                .map(|args| evaluate(op, info.ty, args));
+            let exact = results
+                .map(Range::point)
+                .reduce(Range::union)
+                .expect("not empty");
             assert_eq!(info.range, exact, "{op:?} of {ranges:?}");
         }
     }
@@ -144,19 +211,35 @@ fn intervals_are_exact() {
 #[test]
 fn results_that_need_not_fit_are_refused() {
     let kernel = Kernel::default();
-    let info = |ty: Type, low, high| ValueInfo { ty, range: Range::new(low, high) };
+    let info = |ty: Type, low, high| ValueInfo {
+        ty,
+        range: Range::new(low, high),
+    };
     let word = info(Type::I32, i32::MIN.into(), i32::MAX.into());
     let wide = info(Type::I64, i64::MIN, i64::MAX);
-    let refused = |op: Op, args: &[ValueInfo]| matches!(op.apply(&kernel, args), Err(OpError::Overflow { .. }));
+    let refused = |op: Op, args: &[ValueInfo]| {
+        matches!(op.apply(&kernel, args), Err(OpError::Overflow { .. }))
+    };
     for op in [Op::Add, Op::Sub, Op::Mul] {
-        assert!(refused(op, &[word, word]) && refused(op, &[wide, wide]), "{op:?}");
+        assert!(
+            refused(op, &[word, word]) && refused(op, &[wide, wide]),
+            "{op:?}"
+        );
     }
     assert!(refused(Op::MacWide, &[wide, word, word]));
     assert!(refused(Op::MacTop, &[word, word, word]) && !refused(Op::MulTop, &[word, word]));
-    assert!(refused(Op::Shl(1), &[word]) && refused(Op::Narrow, &[wide]) && refused(Op::Sqrt, &[wide]));
+    assert!(
+        refused(Op::Shl(1), &[word]) && refused(Op::Narrow, &[wide]) && refused(Op::Sqrt, &[wide])
+    );
     assert!(refused(Op::DivRound(1), &[word, info(Type::I32, 1, 1)]));
     assert!(refused(Op::DivRound(0), &[word, info(Type::I32, -1, -1)]));
     assert!(!refused(Op::DivRound(0), &[word, info(Type::I32, 0, 9)]));
-    assert!(matches!(Op::Shl(32).apply(&kernel, &[info(Type::I32, 0, 0)]), Err(OpError::Immediate { .. })));
-    assert!(matches!(Op::Add.apply(&kernel, &[word, wide]), Err(OpError::Operands { .. })));
+    assert!(matches!(
+        Op::Shl(32).apply(&kernel, &[info(Type::I32, 0, 0)]),
+        Err(OpError::Immediate { .. })
+    ));
+    assert!(matches!(
+        Op::Add.apply(&kernel, &[word, wide]),
+        Err(OpError::Operands { .. })
+    ));
 }

@@ -1,4 +1,5 @@
-//! Spoiled texts of kernels: whatever they say, nobody panics, and what still verifies still runs alike.
+//! Spoiled texts of kernels: whatever they say, nobody panics, and what still verifies still runs
+//! alike.
 
 use whippen_compiler::host::{HostCode, Options};
 use whippen_compiler::kernel::random::{self, Rng};
@@ -30,7 +31,10 @@ const PIECES: [&str; 20] = [
 
 /// Replaces, removes or doubles a few stretches of the text.
 fn spoil(rng: &mut Rng, text: &str) -> String {
-    let mut words: Vec<String> = text.split_inclusive([' ', '\n']).map(str::to_string).collect();
+    let mut words: Vec<String> = text
+        .split_inclusive([' ', '\n'])
+        .map(str::to_string)
+        .collect();
     for _ in 0..1 + rng.below(3) {
         let at = rng.below(words.len() as u64) as usize;
         match rng.below(6) {
@@ -52,7 +56,10 @@ fn run(kernel: &Kernel) {
     let mut interp = Interp::checked(kernel, 2).expect("verifies");
     let mut code = HostCode::build(kernel, 2, Options { probes: true }).expect("compiles");
     let words = random::inputs(&mut rng, kernel, 2);
-    let mut out = [vec![0; 2 * kernel.outputs.len()], vec![0; 2 * kernel.outputs.len()]];
+    let mut out = [
+        vec![0; 2 * kernel.outputs.len()],
+        vec![0; 2 * kernel.outputs.len()],
+    ];
     interp.init(&words);
     code.init(&words);
     for _ in 0..2 {
@@ -73,11 +80,17 @@ fn spoiled_texts_do_no_harm() {
         let Ok(kernel) = parse(&text) else { continue };
         read += 1;
         let printed = kernel.to_string();
-        assert_eq!(parse(&printed).expect("prints what it reads").to_string(), printed);
+        assert_eq!(
+            parse(&printed).expect("prints what it reads").to_string(),
+            printed
+        );
         if verify(&kernel).is_ok() {
             verified += 1;
             run(&kernel);
         }
     }
-    assert!(read > 1000 && verified > 100, "{read} were read, {verified} verified");
+    assert!(
+        read > 1000 && verified > 100,
+        "{read} were read, {verified} verified"
+    );
 }

@@ -61,7 +61,11 @@ impl Cpu {
 
     /// Loads from an address that must be aligned.
     #[inline(always)]
-    pub(crate) fn load_aligned<T: Datum>(&mut self, bus: &mut Bus, address: u32) -> Result<u32, Flow> {
+    pub(crate) fn load_aligned<T: Datum>(
+        &mut self,
+        bus: &mut Bus,
+        address: u32,
+    ) -> Result<u32, Flow> {
         if address & (T::SIZE - 1) == 0
             && let Some(value) = T::fast_read(&bus.memory, address)
         {
@@ -72,8 +76,14 @@ impl Cpu {
 
     /// Stores to an address that need not be aligned.
     #[inline(always)]
-    pub(crate) fn store<T: Datum>(&mut self, bus: &mut Bus, address: u32, value: u32) -> Result<(), Flow> {
-        if address & (T::SIZE - 1) == 0 && T::fast_write(&mut bus.memory, address, value).is_some() {
+    pub(crate) fn store<T: Datum>(
+        &mut self,
+        bus: &mut Bus,
+        address: u32,
+        value: u32,
+    ) -> Result<(), Flow> {
+        if address & (T::SIZE - 1) == 0 && T::fast_write(&mut bus.memory, address, value).is_some()
+        {
             return Ok(());
         }
         self.store_slow(bus, address, T::SIZE, value, false)
@@ -81,8 +91,14 @@ impl Cpu {
 
     /// Stores to an address that must be aligned.
     #[inline(always)]
-    pub(crate) fn store_aligned<T: Datum>(&mut self, bus: &mut Bus, address: u32, value: u32) -> Result<(), Flow> {
-        if address & (T::SIZE - 1) == 0 && T::fast_write(&mut bus.memory, address, value).is_some() {
+    pub(crate) fn store_aligned<T: Datum>(
+        &mut self,
+        bus: &mut Bus,
+        address: u32,
+        value: u32,
+    ) -> Result<(), Flow> {
+        if address & (T::SIZE - 1) == 0 && T::fast_write(&mut bus.memory, address, value).is_some()
+        {
             return Ok(());
         }
         self.store_slow(bus, address, T::SIZE, value, true)
@@ -90,7 +106,13 @@ impl Cpu {
 
     #[cold]
     #[inline(never)]
-    fn load_slow(&mut self, bus: &mut Bus, address: u32, size: u32, aligned: bool) -> Result<u32, Flow> {
+    fn load_slow(
+        &mut self,
+        bus: &mut Bus,
+        address: u32,
+        size: u32,
+        aligned: bool,
+    ) -> Result<u32, Flow> {
         if !self.exact {
             return Err(Flow::Inexact);
         }
@@ -105,7 +127,14 @@ impl Cpu {
 
     #[cold]
     #[inline(never)]
-    fn store_slow(&mut self, bus: &mut Bus, address: u32, size: u32, value: u32, aligned: bool) -> Result<(), Flow> {
+    fn store_slow(
+        &mut self,
+        bus: &mut Bus,
+        address: u32,
+        size: u32,
+        value: u32,
+        aligned: bool,
+    ) -> Result<(), Flow> {
         let unseen = !bus.memory.is_shared() && address.is_multiple_of(size);
         if unseen && bus.memory.write_beside_code(address, size, value) {
             bus.break_exclusives(self.index, address);
@@ -123,7 +152,8 @@ impl Cpu {
         self.store_one(bus, address, size, value)
     }
 
-    /// Waits for the port of an access, when others may use it. Accesses of one instruction follow each other by a cycle.
+    /// Waits for the port of an access, when others may use it. Accesses of one instruction follow
+    /// each other by a cycle.
     fn arbitrate(&mut self, bus: &mut Bus, address: u32) {
         if bus.memory.is_shared() {
             let cycle = self.now.saturating_add_signed(self.stall) + self.accesses;
@@ -136,7 +166,11 @@ impl Cpu {
     /// Unaligned accesses are faults in ARMv6-M, for some instructions, and when CCR says so.
     fn check_alignment(&mut self, address: u32, aligned: bool) -> Result<(), Flow> {
         let is_device = address >> 29 == 2 || address >> 29 >= 5;
-        if aligned || is_device || self.kind == CoreKind::CortexM0Plus || self.system.traps_unaligned() {
+        if aligned
+            || is_device
+            || self.kind == CoreKind::CortexM0Plus
+            || self.system.traps_unaligned()
+        {
             return Err(self.fault(FaultKind::UsageFault, Reason::Unaligned, address));
         }
         self.stall += UNALIGNED_CYCLES;
@@ -152,7 +186,13 @@ impl Cpu {
         Ok(value)
     }
 
-    fn store_bytes(&mut self, bus: &mut Bus, address: u32, size: u32, value: u32) -> Result<(), Flow> {
+    fn store_bytes(
+        &mut self,
+        bus: &mut Bus,
+        address: u32,
+        size: u32,
+        value: u32,
+    ) -> Result<(), Flow> {
         self.note_access(bus, address, size, true);
         for i in 0..size {
             self.store_one(bus, address.wrapping_add(i), 1, value >> (8 * i))?;
@@ -185,7 +225,13 @@ impl Cpu {
         }
     }
 
-    fn store_one(&mut self, bus: &mut Bus, address: u32, size: u32, value: u32) -> Result<(), Flow> {
+    fn store_one(
+        &mut self,
+        bus: &mut Bus,
+        address: u32,
+        size: u32,
+        value: u32,
+    ) -> Result<(), Flow> {
         if let Some(wait) = bus.memory.slow_write(address, size, value) {
             bus.break_exclusives(self.index, address);
             self.stall += i64::from(wait);
@@ -193,7 +239,9 @@ impl Cpu {
         }
         let answer = match self.is_private(address) {
             true => self.system_write(address, size, value).map(|()| 0),
-            false => bus.device_write(address, size, value, self.index, self.now).ok(),
+            false => bus
+                .device_write(address, size, value, self.index, self.now)
+                .ok(),
         };
         match answer {
             Some(wait) => {

@@ -7,10 +7,15 @@ use whippen_isa::ShiftType;
 pub(crate) fn add_with_carry(x: u32, y: u32, carry: bool) -> (u32, bool, bool) {
     let wide = u64::from(x) + u64::from(y) + u64::from(carry);
     let result = wide as u32;
-    (result, wide >> 32 != 0, ((x ^ result) & (y ^ result)) >> 31 != 0)
+    (
+        result,
+        wide >> 32 != 0,
+        ((x ^ result) & (y ^ result)) >> 31 != 0,
+    )
 }
 
-/// `Shift_C` by an amount of 0 to 255 (`RRX` always by 1): result and carry; the carry stays when the amount is 0.
+/// `Shift_C` by an amount of 0 to 255 (`RRX` always by 1): result and carry; the carry stays when
+/// the amount is 0.
 #[inline(always)]
 pub(crate) fn shift_c(value: u32, shift: ShiftType, amount: u32, carry: bool) -> (u32, bool) {
     if amount == 0 {
@@ -20,14 +25,21 @@ pub(crate) fn shift_c(value: u32, shift: ShiftType, amount: u32, carry: bool) ->
         ShiftType::LSL => lsl_c(value, amount),
         ShiftType::LSR => lsr_c(value, amount),
         ShiftType::ASR => asr_c(value, amount),
-        ShiftType::ROR => (value.rotate_right(amount % 32), value.rotate_right(amount % 32) >> 31 != 0),
+        ShiftType::ROR => (
+            value.rotate_right(amount % 32),
+            value.rotate_right(amount % 32) >> 31 != 0,
+        ),
         ShiftType::RRX => (u32::from(carry) << 31 | value >> 1, value & 1 != 0),
     }
 }
 
 /// `LSL_C`, amount at least 1.
 fn lsl_c(value: u32, amount: u32) -> (u32, bool) {
-    let wide = if amount > 32 { 0 } else { u64::from(value) << amount };
+    let wide = if amount > 32 {
+        0
+    } else {
+        u64::from(value) << amount
+    };
     (wide as u32, wide >> 32 & 1 != 0)
 }
 
@@ -63,9 +75,15 @@ mod tests {
     #[test]
     fn addition_gives_carry_and_overflow() {
         assert_eq!(add_with_carry(u32::MAX, 0, true), (0, true, false));
-        assert_eq!(add_with_carry(0x7fff_ffff, 1, false), (0x8000_0000, false, true));
+        assert_eq!(
+            add_with_carry(0x7fff_ffff, 1, false),
+            (0x8000_0000, false, true)
+        );
         assert_eq!(add_with_carry(5, !5, true), (0, true, false));
-        assert_eq!(add_with_carry(0x8000_0000, !1, true), (0x7fff_ffff, true, true));
+        assert_eq!(
+            add_with_carry(0x8000_0000, !1, true),
+            (0x7fff_ffff, true, true)
+        );
     }
 
     #[test]

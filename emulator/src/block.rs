@@ -1,7 +1,8 @@
-//! A block: instructions that follow each other in memory, decoded, up to one after which another place must follow.
+//! A block: instructions that follow each other in memory, decoded, up to one after which another
+//! place must follow.
 //!
-//! Branches that may fall through lie inside a block, and so do conditional instructions: which of them were passed is
-//! part of what the block's cycles are remembered under.
+//! Branches that may fall through lie inside a block, and so do conditional instructions: which of
+//! them were passed is part of what the block's cycles are remembered under.
 
 use crate::exec;
 use crate::memory::Memory;
@@ -73,12 +74,16 @@ impl Block {
     /// Forgets what is known by numbers of pipeline states.
     pub fn forget_cycles(&mut self) {
         self.memo = Default::default();
-        self.infos.iter_mut().for_each(|info| info.memo = Default::default());
+        self.infos
+            .iter_mut()
+            .for_each(|info| info.memo = Default::default());
     }
 
     /// The address and the state of IT of instruction `index`, or after the last one.
     pub fn place(&self, index: usize) -> (u32, ItState) {
-        self.infos.get(index).map_or((self.end, self.end_it), |info| (info.address, info.it))
+        self.infos
+            .get(index)
+            .map_or((self.end, self.end_it), |info| (info.address, info.it))
     }
 
     /// Decodes one more instruction; whether the next one can follow it.
@@ -113,10 +118,18 @@ impl Block {
         let conditional = inst.is_conditional() || inst.class() == Class::CompareBranch;
         let divides = inst.class() == Class::Divide;
         self.ops.push(exec::prepare(&inst, address));
-        self.infos.push(Info { address, it, inst: Ok((inst, timed)), conditional, divides, memo: Default::default() });
+        self.infos.push(Info {
+            address,
+            it,
+            inst: Ok((inst, timed)),
+            conditional,
+            divides,
+            memo: Default::default(),
+        });
         self.end = address.wrapping_add(inst.size());
         self.end_it = match inst.op() {
-            I::IT => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15).unwrap_or(ItState::OUTSIDE),
+            I::IT => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
+                .unwrap_or(ItState::OUTSIDE),
             _ => it.advance(),
         };
         self.cycles_max += cycles_max(&inst);
@@ -158,14 +171,23 @@ fn waits_for_float(class: Class) -> bool {
 }
 
 /// The instruction at an address, or why there is none.
-fn fetch(memory: &Memory, arch: whippen_isa::Arch, address: u32, it: ItState) -> Result<Inst, Reason> {
+fn fetch(
+    memory: &Memory,
+    arch: whippen_isa::Arch,
+    address: u32,
+    it: ItState,
+) -> Result<Inst, Reason> {
     let never = matches!(address >> 29, 2 | 5..);
     let halfword = |address: u32| memory.halfword(address).ok_or(Reason::Fetch);
     if never {
         return Err(Reason::ExecuteNever);
     }
     let hw1 = halfword(address)?;
-    let hw2 = if is_wide(hw1) { halfword(address.wrapping_add(2))? } else { 0 };
+    let hw2 = if is_wide(hw1) {
+        halfword(address.wrapping_add(2))?
+    } else {
+        0
+    };
     decode(hw1, hw2, arch, it).map_err(|error| match error {
         NotDecoded::Undefined => Reason::Undefined,
         NotDecoded::Unpredictable { why, .. } => Reason::Unpredictable(why),

@@ -81,19 +81,31 @@ pub struct Region {
     pub read_wait: u8,
     /// Cycles that a data write takes beyond one.
     pub write_wait: u8,
-    /// The base of the region whose bytes these are, when this is an alias. That region comes first in the list.
+    /// The base of the region whose bytes these are, when this is an alias. That region comes first
+    /// in the list.
     pub mirrors: Option<u32>,
 }
 
 impl Region {
     /// RAM without wait states.
     pub fn ram(name: &str, base: u32, bytes: u32) -> Self {
-        Self { name: name.into(), base, bytes, writable: true, read_wait: 0, write_wait: 0, mirrors: None }
+        Self {
+            name: name.into(),
+            base,
+            bytes,
+            writable: true,
+            read_wait: 0,
+            write_wait: 0,
+            mirrors: None,
+        }
     }
 
     /// Memory that a program cannot write, without wait states.
     pub fn rom(name: &str, base: u32, bytes: u32) -> Self {
-        Self { writable: false, ..Self::ram(name, base, bytes) }
+        Self {
+            writable: false,
+            ..Self::ram(name, base, bytes)
+        }
     }
 
     /// Whether the address lies inside.
@@ -104,8 +116,14 @@ impl Region {
     pub(crate) fn checked_pages(&self) -> Result<u32, BoardError> {
         let page = crate::memory::PAGE as u32;
         let inside = self.base.checked_add(self.bytes.wrapping_sub(1)).is_some();
-        if self.bytes == 0 || !self.bytes.is_multiple_of(page) || !self.base.is_multiple_of(page) || !inside {
-            return Err(BoardError::Shape { region: self.name.clone() });
+        if self.bytes == 0
+            || !self.bytes.is_multiple_of(page)
+            || !self.base.is_multiple_of(page)
+            || !inside
+        {
+            return Err(BoardError::Shape {
+                region: self.name.clone(),
+            });
         }
         Ok(self.bytes / page)
     }
@@ -124,7 +142,8 @@ pub struct Board {
     pub interrupts: usize,
     /// Plain memory.
     pub regions: Vec<Region>,
-    /// The ports of its memory, where several cores or a DMA may wait for each other; empty where they never do.
+    /// The ports of its memory, where several cores or a DMA may wait for each other; empty where
+    /// they never do.
     pub banks: &'static [Banks],
     /// Where the first core finds its vector table at reset.
     pub vector_table: u32,
@@ -133,10 +152,16 @@ pub struct Board {
 }
 
 impl Board {
-    /// One core at 150 MHz with flash at 0x08000000 (and at 0) and RAM at 0x20000000, 1 MiB each, without wait states.
+    /// One core at 150 MHz with flash at 0x08000000 (and at 0) and RAM at 0x20000000, 1 MiB each,
+    /// without wait states.
     pub fn generic(core: CoreKind) -> Self {
         let flash = Region::rom("flash", 0x0800_0000, 1 << 20);
-        let boot = Region { name: "flash at 0".into(), base: 0, mirrors: Some(flash.base), ..flash.clone() };
+        let boot = Region {
+            name: "flash at 0".into(),
+            base: 0,
+            mirrors: Some(flash.base),
+            ..flash.clone()
+        };
         let regions = vec![flash, boot, Region::ram("ram", 0x2000_0000, 1 << 20)];
         Self {
             core,
@@ -173,8 +198,13 @@ pub enum BoardError {
 impl std::fmt::Display for BoardError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Shape { region } => write!(f, "{region}: base and size must be multiples of 4096 within 32 bits"),
-            Self::Overlap { region } => write!(f, "{region}: overlaps another region, or mirrors no memory"),
+            Self::Shape { region } => write!(
+                f,
+                "{region}: base and size must be multiples of 4096 within 32 bits"
+            ),
+            Self::Overlap { region } => {
+                write!(f, "{region}: overlaps another region, or mirrors no memory")
+            }
             Self::Cores => f.write_str("a board has one to eight cores"),
             Self::Interrupts => f.write_str("a board has at most 480 interrupts"),
         }

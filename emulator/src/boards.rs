@@ -4,11 +4,12 @@
 //!   build(kind, setup) -> machine + the devices a host talks to (serial ports, converter)
 //! ```
 //!
-//! What stands where and with which wait states is here; what the devices do is in `device`. A start goes as after the chip's own boot ROM:
-//! core 0 from the image's vector table, core 1 of an RP waiting in ROM for its start over the FIFO.
+//! What stands where and with which wait states is here; what the devices do is in `device`. A
+//! start goes as after the chip's own boot ROM: core 0 from the image's vector table, core 1 of an
+//! RP waiting in ROM for its start over the FIFO.
 //!
-//! Not here, and answered with a bus fault: PIO, USB, SPI, I2C, ADC, PWM, RTC, OTP, the flash chip's own interface, HSTX,
-//! SHA-256, TRNG. Flash reads as memory that is always in the cache.
+//! Not here, and answered with a bus fault: PIO, USB, SPI, I2C, ADC, PWM, RTC, OTP, the flash
+//! chip's own interface, HSTX, SHA-256, TRNG. Flash reads as memory that is always in the cache.
 
 use crate::board::{Board, BoardError, CoreKind, Region};
 use crate::bus::{Bus, DeviceId, Waits};
@@ -63,9 +64,12 @@ impl BoardKind {
         }
     }
 
-    /// The board's cores and memory. Its vector table is where flash begins, or behind the second stage of RP2040.
+    /// The board's cores and memory. Its vector table is where flash begins, or behind the second
+    /// stage of RP2040.
     pub fn board(self) -> Board {
-        let Some(chip) = self.chip() else { return stm32f4::board() };
+        let Some(chip) = self.chip() else {
+            return stm32f4::board();
+        };
         let regions = chip.regions.iter().map(region).collect();
         Board {
             core: chip.core,
@@ -92,7 +96,10 @@ pub struct ConverterSetup {
 impl Default for ConverterSetup {
     /// 88 keys at 44.1 kHz.
     fn default() -> Self {
-        Self { keys: 88, rate_hz: 44_100 }
+        Self {
+            keys: 88,
+            rate_hz: 44_100,
+        }
     }
 }
 
@@ -138,7 +145,10 @@ struct ChipTable {
     bootram: Option<u32>,
 }
 
-const PERIPHERAL: Waits = Waits { read: apb::READ.cycles as i8, write: apb::WRITE.cycles as i8 };
+const PERIPHERAL: Waits = Waits {
+    read: apb::READ.cycles as i8,
+    write: apb::WRITE.cycles as i8,
+};
 const DMA_BASE: u32 = 0x5000_0000;
 const SIO_BASE: u32 = 0xd000_0000;
 /// A peripheral's block with its copies, and a whole slot of the peripheral bus.
@@ -147,20 +157,36 @@ const BLOCK: u32 = 0x4000;
 impl ChipTable {
     /// Where core 1 begins: the second word of the ROM's vector table.
     fn core1(&self) -> Start {
-        let word = |i: usize| self.rom[i..i + 4].iter().rev().fold(0, |word, byte| word << 8 | u32::from(*byte));
-        Start { vector_table: 0, stack: word(0), address: word(4) }
+        let word = |i: usize| {
+            self.rom[i..i + 4]
+                .iter()
+                .rev()
+                .fold(0, |word, byte| word << 8 | u32::from(*byte))
+        };
+        Start {
+            vector_table: 0,
+            stack: word(0),
+            address: word(4),
+        }
     }
 }
 
 fn region((name, base, bytes, writable): &(&str, u32, u32, bool)) -> Region {
-    Region { writable: *writable, ..Region::ram(name, *base, *bytes) }
+    Region {
+        writable: *writable,
+        ..Region::ram(name, *base, *bytes)
+    }
 }
 
 /// A machine of that kind with all its devices, its memory zero but for the ROM, its cores halted.
 ///
 /// # Errors
 /// The board's memory map cannot be (only when `board` was changed by hand).
-pub fn build(kind: BoardKind, board: Board, setup: ConverterSetup) -> Result<(Machine, Ports), BoardError> {
+pub fn build(
+    kind: BoardKind,
+    board: Board,
+    setup: ConverterSetup,
+) -> Result<(Machine, Ports), BoardError> {
     let mut machine = Machine::new(board)?;
     let bus = &mut machine.bus;
     let ports = match kind.chip() {
@@ -176,19 +202,46 @@ pub fn build(kind: BoardKind, board: Board, setup: ConverterSetup) -> Result<(Ma
 
 fn attach(chip: &'static ChipTable, bus: &mut Bus, setup: ConverterSetup) -> Ports {
     let clock_hz = chip.clock_hz;
-    let sio = bus.attach(SIO_BASE, 0x1000, chip.sio_waits, Box::new(Sio::new(chip.sio)));
-    let uarts = chip.uarts.map(|(base, irq)| bus.attach(base, BLOCK, PERIPHERAL, Box::new(Uart::new(irq))));
+    let sio = bus.attach(
+        SIO_BASE,
+        0x1000,
+        chip.sio_waits,
+        Box::new(Sio::new(chip.sio)),
+    );
+    let uarts = chip
+        .uarts
+        .map(|(base, irq)| bus.attach(base, BLOCK, PERIPHERAL, Box::new(Uart::new(irq))));
     for (base, irq) in chip.timers {
-        bus.attach(*base, BLOCK, PERIPHERAL, Box::new(Timer::new(clock_hz, *irq, chip.timer_intr)));
+        bus.attach(
+            *base,
+            BLOCK,
+            PERIPHERAL,
+            Box::new(Timer::new(clock_hz, *irq, chip.timer_intr)),
+        );
     }
     for (base, rows) in chip.registers {
         bus.attach(*base, BLOCK, PERIPHERAL, Box::new(Registers::new(rows)));
     }
     let (base, core1, mask) = chip.power;
-    bus.attach(base, BLOCK, PERIPHERAL, Box::new(Power::new(core1, mask, sio, chip.core1())));
+    bus.attach(
+        base,
+        BLOCK,
+        PERIPHERAL,
+        Box::new(Power::new(core1, mask, sio, chip.core1())),
+    );
     let (base, counts_per_us) = chip.watchdog;
-    bus.attach(base, BLOCK, PERIPHERAL, Box::new(Watchdog::new(clock_hz, counts_per_us)));
-    bus.attach(DMA_BASE, BLOCK, Waits::default(), Box::new(Dma::new(chip.dma, uarts)));
+    bus.attach(
+        base,
+        BLOCK,
+        PERIPHERAL,
+        Box::new(Watchdog::new(clock_hz, counts_per_us)),
+    );
+    bus.attach(
+        DMA_BASE,
+        BLOCK,
+        Waits::default(),
+        Box::new(Dma::new(chip.dma, uarts)),
+    );
     bus.attach(chip.busctrl, BLOCK, PERIPHERAL, Box::new(BusCtrl::new()));
     if let Some(base) = chip.bootram {
         bus.attach(base, BLOCK, PERIPHERAL, Box::new(BootRam::new()));

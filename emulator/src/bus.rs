@@ -1,8 +1,9 @@
 //! The bus: plain memory, devices, and the lines from devices to cores.
 //!
-//! A device is whatever answers reads and writes in a range of addresses. Plain memory never asks the bus; a device is
-//! asked with the exact cycle of the access, and is woken when it said it wants to be. While it acts it holds the rest of the bus,
-//! so it may read and write memory (a DMA) or other devices, and raise lines; its own range is then absent.
+//! A device is whatever answers reads and writes in a range of addresses. Plain memory never asks
+//! the bus; a device is asked with the exact cycle of the access, and is woken when it said it
+//! wants to be. While it acts it holds the rest of the bus, so it may read and write memory (a DMA)
+//! or other devices, and raise lines; its own range is then absent.
 //!
 //! Not here: what every core has for itself at 0xE0000000 (`system`).
 
@@ -42,8 +43,8 @@ pub trait Device: Any {
     /// A store of the low `8 * access.size` bits of `value`.
     fn write(&mut self, access: Access, value: u32, bus: &mut Bus) -> Result<(), BusError>;
 
-    /// The cycle from which on [`Device::attend`] must be called. Asked after every access to the device and every call
-    /// of `attend`; until then nothing about the device costs time.
+    /// The cycle from which on [`Device::attend`] must be called. Asked after every access to the
+    /// device and every call of `attend`; until then nothing about the device costs time.
     fn due(&self) -> u64 {
         u64::MAX
     }
@@ -52,7 +53,8 @@ pub trait Device: Any {
     fn attend(&mut self, _cycle: u64, _bus: &mut Bus) {}
 }
 
-/// Cycles that accesses take beyond one; negative where a port is faster than the core's load or store.
+/// Cycles that accesses take beyond one; negative where a port is faster than the core's load or
+/// store.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Waits {
     /// Of a read.
@@ -119,10 +121,23 @@ impl Bus {
         }
     }
 
-    /// Puts a device at `base`. Where two devices overlap, or one lies over memory, the first and memory win.
-    pub fn attach(&mut self, base: u32, bytes: u32, waits: Waits, device: Box<dyn Device>) -> DeviceId {
+    /// Puts a device at `base`. Where two devices overlap, or one lies over memory, the first and
+    /// memory win.
+    pub fn attach(
+        &mut self,
+        base: u32,
+        bytes: u32,
+        waits: Waits,
+        device: Box<dyn Device>,
+    ) -> DeviceId {
         let (index, due) = (self.slots.len(), device.due());
-        self.slots.push(Slot { base, bytes, waits, due: u64::MAX, device: Some(device) });
+        self.slots.push(Slot {
+            base,
+            bytes,
+            waits,
+            due: u64::MAX,
+            device: Some(device),
+        });
         self.set_due(index, due);
         DeviceId(index)
     }
@@ -171,19 +186,35 @@ impl Bus {
     pub fn read(&mut self, address: u32, size: u32, cycle: u64) -> Result<u32, BusError> {
         self.fabric.dma(address, cycle);
         let mut bytes = [0; 4];
-        match self.memory.read(address, &mut bytes[..size.min(4) as usize]) {
+        match self
+            .memory
+            .read(address, &mut bytes[..size.min(4) as usize])
+        {
             Ok(()) => Ok(u32::from_le_bytes(bytes)),
-            Err(_) => self.device_read(address, size, Access::DMA, cycle).map(|(value, _)| value),
+            Err(_) => self
+                .device_read(address, size, Access::DMA, cycle)
+                .map(|(value, _)| value),
         }
     }
 
     /// A write as a device makes it, to memory that can be written or to another device.
-    pub fn write(&mut self, address: u32, size: u32, value: u32, cycle: u64) -> Result<(), BusError> {
+    pub fn write(
+        &mut self,
+        address: u32,
+        size: u32,
+        value: u32,
+        cycle: u64,
+    ) -> Result<(), BusError> {
         self.fabric.dma(address, cycle);
         match self.memory.region(address) {
             Some(region) if !region.writable => Err(BusError),
-            Some(_) => self.memory.write(address, &value.to_le_bytes()[..size.min(4) as usize]).map_err(|_| BusError),
-            None => self.device_write(address, size, value, Access::DMA, cycle).map(|_| ()),
+            Some(_) => self
+                .memory
+                .write(address, &value.to_le_bytes()[..size.min(4) as usize])
+                .map_err(|_| BusError),
+            None => self
+                .device_write(address, size, value, Access::DMA, cycle)
+                .map(|_| ()),
         }
     }
 
@@ -195,8 +226,19 @@ impl Bus {
         cycle: u64,
     ) -> Result<(u32, i8), BusError> {
         let (index, offset) = self.find(address)?;
-        let value =
-            self.with_device(index, |d, bus| d.read(Access { offset, size, core, cycle }, bus)).ok_or(BusError)??;
+        let value = self
+            .with_device(index, |d, bus| {
+                d.read(
+                    Access {
+                        offset,
+                        size,
+                        core,
+                        cycle,
+                    },
+                    bus,
+                )
+            })
+            .ok_or(BusError)??;
         Ok((value, self.slots[index].waits.read))
     }
 
@@ -209,19 +251,38 @@ impl Bus {
         cycle: u64,
     ) -> Result<i8, BusError> {
         let (index, offset) = self.find(address)?;
-        self.with_device(index, |d, bus| d.write(Access { offset, size, core, cycle }, value, bus))
-            .ok_or(BusError)??;
+        self.with_device(index, |d, bus| {
+            d.write(
+                Access {
+                    offset,
+                    size,
+                    core,
+                    cycle,
+                },
+                value,
+                bus,
+            )
+        })
+        .ok_or(BusError)??;
         Ok(self.slots[index].waits.write)
     }
 
     fn find(&self, address: u32) -> Result<(usize, u32), BusError> {
         let offset = |s: &Slot| address.wrapping_sub(s.base);
-        let index = self.slots.iter().position(|s| offset(s) < s.bytes).ok_or(BusError)?;
+        let index = self
+            .slots
+            .iter()
+            .position(|s| offset(s) < s.bytes)
+            .ok_or(BusError)?;
         Ok((index, offset(&self.slots[index])))
     }
 
     /// Lets a device act on the rest of the bus. Nothing when it is acting already.
-    fn with_device<T>(&mut self, index: usize, act: impl FnOnce(&mut dyn Device, &mut Self) -> T) -> Option<T> {
+    fn with_device<T>(
+        &mut self,
+        index: usize,
+        act: impl FnOnce(&mut dyn Device, &mut Self) -> T,
+    ) -> Option<T> {
         let mut device = self.slots[index].device.take()?;
         let result = act(device.as_mut(), self);
         let due = device.due();

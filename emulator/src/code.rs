@@ -23,7 +23,12 @@ const NOWHERE: (u32, u32) = (1, 0);
 
 impl Code {
     pub fn new(timing: Timing) -> Self {
-        Self { blocks: Vec::new(), by_place: HashMap::new(), recent: Box::new([NOWHERE; RECENT]), timing }
+        Self {
+            blocks: Vec::new(),
+            by_place: HashMap::new(),
+            recent: Box::new([NOWHERE; RECENT]),
+            timing,
+        }
     }
 
     pub fn clear(&mut self) {
@@ -41,7 +46,11 @@ impl Code {
     #[inline(always)]
     pub fn find(&mut self, memory: &mut Memory, address: u32, it: ItState) -> usize {
         let (found, number) = self.recent[(address >> 1) as usize % RECENT];
-        if found == address && !it.inside() { number as usize } else { self.look_up(memory, address, it) }
+        if found == address && !it.inside() {
+            number as usize
+        } else {
+            self.look_up(memory, address, it)
+        }
     }
 
     #[cold]
@@ -59,7 +68,8 @@ impl Code {
 
     fn decode(&mut self, memory: &mut Memory, address: u32, it: ItState) -> u32 {
         let number = self.blocks.len() as u32;
-        self.blocks.push(Block::decode(memory, &self.timing, address, it));
+        self.blocks
+            .push(Block::decode(memory, &self.timing, address, it));
         self.by_place.insert((address, it), number);
         number
     }

@@ -6,8 +6,8 @@
 //!   step: one instruction, its cycles counted, its requests answered                      exact
 //! ```
 //!
-//! Both ways give the same state and the same cycles. A block never does what another core or a device could see: that is
-//! what [`Flow::Inexact`] is for.
+//! Both ways give the same state and the same cycles. A block never does what another core or a
+//! device could see: that is what [`Flow::Inexact`] is for.
 
 use crate::block::Block;
 use crate::bus::Bus;
@@ -43,14 +43,23 @@ struct Run {
 
 impl Core {
     pub fn new(cpu: Cpu, timing: Timing) -> Self {
-        Self { cpu, code: Code::new(timing), pipes: Pipes::new(), pipe: 0, cycle: 0, instructions: 0, cursor: (0, 0) }
+        Self {
+            cpu,
+            code: Code::new(timing),
+            pipes: Pipes::new(),
+            pipe: 0,
+            cycle: 0,
+            instructions: 0,
+            cursor: (0, 0),
+        }
     }
 
     pub fn timing(&self) -> &Timing {
         &self.code.timing
     }
 
-    /// Runs whole blocks as long as they end before `horizon`; stops in front of what has to be exact.
+    /// Runs whole blocks as long as they end before `horizon`; stops in front of what has to be
+    /// exact.
     pub fn run_blocks(&mut self, bus: &mut Bus, horizon: u64) {
         if self.code.is_full() {
             self.code.clear();
@@ -60,7 +69,11 @@ impl Core {
         while self.cpu.thumb && self.cycle + self.code.blocks[number].cycles_max <= horizon {
             let (run, goes_on) = self.run_block(bus, number);
             let pc = self.cpu.pc;
-            let next = if goes_on { self.code.find(&mut bus.memory, pc, self.cpu.it) } else { number };
+            let next = if goes_on {
+                self.code.find(&mut bus.memory, pc, self.cpu.it)
+            } else {
+                number
+            };
             let wide = goes_on && self.code.blocks[next].wide;
             self.charge(&run, wide);
             if !goes_on || self.code.is_full() {
@@ -91,7 +104,14 @@ impl Core {
         } else {
             (self.cpu.pc, self.cpu.it) = block.place(done);
         }
-        (Run { block: number, done, taken }, matches!(flow, Flow::Next | Flow::Branch))
+        (
+            Run {
+                block: number,
+                done,
+                taken,
+            },
+            matches!(flow, Flow::Next | Flow::Branch),
+        )
     }
 
     /// Adds the cycles of a run.
@@ -99,7 +119,12 @@ impl Core {
     fn charge(&mut self, run: &Run, wide: bool) {
         let pc = self.cpu.pc;
         let about = u32::from(run.taken) << 2 | (pc >> 1 & 1) << 1 | u32::from(wide);
-        let key = Key::new(self.cpu.outcomes, self.pipe, run.done, if run.taken { about } else { 0 });
+        let key = Key::new(
+            self.cpu.outcomes,
+            self.pipe,
+            run.done,
+            if run.taken { about } else { 0 },
+        );
         let known = match self.code.blocks[run.block].memo.get(&key) {
             Some(known) => known,
             None => self.count(run, key, Target { address: pc, wide }),
@@ -126,7 +151,10 @@ impl Core {
             }
         }
         let numbers = self.pipes.len();
-        let known = Known { cycles, pipe: self.number(pipe) };
+        let known = Known {
+            cycles,
+            pipe: self.number(pipe),
+        };
         // Numbers of an earlier count mean nothing.
         if self.pipes.len() >= numbers && run.done > 0 {
             self.code.blocks[run.block].memo.insert(key, known);
@@ -134,7 +162,8 @@ impl Core {
         known
     }
 
-    /// The number of a pipeline state; when there are too many, everything known by number is forgotten.
+    /// The number of a pipeline state; when there are too many, everything known by number is
+    /// forgotten.
     pub fn number(&mut self, pipe: Pipe) -> u16 {
         if let Some(number) = self.pipes.number(pipe) {
             return number;

@@ -1,8 +1,8 @@
 //! The state of one core, as the architecture defines it: registers, flags, special registers.
 //!
-//! N and Z are kept as words (the sign of one, whether the other is zero), so that setting flags costs no comparison. R13
-//! is the stack pointer in use; the other one lies beside it. R15 is only an operand: the address of the next instruction
-//! is `pc`.
+//! N and Z are kept as words (the sign of one, whether the other is zero), so that setting flags
+//! costs no comparison. R13 is the stack pointer in use; the other one lies beside it. R15 is only
+//! an operand: the address of the next instruction is `pc`.
 
 use crate::board::CoreKind;
 use crate::system::System;
@@ -38,7 +38,8 @@ pub struct Cpu {
     pub(crate) control: u32,
     pub(crate) msplim: u32,
     pub(crate) psplim: u32,
-    /// Whether floating-point instructions need no preparation: allowed, context active, nothing to be saved.
+    /// Whether floating-point instructions need no preparation: allowed, context active, nothing to
+    /// be saved.
     pub(crate) float_ready: bool,
     /// The first access of the instruction to a watched range: address, and whether it stored.
     pub(crate) watched: Option<(u32, bool)>,
@@ -139,7 +140,12 @@ impl Cpu {
     /// `ConditionPassed()`.
     #[inline(always)]
     pub(crate) fn holds(&self, cond: Cond) -> bool {
-        cond.holds(self.negative >> 31 != 0, self.zero == 0, self.carry, self.overflow)
+        cond.holds(
+            self.negative >> 31 != 0,
+            self.zero == 0,
+            self.carry,
+            self.overflow,
+        )
     }
 
     /// Sets all four flags by a result, a carry and an overflow.
@@ -181,7 +187,11 @@ impl Cpu {
     pub(crate) fn set_xpsr(&mut self, word: u32) {
         self.set_nzcv_bits(word);
         self.q = word >> 27 & 1 != 0 && self.kind != CoreKind::CortexM0Plus;
-        self.ge = if self.kind == CoreKind::CortexM0Plus { 0 } else { (word >> 16 & 15) as u8 };
+        self.ge = if self.kind == CoreKind::CortexM0Plus {
+            0
+        } else {
+            (word >> 16 & 15) as u8
+        };
         self.thumb = word >> 24 & 1 != 0;
         let it = (word >> 25 & 3 | (word >> 10 & 63) << 2) as u8;
         self.it = ItState::after_it(it >> 4, it & 15).unwrap_or(ItState::OUTSIDE);
@@ -204,21 +214,37 @@ impl Cpu {
 
     /// MSP.
     pub(crate) fn msp(&self) -> u32 {
-        if self.uses_psp() { self.other_sp } else { self.r[13] }
+        if self.uses_psp() {
+            self.other_sp
+        } else {
+            self.r[13]
+        }
     }
 
     /// PSP.
     pub(crate) fn psp(&self) -> u32 {
-        if self.uses_psp() { self.r[13] } else { self.other_sp }
+        if self.uses_psp() {
+            self.r[13]
+        } else {
+            self.other_sp
+        }
     }
 
     pub(crate) fn set_msp(&mut self, value: u32) {
-        let slot = if self.uses_psp() { &mut self.other_sp } else { &mut self.r[13] };
+        let slot = if self.uses_psp() {
+            &mut self.other_sp
+        } else {
+            &mut self.r[13]
+        };
         *slot = value & !3;
     }
 
     pub(crate) fn set_psp(&mut self, value: u32) {
-        let slot = if self.uses_psp() { &mut self.r[13] } else { &mut self.other_sp };
+        let slot = if self.uses_psp() {
+            &mut self.r[13]
+        } else {
+            &mut self.other_sp
+        };
         *slot = value & !3;
     }
 
@@ -236,6 +262,10 @@ impl Cpu {
     /// The limit of the stack pointer in use; 0 where there is none.
     #[inline(always)]
     pub(crate) fn sp_limit(&self) -> u32 {
-        if self.uses_psp() { self.psplim } else { self.msplim }
+        if self.uses_psp() {
+            self.psplim
+        } else {
+            self.msplim
+        }
     }
 }

@@ -1,4 +1,5 @@
-//! The devices of the boards: what a bare-metal image of an RP2350, RP2040 or STM32F407 finds beside memory, and the converter.
+//! The devices of the boards: what a bare-metal image of an RP2350, RP2040 or STM32F407 finds
+//! beside memory, and the converter.
 //!
 //! ```text
 //!   registers   blocks that only hold what is written, with the status bits that start-up code polls (tables)
@@ -10,8 +11,8 @@
 //!   converter   sensor words of N keys in, drive words out, once per tick
 //! ```
 //!
-//! Time is cycles of the system clock, which the board fixes: registers of clocks and dividers are kept and answered, but do
-//! not change how long a cycle is.
+//! Time is cycles of the system clock, which the board fixes: registers of clocks and dividers are
+//! kept and answered, but do not change how long a cycle is.
 
 pub(crate) mod alias;
 pub(crate) mod bootram;

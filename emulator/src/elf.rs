@@ -7,8 +7,9 @@
 //!            +-- relocatable: sections placed in RAM (`place`) --+--> Segments, Symbols, architecture
 //! ```
 //!
-//! A segment has two addresses. It is loaded at one (LMA, in flash) and runs at the other (VMA); they differ for initialised
-//! data, which start-up code copies. Whoever calls a function without that code puts the bytes at both.
+//! A segment has two addresses. It is loaded at one (LMA, in flash) and runs at the other (VMA);
+//! they differ for initialised data, which start-up code copies. Whoever calls a function without
+//! that code puts the bytes at both.
 //!
 //! Not here: source lines (`lines`), and which memory a board has for an image (`layout`).
 
@@ -35,13 +36,15 @@ use crate::memory::{Memory, MemoryError};
 pub struct Elf {
     /// Where it says that it begins; bit 0 stands for Thumb. 0 when it does not say.
     pub entry: u32,
-    /// The oldest architecture of ours that has what it was compiled for; nothing when it does not say.
+    /// The oldest architecture of ours that has what it was compiled for; nothing when it does not
+    /// say.
     pub arch: Option<Arch>,
     /// What to load, in the order of the file; none is empty.
     pub segments: Vec<Segment>,
     /// Names.
     pub symbols: Symbols,
-    /// Of an object file, the names that it uses and does not define. They have addresses without memory.
+    /// Of an object file, the names that it uses and does not define. They have addresses without
+    /// memory.
     pub undefined: Vec<String>,
 }
 
@@ -101,9 +104,15 @@ impl std::fmt::Display for ElfError {
             Self::Wide => f.write_str("is a 64-bit ELF; a Cortex-M runs 32-bit ones"),
             Self::BigEndian => f.write_str("is a big-endian ELF; only little-endian ones are run"),
             Self::Machine(name) => write!(f, "is an ELF for {name}, not for ARM"),
-            Self::Kind(kind) => write!(f, "is an ELF of type {kind}, neither an executable nor an object file"),
+            Self::Kind(kind) => write!(
+                f,
+                "is an ELF of type {kind}, neither an executable nor an object file"
+            ),
             Self::Hosted(why) => {
-                write!(f, "is a program for an operating system ({why}); only bare-metal images are run")
+                write!(
+                    f,
+                    "is a program for an operating system ({why}); only bare-metal images are run"
+                )
             }
             Self::Architecture(name) => {
                 write!(
@@ -127,8 +136,8 @@ fn corrupt(error: impl std::fmt::Display) -> ElfError {
 }
 
 impl Elf {
-    /// Reads an ELF for a Cortex-M: an image, or an object file whose sections need no linker. `any_core` accepts what
-    /// was compiled for a core that is unknown here.
+    /// Reads an ELF for a Cortex-M: an image, or an object file whose sections need no linker.
+    /// `any_core` accepts what was compiled for a core that is unknown here.
     ///
     /// # Errors
     /// What the bytes are instead, or what is wrong with them.
@@ -152,8 +161,8 @@ impl Elf {
 }
 
 impl Elf {
-    /// Copies the image to where it is loaded; if `started`, also to where it runs, as if start-up code had copied its
-    /// data.
+    /// Copies the image to where it is loaded; if `started`, also to where it runs, as if start-up
+    /// code had copied its data.
     ///
     /// # Errors
     /// The board has no memory there.
@@ -183,31 +192,63 @@ fn linked(file: &File<'_>, arch: Option<Arch>) -> Result<Elf, ElfError> {
         return Err(ElfError::Empty);
     }
     let entry = file.elf_header().e_entry(endian);
-    Ok(Elf { entry, arch, segments, symbols: Symbols::read(file)?, undefined: Vec::new() })
+    Ok(Elf {
+        entry,
+        arch,
+        segments,
+        symbols: Symbols::read(file)?,
+        undefined: Vec::new(),
+    })
 }
 
-fn segment(file: &File<'_>, header: &elf::ProgramHeader32<Endianness>) -> Result<Segment, ElfError> {
+fn segment(
+    file: &File<'_>,
+    header: &elf::ProgramHeader32<Endianness>,
+) -> Result<Segment, ElfError> {
     let endian = file.endian();
-    let bytes = header.data(endian, file.data()).map_err(|()| corrupt("a segment lies beyond the end of the file"))?;
+    let bytes = header
+        .data(endian, file.data())
+        .map_err(|()| corrupt("a segment lies beyond the end of the file"))?;
     let (load, run) = (header.p_paddr(endian), header.p_vaddr(endian));
     let memory_bytes = header.p_memsz(endian);
     let last = u64::from(memory_bytes) - 1;
-    if u64::from(load.max(run)) + last > u64::from(u32::MAX) || bytes.len() as u64 > u64::from(memory_bytes) {
+    if u64::from(load.max(run)) + last > u64::from(u32::MAX)
+        || bytes.len() as u64 > u64::from(memory_bytes)
+    {
         return Err(corrupt(format_args!(
             "the segment at {run:#010x} does not fit into 32 bits, or its sizes disagree"
         )));
     }
     let flags = header.p_flags(endian);
     let (writable, executable) = (flags.contains(PF_W), flags.contains(PF_X));
-    Ok(Segment { load, run, bytes: bytes.to_vec(), memory_bytes, writable, executable })
+    Ok(Segment {
+        load,
+        run,
+        bytes: bytes.to_vec(),
+        memory_bytes,
+        writable,
+        executable,
+    })
 }
 
 /// What files look like that are no ELF.
 const LOOKS: [(&[u8], &str); 7] = [
-    (b"!<arch>", "this is a library of object files; link it, or extract one"),
-    (b"UF2\n", "this is a UF2; the ELF it was made from is wanted"),
-    (b":", "this may be an Intel HEX file; the ELF it was made from is wanted"),
-    (b"S0", "this may be an S-record file; the ELF it was made from is wanted"),
+    (
+        b"!<arch>",
+        "this is a library of object files; link it, or extract one",
+    ),
+    (
+        b"UF2\n",
+        "this is a UF2; the ELF it was made from is wanted",
+    ),
+    (
+        b":",
+        "this may be an Intel HEX file; the ELF it was made from is wanted",
+    ),
+    (
+        b"S0",
+        "this may be an S-record file; the ELF it was made from is wanted",
+    ),
     (b"MZ", "this is a Windows program"),
     (b"\xcf\xfa\xed\xfe", "this is a macOS program"),
     (b"BC\xc0\xde", "this is LLVM bitcode; compile it first"),
@@ -218,10 +259,19 @@ fn check_ident(bytes: &[u8]) -> Result<(), ElfError> {
         return Err(ElfError::NotElf("the file is empty"));
     }
     if !bytes.starts_with(b"\x7fELF") {
-        let known = LOOKS.iter().find(|(start, _)| bytes.starts_with(start)).map(|(_, looks)| *looks);
+        let known = LOOKS
+            .iter()
+            .find(|(start, _)| bytes.starts_with(start))
+            .map(|(_, looks)| *looks);
         let head = &bytes[..bytes.len().min(256)];
-        let text = head.iter().all(|b| matches!(b, b'\t' | b'\n' | b'\r' | b' '..=b'~' | 0x80..));
-        let other = if text { "this is text" } else { "it does not begin with 0x7f ELF" };
+        let text = head
+            .iter()
+            .all(|b| matches!(b, b'\t' | b'\n' | b'\r' | b' '..=b'~' | 0x80..));
+        let other = if text {
+            "this is text"
+        } else {
+            "it does not begin with 0x7f ELF"
+        };
         return Err(ElfError::NotElf(known.unwrap_or(other)));
     }
     match (bytes.get(4), bytes.get(5)) {
@@ -232,8 +282,18 @@ fn check_ident(bytes: &[u8]) -> Result<(), ElfError> {
 }
 
 fn machine_name(number: u16) -> String {
-    const NAMES: [(u16, &str); 7] =
-        [(3, "x86"), (8, "MIPS"), (20, "PowerPC"), (62, "x86-64"), (94, "Xtensa"), (183, "AArch64"), (243, "RISC-V")];
-    let known = NAMES.iter().find(|(n, _)| *n == number).map(|(_, name)| (*name).to_string());
+    const NAMES: [(u16, &str); 7] = [
+        (3, "x86"),
+        (8, "MIPS"),
+        (20, "PowerPC"),
+        (62, "x86-64"),
+        (94, "Xtensa"),
+        (183, "AArch64"),
+        (243, "RISC-V"),
+    ];
+    let known = NAMES
+        .iter()
+        .find(|(n, _)| *n == number)
+        .map(|(_, name)| (*name).to_string());
     known.unwrap_or_else(|| format!("machine {number}"))
 }

@@ -6,8 +6,8 @@
 //!                                                                     pop frame
 //! ```
 //!
-//! Names are the manual's: `ExecutionPriority`, `PushStack`, `ExceptionTaken`, `ExceptionReturn`, `PopStack`. Faults are decided
-//! in `faults`.
+//! Names are the manual's: `ExecutionPriority`, `PushStack`, `ExceptionTaken`, `ExceptionReturn`,
+//! `PopStack`. Faults are decided in `faults`.
 
 use crate::board::CoreKind;
 use crate::bus::Bus;
@@ -39,20 +39,35 @@ pub(crate) fn is_return(kind: CoreKind, address: u32) -> bool {
 impl Cpu {
     /// `ExecutionPriority`: 256 in Thread mode without any mask.
     pub(crate) fn priority(&self) -> i32 {
-        self.priority_unmasked().min(if self.primask { 0 } else { 256 })
+        self.priority_unmasked()
+            .min(if self.primask { 0 } else { 256 })
     }
 
     /// The same without PRIMASK.
     fn priority_unmasked(&self) -> i32 {
-        let active = self.system.nvic.active_priorities().map(|p| self.group(p)).min().unwrap_or(256);
-        let base = if self.basepri != 0 { self.group(self.basepri as i32) } else { 256 };
+        let active = self
+            .system
+            .nvic
+            .active_priorities()
+            .map(|p| self.group(p))
+            .min()
+            .unwrap_or(256);
+        let base = if self.basepri != 0 {
+            self.group(self.basepri as i32)
+        } else {
+            256
+        };
         let fault = if self.faultmask { -1 } else { 256 };
         active.min(base).min(fault)
     }
 
     /// The part of a priority that preempts.
     fn group(&self, priority: i32) -> i32 {
-        if priority < 0 { priority } else { priority & !((2 << self.system.priority_group) - 1) }
+        if priority < 0 {
+            priority
+        } else {
+            priority & !((2 << self.system.priority_group) - 1)
+        }
     }
 
     /// The priority of an exception, as far as it preempts.
@@ -81,7 +96,8 @@ impl Cpu {
             self.system.nvic.set_pending(NMI, true);
         }
         let sev_on_pend = self.system.scr & 1 << 4 != 0;
-        self.event |= std::mem::take(&mut lines.event) || sev_on_pend && self.system.nvic.pending != was_pending;
+        self.event |= std::mem::take(&mut lines.event)
+            || sev_on_pend && self.system.nvic.pending != was_pending;
     }
 
     /// The pending exception that would be taken now.
@@ -92,7 +108,10 @@ impl Cpu {
 
     /// Whether an exception is pending that would be taken if PRIMASK were clear: what ends a wait.
     pub(crate) fn is_woken(&self) -> bool {
-        self.system.nvic.next().is_some_and(|(_, priority)| self.group(priority) < self.priority_unmasked())
+        self.system
+            .nvic
+            .next()
+            .is_some_and(|(_, priority)| self.group(priority) < self.priority_unmasked())
     }
 
     /// `ExceptionEntry`: saves the context that returns to `pc`, and goes to the handler.
@@ -127,12 +146,20 @@ impl Cpu {
             return Err((FaultKind::UsageFault, Reason::StackOverflow));
         }
         self.r[13] = frame;
-        let sfpa = if self.control & SFPA != 0 { FRAME_SFPA } else { 0 };
+        let sfpa = if self.control & SFPA != 0 {
+            FRAME_SFPA
+        } else {
+            0
+        };
         let xpsr = self.xpsr() & !(1 << 9) | u32::from(padding) << 9 | sfpa;
         let [r0, r1, r2, r3] = [self.r[0], self.r[1], self.r[2], self.r[3]];
         let words = [r0, r1, r2, r3, self.r[12], self.r[14], self.pc, xpsr];
         self.put_words(bus, frame, &words, Reason::Stacking)?;
-        if float { self.push_float(bus, frame.wrapping_add(0x20)) } else { Ok(()) }
+        if float {
+            self.push_float(bus, frame.wrapping_add(0x20))
+        } else {
+            Ok(())
+        }
     }
 
     /// Saves S0 to S15 and FPSCR, or remembers where to.
@@ -163,7 +190,11 @@ impl Cpu {
 
     /// `ExceptionTaken`: from here on the handler runs.
     pub(crate) fn take(&mut self, bus: &mut Bus, number: u32, link: u32) -> Result<(), Derived> {
-        let vector = self.get_word(bus, self.system.vtor.wrapping_add(4 * number), Reason::Vector);
+        let vector = self.get_word(
+            bus,
+            self.system.vtor.wrapping_add(4 * number),
+            Reason::Vector,
+        );
         self.change_mode(number, self.control & !(SPSEL | FPCA | SFPA));
         self.r[14] = link;
         self.it = whippen_isa::ItState::OUTSIDE;
@@ -178,8 +209,8 @@ impl Cpu {
         Ok(())
     }
 
-    /// `DeActivate` and the checks of `ExceptionReturn`. The core is then at the level it returns to, but its registers are still
-    /// those of the handler.
+    /// `DeActivate` and the checks of `ExceptionReturn`. The core is then at the level it returns
+    /// to, but its registers are still those of the handler.
     pub(crate) fn deactivate(&mut self, bus: &mut Bus, link: u32) -> Result<(), Derived> {
         let number = self.ipsr;
         let was_active = self.system.nvic.is_active(number);
@@ -192,12 +223,21 @@ impl Cpu {
         let nested = self.system.nvic.active_priorities().count() > 0;
         let to_thread = link & 1 << 3 != 0;
         let may_leave_nested = self.system.ccr & 1 != 0;
-        let consistent = if to_thread { !nested || may_leave_nested } else { nested };
+        let consistent = if to_thread {
+            !nested || may_leave_nested
+        } else {
+            nested
+        };
         let valid = was_active && self.is_valid_link(link) && consistent;
-        if valid { Ok(()) } else { Err((FaultKind::UsageFault, Reason::InvalidReturn)) }
+        if valid {
+            Ok(())
+        } else {
+            Err((FaultKind::UsageFault, Reason::InvalidReturn))
+        }
     }
 
-    /// Whether the bits of an EXC_RETURN make sense. Those that name a security state may name either.
+    /// Whether the bits of an EXC_RETURN make sense. Those that name a security state may name
+    /// either.
     fn is_valid_link(&self, link: u32) -> bool {
         let low = link & 0xf;
         let float = self.kind != CoreKind::CortexM0Plus || link & 1 << 4 != 0;
@@ -211,8 +251,13 @@ impl Cpu {
     pub(crate) fn leave(&mut self, bus: &mut Bus, link: u32) -> Result<(), Derived> {
         let to_thread = link & 1 << 3 != 0;
         let float = link & 1 << 4 == 0;
-        let spsel = if to_thread && link & 1 << 2 != 0 { SPSEL } else { 0 };
-        let mut control = self.control & !(SPSEL | FPCA | SFPA) | spsel | if float { FPCA } else { 0 };
+        let spsel = if to_thread && link & 1 << 2 != 0 {
+            SPSEL
+        } else {
+            0
+        };
+        let mut control =
+            self.control & !(SPSEL | FPCA | SFPA) | spsel | if float { FPCA } else { 0 };
         let from = self.ipsr;
         // Thread mode for a moment: R13 becomes the stack of the frame.
         self.change_mode(if to_thread { 0 } else { from }, control);
@@ -236,7 +281,11 @@ impl Cpu {
         bus.exclusives[self.index] = None;
         self.event = true;
         let fits = to_thread == (xpsr & 0x1ff == 0);
-        if fits { Ok(()) } else { Err((FaultKind::UsageFault, Reason::InvalidReturn)) }
+        if fits {
+            Ok(())
+        } else {
+            Err((FaultKind::UsageFault, Reason::InvalidReturn))
+        }
     }
 
     fn get_frame(&mut self, bus: &mut Bus, frame: u32) -> Result<[u32; 8], Derived> {
@@ -254,13 +303,21 @@ impl Cpu {
             return Ok(());
         }
         for i in 0..16 {
-            self.s[i] = self.get_word(bus, address.wrapping_add(4 * i as u32), Reason::Unstacking)?;
+            self.s[i] =
+                self.get_word(bus, address.wrapping_add(4 * i as u32), Reason::Unstacking)?;
         }
-        self.fpscr = self.get_word(bus, address.wrapping_add(64), Reason::Unstacking)? & crate::float::FPSCR_BITS;
+        self.fpscr = self.get_word(bus, address.wrapping_add(64), Reason::Unstacking)?
+            & crate::float::FPSCR_BITS;
         Ok(())
     }
 
-    fn put_words(&mut self, bus: &mut Bus, address: u32, words: &[u32], reason: Reason) -> Result<(), Derived> {
+    fn put_words(
+        &mut self,
+        bus: &mut Bus,
+        address: u32,
+        words: &[u32],
+        reason: Reason,
+    ) -> Result<(), Derived> {
         for (i, word) in words.iter().enumerate() {
             let stored = self.store_aligned::<u32>(bus, address.wrapping_add(4 * i as u32), *word);
             stored.map_err(|_| self.derived(reason))?;
@@ -269,7 +326,8 @@ impl Cpu {
     }
 
     fn get_word(&mut self, bus: &mut Bus, address: u32, reason: Reason) -> Result<u32, Derived> {
-        self.load_aligned::<u32>(bus, address).map_err(|_| self.derived(reason))
+        self.load_aligned::<u32>(bus, address)
+            .map_err(|_| self.derived(reason))
     }
 
     /// The access's own fault gives way to the one that names the circumstance.

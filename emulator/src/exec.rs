@@ -6,9 +6,10 @@
 //!                 (op.run)(cpu, bus, op) -> Flow   each time
 //! ```
 //!
-//! [`prepare`] picks the function and folds into the operands what never changes: the address of a literal, the sign of
-//! an offset, the carry of a constant. A conditional instruction runs through [`conditional`], one that has PC as an operand
-//! through [`with_pc`]; the functions themselves know of neither.
+//! [`prepare`] picks the function and folds into the operands what never changes: the address of a
+//! literal, the sign of an offset, the carry of a constant. A conditional instruction runs through
+//! [`conditional`], one that has PC as an operand through [`with_pc`]; the functions themselves
+//! know of neither.
 
 mod bits;
 mod branch;
@@ -39,13 +40,32 @@ pub(crate) fn prepare(inst: &Inst, address: u32) -> Op {
     } else {
         body
     };
-    Op { run, body, imm: constant(inst, address), amount: amount(inst), ..operands(inst, address) }
+    Op {
+        run,
+        body,
+        imm: constant(inst, address),
+        amount: amount(inst),
+        ..operands(inst, address)
+    }
 }
 
 /// What is no instruction: running it raises a fault.
 pub(crate) fn absent(address: u32) -> Op {
     let (run, body): (Run, Run) = (undefined, undefined);
-    Op { run, body, imm: 0, address, d: 0, n: 0, m: 0, a: 0, t: 0, amount: 0, shift: ShiftType::LSL, cond: Cond::AL }
+    Op {
+        run,
+        body,
+        imm: 0,
+        address,
+        d: 0,
+        n: 0,
+        m: 0,
+        a: 0,
+        t: 0,
+        amount: 0,
+        shift: ShiftType::LSL,
+        cond: Cond::AL,
+    }
 }
 
 fn operands(inst: &Inst, address: u32) -> Op {
@@ -53,7 +73,16 @@ fn operands(inst: &Inst, address: u32) -> Op {
     let cond = inst.cond.unwrap_or(Cond::AL);
     let shift = data::named_shift(inst.op()).unwrap_or(inst.shift);
     let (d, n, m, t) = (inst.d, inst.n, inst.m, inst.t);
-    Op { d, n, m, a, t, shift, cond, ..absent(address) }
+    Op {
+        d,
+        n,
+        m,
+        a,
+        t,
+        shift,
+        cond,
+        ..absent(address)
+    }
 }
 
 fn select(inst: &Inst) -> Run {
@@ -85,9 +114,15 @@ fn reads_pc(inst: &Inst) -> bool {
 fn constant(inst: &Inst, address: u32) -> u32 {
     use whippen_isa::Class::*;
     let pc = address.wrapping_add(4);
-    let offset = if inst.add { inst.imm } else { inst.imm.wrapping_neg() };
+    let offset = if inst.add {
+        inst.imm
+    } else {
+        inst.imm.wrapping_neg()
+    };
     match inst.class() {
-        Branch | BranchLink | CompareBranch if inst.op() != whippen_isa::Op::BLX => pc.wrapping_add(inst.imm),
+        Branch | BranchLink | CompareBranch if inst.op() != whippen_isa::Op::BLX => {
+            pc.wrapping_add(inst.imm)
+        }
         Load | LoadDual | FloatLoad if inst.uses().contains(whippen_isa::RegSet::core(15)) => {
             (pc & !3).wrapping_add(offset)
         }
@@ -167,7 +202,11 @@ impl Cpu {
     /// Leaves a fault in `trap`.
     #[cold]
     pub(crate) fn fault(&mut self, kind: FaultKind, reason: Reason, address: u32) -> Flow {
-        self.trap = Some(crate::trap::Trap::Fault { kind, reason, address });
+        self.trap = Some(crate::trap::Trap::Fault {
+            kind,
+            reason,
+            address,
+        });
         Flow::Trap
     }
 

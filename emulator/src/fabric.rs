@@ -1,4 +1,5 @@
-//! Who waits for whom at the ports of memory: the bus fabric of RP2350 and RP2040 (datasheets 2.1.1).
+//! Who waits for whom at the ports of memory: the bus fabric of RP2350 and RP2040 (datasheets
+//! 2.1.1).
 //!
 //! ```text
 //!   core 0: fetch, data    core 1: fetch, data    DMA
@@ -6,12 +7,14 @@
 //!     SRAM0 SRAM1 SRAM2 SRAM3   SRAM4 ..   striped by word     SRAM8   SRAM9   flash   ROM
 //! ```
 //!
-//! An access to a bank that somebody else uses in its cycle comes one cycle later. Of two at once the one of higher priority
-//! (BUS_PRIORITY) goes first; of equals the one that did not wait last, which follows from the one that waited holding the
-//! bank in the next cycle. Where the phase of the chips' round robin begins is not documented, and a core's fetches are taken to run two
-//! words ahead and never to make it wait, so what is counted here is a rule and no published count.
+//! An access to a bank that somebody else uses in its cycle comes one cycle later. Of two at once
+//! the one of higher priority (BUS_PRIORITY) goes first; of equals the one that did not wait last,
+//! which follows from the one that waited holding the bank in the next cycle. Where the phase of
+//! the chips' round robin begins is not documented, and a core's fetches are taken to run two words
+//! ahead and never to make it wait, so what is counted here is a rule and no published count.
 //!
-//! Not here: a core's own fetches against its own data (the timing document says why), and waits inside the peripheral bus.
+//! Not here: a core's own fetches against its own data (the timing document says why), and waits
+//! inside the peripheral bus.
 
 /// Managers: two per core, then DMA.
 const CORES: usize = 2;
@@ -55,7 +58,11 @@ pub(crate) struct Fabric {
 impl Fabric {
     pub fn new(banks: &'static [Banks]) -> Self {
         let ports = banks.iter().map(|b| b.ports as usize).sum();
-        Self { banks, ports: vec![Port::default(); ports], ..Self::default() }
+        Self {
+            banks,
+            ports: vec![Port::default(); ports],
+            ..Self::default()
+        }
     }
 
     /// Whether anything is arbitrated.
@@ -63,7 +70,8 @@ impl Fabric {
         !self.ports.is_empty()
     }
 
-    /// Priorities as BUS_PRIORITY has them: bit 0 core 0, bit 4 core 1, bits 8 and 12 the DMA's reads and writes.
+    /// Priorities as BUS_PRIORITY has them: bit 0 core 0, bit 4 core 1, bits 8 and 12 the DMA's
+    /// reads and writes.
     pub fn set_priorities(&mut self, register: u32) {
         let high = |bit: u32| register >> bit & 1 != 0;
         self.high = [high(0), high(0), high(4), high(4), high(8) || high(12)];
@@ -71,7 +79,11 @@ impl Fabric {
 
     /// Cycles that a core's data access has to wait.
     pub fn data(&mut self, core: usize, address: u32, cycle: u64) -> u64 {
-        if core < CORES { self.claim(2 * core + 1, address, cycle) } else { 0 }
+        if core < CORES {
+            self.claim(2 * core + 1, address, cycle)
+        } else {
+            0
+        }
     }
 
     /// A core fetches ahead of the instruction that it begins.
@@ -89,7 +101,9 @@ impl Fabric {
     }
 
     fn claim(&mut self, manager: usize, address: u32, cycle: u64) -> u64 {
-        let Some(index) = self.port(address) else { return 0 };
+        let Some(index) = self.port(address) else {
+            return 0;
+        };
         let owed = std::mem::take(&mut self.owed[manager]);
         let port = &mut self.ports[index];
         let same_core = manager / 2 == port.manager / 2 && manager < DMA;
@@ -99,8 +113,15 @@ impl Fabric {
             // The other one was let through in this cycle because it came to be counted first.
             self.owed[port.manager] += 1;
         }
-        let wait = if taken && !first { port.free - cycle } else { 0 };
-        *port = Port { free: port.free.max(cycle + wait + 1), manager };
+        let wait = if taken && !first {
+            port.free - cycle
+        } else {
+            0
+        };
+        *port = Port {
+            free: port.free.max(cycle + wait + 1),
+            manager,
+        };
         wait + owed
     }
 
@@ -121,16 +142,34 @@ impl Fabric {
 mod tests {
     use super::*;
 
-    const BANKS: &[Banks] =
-        &[Banks { base: 0x2000_0000, bytes: 0x100, ports: 4 }, Banks { base: 0x2000_0100, bytes: 0x100, ports: 1 }];
+    const BANKS: &[Banks] = &[
+        Banks {
+            base: 0x2000_0000,
+            bytes: 0x100,
+            ports: 4,
+        },
+        Banks {
+            base: 0x2000_0100,
+            bytes: 0x100,
+            ports: 1,
+        },
+    ];
 
     #[test]
     fn one_access_a_cycle_and_port() {
         let mut fabric = Fabric::new(BANKS);
         assert_eq!(fabric.data(0, 0x2000_0000, 10), 0);
         assert_eq!(fabric.data(1, 0x2000_0004, 10), 0, "another bank");
-        assert_eq!(fabric.data(1, 0x2000_0010, 10), 1, "the same bank, four words on");
-        assert_eq!(fabric.data(0, 0x2000_0020, 11), 1, "now the one that waited has it");
+        assert_eq!(
+            fabric.data(1, 0x2000_0010, 10),
+            1,
+            "the same bank, four words on"
+        );
+        assert_eq!(
+            fabric.data(0, 0x2000_0020, 11),
+            1,
+            "now the one that waited has it"
+        );
         assert_eq!(fabric.data(1, 0x2000_0000, 13), 0);
         assert_eq!(fabric.data(0, 0x3000_0000, 13), 0, "no memory of these");
     }
@@ -143,7 +182,11 @@ mod tests {
         fabric.fetch(0, 0x2000_0104, 21);
         assert_eq!(fabric.data(1, 0x2000_0180, 21), 1);
         fabric.fetch(0, 0x2000_0106, 23);
-        assert_eq!(fabric.data(1, 0x2000_0180, 23), 0, "the same word is fetched once");
+        assert_eq!(
+            fabric.data(1, 0x2000_0180, 23),
+            0,
+            "the same word is fetched once"
+        );
     }
 
     #[test]
@@ -152,7 +195,11 @@ mod tests {
         fabric.set_priorities(1 << 4);
         assert_eq!(fabric.data(0, 0x2000_0000, 5), 0);
         assert_eq!(fabric.data(1, 0x2000_0000, 5), 0);
-        assert_eq!(fabric.data(0, 0x2000_0004, 6), 1, "what it should have waited");
+        assert_eq!(
+            fabric.data(0, 0x2000_0004, 6),
+            1,
+            "what it should have waited"
+        );
     }
 
     #[test]

@@ -56,7 +56,11 @@ impl Cpu {
         if number != HARD_FAULT && self.system.is_fault_enabled(number) && preempts {
             return number;
         }
-        self.system.hfsr |= if fault.reason == Reason::Vector { VECTTBL } else { FORCED };
+        self.system.hfsr |= if fault.reason == Reason::Vector {
+            VECTTBL
+        } else {
+            FORCED
+        };
         HARD_FAULT
     }
 
@@ -69,7 +73,11 @@ impl Cpu {
     pub(crate) fn has_handler(&self, bus: &Bus, number: u32) -> bool {
         let mut word = [0; 4];
         let table = self.system.vtor.wrapping_add(4 * number);
-        let vector = bus.memory.read(table, &mut word).map(|()| u32::from_le_bytes(word)).unwrap_or(0);
+        let vector = bus
+            .memory
+            .read(table, &mut word)
+            .map(|()| u32::from_le_bytes(word))
+            .unwrap_or(0);
         let first = bus.memory.halfword(vector & !1);
         vector & 1 != 0 && first.is_some_and(|hw| hw != BRANCH_TO_SELF && hw >> 8 != 0xbe)
     }

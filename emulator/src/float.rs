@@ -1,8 +1,9 @@
-//! Single-precision arithmetic as the architecture defines it: rounding modes, NaNs, flushing to zero, cumulative exceptions.
+//! Single-precision arithmetic as the architecture defines it: rounding modes, NaNs, flushing to
+//! zero, cumulative exceptions.
 //!
-//! Every operation is exact on integers, then rounded once by [`round::round`] (`FPRound`). The host's arithmetic serves
-//! where it gives the same for certain: rounding to nearest, normal operands and result, and nothing left to record because
-//! the inexact flag is set already.
+//! Every operation is exact on integers, then rounded once by [`round::round`] (`FPRound`). The
+//! host's arithmetic serves where it gives the same for certain: rounding to nearest, normal
+//! operands and result, and nothing left to record because the inexact flag is set already.
 //!
 //! ```text
 //!   bits --unpack--> Number (sign, mantissa * 2^exponent) --operation--> exact sum, product, ... --round--> bits
@@ -12,8 +13,12 @@ mod convert;
 mod operations;
 mod round;
 
-pub(crate) use convert::{fixed_to_single, half_to_single, round_to_integral, single_to_fixed, single_to_half};
-pub(crate) use operations::{add, compare, divide, max_number, min_number, multiply, multiply_add, square_root};
+pub(crate) use convert::{
+    fixed_to_single, half_to_single, round_to_integral, single_to_fixed, single_to_half,
+};
+pub(crate) use operations::{
+    add, compare, divide, max_number, min_number, multiply, multiply_add, square_root,
+};
 pub(crate) use round::Rounding;
 
 /// The bits of FPSCR that exist: flags, AHP, DN, FZ, rounding mode, cumulative exceptions.
@@ -96,8 +101,17 @@ impl Number {
 
 /// `FPUnpack`: a denormal number is zero when they are flushed.
 fn unpack(bits: u32, status: &mut Status) -> Number {
-    let (sign, exponent, fraction) = (bits & SIGN != 0, (bits >> 23 & 0xff) as i32, bits & 0x7f_ffff);
-    let number = |kind, mantissa: u32, exponent| Number { sign, kind, mantissa: u128::from(mantissa), exponent };
+    let (sign, exponent, fraction) = (
+        bits & SIGN != 0,
+        (bits >> 23 & 0xff) as i32,
+        bits & 0x7f_ffff,
+    );
+    let number = |kind, mantissa: u32, exponent| Number {
+        sign,
+        kind,
+        mantissa: u128::from(mantissa),
+        exponent,
+    };
     match (exponent, fraction) {
         (0, 0) => number(Kind::Zero, 0, 0),
         (0, _) if status.flush_to_zero() => {
@@ -121,7 +135,11 @@ fn process_nan(bits: u32, number: &Number, status: &mut Status) -> u32 {
     if number.kind == Kind::SignalingNan {
         status.raise(INVALID);
     }
-    if status.default_nan() { DEFAULT_NAN } else { bits | QUIET }
+    if status.default_nan() {
+        DEFAULT_NAN
+    } else {
+        bits | QUIET
+    }
 }
 
 /// `FPProcessNaNs`: the first signaling one, else the first quiet one.

@@ -1,4 +1,5 @@
-//! A Cortex-M that counts: Cortex-M0+, M4 and M33, functional and cycle by cycle. It runs any bare-metal image.
+//! A Cortex-M that counts: Cortex-M0+, M4 and M33, functional and cycle by cycle. It runs any
+//! bare-metal image.
 //!
 //! ```text
 //!   image bytes --> Memory <--- Bus ---> devices (boards', the caller's)
@@ -8,7 +9,8 @@
 //!                   Core: Cpu + pipeline + cycle  <-- schedule: cores, timers, exceptions in time
 //! ```
 //!
-//! No input, no output, no clock: images come in as bytes, what a program prints comes out as bytes.
+//! No input, no output, no clock: images come in as bytes, what a program prints comes out as
+//! bytes.
 //!
 //! ```
 //! use whippen_emulator::{Board, CoreKind, Machine, Stop};
@@ -21,10 +23,12 @@
 //!
 //! # Absent
 //!
-//! * The Security extension as a barrier: one state, which is the one a core starts in (Secure on RP2350). Non-secure names
-//!   of special registers and the alias at 0xE002E000 are those of the only state; SG does nothing, BXNS and BLXNS are BX
-//!   and BLX, TT finds everything accessible, VLSTM and VLLDM are undefined.
-//! * The MPU, ITM, breakpoint and watchpoint units, the debug registers: they read as zero and ignore writes.
+//! * The Security extension as a barrier: one state, which is the one a core starts in (Secure on
+//!   RP2350). Non-secure names of special registers and the alias at 0xE002E000 are those of the
+//!   only state; SG does nothing, BXNS and BLXNS are BX and BLX, TT finds everything accessible,
+//!   VLSTM and VLLDM are undefined.
+//! * The MPU, ITM, breakpoint and watchpoint units, the debug registers: they read as zero and
+//!   ignore writes.
 //! * LDRT, STRT and their kin access as LDR and STR do.
 //! * Coprocessors other than the floating-point unit: UsageFault (NOCP).
 

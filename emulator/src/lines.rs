@@ -44,14 +44,21 @@ pub struct Lines {
 
 impl Lines {
     pub(crate) fn new(cores: usize) -> Self {
-        Self { cores: vec![CoreLines::default(); cores], changed: false, reset: false }
+        Self {
+            cores: vec![CoreLines::default(); cores],
+            changed: false,
+            reset: false,
+        }
     }
 
-    /// Sets the level of interrupt `number` of a core. A rising edge makes it pending; a level that is still high when its
-    /// handler ends makes it pending again. Cores and interrupts that do not exist are ignored.
+    /// Sets the level of interrupt `number` of a core. A rising edge makes it pending; a level that
+    /// is still high when its handler ends makes it pending again. Cores and interrupts that do not
+    /// exist are ignored.
     pub fn set(&mut self, core: usize, number: usize, level: bool) {
         let (word, bit) = (number / 64, 1 << (number % 64));
-        let Some(lines) = self.cores.get_mut(core).filter(|_| word < WORDS) else { return };
+        let Some(lines) = self.cores.get_mut(core).filter(|_| word < WORDS) else {
+            return;
+        };
         let was = lines.level[word] & bit != 0;
         lines.level[word] = lines.level[word] & !bit | if level { bit } else { 0 };
         if level && !was {
@@ -73,7 +80,9 @@ impl Lines {
 
     /// Whether interrupt `number` of a core is high.
     pub fn level(&self, core: usize, number: usize) -> bool {
-        self.cores.get(core).is_some_and(|c| number / 64 < WORDS && c.level[number / 64] >> (number % 64) & 1 != 0)
+        self.cores
+            .get(core)
+            .is_some_and(|c| number / 64 < WORDS && c.level[number / 64] >> (number % 64) & 1 != 0)
     }
 
     /// Makes NMI pending.
@@ -88,7 +97,9 @@ impl Lines {
 
     /// Sets the event registers of all cores but one.
     pub fn event_from(&mut self, sender: usize) {
-        (0..self.cores.len()).filter(|core| *core != sender).for_each(|core| self.event(core));
+        (0..self.cores.len())
+            .filter(|core| *core != sender)
+            .for_each(|core| self.event(core));
     }
 
     /// Asks for a reset of the chip, which ends the run.

@@ -7,8 +7,8 @@
 //!      the next thing that is due, or where another core is furthest behind
 //! ```
 //!
-//! Cores interleave by cycle, the lower number first where cycles are equal: each sees what the others did before, as the
-//! hardware would without bus conflicts.
+//! Cores interleave by cycle, the lower number first where cycles are equal: each sees what the
+//! others did before, as the hardware would without bus conflicts.
 
 use crate::board::{Board, BoardError};
 use crate::bus::Bus;
@@ -22,7 +22,8 @@ use crate::step::Around;
 use crate::stop::{Reason, Stop};
 use std::collections::BTreeSet;
 
-/// The address that a called function returns to: where the architecture's function return would go, and no memory is.
+/// The address that a called function returns to: where the architecture's function return would
+/// go, and no memory is.
 pub(crate) const RETURN: u32 = 0xfeff_fffe;
 
 /// A board at work.
@@ -47,7 +48,8 @@ impl Observer for Nobody {
 }
 
 impl Machine {
-    /// A board with its memory zero and its cores halted: load an image, then [`Machine::reset`] or [`Machine::call`].
+    /// A board with its memory zero and its cores halted: load an image, then [`Machine::reset`] or
+    /// [`Machine::call`].
     pub fn new(board: Board) -> Result<Self, BoardError> {
         if board.cores == 0 || board.cores > 8 {
             return Err(BoardError::Cores);
@@ -55,10 +57,18 @@ impl Machine {
         if board.interrupts > 480 {
             return Err(BoardError::Interrupts);
         }
-        let core = |i| Core::new(Cpu::new(board.core, i, board.interrupts), board.core.timing());
+        let core = |i| {
+            Core::new(
+                Cpu::new(board.core, i, board.interrupts),
+                board.core.timing(),
+            )
+        };
         Ok(Self {
             bus: Bus::new(&board)?,
-            semihosting: Semihosting { clock_hz: board.clock_hz, ..Semihosting::default() },
+            semihosting: Semihosting {
+                clock_hz: board.clock_hz,
+                ..Semihosting::default()
+            },
             cores: (0..board.cores).map(core).collect(),
             board,
             breakpoints: BTreeSet::new(),
@@ -106,20 +116,28 @@ impl Machine {
 
     /// Takes another side where sources of cycles disagree; the default is the datasheet's.
     pub fn set_rules(&mut self, rules: whippen_isa::timing::Rules) {
-        self.cores.iter_mut().for_each(|core| core.code.timing.rules = rules);
+        self.cores
+            .iter_mut()
+            .for_each(|core| core.code.timing.rules = rules);
         // What is known of blocks was counted by other rules.
         self.forget_code();
     }
 
-    /// Resets all cores, keeping memory and time: the first one starts from the board's vector table, the others where the
-    /// board says, or halt.
+    /// Resets all cores, keeping memory and time: the first one starts from the board's vector
+    /// table, the others where the board says, or halt.
     pub fn reset(&mut self) {
         let mut words = [0; 8];
         let table = self.board.vector_table;
         // Without memory there the core starts at address 0, and stops with a fault that says so.
         let _ = self.bus.memory.read(table, &mut words);
-        let word = |at: usize| u32::from_le_bytes([words[at], words[at + 1], words[at + 2], words[at + 3]]);
-        let start = Start { vector_table: table, stack: word(0), address: word(4) };
+        let word = |at: usize| {
+            u32::from_le_bytes([words[at], words[at + 1], words[at + 2], words[at + 3]])
+        };
+        let start = Start {
+            vector_table: table,
+            stack: word(0),
+            address: word(4),
+        };
         for core in 1..self.cores.len() {
             match self.board.others {
                 Some(start) => self.start(core, start),
@@ -132,7 +150,9 @@ impl Machine {
     /// Starts a core from its reset state. An even address is a fault of its first instruction.
     pub fn start(&mut self, core: usize, start: Start) {
         let now = self.now();
-        let Some(core) = self.cores.get_mut(core) else { return };
+        let Some(core) = self.cores.get_mut(core) else {
+            return;
+        };
         let interrupts = core.cpu.system.nvic.count as usize - 16;
         core.cpu = Cpu::new(core.cpu.kind, core.cpu.index, interrupts);
         core.cpu.system.vtor = start.vector_table;
@@ -162,8 +182,8 @@ impl Machine {
         self.run_with(until, Some(observer))
     }
 
-    /// One instruction of one core, whatever the others do, and an exception before it if one is due. Nothing when it may
-    /// go on.
+    /// One instruction of one core, whatever the others do, and an exception before it if one is
+    /// due. Nothing when it may go on.
     pub fn step(&mut self, core: usize) -> Option<Stop> {
         let core = self.existing(core);
         let cycle = self.cores[core].cycle;
@@ -172,9 +192,10 @@ impl Machine {
             .err()
     }
 
-    /// Calls a function of the C calling convention on the first core: R0 to R3 are its arguments, it returns to an
-    /// address that no memory has. The stack pointer stays as it is, or is taken from the vector table if it is 0; the rest of the
-    /// core keeps its state, the pipeline is empty.
+    /// Calls a function of the C calling convention on the first core: R0 to R3 are its arguments,
+    /// it returns to an address that no memory has. The stack pointer stays as it is, or is taken
+    /// from the vector table if it is 0; the rest of the core keeps its state, the pipeline is
+    /// empty.
     pub fn call(&mut self, address: u32, arguments: [u32; 4], cycles_max: u64) -> Stop {
         self.prepare_call(address, arguments);
         let stop = self.run(self.cycle(0).saturating_add(cycles_max));
@@ -196,11 +217,16 @@ impl Machine {
         stop
     }
 
-    /// Puts the first core in front of a function, as [`Machine::call`] does; a run then ends with [`Stop::Returned`]. The
-    /// floating-point unit is on, because start-up code that would turn it on need not have run.
+    /// Puts the first core in front of a function, as [`Machine::call`] does; a run then ends with
+    /// [`Stop::Returned`]. The floating-point unit is on, because start-up code that would turn it
+    /// on need not have run.
     pub fn prepare_call(&mut self, address: u32, arguments: [u32; 4]) {
         let mut stack = [0; 4];
-        let known = self.bus.memory.read(self.board.vector_table, &mut stack).is_ok();
+        let known = self
+            .bus
+            .memory
+            .read(self.board.vector_table, &mut stack)
+            .is_ok();
         let core = &mut self.cores[0];
         if core.cpu.r[13] == 0 && known {
             core.cpu.r[13] = u32::from_le_bytes(stack) & !7;
@@ -219,9 +245,14 @@ impl Machine {
     /// The fault of having no code at the address of return is no fault.
     pub(crate) fn returned(&self, core: usize, stop: Stop) -> Stop {
         match (&stop, self.called) {
-            (Stop::Fault(fault), Some(begun)) if core == 0 && fault.pc == RETURN && is_fetch(fault.reason) => {
+            (Stop::Fault(fault), Some(begun))
+                if core == 0 && fault.pc == RETURN && is_fetch(fault.reason) =>
+            {
                 let core = &self.cores[0];
-                Stop::Returned { cycles: core.cycle - begun, result: [core.cpu.r[0], core.cpu.r[1]] }
+                Stop::Returned {
+                    cycles: core.cycle - begun,
+                    result: [core.cpu.r[0], core.cpu.r[1]],
+                }
             }
             _ => stop,
         }
@@ -266,9 +297,17 @@ impl Machine {
     }
 
     /// One instruction.
-    pub(crate) fn step_core<O: Observer>(&mut self, core: usize, observer: &mut Option<&mut O>) -> Result<(), Stop> {
+    pub(crate) fn step_core<O: Observer>(
+        &mut self,
+        core: usize,
+        observer: &mut Option<&mut O>,
+    ) -> Result<(), Stop> {
         let (bus, semihosting) = (&mut self.bus, &mut self.semihosting);
-        let mut around = Around { bus, semihosting, observer: observer.as_deref_mut() };
+        let mut around = Around {
+            bus,
+            semihosting,
+            observer: observer.as_deref_mut(),
+        };
         let stepped = self.cores[core].step(&mut around);
         if self.bus.memory.code_changed {
             self.forget_code();

@@ -1,7 +1,8 @@
-//! Cycles that are known already: of a block, by the state of the pipeline at its entry and what happened in it.
+//! Cycles that are known already: of a block, by the state of the pipeline at its entry and what
+//! happened in it.
 //!
-//! A small table per block, grown while it pays and overwritten after that. Pipeline states are numbered, so that a key is
-//! two words.
+//! A small table per block, grown while it pays and overwritten after that. Pipeline states are
+//! numbered, so that a key is two words.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
@@ -11,18 +12,23 @@ use whippen_isa::timing::Pipe;
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Key {
     pub outcomes: u64,
-    /// Number of the pipeline state at entry, instructions that ran, and about the target of the branch that ended it.
+    /// Number of the pipeline state at entry, instructions that ran, and about the target of the
+    /// branch that ended it.
     pub entry: u32,
 }
 
 impl Key {
     /// `about_target`: 3 bits.
     pub fn new(outcomes: u64, pipe: u16, done: usize, about_target: u32) -> Self {
-        Self { outcomes, entry: u32::from(pipe) | (done as u32) << 16 | about_target << 24 }
+        Self {
+            outcomes,
+            entry: u32::from(pipe) | (done as u32) << 16 | about_target << 24,
+        }
     }
 
     fn hash(&self) -> usize {
-        let mixed = (self.outcomes ^ u64::from(self.entry) << 20).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let mixed =
+            (self.outcomes ^ u64::from(self.entry) << 20).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         (mixed >> 48) as usize
     }
 }
@@ -44,18 +50,26 @@ pub(crate) struct Memo {
 const SLOTS_MAX: usize = 1024;
 
 /// A key that no run has: of no instructions.
-const NO_KEY: Key = Key { outcomes: 0, entry: 0 };
+const NO_KEY: Key = Key {
+    outcomes: 0,
+    entry: 0,
+};
 
 impl Memo {
     #[inline(always)]
     pub fn get(&self, key: &Key) -> Option<Known> {
-        let (found, known) = self.slots.get(key.hash() & self.slots.len().wrapping_sub(1))?;
+        let (found, known) = self
+            .slots
+            .get(key.hash() & self.slots.len().wrapping_sub(1))?;
         (found == key).then_some(*known)
     }
 
     pub fn insert(&mut self, key: Key, known: Known) {
         let mask = self.slots.len().wrapping_sub(1);
-        let taken = self.slots.get(key.hash() & mask).is_none_or(|(found, _)| *found != NO_KEY);
+        let taken = self
+            .slots
+            .get(key.hash() & mask)
+            .is_none_or(|(found, _)| *found != NO_KEY);
         if taken && self.slots.len() < SLOTS_MAX {
             self.grow();
         }
@@ -65,7 +79,10 @@ impl Memo {
 
     fn grow(&mut self) {
         let wanted = (self.slots.len() * 2).max(2);
-        let old = std::mem::replace(&mut self.slots, vec![(NO_KEY, Known { cycles: 0, pipe: 0 }); wanted]);
+        let old = std::mem::replace(
+            &mut self.slots,
+            vec![(NO_KEY, Known { cycles: 0, pipe: 0 }); wanted],
+        );
         for (key, known) in old.into_iter().filter(|(key, _)| *key != NO_KEY) {
             self.slots[key.hash() & (wanted - 1)] = (key, known);
         }
@@ -96,7 +113,10 @@ pub(crate) struct Pipes {
 
 impl Pipes {
     pub fn new() -> Self {
-        let mut pipes = Self { states: Vec::new(), numbers: HashMap::default() };
+        let mut pipes = Self {
+            states: Vec::new(),
+            numbers: HashMap::default(),
+        };
         pipes.number(Pipe::default());
         pipes
     }

@@ -4,9 +4,9 @@
 //!   address >> 12 --reads or writes--> page number --pages--> 4096 bytes
 //! ```
 //!
-//! An access that stays in a page of plain memory costs two look-ups. Whatever else there is to know about an address
-//! (read-only, code that was decoded from it, wait states) makes the first look-up fail, and the slow way decides.
-//! Aliases of a region are page numbers that occur twice.
+//! An access that stays in a page of plain memory costs two look-ups. Whatever else there is to
+//! know about an address (read-only, code that was decoded from it, wait states) makes the first
+//! look-up fail, and the slow way decides. Aliases of a region are page numbers that occur twice.
 
 use crate::board::{Board, BoardError, Region};
 
@@ -31,7 +31,8 @@ pub struct Memory {
     about: Vec<About>,
     regions: Vec<Region>,
     watches: Vec<Watch>,
-    /// Whether others may use memory in the same cycle. Then `reads` and `writes` are empty, and what they were is here.
+    /// Whether others may use memory in the same cycle. Then `reads` and `writes` are empty, and
+    /// what they were is here.
     shared: bool,
     aside: (Map, Map),
     /// Set when a store changed code that had been decoded.
@@ -115,7 +116,9 @@ impl Memory {
             };
             let slot = page_of(region.base + page * PAGE as u32);
             if number == 0 || self.all[slot] != 0 {
-                return Err(BoardError::Overlap { region: region.name.clone() });
+                return Err(BoardError::Overlap {
+                    region: region.name.clone(),
+                });
             }
             self.map(slot, number, region);
         }
@@ -124,7 +127,11 @@ impl Memory {
 
     fn new_page(&mut self, region: usize) -> u32 {
         self.pages.push([0; PAGE]);
-        self.about.push(About { region, code: None, guarded: false });
+        self.about.push(About {
+            region,
+            code: None,
+            guarded: false,
+        });
         self.pages.len() as u32
     }
 
@@ -132,7 +139,11 @@ impl Memory {
         let is_special = self.about[number as usize - 1].is_special();
         self.all[slot] = number;
         let watched = self.is_watched_page((slot << PAGE_BITS) as u32);
-        let read = if region.read_wait == 0 && !watched { number } else { 0 };
+        let read = if region.read_wait == 0 && !watched {
+            number
+        } else {
+            0
+        };
         let writes = region.write_wait == 0 && region.writable && !is_special && !watched;
         let write = if writes { number } else { 0 };
         let (reads, writes) = match self.shared {
@@ -142,7 +153,8 @@ impl Memory {
         (reads[slot], writes[slot]) = (read, write);
     }
 
-    /// Whether somebody else may use memory in the same cycle, so that every access has to be looked at.
+    /// Whether somebody else may use memory in the same cycle, so that every access has to be
+    /// looked at.
     pub(crate) fn set_shared(&mut self, shared: bool) {
         if shared != self.shared {
             self.shared = shared;
@@ -164,23 +176,34 @@ impl Memory {
     /// `N` bytes in one page that is read without ado.
     #[inline(always)]
     pub(crate) fn fast_read<const N: usize>(&self, address: u32) -> Option<[u8; N]> {
-        let page = self.pages.get(self.reads[page_of(address)].wrapping_sub(1) as usize)?;
+        let page = self
+            .pages
+            .get(self.reads[page_of(address)].wrapping_sub(1) as usize)?;
         let at = address as usize % PAGE;
         page.get(at..at + N)?.try_into().ok()
     }
 
     /// Writes `N` bytes in one page that is written without ado.
     #[inline(always)]
-    pub(crate) fn fast_write<const N: usize>(&mut self, address: u32, bytes: [u8; N]) -> Option<()> {
-        let page = self.pages.get_mut(self.writes[page_of(address)].wrapping_sub(1) as usize)?;
+    pub(crate) fn fast_write<const N: usize>(
+        &mut self,
+        address: u32,
+        bytes: [u8; N],
+    ) -> Option<()> {
+        let page = self
+            .pages
+            .get_mut(self.writes[page_of(address)].wrapping_sub(1) as usize)?;
         let at = address as usize % PAGE;
         page.get_mut(at..at + N)?.copy_from_slice(&bytes);
         Some(())
     }
 
-    /// Writes into a page that has decoded code or guarded addresses; false when this is not what makes it special.
+    /// Writes into a page that has decoded code or guarded addresses; false when this is not what
+    /// makes it special.
     pub(crate) fn write_beside_code(&mut self, address: u32, size: u32, value: u32) -> bool {
-        let Ok((page, at)) = self.find(address) else { return false };
+        let Ok((page, at)) = self.find(address) else {
+            return false;
+        };
         let region = &self.regions[self.about[page].region];
         let plain = self.about[page].is_special() && region.writable && region.write_wait == 0;
         if !plain || self.is_watched_page(address) {
@@ -225,13 +248,19 @@ impl Memory {
 
     /// Whether an access touches a watched range.
     pub(crate) fn is_watched(&self, address: u32, size: u32, write: bool) -> bool {
-        let touches = |w: &Watch| address.wrapping_sub(w.base) < w.bytes || w.base.wrapping_sub(address) < size;
-        self.watches.iter().any(|w| (if write { w.writes } else { w.reads }) && touches(w))
+        let touches = |w: &Watch| {
+            address.wrapping_sub(w.base) < w.bytes || w.base.wrapping_sub(address) < size
+        };
+        self.watches
+            .iter()
+            .any(|w| (if write { w.writes } else { w.reads }) && touches(w))
     }
 
     fn is_watched_page(&self, address: u32) -> bool {
         let page = address & !(PAGE as u32 - 1);
-        self.watches.iter().any(|w| page.wrapping_sub(w.base) < w.bytes || w.base.wrapping_sub(page) < PAGE as u32)
+        self.watches
+            .iter()
+            .any(|w| page.wrapping_sub(w.base) < w.bytes || w.base.wrapping_sub(page) < PAGE as u32)
     }
 
     /// Copies plain memory out, whatever its rights.
@@ -243,7 +272,8 @@ impl Memory {
         Ok(())
     }
 
-    /// Copies bytes into plain memory, whatever its rights. Code decoded from there is decoded again.
+    /// Copies bytes into plain memory, whatever its rights. Code decoded from there is decoded
+    /// again.
     pub fn write(&mut self, address: u32, bytes: &[u8]) -> Result<(), MemoryError> {
         for (i, byte) in bytes.iter().enumerate() {
             let (page, at) = self.find(address.wrapping_add(i as u32))?;
@@ -256,12 +286,17 @@ impl Memory {
     /// The halfword at an even address.
     pub(crate) fn halfword(&self, address: u32) -> Option<u16> {
         let (page, at) = self.find(address & !1).ok()?;
-        Some(u16::from_le_bytes([self.pages[page][at], self.pages[page][at + 1]]))
+        Some(u16::from_le_bytes([
+            self.pages[page][at],
+            self.pages[page][at + 1],
+        ]))
     }
 
     /// Remembers that the halfword at `address` was decoded: a store there will be noticed.
     pub(crate) fn mark_code(&mut self, address: u32) {
-        let Ok((page, at)) = self.find(address) else { return };
+        let Ok((page, at)) = self.find(address) else {
+            return;
+        };
         if self.about[page].code.is_none() {
             self.about[page].code = Some(Box::new([0; PAGE / 2 / 64]));
             self.map_again();
@@ -273,7 +308,9 @@ impl Memory {
 
     /// Sends stores to the page the slow way, where monitors are looked at.
     pub(crate) fn guard(&mut self, address: u32) {
-        let Ok((page, _)) = self.find(address) else { return };
+        let Ok((page, _)) = self.find(address) else {
+            return;
+        };
         if !std::mem::replace(&mut self.about[page].guarded, true) {
             self.map_again();
         }

@@ -1,7 +1,8 @@
 //! An instruction made ready to run: a function and its operands.
 //!
-//! Everything that does not change from one execution to the next is decided when code is decoded: which registers, constants
-//! with their carry, the absolute address of a literal, whether flags are set. What remains is a call through one pointer.
+//! Everything that does not change from one execution to the next is decided when code is decoded:
+//! which registers, constants with their carry, the absolute address of a literal, whether flags
+//! are set. What remains is a call through one pointer.
 
 use crate::bus::Bus;
 use crate::cpu::Cpu;
@@ -25,7 +26,8 @@ pub(crate) enum Flow {
 /// What an instruction does.
 pub(crate) type Run = fn(&mut Cpu, &mut Bus, &Op) -> Flow;
 
-/// An instruction and its operands. What `imm` and `amount` hold is said where an instruction is decoded (`exec`).
+/// An instruction and its operands. What `imm` and `amount` hold is said where an instruction is
+/// decoded (`exec`).
 #[derive(Clone, Copy)]
 pub(crate) struct Op {
     pub run: Run,

@@ -1,7 +1,8 @@
-//! What happened in a block, packed into a word: one bit per condition, a few per division, below a leading one.
+//! What happened in a block, packed into a word: one bit per condition, a few per division, below a
+//! leading one.
 //!
-//! Together with the state of the pipeline this is all that the cycles of a straight run depend on, so it is the key under
-//! which they are remembered.
+//! Together with the state of the pipeline this is all that the cycles of a straight run depend on,
+//! so it is the key under which they are remembered.
 
 use crate::block::Info;
 use whippen_isa::timing::{Outcome, Target};
@@ -17,7 +18,10 @@ pub(crate) struct Outcomes {
 
 impl Outcomes {
     pub fn new(word: u64) -> Self {
-        Self { word, left: 63 - word.leading_zeros().min(63) }
+        Self {
+            word,
+            left: 63 - word.leading_zeros().min(63),
+        }
     }
 
     fn take(&mut self, bits: u32) -> u64 {
@@ -27,7 +31,10 @@ impl Outcomes {
 
     /// The outcome of the next instruction; `target` when it is the one that branched.
     pub fn next(&mut self, info: &Info, target: Option<Target>) -> Outcome {
-        let mut outcome = Outcome { target, ..Outcome::NEXT };
+        let mut outcome = Outcome {
+            target,
+            ..Outcome::NEXT
+        };
         if info.conditional {
             outcome.skipped = self.take(1) == 0;
         }

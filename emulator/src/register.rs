@@ -125,7 +125,8 @@ impl Cpu {
         }
     }
 
-    /// Sets a register. XPSR keeps the number of the exception, stack pointers stay word aligned; PC loses bit 0.
+    /// Sets a register. XPSR keeps the number of the exception, stack pointers stay word aligned;
+    /// PC loses bit 0.
     pub fn set(&mut self, register: Register, value: u32) {
         match register.0 {
             13 => self.r[13] = value & !3,

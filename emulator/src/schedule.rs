@@ -14,12 +14,19 @@ const BLOCK_CYCLES_MIN: u64 = 16;
 impl Machine {
     /// The cycle that all running cores have reached; that of the furthest core when none runs.
     pub(crate) fn now(&self) -> u64 {
-        let running = self.cores.iter().filter(|c| c.cpu.activity == Activity::Running);
+        let running = self
+            .cores
+            .iter()
+            .filter(|c| c.cpu.activity == Activity::Running);
         let furthest = || self.cores.iter().map(|c| c.cycle).max().unwrap_or(0);
         running.map(|c| c.cycle).min().unwrap_or_else(furthest)
     }
 
-    pub(crate) fn run_with<O: Observer>(&mut self, until: u64, mut observer: Option<&mut O>) -> Stop {
+    pub(crate) fn run_with<O: Observer>(
+        &mut self,
+        until: u64,
+        mut observer: Option<&mut O>,
+    ) -> Stop {
         let mut first = true;
         loop {
             let Some(core) = self.next_core() else {
@@ -53,7 +60,8 @@ impl Machine {
 
     /// The running core that is furthest behind.
     fn next_core(&self) -> Option<usize> {
-        let running = (0..self.cores.len()).filter(|i| self.cores[*i].cpu.activity == Activity::Running);
+        let running =
+            (0..self.cores.len()).filter(|i| self.cores[*i].cpu.activity == Activity::Running);
         running.min_by_key(|i| self.cores[*i].cycle)
     }
 
@@ -64,7 +72,10 @@ impl Machine {
 
     /// How many cores run.
     fn running(&self) -> usize {
-        self.cores.iter().filter(|c| c.cpu.activity == Activity::Running).count()
+        self.cores
+            .iter()
+            .filter(|c| c.cpu.activity == Activity::Running)
+            .count()
     }
 
     /// The earliest cycle in which a device or a timer is due.
@@ -73,7 +84,8 @@ impl Machine {
         self.bus.due().min(timers.unwrap_or(u64::MAX))
     }
 
-    /// Runs the only running core to the horizon, or until something happened that others must hear of.
+    /// Runs the only running core to the horizon, or until something happened that others must hear
+    /// of.
     fn run_core<O: Observer>(
         &mut self,
         core: usize,
@@ -96,8 +108,8 @@ impl Machine {
         }
     }
 
-    /// Runs several cores to the horizon, always the one that is furthest behind by one instruction, or until something
-    /// happened that others must hear of.
+    /// Runs several cores to the horizon, always the one that is furthest behind by one
+    /// instruction, or until something happened that others must hear of.
     fn run_turns<O: Observer>(
         &mut self,
         horizon: u64,
@@ -106,7 +118,10 @@ impl Machine {
     ) -> Result<(), Stop> {
         while let Some(core) = self.next_core() {
             let changed = self.cores[core].cpu.system.changed && !first;
-            if changed || self.cores[core].cycle >= horizon || self.step_one(core, horizon, first, observer)? {
+            if changed
+                || self.cores[core].cycle >= horizon
+                || self.step_one(core, horizon, first, observer)?
+            {
                 break;
             }
             first = false;
@@ -114,7 +129,8 @@ impl Machine {
         Ok(())
     }
 
-    /// One instruction, unless a breakpoint is in front of it; whether something happened that others must hear of.
+    /// One instruction, unless a breakpoint is in front of it; whether something happened that
+    /// others must hear of.
     fn step_one<O: Observer>(
         &mut self,
         core: usize,
@@ -155,9 +171,15 @@ impl Machine {
             return Ok(());
         }
         cpu.system.changed = false;
-        let Some(number) = cpu.preempting() else { return Ok(()) };
+        let Some(number) = cpu.preempting() else {
+            return Ok(());
+        };
         let (bus, semihosting) = (&mut self.bus, &mut self.semihosting);
-        let mut around = Around { bus, semihosting, observer: observer.as_deref_mut() };
+        let mut around = Around {
+            bus,
+            semihosting,
+            observer: observer.as_deref_mut(),
+        };
         self.cores[core].enter(&mut around, number)
     }
 
@@ -199,12 +221,21 @@ impl Machine {
     fn sleep(&mut self, until: u64) -> Option<Stop> {
         let (now, due) = (self.now(), self.next_due());
         let cycle = due.max(now).min(until.max(now));
-        let asleep = self.cores.iter().any(|c| c.cpu.activity != Activity::Halted);
-        self.cores.iter_mut().filter(|c| c.cpu.activity != Activity::Halted).for_each(|c| c.cycle = c.cycle.max(cycle));
+        let asleep = self
+            .cores
+            .iter()
+            .any(|c| c.cpu.activity != Activity::Halted);
+        self.cores
+            .iter_mut()
+            .filter(|c| c.cpu.activity != Activity::Halted)
+            .for_each(|c| c.cycle = c.cycle.max(cycle));
         self.bus.attend(cycle);
         self.obey();
         (0..self.cores.len()).for_each(|core| self.wake(core, cycle));
-        let running = self.cores.iter().any(|c| c.cpu.activity == Activity::Running);
+        let running = self
+            .cores
+            .iter()
+            .any(|c| c.cpu.activity == Activity::Running);
         match () {
             () if running => None,
             () if due == u64::MAX || !asleep => Some(Stop::Asleep),

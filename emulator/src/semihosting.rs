@@ -1,7 +1,8 @@
 //! Semihosting: how a program speaks to its host through BKPT 0xAB.
 //!
-//! The crate does no input or output: what a program prints is gathered here for the caller, and what it may read is put here
-//! before. Only the console (`:tt`) can be opened; files answer as if they did not exist.
+//! The crate does no input or output: what a program prints is gathered here for the caller, and
+//! what it may read is put here before. Only the console (`:tt`) can be opened; files answer as if
+//! they did not exist.
 
 use crate::memory::Memory;
 
@@ -47,8 +48,15 @@ impl Semihosting {
             0x03 => self.put(STDOUT, &read_bytes(memory, r1, 1)),
             0x04 => self.put(STDOUT, &read_string(memory, r1)),
             0x05 => {
-                let (handle, bytes) = (word(memory, 0), read_bytes(memory, word(memory, 1), word(memory, 2)));
-                if self.put(handle, &bytes) == 0 { 0 } else { word(memory, 2) }
+                let (handle, bytes) = (
+                    word(memory, 0),
+                    read_bytes(memory, word(memory, 1), word(memory, 2)),
+                );
+                if self.put(handle, &bytes) == 0 {
+                    0
+                } else {
+                    word(memory, 2)
+                }
             }
             0x06 => self.read(memory, word(memory, 0), word(memory, 1), word(memory, 2)),
             0x07 => self.input.pop_front().map_or(0, u32::from),
@@ -94,7 +102,11 @@ impl Semihosting {
 
     /// How many bytes of `count` were not read.
     fn read(&mut self, memory: &mut Memory, handle: u32, address: u32, count: u32) -> u32 {
-        let available = if handle == STDIN { self.input.len().min(count as usize) } else { 0 };
+        let available = if handle == STDIN {
+            self.input.len().min(count as usize)
+        } else {
+            0
+        };
         let bytes: Vec<u8> = self.input.drain(..available).collect();
         match memory.write(address, &bytes) {
             Ok(()) => count - available as u32,
@@ -105,10 +117,15 @@ impl Semihosting {
     fn give_command_line(&self, memory: &mut Memory, block: u32) -> u32 {
         let mut text = self.command_line.clone().into_bytes();
         text.push(0);
-        let (buffer, size) = (read_word(memory, block), read_word(memory, block.wrapping_add(4)));
+        let (buffer, size) = (
+            read_word(memory, block),
+            read_word(memory, block.wrapping_add(4)),
+        );
         let length = (text.len() as u32 - 1).to_le_bytes();
         let fits = text.len() <= size as usize;
-        let given = fits && memory.write(buffer, &text).is_ok() && memory.write(block.wrapping_add(4), &length).is_ok();
+        let given = fits
+            && memory.write(buffer, &text).is_ok()
+            && memory.write(block.wrapping_add(4), &length).is_ok();
         if given { 0 } else { FAILED }
     }
 }
@@ -116,14 +133,19 @@ impl Semihosting {
 /// What memory does not have reads as zero.
 fn read_word(memory: &Memory, address: u32) -> u32 {
     let mut bytes = [0; 4];
-    memory.read(address, &mut bytes).map_or(0, |()| u32::from_le_bytes(bytes))
+    memory
+        .read(address, &mut bytes)
+        .map_or(0, |()| u32::from_le_bytes(bytes))
 }
 
 /// Up to the end of memory.
 fn read_bytes(memory: &Memory, address: u32, count: u32) -> Vec<u8> {
     let byte = |i: u32| {
         let mut byte = [0];
-        memory.read(address.checked_add(i)?, &mut byte).ok().map(|()| byte[0])
+        memory
+            .read(address.checked_add(i)?, &mut byte)
+            .ok()
+            .map(|()| byte[0])
     };
     (0..count).map_while(byte).collect()
 }

@@ -25,19 +25,37 @@ impl Core {
     /// Runs one instruction.
     pub fn step<O: Observer>(&mut self, around: &mut Around<'_, O>) -> Result<(), Stop> {
         if !self.cpu.thumb {
-            return self.fault(around, FaultKind::UsageFault, Reason::InvalidState, self.cpu.pc);
+            return self.fault(
+                around,
+                FaultKind::UsageFault,
+                Reason::InvalidState,
+                self.cpu.pc,
+            );
         }
         let (block, index) = self.locate(around.bus);
         let op = self.code.blocks[block].ops[index];
         if around.bus.memory.is_shared() {
-            around.bus.fabric.fetch(self.cpu.index, op.address, self.cycle);
+            around
+                .bus
+                .fabric
+                .fetch(self.cpu.index, op.address, self.cycle);
         }
         self.cpu.begin(self.cycle);
         let flow = (op.run)(&mut self.cpu, around.bus, &op);
         self.cpu.exact = false;
         let trap = self.cpu.trap.take().filter(|_| flow == Flow::Trap);
-        if let Some(Trap::Fault { kind, reason, address }) = trap {
-            let reason = self.code.blocks[block].infos[index].inst.as_ref().err().copied().unwrap_or(reason);
+        if let Some(Trap::Fault {
+            kind,
+            reason,
+            address,
+        }) = trap
+        {
+            let reason = self.code.blocks[block].infos[index]
+                .inst
+                .as_ref()
+                .err()
+                .copied()
+                .unwrap_or(reason);
             return self.fault(around, kind, reason, address);
         }
         if flow != Flow::Branch && !matches!(trap, Some(Trap::ExceptionReturn(_))) {
@@ -66,12 +84,28 @@ impl Core {
         (self.code.find(&mut bus.memory, self.cpu.pc, self.cpu.it), 0)
     }
 
-    fn count_step<O: Observer>(&mut self, around: &mut Around<'_, O>, block: usize, index: usize, taken: bool) {
+    fn count_step<O: Observer>(
+        &mut self,
+        around: &mut Around<'_, O>,
+        block: usize,
+        index: usize,
+        taken: bool,
+    ) {
         let pc = self.cpu.pc;
-        let wide = taken && around.bus.memory.halfword(pc).is_some_and(whippen_isa::is_wide);
+        let wide = taken
+            && around
+                .bus
+                .memory
+                .halfword(pc)
+                .is_some_and(whippen_isa::is_wide);
         self.instructions += 1;
         let about = u32::from(taken) << 2 | (pc >> 1 & 1) << 1 | u32::from(wide);
-        let key = Key::new(self.cpu.outcomes, self.pipe, 1, if taken { about } else { 0 });
+        let key = Key::new(
+            self.cpu.outcomes,
+            self.pipe,
+            1,
+            if taken { about } else { 0 },
+        );
         let forgettable = around.observer.is_none() && self.cpu.stall == 0;
         let memo = &self.code.blocks[block].infos[index].memo;
         match memo.get(&key).filter(|_| forgettable) {
@@ -89,7 +123,8 @@ impl Core {
         }
     }
 
-    /// Counts the instruction, with the reasons for whoever watches; what is known then, unless it is not to be kept.
+    /// Counts the instruction, with the reasons for whoever watches; what is known then, unless it
+    /// is not to be kept.
     fn issue_step<O: Observer>(
         &mut self,
         around: &mut Around<'_, O>,
@@ -98,37 +133,65 @@ impl Core {
         target: Option<Target>,
     ) -> Option<Known> {
         let info = &self.code.blocks[block].infos[index];
-        let Ok((inst, timed)) = &info.inst else { return None };
+        let Ok((inst, timed)) = &info.inst else {
+            return None;
+        };
         let mut outcome = Outcomes::new(self.cpu.outcomes).next(info, target);
         outcome.waits = self.cpu.stall.clamp(0, i64::from(u16::MAX)) as u16;
         outcome.near = self.cpu.stall < 0;
-        let (pipe, cost) = self.code.timing.issue(self.pipe_state(), timed, info.address, &outcome);
+        let (pipe, cost) = self
+            .code
+            .timing
+            .issue(self.pipe_state(), timed, info.address, &outcome);
         if let Some(observer) = &mut around.observer {
             let (core, address, cycle) = (self.cpu.index, info.address, self.cycle);
-            observer.instruction(&Step { core, address, inst, cycle, cost });
+            observer.instruction(&Step {
+                core,
+                address,
+                inst,
+                cycle,
+                cost,
+            });
         }
         self.cycle += u64::from(cost.cycles());
         let numbers = self.pipes.len();
         self.pipe = self.number(pipe);
-        (self.pipes.len() >= numbers).then_some(Known { cycles: cost.cycles(), pipe: self.pipe })
+        (self.pipes.len() >= numbers).then_some(Known {
+            cycles: cost.cycles(),
+            pipe: self.pipe,
+        })
     }
 
     /// Ends the run after an access to a watched range.
     fn watched(&mut self, pc: u32) -> Result<(), Stop> {
         match self.cpu.watched.take() {
-            Some((address, write)) => Err(Stop::Watchpoint { core: self.cpu.index, pc, address, write }),
+            Some((address, write)) => Err(Stop::Watchpoint {
+                core: self.cpu.index,
+                pc,
+                address,
+                write,
+            }),
             None => Ok(()),
         }
     }
 
-    fn answer<O: Observer>(&mut self, around: &mut Around<'_, O>, trap: Trap, address: u32) -> Result<(), Stop> {
+    fn answer<O: Observer>(
+        &mut self,
+        around: &mut Around<'_, O>,
+        trap: Trap,
+        address: u32,
+    ) -> Result<(), Stop> {
         match trap {
             Trap::Fault { .. } => {}
             Trap::SupervisorCall => return self.supervisor_call(around, address),
             Trap::Breakpoint(number) => return self.breakpoint(around, number, address),
             Trap::ExceptionReturn(link) => return self.exception_return(around, link),
-            Trap::WaitForInterrupt if !self.cpu.is_woken() => self.cpu.activity = Activity::WaitingForInterrupt,
-            Trap::WaitForEvent if !std::mem::take(&mut self.cpu.event) => self.cpu.activity = Activity::WaitingForEvent,
+            Trap::WaitForInterrupt if !self.cpu.is_woken() => {
+                self.cpu.activity = Activity::WaitingForInterrupt
+            }
+            Trap::WaitForEvent if !std::mem::take(&mut self.cpu.event) => {
+                self.cpu.activity = Activity::WaitingForEvent
+            }
             Trap::WaitForInterrupt | Trap::WaitForEvent => {}
             Trap::SendEvent => {
                 self.cpu.event = true;
@@ -138,33 +201,61 @@ impl Core {
         Ok(())
     }
 
-    fn breakpoint<O>(&mut self, around: &mut Around<'_, O>, number: u8, address: u32) -> Result<(), Stop> {
+    fn breakpoint<O>(
+        &mut self,
+        around: &mut Around<'_, O>,
+        number: u8,
+        address: u32,
+    ) -> Result<(), Stop> {
         let back = |core: &mut Self| {
             core.cpu.pc = address;
-            Stop::Breakpoint { core: core.cpu.index, address }
+            Stop::Breakpoint {
+                core: core.cpu.index,
+                address,
+            }
         };
         if number != 0xab || !around.semihosting.enabled {
             return Err(back(self));
         }
-        match around.semihosting.call(&mut around.bus.memory, self.cpu.r[0], self.cpu.r[1], self.cycle) {
+        match around.semihosting.call(
+            &mut around.bus.memory,
+            self.cpu.r[0],
+            self.cpu.r[1],
+            self.cycle,
+        ) {
             Answer::Value(value) => self.cpu.r[0] = value,
             Answer::Exit(code) => return Err(Stop::Exit { code }),
         }
         Ok(())
     }
 
-    fn supervisor_call<O: Observer>(&mut self, around: &mut Around<'_, O>, address: u32) -> Result<(), Stop> {
+    fn supervisor_call<O: Observer>(
+        &mut self,
+        around: &mut Around<'_, O>,
+        address: u32,
+    ) -> Result<(), Stop> {
         if self.cpu.priority_group_of(SV_CALL) < self.cpu.priority() {
             return self.enter(around, SV_CALL);
         }
         let (core, kind, reason) = (self.cpu.index, FaultKind::HardFault, Reason::Escalated);
-        let fault = Fault { core, kind, reason, pc: address, address, lockup: false };
+        let fault = Fault {
+            core,
+            kind,
+            reason,
+            pc: address,
+            address,
+            lockup: false,
+        };
         let number = self.judged(around.bus, fault)?;
         self.enter(around, number)
     }
 
     /// Takes an exception whose context returns to PC.
-    pub fn enter<O: Observer>(&mut self, around: &mut Around<'_, O>, number: u32) -> Result<(), Stop> {
+    pub fn enter<O: Observer>(
+        &mut self,
+        around: &mut Around<'_, O>,
+        number: u32,
+    ) -> Result<(), Stop> {
         let pc = self.cpu.pc;
         self.cpu.begin(self.cycle);
         let entered = self.cpu.enter(around.bus, number);
@@ -186,7 +277,11 @@ impl Core {
         self.pipe = self.number(Pipe::default());
     }
 
-    fn exception_return<O: Observer>(&mut self, around: &mut Around<'_, O>, link: u32) -> Result<(), Stop> {
+    fn exception_return<O: Observer>(
+        &mut self,
+        around: &mut Around<'_, O>,
+        link: u32,
+    ) -> Result<(), Stop> {
         let (number, pc) = (self.cpu.ipsr, self.cpu.pc);
         self.cpu.begin(self.cycle);
         if let Err(derived) = self.cpu.deactivate(around.bus, link) {
@@ -211,7 +306,12 @@ impl Core {
         Ok(())
     }
 
-    fn tail_chain<O: Observer>(&mut self, around: &mut Around<'_, O>, next: u32, link: u32) -> Result<(), Stop> {
+    fn tail_chain<O: Observer>(
+        &mut self,
+        around: &mut Around<'_, O>,
+        next: u32,
+        link: u32,
+    ) -> Result<(), Stop> {
         let pc = self.cpu.pc;
         let taken = self.cpu.take(around.bus, next, link);
         self.restart(u32::from(self.timing().exceptions.tail_chain.cycles));
@@ -231,11 +331,22 @@ impl Core {
     ) -> Result<(), Stop> {
         let (core, pc) = (self.cpu.index, self.cpu.pc);
         let kind = reason.kind().unwrap_or(kind);
-        let fault = self.judged(around.bus, Fault { core, kind, reason, pc, address, lockup: false })?;
+        let fault = self.judged(
+            around.bus,
+            Fault {
+                core,
+                kind,
+                reason,
+                pc,
+                address,
+                lockup: false,
+            },
+        )?;
         self.enter(around, fault)
     }
 
-    /// A fault of entering or leaving an exception: its handler runs in place of the other, without a frame of its own.
+    /// A fault of entering or leaving an exception: its handler runs in place of the other, without
+    /// a frame of its own.
     fn derived_fault<O: Observer>(
         &mut self,
         around: &mut Around<'_, O>,
@@ -243,12 +354,29 @@ impl Core {
         pc: u32,
     ) -> Result<(), Stop> {
         let (core, address) = (self.cpu.index, self.cpu.r[13]);
-        let number = self.judged(around.bus, Fault { core, kind, reason, pc, address, lockup: false })?;
+        let number = self.judged(
+            around.bus,
+            Fault {
+                core,
+                kind,
+                reason,
+                pc,
+                address,
+                lockup: false,
+            },
+        )?;
         let link = self.cpu.r[14];
         self.cpu.begin(self.cycle);
         let taken = self.cpu.take(around.bus, number, link);
         self.restart(u32::from(self.timing().exceptions.entry.cycles));
-        let lockup = Fault { core, kind, reason, pc, address, lockup: true };
+        let lockup = Fault {
+            core,
+            kind,
+            reason,
+            pc,
+            address,
+            lockup: true,
+        };
         taken.map_err(|_| Stop::Fault(lockup))
     }
 
@@ -259,6 +387,10 @@ impl Core {
         // Nobody handles the end of a called function, whatever the image's vector table says.
         let unhandled = fault.pc == RETURN || !self.cpu.has_handler(bus, number);
         let fault = Fault { lockup, ..fault };
-        if lockup || unhandled { Err(Stop::Fault(fault)) } else { Ok(number) }
+        if lockup || unhandled {
+            Err(Stop::Fault(fault))
+        } else {
+            Ok(number)
+        }
     }
 }

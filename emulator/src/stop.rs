@@ -48,14 +48,26 @@ pub enum Stop {
 impl fmt::Display for Stop {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Returned { cycles, result } => write!(f, "returned {:#x} after {cycles} cycles", result[0]),
+            Self::Returned { cycles, result } => {
+                write!(f, "returned {:#x} after {cycles} cycles", result[0])
+            }
             Self::Fault(fault) => fault.fmt(f),
             Self::Limit => f.write_str("the limit of cycles was reached"),
             Self::Exit { code } => write!(f, "exit {code}"),
-            Self::Breakpoint { core, address } => write!(f, "core {core}: breakpoint at {address:#010x}"),
-            Self::Watchpoint { core, pc, address, write } => {
+            Self::Breakpoint { core, address } => {
+                write!(f, "core {core}: breakpoint at {address:#010x}")
+            }
+            Self::Watchpoint {
+                core,
+                pc,
+                address,
+                write,
+            } => {
                 let verb = if *write { "stores to" } else { "loads from" };
-                write!(f, "core {core}: {pc:#010x} {verb} {address:#010x}, which is watched")
+                write!(
+                    f,
+                    "core {core}: {pc:#010x} {verb} {address:#010x}, which is watched"
+                )
             }
             Self::Asleep => f.write_str("all cores sleep and nothing will wake them"),
             Self::Reset => f.write_str("the program or its watchdog asked for a reset"),
@@ -169,7 +181,13 @@ pub struct Fault {
 /// As in `UsageFault: unaligned access at 0x20000102 by the instruction at 0x10000200`.
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:?}: {} at {:#010x}", self.kind, self.reason.text(), self.address)?;
+        write!(
+            f,
+            "{:?}: {} at {:#010x}",
+            self.kind,
+            self.reason.text(),
+            self.address
+        )?;
         if let Reason::Unpredictable(why) = self.reason {
             write!(f, " ({why:?})")?;
         }

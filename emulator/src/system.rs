@@ -1,12 +1,14 @@
-//! What every core has for itself at 0xE0000000: NVIC, SysTick, system control block, cycle counter.
+//! What every core has for itself at 0xE0000000: NVIC, SysTick, system control block, cycle
+//! counter.
 //!
 //! ```text
 //!   0xE0001000  DWT: CYCCNT             0xE000E100  NVIC
 //!   0xE000E010  SysTick                 0xE000ED00  system control block, coprocessor access, floating-point context
 //! ```
 //!
-//! Registers that are not here read as zero and ignore writes, as those of an absent MPU, ITM or debug unit do. The Non-secure
-//! alias of the block, 0xE002E000, reads and writes the same registers: there is one security state.
+//! Registers that are not here read as zero and ignore writes, as those of an absent MPU, ITM or
+//! debug unit do. The Non-secure alias of the block, 0xE002E000, reads and writes the same
+//! registers: there is one security state.
 
 pub(crate) mod nvic;
 mod registers;
@@ -116,13 +118,21 @@ impl System {
     }
 
     fn cycle_count(&self, now: u64) -> u32 {
-        if self.counts_cycles() { self.cyccnt.wrapping_add(now as u32) } else { self.cyccnt }
+        if self.counts_cycles() {
+            self.cyccnt.wrapping_add(now as u32)
+        } else {
+            self.cyccnt
+        }
     }
 
     /// Changes what may start or stop the cycle counter, keeping its value.
     fn change_counter(&mut self, now: u64, change: impl FnOnce(&mut Self)) {
         let value = self.cycle_count(now);
         change(self);
-        self.cyccnt = if self.counts_cycles() { value.wrapping_sub(now as u32) } else { value };
+        self.cyccnt = if self.counts_cycles() {
+            value.wrapping_sub(now as u32)
+        } else {
+            value
+        };
     }
 }

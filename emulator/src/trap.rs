@@ -6,7 +6,11 @@ use crate::stop::{FaultKind, Reason};
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Trap {
     /// A fault; the instruction has changed nothing that matters.
-    Fault { kind: FaultKind, reason: Reason, address: u32 },
+    Fault {
+        kind: FaultKind,
+        reason: Reason,
+        address: u32,
+    },
     /// SVC.
     SupervisorCall,
     /// BKPT with its number.

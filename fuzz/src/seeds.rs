@@ -36,14 +36,26 @@ pub fn findings(target: &Target) -> Vec<(String, Vec<u8>)> {
 /// Everything to begin with, in a fixed order.
 pub fn of(target: &Target) -> Vec<Vec<u8>> {
     let mut files = Vec::new();
-    FOLDERS.iter().for_each(|folder| walk(&root().join(folder), &mut files));
+    FOLDERS
+        .iter()
+        .for_each(|folder| walk(&root().join(folder), &mut files));
     let fits = |path: &PathBuf| path.extension().is_some_and(|e| e == target.ending);
     let small = |path: &PathBuf| path.metadata().is_ok_and(|m| m.len() < LARGEST);
-    let texts = files.into_iter().filter(|p| fits(p) && small(p)).filter_map(|path| std::fs::read(path).ok());
+    let texts = files
+        .into_iter()
+        .filter(|p| fits(p) && small(p))
+        .filter_map(|path| std::fs::read(path).ok());
     // Filetests end in what they print.
-    let mut seeds: Vec<Vec<u8>> = texts.map(|text| before(&text, b"\n==== ").to_vec()).collect();
+    let mut seeds: Vec<Vec<u8>> = texts
+        .map(|text| before(&text, b"\n==== ").to_vec())
+        .collect();
     match target.ending {
-        "whip" => seeds.extend(Code::ALL.iter().flat_map(|c| c.examples()).map(|(_, text)| text.as_bytes().to_vec())),
+        "whip" => seeds.extend(
+            Code::ALL
+                .iter()
+                .flat_map(|c| c.examples())
+                .map(|(_, text)| text.as_bytes().to_vec()),
+        ),
         "csv" => seeds.extend(TABLES.iter().map(|t| t.as_bytes().to_vec())),
         _ => {}
     }
@@ -57,10 +69,16 @@ fn before<'b>(bytes: &'b [u8], mark: &[u8]) -> &'b [u8] {
 }
 
 fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
-    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return;
+    };
     let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
     paths.sort();
     for path in paths {
-        if path.is_dir() { walk(&path, found) } else { found.push(path) }
+        if path.is_dir() {
+            walk(&path, found)
+        } else {
+            found.push(path)
+        }
     }
 }

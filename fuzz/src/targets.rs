@@ -26,13 +26,48 @@ pub struct Target {
 
 /// All of them.
 pub const TARGETS: &[Target] = &[
-    Target { name: "lex", ending: "whip", try_it: lex, inputs: 90_000 },
-    Target { name: "parse", ending: "whip", try_it: parse, inputs: 24_000 },
-    Target { name: "check", ending: "whip", try_it: check, inputs: 6_000 },
-    Target { name: "lower", ending: "whip", try_it: lower, inputs: 6_000 },
-    Target { name: "kernel", ending: "kernel", try_it: kernel, inputs: 80_000 },
-    Target { name: "motion", ending: "csv", try_it: motion, inputs: 5_000 },
-    Target { name: "device", ending: "toml", try_it: device, inputs: 17_000 },
+    Target {
+        name: "lex",
+        ending: "whip",
+        try_it: lex,
+        inputs: 90_000,
+    },
+    Target {
+        name: "parse",
+        ending: "whip",
+        try_it: parse,
+        inputs: 24_000,
+    },
+    Target {
+        name: "check",
+        ending: "whip",
+        try_it: check,
+        inputs: 6_000,
+    },
+    Target {
+        name: "lower",
+        ending: "whip",
+        try_it: lower,
+        inputs: 6_000,
+    },
+    Target {
+        name: "kernel",
+        ending: "kernel",
+        try_it: kernel,
+        inputs: 80_000,
+    },
+    Target {
+        name: "motion",
+        ending: "csv",
+        try_it: motion,
+        inputs: 5_000,
+    },
+    Target {
+        name: "device",
+        ending: "toml",
+        try_it: device,
+        inputs: 17_000,
+    },
 ];
 
 /// Hands an input to the target of that name.
@@ -40,7 +75,10 @@ pub const TARGETS: &[Target] = &[
 /// # Panics
 /// What must hold does not, with what went wrong; or there is no such target.
 pub fn must_hold(name: &str, bytes: &[u8]) {
-    let target = TARGETS.iter().find(|t| t.name == name).expect("a target of the table");
+    let target = TARGETS
+        .iter()
+        .find(|t| t.name == name)
+        .expect("a target of the table");
     if let Err(wrong) = (target.try_it)(bytes) {
         panic!("{name}: {wrong}");
     }
@@ -58,8 +96,9 @@ fn lex(bytes: &[u8]) -> Result<(), String> {
     let lexed = token::lex(0, &text, &mut Vec::new());
     let mut end = 0;
     for token in &lexed.tokens {
-        let good =
-            end <= token.span.start && token.span.start <= token.span.end && token.span.end as usize <= text.len();
+        let good = end <= token.span.start
+            && token.span.start <= token.span.end
+            && token.span.end as usize <= text.len();
         if !good {
             return Err(format!("{token:?} behind {end}"));
         }
@@ -103,7 +142,8 @@ fn check(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// The pipeline gives messages or a Kernel that verifies, prints, reads back and keeps its promises; never a defect.
+/// The pipeline gives messages or a Kernel that verifies, prints, reads back and keeps its
+/// promises; never a defect.
 fn lower(bytes: &[u8]) -> Result<(), String> {
     let mut map = SourceMap::default();
     map.add("fuzz.whip", String::from_utf8_lossy(bytes));
@@ -111,10 +151,16 @@ fn lower(bytes: &[u8]) -> Result<(), String> {
     for model in program.into_iter().flat_map(|p| p.instruments).take(3) {
         match compile(model, Device::mikey().scales(), true) {
             Ok(compiled) => {
-                compiled.warnings.iter().take(20).for_each(|d| drop(render(&map, d, false)));
+                compiled
+                    .warnings
+                    .iter()
+                    .take(20)
+                    .for_each(|d| drop(render(&map, d, false)));
                 run(&compiled.lowered.kernel)?;
             }
-            Err(CompileError::Program(diagnostics)) => diagnostics.iter().for_each(|d| drop(render(&map, d, false))),
+            Err(CompileError::Program(diagnostics)) => diagnostics
+                .iter()
+                .for_each(|d| drop(render(&map, d, false))),
             Err(CompileError::Defect(why)) => return Err(why),
         }
     }
@@ -123,14 +169,18 @@ fn lower(bytes: &[u8]) -> Result<(), String> {
 
 /// Reading gives a place and a reason, or a kernel that prints as itself; what verifies runs.
 fn kernel(bytes: &[u8]) -> Result<(), String> {
-    let Ok(kernel) = kernel::parse(&String::from_utf8_lossy(bytes)) else { return Ok(()) };
+    let Ok(kernel) = kernel::parse(&String::from_utf8_lossy(bytes)) else {
+        return Ok(());
+    };
     let printed = kernel.to_string();
     match kernel::parse(&printed) {
         Ok(again) if again.to_string() == printed => {}
         other => return Err(format!("printed:\n{printed}\nreads back as {other:?}")),
     }
     // A written `assume` may be wrong, and a loop may be long: such kernels are only verified.
-    let runs = kernel::verify(&kernel).is_ok() && !printed.contains("loop ") && !printed.contains("assume ");
+    let runs = kernel::verify(&kernel).is_ok()
+        && !printed.contains("loop ")
+        && !printed.contains("assume ");
     if runs { run(&kernel) } else { Ok(()) }
 }
 
@@ -139,13 +189,23 @@ fn run(kernel: &Kernel) -> Result<(), String> {
     if words > WORDS_MAX {
         return Ok(());
     }
-    let Ok(mut interp) = Interp::checked(kernel, 1) else { return Ok(()) };
-    let (inputs, mut outputs) = (vec![30_000; kernel.inputs.len()], vec![0; kernel.outputs.len()]);
+    let Ok(mut interp) = Interp::checked(kernel, 1) else {
+        return Ok(());
+    };
+    let (inputs, mut outputs) = (
+        vec![30_000; kernel.inputs.len()],
+        vec![0; kernel.outputs.len()],
+    );
     interp.init(&inputs);
     for tick in 0..TICKS {
-        interp.tick(&vec![(tick * 20_000) as u16; kernel.inputs.len()], &mut outputs);
+        interp.tick(
+            &vec![(tick * 20_000) as u16; kernel.inputs.len()],
+            &mut outputs,
+        );
     }
-    interp.violation().map_or(Ok(()), |violation| Err(violation.to_string()))
+    interp
+        .violation()
+        .map_or(Ok(()), |violation| Err(violation.to_string()))
 }
 
 /// A file with these bytes.
@@ -159,13 +219,31 @@ fn file(bytes: &[u8], name: &str) -> Result<(tempfile::TempDir, PathBuf), String
 /// Recordings, titled and bare, and calibration tables.
 fn motion(bytes: &[u8]) -> Result<(), String> {
     let (_folder, path) = file(bytes, "fuzz.csv")?;
-    let stops = Some(Stops { rest_m: 0.88e-3, full_m: 12.7e-3, dip_m: 10e-3 });
-    let raw = |calibration| Layout::Raw { rate_hz: 2000.0, column: 1, calibration };
-    for (layout, stops, lowpass_hz) in
-        [(Layout::Titled, None, None), (raw(None), stops, Some(200.0)), (raw(Some(path.clone())), None, None)]
-    {
-        if let Ok(motion) = motion::load(&path, &MotionOptions { layout, stops, turns: false, lowpass_hz }, 44_100)
-            && motion.position_m.iter().any(|x| !x.is_finite())
+    let stops = Some(Stops {
+        rest_m: 0.88e-3,
+        full_m: 12.7e-3,
+        dip_m: 10e-3,
+    });
+    let raw = |calibration| Layout::Raw {
+        rate_hz: 2000.0,
+        column: 1,
+        calibration,
+    };
+    for (layout, stops, lowpass_hz) in [
+        (Layout::Titled, None, None),
+        (raw(None), stops, Some(200.0)),
+        (raw(Some(path.clone())), None, None),
+    ] {
+        if let Ok(motion) = motion::load(
+            &path,
+            &MotionOptions {
+                layout,
+                stops,
+                turns: false,
+                lowpass_hz,
+            },
+            44_100,
+        ) && motion.position_m.iter().any(|x| !x.is_finite())
         {
             return Err("a position is not finite".to_string());
         }
@@ -176,10 +254,15 @@ fn motion(bytes: &[u8]) -> Result<(), String> {
 /// Device files.
 fn device(bytes: &[u8]) -> Result<(), String> {
     let (_folder, path) = file(bytes, "fuzz.toml")?;
-    let Ok(device) = Device::load(&path) else { return Ok(()) };
+    let Ok(device) = Device::load(&path) else {
+        return Ok(());
+    };
     let _ = (device.word_of_position(5e-3), device.force_of_word(1000));
     let mut map = SourceMap::default();
-    map.add("spring.whip", "instrument i { sense x: length in 0 mm .. 10 mm over 1 ms force f = 75 N/m * x }");
+    map.add(
+        "spring.whip",
+        "instrument i { sense x: length in 0 mm .. 10 mm over 1 ms force f = 75 N/m * x }",
+    );
     let (program, _) = compile_front(&mut map, &Options::default());
     for model in program.into_iter().flat_map(|p| p.instruments) {
         if let Err(CompileError::Defect(why)) = compile(model, device.scales(), true) {

@@ -1,4 +1,5 @@
-//! Classes: what an instruction does to the machine, as far as timing and scheduling tell instructions apart.
+//! Classes: what an instruction does to the machine, as far as timing and scheduling tell
+//! instructions apart.
 
 /// The class of an instruction.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -77,7 +78,8 @@ pub enum Class {
     Security,
     /// Coprocessor instructions.
     Coprocessor,
-    /// Floating-point addition, multiplication, absolute value, negation, rounding, minimum and maximum.
+    /// Floating-point addition, multiplication, absolute value, negation, rounding, minimum and
+    /// maximum.
     FloatAlu,
     /// Floating-point multiply-add.
     FloatMultiplyAdd,

@@ -60,7 +60,11 @@ impl Cond {
 
     /// The condition with this 4-bit value; none has the value 15.
     pub const fn from_bits(bits: u8) -> Option<Self> {
-        if (bits as usize) < Self::ALL.len() { Some(Self::ALL[bits as usize]) } else { None }
+        if (bits as usize) < Self::ALL.len() {
+            Some(Self::ALL[bits as usize])
+        } else {
+            None
+        }
     }
 
     /// The 4-bit value.
@@ -99,7 +103,10 @@ impl Cond {
 
     /// The two letters of UAL, `al` included.
     pub const fn name(self) -> &'static str {
-        ["eq", "ne", "cs", "cc", "mi", "pl", "vs", "vc", "hi", "ls", "ge", "lt", "gt", "le", "al"][self as usize]
+        [
+            "eq", "ne", "cs", "cc", "mi", "pl", "vs", "vc", "hi", "ls", "ge", "lt", "gt", "le",
+            "al",
+        ][self as usize]
     }
 }
 
@@ -110,7 +117,8 @@ impl fmt::Display for Cond {
     }
 }
 
-/// The ITSTATE register: outside an IT block, or the condition of the next instruction and what follows.
+/// The ITSTATE register: outside an IT block, or the condition of the next instruction and what
+/// follows.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct ItState(u8);
 
@@ -118,8 +126,8 @@ impl ItState {
     /// Not in an IT block.
     pub const OUTSIDE: Self = Self(0);
 
-    /// The state after `IT` with this first condition and mask (`mask` is 1 to 15, as encoded), or nothing when the
-    /// pair is UNPREDICTABLE: condition 15, or `AL` with an else.
+    /// The state after `IT` with this first condition and mask (`mask` is 1 to 15, as encoded), or
+    /// nothing when the pair is UNPREDICTABLE: condition 15, or `AL` with an else.
     pub const fn after_it(firstcond: u8, mask: u8) -> Option<Self> {
         let always_with_else = firstcond == Cond::AL as u8 && mask.count_ones() != 1;
         if firstcond >= 15 || mask == 0 || mask > 15 || always_with_else {
@@ -140,12 +148,20 @@ impl ItState {
 
     /// The condition of the next instruction, or nothing outside a block.
     pub const fn cond(self) -> Option<Cond> {
-        if self.inside() { Cond::from_bits(self.0 >> 4) } else { None }
+        if self.inside() {
+            Cond::from_bits(self.0 >> 4)
+        } else {
+            None
+        }
     }
 
     /// `ITAdvance()`: the state after one more instruction.
     pub const fn advance(self) -> Self {
-        if self.0 & 7 == 0 { Self(0) } else { Self(self.0 & 0xe0 | (self.0 << 1) & 0x1f) }
+        if self.0 & 7 == 0 {
+            Self(0)
+        } else {
+            Self(self.0 & 0xe0 | (self.0 << 1) & 0x1f)
+        }
     }
 
     /// The 8 bits of the register.
@@ -160,7 +176,8 @@ mod tests {
 
     #[test]
     fn itte_walks_through_its_block() {
-        // ITTE NE: the mask repeats the lowest bit of NE for "then", inverts it for "else", and ends with a 1.
+        // ITTE NE: the mask repeats the lowest bit of NE for "then", inverts it for "else", and
+        // ends with a 1.
         let mut it = ItState::after_it(Cond::NE.bits(), 0b1010).unwrap();
         let mut seen = [None; 4];
         for slot in &mut seen {
@@ -182,7 +199,14 @@ mod tests {
     #[test]
     fn a_condition_and_its_inverse_never_both_hold() {
         for flags in 0..16 {
-            let at = |c: Cond| c.holds(flags & 8 != 0, flags & 4 != 0, flags & 2 != 0, flags & 1 != 0);
+            let at = |c: Cond| {
+                c.holds(
+                    flags & 8 != 0,
+                    flags & 4 != 0,
+                    flags & 2 != 0,
+                    flags & 1 != 0,
+                )
+            };
             for cond in Cond::ALL {
                 if let Some(inverse) = cond.invert() {
                     assert_ne!(at(cond), at(inverse));

@@ -28,10 +28,15 @@ pub const fn is_wide(hw1: u16) -> bool {
     hw1 >> 11 >= 0b11101
 }
 
-/// Decodes the instruction that starts with `hw1` (`hw2` is only looked at when [`is_wide`]) in state `it`.
+/// Decodes the instruction that starts with `hw1` (`hw2` is only looked at when [`is_wide`]) in
+/// state `it`.
 pub fn decode(hw1: u16, hw2: u16, arch: Arch, it: ItState) -> Result<Inst, NotDecoded> {
     let wide = is_wide(hw1);
-    let word = if wide { (hw1 as u32) << 16 | hw2 as u32 } else { hw1 as u32 };
+    let word = if wide {
+        (hw1 as u32) << 16 | hw2 as u32
+    } else {
+        hw1 as u32
+    };
     let encoding = Encoding::find(word, wide, arch).ok_or(NotDecoded::Undefined)?;
     let reading = read(encoding, word, it.cond());
     let last = !it.inside() || it.last();
@@ -44,7 +49,10 @@ pub fn decode(hw1: u16, hw2: u16, arch: Arch, it: ItState) -> Result<Inst, NotDe
 /// Reads the operands of `word`, which `encoding` matches, in an IT block with condition `it`.
 pub(crate) fn read(encoding: Encoding, word: u32, it: Option<Cond>) -> Inst {
     let row = encoding.row();
-    let mut inst = Inst { cond: it, ..Inst::new(encoding) };
+    let mut inst = Inst {
+        cond: it,
+        ..Inst::new(encoding)
+    };
     read_registers(&mut inst, row, word);
     read_bits(&mut inst, row, word);
     inst.imm = immediate(row, word, &inst);
@@ -85,14 +93,21 @@ fn read_registers(inst: &mut Inst, row: &Row, word: u32) {
 /// Sd and Sm have their least significant bit first.
 fn single_number(bits: u32, field: Field) -> u8 {
     let rotated = bits << 1 & 31 | bits >> 4;
-    (if field == Field::SingleN { bits } else { rotated }) as u8
+    (if field == Field::SingleN {
+        bits
+    } else {
+        rotated
+    }) as u8
 }
 
 fn read_bits(inst: &mut Inst, row: &Row, word: u32) {
     let p = &row.pattern;
-    for (field, bit) in
-        [(Field::S, &mut inst.s), (Field::P, &mut inst.index), (Field::U, &mut inst.add), (Field::W, &mut inst.wback)]
-    {
+    for (field, bit) in [
+        (Field::S, &mut inst.s),
+        (Field::P, &mut inst.index),
+        (Field::U, &mut inst.add),
+        (Field::W, &mut inst.wback),
+    ] {
         if p.has(field) {
             *bit = p.extract(word, field) != 0;
         }
@@ -131,7 +146,11 @@ fn immediate(row: &Row, word: u32, inst: &Inst) -> u32 {
     } else if rules.has(Rule::Float) {
         vfp_expand_imm(bits)
     } else if rules.has(Rule::FractionBits) {
-        let size = if p.extract(word, Field::Amount) & 1 == 0 { 16_u32 } else { 32 };
+        let size = if p.extract(word, Field::Amount) & 1 == 0 {
+            16_u32
+        } else {
+            32
+        };
         size.wrapping_sub(u32::from(single_number(bits, Field::SingleM)))
     } else {
         bits
@@ -167,7 +186,8 @@ fn relative20(bits: u32) -> u32 {
     (((value << 12) as i32) >> 11) as u32
 }
 
-/// `S:imm10:J1:J2:imm11`, as the picture has it, to the offset `S:I1:I2:imm10:imm11:0`, where I is J if S, else not J.
+/// `S:imm10:J1:J2:imm11`, as the picture has it, to the offset `S:I1:I2:imm10:imm11:0`, where I is
+/// J if S, else not J.
 fn relative24(bits: u32) -> u32 {
     let s = bits >> 23;
     let (i1, i2) = ((bits >> 12 ^ s ^ 1) & 1, (bits >> 11 ^ s ^ 1) & 1);
@@ -182,7 +202,11 @@ fn read_shift(inst: &mut Inst, row: &Row, word: u32) {
     }
     let amount = p.extract(word, Field::Amount);
     if row.rules.has(Rule::Bytes) {
-        inst.shift = if amount == 0 { ShiftType::LSL } else { ShiftType::ROR };
+        inst.shift = if amount == 0 {
+            ShiftType::LSL
+        } else {
+            ShiftType::ROR
+        };
         inst.amount = amount as u8 * 8;
         return;
     }

@@ -1,11 +1,13 @@
-//! What an instruction reads and writes: the string `"d NZCV = n C"` of the table, parsed while the crate is compiled.
+//! What an instruction reads and writes: the string `"d NZCV = n C"` of the table, parsed while the
+//! crate is compiled.
 //!
-//! Left of `=` is written, right of it read. `d n m a t t2` are core registers, `Sd Sn Sm Dd Dm` floating-point ones, `Sm2`
-//! the pair Sm, Sm+1, `Sall` S0 to S31; `list`, `Slist`, `Dlist` the registers of a list; `lr` and `pc` themselves, `banked`
-//! the stack pointer if the special register is one. Flags are written
-//! as runs of `N Z C V Q`, and `GE`, `F` (the flags of FPSCR); `NZCV` only if the instruction sets flags. `c` is the
-//! shifter's carry: written to C when the operand is shifted, else C stays. `C?` is C of a shift by register: kept when
-//! the amount is 0. The base register of a load or store is written when it writes back, and is not spelled out.
+//! Left of `=` is written, right of it read. `d n m a t t2` are core registers, `Sd Sn Sm Dd Dm`
+//! floating-point ones, `Sm2` the pair Sm, Sm+1, `Sall` S0 to S31; `list`, `Slist`, `Dlist` the
+//! registers of a list; `lr` and `pc` themselves, `banked` the stack pointer if the special
+//! register is one. Flags are written as runs of `N Z C V Q`, and `GE`, `F` (the flags of FPSCR);
+//! `NZCV` only if the instruction sets flags. `c` is the shifter's carry: written to C when the
+//! operand is shifted, else C stays. `C?` is C of a shift by register: kept when the amount is 0.
+//! The base register of a load or store is written when it writes back, and is not spelled out.
 
 use crate::words::{index_of, skip_blanks, word_end};
 use core::ops::{BitOr, BitOrAssign};
@@ -134,8 +136,8 @@ impl Operand {
 }
 
 const OPERANDS: &[&str] = &[
-    "d", "n", "m", "a", "t", "t2", "list", "lr", "pc", "Sd", "Sn", "Sm", "Sm2", "Dd", "Dm", "Slist", "Dlist", "Sall",
-    "banked",
+    "d", "n", "m", "a", "t", "t2", "list", "lr", "pc", "Sd", "Sn", "Sm", "Sm2", "Dd", "Dm",
+    "Slist", "Dlist", "Sall", "banked",
 ];
 
 const FLAG_WORDS: &[&str] = &["NZCV", "NZC", "NZ", "C", "Q", "GE", "F", "c", "C?"];
@@ -175,7 +177,12 @@ impl Effects {
     /// Parses the string; panics, which is a build error in a constant, at an unknown word.
     pub const fn parse(text: &str) -> Self {
         let text = text.as_bytes();
-        let mut e = Self { writes: 0, reads: 0, flag_writes: Flags::NONE, flag_reads: Flags::NONE };
+        let mut e = Self {
+            writes: 0,
+            reads: 0,
+            flag_writes: Flags::NONE,
+            flag_reads: Flags::NONE,
+        };
         let (mut from, mut right) = (skip_blanks(text, 0), false);
         while from < text.len() {
             let end = word_end(text, from);
@@ -191,7 +198,11 @@ impl Effects {
     }
 
     const fn add(&mut self, text: &[u8], from: usize, end: usize, right: bool) {
-        match (index_of(OPERANDS, text, from, end), index_of(FLAG_WORDS, text, from, end), right) {
+        match (
+            index_of(OPERANDS, text, from, end),
+            index_of(FLAG_WORDS, text, from, end),
+            right,
+        ) {
             (Some(i), _, false) => self.writes |= 1 << i,
             (Some(i), _, true) => self.reads |= 1 << i,
             (_, Some(i), false) => self.flag_writes = self.flag_writes.union(Flags(FLAG_SETS[i])),
@@ -210,11 +221,18 @@ impl Effects {
         Operands(self.reads)
     }
 
-    /// The flags, given whether the instruction sets them, whether its shifter gives a carry and whether that carry
-    /// comes from the carry flag itself (RRX).
+    /// The flags, given whether the instruction sets them, whether its shifter gives a carry and
+    /// whether that carry comes from the carry flag itself (RRX).
     pub const fn flags(&self, sets: bool, shifter_carry: bool, rrx: bool) -> FlagUse {
-        let mut reads = if rrx { self.flag_reads.union(Flags::C) } else { self.flag_reads };
-        let mut writes = self.flag_writes.without(Flags::SHIFTER_CARRY).without(Flags::CARRY_OR_KEPT);
+        let mut reads = if rrx {
+            self.flag_reads.union(Flags::C)
+        } else {
+            self.flag_reads
+        };
+        let mut writes = self
+            .flag_writes
+            .without(Flags::SHIFTER_CARRY)
+            .without(Flags::CARRY_OR_KEPT);
         if self.flag_writes.contains(Flags::SHIFTER_CARRY) && shifter_carry {
             writes = writes.union(Flags::C);
         }
@@ -222,7 +240,14 @@ impl Effects {
             writes = writes.union(Flags::C);
             reads = if sets { reads.union(Flags::C) } else { reads };
         }
-        FlagUse { reads, writes: if sets { writes } else { writes.without(Flags::NZCV) } }
+        FlagUse {
+            reads,
+            writes: if sets {
+                writes
+            } else {
+                writes.without(Flags::NZCV)
+            },
+        }
     }
 }
 
@@ -233,17 +258,39 @@ mod tests {
     #[test]
     fn adc_reads_carry_and_sets_flags_only_with_s() {
         let e = Effects::parse("d NZCV = n m C");
-        let of = |operands: Operands| Operand::ALL.into_iter().filter(move |operand| operands.has(*operand));
+        let of = |operands: Operands| {
+            Operand::ALL
+                .into_iter()
+                .filter(move |operand| operands.has(*operand))
+        };
         assert!(of(e.writes()).eq([Operand::D]) && of(e.reads()).eq([Operand::N, Operand::M]));
-        assert_eq!(e.flags(true, false, false), FlagUse { reads: Flags::C, writes: Flags::NZCV });
-        assert_eq!(e.flags(false, false, false), FlagUse { reads: Flags::C, writes: Flags::NONE });
+        assert_eq!(
+            e.flags(true, false, false),
+            FlagUse {
+                reads: Flags::C,
+                writes: Flags::NZCV
+            }
+        );
+        assert_eq!(
+            e.flags(false, false, false),
+            FlagUse {
+                reads: Flags::C,
+                writes: Flags::NONE
+            }
+        );
     }
 
     #[test]
     fn a_shift_by_register_may_keep_carry() {
         let e = Effects::parse("d NZ C? = n m");
         let nzc = Flags::N | Flags::Z | Flags::C;
-        assert_eq!(e.flags(true, false, false), FlagUse { reads: Flags::C, writes: nzc });
+        assert_eq!(
+            e.flags(true, false, false),
+            FlagUse {
+                reads: Flags::C,
+                writes: nzc
+            }
+        );
         assert_eq!(e.flags(false, false, false), FlagUse::default());
     }
 }

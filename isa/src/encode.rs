@@ -1,7 +1,7 @@
 //! From an instruction to halfwords.
 //!
-//! The answer is checked by reading it back: bits are packed without asking whether an operand fits, and only those that
-//! decode to the same instruction leave this module.
+//! The answer is checked by reading it back: bits are packed without asking whether an operand
+//! fits, and only those that decode to the same instruction leave this module.
 
 use crate::arch::Arch;
 use crate::cond::Cond;
@@ -45,8 +45,8 @@ impl Code {
 pub enum NotEncoded {
     /// The architecture lacks the encoding.
     Absent,
-    /// An operand does not fit the encoding, or one that it does not have is not at rest; as the encoding would have it,
-    /// it reads like this.
+    /// An operand does not fit the encoding, or one that it does not have is not at rest; as the
+    /// encoding would have it, it reads like this.
     DoesNotFit {
         /// The instruction that the nearest bits stand for.
         nearest: Inst,
@@ -61,15 +61,20 @@ pub enum NotEncoded {
 }
 
 impl Inst {
-    /// The bits of the instruction. In an IT block ([`Inst::cond`]) the position is taken to be the last, which any
-    /// instruction that may stand in a block allows; the block itself is the caller's.
+    /// The bits of the instruction. In an IT block ([`Inst::cond`]) the position is taken to be the
+    /// last, which any instruction that may stand in a block allows; the block itself is the
+    /// caller's.
     pub fn encode(&self, arch: Arch) -> Result<Code, NotEncoded> {
         if !self.encoding.exists_in(arch) {
             return Err(NotEncoded::Absent);
         }
         let row = self.encoding.row();
         let word = pack(self, row);
-        let it = if row.pattern.has(Field::Cond) { None } else { self.cond };
+        let it = if row.pattern.has(Field::Cond) {
+            None
+        } else {
+            self.cond
+        };
         let nearest = read(self.encoding, word, it);
         if nearest != *self {
             return Err(NotEncoded::DoesNotFit { nearest });
@@ -81,7 +86,11 @@ impl Inst {
         if let Some(why) = limits::check(self, word, arch, it.is_some(), true) {
             return Err(NotEncoded::Unpredictable(why));
         }
-        Ok(if row.pattern.wide { Code::Wide((word >> 16) as u16, word as u16) } else { Code::Narrow(word as u16) })
+        Ok(if row.pattern.wide {
+            Code::Wide((word >> 16) as u16, word as u16)
+        } else {
+            Code::Narrow(word as u16)
+        })
     }
 }
 

@@ -1,9 +1,10 @@
 //! Immediates and shifts: from the bits of an encoding to the value they stand for, and back.
 //!
-//! The names are the manual's: `ThumbExpandImm`, `DecodeImmShift`, `VFPExpandImm`. Each pair inverts exactly; a value
-//! without an encoding gives `None`.
+//! The names are the manual's: `ThumbExpandImm`, `DecodeImmShift`, `VFPExpandImm`. Each pair
+//! inverts exactly; a value without an encoding gives `None`.
 
-/// `ThumbExpandImm`: the value of `i:imm3:imm8`. The three replicating forms of 0 are UNPREDICTABLE and give 0.
+/// `ThumbExpandImm`: the value of `i:imm3:imm8`. The three replicating forms of 0 are UNPREDICTABLE
+/// and give 0.
 pub const fn thumb_expand_imm(imm12: u32) -> u32 {
     let imm8 = imm12 & 0xff;
     match imm12 >> 8 & 0xf {
@@ -37,11 +38,15 @@ pub const fn thumb_shrink_imm(value: u32) -> Option<u32> {
         return None;
     }
     let unrotated = value.rotate_left(rotation);
-    if unrotated > 0xff { None } else { Some(rotation << 7 | unrotated & 0x7f) }
+    if unrotated > 0xff {
+        None
+    } else {
+        Some(rotation << 7 | unrotated & 0x7f)
+    }
 }
 
-/// The carry out of `ThumbExpandImm_C`: nothing when the carry flag stays as it is. Also tells the constants that
-/// need the shifter (`Some`) from those that do not.
+/// The carry out of `ThumbExpandImm_C`: nothing when the carry flag stays as it is. Also tells the
+/// constants that need the shifter (`Some`) from those that do not.
 pub const fn thumb_imm_carry(value: u32) -> Option<bool> {
     match thumb_shrink_imm(value) {
         Some(imm12) if imm12 >> 10 != 0 => Some(value >> 31 != 0),
@@ -59,7 +64,11 @@ pub const fn vfp_expand_imm(imm8: u32) -> u32 {
 /// The 8 bits whose [`vfp_expand_imm`] is the float with these `bits`.
 pub const fn vfp_shrink_imm(bits: u32) -> Option<u32> {
     let imm8 = bits >> 24 & 0x80 | (bits >> 29 & 1) << 6 | bits >> 19 & 0x3f;
-    if vfp_expand_imm(imm8) == bits { Some(imm8) } else { None }
+    if vfp_expand_imm(imm8) == bits {
+        Some(imm8)
+    } else {
+        None
+    }
 }
 
 /// The type of a shift; `RRX` has amount 1.
@@ -116,7 +125,11 @@ mod tests {
         for imm12 in 0..0x1000 {
             let replicated_zero = (1..4).contains(&(imm12 >> 8)) && imm12 & 0xff == 0;
             let want = if replicated_zero { 0 } else { imm12 };
-            assert_eq!(thumb_shrink_imm(thumb_expand_imm(imm12)), Some(want), "{imm12:#x}");
+            assert_eq!(
+                thumb_shrink_imm(thumb_expand_imm(imm12)),
+                Some(want),
+                "{imm12:#x}"
+            );
         }
     }
 

@@ -1,12 +1,15 @@
 //! An instruction with its operands, and what it reads and writes.
 //!
-//! One flat record serves the emulator, which decodes once and executes by [`Op`] and operands, and the assembler, which
-//! fills operands in and asks for bits. What an operand is does not depend on the encoding: `ADDS R1, #5` (T2) has `d` =
-//! `n` = 1, `PUSH` has `n` = 13 and writes back, a modified immediate is expanded, a shift is decoded, a branch offset is
-//! in bytes. So two encodings of one instruction differ in `encoding` alone, and [`Inst::shortest`] may try them in turn.
+//! One flat record serves the emulator, which decodes once and executes by [`Op`] and operands, and
+//! the assembler, which fills operands in and asks for bits. What an operand is does not depend on
+//! the encoding: `ADDS R1, #5` (T2) has `d` = `n` = 1, `PUSH` has `n` = 13 and writes back, a
+//! modified immediate is expanded, a shift is decoded, a branch offset is in bytes. So two
+//! encodings of one instruction differ in `encoding` alone, and [`Inst::shortest`] may try them in
+//! turn.
 //!
-//! Roles, for pipelines: `n` and `m` of a load or store form its address and `t`, `t2` or the list is its data; `m` is the
-//! operand that is shifted; `a` (with `d`, for long products) is the accumulator of a multiply-add.
+//! Roles, for pipelines: `n` and `m` of a load or store form its address and `t`, `t2` or the list
+//! is its data; `m` is the operand that is shifted; `a` (with `d`, for long products) is the
+//! accumulator of a multiply-add.
 
 use crate::arch::Arch;
 use crate::class::Class;
@@ -19,13 +22,14 @@ use crate::row::{Encoding, Row};
 use crate::rules::Rule;
 use crate::table::Op;
 
-/// An instruction: an encoding and its operands. Operands that the encoding does not have keep the value that
-/// [`Inst::new`] gives them.
+/// An instruction: an encoding and its operands. Operands that the encoding does not have keep the
+/// value that [`Inst::new`] gives them.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Inst {
     /// The encoding, and so the instruction.
     pub encoding: Encoding,
-    /// In an IT block, its condition there (which may be `AL`); of B T1 and T3, the branch's own. Else nothing.
+    /// In an IT block, its condition there (which may be `AL`); of B T1 and T3, the branch's own.
+    /// Else nothing.
     pub cond: Option<Cond>,
     /// Sets the flags: the S bit, or what the instruction always does.
     pub s: bool,
@@ -51,13 +55,15 @@ pub struct Inst {
     pub shift: ShiftType,
     /// The amount of that shift; the lsb of a bit field; a minor opcode.
     pub amount: u8,
-    /// The immediate, meant as the instruction means it: constant, byte offset (signed for a branch), width, register
-    /// list (bit n for Rn), number of floating-point registers, bits of a float.
+    /// The immediate, meant as the instruction means it: constant, byte offset (signed for a
+    /// branch), width, register list (bit n for Rn), number of floating-point registers, bits of a
+    /// float.
     pub imm: u32,
 }
 
 impl Inst {
-    /// The encoding with all operands zero, but for those that it implies (such as `n` = SP of PUSH).
+    /// The encoding with all operands zero, but for those that it implies (such as `n` = SP of
+    /// PUSH).
     pub fn new(encoding: Encoding) -> Self {
         let rules = &encoding.row().rules;
         let sp_if = |rule| if rules.has(rule) { reg::SP } else { 0 };
@@ -106,8 +112,9 @@ impl Inst {
         !always && self.cond.is_some_and(|c| c != Cond::AL)
     }
 
-    /// The same operands in the first encoding of the instruction, 16-bit ones first, that `arch` has and that can hold
-    /// them; nothing when none can. A B keeps its condition where it is, in itself (T1, T3) or in the block (T2, T4).
+    /// The same operands in the first encoding of the instruction, 16-bit ones first, that `arch`
+    /// has and that can hold them; nothing when none can. A B keeps its condition where it is, in
+    /// itself (T1, T3) or in the block (T2, T4).
     pub fn shortest(&self, arch: Arch) -> Option<Self> {
         let has_cond = |encoding: Encoding| encoding.row().pattern.has(Field::Cond);
         Encoding::of(self.op())
@@ -116,7 +123,8 @@ impl Inst {
             .find(|candidate| candidate.may_have_bits() && candidate.encode(arch).is_ok())
     }
 
-    /// Whether registers and the S bit, taken by themselves, fit the encoding: a quick no to what [`Inst::encode`] would refuse.
+    /// Whether registers and the S bit, taken by themselves, fit the encoding: a quick no to what
+    /// [`Inst::encode`] would refuse.
     fn may_have_bits(&self) -> bool {
         let Row { pattern, rules, .. } = self.encoding.row();
         let fits = |field: Field, register: u8| {
@@ -134,23 +142,33 @@ impl Inst {
 
     /// The registers it reads when it executes, address and stored data included; PC for a literal.
     ///
-    /// A conditional instruction also leaves its [`Inst::defs`] as they were when it is skipped: whoever follows values
-    /// must then count them as read.
+    /// A conditional instruction also leaves its [`Inst::defs`] as they were when it is skipped:
+    /// whoever follows values must then count them as read.
     pub fn uses(&self) -> RegSet {
         self.registers(self.encoding.row().effects.reads())
     }
 
     /// The registers it writes, the written-back base included; PC if it branches.
     pub fn defs(&self) -> RegSet {
-        let base = if self.wback { RegSet::core(self.n) } else { RegSet::EMPTY };
-        self.registers(self.encoding.row().effects.writes()).union(base)
+        let base = if self.wback {
+            RegSet::core(self.n)
+        } else {
+            RegSet::EMPTY
+        };
+        self.registers(self.encoding.row().effects.writes())
+            .union(base)
     }
 
     fn registers(&self, operands: Operands) -> RegSet {
         let bit = |operand, register: u8| u16::from(operands.has(operand)) << (register & 15);
         let list = bit(Operand::D, self.d) | bit(Operand::N, self.n) | bit(Operand::M, self.m);
-        let list = list | bit(Operand::A, self.a) | bit(Operand::T, self.t) | bit(Operand::T2, self.t2);
-        operands.others().fold(RegSet::core_list(list), |set, operand| set.union(self.registers_of(operand)))
+        let list =
+            list | bit(Operand::A, self.a) | bit(Operand::T, self.t) | bit(Operand::T2, self.t2);
+        operands
+            .others()
+            .fold(RegSet::core_list(list), |set, operand| {
+                set.union(self.registers_of(operand))
+            })
     }
 
     fn registers_of(&self, operand: Operand) -> RegSet {
@@ -204,7 +222,10 @@ pub(crate) fn fixed_shift(row: &Row) -> ShiftType {
         (Rule::Ror, ShiftType::ROR),
         (Rule::Rrx, ShiftType::RRX),
     ];
-    implied.iter().find(|(rule, _)| row.rules.has(*rule)).map_or(ShiftType::LSL, |(_, shift)| *shift)
+    implied
+        .iter()
+        .find(|(rule, _)| row.rules.has(*rule))
+        .map_or(ShiftType::LSL, |(_, shift)| *shift)
 }
 
 /// The flags a condition looks at.

@@ -9,9 +9,9 @@
 //!        Display, parse (UAL)   uses, defs, flags   class, it_rule, shortest
 //! ```
 //!
-//! An emulator decodes once and executes by [`Op`] and operands; a compiler fills operands in, asks what is read and
-//! written, and encodes. Both stand on the same lines, which others judge: Capstone and the GNU assembler in
-//! `tests/oracle`.
+//! An emulator decodes once and executes by [`Op`] and operands; a compiler fills operands in, asks
+//! what is read and written, and encodes. Both stand on the same lines, which others judge:
+//! Capstone and the GNU assembler in `tests/oracle`.
 //!
 //! ```
 //! use whippen_isa::{Arch, Code, Encoding, Form, Inst, ItState, Op, RegSet, decode};
@@ -30,21 +30,25 @@
 //!
 //! * ARMv6-M.
 //! * ARMv7E-M with FPv4-SP: Thumb-2, the DSP extension, coprocessor instructions.
-//! * ARMv8-M Mainline with the DSP and Security extensions and FPv5-SP, as in RP2350: load-acquire and store-release, SG,
-//!   BXNS, BLXNS, TT, VLSTM, VLLDM, FPv5's VSEL, VMAXNM, VMINNM, VRINT and directed VCVT.
+//! * ARMv8-M Mainline with the DSP and Security extensions and FPv5-SP, as in RP2350: load-acquire
+//!   and store-release, SG, BXNS, BLXNS, TT, VLSTM, VLLDM, FPv5's VSEL, VMAXNM, VMINNM, VRINT and
+//!   directed VCVT.
 //!
-//! UNDEFINED and UNPREDICTABLE are outcomes of [`decode`], never guesses: an UNPREDICTABLE word comes with its reading and
-//! the reason. SG and the other instructions of the Secure state decode whatever the state; hints without a name decode
-//! as `HINT` and, where the assembler has no syntax, `HINT_memory`; both do nothing.
+//! UNDEFINED and UNPREDICTABLE are outcomes of [`decode`], never guesses: an UNPREDICTABLE word
+//! comes with its reading and the reason. SG and the other instructions of the Secure state decode
+//! whatever the state; hints without a name decode as `HINT` and, where the assembler has no
+//! syntax, `HINT_memory`; both do nothing.
 //!
 //! # Absent
 //!
-//! * Double precision arithmetic (FPv5-D16), half precision arithmetic, D16 to D31. VLDR, VSTR, VLDM, VSTM and VMOV of
-//!   D0 to D15 are here, because the single-precision units have them.
-//! * ARMv8.1-M: MVE, low-overhead loops and branch future, VSCCLRM, CLRM, CSEL and its kin, PACBTI. Custom datapath
-//!   instructions (CDE).
-//! * A and R profile: the ARM instruction set, Advanced SIMD, SETEND, SMC, HVC, SRS, RFE, CRC32, LDREXD, STREXD.
-//! * What FPSCR does besides its condition flags: cumulative exception bits and modes are no operands here.
+//! * Double precision arithmetic (FPv5-D16), half precision arithmetic, D16 to D31. VLDR, VSTR,
+//!   VLDM, VSTM and VMOV of D0 to D15 are here, because the single-precision units have them.
+//! * ARMv8.1-M: MVE, low-overhead loops and branch future, VSCCLRM, CLRM, CSEL and its kin, PACBTI.
+//!   Custom datapath instructions (CDE).
+//! * A and R profile: the ARM instruction set, Advanced SIMD, SETEND, SMC, HVC, SRS, RFE, CRC32,
+//!   LDREXD, STREXD.
+//! * What FPSCR does besides its condition flags: cumulative exception bits and modes are no
+//!   operands here.
 //! * Meaning (the emulator's).
 #![no_std]
 

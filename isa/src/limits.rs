@@ -1,8 +1,8 @@
 //! What is UNPREDICTABLE: every limit of the manual, checked in one place on the way in and out.
 //!
-//! The limits are those of the ARMv7-M manual and, for what is new there, of the ARMv8-M manual. Where architectures differ
-//! (special registers, CPS, no IT in ARMv6-M), `arch` decides. The GNU assembler refuses the same, but for what
-//! `tests/oracle/binutils.rs` lists.
+//! The limits are those of the ARMv7-M manual and, for what is new there, of the ARMv8-M manual.
+//! Where architectures differ (special registers, CPS, no IT in ARMv6-M), `arch` decides. The GNU
+//! assembler refuses the same, but for what `tests/oracle/binutils.rs` lists.
 
 use crate::arch::Arch;
 use crate::cond::ItState;
@@ -36,19 +36,34 @@ pub enum Why {
 }
 
 /// The first limit that `inst`, encoded as `word`, breaks.
-pub(crate) fn check(inst: &Inst, word: u32, arch: Arch, in_it: bool, last_in_it: bool) -> Option<Why> {
+pub(crate) fn check(
+    inst: &Inst,
+    word: u32,
+    arch: Arch,
+    in_it: bool,
+    last_in_it: bool,
+) -> Option<Why> {
     let row = inst.encoding.row();
     let broken = [
         (should_be(row, word), Why::ShouldBe),
         (names(inst, row.rules.not_sp, SP), Why::Sp),
-        (names(inst, row.rules.not_pc, PC) || bad_sp_or_pc(inst, row), Why::Pc),
+        (
+            names(inst, row.rules.not_pc, PC) || bad_sp_or_pc(inst, row),
+            Why::Pc,
+        ),
         (repeated(inst, row, word), Why::SameRegister),
-        (place_in_it(inst, row, in_it, last_in_it) || (in_it && arch == Arch::V6M), Why::It),
+        (
+            place_in_it(inst, row, in_it, last_in_it) || (in_it && arch == Arch::V6M),
+            Why::It,
+        ),
         (bad_list(inst, row), Why::List),
         (out_of_range(inst, row, word), Why::Range),
         (special(inst, row, arch), Why::SpecialRegister),
     ];
-    broken.iter().find(|(is_broken, _)| *is_broken).map(|(_, why)| *why)
+    broken
+        .iter()
+        .find(|(is_broken, _)| *is_broken)
+        .map(|(_, why)| *why)
 }
 
 fn should_be(row: &Row, word: u32) -> bool {
@@ -78,7 +93,8 @@ fn bad_sp_or_pc(inst: &Inst, row: &Row) -> bool {
 
 fn repeated(inst: &Inst, row: &Row, word: u32) -> bool {
     let rules = &row.rules;
-    let repeat = row.pattern.has(Field::RepeatM) && row.pattern.extract(word, Field::RepeatM) != inst.m as u32;
+    let repeat = row.pattern.has(Field::RepeatM)
+        && row.pattern.extract(word, Field::RepeatM) != inst.m as u32;
     let has_second = row.pattern.has(Field::T2);
     let base_is_data = || inst.n == inst.t || (has_second && inst.n == inst.t2);
     repeat
@@ -126,7 +142,8 @@ fn out_of_range(inst: &Inst, row: &Row, word: u32) -> bool {
 
 fn special(inst: &Inst, row: &Row, arch: Arch) -> bool {
     let rules = &row.rules;
-    // Bit 1 of the mask selects NZCVQ, bit 0 the GE bits, which only APSR has, and only with the DSP extension.
+    // Bit 1 of the mask selects NZCVQ, bit 0 the GE bits, which only APSR has, and only with the
+    // DSP extension.
     let has_ge = inst.op() == Op::MSR_APSR && arch != Arch::V6M;
     let bad_mask = || inst.amount == 0 || (inst.amount != 2 && !has_ge);
     let bad_cps = || inst.amount == 0 || (arch == Arch::V6M && inst.amount != 2);

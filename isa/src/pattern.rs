@@ -20,8 +20,8 @@
 //! | `c` | condition |
 //! | `S P U W` | sets flags, index, add, write back |
 //!
-//! A malformed picture is a build error. Not here: what an immediate means (`imm`), when a picture does not apply
-//! (`rules`).
+//! A malformed picture is a build error. Not here: what an immediate means (`imm`), when a picture
+//! does not apply (`rules`).
 
 /// The letters of a picture, in the order of [`Field`].
 const LETTERS: &[u8; 19] = b"dnmatuDNMqikyrcSPUW";
@@ -50,7 +50,8 @@ pub(crate) enum Field {
     W,
 }
 
-/// A parsed picture. A 16-bit instruction is a word below 0x10000, a 32-bit one has its first halfword on top.
+/// A parsed picture. A 16-bit instruction is a word below 0x10000, a 32-bit one has its first
+/// halfword on top.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pattern {
     /// True for a 32-bit encoding.
@@ -67,12 +68,23 @@ pub(crate) struct Pattern {
 }
 
 impl Pattern {
-    /// Parses a picture; panics, which is a build error in a constant, unless it is 16 or 32 known places.
+    /// Parses a picture; panics, which is a build error in a constant, unless it is 16 or 32 known
+    /// places.
     pub const fn parse(picture: &str) -> Self {
         let text = picture.as_bytes();
-        let mut p = Self { wide: false, mask: 0, bits: 0, should_mask: 0, should_bits: 0, fields: [0; LETTERS.len()] };
+        let mut p = Self {
+            wide: false,
+            mask: 0,
+            bits: 0,
+            should_mask: 0,
+            should_bits: 0,
+            fields: [0; LETTERS.len()],
+        };
         let places = count_places(text);
-        assert!(places == 16 || places == 32, "a picture has 16 or 32 places");
+        assert!(
+            places == 16 || places == 32,
+            "a picture has 16 or 32 places"
+        );
         p.wide = places == 32;
         let (mut i, mut place) = (0, places);
         while i < text.len() {
@@ -89,7 +101,10 @@ impl Pattern {
                     p.bits |= one;
                 }
                 b'(' => {
-                    assert!(text[i + 2] == b')' && (text[i + 1] == b'0' || text[i + 1] == b'1'), "(0) or (1)");
+                    assert!(
+                        text[i + 2] == b')' && (text[i + 1] == b'0' || text[i + 1] == b'1'),
+                        "(0) or (1)"
+                    );
                     p.should_mask |= one;
                     p.should_bits |= if text[i + 1] == b'1' { one } else { 0 };
                     i += 2;
@@ -116,7 +131,8 @@ impl Pattern {
         gather(word, self.field(field))
     }
 
-    /// How many places are fixed: of the patterns that match a word, the one that fixes most decodes it.
+    /// How many places are fixed: of the patterns that match a word, the one that fixes most
+    /// decodes it.
     pub const fn fixed(&self) -> u32 {
         self.mask.count_ones()
     }
@@ -161,7 +177,8 @@ pub(crate) const fn gather(word: u32, mut mask: u32) -> u32 {
     value
 }
 
-/// Spreads the low bits of `value` over the places of `mask`: the inverse of [`gather`]. Bits that find no place are lost.
+/// Spreads the low bits of `value` over the places of `mask`: the inverse of [`gather`]. Bits that
+/// find no place are lost.
 pub(crate) const fn scatter(value: u32, mut mask: u32) -> u32 {
     let (mut word, mut from) = (0, 0);
     while mask != 0 {
@@ -173,7 +190,8 @@ pub(crate) const fn scatter(value: u32, mut mask: u32) -> u32 {
     word
 }
 
-/// The lowest run of ones of a mask that has one: its place, how many they are, and as many ones from bit 0 on.
+/// The lowest run of ones of a mask that has one: its place, how many they are, and as many ones
+/// from bit 0 on.
 const fn first_run(mask: u32) -> (u32, u32, u32) {
     let place = mask.trailing_zeros();
     let count = (mask >> place).trailing_ones();
@@ -188,7 +206,10 @@ mod tests {
     fn a_picture_reads_like_the_manual() {
         let p = Pattern::parse("11110(0)110110nnnn 0kkkddddkk(1)iiiii");
         assert!(p.wide);
-        assert_eq!((p.bits, p.mask), (0b1111_0011_0110 << 20, 0b1111_1011_1111 << 20 | 1 << 15));
+        assert_eq!(
+            (p.bits, p.mask),
+            (0b1111_0011_0110 << 20, 0b1111_1011_1111 << 20 | 1 << 15)
+        );
         assert_eq!((p.should_mask, p.should_bits), (1 << 26 | 1 << 5, 1 << 5));
         assert_eq!(p.extract(0xabcd_5abf, Field::N), 0xd);
         assert_eq!(p.extract(0xffff_0abf & !(1 << 6), Field::Amount), 0b00010);

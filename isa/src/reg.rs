@@ -11,12 +11,15 @@ pub const PC: u8 = 15;
 
 /// The UAL name of core register `number` (0 to 15).
 pub const fn core_name(number: u8) -> &'static str {
-    const NAMES: [&str; 16] =
-        ["r0", "r1", "r2", "r3", "r4", "r5", "r6", "r7", "r8", "r9", "r10", "r11", "r12", "sp", "lr", "pc"];
+    const NAMES: [&str; 16] = [
+        "r0", "r1", "r2", "r3", "r4", "r5", "r6", "r7", "r8", "r9", "r10", "r11", "r12", "sp",
+        "lr", "pc",
+    ];
     NAMES[(number & 15) as usize]
 }
 
-/// A set of core registers R0 to R15 and single-precision registers S0 to S31. A double register is its two halves.
+/// A set of core registers R0 to R15 and single-precision registers S0 to S31. A double register is
+/// its two halves.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct RegSet(u64);
 
@@ -106,7 +109,8 @@ impl fmt::Debug for RegSet {
     }
 }
 
-/// A special register of MRS and MSR: its SYSm number, its name, and the first architecture that has it.
+/// A special register of MRS and MSR: its SYSm number, its name, and the first architecture that
+/// has it.
 type Special = (u8, &'static str, crate::Arch);
 
 /// The special registers; 0 to 3 are views of the program status register.

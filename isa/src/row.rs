@@ -33,7 +33,8 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    /// Parses the columns of a line; panics, which is a build error in a constant, at a malformed one.
+    /// Parses the columns of a line; panics, which is a build error in a constant, at a malformed
+    /// one.
     #[expect(clippy::too_many_arguments, reason = "the columns of the table")]
     pub const fn new(
         op: Op,
@@ -46,7 +47,16 @@ impl Row {
         rules: &str,
     ) -> Self {
         let (pattern, rules) = (Pattern::parse(picture), Rules::parse(rules));
-        Self { op, form, since, class, effects: Effects::parse(effects), pattern, text, rules }
+        Self {
+            op,
+            form,
+            since,
+            class,
+            effects: Effects::parse(effects),
+            pattern,
+            text,
+            rules,
+        }
     }
 
     const fn overlaps(&self, other: &Self) -> bool {
@@ -86,7 +96,9 @@ impl Encoding {
 
     /// The encodings of an instruction: 16-bit ones first.
     pub fn of(op: Op) -> impl Iterator<Item = Self> {
-        (FIRST[op as usize]..ROWS.len() as u16).map(Self).take_while(move |e| e.op() == op)
+        (FIRST[op as usize]..ROWS.len() as u16)
+            .map(Self)
+            .take_while(move |e| e.op() == op)
     }
 
     /// The instruction.
@@ -109,7 +121,8 @@ impl Encoding {
         if self.row().pattern.wide { 4 } else { 2 }
     }
 
-    /// The places of its words that do not vary, and their values; 16 bits wide or, the first halfword on top, 32.
+    /// The places of its words that do not vary, and their values; 16 bits wide or, the first
+    /// halfword on top, 32.
     pub fn fixed_bits(self) -> (u32, u32) {
         let p = &self.row().pattern;
         (p.mask | p.should_mask, p.bits | p.should_bits)
@@ -212,7 +225,11 @@ struct Candidate {
 
 /// All rows: the 16-bit ones, then the 32-bit ones, each by falling number of fixed places.
 const BY_PRECISION: [Candidate; ROWS.len()] = {
-    let mut order = [Candidate { mask: 0, bits: 0, row: 0 }; ROWS.len()];
+    let mut order = [Candidate {
+        mask: 0,
+        bits: 0,
+        row: 0,
+    }; ROWS.len()];
     let (mut filled, mut rank) = (0, 64);
     while rank > 0 {
         rank -= 1;
@@ -220,7 +237,11 @@ const BY_PRECISION: [Candidate; ROWS.len()] = {
         while i < ROWS.len() {
             let p = &ROWS[i].pattern;
             if p.fixed() + (!p.wide as u32) * 32 == rank + 1 {
-                order[filled] = Candidate { mask: p.mask, bits: p.bits, row: i as u16 };
+                order[filled] = Candidate {
+                    mask: p.mask,
+                    bits: p.bits,
+                    row: i as u16,
+                };
                 filled += 1;
             }
             i += 1;
@@ -233,15 +254,24 @@ const BY_PRECISION: [Candidate; ROWS.len()] = {
 /// Words are told apart by their width and six leading bits: one of so many groups.
 const GROUPS: usize = 128;
 
-/// The group of a word. Behind the three bits that say that a word is wide, the six are those of the first halfword.
+/// The group of a word. Behind the three bits that say that a word is wide, the six are those of
+/// the first halfword.
 const fn group(word: u32, wide: bool) -> usize {
-    (if wide { 64 + (word >> 23 & 63) } else { word >> 10 & 63 }) as usize
+    (if wide {
+        64 + (word >> 23 & 63)
+    } else {
+        word >> 10 & 63
+    }) as usize
 }
 
 /// Whether a word of the group may be read by a row.
 const fn may_read(row: &Row, group: usize) -> bool {
     let leading = group as u32 % 64;
-    let (mask, bits) = if group < 64 { (63 << 10, leading << 10) } else { (63 << 23, leading << 23) };
+    let (mask, bits) = if group < 64 {
+        (63 << 10, leading << 10)
+    } else {
+        (63 << 23, leading << 23)
+    };
     let p = &row.pattern;
     p.wide == (group >= 64) && (p.bits ^ bits) & p.mask & mask == 0
 }
@@ -279,15 +309,22 @@ static CANDIDATES: [Candidate; STARTS[GROUPS] as usize] = {
     all
 };
 
-/// No two rows that read the same word fix equally many places, and every place of a picture is fixed or read.
+/// No two rows that read the same word fix equally many places, and every place of a picture is
+/// fixed or read.
 const _: () = {
     let mut i = 0;
     while i < ROWS.len() {
         let mut j = i + 1;
         while j < ROWS.len() {
             let (a, b) = (&ROWS[i], &ROWS[j]);
-            assert!(!(a.overlaps(b) && a.pattern.fixed() == b.pattern.fixed()), "two rows read the same words");
-            assert!(!(a.op as u16 == b.op as u16 && a.form as u8 == b.form as u8), "an encoding is listed twice");
+            assert!(
+                !(a.overlaps(b) && a.pattern.fixed() == b.pattern.fixed()),
+                "two rows read the same words"
+            );
+            assert!(
+                !(a.op as u16 == b.op as u16 && a.form as u8 == b.form as u8),
+                "an encoding is listed twice"
+            );
             j += 1;
         }
         i += 1;

@@ -1,7 +1,8 @@
-//! The words beside a picture: what its fields mean, when it does not apply, and what is UNPREDICTABLE.
+//! The words beside a picture: what its fields mean, when it does not apply, and what is
+//! UNPREDICTABLE.
 //!
-//! A word of the form `dn:r` limits registers: the named ones may not be SP or PC (`r`), PC (`p`) or SP (`s`).
-//! All other words are rows of the list below; an unknown word is a build error.
+//! A word of the form `dn:r` limits registers: the named ones may not be SP or PC (`r`), PC (`p`)
+//! or SP (`s`). All other words are rows of the list below; an unknown word is a build error.
 
 use crate::pattern::{Field, Pattern};
 use crate::words::{index_of, skip_blanks, word_end};
@@ -178,7 +179,11 @@ impl Rules {
     pub const fn parse(text: &str) -> Self {
         assert!(WORDS.len() <= 128);
         let text = text.as_bytes();
-        let mut rules = Self { words: 0, not_sp: 0, not_pc: 0 };
+        let mut rules = Self {
+            words: 0,
+            not_sp: 0,
+            not_pc: 0,
+        };
         let mut from = skip_blanks(text, 0);
         while from < text.len() {
             let end = word_end(text, from);
@@ -229,7 +234,8 @@ impl Rules {
         false
     }
 
-    /// Whether every word with the fixed places `(mask, bits)` is excluded by one of the exceptions.
+    /// Whether every word with the fixed places `(mask, bits)` is excluded by one of the
+    /// exceptions.
     pub const fn excludes_all(&self, pattern: &Pattern, mask: u32, bits: u32) -> bool {
         let mut i = 0;
         while i < EXCEPTIONS.len() {
@@ -245,7 +251,8 @@ impl Rules {
     }
 }
 
-/// An exception: the rule, the fields (as a mask over [`Field`] numbers), their value and how many low bits are free.
+/// An exception: the rule, the fields (as a mask over [`Field`] numbers), their value and how many
+/// low bits are free.
 type Exception = (Rule, &'static [Field], u32, u32);
 
 const EXCEPTIONS: &[Exception] = &[
@@ -296,6 +303,9 @@ mod tests {
         let rules = Rules::parse("see:c111x");
         assert!(rules.excludes(&picture, 0xdf00) && rules.excludes(&picture, 0xde12));
         assert!(!rules.excludes(&picture, 0xdd00));
-        assert!(rules.excludes_all(&picture, 0xff00, 0xde00) && !rules.excludes_all(&picture, 0xf000, 0xd000));
+        assert!(
+            rules.excludes_all(&picture, 0xff00, 0xde00)
+                && !rules.excludes_all(&picture, 0xf000, 0xd000)
+        );
     }
 }

@@ -6,12 +6,13 @@
 //! }
 //! ```
 //!
-//! Names are those of the ARMv7-M manual (of the ARMv8-M manual for what is new there), with `_` for the blank and the
-//! brackets: `ADD_register` T3 is "ADD (register), encoding T3". Pictures are read by `pattern`, rules by `rules`,
-//! effects by `effects`, syntax by `text`; all but the syntax while the crate is compiled.
+//! Names are those of the ARMv7-M manual (of the ARMv8-M manual for what is new there), with `_`
+//! for the blank and the brackets: `ADD_register` T3 is "ADD (register), encoding T3". Pictures are
+//! read by `pattern`, rules by `rules`, effects by `effects`, syntax by `text`; all but the syntax
+//! while the crate is compiled.
 //!
-//! Where two pictures match a word, the one that fixes more places decodes it (CMN is an ADD to PC that sets flags).
-//! Two that match the same word and fix equally many are a build error.
+//! Where two pictures match a word, the one that fixes more places decodes it (CMN is an ADD to PC
+//! that sets flags). Two that match the same word and fix equally many are a build error.
 
 use crate::arch::Arch;
 use crate::class::Class;
@@ -364,7 +365,8 @@ instructions! {
     USAD8 Dsp "d = n m" { T1 V7EM "111110110111nnnn 1111dddd0000mmmm" "usad8{c} {d}, {n}, {m}" "dnm:r"; }
     USADA8 Dsp "d = n m a" { T1 V7EM "111110110111nnnn aaaadddd0000mmmm" "usada8{c} {d}, {n}, {m}, {a}" "dnma:r"; }
 
-    // Multiplication and division. Of a pair RdLo is d and RdHi is a; imm has the halves, the exchange or the rounding.
+    // Multiplication and division. Of a pair RdLo is d and RdHi is a; imm has the halves, the
+    // exchange or the rounding.
     MUL Multiply "d NZ = n m" {
         T1 V6M  "0100001101nnnddd" "mul{s}{c} {d}, {n}, {d}" "m=d s=it";
         T2 V7EM "111110110000nnnn 1111dddd0000mmmm" "mul{c} {d}, {n}, {m}" "dnm:r";
@@ -810,7 +812,8 @@ instructions! {
     VSQRT FloatDivide "Sd = Sm" { T1 V7EM "111011101D110001 DDDD101011M0MMMM" "vsqrt{c}.f32 {Sd}, {Sm}" ""; }
     VSUB FloatAlu "Sd = Sn Sm" { T1 V7EM "111011100D11NNNN DDDD1010N1M0MMMM" "vsub{c}.f32 {Sd}, {Sn}, {Sm}" ""; }
 
-    // Floating point: comparison, rounding, conversion. imm tells signed, amount the rest of the opcode.
+    // Floating point: comparison, rounding, conversion. imm tells signed, amount the rest of the
+    // opcode.
     VCMP FloatCompare "F = Sd Sm" {
         T1 V7EM "111011101D110100 DDDD1010k1M0MMMM" "vcmp{e}{c}.f32 {Sd}, {Sm}" "";
     }

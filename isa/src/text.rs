@@ -1,8 +1,9 @@
 //! The text of an instruction in UAL, from the table's syntax column.
 //!
-//! `{...}` stands for an operand or a part of the mnemonic; the rest is itself. Text assembles to the same bits with any UAL
-//! assembler where the syntax can name the encoding (`.W` does, for 32-bit ones that have a 16-bit form). A branch target
-//! is an offset from the instruction itself, `.+8`; a literal is `[pc, #8]`. Encodings without syntax print as `.inst`.
+//! `{...}` stands for an operand or a part of the mnemonic; the rest is itself. Text assembles to
+//! the same bits with any UAL assembler where the syntax can name the encoding (`.W` does, for
+//! 32-bit ones that have a 16-bit form). A branch target is an offset from the instruction itself,
+//! `.+8`; a literal is `[pc, #8]`. Encodings without syntax print as `.inst`.
 
 use crate::encode::pack;
 use crate::imm::ShiftType;
@@ -127,12 +128,20 @@ impl Inst {
     fn float_list(&self, f: &mut Formatter<'_>, bank: char) -> fmt::Result {
         match (u32::from(self.d), self.imm) {
             (first, 1) => write!(f, "{{{bank}{first}}}"),
-            (first, count) => write!(f, "{{{bank}{first}-{bank}{}}}", first.wrapping_add(count).wrapping_sub(1)),
+            (first, count) => write!(
+                f,
+                "{{{bank}{first}-{bank}{}}}",
+                first.wrapping_add(count).wrapping_sub(1)
+            ),
         }
     }
 
     fn barrier(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        if self.imm == 15 { f.write_str("sy") } else { write!(f, "#{}", self.imm) }
+        if self.imm == 15 {
+            f.write_str("sy")
+        } else {
+            write!(f, "#{}", self.imm)
+        }
     }
 
     fn special(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -163,5 +172,9 @@ fn suffix(f: &mut Formatter<'_>, wanted: bool, text: &str) -> fmt::Result {
 
 /// A constant: bit patterns beyond a byte read better in hexadecimal.
 fn constant(f: &mut Formatter<'_>, value: u32) -> fmt::Result {
-    if value > 0xfff { write!(f, "#{value:#x}") } else { write!(f, "#{value}") }
+    if value > 0xfff {
+        write!(f, "#{value:#x}")
+    } else {
+        write!(f, "#{value}")
+    }
 }

@@ -8,10 +8,11 @@
 //!   Core::issue     Pipe, Timed, address, Outcome -> Pipe, Cost      a pure function; once per execution
 //! ```
 //!
-//! [`Core::issue`] is all there is: whoever executes tells what only execution knows (the [`Outcome`]: was the condition
-//! met, where did the branch go, how long was the division, how long did the bus wait) and keeps the [`Pipe`], which is
-//! what the pipeline remembers between two instructions. Nothing else does it depend on, so an emulator, a static bound
-//! and a scheduler count the same cycles by the same lines, and a block may be counted once per entry [`Pipe`].
+//! [`Core::issue`] is all there is: whoever executes tells what only execution knows (the
+//! [`Outcome`]: was the condition met, where did the branch go, how long was the division, how long
+//! did the bus wait) and keeps the [`Pipe`], which is what the pipeline remembers between two
+//! instructions. Nothing else does it depend on, so an emulator, a static bound and a scheduler
+//! count the same cycles by the same lines, and a block may be counted once per entry [`Pipe`].
 //!
 //! ```
 //! use whippen_isa::timing::{Core, Outcome, Pipe};
@@ -28,15 +29,18 @@
 //!
 //! # How an instruction is counted
 //!
-//! A timeline of issue cycles. An instruction issues when its operands are there and its unit is free; it takes its own
-//! cycles; a taken branch then waits for the first instruction from its target. Two 16-bit instructions share a cycle when
-//! the second is *folded* into the first. Folding looks back, never ahead: a NOP or IT is charged its cycle, and the 16-bit
-//! instruction after it then costs one less. The sum is the manual's, in which the NOP is the one that costs nothing.
+//! A timeline of issue cycles. An instruction issues when its operands are there and its unit is
+//! free; it takes its own cycles; a taken branch then waits for the first instruction from its
+//! target. Two 16-bit instructions share a cycle when the second is *folded* into the first.
+//! Folding looks back, never ahead: a NOP or IT is charged its cycle, and the 16-bit instruction
+//! after it then costs one less. The sum is the manual's, in which the NOP is the one that costs
+//! nothing.
 //!
 //! # What is not here
 //!
-//! Waiting for memory: it depends on the device and on who else uses it, and arrives as [`Outcome::waits`]. Exceptions:
-//! [`Core::exceptions`] has their cycles; when they happen is the emulator's.
+//! Waiting for memory: it depends on the device and on who else uses it, and arrives as
+//! [`Outcome::waits`]. Exceptions: [`Core::exceptions`] has their cycles; when they happen is the
+//! emulator's.
 
 pub mod apb;
 mod cost;

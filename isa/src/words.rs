@@ -18,7 +18,12 @@ pub(crate) const fn skip_blanks(text: &[u8], mut from: usize) -> usize {
 }
 
 /// The index in `names` of `text[from..end]`.
-pub(crate) const fn index_of(names: &[&str], text: &[u8], from: usize, end: usize) -> Option<usize> {
+pub(crate) const fn index_of(
+    names: &[&str],
+    text: &[u8],
+    from: usize,
+    end: usize,
+) -> Option<usize> {
     let mut i = 0;
     while i < names.len() {
         if is_word(names[i].as_bytes(), text, from, end) {

@@ -1,6 +1,7 @@
 //! Boards: which memory there is and what goes where, read from TOML files as devices are.
 //!
-//! A board file is all that a board of one's own needs. What the linker does with it is `whippen_compiler::image`'s.
+//! A board file is all that a board of one's own needs. What the linker does with it is
+//! `whippen_compiler::image`'s.
 
 use std::path::Path;
 
@@ -12,9 +13,18 @@ use crate::files::{FileError, read_text};
 
 /// The bundled boards: file and text.
 const BUNDLED: &[(&str, &str)] = &[
-    ("rp2350.toml", include_str!("../../instruments/hardware/rp2350.toml")),
-    ("rp2040.toml", include_str!("../../instruments/hardware/rp2040.toml")),
-    ("stm32f4.toml", include_str!("../../instruments/hardware/stm32f4.toml")),
+    (
+        "rp2350.toml",
+        include_str!("../../instruments/hardware/rp2350.toml"),
+    ),
+    (
+        "rp2040.toml",
+        include_str!("../../instruments/hardware/rp2040.toml"),
+    ),
+    (
+        "stm32f4.toml",
+        include_str!("../../instruments/hardware/stm32f4.toml"),
+    ),
 ];
 
 const KEYS: &[Known] = &[
@@ -31,28 +41,40 @@ const KEYS: &[Known] = &[
 ];
 
 /// Cores by name, and their architectures.
-const CORES: &[(&str, Arch)] = &[("cortex-m0plus", Arch::V6M), ("cortex-m4", Arch::V7EM), ("cortex-m33", Arch::V8M)];
+const CORES: &[(&str, Arch)] = &[
+    ("cortex-m0plus", Arch::V6M),
+    ("cortex-m4", Arch::V7EM),
+    ("cortex-m33", Arch::V8M),
+];
 /// What a chip may look for when it starts.
-const STARTS: &[(&str, Start)] =
-    &[("vectors", Start::Vectors), ("image definition", Start::ImageDef), ("boot2", Start::Boot2)];
+const STARTS: &[(&str, Start)] = &[
+    ("vectors", Start::Vectors),
+    ("image definition", Start::ImageDef),
+    ("boot2", Start::Boot2),
+];
 const KINDS: &[(&str, MemoryKind)] = &[("flash", MemoryKind::Flash), ("ram", MemoryKind::Ram)];
 
 /// The names of the bundled boards.
 pub fn bundled_names() -> impl Iterator<Item = &'static str> {
-    BUNDLED.iter().map(|(file, _)| file.trim_end_matches(".toml"))
+    BUNDLED
+        .iter()
+        .map(|(file, _)| file.trim_end_matches(".toml"))
 }
 
 /// The bundled board of that name, if there is one.
 pub fn bundled(name: &str) -> Option<Board> {
-    let (file, text) = BUNDLED.iter().find(|(file, _)| file.strip_suffix(".toml") == Some(name))?;
+    let (file, text) = BUNDLED
+        .iter()
+        .find(|(file, _)| file.strip_suffix(".toml") == Some(name))?;
     Some(read(Path::new(file), text).expect("bundled board files are correct"))
 }
 
 /// Reads a board file.
 ///
 /// # Errors
-/// The file cannot be read or is no TOML; a key is unknown or missing; a value is no string or makes no sense; memories
-/// overlap; something is placed in a memory that is not there. Each names the file, the line and the key.
+/// The file cannot be read or is no TOML; a key is unknown or missing; a value is no string or
+/// makes no sense; memories overlap; something is placed in a memory that is not there. Each names
+/// the file, the line and the key.
 pub fn load(path: &Path) -> Result<Board, FileError> {
     read(path, &read_text(path)?)
 }
@@ -61,12 +83,24 @@ fn read(path: &Path, text: &str) -> Result<Board, FileError> {
     let entries = Entries::parse(path, text, KEYS)?;
     let memory = memories(&entries)?;
     let places = placements(&entries, &memory)?;
-    let family = entries.find("uf2_family").map(|_| address(&entries, "uf2_family")).transpose()?;
+    let family = entries
+        .find("uf2_family")
+        .map(|_| address(&entries, "uf2_family"))
+        .transpose()?;
     Ok(Board {
         name: entries.text("name")?.to_string(),
         arch: one_of(&entries, "core", CORES)?,
         cores: cores(&entries)?,
-        clock_hz: scaled(&entries, "clock", &[("GHz", 1_000_000_000), ("MHz", 1_000_000), ("kHz", 1000), ("Hz", 1)])?,
+        clock_hz: scaled(
+            &entries,
+            "clock",
+            &[
+                ("GHz", 1_000_000_000),
+                ("MHz", 1_000_000),
+                ("kHz", 1000),
+                ("Hz", 1),
+            ],
+        )?,
         start: one_of(&entries, "start", STARTS)?,
         uf2_family: family,
         memory,
@@ -75,8 +109,10 @@ fn read(path: &Path, text: &str) -> Result<Board, FileError> {
 }
 
 fn memories(entries: &Entries) -> Result<Vec<Memory>, FileError> {
-    let names =
-        entries.all().filter_map(|(key, _)| key.strip_prefix("memory.")?.rsplit_once('.')).map(|(name, _)| name);
+    let names = entries
+        .all()
+        .filter_map(|(key, _)| key.strip_prefix("memory.")?.rsplit_once('.'))
+        .map(|(name, _)| name);
     let mut names: Vec<&str> = names.collect();
     names.sort_unstable();
     names.dedup();
@@ -84,12 +120,24 @@ fn memories(entries: &Entries) -> Result<Vec<Memory>, FileError> {
     for name in names {
         let base = address(entries, &format!("memory.{name}.base"))?;
         let key = format!("memory.{name}.size");
-        let size = scaled(entries, &key, &[("KiB", 1 << 10), ("MiB", 1 << 20), ("bytes", 1)])?;
+        let size = scaled(
+            entries,
+            &key,
+            &[("KiB", 1 << 10), ("MiB", 1 << 20), ("bytes", 1)],
+        )?;
         if base % 4 != 0 || size % 4 != 0 || size == 0 || base.checked_add(size).is_none() {
-            return Err(entries.error(&key, "must be a multiple of 4, not zero, and end below 4 GiB"));
+            return Err(entries.error(
+                &key,
+                "must be a multiple of 4, not zero, and end below 4 GiB",
+            ));
         }
         let kind = one_of(entries, &format!("memory.{name}.kind"), KINDS)?;
-        memory.push(Memory { name: name.to_string(), base, size, kind });
+        memory.push(Memory {
+            name: name.to_string(),
+            base,
+            size,
+            kind,
+        });
     }
     memory.sort_by_key(|memory| memory.base);
     for pair in memory.windows(2) {
@@ -102,14 +150,22 @@ fn memories(entries: &Entries) -> Result<Vec<Memory>, FileError> {
 }
 
 fn placements(entries: &Entries, memory: &[Memory]) -> Result<Vec<Placement>, FileError> {
-    let places = entries.all().filter_map(|(key, value)| Some((key, key.strip_prefix("place.")?, value)));
+    let places = entries
+        .all()
+        .filter_map(|(key, value)| Some((key, key.strip_prefix("place.")?, value)));
     let place = |(key, pattern, value): (&str, &str, &str)| {
         if memory.iter().all(|memory| memory.name != value) {
             let names: Vec<&str> = memory.iter().map(|memory| memory.name.as_str()).collect();
-            let what = format!("is `{value}`, but there is no such memory; there are: {}", names.join(", "));
+            let what = format!(
+                "is `{value}`, but there is no such memory; there are: {}",
+                names.join(", ")
+            );
             return Err(entries.error(key, &what));
         }
-        Ok(Placement { pattern: pattern.to_string(), memory: value.to_string() })
+        Ok(Placement {
+            pattern: pattern.to_string(),
+            memory: value.to_string(),
+        })
     };
     places.map(place).collect()
 }
@@ -119,22 +175,37 @@ fn one_of<T: Copy>(entries: &Entries, key: &str, all: &[(&str, T)]) -> Result<T,
     let found = all.iter().find(|(name, _)| *name == value);
     found.map(|(_, meaning)| *meaning).ok_or_else(|| {
         let names: Vec<String> = all.iter().map(|(name, _)| format!("`{name}`")).collect();
-        entries.error(key, &format!("is `{value}`, but must be one of {}", names.join(", ")))
+        entries.error(
+            key,
+            &format!("is `{value}`, but must be one of {}", names.join(", ")),
+        )
     })
 }
 
 fn cores(entries: &Entries) -> Result<u32, FileError> {
     let value = entries.text("cores")?;
     let count = value.parse().ok().filter(|cores| (1..=8).contains(cores));
-    count.ok_or_else(|| entries.error("cores", &format!("is `{value}`, but must be a number from 1 to 8")))
+    count.ok_or_else(|| {
+        entries.error(
+            "cores",
+            &format!("is `{value}`, but must be a number from 1 to 8"),
+        )
+    })
 }
 
 /// A hexadecimal number.
 fn address(entries: &Entries, key: &str) -> Result<u32, FileError> {
     let value = entries.text(key)?;
-    let digits = value.strip_prefix("0x").map(|digits| digits.replace('_', ""));
+    let digits = value
+        .strip_prefix("0x")
+        .map(|digits| digits.replace('_', ""));
     let number = digits.and_then(|digits| u32::from_str_radix(&digits, 16).ok());
-    number.ok_or_else(|| entries.error(key, &format!("is `{value}`, but must be a number such as `0x20000000`")))
+    number.ok_or_else(|| {
+        entries.error(
+            key,
+            &format!("is `{value}`, but must be a number such as `0x20000000`"),
+        )
+    })
 }
 
 /// A whole number with one of these units.
@@ -142,10 +213,18 @@ fn scaled(entries: &Entries, key: &str, units: &[(&str, u32)]) -> Result<u32, Fi
     let value = entries.text(key)?;
     let parts = value.split_once(' ');
     let unit = parts.and_then(|(_, unit)| units.iter().find(|(name, _)| *name == unit));
-    let number = parts.zip(unit).and_then(|((number, _), (_, scale))| number.parse::<u32>().ok()?.checked_mul(*scale));
+    let number = parts
+        .zip(unit)
+        .and_then(|((number, _), (_, scale))| number.parse::<u32>().ok()?.checked_mul(*scale));
     number.ok_or_else(|| {
         let names: Vec<&str> = units.iter().map(|(name, _)| *name).collect();
-        entries.error(key, &format!("is `{value}`, but must be a whole number of {}", names.join(", ")))
+        entries.error(
+            key,
+            &format!(
+                "is `{value}`, but must be a whole number of {}",
+                names.join(", ")
+            ),
+        )
     })
 }
 
@@ -158,14 +237,28 @@ mod tests {
         for name in bundled_names() {
             let board = bundled(name).expect("bundled");
             assert_eq!(board.name, name);
-            for section in [".vectors", ".copy_table", ".text.start", ".text.piano", ".rodata", ".data.piano", ".bss"] {
+            for section in [
+                ".vectors",
+                ".copy_table",
+                ".text.start",
+                ".text.piano",
+                ".rodata",
+                ".data.piano",
+                ".bss",
+            ] {
                 assert!(board.memory_for(section).is_some(), "{name}: {section}");
             }
         }
         let board = bundled("rp2350").expect("bundled");
         let memory = |section: &str| board.memory_for(section).map(|memory| memory.name.as_str());
-        assert_eq!([memory(".text.core0"), memory(".text.core1.piano")], [Some("sram0"), Some("sram4")]);
-        assert_eq!([memory(".vectors"), memory(".vectors2"), memory(".note")], [Some("flash"), None, None]);
+        assert_eq!(
+            [memory(".text.core0"), memory(".text.core1.piano")],
+            [Some("sram0"), Some("sram4")]
+        );
+        assert_eq!(
+            [memory(".vectors"), memory(".vectors2"), memory(".note")],
+            [Some("flash"), None, None]
+        );
     }
 
     #[test]
@@ -173,7 +266,9 @@ mod tests {
         let good = BUNDLED[0].1;
         let changed = |from: &str, to: &str| {
             assert!(good.contains(from), "{from}");
-            read(Path::new("own.toml"), &good.replacen(from, to, 1)).expect_err(to).to_string()
+            read(Path::new("own.toml"), &good.replacen(from, to, 1))
+                .expect_err(to)
+                .to_string()
         };
         let messages = [
             changed("cores =", "core5 ="),

@@ -11,8 +11,9 @@ use crate::engine::EngineKind;
 use crate::plant::{Energy, Plant, Player};
 use crate::session::{Run, looped};
 
-/// What a stroke took, from where the key leaves its rest until it is back. It may begin and end in motion, so that only the sum over strokes that
-/// begin at rest says whether a key gave more than it got.
+/// What a stroke took, from where the key leaves its rest until it is back. It may begin and end in
+/// motion, so that only the sum over strokes that begin at rest says whether a key gave more than
+/// it got.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StrokeEnergy {
     /// When it began (s).
@@ -37,10 +38,12 @@ pub struct Closed {
 /// The part of the range of the first sense above which a key is in a stroke.
 const STROKE: f64 = 0.1;
 
-/// Runs `compiled` in a closed loop for so many ticks, with the key at `start_m` and still. `progress` is told the ticks done now and then.
+/// Runs `compiled` in a closed loop for so many ticks, with the key at `start_m` and still.
+/// `progress` is told the ticks done now and then.
 ///
 /// # Errors
-/// The device does not say how its key moves, or the engine cannot be built on this machine; in words.
+/// The device does not say how its key moves, or the engine cannot be built on this machine; in
+/// words.
 pub fn run(
     compiled: &Compiled,
     device: &Device,
@@ -56,9 +59,19 @@ pub fn run(
             device.name
         )
     })?;
-    let range = compiled.model.senses.first().map_or((0.0, 1.0), |s| (s.range.low, s.range.high));
+    let range = compiled
+        .model
+        .senses
+        .first()
+        .map_or((0.0, 1.0), |s| (s.range.low, s.range.high));
     let begins = range.0.max(0.0) + STROKE * (range.1 - range.0.max(0.0));
-    let mut observer = Observer { begins, rate_hz, since: None, energy: Energy::default(), strokes: Vec::new() };
+    let mut observer = Observer {
+        begins,
+        rate_hz,
+        since: None,
+        energy: Energy::default(),
+        strokes: Vec::new(),
+    };
     let mut positions = Vec::with_capacity(ticks);
     let run = looped(compiled, device, kind, ticks, progress, |tick, word| {
         if let Some(word) = word {
@@ -68,7 +81,11 @@ pub fn run(
         observer.tick(tick, plant.position(), plant.take_energy());
         plant.sensed()
     })?;
-    Ok(Closed { run, positions, strokes: observer.finish(ticks) })
+    Ok(Closed {
+        run,
+        positions,
+        strokes: observer.finish(ticks),
+    })
 }
 
 /// Adds up the energy of each stroke, with what led up to it since the one before.
@@ -96,7 +113,11 @@ impl Observer {
         let second = |tick: usize| tick as f64 / f64::from(self.rate_hz);
         if let Some(start) = self.since.take() {
             let energy = std::mem::take(&mut self.energy);
-            self.strokes.push(StrokeEnergy { start_s: second(start), seconds: second(tick - start), energy });
+            self.strokes.push(StrokeEnergy {
+                start_s: second(start),
+                seconds: second(tick - start),
+                energy,
+            });
         }
     }
 

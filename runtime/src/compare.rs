@@ -1,7 +1,9 @@
-//! A fixed-point engine beside `ideal` on the same words: how far apart they run, and whether the same things happen.
+//! A fixed-point engine beside `ideal` on the same words: how far apart they run, and whether the
+//! same things happen.
 //!
-//! Both run free, each on its own memory, so what is measured is the error a player meets, drift and feedback included.
-//! (The bound that `check --numbers` prints is another thing: what one tick adds.)
+//! Both run free, each on its own memory, so what is measured is the error a player meets, drift
+//! and feedback included. (The bound that `check --numbers` prints is another thing: what one tick
+//! adds.)
 
 use whippen_compiler::pipeline::Compiled;
 
@@ -117,13 +119,21 @@ impl Sums {
             signal_rms: 0.0,
             seen: (f64::INFINITY, f64::NEG_INFINITY),
         };
-        Sums { rows: exports.filter(|(_, e)| e.dim.is_some()).map(|(i, _)| row(i)).collect() }
+        Sums {
+            rows: exports
+                .filter(|(_, e)| e.dim.is_some())
+                .map(|(i, _)| row(i))
+                .collect(),
+        }
     }
 
     fn add(&mut self, tick: usize, engine: &Engine, ideal: &Engine, compiled: &Compiled) {
         for row in &mut self.rows {
             let export = &compiled.lowered.exports[row.export];
-            let (a, b) = (engine.value(0, row.export, export), ideal.value(0, row.export, export));
+            let (a, b) = (
+                engine.value(0, row.export, export),
+                ideal.value(0, row.export, export),
+            );
             let error = (a - b).abs();
             if error > row.max {
                 (row.max, row.max_tick) = (error, tick);

@@ -1,14 +1,17 @@
-//! Devices: what the words of sensors and drives mean in metres and newtons, or in radians and newton metres.
+//! Devices: what the words of sensors and drives mean in metres and newtons, or in radians and
+//! newton metres.
 //!
 //! ```text
 //!   position --low .. high--> sensor word 0 .. 65535 --> program --> drive word -32768 .. 32767 --full scale--> force
 //! ```
 //!
-//! A device is a TOML file (`instruments/hardware/`): every value a string with its unit, as in the language. What it measures says
-//! how it moves: a key slides (m, N), a knob turns (rad, N*m). Positions and forces are meant that way in all of this crate, also
-//! where a name ends in `_m` or `_n`. Programs that name no device get the bundled one that moves as they do.
+//! A device is a TOML file (`instruments/hardware/`): every value a string with its unit, as in the
+//! language. What it measures says how it moves: a key slides (m, N), a knob turns (rad, N*m).
+//! Positions and forces are meant that way in all of this crate, also where a name ends in `_m` or
+//! `_n`. Programs that name no device get the bundled one that moves as they do.
 //!
-//! Not here: boards (which core, which pins), what is done about a motor's heat (the firmware), the mechanics of the key.
+//! Not here: boards (which core, which pins), what is done about a motor's heat (the firmware), the
+//! mechanics of the key.
 
 mod file;
 mod mechanics;
@@ -23,8 +26,14 @@ pub use mechanics::{Mechanics, Stops};
 
 /// The bundled devices: file and text.
 const BUNDLED: &[(&str, &str)] = &[
-    ("mikey.toml", include_str!("../../instruments/hardware/mikey.toml")),
-    ("knob.toml", include_str!("../../instruments/hardware/knob.toml")),
+    (
+        "mikey.toml",
+        include_str!("../../instruments/hardware/mikey.toml"),
+    ),
+    (
+        "knob.toml",
+        include_str!("../../instruments/hardware/knob.toml"),
+    ),
 ];
 
 /// A key's sensor and drive.
@@ -42,7 +51,8 @@ pub struct Device {
     pub motor: Option<Motor>,
     /// How its key moves by itself, if it says so: the stability budget and closed loops need it.
     pub mechanics: Option<Mechanics>,
-    /// How much energy its motor may give in any span of time beyond what it got (J), if that is limited.
+    /// How much energy its motor may give in any span of time beyond what it got (J), if that is
+    /// limited.
     pub passivity_j: Option<f64>,
 }
 
@@ -100,8 +110,9 @@ impl Device {
 
     /// The bundled device of that name, if there is one.
     pub fn bundled(name: &str) -> Option<Device> {
-        let read =
-            |(file, text): &(&str, &str)| file::read(Path::new(file), text).expect("bundled device files are correct");
+        let read = |(file, text): &(&str, &str)| {
+            file::read(Path::new(file), text).expect("bundled device files are correct")
+        };
         BUNDLED.iter().map(read).find(|device| device.name == name)
     }
 
@@ -111,9 +122,12 @@ impl Device {
         Device::bundled(name).expect("both are bundled")
     }
 
-    /// The bundled device of that name, such as a keyboard's, if the instrument can be played on it; otherwise the usual one.
+    /// The bundled device of that name, such as a keyboard's, if the instrument can be played on
+    /// it; otherwise the usual one.
     pub fn known(name: Option<&str>, model: &Model) -> Device {
-        let named = name.and_then(Device::bundled).filter(|device| device.fits(model).is_ok());
+        let named = name
+            .and_then(Device::bundled)
+            .filter(|device| device.fits(model).is_ok());
         named.unwrap_or_else(|| Device::of(model))
     }
 
@@ -127,21 +141,25 @@ impl Device {
             (true, false) => ("angles", "a length"),
             _ => return Ok(()),
         };
-        Err(format!("the device `{}` measures {measures}, but `{}` senses {senses}", self.name, model.name))
+        Err(format!(
+            "the device `{}` measures {measures}, but `{}` senses {senses}",
+            self.name, model.name
+        ))
     }
 
     /// Reads a device file.
     ///
     /// # Errors
-    /// The file cannot be read or is no TOML; a key is unknown or missing; a value is not a string, has no unit or one of the
-    /// wrong dimension, or makes no sense. Each names the file, the line and the key.
+    /// The file cannot be read or is no TOML; a key is unknown or missing; a value is not a string,
+    /// has no unit or one of the wrong dimension, or makes no sense. Each names the file, the line
+    /// and the key.
     pub fn load(path: &Path) -> Result<Device, FileError> {
         let text = read_text(path)?;
         file::read(path, &text)
     }
 
-    /// The sensor's word for a position, and whether the position lay outside the sensor's range; halves are rounded up. What is
-    /// not a number reads as word 0 and counts as outside.
+    /// The sensor's word for a position, and whether the position lay outside the sensor's range;
+    /// halves are rounded up. What is not a number reads as word 0 and counts as outside.
     pub fn word_of_position(&self, position_m: f64) -> (u16, bool) {
         let Sensor { low, high, .. } = self.sensor;
         let word = ((position_m - low) / (high - low) * f64::from(u16::MAX) + 0.5).floor();
@@ -159,9 +177,11 @@ impl Device {
         }
     }
 
-    /// The force (N or N*m) that the motor gives for ever, if the device says what it stands: word 32768 is its peak current.
+    /// The force (N or N*m) that the motor gives for ever, if the device says what it stands: word
+    /// 32768 is its peak current.
     pub fn rated_force(&self) -> Option<f64> {
-        self.motor.map(|motor| motor.rated_a / motor.peak_a * self.drive.full_scale)
+        self.motor
+            .map(|motor| motor.rated_a / motor.peak_a * self.drive.full_scale)
     }
 
     /// The position (m or rad) a sensor's word stands for.
@@ -183,9 +203,26 @@ mod tests {
     #[test]
     fn mikey_reads_and_drives_as_documented() {
         let mikey = Device::mikey();
-        assert_eq!((Device::bundled("mikey").as_ref(), Device::bundled("mickey")), (Some(&mikey), None));
-        assert_eq!(mikey.sensor, Sensor { low: -0.0005, high: 0.0105, delay_samples: 1.0 });
-        assert_eq!(mikey.drive, Drive { full_scale: 32.0, delay_samples: 1.0, bandwidth_hz: Some(3000.0) });
+        assert_eq!(
+            (Device::bundled("mikey").as_ref(), Device::bundled("mickey")),
+            (Some(&mikey), None)
+        );
+        assert_eq!(
+            mikey.sensor,
+            Sensor {
+                low: -0.0005,
+                high: 0.0105,
+                delay_samples: 1.0
+            }
+        );
+        assert_eq!(
+            mikey.drive,
+            Drive {
+                full_scale: 32.0,
+                delay_samples: 1.0,
+                bandwidth_hz: Some(3000.0)
+            }
+        );
         let lsb_m = mikey.position_of_word(1) - mikey.position_of_word(0);
         assert!((lsb_m - 0.168e-6).abs() < 1e-9, "{lsb_m}");
         assert_eq!(mikey.force_of_word(16_384), 16.0);

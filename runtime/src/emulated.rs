@@ -1,14 +1,16 @@
-//! The engine `emulated`: the image that `whippen build` makes, on the emulated board, with its firmware and all its cores.
+//! The engine `emulated`: the image that `whippen build` makes, on the emulated board, with its
+//! firmware and all its cores.
 //!
 //! ```text
 //!   words --converter--> firmware, keys' code --drive row--> drive words
 //!                                  `--rings--> events          frames, missed ticks, faults --> Load
 //! ```
 //!
-//! A board starts: its cores begin one after the other and force comes up over 20 ms. The engine lets it do so with the words of
-//! the first tick, then puts the keys' states back to where they were before their first tick, with all gains at 1.
-//! From there on every tick is a tick of the instrument, as on any other engine. What the firmware does for safety it does here
-//! too: a sensor that stays at its rail frees the key, a hot motor is held back; [`Emulated::load`] tells.
+//! A board starts: its cores begin one after the other and force comes up over 20 ms. The engine
+//! lets it do so with the words of the first tick, then puts the keys' states back to where they
+//! were before their first tick, with all gains at 1. From there on every tick is a tick of the
+//! instrument, as on any other engine. What the firmware does for safety it does here too: a sensor
+//! that stays at its rail frees the key, a hot motor is held back; [`Emulated::load`] tells.
 //!
 //! Not here: values inside of a tick, which no firmware keeps.
 
@@ -65,43 +67,91 @@ impl Emulated {
     ///
     /// # Errors
     /// There is no image, in words.
-    pub fn new(compiled: &Compiled, device: &Device, kind: BoardKind, keys: usize) -> Result<Emulated, String> {
+    pub fn new(
+        compiled: &Compiled,
+        device: &Device,
+        kind: BoardKind,
+        keys: usize,
+    ) -> Result<Emulated, String> {
         Emulated::of_parts(&[(keys, compiled)], device, kind)
     }
 
-    /// The image of neighbouring keys that play different instruments, from the lowest up: how many, and which, with the values of
-    /// these keys.
+    /// The image of neighbouring keys that play different instruments, from the lowest up: how
+    /// many, and which, with the values of these keys.
     ///
     /// # Errors
     /// There is no image, in words.
-    pub fn of_parts(parts: &[(usize, &Compiled)], device: &Device, kind: BoardKind) -> Result<Emulated, String> {
+    pub fn of_parts(
+        parts: &[(usize, &Compiled)],
+        device: &Device,
+        kind: BoardKind,
+    ) -> Result<Emulated, String> {
         let board = board::bundled(kind.name()).ok_or("there is no board to emulate")?;
         let keys: usize = parts.iter().map(|(keys, _)| keys).sum();
         // Each core has a key at least.
-        let count = u32::try_from(keys).map_err(|e| e.to_string())?.max(board.cores);
+        let count = u32::try_from(keys)
+            .map_err(|e| e.to_string())?
+            .max(board.cores);
         let more = count - keys as u32;
         let (_, first) = parts.first().ok_or("there are no keys")?;
         let mut setup = image::setup(first, device, count, board.cores, FIRST_NOTE)?;
-        let kernels: Vec<Kernel> = parts.iter().map(|(_, of)| without_probes(&of.lowered.kernel)).collect();
-        let modes: Vec<Modes> = kernels.iter().map(|kernel| specialise(kernel, INSTRUCTIONS)).collect();
+        let kernels: Vec<Kernel> = parts
+            .iter()
+            .map(|(_, of)| without_probes(&of.lowered.kernel))
+            .collect();
+        let modes: Vec<Modes> = kernels
+            .iter()
+            .map(|kernel| specialise(kernel, INSTRUCTIONS))
+            .collect();
         let notes: Vec<Midi> = parts.iter().map(|(_, of)| image::midi(of)).collect();
         let part = |at: usize| firmware::Part {
             keys: parts[at].0 as u32 + if at + 1 == parts.len() { more } else { 0 },
             values_from: 0,
-            instrument: Instrument { modes: &modes[at], places: &[], midi: &notes[at] },
+            instrument: Instrument {
+                modes: &modes[at],
+                places: &[],
+                midi: &notes[at],
+            },
         };
-        let program = firmware::Program { parts: (0..parts.len()).map(part).collect() };
+        let program = firmware::Program {
+            parts: (0..parts.len()).map(part).collect(),
+        };
         let whole = whole_divided(&[program], &mut setup, &board).map_err(|e| e.to_string())?;
-        let converter = ConverterSetup { keys: count, rate_hz: setup.rate_hz };
-        let (mut machine, ports) = build(kind, kind.board(), converter).map_err(|e| e.to_string())?;
+        let converter = ConverterSetup {
+            keys: count,
+            rate_hz: setup.rate_hz,
+        };
+        let (mut machine, ports) =
+            build(kind, kind.board(), converter).map_err(|e| e.to_string())?;
         for segment in &whole.image.segments {
-            machine.bus.memory.write(segment.load, &segment.bytes).map_err(|e| e.to_string())?;
+            machine
+                .bus
+                .memory
+                .write(segment.load, &segment.bytes)
+                .map_err(|e| e.to_string())?;
         }
         machine.reset();
-        let load = Load { period_cycles: u64::from(board.clock_hz / setup.rate_hz), ..Load::default() };
+        let load = Load {
+            period_cycles: u64::from(board.clock_hz / setup.rate_hz),
+            ..Load::default()
+        };
         let (of_core, frames) = (setup.keys, Frames::default());
-        let taken = whole.programs[0].iter().map(|segments| vec![0; segments.len()]).collect();
-        Ok(Emulated { machine, ports, whole, kernels, keys, of_core, frames, taken, load, trouble: None })
+        let taken = whole.programs[0]
+            .iter()
+            .map(|segments| vec![0; segments.len()])
+            .collect();
+        Ok(Emulated {
+            machine,
+            ports,
+            whole,
+            kernels,
+            keys,
+            of_core,
+            frames,
+            taken,
+            load,
+            trouble: None,
+        })
     }
 
     /// A core's keys, from the first on.
@@ -140,12 +190,16 @@ impl Emulated {
             missed: self.block(core, at::MISSED).unwrap_or(0),
             faults: self.block(core, at::FAULTS).unwrap_or(0),
         };
-        Load { cores: self.cores().map(core).collect(), ..self.load.clone() }
+        Load {
+            cores: self.cores().map(core).collect(),
+            ..self.load.clone()
+        }
     }
 
     /// Events since the last call.
     pub fn drain(&mut self) -> Vec<Happened> {
-        let of_cores: Result<Vec<Vec<Happened>>, String> = self.cores().map(|core| self.events(core)).collect();
+        let of_cores: Result<Vec<Vec<Happened>>, String> =
+            self.cores().map(|core| self.events(core)).collect();
         match of_cores {
             Ok(all) => all.concat(),
             Err(why) => {
@@ -160,7 +214,9 @@ impl Emulated {
         self.give(words)?;
         let entry = |core: usize| self.symbol(&format!("{}_tick", CORES[core]));
         let entries: Vec<u32> = self.cores().map(entry).collect::<Result<_, _>>()?;
-        entries.iter().for_each(|&entry| self.machine.set_breakpoint(entry));
+        entries
+            .iter()
+            .for_each(|&entry| self.machine.set_breakpoint(entry));
         let mut fresh: Vec<Option<Vec<Vec<u8>>>> = vec![None; entries.len()];
         while fresh.iter().any(Option::is_none) {
             if let Some(core) = self.slice(10_000)? {
@@ -200,7 +256,11 @@ impl Emulated {
             }
         }
         let to = self.symbol(&format!("{}_state", segment.name))?;
-        self.machine.bus.memory.write(to, &state).map_err(|e| e.to_string())
+        self.machine
+            .bus
+            .memory
+            .write(to, &state)
+            .map_err(|e| e.to_string())
     }
 
     fn one(&mut self, words: &[u16], drive: &mut [i16]) -> Result<(), String> {
@@ -212,14 +272,25 @@ impl Emulated {
         if self.ticks()? != tick || missed > 0 {
             let (longest, period) = (self.longest(), self.load.period_cycles);
             let ticks = self.load.ticks;
-            return Err(format!("a tick is missed after {ticks} ticks: it took up to {longest} of {period} cycles"));
+            return Err(format!(
+                "a tick is missed after {ticks} ticks: it took up to {longest} of {period} cycles"
+            ));
         }
         let first = self.of_core[0] as usize;
         for (key, word) in drive.iter_mut().enumerate() {
-            let (core, own) = if key < first { (0, key) } else { (1, key - first) };
-            let address = self.block(core, at::ROW)? + distance(self.of_core[core]) + 2 * own as u32;
+            let (core, own) = if key < first {
+                (0, key)
+            } else {
+                (1, key - first)
+            };
+            let address =
+                self.block(core, at::ROW)? + distance(self.of_core[core]) + 2 * own as u32;
             let mut bytes = [0; 2];
-            self.machine.bus.memory.read(address, &mut bytes).map_err(|e| e.to_string())?;
+            self.machine
+                .bus
+                .memory
+                .read(address, &mut bytes)
+                .map_err(|e| e.to_string())?;
             *word = i16::from_le_bytes(bytes);
         }
         Ok(())
@@ -229,8 +300,12 @@ impl Emulated {
     fn give(&mut self, words: &[u16]) -> Result<(), String> {
         let count = self.of_core.iter().sum::<u32>() as usize;
         let last = words.last().copied().unwrap_or(0);
-        let row: Vec<u16> =
-            words[..self.keys.min(words.len())].iter().copied().chain(std::iter::repeat(last)).take(count).collect();
+        let row: Vec<u16> = words[..self.keys.min(words.len())]
+            .iter()
+            .copied()
+            .chain(std::iter::repeat(last))
+            .take(count)
+            .collect();
         self.converter()?.samples.extend(row);
         Ok(())
     }
@@ -239,8 +314,9 @@ impl Emulated {
     fn until_served(&mut self, tick: u32) -> Result<(), String> {
         loop {
             self.slice(SLICE)?;
-            let served =
-                |core: usize| Ok(self.block(core, at::TICK)? >= tick && self.machine.cpu(core).exception() == 0);
+            let served = |core: usize| {
+                Ok(self.block(core, at::TICK)? >= tick && self.machine.cpu(core).exception() == 0)
+            };
             if self.all(served)? {
                 return Ok(());
             }
@@ -257,7 +333,11 @@ impl Emulated {
 
     /// Runs for so long; the core that met a breakpoint, if one did.
     fn slice(&mut self, cycles: u64) -> Result<Option<usize>, String> {
-        let now = self.cores().map(|core| self.machine.cycle(core)).max().unwrap_or(0);
+        let now = self
+            .cores()
+            .map(|core| self.machine.cycle(core))
+            .max()
+            .unwrap_or(0);
         let until = now + cycles;
         match self.machine.run_observed(until, &mut self.frames) {
             Stop::Limit => Ok(None),
@@ -272,7 +352,8 @@ impl Emulated {
 
     /// Whether something holds on all cores.
     fn all(&self, holds: impl Fn(usize) -> Result<bool, String>) -> Result<bool, String> {
-        self.cores().try_fold(true, |all, core| Ok(all && holds(core)?))
+        self.cores()
+            .try_fold(true, |all, core| Ok(all && holds(core)?))
     }
 
     /// Ticks that any core has missed.
@@ -282,7 +363,10 @@ impl Emulated {
 
     /// The longest tick of each core, in words.
     fn longest(&self) -> String {
-        let longest: Vec<String> = self.cores().map(|core| self.frames.longest[core].to_string()).collect();
+        let longest: Vec<String> = self
+            .cores()
+            .map(|core| self.frames.longest[core].to_string())
+            .collect();
         longest.join(" and ")
     }
 
@@ -291,7 +375,11 @@ impl Emulated {
             let state = self.symbol(&format!("{}_state", segment.name))?;
             for key in 0..segment.keys {
                 let gain = segment.layout.gain(key);
-                if gain.map(|gain| self.word(state + gain)).transpose()?.is_some_and(|gain| gain != 1 << 16) {
+                if gain
+                    .map(|gain| self.word(state + gain))
+                    .transpose()?
+                    .is_some_and(|gain| gain != 1 << 16)
+                {
                     return Ok(false);
                 }
             }
@@ -304,7 +392,11 @@ impl Emulated {
         let state = |segment: &Segment| {
             let mut state = vec![0; segment.layout.size() as usize];
             let from = self.symbol(&format!("{}_state", segment.name))?;
-            self.machine.bus.memory.read(from, &mut state).map_err(|e| e.to_string())?;
+            self.machine
+                .bus
+                .memory
+                .read(from, &mut state)
+                .map_err(|e| e.to_string())?;
             Ok(state)
         };
         self.segments(core).iter().map(state).collect()
@@ -328,7 +420,9 @@ impl Emulated {
     /// What a segment's keys emitted, and how many bytes of it are taken then.
     fn events_of(&self, core: usize, at: usize) -> Result<(Vec<Happened>, u32), String> {
         let (segment, mut taken) = (&self.segments(core)[at], self.taken[core][at]);
-        let Some(ring) = segment.layout.events() else { return Ok((Vec::new(), taken)) };
+        let Some(ring) = segment.layout.events() else {
+            return Ok((Vec::new(), taken));
+        };
         let kernel = &self.kernels[segment.part];
         let state = self.symbol(&format!("{}_state", segment.name))?;
         let start = self.symbol(&format!("{}_events", segment.name))? + ring.start;
@@ -346,10 +440,20 @@ impl Emulated {
                 continue;
             }
             let event = what >> 16;
-            let args = kernel.events.get(event as usize).map_or(0, |event| event.args);
-            let args: Result<Vec<i32>, String> = (0..args).map(|arg| Ok(record(8 + 4 * arg)? as i32)).collect();
+            let args = kernel
+                .events
+                .get(event as usize)
+                .map_or(0, |event| event.args);
+            let args: Result<Vec<i32>, String> = (0..args)
+                .map(|arg| Ok(record(8 + 4 * arg)? as i32))
+                .collect();
             let key = (what & 0xffff) + first;
-            let happened = Happened { tick: tick.into(), key, event, args: args? };
+            let happened = Happened {
+                tick: tick.into(),
+                key,
+                event,
+                args: args?,
+            };
             // The key that only the board has is nobody's.
             if (key as usize) < self.keys {
                 all.push(happened);
@@ -360,7 +464,10 @@ impl Emulated {
     }
 
     fn converter(&mut self) -> Result<&mut Converter, String> {
-        self.machine.bus.device_mut(self.ports.converter).ok_or_else(|| "the board has no converter".to_string())
+        self.machine
+            .bus
+            .device_mut(self.ports.converter)
+            .ok_or_else(|| "the board has no converter".to_string())
     }
 
     fn ticks(&mut self) -> Result<u32, String> {
@@ -372,13 +479,24 @@ impl Emulated {
     }
 
     fn symbol(&self, name: &str) -> Result<u32, String> {
-        let found = self.whole.image.symbols.iter().find(|symbol| symbol.name == name);
-        found.map(|symbol| symbol.address).ok_or_else(|| format!("the image has no `{name}`"))
+        let found = self
+            .whole
+            .image
+            .symbols
+            .iter()
+            .find(|symbol| symbol.name == name);
+        found
+            .map(|symbol| symbol.address)
+            .ok_or_else(|| format!("the image has no `{name}`"))
     }
 
     fn word(&self, address: u32) -> Result<u32, String> {
         let mut bytes = [0; 4];
-        self.machine.bus.memory.read(address, &mut bytes).map_err(|e| e.to_string())?;
+        self.machine
+            .bus
+            .memory
+            .read(address, &mut bytes)
+            .map_err(|e| e.to_string())?;
         Ok(u32::from_le_bytes(bytes))
     }
 }

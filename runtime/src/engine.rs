@@ -1,4 +1,5 @@
-//! The engines behind one door: `jit`, `interp`, `ideal` and `emulated` run the same instrument on the same words.
+//! The engines behind one door: `jit`, `interp`, `ideal` and `emulated` run the same instrument on
+//! the same words.
 
 use std::fmt;
 use std::str::FromStr;
@@ -50,7 +51,10 @@ impl FromStr for EngineKind {
 
     fn from_str(text: &str) -> Result<EngineKind, String> {
         let names: Vec<&str> = ENGINES.iter().map(|(name, _)| *name).collect();
-        let found = ENGINES.iter().find(|(name, _)| *name == text).map(|(_, kind)| *kind);
+        let found = ENGINES
+            .iter()
+            .find(|(name, _)| *name == text)
+            .map(|(_, kind)| *kind);
         found.ok_or_else(|| format!("engines are {}", names.join(", ")))
     }
 }
@@ -92,22 +96,34 @@ impl<'c> Engine<'c> {
     /// An engine of `keys` keys at rest.
     ///
     /// # Errors
-    /// The host's code generator refuses (an unsupported machine), or there is no image of so many keys, in words.
-    pub fn new(kind: EngineKind, compiled: &'c Compiled, device: &Device, keys: usize) -> Result<Engine<'c>, String> {
+    /// The host's code generator refuses (an unsupported machine), or there is no image of so many
+    /// keys, in words.
+    pub fn new(
+        kind: EngineKind,
+        compiled: &'c Compiled,
+        device: &Device,
+        keys: usize,
+    ) -> Result<Engine<'c>, String> {
         let (kernel, scales) = (&compiled.lowered.kernel, device.scales());
         Ok(match kind {
-            EngineKind::Emulated(board) => {
-                Engine::Emulated(compiled, Box::new(Emulated::new(compiled, device, board, keys)?))
-            }
+            EngineKind::Emulated(board) => Engine::Emulated(
+                compiled,
+                Box::new(Emulated::new(compiled, device, board, keys)?),
+            ),
             EngineKind::Jit => {
                 let options = Options { probes: true };
                 let code = HostCode::build(kernel, keys, options).map_err(|e| e.to_string())?;
                 Engine::Jit(compiled, Box::new(code))
             }
-            EngineKind::Interp => {
-                Engine::Interp(compiled, Box::new(Interp::new(kernel, keys).map_err(|e| e.to_string())?))
-            }
-            EngineKind::Ideal => Engine::Ideal(compiled, Box::new(Ideal::new(&compiled.model, scales, keys)), scales),
+            EngineKind::Interp => Engine::Interp(
+                compiled,
+                Box::new(Interp::new(kernel, keys).map_err(|e| e.to_string())?),
+            ),
+            EngineKind::Ideal => Engine::Ideal(
+                compiled,
+                Box::new(Ideal::new(&compiled.model, scales, keys)),
+                scales,
+            ),
         })
     }
 
@@ -130,7 +146,9 @@ impl<'c> Engine<'c> {
             Engine::Ideal(_, ideal, scales) => {
                 ideal.tick(words);
                 for (key, word) in drive.iter_mut().enumerate() {
-                    *word = (ideal.force_n(key) / scales.drive_lsb).round().clamp(-32_768.0, 32_767.0) as i16;
+                    *word = (ideal.force_n(key) / scales.drive_lsb)
+                        .round()
+                        .clamp(-32_768.0, 32_767.0) as i16;
                 }
             }
         }
@@ -149,8 +167,8 @@ impl<'c> Engine<'c> {
         }
     }
 
-    /// The exported value of the last tick (SI; states and bools as indices); not a number where the engine does not
-    /// [observe](Engine::observes).
+    /// The exported value of the last tick (SI; states and bools as indices); not a number where
+    /// the engine does not [observe](Engine::observes).
     pub fn value(&self, key: usize, index: usize, export: &Export) -> f64 {
         let probes = |all: &[i64], count: usize| export.value(all[key * count + index]);
         match self {
@@ -173,10 +191,16 @@ impl<'c> Engine<'c> {
                 .filter_map(|o| {
                     let kind = match o.what {
                         What::Emission(e) => LoweredEventKind::Emission(e),
-                        What::Rule(r) => LoweredEventKind::Rule(c.model.rule_name(&c.model.rules[r as usize])),
+                        What::Rule(r) => {
+                            LoweredEventKind::Rule(c.model.rule_name(&c.model.rules[r as usize]))
+                        }
                     };
                     let event = c.lowered.events.iter().position(|e| e.kind == kind)?;
-                    Some(Happened { key: o.key, event, args: o.args.clone() })
+                    Some(Happened {
+                        key: o.key,
+                        event,
+                        args: o.args.clone(),
+                    })
                 })
                 .collect(),
         }
@@ -198,8 +222,17 @@ fn ideal_value(c: &Compiled, ideal: &Ideal, key: usize, kind: ExportKind) -> f64
 pub(crate) fn decode(meanings: &[LoweredEvent], records: Vec<kernel::Happened>) -> Vec<Happened> {
     let one = |r: kernel::Happened| {
         let lsbs = &meanings[r.event as usize].arg_lsbs;
-        let args = r.args.iter().zip(lsbs).map(|(&word, lsb)| f64::from(word) * lsb).collect();
-        Happened { key: r.key, event: r.event as usize, args }
+        let args = r
+            .args
+            .iter()
+            .zip(lsbs)
+            .map(|(&word, lsb)| f64::from(word) * lsb)
+            .collect();
+        Happened {
+            key: r.key,
+            event: r.event as usize,
+            args,
+        }
     };
     records.into_iter().map(one).collect()
 }

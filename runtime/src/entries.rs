@@ -1,7 +1,7 @@
 //! Hardware files: TOML whose values are strings, numbers among them with their units.
 //!
-//! An unknown key is an error that names the nearest known one; every error names file, line and key. Not here: which keys
-//! there are, what they mean.
+//! An unknown key is an error that names the nearest known one; every error names file, line and
+//! key. Not here: which keys there are, what they mean.
 
 use std::path::Path;
 
@@ -21,17 +21,29 @@ pub(crate) struct Entries<'a> {
 }
 
 impl<'a> Entries<'a> {
-    pub(crate) fn parse(path: &'a Path, text: &str, known: &'a [Known]) -> Result<Entries<'a>, FileError> {
-        let line = |at: usize| text.as_bytes()[..at.min(text.len())].iter().filter(|b| **b == b'\n').count() as u64 + 1;
+    pub(crate) fn parse(
+        path: &'a Path,
+        text: &str,
+        known: &'a [Known],
+    ) -> Result<Entries<'a>, FileError> {
+        let line = |at: usize| {
+            text.as_bytes()[..at.min(text.len())]
+                .iter()
+                .filter(|b| **b == b'\n')
+                .count() as u64
+                + 1
+        };
         let table = DeTable::parse(text).map_err(|e| {
             let error = FileError::new(path, e.message());
-            e.span().map_or(error.clone(), |span| error.at_line(line(span.start)))
+            e.span()
+                .map_or(error.clone(), |span| error.at_line(line(span.start)))
         })?;
         let mut list = Vec::new();
         collect("", table.get_ref(), &mut |key, at, value| {
             let error = |message| Err(FileError::new(path, message).at_line(line(at)));
             let Some((_, example)) = known.iter().find(|(pattern, _)| fits(pattern, &key)) else {
-                let hint = nearest(&key, known.iter().map(|k| k.0)).map(|near| format!("; did you mean `{near}`?"));
+                let hint = nearest(&key, known.iter().map(|k| k.0))
+                    .map(|near| format!("; did you mean `{near}`?"));
                 return error(format!("unknown key `{key}`{}", hint.unwrap_or_default()));
             };
             let Some(value) = value.as_str() else {
@@ -45,26 +57,42 @@ impl<'a> Entries<'a> {
 
     /// Every key with its value.
     pub(crate) fn all(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.list.iter().map(|(key, value, _)| (key.as_str(), value.as_str()))
+        self.list
+            .iter()
+            .map(|(key, value, _)| (key.as_str(), value.as_str()))
     }
 
     /// The value of a key, if it is there.
     pub(crate) fn find(&self, key: &str) -> Option<&str> {
-        self.list.iter().find(|entry| entry.0 == key).map(|(_, value, _)| value.as_str())
+        self.list
+            .iter()
+            .find(|entry| entry.0 == key)
+            .map(|(_, value, _)| value.as_str())
     }
 
     /// The value of a key.
     pub(crate) fn text(&self, key: &str) -> Result<&str, FileError> {
         self.find(key).ok_or_else(|| {
-            let example = self.known.iter().find(|(pattern, _)| fits(pattern, key)).map_or("", |k| k.1);
-            FileError::new(self.path, format!("`{key}` is missing, as in `{key} = \"{example}\"`"))
+            let example = self
+                .known
+                .iter()
+                .find(|(pattern, _)| fits(pattern, key))
+                .map_or("", |k| k.1);
+            FileError::new(
+                self.path,
+                format!("`{key}` is missing, as in `{key} = \"{example}\"`"),
+            )
         })
     }
 
     /// An error at a key.
     pub(crate) fn error(&self, key: &str, what: &str) -> FileError {
         let error = FileError::new(self.path, format!("`{key}` {what}"));
-        let line = self.list.iter().find(|entry| entry.0 == key).map(|entry| entry.2);
+        let line = self
+            .list
+            .iter()
+            .find(|entry| entry.0 == key)
+            .map(|entry| entry.2);
         line.map_or(error.clone(), |line| error.at_line(line))
     }
 }
@@ -72,7 +100,9 @@ impl<'a> Entries<'a> {
 /// Whether a key is one of a pattern.
 fn fits(pattern: &str, key: &str) -> bool {
     match pattern.split_once('*') {
-        Some((start, end)) => key.len() > start.len() + end.len() && key.starts_with(start) && key.ends_with(end),
+        Some((start, end)) => {
+            key.len() > start.len() + end.len() && key.starts_with(start) && key.ends_with(end)
+        }
         None => pattern == key,
     }
 }

@@ -4,9 +4,9 @@
 //!   contents -> temporary file beside the target -> sync -> rename
 //! ```
 //!
-//! An output appears whole or not at all: a full disk, an interrupt or an error half way leaves what was there before.
-//! What exists and is no regular file (a pipe, a terminal, `/dev/null`) cannot be replaced by a rename and is written in
-//! place.
+//! An output appears whole or not at all: a full disk, an interrupt or an error half way leaves
+//! what was there before. What exists and is no regular file (a pipe, a terminal, `/dev/null`)
+//! cannot be replaced by a rename and is written in place.
 //!
 //! Not here: what is in the files.
 
@@ -31,7 +31,12 @@ pub struct FileError {
 impl FileError {
     /// Something about the file as a whole.
     pub fn new(path: &Path, message: impl Into<String>) -> FileError {
-        FileError { path: path.to_path_buf(), line: None, column: None, message: message.into() }
+        FileError {
+            path: path.to_path_buf(),
+            line: None,
+            column: None,
+            message: message.into(),
+        }
     }
 
     /// The same, in a line (counted from 1).
@@ -90,9 +95,14 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
 /// Writes a file whole or not at all: `contents` is given a buffered writer.
 ///
 /// # Errors
-/// The folder does not exist or may not be written, the disk is full, or `contents` failed; the file is then as before.
-pub fn write_whole(path: &Path, contents: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), FileError> {
-    replace(path, contents).map_err(|e| FileError::new(path, format!("cannot be written: {}", reason(&e))))
+/// The folder does not exist or may not be written, the disk is full, or `contents` failed; the
+/// file is then as before.
+pub fn write_whole(
+    path: &Path,
+    contents: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), FileError> {
+    replace(path, contents)
+        .map_err(|e| FileError::new(path, format!("cannot be written: {}", reason(&e))))
 }
 
 fn replace(path: &Path, contents: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
@@ -100,10 +110,15 @@ fn replace(path: &Path, contents: impl FnOnce(&mut dyn Write) -> io::Result<()>)
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     match fs::metadata(&target) {
         Ok(m) if m.is_dir() => return Err(io::Error::other("it is a directory")),
-        Ok(m) if !m.is_file() => return fill(File::options().write(true).open(&target)?, contents).map(drop),
+        Ok(m) if !m.is_file() => {
+            return fill(File::options().write(true).open(&target)?, contents).map(drop);
+        }
         _ => {}
     }
-    let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = target
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
     let (file, temporary) = new_beside(folder)?.into_parts();
     fill(file, contents)?.sync_all()?;
     temporary.persist(&target).map_err(|e| e.error)
@@ -146,9 +161,16 @@ mod tests {
             w.write_all(b"second, half way")?;
             Err(io::Error::other("no space left"))
         });
-        assert_eq!(error.unwrap_err().message, "cannot be written: no space left");
+        assert_eq!(
+            error.unwrap_err().message,
+            "cannot be written: no space left"
+        );
         assert_eq!(fs::read_to_string(&path).unwrap(), "first");
-        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1, "no temporary file stays behind");
+        assert_eq!(
+            fs::read_dir(dir.path()).unwrap().count(),
+            1,
+            "no temporary file stays behind"
+        );
     }
 
     #[test]
@@ -158,13 +180,27 @@ mod tests {
         let error = write_whole(&missing, |_| Ok(())).unwrap_err();
         assert_eq!(
             error.to_string(),
-            format!("{}: cannot be written: there is no such file or folder", missing.display())
+            format!(
+                "{}: cannot be written: there is no such file or folder",
+                missing.display()
+            )
         );
-        assert_eq!(write_whole(dir.path(), |_| Ok(())).unwrap_err().message, "cannot be written: it is a directory");
+        assert_eq!(
+            write_whole(dir.path(), |_| Ok(())).unwrap_err().message,
+            "cannot be written: it is a directory"
+        );
         assert_eq!(open(dir.path()).unwrap_err().message, "is a directory");
-        assert_eq!(open(&missing).unwrap_err().message, "there is no such file or folder");
-        let place = FileError::new(Path::new("key.csv"), "`abc` is not a number").at_line(7).at_column(2);
-        assert_eq!(place.to_string(), "key.csv, line 7, column 2: `abc` is not a number");
+        assert_eq!(
+            open(&missing).unwrap_err().message,
+            "there is no such file or folder"
+        );
+        let place = FileError::new(Path::new("key.csv"), "`abc` is not a number")
+            .at_line(7)
+            .at_column(2);
+        assert_eq!(
+            place.to_string(),
+            "key.csv, line 7, column 2: `abc` is not a number"
+        );
     }
 
     #[cfg(unix)]
@@ -178,8 +214,16 @@ mod tests {
         write_whole(&link, |w| w.write_all(b"new")).unwrap();
         assert_eq!(fs::read_to_string(&real).unwrap(), "new");
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
-        assert_eq!(fs::metadata(&real).unwrap().permissions().mode() & 0o600, 0o600);
+        assert_eq!(
+            fs::metadata(&real).unwrap().permissions().mode() & 0o600,
+            0o600
+        );
         write_whole(Path::new("/dev/null"), |w| w.write_all(b"gone")).unwrap();
-        assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
+        assert!(
+            fs::metadata("/dev/null")
+                .unwrap()
+                .file_type()
+                .is_char_device()
+        );
     }
 }

@@ -1,6 +1,7 @@
 //! Synthetic gestures: key motions made by the project, for the tour and for tests.
 //!
-//! A gesture is a sequence of moves from one depth to another, each of minimum jerk, with rests between them:
+//! A gesture is a sequence of moves from one depth to another, each of minimum jerk, with rests
+//! between them:
 //!
 //! ```text
 //!   depth      rise      hold      fall
@@ -10,9 +11,10 @@
 //!           start
 //! ```
 //!
-//! The minimum-jerk polynomial is how a hand moves freely from rest to rest (Flash and Hogan 1985): position, velocity and
-//! acceleration are continuous, the greatest velocity is 15/8 of depth over time, half way. Only additions and
-//! multiplications are used, so a gesture has the same bits on every machine.
+//! The minimum-jerk polynomial is how a hand moves freely from rest to rest (Flash and Hogan 1985):
+//! position, velocity and acceleration are continuous, the greatest velocity is 15/8 of depth over
+//! time, half way. Only additions and multiplications are used, so a gesture has the same bits on
+//! every machine.
 //!
 //! A knob is moved in the same way; its positions are angles (rad).
 //!
@@ -33,9 +35,9 @@ pub struct Move {
 
 /// A key that follows moves, asked at rising times.
 ///
-/// A move that begins while another has not ended takes over smoothly: what the earlier ones would do fades out as the later one's
-/// share grows from 0 to 1, itself with minimum jerk. So position, speed and acceleration never jump, and the key stays
-/// between the depths that the moves name.
+/// A move that begins while another has not ended takes over smoothly: what the earlier ones would
+/// do fades out as the later one's share grows from 0 to 1, itself with minimum jerk. So position,
+/// speed and acceleration never jump, and the key stays between the depths that the moves name.
 #[derive(Debug, Clone)]
 pub struct Follower<'a> {
     /// By the time they begin.
@@ -49,19 +51,28 @@ pub struct Follower<'a> {
 impl<'a> Follower<'a> {
     /// A key at depth 0. The moves are by the time they begin.
     pub fn new(moves: &'a [Move]) -> Follower<'a> {
-        Follower { moves, now: 0..0, from_m: 0.0 }
+        Follower {
+            moves,
+            now: 0..0,
+            from_m: 0.0,
+        }
     }
 
     /// Where the key is at a time (s), not before the time asked for last (m).
     pub fn at(&mut self, t_s: f64) -> f64 {
-        while self.moves.get(self.now.end).is_some_and(|next| next.start_s <= t_s) {
+        while self
+            .moves
+            .get(self.now.end)
+            .is_some_and(|next| next.start_s <= t_s)
+        {
             self.now.end += 1;
         }
         let ended = |m: &Move| t_s >= m.start_s + m.duration_s;
         if let Some(last) = self.now.clone().rev().find(|&i| ended(&self.moves[i])) {
             (self.from_m, self.now.start) = (self.moves[last].to_m, last + 1);
         }
-        let go = |x: f64, m: &Move| x + (m.to_m - x) * minimum_jerk((t_s - m.start_s) / m.duration_s);
+        let go =
+            |x: f64, m: &Move| x + (m.to_m - x) * minimum_jerk((t_s - m.start_s) / m.duration_s);
         self.moves[self.now.clone()].iter().fold(self.from_m, go)
     }
 }
@@ -79,7 +90,8 @@ impl Gesture {
         Gesture::default()
     }
 
-    /// Stays where it is for a while. Negative and unbounded times count as none, here and in the other builders.
+    /// Stays where it is for a while. Negative and unbounded times count as none, here and in the
+    /// other builders.
     #[must_use]
     pub fn hold(mut self, seconds: f64) -> Gesture {
         self.end_s += duration(seconds);
@@ -89,26 +101,46 @@ impl Gesture {
     /// Moves to a depth (m, positive down) in the given time.
     #[must_use]
     pub fn to(mut self, depth_m: f64, seconds: f64) -> Gesture {
-        self.moves.push(Move { start_s: self.end_s, duration_s: duration(seconds), to_m: depth_m });
+        self.moves.push(Move {
+            start_s: self.end_s,
+            duration_s: duration(seconds),
+            to_m: depth_m,
+        });
         self.hold(seconds)
     }
 
-    /// A stroke from where the key is down to `depth_m` and back to rest. It begins at `start_s`; what is already there
-    /// is finished first.
+    /// A stroke from where the key is down to `depth_m` and back to rest. It begins at `start_s`;
+    /// what is already there is finished first.
     #[must_use]
-    pub fn stroke(self, start_s: f64, rise_s: f64, hold_s: f64, fall_s: f64, depth_m: f64) -> Gesture {
+    pub fn stroke(
+        self,
+        start_s: f64,
+        rise_s: f64,
+        hold_s: f64,
+        fall_s: f64,
+        depth_m: f64,
+    ) -> Gesture {
         let wait_s = start_s - self.end_s;
-        self.hold(wait_s).to(depth_m, rise_s).hold(hold_s).to(0.0, fall_s)
+        self.hold(wait_s)
+            .to(depth_m, rise_s)
+            .hold(hold_s)
+            .to(0.0, fall_s)
     }
 
-    /// `count` equal strokes from `start_s`, `rate_hz` of them per second: of each period 45 % go down, 10 % hold and
-    /// 45 % go up again.
+    /// `count` equal strokes from `start_s`, `rate_hz` of them per second: of each period 45 % go
+    /// down, 10 % hold and 45 % go up again.
     #[must_use]
     pub fn repeated(self, start_s: f64, rate_hz: f64, count: usize, depth_m: f64) -> Gesture {
         let period_s = duration(1.0 / rate_hz);
         let begin_s = start_s.max(self.end_s);
         (0..count).fold(self, |gesture, i| {
-            gesture.stroke(begin_s + i as f64 * period_s, 0.45 * period_s, 0.1 * period_s, 0.45 * period_s, depth_m)
+            gesture.stroke(
+                begin_s + i as f64 * period_s,
+                0.45 * period_s,
+                0.1 * period_s,
+                0.45 * period_s,
+                depth_m,
+            )
         })
     }
 
@@ -117,11 +149,14 @@ impl Gesture {
         self.end_s
     }
 
-    /// The depths (m) at the ticks of a rate: tick `i` is at `i / rate_hz`, the first at 0, the last before the end.
+    /// The depths (m) at the ticks of a rate: tick `i` is at `i / rate_hz`, the first at 0, the
+    /// last before the end.
     pub fn positions(&self, rate_hz: u32) -> Vec<f64> {
         let ticks = (self.end_s * f64::from(rate_hz)) as usize;
         let mut key = Follower::new(&self.moves);
-        (0..ticks).map(|i| key.at(i as f64 / f64::from(rate_hz))).collect()
+        (0..ticks)
+            .map(|i| key.at(i as f64 / f64::from(rate_hz)))
+            .collect()
     }
 }
 
@@ -133,14 +168,19 @@ pub fn default_gesture() -> Gesture {
     strokes(DIP_M)
 }
 
-/// The bundled gesture of an instrument: strokes of 10 mm, or as far as nine tenths of what it senses go; turns of a knob.
+/// The bundled gesture of an instrument: strokes of 10 mm, or as far as nine tenths of what it
+/// senses go; turns of a knob.
 pub fn bundled(model: &Model) -> Gesture {
     let end = model.senses.first().map_or(DIP_M, |sense| sense.range.high);
-    if model.turns() { turns(end) } else { strokes(if end >= DIP_M { DIP_M } else { 0.9 * end }) }
+    if model.turns() {
+        turns(end)
+    } else {
+        strokes(if end >= DIP_M { DIP_M } else { 0.9 * end })
+    }
 }
 
-/// 4.2 s on a key: a slow press that does not strike, a soft, a medium and a forte stroke (the forte one stays down, so a hammer
-/// is caught), a half-held stroke, three fast repetitions, rest.
+/// 4.2 s on a key: a slow press that does not strike, a soft, a medium and a forte stroke (the
+/// forte one stays down, so a hammer is caught), a half-held stroke, three fast repetitions, rest.
 fn strokes(dip_m: f64) -> Gesture {
     Gesture::new()
         .stroke(0.05, 1.5, 0.05, 0.15, dip_m) // slow press
@@ -152,7 +192,8 @@ fn strokes(dip_m: f64) -> Gesture {
         .hold(0.37)
 }
 
-/// 5 s on a knob that is sensed up to `end` (rad): a slow turn and back, two small steps, a flick, and into the stops of both sides.
+/// 5 s on a knob that is sensed up to `end` (rad): a slow turn and back, two small steps, a flick,
+/// and into the stops of both sides.
 fn turns(end: f64) -> Gesture {
     let path = [
         (0.45, 1.2, 0.1), // slowly, through some detents
@@ -165,7 +206,9 @@ fn turns(end: f64) -> Gesture {
         (0.0, 0.5, 0.2),
     ];
     path.iter()
-        .fold(Gesture::new().hold(0.05), |gesture, (to, seconds, rest)| gesture.to(to * end, *seconds).hold(*rest))
+        .fold(Gesture::new().hold(0.05), |gesture, (to, seconds, rest)| {
+            gesture.to(to * end, *seconds).hold(*rest)
+        })
 }
 
 fn minimum_jerk(u: f64) -> f64 {
@@ -175,7 +218,11 @@ fn minimum_jerk(u: f64) -> f64 {
 
 /// A time that can be waited for.
 fn duration(seconds: f64) -> f64 {
-    if seconds.is_finite() { seconds.max(0.0) } else { 0.0 }
+    if seconds.is_finite() {
+        seconds.max(0.0)
+    } else {
+        0.0
+    }
 }
 
 #[cfg(test)]
@@ -185,29 +232,51 @@ mod tests {
     const RATE_HZ: u32 = 44_100;
 
     fn speeds(x: &[f64]) -> Vec<f64> {
-        x.windows(2).map(|w| (w[1] - w[0]) * f64::from(RATE_HZ)).collect()
+        x.windows(2)
+            .map(|w| (w[1] - w[0]) * f64::from(RATE_HZ))
+            .collect()
     }
 
     #[test]
     fn a_stroke_goes_where_it_says_when_it_says() {
-        let x = Gesture::new().stroke(0.1, 0.2, 0.3, 0.1, 0.010).hold(0.1).positions(10_000);
+        let x = Gesture::new()
+            .stroke(0.1, 0.2, 0.3, 0.1, 0.010)
+            .hold(0.1)
+            .positions(10_000);
         assert_eq!(x.len(), 8000);
         assert!(x[..=1000].iter().all(|&x| x == 0.0));
-        assert!((x[2000] - 0.005).abs() < 1e-12, "half way down in half the time");
+        assert!(
+            (x[2000] - 0.005).abs() < 1e-12,
+            "half way down in half the time"
+        );
         assert!(x[3001..6000].iter().all(|&x| x == 0.010));
         assert!(x[7001..].iter().all(|&x| x == 0.0));
-        assert!(x[1001..3000].windows(2).all(|w| w[1] > w[0]), "down all the way");
+        assert!(
+            x[1001..3000].windows(2).all(|w| w[1] > w[0]),
+            "down all the way"
+        );
     }
 
     #[test]
     fn strokes_from_12_ms_to_1500_ms_are_smooth() {
         for rise_s in [0.012, 0.05, 0.3, 1.5] {
-            let v = speeds(&Gesture::new().stroke(0.01, rise_s, 0.1, 0.1, 0.010).hold(0.1).positions(RATE_HZ));
+            let v = speeds(
+                &Gesture::new()
+                    .stroke(0.01, rise_s, 0.1, 0.1, 0.010)
+                    .hold(0.1)
+                    .positions(RATE_HZ),
+            );
             let peak = v.iter().fold(0.0_f64, |a, &v| a.max(v));
-            assert!((peak / (15.0 / 8.0 * 0.010 / rise_s) - 1.0).abs() < 1e-3, "peak speed {peak} for {rise_s} s");
+            assert!(
+                (peak / (15.0 / 8.0 * 0.010 / rise_s) - 1.0).abs() < 1e-3,
+                "peak speed {peak} for {rise_s} s"
+            );
             // Greatest acceleration of a minimum-jerk move: 10/sqrt(3) depth / time^2.
             let bound = 5.7736 * 0.010 / rise_s.min(0.1).powi(2) * 1.001;
-            let a = v.windows(2).map(|w| (w[1] - w[0]).abs() * f64::from(RATE_HZ)).fold(0.0, f64::max);
+            let a = v
+                .windows(2)
+                .map(|w| (w[1] - w[0]).abs() * f64::from(RATE_HZ))
+                .fold(0.0, f64::max);
             assert!(a <= bound, "acceleration {a} > {bound} for {rise_s} s");
         }
     }
@@ -215,12 +284,22 @@ mod tests {
     #[test]
     fn half_held_and_repeated_strokes() {
         for depth_m in [0.004, 0.0065, 0.009] {
-            let x = Gesture::new().stroke(0.0, 0.03, 0.2, 0.1, depth_m).positions(RATE_HZ);
+            let x = Gesture::new()
+                .stroke(0.0, 0.03, 0.2, 0.1, depth_m)
+                .positions(RATE_HZ);
             assert_eq!(x.iter().copied().fold(0.0, f64::max), depth_m);
-            assert!(x.iter().filter(|&&x| x == depth_m).count() >= 8819, "held for 0.2 s");
+            assert!(
+                x.iter().filter(|&&x| x == depth_m).count() >= 8819,
+                "held for 0.2 s"
+            );
         }
-        let x = Gesture::new().repeated(0.1, 12.0, 10, 0.010).positions(RATE_HZ);
-        let tops = x.windows(2).filter(|w| w[0] < 0.0099 && w[1] >= 0.0099).count();
+        let x = Gesture::new()
+            .repeated(0.1, 12.0, 10, 0.010)
+            .positions(RATE_HZ);
+        let tops = x
+            .windows(2)
+            .filter(|w| w[0] < 0.0099 && w[1] >= 0.0099)
+            .count();
         assert_eq!(tops, 10);
         assert!((x.len() as f64 / f64::from(RATE_HZ) - (0.1 + 10.0 / 12.0)).abs() < 1e-3);
     }
@@ -228,16 +307,25 @@ mod tests {
     #[test]
     fn the_default_gesture_has_seven_full_strokes_and_a_half_one() {
         let x = default_gesture().positions(RATE_HZ);
-        assert!((4.1..4.3).contains(&(x.len() as f64 / f64::from(RATE_HZ))), "{}", x.len());
+        assert!(
+            (4.1..4.3).contains(&(x.len() as f64 / f64::from(RATE_HZ))),
+            "{}",
+            x.len()
+        );
         let reaches = |m: f64| x.windows(2).filter(|w| w[0] < m && w[1] >= m).count();
         assert_eq!((reaches(0.0099), reaches(0.0069)), (7, 8));
         assert_eq!((x[0], x[x.len() - 1]), (0.0, 0.0));
-        assert!(speeds(&x).iter().all(|v| v.abs() < 0.7), "forte keys move at 0.3 to 0.7 m/s");
+        assert!(
+            speeds(&x).iter().all(|v| v.abs() < 0.7),
+            "forte keys move at 0.3 to 0.7 m/s"
+        );
     }
 
     #[test]
     fn nonsense_is_harmless() {
-        let g = Gesture::new().stroke(f64::NAN, -1.0, f64::INFINITY, 0.0, 0.010).repeated(0.0, 0.0, 3, 0.01);
+        let g = Gesture::new()
+            .stroke(f64::NAN, -1.0, f64::INFINITY, 0.0, 0.010)
+            .repeated(0.0, 0.0, 3, 0.01);
         assert_eq!(g.duration_s(), 0.0);
         assert!(g.positions(RATE_HZ).is_empty());
     }

@@ -15,22 +15,35 @@ use crate::device::Device;
 
 /// The part of the sensed range at either end where a constant word is no fault.
 const END: f64 = 0.1;
-/// The speed (m/s) that velocity 64 stands for: a hammer that is five times as fast as its key, whose 64 is 0.25 m/s
-/// ([`crate::stroke::press_speed`]).
+/// The speed (m/s) that velocity 64 stands for: a hammer that is five times as fast as its key,
+/// whose 64 is 0.25 m/s ([`crate::stroke::press_speed`]).
 const MIDDLE_M_PER_S: f64 = 1.25;
 /// Speeds above this (m/s) have the greatest velocity.
 const FASTEST_M_PER_S: f64 = 8.0;
 
-/// The firmware's setup for so many keys on a board with so many cores; the first is this MIDI note.
+/// The firmware's setup for so many keys on a board with so many cores; the first is this MIDI
+/// note.
 ///
 /// # Errors
 /// The device says nothing of its motor, in words.
-pub fn setup(compiled: &Compiled, device: &Device, keys: u32, cores: u32, first_note: u8) -> Result<Setup, String> {
-    with(compiled, device, divided(keys, cores), first_note, motor(device)?)
+pub fn setup(
+    compiled: &Compiled,
+    device: &Device,
+    keys: u32,
+    cores: u32,
+    first_note: u8,
+) -> Result<Setup, String> {
+    with(
+        compiled,
+        device,
+        divided(keys, cores),
+        first_note,
+        motor(device)?,
+    )
 }
 
-/// The same for somebody who only counts cycles: a motor's numbers are constants of code that is otherwise the same, so one stands
-/// in where the device says nothing of its own.
+/// The same for somebody who only counts cycles: a motor's numbers are constants of code that is
+/// otherwise the same, so one stands in where the device says nothing of its own.
 ///
 /// # Errors
 /// The device asks for more than the firmware's words can say, in words.
@@ -41,11 +54,27 @@ pub fn setup_to_judge(
     cores: u32,
     first_note: u8,
 ) -> Result<Setup, String> {
-    let some = Motor { rated: 8192, peak_ms: 100, newton: 1024 };
-    with(compiled, device, divided(keys, cores), first_note, motor(device).unwrap_or(some))
+    let some = Motor {
+        rated: 8192,
+        peak_ms: 100,
+        newton: 1024,
+    };
+    with(
+        compiled,
+        device,
+        divided(keys, cores),
+        first_note,
+        motor(device).unwrap_or(some),
+    )
 }
 
-fn with(compiled: &Compiled, device: &Device, keys: Vec<u32>, first_note: u8, motor: Motor) -> Result<Setup, String> {
+fn with(
+    compiled: &Compiled,
+    device: &Device,
+    keys: Vec<u32>,
+    first_note: u8,
+    motor: Motor,
+) -> Result<Setup, String> {
     Ok(Setup {
         keys,
         rate_hz: compiled.model.rate_hz,
@@ -58,13 +87,19 @@ fn with(compiled: &Compiled, device: &Device, keys: Vec<u32>, first_note: u8, mo
 
 /// What the firmware must know to limit the energy of a key, where the device asks for it.
 fn passivity(device: &Device, rate_hz: f64) -> Result<Option<Passivity>, String> {
-    let Some(energy_j) = device.passivity_j else { return Ok(None) };
+    let Some(energy_j) = device.passivity_j else {
+        return Ok(None);
+    };
     let scales = device.scales();
     // A coil follows late by its time constant.
-    let coil = device.drive.bandwidth_hz.map_or(0.0, |hz| rate_hz / (std::f64::consts::TAU * hz));
+    let coil = device
+        .drive
+        .bandwidth_hz
+        .map_or(0.0, |hz| rate_hz / (std::f64::consts::TAU * hz));
     let late = device.sensor.delay_samples + device.drive.delay_samples + coil;
     let damping =
-        device.mechanics.map_or(0.0, |mechanics| mechanics.damping) * scales.sensor_lsb * rate_hz / scales.drive_lsb;
+        device.mechanics.map_or(0.0, |mechanics| mechanics.damping) * scales.sensor_lsb * rate_hz
+            / scales.drive_lsb;
     let words = Passivity {
         credit: (energy_j / (scales.drive_lsb * scales.sensor_lsb)).round() as u32,
         past: 1 + late.round() as u32,
@@ -81,7 +116,9 @@ fn passivity(device: &Device, rate_hz: f64) -> Result<Option<Passivity>, String>
             "the device `{}` is late by {late:.1} ticks, and `passivity` looks back 15 at most",
             device.name
         )),
-        Passivity { damping: 8192.., .. } => Err(format!(
+        Passivity {
+            damping: 8192.., ..
+        } => Err(format!(
             "the key of the device `{}` has more damping of its own than `passivity` can count",
             device.name
         )),
@@ -101,13 +138,21 @@ fn motor(device: &Device) -> Result<Motor, String> {
     Ok(Motor {
         rated: (32_768.0 * motor.rated_a / motor.peak_a).floor() as u32,
         peak_ms: (1000.0 * motor.peak_s).floor() as u32,
-        newton: (32_768.0 / device.drive.full_scale).round().clamp(1.0, 32_767.0) as u32,
+        newton: (32_768.0 / device.drive.full_scale)
+            .round()
+            .clamp(1.0, 32_767.0) as u32,
     })
 }
 
 fn mid_travel(compiled: &Compiled, device: &Device) -> [u16; 2] {
-    let Some(range) = compiled.model.senses.first().map(|sense| sense.range) else { return [0, u16::MAX] };
-    let at = |part: f64| device.word_of_position(range.low + part * (range.high - range.low)).0;
+    let Some(range) = compiled.model.senses.first().map(|sense| sense.range) else {
+        return [0, u16::MAX];
+    };
+    let at = |part: f64| {
+        device
+            .word_of_position(range.low + part * (range.high - range.low))
+            .0
+    };
     [at(END), at(1.0 - END)]
 }
 
@@ -120,10 +165,14 @@ pub fn midi(compiled: &Compiled) -> Midi {
     let lsb = note.map_or(1.0, |at| compiled.lowered.events[at].arg_lsbs[0]);
     let step = |shift: u32| f64::from(1 << shift) * lsb;
     // The firmware shifts by one at least.
-    let speed_shift = (1..24).find(|&shift| 128.0 * step(shift) >= FASTEST_M_PER_S).unwrap_or(24);
+    let speed_shift = (1..24)
+        .find(|&shift| 128.0 * step(shift) >= FASTEST_M_PER_S)
+        .unwrap_or(24);
     let velocity = |index: usize| {
         let speed = (index as f64 + 0.5) * step(speed_shift);
-        (64.0 + 30.0 * libm::log2(speed / MIDDLE_M_PER_S)).round().clamp(1.0, 127.0) as u8
+        (64.0 + 30.0 * libm::log2(speed / MIDDLE_M_PER_S))
+            .round()
+            .clamp(1.0, 127.0) as u8
     };
     let index = |at: usize| at as u32;
     Midi {

@@ -4,9 +4,9 @@
 //!   keys that play --groups of 8--> [ engine: group ] per thread --> per key: events, greatest force, what was cut off
 //! ```
 //!
-//! Keys do not hear each other, so a group is computed by itself and the outcome does not depend on how many threads there are.
-//! Groups are of one size whatever the machine. What is kept grows with what happens, not with time: no trace of every tick.
-//! A key without moves is not run.
+//! Keys do not hear each other, so a group is computed by itself and the outcome does not depend on
+//! how many threads there are. Groups are of one size whatever the machine. What is kept grows with
+//! what happens, not with time: no trace of every tick. A key without moves is not run.
 //!
 //! Not here: where the moves come from (`stroke`), what the outcome means (`outcome`).
 
@@ -71,8 +71,8 @@ pub struct Part<'a> {
 /// What a group gives.
 type Logs = Result<Vec<KeyLog>, String>;
 
-/// Plays keys, which come from the lowest up, for so many ticks, on so many threads. `progress` is told keys times ticks that were
-/// done since the last time. Every key is in one of the parts.
+/// Plays keys, which come from the lowest up, for so many ticks, on so many threads. `progress` is
+/// told keys times ticks that were done since the last time. Every key is in one of the parts.
 ///
 /// # Errors
 /// The instrument cannot be compiled or run on this machine: a defect, in words.
@@ -89,8 +89,14 @@ pub fn play(
         let at = |key: usize| keys.partition_point(|playing| playing.index < key);
         at(part.keys.start)..at(part.keys.end)
     };
-    let groups: Vec<(&Model, &[PlayingKey])> =
-        parts.iter().flat_map(|part| keys[of_part(part)].chunks(GROUP).map(|group| (part.model, group))).collect();
+    let groups: Vec<(&Model, &[PlayingKey])> = parts
+        .iter()
+        .flat_map(|part| {
+            keys[of_part(part)]
+                .chunks(GROUP)
+                .map(|group| (part.model, group))
+        })
+        .collect();
     let done: Mutex<Vec<(usize, Logs)>> = Mutex::new(Vec::new());
     let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
     std::thread::scope(|scope| {
@@ -98,10 +104,13 @@ pub fn play(
             scope.spawn(|| {
                 while !failed.load(Ordering::Relaxed) {
                     let at = next.fetch_add(1, Ordering::Relaxed);
-                    let Some((model, group)) = groups.get(at) else { return };
+                    let Some((model, group)) = groups.get(at) else {
+                        return;
+                    };
                     let logs = play_group(model, device, kind, group, ticks, &progress);
                     failed.fetch_or(logs.is_err(), Ordering::Relaxed);
-                    // A poisoned lock means another thread has panicked, which ends the scope with its panic anyway.
+                    // A poisoned lock means another thread has panicked, which ends the scope with
+                    // its panic anyway.
                     if let Ok(mut done) = done.lock() {
                         done.push((at, logs));
                     }
@@ -109,13 +118,16 @@ pub fn play(
             });
         }
     });
-    let mut done = done.into_inner().map_err(|_| "a thread failed".to_string())?;
+    let mut done = done
+        .into_inner()
+        .map_err(|_| "a thread failed".to_string())?;
     done.sort_by_key(|(at, _)| *at);
     let logs: Result<Vec<Vec<KeyLog>>, String> = done.into_iter().map(|(_, logs)| logs).collect();
     Ok(logs?.concat())
 }
 
-/// Plays all keys of a keyboard on one emulated board of that kind, and gives what it took besides. Every key is in one of the parts.
+/// Plays all keys of a keyboard on one emulated board of that kind, and gives what it took besides.
+/// Every key is in one of the parts.
 ///
 /// # Errors
 /// There is no image of so many keys, or a tick is missed, in words.
@@ -132,17 +144,27 @@ pub fn play_on_board(
         compile(model, device.scales(), false).map_err(|e| format!("{e:?}"))
     };
     let compiled: Vec<Compiled> = parts.iter().map(compiled).collect::<Result<_, _>>()?;
-    let of_parts: Vec<(usize, &Compiled)> = parts.iter().map(|part| part.keys.len()).zip(&compiled).collect();
+    let of_parts: Vec<(usize, &Compiled)> = parts
+        .iter()
+        .map(|part| part.keys.len())
+        .zip(&compiled)
+        .collect();
     let mut engine = Emulated::of_parts(&of_parts, device, board)?;
-    let groups =
-        parts.iter().zip(&compiled).map(|(part, compiled)| Group::new(compiled, device, &keys[part.keys.clone()]));
+    let groups = parts
+        .iter()
+        .zip(&compiled)
+        .map(|(part, compiled)| Group::new(compiled, device, &keys[part.keys.clone()]));
     let mut groups: Vec<Group> = groups.collect();
     let mut drive = vec![0; keys.len()];
     for block in (0..ticks).step_by(BLOCK) {
         let end = ticks.min(block + BLOCK);
         for tick in block..end {
             groups.iter_mut().for_each(|group| group.sense(tick));
-            let words = groups.iter().map(|group| &group.words[..]).collect::<Vec<_>>().concat();
+            let words = groups
+                .iter()
+                .map(|group| &group.words[..])
+                .collect::<Vec<_>>()
+                .concat();
             if tick == 0 {
                 engine.start(&words);
             }
@@ -151,10 +173,15 @@ pub fn play_on_board(
                 group.driven(&drive[part.keys.clone()], tick);
             }
             for happened in engine.drain() {
-                let of = parts.iter().position(|part| part.keys.contains(&(happened.key as usize)));
+                let of = parts
+                    .iter()
+                    .position(|part| part.keys.contains(&(happened.key as usize)));
                 let Some(of) = of else { continue };
                 let key = happened.key - parts[of].keys.start as u32;
-                for happened in decode(&compiled[of].lowered.events, vec![kernel::Happened { key, ..happened }]) {
+                for happened in decode(
+                    &compiled[of].lowered.events,
+                    vec![kernel::Happened { key, ..happened }],
+                ) {
                     groups[of].happened(happened, tick);
                 }
             }
@@ -164,7 +191,10 @@ pub fn play_on_board(
             return Err(trouble.to_string());
         }
     }
-    Ok((groups.into_iter().flat_map(|group| group.logs).collect(), engine.load()))
+    Ok((
+        groups.into_iter().flat_map(|group| group.logs).collect(),
+        engine.load(),
+    ))
 }
 
 /// The instrument as some keys of a keyboard have it: their values of what is set per key.
@@ -172,7 +202,10 @@ pub fn model_of_keys(model: &Model, keys: &[usize]) -> Model {
     let mut model = model.clone();
     for keyed in &mut model.keyed {
         let last = keyed.values.last().copied().unwrap_or_default();
-        keyed.values = keys.iter().map(|&key| keyed.values.get(key).copied().unwrap_or(last)).collect();
+        keyed.values = keys
+            .iter()
+            .map(|&key| keyed.values.get(key).copied().unwrap_or(last))
+            .collect();
     }
     model
 }
@@ -221,7 +254,13 @@ impl<'a> Group<'a> {
             words: vec![0; keys.len() * compiled.model.senses.len()],
             drive: vec![0; keys.len()],
             peaks: vec![0; keys.len()],
-            logs: keys.iter().map(|key| KeyLog { index: key.index, ..KeyLog::default() }).collect(),
+            logs: keys
+                .iter()
+                .map(|key| KeyLog {
+                    index: key.index,
+                    ..KeyLog::default()
+                })
+                .collect(),
         }
     }
 
@@ -233,7 +272,10 @@ impl<'a> Group<'a> {
             let position_m = follower.at(t_s);
             let word = self.device.word_of_position(position_m).0;
             self.words[key * senses..(key + 1) * senses].fill(word);
-            let outside = model.senses.first().is_some_and(|s| position_m < s.range.low || position_m > s.range.high);
+            let outside = model
+                .senses
+                .first()
+                .is_some_and(|s| position_m < s.range.low || position_m > s.range.high);
             self.logs[key].sense_clamped += usize::from(outside);
         }
     }
@@ -265,7 +307,9 @@ impl<'a> Group<'a> {
 
     fn happened(&mut self, happened: Happened, tick: usize) {
         if let LoweredEventKind::Emission(e) = self.compiled.lowered.events[happened.event].kind {
-            self.logs[happened.key as usize].events.push((tick, e as usize, happened.args));
+            self.logs[happened.key as usize]
+                .events
+                .push((tick, e as usize, happened.args));
         }
     }
 }

@@ -6,8 +6,9 @@
 //!   gesture ------------'                                        '--> plot --> figures (SVG, PNG), report --> page (HTML)
 //! ```
 //!
-//! Files are read and written here and nowhere below: [`files`] has the errors and the whole-or-not-at-all writer that all
-//! of them share. Every result is a function of its inputs alone, on every machine.
+//! Files are read and written here and nowhere below: [`files`] has the errors and the
+//! whole-or-not-at-all writer that all of them share. Every result is a function of its inputs
+//! alone, on every machine.
 //!
 //! Not here: the language (the compiler), what instructions do (the emulator).
 

@@ -4,8 +4,9 @@
 //!   tracks --merged by tick--> events --tempo map--> seconds --pairs of on and off--> notes
 //! ```
 //!
-//! Formats 0 and 1 are one performance; the tracks of format 2 are played one after the other. Notes of all channels play on the
-//! same keys, without percussion (channel 10). A pedal holds strings, not keys: it is counted and otherwise left out.
+//! Formats 0 and 1 are one performance; the tracks of format 2 are played one after the other.
+//! Notes of all channels play on the same keys, without percussion (channel 10). A pedal holds
+//! strings, not keys: it is counted and otherwise left out.
 //!
 //! Not here: how a key moves for a note (`stroke`), which keys there are (`keyboard`).
 
@@ -72,10 +73,16 @@ pub fn read(bytes: &[u8]) -> Result<Performance, String> {
         Format::Sequential => {
             for track in &smf.tracks {
                 let start_s = reader.out.end_s;
-                reader.play(events(std::slice::from_ref(track)), smf.header.timing, start_s)?;
+                reader.play(
+                    events(std::slice::from_ref(track)),
+                    smf.header.timing,
+                    start_s,
+                )?;
             }
         }
-        Format::SingleTrack | Format::Parallel => reader.play(events(&smf.tracks), smf.header.timing, 0.0)?,
+        Format::SingleTrack | Format::Parallel => {
+            reader.play(events(&smf.tracks), smf.header.timing, 0.0)?
+        }
     }
     reader.finish()
 }
@@ -106,7 +113,12 @@ struct Reader {
 }
 
 impl Reader {
-    fn play(&mut self, events: Vec<(u64, TrackEventKind)>, timing: Timing, start_s: f64) -> Result<(), String> {
+    fn play(
+        &mut self,
+        events: Vec<(u64, TrackEventKind)>,
+        timing: Timing,
+        start_s: f64,
+    ) -> Result<(), String> {
         let ticks_per = |seconds: f64| match timing {
             Timing::Metrical(beat) => f64::from(beat.as_int()) / seconds,
             Timing::Timecode(fps, sub) => f64::from(fps.as_f32()) * f64::from(sub),
@@ -124,7 +136,9 @@ impl Reader {
                 TrackEventKind::Meta(MetaMessage::Tempo(us)) if us.as_int() > 0 => {
                     ticks_per_s = ticks_per(f64::from(us.as_int()) * 1e-6);
                 }
-                TrackEventKind::Midi { channel, message } => self.message(channel.as_int(), message, now_s),
+                TrackEventKind::Midi { channel, message } => {
+                    self.message(channel.as_int(), message, now_s)
+                }
                 _ => {}
             }
         }
@@ -138,17 +152,29 @@ impl Reader {
 
     fn message(&mut self, channel: u8, message: MidiMessage, now_s: f64) {
         match message {
-            MidiMessage::NoteOn { .. } | MidiMessage::NoteOff { .. } if channel == PERCUSSION => self.percussion += 1,
+            MidiMessage::NoteOn { .. } | MidiMessage::NoteOff { .. } if channel == PERCUSSION => {
+                self.percussion += 1
+            }
             MidiMessage::NoteOn { key, vel } if vel.as_int() > 0 => {
                 // A note that is struck again ends first.
                 self.end(channel, key.as_int(), 64, now_s);
                 let (key, velocity) = (key.as_int(), vel.as_int());
                 self.open.push((channel, self.out.notes.len()));
-                self.out.notes.push(Note { key, on_s: now_s, off_s: now_s, velocity, release: 64 });
+                self.out.notes.push(Note {
+                    key,
+                    on_s: now_s,
+                    off_s: now_s,
+                    velocity,
+                    release: 64,
+                });
             }
             MidiMessage::NoteOn { key, .. } => self.end(channel, key.as_int(), 64, now_s),
-            MidiMessage::NoteOff { key, vel } => self.end(channel, key.as_int(), vel.as_int(), now_s),
-            MidiMessage::Controller { controller, value } if controller == SUSTAIN && value.as_int() >= 64 => {
+            MidiMessage::NoteOff { key, vel } => {
+                self.end(channel, key.as_int(), vel.as_int(), now_s)
+            }
+            MidiMessage::Controller { controller, value }
+                if controller == SUSTAIN && value.as_int() >= 64 =>
+            {
                 self.pedals += 1;
             }
             _ => {}
@@ -156,7 +182,11 @@ impl Reader {
     }
 
     fn end(&mut self, channel: u8, key: u8, release: u8, now_s: f64) {
-        if let Some(at) = self.open.iter().position(|&(c, note)| c == channel && self.out.notes[note].key == key) {
+        if let Some(at) = self
+            .open
+            .iter()
+            .position(|&(c, note)| c == channel && self.out.notes[note].key == key)
+        {
             let note = &mut self.out.notes[self.open.remove(at).1];
             (note.off_s, note.release) = (now_s, release);
         }
@@ -173,24 +203,39 @@ impl Reader {
             });
         }
         let told = [
-            (doubled, "notes double another on the same key and are one stroke with it"),
-            (self.percussion / 2, "notes of percussion (channel 10) have no keys"),
-            (self.pedals, "times the sustain pedal goes down: it holds strings, not keys"),
+            (
+                doubled,
+                "notes double another on the same key and are one stroke with it",
+            ),
+            (
+                self.percussion / 2,
+                "notes of percussion (channel 10) have no keys",
+            ),
+            (
+                self.pedals,
+                "times the sustain pedal goes down: it holds strings, not keys",
+            ),
             (self.endless, "notes never end; they end with the file"),
         ];
         let said = told.iter().filter(|(count, _)| *count > 0);
-        self.out.told = said.map(|(count, what)| format!("{count} {what}")).collect();
+        self.out.told = said
+            .map(|(count, what)| format!("{count} {what}"))
+            .collect();
         Ok(self.out)
     }
 }
 
-/// Joins notes on one key that begin together: the loudest, until the last ends. Gives how many went.
+/// Joins notes on one key that begin together: the loudest, until the last ends. Gives how many
+/// went.
 fn unisons(notes: &mut Vec<Note>) -> usize {
     let mut last: [Option<usize>; 128] = [None; 128];
     let mut kept: Vec<Note> = Vec::with_capacity(notes.len());
     for note in notes.iter() {
         let slot = &mut last[usize::from(note.key & 127)];
-        match slot.and_then(|at| kept.get_mut(at)).filter(|first| note.on_s - first.on_s <= UNISON_S) {
+        match slot
+            .and_then(|at| kept.get_mut(at))
+            .filter(|first| note.on_s - first.on_s <= UNISON_S)
+        {
             Some(first) => {
                 first.velocity = first.velocity.max(note.velocity);
                 first.off_s = first.off_s.max(note.off_s);
@@ -212,7 +257,11 @@ mod tests {
 
     /// A file of one track or several, of a format, 480 ticks a beat.
     fn file(format: u8, tracks: &[&[u8]]) -> Vec<u8> {
-        let mut bytes = [b"MThd", &[0, 0, 0, 6, 0, format, 0, tracks.len() as u8, 1, 0xe0][..]].concat();
+        let mut bytes = [
+            b"MThd",
+            &[0, 0, 0, 6, 0, format, 0, tracks.len() as u8, 1, 0xe0][..],
+        ]
+        .concat();
         for track in tracks {
             let body = [track, &[0, 0xff, 0x2f, 0][..]].concat();
             bytes.extend([b"MTrk", &(body.len() as u32).to_be_bytes()[..], &body].concat());
@@ -222,39 +271,69 @@ mod tests {
 
     fn notes(bytes: &[u8]) -> Vec<(u8, f64, f64, u8, u8)> {
         let performance = read(bytes).expect("a MIDI file");
-        performance.notes.iter().map(|n| (n.key, n.on_s, n.off_s, n.velocity, n.release)).collect()
+        performance
+            .notes
+            .iter()
+            .map(|n| (n.key, n.on_s, n.off_s, n.velocity, n.release))
+            .collect()
     }
 
     #[test]
     fn tempo_running_status_and_both_kinds_of_ends() {
-        // C4 for a beat at 120; then 60 beats a minute: E4 for a beat, ended by a velocity of 0 in running status.
+        // C4 for a beat at 120; then 60 beats a minute: E4 for a beat, ended by a velocity of 0 in
+        // running status.
         let track = [
             &[0, 0x90, 60, 100, 0x83, 0x60, 0x80, 60, 90][..],
-            &[0, 0xff, 0x51, 3, 0x0f, 0x42, 0x40, 0, 0x90, 64, 50, 0x83, 0x60, 64, 0],
+            &[
+                0, 0xff, 0x51, 3, 0x0f, 0x42, 0x40, 0, 0x90, 64, 50, 0x83, 0x60, 64, 0,
+            ],
         ]
         .concat();
-        assert_eq!(notes(&file(0, &[&track])), [(60, 0.0, 0.5, 100, 90), (64, 0.5, 1.5, 50, 64)]);
+        assert_eq!(
+            notes(&file(0, &[&track])),
+            [(60, 0.0, 0.5, 100, 90), (64, 0.5, 1.5, 50, 64)]
+        );
     }
 
     #[test]
     fn tracks_together_and_one_after_the_other() {
         let tempo = [0, 0xff, 0x51, 3, 0x0f, 0x42, 0x40];
-        let (low, high) = ([0, 0x90, 40, 80, 0x83, 0x60, 40, 0], [0, 0x91, 70, 81, 0x83, 0x60, 70, 0]);
-        assert_eq!(notes(&file(1, &[&tempo, &low, &high])), [(40, 0.0, 1.0, 80, 64), (70, 0.0, 1.0, 81, 64)]);
+        let (low, high) = (
+            [0, 0x90, 40, 80, 0x83, 0x60, 40, 0],
+            [0, 0x91, 70, 81, 0x83, 0x60, 70, 0],
+        );
+        assert_eq!(
+            notes(&file(1, &[&tempo, &low, &high])),
+            [(40, 0.0, 1.0, 80, 64), (70, 0.0, 1.0, 81, 64)]
+        );
         // In format 2 each has its own tempo.
-        assert_eq!(notes(&file(2, &[&low, &high])), [(40, 0.0, 0.5, 80, 64), (70, 0.5, 1.0, 81, 64)]);
+        assert_eq!(
+            notes(&file(2, &[&low, &high])),
+            [(40, 0.0, 0.5, 80, 64), (70, 0.5, 1.0, 81, 64)]
+        );
     }
 
     #[test]
     fn what_is_no_stroke_is_told() {
         let track = [
-            &[0, 0xb0, 64, 127, 0, 0x99, 36, 100, 10, 0x89, 36, 0, 0, 0x90, 60, 70, 0, 0x91, 60, 90][..],
+            &[
+                0, 0xb0, 64, 127, 0, 0x99, 36, 100, 10, 0x89, 36, 0, 0, 0x90, 60, 70, 0, 0x91, 60,
+                90,
+            ][..],
             &[0x83, 0x60, 0x90, 60, 71, 0x83, 0x60, 0x90, 62, 20],
         ]
         .concat();
         let performance = read(&file(0, &[&track])).expect("a MIDI file");
-        let all: Vec<(u8, u8)> = performance.notes.iter().map(|n| (n.key, n.velocity)).collect();
-        assert_eq!(all, [(60, 90), (60, 71), (62, 20)], "two channels, one stroke; struck again: ended");
+        let all: Vec<(u8, u8)> = performance
+            .notes
+            .iter()
+            .map(|n| (n.key, n.velocity))
+            .collect();
+        assert_eq!(
+            all,
+            [(60, 90), (60, 71), (62, 20)],
+            "two channels, one stroke; struck again: ended"
+        );
         assert_eq!(performance.told.len(), 4, "{:?}", performance.told);
     }
 
@@ -262,8 +341,16 @@ mod tests {
     fn what_is_no_midi_file_is_an_error() {
         assert!(read(b"").unwrap_err().contains("not a MIDI file"));
         assert!(read(b"RIFF....").unwrap_err().contains("not a MIDI file"));
-        assert!(read(&file(0, &[&[]])).unwrap_err().contains("holds no notes"));
-        assert!(read(&file(0, &[&[0, 0x99, 36, 100]])).unwrap_err().contains("percussion"));
+        assert!(
+            read(&file(0, &[&[]]))
+                .unwrap_err()
+                .contains("holds no notes")
+        );
+        assert!(
+            read(&file(0, &[&[0, 0x99, 36, 100]]))
+                .unwrap_err()
+                .contains("percussion")
+        );
         let whole = file(1, &[&[0, 0x90, 60, 100, 0x83, 0x60, 60, 0]]);
         for end in 0..whole.len() {
             let _ = read(&whole[..end]);

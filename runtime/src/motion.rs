@@ -6,9 +6,9 @@
 //!   bare column --> calibration table ----'    becomes 0 .. dip      (no delay)     (no delay)
 //! ```
 //!
-//! Positions are metres, 0 at rest and positive down. Files are read line by line; whatever is held, interpolated or moved on the
-//! way is counted in the [`Motion`] or said in its notes. Only portable arithmetic is used: the same file gives the same
-//! bits on every machine.
+//! Positions are metres, 0 at rest and positive down. Files are read line by line; whatever is
+//! held, interpolated or moved on the way is counted in the [`Motion`] or said in its notes. Only
+//! portable arithmetic is used: the same file gives the same bits on every machine.
 //!
 //! Forces on the key are read in the same way ([`load_force`]).
 //!
@@ -73,7 +73,8 @@ pub struct Stops {
 pub struct MotionOptions {
     /// How the numbers stand in the file.
     pub layout: Layout,
-    /// A linear map from what was recorded to the dip of the model; without it positions are taken as they are.
+    /// A linear map from what was recorded to the dip of the model; without it positions are taken
+    /// as they are.
     pub stops: Option<Stops>,
     /// The positions of a table are angles (rad), for an instrument that turns, and not lengths.
     pub turns: bool,
@@ -106,15 +107,18 @@ impl Motion {
 
     /// How many positions lie outside a range (m), such as a sensor's.
     pub fn count_outside(&self, low_m: f64, high_m: f64) -> usize {
-        self.position_m.iter().filter(|x| !(low_m..=high_m).contains(*x)).count()
+        self.position_m
+            .iter()
+            .filter(|x| !(low_m..=high_m).contains(*x))
+            .count()
     }
 }
 
 /// Reads a motion from a file and brings it to the tick rate.
 ///
 /// # Errors
-/// The file cannot be read or does not hold what the options say (with line and column), or an option makes no sense for
-/// it.
+/// The file cannot be read or does not hold what the options say (with line and column), or an
+/// option makes no sense for it.
 pub fn load(path: &Path, options: &MotionOptions, tick_rate_hz: u32) -> Result<Motion, FileError> {
     let mut source = read(path, options)?;
     let error = |message: String| FileError::new(path, message);
@@ -146,14 +150,20 @@ pub fn load(path: &Path, options: &MotionOptions, tick_rate_hz: u32) -> Result<M
     })
 }
 
-/// Reads a force on the key from a table such as `t_s,f_n` (or `t_s,torque_n_m` where it `turns`) and brings it to the tick rate (N or N*m).
+/// Reads a force on the key from a table such as `t_s,f_n` (or `t_s,torque_n_m` where it `turns`)
+/// and brings it to the tick rate (N or N*m).
 ///
 /// # Errors
 /// As [`load`].
 pub fn load_force(path: &Path, turns: bool, tick_rate_hz: u32) -> Result<Vec<f64>, FileError> {
     let (_, grid) = titled::read(path, titled::FORCE[usize::from(turns)], SAMPLES_MAX)?;
-    check_rates(grid.samples.len(), grid.rate_hz, tick_rate_hz).map_err(|message| FileError::new(path, message))?;
-    Ok(resample(&grid.samples, grid.rate_hz, f64::from(tick_rate_hz)))
+    check_rates(grid.samples.len(), grid.rate_hz, tick_rate_hz)
+        .map_err(|message| FileError::new(path, message))?;
+    Ok(resample(
+        &grid.samples,
+        grid.rate_hz,
+        f64::from(tick_rate_hz),
+    ))
 }
 
 /// Readings beyond this are mistakes (m or rad), and would overflow what computes with them.
@@ -171,19 +181,37 @@ struct Source {
 fn read(path: &Path, options: &MotionOptions) -> Result<Source, FileError> {
     match &options.layout {
         Layout::Titled => {
-            let (samples_read, grid) = titled::read(path, titled::POSITION[usize::from(options.turns)], SAMPLES_MAX)?;
+            let (samples_read, grid) = titled::read(
+                path,
+                titled::POSITION[usize::from(options.turns)],
+                SAMPLES_MAX,
+            )?;
             let notes = grid.note.into_iter().collect();
-            Ok(Source { rate_hz: grid.rate_hz, positions_m: grid.samples, samples_read, calibration_clipped: 0, notes })
+            Ok(Source {
+                rate_hz: grid.rate_hz,
+                positions_m: grid.samples,
+                samples_read,
+                calibration_clipped: 0,
+                notes,
+            })
         }
-        Layout::Raw { rate_hz, column, calibration } => {
+        Layout::Raw {
+            rate_hz,
+            column,
+            calibration,
+        } => {
             if !(rate_hz.is_finite() && *rate_hz > 0.0) {
-                return Err(FileError::new(path, format!("a rate of {rate_hz} Hz makes no sense")));
+                return Err(FileError::new(
+                    path,
+                    format!("a rate of {rate_hz} Hz makes no sense"),
+                ));
             }
             let calibration = calibration.as_deref().map(Calibration::load).transpose()?;
             let raw = raw::read(path, *column, calibration.as_ref())?;
             let unit = if options.turns { "radians" } else { "metres" };
-            let taken =
-                calibration.is_none().then(|| format!("bare numbers are taken as {unit}, as there is no calibration"));
+            let taken = calibration
+                .is_none()
+                .then(|| format!("bare numbers are taken as {unit}, as there is no calibration"));
             Ok(Source {
                 rate_hz: *rate_hz,
                 samples_read: raw.positions_m.len(),
@@ -198,7 +226,9 @@ fn read(path: &Path, options: &MotionOptions) -> Result<Source, FileError> {
 fn map_stops(positions_m: &mut [f64], stops: Stops) -> Result<(), String> {
     let slope = stops.dip_m / (stops.full_m - stops.rest_m);
     if !(slope.is_finite() && stops.rest_m.is_finite()) || slope == 0.0 {
-        return Err("the readings at rest and at full dip must differ, and the dip must not be zero".into());
+        return Err(
+            "the readings at rest and at full dip must differ, and the dip must not be zero".into(),
+        );
     }
     for x in positions_m {
         *x = (*x - stops.rest_m) * slope;
@@ -209,7 +239,9 @@ fn map_stops(positions_m: &mut [f64], stops: Stops) -> Result<(), String> {
 fn check_rates(len: usize, rate_hz: f64, tick_rate_hz: u32) -> Result<(), String> {
     let tick_hz = f64::from(tick_rate_hz);
     if tick_rate_hz == 0 || rate_hz > tick_hz * OVERSAMPLING_MAX {
-        return Err(format!("a rate of {rate_hz} Hz is too fast for ticks at {tick_rate_hz} Hz"));
+        return Err(format!(
+            "a rate of {rate_hz} Hz is too fast for ticks at {tick_rate_hz} Hz"
+        ));
     }
     let ticks = resampled_len(len, rate_hz, tick_hz);
     if ticks > SAMPLES_MAX as f64 {

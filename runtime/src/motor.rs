@@ -5,8 +5,9 @@
 //!                                          `--above the rated current, as the firmware adds it up--> time held back
 //! ```
 //!
-//! Word 32768 is the peak current, as in the firmware (`docs/firmware.md`): there the heat above the rated one is added up; what `peak` for `peak_time`
-//! makes of it is the limit, and the key then gets no more than the rated current until half of it is gone.
+//! Word 32768 is the peak current, as in the firmware (`docs/firmware.md`): there the heat above
+//! the rated one is added up; what `peak` for `peak_time` makes of it is the limit, and the key
+//! then gets no more than the rated current until half of it is gone.
 
 use whippen_compiler::fix::ExportKind;
 use whippen_compiler::pipeline::Compiled;
@@ -33,7 +34,8 @@ pub struct Demand {
     pub asked: f64,
     /// The firmware would have held the current back to the rated one (s).
     pub held_back_s: f64,
-    /// The warmest the winding got above its surroundings (K), if the device says how it gets warm; from cold.
+    /// The warmest the winding got above its surroundings (K), if the device says how it gets warm;
+    /// from cold.
     pub rise_k: Option<f64>,
     /// The same if it were played again and again.
     pub endless_rise_k: Option<f64>,
@@ -87,7 +89,13 @@ impl Meter {
 
     /// One tick: what the program asks for (N or N*m).
     pub fn tick(&mut self, force: f64) {
-        let Motor { rated_a, peak_a, peak_s, heat, .. } = self.motor;
+        let Motor {
+            rated_a,
+            peak_a,
+            peak_s,
+            heat,
+            ..
+        } = self.motor;
         let d = &mut self.demand;
         let wanted_a = force.abs() / self.full_scale * peak_a;
         let amperes = wanted_a.min(peak_a);
@@ -95,14 +103,27 @@ impl Meter {
         d.clipped_s += if wanted_a > peak_a { self.tick_s } else { 0.0 };
         d.peak_a = d.peak_a.max(amperes);
         self.squares += amperes * amperes;
-        self.spell_s = if amperes > rated_a { self.spell_s + self.tick_s } else { 0.0 };
+        self.spell_s = if amperes > rated_a {
+            self.spell_s + self.tick_s
+        } else {
+            0.0
+        };
         d.above_rated_s += if amperes > rated_a { self.tick_s } else { 0.0 };
         d.longest_s = d.longest_s.max(self.spell_s);
         let limit = (peak_a * peak_a - rated_a * rated_a) * peak_s;
         // While it is held back the winding gets the rated current at the most.
-        let flows = if self.holds { amperes.min(rated_a) } else { amperes };
-        d.held_back_s += if self.holds && amperes > rated_a { self.tick_s } else { 0.0 };
-        self.heat = (self.heat + (flows * flows - rated_a * rated_a) * self.tick_s).clamp(0.0, limit);
+        let flows = if self.holds {
+            amperes.min(rated_a)
+        } else {
+            amperes
+        };
+        d.held_back_s += if self.holds && amperes > rated_a {
+            self.tick_s
+        } else {
+            0.0
+        };
+        self.heat =
+            (self.heat + (flows * flows - rated_a * rated_a) * self.tick_s).clamp(0.0, limit);
         self.holds = self.heat >= limit || self.holds && self.heat >= 0.5 * limit;
         if let Some(heat) = heat {
             let goal = heat.rise_k * (amperes / rated_a).powi(2);
@@ -151,14 +172,24 @@ pub struct Played {
 /// So many slices a motion is shown in.
 const SLICES: usize = 600;
 
-/// Plays a motion (m at each tick) and adds up what the program asks for; none if the device says nothing of its motor. `compiled` observes.
+/// Plays a motion (m at each tick) and adds up what the program asks for; none if the device says
+/// nothing of its motor. `compiled` observes.
 ///
 /// # Errors
 /// The engine cannot be built on this machine, or `compiled` does not observe its force.
-pub fn play(compiled: &Compiled, device: &Device, positions: &[f64]) -> Result<Option<Played>, String> {
-    let Some(mut meter) = Meter::new(device, compiled.model.rate_hz) else { return Ok(None) };
+pub fn play(
+    compiled: &Compiled,
+    device: &Device,
+    positions: &[f64],
+) -> Result<Option<Played>, String> {
+    let Some(mut meter) = Meter::new(device, compiled.model.rate_hz) else {
+        return Ok(None);
+    };
     let exports = &compiled.lowered.exports;
-    let total = exports.iter().position(|e| e.kind == ExportKind::Total).ok_or("the force is not observed")?;
+    let total = exports
+        .iter()
+        .position(|e| e.kind == ExportKind::Total)
+        .ok_or("the force is not observed")?;
     let mut engine = Engine::new(EngineKind::Jit, compiled, device, 1)?;
     let (motor, rate_hz) = (meter.motor, f64::from(compiled.model.rate_hz));
     let mut words = vec![0; compiled.model.senses.len()];
@@ -176,14 +207,21 @@ pub fn play(compiled: &Compiled, device: &Device, positions: &[f64]) -> Result<O
         let force = engine.value(0, total, &exports[total]);
         meter.tick(force);
         if tick % length == 0 {
-            slices.push(Slice { t_s: tick as f64 / rate_hz, peak_a: 0.0, rise_k: 0.0 });
+            slices.push(Slice {
+                t_s: tick as f64 / rate_hz,
+                peak_a: 0.0,
+                rise_k: 0.0,
+            });
         }
         if let Some(slice) = slices.last_mut() {
             let amperes = (force.abs() / meter.full_scale * motor.peak_a).min(motor.peak_a);
             (slice.peak_a, slice.rise_k) = (slice.peak_a.max(amperes), meter.rise_k());
         }
     }
-    Ok(Some(Played { demand: meter.finish(), slices }))
+    Ok(Some(Played {
+        demand: meter.finish(),
+        slices,
+    }))
 }
 
 #[cfg(test)]
@@ -203,18 +241,30 @@ mod tests {
     fn the_rated_current_for_ever_makes_the_stated_rise() {
         // 8 N are 0.5 A.
         let d = demand(90.0, |_| -8.0);
-        assert!((d.rms_a - 0.5).abs() < 1e-9 && d.above_rated_s == 0.0 && d.held_back_s == 0.0, "{d:?}");
+        assert!(
+            (d.rms_a - 0.5).abs() < 1e-9 && d.above_rated_s == 0.0 && d.held_back_s == 0.0,
+            "{d:?}"
+        );
         let rise = d.rise_k.expect("mikey says how it gets warm");
-        assert!((rise - 60.0 * (1.0 - (-3.0_f64).exp())).abs() < 0.01, "{rise}");
+        assert!(
+            (rise - 60.0 * (1.0 - (-3.0_f64).exp())).abs() < 0.01,
+            "{rise}"
+        );
         assert!((d.endless_rise_k.unwrap_or(0.0) - 60.0).abs() < 1e-6);
     }
 
     #[test]
     fn the_peak_is_allowed_for_its_time_and_then_held_back() {
         let d = demand(0.5, |t| if t < 0.099 { 32.0 } else { 0.0 });
-        assert!(d.held_back_s == 0.0 && (d.longest_s - 0.099).abs() < 1e-3 && d.peak_a == 2.0, "{d:?}");
+        assert!(
+            d.held_back_s == 0.0 && (d.longest_s - 0.099).abs() < 1e-3 && d.peak_a == 2.0,
+            "{d:?}"
+        );
         let d = demand(0.5, |_| 40.0);
         assert!((d.held_back_s - 0.4).abs() < 1e-3, "{d:?}");
-        assert!((d.clipped_s - 0.5).abs() < 1e-6 && d.asked == 40.0 && d.peak_a == 2.0, "{d:?}");
+        assert!(
+            (d.clipped_s - 0.5).abs() < 1e-6 && d.asked == 40.0 && d.peak_a == 2.0,
+            "{d:?}"
+        );
     }
 }

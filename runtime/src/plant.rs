@@ -1,16 +1,19 @@
-//! The plant: a key with its coil, its converters and what holds it, in f64, much finer than the ticks.
+//! The plant: a key with its coil, its converters and what holds it, in f64, much finer than the
+//! ticks.
 //!
 //! ```text
 //!   word --delay, hold--> coil (bandwidth) --.
 //!   player (force, or a hand) ---------------+--> mass with friction, felt stops --> position --delay--> sensor
 //! ```
 //!
-//! It shares nothing with the stability analysis but the device file: no linearisation, no exact solutions, only small steps
-//! of the differential equation. Positions grow downwards; forces of the drive push up, those of the player down. On what turns, positions are
-//! angles, masses inertias, forces torques.
+//! It shares nothing with the stability analysis but the device file: no linearisation, no exact
+//! solutions, only small steps of the differential equation. Positions grow downwards; forces of
+//! the drive push up, those of the player down. On what turns, positions are angles, masses
+//! inertias, forces torques.
 //!
-//! The **energy observer** adds up what the player does to the key (Hannaford and Ryu 2002, there for control): force times
-//! way, what is put in and what comes back. Over a stroke that begins and ends at rest, a passive key gives back less than it got.
+//! The **energy observer** adds up what the player does to the key (Hannaford and Ryu 2002, there
+//! for control): force times way, what is put in and what comes back. Over a stroke that begins and
+//! ends at rest, a passive key gives back less than it got.
 //!
 //! Not here: the motor's heat (`motor`), the loop around it (`closed`).
 
@@ -80,7 +83,10 @@ impl<'d> Plant<'d> {
         let mechanics = device.mechanics?;
         let step_s = 1.0 / (f64::from(rate_hz) * STEPS as f64);
         let late = steps(device.sensor.delay_samples);
-        let corner = device.drive.bandwidth_hz.map(|hz| std::f64::consts::TAU * hz);
+        let corner = device
+            .drive
+            .bandwidth_hz
+            .map(|hz| std::f64::consts::TAU * hz);
         Some(Plant {
             device,
             mechanics,
@@ -98,7 +104,8 @@ impl<'d> Plant<'d> {
         })
     }
 
-    /// What the sensor measures in this tick (m), late as it is; the converter is [`Device::word_of_position`].
+    /// What the sensor measures in this tick (m), late as it is; the converter is
+    /// [`Device::word_of_position`].
     pub fn sensed(&self) -> f64 {
         self.seen.front().copied().unwrap_or(self.x)
     }
@@ -121,9 +128,14 @@ impl<'d> Plant<'d> {
     /// Takes the drive's word of this tick and goes on to the next.
     pub fn tick(&mut self, word: i16) {
         let begins = self.step + steps(self.device.drive.delay_samples);
-        self.asked.push_back((begins, self.device.force_of_word(word)));
+        self.asked
+            .push_back((begins, self.device.force_of_word(word)));
         for _ in 0..STEPS {
-            while let Some(&(begins, force)) = self.asked.front().filter(|(begins, _)| *begins <= self.step) {
+            while let Some(&(begins, force)) = self
+                .asked
+                .front()
+                .filter(|(begins, _)| *begins <= self.step)
+            {
                 debug_assert!(begins <= self.step);
                 self.held = force;
                 self.asked.pop_front();
@@ -137,12 +149,20 @@ impl<'d> Plant<'d> {
 
     fn advance(&mut self) {
         self.force += self.follows * (self.held - self.force);
-        let Mechanics { mass, damping, friction, .. } = self.mechanics;
+        let Mechanics {
+            mass,
+            damping,
+            friction,
+            ..
+        } = self.mechanics;
         let (own, added) = match &self.player {
             Player::Force(forces) => (forces.get(self.step / STEPS).copied().unwrap_or(0.0), 0.0),
             Player::Hand { hand, target } => {
                 let (place, speed) = wanted(target, self.step, self.step_s);
-                (hand.stiffness * (place - self.x) + hand.damping * (speed - self.v), hand.mass)
+                (
+                    hand.stiffness * (place - self.x) + hand.damping * (speed - self.v),
+                    hand.mass,
+                )
             }
         };
         let all = own - self.force - damping * self.v - self.stop();
@@ -150,17 +170,29 @@ impl<'d> Plant<'d> {
         let free = self.v + self.step_s * all / (mass + added);
         // Dry friction stops the key or slows it, but never turns it round.
         let brake = self.step_s * friction / (mass + added);
-        self.v = if free.abs() <= brake { 0.0 } else { free - brake * free.signum() };
+        self.v = if free.abs() <= brake {
+            0.0
+        } else {
+            free - brake * free.signum()
+        };
         self.x += self.step_s * self.v;
-        // What the hand's mass takes does not reach the key. With the mean speed of the step the work is what the mass then has.
+        // What the hand's mass takes does not reach the key. With the mean speed of the step the
+        // work is what the mass then has.
         let mean_way = 0.5 * self.step_s * (before + self.v);
         let work = (own - added * (self.v - before) / self.step_s) * mean_way;
-        if work > 0.0 { self.energy.given_j += work } else { self.energy.returned_j -= work }
+        if work > 0.0 {
+            self.energy.given_j += work
+        } else {
+            self.energy.returned_j -= work
+        }
     }
 
-    /// What the felt of a stop pushes (N, up): it gives way as a spring with losses, and never pulls.
+    /// What the felt of a stop pushes (N, up): it gives way as a spring with losses, and never
+    /// pulls.
     fn stop(&self) -> f64 {
-        let Some(stops) = self.mechanics.stops else { return 0.0 };
+        let Some(stops) = self.mechanics.stops else {
+            return 0.0;
+        };
         let (below, above) = (self.x - stops.high, stops.low - self.x);
         if below > 0.0 {
             (stops.stiffness * below + stops.damping * self.v).max(0.0)
@@ -177,12 +209,16 @@ fn steps(ticks: f64) -> usize {
     (ticks * STEPS as f64).round() as usize
 }
 
-/// Where a hand wants the key in a step, and how fast it wants it to go: straight from tick to tick.
+/// Where a hand wants the key in a step, and how fast it wants it to go: straight from tick to
+/// tick.
 fn wanted(target: &[f64], step: usize, step_s: f64) -> (f64, f64) {
     let at = |tick: usize| target.get(tick).or(target.last()).copied().unwrap_or(0.0);
     let (from, to) = (at(step / STEPS), at(step / STEPS + 1));
     let part = (step % STEPS) as f64 / STEPS as f64;
-    (from + part * (to - from), (to - from) / (STEPS as f64 * step_s))
+    (
+        from + part * (to - from),
+        (to - from) / (STEPS as f64 * step_s),
+    )
 }
 
 #[cfg(test)]
@@ -193,14 +229,23 @@ mod tests {
 
     fn device(change: impl FnOnce(&mut Mechanics)) -> Device {
         let mut device = Device::mikey();
-        let mechanics = device.mechanics.as_mut().expect("mikey says how its key moves");
+        let mechanics = device
+            .mechanics
+            .as_mut()
+            .expect("mikey says how its key moves");
         mechanics.stops = None;
         change(mechanics);
         device
     }
 
     /// After so many ticks under a constant word.
-    fn after(device: &Device, player: Player, x: f64, word: i16, ticks: usize) -> (f64, f64, Energy) {
+    fn after(
+        device: &Device,
+        player: Player,
+        x: f64,
+        word: i16,
+        ticks: usize,
+    ) -> (f64, f64, Energy) {
         let mut plant = Plant::new(device, RATE_HZ, player, x).expect("it has mechanics");
         (0..ticks).for_each(|_| plant.tick(word));
         (plant.position(), plant.speed(), plant.energy)
@@ -211,10 +256,16 @@ mod tests {
         let smooth = device(|m| (m.friction, m.damping) = (0.0, 0.0));
         let (x, v, energy) = after(&smooth, Player::Force(vec![0.6; 441]), 0.0, 0, 441);
         // 0.6 N on 60 g for 10 ms.
-        assert!((v - 0.1).abs() < 1e-9 && (x - 0.5e-3).abs() < 1e-6, "{x} {v}");
+        assert!(
+            (v - 0.1).abs() < 1e-9 && (x - 0.5e-3).abs() < 1e-6,
+            "{x} {v}"
+        );
         assert!((energy.given_j - 0.5 * 0.06 * 0.01).abs() < 1e-8 && energy.returned_j == 0.0);
         let dry = device(|m| m.friction = 0.7);
-        assert_eq!(after(&dry, Player::Force(vec![0.6; 441]), 0.0, 0, 441).0, 0.0);
+        assert_eq!(
+            after(&dry, Player::Force(vec![0.6; 441]), 0.0, 0, 441).0,
+            0.0
+        );
         // With friction alone 0.1 m/s end after v m / f_c = 0.2 s.
         let (_, v, _) = after(
             &device(|m| (m.friction, m.damping) = (0.03, 0.0)),
@@ -230,31 +281,54 @@ mod tests {
     fn the_drive_acts_after_its_delay_and_its_coil() {
         let mut fast = device(|m| (m.friction, m.damping) = (0.0, 0.0));
         fast.drive.bandwidth_hz = None;
-        let mut plant = Plant::new(&fast, RATE_HZ, Player::Force(Vec::new()), 5e-3).expect("mechanics");
+        let mut plant =
+            Plant::new(&fast, RATE_HZ, Player::Force(Vec::new()), 5e-3).expect("mechanics");
         plant.tick(1024);
         assert_eq!(plant.position(), 5e-3, "one sample late");
         plant.tick(1024);
         let t = 1.0 / f64::from(RATE_HZ);
-        assert!((plant.speed() + t / 0.06).abs() < 1e-6 * t / 0.06 && plant.sensed() == 5e-3, "1 N up; seen later");
+        assert!(
+            (plant.speed() + t / 0.06).abs() < 1e-6 * t / 0.06 && plant.sensed() == 5e-3,
+            "1 N up; seen later"
+        );
         plant.tick(1024);
         assert!(plant.sensed() < 5e-3 && plant.sensed() > plant.position());
         let slow = device(|m| (m.friction, m.damping) = (0.0, 0.0));
         let (_, lags, _) = after(&slow, Player::Force(Vec::new()), 5e-3, 1024, 441);
         let (_, leads, _) = after(&fast, Player::Force(Vec::new()), 5e-3, 1024, 441);
         // The coil's time constant at 3 kHz is 53 us: so much of the force is missing.
-        assert!(((lags - leads) * 0.06 / 53.05e-6 - 1.0).abs() < 0.02, "{lags} {leads}");
+        assert!(
+            ((lags - leads) * 0.06 / 53.05e-6 - 1.0).abs() < 0.02,
+            "{lags} {leads}"
+        );
     }
 
     #[test]
     fn a_hand_leads_the_key_and_its_stops_hold_it() {
         let key = device(|m| m.friction = 0.0);
-        let hand = Hand { mass: 0.1, damping: 3.0, stiffness: 500.0 };
-        let (x, v, energy) = after(&key, Player::Hand { hand, target: vec![4e-3] }, 0.0, 0, 44_100);
+        let hand = Hand {
+            mass: 0.1,
+            damping: 3.0,
+            stiffness: 500.0,
+        };
+        let (x, v, energy) = after(
+            &key,
+            Player::Hand {
+                hand,
+                target: vec![4e-3],
+            },
+            0.0,
+            0,
+            44_100,
+        );
         assert!((x - 4e-3).abs() < 1e-6 && v.abs() < 1e-4, "{x} {v}");
         assert!(energy.kept_j() > 0.0, "friction keeps something");
         let mikey = Device::mikey();
         let (x, v, _) = after(&mikey, Player::Force(vec![2.0; 44_100]), 5e-3, 0, 44_100);
-        assert!((x - 10.1e-3).abs() < 5e-6 && v.abs() < 1e-9, "2 N go 0.1 mm into 20 kN/m: {x}");
+        assert!(
+            (x - 10.1e-3).abs() < 5e-6 && v.abs() < 1e-9,
+            "2 N go 0.1 mm into 20 kN/m: {x}"
+        );
         let (x, ..) = after(&mikey, Player::Force(vec![-2.0; 44_100]), 5e-3, 0, 44_100);
         assert!((x + 0.1e-3).abs() < 5e-6, "{x}");
     }

@@ -9,9 +9,10 @@
 //!   force over travel: press, return       its own axes
 //! ```
 //!
-//! A [`Figure`] borrows its data, usually from a trace; panels without data are left out. Panels paint shapes into one drawing,
-//! which both outputs put on paper, so both show the same. A recording of any length is reduced to what can be seen
-//! (`decimate`). Colours can be told apart with any kind of colour vision (Paul Tol's schemes).
+//! A [`Figure`] borrows its data, usually from a trace; panels without data are left out. Panels
+//! paint shapes into one drawing, which both outputs put on paper, so both show the same. A
+//! recording of any length is reduced to what can be seen (`decimate`). Colours can be told apart
+//! with any kind of colour vision (Paul Tol's schemes).
 //!
 //! A [`Map`] is the other kind: lines over two quantities. Not here: interaction, reports.
 
@@ -105,7 +106,8 @@ pub struct Roles {
     pub total: String,
     /// Titles of the columns of coordinates.
     pub coordinates: Vec<String>,
-    /// Name of the event that is marked (`note`); its first argument, if it has one, is written beside it.
+    /// Name of the event that is marked (`note`); its first argument, if it has one, is written
+    /// beside it.
     pub mark: String,
 }
 
@@ -114,12 +116,26 @@ impl<'a> Figure<'a> {
     pub fn of(trace: &'a Trace, roles: &Roles) -> Figure<'a> {
         let series = |name: &String| {
             let column = trace.column(name)?;
-            Some(Series { name: &column.name, unit: &column.unit, values: &column.values })
+            Some(Series {
+                name: &column.name,
+                unit: &column.unit,
+                values: &column.values,
+            })
         };
-        let machine = |c: &'a Column| Machine { name: &c.name, states: &c.labels, values: &c.values };
+        let machine = |c: &'a Column| Machine {
+            name: &c.name,
+            states: &c.labels,
+            values: &c.values,
+        };
         let marked = || trace.events.iter().filter(|e| e.event == roles.mark);
-        let label = |e: &EventRow| e.args.first().map_or(String::new(), |(_, v)| format!("{v:.2}").replace('-', "−"));
-        let argument = marked().find_map(|e| e.args.first()).and_then(|(title, _)| split_title(title).1);
+        let label = |e: &EventRow| {
+            e.args
+                .first()
+                .map_or(String::new(), |(_, v)| format!("{v:.2}").replace('-', "−"))
+        };
+        let argument = marked()
+            .find_map(|e| e.args.first())
+            .and_then(|(title, _)| split_title(title).1);
         Figure {
             title: roles.title.clone(),
             rate_hz: trace.rate_hz,
@@ -127,16 +143,38 @@ impl<'a> Figure<'a> {
             forces: roles.forces.iter().filter_map(series).collect(),
             total: series(&roles.total),
             coordinates: roles.coordinates.iter().filter_map(series).collect(),
-            machines: trace.columns.iter().filter(|c| !c.labels.is_empty()).map(machine).collect(),
-            mark_name: frame::heading(&roles.mark, &argument.map_or(String::new(), |unit| unit.dim.unit())),
-            marks: marked().map(|e| Mark { t_s: e.t_s, label: label(e) }).collect(),
+            machines: trace
+                .columns
+                .iter()
+                .filter(|c| !c.labels.is_empty())
+                .map(machine)
+                .collect(),
+            mark_name: frame::heading(
+                &roles.mark,
+                &argument.map_or(String::new(), |unit| unit.dim.unit()),
+            ),
+            marks: marked()
+                .map(|e| Mark {
+                    t_s: e.t_s,
+                    label: label(e),
+                })
+                .collect(),
         }
     }
 
     /// The number of ticks of the longest series.
     pub fn ticks(&self) -> usize {
-        let series = self.travel.iter().chain(&self.forces).chain(&self.total).chain(&self.coordinates);
-        series.map(|s| s.values.len()).chain(self.machines.iter().map(|m| m.values.len())).max().unwrap_or(0)
+        let series = self
+            .travel
+            .iter()
+            .chain(&self.forces)
+            .chain(&self.total)
+            .chain(&self.coordinates);
+        series
+            .map(|s| s.values.len())
+            .chain(self.machines.iter().map(|m| m.values.len()))
+            .max()
+            .unwrap_or(0)
     }
 
     /// The figure as an SVG document.
@@ -155,8 +193,14 @@ impl<'a> Figure<'a> {
 /// # Errors
 /// The first that does not.
 pub fn check_names(paths: &[PathBuf]) -> Result<(), String> {
-    match paths.iter().find(|path| !["svg", "png"].contains(&ending(path))) {
-        Some(path) => Err(format!("{}: a figure's name ends in `.svg` or `.png`", path.display())),
+    match paths
+        .iter()
+        .find(|path| !["svg", "png"].contains(&ending(path)))
+    {
+        Some(path) => Err(format!(
+            "{}: a figure's name ends in `.svg` or `.png`",
+            path.display()
+        )),
         None => Ok(()),
     }
 }
@@ -168,8 +212,15 @@ pub fn check_names(paths: &[PathBuf]) -> Result<(), String> {
 pub fn save(figure: &Figure, path: &Path) -> Result<(), FileError> {
     let bytes = match ending(path) {
         "svg" => figure.svg().into_bytes(),
-        "png" => figure.png().ok_or_else(|| FileError::new(path, "the figure is too large for a picture"))?,
-        _ => return Err(FileError::new(path, "a figure's name ends in `.svg` or `.png`")),
+        "png" => figure
+            .png()
+            .ok_or_else(|| FileError::new(path, "the figure is too large for a picture"))?,
+        _ => {
+            return Err(FileError::new(
+                path,
+                "a figure's name ends in `.svg` or `.png`",
+            ));
+        }
     };
     write_whole(path, |w| w.write_all(&bytes))
 }

@@ -6,9 +6,10 @@
 //!   tour: many sections, and a table over all ----------------------------------'
 //! ```
 //!
-//! The page holds its data, its style and its scripts, asks nothing of any network, and works from a file. Tables and facts are plain
-//! HTML that can be read without a script; the scripts (`report/*.js`, around the plotting library in `vendor/`) draw and zoom.
-//! The same run gives the same bytes.
+//! The page holds its data, its style and its scripts, asks nothing of any network, and works from
+//! a file. Tables and facts are plain HTML that can be read without a script; the scripts
+//! (`report/*.js`, around the plotting library in `vendor/`) draw and zoom. The same run gives the
+//! same bytes.
 //!
 //! Not here: still pictures (`plot`), tables of all ticks (`trace`).
 

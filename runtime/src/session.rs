@@ -4,8 +4,9 @@
 //!   positions (m) -> sensor words -> Engine -> drive words, values, events -> Trace
 //! ```
 //!
-//! The motion is prescribed: the key is where it was recorded to be, whatever force answers (`closed` lets the force move it). All keys of an engine get the
-//! same motion; the trace shows the first.
+//! The motion is prescribed: the key is where it was recorded to be, whatever force answers
+//! (`closed` lets the force move it). All keys of an engine get the same motion; the trace shows
+//! the first.
 
 use std::time::{Duration, Instant};
 
@@ -43,10 +44,16 @@ impl Counts {
     pub fn told(&self) -> Vec<(usize, &'static str)> {
         let sensed = self.sense_clamped - self.sensor_clipped.min(self.sense_clamped);
         let all = [
-            (self.sensor_clipped, "beyond the sensor's range, read as its end"),
+            (
+                self.sensor_clipped,
+                "beyond the sensor's range, read as its end",
+            ),
             (sensed, "beyond the range the instrument senses"),
             (self.slew_held, "held back by the slew limit"),
-            (self.drive_clipped, "with more force than the drive gives, clipped"),
+            (
+                self.drive_clipped,
+                "with more force than the drive gives, clipped",
+            ),
         ];
         all.into_iter().filter(|(count, _)| *count > 0).collect()
     }
@@ -63,7 +70,8 @@ pub struct Run {
     pub load: Option<Load>,
 }
 
-/// Runs `compiled` over `positions_m`, one per tick. `progress` is told the ticks done now and then.
+/// Runs `compiled` over `positions_m`, one per tick. `progress` is told the ticks done now and
+/// then.
 ///
 /// # Errors
 /// The engine cannot be built on this machine.
@@ -74,10 +82,18 @@ pub fn run(
     positions_m: &[f64],
     progress: impl FnMut(usize),
 ) -> Result<Run, String> {
-    looped(compiled, device, kind, positions_m.len(), progress, |tick, _| positions_m[tick])
+    looped(
+        compiled,
+        device,
+        kind,
+        positions_m.len(),
+        progress,
+        |tick, _| positions_m[tick],
+    )
 }
 
-/// Runs `compiled` for so many ticks; `position_m` is told the tick and the drive's word of the one before, and says where the key then is.
+/// Runs `compiled` for so many ticks; `position_m` is told the tick and the drive's word of the one
+/// before, and says where the key then is.
 pub(crate) fn looped(
     compiled: &Compiled,
     device: &Device,
@@ -110,7 +126,11 @@ pub(crate) fn looped(
     if let Some(trouble) = engine.board().and_then(|board| board.trouble()) {
         return Err(trouble.to_string());
     }
-    Ok(Run { trace: recorder.trace, counts: watch.counts, load: engine.board().map(|board| board.load()) })
+    Ok(Run {
+        trace: recorder.trace,
+        counts: watch.counts,
+        load: engine.board().map(|board| board.load()),
+    })
 }
 
 /// Counts what the converters and the ranges cut off.
@@ -129,15 +149,28 @@ impl<'a> Watch<'a> {
         let (model, scales) = (&compiled.model, device.scales());
         let sense = model.senses.first();
         let accepted = sense.map_or((0, 65_535), |s| scales.words_in(s.range));
-        let step = sense.and_then(|s| s.slew_per_s).map(|v| scales.words_per_tick(v, model.rate_hz));
-        Watch { device, model, accepted, step, last: None, counts: Counts::default() }
+        let step = sense
+            .and_then(|s| s.slew_per_s)
+            .map(|v| scales.words_per_tick(v, model.rate_hz));
+        Watch {
+            device,
+            model,
+            accepted,
+            step,
+            last: None,
+            counts: Counts::default(),
+        }
     }
 
     fn word(&mut self, position_m: f64) -> u16 {
         let (word, clipped) = self.device.word_of_position(position_m);
         let (low, high) = self.accepted;
         let wide = i64::from(word).clamp(low, high);
-        let outside = self.model.senses.first().is_some_and(|s| position_m < s.range.low || position_m > s.range.high);
+        let outside = self
+            .model
+            .senses
+            .first()
+            .is_some_and(|s| position_m < s.range.low || position_m > s.range.high);
         let held = match (self.last, self.step) {
             (Some(last), Some(step)) => wide.clamp(last - step, last + step),
             _ => wide,
@@ -155,10 +188,21 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// The event that a summary lists and a figure marks: `note`, or else the first that the program emits with an argument.
+/// The event that a summary lists and a figure marks: `note`, or else the first that the program
+/// emits with an argument.
 pub fn marked(model: &Model) -> &str {
-    let first = || model.emissions.iter().find(|e| !e.args.is_empty()).map(|e| e.name.as_str());
-    if model.emissions.iter().any(|e| e.name == "note") { "note" } else { first().unwrap_or("note") }
+    let first = || {
+        model
+            .emissions
+            .iter()
+            .find(|e| !e.args.is_empty())
+            .map(|e| e.name.as_str())
+    };
+    if model.emissions.iter().any(|e| e.name == "note") {
+        "note"
+    } else {
+        first().unwrap_or("note")
+    }
 }
 
 /// The figure of a run: travel, force terms and their sum, coordinates, states, strikes.
@@ -169,9 +213,13 @@ pub fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
 /// Which columns of a run's trace play which part in a figure.
 pub fn roles(compiled: &Compiled) -> Roles {
     let model = &compiled.model;
-    let coordinate =
-        |kind| matches!(kind, ExportKind::Cell(id) if model.cells[id.0 as usize].kind == CellKind::Coordinate);
-    let first = |wanted: ExportKind| titles(compiled, &|kind| kind == wanted).into_iter().next().unwrap_or_default();
+    let coordinate = |kind| matches!(kind, ExportKind::Cell(id) if model.cells[id.0 as usize].kind == CellKind::Coordinate);
+    let first = |wanted: ExportKind| {
+        titles(compiled, &|kind| kind == wanted)
+            .into_iter()
+            .next()
+            .unwrap_or_default()
+    };
     Roles {
         title: model.name.replace('_', " "),
         travel: first(ExportKind::Sense(0)),
@@ -185,7 +233,13 @@ pub fn roles(compiled: &Compiled) -> Roles {
 /// The titles of the columns of exports of some kinds, in the order of the exports.
 pub fn titles(compiled: &Compiled, wanted: &dyn Fn(ExportKind) -> bool) -> Vec<String> {
     let title = |e: &Export| join_title(&e.name, &suffix(&compiled.model, e));
-    compiled.lowered.exports.iter().filter(|e| wanted(e.kind)).map(title).collect()
+    compiled
+        .lowered
+        .exports
+        .iter()
+        .filter(|e| wanted(e.kind))
+        .map(title)
+        .collect()
 }
 
 /// Fills a trace: the drive, then senses, the sum of forces, forces, coordinates, rates, states.
@@ -207,21 +261,37 @@ impl<'c> Recorder<'c> {
             labels,
             values: Vec::with_capacity(ticks),
         };
-        let shown: Vec<usize> =
-            (0..exports.len()).filter(|&i| observes && has_column(&compiled.model, &exports[i])).collect();
+        let shown: Vec<usize> = (0..exports.len())
+            .filter(|&i| observes && has_column(&compiled.model, &exports[i]))
+            .collect();
         let mut columns = vec![column("drive", drive_unit(&compiled.model), Vec::new())];
         for &index in &shown {
             let export = &exports[index];
-            columns.push(column(&export.name, suffix(&compiled.model, export), labels(&compiled.model, export)));
+            columns.push(column(
+                &export.name,
+                suffix(&compiled.model, export),
+                labels(&compiled.model, export),
+            ));
         }
-        let trace = Trace { rate_hz: compiled.model.rate_hz, columns, events: Vec::new() };
-        Recorder { compiled, shown, titles: argument_titles(&compiled.model), trace }
+        let trace = Trace {
+            rate_hz: compiled.model.rate_hz,
+            columns,
+            events: Vec::new(),
+        };
+        Recorder {
+            compiled,
+            shown,
+            titles: argument_titles(&compiled.model),
+            trace,
+        }
     }
 
     fn tick(&mut self, engine: &mut Engine, tick: usize, drive_n: f64) {
         self.trace.columns[0].values.push(drive_n);
         for (column, &index) in self.trace.columns[1..].iter_mut().zip(&self.shown) {
-            column.values.push(engine.value(0, index, &self.compiled.lowered.exports[index]));
+            column
+                .values
+                .push(engine.value(0, index, &self.compiled.lowered.exports[index]));
         }
         let t_s = self.trace.time_s(tick);
         for happened in engine.drain() {
@@ -232,18 +302,28 @@ impl<'c> Recorder<'c> {
     fn row(&self, t_s: f64, happened: Happened) -> EventRow {
         let model = &self.compiled.model;
         let (event, titles) = match &self.compiled.lowered.events[happened.event].kind {
-            LoweredEventKind::Emission(e) => {
-                (model.emissions[*e as usize].name.clone(), self.titles[*e as usize].clone())
-            }
+            LoweredEventKind::Emission(e) => (
+                model.emissions[*e as usize].name.clone(),
+                self.titles[*e as usize].clone(),
+            ),
             LoweredEventKind::Rule(name) => (name.clone(), Vec::new()),
         };
-        EventRow { t_s, key: happened.key, event, args: titles.into_iter().zip(happened.args).collect() }
+        EventRow {
+            t_s,
+            key: happened.key,
+            event,
+            args: titles.into_iter().zip(happened.args).collect(),
+        }
     }
 }
 
 /// The unit of what the device drives, as a column title writes it.
 fn drive_unit(model: &Model) -> String {
-    if model.turns() { Dim::TORQUE.suffix() } else { Dim::FORCE.suffix() }
+    if model.turns() {
+        Dim::TORQUE.suffix()
+    } else {
+        Dim::FORCE.suffix()
+    }
 }
 
 /// Ports, force terms, coordinates, rates, pulses and states have columns; `let`s do not.
@@ -257,13 +337,19 @@ fn has_column(model: &Model, export: &Export) -> bool {
 
 /// The unit of an export as a column title writes it; an angle is known by its sense or its body.
 pub fn suffix(model: &Model, export: &Export) -> String {
-    let Some(dim) = export.dim else { return String::new() };
+    let Some(dim) = export.dim else {
+        return String::new();
+    };
     match export.kind {
         ExportKind::Sense(_) if dim.is_number() => "rad".into(),
-        ExportKind::Cell(id) if dim.is_number() && model.cells[id.0 as usize].kind == CellKind::Coordinate => {
+        ExportKind::Cell(id)
+            if dim.is_number() && model.cells[id.0 as usize].kind == CellKind::Coordinate =>
+        {
             "rad".into()
         }
-        ExportKind::Cell(id) if dim == Dim::PER_TIME && model.cells[id.0 as usize].kind == CellKind::Rate => {
+        ExportKind::Cell(id)
+            if dim == Dim::PER_TIME && model.cells[id.0 as usize].kind == CellKind::Rate =>
+        {
             "rad_per_s".into()
         }
         _ => dim.suffix(),
@@ -289,5 +375,9 @@ fn labels(model: &Model, export: &Export) -> Vec<String> {
 /// Titles of the arguments of every emission (`speed_m_per_s`).
 pub fn argument_titles(model: &Model) -> Vec<Vec<String>> {
     let title = |(name, dim): &(String, Dim)| join_title(name, &dim.suffix());
-    model.emissions.iter().map(|e| e.args.iter().map(title).collect()).collect()
+    model
+        .emissions
+        .iter()
+        .map(|e| e.args.iter().map(title).collect())
+        .collect()
 }

@@ -1,18 +1,26 @@
-//! Titles of columns: a name and a unit, as tables spell them (`x_mm`, `f_n`, `speed_m_per_s`, `k_n_per_m`).
+//! Titles of columns: a name and a unit, as tables spell them (`x_mm`, `f_n`, `speed_m_per_s`,
+//! `k_n_per_m`).
 //!
-//! A suffix is a unit of the language in small letters, with `_` for `*`, `_per_` for `/` and digits for powers. The compiler
-//! writes suffixes (`Dim::suffix`); this reads them.
+//! A suffix is a unit of the language in small letters, with `_` for `*`, `_per_` for `/` and
+//! digits for powers. The compiler writes suffixes (`Dim::suffix`); this reads them.
 
 use whippen_compiler::units::{UNITS, Unit, parse_unit};
 
 /// The title of a name and a unit's suffix; a plain number has none.
 pub fn join_title(name: &str, suffix: &str) -> String {
-    if suffix.is_empty() { name.to_string() } else { format!("{name}_{suffix}") }
+    if suffix.is_empty() {
+        name.to_string()
+    } else {
+        format!("{name}_{suffix}")
+    }
 }
 
-/// Splits a title into its name and its unit: the longest tail that spells a unit. A title without a unit is a plain number.
+/// Splits a title into its name and its unit: the longest tail that spells a unit. A title without
+/// a unit is a plain number.
 pub fn split_title(title: &str) -> (&str, Option<Unit>) {
-    let tails = title.match_indices('_').map(|(at, _)| (&title[..at], &title[at + 1..]));
+    let tails = title
+        .match_indices('_')
+        .map(|(at, _)| (&title[..at], &title[at + 1..]));
     tails
         .filter(|(name, _)| !name.is_empty())
         .find_map(|(name, tail)| unit_of_suffix(tail).map(|unit| (name, Some(unit))))
@@ -42,19 +50,27 @@ pub fn unit_of_suffix(suffix: &str) -> Option<Unit> {
     }
     // `per_s` alone is one over a unit.
     match expression.strip_prefix('/') {
-        Some(below) => parse_unit(below).filter(|_| !below.contains(['*', '/'])).map(one_over),
+        Some(below) => parse_unit(below)
+            .filter(|_| !below.contains(['*', '/']))
+            .map(one_over),
         None => parse_unit(&expression),
     }
 }
 
 fn one_over(unit: Unit) -> Unit {
-    Unit { up: unit.down, down: unit.up, dim: unit.dim.powi(-1) }
+    Unit {
+        up: unit.down,
+        down: unit.up,
+        dim: unit.dim.powi(-1),
+    }
 }
 
 /// The unit's name as the language spells it, large or small letters aside.
 fn spelled(word: &str) -> Option<&'static str> {
     let exact = UNITS.iter().find(|u| u.name == word);
-    exact.or_else(|| UNITS.iter().find(|u| u.name.eq_ignore_ascii_case(word))).map(|u| u.name)
+    exact
+        .or_else(|| UNITS.iter().find(|u| u.name.eq_ignore_ascii_case(word)))
+        .map(|u| u.name)
 }
 
 #[cfg(test)]
@@ -78,7 +94,16 @@ mod tests {
         assert_eq!(read("a_m_per_s2"), ("a", 1.0, Dim::ACCELERATION));
         assert_eq!(read("clock_per_s"), ("clock", 1.0, Dim::PER_TIME));
         assert_eq!(read("b_n_s_per_m").2, Dim::new(0, 1, -1, 0));
-        for plain in ["x", "contact", "jack_state", "_mm", "adc_after_offset_0.30_gain_0.58", "", "_", "é_ü"] {
+        for plain in [
+            "x",
+            "contact",
+            "jack_state",
+            "_mm",
+            "adc_after_offset_0.30_gain_0.58",
+            "",
+            "_",
+            "é_ü",
+        ] {
             assert_eq!(split_title(plain), (plain, None));
         }
     }

@@ -1,6 +1,7 @@
 //! Traces: what a run leaves behind, and its two tables.
 //!
-//! A [`Trace`] has one row per tick (ports, force terms, coordinates, states) and a list of events. The tables are CSV:
+//! A [`Trace`] has one row per tick (ports, force terms, coordinates, states) and a list of events.
+//! The tables are CSV:
 //!
 //! ```text
 //!   t_s,x_m,f_n,contact_n,phi_rad,repetition      t_s,key,event,speed_m_per_s
@@ -26,7 +27,8 @@ pub struct Column {
     pub name: String,
     /// Its unit as titles write it (`m`, `n`, `rad_per_s`); empty for states and plain numbers.
     pub unit: String,
-    /// For a state machine the names of its states; the values are then indices into them. Else empty.
+    /// For a state machine the names of its states; the values are then indices into them. Else
+    /// empty.
     pub labels: Vec<String>,
     /// One value per tick, in SI units.
     pub values: Vec<f64>,
@@ -40,7 +42,10 @@ impl Column {
 
     /// The label a value stands for, if it stands for one.
     pub fn label(&self, value: f64) -> Option<&str> {
-        self.labels.get(value as usize).filter(|_| value >= 0.0 && value.fract() == 0.0).map(String::as_str)
+        self.labels
+            .get(value as usize)
+            .filter(|_| value >= 0.0 && value.fract() == 0.0)
+            .map(String::as_str)
     }
 }
 
@@ -71,7 +76,11 @@ pub struct Trace {
 impl Trace {
     /// The number of ticks: the length of the shortest column.
     pub fn ticks(&self) -> usize {
-        self.columns.iter().map(|c| c.values.len()).min().unwrap_or(0)
+        self.columns
+            .iter()
+            .map(|c| c.values.len())
+            .min()
+            .unwrap_or(0)
     }
 
     /// The time of a tick (s).
@@ -79,12 +88,14 @@ impl Trace {
         tick as f64 / f64::from(self.rate_hz)
     }
 
-    /// The column of a title (`x_m`). Names need not be unique: a force term and a state machine may share one.
+    /// The column of a title (`x_m`). Names need not be unique: a force term and a state machine
+    /// may share one.
     pub fn column(&self, title: &str) -> Option<&Column> {
         self.columns.iter().find(|c| c.title() == title)
     }
 
-    /// Writes the table of ticks to a file: every `every`-th row (0 counts as 1), beginning with the first.
+    /// Writes the table of ticks to a file: every `every`-th row (0 counts as 1), beginning with
+    /// the first.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -104,7 +115,11 @@ impl Trace {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn save_named_events(&self, path: &Path, name: &dyn Fn(u32) -> String) -> Result<(), FileError> {
+    pub fn save_named_events(
+        &self,
+        path: &Path,
+        name: &dyn Fn(u32) -> String,
+    ) -> Result<(), FileError> {
         write_whole(path, |w| self.write_event_rows(w, Some(name)))
     }
 
@@ -131,8 +146,9 @@ impl Trace {
         table.flush()
     }
 
-    /// The table of events, as [`Trace::save_events`] writes it: one column per argument title over all events, in the
-    /// order in which they first occur, blank where an event has no such argument.
+    /// The table of events, as [`Trace::save_events`] writes it: one column per argument title over
+    /// all events, in the order in which they first occur, blank where an event has no such
+    /// argument.
     ///
     /// # Errors
     /// Those of the writer.
@@ -140,7 +156,11 @@ impl Trace {
         self.write_event_rows(to, None)
     }
 
-    fn write_event_rows(&self, to: impl Write, name: Option<&dyn Fn(u32) -> String>) -> io::Result<()> {
+    fn write_event_rows(
+        &self,
+        to: impl Write,
+        name: Option<&dyn Fn(u32) -> String>,
+    ) -> io::Result<()> {
         let mut place: HashMap<&str, usize> = HashMap::new();
         let mut titles: Vec<&str> = Vec::new();
         for (title, _) in self.events.iter().flat_map(|e| &e.args) {
@@ -150,7 +170,11 @@ impl Trace {
             });
         }
         let mut table = csv::Writer::from_writer(to);
-        let fixed = if name.is_some() { &["t_s", "key", "name", "event"][..] } else { &["t_s", "key", "event"] };
+        let fixed = if name.is_some() {
+            &["t_s", "key", "name", "event"][..]
+        } else {
+            &["t_s", "key", "event"]
+        };
         table.write_record(fixed.iter().chain(&titles))?;
         let mut number = ryu::Buffer::new();
         for event in &self.events {
@@ -182,7 +206,12 @@ mod tests {
     use super::*;
 
     fn column(name: &str, unit: &str, values: &[f64]) -> Column {
-        Column { name: name.into(), unit: unit.into(), labels: vec![], values: values.to_vec() }
+        Column {
+            name: name.into(),
+            unit: unit.into(),
+            labels: vec![],
+            values: values.to_vec(),
+        }
     }
 
     fn trace() -> Trace {
@@ -198,13 +227,21 @@ mod tests {
             rate_hz: 44_100,
             columns: vec![
                 column("x", "m", &[0.0, 0.1 + 0.2, -1e-9]),
-                column("phi'", "rad_per_s", &[f64::MAX, f64::MIN_POSITIVE, f64::NAN]),
+                column(
+                    "phi'",
+                    "rad_per_s",
+                    &[f64::MAX, f64::MIN_POSITIVE, f64::NAN],
+                ),
                 contact,
             ],
             events: vec![
                 event(0.5, "note", &[("speed_m_per_s", 2.25)]),
                 event(0.75, "contact: flying -> touching", &[]),
-                event(0.8, "tilt, \"odd\"", &[("angle_rad", 0.1), ("speed_m_per_s", -1.0)]),
+                event(
+                    0.8,
+                    "tilt, \"odd\"",
+                    &[("angle_rad", 0.1), ("speed_m_per_s", -1.0)],
+                ),
             ],
         }
     }
@@ -226,19 +263,31 @@ mod tests {
         let mut seed = 1_u64;
         let values: Vec<f64> = (0..2000)
             .map(|_| {
-                seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                seed = seed
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
                 f64::from_bits(seed)
             })
             .filter(|v| v.is_finite())
             .collect();
-        let trace = Trace { rate_hz: 44_100, columns: vec![column("x", "m", &values)], events: vec![] };
+        let trace = Trace {
+            rate_hz: 44_100,
+            columns: vec![column("x", "m", &values)],
+            events: vec![],
+        };
         let table = text(|w| trace.write_ticks(w, 1));
         let mut rows = csv::Reader::from_reader(table.as_bytes());
         let mut count = 0;
         for (tick, row) in rows.records().enumerate() {
             let row = row.unwrap();
-            assert_eq!(row[0].parse::<f64>().unwrap().to_bits(), trace.time_s(tick).to_bits());
-            assert_eq!(row[1].parse::<f64>().unwrap().to_bits(), values[tick].to_bits());
+            assert_eq!(
+                row[0].parse::<f64>().unwrap().to_bits(),
+                trace.time_s(tick).to_bits()
+            );
+            assert_eq!(
+                row[1].parse::<f64>().unwrap().to_bits(),
+                values[tick].to_bits()
+            );
             count += 1;
         }
         assert_eq!(count, values.len());
@@ -246,11 +295,21 @@ mod tests {
 
     #[test]
     fn rows_are_thinned_and_empty_traces_have_a_header() {
-        let ten = Trace { rate_hz: 10, columns: vec![column("x", "m", &[0.0; 10])], events: vec![] };
-        assert_eq!(text(|w| ten.write_ticks(w, 4)), "t_s,x_m\n0.0,0.0\n0.4,0.0\n0.8,0.0\n");
+        let ten = Trace {
+            rate_hz: 10,
+            columns: vec![column("x", "m", &[0.0; 10])],
+            events: vec![],
+        };
+        assert_eq!(
+            text(|w| ten.write_ticks(w, 4)),
+            "t_s,x_m\n0.0,0.0\n0.4,0.0\n0.8,0.0\n"
+        );
         assert_eq!(text(|w| ten.write_ticks(w, 0)).lines().count(), 11);
         assert_eq!(text(|w| Trace::default().write_ticks(w, 1)), "t_s\n");
-        assert_eq!(text(|w| Trace::default().write_events(w)), "t_s,key,event\n");
+        assert_eq!(
+            text(|w| Trace::default().write_events(w)),
+            "t_s,key,event\n"
+        );
     }
 
     #[test]
@@ -258,8 +317,18 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("trace.csv");
         trace().save_ticks(&path, 1).unwrap();
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), text(|w| trace().write_ticks(w, 1)));
-        let error = trace().save_events(&dir.path().join("no/events.csv")).unwrap_err();
-        assert!(error.to_string().contains("no/events.csv: cannot be written: there is no such file"), "{error}");
+        assert_eq!(
+            std::fs::read_to_string(&path).unwrap(),
+            text(|w| trace().write_ticks(w, 1))
+        );
+        let error = trace()
+            .save_events(&dir.path().join("no/events.csv"))
+            .unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .contains("no/events.csv: cannot be written: there is no such file"),
+            "{error}"
+        );
     }
 }

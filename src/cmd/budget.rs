@@ -1,5 +1,5 @@
-//! `whippen budget`: whether every key's tick is in time, proven on the bytes of the image that `build` writes; and the other
-//! budgets (`beyond`).
+//! `whippen budget`: whether every key's tick is in time, proven on the bytes of the image that
+//! `build` writes; and the other budgets (`beyond`).
 
 mod beyond;
 mod json;
@@ -13,7 +13,9 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::ValueHint;
-use whippen_compiler::budget::{Bound, Bounded, Budget, Dearest, NotBounded, Program, Zone, cores, missed, mode_names};
+use whippen_compiler::budget::{
+    Bound, Bounded, Budget, Dearest, NotBounded, Program, Zone, cores, missed, mode_names,
+};
 use whippen_compiler::check::note_name;
 use whippen_compiler::diag::{Diagnostic, Severity};
 use whippen_compiler::firmware::{Segment, Whole};
@@ -30,8 +32,10 @@ use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example: whippen budget instruments/grand-piano.whip --board rp2350 --keys 88\n\
-                  Example: whippen budget instruments/hammond.whip --most-keys")]
+#[command(
+    after_help = "Example: whippen budget instruments/grand-piano.whip --board rp2350 --keys 88\n\
+                  Example: whippen budget instruments/hammond.whip --most-keys"
+)]
 pub struct Args {
     #[command(flatten)]
     setup: SetupArgs,
@@ -91,25 +95,37 @@ pub fn run(args: &Args) -> Outcome {
         let why = "zones are for the keys of their keyboard: --most-keys counts keys that all play one instrument, so name one";
         return Err(Failure::Usage(format!("`{}`: {why}", zones.name)));
     }
-    let beyond = |compiled: &Compiled| Beyond::find(&setup.map, &compiled.model, &setup.device, &args.beyond);
+    let beyond = |compiled: &Compiled| {
+        Beyond::find(&setup.map, &compiled.model, &setup.device, &args.beyond)
+    };
     let (all_beyond, proven) = parallel::both(
-        || setup.instruments.iter().map(beyond).collect::<Result<Vec<_>, _>>(),
+        || {
+            setup
+                .instruments
+                .iter()
+                .map(beyond)
+                .collect::<Result<Vec<_>, _>>()
+        },
         || Proof::wanted(&setup, args.most_keys),
     );
     let (proof, keys_fitting) = proven?;
     if let Some(path) = &args.path {
         let text = proof.path_as_assembly();
-        write_whole(path, |w| w.write_all(text.as_bytes())).map_err(|error| Failure::Usage(error.to_string()))?;
+        write_whole(path, |w| w.write_all(text.as_bytes()))
+            .map_err(|error| Failure::Usage(error.to_string()))?;
     }
     let (mut shown, all_beyond) = (Vec::new(), all_beyond?);
     for (played, playing) in proof.played.iter().zip(&setup.programs) {
-        // The field `key` is about the dearest part, and so is what is said beyond time; zones have their own.
+        // The field `key` is about the dearest part, and so is what is said beyond time; zones have
+        // their own.
         let (_, dearest) = played.dearest_part();
         let beyond = &all_beyond[dearest.instrument];
         let json = || {
             let mut budget = proof.json(played);
             beyond.add_to(&setup.map, &mut budget);
-            played.add_zones(&mut budget, |zone, part| all_beyond[part.instrument].add_to(&setup.map, zone));
+            played.add_zones(&mut budget, |zone, part| {
+                all_beyond[part.instrument].add_to(&setup.map, zone)
+            });
             budget
         };
         if args.json {
@@ -133,16 +149,25 @@ pub fn run(args: &Args) -> Outcome {
     }
     if let Some(path) = &args.report {
         let page = budget_page(&shown, &command::typed());
-        write_whole(path, |w| w.write_all(page.as_bytes())).map_err(|error| Failure::Usage(error.to_string()))?;
+        write_whole(path, |w| w.write_all(page.as_bytes()))
+            .map_err(|error| Failure::Usage(error.to_string()))?;
     }
-    let missed: Vec<Diagnostic> = proof.played.iter().filter_map(|played| proof.missed(played, keys_fitting)).collect();
+    let missed: Vec<Diagnostic> = proof
+        .played
+        .iter()
+        .filter_map(|played| proof.missed(played, keys_fitting))
+        .collect();
     load::print(&setup.map, &missed, Severity::Error);
-    if missed.is_empty() { Ok(()) } else { Err(Failure::Program) }
+    if missed.is_empty() {
+        Ok(())
+    } else {
+        Err(Failure::Program)
+    }
 }
 
 impl<'a> Proof<'a> {
-    /// Of the keys that are wanted, or of as many as fit. How many that are is also found out where those that are wanted do not, but
-    /// for zones, whose keys are their keyboard's.
+    /// Of the keys that are wanted, or of as many as fit. How many that are is also found out where
+    /// those that are wanted do not, but for zones, whose keys are their keyboard's.
     fn wanted(setup: &'a Setup, most: bool) -> Result<(Self, Option<u32>), Failure> {
         let modes = setup.modes();
         let fitting = |most: &Self| if most.fits() { most.keys } else { 0 };
@@ -169,18 +194,41 @@ impl<'a> Proof<'a> {
                 .map_err(|error: NotBounded| Failure::Defect(format!("no bound: {error}")))?;
             let part = |part: &PlayingPart| {
                 let compiled = &setup.instruments[part.instrument];
-                let keys = part.notes.map(|(low, high)| format!("{} .. {}", note_name(low), note_name(high)));
+                let keys = part
+                    .notes
+                    .map(|(low, high)| format!("{} .. {}", note_name(low), note_name(high)));
                 let modes = mode_names(&compiled.model, &modes[part.instrument]);
-                Part { compiled, instrument: part.instrument, keys, modes }
+                Part {
+                    compiled,
+                    instrument: part.instrument,
+                    keys,
+                    modes,
+                }
             };
             let parts: Vec<Part> = playing.parts.iter().map(part).collect();
-            let budget = Budget::of(&cores, setup.board.clock_hz, parts[0].compiled.model.rate_hz);
+            let budget = Budget::of(
+                &cores,
+                setup.board.clock_hz,
+                parts[0].compiled.model.rate_hz,
+            );
             let segments = |core: &Vec<Segment>| core.iter().map(|segment| segment.part).collect();
             let part_of = whole.programs[number].iter().map(segments).collect();
-            Ok(Played { name: playing.name.clone(), parts, cores, part_of, budget })
+            Ok(Played {
+                name: playing.name.clone(),
+                parts,
+                cores,
+                part_of,
+                budget,
+            })
         });
         let played = played.collect::<Result<_, Failure>>()?;
-        Ok(Self { setup, whole, program, keys, played })
+        Ok(Self {
+            setup,
+            whole,
+            program,
+            keys,
+            played,
+        })
     }
 
     /// The image of as many keys as fit; of the fewest where none fit.
@@ -192,7 +240,14 @@ impl<'a> Proof<'a> {
         }
         while fits.keys + 1 < exceeds {
             // What is left, in keys: right but for what grows around them.
-            let left = |played: &Played| played.budget.cores.iter().map(|core| core.more_keys).sum::<u32>();
+            let left = |played: &Played| {
+                played
+                    .budget
+                    .cores
+                    .iter()
+                    .map(|core| core.more_keys)
+                    .sum::<u32>()
+            };
             let more = fits.played.iter().map(left).min().unwrap_or(0).max(1);
             let next = fits.keys.saturating_add(more).min(exceeds - 1);
             match Self::find(setup, modes, next) {
@@ -213,7 +268,14 @@ impl<'a> Proof<'a> {
     fn missed(&self, played: &Played, keys_fitting: Option<u32>) -> Option<Diagnostic> {
         let (_, part) = played.dearest_part();
         let place = (played.name.as_str(), part.compiled.model.span);
-        missed(&self.setup.map, place, &played.budget, &self.program, played.dearest(), keys_fitting)
+        missed(
+            &self.setup.map,
+            place,
+            &played.budget,
+            &self.program,
+            played.dearest(),
+            keys_fitting,
+        )
     }
 }
 
@@ -221,32 +283,51 @@ impl<'a> Played<'a> {
     /// The mode that costs most, and its bound with nobody else at the bus.
     fn dearest(&self) -> Dearest<'_> {
         let (number, part) = self.dearest_part();
-        let bounds = self.zones(number).flat_map(|(alone, _)| part.modes.iter().zip(&alone.tick.modes));
+        let bounds = self
+            .zones(number)
+            .flat_map(|(alone, _)| part.modes.iter().zip(&alone.tick.modes));
         let dearest = bounds.max_by_key(|(_, (_, bound))| bound.cycles_max);
-        let (mode, bound) =
-            dearest.map_or(("any state", &self.cores[0].alone.handler), |(name, (_, bound))| (name.as_str(), bound));
+        let (mode, bound) = dearest.map_or(
+            ("any state", &self.cores[0].alone.handler),
+            |(name, (_, bound))| (name.as_str(), bound),
+        );
         Dearest { mode, bound }
     }
 
     /// The part that has it, by its number.
     fn dearest_part(&self) -> (usize, &Part<'a>) {
-        let cycles = |number: usize| self.zones(number).map(|(alone, _)| alone.tick.key_cycles_max()).max();
-        let number = (0..self.parts.len()).rev().max_by_key(|&number| cycles(number)).unwrap_or(0);
+        let cycles = |number: usize| {
+            self.zones(number)
+                .map(|(alone, _)| alone.tick.key_cycles_max())
+                .max()
+        };
+        let number = (0..self.parts.len())
+            .rev()
+            .max_by_key(|&number| cycles(number))
+            .unwrap_or(0);
         (number, &self.parts[number])
     }
 
     /// The keys of a part on each core, alone and crowded.
     fn zones(&self, part: usize) -> impl Iterator<Item = (&Zone, &Zone)> {
-        self.cores.iter().zip(&self.part_of).flat_map(move |(core, parts)| {
-            let zones = core.alone.zones.iter().zip(&core.crowded.zones).zip(parts);
-            zones.filter(move |(_, of)| **of == part).map(|(zones, _)| zones)
-        })
+        self.cores
+            .iter()
+            .zip(&self.part_of)
+            .flat_map(move |(core, parts)| {
+                let zones = core.alone.zones.iter().zip(&core.crowded.zones).zip(parts);
+                zones
+                    .filter(move |(_, of)| **of == part)
+                    .map(|(zones, _)| zones)
+            })
     }
 
     /// The bounds of one mode of a part on each core, alone and crowded.
     fn mode(&self, part: usize, index: usize) -> impl Iterator<Item = (&Bound, &Bound)> {
         self.zones(part).filter_map(move |(alone, crowded)| {
-            Some((&alone.tick.modes.get(index)?.1, &crowded.tick.modes.get(index)?.1))
+            Some((
+                &alone.tick.modes.get(index)?.1,
+                &crowded.tick.modes.get(index)?.1,
+            ))
         })
     }
 }

@@ -11,13 +11,16 @@ use crate::exit::Outcome;
 use files::Output;
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example: whippen build instruments/grand-piano.whip --board rp2350 --keys 88 -o piano.uf2\n\
+#[command(
+    after_help = "Example: whippen build instruments/grand-piano.whip --board rp2350 --keys 88 -o piano.uf2\n\
                   Example: whippen build instruments/grand-piano.whip --board rp2350 --keys 44 -o piano.o\n\
-                  Example: whippen build instruments/grand-piano.whip -o piano.c")]
+                  Example: whippen build instruments/grand-piano.whip -o piano.c"
+)]
 pub struct Args {
     #[command(flatten)]
     setup: SetupArgs,
-    /// What to write: .elf or .uf2, a whole image; .o (with .h and .rs beside it) to link; .c (with .h) for any other compiler
+    /// What to write: .elf or .uf2, a whole image; .o (with .h and .rs beside it) to link; .c (with
+    /// .h) for any other compiler
     #[arg(short, long, value_name = "FILE.elf|.uf2|.o|.c", value_hint = ValueHint::FilePath, value_parser = files::output)]
     output: Output,
     /// Also write where everything lies and how large it is
@@ -29,6 +32,10 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Outcome {
-    let setup = if args.output.is_image() { args.setup.all()? } else { args.setup.one()? };
+    let setup = if args.output.is_image() {
+        args.setup.all()?
+    } else {
+        args.setup.one()?
+    };
     files::write(&setup, args)
 }

@@ -23,7 +23,8 @@ pub struct Args {
     /// Print range, format and error bound of every named value
     #[arg(long)]
     numbers: bool,
-    /// Also judge the loop of key, hand and program, and warn of what rings (tenths of a second for a large program)
+    /// Also judge the loop of key, hand and program, and warn of what rings (tenths of a second for
+    /// a large program)
     #[arg(long)]
     stability: bool,
     /// Print one JSON object per line instead: diagnostics, and with --numbers the tables
@@ -38,21 +39,34 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Outcome {
-    if args.watch { watch::watch(&args.files, || once(args)) } else { once(args) }
+    if args.watch {
+        watch::watch(&args.files, || once(args))
+    } else {
+        once(args)
+    }
 }
 
 fn once(args: &Args) -> Outcome {
-    let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
+    let options = Options {
+        sets: load::sets(&args.sets)?,
+        ..Options::default()
+    };
     let form = if args.json { Form::Json } else { Form::Text };
-    let (map, program) = load::checked_as(form, &load::read(&args.files)?, &options, Severity::Note)?;
+    let (map, program) =
+        load::checked_as(form, &load::read(&args.files)?, &options, Severity::Note)?;
     if program.instruments.is_empty() && !args.json {
         say!("no instrument, but nothing wrong either");
     }
     let mut outcome = Ok(());
-    let named = program.keyboards.first().map(|keyboard| keyboard.device.as_str());
+    let named = program
+        .keyboards
+        .first()
+        .map(|keyboard| keyboard.device.as_str());
     for model in program.instruments {
         let (name, device) = (model.name.clone(), Device::of(&model));
-        let judged = args.stability.then(|| warnings(&model, &Device::known(named, &model)));
+        let judged = args
+            .stability
+            .then(|| warnings(&model, &Device::known(named, &model)));
         let compiled = match load::compiled_as(form, &map, model, &device) {
             Ok(compiled) => compiled,
             // What is wrong with one instrument hides nothing of the next.
@@ -73,8 +87,17 @@ fn once(args: &Args) -> Outcome {
             say!("{name}: ok");
         }
     }
-    for keyboard in program.keyboards.iter().filter(|_| outcome.is_ok() && !args.json) {
-        say!("{}: ok ({} keys at {} Hz)", keyboard.name, keyboard.keys(), keyboard.rate_hz);
+    for keyboard in program
+        .keyboards
+        .iter()
+        .filter(|_| outcome.is_ok() && !args.json)
+    {
+        say!(
+            "{}: ok ({} keys at {} Hz)",
+            keyboard.name,
+            keyboard.keys(),
+            keyboard.rate_hz
+        );
     }
     outcome
 }

@@ -8,7 +8,9 @@ use crate::exit::Outcome;
 use crate::say;
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example: whippen completions bash > ~/.local/share/bash-completion/completions/whippen")]
+#[command(
+    after_help = "Example: whippen completions bash > ~/.local/share/bash-completion/completions/whippen"
+)]
 pub struct Args {
     /// The shell that is to complete commands, options and files
     shell: Shell,

@@ -30,8 +30,15 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Outcome {
     let Some(pass) = PASSES.iter().position(|(name, _)| *name == args.after) else {
-        let known: Vec<String> = PASSES.iter().map(|(name, what)| format!("  {name:<10}{what}")).collect();
-        return Err(Failure::Usage(format!("`{}` is no pass; passes are\n{}", args.after, known.join("\n"))));
+        let known: Vec<String> = PASSES
+            .iter()
+            .map(|(name, what)| format!("  {name:<10}{what}"))
+            .collect();
+        return Err(Failure::Usage(format!(
+            "`{}` is no pass; passes are\n{}",
+            args.after,
+            known.join("\n")
+        )));
     };
     let (files, name) = load::split(&args.words)?;
     let texts = load::read(&files)?;
@@ -58,7 +65,11 @@ fn specialised(kernel: &Kernel) -> Result<Modes, Failure> {
     let modes = modes::specialise(&without_probes(kernel), INSTRUCTIONS);
     verify::verify(&modes).map_err(|errors| {
         let all: Vec<String> = errors.iter().map(ToString::to_string).collect();
-        Failure::Defect(format!("the modes of `{}`: {}", kernel.name, all.join("; ")))
+        Failure::Defect(format!(
+            "the modes of `{}`: {}",
+            kernel.name,
+            all.join("; ")
+        ))
     })?;
     Ok(modes)
 }
@@ -71,5 +82,9 @@ fn parsed(texts: &[(String, String)]) -> Outcome {
         say::whole(&pretty::print(&parse(index, text, &mut diagnostics)).to_string());
     }
     load::print(&map, &diagnostics, Severity::Note);
-    if diagnostics.is_empty() { Ok(()) } else { Err(Failure::Program) }
+    if diagnostics.is_empty() {
+        Ok(())
+    } else {
+        Err(Failure::Program)
+    }
 }

@@ -1,4 +1,5 @@
-//! `whippen emulate`: runs any bare-metal image for a Cortex-M, or calls one function of it, and counts cycles.
+//! `whippen emulate`: runs any bare-metal image for a Cortex-M, or calls one function of it, and
+//! counts cycles.
 //!
 //! ```text
 //!   image  -> ELF, core, board, memory          value -> numbers and symbols of the command line
@@ -50,9 +51,10 @@ pub struct Args {
 struct What {
     /// Call one function with up to four arguments in R0 to R3, instead of starting at reset
     ///
-    /// Numbers are decimal or 0x.., may be negative, and may be symbols with an offset: `--call fir,buffer,coefs+8,64`.
-    /// Data that start-up code would copy to RAM is there already, the rest of RAM is zero, the stack is at the end of
-    /// RAM and the FPU is on. Cycles count from the entry of the function to its return.
+    /// Numbers are decimal or 0x.., may be negative, and may be symbols with an offset: `--call
+    /// fir,buffer,coefs+8,64`. Data that start-up code would copy to RAM is there already, the rest
+    /// of RAM is zero, the stack is at the end of RAM and the FPU is on. Cycles count from the
+    /// entry of the function to its return.
     #[arg(long, value_name = "SYMBOL[,R0..R3]", allow_hyphen_values = true)]
     call: Option<String>,
     /// Set memory first: bytes in hexadecimal, or a file's as `ADDR=@FILE`
@@ -61,7 +63,8 @@ struct What {
     /// Read memory back at the end; LEN may be left out for a symbol that has a size
     #[arg(long, value_name = "ADDR[:LEN]")]
     read: Vec<String>,
-    /// Stop after so many cycles; 2e9, 500k and 150M are numbers too [default: 1e9, none with --gdb]
+    /// Stop after so many cycles; 2e9, 500k and 150M are numbers too [default: 1e9, none with
+    /// --gdb]
     #[arg(long, value_name = "N", value_parser = value::count)]
     max_cycles: Option<u64>,
     /// What the program reads from its console by semihosting
@@ -79,7 +82,8 @@ struct On {
     /// cortex-m0plus, cortex-m4 or cortex-m33 [default: what the image was compiled for]
     #[arg(long, value_name = "CORE", value_parser = board::core)]
     core: Option<CoreKind>,
-    /// The board; `generic` is a core and the memory that the image wants, with 512 KiB of RAM at 0x20000000
+    /// The board; `generic` is a core and the memory that the image wants, with 512 KiB of RAM at
+    /// 0x20000000
     #[arg(long, value_name = "BOARD", default_value = "generic")]
     board: BoardName,
     /// More RAM, such as 0x30000000:64K
@@ -88,7 +92,8 @@ struct On {
     /// Memory that the program cannot write
     #[arg(long, value_name = "ADDR:SIZE", value_parser = board::memory)]
     rom: Vec<MemoryRange>,
-    /// Cycles of flag-setting instructions with a shifted register on a Cortex-M33, where sources disagree
+    /// Cycles of flag-setting instructions with a shifted register on a Cortex-M33, where sources
+    /// disagree
     ///
     /// 2 is the datasheet of RP2350; 1 is what others measured, the flags then come a cycle later.
     #[arg(long, value_name = "1|2", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2))]
@@ -104,7 +109,8 @@ struct Devices {
     /// What arrives on the first serial port; what the program sends goes to stdout
     #[arg(long, value_name = "FILE")]
     serial_in: Option<PathBuf>,
-    /// Sensor words for the converter: 16 bits each, low byte first, one per key and tick; their end ends the run
+    /// Sensor words for the converter: 16 bits each, low byte first, one per key and tick; their
+    /// end ends the run
     #[arg(long, value_name = "FILE")]
     sense: Option<PathBuf>,
     /// Where to write the drive words, in the same order
@@ -176,7 +182,11 @@ Exit code: 0 the function returned, or the program exited with 0; 1 it faulted, 
 pub fn run(args: &Args) -> Outcome {
     let mut image = Image::load(&args.image, &args.on)?;
     image.machine.semihosting.enabled = true;
-    image.machine.semihosting.command_line.clone_from(&args.what.args);
+    image
+        .machine
+        .semihosting
+        .command_line
+        .clone_from(&args.what.args);
     if let Some(path) = &args.what.input {
         image.machine.semihosting.input.extend(image::read(path)?);
     }
@@ -190,14 +200,24 @@ pub fn run(args: &Args) -> Outcome {
         args.on.devices.write_drive(&image.machine, ports)?;
     }
     report::print(&image, &task, &end, &args.outputs)?;
-    if end.succeeded() { Ok(()) } else { Err(Failure::Program) }
+    if end.succeeded() {
+        Ok(())
+    } else {
+        Err(Failure::Program)
+    }
 }
 
 /// Before anything is run: the folders of what will be written are there.
 fn check_folders(outputs: &Outputs, drive: Option<&PathBuf>) -> Outcome {
     let paths = outputs.trace.iter().chain(&outputs.profile).chain(drive);
-    match paths.filter_map(|p| p.parent()).find(|f| !f.as_os_str().is_empty() && !f.is_dir()) {
-        Some(folder) => Err(Failure::Usage(format!("there is no folder `{}` to write to", folder.display()))),
+    match paths
+        .filter_map(|p| p.parent())
+        .find(|f| !f.as_os_str().is_empty() && !f.is_dir())
+    {
+        Some(folder) => Err(Failure::Usage(format!(
+            "there is no folder `{}` to write to",
+            folder.display()
+        ))),
         None => Ok(()),
     }
 }

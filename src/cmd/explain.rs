@@ -28,14 +28,19 @@ pub fn run(args: &Args) -> Outcome {
             near.number(),
             near.name()
         ))),
-        Err(None) => Err(Failure::Usage(format!("there is no diagnostic `{text}`; `whippen explain` lists all"))),
+        Err(None) => Err(Failure::Usage(format!(
+            "there is no diagnostic `{text}`; `whippen explain` lists all"
+        ))),
     }
 }
 
 fn list() {
     for (group, name) in GROUPS {
         say!("{name}");
-        for code in Code::ALL.iter().filter(|c| c.number()[2..].starts_with(group)) {
+        for code in Code::ALL
+            .iter()
+            .filter(|c| c.number()[2..].starts_with(group))
+        {
             say!("  {}  {:<22} {}", code.number(), code.name(), code.title());
         }
         say!("");

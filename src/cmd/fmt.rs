@@ -46,13 +46,19 @@ fn read(path: &PathBuf) -> Result<String, Failure> {
         return load::read(std::slice::from_ref(path)).map(|mut texts| texts.remove(0).1);
     }
     let mut text = String::new();
-    std::io::stdin().read_to_string(&mut text).map_err(|e| Failure::Usage(format!("cannot read stdin: {e}")))?;
+    std::io::stdin()
+        .read_to_string(&mut text)
+        .map_err(|e| Failure::Usage(format!("cannot read stdin: {e}")))?;
     Ok(text)
 }
 
 fn one(path: &Path, text: &str, check: bool) -> Outcome {
     let stdin = path.as_os_str() == STDIN;
-    let name = if stdin { "<stdin>".to_string() } else { path.display().to_string() };
+    let name = if stdin {
+        "<stdin>".to_string()
+    } else {
+        path.display().to_string()
+    };
     let laid = layout(0, text).map_err(|diagnostics| {
         let mut map = SourceMap::default();
         map.add(&name, text);
@@ -63,13 +69,19 @@ fn one(path: &Path, text: &str, check: bool) -> Outcome {
         (true, _) if laid == text => {}
         (true, _) => {
             let diff = TextDiff::from_lines(text, &laid);
-            say::whole(&diff.unified_diff().header(&name, "as laid out by whippen fmt").to_string());
+            say::whole(
+                &diff
+                    .unified_diff()
+                    .header(&name, "as laid out by whippen fmt")
+                    .to_string(),
+            );
             return Err(Failure::Program);
         }
         (false, true) => say::whole(&laid),
         (false, false) if laid == text => {}
         (false, false) => {
-            write_whole(path, |file| file.write_all(laid.as_bytes())).map_err(|e| Failure::Usage(e.to_string()))?;
+            write_whole(path, |file| file.write_all(laid.as_bytes()))
+                .map_err(|e| Failure::Usage(e.to_string()))?;
         }
     }
     Ok(())

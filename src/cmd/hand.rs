@@ -1,4 +1,5 @@
-//! `run --hand` and `run --force`: the key is moved by a player and by the program's force, not along a recording.
+//! `run --hand` and `run --force`: the key is moved by a player and by the program's force, not
+//! along a recording.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -24,7 +25,9 @@ use crate::exit::Failure;
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "The player")]
 pub struct HandArgs {
-    /// Close the loop: the program's force moves the key of the device, and a hand of this mass, damping and stiffness leads it along the motion, such as 0.2kg,3N*s/m,500N/m; `free` for nobody
+    /// Close the loop: the program's force moves the key of the device, and a hand of this mass,
+    /// damping and stiffness leads it along the motion, such as 0.2kg,3N*s/m,500N/m; `free` for
+    /// nobody
     #[arg(long, value_name = "free|MASS,DAMPING,STIFFNESS", conflicts_with_all = ["errors", "midi"])]
     hand: Option<Grip>,
     /// A force on the free key, as recorded: a table with titles such as t_s,f_n; down is positive
@@ -48,7 +51,10 @@ impl FromStr for Grip {
         }
         let parts: Vec<&str> = text.split(',').collect();
         let [mass, damping, stiffness] = parts[..] else {
-            return Err("a hand is `free`, or its mass, damping and stiffness, such as 0.2kg,3N*s/m,500N/m".to_string());
+            return Err(
+                "a hand is `free`, or its mass, damping and stiffness, such as 0.2kg,3N*s/m,500N/m"
+                    .to_string(),
+            );
         };
         let part = |text: &str| match parse_quantity(text) {
             Ok(Quantity::Real { value, dim }) if value >= 0.0 => Ok((value, dim)),
@@ -62,7 +68,9 @@ impl FromStr for Grip {
 impl Grip {
     /// The hand, if its dimensions are those of what it moves.
     fn hand(self, turns: bool) -> Result<Hand, String> {
-        let Grip::Held([mass, damping, stiffness]) = self else { return Ok(Hand::FREE) };
+        let Grip::Held([mass, damping, stiffness]) = self else {
+            return Ok(Hand::FREE);
+        };
         let dims = if turns {
             [Dim::INERTIA, Dim::TORQUE.mul(Dim::TIME), Dim::TORQUE]
         } else {
@@ -71,9 +79,15 @@ impl Grip {
         };
         if [mass.1, damping.1, stiffness.1] != dims {
             let units = dims.map(|dim| dim.unit()).join(", ");
-            return Err(format!("--hand: mass, damping and stiffness are numbers of {units}"));
+            return Err(format!(
+                "--hand: mass, damping and stiffness are numbers of {units}"
+            ));
         }
-        Ok(Hand { mass: mass.0, damping: damping.0, stiffness: stiffness.0 })
+        Ok(Hand {
+            mass: mass.0,
+            damping: damping.0,
+            stiffness: stiffness.0,
+        })
     }
 }
 
@@ -88,7 +102,8 @@ impl HandArgs {
         self.force.iter()
     }
 
-    /// Runs in a closed loop and says who gave how much energy. Nobody lets the key go at half of the motion's way.
+    /// Runs in a closed loop and says who gave how much energy. Nobody lets the key go at half of
+    /// the motion's way.
     pub fn play(
         &self,
         compiled: &Compiled,
@@ -99,16 +114,23 @@ impl HandArgs {
         let model = &compiled.model;
         let grip = self.hand.unwrap_or(Grip::Free);
         if self.force.is_some() && !matches!(grip, Grip::Free) {
-            return Err(Failure::Usage("--force acts on a free key; leave --hand away".to_string()));
+            return Err(Failure::Usage(
+                "--force acts on a free key; leave --hand away".to_string(),
+            ));
         }
         let hand = grip.hand(model.turns()).map_err(Failure::Usage)?;
         let (player, start_m, note, ticks) = self.player(model, hand, positions)?;
         if device.mechanics.is_none() {
             let why = "does not say how its key moves: add `[mechanics]` to its file";
-            return Err(Failure::Usage(format!("the device `{}` {why}", device.name)));
+            return Err(Failure::Usage(format!(
+                "the device `{}` {why}",
+                device.name
+            )));
         }
         let progress = Progress::new(ticks, model.rate_hz);
-        let closed = closed::run(compiled, device, kind, (player, start_m), ticks, |ticks| progress.at(ticks));
+        let closed = closed::run(compiled, device, kind, (player, start_m), ticks, |ticks| {
+            progress.at(ticks)
+        });
         progress.done();
         let closed = closed.map_err(|why| stopped(kind, why))?;
         let mut notes = positions.notes.clone();
@@ -117,7 +139,13 @@ impl HandArgs {
         }
         notes.push(note);
         notes.extend(energies(&closed));
-        Ok((closed.run, Positions { position_m: closed.positions, notes }))
+        Ok((
+            closed.run,
+            Positions {
+                position_m: closed.positions,
+                notes,
+            },
+        ))
     }
 
     fn player(
@@ -127,14 +155,21 @@ impl HandArgs {
         positions: &Positions,
     ) -> Result<(Player, f64, String, usize), Failure> {
         if let Some(path) = &self.force {
-            let force = load_force(path, model.turns(), model.rate_hz).map_err(|e| Failure::Usage(e.to_string()))?;
+            let force = load_force(path, model.turns(), model.rate_hz)
+                .map_err(|e| Failure::Usage(e.to_string()))?;
             let ticks = force.len();
-            return Ok((Player::Force(force), 0.0, format!("closed loop: {}, on a free key", path.display()), ticks));
+            return Ok((
+                Player::Force(force),
+                0.0,
+                format!("closed loop: {}, on a free key", path.display()),
+                ticks,
+            ));
         }
         let ticks = positions.position_m.len();
         if hand == Hand::FREE {
             let most = positions.position_m.iter().copied().fold(0.0, f64::max);
-            let note = "closed loop: nobody holds the key, let go at half of the motion's way".to_string();
+            let note =
+                "closed loop: nobody holds the key, let go at half of the motion's way".to_string();
             return Ok((Player::Force(Vec::new()), 0.5 * most, note, ticks));
         }
         let target = positions.position_m.clone();
@@ -144,7 +179,8 @@ impl HandArgs {
     }
 }
 
-/// What each stroke took of the player; and if so, that the key gave more than it got, from a rest on.
+/// What each stroke took of the player; and if so, that the key gave more than it got, from a rest
+/// on.
 fn energies(closed: &Closed) -> Vec<String> {
     let told = |stroke: &closed::StrokeEnergy| {
         format!(
@@ -158,8 +194,15 @@ fn energies(closed: &Closed) -> Vec<String> {
     let mut lines: Vec<String> = closed.strokes.iter().map(told).collect();
     let kept_j: f64 = closed.strokes.iter().map(|s| s.energy.kept_j()).sum();
     if !lines.is_empty() {
-        let (word, size) = if kept_j < 0.0 { ("gave the player", -kept_j) } else { ("kept", kept_j) };
-        lines.push(format!("all strokes together: the key {word} {:.3} mJ", 1e3 * size));
+        let (word, size) = if kept_j < 0.0 {
+            ("gave the player", -kept_j)
+        } else {
+            ("kept", kept_j)
+        };
+        lines.push(format!(
+            "all strokes together: the key {word} {:.3} mJ",
+            1e3 * size
+        ));
     }
     lines
 }

@@ -33,10 +33,17 @@ pub fn diagnostic(map: &SourceMap, d: &Diagnostic) -> Value {
     })
 }
 
-/// File, bytes from 0 (the end is one past the last), lines and columns from 1 (columns in characters).
+/// File, bytes from 0 (the end is one past the last), lines and columns from 1 (columns in
+/// characters).
 fn place(map: &SourceMap, span: Span) -> Value {
-    let file = map.files().get(span.file as usize).map_or("", |f| f.name.as_str());
-    let end = Span { start: span.end, ..span };
+    let file = map
+        .files()
+        .get(span.file as usize)
+        .map_or("", |f| f.name.as_str());
+    let end = Span {
+        start: span.end,
+        ..span
+    };
     let at = |span: Span| {
         let (line, column) = map.line_column(span);
         json!({ "byte": span.start, "line": line, "column": column })

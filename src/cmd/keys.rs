@@ -49,17 +49,20 @@ pub struct KeysArgs {
     /// The program of the keyboard that plays, an instrument or zones; otherwise its first
     #[arg(long, value_name = "PROGRAM", requires = "midi")]
     program: Option<String>,
-    /// Record everything about this key, such as C4: for --out, --plot and --report; without --midi the key that is played
+    /// Record everything about this key, such as C4: for --out, --plot and --report; without --midi
+    /// the key that is played
     #[arg(long, value_name = "NOTE", value_parser = note)]
     pub key: Option<u8>,
-    /// So many threads compute; the outcome is the same with any number. Without it, one per processor
+    /// So many threads compute; the outcome is the same with any number. Without it, one per
+    /// processor
     #[arg(long, value_name = "N", requires = "midi", value_parser = clap::value_parser!(u32).range(1..=256))]
     threads: Option<u32>,
 }
 
 /// A note name, as programs write it.
 fn note(text: &str) -> Result<u8, String> {
-    midi_number(text).ok_or_else(|| "a note is a letter and an octave, such as C4, F#3 or Bb5".to_string())
+    midi_number(text)
+        .ok_or_else(|| "a note is a letter and an octave, such as C4, F#3 or Bb5".to_string())
 }
 
 /// What is common to all ways of running.
@@ -88,14 +91,31 @@ struct Board<'a> {
 }
 
 impl<'a> Board<'a> {
-    fn of(program: &'a Program, name: Option<&'a str>, args: &'a KeysArgs) -> Result<Board<'a>, Failure> {
+    fn of(
+        program: &'a Program,
+        name: Option<&'a str>,
+        args: &'a KeysArgs,
+    ) -> Result<Board<'a>, Failure> {
         let name = args.program.as_deref().or(name);
         let Some(keyboard) = program.keyboards.first() else {
             let model = load::instrument(program, name)?;
             let parts = vec![keyboard::Part { model, keys: 0..88 }];
-            return Ok(Board { name: None, program: &model.name, parts, first: 21, last: 108 });
+            return Ok(Board {
+                name: None,
+                program: &model.name,
+                parts,
+                first: 21,
+                last: 108,
+            });
         };
-        let listed = || keyboard.programs.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+        let listed = || {
+            keyboard
+                .programs
+                .iter()
+                .map(|p| p.name.as_str())
+                .collect::<Vec<_>>()
+                .join(", ")
+        };
         let playable = match name {
             Some(name) => keyboard.program(name),
             None => keyboard.programs.first(),
@@ -114,7 +134,13 @@ impl<'a> Board<'a> {
         };
         let parts = playable.parts.iter().map(part).collect();
         let (first, last) = (keyboard.first_key, keyboard.last_key);
-        Ok(Board { name: Some(&keyboard.name), program: &playable.name, parts, first, last })
+        Ok(Board {
+            name: Some(&keyboard.name),
+            program: &playable.name,
+            parts,
+            first,
+            last,
+        })
     }
 
     /// How many keys it has.
@@ -124,12 +150,17 @@ impl<'a> Board<'a> {
 
     /// Key index of a MIDI number.
     fn index(&self, key: u8) -> Option<usize> {
-        (self.first..=self.last).contains(&key).then(|| usize::from(key - self.first))
+        (self.first..=self.last)
+            .contains(&key)
+            .then(|| usize::from(key - self.first))
     }
 
     /// What a key plays, by its index.
     fn model(&self, index: usize) -> &'a Model {
-        self.parts.iter().find(|part| part.keys.contains(&index)).map_or(self.parts[0].model, |part| part.model)
+        self.parts
+            .iter()
+            .find(|part| part.keys.contains(&index))
+            .map_or(self.parts[0].model, |part| part.model)
     }
 
     /// Ticks per second.
@@ -139,7 +170,10 @@ impl<'a> Board<'a> {
 
     /// The event of a key that is a strike.
     fn strike(&self, index: usize) -> Option<usize> {
-        self.model(index).emissions.iter().position(|e| e.name == "note")
+        self.model(index)
+            .emissions
+            .iter()
+            .position(|e| e.name == "note")
     }
 }
 
@@ -164,21 +198,48 @@ struct Score {
 
 fn score(performance: &Performance, board: &Board, seconds: Option<f64>) -> Score {
     let until_s = seconds.unwrap_or(f64::INFINITY);
-    let wanted: Vec<Note> = performance.notes.iter().filter(|n| n.on_s + LATER_S < until_s).copied().collect();
+    let wanted: Vec<Note> = performance
+        .notes
+        .iter()
+        .filter(|n| n.on_s + LATER_S < until_s)
+        .copied()
+        .collect();
     let (mut keys, mut all) = (Vec::new(), Vec::new());
     for key in board.first..=board.last {
-        let own: Vec<(usize, Note)> = wanted.iter().copied().enumerate().filter(|(_, n)| n.key == key).collect();
+        let own: Vec<(usize, Note)> = wanted
+            .iter()
+            .copied()
+            .enumerate()
+            .filter(|(_, n)| n.key == key)
+            .collect();
         if !own.is_empty() {
             let (moves, made) = strokes(&own, LATER_S);
-            keys.push(PlayingKey { index: usize::from(key - board.first), moves });
+            keys.push(PlayingKey {
+                index: usize::from(key - board.first),
+                moves,
+            });
             all.push(made);
         }
     }
     let end = |m: &Move| m.start_s + m.duration_s + AFTER_S;
-    let end_s = keys.iter().flat_map(|k| &k.moves).map(end).fold(0.0, f64::max).min(until_s);
-    let outside = wanted.iter().filter(|n| board.index(n.key).is_none()).count();
+    let end_s = keys
+        .iter()
+        .flat_map(|k| &k.moves)
+        .map(end)
+        .fold(0.0, f64::max)
+        .min(until_s);
+    let outside = wanted
+        .iter()
+        .filter(|n| board.index(n.key).is_none())
+        .count();
     let ticks = (end_s * f64::from(board.rate_hz())).ceil() as usize;
-    Score { notes: wanted, keys, strokes: all, outside, ticks }
+    Score {
+        notes: wanted,
+        keys,
+        strokes: all,
+        outside,
+        ticks,
+    }
 }
 
 /// Plays, tells, writes.
@@ -195,7 +256,10 @@ pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
     let score = score(&performance, &board, setup.seconds);
     if score.keys.is_empty() {
         let (first, last) = (note_name(board.first), note_name(board.last));
-        return Err(Failure::Usage(format!("{}: no note is on the keys {first} .. {last}", path.display())));
+        return Err(Failure::Usage(format!(
+            "{}: no note is on the keys {first} .. {last}",
+            path.display()
+        )));
     }
     if score.ticks as f64 > LONGEST_S * f64::from(board.rate_hz()) {
         return Err(Failure::Usage(format!(
@@ -206,26 +270,53 @@ pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
     told::performance(path, &performance, &score, &board);
     // What is wrong with the instrument is told as for any run.
     for (at, part) in board.parts.iter().enumerate() {
-        if board.parts[..at].iter().all(|before| before.model.name != part.model.name) {
+        if board.parts[..at]
+            .iter()
+            .all(|before| before.model.name != part.model.name)
+        {
             setup.device.fits(part.model).map_err(Failure::Usage)?;
-            drop(load::compiled(setup.map, part.model.clone(), setup.device, false)?);
+            drop(load::compiled(
+                setup.map,
+                part.model.clone(),
+                setup.device,
+                false,
+            )?);
         }
     }
     let logs = play(setup, args, &board, &score)?;
     let rate_hz = board.rate_hz();
-    let played = Played::new(&score.notes, &logs, &score.strokes, |key| board.strike(key), rate_hz);
+    let played = Played::new(
+        &score.notes,
+        &logs,
+        &score.strokes,
+        |key| board.strike(key),
+        rate_hz,
+    );
     told::outcome(&board, &played, &logs);
     if let Some(path) = &outputs.events {
         let names = |key: u32| note_name(board.first.saturating_add(key as u8));
         let trace = told::events(&board, &logs);
-        trace.save_named_events(path, &names).map_err(|e| Failure::Usage(e.to_string()))?;
+        trace
+            .save_named_events(path, &names)
+            .map_err(|e| Failure::Usage(e.to_string()))?;
         say!("events: {}", path.display());
     }
-    let traced = wanted.map(|index| trace_key(setup, &board, &score, index)).transpose()?;
+    let traced = wanted
+        .map(|index| trace_key(setup, &board, &score, index))
+        .transpose()?;
     if let Some(to) = &outputs.report {
-        let file = path.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
+        let file = path
+            .file_name()
+            .map_or(String::new(), |name| name.to_string_lossy().into_owned());
         let title = format!("{file} on {}", board.program.replace('_', " "));
-        let mut sections = vec![told::section(setup, &board, &score, &played, &logs, &performance)];
+        let mut sections = vec![told::section(
+            setup,
+            &board,
+            &score,
+            &played,
+            &logs,
+            &performance,
+        )];
         sections.extend(traced);
         run::report(to, &title, sections)?;
     }
@@ -234,12 +325,22 @@ pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
 
 fn traced_key(board: &Board, key: u8) -> Result<usize, Failure> {
     let (first, last) = (note_name(board.first), note_name(board.last));
-    let wrong = || Failure::Usage(format!("the keyboard has the keys {first} .. {last}, and not {}", note_name(key)));
+    let wrong = || {
+        Failure::Usage(format!(
+            "the keyboard has the keys {first} .. {last}, and not {}",
+            note_name(key)
+        ))
+    };
     board.index(key).ok_or_else(wrong)
 }
 
 /// All keys, with a progress bar.
-fn play(setup: &Setup, args: &KeysArgs, board: &Board, score: &Score) -> Result<Vec<KeyLog>, Failure> {
+fn play(
+    setup: &Setup,
+    args: &KeysArgs,
+    board: &Board,
+    score: &Score,
+) -> Result<Vec<KeyLog>, Failure> {
     let threads = args.threads.map_or_else(
         || std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
         |threads| threads as usize,
@@ -254,10 +355,20 @@ fn play(setup: &Setup, args: &KeysArgs, board: &Board, score: &Score) -> Result<
         }
     };
     let logs = if let Some(kind) = setup.engine.board() {
-        on_board(setup, board, kind, score, |ticks| tell(ticks * keys / board.keys()))
+        on_board(setup, board, kind, score, |ticks| {
+            tell(ticks * keys / board.keys())
+        })
     } else {
-        keyboard::play(&board.parts, setup.device, setup.engine, &score.keys, score.ticks, threads, tell)
-            .map_err(Failure::Defect)
+        keyboard::play(
+            &board.parts,
+            setup.device,
+            setup.engine,
+            &score.keys,
+            score.ticks,
+            threads,
+            tell,
+        )
+        .map_err(Failure::Defect)
     };
     if let Ok(progress) = progress.lock() {
         progress.0.done();
@@ -266,7 +377,10 @@ fn play(setup: &Setup, args: &KeysArgs, board: &Board, score: &Score) -> Result<
     let of = board.name.map_or(String::new(), |name| format!("{name}, "));
     let (engine, factor) = (setup.engine, played_s / start.elapsed().as_secs_f64());
     let logs = logs?;
-    say!("{of}{}: {played_s:.2} s on engine {engine}, {threads} threads, {factor:.1}x real time", board.program);
+    say!(
+        "{of}{}: {played_s:.2} s on engine {engine}, {threads} threads, {factor:.1}x real time",
+        board.program
+    );
     Ok(logs)
 }
 
@@ -279,28 +393,48 @@ fn on_board(
     tell: impl Fn(usize),
 ) -> Result<Vec<KeyLog>, Failure> {
     let playing = |index: usize| score.keys.iter().find(|key| key.index == index).cloned();
-    let key = |index: usize| playing(index).unwrap_or(PlayingKey { index, ..PlayingKey::default() });
+    let key = |index: usize| {
+        playing(index).unwrap_or(PlayingKey {
+            index,
+            ..PlayingKey::default()
+        })
+    };
     let keys: Vec<PlayingKey> = (0..board.keys()).map(key).collect();
-    let (mut logs, load) = keyboard::play_on_board(&board.parts, setup.device, kind, &keys, score.ticks, tell)
-        .map_err(|why| run::stopped(setup.engine, why))?;
+    let (mut logs, load) =
+        keyboard::play_on_board(&board.parts, setup.device, kind, &keys, score.ticks, tell)
+            .map_err(|why| run::stopped(setup.engine, why))?;
     run::tell_load(&load);
     logs.retain(|log| playing(log.index).is_some());
     Ok(logs)
 }
 
 /// One key again, with everything recorded and written.
-fn trace_key(setup: &Setup, board: &Board, score: &Score, index: usize) -> Result<Section, Failure> {
+fn trace_key(
+    setup: &Setup,
+    board: &Board,
+    score: &Score,
+    index: usize,
+) -> Result<Section, Failure> {
     let name = note_name(board.first + index as u8);
     let model = keyboard::model_of_keys(board.model(index), &[index]);
     let compiled = load::compiled(setup.map, model, setup.device, true)?;
     let rate_hz = f64::from(board.rate_hz());
-    let moves = score.keys.iter().find(|key| key.index == index).map_or(&[][..], |key| &key.moves);
+    let moves = score
+        .keys
+        .iter()
+        .find(|key| key.index == index)
+        .map_or(&[][..], |key| &key.moves);
     let mut follower = Follower::new(moves);
     let ticks = score.ticks.min((TRACED_S * rate_hz) as usize);
-    let position_m = (0..ticks).map(|tick| follower.at(tick as f64 / rate_hz)).collect();
+    let position_m = (0..ticks)
+        .map(|tick| follower.at(tick as f64 / rate_hz))
+        .collect();
     let mut notes = vec![format!("the strokes of {name} (synthetic)")];
     if ticks < score.ticks {
-        notes.push(format!("the first {TRACED_S} s of {:.1} s", score.ticks as f64 / rate_hz));
+        notes.push(format!(
+            "the first {TRACED_S} s of {:.1} s",
+            score.ticks as f64 / rate_hz
+        ));
     }
     let positions = Positions { position_m, notes };
     let played = traced(setup, &compiled, &positions)?;
@@ -312,18 +446,34 @@ fn trace_key(setup: &Setup, board: &Board, score: &Score, index: usize) -> Resul
         sources: &[],
     };
     let section = Section::of_run(&compiled, &played, &made);
-    Ok(Section { id: format!("key-{}", id(&name)), title: format!("key {name}"), ..section })
+    Ok(Section {
+        id: format!("key-{}", id(&name)),
+        title: format!("key {name}"),
+        ..section
+    })
 }
 
 fn traced(setup: &Setup, compiled: &Compiled, positions: &Positions) -> Result<Run, Failure> {
     let progress = Progress::new(positions.position_m.len(), compiled.model.rate_hz);
     let at = |ticks| progress.at(ticks);
-    let played = session::run(compiled, setup.device, setup.engine, &positions.position_m, at)
-        .map_err(|why| run::stopped(setup.engine, why))?;
+    let played = session::run(
+        compiled,
+        setup.device,
+        setup.engine,
+        &positions.position_m,
+        at,
+    )
+    .map_err(|why| run::stopped(setup.engine, why))?;
     progress.done();
     let outputs = setup.outputs;
     // The events are those of all keys, and the report has all sections.
-    let own = Outputs { events: None, report: None, plot: outputs.plot.clone(), out: outputs.out.clone(), ..*outputs };
+    let own = Outputs {
+        events: None,
+        report: None,
+        plot: outputs.plot.clone(),
+        out: outputs.out.clone(),
+        ..*outputs
+    };
     for (what, path) in run::write_files(&own, compiled, &played)? {
         say!("{what}: {}", path.display());
     }

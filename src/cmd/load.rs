@@ -24,15 +24,25 @@ const SHOWN_MAX: usize = 100;
 /// Reads the files of one program.
 pub fn read(paths: &[PathBuf]) -> Result<Vec<(String, String)>, Failure> {
     let one = |path: &PathBuf| {
-        let text = read_text(path)
-            .map_err(|e| Failure::Usage(format!("cannot read `{}`: {}{}", path.display(), e.message, hint(path))))?;
+        let text = read_text(path).map_err(|e| {
+            Failure::Usage(format!(
+                "cannot read `{}`: {}{}",
+                path.display(),
+                e.message,
+                hint(path)
+            ))
+        })?;
         Ok((path.display().to_string(), text))
     };
     paths.iter().map(one).collect()
 }
 
 fn hint(path: &Path) -> &'static str {
-    if path.extension().is_some_and(|e| e == "whip") { "" } else { "; a program's file ends in .whip" }
+    if path.extension().is_some_and(|e| e == "whip") {
+        ""
+    } else {
+        "; a program's file ends in .whip"
+    }
 }
 
 /// Splits `FILE.. [INSTRUMENT]`: what ends in `.whip` or names a file is a file.
@@ -41,10 +51,15 @@ pub fn split(words: &[String]) -> Result<(Vec<PathBuf>, Option<&str>), Failure> 
     let files: Vec<PathBuf> = words.iter().filter(is_file).map(PathBuf::from).collect();
     let names: Vec<&String> = words.iter().filter(|w| !is_file(w)).collect();
     match (files.is_empty(), names.as_slice()) {
-        (true, _) => Err(Failure::Usage(format!("`{}` is neither a .whip file nor exists", words.join(" ")))),
+        (true, _) => Err(Failure::Usage(format!(
+            "`{}` is neither a .whip file nor exists",
+            words.join(" ")
+        ))),
         (_, []) => Ok((files, None)),
         (_, [name]) => Ok((files, Some(name))),
-        _ => Err(Failure::Usage("at most one instrument can be named".to_string())),
+        _ => Err(Failure::Usage(
+            "at most one instrument can be named".to_string(),
+        )),
     }
 }
 
@@ -52,7 +67,9 @@ pub fn split(words: &[String]) -> Result<(Vec<PathBuf>, Option<&str>), Failure> 
 pub fn sets(texts: &[String]) -> Result<Vec<(String, String)>, Failure> {
     let one = |text: &String| match text.split_once('=') {
         Some((name, value)) => Ok((name.trim().to_string(), value.trim().to_string())),
-        None => Err(Failure::Usage(format!("`--set {text}`: write `--set name=value`, such as `--set weight=0.4N`"))),
+        None => Err(Failure::Usage(format!(
+            "`--set {text}`: write `--set name=value`, such as `--set weight=0.4N`"
+        ))),
     };
     texts.iter().map(one).collect()
 }
@@ -66,7 +83,8 @@ pub enum Form {
     Json,
 }
 
-/// Checks a program, prints what there is to say to stderr (from `least` upwards), and gives it unless there is an error.
+/// Checks a program, prints what there is to say to stderr (from `least` upwards), and gives it
+/// unless there is an error.
 pub fn checked(
     files: &[(String, String)],
     options: &Options,
@@ -102,26 +120,57 @@ pub fn checked_as(
 }
 
 fn errors(diagnostics: &[Diagnostic]) -> impl Iterator<Item = &Diagnostic> {
-    diagnostics.iter().filter(|d| d.severity() == Severity::Error)
+    diagnostics
+        .iter()
+        .filter(|d| d.severity() == Severity::Error)
 }
 
 /// Compiles one instrument; what is wrong with it is printed. `observe` keeps what traces need.
-pub fn compiled(map: &SourceMap, model: Model, device: &Device, observe: bool) -> Result<Compiled, Failure> {
-    told(Form::Text, map, pipeline::compile(model, device.scales(), observe))
+pub fn compiled(
+    map: &SourceMap,
+    model: Model,
+    device: &Device,
+    observe: bool,
+) -> Result<Compiled, Failure> {
+    told(
+        Form::Text,
+        map,
+        pipeline::compile(model, device.scales(), observe),
+    )
 }
 
 /// As [`compiled`] for traces, in a form.
-pub fn compiled_as(form: Form, map: &SourceMap, model: Model, device: &Device) -> Result<Compiled, Failure> {
+pub fn compiled_as(
+    form: Form,
+    map: &SourceMap,
+    model: Model,
+    device: &Device,
+) -> Result<Compiled, Failure> {
     told(form, map, pipeline::compile(model, device.scales(), true))
 }
 
 /// Compiles for traces an instrument whose warnings have been told.
-pub fn compiled_silently(map: &SourceMap, model: Model, device: &Device) -> Result<Compiled, Failure> {
+pub fn compiled_silently(
+    map: &SourceMap,
+    model: Model,
+    device: &Device,
+) -> Result<Compiled, Failure> {
     let compiled = pipeline::compile(model, device.scales(), true);
-    told(Form::Text, map, compiled.map(|c| Compiled { warnings: Vec::new(), ..c }))
+    told(
+        Form::Text,
+        map,
+        compiled.map(|c| Compiled {
+            warnings: Vec::new(),
+            ..c
+        }),
+    )
 }
 
-fn told(form: Form, map: &SourceMap, compiled: Result<Compiled, CompileError>) -> Result<Compiled, Failure> {
+fn told(
+    form: Form,
+    map: &SourceMap,
+    compiled: Result<Compiled, CompileError>,
+) -> Result<Compiled, Failure> {
     let compiled = compiled.map_err(|error| match error {
         CompileError::Program(diagnostics) => {
             tell(form, map, &diagnostics, Severity::Warning);
@@ -137,14 +186,20 @@ fn told(form: Form, map: &SourceMap, compiled: Result<Compiled, CompileError>) -
 pub fn tell(form: Form, map: &SourceMap, diagnostics: &[Diagnostic], least: Severity) {
     match form {
         Form::Text => print(map, diagnostics, least),
-        Form::Json => diagnostics.iter().for_each(|d| say!("{}", json::diagnostic(map, d))),
+        Form::Json => diagnostics
+            .iter()
+            .for_each(|d| say!("{}", json::diagnostic(map, d))),
     }
 }
 
-/// Prints diagnostics from `least` upwards and a summary to stderr; the worst come last, next to the summary.
+/// Prints diagnostics from `least` upwards and a summary to stderr; the worst come last, next to
+/// the summary.
 pub fn print(map: &SourceMap, diagnostics: &[Diagnostic], least: Severity) {
     let colour = std::io::stderr().is_terminal();
-    let mut shown: Vec<&Diagnostic> = diagnostics.iter().filter(|d| d.severity() >= least).collect();
+    let mut shown: Vec<&Diagnostic> = diagnostics
+        .iter()
+        .filter(|d| d.severity() >= least)
+        .collect();
     shown.sort_by_key(|d| d.severity());
     for diagnostic in shown.iter().take(SHOWN_MAX) {
         eprintln!("{}", render(map, diagnostic, colour));
@@ -161,30 +216,52 @@ pub fn print(map: &SourceMap, diagnostics: &[Diagnostic], least: Severity) {
 /// The page of a diagnostic is pointed at once in a run.
 static EXPLAINED: Once = Once::new();
 
-/// The device of a file, or of the program's keyboard, or the bundled one that moves as the instrument does.
+/// The device of a file, or of the program's keyboard, or the bundled one that moves as the
+/// instrument does.
 pub fn device(path: Option<&Path>, program: &Program, model: &Model) -> Result<Device, Failure> {
     let device = match (path, program.keyboards.first()) {
         (Some(path), _) => Device::load(path).map_err(|e| Failure::Usage(e.to_string())),
         (None, Some(keyboard)) => Device::bundled(&keyboard.device).ok_or_else(|| {
-            Failure::Usage(format!("there is no device `{}`; give its file with --device", keyboard.device))
+            Failure::Usage(format!(
+                "there is no device `{}`; give its file with --device",
+                keyboard.device
+            ))
         }),
         (None, None) => Ok(Device::of(model)),
     }?;
-    device.fits(model).map_err(|why| Failure::Usage(format!("{why}; give another device with --device")))?;
+    device
+        .fits(model)
+        .map_err(|why| Failure::Usage(format!("{why}; give another device with --device")))?;
     Ok(device)
 }
 
 /// The instrument that was named, or the only one.
 pub fn instrument<'p>(program: &'p Program, name: Option<&str>) -> Result<&'p Model, Failure> {
-    let names = || program.instruments.iter().map(|m| m.name.as_str()).collect::<Vec<_>>().join(", ");
+    let names = || {
+        program
+            .instruments
+            .iter()
+            .map(|m| m.name.as_str())
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
     match (name, program.instruments.as_slice()) {
-        (Some(name), all) => all.iter().find(|m| m.name == name).ok_or_else(|| match zones(program, Some(name)) {
-            Some(zones) => {
-                let own = instruments_of(program, zones);
-                Failure::Usage(format!("`{name}` are zones with several instruments; name one of them: {own}"))
-            }
-            None => Failure::Usage(format!("there is no instrument `{name}`; there are: {}", names())),
-        }),
+        (Some(name), all) => {
+            all.iter()
+                .find(|m| m.name == name)
+                .ok_or_else(|| match zones(program, Some(name)) {
+                    Some(zones) => {
+                        let own = instruments_of(program, zones);
+                        Failure::Usage(format!(
+                            "`{name}` are zones with several instruments; name one of them: {own}"
+                        ))
+                    }
+                    None => Failure::Usage(format!(
+                        "there is no instrument `{name}`; there are: {}",
+                        names()
+                    )),
+                })
+        }
         (None, [only]) => Ok(only),
         (None, []) => Err(Failure::Usage("the program has no instrument".to_string())),
         (None, _) => Err(Failure::Usage(format!(
@@ -197,7 +274,11 @@ pub fn instrument<'p>(program: &'p Program, name: Option<&str>) -> Result<&'p Mo
 /// The program of zones that has this name.
 fn zones<'p>(program: &'p Program, name: Option<&str>) -> Option<&'p Playable> {
     let found = program.keyboards.first()?.program(name?)?;
-    program.instruments.iter().all(|model| model.name != found.name).then_some(found)
+    program
+        .instruments
+        .iter()
+        .all(|model| model.name != found.name)
+        .then_some(found)
 }
 
 /// The names of what a program's keys play.
@@ -212,16 +293,16 @@ pub fn instruments_of(program: &Program, playable: &Playable) -> String {
     names.join(", ")
 }
 
-/// What one key plays: the instrument as [`instrument`] finds it, or the one of that key of the zones that were named; with a key,
-/// as that key has it.
+/// What one key plays: the instrument as [`instrument`] finds it, or the one of that key of the
+/// zones that were named; with a key, as that key has it.
 pub fn one_key(program: &Program, name: Option<&str>, key: Option<u8>) -> Result<Model, Failure> {
     let zones = zones(program, name);
     let keyboard = program.keyboards.first();
     let (Some(key), Some(keyboard)) = (key, keyboard) else {
         return match (key, zones) {
-            (Some(_), _) => {
-                Err(Failure::Usage("--key names a key of a keyboard, and the program has none".to_string()))
-            }
+            (Some(_), _) => Err(Failure::Usage(
+                "--key names a key of a keyboard, and the program has none".to_string(),
+            )),
             (None, Some(zones)) => Err(Failure::Usage(format!(
                 "`{}` are zones: name a key, such as --key {}, or one of the instruments: {}",
                 zones.name,
@@ -240,7 +321,12 @@ pub fn one_key(program: &Program, name: Option<&str>, key: Option<u8>) -> Result
             note_name(key)
         )));
     }
-    let part = zones.and_then(|zones| zones.parts.iter().find(|part| (part.first_key..=part.last_key).contains(&key)));
+    let part = zones.and_then(|zones| {
+        zones
+            .parts
+            .iter()
+            .find(|part| (part.first_key..=part.last_key).contains(&key))
+    });
     let model = match part {
         Some(part) => &program.instruments[part.instrument],
         None => instrument(program, name)?,

@@ -24,17 +24,30 @@ pub struct Args {
 pub fn run(args: &Args) -> Outcome {
     let pages = pages()?;
     let Some(dir) = &args.dir else {
-        let name = args.command.as_ref().map_or("whippen".to_string(), |command| format!("whippen-{command}"));
+        let name = args
+            .command
+            .as_ref()
+            .map_or("whippen".to_string(), |command| {
+                format!("whippen-{command}")
+            });
         let Some((_, page)) = pages.iter().find(|(page, _)| *page == name) else {
-            let known: Vec<&str> = pages.iter().filter_map(|(page, _)| page.strip_prefix("whippen-")).collect();
-            return Err(Failure::Usage(format!("there is no page `{name}`; commands are {}", known.join(", "))));
+            let known: Vec<&str> = pages
+                .iter()
+                .filter_map(|(page, _)| page.strip_prefix("whippen-"))
+                .collect();
+            return Err(Failure::Usage(format!(
+                "there is no page `{name}`; commands are {}",
+                known.join(", ")
+            )));
         };
         say::whole(page);
         return Ok(());
     };
     std::fs::create_dir_all(dir)
         .map_err(|e| Failure::Usage(format!("cannot make the folder `{}`: {e}", dir.display())))?;
-    pages.iter().try_for_each(|(name, page)| write(dir, name, page))?;
+    pages
+        .iter()
+        .try_for_each(|(name, page)| write(dir, name, page))?;
     say!("{} pages in {}", pages.len(), dir.display());
     Ok(())
 }
@@ -43,13 +56,18 @@ pub fn run(args: &Args) -> Outcome {
 fn pages() -> Result<Vec<(String, String)>, Failure> {
     let mut whole = Cli::command().disable_help_subcommand(true);
     whole.build();
-    let subcommands = whole.get_subcommands().filter(|c| !c.is_hide_set()).cloned();
+    let subcommands = whole
+        .get_subcommands()
+        .filter(|c| !c.is_hide_set())
+        .cloned();
     let named = subcommands.map(|c| (format!("whippen-{}", c.get_name()), c));
     let all = std::iter::once(("whippen".to_string(), whole.clone())).chain(named);
     all.map(|(name, command)| {
         let mut page = Vec::new();
         let manual = Man::new(command).title(name.clone());
-        manual.render(&mut page).map_err(|e| Failure::Defect(format!("the page `{name}`: {e}")))?;
+        manual
+            .render(&mut page)
+            .map_err(|e| Failure::Defect(format!("the page `{name}`: {e}")))?;
         Ok((name, String::from_utf8_lossy(&page).into_owned()))
     })
     .collect()
@@ -57,5 +75,6 @@ fn pages() -> Result<Vec<(String, String)>, Failure> {
 
 fn write(dir: &Path, name: &str, page: &str) -> Outcome {
     let path = dir.join(format!("{name}.1"));
-    write_whole(&path, |file| file.write_all(page.as_bytes())).map_err(|e| Failure::Usage(e.to_string()))
+    write_whole(&path, |file| file.write_all(page.as_bytes()))
+        .map_err(|e| Failure::Usage(e.to_string()))
 }

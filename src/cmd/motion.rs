@@ -14,7 +14,8 @@ use crate::exit::Failure;
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "The motion")]
 pub struct MotionArgs {
-    /// The key moves as recorded here: a table with titles such as t_s,x_mm (t_s,angle_deg for a knob), or bare columns with --rate; without it a bundled gesture
+    /// The key moves as recorded here: a table with titles such as t_s,x_mm (t_s,angle_deg for a
+    /// knob), or bare columns with --rate; without it a bundled gesture
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     motion: Option<PathBuf>,
     /// Rows per second of bare columns
@@ -23,7 +24,8 @@ pub struct MotionArgs {
     /// The bare column with the position, counted from 1
     #[arg(long, value_name = "N", requires = "rate", default_value_t = 1, value_parser = column)]
     column: u32,
-    /// Table from position to reading, by which bare readings become positions; without it they are metres
+    /// Table from position to reading, by which bare readings become positions; without it they are
+    /// metres
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, requires = "rate")]
     calibration: Option<PathBuf>,
     /// Position of the key at rest, becomes 0
@@ -63,9 +65,19 @@ impl MotionArgs {
             return Err(Failure::Usage(message.to_string()));
         }
         let layout = self.layout();
-        let stops = self.rest.zip(self.full).map(|(rest_m, full_m)| Stops { rest_m, full_m, dip_m: self.dip });
-        let options = MotionOptions { layout, stops, turns, lowpass_hz: self.lowpass };
-        let motion = motion::load(path, &options, tick_rate_hz).map_err(|e| Failure::Usage(e.to_string()))?;
+        let stops = self.rest.zip(self.full).map(|(rest_m, full_m)| Stops {
+            rest_m,
+            full_m,
+            dip_m: self.dip,
+        });
+        let options = MotionOptions {
+            layout,
+            stops,
+            turns,
+            lowpass_hz: self.lowpass,
+        };
+        let motion = motion::load(path, &options, tick_rate_hz)
+            .map_err(|e| Failure::Usage(e.to_string()))?;
         let mut notes = vec![format!(
             "{}: {} rows at {} Hz, {:.2} s",
             path.display(),
@@ -80,7 +92,10 @@ impl MotionArgs {
                 motion.calibration_clipped
             ));
         }
-        Ok(Positions { position_m: motion.position_m, notes })
+        Ok(Positions {
+            position_m: motion.position_m,
+            notes,
+        })
     }
 
     /// The files that are read.
@@ -91,15 +106,20 @@ impl MotionArgs {
     /// The bundled gesture.
     pub fn bundled(model: &Model) -> Positions {
         let position_m = gesture::bundled(model).positions(model.rate_hz);
-        Positions { position_m, notes: vec!["the bundled gesture (synthetic)".to_string()] }
+        Positions {
+            position_m,
+            notes: vec!["the bundled gesture (synthetic)".to_string()],
+        }
     }
 
     fn layout(&self) -> Layout {
         match self.rate {
             None => Layout::Titled,
-            Some(rate_hz) => {
-                Layout::Raw { rate_hz, column: self.column as usize, calibration: self.calibration.clone() }
-            }
+            Some(rate_hz) => Layout::Raw {
+                rate_hz,
+                column: self.column as usize,
+                calibration: self.calibration.clone(),
+            },
         }
     }
 }
@@ -115,14 +135,27 @@ fn length(text: &str) -> Result<f64, String> {
 
 /// A frequency; a plain number is in Hz.
 fn frequency(text: &str) -> Result<f64, String> {
-    let hertz = text.parse::<f64>().map_or_else(|_| quantity(text, Dim::PER_TIME, "a frequency, such as 200Hz"), Ok)?;
-    if hertz.is_finite() && hertz > 0.0 { Ok(hertz) } else { Err("a frequency is above zero".to_string()) }
+    let hertz = text.parse::<f64>().map_or_else(
+        |_| quantity(text, Dim::PER_TIME, "a frequency, such as 200Hz"),
+        Ok,
+    )?;
+    if hertz.is_finite() && hertz > 0.0 {
+        Ok(hertz)
+    } else {
+        Err("a frequency is above zero".to_string())
+    }
 }
 
 /// A time; a plain number is in seconds.
 pub fn seconds(text: &str) -> Result<f64, String> {
-    let time = text.parse::<f64>().map_or_else(|_| quantity(text, Dim::TIME, "a time, such as 10s"), Ok)?;
-    if time.is_finite() && time > 0.0 { Ok(time) } else { Err("a time is above zero".to_string()) }
+    let time = text
+        .parse::<f64>()
+        .map_or_else(|_| quantity(text, Dim::TIME, "a time, such as 10s"), Ok)?;
+    if time.is_finite() && time > 0.0 {
+        Ok(time)
+    } else {
+        Err("a time is above zero".to_string())
+    }
 }
 
 fn quantity(text: &str, dim: Dim, wanted: &str) -> Result<f64, String> {

@@ -26,10 +26,17 @@ fn table(out: &mut String, compiled: &Compiled) {
     );
     for export in compiled.lowered.exports.iter().filter(|e| e.dim.is_some()) {
         let unit = session::unit(&compiled.model, export);
-        let (low, high) = (format!("{:.6}", sig(export.range.low)), format!("{:.6}", sig(export.range.high)));
+        let (low, high) = (
+            format!("{:.6}", sig(export.range.low)),
+            format!("{:.6}", sig(export.range.high)),
+        );
         let error = format!("{:.1e}", export.error);
-        let _ =
-            writeln!(out, "  {:<24} {low:>12} .. {high:<12} {unit:<11} {:<9} {error}", export.name, export.format());
+        let _ = writeln!(
+            out,
+            "  {:<24} {low:>12} .. {high:<12} {unit:<11} {:<9} {error}",
+            export.name,
+            export.format()
+        );
     }
 }
 
@@ -42,7 +49,11 @@ fn clamps(out: &mut String, compiled: &Compiled) {
     if compiled.lowered.clamps.is_empty() {
         let _ = writeln!(out, "  every clamp was proved away");
     } else {
-        let _ = writeln!(out, "  clamps that could not be proved away: {}", compiled.lowered.clamps.join(", "));
+        let _ = writeln!(
+            out,
+            "  clamps that could not be proved away: {}",
+            compiled.lowered.clamps.join(", ")
+        );
     }
 }
 
@@ -52,7 +63,8 @@ fn differentiators(out: &mut String, compiled: &Compiled, sense: &Sense, device:
     let rate = f64::from(compiled.model.rate_hz);
     let delay = (n - 1.0) / 2.0;
     let lsb = device.scales().sensor_lsb;
-    // Variances of the slope of a line and of the second derivative of a parabola fitted to N samples of unit variance.
+    // Variances of the slope of a line and of the second derivative of a parabola fitted to N
+    // samples of unit variance.
     let slope = rate * (12.0 / (n * (n * n - 1.0))).sqrt();
     let curvature = 2.0 * rate * rate * (180.0 / (n * (n * n - 1.0) * (n * n - 4.0))).sqrt();
     let name = &sense.name;
@@ -63,9 +75,21 @@ fn differentiators(out: &mut String, compiled: &Compiled, sense: &Sense, device:
         delay / rate * 1e3
     );
     // Who turns a knob thinks in degrees.
-    let (unit, small, large) = if sense.dim.is_number() { ("deg", 1e3, 1.0) } else { ("m", 1e6, 1e3) };
-    let lsb = if sense.dim.is_number() { lsb.to_degrees() } else { lsb };
-    let (tiny, fine) = if unit == "m" { ("um", "mm") } else { ("mdeg", "deg") };
+    let (unit, small, large) = if sense.dim.is_number() {
+        ("deg", 1e3, 1.0)
+    } else {
+        ("m", 1e6, 1e3)
+    };
+    let lsb = if sense.dim.is_number() {
+        lsb.to_degrees()
+    } else {
+        lsb
+    };
+    let (tiny, fine) = if unit == "m" {
+        ("um", "mm")
+    } else {
+        ("mdeg", "deg")
+    };
     let _ = writeln!(
         out,
         "  {name}: noise of 1 LSB rms ({:.3} {tiny}) gives {:.3} {fine}/s rms in {name}' and {:.3} {unit}/s^2 rms in {name}''",

@@ -15,9 +15,14 @@ impl Progress {
     /// For so many ticks.
     pub fn new(ticks: usize, rate_hz: u32) -> Progress {
         let bar = ProgressBar::with_draw_target(Some(ticks as u64), ProgressDrawTarget::hidden());
-        let style = ProgressStyle::with_template("{bar:40} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
+        let style = ProgressStyle::with_template("{bar:40} {msg}")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
         bar.set_style(style);
-        Progress { bar, start: Instant::now(), rate_hz: f64::from(rate_hz) }
+        Progress {
+            bar,
+            start: Instant::now(),
+            rate_hz: f64::from(rate_hz),
+        }
     }
 
     /// So many ticks are done.
@@ -28,7 +33,10 @@ impl Progress {
         }
         self.bar.set_position(ticks as u64);
         let total_s = self.bar.length().unwrap_or(0) as f64 / self.rate_hz;
-        self.bar.set_message(format!("{:.1} of {total_s:.1} s", ticks as f64 / self.rate_hz));
+        self.bar.set_message(format!(
+            "{:.1} of {total_s:.1} s",
+            ticks as f64 / self.rate_hz
+        ));
     }
 
     /// Takes the bar away.

@@ -40,14 +40,20 @@ pub struct Args {
     hand: HandArgs,
     #[command(flatten)]
     keys: KeysArgs,
-    /// What runs it: jit (compiled, fixed point), interp (the reference), ideal (f64) or emulated (the image of `build` on its board)
+    /// What runs it: jit (compiled, fixed point), interp (the reference), ideal (f64) or emulated
+    /// (the image of `build` on its board)
     #[arg(long, default_value = "jit")]
     engine: EngineKind,
-    /// The board of the engine emulated: rp2350, rp2040 or stm32f4; the keyboard's, or rp2350 otherwise
+    /// The board of the engine emulated: rp2350, rp2040 or stm32f4; the keyboard's, or rp2350
+    /// otherwise
     #[arg(long, value_name = "NAME", value_parser = emulated_board)]
     board: Option<BoardKind>,
     /// Give a parameter another value, such as weight=0.4N
-    #[arg(long = "set", value_name = "NAME=VALUE", help_heading = "The instrument")]
+    #[arg(
+        long = "set",
+        value_name = "NAME=VALUE",
+        help_heading = "The instrument"
+    )]
     sets: Vec<String>,
     /// Device file with the scales of sensor and drive; the keyboard's device or mikey otherwise
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "The instrument")]
@@ -81,7 +87,8 @@ pub struct Outputs {
     /// Picture: forces against time and travel, hammer and states against time
     #[arg(long, value_name = "FILE.svg|FILE.png", value_hint = ValueHint::FilePath)]
     pub plot: Vec<PathBuf>,
-    /// Page to explore: plots to zoom, force loop, strikes, numbers, the program; one file that needs no network
+    /// Page to explore: plots to zoom, force loop, strikes, numbers, the program; one file that
+    /// needs no network
     #[arg(long, value_name = "FILE.html", value_hint = ValueHint::FilePath)]
     pub report: Option<PathBuf>,
 }
@@ -90,14 +97,36 @@ impl Outputs {
     /// Before anything is run: endings of figures are known, folders are there.
     fn check(&self) -> Result<(), String> {
         plot::check_names(&self.plot)?;
-        let is_table = |path: &&PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-        if let Some(path) = self.out.iter().chain(&self.events).find(|path| !is_table(path)) {
-            return Err(format!("{}: a table's name ends in `.csv`; `--plot` makes figures", path.display()));
+        let is_table = |path: &&PathBuf| {
+            path.extension()
+                .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
+        };
+        if let Some(path) = self
+            .out
+            .iter()
+            .chain(&self.events)
+            .find(|path| !is_table(path))
+        {
+            return Err(format!(
+                "{}: a table's name ends in `.csv`; `--plot` makes figures",
+                path.display()
+            ));
         }
-        let files = self.out.iter().chain(&self.events).chain(&self.plot).chain(&self.report);
+        let files = self
+            .out
+            .iter()
+            .chain(&self.events)
+            .chain(&self.plot)
+            .chain(&self.report);
         let folders = files.filter_map(|path| path.parent());
-        match folders.into_iter().find(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-            Some(folder) => Err(format!("there is no folder `{}` to write to; make it first", folder.display())),
+        match folders
+            .into_iter()
+            .find(|folder| !folder.as_os_str().is_empty() && !folder.is_dir())
+        {
+            Some(folder) => Err(format!(
+                "there is no folder `{}` to write to; make it first",
+                folder.display()
+            )),
             None => Ok(()),
         }
     }
@@ -108,11 +137,16 @@ impl Args {
     fn engine_on(&self, program: &Program) -> Result<EngineKind, String> {
         if self.engine.board().is_none() {
             return match self.board {
-                Some(_) => Err("--board is for --engine emulated: the other engines have none".to_string()),
+                Some(_) => {
+                    Err("--board is for --engine emulated: the other engines have none".to_string())
+                }
                 None => Ok(self.engine),
             };
         }
-        let of_keyboard = program.keyboards.first().and_then(|keyboard| keyboard.board.as_deref());
+        let of_keyboard = program
+            .keyboards
+            .first()
+            .and_then(|keyboard| keyboard.board.as_deref());
         let board = match (self.board, of_keyboard) {
             (Some(board), _) => Some(board),
             (None, Some(name)) => Some(emulated_board(name)?),
@@ -121,12 +155,19 @@ impl Args {
         Ok(board.map_or(self.engine, EngineKind::Emulated))
     }
 
-    /// A board keeps no values from inside of ticks: no figure can be drawn of it, and nothing but the drive be compared.
+    /// A board keeps no values from inside of ticks: no figure can be drawn of it, and nothing but
+    /// the drive be compared.
     fn fits_engine(&self) -> Result<(), String> {
         let outputs = &self.outputs;
-        let wanted =
-            [("--plot", !outputs.plot.is_empty()), ("--report", outputs.report.is_some()), ("--errors", self.errors)];
-        match wanted.iter().find(|(_, wanted)| *wanted && self.engine.board().is_some()) {
+        let wanted = [
+            ("--plot", !outputs.plot.is_empty()),
+            ("--report", outputs.report.is_some()),
+            ("--errors", self.errors),
+        ];
+        match wanted
+            .iter()
+            .find(|(_, wanted)| *wanted && self.engine.board().is_some())
+        {
             Some((option, _)) => Err(format!(
                 "{option} shows values from inside of ticks, which a board does not keep; use --engine jit, which is bit for bit the same"
             )),
@@ -140,7 +181,10 @@ fn emulated_board(name: &str) -> Result<BoardKind, String> {
     let found = BoardKind::ALL.into_iter().find(|kind| kind.name() == name);
     found.ok_or_else(|| {
         let names = BoardKind::ALL.map(BoardKind::name);
-        format!("`{name}` cannot be emulated; boards that can are {}", names.join(", "))
+        format!(
+            "`{name}` cannot be emulated; boards that can are {}",
+            names.join(", ")
+        )
     })
 }
 
@@ -149,7 +193,14 @@ pub fn run(args: &Args) -> Outcome {
         return once(args);
     }
     let (mut files, _) = load::split(&args.words)?;
-    files.extend(args.motion.files().chain(args.hand.files()).chain(&args.device).chain(&args.keys.midi).cloned());
+    files.extend(
+        args.motion
+            .files()
+            .chain(args.hand.files())
+            .chain(&args.device)
+            .chain(&args.keys.midi)
+            .cloned(),
+    );
     watch::watch(&files, || once(args))
 }
 
@@ -157,13 +208,19 @@ fn once(args: &Args) -> Outcome {
     let (files, name) = load::split(&args.words)?;
     args.outputs.check().map_err(Failure::Usage)?;
     args.fits_engine().map_err(Failure::Usage)?;
-    let options = Options { sets: load::sets(&args.sets)?, ..Options::default() };
+    let options = Options {
+        sets: load::sets(&args.sets)?,
+        ..Options::default()
+    };
     let sources = load::read(&files)?;
     let (map, program) = load::checked(&sources, &options, Severity::Warning)?;
     let engine = args.engine_on(&program).map_err(Failure::Usage)?;
     if let Some(path) = &args.keys.midi {
-        let device =
-            load::device(args.device.as_deref(), &program, keys::first_instrument(&program, name, &args.keys)?)?;
+        let device = load::device(
+            args.device.as_deref(),
+            &program,
+            keys::first_instrument(&program, name, &args.keys)?,
+        )?;
         let setup = Setup {
             map: &map,
             program: &program,
@@ -196,33 +253,68 @@ fn once(args: &Args) -> Outcome {
     summary(&compiled, &run, engine, &positions);
     write(&args.outputs, &compiled, &run)?;
     if let Some(path) = &args.outputs.report {
-        let made =
-            Made { engine, motion: &positions.notes, device: &device, settings: &options.sets, sources: &sources };
-        report(path, &compiled.model.name.replace('_', " "), vec![Section::of_run(&compiled, &run, &made)])?;
+        let made = Made {
+            engine,
+            motion: &positions.notes,
+            device: &device,
+            settings: &options.sets,
+            sources: &sources,
+        };
+        report(
+            path,
+            &compiled.model.name.replace('_', " "),
+            vec![Section::of_run(&compiled, &run, &made)],
+        )?;
     }
-    if args.errors { print_errors(&compiled, &device, engine, &positions) } else { Ok(()) }
+    if args.errors {
+        print_errors(&compiled, &device, engine, &positions)
+    } else {
+        Ok(())
+    }
 }
 
 /// Writes a page and says where it is.
 pub fn report(path: &Path, title: &str, sections: Vec<Section>) -> Outcome {
-    let page = Page { title: title.to_string(), command: command::typed(), overview: None, sections };
+    let page = Page {
+        title: title.to_string(),
+        command: command::typed(),
+        overview: None,
+        sections,
+    };
     page.save(path).map_err(|e| Failure::Usage(e.to_string()))?;
     say!("report: {}", path.display());
     Ok(())
 }
 
-fn print_errors(compiled: &Compiled, device: &Device, kind: EngineKind, positions: &Positions) -> Outcome {
+fn print_errors(
+    compiled: &Compiled,
+    device: &Device,
+    kind: EngineKind,
+    positions: &Positions,
+) -> Outcome {
     let progress = Progress::new(positions.position_m.len(), compiled.model.rate_hz);
-    let comparison = compare(compiled, device, kind, &positions.position_m, |ticks| progress.at(ticks));
+    let comparison = compare(compiled, device, kind, &positions.position_m, |ticks| {
+        progress.at(ticks)
+    });
     progress.done();
-    say::whole(&errors::report(compiled, &comparison.map_err(Failure::Defect)?));
+    say::whole(&errors::report(
+        compiled,
+        &comparison.map_err(Failure::Defect)?,
+    ));
     Ok(())
 }
 
 /// Runs with a progress bar.
-pub fn play(compiled: &Compiled, device: &Device, kind: EngineKind, positions: &Positions) -> Result<Run, Failure> {
+pub fn play(
+    compiled: &Compiled,
+    device: &Device,
+    kind: EngineKind,
+    positions: &Positions,
+) -> Result<Run, Failure> {
     let progress = Progress::new(positions.position_m.len(), compiled.model.rate_hz);
-    let run = session::run(compiled, device, kind, &positions.position_m, |ticks| progress.at(ticks));
+    let run = session::run(compiled, device, kind, &positions.position_m, |ticks| {
+        progress.at(ticks)
+    });
     progress.done();
     run.map_err(|why| stopped(kind, why))
 }
@@ -238,10 +330,22 @@ pub fn stopped(kind: EngineKind, why: String) -> Failure {
 
 /// What the firmware counts as a fault (`docs/firmware.md`), by bit.
 const FAULTS: [(u32, &str); 5] = [
-    (1, "a tick was missed: all forces went to zero and came back"),
-    (2, "a sensor word stayed at a rail for 10 ms: its key went free"),
-    (4, "a sensor word stayed the same for 100 ms in mid-travel while the drive moved: its key went free"),
-    (8, "a motor got too warm: its force was held at what it stands for ever"),
+    (
+        1,
+        "a tick was missed: all forces went to zero and came back",
+    ),
+    (
+        2,
+        "a sensor word stayed at a rail for 10 ms: its key went free",
+    ),
+    (
+        4,
+        "a sensor word stayed the same for 100 ms in mid-travel while the drive moved: its key went free",
+    ),
+    (
+        8,
+        "a motor got too warm: its force was held at what it stands for ever",
+    ),
     (16, "the processor met a fault: all forces stay zero"),
 ];
 
@@ -265,8 +369,13 @@ pub fn tell_load(load: &Load) {
 
 /// What happened, in a few lines.
 fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Positions) {
-    positions.notes.iter().for_each(|note| say!("motion: {note}"));
-    let Counts { ticks, engine_time, .. } = run.counts;
+    positions
+        .notes
+        .iter()
+        .for_each(|note| say!("motion: {note}"));
+    let Counts {
+        ticks, engine_time, ..
+    } = run.counts;
     let played_s = ticks as f64 / f64::from(compiled.model.rate_hz);
     say!(
         "{}: {played_s:.2} s on engine {kind}, {:.0}x real time",
@@ -275,7 +384,11 @@ fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Positio
     );
     let marked = session::marked(&compiled.model);
     for event in run.trace.events.iter().filter(|e| e.event == marked) {
-        let args: Vec<String> = event.args.iter().map(|(title, value)| format!("{title} {value:.3}")).collect();
+        let args: Vec<String> = event
+            .args
+            .iter()
+            .map(|(title, value)| format!("{title} {value:.3}"))
+            .collect();
         say!("  {:>9.4} s  {marked}  {}", event.t_s, args.join("  "));
     }
     for (count, what) in run.counts.told() {
@@ -283,7 +396,9 @@ fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Positio
     }
     if let Some(load) = &run.load {
         tell_load(load);
-        say!("  traced are the drive and what is emitted: a board keeps no values and transitions of a tick");
+        say!(
+            "  traced are the drive and what is emitted: a board keeps no values and transitions of a tick"
+        );
     }
 }
 
@@ -304,7 +419,9 @@ pub fn write_files<'o>(
     let failed = |e: FileError| Failure::Usage(e.to_string());
     let mut written: Vec<(&'static str, &Path)> = Vec::new();
     if let Some(path) = &outputs.out {
-        run.trace.save_ticks(path, outputs.every as usize).map_err(failed)?;
+        run.trace
+            .save_ticks(path, outputs.every as usize)
+            .map_err(failed)?;
         written.push(("trace", path));
     }
     if let Some(path) = &outputs.events {

@@ -1,4 +1,5 @@
-//! What `build` and `budget` start from: an instrument, compiled, and the keyboard and board it is for.
+//! What `build` and `budget` start from: an instrument, compiled, and the keyboard and board it is
+//! for.
 
 use std::path::{Path, PathBuf};
 
@@ -33,7 +34,8 @@ pub struct SetupArgs {
     /// Ticks per second where no keyboard says otherwise
     #[arg(long, value_name = "HZ", default_value_t = 44_100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     rate: u32,
-    /// So many instructions for all modes of a key, which are faster the more there may be; 0 for one mode that knows nothing
+    /// So many instructions for all modes of a key, which are faster the more there may be; 0 for
+    /// one mode that knows nothing
     #[arg(long, value_name = "INSTRUCTIONS", default_value_t = INSTRUCTIONS)]
     modes: usize,
     /// Give a parameter another value, such as weight=0.4N
@@ -59,7 +61,8 @@ pub struct Playing {
 pub struct PlayingPart {
     /// Which of the setup's instruments.
     pub instrument: usize,
-    /// MIDI numbers of its lowest and highest key, where it is a zone; otherwise it is all keys, however many there are.
+    /// MIDI numbers of its lowest and highest key, where it is a zone; otherwise it is all keys,
+    /// however many there are.
     pub notes: Option<(u8, u8)>,
 }
 
@@ -115,13 +118,18 @@ impl SetupArgs {
         self.setup(map, &program, &[model])
     }
 
-    /// The instrument or the zones that were named, or all programs of the keyboard, or the only instrument.
+    /// The instrument or the zones that were named, or all programs of the keyboard, or the only
+    /// instrument.
     pub fn all(&self) -> Result<Setup, Failure> {
         let (map, program, name) = self.checked()?;
         let listed = listed(&program).unwrap_or_default();
-        let zones = listed.iter().filter(|playable| name.is_none_or(|name| playable.name == name));
+        let zones = listed
+            .iter()
+            .filter(|playable| name.is_none_or(|name| playable.name == name));
         let chosen: Vec<Playable> = zones.cloned().collect();
-        if chosen.is_empty() || name.is_some_and(|name| program.instruments.iter().any(|m| m.name == name)) {
+        if chosen.is_empty()
+            || name.is_some_and(|name| program.instruments.iter().any(|m| m.name == name))
+        {
             let model = load::instrument(&program, name)?;
             return self.setup(map, &program, &[model]);
         }
@@ -130,36 +138,61 @@ impl SetupArgs {
 
     fn checked(&self) -> Result<(SourceMap, Program, Option<&str>), Failure> {
         let (files, name) = load::split(&self.words)?;
-        let options = Options { sets: load::sets(&self.sets)?, rate_hz: self.rate };
+        let options = Options {
+            sets: load::sets(&self.sets)?,
+            rate_hz: self.rate,
+        };
         let (map, program) = load::checked(&load::read(&files)?, &options, Severity::Warning)?;
         Ok((map, program, name))
     }
 
     /// One program for each instrument.
-    fn setup(&self, map: SourceMap, program: &Program, models: &[&Model]) -> Result<Setup, Failure> {
+    fn setup(
+        &self,
+        map: SourceMap,
+        program: &Program,
+        models: &[&Model],
+    ) -> Result<Setup, Failure> {
         let playing = |(instrument, model): (usize, &&Model)| Playing {
             name: model.name.clone(),
-            parts: vec![PlayingPart { instrument, notes: None }],
+            parts: vec![PlayingPart {
+                instrument,
+                notes: None,
+            }],
         };
         let programs = models.iter().enumerate().map(playing).collect();
         self.compiled(map, program, models, programs)
     }
 
     /// Programs of the keyboard.
-    fn programs(&self, map: SourceMap, program: &Program, chosen: &[Playable]) -> Result<Setup, Failure> {
+    fn programs(
+        &self,
+        map: SourceMap,
+        program: &Program,
+        chosen: &[Playable],
+    ) -> Result<Setup, Failure> {
         let mut used: Vec<usize> = Vec::new();
         let mut programs = Vec::new();
         for playable in chosen {
             let plain = playable.parts.len() == 1;
             let part = |part: &check::Part| {
-                let instrument = used.iter().position(|&at| at == part.instrument).unwrap_or_else(|| {
-                    used.push(part.instrument);
-                    used.len() - 1
-                });
-                PlayingPart { instrument, notes: (!plain).then_some((part.first_key, part.last_key)) }
+                let instrument = used
+                    .iter()
+                    .position(|&at| at == part.instrument)
+                    .unwrap_or_else(|| {
+                        used.push(part.instrument);
+                        used.len() - 1
+                    });
+                PlayingPart {
+                    instrument,
+                    notes: (!plain).then_some((part.first_key, part.last_key)),
+                }
             };
             let parts = playable.parts.iter().map(part).collect();
-            programs.push(Playing { name: playable.name.clone(), parts });
+            programs.push(Playing {
+                name: playable.name.clone(),
+                parts,
+            });
         }
         let models: Vec<&Model> = used.iter().map(|&at| &program.instruments[at]).collect();
         self.compiled(map, program, &models, programs)
@@ -175,14 +208,19 @@ impl SetupArgs {
         let keyboard = program.keyboards.first();
         let device = load::device(self.device.as_deref(), program, models[0])?;
         let board = board(self.board.as_deref(), keyboard)?;
-        let instruments = models.iter().map(|&model| load::compiled(&map, model.clone(), &device, false));
+        let instruments = models
+            .iter()
+            .map(|&model| load::compiled(&map, model.clone(), &device, false));
         Ok(Setup {
             instruments: instruments.collect::<Result<_, _>>()?,
             programs,
             map,
             device,
             board,
-            keys: self.keys.or(keyboard.map(|k| k.keys() as u32)).unwrap_or(88),
+            keys: self
+                .keys
+                .or(keyboard.map(|k| k.keys() as u32))
+                .unwrap_or(88),
             first_note: keyboard.map_or(FIRST_NOTE, |k| k.first_key),
             instructions: self.modes,
         })
@@ -191,17 +229,23 @@ impl SetupArgs {
 
 /// The programs of the keyboard, if there is one.
 fn listed(program: &Program) -> Option<&[Playable]> {
-    program.keyboards.first().map(|keyboard| &keyboard.programs[..])
+    program
+        .keyboards
+        .first()
+        .map(|keyboard| &keyboard.programs[..])
 }
 
 /// The board that was named, the keyboard's, or the usual one.
 fn board(wanted: Option<&str>, keyboard: Option<&Keyboard>) -> Result<Board, Failure> {
-    let name = wanted.or(keyboard.and_then(|k| k.board.as_deref())).unwrap_or("rp2350");
+    let name = wanted
+        .or(keyboard.and_then(|k| k.board.as_deref()))
+        .unwrap_or("rp2350");
     if name.ends_with(".toml") {
         return board::load(Path::new(name)).map_err(|e| Failure::Usage(e.to_string()));
     }
     board::bundled(name).ok_or_else(|| {
-        let near = nearest(name, board::bundled_names()).map(|near| format!("; did you mean `{near}`?"));
+        let near =
+            nearest(name, board::bundled_names()).map(|near| format!("; did you mean `{near}`?"));
         let known: Vec<&str> = board::bundled_names().collect();
         Failure::Usage(format!(
             "there is no board `{name}`{}\nboards are {}; a file of your own ends in .toml",
@@ -224,7 +268,10 @@ impl Setup {
 
     /// The modes of a key, by instrument.
     pub fn modes(&self) -> Vec<Modes> {
-        self.instruments.iter().map(|compiled| specialise(&compiled.lowered.kernel, self.instructions)).collect()
+        self.instruments
+            .iter()
+            .map(|compiled| specialise(&compiled.lowered.kernel, self.instructions))
+            .collect()
     }
 
     /// A program whose keys do not all play the same, if there is one.
@@ -236,27 +283,51 @@ impl Setup {
     pub fn supported(&self) -> Result<(), Failure> {
         match firmware::support(&self.board) {
             Some(_) => Ok(()),
-            None => Err(self.not_whole(WholeError::Board(self.board.name.clone(), self.board.clock_hz))),
+            None => Err(self.not_whole(WholeError::Board(
+                self.board.name.clone(),
+                self.board.clock_hz,
+            ))),
         }
     }
 
     /// The image of so many keys, and how they are divided between the cores.
     pub fn whole(&self, modes: &[Modes], keys: u32) -> Result<(Whole, Vec<u32>), Failure> {
         self.supported()?;
-        let setup = image::setup(self.first(), &self.device, keys, self.board.cores, self.first_note);
+        let setup = image::setup(
+            self.first(),
+            &self.device,
+            keys,
+            self.board.cores,
+            self.first_note,
+        );
         self.linked(modes, setup.map_err(Failure::Usage)?)
     }
 
-    /// The image whose cycles are to be bounded: also where nothing is known of a motor, as they are the same with any.
+    /// The image whose cycles are to be bounded: also where nothing is known of a motor, as they
+    /// are the same with any.
     pub fn whole_to_judge(&self, modes: &[Modes], keys: u32) -> Result<(Whole, Vec<u32>), Failure> {
         self.supported()?;
-        let setup = image::setup_to_judge(self.first(), &self.device, keys, self.board.cores, self.first_note);
+        let setup = image::setup_to_judge(
+            self.first(),
+            &self.device,
+            keys,
+            self.board.cores,
+            self.first_note,
+        );
         self.linked(modes, setup.map_err(Failure::Usage)?)
     }
 
-    fn linked(&self, modes: &[Modes], mut setup: firmware::Setup) -> Result<(Whole, Vec<u32>), Failure> {
+    fn linked(
+        &self,
+        modes: &[Modes],
+        mut setup: firmware::Setup,
+    ) -> Result<(Whole, Vec<u32>), Failure> {
         let keys: u32 = setup.keys.iter().sum();
-        if let Some(zones) = self.programs.iter().find(|program| program.keys().is_some_and(|own| own != keys)) {
+        if let Some(zones) = self
+            .programs
+            .iter()
+            .find(|program| program.keys().is_some_and(|own| own != keys))
+        {
             let (name, own) = (&zones.name, zones.keys().unwrap_or_default());
             return Err(Failure::Usage(format!(
                 "`{name}` are zones for the {own} keys of their keyboard, not for {keys}: leave --keys away"
@@ -269,19 +340,28 @@ impl Setup {
         let parts: Vec<(Vec<Place>, Midi)> = parts.collect();
         let instrument = |at: usize| {
             let (places, midi) = &parts[at];
-            Instrument { modes: &modes[at], places, midi }
+            Instrument {
+                modes: &modes[at],
+                places,
+                midi,
+            }
         };
         let part = |part: &PlayingPart| Part {
             keys: part.keys().unwrap_or(keys),
-            values_from: part.notes.map_or(0, |(first, _)| u32::from(first - self.first_note)),
+            values_from: part
+                .notes
+                .map_or(0, |(first, _)| u32::from(first - self.first_note)),
             instrument: instrument(part.instrument),
         };
-        let program = |program: &Playing| firmware::Program { parts: program.parts.iter().map(part).collect() };
+        let program = |program: &Playing| firmware::Program {
+            parts: program.parts.iter().map(part).collect(),
+        };
         let programs: Vec<firmware::Program> = self.programs.iter().map(program).collect();
-        let whole = whole_divided(&programs, &mut setup, &self.board).map_err(|error| match error {
-            NotDivided::Whole(error) => self.not_whole(error),
-            NotDivided::Bound(_) => Failure::Defect(error.to_string()),
-        })?;
+        let whole =
+            whole_divided(&programs, &mut setup, &self.board).map_err(|error| match error {
+                NotDivided::Whole(error) => self.not_whole(error),
+                NotDivided::Bound(_) => Failure::Defect(error.to_string()),
+            })?;
         Ok((whole, setup.keys))
     }
 
@@ -295,7 +375,9 @@ impl Setup {
             WholeError::Link(error) => no_link(error),
             WholeError::Code(error) => no_code(error),
             WholeError::Firmware(FirmwareError::Assembly(_)) => Failure::Defect(error.to_string()),
-            WholeError::Board(..) => Failure::Usage(format!("{error}; make a .o or a .c for your own firmware")),
+            WholeError::Board(..) => {
+                Failure::Usage(format!("{error}; make a .o or a .c for your own firmware"))
+            }
             WholeError::Firmware(FirmwareError::Keys(_)) => {
                 let [least, most] = self.keys_possible();
                 Failure::Usage(format!("{error}: give {least} to {most} with --keys"))

@@ -1,7 +1,8 @@
-//! Bare `whippen`: every bundled instrument, checked, compiled, played and drawn, on one page; and what there is not yet.
+//! Bare `whippen`: every bundled instrument, checked, compiled, played and drawn, on one page; and
+//! what there is not yet.
 //!
-//! Everything is written below one folder. Files of other names there are left alone, and so is a profile that is already there: it
-//! may have been changed.
+//! Everything is written below one folder. Files of other names there are left alone, and so is a
+//! profile that is already there: it may have been changed.
 
 use std::path::{Path, PathBuf};
 
@@ -57,8 +58,11 @@ struct Stop {
 }
 
 pub fn run() -> Outcome {
-    std::fs::create_dir_all(FOLDER).map_err(|e| Failure::Usage(format!("cannot make the folder `{FOLDER}`: {e}")))?;
-    say!("the bundled instruments, each on the bundled gesture; the whole story is in {FOLDER}/report.html\n");
+    std::fs::create_dir_all(FOLDER)
+        .map_err(|e| Failure::Usage(format!("cannot make the folder `{FOLDER}`: {e}")))?;
+    say!(
+        "the bundled instruments, each on the bundled gesture; the whole story is in {FOLDER}/report.html\n"
+    );
     say!(
         "{:<18} {:>6} {:>8} {:>11} {:>14} {:>10}",
         "instrument",
@@ -71,13 +75,23 @@ pub fn run() -> Outcome {
     let mut stops = Vec::new();
     for (file, text) in INSTRUMENTS {
         for stop in visit(file, text)? {
-            let (peak, error) =
-                (format!("{:.2} {}", stop.peak, stop.unit), format!("{:.1e} {}", stop.error, stop.unit));
-            say!("{:<18} {:>6} {:>8} {peak:>11} {error:>14} {:>9.0}x", stop.name, "ok", stop.strikes, stop.real_time);
+            let (peak, error) = (
+                format!("{:.2} {}", stop.peak, stop.unit),
+                format!("{:.1e} {}", stop.error, stop.unit),
+            );
+            say!(
+                "{:<18} {:>6} {:>8} {peak:>11} {error:>14} {:>9.0}x",
+                stop.name,
+                "ok",
+                stop.strikes,
+                stop.real_time
+            );
             stops.push(stop);
         }
     }
-    say!("\nforce error: largest difference between fixed point (jit) and f64 (ideal), both running free");
+    say!(
+        "\nforce error: largest difference between fixed point (jit) and f64 (ideal), both running free"
+    );
     missing();
     page(stops)?;
     next();
@@ -94,19 +108,35 @@ fn visit(file: &str, text: &str) -> Result<Vec<Stop>, Failure> {
         let (device, positions) = (Device::of(&model), MotionArgs::bundled(&model));
         let compiled = load::compiled(&map, model, &device, true)?;
         let played = run::play(&compiled, &device, EngineKind::Jit, &positions)?;
-        let comparison = compare(&compiled, &device, EngineKind::Jit, &positions.position_m, |_| ());
+        let comparison = compare(
+            &compiled,
+            &device,
+            EngineKind::Jit,
+            &positions.position_m,
+            |_| (),
+        );
         let deviations = comparison.map_err(Failure::Defect)?.deviations;
-        let total = deviations.iter().find(|d| compiled.lowered.exports[d.export].kind == ExportKind::Total);
-        let (error, peak) = total.map_or((0.0, 0.0), |d| (d.max, d.seen.0.abs().max(d.seen.1.abs())));
+        let total = deviations
+            .iter()
+            .find(|d| compiled.lowered.exports[d.export].kind == ExportKind::Total);
+        let (error, peak) =
+            total.map_or((0.0, 0.0), |d| (d.max, d.seen.0.abs().max(d.seen.1.abs())));
         write(&compiled, &played)?;
         let (counts, marked) = (&played.counts, session::marked(&compiled.model));
         stops.push(Stop {
             name: compiled.model.name.replace('_', " "),
-            strikes: played.trace.events.iter().filter(|e| e.event == marked).count(),
+            strikes: played
+                .trace
+                .events
+                .iter()
+                .filter(|e| e.event == marked)
+                .count(),
             unit: if compiled.model.turns() { "N*m" } else { "N" },
             peak,
             error,
-            real_time: counts.ticks as f64 / f64::from(compiled.model.rate_hz) / counts.engine_time.as_secs_f64(),
+            real_time: counts.ticks as f64
+                / f64::from(compiled.model.rate_hz)
+                / counts.engine_time.as_secs_f64(),
             section: section(&compiled, &played, &device, &positions, &sources),
         });
     }
@@ -120,7 +150,13 @@ fn section(
     positions: &Positions,
     sources: &[(String, String)],
 ) -> Section {
-    let made = Made { engine: EngineKind::Jit, motion: &positions.notes, device, settings: &[], sources };
+    let made = Made {
+        engine: EngineKind::Jit,
+        motion: &positions.notes,
+        device,
+        settings: &[],
+        sources,
+    };
     Section::of_run(compiled, played, &made)
 }
 
@@ -139,18 +175,39 @@ fn write(compiled: &Compiled, played: &Run) -> Outcome {
 
 fn page(stops: Vec<Stop>) -> Outcome {
     let row = |stop: &Stop| {
-        let (peak, error) = (format!("{:.3} {}", stop.peak, stop.unit), format!("{:.1e} {}", stop.error, stop.unit));
+        let (peak, error) = (
+            format!("{:.3} {}", stop.peak, stop.unit),
+            format!("{:.1e} {}", stop.error, stop.unit),
+        );
         let cells = vec![
             Cell::text(&stop.name),
-            Cell::text(stop.section.doc.split(['.', ':', '(']).next().unwrap_or_default().trim()),
+            Cell::text(
+                stop.section
+                    .doc
+                    .split(['.', ':', '('])
+                    .next()
+                    .unwrap_or_default()
+                    .trim(),
+            ),
             Cell::text("ok"),
             Cell::number(stop.strikes as f64, stop.strikes.to_string()),
             Cell::number(stop.peak, peak),
             Cell::number(stop.error, error),
         ];
-        Row { cells, section: Some(stop.section.id.clone()), ..Row::default() }
+        Row {
+            cells,
+            section: Some(stop.section.id.clone()),
+            ..Row::default()
+        }
     };
-    let heads = ["instrument", "what it is", "check", "strikes", "peak force", "force error"];
+    let heads = [
+        "instrument",
+        "what it is",
+        "check",
+        "strikes",
+        "peak force",
+        "force error",
+    ];
     let overview = Table {
         title: "Bundled instruments".into(),
         note: "Each on the bundled gesture. Force error: the largest difference between fixed point and f64.".into(),
@@ -158,16 +215,25 @@ fn page(stops: Vec<Stop>) -> Outcome {
         rows: stops.iter().map(row).collect(),
     };
     let sections = stops.into_iter().map(|stop| stop.section).collect();
-    let page =
-        Page { title: "Whippen: the tour".into(), command: command::typed(), overview: Some(overview), sections };
-    page.save(&at("report.html")).map_err(|e| Failure::Usage(e.to_string()))
+    let page = Page {
+        title: "Whippen: the tour".into(),
+        command: command::typed(),
+        overview: Some(overview),
+        sections,
+    };
+    page.save(&at("report.html"))
+        .map_err(|e| Failure::Usage(e.to_string()))
 }
 
 /// What the design promises and this program does not have.
 fn missing() {
     let cli = Cli::command();
-    let absent = PLANNED.iter().filter(|(name, _)| cli.find_subcommand(name).is_none());
-    let names: Vec<String> = absent.map(|(name, what)| format!("{name} ({what})")).collect();
+    let absent = PLANNED
+        .iter()
+        .filter(|(name, _)| cli.find_subcommand(name).is_none());
+    let names: Vec<String> = absent
+        .map(|(name, what)| format!("{name} ({what})"))
+        .collect();
     if !names.is_empty() {
         say!("not built yet: {}", names.join(", "));
     }
@@ -189,5 +255,6 @@ fn keep(profile: &Path, text: &str) -> Outcome {
     if profile.exists() {
         return Ok(());
     }
-    write_whole(profile, |file| file.write_all(text.as_bytes())).map_err(|e| Failure::Usage(e.to_string()))
+    write_whole(profile, |file| file.write_all(text.as_bytes()))
+        .map_err(|e| Failure::Usage(e.to_string()))
 }

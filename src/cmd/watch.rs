@@ -1,7 +1,7 @@
 //! `--watch`: does something again whenever one of its files is saved.
 //!
-//! Many editors save by writing another file and renaming it, so folders are watched, not files; and a save is several
-//! events, so it counts once things have been quiet for a moment.
+//! Many editors save by writing another file and renaming it, so folders are watched, not files;
+//! and a save is several events, so it counts once things have been quiet for a moment.
 
 use std::collections::BTreeSet;
 use std::io;
@@ -28,15 +28,19 @@ enum Wake {
 /// Whether Ctrl-C was pressed: pressed again, it ends at once.
 static STOPPING: AtomicBool = AtomicBool::new(false);
 
-/// Does the job, and again after every save of one of the files, until Ctrl-C. A program that is wrong is waited for;
-/// a command line that is wrong from the start is not.
+/// Does the job, and again after every save of one of the files, until Ctrl-C. A program that is
+/// wrong is waited for; a command line that is wrong from the start is not.
 pub fn watch(files: &[PathBuf], mut job: impl FnMut() -> Outcome) -> Outcome {
     let (sender, receiver) = channel();
     stop_on_interrupt(sender.clone())?;
     // Before the first run, lest a save during it is missed.
     let _watcher = watcher(files, sender)?;
     let names = watched(files);
-    let shown = files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join(", ");
+    let shown = files
+        .iter()
+        .map(|f| f.display().to_string())
+        .collect::<Vec<_>>()
+        .join(", ");
     let mut first = true;
     loop {
         let begin = Instant::now();
@@ -71,8 +75,13 @@ fn watched(files: &[PathBuf]) -> BTreeSet<PathBuf> {
 
 /// The file may be missing for a moment; its folder is not.
 fn spelled(file: &Path) -> io::Result<PathBuf> {
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    Ok(folder.canonicalize()?.join(file.file_name().unwrap_or_default()))
+    let folder = file
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    Ok(folder
+        .canonicalize()?
+        .join(file.file_name().unwrap_or_default()))
 }
 
 fn watcher(files: &[PathBuf], sender: Sender<Wake>) -> Result<impl Watcher + use<>, Failure> {
@@ -89,18 +98,29 @@ fn watcher(files: &[PathBuf], sender: Sender<Wake>) -> Result<impl Watcher + use
     // A file may be a link: what it leads to may lie in another folder.
     let ends = files.iter().filter_map(|file| file.canonicalize().ok());
     let all = files.iter().cloned().chain(ends);
-    let folders: BTreeSet<PathBuf> =
-        all.filter_map(|f| spelled(&f).ok()).filter_map(|f| f.parent().map(Path::to_path_buf)).collect();
+    let folders: BTreeSet<PathBuf> = all
+        .filter_map(|f| spelled(&f).ok())
+        .filter_map(|f| f.parent().map(Path::to_path_buf))
+        .collect();
     for folder in &folders {
-        watcher.watch(folder, RecursiveMode::NonRecursive).map_err(|e| cannot(&e))?;
+        watcher
+            .watch(folder, RecursiveMode::NonRecursive)
+            .map_err(|e| cannot(&e))?;
     }
     Ok(watcher)
 }
 
 /// Waits for a save; `false` if Ctrl-C comes first.
 fn saved(receiver: &Receiver<Wake>, names: &BTreeSet<PathBuf>) -> bool {
-    let ends: BTreeSet<PathBuf> = names.iter().filter_map(|name| name.canonicalize().ok()).collect();
-    let ours = |paths: &[PathBuf]| paths.iter().any(|path| names.contains(path) || ends.contains(path));
+    let ends: BTreeSet<PathBuf> = names
+        .iter()
+        .filter_map(|name| name.canonicalize().ok())
+        .collect();
+    let ours = |paths: &[PathBuf]| {
+        paths
+            .iter()
+            .any(|path| names.contains(path) || ends.contains(path))
+    };
     let mut pending = false;
     loop {
         let wake = match pending {

@@ -43,7 +43,8 @@ pub struct Analysis {
 }
 
 impl Analysis {
-    /// Reads, checks and lowers a program. What rings is judged if it is not known, which takes longer than all else.
+    /// Reads, checks and lowers a program. What rings is judged if it is not known, which takes
+    /// longer than all else.
     pub fn new(program: &[Source], before: Numbers, known: Option<Vec<Diagnostic>>) -> Analysis {
         let mut map = SourceMap::default();
         for source in program {
@@ -52,14 +53,19 @@ impl Analysis {
         let (checked, mut diagnostics) = compile_front(&mut map, &Options::default());
         let (mut numbers, unknown) = (before, known.is_none());
         let mut rings = known.unwrap_or_default();
-        let named = checked.as_ref().and_then(|p| p.keyboards.first()).map(|keyboard| keyboard.device.clone());
+        let named = checked
+            .as_ref()
+            .and_then(|p| p.keyboards.first())
+            .map(|keyboard| keyboard.device.clone());
         for model in checked.map(|p| p.instruments).unwrap_or_default() {
             let device = Device::known(named.as_deref(), &model);
             if unknown && let Some(found) = device.key().and_then(|key| analyze(&model, &key)) {
                 rings.extend(warnings(&model, &found));
             }
             match compile(model, device.scales(), true) {
-                Ok(compiled) => drop(numbers.insert(compiled.model.name.clone(), proven(&compiled))),
+                Ok(compiled) => {
+                    drop(numbers.insert(compiled.model.name.clone(), proven(&compiled)))
+                }
                 Err(CompileError::Program(mut found)) => diagnostics.append(&mut found),
                 // A defect is told by `check` and `run`; the editor goes on.
                 Err(CompileError::Defect(_)) => {}
@@ -73,7 +79,14 @@ impl Analysis {
         };
         let files: Vec<File> = map.files().iter().enumerate().map(trees).collect();
         let index = Index::new(&map, &files);
-        Analysis { uris: program.iter().map(|s| s.uri.clone()).collect(), map, index, diagnostics, rings, numbers }
+        Analysis {
+            uris: program.iter().map(|s| s.uri.clone()).collect(),
+            map,
+            index,
+            diagnostics,
+            rings,
+            numbers,
+        }
     }
 
     /// The text of a file.
@@ -81,7 +94,8 @@ impl Analysis {
         self.map.files().get(file as usize).map_or("", |f| &f.text)
     }
 
-    /// The document's name for a file; a file of the standard library is written to the disk to have one.
+    /// The document's name for a file; a file of the standard library is written to the disk to
+    /// have one.
     pub fn uri(&self, file: u32) -> Option<String> {
         match self.uris.get(file as usize) {
             Some(uri) => Some(uri.clone()),
@@ -97,7 +111,11 @@ impl Analysis {
 
     /// What is proven about a definition's value.
     pub fn number(&self, definition: &Definition) -> Option<&Number> {
-        let instrument = self.index.definitions.iter().find(|d| d.item == definition.item)?;
+        let instrument = self
+            .index
+            .definitions
+            .iter()
+            .find(|d| d.item == definition.item)?;
         let name = match definition.kind {
             Kind::Force => format!("force {}", definition.name),
             kind if kind.is_value() => definition.name.clone(),
@@ -114,7 +132,13 @@ fn proven(compiled: &Compiled) -> HashMap<String, Number> {
             ExportKind::Machine(_) => return None,
             _ => export.name.clone(),
         };
-        Some((name, Number { unit: session::unit(&compiled.model, export), export: export.clone() }))
+        Some((
+            name,
+            Number {
+                unit: session::unit(&compiled.model, export),
+                export: export.clone(),
+            },
+        ))
     };
     compiled.lowered.exports.iter().filter_map(one).collect()
 }

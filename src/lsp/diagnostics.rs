@@ -1,6 +1,8 @@
 //! What is wrong with a document.
 
-use lsp_types::{Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString};
+use lsp_types::{
+    Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString,
+};
 use whippen_compiler::diag::{self, Severity};
 use whippen_compiler::source::Span;
 
@@ -10,14 +12,23 @@ use super::{text, uri};
 /// The diagnostics of the document, with what to do as a part of the message.
 pub fn diagnostics(analysis: &Analysis) -> Vec<Diagnostic> {
     let all = analysis.diagnostics.iter().chain(&analysis.rings);
-    all.filter(|d| d.span.file == 0).map(|d| diagnostic(analysis, d)).collect()
+    all.filter(|d| d.span.file == 0)
+        .map(|d| diagnostic(analysis, d))
+        .collect()
 }
 
 fn diagnostic(analysis: &Analysis, found: &diag::Diagnostic) -> Diagnostic {
-    let hints: String = found.hints.iter().map(|hint| format!("\nhelp: {hint}")).collect();
+    let hints: String = found
+        .hints
+        .iter()
+        .map(|hint| format!("\nhelp: {hint}"))
+        .collect();
     let related = found.others.iter().filter_map(|label| {
         let location = location(analysis, label.span)?;
-        Some(DiagnosticRelatedInformation { location, message: label.text.clone() })
+        Some(DiagnosticRelatedInformation {
+            location,
+            message: label.text.clone(),
+        })
     });
     Diagnostic {
         range: text::range(analysis.text(0), found.span),
@@ -37,5 +48,8 @@ fn diagnostic(analysis: &Analysis, found: &diag::Diagnostic) -> Diagnostic {
 /// A span as the editor names it.
 pub fn location(analysis: &Analysis, span: Span) -> Option<Location> {
     let uri = uri::parse(&analysis.uri(span.file)?)?;
-    Some(Location { uri, range: text::range(analysis.text(span.file), span) })
+    Some(Location {
+        uri,
+        range: text::range(analysis.text(span.file), span),
+    })
 }

@@ -12,31 +12,49 @@ use super::{text, words};
 /// So many lines of a declaration are shown.
 const LINES_MAX: usize = 8;
 
-/// A name's declaration and what is proven about it, or the meaning of a unit or a word; the diagnostics of the place.
+/// A name's declaration and what is proven about it, or the meaning of a unit or a word; the
+/// diagnostics of the place.
 pub fn hover(analysis: &Analysis, position: Position) -> Option<Hover> {
     let source = analysis.text(0);
     let byte = text::byte(source, position);
-    let named = analysis.at(byte).map(|(occurrence, definition)| (occurrence.span, about(analysis, definition)));
-    let (span, what) = named.or_else(|| word(source, byte)).or_else(|| wrong(analysis, byte))?;
+    let named = analysis
+        .at(byte)
+        .map(|(occurrence, definition)| (occurrence.span, about(analysis, definition)));
+    let (span, what) = named
+        .or_else(|| word(source, byte))
+        .or_else(|| wrong(analysis, byte))?;
     let told = wrong(analysis, byte)
         .filter(|(_, told)| *told != what)
         .map_or(String::new(), |(_, t)| format!("\n\n---\n\n{t}"));
-    let contents = MarkupContent { kind: MarkupKind::Markdown, value: what + &told };
-    Some(Hover { contents: HoverContents::Markup(contents), range: Some(text::range(source, span)) })
+    let contents = MarkupContent {
+        kind: MarkupKind::Markdown,
+        value: what + &told,
+    };
+    Some(Hover {
+        contents: HoverContents::Markup(contents),
+        range: Some(text::range(source, span)),
+    })
 }
 
 /// The codes of the diagnostics at a place, and what they are about.
 fn wrong(analysis: &Analysis, byte: usize) -> Option<(Span, String)> {
     let at = byte as u32;
-    let here = |d: &&whippen_compiler::diag::Diagnostic| d.span.file == 0 && d.span.start <= at && at <= d.span.end;
+    let here = |d: &&whippen_compiler::diag::Diagnostic| {
+        d.span.file == 0 && d.span.start <= at && at <= d.span.end
+    };
     let found: Vec<_> = analysis.diagnostics.iter().filter(here).collect();
-    let lines = found.iter().map(|d| format!("{}: {}", d.code.number(), d.code.title())).collect::<Vec<_>>();
+    let lines = found
+        .iter()
+        .map(|d| format!("{}: {}", d.code.number(), d.code.title()))
+        .collect::<Vec<_>>();
     Some((found.first()?.span, lines.join("\n\n")))
 }
 
 fn word(source: &str, byte: usize) -> Option<(Span, String)> {
     let tokens = lex(0, source, &mut Vec::new()).tokens;
-    let token = tokens.iter().find(|t| (t.span.start as usize) <= byte && byte <= t.span.end as usize)?;
+    let token = tokens
+        .iter()
+        .find(|t| (t.span.start as usize) <= byte && byte <= t.span.end as usize)?;
     let written = &source[token.span.start as usize..token.span.end as usize];
     let meaning = match token.node {
         Token::Number(literal) => words::unit(literal.unit),
@@ -46,14 +64,21 @@ fn word(source: &str, byte: usize) -> Option<(Span, String)> {
 }
 
 fn about(analysis: &Analysis, definition: &Definition) -> String {
-    let mut parts = vec![format!("```whip\n{}\n```", declaration(analysis, definition))];
+    let mut parts = vec![format!(
+        "```whip\n{}\n```",
+        declaration(analysis, definition)
+    )];
     if !definition.doc.is_empty() {
         parts.push(definition.doc.clone());
     }
     let remark = remark(analysis, definition);
     parts.extend((!remark.is_empty()).then_some(remark));
     let proven = analysis.number(definition).and_then(proven);
-    parts.push(format!("{}{}", definition.kind.title(), dimension(analysis, definition)));
+    parts.push(format!(
+        "{}{}",
+        definition.kind.title(),
+        dimension(analysis, definition)
+    ));
     parts.extend(proven);
     parts.join("\n\n")
 }
@@ -68,9 +93,20 @@ fn declaration(analysis: &Analysis, definition: &Definition) -> String {
         }
         _ => whole.lines().collect(),
     };
-    let indent = lines.iter().skip(1).map(|l| l.len() - l.trim_start().len()).min().unwrap_or(0);
+    let indent = lines
+        .iter()
+        .skip(1)
+        .map(|l| l.len() - l.trim_start().len())
+        .min()
+        .unwrap_or(0);
     let mut shown: Vec<&str> = lines.iter().take(1).copied().collect();
-    shown.extend(lines.iter().skip(1).take(LINES_MAX).map(|line| line.get(indent..).unwrap_or(line)));
+    shown.extend(
+        lines
+            .iter()
+            .skip(1)
+            .take(LINES_MAX)
+            .map(|line| line.get(indent..).unwrap_or(line)),
+    );
     if lines.len() > LINES_MAX + 1 {
         shown.push("..");
     }
@@ -80,24 +116,50 @@ fn declaration(analysis: &Analysis, definition: &Definition) -> String {
 /// The comment at the end of the declaration's line.
 fn remark(analysis: &Analysis, definition: &Definition) -> String {
     let source = analysis.text(definition.whole.file);
-    let behind = source.get(definition.whole.end as usize..).and_then(|rest| rest.lines().next()).unwrap_or_default();
-    behind.trim_start().strip_prefix("//").map_or(String::new(), |comment| comment.trim().to_string())
+    let behind = source
+        .get(definition.whole.end as usize..)
+        .and_then(|rest| rest.lines().next())
+        .unwrap_or_default();
+    behind
+        .trim_start()
+        .strip_prefix("//")
+        .map_or(String::new(), |comment| comment.trim().to_string())
 }
 
 /// The type as declared, or else as proven.
 pub fn dimension(analysis: &Analysis, definition: &Definition) -> String {
-    let of = |export: &Export| export.dim.map(|dim| dim.name().map_or_else(|| dim.unit(), str::to_string));
+    let of = |export: &Export| {
+        export
+            .dim
+            .map(|dim| dim.name().map_or_else(|| dim.unit(), str::to_string))
+    };
     let proven = || analysis.number(definition).and_then(|n| of(&n.export));
-    definition.ty.clone().or_else(proven).map_or(String::new(), |name| format!(": {name}"))
+    definition
+        .ty
+        .clone()
+        .or_else(proven)
+        .map_or(String::new(), |name| format!(": {name}"))
 }
 
 fn proven(number: &Number) -> Option<String> {
     let Number { export, unit } = number;
     export.dim?;
     let (low, high) = (short(export.range.low), short(export.range.high));
-    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    let range = if low == high { format!("always {low}{unit}") } else { format!("{low} .. {high}{unit}") };
-    let format = format!("format {}, one tick adds an error of at most {}{unit}", export.format(), short(export.error));
+    let unit = if unit.is_empty() {
+        String::new()
+    } else {
+        format!(" {unit}")
+    };
+    let range = if low == high {
+        format!("always {low}{unit}")
+    } else {
+        format!("{low} .. {high}{unit}")
+    };
+    let format = format!(
+        "format {}, one tick adds an error of at most {}{unit}",
+        export.format(),
+        short(export.error)
+    );
     Some(format!("{range}  \n{format}"))
 }
 

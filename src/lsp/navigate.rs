@@ -17,9 +17,17 @@ pub fn definition(analysis: &Analysis, position: Position) -> Option<Location> {
 }
 
 /// Every place of the name at a place, in all files of the program.
-pub fn references(analysis: &Analysis, position: Position, declaration: bool) -> Option<Vec<Location>> {
+pub fn references(
+    analysis: &Analysis,
+    position: Position,
+    declaration: bool,
+) -> Option<Vec<Location>> {
     let (occurrence, definition) = analysis.at(text::byte(analysis.text(0), position))?;
-    let all = analysis.index.occurrences.iter().filter(|o| o.definition == occurrence.definition);
+    let all = analysis
+        .index
+        .occurrences
+        .iter()
+        .filter(|o| o.definition == occurrence.definition);
     let wanted = all.filter(|o| declaration || o.span != definition.span);
     Some(wanted.filter_map(|o| location(analysis, o.span)).collect())
 }
@@ -39,30 +47,55 @@ pub fn rename(analysis: &Analysis, position: Position, new: &str) -> Result<Work
         ));
     }
     if definition.span.file as usize >= analysis.uris.len() {
-        return Err(format!("`{}` belongs to the standard library", definition.name));
+        return Err(format!(
+            "`{}` belongs to the standard library",
+            definition.name
+        ));
     }
     if taken(analysis, definition, new) {
         return Err(format!("there is a `{new}` already"));
     }
     #[expect(clippy::mutable_key_type, reason = "the protocol's type")]
     let mut changes: HashMap<Uri, Vec<TextEdit>> = HashMap::new();
-    for same in analysis.index.occurrences.iter().filter(|o| o.definition == occurrence.definition) {
+    for same in analysis
+        .index
+        .occurrences
+        .iter()
+        .filter(|o| o.definition == occurrence.definition)
+    {
         let range = text::range(analysis.text(same.span.file), same.span);
         let file = analysis.uri(same.span.file).and_then(|u| uri::parse(&u));
         let file = file.ok_or("a file of the program cannot be named")?;
-        changes.entry(file).or_default().push(TextEdit { range, new_text: new.to_string() });
+        changes.entry(file).or_default().push(TextEdit {
+            range,
+            new_text: new.to_string(),
+        });
     }
-    Ok(WorkspaceEdit { changes: Some(changes), ..WorkspaceEdit::default() })
+    Ok(WorkspaceEdit {
+        changes: Some(changes),
+        ..WorkspaceEdit::default()
+    })
 }
 
 /// Whether a name is used already where the definition's name counts.
 fn taken(analysis: &Analysis, definition: &Definition, new: &str) -> bool {
-    let global = matches!(definition.kind, Kind::Instrument | Kind::Term | Kind::Keyboard);
+    let global = matches!(
+        definition.kind,
+        Kind::Instrument | Kind::Term | Kind::Keyboard
+    );
     // Programs of a keyboard are called by their names.
     let programs = |d: &Definition| {
-        matches!((d.kind, definition.kind), (Kind::Instrument, Kind::Zones) | (Kind::Zones, Kind::Instrument))
+        matches!(
+            (d.kind, definition.kind),
+            (Kind::Instrument, Kind::Zones) | (Kind::Zones, Kind::Instrument)
+        )
     };
-    if analysis.index.definitions.iter().any(|d| programs(d) && d.name == new) {
+    if analysis
+        .index
+        .definitions
+        .iter()
+        .any(|d| programs(d) && d.name == new)
+    {
         return true;
     }
     let same_space = |d: &&Definition| match definition.kind {
@@ -71,7 +104,13 @@ fn taken(analysis: &Analysis, definition: &Definition, new: &str) -> bool {
         kind => d.kind == kind && d.machine == definition.machine,
     };
     let near = |d: &&Definition| global || d.item == definition.item;
-    analysis.index.definitions.iter().filter(near).filter(same_space).any(|d| d.name == new)
+    analysis
+        .index
+        .definitions
+        .iter()
+        .filter(near)
+        .filter(same_space)
+        .any(|d| d.name == new)
 }
 
 /// Instruments, terms and keyboards of the document with what they declare.
@@ -83,19 +122,33 @@ pub fn outline(analysis: &Analysis) -> Vec<DocumentSymbol> {
         .filter(here)
         .filter(|d| is_item(d))
         .map(|item| {
-            let inside = all.iter().filter(here).filter(|d| d.item == item.item && !is_item(d) && d.machine.is_none());
+            let inside = all
+                .iter()
+                .filter(here)
+                .filter(|d| d.item == item.item && !is_item(d) && d.machine.is_none());
             let children = inside.map(|d| symbol(analysis, d, None)).collect();
             symbol(analysis, item, Some(children))
         })
         .collect()
 }
 
-#[expect(deprecated, reason = "the type has a field that is no more, and no default")]
-fn symbol(analysis: &Analysis, d: &Definition, children: Option<Vec<DocumentSymbol>>) -> DocumentSymbol {
+#[expect(
+    deprecated,
+    reason = "the type has a field that is no more, and no default"
+)]
+fn symbol(
+    analysis: &Analysis,
+    d: &Definition,
+    children: Option<Vec<DocumentSymbol>>,
+) -> DocumentSymbol {
     let source = analysis.text(d.span.file);
     DocumentSymbol {
         name: d.name.clone(),
-        detail: Some(format!("{}{}", d.kind.title(), super::hover::dimension(analysis, d))),
+        detail: Some(format!(
+            "{}{}",
+            d.kind.title(),
+            super::hover::dimension(analysis, d)
+        )),
         kind: symbol_kind(d.kind),
         tags: None,
         deprecated: None,

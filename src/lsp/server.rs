@@ -31,7 +31,8 @@ pub struct Server {
     /// Of open documents, as far as they are needed since the last change.
     analyses: BTreeMap<String, Analysis>,
     numbers: BTreeMap<String, Numbers>,
-    /// What rings, of documents that are as they were opened or saved; nothing while it is not known yet.
+    /// What rings, of documents that are as they were opened or saved; nothing while it is not
+    /// known yet.
     rings: BTreeMap<String, Option<Vec<diag::Diagnostic>>>,
     /// Documents of which the editor does not know the diagnostics yet.
     stale: BTreeSet<String>,
@@ -46,15 +47,24 @@ impl Server {
         std::mem::take(&mut self.out)
     }
 
-    /// Answers something that is no message. The protocol wants the id `null`, which `lsp-server` cannot write, so the
-    /// editor's log is told.
+    /// Answers something that is no message. The protocol wants the id `null`, which `lsp-server`
+    /// cannot write, so the editor's log is told.
     pub fn complain(&mut self, why: &str) {
-        let params = LogMessageParams { typ: MessageType::ERROR, message: format!("whippen lsp: {why}") };
+        let params = LogMessageParams {
+            typ: MessageType::ERROR,
+            message: format!("whippen lsp: {why}"),
+        };
         self.notify("window/logMessage", json!(params));
     }
 
     fn notify(&mut self, method: &str, params: Value) {
-        self.out.push(Notification { method: method.to_string(), params }.into());
+        self.out.push(
+            Notification {
+                method: method.to_string(),
+                params,
+            }
+            .into(),
+        );
     }
 
     pub fn handle(&mut self, message: Message) -> Next {
@@ -62,10 +72,17 @@ impl Server {
             Message::Request(request) => {
                 let id = request.id.clone();
                 let answer = catch_unwind(AssertUnwindSafe(|| self.answer(&request)));
-                let defect = |_| Err((ErrorCode::InternalError, format!("a defect in Whippen: {}", request.method)));
+                let defect = |_| {
+                    Err((
+                        ErrorCode::InternalError,
+                        format!("a defect in Whippen: {}", request.method),
+                    ))
+                };
                 self.respond(id, answer.unwrap_or_else(defect));
             }
-            Message::Notification(notification) if notification.method == "exit" => return Next::Exit(self.shut_down),
+            Message::Notification(notification) if notification.method == "exit" => {
+                return Next::Exit(self.shut_down);
+            }
             Message::Notification(notification) => {
                 let method = notification.method.clone();
                 match catch_unwind(AssertUnwindSafe(|| self.told(notification))) {
@@ -96,9 +113,14 @@ impl Server {
                 }));
             }
             _ if !self.initialized => {
-                return Err((ErrorCode::ServerNotInitialized, "`initialize` comes first".to_string()));
+                return Err((
+                    ErrorCode::ServerNotInitialized,
+                    "`initialize` comes first".to_string(),
+                ));
             }
-            _ if self.shut_down => return Err((ErrorCode::InvalidRequest, "it was shut down".to_string())),
+            _ if self.shut_down => {
+                return Err((ErrorCode::InvalidRequest, "it was shut down".to_string()));
+            }
             "shutdown" => {
                 self.shut_down = true;
                 return Ok(Value::Null);
@@ -107,7 +129,10 @@ impl Server {
         }
         let params = &request.params;
         let Some(uri) = params.pointer("/textDocument/uri").and_then(Value::as_str) else {
-            return Err((ErrorCode::MethodNotFound, format!("`{}` is not known", request.method)));
+            return Err((
+                ErrorCode::MethodNotFound,
+                format!("`{}` is not known", request.method),
+            ));
         };
         let uri = uri.to_string();
         if !self.world.open.contains_key(&uri) {
@@ -119,13 +144,25 @@ impl Server {
             "textDocument/hover" => json!(hover::hover(analysis, place(params)?)),
             "textDocument/definition" => json!(navigate::definition(analysis, place(params)?)),
             "textDocument/references" => {
-                let declaration = params.pointer("/context/includeDeclaration").and_then(Value::as_bool);
-                json!(navigate::references(analysis, place(params)?, declaration.unwrap_or(true)))
+                let declaration = params
+                    .pointer("/context/includeDeclaration")
+                    .and_then(Value::as_bool);
+                json!(navigate::references(
+                    analysis,
+                    place(params)?,
+                    declaration.unwrap_or(true)
+                ))
             }
             "textDocument/documentHighlight" => {
                 let all = navigate::references(analysis, place(params)?, true).unwrap_or_default();
                 let here = all.into_iter().filter(|l| l.uri.as_str() == uri);
-                json!(here.map(|l| DocumentHighlight { range: l.range, kind: None }).collect::<Vec<_>>())
+                json!(
+                    here.map(|l| DocumentHighlight {
+                        range: l.range,
+                        kind: None
+                    })
+                    .collect::<Vec<_>>()
+                )
             }
             "textDocument/rename" => {
                 let new: String = read(params.get("newName"))?;
@@ -135,7 +172,9 @@ impl Server {
             "textDocument/documentSymbol" => json!(navigate::outline(analysis)),
             "textDocument/completion" => json!(complete::complete(analysis, place(params)?)),
             "textDocument/signatureHelp" => json!(signature::help(analysis, place(params)?)),
-            "textDocument/codeAction" => json!(actions::actions(analysis, read(params.get("range"))?)),
+            "textDocument/codeAction" => {
+                json!(actions::actions(analysis, read(params.get("range"))?))
+            }
             "textDocument/formatting" => json!(formatting(analysis.text(0))),
             other => return Err((ErrorCode::MethodNotFound, format!("`{other}` is not known"))),
         })
@@ -146,8 +185,11 @@ impl Server {
         let (world, numbers, rings) = (&self.world, &mut self.numbers, &mut self.rings);
         self.analyses.entry(uri.to_string()).or_insert_with(|| {
             let before = numbers.get(uri).cloned().unwrap_or_default();
-            let analysis =
-                Analysis::new(&world.program(uri), before, rings.get(uri).cloned().unwrap_or(Some(Vec::new())));
+            let analysis = Analysis::new(
+                &world.program(uri),
+                before,
+                rings.get(uri).cloned().unwrap_or(Some(Vec::new())),
+            );
             if let Some(known) = rings.get_mut(uri) {
                 *known = Some(analysis.rings.clone());
             }
@@ -163,18 +205,29 @@ impl Server {
         match notification.method.as_str() {
             "textDocument/didOpen" => {
                 let opened: DidOpenTextDocumentParams = params(notification.params)?;
-                let TextDocumentItem { uri, version, text, .. } = opened.text_document;
+                let TextDocumentItem {
+                    uri, version, text, ..
+                } = opened.text_document;
                 self.rings.insert(uri.as_str().to_string(), None);
-                self.world.open.insert(uri.as_str().to_string(), Document { text, version });
+                self.world
+                    .open
+                    .insert(uri.as_str().to_string(), Document { text, version });
                 self.changed();
             }
             "textDocument/didChange" => {
                 let changed: DidChangeTextDocumentParams = params(notification.params)?;
                 let uri = changed.text_document.uri.as_str();
-                let document = self.world.open.get_mut(uri).ok_or_else(|| format!("`{uri}` is not open"))?;
+                let document = self
+                    .world
+                    .open
+                    .get_mut(uri)
+                    .ok_or_else(|| format!("`{uri}` is not open"))?;
                 document.version = changed.text_document.version;
                 self.rings.remove(uri);
-                changed.content_changes.into_iter().for_each(|change| text::apply(&mut document.text, change));
+                changed
+                    .content_changes
+                    .into_iter()
+                    .for_each(|change| text::apply(&mut document.text, change));
                 self.changed();
             }
             "textDocument/didClose" => {
@@ -183,12 +236,16 @@ impl Server {
                 self.world.open.remove(uri);
                 self.rings.remove(uri);
                 self.numbers.remove(uri);
-                self.notify("textDocument/publishDiagnostics", json!({ "uri": uri, "diagnostics": [] }));
+                self.notify(
+                    "textDocument/publishDiagnostics",
+                    json!({ "uri": uri, "diagnostics": [] }),
+                );
                 self.changed();
             }
             "textDocument/didSave" => {
                 let saved: DidSaveTextDocumentParams = params(notification.params)?;
-                self.rings.insert(saved.text_document.uri.as_str().to_string(), None);
+                self.rings
+                    .insert(saved.text_document.uri.as_str().to_string(), None);
                 self.changed();
             }
             // A file beside the open ones may have changed.
@@ -207,7 +264,9 @@ impl Server {
     /// Tells the diagnostics of all documents that may have changed.
     pub fn publish(&mut self) {
         for uri in std::mem::take(&mut self.stale) {
-            let found = catch_unwind(AssertUnwindSafe(|| diagnostics::diagnostics(self.analysis(&uri))));
+            let found = catch_unwind(AssertUnwindSafe(|| {
+                diagnostics::diagnostics(self.analysis(&uri))
+            }));
             let version = self.world.open.get(&uri).map(|document| document.version);
             match found {
                 Ok(found) => self.notify(
@@ -221,13 +280,17 @@ impl Server {
 }
 
 fn read<T: serde::de::DeserializeOwned>(value: Option<&Value>) -> Result<T, Refusal> {
-    serde_json::from_value(value.cloned().unwrap_or_default()).map_err(|e| (ErrorCode::InvalidParams, e.to_string()))
+    serde_json::from_value(value.cloned().unwrap_or_default())
+        .map_err(|e| (ErrorCode::InvalidParams, e.to_string()))
 }
 
 /// One edit for the whole text; none where the text is laid out already, or cannot be read.
 fn formatting(source: &str) -> Vec<TextEdit> {
     match layout(0, source) {
-        Ok(laid) if laid != source => vec![TextEdit { range: text::whole(source), new_text: laid }],
+        Ok(laid) if laid != source => vec![TextEdit {
+            range: text::whole(source),
+            new_text: laid,
+        }],
         _ => Vec::new(),
     }
 }
@@ -235,12 +298,14 @@ fn formatting(source: &str) -> Vec<TextEdit> {
 fn capabilities() -> ServerCapabilities {
     let words = |words: &[&str]| Some(words.iter().map(|w| (*w).to_string()).collect());
     ServerCapabilities {
-        text_document_sync: Some(TextDocumentSyncCapability::Options(TextDocumentSyncOptions {
-            open_close: Some(true),
-            change: Some(TextDocumentSyncKind::INCREMENTAL),
-            save: Some(TextDocumentSyncSaveOptions::Supported(true)),
-            ..TextDocumentSyncOptions::default()
-        })),
+        text_document_sync: Some(TextDocumentSyncCapability::Options(
+            TextDocumentSyncOptions {
+                open_close: Some(true),
+                change: Some(TextDocumentSyncKind::INCREMENTAL),
+                save: Some(TextDocumentSyncSaveOptions::Supported(true)),
+                ..TextDocumentSyncOptions::default()
+            },
+        )),
         hover_provider: Some(HoverProviderCapability::Simple(true)),
         definition_provider: Some(OneOf::Left(true)),
         references_provider: Some(OneOf::Left(true)),

@@ -1,8 +1,8 @@
 //! The call around a place: which term, and which of its parameters is being written.
 
 use lsp_types::{
-    Documentation, MarkupContent, MarkupKind, ParameterInformation, ParameterLabel, Position, SignatureHelp,
-    SignatureInformation,
+    Documentation, MarkupContent, MarkupKind, ParameterInformation, ParameterLabel, Position,
+    SignatureHelp, SignatureInformation,
 };
 use whippen_compiler::index::{Definition, Kind};
 use whippen_compiler::syntax::ast::Spanned;
@@ -31,15 +31,25 @@ pub fn call(source: &str, byte: usize) -> Option<Call<'_>> {
             Token::LeftParen if depth > 0 => depth -= 1,
             Token::LeftParen => {
                 let callee = n.checked_sub(1).and_then(|n| before[n].node.name())?;
-                let named = named(if commas == 0 { &before[n + 1..] } else { &before[argument..] });
-                return Some(Call { callee, commas, named });
+                let named = named(if commas == 0 {
+                    &before[n + 1..]
+                } else {
+                    &before[argument..]
+                });
+                return Some(Call {
+                    callee,
+                    commas,
+                    named,
+                });
             }
             Token::Comma if depth == 0 => {
                 argument = if commas == 0 { n + 1 } else { argument };
                 commas += 1;
             }
             // No call reaches over a brace or a declaration.
-            Token::Open(_) | Token::Close(_) | Token::Let | Token::Param | Token::Equals => return None,
+            Token::Open(_) | Token::Close(_) | Token::Let | Token::Param | Token::Equals => {
+                return None;
+            }
             _ => {}
         }
     }
@@ -54,9 +64,16 @@ fn named<'s>(argument: &[Spanned<Token<'s>>]) -> Option<&'s str> {
 }
 
 /// The parameters of a term.
-pub fn parameters<'a>(analysis: &'a Analysis, term: &str) -> Option<(&'a Definition, Vec<&'a Definition>)> {
+pub fn parameters<'a>(
+    analysis: &'a Analysis,
+    term: &str,
+) -> Option<(&'a Definition, Vec<&'a Definition>)> {
     let term = &analysis.index.definitions[analysis.index.item_named(term, Kind::Term)?];
-    let all = analysis.index.inside(term.item).map(|(_, d)| d).filter(|d| d.kind == Kind::Parameter);
+    let all = analysis
+        .index
+        .inside(term.item)
+        .map(|(_, d)| d)
+        .filter(|d| d.kind == Kind::Parameter);
     Some((term, all.collect()))
 }
 
@@ -66,27 +83,61 @@ pub fn help(analysis: &Analysis, position: Position) -> Option<SignatureHelp> {
     let call = call(source, text::byte(source, position))?;
     let (label, names, doc) = match parameters(analysis, call.callee) {
         Some((term, parameters)) => {
-            let shown = |d: &Definition| format!("{}: {}", d.name, d.ty.as_deref().unwrap_or_default());
+            let shown =
+                |d: &Definition| format!("{}: {}", d.name, d.ty.as_deref().unwrap_or_default());
             let names: Vec<String> = parameters.iter().map(|d| shown(d)).collect();
-            let all = analysis.index.inside(term.item).map(|(_, d)| d).filter(|d| d.kind == Kind::Result);
+            let all = analysis
+                .index
+                .inside(term.item)
+                .map(|(_, d)| d)
+                .filter(|d| d.kind == Kind::Result);
             let results: Vec<String> = all.map(shown).collect();
-            (format!("{}({}) -> {}", term.name, names.join(", "), results.join(", ")), names, term.doc.clone())
+            (
+                format!(
+                    "{}({}) -> {}",
+                    term.name,
+                    names.join(", "),
+                    results.join(", ")
+                ),
+                names,
+                term.doc.clone(),
+            )
         }
         None => {
-            let (_, shape, what) = words::BUILT_IN.iter().find(|(name, ..)| *name == call.callee)?;
-            let inside = shape.split_once('(').map_or("", |(_, rest)| rest.trim_end_matches(')'));
-            ((*shape).to_string(), inside.split(", ").map(str::to_string).collect(), (*what).to_string())
+            let (_, shape, what) = words::BUILT_IN
+                .iter()
+                .find(|(name, ..)| *name == call.callee)?;
+            let inside = shape
+                .split_once('(')
+                .map_or("", |(_, rest)| rest.trim_end_matches(')'));
+            (
+                (*shape).to_string(),
+                inside.split(", ").map(str::to_string).collect(),
+                (*what).to_string(),
+            )
         }
     };
     let of_name = |name: &str| names.iter().position(|n| n.split(':').next() == Some(name));
-    let active = call.named.map_or(Some(call.commas), of_name).map(|n| n as u32);
-    let parameter =
-        |name: &String| ParameterInformation { label: ParameterLabel::Simple(name.clone()), documentation: None };
+    let active = call
+        .named
+        .map_or(Some(call.commas), of_name)
+        .map(|n| n as u32);
+    let parameter = |name: &String| ParameterInformation {
+        label: ParameterLabel::Simple(name.clone()),
+        documentation: None,
+    };
     let signature = SignatureInformation {
         label,
-        documentation: Some(Documentation::MarkupContent(MarkupContent { kind: MarkupKind::Markdown, value: doc })),
+        documentation: Some(Documentation::MarkupContent(MarkupContent {
+            kind: MarkupKind::Markdown,
+            value: doc,
+        })),
         parameters: Some(names.iter().map(parameter).collect()),
         active_parameter: active,
     };
-    Some(SignatureHelp { signatures: vec![signature], active_signature: Some(0), active_parameter: active })
+    Some(SignatureHelp {
+        signatures: vec![signature],
+        active_signature: Some(0),
+        active_parameter: active,
+    })
 }

@@ -12,7 +12,9 @@ pub fn path(uri: &str) -> Option<PathBuf> {
     let mut decoded = Vec::new();
     let mut at = 0;
     while at < bytes.len() {
-        let hex = bytes.get(at + 1..at + 3).and_then(|h| std::str::from_utf8(h).ok());
+        let hex = bytes
+            .get(at + 1..at + 3)
+            .and_then(|h| std::str::from_utf8(h).ok());
         match (bytes[at], hex.and_then(|h| u8::from_str_radix(h, 16).ok())) {
             (b'%', Some(byte)) => {
                 decoded.push(byte);
@@ -34,9 +36,20 @@ pub fn path(uri: &str) -> Option<PathBuf> {
 pub fn of(path: &Path) -> String {
     let text = path.to_string_lossy().replace('\\', "/");
     let plain = |b: u8| b.is_ascii_alphanumeric() || b"-._~/:".contains(&b);
-    let encoded: String =
-        text.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect();
-    format!("file://{}{encoded}", if text.starts_with('/') { "" } else { "/" })
+    let encoded: String = text
+        .bytes()
+        .map(|b| {
+            if plain(b) {
+                char::from(b).to_string()
+            } else {
+                format!("%{b:02X}")
+            }
+        })
+        .collect();
+    format!(
+        "file://{}{encoded}",
+        if text.starts_with('/') { "" } else { "/" }
+    )
 }
 
 /// The URI of the protocol; `None` where the text is none.
@@ -55,7 +68,10 @@ mod tests {
             assert_eq!(path(&uri), Some(PathBuf::from(name)), "{uri}");
             assert!(parse(&uri).is_some(), "{uri}");
         }
-        assert_eq!(path("file:///c%3A/x.whip"), Some(PathBuf::from("c:/x.whip")));
+        assert_eq!(
+            path("file:///c%3A/x.whip"),
+            Some(PathBuf::from("c:/x.whip"))
+        );
         assert_eq!(path("untitled:one"), None);
     }
 }

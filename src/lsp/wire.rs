@@ -1,5 +1,5 @@
-//! Messages from stdin. What is no message is reported and skipped: a server that dies of a stray byte takes the
-//! editor's diagnostics with it.
+//! Messages from stdin. What is no message is reported and skipped: a server that dies of a stray
+//! byte takes the editor's diagnostics with it.
 
 use std::io::{BufRead, Read};
 
@@ -15,7 +15,10 @@ pub fn read(input: &mut impl BufRead) -> Option<Result<Message, String>> {
         Err(why) => return Some(Err(why)),
     };
     let mut body = Vec::new();
-    let read = input.take(length.min(LONGEST)).read_to_end(&mut body).ok()?;
+    let read = input
+        .take(length.min(LONGEST))
+        .read_to_end(&mut body)
+        .ok()?;
     if (read as u64) < length.min(LONGEST) {
         return None;
     }
@@ -38,11 +41,15 @@ fn header(input: &mut impl BufRead) -> Option<Result<u64, String>> {
         let line = line.trim_end();
         match (line.split_once(':'), length) {
             (None, Some(length)) if line.is_empty() => return Some(Ok(length)),
-            (None, None) if line.is_empty() => return Some(Err("a message without Content-Length".to_string())),
-            (Some((name, value)), _) if name.eq_ignore_ascii_case("Content-Length") => match value.trim().parse() {
-                Ok(value) => length = Some(value),
-                Err(_) => return Some(Err(format!("`{}` is no length", value.trim()))),
-            },
+            (None, None) if line.is_empty() => {
+                return Some(Err("a message without Content-Length".to_string()));
+            }
+            (Some((name, value)), _) if name.eq_ignore_ascii_case("Content-Length") => {
+                match value.trim().parse() {
+                    Ok(value) => length = Some(value),
+                    Err(_) => return Some(Err(format!("`{}` is no length", value.trim()))),
+                }
+            }
             (Some(_), _) => {}
             (None, _) => return Some(Err("not a header of a message".to_string())),
         }
@@ -57,12 +64,24 @@ mod tests {
     fn what_is_no_message_is_skipped() {
         let good = r#"{"jsonrpc":"2.0","method":"initialized","params":{}}"#;
         let framed = |body: &str| format!("Content-Length: {}\r\n\r\n{body}", body.len());
-        let bad = ["rubbish\r\n", "Content-Length: many\r\n", "\r\n", &framed("{"), &framed("[1]"), &framed("")];
+        let bad = [
+            "rubbish\r\n",
+            "Content-Length: many\r\n",
+            "\r\n",
+            &framed("{"),
+            &framed("[1]"),
+            &framed(""),
+        ];
         for bad in bad {
             let text = format!("{}{bad}{}", framed(good), framed(good));
             let mut input = text.as_bytes();
-            let read: Vec<bool> = std::iter::from_fn(|| read(&mut input)).map(|m| m.is_ok()).collect();
-            assert!(read.len() >= 3 && read[0] && read[read.len() - 1], "{bad:?}: {read:?}");
+            let read: Vec<bool> = std::iter::from_fn(|| read(&mut input))
+                .map(|m| m.is_ok())
+                .collect();
+            assert!(
+                read.len() >= 3 && read[0] && read[read.len() - 1],
+                "{bad:?}: {read:?}"
+            );
         }
         assert!(read(&mut "Content-Length: 9\r\n\r\n{".as_bytes()).is_none());
     }

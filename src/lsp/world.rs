@@ -36,11 +36,16 @@ pub struct World {
 }
 
 impl World {
-    /// The program of an open document: itself first, then the files of its folder that declare what it uses and does
-    /// not declare. What is open counts as it is in the editor.
+    /// The program of an open document: itself first, then the files of its folder that declare
+    /// what it uses and does not declare. What is open counts as it is in the editor.
     pub fn program(&self, of: &str) -> Vec<Source> {
-        let Some(document) = self.open.get(of) else { return Vec::new() };
-        let mut program = vec![Source { uri: of.to_string(), text: document.text.clone() }];
+        let Some(document) = self.open.get(of) else {
+            return Vec::new();
+        };
+        let mut program = vec![Source {
+            uri: of.to_string(),
+            text: document.text.clone(),
+        }];
         let mut wanted = Wanted::of(&document.text);
         if wanted.missing().next().is_none() {
             return program;
@@ -49,8 +54,18 @@ impl World {
         let mut beside: Vec<(Wanted, Source)> = self.beside(of).into_iter().map(with).collect();
         loop {
             let gives = |other: &Wanted| wanted.missing().any(|name| other.declared.contains(name));
-            let clashes = |other: &Wanted| other.declared.iter().any(|name| wanted.declared.contains(name));
-            let Some(at) = beside.iter().position(|(other, _)| gives(other) && !clashes(other)) else { return program };
+            let clashes = |other: &Wanted| {
+                other
+                    .declared
+                    .iter()
+                    .any(|name| wanted.declared.contains(name))
+            };
+            let Some(at) = beside
+                .iter()
+                .position(|(other, _)| gives(other) && !clashes(other))
+            else {
+                return program;
+            };
             let (other, source) = beside.remove(at);
             program.push(source);
             wanted.declared.extend(other.declared);
@@ -60,9 +75,18 @@ impl World {
 
     /// The other programs in the folder of a document.
     fn beside(&self, of: &str) -> Vec<Source> {
-        let Some(path) = uri::path(of) else { return Vec::new() };
-        let entries = path.parent().and_then(|folder| std::fs::read_dir(folder).ok());
-        let mut paths: Vec<PathBuf> = entries.into_iter().flatten().flatten().map(|entry| entry.path()).collect();
+        let Some(path) = uri::path(of) else {
+            return Vec::new();
+        };
+        let entries = path
+            .parent()
+            .and_then(|folder| std::fs::read_dir(folder).ok());
+        let mut paths: Vec<PathBuf> = entries
+            .into_iter()
+            .flatten()
+            .flatten()
+            .map(|entry| entry.path())
+            .collect();
         paths.retain(|p| p.extension().is_some_and(|e| e == "whip") && *p != path);
         paths.sort();
         paths.truncate(FILES_MAX);
@@ -71,10 +95,20 @@ impl World {
 
     /// A file as the editor has it, or else as it is on the disk.
     fn source(&self, path: &Path) -> Option<Source> {
-        let open: HashMap<PathBuf, &String> = self.open.keys().filter_map(|u| Some((uri::path(u)?, u))).collect();
+        let open: HashMap<PathBuf, &String> = self
+            .open
+            .keys()
+            .filter_map(|u| Some((uri::path(u)?, u)))
+            .collect();
         match open.get(path) {
-            Some(uri) => Some(Source { uri: (*uri).clone(), text: self.open[*uri].text.clone() }),
-            None => Some(Source { uri: uri::of(path), text: read_text(path).ok()? }),
+            Some(uri) => Some(Source {
+                uri: (*uri).clone(),
+                text: self.open[*uri].text.clone(),
+            }),
+            None => Some(Source {
+                uri: uri::of(path),
+                text: read_text(path).ok()?,
+            }),
         }
     }
 }
@@ -93,8 +127,14 @@ impl Wanted {
         wanted.items(&tree);
         // Whatever stands before a bracket may be a term.
         let tokens = lex(0, text, &mut Vec::new()).tokens;
-        let calls = tokens.windows(2).filter(|pair| pair[1].node == Token::LeftParen);
-        wanted.used.extend(calls.filter_map(|pair| pair[0].node.name()).map(str::to_string));
+        let calls = tokens
+            .windows(2)
+            .filter(|pair| pair[1].node == Token::LeftParen);
+        wanted.used.extend(
+            calls
+                .filter_map(|pair| pair[0].node.name())
+                .map(str::to_string),
+        );
         wanted
     }
 
@@ -111,7 +151,9 @@ impl Wanted {
     fn keyboard(&mut self, keyboard: &Keyboard) {
         let settings = &keyboard.settings;
         let own = |name: &Name| {
-            settings.iter().any(|s| matches!(s, Setting::Zones { name: zones, .. } if zones.node == name.node))
+            settings
+                .iter()
+                .any(|s| matches!(s, Setting::Zones { name: zones, .. } if zones.node == name.node))
         };
         let used = settings.iter().flat_map(|setting| match setting {
             Setting::Programs(names) => names.iter().filter(|name| !own(name)).collect(),
@@ -124,7 +166,9 @@ impl Wanted {
 
     /// What is used and not declared.
     fn missing(&self) -> impl Iterator<Item = &String> {
-        self.used.iter().filter(move |name| !self.declared.contains(*name) && !std_terms().contains(*name))
+        self.used
+            .iter()
+            .filter(move |name| !self.declared.contains(*name) && !std_terms().contains(*name))
     }
 }
 
@@ -133,7 +177,8 @@ fn std_terms() -> &'static HashSet<String> {
     static TERMS: OnceLock<HashSet<String>> = OnceLock::new();
     TERMS.get_or_init(|| {
         let mut std = Wanted::default();
-        STD.iter().for_each(|(_, text)| std.items(&parse(0, text, &mut Vec::new())));
+        STD.iter()
+            .for_each(|(_, text)| std.items(&parse(0, text, &mut Vec::new())));
         std.declared
     })
 }
@@ -143,7 +188,8 @@ pub fn is_std(text: &str) -> bool {
     STD.iter().any(|(_, std)| *std == text)
 }
 
-/// A file of the standard library on the disk, for editors to open: written once per version, not to be changed.
+/// A file of the standard library on the disk, for editors to open: written once per version, not
+/// to be changed.
 pub fn std_file(name: &str) -> Option<String> {
     let (_, text) = STD.iter().find(|(file, _)| *file == name)?;
     let folder = std::env::temp_dir().join(format!("whippen-std-{}", env!("CARGO_PKG_VERSION")));

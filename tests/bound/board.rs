@@ -1,4 +1,5 @@
-//! The emulated board with a whole image, and somebody who counts: cycles of each key by its mode, cycles of each frame.
+//! The emulated board with a whole image, and somebody who counts: cycles of each key by its mode,
+//! cycles of each frame.
 
 use std::collections::HashMap;
 
@@ -28,7 +29,9 @@ pub struct Watch {
 impl Observer for Watch {
     fn instruction(&mut self, step: &Step<'_>) {
         let core = step.core & 1;
-        let Some(&place) = self.places[core].get(&step.address) else { return };
+        let Some(&place) = self.places[core].get(&step.address) else {
+            return;
+        };
         if let Some((mode, began)) = self.open[core].take() {
             let longest = &mut self.keys[core][mode];
             *longest = (*longest).max(step.cycle - began);
@@ -44,7 +47,9 @@ impl Observer for Watch {
     fn exception_return(&mut self, core: usize, _: u32, cycle: u64) {
         let core = core & 1;
         // Where watching began in the middle of a frame, that one does not count.
-        let Some(began) = self.began[core].take() else { return };
+        let Some(began) = self.began[core].take() else {
+            return;
+        };
         self.frames[core] = self.frames[core].max(cycle - began);
         self.frames_seen[core] += 1;
     }
@@ -54,7 +59,9 @@ impl Watch {
     pub fn new(image: &Image) -> Watch {
         let modes = image.modes.modes.len();
         Watch {
-            places: (0..image.keys.len()).map(|core| image.places(core)).collect(),
+            places: (0..image.keys.len())
+                .map(|core| image.places(core))
+                .collect(),
             open: [None; 2],
             began: [None; 2],
             keys: [vec![0; modes], vec![0; modes]],
@@ -75,13 +82,25 @@ impl<'a> Board<'a> {
     /// Loaded and reset.
     pub fn new(image: &'a Image) -> Board<'a> {
         let keys = image.keys.iter().sum();
-        let converter = ConverterSetup { keys, rate_hz: image.compiled.model.rate_hz };
-        let (mut machine, ports) = build(image.kind, image.kind.board(), converter).expect("a board");
+        let converter = ConverterSetup {
+            keys,
+            rate_hz: image.compiled.model.rate_hz,
+        };
+        let (mut machine, ports) =
+            build(image.kind, image.kind.board(), converter).expect("a board");
         for segment in &image.whole.image.segments {
-            machine.bus.memory.write(segment.load, &segment.bytes).expect("memory");
+            machine
+                .bus
+                .memory
+                .write(segment.load, &segment.bytes)
+                .expect("memory");
         }
         machine.reset();
-        Board { image, machine, ports }
+        Board {
+            image,
+            machine,
+            ports,
+        }
     }
 
     /// Plays words, so many ticks of all keys, counting from here on.
@@ -93,7 +112,10 @@ impl<'a> Board<'a> {
             if alone && self.image.keys.len() > 1 {
                 self.keep_alive();
             }
-            let now = (0..self.machine.cores()).map(|core| self.machine.cycle(core)).max().unwrap_or(0);
+            let now = (0..self.machine.cores())
+                .map(|core| self.machine.cycle(core))
+                .max()
+                .unwrap_or(0);
             let until = now + SLICE.min(self.image.period / 2);
             let stop = self.machine.run_observed(until, watch);
             assert!(matches!(stop, Stop::Limit), "{}: {stop}", self.image.name());
@@ -111,10 +133,17 @@ impl<'a> Board<'a> {
     fn keep_alive(&mut self) {
         let ticks = self.converter().ticks();
         let at = self.image.symbol("core1") + TICK;
-        self.machine.bus.memory.write(at, &ticks.to_le_bytes()).expect("memory");
+        self.machine
+            .bus
+            .memory
+            .write(at, &ticks.to_le_bytes())
+            .expect("memory");
     }
 
     fn converter(&mut self) -> &mut Converter {
-        self.machine.bus.device_mut(self.ports.converter).expect("the converter")
+        self.machine
+            .bus
+            .device_mut(self.ports.converter)
+            .expect("the converter")
     }
 }

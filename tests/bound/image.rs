@@ -47,13 +47,28 @@ impl Image {
         let device = Device::of(&compiled.model);
         let setup = setup_to_judge(&compiled, &device, keys, board.cores, 21).expect("a setup");
         let midi = midi(&compiled);
-        let instrument = Instrument { modes: &modes, places: &[], midi: &midi };
+        let instrument = Instrument {
+            modes: &modes,
+            places: &[],
+            midi: &midi,
+        };
         let programs = [firmware::Program::on_all(instrument, &setup)];
         let whole = whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
         let program = Program::of(&whole.image);
-        let cores = cores(&whole.image, &program, &board.timing(), &whole.keys(0), 0).unwrap_or_else(|e| panic!("{e}"));
+        let cores = cores(&whole.image, &program, &board.timing(), &whole.keys(0), 0)
+            .unwrap_or_else(|e| panic!("{e}"));
         let period = u64::from(board.clock_hz / compiled.model.rate_hz);
-        Image { kind, board, compiled, modes, whole, program, cores, keys: setup.keys, period }
+        Image {
+            kind,
+            board,
+            compiled,
+            modes,
+            whole,
+            program,
+            cores,
+            keys: setup.keys,
+            period,
+        }
     }
 
     pub fn name(&self) -> &str {
@@ -61,18 +76,28 @@ impl Image {
     }
 
     pub fn symbol(&self, name: &str) -> u32 {
-        *self.program.symbols.get(name).unwrap_or_else(|| panic!("{name} is there"))
+        *self
+            .program
+            .symbols
+            .get(name)
+            .unwrap_or_else(|| panic!("{name} is there"))
     }
 
     /// Where a core's keys begin, by address: the number of the mode, or none behind the last key.
     pub fn places(&self, core: usize) -> HashMap<u32, Option<usize>> {
         let name = CORES[core];
         let mode = |index: usize| (self.symbol(&format!("{name}.mode.{index}")), Some(index));
-        (0..self.modes.modes.len()).map(mode).chain([(self.symbol(&format!("{name}.end")), None)]).collect()
+        (0..self.modes.modes.len())
+            .map(mode)
+            .chain([(self.symbol(&format!("{name}.end")), None)])
+            .collect()
     }
 
     /// Sections that are read where they are stored.
     pub fn is_flash(&self, memory: &str) -> bool {
-        self.board.memory.iter().any(|own| own.name == memory && own.kind == MemoryKind::Flash)
+        self.board
+            .memory
+            .iter()
+            .any(|own| own.name == memory && own.kind == MemoryKind::Flash)
     }
 }

@@ -1,6 +1,8 @@
-//! The static bound of whole images against the emulator: nobody takes longer, and how close they come.
+//! The static bound of whole images against the emulator: nobody takes longer, and how close they
+//! come.
 //!
-//! `WHIPPEN_TICKS=N` plays N ticks instead of some thousand, `WHIPPEN_ROUNDS=N` searches for so many rounds.
+//! `WHIPPEN_TICKS=N` plays N ticks instead of some thousand, `WHIPPEN_ROUNDS=N` searches for so
+//! many rounds.
 
 mod board;
 mod image;

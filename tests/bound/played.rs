@@ -1,4 +1,5 @@
-//! Whole boards that play: noise, strokes, gestures, recordings; both cores at once, then one alone.
+//! Whole boards that play: noise, strokes, gestures, recordings; both cores at once, then one
+//! alone.
 
 use whippen_compiler::budget::Frame;
 use whippen_compiler::firmware::RUNNING;
@@ -19,7 +20,10 @@ const START: usize = 60;
 const KEYS: usize = 9;
 
 fn ticks() -> usize {
-    std::env::var("WHIPPEN_TICKS").ok().and_then(|n| n.parse().ok()).unwrap_or(TICKS)
+    std::env::var("WHIPPEN_TICKS")
+        .ok()
+        .and_then(|n| n.parse().ok())
+        .unwrap_or(TICKS)
 }
 
 /// Words of all keys, tick by tick.
@@ -38,8 +42,11 @@ fn noise(seed: u64, keys: usize) -> Source {
     Box::new(move |_| {
         for (key, word) in last.iter_mut().enumerate() {
             let near = rng.below(1 << (2 * key)) as i32 - (1 << (2 * key)) / 2;
-            *word =
-                if key < 3 { rng.next() as u16 } else { i32::from(*word).wrapping_add(near).clamp(0, 65_535) as u16 };
+            *word = if key < 3 {
+                rng.next() as u16
+            } else {
+                i32::from(*word).wrapping_add(near).clamp(0, 65_535) as u16
+            };
         }
         last.clone()
     })
@@ -55,7 +62,11 @@ fn strokes(seed: u64, keys: usize) -> Source {
                 let to = rng.pick(&[0, 6000, 30_000, 40_000, 55_000, 65_535]);
                 let longest = 1 << rng.below(11);
                 *left = 1 + rng.below(longest) as u32;
-                *speed = if rng.chance(1, 5) { 0 } else { (to - *word) / i64::from(*left) };
+                *speed = if rng.chance(1, 5) {
+                    0
+                } else {
+                    (to - *word) / i64::from(*left)
+                };
             }
             *left -= 1;
             *word = (*word + *speed).clamp(0, 65_535);
@@ -83,42 +94,75 @@ fn sources(compiled: &Compiled, keys: usize) -> Vec<(&'static str, Source)> {
 fn holds(image: &Image, watch: &Watch, core: usize, frame: &Frame, visits: u64) -> (u64, u64) {
     for ((mode, bound), &observed) in frame.zones[0].tick.modes.iter().zip(&watch.keys[core]) {
         let allowed = bound.cycles_max + visits;
-        assert!(observed <= allowed, "{}: {mode}: {observed} > {allowed}", image.name());
+        assert!(
+            observed <= allowed,
+            "{}: {mode}: {observed} > {allowed}",
+            image.name()
+        );
     }
     let (observed, bound) = (watch.frames[core], frame.handler.cycles_max + visits);
-    assert!(observed <= bound, "{}: frame of core {core}: {observed} > {bound}", image.name());
+    assert!(
+        observed <= bound,
+        "{}: frame of core {core}: {observed} > {bound}",
+        image.name()
+    );
     let longest = watch.keys[core].iter().max().copied().unwrap_or(0);
     (longest, observed)
 }
 
-/// Plays every source on a board, with both cores and then with one, and compares with the bounds; how many ticks of a key.
+/// Plays every source on a board, with both cores and then with one, and compares with the bounds;
+/// how many ticks of a key.
 fn play(kind: BoardKind, compiled: Compiled, keys: usize) -> u64 {
     let mut sources = sources(&compiled, keys);
     let image = Image::on(kind, compiled, keys as u32);
     let mut board = Board::new(&image);
     let (mut both, mut alone) = (Watch::new(&image), Watch::new(&image));
-    board.play(sources[0].1(0).repeat(START), false, &mut Watch::new(&image));
+    board.play(
+        sources[0].1(0).repeat(START),
+        false,
+        &mut Watch::new(&image),
+    );
     for (_, source) in &mut sources {
-        board.play((0..ticks()).flat_map(&mut *source).collect(), false, &mut both);
+        board.play(
+            (0..ticks()).flat_map(&mut *source).collect(),
+            false,
+            &mut both,
+        );
     }
     board.halt_core1();
     for (_, source) in &mut sources {
-        board.play((0..ticks()).flat_map(&mut *source).collect(), true, &mut alone);
+        board.play(
+            (0..ticks()).flat_map(&mut *source).collect(),
+            true,
+            &mut alone,
+        );
     }
-    let crowded = image.cores.iter().zip(RUNNING).enumerate().map(|(core, (bounds, running))| {
-        let visits = if image.cores.len() > 1 { running.visits.into() } else { 0 };
-        let (key, frame) = holds(&image, &both, core, &bounds.crowded, visits);
-        assert!(both.frames_seen[core] > 0, "it played");
-        format!(
-            "key {key} of {}, frame {frame} of {}",
-            bounds.crowded.key_cycles_max(),
-            bounds.crowded.handler.cycles_max
-        )
-    });
+    let crowded = image
+        .cores
+        .iter()
+        .zip(RUNNING)
+        .enumerate()
+        .map(|(core, (bounds, running))| {
+            let visits = if image.cores.len() > 1 {
+                running.visits.into()
+            } else {
+                0
+            };
+            let (key, frame) = holds(&image, &both, core, &bounds.crowded, visits);
+            assert!(both.frames_seen[core] > 0, "it played");
+            format!(
+                "key {key} of {}, frame {frame} of {}",
+                bounds.crowded.key_cycles_max(),
+                bounds.crowded.handler.cycles_max
+            )
+        });
     let crowded: Vec<String> = crowded.collect();
     let frame = &image.cores[0].alone;
     let (key, observed) = holds(&image, &alone, 0, frame, 0);
-    assert!(alone.frames_seen[0] as usize + 4 >= sources.len() * ticks(), "it played");
+    assert!(
+        alone.frames_seen[0] as usize + 4 >= sources.len() * ticks(),
+        "it played"
+    );
     println!(
         "{} on {}: alone: key {key} of {}, frame {observed} of {}; crowded: {}",
         image.name(),
@@ -132,23 +176,39 @@ fn play(kind: BoardKind, compiled: Compiled, keys: usize) -> u64 {
 
 #[test]
 fn nobody_takes_longer_than_the_bound() {
-    let keys: u64 = instruments().into_iter().map(|compiled| play(BoardKind::Rp2350, compiled, KEYS)).sum();
+    let keys: u64 = instruments()
+        .into_iter()
+        .map(|compiled| play(BoardKind::Rp2350, compiled, KEYS))
+        .sum();
     println!("{keys} ticks of a key");
 }
 
 /// The instruments that the README counts for all boards.
-const EVERYWHERE: [&str; 5] = ["virtual_spring", "baker", "hammond", "harpsichord", "grand_piano"];
+const EVERYWHERE: [&str; 5] = [
+    "virtual_spring",
+    "baker",
+    "hammond",
+    "harpsichord",
+    "grand_piano",
+];
 
 #[test]
 fn nor_on_cores_of_armv6_m() {
-    let known = instruments().into_iter().filter(|compiled| EVERYWHERE.contains(&compiled.model.name.as_str()));
-    let played: Vec<u64> = known.map(|compiled| play(BoardKind::Rp2040, compiled, 2)).collect();
+    let known = instruments()
+        .into_iter()
+        .filter(|compiled| EVERYWHERE.contains(&compiled.model.name.as_str()));
+    let played: Vec<u64> = known
+        .map(|compiled| play(BoardKind::Rp2040, compiled, 2))
+        .collect();
     assert_eq!(played.len(), EVERYWHERE.len());
     println!("{} ticks of a key", played.iter().sum::<u64>());
 }
 
 #[test]
 fn nor_on_a_cortex_m4() {
-    let keys: u64 = instruments().into_iter().map(|compiled| play(BoardKind::Stm32f4, compiled, KEYS)).sum();
+    let keys: u64 = instruments()
+        .into_iter()
+        .map(|compiled| play(BoardKind::Stm32f4, compiled, KEYS))
+        .sum();
     println!("{keys} ticks of a key");
 }

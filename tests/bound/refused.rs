@@ -6,7 +6,9 @@ use whippen_isa::timing::Core;
 use crate::image::{Image, instruments};
 
 fn spring() -> Image {
-    let compiled = instruments().into_iter().find(|compiled| compiled.model.name == "virtual_spring");
+    let compiled = instruments()
+        .into_iter()
+        .find(|compiled| compiled.model.name == "virtual_spring");
     Image::new(compiled.expect("it is bundled"), 4)
 }
 
@@ -15,12 +17,24 @@ fn spring() -> Image {
 fn another_interrupt_has_no_bound() {
     let mut image = spring();
     let (table, other) = (image.symbol("vectors1"), image.symbol("midi_step"));
-    let section = image.whole.image.sections.iter_mut().find(|section| section.run == table).expect("the table");
+    let section = image
+        .whole
+        .image
+        .sections
+        .iter_mut()
+        .find(|section| section.run == table)
+        .expect("the table");
     let timer = 4 * (16 + 3);
     section.bytes[timer..timer + 4].copy_from_slice(&(other | 1).to_le_bytes());
     let program = Program::of(&image.whole.image);
-    let refused =
-        cores(&image.whole.image, &program, &Core::cortex_m33(), &image.whole.keys(0), 0).expect_err("no bound");
+    let refused = cores(
+        &image.whole.image,
+        &program,
+        &Core::cortex_m33(),
+        &image.whole.keys(0),
+        0,
+    )
+    .expect_err("no bound");
     assert_eq!(refused, NotBounded::Interrupts { address: other });
     assert_eq!(
         refused.to_string(),
@@ -31,9 +45,19 @@ fn another_interrupt_has_no_bound() {
 #[test]
 fn an_image_without_a_firmware_has_no_bound() {
     let mut image = spring();
-    image.whole.image.symbols.retain(|symbol| symbol.name != "idle0");
+    image
+        .whole
+        .image
+        .symbols
+        .retain(|symbol| symbol.name != "idle0");
     let program = Program::of(&image.whole.image);
-    let refused =
-        cores(&image.whole.image, &program, &Core::cortex_m33(), &image.whole.keys(0), 0).expect_err("no bound");
+    let refused = cores(
+        &image.whole.image,
+        &program,
+        &Core::cortex_m33(),
+        &image.whole.keys(0),
+        0,
+    )
+    .expect_err("no bound");
     assert_eq!(refused.to_string(), "there is no `idle0` in the code");
 }

@@ -1,7 +1,9 @@
-//! The dearest path of each mode, searched for: cells, live values and words within their ranges, mutated where they come far.
+//! The dearest path of each mode, searched for: cells, live values and words within their ranges,
+//! mutated where they come far.
 //!
-//! Cells are set to whatever their ranges allow, which a key may never reach by playing. So the largest that is found may be
-//! more than playing gives, never more than the bound; and what is found shows how much of the bound is real.
+//! Cells are set to whatever their ranges allow, which a key may never reach by playing. So the
+//! largest that is found may be more than playing gives, never more than the bound; and what is
+//! found shows how much of the bound is real.
 
 use whippen_compiler::budget::{Query, bound};
 use whippen_compiler::kernel::Range;
@@ -17,7 +19,10 @@ const ROUNDS: u64 = 500;
 const KEYS: u32 = 48;
 
 fn rounds() -> u64 {
-    std::env::var("WHIPPEN_ROUNDS").ok().and_then(|n| n.parse().ok()).unwrap_or(ROUNDS)
+    std::env::var("WHIPPEN_ROUNDS")
+        .ok()
+        .and_then(|n| n.parse().ok())
+        .unwrap_or(ROUNDS)
 }
 
 /// The best case of a mode so far.
@@ -52,7 +57,11 @@ fn search(keys: &mut Keys, seed: u64) -> Vec<u64> {
                 let mode = (round as usize * keys.count() + key) % modes;
                 let case = match &best[mode] {
                     Some(best) if rng.chance(7, 8) => best.case.clone(),
-                    _ => Case { mode, cells: cells(keys, mode, &mut rng), word: rng.next() as u16 },
+                    _ => Case {
+                        mode,
+                        cells: cells(keys, mode, &mut rng),
+                        word: rng.next() as u16,
+                    },
                 };
                 mutated(keys, case, &mut rng)
             })
@@ -61,15 +70,24 @@ fn search(keys: &mut Keys, seed: u64) -> Vec<u64> {
         for (case, cycles) in cases.iter().zip(keys.tick(&cases, &lives, full)) {
             let known = &mut best[case.mode];
             if known.as_ref().is_none_or(|best| best.cycles <= cycles) {
-                *known = Some(Best { case: case.clone(), lives: lives.clone(), cycles });
+                *known = Some(Best {
+                    case: case.clone(),
+                    lives: lives.clone(),
+                    cycles,
+                });
             }
         }
     }
-    best.into_iter().map(|best| best.map_or(0, |best| best.cycles)).collect()
+    best.into_iter()
+        .map(|best| best.map_or(0, |best| best.cycles))
+        .collect()
 }
 
 fn cells(keys: &Keys, mode: usize, rng: &mut Rng) -> Vec<i64> {
-    keys.ranges(mode).iter().map(|range| within(*range, rng)).collect()
+    keys.ranges(mode)
+        .iter()
+        .map(|range| within(*range, rng))
+        .collect()
 }
 
 /// A value of a range: an end, anything, or something small.
@@ -77,8 +95,14 @@ fn within(range: Range, rng: &mut Rng) -> i64 {
     let span = (range.high - range.low) as u64;
     match rng.below(4) {
         0 => rng.interesting(range),
-        1 => (1_i64 << rng.below(31)).wrapping_mul(if rng.chance(1, 2) { 1 } else { -1 }).clamp(range.low, range.high),
-        _ => range.low.wrapping_add(if span == u64::MAX { rng.next() } else { rng.below(span + 1) } as i64),
+        1 => (1_i64 << rng.below(31))
+            .wrapping_mul(if rng.chance(1, 2) { 1 } else { -1 })
+            .clamp(range.low, range.high),
+        _ => range.low.wrapping_add(if span == u64::MAX {
+            rng.next()
+        } else {
+            rng.below(span + 1)
+        } as i64),
     }
 }
 
@@ -89,12 +113,19 @@ fn mutated(keys: &Keys, mut case: Case, rng: &mut Rng) -> Case {
         let at = rng.below(ranges.len() as u64 + 1) as usize;
         match ranges.get(at) {
             None if rng.chance(1, 2) => case.word = rng.next() as u16,
-            None => case.word = case.word.wrapping_add(rng.below(64) as u16).wrapping_sub(32),
+            None => {
+                case.word = case
+                    .word
+                    .wrapping_add(rng.below(64) as u16)
+                    .wrapping_sub(32)
+            }
             Some(range) if rng.chance(1, 2) => case.cells[at] = within(*range, rng),
             Some(range) => {
                 let by = 1_i64 << rng.below(28);
                 let by = if rng.chance(1, 2) { by } else { -by };
-                case.cells[at] = case.cells[at].saturating_add(by).clamp(range.low, range.high);
+                case.cells[at] = case.cells[at]
+                    .saturating_add(by)
+                    .clamp(range.low, range.high);
             }
         }
     }
@@ -111,10 +142,18 @@ fn no_state_of_a_key_takes_longer_than_its_mode_s_bound() {
         let bounds = &image.cores[0].alone.zones[0].tick.modes;
         let mut reached = 0;
         for ((mode, bound), &found) in bounds.iter().zip(&found) {
-            assert!(found <= bound.cycles_max, "{}: {mode}: {found} > {}", image.name(), bound.cycles_max);
+            assert!(
+                found <= bound.cycles_max,
+                "{}: {mode}: {found} > {}",
+                image.name(),
+                bound.cycles_max
+            );
             reached += usize::from(found == bound.cycles_max);
         }
-        let (bound, found) = (image.cores[0].alone.key_cycles_max(), found.iter().max().copied().unwrap_or(0));
+        let (bound, found) = (
+            image.cores[0].alone.key_cycles_max(),
+            found.iter().max().copied().unwrap_or(0),
+        );
         exact += usize::from(bound == found);
         let tightness = bound as f64 / found as f64;
         println!(
@@ -123,11 +162,14 @@ fn no_state_of_a_key_takes_longer_than_its_mode_s_bound() {
             bounds.len()
         );
     }
-    assert!(exact > 0, "no bound is reached, so one that is too low would not be noticed");
+    assert!(
+        exact > 0,
+        "no bound is reached, so one that is too low would not be noticed"
+    );
 }
 
-/// Numbers of the core that the dearest ways of instruments meet, each a cycle too small, one at a time; all others are the
-/// random programs'.
+/// Numbers of the core that the dearest ways of instruments meet, each a cycle too small, one at a
+/// time; all others are the random programs'.
 fn weakened() -> Vec<(&'static str, Core)> {
     let mut cores = Vec::new();
     let mut with = |name, change: fn(&mut Core)| {
@@ -140,13 +182,18 @@ fn weakened() -> Vec<(&'static str, Core)> {
     cores
 }
 
-/// Of instruments whose dearest mode is bounded exactly: the same bound less a cycle is exceeded, and each rule that is broken is
-/// noticed on one of them.
+/// Of instruments whose dearest mode is bounded exactly: the same bound less a cycle is exceeded,
+/// and each rule that is broken is noticed on one of them.
 #[test]
 fn a_bound_that_is_too_low_is_noticed() {
     let mut unnoticed = weakened();
     for name in ["two_body", "harpsichord", "knob", "hammond", "baker"] {
-        let Some(compiled) = instruments().into_iter().find(|compiled| compiled.model.name == name) else { continue };
+        let Some(compiled) = instruments()
+            .into_iter()
+            .find(|compiled| compiled.model.name == name)
+        else {
+            continue;
+        };
         let image = Image::new(compiled, KEYS);
         let found = search(&mut Keys::new(&image), 1);
         let key = image.cores[0].alone.key_cycles_max();
@@ -160,13 +207,23 @@ fn a_bound_that_is_too_low_is_noticed() {
             annotations.stops = image.places(0).into_keys().collect();
             let broken = |entry: u32| {
                 let (code, annotations) = (&image.program.code, &annotations);
-                let query = Query { core, code, entry, annotations, surroundings: None };
+                let query = Query {
+                    core,
+                    code,
+                    entry,
+                    annotations,
+                    surroundings: None,
+                };
                 bound(&query).expect("a bound").cycles_max
             };
-            let modes = (0..found.len()).map(|mode| broken(image.symbol(&format!("core0.mode.{mode}"))));
+            let modes =
+                (0..found.len()).map(|mode| broken(image.symbol(&format!("core0.mode.{mode}"))));
             !modes.zip(&found).any(|(bound, found)| *found > bound)
         });
     }
     let names: Vec<&str> = unnoticed.iter().map(|(rule, _)| *rule).collect();
-    assert!(names.is_empty(), "nothing exceeds the bound where this is a cycle too cheap: {names:?}");
+    assert!(
+        names.is_empty(),
+        "nothing exceeds the bound where this is a cycle too cheap: {names:?}"
+    );
 }

@@ -1,4 +1,5 @@
-//! The keys of one core on a bare machine: every key's mode, cells, live values and words can be set.
+//! The keys of one core on a bare machine: every key's mode, cells, live values and words can be
+//! set.
 
 use std::collections::HashMap;
 
@@ -30,7 +31,8 @@ impl Observer for Watch {
         if !self.places.contains_key(&step.address) {
             return;
         }
-        self.cycles.extend(self.began.map(|began| step.cycle - began));
+        self.cycles
+            .extend(self.began.map(|began| step.cycle - began));
         self.began = Some(step.cycle);
     }
 }
@@ -47,13 +49,35 @@ impl<'a> Keys<'a> {
     /// Core 0 of an image, its keys started.
     pub fn new(image: &'a Image) -> Keys<'a> {
         let mut machine = Machine::new(Board::generic(CoreKind::CortexM33)).expect("a board");
-        for section in image.whole.image.sections.iter().filter(|section| !image.is_flash(&section.memory)) {
-            machine.bus.memory.write(section.run, &section.bytes).expect("memory");
+        for section in image
+            .whole
+            .image
+            .sections
+            .iter()
+            .filter(|section| !image.is_flash(&section.memory))
+        {
+            machine
+                .bus
+                .memory
+                .write(section.run, &section.bytes)
+                .expect("memory");
         }
-        machine.cpu_mut(0).set(Register::named("sp").expect("a register"), 0x2010_0000);
+        machine
+            .cpu_mut(0)
+            .set(Register::named("sp").expect("a register"), 0x2010_0000);
         let (state, words) = (image.symbol("core0_state"), image.symbol("words0"));
-        let watch = Watch { places: image.places(0), began: None, cycles: Vec::new() };
-        let mut keys = Keys { image, machine, state, words, watch };
+        let watch = Watch {
+            places: image.places(0),
+            began: None,
+            cycles: Vec::new(),
+        };
+        let mut keys = Keys {
+            image,
+            machine,
+            state,
+            words,
+            watch,
+        };
         keys.call("core0_init");
         keys
     }
@@ -62,15 +86,26 @@ impl<'a> Keys<'a> {
         let (function, arguments) = (self.image.symbol(function), [self.state, self.words, 0, 0]);
         self.watch.began = None;
         self.watch.cycles.clear();
-        let stop = self.machine.call_observed(function, arguments, CYCLES_MAX, &mut self.watch);
-        assert!(matches!(stop, Stop::Returned { .. }), "{}: {stop}", self.image.name());
+        let stop = self
+            .machine
+            .call_observed(function, arguments, CYCLES_MAX, &mut self.watch);
+        assert!(
+            matches!(stop, Stop::Returned { .. }),
+            "{}: {stop}",
+            self.image.name()
+        );
     }
 
     fn write(&mut self, at: u32, word: u32) {
-        self.machine.bus.memory.write(self.state + at, &word.to_le_bytes()).expect("memory");
+        self.machine
+            .bus
+            .memory
+            .write(self.state + at, &word.to_le_bytes())
+            .expect("memory");
     }
 
-    /// One tick of these cases, key by key; the cycles of each. The ring of events is full or empty.
+    /// One tick of these cases, key by key; the cycles of each. The ring of events is full or
+    /// empty.
     pub fn tick(&mut self, cases: &[Case], lives: &[i64], full: bool) -> Vec<u64> {
         let layout = &self.image.whole.programs[0][0][0].layout;
         let (ring, modes) = (layout.events(), &self.image.modes);
@@ -80,7 +115,10 @@ impl<'a> Keys<'a> {
             words.push((layout.live(live).expect("a place"), *value as u32));
         }
         for (key, case) in (0..).zip(cases) {
-            words.push((layout.record(key), self.image.symbol(&format!("core0.mode.{}", case.mode)) | 1));
+            words.push((
+                layout.record(key),
+                self.image.symbol(&format!("core0.mode.{}", case.mode)) | 1,
+            ));
             for (index, (cell, value)) in kernel.cells.iter().zip(&case.cells).enumerate() {
                 let at = layout.cell(key, index).expect("a place");
                 words.push((at, *value as u32));
@@ -93,12 +131,23 @@ impl<'a> Keys<'a> {
             words.push((ring.tail, 0));
             words.push((ring.head, if full { ring.bytes } else { 0 }));
         }
-        words.into_iter().for_each(|(at, word)| self.write(at, word));
+        words
+            .into_iter()
+            .for_each(|(at, word)| self.write(at, word));
         for (key, case) in (0..).zip(cases) {
-            self.machine.bus.memory.write(self.words + 2 * key, &case.word.to_le_bytes()).expect("memory");
+            self.machine
+                .bus
+                .memory
+                .write(self.words + 2 * key, &case.word.to_le_bytes())
+                .expect("memory");
         }
         self.call("core0_tick");
-        assert_eq!(self.watch.cycles.len(), cases.len(), "{}: every key has been done", self.image.name());
+        assert_eq!(
+            self.watch.cycles.len(),
+            cases.len(),
+            "{}: every key has been done",
+            self.image.name()
+        );
         self.watch.cycles.clone()
     }
 

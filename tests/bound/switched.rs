@@ -1,4 +1,5 @@
-//! An image with two programs that switches between them: frames in which a program begins are bounded too.
+//! An image with two programs that switches between them: frames in which a program begins are
+//! bounded too.
 
 use whippen_compiler::budget::{Frame, Program, cores};
 use whippen_compiler::firmware::{self, Instrument, Midi, Part, whole};
@@ -34,54 +35,92 @@ impl Observer for Frames {
     }
 
     fn exception_return(&mut self, core: usize, _: u32, cycle: u64) {
-        let Some(began) = self.began[core & 1].take() else { return };
+        let Some(began) = self.began[core & 1].take() else {
+            return;
+        };
         self.longest[core & 1] = self.longest[core & 1].max(cycle - began);
         self.count += 1;
     }
 }
 
-/// An image of two programs, each zones of so many keys of an instrument, that switches between them, and no frame takes longer than
-/// its bound. How many zones the cores have in each program.
+/// An image of two programs, each zones of so many keys of an instrument, that switches between
+/// them, and no frame takes longer than its bound. How many zones the cores have in each program.
 fn switches(names: &[&str], zones: [&[(u32, usize)]; 2], keys: [u32; 2]) -> [Vec<usize>; 2] {
-    let of = |name: &&str| instruments().into_iter().find(|compiled| compiled.model.name == *name).expect("bundled");
+    let of = |name: &&str| {
+        instruments()
+            .into_iter()
+            .find(|compiled| compiled.model.name == *name)
+            .expect("bundled")
+    };
     let compiled: Vec<Compiled> = names.iter().map(of).collect();
-    let modes: Vec<Modes> = compiled.iter().map(|compiled| specialise(&compiled.lowered.kernel, 2000)).collect();
+    let modes: Vec<Modes> = compiled
+        .iter()
+        .map(|compiled| specialise(&compiled.lowered.kernel, 2000))
+        .collect();
     let notes: Vec<Midi> = compiled.iter().map(midi).collect();
-    let mut setup = setup(&compiled[0], &Device::of(&compiled[0].model), KEYS, 2, 21).expect("a setup");
+    let mut setup =
+        setup(&compiled[0], &Device::of(&compiled[0].model), KEYS, 2, 21).expect("a setup");
     setup.keys = keys.to_vec();
     let part = |&(keys, at): &(u32, usize)| Part {
         keys,
         values_from: 0,
-        instrument: Instrument { modes: &modes[at], places: &[], midi: &notes[at] },
+        instrument: Instrument {
+            modes: &modes[at],
+            places: &[],
+            midi: &notes[at],
+        },
     };
-    let programs = zones.map(|zones| firmware::Program { parts: zones.iter().map(part).collect() });
+    let programs = zones.map(|zones| firmware::Program {
+        parts: zones.iter().map(part).collect(),
+    });
     let board = board::bundled("rp2350").expect("it is bundled");
     let whole = whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
     let image = &whole.image;
     let program = Program::of(image);
     let bounds = [0, 1].map(|playing| {
         let keys = whole.keys(playing);
-        cores(image, &program, &Core::cortex_m33(), &keys, playing).unwrap_or_else(|e| panic!("{e}"))
+        cores(image, &program, &Core::cortex_m33(), &keys, playing)
+            .unwrap_or_else(|e| panic!("{e}"))
     });
-    let converter = ConverterSetup { keys: KEYS, rate_hz: setup.rate_hz };
-    let (mut machine, ports) = build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).expect("a board");
+    let converter = ConverterSetup {
+        keys: KEYS,
+        rate_hz: setup.rate_hz,
+    };
+    let (mut machine, ports) =
+        build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).expect("a board");
     for segment in &image.segments {
-        machine.bus.memory.write(segment.load, &segment.bytes).expect("memory");
+        machine
+            .bus
+            .memory
+            .write(segment.load, &segment.bytes)
+            .expect("memory");
     }
     machine.reset();
     let words = common::gesture_words(&compiled[0]);
     let row = (0..KEYS * APART * SWITCHES).map(|at| words[(at as usize * 31) % words.len()]);
-    machine.bus.device_mut::<Converter>(ports.converter).expect("the converter").samples.extend(row);
+    machine
+        .bus
+        .device_mut::<Converter>(ports.converter)
+        .expect("the converter")
+        .samples
+        .extend(row);
     let mut frames = Frames::default();
     let (mailbox, core0) = (program.symbols["mailbox"], program.symbols["core0"]);
     let mut begun = [false; 2];
     for switch in 0..SWITCHES {
         let request = [(4, u32::MAX), (8, switch % 2), (0, switch + 1)];
         for (at, word) in request {
-            machine.bus.memory.write(mailbox + at, &word.to_le_bytes()).expect("memory");
+            machine
+                .bus
+                .memory
+                .write(mailbox + at, &word.to_le_bytes())
+                .expect("memory");
         }
         let until = machine.cycle(0) + u64::from(APART) * 3401;
-        assert!(matches!(machine.run_observed(until, &mut frames), Stop::Limit), "it plays on");
+        assert!(
+            matches!(machine.run_observed(until, &mut frames), Stop::Limit),
+            "it plays on"
+        );
         let mut code = [0; 4];
         machine.bus.memory.read(core0, &mut code).expect("memory");
         let name = ["core0_tick", "core0_1_tick"][switch as usize % 2];
@@ -91,29 +130,49 @@ fn switches(names: &[&str], zones: [&[(u32, usize)]; 2], keys: [u32; 2]) -> [Vec
     assert!(frames.count > APART * SWITCHES, "{} frames", frames.count);
     for (core, observed) in frames.longest.into_iter().enumerate() {
         let frames = bounds.each_ref().map(|cores| &cores[core].crowded);
-        let visits =
-            |frame: &&Frame| frame.parts.iter().find(|(what, _)| what.contains("visits")).map_or(0, |(_, n)| *n);
-        let bound = frames.iter().map(|frame| frame.handler.cycles_max + visits(frame)).max().unwrap_or(0);
+        let visits = |frame: &&Frame| {
+            frame
+                .parts
+                .iter()
+                .find(|(what, _)| what.contains("visits"))
+                .map_or(0, |(_, n)| *n)
+        };
+        let bound = frames
+            .iter()
+            .map(|frame| frame.handler.cycles_max + visits(frame))
+            .max()
+            .unwrap_or(0);
         println!("{names:?}, core {core}: frame {observed} of {bound}");
         assert!(observed <= bound, "core {core}: {observed} > {bound}");
-        assert!(observed * 3 > bound, "core {core}: {observed} is far from {bound}");
+        assert!(
+            observed * 3 > bound,
+            "core {core}: {observed} is far from {bound}"
+        );
     }
     [0, 1].map(|program| whole.keys(program).iter().map(Vec::len).collect())
 }
 
 #[test]
 fn a_program_that_begins_keeps_its_bound() {
-    let zones = switches(&["hammond", "virtual_spring"], [&[(KEYS, 0)], &[(KEYS, 1)]], [5, 4]);
+    let zones = switches(
+        &["hammond", "virtual_spring"],
+        [&[(KEYS, 0)], &[(KEYS, 1)]],
+        [5, 4],
+    );
     assert_eq!(zones, [vec![1, 1], vec![1, 1]]);
 }
 
-/// Several instruments on a core, a core that begins in the midst of a zone, an instrument in two zones; and from all keys alike to
-/// zones and back.
+/// Several instruments on a core, a core that begins in the midst of a zone, an instrument in two
+/// zones; and from all keys alike to zones and back.
 #[test]
 fn zones_that_begin_keep_their_bound() {
     let names = ["hammond", "harpsichord", "virtual_spring"];
     let zones = switches(&names, [&[(2, 0), (5, 1), (2, 0)], &[(KEYS, 2)]], [6, 3]);
     assert_eq!(zones, [vec![2, 2], vec![1, 1]]);
-    let zones = switches(&names, [&[(1, 0), (1, 2), (1, 1), (6, 0)], &[(6, 1), (3, 0)]], [4, 5]);
+    let zones = switches(
+        &names,
+        [&[(1, 0), (1, 2), (1, 1), (6, 0)], &[(6, 1), (3, 0)]],
+        [4, 5],
+    );
     assert_eq!(zones, [vec![4, 1], vec![1, 2]]);
 }

@@ -7,7 +7,12 @@ use whippen_compiler::image::{
 use crate::tools::Folder;
 
 fn interface() -> Interface {
-    let port = |name: &str, lsb, zero, unit: &str| PortInterface { name: name.into(), lsb, zero, unit: unit.into() };
+    let port = |name: &str, lsb, zero, unit: &str| PortInterface {
+        name: name.into(),
+        lsb,
+        zero,
+        unit: unit.into(),
+    };
     let live = |name: &str, at, range, init, fraction_bits, unit: &str| LiveInterface {
         name: name.into(),
         at,
@@ -16,7 +21,11 @@ fn interface() -> Interface {
         fraction_bits,
         unit: unit.into(),
     };
-    let speed = Argument { name: "speed".into(), fraction_bits: 28, unit: "m/s".into() };
+    let speed = Argument {
+        name: "speed".into(),
+        fraction_bits: 28,
+        unit: "m/s".into(),
+    };
     Interface {
         name: "probe".into(),
         keys: 3,
@@ -25,12 +34,25 @@ fn interface() -> Interface {
         inputs: (320, vec![port("x", 1.678e-7, -5e-4, "m")]),
         outputs: (328, vec![port("drive", 9.765_625e-4, 0.0, "N")]),
         row_words: 1,
-        lives: vec![live("weight", 20, (i32::MIN, 1 << 30), -7, 30, "N"), live("slow", 24, (0, 9), 1, -2, "N*s/m")],
-        events: vec![
-            EventInterface { name: "note".into(), args: vec![speed] },
-            EventInterface { name: "release".into(), args: Vec::new() },
+        lives: vec![
+            live("weight", 20, (i32::MIN, 1 << 30), -7, 30, "N"),
+            live("slow", 24, (0, 9), 1, -2, "N*s/m"),
         ],
-        ring: Some(Ring { at: 64, bytes: 256, record_bytes: 16 }),
+        events: vec![
+            EventInterface {
+                name: "note".into(),
+                args: vec![speed],
+            },
+            EventInterface {
+                name: "release".into(),
+                args: Vec::new(),
+            },
+        ],
+        ring: Some(Ring {
+            at: 64,
+            bytes: 256,
+            record_bytes: 16,
+        }),
     }
 }
 
@@ -75,19 +97,30 @@ fn the_header_is_strict_c_and_cpp() {
     folder.write("use.c", USE);
     let strict = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion"];
     for std in ["-std=c99", "-std=c11", "-std=c23"] {
-        let args: Vec<&str> = strict.into_iter().chain([std, "use.c", "-o", "use"]).collect();
+        let args: Vec<&str> = strict
+            .into_iter()
+            .chain([std, "use.c", "-o", "use"])
+            .collect();
         // Older compilers know the last one by another name.
-        let known = folder.output("gcc", &[std, "-E", "-x", "c", "/dev/null"]).is_some_and(|o| o.status.success());
+        let known = folder
+            .output("gcc", &[std, "-E", "-x", "c", "/dev/null"])
+            .is_some_and(|o| o.status.success());
         if known && folder.run("gcc", &args).is_some() {
             folder.run("./use", &[]).expect("runs");
         }
-        let target: Vec<&str> = strict.into_iter().chain(["-mcpu=cortex-m33", std, "-c", "use.c"]).collect();
+        let target: Vec<&str> = strict
+            .into_iter()
+            .chain(["-mcpu=cortex-m33", std, "-c", "use.c"])
+            .collect();
         if known {
             folder.run("arm-none-eabi-gcc", &target);
         }
     }
     for compiler in ["g++", "arm-none-eabi-g++"] {
-        let args: Vec<&str> = strict.into_iter().chain(["-std=c++17", "-x", "c++", "-c", "use.c"]).collect();
+        let args: Vec<&str> = strict
+            .into_iter()
+            .chain(["-std=c++17", "-x", "c++", "-c", "use.c"])
+            .collect();
         folder.run(compiler, &args);
     }
     insta::assert_snapshot!("header", c_header(&interface()));
@@ -100,14 +133,28 @@ mod probe_module;
 
 #[test]
 fn the_module_is_rust_over_fixed() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/build/bindings/probe_module.rs");
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tests/build/bindings/probe_module.rs"
+    );
     let made = rust_module(&interface());
     if std::env::var_os("WHIPPEN_BLESS").is_some() {
         std::fs::write(path, &made).expect("written");
     }
     assert_eq!(std::fs::read_to_string(path).expect("there"), made);
     use probe_module::{SLOW_MAX, WEIGHT_INIT, WEIGHT_MIN, X_LSB_M, note_speed};
-    assert_eq!((WEIGHT_MIN.to_num::<f64>(), WEIGHT_INIT.to_bits(), SLOW_MAX), (-2.0, -7, 9));
-    let event = probe_module::Event { tick: 1, key: 2, event: probe_module::EVENT_NOTE, args: [3 << 27] };
-    assert_eq!((note_speed(&event).to_num::<f64>(), X_LSB_M), (1.5, 1.678e-7));
+    assert_eq!(
+        (WEIGHT_MIN.to_num::<f64>(), WEIGHT_INIT.to_bits(), SLOW_MAX),
+        (-2.0, -7, 9)
+    );
+    let event = probe_module::Event {
+        tick: 1,
+        key: 2,
+        event: probe_module::EVENT_NOTE,
+        args: [3 << 27],
+    };
+    assert_eq!(
+        (note_speed(&event).to_num::<f64>(), X_LSB_M),
+        (1.5, 1.678e-7)
+    );
 }

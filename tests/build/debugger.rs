@@ -22,10 +22,27 @@ pub fn session(folder: &Folder, image: &str, script: &[&str]) -> Option<String> 
     let mut told = BufReader::new(emulator.stderr.take().expect("piped"));
     let mut line = String::new();
     told.read_line(&mut line).expect("says where it listens");
-    let port = line.trim().rsplit_once(':').unwrap_or_else(|| panic!("no port: {line}")).1.to_string();
+    let port = line
+        .trim()
+        .rsplit_once(':')
+        .unwrap_or_else(|| panic!("no port: {line}"))
+        .1
+        .to_string();
     let target = format!("target remote localhost:{port}");
-    let mut args = vec!["--batch", "-nx", "-q", "-iex", "set auto-load off", "-ex", "set confirm off", "-ex", &target];
-    script.iter().for_each(|command| args.extend(["-ex", command]));
+    let mut args = vec![
+        "--batch",
+        "-nx",
+        "-q",
+        "-iex",
+        "set auto-load off",
+        "-ex",
+        "set confirm off",
+        "-ex",
+        &target,
+    ];
+    script
+        .iter()
+        .for_each(|command| args.extend(["-ex", command]));
     args.push(image);
     let output = folder.output("gdb-multiarch", &args);
     let _ = emulator.kill();
@@ -37,7 +54,10 @@ pub fn session(folder: &Folder, image: &str, script: &[&str]) -> Option<String> 
 #[test]
 fn a_force_term_can_be_stopped_at_and_stepped_through() {
     let folder = Folder::new();
-    folder.write("out.elf", executable(&image(&bundled("rp2350").expect("bundled"))));
+    folder.write(
+        "out.elf",
+        executable(&image(&bundled("rp2350").expect("bundled"))),
+    );
     folder.write("probe.whip", TEXT);
     let script = [
         "break probe.whip:2",
@@ -49,7 +69,9 @@ fn a_force_term_can_be_stopped_at_and_stepped_through() {
         "info line probe_tick",
         "kill",
     ];
-    let Some(told) = session(&folder, "out.elf", &script) else { return };
+    let Some(told) = session(&folder, "out.elf", &script) else {
+        return;
+    };
     for wanted in [
         "Breakpoint 1, probe_tick () at probe.whip:2",
         "force weight = 1 N",

@@ -1,5 +1,5 @@
-//! Objects become files, judged by others: binutils reads and links them, C compilers take the header, rustc the bindings,
-//! gdb stops at source lines, and the emulator runs what comes out.
+//! Objects become files, judged by others: binutils reads and links them, C compilers take the
+//! header, rustc the bindings, gdb stops at source lines, and the emulator runs what comes out.
 
 mod bindings;
 mod command;

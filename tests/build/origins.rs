@@ -1,4 +1,5 @@
-//! Why there is code: each instruction of a Kernel names a declaration, and a debugger shows a line of the user's own.
+//! Why there is code: each instruction of a Kernel names a declaration, and a debugger shows a line
+//! of the user's own.
 
 use std::collections::BTreeSet;
 
@@ -40,9 +41,14 @@ fn every_instruction_knows_its_declaration_and_its_line() {
     let mut map = SourceMap::default();
     map.add("probe.whip", PROGRAM);
     let (program, diagnostics) = compile_front(&mut map, &Options::default());
-    let model = program.unwrap_or_else(|| panic!("{diagnostics:#?}")).instruments.remove(0);
+    let model = program
+        .unwrap_or_else(|| panic!("{diagnostics:#?}"))
+        .instruments
+        .remove(0);
     let scales = Device::of(&model).scales();
-    let lowered = pipeline::compile(model, scales, false).expect("compiles").lowered;
+    let lowered = pipeline::compile(model, scales, false)
+        .expect("compiles")
+        .lowered;
     let mut found = BTreeSet::new();
     origins(&lowered.kernel.tick, &mut found);
     let places = places(&lowered.origins, &map);
@@ -53,6 +59,9 @@ fn every_instruction_knows_its_declaration_and_its_line() {
             format!("{:2}  {}", place.line, place.item)
         })
         .collect();
-    assert!(places.iter().all(|place| place.file == "probe.whip"), "{places:?}");
+    assert!(
+        places.iter().all(|place| place.file == "probe.whip"),
+        "{places:?}"
+    );
     insta::assert_snapshot!("origins", told.into_iter().collect::<Vec<_>>().join("\n"));
 }

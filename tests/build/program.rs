@@ -1,4 +1,5 @@
-//! A small program in assembly that stands for compiled code: one function whose instructions belong to lines of a source.
+//! A small program in assembly that stands for compiled code: one function whose instructions
+//! belong to lines of a source.
 
 use std::collections::BTreeMap;
 
@@ -81,24 +82,52 @@ pub const TEXT: &str = "instrument probe {
 
 /// What origins 0 to 3 mean.
 pub fn places() -> Vec<Place> {
-    let items = ["instrument probe", "force weight", "force more", "force scaled"];
-    let place = |(item, line): (&str, u32)| Place { file: "probe.whip".to_string(), line, item: item.to_string() };
+    let items = [
+        "instrument probe",
+        "force weight",
+        "force more",
+        "force scaled",
+    ];
+    let place = |(item, line): (&str, u32)| Place {
+        file: "probe.whip".to_string(),
+        line,
+        item: item.to_string(),
+    };
     items.into_iter().zip(1..).map(place).collect()
 }
 
 /// The assembled text.
 pub fn object(text: &str, arch: Arch) -> Object {
-    assemble(&[Source { name: "test.s", text }], &BTreeMap::new(), arch).unwrap_or_else(|error| panic!("{error}"))
+    assemble(
+        &[Source {
+            name: "test.s",
+            text,
+        }],
+        &BTreeMap::new(),
+        arch,
+    )
+    .unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The probe with its lines.
 pub fn probe(arch: Arch) -> Object {
     let mut object = object(PROBE, arch);
-    for (section, rows) in
-        [(".text.probe", &[(0, 0), (4, 1), (8, 2), (14, 0)][..]), (".text.probe2", &[(0, 0), (2, 3)])]
-    {
-        let section = object.sections.iter_mut().find(|s| s.name == section).expect("is there");
-        section.lines = rows.iter().map(|&(at, origin)| LineRow { at, origin: Some(origin) }).collect();
+    for (section, rows) in [
+        (".text.probe", &[(0, 0), (4, 1), (8, 2), (14, 0)][..]),
+        (".text.probe2", &[(0, 0), (2, 3)]),
+    ] {
+        let section = object
+            .sections
+            .iter_mut()
+            .find(|s| s.name == section)
+            .expect("is there");
+        section.lines = rows
+            .iter()
+            .map(|&(at, origin)| LineRow {
+                at,
+                origin: Some(origin),
+            })
+            .collect();
     }
     object
 }
@@ -109,6 +138,15 @@ pub fn image(board: &Board) -> Image {
     let start = START.replace("__stack_top", &format!("__{}_end", last.name));
     let start = object(&start, board.arch);
     let (probe, places) = (probe(board.arch), places());
-    let inputs = [Input { object: &start, places: &[] }, Input { object: &probe, places: &places }];
+    let inputs = [
+        Input {
+            object: &start,
+            places: &[],
+        },
+        Input {
+            object: &probe,
+            places: &places,
+        },
+    ];
     link(board, &inputs, "reset").unwrap_or_else(|error| panic!("{error}"))
 }

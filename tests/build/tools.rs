@@ -31,7 +31,10 @@ impl Folder {
 
     /// Runs a program in the folder, however it ends.
     pub fn output(&self, program: &str, args: &[&str]) -> Option<Output> {
-        let output = Command::new(program).args(args).current_dir(self.path()).output();
+        let output = Command::new(program)
+            .args(args)
+            .current_dir(self.path())
+            .output();
         if output.is_err() {
             println!("skipped: {program} is not installed");
         }

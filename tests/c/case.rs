@@ -25,23 +25,53 @@ impl Case {
         let mut tick = |at: usize| {
             let live = at % kernel.lives.len();
             let value = rng.interesting(kernel.lives[live].range) as i32;
-            Tick { live: Some((live, value)), words: random::inputs(rng, &kernel, 3) }
+            Tick {
+                live: Some((live, value)),
+                words: random::inputs(rng, &kernel, 3),
+            }
         };
         let ticks = (0..8).map(&mut tick).collect();
-        Case { ticks, options: Options { keys: 3, layout, events: 64 }, kernel }
+        Case {
+            ticks,
+            options: Options {
+                keys: 3,
+                layout,
+                events: 64,
+            },
+            kernel,
+        }
     }
 
     /// Keys that hear a motion at different times.
     pub fn played(kernel: Kernel, layout: Layout, words: &[u16], keys: usize) -> Case {
-        let at = |tick: usize| (0..keys).map(|key| words[(tick + key * 997) % words.len()]).collect();
-        let ticks = (0..words.len()).map(|tick| Tick { live: None, words: at(tick) }).collect();
-        Case { kernel, options: Options { keys, layout, events: 64 }, ticks }
+        let at = |tick: usize| {
+            (0..keys)
+                .map(|key| words[(tick + key * 997) % words.len()])
+                .collect()
+        };
+        let ticks = (0..words.len())
+            .map(|tick| Tick {
+                live: None,
+                words: at(tick),
+            })
+            .collect();
+        Case {
+            kernel,
+            options: Options {
+                keys,
+                layout,
+                events: 64,
+            },
+            ticks,
+        }
     }
 
     /// What the program reads.
     pub fn input(&self, bytes: &mut Vec<u8>) {
         for tick in &self.ticks {
-            let (live, value) = tick.live.map_or((-1, 0), |(live, value)| (live as i32, value));
+            let (live, value) = tick
+                .live
+                .map_or((-1, 0), |(live, value)| (live as i32, value));
             bytes.extend([live.to_le_bytes(), value.to_le_bytes()].concat());
             bytes.extend(tick.words.iter().flat_map(|word| word.to_le_bytes()));
         }
@@ -50,7 +80,8 @@ impl Case {
     /// What it must write, by the interpreter.
     pub fn expected(&self) -> Vec<u8> {
         let keys = self.options.keys;
-        let mut interp = Interp::new(&self.kernel, keys).unwrap_or_else(|e| panic!("{}: {e}", self.kernel.name));
+        let mut interp =
+            Interp::new(&self.kernel, keys).unwrap_or_else(|e| panic!("{}: {e}", self.kernel.name));
         let (mut bytes, mut out) = (Vec::new(), vec![0i16; keys * self.kernel.outputs.len()]);
         for (at, tick) in self.ticks.iter().enumerate() {
             if at == 0 {
@@ -66,7 +97,12 @@ impl Case {
         }
         for key in 0..keys {
             for (index, cell) in self.kernel.cells.iter().enumerate() {
-                let word = |word| interp.cell(key, index, word as usize).expect("a word").to_le_bytes();
+                let word = |word| {
+                    interp
+                        .cell(key, index, word as usize)
+                        .expect("a word")
+                        .to_le_bytes()
+                };
                 bytes.extend((0..cell.len).flat_map(word));
             }
         }
@@ -86,24 +122,46 @@ impl Case {
         let name = &names.kernel;
         // Several cases may share a kernel's name.
         let rename = |text: &str| text.replace(name.as_str(), &format!("{name}_{number}"));
-        let capitals = |text: String| text.replace(&names.capitals, &format!("{}_{number}", names.capitals));
+        let capitals =
+            |text: String| text.replace(&names.capitals, &format!("{}_{number}", names.capitals));
         let state = format!("{name}_state");
-        let lives: String = names.lives.iter().map(|live| format!("offsetof({state}, {live}), ")).collect();
+        let lives: String = names
+            .lives
+            .iter()
+            .map(|live| format!("offsetof({state}, {live}), "))
+            .collect();
         let mut cells = String::new();
         for (cell, field) in self.kernel.cells.iter().zip(&names.cells) {
             let bytes = if cell.ty == Type::I64 { 8 } else { 4 };
             let (at, word, key) = match layout {
-                Layout::Records => (format!("key[0].{field}"), bytes, format!("sizeof({name}_key)")),
+                Layout::Records => (
+                    format!("key[0].{field}"),
+                    bytes,
+                    format!("sizeof({name}_key)"),
+                ),
                 Layout::Columns => (field.clone(), bytes * keys, bytes.to_string()),
             };
-            let _ = writeln!(cells, "    {{ offsetof({state}, {at}), {}, {bytes}, {word}, {key} }},", cell.len);
+            let _ = writeln!(
+                cells,
+                "    {{ offsetof({state}, {at}), {}, {bytes}, {word}, {key} }},",
+                cell.len
+            );
         }
         let (probes, probe_bytes) = match 8 * keys * self.kernel.probes.len() {
             0 => ("0".to_string(), 0),
             bytes => (format!("offsetof({state}, probes)"), bytes),
         };
-        let (ins, outs, ticks) = (keys * self.kernel.inputs.len(), keys * self.kernel.outputs.len(), self.ticks.len());
-        let args: String = self.kernel.events.iter().map(|event| format!("{}, ", event.args)).collect();
+        let (ins, outs, ticks) = (
+            keys * self.kernel.inputs.len(),
+            keys * self.kernel.outputs.len(),
+            self.ticks.len(),
+        );
+        let args: String = self
+            .kernel
+            .events
+            .iter()
+            .map(|event| format!("{}, ", event.args))
+            .collect();
         let feed = format!(
             "static const struct cell cells_{number}[] = {{
 {cells}    {{ 0 }} }};
@@ -130,7 +188,10 @@ static void run_{number}({state} *s)
             in_bytes = 2 * ins,
             out_bytes = 2 * outs,
         );
-        (capitals(rename(&(text.header + &text.body))), capitals(rename(&feed)))
+        (
+            capitals(rename(&(text.header + &text.body))),
+            capitals(rename(&feed)),
+        )
     }
 }
 

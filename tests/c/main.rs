@@ -1,5 +1,5 @@
-//! Kernels in C against the interpreter, bit for bit: outputs, probes, events, cells, through whatever C compilers there are,
-//! here and on a Cortex-M33 in QEMU.
+//! Kernels in C against the interpreter, bit for bit: outputs, probes, events, cells, through
+//! whatever C compilers there are, here and on a Cortex-M33 in QEMU.
 //!
 //! ```text
 //! cargo test --test c                             every instrument, on everything recorded; 10 000 random kernels here, and in QEMU
@@ -25,13 +25,20 @@ use toolchain::{Toolchain, cortex_m33, host};
 
 const LAYOUTS: [Layout; 2] = [Layout::Records, Layout::Columns];
 
-/// How random kernels are compiled: quickly, some with care, and some looking for what C leaves undefined. Some compute with
-/// constants alone, or use nothing of what they compute, so warnings are of no interest.
+/// How random kernels are compiled: quickly, some with care, and some looking for what C leaves
+/// undefined. Some compute with constants alone, or use nothing of what they compute, so warnings
+/// are of no interest.
 const QUICK: &[&str] = &["-O0", "-w"];
 const OPTIMISED: &[&str] = &["-O2", "-w"];
-const CHECKED: &[&str] = &["-O1", "-w", "-fsanitize=undefined", "-fno-sanitize-recover=all"];
+const CHECKED: &[&str] = &[
+    "-O1",
+    "-w",
+    "-fsanitize=undefined",
+    "-fno-sanitize-recover=all",
+];
 
-/// How everything else is compiled: no warning, but that several kernels in one file say the same twice.
+/// How everything else is compiled: no warning, but that several kernels in one file say the same
+/// twice.
 const STRICT: [&str; 7] = [
     "-std=c99",
     "-Wall",
@@ -49,7 +56,10 @@ const BATCH: usize = 250;
 const KERNELS: usize = 10_000;
 
 fn kernels() -> usize {
-    std::env::var("WHIPPEN_KERNELS").ok().and_then(|n| n.parse().ok()).unwrap_or(KERNELS)
+    std::env::var("WHIPPEN_KERNELS")
+        .ok()
+        .and_then(|n| n.parse().ok())
+        .unwrap_or(KERNELS)
 }
 
 fn random_case(seed: usize) -> Case {
@@ -67,7 +77,10 @@ fn random_kernels() {
     // Each compiler has its share.
     let compilers = host(QUICK);
     let share = kernels().div_ceil(compilers.len().max(1));
-    compilers.iter().enumerate().for_each(|(at, compiler)| agree_on_random(compiler, at * share, share));
+    compilers
+        .iter()
+        .enumerate()
+        .for_each(|(at, compiler)| agree_on_random(compiler, at * share, share));
 }
 
 #[test]
@@ -79,18 +92,29 @@ fn random_kernels_on_a_cortex_m33() {
 
 #[test]
 fn random_kernels_optimised() {
-    let compilers = host(OPTIMISED).into_iter().chain(cortex_m33(OPTIMISED)).chain(host(CHECKED).into_iter().take(1));
+    let compilers = host(OPTIMISED)
+        .into_iter()
+        .chain(cortex_m33(OPTIMISED))
+        .chain(host(CHECKED).into_iter().take(1));
     compilers.for_each(|compiler| agree_on_random(&compiler, kernels(), kernels() / 50));
 }
 
-/// For the processor at hand. Clang 19 takes features of some together that exclude each other, and says so itself.
-const NATIVE: &[&str] = &["-O3", "-march=native", "-Wno-unknown-warning-option", "-Wno-invalid-feature-combination"];
+/// For the processor at hand. Clang 19 takes features of some together that exclude each other, and
+/// says so itself.
+const NATIVE: &[&str] = &[
+    "-O3",
+    "-march=native",
+    "-Wno-unknown-warning-option",
+    "-Wno-invalid-feature-combination",
+];
 
 /// Strict compilers at full optimisation, and one of them looking for undefined behaviour.
 fn strict() -> Vec<Toolchain> {
     let with = |mode: &[&str]| host(&[&STRICT, mode].concat());
     let all = with(&["-O2"]).into_iter().chain(with(NATIVE));
-    all.chain(with(&CHECKED[2..]).into_iter().take(1)).chain(cortex_m33(&[&STRICT[..], &["-O2"]].concat())).collect()
+    all.chain(with(&CHECKED[2..]).into_iter().take(1))
+        .chain(cortex_m33(&[&STRICT[..], &["-O2"]].concat()))
+        .collect()
 }
 
 /// Everything that is exported, in both layouts.
@@ -99,7 +123,10 @@ fn instruments() {
     for compiler in strict() {
         let mut cases = Vec::new();
         for compiled in common::all() {
-            let words: Vec<u16> = common::gesture_words(&compiled).into_iter().step_by(7).collect();
+            let words: Vec<u16> = common::gesture_words(&compiled)
+                .into_iter()
+                .step_by(7)
+                .collect();
             let bare = without_probes(&compiled.lowered.kernel);
             cases.push(Case::played(compiled.lowered.kernel, LAYOUTS[0], &words, 5));
             cases.push(Case::played(bare, LAYOUTS[1], &words, 5));
@@ -118,14 +145,27 @@ fn instruments_on_recordings() {
         .filter(|compiled| !compiled.model.turns())
         .map(|compiled| without_probes(&compiled.lowered.kernel))
         .collect();
-    for compiler in host(OPTIMISED).into_iter().take(1).chain(cortex_m33(OPTIMISED)) {
+    for compiler in host(OPTIMISED)
+        .into_iter()
+        .take(1)
+        .chain(cortex_m33(OPTIMISED))
+    {
         let cases = motions.len() * kernels.len();
         agree_on(&compiler, cases, 1, |number| {
             let (_, words) = &motions[number / kernels.len()];
-            Case::played(kernels[number % kernels.len()].clone(), Layout::Records, words, 1)
+            Case::played(
+                kernels[number % kernels.len()].clone(),
+                Layout::Records,
+                words,
+                1,
+            )
         });
     }
-    println!("{} motions: {:?}", motions.len(), motions.iter().map(|(name, _)| name).collect::<Vec<_>>());
+    println!(
+        "{} motions: {:?}",
+        motions.len(),
+        motions.iter().map(|(name, _)| name).collect::<Vec<_>>()
+    );
 }
 
 const SMALL: &str = "\
@@ -177,7 +217,17 @@ fn a_small_kernel_reads_well() {
     for (layout, name) in LAYOUTS.into_iter().zip(["records", "columns"]) {
         let kernel = small();
         let verified = verify(&kernel).unwrap_or_else(|e| panic!("{e:?}"));
-        let source = source(verified, Options { keys: 3, layout, events: 8 });
-        insta::assert_snapshot!(format!("small_kernel_{name}"), format!("{}\n{}", source.header, source.body));
+        let source = source(
+            verified,
+            Options {
+                keys: 3,
+                layout,
+                events: 8,
+            },
+        );
+        insta::assert_snapshot!(
+            format!("small_kernel_{name}"),
+            format!("{}\n{}", source.header, source.body)
+        );
     }
 }

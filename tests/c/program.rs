@@ -1,4 +1,5 @@
-//! Many cases in one program: it reads the words of all from a file and writes everything it sees to another.
+//! Many cases in one program: it reads the words of all from a file and writes everything it sees
+//! to another.
 
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -6,7 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::case::Case;
 use crate::toolchain::Toolchain;
 
-/// Compiles cases into one program, runs it, and compares what it writes with what the interpreter says.
+/// Compiles cases into one program, runs it, and compares what it writes with what the interpreter
+/// says.
 pub fn agree(toolchain: &Toolchain, cases: &[Case]) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut input = Vec::new();
@@ -18,7 +20,12 @@ pub fn agree(toolchain: &Toolchain, cases: &[Case]) {
 }
 
 /// So many cases by number, `batch` of them in a program, on all processors.
-pub fn agree_on(toolchain: &Toolchain, count: usize, batch: usize, case: impl Fn(usize) -> Case + Sync) {
+pub fn agree_on(
+    toolchain: &Toolchain,
+    count: usize,
+    batch: usize,
+    case: impl Fn(usize) -> Case + Sync,
+) {
     let next = AtomicUsize::new(0);
     let work = || {
         loop {
@@ -31,10 +38,13 @@ pub fn agree_on(toolchain: &Toolchain, count: usize, batch: usize, case: impl Fn
         }
     };
     std::thread::scope(|scope| {
-        let threads: Vec<_> =
-            (0..std::thread::available_parallelism().map_or(1, usize::from)).map(|_| scope.spawn(work)).collect();
+        let threads: Vec<_> = (0..std::thread::available_parallelism().map_or(1, usize::from))
+            .map(|_| scope.spawn(work))
+            .collect();
         threads.into_iter().for_each(|thread| {
-            thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            thread
+                .join()
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         });
     });
     println!("{toolchain}: {count} cases agree");
@@ -51,9 +61,15 @@ fn text(frame: &str, cases: &[Case]) -> String {
         text += &kernel;
         runs += &run;
         let _ = writeln!(states, "    {} s{number};", case.state(number));
-        let _ = writeln!(calls, "    memset(&room, 0, sizeof room);\n    run_{number}(&room.s{number});");
+        let _ = writeln!(
+            calls,
+            "    memset(&room, 0, sizeof room);\n    run_{number}(&room.s{number});"
+        );
     }
-    let _ = write!(text, "static union {{\n{states}}} room;\n{runs}static void play(void)\n{{\n{calls}}}\n");
+    let _ = write!(
+        text,
+        "static union {{\n{states}}} room;\n{runs}static void play(void)\n{{\n{calls}}}\n"
+    );
     text
 }
 
@@ -70,5 +86,9 @@ fn compare(toolchain: &Toolchain, cases: &[Case], mut found: &[u8]) {
         );
         found = rest;
     }
-    assert!(found.is_empty(), "{toolchain}: {} bytes too many", found.len());
+    assert!(
+        found.is_empty(),
+        "{toolchain}: {} bytes too many",
+        found.len()
+    );
 }

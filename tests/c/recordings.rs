@@ -16,7 +16,8 @@ const DIP_M: f64 = 0.010;
 /// Of so many words one is played: minutes of recordings, and every instrument plays them all.
 const THINNED: usize = 4;
 
-/// Names and words: the recordings of a real action, and the busiest key of one performance of each collection.
+/// Names and words: the recordings of a real action, and the busiest key of one performance of each
+/// collection.
 pub fn all() -> Vec<(String, Vec<u16>)> {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
     let mut all = Vec::new();
@@ -24,7 +25,9 @@ pub fn all() -> Vec<(String, Vec<u16>)> {
         all.push(("key of the Kawai".to_string(), common::words(&positions)));
         all.extend(raw(&data.join("kawai-grand")));
     }
-    let performances = sorted(&data.join("midi")).into_iter().filter(|path| path.is_dir());
+    let performances = sorted(&data.join("midi"))
+        .into_iter()
+        .filter(|path| path.is_dir());
     all.extend(performances.filter_map(|folder| performance(&folder)));
     for (_, words) in &mut all {
         *words = words.iter().copied().step_by(THINNED).collect();
@@ -45,13 +48,33 @@ fn raw(folder: &Path) -> Vec<(String, Vec<u16>)> {
         ("hammer_8kHz_slow.txt", 8000.0, 8_388_608.0),
     ];
     let read = |(name, rate_hz, full_m): (&str, f64, f64)| {
-        let layout = Layout::Raw { rate_hz, column: 1, calibration: None };
-        let stops = Some(Stops { rest_m: 0.0, full_m, dip_m: 1.0 });
-        let options = MotionOptions { layout, stops, ..MotionOptions::default() };
+        let layout = Layout::Raw {
+            rate_hz,
+            column: 1,
+            calibration: None,
+        };
+        let stops = Some(Stops {
+            rest_m: 0.0,
+            full_m,
+            dip_m: 1.0,
+        });
+        let options = MotionOptions {
+            layout,
+            stops,
+            ..MotionOptions::default()
+        };
         let motion = load(&folder.join(name), &options, RATE_HZ).unwrap_or_else(|e| panic!("{e}"));
-        let (low, high) =
-            motion.position_m.iter().fold((f64::MAX, f64::MIN), |(low, high), &x| (low.min(x), high.max(x)));
-        let positions: Vec<f64> = motion.position_m.iter().map(|x| (x - low) / (high - low) * DIP_M).collect();
+        let (low, high) = motion
+            .position_m
+            .iter()
+            .fold((f64::MAX, f64::MIN), |(low, high), &x| {
+                (low.min(x), high.max(x))
+            });
+        let positions: Vec<f64> = motion
+            .position_m
+            .iter()
+            .map(|x| (x - low) / (high - low) * DIP_M)
+            .collect();
         (name.to_string(), common::words(&positions))
     };
     files.into_iter().map(read).collect()
@@ -59,16 +82,34 @@ fn raw(folder: &Path) -> Vec<(String, Vec<u16>)> {
 
 /// The key with the most notes in the first file of a folder.
 fn performance(folder: &Path) -> Option<(String, Vec<u16>)> {
-    let file = sorted(folder).into_iter().find(|path| path.extension().is_some_and(|e| e == "mid"))?;
+    let file = sorted(folder)
+        .into_iter()
+        .find(|path| path.extension().is_some_and(|e| e == "mid"))?;
     let performance = midi::load(&file).unwrap_or_else(|e| panic!("{e}"));
-    let of = |key: u8| performance.notes.iter().copied().enumerate().filter(move |(_, note)| note.key == key);
+    let of = |key: u8| {
+        performance
+            .notes
+            .iter()
+            .copied()
+            .enumerate()
+            .filter(move |(_, note)| note.key == key)
+    };
     let busiest = (0..128).max_by_key(|&key| of(key).count())?;
     let (moves, _) = stroke::strokes(&of(busiest).collect::<Vec<_>>(), 0.5);
     let ticks = (performance.end_s.min(PERFORMANCE_S) * f64::from(RATE_HZ)) as usize;
     let mut key = Follower::new(&moves);
-    let positions: Vec<f64> = (0..ticks).map(|tick| key.at(tick as f64 / f64::from(RATE_HZ))).collect();
-    let name = file.strip_prefix(folder.parent()?).ok()?.display().to_string();
-    Some((format!("key {busiest} of {name}"), common::words(&positions)))
+    let positions: Vec<f64> = (0..ticks)
+        .map(|tick| key.at(tick as f64 / f64::from(RATE_HZ)))
+        .collect();
+    let name = file
+        .strip_prefix(folder.parent()?)
+        .ok()?
+        .display()
+        .to_string();
+    Some((
+        format!("key {busiest} of {name}"),
+        common::words(&positions),
+    ))
 }
 
 fn sorted(folder: &Path) -> Vec<PathBuf> {

@@ -1,4 +1,5 @@
-//! The C compilers that are installed, and where what they make runs: here, or on a Cortex-M33 in QEMU.
+//! The C compilers that are installed, and where what they make runs: here, or on a Cortex-M33 in
+//! QEMU.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -26,15 +27,27 @@ impl std::fmt::Display for Toolchain {
 
 /// The compilers of this computer; which are not there is said.
 pub fn host(flags: &[&str]) -> Vec<Toolchain> {
-    let found = [&["gcc"][..], &["clang", "clang-19"]].into_iter().filter_map(|names| installed(names));
-    found.map(|compiler| Toolchain { compiler, flags: owned(flags), place: Place::Host }).collect()
+    let found = [&["gcc"][..], &["clang", "clang-19"]]
+        .into_iter()
+        .filter_map(|names| installed(names));
+    found
+        .map(|compiler| Toolchain {
+            compiler,
+            flags: owned(flags),
+            place: Place::Host,
+        })
+        .collect()
 }
 
 /// GCC for the Cortex-M33 and QEMU to run it, if both are there; what is not is said.
 pub fn cortex_m33(flags: &[&str]) -> Option<Toolchain> {
     let compiler = installed(&["arm-none-eabi-gcc"])?;
     installed(&["qemu-system-arm"])?;
-    Some(Toolchain { compiler, flags: owned(flags), place: Place::CortexM33 })
+    Some(Toolchain {
+        compiler,
+        flags: owned(flags),
+        place: Place::CortexM33,
+    })
 }
 
 fn owned(flags: &[&str]) -> Vec<String> {
@@ -44,7 +57,11 @@ fn owned(flags: &[&str]) -> Vec<String> {
 /// The first of these that is there.
 fn installed(names: &[&'static str]) -> Option<&'static str> {
     let answers = |name: &&&str| {
-        let answer = Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+        let answer = Command::new(name)
+            .arg("--version")
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .status();
         answer.is_ok_and(|status| status.success())
     };
     let found = names.iter().find(answers).copied();
@@ -63,22 +80,46 @@ impl Toolchain {
         }
     }
 
-    /// Compiles and runs a text in a folder; what it makes of the file `input` is in the file `output`.
+    /// Compiles and runs a text in a folder; what it makes of the file `input` is in the file
+    /// `output`.
     pub fn run(&self, folder: &Path, text: &str) {
         std::fs::write(folder.join("kernels.c"), text).expect("writable");
         let mut compile = Command::new(self.compiler);
-        compile.args(&self.flags).args(["kernels.c", "-o", "kernels"]).current_dir(folder);
+        compile
+            .args(&self.flags)
+            .args(["kernels.c", "-o", "kernels"])
+            .current_dir(folder);
         if self.place == Place::CortexM33 {
             std::fs::write(folder.join("bare.ld"), include_str!("bare.ld")).expect("writable");
-            compile.args(["-mcpu=cortex-m33", "-mthumb", "--specs=nano.specs", "-nostartfiles", "-T", "bare.ld"]);
+            compile.args([
+                "-mcpu=cortex-m33",
+                "-mthumb",
+                "--specs=nano.specs",
+                "-nostartfiles",
+                "-T",
+                "bare.ld",
+            ]);
         }
         self.ended(&compile.output().unwrap_or_else(|e| panic!("{self}: {e}")));
         let mut run = match self.place {
             Place::Host => Command::new(folder.join("kernels")),
             Place::CortexM33 => {
                 let mut qemu = Command::new("qemu-system-arm");
-                qemu.args(["-M", "mps2-an505", "-nographic", "-monitor", "none", "-serial", "none"]);
-                qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel", "kernels"]);
+                qemu.args([
+                    "-M",
+                    "mps2-an505",
+                    "-nographic",
+                    "-monitor",
+                    "none",
+                    "-serial",
+                    "none",
+                ]);
+                qemu.args([
+                    "-semihosting-config",
+                    "enable=on,target=native",
+                    "-kernel",
+                    "kernels",
+                ]);
                 qemu
             }
         };

@@ -7,7 +7,8 @@ const MARK: &str = "==== ";
 pub struct Case<'a> {
     /// Commands with their words, in order.
     pub commands: Vec<String>,
-    /// The text under test, with the comments before it, so that line numbers are those of the file.
+    /// The text under test, with the comments before it, so that line numbers are those of the
+    /// file.
     pub body: &'a str,
 }
 
@@ -22,12 +23,18 @@ impl Case<'_> {
             "whip" => "//",
             _ => return Err(format!("files end in .kernel or .whip, not .{ending}")),
         };
-        let end =
-            if text.starts_with(MARK) { 0 } else { text.find(&format!("\n{MARK}")).map_or(text.len(), |at| at + 1) };
+        let end = if text.starts_with(MARK) {
+            0
+        } else {
+            text.find(&format!("\n{MARK}"))
+                .map_or(text.len(), |at| at + 1)
+        };
         let body = &text[..end];
         let comments = body.lines().map_while(|line| line.strip_prefix(comment));
-        let commands: Vec<String> =
-            comments.filter_map(|line| line.trim().strip_prefix("test ")).map(|line| line.trim().to_string()).collect();
+        let commands: Vec<String> = comments
+            .filter_map(|line| line.trim().strip_prefix("test "))
+            .map(|line| line.trim().to_string())
+            .collect();
         if commands.is_empty() {
             return Err(format!("no line `{comment} test ..` at the top"));
         }
@@ -46,10 +53,17 @@ impl Case<'_> {
 
 #[test]
 fn parts_are_found() {
-    let text = "; A comment.\n; test verify\n; test run  a=1\nkernel\n; test no\n\n==== verify\nok\n";
+    let text =
+        "; A comment.\n; test verify\n; test run  a=1\nkernel\n; test no\n\n==== verify\nok\n";
     let case = Case::read(text, "kernel").expect("has commands");
     assert_eq!(case.commands, ["verify", "run  a=1"]);
     assert_eq!(case.with(&[("verify".to_string(), "ok".to_string())]), text);
-    assert!(Case::read("kernel k @1 { }\n", "kernel").is_err(), "no command");
-    assert!(Case::read("; test verify\n", "txt").is_err(), "no such ending");
+    assert!(
+        Case::read("kernel k @1 { }\n", "kernel").is_err(),
+        "no command"
+    );
+    assert!(
+        Case::read("; test verify\n", "txt").is_err(),
+        "no such ending"
+    );
 }

@@ -5,7 +5,10 @@ use whippen_compiler::modes::{specialise_fully, verify::verify as verify_modes};
 
 /// Reads and prints again.
 pub fn print(text: &str, _: &[&str]) -> Result<String, String> {
-    Ok(parse(text).map_or_else(|error| format!("error at {error}"), |kernel| kernel.to_string()))
+    Ok(parse(text).map_or_else(
+        |error| format!("error at {error}"),
+        |kernel| kernel.to_string(),
+    ))
 }
 
 /// What the verifier says.
@@ -48,16 +51,24 @@ fn list(errors: &[VerifyError]) -> String {
 fn every_operator_has_a_file() {
     use whippen_compiler::kernel::{ROWS, random::count_operators};
     let mut counts = vec![0; ROWS.len()];
-    let files = super::DIRECTORIES.iter().flat_map(|path| super::entries(&super::root().join(path)));
+    let files = super::DIRECTORIES
+        .iter()
+        .flat_map(|path| super::entries(&super::root().join(path)));
     let kernels = files.filter(|file| file.extension().is_some_and(|ending| ending == "kernel"));
     for file in kernels {
         let text = std::fs::read_to_string(&file).expect("is readable");
-        let body = super::Case::read(&text, "kernel").expect("has commands").body;
+        let body = super::Case::read(&text, "kernel")
+            .expect("has commands")
+            .body;
         if let Ok(kernel) = verified(body) {
             count_operators(&kernel, &mut counts);
         }
     }
-    let missing: Vec<&str> =
-        ROWS.iter().zip(counts).filter(|(_, count)| *count == 0).map(|(row, _)| row.name).collect();
+    let missing: Vec<&str> = ROWS
+        .iter()
+        .zip(counts)
+        .filter(|(_, count)| *count == 0)
+        .map(|(row, _)| row.name)
+        .collect();
     assert!(missing.is_empty(), "no file for {missing:?}");
 }

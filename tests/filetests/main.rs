@@ -1,5 +1,5 @@
-//! Tests that are texts: each file in these directories begins with commands in comments, and ends with what they
-//! print.
+//! Tests that are texts: each file in these directories begins with commands in comments, and ends
+//! with what they print.
 //!
 //! ```text
 //! ; test verify                    leading comments: the commands, in the order of the sections
@@ -11,8 +11,8 @@
 //! tick 0 key 0: x=1 -> f=3
 //! ```
 //!
-//! `WHIPPEN_BLESS=1 cargo test --test filetests` writes the sections anew. A new command is a line of [`COMMANDS`], a
-//! new directory one of `directories!`.
+//! `WHIPPEN_BLESS=1 cargo test --test filetests` writes the sections anew. A new command is a line
+//! of [`COMMANDS`], a new directory one of `directories!`.
 
 mod case;
 mod kernel;
@@ -22,8 +22,8 @@ mod whip;
 use case::Case;
 use std::path::{Path, PathBuf};
 
-/// A command: the text under test and the command's words give what is printed. An error fails the test even when
-/// blessing.
+/// A command: the text under test and the command's words give what is printed. An error fails the
+/// test even when blessing.
 type Command = fn(&str, &[&str]) -> Result<String, String>;
 
 /// Every command: ending of the file, name, what it does.
@@ -69,7 +69,10 @@ fn root() -> PathBuf {
 
 /// Runs all files of a directory and fails with everything that is wrong.
 fn directory(path: &str) {
-    let mut files: Vec<PathBuf> = entries(&root().join(path)).into_iter().filter(|file| file.is_file()).collect();
+    let mut files: Vec<PathBuf> = entries(&root().join(path))
+        .into_iter()
+        .filter(|file| file.is_file())
+        .collect();
     files.sort();
     assert!(!files.is_empty(), "{path} has no files");
     let bless = std::env::var_os("WHIPPEN_BLESS").is_some();
@@ -77,22 +80,38 @@ fn directory(path: &str) {
         .iter()
         .filter_map(|file| {
             let failure = file_passes(file, bless).err()?;
-            Some(format!("{}\n{failure}", file.strip_prefix(root()).unwrap_or(file).display()))
+            Some(format!(
+                "{}\n{failure}",
+                file.strip_prefix(root()).unwrap_or(file).display()
+            ))
         })
         .collect();
-    assert!(failures.is_empty(), "{} of {} files fail\n\n{}", failures.len(), files.len(), failures.join("\n\n"));
+    assert!(
+        failures.is_empty(),
+        "{} of {} files fail\n\n{}",
+        failures.len(),
+        files.len(),
+        failures.join("\n\n")
+    );
 }
 
 fn file_passes(file: &Path, bless: bool) -> Result<(), String> {
-    let ending = file.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    let ending = file
+        .extension()
+        .and_then(|ending| ending.to_str())
+        .unwrap_or_default();
     let text = std::fs::read_to_string(file).map_err(|error| error.to_string())?;
     let case = Case::read(&text, ending)?;
     let mut sections = Vec::new();
     for line in &case.commands {
         let words: Vec<&str> = line.split_whitespace().collect();
-        let found = COMMANDS.iter().find(|(of, name, _)| *of == ending && words.first() == Some(name));
-        let (.., command) = found.ok_or_else(|| format!("no command `{line}` for .{ending} files"))?;
-        let printed = command(case.body, &words[1..]).map_err(|error| format!("{line}: {error}"))?;
+        let found = COMMANDS
+            .iter()
+            .find(|(of, name, _)| *of == ending && words.first() == Some(name));
+        let (.., command) =
+            found.ok_or_else(|| format!("no command `{line}` for .{ending} files"))?;
+        let printed =
+            command(case.body, &words[1..]).map_err(|error| format!("{line}: {error}"))?;
         sections.push((line.clone(), printed));
     }
     let actual = case.with(&sections);
@@ -103,11 +122,16 @@ fn file_passes(file: &Path, bless: bool) -> Result<(), String> {
         return std::fs::write(file, actual).map_err(|error| error.to_string());
     }
     let diff = similar::TextDiff::from_lines(&text, &actual);
-    Err(diff.unified_diff().context_radius(3).header("in the file", "printed now").to_string())
+    Err(diff
+        .unified_diff()
+        .context_radius(3)
+        .header("in the file", "printed now")
+        .to_string())
 }
 
 fn entries(path: &Path) -> Vec<PathBuf> {
-    let list = std::fs::read_dir(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let list =
+        std::fs::read_dir(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     list.map(|entry| entry.expect("an entry").path()).collect()
 }
 
@@ -116,7 +140,12 @@ fn every_directory_is_listed() {
     let kinds = entries(&root()).into_iter().filter(|path| path.is_dir());
     let mut found: Vec<String> = kinds
         .flat_map(|kind| entries(&kind))
-        .map(|path| path.strip_prefix(root()).expect("inside").to_string_lossy().replace('\\', "/"))
+        .map(|path| {
+            path.strip_prefix(root())
+                .expect("inside")
+                .to_string_lossy()
+                .replace('\\', "/")
+        })
         .collect();
     found.sort();
     let mut listed = DIRECTORIES.to_vec();

@@ -1,8 +1,9 @@
 //! `run [keys=N] [ticks=N] [cells] NAME=1,2,3/4,5,6 ..`: both engines, fed tick by tick.
 //!
-//! A name is an input, a live value or a cell (its word 0); values stand by tick, the last one stays; those after a
-//! slash are the next key's. What is printed comes from the interpreter in checked mode; that the host code does the
-//! same, to the byte, is a condition. `cells` prints all cells after the last tick.
+//! A name is an input, a live value or a cell (its word 0); values stand by tick, the last one
+//! stays; those after a slash are the next key's. What is printed comes from the interpreter in
+//! checked mode; that the host code does the same, to the byte, is a condition. `cells` prints all
+//! cells after the last tick.
 
 use std::fmt::Write;
 use whippen_compiler::host::{HostCode, Options};
@@ -24,11 +25,24 @@ enum Target {
 
 impl Feed {
     fn parse(kernel: &Kernel, word: &str) -> Result<Feed, String> {
-        let (name, values) = word.split_once('=').ok_or_else(|| format!("what is `{word}`?"))?;
-        let target = target(kernel, name).ok_or_else(|| format!("no input, live value or cell `{name}`"))?;
-        let number = |text: &str| text.parse::<i64>().map_err(|error| format!("{text}: {error}"));
-        let keys = values.split('/').map(|key| key.split(',').map(number).collect()).collect::<Result<_, _>>()?;
-        Ok(Feed { name: name.to_string(), target, keys })
+        let (name, values) = word
+            .split_once('=')
+            .ok_or_else(|| format!("what is `{word}`?"))?;
+        let target =
+            target(kernel, name).ok_or_else(|| format!("no input, live value or cell `{name}`"))?;
+        let number = |text: &str| {
+            text.parse::<i64>()
+                .map_err(|error| format!("{text}: {error}"))
+        };
+        let keys = values
+            .split('/')
+            .map(|key| key.split(',').map(number).collect())
+            .collect::<Result<_, _>>()?;
+        Ok(Feed {
+            name: name.to_string(),
+            target,
+            keys,
+        })
     }
 
     fn value(&self, key: usize, tick: usize) -> i64 {
@@ -42,19 +56,43 @@ impl Feed {
 }
 
 fn target(kernel: &Kernel, name: &str) -> Option<Target> {
-    let input = kernel.inputs.iter().position(|port| port.name == name).map(Target::Input);
-    let live = || kernel.lives.iter().position(|live| live.name == name).map(Target::Live);
-    let cell = || kernel.cells.iter().position(|cell| cell.name == name).map(Target::Cell);
+    let input = kernel
+        .inputs
+        .iter()
+        .position(|port| port.name == name)
+        .map(Target::Input);
+    let live = || {
+        kernel
+            .lives
+            .iter()
+            .position(|live| live.name == name)
+            .map(Target::Live)
+    };
+    let cell = || {
+        kernel
+            .cells
+            .iter()
+            .position(|cell| cell.name == name)
+            .map(Target::Cell)
+    };
     input.or_else(live).or_else(cell)
 }
 
 /// Runs a kernel.
 pub fn run(text: &str, words: &[&str]) -> Result<String, String> {
     let kernel = super::kernel::verified(text)?;
-    let number = |name: &str| words.iter().find_map(|word| word.strip_prefix(name)?.parse::<usize>().ok());
+    let number = |name: &str| {
+        words
+            .iter()
+            .find_map(|word| word.strip_prefix(name)?.parse::<usize>().ok())
+    };
     let options = ["keys=", "ticks=", "cells"];
-    let feeds = words.iter().filter(|word| !options.iter().any(|option| word.starts_with(option)));
-    let feeds = feeds.map(|word| Feed::parse(&kernel, word)).collect::<Result<Vec<_>, _>>()?;
+    let feeds = words
+        .iter()
+        .filter(|word| !options.iter().any(|option| word.starts_with(option)));
+    let feeds = feeds
+        .map(|word| Feed::parse(&kernel, word))
+        .collect::<Result<Vec<_>, _>>()?;
     let keys = number("keys=").unwrap_or(1);
     let longest = feeds.iter().map(Feed::ticks).max().unwrap_or(1);
     let error = |error: whippen_compiler::kernel::EngineError| error.to_string();
@@ -89,8 +127,10 @@ impl Session {
         self.code.init(&words);
         for tick in 0..ticks {
             let words = self.words(tick)?;
-            let mut out =
-                [vec![0; self.keys * self.kernel.outputs.len()], vec![0; self.keys * self.kernel.outputs.len()]];
+            let mut out = [
+                vec![0; self.keys * self.kernel.outputs.len()],
+                vec![0; self.keys * self.kernel.outputs.len()],
+            ];
             self.feed(tick)?;
             self.interp.tick(&words, &mut out[0]);
             self.code.tick(&words, &mut out[1]);
@@ -99,7 +139,9 @@ impl Session {
             }
             if out[0] != out[1] || self.interp.memory() != self.code.memory() {
                 let (left, right) = (self.interp.memory(), self.code.memory());
-                return Err(format!("tick {tick}: interp and jit differ\n{out:?}\n{left:?}\n{right:?}"));
+                return Err(format!(
+                    "tick {tick}: interp and jit differ\n{out:?}\n{left:?}\n{right:?}"
+                ));
             }
             (0..self.keys).for_each(|key| self.print(tick, key, &out[0]));
             self.print_events()?;
@@ -113,7 +155,8 @@ impl Session {
         for key in 0..self.keys {
             for feed in &self.feeds {
                 if let Target::Input(port) = feed.target {
-                    let word = u16::try_from(feed.value(key, tick)).map_err(|error| error.to_string())?;
+                    let word =
+                        u16::try_from(feed.value(key, tick)).map_err(|error| error.to_string())?;
                     words[key * self.kernel.inputs.len() + port] = word;
                 }
             }
@@ -128,12 +171,14 @@ impl Session {
                 let value = feed.value(key, tick);
                 let done = match feed.target {
                     Target::Input(_) => Ok(()),
-                    Target::Live(live) => {
-                        self.interp.set_live(live, value as i32).and_then(|()| self.code.set_live(live, value as i32))
-                    }
-                    Target::Cell(cell) => {
-                        self.interp.set_cell(key, cell, 0, value).and_then(|()| self.code.set_cell(key, cell, 0, value))
-                    }
+                    Target::Live(live) => self
+                        .interp
+                        .set_live(live, value as i32)
+                        .and_then(|()| self.code.set_live(live, value as i32)),
+                    Target::Cell(cell) => self
+                        .interp
+                        .set_cell(key, cell, 0, value)
+                        .and_then(|()| self.code.set_cell(key, cell, 0, value)),
                 };
                 done.map_err(|error| format!("{}: {error}", feed.name))?;
             }
@@ -152,7 +197,12 @@ impl Session {
         }
         self.printed += " ->";
         for (port, output) in self.kernel.outputs.iter().enumerate() {
-            let _ = write!(self.printed, " {}={}", output.name, out[key * self.kernel.outputs.len() + port]);
+            let _ = write!(
+                self.printed,
+                " {}={}",
+                output.name,
+                out[key * self.kernel.outputs.len() + port]
+            );
         }
         for (at, probe) in self.kernel.probes.iter().enumerate() {
             let value = self.interp.probes()[key * self.kernel.probes.len() + at];
@@ -169,7 +219,13 @@ impl Session {
         for event in events {
             let name = &self.kernel.events[event.event as usize].name;
             let args: Vec<String> = event.args.iter().map(i32::to_string).collect();
-            let _ = writeln!(self.printed, "tick {} key {}: {name}({})", event.tick, event.key, args.join(", "));
+            let _ = writeln!(
+                self.printed,
+                "tick {} key {}: {name}({})",
+                event.tick,
+                event.key,
+                args.join(", ")
+            );
         }
         Ok(())
     }
@@ -177,7 +233,8 @@ impl Session {
     fn print_cells(&mut self) {
         for key in 0..self.keys {
             for (at, cell) in self.kernel.cells.iter().enumerate() {
-                let words = (0..cell.len as usize).filter_map(|word| self.interp.cell(key, at, word));
+                let words =
+                    (0..cell.len as usize).filter_map(|word| self.interp.cell(key, at, word));
                 let words: Vec<String> = words.map(|word| word.to_string()).collect();
                 let _ = writeln!(self.printed, "key {key} {}: {}", cell.name, words.join(" "));
             }

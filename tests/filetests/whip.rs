@@ -10,15 +10,22 @@ use whippen_compiler::source::SourceMap;
 use whippen_compiler::{stability, syntax};
 use whippen_runtime::device::Device;
 
-/// What `whippen budget` says of the loop on the device of an instrument, as it is shown; something must be.
+/// What `whippen budget` says of the loop on the device of an instrument, as it is shown; something
+/// must be.
 pub fn budget(text: &str, words: &[&str]) -> Result<String, String> {
     let (map, mut diagnostics, program) = front(text, words)?;
     for model in program.iter().flat_map(|p| &p.instruments) {
         let device = Device::of(model);
         let key = device.key().ok_or("the device has no mechanics")?;
-        diagnostics.extend(stability::analyze(model, &key).map(|s| stability::warnings(model, &s)).unwrap_or_default());
+        diagnostics.extend(
+            stability::analyze(model, &key)
+                .map(|s| stability::warnings(model, &s))
+                .unwrap_or_default(),
+        );
         let rated = device.rated_force().ok_or("the device has no motor")?;
-        diagnostics.extend(stability::static_force(model).and_then(|s| stability::too_strong(model, &s, rated)));
+        diagnostics.extend(
+            stability::static_force(model).and_then(|s| stability::too_strong(model, &s, rated)),
+        );
     }
     if diagnostics.is_empty() {
         Err("nothing is said of this program".to_string())
@@ -46,13 +53,23 @@ pub fn check(text: &str, words: &[&str]) -> Result<String, String> {
     let mut printed = rendered(&map, &diagnostics);
     for model in program.iter().flat_map(|p| &p.instruments) {
         match compile(model.clone(), Device::mikey().scales(), false) {
-            Ok(compiled) => drop(write!(printed, "{}{model}", rendered(&map, &compiled.warnings))),
+            Ok(compiled) => drop(write!(
+                printed,
+                "{}{model}",
+                rendered(&map, &compiled.warnings)
+            )),
             Err(CompileError::Program(diagnostics)) => printed += &rendered(&map, &diagnostics),
             Err(CompileError::Defect(message)) => return Err(message),
         }
     }
     for keyboard in program.iter().flat_map(|p| &p.keyboards) {
-        let _ = writeln!(printed, "keyboard {}: {} keys at {} Hz", keyboard.name, keyboard.keys(), keyboard.rate_hz);
+        let _ = writeln!(
+            printed,
+            "keyboard {}: {} keys at {} Hz",
+            keyboard.name,
+            keyboard.keys(),
+            keyboard.rate_hz
+        );
     }
     Ok(printed)
 }
@@ -84,12 +101,27 @@ pub fn lower(text: &str, words: &[&str]) -> Result<String, String> {
     compiled(text, words).map(|all| all.iter().map(|c| c.lowered.kernel.to_string()).collect())
 }
 
-fn front(text: &str, words: &[&str]) -> Result<(SourceMap, Vec<Diagnostic>, Option<Program>), String> {
+fn front(
+    text: &str,
+    words: &[&str],
+) -> Result<(SourceMap, Vec<Diagnostic>, Option<Program>), String> {
     let mut map = SourceMap::default();
     map.add("test.whip", text);
-    let setting = |word: &&str| word.split_once('=').map(|(name, value)| (name.to_string(), value.to_string()));
-    let sets = words.iter().map(|w| setting(w).ok_or_else(|| format!("what is `{w}`?"))).collect::<Result<_, _>>()?;
-    let (program, diagnostics) = compile_front(&mut map, &Options { sets, ..Options::default() });
+    let setting = |word: &&str| {
+        word.split_once('=')
+            .map(|(name, value)| (name.to_string(), value.to_string()))
+    };
+    let sets = words
+        .iter()
+        .map(|w| setting(w).ok_or_else(|| format!("what is `{w}`?")))
+        .collect::<Result<_, _>>()?;
+    let (program, diagnostics) = compile_front(
+        &mut map,
+        &Options {
+            sets,
+            ..Options::default()
+        },
+    );
     Ok((map, diagnostics, program))
 }
 
@@ -97,13 +129,18 @@ fn front(text: &str, words: &[&str]) -> Result<(SourceMap, Vec<Diagnostic>, Opti
 fn compiled(text: &str, words: &[&str]) -> Result<Vec<Compiled>, String> {
     let (map, diagnostics, program) = front(text, words)?;
     let program = program.ok_or_else(|| rendered(&map, &diagnostics))?;
-    let one = |model| compile(model, Device::mikey().scales(), false).map_err(|error| format!("{error:?}"));
+    let one = |model| {
+        compile(model, Device::mikey().scales(), false).map_err(|error| format!("{error:?}"))
+    };
     program.instruments.into_iter().map(one).collect()
 }
 
 /// Diagnostics without colour, then their number if there is an error.
 fn rendered(map: &SourceMap, diagnostics: &[Diagnostic]) -> String {
-    let mut text: String = diagnostics.iter().map(|d| render(map, d, false) + "\n").collect();
+    let mut text: String = diagnostics
+        .iter()
+        .map(|d| render(map, d, false) + "\n")
+        .collect();
     if diagnostics.iter().any(|d| d.severity() == Severity::Error) {
         let _ = writeln!(text, "{}", summary(diagnostics));
     }

@@ -8,7 +8,8 @@ use std::process::Command;
 use crate::rig::{Rig, kernel, midi, setup};
 use whippen_compiler::asm::{Source, assemble};
 use whippen_compiler::firmware::{
-    FirmwareError, Midi, Passivity, Played, RP2040, RP2350, STM32F4, Setup, Support, constants, of_frame, sources,
+    FirmwareError, Midi, Passivity, Played, RP2040, RP2350, STM32F4, Setup, Support, constants,
+    of_frame, sources,
 };
 use whippen_compiler::image::{FixupKind, Section};
 use whippen_compiler::kernel::Kernel;
@@ -22,17 +23,37 @@ fn gnu(
     constants: &BTreeMap<String, i64>,
     sections: &[Section],
 ) -> Option<Vec<Vec<u8>>> {
-    let path = |ending: &str| PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("firmware-{name}.{ending}"));
+    let path = |ending: &str| {
+        PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("firmware-{name}.{ending}"))
+    };
     std::fs::write(path("s"), text).expect("the target directory can be written");
     let mut assembler = Command::new("arm-none-eabi-as");
-    assembler.arg(format!("-mcpu={core}")).arg("-o").arg(path("o")).arg(path("s"));
-    let output = assembler.args(constants.iter().map(|(name, value)| format!("--defsym={name}={value}"))).output();
+    assembler
+        .arg(format!("-mcpu={core}"))
+        .arg("-o")
+        .arg(path("o"))
+        .arg(path("s"));
+    let output = assembler
+        .args(
+            constants
+                .iter()
+                .map(|(name, value)| format!("--defsym={name}={value}")),
+        )
+        .output();
     let output = output.ok()?;
-    assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{name}: {}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     let bytes = |section: &Section| {
         let only = format!("--only-section={}", section.name);
         let copy = ["-O", "binary", only.as_str()];
-        let done = Command::new("arm-none-eabi-objcopy").args(copy).arg(path("o")).arg(path("bin")).status();
+        let done = Command::new("arm-none-eabi-objcopy")
+            .args(copy)
+            .arg(path("o"))
+            .arg(path("bin"))
+            .status();
         assert!(done.expect("objcopy runs").success());
         std::fs::read(path("bin")).expect("objcopy has written")
     };
@@ -40,7 +61,10 @@ fn gnu(
 }
 
 fn played<'a>(kernel: &'a Kernel, rig: &'a Rig, midi: &'a Midi) -> Played<'a> {
-    Played { parts: vec![(kernel, midi)], cores: &rig.programs[0] }
+    Played {
+        parts: vec![(kernel, midi)],
+        cores: &rig.programs[0],
+    }
 }
 
 /// What the texts are written for besides a few keys of one instrument.
@@ -58,8 +82,18 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> Option<usi
     let kernel = kernel("virtual-spring.whip");
     let rig = Rig::new(&kernel, 0);
     let notes = midi(&kernel);
-    let played = Played { parts: vec![(&kernel, &notes)], cores: &rig.programs[0][..setup.keys.len()] };
-    let watched = Setup { passivity: Some(Passivity { credit: 1 << 24, past: 5, damping: 300 }), ..setup.clone() };
+    let played = Played {
+        parts: vec![(&kernel, &notes)],
+        cores: &rig.programs[0][..setup.keys.len()],
+    };
+    let watched = Setup {
+        passivity: Some(Passivity {
+            credit: 1 << 24,
+            past: 5,
+            damping: 300,
+        }),
+        ..setup.clone()
+    };
     let mut constants = match constants(std::slice::from_ref(&played), &watched, board) {
         // It has no text for this core; the others are compared all the same.
         Err(FirmwareError::PassivityCore) if board.arch == Arch::V6M => {
@@ -67,7 +101,15 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> Option<usi
         }
         constants => constants.expect("constants"),
     };
-    constants.extend(of_frame(if form == Form::Far { 255 } else { setup.keys[0] }, board, 0));
+    constants.extend(of_frame(
+        if form == Form::Far {
+            255
+        } else {
+            setup.keys[0]
+        },
+        board,
+        0,
+    ));
     constants.insert("ZONES".to_string(), (form == Form::Zones).into());
     if form == Form::Far {
         constants.insert("RECORD".to_string(), 252);
@@ -76,8 +118,18 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> Option<usi
     for (index, texts) in sources(board).into_iter().enumerate() {
         let text: String = texts.iter().map(|source| source.text).collect();
         let object = assemble(&texts, &constants, board.arch).unwrap_or_else(|e| panic!("{e}"));
-        let sections: Vec<Section> = object.sections.into_iter().filter(|s| !s.bytes.is_empty()).collect();
-        let theirs = gnu(&format!("{core}-{index}"), core, &text, &constants, &sections)?;
+        let sections: Vec<Section> = object
+            .sections
+            .into_iter()
+            .filter(|s| !s.bytes.is_empty())
+            .collect();
+        let theirs = gnu(
+            &format!("{core}-{index}"),
+            core,
+            &text,
+            &constants,
+            &sections,
+        )?;
         for (section, mut theirs) in sections.iter().zip(theirs) {
             let mut ours = section.bytes.clone();
             // What a linker fills in: the GNU assembler keeps addends there.
@@ -92,8 +144,20 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> Option<usi
                 theirs[at].fill(0);
             }
             let differs = ours.iter().zip(&theirs).position(|(a, b)| a != b);
-            let told = || texts.iter().map(|source| source.name).collect::<Vec<_>>().join(", ");
-            assert_eq!((differs, ours.len()), (None, theirs.len()), "{} of {}", section.name, told());
+            let told = || {
+                texts
+                    .iter()
+                    .map(|source| source.name)
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            };
+            assert_eq!(
+                (differs, ours.len()),
+                (None, theirs.len()),
+                "{} of {}",
+                section.name,
+                told()
+            );
             compared += ours.len();
         }
     }
@@ -102,15 +166,27 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> Option<usi
 
 #[test]
 fn the_same_bytes() {
-    let one = Setup { keys: vec![44], ..setup() };
-    let boards = [(RP2350, "cortex-m33", setup()), (RP2040, "cortex-m0plus", setup()), (STM32F4, "cortex-m4", one)];
+    let one = Setup {
+        keys: vec![44],
+        ..setup()
+    };
+    let boards = [
+        (RP2350, "cortex-m33", setup()),
+        (RP2040, "cortex-m0plus", setup()),
+        (STM32F4, "cortex-m4", one),
+    ];
     let forms = [Form::Plain, Form::Zones, Form::Far];
-    for ((board, core, setup), form) in boards.iter().flat_map(|board| forms.map(|form| (board, form))) {
+    for ((board, core, setup), form) in boards
+        .iter()
+        .flat_map(|board| forms.map(|form| (board, form)))
+    {
         match compare(board, core, setup, form) {
             Some(compared) => assert!(compared > 1200, "{core}: {compared} bytes"),
             None => {
                 let note = b"SKIPPED: arm-none-eabi-as is not installed (Debian: binutils-arm-none-eabi)\n";
-                std::io::stderr().write_all(note).expect("standard error takes a line");
+                std::io::stderr()
+                    .write_all(note)
+                    .expect("standard error takes a line");
             }
         }
     }
@@ -119,10 +195,23 @@ fn the_same_bytes() {
 /// Names that the tests of mistakes would not find: a board's text is reported as it was named.
 #[test]
 fn a_board_s_mistake_is_told_with_its_line() {
-    let rest = Source { name: "mine.s", text: "board_feed:\n  addd r0, r1\n" };
+    let rest = Source {
+        name: "mine.s",
+        text: "board_feed:\n  addd r0, r1\n",
+    };
     let kernel = kernel("virtual-spring.whip");
     let rig = Rig::new(&kernel, 0);
-    let board = whippen_compiler::firmware::Support { rest: &[rest], ..RP2350 };
-    let refused = whippen_compiler::firmware::objects(&[played(&kernel, &rig, &midi(&kernel))], &setup(), &board);
-    assert_eq!(refused.expect_err("refused").to_string(), "mine.s:2: `addd` is no instruction");
+    let board = whippen_compiler::firmware::Support {
+        rest: &[rest],
+        ..RP2350
+    };
+    let refused = whippen_compiler::firmware::objects(
+        &[played(&kernel, &rig, &midi(&kernel))],
+        &setup(),
+        &board,
+    );
+    assert_eq!(
+        refused.expect_err("refused").to_string(),
+        "mine.s:2: `addd` is no instruction"
+    );
 }

@@ -1,4 +1,5 @@
-//! Whole firmware on the emulated board, with both cores: what it plays, and what it does when something fails.
+//! Whole firmware on the emulated board, with both cores: what it plays, and what it does when
+//! something fails.
 
 mod boot2;
 mod example;

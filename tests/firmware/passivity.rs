@@ -1,4 +1,5 @@
-//! A key that may give no more energy than its device says: actively unstable programs stay bounded, others play as ever.
+//! A key that may give no more energy than its device says: actively unstable programs stay
+//! bounded, others play as ever.
 
 use whippen_compiler::budget::{Program, cores};
 use whippen_compiler::firmware::{self, Instrument, Passivity, Setup, whole};
@@ -19,7 +20,8 @@ use crate::rig::{kernel, midi, setup};
 
 const RATE_HZ: f64 = 44_100.0;
 
-/// The fault: a damper of the wrong sign. It pulls where it should brake, far more than the key's own friction takes.
+/// The fault: a damper of the wrong sign. It pulls where it should brake, far more than the key's
+/// own friction takes.
 const UNSTABLE: &str = "instrument wrong {
     sense x: length in -0.5 mm .. 10.5 mm over 1 ms
     force centre = 200 N/m * (x - 5 mm)
@@ -30,15 +32,22 @@ fn compiled(text: &str) -> Compiled {
     let mut map = SourceMap::default();
     map.add("passivity.whip", text);
     let (program, diagnostics) = compile_front(&mut map, &Default::default());
-    let model = program.unwrap_or_else(|| panic!("{diagnostics:?}")).instruments.remove(0);
+    let model = program
+        .unwrap_or_else(|| panic!("{diagnostics:?}"))
+        .instruments
+        .remove(0);
     compile(model, Device::mikey().scales(), false).unwrap_or_else(|e| panic!("{e:?}"))
 }
 
 fn device(passivity_j: Option<f64>) -> Device {
-    Device { passivity_j, ..Device::mikey() }
+    Device {
+        passivity_j,
+        ..Device::mikey()
+    }
 }
 
-/// The largest speed (m/s) of a key that is let go half a millimetre from its rest, in the second half of `seconds`; and in all.
+/// The largest speed (m/s) of a key that is let go half a millimetre from its rest, in the second
+/// half of `seconds`; and in all.
 fn speeds(device: &Device, seconds: f64) -> (f64, f64) {
     let (ticks, player) = ((seconds * RATE_HZ) as usize, Player::Force(Vec::new()));
     let run = closed::run(
@@ -50,7 +59,10 @@ fn speeds(device: &Device, seconds: f64) -> (f64, f64) {
         |_| (),
     );
     let positions = run.unwrap_or_else(|e| panic!("{e}")).positions;
-    let speeds: Vec<f64> = positions.windows(2).map(|pair| (pair[1] - pair[0]).abs() * RATE_HZ).collect();
+    let speeds: Vec<f64> = positions
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).abs() * RATE_HZ)
+        .collect();
     let largest = |part: &[f64]| part.iter().copied().fold(0.0, f64::max);
     (largest(&speeds[ticks / 2..]), largest(&speeds))
 }
@@ -58,31 +70,61 @@ fn speeds(device: &Device, seconds: f64) -> (f64, f64) {
 #[test]
 fn an_unstable_program_stays_bounded() {
     const CREDIT_J: f64 = 2e-3;
-    let mass = Device::mikey().mechanics.expect("mikey says how its key moves").mass;
+    let mass = Device::mikey()
+        .mechanics
+        .expect("mikey says how its key moves")
+        .mass;
     // What the key may have: the credit, and what the spring held.
     let bound = (2.0 * (CREDIT_J + 0.5 * 200.0 * 0.5e-3_f64.powi(2)) / mass).sqrt();
     let (late, ever) = speeds(&device(Some(CREDIT_J)), 0.5);
     let (wild, _) = speeds(&device(None), 0.5);
     println!("with 2 mJ: {ever:.3} m/s of {bound:.3}, then {late:.4}; without: {wild:.3} m/s");
-    assert!(ever > 0.3 * bound, "it was let swing: {ever} of {bound} m/s");
+    assert!(
+        ever > 0.3 * bound,
+        "it was let swing: {ever} of {bound} m/s"
+    );
     assert!(ever <= 1.05 * bound, "{ever} m/s, bound {bound}");
-    assert!(wild > 2.0 * bound && wild > 3.0 * late, "{wild} m/s without, {late} with");
+    assert!(
+        wild > 2.0 * bound && wild > 3.0 * late,
+        "{wild} m/s without, {late} with"
+    );
 }
 
 #[test]
 fn what_gives_no_energy_plays_as_ever() {
-    let text = |name: &str| whippen_compiler::bundled::INSTRUMENTS.iter().find(|(file, _)| *file == name).map(|i| i.1);
+    let text = |name: &str| {
+        whippen_compiler::bundled::INSTRUMENTS
+            .iter()
+            .find(|(file, _)| *file == name)
+            .map(|i| i.1)
+    };
     let grand = compiled(text("grand-piano.whip").expect("it is bundled"));
-    let positions = Gesture::new().stroke(0.02, 0.04, 0.1, 0.06, 9.5e-3).hold(0.05).positions(RATE_HZ as u32);
+    let positions = Gesture::new()
+        .stroke(0.02, 0.04, 0.1, 0.06, 9.5e-3)
+        .hold(0.05)
+        .positions(RATE_HZ as u32);
     let play = |device: &Device| {
-        let run = session::run(&grand, device, EngineKind::Emulated(BoardKind::Rp2350), &positions, |_| ());
+        let run = session::run(
+            &grand,
+            device,
+            EngineKind::Emulated(BoardKind::Rp2350),
+            &positions,
+            |_| (),
+        );
         run.unwrap_or_else(|e| panic!("{e}")).trace
     };
     let (with, without) = (play(&device(Some(50e-3))), play(&device(None)));
     let forces = |trace: &whippen_runtime::trace::Trace| -> Vec<Vec<f64>> {
-        trace.columns.iter().map(|column| column.values.clone()).collect()
+        trace
+            .columns
+            .iter()
+            .map(|column| column.values.clone())
+            .collect()
     };
-    assert!(forces(&without).iter().flatten().any(|force| *force > 5.0), "it is struck");
+    assert!(
+        forces(&without).iter().flatten().any(|force| *force > 5.0),
+        "it is struck"
+    );
     assert!(forces(&with) == forces(&without) && with.events == without.events);
 }
 
@@ -90,19 +132,46 @@ fn what_gives_no_energy_plays_as_ever() {
 #[test]
 fn it_is_charged() {
     let kernel = kernel("virtual-spring.whip");
-    let (modes, midi, board) =
-        (Modes::single(&kernel), midi(&kernel), board::bundled("rp2350").expect("it is bundled"));
+    let (modes, midi, board) = (
+        Modes::single(&kernel),
+        midi(&kernel),
+        board::bundled("rp2350").expect("it is bundled"),
+    );
     let frames = |passivity: Option<Passivity>| {
-        let setup = Setup { passivity, ..setup() };
-        let instrument = Instrument { modes: &modes, places: &[], midi: &midi };
+        let setup = Setup {
+            passivity,
+            ..setup()
+        };
+        let instrument = Instrument {
+            modes: &modes,
+            places: &[],
+            midi: &midi,
+        };
         let programs = [firmware::Program::on_all(instrument, &setup)];
         let whole = whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
-        let bounds = cores(&whole.image, &Program::of(&whole.image), &Core::cortex_m33(), &whole.keys(0), 0);
+        let bounds = cores(
+            &whole.image,
+            &Program::of(&whole.image),
+            &Core::cortex_m33(),
+            &whole.keys(0),
+            0,
+        );
         let bounds = bounds.unwrap_or_else(|e| panic!("{e}"));
         [0, 1].map(|core: usize| bounds[core].alone.handler.cycles_max)
     };
-    let (with, without) = (frames(Some(Passivity { credit: 1 << 24, past: 5, damping: 300 })), frames(None));
-    let each = [0, 1].map(|core| (with[core] - without[core]) as f64 / f64::from(setup().keys[core]));
+    let (with, without) = (
+        frames(Some(Passivity {
+            credit: 1 << 24,
+            past: 5,
+            damping: 300,
+        })),
+        frames(None),
+    );
+    let each =
+        [0, 1].map(|core| (with[core] - without[core]) as f64 / f64::from(setup().keys[core]));
     println!("{each:?} cycles a key, {with:?} and {without:?} in all");
-    assert!(each.iter().all(|cycles| (20.0..40.0).contains(cycles)), "{each:?}");
+    assert!(
+        each.iter().all(|cycles| (20.0..40.0).contains(cycles)),
+        "{each:?}"
+    );
 }

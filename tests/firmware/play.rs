@@ -6,14 +6,29 @@ use whippen_compiler::kernel::{Interp, Kernel};
 use whippen_runtime::device::Device;
 use whippen_runtime::gesture::default_gesture;
 
-/// Sensor words of 88 keys that are played one after the other, with the noise that a converter has.
+/// Sensor words of 88 keys that are played one after the other, with the noise that a converter
+/// has.
 fn words(ticks: usize) -> Vec<u16> {
     let device = Device::mikey();
-    let motion: Vec<u16> = default_gesture().positions(RATE_HZ).iter().map(|&x| device.word_of_position(x).0).collect();
+    let motion: Vec<u16> = default_gesture()
+        .positions(RATE_HZ)
+        .iter()
+        .map(|&x| device.word_of_position(x).0)
+        .collect();
     // Constant until both cores play: each key starts from the words that it is given first.
-    let noise = |tick: usize| if tick < 60 { 0 } else { ((tick * 40_503) >> 7 & 1) as u16 };
-    let word = |tick: usize, key: usize| motion[(tick.max(60) * 3 + key * 397) % motion.len()] ^ noise(tick);
-    (0..ticks).flat_map(|tick| (0..KEYS).map(move |key| word(tick, key))).collect()
+    let noise = |tick: usize| {
+        if tick < 60 {
+            0
+        } else {
+            ((tick * 40_503) >> 7 & 1) as u16
+        }
+    };
+    let word = |tick: usize, key: usize| {
+        motion[(tick.max(60) * 3 + key * 397) % motion.len()] ^ noise(tick)
+    };
+    (0..ticks)
+        .flat_map(|tick| (0..KEYS).map(move |key| word(tick, key)))
+        .collect()
 }
 
 /// Ticks before the keys begin, by core: what the state counts against what the converter counts.
@@ -24,8 +39,15 @@ fn begins(rig: &Rig) -> [usize; 2] {
     })
 }
 
-/// The interpreter's drive words for a core's keys, which begin after so many ticks; nothing before.
-fn expected(kernel: &Kernel, words: &[u16], core: usize, first: usize, begin: usize) -> Vec<Vec<i16>> {
+/// The interpreter's drive words for a core's keys, which begin after so many ticks; nothing
+/// before.
+fn expected(
+    kernel: &Kernel,
+    words: &[u16],
+    core: usize,
+    first: usize,
+    begin: usize,
+) -> Vec<Vec<i16>> {
     let row = |tick: usize| &words[tick * KEYS + 44 * core..][..44];
     // Values per key go to the core that has the key.
     let own = keys_of(kernel, 44 * core as u32);
@@ -48,7 +70,10 @@ fn plays_as_the_interpreter(file: &str, leaves: usize) {
     let drives = rig.play(words.iter().copied());
     assert_eq!(rig.converter().overruns(), 0);
     let begins = begins(&rig);
-    assert!(begins.iter().all(|begin| (1..200).contains(begin)), "{begins:?}");
+    assert!(
+        begins.iter().all(|begin| (1..200).contains(begin)),
+        "{begins:?}"
+    );
     let mut full = 0;
     for core in [0, 1] {
         let want = expected(&kernel, &words, core, 0, begins[core]);
@@ -65,11 +90,18 @@ fn plays_as_the_interpreter(file: &str, leaves: usize) {
                     assert_eq!(got, want, "{}", told());
                     full += usize::from(want != 0);
                 } else {
-                    assert!(got.unsigned_abs() <= want.unsigned_abs().saturating_add(1), "{}: {got} {want}", told());
+                    assert!(
+                        got.unsigned_abs() <= want.unsigned_abs().saturating_add(1),
+                        "{}: {got} {want}",
+                        told()
+                    );
                 }
             }
         }
-        assert_eq!((rig.block(core, at::FAULTS), rig.block(core, at::MISSED)), (0, 0));
+        assert_eq!(
+            (rig.block(core, at::FAULTS), rig.block(core, at::MISSED)),
+            (0, 0)
+        );
     }
     assert!(full > 10_000, "{full} words say something");
 }

@@ -34,11 +34,18 @@ pub mod at {
 pub fn kernel(file: &str) -> Kernel {
     let mut map = SourceMap::default();
     let programs = whippen_compiler::bundled::INSTRUMENTS;
-    let text = programs.iter().find(|(name, _)| *name == file).expect("a bundled instrument").1;
+    let text = programs
+        .iter()
+        .find(|(name, _)| *name == file)
+        .expect("a bundled instrument")
+        .1;
     map.add(file, text);
     let (program, _) = compile_front(&mut map, &Default::default());
     let model = program.expect("it is correct").instruments.remove(0);
-    compile(model, Device::mikey().scales(), false).expect("it lowers").lowered.kernel
+    compile(model, Device::mikey().scales(), false)
+        .expect("it lowers")
+        .lowered
+        .kernel
 }
 
 /// What `mikey` stands.
@@ -46,7 +53,11 @@ pub fn setup() -> Setup {
     Setup {
         keys: vec![44, 44],
         rate_hz: RATE_HZ,
-        motor: Motor { rated: RATED, peak_ms: 100, newton: NEWTON },
+        motor: Motor {
+            rated: RATED,
+            peak_ms: 100,
+            newton: NEWTON,
+        },
         mid_travel: [6000, 60_000],
         first_note: 21,
         passivity: None,
@@ -55,10 +66,24 @@ pub fn setup() -> Setup {
 
 /// How events of a kernel are notes.
 pub fn midi(kernel: &Kernel) -> Midi {
-    let event = |name: &str| kernel.events.iter().position(|event| event.name == name).map(|index| index as u32);
+    let event = |name: &str| {
+        kernel
+            .events
+            .iter()
+            .position(|event| event.name == name)
+            .map(|index| index as u32)
+    };
     let mut velocities = [0; 128];
-    velocities.iter_mut().enumerate().for_each(|(index, velocity)| *velocity = index.max(1) as u8);
-    Midi { note: event("note"), release: event("release"), speed_shift: 8, velocities }
+    velocities
+        .iter_mut()
+        .enumerate()
+        .for_each(|(index, velocity)| *velocity = index.max(1) as u8);
+    Midi {
+        note: event("note"),
+        release: event("release"),
+        speed_shift: 8,
+        velocities,
+    }
 }
 
 /// A keyboard of 88 keys.
@@ -78,11 +103,23 @@ impl Rig {
 
     /// Built from all modes of the kernels, or (0 leaves) from the one that knows nothing.
     pub fn with(kernels: &[&Kernel], leaves: usize, setup: &Setup) -> Rig {
-        let modes = |kernel: &&Kernel| if leaves == 0 { Modes::single(kernel) } else { specialise(kernel, leaves) };
+        let modes = |kernel: &&Kernel| {
+            if leaves == 0 {
+                Modes::single(kernel)
+            } else {
+                specialise(kernel, leaves)
+            }
+        };
         let modes: Vec<Modes> = kernels.iter().map(modes).collect();
         let midi: Vec<Midi> = kernels.iter().map(|kernel| midi(kernel)).collect();
-        let instruments = modes.iter().zip(&midi).map(|(modes, midi)| Instrument { modes, places: &[], midi });
-        let programs: Vec<Program> = instruments.map(|instrument| Program::on_all(instrument, setup)).collect();
+        let instruments = modes.iter().zip(&midi).map(|(modes, midi)| Instrument {
+            modes,
+            places: &[],
+            midi,
+        });
+        let programs: Vec<Program> = instruments
+            .map(|instrument| Program::on_all(instrument, setup))
+            .collect();
         Rig::of_programs(&programs, setup)
     }
 
@@ -91,14 +128,26 @@ impl Rig {
         let board = board::bundled("rp2350").expect("it is bundled");
         let whole = firmware::whole(programs, setup, &board).unwrap_or_else(|e| panic!("{e}"));
         let (image, programs) = (whole.image, whole.programs);
-        let converter = ConverterSetup { keys: KEYS as u32, rate_hz: setup.rate_hz };
-        let (mut machine, ports) =
-            build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).expect("the board can be");
+        let converter = ConverterSetup {
+            keys: KEYS as u32,
+            rate_hz: setup.rate_hz,
+        };
+        let (mut machine, ports) = build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter)
+            .expect("the board can be");
         for segment in &image.segments {
-            machine.bus.memory.write(segment.load, &segment.bytes).expect("memory");
+            machine
+                .bus
+                .memory
+                .write(segment.load, &segment.bytes)
+                .expect("memory");
         }
         machine.reset();
-        let mut rig = Rig { machine, ports, programs, image };
+        let mut rig = Rig {
+            machine,
+            ports,
+            programs,
+            image,
+        };
         rig.converter().recording = true;
         rig
     }
@@ -109,17 +158,24 @@ impl Rig {
     }
 
     pub fn converter(&mut self) -> &mut Converter {
-        self.machine.bus.device_mut(self.ports.converter).expect("the converter")
+        self.machine
+            .bus
+            .device_mut(self.ports.converter)
+            .expect("the converter")
     }
 
     /// What the serial port has sent.
     pub fn sent(&mut self) -> Vec<u8> {
-        let uart: &mut Uart = self.machine.bus.device_mut(self.ports.uarts[0]).expect("the port");
+        let uart: &mut Uart = self
+            .machine
+            .bus
+            .device_mut(self.ports.uarts[0])
+            .expect("the port");
         std::mem::take(&mut uart.output)
     }
 
-    /// Gives the words of so many ticks and runs until they are used up; the drive words since the last call, from the tick
-    /// before on.
+    /// Gives the words of so many ticks and runs until they are used up; the drive words since the
+    /// last call, from the tick before on.
     pub fn play(&mut self, words: impl IntoIterator<Item = u16>) -> Vec<i16> {
         self.converter().samples.extend(words);
         let ticks = self.converter().samples.len() / KEYS;
@@ -134,7 +190,10 @@ impl Rig {
             assert!(matches!(stop, Stop::Limit), "{stop:?}");
         }
         // Both cores between two ticks: no count is half done.
-        while [0, 1].iter().any(|&core| self.machine.cpu(core).exception() != 0) {
+        while [0, 1]
+            .iter()
+            .any(|&core| self.machine.cpu(core).exception() != 0)
+        {
             let until = self.machine.cycle(0).max(self.machine.cycle(1)) + 10;
             let stop = self.machine.run(until);
             assert!(matches!(stop, Stop::Limit), "{stop:?}");
@@ -155,12 +214,20 @@ impl Rig {
 
     pub fn word(&self, address: u32) -> u32 {
         let mut bytes = [0; 4];
-        self.machine.bus.memory.read(address, &mut bytes).expect("memory");
+        self.machine
+            .bus
+            .memory
+            .read(address, &mut bytes)
+            .expect("memory");
         u32::from_le_bytes(bytes)
     }
 
     pub fn set(&mut self, address: u32, word: u32) {
-        self.machine.bus.memory.write(address, &word.to_le_bytes()).expect("memory");
+        self.machine
+            .bus
+            .memory
+            .write(address, &word.to_le_bytes())
+            .expect("memory");
     }
 
     /// A word of a core's block.

@@ -9,11 +9,14 @@ const RAIL: u32 = 2;
 const FROZEN: u32 = 4;
 const HOT: u32 = 8;
 
-/// A spring under keys that move a little, so that no sensor is constant but those that `word` gives.
+/// A spring under keys that move a little, so that no sensor is constant but those that `word`
+/// gives.
 fn play(rig: &mut Rig, ticks: usize, word: impl Fn(usize, usize) -> Option<u16>) -> Vec<i16> {
     let noise = |tick: usize, key: usize| 50_000 + ((tick * 7 + key) % 16) as u16;
     let words = (0..ticks).flat_map(|tick| (0..KEYS).map(move |key| (tick, key)));
-    let words: Vec<u16> = words.map(|(tick, key)| word(tick, key).unwrap_or_else(|| noise(tick, key))).collect();
+    let words: Vec<u16> = words
+        .map(|(tick, key)| word(tick, key).unwrap_or_else(|| noise(tick, key)))
+        .collect();
     rig.play(words)
 }
 
@@ -47,11 +50,20 @@ fn force_comes_up_over_20_ms() {
     let share = |tick: usize| f64::from(key[tick]) / full;
     let begin = key.iter().position(|word| *word != 0).expect("force");
     assert!(begin < 200, "{begin}");
-    for (ms, low, high) in [(5, 0.2, 0.4), (10, 0.45, 0.6), (15, 0.7, 0.85), (21, 1.0, 1.0)] {
+    for (ms, low, high) in [
+        (5, 0.2, 0.4),
+        (10, 0.45, 0.6),
+        (15, 0.7, 0.85),
+        (21, 1.0, 1.0),
+    ] {
         let at = begin + ms * 11_025 / 1000;
         assert!((low..=high).contains(&share(at)), "{ms} ms: {}", share(at));
     }
-    assert!(key.windows(2).all(|pair| (f64::from(pair[1]) / full) >= (f64::from(pair[0]) / full)), "it only rises");
+    assert!(
+        key.windows(2)
+            .all(|pair| (f64::from(pair[1]) / full) >= (f64::from(pair[0]) / full)),
+        "it only rises"
+    );
 }
 
 #[test]
@@ -62,21 +74,30 @@ fn a_sensor_at_a_rail_frees_its_key() {
         play(&mut rig, 100, |_, k| (k == key).then_some(rail));
         assert_eq!(rig.ceiling(key), 65_536, "not before 10 ms");
         let drives = play(&mut rig, 120, |_, k| (k == key).then_some(rail));
-        assert_eq!((rig.ceiling(key), rig.block(key / 44, at::FAULTS)), (0, RAIL));
+        assert_eq!(
+            (rig.ceiling(key), rig.block(key / 44, at::FAULTS)),
+            (0, RAIL)
+        );
         assert_eq!(rig.block(key / 44, at::FAULTY) as usize, key % 44);
         assert_eq!(drives[drives.len() - KEYS + key], 0);
         assert_ne!(drives[drives.len() - KEYS + key + 1], 0, "others play on");
     }
 }
 
-/// The drive moves because a parameter does: the fault is that the sensor does not see the key move.
+/// The drive moves because a parameter does: the fault is that the sensor does not see the key
+/// move.
 #[test]
 fn a_frozen_sensor_frees_its_key_only_when_the_drive_moves() {
     let mut rig = spring();
     play(&mut rig, 500, |_, key| (key == 7).then_some(30_000));
     play(&mut rig, 2000, |_, key| (key == 7).then_some(30_000));
-    assert_eq!((rig.ceiling(7), rig.block(0, at::FAULTS)), (65_536, 0), "a constant word alone is no fault");
-    // What drives the key is changed behind the firmware's back: the gain of that key, as a fault of the drive would.
+    assert_eq!(
+        (rig.ceiling(7), rig.block(0, at::FAULTS)),
+        (65_536, 0),
+        "a constant word alone is no fault"
+    );
+    // What drives the key is changed behind the firmware's back: the gain of that key, as a fault
+    // of the drive would.
     let gain = rig.block(0, at::GAINS) + 7 * record(&rig);
     for _ in 0..80 {
         rig.set(gain, 0);
@@ -94,12 +115,23 @@ fn record(rig: &Rig) -> u32 {
 fn a_hot_motor_is_held_at_its_rated_current() {
     const RATED: i64 = 2048;
     let kernel = direct();
-    let motor = Motor { rated: RATED as u32, peak_ms: 4, newton: NEWTON };
+    let motor = Motor {
+        rated: RATED as u32,
+        peak_ms: 4,
+        newton: NEWTON,
+    };
     let mut rig = Rig::with(&[&kernel], 0, &Setup { motor, ..setup() });
     let deep = |tick: usize| 62_000 + (tick % 8) as u16;
     play(&mut rig, 500, |_, key| (key == 30).then_some(32_768));
-    let drives = play(&mut rig, 2500, |tick, key| (key == 30).then_some(deep(tick)));
-    let key: Vec<i64> = drives.iter().skip(30).step_by(KEYS).map(|word| i64::from(*word)).collect();
+    let drives = play(&mut rig, 2500, |tick, key| {
+        (key == 30).then_some(deep(tick))
+    });
+    let key: Vec<i64> = drives
+        .iter()
+        .skip(30)
+        .step_by(KEYS)
+        .map(|word| i64::from(*word))
+        .collect();
     let largest = key.iter().map(|word| word.abs()).max().expect("some");
     assert!(largest > 3 * RATED, "{largest}");
     let mut heat = 0;
@@ -110,16 +142,22 @@ fn a_hot_motor_is_held_at_its_rated_current() {
             heat
         })
         .collect();
-    // The motor stands so much for two turns of 16 ticks; the limit acts within 44 ticks and the turn of the key.
+    // The motor stands so much for two turns of 16 ticks; the limit acts within 44 ticks and the
+    // turn of the key.
     let limit = (32_767 * 32_767 - RATED * RATED) * 32;
     let late = (largest * largest - RATED * RATED) * (44 + 16 + 16);
     let hottest = *heats.iter().max().expect("some");
-    assert!((limit..limit + late).contains(&hottest), "{hottest}, limit {limit} + {late}");
+    assert!(
+        (limit..limit + late).contains(&hottest),
+        "{hottest}, limit {limit} + {late}"
+    );
     assert_eq!(rig.block(0, at::FAULTS), HOT);
     let last = key[key.len() - 10].abs();
     assert!(last <= RATED && last > RATED / 4, "{last}");
     // Without load it recovers.
-    play(&mut rig, 12_000, |tick, key| (key == 30).then_some(32_760 + (tick % 8) as u16));
+    play(&mut rig, 12_000, |tick, key| {
+        (key == 30).then_some(32_760 + (tick % 8) as u16)
+    });
     assert_eq!(rig.ceiling(30), 65_536);
 }
 
@@ -133,16 +171,31 @@ fn a_missed_tick_takes_all_force_away() {
     let seen = rig.word(tick);
     rig.set(tick, seen - 1);
     let drives = play(&mut rig, 30, |_, _| None);
-    assert_eq!((rig.block(0, at::MISSED), rig.block(0, at::FAULTS)), (1, MISSED));
+    assert_eq!(
+        (rig.block(0, at::MISSED), rig.block(0, at::FAULTS)),
+        (1, MISSED)
+    );
     assert_eq!(rig.block(1, at::MISSED), 0);
     for (core, from) in [(0, 4), (1, 6)] {
-        for (tick, row) in drives.chunks(KEYS).enumerate().filter(|(tick, _)| (from..12).contains(tick)) {
+        for (tick, row) in drives
+            .chunks(KEYS)
+            .enumerate()
+            .filter(|(tick, _)| (from..12).contains(tick))
+        {
             let largest = row[44 * core..][..44].iter().map(|word| word.abs()).max();
-            assert!(largest < Some(1400), "core {core}, tick {tick}: {largest:?}");
+            assert!(
+                largest < Some(1400),
+                "core {core}, tick {tick}: {largest:?}"
+            );
         }
     }
     let drives = play(&mut rig, 400, |_, _| None);
-    assert!(drives[drives.len() - KEYS..].iter().all(|word| word.abs() > 1000), "force comes back");
+    assert!(
+        drives[drives.len() - KEYS..]
+            .iter()
+            .all(|word| word.abs() > 1000),
+        "force comes back"
+    );
 }
 
 /// Core 1 stops: nobody feeds the watchdog.
@@ -154,9 +207,13 @@ fn the_watchdog_bites_when_a_core_stops() {
     rig.converter().samples.clear();
     let from = rig.machine.cycle(0);
     let mut stop = rig.step();
-    while matches!(stop, whippen_emulator::Stop::Limit) && rig.machine.cycle(0) < from + 10_000_000 {
+    while matches!(stop, whippen_emulator::Stop::Limit) && rig.machine.cycle(0) < from + 10_000_000
+    {
         stop = rig.step();
     }
     let ms = (rig.machine.cycle(0) - from) / 150_000;
-    assert!(matches!(stop, whippen_emulator::Stop::Reset) && (8..=13).contains(&ms), "{stop:?} after {ms} ms");
+    assert!(
+        matches!(stop, whippen_emulator::Stop::Reset) && (8..=13).contains(&ms),
+        "{stop:?} after {ms} ms"
+    );
 }

@@ -21,13 +21,22 @@ pub fn ask(rig: &mut Rig, request: u32, program: u32) {
     rig.set(mailbox, request);
 }
 
-/// Sensor words of so many ticks: every key plays the gesture at a time of its own, three times as fast.
+/// Sensor words of so many ticks: every key plays the gesture at a time of its own, three times as
+/// fast.
 pub fn words(rate_hz: u32, ticks: std::ops::Range<usize>) -> Vec<u16> {
     let device = Device::mikey();
-    let motion: Vec<u16> = default_gesture().positions(rate_hz).iter().map(|&x| device.word_of_position(x).0).collect();
-    let word =
-        |tick: usize, key: usize| motion[(tick * 3 + key * 397) % motion.len()] ^ ((tick * 40_503) >> 7 & 1) as u16;
-    ticks.flat_map(|tick| (0..KEYS).map(move |key| (tick, key))).map(|(tick, key)| word(tick, key)).collect()
+    let motion: Vec<u16> = default_gesture()
+        .positions(rate_hz)
+        .iter()
+        .map(|&x| device.word_of_position(x).0)
+        .collect();
+    let word = |tick: usize, key: usize| {
+        motion[(tick * 3 + key * 397) % motion.len()] ^ ((tick * 40_503) >> 7 & 1) as u16
+    };
+    ticks
+        .flat_map(|tick| (0..KEYS).map(move |key| (tick, key)))
+        .map(|(tick, key)| word(tick, key))
+        .collect()
 }
 
 /// How many ticks a program has played, by core.
@@ -41,12 +50,26 @@ fn begins(rig: &Rig, program: usize, before: [u32; 2]) -> [usize; 2] {
     [0, 1].map(|core| (rig.block(core, at::TICK) - (now[core] - before[core])) as usize)
 }
 
-/// From when force is whole, drive words are those of a program whose keys began one after the other.
-fn plays(kernel: &Kernel, begins: [usize; 2], words: &[u16], drives: &[i16], ticks: std::ops::Range<usize>) {
+/// From when force is whole, drive words are those of a program whose keys began one after the
+/// other.
+fn plays(
+    kernel: &Kernel,
+    begins: [usize; 2],
+    words: &[u16],
+    drives: &[i16],
+    ticks: std::ops::Range<usize>,
+) {
     let mut compared = 0;
     for key in 0..KEYS {
         let (core, own) = (key / 44, key % 44);
-        compared += key_plays(kernel, key, begins[core] + own, words, drives, ticks.clone());
+        compared += key_plays(
+            kernel,
+            key,
+            begins[core] + own,
+            words,
+            drives,
+            ticks.clone(),
+        );
     }
     assert!(compared > 1000, "{compared} words say something");
 }
@@ -69,9 +92,16 @@ pub fn key_plays(
         interp.tick(&word(tick), &mut want);
         let got = drives[tick * KEYS + key];
         if tick < ticks.start {
-            assert!(got.unsigned_abs() <= want[0].unsigned_abs() + 1, "key {key}, tick {tick}: {got} {want:?}");
+            assert!(
+                got.unsigned_abs() <= want[0].unsigned_abs() + 1,
+                "key {key}, tick {tick}: {got} {want:?}"
+            );
         } else {
-            assert_eq!(got, want[0], "{}: key {key}, tick {tick}, began at {begin}", kernel.name);
+            assert_eq!(
+                got, want[0],
+                "{}: key {key}, tick {tick}, began at {begin}",
+                kernel.name
+            );
             compared += usize::from(got != 0);
         }
     }
@@ -91,16 +121,34 @@ fn no_tick_is_missed() {
     ask(&mut rig, 1, 1);
     drives.extend(rig.play(words[first * KEYS..second * KEYS].iter().copied()));
     let of_spring = begins(&rig, 1, [0; 2]);
-    plays(spring, of_spring, &words, &drives, first + ramp(rate_hz)..second - 2);
+    plays(
+        spring,
+        of_spring,
+        &words,
+        &drives,
+        first + ramp(rate_hz)..second - 2,
+    );
     let before = played(&rig, 0);
     ask(&mut rig, 2, 0);
     drives.extend(rig.play(words[second * KEYS..].iter().copied()));
-    plays(organ, begins(&rig, 0, before), &words, &drives, second + ramp(rate_hz)..third - 2);
+    plays(
+        organ,
+        begins(&rig, 0, before),
+        &words,
+        &drives,
+        second + ramp(rate_hz)..third - 2,
+    );
     let ended = played(&rig, 1);
-    assert!((0..2).all(|core| of_spring[core] + (ended[core] as usize) < second + 4), "the spring does not go on");
+    assert!(
+        (0..2).all(|core| of_spring[core] + (ended[core] as usize) < second + 4),
+        "the spring does not go on"
+    );
     assert_eq!(rig.converter().overruns(), 0);
     for core in [0, 1] {
-        assert_eq!((rig.block(core, at::MISSED), rig.block(core, at::FAULTS)), (0, 0));
+        assert_eq!(
+            (rig.block(core, at::MISSED), rig.block(core, at::FAULTS)),
+            (0, 0)
+        );
     }
     let mailbox = rig.symbol("mailbox");
     assert_eq!((rig.word(mailbox + 12), rig.word(mailbox + 16)), (2, 0));
@@ -114,7 +162,11 @@ fn there_is_no_such_program() {
     ask(&mut rig, 1, 1);
     let drives = rig.play(vec![20_000; 200 * KEYS]);
     assert_eq!(rig.word(rig.symbol("mailbox") + 16), 1);
-    assert!(drives[100 * KEYS..].iter().all(|word| *word == drives[100 * KEYS] && *word != 0));
+    assert!(
+        drives[100 * KEYS..]
+            .iter()
+            .all(|word| *word == drives[100 * KEYS] && *word != 0)
+    );
 }
 
 /// A key is held when the program changes: its note ends.
@@ -124,7 +176,15 @@ fn notes_end_with_their_program() {
     let mut rig = Rig::with(&kernels.each_ref(), 0, &setup());
     let device = Device::mikey();
     let [up, down] = [0.0, 5e-3].map(|x| device.word_of_position(x).0);
-    let row = |held: bool| (0..KEYS).map(move |key| if held && [3, 60].contains(&key) { down } else { up });
+    let row = |held: bool| {
+        (0..KEYS).map(move |key| {
+            if held && [3, 60].contains(&key) {
+                down
+            } else {
+                up
+            }
+        })
+    };
     rig.play((0..400).flat_map(|_| row(false)));
     rig.play((0..400).flat_map(|_| row(true)));
     let on = rig.sent();

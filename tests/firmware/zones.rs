@@ -18,24 +18,41 @@ fn kernels() -> [Kernel; 2] {
 
 /// A board with the spring on all keys, and with zones.
 fn rig(kernels: &[Kernel; 2], programs: &[&[(u32, usize)]], setup: &Setup) -> Rig {
-    let modes: Vec<Modes> = kernels.iter().map(|kernel| specialise(kernel, 4000)).collect();
+    let modes: Vec<Modes> = kernels
+        .iter()
+        .map(|kernel| specialise(kernel, 4000))
+        .collect();
     let notes: Vec<Midi> = kernels.iter().map(midi).collect();
     let part = |&(keys, at): &(u32, usize)| Part {
         keys,
         values_from: 0,
-        instrument: Instrument { modes: &modes[at], places: &[], midi: &notes[at] },
+        instrument: Instrument {
+            modes: &modes[at],
+            places: &[],
+            midi: &notes[at],
+        },
     };
-    let program = |zones: &&[(u32, usize)]| Program { parts: zones.iter().map(part).collect() };
+    let program = |zones: &&[(u32, usize)]| Program {
+        parts: zones.iter().map(part).collect(),
+    };
     Rig::of_programs(&programs.iter().map(program).collect::<Vec<_>>(), setup)
 }
 
 fn divided(rate_hz: u32) -> Setup {
-    Setup { keys: CORES.to_vec(), rate_hz, ..setup() }
+    Setup {
+        keys: CORES.to_vec(),
+        rate_hz,
+        ..setup()
+    }
 }
 
 fn place(key: usize) -> (usize, usize) {
     let first = CORES[0] as usize;
-    if key < first { (0, key) } else { (1, key - first) }
+    if key < first {
+        (0, key)
+    } else {
+        (1, key - first)
+    }
 }
 
 /// Which instrument a key has.
@@ -54,7 +71,8 @@ fn played(rig: &Rig, program: usize) -> [u32; 2] {
     [0, 1].map(|core| rig.word(rig.symbol(&format!("{}_state", first(core).name)) + 12))
 }
 
-/// From when force is whole, drive words are those of each key's instrument alone, begun in its turn.
+/// From when force is whole, drive words are those of each key's instrument alone, begun in its
+/// turn.
 fn plays(
     kernels: &[Kernel; 2],
     zones: &[(u32, usize)],
@@ -67,9 +85,19 @@ fn plays(
     for key in 0..KEYS {
         let (core, own) = place(key);
         let which = instrument(zones, key);
-        compared[which] += key_plays(&kernels[which], key, begins[core] + own, words, drives, ticks.clone());
+        compared[which] += key_plays(
+            &kernels[which],
+            key,
+            begins[core] + own,
+            words,
+            drives,
+            ticks.clone(),
+        );
     }
-    assert!(zones.iter().all(|(_, which)| compared[*which] > 1000), "{compared:?} words say something");
+    assert!(
+        zones.iter().all(|(_, which)| compared[*which] > 1000),
+        "{compared:?} words say something"
+    );
 }
 
 /// From all keys alike to zones and back, at a rate that leaves little time.
@@ -79,11 +107,17 @@ fn switches(setup: &Setup) {
     let rate_hz = setup.rate_hz;
     let mut rig = rig(&kernels, &[plain, &SPLIT], setup);
     let segments = |program: usize, core: usize| -> Vec<(usize, u32, u32)> {
-        rig.programs[program][core].iter().map(|s: &Segment| (s.part, s.first, s.keys)).collect()
+        rig.programs[program][core]
+            .iter()
+            .map(|s: &Segment| (s.part, s.first, s.keys))
+            .collect()
     };
     assert_eq!(segments(1, 0), [(0, 0, 20), (1, 20, 30)]);
     assert_eq!(segments(1, 1), [(1, 0, 10), (2, 10, 28)]);
-    assert_eq!([segments(0, 0), segments(0, 1)], [vec![(0, 0, 50)], vec![(0, 0, 38)]]);
+    assert_eq!(
+        [segments(0, 0), segments(0, 1)],
+        [vec![(0, 0, 50)], vec![(0, 0, 38)]]
+    );
     let (first, second, third) = (2000, 4000, 6000);
     let words = words(rate_hz, 0..third);
     let mut drives = rig.play(words[..first * KEYS].iter().copied());
@@ -93,14 +127,31 @@ fn switches(setup: &Setup) {
         let now = played(rig, program);
         [0, 1].map(|core| (rig.block(core, at::TICK) - (now[core] - before[core])) as usize)
     };
-    plays(&kernels, &SPLIT, begins(&rig, 1, [0; 2]), &words, &drives, first + ramp(rate_hz)..second - 2);
+    plays(
+        &kernels,
+        &SPLIT,
+        begins(&rig, 1, [0; 2]),
+        &words,
+        &drives,
+        first + ramp(rate_hz)..second - 2,
+    );
     let before = played(&rig, 0);
     ask(&mut rig, 2, 0);
     drives.extend(rig.play(words[second * KEYS..].iter().copied()));
-    plays(&kernels, plain, begins(&rig, 0, before), &words, &drives, second + ramp(rate_hz)..third - 2);
+    plays(
+        &kernels,
+        plain,
+        begins(&rig, 0, before),
+        &words,
+        &drives,
+        second + ramp(rate_hz)..third - 2,
+    );
     assert_eq!(rig.converter().overruns(), 0);
     for core in [0, 1] {
-        assert_eq!((rig.block(core, at::MISSED), rig.block(core, at::FAULTS)), (0, 0));
+        assert_eq!(
+            (rig.block(core, at::MISSED), rig.block(core, at::FAULTS)),
+            (0, 0)
+        );
     }
 }
 
@@ -112,7 +163,14 @@ fn every_key_plays_as_its_instrument_alone_and_no_tick_is_missed() {
 /// A credit that nobody uses up changes no word.
 #[test]
 fn energy_is_watched_across_zones() {
-    switches(&Setup { passivity: Some(Passivity { credit: 1 << 30, past: 5, damping: 300 }), ..divided(20_000) });
+    switches(&Setup {
+        passivity: Some(Passivity {
+            credit: 1 << 30,
+            past: 5,
+            damping: 300,
+        }),
+        ..divided(20_000)
+    });
 }
 
 /// The same at the start, and twice: what begins anew begins from its first states.
@@ -123,7 +181,8 @@ fn zones_may_be_the_first_program() {
     let ticks = 1200;
     let words = words(11_025, 0..ticks);
     let drives = rig.play(words.iter().copied());
-    let begins = [0, 1].map(|core| rig.block(core, at::TICK) as usize - played(&rig, 0)[core] as usize);
+    let begins =
+        [0, 1].map(|core| rig.block(core, at::TICK) as usize - played(&rig, 0)[core] as usize);
     let (mut compared, ramp) = (0, ramp(11_025) + 50);
     for key in 0..KEYS {
         let mut interp = Interp::new(&kernels[instrument(&SPLIT, key)], 1).expect("verifies");
@@ -132,7 +191,11 @@ fn zones_may_be_the_first_program() {
             let mut want = [0];
             interp.tick(&[words[tick * KEYS + key]], &mut want);
             if tick > ramp {
-                assert_eq!(drives[tick * KEYS + key], want[0], "key {key}, tick {tick}, {begins:?}");
+                assert_eq!(
+                    drives[tick * KEYS + key],
+                    want[0],
+                    "key {key}, tick {tick}, {begins:?}"
+                );
                 compared += usize::from(want[0] != 0);
             }
         }
@@ -147,7 +210,13 @@ fn a_key_of_another_zone_goes_free() {
     let mut rig = rig(&kernels, &[&SPLIT], &divided(11_025));
     let broken = [35, 75];
     let row = |faulty: bool| {
-        (0..KEYS).map(move |key| if faulty && broken.contains(&key) { 65_535 } else { 20_000 + 100 * key as u16 })
+        (0..KEYS).map(move |key| {
+            if faulty && broken.contains(&key) {
+                65_535
+            } else {
+                20_000 + 100 * key as u16
+            }
+        })
     };
     rig.play((0..500).flat_map(|_| row(false)));
     let drives = rig.play((0..600).flat_map(|_| row(true)));
@@ -155,19 +224,34 @@ fn a_key_of_another_zone_goes_free() {
     for (key, &word) in last.iter().enumerate() {
         let (core, own) = place(key);
         let ceiling = rig.word(rig.block(core, at::GUARDS) + 16 * own as u32 + at::CEILING);
-        let segment = rig.programs[0][core].iter().rfind(|s| s.first as usize <= own).expect("a zone");
-        let gain = segment.layout.gain(own as u32 - segment.first).expect("a gain");
+        let segment = rig.programs[0][core]
+            .iter()
+            .rfind(|s| s.first as usize <= own)
+            .expect("a zone");
+        let gain = segment
+            .layout
+            .gain(own as u32 - segment.first)
+            .expect("a gain");
         let gain = rig.word(rig.symbol(&format!("{}_state", segment.name)) + gain);
         let free = broken.contains(&key);
-        assert_eq!((ceiling, gain), if free { (0, 0) } else { (65_536, 65_536) }, "key {key}");
+        assert_eq!(
+            (ceiling, gain),
+            if free { (0, 0) } else { (65_536, 65_536) },
+            "key {key}"
+        );
         assert_eq!(word == 0, free, "key {key}: {word}");
     }
     for (core, own) in broken.map(place) {
-        assert_eq!((rig.block(core, at::FAULTS), rig.block(core, at::FAULTY)), (2, own as u32), "core {core}");
+        assert_eq!(
+            (rig.block(core, at::FAULTS), rig.block(core, at::FAULTY)),
+            (2, own as u32),
+            "core {core}"
+        );
     }
 }
 
-/// Force comes back after the start in every zone; a motor that is hot is held back, whatever zone its key is in, and no other.
+/// Force comes back after the start in every zone; a motor that is hot is held back, whatever zone
+/// its key is in, and no other.
 #[test]
 fn gains_follow_in_every_zone() {
     let kernels = kernels();
@@ -176,7 +260,9 @@ fn gains_follow_in_every_zone() {
     let gains = |rig: &Rig| -> Vec<u32> {
         let of = |segment: &Segment| -> Vec<u32> {
             let state = rig.symbol(&format!("{}_state", segment.name));
-            (0..segment.keys).map(|key| rig.word(state + segment.layout.gain(key).expect("a gain"))).collect()
+            (0..segment.keys)
+                .map(|key| rig.word(state + segment.layout.gain(key).expect("a gain")))
+                .collect()
         };
         rig.programs[0].iter().flatten().flat_map(of).collect()
     };
@@ -191,7 +277,15 @@ fn gains_follow_in_every_zone() {
         let (core, own) = place(key);
         let ceiling = rig.word(rig.block(core, at::GUARDS) + 16 * own as u32 + at::CEILING);
         assert_eq!(gain, ceiling, "key {key}");
-        assert_eq!(ceiling, if hot.contains(&key) { 2 * RATED } else { 65_536 }, "key {key}");
+        assert_eq!(
+            ceiling,
+            if hot.contains(&key) {
+                2 * RATED
+            } else {
+                65_536
+            },
+            "key {key}"
+        );
     }
 }
 
@@ -223,16 +317,34 @@ fn values_per_key_follow_the_keyboard() {
     let modes = kernels.each_ref().map(Modes::single);
     let notes = kernels.each_ref().map(midi);
     let part = |(values_from, keys, at): (u32, u32, usize)| {
-        let instrument = Instrument { modes: &modes[at], places: &[], midi: &notes[at] };
-        Part { keys, values_from, instrument }
+        let instrument = Instrument {
+            modes: &modes[at],
+            places: &[],
+            midi: &notes[at],
+        };
+        Part {
+            keys,
+            values_from,
+            instrument,
+        }
     };
     let zones = [(0, 9, 0), (9, 21, 1), (30, 58, 0)];
-    let program = Program { parts: zones.map(part).to_vec() };
+    let program = Program {
+        parts: zones.map(part).to_vec(),
+    };
     let mut rig = Rig::of_programs(&[program], &divided(11_025));
     let drives = rig.play(vec![40_000; 500 * KEYS]);
     let last = &drives[drives.len() - KEYS..];
-    for (key, &word) in last.iter().enumerate().filter(|(key, _)| !(9..30).contains(key)) {
-        assert_eq!(i32::from(word), 40_000 - 32_768 - 100 * key as i32, "key {key}");
+    for (key, &word) in last
+        .iter()
+        .enumerate()
+        .filter(|(key, _)| !(9..30).contains(key))
+    {
+        assert_eq!(
+            i32::from(word),
+            40_000 - 32_768 - 100 * key as i32,
+            "key {key}"
+        );
     }
 }
 
@@ -242,22 +354,45 @@ fn notes_of_all_zones_are_sent() {
     let kernels = kernels();
     let mut rig = rig(&kernels, &[&SPLIT, &[(88, 1)]], &divided(11_025));
     let held = [3, 19, 61, 87];
-    let row = |down: bool| (0..KEYS).map(move |key| if down && held.contains(&key) { 40_000 } else { 3000 });
+    let row = |down: bool| {
+        (0..KEYS).map(move |key| {
+            if down && held.contains(&key) {
+                40_000
+            } else {
+                3000
+            }
+        })
+    };
     rig.play((0..400).flat_map(|_| row(false)));
     rig.play((0..600).flat_map(|_| row(true)));
     let sent = rig.sent();
-    let mut on: Vec<u8> = sent.chunks(3).filter(|message| message[0] == 0x90).map(|message| message[1]).collect();
+    let mut on: Vec<u8> = sent
+        .chunks(3)
+        .filter(|message| message[0] == 0x90)
+        .map(|message| message[1])
+        .collect();
     on.sort_unstable();
-    assert_eq!((on, sent.len()), (held.map(|key| 21 + key as u8).to_vec(), 12));
+    assert_eq!(
+        (on, sent.len()),
+        (held.map(|key| 21 + key as u8).to_vec(), 12)
+    );
     ask(&mut rig, 1, 1);
     rig.play((0..600).flat_map(|_| row(true)));
     let sent = rig.sent();
-    let mut off: Vec<u8> = sent.chunks(3).filter(|message| message[0] == 0x80).map(|message| message[1]).collect();
+    let mut off: Vec<u8> = sent
+        .chunks(3)
+        .filter(|message| message[0] == 0x80)
+        .map(|message| message[1])
+        .collect();
     off.sort_unstable();
-    assert_eq!((off, sent.len()), (held.map(|key| 21 + key as u8).to_vec(), 12));
+    assert_eq!(
+        (off, sent.len()),
+        (held.map(|key| 21 + key as u8).to_vec(), 12)
+    );
 }
 
-/// Each zone has parameters of its own, numbered through: one that a core has not is the other's alone.
+/// Each zone has parameters of its own, numbered through: one that a core has not is the other's
+/// alone.
 #[test]
 fn zones_have_parameters_of_their_own() {
     let kernels = kernels();
@@ -276,9 +411,16 @@ fn zones_have_parameters_of_their_own() {
     assert_eq!((rig.word(mailbox + 12), rig.word(mailbox + 16)), (1, 0));
     let live = |core: usize, zone: usize| {
         let segment = &rig.programs[1][core][zone];
-        rig.word(rig.symbol(&format!("{}_state", segment.name)) + segment.layout.live(0).expect("a place"))
+        rig.word(
+            rig.symbol(&format!("{}_state", segment.name))
+                + segment.layout.live(0).expect("a place"),
+        )
     };
     let first = kernels[0].lives[0].init as u32;
     assert_ne!(first, value);
-    assert_eq!((live(0, 0), live(1, 1)), (first, value), "the first zone keeps its own");
+    assert_eq!(
+        (live(0, 0), live(1, 1)),
+        (first, value),
+        "the first zone keeps its own"
+    );
 }

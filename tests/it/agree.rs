@@ -1,4 +1,5 @@
-//! `jit` and `interp` agree bit for bit on everything they export; the interpreter never leaves a proven range.
+//! `jit` and `interp` agree bit for bit on everything they export; the interpreter never leaves a
+//! proven range.
 
 use whippen_compiler::host::{HostCode, Options};
 use whippen_compiler::kernel::Interp;
@@ -8,15 +9,19 @@ use whippen_runtime::device::Device;
 
 use crate::common;
 
-/// Runs both engines on the same words and compares drive words, probes, events in every tick and all memory at the end.
-/// Every key hears the motion from another place on, so many words after the key before it.
+/// Runs both engines on the same words and compares drive words, probes, events in every tick and
+/// all memory at the end. Every key hears the motion from another place on, so many words after the
+/// key before it.
 fn compare(compiled: &Compiled, words: &[u16], keys: usize, apart: usize, ticks: usize) {
     let (kernel, name) = (&compiled.lowered.kernel, &compiled.model.name);
     let mut interp = Interp::checked(kernel, keys).unwrap_or_else(|e| panic!("{name}: {e}"));
-    let mut jit = HostCode::build(kernel, keys, Options { probes: true }).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let mut jit = HostCode::build(kernel, keys, Options { probes: true })
+        .unwrap_or_else(|e| panic!("{name}: {e}"));
     let (mut a, mut b) = (vec![0i16; keys], vec![0i16; keys]);
     for tick in 0..ticks {
-        let inputs: Vec<u16> = (0..keys).map(|key| words[(tick + key * apart) % words.len()]).collect();
+        let inputs: Vec<u16> = (0..keys)
+            .map(|key| words[(tick + key * apart) % words.len()])
+            .collect();
         if tick == 0 {
             interp.init(&inputs);
             jit.init(&inputs);
@@ -28,7 +33,11 @@ fn compare(compiled: &Compiled, words: &[u16], keys: usize, apart: usize, ticks:
             assert_eq!(x, y, "{name}: tick {tick}, `{probe}`");
         }
         assert_eq!(a, b, "{name}: drive words of tick {tick}");
-        assert_eq!(interp.drain_events(), jit.drain_events(), "{name}: events of tick {tick}");
+        assert_eq!(
+            interp.drain_events(),
+            jit.drain_events(),
+            "{name}: events of tick {tick}"
+        );
     }
     assert_eq!(interp.violation(), None, "{name}");
     assert_eq!(interp.memory(), jit.memory(), "{name}: memory");
@@ -49,7 +58,10 @@ fn on_the_recording() {
         let words = common::words(&positions);
         let quarter = words.len() / 4;
         let compiled = common::all();
-        compiled.iter().filter(|c| !c.model.turns()).for_each(|c| compare(c, &words, 4, quarter, quarter));
+        compiled
+            .iter()
+            .filter(|c| !c.model.turns())
+            .for_each(|c| compare(c, &words, 4, quarter, quarter));
     }
 }
 
@@ -60,10 +72,16 @@ fn on_noise() {
     let noise: Vec<u16> = (0..30_000)
         .map(|tick| {
             let hold = tick / 40 % 3 == 0;
-            if hold { [0, 65_535][tick / 120 % 2] } else { random.next() as u16 }
+            if hold {
+                [0, 65_535][tick / 120 % 2]
+            } else {
+                random.next() as u16
+            }
         })
         .collect();
-    common::all().iter().for_each(|compiled| compare(compiled, &noise, 5, 997, noise.len() / 2));
+    common::all()
+        .iter()
+        .for_each(|compiled| compare(compiled, &noise, 5, 997, noise.len() / 2));
 }
 
 /// One key is observed: what it exports, what all drive and what all tell is as if every key were.
@@ -73,21 +91,37 @@ fn one_key_observed() {
     for compiled in common::all() {
         let (kernel, keys) = (&compiled.lowered.kernel, 10);
         for observed in [0, 5, 7, 8, 9] {
-            let mut all = HostCode::build(kernel, keys, Options { probes: true }).expect("a kernel");
+            let mut all =
+                HostCode::build(kernel, keys, Options { probes: true }).expect("a kernel");
             let mut one = HostCode::build_observing(kernel, keys, observed).expect("a kernel");
             let (mut a, mut b) = (vec![0i16; keys], vec![0i16; keys]);
             for tick in (0..words.len() / 2).step_by(3) {
-                let inputs: Vec<u16> = (0..keys).map(|key| words[(tick + key * 997) % words.len()]).collect();
+                let inputs: Vec<u16> = (0..keys)
+                    .map(|key| words[(tick + key * 997) % words.len()])
+                    .collect();
                 if tick == 0 {
                     all.init(&inputs);
                     one.init(&inputs);
                 }
                 all.tick(&inputs, &mut a);
                 one.tick(&inputs, &mut b);
-                let own = |probes: &[i64]| probes.chunks(kernel.probes.len()).nth(observed).map(<[i64]>::to_vec);
-                assert_eq!(own(all.probes()), own(one.probes()), "key {observed}, tick {tick}");
+                let own = |probes: &[i64]| {
+                    probes
+                        .chunks(kernel.probes.len())
+                        .nth(observed)
+                        .map(<[i64]>::to_vec)
+                };
+                assert_eq!(
+                    own(all.probes()),
+                    own(one.probes()),
+                    "key {observed}, tick {tick}"
+                );
                 assert_eq!(a, b, "key {observed}, tick {tick}");
-                assert_eq!(all.drain_events(), one.drain_events(), "key {observed}, tick {tick}");
+                assert_eq!(
+                    all.drain_events(),
+                    one.drain_events(),
+                    "key {observed}, tick {tick}"
+                );
             }
         }
         assert!(HostCode::build_observing(kernel, keys, keys).is_err());
@@ -101,7 +135,9 @@ fn machine_code_can_be_sent() {
         value
     }
     let compiled = common::instruments("grand-piano.whip", &[]).remove(0);
-    let mut code = sent(HostCode::build(&compiled.lowered.kernel, 4, Options { probes: false }).expect("a kernel"));
+    let mut code = sent(
+        HostCode::build(&compiled.lowered.kernel, 4, Options { probes: false }).expect("a kernel"),
+    );
     let run = std::thread::spawn(move || {
         let mut drive = [0i16; 4];
         code.init(&[2979; 4]);
@@ -109,7 +145,10 @@ fn machine_code_can_be_sent() {
         drive
     });
     let drive = run.join().expect("runs");
-    assert!(drive.iter().all(|word| *word == drive[0] && *word != 0), "{drive:?}");
+    assert!(
+        drive.iter().all(|word| *word == drive[0] && *word != 0),
+        "{drive:?}"
+    );
 }
 
 /// Without observation a Kernel drives and tells what it does with it, word for word.
@@ -119,8 +158,11 @@ fn observed_or_not() {
         let words = common::gesture_words(&observed);
         let scales = Device::of(&observed.model).scales();
         let name = &observed.model.name;
-        let bare = compile(observed.model.clone(), scales, false).unwrap_or_else(|e| panic!("{e:?}"));
-        let engine = |c: &Compiled| HostCode::build(&c.lowered.kernel, 1, Options { probes: true }).expect("a kernel");
+        let bare =
+            compile(observed.model.clone(), scales, false).unwrap_or_else(|e| panic!("{e:?}"));
+        let engine = |c: &Compiled| {
+            HostCode::build(&c.lowered.kernel, 1, Options { probes: true }).expect("a kernel")
+        };
         let (mut with, mut without) = (engine(&observed), engine(&bare));
         let told = observed.model.emissions.len() as u32;
         let (mut a, mut b, mut events) = ([0i16], [0i16], 0);
@@ -132,8 +174,16 @@ fn observed_or_not() {
             with.tick(&[*word], &mut a);
             without.tick(&[*word], &mut b);
             assert_eq!(a, b, "{name}: drive word of tick {tick}");
-            let emitted: Vec<_> = with.drain_events().into_iter().filter(|e| e.event < told).collect();
-            assert_eq!(emitted, without.drain_events(), "{name}: events of tick {tick}");
+            let emitted: Vec<_> = with
+                .drain_events()
+                .into_iter()
+                .filter(|e| e.event < told)
+                .collect();
+            assert_eq!(
+                emitted,
+                without.drain_events(),
+                "{name}: events of tick {tick}"
+            );
             events += emitted.len();
         }
         assert!(events > 5 || told == 0, "{name}: {events} events");

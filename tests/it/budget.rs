@@ -20,11 +20,23 @@ const DATA: u32 = 0x2004_0000;
 
 /// Functions return to where there is no memory: not to a 32-bit instruction.
 fn returning() -> Annotations {
-    Annotations { return_to: Some(Target { address: 0, wide: false }), ..Annotations::default() }
+    Annotations {
+        return_to: Some(Target {
+            address: 0,
+            wide: false,
+        }),
+        ..Annotations::default()
+    }
 }
 
 fn bound_of(code: &Code, entry: u32, annotations: &Annotations) -> Result<Bound, NotBounded> {
-    bound(&Query { core: &Core::cortex_m33(), code, entry, annotations, surroundings: None })
+    bound(&Query {
+        core: &Core::cortex_m33(),
+        code,
+        entry,
+        annotations,
+        surroundings: None,
+    })
 }
 
 fn machine(code: &[u8]) -> Machine {
@@ -41,6 +53,8 @@ fn observed(machine: &mut Machine, entry: u32, registers: &BTreeMap<u8, u32>) ->
     machine.cpu_mut(0).set(Register::core(13), 0x2008_0000);
     let argument = |register| registers.get(&register).copied().unwrap_or(0);
     let stop = machine.call(entry | 1, [0, 1, 2, 3].map(argument), 1_000_000);
-    let Stop::Returned { cycles, .. } = stop else { panic!("{stop}") };
+    let Stop::Returned { cycles, .. } = stop else {
+        panic!("{stop}")
+    };
     cycles
 }

@@ -24,7 +24,10 @@ fn slow_stroke(kind: EngineKind, compiled: &Compiled) -> (Vec<f64>, Vec<f64>) {
         player.tick(f64::from(micrometres) * 1e-6);
         player.value_at(total)
     };
-    ((0..=3300).map(&mut force_at).collect(), (0..=3300).rev().map(&mut force_at).collect())
+    (
+        (0..=3300).map(&mut force_at).collect(),
+        (0..=3300).rev().map(&mut force_at).collect(),
+    )
 }
 
 #[test]
@@ -32,17 +35,44 @@ fn the_dome_rises_to_its_peak_drops_to_its_valley_and_returns_below() {
     for kind in ENGINES {
         let (press, mut back) = slow_stroke(kind, &dome());
         back.reverse();
-        let highest = press.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).expect("a stroke");
-        assert!((highest.0 as f64 - 1500.0).abs() < 20.0 && (highest.1 - 0.60).abs() < 1e-3, "{highest:?}");
-        assert!((press[2500] - 0.32).abs() < 1e-3 && (press[3300] - 0.32).abs() < 1e-3, "the valley");
-        assert!(press[..1450].windows(2).all(|w| w[1] > w[0] - 1e-4), "rises all the way");
-        assert!(press[1550..2450].windows(2).all(|w| w[1] < w[0] + 1e-4), "and gives way");
+        let highest = press
+            .iter()
+            .enumerate()
+            .max_by(|a, b| a.1.total_cmp(b.1))
+            .expect("a stroke");
+        assert!(
+            (highest.0 as f64 - 1500.0).abs() < 20.0 && (highest.1 - 0.60).abs() < 1e-3,
+            "{highest:?}"
+        );
+        assert!(
+            (press[2500] - 0.32).abs() < 1e-3 && (press[3300] - 0.32).abs() < 1e-3,
+            "the valley"
+        );
+        assert!(
+            press[..1450].windows(2).all(|w| w[1] > w[0] - 1e-4),
+            "rises all the way"
+        );
+        assert!(
+            press[1550..2450].windows(2).all(|w| w[1] < w[0] + 1e-4),
+            "and gives way"
+        );
         assert!(press[0].abs() < 1e-3 && back[0].abs() < 1e-3);
         // Away from the turning points the way back has (1 - 0.18)/(1 + 0.18) of the force.
         for x_um in (100..2650).step_by(50) {
-            assert!((back[x_um] / press[x_um] - 0.695).abs() < 0.01 || x_um < 650, "at {x_um} um");
+            assert!(
+                (back[x_um] / press[x_um] - 0.695).abs() < 0.01 || x_um < 650,
+                "at {x_um} um"
+            );
         }
-        assert!(press.iter().zip(&back).skip(650).take(2000).all(|(p, b)| b < p), "softer on the way back");
+        assert!(
+            press
+                .iter()
+                .zip(&back)
+                .skip(650)
+                .take(2000)
+                .all(|(p, b)| b < p),
+            "softer on the way back"
+        );
     }
 }
 
@@ -57,9 +87,12 @@ fn a_dome_that_is_turned_half_way_does_not_jump() {
         for to_mm in turns {
             let steps = ((to_mm - last_mm).abs() / 1e-3).round() as u32;
             for step in 1..=steps {
-                player.tick((last_mm + (to_mm - last_mm) * f64::from(step) / f64::from(steps)) * 1e-3);
+                player.tick(
+                    (last_mm + (to_mm - last_mm) * f64::from(step) / f64::from(steps)) * 1e-3,
+                );
                 let force_n = player.value_at(total);
-                // A micrometre of the steepest part of the bristle: 2 * 0.18 * 0.6 N / 1.18 / 0.6 mm, and the dome itself.
+                // A micrometre of the steepest part of the bristle: 2 * 0.18 * 0.6 N / 1.18 / 0.6
+                // mm, and the dome itself.
                 assert!(
                     last_n.is_none_or(|last_n| (force_n - last_n).abs() < 2e-3),
                     "{kind}: {last_n:?} to {force_n} N"
@@ -76,21 +109,52 @@ fn a_dome_that_is_turned_half_way_does_not_jump() {
 fn a_press_clicks_once_and_a_half_one_does_not() {
     let compiled = dome();
     for rise_s in [0.008, 0.02, 0.05, 0.1, 0.5] {
-        let pressed = play_gesture(&compiled, &Gesture::new().stroke(0.05, rise_s, 0.1, rise_s, 0.0035).hold(0.1));
-        assert_eq!((pressed.times("click").len(), pressed.times("release").len()), (1, 1), "{rise_s} s");
-        let half = play_gesture(&compiled, &Gesture::new().stroke(0.05, rise_s, 0.1, rise_s, 0.0021).hold(0.1));
-        assert_eq!((half.times("click").len(), half.times("release").len()), (0, 0), "{rise_s} s");
+        let pressed = play_gesture(
+            &compiled,
+            &Gesture::new()
+                .stroke(0.05, rise_s, 0.1, rise_s, 0.0035)
+                .hold(0.1),
+        );
+        assert_eq!(
+            (pressed.times("click").len(), pressed.times("release").len()),
+            (1, 1),
+            "{rise_s} s"
+        );
+        let half = play_gesture(
+            &compiled,
+            &Gesture::new()
+                .stroke(0.05, rise_s, 0.1, rise_s, 0.0021)
+                .hold(0.1),
+        );
+        assert_eq!(
+            (half.times("click").len(), half.times("release").len()),
+            (0, 0),
+            "{rise_s} s"
+        );
     }
     // Trembling between the thresholds is one press.
     let mut trembling = Gesture::new().hold(0.05).to(0.0023, 0.1);
     for _ in 0..20 {
         trembling = trembling.to(0.0019, 0.01).to(0.0023, 0.01);
     }
-    assert_eq!(play_gesture(&compiled, &trembling.to(0.0, 0.05).hold(0.05)).times("click").len(), 1);
+    assert_eq!(
+        play_gesture(&compiled, &trembling.to(0.0, 0.05).hold(0.05))
+            .times("click")
+            .len(),
+        1
+    );
     // The contact closes past the peak: what clicks under the finger is what counts.
-    let slow = play_gesture(&compiled, &Gesture::new().hold(0.05).to(0.0035, 1.0).hold(0.05));
+    let slow = play_gesture(
+        &compiled,
+        &Gesture::new().hold(0.05).to(0.0035, 1.0).hold(0.05),
+    );
     let closed = (slow.times("click")[0] * f64::from(RATE_HZ)).round() as usize;
-    let peak = slow.column("force_n").iter().enumerate().take(closed).max_by(|a, b| a.1.total_cmp(b.1));
+    let peak = slow
+        .column("force_n")
+        .iter()
+        .enumerate()
+        .take(closed)
+        .max_by(|a, b| a.1.total_cmp(b.1));
     assert!(peak.is_some_and(|(tick, _)| tick < closed && closed - tick > 1000));
 }
 
@@ -105,7 +169,9 @@ fn degrees(values: &[f64]) -> Vec<f64> {
 /// Angles (rad) of a knob that is turned from one angle to the next (deg), each in the given time.
 fn turned(path: &[(f64, f64)]) -> Vec<f64> {
     let to = |g: Gesture, (deg, seconds): &(f64, f64)| g.to(deg.to_radians(), *seconds).hold(0.05);
-    path.iter().fold(Gesture::new().hold(0.05), to).positions(RATE_HZ)
+    path.iter()
+        .fold(Gesture::new().hold(0.05), to)
+        .positions(RATE_HZ)
 }
 
 /// The places that were entered, counted from the one at 0.
@@ -118,11 +184,21 @@ fn steps(played: &Played) -> Vec<f64> {
 fn angles_are_sensed_in_radians_and_torques_driven_in_newton_metres() {
     let played = play(&knob(&[]), &degrees(&[30.0; 4410]));
     let titles: Vec<String> = played.0.trace.columns.iter().map(|c| c.title()).collect();
-    for title in ["drive_n_m", "angle_rad", "torque_n_m", "detents_n_m", "friction_n_m"] {
+    for title in [
+        "drive_n_m",
+        "angle_rad",
+        "torque_n_m",
+        "detents_n_m",
+        "friction_n_m",
+    ] {
         assert!(titles.iter().any(|t| t == title), "{title} in {titles:?}");
     }
     let angle = played.column("angle_rad");
-    assert!((angle[4409] - 30f64.to_radians()).abs() < 1e-4, "{}", angle[4409]);
+    assert!(
+        (angle[4409] - 30f64.to_radians()).abs() < 1e-4,
+        "{}",
+        angle[4409]
+    );
 }
 
 #[test]
@@ -153,7 +229,10 @@ fn a_step_for_every_place_and_no_more() {
     let there = play(&compiled, &turned(&[(60.0, 1.0), (0.0, 0.5)]));
     assert_eq!(steps(&there), [1.0, 2.0, 3.0, 4.0, 3.0, 2.0, 1.0, 0.0]);
     let flick = play(&compiled, &turned(&[(-120.0, 0.06)]));
-    assert_eq!(steps(&flick), [-1.0, -2.0, -3.0, -4.0, -5.0, -6.0, -7.0, -8.0]);
+    assert_eq!(
+        steps(&flick),
+        [-1.0, -2.0, -3.0, -4.0, -5.0, -6.0, -7.0, -8.0]
+    );
     // Trembling on the border between two places is one step at the most.
     let mut path = vec![(7.5, 0.2)];
     path.extend([(7.4, 0.01), (7.6, 0.01)].repeat(20));
@@ -162,25 +241,46 @@ fn a_step_for_every_place_and_no_more() {
 
 #[test]
 fn friction_holds_a_knob_that_is_let_go_and_opposes_one_that_turns() {
-    let played = play(&knob(&[("height", "0N*m")]), &turned(&[(40.0, 0.5), (-40.0, 0.5)]));
+    let played = play(
+        &knob(&[("height", "0N*m")]),
+        &turned(&[(40.0, 0.5), (-40.0, 0.5)]),
+    );
     let at = |t_s: f64| played.column("friction_n_m")[(t_s * f64::from(RATE_HZ)) as usize];
-    assert!((at(0.3) - 0.002).abs() < 1e-5 && (at(0.57) - 0.002).abs() < 1e-5, "turns right, then holds");
-    assert!((at(0.9) + 0.002).abs() < 1e-5 && (at(1.12) + 0.002).abs() < 1e-5, "turns left, then holds");
+    assert!(
+        (at(0.3) - 0.002).abs() < 1e-5 && (at(0.57) - 0.002).abs() < 1e-5,
+        "turns right, then holds"
+    );
+    assert!(
+        (at(0.9) + 0.002).abs() < 1e-5 && (at(1.12) + 0.002).abs() < 1e-5,
+        "turns left, then holds"
+    );
     let (low, high) = played.extremes("friction_n_m", 0.0);
     assert!(low >= -0.002 - 1e-7 && high <= 0.002 + 1e-7);
 }
 
 #[test]
 fn the_stops_push_back_on_both_sides_and_never_pull() {
-    let played = play(&knob(&[]), &turned(&[(150.0, 0.3), (-150.0, 0.3), (0.0, 0.03)]));
+    let played = play(
+        &knob(&[]),
+        &turned(&[(150.0, 0.3), (-150.0, 0.3), (0.0, 0.03)]),
+    );
     // 7.5 deg beyond the stop at 0.5 N*m/rad.
     let (_, right) = played.extremes("right_n_m", 0.0);
     let (left, none) = played.extremes("left_n_m", 0.0);
-    assert!((0.065..0.075).contains(&right) && (-0.075..-0.065).contains(&left), "{left} .. {right} N*m");
+    assert!(
+        (0.065..0.075).contains(&right) && (-0.075..-0.065).contains(&left),
+        "{left} .. {right} N*m"
+    );
     assert!(none <= 0.0 && played.extremes("right_n_m", 0.0).0 >= 0.0);
     assert_eq!(played.0.counts.drive_clipped, 0);
     let free = play(&knob(&[]), &turned(&[(140.0, 0.3), (-140.0, 0.3)]));
-    assert_eq!((free.extremes("right_n_m", 0.0), free.extremes("left_n_m", 0.0)), ((0.0, 0.0), (0.0, 0.0)));
+    assert_eq!(
+        (
+            free.extremes("right_n_m", 0.0),
+            free.extremes("left_n_m", 0.0)
+        ),
+        ((0.0, 0.0), (0.0, 0.0))
+    );
 }
 
 #[test]
@@ -189,14 +289,26 @@ fn a_recorded_turn_is_read_in_degrees() {
     let load = |text: &str| {
         let path = folder.path().join("turn.csv");
         std::fs::write(&path, text).expect("writable");
-        motion::load(&path, &MotionOptions { turns: true, ..MotionOptions::default() }, RATE_HZ)
+        motion::load(
+            &path,
+            &MotionOptions {
+                turns: true,
+                ..MotionOptions::default()
+            },
+            RATE_HZ,
+        )
     };
     let turn = load("t_s,angle_deg\n0,0\n0.1,-30\n0.2,-90\n").unwrap_or_else(|e| panic!("{e}"));
     let last = turn.position_m.last().expect("positions");
     // Between the last two rows, as ticks end before the last.
     assert!((last + 90f64.to_radians()).abs() < 0.05, "{last} rad");
-    let error = load("t_s,x_mm\n0,0\n0.1,3\n").expect_err("a knob has no length").to_string();
-    assert!(error.contains("a title must name an angle with its unit, such as `angle_rad`"), "{error}");
+    let error = load("t_s,x_mm\n0,0\n0.1,3\n")
+        .expect_err("a knob has no length")
+        .to_string();
+    assert!(
+        error.contains("a title must name an angle with its unit, such as `angle_rad`"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -205,6 +317,12 @@ fn an_instrument_needs_a_device_that_moves_as_it_does() {
     let (mikey, dial) = (Device::of(&key), Device::of(&turning));
     assert_eq!((mikey.name.as_str(), dial.name.as_str()), ("mikey", "knob"));
     assert!(mikey.fits(&key).is_ok() && dial.fits(&turning).is_ok());
-    assert_eq!(mikey.fits(&turning), Err("the device `mikey` measures lengths, but `knob` senses an angle".into()));
-    assert_eq!(dial.fits(&key), Err("the device `knob` measures angles, but `snap_dome` senses a length".into()));
+    assert_eq!(
+        mikey.fits(&turning),
+        Err("the device `mikey` measures lengths, but `knob` senses an angle".into())
+    );
+    assert_eq!(
+        dial.fits(&key),
+        Err("the device `knob` measures angles, but `snap_dome` senses a length".into())
+    );
 }

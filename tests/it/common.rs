@@ -23,8 +23,17 @@ fn root() -> &'static Path {
 pub fn compiled(name: &str, text: &str, sets: &[(&str, &str)]) -> Vec<Compiled> {
     let mut map = SourceMap::default();
     map.add(name, text);
-    let sets = sets.iter().map(|(n, v)| (n.to_string(), v.to_string())).collect();
-    let (program, diagnostics) = compile_front(&mut map, &Options { sets, ..Options::default() });
+    let sets = sets
+        .iter()
+        .map(|(n, v)| (n.to_string(), v.to_string()))
+        .collect();
+    let (program, diagnostics) = compile_front(
+        &mut map,
+        &Options {
+            sets,
+            ..Options::default()
+        },
+    );
     let program = program.unwrap_or_else(|| panic!("{name}: {diagnostics:#?}"));
     let build = |model: Model| {
         let scales = Device::of(&model).scales();
@@ -42,7 +51,10 @@ pub fn instruments(file: &str, sets: &[(&str, &str)]) -> Vec<Compiled> {
 
 /// Every bundled instrument.
 pub fn all() -> Vec<Compiled> {
-    INSTRUMENTS.iter().flat_map(|(file, _)| instruments(file, &[])).collect()
+    INSTRUMENTS
+        .iter()
+        .flat_map(|(file, _)| instruments(file, &[]))
+        .collect()
 }
 
 /// Sensor words of a key's positions.
@@ -56,10 +68,14 @@ pub fn gesture_words(compiled: &Compiled) -> Vec<u16> {
 }
 
 fn words_on(device: &Device, positions_m: &[f64]) -> Vec<u16> {
-    positions_m.iter().map(|&x| device.word_of_position(x).0).collect()
+    positions_m
+        .iter()
+        .map(|&x| device.word_of_position(x).0)
+        .collect()
 }
 
-/// The key of the Kawai recording, 37 s at the tick rate; none where the data is absent, which is said.
+/// The key of the Kawai recording, 37 s at the tick rate; none where the data is absent, which is
+/// said.
 pub fn recording() -> Option<Vec<f64>> {
     let folder: PathBuf = root().join("../shared/data/kawai-grand");
     if !folder.is_dir() {
@@ -67,12 +83,21 @@ pub fn recording() -> Option<Vec<f64>> {
         return None;
     }
     let options = MotionOptions {
-        layout: Layout::Raw { rate_hz: 2000.0, column: 2, calibration: Some(folder.join("calibration_key.csv")) },
-        stops: Some(Stops { rest_m: 0.88e-3, full_m: 12.7e-3, dip_m: 10e-3 }),
+        layout: Layout::Raw {
+            rate_hz: 2000.0,
+            column: 2,
+            calibration: Some(folder.join("calibration_key.csv")),
+        },
+        stops: Some(Stops {
+            rest_m: 0.88e-3,
+            full_m: 12.7e-3,
+            dip_m: 10e-3,
+        }),
         lowpass_hz: Some(200.0),
         turns: false,
     };
-    let motion = load(&folder.join("key_and_hammer_2kHz.txt"), &options, RATE_HZ).unwrap_or_else(|e| panic!("{e}"));
+    let motion = load(&folder.join("key_and_hammer_2kHz.txt"), &options, RATE_HZ)
+        .unwrap_or_else(|e| panic!("{e}"));
     Some(motion.position_m)
 }
 

@@ -1,10 +1,11 @@
-//! Documents say what is so: their programs compile, their pictures are drawn again, the library's signatures and the tool's words are
-//! compared.
+//! Documents say what is so: their programs compile, their pictures are drawn again, the library's
+//! signatures and the tool's words are compared.
 //!
-//! A block ```` ```whip ```` is a program; the file it is saved under is named in the line before it (`click.whip`). An image after it is its run
-//! on the bundled gesture. A block ```` ```sh ```` followed by ```` ```text ```` is typed in a folder with the programs so far, and what comes
-//! out is the text. A program that is wrong on purpose is ```` ```whip wrong ````. `WHIPPEN_BLESS=1 cargo test --test it documents` writes texts
-//! and pictures anew.
+//! A block ```` ```whip ```` is a program; the file it is saved under is named in the line before
+//! it (`click.whip`). An image after it is its run on the bundled gesture. A block ```` ```sh ````
+//! followed by ```` ```text ```` is typed in a folder with the programs so far, and what comes out
+//! is the text. A program that is wrong on purpose is ```` ```whip wrong ````. `WHIPPEN_BLESS=1
+//! cargo test --test it documents` writes texts and pictures anew.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -20,7 +21,8 @@ use whippen_runtime::session;
 
 use crate::common;
 
-/// Documents with programs that stand for themselves. The manual's are one program, which the compiler's own tests read.
+/// Documents with programs that stand for themselves. The manual's are one program, which the
+/// compiler's own tests read.
 const DOCUMENTS: &[&str] = &["README.md", "docs/std.md", "docs/tutorial.md"];
 
 /// A fenced block of a document.
@@ -53,10 +55,26 @@ fn blocks(document: &str) -> Vec<Block> {
     let mut blocks = Vec::new();
     while let (Some(block), Some(after)) = (parts.next(), parts.next()) {
         let (kind, text) = block.split_once('\n').unwrap_or((block, ""));
-        let last = |text: &str| text.lines().rev().find(|l| !l.trim().is_empty()).unwrap_or_default().to_string();
-        let first = |text: &str| text.lines().find(|l| !l.trim().is_empty()).unwrap_or_default().to_string();
+        let last = |text: &str| {
+            text.lines()
+                .rev()
+                .find(|l| !l.trim().is_empty())
+                .unwrap_or_default()
+                .to_string()
+        };
+        let first = |text: &str| {
+            text.lines()
+                .find(|l| !l.trim().is_empty())
+                .unwrap_or_default()
+                .to_string()
+        };
         let (kind, text) = (kind.to_string(), text.to_string());
-        blocks.push(Block { kind, text, before: last(before), after: first(after) });
+        blocks.push(Block {
+            kind,
+            text,
+            before: last(before),
+            after: first(after),
+        });
         before = after;
     }
     blocks
@@ -64,29 +82,49 @@ fn blocks(document: &str) -> Vec<Block> {
 
 /// The name in backquotes that a program is saved under.
 fn file_name(line: &str) -> Option<&str> {
-    line.split('`').skip(1).step_by(2).find(|name| name.ends_with(".whip"))
+    line.split('`')
+        .skip(1)
+        .step_by(2)
+        .find(|name| name.ends_with(".whip"))
 }
 
 /// The path of the picture of an image line.
 fn picture(line: &str) -> Option<&str> {
-    line.strip_prefix("![")?.split_once("](")?.1.strip_suffix(')')
+    line.strip_prefix("![")?
+        .split_once("](")?
+        .1
+        .strip_suffix(')')
 }
 
 /// The picture of a run on the bundled gesture, as `whippen run --plot` draws it.
 fn drawn(compiled: &Compiled) -> String {
     let (device, positions) = (Device::of(&compiled.model), common::gesture_of(compiled));
     let run = session::run(compiled, &device, EngineKind::Jit, &positions, |_| ());
-    session::figure(compiled, &run.unwrap_or_else(|e| panic!("{}: {e}", compiled.model.name))).svg()
+    session::figure(
+        compiled,
+        &run.unwrap_or_else(|e| panic!("{}: {e}", compiled.model.name)),
+    )
+    .svg()
 }
 
 pub fn compare_picture(path: &Path, now: &str) {
     if blessing() {
-        std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder that can be made");
+        std::fs::create_dir_all(path.parent().expect("a folder"))
+            .expect("a folder that can be made");
         std::fs::write(path, now).expect("a writable folder");
     }
     let kept = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    assert!(kept == now, "{} is not what a run draws now", path.display());
-    assert!(now.len() < 300_000, "{}: {} bytes", path.display(), now.len());
+    assert!(
+        kept == now,
+        "{} is not what a run draws now",
+        path.display()
+    );
+    assert!(
+        now.len() < 300_000,
+        "{}: {} bytes",
+        path.display(),
+        now.len()
+    );
 }
 
 #[test]
@@ -100,9 +138,15 @@ fn programs_of_the_documents_compile_and_look_as_pictured() {
             assert!(!compiled.is_empty(), "{document}: {}", block.text);
             programs += compiled.len();
             // Its picture stands before the next program.
-            let until = all[at + 1..].iter().position(|b| b.kind.starts_with("whip")).map_or(all.len(), |n| at + 1 + n);
+            let until = all[at + 1..]
+                .iter()
+                .position(|b| b.kind.starts_with("whip"))
+                .map_or(all.len(), |n| at + 1 + n);
             if let Some(path) = all[at..until].iter().find_map(|b| picture(&b.after)) {
-                compare_picture(&root(document).parent().expect("a folder").join(path), &drawn(&compiled[0]));
+                compare_picture(
+                    &root(document).parent().expect("a folder").join(path),
+                    &drawn(&compiled[0]),
+                );
                 pictures += 1;
             }
         }
@@ -118,10 +162,22 @@ fn every_instrument_has_a_page_with_its_picture() {
         let name = file.strip_suffix(".whip").expect("a program");
         let page = read(&format!("instruments/{name}.md"));
         let path = format!("pictures/{name}.svg");
-        assert!(page.lines().any(|line| picture(line) == Some(&path)), "{name}.md shows {path}");
-        assert!(page.contains(&format!("whippen run instruments/{file}")), "{name}.md says how to run it");
-        assert!(index.contains(file) && index.contains(&format!("{name}.md")), "the index names {name}");
-        compare_picture(&root("instruments").join(path), &drawn(&common::instruments(file, &[])[0]));
+        assert!(
+            page.lines().any(|line| picture(line) == Some(&path)),
+            "{name}.md shows {path}"
+        );
+        assert!(
+            page.contains(&format!("whippen run instruments/{file}")),
+            "{name}.md says how to run it"
+        );
+        assert!(
+            index.contains(file) && index.contains(&format!("{name}.md")),
+            "the index names {name}"
+        );
+        compare_picture(
+            &root("instruments").join(path),
+            &drawn(&common::instruments(file, &[])[0]),
+        );
     }
 }
 
@@ -132,13 +188,29 @@ fn the_library_is_documented_term_by_term_as_it_is() {
     for (name, text) in STD {
         let file = parse(0, text, &mut Vec::new());
         for item in &file.items {
-            let Item::Term(term) = item else { panic!("{name} holds something that is no term") };
-            assert!(!term.doc.is_empty(), "{name}: `{}` has no documentation", term.name.node);
-            let printed = pretty::print(&whippen_compiler::syntax::ast::File { items: vec![item.clone()] }).to_string();
+            let Item::Term(term) = item else {
+                panic!("{name} holds something that is no term")
+            };
+            assert!(
+                !term.doc.is_empty(),
+                "{name}: `{}` has no documentation",
+                term.name.node
+            );
+            let printed = pretty::print(&whippen_compiler::syntax::ast::File {
+                items: vec![item.clone()],
+            })
+            .to_string();
             // A long head stands on several lines.
             let lines = printed.lines().skip_while(|l| !l.starts_with("term "));
-            let head = lines.take_while(|l| *l != "{" && !l.starts_with("    let")).collect::<Vec<_>>().join(" ");
-            let head = head.split('{').next().unwrap_or_default().trim_start_matches("term ");
+            let head = lines
+                .take_while(|l| *l != "{" && !l.starts_with("    let"))
+                .collect::<Vec<_>>()
+                .join(" ");
+            let head = head
+                .split('{')
+                .next()
+                .unwrap_or_default()
+                .trim_start_matches("term ");
             signatures.insert(head.split_whitespace().collect::<Vec<_>>().join(" "));
         }
     }
@@ -154,18 +226,26 @@ fn the_library_is_documented_term_by_term_as_it_is() {
 fn typed(line: &str, folder: &Path) -> String {
     let words: Vec<&str> = line.split_whitespace().collect();
     assert_eq!(words[0], "whippen", "{line}");
-    let output = Command::new(env!("CARGO_BIN_EXE_whippen")).args(&words[1..]).current_dir(folder).output();
+    let output = Command::new(env!("CARGO_BIN_EXE_whippen"))
+        .args(&words[1..])
+        .current_dir(folder)
+        .output();
     let output = output.expect("the command starts");
     let text = [output.stdout, output.stderr].concat();
     let text = String::from_utf8(text).expect("UTF-8");
-    text.lines().map(|line| format!("{}\n", without_speed(line).trim_end())).collect()
+    text.lines()
+        .map(|line| format!("{}\n", without_speed(line).trim_end()))
+        .collect()
 }
 
 /// `.. engine jit, 286x real time` without its number.
 fn without_speed(line: &str) -> String {
     match line.split_once(" on engine ") {
         Some((before, after)) if after.ends_with("x real time") => {
-            format!("{before} on engine {}, ..x real time", after.split(',').next().unwrap_or_default())
+            format!(
+                "{before} on engine {}, ..x real time",
+                after.split(',').next().unwrap_or_default()
+            )
         }
         _ => line.to_string(),
     }
@@ -176,11 +256,24 @@ fn without_speed(line: &str) -> String {
 fn the_budget_of_the_split_is_what_its_page_shows() {
     let path = "instruments/split.md";
     let page = read(path);
-    let command = blocks(&page).into_iter().find(|block| block.kind == "sh").expect("a command").text;
+    let command = blocks(&page)
+        .into_iter()
+        .find(|block| block.kind == "sh")
+        .expect("a command")
+        .text;
     let said = typed(command.trim(), &root("instruments"));
     let is_core = |line: &&str| line.starts_with("core ") || line.starts_with("  ");
-    let cores = said.lines().skip_while(|line| !line.starts_with("core 0")).take_while(is_core);
-    let shown: String = said.lines().take(1).chain([""]).chain(cores).map(|line| format!("{line}\n")).collect();
+    let cores = said
+        .lines()
+        .skip_while(|line| !line.starts_with("core 0"))
+        .take_while(is_core);
+    let shown: String = said
+        .lines()
+        .take(1)
+        .chain([""])
+        .chain(cores)
+        .map(|line| format!("{line}\n"))
+        .collect();
     let (before, rest) = page.split_once("```text\n").expect("a text");
     let (_, after) = rest.split_once("```").expect("its end");
     let now = format!("{before}```text\n{shown}```{after}");
@@ -204,7 +297,11 @@ fn what_the_tutorial_types_prints_what_it_shows() {
         if block.kind != "sh" {
             continue;
         }
-        let said: String = block.text.lines().map(|line| typed(line, folder.path())).collect();
+        let said: String = block
+            .text
+            .lines()
+            .map(|line| typed(line, folder.path()))
+            .collect();
         assert!(!said.contains("panicked"), "{said}");
         commands += 1;
         if next.kind != "text" {
@@ -212,7 +309,10 @@ fn what_the_tutorial_types_prints_what_it_shows() {
         }
         if blessing() {
             let at = document.find(&block.text).expect("the block") + block.text.len();
-            let (from, to) = (format!("```text\n{}```", next.text), format!("```text\n{said}```"));
+            let (from, to) = (
+                format!("```text\n{}```", next.text),
+                format!("```text\n{said}```"),
+            );
             let behind = document[at..].replacen(&from, &to, 1);
             document.truncate(at);
             document += &behind;

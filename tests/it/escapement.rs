@@ -1,4 +1,5 @@
-//! The standard library's escapement and plectrum against the paper's words (Oboe & De Poli 2006, figs. 4, 5 and 8).
+//! The standard library's escapement and plectrum against the paper's words (Oboe & De Poli 2006,
+//! figs. 4, 5 and 8).
 
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::device::Device;
@@ -10,7 +11,8 @@ use crate::player::Player;
 /// Fixed point may be off by so much (N).
 const TOLERANCE_N: f64 = 1e-4;
 
-/// Where the force begins (theta_1), is highest (theta_2) and is gone (theta_3), and how high it is.
+/// Where the force begins (theta_1), is highest (theta_2) and is gone (theta_3), and how high it
+/// is.
 const START_M: f64 = 6.0e-3;
 const PEAK_M: f64 = 7.6e-3;
 const END_M: f64 = 8.4e-3;
@@ -47,7 +49,10 @@ struct Paper {
 
 impl Paper {
     fn new() -> Paper {
-        Paper { on: Trajectory::Rising, last_m: 0.0 }
+        Paper {
+            on: Trajectory::Rising,
+            last_m: 0.0,
+        }
     }
 
     fn rising_n(x_m: f64) -> f64 {
@@ -65,7 +70,8 @@ impl Paper {
             _ if x_m <= START_M => 0.0,
             Trajectory::Rising => Paper::rising_n(x_m),
             Trajectory::Falling => Paper::falling_n(x_m),
-            // Kept constant down to theta_m, where the rising slope has the same force; below, with the slope.
+            // Kept constant down to theta_m, where the rising slope has the same force; below, with
+            // the slope.
             Trajectory::Turned { force_n, .. } if Paper::rising_n(x_m) >= force_n => force_n,
             Trajectory::Turned { .. } => Paper::rising_n(x_m),
             Trajectory::Through => 0.0,
@@ -79,24 +85,28 @@ impl Paper {
             _ if x_m >= END_M => Trajectory::Through,
             Trajectory::Rising if x_m > PEAK_M => Trajectory::Falling,
             Trajectory::Rising => Trajectory::Rising,
-            Trajectory::Falling if x_m < self.last_m => {
-                Trajectory::Turned { force_n: Paper::falling_n(self.last_m), at_m: self.last_m }
-            }
+            Trajectory::Falling if x_m < self.last_m => Trajectory::Turned {
+                force_n: Paper::falling_n(self.last_m),
+                at_m: self.last_m,
+            },
             Trajectory::Falling => Trajectory::Falling,
-            // The paper leaves open what a key that went below theta_m meets on its way down again; here the memory stays.
+            // The paper leaves open what a key that went below theta_m meets on its way down again;
+            // here the memory stays.
             Trajectory::Turned { at_m, .. } if x_m >= at_m => Trajectory::Falling,
             turned => turned,
         }
     }
 }
 
-/// Moves a key from turning point to turning point (m), `step_m` a tick, and tells every tick to `each`.
+/// Moves a key from turning point to turning point (m), `step_m` a tick, and tells every tick to
+/// `each`.
 fn moved(from_m: f64, turns: &[(f64, f64)], mut each: impl FnMut(f64)) {
     let mut x_m = from_m;
     for &(to_m, step_m) in turns {
         let ticks = ((to_m - x_m).abs() / step_m).ceil().max(1.0);
         let from_m = x_m;
-        (1..=ticks as u32).for_each(|tick| each(from_m + (to_m - from_m) * f64::from(tick) / ticks));
+        (1..=ticks as u32)
+            .for_each(|tick| each(from_m + (to_m - from_m) * f64::from(tick) / ticks));
         x_m = to_m;
     }
 }
@@ -116,7 +126,15 @@ impl<'c> Beside<'c> {
     fn new(compiled: &'c Compiled, kind: EngineKind) -> Beside<'c> {
         let player = Player::new(compiled, kind);
         let (force, out) = (player.index("escapement"), player.index("jack.out"));
-        Beside { player, device: Device::mikey(), paper: Paper::new(), force, out, ticks: 0, worst_n: 0.0 }
+        Beside {
+            player,
+            device: Device::mikey(),
+            paper: Paper::new(),
+            force,
+            out,
+            ticks: 0,
+            worst_n: 0.0,
+        }
     }
 
     fn tick(&mut self, x_m: f64) -> f64 {
@@ -133,14 +151,20 @@ impl<'c> Beside<'c> {
             self.paper.on
         );
         // The jack tells the state the tick began with.
-        assert_eq!(self.player.value_at(self.out) == 1.0, was_through, "tick {}: jack.out at {x_m} m", self.ticks);
+        assert_eq!(
+            self.player.value_at(self.out) == 1.0,
+            was_through,
+            "tick {}: jack.out at {x_m} m",
+            self.ticks
+        );
         self.ticks += 1;
         self.worst_n = self.worst_n.max(off_n);
         force_n
     }
 }
 
-/// A stroke by turning points: position (mm) and the force there (mN), worked out by hand from figs. 4 and 5.
+/// A stroke by turning points: position (mm) and the force there (mN), worked out by hand from
+/// figs. 4 and 5.
 type Stroke = &'static [(f64, f64)];
 
 /// Rises 125 mN/mm from 6.0 mm to 200 mN at 7.6 mm, falls 250 mN/mm to nothing at 8.4 mm.
@@ -159,15 +183,44 @@ const STROKES: &[(&str, Stroke)] = &[
             (7.6, 0.0),
         ],
     ),
-    ("turned before the peak", &[(7.2, 150.0), (6.8, 100.0), (6.4, 50.0), (7.2, 150.0), (7.6, 200.0), (8.0, 100.0)]),
-    ("turned at the peak", &[(7.6, 200.0), (7.2, 150.0), (7.6, 200.0), (8.0, 100.0)]),
+    (
+        "turned before the peak",
+        &[
+            (7.2, 150.0),
+            (6.8, 100.0),
+            (6.4, 50.0),
+            (7.2, 150.0),
+            (7.6, 200.0),
+            (8.0, 100.0),
+        ],
+    ),
+    (
+        "turned at the peak",
+        &[(7.6, 200.0), (7.2, 150.0), (7.6, 200.0), (8.0, 100.0)],
+    ),
     (
         "turned past the peak (fig. 5)",
-        &[(8.0, 100.0), (7.6, 100.0), (7.0, 100.0), (6.8, 100.0), (6.4, 50.0), (6.0, 0.0)],
+        &[
+            (8.0, 100.0),
+            (7.6, 100.0),
+            (7.0, 100.0),
+            (6.8, 100.0),
+            (6.4, 50.0),
+            (6.0, 0.0),
+        ],
     ),
     (
         "turned again before theta_m",
-        &[(8.0, 100.0), (7.2, 100.0), (7.8, 100.0), (8.0, 100.0), (8.2, 50.0), (7.0, 50.0), (6.4, 50.0), (6.2, 25.0)],
+        &[
+            (8.0, 100.0),
+            (7.2, 100.0),
+            (7.8, 100.0),
+            (8.0, 100.0),
+            (8.2, 50.0),
+            (7.0, 50.0),
+            (6.4, 50.0),
+            (6.2, 25.0),
+        ],
     ),
     (
         "turned again and again",
@@ -182,13 +235,44 @@ const STROKES: &[(&str, Stroke)] = &[
             (8.1, 75.0),
         ],
     ),
-    ("turned again below theta_m", &[(8.0, 100.0), (6.4, 50.0), (6.8, 100.0), (7.6, 100.0), (8.0, 100.0), (8.2, 50.0)]),
-    ("turned at the very end", &[(8.36, 10.0), (7.0, 10.0), (6.08, 10.0), (6.04, 5.0), (7.0, 10.0), (8.38, 5.0)]),
+    (
+        "turned again below theta_m",
+        &[
+            (8.0, 100.0),
+            (6.4, 50.0),
+            (6.8, 100.0),
+            (7.6, 100.0),
+            (8.0, 100.0),
+            (8.2, 50.0),
+        ],
+    ),
+    (
+        "turned at the very end",
+        &[
+            (8.36, 10.0),
+            (7.0, 10.0),
+            (6.08, 10.0),
+            (6.04, 5.0),
+            (7.0, 10.0),
+            (8.38, 5.0),
+        ],
+    ),
     (
         "silent until it is back",
-        &[(8.5, 0.0), (6.2, 0.0), (7.6, 0.0), (6.01, 0.0), (8.3, 0.0), (5.99, 0.0), (6.8, 100.0)],
+        &[
+            (8.5, 0.0),
+            (6.2, 0.0),
+            (7.6, 0.0),
+            (6.01, 0.0),
+            (8.3, 0.0),
+            (5.99, 0.0),
+            (6.8, 100.0),
+        ],
     ),
-    ("back to the start without going through", &[(8.0, 100.0), (5.99, 0.0), (7.6, 200.0), (8.0, 100.0)]),
+    (
+        "back to the start without going through",
+        &[(8.0, 100.0), (5.99, 0.0), (7.6, 200.0), (8.0, 100.0)],
+    ),
 ];
 
 #[test]
@@ -200,10 +284,16 @@ fn strokes_and_inversions_have_the_forces_of_figures_4_and_5() {
             let mut last_m = 0.0;
             for &(x_mm, force_mn) in *points {
                 let mut felt_n = 0.0;
-                moved(last_m, &[(x_mm * 1e-3, 3e-6)], |x_m| felt_n = beside.tick(x_m));
+                moved(last_m, &[(x_mm * 1e-3, 3e-6)], |x_m| {
+                    felt_n = beside.tick(x_m)
+                });
                 last_m = x_mm * 1e-3;
-                // A word of the sensor is 0.17 um, 0.04 mN on the steep side; a tick past the turn is another word.
-                assert!((felt_n - force_mn * 1e-3).abs() < 2e-4, "{kind}, {name}: {felt_n} N at {x_mm} mm");
+                // A word of the sensor is 0.17 um, 0.04 mN on the steep side; a tick past the turn
+                // is another word.
+                assert!(
+                    (felt_n - force_mn * 1e-3).abs() < 2e-4,
+                    "{kind}, {name}: {felt_n} N at {x_mm} mm"
+                );
             }
         }
     }
@@ -230,9 +320,11 @@ fn thousands_of_random_motions_follow_the_paper() {
         let (mut turned, mut through) = (0, 0);
         for _ in 0..MOTIONS {
             let count = 3 + (next() * 10.0) as usize;
-            // Between 5.5 and 9 mm, most turns within the escapement; from 20 um to 1 mm a tick, 0.9 m/s to 44 m/s.
-            let mut turns: Vec<(f64, f64)> =
-                (0..count).map(|_| (5.5e-3 + 3.0e-3 * next(), 2e-5 * 50f64.powf(next()))).collect();
+            // Between 5.5 and 9 mm, most turns within the escapement; from 20 um to 1 mm a tick,
+            // 0.9 m/s to 44 m/s.
+            let mut turns: Vec<(f64, f64)> = (0..count)
+                .map(|_| (5.5e-3 + 3.0e-3 * next(), 2e-5 * 50f64.powf(next())))
+                .collect();
             // Every other motion begins at rest, the rest goes on from where the last one ended.
             if next() < 0.5 {
                 turns.insert(0, (0.0, 1e-4));
@@ -245,21 +337,32 @@ fn thousands_of_random_motions_follow_the_paper() {
             });
         }
         let Beside { ticks, worst_n, .. } = beside;
-        println!("{kind}: {MOTIONS} motions, {ticks} ticks, {turned} turned, {through} through, off {worst_n:.1e} N");
-        assert!(turned > ticks / 20 && through > ticks / 20, "the motions reach every part of the figures");
+        println!(
+            "{kind}: {MOTIONS} motions, {ticks} ticks, {turned} turned, {through} through, off {worst_n:.1e} N"
+        );
+        assert!(
+            turned > ticks / 20 && through > ticks / 20,
+            "the motions reach every part of the figures"
+        );
     }
 }
 
 /// The harpsichord with its stops.
 fn harpsichord(front: &str, back: &str, four: &str) -> Compiled {
-    let sets = [("front", front), ("back", back), ("four", four), ("B", "0N*s/m")];
+    let sets = [
+        ("front", front),
+        ("back", back),
+        ("four", four),
+        ("B", "0N*s/m"),
+    ];
     common::instruments("harpsichord.whip", &sets).remove(0)
 }
 
 /// Position (m) and force (N).
 type Curve = Vec<(f64, f64)>;
 
-/// Forces of a stroke to 9 mm and back, every 10 um: going down, coming back; and how often each row plucked.
+/// Forces of a stroke to 9 mm and back, every 10 um: going down, coming back; and how often each
+/// row plucked.
 fn stroke(player: &mut Player) -> (Curve, Curve, [usize; 3]) {
     let total = player.index("force");
     let (mut down, mut back) = (Vec::new(), Vec::new());
@@ -274,17 +377,33 @@ fn stroke(player: &mut Player) -> (Curve, Curve, [usize; 3]) {
     });
     let events = player.events();
     let count = |name: &str| events.iter().filter(|(event, _)| event == name).count();
-    (down, back, [count("pluck_front"), count("pluck_back"), count("pluck_four")])
+    (
+        down,
+        back,
+        [
+            count("pluck_front"),
+            count("pluck_back"),
+            count("pluck_four"),
+        ],
+    )
 }
 
 /// Positions (mm) and heights (N) of the local maxima.
 fn peaks(curve: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let summit = |w: &&[(f64, f64)]| w[1].1 > w[0].1 + 1e-4 && w[1].1 > w[2].1 + 1e-4;
-    curve.windows(3).filter(summit).map(|w| (w[1].0 * 1e3, w[1].1)).collect()
+    curve
+        .windows(3)
+        .filter(summit)
+        .map(|w| (w[1].0 * 1e3, w[1].1))
+        .collect()
 }
 
 fn at(curve: &[(f64, f64)], x_mm: f64) -> f64 {
-    let nearest = |a: &&(f64, f64), b: &&(f64, f64)| (a.0 - x_mm * 1e-3).abs().total_cmp(&(b.0 - x_mm * 1e-3).abs());
+    let nearest = |a: &&(f64, f64), b: &&(f64, f64)| {
+        (a.0 - x_mm * 1e-3)
+            .abs()
+            .total_cmp(&(b.0 - x_mm * 1e-3).abs())
+    };
     curve.iter().min_by(nearest).expect("a curve").1
 }
 
@@ -306,9 +425,16 @@ fn plectra_at_three_depths_make_the_peaks_of_figure_8() {
             assert_eq!(at(&down, silent_mm), 0.0, "going down at {silent_mm} mm");
         }
         assert!((at(&down, 3.4) - 0.45).abs() < 0.02 && (at(&down, 3.9) - 0.45).abs() < 0.06);
-        assert!(back.iter().all(|(_, force_n)| *force_n == 0.0), "silent on the way back");
+        assert!(
+            back.iter().all(|(_, force_n)| *force_n == 0.0),
+            "silent on the way back"
+        );
         assert_eq!(plucks, [1, 1, 1]);
-        assert_eq!(stroke(&mut player).2, [1, 1, 1], "and again on the next stroke");
+        assert_eq!(
+            stroke(&mut player).2,
+            [1, 1, 1],
+            "and again on the next stroke"
+        );
     }
 }
 
@@ -324,10 +450,17 @@ fn a_register_that_is_off_is_silent() {
         for kind in ENGINES {
             let (down, back, counted) = stroke(&mut Player::new(&compiled, kind));
             assert_eq!(counted, plucks, "{stops:?}");
-            let found: Vec<f64> = peaks(&down).iter().map(|(x_mm, _)| (x_mm * 10.0).round() / 10.0).collect();
+            let found: Vec<f64> = peaks(&down)
+                .iter()
+                .map(|(x_mm, _)| (x_mm * 10.0).round() / 10.0)
+                .collect();
             assert_eq!(found, expected_mm, "{stops:?}");
             let most_n = down.iter().chain(&back).map(|p| p.1).fold(0.0, f64::max);
-            assert_eq!(most_n == 0.0, expected_mm.is_empty(), "{stops:?}: {most_n} N");
+            assert_eq!(
+                most_n == 0.0,
+                expected_mm.is_empty(),
+                "{stops:?}: {most_n} N"
+            );
         }
     }
 }
@@ -339,9 +472,17 @@ fn a_plectrum_plucks_again_only_after_its_touch_point() {
         let mut player = Player::new(&compiled, kind);
         // From 3.0 mm it touches, at 4.0 mm it has plucked.
         let mut last_m = 0.0;
-        for (x_mm, plucks) in
-            [(3.95, 0), (3.1, 0), (4.2, 1), (3.05, 0), (4.2, 0), (2.95, 0), (4.2, 1), (0.0, 0), (9.0, 1)]
-        {
+        for (x_mm, plucks) in [
+            (3.95, 0),
+            (3.1, 0),
+            (4.2, 1),
+            (3.05, 0),
+            (4.2, 0),
+            (2.95, 0),
+            (4.2, 1),
+            (0.0, 0),
+            (9.0, 1),
+        ] {
             moved(last_m, &[(x_mm * 1e-3, 1e-5)], |x_m| player.tick(x_m));
             last_m = x_mm * 1e-3;
             // The event follows the tongue by a tick.

@@ -1,4 +1,5 @@
-//! The editor's grammar against the lexer: its regular expressions, run as an editor runs them, see what the compiler sees.
+//! The editor's grammar against the lexer: its regular expressions, run as an editor runs them, see
+//! what the compiler sees.
 
 use fancy_regex::Regex;
 use serde_json::Value;
@@ -43,24 +44,45 @@ fn collect(grammar: &Value, patterns: &Value, rules: &mut Vec<Rule>) {
         rules.push(Rule {
             regex: Regex::new(pattern["match"].as_str().expect("a match")).expect("an expression"),
             name: text(&pattern["name"]),
-            groups: captures.map(|(n, v)| (n.parse().expect("a number"), text(&v["name"]).expect("a name"))).collect(),
+            groups: captures
+                .map(|(n, v)| {
+                    (
+                        n.parse().expect("a number"),
+                        text(&v["name"]).expect("a name"),
+                    )
+                })
+                .collect(),
         });
     }
 }
 
-/// The scopes of a line: again and again the rule that matches first, of several the one named first.
+/// The scopes of a line: again and again the rule that matches first, of several the one named
+/// first.
 fn scopes(rules: &[Rule], line: &str) -> Vec<Scoped> {
     let (mut at, mut found) = (0, Vec::new());
     while at < line.len() {
         let matches = rules.iter().filter_map(|rule| {
-            let captures = rule.regex.captures_from_pos(line, at).expect("no runaway")?;
+            let captures = rule
+                .regex
+                .captures_from_pos(line, at)
+                .expect("no runaway")?;
             Some((captures.get(0)?.start(), rule, captures))
         });
-        let Some((_, rule, captures)) = matches.min_by_key(|(start, ..)| *start) else { break };
+        let Some((_, rule, captures)) = matches.min_by_key(|(start, ..)| *start) else {
+            break;
+        };
         let whole = captures.get(0).expect("all of it");
-        found.extend(rule.name.iter().map(|name| (whole.start(), whole.end(), name.clone())));
+        found.extend(
+            rule.name
+                .iter()
+                .map(|name| (whole.start(), whole.end(), name.clone())),
+        );
         for (group, name) in &rule.groups {
-            found.extend(captures.get(*group).map(|m| (m.start(), m.end(), name.clone())));
+            found.extend(
+                captures
+                    .get(*group)
+                    .map(|m| (m.start(), m.end(), name.clone())),
+            );
         }
         at = whole.end().max(at + 1);
     }
@@ -69,12 +91,22 @@ fn scopes(rules: &[Rule], line: &str) -> Vec<Scoped> {
 
 /// The scope of the byte at a place of a line.
 fn scope(scopes: &[Scoped], at: usize) -> &str {
-    scopes.iter().rfind(|(start, end, _)| *start <= at && at < *end).map_or("", |(_, _, name)| name)
+    scopes
+        .iter()
+        .rfind(|(start, end, _)| *start <= at && at < *end)
+        .map_or("", |(_, _, name)| name)
 }
 
 fn texts() -> Vec<&'static str> {
-    let blocks = MANUAL.split("```whip\n").skip(1).map(|rest| rest.split("```").next().expect("an end"));
-    bundled::programs().map(|(_, text)| *text).chain([STARTER]).chain(blocks).collect()
+    let blocks = MANUAL
+        .split("```whip\n")
+        .skip(1)
+        .map(|rest| rest.split("```").next().expect("an end"));
+    bundled::programs()
+        .map(|(_, text)| *text)
+        .chain([STARTER])
+        .chain(blocks)
+        .collect()
 }
 
 #[test]
@@ -96,7 +128,11 @@ fn programs_are_coloured_as_the_lexer_reads_them() {
             scope(scopes, byte - start)
         };
         for comment in &lexed.comments {
-            assert!(scope_at(comment.span.start as usize).starts_with("comment."), "{}", comment.node);
+            assert!(
+                scope_at(comment.span.start as usize).starts_with("comment."),
+                "{}",
+                comment.node
+            );
         }
         for token in &lexed.tokens {
             let (start, end) = (token.span.start as usize, token.span.end as usize);
@@ -111,13 +147,21 @@ fn programs_are_coloured_as_the_lexer_reads_them() {
                 token if token.is_hard_keyword() => found.starts_with("keyword."),
                 // Whether a soft keyword is one here, only the grammar knows.
                 _ if SOFT_KEYWORDS.contains(&written) => true,
-                Token::Word(_) | Token::Sharp(_) => !found.starts_with("keyword.") && !found.starts_with("comment."),
-                Token::LeftParen | Token::RightParen | Token::Comma | Token::Dot => found.is_empty(),
+                Token::Word(_) | Token::Sharp(_) => {
+                    !found.starts_with("keyword.") && !found.starts_with("comment.")
+                }
+                Token::LeftParen | Token::RightParen | Token::Comma | Token::Dot => {
+                    found.is_empty()
+                }
                 Token::Open(_) | Token::Close(_) => found.is_empty(),
                 Token::Colon => found.is_empty() || found == "punctuation.separator.whip",
                 _ => found == "keyword.operator.whip",
             };
-            assert!(right, "`{written}` is `{found}` in\n{}", &text[start.saturating_sub(60)..end]);
+            assert!(
+                right,
+                "`{written}` is `{found}` in\n{}",
+                &text[start.saturating_sub(60)..end]
+            );
             seen += 1;
         }
     }
@@ -129,29 +173,71 @@ fn the_grammar_knows_the_words_of_the_compiler() {
     let rules = rules();
     for word in HARD_KEYWORDS {
         let found = scopes(&rules, word);
-        assert!(["keyword.", "constant.language"].iter().any(|k| scope(&found, 0).starts_with(k)), "{word}");
+        assert!(
+            ["keyword.", "constant.language"]
+                .iter()
+                .any(|k| scope(&found, 0).starts_with(k)),
+            "{word}"
+        );
     }
     for unit in unit_names() {
-        assert_eq!(scope(&scopes(&rules, &format!("12 {unit}")), 3), "keyword.other.unit.whip", "{unit}");
+        assert_eq!(
+            scope(&scopes(&rules, &format!("12 {unit}")), 3),
+            "keyword.other.unit.whip",
+            "{unit}"
+        );
         let whole = format!("12 N*{unit}^-2");
-        assert_eq!(scope(&scopes(&rules, &whole), whole.len() - 1), "keyword.other.unit.whip", "{unit}");
-        assert_eq!(scope(&scopes(&rules, &format!("12  {unit}")), 4), "", "{unit} after two spaces");
-        assert_eq!(scope(&scopes(&rules, &format!("12 {unit}x")), 3), "", "{unit}x");
+        assert_eq!(
+            scope(&scopes(&rules, &whole), whole.len() - 1),
+            "keyword.other.unit.whip",
+            "{unit}"
+        );
+        assert_eq!(
+            scope(&scopes(&rules, &format!("12  {unit}")), 4),
+            "",
+            "{unit} after two spaces"
+        );
+        assert_eq!(
+            scope(&scopes(&rules, &format!("12 {unit}x")), 3),
+            "",
+            "{unit}x"
+        );
     }
     for dimension in dimension_names().chain(["bool"]) {
-        assert_eq!(scope(&scopes(&rules, &format!("state a: {dimension} in")), 9), "support.type.whip", "{dimension}");
+        assert_eq!(
+            scope(&scopes(&rules, &format!("state a: {dimension} in")), 9),
+            "support.type.whip",
+            "{dimension}"
+        );
     }
     let unknown = |pattern: &str, known: &[&str]| -> Vec<String> {
-        let words = pattern.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').map(str::to_string);
+        let words = pattern
+            .split(|c: char| !c.is_ascii_alphanumeric() && c != '_')
+            .map(str::to_string);
         words
-            .filter(|w| w.len() > 1 && w.chars().all(|c| c.is_ascii_lowercase()) && !known.contains(&w.as_str()))
+            .filter(|w| {
+                w.len() > 1
+                    && w.chars().all(|c| c.is_ascii_lowercase())
+                    && !known.contains(&w.as_str())
+            })
             .collect()
     };
     let grammar: Value = serde_json::from_str(GRAMMAR).expect("JSON");
     let keywords = [HARD_KEYWORDS, SOFT_KEYWORDS].concat();
-    for rule in grammar["repository"]["keywords"]["patterns"].as_array().expect("a list") {
-        let pattern = rule["match"].as_str().expect("a match").replace("\\b", " ").replace("\\s", " ");
-        assert_eq!(unknown(&pattern, &keywords), Vec::<String>::new(), "{pattern}");
+    for rule in grammar["repository"]["keywords"]["patterns"]
+        .as_array()
+        .expect("a list")
+    {
+        let pattern = rule["match"]
+            .as_str()
+            .expect("a match")
+            .replace("\\b", " ")
+            .replace("\\s", " ");
+        assert_eq!(
+            unknown(&pattern, &keywords),
+            Vec::<String>::new(),
+            "{pattern}"
+        );
     }
 }
 
@@ -159,15 +245,31 @@ fn the_grammar_knows_the_words_of_the_compiler() {
 fn soft_keywords_are_keywords_in_their_places_alone() {
     let rules = rules();
     let cases = [
-        ("    sense x: length in 0 mm .. 1 mm over 1 ms", "over", true),
+        (
+            "    sense x: length in 0 mm .. 1 mm over 1 ms",
+            "over",
+            true,
+        ),
         ("    sense x: length in a .. b slew 1 m/s", "slew", true),
-        ("    pulse p: force in 0 N .. 1 N lasting 8 ms", "lasting", true),
+        (
+            "    pulse p: force in 0 N .. 1 N lasting 8 ms",
+            "lasting",
+            true,
+        ),
         ("            fire thump at 20 N*s/m * squeeze'", "at", true),
         ("    rate     44100 Hz", "rate", true),
         ("        torque  l3 * push", "torque", true),
-        ("        angle   phi in 0 rad .. 1 rad, rate in", "rate", true),
+        (
+            "        angle   phi in 0 rad .. 1 rad, rate in",
+            "rate",
+            true,
+        ),
         ("    programs grand_piano", "programs", true),
-        ("    zones    split = { A0 .. B3: hammond, C4 .. C8: grand_piano }", "zones", true),
+        (
+            "    zones    split = { A0 .. B3: hammond, C4 .. C8: grand_piano }",
+            "zones",
+            true,
+        ),
         ("    zones = { A0: 1 N }", "zones", false),
         ("    zones.weight = { A0: 1 N }", "zones", false),
         ("    param mass = 2 kg", "mass", false),
@@ -179,6 +281,10 @@ fn soft_keywords_are_keywords_in_their_places_alone() {
     for (line, word, keyword) in cases {
         let found = scopes(&rules, line);
         let at = line.find(word).expect("there");
-        assert_eq!(scope(&found, at).starts_with("keyword."), keyword, "{line}: {found:?}");
+        assert_eq!(
+            scope(&found, at).starts_with("keyword."),
+            keyword,
+            "{line}: {found:?}"
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Fixed point against the model in f64: a free run within the bars, one tick within the proven bound.
+//! Fixed point against the model in f64: a free run within the bars, one tick within the proven
+//! bound.
 
 use whippen_compiler::fix::{Export, ExportKind};
 use whippen_compiler::ideal::{Ideal, KeyState};
@@ -12,16 +13,26 @@ use whippen_runtime::engine::EngineKind;
 use crate::common;
 
 fn against_ideal(compiled: &Compiled, positions_m: &[f64]) -> Comparison {
-    compare(compiled, &Device::of(&compiled.model), EngineKind::Jit, positions_m, |_| ())
-        .unwrap_or_else(|e| panic!("{e}"))
+    compare(
+        compiled,
+        &Device::of(&compiled.model),
+        EngineKind::Jit,
+        positions_m,
+        |_| (),
+    )
+    .unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn max_of(compiled: &Compiled, comparison: &Comparison, wanted: impl Fn(&Export) -> bool) -> f64 {
-    let rows = comparison.deviations.iter().filter(|d| wanted(&compiled.lowered.exports[d.export]));
+    let rows = comparison
+        .deviations
+        .iter()
+        .filter(|d| wanted(&compiled.lowered.exports[d.export]));
     rows.map(|d| d.max).fold(0.0, f64::max)
 }
 
-/// The bars of `docs/bars.md`: force within 2 mN, hammer angle within 1e-4 rad, strike speeds within 0.1 %, same events.
+/// The bars of `docs/bars.md`: force within 2 mN, hammer angle within 1e-4 rad, strike speeds
+/// within 0.1 %, same events.
 fn within_the_bars(compiled: &Compiled, positions_m: &[f64]) {
     let comparison = against_ideal(compiled, positions_m);
     let force_n = max_of(compiled, &comparison, |e| e.kind == ExportKind::Total);
@@ -35,10 +46,15 @@ fn within_the_bars(compiled: &Compiled, positions_m: &[f64]) {
     );
     assert!(comparison.events_together > 10 || compiled.model.rules.is_empty());
     assert_eq!(comparison.events_apart, [], "{}", compiled.model.name);
-    assert!(force_n <= 2e-3 && angle_rad <= 1e-4 && comparison.args_relative_max <= 1e-3, "{}", compiled.model.name);
+    assert!(
+        force_n <= 2e-3 && angle_rad <= 1e-4 && comparison.args_relative_max <= 1e-3,
+        "{}",
+        compiled.model.name
+    );
 }
 
-/// All but the two-body action, whose hammer bounces without loss: there a millionth of a radian grows with every landing.
+/// All but the two-body action, whose hammer bounces without loss: there a millionth of a radian
+/// grows with every landing.
 fn losing() -> Vec<Compiled> {
     let mut all = common::all();
     all.retain(|compiled| compiled.model.name != "two_body");
@@ -47,13 +63,18 @@ fn losing() -> Vec<Compiled> {
 
 #[test]
 fn a_free_run_stays_within_the_bars_on_the_gesture() {
-    losing().iter().for_each(|c| within_the_bars(c, &common::gesture_of(c)));
+    losing()
+        .iter()
+        .for_each(|c| within_the_bars(c, &common::gesture_of(c)));
 }
 
 #[test]
 fn a_free_run_stays_within_the_bars_on_the_recording() {
     if let Some(positions_m) = common::recording() {
-        losing().iter().filter(|c| !c.model.turns()).for_each(|c| within_the_bars(c, &positions_m));
+        losing()
+            .iter()
+            .filter(|c| !c.model.turns())
+            .for_each(|c| within_the_bars(c, &positions_m));
     }
 }
 
@@ -66,7 +87,12 @@ fn adopted(compiled: &Compiled, interp: &Interp) -> KeyState {
     };
     let real = |index: usize| {
         let export = |e: &&Export| e.kind == ExportKind::Cell(CellId(index as u32));
-        let export = compiled.lowered.exports.iter().find(export).expect("every cell is exported");
+        let export = compiled
+            .lowered
+            .exports
+            .iter()
+            .find(export)
+            .expect("every cell is exported");
         export.value(cell(&model.cells[index].name).expect("every cell is in the kernel"))
     };
     let held = |rule: &whippen_compiler::model::Rule| match &rule.kind {
@@ -75,9 +101,17 @@ fn adopted(compiled: &Compiled, interp: &Interp) -> KeyState {
     };
     KeyState {
         cells: (0..model.cells.len()).map(real).collect(),
-        machines: model.machines.iter().map(|m| cell(&format!("{}.state", m.name)).unwrap_or(0) as u32).collect(),
+        machines: model
+            .machines
+            .iter()
+            .map(|m| cell(&format!("{}.state", m.name)).unwrap_or(0) as u32)
+            .collect(),
         held: model.rules.iter().map(held).collect(),
-        pulse_left: model.pulses.iter().map(|p| cell(&format!("{}.pulse", p.name)).unwrap_or(0) as u32).collect(),
+        pulse_left: model
+            .pulses
+            .iter()
+            .map(|p| cell(&format!("{}.pulse", p.name)).unwrap_or(0) as u32)
+            .collect(),
     }
 }
 
@@ -92,8 +126,9 @@ fn tied(model: &Model, ideal: &Ideal) -> bool {
     })
 }
 
-/// Puts `ideal` into the state of the integers in every tick and compares what both compute from it. `noise` is what f64
-/// itself may lose where large values cancel. Gives how many values were compared and how many ticks were left out.
+/// Puts `ideal` into the state of the integers in every tick and compares what both compute from
+/// it. `noise` is what f64 itself may lose where large values cancel. Gives how many values were
+/// compared and how many ticks were left out.
 pub fn one_tick_at_a_time(compiled: &Compiled, words: &[u16], noise: f64) -> (usize, usize) {
     let (model, kernel) = (&compiled.model, &compiled.lowered.kernel);
     let mut interp = Interp::new(kernel, 1).unwrap_or_else(|e| panic!("{e}"));
@@ -121,7 +156,12 @@ pub fn one_tick_at_a_time(compiled: &Compiled, words: &[u16], noise: f64) -> (us
             let error = (export.value(integer) - real).abs();
             // f64 rounds too; a millionth of the bound is far above that.
             let bound = export.error * (1.0 + 1e-6) + 1e-12 * real.abs() + noise;
-            assert!(error <= bound, "{}: tick {tick}, {}: {error:e} > {bound:e}", model.name, export.name);
+            assert!(
+                error <= bound,
+                "{}: tick {tick}, {}: {error:e} > {bound:e}",
+                model.name,
+                export.name
+            );
             compared += 1;
         }
     }
@@ -138,7 +178,11 @@ fn one_tick_stays_within_the_proven_bound() {
     for compiled in common::all() {
         let words = common::words(&positions_m);
         let (compared, ties) = one_tick_at_a_time(&compiled, &words, 0.0);
-        println!("{}: {compared} values compared, {ties} of {} ticks tied", compiled.model.name, words.len());
+        println!(
+            "{}: {compared} values compared, {ties} of {} ticks tied",
+            compiled.model.name,
+            words.len()
+        );
         assert!(compared > 500_000 && ties * 1000 < words.len());
     }
 }

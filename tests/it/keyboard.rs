@@ -10,8 +10,16 @@ use whippen_runtime::engine::{Engine, EngineKind};
 fn mikey() -> Program {
     let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/instruments"));
     let mut map = SourceMap::default();
-    for file in ["mikey.whip", "grand-piano.whip", "harpsichord.whip", "hammond.whip"] {
-        map.add(file, std::fs::read_to_string(folder.join(file)).unwrap_or_else(|e| panic!("{file}: {e}")));
+    for file in [
+        "mikey.whip",
+        "grand-piano.whip",
+        "harpsichord.whip",
+        "hammond.whip",
+    ] {
+        map.add(
+            file,
+            std::fs::read_to_string(folder.join(file)).unwrap_or_else(|e| panic!("{file}: {e}")),
+        );
     }
     let (program, diagnostics) = compile_front(&mut map, &Options::default());
     program.unwrap_or_else(|| panic!("{diagnostics:#?}"))
@@ -20,8 +28,17 @@ fn mikey() -> Program {
 #[test]
 fn mikey_has_88_keys_and_three_programs() {
     let program = mikey();
-    let [keyboard] = program.keyboards.as_slice() else { panic!("one keyboard") };
-    assert_eq!((keyboard.name.as_str(), keyboard.device.as_str(), keyboard.keys()), ("mikey", "mikey", 88));
+    let [keyboard] = program.keyboards.as_slice() else {
+        panic!("one keyboard")
+    };
+    assert_eq!(
+        (
+            keyboard.name.as_str(),
+            keyboard.device.as_str(),
+            keyboard.keys()
+        ),
+        ("mikey", "mikey", 88)
+    );
     let names: Vec<&str> = keyboard.programs.iter().map(|p| p.name.as_str()).collect();
     assert_eq!(names, ["grand_piano", "harpsichord", "hammond"]);
     assert_eq!(keyboard.rate_hz, 44_100);
@@ -30,7 +47,11 @@ fn mikey_has_88_keys_and_three_programs() {
 #[test]
 fn bass_keys_of_the_grand_are_heavier_than_treble_keys() {
     let program = mikey();
-    let model = program.instruments.into_iter().find(|m| m.name == "grand_piano").expect("the grand");
+    let model = program
+        .instruments
+        .into_iter()
+        .find(|m| m.name == "grand_piano")
+        .expect("the grand");
     let (device, keys) = (Device::mikey(), 88);
     let grand = compile(model, device.scales(), true).unwrap_or_else(|e| panic!("{e:?}"));
     for kind in [EngineKind::Jit, EngineKind::Interp, EngineKind::Ideal] {
@@ -44,7 +65,10 @@ fn bass_keys_of_the_grand_are_heavier_than_treble_keys() {
         let hammer_n = 11.74e-3 * 0.103 * 9.80665 * (160.0 / 218.0) / 17.8e-3;
         for (key, force_n) in force_n.iter().enumerate() {
             let expected_n = hammer_n - 0.10 - 0.06 * key as f64 / 87.0;
-            assert!((force_n - expected_n).abs() < 2e-3, "{kind}, key {key}: {force_n} N, not {expected_n} N");
+            assert!(
+                (force_n - expected_n).abs() < 2e-3,
+                "{kind}, key {key}: {force_n} N, not {expected_n} N"
+            );
         }
     }
 }

@@ -18,7 +18,12 @@ const T_S: f64 = 1.0 / RATE_HZ as f64;
 /// An instrument that senses `x` and holds these declarations.
 fn instrument(declarations: &str) -> Compiled {
     let sense = "sense x: length in -0.5 mm .. 10.5 mm over 0.7 ms";
-    common::compiled("rule.whip", &format!("instrument rule {{ {sense}\n{declarations} }}"), &[]).remove(0)
+    common::compiled(
+        "rule.whip",
+        &format!("instrument rule {{ {sense}\n{declarations} }}"),
+        &[],
+    )
+    .remove(0)
 }
 
 /// Tells the same story to both engines.
@@ -31,7 +36,10 @@ fn both(compiled: &Compiled, story: impl Fn(&mut Player)) {
 
 #[track_caller]
 fn close(found: f64, expected: f64, tolerance: f64) {
-    assert!((found - expected).abs() <= tolerance, "{found} instead of {expected}");
+    assert!(
+        (found - expected).abs() <= tolerance,
+        "{found} instead of {expected}"
+    );
 }
 
 /// Positions that fall on words of the sensor, so that a slope has no quantisation in it (m).

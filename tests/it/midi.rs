@@ -19,9 +19,14 @@ const FILES: [&str; 2] = ["mikey.whip", "grand-piano.whip"];
 
 fn instruments() -> Vec<String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("instruments");
-    ["mikey.whip", "grand-piano.whip", "harpsichord.whip", "hammond.whip"]
-        .map(|file| folder.join(file).display().to_string())
-        .to_vec()
+    [
+        "mikey.whip",
+        "grand-piano.whip",
+        "harpsichord.whip",
+        "hammond.whip",
+    ]
+    .map(|file| folder.join(file).display().to_string())
+    .to_vec()
 }
 
 /// A file of one track, 480 ticks a beat at 120: notes as on (beats), off, key, velocity.
@@ -36,17 +41,34 @@ fn file(notes: &[(f64, f64, u8, u8)]) -> Vec<u8> {
     for (tick, message) in events {
         let delta = tick - now;
         now = tick;
-        body.extend([(delta >> 14) as u8 | 0x80, (delta >> 7) as u8 | 0x80, delta as u8 & 0x7f]);
+        body.extend([
+            (delta >> 14) as u8 | 0x80,
+            (delta >> 7) as u8 | 0x80,
+            delta as u8 & 0x7f,
+        ]);
         body.extend(message);
     }
     body.extend([0, 0xff, 0x2f, 0]);
-    [b"MThd\0\0\0\x06\0\0\0\x01\x01\xe0MTrk", &(body.len() as u32).to_be_bytes()[..], &body].concat()
+    [
+        b"MThd\0\0\0\x06\0\0\0\x01\x01\xe0MTrk",
+        &(body.len() as u32).to_be_bytes()[..],
+        &body,
+    ]
+    .concat()
 }
 
 /// Scale over many keys, a trill, a chord, and one note too soft to strike.
 fn music() -> Vec<(f64, f64, u8, u8)> {
-    let mut notes: Vec<(f64, f64, u8, u8)> =
-        (0..24).map(|i| (f64::from(i) * 0.1, f64::from(i) * 0.1 + 0.3, 40 + 2 * i, 40 + 3 * i)).collect();
+    let mut notes: Vec<(f64, f64, u8, u8)> = (0..24)
+        .map(|i| {
+            (
+                f64::from(i) * 0.1,
+                f64::from(i) * 0.1 + 0.3,
+                40 + 2 * i,
+                40 + 3 * i,
+            )
+        })
+        .collect();
     notes.extend((0..12).map(|i| (2.0 + f64::from(i) * 0.2, 2.15 + f64::from(i) * 0.2, 60, 80)));
     notes.extend([48, 52, 55].map(|key| (4.8, 5.5, key, 100)));
     notes.push((5.0, 6.0, 30, 1));
@@ -54,10 +76,17 @@ fn music() -> Vec<(f64, f64, u8, u8)> {
 }
 
 fn command(args: &[&str], folder: &Path) -> (i32, String, String) {
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_whippen")).args(args).current_dir(folder).output().expect("it starts");
+    let output = Command::new(env!("CARGO_BIN_EXE_whippen"))
+        .args(args)
+        .current_dir(folder)
+        .output()
+        .expect("it starts");
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
-    (output.status.code().unwrap_or(-1), text(output.stdout), text(output.stderr))
+    (
+        output.status.code().unwrap_or(-1),
+        text(output.stdout),
+        text(output.stderr),
+    )
 }
 
 #[test]
@@ -68,32 +97,67 @@ fn a_performance_strikes_what_it_should_and_says_what_not() {
     std::fs::write(folder.path().join("song.mid"), file(&notes)).expect("writable");
     let files = instruments();
     let run = |more: &[&str]| {
-        let words: Vec<&str> = ["run"].into_iter().chain(files.iter().map(String::as_str)).collect();
-        command(&[&words[..], &["--midi", "song.mid"], more].concat(), folder.path())
+        let words: Vec<&str> = ["run"]
+            .into_iter()
+            .chain(files.iter().map(String::as_str))
+            .collect();
+        command(
+            &[&words[..], &["--midi", "song.mid"], more].concat(),
+            folder.path(),
+        )
     };
     // Strings further away than they should be: the softest note does not reach them.
     let far = ["--set", "grand_piano.phi_string=0.38 rad"];
-    let outputs = ["--events", "e.csv", "--report", "r.html", "--key", "C4", "--out", "c4.csv", "--every", "100"];
+    let outputs = [
+        "--events", "e.csv", "--report", "r.html", "--key", "C4", "--out", "c4.csv", "--every",
+        "100",
+    ];
     let (code, out, err) = run(&[&far[..], &outputs].concat());
     assert_eq!((code, err.as_str()), (0, ""), "{out}");
     assert!(out.contains("41 notes on 26 of 88 keys"), "{out}");
-    assert!(out.contains("1 notes lie outside of A0 .. C8 and are not played: D8"), "{out}");
-    assert!(out.contains("mikey, grand_piano: ") && out.contains("40 notes: 39 struck, 1 did not"), "{out}");
+    assert!(
+        out.contains("1 notes lie outside of A0 .. C8 and are not played: D8"),
+        "{out}"
+    );
+    assert!(
+        out.contains("mikey, grand_piano: ") && out.contains("40 notes: 39 struck, 1 did not"),
+        "{out}"
+    );
     assert!(out.contains("F#1  velocity   1  too soft"), "{out}");
     let events = std::fs::read_to_string(folder.path().join("e.csv")).expect("events");
-    assert!(events.starts_with("t_s,key,name,event,speed_m_per_s\n"), "{events}");
-    assert_eq!(events.lines().filter(|l| l.contains(",39,C4,note,")).count(), 13, "the trill and one of the scale");
     assert!(
-        std::fs::read_to_string(folder.path().join("c4.csv")).expect("a trace").starts_with("t_s,drive_n,x_m,force_n,")
+        events.starts_with("t_s,key,name,event,speed_m_per_s\n"),
+        "{events}"
+    );
+    assert_eq!(
+        events
+            .lines()
+            .filter(|l| l.contains(",39,C4,note,"))
+            .count(),
+        13,
+        "the trill and one of the scale"
+    );
+    assert!(
+        std::fs::read_to_string(folder.path().join("c4.csv"))
+            .expect("a trace")
+            .starts_with("t_s,drive_n,x_m,force_n,")
     );
     let page = std::fs::read_to_string(folder.path().join("r.html")).expect("a page");
     crate::report::check_tags(&page);
     assert!(page.contains("id=\"key-c4\"") && page.contains("too soft"));
     looked_at(&page);
     // Other programs of the keyboard, other engines.
-    let (_, out, _) = run(&["--program", "harpsichord", "--engine", "interp", "--seconds", "1.5"]);
+    let (_, out, _) = run(&[
+        "--program",
+        "harpsichord",
+        "--engine",
+        "interp",
+        "--seconds",
+        "1.5",
+    ]);
     assert!(
-        out.contains("mikey, harpsichord: 1.50 s on engine interp") && out.contains("2 strikes a note are usual"),
+        out.contains("mikey, harpsichord: 1.50 s on engine interp")
+            && out.contains("2 strikes a note are usual"),
         "{out}"
     );
 }
@@ -110,7 +174,9 @@ fn looked_at(page: &str) {
         location.hash = '#key-c4';
         await after(500);
         done({ canvases, before, fault, all: document.querySelectorAll('canvas').length });";
-    let Some(result) = browser::play(page, script) else { return };
+    let Some(result) = browser::play(page, script) else {
+        return;
+    };
     assert_eq!(result["errors"], serde_json::json!([]), "{result}");
     assert_eq!(
         (&result["canvases"], &result["all"]),
@@ -118,7 +184,10 @@ fn looked_at(page: &str) {
         "roll and two scatters; then the key's own"
     );
     // The missed note is at 3 s; two seconds to either side are shown, as far as there is anything.
-    assert_eq!((&result["before"], &result["fault"]), (&"0.0000 – 4.5746 s".into(), &"0.5746 – 4.5746 s".into()));
+    assert_eq!(
+        (&result["before"], &result["fault"]),
+        (&"0.0000 – 4.5746 s".into(), &"0.5746 – 4.5746 s".into())
+    );
 }
 
 #[test]
@@ -130,14 +199,38 @@ fn wrong_performances_are_refused_with_what_to_do() {
     let files = instruments();
     let grand = files[1].as_str();
     let cases: &[(&[&str], &str)] = &[
-        (&[grand, "--midi", "absent.mid"], "absent.mid: there is no such file"),
-        (&[grand, "--midi", "noise.mid"], "noise.mid: is not a MIDI file"),
-        (&[grand, "--midi", "high.mid"], "no note is on the keys A0 .. C8"),
-        (&[grand, "--midi", "song.mid", "--out", "t.csv"], "such as `--key C4`"),
-        (&[grand, "--midi", "song.mid", "--key", "C9"], "the keys A0 .. C8, and not C9"),
-        (&[grand, "--midi", "song.mid", "--key", "H3"], "such as C4, F#3 or Bb5"),
-        (&[grand, "--midi", "song.mid", "--program", "organ"], "there is no instrument `organ`"),
-        (&[grand, "--midi", "song.mid", "--motion", "m.csv"], "cannot be used with"),
+        (
+            &[grand, "--midi", "absent.mid"],
+            "absent.mid: there is no such file",
+        ),
+        (
+            &[grand, "--midi", "noise.mid"],
+            "noise.mid: is not a MIDI file",
+        ),
+        (
+            &[grand, "--midi", "high.mid"],
+            "no note is on the keys A0 .. C8",
+        ),
+        (
+            &[grand, "--midi", "song.mid", "--out", "t.csv"],
+            "such as `--key C4`",
+        ),
+        (
+            &[grand, "--midi", "song.mid", "--key", "C9"],
+            "the keys A0 .. C8, and not C9",
+        ),
+        (
+            &[grand, "--midi", "song.mid", "--key", "H3"],
+            "such as C4, F#3 or Bb5",
+        ),
+        (
+            &[grand, "--midi", "song.mid", "--program", "organ"],
+            "there is no instrument `organ`",
+        ),
+        (
+            &[grand, "--midi", "song.mid", "--motion", "m.csv"],
+            "cannot be used with",
+        ),
         (&[grand, "--program", "grand_piano"], "--midi"),
     ];
     for (args, says) in cases {
@@ -151,12 +244,18 @@ fn wrong_performances_are_refused_with_what_to_do() {
 fn grand() -> whippen_compiler::model::Model {
     let mut map = SourceMap::default();
     for file in FILES.iter().chain(&["harpsichord.whip", "hammond.whip"]) {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("instruments").join(file);
+        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("instruments")
+            .join(file);
         map.add(*file, std::fs::read_to_string(path).expect("bundled"));
     }
     let (program, diagnostics) = compile_front(&mut map, &Options::default());
     let program = program.unwrap_or_else(|| panic!("{diagnostics:?}"));
-    program.instruments.into_iter().find(|m| m.name == "grand_piano").expect("the grand")
+    program
+        .instruments
+        .into_iter()
+        .find(|m| m.name == "grand_piano")
+        .expect("the grand")
 }
 
 /// One instrument on all keys.
@@ -168,10 +267,18 @@ fn all(model: &Model) -> [Part<'_>; 1] {
 fn laid_out(notes: &[Note]) -> (Vec<PlayingKey>, Vec<Vec<Stroke>>) {
     let mut out = (Vec::new(), Vec::new());
     for key in 21..=108 {
-        let own: Vec<(usize, Note)> = notes.iter().copied().enumerate().filter(|(_, n)| n.key == key).collect();
+        let own: Vec<(usize, Note)> = notes
+            .iter()
+            .copied()
+            .enumerate()
+            .filter(|(_, n)| n.key == key)
+            .collect();
         if !own.is_empty() {
             let (moves, made) = strokes(&own, 0.5);
-            out.0.push(PlayingKey { index: usize::from(key - 21), moves });
+            out.0.push(PlayingKey {
+                index: usize::from(key - 21),
+                moves,
+            });
             out.1.push(made);
         }
     }
@@ -186,28 +293,54 @@ fn any_number_of_threads_and_any_company_give_the_same_bits() {
     let (keys, _) = laid_out(&notes);
     let ticks = 2 * 44_100;
     let run = |keys: &[PlayingKey], threads| {
-        play(&all(&model), &device, EngineKind::Jit, keys, ticks, threads, |_| ()).expect("it plays")
+        play(
+            &all(&model),
+            &device,
+            EngineKind::Jit,
+            keys,
+            ticks,
+            threads,
+            |_| (),
+        )
+        .expect("it plays")
     };
     let together = run(&keys, 1);
-    assert!(together == run(&keys, 2) && together == run(&keys, 7), "threads do not matter");
-    let alone: Vec<KeyLog> = keys.iter().flat_map(|key| run(std::slice::from_ref(key), 1)).collect();
+    assert!(
+        together == run(&keys, 2) && together == run(&keys, 7),
+        "threads do not matter"
+    );
+    let alone: Vec<KeyLog> = keys
+        .iter()
+        .flat_map(|key| run(std::slice::from_ref(key), 1))
+        .collect();
     assert!(together == alone, "nor does what else plays");
-    assert_ne!(together[0].peak, together[20].peak, "keys differ by their weight and strokes");
+    assert_ne!(
+        together[0].peak, together[20].peak,
+        "keys differ by their weight and strokes"
+    );
     // Every key has its own values of what is set per key.
     let own = model_of_keys(&model, &[0, 87]);
-    assert_eq!(own.keyed[0].values, [model.keyed[0].values[0], model.keyed[0].values[87]]);
+    assert_eq!(
+        own.keyed[0].values,
+        [model.keyed[0].values[0], model.keyed[0].values[87]]
+    );
 }
 
 /// A program of a bundled keyboard, and its instruments.
 pub fn split() -> (Vec<Model>, Playable) {
     let mut map = SourceMap::default();
     for file in ["split.whip", "grand-piano.whip", "hammond.whip"] {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("instruments").join(file);
+        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("instruments")
+            .join(file);
         map.add(file, std::fs::read_to_string(path).expect("bundled"));
     }
     let (program, diagnostics) = compile_front(&mut map, &Options::default());
     let program = program.unwrap_or_else(|| panic!("{diagnostics:?}"));
-    let split = program.keyboards[0].program("split").expect("zones").clone();
+    let split = program.keyboards[0]
+        .program("split")
+        .expect("zones")
+        .clone();
     (program.instruments, split)
 }
 
@@ -220,14 +353,33 @@ fn zones_play_what_their_instruments_play_alone() {
         keys: of_stage(part.first_key)..of_stage(part.last_key) + 1,
     };
     let parts: Vec<Part> = split.parts.iter().map(part).collect();
-    assert_eq!(parts.iter().map(|part| part.keys.clone()).collect::<Vec<_>>(), [0..24, 24..49]);
+    assert_eq!(
+        parts
+            .iter()
+            .map(|part| part.keys.clone())
+            .collect::<Vec<_>>(),
+        [0..24, 24..49]
+    );
     let notes = midi::read(&file(&music())).expect("notes").notes;
     let (mut keys, mut strokes) = laid_out(&notes);
     let inside = |key: &PlayingKey| (15..64).contains(&key.index);
-    (keys, strokes) = keys.into_iter().zip(strokes).filter(|(key, _)| inside(key)).unzip();
+    (keys, strokes) = keys
+        .into_iter()
+        .zip(strokes)
+        .filter(|(key, _)| inside(key))
+        .unzip();
     keys.iter_mut().for_each(|key| key.index -= 15);
     let run = |parts: &[Part], threads| {
-        play(parts, &device, EngineKind::Jit, &keys, 3 * 44_100, threads, |_| ()).expect("it plays")
+        play(
+            parts,
+            &device,
+            EngineKind::Jit,
+            &keys,
+            3 * 44_100,
+            threads,
+            |_| (),
+        )
+        .expect("it plays")
     };
     let logs = run(&parts, 1);
     assert_eq!(logs, run(&parts, 5));
@@ -236,9 +388,18 @@ fn zones_play_what_their_instruments_play_alone() {
         keys.iter().map(|key| key.index).collect::<Vec<_>>()
     );
     for part in &parts {
-        let alone = run(&[Part { keys: 0..49, ..part.clone() }], 1);
+        let alone = run(
+            &[Part {
+                keys: 0..49,
+                ..part.clone()
+            }],
+            1,
+        );
         let own = |logs: &[KeyLog]| -> Vec<KeyLog> {
-            logs.iter().filter(|log| part.keys.contains(&log.index)).cloned().collect()
+            logs.iter()
+                .filter(|log| part.keys.contains(&log.index))
+                .cloned()
+                .collect()
         };
         assert!(own(&logs).len() > 5, "keys of {} play", part.model.name);
         assert_eq!(own(&logs), own(&alone), "{}", part.model.name);
@@ -246,28 +407,50 @@ fn zones_play_what_their_instruments_play_alone() {
     // Which event is a strike depends on the key: a key that has none has no notes to be compared.
     let strike = |key: usize| (key < 24).then_some(0);
     let outcome = Outcome::new(&notes, &logs, &strokes, strike, 44_100);
-    assert!(!outcome.notes.is_empty() && outcome.notes.iter().all(|n| n.note.key < 60), "{outcome:?}");
+    assert!(
+        !outcome.notes.is_empty() && outcome.notes.iter().all(|n| n.note.key < 60),
+        "{outcome:?}"
+    );
 }
 
 #[test]
 fn zones_are_played_by_name_and_key() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     std::fs::write(folder.path().join("song.mid"), file(&music())).expect("writable");
-    let bundled =
-        |file: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("instruments").join(file).display().to_string();
+    let bundled = |file: &str| {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("instruments")
+            .join(file)
+            .display()
+            .to_string()
+    };
     let files = ["split.whip", "grand-piano.whip", "hammond.whip"].map(bundled);
     let run = |more: &[&str]| {
-        let words: Vec<&str> = ["run"].into_iter().chain(files.iter().map(String::as_str)).collect();
+        let words: Vec<&str> = ["run"]
+            .into_iter()
+            .chain(files.iter().map(String::as_str))
+            .collect();
         command(&[&words[..], more].concat(), folder.path())
     };
-    let outputs = ["--events", "e.csv", "--report", "r.html", "--key", "C5", "--out", "c5.csv", "--every", "100"];
+    let outputs = [
+        "--events", "e.csv", "--report", "r.html", "--key", "C5", "--out", "c5.csv", "--every",
+        "100",
+    ];
     let (code, out, err) = run(&[&["--midi", "song.mid", "--seconds", "3"], &outputs[..]].concat());
     assert_eq!((code, err.as_str()), (0, ""), "{out}");
-    assert!(out.contains("stage, split: ") && out.contains(" struck, "), "{out}");
+    assert!(
+        out.contains("stage, split: ") && out.contains(" struck, "),
+        "{out}"
+    );
     let page = std::fs::read_to_string(folder.path().join("r.html")).expect("a page");
-    assert!(page.contains("C2 .. B3: hammond, C4 .. C6: grand piano") && page.contains("id=\"key-c5\""));
+    assert!(
+        page.contains("C2 .. B3: hammond, C4 .. C6: grand piano") && page.contains("id=\"key-c5\"")
+    );
     let c5 = std::fs::read_to_string(folder.path().join("c5.csv")).expect("a trace");
-    assert!(c5.lines().next().expect("titles").contains("phi"), "the grand's hammer: {c5:.200}");
+    assert!(
+        c5.lines().next().expect("titles").contains("phi"),
+        "the grand's hammer: {c5:.200}"
+    );
     // One key: of the zones, or of an instrument with that key's values.
     let (code, out, _) = run(&["split", "--key", "C3"]);
     assert!(code == 0 && out.contains("hammond: "), "{out}");
@@ -278,20 +461,34 @@ fn zones_are_played_by_name_and_key() {
             &["split"],
             "`split` are zones: name a key, such as --key C2, or one of the instruments: hammond, grand_piano",
         ),
-        (&["split", "--key", "C8"], "the keyboard has the keys C2 .. C6, and not C8"),
-        (&["--midi", "song.mid", "--program", "grand_piano"], "its programs are: split, hammond"),
+        (
+            &["split", "--key", "C8"],
+            "the keyboard has the keys C2 .. C6, and not C8",
+        ),
+        (
+            &["--midi", "song.mid", "--program", "grand_piano"],
+            "its programs are: split, hammond",
+        ),
     ];
     for (more, says) in cases {
         let (code, _, err) = run(more);
         assert!(code == 2 && err.contains(says), "{more:?}: {err}");
     }
-    let (code, _, err) = command(&["dump", &files[0], &files[1], &files[2], "split"], folder.path());
+    let (code, _, err) = command(
+        &["dump", &files[0], &files[1], &files[2], "split"],
+        folder.path(),
+    );
     assert!(
-        code == 2 && err.contains("`split` are zones with several instruments; name one of them: hammond"),
+        code == 2
+            && err
+                .contains("`split` are zones with several instruments; name one of them: hammond"),
         "{err}"
     );
     let (code, out, _) = command(&["check", &files[0], &files[1], &files[2]], folder.path());
-    assert!(code == 0 && out.contains("stage: ok (49 keys at 44100 Hz)"), "{out}");
+    assert!(
+        code == 0 && out.contains("stage: ok (49 keys at 44100 Hz)"),
+        "{out}"
+    );
 }
 
 #[test]
@@ -300,25 +497,64 @@ fn every_recorded_performance_is_read_and_played() {
     let model = grand();
     let (mut files, mut played) = (0, 0);
     let folders = std::fs::read_dir(&folder).into_iter().flatten().flatten();
-    for path in folders.flat_map(|f| std::fs::read_dir(f.path()).into_iter().flatten().flatten()).map(|e| e.path()) {
+    for path in folders
+        .flat_map(|f| std::fs::read_dir(f.path()).into_iter().flatten().flatten())
+        .map(|e| e.path())
+    {
         if path.extension().is_none_or(|e| e != "mid") {
             continue;
         }
         files += 1;
         let performance = midi::load(&path).unwrap_or_else(|e| panic!("{e}"));
-        assert!(performance.notes.iter().all(|n| n.off_s >= n.on_s && n.velocity > 0), "{}", path.display());
+        assert!(
+            performance
+                .notes
+                .iter()
+                .all(|n| n.off_s >= n.on_s && n.velocity > 0),
+            "{}",
+            path.display()
+        );
         let first_s = performance.notes[0].on_s;
-        let some: Vec<Note> = performance.notes.iter().filter(|n| n.on_s < first_s + 0.5).copied().collect();
-        let early: Vec<Note> =
-            some.iter().map(|n| Note { on_s: n.on_s - first_s, off_s: n.off_s - first_s, ..*n }).collect();
+        let some: Vec<Note> = performance
+            .notes
+            .iter()
+            .filter(|n| n.on_s < first_s + 0.5)
+            .copied()
+            .collect();
+        let early: Vec<Note> = some
+            .iter()
+            .map(|n| Note {
+                on_s: n.on_s - first_s,
+                off_s: n.off_s - first_s,
+                ..*n
+            })
+            .collect();
         let (keys, strokes) = laid_out(&early);
-        let logs =
-            play(&all(&model), &Device::mikey(), EngineKind::Jit, &keys, 44_100 + 22_050, 2, |_| ()).expect("it plays");
+        let logs = play(
+            &all(&model),
+            &Device::mikey(),
+            EngineKind::Jit,
+            &keys,
+            44_100 + 22_050,
+            2,
+            |_| (),
+        )
+        .expect("it plays");
         let outcome = Outcome::new(&early, &logs, &strokes, |_| Some(0), model.rate_hz);
-        assert!(logs.iter().all(|log| log.sense_clamped == 0), "{}", path.display());
-        assert_eq!(outcome.notes.len(), early.iter().filter(|n| (21..=108).contains(&n.key)).count());
+        assert!(
+            logs.iter().all(|log| log.sense_clamped == 0),
+            "{}",
+            path.display()
+        );
+        assert_eq!(
+            outcome.notes.len(),
+            early.iter().filter(|n| (21..=108).contains(&n.key)).count()
+        );
         played += outcome.notes.len();
     }
     println!("{files} files, {played} notes played");
-    assert!(files == 0 || played > files, "{files} files, {played} notes");
+    assert!(
+        files == 0 || played > files,
+        "{files} files, {played} notes"
+    );
 }

@@ -13,7 +13,13 @@ pub struct Played(pub Run);
 
 /// Plays positions.
 pub fn play(compiled: &Compiled, positions_m: &[f64]) -> Played {
-    let run = session::run(compiled, &Device::of(&compiled.model), EngineKind::Jit, positions_m, |_| ());
+    let run = session::run(
+        compiled,
+        &Device::of(&compiled.model),
+        EngineKind::Jit,
+        positions_m,
+        |_| (),
+    );
     Played(run.unwrap_or_else(|e| panic!("{}: {e}", compiled.model.name)))
 }
 
@@ -25,12 +31,24 @@ pub fn play_gesture(compiled: &Compiled, gesture: &Gesture) -> Played {
 impl Played {
     /// When an event or a transition (`contact: flying -> touching`) happened (s).
     pub fn times(&self, event: &str) -> Vec<f64> {
-        self.0.trace.events.iter().filter(|e| e.event == event).map(|e| e.t_s).collect()
+        self.0
+            .trace
+            .events
+            .iter()
+            .filter(|e| e.event == event)
+            .map(|e| e.t_s)
+            .collect()
     }
 
     /// Speeds of the notes (m/s).
     pub fn speeds(&self) -> Vec<f64> {
-        self.0.trace.events.iter().filter(|e| e.event == "note").map(|e| e.args[0].1).collect()
+        self.0
+            .trace
+            .events
+            .iter()
+            .filter(|e| e.event == "note")
+            .map(|e| e.args[0].1)
+            .collect()
     }
 
     /// When the hammer came back to the key (s).
@@ -46,7 +64,12 @@ impl Played {
 
     /// The values of a column, one per tick.
     pub fn column(&self, title: &str) -> &[f64] {
-        &self.0.trace.column(title).unwrap_or_else(|| panic!("no column `{title}`")).values
+        &self
+            .0
+            .trace
+            .column(title)
+            .unwrap_or_else(|| panic!("no column `{title}`"))
+            .values
     }
 
     /// Least and greatest value of a column from a time on.
@@ -54,6 +77,10 @@ impl Played {
         let from = (from_s * f64::from(RATE_HZ)) as usize;
         let values = &self.column(title)[from..];
         assert!(!values.is_empty(), "nothing after {from_s} s");
-        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)))
+        values
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| {
+                (low.min(v), high.max(v))
+            })
     }
 }

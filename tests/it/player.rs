@@ -20,7 +20,13 @@ impl<'c> Player<'c> {
     pub fn new(compiled: &'c Compiled, kind: EngineKind) -> Player<'c> {
         let device = Device::of(&compiled.model);
         let engine = Engine::new(kind, compiled, &device, 1).unwrap_or_else(|e| panic!("{e}"));
-        Player { engine, device, compiled, started: false, drive: 0 }
+        Player {
+            engine,
+            device,
+            compiled,
+            started: false,
+            drive: 0,
+        }
     }
 
     /// One tick with the key at the position.
@@ -41,13 +47,19 @@ impl<'c> Player<'c> {
 
     /// Where in the list of exports a name stands.
     pub fn index(&self, name: &str) -> usize {
-        let found = self.compiled.lowered.exports.iter().position(|e| e.name == name);
+        let found = self
+            .compiled
+            .lowered
+            .exports
+            .iter()
+            .position(|e| e.name == name);
         found.unwrap_or_else(|| panic!("`{}` exports no `{name}`", self.compiled.model.name))
     }
 
     /// An exported value of the last tick (SI); memory as it was at the tick's start.
     pub fn value_at(&self, index: usize) -> f64 {
-        self.engine.value(0, index, &self.compiled.lowered.exports[index])
+        self.engine
+            .value(0, index, &self.compiled.lowered.exports[index])
     }
 
     /// [`Player::value_at`] by name.
@@ -63,21 +75,32 @@ impl<'c> Player<'c> {
     /// State of a machine at the last tick's start.
     pub fn state(&self, name: &str) -> &'c str {
         let export = &self.compiled.lowered.exports[self.index(name)];
-        let ExportKind::Machine(id) = export.kind else { panic!("`{name}` is no machine") };
+        let ExportKind::Machine(id) = export.kind else {
+            panic!("`{name}` is no machine")
+        };
         &self.compiled.model.machines[id.0 as usize].states[self.value(name) as usize]
     }
 
     /// What happened since the last call: events and transitions by name, with arguments.
     pub fn events(&mut self) -> Vec<(String, Vec<f64>)> {
         let name = |kind: &LoweredEventKind| match kind {
-            LoweredEventKind::Emission(e) => self.compiled.model.emissions[*e as usize].name.clone(),
+            LoweredEventKind::Emission(e) => {
+                self.compiled.model.emissions[*e as usize].name.clone()
+            }
             LoweredEventKind::Rule(name) => name.clone(),
         };
-        self.engine.drain().into_iter().map(|h| (name(&self.compiled.lowered.events[h.event].kind), h.args)).collect()
+        self.engine
+            .drain()
+            .into_iter()
+            .map(|h| (name(&self.compiled.lowered.events[h.event].kind), h.args))
+            .collect()
     }
 
     /// How often an event happened since the last call of this or [`Player::events`].
     pub fn count(&mut self, name: &str) -> usize {
-        self.events().iter().filter(|(event, _)| event == name).count()
+        self.events()
+            .iter()
+            .filter(|(event, _)| event == name)
+            .count()
     }
 }

@@ -1,8 +1,10 @@
-//! Random programs: algebra, formats, rounding and error bounds against the model in f64, one tick at a time.
+//! Random programs: algebra, formats, rounding and error bounds against the model in f64, one tick
+//! at a time.
 //!
-//! Everything is a plain number, so that any expression has a dimension; values are kept in reach by clamps. Discontinuous
-//! pieces (comparisons, machines) are part of it: ticks in which a comparison is nearly tied are left out, and counted.
-//! `WHIPPEN_PROGRAMS=20000 cargo test --release --test it random_programs` tries so many instead of 400.
+//! Everything is a plain number, so that any expression has a dimension; values are kept in reach
+//! by clamps. Discontinuous pieces (comparisons, machines) are part of it: ticks in which a
+//! comparison is nearly tied are left out, and counted. `WHIPPEN_PROGRAMS=20000 cargo test
+//! --release --test it random_programs` tries so many instead of 400.
 
 use whippen_compiler::kernel::random::Rng;
 
@@ -31,7 +33,11 @@ impl Random {
 
     fn expression(&mut self, names: &[&str], depth: u32) -> String {
         if depth == 0 {
-            return if self.below(3) == 0 { format!("({})", self.number()) } else { self.pick(names).to_string() };
+            return if self.below(3) == 0 {
+                format!("({})", self.number())
+            } else {
+                self.pick(names).to_string()
+            };
         }
         let a = self.expression(names, depth - 1);
         let b = self.expression(names, depth - 1);
@@ -45,7 +51,10 @@ impl Random {
             10 => format!("(if {} then {a} else {b})", self.condition(names)),
             11 => format!("abs({a})"),
             12 => format!("(clamp({a}, -50, 50) / clamp(abs({b}), 0.25, 40))"),
-            _ => format!("(clamp({a}, 0, 30)^{})", self.pick(&["1.5", "2", "2.5", "3"])),
+            _ => format!(
+                "(clamp({a}, 0, 30)^{})",
+                self.pick(&["1.5", "2", "2.5", "3"])
+            ),
         }
     }
 
@@ -64,8 +73,14 @@ impl Random {
 fn program(seed: u64) -> String {
     let mut r = Random(Rng::new(seed));
     let sensed = ["turns", "level", "memory", "speed"];
-    let (first, second) = (r.expression(&sensed, 2), r.expression(&["one", "turns", "level", "memory"], 3));
-    let (next, pull) = (r.expression(&["one", "two", "memory"], 1), r.expression(&["one", "two", "level"], 2));
+    let (first, second) = (
+        r.expression(&sensed, 2),
+        r.expression(&["one", "turns", "level", "memory"], 3),
+    );
+    let (next, pull) = (
+        r.expression(&["one", "two", "memory"], 1),
+        r.expression(&["one", "two", "level"], 2),
+    );
     let threshold = 2.0 + r.below(6) as f64;
     format!(
         "instrument random_{seed} {{
@@ -92,14 +107,20 @@ fn every_value_of_random_programs_stays_within_its_bound() {
     positions_m.extend((0..200).map(|_| noise.below(11_000) as f64 * 1e-6 - 0.5e-3));
     let words = common::words(&positions_m);
     let (mut compared, mut ties) = (0, 0);
-    let programs: u64 = std::env::var("WHIPPEN_PROGRAMS").ok().and_then(|n| n.parse().ok()).unwrap_or(400);
+    let programs: u64 = std::env::var("WHIPPEN_PROGRAMS")
+        .ok()
+        .and_then(|n| n.parse().ok())
+        .unwrap_or(400);
     for seed in 0..programs {
         let text = program(seed);
         let compiled = common::compiled(&format!("random {seed}"), &text, &[]).remove(0);
         let (values, tied) = one_tick_at_a_time(&compiled, &words, 1e-10);
         (compared, ties) = (compared + values, ties + tied);
     }
-    println!("{compared} values compared, {ties} of {} ticks tied", programs as usize * words.len());
+    println!(
+        "{compared} values compared, {ties} of {} ticks tied",
+        programs as usize * words.len()
+    );
     assert!(compared > 1_000_000 && ties * 50 < programs as usize * words.len());
 }
 

@@ -1,5 +1,5 @@
-//! The stability budget against the plant: what it says rings rings, what it says is stable does not, in the real loop of Kernel,
-//! converters, delays and coil.
+//! The stability budget against the plant: what it says rings rings, what it says is stable does
+//! not, in the real loop of Kernel, converters, delays and coil.
 
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::stability::{Borders, Hand, analyze, hands};
@@ -20,10 +20,14 @@ const WINDOW: u32 = 45;
 const MIDDLE_M: f64 = 5e-3;
 const AWAY_M: f64 = 0.05e-3;
 
-/// `mikey` without stops, and without dry friction: that ends small swings by itself, and the border is one of linear loops.
+/// `mikey` without stops, and without dry friction: that ends small swings by itself, and the
+/// border is one of linear loops.
 fn device(friction: bool) -> Device {
     let mut device = Device::mikey();
-    let mechanics = device.mechanics.as_mut().expect("mikey says how its key moves");
+    let mechanics = device
+        .mechanics
+        .as_mut()
+        .expect("mikey says how its key moves");
     mechanics.stops = None;
     if !friction {
         mechanics.friction = 0.0;
@@ -49,13 +53,25 @@ fn growth(compiled: &Compiled, device: &Device, hand: &Hand, seconds: f64) -> f6
     let player = if *hand == Hand::FREE {
         Player::Force(Vec::new())
     } else {
-        Player::Hand { hand: *hand, target: vec![MIDDLE_M] }
+        Player::Hand {
+            hand: *hand,
+            target: vec![MIDDLE_M],
+        }
     };
-    let closed = closed::run(compiled, device, EngineKind::Jit, (player, MIDDLE_M + AWAY_M), ticks, |_| ());
+    let closed = closed::run(
+        compiled,
+        device,
+        EngineKind::Jit,
+        (player, MIDDLE_M + AWAY_M),
+        ticks,
+        |_| (),
+    );
     let closed = closed.unwrap_or_else(|e| panic!("{e}"));
     let speed = |from: f64, to: f64| {
         let part = &closed.positions[(from * ticks as f64) as usize..(to * ticks as f64) as usize];
-        part.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max)
+        part.windows(2)
+            .map(|w| (w[1] - w[0]).abs())
+            .fold(0.0, f64::max)
     };
     speed(0.7, 1.0) / speed(0.1, 0.4).max(1e-15)
 }
@@ -70,7 +86,10 @@ fn no_spring_rings_below_its_border_and_one_does_beyond_in_every_hand() {
         let border = borders.stable(hand, damping);
         assert!(border > 100.0, "{hand:?} {damping}: {border}");
         let quiet = growth(&spring(0.9 * border, damping), &device, hand, 1.2);
-        assert!(quiet < 1.0, "{hand:?}, {damping} N*s/m: {quiet} at 0.9 of {border} N/m");
+        assert!(
+            quiet < 1.0,
+            "{hand:?}, {damping} N*s/m: {quiet} at 0.9 of {border} N/m"
+        );
         below += 1;
         // The stiffest that is looked for is no border.
         if border < 99e3 {
@@ -80,7 +99,10 @@ fn no_spring_rings_below_its_border_and_one_does_beyond_in_every_hand() {
     }
     println!("{below} hands quiet at 0.9 of the border; {beyond} of {bordered} ring at 1.2");
     assert_eq!(below, 49);
-    assert!(bordered > 30 && beyond * 10 >= bordered * 9, "nearly every border is one, not only the least of them");
+    assert!(
+        bordered > 30 && beyond * 10 >= bordered * 9,
+        "nearly every border is one, not only the least of them"
+    );
 }
 
 #[test]
@@ -95,21 +117,47 @@ fn what_is_passive_is_stable_and_keeps_what_it_gets() {
         let ratio = growth(&compiled, &device, hand, 0.6);
         assert!(ratio < 1.0, "{hand:?}: {ratio}");
     }
-    // A hand that shakes the key at 8 Hz puts more in than it gets back, beyond what the spring held when it was let go.
-    let target: Vec<f64> = (0..88_200).map(|i| MIDDLE_M + 3e-3 * (50.0 * f64::from(i) / RATE_HZ).sin()).collect();
-    let player = Player::Hand { hand: Hand { mass: 0.05, damping: 1.0, stiffness: 2000.0 }, target };
-    let closed = closed::run(&spring(passive, 0.0), &device, EngineKind::Jit, (player, MIDDLE_M), 88_200, |_| ());
+    // A hand that shakes the key at 8 Hz puts more in than it gets back, beyond what the spring
+    // held when it was let go.
+    let target: Vec<f64> = (0..88_200)
+        .map(|i| MIDDLE_M + 3e-3 * (50.0 * f64::from(i) / RATE_HZ).sin())
+        .collect();
+    let player = Player::Hand {
+        hand: Hand {
+            mass: 0.05,
+            damping: 1.0,
+            stiffness: 2000.0,
+        },
+        target,
+    };
+    let closed = closed::run(
+        &spring(passive, 0.0),
+        &device,
+        EngineKind::Jit,
+        (player, MIDDLE_M),
+        88_200,
+        |_| (),
+    );
     let strokes = closed.expect("it runs").strokes;
-    assert!(!strokes.is_empty() && strokes.iter().all(|s| s.energy.kept_j() > 0.0), "{strokes:?}");
+    assert!(
+        !strokes.is_empty() && strokes.iter().all(|s| s.energy.kept_j() > 0.0),
+        "{strokes:?}"
+    );
 }
 
-/// Whole programs: the analysis of the Model finds the border that the map draws, and the wall of the library has the same.
+/// Whole programs: the analysis of the Model finds the border that the map draws, and the wall of
+/// the library has the same.
 #[test]
 fn the_analysis_of_a_program_agrees_with_the_map() {
     let device = device(true);
     let key = device.key().expect("mechanics");
     let borders = borders(&device);
-    let least = |damping: f64| hands(false).iter().map(|h| borders.stable(h, damping)).fold(f64::INFINITY, f64::min);
+    let least = |damping: f64| {
+        hands(false)
+            .iter()
+            .map(|h| borders.stable(h, damping))
+            .fold(f64::INFINITY, f64::min)
+    };
     for damping in [0.0, 2.0] {
         let border = least(damping);
         for (part, stable) in [(0.97, true), (1.03, false)] {
@@ -118,16 +166,25 @@ fn the_analysis_of_a_program_agrees_with_the_map() {
                 "instrument wall {{\n    sense x: length in -0.5 mm .. 10.5 mm over 1 ms\n    \
                  force wall = wall(x, from: 4 mm, k: {k:.6} N/m, B: {damping:.6} N*s/m).push\n}}\n"
             );
-            for compiled in [spring(k, damping), common::compiled("wall.whip", &wall, &[]).remove(0)] {
+            for compiled in [
+                spring(k, damping),
+                common::compiled("wall.whip", &wall, &[]).remove(0),
+            ] {
                 let found = analyze(&compiled.model, &key).expect("bounded");
-                assert_eq!(found.is_stable(), stable, "{} {damping}: {part} of {border}", compiled.model.name);
+                assert_eq!(
+                    found.is_stable(),
+                    stable,
+                    "{} {damping}: {part} of {border}",
+                    compiled.model.name
+                );
                 assert!((found.largest[0].high / k - 1.0).abs() < 1e-6 && !found.coarse);
             }
         }
     }
 }
 
-/// A body that moves along is part of the loop: the two-body action has no loss, so its spring is too much for a free key; with losses it is not.
+/// A body that moves along is part of the loop: the two-body action has no loss, so its spring is
+/// too much for a free key; with losses it is not.
 #[test]
 fn a_hammer_in_contact_is_part_of_the_loop() {
     let device = device(false);
@@ -146,7 +203,12 @@ fn a_hammer_in_contact_is_part_of_the_loop() {
         let found = analyze(&compiled.model, &key).expect("bounded");
         assert_eq!(found.modes[0].coupled, 2);
         let ratio = growth(&compiled, &device, &Hand::FREE, 1.0);
-        assert_eq!(found.is_stable(), ratio < 1.0, "loss {loss}: {ratio}, factor {}", found.factor());
+        assert_eq!(
+            found.is_stable(),
+            ratio < 1.0,
+            "loss {loss}: {ratio}, factor {}",
+            found.factor()
+        );
         assert_eq!(found.is_stable(), loss > 0.0);
     }
 }
@@ -176,7 +238,11 @@ fn simulated(device: &Device, hand: &Hand, damping: f64, guess: f64) -> f64 {
     let (mut low, mut high) = (0.7 * guess, 1.4 * guess);
     for _ in 0..5 {
         let middle = 0.5 * (low + high);
-        if growth(&spring(middle, damping), device, hand, 0.8) > 1.0 { high = middle } else { low = middle }
+        if growth(&spring(middle, damping), device, hand, 0.8) > 1.0 {
+            high = middle
+        } else {
+            low = middle
+        }
     }
     0.5 * (low + high)
 }
@@ -187,31 +253,70 @@ fn the_map_of_borders_is_as_pictured() {
     let borders = borders(&device);
     let shown = [
         ("nobody, least of all 49", Hand::FREE),
-        ("0.05 kg, 1 N·s/m", Hand { mass: 0.05, damping: 1.0, stiffness: 0.0 }),
-        ("0.2 kg, 3 N·s/m, 700 N/m", Hand { mass: 0.2, damping: 3.0, stiffness: 700.0 }),
+        (
+            "0.05 kg, 1 N·s/m",
+            Hand {
+                mass: 0.05,
+                damping: 1.0,
+                stiffness: 0.0,
+            },
+        ),
+        (
+            "0.2 kg, 3 N·s/m, 700 N/m",
+            Hand {
+                mass: 0.2,
+                damping: 3.0,
+                stiffness: 700.0,
+            },
+        ),
     ];
     let steps = (0..=64).map(|i| f64::from(i) / 8.0);
     let mut curves: Vec<Curve> = Vec::new();
     for (name, hand) in &shown {
-        let points = steps.clone().map(|b| (b, borders.stable(hand, b) / 1e3)).collect();
-        curves.push(Curve { name: (*name).to_string(), points, dots: false });
+        let points = steps
+            .clone()
+            .map(|b| (b, borders.stable(hand, b) / 1e3))
+            .collect();
+        curves.push(Curve {
+            name: (*name).to_string(),
+            points,
+            dots: false,
+        });
     }
     for b in [0.0, 1.0, 4.0, 8.0] {
-        assert!(hands(false).iter().all(|hand| borders.stable(hand, b) >= borders.stable(&Hand::FREE, b)), "{b} N*s/m");
+        assert!(
+            hands(false)
+                .iter()
+                .all(|hand| borders.stable(hand, b) >= borders.stable(&Hand::FREE, b)),
+            "{b} N*s/m"
+        );
     }
     let fine = (0..=100).map(|i| f64::from(i) / 200.0);
-    let points: Vec<(f64, f64)> = fine.filter_map(|b| Some((b, borders.passive(b)? / 1e3))).collect();
-    curves.push(Curve { name: "passive below".to_string(), points, dots: false });
+    let points: Vec<(f64, f64)> = fine
+        .filter_map(|b| Some((b, borders.passive(b)? / 1e3)))
+        .collect();
+    curves.push(Curve {
+        name: "passive below".to_string(),
+        points,
+        dots: false,
+    });
     let mut dots = Vec::new();
     for (_, hand) in &shown[..2] {
         for damping in [0.0, 2.0, 4.0, 6.0] {
             let border = borders.stable(hand, damping);
             let found = simulated(&device, hand, damping, border);
-            assert!((found / border - 1.0).abs() < 0.1, "{hand:?} {damping}: {found} {border}");
+            assert!(
+                (found / border - 1.0).abs() < 0.1,
+                "{hand:?} {damping}: {found} {border}"
+            );
             dots.push((damping, found / 1e3));
         }
     }
-    curves.push(Curve { name: "simulated".to_string(), points: dots, dots: true });
+    curves.push(Curve {
+        name: "simulated".to_string(),
+        points: dots,
+        dots: true,
+    });
     let map = Map {
         title: "how stiff a virtual spring may be on mikey (x' over 1 ms)".to_string(),
         abscissa: "damping (N·s/m)".to_string(),

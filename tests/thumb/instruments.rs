@@ -25,23 +25,33 @@ const INSTRUCTIONS: usize = 4000;
 fn all() -> Vec<(Kernel, Vec<u16>)> {
     let mut kernels = Vec::new();
     for (file, _) in INSTRUMENTS {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("instruments").join(file);
+        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("instruments")
+            .join(file);
         let mut map = SourceMap::default();
-        map.add(*file, std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{file}: {e}")));
+        map.add(
+            *file,
+            std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{file}: {e}")),
+        );
         let (program, diagnostics) = compile_front(&mut map, &Options::default());
         let program = program.unwrap_or_else(|| panic!("{file}: {diagnostics:#?}"));
         for model in program.instruments {
             let device = Device::of(&model);
             let positions = gesture::bundled(&model).positions(44_100);
-            let words = positions.iter().map(|&x| device.word_of_position(x).0).collect();
-            let compiled = compile(model, device.scales(), false).unwrap_or_else(|e| panic!("{file}: {e:?}"));
+            let words = positions
+                .iter()
+                .map(|&x| device.word_of_position(x).0)
+                .collect();
+            let compiled =
+                compile(model, device.scales(), false).unwrap_or_else(|e| panic!("{file}: {e:?}"));
             kernels.push((without_probes(&compiled.lowered.kernel), words));
         }
     }
     kernels
 }
 
-/// Runs both and compares drive words and events in every tick, and what the modes leave in memory at the end.
+/// Runs both and compares drive words and events in every tick, and what the modes leave in memory
+/// at the end.
 fn compare(modes: &Modes, core: CoreKind, words: impl Fn(usize, usize) -> u16) {
     let kernel = &modes.kernel;
     let mut interp = Interp::new(kernel, KEYS).expect("verifies");
@@ -54,7 +64,13 @@ fn compare(modes: &Modes, core: CoreKind, words: impl Fn(usize, usize) -> u16) {
             target.init(&words);
         }
         interp.tick(&words, &mut drive);
-        assert_eq!(target.tick(&words), drive, "{} on {}: drive words of tick {tick}", kernel.name, core.name());
+        assert_eq!(
+            target.tick(&words),
+            drive,
+            "{} on {}: drive words of tick {tick}",
+            kernel.name,
+            core.name()
+        );
         let (events, lost) = target.drain_events();
         assert_eq!(
             (events, lost),
@@ -68,7 +84,13 @@ fn compare(modes: &Modes, core: CoreKind, words: impl Fn(usize, usize) -> u16) {
     for key in 0..KEYS {
         for cell in (0..kernel.cells.len()).filter(stored) {
             let want = interp.cell(key, cell, 0).expect("a cell");
-            assert_eq!(target.cell(key as u32, cell, 0), want, "{}: `{}`", kernel.name, kernel.cells[cell].name);
+            assert_eq!(
+                target.cell(key as u32, cell, 0),
+                want,
+                "{}: `{}`",
+                kernel.name,
+                kernel.cells[cell].name
+            );
         }
     }
 }
@@ -93,7 +115,13 @@ fn on_the_bundled_gesture() {
 fn on_noise() {
     let mut random = Rng::new(3);
     let noise: Vec<u16> = (0..TICKS + KEYS)
-        .map(|tick| if tick / 40 % 3 == 0 { [0, u16::MAX][tick / 120 % 2] } else { random.next() as u16 })
+        .map(|tick| {
+            if tick / 40 % 3 == 0 {
+                [0, u16::MAX][tick / 120 % 2]
+            } else {
+                random.next() as u16
+            }
+        })
         .collect();
     both(|_, tick, key| noise[tick + key]);
 }

@@ -40,14 +40,26 @@ fn kernel() -> Kernel {
 
 /// Offset, halfwords and instruction, from the entry to the end.
 fn listing(code: &[u8], symbols: &[(u32, String)]) -> String {
-    let half = |at: usize| code.get(at..at + 2).map_or(0, |b| u16::from_le_bytes([b[0], b[1]]));
+    let half = |at: usize| {
+        code.get(at..at + 2)
+            .map_or(0, |b| u16::from_le_bytes([b[0], b[1]]))
+    };
     let (mut text, mut at, mut it) = (String::new(), 0, ItState::OUTSIDE);
     while at < code.len() {
-        symbols.iter().filter(|(offset, _)| *offset as usize == at).for_each(|(_, name)| text += &format!("{name}:\n"));
-        let inst = decode(half(at), half(at + 2), Arch::V8M, it).unwrap_or_else(|why| panic!("{at:#x}: {why:?}"));
-        let second = if inst.size() == 4 { format!("{:04x}", half(at + 2)) } else { String::new() };
+        symbols
+            .iter()
+            .filter(|(offset, _)| *offset as usize == at)
+            .for_each(|(_, name)| text += &format!("{name}:\n"));
+        let inst = decode(half(at), half(at + 2), Arch::V8M, it)
+            .unwrap_or_else(|why| panic!("{at:#x}: {why:?}"));
+        let second = if inst.size() == 4 {
+            format!("{:04x}", half(at + 2))
+        } else {
+            String::new()
+        };
         let _ = writeln!(text, "{at:4x}  {:04x} {second:4}  {inst}", half(at));
-        let begun = (inst.op() == Op::IT).then(|| ItState::after_it((inst.imm >> 4) as u8, (inst.imm & 15) as u8));
+        let begun = (inst.op() == Op::IT)
+            .then(|| ItState::after_it((inst.imm >> 4) as u8, (inst.imm & 15) as u8));
         it = begun.flatten().unwrap_or(it.advance());
         at += inst.size() as usize;
     }
@@ -57,10 +69,22 @@ fn listing(code: &[u8], symbols: &[(u32, String)]) -> String {
 #[test]
 fn of_a_spring() {
     let modes = Modes::single(&kernel());
-    let options = Options { name: "k".into(), keys: 2, gain: false, probes: false, arch: Arch::V8M };
+    let options = Options {
+        name: "k".into(),
+        keys: 2,
+        gain: false,
+        probes: false,
+        arch: Arch::V8M,
+    };
     let built = compile(&modes, &options).unwrap_or_else(|error| panic!("{error}"));
-    let functions = built.object.symbols.iter().filter(|symbol| symbol.section == Some(0));
-    let symbols: Vec<(u32, String)> = functions.map(|symbol| (symbol.offset, symbol.name.clone())).collect();
+    let functions = built
+        .object
+        .symbols
+        .iter()
+        .filter(|symbol| symbol.section == Some(0));
+    let symbols: Vec<(u32, String)> = functions
+        .map(|symbol| (symbol.offset, symbol.name.clone()))
+        .collect();
     insta::assert_snapshot!(listing(&built.object.sections[0].bytes, &symbols));
 }
 

@@ -1,4 +1,5 @@
-//! Generated code on the emulator against the interpreter: every drive word, event, probe and cell, bit for bit.
+//! Generated code on the emulator against the interpreter: every drive word, event, probe and cell,
+//! bit for bit.
 
 mod instruments;
 mod listing;

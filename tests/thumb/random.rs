@@ -17,7 +17,10 @@ const ON_ALL: u64 = 50;
 const FIRST: u64 = 0;
 
 fn count() -> u64 {
-    std::env::var("WHIPPEN_KERNELS").ok().and_then(|n| n.parse().ok()).unwrap_or(KERNELS)
+    std::env::var("WHIPPEN_KERNELS")
+        .ok()
+        .and_then(|n| n.parse().ok())
+        .unwrap_or(KERNELS)
 }
 
 /// Compares everything that a kernel does in some ticks.
@@ -37,14 +40,26 @@ fn compare(seed: u64, kernel: &Kernel, core: CoreKind) {
         let found = target.tick(&words);
         let events = interp.drain_events();
         let (raised, lost) = target.drain_events();
-        assert!(lost > 0 || raised == events, "events {raised:?} {events:?} {}", told());
+        assert!(
+            lost > 0 || raised == events,
+            "events {raised:?} {events:?} {}",
+            told()
+        );
         assert_eq!(target.probes(), interp.probes(), "probes, {}", told());
         assert_eq!(found, drive, "drive, {}", told());
         for key in 0..keys {
             for (cell, about) in kernel.cells.iter().enumerate() {
                 for word in 0..about.len {
-                    let want = interp.cell(key as usize, cell, word as usize).expect("a cell");
-                    assert_eq!(target.cell(key, cell, word), want, "`{}`[{word}] of key {key}, {}", about.name, told());
+                    let want = interp
+                        .cell(key as usize, cell, word as usize)
+                        .expect("a cell");
+                    assert_eq!(
+                        target.cell(key, cell, word),
+                        want,
+                        "`{}`[{word}] of key {key}, {}",
+                        about.name,
+                        told()
+                    );
                 }
             }
         }
@@ -55,9 +70,15 @@ fn compare(seed: u64, kernel: &Kernel, core: CoreKind) {
 fn kernels() {
     let (next, end) = (AtomicU64::new(FIRST), FIRST + count());
     let work = || {
-        while let Some(seed) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|seed| *seed < end) {
-            let on = if seed % ON_ALL == 0 { &CORES[..] } else { &CORES[..1] };
-            on.iter().for_each(|core| compare(seed, &kernel(seed), *core));
+        while let Some(seed) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|seed| *seed < end)
+        {
+            let on = if seed % ON_ALL == 0 {
+                &CORES[..]
+            } else {
+                &CORES[..1]
+            };
+            on.iter()
+                .for_each(|core| compare(seed, &kernel(seed), *core));
         }
     };
     let threads = thread::available_parallelism().map_or(1, usize::from);

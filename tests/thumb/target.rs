@@ -1,6 +1,8 @@
 //! An object in the memory of an emulated core, run tick by tick.
 
-use whippen_compiler::image::{Board as LinkBoard, Image, Input, Memory, MemoryKind, Placement, Start, link};
+use whippen_compiler::image::{
+    Board as LinkBoard, Image, Input, Memory, MemoryKind, Placement, Start, link,
+};
 use whippen_compiler::kernel::{Happened, Kernel, Type};
 use whippen_compiler::modes::Modes;
 use whippen_compiler::thumb::{EVENT_MARK, Layout, Options, compile};
@@ -16,7 +18,11 @@ const STACK_BYTES: u32 = 0x1_0000;
 const CYCLES_MAX: u64 = 20_000_000;
 
 /// The cores that code is made for.
-pub const CORES: [CoreKind; 3] = [CoreKind::CortexM33, CoreKind::CortexM4, CoreKind::CortexM0Plus];
+pub const CORES: [CoreKind; 3] = [
+    CoreKind::CortexM33,
+    CoreKind::CortexM4,
+    CoreKind::CortexM0Plus,
+];
 
 /// One core with the keys of a kernel.
 pub struct Target {
@@ -34,32 +40,71 @@ pub struct Target {
 impl Target {
     /// Code for so many keys, loaded into a core of that kind.
     pub fn new(modes: &Modes, keys: u32, core: CoreKind) -> Target {
-        let options = Options { name: "k".into(), keys, gain: true, probes: true, arch: core.arch() };
-        let built = compile(modes, &options).unwrap_or_else(|error| panic!("{}: {error}", modes.kernel.name));
+        let options = Options {
+            name: "k".into(),
+            keys,
+            gain: true,
+            probes: true,
+            arch: core.arch(),
+        };
+        let built = compile(modes, &options)
+            .unwrap_or_else(|error| panic!("{}: {error}", modes.kernel.name));
         let mut board = Board::generic(core);
-        let input = Input { object: &built.object, places: &[] };
+        let input = Input {
+            object: &built.object,
+            places: &[],
+        };
         let image = link(&memory(core.arch()), &[input], "k_tick")
             .unwrap_or_else(|error| panic!("{}: {error}", modes.kernel.name));
         // As much as is used, and a stack: a machine begins with all of it cleared.
-        let end = image.sections.iter().map(|section| section.run + section.size).max().unwrap_or(RAM);
+        let end = image
+            .sections
+            .iter()
+            .map(|section| section.run + section.size)
+            .max()
+            .unwrap_or(RAM);
         let bytes = (end - RAM).next_multiple_of(0x1000) + STACK_BYTES;
-        board.regions.iter_mut().filter(|r| r.base == RAM).for_each(|r| r.bytes = bytes);
+        board
+            .regions
+            .iter_mut()
+            .filter(|r| r.base == RAM)
+            .for_each(|r| r.bytes = bytes);
         let mut machine = Machine::new(board).expect("a board");
         for section in &image.sections {
-            machine.bus.memory.write(section.run, &section.bytes).expect("memory");
+            machine
+                .bus
+                .memory
+                .write(section.run, &section.bytes)
+                .expect("memory");
         }
         machine.cpu_mut(0).set(named("sp"), RAM + bytes);
         let state = address(&image, "k_state");
-        Target { machine, layout: built.layout, state, image, kernel: modes.kernel.clone(), keys, cycles: 0 }
+        Target {
+            machine,
+            layout: built.layout,
+            state,
+            image,
+            kernel: modes.kernel.clone(),
+            keys,
+            cycles: 0,
+        }
     }
 
     fn write(&mut self, at: u32, bytes: &[u8]) {
-        self.machine.bus.memory.write(self.state + at, bytes).expect("memory");
+        self.machine
+            .bus
+            .memory
+            .write(self.state + at, bytes)
+            .expect("memory");
     }
 
     fn read<const N: usize>(&self, at: u32) -> [u8; N] {
         let mut bytes = [0; N];
-        self.machine.bus.memory.read(self.state + at, &mut bytes).expect("memory");
+        self.machine
+            .bus
+            .memory
+            .read(self.state + at, &mut bytes)
+            .expect("memory");
         bytes
     }
 
@@ -74,7 +119,12 @@ impl Target {
             Stop::Returned { cycles, .. } => self.cycles = cycles,
             stop => panic!("{}: {stop:?}", self.kernel.name),
         }
-        assert_eq!(saved, self.kept(), "{}: what belongs to the caller", self.kernel.name);
+        assert_eq!(
+            saved,
+            self.kept(),
+            "{}: what belongs to the caller",
+            self.kernel.name
+        );
     }
 
     /// The registers that a function must leave as they are.
@@ -86,7 +136,9 @@ impl Target {
     fn feed(&mut self, inputs: &[u16]) {
         let ports = self.kernel.inputs.len();
         for (index, word) in inputs.iter().enumerate() {
-            let at = self.layout.input((index / ports) as u32, (index % ports) as u32);
+            let at = self
+                .layout
+                .input((index / ports) as u32, (index % ports) as u32);
             self.write(at, &word.to_le_bytes());
         }
     }
@@ -101,12 +153,15 @@ impl Target {
         self.call("k_tick");
         let ports = self.kernel.outputs.len() as u32;
         let places = (0..self.keys).flat_map(|key| (0..ports).map(move |port| (key, port)));
-        places.map(|(key, port)| i16::from_le_bytes(self.read(self.layout.output(key, port)))).collect()
+        places
+            .map(|(key, port)| i16::from_le_bytes(self.read(self.layout.output(key, port))))
+            .collect()
     }
 
     /// What is exported, as the interpreter has it.
     pub fn probes(&self) -> Vec<i64> {
-        let places = (0..self.keys).flat_map(|key| (0..self.kernel.probes.len()).map(move |probe| (key, probe)));
+        let places = (0..self.keys)
+            .flat_map(|key| (0..self.kernel.probes.len()).map(move |probe| (key, probe)));
         places
             .map(|(key, probe)| {
                 let at = self.layout.probe(key, probe).expect("a probe");
@@ -116,19 +171,28 @@ impl Target {
     }
 
     fn value(&self, ty: Type, at: u32) -> i64 {
-        if ty == Type::I64 { i64::from_le_bytes(self.read(at)) } else { i32::from_le_bytes(self.read(at)).into() }
+        if ty == Type::I64 {
+            i64::from_le_bytes(self.read(at))
+        } else {
+            i32::from_le_bytes(self.read(at)).into()
+        }
     }
 
     /// A word of a cell.
     pub fn cell(&self, key: u32, cell: usize, word: u32) -> i64 {
         let ty = self.kernel.cells[cell].ty;
         let size = if ty == Type::I64 { 8 } else { 4 };
-        self.value(ty, self.layout.cell(key, cell).expect("a cell") + word * size)
+        self.value(
+            ty,
+            self.layout.cell(key, cell).expect("a cell") + word * size,
+        )
     }
 
     /// The events since the last call, and how many were lost.
     pub fn drain_events(&mut self) -> (Vec<Happened>, u32) {
-        let Some(ring) = self.layout.events() else { return (Vec::new(), 0) };
+        let Some(ring) = self.layout.events() else {
+            return (Vec::new(), 0);
+        };
         let (head, mut tail) = (self.word(ring.head), self.word(ring.tail));
         let mut events = Vec::new();
         while tail != head {
@@ -144,7 +208,9 @@ impl Target {
                 tick: self.word(at).into(),
                 key: about & 0xffff,
                 event,
-                args: (0..args).map(|arg| self.word(at + 8 + 4 * arg) as i32).collect(),
+                args: (0..args)
+                    .map(|arg| self.word(at + 8 + 4 * arg) as i32)
+                    .collect(),
             });
             tail = tail.wrapping_add(ring.event);
         }
@@ -164,7 +230,12 @@ fn named(name: &str) -> Register {
 
 /// Memory enough for any kernel; what is above it is for the stack.
 fn memory(arch: Arch) -> LinkBoard {
-    let ram = Memory { name: "ram".to_string(), base: RAM, size: RAM_BYTES - STACK_BYTES, kind: MemoryKind::Ram };
+    let ram = Memory {
+        name: "ram".to_string(),
+        base: RAM,
+        size: RAM_BYTES - STACK_BYTES,
+        kind: MemoryKind::Ram,
+    };
     LinkBoard {
         name: "target".to_string(),
         arch,
@@ -172,7 +243,10 @@ fn memory(arch: Arch) -> LinkBoard {
         clock_hz: 150_000_000,
         start: Start::Vectors,
         uf2_family: None,
-        places: vec![Placement { pattern: "*".to_string(), memory: ram.name.clone() }],
+        places: vec![Placement {
+            pattern: "*".to_string(),
+            memory: ram.name.clone(),
+        }],
         memory: vec![ram],
     }
 }

@@ -15,12 +15,15 @@ impl Unit {
             "data" => self.switch(".data"),
             "bss" => self.switch(".bss"),
             "section" => self.section_directive(arguments),
-            "align" | "p2align" => {
-                self.align(arguments, |n| u32::try_from(n).ok().filter(|n| *n <= 16).map(|n| 1 << n))
-            }
-            "balign" => self.align(arguments, |n| u32::try_from(n).ok().filter(|n| n.is_power_of_two())),
+            "align" | "p2align" => self.align(arguments, |n| {
+                u32::try_from(n).ok().filter(|n| *n <= 16).map(|n| 1 << n)
+            }),
+            "balign" => self.align(arguments, |n| {
+                u32::try_from(n).ok().filter(|n| n.is_power_of_two())
+            }),
             "global" | "globl" => {
-                self.globals.extend(arguments.split(',').map(|name| name.trim().to_string()));
+                self.globals
+                    .extend(arguments.split(',').map(|name| name.trim().to_string()));
                 Ok(())
             }
             "thumb_func" => {
@@ -52,7 +55,8 @@ impl Unit {
                 self.conditions.push(holds);
             }
             "ifdef" => {
-                let known = self.constants.contains_key(arguments) || self.labels.contains_key(arguments);
+                let known =
+                    self.constants.contains_key(arguments) || self.labels.contains_key(arguments);
                 self.conditions.push(known);
             }
             "else" => {
@@ -60,7 +64,11 @@ impl Unit {
                 *last = !*last;
             }
             "endif" => drop(self.conditions.pop().ok_or("`.endif` without `.if`")?),
-            _ => return Err(format!("`.{name}` is unknown here; docs/firmware.md lists the directives")),
+            _ => {
+                return Err(format!(
+                    "`.{name}` is unknown here; docs/firmware.md lists the directives"
+                ));
+            }
         }
         Ok(())
     }
@@ -72,7 +80,10 @@ impl Unit {
 
     fn section_directive(&mut self, arguments: &str) -> Result<(), String> {
         let mut parts = arguments.splitn(2, ',').map(str::trim);
-        let name = parts.next().filter(|name| !name.is_empty()).ok_or("`.section` needs a name")?;
+        let name = parts
+            .next()
+            .filter(|name| !name.is_empty())
+            .ok_or("`.section` needs a name")?;
         self.enter(name, kind_of(name, parts.next().unwrap_or("")));
         Ok(())
     }
@@ -87,18 +98,26 @@ impl Unit {
     }
 
     fn type_directive(&mut self, arguments: &str) -> Result<(), String> {
-        let (name, kind) = arguments.split_once(',').ok_or("as in `.type tick, %function`")?;
+        let (name, kind) = arguments
+            .split_once(',')
+            .ok_or("as in `.type tick, %function`")?;
         let kind = match kind.trim().trim_start_matches(['%', '@', '#']) {
             "function" => SymbolKind::Function,
             "object" => SymbolKind::Data,
-            other => return Err(format!("`{other}` is no type; write `%function` or `%object`")),
+            other => {
+                return Err(format!(
+                    "`{other}` is no type; write `%function` or `%object`"
+                ));
+            }
         };
         self.kinds.insert(name.trim().to_string(), kind);
         Ok(())
     }
 
     fn size_directive(&mut self, arguments: &str) -> Result<(), String> {
-        let (name, size) = arguments.split_once(',').ok_or("as in `.size tick, . - tick`")?;
+        let (name, size) = arguments
+            .split_once(',')
+            .ok_or("as in `.size tick, . - tick`")?;
         // `.` is the place here, which a label without a name keeps.
         let here = format!(" {}", name.trim());
         let place = (self.current, self.section().items.len());
@@ -125,7 +144,9 @@ impl Unit {
     }
 
     fn string(&mut self, arguments: &str, end: &[u8]) -> Result<(), String> {
-        let inside = arguments.strip_prefix('"').and_then(|text| text.strip_suffix('"'));
+        let inside = arguments
+            .strip_prefix('"')
+            .and_then(|text| text.strip_suffix('"'));
         let mut bytes = Vec::new();
         let mut chars = inside.ok_or("as in `.ascii \"text\"`")?.chars();
         while let Some(c) = chars.next() {
@@ -138,7 +159,9 @@ impl Unit {
     }
 
     fn constant(&mut self, arguments: &str) -> Result<(), String> {
-        let (name, value) = arguments.split_once(',').ok_or("as in `.equ SIO, 0xd0000000`")?;
+        let (name, value) = arguments
+            .split_once(',')
+            .ok_or("as in `.equ SIO, 0xd0000000`")?;
         let value = self.expr(value)?;
         self.constants.insert(name.trim().to_string(), value);
         Ok(())

@@ -35,13 +35,17 @@ fn section(unit: &Unit, index: usize) -> Result<Section, Located> {
     };
     let mut it = ItState::OUTSIDE;
     for (number, item) in from.items.iter().enumerate() {
-        put(unit, (index, number), item, &mut it, &mut to).map_err(|message| (item.line, message))?;
+        put(unit, (index, number), item, &mut it, &mut to)
+            .map_err(|message| (item.line, message))?;
     }
     to.size = to.bytes.len() as u32;
     if from.kind == SectionKind::Zeroed {
         if to.bytes.iter().any(|byte| *byte != 0) {
             let line = from.items.first().map_or(1, |item| item.line);
-            return Err((line, format!("`{}` holds zeros alone; put values into `.data`", from.name)));
+            return Err((
+                line,
+                format!("`{}` holds zeros alone; put values into `.data`", from.name),
+            ));
         }
         to.bytes.clear();
     }
@@ -49,23 +53,35 @@ fn section(unit: &Unit, index: usize) -> Result<Section, Located> {
     Ok(to)
 }
 
-fn put(unit: &Unit, at: (usize, usize), item: &Item, it: &mut ItState, to: &mut Section) -> Result<(), String> {
+fn put(
+    unit: &Unit,
+    at: (usize, usize),
+    item: &Item,
+    it: &mut ItState,
+    to: &mut Section,
+) -> Result<(), String> {
     match &item.what {
         What::Instruction(instruction) => {
             let encoded = instruction.encode(unit, at, it.cond())?;
             *it = match encoded.inst.op() {
                 Op::IT => {
-                    ItState::after_it((encoded.inst.imm >> 4) as u8, (encoded.inst.imm & 15) as u8).unwrap_or_default()
+                    ItState::after_it((encoded.inst.imm >> 4) as u8, (encoded.inst.imm & 15) as u8)
+                        .unwrap_or_default()
                 }
                 _ => it.advance(),
             };
             if let Some((kind, symbol, addend)) = encoded.fixup {
-                let kind = if encoded.inst.op() == Op::BL { FixupKind::ThumbCall } else { kind };
+                let kind = if encoded.inst.op() == Op::BL {
+                    FixupKind::ThumbCall
+                } else {
+                    kind
+                };
                 fix(to, item.offset, kind, symbol, addend)?;
             }
             let (first, second) = encoded.code.halfwords();
             to.bytes.extend(first.to_le_bytes());
-            to.bytes.extend(second.iter().flat_map(|half| half.to_le_bytes()));
+            to.bytes
+                .extend(second.iter().flat_map(|half| half.to_le_bytes()));
         }
         What::Words(bytes, values) => {
             for value in values {
@@ -73,7 +89,9 @@ fn put(unit: &Unit, at: (usize, usize), item: &Item, it: &mut ItState, to: &mut 
             }
         }
         What::Bytes(bytes) => to.bytes.extend(bytes),
-        What::Fill(count, value) => to.bytes.extend(std::iter::repeat_n(*value, *count as usize)),
+        What::Fill(count, value) => to
+            .bytes
+            .extend(std::iter::repeat_n(*value, *count as usize)),
         What::Align(_) if to.kind == SectionKind::Code => pad(item.size, to),
         What::Align(_) => to.bytes.extend(std::iter::repeat_n(0, item.size as usize)),
         What::Pool(literals) => {
@@ -88,7 +106,8 @@ fn put(unit: &Unit, at: (usize, usize), item: &Item, it: &mut ItState, to: &mut 
 
 /// Instructions that do nothing: a narrow one if need be, then wide ones.
 fn pad(bytes: u32, to: &mut Section) {
-    to.bytes.extend(std::iter::repeat_n(0, (bytes & 1) as usize));
+    to.bytes
+        .extend(std::iter::repeat_n(0, (bytes & 1) as usize));
     if bytes & 2 != 0 {
         to.bytes.extend([0x00, 0xbf]);
     }
@@ -121,12 +140,26 @@ fn word(
     Ok(())
 }
 
-fn fix(to: &mut Section, at: u32, kind: FixupKind, symbol: String, addend: i64) -> Result<(), String> {
+fn fix(
+    to: &mut Section,
+    at: u32,
+    kind: FixupKind,
+    symbol: String,
+    addend: i64,
+) -> Result<(), String> {
     if symbol.contains(' ') || symbol == "." {
-        return Err("give the place a name: an address of a local label cannot be used here".to_string());
+        return Err(
+            "give the place a name: an address of a local label cannot be used here".to_string(),
+        );
     }
-    let addend = i32::try_from(addend).map_err(|_| format!("{addend} is too far from `{symbol}`"))?;
-    to.fixups.push(Fixup { at, kind, symbol, addend });
+    let addend =
+        i32::try_from(addend).map_err(|_| format!("{addend} is too far from `{symbol}`"))?;
+    to.fixups.push(Fixup {
+        at,
+        kind,
+        symbol,
+        addend,
+    });
     Ok(())
 }
 
@@ -137,11 +170,19 @@ fn hints(unit: &Unit, index: usize) -> Result<Vec<Hint>, Located> {
         let line = section.items.get(*item).map_or(1, |item| item.line);
         match note {
             Note::Rounds(rounds) => {
-                let rounds = rounds.value(&|name| unit.find(name, index, *item)).and_then(|value| value.number());
+                let rounds = rounds
+                    .value(&|name| unit.find(name, index, *item))
+                    .and_then(|value| value.number());
                 let rounds_max = rounds.map_err(|message| (line, message))?;
-                Ok(Hint::Loop { at, rounds_max: u32::try_from(rounds_max).unwrap_or(0) })
+                Ok(Hint::Loop {
+                    at,
+                    rounds_max: u32::try_from(rounds_max).unwrap_or(0),
+                })
             }
-            Note::Targets(symbols) => Ok(Hint::Targets { at, symbols: symbols.clone() }),
+            Note::Targets(symbols) => Ok(Hint::Targets {
+                at,
+                symbols: symbols.clone(),
+            }),
         }
     });
     each.collect()
@@ -149,11 +190,24 @@ fn hints(unit: &Unit, index: usize) -> Result<Vec<Hint>, Located> {
 
 /// Labels, and names that are used and not defined.
 fn symbols(unit: &Unit, object: &Object) -> Vec<Symbol> {
-    let mut all: Vec<_> = unit.labels.iter().filter(|(name, _)| !name.contains(' ')).collect();
+    let mut all: Vec<_> = unit
+        .labels
+        .iter()
+        .filter(|(name, _)| !name.contains(' '))
+        .collect();
     all.sort_by_key(|(name, place)| (**place, name.as_str()));
-    let mut symbols: Vec<_> = all.iter().map(|(name, place)| symbol(unit, name, **place)).collect();
-    let used = object.sections.iter().flat_map(|section| &section.fixups).map(|fixup| &fixup.symbol);
-    let mut outside: Vec<_> = used.filter(|name| !unit.labels.contains_key(*name)).collect();
+    let mut symbols: Vec<_> = all
+        .iter()
+        .map(|(name, place)| symbol(unit, name, **place))
+        .collect();
+    let used = object
+        .sections
+        .iter()
+        .flat_map(|section| &section.fixups)
+        .map(|fixup| &fixup.symbol);
+    let mut outside: Vec<_> = used
+        .filter(|name| !unit.labels.contains_key(*name))
+        .collect();
     outside.sort();
     outside.dedup();
     symbols.extend(outside.into_iter().map(|name| Symbol {
@@ -168,12 +222,18 @@ fn symbols(unit: &Unit, object: &Object) -> Vec<Symbol> {
 }
 
 fn symbol(unit: &Unit, name: &str, (section, item): (usize, usize)) -> Symbol {
-    let size = unit.sizes.get(name).and_then(|size| size.value(&|name| unit.find(name, section, item)).ok());
+    let size = unit
+        .sizes
+        .get(name)
+        .and_then(|size| size.value(&|name| unit.find(name, section, item)).ok());
     Symbol {
         name: name.to_string(),
         section: Some(section),
         offset: unit.offset(section, item),
-        size: size.and_then(|size| size.number().ok()).and_then(|size| u32::try_from(size).ok()).unwrap_or(0),
+        size: size
+            .and_then(|size| size.number().ok())
+            .and_then(|size| u32::try_from(size).ok())
+            .unwrap_or(0),
         kind: unit.kinds.get(name).copied().unwrap_or(SymbolKind::Label),
         global: unit.globals.contains(name),
     }

@@ -41,7 +41,10 @@ impl Expr {
     /// # Errors
     /// It is no expression.
     pub fn parse(text: &str) -> Result<Expr, String> {
-        let mut reader = Reader { rest: text.trim(), depth: 0 };
+        let mut reader = Reader {
+            rest: text.trim(),
+            depth: 0,
+        };
         let expr = reader.level(0)?;
         match reader.rest.trim_start() {
             "" => Ok(expr),
@@ -58,9 +61,8 @@ impl Expr {
                 a => Expr::Unary(op, Box::new(a)),
             },
             Expr::Binary(op, a, b) => match (a.fold(known), b.fold(known)) {
-                (Expr::Number(a), Expr::Number(b)) => {
-                    binary(op, a, b).map_or_else(|| Expr::Binary(op, number(a), number(b)), Expr::Number)
-                }
+                (Expr::Number(a), Expr::Number(b)) => binary(op, a, b)
+                    .map_or_else(|| Expr::Binary(op, number(a), number(b)), Expr::Number),
                 (a, b) => Expr::Binary(op, Box::new(a), Box::new(b)),
             },
             number => number,
@@ -94,16 +96,26 @@ impl Value {
         match self {
             Value::Number(n) => Ok(*n),
             Value::Place { label: name, .. } => Err(format!("`{name}` is a place, not a number")),
-            Value::Outside(name, _) => Err(format!("`{name}` is not defined; define it with `.equ {name}, ...`")),
+            Value::Outside(name, _) => Err(format!(
+                "`{name}` is not defined; define it with `.equ {name}, ...`"
+            )),
         }
     }
 
     fn moved(self, by: i64) -> Value {
         match self {
             Value::Number(n) => Value::Number(n.wrapping_add(by)),
-            Value::Place { section, offset, label, addend } => {
-                Value::Place { section, offset: offset.wrapping_add(by), label, addend: addend.wrapping_add(by) }
-            }
+            Value::Place {
+                section,
+                offset,
+                label,
+                addend,
+            } => Value::Place {
+                section,
+                offset: offset.wrapping_add(by),
+                label,
+                addend: addend.wrapping_add(by),
+            },
             Value::Outside(name, addend) => Value::Outside(name, addend.wrapping_add(by)),
         }
     }
@@ -114,12 +126,24 @@ fn combine(op: char, a: Value, b: Value) -> Result<Value, String> {
         ('+', a, Value::Number(b)) => Ok(a.moved(b)),
         ('+', Value::Number(a), b) => Ok(b.moved(a)),
         ('-', a, Value::Number(b)) => Ok(a.moved(b.wrapping_neg())),
-        ('-', Value::Place { section: s, offset: a, .. }, Value::Place { section: t, offset: b, .. }) if s == t => {
-            Ok(Value::Number(a - b))
-        }
+        (
+            '-',
+            Value::Place {
+                section: s,
+                offset: a,
+                ..
+            },
+            Value::Place {
+                section: t,
+                offset: b,
+                ..
+            },
+        ) if s == t => Ok(Value::Number(a - b)),
         (op, a, b) => {
             let (a, b) = (a.number()?, b.number()?);
-            binary(op, a, b).map(Value::Number).ok_or_else(|| "division by zero".to_string())
+            binary(op, a, b)
+                .map(Value::Number)
+                .ok_or_else(|| "division by zero".to_string())
         }
     }
 }
@@ -168,7 +192,9 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn level(&mut self, level: usize) -> Result<Expr, String> {
-        let Some(operators) = LEVELS.get(level) else { return self.atom() };
+        let Some(operators) = LEVELS.get(level) else {
+            return self.atom();
+        };
         let mut left = self.level(level + 1)?;
         while let Some(op) = self.operator(operators) {
             let right = self.level(level + 1)?;
@@ -202,7 +228,11 @@ impl Reader<'_> {
             '(' => {
                 self.rest = &rest[1..];
                 let inner = self.level(0)?;
-                let after = self.rest.trim_start().strip_prefix(')').ok_or("`)` is missing")?;
+                let after = self
+                    .rest
+                    .trim_start()
+                    .strip_prefix(')')
+                    .ok_or("`)` is missing")?;
                 self.rest = after;
                 Ok(inner)
             }
@@ -215,14 +245,19 @@ impl Reader<'_> {
 
     fn character(&mut self, rest: &str) -> Result<Expr, String> {
         let mut chars = rest[1..].chars();
-        let c = chars.next().filter(char::is_ascii).ok_or("a character is missing after '")?;
+        let c = chars
+            .next()
+            .filter(char::is_ascii)
+            .ok_or("a character is missing after '")?;
         let used = if chars.next() == Some('\'') { 3 } else { 2 };
         self.rest = &self.rest[self.rest.len() - rest.len() + used..];
         Ok(Expr::Number(i64::from(u32::from(c))))
     }
 
     fn word(&mut self, rest: &str) -> Result<Expr, String> {
-        let end = rest.find(|c: char| !is_name(c.encode_utf8(&mut [0; 4]))).unwrap_or(rest.len());
+        let end = rest
+            .find(|c: char| !is_name(c.encode_utf8(&mut [0; 4])))
+            .unwrap_or(rest.len());
         let (word, after) = rest.split_at(end);
         self.rest = &self.rest[self.rest.len() - after.len()..];
         if word.is_empty() {
@@ -236,7 +271,9 @@ impl Reader<'_> {
             (_, Some(bits)) => u32::from_str_radix(bits, 2).map(i64::from),
             _ => word.parse(),
         };
-        parsed.map(Expr::Number).map_err(|_| format!("`{word}` is no number"))
+        parsed
+            .map(Expr::Number)
+            .map_err(|_| format!("`{word}` is no number"))
     }
 }
 

@@ -1,4 +1,5 @@
-//! An instruction's text, with holes where expressions stand, and what it becomes once they are known.
+//! An instruction's text, with holes where expressions stand, and what it becomes once they are
+//! known.
 
 use whippen_isa::imm::thumb_shrink_imm;
 use whippen_isa::{Arch, Code, Cond, Inst, NotEncoded, NotParsed};
@@ -54,23 +55,41 @@ impl Instruction {
             (_, Some(stem)) => (stem, ".n"),
             _ => (mnemonic, ""),
         };
-        let with = |mnemonic: &str, pieces| Ok(Instruction { mnemonic: mnemonic.to_string(), width, pieces });
-        let (first, last) = operands.rsplit_once(',').map_or(("", operands.trim()), |(a, b)| (a, b.trim()));
+        let with = |mnemonic: &str, pieces| {
+            Ok(Instruction {
+                mnemonic: mnemonic.to_string(),
+                width,
+                pieces,
+            })
+        };
+        let (first, last) = operands
+            .rsplit_once(',')
+            .map_or(("", operands.trim()), |(a, b)| (a, b.trim()));
         let to_register = |after: &str| Piece::Text(format!("{}{after}", first.to_lowercase()));
         if is_branch(mnemonic) {
-            let before = if first.is_empty() { Piece::Text(String::new()) } else { to_register(", ") };
+            let before = if first.is_empty() {
+                Piece::Text(String::new())
+            } else {
+                to_register(", ")
+            };
             return with(mnemonic, vec![before, Piece::Branch(unit.expr(last)?)]);
         }
         if let Some(value) = last.strip_prefix('=') {
             return literal(unit, mnemonic, width, first, value);
         }
-        let condition = mnemonic.strip_prefix("adr").filter(|rest| rest.is_empty() || condition(rest));
+        let condition = mnemonic
+            .strip_prefix("adr")
+            .filter(|rest| rest.is_empty() || condition(rest));
         if let Some(condition) = condition {
             let pieces = vec![to_register(", pc, "), Piece::Near(unit.expr(last)?)];
             return with(&format!("add{condition}"), pieces);
         }
         if mnemonic.starts_with("ldr") && !last.starts_with(['[', '#']) && !last.ends_with(']') {
-            let pieces = vec![to_register(", [pc, "), Piece::Near(unit.expr(last)?), Piece::Text("]".to_string())];
+            let pieces = vec![
+                to_register(", [pc, "),
+                Piece::Near(unit.expr(last)?),
+                Piece::Text("]".to_string()),
+            ];
             return with(mnemonic, pieces);
         }
         with(mnemonic, holes(unit, operands)?)
@@ -80,7 +99,12 @@ impl Instruction {
     ///
     /// # Errors
     /// It is no instruction of the architecture, or out of reach.
-    pub fn encode(&self, unit: &Unit, at: (usize, usize), it: Option<Cond>) -> Result<Encoded, String> {
+    pub fn encode(
+        &self,
+        unit: &Unit,
+        at: (usize, usize),
+        it: Option<Cond>,
+    ) -> Result<Encoded, String> {
         let (section, item) = at;
         let placed = &unit.sections[section].items[item];
         let mut text = self.mnemonic.clone();
@@ -93,16 +117,22 @@ impl Instruction {
             fixup = fixup.or(waits);
         }
         if fixup.is_some() && self.is_jump() {
-            text = text.replacen(&self.mnemonic, &format!("{}.w", self.mnemonic), 1).replace(".w.w", ".w");
+            text = text
+                .replacen(&self.mnemonic, &format!("{}.w", self.mnemonic), 1)
+                .replace(".w.w", ".w");
         }
         let inst = read(&text, unit.arch, it)?;
-        let code = inst.encode(unit.arch).map_err(|_| format!("`{text}` has no bits"))?;
+        let code = inst
+            .encode(unit.arch)
+            .map_err(|_| format!("`{text}` has no bits"))?;
         Ok(Encoded { code, inst, fixup })
     }
 
     /// Whether it is B, whose 16-bit form cannot wait for an address.
     fn is_jump(&self) -> bool {
-        self.mnemonic.strip_prefix('b').is_some_and(|rest| rest.is_empty() || condition(rest))
+        self.mnemonic
+            .strip_prefix('b')
+            .is_some_and(|rest| rest.is_empty() || condition(rest))
     }
 }
 
@@ -119,23 +149,45 @@ impl Piece {
             Piece::Text(text) => (text.clone(), None),
             Piece::Constant(expr) => (format!("#{}", expr.value(&find)?.number()?), None),
             Piece::Branch(expr) => match expr.value(&find)? {
-                Value::Place { section: s, offset, label, .. } if s == section && !unit.globals.contains(&label) => {
+                Value::Place {
+                    section: s,
+                    offset,
+                    label,
+                    ..
+                } if s == section && !unit.globals.contains(&label) => {
                     (format!(".{:+}", offset - here), None)
                 }
-                Value::Place { label, addend, .. } | Value::Outside(label, addend) => {
-                    (".+4".to_string(), Some((FixupKind::ThumbJump24, label, addend)))
-                }
+                Value::Place { label, addend, .. } | Value::Outside(label, addend) => (
+                    ".+4".to_string(),
+                    Some((FixupKind::ThumbJump24, label, addend)),
+                ),
                 Value::Number(_) => return Err("a branch goes to a label".to_string()),
             },
             Piece::Near(expr) => match expr.value(&find)? {
-                Value::Place { section: s, offset, .. } if s == section => (near(offset), None),
-                _ => return Err("the place must be in this section; write `ldr r0, =name` for another".to_string()),
+                Value::Place {
+                    section: s, offset, ..
+                } if s == section => (near(offset), None),
+                _ => {
+                    return Err(
+                        "the place must be in this section; write `ldr r0, =name` for another"
+                            .to_string(),
+                    );
+                }
             },
-            Piece::Literal(pool, number) => (near(unit.literal_offset(section, *pool, *number)), None),
+            Piece::Literal(pool, number) => {
+                (near(unit.literal_offset(section, *pool, *number)), None)
+            }
             Piece::Half(high, expr) => match expr.value(&find)? {
-                Value::Number(n) => (format!("#{}", if *high { n >> 16 & 0xffff } else { n & 0xffff }), None),
+                Value::Number(n) => (
+                    format!("#{}", if *high { n >> 16 & 0xffff } else { n & 0xffff }),
+                    None,
+                ),
                 Value::Place { label, addend, .. } | Value::Outside(label, addend) => {
-                    let kind = if *high { FixupKind::MovtAbs } else { FixupKind::MovwAbs };
+                    let kind = if *high {
+                        FixupKind::MovtAbs
+                    } else {
+                        FixupKind::MovwAbs
+                    };
                     ("#0".to_string(), Some((kind, label, addend)))
                 }
             },
@@ -145,9 +197,12 @@ impl Piece {
 
 /// B, BL, CBZ, CBNZ.
 fn is_branch(mnemonic: &str) -> bool {
-    let rest = mnemonic.strip_prefix("bl").filter(|rest| rest.is_empty() || condition(rest));
+    let rest = mnemonic
+        .strip_prefix("bl")
+        .filter(|rest| rest.is_empty() || condition(rest));
     let rest = rest.or(mnemonic.strip_prefix('b'));
-    rest.is_some_and(|rest| rest.is_empty() || condition(rest)) || matches!(mnemonic, "cbz" | "cbnz")
+    rest.is_some_and(|rest| rest.is_empty() || condition(rest))
+        || matches!(mnemonic, "cbz" | "cbnz")
 }
 
 fn condition(name: &str) -> bool {
@@ -162,7 +217,9 @@ fn literal(
     register: &str,
     value: &str,
 ) -> Result<Instruction, String> {
-    let suffix = mnemonic.strip_prefix("ldr").filter(|rest| rest.is_empty() || condition(rest));
+    let suffix = mnemonic
+        .strip_prefix("ldr")
+        .filter(|rest| rest.is_empty() || condition(rest));
     let suffix = suffix.ok_or("only `ldr` loads a value")?;
     let value = unit.expr(value)?;
     let register = register.trim().to_lowercase();
@@ -172,18 +229,36 @@ fn literal(
     {
         let bits = n as u32;
         let moves = [("mov", ".w", bits), ("mvn", "", !bits)];
-        let by = moves.into_iter().find(|(_, _, bits)| thumb_shrink_imm(*bits).is_some());
+        let by = moves
+            .into_iter()
+            .find(|(_, _, bits)| thumb_shrink_imm(*bits).is_some());
         let by = by.or((bits <= 0xffff).then_some(("movw", "", bits)));
         if let Some((name, width, bits)) = by {
             let pieces = vec![Piece::Text(format!("{register}, #{bits}"))];
-            return Ok(Instruction { mnemonic: format!("{name}{suffix}"), width, pieces });
+            return Ok(Instruction {
+                mnemonic: format!("{name}{suffix}"),
+                width,
+                pieces,
+            });
         }
     }
-    let value = if let Expr::Number(n) = value { Expr::Number(i64::from(n as u32)) } else { value };
+    let value = if let Expr::Number(n) = value {
+        Expr::Number(i64::from(n as u32))
+    } else {
+        value
+    };
     let (pool, number) = unit.literal(value);
     let text = Piece::Text(format!("{register}, [pc, "));
-    let pieces = vec![text, Piece::Literal(pool, number), Piece::Text("]".to_string())];
-    Ok(Instruction { mnemonic: mnemonic.to_string(), width, pieces })
+    let pieces = vec![
+        text,
+        Piece::Literal(pool, number),
+        Piece::Text("]".to_string()),
+    ];
+    Ok(Instruction {
+        mnemonic: mnemonic.to_string(),
+        width,
+        pieces,
+    })
 }
 
 /// Splits operands at `#`, behind which an expression stands as far as the operand goes.
@@ -194,7 +269,10 @@ fn holes(unit: &Unit, operands: &str) -> Result<Vec<Piece>, String> {
         pieces.push(Piece::Text(before.to_lowercase()));
         let after = after.trim_start();
         let half = [(":lower16:", false), (":upper16:", true)];
-        if let Some((name, high)) = half.iter().find_map(|(mark, high)| Some((after.strip_prefix(mark)?, *high))) {
+        if let Some((name, high)) = half
+            .iter()
+            .find_map(|(mark, high)| Some((after.strip_prefix(mark)?, *high)))
+        {
             pieces.push(Piece::Half(high, unit.expr(name)?));
             return Ok(pieces);
         }

@@ -54,7 +54,8 @@ pub struct Section {
     pub literals: Vec<Expr>,
     /// How many pools there have been.
     pub pools: usize,
-    /// For the item of that index: the loop that begins there runs so often, or the branch goes to these.
+    /// For the item of that index: the loop that begins there runs so often, or the branch goes to
+    /// these.
     pub notes: Vec<(usize, Note)>,
 }
 
@@ -103,7 +104,10 @@ impl Unit {
             sections: Vec::new(),
             current: 0,
             labels: BTreeMap::new(),
-            constants: constants.iter().map(|(name, n)| (name.clone(), Expr::Number(*n))).collect(),
+            constants: constants
+                .iter()
+                .map(|(name, n)| (name.clone(), Expr::Number(*n)))
+                .collect(),
             globals: BTreeSet::new(),
             kinds: BTreeMap::new(),
             sizes: BTreeMap::new(),
@@ -163,19 +167,23 @@ impl Unit {
 
     /// Goes on in a section, which is made where it is not there.
     pub fn enter(&mut self, name: &str, kind: SectionKind) {
-        self.current = self.sections.iter().position(|s| s.name == name).unwrap_or_else(|| {
-            let (items, literals, notes) = (Vec::new(), Vec::new(), Vec::new());
-            self.sections.push(Section {
-                name: name.to_string(),
-                kind,
-                align: if kind == SectionKind::Code { 2 } else { 1 },
-                items,
-                literals,
-                pools: 0,
-                notes,
+        self.current = self
+            .sections
+            .iter()
+            .position(|s| s.name == name)
+            .unwrap_or_else(|| {
+                let (items, literals, notes) = (Vec::new(), Vec::new(), Vec::new());
+                self.sections.push(Section {
+                    name: name.to_string(),
+                    kind,
+                    align: if kind == SectionKind::Code { 2 } else { 1 },
+                    items,
+                    literals,
+                    pools: 0,
+                    notes,
+                });
+                self.sections.len() - 1
             });
-            self.sections.len() - 1
-        });
     }
 
     pub fn section(&mut self) -> &mut Section {
@@ -185,8 +193,17 @@ impl Unit {
     /// Adds an item to the section.
     pub fn push(&mut self, what: What) {
         let line = self.line;
-        let size = if let What::Instruction(_) = what { 2 } else { 0 };
-        self.section().items.push(Item { line, what, offset: 0, size });
+        let size = if let What::Instruction(_) = what {
+            2
+        } else {
+            0
+        };
+        self.section().items.push(Item {
+            line,
+            what,
+            offset: 0,
+            size,
+        });
     }
 
     /// Puts the waiting literals here.
@@ -203,10 +220,14 @@ impl Unit {
     /// Keeps a literal for the next pool; its number there and the number of the pool.
     pub fn literal(&mut self, value: Expr) -> (usize, usize) {
         let section = self.section();
-        let at = section.literals.iter().position(|known| *known == value).unwrap_or_else(|| {
-            section.literals.push(value);
-            section.literals.len() - 1
-        });
+        let at = section
+            .literals
+            .iter()
+            .position(|known| *known == value)
+            .unwrap_or_else(|| {
+                section.literals.push(value);
+                section.literals.len() - 1
+            });
         (section.pools, at)
     }
 
@@ -224,7 +245,9 @@ impl Unit {
             self.kinds.insert(name.clone(), SymbolKind::Function);
         }
         if self.constants.contains_key(&name) || self.labels.insert(name.clone(), place).is_some() {
-            return Err(format!("`{name}` is defined twice; give one of them another name"));
+            return Err(format!(
+                "`{name}` is defined twice; give one of them another name"
+            ));
         }
         Ok(())
     }
@@ -234,14 +257,19 @@ impl Unit {
         let note = match word {
             "rounds" => Note::Rounds(self.expr(rest)?),
             "targets" => Note::Targets(rest.split_whitespace().map(str::to_string).collect()),
-            _ => return Err(format!("`@! {word}` is unknown; known are `@! rounds N` and `@! targets LABEL...`")),
+            _ => {
+                return Err(format!(
+                    "`@! {word}` is unknown; known are `@! rounds N` and `@! targets LABEL...`"
+                ));
+            }
         };
         let section = self.section();
         section.notes.push((section.items.len(), note));
         Ok(())
     }
 
-    /// Reads an expression; constants that are known by now are put in, local labels get their names.
+    /// Reads an expression; constants that are known by now are put in, local labels get their
+    /// names.
     ///
     /// # Errors
     /// It is no expression.
@@ -277,11 +305,20 @@ impl Unit {
 
     /// What a name is worth by the present layout, for the item of a section.
     pub fn find(&self, name: &str, section: usize, item: usize) -> Value {
-        let place = if name == "." { Some((section, item)) } else { self.labels.get(name).copied() };
+        let place = if name == "." {
+            Some((section, item))
+        } else {
+            self.labels.get(name).copied()
+        };
         match place {
             Some((section, item)) => {
                 let offset = i64::from(self.offset(section, item));
-                Value::Place { section, offset, label: name.to_string(), addend: 0 }
+                Value::Place {
+                    section,
+                    offset,
+                    label: name.to_string(),
+                    addend: 0,
+                }
             }
             None => match self.constants.get(name) {
                 Some(Expr::Number(n)) => Value::Number(*n),
@@ -293,7 +330,13 @@ impl Unit {
     /// Where an item lies, or the end of its section.
     pub fn offset(&self, section: usize, item: usize) -> u32 {
         let items = &self.sections[section].items;
-        items.get(item).or(items.last()).map_or(0, |i| if item < items.len() { i.offset } else { i.offset + i.size })
+        items.get(item).or(items.last()).map_or(0, |i| {
+            if item < items.len() {
+                i.offset
+            } else {
+                i.offset + i.size
+            }
+        })
     }
 }
 

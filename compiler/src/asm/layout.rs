@@ -53,12 +53,18 @@ fn widen(unit: &mut Unit, section: usize) -> Result<bool, Located> {
     let mut it = ItState::OUTSIDE;
     for item in 0..unit.sections[section].items.len() {
         let placed = &unit.sections[section].items[item];
-        let What::Instruction(instruction) = &placed.what else { continue };
+        let What::Instruction(instruction) = &placed.what else {
+            continue;
+        };
         let located = |message| (placed.line, message);
-        let encoded = instruction.encode(unit, (section, item), it.cond()).map_err(located)?;
+        let encoded = instruction
+            .encode(unit, (section, item), it.cond())
+            .map_err(located)?;
         it = match encoded.inst.op() {
-            Op::IT => ItState::after_it((encoded.inst.imm >> 4) as u8, (encoded.inst.imm & 15) as u8)
-                .ok_or_else(|| located("this IT block cannot be".to_string()))?,
+            Op::IT => {
+                ItState::after_it((encoded.inst.imm >> 4) as u8, (encoded.inst.imm & 15) as u8)
+                    .ok_or_else(|| located("this IT block cannot be".to_string()))?
+            }
             _ => it.advance(),
         };
         let size = encoded.code.size();
@@ -73,7 +79,12 @@ fn widen(unit: &mut Unit, section: usize) -> Result<bool, Located> {
 impl Unit {
     /// Where a literal of a section's pool lies by the present layout.
     pub fn literal_offset(&self, section: usize, pool: usize, number: usize) -> i64 {
-        let pools = self.sections[section].items.iter().filter(|item| matches!(item.what, What::Pool(_)));
-        pools.clone().nth(pool).map_or(0, |item| i64::from(item.offset.next_multiple_of(4)) + 4 * number as i64)
+        let pools = self.sections[section]
+            .items
+            .iter()
+            .filter(|item| matches!(item.what, What::Pool(_)));
+        pools.clone().nth(pool).map_or(0, |item| {
+            i64::from(item.offset.next_multiple_of(4)) + 4 * number as i64
+        })
     }
 }

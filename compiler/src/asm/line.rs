@@ -1,4 +1,5 @@
-//! A line into its statements: labels, directives, instructions, and what a comment tells static analysis.
+//! A line into its statements: labels, directives, instructions, and what a comment tells static
+//! analysis.
 
 /// A statement.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -43,7 +44,11 @@ fn cut(text: &str, at: char) -> Result<(&str, &str), String> {
             _ => {}
         }
     }
-    if quoted { Err("the string does not end; close it with \"".to_string()) } else { Ok((text, "")) }
+    if quoted {
+        Err("the string does not end; close it with \"".to_string())
+    } else {
+        Ok((text, ""))
+    }
 }
 
 fn labelled<'a>(mut text: &'a str, all: &mut Vec<Statement<'a>>) {
@@ -63,5 +68,8 @@ fn labelled<'a>(mut text: &'a str, all: &mut Vec<Statement<'a>>) {
 
 /// Whether a text is the name of a label or a constant; digits alone are a local label.
 pub fn is_name(text: &str) -> bool {
-    !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$'))
+    !text.is_empty()
+        && text
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$'))
 }

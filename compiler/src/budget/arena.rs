@@ -42,7 +42,9 @@ impl Arena {
         let mut steps = Vec::new();
         let mut open = vec![chain];
         while let Some(chain) = open.pop() {
-            let Some(&(before, what)) = self.links.get(chain as usize) else { continue };
+            let Some(&(before, what)) = self.links.get(chain as usize) else {
+                continue;
+            };
             open.push(before);
             match what {
                 What::Step(step) => steps.push(step),
@@ -60,7 +62,12 @@ mod tests {
 
     #[test]
     fn a_segment_stands_where_it_was_added() {
-        let step = |address| Step { address, cycles: 1, waits: 0, times: 1 };
+        let step = |address| Step {
+            address,
+            cycles: 1,
+            waits: 0,
+            times: 1,
+        };
         let mut arena = Arena::default();
         let inner = arena.step(START, step(2));
         let inner = arena.step(inner, step(3));

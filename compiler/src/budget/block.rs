@@ -34,7 +34,9 @@ impl<'a> Walker<'a> {
     pub fn walk(&mut self, number: usize, state: State) -> Vec<(&'a Edge, State)> {
         let block = &self.graph.blocks[number];
         let behind = &self.relevance.behind[number];
-        let Some((last, before)) = block.items.split_last() else { return Vec::new() };
+        let Some((last, before)) = block.items.split_last() else {
+            return Vec::new();
+        };
         let mut states = vec![state];
         for (item, &behind) in before.iter().zip(behind) {
             states = self.pass(item, behind, states);
@@ -48,23 +50,31 @@ impl<'a> Walker<'a> {
             }
             return arrived;
         }
-        let table = last.control == Control::Table && !self.query.annotations.targets.contains_key(&last.address);
+        let table = last.control == Control::Table
+            && !self.query.annotations.targets.contains_key(&last.address);
         for state in states {
             if table {
                 self.look_at_index(last, &state.facts);
             }
             for edge in &block.edges {
-                arrived.extend(self.leave(last, behind, edge, state.clone()).map(|state| (edge, state)));
+                arrived.extend(
+                    self.leave(last, behind, edge, state.clone())
+                        .map(|state| (edge, state)),
+                );
             }
         }
         arrived
     }
 
-    /// An instruction that does not branch, in every state; one in an IT block is executed and is skipped.
+    /// An instruction that does not branch, in every state; one in an IT block is executed and is
+    /// skipped.
     fn pass(&mut self, item: &Item, behind: Relevant, states: Vec<State>) -> Vec<State> {
         let cond = item.inst.cond.filter(|_| item.inst.is_conditional());
         let Some((cond, inverse)) = cond.and_then(|cond| Some((cond, cond.invert()?))) else {
-            return states.into_iter().map(|state| self.execute(item, behind, state, None)).collect();
+            return states
+                .into_iter()
+                .map(|state| self.execute(item, behind, state, None))
+                .collect();
         };
         let mut passed = Vec::with_capacity(2 * states.len());
         for state in states {
@@ -88,7 +98,13 @@ impl<'a> Walker<'a> {
     }
 
     /// The last instruction of a block along one edge; nothing if no input takes it.
-    fn leave(&mut self, item: &Item, behind: Relevant, edge: &Edge, mut state: State) -> Option<State> {
+    fn leave(
+        &mut self,
+        item: &Item,
+        behind: Relevant,
+        edge: &Edge,
+        mut state: State,
+    ) -> Option<State> {
         if !self.decides(item, edge, &mut state.facts) {
             self.infeasible += 1;
             return None;
@@ -103,13 +119,26 @@ impl<'a> Walker<'a> {
         })
     }
 
-    /// What is bounded elsewhere runs on the way: it may leave anything in registers, and nothing in the pipeline.
+    /// What is bounded elsewhere runs on the way: it may leave anything in registers, and nothing
+    /// in the pipeline.
     fn run_known(&mut self, edge: &Edge, mut state: State) -> State {
-        let (Some(known), Some(target)) = (edge.known, edge.taken) else { return state };
+        let (Some(known), Some(target)) = (edge.known, edge.taken) else {
+            return state;
+        };
         state.facts.keep(0);
-        let step = Step { address: target.address, cycles: known.cycles, waits: 0, times: 1 };
+        let step = Step {
+            address: target.address,
+            cycles: known.cycles,
+            waits: 0,
+            times: 1,
+        };
         let chain = self.arena.step(state.chain, step);
-        State { pipe: Pipe::default(), cycles: state.cycles + known.cycles, chain, ..state }
+        State {
+            pipe: Pipe::default(),
+            cycles: state.cycles + known.cycles,
+            chain,
+            ..state
+        }
     }
 
     /// Narrows what is known to what takes an edge.
@@ -120,7 +149,10 @@ impl<'a> Walker<'a> {
         }
         if !edge.indices.is_empty() {
             let index = facts.interval(inst.m);
-            return edge.indices.iter().any(|&entry| index.holds(i64::from(entry)));
+            return edge
+                .indices
+                .iter()
+                .any(|&entry| index.holds(i64::from(entry)));
         }
         match inst.cond.filter(|_| inst.is_conditional()) {
             Some(cond) if taken => facts.assume(cond),
@@ -129,29 +161,60 @@ impl<'a> Walker<'a> {
         }
     }
 
-    fn execute(&mut self, item: &Item, behind: Relevant, state: State, edge: Option<&Edge>) -> State {
-        let mut outcome = Outcome { target: edge.and_then(|edge| edge.taken), ..Outcome::NEXT };
+    fn execute(
+        &mut self,
+        item: &Item,
+        behind: Relevant,
+        state: State,
+        edge: Option<&Edge>,
+    ) -> State {
+        let mut outcome = Outcome {
+            target: edge.and_then(|edge| edge.taken),
+            ..Outcome::NEXT
+        };
         if item.inst.class() == Class::Divide {
             outcome.quotient_bits = quotient_bits_max(item, &state.facts);
         }
         let mut state = self.issue(item, state, outcome);
         if writes(&item.inst) & behind != 0 {
-            state.facts.execute(&item.inst, item.address, self.query.code);
+            state
+                .facts
+                .execute(&item.inst, item.address, self.query.code);
         }
         state
     }
 
     fn issue(&mut self, item: &Item, state: State, mut outcome: Outcome) -> State {
         if let Some(surroundings) = self.query.surroundings {
-            outcome.waits = surroundings.waits(&item.inst, item.address, &state.facts, &self.bases, &outcome);
+            outcome.waits = surroundings.waits(
+                &item.inst,
+                item.address,
+                &state.facts,
+                &self.bases,
+                &outcome,
+            );
         }
-        let (pipe, cost) = self.query.core.issue(state.pipe, &item.timed, item.address, &outcome);
+        let (pipe, cost) = self
+            .query
+            .core
+            .issue(state.pipe, &item.timed, item.address, &outcome);
         self.judge(item, &cost);
         let cycles = u64::from(cost.cycles());
-        let chain = self
-            .arena
-            .step(state.chain, Step { address: item.address, cycles, waits: u64::from(outcome.waits), times: 1 });
-        State { pipe, chain, cycles: state.cycles + cycles, ..state }
+        let chain = self.arena.step(
+            state.chain,
+            Step {
+                address: item.address,
+                cycles,
+                waits: u64::from(outcome.waits),
+                times: 1,
+            },
+        );
+        State {
+            pipe,
+            chain,
+            cycles: state.cycles + cycles,
+            ..state
+        }
     }
 
     fn judge(&mut self, item: &Item, cost: &Cost) {
@@ -161,7 +224,11 @@ impl<'a> Walker<'a> {
     /// Remembers the largest index of the table branch at the end of a block.
     fn look_at_index(&mut self, item: &Item, facts: &Facts) {
         let index = facts.interval(item.inst.m);
-        let largest = if index.low < 0 { u32::MAX } else { index.high as u32 };
+        let largest = if index.low < 0 {
+            u32::MAX
+        } else {
+            index.high as u32
+        };
         let known = self.indices.entry(item.address).or_default();
         *known = largest.max(*known);
     }

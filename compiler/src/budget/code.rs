@@ -12,7 +12,9 @@ pub struct Code {
 impl Code {
     /// One run of bytes.
     pub fn new(address: u32, bytes: Vec<u8>) -> Self {
-        Self { segments: vec![(address, bytes)] }
+        Self {
+            segments: vec![(address, bytes)],
+        }
     }
 
     /// Adds a run of bytes that overlaps no other.
@@ -26,7 +28,10 @@ impl Code {
 
     /// The bytes from an address on, as far as they are here.
     fn from(&self, address: u32) -> Option<&[u8]> {
-        let at = self.segments.partition_point(|(start, _)| *start <= address).checked_sub(1)?;
+        let at = self
+            .segments
+            .partition_point(|(start, _)| *start <= address)
+            .checked_sub(1)?;
         let (start, bytes) = &self.segments[at];
         bytes.get((address - start) as usize..)
     }
@@ -38,12 +43,18 @@ impl Code {
 
     /// The halfword at an address.
     pub fn halfword(&self, address: u32) -> Option<u16> {
-        self.from(address)?.first_chunk().copied().map(u16::from_le_bytes)
+        self.from(address)?
+            .first_chunk()
+            .copied()
+            .map(u16::from_le_bytes)
     }
 
     /// The word at an address.
     pub fn word(&self, address: u32) -> Option<u32> {
-        self.from(address)?.first_chunk().copied().map(u32::from_le_bytes)
+        self.from(address)?
+            .first_chunk()
+            .copied()
+            .map(u32::from_le_bytes)
     }
 
     /// Whether a 32-bit instruction starts at an address.
@@ -52,9 +63,18 @@ impl Code {
     }
 
     /// The instruction at an address; none where there are no bytes.
-    pub fn decode(&self, address: u32, arch: Arch, it: ItState) -> Option<Result<Inst, NotDecoded>> {
+    pub fn decode(
+        &self,
+        address: u32,
+        arch: Arch,
+        it: ItState,
+    ) -> Option<Result<Inst, NotDecoded>> {
         let first = self.halfword(address)?;
-        let second = if is_wide(first) { self.halfword(address.wrapping_add(2))? } else { 0 };
+        let second = if is_wide(first) {
+            self.halfword(address.wrapping_add(2))?
+        } else {
+            0
+        };
         Some(decode(first, second, arch, it))
     }
 }
@@ -68,9 +88,17 @@ mod tests {
         let mut code = Code::new(0x100, vec![1, 2, 3, 4, 5]);
         code.add(0x10, vec![9, 8]);
         code.add(0x100, Vec::new());
-        assert_eq!((code.byte(0x11), code.halfword(0x11), code.halfword(0x10)), (Some(8), None, Some(0x0809)));
         assert_eq!(
-            (code.word(0x101), code.word(0x102), code.byte(0x105), code.byte(0)),
+            (code.byte(0x11), code.halfword(0x11), code.halfword(0x10)),
+            (Some(8), None, Some(0x0809))
+        );
+        assert_eq!(
+            (
+                code.word(0x101),
+                code.word(0x102),
+                code.byte(0x105),
+                code.byte(0)
+            ),
             (Some(0x0504_0302), None, None, None)
         );
     }

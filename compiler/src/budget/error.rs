@@ -55,7 +55,8 @@ pub enum NotBounded {
         /// The call that closes the circle.
         address: u32,
     },
-    /// Paths that meet with the stack pointer in two places, or a stack pointer that cannot be followed.
+    /// Paths that meet with the stack pointer in two places, or a stack pointer that cannot be
+    /// followed.
     Stack {
         /// Where.
         address: u32,
@@ -117,9 +118,14 @@ impl NotBounded {
 impl fmt::Display for NotBounded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoCode { address } => write!(f, "execution reaches {address:#010x}, and there is no code"),
+            Self::NoCode { address } => {
+                write!(f, "execution reaches {address:#010x}, and there is no code")
+            }
             Self::NoInstruction { address, .. } => {
-                write!(f, "execution reaches {address:#010x}, which is no instruction")
+                write!(
+                    f,
+                    "execution reaches {address:#010x}, which is no instruction"
+                )
             }
             Self::Waits { address, text } => {
                 write!(
@@ -128,19 +134,30 @@ impl fmt::Display for NotBounded {
                 )
             }
             Self::NoTargets { address, text } => {
-                write!(f, "where `{text}` at {address:#010x} goes is not known: give its targets")
+                write!(
+                    f,
+                    "where `{text}` at {address:#010x} goes is not known: give its targets"
+                )
             }
             Self::NoTable { address, text } => write!(
                 f,
                 "the index of `{text}` at {address:#010x} has no bound on some path: compare it before, or give the targets"
             ),
             Self::NoRounds { head } => {
-                write!(f, "the loop at {head:#010x} has no bound: say how often its first instruction runs at most")
+                write!(
+                    f,
+                    "the loop at {head:#010x} has no bound: say how often its first instruction runs at most"
+                )
             }
             Self::Irreducible { entries: [a, b] } => {
-                write!(f, "the loop with {a:#010x} and {b:#010x} can be entered at both")
+                write!(
+                    f,
+                    "the loop with {a:#010x} and {b:#010x} can be entered at both"
+                )
             }
-            Self::Recursive { address } => write!(f, "the call at {address:#010x} closes a circle of calls"),
+            Self::Recursive { address } => {
+                write!(f, "the call at {address:#010x} closes a circle of calls")
+            }
             Self::Stack { address } => write!(
                 f,
                 "at {address:#010x} {} is not at a fixed distance from where it was at the entry",
@@ -160,11 +177,17 @@ impl fmt::Display for NotBounded {
             }
             Self::NoSymbol { name } => write!(f, "there is no `{name}` in the code"),
             Self::Interrupts { address } => {
-                write!(f, "the handler at {address:#010x} may interrupt a tick, and how often is not known")
+                write!(
+                    f,
+                    "the handler at {address:#010x} may interrupt a tick, and how often is not known"
+                )
             }
             Self::Endless { entry } => write!(f, "no path from {entry:#010x} ends"),
             Self::TooLarge { instructions_max } => {
-                write!(f, "more than {instructions_max} instructions, calls written out, can be reached")
+                write!(
+                    f,
+                    "more than {instructions_max} instructions, calls written out, can be reached"
+                )
             }
         }
     }

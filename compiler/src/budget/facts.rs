@@ -6,9 +6,9 @@
 //!                what was compared (two names), whose sign and zero they show (a name)
 //! ```
 //!
-//! A branch keeps the combinations that satisfy its condition, and narrows the intervals of what was compared; when no
-//! combination or an empty interval is left, no input goes that way. Everything is an over-approximation: a fact holds for
-//! every execution that takes the way.
+//! A branch keeps the combinations that satisfy its condition, and narrows the intervals of what
+//! was compared; when no combination or an empty interval is left, no input goes that way.
+//! Everything is an over-approximation: a fact holds for every execution that takes the way.
 
 mod effect;
 mod flags;
@@ -45,7 +45,11 @@ pub struct Facts {
 impl Facts {
     /// Nothing.
     pub fn nothing() -> Self {
-        Self { registers: [NONE; 16], values: SmallVec::new(), flags: FlagFacts::UNKNOWN }
+        Self {
+            registers: [NONE; 16],
+            values: SmallVec::new(),
+            flags: FlagFacts::UNKNOWN,
+        }
     }
 
     /// Each of these registers holds a word from the first to the last.
@@ -64,7 +68,10 @@ impl Facts {
     }
 
     fn interval_of(&self, name: Name) -> Interval {
-        self.values.get(usize::from(name)).copied().unwrap_or(Interval::ALL)
+        self.values
+            .get(usize::from(name))
+            .copied()
+            .unwrap_or(Interval::ALL)
     }
 
     fn new_value(&mut self, interval: Interval) -> Name {
@@ -83,24 +90,34 @@ impl Facts {
 
     /// Narrows a value; false when nothing is left.
     fn narrow(&mut self, name: Name, to: Interval) -> bool {
-        let Some(value) = self.values.get_mut(usize::from(name)) else { return true };
+        let Some(value) = self.values.get_mut(usize::from(name)) else {
+            return true;
+        };
         *value = value.intersect(to);
         !value.is_empty()
     }
 
     /// The condition holds; false when it cannot.
     pub fn assume(&mut self, cond: Cond) -> bool {
-        self.flags.keep_where(cond) && self.narrow_compared() && self.narrow_result() && self.renew_flags()
+        self.flags.keep_where(cond)
+            && self.narrow_compared()
+            && self.narrow_result()
+            && self.renew_flags()
     }
 
     /// A register is zero, or is not; false when it cannot be so.
     pub fn assume_zero(&mut self, register: u8, zero: bool) -> bool {
         let name = self.name(register);
-        let to = if zero { Interval::point(0) } else { self.interval_of(name).without(0) };
+        let to = if zero {
+            Interval::point(0)
+        } else {
+            self.interval_of(name).without(0)
+        };
         self.narrow(name, to)
     }
 
-    /// Forgets what can no longer matter, and numbers values in the order of the registers: facts that mean the same are equal.
+    /// Forgets what can no longer matter, and numbers values in the order of the registers: facts
+    /// that mean the same are equal.
     pub fn keep(&mut self, relevant: Relevant) {
         let mut uses: SmallVec<[u8; 4 * FEW]> = smallvec![0; self.values.len()];
         for register in 0..16 {
@@ -114,14 +131,19 @@ impl Facts {
         if relevant & FLAGS == 0 {
             self.flags = FlagFacts::UNKNOWN;
         }
-        self.flags.forget_unless(|name| uses[usize::from(name)] != 0);
-        self.flags.names().for_each(|name| uses[usize::from(name)] = uses[usize::from(name)].saturating_add(1));
+        self.flags
+            .forget_unless(|name| uses[usize::from(name)] != 0);
+        self.flags
+            .names()
+            .for_each(|name| uses[usize::from(name)] = uses[usize::from(name)].saturating_add(1));
         let mut renumbered: SmallVec<[Name; 4 * FEW]> = smallvec![NONE; self.values.len()];
         let mut kept = SmallVec::new();
         let (old, registers) = (&self.values, &mut self.registers);
         let mut renumber = |name: &mut Name| {
             let at = usize::from(*name);
-            let tells = old.get(at).is_some_and(|value| uses[at] > 1 || *value != Interval::ALL);
+            let tells = old
+                .get(at)
+                .is_some_and(|value| uses[at] > 1 || *value != Interval::ALL);
             if !tells {
                 *name = NONE;
                 return;

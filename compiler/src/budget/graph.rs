@@ -1,10 +1,12 @@
-//! The control-flow graph, from bytes: blocks of instructions and where they lead, calls in the context of their caller.
+//! The control-flow graph, from bytes: blocks of instructions and where they lead, calls in the
+//! context of their caller.
 //!
 //! ```text
 //!   (context, address) --follow--> nodes, one per instruction --gather--> blocks
 //! ```
 //!
-//! A called function appears once per chain of calls that leads to it, so that its return has one place to go.
+//! A called function appears once per chain of calls that leads to it, so that its return has one
+//! place to go.
 
 mod control;
 mod follow;
@@ -89,7 +91,8 @@ impl Tables {
         self.entries.get(&at).copied().unwrap_or(0)
     }
 
-    /// Takes over the largest index that was found for each table; says whether one is larger than known so far.
+    /// Takes over the largest index that was found for each table; says whether one is larger than
+    /// known so far.
     pub fn learn(&mut self, indices: &BTreeMap<u32, u32>) -> bool {
         let mut learned = false;
         for (&at, &largest) in indices {
@@ -114,10 +117,13 @@ impl Graph {
 
     /// The blocks that a block leads to.
     pub fn successors(&self, block: BlockId) -> impl Iterator<Item = BlockId> + '_ {
-        self.blocks[block].edges.iter().filter_map(|edge| match edge.to {
-            Destination::Block(to) => Some(to),
-            Destination::Stop => None,
-        })
+        self.blocks[block]
+            .edges
+            .iter()
+            .filter_map(|edge| match edge.to {
+                Destination::Block(to) => Some(to),
+                Destination::Stop => None,
+            })
     }
 }
 

@@ -1,11 +1,13 @@
 //! The longest path: states forward through blocks and loops.
 //!
-//! At the head of each block stand the states in which it can be entered. Of two with the same pipeline, the one that is not
-//! cheaper and knows no more makes the other superfluous: whatever follows the other may follow it too, at no less.
-//! Where too many gather, those with the same pipeline are joined: the dearer one's cycles, what both know.
+//! At the head of each block stand the states in which it can be entered. Of two with the same
+//! pipeline, the one that is not cheaper and knows no more makes the other superfluous: whatever
+//! follows the other may follow it too, at no less. Where too many gather, those with the same
+//! pipeline are joined: the dearer one's cycles, what both know.
 //!
-//! A loop is walked once for each pipeline state at its head, from zero cycles and with nothing known of what it changes;
-//! that gives the cycles from every such state to every one, and to its exits. Its rounds are then sums of those.
+//! A loop is walked once for each pipeline state at its head, from zero cycles and with nothing
+//! known of what it changes; that gives the cycles from every such state to every one, and to its
+//! exits. Its rounds are then sums of those.
 
 use std::collections::BTreeMap;
 
@@ -79,25 +81,72 @@ impl Longest {
             indices: BTreeMap::new(),
         };
         let arriving = vec![Vec::new(); graph.blocks.len()];
-        let mut search = Search { walker, arriving, frames: Vec::new(), end: None, settled: true };
+        let mut search = Search {
+            walker,
+            arriving,
+            frames: Vec::new(),
+            end: None,
+            settled: true,
+        };
         let facts = Facts::of_registers(&query.annotations.entered);
-        let start = State { pipe: Pipe::default(), facts, cycles: 0, chain: START };
+        let start = State {
+            pipe: Pipe::default(),
+            facts,
+            cycles: 0,
+            chain: START,
+        };
         search.arrive(Destination::Block(0), start);
         search.elements(&order.elements);
-        let Search { walker: Walker { arena, class, infeasible, indices, merged, .. }, end, settled, .. } = search;
-        Self { end, arena, class, infeasible, merged, settled, entry: query.entry, indices }
+        let Search {
+            walker:
+                Walker {
+                    arena,
+                    class,
+                    infeasible,
+                    indices,
+                    merged,
+                    ..
+                },
+            end,
+            settled,
+            ..
+        } = search;
+        Self {
+            end,
+            arena,
+            class,
+            infeasible,
+            merged,
+            settled,
+            entry: query.entry,
+            indices,
+        }
     }
 
     /// As an answer.
     pub fn answer(self, stack: Stack, graph: &Graph) -> Result<Bound, NotBounded> {
-        if let Some((&address, _)) = self.indices.iter().find(|(_, largest)| **largest >= TABLE_MAX) {
+        if let Some((&address, _)) = self
+            .indices
+            .iter()
+            .find(|(_, largest)| **largest >= TABLE_MAX)
+        {
             let items = graph.blocks.iter().flat_map(|block| &block.items);
-            let text = items.filter(|item| item.address == address).map(|item| item.inst.to_string()).next();
-            return Err(NotBounded::NoTable { address, text: text.unwrap_or_default() });
+            let text = items
+                .filter(|item| item.address == address)
+                .map(|item| item.inst.to_string())
+                .next();
+            return Err(NotBounded::NoTable {
+                address,
+                text: text.unwrap_or_default(),
+            });
         }
         let (cycles_max, chain) = self.end.ok_or(NotBounded::Endless { entry: self.entry })?;
-        let sizes: BTreeMap<u32, u32> =
-            graph.blocks.iter().flat_map(|block| &block.items).map(|item| (item.address, item.inst.size())).collect();
+        let sizes: BTreeMap<u32, u32> = graph
+            .blocks
+            .iter()
+            .flat_map(|block| &block.items)
+            .map(|item| (item.address, item.inst.size()))
+            .collect();
         Ok(Bound {
             cycles_max,
             path: self.arena.steps(chain),
@@ -160,7 +209,9 @@ impl<'a> Search<'a> {
     /// All rounds of a loop.
     fn rounds(&mut self, around: &'a Loop) {
         let entries = std::mem::take(&mut self.arriving[around.head]);
-        let Some(facts) = self.invariant(around, &entries) else { return };
+        let Some(facts) = self.invariant(around, &entries) else {
+            return;
+        };
         let mut pipes: Vec<Pipe> = Vec::new();
         let mut reached: Vec<Option<(u64, Chain)>> = Vec::new();
         for state in entries {
@@ -179,38 +230,76 @@ impl<'a> Search<'a> {
         reached.resize(pipes.len(), None);
         let heads = self.sum(&pipes, &rounds, reached, around.rounds_max);
         for (round, head) in rounds.into_iter().zip(heads) {
-            let Some((cycles, chain)) = head else { continue };
+            let Some((cycles, chain)) = head else {
+                continue;
+            };
             for (to, state) in round.exits {
                 let chain = self.walker.arena.segment(chain, state.chain);
-                self.arrive(to, State { cycles: cycles + state.cycles, chain, ..state });
+                self.arrive(
+                    to,
+                    State {
+                        cycles: cycles + state.cycles,
+                        chain,
+                        ..state
+                    },
+                );
             }
         }
     }
 
-    /// What is known at the head in every round: what was known at every entry, but for what the loop changes.
+    /// What is known at the head in every round: what was known at every entry, but for what the
+    /// loop changes.
     fn invariant(&mut self, around: &Loop, entries: &[State]) -> Option<Facts> {
         let (first, others) = entries.split_first()?;
-        let mut facts = others.iter().fold(first.facts.clone(), |facts, state| facts.join(&state.facts));
-        let blocks = around.members.iter().map(|&block| &self.walker.graph.blocks[block]);
-        if blocks.clone().flat_map(|block| &block.edges).any(|edge| edge.known.is_some()) {
+        let mut facts = others
+            .iter()
+            .fold(first.facts.clone(), |facts, state| facts.join(&state.facts));
+        let blocks = around
+            .members
+            .iter()
+            .map(|&block| &self.walker.graph.blocks[block]);
+        if blocks
+            .clone()
+            .flat_map(|block| &block.edges)
+            .any(|edge| edge.known.is_some())
+        {
             facts.keep(0);
         }
-        let changed = blocks.flat_map(|block| &block.items).fold(0, |set, item| set | writes(&item.inst));
+        let changed = blocks
+            .flat_map(|block| &block.items)
+            .fold(0, |set, item| set | writes(&item.inst));
         facts.keep(!changed & self.walker.relevance.before[around.head]);
         Some(facts)
     }
 
     /// One round, from one state of the pipeline.
     fn round(&mut self, around: &'a Loop, pipe: Pipe, facts: &Facts) -> Round {
-        self.frames.push(Frame { around, back: Vec::new(), exits: Vec::new() });
-        self.walk(around.head, State { pipe, facts: facts.clone(), cycles: 0, chain: START });
-        let body =
-            around.body.iter().filter(|element| !matches!(element, Element::Block(block) if *block == around.head));
+        self.frames.push(Frame {
+            around,
+            back: Vec::new(),
+            exits: Vec::new(),
+        });
+        self.walk(
+            around.head,
+            State {
+                pipe,
+                facts: facts.clone(),
+                cycles: 0,
+                chain: START,
+            },
+        );
+        let body = around
+            .body
+            .iter()
+            .filter(|element| !matches!(element, Element::Block(block) if *block == around.head));
         for element in body {
             self.elements(std::slice::from_ref(element));
         }
         let Some(Frame { back, exits, .. }) = self.frames.pop() else {
-            return Round { back: Vec::new(), exits: Vec::new() };
+            return Round {
+                back: Vec::new(),
+                exits: Vec::new(),
+            };
         };
         Round { back, exits }
     }
@@ -229,9 +318,13 @@ impl<'a> Search<'a> {
             let mut next: Vec<Option<(u64, Chain)>> = vec![None; pipes.len()];
             let mut from: Vec<Option<(Chain, Chain)>> = vec![None; pipes.len()];
             for (round, head) in rounds.iter().zip(&reached) {
-                let Some((cycles, chain)) = head else { continue };
+                let Some((cycles, chain)) = head else {
+                    continue;
+                };
                 for state in &round.back {
-                    let Some(to) = pipes.iter().position(|pipe| *pipe == state.pipe) else { continue };
+                    let Some(to) = pipes.iter().position(|pipe| *pipe == state.pipe) else {
+                        continue;
+                    };
                     if dearer(&mut next[to], (cycles + state.cycles, *chain)) {
                         from[to] = Some((*chain, state.chain));
                     }
@@ -258,11 +351,21 @@ impl<'a> Search<'a> {
 
     /// The rounds that are not summed one by one, each as the dearest.
     fn charge_rest(&mut self, rounds: &[Round], best: &mut [Option<(u64, Chain)>], left: u32) {
-        let costs = rounds.iter().flat_map(|round| &round.back).map(|state| state.cycles);
+        let costs = rounds
+            .iter()
+            .flat_map(|round| &round.back)
+            .map(|state| state.cycles);
         let each = costs.max().unwrap_or(0);
-        let Some(&(cycles, chain)) = best.iter().flatten().max_by_key(|(cycles, _)| *cycles) else { return };
+        let Some(&(cycles, chain)) = best.iter().flatten().max_by_key(|(cycles, _)| *cycles) else {
+            return;
+        };
         let rest = each * u64::from(left);
-        let step = Step { address: 0, cycles: rest, waits: 0, times: left };
+        let step = Step {
+            address: 0,
+            cycles: rest,
+            waits: 0,
+            times: left,
+        };
         let chain = self.walker.arena.step(chain, step);
         self.walker.merged = true;
         best.fill(Some((cycles + rest, chain)));
@@ -277,10 +380,13 @@ impl Frame<'_> {
 
 /// The number of a pipeline state.
 fn number(pipes: &mut Vec<Pipe>, pipe: Pipe) -> usize {
-    pipes.iter().position(|known| *known == pipe).unwrap_or_else(|| {
-        pipes.push(pipe);
-        pipes.len() - 1
-    })
+    pipes
+        .iter()
+        .position(|known| *known == pipe)
+        .unwrap_or_else(|| {
+            pipes.push(pipe);
+            pipes.len() - 1
+        })
 }
 
 fn dearer(known: &mut Option<(u64, Chain)>, new: (u64, Chain)) -> bool {

@@ -1,8 +1,9 @@
-//! Loops, and an order in which every block comes after those that lead to it, but for the ways back to the head of a loop.
+//! Loops, and an order in which every block comes after those that lead to it, but for the ways
+//! back to the head of a loop.
 //!
-//! Strongly connected components, outermost first: a component with more than one block, or a block that leads to itself,
-//! is a loop; the only block of it that is entered from outside is its head; without the ways back to the head, what is
-//! left is ordered in the same manner.
+//! Strongly connected components, outermost first: a component with more than one block, or a block
+//! that leads to itself, is a loop; the only block of it that is entered from outside is its head;
+//! without the ways back to the head, what is left is ordered in the same manner.
 
 use super::graph::{BlockId, Graph};
 use super::{NotBounded, Query};
@@ -35,17 +36,26 @@ pub struct Order {
 impl Order {
     /// Finds the loops of a graph.
     pub fn of(query: &Query, graph: &Graph) -> Result<Self, NotBounded> {
-        let mut finder =
-            Finder { query, graph, before: predecessors(graph), member: vec![0; graph.blocks.len()], level: 0 };
+        let mut finder = Finder {
+            query,
+            graph,
+            before: predecessors(graph),
+            member: vec![0; graph.blocks.len()],
+            level: 0,
+        };
         let all: Vec<BlockId> = (0..graph.blocks.len()).collect();
-        Ok(Self { elements: finder.elements(&all, None)? })
+        Ok(Self {
+            elements: finder.elements(&all, None)?,
+        })
     }
 }
 
 fn predecessors(graph: &Graph) -> Vec<Vec<BlockId>> {
     let mut before = vec![Vec::new(); graph.blocks.len()];
     for block in 0..graph.blocks.len() {
-        graph.successors(block).for_each(|to| before[to].push(block));
+        graph
+            .successors(block)
+            .for_each(|to| before[to].push(block));
     }
     before
 }
@@ -61,9 +71,16 @@ struct Finder<'a> {
 
 impl Finder<'_> {
     /// The blocks of a set in order, without the ways to `head`.
-    fn elements(&mut self, set: &[BlockId], head: Option<BlockId>) -> Result<Vec<Element>, NotBounded> {
+    fn elements(
+        &mut self,
+        set: &[BlockId],
+        head: Option<BlockId>,
+    ) -> Result<Vec<Element>, NotBounded> {
         let components = self.components(set, head);
-        components.into_iter().map(|component| self.element(component)).collect()
+        components
+            .into_iter()
+            .map(|component| self.element(component))
+            .collect()
     }
 
     fn element(&mut self, mut component: Vec<BlockId>) -> Result<Element, NotBounded> {
@@ -75,28 +92,43 @@ impl Finder<'_> {
         }
         let head = self.head(&component)?;
         let address = self.graph.blocks[head].address();
-        let rounds_max = *self.query.annotations.loops.get(&address).ok_or(NotBounded::NoRounds { head: address })?;
-        let body =
-            if component.len() == 1 { vec![Element::Block(head)] } else { self.elements(&component, Some(head))? };
-        Ok(Element::Loop(Loop { head, rounds_max: rounds_max.max(1), members: component, body }))
+        let rounds_max = *self
+            .query
+            .annotations
+            .loops
+            .get(&address)
+            .ok_or(NotBounded::NoRounds { head: address })?;
+        let body = if component.len() == 1 {
+            vec![Element::Block(head)]
+        } else {
+            self.elements(&component, Some(head))?
+        };
+        Ok(Element::Loop(Loop {
+            head,
+            rounds_max: rounds_max.max(1),
+            members: component,
+            body,
+        }))
     }
 
     /// The only block that is entered from outside.
     fn head(&self, component: &[BlockId]) -> Result<BlockId, NotBounded> {
         let inside = |block: &BlockId| component.binary_search(block).is_ok();
-        let entered = |block: &&BlockId| **block == 0 || self.before[**block].iter().any(|from| !inside(from));
+        let entered = |block: &&BlockId| {
+            **block == 0 || self.before[**block].iter().any(|from| !inside(from))
+        };
         let mut entries = component.iter().filter(entered).copied();
         let head = entries.next().unwrap_or(component[0]);
         match entries.next() {
             None => Ok(head),
-            Some(other) => {
-                Err(NotBounded::Irreducible { entries: [head, other].map(|block| self.graph.blocks[block].address()) })
-            }
+            Some(other) => Err(NotBounded::Irreducible {
+                entries: [head, other].map(|block| self.graph.blocks[block].address()),
+            }),
         }
     }
 
-    /// Strongly connected components in topological order: blocks in the order in which a search leaves them, last first,
-    /// and from each whatever reaches it and is not yet taken.
+    /// Strongly connected components in topological order: blocks in the order in which a search
+    /// leaves them, last first, and from each whatever reaches it and is not yet taken.
     fn components(&mut self, set: &[BlockId], head: Option<BlockId>) -> Vec<Vec<BlockId>> {
         self.level += 1;
         let level = self.level;
@@ -117,7 +149,14 @@ impl Finder<'_> {
         components
     }
 
-    fn search(&self, root: BlockId, level: u32, head: Option<BlockId>, seen: &mut Seen, left: &mut Vec<BlockId>) {
+    fn search(
+        &self,
+        root: BlockId,
+        level: u32,
+        head: Option<BlockId>,
+        seen: &mut Seen,
+        left: &mut Vec<BlockId>,
+    ) {
         if !seen.first_time(root) {
             return;
         }
@@ -137,7 +176,13 @@ impl Finder<'_> {
         }
     }
 
-    fn reaching(&self, root: BlockId, level: u32, head: Option<BlockId>, taken: &mut Seen) -> Vec<BlockId> {
+    fn reaching(
+        &self,
+        root: BlockId,
+        level: u32,
+        head: Option<BlockId>,
+        taken: &mut Seen,
+    ) -> Vec<BlockId> {
         let mut component = Vec::new();
         let mut open = vec![root];
         while let Some(block) = open.pop() {
@@ -146,7 +191,11 @@ impl Finder<'_> {
             }
             component.push(block);
             if Some(block) != head {
-                open.extend(self.before[block].iter().filter(|&&from| self.member[from] == level && !taken.has(from)));
+                open.extend(
+                    self.before[block]
+                        .iter()
+                        .filter(|&&from| self.member[from] == level && !taken.has(from)),
+                );
             }
         }
         component

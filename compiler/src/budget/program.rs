@@ -1,4 +1,5 @@
-//! An image as the bound sees it: final bytes, names of places, hints, and whose each instruction is.
+//! An image as the bound sees it: final bytes, names of places, hints, and whose each instruction
+//! is.
 
 use std::collections::BTreeMap;
 
@@ -35,10 +36,22 @@ impl Program {
             program.lines.extend(section.lines.iter().cloned());
         }
         for symbol in &image.symbols {
-            program.names.entry(symbol.address & !1).or_default().push(symbol.name.clone());
+            program
+                .names
+                .entry(symbol.address & !1)
+                .or_default()
+                .push(symbol.name.clone());
         }
-        program.sections = image.sections.iter().map(|section| (section.run, section.size)).collect();
-        program.symbols = image.symbols.iter().map(|symbol| (symbol.name.clone(), symbol.address & !1)).collect();
+        program.sections = image
+            .sections
+            .iter()
+            .map(|section| (section.run, section.size))
+            .collect();
+        program.symbols = image
+            .symbols
+            .iter()
+            .map(|symbol| (symbol.name.clone(), symbol.address & !1))
+            .collect();
         program.annotations.loops = image.loops.iter().copied().collect();
         program.annotations.targets = image.targets.iter().cloned().collect();
         program
@@ -46,22 +59,32 @@ impl Program {
 
     /// The addresses of the words from an address to the end of its section.
     pub fn words_of(&self, from: u32) -> impl Iterator<Item = u32> + use<> {
-        let section = self.sections.iter().find(|(at, bytes)| (*at..at + bytes).contains(&from));
+        let section = self
+            .sections
+            .iter()
+            .find(|(at, bytes)| (*at..at + bytes).contains(&from));
         (from..section.map_or(from, |(at, bytes)| at + bytes)).step_by(4)
     }
 
     /// The banks of the section that an address is in.
     pub fn banks_of(&self, chip: Chip, address: u32) -> Banks {
-        let section = self.sections.iter().find(|(at, bytes)| (*at..at + bytes).contains(&address));
+        let section = self
+            .sections
+            .iter()
+            .find(|(at, bytes)| (*at..at + bytes).contains(&address));
         section.map_or(!0, |(at, bytes)| Surroundings::banks(chip, *at, *bytes))
     }
 
     /// Whose an instruction is.
     pub fn place(&self, address: u32) -> Option<&Place> {
-        self.lines.range(..=address).next_back().and_then(|(_, place)| place.as_ref())
+        self.lines
+            .range(..=address)
+            .next_back()
+            .and_then(|(_, place)| place.as_ref())
     }
 
-    /// The cycles of a path by place, in the order in which the path comes to them; those that are nobody's under none.
+    /// The cycles of a path by place, in the order in which the path comes to them; those that are
+    /// nobody's under none.
     pub fn by_place(&self, path: &[Step]) -> Vec<(Option<&Place>, u64)> {
         let mut cycles: Vec<(Option<&Place>, u64)> = Vec::new();
         for step in path {
@@ -78,7 +101,9 @@ impl Program {
     pub fn by_item(&self, path: &[Step]) -> Vec<(&str, u64)> {
         let mut cycles: BTreeMap<&str, u64> = BTreeMap::new();
         for step in path {
-            let item = self.place(step.address).map_or("the key's frame", |place| place.item.as_str());
+            let item = self
+                .place(step.address)
+                .map_or("the key's frame", |place| place.item.as_str());
             *cycles.entry(item).or_default() += step.cycles;
         }
         let mut cycles: Vec<_> = cycles.into_iter().collect();

@@ -1,7 +1,7 @@
 //! Which registers and flags may still decide a branch: facts about others are not worth keeping.
 //!
-//! Liveness, with branches (and what else the cycles depend on) as the only readers: an instruction whose results are
-//! relevant makes its operands relevant.
+//! Liveness, with branches (and what else the cycles depend on) as the only readers: an instruction
+//! whose results are relevant makes its operands relevant.
 
 use whippen_isa::{Class, Flags, Inst};
 
@@ -23,12 +23,19 @@ pub struct Relevance {
 }
 
 impl Relevance {
-    /// Backwards through the graph until nothing changes; `addresses` decide too if waiting for memory is charged.
+    /// Backwards through the graph until nothing changes; `addresses` decide too if waiting for
+    /// memory is charged.
     pub fn of(graph: &Graph, addresses: bool) -> Self {
         let effects: Vec<Vec<Effect>> = graph
             .blocks
             .iter()
-            .map(|block| block.items.iter().map(|item| Effect::of(item, addresses)).collect())
+            .map(|block| {
+                block
+                    .items
+                    .iter()
+                    .map(|item| Effect::of(item, addresses))
+                    .collect()
+            })
             .collect();
         let mut before = vec![0; graph.blocks.len()];
         let mut changed = true;
@@ -36,7 +43,10 @@ impl Relevance {
             changed = false;
             for block in (0..graph.blocks.len()).rev() {
                 let behind = behind(graph, &before, block);
-                let here = effects[block].iter().rev().fold(behind, |behind, effect| effect.before(behind));
+                let here = effects[block]
+                    .iter()
+                    .rev()
+                    .fold(behind, |behind, effect| effect.before(behind));
                 changed |= before[block] != here;
                 before[block] = here;
             }
@@ -58,7 +68,11 @@ impl Relevance {
 
 /// What an instruction may write.
 pub fn writes(inst: &Inst) -> Relevant {
-    let flags = if inst.flags().writes.intersects(Flags::NZCV) { FLAGS } else { 0 };
+    let flags = if inst.flags().writes.intersects(Flags::NZCV) {
+        FLAGS
+    } else {
+        0
+    };
     Relevant::from(inst.defs().core_bits()) | flags
 }
 
@@ -83,15 +97,37 @@ impl Effect {
         let registers = Relevant::from(inst.uses().core_bits());
         let writes = writes(inst);
         let conditional = inst.is_conditional();
-        let by_operands = matches!(inst.class(), Class::CompareBranch | Class::TableBranch | Class::Divide);
-        let base = if addresses && registers >> inst.n & 1 != 0 { 1 << inst.n } else { 0 };
-        let decides = if by_operands { registers } else { base } | if conditional { FLAGS } else { 0 };
+        let by_operands = matches!(
+            inst.class(),
+            Class::CompareBranch | Class::TableBranch | Class::Divide
+        );
+        let base = if addresses && registers >> inst.n & 1 != 0 {
+            1 << inst.n
+        } else {
+            0
+        };
+        let decides =
+            if by_operands { registers } else { base } | if conditional { FLAGS } else { 0 };
         let kills = if conditional { 0 } else { writes };
-        Self { decides, reads: registers | if flags.reads.intersects(Flags::NZCV) { FLAGS } else { 0 }, writes, kills }
+        Self {
+            decides,
+            reads: registers
+                | if flags.reads.intersects(Flags::NZCV) {
+                    FLAGS
+                } else {
+                    0
+                },
+            writes,
+            kills,
+        }
     }
 
     fn before(&self, behind: Relevant) -> Relevant {
-        let reads = if self.writes & behind != 0 { self.reads } else { 0 };
+        let reads = if self.writes & behind != 0 {
+            self.reads
+        } else {
+            0
+        };
         behind & !self.kills | reads | self.decides
     }
 }

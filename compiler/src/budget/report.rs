@@ -39,8 +39,8 @@ pub struct CoreBudget {
     pub contention_cycles_max: u64,
     /// Cycles that are left; negative where the deadline is missed.
     pub slack_cycles: i64,
-    /// How many keys more would fit as far as the keys themselves go: what is around them may grow by a few cycles with them, and by many where
-    /// they no longer fit in the memory near the core.
+    /// How many keys more would fit as far as the keys themselves go: what is around them may grow
+    /// by a few cycles with them, and by many where they no longer fit in the memory near the core.
     pub more_keys: u32,
     /// Bytes of stack.
     pub stack_bytes_max: u32,
@@ -72,8 +72,16 @@ impl Budget {
             key_cycles_max: key(&|core| core.alone.key_cycles_max()),
             crowded_key_cycles_max: key(&|core| core.crowded.key_cycles_max()),
             cores: cores.iter().map(core).collect(),
-            class: cores.iter().map(|core| core.crowded.class).max().unwrap_or(Evidence::Exact),
-            key_class: cores.iter().map(|core| core.alone.key_class()).max().unwrap_or(Evidence::Exact),
+            class: cores
+                .iter()
+                .map(|core| core.crowded.class)
+                .max()
+                .unwrap_or(Evidence::Exact),
+            key_class: cores
+                .iter()
+                .map(|core| core.alone.key_class())
+                .max()
+                .unwrap_or(Evidence::Exact),
         }
     }
 
@@ -89,13 +97,23 @@ impl Budget {
 
     /// How many ticks a second every core could do.
     pub fn rate_hz_max(&self) -> u64 {
-        let most = self.cores.iter().map(|core| core.cycles_max).max().unwrap_or(1);
+        let most = self
+            .cores
+            .iter()
+            .map(|core| core.cycles_max)
+            .max()
+            .unwrap_or(1);
         u64::from(self.clock_hz) / most.max(1)
     }
 
     /// The clock (Hz) with which every core would be in time.
     pub fn clock_hz_min(&self) -> u64 {
-        let most = self.cores.iter().map(|core| core.cycles_max).max().unwrap_or(0);
+        let most = self
+            .cores
+            .iter()
+            .map(|core| core.cycles_max)
+            .max()
+            .unwrap_or(0);
         most * u64::from(self.rate_hz)
     }
 

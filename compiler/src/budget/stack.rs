@@ -1,7 +1,8 @@
 //! Where the stack pointer is at every place, and that every return goes back to its caller.
 //!
-//! Both are followed symbolically: the distance from the entry, whether LR holds what the call put there, and in which stack
-//! slots that was saved. That nobody else writes to those slots is the code's promise (its calling convention), not proven.
+//! Both are followed symbolically: the distance from the entry, whether LR holds what the call put
+//! there, and in which stack slots that was saved. That nobody else writes to those slots is the
+//! code's promise (its calling convention), not proven.
 
 use whippen_isa::{Class, Inst, Op, RegSet, reg};
 
@@ -14,7 +15,8 @@ struct Place {
     sp: i32,
     /// LR holds the return address of the present function.
     returns: bool,
-    /// Stack slots that hold a return address, and whose: by distance from the entry's stack pointer.
+    /// Stack slots that hold a return address, and whose: by distance from the entry's stack
+    /// pointer.
     saved: Vec<(i32, ContextId)>,
 }
 
@@ -32,12 +34,21 @@ pub fn follow(query: &Query, graph: &Graph) -> Result<Stack, NotBounded> {
     let mut places: Vec<Option<Place>> = vec![None; graph.blocks.len()];
     // Where the stack pointer was when each function was entered.
     let mut entered: Vec<Option<i32>> = vec![None; graph.contexts.len()];
-    (places[0], entered[0]) = (Some(Place { sp: 0, returns: true, saved: Vec::new() }), Some(0));
+    (places[0], entered[0]) = (
+        Some(Place {
+            sp: 0,
+            returns: true,
+            saved: Vec::new(),
+        }),
+        Some(0),
+    );
     let mut open = vec![0];
     let (mut deepest, mut left) = (0, None);
     while let Some(number) = open.pop() {
         let block = &graph.blocks[number];
-        let Some(mut place) = places[number].clone() else { continue };
+        let Some(mut place) = places[number].clone() else {
+            continue;
+        };
         let last = block.items.len().saturating_sub(1);
         for (i, item) in block.items.iter().enumerate() {
             if i < last || item.control == Control::Next {
@@ -48,7 +59,10 @@ pub fn follow(query: &Query, graph: &Graph) -> Result<Stack, NotBounded> {
         for edge in &block.edges {
             let mut arriving = place.clone();
             let goes = edge.taken.is_some() || edge.leaves;
-            if let Some(item) = block.last().filter(|item| item.control != Control::Next && goes) {
+            if let Some(item) = block
+                .last()
+                .filter(|item| item.control != Control::Next && goes)
+            {
                 arriving.branch(query, item, block.context, &entered)?;
             }
             deepest = deepest.min(arriving.sp);
@@ -68,7 +82,9 @@ pub fn follow(query: &Query, graph: &Graph) -> Result<Stack, NotBounded> {
                 arriving.returns = true;
                 let known = entered[context].get_or_insert(arriving.sp);
                 if *known != arriving.sp {
-                    return Err(NotBounded::Stack { address: graph.blocks[to].address() });
+                    return Err(NotBounded::Stack {
+                        address: graph.blocks[to].address(),
+                    });
                 }
             } else if context != from {
                 arriving.returns = false;
@@ -78,7 +94,10 @@ pub fn follow(query: &Query, graph: &Graph) -> Result<Stack, NotBounded> {
             }
         }
     }
-    Ok(Stack { deepest: deepest.unsigned_abs(), left: left.unwrap_or(0) })
+    Ok(Stack {
+        deepest: deepest.unsigned_abs(),
+        left: left.unwrap_or(0),
+    })
 }
 
 /// Joins what arrives with what has; says whether less is known now.
@@ -90,8 +109,17 @@ fn arrive(known: &mut Option<Place>, new: Place, address: u32) -> Result<bool, N
     if place.sp != new.sp {
         return Err(NotBounded::Stack { address });
     }
-    let saved: Vec<_> = place.saved.iter().filter(|slot| new.saved.contains(slot)).copied().collect();
-    let joined = Place { returns: place.returns && new.returns, saved, ..new };
+    let saved: Vec<_> = place
+        .saved
+        .iter()
+        .filter(|slot| new.saved.contains(slot))
+        .copied()
+        .collect();
+    let joined = Place {
+        returns: place.returns && new.returns,
+        saved,
+        ..new
+    };
     let changed = *place != joined;
     *place = joined;
     Ok(changed)
@@ -104,21 +132,30 @@ impl Place {
         let (defs, before) = (inst.defs(), self.sp);
         let moves = defs.contains(RegSet::core(reg::SP));
         if moves {
-            let by =
-                moved(inst).filter(|_| !inst.is_conditional()).ok_or(NotBounded::Stack { address: item.address })?;
-            self.sp = self.sp.checked_add(by).ok_or(NotBounded::Stack { address: item.address })?;
+            let by = moved(inst)
+                .filter(|_| !inst.is_conditional())
+                .ok_or(NotBounded::Stack {
+                    address: item.address,
+                })?;
+            self.sp = self.sp.checked_add(by).ok_or(NotBounded::Stack {
+                address: item.address,
+            })?;
         }
         self.store(inst, before, context);
         if defs.contains(RegSet::core(reg::LR)) {
             let slot = loaded_slot(inst, before, reg::LR);
-            self.returns = slot.is_some_and(|slot| self.saved.contains(&(slot, context))) && !inst.is_conditional();
+            self.returns = slot.is_some_and(|slot| self.saved.contains(&(slot, context)))
+                && !inst.is_conditional();
         }
         Ok(())
     }
 
     /// A store to the stack: of LR, or over what was saved there.
     fn store(&mut self, inst: &Inst, before: i32, context: ContextId) {
-        let stores = matches!(inst.class(), Class::Store | Class::StoreDual | Class::StoreMultiple);
+        let stores = matches!(
+            inst.class(),
+            Class::Store | Class::StoreDual | Class::StoreMultiple
+        );
         if !stores || inst.n != reg::SP {
             return;
         }
@@ -127,7 +164,10 @@ impl Place {
             let slot = stored_slot(inst, before, register);
             self.saved.retain(|(at, _)| Some(*at) != slot);
         }
-        self.saved.extend(lr.filter(|_| !inst.is_conditional()).map(|slot| (slot, context)));
+        self.saved.extend(
+            lr.filter(|_| !inst.is_conditional())
+                .map(|slot| (slot, context)),
+        );
     }
 
     /// A branch that is taken.
@@ -140,28 +180,38 @@ impl Place {
     ) -> Result<(), NotBounded> {
         let (inst, before) = (&item.inst, self.sp);
         if inst.defs().contains(RegSet::core(reg::SP)) {
-            self.sp += moved(inst).ok_or(NotBounded::Stack { address: item.address })?;
+            self.sp += moved(inst).ok_or(NotBounded::Stack {
+                address: item.address,
+            })?;
         }
-        let returns = item.control == Control::Return && !query.annotations.targets.contains_key(&item.address);
+        let returns = item.control == Control::Return
+            && !query.annotations.targets.contains_key(&item.address);
         if !returns {
             return Ok(());
         }
         let comes_back = match inst.class() {
             Class::BranchRegister | Class::Move => self.returns,
-            _ => loaded_slot(inst, before, reg::PC).is_some_and(|slot| self.saved.contains(&(slot, context))),
+            _ => loaded_slot(inst, before, reg::PC)
+                .is_some_and(|slot| self.saved.contains(&(slot, context))),
         };
         let trusted = query.annotations.inside && context == 0;
         if trusted || comes_back && entered[context] == Some(self.sp) {
             self.saved.retain(|(_, owner)| *owner != context);
             return Ok(());
         }
-        Err(NotBounded::Return { address: item.address })
+        Err(NotBounded::Return {
+            address: item.address,
+        })
     }
 }
 
 /// By how much an instruction moves the stack pointer.
 fn moved(inst: &Inst) -> Option<i32> {
-    let offset = if inst.add { inst.imm as i32 } else { -(inst.imm as i32) };
+    let offset = if inst.add {
+        inst.imm as i32
+    } else {
+        -(inst.imm as i32)
+    };
     let words = |count: u32| 4 * count as i32;
     let list = words(u32::from(inst.imm as u16).count_ones());
     let singles = words(inst.uses().union(inst.defs()).single_bits().count_ones());
@@ -172,7 +222,9 @@ fn moved(inst: &Inst) -> Option<i32> {
         (_, Op::POP | Op::LDM) => Some(list),
         (_, Op::VPUSH | Op::VPUSH_single) => Some(-singles),
         (_, Op::VPOP | Op::VPOP_single) => Some(singles),
-        (Class::Load | Class::LoadDual | Class::Store | Class::StoreDual, _) if inst.n == reg::SP && inst.wback => {
+        (Class::Load | Class::LoadDual | Class::Store | Class::StoreDual, _)
+            if inst.n == reg::SP && inst.wback =>
+        {
             Some(offset)
         }
         _ => None,
@@ -186,7 +238,12 @@ fn loaded_slot(inst: &Inst, sp: i32, register: u8) -> Option<i32> {
 
 /// The slot to which an instruction stores a register.
 fn stored_slot(inst: &Inst, sp: i32, register: u8) -> Option<i32> {
-    slot(inst, sp, register).filter(|_| matches!(inst.class(), Class::Store | Class::StoreDual | Class::StoreMultiple))
+    slot(inst, sp, register).filter(|_| {
+        matches!(
+            inst.class(),
+            Class::Store | Class::StoreDual | Class::StoreMultiple
+        )
+    })
 }
 
 fn slot(inst: &Inst, sp: i32, register: u8) -> Option<i32> {

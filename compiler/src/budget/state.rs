@@ -19,13 +19,18 @@ pub struct State {
 
 /// Adds a state, unless another makes it superfluous; takes out those that it makes so.
 pub fn insert(states: &mut Vec<State>, state: State, merged: &mut bool) {
-    let beats = |a: &State, b: &State| a.pipe == b.pipe && a.cycles >= b.cycles && a.facts.covers(&b.facts);
+    let beats =
+        |a: &State, b: &State| a.pipe == b.pipe && a.cycles >= b.cycles && a.facts.covers(&b.facts);
     if states.iter().any(|known| beats(known, &state)) {
         return;
     }
     states.retain(|known| !beats(&state, known));
     let full = states.len() >= STATES_MAX;
-    let like = if full { states.iter_mut().find(|known| known.pipe == state.pipe) } else { None };
+    let like = if full {
+        states.iter_mut().find(|known| known.pipe == state.pipe)
+    } else {
+        None
+    };
     match like {
         None => states.push(state),
         Some(known) => {

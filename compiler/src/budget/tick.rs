@@ -5,9 +5,9 @@
 //!   '- frame -'   '- key -------'                             '- frame -------'
 //! ```
 //!
-//! A key's mode is where its tick begins, so two modes never add up for one key, and the bound of a key is the largest of
-//! its modes'. Every piece begins behind a taken branch, where the pipeline holds nothing of the piece before ([`Bound::settled`]
-//! says so), so the pieces' sums are exact.
+//! A key's mode is where its tick begins, so two modes never add up for one key, and the bound of a
+//! key is the largest of its modes'. Every piece begins behind a taken branch, where the pipeline
+//! holds nothing of the piece before ([`Bound::settled`] says so), so the pieces' sums are exact.
 
 use std::collections::BTreeMap;
 
@@ -37,19 +37,36 @@ struct Places {
 
 impl Places {
     fn find(program: &Program, name: &str) -> Result<Self, NotBounded> {
-        let of = |name: String| program.symbols.get(&name).copied().ok_or(NotBounded::NoSymbol { name });
+        let of = |name: String| {
+            program
+                .symbols
+                .get(&name)
+                .copied()
+                .ok_or(NotBounded::NoSymbol { name })
+        };
         let prefix = format!("{name}.mode.");
         let number = |symbol: &str| symbol.strip_prefix(&prefix)?.parse::<usize>().ok();
-        let mut modes: Vec<(usize, String, u32)> =
-            program.symbols.iter().filter_map(|(symbol, &at)| Some((number(symbol)?, symbol.clone(), at))).collect();
+        let mut modes: Vec<(usize, String, u32)> = program
+            .symbols
+            .iter()
+            .filter_map(|(symbol, &at)| Some((number(symbol)?, symbol.clone(), at)))
+            .collect();
         modes.sort();
-        let modes = modes.into_iter().map(|(_, symbol, at)| (symbol, at)).collect();
-        Ok(Self { tick: of(format!("{name}_tick"))?, modes, end: of(format!("{name}.end"))? })
+        let modes = modes
+            .into_iter()
+            .map(|(_, symbol, at)| (symbol, at))
+            .collect();
+        Ok(Self {
+            tick: of(format!("{name}_tick"))?,
+            modes,
+            end: of(format!("{name}.end"))?,
+        })
     }
 }
 
-/// Bounds the tick of `name` in each of some surroundings. It returns to where it was called, `entered` is what registers hold then
-/// ([`Annotations::entered`]); `bases` are the registers that point into known memory while keys are ticked, with the banks of that memory.
+/// Bounds the tick of `name` in each of some surroundings. It returns to where it was called,
+/// `entered` is what registers hold then ([`Annotations::entered`]); `bases` are the registers that
+/// point into known memory while keys are ticked, with the banks of that memory.
 ///
 /// # Errors
 /// What cannot be bounded, or is not there.
@@ -63,16 +80,41 @@ pub fn ticks<const N: usize>(
     bases: BTreeMap<u8, Banks>,
 ) -> Result<[Tick; N], NotBounded> {
     let places = Places::find(program, name)?;
-    let mut annotations: Annotations = Annotations { return_to, bases, ..program.annotations.clone() };
-    annotations.stops = places.modes.iter().map(|(_, at)| *at).chain([places.end]).collect();
-    let called = Annotations { entered, ..annotations.clone() };
-    let inside = Annotations { inside: true, ..annotations.clone() };
+    let mut annotations: Annotations = Annotations {
+        return_to,
+        bases,
+        ..program.annotations.clone()
+    };
+    annotations.stops = places
+        .modes
+        .iter()
+        .map(|(_, at)| *at)
+        .chain([places.end])
+        .collect();
+    let called = Annotations {
+        entered,
+        ..annotations.clone()
+    };
+    let inside = Annotations {
+        inside: true,
+        ..annotations.clone()
+    };
     let of = |entry, annotations| {
-        let query = Query { core, code: &program.code, entry, annotations, surroundings: None };
+        let query = Query {
+            core,
+            code: &program.code,
+            entry,
+            annotations,
+            surroundings: None,
+        };
         bounds(&query, surroundings.map(Some))
     };
     let (entry, end) = (of(places.tick, &called)?, of(places.end, &inside)?);
-    let mut ticks = zip(entry, end, |entry, end| Tick { modes: Vec::new(), entry, end });
+    let mut ticks = zip(entry, end, |entry, end| Tick {
+        modes: Vec::new(),
+        entry,
+        end,
+    });
     for (symbol, at) in &places.modes {
         for (tick, bound) in ticks.iter_mut().zip(of(*at, &annotations)?) {
             tick.modes.push((symbol.clone(), bound));
@@ -102,30 +144,46 @@ impl Tick {
         self.frame_cycles_max() + u64::from(keys) * self.key_cycles_max()
     }
 
-    /// Whether the pieces fit together: each begins with the pipeline and the stack as the one before leaves them.
+    /// Whether the pieces fit together: each begins with the pipeline and the stack as the one
+    /// before leaves them.
     fn checked(self, places: &Places) -> Result<Self, NotBounded> {
         let keys_keep_the_stack = self.modes.iter().all(|(_, bound)| bound.stack_left == 0);
         if !keys_keep_the_stack || self.entry.stack_left + self.end.stack_left != 0 {
-            return Err(NotBounded::Stack { address: places.end });
+            return Err(NotBounded::Stack {
+                address: places.end,
+            });
         }
         if !self.bounds().all(|bound| bound.settled) {
-            return Err(NotBounded::Unsettled { address: places.tick });
+            return Err(NotBounded::Unsettled {
+                address: places.tick,
+            });
         }
         Ok(self)
     }
 
     fn bounds(&self) -> impl Iterator<Item = &Bound> {
-        self.modes.iter().map(|(_, bound)| bound).chain([&self.entry, &self.end])
+        self.modes
+            .iter()
+            .map(|(_, bound)| bound)
+            .chain([&self.entry, &self.end])
     }
 
     /// As sure as the least sure.
     pub fn class(&self) -> Evidence {
-        self.bounds().map(|bound| bound.class).max().unwrap_or(Evidence::Exact)
+        self.bounds()
+            .map(|bound| bound.class)
+            .max()
+            .unwrap_or(Evidence::Exact)
     }
 
     /// Bytes of stack: the keys' code finds the stack as the entry leaves it.
     pub fn stack_bytes_max(&self) -> u32 {
-        let keys = self.modes.iter().map(|(_, bound)| bound.stack_bytes_max).max().unwrap_or(0);
+        let keys = self
+            .modes
+            .iter()
+            .map(|(_, bound)| bound.stack_bytes_max)
+            .max()
+            .unwrap_or(0);
         self.entry.stack_bytes_max + keys.max(self.end.stack_bytes_max)
     }
 }

@@ -27,15 +27,29 @@ impl Writer<'_> {
             self.array(name, table.values.clone());
         }
         for (keyed, name) in kernel.keyed.iter().zip(&names.keyed) {
-            let value = |key| keyed.values.get(key).or(keyed.values.last()).copied().unwrap_or_default();
+            let value = |key| {
+                keyed
+                    .values
+                    .get(key)
+                    .or(keyed.values.last())
+                    .copied()
+                    .unwrap_or_default()
+            };
             self.array(name, (0..keys).map(value).collect());
         }
     }
 
     fn array(&mut self, name: &str, values: Vec<i32>) {
-        let all: Vec<String> = values.iter().map(|value| literal(Type::I32, (*value).into())).collect();
+        let all: Vec<String> = values
+            .iter()
+            .map(|value| literal(Type::I32, (*value).into()))
+            .collect();
         let kernel = &self.names.kernel;
-        self.line(format!("static const int32_t {kernel}_{name}[{}] = {{ {} }};", values.len(), all.join(", ")));
+        self.line(format!(
+            "static const int32_t {kernel}_{name}[{}] = {{ {} }};",
+            values.len(),
+            all.join(", ")
+        ));
     }
 
     fn defaults(&mut self) {
@@ -44,7 +58,10 @@ impl Writer<'_> {
         self.line("s->events = 0;");
         self.line("s->lost = 0;");
         for (live, field) in self.kernel.lives.iter().zip(&self.names.lives) {
-            self.line(format!("s->{field} = {};", literal(Type::I32, live.init.into())));
+            self.line(format!(
+                "s->{field} = {};",
+                literal(Type::I32, live.init.into())
+            ));
         }
         self.close();
     }
@@ -64,7 +81,9 @@ impl Writer<'_> {
 
     fn init(&mut self) {
         let (kernel, name) = (self.kernel, self.names.kernel.clone());
-        self.open(format!("\nvoid {name}_init({name}_state *restrict s, const uint16_t *restrict in)\n{{"));
+        self.open(format!(
+            "\nvoid {name}_init({name}_state *restrict s, const uint16_t *restrict in)\n{{"
+        ));
         self.line("(void)in;");
         self.line("s->tick = 0;");
         for len in rings(kernel) {
@@ -73,8 +92,11 @@ impl Writer<'_> {
         self.slots(&kernel.init);
         self.keys();
         for (index, cell) in kernel.cells.iter().enumerate() {
-            let each =
-                if cell.len > 1 { format!("for (uint32_t i = 0; i < {}; i++) ", cell.len) } else { String::new() };
+            let each = if cell.len > 1 {
+                format!("for (uint32_t i = 0; i < {}; i++) ", cell.len)
+            } else {
+                String::new()
+            };
             let word = self.cell(index as u32, "i");
             self.line(format!("{each}{word} = {};", literal(cell.ty, cell.init)));
         }
@@ -109,7 +131,9 @@ impl Writer<'_> {
             self.collect();
         }
         for len in rings(kernel) {
-            self.line(format!("s->ring_{len} = s->ring_{len} + 1 == {len} ? 0 : s->ring_{len} + 1;"));
+            self.line(format!(
+                "s->ring_{len} = s->ring_{len} + 1 == {len} ? 0 : s->ring_{len} + 1;"
+            ));
         }
         self.line("s->tick += 1;");
         self.close();
@@ -137,13 +161,21 @@ impl Writer<'_> {
         collect_slots(region, &mut used);
         let used: BTreeSet<(u32, u32)> = used
             .into_iter()
-            .map(|(line, ticks)| (self.kernel.lines[line as usize].len, ticks % self.kernel.lines[line as usize].len))
+            .map(|(line, ticks)| {
+                (
+                    self.kernel.lines[line as usize].len,
+                    ticks % self.kernel.lines[line as usize].len,
+                )
+            })
             .collect();
         for (len, ticks) in used {
             let ring = format!("s->ring_{len}");
             let slot = match ticks {
                 0 => ring,
-                _ => format!("{ring} < {ticks} ? {ring} + {} : {ring} - {ticks}", len - ticks),
+                _ => format!(
+                    "{ring} < {ticks} ? {ring} + {} : {ring} - {ticks}",
+                    len - ticks
+                ),
             };
             self.line(format!("const uint32_t slot_{len}_{ticks} = {slot};"));
         }
@@ -173,12 +205,20 @@ impl Writer<'_> {
             }
             return;
         }
-        let list =
-            if args.is_empty() { "0".to_string() } else { format!("(const int32_t[]){{ {} }}", args.join(", ")) };
-        self.line(format!("{name}_emit(s, k, {}, {}, {list});", self.names.events[event as usize], args.len()));
+        let list = if args.is_empty() {
+            "0".to_string()
+        } else {
+            format!("(const int32_t[]){{ {} }}", args.join(", "))
+        };
+        self.line(format!(
+            "{name}_emit(s, k, {}, {}, {list});",
+            self.names.events[event as usize],
+            args.len()
+        ));
     }
 
-    /// Room for events set aside: for every place in the text that emits, a flag and the arguments of each key.
+    /// Room for events set aside: for every place in the text that emits, a flag and the arguments
+    /// of each key.
     fn room(&mut self, region: &Region) {
         let mut sites = Vec::new();
         emit_sites(region, &mut sites);
@@ -203,14 +243,24 @@ impl Writer<'_> {
             return;
         }
         let name = self.names.kernel.clone();
-        self.open(format!("for (uint32_t k = 0; emits && k < {}_KEYS; k++) {{", self.names.capitals));
+        self.open(format!(
+            "for (uint32_t k = 0; emits && k < {}_KEYS; k++) {{",
+            self.names.capitals
+        ));
         for (site, event) in sites.into_iter().enumerate() {
             let count = self.kernel.events[event as usize].args;
-            let args: Vec<String> = (0..count).map(|at| format!("args_{site}[{at}][k]")).collect();
-            let list =
-                if args.is_empty() { "0".to_string() } else { format!("(const int32_t[]){{ {} }}", args.join(", ")) };
+            let args: Vec<String> = (0..count)
+                .map(|at| format!("args_{site}[{at}][k]"))
+                .collect();
+            let list = if args.is_empty() {
+                "0".to_string()
+            } else {
+                format!("(const int32_t[]){{ {} }}", args.join(", "))
+            };
             let event = &self.names.events[event as usize];
-            self.line(format!("if (emits_{site}[k]) {name}_emit(s, k, {event}, {count}, {list});"));
+            self.line(format!(
+                "if (emits_{site}[k]) {name}_emit(s, k, {event}, {count}, {list});"
+            ));
         }
         self.close();
     }
@@ -242,7 +292,9 @@ impl Walk for Writer<'_> {
             self.line(format!("{} {name} = {start};", c_type(ty)));
         }
         let round = self.define(body.params[0]);
-        self.open(format!("for (int32_t {round} = 0; {round} < {rounds}; {round}++) {{"));
+        self.open(format!(
+            "for (int32_t {round} = 0; {round} < {rounds}; {round}++) {{"
+        ));
         for (param, result) in body.params[1..].iter().zip(&inst.results) {
             let (ty, name) = (self.ty(*param), self.define(*param));
             self.line(format!("const {} {name} = v{};", c_type(ty), result.0));
@@ -264,7 +316,9 @@ fn collect_slots(region: &Region, used: &mut BTreeSet<(u32, u32)>) {
             Op::Push(line) => drop(used.insert((line, 0))),
             _ => {}
         }
-        inst.regions.iter().for_each(|inner| collect_slots(inner, used));
+        inst.regions
+            .iter()
+            .for_each(|inner| collect_slots(inner, used));
     }
 }
 
@@ -274,6 +328,8 @@ fn emit_sites(region: &Region, sites: &mut Vec<u32>) {
         if let Op::Emit(event) = inst.op {
             sites.push(event);
         }
-        inst.regions.iter().for_each(|inner| emit_sites(inner, sites));
+        inst.regions
+            .iter()
+            .for_each(|inner| emit_sites(inner, sites));
     }
 }

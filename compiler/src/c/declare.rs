@@ -18,10 +18,20 @@ pub(super) fn header(kernel: &Kernel, names: &Names, options: Options) -> String
         rate = kernel.rate_hz
     );
     for (at, macro_name) in names.events.iter().chain(&names.probes).enumerate() {
-        let at = if at < names.events.len() { at } else { at - names.events.len() };
+        let at = if at < names.events.len() {
+            at
+        } else {
+            at - names.events.len()
+        };
         let _ = writeln!(text, "#define {macro_name} {at}");
     }
-    let args = kernel.events.iter().map(|event| event.args).max().unwrap_or(0).max(1);
+    let args = kernel
+        .events
+        .iter()
+        .map(|event| event.args)
+        .max()
+        .unwrap_or(0)
+        .max(1);
     let _ = writeln!(
         text,
         "\n/* What happened to a key in a tick. */\n\
@@ -39,7 +49,11 @@ pub(super) fn header(kernel: &Kernel, names: &Names, options: Options) -> String
          #endif",
         inputs = kernel.inputs.len(),
         outputs = kernel.outputs.len(),
-        and_probes = if probes > 0 { ", `probes` of the state all that is exported" } else { "" },
+        and_probes = if probes > 0 {
+            ", `probes` of the state all that is exported"
+        } else {
+            ""
+        },
     );
     text
 }
@@ -47,31 +61,68 @@ pub(super) fn header(kernel: &Kernel, names: &Names, options: Options) -> String
 fn state(text: &mut String, kernel: &Kernel, names: &Names, options: Options) {
     let (name, capitals) = (&names.kernel, &names.capitals);
     let records = options.layout == Layout::Records;
-    let columns = if records { String::new() } else { format!("[{capitals}_KEYS]") };
+    let columns = if records {
+        String::new()
+    } else {
+        format!("[{capitals}_KEYS]")
+    };
     let mut fields = String::new();
     for (cell, field) in kernel.cells.iter().zip(&names.cells) {
-        let words = if cell.len > 1 { format!("[{}]", cell.len) } else { String::new() };
-        let _ = writeln!(fields, "    {} {field}{words}{columns}; /* {} */", c_type(cell.ty), cell.range);
+        let words = if cell.len > 1 {
+            format!("[{}]", cell.len)
+        } else {
+            String::new()
+        };
+        let _ = writeln!(
+            fields,
+            "    {} {field}{words}{columns}; /* {} */",
+            c_type(cell.ty),
+            cell.range
+        );
     }
     for (line, field) in kernel.lines.iter().zip(&names.lines) {
-        let _ = writeln!(fields, "    {} {field}[{}]{columns}; /* {} */", line_type(line), line.len, line.range);
+        let _ = writeln!(
+            fields,
+            "    {} {field}[{}]{columns}; /* {} */",
+            line_type(line),
+            line.len,
+            line.range
+        );
     }
     if records {
-        let fields = if fields.is_empty() { "    char nothing;\n" } else { &fields };
-        let _ = writeln!(text, "/* Memory of a key. */\ntypedef struct {{\n{fields}}} {name}_key;\n");
+        let fields = if fields.is_empty() {
+            "    char nothing;\n"
+        } else {
+            &fields
+        };
+        let _ = writeln!(
+            text,
+            "/* Memory of a key. */\ntypedef struct {{\n{fields}}} {name}_key;\n"
+        );
     }
     let _ = writeln!(text, "/* Memory of all keys. */\ntypedef struct {{");
     for (live, field) in kernel.lives.iter().zip(&names.lives) {
-        let _ =
-            writeln!(text, "    int32_t {field}; /* {}; may be changed between ticks, within its range */", live.range);
+        let _ = writeln!(
+            text,
+            "    int32_t {field}; /* {}; may be changed between ticks, within its range */",
+            live.range
+        );
     }
-    let memory = if records { format!("    {name}_key key[{capitals}_KEYS];\n") } else { fields };
+    let memory = if records {
+        format!("    {name}_key key[{capitals}_KEYS];\n")
+    } else {
+        fields
+    };
     text.push_str(&memory);
     for len in rings(kernel) {
         let _ = writeln!(text, "    uint32_t ring_{len};");
     }
     if !kernel.probes.is_empty() {
-        let _ = writeln!(text, "    int64_t probes[{capitals}_KEYS][{}];", kernel.probes.len());
+        let _ = writeln!(
+            text,
+            "    int64_t probes[{capitals}_KEYS][{}];",
+            kernel.probes.len()
+        );
     }
     let _ = writeln!(
         text,
@@ -83,7 +134,11 @@ fn state(text: &mut String, kernel: &Kernel, names: &Names, options: Options) {
 
 /// The C type of an element of a line.
 fn line_type(line: &Line) -> &'static str {
-    if Range::new(0, u16::MAX.into()).contains(line.range) { "uint16_t" } else { "int32_t" }
+    if Range::new(0, u16::MAX.into()).contains(line.range) {
+        "uint16_t"
+    } else {
+        "int32_t"
+    }
 }
 
 /// The distinct lengths of lines: each has a ring index.

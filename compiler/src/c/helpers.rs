@@ -55,6 +55,14 @@ pub(super) fn needed(kernel: &Kernel) -> String {
         (DIV, |inst| matches!(inst.op, Op::DivRound(_))),
         (SQRT, |inst| inst.op == Op::Sqrt),
     ];
-    let used = |such| [&kernel.init, &kernel.tick].into_iter().any(|region: &Region| super::any(region, such));
-    table.into_iter().filter(|(_, such)| used(*such)).map(|(text, _)| text).collect()
+    let used = |such| {
+        [&kernel.init, &kernel.tick]
+            .into_iter()
+            .any(|region: &Region| super::any(region, such))
+    };
+    table
+        .into_iter()
+        .filter(|(_, such)| used(*such))
+        .map(|(text, _)| text)
+        .collect()
 }

@@ -1,5 +1,6 @@
-//! Identifiers. Every kind of thing has a prefix, so names meet no keyword and no name of another kind; what C cannot
-//! spell becomes `_`, a prime becomes `_prime`, and of two names that would then be one the later gets its number.
+//! Identifiers. Every kind of thing has a prefix, so names meet no keyword and no name of another
+//! kind; what C cannot spell becomes `_`, a prime becomes `_prime`, and of two names that would
+//! then be one the later gets its number.
 
 use crate::kernel::Kernel;
 
@@ -30,7 +31,11 @@ impl Names {
     /// Names for all that a kernel declares.
     pub fn new(kernel: &Kernel) -> Names {
         let name = spelled(&kernel.name);
-        let name = if name.starts_with(|c: char| c.is_ascii_digit()) { format!("k{name}") } else { name };
+        let name = if name.starts_with(|c: char| c.is_ascii_digit()) {
+            format!("k{name}")
+        } else {
+            name
+        };
         let capitals = name.to_uppercase();
         let macros = |kind: &str, names: &mut dyn Iterator<Item = &String>| {
             let all = unique(&format!("{capitals}_{kind}"), names);
@@ -55,7 +60,11 @@ fn unique(prefix: &str, names: &mut dyn Iterator<Item = &String>) -> Vec<String>
     for (index, name) in names.enumerate() {
         let wanted = format!("{prefix}_{}", spelled(name));
         let taken = all.iter().any(|other| other.eq_ignore_ascii_case(&wanted));
-        all.push(if taken { format!("{wanted}_{index}_") } else { wanted });
+        all.push(if taken {
+            format!("{wanted}_{index}_")
+        } else {
+            wanted
+        });
     }
     all
 }
@@ -80,6 +89,9 @@ mod tests {
         let text = "kernel \"9 lives\" @1 { cell phi': i32 [0..1] = 0 cell phi_prime: i32 [0..1] = 0 cell int: i32 [0..1] = 0 }";
         let names = Names::new(&parse(text).expect("parses"));
         assert_eq!(names.kernel, "k9_lives");
-        assert_eq!(names.cells, ["cell_phi_prime", "cell_phi_prime_1_", "cell_int"]);
+        assert_eq!(
+            names.cells,
+            ["cell_phi_prime", "cell_phi_prime_1_", "cell_int"]
+        );
     }
 }

@@ -12,14 +12,18 @@ impl Writer<'_> {
         } else if let [result] = inst.results[..] {
             let expression = self.expression(inst);
             let name = self.define(result);
-            self.line(format!("const {} {name} = {expression};", super::c_type(self.ty(result))));
+            self.line(format!(
+                "const {} {name} = {expression};",
+                super::c_type(self.ty(result))
+            ));
         } else {
             self.statement(inst);
         }
     }
 
     fn expression(&self, inst: &Inst) -> String {
-        let [a, b, c] = std::array::from_fn(|at| inst.args.get(at).map_or("", |arg| self.value(*arg)));
+        let [a, b, c] =
+            std::array::from_fn(|at| inst.args.get(at).map_or("", |arg| self.value(*arg)));
         match inst.op {
             Op::Add => format!("{a} + {b}"),
             Op::Sub => format!("{a} - {b}"),
@@ -48,9 +52,13 @@ impl Writer<'_> {
         }
     }
 
-    /// `floor(a / 2^n + 1/2)`; where the sum need not fit, what it carries into the result is the bit below.
+    /// `floor(a / 2^n + 1/2)`; where the sum need not fit, what it carries into the result is the
+    /// bit below.
     fn sar_round(&self, inst: &Inst, a: &str, n: u8) -> String {
-        let (ty, range) = (self.ty(inst.args[0]), self.kernel.values[inst.args[0].0 as usize].range);
+        let (ty, range) = (
+            self.ty(inst.args[0]),
+            self.kernel.values[inst.args[0].0 as usize].range,
+        );
         match n.checked_sub(1) {
             None => a.to_string(),
             Some(below) if range.high <= ty.range().high - (1 << below) => {
@@ -66,16 +74,26 @@ impl Writer<'_> {
             Op::In(port) => {
                 let range = kernel.inputs[port as usize].range;
                 let word = format!("in[k * {} + {port}]", kernel.inputs.len());
-                let low = if range.low > 0 { format!("{word} < {0} ? {0} : ", range.low) } else { String::new() };
-                let high =
-                    if range.high < 65_535 { format!("{word} > {0} ? {0} : ", range.high) } else { String::new() };
+                let low = if range.low > 0 {
+                    format!("{word} < {0} ? {0} : ", range.low)
+                } else {
+                    String::new()
+                };
+                let high = if range.high < 65_535 {
+                    format!("{word} > {0} ? {0} : ", range.high)
+                } else {
+                    String::new()
+                };
                 format!("{low}{high}{word}")
             }
             Op::Live(live) => format!("s->{}", names.lives[live as usize]),
             Op::Tick(later) => format!("(int32_t)(uint32_t)(s->tick + {later}u)"),
             Op::Keyed(keyed) => format!("{}_{}[k]", names.kernel, names.keyed[keyed as usize]),
             Op::Get(cell) => self.cell(cell, "0"),
-            Op::GetAt(cell) => self.cell(cell, &self.inside(a, kernel.cells[cell as usize].len as usize)),
+            Op::GetAt(cell) => self.cell(
+                cell,
+                &self.inside(a, kernel.cells[cell as usize].len as usize),
+            ),
             Op::Delay(line, ticks) => self.element(line, &self.slot(line, ticks)),
             Op::Lookup(table) => {
                 let index = self.inside(a, kernel.tables[table as usize].values.len());
@@ -88,15 +106,24 @@ impl Writer<'_> {
     fn statement(&mut self, inst: &Inst) {
         let args: Vec<&str> = inst.args.iter().map(|arg| self.value(*arg)).collect();
         let text = match (inst.op, &args[..]) {
-            (Op::Out(port), [a]) => format!("out[k * {} + {port}] = (int16_t){a};", self.kernel.outputs.len()),
+            (Op::Out(port), [a]) => format!(
+                "out[k * {} + {port}] = (int16_t){a};",
+                self.kernel.outputs.len()
+            ),
             (Op::Set(cell), [a]) => format!("{} = {a};", self.cell(cell, "0")),
             (Op::SetAt(cell), [a, b]) => {
                 let index = self.inside(a, self.kernel.cells[cell as usize].len as usize);
                 format!("{} = {b};", self.cell(cell, &index))
             }
-            (Op::Push(line), [a]) => format!("{} = {};", self.element(line, &self.slot(line, 0)), self.stored(line, a)),
+            (Op::Push(line), [a]) => format!(
+                "{} = {};",
+                self.element(line, &self.slot(line, 0)),
+                self.stored(line, a)
+            ),
             (Op::Fill(line), [a]) => self.filled(line, a),
-            (Op::Probe(probe), [a]) => format!("s->probes[k][{}] = {a};", self.names.probes[probe as usize]),
+            (Op::Probe(probe), [a]) => {
+                format!("s->probes[k][{}] = {a};", self.names.probes[probe as usize])
+            }
             (Op::Emit(event), args) => {
                 let args: Vec<String> = args.iter().map(ToString::to_string).collect();
                 return self.emit(event, &args);
@@ -109,7 +136,11 @@ impl Writer<'_> {
     /// A word of a cell of this key.
     pub(super) fn cell(&self, cell: u32, index: &str) -> String {
         let field = &self.names.cells[cell as usize];
-        let word = if self.kernel.cells[cell as usize].len > 1 { format!("[{index}]") } else { String::new() };
+        let word = if self.kernel.cells[cell as usize].len > 1 {
+            format!("[{index}]")
+        } else {
+            String::new()
+        };
         self.of_key(field, &word)
     }
 
@@ -121,7 +152,11 @@ impl Writer<'_> {
     /// Writes a value to every slot of a line.
     pub(super) fn filled(&self, line: u32, value: &str) -> String {
         let len = self.kernel.lines[line as usize].len;
-        format!("for (uint32_t i = 0; i < {len}; i++) {} = {};", self.element(line, "i"), self.stored(line, value))
+        format!(
+            "for (uint32_t i = 0; i < {len}; i++) {} = {};",
+            self.element(line, "i"),
+            self.stored(line, value)
+        )
     }
 
     fn of_key(&self, field: &str, index: &str) -> String {
@@ -139,13 +174,21 @@ impl Writer<'_> {
 
     fn stored(&self, line: u32, value: &str) -> String {
         let range = self.kernel.lines[line as usize].range;
-        if range.low >= 0 && range.high <= 65_535 { format!("(uint16_t){value}") } else { value.to_string() }
+        if range.low >= 0 && range.high <= 65_535 {
+            format!("(uint16_t){value}")
+        } else {
+            value.to_string()
+        }
     }
 
     /// The nearest index inside, should the proof rest on an assumption.
     fn inside(&self, index: &str, len: usize) -> String {
         let last = len - 1;
-        if self.assumes { format!("{index} < 0 ? 0 : {index} > {last} ? {last} : {index}") } else { index.to_string() }
+        if self.assumes {
+            format!("{index} < 0 ? 0 : {index} > {last} ? {last} : {index}")
+        } else {
+            index.to_string()
+        }
     }
 
     /// Gives a value a name.

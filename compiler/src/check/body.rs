@@ -43,7 +43,14 @@ impl<'a> Elaborator<'a, '_> {
     pub fn declare_body(&mut self, scope: ScopeId, name: &'a Name, parts: &'a [BodyPart]) -> Made {
         let mut body = None;
         for part in parts {
-            let BodyPart::Coordinate { angle, name: coordinate, .. } = part else { continue };
+            let BodyPart::Coordinate {
+                angle,
+                name: coordinate,
+                ..
+            } = part
+            else {
+                continue;
+            };
             if body.is_some() {
                 self.enter(scope, coordinate, Thing::Broken);
             } else {
@@ -52,21 +59,34 @@ impl<'a> Elaborator<'a, '_> {
         }
         match self.scopes[scope.0].bodies.get(name.node.as_str()) {
             Some(first) => self.duplicate("body", name, first.span, "a second body of this name"),
-            None => drop(self.scopes[scope.0].bodies.insert(&name.node, Label { id: body, span: name.span })),
+            None => drop(self.scopes[scope.0].bodies.insert(
+                &name.node,
+                Label {
+                    id: body,
+                    span: name.span,
+                },
+            )),
         }
         match body {
             Some(index) => Made::Body(index),
             None => {
                 let message = format!("the body `{}` has no coordinate", name.node);
                 let hint = "add `angle phi in low .. high, rate in low .. high`, or `position`";
-                let diagnostic = Diagnostic::new(Code::BodyPart, name.span, message, "nothing in it moves");
+                let diagnostic =
+                    Diagnostic::new(Code::BodyPart, name.span, message, "nothing in it moves");
                 self.report(diagnostic.hint(hint));
                 Made::Nothing
             }
         }
     }
 
-    fn new_body(&mut self, scope: ScopeId, name: &Name, angle: bool, coordinate: &'a Name) -> usize {
+    fn new_body(
+        &mut self,
+        scope: ScopeId,
+        name: &Name,
+        angle: bool,
+        coordinate: &'a Name,
+    ) -> usize {
         let dim = if angle { Dim::NUMBER } else { Dim::LENGTH };
         let full = self.scopes[scope.0].full(&coordinate.node);
         let span = coordinate.span;
@@ -87,10 +107,27 @@ impl<'a> Elaborator<'a, '_> {
 
     /// Its ranges, its inertia and its torques.
     pub fn body(&mut self, scope: ScopeId, index: usize, parts: &'a [BodyPart]) {
-        let Body { name, coordinate, rate, span, .. } = self.model.bodies[index].clone();
+        let Body {
+            name,
+            coordinate,
+            rate,
+            span,
+            ..
+        } = self.model.bodies[index].clone();
         let mut first: Option<(bool, Span)> = None;
         for part in parts {
-            let BodyPart::Coordinate { angle, range, init, rate_range, rate_init, span, .. } = part else { continue };
+            let BodyPart::Coordinate {
+                angle,
+                range,
+                init,
+                rate_range,
+                rate_init,
+                span,
+                ..
+            } = part
+            else {
+                continue;
+            };
             if let Some((_, first)) = first {
                 self.repeated_part(&name, "coordinate", *span, first);
                 continue;
@@ -102,7 +139,9 @@ impl<'a> Elaborator<'a, '_> {
                 self.doubt_range(range, Kind::Angle);
                 self.doubt_range(rate_range, Kind::AngularRate);
                 init.iter().for_each(|init| self.doubt(init, Kind::Angle));
-                rate_init.iter().for_each(|init| self.doubt(init, Kind::AngularRate));
+                rate_init
+                    .iter()
+                    .for_each(|init| self.doubt(init, Kind::AngularRate));
             }
         }
         let Some(coordinate) = first else { return };
@@ -133,8 +172,17 @@ impl<'a> Elaborator<'a, '_> {
         let motion = motion(angle);
         let mut found: Option<(Option<NodeId>, Span)> = None;
         for part in parts {
-            let BodyPart::Inertia { angle: turning, value, span } = part else { continue };
-            let node = self.part(scope, (angle, place), *turning, (value, *span), |m| (m.inertia, m.inertia_dim));
+            let BodyPart::Inertia {
+                angle: turning,
+                value,
+                span,
+            } = part
+            else {
+                continue;
+            };
+            let node = self.part(scope, (angle, place), *turning, (value, *span), |m| {
+                (m.inertia, m.inertia_dim)
+            });
             match found {
                 Some((_, first)) => self.repeated_part(body, motion.inertia, *span, first),
                 None => found = Some((self.positive_inertia(node, motion, value), *span)),
@@ -152,10 +200,19 @@ impl<'a> Elaborator<'a, '_> {
         found.and_then(|(node, _)| node)
     }
 
-    fn positive_inertia(&mut self, node: Option<NodeId>, motion: &Motion, value: &Expr) -> Option<NodeId> {
+    fn positive_inertia(
+        &mut self,
+        node: Option<NodeId>,
+        motion: &Motion,
+        value: &Expr,
+    ) -> Option<NodeId> {
         let node = node?;
         if let Some(constant) = self.model.dag.real(node) {
-            let what = if motion.inertia == "mass" { "a mass" } else { "an inertia" };
+            let what = if motion.inertia == "mass" {
+                "a mass"
+            } else {
+                "an inertia"
+            };
             self.above_zero(constant, motion.inertia_dim, value.span, what)?;
         }
         Some(node)
@@ -170,13 +227,19 @@ impl<'a> Elaborator<'a, '_> {
     ) -> Option<NodeId> {
         let mut sum = Some(None);
         for part in parts {
-            let BodyPart::Torque { angle, value, span } = part else { continue };
-            let node = self.part(scope, coordinate, *angle, (value, *span), |m| (m.torque, m.torque_dim));
+            let BodyPart::Torque { angle, value, span } = part else {
+                continue;
+            };
+            let node = self.part(scope, coordinate, *angle, (value, *span), |m| {
+                (m.torque, m.torque_dim)
+            });
             if *angle {
                 self.doubt(value, Kind::Torque);
             }
             sum = match (sum, node) {
-                (Some(Some(sum)), Some(node)) => Some(Some(self.node(Node::Add(sum, node), value.span))),
+                (Some(Some(sum)), Some(node)) => {
+                    Some(Some(self.node(Node::Add(sum, node), value.span)))
+                }
                 (Some(None), Some(node)) => Some(Some(node)),
                 _ => None,
             };
@@ -221,10 +284,14 @@ impl<'a> Elaborator<'a, '_> {
                 None => "name a `body` of this instrument or term".into(),
             };
             let message = format!("there is no body `{}`", name.node);
-            self.report(Diagnostic::new(Code::UnknownBody, name.span, message, "unknown body").hint(hint));
+            self.report(
+                Diagnostic::new(Code::UnknownBody, name.span, message, "unknown body").hint(hint),
+            );
             return;
         };
-        let (Some(index), Some(condition)) = (label.id, condition) else { return };
+        let (Some(index), Some(condition)) = (label.id, condition) else {
+            return;
+        };
         let hold = match self.model.bodies[index].hold {
             Some(other) => self.node(Node::Or(other, condition), guard.span),
             None => condition,

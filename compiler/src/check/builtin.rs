@@ -16,8 +16,16 @@ pub struct Constant {
 
 /// The constants: standard gravity (CGPM 1901) and the circle's number.
 pub const CONSTANTS: &[Constant] = &[
-    Constant { name: "gravity", value: 9.80665, dim: Dim::ACCELERATION },
-    Constant { name: "pi", value: PI, dim: Dim::NUMBER },
+    Constant {
+        name: "gravity",
+        value: 9.80665,
+        dim: Dim::ACCELERATION,
+    },
+    Constant {
+        name: "pi",
+        value: PI,
+        dim: Dim::NUMBER,
+    },
 ];
 
 /// The constant of that name.
@@ -50,10 +58,26 @@ pub struct Signature {
 
 /// The functions.
 pub const FUNCTIONS: &[Signature] = &[
-    Signature { name: "min", function: Function::Min, args: &["a", "b"] },
-    Signature { name: "max", function: Function::Max, args: &["a", "b"] },
-    Signature { name: "clamp", function: Function::Clamp, args: &["value", "low", "high"] },
-    Signature { name: "abs", function: Function::Abs, args: &["value"] },
+    Signature {
+        name: "min",
+        function: Function::Min,
+        args: &["a", "b"],
+    },
+    Signature {
+        name: "max",
+        function: Function::Max,
+        args: &["a", "b"],
+    },
+    Signature {
+        name: "clamp",
+        function: Function::Clamp,
+        args: &["value", "low", "high"],
+    },
+    Signature {
+        name: "abs",
+        function: Function::Abs,
+        args: &["value"],
+    },
 ];
 
 /// The function of that name.
@@ -70,8 +94,16 @@ pub struct Event {
 }
 
 /// The events: a string is struck or plucked, the damper is back.
-pub const EVENTS: &[Event] =
-    &[Event { name: "note", args: &[("speed", Dim::SPEED)] }, Event { name: "release", args: &[] }];
+pub const EVENTS: &[Event] = &[
+    Event {
+        name: "note",
+        args: &[("speed", Dim::SPEED)],
+    },
+    Event {
+        name: "release",
+        args: &[],
+    },
+];
 
 /// The event of that name.
 pub fn event(name: &str) -> Option<&'static Event> {

@@ -18,7 +18,9 @@ impl<'a> Elaborator<'a, '_> {
     pub fn children(&mut self, scope: ScopeId, decl: &'a Decl) -> Vec<ScopeId> {
         let mut made = Vec::new();
         for call in walk::calls(decl) {
-            let ExprKind::Call(callee, args) = &call.kind else { continue };
+            let ExprKind::Call(callee, args) = &call.kind else {
+                continue;
+            };
             if builtin::function(&callee.node).is_some() {
                 continue;
             }
@@ -44,7 +46,11 @@ impl<'a> Elaborator<'a, '_> {
             && entry.span == name.span
             && let Thing::Let(slot, _) = entry.thing
         {
-            entry.thing = if child.is_some() { Thing::Let(slot, child) } else { Thing::Broken };
+            entry.thing = if child.is_some() {
+                Thing::Let(slot, child)
+            } else {
+                Thing::Broken
+            };
         }
     }
 
@@ -67,8 +73,15 @@ impl<'a> Elaborator<'a, '_> {
             None => self.free_name(scope, &callee.node),
         };
         let path = format!("{}.", self.scopes[scope.0].full(&name));
-        let caller = Caller { scope, span: call.span, is_let: bound.is_some() };
-        Some(self.instantiate_with(Scope::new(path, &term.ast.decls, Some(term), Some(caller)), arguments))
+        let caller = Caller {
+            scope,
+            span: call.span,
+            is_let: bound.is_some(),
+        };
+        Some(self.instantiate_with(
+            Scope::new(path, &term.ast.decls, Some(term), Some(caller)),
+            arguments,
+        ))
     }
 
     /// The next free of `plectrum_1`, `plectrum_2`, ..
@@ -94,19 +107,33 @@ impl<'a> Elaborator<'a, '_> {
             path.push(&outer.ast.name.node);
             if std::ptr::eq(outer.ast, term.ast) {
                 path.reverse();
-                let message = format!("the term `{}` calls itself: {}", callee.node, path.join(" -> "));
+                let message = format!(
+                    "the term `{}` calls itself: {}",
+                    callee.node,
+                    path.join(" -> ")
+                );
                 let label = "closes the circle";
                 let diagnostic = Diagnostic::new(Code::RecursiveTerm, callee.span, message, label);
-                self.report(diagnostic.hint("terms are copied into the instrument, so they cannot be recursive"));
+                self.report(
+                    diagnostic
+                        .hint("terms are copied into the instrument, so they cannot be recursive"),
+                );
                 return None;
             }
             above = here.caller.map(|c| c.scope);
         }
         if path.len() > MAX_NESTING || self.scopes.len() > MAX_CALLS {
-            let message = format!("too many calls of terms: more than {MAX_CALLS}, or {MAX_NESTING} inside each other");
+            let message = format!(
+                "too many calls of terms: more than {MAX_CALLS}, or {MAX_NESTING} inside each other"
+            );
             self.report(
-                Diagnostic::new(Code::TooManyCalls, callee.span, message, "not followed any further")
-                    .hint("every call is a copy with memory of its own: use fewer"),
+                Diagnostic::new(
+                    Code::TooManyCalls,
+                    callee.span,
+                    message,
+                    "not followed any further",
+                )
+                .hint("every call is a copy with memory of its own: use fewer"),
             );
             return None;
         }

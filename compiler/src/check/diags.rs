@@ -5,7 +5,8 @@ use std::collections::HashMap;
 use crate::diag::{Code, Diagnostic, Severity};
 use crate::source::Span;
 
-/// Messages, each once: a term that is called twice is checked twice, but its mistakes are told once.
+/// Messages, each once: a term that is called twice is checked twice, but its mistakes are told
+/// once.
 #[derive(Default)]
 pub struct Diags {
     list: Vec<Diagnostic>,
@@ -14,7 +15,8 @@ pub struct Diags {
 }
 
 impl Diags {
-    /// Adds a message. Of two that say the same about the same place the one that points at fewer others is kept.
+    /// Adds a message. Of two that say the same about the same place the one that points at fewer
+    /// others is kept.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         self.errors += usize::from(diagnostic.severity() == Severity::Error);
         let key = (diagnostic.code, diagnostic.span, diagnostic.message.clone());

@@ -1,5 +1,5 @@
-//! Units that fit by dimension and are surely not meant: a frequency for an angular rate, turns for radians, joules for
-//! a torque, kilograms for a hammer.
+//! Units that fit by dimension and are surely not meant: a frequency for an angular rate, turns for
+//! radians, joules for a torque, kilograms for a hammer.
 
 use super::elaborate::Elaborator;
 use crate::diag::{Code, Diagnostic};
@@ -22,9 +22,13 @@ pub enum Kind {
 impl Kind {
     /// The kind that the name of a type says; most names say no more than their dimension.
     pub fn of_type(name: &str) -> Option<Kind> {
-        [("angle", Kind::Angle), ("angular_rate", Kind::AngularRate), ("torque", Kind::Torque)]
-            .into_iter()
-            .find_map(|(n, kind)| (n == name).then_some(kind))
+        [
+            ("angle", Kind::Angle),
+            ("angular_rate", Kind::AngularRate),
+            ("torque", Kind::Torque),
+        ]
+        .into_iter()
+        .find_map(|(n, kind)| (n == name).then_some(kind))
     }
 }
 
@@ -51,13 +55,25 @@ impl Elaborator<'_, '_> {
             },
             _ => return,
         };
-        let Some((message, instead)) = doubted(number, kind) else { return };
-        let written =
-            format!("{sign}{}{}", number.text, number.unit.as_ref().map_or(String::new(), |u| format!(" {u}")));
+        let Some((message, instead)) = doubted(number, kind) else {
+            return;
+        };
+        let written = format!(
+            "{sign}{}{}",
+            number.text,
+            number
+                .unit
+                .as_ref()
+                .map_or(String::new(), |u| format!(" {u}"))
+        );
         let message = format!("`{written}` {message}");
         let hint = format!("did you mean `{sign}{instead}`?");
-        let diagnostic = Diagnostic::new(Code::DubiousUnit, expr.span, message, "surely another unit");
-        self.report(diagnostic.hint(crate::diag::Advice::instead(hint, format!("{sign}{instead}"))));
+        let diagnostic =
+            Diagnostic::new(Code::DubiousUnit, expr.span, message, "surely another unit");
+        self.report(diagnostic.hint(crate::diag::Advice::instead(
+            hint,
+            format!("{sign}{instead}"),
+        )));
     }
 }
 
@@ -68,15 +84,24 @@ fn doubted(number: &Number, kind: Kind) -> Option<(&'static str, String)> {
     match kind {
         Kind::AngularRate if unit.ends_with("Hz") && number.value != 0.0 => Some((
             "is a frequency where an angular rate is due: 1 Hz counts as 1 rad/s here, not as one turn per second",
-            format!("{digits} {}", unit.replace("MHz", "rad/us").replace("kHz", "rad/ms").replace("Hz", "rad/s")),
+            format!(
+                "{digits} {}",
+                unit.replace("MHz", "rad/us")
+                    .replace("kHz", "rad/ms")
+                    .replace("Hz", "rad/s")
+            ),
         )),
         Kind::Torque if unit.ends_with('J') && number.value != 0.0 => {
             let newton = if unit == "mJ" { "mN*m" } else { "N*m" };
-            Some(("is an energy where a torque is due", format!("{digits} {newton}")))
+            Some((
+                "is an energy where a torque is due",
+                format!("{digits} {newton}"),
+            ))
         }
-        Kind::Angle if unit.is_empty() && number.value > TURN_RAD => {
-            Some(("is an angle of more than a turn: without a unit it is in radians", format!("{digits} deg")))
-        }
+        Kind::Angle if unit.is_empty() && number.value > TURN_RAD => Some((
+            "is an angle of more than a turn: without a unit it is in radians",
+            format!("{digits} deg"),
+        )),
         Kind::Mass if unit == "kg" && parse_unit(unit)?.to_si(number.value) > HEAVY_KG => {
             Some(("is more than a finger moves", format!("{digits} g")))
         }

@@ -1,4 +1,5 @@
-//! The elaborator: what is known while one instrument becomes a Model, and the walk over its declarations.
+//! The elaborator: what is known while one instrument becomes a Model, and the walk over its
+//! declarations.
 
 use std::collections::HashSet;
 
@@ -37,7 +38,8 @@ pub struct Elaborator<'a, 'd> {
     pub depth: usize,
     /// The scope that is being looked at.
     pub here: Option<ScopeId>,
-    /// Whether a term is checked by itself: then its parameters are live values that stand for anything.
+    /// Whether a term is checked by itself: then its parameters are live values that stand for
+    /// anything.
     pub alone: bool,
     /// Where each `next` of the Model stands.
     pub next_spans: Vec<Span>,
@@ -47,20 +49,33 @@ pub struct Elaborator<'a, 'd> {
 
 /// Checks a term by itself. A term that fails here fails the program even if nobody calls it.
 pub fn term_alone(items: &Items, term: &TermItem, options: &Options, diags: &mut Diags) {
-    let mut elaborator = Elaborator::new(items, Settings::bare(options), diags, &term.ast.name.node, "");
+    let mut elaborator = Elaborator::new(
+        items,
+        Settings::bare(options),
+        diags,
+        &term.ast.name.node,
+        "",
+    );
     elaborator.alone = true;
     let root = elaborator.instantiate_alone(*term);
     elaborator.scope(root);
 }
 
 /// The Model of an instrument; `None` if there is an error in it.
-pub fn instrument(items: &Items, index: usize, settings: Settings, diags: &mut Diags) -> Option<Model> {
+pub fn instrument(
+    items: &Items,
+    index: usize,
+    settings: Settings,
+    diags: &mut Diags,
+) -> Option<Model> {
     let ast = items.instruments[index];
     let errors = diags.errors();
     let mut elaborator = Elaborator::new(items, settings, diags, &ast.name.node, &ast.doc);
     let root = elaborator.instantiate(Scope::new(String::new(), &ast.decls, None, None));
     elaborator.scope(root);
-    let Elaborator { mut model, diags, .. } = elaborator;
+    let Elaborator {
+        mut model, diags, ..
+    } = elaborator;
     model.span = ast.name.span;
     if diags.errors() > errors {
         return None;
@@ -118,8 +133,8 @@ impl<'a, 'd> Elaborator<'a, 'd> {
         }
     }
 
-    /// Adds a message. Inside a call it also shows the call, because what is wrong there regardless of the call has been
-    /// told before, when the term was checked by itself.
+    /// Adds a message. Inside a call it also shows the call, because what is wrong there regardless
+    /// of the call has been told before, when the term was checked by itself.
     pub fn report(&mut self, mut diagnostic: Diagnostic) {
         let mut scope = self.here;
         while let Some(caller) = scope.and_then(|id| self.scopes[id.0].caller) {
@@ -162,24 +177,40 @@ impl<'a, 'd> Elaborator<'a, 'd> {
         let here = &self.scopes[scope.0];
         let (kind, name) = decl.kind.label();
         let name = format!("{kind} {}", here.full(&name.node));
-        self.model.items.push(Item { name, span: decl.span, call: here.call });
+        self.model.items.push(Item {
+            name,
+            span: decl.span,
+            call: here.call,
+        });
     }
 
     fn declaration(&mut self, scope: ScopeId, decl: &'a Decl, made: Made) {
         match (&decl.kind, made) {
             (_, Made::Nothing) => {}
-            (DeclKind::Sense { range, slew, over, .. }, Made::Sense(index)) => {
+            (
+                DeclKind::Sense {
+                    range, slew, over, ..
+                },
+                Made::Sense(index),
+            ) => {
                 self.sense(scope, index, range, slew.as_ref(), over.as_ref());
             }
             (DeclKind::Let { name, .. }, Made::Slot(slot)) => self.named_let(scope, name, slot),
-            (DeclKind::Result { name, .. }, Made::Slot(slot)) => self.named_result(scope, name, slot),
+            (DeclKind::Result { name, .. }, Made::Slot(slot)) => {
+                self.named_result(scope, name, slot)
+            }
             (_, Made::Slot(slot)) => {
                 self.slot(slot);
             }
             (DeclKind::States { transitions, .. }, Made::Machine(machine)) => {
                 self.states(scope, machine, transitions);
             }
-            (DeclKind::State { ty, range, init, .. }, Made::Cell(cell)) => {
+            (
+                DeclKind::State {
+                    ty, range, init, ..
+                },
+                Made::Cell(cell),
+            ) => {
                 self.state(scope, cell, range, init.as_ref());
                 if let Some(kind) = Kind::of_type(&ty.node) {
                     self.doubt_range(range, kind);
@@ -187,10 +218,26 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             }
             (DeclKind::Next { name, value }, _) => self.next(scope, name, value),
             (DeclKind::Body { parts, .. }, Made::Body(body)) => self.body(scope, body, parts),
-            (DeclKind::Event { name, guard, actions }, _) => self.event(scope, name, guard, actions, decl.span),
-            (DeclKind::Pulse { range, lasting, .. }, Made::Pulse(pulse)) => self.pulse(scope, pulse, range, lasting),
+            (
+                DeclKind::Event {
+                    name,
+                    guard,
+                    actions,
+                },
+                _,
+            ) => self.event(scope, name, guard, actions, decl.span),
+            (DeclKind::Pulse { range, lasting, .. }, Made::Pulse(pulse)) => {
+                self.pulse(scope, pulse, range, lasting)
+            }
             (DeclKind::Hold { body, guard }, _) => self.hold(scope, body, guard),
-            (DeclKind::Force { turning, name, value }, _) => self.force(scope, *turning, name, value),
+            (
+                DeclKind::Force {
+                    turning,
+                    name,
+                    value,
+                },
+                _,
+            ) => self.force(scope, *turning, name, value),
             _ => {}
         }
     }
@@ -198,7 +245,8 @@ impl<'a, 'd> Elaborator<'a, 'd> {
     /// A `let` is exported, unless it names a call with several results or stands inside `std`.
     fn named_let(&mut self, scope: ScopeId, name: &Name, slot: SlotId) {
         let here = &self.scopes[scope.0];
-        if let Some(Thing::Let(_, Some(child))) = here.values.get(name.node.as_str()).map(|e| e.thing)
+        if let Some(Thing::Let(_, Some(child))) =
+            here.values.get(name.node.as_str()).map(|e| e.thing)
             && self.scopes[child.0].results.len() != 1
         {
             return;
@@ -223,6 +271,11 @@ impl<'a, 'd> Elaborator<'a, 'd> {
     fn export(&mut self, scope: ScopeId, name: &Name, value: Option<Value>) {
         let Some(value) = value else { return };
         let full = self.scopes[scope.0].full(&name.node);
-        self.model.named.push(Named { name: full, dim: value.ty.dim(), value: value.node, span: name.span });
+        self.model.named.push(Named {
+            name: full,
+            dim: value.ty.dim(),
+            value: value.node,
+            span: name.span,
+        });
     }
 }

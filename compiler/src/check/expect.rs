@@ -1,5 +1,5 @@
-//! What a place needs and what stands there: types asked for, and messages that name both and a way from one to the
-//! other.
+//! What a place needs and what stands there: types asked for, and messages that name both and a way
+//! from one to the other.
 
 use super::elaborate::Elaborator;
 use super::types::{Ty, Value};
@@ -10,7 +10,13 @@ use crate::units::{Dim, dimension, dimension_names};
 
 impl Elaborator<'_, '_> {
     /// The node of a value that must have a type.
-    pub fn expect(&mut self, value: Value, expr: &Expr, wanted: Ty, what: impl FnOnce() -> String) -> Option<NodeId> {
+    pub fn expect(
+        &mut self,
+        value: Value,
+        expr: &Expr,
+        wanted: Ty,
+        what: impl FnOnce() -> String,
+    ) -> Option<NodeId> {
         if value.ty == wanted {
             return Some(value.node);
         }
@@ -19,23 +25,43 @@ impl Elaborator<'_, '_> {
             self.missing_unit(expr, wanted, &what);
             return None;
         }
-        let message = format!("{what} must be {}, not {}", wanted.words(), value.ty.words());
-        let diagnostic = Diagnostic::new(Code::WrongType, expr.span, message, format!("this is {}", value.ty.words()));
-        self.report(diagnostic.hint(conversion(value.ty, wanted).unwrap_or_else(|| LOOK_AT_UNITS.to_string())));
+        let message = format!(
+            "{what} must be {}, not {}",
+            wanted.words(),
+            value.ty.words()
+        );
+        let diagnostic = Diagnostic::new(
+            Code::WrongType,
+            expr.span,
+            message,
+            format!("this is {}", value.ty.words()),
+        );
+        self.report(
+            diagnostic
+                .hint(conversion(value.ty, wanted).unwrap_or_else(|| LOOK_AT_UNITS.to_string())),
+        );
         None
     }
 
     /// Reports a number without unit where a dimension is needed.
     pub fn missing_unit(&mut self, expr: &Expr, wanted: Ty, what: &str) {
         let number = bare_number(expr).unwrap_or_default();
-        let message = format!("{what} must be {}, and `{number}` has no unit", wanted.words());
+        let message = format!(
+            "{what} must be {}, and `{number}` has no unit",
+            wanted.words()
+        );
         let hint = format!("write it with a unit, such as `{number} {}`", wanted.unit());
         let diagnostic = Diagnostic::new(Code::MissingUnit, expr.span, message, "a plain number");
         self.report(diagnostic.hint(hint));
     }
 
     /// Reports two operands that do not go together; `problem` says so of their kinds.
-    pub fn mismatch(&mut self, problem: impl FnOnce(&str, &str) -> String, a: (&Expr, Value), b: (&Expr, Value)) {
+    pub fn mismatch(
+        &mut self,
+        problem: impl FnOnce(&str, &str) -> String,
+        a: (&Expr, Value),
+        b: (&Expr, Value),
+    ) {
         let (first, second) = (a.1.ty, b.1.ty);
         for (bare, other) in [(a.0, second), (b.0, first)] {
             if bare_number(bare).is_some() && other != Ty::Bool {
@@ -62,10 +88,14 @@ impl Elaborator<'_, '_> {
         }
         let hint = match nearest(&ty.node, dimension_names().chain(["bool"])) {
             Some(near) => Advice::did_you_mean(near),
-            None => "types are `bool` and the names of dimensions, such as `length` or `force`".into(),
+            None => {
+                "types are `bool` and the names of dimensions, such as `length` or `force`".into()
+            }
         };
         let message = format!("`{}` is not a type", ty.node);
-        self.report(Diagnostic::new(Code::UnknownType, ty.span, message, "unknown type").hint(hint));
+        self.report(
+            Diagnostic::new(Code::UnknownType, ty.span, message, "unknown type").hint(hint),
+        );
         None
     }
 
@@ -74,7 +104,9 @@ impl Elaborator<'_, '_> {
         let found = self.any_type(ty)?;
         if found == Ty::Bool {
             let message = format!("{what} cannot be a bool");
-            self.report(Diagnostic::new(Code::WrongType, ty.span, message, "a number is needed").hint(hint));
+            self.report(
+                Diagnostic::new(Code::WrongType, ty.span, message, "a number is needed").hint(hint),
+            );
         }
         found.dim()
     }
@@ -87,16 +119,32 @@ fn conversion(found: Ty, wanted: Ty) -> Option<String> {
     let words = |dim| Ty::Real(dim).words();
     match (found, wanted) {
         (Ty::Bool, Ty::Bool) => None,
-        (Ty::Bool, Ty::Real(_)) => Some("choose numbers by the bool: `if .. then .. else ..`".to_string()),
+        (Ty::Bool, Ty::Real(_)) => {
+            Some("choose numbers by the bool: `if .. then .. else ..`".to_string())
+        }
         (Ty::Real(_), Ty::Bool) => Some("compare it: `.. > ..`".to_string()),
         (Ty::Real(found), Ty::Real(wanted)) => {
             let (factor, divisor) = (wanted.div(found), found.div(wanted));
             if factor == Dim::PER_TIME {
-                Some(format!("the prime of {} is {}", words(found), words(wanted)))
+                Some(format!(
+                    "the prime of {} is {}",
+                    words(found),
+                    words(wanted)
+                ))
             } else if wanted.is_number() || (divisor.name().is_some() && factor.name().is_none()) {
-                Some(format!("{} divided by {} is {}", words(found), words(divisor), words(wanted)))
+                Some(format!(
+                    "{} divided by {} is {}",
+                    words(found),
+                    words(divisor),
+                    words(wanted)
+                ))
             } else if factor.name().is_some() {
-                Some(format!("{} times {} is {}", words(found), words(factor), words(wanted)))
+                Some(format!(
+                    "{} times {} is {}",
+                    words(found),
+                    words(factor),
+                    words(wanted)
+                ))
             } else {
                 None
             }

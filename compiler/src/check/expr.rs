@@ -11,14 +11,16 @@ use crate::source::Span;
 use crate::syntax::ast::{Expr, ExprKind, Name, Number};
 use crate::units::{Unit, parse_unit};
 
-/// How deep expressions may be nested, counted through the values that are evaluated because they are named.
+/// How deep expressions may be nested, counted through the values that are evaluated because they
+/// are named.
 const MAX_DEPTH: usize = 400;
 
 impl<'a> Elaborator<'a, '_> {
     /// The value of an expression; `None` if it is in error, which has then been reported.
     pub fn expr(&mut self, scope: ScopeId, expr: &'a Expr) -> Option<Value> {
         if self.depth == MAX_DEPTH {
-            let message = format!("this is reached through more than {MAX_DEPTH} steps from value to value");
+            let message =
+                format!("this is reached through more than {MAX_DEPTH} steps from value to value");
             let label = "not followed any further";
             let hint = "declare a `let` after those it uses";
             self.report(Diagnostic::new(Code::TooManySteps, expr.span, message, label).hint(hint));
@@ -47,7 +49,11 @@ impl<'a> Elaborator<'a, '_> {
                 Some(Value::bool(self.node(Node::Not(a), span)))
             }
             ExprKind::Binary(op, a, b) => self.binary(scope, *op, a, b, span),
-            ExprKind::Is { machine, state, negated } => self.is(scope, machine, state, *negated, span),
+            ExprKind::Is {
+                machine,
+                state,
+                negated,
+            } => self.is(scope, machine, state, *negated, span),
             ExprKind::If(c, a, b) => self.choice(scope, c, a, b, span),
             ExprKind::Error => None,
         }
@@ -78,14 +84,18 @@ impl<'a> Elaborator<'a, '_> {
         }
         match self.lookup(scope, name, span)?.thing {
             Thing::Broken => None,
-            Thing::Sense(v) | Thing::State(_, v) | Thing::Coordinate(_, _, v) | Thing::Pulse(_, v) => Some(v),
+            Thing::Sense(v)
+            | Thing::State(_, v)
+            | Thing::Coordinate(_, _, v)
+            | Thing::Pulse(_, v) => Some(v),
             Thing::Let(_, Some(call)) => {
                 let slot = self.only_result(call, span)?;
                 self.slot(slot)
             }
-            Thing::Let(slot, None) | Thing::Param(slot) | Thing::Argument(slot) | Thing::Result(slot) => {
-                self.slot(slot)
-            }
+            Thing::Let(slot, None)
+            | Thing::Param(slot)
+            | Thing::Argument(slot)
+            | Thing::Result(slot) => self.slot(slot),
         }
     }
 
@@ -106,7 +116,10 @@ impl<'a> Elaborator<'a, '_> {
         } else if here.machines.contains_key(name) {
             format!("`{name}` is a machine: ask `{name} is ..` for one of its states").into()
         } else if let Some(base) = rate_of(name).filter(|base| here.values.contains_key(base)) {
-            Advice::instead(format!("the rate of `{base}` is written `{base}'`"), format!("{base}'"))
+            Advice::instead(
+                format!("the rate of `{base}` is written `{base}'`"),
+                format!("{base}'"),
+            )
         } else if let Some(near) = nearest(name, here.values.keys().copied().chain(constants)) {
             Advice::did_you_mean(near)
         } else if here.term.is_some() {
@@ -125,16 +138,28 @@ impl<'a> Elaborator<'a, '_> {
             return Some(slot);
         }
         let name = here.term.map_or("", |t| &t.ast.name.node);
-        let names: Vec<String> = here.results.iter().map(|(n, _)| format!("`.{n}`")).collect();
-        let message = format!("`{name}` gives {} results, and one value is needed here", names.len());
-        let diagnostic = Diagnostic::new(Code::SeveralResults, span, message, "which of its results?");
+        let names: Vec<String> = here
+            .results
+            .iter()
+            .map(|(n, _)| format!("`.{n}`"))
+            .collect();
+        let message = format!(
+            "`{name}` gives {} results, and one value is needed here",
+            names.len()
+        );
+        let diagnostic =
+            Diagnostic::new(Code::SeveralResults, span, message, "which of its results?");
         self.report(diagnostic.hint(format!("choose one: {}", names.join(", "))));
         None
     }
 
     fn field(&mut self, scope: ScopeId, base: &'a Expr, field: &Name) -> Option<Value> {
         let call = match &base.kind {
-            ExprKind::Name(name) => match self.scopes[scope.0].values.get(name.as_str()).map(|e| e.thing) {
+            ExprKind::Name(name) => match self.scopes[scope.0]
+                .values
+                .get(name.as_str())
+                .map(|e| e.thing)
+            {
                 Some(Thing::Broken) => return None,
                 Some(Thing::Let(_, call)) => call,
                 _ => None,
@@ -151,9 +176,13 @@ impl<'a> Elaborator<'a, '_> {
         };
         let Some(call) = call else {
             let value = self.expr(scope, base)?;
-            let message = format!("only a call of a term has results, and this is {}", value.ty.words());
+            let message = format!(
+                "only a call of a term has results, and this is {}",
+                value.ty.words()
+            );
             let hint = "bind a call with `let name = term(..)` and write `name.result`";
-            let diagnostic = Diagnostic::new(Code::NoResults, field.span, message, "asks for a result");
+            let diagnostic =
+                Diagnostic::new(Code::NoResults, field.span, message, "asks for a result");
             self.report(diagnostic.also(base.span, value.ty.words()).hint(hint));
             return None;
         };
@@ -172,14 +201,35 @@ impl<'a> Elaborator<'a, '_> {
         let names: Vec<&str> = here.results.iter().map(|(n, _)| *n).collect();
         let hint = match nearest(&field.node, names.iter().copied()) {
             Some(near) => Advice::did_you_mean(near),
-            None => format!("it has {}", names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")).into(),
+            None => format!(
+                "it has {}",
+                names
+                    .iter()
+                    .map(|n| format!("`{n}`"))
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            )
+            .into(),
         };
         let message = format!("the term `{term}` has no result `{}`", field.node);
-        self.report(Diagnostic::new(Code::UnknownResult, field.span, message, "no such result").hint(hint));
+        self.report(
+            Diagnostic::new(Code::UnknownResult, field.span, message, "no such result").hint(hint),
+        );
     }
 
-    fn is(&mut self, scope: ScopeId, machine: &Name, state: &Name, negated: bool, span: Span) -> Option<Value> {
-        let Some(label) = self.scopes[scope.0].machines.get(machine.node.as_str()).copied() else {
+    fn is(
+        &mut self,
+        scope: ScopeId,
+        machine: &Name,
+        state: &Name,
+        negated: bool,
+        span: Span,
+    ) -> Option<Value> {
+        let Some(label) = self.scopes[scope.0]
+            .machines
+            .get(machine.node.as_str())
+            .copied()
+        else {
             self.unknown_machine(scope, machine);
             return None;
         };
@@ -189,15 +239,30 @@ impl<'a> Elaborator<'a, '_> {
             return None;
         };
         let is = self.node(Node::Is(label.id, index as u32), span);
-        Some(Value::bool(if negated { self.node(Node::Not(is), span) } else { is }))
+        Some(Value::bool(if negated {
+            self.node(Node::Not(is), span)
+        } else {
+            is
+        }))
     }
 
-    fn choice(&mut self, scope: ScopeId, c: &'a Expr, a: &'a Expr, b: &'a Expr, span: Span) -> Option<Value> {
+    fn choice(
+        &mut self,
+        scope: ScopeId,
+        c: &'a Expr,
+        a: &'a Expr,
+        b: &'a Expr,
+        span: Span,
+    ) -> Option<Value> {
         let condition = self.condition(scope, c, "the condition of `if`");
         let (first, second) = (self.expr(scope, a), self.expr(scope, b));
         let (first, second) = (first?, second?);
         if first.ty != second.ty {
-            self.mismatch(|a, b| format!("`if` chooses between {a} and {b}"), (a, first), (b, second));
+            self.mismatch(
+                |a, b| format!("`if` chooses between {a} and {b}"),
+                (a, first),
+                (b, second),
+            );
             return None;
         }
         let condition = condition?;
@@ -205,7 +270,10 @@ impl<'a> Elaborator<'a, '_> {
             Ty::Real(_) => Node::Select(condition, first.node, second.node),
             Ty::Bool => Node::SelectBool(condition, first.node, second.node),
         };
-        Some(Value { node: self.node(node, span), ty: first.ty })
+        Some(Value {
+            node: self.node(node, span),
+            ty: first.ty,
+        })
     }
 
     /// The node of an expression that must be a bool.
@@ -217,6 +285,10 @@ impl<'a> Elaborator<'a, '_> {
 
 /// What a name that spells a rate is the rate of (`xdot`, `x_dot`, `dx`).
 fn rate_of(name: &str) -> Option<&str> {
-    let ending = ["_dot", "dot", "_prime", "prime", "_v"].into_iter().find_map(|end| name.strip_suffix(end));
-    ending.or(name.strip_prefix("d")).filter(|base| !base.is_empty())
+    let ending = ["_dot", "dot", "_prime", "prime", "_v"]
+        .into_iter()
+        .find_map(|end| name.strip_suffix(end));
+    ending
+        .or(name.strip_prefix("d"))
+        .filter(|base| !base.is_empty())
 }

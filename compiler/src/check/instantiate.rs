@@ -20,18 +20,44 @@ impl<'a> Elaborator<'a, '_> {
 
     /// Makes the scope of a term whose parameters stand for any value of their type.
     pub fn instantiate_alone(&mut self, term: TermItem<'a>) -> ScopeId {
-        let sources = term.ast.params.iter().map(|param| self.any_value(&param.ty)).collect();
-        self.instantiate_with(Scope::new(String::new(), &term.ast.decls, Some(term), None), sources)
+        let sources = term
+            .ast
+            .params
+            .iter()
+            .map(|param| self.any_value(&param.ty))
+            .collect();
+        self.instantiate_with(
+            Scope::new(String::new(), &term.ast.decls, Some(term), None),
+            sources,
+        )
     }
 
     fn any_value(&mut self, ty: &Name) -> Source<'a> {
         let index = self.model.lives.len() as u32;
-        let Some(ty_of) = self.any_type(ty) else { return Source::Missing };
-        let range = Interval { low: 0.0, high: 0.0 };
-        let live = Live { name: String::new(), dim: ty_of.dim(), value: 0.0, range, span: ty.span };
+        let Some(ty_of) = self.any_type(ty) else {
+            return Source::Missing;
+        };
+        let range = Interval {
+            low: 0.0,
+            high: 0.0,
+        };
+        let live = Live {
+            name: String::new(),
+            dim: ty_of.dim(),
+            value: 0.0,
+            range,
+            span: ty.span,
+        };
         self.model.lives.push(live);
-        let node = if ty_of == Ty::Bool { Node::LiveBool(index) } else { Node::Live(index) };
-        Source::Given(Value { node: self.node(node, ty.span), ty: ty_of })
+        let node = if ty_of == Ty::Bool {
+            Node::LiveBool(index)
+        } else {
+            Node::Live(index)
+        };
+        Source::Given(Value {
+            node: self.node(node, ty.span),
+            ty: ty_of,
+        })
     }
 
     /// Makes a scope whose parameters have these sources, and everything below it.
@@ -42,7 +68,10 @@ impl<'a> Elaborator<'a, '_> {
         self.scopes.push(scope);
         self.scopes[id.0].call = caller.map(|caller| {
             let outer = self.scopes[caller.scope.0].call;
-            self.model.calls.push(Call { span: caller.span, outer });
+            self.model.calls.push(Call {
+                span: caller.span,
+                outer,
+            });
             self.model.calls.len() as u32 - 1
         });
         if let Some(term) = term {
@@ -68,12 +97,20 @@ impl<'a> Elaborator<'a, '_> {
                 Source::Expr(caller, expr) => Source::Typed(caller, expr, ty),
                 other => other,
             };
-            let slot = self.new_slot(self.scopes[id.0].full(&param.name.node), param.name.span, source);
+            let slot = self.new_slot(
+                self.scopes[id.0].full(&param.name.node),
+                param.name.span,
+                source,
+            );
             self.scopes[id.0].args.push(slot);
             self.enter(id, &param.name, Thing::Argument(slot));
         }
         for result in &term.ast.results {
-            let slot = self.new_slot(self.scopes[id.0].full(&result.name.node), result.name.span, Source::Missing);
+            let slot = self.new_slot(
+                self.scopes[id.0].full(&result.name.node),
+                result.name.span,
+                Source::Missing,
+            );
             self.scopes[id.0].results.push((&result.name.node, slot));
             self.enter(id, &result.name, Thing::Result(slot));
         }
@@ -84,7 +121,10 @@ impl<'a> Elaborator<'a, '_> {
         if builtin::constant(&name.node).is_some() {
             let message = format!("`{}` is built in", name.node);
             let label = "this name is taken";
-            self.report(Diagnostic::new(Code::DuplicateName, name.span, message, label).hint("choose another name"));
+            self.report(
+                Diagnostic::new(Code::DuplicateName, name.span, message, label)
+                    .hint("choose another name"),
+            );
             return;
         }
         match self.scopes[scope.0].values.get(name.node.as_str()) {
@@ -93,7 +133,13 @@ impl<'a> Elaborator<'a, '_> {
                 self.duplicate("value", name, first.span, label);
             }
             None => {
-                self.scopes[scope.0].values.insert(&name.node, Entry { thing, span: name.span });
+                self.scopes[scope.0].values.insert(
+                    &name.node,
+                    Entry {
+                        thing,
+                        span: name.span,
+                    },
+                );
             }
         }
     }
@@ -111,19 +157,32 @@ impl<'a> Elaborator<'a, '_> {
     fn declare(&mut self, scope: ScopeId, decl: &'a Decl) -> Made {
         let in_term = self.scopes[scope.0].term.is_some();
         match &decl.kind {
-            DeclKind::Sense { name, .. } | DeclKind::Param { name, .. } | DeclKind::Force { name, .. } if in_term => {
+            DeclKind::Sense { name, .. }
+            | DeclKind::Param { name, .. }
+            | DeclKind::Force { name, .. }
+                if in_term =>
+            {
                 self.not_in_a_term(scope, &decl.kind, name)
             }
             DeclKind::Sense { name, ty, .. } => self.declare_sense(scope, name, ty),
-            DeclKind::Param { live, name, value, range } => {
-                self.declare_param(scope, *live, name, value, range.as_ref())
-            }
+            DeclKind::Param {
+                live,
+                name,
+                value,
+                range,
+            } => self.declare_param(scope, *live, name, value, range.as_ref()),
             DeclKind::Let { name, value } => {
-                let slot = self.new_slot(self.scopes[scope.0].full(&name.node), name.span, Source::Expr(scope, value));
+                let slot = self.new_slot(
+                    self.scopes[scope.0].full(&name.node),
+                    name.span,
+                    Source::Expr(scope, value),
+                );
                 self.enter(scope, name, Thing::Let(slot, None));
                 Made::Slot(slot)
             }
-            DeclKind::States { name, transitions } => self.declare_machine(scope, name, transitions),
+            DeclKind::States { name, transitions } => {
+                self.declare_machine(scope, name, transitions)
+            }
             DeclKind::State { name, ty, .. } => self.declare_state(scope, name, ty),
             DeclKind::Body { name, parts } => self.declare_body(scope, name, parts),
             DeclKind::Pulse { name, ty, .. } => self.declare_pulse(scope, name, ty),
@@ -138,10 +197,14 @@ impl<'a> Elaborator<'a, '_> {
         let (word, hint) = match kind {
             DeclKind::Sense { .. } => ("sense", "give the sensed value to the term as a parameter"),
             DeclKind::Param { .. } => ("param", "make it a parameter of the term, or a `let`"),
-            DeclKind::Force { turning: true, .. } => {
-                ("torque", "make it a result of the term and write `torque` in the instrument")
-            }
-            _ => ("force", "make it a result of the term and write `force` in the instrument"),
+            DeclKind::Force { turning: true, .. } => (
+                "torque",
+                "make it a result of the term and write `torque` in the instrument",
+            ),
+            _ => (
+                "force",
+                "make it a result of the term and write `force` in the instrument",
+            ),
         };
         let message = format!("a `{word}` cannot be declared in a term");
         let label = "belongs in an instrument";
@@ -155,15 +218,32 @@ impl<'a> Elaborator<'a, '_> {
     fn declare_event(&mut self, scope: ScopeId, name: &'a Name) -> Made {
         match self.scopes[scope.0].events.get(name.node.as_str()) {
             Some(first) => self.duplicate("event", name, first.span, "a second event of this name"),
-            None => drop(self.scopes[scope.0].events.insert(&name.node, Label { id: (), span: name.span })),
+            None => drop(self.scopes[scope.0].events.insert(
+                &name.node,
+                Label {
+                    id: (),
+                    span: name.span,
+                },
+            )),
         }
         Made::Itself
     }
 
     fn declare_force(&mut self, scope: ScopeId, name: &'a Name) -> Made {
         match self.scopes[scope.0].forces.get(name.node.as_str()) {
-            Some(first) => self.duplicate("force", name, first.span, "a second force term of this name"),
-            None => drop(self.scopes[scope.0].forces.insert(&name.node, Label { id: (), span: name.span })),
+            Some(first) => self.duplicate(
+                "force",
+                name,
+                first.span,
+                "a second force term of this name",
+            ),
+            None => drop(self.scopes[scope.0].forces.insert(
+                &name.node,
+                Label {
+                    id: (),
+                    span: name.span,
+                },
+            )),
         }
         Made::Itself
     }

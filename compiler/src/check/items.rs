@@ -31,9 +31,14 @@ pub struct Items<'a> {
 }
 
 impl<'a> Items<'a> {
-    /// The term of that name. The standard library sees only itself, so hiding one of its terms changes no other.
+    /// The term of that name. The standard library sees only itself, so hiding one of its terms
+    /// changes no other.
     pub fn term(&self, name: &str, from_std: bool) -> Option<TermItem<'a>> {
-        let user = if from_std { None } else { self.user_terms.get(name) };
+        let user = if from_std {
+            None
+        } else {
+            self.user_terms.get(name)
+        };
         user.or_else(|| self.std_terms.get(name)).copied()
     }
 
@@ -59,7 +64,9 @@ pub fn collect<'a>(files: &'a [File], std: &'a [File], diags: &mut Diags) -> Ite
     let mut items = Items::default();
     for item in std.iter().flat_map(|f| &f.items) {
         if let Item::Term(ast) = item {
-            items.std_terms.insert(&ast.name.node, TermItem { ast, std: true });
+            items
+                .std_terms
+                .insert(&ast.name.node, TermItem { ast, std: true });
         }
     }
     let mut taken = BTreeMap::new();
@@ -73,7 +80,12 @@ pub fn collect<'a>(files: &'a [File], std: &'a [File], diags: &mut Diags) -> Ite
             items.add(item, diags);
         }
     }
-    items.terms = items.user_terms.values().chain(items.std_terms.values()).copied().collect();
+    items.terms = items
+        .user_terms
+        .values()
+        .chain(items.std_terms.values())
+        .copied()
+        .collect();
     items
 }
 
@@ -86,7 +98,8 @@ impl<'a> Items<'a> {
                 if let Some(hidden) = self.std_terms.get(ast.name.node.as_str()) {
                     diags.push(hides_std(&ast.name, hidden.ast.name.span));
                 }
-                self.user_terms.insert(&ast.name.node, TermItem { ast, std: false });
+                self.user_terms
+                    .insert(&ast.name.node, TermItem { ast, std: false });
             }
         }
     }
@@ -101,8 +114,13 @@ fn is_new<'a>(
     if kind == "term" && builtin::function(&name.node).is_some() {
         let message = format!("`{}` is built in", name.node);
         diags.push(
-            Diagnostic::new(Code::DuplicateName, name.span, message, "a term of this name could never be called")
-                .hint("choose another name for the term"),
+            Diagnostic::new(
+                Code::DuplicateName,
+                name.span,
+                message,
+                "a term of this name could never be called",
+            )
+            .hint("choose another name for the term"),
         );
         return false;
     }
@@ -110,15 +128,23 @@ fn is_new<'a>(
         None => taken.insert((kind, &name.node), name.span).is_none(),
         Some(&first) => {
             let message = format!("there are two {kind}s `{}`", name.node);
-            let diagnostic = Diagnostic::new(Code::DuplicateName, name.span, message, "the second one");
-            diags.push(diagnostic.also(first, "the first one").hint(format!("rename one {kind}")));
+            let diagnostic =
+                Diagnostic::new(Code::DuplicateName, name.span, message, "the second one");
+            diags.push(
+                diagnostic
+                    .also(first, "the first one")
+                    .hint(format!("rename one {kind}")),
+            );
             false
         }
     }
 }
 
 fn hides_std(name: &Name, hidden: Span) -> Diagnostic {
-    let message = format!("the term `{}` hides the one of the standard library", name.node);
+    let message = format!(
+        "the term `{}` hides the one of the standard library",
+        name.node
+    );
     Diagnostic::new(Code::HidesStd, name.span, message, "this one is used")
         .also(hidden, "this one is hidden")
         .hint("rename it, unless it is meant to replace the library's term")

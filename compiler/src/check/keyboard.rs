@@ -32,7 +32,11 @@ pub struct Board<'a> {
 
 /// Reads all keyboards.
 pub fn read<'a>(items: &Items<'a>, options: &Options, diags: &mut Diags) -> Vec<Board<'a>> {
-    items.keyboards.iter().map(|ast| Reader::new(items, options, diags, ast).read()).collect()
+    items
+        .keyboards
+        .iter()
+        .map(|ast| Reader::new(items, options, diags, ast).read())
+        .collect()
 }
 
 /// A keyboard while it is read.
@@ -66,7 +70,11 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             last_key: 108,
             programs: Vec::new(),
         };
-        let board = Board { keyboard, ast, per_key: Vec::new() };
+        let board = Board {
+            keyboard,
+            ast,
+            per_key: Vec::new(),
+        };
         Reader {
             items,
             options,
@@ -91,16 +99,27 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         }
         self.programs();
         for setting in &ast.settings {
-            if let Setting::PerKey { instrument, param, points } = setting {
+            if let Setting::PerKey {
+                instrument,
+                param,
+                points,
+            } = setting
+            {
                 self.per_key(instrument, param, points);
             }
         }
-        let missing = [("rate", "rate 44100 Hz"), ("keys", "keys A0 .. C8"), ("programs", "programs name, name")];
+        let missing = [
+            ("rate", "rate 44100 Hz"),
+            ("keys", "keys A0 .. C8"),
+            ("programs", "programs name, name"),
+        ];
         for (what, example) in missing {
             if self.seen.iter().all(|(seen, _)| seen != what) {
                 let message = format!("the keyboard `{}` has no `{what}`", ast.name.node);
-                let diagnostic = Diagnostic::new(Code::MissingSetting, ast.name.span, message, "incomplete");
-                self.diags.push(diagnostic.hint(format!("add a line such as `{example}`")));
+                let diagnostic =
+                    Diagnostic::new(Code::MissingSetting, ast.name.span, message, "incomplete");
+                self.diags
+                    .push(diagnostic.hint(format!("add a line such as `{example}`")));
             }
         }
         self.board
@@ -133,7 +152,11 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
     }
 
     fn is_first(&mut self, what: &str, span: Span) -> bool {
-        let first = self.seen.iter().find(|(seen, _)| seen == what).map(|(_, span)| *span);
+        let first = self
+            .seen
+            .iter()
+            .find(|(seen, _)| seen == what)
+            .map(|(_, span)| *span);
         if let Some(first) = first {
             let message = format!("`{what}` is set twice");
             self.diags.push(
@@ -151,29 +174,45 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         let errors = self.diags.errors();
         let settings = Settings::bare(self.options);
         let mut elaborator = Elaborator::new(self.items, settings, self.diags, "", "");
-        elaborator.scopes.push(Scope::new(String::new(), &[], None, None));
+        elaborator
+            .scopes
+            .push(Scope::new(String::new(), &[], None, None));
         let found = elaborator.expr(ScopeId(0), expr);
         let dag = &elaborator.model.dag;
         let value = |node| dag.real(node).or_else(|| dag.bool(node).map(f64::from));
         let number = found.and_then(|Value { node, ty }| Some((value(node)?, ty)));
         if number.is_none() && self.diags.errors() == errors {
-            let diagnostic = Diagnostic::new(Code::NotConstant, expr.span, "a number is needed here", "not a number");
-            self.diags.push(diagnostic.hint("write a number with its unit"));
+            let diagnostic = Diagnostic::new(
+                Code::NotConstant,
+                expr.span,
+                "a number is needed here",
+                "not a number",
+            );
+            self.diags
+                .push(diagnostic.hint("write a number with its unit"));
         }
         number
     }
 
     fn rate(&mut self, expr: &'a Expr) {
-        let Some((rate, ty)) = self.number(expr) else { return };
+        let Some((rate, ty)) = self.number(expr) else {
+            return;
+        };
         if ty != Ty::Real(Dim::PER_TIME) {
             let message = format!("`rate` is a frequency (Hz), not {}", ty.words());
-            let code = if ty == Ty::Real(Dim::NUMBER) { Code::MissingUnit } else { Code::WrongType };
+            let code = if ty == Ty::Real(Dim::NUMBER) {
+                Code::MissingUnit
+            } else {
+                Code::WrongType
+            };
             let diagnostic = Diagnostic::new(code, expr.span, message, ty.words());
-            self.diags.push(diagnostic.hint("write it in Hz, such as `rate 44100 Hz`"));
+            self.diags
+                .push(diagnostic.hint("write it in Hz, such as `rate 44100 Hz`"));
         } else if rate < 1.0 || rate > f64::from(u32::MAX) || rate.fract() != 0.0 {
             let message = format!("a rate of {rate} Hz is not a whole number of ticks per second");
             let diagnostic = Diagnostic::new(Code::BadRate, expr.span, message, "this rate");
-            self.diags.push(diagnostic.hint("choose a whole number of at least 1 Hz, such as 44100 Hz"));
+            self.diags
+                .push(diagnostic.hint("choose a whole number of at least 1 Hz, such as 44100 Hz"));
         } else {
             self.board.keyboard.rate_hz = rate as u32;
         }
@@ -181,11 +220,15 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
 
     fn keys(&mut self, first: &Name, last: &Name) {
         let (low, high) = (self.note(first), self.note(last));
-        let (Some(low), Some(high)) = (low, high) else { return };
+        let (Some(low), Some(high)) = (low, high) else {
+            return;
+        };
         if low > high {
             let message = format!("the keys {} .. {} are none", first.node, last.node);
-            let diagnostic = Diagnostic::new(Code::EmptyRange, first.span.to(last.span), message, "empty");
-            self.diags.push(diagnostic.hint("the lowest key comes first"));
+            let diagnostic =
+                Diagnostic::new(Code::EmptyRange, first.span.to(last.span), message, "empty");
+            self.diags
+                .push(diagnostic.hint("the lowest key comes first"));
             return;
         }
         (self.board.keyboard.first_key, self.board.keyboard.last_key) = (low, high);
@@ -197,8 +240,11 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         let number = midi_number(&name.node);
         if number.is_none() {
             let message = format!("`{}` is not a note", name.node);
-            let hint = "notes are `C4`, `C#4`, `Db4`: a letter A to G and an octave 0 to 9, up to `G9`";
-            self.diags.push(Diagnostic::new(Code::UnknownNote, name.span, message, "unknown note").hint(hint));
+            let hint =
+                "notes are `C4`, `C#4`, `Db4`: a letter A to G and an octave 0 to 9, up to `G9`";
+            self.diags.push(
+                Diagnostic::new(Code::UnknownNote, name.span, message, "unknown note").hint(hint),
+            );
         }
         number
     }
@@ -206,7 +252,9 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
     fn programs(&mut self) {
         let mut listed: Vec<String> = Vec::new();
         for setting in &self.board.ast.settings {
-            let Setting::Programs(names) = setting else { continue };
+            let Setting::Programs(names) = setting else {
+                continue;
+            };
             let span = names.first().map_or(self.board.ast.name.span, |n| n.span);
             if self.is_first("programs", span) {
                 for name in names {
@@ -222,7 +270,8 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
     fn program(&mut self, name: &Name, listed: &[String]) {
         if listed.contains(&name.node) {
             let message = format!("the program `{}` is listed twice", name.node);
-            let diagnostic = Diagnostic::new(Code::RepeatedSetting, name.span, message, "the second time");
+            let diagnostic =
+                Diagnostic::new(Code::RepeatedSetting, name.span, message, "the second time");
             self.diags.push(diagnostic.hint("take it away"));
             return;
         }
@@ -231,9 +280,17 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             return;
         }
         if let Some(instrument) = self.instrument(name) {
-            let (first_key, last_key) = (self.board.keyboard.first_key, self.board.keyboard.last_key);
-            let parts = vec![Part { first_key, last_key, instrument }];
-            self.board.keyboard.programs.push(Playable { name: name.node.clone(), parts });
+            let (first_key, last_key) =
+                (self.board.keyboard.first_key, self.board.keyboard.last_key);
+            let parts = vec![Part {
+                first_key,
+                last_key,
+                instrument,
+            }];
+            self.board.keyboard.programs.push(Playable {
+                name: name.node.clone(),
+                parts,
+            });
         }
     }
 
@@ -243,12 +300,21 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         if found.is_none() && !self.unknown.contains(&name.node) {
             self.unknown.push(name.node.clone());
             let zones = self.zones.iter().map(|zones| zones.name.node.as_str());
-            let near = nearest(&name.node, zones).filter(|_| self.items.nearest_instrument(&name.node).is_none());
+            let near = nearest(&name.node, zones)
+                .filter(|_| self.items.nearest_instrument(&name.node).is_none());
             self.diags.push(match near {
                 None => unknown_instrument(&name.node, name.span, self.items),
                 Some(near) => {
-                    let message = format!("there is no instrument `{}`, and there are no such zones", name.node);
-                    let diagnostic = Diagnostic::new(Code::UnknownInstrument, name.span, message, "unknown program");
+                    let message = format!(
+                        "there is no instrument `{}`, and there are no such zones",
+                        name.node
+                    );
+                    let diagnostic = Diagnostic::new(
+                        Code::UnknownInstrument,
+                        name.span,
+                        message,
+                        "unknown program",
+                    );
                     diagnostic.hint(Advice::did_you_mean(near))
                 }
             });
@@ -258,27 +324,59 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
 
     fn per_key(&mut self, instrument: &Name, param: &'a Name, points: &'a [(Name, Expr)]) {
         let points = self.points(param, points);
-        if let Some(zones) = self.zones.iter().find(|zones| zones.name.node == instrument.node) {
-            let message = format!("`{}` are zones, and values per key belong to an instrument", instrument.node);
-            let diagnostic = Diagnostic::new(Code::UnknownInstrument, instrument.span, message, "no instrument");
+        if let Some(zones) = self
+            .zones
+            .iter()
+            .find(|zones| zones.name.node == instrument.node)
+        {
+            let message = format!(
+                "`{}` are zones, and values per key belong to an instrument",
+                instrument.node
+            );
+            let diagnostic = Diagnostic::new(
+                Code::UnknownInstrument,
+                instrument.span,
+                message,
+                "no instrument",
+            );
             let diagnostic = diagnostic.also(zones.name.span, "the zones");
-            self.diags.push(diagnostic.hint("name the instrument: its keys find their values in any zone"));
+            self.diags.push(
+                diagnostic.hint("name the instrument: its keys find their values in any zone"),
+            );
             return;
         }
-        let Some(index) = self.instrument(instrument) else { return };
+        let Some(index) = self.instrument(instrument) else {
+            return;
+        };
         if !self.board.keyboard.plays(index) {
             let message = format!("`{}` is not a program of this keyboard", instrument.node);
-            let diagnostic = Diagnostic::new(Code::UnknownInstrument, instrument.span, message, "not listed");
-            self.diags.push(diagnostic.hint("add it to `programs` or to its zones, or take this line away"));
+            let diagnostic = Diagnostic::new(
+                Code::UnknownInstrument,
+                instrument.span,
+                message,
+                "not listed",
+            );
+            self.diags.push(
+                diagnostic.hint("add it to `programs` or to its zones, or take this line away"),
+            );
             return;
         }
         let ast = self.items.instruments[index];
-        if !ast.decls.iter().any(|d| matches!(&d.kind, DeclKind::Param { name, .. } if name.node == param.node)) {
-            self.diags.push(unknown_param(&param.node, param.span, &[ast]));
+        if !ast
+            .decls
+            .iter()
+            .any(|d| matches!(&d.kind, DeclKind::Param { name, .. } if name.node == param.node))
+        {
+            self.diags
+                .push(unknown_param(&param.node, param.span, &[ast]));
             return;
         }
         if self.is_first(&format!("{}.{}", instrument.node, param.node), param.span) {
-            self.board.per_key.push(PerKey { instrument: index, param, points });
+            self.board.per_key.push(PerKey {
+                instrument: index,
+                param,
+                points,
+            });
         }
     }
 
@@ -287,32 +385,60 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         if given.is_empty() {
             let message = format!("no values are given for `{}`", param.node);
             let diagnostic = Diagnostic::new(Code::MissingSetting, param.span, message, "empty");
-            self.diags.push(diagnostic.hint("give at least one note and its value, such as `{ A0: 0.1 N }`"));
+            self.diags.push(
+                diagnostic.hint("give at least one note and its value, such as `{ A0: 0.1 N }`"),
+            );
         }
         let mut points: Vec<Point> = Vec::new();
         for (name, expr) in given {
             let (note, number) = (self.note(name), self.number(expr));
-            let (Some(note), Some((value, ty))) = (note, number) else { continue };
+            let (Some(note), Some((value, ty))) = (note, number) else {
+                continue;
+            };
             match points.iter().find(|p| p.note == note) {
-                None => points.push(Point { note, value, ty, span: expr.span }),
+                None => points.push(Point {
+                    note,
+                    value,
+                    ty,
+                    span: expr.span,
+                }),
                 Some(first) => {
                     let message = format!("the note `{}` is given twice", name.node);
-                    let diagnostic = Diagnostic::new(Code::RepeatedSetting, name.span, message, "the second time");
-                    self.diags.push(diagnostic.also(first.span, "the first value").hint("take one of them away"));
+                    let diagnostic = Diagnostic::new(
+                        Code::RepeatedSetting,
+                        name.span,
+                        message,
+                        "the second time",
+                    );
+                    self.diags.push(
+                        diagnostic
+                            .also(first.span, "the first value")
+                            .hint("take one of them away"),
+                    );
                 }
             }
         }
         points.sort_by_key(|p| p.note);
-        if points.len() == given.len() { points } else { Vec::new() }
+        if points.len() == given.len() {
+            points
+        } else {
+            Vec::new()
+        }
     }
 }
 
 /// Programs that share a keyboard read the same sensors, so they must agree in what they sense.
 pub fn compare_senses(boards: &[Board], models: &[Option<Model>], diags: &mut Diags) {
     for board in boards {
-        let programs: Vec<&Model> =
-            board.keyboard.instruments().into_iter().filter_map(|i| models[i].as_ref()).collect();
-        let Some((first, rest)) = programs.split_first() else { continue };
+        let programs: Vec<&Model> = board
+            .keyboard
+            .instruments()
+            .into_iter()
+            .filter_map(|i| models[i].as_ref())
+            .collect();
+        let Some((first, rest)) = programs.split_first() else {
+            continue;
+        };
         for other in rest {
             compare(board, first, other, diags);
         }
@@ -327,14 +453,19 @@ fn compare(board: &Board, first: &Model, other: &Model, diags: &mut Diags) {
         None => (None, "differ in number"),
     };
     let keyboard = &board.ast.name;
-    let message =
-        format!("`{}` and `{}` share the keyboard `{}` and sense differently", first.name, other.name, keyboard.node);
-    let (place, label) = spans.map_or((keyboard.span, format!("the sensed values {what}")), |(_, b)| {
-        (b, format!("sensed by `{}`", other.name))
-    });
+    let message = format!(
+        "`{}` and `{}` share the keyboard `{}` and sense differently",
+        first.name, other.name, keyboard.node
+    );
+    let (place, label) = spans.map_or(
+        (keyboard.span, format!("the sensed values {what}")),
+        |(_, b)| (b, format!("sensed by `{}`", other.name)),
+    );
     let mut diagnostic = Diagnostic::new(Code::SenseMismatch, place, message, label);
     if let Some((a, _)) = spans {
         diagnostic = diagnostic.also(a, format!("sensed by `{}`", first.name));
     }
-    diags.push(diagnostic.hint("give their `sense` lines the same type and range, in the same order"));
+    diags.push(
+        diagnostic.hint("give their `sense` lines the same type and range, in the same order"),
+    );
 }

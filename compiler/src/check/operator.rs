@@ -12,7 +12,14 @@ use crate::units::Dim;
 
 impl<'a> Elaborator<'a, '_> {
     /// `a op b`
-    pub fn binary(&mut self, scope: ScopeId, op: BinOp, a: &'a Expr, b: &'a Expr, span: Span) -> Option<Value> {
+    pub fn binary(
+        &mut self,
+        scope: ScopeId,
+        op: BinOp,
+        a: &'a Expr,
+        b: &'a Expr,
+        span: Span,
+    ) -> Option<Value> {
         match op {
             BinOp::And | BinOp::Or => self.logic(scope, op, a, b, span),
             BinOp::Pow => self.power(scope, a, b, span),
@@ -32,16 +39,34 @@ impl<'a> Elaborator<'a, '_> {
         Some(Value::real(self.node(Node::Neg(value.node), span), dim))
     }
 
-    fn logic(&mut self, scope: ScopeId, op: BinOp, a: &'a Expr, b: &'a Expr, span: Span) -> Option<Value> {
+    fn logic(
+        &mut self,
+        scope: ScopeId,
+        op: BinOp,
+        a: &'a Expr,
+        b: &'a Expr,
+        span: Span,
+    ) -> Option<Value> {
         let word = if op == BinOp::And { "and" } else { "or" };
         let first = self.condition(scope, a, &format!("the left side of `{word}`"));
         let second = self.condition(scope, b, &format!("the right side of `{word}`"));
         let (a, b) = (first?, second?);
-        let node = if op == BinOp::And { Node::And(a, b) } else { Node::Or(a, b) };
+        let node = if op == BinOp::And {
+            Node::And(a, b)
+        } else {
+            Node::Or(a, b)
+        };
         Some(Value::bool(self.node(node, span)))
     }
 
-    fn sum(&mut self, scope: ScopeId, op: BinOp, a: &'a Expr, b: &'a Expr, span: Span) -> Option<Value> {
+    fn sum(
+        &mut self,
+        scope: ScopeId,
+        op: BinOp,
+        a: &'a Expr,
+        b: &'a Expr,
+        span: Span,
+    ) -> Option<Value> {
         let (first, second) = (self.expr(scope, a), self.expr(scope, b));
         let (first, second) = (first?, second?);
         let problem = |a: &str, b: &str| match op {
@@ -56,9 +81,20 @@ impl<'a> Elaborator<'a, '_> {
         Some(Value::real(self.node(node, span), dim))
     }
 
-    fn product(&mut self, scope: ScopeId, op: BinOp, a: &'a Expr, b: &'a Expr, span: Span) -> Option<Value> {
+    fn product(
+        &mut self,
+        scope: ScopeId,
+        op: BinOp,
+        a: &'a Expr,
+        b: &'a Expr,
+        span: Span,
+    ) -> Option<Value> {
         let (first, second) = (self.expr(scope, a), self.expr(scope, b));
-        let needs = if op == BinOp::Mul { "`*` needs" } else { "`/` needs" };
+        let needs = if op == BinOp::Mul {
+            "`*` needs"
+        } else {
+            "`/` needs"
+        };
         let left = first.and_then(|v| self.real(v, a, needs));
         let right = second.and_then(|v| self.real(v, b, needs));
         let (left, right, first, second) = (left?, right?, first?, second?);
@@ -69,16 +105,29 @@ impl<'a> Elaborator<'a, '_> {
         Some(Value::real(self.node(node, span), dim))
     }
 
-    fn comparison(&mut self, scope: ScopeId, cmp: Cmp, a: &'a Expr, b: &'a Expr, span: Span) -> Option<Value> {
+    fn comparison(
+        &mut self,
+        scope: ScopeId,
+        cmp: Cmp,
+        a: &'a Expr,
+        b: &'a Expr,
+        span: Span,
+    ) -> Option<Value> {
         let (first, second) = (self.expr(scope, a), self.expr(scope, b));
         let (first, second) = (first?, second?);
-        self.alike(|a, b| format!("{a} and {b} cannot be compared"), (a, first), (b, second))?;
+        self.alike(
+            |a, b| format!("{a} and {b} cannot be compared"),
+            (a, first),
+            (b, second),
+        )?;
         for (expr, other) in [(a, second), (b, first)] {
             if self.is_angular_rate(other) {
                 self.doubt(expr, Kind::AngularRate);
             }
         }
-        Some(Value::bool(self.node(Node::Compare(cmp, first.node, second.node), span)))
+        Some(Value::bool(
+            self.node(Node::Compare(cmp, first.node, second.node), span),
+        ))
     }
 
     /// Whether a value is the rate of an angle.
@@ -90,7 +139,8 @@ impl<'a> Elaborator<'a, '_> {
         cell.kind == CellKind::Rate && value.ty == Ty::Real(Dim::PER_TIME)
     }
 
-    /// The dimension that two operands share; `problem` says of their kinds that they do not go together.
+    /// The dimension that two operands share; `problem` says of their kinds that they do not go
+    /// together.
     pub fn alike(
         &mut self,
         problem: impl FnOnce(&str, &str) -> String,
@@ -102,7 +152,11 @@ impl<'a> Elaborator<'a, '_> {
             (Ty::Bool, Ty::Bool) => {
                 let message = "numbers are needed here, and these are bools";
                 let diagnostic = Diagnostic::new(Code::WrongType, b.0.span, message, "a bool");
-                self.report(diagnostic.also(a.0.span, "a bool").hint("join bools by `and`, `or` and `not`"));
+                self.report(
+                    diagnostic
+                        .also(a.0.span, "a bool")
+                        .hint("join bools by `and`, `or` and `not`"),
+                );
                 None
             }
             _ => {
@@ -131,14 +185,21 @@ impl<'a> Elaborator<'a, '_> {
         let exponent = exponent?;
         let halves = exponent * 2.0;
         if ![2.0, 3.0, 4.0, 5.0, 6.0].contains(&halves) {
-            let message = format!("`^ {exponent}` is not one of the powers that can be computed exactly");
+            let message =
+                format!("`^ {exponent}` is not one of the powers that can be computed exactly");
             let hint = "exponents are 1, 1.5, 2, 2.5 and 3; divide for negative ones";
-            self.report(Diagnostic::new(Code::BadExponent, n.span, message, "this exponent").hint(hint));
+            self.report(
+                Diagnostic::new(Code::BadExponent, n.span, message, "this exponent").hint(hint),
+            );
             return None;
         }
         let Some(power) = dim.pow_halves(halves as i8) else {
-            let message = format!("{} to the power {exponent} has no whole dimension", base.ty.words());
-            let hint = format!("divide it by a value in {dim} first, and multiply again after the power");
+            let message = format!(
+                "{} to the power {exponent} has no whole dimension",
+                base.ty.words()
+            );
+            let hint =
+                format!("divide it by a value in {dim} first, and multiply again after the power");
             self.report(
                 Diagnostic::new(Code::FractionalDim, a.span, message, base.ty.words())
                     .also(n.span, "not a whole number")
@@ -146,7 +207,11 @@ impl<'a> Elaborator<'a, '_> {
             );
             return None;
         };
-        let node = if halves == 2.0 { base.node } else { self.node(Node::Power(base.node, halves as u8), span) };
+        let node = if halves == 2.0 {
+            base.node
+        } else {
+            self.node(Node::Power(base.node, halves as u8), span)
+        };
         Some(Value::real(node, power))
     }
 }

@@ -33,7 +33,8 @@ pub struct ParamDecl<'a> {
 }
 
 impl<'a> Elaborator<'a, '_> {
-    /// Enters a parameter. What the caller sets is as it was declared; what the keyboard sets is a value per key.
+    /// Enters a parameter. What the caller sets is as it was declared; what the keyboard sets is a
+    /// value per key.
     pub fn declare_param(
         &mut self,
         scope: ScopeId,
@@ -43,18 +44,43 @@ impl<'a> Elaborator<'a, '_> {
         range: Option<&'a RangeExpr>,
     ) -> Made {
         let model = &mut self.model;
-        let (text, span, bounds) = (name.node.clone(), name.span, Interval { low: 0.0, high: 0.0 });
+        let (text, span, bounds) = (
+            name.node.clone(),
+            name.span,
+            Interval {
+                low: 0.0,
+                high: 0.0,
+            },
+        );
         let set = self.settings.sets.contains_key(name.node.as_str());
         let kind = if !set && self.settings.per_key.contains_key(name.node.as_str()) {
-            model.keyed.push(Keyed { name: text, dim: Dim::NUMBER, values: Vec::new(), range: bounds, span });
+            model.keyed.push(Keyed {
+                name: text,
+                dim: Dim::NUMBER,
+                values: Vec::new(),
+                range: bounds,
+                span,
+            });
             ParamKind::Keyed(model.keyed.len() - 1)
         } else if live {
-            model.lives.push(Live { name: text, dim: None, value: 0.0, range: bounds, span });
+            model.lives.push(Live {
+                name: text,
+                dim: None,
+                value: 0.0,
+                range: bounds,
+                span,
+            });
             ParamKind::Live(model.lives.len() - 1)
         } else {
             ParamKind::Constant
         };
-        let decl = ParamDecl { kind, live, name, value, range };
+        let decl = ParamDecl {
+            kind,
+            live,
+            name,
+            value,
+            range,
+        };
         let slot = self.new_slot(name.node.clone(), name.span, Source::Param(scope, decl));
         self.enter(scope, name, Thing::Param(slot));
         Made::Slot(slot)
@@ -69,7 +95,13 @@ impl<'a> Elaborator<'a, '_> {
         }
     }
 
-    fn real_param(&mut self, scope: ScopeId, decl: ParamDecl<'a>, declared: Value, dim: Dim) -> Option<Value> {
+    fn real_param(
+        &mut self,
+        scope: ScopeId,
+        decl: ParamDecl<'a>,
+        declared: Value,
+        dim: Dim,
+    ) -> Option<Value> {
         let name = &decl.name.node;
         let what = format!("the value of `{name}`");
         if let Some(wanted) = decl.range.and_then(|range| self.both_ends(scope, range)) {
@@ -77,7 +109,10 @@ impl<'a> Elaborator<'a, '_> {
         }
         let value = self.known(declared.node, decl.value.span, &what);
         let range = match decl.range {
-            Some(range) => Some((self.range(scope, range, dim, &format!("the range of `{name}`"))?, range.span)),
+            Some(range) => Some((
+                self.range(scope, range, dim, &format!("the range of `{name}`"))?,
+                range.span,
+            )),
             None if decl.live => return self.missing_range(decl, dim),
             None => None,
         };
@@ -105,9 +140,13 @@ impl<'a> Elaborator<'a, '_> {
         Some(Value::real(self.node(node, decl.name.span), dim))
     }
 
-    /// The type of both ends of a range, if they agree and have a unit: then a value of another type is to blame.
+    /// The type of both ends of a range, if they agree and have a unit: then a value of another
+    /// type is to blame.
     fn both_ends(&mut self, scope: ScopeId, range: &'a RangeExpr) -> Option<Ty> {
-        let (low, high) = (self.expr(scope, &range.low)?.ty, self.expr(scope, &range.high)?.ty);
+        let (low, high) = (
+            self.expr(scope, &range.low)?.ty,
+            self.expr(scope, &range.high)?.ty,
+        );
         (low == high && low != Ty::Bool && low != Ty::Real(Dim::NUMBER)).then_some(low)
     }
 
@@ -115,11 +154,20 @@ impl<'a> Elaborator<'a, '_> {
         let name = &decl.name.node;
         if let Some(range) = decl.range {
             let message = format!("`{name}` is a bool and needs no range");
-            let diagnostic = Diagnostic::new(Code::WrongType, range.span, message, "a range of a bool");
-            self.report(diagnostic.also(decl.value.span, "a bool").hint("take the range away"));
+            let diagnostic =
+                Diagnostic::new(Code::WrongType, range.span, message, "a range of a bool");
+            self.report(
+                diagnostic
+                    .also(decl.value.span, "a bool")
+                    .hint("take the range away"),
+            );
         }
         let Some(mut value) = self.model.dag.bool(declared.node) else {
-            self.report_not_constant(declared.node, decl.value.span, &format!("the value of `{name}`"));
+            self.report_not_constant(
+                declared.node,
+                decl.value.span,
+                &format!("the value of `{name}`"),
+            );
             return None;
         };
         if let Some(set) = self.settings.sets.get(name.as_str()).copied() {
@@ -129,14 +177,34 @@ impl<'a> Elaborator<'a, '_> {
             ParamKind::Constant => Node::Bool(value),
             ParamKind::Live(index) => {
                 let live = &mut self.model.lives[index];
-                (live.dim, live.value, live.range) = (None, f64::from(value), Interval { low: 0.0, high: 1.0 });
+                (live.dim, live.value, live.range) = (
+                    None,
+                    f64::from(value),
+                    Interval {
+                        low: 0.0,
+                        high: 1.0,
+                    },
+                );
                 Node::LiveBool(index as u32)
             }
             ParamKind::Keyed(_) => {
-                let span = self.settings.per_key.get(name.as_str()).map_or(decl.name.span, |p| p.param.span);
+                let span = self
+                    .settings
+                    .per_key
+                    .get(name.as_str())
+                    .map_or(decl.name.span, |p| p.param.span);
                 let message = format!("`{name}` is a bool and cannot be set per key");
-                let diagnostic = Diagnostic::new(Code::WrongType, span, message, "nothing lies between on and off");
-                self.report(diagnostic.also(decl.value.span, "a bool").hint("set numbers per key only"));
+                let diagnostic = Diagnostic::new(
+                    Code::WrongType,
+                    span,
+                    message,
+                    "nothing lies between on and off",
+                );
+                self.report(
+                    diagnostic
+                        .also(decl.value.span, "a bool")
+                        .hint("set numbers per key only"),
+                );
                 return None;
             }
         };
@@ -163,13 +231,18 @@ impl<'a> Elaborator<'a, '_> {
         range: Option<(Interval, Span)>,
         name: &str,
     ) -> Option<f64> {
-        let Some((range, range_span)) = range else { return Some(value) };
+        let Some((range, range_span)) = range else {
+            return Some(value);
+        };
         let inside = within(value, range);
         if inside.is_none() {
             let message = format!("`{name}` is {}, outside its range", shown(value, dim));
             self.report(
                 Diagnostic::new(Code::OutOfRange, span, message, "outside the range")
-                    .also(range_span, format!("its range is {}", shown_range(range, dim)))
+                    .also(
+                        range_span,
+                        format!("its range is {}", shown_range(range, dim)),
+                    )
                     .hint("choose a value inside the range, or widen it"),
             );
         }
@@ -183,8 +256,16 @@ impl<'a> Elaborator<'a, '_> {
             Quantity::Bool(_) => Ty::Bool,
         };
         let wanted = Ty::Real(dim);
-        let code = if found == Ty::Real(Dim::NUMBER) { Code::MissingUnit } else { Code::WrongType };
-        let message = format!("`{name}` is {}, and this is {}", wanted.words(), found.words());
+        let code = if found == Ty::Real(Dim::NUMBER) {
+            Code::MissingUnit
+        } else {
+            Code::WrongType
+        };
+        let message = format!(
+            "`{name}` is {}, and this is {}",
+            wanted.words(),
+            found.words()
+        );
         let hint = match wanted.unit() {
             unit if unit.is_empty() => "give a number without unit".to_string(),
             unit => format!("give a number with a unit, such as `{name}=1{unit}`"),

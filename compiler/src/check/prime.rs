@@ -20,11 +20,16 @@ impl<'a> Elaborator<'a, '_> {
         self.mark(span);
         match result {
             Ok(derivative) => {
-                derivative.jumps.iter().for_each(|jump| self.note_jump(*jump, span));
+                derivative
+                    .jumps
+                    .iter()
+                    .for_each(|jump| self.note_jump(*jump, span));
                 Some(Value::real(derivative.value, dim.div(Dim::TIME)))
             }
             Err(errors) => {
-                errors.iter().for_each(|error| self.report_no_prime(error, span));
+                errors
+                    .iter()
+                    .for_each(|error| self.report_no_prime(error, span));
                 None
             }
         }
@@ -37,7 +42,12 @@ impl<'a> Elaborator<'a, '_> {
     fn note_jump(&mut self, node: NodeId, prime: Span) {
         let place = self.place(node).unwrap_or(prime);
         let message = "a jump between modes is not motion: the prime leaves it out";
-        let mut note = Diagnostic::new(Code::JumpOfMode, place, message, "may jump when the mode changes");
+        let mut note = Diagnostic::new(
+            Code::JumpOfMode,
+            place,
+            message,
+            "may jump when the mode changes",
+        );
         if place != prime {
             note = note.also(prime, "the prime is taken here");
         }
@@ -87,8 +97,11 @@ fn words(kind: NoPrimeKind) -> (Code, &'static str, &'static str, &'static str) 
             "the choice",
             "use `min`, `max` or `clamp`, or let a machine of `states` decide",
         ),
-        NoPrimeKind::Bool => {
-            (Code::NoPrime, "a bool has no prime", "the bool", "take the prime of the numbers it chooses between")
-        }
+        NoPrimeKind::Bool => (
+            Code::NoPrime,
+            "a bool has no prime",
+            "the bool",
+            "take the prime of the numbers it chooses between",
+        ),
     }
 }

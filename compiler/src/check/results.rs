@@ -11,8 +11,14 @@ impl<'a> Elaborator<'a, '_> {
     /// Defines a result of the term.
     pub fn declare_result(&mut self, scope: ScopeId, name: &'a Name, value: &'a Expr) -> Made {
         let Some(term) = self.scopes[scope.0].term else {
-            let message = format!("`{} = ..` defines a result, and an instrument has none", name.node);
-            let hint = format!("write `let {} = ..`, or `next {0} = ..` for a state", name.node);
+            let message = format!(
+                "`{} = ..` defines a result, and an instrument has none",
+                name.node
+            );
+            let hint = format!(
+                "write `let {} = ..`, or `next {0} = ..` for a state",
+                name.node
+            );
             let label = "no keyword before it";
             self.report(Diagnostic::new(Code::NotAResult, name.span, message, label).hint(hint));
             if !self.scopes[scope.0].values.contains_key(name.node.as_str()) {
@@ -28,7 +34,12 @@ impl<'a> Elaborator<'a, '_> {
             self.duplicate("result", name, first.span, "a second definition");
             return Made::Nothing;
         }
-        let ty = term.ast.results.iter().find(|r| r.name.node == name.node).map(|r| &r.ty);
+        let ty = term
+            .ast
+            .results
+            .iter()
+            .find(|r| r.name.node == name.node)
+            .map(|r| &r.ty);
         let ty = ty.and_then(|ty| self.any_type(ty));
         self.slots[slot.0].source = Source::Typed(scope, value, ty);
         Made::Slot(slot)
@@ -36,7 +47,10 @@ impl<'a> Elaborator<'a, '_> {
 
     fn not_a_result(&mut self, name: &Name, term: TermItem) {
         let term = term.ast;
-        let message = format!("the term `{}` has no result `{}`", term.name.node, name.node);
+        let message = format!(
+            "the term `{}` has no result `{}`",
+            term.name.node, name.node
+        );
         let names: Vec<&str> = term.results.iter().map(|r| r.name.node.as_str()).collect();
         let hint = match nearest(&name.node, names.iter().copied()) {
             Some(near) => Advice::did_you_mean(near),
@@ -47,14 +61,22 @@ impl<'a> Elaborator<'a, '_> {
     }
 
     pub fn missing_results(&mut self, scope: ScopeId) {
-        let Some(term) = self.scopes[scope.0].term else { return };
+        let Some(term) = self.scopes[scope.0].term else {
+            return;
+        };
         for result in &term.ast.results {
             let slot = self.scopes[scope.0].result(&result.name.node);
             if slot.is_some_and(|SlotId(s)| matches!(self.slots[s].source, Source::Missing)) {
-                let message = format!("the term `{}` never defines `{}`", term.ast.name.node, result.name.node);
+                let message = format!(
+                    "the term `{}` never defines `{}`",
+                    term.ast.name.node, result.name.node
+                );
                 let hint = format!("add `{} = ..` to the term", result.name.node);
                 let label = "has no value";
-                self.report(Diagnostic::new(Code::MissingResult, result.name.span, message, label).hint(hint));
+                self.report(
+                    Diagnostic::new(Code::MissingResult, result.name.span, message, label)
+                        .hint(hint),
+                );
             }
         }
     }

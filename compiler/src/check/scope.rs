@@ -79,7 +79,8 @@ pub enum Made {
     Body(usize),
     /// A pulse.
     Pulse(PulseId),
-    /// Something of which the declaration itself says everything (`next`, `force`, `event`, `hold`).
+    /// Something of which the declaration itself says everything (`next`, `force`, `event`,
+    /// `hold`).
     Itself,
 }
 
@@ -141,7 +142,12 @@ pub struct Scope<'a> {
 
 impl<'a> Scope<'a> {
     /// A scope without names.
-    pub fn new(path: String, decls: &'a [Decl], term: Option<TermItem<'a>>, caller: Option<Caller>) -> Scope<'a> {
+    pub fn new(
+        path: String,
+        decls: &'a [Decl],
+        term: Option<TermItem<'a>>,
+        caller: Option<Caller>,
+    ) -> Scope<'a> {
         Scope {
             path,
             decls,
@@ -169,7 +175,10 @@ impl<'a> Scope<'a> {
 
     /// The value of the result of that name.
     pub fn result(&self, name: &str) -> Option<SlotId> {
-        self.results.iter().find(|(n, _)| *n == name).map(|(_, slot)| *slot)
+        self.results
+            .iter()
+            .find(|(n, _)| *n == name)
+            .map(|(_, slot)| *slot)
     }
 
     /// Whether it belongs to the standard library.

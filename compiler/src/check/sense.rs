@@ -16,14 +16,25 @@ const MAX_WINDOW: u32 = 4095;
 impl<'a> Elaborator<'a, '_> {
     /// Enters a sensed value.
     pub fn declare_sense(&mut self, scope: ScopeId, name: &'a Name, ty: &Name) -> Made {
-        let Some(dim) = self.real_type(ty, "a sensed value", "sense a length and compare it") else {
+        let Some(dim) = self.real_type(ty, "a sensed value", "sense a length and compare it")
+        else {
             self.enter(scope, name, Thing::Broken);
             return Made::Nothing;
         };
         let index = self.model.senses.len();
-        let range = Interval { low: 0.0, high: 0.0 };
+        let range = Interval {
+            low: 0.0,
+            high: 0.0,
+        };
         let text = name.node.clone();
-        self.model.senses.push(Sense { name: text, dim, range, window: 3, slew_per_s: None, span: name.span });
+        self.model.senses.push(Sense {
+            name: text,
+            dim,
+            range,
+            window: 3,
+            slew_per_s: None,
+            span: name.span,
+        });
         let node = self.node(Node::Sense(index as u32), name.span);
         self.enter(scope, name, Thing::Sense(Value::real(node, dim)));
         Made::Sense(index)
@@ -38,9 +49,19 @@ impl<'a> Elaborator<'a, '_> {
         slew: Option<&'a Expr>,
         over: Option<&'a Expr>,
     ) {
-        let (name, dim) = (self.model.senses[index].name.clone(), self.model.senses[index].dim);
+        let (name, dim) = (
+            self.model.senses[index].name.clone(),
+            self.model.senses[index].dim,
+        );
         let range = self.range(scope, range, dim, &format!("the range of `{name}`"));
-        let slew = slew.map(|s| self.positive(scope, s, dim.div(Dim::TIME), &format!("the slew limit of `{name}`")));
+        let slew = slew.map(|s| {
+            self.positive(
+                scope,
+                s,
+                dim.div(Dim::TIME),
+                &format!("the slew limit of `{name}`"),
+            )
+        });
         let window = match over {
             Some(over) => self.window(scope, over, &name),
             None => window_ticks(DEFAULT_WINDOW_S, self.model.rate_hz),
@@ -59,8 +80,9 @@ impl<'a> Elaborator<'a, '_> {
             let longest = f64::from(MAX_WINDOW) / f64::from(rate_hz) * 1e3;
             let message = format!("the window of `{name}` is longer than {MAX_WINDOW} ticks");
             self.report(
-                Diagnostic::new(Code::WindowTooLong, over.span, message, "too long")
-                    .hint(format!("at {rate_hz} Hz it may be up to {longest:.0} ms; 0.5 to 2 ms are usual")),
+                Diagnostic::new(Code::WindowTooLong, over.span, message, "too long").hint(format!(
+                    "at {rate_hz} Hz it may be up to {longest:.0} ms; 0.5 to 2 ms are usual"
+                )),
             );
         }
         window
@@ -69,7 +91,9 @@ impl<'a> Elaborator<'a, '_> {
 
 /// The odd number of ticks nearest to a time, at least 3; `None` beyond the longest window.
 fn window_ticks(seconds: f64, rate_hz: u32) -> Option<u32> {
-    let half = ((seconds * f64::from(rate_hz) - 1.0) / 2.0).round().max(1.0);
+    let half = ((seconds * f64::from(rate_hz) - 1.0) / 2.0)
+        .round()
+        .max(1.0);
     let ticks = 2.0 * half + 1.0;
     (ticks <= f64::from(MAX_WINDOW)).then_some(ticks as u32)
 }
@@ -80,7 +104,8 @@ mod tests {
 
     #[test]
     fn windows_are_odd_and_nearest() {
-        let ticks = [0.7e-3, 1e-3, 1e-6, 2.9 / 44_100.0, 4.1 / 44_100.0].map(|s| window_ticks(s, 44_100));
+        let ticks =
+            [0.7e-3, 1e-3, 1e-6, 2.9 / 44_100.0, 4.1 / 44_100.0].map(|s| window_ticks(s, 44_100));
         assert_eq!(ticks, [Some(31), Some(45), Some(3), Some(3), Some(5)]);
         assert_eq!(window_ticks(1.0, 44_100), None);
         assert_eq!(window_ticks(1e300, u32::MAX), None);

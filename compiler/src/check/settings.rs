@@ -38,11 +38,17 @@ impl Settings<'_> {
     /// No keyboard and nothing set.
     pub fn bare(options: &Options) -> Settings<'static> {
         let (per_key, sets) = (BTreeMap::new(), BTreeMap::new());
-        Settings { rate_hz: options.rate_hz.max(1), keys: (21, 108), per_key, sets }
+        Settings {
+            rate_hz: options.rate_hz.max(1),
+            keys: (21, 108),
+            per_key,
+            sets,
+        }
     }
 }
 
-/// The settings of an instrument: those of the first keyboard that lists it, and what the caller sets in it.
+/// The settings of an instrument: those of the first keyboard that lists it, and what the caller
+/// sets in it.
 pub fn of<'a>(
     instrument: usize,
     items: &Items<'a>,
@@ -60,16 +66,25 @@ pub fn of<'a>(
         settings.per_key = own.map(|p| (p.param.node.as_str(), p.clone())).collect();
         for other in listing {
             let name = &items.instruments[instrument].name.node;
-            let message = format!("`{name}` is a program of two keyboards: it is checked for the first");
+            let message =
+                format!("`{name}` is a program of two keyboards: it is checked for the first");
             diags.push(
-                Diagnostic::new(Code::TwoKeyboards, other.ast.name.span, message, "not this one")
-                    .also(board.ast.name.span, "this one")
-                    .hint("check the keyboards in separate files if their rates or settings differ"),
+                Diagnostic::new(
+                    Code::TwoKeyboards,
+                    other.ast.name.span,
+                    message,
+                    "not this one",
+                )
+                .also(board.ast.name.span, "this one")
+                .hint("check the keyboards in separate files if their rates or settings differ"),
             );
         }
     }
     let ast = items.instruments[instrument];
-    for set in sets.iter_mut().filter(|s| s.instrument.as_ref().is_none_or(|i| *i == ast.name.node)) {
+    for set in sets
+        .iter_mut()
+        .filter(|s| s.instrument.as_ref().is_none_or(|i| *i == ast.name.node))
+    {
         let names = ast.decls.iter().filter_map(|d| match &d.kind {
             DeclKind::Param { name, .. } => Some(name.node.as_str()),
             _ => None,
@@ -77,7 +92,13 @@ pub fn of<'a>(
         for name in names.filter(|name| *name == set.name) {
             set.used = true;
             if let Some(value) = set.value {
-                settings.sets.insert(name, SetValue { value, span: set.value_span });
+                settings.sets.insert(
+                    name,
+                    SetValue {
+                        value,
+                        span: set.value_span,
+                    },
+                );
             }
         }
     }

@@ -1,5 +1,5 @@
-//! Slots: values that are evaluated when first asked for. A slot that is asked for while it is being evaluated closes
-//! a circle.
+//! Slots: values that are evaluated when first asked for. A slot that is asked for while it is
+//! being evaluated closes a circle.
 
 use super::elaborate::Elaborator;
 use super::param::ParamDecl;
@@ -54,7 +54,12 @@ pub enum State {
 impl<'a> Elaborator<'a, '_> {
     /// A new slot.
     pub fn new_slot(&mut self, name: String, span: Span, source: Source<'a>) -> SlotId {
-        self.slots.push(Slot { name, span, source, state: State::Waiting });
+        self.slots.push(Slot {
+            name,
+            span,
+            source,
+            state: State::Waiting,
+        });
         SlotId(self.slots.len() - 1)
     }
 
@@ -96,14 +101,28 @@ impl<'a> Elaborator<'a, '_> {
 
     fn report_circle(&mut self, id: SlotId) {
         let from = self.running.iter().position(|r| *r == id).unwrap_or(0);
-        let mut circle: Vec<&Slot> = self.running[from..].iter().map(|r| &self.slots[r.0]).collect();
+        let mut circle: Vec<&Slot> = self.running[from..]
+            .iter()
+            .map(|r| &self.slots[r.0])
+            .collect();
         let depth = |slot: &Slot| slot.name.matches('.').count();
-        let outermost = (0..circle.len()).min_by_key(|i| depth(circle[*i])).unwrap_or(0);
+        let outermost = (0..circle.len())
+            .min_by_key(|i| depth(circle[*i]))
+            .unwrap_or(0);
         circle.rotate_left(outermost);
         let first = &circle[0];
-        let path: Vec<&str> = circle.iter().chain([first]).map(|s| s.name.as_str()).collect();
-        let message = format!("`{}` depends on itself within one tick: {}", first.name, path.join(" -> "));
-        let mut diagnostic = Diagnostic::new(Code::Circle, first.span, message, "needs its own value");
+        let path: Vec<&str> = circle
+            .iter()
+            .chain([first])
+            .map(|s| s.name.as_str())
+            .collect();
+        let message = format!(
+            "`{}` depends on itself within one tick: {}",
+            first.name,
+            path.join(" -> ")
+        );
+        let mut diagnostic =
+            Diagnostic::new(Code::Circle, first.span, message, "needs its own value");
         for slot in &circle[1..] {
             diagnostic = diagnostic.also(slot.span, format!("`{}` is on the way", slot.name));
         }

@@ -8,8 +8,14 @@ use crate::source::Span;
 use crate::syntax::ast::{Name, Transition};
 
 impl<'a> Elaborator<'a, '_> {
-    /// Enters a machine. Its states are those its transitions name, in the order of the text; it starts in the first.
-    pub fn declare_machine(&mut self, scope: ScopeId, name: &'a Name, transitions: &[Transition]) -> Made {
+    /// Enters a machine. Its states are those its transitions name, in the order of the text; it
+    /// starts in the first.
+    pub fn declare_machine(
+        &mut self,
+        scope: ScopeId,
+        name: &'a Name,
+        transitions: &[Transition],
+    ) -> Made {
         let mut states: Vec<String> = Vec::new();
         for state in transitions.iter().flat_map(|t| [&t.from, &t.to]) {
             if !states.contains(&state.node) {
@@ -17,16 +23,33 @@ impl<'a> Elaborator<'a, '_> {
             }
         }
         if states.is_empty() {
-            let message = format!("the machine `{}` has no transitions, so it has no states", name.node);
+            let message = format!(
+                "the machine `{}` has no transitions, so it has no states",
+                name.node
+            );
             let hint = "add `from -> to when ..`; it starts in the first state named";
-            self.report(Diagnostic::new(Code::EmptyMachine, name.span, message, "empty").hint(hint));
+            self.report(
+                Diagnostic::new(Code::EmptyMachine, name.span, message, "empty").hint(hint),
+            );
         }
         let id = MachineId(self.model.machines.len() as u32);
         let full = self.scopes[scope.0].full(&name.node);
-        self.model.machines.push(Machine { name: full, states, span: name.span });
+        self.model.machines.push(Machine {
+            name: full,
+            states,
+            span: name.span,
+        });
         match self.scopes[scope.0].machines.get(name.node.as_str()) {
-            Some(first) => self.duplicate("machine", name, first.span, "a second machine of this name"),
-            None => drop(self.scopes[scope.0].machines.insert(&name.node, Label { id, span: name.span })),
+            Some(first) => {
+                self.duplicate("machine", name, first.span, "a second machine of this name")
+            }
+            None => drop(self.scopes[scope.0].machines.insert(
+                &name.node,
+                Label {
+                    id,
+                    span: name.span,
+                },
+            )),
         }
         Made::Machine(id)
     }
@@ -38,11 +61,25 @@ impl<'a> Elaborator<'a, '_> {
                 let states = &self.model.machines[machine.0 as usize].states;
                 states.iter().position(|s| *s == state.node).unwrap_or(0) as u32
             };
-            let kind = RuleKind::Transition { machine, from: index(&transition.from), to: index(&transition.to) };
-            self.rule(scope, kind, &transition.guard, &transition.actions, transition.span);
+            let kind = RuleKind::Transition {
+                machine,
+                from: index(&transition.from),
+                to: index(&transition.to),
+            };
+            self.rule(
+                scope,
+                kind,
+                &transition.guard,
+                &transition.actions,
+                transition.span,
+            );
             if transition.from.node == transition.to.node && transition.actions.is_empty() {
-                let message = format!("this step from `{}` to itself does nothing", transition.from.node);
-                let diagnostic = Diagnostic::new(Code::IdleStep, transition.span, message, "no actions");
+                let message = format!(
+                    "this step from `{}` to itself does nothing",
+                    transition.from.node
+                );
+                let diagnostic =
+                    Diagnostic::new(Code::IdleStep, transition.span, message, "no actions");
                 self.report(diagnostic.hint("take it away, or give it something to do"));
             }
         }
@@ -50,7 +87,9 @@ impl<'a> Elaborator<'a, '_> {
     }
 
     fn warn_unreachable(&mut self, transitions: &[Transition]) {
-        let Some(first) = transitions.first() else { return };
+        let Some(first) = transitions.first() else {
+            return;
+        };
         let mut reached = vec![first.from.node.as_str()];
         let mut next = 0;
         while next < reached.len() {
@@ -71,11 +110,23 @@ impl<'a> Elaborator<'a, '_> {
             told.push(state);
             let hint = match nearest(state, reached.iter().copied()) {
                 Some(near) => Advice::did_you_mean(near),
-                None => format!("add a transition that ends in `{state}`, or take those from it away").into(),
+                None => {
+                    format!("add a transition that ends in `{state}`, or take those from it away")
+                        .into()
+                }
             };
             let message = format!("the state `{state}` is never entered");
-            let diagnostic = Diagnostic::new(Code::UnreachableState, t.from.span, message, "no transition leads here");
-            self.report(diagnostic.also(first.from.span, "the machine starts here").hint(hint));
+            let diagnostic = Diagnostic::new(
+                Code::UnreachableState,
+                t.from.span,
+                message,
+                "no transition leads here",
+            );
+            self.report(
+                diagnostic
+                    .also(first.from.span, "the machine starts here")
+                    .hint(hint),
+            );
         }
     }
 
@@ -83,14 +134,26 @@ impl<'a> Elaborator<'a, '_> {
     pub fn unknown_machine(&mut self, scope: ScopeId, machine: &Name) {
         let here = &self.scopes[scope.0];
         let hint = if here.values.contains_key(machine.node.as_str()) {
-            format!("`{}` is a value: compare it, or ask a machine", machine.node).into()
+            format!(
+                "`{}` is a value: compare it, or ask a machine",
+                machine.node
+            )
+            .into()
         } else if let Some(near) = nearest(&machine.node, here.machines.keys().copied()) {
             Advice::did_you_mean(near)
         } else {
             format!("declare it: `states {} {{ .. }}`", machine.node).into()
         };
         let message = format!("there is no machine `{}`", machine.node);
-        self.report(Diagnostic::new(Code::UnknownMachine, machine.span, message, "unknown machine").hint(hint));
+        self.report(
+            Diagnostic::new(
+                Code::UnknownMachine,
+                machine.span,
+                message,
+                "unknown machine",
+            )
+            .hint(hint),
+        );
     }
 
     /// Reports a state that the machine does not have.
@@ -103,7 +166,10 @@ impl<'a> Elaborator<'a, '_> {
             Some(near) => Advice::did_you_mean(near),
             None => format!("its states are {}", machine.states.join(", ")).into(),
         };
-        let message = format!("the machine `{}` has no state `{}`", machine.name, state.node);
+        let message = format!(
+            "the machine `{}` has no state `{}`",
+            machine.name, state.node
+        );
         let diagnostic = Diagnostic::new(Code::UnknownState, state.span, message, "unknown state");
         self.report(diagnostic.also(declared, "the machine").hint(hint));
     }

@@ -49,7 +49,11 @@ impl Ty {
 
 /// `a length`, `an inertia`.
 pub fn with_article(noun: &str) -> String {
-    let article = if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    let article = if noun.starts_with(['a', 'e', 'i', 'o', 'u']) {
+        "an"
+    } else {
+        "a"
+    };
     format!("{article} {noun}")
 }
 
@@ -70,7 +74,10 @@ pub struct Value {
 impl Value {
     /// A number.
     pub fn real(node: NodeId, dim: Dim) -> Value {
-        Value { node, ty: Ty::Real(dim) }
+        Value {
+            node,
+            ty: Ty::Real(dim),
+        }
     }
 
     /// A bool.

@@ -2,7 +2,8 @@
 
 use crate::syntax::ast::{Action, ActionKind, BodyPart, Decl, DeclKind, Expr, ExprKind, RangeExpr};
 
-/// Every call in the declaration, of terms and of functions. The walk keeps its own stack: depth costs nothing.
+/// Every call in the declaration, of terms and of functions. The walk keeps its own stack: depth
+/// costs nothing.
 pub fn calls(decl: &Decl) -> Vec<&Expr> {
     let mut waiting = expressions(&decl.kind);
     let mut found = Vec::new();
@@ -12,10 +13,16 @@ pub fn calls(decl: &Decl) -> Vec<&Expr> {
                 found.push(expr);
                 waiting.extend(args.iter().map(|a| &a.value));
             }
-            ExprKind::Field(a, _) | ExprKind::Prime(a) | ExprKind::Neg(a) | ExprKind::Not(a) => waiting.push(a),
+            ExprKind::Field(a, _) | ExprKind::Prime(a) | ExprKind::Neg(a) | ExprKind::Not(a) => {
+                waiting.push(a)
+            }
             ExprKind::Binary(_, a, b) => waiting.extend([&**a, &**b]),
             ExprKind::If(c, a, b) => waiting.extend([&**c, &**a, &**b]),
-            ExprKind::Number(_) | ExprKind::Bool(_) | ExprKind::Name(_) | ExprKind::Is { .. } | ExprKind::Error => {}
+            ExprKind::Number(_)
+            | ExprKind::Bool(_)
+            | ExprKind::Name(_)
+            | ExprKind::Is { .. }
+            | ExprKind::Error => {}
         }
     }
     found.sort_by_key(|call| (call.span.start, std::cmp::Reverse(call.span.end)));
@@ -24,18 +31,25 @@ pub fn calls(decl: &Decl) -> Vec<&Expr> {
 
 fn expressions(kind: &DeclKind) -> Vec<&Expr> {
     match kind {
-        DeclKind::Sense { range, slew, over, .. } => ends(range).chain(slew).chain(over).collect(),
-        DeclKind::Param { value, range, .. } => std::iter::once(value).chain(range.iter().flat_map(ends)).collect(),
+        DeclKind::Sense {
+            range, slew, over, ..
+        } => ends(range).chain(slew).chain(over).collect(),
+        DeclKind::Param { value, range, .. } => std::iter::once(value)
+            .chain(range.iter().flat_map(ends))
+            .collect(),
         DeclKind::Let { value, .. }
         | DeclKind::Next { value, .. }
         | DeclKind::Force { value, .. }
         | DeclKind::Result { value, .. } => vec![value],
-        DeclKind::States { transitions, .. } => {
-            transitions.iter().flat_map(|t| std::iter::once(&t.guard).chain(in_actions(&t.actions))).collect()
-        }
+        DeclKind::States { transitions, .. } => transitions
+            .iter()
+            .flat_map(|t| std::iter::once(&t.guard).chain(in_actions(&t.actions)))
+            .collect(),
         DeclKind::State { range, init, .. } => ends(range).chain(init).collect(),
         DeclKind::Body { parts, .. } => parts.iter().flat_map(in_part).collect(),
-        DeclKind::Event { guard, actions, .. } => std::iter::once(guard).chain(in_actions(actions)).collect(),
+        DeclKind::Event { guard, actions, .. } => {
+            std::iter::once(guard).chain(in_actions(actions)).collect()
+        }
         DeclKind::Pulse { range, lasting, .. } => ends(range).chain([lasting]).collect(),
         DeclKind::Hold { guard, .. } => vec![guard],
     }
@@ -54,9 +68,17 @@ fn in_actions(actions: &[Action]) -> impl Iterator<Item = &Expr> {
 
 fn in_part(part: &BodyPart) -> Vec<&Expr> {
     match part {
-        BodyPart::Coordinate { range, init, rate_range, rate_init, .. } => {
-            ends(range).chain(init).chain(ends(rate_range)).chain(rate_init).collect()
-        }
+        BodyPart::Coordinate {
+            range,
+            init,
+            rate_range,
+            rate_init,
+            ..
+        } => ends(range)
+            .chain(init)
+            .chain(ends(rate_range))
+            .chain(rate_init)
+            .collect(),
         BodyPart::Inertia { value, .. } | BodyPart::Torque { value, .. } => vec![value],
     }
 }

@@ -1,5 +1,5 @@
-//! The table of diagnostics. WH01xx text, WH02xx names, WH03xx types and dimensions, WH04xx motion and causality,
-//! WH05xx ranges and numbers, WH06xx physics and keyboards, WH07xx budgets.
+//! The table of diagnostics. WH01xx text, WH02xx names, WH03xx types and dimensions, WH04xx motion
+//! and causality, WH05xx ranges and numbers, WH06xx physics and keyboards, WH07xx budgets.
 
 /// How bad a diagnostic is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -37,7 +37,8 @@ macro_rules! codes {
                 match self { $(Code::$name => $title,)* }
             }
 
-            /// Its page: what it means, a program that has the mistake, and the program without it (Markdown).
+            /// Its page: what it means, a program that has the mistake, and the program without it
+            /// (Markdown).
             pub fn page(self) -> &'static str {
                 match self { $(Code::$name => include_str!(concat!("pages/", $number, ".md")),)* }
             }

@@ -2,7 +2,8 @@
 
 use super::{Code, nearest};
 
-/// The groups of codes: the first three characters of the number after `WH`, and what they are about.
+/// The groups of codes: the first three characters of the number after `WH`, and what they are
+/// about.
 pub const GROUPS: &[(&str, &str)] = &[
     ("01", "Text"),
     ("02", "Names"),
@@ -38,7 +39,9 @@ impl Code {
         if let Some(code) = all().find(|c| c.number() == number || c.name() == lower) {
             return Ok(code);
         }
-        let known: Vec<String> = all().flat_map(|c| [c.name(), c.number().to_string()]).collect();
+        let known: Vec<String> = all()
+            .flat_map(|c| [c.name(), c.number().to_string()])
+            .collect();
         let known = || known.iter().map(String::as_str);
         let near = nearest(&lower, known()).or_else(|| nearest(&number, known()));
         Err(near.and_then(|near| all().find(|c| c.number() == near || c.name() == near)))
@@ -47,9 +50,15 @@ impl Code {
     /// The programs on its page: in order, with whether each has the mistake.
     pub fn examples(self) -> Vec<(bool, &'static str)> {
         let blocks = self.page().split("```").skip(1).step_by(2);
-        let programs: Vec<&str> = blocks.map(|b| b.strip_prefix("whip\n").unwrap_or(b)).collect();
+        let programs: Vec<&str> = blocks
+            .map(|b| b.strip_prefix("whip\n").unwrap_or(b))
+            .collect();
         let wrong = self.page().contains("\nWrong:\n");
-        programs.into_iter().enumerate().map(|(i, program)| (wrong && i == 0, program)).collect()
+        programs
+            .into_iter()
+            .enumerate()
+            .map(|(i, program)| (wrong && i == 0, program))
+            .collect()
     }
 
     /// Its page for a terminal: programs are indented instead of fenced.

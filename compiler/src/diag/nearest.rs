@@ -1,7 +1,8 @@
 //! "Did you mean": the known name that looks most like an unknown one.
 
-/// The candidate nearest to the name, if one is near enough to be a slip: at most one edit in three characters of the
-/// longer of the two, capitals aside. Of equally near candidates the first is taken.
+/// The candidate nearest to the name, if one is near enough to be a slip: at most one edit in three
+/// characters of the longer of the two, capitals aside. Of equally near candidates the first is
+/// taken.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = name.to_lowercase();
     let length = name.chars().count();

@@ -13,8 +13,8 @@ pub(super) const RECORD_MAX: u32 = 252;
 /// How many programs an image may have.
 pub(super) const PROGRAMS_MAX: usize = 64;
 
-/// Offsets in a core's block, in a key's guard, in a core's program, in what its reader knows of it, in the table of the status;
-/// bits of faults.
+/// Offsets in a core's block, in a key's guard, in a core's program, in what its reader knows of
+/// it, in the table of the status; bits of faults.
 const PLACES: &[(&str, i64)] = &[
     ("C_CODE", 0),
     ("C_STATE", 4),
@@ -77,8 +77,13 @@ const RAMP_MS: u64 = 20;
 ///
 /// # Errors
 /// Programs, keys, records or motor are out of range.
-pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<BTreeMap<String, i64>, FirmwareError> {
-    let Some(Played { cores, .. }) = programs.first().filter(|_| programs.len() <= PROGRAMS_MAX) else {
+pub fn constants(
+    programs: &[Played],
+    setup: &Setup,
+    board: &Support,
+) -> Result<BTreeMap<String, i64>, FirmwareError> {
+    let Some(Played { cores, .. }) = programs.first().filter(|_| programs.len() <= PROGRAMS_MAX)
+    else {
         return Err(FirmwareError::Programs(programs.len()));
     };
     if setup.keys.len() != board.stacks.len() {
@@ -87,16 +92,31 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
     if let Some(keys) = setup.keys.iter().find(|keys| !(1..=255).contains(*keys)) {
         return Err(FirmwareError::Keys(*keys));
     }
-    let layouts = programs.iter().flat_map(|program| program.cores).flatten().map(|segment| &segment.layout);
-    let record = layouts.map(|layout| layout.record(1) - layout.record(0)).max().unwrap_or(0);
+    let layouts = programs
+        .iter()
+        .flat_map(|program| program.cores)
+        .flatten()
+        .map(|segment| &segment.layout);
+    let record = layouts
+        .map(|layout| layout.record(1) - layout.record(0))
+        .max()
+        .unwrap_or(0);
     if record > RECORD_MAX {
         return Err(FirmwareError::Record(record));
     }
-    let gain = |segments: &Vec<Segment>| segments.first().and_then(|s| s.layout.gain(0)).unwrap_or(GAIN);
+    let gain = |segments: &Vec<Segment>| {
+        segments
+            .first()
+            .and_then(|s| s.layout.gain(0))
+            .unwrap_or(GAIN)
+    };
     let rate = u64::from(setup.rate_hz);
     let heat = heat(&setup.motor, rate)?;
     let ticks = |ms: u64| ms * rate / 1000;
-    let mut all: BTreeMap<String, i64> = PLACES.iter().map(|(name, value)| (name.to_string(), *value)).collect();
+    let mut all: BTreeMap<String, i64> = PLACES
+        .iter()
+        .map(|(name, value)| (name.to_string(), *value))
+        .collect();
     let mut put = |name: &str, value: u64| {
         all.insert(name.to_string(), value as i64);
     };
@@ -130,16 +150,33 @@ pub fn constants(programs: &[Played], setup: &Setup, board: &Support) -> Result<
     put("MID_HIGH", setup.mid_travel[1].into());
     put("RATE", rate);
     put("CONVERTER_IRQ", board.interrupt.into());
-    all.extend(board.constants.iter().map(|(name, value)| (name.to_string(), *value)));
+    all.extend(
+        board
+            .constants
+            .iter()
+            .map(|(name, value)| (name.to_string(), *value)),
+    );
     Ok(all)
 }
 
 /// What is observed of the keys' energy: nothing where there is no past.
 fn passivity(setup: &Setup, board: &Support) -> Result<Passivity, FirmwareError> {
-    let off = Passivity { credit: 1 << 18, past: 0, damping: 0 };
-    let Some(wanted) = setup.passivity else { return Ok(off) };
-    let ranges = [(wanted.credit, 1 << 18, 1 << 30), (wanted.past, 1, 16), (wanted.damping, 0, 8191)];
-    let fits = ranges.into_iter().all(|(value, low, high)| (low..=high).contains(&value));
+    let off = Passivity {
+        credit: 1 << 18,
+        past: 0,
+        damping: 0,
+    };
+    let Some(wanted) = setup.passivity else {
+        return Ok(off);
+    };
+    let ranges = [
+        (wanted.credit, 1 << 18, 1 << 30),
+        (wanted.past, 1, 16),
+        (wanted.damping, 0, 8191),
+    ];
+    let fits = ranges
+        .into_iter()
+        .all(|(value, low, high)| (low..=high).contains(&value));
     // The frame of an ARMv6-M has none: what was asked for must not be left out in silence.
     match fits {
         _ if board.arch == Arch::V6M => Err(FirmwareError::PassivityCore),
@@ -163,11 +200,21 @@ fn heat(motor: &Motor, rate: u64) -> Result<Heat, FirmwareError> {
     let turns = u64::from(motor.peak_ms) * rate / 1000 / TURNS;
     let whole = (32_767_u64.pow(2)).saturating_sub(rated2).max(1) * turns.max(1);
     // The sum is kept below 2^30.
-    let shift = (0..31).find(|shift| whole >> shift < 1 << 30).unwrap_or(31).max(1);
-    Ok(Heat { rated2, shift, max: (whole >> shift).max(1) })
+    let shift = (0..31)
+        .find(|shift| whole >> shift < 1 << 30)
+        .unwrap_or(31)
+        .max(1);
+    Ok(Heat {
+        rated2,
+        shift,
+        max: (whole >> shift).max(1),
+    })
 }
 
 /// The next number below that an instruction can hold.
 fn rounded(number: u32) -> u32 {
-    (1..=number).rev().find(|n| thumb_shrink_imm(*n).is_some()).unwrap_or(1)
+    (1..=number)
+        .rev()
+        .find(|n| thumb_shrink_imm(*n).is_some())
+        .unwrap_or(1)
 }

@@ -1,6 +1,8 @@
-//! What runs on the cores while they play: the table that comes with the texts, for who bounds their cycles.
+//! What runs on the cores while they play: the table that comes with the texts, for who bounds
+//! their cycles.
 //!
-//! Loop bounds and targets of indirect branches stand in the texts themselves (`@! rounds`, `@! targets`).
+//! Loop bounds and targets of indirect branches stand in the texts themselves (`@! rounds`, `@!
+//! targets`).
 
 /// One core, by the names in the texts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,25 +15,39 @@ pub struct Running {
     pub vectors: &'static str,
     /// The converter's words of its keys.
     pub words: &'static str,
-    /// What the other core reads and writes between two of its ticks in memory that is otherwise this core's (words).
-    /// Core 1 at core 0's: the program that plays and its reader, the first key, head and tail of the ring, two words of
-    /// an event, the tail anew, so eight a round, two rounds (the second one finds WFE without an event); the alarm, twice in each of two
-    /// ticks.
-    /// Where core 0 has several zones, head and tail of each further ring come to that (`budget/cores.rs`).
-    /// Core 0 at core 1's: the number of its tick, a parameter or two words for another program, two rounds.
+    /// What the other core reads and writes between two of its ticks in memory that is otherwise
+    /// this core's (words). Core 1 at core 0's: the program that plays and its reader, the first
+    /// key, head and tail of the ring, two words of an event, the tail anew, so eight a round, two
+    /// rounds (the second one finds WFE without an event); the alarm, twice in each of two ticks.
+    /// Where core 0 has several zones, head and tail of each further ring come to that
+    /// (`budget/cores.rs`). Core 0 at core 1's: the number of its tick, a parameter or two words
+    /// for another program, two rounds.
     pub visits: u32,
 }
 
 /// Both cores.
 pub const RUNNING: [Running; 2] = [
-    Running { handler: "tick_core0", idle: "idle0", vectors: "vectors0", words: "words0", visits: 20 },
-    Running { handler: "tick_core1", idle: "idle1", vectors: "vectors1", words: "words1", visits: 6 },
+    Running {
+        handler: "tick_core0",
+        idle: "idle0",
+        vectors: "vectors0",
+        words: "words0",
+        visits: 20,
+    },
+    Running {
+        handler: "tick_core1",
+        idle: "idle1",
+        vectors: "vectors1",
+        words: "words1",
+        visits: 6,
+    },
 ];
 
 /// Where all other vectors lead: no forces, and the end.
 pub const DEAD: &str = "dead";
 
-/// The part of the handler in which a program begins: it ticks the keys that have begun, never all, and one more begins.
+/// The part of the handler in which a program begins: it ticks the keys that have begun, never all,
+/// and one more begins.
 pub const BEGINS: &str = "a program that begins";
 
 /// The parts of the handler, by the symbols that begin them.
@@ -60,10 +76,16 @@ pub enum Owner {
 /// Who uses a section, by its name.
 pub fn owner(section: &str) -> Owner {
     // The keys of further programs are in sections like `.text.core1_2`.
-    let has = |part: &str| section.split('.').any(|own| own.split('_').next() == Some(part));
+    let has = |part: &str| {
+        section
+            .split('.')
+            .any(|own| own.split('_').next() == Some(part))
+    };
     match () {
         () if section.starts_with(".text.start") || !section.starts_with(['.']) => Owner::Start,
-        () if ["vectors", "exceptions"].iter().any(|end| section.ends_with(end))
+        () if ["vectors", "exceptions"]
+            .iter()
+            .any(|end| section.ends_with(end))
             || [".boot2", ".image_def", ".copy_table", ".zero_table"].contains(&section) =>
         {
             Owner::Start
@@ -78,9 +100,18 @@ mod tests {
 
     #[test]
     fn every_section_has_its_owner() {
-        let owners =
-            [".text.core0", ".data.core1_2", ".text.core1.frame", ".bss.ledger", ".data.near.core1_2"].map(owner);
+        let owners = [
+            ".text.core0",
+            ".data.core1_2",
+            ".text.core1.frame",
+            ".bss.ledger",
+            ".data.near.core1_2",
+        ]
+        .map(owner);
         assert_eq!(owners, [0, 1, 1, 0, 1].map(Owner::Core));
-        assert_eq!([".text.start", ".vectors", ".copy_table"].map(owner), [Owner::Start; 3]);
+        assert_eq!(
+            [".text.start", ".vectors", ".copy_table"].map(owner),
+            [Owner::Start; 3]
+        );
     }
 }

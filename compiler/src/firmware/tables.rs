@@ -14,34 +14,60 @@ use super::{CORES, Played, Segment, keys_name, zone_name, zoned};
 ///   velocitiesN         128 bytes
 /// ```
 pub(super) fn text(programs: &[Played]) -> String {
-    let mut text =
-        String::from("        .section .rodata.tables, \"a\"\n        .balign 4\n        .global programs, lives\n");
+    let mut text = String::from(
+        "        .section .rodata.tables, \"a\"\n        .balign 4\n        .global programs, lives\n",
+    );
     let mut line = |words: &str| {
         let _ = writeln!(text, "{words}");
     };
     let zoned = zoned(programs);
     line(&format!("programs: .word {}", programs.len()));
     for (number, program) in programs.iter().enumerate() {
-        let descriptors = (0..program.cores.len()).map(|core| format!("program{number}_core{core}"));
-        line(&format!("        .word   {}", descriptors.collect::<Vec<_>>().join(", ")));
+        let descriptors =
+            (0..program.cores.len()).map(|core| format!("program{number}_core{core}"));
+        line(&format!(
+            "        .word   {}",
+            descriptors.collect::<Vec<_>>().join(", ")
+        ));
     }
-    let count: usize = programs.iter().flat_map(|p| &p.parts).map(|(kernel, _)| kernel.lives.len()).sum();
+    let count: usize = programs
+        .iter()
+        .flat_map(|p| &p.parts)
+        .map(|(kernel, _)| kernel.lives.len())
+        .sum();
     line(&format!("lives:  .word   {count}"));
     for program in programs {
         for (part, (kernel, _)) in program.parts.iter().enumerate() {
-            let own: Vec<&Segment> = program.cores.iter().flatten().filter(|segment| segment.part == part).collect();
-            let (Some(first), Some(last)) = (own.first(), own.last()) else { continue };
+            let own: Vec<&Segment> = program
+                .cores
+                .iter()
+                .flatten()
+                .filter(|segment| segment.part == part)
+                .collect();
+            let (Some(first), Some(last)) = (own.first(), own.last()) else {
+                continue;
+            };
             for (index, live) in kernel.lives.iter().enumerate() {
-                let at =
-                    |segment: &Segment| format!("{}_state + {}", segment.name, segment.layout.live(index).unwrap_or(0));
+                let at = |segment: &Segment| {
+                    format!(
+                        "{}_state + {}",
+                        segment.name,
+                        segment.layout.live(index).unwrap_or(0)
+                    )
+                };
                 line(&format!("        .word   {}, {}", at(first), at(last)));
-                line(&format!("        .word   {}, {}         @ {}", live.range.low, live.range.high, live.name));
+                line(&format!(
+                    "        .word   {}, {}         @ {}",
+                    live.range.low, live.range.high, live.name
+                ));
             }
         }
     }
     // A descriptor is looked up by its core's tick and by who reads its events.
     for (core, name) in CORES.iter().enumerate().take(programs[0].cores.len()) {
-        line(&format!("        .section .rodata.near.{name}.programs, \"a\"\n        .balign 4"));
+        line(&format!(
+            "        .section .rodata.near.{name}.programs, \"a\"\n        .balign 4"
+        ));
         for (number, program) in programs.iter().enumerate() {
             line(&descriptor(&program.cores[core], number, core, zoned));
         }
@@ -51,7 +77,14 @@ pub(super) fn text(programs: &[Played]) -> String {
     for (number, program) in programs.iter().enumerate() {
         for (core, segments) in program.cores.iter().enumerate() {
             for (at, segment) in segments.iter().enumerate() {
-                line(&reader(program, number, core, segment, zoned.then(|| at + 1 < segments.len()), at));
+                line(&reader(
+                    program,
+                    number,
+                    core,
+                    segment,
+                    zoned.then(|| at + 1 < segments.len()),
+                    at,
+                ));
             }
         }
         for (part, (_, midi)) in program.parts.iter().enumerate() {
@@ -89,15 +122,24 @@ fn descriptor(segments: &[Segment], number: usize, core: usize, zoned: bool) -> 
 
 fn reader_name(number: usize, core: usize, zone: usize) -> String {
     let of_core = format!("reader{number}_core{core}");
-    if zone == 0 { of_core } else { zone_name(&of_core, zone) }
+    if zone == 0 {
+        of_core
+    } else {
+        zone_name(&of_core, zone)
+    }
 }
 
 fn velocities(number: usize, part: usize) -> String {
     let of_program = format!("velocities{number}");
-    if part == 0 { of_program } else { zone_name(&of_program, part) }
+    if part == 0 {
+        of_program
+    } else {
+        zone_name(&of_program, part)
+    }
 }
 
-/// What the reader of a core's events knows of a zone of a program; where there may be several, also whether another follows.
+/// What the reader of a core's events knows of a zone of a program; where there may be several,
+/// also whether another follows.
 fn reader(
     program: &Played,
     number: usize,

@@ -7,7 +7,8 @@
 //!   NAME_state               the states of the zones, a word each
 //! ```
 //!
-//! So the frame knows nothing of zones but that records have no common distance: [`records`] lists them.
+//! So the frame knows nothing of zones but that records have no common distance: [`records`] lists
+//! them.
 
 use std::fmt::Write;
 
@@ -28,7 +29,9 @@ pub(super) fn text(name: &str, core: usize, zones: &[Segment]) -> String {
     let mut line = |words: &str| {
         let _ = writeln!(text, "{words}");
     };
-    zones.iter().for_each(|zone| line(&format!("        .word   {}_state", zone.name)));
+    zones
+        .iter()
+        .for_each(|zone| line(&format!("        .word   {}_state", zone.name)));
     line(&format!("        .section .text.{name}.zones, \"ax\""));
     for what in ["tick", "init"] {
         function(&mut line, name, what);
@@ -53,7 +56,10 @@ pub(super) fn text(name: &str, core: usize, zones: &[Segment]) -> String {
     for (at, zone) in zones.iter().enumerate() {
         let last = at + 1 == zones.len();
         if !last {
-            line(&format!("        cmp     r2, #{}\n        bhs     1f", zone.keys));
+            line(&format!(
+                "        cmp     r2, #{}\n        bhs     1f",
+                zone.keys
+            ));
         }
         line(&format!(
             "        ldr     r0, [r0, #{}]\n        bl      {}_begin\n        pop     {{pc}}",
@@ -68,10 +74,13 @@ pub(super) fn text(name: &str, core: usize, zones: &[Segment]) -> String {
 }
 
 fn function(line: &mut impl FnMut(&str), name: &str, what: &str) {
-    line(&format!("        .global {name}_{what}\n        .type   {name}_{what}, %function\n{name}_{what}:"));
+    line(&format!(
+        "        .global {name}_{what}\n        .type   {name}_{what}, %function\n{name}_{what}:"
+    ));
 }
 
-/// The table of a core's records, key by key: the record, and the word that stands behind the last key of its zone.
+/// The table of a core's records, key by key: the record, and the word that stands behind the last
+/// key of its zone.
 pub(super) fn records(name: &str, core: usize, zones: &[Segment]) -> String {
     let mut text = format!(
         "        .section .rodata.{}.records, \"a\"\n        .balign 4\n        .global {name}_records\n{name}_records:\n",

@@ -43,7 +43,8 @@ pub(super) struct Joining {
 pub(super) enum Way {
     /// Its gain is `2^n` up to sign.
     Shift(i32),
-    /// The top word of a product, moved up before; plus or minus the value itself where the gain is about one.
+    /// The top word of a product, moved up before; plus or minus the value itself where the gain is
+    /// about one.
     Top { up: i32, whole: f64 },
 }
 
@@ -60,12 +61,23 @@ struct Chain {
 impl Lowerer<'_> {
     /// The sum, its error and what was left of the constant, in units of the result.
     pub(super) fn chained(&mut self, plan: Plan) -> Result<(Value, f64, f64), OpError> {
-        let Plan { choices, mut ways, constant, error, left } = plan;
-        // First what all keys share, then what no decision of the tick has a part in, so that one sum is all that waits for the
-        // decisions; of that, first what needs no negation, then in the order in which operands come about.
+        let Plan {
+            choices,
+            mut ways,
+            constant,
+            error,
+            left,
+        } = plan;
+        // First what all keys share, then what no decision of the tick has a part in, so that one
+        // sum is all that waits for the decisions; of that, first what needs no negation, then in
+        // the order in which operands come about.
         let rank = |w: &Joining| (!self.b.is_shared(w.value), self.b.is_decided(w.value));
         ways.sort_by_key(|w| (rank(w), w.way.starts_badly(&w.gain), w.value.0));
-        let mut chain = Chain { total: None, constant: constant.round() as i64, error };
+        let mut chain = Chain {
+            total: None,
+            constant: constant.round() as i64,
+            error,
+        };
         for choice in choices {
             let word = self.word(choice.map(f64::round))?;
             self.plus(&mut chain, word, 1.0)?;
@@ -110,7 +122,9 @@ impl Lowerer<'_> {
     }
 
     fn join(&mut self, chain: &mut Chain, joining: Joining) -> Result<(), OpError> {
-        let Joining { value, gain, way, .. } = joining;
+        let Joining {
+            value, gain, way, ..
+        } = joining;
         let magnitude = self.magnitude(value);
         match way {
             Way::Shift(n) => {
@@ -147,7 +161,8 @@ impl Lowerer<'_> {
         let range = self.b.range(x);
         let end = |x: i64, word: f64| x + ((i128::from(x) * word as i128 + (1 << 31)) >> 32) as i64;
         let [low, high] = [range.low, range.high].map(|x| words.both().map(|word| end(x, word)));
-        self.b.op(Op::Assume(low[0].min(low[1]), high[0].max(high[1])), &[sum])
+        self.b
+            .op(Op::Assume(low[0].min(low[1]), high[0].max(high[1])), &[sum])
     }
 
     /// Adds or subtracts a word.
@@ -158,17 +173,30 @@ impl Lowerer<'_> {
             None if sign > 0.0 && chain.constant == 0 => value,
             None => {
                 let start = self.constant(std::mem::take(&mut chain.constant))?;
-                if sign > 0.0 { self.b.op(op, &[value, start])? } else { self.b.op(op, &[start, value])? }
+                if sign > 0.0 {
+                    self.b.op(op, &[value, start])?
+                } else {
+                    self.b.op(op, &[start, value])?
+                }
             }
         });
         Ok(())
     }
 
     /// Adds the top word of a product with a constant.
-    fn plus_product(&mut self, chain: &mut Chain, value: Value, words: Factor) -> Result<(), OpError> {
+    fn plus_product(
+        &mut self,
+        chain: &mut Chain,
+        value: Value,
+        words: Factor,
+    ) -> Result<(), OpError> {
         let word = self.word(words)?;
         let constant = std::mem::take(&mut chain.constant);
-        let start = if constant != 0 && chain.total.is_none() { Some(self.constant(constant)?) } else { chain.total };
+        let start = if constant != 0 && chain.total.is_none() {
+            Some(self.constant(constant)?)
+        } else {
+            chain.total
+        };
         if chain.total.is_some() {
             chain.constant = constant;
         }
@@ -187,7 +215,11 @@ impl Lowerer<'_> {
         if let Some(&known) = self.moved.get(&(value, n)) {
             return Ok(known);
         }
-        let op = if n > 0 { Op::Shl(n as u8) } else { Op::Sar((-n).min(31) as u8) };
+        let op = if n > 0 {
+            Op::Shl(n as u8)
+        } else {
+            Op::Sar((-n).min(31) as u8)
+        };
         let moved = self.b.op(op, &[value])?;
         self.moved.insert((value, n), moved);
         Ok(moved)

@@ -1,5 +1,5 @@
-//! Values limited to as much one way as the other: in a unit that makes the limits powers of two, where saturation is one
-//! instruction.
+//! Values limited to as much one way as the other: in a unit that makes the limits powers of two,
+//! where saturation is one instruction.
 
 use super::Lowerer;
 use super::format::exp2;
@@ -41,6 +41,10 @@ impl Lowerer<'_> {
         let scaled = self.rescaled(real, limit * exp2(-LIMIT))?;
         let ends = (limit / scaled.lsb).round() as i64;
         let value = self.clamped(scaled.value, Range::new(-ends, ends - 1))?;
-        Ok(Real { value, error: scaled.error + scaled.lsb, ..scaled })
+        Ok(Real {
+            value,
+            error: scaled.error + scaled.lsb,
+            ..scaled
+        })
     }
 }

@@ -34,23 +34,32 @@ impl Lowerer<'_> {
     pub(super) fn declare(&mut self) {
         let model = &self.step.model;
         for live in &model.lives {
-            let lsb = live.dim.map_or(1.0, |_| exp2(-format::fraction_bits(live.range)));
+            let lsb = live
+                .dim
+                .map_or(1.0, |_| exp2(-format::fraction_bits(live.range)));
             let range = format::inside(live.range, lsb);
             let init = format::quantise(live.value, lsb).clamp(range.low, range.high) as i32;
             self.lives.push((self.b.live(&live.name, range, init), lsb));
         }
         for keyed in &model.keyed {
             let lsb = exp2(-format::fraction_bits(keyed.range));
-            let values: Vec<i32> = keyed.values.iter().map(|&v| format::quantise(v, lsb) as i32).collect();
+            let values: Vec<i32> = keyed
+                .values
+                .iter()
+                .map(|&v| format::quantise(v, lsb) as i32)
+                .collect();
             let ends = values.iter().map(|&v| i64::from(v));
             let range = Range::new(ends.clone().min().unwrap_or(0), ends.max().unwrap_or(0));
-            self.keyed.push((self.b.keyed(&keyed.name, range, values), lsb));
+            self.keyed
+                .push((self.b.keyed(&keyed.name, range, values), lsb));
         }
         for (index, cell) in model.cells.iter().enumerate() {
             let range = self.cell_range(CellId(index as u32));
             let scale = self.units.scale_of_cell(CellId(index as u32));
             let init = scale.quantise(cell.init).clamp(range.low, range.high);
-            self.cells.reals.push(self.b.cell(&cell.name, Type::I32, range, init));
+            self.cells
+                .reals
+                .push(self.b.cell(&cell.name, Type::I32, range, init));
         }
         self.declare_discrete();
     }
@@ -61,17 +70,38 @@ impl Lowerer<'_> {
         for machine in &model.machines {
             let last = machine.states.len() as i64 - 1;
             let ty = if last == 1 { Type::I1 } else { Type::I32 };
-            let cell = (last > 0).then(|| self.b.cell(&format!("{}.state", machine.name), ty, Range::new(0, last), 0));
+            let cell = (last > 0).then(|| {
+                self.b.cell(
+                    &format!("{}.state", machine.name),
+                    ty,
+                    Range::new(0, last),
+                    0,
+                )
+            });
             self.cells.machines.push(cell);
         }
         for pulse in &model.pulses {
             let counts = self.counts(pulse.level);
-            let range = if counts { Range::new(0, i64::from(pulse.ticks)) } else { Type::I32.range() };
-            self.cells.pulse_left.push(self.b.cell(&format!("{}.pulse", pulse.name), Type::I32, range, 0));
+            let range = if counts {
+                Range::new(0, i64::from(pulse.ticks))
+            } else {
+                Type::I32.range()
+            };
+            self.cells.pulse_left.push(self.b.cell(
+                &format!("{}.pulse", pulse.name),
+                Type::I32,
+                range,
+                0,
+            ));
         }
         for rule in &model.rules {
             let cell = match &rule.kind {
-                RuleKind::Event { name } => Some(self.b.cell(&format!("{name}.event"), Type::I1, Range::new(0, 1), 1)),
+                RuleKind::Event { name } => {
+                    Some(
+                        self.b
+                            .cell(&format!("{name}.event"), Type::I1, Range::new(0, 1), 1),
+                    )
+                }
                 RuleKind::Transition { .. } => None,
             };
             self.cells.held.push(cell);
@@ -92,13 +122,21 @@ impl Lowerer<'_> {
     pub(super) fn cell(&mut self, cell: CellId) -> Result<Real, OpError> {
         let value = self.load(self.cells.reals[cell.0 as usize])?;
         let Scale { lsb, offset } = self.units.scale_of_cell(cell);
-        Ok(Real { value, lsb, offset, error: 0.0 })
+        Ok(Real {
+            value,
+            lsb,
+            offset,
+            error: 0.0,
+        })
     }
 
     pub(super) fn cell_range(&self, cell: CellId) -> Range {
         let range = self.step.model.cells[cell.0 as usize].range;
         let Scale { lsb, offset } = self.units.scale_of_cell(cell);
-        let counted = Interval { low: range.low - offset, high: range.high - offset };
+        let counted = Interval {
+            low: range.low - offset,
+            high: range.high - offset,
+        };
         match self.step.model.cells[cell.0 as usize].kind {
             // As constants of the program are rounded: what is one of the ends needs no clamp.
             CellKind::State => format::nearest(counted, lsb),
@@ -109,11 +147,15 @@ impl Lowerer<'_> {
 
     /// The state of a machine at the tick's start, as an index (none: it has one state).
     pub(super) fn machine(&mut self, machine: MachineId) -> Result<Option<Value>, OpError> {
-        self.cells.machines[machine.0 as usize].map(|cell| self.load(cell)).transpose()
+        self.cells.machines[machine.0 as usize]
+            .map(|cell| self.load(cell))
+            .transpose()
     }
 
     pub(super) fn is(&mut self, machine: MachineId, state: u32) -> Result<Value, OpError> {
-        let Some(now) = self.machine(machine)? else { return self.b.constant(Type::I1, i64::from(state == 0)) };
+        let Some(now) = self.machine(machine)? else {
+            return self.b.constant(Type::I1, i64::from(state == 0));
+        };
         match (self.b.ty(now), state) {
             (Type::I1, 0) => self.b.op(Op::Not, &[now]),
             (Type::I1, _) => Ok(now),
@@ -126,7 +168,9 @@ impl Lowerer<'_> {
 
     /// Whether an event's guard held in the tick before; remembers this tick's.
     pub(super) fn edge(&mut self, rule: usize, guard: Value) -> Result<Value, OpError> {
-        let Some(cell) = self.cells.held[rule] else { return Ok(guard) };
+        let Some(cell) = self.cells.held[rule] else {
+            return Ok(guard);
+        };
         let before = self.b.op(Op::Get(cell), &[])?;
         self.b.effect(Op::Set(cell), &[guard])?;
         let not = self.b.op(Op::Not, &[before])?;
@@ -140,7 +184,10 @@ impl Lowerer<'_> {
         for (index, body) in model.bodies.iter().enumerate() {
             let (rate, coordinate) = (self.step.rates[index], self.step.coordinates[index]);
             let (rate, coordinate) = self.from_item(&format!("body {}", body.name), |s| {
-                Ok((s.new_value(body.rate, rate)?, s.new_value(body.coordinate, coordinate)?))
+                Ok((
+                    s.new_value(body.rate, rate)?,
+                    s.new_value(body.coordinate, coordinate)?,
+                ))
             })?;
             writes.cells.insert(body.rate.0, rate);
             writes.cells.insert(body.coordinate.0, coordinate);
@@ -155,7 +202,9 @@ impl Lowerer<'_> {
         }
         for &(cell, node) in &model.nexts {
             let item = format!("next {}", model.cells[cell.0 as usize].name);
-            writes.cells.insert(cell.0, self.from_item(&item, |s| s.new_value(cell, node))?);
+            writes
+                .cells
+                .insert(cell.0, self.from_item(&item, |s| s.new_value(cell, node))?);
         }
         for (index, pulse) in model.pulses.iter().enumerate() {
             let item = format!("pulse {}", pulse.name);
@@ -166,15 +215,20 @@ impl Lowerer<'_> {
         Ok(writes)
     }
 
-    /// Whether a pulse counts its ticks. Others know when they end, which costs a comparison with the tick's number; but whether
-    /// one runs whose level is 0 they do not know, and have no need to where no level lies below.
+    /// Whether a pulse counts its ticks. Others know when they end, which costs a comparison with
+    /// the tick's number; but whether one runs whose level is 0 they do not know, and have no need
+    /// to where no level lies below.
     pub(super) fn counts(&self, level: CellId) -> bool {
         self.cell_range(level).low < 0
     }
 
     /// Ticks left, or the end, and level of a pulse after a tick in which it is not fired.
     fn run_down(&mut self, pulse: usize, level: CellId) -> Result<(Value, Value), OpError> {
-        let (left, one, zero) = (self.pulse_left(pulse)?, self.constant(1)?, self.constant(0)?);
+        let (left, one, zero) = (
+            self.pulse_left(pulse)?,
+            self.constant(1)?,
+            self.constant(0)?,
+        );
         if !self.counts(level) {
             let now = self.b.op(Op::Tick(0), &[])?;
             let ends = self.b.op(Op::Eq, &[left, now])?;
@@ -193,8 +247,9 @@ impl Lowerer<'_> {
         self.load(self.cells.pulse_left[pulse])
     }
 
-    /// What is to be stored in a cell: its clamp; for a coordinate one unit beyond, so that being stopped shows. A rate
-    /// may be a few of its operand's units beyond, because it is clamped at the end in any case.
+    /// What is to be stored in a cell: its clamp; for a coordinate one unit beyond, so that being
+    /// stopped shows. A rate may be a few of its operand's units beyond, because it is clamped at
+    /// the end in any case.
     pub(super) fn new_value(&mut self, cell: CellId, node: NodeId) -> Result<Value, OpError> {
         let range = self.cell_range(cell);
         let beyond = match self.step.model.cells[cell.0 as usize].kind {
@@ -217,13 +272,19 @@ impl Lowerer<'_> {
     /// Clamps and stores everything.
     pub(super) fn commit(&mut self, mut writes: Writes) -> Result<(), OpError> {
         for body in &self.step.model.bodies {
-            self.from_item(&format!("body {}", body.name), |s| s.stop(body, &mut writes))?;
+            self.from_item(&format!("body {}", body.name), |s| {
+                s.stop(body, &mut writes)
+            })?;
         }
-        let ordered = |map: HashMap<u32, Value>| map.into_iter().collect::<std::collections::BTreeMap<_, _>>();
+        let ordered = |map: HashMap<u32, Value>| {
+            map.into_iter()
+                .collect::<std::collections::BTreeMap<_, _>>()
+        };
         for (cell, value) in ordered(writes.cells) {
             let range = self.cell_range(CellId(cell));
             if !range.contains(self.b.range(value)) {
-                self.clamps.push(self.step.model.cells[cell as usize].name.clone());
+                self.clamps
+                    .push(self.step.model.cells[cell as usize].name.clone());
             }
             self.from_item(&self.item_of(CellId(cell)), |s| {
                 let kept = s.clamped(value, range)?;
@@ -248,7 +309,10 @@ impl Lowerer<'_> {
     fn item_of(&self, cell: CellId) -> String {
         let model = &self.step.model;
         let own = &model.cells[cell.0 as usize];
-        let body = model.bodies.iter().find(|body| body.rate == cell || body.coordinate == cell);
+        let body = model
+            .bodies
+            .iter()
+            .find(|body| body.rate == cell || body.coordinate == cell);
         match (own.kind, body) {
             (_, Some(body)) => format!("body {}", body.name),
             (CellKind::Pulse, _) => format!("pulse {}", own.name),

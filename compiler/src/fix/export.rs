@@ -13,7 +13,8 @@ use crate::units::Dim;
 pub struct Lowered {
     /// One tick.
     pub kernel: Kernel,
-    /// What each probe means, in the order of the kernel's probes; empty where it was lowered without observation.
+    /// What each probe means, in the order of the kernel's probes; empty where it was lowered
+    /// without observation.
     pub exports: Vec<Export>,
     /// What each kernel event means.
     pub events: Vec<LoweredEvent>,
@@ -43,7 +44,8 @@ pub enum ExportKind {
 }
 
 impl ExportKind {
-    /// What stands before the name in the Kernel: forces and machines have name spaces of their own.
+    /// What stands before the name in the Kernel: forces and machines have name spaces of their
+    /// own.
     fn prefix(self) -> &'static str {
         match self {
             ExportKind::Sense(_) => "sense",
@@ -73,7 +75,8 @@ pub struct Export {
     pub fraction_bits: Option<i32>,
     /// Proven range (SI).
     pub range: Interval,
-    /// Bound on the error of one tick (SI), from the state the integers hold at its start and the same words.
+    /// Bound on the error of one tick (SI), from the state the integers hold at its start and the
+    /// same words.
     pub error: f64,
 }
 
@@ -83,7 +86,8 @@ impl Export {
         self.lsb * integer as f64 + self.offset
     }
 
-    /// Name of its format; `~` where one unit is not a power of two, but between that of the name and twice that.
+    /// Name of its format; `~` where one unit is not a power of two, but between that of the name
+    /// and twice that.
     pub fn format(&self) -> String {
         match (self.dim, self.fraction_bits) {
             (None, _) => "state".to_string(),
@@ -131,7 +135,13 @@ impl LoweredLive {
 impl Lowerer<'_> {
     pub(super) fn live_meanings(&self) -> Vec<LoweredLive> {
         let range = |index: u32| self.b.kernel().lives[index as usize].range;
-        self.lives.iter().map(|&(index, lsb)| LoweredLive { lsb, range: range(index) }).collect()
+        self.lives
+            .iter()
+            .map(|&(index, lsb)| LoweredLive {
+                lsb,
+                range: range(index),
+            })
+            .collect()
     }
 
     /// The sum of forces as a drive word, clipped to what the device takes.
@@ -151,7 +161,13 @@ impl Lowerer<'_> {
         if reach > format::DRIVE_WORD.high as f64 {
             self.clamps.push("drive word".to_string());
         }
-        self.sum_within(c0, &reals, &forces, self.scales.drive_lsb, format::DRIVE_WORD)
+        self.sum_within(
+            c0,
+            &reals,
+            &forces,
+            self.scales.drive_lsb,
+            format::DRIVE_WORD,
+        )
     }
 
     /// A probe for everything with a name.
@@ -172,17 +188,35 @@ impl Lowerer<'_> {
         let total = self.real(self.step.drive)?;
         let newton = model.forces.iter().find_map(|f| f.dim);
         let range = self.ranges.get(self.step.drive);
-        let name = if newton == Some(Dim::TORQUE) { "torque" } else { "force" };
+        let name = if newton == Some(Dim::TORQUE) {
+            "torque"
+        } else {
+            "force"
+        };
         exports.push(self.probe(name, ExportKind::Total, newton, total, range)?);
-        let forces = model.forces.iter().enumerate().map(|(i, n)| (n, ExportKind::Force(i as u32)));
-        let named = model.named.iter().enumerate().map(|(i, n)| (n, ExportKind::Named(i as u32)));
+        let forces = model
+            .forces
+            .iter()
+            .enumerate()
+            .map(|(i, n)| (n, ExportKind::Force(i as u32)));
+        let named = model
+            .named
+            .iter()
+            .enumerate()
+            .map(|(i, n)| (n, ExportKind::Named(i as u32)));
         for (value, kind) in forces.chain(named) {
             exports.push(if model.dag.get(value.value).is_bool() {
                 let bit = self.bool(value.value)?;
                 self.state_probe(&value.name, kind, bit, 1)?
             } else {
                 let real = self.real(value.value)?;
-                self.probe(&value.name, kind, value.dim, real, self.ranges.get(value.value))?
+                self.probe(
+                    &value.name,
+                    kind,
+                    value.dim,
+                    real,
+                    self.ranges.get(value.value),
+                )?
             });
         }
         self.memory_probes(&mut exports)?;
@@ -194,13 +228,24 @@ impl Lowerer<'_> {
         for (index, cell) in model.cells.iter().enumerate() {
             let id = CellId(index as u32);
             let real = self.cell(id)?;
-            exports.push(self.probe(&cell.name, ExportKind::Cell(id), Some(cell.dim), real, cell.range)?);
+            exports.push(self.probe(
+                &cell.name,
+                ExportKind::Cell(id),
+                Some(cell.dim),
+                real,
+                cell.range,
+            )?);
         }
         for (index, machine) in model.machines.iter().enumerate() {
             let id = MachineId(index as u32);
             if let Some(state) = self.machine(id)? {
                 let last = machine.states.len() - 1;
-                exports.push(self.state_probe(&machine.name, ExportKind::Machine(id), state, last)?);
+                exports.push(self.state_probe(
+                    &machine.name,
+                    ExportKind::Machine(id),
+                    state,
+                    last,
+                )?);
             }
         }
         Ok(())
@@ -214,18 +259,55 @@ impl Lowerer<'_> {
         real: Real,
         range: Interval,
     ) -> Result<Export, OpError> {
-        let probe = self.b.probe(&format!("{} {name}", kind.prefix()), self.b.ty(real.value));
+        let probe = self
+            .b
+            .probe(&format!("{} {name}", kind.prefix()), self.b.ty(real.value));
         self.b.effect(Op::Probe(probe), &[real.value])?;
-        let Real { lsb, offset, error, .. } = real;
-        let fraction_bits = if offset == 0.0 { power_of_two(lsb).map(|n| -n) } else { None };
-        Ok(Export { name: name.to_string(), kind, dim, lsb, offset, fraction_bits, range, error })
+        let Real {
+            lsb, offset, error, ..
+        } = real;
+        let fraction_bits = if offset == 0.0 {
+            power_of_two(lsb).map(|n| -n)
+        } else {
+            None
+        };
+        Ok(Export {
+            name: name.to_string(),
+            kind,
+            dim,
+            lsb,
+            offset,
+            fraction_bits,
+            range,
+            error,
+        })
     }
 
-    fn state_probe(&mut self, name: &str, kind: ExportKind, state: Value, last: usize) -> Result<Export, OpError> {
-        let probe = self.b.probe(&format!("{} {name}", kind.prefix()), self.b.ty(state));
+    fn state_probe(
+        &mut self,
+        name: &str,
+        kind: ExportKind,
+        state: Value,
+        last: usize,
+    ) -> Result<Export, OpError> {
+        let probe = self
+            .b
+            .probe(&format!("{} {name}", kind.prefix()), self.b.ty(state));
         self.b.effect(Op::Probe(probe), &[state])?;
-        let range = Interval { low: 0.0, high: last as f64 };
+        let range = Interval {
+            low: 0.0,
+            high: last as f64,
+        };
         let (name, fraction_bits) = (name.to_string(), Some(0));
-        Ok(Export { name, kind, dim: None, lsb: exp2(0), offset: 0.0, fraction_bits, range, error: 0.0 })
+        Ok(Export {
+            name,
+            kind,
+            dim: None,
+            lsb: exp2(0),
+            offset: 0.0,
+            fraction_bits,
+            range,
+            error: 0.0,
+        })
     }
 }

@@ -1,7 +1,9 @@
-//! Where each instruction comes from: the declaration it was made for, and the calls of terms on the way there.
+//! Where each instruction comes from: the declaration it was made for, and the calls of terms on
+//! the way there.
 //!
-//! Code is made for a place when a value written there is first needed; what several places need belongs to the first.
-//! What no declaration asks for (clipping the drive word) belongs to the instrument as a whole.
+//! Code is made for a place when a value written there is first needed; what several places need
+//! belongs to the first. What no declaration asks for (clipping the drive word) belongs to the
+//! instrument as a whole.
 //!
 //! Not here: lines of a debugger (`image::lines` chooses the line of an origin), instructions.
 
@@ -15,8 +17,9 @@ use crate::source::Span;
 /// Why there is code.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Origin {
-    /// The declaration or transition it was made for: `force contact`, `let squeeze`, `contact: flying -> touching`,
-    /// `state jack.held`, or `instrument grand_piano` for what belongs to all of it.
+    /// The declaration or transition it was made for: `force contact`, `let squeeze`, `contact:
+    /// flying -> touching`, `state jack.held`, or `instrument grand_piano` for what belongs to all
+    /// of it.
     pub item: String,
     /// What exactly was written there.
     pub span: Span,
@@ -41,12 +44,22 @@ impl Origins {
     }
 }
 
-#[expect(clippy::wrong_self_convention, reason = "from a place of the source, not from another type")]
+#[expect(
+    clippy::wrong_self_convention,
+    reason = "from a place of the source, not from another type"
+)]
 impl Lowerer<'_> {
     /// What `make` makes was asked for by the instrument as a whole.
-    pub(super) fn from_all<T>(&mut self, make: impl FnOnce(&mut Self) -> Result<T, OpError>) -> Result<T, OpError> {
+    pub(super) fn from_all<T>(
+        &mut self,
+        make: impl FnOnce(&mut Self) -> Result<T, OpError>,
+    ) -> Result<T, OpError> {
         let model = &self.step.model;
-        let origin = Origin { item: format!("instrument {}", model.name), span: model.span, calls: Vec::new() };
+        let origin = Origin {
+            item: format!("instrument {}", model.name),
+            span: model.span,
+            calls: Vec::new(),
+        };
         self.from_origin(origin, make)
     }
 
@@ -60,12 +73,26 @@ impl Lowerer<'_> {
         let model = &self.step.model;
         let inside = |item: &Item| item.span.file == span.file && item.span.to(span) == item.span;
         let length = |item: &&Item| item.span.end - item.span.start;
-        let within = |call: Option<u32>| model.items.iter().filter(move |item| item.call == call && inside(item));
+        let within = |call: Option<u32>| {
+            model
+                .items
+                .iter()
+                .filter(move |item| item.call == call && inside(item))
+        };
         let own = within(call).min_by_key(length);
         // A value that was first written while another scope was looked at: some call of its term.
-        let item = own.or_else(|| model.items.iter().filter(|item| inside(item)).min_by_key(length));
+        let item = own.or_else(|| {
+            model
+                .items
+                .iter()
+                .filter(|item| inside(item))
+                .min_by_key(length)
+        });
         let call = item.map_or(call, |item| item.call);
-        let item = item.map_or_else(|| format!("instrument {}", model.name), |item| item.name.clone());
+        let item = item.map_or_else(
+            || format!("instrument {}", model.name),
+            |item| item.name.clone(),
+        );
         let calls = model.calls_from(call).collect();
         self.from_origin(Origin { item, span, calls }, make)
     }
@@ -116,5 +143,9 @@ pub(super) fn force_of(model: &Model, summand: NodeId) -> Option<Span> {
         Node::Linear(_, terms) => value == summand || terms.iter().any(|(_, x)| *x == summand),
         _ => value == summand,
     };
-    model.forces.iter().find(|force| sums(force.value)).map(|force| force.span)
+    model
+        .forces
+        .iter()
+        .find(|force| sums(force.value))
+        .map(|force| force.span)
 }

@@ -10,7 +10,8 @@ pub(super) struct Real {
     pub value: Value,
     /// Value of one unit (SI).
     pub lsb: f64,
-    /// Value at integer 0 (SI); 0 for everything but sensor words and rates (`Units::scale_of_cell`).
+    /// Value at integer 0 (SI); 0 for everything but sensor words and rates
+    /// (`Units::scale_of_cell`).
     pub offset: f64,
     /// Bound on what one tick's roundings add to it (SI).
     pub error: f64,
@@ -40,12 +41,20 @@ impl Scale {
 impl Real {
     /// How its integers count.
     pub fn scale(self) -> Scale {
-        Scale { lsb: self.lsb, offset: self.offset }
+        Scale {
+            lsb: self.lsb,
+            offset: self.offset,
+        }
     }
 
     /// A value in units of `lsb`.
     pub fn new(value: Value, lsb: f64, error: f64) -> Real {
-        Real { value, lsb, offset: 0.0, error }
+        Real {
+            value,
+            lsb,
+            offset: 0.0,
+            error,
+        }
     }
 }
 

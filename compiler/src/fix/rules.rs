@@ -58,12 +58,17 @@ impl Lowerer<'_> {
             let bits = self.argument_bits(EmissionId(index as u32), emission.args.len());
             self.b.event(&emission.name, emission.args.len() as u32);
             let arg_lsbs = bits.iter().map(|&b| exp2(-b)).collect();
-            events.meanings.push(LoweredEvent { kind: LoweredEventKind::Emission(index as u32), arg_lsbs });
+            events.meanings.push(LoweredEvent {
+                kind: LoweredEventKind::Emission(index as u32),
+                arg_lsbs,
+            });
             events.bits.push(bits);
         }
         if self.observe {
             for rule in &model.rules {
-                events.rules.push(self.declare_rule(&model.rule_name(rule), &mut events.meanings));
+                events
+                    .rules
+                    .push(self.declare_rule(&model.rule_name(rule), &mut events.meanings));
             }
         }
         events
@@ -75,7 +80,10 @@ impl Lowerer<'_> {
         if let Some(known) = meanings.iter().position(|m| m.kind == kind) {
             return known as u32;
         }
-        meanings.push(LoweredEvent { kind, arg_lsbs: Vec::new() });
+        meanings.push(LoweredEvent {
+            kind,
+            arg_lsbs: Vec::new(),
+        });
         self.b.event(&format!("rule {name}"), 0)
     }
 
@@ -83,7 +91,9 @@ impl Lowerer<'_> {
     fn argument_bits(&self, emission: EmissionId, count: usize) -> Vec<i32> {
         let mut ranges: Vec<Option<Interval>> = vec![None; count];
         for action in self.step.model.rules.iter().flat_map(|r| &r.actions) {
-            if let Action::Emit { emission: e, args, .. } = action
+            if let Action::Emit {
+                emission: e, args, ..
+            } = action
                 && *e == emission
             {
                 for (range, arg) in ranges.iter_mut().zip(args) {
@@ -92,17 +102,23 @@ impl Lowerer<'_> {
                 }
             }
         }
-        ranges.into_iter().map(|r| format::fraction_bits(r.unwrap_or(Interval::point(0.0)))).collect()
+        ranges
+            .into_iter()
+            .map(|r| format::fraction_bits(r.unwrap_or(Interval::point(0.0))))
+            .collect()
     }
 
     /// Whether a rule acts in this tick; `fired` says it of the rules before it.
     fn fires(&mut self, index: usize, rule: &Rule, fired: &[Value]) -> Result<Value, OpError> {
         let guard = self.bool(rule.guard)?;
-        let RuleKind::Transition { machine, from, .. } = rule.kind else { return self.edge(index, guard) };
+        let RuleKind::Transition { machine, from, .. } = rule.kind else {
+            return self.edge(index, guard);
+        };
         let here = self.is(machine, from)?;
         let mut acts = self.b.op(Op::And, &[here, guard])?;
         for (earlier, &done) in self.step.model.rules[..index].iter().zip(fired) {
-            if matches!(earlier.kind, RuleKind::Transition { machine: m, from: f, .. } if m == machine && f == from) {
+            if matches!(earlier.kind, RuleKind::Transition { machine: m, from: f, .. } if m == machine && f == from)
+            {
                 let not = self.b.op(Op::Not, &[done])?;
                 acts = self.b.op(Op::And, &[acts, not])?;
             }
@@ -130,7 +146,13 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    fn rule(&mut self, events: &Events, index: usize, fires: Value, writes: &mut Writes) -> Result<(), OpError> {
+    fn rule(
+        &mut self,
+        events: &Events,
+        index: usize,
+        fires: Value,
+        writes: &mut Writes,
+    ) -> Result<(), OpError> {
         let rule = &self.step.model.rules[index];
         if rule.actions.is_empty() && !self.observe {
             return self.step_machine(rule, fires, writes);
@@ -148,9 +170,18 @@ impl Lowerer<'_> {
     }
 
     /// A transition that does nothing else needs no branch.
-    fn step_machine(&mut self, rule: &Rule, fires: Value, writes: &mut Writes) -> Result<(), OpError> {
-        let RuleKind::Transition { machine, to, .. } = rule.kind else { return Ok(()) };
-        let Some(&now) = writes.machines.get(&machine.0) else { return Ok(()) };
+    fn step_machine(
+        &mut self,
+        rule: &Rule,
+        fires: Value,
+        writes: &mut Writes,
+    ) -> Result<(), OpError> {
+        let RuleKind::Transition { machine, to, .. } = rule.kind else {
+            return Ok(());
+        };
+        let Some(&now) = writes.machines.get(&machine.0) else {
+            return Ok(());
+        };
         let next = match (self.b.ty(now), to) {
             (Type::I1, 0) => {
                 let stays = self.b.op(Op::Not, &[fires])?;
@@ -173,7 +204,12 @@ impl Lowerer<'_> {
         other: Vec<Value>,
         then: impl FnOnce(&mut Self) -> Result<Vec<Value>, OpError>,
     ) -> Result<Vec<Value>, OpError> {
-        let saved = (self.reals.clone(), self.bools.clone(), self.loads.clone(), self.moved.clone());
+        let saved = (
+            self.reals.clone(),
+            self.bools.clone(),
+            self.loads.clone(),
+            self.moved.clone(),
+        );
         let mut builder = std::mem::replace(&mut self.b, Builder::new("", 0));
         let result = builder.if_else(
             condition,
@@ -212,7 +248,13 @@ impl Lowerer<'_> {
         places
     }
 
-    fn act(&mut self, events: &Events, index: usize, rule: &Rule, writes: &mut Writes) -> Result<(), OpError> {
+    fn act(
+        &mut self,
+        events: &Events,
+        index: usize,
+        rule: &Rule,
+        writes: &mut Writes,
+    ) -> Result<(), OpError> {
         if let Some(&event) = events.rules.get(index) {
             self.b.effect(Op::Emit(event), &[])?;
         }
@@ -223,12 +265,19 @@ impl Lowerer<'_> {
             let to = self.b.constant(ty, i64::from(to))?;
             writes.machines.insert(machine.0, to);
         }
-        rule.actions
-            .iter()
-            .try_for_each(|action| self.from_place(action.span(), rule.call, |s| s.act_once(events, action, writes)))
+        rule.actions.iter().try_for_each(|action| {
+            self.from_place(action.span(), rule.call, |s| {
+                s.act_once(events, action, writes)
+            })
+        })
     }
 
-    fn act_once(&mut self, events: &Events, action: &Action, writes: &mut Writes) -> Result<(), OpError> {
+    fn act_once(
+        &mut self,
+        events: &Events,
+        action: &Action,
+        writes: &mut Writes,
+    ) -> Result<(), OpError> {
         match action {
             Action::Write { cell, value, .. } => {
                 let value = self.new_value(*cell, *value)?;
@@ -252,7 +301,12 @@ impl Lowerer<'_> {
         }
     }
 
-    fn fire(&mut self, pulse: PulseId, level: crate::model::NodeId, writes: &mut Writes) -> Result<(), OpError> {
+    fn fire(
+        &mut self,
+        pulse: PulseId,
+        level: crate::model::NodeId,
+        writes: &mut Writes,
+    ) -> Result<(), OpError> {
         let p = &self.step.model.pulses[pulse.0 as usize];
         let real = self.real(level)?;
         let (scale, range) = (self.units.scale_of_cell(p.level), self.cell_range(p.level));
@@ -260,9 +314,14 @@ impl Lowerer<'_> {
             Some(_) => real,
             None => self.rescaled(real, scale.lsb)?,
         };
-        // Where the present level is the larger one of levels below zero, they need no clamp of their own.
+        // Where the present level is the larger one of levels below zero, they need no clamp of
+        // their own.
         let is_as_fine = range.low == 0 && real.lsb <= scale.lsb;
-        let low = if is_as_fine { Type::I32.range().low } else { range.low };
+        let low = if is_as_fine {
+            Type::I32.range().low
+        } else {
+            range.low
+        };
         let level = self.nearly(real, scale, Range { low, ..range })?;
         let now = self.cell(p.level)?.value;
         let larger = self.b.op(Op::Max, &[level, now])?;
@@ -276,7 +335,11 @@ impl Lowerer<'_> {
             self.b.op(Op::Select, &[runs, larger, level])?
         };
         writes.cells.insert(p.level.0, level);
-        let ticks = if counts { self.constant(p.ticks.into())? } else { self.b.op(Op::Tick(p.ticks), &[])? };
+        let ticks = if counts {
+            self.constant(p.ticks.into())?
+        } else {
+            self.b.op(Op::Tick(p.ticks), &[])?
+        };
         writes.pulse_left.insert(pulse.0, ticks);
         Ok(())
     }

@@ -1,18 +1,20 @@
 //! Sensed values: the word as accepted, and its differentiators, exact in integers and in O(1).
 //!
-//! Over the window `w_-m .. w_m` (oldest first, N = 2m + 1) up to three sums tell all: `S = sum w_j`, `D = sum j w_j`,
-//! `E = sum p_j w_j` with `p_j = j^2 - m(m+1)/3`. Where it fits a word, `F = E + D - 2/3 m(m+1) S` is kept instead of E, because its
-//! recursion is one subtraction. When `w` enters and `o` leaves,
+//! Over the window `w_-m .. w_m` (oldest first, N = 2m + 1) up to three sums tell all: `S = sum
+//! w_j`, `D = sum j w_j`, `E = sum p_j w_j` with `p_j = j^2 - m(m+1)/3`. Where it fits a word, `F =
+//! E + D - 2/3 m(m+1) S` is kept instead of E, because its recursion is one subtraction. When `w`
+//! enters and `o` leaves,
 //!
 //! ```text
 //!   S' <- (S + w) - o      D' <- D - (S + w) + (m+1)(o + w)      F' <- F - 2 D      E' = F' - D' + 2/3 m(m+1) S'
 //!                                                            or  E' <- E - (D + D') + 2/3 m(m+1) (w - o)
 //! ```
 //!
-//! The slope of the least-squares line is `D / sum j^2` per tick, the second derivative of the least-squares parabola
-//! `2 E / sum p_j^2`. The weights `p_j` are kept threefold where a third would not be whole. The integers are exact, so
-//! nothing drifts. That the sums stay within what N words can add up to follows from what they are, not from the recursion:
-//! they are `assume`d, and the checked interpreter tests it.
+//! The slope of the least-squares line is `D / sum j^2` per tick, the second derivative of the
+//! least-squares parabola `2 E / sum p_j^2`. The weights `p_j` are kept threefold where a third
+//! would not be whole. The integers are exact, so nothing drifts. That the sums stay within what N
+//! words can add up to follows from what they are, not from the recursion: they are `assume`d, and
+//! the checked interpreter tests it.
 
 use super::Lowerer;
 use super::format::exp2;
@@ -62,14 +64,18 @@ struct Window {
 #[derive(Debug, Clone, Copy)]
 struct Weights {
     m: i64,
-    /// 1, or 3 where a third of `m(m+1)` is not whole: the weights of E are that many times too large.
+    /// 1, or 3 where a third of `m(m+1)` is not whole: the weights of E are that many times too
+    /// large.
     third: i64,
 }
 
 impl Weights {
     fn new(ticks: u32) -> Weights {
         let m = (i64::from(ticks) - 1) / 2;
-        Weights { m, third: if m * (m + 1) % 3 == 0 { 1 } else { 3 } }
+        Weights {
+            m,
+            third: if m * (m + 1) % 3 == 0 { 1 } else { 3 },
+        }
     }
 
     fn ticks(self) -> i64 {
@@ -89,22 +95,41 @@ impl Weights {
     /// `sum j^2` and `sum p_j^2`.
     fn squares(self) -> (i64, i64) {
         let all = || -self.m..=self.m;
-        (all().map(|j| j * j).sum(), all().map(|j| self.bend(j) * self.bend(j)).sum())
+        (
+            all().map(|j| j * j).sum(),
+            all().map(|j| self.bend(j) * self.bend(j)).sum(),
+        )
     }
 
-    /// Where S, D and E stay, and how large their recursions may get on the way; of F, and of E made of it, in the last place.
+    /// Where S, D and E stay, and how large their recursions may get on the way; of F, and of E
+    /// made of it, in the last place.
     fn reaches(self, accepted: Range) -> [(Range, i64); 4] {
-        let (width, around) = (accepted.high - accepted.low, |reach: i64| Range::new(-reach, reach));
+        let (width, around) = (accepted.high - accepted.low, |reach: i64| {
+            Range::new(-reach, reach)
+        });
         let slope = width * (1..=self.m).sum::<i64>();
-        let bend = width * (-self.m..=self.m).map(|j| self.bend(j)).filter(|p| *p > 0).sum::<i64>();
+        let bend = width
+            * (-self.m..=self.m)
+                .map(|j| self.bend(j))
+                .filter(|p| *p > 0)
+                .sum::<i64>();
         let all = Range::new(accepted.low * self.ticks(), accepted.high * self.ticks());
         let other = self.third * slope + bend;
-        let kept = Range::new(-other - self.step() * all.high, other - self.step() * all.low);
+        let kept = Range::new(
+            -other - self.step() * all.high,
+            other - self.step() * all.low,
+        );
         let most = kept.low.abs().max(kept.high.abs());
         [
             (all, all.high + accepted.high),
-            (around(slope), slope + all.high + (2 * self.m + 3) * accepted.high),
-            (around(bend), bend + 2 * self.third * slope + self.step() * width),
+            (
+                around(slope),
+                slope + all.high + (2 * self.m + 3) * accepted.high,
+            ),
+            (
+                around(bend),
+                bend + 2 * self.third * slope + self.step() * width,
+            ),
             (kept, most + 3 * self.third * slope + self.step() * all.high),
         ]
     }
@@ -124,7 +149,8 @@ pub(super) fn curvature_lsb(scales: Scales, rate_hz: f64, ticks: u32) -> f64 {
 }
 
 impl Lowerer<'_> {
-    /// Declares ports, lines and sums, and writes the kernel's `init`: the window is filled with the first word.
+    /// Declares ports, lines and sums, and writes the kernel's `init`: the window is filled with
+    /// the first word.
     pub(super) fn declare_senses(&mut self) -> Result<(), OpError> {
         self.b.begin_init();
         for (index, sense) in self.step.model.senses.iter().enumerate() {
@@ -134,14 +160,27 @@ impl Lowerer<'_> {
             let word = self.b.op(Op::In(port), &[])?;
             let word = self.clamped(word, accepted)?;
             let slew = sense.slew_per_s.map(|speed| {
-                let cell = self.b.cell(&format!("{}.word", sense.name), Type::I32, accepted, low);
-                (cell, self.scales.words_per_tick(speed, self.step.model.rate_hz))
+                let cell = self
+                    .b
+                    .cell(&format!("{}.word", sense.name), Type::I32, accepted, low);
+                (
+                    cell,
+                    self.scales.words_per_tick(speed, self.step.model.rate_hz),
+                )
             });
             if let Some((cell, _)) = slew {
                 self.b.effect(Op::Set(cell), &[word])?;
             }
             let window = self.declare_window(index as u32, sense, accepted, word)?;
-            let input = Input { port, accepted, slew, window, word: None, slope: None, curvature: None };
+            let input = Input {
+                port,
+                accepted,
+                slew,
+                window,
+                word: None,
+                slope: None,
+                curvature: None,
+            };
             self.inputs.senses.push(input);
         }
         Ok(())
@@ -160,16 +199,24 @@ impl Lowerer<'_> {
             return Ok(None);
         }
         let weights = Weights::new(sense.window);
-        let line = self.b.line(&format!("{}.history", sense.name), sense.window, accepted);
+        let line = self
+            .b
+            .line(&format!("{}.history", sense.name), sense.window, accepted);
         self.b.effect(Op::Fill(line), &[first])?;
         let [total, slope, bend, kept] = weights.reaches(accepted);
         let keeps = kept.1 <= Type::I32.range().high;
         let third = curvature.then_some(if keeps { kept } else { bend });
         let mut sums = Vec::new();
         for (power, (range, through)) in [total, slope].into_iter().chain(third).enumerate() {
-            let ty = if through <= Type::I32.range().high { Type::I32 } else { Type::I64 };
+            let ty = if through <= Type::I32.range().high {
+                Type::I32
+            } else {
+                Type::I64
+            };
             let init = 0.clamp(range.low, range.high);
-            let cell = self.b.cell(&format!("{}.s{power}", sense.name), ty, range, init);
+            let cell = self
+                .b
+                .cell(&format!("{}.s{power}", sense.name), ty, range, init);
             sums.push(Sum { cell, ty, range });
         }
         // Of equal words D and E are nothing, as declared.
@@ -177,7 +224,12 @@ impl Lowerer<'_> {
         if let Some(&third) = sums.get(2).filter(|_| keeps) {
             self.start(third, first, -weights.step() * weights.ticks())?;
         }
-        Ok(Some(Window { line, weights, sums, bend: keeps.then_some(bend.0) }))
+        Ok(Some(Window {
+            line,
+            weights,
+            sums,
+            bend: keeps.then_some(bend.0),
+        }))
     }
 
     /// A sum's first value, so many times the first word.
@@ -211,21 +263,39 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    fn slewed(&mut self, word: Value, cell: u32, step: i64, accepted: Range) -> Result<Value, OpError> {
+    fn slewed(
+        &mut self,
+        word: Value,
+        cell: u32,
+        step: i64,
+        accepted: Range,
+    ) -> Result<Value, OpError> {
         let last = self.b.op(Op::Get(cell), &[])?;
         let step = self.constant(step)?;
-        let (low, high) = (self.b.op(Op::Sub, &[last, step])?, self.b.op(Op::Add, &[last, step])?);
+        let (low, high) = (
+            self.b.op(Op::Sub, &[last, step])?,
+            self.b.op(Op::Add, &[last, step])?,
+        );
         let raised = self.b.op(Op::Max, &[word, low])?;
         let held = self.b.op(Op::Min, &[raised, high])?;
         // Between the last word and this one, both accepted.
-        let held = self.b.op(Op::Assume(accepted.low, accepted.high), &[held])?;
+        let held = self
+            .b
+            .op(Op::Assume(accepted.low, accepted.high), &[held])?;
         self.b.effect(Op::Set(cell), &[held])?;
         Ok(held)
     }
 
     fn differentiate(&mut self, index: usize, word: Value) -> Result<(), OpError> {
-        let Some(window) = &self.inputs.senses[index].window else { return Ok(()) };
-        let (line, weights, sums, kept) = (window.line, window.weights, window.sums.clone(), window.bend);
+        let Some(window) = &self.inputs.senses[index].window else {
+            return Ok(());
+        };
+        let (line, weights, sums, kept) = (
+            window.line,
+            window.weights,
+            window.sums.clone(),
+            window.bend,
+        );
         let oldest = self.b.op(Op::Delay(line, weights.ticks() as u32), &[])?;
         let mut before = Vec::new();
         for sum in &sums {
@@ -244,7 +314,8 @@ impl Lowerer<'_> {
         if let Some(&third) = sums.get(2) {
             bend = Some(match kept {
                 Some(range) => {
-                    let kept = self.accumulate(third.ty, before[2], before[1], -2 * weights.third)?;
+                    let kept =
+                        self.accumulate(third.ty, before[2], before[1], -2 * weights.third)?;
                     let kept = self.stored_sum(third, kept)?;
                     let moved = self.accumulate(third.ty, kept, slope, -weights.third)?;
                     let moved = self.accumulate(third.ty, moved, all, weights.step())?;
@@ -263,20 +334,31 @@ impl Lowerer<'_> {
     }
 
     /// `sum + factor * value` in this type.
-    fn accumulate(&mut self, ty: Type, sum: Value, value: Value, factor: i64) -> Result<Value, OpError> {
+    fn accumulate(
+        &mut self,
+        ty: Type,
+        sum: Value,
+        value: Value,
+        factor: i64,
+    ) -> Result<Value, OpError> {
         let (sum, mut value) = (self.typed(sum, ty)?, self.typed(value, ty)?);
         let magnitude = factor.unsigned_abs();
         if magnitude.is_power_of_two() && magnitude > 1 {
-            value = self.b.op(Op::Shl(magnitude.trailing_zeros() as u8), &[value])?;
+            value = self
+                .b
+                .op(Op::Shl(magnitude.trailing_zeros() as u8), &[value])?;
         } else if magnitude > 1 {
             let magnitude = self.b.constant(ty, magnitude as i64)?;
             value = self.b.op(Op::Mul, &[value, magnitude])?;
         }
-        self.b.op(if factor < 0 { Op::Sub } else { Op::Add }, &[sum, value])
+        self.b
+            .op(if factor < 0 { Op::Sub } else { Op::Add }, &[sum, value])
     }
 
     fn stored_sum(&mut self, sum: Sum, value: Value) -> Result<Value, OpError> {
-        let value = self.b.op(Op::Assume(sum.range.low, sum.range.high), &[value])?;
+        let value = self
+            .b
+            .op(Op::Assume(sum.range.low, sum.range.high), &[value])?;
         self.b.effect(Op::Set(sum.cell), &[value])?;
         Ok(value)
     }
@@ -299,14 +381,19 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    /// A differentiator's integer as a 32-bit real; long windows lose low bits here and nowhere else.
+    /// A differentiator's integer as a 32-bit real; long windows lose low bits here and nowhere
+    /// else.
     fn differentiated(&mut self, integer: Value, lsb: f64) -> Result<Real, OpError> {
         if self.b.ty(integer) == Type::I32 {
             return Ok(Real::new(integer, lsb, 0.0));
         }
         let reach = self.b.range(integer).high;
         let extra = (64 - reach.leading_zeros() as i32 - 30).max(0);
-        let shifted = if extra > 0 { self.b.op(Op::SarRound(extra as u8), &[integer])? } else { integer };
+        let shifted = if extra > 0 {
+            self.b.op(Op::SarRound(extra as u8), &[integer])?
+        } else {
+            integer
+        };
         let value = self.b.op(Op::Narrow, &[shifted])?;
         let lsb = lsb * exp2(extra);
         let error = if extra > 0 { 0.5 * lsb } else { 0.0 };
@@ -328,7 +415,12 @@ impl Lowerer<'_> {
     pub(super) fn sensed(&self, sense: u32) -> Option<Real> {
         let value = self.inputs.senses[sense as usize].word?;
         let (lsb, offset) = (self.scales.sensor_lsb, self.scales.sensor_zero);
-        Some(Real { value, lsb, offset, error: 0.0 })
+        Some(Real {
+            value,
+            lsb,
+            offset,
+            error: 0.0,
+        })
     }
 
     pub(super) fn slope(&self, sense: u32) -> Option<Real> {
@@ -341,6 +433,10 @@ impl Lowerer<'_> {
 
     /// `value` in type `ty`, which is not narrower.
     fn typed(&mut self, value: Value, ty: Type) -> Result<Value, OpError> {
-        if self.b.ty(value) == ty { Ok(value) } else { self.b.op(Op::Widen, &[value]) }
+        if self.b.ty(value) == ty {
+            Ok(value)
+        } else {
+            self.b.op(Op::Widen, &[value])
+        }
     }
 }

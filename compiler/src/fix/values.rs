@@ -53,20 +53,35 @@ impl Lowerer<'_> {
         }
         match *node {
             Node::Const(c) => self.constant_real(c.0, Scale::plain(lsb)),
-            Node::Sense(s) => self.sensed(s).map_or_else(|| self.constant_real(0.0, Scale::plain(lsb)), Ok),
-            Node::Slope(s) => self.slope(s).map_or_else(|| self.constant_real(0.0, Scale::plain(lsb)), Ok),
-            Node::Curvature(s) => self.curvature(s).map_or_else(|| self.constant_real(0.0, Scale::plain(lsb)), Ok),
+            Node::Sense(s) => self
+                .sensed(s)
+                .map_or_else(|| self.constant_real(0.0, Scale::plain(lsb)), Ok),
+            Node::Slope(s) => self
+                .slope(s)
+                .map_or_else(|| self.constant_real(0.0, Scale::plain(lsb)), Ok),
+            Node::Curvature(s) => self
+                .curvature(s)
+                .map_or_else(|| self.constant_real(0.0, Scale::plain(lsb)), Ok),
             Node::Live(l) => {
                 let value = self.b.op(Op::Live(self.lives[l as usize].0), &[])?;
-                Ok(set_from_outside(value, self.step.model.lives[l as usize].range))
+                Ok(set_from_outside(
+                    value,
+                    self.step.model.lives[l as usize].range,
+                ))
             }
             Node::Keyed(k) => {
                 let value = self.b.op(Op::Keyed(self.keyed[k as usize].0), &[])?;
-                Ok(set_from_outside(value, self.step.model.keyed[k as usize].range))
+                Ok(set_from_outside(
+                    value,
+                    self.step.model.keyed[k as usize].range,
+                ))
             }
             Node::Cell(c) => self.cell(c),
             Node::Linear(c0, ref terms) => {
-                let terms: Vec<Term> = terms.iter().map(|&(c, x)| self.term(c.0, x)).collect::<Result<_, _>>()?;
+                let terms: Vec<Term> = terms
+                    .iter()
+                    .map(|&(c, x)| self.term(c.0, x))
+                    .collect::<Result<_, _>>()?;
                 let scale = self.units.scale_of(id);
                 match self.left[id.0 as usize] {
                     _ if self.is_new_rate(id) => self.increased(c0.0, &terms, scale),
@@ -90,7 +105,11 @@ impl Lowerer<'_> {
                 let c = self.bool(c)?;
                 let (a, b) = self.alike(a, b, lsb)?;
                 let value = self.b.op(Op::Select, &[c, a.value, b.value])?;
-                Ok(Real { value, error: a.error.max(b.error), ..a })
+                Ok(Real {
+                    value,
+                    error: a.error.max(b.error),
+                    ..a
+                })
             }
             _ => self.constant_real(0.0, Scale::plain(lsb)),
         }
@@ -98,8 +117,7 @@ impl Lowerer<'_> {
 
     /// Whether a node is the new rate of a body, held or not.
     fn is_new_rate(&self, node: NodeId) -> bool {
-        let arm =
-            |new: &NodeId| matches!(*self.step.model.dag.get(*new), Node::Select(_, a, b) if [a, b].contains(&node));
+        let arm = |new: &NodeId| matches!(*self.step.model.dag.get(*new), Node::Select(_, a, b) if [a, b].contains(&node));
         self.step.rates.contains(&node) || self.step.rates.iter().any(arm)
     }
 
@@ -108,7 +126,8 @@ impl Lowerer<'_> {
         self.sum(0.0, &terms, Scale::plain(lsb), Constant::Added)
     }
 
-    /// Both in one unit: as chosen, or coarser where one does not fit. Sensed values keep their offset where both can.
+    /// Both in one unit: as chosen, or coarser where one does not fit. Sensed values keep their
+    /// offset where both can.
     fn alike(&mut self, a: NodeId, b: NodeId, lsb: f64) -> Result<(Real, Real), OpError> {
         let dag = &self.step.model.dag;
         let constants = (dag.real(a), dag.real(b));
@@ -128,7 +147,10 @@ impl Lowerer<'_> {
         }
         let mut lsb = lsb;
         loop {
-            let both = (self.in_unit(ra, constants.0, lsb, offset)?, self.in_unit(rb, constants.1, lsb, offset)?);
+            let both = (
+                self.in_unit(ra, constants.0, lsb, offset)?,
+                self.in_unit(rb, constants.1, lsb, offset)?,
+            );
             if let (Some(a), Some(b)) = both {
                 return Ok((a, b));
             }
@@ -137,10 +159,21 @@ impl Lowerer<'_> {
     }
 
     /// A constant, or a real with this offset, in units of `lsb`; none if it does not fit.
-    fn in_unit(&mut self, real: Real, constant: Option<f64>, lsb: f64, offset: f64) -> Result<Option<Real>, OpError> {
+    fn in_unit(
+        &mut self,
+        real: Real,
+        constant: Option<f64>,
+        lsb: f64,
+        offset: f64,
+    ) -> Result<Option<Real>, OpError> {
         if let Some(constant) = constant {
             let fits = (constant - offset).abs() <= format::TOP * lsb;
-            return if fits { self.constant_real(constant, Scale { lsb, offset }).map(Some) } else { Ok(None) };
+            return if fits {
+                self.constant_real(constant, Scale { lsb, offset })
+                    .map(Some)
+            } else {
+                Ok(None)
+            };
         }
         let Some(n) = power_of_two(real.lsb / lsb) else {
             let real = self.plain(real)?;
@@ -151,13 +184,22 @@ impl Lowerer<'_> {
             return Ok(None);
         }
         let error = real.error + if n < 0 { lsb } else { 0.0 };
-        Ok(Some(Real { value: self.moved(real.value, n)?, lsb, error, ..real }))
+        Ok(Some(Real {
+            value: self.moved(real.value, n)?,
+            lsb,
+            error,
+            ..real
+        }))
     }
 
     fn of_two(&mut self, op: Op, a: NodeId, b: NodeId, lsb: f64) -> Result<Real, OpError> {
         let (a, b) = self.alike(a, b, lsb)?;
         let value = self.b.op(op, &[a.value, b.value])?;
-        Ok(Real { value, error: a.error.max(b.error), ..a })
+        Ok(Real {
+            value,
+            error: a.error.max(b.error),
+            ..a
+        })
     }
 
     fn absolute(&mut self, a: NodeId, lsb: f64) -> Result<Real, OpError> {
@@ -167,34 +209,57 @@ impl Lowerer<'_> {
         let negated = self.b.op(Op::Sub, &[zero, a.value])?;
         let value = self.b.op(Op::Max, &[a.value, negated])?;
         // Intervals do not see that one of the two is not negative.
-        let value = self.b.op(Op::Assume(0, self.b.range(value).high), &[value])?;
+        let value = self
+            .b
+            .op(Op::Assume(0, self.b.range(value).high), &[value])?;
         Ok(Real { value, ..a })
     }
 
     fn product(&mut self, a: NodeId, b: NodeId, lsb: f64) -> Result<Real, OpError> {
         let (ra, rb) = (self.real(a)?, self.real(b)?);
         let (ra, rb) = (self.plain(ra)?, self.plain(rb)?);
-        let (ma, mb) = (self.ranges.get(a).magnitude(), self.ranges.get(b).magnitude());
+        let (ma, mb) = (
+            self.ranges.get(a).magnitude(),
+            self.ranges.get(b).magnitude(),
+        );
         self.multiplied(ra, rb, lsb, (ma, mb))
     }
 
-    /// The product of two values, of at most these magnitudes, by its top word. What is far from filling a word is moved up first.
-    fn multiplied(&mut self, a: Real, b: Real, lsb: f64, (ma, mb): (f64, f64)) -> Result<Real, OpError> {
+    /// The product of two values, of at most these magnitudes, by its top word. What is far from
+    /// filling a word is moved up first.
+    fn multiplied(
+        &mut self,
+        a: Real,
+        b: Real,
+        lsb: f64,
+        (ma, mb): (f64, f64),
+    ) -> Result<Real, OpError> {
         let squared = a.value == b.value;
         let (mut u, mut v) = (a, b);
         for real in [&mut u, &mut v] {
             if a.lsb * b.lsb * exp2(32) > lsb * exp2(SPARED) {
                 let up = self.headroom(real.value);
-                *real = Real { value: self.moved(real.value, up)?, lsb: real.lsb * exp2(-up), ..*real };
+                *real = Real {
+                    value: self.moved(real.value, up)?,
+                    lsb: real.lsb * exp2(-up),
+                    ..*real
+                };
             }
         }
         let mut value = self.b.op(Op::MulTop, &[u.value, v.value])?;
         if squared {
-            // Intervals do not see that a square is not negative; the Model does, and has dropped clamps that say so.
-            value = self.b.op(Op::Assume(0, self.b.range(value).high), &[value])?;
+            // Intervals do not see that a square is not negative; the Model does, and has dropped
+            // clamps that say so.
+            value = self
+                .b
+                .op(Op::Assume(0, self.b.range(value).high), &[value])?;
         }
         let lsb = u.lsb * v.lsb * exp2(32);
-        Ok(Real::new(value, lsb, ma * b.error + mb * a.error + a.error * b.error + 0.5 * lsb))
+        Ok(Real::new(
+            value,
+            lsb,
+            ma * b.error + mb * a.error + a.error * b.error + 0.5 * lsb,
+        ))
     }
 
     fn quotient(&mut self, a: NodeId, b: NodeId, lsb: f64) -> Result<Real, OpError> {
@@ -206,18 +271,28 @@ impl Lowerer<'_> {
         let divisor = self.ranges.get(b);
         let smallest = divisor.low.abs().min(divisor.high.abs());
         let quotient = self.ranges.get(a).magnitude() / smallest;
-        let inherited = (dividend.error + quotient * rb.error) / (smallest - rb.error).max(f64::MIN_POSITIVE);
+        let inherited =
+            (dividend.error + quotient * rb.error) / (smallest - rb.error).max(f64::MIN_POSITIVE);
         Ok(Real::new(value, lsb, inherited + 0.5 * lsb))
     }
 
-    /// The quotient in units of about `lsb`, or as much coarser as its integers need; also the dividend it was made from.
+    /// The quotient in units of about `lsb`, or as much coarser as its integers need; also the
+    /// dividend it was made from.
     fn divided(&mut self, a: Real, b: Real, lsb: f64) -> Result<(Value, f64, Real), OpError> {
         let mut shift = exponent(a.lsb / (b.lsb * lsb)).min(31);
         loop {
             let down = (-shift).max(0);
             let error = a.error + if down > 0 { a.lsb * exp2(down) } else { 0.0 };
-            let dividend = Real { value: self.moved(a.value, -down)?, lsb: a.lsb * exp2(down), error, ..a };
-            match self.b.op(Op::DivRound(shift.max(0) as u8), &[dividend.value, b.value]) {
+            let dividend = Real {
+                value: self.moved(a.value, -down)?,
+                lsb: a.lsb * exp2(down),
+                error,
+                ..a
+            };
+            match self
+                .b
+                .op(Op::DivRound(shift.max(0) as u8), &[dividend.value, b.value])
+            {
                 Err(OpError::Overflow { .. }) => shift -= 1,
                 other => return other.map(|value| (value, a.lsb / b.lsb * exp2(-shift), dividend)),
             }
@@ -226,8 +301,15 @@ impl Lowerer<'_> {
 
     fn away_from_zero(&mut self, real: Real, positive: bool) -> Result<Real, OpError> {
         let range = self.b.range(real.value);
-        let kept = if positive { Range::new(1, range.high.max(1)) } else { Range::new(range.low.min(-1), -1) };
-        Ok(Real { value: self.clamped(real.value, kept)?, ..real })
+        let kept = if positive {
+            Range::new(1, range.high.max(1))
+        } else {
+            Range::new(range.low.min(-1), -1)
+        };
+        Ok(Real {
+            value: self.clamped(real.value, kept)?,
+            ..real
+        })
     }
 
     /// `a^0.5` (in primes), `a^1.5` and `a^2.5`: the square root in integers, then products.
@@ -300,7 +382,8 @@ impl Lowerer<'_> {
         }
     }
 
-    /// An integer against the real threshold, exactly: the threshold becomes the nearest integer on the right side.
+    /// An integer against the real threshold, exactly: the threshold becomes the nearest integer on
+    /// the right side.
     fn against(&mut self, cmp: Cmp, a: Real, threshold: f64) -> Result<Value, OpError> {
         let scaled = (threshold - a.offset) / a.lsb;
         let integer = match cmp {

@@ -36,22 +36,45 @@ pub(super) enum Function {
 }
 
 impl Compiled {
-    /// Compiles `init` of a kernel, its `tick` where it is wanted, and for lanes `tick` of another with the same memory.
-    pub fn new(kernel: &Kernel, single: bool, lanes: Option<&Kernel>, layout: &Layout) -> Result<Compiled, String> {
+    /// Compiles `init` of a kernel, its `tick` where it is wanted, and for lanes `tick` of another
+    /// with the same memory.
+    pub fn new(
+        kernel: &Kernel,
+        single: bool,
+        lanes: Option<&Kernel>,
+        layout: &Layout,
+    ) -> Result<Compiled, String> {
         let mut module = JITModule::new(JITBuilder::with_isa(isa()?, default_libcall_names()));
         let alone = |region| {
-            move |f: FunctionBuilder, config| Translator::new(kernel, layout, f).function(region).finalize(config)
+            move |f: FunctionBuilder, config| {
+                Translator::new(kernel, layout, f)
+                    .function(region)
+                    .finalize(config)
+            }
         };
         let (init, ()) = define(&mut module, "init", alone(&kernel.init))?;
-        let single = single.then(|| define(&mut module, "tick", alone(&kernel.tick))).transpose()?.map(|(id, ())| id);
+        let single = single
+            .then(|| define(&mut module, "tick", alone(&kernel.tick)))
+            .transpose()?
+            .map(|(id, ())| id);
         let several = |kernel| {
-            let fill = |f: FunctionBuilder, config| Lanes::new(kernel, layout, f).function(&kernel.tick, config);
+            let fill = |f: FunctionBuilder, config| {
+                Lanes::new(kernel, layout, f).function(&kernel.tick, config)
+            };
             define(&mut module, "lanes", fill)
         };
         let (lanes, constants) = lanes.map(several).transpose()?.unzip();
-        module.finalize_definitions().map_err(|error| error.to_string())?;
+        module
+            .finalize_definitions()
+            .map_err(|error| error.to_string())?;
         let constants = constants.unwrap_or_default();
-        Ok(Compiled { module, constants, init, single, lanes })
+        Ok(Compiled {
+            module,
+            constants,
+            init,
+            single,
+            lanes,
+        })
     }
 
     /// The address of a function.
@@ -68,16 +91,29 @@ impl Compiled {
 /// This machine, with everything it can do.
 fn isa() -> Result<OwnedTargetIsa, String> {
     let mut flags = settings::builder();
-    let checks = if cfg!(debug_assertions) { "true" } else { "false" };
-    for (name, value) in [("opt_level", "speed"), ("is_pic", "false"), ("enable_verifier", checks)] {
+    let checks = if cfg!(debug_assertions) {
+        "true"
+    } else {
+        "false"
+    };
+    for (name, value) in [
+        ("opt_level", "speed"),
+        ("is_pic", "false"),
+        ("enable_verifier", checks),
+    ] {
         flags.set(name, value).map_err(|error| error.to_string())?;
     }
     let mut builder = cranelift_native::builder()?;
     if cfg!(target_arch = "x86_64") {
-        // With these instructions Cranelift makes `vpmullq` of every product in lanes, where `vpmuldq` is enough and faster.
-        builder.set("has_avx512dq", "false").map_err(|error| error.to_string())?;
+        // With these instructions Cranelift makes `vpmullq` of every product in lanes, where
+        // `vpmuldq` is enough and faster.
+        builder
+            .set("has_avx512dq", "false")
+            .map_err(|error| error.to_string())?;
     }
-    builder.finish(settings::Flags::new(flags)).map_err(|error| error.to_string())
+    builder
+        .finish(settings::Flags::new(flags))
+        .map_err(|error| error.to_string())
 }
 
 /// Defines a function of the buffers, the first key and the key after the last.
@@ -92,8 +128,13 @@ fn define<T>(
     let id = module.declare_function(name, Linkage::Local, &context.func.signature);
     let id = id.map_err(|error| error.to_string())?;
     let mut room = FunctionBuilderContext::new();
-    let filled = fill(FunctionBuilder::new(&mut context.func, &mut room), module.target_config());
-    module.define_function(id, &mut context).map_err(|error| explain(&context, &error))?;
+    let filled = fill(
+        FunctionBuilder::new(&mut context.func, &mut room),
+        module.target_config(),
+    );
+    module
+        .define_function(id, &mut context)
+        .map_err(|error| explain(&context, &error))?;
     Ok((id, filled))
 }
 

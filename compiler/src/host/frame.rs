@@ -4,7 +4,9 @@ use super::translate::Translator;
 use crate::kernel::{Op, Region};
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::I64;
-use cranelift_codegen::ir::{AliasRegion, AliasRegionData, Block, InstBuilder, MemFlagsData, Value};
+use cranelift_codegen::ir::{
+    AliasRegion, AliasRegionData, Block, InstBuilder, MemFlagsData, Value,
+};
 use cranelift_frontend::FunctionBuilder;
 use std::collections::HashMap;
 
@@ -58,7 +60,8 @@ impl Buffer {
     ];
 }
 
-/// How each kind of memory is accessed. What lies in different alias regions is never the same place.
+/// How each kind of memory is accessed. What lies in different alias regions is never the same
+/// place.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Access {
     /// What no code writes.
@@ -77,13 +80,21 @@ impl Access {
     /// Declares the alias regions in a function.
     pub fn new(f: &mut FunctionBuilder) -> Access {
         let mut region = |user_id: u32, description: &'static str| -> MemFlagsData {
-            let data = AliasRegionData { user_id, description: description.into() };
+            let data = AliasRegionData {
+                user_id,
+                description: description.into(),
+            };
             let region: AliasRegion = f.func.dfg.alias_regions.insert(data);
-            MemFlagsData::new().with_notrap().with_alias_region(Some(region))
+            MemFlagsData::new()
+                .with_notrap()
+                .with_alias_region(Some(region))
         };
         Access {
             fixed: region(0, "fixed").with_readonly().with_can_move(),
-            constants: region(4, "constants").with_readonly().with_can_move().with_aligned(),
+            constants: region(4, "constants")
+                .with_readonly()
+                .with_can_move()
+                .with_aligned(),
             columns: region(1, "columns"),
             rows: region(2, "rows"),
             leaving: region(3, "leaving"),
@@ -97,7 +108,8 @@ pub(super) struct Frame {
     pub context: Value,
     /// Bases of the buffers.
     pub bases: [Value; BUFFERS],
-    /// First element of the row that `delay line ticks` reads; of the row that is pushed to for `ticks` 0.
+    /// First element of the row that `delay line ticks` reads; of the row that is pushed to for
+    /// `ticks` 0.
     pub rows: HashMap<(u32, u32), Value>,
     /// Index of the key; of the first of several keys in lanes.
     pub key: Value,
@@ -106,8 +118,8 @@ pub(super) struct Frame {
 }
 
 impl Translator<'_> {
-    /// Opens a function that runs a region for the keys from the second argument on and before the third; gives the
-    /// block to go back to, and the end.
+    /// Opens a function that runs a region for the keys from the second argument on and before the
+    /// third; gives the block to go back to, and the end.
     pub fn open_keys(&mut self, region: &Region) -> (Block, Value) {
         let entry = self.f.create_block();
         self.f.append_block_params_for_function_params(entry);
@@ -116,7 +128,8 @@ impl Translator<'_> {
         self.frame.context = context;
         for buffer in Buffer::ALL {
             let offset = 8 * buffer as i32;
-            self.frame.bases[buffer as usize] = self.f.ins().load(I64, self.access.fixed, context, offset);
+            self.frame.bases[buffer as usize] =
+                self.f.ins().load(I64, self.access.fixed, context, offset);
         }
         self.rows(region);
         let keys = self.f.create_block();
@@ -149,11 +162,14 @@ impl Translator<'_> {
     fn rows(&mut self, region: &Region) {
         for inst in &region.insts {
             let place = match inst.op {
-                Op::Delay(line, ticks) => Some((line, ticks % self.kernel.lines[line as usize].len)),
+                Op::Delay(line, ticks) => {
+                    Some((line, ticks % self.kernel.lines[line as usize].len))
+                }
                 Op::Push(line) => Some((line, 0)),
                 _ => None,
             };
-            if let Some((line, ticks)) = place.filter(|place| !self.frame.rows.contains_key(place)) {
+            if let Some((line, ticks)) = place.filter(|place| !self.frame.rows.contains_key(place))
+            {
                 let row = self.row(line, ticks);
                 self.frame.rows.insert((line, ticks), row);
             }
@@ -164,15 +180,28 @@ impl Translator<'_> {
     /// First element of the row so many ticks ago; `ticks` is less than the line's length.
     fn row(&mut self, line: u32, ticks: u32) -> Value {
         let place = self.layout.lines[line as usize];
-        let (width, buffer) = if place.narrow { (2, Buffer::Narrow) } else { (4, Buffer::Wide) };
+        let (width, buffer) = if place.narrow {
+            (2, Buffer::Narrow)
+        } else {
+            (4, Buffer::Wide)
+        };
         let rings = self.frame.bases[Buffer::Rings as usize];
-        let now = self.f.ins().uload32(self.access.fixed, rings, 4 * place.ring as i32);
+        let now = self
+            .f
+            .ins()
+            .uload32(self.access.fixed, rings, 4 * place.ring as i32);
         let before = self.f.ins().iadd_imm_s(now, -i64::from(ticks));
         let around = self.f.ins().iadd_imm_s(before, place.len as i64);
         let below = self.f.ins().icmp_imm_s(IntCC::SignedLessThan, before, 0);
         let slot = self.f.ins().select(below, around, before);
-        let offset = self.f.ins().imul_imm_s(slot, width * self.layout.keys as i64);
-        let start = self.f.ins().iadd_imm_s(self.frame.bases[buffer as usize], width * place.start as i64);
+        let offset = self
+            .f
+            .ins()
+            .imul_imm_s(slot, width * self.layout.keys as i64);
+        let start = self.f.ins().iadd_imm_s(
+            self.frame.bases[buffer as usize],
+            width * place.start as i64,
+        );
         self.f.ins().iadd(start, offset)
     }
 }

@@ -6,19 +6,21 @@
 //!   i64   two vectors                                    key 0 | key 1       key 2 | key 3
 //! ```
 //!
-//! **When.** Code for lanes is made for keyboards of at least [`WIDTH`] keys, on the machines where it is tested
-//! ([`suits`]); what is left when keys are grouped runs one key after the other. Every operator has a form for
-//! lanes: where vectors have none (`div_round`, `sqrt`, `lookup`, indices that differ), the lanes are taken apart.
+//! **When.** Code for lanes is made for keyboards of at least [`WIDTH`] keys, on the machines where
+//! it is tested ([`suits`]); what is left when keys are grouped runs one key after the other. Every
+//! operator has a form for lanes: where vectors have none (`div_round`, `sqrt`, `lookup`, indices
+//! that differ), the lanes are taken apart.
 //!
-//! **Branches.** An arm of an `if` that is cheap and has no effect is computed for all lanes, and each takes its own
-//! ([`control`]). Any other arm is skipped where no lane wants it; if one does, all compute it and a mask keeps the
-//! effects of the others back. No proof of a range rests on a condition, so lanes that do not want an arm stay in the
-//! ranges all the same.
+//! **Branches.** An arm of an `if` that is cheap and has no effect is computed for all lanes, and
+//! each takes its own ([`control`]). Any other arm is skipped where no lane wants it; if one does,
+//! all compute it and a mask keeps the effects of the others back. No proof of a range rests on a
+//! condition, so lanes that do not want an arm stay in the ranges all the same.
 //!
-//! **Events** must come out by keys, but four keys reach one `emit` together. They go to a buffer of their own, and
-//! [`super::HostFunctions`] sorts what a tick left there; that is rare.
+//! **Events** must come out by keys, but four keys reach one `emit` together. They go to a buffer
+//! of their own, and [`super::HostFunctions`] sorts what a tick left there; that is rare.
 //!
-//! **Constants** stand in memory, once for each use, and are read where they are used: registers are few.
+//! **Constants** stand in memory, once for each use, and are read where they are used: registers
+//! are few.
 
 mod arithmetic;
 mod control;
@@ -43,17 +45,28 @@ const EVENTS_MAX: usize = 1 << 16;
 
 /// Whether a kernel for so many keys is to be run in lanes.
 pub(super) fn suits(kernel: &Kernel, keys: usize) -> bool {
-    cfg!(target_arch = "x86_64") && keys >= WIDTH && keys.saturating_mul(events_max(&kernel.tick)) <= EVENTS_MAX
+    cfg!(target_arch = "x86_64")
+        && keys >= WIDTH
+        && keys.saturating_mul(events_max(&kernel.tick)) <= EVENTS_MAX
 }
 
 /// The most events that a region may tell for one key.
 pub(super) fn events_max(region: &Region) -> usize {
     let count = |inst: &crate::kernel::Inst| match inst.op {
         Op::Emit(_) => 1,
-        Op::Loop(rounds) => inst.regions.iter().map(events_max).sum::<usize>().saturating_mul(rounds as usize),
+        Op::Loop(rounds) => inst
+            .regions
+            .iter()
+            .map(events_max)
+            .sum::<usize>()
+            .saturating_mul(rounds as usize),
         _ => inst.regions.iter().map(events_max).sum(),
     };
-    region.insts.iter().map(count).fold(0, usize::saturating_add)
+    region
+        .insts
+        .iter()
+        .map(count)
+        .fold(0, usize::saturating_add)
 }
 
 /// A value of the kernel in lanes.
@@ -86,14 +99,20 @@ impl<'a> Lanes<'a> {
     /// A translator into an empty function.
     pub fn new(kernel: &'a Kernel, layout: &'a Layout, f: FunctionBuilder<'a>) -> Lanes<'a> {
         let values = vec![Lane::Known(Type::I1, 0); kernel.values.len()];
-        Lanes { t: Translator::new(kernel, layout, f), values, mask: None, constants: Vec::new() }
+        Lanes {
+            t: Translator::new(kernel, layout, f),
+            values,
+            mask: None,
+            constants: Vec::new(),
+        }
     }
 
     /// Translates the region as a whole function; gives its constants.
     pub fn function(mut self, region: &Region, config: TargetFrontendConfig) -> Vec<u128> {
         let keys = self.t.open_keys(region);
-        // Read again for every group of keys, by way of memory that is written to: a base that stays the same would take
-        // all constants out of the loop, and into registers that do not exist.
+        // Read again for every group of keys, by way of memory that is written to: a base that
+        // stays the same would take all constants out of the loop, and into registers that do not
+        // exist.
         let (access, at) = (self.t.access.columns, 8 * Buffer::Constants as i32);
         let context = self.t.frame.context;
         self.t.frame.bases[Buffer::Constants as usize] = self.ins().load(I64, access, context, at);
@@ -118,10 +137,19 @@ impl<'a> Lanes<'a> {
     /// A constant of 128 bits.
     fn constant(&mut self, ty: ir::Type, bits: u128) -> Value {
         if bits == 0 {
-            let zero = self.t.f.func.dfg.constants.insert(0u128.to_le_bytes().as_slice().into());
+            let zero = self
+                .t
+                .f
+                .func
+                .dfg
+                .constants
+                .insert(0u128.to_le_bytes().as_slice().into());
             return self.ins().vconst(ty, zero);
         }
-        let (base, at) = (self.t.base(Buffer::Constants), 16 * self.constants.len() as i32);
+        let (base, at) = (
+            self.t.base(Buffer::Constants),
+            16 * self.constants.len() as i32,
+        );
         self.constants.push(bits);
         let access = self.t.access.constants;
         self.ins().load(ty, access, base, at)
@@ -171,8 +199,17 @@ impl<'a> Lanes<'a> {
     /// Lanes of 32 bits out of two vectors, by place: 0 to 3 in the first, 4 to 7 in the second.
     fn words_of(&mut self, [a, b]: [Value; 2], places: [u8; 4]) -> Value {
         let [a, b] = [a, b].map(|vector| self.reinterpreted(I8X16, vector));
-        let bytes: Vec<u8> = places.iter().flat_map(|place| (0..4).map(move |byte| 4 * place + byte)).collect();
-        let places = self.t.f.func.dfg.immediates.push(V128Imm::from(&bytes[..]).into());
+        let bytes: Vec<u8> = places
+            .iter()
+            .flat_map(|place| (0..4).map(move |byte| 4 * place + byte))
+            .collect();
+        let places = self
+            .t
+            .f
+            .func
+            .dfg
+            .immediates
+            .push(V128Imm::from(&bytes[..]).into());
         let shuffled = self.ins().shuffle(a, b, places);
         self.reinterpreted(I32X4, shuffled)
     }
@@ -180,6 +217,10 @@ impl<'a> Lanes<'a> {
     /// The same bits as lanes of another width.
     fn reinterpreted(&mut self, ty: ir::Type, vector: Value) -> Value {
         let flags = MemFlagsData::new().with_endianness(Endianness::Little);
-        if self.t.f.func.dfg.value_type(vector) == ty { vector } else { self.ins().bitcast(ty, flags, vector) }
+        if self.t.f.func.dfg.value_type(vector) == ty {
+            vector
+        } else {
+            self.ins().bitcast(ty, flags, vector)
+        }
     }
 }

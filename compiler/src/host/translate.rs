@@ -1,4 +1,5 @@
-//! Instructions of one key in Cranelift's form. An `i1` is an `I8` of 0 or 1; every other value is an `I64`.
+//! Instructions of one key in Cranelift's form. An `i1` is an `I8` of 0 or 1; every other value is
+//! an `I64`.
 
 mod arithmetic;
 mod memory;
@@ -35,18 +36,39 @@ fn register(ty: Type) -> ir::Type {
 }
 
 fn assumes(region: &Region) -> bool {
-    region.insts.iter().any(|inst| matches!(inst.op, Op::Assume(..)) || inst.regions.iter().any(assumes))
+    region
+        .insts
+        .iter()
+        .any(|inst| matches!(inst.op, Op::Assume(..)) || inst.regions.iter().any(assumes))
 }
 
 impl<'a> Translator<'a> {
     /// A translator into an empty function.
-    pub fn new(kernel: &'a Kernel, layout: &'a Layout, mut f: FunctionBuilder<'a>) -> Translator<'a> {
+    pub fn new(
+        kernel: &'a Kernel,
+        layout: &'a Layout,
+        mut f: FunctionBuilder<'a>,
+    ) -> Translator<'a> {
         let none = Value::from_u32(0);
         let bases = [none; super::frame::BUFFERS];
-        let frame = Frame { context: none, bases, rows: HashMap::new(), key: none, words: [none; 2] };
+        let frame = Frame {
+            context: none,
+            bases,
+            rows: HashMap::new(),
+            key: none,
+            words: [none; 2],
+        };
         let access = Access::new(&mut f);
         let assumes = assumes(&kernel.init) || assumes(&kernel.tick);
-        Translator { kernel, layout, f, access, frame, values: vec![none; kernel.values.len()], assumes }
+        Translator {
+            kernel,
+            layout,
+            f,
+            access,
+            frame,
+            values: vec![none; kernel.values.len()],
+            assumes,
+        }
     }
 
     /// Translates a region, run for one key after the other, as a whole function.
@@ -60,12 +82,16 @@ impl<'a> Translator<'a> {
     /// The results of an instruction become parameters of the block after it.
     fn results(&mut self, inst: &Inst, after: ir::Block) {
         for result in &inst.results {
-            self.values[result.0 as usize] = self.f.append_block_param(after, register(self.ty(*result)));
+            self.values[result.0 as usize] =
+                self.f.append_block_param(after, register(self.ty(*result)));
         }
     }
 
     fn block_args(&self, values: &[crate::kernel::Value]) -> Vec<BlockArg> {
-        values.iter().map(|value| BlockArg::Value(self.value(*value))).collect()
+        values
+            .iter()
+            .map(|value| BlockArg::Value(self.value(*value)))
+            .collect()
     }
 
     fn value(&self, value: crate::kernel::Value) -> Value {
@@ -87,7 +113,11 @@ impl Walk for Translator<'_> {
         for (block, region) in [(first, then), (second, other)] {
             self.f.switch_to_block(block);
             // An event is rare, and code that is rare stays out of the way of the rest.
-            if region.insts.iter().any(|inst| matches!(inst.op, Op::Emit(_))) {
+            if region
+                .insts
+                .iter()
+                .any(|inst| matches!(inst.op, Op::Emit(_)))
+            {
                 self.f.set_cold_block(block);
             }
             self.region(region);
@@ -101,18 +131,26 @@ impl Walk for Translator<'_> {
         let [head, after] = [(); 2].map(|()| self.f.create_block());
         self.results(inst, after);
         let zero = self.f.ins().iconst(I64, 0);
-        let starts: Vec<BlockArg> = std::iter::once(BlockArg::Value(zero)).chain(self.block_args(&inst.args)).collect();
+        let starts: Vec<BlockArg> = std::iter::once(BlockArg::Value(zero))
+            .chain(self.block_args(&inst.args))
+            .collect();
         self.f.ins().jump(head, &starts);
         for param in &body.params {
-            self.values[param.0 as usize] = self.f.append_block_param(head, register(self.ty(*param)));
+            self.values[param.0 as usize] =
+                self.f.append_block_param(head, register(self.ty(*param)));
         }
         self.f.switch_to_block(head);
         self.region(body);
         let round = self.value(body.params[0]);
         let next = self.f.ins().iadd_imm_s(round, 1);
-        let more = self.f.ins().icmp_imm_s(IntCC::SignedLessThan, next, i64::from(rounds));
+        let more = self
+            .f
+            .ins()
+            .icmp_imm_s(IntCC::SignedLessThan, next, i64::from(rounds));
         let yields = self.block_args(&body.yields);
-        let again: Vec<BlockArg> = std::iter::once(BlockArg::Value(next)).chain(yields.iter().copied()).collect();
+        let again: Vec<BlockArg> = std::iter::once(BlockArg::Value(next))
+            .chain(yields.iter().copied())
+            .collect();
         self.f.ins().brif(more, head, &again, after, &yields);
         self.f.switch_to_block(after);
     }

@@ -16,7 +16,11 @@ impl Writes {
         let mut writes = Writes {
             cells: state.cells.clone(),
             machines: state.machines.clone(),
-            pulse_left: state.pulse_left.iter().map(|left| left.saturating_sub(1)).collect(),
+            pulse_left: state
+                .pulse_left
+                .iter()
+                .map(|left| left.saturating_sub(1))
+                .collect(),
         };
         let period_s = 1.0 / f64::from(model.rate_hz);
         for body in &model.bodies {
@@ -45,11 +49,16 @@ impl Writes {
         let (cell, range) = (p.level.0 as usize, model.cells[p.level.0 as usize].range);
         let level = level.clamp(range.low, range.high);
         let runs = state.pulse_left[pulse.0 as usize] > 0;
-        self.cells[cell] = if runs { level.max(state.cells[cell]) } else { level };
+        self.cells[cell] = if runs {
+            level.max(state.cells[cell])
+        } else {
+            level
+        };
         self.pulse_left[pulse.0 as usize] = p.ticks;
     }
 
-    /// Clamps everything to its range; a coordinate stopped at an end loses a rate that points outwards.
+    /// Clamps everything to its range; a coordinate stopped at an end loses a rate that points
+    /// outwards.
     pub fn commit(mut self, model: &Model, state: &mut KeyState) {
         for body in &model.bodies {
             let (c, r) = (body.coordinate.0 as usize, body.rate.0 as usize);
@@ -61,7 +70,10 @@ impl Writes {
             }
         }
         for (value, cell) in self.cells.iter_mut().zip(&model.cells) {
-            debug_assert!(cell.kind != CellKind::Pulse || cell.range.low <= *value && *value <= cell.range.high);
+            debug_assert!(
+                cell.kind != CellKind::Pulse
+                    || cell.range.low <= *value && *value <= cell.range.high
+            );
             *value = value.clamp(cell.range.low, cell.range.high);
         }
         state.cells = self.cells;

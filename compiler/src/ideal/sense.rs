@@ -19,16 +19,26 @@ impl SenseState {
     /// The window is filled with the first word (rule 6).
     pub fn new(sense: &Sense, scales: Scales, rate_hz: u32, first: u16) -> SenseState {
         let accepted = scales.words_in(sense.range);
-        let step = sense.slew_per_s.map_or(i64::MAX / 2, |v| scales.words_per_tick(v, rate_hz));
+        let step = sense
+            .slew_per_s
+            .map_or(i64::MAX / 2, |v| scales.words_per_tick(v, rate_hz));
         let first = i64::from(first).clamp(accepted.0, accepted.1);
         let words = VecDeque::from(vec![first; sense.window as usize]);
-        SenseState { words, accepted, step, scales, rate_hz: f64::from(rate_hz) }
+        SenseState {
+            words,
+            accepted,
+            step,
+            scales,
+            rate_hz: f64::from(rate_hz),
+        }
     }
 
     /// Takes this tick's word: clamped to the range, then held back to the slew.
     pub fn push(&mut self, word: u16) {
         let last = self.last();
-        let word = i64::from(word).clamp(self.accepted.0, self.accepted.1).clamp(last - self.step, last + self.step);
+        let word = i64::from(word)
+            .clamp(self.accepted.0, self.accepted.1)
+            .clamp(last - self.step, last + self.step);
         self.words.pop_front();
         self.words.push_back(word);
     }
@@ -50,8 +60,8 @@ impl SenseState {
         sum as f64 / squares as f64 * self.scales.sensor_lsb * self.rate_hz
     }
 
-    /// Second derivative of the least-squares parabola: `2 sum p_j w_j / sum p_j^2` with `p_j = j^2 - m (m + 1) / 3`,
-    /// here with everything times 3 to stay in integers.
+    /// Second derivative of the least-squares parabola: `2 sum p_j w_j / sum p_j^2` with `p_j = j^2
+    /// - m (m + 1) / 3`, here with everything times 3 to stay in integers.
     pub fn curvature(&self) -> f64 {
         let m = (self.words.len() as i64 - 1) / 2;
         let p = |j: i64| 3 * j * j - m * (m + 1);
@@ -70,15 +80,29 @@ mod tests {
 
     #[test]
     fn a_parabola_of_words_gives_its_own_derivatives() {
-        let scales = Scales { sensor_zero: 0.0, sensor_lsb: 1.0, drive_lsb: 1.0 };
-        let range = Interval { low: 0.0, high: 65535.0 };
-        let sense =
-            Sense { name: "x".into(), dim: Dim::default(), range, window: 5, slew_per_s: None, span: Span::default() };
+        let scales = Scales {
+            sensor_zero: 0.0,
+            sensor_lsb: 1.0,
+            drive_lsb: 1.0,
+        };
+        let range = Interval {
+            low: 0.0,
+            high: 65535.0,
+        };
+        let sense = Sense {
+            name: "x".into(),
+            dim: Dim::default(),
+            range,
+            window: 5,
+            slew_per_s: None,
+            span: Span::default(),
+        };
         let parabola = |t: i64| (100 + 7 * t + 3 * t * t) as u16;
         let mut state = SenseState::new(&sense, scales, 10, parabola(0));
         (1..=4).for_each(|t| state.push(parabola(t)));
         assert_eq!(state.value(), 176.0);
-        // At the middle of the window (t = 2): 7 + 6 * 2 words per tick, 6 words per tick squared, at 10 ticks a second.
+        // At the middle of the window (t = 2): 7 + 6 * 2 words per tick, 6 words per tick squared,
+        // at 10 ticks a second.
         assert!((state.slope() - 190.0).abs() < 1e-9);
         assert!((state.curvature() - 600.0).abs() < 1e-9);
     }

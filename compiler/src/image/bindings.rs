@@ -4,8 +4,9 @@
 //!   Interface (what lies where in the state, what its integers mean) -> c_header, rust_module
 //! ```
 //!
-//! Both show the state as a structure whose fields lie where the code expects them (checked at compile time), and functions
-//! around it: live values are set within their ranges only, events are taken out of their ring.
+//! Both show the state as a structure whose fields lie where the code expects them (checked at
+//! compile time), and functions around it: live values are set within their ranges only, events are
+//! taken out of their ring.
 //!
 //! Not here: the code; how a program is made of it.
 
@@ -77,8 +78,8 @@ pub struct Ring {
     pub record_bytes: u32,
 }
 
-/// What lies where in the state, and what it means. The state begins with four words: bytes of events ever written, ever
-/// read, events lost, ticks.
+/// What lies where in the state, and what it means. The state begins with four words: bytes of
+/// events ever written, ever read, events lost, ticks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interface {
     /// Prefix of all names.
@@ -131,13 +132,32 @@ impl Interface {
     /// All fields, in order and without gaps.
     fn fields(&self) -> Vec<Field> {
         let counters = ["event_head", "event_tail", "events_lost", "tick"];
-        let counters = counters.iter().zip(0..).map(|(name, n)| (4 * n, (*name).to_string(), Holds::Counter, 4));
-        let lives = self.lives.iter().map(|live| (live.at, format!("live_{}", live.name), Holds::Live, 4));
-        let ring = self.ring.map(|ring| (ring.at, "events".to_string(), Holds::Ring(ring.bytes / 4), ring.bytes));
+        let counters = counters
+            .iter()
+            .zip(0..)
+            .map(|(name, n)| (4 * n, (*name).to_string(), Holds::Counter, 4));
+        let lives = self
+            .lives
+            .iter()
+            .map(|live| (live.at, format!("live_{}", live.name), Holds::Live, 4));
+        let ring = self.ring.map(|ring| {
+            (
+                ring.at,
+                "events".to_string(),
+                Holds::Ring(ring.bytes / 4),
+                ring.bytes,
+            )
+        });
         let row = 2 * self.row_words * self.keys;
-        let rows = [(self.inputs.0, "inputs", Holds::Inputs), (self.outputs.0, "outputs", Holds::Outputs)];
-        let rows = rows.into_iter().map(|(at, name, holds)| (at, name.to_string(), holds, row));
-        let mut known: Vec<(u32, String, Holds, u32)> = counters.chain(lives).chain(ring).chain(rows).collect();
+        let rows = [
+            (self.inputs.0, "inputs", Holds::Inputs),
+            (self.outputs.0, "outputs", Holds::Outputs),
+        ];
+        let rows = rows
+            .into_iter()
+            .map(|(at, name, holds)| (at, name.to_string(), holds, row));
+        let mut known: Vec<(u32, String, Holds, u32)> =
+            counters.chain(lives).chain(ring).chain(rows).collect();
         known.sort_by_key(|field| field.0);
         let mut fields = Vec::new();
         let mut next = 0;
@@ -152,13 +172,21 @@ impl Interface {
 
     /// Arguments of the event that has most.
     fn args_max(&self) -> usize {
-        self.events.iter().map(|event| event.args.len()).max().unwrap_or(0)
+        self.events
+            .iter()
+            .map(|event| event.args.len())
+            .max()
+            .unwrap_or(0)
     }
 }
 
 fn gap(fields: &mut Vec<Field>, from: u32, to: u32) {
     if from < to {
-        fields.push(Field { at: from, name: format!("private_{from}"), holds: Holds::Private(to - from) });
+        fields.push(Field {
+            at: from,
+            name: format!("private_{from}"),
+            holds: Holds::Private(to - from),
+        });
     }
 }
 
@@ -169,6 +197,9 @@ fn number(value: f64) -> String {
 
 /// A unit as part of a name: `N*s/m` is `n_s_per_m`.
 fn unit_name(unit: &str) -> String {
-    let spelled = unit.replace('/', "_per_").replace('*', "_").replace('^', "");
+    let spelled = unit
+        .replace('/', "_per_")
+        .replace('*', "_")
+        .replace('^', "");
     spelled.to_lowercase()
 }

@@ -8,7 +8,8 @@ use whippen_isa::timing::Core;
 pub enum MemoryKind {
     /// Keeps its contents; the image is stored there.
     Flash,
-    /// Holds nothing at the start: what must be there is copied from flash first, unless there is none.
+    /// Holds nothing at the start: what must be there is copied from flash first, unless there is
+    /// none.
     Ram,
 }
 
@@ -39,9 +40,11 @@ pub struct Placement {
 pub enum Start {
     /// A vector table at the beginning.
     Vectors,
-    /// A vector table at the beginning, and an image definition block in the first 4 KiB (RP2350 datasheet 5.9.5).
+    /// A vector table at the beginning, and an image definition block in the first 4 KiB (RP2350
+    /// datasheet 5.9.5).
     ImageDef,
-    /// 256 bytes of second-stage boot code with a checksum, then the vector table (RP2040 datasheet 2.8.1.3).
+    /// 256 bytes of second-stage boot code with a checksum, then the vector table (RP2040 datasheet
+    /// 2.8.1.3).
     Boot2,
 }
 
@@ -73,13 +76,21 @@ impl Board {
             Some(start) => section.starts_with(start),
             None => section == place.pattern,
         };
-        let place = self.places.iter().filter(fits).max_by_key(|place| place.pattern.len())?;
-        self.memory.iter().find(|memory| memory.name == place.memory)
+        let place = self
+            .places
+            .iter()
+            .filter(fits)
+            .max_by_key(|place| place.pattern.len())?;
+        self.memory
+            .iter()
+            .find(|memory| memory.name == place.memory)
     }
 
     /// Where the image is stored, if it is not loaded straight into RAM.
     pub fn flash(&self) -> Option<&Memory> {
-        self.memory.iter().find(|memory| memory.kind == MemoryKind::Flash)
+        self.memory
+            .iter()
+            .find(|memory| memory.kind == MemoryKind::Flash)
     }
 
     /// The cycles of its core.

@@ -4,7 +4,8 @@
 //!   RP2350   vectors | image definition block (20 bytes) | ..          RP2040   boot2 (252 bytes, CRC) | vectors | ..
 //! ```
 
-/// An image definition: executable, Secure, for the Arm cores of RP2350; the only block of its loop (RP2350 datasheet 5.9.5.1).
+/// An image definition: executable, Secure, for the Arm cores of RP2350; the only block of its loop
+/// (RP2350 datasheet 5.9.5.1).
 pub(super) const IMAGE_DEF: [u32; 5] = [0xffff_ded3, 0x1021_0142, 0x0000_01ff, 0, 0xab12_3579];
 
 /// Bytes of a second stage without its checksum.
@@ -24,7 +25,13 @@ pub(super) fn checked_boot2(code: &[u8]) -> Option<Vec<u8>> {
 
 /// CRC-32 with polynomial 0x04c11db7 from 0xffffffff, not reflected, not inverted.
 fn crc32(bytes: &[u8]) -> u32 {
-    let step = |crc: u32| if crc >> 31 == 1 { crc << 1 ^ 0x04c1_1db7 } else { crc << 1 };
+    let step = |crc: u32| {
+        if crc >> 31 == 1 {
+            crc << 1 ^ 0x04c1_1db7
+        } else {
+            crc << 1
+        }
+    };
     let byte = |crc: u32, byte: &u8| (0..8).fold(crc ^ u32::from(*byte) << 24, |crc, _| step(crc));
     bytes.iter().fold(u32::MAX, byte)
 }

@@ -1,17 +1,18 @@
-//! What a debugger wants to know: which line each instruction belongs to, and where functions begin and end.
+//! What a debugger wants to know: which line each instruction belongs to, and where functions begin
+//! and end.
 //!
-//! DWARF 4, by `gimli`. File names are as they were given to the command, relative to `.`, so the same program gives the
-//! same bytes wherever it is built.
+//! DWARF 4, by `gimli`. File names are as they were given to the command, relative to `.`, so the
+//! same program gives the same bytes wherever it is built.
 
 use std::collections::BTreeMap;
 
 use gimli::constants::{
-    DW_AT_decl_file, DW_AT_decl_line, DW_AT_external, DW_AT_high_pc, DW_AT_language, DW_AT_low_pc, DW_AT_name,
-    DW_AT_producer, DW_AT_ranges, DW_AT_stmt_list, DW_LANG_C99, DW_TAG_subprogram,
+    DW_AT_decl_file, DW_AT_decl_line, DW_AT_external, DW_AT_high_pc, DW_AT_language, DW_AT_low_pc,
+    DW_AT_name, DW_AT_producer, DW_AT_ranges, DW_AT_stmt_list, DW_LANG_C99, DW_TAG_subprogram,
 };
 use gimli::write::{
-    Address, AttributeValue, DwarfUnit, EndianVec, FileId, LineProgram, LineString, Range, RangeList, RelocateWriter,
-    Relocation, RelocationTarget, Sections,
+    Address, AttributeValue, DwarfUnit, EndianVec, FileId, LineProgram, LineString, Range,
+    RangeList, RelocateWriter, Relocation, RelocationTarget, Sections,
 };
 use gimli::{Encoding, Format, LineEncoding, LittleEndian};
 
@@ -60,11 +61,17 @@ pub(super) struct Debug {
 
 /// Everything about some code; nothing where no line of it is known.
 pub(super) fn sections(code: &[Code]) -> Vec<Debug> {
-    let mut places = code.iter().flat_map(|code| &code.lines).filter_map(|(_, place)| place.as_ref());
-    let Some(first) = places.next() else { return Vec::new() };
+    let mut places = code
+        .iter()
+        .flat_map(|code| &code.lines)
+        .filter_map(|(_, place)| place.as_ref());
+    let Some(first) = places.next() else {
+        return Vec::new();
+    };
     let mut unit = Unit::new(&name(&first.file));
     code.iter().for_each(|code| unit.add(code));
-    // The writer refuses only what could not be spelled, such as a name with a zero byte; then there is nothing.
+    // The writer refuses only what could not be spelled, such as a name with a zero byte; then
+    // there is nothing.
     unit.written().unwrap_or_default()
 }
 
@@ -82,18 +89,30 @@ struct Unit {
 
 impl Unit {
     fn new(file: &[u8]) -> Unit {
-        let encoding = Encoding { format: Format::Dwarf32, version: 4, address_size: 4 };
+        let encoding = Encoding {
+            format: Format::Dwarf32,
+            version: 4,
+            address_size: 4,
+        };
         let mut dwarf = DwarfUnit::new(encoding);
-        let line = LineEncoding { minimum_instruction_length: 2, ..LineEncoding::default() };
+        let line = LineEncoding {
+            minimum_instruction_length: 2,
+            ..LineEncoding::default()
+        };
         let string = |text: &[u8]| LineString::String(text.to_vec());
-        dwarf.unit.line_program = LineProgram::new(encoding, line, string(b"."), None, string(file), None);
+        dwarf.unit.line_program =
+            LineProgram::new(encoding, line, string(b"."), None, string(file), None);
         let root = dwarf.unit.get_mut(dwarf.unit.root());
         root.set(DW_AT_producer, AttributeValue::String(b"Whippen".to_vec()));
         root.set(DW_AT_language, AttributeValue::Language(DW_LANG_C99));
         root.set(DW_AT_name, AttributeValue::String(file.to_vec()));
         root.set(DW_AT_stmt_list, AttributeValue::LineProgramRef);
         root.set(DW_AT_low_pc, AttributeValue::Address(Address::Constant(0)));
-        Unit { dwarf, files: BTreeMap::new(), ranges: Vec::new() }
+        Unit {
+            dwarf,
+            files: BTreeMap::new(),
+            ranges: Vec::new(),
+        }
     }
 
     fn file(&mut self, file: &str) -> FileId {
@@ -108,13 +127,28 @@ impl Unit {
         if code.lines.iter().all(|(_, place)| place.is_none()) {
             return;
         }
-        let begin = Address::Symbol { symbol: code.section, addend: 0 };
-        self.ranges.push(Range::StartLength { begin, length: u64::from(code.size) });
+        let begin = Address::Symbol {
+            symbol: code.section,
+            addend: 0,
+        };
+        self.ranges.push(Range::StartLength {
+            begin,
+            length: u64::from(code.size),
+        });
         self.rows(code, begin);
         for (function, at, size) in &code.functions {
             // A function without a size ends where the next begins.
-            let next = code.functions.iter().map(|other| other.1).filter(|next| next > at).min();
-            let size = if *size == 0 { next.unwrap_or(code.size) - at } else { *size };
+            let next = code
+                .functions
+                .iter()
+                .map(|other| other.1)
+                .filter(|next| next > at)
+                .min();
+            let size = if *size == 0 {
+                next.unwrap_or(code.size) - at
+            } else {
+                *size
+            };
             self.function(code, function, *at, size);
         }
     }
@@ -136,7 +170,10 @@ impl Unit {
             (program.row().file, program.row().line) = row;
             program.generate_row();
         }
-        self.dwarf.unit.line_program.end_sequence(u64::from(code.size));
+        self.dwarf
+            .unit
+            .line_program
+            .end_sequence(u64::from(code.size));
     }
 
     /// Some file: a row of nobody needs one.
@@ -148,32 +185,48 @@ impl Unit {
     }
 
     fn function(&mut self, code: &Code, function: &str, at: u32, size: u32) {
-        let place = code.lines.iter().rev().find(|(offset, _)| *offset <= at).and_then(|(_, place)| place.clone());
+        let place = code
+            .lines
+            .iter()
+            .rev()
+            .find(|(offset, _)| *offset <= at)
+            .and_then(|(_, place)| place.clone());
         let file = place.as_ref().map(|place| self.file(&place.file));
         let unit = &mut self.dwarf.unit;
         let entry = unit.add(unit.root(), DW_TAG_subprogram);
         let entry = unit.get_mut(entry);
         entry.set(DW_AT_name, AttributeValue::String(name(function)));
         entry.set(DW_AT_external, AttributeValue::Flag(true));
-        let low = Address::Symbol { symbol: code.section, addend: i64::from(at) };
+        let low = Address::Symbol {
+            symbol: code.section,
+            addend: i64::from(at),
+        };
         entry.set(DW_AT_low_pc, AttributeValue::Address(low));
         entry.set(DW_AT_high_pc, AttributeValue::Udata(u64::from(size)));
         if let (Some(file), Some(place)) = (file, place) {
             entry.set(DW_AT_decl_file, AttributeValue::FileIndex(Some(file)));
-            entry.set(DW_AT_decl_line, AttributeValue::Udata(u64::from(place.line)));
+            entry.set(
+                DW_AT_decl_line,
+                AttributeValue::Udata(u64::from(place.line)),
+            );
         }
     }
 
     fn written(mut self) -> gimli::write::Result<Vec<Debug>> {
         let unit = &mut self.dwarf.unit;
         let ranges = unit.ranges.add(RangeList(self.ranges));
-        unit.get_mut(unit.root()).set(DW_AT_ranges, AttributeValue::RangeListRef(ranges));
+        unit.get_mut(unit.root())
+            .set(DW_AT_ranges, AttributeValue::RangeListRef(ranges));
         let mut sections = Sections::new(Writer::default());
         self.dwarf.write(&mut sections)?;
         let mut out = Vec::new();
         sections.for_each(|id, writer| {
             if !writer.bytes.slice().is_empty() {
-                out.push(Debug { name: id.name(), bytes: writer.bytes.slice().to_vec(), holes: writer.holes.clone() });
+                out.push(Debug {
+                    name: id.name(),
+                    bytes: writer.bytes.slice().to_vec(),
+                    holes: writer.holes.clone(),
+                });
             }
             gimli::write::Result::Ok(())
         })?;
@@ -190,7 +243,10 @@ struct Writer {
 
 impl Default for Writer {
     fn default() -> Writer {
-        Writer { bytes: EndianVec::new(LittleEndian), holes: Vec::new() }
+        Writer {
+            bytes: EndianVec::new(LittleEndian),
+            holes: Vec::new(),
+        }
     }
 }
 
@@ -210,6 +266,10 @@ impl RelocateWriter for Writer {
             RelocationTarget::Symbol(section) => To::Code(section),
             RelocationTarget::Section(id) => To::Debug(id.name()),
         };
-        self.holes.push(Hole { at: relocation.offset as u32, to, addend: relocation.addend as u32 });
+        self.holes.push(Hole {
+            at: relocation.offset as u32,
+            to,
+            addend: relocation.addend as u32,
+        });
     }
 }

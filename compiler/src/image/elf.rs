@@ -25,13 +25,32 @@ const R_ARM_ABS32: u32 = 2;
 /// The image as an executable, with its symbols and lines.
 pub fn executable(image: &Image) -> Vec<u8> {
     let mut file = File::new(Some(image.entry | 1));
-    for Linked { name, kind, bytes, size, run, .. } in &image.sections {
+    for Linked {
+        name,
+        kind,
+        bytes,
+        size,
+        run,
+        ..
+    } in &image.sections
+    {
         file.add(Part::of(name, *kind, bytes.clone(), *size).at(*run));
     }
-    image.segments.iter().for_each(|segment| file.segment(segment));
-    let code: Vec<Code> = (0..image.sections.len()).filter_map(|index| linked_code(image, index)).collect();
+    image
+        .segments
+        .iter()
+        .for_each(|segment| file.segment(segment));
+    let code: Vec<Code> = (0..image.sections.len())
+        .filter_map(|index| linked_code(image, index))
+        .collect();
     for debug in dwarf::sections(&code) {
-        let address = |to: &To| if let To::Code(index) = to { image.sections[*index].run } else { 0 };
+        let address = |to: &To| {
+            if let To::Code(index) = to {
+                image.sections[*index].run
+            } else {
+                0
+            }
+        };
         file.add(Part::debug(debug.name, debug.filled(address)));
     }
     let mut symbols = Symbols::new(file.parts());
@@ -55,10 +74,15 @@ pub fn relocatable(object: &Object, arch: Arch, places: &[Place]) -> Result<Vec<
     let mut file = File::new(None);
     for section in &object.sections {
         let mut bytes = section.bytes.clone();
-        section.fixups.iter().try_for_each(|f| put_addend(&mut bytes, f.at, f.kind, f.addend))?;
+        section
+            .fixups
+            .iter()
+            .try_for_each(|f| put_addend(&mut bytes, f.at, f.kind, f.addend))?;
         file.add(Part::of(&section.name, section.kind, bytes, section.size).aligned(section.align));
     }
-    let code: Vec<Code> = (0..object.sections.len()).filter_map(|index| object_code(object, index, places)).collect();
+    let code: Vec<Code> = (0..object.sections.len())
+        .filter_map(|index| object_code(object, index, places))
+        .collect();
     let debug = dwarf::sections(&code);
     for section in &debug {
         file.add(Part::debug(section.name, section.filled(|_| 0)));
@@ -66,18 +90,27 @@ pub fn relocatable(object: &Object, arch: Arch, places: &[Place]) -> Result<Vec<
     let mut symbols = Symbols::new(file.parts());
     symbols.add(object_symbols(object));
     for (index, section) in object.sections.iter().enumerate() {
-        let entry = |f: &super::object::Fixup| (f.at, symbols.number(&f.symbol), f.kind.elf_number());
-        file.relocations(file::number(index), section.fixups.iter().map(entry).collect());
+        let entry =
+            |f: &super::object::Fixup| (f.at, symbols.number(&f.symbol), f.kind.elf_number());
+        file.relocations(
+            file::number(index),
+            section.fixups.iter().map(entry).collect(),
+        );
     }
     for (index, section) in debug.iter().enumerate() {
         // A section's symbol has the section's number.
         let first = object.sections.len();
         let number = |to: &To| match to {
             To::Code(index) => file::number(*index),
-            To::Debug(name) => file::number(first + debug.iter().position(|d| d.name == *name).unwrap_or(0)),
+            To::Debug(name) => {
+                file::number(first + debug.iter().position(|d| d.name == *name).unwrap_or(0))
+            }
         };
         let entry = |hole: &dwarf::Hole| (hole.at, u32::from(number(&hole.to)), R_ARM_ABS32);
-        file.relocations(file::number(first + index), section.holes.iter().map(entry).collect());
+        file.relocations(
+            file::number(first + index),
+            section.holes.iter().map(entry).collect(),
+        );
     }
     Ok(file.finish(&symbols, &attributes::section(arch)))
 }
@@ -103,21 +136,53 @@ fn object_symbols(object: &Object) -> Vec<Entry> {
 
 fn linked_code(image: &Image, index: usize) -> Option<Code> {
     let section = &image.sections[index];
-    let inside = image.symbols.iter().filter(|symbol| symbol.section == Some(index));
+    let inside = image
+        .symbols
+        .iter()
+        .filter(|symbol| symbol.section == Some(index));
     let functions = inside.filter(|symbol| symbol.kind == super::object::SymbolKind::Function);
-    let functions = functions.map(|f| (f.name.clone(), f.address - section.run, f.size)).collect();
-    let lines = section.lines.iter().map(|(address, place)| (address - section.run, place.clone())).collect();
-    (section.kind == SectionKind::Code).then_some(Code { section: index, size: section.size, functions, lines })
+    let functions = functions
+        .map(|f| (f.name.clone(), f.address - section.run, f.size))
+        .collect();
+    let lines = section
+        .lines
+        .iter()
+        .map(|(address, place)| (address - section.run, place.clone()))
+        .collect();
+    (section.kind == SectionKind::Code).then_some(Code {
+        section: index,
+        size: section.size,
+        functions,
+        lines,
+    })
 }
 
 fn object_code(object: &Object, index: usize, places: &[Place]) -> Option<Code> {
-    let Section { kind, size, ref lines, .. } = object.sections[index];
-    let inside = object.symbols.iter().filter(|symbol| symbol.section == Some(index));
+    let Section {
+        kind,
+        size,
+        ref lines,
+        ..
+    } = object.sections[index];
+    let inside = object
+        .symbols
+        .iter()
+        .filter(|symbol| symbol.section == Some(index));
     let functions = inside.filter(|symbol| symbol.kind == super::object::SymbolKind::Function);
-    let functions = functions.map(|f| (f.name.clone(), f.offset, f.size)).collect();
+    let functions = functions
+        .map(|f| (f.name.clone(), f.offset, f.size))
+        .collect();
     let place = |origin: Option<u32>| origin.and_then(|o| places.get(o as usize)).cloned();
-    let lines = lines.iter().map(|row| (row.at, place(row.origin))).collect();
-    (kind == SectionKind::Code).then_some(Code { section: index, size, functions, lines })
+    let lines = lines
+        .iter()
+        .map(|row| (row.at, place(row.origin)))
+        .collect();
+    (kind == SectionKind::Code).then_some(Code {
+        section: index,
+        size,
+        functions,
+        lines,
+    })
 }
 
 impl Debug {

@@ -19,7 +19,9 @@ pub enum FixupError {
 impl fmt::Display for FixupError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            FixupError::Reach { distance } => write!(f, "is {distance} bytes away, further than a branch reaches"),
+            FixupError::Reach { distance } => {
+                write!(f, "is {distance} bytes away, further than a branch reaches")
+            }
             FixupError::Outside => f.write_str("is to be put outside of its section"),
         }
     }
@@ -39,12 +41,20 @@ impl FixupKind {
     }
 }
 
-/// Fills in `value` (the symbol's address, bit 0 set for a function, plus addend) for the place at `offset` of a section,
-/// which has address `place`.
-pub(super) fn apply(bytes: &mut [u8], offset: u32, kind: FixupKind, value: u32, place: u32) -> Result<(), FixupError> {
+/// Fills in `value` (the symbol's address, bit 0 set for a function, plus addend) for the place at
+/// `offset` of a section, which has address `place`.
+pub(super) fn apply(
+    bytes: &mut [u8],
+    offset: u32,
+    kind: FixupKind,
+    value: u32,
+    place: u32,
+) -> Result<(), FixupError> {
     let at = offset as usize;
-    let slot: &mut [u8; 4] =
-        bytes.get_mut(at..at.saturating_add(4)).and_then(|s| s.try_into().ok()).ok_or(FixupError::Outside)?;
+    let slot: &mut [u8; 4] = bytes
+        .get_mut(at..at.saturating_add(4))
+        .and_then(|s| s.try_into().ok())
+        .ok_or(FixupError::Outside)?;
     match kind {
         FixupKind::Abs32 => *slot = value.to_le_bytes(),
         FixupKind::Rel32 => *slot = value.wrapping_sub(place).to_le_bytes(),
@@ -58,11 +68,19 @@ pub(super) fn apply(bytes: &mut [u8], offset: u32, kind: FixupKind, value: u32, 
     Ok(())
 }
 
-/// Puts the addend of a relocation where a linker finds it: the ABI keeps addends in the place itself.
-pub(super) fn put_addend(bytes: &mut [u8], offset: u32, kind: FixupKind, addend: i32) -> Result<(), FixupError> {
+/// Puts the addend of a relocation where a linker finds it: the ABI keeps addends in the place
+/// itself.
+pub(super) fn put_addend(
+    bytes: &mut [u8],
+    offset: u32,
+    kind: FixupKind,
+    addend: i32,
+) -> Result<(), FixupError> {
     let at = offset as usize;
-    let slot: &mut [u8; 4] =
-        bytes.get_mut(at..at.saturating_add(4)).and_then(|s| s.try_into().ok()).ok_or(FixupError::Outside)?;
+    let slot: &mut [u8; 4] = bytes
+        .get_mut(at..at.saturating_add(4))
+        .and_then(|s| s.try_into().ok())
+        .ok_or(FixupError::Outside)?;
     match kind {
         FixupKind::Abs32 | FixupKind::Rel32 => *slot = addend.to_le_bytes(),
         // Branches count from 4 behind themselves.
@@ -76,7 +94,10 @@ pub(super) fn put_addend(bytes: &mut [u8], offset: u32, kind: FixupKind, addend:
 }
 
 fn halves(slot: &[u8; 4]) -> (u16, u16) {
-    (u16::from_le_bytes([slot[0], slot[1]]), u16::from_le_bytes([slot[2], slot[3]]))
+    (
+        u16::from_le_bytes([slot[0], slot[1]]),
+        u16::from_le_bytes([slot[2], slot[3]]),
+    )
 }
 
 fn set_halves(slot: &mut [u8; 4], first: u16, second: u16) {

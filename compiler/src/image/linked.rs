@@ -63,12 +63,19 @@ pub struct Named {
 impl Image {
     /// Bytes that are stored.
     pub fn stored_bytes(&self) -> u32 {
-        self.segments.iter().map(|segment| segment.bytes.len() as u32).sum()
+        self.segments
+            .iter()
+            .map(|segment| segment.bytes.len() as u32)
+            .sum()
     }
 
     /// Bytes of memory while it runs, without stacks: what is not read where it is stored.
     pub fn run_bytes(&self) -> u32 {
-        self.segments.iter().filter(|s| s.run != s.load || s.writable).map(|segment| segment.size).sum()
+        self.segments
+            .iter()
+            .filter(|s| s.run != s.load || s.writable)
+            .map(|segment| segment.size)
+            .sum()
     }
 }
 

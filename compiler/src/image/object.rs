@@ -46,7 +46,8 @@ pub struct LineRow {
 /// What only the compiler knows of the control flow.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Hint {
-    /// The instruction at this offset is the head of a loop and runs at most so often each time the loop is entered.
+    /// The instruction at this offset is the head of a loop and runs at most so often each time the
+    /// loop is entered.
     Loop {
         /// Offset of the loop's first instruction.
         at: u32,

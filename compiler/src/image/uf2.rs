@@ -1,4 +1,5 @@
-//! UF2: blocks of 256 bytes that a bootloader takes over USB in any order (Microsoft, USB Flashing Format).
+//! UF2: blocks of 256 bytes that a bootloader takes over USB in any order (Microsoft, USB Flashing
+//! Format).
 
 use super::linked::Image;
 
@@ -8,18 +9,29 @@ const MAGIC_END: u32 = 0x0ab1_6f30;
 const FAMILY_PRESENT: u32 = 0x2000;
 const PAYLOAD: u32 = 256;
 
-/// The image as a UF2 file for a family of chips. Blocks begin at multiples of 256, as flash wants to be written; what
-/// nobody fills is zero.
+/// The image as a UF2 file for a family of chips. Blocks begin at multiples of 256, as flash wants
+/// to be written; what nobody fills is zero.
 pub fn uf2(image: &Image, family: u32) -> Vec<u8> {
     let mut pages = std::collections::BTreeMap::<u32, [u8; PAYLOAD as usize]>::new();
     for segment in &image.segments {
         for (at, &byte) in (segment.load..).zip(&segment.bytes) {
-            pages.entry(at / PAYLOAD * PAYLOAD).or_insert([0; PAYLOAD as usize])[(at % PAYLOAD) as usize] = byte;
+            pages
+                .entry(at / PAYLOAD * PAYLOAD)
+                .or_insert([0; PAYLOAD as usize])[(at % PAYLOAD) as usize] = byte;
         }
     }
     let count = pages.len() as u32;
     let block = |(number, (address, page)): (u32, (&u32, &[u8; PAYLOAD as usize]))| {
-        let head = [MAGIC[0], MAGIC[1], FAMILY_PRESENT, *address, PAYLOAD, number, count, family];
+        let head = [
+            MAGIC[0],
+            MAGIC[1],
+            FAMILY_PRESENT,
+            *address,
+            PAYLOAD,
+            number,
+            count,
+            family,
+        ];
         let mut block: Vec<u8> = head.iter().flat_map(|word| word.to_le_bytes()).collect();
         block.extend(page);
         block.resize(508, 0);

@@ -15,7 +15,9 @@ pub(super) fn collect(files: &[File]) -> Index {
             }
             Item::Term(t) => {
                 index.item(Kind::Term, &t.name, t.span, &t.doc);
-                t.params.iter().for_each(|p| index.typed(Kind::Parameter, p));
+                t.params
+                    .iter()
+                    .for_each(|p| index.typed(Kind::Parameter, p));
                 t.results.iter().for_each(|r| index.typed(Kind::Result, r));
                 t.decls.iter().for_each(|d| index.decl(d));
             }
@@ -55,7 +57,10 @@ impl Index {
             calls: None,
             machine: None,
         });
-        self.occurrences.push(Occurrence { span: name.span, definition });
+        self.occurrences.push(Occurrence {
+            span: name.span,
+            definition,
+        });
         definition
     }
 
@@ -67,7 +72,9 @@ impl Index {
     fn decl(&mut self, decl: &Decl) {
         let (kind, name, ty) = match &decl.kind {
             DeclKind::Sense { name, ty, .. } => (Kind::Sense, name, Some(ty)),
-            DeclKind::Param { live: true, name, .. } => (Kind::Live, name, None),
+            DeclKind::Param {
+                live: true, name, ..
+            } => (Kind::Live, name, None),
             DeclKind::Param { name, .. } => (Kind::Param, name, None),
             DeclKind::Let { name, .. } => (Kind::Let, name, None),
             DeclKind::State { name, ty, .. } => (Kind::State, name, Some(ty)),
@@ -81,7 +88,14 @@ impl Index {
         let at = self.define(kind, name, decl.span);
         self.definitions[at].ty = ty.map(|ty| ty.node.clone());
         match &decl.kind {
-            DeclKind::Let { value: Expr { kind: ExprKind::Call(callee, _), .. }, .. } => {
+            DeclKind::Let {
+                value:
+                    Expr {
+                        kind: ExprKind::Call(callee, _),
+                        ..
+                    },
+                ..
+            } => {
                 self.definitions[at].calls = Some(callee.node.clone());
             }
             DeclKind::States { transitions, .. } => self.machine(at, transitions),

@@ -6,7 +6,11 @@ use crate::syntax::ast::*;
 
 /// Adds every name that is understood.
 pub(super) fn resolve(index: &mut Index, map: &SourceMap, files: &[File]) {
-    let mut resolver = Resolver { index, map, item: 0 };
+    let mut resolver = Resolver {
+        index,
+        map,
+        item: 0,
+    };
     for (n, item) in files.iter().flat_map(|f| &f.items).enumerate() {
         resolver.item = n;
         match item {
@@ -26,7 +30,9 @@ struct Resolver<'a> {
 
 impl Resolver<'_> {
     fn found(&mut self, span: Span, definition: Option<usize>) {
-        self.index.occurrences.extend(definition.map(|definition| Occurrence { span, definition }));
+        self.index
+            .occurrences
+            .extend(definition.map(|definition| Occurrence { span, definition }));
     }
 
     fn name(&mut self, name: &Name, is: impl Fn(Kind) -> bool) {
@@ -39,7 +45,9 @@ impl Resolver<'_> {
 
     fn decl(&mut self, decl: &Decl) {
         match &decl.kind {
-            DeclKind::Sense { range, slew, over, .. } => {
+            DeclKind::Sense {
+                range, slew, over, ..
+            } => {
                 self.range(range);
                 slew.iter().chain(over).for_each(|e| self.expr(e));
             }
@@ -89,14 +97,22 @@ impl Resolver<'_> {
 
     fn state(&mut self, machine: &str, state: &Name) {
         let machine = self.index.find(self.item, machine, |k| k == Kind::Machine);
-        let of_machine = |d: &super::Definition| d.machine.is_some() && d.machine == machine && d.name == state.node;
+        let of_machine = |d: &super::Definition| {
+            d.machine.is_some() && d.machine == machine && d.name == state.node
+        };
         let found = self.index.definitions.iter().position(of_machine);
         self.found(state.span, found);
     }
 
     fn part(&mut self, part: &BodyPart) {
         match part {
-            BodyPart::Coordinate { range, init, rate_range, rate_init, .. } => {
+            BodyPart::Coordinate {
+                range,
+                init,
+                rate_range,
+                rate_init,
+                ..
+            } => {
                 self.range(range);
                 self.range(rate_range);
                 init.iter().chain(rate_init).for_each(|e| self.expr(e));
@@ -123,9 +139,14 @@ impl Resolver<'_> {
             Setting::Zones { zones, .. } => zones.iter().for_each(|zone| {
                 self.instrument(&zone.instrument);
             }),
-            Setting::PerKey { instrument, param, points } => {
+            Setting::PerKey {
+                instrument,
+                param,
+                points,
+            } => {
                 let item = self.instrument(instrument);
-                let found = item.and_then(|item| self.index.find(item, &param.node, Kind::is_value));
+                let found =
+                    item.and_then(|item| self.index.find(item, &param.node, Kind::is_value));
                 self.found(param.span, found);
                 points.iter().for_each(|(_, value)| self.expr(value));
             }
@@ -134,7 +155,10 @@ impl Resolver<'_> {
 
     /// Zones of this keyboard, or an instrument.
     fn program(&mut self, name: &Name) {
-        match self.index.find(self.item, &name.node, |kind| kind == Kind::Zones) {
+        match self
+            .index
+            .find(self.item, &name.node, |kind| kind == Kind::Zones)
+        {
             None => drop(self.instrument(name)),
             zones => self.found(name.span, zones),
         }
@@ -156,16 +180,22 @@ impl Resolver<'_> {
             ExprKind::Field(base, field) => {
                 self.expr(base);
                 let term = self.term_of(base);
-                let result = term.and_then(|term| self.index.find(term, &field.node, |k| k == Kind::Result));
+                let result =
+                    term.and_then(|term| self.index.find(term, &field.node, |k| k == Kind::Result));
                 self.found(field.span, result);
             }
             ExprKind::Call(callee, args) => {
                 let term = self.index.item_named(&callee.node, Kind::Term);
                 self.found(callee.span, term);
                 for arg in args {
-                    let of_term = term.map(|at| self.index.definitions[at].item).zip(arg.name.as_ref());
+                    let of_term = term
+                        .map(|at| self.index.definitions[at].item)
+                        .zip(arg.name.as_ref());
                     if let Some((term, name)) = of_term {
-                        self.found(name.span, self.index.find(term, &name.node, |k| k == Kind::Parameter));
+                        self.found(
+                            name.span,
+                            self.index.find(term, &name.node, |k| k == Kind::Parameter),
+                        );
                     }
                     self.expr(&arg.value);
                 }
@@ -191,12 +221,18 @@ impl Resolver<'_> {
             }
             _ => return None,
         };
-        self.index.item_named(callee, Kind::Term).map(|at| self.index.definitions[at].item)
+        self.index
+            .item_named(callee, Kind::Term)
+            .map(|at| self.index.definitions[at].item)
     }
 
     /// The place of an expression holds the round brackets around it: here is the name alone.
     fn without_brackets(&self, span: Span, name: &str) -> Span {
         let at = self.map.text(span).find(name).unwrap_or(0) as u32;
-        Span { start: span.start + at, end: span.start + at + name.len() as u32, ..span }
+        Span {
+            start: span.start + at,
+            end: span.start + at + name.len() as u32,
+            ..span
+        }
     }
 }

@@ -16,11 +16,17 @@ fn meant(text: &str) -> Option<(Kind, String)> {
     }
     let index = Index::new(&map, &files);
     for occurrence in &index.occurrences {
-        assert_eq!(map.text(occurrence.span), index.definitions[occurrence.definition].name);
+        assert_eq!(
+            map.text(occurrence.span),
+            index.definitions[occurrence.definition].name
+        );
     }
-    index
-        .at(file, at as u32)
-        .map(|o| (index.definitions[o.definition].kind, map.text(index.definitions[o.definition].whole).to_string()))
+    index.at(file, at as u32).map(|o| {
+        (
+            index.definitions[o.definition].kind,
+            map.text(index.definitions[o.definition].whole).to_string(),
+        )
+    })
 }
 
 const PROGRAM: &str = "instrument a { sense x: length in 0 m .. 1 m param k = 2 N/m let j = escapement(x, start: 1 mm) \
@@ -37,8 +43,16 @@ fn names_are_found_where_rule_nine_says() {
         ("escapement^(", Kind::Term, ""),
         ("start^:", Kind::Parameter, "start: length"),
         ("j.resistance^", Kind::Result, "resistance: force"),
-        ("fire p^", Kind::Pulse, "pulse p: force in 0 N .. 1 N lasting 1 ms"),
-        ("m is down^", Kind::MachineState, "up -> down when on { s := k * (x) }"),
+        (
+            "fire p^",
+            Kind::Pulse,
+            "pulse p: force in 0 N .. 1 N lasting 1 ms",
+        ),
+        (
+            "m is down^",
+            Kind::MachineState,
+            "up -> down when on { s := k * (x) }",
+        ),
         ("when m^ is", Kind::Machine, ""),
         ("hold b^", Kind::Body, ""),
         ("next s^", Kind::State, ""),
@@ -55,7 +69,10 @@ fn names_are_found_where_rule_nine_says() {
         assert_eq!(PROGRAM.matches(&plain).count(), 1, "{place}");
         let text = PROGRAM.replace(&plain, place);
         match meant(&text) {
-            Some((found, text)) => assert!(found == kind && text.contains(whole), "{place}: {found:?} {text}"),
+            Some((found, text)) => assert!(
+                found == kind && text.contains(whole),
+                "{place}: {found:?} {text}"
+            ),
             None => assert_eq!(place, "s :=^"),
         }
     }
@@ -65,6 +82,9 @@ fn names_are_found_where_rule_nine_says() {
 fn what_is_not_declared_means_nothing() {
     assert_eq!(meant("instrument a { let b = c^ }"), None);
     assert_eq!(meant("instrument a { let b = nothing(d^: 1) }"), None);
-    assert_eq!(meant("instrument a { let b = if m is s^ then 1 else 2 }"), None);
+    assert_eq!(
+        meant("instrument a { let b = if m is s^ then 1 else 2 }"),
+        None
+    );
     assert_eq!(meant("instrument a { let b = (b).c^ force = }"), None);
 }

@@ -1,4 +1,5 @@
-//! Building a Kernel: every instruction goes through the table, which checks it and gives type and range of its result.
+//! Building a Kernel: every instruction goes through the table, which checks it and gives type and
+//! range of its result.
 //!
 //! ```
 //! use whippen_compiler::kernel::{Builder, Op, Range};
@@ -15,8 +16,9 @@
 //! # Ok::<(), whippen_compiler::kernel::OpError>(())
 //! ```
 //!
-//! A pure operator applied twice to the same operands gives the same value (local value numbering), so constants need
-//! no care. A region that fails half-way is dropped as a whole; the builder can be used on.
+//! A pure operator applied twice to the same operands gives the same value (local value numbering),
+//! so constants need no care. A region that fails half-way is dropped as a whole; the builder can
+//! be used on.
 
 mod declare;
 
@@ -60,7 +62,11 @@ enum MadeOf {
 impl Builder {
     /// A kernel without declarations; instructions go to `init` first.
     pub fn new(name: &str, rate_hz: u32) -> Builder {
-        let kernel = Kernel { name: name.to_string(), rate_hz, ..Kernel::default() };
+        let kernel = Kernel {
+            name: name.to_string(),
+            rate_hz,
+            ..Kernel::default()
+        };
         Builder {
             kernel,
             scopes: vec![Scope::default()],
@@ -134,7 +140,13 @@ impl Builder {
         if self.apply(op, args)?.is_some() {
             return Err(OpError::Misused { op });
         }
-        self.push(Inst { op, args: args.to_vec(), results: Vec::new(), regions: Vec::new(), origin: self.origin });
+        self.push(Inst {
+            op,
+            args: args.to_vec(),
+            results: Vec::new(),
+            regions: Vec::new(),
+            origin: self.origin,
+        });
         Ok(())
     }
 
@@ -147,7 +159,8 @@ impl Builder {
         Ok(self.append(Op::Const(value), info, &[]))
     }
 
-    /// Runs `then` where `condition` holds, else `other`; gives what they return, each in the union of both ranges.
+    /// Runs `then` where `condition` holds, else `other`; gives what they return, each in the union
+    /// of both ranges.
     ///
     /// # Errors
     /// Those of the closures; a condition that is not `i1`; results that differ in number or type.
@@ -177,19 +190,32 @@ impl Builder {
     ///
     /// # Errors
     /// A condition that is not `i1`; results that differ in number or type.
-    pub fn branch(&mut self, condition: Value, then: Region, other: Region) -> Result<Vec<Value>, OpError> {
+    pub fn branch(
+        &mut self,
+        condition: Value,
+        then: Region,
+        other: Region,
+    ) -> Result<Vec<Value>, OpError> {
         if self.ty(condition) != Type::I1 {
-            return Err(OpError::Operands { op: Op::If, types: vec![self.ty(condition)] });
+            return Err(OpError::Operands {
+                op: Op::If,
+                types: vec![self.ty(condition)],
+            });
         }
         self.check_yields(&then.yields, &other.yields)?;
         let infos: Vec<ValueInfo> = then
             .yields
             .iter()
             .zip(&other.yields)
-            .map(|(a, b)| ValueInfo { ty: self.ty(*a), range: self.range(*a).union(self.range(*b)) })
+            .map(|(a, b)| ValueInfo {
+                ty: self.ty(*a),
+                range: self.range(*a).union(self.range(*b)),
+            })
             .collect();
         let results: Vec<Value> = infos.into_iter().map(|info| self.define(info)).collect();
-        results.iter().for_each(|result| self.decided[result.0 as usize] = true);
+        results
+            .iter()
+            .for_each(|result| self.decided[result.0 as usize] = true);
         self.push(Inst {
             op: Op::If,
             args: vec![condition],
@@ -200,12 +226,13 @@ impl Builder {
         Ok(results)
     }
 
-    /// Runs `body` `rounds` times. It gets the round (`i32`, from 0) and the carried values, and returns their next
-    /// values. Each carried value comes with the range it keeps: the start must lie in it, and so must what `body`
-    /// returns.
+    /// Runs `body` `rounds` times. It gets the round (`i32`, from 0) and the carried values, and
+    /// returns their next values. Each carried value comes with the range it keeps: the start must
+    /// lie in it, and so must what `body` returns.
     ///
     /// # Errors
-    /// Those of the closure; no rounds; a carried value that may leave its range or changes its type.
+    /// Those of the closure; no rounds; a carried value that may leave its range or changes its
+    /// type.
     pub fn repeat(
         &mut self,
         rounds: u32,
@@ -215,20 +242,45 @@ impl Builder {
         let op = Op::Loop(rounds);
         let allowed = Range::new(1, i32::MAX.into());
         if !allowed.has(rounds.into()) {
-            return Err(OpError::Immediate { op, value: rounds.into(), allowed });
+            return Err(OpError::Immediate {
+                op,
+                value: rounds.into(),
+                allowed,
+            });
         }
         let starts: Vec<Value> = carried.iter().map(|(start, _)| *start).collect();
         self.check_carried(&starts, carried)?;
-        let index = self.define(ValueInfo { ty: Type::I32, range: Range::new(0, i64::from(rounds) - 1) });
-        let infos: Vec<ValueInfo> =
-            carried.iter().map(|(start, range)| ValueInfo { ty: self.ty(*start), range: *range }).collect();
-        let params: Vec<Value> = std::iter::once(index).chain(infos.iter().map(|info| self.define(*info))).collect();
+        let index = self.define(ValueInfo {
+            ty: Type::I32,
+            range: Range::new(0, i64::from(rounds) - 1),
+        });
+        let infos: Vec<ValueInfo> = carried
+            .iter()
+            .map(|(start, range)| ValueInfo {
+                ty: self.ty(*start),
+                range: *range,
+            })
+            .collect();
+        let params: Vec<Value> = std::iter::once(index)
+            .chain(infos.iter().map(|info| self.define(*info)))
+            .collect();
         let inside = params[1..].to_vec();
         let region = self.region_with(params, |b| body(b, index, &inside))?;
         self.check_yields(&region.yields, &starts)?;
         self.check_carried(&region.yields, carried)?;
-        let results: Vec<Value> = region.yields.clone().into_iter().map(|y| self.define(self.info(y))).collect();
-        self.push(Inst { op, args: starts, results: results.clone(), regions: vec![region], origin: self.origin });
+        let results: Vec<Value> = region
+            .yields
+            .clone()
+            .into_iter()
+            .map(|y| self.define(self.info(y)))
+            .collect();
+        self.push(Inst {
+            op,
+            args: starts,
+            results: results.clone(),
+            regions: vec![region],
+            origin: self.origin,
+        });
         Ok(results)
     }
 
@@ -245,19 +297,34 @@ impl Builder {
     fn append(&mut self, op: Op, info: ValueInfo, args: &[Value]) -> Value {
         let key: Known = (op, info.ty, args.to_vec());
         let pure = op.row().effect == Effect::Pure;
-        let known = self.scopes.iter().rev().find_map(|scope| scope.known.get(&key));
+        let known = self
+            .scopes
+            .iter()
+            .rev()
+            .find_map(|scope| scope.known.get(&key));
         if let (true, Some(value)) = (pure, known) {
             return *value;
         }
         let result = self.define(info);
-        self.decided[result.0 as usize] = op == Op::Select || args.iter().any(|arg| self.is_decided(*arg));
+        self.decided[result.0 as usize] =
+            op == Op::Select || args.iter().any(|arg| self.is_decided(*arg));
         self.made_of[result.0 as usize] = match op {
             Op::Const(_) => MadeOf::Nothing,
             Op::Live(_) | Op::Tick(_) => MadeOf::Live,
             _ if args.is_empty() || !pure => MadeOf::Others,
-            _ => args.iter().map(|arg| self.made_of[arg.0 as usize]).max().unwrap_or(MadeOf::Others),
+            _ => args
+                .iter()
+                .map(|arg| self.made_of[arg.0 as usize])
+                .max()
+                .unwrap_or(MadeOf::Others),
         };
-        self.push(Inst { op, args: args.to_vec(), results: vec![result], regions: Vec::new(), origin: self.origin });
+        self.push(Inst {
+            op,
+            args: args.to_vec(),
+            results: vec![result],
+            regions: Vec::new(),
+            origin: self.origin,
+        });
         if pure && let Some(scope) = self.scopes.last_mut() {
             scope.known.insert(key, result);
         }
@@ -282,7 +349,13 @@ impl Builder {
         params: Vec<Value>,
         fill: impl FnOnce(&mut Builder) -> Result<Vec<Value>, OpError>,
     ) -> Result<Region, OpError> {
-        self.scopes.push(Scope { region: Region { params, ..Region::default() }, ..Scope::default() });
+        self.scopes.push(Scope {
+            region: Region {
+                params,
+                ..Region::default()
+            },
+            ..Scope::default()
+        });
         let yields = fill(self);
         let mut region = self.scopes.pop().unwrap_or_default().region;
         region.yields = yields?;
@@ -290,16 +363,27 @@ impl Builder {
     }
 
     fn check_yields(&self, left: &[Value], right: &[Value]) -> Result<(), OpError> {
-        let types = |values: &[Value]| -> Vec<Type> { values.iter().map(|value| self.ty(*value)).collect() };
+        let types = |values: &[Value]| -> Vec<Type> {
+            values.iter().map(|value| self.ty(*value)).collect()
+        };
         let (left, right) = (types(left), types(right));
-        if left == right { Ok(()) } else { Err(OpError::Yields { left, right }) }
+        if left == right {
+            Ok(())
+        } else {
+            Err(OpError::Yields { left, right })
+        }
     }
 
     fn check_carried(&self, values: &[Value], carried: &[(Value, Range)]) -> Result<(), OpError> {
         for (index, (value, (start, declared))) in values.iter().zip(carried).enumerate() {
-            let fits = self.ty(*start).range().contains(*declared) && declared.contains(self.range(*value));
+            let fits = self.ty(*start).range().contains(*declared)
+                && declared.contains(self.range(*value));
             if !fits {
-                return Err(OpError::Carried { index, value: self.range(*value), declared: *declared });
+                return Err(OpError::Carried {
+                    index,
+                    value: self.range(*value),
+                    declared: *declared,
+                });
             }
         }
         Ok(())
@@ -319,6 +403,10 @@ impl Builder {
     }
 
     fn outermost(&mut self) -> &mut Region {
-        if self.in_tick { &mut self.kernel.tick } else { &mut self.kernel.init }
+        if self.in_tick {
+            &mut self.kernel.tick
+        } else {
+            &mut self.kernel.init
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! The reference: runs a kernel by the meanings in the table of `op` and nothing else.
 //!
-//! At construction the regions are laid out flat, with jumps, so that running allocates nothing. In checked mode a step
-//! after every definition looks whether the value is where it was proven to be.
+//! At construction the regions are laid out flat, with jumps, so that running allocates nothing. In
+//! checked mode a step after every definition looks whether the value is where it was proven to be.
 //!
 //! ```text
 //! if c {a yield x} else {b yield y}     unless c -> 1 | a | r = x | jump 2 | 1: b | r = y | 2:
@@ -33,7 +33,13 @@ pub struct Violation {
 
 impl fmt::Display for Violation {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Violation { inst, value, found, range, key } = self;
+        let Violation {
+            inst,
+            value,
+            found,
+            range,
+            key,
+        } = self;
         write!(f, "key {key}: {value} is {found}, not in {range}: {inst}")
     }
 }
@@ -73,7 +79,16 @@ impl Loaded<Interpreter> {
         let init = Flat::new(kernel, &kernel.init, checked);
         let tick = Flat::new(kernel, &kernel.tick, checked);
         let registers = vec![0; init.registers.max(tick.registers)];
-        Ok(Loaded::new_with(kernel.clone(), memory, Interpreter { init, tick, registers, violation: None }))
+        Ok(Loaded::new_with(
+            kernel.clone(),
+            memory,
+            Interpreter {
+                init,
+                tick,
+                registers,
+                violation: None,
+            },
+        ))
     }
 
     /// The first value that left its range, in checked mode.
@@ -83,13 +98,31 @@ impl Loaded<Interpreter> {
 }
 
 impl Code for Interpreter {
-    fn run(&mut self, tick: bool, kernel: &Kernel, memory: &mut Memory, inputs: &[u16], outputs: &mut [i16]) {
+    fn run(
+        &mut self,
+        tick: bool,
+        kernel: &Kernel,
+        memory: &mut Memory,
+        inputs: &[u16],
+        outputs: &mut [i16],
+    ) {
         let flat = if tick { &self.tick } else { &self.init };
         for index in 0..memory.keys() {
-            let mut key = Key { kernel, memory, key: index, inputs, outputs };
+            let mut key = Key {
+                kernel,
+                memory,
+                key: index,
+                inputs,
+                outputs,
+            };
             let left = flat.run(&mut key, &mut self.registers);
             if let (Some(value), None) = (left, &self.violation) {
-                self.violation = Some(violation(kernel, value, self.registers[value.0 as usize], index));
+                self.violation = Some(violation(
+                    kernel,
+                    value,
+                    self.registers[value.0 as usize],
+                    index,
+                ));
             }
         }
     }
@@ -103,14 +136,35 @@ impl Flat {
         while let Some(step) = self.steps.get(at) {
             at += 1;
             match *step {
-                Step::Exact { exact, n, ty, args: [a, b, c], result } => {
-                    let exact = exact(n, registers[a].into(), registers[b].into(), registers[c].into());
+                Step::Exact {
+                    exact,
+                    n,
+                    ty,
+                    args: [a, b, c],
+                    result,
+                } => {
+                    let exact = exact(
+                        n,
+                        registers[a].into(),
+                        registers[b].into(),
+                        registers[c].into(),
+                    );
                     registers[result] = ty.wrap(exact);
                 }
-                Step::Read { read, immediates, args: ref from, result } => {
-                    registers[result] = read(key, immediates, self.gather(from, registers, &mut args));
+                Step::Read {
+                    read,
+                    immediates,
+                    args: ref from,
+                    result,
+                } => {
+                    registers[result] =
+                        read(key, immediates, self.gather(from, registers, &mut args));
                 }
-                Step::Write { write, immediates, args: ref from } => {
+                Step::Write {
+                    write,
+                    immediates,
+                    args: ref from,
+                } => {
                     write(key, immediates, self.gather(from, registers, &mut args));
                 }
                 Step::Copy { from, to } => registers[to] = registers[from],
@@ -141,14 +195,28 @@ impl Flat {
 fn violation(kernel: &Kernel, value: Value, found: i64, key: usize) -> Violation {
     let inst = defining(&kernel.init, value).or_else(|| defining(&kernel.tick, value));
     let inst = inst.map_or_else(String::new, |inst| kernel.headline(inst));
-    Violation { inst, value, found, range: kernel.values[value.0 as usize].range, key }
+    Violation {
+        inst,
+        value,
+        found,
+        range: kernel.values[value.0 as usize].range,
+        key,
+    }
 }
 
 /// The instruction that defines a value, as a result or as a parameter of its region.
 fn defining(region: &Region, value: Value) -> Option<&Inst> {
     region.insts.iter().find_map(|inst| {
-        let here = inst.results.contains(&value) || inst.regions.iter().any(|inner| inner.params.contains(&value));
-        if here { Some(inst) } else { inst.regions.iter().find_map(|inner| defining(inner, value)) }
+        let here = inst.results.contains(&value)
+            || inst
+                .regions
+                .iter()
+                .any(|inner| inner.params.contains(&value));
+        if here {
+            Some(inst)
+        } else {
+            inst.regions.iter().find_map(|inner| defining(inner, value))
+        }
     })
 }
 
@@ -194,8 +262,11 @@ kernel fibonacci @44100 {
             interp.tick(&[0, 12], &mut out);
         }
         assert_eq!(out, [55, 55]);
-        let events: Vec<(u64, u32, Vec<i32>)> =
-            interp.drain_events().into_iter().map(|e| (e.tick, e.key, e.args)).collect();
+        let events: Vec<(u64, u32, Vec<i32>)> = interp
+            .drain_events()
+            .into_iter()
+            .map(|e| (e.tick, e.key, e.args))
+            .collect();
         assert_eq!(events, [(2, 1, vec![55]), (3, 1, vec![55])]);
         assert_eq!(interp.violation(), None);
     }

@@ -7,9 +7,10 @@
 //! events   | tick tick key event arg arg | ...                                       bounded
 //! ```
 //!
-//! Keys lie side by side, so that one load brings the same word of several keys. Words have 32 bits; an `i1` or `i32`
-//! takes one, an `i64` two, the low one first. Rows hold `u16` where the line's range fits, else `i32`; with slots
-//! outside and keys inside, one tick of all keys touches one row per delay.
+//! Keys lie side by side, so that one load brings the same word of several keys. Words have 32
+//! bits; an `i1` or `i32` takes one, an `i64` two, the low one first. Rows hold `u16` where the
+//! line's range fits, else `i32`; with slots outside and keys inside, one tick of all keys touches
+//! one row per delay.
 
 use super::{Kernel, Range, Type, Verified};
 use std::fmt;
@@ -39,7 +40,9 @@ impl fmt::Display for LayoutError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             LayoutError::Keys(keys) => write!(f, "{keys} keys, where 1 to {KEYS_MAX} are possible"),
-            LayoutError::Bytes(bytes) => write!(f, "{bytes} bytes of memory, more than {BYTES_MAX}"),
+            LayoutError::Bytes(bytes) => {
+                write!(f, "{bytes} bytes of memory, more than {BYTES_MAX}")
+            }
         }
     }
 }
@@ -105,9 +108,19 @@ impl Layout {
         for line in &kernel.lines {
             layout.place_line(line.len as usize, line.range);
         }
-        layout.event_words = EVENT_HEAD + kernel.events.iter().map(|event| event.args as usize).max().unwrap_or(0);
+        layout.event_words = EVENT_HEAD
+            + kernel
+                .events
+                .iter()
+                .map(|event| event.args as usize)
+                .max()
+                .unwrap_or(0);
         let bytes = layout.bytes();
-        if bytes > BYTES_MAX { Err(LayoutError::Bytes(bytes)) } else { Ok(layout) }
+        if bytes > BYTES_MAX {
+            Err(LayoutError::Bytes(bytes))
+        } else {
+            Ok(layout)
+        }
     }
 
     fn empty(keys: usize) -> Layout {
@@ -130,7 +143,9 @@ impl Layout {
             self.cells.push(at);
             at += words(cell.ty) * cell.len as usize * self.keys;
         }
-        self.keyed = (0..kernel.keyed.len()).map(|index| at + index * self.keys).collect();
+        self.keyed = (0..kernel.keyed.len())
+            .map(|index| at + index * self.keys)
+            .collect();
         self.column_words = at + kernel.keyed.len() * self.keys;
     }
 
@@ -140,13 +155,26 @@ impl Layout {
     }
 
     fn place_line(&mut self, len: usize, range: Range) {
-        let ring = self.rings.iter().position(|ring| *ring == len).unwrap_or_else(|| {
-            self.rings.push(len);
-            self.rings.len() - 1
-        });
+        let ring = self
+            .rings
+            .iter()
+            .position(|ring| *ring == len)
+            .unwrap_or_else(|| {
+                self.rings.push(len);
+                self.rings.len() - 1
+            });
         let narrow = Range::new(0, u16::MAX.into()).contains(range);
-        let total = if narrow { &mut self.narrow_len } else { &mut self.wide_len };
-        self.lines.push(LinePlace { narrow, start: *total, ring, len });
+        let total = if narrow {
+            &mut self.narrow_len
+        } else {
+            &mut self.wide_len
+        };
+        self.lines.push(LinePlace {
+            narrow,
+            start: *total,
+            ring,
+            len,
+        });
         *total += len * self.keys;
     }
 

@@ -4,17 +4,26 @@
 //!   Loaded<C> = kernel + memory + C      C: Interpreter (the reference), HostFunctions (machine code)
 //! ```
 //!
-//! What a host may do with an engine is written here once, for all of them: start, tick, and look into memory or change it
-//! between ticks, within the declared ranges.
+//! What a host may do with an engine is written here once, for all of them: start, tick, and look
+//! into memory or change it between ticks, within the declared ranges.
 //!
 //! Not here: how code runs (`interp`, `host`).
 
 use super::{EngineError, Happened, Kernel, Memory};
 
-/// What runs a kernel. Only [`Loaded`] calls it, always with the kernel and the memory that the code was made for.
+/// What runs a kernel. Only [`Loaded`] calls it, always with the kernel and the memory that the
+/// code was made for.
 pub trait Code {
-    /// Runs `init`, or `tick`, for every key. There is one word per key and port, `outputs` is empty in `init`.
-    fn run(&mut self, tick: bool, kernel: &Kernel, memory: &mut Memory, inputs: &[u16], outputs: &mut [i16]);
+    /// Runs `init`, or `tick`, for every key. There is one word per key and port, `outputs` is
+    /// empty in `init`.
+    fn run(
+        &mut self,
+        tick: bool,
+        kernel: &Kernel,
+        memory: &mut Memory,
+        inputs: &[u16],
+        outputs: &mut [i16],
+    );
 }
 
 /// A kernel, the memory of its keys, and what runs it.
@@ -28,7 +37,11 @@ pub struct Loaded<C> {
 impl<C> Loaded<C> {
     /// `memory` and `code` must have been made for this kernel.
     pub(crate) fn new_with(kernel: Kernel, memory: Memory, code: C) -> Loaded<C> {
-        Loaded { kernel, memory, code }
+        Loaded {
+            kernel,
+            memory,
+            code,
+        }
     }
 
     pub(crate) fn code(&self) -> &C {
@@ -51,7 +64,11 @@ impl<C: Code> Loaded<C> {
     /// # Panics
     /// If `inputs` or `outputs` have not one word per key and port, key after key.
     pub fn tick(&mut self, inputs: &[u16], outputs: &mut [i16]) {
-        assert_eq!(outputs.len(), self.memory.keys() * self.kernel.outputs.len(), "one output word per key and port");
+        assert_eq!(
+            outputs.len(),
+            self.memory.keys() * self.kernel.outputs.len(),
+            "one output word per key and port"
+        );
         self.call(true, inputs, outputs);
         self.memory.advance();
     }
@@ -83,7 +100,13 @@ impl<C: Code> Loaded<C> {
     ///
     /// # Errors
     /// No such key, cell or word; the value is outside the cell's range.
-    pub fn set_cell(&mut self, key: usize, cell: usize, word: usize, value: i64) -> Result<(), EngineError> {
+    pub fn set_cell(
+        &mut self,
+        key: usize,
+        cell: usize,
+        word: usize,
+        value: i64,
+    ) -> Result<(), EngineError> {
         self.memory.set_cell(&self.kernel, key, cell, word, value)
     }
 
@@ -93,7 +116,12 @@ impl<C: Code> Loaded<C> {
     }
 
     fn call(&mut self, tick: bool, inputs: &[u16], outputs: &mut [i16]) {
-        assert_eq!(inputs.len(), self.memory.keys() * self.kernel.inputs.len(), "one input word per key and port");
-        self.code.run(tick, &self.kernel, &mut self.memory, inputs, outputs);
+        assert_eq!(
+            inputs.len(),
+            self.memory.keys() * self.kernel.inputs.len(),
+            "one input word per key and port"
+        );
+        self.code
+            .run(tick, &self.kernel, &mut self.memory, inputs, outputs);
     }
 }

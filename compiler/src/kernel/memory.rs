@@ -1,7 +1,8 @@
 //! Memory of all keys, and what the host may do with it between ticks.
 //!
-//! Every engine works on a `Memory` of its own; after the same calls they are equal byte for byte (`==`). Whatever
-//! comes in from outside is held to the declared ranges here, so that what `verify` proved stays true.
+//! Every engine works on a `Memory` of its own; after the same calls they are equal byte for byte
+//! (`==`). Whatever comes in from outside is held to the declared ranges here, so that what
+//! `verify` proved stays true.
 
 mod key;
 
@@ -118,17 +119,27 @@ impl Memory {
         self.clock.tick = 0;
         for key in 0..self.layout.keys {
             for (index, cell) in kernel.cells.iter().enumerate() {
-                (0..cell.len as usize).for_each(|word| self.store(cell.ty, key, index, word, cell.init));
+                (0..cell.len as usize)
+                    .for_each(|word| self.store(cell.ty, key, index, word, cell.init));
             }
             for (at, keyed) in self.layout.keyed.iter().zip(&kernel.keyed) {
-                let value = keyed.values.get(key).or(keyed.values.last()).copied().unwrap_or_default();
+                let value = keyed
+                    .values
+                    .get(key)
+                    .or(keyed.values.last())
+                    .copied()
+                    .unwrap_or_default();
                 self.columns[at + key] = value as u32;
             }
         }
         for (line, place) in kernel.lines.iter().zip(self.layout.lines.clone()) {
             let value = 0.clamp(line.range.low, line.range.high);
             let all = place.start..place.start + place.len * self.layout.keys;
-            if place.narrow { self.narrow[all].fill(value as u16) } else { self.wide[all].fill(value as i32) }
+            if place.narrow {
+                self.narrow[all].fill(value as u16)
+            } else {
+                self.wide[all].fill(value as i32)
+            }
         }
     }
 
@@ -164,18 +175,29 @@ impl Memory {
     pub(crate) fn drain_events(&mut self, kernel: &Kernel) -> Vec<Happened> {
         let count = std::mem::take(&mut self.clock.events) as usize;
         let happened = |words: &[u32]| {
-            let args = kernel.events.get(words[3] as usize).map_or(0, |event| event.args as usize);
+            let args = kernel
+                .events
+                .get(words[3] as usize)
+                .map_or(0, |event| event.args as usize);
             Happened {
                 tick: u64::from(words[0]) | u64::from(words[1]) << 32,
                 key: words[2],
                 event: words[3],
-                args: words[EVENT_HEAD..EVENT_HEAD + args].iter().map(|word| *word as i32).collect(),
+                args: words[EVENT_HEAD..EVENT_HEAD + args]
+                    .iter()
+                    .map(|word| *word as i32)
+                    .collect(),
             }
         };
-        self.events.chunks_exact(self.layout.event_words).take(count).map(happened).collect()
+        self.events
+            .chunks_exact(self.layout.event_words)
+            .take(count)
+            .map(happened)
+            .collect()
     }
 
-    /// Room for one more event, with the tick filled in; where there is none, an event is counted as lost.
+    /// Room for one more event, with the tick filled in; where there is none, an event is counted
+    /// as lost.
     pub(crate) fn event_room(&mut self) -> Option<&mut [u32]> {
         if self.clock.events == EVENTS_MAX as u64 {
             self.clock.lost += 1;
@@ -192,15 +214,29 @@ impl Memory {
     ///
     /// # Errors
     /// There is none with this index; the value is outside its range.
-    pub(crate) fn set_live(&mut self, kernel: &Kernel, live: usize, value: i32) -> Result<(), EngineError> {
+    pub(crate) fn set_live(
+        &mut self,
+        kernel: &Kernel,
+        live: usize,
+        value: i32,
+    ) -> Result<(), EngineError> {
         let range = kernel.lives.get(live).ok_or(EngineError::Unknown)?.range;
         self.lives[live] = held(range, value.into())? as i32;
         Ok(())
     }
 
     /// A word of a cell; none if there is no such key, cell or word.
-    pub(crate) fn cell(&self, kernel: &Kernel, key: usize, cell: usize, word: usize) -> Option<i64> {
-        let found = kernel.cells.get(cell).filter(|found| key < self.keys() && word < found.len as usize)?;
+    pub(crate) fn cell(
+        &self,
+        kernel: &Kernel,
+        key: usize,
+        cell: usize,
+        word: usize,
+    ) -> Option<i64> {
+        let found = kernel
+            .cells
+            .get(cell)
+            .filter(|found| key < self.keys() && word < found.len as usize)?;
         Some(self.load(found.ty, key, cell, word))
     }
 
@@ -216,7 +252,8 @@ impl Memory {
         word: usize,
         value: i64,
     ) -> Result<(), EngineError> {
-        self.cell(kernel, key, cell, word).ok_or(EngineError::Unknown)?;
+        self.cell(kernel, key, cell, word)
+            .ok_or(EngineError::Unknown)?;
         let found = &kernel.cells[cell];
         self.store(found.ty, key, cell, word, held(found.range, value)?);
         Ok(())
@@ -240,5 +277,9 @@ impl Memory {
 }
 
 fn held(range: Range, value: i64) -> Result<i64, EngineError> {
-    if range.has(value) { Ok(value) } else { Err(EngineError::Outside { value, range }) }
+    if range.has(value) {
+        Ok(value)
+    } else {
+        Err(EngineError::Outside { value, range })
+    }
 }

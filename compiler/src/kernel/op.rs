@@ -1,15 +1,18 @@
-//! The table of operators: name, signature, what it means, which interval its result lies in. Everything else that must
-//! know operators (printer, parser, verifier, interpreter, random kernels) asks this table.
+//! The table of operators: name, signature, what it means, which interval its result lies in.
+//! Everything else that must know operators (printer, parser, verifier, interpreter, random
+//! kernels) asks this table.
 //!
-//! Meanings are exact: they are written over unbounded integers (`i128` holds every intermediate) and the result is
-//! then wrapped to its type. That makes two other columns short. Overflow is the exact result not fitting its type;
-//! and where a meaning is monotone in each operand by itself, the exact interval of the result is spanned by the
-//! meaning at the corners of the operands' intervals.
+//! Meanings are exact: they are written over unbounded integers (`i128` holds every intermediate)
+//! and the result is then wrapped to its type. That makes two other columns short. Overflow is the
+//! exact result not fitting its type; and where a meaning is monotone in each operand by itself,
+//! the exact interval of the result is spanned by the meaning at the corners of the operands'
+//! intervals.
 //!
-//! One operator is a promise: `assume`. Where it is broken, values are wrong, and not in every engine alike; memory
-//! stays safe in all, since an index outside is taken for the nearest inside.
+//! One operator is a promise: `assume`. Where it is broken, values are wrong, and not in every
+//! engine alike; memory stays safe in all, since an index outside is taken for the nearest inside.
 //!
-//! Not here: how operators print (`print`), where they may stand (`verify`), what memory looks like (`layout`).
+//! Not here: how operators print (`print`), where they may stand (`verify`), what memory looks like
+//! (`layout`).
 
 mod apply;
 mod error;
@@ -53,7 +56,10 @@ pub enum Immediate {
 impl Immediate {
     /// Whether it is the index of something the kernel declares.
     pub fn is_declared(self) -> bool {
-        !matches!(self, Immediate::Number | Immediate::Shift | Immediate::Ticks | Immediate::Rounds)
+        !matches!(
+            self,
+            Immediate::Number | Immediate::Shift | Immediate::Ticks | Immediate::Rounds
+        )
     }
 }
 
@@ -110,8 +116,8 @@ pub enum Meaning {
     Regions,
 }
 
-/// How the interval of the result follows from those of the operands. All are exact, except that operands are taken as
-/// independent of each other.
+/// How the interval of the result follows from those of the operands. All are exact, except that
+/// operands are taken as independent of each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Transfer {
     /// The meaning is monotone in each operand by itself: its values at the corners.
@@ -163,7 +169,8 @@ macro_rules! operators {
         $op:ident $( ( $( $imm:ident: $imm_ty:ident $imm_kind:ident ),+ ) )?
         $name:literal ( $($arg:ident)* -> $($result:ident)? ) $effect:ident $transfer:ident $meaning:expr;
     )*) => {
-        /// Operators with their immediates; types, meaning and range transfer are in the table of `op`.
+        /// Operators with their immediates; types, meaning and range transfer are in the table of
+        /// `op`.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         pub enum Op {
             $( #[doc = $doc] $op $( ( $($imm_ty),+ ) )?, )*
@@ -289,9 +296,11 @@ operators! {
     Emit(i: u32 Event)   "emit"   (Args ->)      WritesInTick None     Writes(|k, [i, _], v| k.emit(i, v));
     /// Exports a value; a probe not reached in a tick keeps its value.
     Probe(i: u32 Probe)  "probe"  (Own ->)       WritesInTick None     Writes(|k, [i, _], v| k.probe(i, v[0]));
-    /// Runs the first region where the operand holds, else the second; results are what the region yields.
+    /// Runs the first region where the operand holds, else the second; results are what the region
+    /// yields.
     If                   "if"     (I1 ->)        Control      None     Regions;
-    /// Runs a region so many times with the round (from 0) and the values carried from round to round.
+    /// Runs a region so many times with the round (from 0) and the values carried from round to
+    /// round.
     Loop(i: u32 Rounds)  "loop"   (->)           Control      None     Regions;
 }
 
@@ -306,7 +315,11 @@ fn div_round(a: i128, b: i128) -> i128 {
         return 0;
     }
     // floor((2a + b) / 2b), with the divisor made positive so that Euclid's quotient is the floor.
-    let (twice, divisor) = if b > 0 { (2 * a + b, 2 * b) } else { (-2 * a - b, -2 * b) };
+    let (twice, divisor) = if b > 0 {
+        (2 * a + b, 2 * b)
+    } else {
+        (-2 * a - b, -2 * b)
+    };
     twice.div_euclid(divisor)
 }
 

@@ -1,5 +1,5 @@
-//! Reads the text of a Kernel (see `print`). Only the shape is checked here: names exist, operators have their
-//! operands; types and ranges are for `verify`.
+//! Reads the text of a Kernel (see `print`). Only the shape is checked here: names exist, operators
+//! have their operands; types and ranges are for `verify`.
 //!
 //! A grammar in which one token decides, read by recursive descent; the first error ends it.
 
@@ -35,7 +35,12 @@ impl std::error::Error for ParseError {}
 /// # Errors
 /// The first place where the text is not one.
 pub fn parse(text: &str) -> Result<Kernel, ParseError> {
-    let mut parser = Parser { tokens: lex::tokens(text)?, at: 0, kernel: Kernel::default(), names: HashMap::new() };
+    let mut parser = Parser {
+        tokens: lex::tokens(text)?,
+        at: 0,
+        kernel: Kernel::default(),
+        names: HashMap::new(),
+    };
     parser.kernel()?;
     Ok(parser.kernel)
 }
@@ -116,7 +121,11 @@ impl Parser {
         self.typed("i32")?;
         let range = self.range()?;
         let values = self.numbers()?;
-        self.kernel.keyed.push(Keyed { name, range, values });
+        self.kernel.keyed.push(Keyed {
+            name,
+            range,
+            values,
+        });
         Ok(())
     }
 
@@ -129,7 +138,13 @@ impl Parser {
         let range = self.range()?;
         self.sign(Token::Equals)?;
         let init = self.number()?;
-        self.kernel.cells.push(Cell { name, ty, len, range, init });
+        self.kernel.cells.push(Cell {
+            name,
+            ty,
+            len,
+            range,
+            init,
+        });
         Ok(())
     }
 
@@ -228,8 +243,11 @@ impl Parser {
     }
 
     fn number<T: TryFrom<i64>>(&mut self) -> Result<T, ParseError> {
-        let Token::Number(number) = self.peek().token else { return Err(self.expected("a number")) };
-        let number = T::try_from(number).map_err(|_| self.error_at(self.at, format!("{number} is out of bounds")))?;
+        let Token::Number(number) = self.peek().token else {
+            return Err(self.expected("a number"));
+        };
+        let number = T::try_from(number)
+            .map_err(|_| self.error_at(self.at, format!("{number} is out of bounds")))?;
         self.skip();
         Ok(number)
     }
@@ -239,7 +257,11 @@ impl Parser {
     }
 
     fn sign(&mut self, token: Token) -> Result<(), ParseError> {
-        if self.takes(token.clone()) { Ok(()) } else { Err(self.expected(&token.to_string())) }
+        if self.takes(token.clone()) {
+            Ok(())
+        } else {
+            Err(self.expected(&token.to_string()))
+        }
     }
 
     /// Goes past the token if it is the next.
@@ -261,12 +283,19 @@ impl Parser {
     }
 
     fn expected(&self, what: &str) -> ParseError {
-        self.error_at(self.at, format!("expected {what}, found {}", self.peek().token))
+        self.error_at(
+            self.at,
+            format!("expected {what}, found {}", self.peek().token),
+        )
     }
 
     fn error_at(&self, at: usize, message: String) -> ParseError {
         let Lexeme { line, column, .. } = self.tokens[at];
-        ParseError { line, column, message }
+        ParseError {
+            line,
+            column,
+            message,
+        }
     }
 }
 
@@ -329,24 +358,56 @@ kernel \"two words\" @44100 {
 
     #[test]
     fn origins_are_written_where_they_are_asked_for() {
-        let text = EVERYTHING.replace("sar v4 1", "sar v4 1 @7").replace("if v3 {", "if v3 @8 {");
+        let text = EVERYTHING
+            .replace("sar v4 1", "sar v4 1 @7")
+            .replace("if v3 {", "if v3 @8 {");
         let kernel = parse(&text).expect("parses");
         assert_eq!(kernel.to_string(), EVERYTHING);
         assert_eq!(format!("{kernel:#}"), text);
         assert_eq!(parse(&format!("{kernel:#}")), Ok(kernel));
-        assert_eq!(parse(&text.replace("@7", "@-7")).expect_err("negative").to_string(), "38:37: -7 is out of bounds");
+        assert_eq!(
+            parse(&text.replace("@7", "@-7"))
+                .expect_err("negative")
+                .to_string(),
+            "38:37: -7 is out of bounds"
+        );
     }
 
     #[test]
     fn errors_have_places() {
-        let error = |from: &str, to: &str| parse(&EVERYTHING.replace(from, to)).expect_err(to).to_string();
-        assert_eq!(error("in x\n    fill", "in y\n    fill"), "13:29: `y` is not declared");
-        assert_eq!(error("max v10 v11", "max v10"), "33:26: `max` takes 2 operands, not 1");
-        assert_eq!(error("max v10", "maximum v10"), "33:26: expected an operator, found `maximum`");
-        assert_eq!(error("[0..9] =", "[0..] ="), "5:23: expected a number, found `]`");
-        assert_eq!(error("v7:", "v7777777:"), "30:5: values are numbered up to 999999");
-        assert_eq!(error("sar v4 1", "sar v4 256"), "38:27: an immediate is out of bounds");
-        assert_eq!(error("line hist", "keyed bias"), "8:9: `bias` is declared twice");
+        let error = |from: &str, to: &str| {
+            parse(&EVERYTHING.replace(from, to))
+                .expect_err(to)
+                .to_string()
+        };
+        assert_eq!(
+            error("in x\n    fill", "in y\n    fill"),
+            "13:29: `y` is not declared"
+        );
+        assert_eq!(
+            error("max v10 v11", "max v10"),
+            "33:26: `max` takes 2 operands, not 1"
+        );
+        assert_eq!(
+            error("max v10", "maximum v10"),
+            "33:26: expected an operator, found `maximum`"
+        );
+        assert_eq!(
+            error("[0..9] =", "[0..] ="),
+            "5:23: expected a number, found `]`"
+        );
+        assert_eq!(
+            error("v7:", "v7777777:"),
+            "30:5: values are numbered up to 999999"
+        );
+        assert_eq!(
+            error("sar v4 1", "sar v4 256"),
+            "38:27: an immediate is out of bounds"
+        );
+        assert_eq!(
+            error("line hist", "keyed bias"),
+            "8:9: `bias` is declared twice"
+        );
         assert_eq!(error("@44100", "@44100?"), "1:26: what is `?`?");
     }
 }

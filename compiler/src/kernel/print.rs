@@ -1,5 +1,6 @@
-//! The text of a Kernel. It is faithful: values keep their numbers, so what `verify` says of `v17` is found in the
-//! text, and `parse` gives back an equal Kernel, but for origins, which are printed where they are asked for.
+//! The text of a Kernel. It is faithful: values keep their numbers, so what `verify` says of `v17`
+//! is found in the text, and `parse` gives back an equal Kernel, but for origins, which are printed
+//! where they are asked for.
 //!
 //! ```text
 //! kernel spring @44100 {
@@ -19,10 +20,11 @@
 //! }
 //! ```
 //!
-//! In the alternate form (`{:#}`) an instruction that has an origin ends with it, as in `v1: i32 [0..4095] = sar v0 4 @12`.
+//! In the alternate form (`{:#}`) an instruction that has an origin ends with it, as in `v1: i32
+//! [0..4095] = sar v0 4 @12`.
 //!
-//! Names that are not words joined by dots (primes allowed) stand between quotes. When reading, `;` starts a comment, and
-//! a name is declared before it is used.
+//! Names that are not words joined by dots (primes allowed) stand between quotes. When reading, `;`
+//! starts a comment, and a name is declared before it is used.
 
 use super::{Inst, Kernel, Op, Port, Region, Type, Value};
 use std::fmt::{self, Display, Formatter};
@@ -48,9 +50,18 @@ pub(super) struct Name<'a>(pub &'a str);
 impl Display for Name<'_> {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         let letter = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '\'';
-        let bare = self.0.split('.').all(|part| !part.is_empty() && part.chars().all(letter));
-        let starts_well = self.0.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
-        if bare && starts_well { f.write_str(self.0) } else { write!(f, "\"{}\"", self.0.escape_default()) }
+        let bare = self
+            .0
+            .split('.')
+            .all(|part| !part.is_empty() && part.chars().all(letter));
+        let starts_well = self
+            .0
+            .starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+        if bare && starts_well {
+            f.write_str(self.0)
+        } else {
+            write!(f, "\"{}\"", self.0.escape_default())
+        }
     }
 }
 
@@ -69,23 +80,61 @@ impl Kernel {
         let port = |f: &mut Formatter, word: &str, port: &Port, ty: &str| {
             writeln!(f, "  {word} {}: {ty} {}", Name(&port.name), port.range)
         };
-        self.inputs.iter().try_for_each(|input| port(f, "in", input, "u16"))?;
-        self.outputs.iter().try_for_each(|output| port(f, "out", output, "i16"))?;
+        self.inputs
+            .iter()
+            .try_for_each(|input| port(f, "in", input, "u16"))?;
+        self.outputs
+            .iter()
+            .try_for_each(|output| port(f, "out", output, "i16"))?;
         for live in &self.lives {
-            writeln!(f, "  live {}: i32 {} = {}", Name(&live.name), live.range, live.init)?;
+            writeln!(
+                f,
+                "  live {}: i32 {} = {}",
+                Name(&live.name),
+                live.range,
+                live.init
+            )?;
         }
         for keyed in &self.keyed {
-            writeln!(f, "  keyed {}: i32 {} = {}", Name(&keyed.name), keyed.range, Numbers(&keyed.values))?;
+            writeln!(
+                f,
+                "  keyed {}: i32 {} = {}",
+                Name(&keyed.name),
+                keyed.range,
+                Numbers(&keyed.values)
+            )?;
         }
         for cell in &self.cells {
-            let len = if cell.len == 1 { String::new() } else { format!(" x {}", cell.len) };
-            writeln!(f, "  cell {}: {}{len} {} = {}", Name(&cell.name), cell.ty, cell.range, cell.init)?;
+            let len = if cell.len == 1 {
+                String::new()
+            } else {
+                format!(" x {}", cell.len)
+            };
+            writeln!(
+                f,
+                "  cell {}: {}{len} {} = {}",
+                Name(&cell.name),
+                cell.ty,
+                cell.range,
+                cell.init
+            )?;
         }
         for line in &self.lines {
-            writeln!(f, "  line {}: {} {}", Name(&line.name), line.len, line.range)?;
+            writeln!(
+                f,
+                "  line {}: {} {}",
+                Name(&line.name),
+                line.len,
+                line.range
+            )?;
         }
         for table in &self.tables {
-            writeln!(f, "  table {} = {}", Name(&table.name), Numbers(&table.values))?;
+            writeln!(
+                f,
+                "  table {} = {}",
+                Name(&table.name),
+                Numbers(&table.values)
+            )?;
         }
         for event in &self.events {
             writeln!(f, "  event {}({})", Name(&event.name), event.args)?;
@@ -130,7 +179,10 @@ impl Kernel {
             results => format!("{results} = "),
         };
         match (inst.op, &inst.regions[..]) {
-            (Op::Loop(rounds), [body]) => format!("{results}loop {rounds} ({})", self.parameters(body, &inst.args)),
+            (Op::Loop(rounds), [body]) => format!(
+                "{results}loop {rounds} ({})",
+                self.parameters(body, &inst.args)
+            ),
             _ => results + &self.line(inst),
         }
     }
@@ -139,9 +191,13 @@ impl Kernel {
     fn line(&self, inst: &Inst) -> String {
         let mut line = inst.op.row().name.to_string();
         let immediates = inst.op.row().immediates.iter().zip(inst.op.immediates());
-        let (declared, numbers): (Vec<_>, Vec<_>) = immediates.partition(|(kind, _)| kind.is_declared());
+        let (declared, numbers): (Vec<_>, Vec<_>) =
+            immediates.partition(|(kind, _)| kind.is_declared());
         for (_, index) in declared {
-            let name = inst.op.declared(self).map_or(format!("#{index}"), |own| Name(own.name).to_string());
+            let name = inst
+                .op
+                .declared(self)
+                .map_or(format!("#{index}"), |own| Name(own.name).to_string());
             line += &format!(" {name}");
         }
         line += &Operands(&inst.args).to_string();

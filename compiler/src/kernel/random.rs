@@ -1,9 +1,10 @@
 //! Random kernels and inputs, for tests of every engine and backend.
 //!
-//! A kernel is grown through the [`Builder`], so it is valid by construction: an operator is drawn from the table,
-//! its operands from what is in sight, and what the table refuses is repaired (operands are shifted down or clamped)
-//! or given up. Constants are the interesting ones: powers of two and their neighbours, the ends of types and ranges.
-//! Half of all values are exposed by probes and cells, so that what computes them cannot hide.
+//! A kernel is grown through the [`Builder`], so it is valid by construction: an operator is drawn
+//! from the table, its operands from what is in sight, and what the table refuses is repaired
+//! (operands are shifted down or clamped) or given up. Constants are the interesting ones: powers
+//! of two and their neighbours, the ends of types and ranges. Half of all values are exposed by
+//! probes and cells, so that what computes them cannot hide.
 //!
 //! Everything follows from the seed alone, on every platform.
 
@@ -22,7 +23,13 @@ pub fn kernel(seed: u64) -> Kernel {
     let mut b = Builder::new(&format!("random.{seed}"), 44_100);
     declare::all(&mut rng, &mut b);
     let size = 4 + rng.below(40);
-    let mut generator = Generator { rng, pool: Vec::new(), tick: false, done: Vec::new(), depth: 0 };
+    let mut generator = Generator {
+        rng,
+        pool: Vec::new(),
+        tick: false,
+        done: Vec::new(),
+        depth: 0,
+    };
     // A statement that fails leaves nothing behind, so neither can the whole.
     let _ = generator.init(&mut b, size / 4);
     let _ = generator.tick(&mut b, size);
@@ -50,7 +57,9 @@ pub fn count_operators(kernel: &Kernel, counts: &mut [usize]) {
 fn count_in(region: &Region, counts: &mut [usize]) {
     for inst in &region.insts {
         counts[inst.op.row().index] += 1;
-        inst.regions.iter().for_each(|inner| count_in(inner, counts));
+        inst.regions
+            .iter()
+            .for_each(|inner| count_in(inner, counts));
     }
 }
 
@@ -123,8 +132,12 @@ mod tests {
     fn every_operator_occurs() {
         let mut counts = vec![0; ROWS.len()];
         (0..1000).for_each(|seed| count_operators(&kernel(seed), &mut counts));
-        let rare: Vec<_> =
-            ROWS.iter().zip(counts).filter(|(_, count)| *count < 100).map(|(row, n)| (row.name, n)).collect();
+        let rare: Vec<_> = ROWS
+            .iter()
+            .zip(counts)
+            .filter(|(_, count)| *count < 100)
+            .map(|(row, n)| (row.name, n))
+            .collect();
         assert_eq!(rare, []);
     }
 

@@ -4,7 +4,10 @@ use super::{Effect, Inst, Kernel, Op, Region, Value};
 
 /// The same kernel without probes and without what only they needed. Nothing else changes.
 pub fn without_probes(kernel: &Kernel) -> Kernel {
-    let mut kernel = Kernel { probes: Vec::new(), ..kernel.clone() };
+    let mut kernel = Kernel {
+        probes: Vec::new(),
+        ..kernel.clone()
+    };
     drop_probes(&mut kernel.init);
     drop_probes(&mut kernel.tick);
     sweep(&mut kernel);
@@ -20,10 +23,15 @@ pub fn sweep(kernel: &mut Kernel) {
 
 fn drop_probes(region: &mut Region) {
     region.insts.retain(|inst| !matches!(inst.op, Op::Probe(_)));
-    region.insts.iter_mut().flat_map(|inst| &mut inst.regions).for_each(drop_probes);
+    region
+        .insts
+        .iter_mut()
+        .flat_map(|inst| &mut inst.regions)
+        .for_each(drop_probes);
 }
 
-/// Leaves out what nobody needs, from the bottom up; what is needed behind these instructions must be marked already.
+/// Leaves out what nobody needs, from the bottom up; what is needed behind these instructions must
+/// be marked already.
 pub(crate) fn sweep_insts(insts: &mut Vec<Inst>, needed: &mut [bool]) {
     let mut kept: Vec<Inst> = Vec::new();
     for mut inst in std::mem::take(insts).into_iter().rev() {
@@ -45,21 +53,36 @@ pub(crate) fn sweep_insts(insts: &mut Vec<Inst>, needed: &mut [bool]) {
 
 /// Removes the results of an `if` that nobody uses.
 fn drop_results(inst: &mut Inst, needed: &[bool]) {
-    let wanted: Vec<bool> = inst.results.iter().map(|result| needed[result.0 as usize]).collect();
+    let wanted: Vec<bool> = inst
+        .results
+        .iter()
+        .map(|result| needed[result.0 as usize])
+        .collect();
     let keep = |values: &mut Vec<Value>| {
         let mut wanted = wanted.iter().copied();
         values.retain(|_| wanted.next().unwrap_or(true));
     };
     keep(&mut inst.results);
-    inst.regions.iter_mut().for_each(|region| keep(&mut region.yields));
+    inst.regions
+        .iter_mut()
+        .for_each(|region| keep(&mut region.yields));
 }
 
 fn mark(values: &[Value], needed: &mut [bool]) {
-    values.iter().for_each(|value| needed[value.0 as usize] = true);
+    values
+        .iter()
+        .for_each(|value| needed[value.0 as usize] = true);
 }
 
 /// Whether an instruction, or one inside it, does something besides giving results.
 fn writes(inst: &Inst) -> bool {
-    let own = !matches!(inst.op.row().effect, Effect::Pure | Effect::Reads | Effect::Control);
-    own || inst.regions.iter().flat_map(|region| &region.insts).any(writes)
+    let own = !matches!(
+        inst.op.row().effect,
+        Effect::Pure | Effect::Reads | Effect::Control
+    );
+    own || inst
+        .regions
+        .iter()
+        .flat_map(|region| &region.insts)
+        .any(writes)
 }

@@ -1,13 +1,14 @@
-//! The verifier: a kernel that passes cannot overflow, cannot leave a cell, a line or a table, and gives one word per
-//! port.
+//! The verifier: a kernel that passes cannot overflow, cannot leave a cell, a line or a table, and
+//! gives one word per port.
 //!
-//! Every value's declared range must hold what the table's transfer makes of its operands' declared ranges; by
-//! induction over the instructions every value then stays in its range, whatever the inputs. Around loops the
-//! declared ranges of the carried values are the induction hypothesis. Memory is covered the same way: what is stored
-//! lies in the range that the cell or line declares, and what it holds at the start does too.
+//! Every value's declared range must hold what the table's transfer makes of its operands' declared
+//! ranges; by induction over the instructions every value then stays in its range, whatever the
+//! inputs. Around loops the declared ranges of the carried values are the induction hypothesis.
+//! Memory is covered the same way: what is stored lies in the range that the cell or line declares,
+//! and what it holds at the start does too.
 //!
-//! Also checked: types, single definition, dominance, where effects may stand, that sizes and work per tick are sane.
-//! A failure is a bug of whoever made the kernel, not of the user's program.
+//! Also checked: types, single definition, dominance, where effects may stand, that sizes and work
+//! per tick are sane. A failure is a bug of whoever made the kernel, not of the user's program.
 
 mod body;
 mod declared;
@@ -60,5 +61,9 @@ pub fn verify(kernel: &Kernel) -> Result<Verified<'_>, Vec<VerifyError>> {
     let mut errors = Vec::new();
     declared::check(kernel, &mut errors);
     body::check(kernel, &mut errors);
-    if errors.is_empty() { Ok(Verified(kernel)) } else { Err(errors) }
+    if errors.is_empty() {
+        Ok(Verified(kernel))
+    } else {
+        Err(errors)
+    }
 }

@@ -1,4 +1,5 @@
-//! The walk over a region that every translator of Kernels makes: instructions in order, each by its shape.
+//! The walk over a region that every translator of Kernels makes: instructions in order, each by
+//! its shape.
 //!
 //! Not here: what becomes of them. A translator says that for the three shapes there are.
 

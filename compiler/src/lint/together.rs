@@ -1,9 +1,11 @@
-//! Can several bools hold at once? Intervals are narrowed by what is asked for until nothing is left, which proves that
-//! they cannot; or values are found for which they do, which proves that they can.
+//! Can several bools hold at once? Intervals are narrowed by what is asked for until nothing is
+//! left, which proves that they cannot; or values are found for which they do, which proves that
+//! they can.
 //!
-//! Narrowing runs against the graph (from a comparison to its sides, from a sum to its terms) and with it, in turn, on
-//! the nodes below the facts only. Values are tried from the narrowed intervals: middles, ends, then at random from a
-//! fixed seed; every try is worked out in interval arithmetic, so that rounding cannot fool it.
+//! Narrowing runs against the graph (from a comparison to its sides, from a sum to its terms) and
+//! with it, in turn, on the nodes below the facts only. Values are tried from the narrowed
+//! intervals: middles, ends, then at random from a fixed seed; every try is worked out in interval
+//! arithmetic, so that rounding cannot fool it.
 
 pub(crate) mod narrow;
 mod witness;
@@ -56,12 +58,20 @@ pub struct Solver<'m> {
 impl<'m> Solver<'m> {
     /// Nothing asked yet.
     pub fn new(model: &'m Model, ranges: &'m Ranges) -> Solver<'m> {
-        Solver { model, ranges, work: 0 }
+        Solver {
+            model,
+            ranges,
+            work: 0,
+        }
     }
 
     /// Whether all facts can hold in one tick.
     pub fn ask(&mut self, facts: &Facts) -> Together {
-        if facts.states.iter().any(|a| facts.states.iter().any(|b| a.0 == b.0 && a.1 != b.1)) {
+        if facts
+            .states
+            .iter()
+            .any(|a| facts.states.iter().any(|b| a.0 == b.0 && a.1 != b.1))
+        {
             return Together::Never;
         }
         if self.work > WORK_MAX {
@@ -69,8 +79,12 @@ impl<'m> Solver<'m> {
         }
         let nodes = self.below(facts);
         self.work += self.model.dag.len() + nodes.len() * (narrow::ROUNDS_MAX + witness::TRIES);
-        let start = (0..self.model.dag.len()).map(|n| self.ranges.get(NodeId(n as u32))).collect();
-        let Some(narrowed) = narrow::narrow(self.model, &nodes, facts, start) else { return Together::Never };
+        let start = (0..self.model.dag.len())
+            .map(|n| self.ranges.get(NodeId(n as u32)))
+            .collect();
+        let Some(narrowed) = narrow::narrow(self.model, &nodes, facts, start) else {
+            return Together::Never;
+        };
         match witness::find(self.model, &nodes, facts, &narrowed) {
             Some(values) => Together::At(values),
             None => Together::Unknown,
@@ -79,8 +93,12 @@ impl<'m> Solver<'m> {
 
     /// The nodes that the facts depend on, operands first.
     fn below(&self, facts: &Facts) -> Vec<NodeId> {
-        let mut nodes: Vec<NodeId> =
-            facts.holds.iter().chain(&facts.fails).flat_map(|f| self.model.dag.below(*f)).collect();
+        let mut nodes: Vec<NodeId> = facts
+            .holds
+            .iter()
+            .chain(&facts.fails)
+            .flat_map(|f| self.model.dag.below(*f))
+            .collect();
         nodes.sort_unstable();
         nodes.dedup();
         nodes
@@ -89,7 +107,9 @@ impl<'m> Solver<'m> {
 
 /// What a question about the state of a machine must answer, if the facts say it.
 fn asked_state(facts: &Facts, node: &Node) -> Option<Interval> {
-    let Node::Is(machine, state) = *node else { return None };
+    let Node::Is(machine, state) = *node else {
+        return None;
+    };
     let known = facts.states.iter().find(|(m, _)| *m == machine)?;
     Some(Interval::point(f64::from(known.1 == state)))
 }

@@ -1,7 +1,8 @@
 //! Values of a Model: a hash-consed graph of real and boolean expressions.
 //!
-//! Equal expressions share one node, so a value is computed once per tick wherever it is used. A node's operands always
-//! have smaller numbers than the node: one pass from 0 upwards evaluates everything.
+//! Equal expressions share one node, so a value is computed once per tick wherever it is used. A
+//! node's operands always have smaller numbers than the node: one pass from 0 upwards evaluates
+//! everything.
 
 use std::collections::HashMap;
 
@@ -63,8 +64,8 @@ pub enum Node {
     Cell(CellId),
     /// Whether a machine is in a state at the tick's start (bool).
     Is(MachineId, u32),
-    /// `c0 + sum c_i * x_i`, with `x_i` in increasing order, no `x_i` a constant or another `Linear`, no `c_i` zero.
-    /// Only `simplify` builds it.
+    /// `c0 + sum c_i * x_i`, with `x_i` in increasing order, no `x_i` a constant or another
+    /// `Linear`, no `c_i` zero. Only `simplify` builds it.
     Linear(Real, Vec<(Real, NodeId)>),
     /// `a + b`
     Add(NodeId, NodeId),
@@ -129,7 +130,10 @@ impl Dag {
 
     /// All nodes, operands before users.
     pub fn nodes(&self) -> impl Iterator<Item = (NodeId, &Node)> {
-        self.nodes.iter().enumerate().map(|(i, n)| (NodeId(i as u32), n))
+        self.nodes
+            .iter()
+            .enumerate()
+            .map(|(i, n)| (NodeId(i as u32), n))
     }
 
     /// How many nodes there are.
@@ -147,14 +151,23 @@ impl Node {
     /// The operands, in order.
     pub fn operands(&self) -> Vec<NodeId> {
         match self {
-            Node::Const(_) | Node::Bool(_) | Node::Sense(_) | Node::Slope(_) | Node::Curvature(_) | Node::Live(_) => {
+            Node::Const(_)
+            | Node::Bool(_)
+            | Node::Sense(_)
+            | Node::Slope(_)
+            | Node::Curvature(_)
+            | Node::Live(_) => {
                 vec![]
             }
             Node::LiveBool(_) | Node::Keyed(_) | Node::Cell(_) | Node::Is(..) => vec![],
             Node::Linear(_, terms) => terms.iter().map(|&(_, x)| x).collect(),
             &Node::Neg(a) | &Node::Abs(a) | &Node::Power(a, _) | &Node::Not(a) => vec![a],
             &Node::Add(a, b) | &Node::Sub(a, b) | &Node::Mul(a, b) | &Node::Div(a, b) => vec![a, b],
-            &Node::Min(a, b) | &Node::Max(a, b) | &Node::Compare(_, a, b) | &Node::And(a, b) | &Node::Or(a, b) => {
+            &Node::Min(a, b)
+            | &Node::Max(a, b)
+            | &Node::Compare(_, a, b)
+            | &Node::And(a, b)
+            | &Node::Or(a, b) => {
                 vec![a, b]
             }
             &Node::Select(c, a, b) | &Node::SelectBool(c, a, b) => vec![c, a, b],
@@ -175,6 +188,16 @@ impl Node {
     /// Whether it is a bool.
     pub fn is_bool(&self) -> bool {
         use Node::*;
-        matches!(self, Bool(_) | LiveBool(_) | Is(..) | Compare(..) | And(..) | Or(..) | Not(_) | SelectBool(..))
+        matches!(
+            self,
+            Bool(_)
+                | LiveBool(_)
+                | Is(..)
+                | Compare(..)
+                | And(..)
+                | Or(..)
+                | Not(_)
+                | SelectBool(..)
+        )
     }
 }

@@ -1,12 +1,14 @@
 //! Constant folding: what a node is worth when all its operands are constants.
 //!
-//! Only complete folding is done here; algebra with partly known operands belongs to the simplifier. A result that is
-//! not finite is left unfolded, so that the division that caused it keeps its place in the source.
+//! Only complete folding is done here; algebra with partly known operands belongs to the
+//! simplifier. A result that is not finite is left unfolded, so that the division that caused it
+//! keeps its place in the source.
 
 use super::dag::Real;
 use super::{Cmp, Dag, Node, NodeId};
 
-/// The constant node that `node` equals, if all its operands are constants and the result is finite.
+/// The constant node that `node` equals, if all its operands are constants and the result is
+/// finite.
 pub fn fold(dag: &Dag, node: &Node) -> Option<Node> {
     let real = |id: NodeId| dag.real(id);
     let bool = |id: NodeId| dag.bool(id);
@@ -20,11 +22,15 @@ pub fn fold(dag: &Dag, node: &Node) -> Option<Node> {
         Node::Max(a, b) => real(a)?.max(real(b)?),
         Node::Abs(a) => real(a)?.abs(),
         Node::Power(a, halves) => power(real(a)?, halves),
-        Node::Linear(c0, ref terms) => terms.iter().try_fold(c0.0, |sum, (c, x)| Some(sum + c.0 * real(*x)?))?,
+        Node::Linear(c0, ref terms) => terms
+            .iter()
+            .try_fold(c0.0, |sum, (c, x)| Some(sum + c.0 * real(*x)?))?,
         Node::Select(c, a, b) => return Some(dag.get(if bool(c)? { a } else { b }).clone()),
         _ => return fold_bool(dag, node),
     };
-    value.is_finite().then_some(Node::Const(Real(if value == 0.0 { 0.0 } else { value })))
+    value
+        .is_finite()
+        .then_some(Node::Const(Real(if value == 0.0 { 0.0 } else { value })))
 }
 
 fn fold_bool(dag: &Dag, node: &Node) -> Option<Node> {
@@ -50,11 +56,15 @@ pub fn compare(cmp: Cmp, a: f64, b: f64) -> bool {
     }
 }
 
-/// `a ^ (halves / 2)` by multiplications and one square root, so that every machine gives the same bits. Not a number
-/// where `a` is negative and `halves` odd.
+/// `a ^ (halves / 2)` by multiplications and one square root, so that every machine gives the same
+/// bits. Not a number where `a` is negative and `halves` odd.
 pub fn power(a: f64, halves: u8) -> f64 {
     let whole = (0..halves / 2).fold(1.0, |product, _| product * a);
-    if halves % 2 == 1 { whole * a.sqrt() } else { whole }
+    if halves % 2 == 1 {
+        whole * a.sqrt()
+    } else {
+        whole
+    }
 }
 
 impl Dag {

@@ -6,8 +6,9 @@
 //!   parameters -> 0                                  if x > 3 mm then a else b -> (none)
 //! ```
 //!
-//! The graph below the value is walked once, operands before users, so the depth of an expression does not matter.
-//! Every node that has no prime is reported, as a value: the checker knows where it stands in the source.
+//! The graph below the value is walked once, operands before users, so the depth of an expression
+//! does not matter. Every node that has no prime is reported, as a value: the checker knows where
+//! it stands in the source.
 
 use std::collections::HashMap;
 
@@ -18,7 +19,8 @@ use super::{Body, Cell, CellId, CellKind, Cmp, Dag, Node, NodeId};
 pub struct Prime {
     /// Its value.
     pub value: NodeId,
-    /// Choices by mode whose branches are not provably equal: the jump between them is not motion and is left out.
+    /// Choices by mode whose branches are not provably equal: the jump between them is not motion
+    /// and is left out.
     pub jumps: Vec<NodeId>,
 }
 
@@ -52,18 +54,34 @@ pub struct NoPrime {
 ///
 /// # Errors
 /// All nodes below `root` whose derivative is needed and does not exist.
-pub fn prime(dag: &mut Dag, cells: &[Cell], bodies: &[Body], root: NodeId) -> Result<Prime, Vec<NoPrime>> {
+pub fn prime(
+    dag: &mut Dag,
+    cells: &[Cell],
+    bodies: &[Body],
+    root: NodeId,
+) -> Result<Prime, Vec<NoPrime>> {
     let moving = reach(dag, root);
     let rates = bodies.iter().map(|b| (b.coordinate, b.rate)).collect();
     let zero = dag.constant(0.0);
-    let mut pass = Pass { dag, cells, rates, zero, done: HashMap::new(), jumps: Vec::new(), errors: Vec::new() };
+    let mut pass = Pass {
+        dag,
+        cells,
+        rates,
+        zero,
+        done: HashMap::new(),
+        jumps: Vec::new(),
+        errors: Vec::new(),
+    };
     for id in moving {
         if let Some(value) = pass.node(id) {
             pass.done.insert(id, value);
         }
     }
     match pass.done.get(&root) {
-        Some(&value) if pass.errors.is_empty() => Ok(Prime { value, jumps: pass.jumps }),
+        Some(&value) if pass.errors.is_empty() => Ok(Prime {
+            value,
+            jumps: pass.jumps,
+        }),
         _ => Err(pass.errors),
     }
 }
@@ -75,10 +93,16 @@ fn reach(dag: &Dag, root: NodeId) -> Vec<NodeId> {
     for index in (0..needed.len()).rev() {
         let node = dag.get(NodeId(index as u32));
         if needed[index] && !node.is_bool() {
-            node.operands().iter().filter(|id| !dag.get(**id).is_bool()).for_each(|id| needed[id.0 as usize] = true);
+            node.operands()
+                .iter()
+                .filter(|id| !dag.get(**id).is_bool())
+                .for_each(|id| needed[id.0 as usize] = true);
         }
     }
-    (0..=root.0).map(NodeId).filter(|id| needed[id.0 as usize]).collect()
+    (0..=root.0)
+        .map(NodeId)
+        .filter(|id| needed[id.0 as usize])
+        .collect()
 }
 
 struct Pass<'d> {
@@ -138,7 +162,10 @@ impl Pass<'_> {
     }
 
     fn cell(&mut self, cell: CellId, id: NodeId) -> Option<NodeId> {
-        match (self.rates.get(&cell), self.cells.get(cell.0 as usize).map(|c| c.kind)) {
+        match (
+            self.rates.get(&cell),
+            self.cells.get(cell.0 as usize).map(|c| c.kind),
+        ) {
             (Some(&rate), _) => Some(self.dag.add(Node::Cell(rate))),
             (None, Some(CellKind::Rate)) => self.fail(NoPrimeKind::Rate, id),
             (None, Some(CellKind::Pulse)) => self.fail(NoPrimeKind::Pulse, id),
@@ -159,10 +186,15 @@ impl Pass<'_> {
         let (da, db) = (self.of(a)?, self.of(b)?);
         let carried = self.mul(id, db);
         let top = self.sub(da, carried);
-        Some(if top == self.zero { top } else { self.dag.add_folded(Node::Div(top, b)) })
+        Some(if top == self.zero {
+            top
+        } else {
+            self.dag.add_folded(Node::Div(top, b))
+        })
     }
 
-    /// `n a^(n-1) a'` with `n` in halves; that of `a^1.5` holds a square root, which the language has not.
+    /// `n a^(n-1) a'` with `n` in halves; that of `a^1.5` holds a square root, which the language
+    /// has not.
     fn power(&mut self, a: NodeId, halves: u8) -> Option<NodeId> {
         let da = self.of(a)?;
         let lower = match halves {
@@ -213,7 +245,11 @@ impl Pass<'_> {
     }
 
     fn choose(&mut self, c: NodeId, a: NodeId, b: NodeId) -> NodeId {
-        if a == b { a } else { self.dag.add_folded(Node::Select(c, a, b)) }
+        if a == b {
+            a
+        } else {
+            self.dag.add_folded(Node::Select(c, a, b))
+        }
     }
 
     fn add(&mut self, a: NodeId, b: NodeId) -> NodeId {
@@ -244,7 +280,11 @@ impl Pass<'_> {
     }
 
     fn neg(&mut self, a: NodeId) -> NodeId {
-        if a == self.zero { a } else { self.dag.add_folded(Node::Neg(a)) }
+        if a == self.zero {
+            a
+        } else {
+            self.dag.add_folded(Node::Neg(a))
+        }
     }
 }
 

@@ -1,8 +1,8 @@
 //! The text form of a Model, for people and for tests.
 //!
-//! Declarations come first, then the values that have a name or several users, in the order in which one pass computes
-//! them, then what happens. Values without a name are numbered; what has one user only stands where it is used. All
-//! numbers are SI.
+//! Declarations come first, then the values that have a name or several users, in the order in
+//! which one pass computes them, then what happens. Values without a name are numbered; what has
+//! one user only stands where it is used. All numbers are SI.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -14,7 +14,10 @@ const MAX_DEPTH: u32 = 8;
 
 impl Display for Model {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        let printer = Printer { model: self, names: names(self) };
+        let printer = Printer {
+            model: self,
+            names: names(self),
+        };
         writeln!(f, "model {} at {} Hz", self.name, self.rate_hz)?;
         printer.declarations(f)?;
         printer.values(f)?;
@@ -43,7 +46,11 @@ fn names(model: &Model) -> Vec<Option<String>> {
     for (id, node) in model.dag.nodes().filter(|(_, node)| !is_leaf(node)) {
         let index = id.0 as usize;
         let operands = node.operands();
-        depth[index] = 1 + operands.iter().map(|o| depth[o.0 as usize]).max().unwrap_or(0);
+        depth[index] = 1 + operands
+            .iter()
+            .map(|o| depth[o.0 as usize])
+            .max()
+            .unwrap_or(0);
         if names[index].is_none() && (uses[index] > 1 || depth[index] > MAX_DEPTH) {
             count += 1;
             names[index] = Some(format!("%{count}"));
@@ -58,8 +65,17 @@ fn names(model: &Model) -> Vec<Option<String>> {
 fn uses(model: &Model) -> Vec<u32> {
     let mut uses = vec![0; model.dag.len()];
     let mut roots = model.clone();
-    let roots = roots.roots_mut().into_iter().map(|id| *id).collect::<Vec<_>>();
-    for id in model.dag.nodes().flat_map(|(_, node)| node.operands()).chain(roots) {
+    let roots = roots
+        .roots_mut()
+        .into_iter()
+        .map(|id| *id)
+        .collect::<Vec<_>>();
+    for id in model
+        .dag
+        .nodes()
+        .flat_map(|(_, node)| node.operands())
+        .chain(roots)
+    {
         uses[id.0 as usize] += 1;
     }
     uses
@@ -73,20 +89,53 @@ impl Printer<'_> {
     fn declarations(&self, f: &mut Formatter) -> fmt::Result {
         let model = self.model;
         for s in &model.senses {
-            let slew = s.slew_per_s.map(|v| format!(", slew {}", number(v))).unwrap_or_default();
-            writeln!(f, "sense {}: {} in {}, window {}{slew}", s.name, s.dim, range(s.range), s.window)?;
+            let slew = s
+                .slew_per_s
+                .map(|v| format!(", slew {}", number(v)))
+                .unwrap_or_default();
+            writeln!(
+                f,
+                "sense {}: {} in {}, window {}{slew}",
+                s.name,
+                s.dim,
+                range(s.range),
+                s.window
+            )?;
         }
         for l in &model.lives {
-            writeln!(f, "live {}: {} = {} in {}", l.name, ty(l.dim), number(l.value), range(l.range))?;
+            writeln!(
+                f,
+                "live {}: {} = {} in {}",
+                l.name,
+                ty(l.dim),
+                number(l.value),
+                range(l.range)
+            )?;
         }
         for k in &model.keyed {
             let ends = k.values.first().zip(k.values.last());
-            let ends = ends.map_or(String::new(), |(a, b)| format!(" from {} to {}", number(*a), number(*b)));
-            writeln!(f, "keyed {}: {} in {}, {} values{ends}", k.name, k.dim, range(k.range), k.values.len())?;
+            let ends = ends.map_or(String::new(), |(a, b)| {
+                format!(" from {} to {}", number(*a), number(*b))
+            });
+            writeln!(
+                f,
+                "keyed {}: {} in {}, {} values{ends}",
+                k.name,
+                k.dim,
+                range(k.range),
+                k.values.len()
+            )?;
         }
         for c in &model.cells {
             let kind = format!("{:?}", c.kind).to_lowercase();
-            writeln!(f, "{kind} {}: {} in {} = {}", c.name, c.dim, range(c.range), number(c.init))?;
+            writeln!(
+                f,
+                "{kind} {}: {} in {} = {}",
+                c.name,
+                c.dim,
+                range(c.range),
+                number(c.init)
+            )?;
         }
         for m in &model.machines {
             writeln!(f, "machine {}: {}", m.name, m.states.join(", "))?;
@@ -114,9 +163,17 @@ impl Printer<'_> {
     fn happenings(&self, f: &mut Formatter) -> fmt::Result {
         let model = self.model;
         for b in &model.bodies {
-            let hold = b.hold.map(|h| format!(", held while {}", self.value(h, 0))).unwrap_or_default();
+            let hold = b
+                .hold
+                .map(|h| format!(", held while {}", self.value(h, 0)))
+                .unwrap_or_default();
             let acceleration = self.value(b.acceleration, 0);
-            writeln!(f, "body {}: {}' += dt * ({acceleration}){hold}", b.name, self.cell(b.coordinate))?;
+            writeln!(
+                f,
+                "body {}: {}' += dt * ({acceleration}){hold}",
+                b.name,
+                self.cell(b.coordinate)
+            )?;
         }
         for &(cell, value) in &model.nexts {
             writeln!(f, "next {} = {}", self.cell(cell), self.value(value, 0))?;
@@ -131,8 +188,17 @@ impl Printer<'_> {
     }
 
     fn rule(&self, f: &mut Formatter, rule: &Rule) -> fmt::Result {
-        let kind = if matches!(rule.kind, RuleKind::Event { .. }) { "event" } else { "step" };
-        writeln!(f, "{kind} {} when {}", self.model.rule_name(rule), self.value(rule.guard, 0))?;
+        let kind = if matches!(rule.kind, RuleKind::Event { .. }) {
+            "event"
+        } else {
+            "step"
+        };
+        writeln!(
+            f,
+            "{kind} {} when {}",
+            self.model.rule_name(rule),
+            self.value(rule.guard, 0)
+        )?;
         for action in &rule.actions {
             match action {
                 Action::Write { cell, value, .. } => {
@@ -144,8 +210,17 @@ impl Printer<'_> {
                 }
                 Action::Emit { emission, args, .. } => {
                     let kind = &self.model.emissions[emission.0 as usize];
-                    let args = kind.args.iter().zip(args).map(|((n, _), v)| format!("{n}: {}", self.value(*v, 0)));
-                    writeln!(f, "    emit {}({})", kind.name, args.collect::<Vec<_>>().join(", "))?;
+                    let args = kind
+                        .args
+                        .iter()
+                        .zip(args)
+                        .map(|((n, _), v)| format!("{n}: {}", self.value(*v, 0)));
+                    writeln!(
+                        f,
+                        "    emit {}({})",
+                        kind.name,
+                        args.collect::<Vec<_>>().join(", ")
+                    )?;
                 }
             }
         }
@@ -166,15 +241,26 @@ impl Printer<'_> {
 
     fn inner(&self, node: &Node, place: u8) -> String {
         let (text, binding) = self.text(node);
-        if binding < place { format!("({text})") } else { text }
+        if binding < place {
+            format!("({text})")
+        } else {
+            text
+        }
     }
 
-    /// The text of a node and how tightly it binds: 0 `if`, 1 `or`, 2 `and`, 3 `not`, 4 comparisons, 5 sums, 6 products,
-    /// 7 signs, 8 powers, 9 names.
+    /// The text of a node and how tightly it binds: 0 `if`, 1 `or`, 2 `and`, 3 `not`, 4
+    /// comparisons, 5 sums, 6 products, 7 signs, 8 powers, 9 names.
     fn text(&self, node: &Node) -> (String, u8) {
         let model = self.model;
         let infix = |a: &NodeId, op: &str, b: &NodeId, level: u8| {
-            (format!("{} {op} {}", self.value(*a, level), self.value(*b, level + 1)), level)
+            (
+                format!(
+                    "{} {op} {}",
+                    self.value(*a, level),
+                    self.value(*b, level + 1)
+                ),
+                level,
+            )
         };
         match node {
             Node::Const(c) => (number(c.0), if c.0 < 0.0 { 7 } else { 9 }),
@@ -187,14 +273,22 @@ impl Printer<'_> {
             Node::Cell(c) => (self.cell(*c).to_string(), 9),
             Node::Is(m, s) => {
                 let machine = &model.machines[m.0 as usize];
-                (format!("{} is {}", machine.name, machine.states[*s as usize]), 4)
+                (
+                    format!("{} is {}", machine.name, machine.states[*s as usize]),
+                    4,
+                )
             }
             Node::Linear(c0, terms) => {
-                let term = |(c, x): &(super::dag::Real, NodeId)| match (c.0.abs(), self.value(*x, 7)) {
-                    (1.0, x) => x,
-                    (factor, x) => format!("{} * {x}", number(factor)),
+                let term =
+                    |(c, x): &(super::dag::Real, NodeId)| match (c.0.abs(), self.value(*x, 7)) {
+                        (1.0, x) => x,
+                        (factor, x) => format!("{} * {x}", number(factor)),
+                    };
+                let mut text = if c0.0 == 0.0 {
+                    String::new()
+                } else {
+                    number(c0.0)
                 };
-                let mut text = if c0.0 == 0.0 { String::new() } else { number(c0.0) };
                 for t in terms {
                     text += match (text.is_empty(), t.0.0 < 0.0) {
                         (true, false) => "",
@@ -211,10 +305,19 @@ impl Printer<'_> {
             Node::Mul(a, b) => infix(a, "*", b, 6),
             Node::Div(a, b) => infix(a, "/", b, 6),
             Node::Neg(a) => (format!("-{}", self.value(*a, 7)), 7),
-            Node::Min(a, b) => (format!("min({}, {})", self.value(*a, 0), self.value(*b, 0)), 9),
-            Node::Max(a, b) => (format!("max({}, {})", self.value(*a, 0), self.value(*b, 0)), 9),
+            Node::Min(a, b) => (
+                format!("min({}, {})", self.value(*a, 0), self.value(*b, 0)),
+                9,
+            ),
+            Node::Max(a, b) => (
+                format!("max({}, {})", self.value(*a, 0), self.value(*b, 0)),
+                9,
+            ),
             Node::Abs(a) => (format!("abs({})", self.value(*a, 0)), 9),
-            Node::Power(a, halves) => (format!("{}^{}", self.value(*a, 9), f64::from(*halves) / 2.0), 8),
+            Node::Power(a, halves) => (
+                format!("{}^{}", self.value(*a, 9), f64::from(*halves) / 2.0),
+                8,
+            ),
             Node::Compare(Cmp::Lt, a, b) => infix(a, "<", b, 4),
             Node::Compare(Cmp::Le, a, b) => infix(a, "<=", b, 4),
             Node::Compare(Cmp::Gt, a, b) => infix(a, ">", b, 4),
@@ -241,5 +344,9 @@ fn range(range: Interval) -> String {
 /// The shortest text that reads back exactly.
 fn number(value: f64) -> String {
     let size = value.abs();
-    if size != 0.0 && !(1e-4..1e9).contains(&size) { format!("{value:e}") } else { format!("{value}") }
+    if size != 0.0 && !(1e-4..1e9).contains(&size) {
+        format!("{value:e}")
+    } else {
+        format!("{value}")
+    }
 }

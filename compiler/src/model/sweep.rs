@@ -1,4 +1,5 @@
-//! Which nodes are needed: everything below a node, and a Model without the nodes that nothing uses.
+//! Which nodes are needed: everything below a node, and a Model without the nodes that nothing
+//! uses.
 
 use super::{Action, Dag, Model, Node, NodeId};
 
@@ -8,13 +9,19 @@ impl Dag {
         let mut needed = vec![false; root.0 as usize + 1];
         needed[root.0 as usize] = true;
         self.mark_operands(&mut needed);
-        (0..=root.0).map(NodeId).filter(|id| needed[id.0 as usize]).collect()
+        (0..=root.0)
+            .map(NodeId)
+            .filter(|id| needed[id.0 as usize])
+            .collect()
     }
 
     fn mark_operands(&self, needed: &mut [bool]) {
         for index in (0..needed.len()).rev() {
             if needed[index] {
-                self.get(NodeId(index as u32)).operands().iter().for_each(|id| needed[id.0 as usize] = true);
+                self.get(NodeId(index as u32))
+                    .operands()
+                    .iter()
+                    .for_each(|id| needed[id.0 as usize] = true);
             }
         }
     }
@@ -25,11 +32,19 @@ impl Node {
     pub fn map_operands(&mut self, mut f: impl FnMut(NodeId) -> NodeId) {
         let mut change = |id: &mut NodeId| *id = f(*id);
         match self {
-            Node::Const(_) | Node::Bool(_) | Node::Sense(_) | Node::Slope(_) | Node::Curvature(_) => {}
+            Node::Const(_)
+            | Node::Bool(_)
+            | Node::Sense(_)
+            | Node::Slope(_)
+            | Node::Curvature(_) => {}
             Node::Live(_) | Node::LiveBool(_) | Node::Keyed(_) | Node::Cell(_) | Node::Is(..) => {}
             Node::Linear(_, terms) => terms.iter_mut().for_each(|(_, x)| change(x)),
             Node::Neg(a) | Node::Abs(a) | Node::Power(a, _) | Node::Not(a) => change(a),
-            Node::Add(a, b) | Node::Sub(a, b) | Node::Mul(a, b) | Node::Div(a, b) | Node::Min(a, b) => {
+            Node::Add(a, b)
+            | Node::Sub(a, b)
+            | Node::Mul(a, b)
+            | Node::Div(a, b)
+            | Node::Min(a, b) => {
                 change(a);
                 change(b);
             }
@@ -64,16 +79,26 @@ impl Model {
                 }
             }
         }
-        roots.extend(self.forces.iter_mut().chain(&mut self.named).map(|named| &mut named.value));
+        roots.extend(
+            self.forces
+                .iter_mut()
+                .chain(&mut self.named)
+                .map(|named| &mut named.value),
+        );
         roots
     }
 
     /// Takes away the nodes that nothing uses; the others keep their order and their places.
     pub fn sweep(&mut self) {
         let mut needed = vec![false; self.dag.len()];
-        self.roots_mut().iter().for_each(|root| needed[root.0 as usize] = true);
+        self.roots_mut()
+            .iter()
+            .for_each(|root| needed[root.0 as usize] = true);
         self.dag.mark_operands(&mut needed);
-        let (old, spans) = (std::mem::take(&mut self.dag), std::mem::take(&mut self.spans));
+        let (old, spans) = (
+            std::mem::take(&mut self.dag),
+            std::mem::take(&mut self.spans),
+        );
         let within = std::mem::take(&mut self.within);
         let mut renamed = vec![NodeId(0); old.len()];
         for (id, node) in old.nodes().filter(|(id, _)| needed[id.0 as usize]) {
@@ -81,8 +106,11 @@ impl Model {
             node.map_operands(|operand| renamed[operand.0 as usize]);
             renamed[id.0 as usize] = self.dag.add(node);
             self.spans.push(spans.get(id.0 as usize).copied().flatten());
-            self.within.push(within.get(id.0 as usize).copied().flatten());
+            self.within
+                .push(within.get(id.0 as usize).copied().flatten());
         }
-        self.roots_mut().into_iter().for_each(|root| *root = renamed[root.0 as usize]);
+        self.roots_mut()
+            .into_iter()
+            .for_each(|root| *root = renamed[root.0 as usize]);
     }
 }

@@ -1,7 +1,9 @@
-//! What code costs, roughly: cycles of a Cortex-M33 for each operator, to compare one way of making code with another.
+//! What code costs, roughly: cycles of a Cortex-M33 for each operator, to compare one way of making
+//! code with another.
 //!
-//! The exact count is made of final bytes. Here small constants are free, as is what instructions do besides (a product's upper
-//! word, an accumulator), and results are assumed to be there in time.
+//! The exact count is made of final bytes. Here small constants are free, as is what instructions
+//! do besides (a product's upper word, an accumulator), and results are assumed to be there in
+//! time.
 
 use super::graph::{Graph, Id, Kind};
 use crate::kernel::{Inst, Op, Type, Value};
@@ -37,7 +39,13 @@ pub fn of(op: Op, ty: Type) -> u32 {
         Op::Select => 2 + wide,
         Op::DivRound(_) => 40,
         Op::Sqrt => 100,
-        Op::In(_) | Op::Live(_) | Op::Tick(_) | Op::Keyed(_) | Op::Get(_) | Op::Set(_) | Op::Delay(..) => 1 + wide,
+        Op::In(_)
+        | Op::Live(_)
+        | Op::Tick(_)
+        | Op::Keyed(_)
+        | Op::Get(_)
+        | Op::Set(_)
+        | Op::Delay(..) => 1 + wide,
         Op::Out(_) | Op::Push(_) | Op::Fill(_) => 1,
         Op::GetAt(_) | Op::SetAt(_) | Op::Lookup(_) => 2 + wide,
         Op::Emit(_) => 6,
@@ -51,22 +59,40 @@ pub(super) fn of_node(graph: &Graph, id: Id) -> u32 {
         Kind::Start | Kind::Result(_) => 0,
         Kind::Op(Op::Const(k)) => u32::from(k.unsigned_abs() > IMMEDIATE),
         Kind::Op(op) => {
-            let ty = graph.args(id).last().map_or(graph.ty(id), |arg| graph.ty(*arg));
+            let ty = graph
+                .args(id)
+                .last()
+                .map_or(graph.ty(id), |arg| graph.ty(*arg));
             of(op, ty)
         }
         Kind::Effect(source) => {
             let guarded = graph.constant(graph.args(id)[0]).is_none();
             let inst = &graph.sources[source as usize].inst;
-            of_inst(inst, |value| graph.kernel.values[value.0 as usize].ty) + if guarded { BRANCH } else { 0 }
+            of_inst(inst, |value| graph.kernel.values[value.0 as usize].ty)
+                + if guarded { BRANCH } else { 0 }
         }
     }
 }
 
 /// Cycles of an instruction with all inside, given the types of values.
 pub(super) fn of_inst(inst: &Inst, ty: impl Fn(Value) -> Type + Copy) -> u32 {
-    let inner = inst.regions.iter().flat_map(|region| &region.insts).map(|inst| of_inst(inst, ty));
+    let inner = inst
+        .regions
+        .iter()
+        .flat_map(|region| &region.insts)
+        .map(|inst| of_inst(inst, ty));
     let inner = inner.fold(0_u32, u32::saturating_add);
-    let rounds = if let Op::Loop(rounds) = inst.op { rounds } else { 1 };
-    let own = of(inst.op, inst.args.last().or(inst.results.first()).map_or(Type::I32, |value| ty(*value)));
+    let rounds = if let Op::Loop(rounds) = inst.op {
+        rounds
+    } else {
+        1
+    };
+    let own = of(
+        inst.op,
+        inst.args
+            .last()
+            .or(inst.results.first())
+            .map_or(Type::I32, |value| ty(*value)),
+    );
     own.saturating_add(inner.saturating_mul(rounds))
 }

@@ -1,4 +1,5 @@
-//! What is known on a path, beyond what the operators themselves say: from what was decided back to what was compared.
+//! What is known on a path, beyond what the operators themselves say: from what was decided back to
+//! what was compared.
 
 use super::graph::{Graph, Id};
 use crate::kernel::{Op, Range, Type};
@@ -7,8 +8,8 @@ use rustc_hash::FxHashMap;
 /// Where nodes lie on a path; what is not listed is as its operands say.
 pub(super) type Facts = FxHashMap<Id, Range>;
 
-/// The facts that come with `node` lying in `range`, and the nodes of which something new is known; none if that cannot be.
-/// `known` tells the ranges on the path so far.
+/// The facts that come with `node` lying in `range`, and the nodes of which something new is known;
+/// none if that cannot be. `known` tells the ranges on the path so far.
 pub(super) fn with(
     graph: &Graph,
     known: &dyn Fn(Id) -> Range,
@@ -16,10 +17,18 @@ pub(super) fn with(
     node: Id,
     range: Range,
 ) -> Option<(Facts, Vec<Id>)> {
-    let mut narrowing = Narrowing { graph, known, facts: facts.clone(), latest: Vec::new(), open: vec![(node, range)] };
+    let mut narrowing = Narrowing {
+        graph,
+        known,
+        facts: facts.clone(),
+        latest: Vec::new(),
+        open: vec![(node, range)],
+    };
     // Each step makes a range smaller, which could go on for long around a knot of equations.
     for _ in 0..200 {
-        let Some((node, range)) = narrowing.open.pop() else { break };
+        let Some((node, range)) = narrowing.open.pop() else {
+            break;
+        };
         narrowing.narrow(node, range)?;
     }
     Some((narrowing.facts, narrowing.latest))
@@ -35,7 +44,10 @@ struct Narrowing<'a, 'k> {
 
 impl Narrowing<'_, '_> {
     fn range(&self, id: Id) -> Range {
-        let known = self.graph.constant(id).map_or_else(|| (self.known)(id), Range::point);
+        let known = self
+            .graph
+            .constant(id)
+            .map_or_else(|| (self.known)(id), Range::point);
         self.facts.get(&id).map_or(known, |fact| meet(known, *fact))
     }
 
@@ -60,24 +72,41 @@ impl Narrowing<'_, '_> {
     fn operands(&mut self, op: Op, id: Id, range: Range) {
         let args = self.graph.args(id);
         let mut ranges = [range; 3];
-        ranges.iter_mut().zip(args).for_each(|(range, arg)| *range = self.range(*arg));
+        ranges
+            .iter_mut()
+            .zip(args)
+            .for_each(|(range, arg)| *range = self.range(*arg));
         match (op, args, &ranges[..args.len().min(3)]) {
             (Op::Lt, [a, b], [x, y]) => self.less(*a, *b, *x, *y, range),
-            (Op::Eq, [a, b], [x, y]) if range == Range::point(1) => self.open.extend([(*a, *y), (*b, *x)]),
-            (Op::Eq, [a, b], [x, y]) if range == Range::point(0) => {
-                self.open.extend([(*a, without(*x, *y)), (*b, without(*y, *x))]);
+            (Op::Eq, [a, b], [x, y]) if range == Range::point(1) => {
+                self.open.extend([(*a, *y), (*b, *x)])
             }
-            (Op::Not, [a], _) => self.open.push((*a, Range::new(1 - range.high, 1 - range.low))),
+            (Op::Eq, [a, b], [x, y]) if range == Range::point(0) => {
+                self.open
+                    .extend([(*a, without(*x, *y)), (*b, without(*y, *x))]);
+            }
+            (Op::Not, [a], _) => self
+                .open
+                .push((*a, Range::new(1 - range.high, 1 - range.low))),
             (Op::And, [a, b], [x, y]) => self.both(*a, *b, *x, *y, range, 1),
             (Op::Or, [a, b], [x, y]) => self.both(*a, *b, *x, *y, range, 0),
             (Op::Select, [c, a, b], [_, x, y]) => self.chosen(*c, *a, *b, *x, *y, range),
             (Op::Min, [a, b], [x, y]) => self.extreme(*a, *b, *x, *y, range, true),
             (Op::Max, [a, b], [x, y]) => self.extreme(*a, *b, *x, *y, range, false),
-            (Op::Add, [a, b], [x, y]) => self.open.extend([(*a, minus(range, *y)), (*b, minus(range, *x))]),
-            (Op::Sub, [a, b], [x, y]) => self.open.extend([(*a, plus(range, *y)), (*b, minus(*x, range))]),
+            (Op::Add, [a, b], [x, y]) => self
+                .open
+                .extend([(*a, minus(range, *y)), (*b, minus(range, *x))]),
+            (Op::Sub, [a, b], [x, y]) => self
+                .open
+                .extend([(*a, plus(range, *y)), (*b, minus(*x, range))]),
             (Op::Assume(..) | Op::Widen | Op::Narrow, [a], _) => self.open.push((*a, range)),
-            (Op::Shl(n), [a], _) => self.open.push((*a, Range::new(up(range.low, n), range.high >> n))),
-            (Op::Sar(n), [a], _) => self.open.push((*a, Range::new(times(range.low, n, 0), times(range.high, n, 1)))),
+            (Op::Shl(n), [a], _) => self
+                .open
+                .push((*a, Range::new(up(range.low, n), range.high >> n))),
+            (Op::Sar(n), [a], _) => self.open.push((
+                *a,
+                Range::new(times(range.low, n, 0), times(range.high, n, 1)),
+            )),
             (Op::Mul | Op::MulWide, [a, b], [x, y]) => {
                 self.factor(*a, *y, range);
                 self.factor(*b, *x, range);
@@ -112,15 +141,18 @@ impl Narrowing<'_, '_> {
 
     fn less(&mut self, a: Id, b: Id, x: Range, y: Range, result: Range) {
         if result == Range::point(1) {
-            self.open.push((a, Range::new(i64::MIN, y.high.saturating_sub(1))));
-            self.open.push((b, Range::new(x.low.saturating_add(1), i64::MAX)));
+            self.open
+                .push((a, Range::new(i64::MIN, y.high.saturating_sub(1))));
+            self.open
+                .push((b, Range::new(x.low.saturating_add(1), i64::MAX)));
         } else if result == Range::point(0) {
             self.open.push((a, Range::new(y.low, i64::MAX)));
             self.open.push((b, Range::new(i64::MIN, x.high)));
         }
     }
 
-    /// `and` where `strong` is 1, `or` where it is 0: the strong result needs both, the other one of them.
+    /// `and` where `strong` is 1, `or` where it is 0: the strong result needs both, the other one
+    /// of them.
     fn both(&mut self, a: Id, b: Id, x: Range, y: Range, result: Range, strong: i64) {
         let (strong, weak) = (Range::point(strong), Range::point(1 - strong));
         if result == strong {
@@ -141,11 +173,20 @@ impl Narrowing<'_, '_> {
         }
     }
 
-    /// `min` (or `max`): neither lies below (above) the result; where one lies beyond it, it was the other.
+    /// `min` (or `max`): neither lies below (above) the result; where one lies beyond it, it was
+    /// the other.
     fn extreme(&mut self, a: Id, b: Id, x: Range, y: Range, result: Range, smaller: bool) {
-        let side = if smaller { Range::new(result.low, i64::MAX) } else { Range::new(i64::MIN, result.high) };
+        let side = if smaller {
+            Range::new(result.low, i64::MAX)
+        } else {
+            Range::new(i64::MIN, result.high)
+        };
         for (one, range, other) in [(a, y, x), (b, x, y)] {
-            let beyond = if smaller { range.low > result.high } else { range.high < result.low };
+            let beyond = if smaller {
+                range.low > result.high
+            } else {
+                range.high < result.low
+            };
             let inside = if beyond { meet(side, result) } else { side };
             if meet(inside, other) != other {
                 self.open.push((one, inside));
@@ -162,7 +203,8 @@ impl Narrowing<'_, '_> {
         let (low, high) = if k > 0 { (low, high) } else { (-high, -low) };
         let k = k.abs();
         let ceiling = low.div_euclid(k) + i64::from(low.rem_euclid(k) != 0);
-        self.open.push((id, Range::new(ceiling, high.div_euclid(k))));
+        self.open
+            .push((id, Range::new(ceiling, high.div_euclid(k))));
     }
 
     /// A factor, given the other and the top word of the product, rounded half up.
@@ -171,7 +213,11 @@ impl Narrowing<'_, '_> {
         let Range { low, high } = meet(top, Type::I32.range());
         if low <= high {
             let (half, one) = (1 << 31, 1 << 32);
-            self.factor(id, other, Range::new((low * one).saturating_sub(half), high * one + (half - 1)));
+            self.factor(
+                id,
+                other,
+                Range::new((low * one).saturating_sub(half), high * one + (half - 1)),
+            );
         }
     }
 }
@@ -201,8 +247,15 @@ fn minus(a: Range, b: Range) -> Range {
 /// The top words of products of words, rounded half up.
 fn top(a: Range, b: Range) -> Range {
     let word = |x: i64, y: i64| ((i128::from(x) * i128::from(y) + (1 << 31)) >> 32) as i64;
-    let ends = [word(a.low, b.low), word(a.low, b.high), word(a.high, b.low), word(a.high, b.high)];
-    ends.into_iter().fold(Range::point(ends[0]), |all, end| all.union(Range::point(end)))
+    let ends = [
+        word(a.low, b.low),
+        word(a.low, b.high),
+        word(a.high, b.low),
+        word(a.high, b.high),
+    ];
+    ends.into_iter().fold(Range::point(ends[0]), |all, end| {
+        all.union(Range::point(end))
+    })
 }
 
 /// `ceil(value / 2^n)`
@@ -252,8 +305,12 @@ mod tests {
                 Some(_) => Range::point(vk),
                 None => Range::new(i64::MIN, i64::MAX),
             };
-            let told = Range::new(result - rng.below(100) as i64, result + rng.below(100) as i64);
-            let (facts, _) = with(&graph, &known, &Facts::default(), node, told).expect("it can be");
+            let told = Range::new(
+                result - rng.below(100) as i64,
+                result + rng.below(100) as i64,
+            );
+            let (facts, _) =
+                with(&graph, &known, &Facts::default(), node, told).expect("it can be");
             for (id, value) in ids.into_iter().zip(values) {
                 assert!(
                     facts.get(&id).is_none_or(|range| range.has(value)),

@@ -1,7 +1,8 @@
 //! Partial evaluation: the same graph under facts, bit for bit, with what they decide decided.
 //!
-//! Nodes are taken in their order. Each is made anew from its folded operands: its range follows by the table of operators,
-//! a range of one value is a constant, and what choices, limits and bools come to is in `rules`.
+//! Nodes are taken in their order. Each is made anew from its folded operands: its range follows by
+//! the table of operators, a range of one value is a constant, and what choices, limits and bools
+//! come to is in `rules`.
 
 mod divide;
 mod rules;
@@ -27,12 +28,23 @@ impl Path {
     /// On from here, where the condition is so; none if it cannot be.
     pub fn on(&self, graph: &Graph, fold: &Fold, condition: Id, holds: bool) -> Option<Path> {
         let range = Range::point(holds.into());
-        let (facts, latest) = facts::with(graph, &|id| fold.range(id), &self.facts, condition, range)?;
-        let decided = self.decided.iter().copied().chain(std::iter::once(condition)).collect();
-        Some(Path { facts, decided, latest })
+        let (facts, latest) =
+            facts::with(graph, &|id| fold.range(id), &self.facts, condition, range)?;
+        let decided = self
+            .decided
+            .iter()
+            .copied()
+            .chain(std::iter::once(condition))
+            .collect();
+        Some(Path {
+            facts,
+            decided,
+            latest,
+        })
     }
 
-    /// On from here, where the condition cannot be otherwise. No branch will say so, so nothing is concluded from it.
+    /// On from here, where the condition cannot be otherwise. No branch will say so, so nothing is
+    /// concluded from it.
     pub fn given(&self, condition: Id, holds: bool) -> Path {
         let mut path = self.clone();
         path.facts.insert(condition, Range::point(holds.into()));
@@ -42,8 +54,9 @@ impl Path {
     }
 }
 
-/// Where nodes lie on a path. A run goes on from the one before, and looks only at what follows from what is new; so that
-/// the other side of a decision can be taken, it can be [taken back](Fold::back).
+/// Where nodes lie on a path. A run goes on from the one before, and looks only at what follows
+/// from what is new; so that the other side of a decision can be taken, it can be [taken
+/// back](Fold::back).
 #[derive(Debug, Default)]
 pub(super) struct Fold {
     ranges: Vec<Range>,
@@ -73,7 +86,8 @@ struct Lies {
     result: Option<Range>,
 }
 
-/// Rules that lead to rules, at most: behind that an operator stands as it is, so that long chains need no stack.
+/// Rules that lead to rules, at most: behind that an operator stands as it is, so that long chains
+/// need no stack.
 const DEPTH: usize = 64;
 
 /// What a run found, taken back, to be had again without another run.
@@ -91,7 +105,10 @@ enum Undo {
     Kept(Id),
 }
 
-const UNKNOWN: Range = Range { low: i64::MIN, high: i64::MAX };
+const UNKNOWN: Range = Range {
+    low: i64::MIN,
+    high: i64::MAX,
+};
 
 impl Fold {
     /// Where a node lies that the runs came by.
@@ -115,7 +132,13 @@ impl Fold {
     }
 
     /// A run that is taken back at once; none if its facts contradict each other.
-    pub fn try_run(&mut self, graph: &mut Graph, path: &Path, roots: &[Id], nodes: &[Id]) -> Option<Found> {
+    pub fn try_run(
+        &mut self,
+        graph: &mut Graph,
+        path: &Path,
+        roots: &[Id],
+        nodes: &[Id],
+    ) -> Option<Found> {
         let mark = self.mark();
         let found = self.run_over(graph, path, roots, nodes).map(|roots| {
             let (mut ranges, mut kept) = (Vec::new(), Vec::new());
@@ -125,7 +148,11 @@ impl Fold {
                     Undo::Kept(id) => kept.push(*id),
                 }
             }
-            Found { roots, ranges, kept }
+            Found {
+                roots,
+                ranges,
+                kept,
+            }
         });
         self.back(mark);
         found
@@ -133,14 +160,18 @@ impl Fold {
 
     /// What such a run found, from where it began.
     pub fn again(&mut self, found: &Found) {
-        found.ranges.iter().for_each(|(id, range)| self.put(*id, *range));
+        found
+            .ranges
+            .iter()
+            .for_each(|(id, range)| self.put(*id, *range));
         for id in &found.kept {
             self.kept[id.index()] = true;
             self.trail.push(Undo::Kept(*id));
         }
     }
 
-    /// The roots on this path, which goes on from that of the run before; none if its facts contradict each other.
+    /// The roots on this path, which goes on from that of the run before; none if its facts
+    /// contradict each other.
     pub fn run(&mut self, graph: &mut Graph, path: &Path, roots: &[Id]) -> Option<Vec<Id>> {
         let nodes = self.nodes(graph, path, roots);
         self.run_over(graph, path, roots, &nodes)
@@ -148,17 +179,27 @@ impl Fold {
 
     /// All that the roots and what was decided are made of, operands first.
     pub fn nodes(&mut self, graph: &Graph, path: &Path, roots: &[Id]) -> Vec<Id> {
-        self.walk.over(graph, roots.iter().chain(&path.decided).copied())
+        self.walk
+            .over(graph, roots.iter().chain(&path.decided).copied())
     }
 
     /// Cycles of all that the roots need.
     pub fn cost(&mut self, graph: &Graph, roots: &[Id]) -> u32 {
         let nodes = self.walk.over(graph, roots.iter().copied());
-        nodes.into_iter().map(|id| graph.cycles(id)).fold(0, u32::saturating_add)
+        nodes
+            .into_iter()
+            .map(|id| graph.cycles(id))
+            .fold(0, u32::saturating_add)
     }
 
     /// The same over [those nodes](Fold::nodes).
-    pub fn run_over(&mut self, graph: &mut Graph, path: &Path, roots: &[Id], nodes: &[Id]) -> Option<Vec<Id>> {
+    pub fn run_over(
+        &mut self,
+        graph: &mut Graph,
+        path: &Path,
+        roots: &[Id],
+        nodes: &[Id],
+    ) -> Option<Vec<Id>> {
         self.start(graph, path);
         for id in nodes {
             if self.is_stale(graph, *id) {
@@ -178,8 +219,13 @@ impl Fold {
         self.kept.resize(graph.len(), false);
         self.folded.resize(graph.len(), (0, Id(0)));
         self.told.resize(graph.len(), 0);
-        path.latest.iter().for_each(|id| self.told[id.index()] = self.run);
-        for id in self.walk.over(graph, path.decided.last().copied().into_iter()) {
+        path.latest
+            .iter()
+            .for_each(|id| self.told[id.index()] = self.run);
+        for id in self
+            .walk
+            .over(graph, path.decided.last().copied().into_iter())
+        {
             if !std::mem::replace(&mut self.kept[id.index()], true) {
                 self.trail.push(Undo::Kept(id));
             }
@@ -194,7 +240,11 @@ impl Fold {
 
     fn is_stale(&self, graph: &Graph, id: Id) -> bool {
         let is_new = self.told[id.index()] == self.run || self.ranges[id.index()] == UNKNOWN;
-        is_new || graph.args(id).iter().any(|arg| self.folded[arg.index()].0 == self.run)
+        is_new
+            || graph
+                .args(id)
+                .iter()
+                .any(|arg| self.folded[arg.index()].0 == self.run)
     }
 
     fn renew(&mut self, graph: &mut Graph, facts: &Facts, id: Id) {
@@ -215,7 +265,9 @@ impl Fold {
         let (mut few, many);
         let args: &[Id] = if old.len() <= 3 {
             few = [Id(0); 3];
-            few.iter_mut().zip(old).for_each(|(new, old)| *new = self.now(*old));
+            few.iter_mut()
+                .zip(old)
+                .for_each(|(new, old)| *new = self.now(*old));
             &few[..old.len()]
         } else {
             many = old.iter().map(|arg| self.now(*arg)).collect::<Vec<Id>>();
@@ -226,7 +278,9 @@ impl Fold {
         graph.origin = graph.origin_of(id);
         let ty = graph.ty(id);
         let new = match graph.kind(id) {
-            Kind::Op(op) if op.row().effect == Effect::Pure => self.pure_or(graph, op, ty, args, same),
+            Kind::Op(op) if op.row().effect == Effect::Pure => {
+                self.pure_or(graph, op, ty, args, same)
+            }
             Kind::Result(_) if !matches!(graph.kind(args[0]), Kind::Effect(_)) => {
                 // The effect does not happen; nobody looks at its results.
                 let low = self.natural(graph, id).low;
@@ -286,9 +340,20 @@ impl Fold {
     }
 
     /// The same, if it is known which node that is.
-    fn pure_or(&mut self, graph: &mut Graph, op: Op, ty: Type, args: &[Id], known: Option<Id>) -> Id {
+    fn pure_or(
+        &mut self,
+        graph: &mut Graph,
+        op: Op,
+        ty: Type,
+        args: &[Id],
+        known: Option<Id>,
+    ) -> Id {
         self.depth += 1;
-        let simpler = if self.depth <= DEPTH { self.simpler(graph, op, ty, args) } else { None };
+        let simpler = if self.depth <= DEPTH {
+            self.simpler(graph, op, ty, args)
+        } else {
+            None
+        };
         self.depth -= 1;
         if let Some(id) = simpler {
             return id;
@@ -312,7 +377,9 @@ impl Fold {
         let ty = graph.ty(id);
         match graph.kind(id) {
             Kind::Start | Kind::Effect(_) => Some(ty.range()),
-            Kind::Result(index) => graph.result_info(graph.args(id)[0], index).map(|info| info.range),
+            Kind::Result(index) => graph
+                .result_info(graph.args(id)[0], index)
+                .map(|info| info.range),
             Kind::Op(Op::Const(value)) => Some(Range::point(value)),
             Kind::Op(op) => {
                 let mut operands = [Range::point(0); 3];
@@ -328,12 +395,18 @@ impl Fold {
         let mut known = self.lies.borrow_mut();
         if known.len() < graph.len() {
             // No operand lies nowhere, so these are asked for never.
-            let never = Lies { operands: [Range::new(1, 0); 3], result: None };
+            let never = Lies {
+                operands: [Range::new(1, 0); 3],
+                result: None,
+            };
             known.resize(graph.len(), never);
         }
         let lies = &mut known[id.index()];
         if lies.operands != operands {
-            *lies = Lies { operands, result: graph.lies(id, op, operands) };
+            *lies = Lies {
+                operands,
+                result: graph.lies(id, op, operands),
+            };
         }
         lies.result
     }

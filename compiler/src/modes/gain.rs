@@ -1,8 +1,9 @@
 //! What deciding a condition saves, without trying it out.
 //!
-//! Once a condition is decided its choices vanish, and with them whatever only the side needs that is not taken (in the
-//! words of logic synthesis: the maximal fanout-free cones of that side). With `x < 3` decided, so may be other comparisons of
-//! `x`, and with them what they choose. What counts is the dearer way on.
+//! Once a condition is decided its choices vanish, and with them whatever only the side needs that
+//! is not taken (in the words of logic synthesis: the maximal fanout-free cones of that side). With
+//! `x < 3` decided, so may be other comparisons of `x`, and with them what they choose. What counts
+//! is the dearer way on.
 
 use super::cost;
 use super::graph::{Graph, Id, Kind};
@@ -48,7 +49,8 @@ pub(super) struct Lists {
     conditions: Vec<Asking>,
     /// The nodes of sides, each with the one before it on its side.
     sides: Vec<(Id, u32)>,
-    /// Comparisons of a value with constants: the value, the constant, the place of the condition; in order.
+    /// Comparisons of a value with constants: the value, the constant, the place of the condition;
+    /// in order.
     compared: Vec<(Id, i64, usize)>,
     gone: Vec<Id>,
     /// Conditions still to be noted.
@@ -61,14 +63,17 @@ pub(super) struct Gains<'a, 'k> {
     lists: &'a mut Lists,
 }
 
-/// Parts of a condition that are looked at. Long chains are decided from their start, and go on from there.
+/// Parts of a condition that are looked at. Long chains are decided from their start, and go on
+/// from there.
 const PARTS: usize = 256;
 
 impl Lists {
     /// Forgets the tick before.
     fn clear(&mut self, nodes: usize) {
         self.all.drain(..).for_each(|id| self.uses[id.index()] = 0);
-        self.conditions.iter().for_each(|asking| self.places[asking.condition.index()] = NOWHERE);
+        self.conditions
+            .iter()
+            .for_each(|asking| self.places[asking.condition.index()] = NOWHERE);
         self.conditions.clear();
         self.sides.clear();
         self.compared.clear();
@@ -90,7 +95,12 @@ impl Lists {
 
 impl<'a, 'k> Gains<'a, 'k> {
     /// For a tick with these roots, and bools that the next mode depends on.
-    pub fn new(graph: &'a Graph<'k>, lists: &'a mut Lists, roots: &[Id], musts: &[Id]) -> Gains<'a, 'k> {
+    pub fn new(
+        graph: &'a Graph<'k>,
+        lists: &'a mut Lists,
+        roots: &[Id],
+        musts: &[Id],
+    ) -> Gains<'a, 'k> {
         lists.clear(graph.len());
         lists.used(roots);
         let (mut gains, mut at) = (Gains { graph, lists }, 0);
@@ -104,7 +114,9 @@ impl<'a, 'k> Gains<'a, 'k> {
                 _ => {}
             }
         }
-        musts.iter().for_each(|must| gains.ask(*must, true, [None, None]));
+        musts
+            .iter()
+            .for_each(|must| gains.ask(*must, true, [None, None]));
         for place in 0..gains.lists.conditions.len() {
             if let Some((of, limit)) = gains.limit(place) {
                 gains.lists.compared.push((of, limit, place));
@@ -133,7 +145,9 @@ impl<'a, 'k> Gains<'a, 'k> {
         let mut open = std::mem::take(&mut self.lists.open);
         open.push((condition, sides));
         for _ in 0..PARTS {
-            let Some((condition, sides)) = open.pop() else { break };
+            let Some((condition, sides)) = open.pop() else {
+                break;
+            };
             if self.graph.constant(condition).is_some() {
                 continue;
             }
@@ -144,7 +158,8 @@ impl<'a, 'k> Gains<'a, 'k> {
             }
             self.note(condition, must, sides);
             if self.is_compound(condition) {
-                // One part alone can decide that a conjunction does not hold, or that a disjunction does.
+                // One part alone can decide that a conjunction does not hold, or that a disjunction
+                // does.
                 let sides = match self.graph.op(condition) {
                     Some(Op::And) => [sides[0], None],
                     Some(Op::Or) => [None, sides[1]],
@@ -158,11 +173,22 @@ impl<'a, 'k> Gains<'a, 'k> {
     }
 
     fn note(&mut self, condition: Id, must: bool, sides: [Option<Id>; 2]) {
-        let Lists { places, conditions, sides: all_sides, .. } = &mut *self.lists;
+        let Lists {
+            places,
+            conditions,
+            sides: all_sides,
+            ..
+        } = &mut *self.lists;
         let place = &mut places[condition.index()];
         if *place == NOWHERE {
             *place = conditions.len() as u32;
-            conditions.push(Asking { condition, sides: [NOWHERE; 2], choices: 0, asked: 0, must: false });
+            conditions.push(Asking {
+                condition,
+                sides: [NOWHERE; 2],
+                choices: 0,
+                asked: 0,
+                must: false,
+            });
         }
         let asking = &mut conditions[*place as usize];
         asking.asked += 1;
@@ -183,11 +209,16 @@ impl<'a, 'k> Gains<'a, 'k> {
         places
     }
 
-    /// The part of a condition that most others ask for as well, so that they have it too; the condition itself if it
-    /// shares nothing.
+    /// The part of a condition that most others ask for as well, so that they have it too; the
+    /// condition itself if it shares nothing.
     pub fn most_shared(&self, condition: Id) -> Id {
         let place = |id: Id| self.lists.places[id.index()] as usize;
-        let asked = |id: Id| self.lists.conditions.get(place(id)).map_or(0, |asking| asking.asked);
+        let asked = |id: Id| {
+            self.lists
+                .conditions
+                .get(place(id))
+                .map_or(0, |asking| asking.asked)
+        };
         let mut best = condition;
         loop {
             let (mut open, from) = (vec![best], best);
@@ -207,7 +238,10 @@ impl<'a, 'k> Gains<'a, 'k> {
     }
 
     fn is_compound(&self, id: Id) -> bool {
-        matches!(self.graph.op(id), Some(Op::And | Op::Or | Op::Not | Op::Select))
+        matches!(
+            self.graph.op(id),
+            Some(Op::And | Op::Or | Op::Not | Op::Select)
+        )
     }
 
     /// Cycles saved on the dearer side by the condition at a place, the branch paid.
@@ -237,7 +271,10 @@ impl<'a, 'k> Gains<'a, 'k> {
         };
         match self.limit(place) {
             None => decide(place),
-            Some((of, limit)) => self.decided(of, limit, holds).iter().for_each(|(_, _, place)| decide(*place)),
+            Some((of, limit)) => self
+                .decided(of, limit, holds)
+                .iter()
+                .for_each(|(_, _, place)| decide(*place)),
         }
         let cycles = unused(self.graph, &mut self.lists.uses, &mut gone);
         gone.clear();
@@ -245,32 +282,49 @@ impl<'a, 'k> Gains<'a, 'k> {
         2 * choices + cycles
     }
 
-    /// The value that this condition compares with a constant, and all such comparisons of it that are wanted, in the order of the
-    /// constants; none if it is no comparison.
+    /// The value that this condition compares with a constant, and all such comparisons of it that
+    /// are wanted, in the order of the constants; none if it is no comparison.
     pub fn compared_alike(
         &mut self,
         condition: Id,
         wanted: impl Fn(&mut Self, usize) -> bool,
     ) -> Option<(Id, Vec<Limit>)> {
         let place = *self.lists.places.get(condition.index())?;
-        let (of, _) = if place == NOWHERE { None } else { self.limit(place as usize) }?;
+        let (of, _) = if place == NOWHERE {
+            None
+        } else {
+            self.limit(place as usize)
+        }?;
         let all = self.compared(of).to_vec();
-        let wanted = all.into_iter().filter(|(_, _, place)| wanted(self, *place)).collect::<Vec<_>>();
+        let wanted = all
+            .into_iter()
+            .filter(|(_, _, place)| wanted(self, *place))
+            .collect::<Vec<_>>();
         let limit = |(_, limit, place): (Id, i64, usize)| {
-            let Asking { condition, must, .. } = self.asking(place);
-            Limit { limit, condition, must }
+            let Asking {
+                condition, must, ..
+            } = self.asking(place);
+            Limit {
+                limit,
+                condition,
+                must,
+            }
         };
         Some((of, wanted.into_iter().map(limit).collect()))
     }
 
     /// The comparisons of a value with constants.
     fn compared(&self, of: Id) -> &[(Id, i64, usize)] {
-        let first = self.lists.compared.partition_point(|(other, ..)| *other < of);
+        let first = self
+            .lists
+            .compared
+            .partition_point(|(other, ..)| *other < of);
         let count = self.lists.compared[first..].partition_point(|(other, ..)| *other == of);
         &self.lists.compared[first..first + count]
     }
 
-    /// The comparisons that hold (or do not) where the one of this value with this limit does (or does not).
+    /// The comparisons that hold (or do not) where the one of this value with this limit does (or
+    /// does not).
     fn decided(&self, of: Id, limit: i64, holds: bool) -> &[(Id, i64, usize)] {
         let all = self.compared(of);
         let first = all.partition_point(|(_, other, _)| *other < limit);

@@ -6,12 +6,13 @@
 //!   v5 = get c                       Emit e (guard b, after what came before, v4)
 //! ```
 //!
-//! Nodes are numbered in an order in which operands come first, and equal nodes are one. So a tick is a handful of roots
-//! (what its cells hold at the end, words that leave it, the last of its effects), code that nobody needs is not reachable
-//! from them, and two ways of going on are equal where their roots are.
+//! Nodes are numbered in an order in which operands come first, and equal nodes are one. So a tick
+//! is a handful of roots (what its cells hold at the end, words that leave it, the last of its
+//! effects), code that nobody needs is not reachable from them, and two ways of going on are equal
+//! where their roots are.
 //!
-//! Effects (events, grids, loops) keep their order: each depends on the one before. A cell that a loop touches, or that has
-//! several words, is left in memory and its reads and writes are effects.
+//! Effects (events, grids, loops) keep their order: each depends on the one before. A cell that a
+//! loop touches, or that has several words, is left in memory and its reads and writes are effects.
 
 use super::cost;
 use crate::kernel::op::Effect;
@@ -33,9 +34,11 @@ impl Id {
 pub(super) enum Kind {
     /// Before all effects.
     Start,
-    /// A pure operator, a read of what memory held at the start, or a write at the end (`set`, `out`, `push`).
+    /// A pure operator, a read of what memory held at the start, or a write at the end (`set`,
+    /// `out`, `push`).
     Op(Op),
-    /// An effect of the kernel by number; operands are the guard, the effect before, and what it reads.
+    /// An effect of the kernel by number; operands are the guard, the effect before, and what it
+    /// reads.
     Effect(u32),
     /// A result of the effect that is its operand.
     Result(u32),
@@ -96,7 +99,10 @@ impl<'k> Graph<'k> {
 
     /// A graph where every node is new, equal to another or not.
     pub fn unshared(kernel: &'k Kernel) -> Graph<'k> {
-        Graph { known: None, ..Graph::new(kernel) }
+        Graph {
+            known: None,
+            ..Graph::new(kernel)
+        }
     }
 
     pub fn len(&self) -> usize {
@@ -166,7 +172,10 @@ impl<'k> Graph<'k> {
         let operands = self.operands(args);
         let node = Node { kind, ty, operands };
         let fresh = Id(self.nodes.len() as u32);
-        let id = self.known.as_mut().map_or(fresh, |known| *known.entry(node).or_insert(fresh));
+        let id = self
+            .known
+            .as_mut()
+            .map_or(fresh, |known| *known.entry(node).or_insert(fresh));
         if id == fresh {
             self.nodes.push(node);
             self.origins.push(self.origin);
@@ -181,20 +190,33 @@ impl<'k> Graph<'k> {
 
     /// What is known of a result of an effect.
     pub fn result_info(&self, effect: Id, index: u32) -> Option<ValueInfo> {
-        let Kind::Effect(source) = self.kind(effect) else { return None };
-        let result = self.sources[source as usize].inst.results.get(index as usize)?;
+        let Kind::Effect(source) = self.kind(effect) else {
+            return None;
+        };
+        let result = self.sources[source as usize]
+            .inst
+            .results
+            .get(index as usize)?;
         Some(self.kernel.values[result.0 as usize])
     }
 
-    /// Where a pure operator lies for such ranges of its operands; none if the table cannot tell, because the result might
-    /// not fit its type.
+    /// Where a pure operator lies for such ranges of its operands; none if the table cannot tell,
+    /// because the result might not fit its type.
     pub fn lies(&self, id: Id, op: Op, operands: [Range; 3]) -> Option<Range> {
         let args = self.args(id);
-        let mut infos = [ValueInfo { ty: Type::I1, range: Type::I1.range() }; 3];
+        let mut infos = [ValueInfo {
+            ty: Type::I1,
+            range: Type::I1.range(),
+        }; 3];
         for (at, arg) in args.iter().enumerate().take(3) {
-            infos[at] = ValueInfo { ty: self.ty(*arg), range: operands[at] };
+            infos[at] = ValueInfo {
+                ty: self.ty(*arg),
+                range: operands[at],
+            };
         }
-        let info = infos.get(..args.len()).and_then(|infos| op.apply(self.kernel, infos).ok());
+        let info = infos
+            .get(..args.len())
+            .and_then(|infos| op.apply(self.kernel, infos).ok());
         info.map(|info| info.map_or(self.ty(id).range(), |info| info.range))
     }
 
@@ -218,8 +240,8 @@ impl<'k> Graph<'k> {
     }
 }
 
-/// Which nodes a walk came by: a bit for each, and a bit for each word of those, so that few among many are found in order.
-/// It can be used again, at the cost of what it comes by.
+/// Which nodes a walk came by: a bit for each, and a bit for each word of those, so that few among
+/// many are found in order. It can be used again, at the cost of what it comes by.
 #[derive(Debug, Default)]
 pub(super) struct Walk {
     seen: Vec<u64>,
@@ -259,7 +281,10 @@ impl Walk {
         for (at, words) in self.words.iter_mut().enumerate() {
             for word in ones(std::mem::take(words)) {
                 let word = 64 * at + word;
-                all.extend(ones(std::mem::take(&mut self.seen[word])).map(|bit| Id((64 * word + bit) as u32)));
+                all.extend(
+                    ones(std::mem::take(&mut self.seen[word]))
+                        .map(|bit| Id((64 * word + bit) as u32)),
+                );
             }
         }
         all
@@ -276,10 +301,16 @@ fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
 }
 
 fn any(inst: &Inst, such: &dyn Fn(Op) -> bool) -> bool {
-    such(inst.op) || inst.regions.iter().flat_map(|region| &region.insts).any(|inst| any(inst, such))
+    such(inst.op)
+        || inst
+            .regions
+            .iter()
+            .flat_map(|region| &region.insts)
+            .any(|inst| any(inst, such))
 }
 
-/// Whether it is an effect that keeps its place among the others, given which cells are left in memory.
+/// Whether it is an effect that keeps its place among the others, given which cells are left in
+/// memory.
 pub(super) fn keeps_place(inst: &Inst, in_memory: &[bool]) -> bool {
     match inst.op {
         Op::Get(cell) | Op::Set(cell) => in_memory[cell as usize],

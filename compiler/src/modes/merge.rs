@@ -1,43 +1,63 @@
 //! Ways that end in the same code become one.
 //!
-//! Two blocks are the same if they do the same to the same values from above, their own values numbered as they come and in the same
-//! ranges, and lead to blocks that are the same. Both see all that they read, so whatever leads to either may lead to one of them.
+//! Two blocks are the same if they do the same to the same values from above, their own values
+//! numbered as they come and in the same ranges, and lead to blocks that are the same. Both see all
+//! that they read, so whatever leads to either may lead to one of them.
 
 use super::{Block, End};
 use crate::kernel::{Inst, Region, Value, ValueInfo};
 use rustc_hash::{FxHashMap, FxHasher};
 use std::hash::{Hash, Hasher};
 
-/// The blocks with everyone led to the first of those that are the same; the others are led to by nobody.
+/// The blocks with everyone led to the first of those that are the same; the others are led to by
+/// nobody.
 pub(super) fn equal_tails(mut blocks: Vec<Block>, values: &[ValueInfo]) -> Vec<Block> {
     let mut known: FxHashMap<Vec<u64>, usize> = FxHashMap::default();
     let mut first: Vec<usize> = (0..blocks.len()).collect();
     let shapes = shapes(&blocks);
     let mut alike: FxHashMap<u64, usize> = FxHashMap::default();
-    shapes.iter().for_each(|shape| *alike.entry(*shape).or_default() += 1);
+    shapes
+        .iter()
+        .for_each(|shape| *alike.entry(*shape).or_default() += 1);
     // What a block leads to comes after it, so from the end all that is equal below has become one.
     for at in (0..blocks.len()).rev() {
-        blocks[at].end.targets_mut().for_each(|target| target.block = first[target.block]);
+        blocks[at]
+            .end
+            .targets_mut()
+            .for_each(|target| target.block = first[target.block]);
         if alike[&shapes[at]] == 1 {
             continue;
         }
-        let mut spelled = Spelled { infos: values, words: Vec::new(), own: FxHashMap::default(), count: 0, depth: 0 };
+        let mut spelled = Spelled {
+            infos: values,
+            words: Vec::new(),
+            own: FxHashMap::default(),
+            count: 0,
+            depth: 0,
+        };
         spelled.block(&blocks, at);
         first[at] = *known.entry(spelled.words).or_insert(at);
     }
     blocks
 }
 
-/// Of each block a number that says which operators it and those below it have: others are not the same.
+/// Of each block a number that says which operators it and those below it have: others are not the
+/// same.
 fn shapes(blocks: &[Block]) -> Vec<u64> {
     let mut shapes = vec![0; blocks.len()];
     for (at, block) in blocks.iter().enumerate().rev() {
         let mut hasher = FxHasher::default();
-        block.insts.iter().for_each(|inst| inst.op.row().index.hash(&mut hasher));
+        block
+            .insts
+            .iter()
+            .for_each(|inst| inst.op.row().index.hash(&mut hasher));
         if let End::Next(next) = block.end {
             next.hash(&mut hasher);
         }
-        block.end.targets().for_each(|target| shapes[target.block].hash(&mut hasher));
+        block
+            .end
+            .targets()
+            .for_each(|target| shapes[target.block].hash(&mut hasher));
         shapes[at] = hasher.finish();
     }
     shapes
@@ -54,7 +74,8 @@ struct Spelled<'a> {
     depth: usize,
 }
 
-/// Blocks that are spelled one below the other; the next is a number, so that blocks are the same only if they lead there.
+/// Blocks that are spelled one below the other; the next is a number, so that blocks are the same
+/// only if they lead there.
 const DEPTH: usize = 100;
 
 impl Spelled<'_> {
@@ -78,7 +99,12 @@ impl Spelled<'_> {
                 self.values(&target.args);
                 self.block(blocks, target.block);
             }
-            End::Branch { condition, yes, no, likely } => {
+            End::Branch {
+                condition,
+                yes,
+                no,
+                likely,
+            } => {
                 self.words.extend([2, likely.map_or(2, u64::from)]);
                 self.values(&[*condition]);
                 for target in [yes, no] {
@@ -91,7 +117,8 @@ impl Spelled<'_> {
 
     fn inst(&mut self, inst: &Inst) {
         let [n, m] = inst.op.immediates();
-        self.words.extend([3, inst.op.row().index as u64, n as u64, m as u64]);
+        self.words
+            .extend([3, inst.op.row().index as u64, n as u64, m as u64]);
         self.values(&inst.args);
         inst.regions.iter().for_each(|region| self.region(region));
         self.define(&inst.results);
@@ -107,7 +134,10 @@ impl Spelled<'_> {
         self.words.push(values.len() as u64);
         for value in values {
             // Own values are told from those of above by their lowest bit.
-            let word = self.own.get(value).map_or(u64::from(value.0) << 1, |own| own << 1 | 1);
+            let word = self
+                .own
+                .get(value)
+                .map_or(u64::from(value.0) << 1, |own| own << 1 | 1);
             self.words.push(word);
         }
     }
@@ -116,7 +146,8 @@ impl Spelled<'_> {
         self.words.push(values.len() as u64);
         for value in values {
             let ValueInfo { ty, range } = self.infos[value.0 as usize];
-            self.words.extend([u64::from(ty.bits()), range.low as u64, range.high as u64]);
+            self.words
+                .extend([u64::from(ty.bits()), range.low as u64, range.high as u64]);
             self.own.insert(*value, self.count);
             self.count += 1;
         }

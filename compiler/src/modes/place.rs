@@ -20,7 +20,8 @@ use crate::parallel;
 use rustc_hash::{FxHashMap, FxHashSet};
 use sorted::{common, union};
 
-/// Blocks of one mode; parts of conditions that are shared are decided once for each use, which could go on for long.
+/// Blocks of one mode; parts of conditions that are shared are decided once for each use, which
+/// could go on for long.
 const BLOCKS: usize = 20_000;
 /// Bools that are made of bools, at most so deep: going down them needs stack.
 const DEPTH: usize = 200;
@@ -50,15 +51,32 @@ enum Then<'a> {
 
 /// The blocks of all modes.
 pub(super) fn modes(graph: &mut Graph, plan: &Plan) -> Option<Vec<Mode>> {
-    let needs = plan.modes.iter().enumerate().map(|(at, reached)| needs(graph, plan, at, &reached.tree));
+    let needs = plan
+        .modes
+        .iter()
+        .enumerate()
+        .map(|(at, reached)| needs(graph, plan, at, &reached.tree));
     let needs: Vec<Needs> = needs.collect::<Option<_>>()?;
     let graph = &*graph;
-    let placed = parallel::map_with(needs, Fold::default, |fold, needs| blocks(graph, fold, &needs));
-    let modes = plan.modes.iter().zip(plan.known).zip(placed).map(|((reached, known), placed)| {
-        let (values, blocks) = placed?;
-        let name = name(graph, plan, reached);
-        Some(Mode { name, cells: reached.cells.clone(), known: known.clone(), values, blocks })
+    let placed = parallel::map_with(needs, Fold::default, |fold, needs| {
+        blocks(graph, fold, &needs)
     });
+    let modes = plan
+        .modes
+        .iter()
+        .zip(plan.known)
+        .zip(placed)
+        .map(|((reached, known), placed)| {
+            let (values, blocks) = placed?;
+            let name = name(graph, plan, reached);
+            Some(Mode {
+                name,
+                cells: reached.cells.clone(),
+                known: known.clone(),
+                values,
+                blocks,
+            })
+        });
     modes.collect()
 }
 
@@ -77,7 +95,12 @@ fn blocks(graph: &Graph, fold: &mut Fold, needs: &Needs) -> Option<(Vec<ValueInf
         depth: 0,
     };
     let placed = placer.place(needs, 0);
-    let Placer { values, blocks, fold, .. } = placer;
+    let Placer {
+        values,
+        blocks,
+        fold,
+        ..
+    } = placer;
     fold.back(0);
     placed?;
     let blocks = in_order(merge::equal_tails(in_order(blocks), &values));
@@ -88,10 +111,23 @@ fn name(graph: &Graph, plan: &Plan, reached: &Reached) -> String {
     let word = |(discrete, class): (&Discrete, &usize)| {
         let name = &graph.kernel.cells[discrete.cell].name;
         let Range { low, high } = discrete.classes[*class];
-        if low == high { format!("{name}={low}") } else { format!("{name}={low}..{high}") }
+        if low == high {
+            format!("{name}={low}")
+        } else {
+            format!("{name}={low}..{high}")
+        }
     };
-    let words: Vec<String> = plan.discrete.iter().zip(&reached.classes).map(word).collect();
-    if words.is_empty() { "any".to_string() } else { words.join(" ") }
+    let words: Vec<String> = plan
+        .discrete
+        .iter()
+        .zip(&reached.classes)
+        .map(word)
+        .collect();
+    if words.is_empty() {
+        "any".to_string()
+    } else {
+        words.join(" ")
+    }
 }
 
 fn needs<'a>(graph: &mut Graph, plan: &Plan, at: usize, tree: &'a Tree) -> Option<Needs<'a>> {
@@ -99,22 +135,48 @@ fn needs<'a>(graph: &mut Graph, plan: &Plan, at: usize, tree: &'a Tree) -> Optio
         Tree::Leaf { path, tick, ranges } => {
             let classes = reach::classes(plan.discrete, ranges)?;
             let next = plan.modes.iter().position(|mode| mode.classes == classes)?;
-            let mut roots: Vec<Id> = tick.writes.iter().copied().chain(std::iter::once(tick.last)).collect();
-            for (cell, end) in tick.cells.iter().enumerate().filter_map(|(cell, end)| Some((cell, (*end)?))) {
-                let unchanged = graph.op(end) == Some(Op::Get(cell as u32)) && !plan.known[at][cell];
+            let mut roots: Vec<Id> = tick
+                .writes
+                .iter()
+                .copied()
+                .chain(std::iter::once(tick.last))
+                .collect();
+            for (cell, end) in tick
+                .cells
+                .iter()
+                .enumerate()
+                .filter_map(|(cell, end)| Some((cell, (*end)?)))
+            {
+                let unchanged =
+                    graph.op(end) == Some(Op::Get(cell as u32)) && !plan.known[at][cell];
                 if !plan.known[next][cell] && !unchanged {
                     roots.push(graph.node(Kind::Op(Op::Set(cell as u32)), Type::I1, &[end]));
                 }
             }
             let all = graph.reachable(&roots);
-            Some(Needs { path, by_all: all.clone(), by_some: all, then: Then::Next(next) })
+            Some(Needs {
+                path,
+                by_all: all.clone(),
+                by_some: all,
+                then: Then::Next(next),
+            })
         }
-        Tree::Split { path, condition, yes, no } => {
+        Tree::Split {
+            path,
+            condition,
+            yes,
+            no,
+        } => {
             let (yes, no) = (needs(graph, plan, at, yes)?, needs(graph, plan, at, no)?);
             let decided = graph.reachable(&[*condition]);
             let by_all = union(&common(&yes.by_all, &no.by_all), &decided);
             let by_some = union(&union(&yes.by_some, &no.by_some), &decided);
-            Some(Needs { path, by_all, by_some, then: Then::Split(*condition, Box::new(yes), Box::new(no)) })
+            Some(Needs {
+                path,
+                by_all,
+                by_some,
+                then: Then::Split(*condition, Box::new(yes), Box::new(no)),
+            })
         }
     }
 }
@@ -129,22 +191,37 @@ fn in_order(mut blocks: Vec<Block>) -> Vec<Block> {
             order.push(block);
         } else if !std::mem::replace(&mut seen[block], true) {
             open.push((block, true));
-            open.extend(blocks[block].end.targets().map(|target| (target.block, false)));
+            open.extend(
+                blocks[block]
+                    .end
+                    .targets()
+                    .map(|target| (target.block, false)),
+            );
         }
     }
     order.reverse();
     let mut place = vec![0; blocks.len()];
-    order.iter().enumerate().for_each(|(at, block)| place[*block] = at);
+    order
+        .iter()
+        .enumerate()
+        .for_each(|(at, block)| place[*block] = at);
     let moved = |block: &usize| {
         let mut block = std::mem::replace(&mut blocks[*block], open_block());
-        block.end.targets_mut().for_each(|target| target.block = place[target.block]);
+        block
+            .end
+            .targets_mut()
+            .for_each(|target| target.block = place[target.block]);
         block
     };
     order.iter().map(moved).collect()
 }
 
 fn open_block() -> Block {
-    Block { params: Vec::new(), insts: Vec::new(), end: End::Next(0) }
+    Block {
+        params: Vec::new(),
+        insts: Vec::new(),
+        end: End::Next(0),
+    }
 }
 
 struct Placer<'a, 'k> {
@@ -202,11 +279,14 @@ impl Placer<'_, '_> {
         self.here.clear();
     }
 
-    /// Puts all that does not stand yet into the block. What is overwritten at the end is read before.
+    /// Puts all that does not stand yet into the block. What is overwritten at the end is read
+    /// before.
     fn stand_all(&mut self, all: &[Id]) -> Option<()> {
         for writes in [false, true] {
             for id in all {
-                let free = !self.placed.contains_key(id) && !self.on_demand(*id) && self.is_write(*id) == writes;
+                let free = !self.placed.contains_key(id)
+                    && !self.on_demand(*id)
+                    && self.is_write(*id) == writes;
                 if free {
                     self.stand(*id)?;
                 }
@@ -219,14 +299,24 @@ impl Placer<'_, '_> {
     fn may_stand(&self, needs: &Needs) -> Vec<Id> {
         let (mut all, mut there) = (Vec::new(), FxHashSet::default());
         for writes in [false, true] {
-            for id in needs.by_all.iter().filter(|id| !self.placed.contains_key(id)) {
-                let is_ready =
-                    self.graph.args(*id).iter().all(|arg| self.placed.contains_key(arg) || there.contains(arg));
+            for id in needs
+                .by_all
+                .iter()
+                .filter(|id| !self.placed.contains_key(id))
+            {
+                let is_ready = self
+                    .graph
+                    .args(*id)
+                    .iter()
+                    .all(|arg| self.placed.contains_key(arg) || there.contains(arg));
                 if self.on_demand(*id) {
                     if is_ready {
                         there.insert(*id);
                     }
-                } else if self.is_write(*id) == writes && is_ready && self.is_allowed(needs, *id, &there) {
+                } else if self.is_write(*id) == writes
+                    && is_ready
+                    && self.is_allowed(needs, *id, &there)
+                {
                     there.insert(*id);
                     all.push(*id);
                 }
@@ -242,7 +332,10 @@ impl Placer<'_, '_> {
         }
         let later = |reads: &dyn Fn(Op) -> bool| {
             let open = |id: &Id| !self.placed.contains_key(id) && !there.contains(id);
-            needs.by_some.iter().any(|id| open(id) && self.graph.asks(*id, reads))
+            needs
+                .by_some
+                .iter()
+                .any(|id| open(id) && self.graph.asks(*id, reads))
         };
         match self.graph.kind(id) {
             Kind::Op(Op::Set(cell)) => !later(&|op| op == Op::Get(cell)),
@@ -253,14 +346,17 @@ impl Placer<'_, '_> {
     }
 
     fn is_write(&self, id: Id) -> bool {
-        self.graph.op(id).is_some_and(|op| op.row().result.is_none())
+        self.graph
+            .op(id)
+            .is_some_and(|op| op.row().result.is_none())
     }
 
     fn on_demand(&self, id: Id) -> bool {
         match self.graph.op(id) {
             Some(Op::Const(_)) => true,
             Some(op) => {
-                matches!(op.row().meaning, crate::kernel::op::Meaning::Exact(_)) && self.graph.ty(id) == Type::I1
+                matches!(op.row().meaning, crate::kernel::op::Meaning::Exact(_))
+                    && self.graph.ty(id) == Type::I1
             }
             None => false,
         }
@@ -269,7 +365,11 @@ impl Placer<'_, '_> {
     /// Puts the node at the end of the block; none if it is made of too much.
     fn stand(&mut self, id: Id) -> Option<Value> {
         self.depth += 1;
-        let value = if self.depth <= DEPTH { self.stand_here(id) } else { None };
+        let value = if self.depth <= DEPTH {
+            self.stand_here(id)
+        } else {
+            None
+        };
         self.depth -= 1;
         value
     }
@@ -284,9 +384,16 @@ impl Placer<'_, '_> {
                 Value(u32::MAX)
             }
             Kind::Op(op) => {
-                let args = args.iter().map(|arg| self.value(*arg)).collect::<Option<Vec<Value>>>()?;
-                let info = ValueInfo { ty: self.graph.ty(id), range: self.fold.range(id) };
-                let results: Vec<Value> = op.row().result.iter().map(|_| self.define(info)).collect();
+                let args = args
+                    .iter()
+                    .map(|arg| self.value(*arg))
+                    .collect::<Option<Vec<Value>>>()?;
+                let info = ValueInfo {
+                    ty: self.graph.ty(id),
+                    range: self.fold.range(id),
+                };
+                let results: Vec<Value> =
+                    op.row().result.iter().map(|_| self.define(info)).collect();
                 let value = results.first().copied().unwrap_or(Value(u32::MAX));
                 self.push(op, args, results, Vec::new(), self.graph.origin_of(id));
                 value
@@ -330,32 +437,88 @@ impl Placer<'_, '_> {
     fn guarded(&mut self, inst: Inst, guard: Id) -> Option<Inst> {
         let condition = self.value(guard)?;
         let (origin, yields) = (inst.origin, inst.results.clone());
-        let infos: Vec<ValueInfo> = yields.iter().map(|result| self.values[result.0 as usize]).collect();
+        let infos: Vec<ValueInfo> = yields
+            .iter()
+            .map(|result| self.values[result.0 as usize])
+            .collect();
         let mut other = Region::default();
         for info in &infos {
-            let value = self.define(ValueInfo { range: Range::point(info.range.low), ..*info });
+            let value = self.define(ValueInfo {
+                range: Range::point(info.range.low),
+                ..*info
+            });
             let op = Op::Const(info.range.low);
-            other.insts.push(Inst { op, args: Vec::new(), results: vec![value], regions: Vec::new(), origin });
+            other.insts.push(Inst {
+                op,
+                args: Vec::new(),
+                results: vec![value],
+                regions: Vec::new(),
+                origin,
+            });
             other.yields.push(value);
         }
         let results = infos.into_iter().map(|info| self.define(info)).collect();
-        let then = Region { params: Vec::new(), insts: vec![inst], yields };
-        Some(Inst { op: Op::If, args: vec![condition], results, regions: vec![then, other], origin })
+        let then = Region {
+            params: Vec::new(),
+            insts: vec![inst],
+            yields,
+        };
+        Some(Inst {
+            op: Op::If,
+            args: vec![condition],
+            results,
+            regions: vec![then, other],
+            origin,
+        })
     }
 
     /// The instruction with values of this mode.
     fn renamed(&mut self, inst: &Inst, inside: &mut FxHashMap<Value, Value>) -> Inst {
-        let args = inst.args.iter().map(|arg| self.rename(*arg, inside)).collect();
-        let regions = inst.regions.iter().map(|region| self.renamed_region(region, inside)).collect();
-        let results = inst.results.iter().map(|result| self.rename(*result, inside)).collect();
-        Inst { op: inst.op, args, results, regions, origin: inst.origin }
+        let args = inst
+            .args
+            .iter()
+            .map(|arg| self.rename(*arg, inside))
+            .collect();
+        let regions = inst
+            .regions
+            .iter()
+            .map(|region| self.renamed_region(region, inside))
+            .collect();
+        let results = inst
+            .results
+            .iter()
+            .map(|result| self.rename(*result, inside))
+            .collect();
+        Inst {
+            op: inst.op,
+            args,
+            results,
+            regions,
+            origin: inst.origin,
+        }
     }
 
     fn renamed_region(&mut self, region: &Region, inside: &mut FxHashMap<Value, Value>) -> Region {
-        let params = region.params.iter().map(|param| self.rename(*param, inside)).collect();
-        let insts = region.insts.iter().map(|inst| self.renamed(inst, inside)).collect();
-        let yields = region.yields.iter().map(|value| self.rename(*value, inside)).collect();
-        Region { params, insts, yields }
+        let params = region
+            .params
+            .iter()
+            .map(|param| self.rename(*param, inside))
+            .collect();
+        let insts = region
+            .insts
+            .iter()
+            .map(|inst| self.renamed(inst, inside))
+            .collect();
+        let yields = region
+            .yields
+            .iter()
+            .map(|value| self.rename(*value, inside))
+            .collect();
+        Region {
+            params,
+            insts,
+            yields,
+        }
     }
 
     fn rename(&mut self, value: Value, inside: &mut FxHashMap<Value, Value>) -> Value {
@@ -367,8 +530,21 @@ impl Placer<'_, '_> {
         new
     }
 
-    fn push(&mut self, op: Op, args: Vec<Value>, results: Vec<Value>, regions: Vec<Region>, origin: Option<u32>) {
-        self.blocks[self.at].insts.push(Inst { op, args, results, regions, origin });
+    fn push(
+        &mut self,
+        op: Op,
+        args: Vec<Value>,
+        results: Vec<Value>,
+        regions: Vec<Region>,
+        origin: Option<u32>,
+    ) {
+        self.blocks[self.at].insts.push(Inst {
+            op,
+            args,
+            results,
+            regions,
+            origin,
+        });
     }
 
     fn define(&mut self, info: ValueInfo) -> Value {

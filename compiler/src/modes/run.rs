@@ -1,13 +1,16 @@
 //! The reference for modes: runs their blocks by the meanings in the table of operators.
 //!
-//! Like every engine it works on a memory of its own, and after each tick that memory is what the interpreter's is, byte for
-//! byte. What modes promise is tested on the way: in each tick cells lie where the mode says, every value lies in its
-//! range, and what a mode knows is not read from memory (it is spoiled before each tick).
+//! Like every engine it works on a memory of its own, and after each tick that memory is what the
+//! interpreter's is, byte for byte. What modes promise is tested on the way: in each tick cells lie
+//! where the mode says, every value lies in its range, and what a mode knows is not read from
+//! memory (it is spoiled before each tick).
 
 use super::{End, Mode, Modes, Target};
 use crate::kernel::memory::Key;
 use crate::kernel::op::Meaning;
-use crate::kernel::{Code, EngineError, Inst, Interp, Kernel, Loaded, Memory, Op, Range, Region, Value};
+use crate::kernel::{
+    Code, EngineError, Inst, Interp, Kernel, Loaded, Memory, Op, Range, Region, Value,
+};
 
 /// Modes being run.
 pub type ModesEngine = Loaded<Runner>;
@@ -31,9 +34,19 @@ impl Loaded<Runner> {
     pub fn new(modes: &Modes, keys: usize) -> Result<ModesEngine, EngineError> {
         let memory = Memory::new(&modes.kernel, keys)?;
         let init = Interp::new(&modes.kernel, keys)?;
-        let most = modes.modes.iter().map(|mode| mode.values.len()).max().unwrap_or_default();
-        let runner =
-            Runner { modes: modes.clone(), init, now: vec![0; keys], registers: vec![0; most], violation: None };
+        let most = modes
+            .modes
+            .iter()
+            .map(|mode| mode.values.len())
+            .max()
+            .unwrap_or_default();
+        let runner = Runner {
+            modes: modes.clone(),
+            init,
+            now: vec![0; keys],
+            registers: vec![0; most],
+            violation: None,
+        };
         Ok(Loaded::new_with(modes.kernel.clone(), memory, runner))
     }
 
@@ -49,18 +62,38 @@ impl Loaded<Runner> {
 }
 
 impl Code for Runner {
-    fn run(&mut self, tick: bool, kernel: &Kernel, memory: &mut Memory, inputs: &[u16], outputs: &mut [i16]) {
+    fn run(
+        &mut self,
+        tick: bool,
+        kernel: &Kernel,
+        memory: &mut Memory,
+        inputs: &[u16],
+        outputs: &mut [i16],
+    ) {
         if !tick {
             self.init.init(inputs);
             let lives = std::mem::take(&mut memory.lives);
             let (events, clock) = (std::mem::take(&mut memory.events), memory.clock.clone());
-            *memory = Memory { lives, events, clock, ..self.init.memory().clone() };
+            *memory = Memory {
+                lives,
+                events,
+                clock,
+                ..self.init.memory().clone()
+            };
         }
         for index in 0..memory.keys() {
-            let mut key = Key { kernel, memory, key: index, inputs, outputs };
+            let mut key = Key {
+                kernel,
+                memory,
+                key: index,
+                inputs,
+                outputs,
+            };
             if !tick {
                 let found = self.modes.mode_of(|cell| key.get(cell, 0));
-                self.broken(found.is_none(), || format!("key {index}: no mode after init"));
+                self.broken(found.is_none(), || {
+                    format!("key {index}: no mode after init")
+                });
                 self.now[index] = found.unwrap_or_default();
             } else {
                 self.key(&mut key);
@@ -84,14 +117,18 @@ impl Runner {
         self.modes.modes[at] = mode;
         self.now[key.key] = next;
         let stands: Vec<(usize, i64)> = self.modes.modes[next].stands_for().collect();
-        stands.into_iter().for_each(|(cell, value)| key.set(cell, 0, value));
+        stands
+            .into_iter()
+            .for_each(|(cell, value)| key.set(cell, 0, value));
     }
 
     /// Tests what the mode promises and spoils what it knows.
     fn enter(&mut self, mode: &Mode, key: &mut Key) {
         for (cell, range) in mode.cells.iter().enumerate() {
             let value = key.get(cell, 0);
-            self.broken(!range.has(value), || format!("{}: cell {cell} is {value}, not in {range}", mode.name));
+            self.broken(!range.has(value), || {
+                format!("{}: cell {cell} is {value}, not in {range}", mode.name)
+            });
         }
         for (cell, value) in mode.stands_for() {
             let Range { low, high } = key.kernel.cells[cell].range;
@@ -110,7 +147,9 @@ impl Runner {
             let target = match &block.end {
                 End::Next(next) => return *next,
                 End::Jump(target) => target,
-                End::Branch { condition, yes, no, .. } => {
+                End::Branch {
+                    condition, yes, no, ..
+                } => {
                     if self.registers[condition.0 as usize] == 1 {
                         yes
                     } else {
@@ -124,18 +163,30 @@ impl Runner {
     }
 
     fn hand_over(&mut self, mode: &Mode, target: &Target) {
-        let values: Vec<i64> = target.args.iter().map(|arg| self.registers[arg.0 as usize]).collect();
-        let params = mode.blocks.get(target.block).map_or(&[][..], |block| &block.params);
+        let values: Vec<i64> = target
+            .args
+            .iter()
+            .map(|arg| self.registers[arg.0 as usize])
+            .collect();
+        let params = mode
+            .blocks
+            .get(target.block)
+            .map_or(&[][..], |block| &block.params);
         self.put(mode, params, &values);
     }
 
     fn run(&mut self, mode: &Mode, insts: &[Inst], key: &mut Key) {
         for inst in insts {
-            let args: Vec<i64> = inst.args.iter().map(|arg| self.registers[arg.0 as usize]).collect();
+            let args: Vec<i64> = inst
+                .args
+                .iter()
+                .map(|arg| self.registers[arg.0 as usize])
+                .collect();
             let immediates = inst.op.immediates().map(|immediate| immediate as usize);
             match inst.op.row().meaning {
                 Meaning::Exact(_) => {
-                    let operands = std::array::from_fn(|at| args.get(at).copied().unwrap_or_default());
+                    let operands =
+                        std::array::from_fn(|at| args.get(at).copied().unwrap_or_default());
                     let ty = mode.values[inst.results[0].0 as usize].ty;
                     let value = inst.op.evaluate(ty, operands).unwrap_or_default();
                     self.put(mode, &inst.results, &[value]);
@@ -172,13 +223,19 @@ impl Runner {
     }
 
     fn yields(&self, region: &Region) -> Vec<i64> {
-        region.yields.iter().map(|value| self.registers[value.0 as usize]).collect()
+        region
+            .yields
+            .iter()
+            .map(|value| self.registers[value.0 as usize])
+            .collect()
     }
 
     fn put(&mut self, mode: &Mode, values: &[Value], to: &[i64]) {
         for (value, number) in values.iter().zip(to) {
             let range = mode.values[value.0 as usize].range;
-            self.broken(!range.has(*number), || format!("{}: {value} is {number}, not in {range}", mode.name));
+            self.broken(!range.has(*number), || {
+                format!("{}: {value} is {number}, not in {range}", mode.name)
+            });
             self.registers[value.0 as usize] = *number;
         }
     }

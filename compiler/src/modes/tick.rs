@@ -7,7 +7,8 @@ use std::collections::HashMap;
 /// A tick by what it leaves.
 #[derive(Debug, Clone)]
 pub(super) struct Tick {
-    /// What every cell that is not left in memory holds at the end; for the others their number is of no use.
+    /// What every cell that is not left in memory holds at the end; for the others their number is
+    /// of no use.
     pub cells: Vec<Option<Id>>,
     /// Words that leave, pushes.
     pub writes: Vec<Id>,
@@ -30,7 +31,9 @@ fn touched(region: &Region, in_loop: bool, found: &mut [bool]) {
             _ => {}
         }
         let in_loop = in_loop || matches!(inst.op, Op::Loop(_));
-        inst.regions.iter().for_each(|inner| touched(inner, in_loop, found));
+        inst.regions
+            .iter()
+            .for_each(|inner| touched(inner, in_loop, found));
     }
 }
 
@@ -38,13 +41,28 @@ fn touched(region: &Region, in_loop: bool, found: &mut [bool]) {
 pub(super) fn read(graph: &mut Graph, region: &Region, in_memory: &[bool]) -> Tick {
     let always = graph.number(Type::I1, 1);
     let last = graph.node(Kind::Start, Type::I1, &[]);
-    let mut reader = Reader { graph, in_memory, values: HashMap::new(), cells: Vec::new(), writes: Vec::new(), last };
+    let mut reader = Reader {
+        graph,
+        in_memory,
+        values: HashMap::new(),
+        cells: Vec::new(),
+        writes: Vec::new(),
+        last,
+    };
     for (at, cell) in reader.graph.kernel.cells.iter().enumerate() {
-        let start = (!in_memory[at]).then(|| reader.graph.node(Kind::Op(Op::Get(at as u32)), cell.ty, &[]));
+        let start = (!in_memory[at]).then(|| {
+            reader
+                .graph
+                .node(Kind::Op(Op::Get(at as u32)), cell.ty, &[])
+        });
         reader.cells.push(start);
     }
     reader.region(region, always);
-    Tick { cells: reader.cells, writes: reader.writes, last: reader.last }
+    Tick {
+        cells: reader.cells,
+        writes: reader.writes,
+        last: reader.last,
+    }
 }
 
 struct Reader<'a, 'k> {
@@ -73,7 +91,10 @@ impl Reader<'_, '_> {
             (Op::Set(cell), _) => self.cells[cell as usize] = Some(self.value(inst.args[0])),
             (op, _) => {
                 let args: Vec<Id> = inst.args.iter().map(|arg| self.value(*arg)).collect();
-                let ty = inst.results.first().map_or(Type::I1, |result| self.ty(*result));
+                let ty = inst
+                    .results
+                    .first()
+                    .map_or(Type::I1, |result| self.ty(*result));
                 let id = self.graph.node(Kind::Op(op), ty, &args);
                 match inst.results.first() {
                     Some(result) => self.values.extend([(*result, id)]),
@@ -87,14 +108,18 @@ impl Reader<'_, '_> {
     fn if_else(&mut self, inst: &Inst, then: &Region, other: &Region, guard: Id) {
         let condition = self.value(inst.args[0]);
         let start = self.cells.clone();
-        let inside = self.graph.node(Kind::Op(Op::And), Type::I1, &[guard, condition]);
+        let inside = self
+            .graph
+            .node(Kind::Op(Op::And), Type::I1, &[guard, condition]);
         self.region(then, inside);
         let held = std::mem::replace(&mut self.cells, start);
         let not = self.graph.node(Kind::Op(Op::Not), Type::I1, &[condition]);
         let outside = self.graph.node(Kind::Op(Op::And), Type::I1, &[guard, not]);
         self.region(other, outside);
         for (at, held) in held.into_iter().enumerate() {
-            self.cells[at] = held.zip(self.cells[at]).map(|(yes, no)| self.choose(condition, yes, no));
+            self.cells[at] = held
+                .zip(self.cells[at])
+                .map(|(yes, no)| self.choose(condition, yes, no));
         }
         for (at, result) in inst.results.iter().enumerate() {
             let (yes, no) = (self.value(then.yields[at]), self.value(other.yields[at]));
@@ -105,7 +130,12 @@ impl Reader<'_, '_> {
 
     fn choose(&mut self, condition: Id, yes: Id, no: Id) -> Id {
         let ty = self.graph.ty(yes);
-        if yes == no { yes } else { self.graph.node(Kind::Op(Op::Select), ty, &[condition, yes, no]) }
+        if yes == no {
+            yes
+        } else {
+            self.graph
+                .node(Kind::Op(Op::Select), ty, &[condition, yes, no])
+        }
     }
 
     fn effect(&mut self, inst: &Inst, guard: Id) {
@@ -114,11 +144,16 @@ impl Reader<'_, '_> {
         let only_reads = matches!(inst.op, Op::Get(_) | Op::GetAt(_));
         let mut args = vec![if only_reads { always } else { guard }, self.last];
         args.extend(reads.iter().map(|read| self.value(*read)));
-        self.graph.sources.push(Source { inst: inst.clone(), reads });
+        self.graph.sources.push(Source {
+            inst: inst.clone(),
+            reads,
+        });
         let source = self.graph.sources.len() as u32 - 1;
         self.last = self.graph.node(Kind::Effect(source), Type::I1, &args);
         for (index, result) in inst.results.iter().enumerate() {
-            let id = self.graph.node(Kind::Result(index as u32), self.ty(*result), &[self.last]);
+            let id = self
+                .graph
+                .node(Kind::Result(index as u32), self.ty(*result), &[self.last]);
             self.values.insert(*result, id);
         }
     }

@@ -8,12 +8,19 @@ use crate::model::fold::power;
 impl Interval {
     /// One value.
     pub fn point(value: f64) -> Interval {
-        Interval { low: value, high: value }
+        Interval {
+            low: value,
+            high: value,
+        }
     }
 
     /// `-magnitude .. magnitude`
     pub fn around(magnitude: f64) -> Interval {
-        Interval { low: -magnitude, high: magnitude }.outwards()
+        Interval {
+            low: -magnitude,
+            high: magnitude,
+        }
+        .outwards()
     }
 
     /// Largest absolute value.
@@ -33,7 +40,10 @@ impl Interval {
 
     /// The smallest interval that holds both.
     pub fn union(self, other: Interval) -> Interval {
-        Interval { low: self.low.min(other.low), high: self.high.max(other.high) }
+        Interval {
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+        }
     }
 
     /// Quotient, unless the divisor may be zero.
@@ -41,23 +51,42 @@ impl Interval {
         if divisor.low <= 0.0 && divisor.high >= 0.0 {
             return None;
         }
-        Some(self * Interval { low: 1.0 / divisor.high, high: 1.0 / divisor.low }.outwards())
+        Some(
+            self * Interval {
+                low: 1.0 / divisor.high,
+                high: 1.0 / divisor.low,
+            }
+            .outwards(),
+        )
     }
 
     /// Pointwise minimum.
     pub fn min(self, other: Interval) -> Interval {
-        Interval { low: self.low.min(other.low), high: self.high.min(other.high) }
+        Interval {
+            low: self.low.min(other.low),
+            high: self.high.min(other.high),
+        }
     }
 
     /// Pointwise maximum.
     pub fn max(self, other: Interval) -> Interval {
-        Interval { low: self.low.max(other.low), high: self.high.max(other.high) }
+        Interval {
+            low: self.low.max(other.low),
+            high: self.high.max(other.high),
+        }
     }
 
     /// Absolute value.
     pub fn abs(self) -> Interval {
-        let low = if self.low <= 0.0 && self.high >= 0.0 { 0.0 } else { self.low.abs().min(self.high.abs()) };
-        Interval { low, high: self.magnitude() }
+        let low = if self.low <= 0.0 && self.high >= 0.0 {
+            0.0
+        } else {
+            self.low.abs().min(self.high.abs())
+        };
+        Interval {
+            low,
+            high: self.magnitude(),
+        }
     }
 
     /// `self ^ (halves / 2)`; the base must not be negative where `halves` is odd.
@@ -66,15 +95,29 @@ impl Interval {
         let even = halves.is_multiple_of(4);
         let monotone = !even || self.low >= 0.0;
         let base = if monotone { self } else { self.abs() };
-        let ends = Interval { low: of(base.low), high: of(base.high) }.outwards();
-        if even { ends.max(Interval { low: 0.0, high: 0.0 }) } else { ends }
+        let ends = Interval {
+            low: of(base.low),
+            high: of(base.high),
+        }
+        .outwards();
+        if even {
+            ends.max(Interval {
+                low: 0.0,
+                high: 0.0,
+            })
+        } else {
+            ends
+        }
     }
 
     /// One unit in the last place wider at both ends; exact zeros stay.
     fn outwards(self) -> Interval {
         let down = |x: f64| if x == 0.0 { 0.0 } else { x.next_down() };
         let up = |x: f64| if x == 0.0 { 0.0 } else { x.next_up() };
-        Interval { low: down(self.low), high: up(self.high) }
+        Interval {
+            low: down(self.low),
+            high: up(self.high),
+        }
     }
 }
 
@@ -82,7 +125,10 @@ impl Neg for Interval {
     type Output = Interval;
 
     fn neg(self) -> Interval {
-        Interval { low: -self.high, high: -self.low }
+        Interval {
+            low: -self.high,
+            high: -self.low,
+        }
     }
 }
 
@@ -90,7 +136,11 @@ impl Add for Interval {
     type Output = Interval;
 
     fn add(self, other: Interval) -> Interval {
-        Interval { low: self.low + other.low, high: self.high + other.high }.outwards()
+        Interval {
+            low: self.low + other.low,
+            high: self.high + other.high,
+        }
+        .outwards()
     }
 }
 
@@ -106,9 +156,16 @@ impl Mul for Interval {
     type Output = Interval;
 
     fn mul(self, other: Interval) -> Interval {
-        let p = [self.low * other.low, self.low * other.high, self.high * other.low, self.high * other.high];
-        let (low, high) =
-            (p.into_iter().fold(f64::INFINITY, f64::min), p.into_iter().fold(f64::NEG_INFINITY, f64::max));
+        let p = [
+            self.low * other.low,
+            self.low * other.high,
+            self.high * other.low,
+            self.high * other.high,
+        ];
+        let (low, high) = (
+            p.into_iter().fold(f64::INFINITY, f64::min),
+            p.into_iter().fold(f64::NEG_INFINITY, f64::max),
+        );
         Interval { low, high }.outwards()
     }
 }
@@ -119,19 +176,39 @@ mod tests {
 
     #[test]
     fn every_operation_contains_sampled_results() {
-        let samples = |i: Interval| (0..=8).map(move |k| i.low + (i.high - i.low) * f64::from(k) / 8.0);
+        let samples =
+            |i: Interval| (0..=8).map(move |k| i.low + (i.high - i.low) * f64::from(k) / 8.0);
         let holds = |i: Interval, v: f64| i.low <= v && v <= i.high;
-        let intervals =
-            [(-2.0, 3.0), (0.5, 4.0), (-3.0, -0.25), (0.0, 0.0), (0.0, 1.0)].map(|(low, high)| Interval { low, high });
+        let intervals = [
+            (-2.0, 3.0),
+            (0.5, 4.0),
+            (-3.0, -0.25),
+            (0.0, 0.0),
+            (0.0, 1.0),
+        ]
+        .map(|(low, high)| Interval { low, high });
         let mut cases = 0;
         for a in intervals {
             for b in intervals {
                 for (x, y) in samples(a).flat_map(|x| samples(b).map(move |y| (x, y))) {
                     assert!(holds(a + b, x + y) && holds(a - b, x - y) && holds(a * b, x * y));
-                    assert!(holds(a.min(b), x.min(y)) && holds(a.max(b), x.max(y)) && holds(a.abs(), x.abs()));
+                    assert!(
+                        holds(a.min(b), x.min(y))
+                            && holds(a.max(b), x.max(y))
+                            && holds(a.abs(), x.abs())
+                    );
                     assert!(a.quotient(b).is_none_or(|q| holds(q, x / y)));
-                    assert!([2u8, 4, 6].iter().all(|&h| holds(a.power(h), x.powi(i32::from(h / 2)))));
-                    assert!(a.low < 0.0 || [3u8, 5].iter().all(|&h| holds(a.power(h), x.powf(f64::from(h) / 2.0))));
+                    assert!(
+                        [2u8, 4, 6]
+                            .iter()
+                            .all(|&h| holds(a.power(h), x.powi(i32::from(h / 2))))
+                    );
+                    assert!(
+                        a.low < 0.0
+                            || [3u8, 5]
+                                .iter()
+                                .all(|&h| holds(a.power(h), x.powf(f64::from(h) / 2.0)))
+                    );
                     cases += 1;
                 }
             }
@@ -141,7 +218,19 @@ mod tests {
 
     #[test]
     fn a_divisor_that_may_be_zero_has_no_quotient() {
-        assert_eq!(Interval::point(1.0).quotient(Interval { low: 0.0, high: 1.0 }), None);
-        assert_eq!(Interval::point(1.0).quotient(Interval { low: -1.0, high: 1.0 }), None);
+        assert_eq!(
+            Interval::point(1.0).quotient(Interval {
+                low: 0.0,
+                high: 1.0
+            }),
+            None
+        );
+        assert_eq!(
+            Interval::point(1.0).quotient(Interval {
+                low: -1.0,
+                high: 1.0
+            }),
+            None
+        );
     }
 }

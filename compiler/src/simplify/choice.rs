@@ -1,12 +1,13 @@
-//! `if` over sums: what both arms share is computed once, what differs is chosen between constants where that is possible.
+//! `if` over sums: what both arms share is computed once, what differs is chosen between constants
+//! where that is possible.
 
 use super::linear::Sum;
 use super::rewrite::Rewriter;
 use crate::model::dag::Real;
 use crate::model::{Interval, Node, NodeId};
 
-/// How much wider than the arms' intervals that of the merged value may be, as a part of their reach: intervals do not see
-/// that one condition chooses all its constants.
+/// How much wider than the arms' intervals that of the merged value may be, as a part of their
+/// reach: intervals do not see that one condition chooses all its constants.
 const WIDER: f64 = 0.25;
 
 impl Rewriter<'_> {
@@ -24,10 +25,15 @@ impl Rewriter<'_> {
         };
         let merged = self.linear(shared.plus(&rest));
         let arms = self.interval(a).union(self.interval(b));
-        if suits(self.interval(merged), arms) { merged } else { self.add(Node::Select(c, a, b)) }
+        if suits(self.interval(merged), arms) {
+            merged
+        } else {
+            self.add(Node::Select(c, a, b))
+        }
     }
 
-    /// Two multiples of one value, plus constants: the value times a chosen factor, plus a chosen constant.
+    /// Two multiples of one value, plus constants: the value times a chosen factor, plus a chosen
+    /// constant.
     fn one_factor(&mut self, c: NodeId, a: &Sum, b: &Sum) -> Option<Sum> {
         let ((x, first), (y, second)) = (a.single()?, b.single()?);
         if x != y {
@@ -40,23 +46,37 @@ impl Rewriter<'_> {
     }
 
     fn constants(&mut self, c: NodeId, a: f64, b: f64) -> NodeId {
-        let (a, b) = (self.add(Node::Const(Real(a + 0.0))), self.add(Node::Const(Real(b + 0.0))));
-        if a == b { a } else { self.add(Node::Select(c, a, b)) }
+        let (a, b) = (
+            self.add(Node::Const(Real(a + 0.0))),
+            self.add(Node::Const(Real(b + 0.0))),
+        );
+        if a == b {
+            a
+        } else {
+            self.add(Node::Select(c, a, b))
+        }
     }
 
     fn either(&mut self, c: NodeId, a: NodeId, b: NodeId) -> Sum {
-        let node = if a == b { a } else { self.add(Node::Select(c, a, b)) };
+        let node = if a == b {
+            a
+        } else {
+            self.add(Node::Select(c, a, b))
+        };
         self.sum_of(node)
     }
 
     /// One over a chosen constant, as a chosen constant.
     pub(super) fn chosen_reciprocal(&mut self, node: NodeId) -> Option<NodeId> {
-        let Node::Select(c, a, b) = *self.dag.get(node) else { return None };
+        let Node::Select(c, a, b) = *self.dag.get(node) else {
+            return None;
+        };
         let (a, b) = (self.constant_of(a)?, self.constant_of(b)?);
         (a != 0.0 && b != 0.0).then(|| self.constants(c, 1.0 / a, 1.0 / b))
     }
 
-    /// `min` (or `max`) of a scaled differentiator and a constant: the scale moves out, what is limited is its integer.
+    /// `min` (or `max`) of a scaled differentiator and a constant: the scale moves out, what is
+    /// limited is its integer.
     pub(super) fn limited(&mut self, a: NodeId, b: NodeId, least: bool) -> Option<NodeId> {
         let (limit, value) = match (self.constant_of(a), self.constant_of(b)) {
             (Some(limit), None) => (limit, b),
@@ -64,10 +84,16 @@ impl Rewriter<'_> {
             _ => return None,
         };
         let sum = self.sum_of(value);
-        let (x, scale) = sum.single().filter(|&(x, scale)| sum.constant == 0.0 && scale != 1.0 && self.raw(x))?;
+        let (x, scale) = sum
+            .single()
+            .filter(|&(x, scale)| sum.constant == 0.0 && scale != 1.0 && self.raw(x))?;
         let limit = self.add(Node::Const(Real(limit / scale + 0.0)));
         let (x, limit) = (x.min(limit), x.max(limit));
-        let node = if least == (scale > 0.0) { Node::Min(x, limit) } else { Node::Max(x, limit) };
+        let node = if least == (scale > 0.0) {
+            Node::Min(x, limit)
+        } else {
+            Node::Max(x, limit)
+        };
         let limited = self.add(node);
         let scaled = self.sum_of(limited).scaled(scale);
         Some(self.linear(scaled))

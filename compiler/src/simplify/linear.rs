@@ -13,11 +13,17 @@ pub(super) struct Sum {
 
 impl Sum {
     pub fn constant(value: f64) -> Sum {
-        Sum { constant: value, terms: BTreeMap::new() }
+        Sum {
+            constant: value,
+            terms: BTreeMap::new(),
+        }
     }
 
     pub fn value(node: NodeId) -> Sum {
-        Sum { constant: 0.0, terms: BTreeMap::from([(node, 1.0)]) }
+        Sum {
+            constant: 0.0,
+            terms: BTreeMap::from([(node, 1.0)]),
+        }
     }
 
     pub fn scaled(mut self, factor: f64) -> Sum {
@@ -39,13 +45,20 @@ impl Sum {
     /// What stands in both with equal coefficients, taken out of both; constants stay.
     pub fn taken_from_both(&mut self, other: &mut Sum) -> Sum {
         let equal = |x: &NodeId, c: f64| other.terms.get(x) == Some(&c);
-        let terms: BTreeMap<NodeId, f64> =
-            self.terms.iter().filter(|(x, c)| equal(x, **c)).map(|(&x, &c)| (x, c)).collect();
+        let terms: BTreeMap<NodeId, f64> = self
+            .terms
+            .iter()
+            .filter(|(x, c)| equal(x, **c))
+            .map(|(&x, &c)| (x, c))
+            .collect();
         for x in terms.keys() {
             self.terms.remove(x);
             other.terms.remove(x);
         }
-        Sum { constant: 0.0, terms }
+        Sum {
+            constant: 0.0,
+            terms,
+        }
     }
 
     /// The only term, if there is exactly one: value and coefficient.

@@ -47,8 +47,14 @@ impl<'a> Rewriter<'a> {
     pub fn node(&mut self, id: NodeId) -> NodeId {
         let mut stack = vec![id];
         while let Some(&top) = stack.last() {
-            let open: Vec<NodeId> =
-                self.model.dag.get(top).operands().into_iter().filter(|o| self.map[o.0 as usize].is_none()).collect();
+            let open: Vec<NodeId> = self
+                .model
+                .dag
+                .get(top)
+                .operands()
+                .into_iter()
+                .filter(|o| self.map[o.0 as usize].is_none())
+                .collect();
             if !open.is_empty() {
                 stack.extend(open);
                 continue;
@@ -71,7 +77,9 @@ impl<'a> Rewriter<'a> {
         self.spans.resize(self.dag.len(), span);
         self.within.resize(first_new, None);
         self.within.resize(self.dag.len(), call);
-        if self.uses[old.0 as usize] > 1 && matches!(self.dag.get(new), Node::Linear(_, t) if t.len() > 1) {
+        if self.uses[old.0 as usize] > 1
+            && matches!(self.dag.get(new), Node::Linear(_, t) if t.len() > 1)
+        {
             self.shared.insert(new);
         }
         self.map[old.0 as usize] = Some(new);
@@ -122,7 +130,11 @@ impl<'a> Rewriter<'a> {
         let bool = node.is_bool();
         let common = self.is_common(&node);
         if interval.low == interval.high && !matches!(node, Node::Const(_) | Node::Bool(_)) {
-            return self.add(if bool { Node::Bool(interval.low == 1.0) } else { Node::Const(Real(interval.low)) });
+            return self.add(if bool {
+                Node::Bool(interval.low == 1.0)
+            } else {
+                Node::Const(Real(interval.low))
+            });
         }
         let id = self.dag.add(node);
         if id.0 as usize == self.intervals.len() {
@@ -135,8 +147,15 @@ impl<'a> Rewriter<'a> {
     /// Whether it is the same for all keys, and stays so from tick to tick.
     fn is_common(&self, node: &Node) -> bool {
         use Node::{Cell, Curvature, Is, Keyed, Sense, Slope};
-        let of_key = matches!(node, Sense(_) | Slope(_) | Curvature(_) | Keyed(_) | Cell(_) | Is(..));
-        !of_key && node.operands().into_iter().all(|operand| self.common[operand.0 as usize])
+        let of_key = matches!(
+            node,
+            Sense(_) | Slope(_) | Curvature(_) | Keyed(_) | Cell(_) | Is(..)
+        );
+        !of_key
+            && node
+                .operands()
+                .into_iter()
+                .all(|operand| self.common[operand.0 as usize])
     }
 
     pub(super) fn interval(&self, id: NodeId) -> Interval {
@@ -154,9 +173,10 @@ impl<'a> Rewriter<'a> {
     pub(super) fn sum_of(&self, id: NodeId) -> Sum {
         match self.dag.get(id) {
             Node::Const(c) => Sum::constant(c.0),
-            Node::Linear(c0, terms) if !self.shared.contains(&id) => {
-                Sum { constant: c0.0, terms: terms.iter().map(|&(c, x)| (x, c.0)).collect() }
-            }
+            Node::Linear(c0, terms) if !self.shared.contains(&id) => Sum {
+                constant: c0.0,
+                terms: terms.iter().map(|&(c, x)| (x, c.0)).collect(),
+            },
             _ => Sum::value(id),
         }
     }
@@ -180,13 +200,19 @@ impl<'a> Rewriter<'a> {
     /// `c * x` as coefficient and value, where `id` is that.
     fn scaled(&self, id: NodeId) -> (f64, NodeId) {
         match self.dag.get(id) {
-            Node::Linear(c0, terms) if c0.0 == 0.0 && terms.len() == 1 => (terms[0].0.0, terms[0].1),
+            Node::Linear(c0, terms) if c0.0 == 0.0 && terms.len() == 1 => {
+                (terms[0].0.0, terms[0].1)
+            }
             _ => (1.0, id),
         }
     }
 
     pub(super) fn mul(&mut self, a: NodeId, b: NodeId) -> NodeId {
-        if let Some((c, x)) = self.constant_of(a).map(|c| (c, b)).or(self.constant_of(b).map(|c| (c, a))) {
+        if let Some((c, x)) = self
+            .constant_of(a)
+            .map(|c| (c, b))
+            .or(self.constant_of(b).map(|c| (c, a)))
+        {
             let sum = self.sum_of(x).scaled(c);
             return self.linear(sum);
         }
@@ -219,7 +245,9 @@ impl<'a> Rewriter<'a> {
             _ if a == b => a,
             (x, y) if x.high <= y.low => a,
             (x, y) if y.high <= x.low => b,
-            _ => self.limited(a, b, true).unwrap_or_else(|| self.add(Node::Min(a.min(b), a.max(b)))),
+            _ => self
+                .limited(a, b, true)
+                .unwrap_or_else(|| self.add(Node::Min(a.min(b), a.max(b)))),
         }
     }
 
@@ -228,7 +256,9 @@ impl<'a> Rewriter<'a> {
             _ if a == b => a,
             (x, y) if x.low >= y.high => a,
             (x, y) if y.low >= x.high => b,
-            _ => self.limited(a, b, false).unwrap_or_else(|| self.add(Node::Max(a.min(b), a.max(b)))),
+            _ => self
+                .limited(a, b, false)
+                .unwrap_or_else(|| self.add(Node::Max(a.min(b), a.max(b)))),
         }
     }
 
@@ -258,7 +288,9 @@ impl<'a> Rewriter<'a> {
     /// Moves scale and offset of single values to the constant side.
     fn compare(&mut self, cmp: Cmp, a: NodeId, b: NodeId) -> NodeId {
         let difference = self.sum_of(a).plus(&self.sum_of(b).scaled(-1.0));
-        let Some((x, c)) = difference.single() else { return self.add(Node::Compare(cmp, a, b)) };
+        let Some((x, c)) = difference.single() else {
+            return self.add(Node::Compare(cmp, a, b));
+        };
         let threshold = self.add(Node::Const(Real(-difference.constant / c + 0.0)));
         let cmp = if c > 0.0 { cmp } else { flipped(cmp) };
         self.add(Node::Compare(cmp, x, threshold))

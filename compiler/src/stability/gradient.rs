@@ -1,7 +1,9 @@
-//! Interval differentiation: how far each value of the graph moves when a sensed value, its derivatives or a cell moves.
+//! Interval differentiation: how far each value of the graph moves when a sensed value, its
+//! derivatives or a cell moves.
 //!
-//! Forward, one row of partial derivatives per node, each an interval over the place that is looked at. A choice (`if`, `min`,
-//! `max`, `abs`) that is open there and whose branches differ has no row: whoever asks splits the place, or takes both at once.
+//! Forward, one row of partial derivatives per node, each an interval over the place that is looked
+//! at. A choice (`if`, `min`, `max`, `abs`) that is open there and whose branches differ has no
+//! row: whoever asks splits the place, or takes both at once.
 
 use std::collections::HashMap;
 
@@ -33,7 +35,12 @@ impl Row {
 
     /// Times a factor.
     pub fn scaled(&self, factor: Interval) -> Row {
-        Row(self.0.iter().map(|(v, slope)| (*v, *slope * factor)).filter(|(_, s)| s.magnitude() > 0.0).collect())
+        Row(self
+            .0
+            .iter()
+            .map(|(v, slope)| (*v, *slope * factor))
+            .filter(|(_, s)| s.magnitude() > 0.0)
+            .collect())
     }
 
     /// Sum of two.
@@ -51,11 +58,24 @@ impl Row {
     }
 
     fn merged(&self, other: &Row, both: impl Fn(Interval, Interval) -> Option<Interval>) -> Row {
-        let (zero, mut all) = (Interval::point(0.0), Vec::with_capacity(self.0.len() + other.0.len()));
+        let (zero, mut all) = (
+            Interval::point(0.0),
+            Vec::with_capacity(self.0.len() + other.0.len()),
+        );
         let (mut mine, mut theirs) = (self.0.iter().peekable(), other.0.iter().peekable());
-        while let Some(variable) = mine.peek().into_iter().chain(theirs.peek()).map(|(variable, _)| *variable).min() {
-            let a = mine.next_if(|(own, _)| *own == variable).map_or(zero, |(_, slope)| *slope);
-            let b = theirs.next_if(|(own, _)| *own == variable).map_or(zero, |(_, slope)| *slope);
+        while let Some(variable) = mine
+            .peek()
+            .into_iter()
+            .chain(theirs.peek())
+            .map(|(variable, _)| *variable)
+            .min()
+        {
+            let a = mine
+                .next_if(|(own, _)| *own == variable)
+                .map_or(zero, |(_, slope)| *slope);
+            let b = theirs
+                .next_if(|(own, _)| *own == variable)
+                .map_or(zero, |(_, slope)| *slope);
             all.extend(both(a, b).map(|slope| (variable, slope)));
         }
         Row(all)
@@ -64,7 +84,12 @@ impl Row {
     /// Whether all derivatives are the same numbers.
     fn same(&self, other: &Row) -> bool {
         let close = |a: Interval, b: Interval| is_point(a) && is_point(b) && is_point(a.union(b));
-        self.0.len() == other.0.len() && self.0.iter().zip(&other.0).all(|(a, b)| a.0 == b.0 && close(a.1, b.1))
+        self.0.len() == other.0.len()
+            && self
+                .0
+                .iter()
+                .zip(&other.0)
+                .all(|(a, b)| a.0 == b.0 && close(a.1, b.1))
     }
 }
 
@@ -78,7 +103,11 @@ pub(super) type Deciders = HashMap<NodeId, NodeId>;
 
 /// Adds the comparisons by which `min`, `max` and `abs` choose.
 pub(super) fn add_deciders(model: &mut Model) -> Deciders {
-    let nodes: Vec<(NodeId, Node)> = model.dag.nodes().map(|(id, node)| (id, node.clone())).collect();
+    let nodes: Vec<(NodeId, Node)> = model
+        .dag
+        .nodes()
+        .map(|(id, node)| (id, node.clone()))
+        .collect();
     let zero = model.dag.constant(0.0);
     let mut deciders = Deciders::new();
     for (id, node) in nodes {
@@ -142,19 +171,27 @@ impl Gradient<'_> {
             Node::Slope(s) => Row::unit(3 * s + 1),
             Node::Curvature(s) => Row::unit(3 * s + 2),
             Node::Cell(c) => Row::unit(cell_variable(self.model, c.0 as usize)),
-            Node::Linear(_, terms) => terms
-                .iter()
-                .fold(Row::default(), |sum, (factor, x)| sum.plus(&row(x).scaled(Interval::point(factor.0)))),
+            Node::Linear(_, terms) => terms.iter().fold(Row::default(), |sum, (factor, x)| {
+                sum.plus(&row(x).scaled(Interval::point(factor.0)))
+            }),
             Node::Add(a, b) => row(a).plus(row(b)),
             Node::Sub(a, b) => row(a).plus(&row(b).scaled(Interval::point(-1.0))),
             Node::Mul(a, b) => row(a).scaled(self.of(*b)).plus(&row(b).scaled(self.of(*a))),
             Node::Div(a, b) => {
-                let one = Interval::point(1.0).quotient(self.of(*b)).unwrap_or(Interval::point(0.0));
-                row(a).scaled(one).plus(&row(b).scaled(-(self.of(id) * one)))
+                let one = Interval::point(1.0)
+                    .quotient(self.of(*b))
+                    .unwrap_or(Interval::point(0.0));
+                row(a)
+                    .scaled(one)
+                    .plus(&row(b).scaled(-(self.of(id) * one)))
             }
             Node::Neg(a) => row(a).scaled(Interval::point(-1.0)),
             Node::Power(a, halves) => row(a).scaled(power_slope(self.of(*a), *halves)),
-            Node::Abs(a) => self.chosen(self.deciders[&id], row(a), &row(a).scaled(Interval::point(-1.0)))?,
+            Node::Abs(a) => self.chosen(
+                self.deciders[&id],
+                row(a),
+                &row(a).scaled(Interval::point(-1.0)),
+            )?,
             Node::Min(a, b) | Node::Max(a, b) => self.chosen(self.deciders[&id], row(a), row(b))?,
             Node::Select(c, a, b) => self.chosen(*c, row(a), row(b))?,
             _ => Row::default(),
@@ -175,6 +212,14 @@ impl Gradient<'_> {
 /// `n a^(n-1)` with `n` in halves.
 fn power_slope(base: Interval, halves: u8) -> Interval {
     let n = Interval::point(f64::from(halves) / 2.0);
-    let base = if halves % 2 == 1 { base.max(Interval::point(0.0)) } else { base };
-    if halves <= 2 { n } else { n * base.power(halves - 2) }
+    let base = if halves % 2 == 1 {
+        base.max(Interval::point(0.0))
+    } else {
+        base
+    };
+    if halves <= 2 {
+        n
+    } else {
+        n * base.power(halves - 2)
+    }
 }

@@ -1,20 +1,21 @@
-//! The key that is held: from the force that the program asks for to the position at the next samples, exactly.
+//! The key that is held: from the force that the program asks for to the position at the next
+//! samples, exactly.
 //!
 //! ```text
 //!   u[k] --delay--> hold --bandwidth--> force on   m x'' = -b x' - k x - f      m, b, k: key and hand together
 //!                                                  sampled at every tick
 //! ```
 //!
-//! Between two samples the held force changes once (where the delay is no whole number of ticks), so the continuous
-//! system is stepped over two parts of the tick by matrix exponentials.
+//! Between two samples the held force changes once (where the delay is no whole number of ticks),
+//! so the continuous system is stepped over two parts of the tick by matrix exponentials.
 
 use libm::{exp, floor, log2};
 use num_complex::Complex64;
 
 use super::response::solve;
 
-/// The device's loop around a program: what moves, what is lost, what is late. Lengths in m and forces in N, or angles and
-/// torques where the device turns (masses are then inertias).
+/// The device's loop around a program: what moves, what is lost, what is late. Lengths in m and
+/// forces in N, or angles and torques where the device turns (masses are then inertias).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Key {
     /// Effective mass where `x` is measured (kg or kg*m^2).
@@ -23,7 +24,8 @@ pub struct Key {
     pub damping: f64,
     /// Dry friction (N or N*m).
     pub friction: f64,
-    /// From the instant of measurement to the instant the force begins to act, in ticks; what is computed meanwhile is part of it.
+    /// From the instant of measurement to the instant the force begins to act, in ticks; what is
+    /// computed meanwhile is part of it.
     pub delay_ticks: f64,
     /// Where the force falls behind by 45 degrees (Hz); none for a drive without limit.
     pub bandwidth_hz: Option<f64>,
@@ -44,7 +46,11 @@ pub struct Hand {
 
 impl Hand {
     /// Nobody.
-    pub const FREE: Hand = Hand { mass: 0.0, damping: 0.0, stiffness: 0.0 };
+    pub const FREE: Hand = Hand {
+        mass: 0.0,
+        damping: 0.0,
+        stiffness: 0.0,
+    };
 }
 
 /// Position, speed, force of the drive.
@@ -65,8 +71,14 @@ impl Held {
     pub fn new(key: &Key, hand: &Hand, rate_hz: f64) -> Held {
         let (mass, damping) = (key.mass + hand.mass, key.damping + hand.damping);
         // A drive without limit is one far beyond the rate.
-        let corner = key.bandwidth_hz.map_or(200.0 * rate_hz, |hz| std::f64::consts::TAU * hz);
-        let system = [[0.0, 1.0, 0.0], [-hand.stiffness / mass, -damping / mass, -1.0 / mass], [0.0, 0.0, -corner]];
+        let corner = key
+            .bandwidth_hz
+            .map_or(200.0 * rate_hz, |hz| std::f64::consts::TAU * hz);
+        let system = [
+            [0.0, 1.0, 0.0],
+            [-hand.stiffness / mass, -damping / mass, -1.0 / mass],
+            [0.0, 0.0, -corner],
+        ];
         let whole = floor(key.delay_ticks);
         let late = (key.delay_ticks - whole) / rate_hz;
         let rest = 1.0 / rate_hz - late;
@@ -83,7 +95,8 @@ impl Held {
     /// How far down (m) for each unit of force upwards, at `z`: positive where it gives way.
     pub fn at(&self, z: Complex64) -> Complex64 {
         let entry = |i: usize, j: usize| if i == j { z } else { Complex64::ZERO } - self.step[i][j];
-        let mut matrix: [[Complex64; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)));
+        let mut matrix: [[Complex64; 3]; 3] =
+            std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)));
         let back = z.inv();
         let mut right: [Complex64; 3] = std::array::from_fn(|i| back * self.old[i] + self.new[i]);
         solve(&mut matrix, &mut right);
@@ -94,7 +107,10 @@ impl Held {
 /// Over a time: how the state moves on, and what a constant input adds to it.
 fn stepped(system: &Matrix, corner: f64, time_s: f64) -> (Matrix, [f64; 3]) {
     // The input enters at the drive only, whose own step is known; halving keeps the series short.
-    let largest = system.iter().flatten().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let largest = system
+        .iter()
+        .flatten()
+        .fold(0.0_f64, |most, v| most.max(v.abs()));
     let halvings = log2((largest * time_s).max(1e-9)).ceil().max(0.0) as i32 + 4;
     let part = time_s / 2.0_f64.powi(halvings);
     let mut step = series(system, part, |n| 1.0 / n);
@@ -137,13 +153,23 @@ fn applied(a: &Matrix, v: &[f64; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    const KEY: Key =
-        Key { mass: 0.1, damping: 0.5, friction: 0.0, delay_ticks: 1.25, bandwidth_hz: Some(3000.0), sensor_lsb: 1e-7 };
+    const KEY: Key = Key {
+        mass: 0.1,
+        damping: 0.5,
+        friction: 0.0,
+        delay_ticks: 1.25,
+        bandwidth_hz: Some(3000.0),
+        sensor_lsb: 1e-7,
+    };
 
     /// The same by small steps of the differential equation.
     #[test]
     fn a_pulse_of_force_moves_it_as_the_differential_equation_says() {
-        let hand = Hand { mass: 0.05, damping: 1.0, stiffness: 2000.0 };
+        let hand = Hand {
+            mass: 0.05,
+            damping: 1.0,
+            stiffness: 2000.0,
+        };
         let (rate_hz, fine) = (44_100.0, 4000);
         let held = Held::new(&KEY, &hand, rate_hz);
         let (mut x, mut v, mut f) = (0.0_f64, 0.0_f64, 0.0_f64);
@@ -151,7 +177,11 @@ mod tests {
         let corner = std::f64::consts::TAU * 3000.0;
         let h = 1.0 / (rate_hz * f64::from(fine));
         for tick in 0..6 {
-            assert!((exact[0] - x).abs() <= 2e-3 * x.abs() + 1e-15, "tick {tick}: {} {x}", exact[0]);
+            assert!(
+                (exact[0] - x).abs() <= 2e-3 * x.abs() + 1e-15,
+                "tick {tick}: {} {x}",
+                exact[0]
+            );
             for i in 0..fine {
                 let age = f64::from(tick) + f64::from(i) / f64::from(fine) - KEY.delay_ticks;
                 let u = f64::from((0.0..1.0).contains(&age));
@@ -173,11 +203,25 @@ mod tests {
 
     #[test]
     fn slowly_it_gives_way_as_its_stiffness_says() {
-        let hand = Hand { mass: 0.05, damping: 1.0, stiffness: 2000.0 };
+        let hand = Hand {
+            mass: 0.05,
+            damping: 1.0,
+            stiffness: 2000.0,
+        };
         for bandwidth_hz in [None, Some(3000.0)] {
-            let held = Held::new(&Key { bandwidth_hz, ..KEY }, &hand, 44_100.0);
+            let held = Held::new(
+                &Key {
+                    bandwidth_hz,
+                    ..KEY
+                },
+                &hand,
+                44_100.0,
+            );
             let slow = held.at(Complex64::ONE);
-            assert!((slow.re * 2000.0 - 1.0).abs() < 1e-6 && slow.im == 0.0, "{slow}");
+            assert!(
+                (slow.re * 2000.0 - 1.0).abs() < 1e-6 && slow.im == 0.0,
+                "{slow}"
+            );
         }
     }
 }

@@ -1,4 +1,5 @@
-//! A piece as a small linear discrete system: the sensed motion in, the force terms out, coupled cells between.
+//! A piece as a small linear discrete system: the sensed motion in, the force terms out, coupled
+//! cells between.
 //!
 //! ```text
 //!   y = (x, x', x'') of every sense      s: cells that the motion moves and the force feels (hammer in contact, bristle)
@@ -37,7 +38,14 @@ impl<T: Copy> Linear<T> {
     fn map<U>(&self, f: impl Fn(T) -> U + Copy) -> Linear<U> {
         let row = |row: &Vec<T>| row.iter().map(|v| f(*v)).collect();
         Linear {
-            outputs: self.outputs.iter().map(|o| Output { direct: row(&o.direct), cells: row(&o.cells) }).collect(),
+            outputs: self
+                .outputs
+                .iter()
+                .map(|o| Output {
+                    direct: row(&o.direct),
+                    cells: row(&o.cells),
+                })
+                .collect(),
             a: self.a.iter().map(row).collect(),
             b: self.b.iter().map(row).collect(),
         }
@@ -49,11 +57,29 @@ impl Linear<Interval> {
     pub(super) fn of(law: &Law, piece: &Piece, rows: &[Row]) -> Linear<Interval> {
         let inputs = 3 * law.model.senses.len();
         let direct = |row: &Row| (0..inputs).map(|i| row.get(i as u32)).collect();
-        let cells = |row: &Row| law.cells.iter().map(|&c| row.get(cell_variable(&law.model, c))).collect();
-        let next: Vec<Row> = law.cells.iter().map(|&cell| next(law, piece, rows, cell)).collect();
-        let outputs = law.model.forces.iter().map(|force| &rows[force.value.0 as usize]);
+        let cells = |row: &Row| {
+            law.cells
+                .iter()
+                .map(|&c| row.get(cell_variable(&law.model, c)))
+                .collect()
+        };
+        let next: Vec<Row> = law
+            .cells
+            .iter()
+            .map(|&cell| next(law, piece, rows, cell))
+            .collect();
+        let outputs = law
+            .model
+            .forces
+            .iter()
+            .map(|force| &rows[force.value.0 as usize]);
         Linear {
-            outputs: outputs.map(|row| Output { direct: direct(row), cells: cells(row) }).collect(),
+            outputs: outputs
+                .map(|row| Output {
+                    direct: direct(row),
+                    cells: cells(row),
+                })
+                .collect(),
             a: next.iter().map(cells).collect(),
             b: next.iter().map(direct).collect(),
         }
@@ -65,7 +91,9 @@ impl Linear<Interval> {
         let some = |v: &Interval| v.magnitude() > 0.0;
         let n = self.a.len();
         let mut moved: Vec<bool> = self.b.iter().map(|row| row.iter().any(some)).collect();
-        let mut felt: Vec<bool> = (0..n).map(|c| self.outputs.iter().any(|o| some(&o.cells[c]))).collect();
+        let mut felt: Vec<bool> = (0..n)
+            .map(|c| self.outputs.iter().any(|o| some(&o.cells[c])))
+            .collect();
         for _ in 0..n {
             for to in 0..n {
                 for from in 0..n {
@@ -78,7 +106,10 @@ impl Linear<Interval> {
         }
         let kept: Vec<usize> = (0..n).filter(|&c| moved[c] && felt[c]).collect();
         let of = |row: &[Interval]| kept.iter().map(|&c| row[c]).collect::<Vec<_>>();
-        let outputs = self.outputs.iter().map(|o| Output { direct: o.direct.clone(), cells: of(&o.cells) });
+        let outputs = self.outputs.iter().map(|o| Output {
+            direct: o.direct.clone(),
+            cells: of(&o.cells),
+        });
         Linear {
             outputs: outputs.collect(),
             a: kept.iter().map(|&c| of(&self.a[c])).collect(),
@@ -89,15 +120,25 @@ impl Linear<Interval> {
     /// Sum over the force terms by input.
     pub(super) fn total(&self, input: usize) -> Interval {
         let zero = Interval::point(0.0);
-        self.outputs.iter().map(|o| o.direct[input]).filter(|v| v.magnitude() > 0.0).fold(zero, |sum, v| sum + v)
+        self.outputs
+            .iter()
+            .map(|o| o.direct[input])
+            .filter(|v| v.magnitude() > 0.0)
+            .fold(zero, |sum, v| sum + v)
     }
 
-    /// Systems at the corners: each direct derivative at both its ends; what cells hold at both ends and in the middle.
+    /// Systems at the corners: each direct derivative at both its ends; what cells hold at both
+    /// ends and in the middle.
     pub(super) fn corners(&self) -> Vec<System> {
         let inputs = self.outputs.first().map_or(0, |o| o.direct.len());
         let open: Vec<usize> = (0..inputs).filter(|&i| !is_point(self.total(i))).collect();
         let all = |rows: &[Vec<Interval>]| rows.iter().flatten().all(|v| is_point(*v));
-        let fixed = all(&self.a) && all(&self.b) && self.outputs.iter().all(|o| o.cells.iter().all(|v| is_point(*v)));
+        let fixed = all(&self.a)
+            && all(&self.b)
+            && self
+                .outputs
+                .iter()
+                .all(|o| o.cells.iter().all(|v| is_point(*v)));
         let mut systems = Vec::new();
         for part in if fixed { &[0.5][..] } else { &[0.0, 0.5, 1.0] } {
             let between = |v: Interval| v.low + part * (v.high - v.low);
@@ -125,12 +166,27 @@ fn next(law: &Law, piece: &Piece, rows: &[Row], cell: usize) -> Row {
     if let Some((_, value)) = law.model.nexts.iter().find(|(c, _)| c.0 as usize == cell) {
         return row(*value).clone();
     }
-    let body = law.model.bodies.iter().find(|b| b.coordinate.0 as usize == cell || b.rate.0 as usize == cell);
+    let body = law
+        .model
+        .bodies
+        .iter()
+        .find(|b| b.coordinate.0 as usize == cell || b.rate.0 as usize == cell);
     let Some(body) = body else { return unit(cell) };
     let (coordinate, rate) = (body.coordinate.0 as usize, body.rate.0 as usize);
-    if body.hold.is_some_and(|hold| decided(&piece.at, hold) == Some(true)) {
-        return if cell == rate { Row::default() } else { unit(coordinate) };
+    if body
+        .hold
+        .is_some_and(|hold| decided(&piece.at, hold) == Some(true))
+    {
+        return if cell == rate {
+            Row::default()
+        } else {
+            unit(coordinate)
+        };
     }
     let new_rate = unit(rate).plus(&row(body.acceleration).scaled(period_s));
-    if cell == rate { new_rate } else { unit(coordinate).plus(&new_rate.scaled(period_s)) }
+    if cell == rate {
+        new_rate
+    } else {
+        unit(coordinate).plus(&new_rate.scaled(period_s))
+    }
 }

@@ -1,12 +1,14 @@
-//! How much larger a force may be before the loop rings: where the loop gain turns round -1 (Nyquist), on a circle just outside of 1.
+//! How much larger a force may be before the loop rings: where the loop gain turns round -1
+//! (Nyquist), on a circle just outside of 1.
 //!
 //! ```text
 //!   1 + g P(z) H(z) = 0    P: position for a force, key and hand; H: force for a position; g: how much larger
 //!   for each z of the circle with g = -1 / P H real and positive, a pair of poles leaves (or enters) the circle at that g
 //! ```
 //!
-//! Without force (`g = 0`) the key in a hand is stable, so the pairs outside at `g = 1` are what left below 1 less what entered. A
-//! real pole that leaves is not counted: it is no ringing but a force law that falls, through which a key snaps as it shall.
+//! Without force (`g = 0`) the key in a hand is stable, so the pairs outside at `g = 1` are what
+//! left below 1 less what entered. A real pole that leaves is not counted: it is no ringing but a
+//! force law that falls, through which a key snaps as it shall.
 
 use std::cell::OnceCell;
 
@@ -39,7 +41,11 @@ struct Point {
 
 impl Point {
     fn new(theta: f64, gain: Complex64) -> Point {
-        Point { theta, gain, norm: OnceCell::new() }
+        Point {
+            theta,
+            gain,
+            norm: OnceCell::new(),
+        }
     }
 
     fn norm(&self) -> f64 {
@@ -58,17 +64,24 @@ pub struct Margin {
 
 impl Margin {
     /// As much as one likes.
-    pub const ENDLESS: Margin = Margin { factor: FACTOR_MAX, theta: 0.0 };
+    pub const ENDLESS: Margin = Margin {
+        factor: FACTOR_MAX,
+        theta: 0.0,
+    };
 }
 
-/// The angles at which loops are looked at, from 0.05 rad/s up to half the rate: even steps of frequency in proportion, and evenly.
+/// The angles at which loops are looked at, from 0.05 rad/s up to half the rate: even steps of
+/// frequency in proportion, and evenly.
 pub fn angles(rate_hz: f64) -> Vec<f64> {
     let first = 0.05 / rate_hz;
     let decades = libm::log10(std::f64::consts::PI / first);
     let steps = (40.0 * decades) as u32;
     let slow = (0..=steps).map(|i| first * libm::exp10(f64::from(i) / 40.0));
     let even = (1..=400).map(|i| std::f64::consts::PI * f64::from(i) / 400.0);
-    let mut all: Vec<f64> = slow.filter(|theta| *theta < std::f64::consts::PI).chain(even).collect();
+    let mut all: Vec<f64> = slow
+        .filter(|theta| *theta < std::f64::consts::PI)
+        .chain(even)
+        .collect();
     all.sort_by(f64::total_cmp);
     all.dedup();
     all
@@ -82,7 +95,11 @@ pub fn on_circle(theta: f64, rate_hz: f64) -> Complex64 {
 /// The margin of a loop gain `P H`, known at `angles` and computed between them.
 pub fn margin(angles: &[f64], known: &[Complex64], at: &impl Fn(f64) -> Complex64) -> Margin {
     let mut crossings = Vec::new();
-    let points: Vec<Point> = angles.iter().zip(known).map(|(theta, gain)| Point::new(*theta, *gain)).collect();
+    let points: Vec<Point> = angles
+        .iter()
+        .zip(known)
+        .map(|(theta, gain)| Point::new(*theta, *gain))
+        .collect();
     for pair in points.windows(2) {
         between(&pair[0], &pair[1], at, 0, &mut crossings);
     }
@@ -90,15 +107,27 @@ pub fn margin(angles: &[f64], known: &[Complex64], at: &impl Fn(f64) -> Complex6
     if let (Some(theta), Some(gain)) = (angles.last(), known.last()) {
         let factor = -1.0 / gain.re;
         if factor > 0.0 {
-            crossings.push(Crossing { factor, theta: *theta, leaves: true });
+            crossings.push(Crossing {
+                factor,
+                theta: *theta,
+                leaves: true,
+            });
         }
     }
     crossings.sort_by(|a, b| a.factor.total_cmp(&b.factor));
     let mut outside = 0;
     let mut safe = Margin::ENDLESS;
-    for Crossing { factor, theta, leaves } in crossings {
+    for Crossing {
+        factor,
+        theta,
+        leaves,
+    } in crossings
+    {
         if factor > 1.0 && outside <= 0 && leaves {
-            return Margin { factor: factor.min(FACTOR_MAX), theta };
+            return Margin {
+                factor: factor.min(FACTOR_MAX),
+                theta,
+            };
         }
         if factor > 1.0 && outside > 0 {
             break;
@@ -113,16 +142,26 @@ pub fn margin(angles: &[f64], known: &[Complex64], at: &impl Fn(f64) -> Complex6
 }
 
 /// Finds crossings between two angles; halves them while the gain turns far.
-fn between(low: &Point, high: &Point, at: &impl Fn(f64) -> Complex64, depth: u32, found: &mut Vec<Crossing>) {
-    // Where a differentiator is blind the gain turns within nothing; so small a one meets -1 at no factor that counts.
+fn between(
+    low: &Point,
+    high: &Point,
+    at: &impl Fn(f64) -> Complex64,
+    depth: u32,
+    found: &mut Vec<Crossing>,
+) {
+    // Where a differentiator is blind the gain turns within nothing; so small a one meets -1 at no
+    // factor that counts.
     if low.gain.norm_sqr().max(high.gain.norm_sqr()) < 1.0 / (FACTOR_MAX * FACTOR_MAX) {
         return;
     }
     let crosses = (low.gain.im < 0.0) != (high.gain.im < 0.0);
-    // Far: by more than about a radian, or the real axis is met and it is not clear on which side. Roots are taken only where squares
-    // leave it open.
+    // Far: by more than about a radian, or the real axis is met and it is not clear on which side.
+    // Roots are taken only where squares leave it open.
     let along = (high.gain * low.gain.conj()).re;
-    let (square, least) = (along * along, 0.25 * low.gain.norm_sqr() * high.gain.norm_sqr());
+    let (square, least) = (
+        along * along,
+        0.25 * low.gain.norm_sqr() * high.gain.norm_sqr(),
+    );
     let far = match along > 0.0 && square.is_normal() {
         true if square > CLEAR * least => false,
         true if CLEAR * square < least => true,
@@ -139,7 +178,11 @@ fn between(low: &Point, high: &Point, at: &impl Fn(f64) -> Complex64, depth: u32
         let factor = -1.0 / real;
         if real < 0.0 && !far {
             let theta = low.theta + part * (high.theta - low.theta);
-            found.push(Crossing { factor, theta, leaves: low.gain.im < 0.0 });
+            found.push(Crossing {
+                factor,
+                theta,
+                leaves: low.gain.im < 0.0,
+            });
         }
     }
 }
@@ -162,7 +205,9 @@ mod tests {
         let bowls: f64 = places.iter().map(|j| bowl(*j).powi(2)).sum();
         let weight = |i: usize| {
             let j = places[i];
-            b * j / squares * rate_hz + m * 2.0 * bowl(j) / bowls * rate_hz * rate_hz + if i == 0 { k } else { 0.0 }
+            b * j / squares * rate_hz
+                + m * 2.0 * bowl(j) / bowls * rate_hz * rate_hz
+                + if i == 0 { k } else { 0.0 }
         };
         let weights: Vec<f64> = (0..window as usize).map(weight).collect();
         let fine = 8;
@@ -200,9 +245,22 @@ mod tests {
 
     #[test]
     fn the_border_is_where_a_stepped_loop_begins_to_ring() {
-        let key =
-            Key { mass: 0.06, damping: 0.2, friction: 0.0, delay_ticks: 2.0, bandwidth_hz: None, sensor_lsb: 1e-7 };
-        let hands = [Hand::FREE, Hand { mass: 0.05, damping: 1.0, stiffness: 2000.0 }];
+        let key = Key {
+            mass: 0.06,
+            damping: 0.2,
+            friction: 0.0,
+            delay_ticks: 2.0,
+            bandwidth_hz: None,
+            sensor_lsb: 1e-7,
+        };
+        let hands = [
+            Hand::FREE,
+            Hand {
+                mass: 0.05,
+                damping: 1.0,
+                stiffness: 2000.0,
+            },
+        ];
         let laws = [
             [400.0, 0.0, 0.0],
             [4000.0, 0.8, 0.0],
@@ -232,7 +290,10 @@ mod tests {
                 for (factor, expected) in [(0.9, false), (1.1, true)] {
                     let scaled = law.map(|gain| gain * border.factor * factor);
                     let found = rings(&key, &hand, scaled, 31);
-                    assert_eq!(found, expected, "{law:?} {hand:?} at {factor} of {border:?}");
+                    assert_eq!(
+                        found, expected,
+                        "{law:?} {hand:?} at {factor} of {border:?}"
+                    );
                 }
             }
         }

@@ -17,7 +17,8 @@ use super::response::{Differentiator, forces, settles};
 use crate::model::{Interval, Model, Node, NodeId};
 use crate::parallel;
 
-/// So many parameters are taken at all combinations of their ends; beyond, each at its ends by itself.
+/// So many parameters are taken at all combinations of their ends; beyond, each at its ends by
+/// itself.
 const COMBINED_MAX: usize = 4;
 
 /// What a hand makes of a mode.
@@ -60,7 +61,8 @@ pub struct Stability {
     pub largest: [Interval; 3],
     /// What occurs, the worst first.
     pub modes: Vec<Mode>,
-    /// Damping that suffices where gains change while playing; none where something moves along, which it does not cover.
+    /// Damping that suffices where gains change while playing; none where something moves along,
+    /// which it does not cover.
     pub damping_for_changing: Option<f64>,
     /// The most by which one word of the sensor changes the force.
     pub force_per_word: f64,
@@ -72,7 +74,10 @@ pub struct Stability {
 impl Stability {
     /// Damping the key needs so that no hand can draw energy from any mode (N*s/m).
     pub fn damping_needed(&self) -> f64 {
-        self.modes.iter().map(|mode| mode.damping_needed).fold(0.0, f64::max)
+        self.modes
+            .iter()
+            .map(|mode| mode.damping_needed)
+            .fold(0.0, f64::max)
     }
 
     /// Whether the key's own friction makes every mode passive.
@@ -82,15 +87,21 @@ impl Stability {
 
     /// The factor by which forces may grow before the worst mode rings in the worst hand.
     pub fn factor(&self) -> f64 {
-        self.modes.iter().map(|mode| mode.worst.factor).fold(f64::INFINITY, f64::min)
+        self.modes
+            .iter()
+            .map(|mode| mode.worst.factor)
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// Whether no mode rings with any hand.
     pub fn is_stable(&self) -> bool {
-        self.modes.iter().all(|mode| mode.settles && mode.worst.factor > 1.0)
+        self.modes
+            .iter()
+            .all(|mode| mode.settles && mode.worst.factor > 1.0)
     }
 
-    /// Whether one word more or less of the sensor moves nothing: dry friction holds it (Abbott and Okamura 2005: `K <= 2 f_c / LSB`).
+    /// Whether one word more or less of the sensor moves nothing: dry friction holds it (Abbott and
+    /// Okamura 2005: `K <= 2 f_c / LSB`).
     pub fn is_quiet(&self) -> bool {
         0.5 * self.force_per_word <= self.key.friction
     }
@@ -124,19 +135,31 @@ impl Loops {
         let angles = angles(rate_hz);
         let held = |hand: Hand| {
             let held = Held::new(key, &hand, rate_hz);
-            let gains = angles.iter().map(|theta| held.at(on_circle(*theta, rate_hz))).collect();
+            let gains = angles
+                .iter()
+                .map(|theta| held.at(on_circle(*theta, rate_hz)))
+                .collect();
             (hand, held, gains)
         };
-        let differentiators: Vec<Differentiator> =
-            model.senses.iter().map(|s| Differentiator::new(s.window, rate_hz)).collect();
+        let differentiators: Vec<Differentiator> = model
+            .senses
+            .iter()
+            .map(|s| Differentiator::new(s.window, rate_hz))
+            .collect();
         let inputs = |z: &dyn Fn(f64) -> Complex64| {
-            angles.iter().map(|theta| inputs(&differentiators, z(*theta))).collect::<Vec<_>>()
+            angles
+                .iter()
+                .map(|theta| inputs(&differentiators, z(*theta)))
+                .collect::<Vec<_>>()
         };
         Loops {
             rate_hz,
             inputs: [inputs(&|theta| on_circle(theta, rate_hz)), inputs(&on_unit)],
             hands: hands(model.turns()).into_iter().map(held).collect(),
-            holds: angles.iter().map(|theta| Hold::new(key, rate_hz, *theta)).collect(),
+            holds: angles
+                .iter()
+                .map(|theta| Hold::new(key, rate_hz, *theta))
+                .collect(),
             differentiators,
             angles,
         }
@@ -149,38 +172,74 @@ impl Loops {
     }
 
     /// The sum of all terms at every angle.
-    fn responses(&self, system: &System, inputs: &[Vec<Complex64>], z: impl Fn(f64) -> Complex64) -> Vec<Complex64> {
-        let at = |(theta, inputs): (&f64, &Vec<Complex64>)| forces(system, z(*theta), inputs).iter().sum();
+    fn responses(
+        &self,
+        system: &System,
+        inputs: &[Vec<Complex64>],
+        z: impl Fn(f64) -> Complex64,
+    ) -> Vec<Complex64> {
+        let at = |(theta, inputs): (&f64, &Vec<Complex64>)| {
+            forces(system, z(*theta), inputs).iter().sum()
+        };
         self.angles.iter().zip(inputs).map(at).collect()
     }
 
     /// The margin in the hand that bears it least.
     pub fn worst(&self, system: &System, between: &mut Between) -> PerHand {
-        let responses = self.responses(system, &self.inputs[0], |theta| on_circle(theta, self.rate_hz));
+        let responses = self.responses(system, &self.inputs[0], |theta| {
+            on_circle(theta, self.rate_hz)
+        });
         between.sums.clear();
         let between = RefCell::new(between);
-        let per_hand = self.hands.iter().enumerate().map(|(number, (hand, held, gains))| {
-            let at = |theta: f64| {
-                let z = on_circle(theta, self.rate_hz);
-                let Between { gains, inputs: known, sums } = &mut **between.borrow_mut();
-                let gain = *gains.entry((number, theta.to_bits())).or_insert_with(|| held.at(z));
-                let sum = sums.entry(theta.to_bits()).or_insert_with(|| {
-                    let inputs = known.entry(theta.to_bits()).or_insert_with(|| inputs(&self.differentiators, z));
-                    forces(system, z, inputs).iter().sum()
-                });
-                gain * *sum
-            };
-            let known: Vec<Complex64> = gains.iter().zip(&responses).map(|(p, h)| p * h).collect();
-            let Margin { factor, theta } = margin(&self.angles, &known, &at);
-            PerHand { hand: *hand, factor, ring_hz: theta * self.rate_hz / std::f64::consts::TAU }
-        });
+        let per_hand = self
+            .hands
+            .iter()
+            .enumerate()
+            .map(|(number, (hand, held, gains))| {
+                let at = |theta: f64| {
+                    let z = on_circle(theta, self.rate_hz);
+                    let Between {
+                        gains,
+                        inputs: known,
+                        sums,
+                    } = &mut **between.borrow_mut();
+                    let gain = *gains
+                        .entry((number, theta.to_bits()))
+                        .or_insert_with(|| held.at(z));
+                    let sum = sums.entry(theta.to_bits()).or_insert_with(|| {
+                        let inputs = known
+                            .entry(theta.to_bits())
+                            .or_insert_with(|| inputs(&self.differentiators, z));
+                        forces(system, z, inputs).iter().sum()
+                    });
+                    gain * *sum
+                };
+                let known: Vec<Complex64> =
+                    gains.iter().zip(&responses).map(|(p, h)| p * h).collect();
+                let Margin { factor, theta } = margin(&self.angles, &known, &at);
+                PerHand {
+                    hand: *hand,
+                    factor,
+                    ring_hz: theta * self.rate_hz / std::f64::consts::TAU,
+                }
+            });
         let least = |a: PerHand, b: PerHand| if b.factor < a.factor { b } else { a };
-        per_hand.reduce(least).unwrap_or(PerHand { hand: Hand::FREE, factor: f64::INFINITY, ring_hz: 0.0 })
+        per_hand.reduce(least).unwrap_or(PerHand {
+            hand: Hand::FREE,
+            factor: f64::INFINITY,
+            ring_hz: 0.0,
+        })
     }
 
     /// What holds for a system.
     fn mode(&self, name: String, system: System, between: &mut Between) -> Mode {
-        let direct = |part: usize| system.outputs.iter().flat_map(move |o| o.direct.iter().skip(part).step_by(3)).sum();
+        let direct = |part: usize| {
+            system
+                .outputs
+                .iter()
+                .flat_map(move |o| o.direct.iter().skip(part).step_by(3))
+                .sum()
+        };
         Mode {
             name,
             gains: std::array::from_fn(direct),
@@ -198,7 +257,9 @@ impl Loops {
         // Below 1 rad/s nothing is sampled: what is left there is the limit.
         let places = self.angles.iter().zip(self.holds.iter().zip(&responses));
         let places = places.filter(|(theta, _)| **theta * self.rate_hz >= 1.0);
-        places.map(|(_, (hold, response))| hold.damping(*response)).fold(0.0, f64::max)
+        places
+            .map(|(_, (hold, response))| hold.damping(*response))
+            .fold(0.0, f64::max)
     }
 }
 
@@ -219,7 +280,12 @@ pub fn analyze(model: &Model, key: &Key) -> Option<Stability> {
 /// The same of its law.
 pub fn analyze_law(law: &Law, key: &Key) -> Option<Stability> {
     let (model, loops) = (&law.model, Loops::new(&law.model, key));
-    let mut found = Found { law, exactly: FxHashSet::default(), known: HashSet::new(), systems: Vec::new() };
+    let mut found = Found {
+        law,
+        exactly: FxHashSet::default(),
+        known: HashSet::new(),
+        systems: Vec::new(),
+    };
     let mut coarse = false;
     for (piece, rows) in law.pieces() {
         coarse |= piece.coarse;
@@ -230,19 +296,27 @@ pub fn analyze_law(law: &Law, key: &Key) -> Option<Stability> {
             }
         }
     }
-    let mut modes = parallel::map_with(found.systems, Between::default, |between, (name, system)| {
-        loops.mode(name, system, between)
-    });
+    let mut modes = parallel::map_with(
+        found.systems,
+        Between::default,
+        |between, (name, system)| loops.mode(name, system, between),
+    );
     modes.sort_by(|a, b| a.worst.factor.total_cmp(&b.worst.factor));
     let whole = law.whole();
     let rows = law.rows(&whole).ok()?;
     let linear = Linear::of(law, &whole, &rows);
     let largest = std::array::from_fn(|part| {
-        (0..model.senses.len()).map(|s| linear.total(3 * s + part)).fold(Interval::point(0.0), |sum, v| sum + v)
+        (0..model.senses.len())
+            .map(|s| linear.total(3 * s + part))
+            .fold(Interval::point(0.0), |sum, v| sum + v)
     });
     let sizes = largest.map(Interval::magnitude);
     let most = |of: &dyn Fn(&Differentiator) -> [f64; 2]| {
-        loops.differentiators.iter().map(of).fold([0.0_f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])])
+        loops
+            .differentiators
+            .iter()
+            .map(of)
+            .fold([0.0_f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])])
     };
     let gains = most(&|d| d.gains(loops.rate_hz));
     let steps = most(&Differentiator::steps);
@@ -273,7 +347,10 @@ impl Found<'_> {
     fn corners(&self, piece: &Piece, linear: Linear<Interval>) -> Vec<Linear<Interval>> {
         let point = |row: &Vec<Interval>| row.iter().all(|v| is_point(*v));
         let fixed = linear.a.iter().chain(&linear.b).all(point)
-            && linear.outputs.iter().all(|o| point(&o.direct) && point(&o.cells));
+            && linear
+                .outputs
+                .iter()
+                .all(|o| point(&o.direct) && point(&o.cells));
         let parameters = self.law.parameters();
         if fixed || parameters.is_empty() {
             return vec![linear];
@@ -281,7 +358,9 @@ impl Found<'_> {
         let mut found = Vec::new();
         for ends in ends(&parameters, &piece.at) {
             // A corner in which the piece does not occur is left out.
-            let Some(given) = self.law.given(piece, &ends) else { continue };
+            let Some(given) = self.law.given(piece, &ends) else {
+                continue;
+            };
             if let Ok(rows) = self.law.rows(&given) {
                 found.push(Linear::of(self.law, &given, &rows));
             }
@@ -290,11 +369,18 @@ impl Found<'_> {
     }
 
     fn add(&mut self, piece: &Piece, system: System) {
-        let outputs = system.outputs.iter().flat_map(|o| o.direct.iter().chain(&o.cells));
-        let numbers = outputs.chain(system.a.iter().flatten()).chain(system.b.iter().flatten());
+        let outputs = system
+            .outputs
+            .iter()
+            .flat_map(|o| o.direct.iter().chain(&o.cells));
+        let numbers = outputs
+            .chain(system.a.iter().flatten())
+            .chain(system.b.iter().flatten());
         // Most are known to the last bit, and need no words.
         let number = |v: &f64| format!("{v:.5e},");
-        if self.exactly.insert(numbers.clone().map(|v| v.to_bits()).collect())
+        if self
+            .exactly
+            .insert(numbers.clone().map(|v| v.to_bits()).collect())
             && self.known.insert(numbers.map(number).collect())
         {
             self.systems.push((name(&self.law.model, piece), system));
@@ -305,14 +391,28 @@ impl Found<'_> {
 /// All combinations of the ends of some parameters, or each by itself if there are many.
 fn ends(parameters: &[NodeId], at: &[Interval]) -> Vec<Vec<(NodeId, Interval)>> {
     let own = |p: &NodeId| at[p.0 as usize];
-    let end = |p: &NodeId, high: bool| (*p, Interval::point(if high { own(p).high } else { own(p).low }));
+    let end = |p: &NodeId, high: bool| {
+        (
+            *p,
+            Interval::point(if high { own(p).high } else { own(p).low }),
+        )
+    };
     if parameters.len() <= COMBINED_MAX {
         let corners = 0..1usize << parameters.len();
         return corners
-            .map(|corner| parameters.iter().enumerate().map(|(bit, p)| end(p, corner >> bit & 1 == 1)).collect())
+            .map(|corner| {
+                parameters
+                    .iter()
+                    .enumerate()
+                    .map(|(bit, p)| end(p, corner >> bit & 1 == 1))
+                    .collect()
+            })
             .collect();
     }
-    parameters.iter().flat_map(|p| [vec![end(p, false)], vec![end(p, true)]]).collect()
+    parameters
+        .iter()
+        .flat_map(|p| [vec![end(p, false)], vec![end(p, true)]])
+        .collect()
 }
 
 /// `contact is touching, support is jack; x in 0 mm .. 6 mm`
@@ -321,21 +421,38 @@ fn name(model: &Model, piece: &Piece) -> String {
     for (id, node) in model.dag.nodes() {
         let value = decided(&piece.at, id);
         match (node, value) {
-            (Node::Is(machine, state), Some(true)) if model.machines[machine.0 as usize].states.len() > 1 => {
+            (Node::Is(machine, state), Some(true))
+                if model.machines[machine.0 as usize].states.len() > 1 =>
+            {
                 let machine = &model.machines[machine.0 as usize];
-                words.push(format!("{} is {}", machine.name, machine.states[*state as usize]));
+                words.push(format!(
+                    "{} is {}",
+                    machine.name, machine.states[*state as usize]
+                ));
             }
             (Node::LiveBool(live), Some(on)) => {
-                words.push(format!("{} {}", model.lives[*live as usize].name, if on { "on" } else { "off" }));
+                words.push(format!(
+                    "{} {}",
+                    model.lives[*live as usize].name,
+                    if on { "on" } else { "off" }
+                ));
             }
             (Node::Sense(sense), _) => {
                 let (own, sense) = (piece.at[id.0 as usize], &model.senses[*sense as usize]);
                 if own.width() < 0.999 * sense.range.width() {
-                    words.push(format!("{} in {}", sense.name, crate::units::shown_range(own, sense.dim)));
+                    words.push(format!(
+                        "{} in {}",
+                        sense.name,
+                        crate::units::shown_range(own, sense.dim)
+                    ));
                 }
             }
             _ => {}
         }
     }
-    if words.is_empty() { "everywhere".to_string() } else { words.join(", ") }
+    if words.is_empty() {
+        "everywhere".to_string()
+    } else {
+        words.join(", ")
+    }
 }

@@ -1,4 +1,5 @@
-//! The force law in pieces: places of its memory and its sensors at which every choice that matters is decided.
+//! The force law in pieces: places of its memory and its sensors at which every choice that matters
+//! is decided.
 //!
 //! ```text
 //!   everything --friction slides?--+-- yes --in contact?--+-- yes ..
@@ -6,8 +7,9 @@
 //!                                  `-- no  ..                          what is empty then does not occur and is left out
 //! ```
 //!
-//! So states that exclude each other by what their conditions ask do not meet here. That a combination of states is never entered
-//! for another reason is not seen: then a piece is judged that does not occur, which is on the safe side.
+//! So states that exclude each other by what their conditions ask do not meet here. That a
+//! combination of states is never entered for another reason is not seen: then a piece is judged
+//! that does not occur, which is on the safe side.
 
 use super::gradient::{Deciders, Gradient, Row, add_deciders, cell_variable, decided};
 use crate::lint::together::{Facts, narrow};
@@ -32,8 +34,18 @@ pub(super) struct Piece {
 impl Piece {
     /// What is decided, as facts.
     fn facts(&self) -> Facts {
-        let of = |value: bool| self.decisions.iter().filter(move |(_, v)| *v == value).map(|(n, _)| *n).collect();
-        Facts { holds: of(true), fails: of(false), states: Vec::new() }
+        let of = |value: bool| {
+            self.decisions
+                .iter()
+                .filter(move |(_, v)| *v == value)
+                .map(|(n, _)| *n)
+                .collect()
+        };
+        Facts {
+            holds: of(true),
+            fails: of(false),
+            states: Vec::new(),
+        }
     }
 }
 
@@ -51,12 +63,20 @@ pub struct Law {
 }
 
 impl Law {
-    /// The law of an instrument; `None` where its ranges cannot be bounded, which compiling it reports.
+    /// The law of an instrument; `None` where its ranges cannot be bounded, which compiling it
+    /// reports.
     pub fn of(model: &Model) -> Option<Law> {
         let mut model = model.clone();
         let deciders = add_deciders(&mut model);
         let ranges = range::analyze(&model).ok()?;
-        let mut law = Law { model, deciders, nodes: Vec::new(), cells: Vec::new(), ranges, pieces: OnceLock::new() };
+        let mut law = Law {
+            model,
+            deciders,
+            nodes: Vec::new(),
+            cells: Vec::new(),
+            ranges,
+            pieces: OnceLock::new(),
+        };
         law.find_cells();
         law.nodes = law.below(&law.roots());
         Some(law)
@@ -69,8 +89,14 @@ impl Law {
 
     /// Everything that occurs.
     pub(super) fn whole(&self) -> Piece {
-        let at = (0..self.model.dag.len()).map(|n| self.ranges.get(NodeId(n as u32))).collect();
-        Piece { at, decisions: Vec::new(), coarse: true }
+        let at = (0..self.model.dag.len())
+            .map(|n| self.ranges.get(NodeId(n as u32)))
+            .collect();
+        Piece {
+            at,
+            decisions: Vec::new(),
+            coarse: true,
+        }
     }
 
     /// The pieces, and the rows of each; found once.
@@ -79,13 +105,20 @@ impl Law {
     }
 
     fn find_pieces(&self) -> Vec<(Piece, Vec<Row>)> {
-        let mut open = vec![Piece { coarse: false, ..self.whole() }];
+        let mut open = vec![Piece {
+            coarse: false,
+            ..self.whole()
+        }];
         let mut done = Vec::new();
         while let Some(mut piece) = open.pop() {
             piece.coarse = done.len() + open.len() > PIECES_MAX;
             match self.rows(&piece) {
                 Ok(rows) => done.push((piece, rows)),
-                Err(split) => open.extend([true, false].into_iter().filter_map(|v| self.cut(&piece, split, v))),
+                Err(split) => open.extend(
+                    [true, false]
+                        .into_iter()
+                        .filter_map(|v| self.cut(&piece, split, v)),
+                ),
             }
         }
         done
@@ -104,7 +137,10 @@ impl Law {
         let mut cut = piece.clone();
         for &(node, value) in values {
             let own = &mut cut.at[node.0 as usize];
-            *own = Interval { low: own.low.max(value.low), high: own.high.min(value.high) };
+            *own = Interval {
+                low: own.low.max(value.low),
+                high: own.high.min(value.high),
+            };
             if own.low > own.high {
                 return None;
             }
@@ -118,10 +154,22 @@ impl Law {
     /// # Errors
     /// The bool that must be decided first.
     pub(super) fn rows(&self, piece: &Piece) -> Result<Vec<Row>, NodeId> {
-        let gradient = Gradient { model: &self.model, deciders: &self.deciders, at: &piece.at, coarse: piece.coarse };
+        let gradient = Gradient {
+            model: &self.model,
+            deciders: &self.deciders,
+            at: &piece.at,
+            coarse: piece.coarse,
+        };
         let rows = gradient.rows(&self.nodes)?;
-        let holds = self.model.bodies.iter().filter(|b| self.cells.contains(&(b.coordinate.0 as usize)));
-        match holds.filter_map(|b| b.hold).find(|hold| !piece.coarse && decided(&piece.at, *hold).is_none()) {
+        let holds = self
+            .model
+            .bodies
+            .iter()
+            .filter(|b| self.cells.contains(&(b.coordinate.0 as usize)));
+        match holds
+            .filter_map(|b| b.hold)
+            .find(|hold| !piece.coarse && decided(&piece.at, *hold).is_none())
+        {
             Some(open) => Err(open),
             None => Ok(rows),
         }
@@ -137,11 +185,18 @@ impl Law {
     fn roots(&self) -> Vec<NodeId> {
         let model = &self.model;
         let mut roots: Vec<NodeId> = model.forces.iter().map(|force| force.value).collect();
-        for body in model.bodies.iter().filter(|b| self.cells.contains(&(b.coordinate.0 as usize))) {
+        for body in model
+            .bodies
+            .iter()
+            .filter(|b| self.cells.contains(&(b.coordinate.0 as usize)))
+        {
             roots.push(body.acceleration);
             roots.extend(body.hold);
         }
-        let nexts = model.nexts.iter().filter(|(cell, _)| self.cells.contains(&(cell.0 as usize)));
+        let nexts = model
+            .nexts
+            .iter()
+            .filter(|(cell, _)| self.cells.contains(&(cell.0 as usize)));
         roots.extend(nexts.map(|(_, value)| *value));
         roots
     }
@@ -155,7 +210,10 @@ impl Law {
             let rows = self.rows(&whole).unwrap_or_default();
             let asks = |cell: usize| {
                 let variable = cell_variable(&self.model, cell);
-                roots.iter().any(|r| rows.get(r.0 as usize).is_some_and(|row| row.get(variable).magnitude() > 0.0))
+                roots.iter().any(|r| {
+                    rows.get(r.0 as usize)
+                        .is_some_and(|row| row.get(variable).magnitude() > 0.0)
+                })
             };
             let mut cells: Vec<usize> = (0..self.model.cells.len())
                 .filter(|&cell| self.model.cells[cell].kind != CellKind::Pulse && asks(cell))
@@ -178,9 +236,19 @@ impl Law {
     }
 
     fn below(&self, roots: &[NodeId]) -> Vec<NodeId> {
-        let mut nodes: Vec<NodeId> = roots.iter().flat_map(|root| self.model.dag.below(*root)).collect();
-        let choices: Vec<NodeId> = nodes.iter().filter_map(|node| self.deciders.get(node).copied()).collect();
-        nodes.extend(choices.iter().flat_map(|choice| self.model.dag.below(*choice)));
+        let mut nodes: Vec<NodeId> = roots
+            .iter()
+            .flat_map(|root| self.model.dag.below(*root))
+            .collect();
+        let choices: Vec<NodeId> = nodes
+            .iter()
+            .filter_map(|node| self.deciders.get(node).copied())
+            .collect();
+        nodes.extend(
+            choices
+                .iter()
+                .flat_map(|choice| self.model.dag.below(*choice)),
+        );
         nodes.sort_unstable();
         nodes.dedup();
         nodes

@@ -1,7 +1,8 @@
 //! The tree that the parser builds: what the text says, before any meaning is given to it.
 //!
-//! Every node that a diagnostic may point at carries a [`Span`]. Names are plain strings; numbers keep the unit as
-//! written, because the formatter prints it back and because rule 8 of the manual makes number and unit one token.
+//! Every node that a diagnostic may point at carries a [`Span`]. Names are plain strings; numbers
+//! keep the unit as written, because the formatter prints it back and because rule 8 of the manual
+//! makes number and unit one token.
 
 use crate::source::Span;
 
@@ -100,7 +101,8 @@ pub enum Setting {
     Keys(Name, Name),
     /// `programs a, b`
     Programs(Vec<Name>),
-    /// `zones split = { A0 .. B3: a, C4 .. C8: b }`: a program whose keys play different instruments.
+    /// `zones split = { A0 .. B3: a, C4 .. C8: b }`: a program whose keys play different
+    /// instruments.
     Zones {
         /// The program.
         name: Name,
@@ -276,7 +278,11 @@ impl DeclKind {
             DeclKind::Event { name, .. } => ("event", name),
             DeclKind::Pulse { name, .. } => ("pulse", name),
             DeclKind::Hold { body, .. } => ("hold", body),
-            DeclKind::Force { turning: true, name, .. } => ("torque", name),
+            DeclKind::Force {
+                turning: true,
+                name,
+                ..
+            } => ("torque", name),
             DeclKind::Force { name, .. } => ("force", name),
             DeclKind::Result { name, .. } => ("result", name),
         }
@@ -287,7 +293,8 @@ impl DeclKind {
 #[expect(clippy::large_enum_variant, reason = "a program has a handful of them")]
 #[derive(Debug, Clone, PartialEq)]
 pub enum BodyPart {
-    /// `angle phi in a .. b [= init], rate in a .. b [= init]`, or `position` for a body that slides.
+    /// `angle phi in a .. b [= init], rate in a .. b [= init]`, or `position` for a body that
+    /// slides.
     Coordinate {
         /// `true` for `angle`, `false` for `position`.
         angle: bool,

@@ -1,7 +1,7 @@
 //! Syntax errors in words.
 //!
-//! The generated parser knows which tokens it could have gone on with; a person wants to hear "an expression" or
-//! "`when`". Errors close behind another one are its consequences and are dropped.
+//! The generated parser knows which tokens it could have gone on with; a person wants to hear "an
+//! expression" or "`when`". Errors close behind another one are its consequences and are dropped.
 
 mod words;
 
@@ -13,15 +13,20 @@ use super::token::{HARD_KEYWORDS, Token};
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::source::Span;
 
-/// So many tokens must have been understood since the last error before another one is believed, unless something
-/// began anew between them.
+/// So many tokens must have been understood since the last error before another one is believed,
+/// unless something began anew between them.
 const UNDERSTOOD: usize = 3;
 
 /// The settings of a keyboard.
 const SETTINGS: &[&str] = &["board", "device", "rate", "keys", "programs", "zones"];
 
 /// The diagnostics of the errors worth telling.
-pub(super) fn describe(file: u32, text: &str, tokens: &[Spanned<Token>], mut errors: Vec<Error>) -> Vec<Diagnostic> {
+pub(super) fn describe(
+    file: u32,
+    text: &str,
+    tokens: &[Spanned<Token>],
+    mut errors: Vec<Error>,
+) -> Vec<Diagnostic> {
     errors.sort_by_key(|e| place(&e.error).0);
     let mut believed_from = 0;
     let mut last = 0;
@@ -29,11 +34,24 @@ pub(super) fn describe(file: u32, text: &str, tokens: &[Spanned<Token>], mut err
     for error in errors {
         let (start, end) = place(&error.error);
         let index = tokens.partition_point(|t| t.span.start < start);
-        let anew = (last..index).any(|i| begins(tokens[i].node) && (i > last || begins_line(text, tokens, i)));
+        let anew = (last..index)
+            .any(|i| begins(tokens[i].node) && (i > last || begins_line(text, tokens, i)));
         if index >= believed_from || anew {
             let span = Span { file, start, end };
-            let expected = expected(&error.error).iter().map(|e| e.trim_matches('"')).collect();
-            diagnostics.push(Failure { text, tokens, index, span, expected }.diagnostic());
+            let expected = expected(&error.error)
+                .iter()
+                .map(|e| e.trim_matches('"'))
+                .collect();
+            diagnostics.push(
+                Failure {
+                    text,
+                    tokens,
+                    index,
+                    span,
+                    expected,
+                }
+                .diagnostic(),
+            );
         }
         last = index;
         believed_from = index + error.dropped_tokens.len() + UNDERSTOOD;
@@ -43,32 +61,47 @@ pub(super) fn describe(file: u32, text: &str, tokens: &[Spanned<Token>], mut err
 
 /// Whether a token is the first of its line.
 fn begins_line(text: &str, tokens: &[Spanned<Token>], index: usize) -> bool {
-    let from = index.checked_sub(1).map_or(0, |before| tokens[before].span.end);
-    text.get(from as usize..tokens[index].span.start as usize).is_some_and(|gap| gap.contains('\n'))
+    let from = index
+        .checked_sub(1)
+        .map_or(0, |before| tokens[before].span.end);
+    text.get(from as usize..tokens[index].span.start as usize)
+        .is_some_and(|gap| gap.contains('\n'))
 }
 
 /// Whether a declaration, a transition, an action or a block begins with it.
 fn begins(token: Token) -> bool {
     use Token::*;
-    let declares =
-        matches!(token, Sense | Live | Param | Let | Body | States | State | Next | Event | Pulse | Hold | Force);
+    let declares = matches!(
+        token,
+        Sense | Live | Param | Let | Body | States | State | Next | Event | Pulse | Hold | Force
+    );
     let acts = matches!(token, Emit | Fire | Assigned(_) | Left(_) | Defined(_));
-    declares || acts || matches!(token, Instrument | Term | Keyboard | Angle | Position | Inertia | Mass | Torque)
+    declares
+        || acts
+        || matches!(
+            token,
+            Instrument | Term | Keyboard | Angle | Position | Inertia | Mass | Torque
+        )
 }
 
 type Parse<'s> = ParseError<u32, Token<'s>, &'static str>;
 
 fn place(error: &Parse) -> (u32, u32) {
     match error {
-        ParseError::UnrecognizedToken { token, .. } | ParseError::ExtraToken { token } => (token.0, token.2),
-        ParseError::UnrecognizedEof { location, .. } | ParseError::InvalidToken { location } => (*location, *location),
+        ParseError::UnrecognizedToken { token, .. } | ParseError::ExtraToken { token } => {
+            (token.0, token.2)
+        }
+        ParseError::UnrecognizedEof { location, .. } | ParseError::InvalidToken { location } => {
+            (*location, *location)
+        }
         ParseError::User { .. } => (0, 0),
     }
 }
 
 fn expected<'e>(error: &'e Parse) -> &'e [String] {
     match error {
-        ParseError::UnrecognizedToken { expected, .. } | ParseError::UnrecognizedEof { expected, .. } => expected,
+        ParseError::UnrecognizedToken { expected, .. }
+        | ParseError::UnrecognizedEof { expected, .. } => expected,
         _ => &[],
     }
 }
@@ -96,21 +129,38 @@ impl<'a> Failure<'a> {
                 format!("expected {wanted} after this"),
             ),
             None => {
-                let found = if self.span.start < self.span.end { self.source(self.span) } else { "" };
-                let found = if found.is_empty() { "the end".to_string() } else { format!("`{found}`") };
+                let found = if self.span.start < self.span.end {
+                    self.source(self.span)
+                } else {
+                    ""
+                };
+                let found = if found.is_empty() {
+                    "the end".to_string()
+                } else {
+                    format!("`{found}`")
+                };
                 let message = format!("expected {wanted}, found {found}");
-                Diagnostic::new(Code::UnexpectedToken, self.span, message, format!("expected {wanted}"))
+                Diagnostic::new(
+                    Code::UnexpectedToken,
+                    self.span,
+                    message,
+                    format!("expected {wanted}"),
+                )
             }
         };
         match self.advice() {
             Some(hint) => diagnostic.hint(hint),
-            None if wanted == "`else`" => diagnostic.hint("an `if` chooses between two values: add `else ..`"),
+            None if wanted == "`else`" => {
+                diagnostic.hint("an `if` chooses between two values: add `else ..`")
+            }
             None => diagnostic,
         }
     }
 
     fn source(&self, span: Span) -> &'a str {
-        self.text.get(span.start as usize..span.end as usize).unwrap_or_default()
+        self.text
+            .get(span.start as usize..span.end as usize)
+            .unwrap_or_default()
     }
 
     fn found(&self) -> Option<Token<'a>> {
@@ -119,29 +169,44 @@ impl<'a> Failure<'a> {
 
     /// The place of the token before the error.
     fn before(&self) -> Option<Span> {
-        self.index.checked_sub(1).map(|before| self.tokens[before].span).filter(|s| s.start < s.end)
+        self.index
+            .checked_sub(1)
+            .map(|before| self.tokens[before].span)
+            .filter(|s| s.start < s.end)
     }
 
-    /// Whether the mistake is rather that the line before has no end: the error stands on a later line, in the midst of
-    /// something.
+    /// Whether the mistake is rather that the line before has no end: the error stands on a later
+    /// line, in the midst of something.
     fn lacks_its_end(&self) -> bool {
-        let midst = !self.expected.iter().any(|e| matches!(*e, "}" | "}1" | "}2" | "instrument"));
-        midst && (self.index >= self.tokens.len() || begins_line(self.text, self.tokens, self.index))
+        let midst = !self
+            .expected
+            .iter()
+            .any(|e| matches!(*e, "}" | "}1" | "}2" | "instrument"));
+        midst
+            && (self.index >= self.tokens.len() || begins_line(self.text, self.tokens, self.index))
     }
 
-    /// A keyboard's line that begins with an unknown word, which could only be `instrument.param = ..`.
+    /// A keyboard's line that begins with an unknown word, which could only be `instrument.param =
+    /// ..`.
     fn unknown_setting(&self) -> Diagnostic {
         let span = self.before().unwrap_or(self.span);
         let name = self.source(span);
         let message = format!("a keyboard has no setting `{name}`");
         let diagnostic = Diagnostic::new(Code::UnexpectedToken, span, message, "unknown setting");
-        let line = self.text[..span.start as usize].rsplit('\n').next().unwrap_or_default();
+        let line = self.text[..span.start as usize]
+            .rsplit('\n')
+            .next()
+            .unwrap_or_default();
         diagnostic.hint(match nearest(name, SETTINGS.iter().copied()) {
             Some(near) => Advice::did_you_mean(near),
             None if !line.trim().is_empty() => {
                 format!("if `{name}` belongs to a list, a `,` is missing before it").into()
             }
-            None => format!("its settings are {} and `instrument.param = {{ .. }}`", SETTINGS.join(", ")).into(),
+            None => format!(
+                "its settings are {} and `instrument.param = {{ .. }}`",
+                SETTINGS.join(", ")
+            )
+            .into(),
         })
     }
 
@@ -159,7 +224,9 @@ impl<'a> Failure<'a> {
                 "`=` defines; values are compared with `<`, `<=`, `>`, `>=`, states with `is`"
             }
             Assign => "`:=` stands only in the actions of an event or a transition",
-            _ if wants(",") && wants("=") => "a coordinate ends with the range of its rate: `, rate in a .. b`",
+            _ if wants(",") && wants("=") => {
+                "a coordinate ends with the range of its rate: `, rate in a .. b`"
+            }
             Comma if self.decimal().is_some() => return self.decimal(),
             Comma if wants("}") => "declarations need no separator",
             If if wants("when") => "the guard of a transition stands behind `when`",
@@ -169,12 +236,19 @@ impl<'a> Failure<'a> {
             }
             Word(name) if wants("let") && self.continues_an_expression() => {
                 let before = self.before().map_or("..", |span| self.source(span));
-                return Some(format!("if `{name}` is a factor, its `*` is missing: `{before} * {name}`").into());
+                return Some(
+                    format!("if `{name}` is a factor, its `*` is missing: `{before} * {name}`")
+                        .into(),
+                );
             }
             Word(_) if wants("assigned") && next == Some(Equals) => "an action writes with `:=`",
             Word(_) if wants("left") => "a transition is written `from -> to when ..`",
-            _ if found.is_hard_keyword() && wants("word") && !wants("number") => "a keyword cannot be a name",
-            _ if begins(found) && wants("instrument") => "declarations stand inside of an instrument or a term",
+            _ if found.is_hard_keyword() && wants("word") && !wants("number") => {
+                "a keyword cannot be a name"
+            }
+            _ if begins(found) && wants("instrument") => {
+                "declarations stand inside of an instrument or a term"
+            }
             Word(name) => return self.near(name),
             _ => return None,
         };
@@ -184,7 +258,8 @@ impl<'a> Failure<'a> {
     /// Whether the token before could end an expression, and stands on the same line.
     fn continues_an_expression(&self) -> bool {
         let before = self.index.checked_sub(1).map(|i| self.tokens[i].node);
-        before.is_some_and(Token::ends_expression) && !begins_line(self.text, self.tokens, self.index)
+        before.is_some_and(Token::ends_expression)
+            && !begins_line(self.text, self.tokens, self.index)
     }
 
     /// `7.5` for `7,5`.
@@ -195,19 +270,29 @@ impl<'a> Failure<'a> {
         };
         let (whole, part) = (number(self.index.checked_sub(1)?)?, number(self.index + 1)?);
         let right = format!("{}.{}", whole.digits, part.digits);
-        whole.unit.is_empty().then(|| Advice::instead(format!("the decimal point is `.`: write `{right}`"), "."))
+        whole
+            .unit
+            .is_empty()
+            .then(|| Advice::instead(format!("the decimal point is `.`: write `{right}`"), "."))
     }
 
     /// The expected keyword that looks most like a word.
     fn near(&self, name: &str) -> Option<Advice> {
-        let keywords = self.expected.iter().copied().filter(|e| e.len() > 1 && e.starts_with(char::is_alphabetic));
-        let near =
-            nearest(name, keywords.filter(|e| HARD_KEYWORDS.contains(e) || super::token::SOFT_KEYWORDS.contains(e)));
+        let keywords = self
+            .expected
+            .iter()
+            .copied()
+            .filter(|e| e.len() > 1 && e.starts_with(char::is_alphabetic));
+        let near = nearest(
+            name,
+            keywords
+                .filter(|e| HARD_KEYWORDS.contains(e) || super::token::SOFT_KEYWORDS.contains(e)),
+        );
         match near {
             Some(near) => Some(Advice::did_you_mean(near)),
-            None if self.expected.contains(&"let") => {
-                Some("a declaration begins with its keyword, such as `let`, `param` or `force`".into())
-            }
+            None if self.expected.contains(&"let") => Some(
+                "a declaration begins with its keyword, such as `let`, `param` or `force`".into(),
+            ),
             None => None,
         }
     }

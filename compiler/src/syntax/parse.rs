@@ -1,5 +1,5 @@
-//! The parser: tokens to tree. Never fails; what is wrong becomes diagnostics, what could not be read is left out or
-//! stands in the tree as [`super::ast::ExprKind::Error`].
+//! The parser: tokens to tree. Never fails; what is wrong becomes diagnostics, what could not be
+//! read is left out or stands in the tree as [`super::ast::ExprKind::Error`].
 
 use std::collections::HashSet;
 
@@ -23,11 +23,20 @@ pub fn parse(file: u32, text: &str, diagnostics: &mut Vec<Diagnostic>) -> File {
     let mut found = Vec::new();
     let lexed = lex(file, text, &mut found);
     let tokens = repair(text, lexed.tokens, &mut found);
-    let mut build = Build { file, errors: Vec::new(), diagnostics: Vec::new() };
-    let triples = tokens.iter().map(|t| Ok((t.span.start, t.node, t.span.end)));
+    let mut build = Build {
+        file,
+        errors: Vec::new(),
+        diagnostics: Vec::new(),
+    };
+    let triples = tokens
+        .iter()
+        .map(|t| Ok((t.span.start, t.node, t.span.end)));
     let tree = grammar::FileParser::new().parse(&mut build, triples);
     let mut tree = tree.unwrap_or_else(|error| {
-        build.failed(lalrpop_util::ErrorRecovery { error, dropped_tokens: Vec::new() });
+        build.failed(lalrpop_util::ErrorRecovery {
+            error,
+            dropped_tokens: Vec::new(),
+        });
         File::default()
     });
     let mut described = expected::describe(file, text, &tokens, build.errors);
@@ -52,8 +61,13 @@ fn document(tree: &mut File, comments: &[Spanned<&str>], tokens: &[Spanned<super
         let before = tokens[..tokens.partition_point(|t| t.span.start < span.start)].last();
         let from = before.map_or(0, |t| t.span.end);
         let first = comments.partition_point(|c| c.span.start < from);
-        let lines = comments[first..].iter().take_while(|c| c.span.start < span.start);
+        let lines = comments[first..]
+            .iter()
+            .take_while(|c| c.span.start < span.start);
         let lines = lines.filter_map(|c| c.node.strip_prefix("///"));
-        *doc = lines.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n");
+        *doc = lines
+            .map(|line| line.strip_prefix(' ').unwrap_or(line))
+            .collect::<Vec<_>>()
+            .join("\n");
     }
 }

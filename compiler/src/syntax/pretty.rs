@@ -1,7 +1,7 @@
 //! Spells a tree as source text, in the canonical layout.
 //!
-//! Reading the text again gives the same tree, places aside. Ordinary comments are not part of the tree: who has a text
-//! lays that out (`layout`).
+//! Reading the text again gives the same tree, places aside. Ordinary comments are not part of the
+//! tree: who has a text lays that out (`layout`).
 
 mod expr;
 
@@ -11,8 +11,8 @@ use super::ast::*;
 use super::layout;
 use expr::{Shown, list};
 
-/// The text of a file. What could not be read stands in it as `<error>`; such a text has a line per declaration and no
-/// further layout.
+/// The text of a file. What could not be read stands in it as `<error>`; such a text has a line per
+/// declaration and no further layout.
 pub fn print(file: &File) -> String {
     let text: String = file.items.iter().map(item).collect();
     layout(0, &text).unwrap_or(text)
@@ -20,19 +20,40 @@ pub fn print(file: &File) -> String {
 
 fn item(item: &Item) -> String {
     let (doc, header, lines) = match item {
-        Item::Instrument(i) => (&i.doc, format!("instrument {}", i.name.node), i.decls.iter().map(decl).collect()),
+        Item::Instrument(i) => (
+            &i.doc,
+            format!("instrument {}", i.name.node),
+            i.decls.iter().map(decl).collect(),
+        ),
         Item::Term(t) => {
-            let header = format!("term {}({}) -> {}", t.name.node, typed(&t.params), typed(&t.results));
+            let header = format!(
+                "term {}({}) -> {}",
+                t.name.node,
+                typed(&t.params),
+                typed(&t.results)
+            );
             (&t.doc, header, t.decls.iter().map(decl).collect())
         }
-        Item::Keyboard(k) => (&k.doc, format!("keyboard {}", k.name.node), k.settings.iter().map(setting).collect()),
+        Item::Keyboard(k) => (
+            &k.doc,
+            format!("keyboard {}", k.name.node),
+            k.settings.iter().map(setting).collect(),
+        ),
     };
-    let doc = if doc.is_empty() { String::new() } else { doc.split('\n').map(doc_line).collect() };
+    let doc = if doc.is_empty() {
+        String::new()
+    } else {
+        doc.split('\n').map(doc_line).collect()
+    };
     format!("{doc}{}\n", block(&header, lines))
 }
 
 fn doc_line(line: &str) -> String {
-    if line.is_empty() { "///\n".to_string() } else { format!("/// {line}\n") }
+    if line.is_empty() {
+        "///\n".to_string()
+    } else {
+        format!("/// {line}\n")
+    }
 }
 
 fn typed(names: &[TypedName]) -> String {
@@ -52,11 +73,19 @@ fn setting(setting: &Setting) -> String {
         Setting::Keys(low, high) => format!("keys {} .. {}", low.node, high.node),
         Setting::Programs(names) => format!("programs {}", list(names, |n| n.node.clone())),
         Setting::Zones { name, zones, .. } => {
-            let zones = list(zones, |z| format!("{} .. {}: {}", z.low.node, z.high.node, z.instrument.node));
+            let zones = list(zones, |z| {
+                format!("{} .. {}: {}", z.low.node, z.high.node, z.instrument.node)
+            });
             format!("zones {} = {{ {zones} }}", name.node)
         }
-        Setting::PerKey { instrument, param, points } => {
-            let points = list(points, |(note, value)| format!("{}: {}", note.node, Shown(value)));
+        Setting::PerKey {
+            instrument,
+            param,
+            points,
+        } => {
+            let points = list(points, |(note, value)| {
+                format!("{}: {}", note.node, Shown(value))
+            });
             format!("{}.{} = {{ {points} }}", instrument.node, param.node)
         }
     }
@@ -64,32 +93,90 @@ fn setting(setting: &Setting) -> String {
 
 fn decl(decl: &Decl) -> String {
     match &decl.kind {
-        DeclKind::Sense { name, ty, range, slew, over } => {
+        DeclKind::Sense {
+            name,
+            ty,
+            range,
+            slew,
+            over,
+        } => {
             let tail = optional(" slew ", slew.as_ref()) + &optional(" over ", over.as_ref());
             format!("sense {}: {} in {}{tail}", name.node, ty.node, Range(range))
         }
-        DeclKind::Param { live, name, value, range } => {
-            let range = range.as_ref().map_or(String::new(), |r| format!(" in {}", Range(r)));
-            format!("{}param {} = {}{range}", if *live { "live " } else { "" }, name.node, Shown(value))
+        DeclKind::Param {
+            live,
+            name,
+            value,
+            range,
+        } => {
+            let range = range
+                .as_ref()
+                .map_or(String::new(), |r| format!(" in {}", Range(r)));
+            format!(
+                "{}param {} = {}{range}",
+                if *live { "live " } else { "" },
+                name.node,
+                Shown(value)
+            )
         }
         DeclKind::Let { name, value } => format!("let {} = {}", name.node, Shown(value)),
-        DeclKind::States { name, transitions } => {
-            block(&format!("states {}", name.node), transitions.iter().map(transition).collect())
-        }
-        DeclKind::State { name, ty, range, init } => {
-            format!("state {}: {} in {}{}", name.node, ty.node, Range(range), optional(" = ", init.as_ref()))
+        DeclKind::States { name, transitions } => block(
+            &format!("states {}", name.node),
+            transitions.iter().map(transition).collect(),
+        ),
+        DeclKind::State {
+            name,
+            ty,
+            range,
+            init,
+        } => {
+            format!(
+                "state {}: {} in {}{}",
+                name.node,
+                ty.node,
+                Range(range),
+                optional(" = ", init.as_ref())
+            )
         }
         DeclKind::Next { name, value } => format!("next {} = {}", name.node, Shown(value)),
-        DeclKind::Body { name, parts } => block(&format!("body {}", name.node), parts.iter().map(part).collect()),
-        DeclKind::Event { name, guard, actions } => {
-            acting(&format!("event {} when {}", name.node, Shown(guard)), actions)
-        }
-        DeclKind::Pulse { name, ty, range, lasting } => {
-            format!("pulse {}: {} in {} lasting {}", name.node, ty.node, Range(range), Shown(lasting))
+        DeclKind::Body { name, parts } => block(
+            &format!("body {}", name.node),
+            parts.iter().map(part).collect(),
+        ),
+        DeclKind::Event {
+            name,
+            guard,
+            actions,
+        } => acting(
+            &format!("event {} when {}", name.node, Shown(guard)),
+            actions,
+        ),
+        DeclKind::Pulse {
+            name,
+            ty,
+            range,
+            lasting,
+        } => {
+            format!(
+                "pulse {}: {} in {} lasting {}",
+                name.node,
+                ty.node,
+                Range(range),
+                Shown(lasting)
+            )
         }
         DeclKind::Hold { body, guard } => format!("hold {} when {}", body.node, Shown(guard)),
-        DeclKind::Force { turning, name, value } => {
-            format!("{} {} = {}", if *turning { "torque" } else { "force" }, name.node, Shown(value))
+        DeclKind::Force {
+            turning,
+            name,
+            value,
+        } => {
+            format!(
+                "{} {} = {}",
+                if *turning { "torque" } else { "force" },
+                name.node,
+                Shown(value)
+            )
         }
         DeclKind::Result { name, value } => format!("{} = {}", name.node, Shown(value)),
     }
@@ -100,22 +187,36 @@ fn optional(word: &str, value: Option<&Expr>) -> String {
 }
 
 fn transition(t: &Transition) -> String {
-    acting(&format!("{} -> {} when {}", t.from.node, t.to.node, Shown(&t.guard)), &t.actions)
+    acting(
+        &format!("{} -> {} when {}", t.from.node, t.to.node, Shown(&t.guard)),
+        &t.actions,
+    )
 }
 
 /// A header, and its actions if there are any.
 fn acting(header: &str, actions: &[Action]) -> String {
-    if actions.is_empty() { header.to_string() } else { block(header, actions.iter().map(action).collect()) }
+    if actions.is_empty() {
+        header.to_string()
+    } else {
+        block(header, actions.iter().map(action).collect())
+    }
 }
 
 fn action(action: &Action) -> String {
     match &action.kind {
         ActionKind::Emit { name, args } => {
-            let args = list(args, |(arg, value)| format!("{}: {}", arg.node, Shown(value)));
+            let args = list(args, |(arg, value)| {
+                format!("{}: {}", arg.node, Shown(value))
+            });
             format!("emit {}({args})", name.node)
         }
         ActionKind::Write { name, rate, value } => {
-            format!("{}{} := {}", name.node, if *rate { "'" } else { "" }, Shown(value))
+            format!(
+                "{}{} := {}",
+                name.node,
+                if *rate { "'" } else { "" },
+                Shown(value)
+            )
         }
         ActionKind::Fire { pulse, value } => format!("fire {} at {}", pulse.node, Shown(value)),
     }
@@ -123,17 +224,38 @@ fn action(action: &Action) -> String {
 
 fn part(part: &BodyPart) -> String {
     match part {
-        BodyPart::Coordinate { angle, name, range, init, rate_range, rate_init, .. } => {
-            let mut line = format!("{} {} in {}", if *angle { "angle" } else { "position" }, name.node, Range(range));
+        BodyPart::Coordinate {
+            angle,
+            name,
+            range,
+            init,
+            rate_range,
+            rate_init,
+            ..
+        } => {
+            let mut line = format!(
+                "{} {} in {}",
+                if *angle { "angle" } else { "position" },
+                name.node,
+                Range(range)
+            );
             line += &optional(" = ", init.as_ref());
             let _ = write!(line, ", rate in {}", Range(rate_range));
             line + &optional(" = ", rate_init.as_ref())
         }
         BodyPart::Inertia { angle, value, .. } => {
-            format!("{} {}", if *angle { "inertia" } else { "mass" }, Shown(value))
+            format!(
+                "{} {}",
+                if *angle { "inertia" } else { "mass" },
+                Shown(value)
+            )
         }
         BodyPart::Torque { angle, value, .. } => {
-            format!("{} {}", if *angle { "torque" } else { "force" }, Shown(value))
+            format!(
+                "{} {}",
+                if *angle { "torque" } else { "force" },
+                Shown(value)
+            )
         }
     }
 }

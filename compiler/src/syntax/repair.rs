@@ -1,4 +1,5 @@
-//! Repairs between lexer and grammar: mistakes that are easier to see in the row of tokens than in the grammar.
+//! Repairs between lexer and grammar: mistakes that are easier to see in the row of tokens than in
+//! the grammar.
 //!
 //! ```text
 //!   tokens -> keyword   a keyword used as a name becomes a name
@@ -7,8 +8,9 @@
 //!          -> mark      names that begin a definition, a write or a transition are told from other names
 //! ```
 //!
-//! Afterwards brackets are balanced, and the beginning of everything that the grammar can begin anew with is a token of
-//! its own kind, so that its recovery never leaves a block by the wrong brace. Every change is reported, except marks.
+//! Afterwards brackets are balanced, and the beginning of everything that the grammar can begin
+//! anew with is a token of its own kind, so that its recovery never leaves a block by the wrong
+//! brace. Every change is reported, except marks.
 
 mod adjacent;
 mod bracket;
@@ -23,7 +25,11 @@ use crate::diag::Diagnostic;
 type Tokens<'s> = Vec<Spanned<Token<'s>>>;
 
 /// Runs all repairs.
-pub(super) fn repair<'s>(text: &'s str, tokens: Tokens<'s>, diagnostics: &mut Vec<Diagnostic>) -> Tokens<'s> {
+pub(super) fn repair<'s>(
+    text: &'s str,
+    tokens: Tokens<'s>,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Tokens<'s> {
     let tokens = keyword::repair(text, tokens, diagnostics);
     let tokens = adjacent::repair(text, tokens, diagnostics);
     let tokens = bracket::repair(tokens, diagnostics);

@@ -27,7 +27,10 @@ fn tree(text: &str) -> File {
 
 /// The declarations of an instrument that consists of this text.
 fn decls(text: &str) -> Vec<DeclKind> {
-    match tree(&format!("instrument i {{\n{text}\n}}")).items.remove(0) {
+    match tree(&format!("instrument i {{\n{text}\n}}"))
+        .items
+        .remove(0)
+    {
         Item::Instrument(i) => i.decls.into_iter().map(|d| d.kind).collect(),
         other => panic!("{other:?}"),
     }

@@ -1,8 +1,9 @@
 //! The lexer: text to tokens and comments.
 //!
-//! A number and its unit are one token: after exactly one space the longest run of known units is taken, so `2 m` is a
-//! length, while `2 min(a, b)` and `10 lasting 3 ms` leave the word alone. Characters that belong to no token become
-//! diagnostics here and, where their meaning is plain, the token that was meant (`foreign`).
+//! A number and its unit are one token: after exactly one space the longest run of known units is
+//! taken, so `2 m` is a length, while `2 min(a, b)` and `10 lasting 3 ms` leave the word alone.
+//! Characters that belong to no token become diagnostics here and, where their meaning is plain,
+//! the token that was meant (`foreign`).
 //!
 //! Not here: what a number followed by an unknown word means (see `repair`), and any grammar.
 
@@ -30,7 +31,9 @@ pub enum Level {
 impl Level {
     /// The level inside so many braces. `None` where no block may stand.
     pub fn inside(braces: usize) -> Option<Level> {
-        [Level::Outer, Level::Middle, Level::Inner].get(braces).copied()
+        [Level::Outer, Level::Middle, Level::Inner]
+            .get(braces)
+            .copied()
     }
 }
 
@@ -130,7 +133,11 @@ impl Token<'_> {
     /// Whether an expression may begin with it.
     pub fn begins_expression(self) -> bool {
         use Token::*;
-        self.name().is_some() || matches!(self, Number(_) | Broken | LeftParen | Minus | Not | If | On | Off)
+        self.name().is_some()
+            || matches!(
+                self,
+                Number(_) | Broken | LeftParen | Minus | Not | If | On | Off
+            )
     }
 
     /// Whether an expression may end with it.
@@ -156,10 +163,17 @@ pub fn lex<'s>(file: u32, text: &'s str, diagnostics: &mut Vec<Diagnostic>) -> L
     // A byte order mark says something at the beginning only.
     lexer.bump(text.len() - text.trim_start_matches('\u{feff}').len());
     while let Some(token) = lexer.next() {
-        let mut span = Span { file, start: lexer.span().start as u32, end: lexer.span().end as u32 };
+        let mut span = Span {
+            file,
+            start: lexer.span().start as u32,
+            end: lexer.span().end as u32,
+        };
         let token = match token {
             Ok(Token::Doc(comment) | Token::Comment(comment)) => {
-                lexed.comments.push(Spanned { node: comment.trim_end(), span });
+                lexed.comments.push(Spanned {
+                    node: comment.trim_end(),
+                    span,
+                });
                 continue;
             }
             Ok(Token::Number(literal)) => Some(number::check(literal, span, diagnostics)),
@@ -168,13 +182,26 @@ pub fn lex<'s>(file: u32, text: &'s str, diagnostics: &mut Vec<Diagnostic>) -> L
             Err(()) if lexer.slice().starts_with(char::is_alphabetic) => {
                 lexer.bump(foreign::rest_of_name(lexer.remainder()));
                 span.end = lexer.span().end as u32;
-                let touches = |t: &mut Spanned<Token>| t.span.end == span.start && t.node.name().is_some();
-                span.start = lexed.tokens.pop_if(touches).map_or(span.start, |t| t.span.start);
-                Some(foreign::report_name(&text[span.start as usize..span.end as usize], span, diagnostics))
+                let touches =
+                    |t: &mut Spanned<Token>| t.span.end == span.start && t.node.name().is_some();
+                span.start = lexed
+                    .tokens
+                    .pop_if(touches)
+                    .map_or(span.start, |t| t.span.start);
+                Some(foreign::report_name(
+                    &text[span.start as usize..span.end as usize],
+                    span,
+                    diagnostics,
+                ))
             }
             Err(()) if lexer.slice() == "#" => {
                 foreign::report("#", span, diagnostics);
-                lexer.bump(lexer.remainder().find('\n').unwrap_or(lexer.remainder().len()));
+                lexer.bump(
+                    lexer
+                        .remainder()
+                        .find('\n')
+                        .unwrap_or(lexer.remainder().len()),
+                );
                 continue;
             }
             Err(()) => {
@@ -183,7 +210,9 @@ pub fn lex<'s>(file: u32, text: &'s str, diagnostics: &mut Vec<Diagnostic>) -> L
                 foreign::report(lexer.slice(), span, diagnostics)
             }
         };
-        lexed.tokens.extend(token.map(|node| Spanned { node, span }));
+        lexed
+            .tokens
+            .extend(token.map(|node| Spanned { node, span }));
     }
     lexed
 }

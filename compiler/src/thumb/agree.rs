@@ -1,4 +1,5 @@
-//! Whether two functions with registers do the same: one before the passes that change such code, and the one behind them.
+//! Whether two functions with registers do the same: one before the passes that change such code,
+//! and the one behind them.
 //!
 //! ```text
 //!   ldr r0, a      r0 = #1 = load a of (T, what a holds)          Both functions are run with numbers for contents. Equal
@@ -6,9 +7,10 @@
 //!   str r1, a      a  = #4 = store of (#2, T, what a held)        whichever registers they use and wherever they stand.
 //! ```
 //!
-//! Equal must be: flags where a block's end decides by them and, where the code is left, memory, the registers of `frame`, and
-//! the address of what follows. A block with several ways in begins with numbers of its own; where one of these counts, all blocks
-//! before must leave equal numbers there. Nothing is known of dependences, nor of free registers.
+//! Equal must be: flags where a block's end decides by them and, where the code is left, memory,
+//! the registers of `frame`, and the address of what follows. A block with several ways in begins
+//! with numbers of its own; where one of these counts, all blocks before must leave equal numbers
+//! there. Nothing is known of dependences, nor of free registers.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -29,7 +31,8 @@ enum At {
     /// A word of the stack.
     Slot(u32),
     Memory(Place),
-    /// A word, by its offset, that only other functions read: to this one it is as good as constant.
+    /// A word, by its offset, that only other functions read: to this one it is as good as
+    /// constant.
     Result(u32),
 }
 
@@ -45,8 +48,17 @@ enum Name {
     Result(What, Part),
 }
 
-/// An instruction without its registers and its encoding; whether it sets the flags is told by these.
-type What = (Op, Option<Cond>, ShiftType, u8, u32, [bool; 3], Option<Half>);
+/// An instruction without its registers and its encoding; whether it sets the flags is told by
+/// these.
+type What = (
+    Op,
+    Option<Cond>,
+    ShiftType,
+    u8,
+    u32,
+    [bool; 3],
+    Option<Half>,
+);
 
 /// Which result of an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -77,40 +89,67 @@ struct State {
 /// # Errors
 /// They differ, or do what the checker does not know; says where.
 pub(super) fn agree(before: &Allocated, after: &Allocated, arch: Arch) -> Result<(), String> {
-    let ends = |func: &Allocated| func.blocks.iter().map(|b| (b.end.clone(), b.rounds)).collect::<Vec<_>>();
+    let ends = |func: &Allocated| {
+        func.blocks
+            .iter()
+            .map(|b| (b.end.clone(), b.rounds))
+            .collect::<Vec<_>>()
+    };
     if ends(before) != ends(after) || before.slots != after.slots {
         return Err("a pass changed how blocks end, or the stack".to_string());
     }
     let mut ways = vec![Vec::new(); before.blocks.len()];
     for (index, block) in before.blocks.iter().enumerate() {
-        block.end.targets().into_iter().for_each(|to| ways[to].push(index));
+        block
+            .end
+            .targets()
+            .into_iter()
+            .for_each(|to| ways[to].push(index));
     }
     let mut numbers = Numbers::default();
     let states = [numbers.run(before, &ways)?, numbers.run(after, &ways)?];
-    let written: BTreeSet<At> = states.iter().flatten().flat_map(|state| state.left.keys().copied()).collect();
-    let memory = written.into_iter().filter(|at| matches!(at, At::Memory(_) | At::Result(_)));
+    let written: BTreeSet<At> = states
+        .iter()
+        .flatten()
+        .flat_map(|state| state.left.keys().copied())
+        .collect();
+    let memory = written
+        .into_iter()
+        .filter(|at| matches!(at, At::Memory(_) | At::Result(_)));
     let outside: Vec<At> = memory.chain([T, K, I, H, SP].map(At::Register)).collect();
     let same = |numbers: &mut Numbers, block: usize, at: At| {
         let [one, other] = states.each_ref().map(|all| numbers.at(&all[block], at));
-        (one == other).then_some(()).ok_or_else(|| format!("a pass changed what block {block} leaves in {at:?}"))
+        (one == other)
+            .then_some(())
+            .ok_or_else(|| format!("a pass changed what block {block} leaves in {at:?}"))
     };
     for (index, block) in before.blocks.iter().enumerate() {
         let counts: Vec<At> = match block.end {
             End::Jump(_) => Vec::new(),
             End::Branch { cond, .. } => flags(branch(Some(cond), false, 0).flags().reads).collect(),
-            End::Next(_) => outside.iter().copied().chain([At::Register(next_register(arch))]).collect(),
+            End::Next(_) => outside
+                .iter()
+                .copied()
+                .chain([At::Register(next_register(arch))])
+                .collect(),
             End::InitDone => outside.clone(),
         };
-        counts.into_iter().try_for_each(|at| same(&mut numbers, index, at))?;
+        counts
+            .into_iter()
+            .try_for_each(|at| same(&mut numbers, index, at))?;
     }
     while let Some((block, at)) = numbers.starts.pop() {
-        ways[block].iter().try_for_each(|from| same(&mut numbers, *from, at))?;
+        ways[block]
+            .iter()
+            .try_for_each(|from| same(&mut numbers, *from, at))?;
     }
     Ok(())
 }
 
 fn flags(of: Flags) -> impl Iterator<Item = At> {
-    (0..FLAGS.len()).filter(move |flag| of.intersects(FLAGS[*flag])).map(At::Flag)
+    (0..FLAGS.len())
+        .filter(move |flag| of.intersects(FLAGS[*flag]))
+        .map(At::Flag)
 }
 
 impl Numbers {
@@ -125,7 +164,11 @@ impl Numbers {
     }
 
     fn at(&mut self, state: &State, at: At) -> u32 {
-        state.left.get(&at).copied().unwrap_or_else(|| self.of(Name::Start(state.from, at), Vec::new()))
+        state
+            .left
+            .get(&at)
+            .copied()
+            .unwrap_or_else(|| self.of(Name::Start(state.from, at), Vec::new()))
     }
 
     /// What each block leaves.
@@ -134,9 +177,15 @@ impl Numbers {
         for (index, block) in func.blocks.iter().enumerate() {
             let mut state = match ways[index][..] {
                 [from] if from < index => states[from].clone(),
-                _ => State { from: index, left: BTreeMap::new() },
+                _ => State {
+                    from: index,
+                    left: BTreeMap::new(),
+                },
             };
-            block.code.iter().try_for_each(|fixed| self.step(&mut state, fixed))?;
+            block
+                .code
+                .iter()
+                .try_for_each(|fixed| self.step(&mut state, fixed))?;
             states.push(state);
         }
         Ok(states)
@@ -146,21 +195,34 @@ impl Numbers {
         let inst = &fixed.inst;
         let (from, to) = memory(fixed);
         let [reads, writes] = roles(inst)?;
-        let found = reads.into_iter().map(|(_, at)| at).chain(flags(inst.flags().reads)).chain(from);
+        let found = reads
+            .into_iter()
+            .map(|(_, at)| at)
+            .chain(flags(inst.flags().reads))
+            .chain(from);
         let found: Vec<u32> = found.map(|at| self.at(state, at)).collect();
         let parts = writes.into_iter().map(|(role, at)| (Part::Role(role), at));
         let parts = parts.chain(flags(inst.flags().writes).map(|at| (Part::Flag(at), at)));
         let parts: Vec<(Part, At)> = parts.chain(to.map(|at| (Part::Memory, at))).collect();
         let address = fixed.code.and_then(|code| code.address);
-        let what =
-            (inst.op(), inst.cond, inst.shift, inst.amount, inst.imm, [inst.index, inst.add, inst.wback], address);
+        let what = (
+            inst.op(),
+            inst.cond,
+            inst.shift,
+            inst.amount,
+            inst.imm,
+            [inst.index, inst.add, inst.wback],
+            address,
+        );
         for (part, at) in parts {
             let mut made_of = found.clone();
             if part == Part::Memory || inst.is_conditional() {
                 // Other words of that memory, and what is skipped, stay.
                 made_of.push(self.at(state, at));
             }
-            state.left.insert(at, self.of(Name::Result(what, part), made_of));
+            state
+                .left
+                .insert(at, self.of(Name::Result(what, part), made_of));
         }
         Ok(())
     }
@@ -169,17 +231,30 @@ impl Numbers {
 /// The roles that an instruction reads, and those that it writes, with their registers.
 fn roles(inst: &Inst) -> Result<[Vec<(Role, At)>; 2], String> {
     let (mut own, mut numbered) = (*inst, *inst);
-    Role::ALL.into_iter().for_each(|role| *role.of(&mut numbered) = role as u8);
+    Role::ALL
+        .into_iter()
+        .for_each(|role| *role.of(&mut numbered) = role as u8);
     let mut of = |by_role: u16, all: u16| {
-        let roles = Role::ALL.into_iter().filter(|role| by_role >> *role as u8 & 1 == 1);
+        let roles = Role::ALL
+            .into_iter()
+            .filter(|role| by_role >> *role as u8 & 1 == 1);
         let roles: Vec<(Role, u8)> = roles.map(|role| (role, *role.of(&mut own))).collect();
         if roles.iter().fold(0, |bits, (_, reg)| bits | 1 << reg) != all {
-            return Err(format!("{:?} names registers otherwise than by roles", inst.op()));
+            return Err(format!(
+                "{:?} names registers otherwise than by roles",
+                inst.op()
+            ));
         }
-        Ok(roles.into_iter().map(|(role, reg)| (role, At::Register(reg))).collect())
+        Ok(roles
+            .into_iter()
+            .map(|(role, reg)| (role, At::Register(reg)))
+            .collect())
     };
     let reads = of(numbered.uses().core_bits(), inst.uses().core_bits())?;
-    Ok([reads, of(numbered.defs().core_bits(), inst.defs().core_bits())?])
+    Ok([
+        reads,
+        of(numbered.defs().core_bits(), inst.defs().core_bits())?,
+    ])
 }
 
 /// The memory that an instruction reads, and that it writes.

@@ -4,8 +4,8 @@
 //!   Func  --regalloc2-->  each operand's register, and moves, loads and stores between instructions  -->  Allocated
 //! ```
 //!
-//! What is spilled lies on the stack at SP, below what the entry has saved. `regalloc2`'s own checker, which follows values through the
-//! result, runs in debug builds.
+//! What is spilled lies on the stack at SP, below what the entry has saved. `regalloc2`'s own
+//! checker, which follows values through the result, runs in debug builds.
 
 use std::sync::OnceLock;
 
@@ -15,8 +15,9 @@ use super::v6m::LOST;
 use super::vcode::{Block, Code, Edge, End, Func, Half, Reg, Role};
 use regalloc2::checker::Checker;
 use regalloc2::{
-    Allocation, Edit, Function, Inst as At, InstOrEdit, InstRange, MachineEnv, Operand, OperandConstraint, OperandKind,
-    OperandPos, Output, PReg, PRegSet, RegClass, RegallocOptions, VReg,
+    Allocation, Edit, Function, Inst as At, InstOrEdit, InstRange, MachineEnv, Operand,
+    OperandConstraint, OperandKind, OperandPos, Output, PReg, PRegSet, RegClass, RegallocOptions,
+    VReg,
 };
 use whippen_isa::reg::{LR, SP};
 use whippen_isa::{Arch, Inst, Op};
@@ -54,20 +55,31 @@ pub(super) struct Allocated {
 pub(super) fn allocate(func: &Func, arch: Arch) -> Result<Allocated, String> {
     let view = View::new(func, arch);
     let env = environment(arch, func.free);
-    let options = RegallocOptions { validate_ssa: cfg!(debug_assertions), ..RegallocOptions::default() };
+    let options = RegallocOptions {
+        validate_ssa: cfg!(debug_assertions),
+        ..RegallocOptions::default()
+    };
     let output = regalloc2::run(&view, &env, &options).map_err(|error| error.to_string())?;
     if cfg!(debug_assertions) {
         check(&view, &env, &output)?;
     }
-    let blocks = (0..func.blocks.len()).map(|block| view.placed(block, &output, arch)).collect();
-    Ok(Allocated { blocks, slots: output.num_spillslots, free: func.free })
+    let blocks = (0..func.blocks.len())
+        .map(|block| view.placed(block, &output, arch))
+        .collect();
+    Ok(Allocated {
+        blocks,
+        slots: output.num_spillslots,
+        free: func.free,
+    })
 }
 
 /// Whether every operand finds its value.
 fn check(view: &View, env: &MachineEnv, output: &Output) -> Result<(), String> {
     let mut checker = Checker::new(view, env);
     checker.prepare(output);
-    checker.run().map_err(|errors| format!("allocation is wrong: {errors:?}"))
+    checker
+        .run()
+        .map_err(|errors| format!("allocation is wrong: {errors:?}"))
 }
 
 /// Registers that may be given, the lower ones first; ARMv6-M can do little with the others.
@@ -75,7 +87,10 @@ fn environment(arch: Arch, free: u32) -> MachineEnv {
     let low = |reg: &u8| *reg < 8;
     let usable = |reg: &&u8| free >> **reg & 1 != 0 && (low(reg) || arch != Arch::V6M);
     let set = |wanted: &dyn Fn(&u8) -> bool| {
-        FREE.iter().filter(usable).filter(|reg| wanted(reg)).fold(PRegSet::empty(), |set, reg| set.with(preg(*reg)))
+        FREE.iter()
+            .filter(usable)
+            .filter(|reg| wanted(reg))
+            .fold(PRegSet::empty(), |set, reg| set.with(preg(*reg)))
     };
     MachineEnv {
         preferred_regs_by_class: [set(&low), PRegSet::empty(), PRegSet::empty()],
@@ -111,7 +126,11 @@ struct View<'a> {
 impl<'a> View<'a> {
     fn new(func: &'a Func, arch: Arch) -> View<'a> {
         let block = |index: &usize| regalloc2::Block::new(*index);
-        let succs: Vec<Vec<_>> = func.blocks.iter().map(|b| b.end.targets().iter().map(block).collect()).collect();
+        let succs: Vec<Vec<_>> = func
+            .blocks
+            .iter()
+            .map(|b| b.end.targets().iter().map(block).collect())
+            .collect();
         let mut view = View {
             func,
             arch,
@@ -120,7 +139,11 @@ impl<'a> View<'a> {
             clobbers: Vec::new(),
             preds: vec![Vec::new(); succs.len()],
             succs,
-            params: func.blocks.iter().map(|b| b.params.iter().map(|r| vreg(*r)).collect()).collect(),
+            params: func
+                .blocks
+                .iter()
+                .map(|b| b.params.iter().map(|r| vreg(*r)).collect())
+                .collect(),
             args: Vec::new(),
             ends: Vec::new(),
             returns: Vec::new(),
@@ -154,43 +177,65 @@ impl<'a> View<'a> {
             End::Jump(Edge { args, .. }) => args.iter().map(|r| vreg(*r)).collect(),
             _ => Vec::new(),
         });
-        self.ranges.push(InstRange::new(At::new(first), At::new(self.operands.len())));
+        self.ranges
+            .push(InstRange::new(At::new(first), At::new(self.operands.len())));
     }
 
     /// A block with the registers and moves that were found.
     fn placed(&self, index: usize, output: &Output, arch: Arch) -> Placed {
-        let fixed = |inst: Inst, code| Fixed { inst: inst.shortest(arch).unwrap_or(inst), code };
+        let fixed = |inst: Inst, code| Fixed {
+            inst: inst.shortest(arch).unwrap_or(inst),
+            code,
+        };
         let block = &self.func.blocks[index];
         let first = self.ranges[index].first().index();
         let mut code = Vec::new();
         for item in output.block_insts_and_edits(self, regalloc2::Block::new(index)) {
             match item {
-                InstOrEdit::Edit(Edit::Move { from, to }) => code.push(fixed(moved(*from, *to), None)),
+                InstOrEdit::Edit(Edit::Move { from, to }) => {
+                    code.push(fixed(moved(*from, *to), None))
+                }
                 InstOrEdit::Inst(at) if at.index() - first < block.code.len() => {
                     let source = &block.code[at.index() - first];
-                    code.push(fixed(with_registers(source, output.inst_allocs(at)), Some(*source)));
+                    code.push(fixed(
+                        with_registers(source, output.inst_allocs(at)),
+                        Some(*source),
+                    ));
                 }
                 InstOrEdit::Inst(_) => {}
             }
         }
-        Placed { code, end: block.end.clone(), rounds: block.rounds, cycles: OnceLock::new() }
+        Placed {
+            code,
+            end: block.end.clone(),
+            rounds: block.rounds,
+            cycles: OnceLock::new(),
+        }
     }
 }
 
-/// Where the address of the next code is: LR, for `BX LR` folds; on ARMv6-M a register that can be loaded.
+/// Where the address of the next code is: LR, for `BX LR` folds; on ARMv6-M a register that can be
+/// loaded.
 pub(super) fn next_register(arch: Arch) -> u8 {
     if arch == Arch::V6M { 5 } else { LR }
 }
 
 /// What is read in a certain register.
 fn fixed(of: u32, reg: u8) -> Operand {
-    Operand::new(vreg(of), OperandConstraint::FixedReg(preg(reg)), OperandKind::Use, OperandPos::Early)
+    Operand::new(
+        vreg(of),
+        OperandConstraint::FixedReg(preg(reg)),
+        OperandKind::Use,
+        OperandPos::Early,
+    )
 }
 
 /// What a routine does not keep.
 fn clobbers(code: &Code) -> PRegSet {
     match code.address {
-        Some(Half::Routine(_)) => LOST.iter().fold(PRegSet::empty(), |set, reg| set.with(preg(*reg))),
+        Some(Half::Routine(_)) => LOST
+            .iter()
+            .fold(PRegSet::empty(), |set, reg| set.with(preg(*reg))),
         _ => PRegSet::empty(),
     }
 }
@@ -211,12 +256,23 @@ fn operands(code: &Code) -> Vec<Operand> {
             let at = OperandConstraint::FixedReg(preg(0));
             Operand::new(vreg(reg), at, OperandKind::Def, OperandPos::Late)
         });
-        return (0..).zip(&reads).map(|(at, (_, reg))| fixed(*reg, at)).chain(result).collect();
+        return (0..)
+            .zip(&reads)
+            .map(|(at, (_, reg))| fixed(*reg, at))
+            .chain(result)
+            .collect();
     }
-    let mut all: Vec<Operand> = reads.iter().map(|(_, reg)| Operand::reg_use(vreg(*reg))).collect();
+    let mut all: Vec<Operand> = reads
+        .iter()
+        .map(|(_, reg)| Operand::reg_use(vreg(*reg)))
+        .collect();
     for u in code.uses().filter(|u| u.writes) {
-        let Reg::Virtual(reg) = u.operand.reg else { continue };
-        let reused = reads.iter().position(|(role, old)| *role == u.role && Some(*old) == u.operand.old);
+        let Reg::Virtual(reg) = u.operand.reg else {
+            continue;
+        };
+        let reused = reads
+            .iter()
+            .position(|(role, old)| *role == u.role && Some(*old) == u.operand.old);
         all.push(match reused {
             Some(at) => Operand::reg_reuse_def(vreg(reg), at),
             None => Operand::reg_def(vreg(reg)),
@@ -233,14 +289,21 @@ fn with_registers(code: &Code, allocs: &[Allocation]) -> Inst {
         return inst;
     }
     let reads = |u: &super::vcode::Use| {
-        if u.writes { u.operand.old.is_some() } else { matches!(u.operand.reg, Reg::Virtual(_)) }
+        if u.writes {
+            u.operand.old.is_some()
+        } else {
+            matches!(u.operand.reg, Reg::Virtual(_))
+        }
     };
     let mut written = code.uses().filter(reads).count();
     let mut read = 0;
     for u in code.uses() {
         let register = |at: &mut usize| {
             *at += 1;
-            allocs.get(*at - 1).and_then(|a| a.as_reg()).map_or(0, |reg| reg.hw_enc() as u8)
+            allocs
+                .get(*at - 1)
+                .and_then(|a| a.as_reg())
+                .map_or(0, |reg| reg.hw_enc() as u8)
         };
         if u.writes && u.operand.old.is_some() {
             read += 1;
@@ -261,9 +324,18 @@ fn with_registers(code: &Code, allocs: &[Allocation]) -> Inst {
 fn moved(from: Allocation, to: Allocation) -> Inst {
     let register = |a: Allocation| a.as_reg().map(|reg| reg.hw_enc() as u8);
     let slot = |a: Allocation| a.as_stack().map_or(0, |slot| 4 * slot.index() as u32);
-    let stack = |op, t, imm| Inst { t, n: SP, imm, ..super::vcode::template(op) };
+    let stack = |op, t, imm| Inst {
+        t,
+        n: SP,
+        imm,
+        ..super::vcode::template(op)
+    };
     match (register(from), register(to)) {
-        (Some(from), Some(to)) => Inst { d: to, m: from, ..super::vcode::template(Op::MOV_register) },
+        (Some(from), Some(to)) => Inst {
+            d: to,
+            m: from,
+            ..super::vcode::template(Op::MOV_register)
+        },
         (Some(from), None) => stack(Op::STR_immediate, from, slot(to)),
         (None, to) => stack(Op::LDR_immediate, to.unwrap_or(0), slot(from)),
     }
@@ -337,14 +409,34 @@ mod tests {
         let mut func = Func::new();
         let [entry, after, again, head] = [(); 4].map(|()| func.block());
         let [start, kept, sum, read, next] = [(); 5].map(|()| func.fresh());
-        let load = |to| Code::new(Op::LDR_immediate).reg(Role::T, to).with(Role::N, Reg::Fixed(6)).access(Access::None);
+        let load = |to| {
+            Code::new(Op::LDR_immediate)
+                .reg(Role::T, to)
+                .with(Role::N, Reg::Fixed(6))
+                .access(Access::None)
+        };
         func.blocks[entry].code = vec![load(start), load(kept)];
-        func.blocks[entry].end = End::Jump(Edge { block: head, args: vec![start] });
+        func.blocks[entry].end = End::Jump(Edge {
+            block: head,
+            args: vec![start],
+        });
         func.blocks[head].params = vec![sum];
-        let add = Code::new(Op::ADD_register).reg(Role::N, sum).reg(Role::M, read).reg(Role::D, next).flags();
+        let add = Code::new(Op::ADD_register)
+            .reg(Role::N, sum)
+            .reg(Role::M, read)
+            .reg(Role::D, next)
+            .flags();
         func.blocks[head].code = vec![load(read), add];
-        func.blocks[head].end = End::Branch { cond: whippen_isa::Cond::NE, yes: again, no: after, likely: None };
-        func.blocks[again].end = End::Jump(Edge { block: head, args: vec![next] });
+        func.blocks[head].end = End::Branch {
+            cond: whippen_isa::Cond::NE,
+            yes: again,
+            no: after,
+            likely: None,
+        };
+        func.blocks[again].end = End::Jump(Edge {
+            block: head,
+            args: vec![next],
+        });
         func.blocks[after].end = End::Next(kept);
         func.in_order()
     }
@@ -352,12 +444,19 @@ mod tests {
     #[test]
     fn the_checker_takes_what_is_right_and_nothing_else() {
         let func = summing();
-        let (view, env) = (View::new(&func, Arch::V8M), environment(Arch::V8M, func.free));
-        let mut output = regalloc2::run(&view, &env, &RegallocOptions::default()).expect("there are registers");
+        let (view, env) = (
+            View::new(&func, Arch::V8M),
+            environment(Arch::V8M, func.free),
+        );
+        let mut output =
+            regalloc2::run(&view, &env, &RegallocOptions::default()).expect("there are registers");
         assert_eq!(check(&view, &env, &output), Ok(()));
         let (found, mut refused) = (output.allocs.clone(), 0);
         for (at, right) in found.iter().enumerate() {
-            for reg in FREE.into_iter().filter(|reg| right.as_reg() != Some(preg(*reg))) {
+            for reg in FREE
+                .into_iter()
+                .filter(|reg| right.as_reg() != Some(preg(*reg)))
+            {
                 output.allocs[at] = Allocation::reg(preg(reg));
                 refused += usize::from(check(&view, &env, &output).is_err());
             }

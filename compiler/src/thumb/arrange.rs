@@ -1,7 +1,7 @@
 //! The order of blocks, and their ends as branches.
 //!
-//! Blocks follow each other along the longest way, so that it has no taken branch; of what remains the next longest, and so on.
-//! A block that is empty but for a jump is left out.
+//! Blocks follow each other along the longest way, so that it has no taken branch; of what remains
+//! the next longest, and so on. A block that is empty but for a jump is left out.
 
 use super::allocate::{Allocated, Placed, next_register};
 use super::emit::{Item, Label, Line, finish};
@@ -11,7 +11,13 @@ use whippen_isa::timing::Core;
 use whippen_isa::{Inst, Op};
 
 /// The items of a function whose blocks have labels from `base` on.
-pub(super) fn arrange(func: &Allocated, base: Label, core: &Core, next: &[String], init_done: Label) -> Vec<Item> {
+pub(super) fn arrange(
+    func: &Allocated,
+    base: Label,
+    core: &Core,
+    next: &[String],
+    init_done: Label,
+) -> Vec<Item> {
     let order = order(func, &path::from_each(func, core));
     let mut items = Vec::new();
     for (at, index) in order.iter().enumerate() {
@@ -21,9 +27,21 @@ pub(super) fn arrange(func: &Allocated, base: Label, core: &Core, next: &[String
         let flags = matches!(block.end, End::Branch { .. });
         let mut code = block.code.iter().map(line).collect();
         finish(&mut code, core.arch, flags);
-        items.extend(code.into_iter().map(|(inst, origin, address)| Item::Inst { inst, origin, address }));
+        items.extend(code.into_iter().map(|(inst, origin, address)| Item::Inst {
+            inst,
+            origin,
+            address,
+        }));
         let next = (next, next_register(core.arch));
-        end(func, block, order.get(at + 1).copied(), base, next, init_done, &mut items);
+        end(
+            func,
+            block,
+            order.get(at + 1).copied(),
+            base,
+            next,
+            init_done,
+            &mut items,
+        );
     }
     items
 }
@@ -46,24 +64,45 @@ fn end(
     let label = |block: usize| base + through(func, block);
     match &block.end {
         End::Jump(edge) if follows(edge.block) => {}
-        End::Jump(edge) => items.push(Item::Branch { cond: None, to: label(edge.block) }),
+        End::Jump(edge) => items.push(Item::Branch {
+            cond: None,
+            to: label(edge.block),
+        }),
         End::Branch { cond, yes, no, .. } => {
             if follows(*yes)
                 && let Some(inverse) = cond.invert()
             {
-                items.push(Item::Branch { cond: Some(inverse), to: label(*no) });
+                items.push(Item::Branch {
+                    cond: Some(inverse),
+                    to: label(*no),
+                });
                 return;
             }
-            items.push(Item::Branch { cond: Some(*cond), to: label(*yes) });
+            items.push(Item::Branch {
+                cond: Some(*cond),
+                to: label(*yes),
+            });
             if !follows(*no) {
-                items.push(Item::Branch { cond: None, to: label(*no) });
+                items.push(Item::Branch {
+                    cond: None,
+                    to: label(*no),
+                });
             }
         }
         End::Next(_) => {
-            let bx = Inst { m: next.1, ..template(Op::BX) };
-            items.push(Item::Indirect { inst: bx, to: next.0.to_vec() });
+            let bx = Inst {
+                m: next.1,
+                ..template(Op::BX)
+            };
+            items.push(Item::Indirect {
+                inst: bx,
+                to: next.0.to_vec(),
+            });
         }
-        End::InitDone => items.push(Item::Branch { cond: None, to: init_done }),
+        End::InitDone => items.push(Item::Branch {
+            cond: None,
+            to: init_done,
+        }),
     }
 }
 
@@ -71,14 +110,20 @@ fn end(
 fn through(func: &Allocated, mut block: usize) -> usize {
     for _ in 0..func.blocks.len() {
         match &func.blocks[block] {
-            Placed { code, end: End::Jump(edge), rounds: None, .. } if code.is_empty() => block = edge.block,
+            Placed {
+                code,
+                end: End::Jump(edge),
+                rounds: None,
+                ..
+            } if code.is_empty() => block = edge.block,
             _ => break,
         }
     }
     block
 }
 
-/// The blocks in order, without those that are only passed through; `longest` is the longest way from each on.
+/// The blocks in order, without those that are only passed through; `longest` is the longest way
+/// from each on.
 fn order(func: &Allocated, longest: &[u64]) -> Vec<usize> {
     let mut seen = vec![false; func.blocks.len()];
     let mut order = Vec::new();
@@ -90,9 +135,11 @@ fn order(func: &Allocated, longest: &[u64]) -> Vec<usize> {
             order.push(block);
             next = match &func.blocks[block].end {
                 End::Jump(edge) => Some(through(func, edge.block)),
-                End::Branch { yes, no, likely, .. } => {
-                    let yes_first =
-                        longest[*yes] > longest[*no] || longest[*yes] == longest[*no] && *likely == Some(true);
+                End::Branch {
+                    yes, no, likely, ..
+                } => {
+                    let yes_first = longest[*yes] > longest[*no]
+                        || longest[*yes] == longest[*no] && *likely == Some(true);
                     let (first, second) = if yes_first { (*yes, *no) } else { (*no, *yes) };
                     waiting.push(second);
                     Some(through(func, first))

@@ -1,8 +1,9 @@
 //! The best of some ways to make the code of each mode.
 //!
-//! A way is how many values may be alive at once in the schedule, and for how long what can be loaded again keeps its
-//! register. Every mode is made in one way; then the dearest is put in order, and made in others, as long as there is another
-//! to try, because only the longest path of all counts.
+//! A way is how many values may be alive at once in the schedule, and for how long what can be
+//! loaded again keeps its register. Every mode is made in one way; then the dearest is put in
+//! order, and made in others, as long as there is another to try, because only the longest path of
+//! all counts.
 
 use super::allocate::{Allocated, allocate};
 use super::frame::{ALL_FREE, Frame};
@@ -29,24 +30,40 @@ struct Way {
 }
 
 const fn way(near: usize, alive: usize) -> Way {
-    Way { near, alive: Some(alive) }
+    Way {
+        near,
+        alive: Some(alive),
+    }
 }
 
 /// The ways, in the order in which they are tried.
-const WAYS: [Way; 8] =
-    [way(1, 9), way(0, 9), way(3, 9), way(20, 9), way(1, 7), way(0, 7), way(1, 5), Way { near: 1, alive: None }];
+const WAYS: [Way; 8] = [
+    way(1, 9),
+    way(0, 9),
+    way(3, 9),
+    way(20, 9),
+    way(1, 7),
+    way(0, 7),
+    way(1, 5),
+    Way {
+        near: 1,
+        alive: None,
+    },
+];
 
 /// Code and the cycles of its longest path.
 struct Made {
     code: Allocated,
     cycles: u64,
-    /// How many ways were tried to the end; the first of them is only begun with where this is none.
+    /// How many ways were tried to the end; the first of them is only begun with where this is
+    /// none.
     tried: usize,
 }
 
 /// How many ways are tried, at most, beside the first of each mode.
 const TRIES: usize = 8;
-/// So many are tried at once: what comes next if those before do not change which mode is the dearest.
+/// So many are tried at once: what comes next if those before do not change which mode is the
+/// dearest.
 const AHEAD: usize = 2;
 /// What a better order saves about, so many cycles.
 const SAVED: u64 = 4;
@@ -65,18 +82,38 @@ pub(super) fn modes(
     core: &Core,
 ) -> Result<(Vec<Allocated>, Pins), ThumbError> {
     let select = |index: usize, way: Way, literals: &mut Literals| {
-        let func = Select::mode(&modes.kernel, frame, literals, &modes.modes[index], index, way.near);
+        let func = Select::mode(
+            &modes.kernel,
+            frame,
+            literals,
+            &modes.modes[index],
+            index,
+            way.near,
+        );
         legal(func, frame, literals, core)
     };
-    let funcs: Vec<Func> = (0..modes.modes.len()).map(|index| select(index, WAYS[0], literals)).collect();
-    let pins = if core.arch == Arch::V6M { Pins::default() } else { best_pins(&funcs, core)? };
-    let select = |index: usize, way: Way, literals: &mut Literals| pins.keep(select(index, way, literals));
+    let funcs: Vec<Func> = (0..modes.modes.len())
+        .map(|index| select(index, WAYS[0], literals))
+        .collect();
+    let pins = if core.arch == Arch::V6M {
+        Pins::default()
+    } else {
+        best_pins(&funcs, core)?
+    };
+    let select =
+        |index: usize, way: Way, literals: &mut Literals| pins.keep(select(index, way, literals));
     let funcs: Vec<Func> = funcs.into_iter().map(|func| pins.keep(func)).collect();
     let first = |func: Func| {
         let (code, cycles) = made(func, WAYS[0].alive, core)?;
-        Ok(Made { code, cycles, tried: 0 })
+        Ok(Made {
+            code,
+            cycles,
+            tried: 0,
+        })
     };
-    let mut all = parallel::map(funcs, first).into_iter().collect::<Result<Vec<Made>, ThumbError>>()?;
+    let mut all = parallel::map(funcs, first)
+        .into_iter()
+        .collect::<Result<Vec<Made>, ThumbError>>()?;
     if core.arch == Arch::V6M {
         // Nothing waits there, so one order is as good as another.
         return Ok((all.into_iter().map(|made| made.code).collect(), pins));
@@ -120,8 +157,8 @@ pub(super) fn modes(
     Ok((code, pins))
 }
 
-/// The words that stay in registers: as many as make the dearest mode cheapest, the more the better where it is the same. Only
-/// modes that may be the dearest are made for that.
+/// The words that stay in registers: as many as make the dearest mode cheapest, the more the better
+/// where it is the same. Only modes that may be the dearest are made for that.
 fn best_pins(funcs: &[Func], core: &Core) -> Result<Pins, ThumbError> {
     let words = pins::wanted(funcs);
     let mut longest: Vec<&Func> = funcs.iter().collect();
@@ -130,9 +167,16 @@ fn best_pins(funcs: &[Func], core: &Core) -> Result<Pins, ThumbError> {
     let mut best: Option<(u64, Pins)> = None;
     for count in 0..=words.len() {
         let pins = Pins::new(&words[..count]);
-        let funcs: Vec<Func> = longest.iter().map(|func| pins.keep((*func).clone())).collect();
+        let funcs: Vec<Func> = longest
+            .iter()
+            .map(|func| pins.keep((*func).clone()))
+            .collect();
         let cycles = parallel::map(funcs, |func| Ok(made(func, WAYS[0].alive, core)?.1));
-        let dearest = cycles.into_iter().collect::<Result<Vec<u64>, ThumbError>>()?.into_iter().max();
+        let dearest = cycles
+            .into_iter()
+            .collect::<Result<Vec<u64>, ThumbError>>()?
+            .into_iter()
+            .max();
         match (dearest, &best) {
             (Some(dearest), Some((least, _))) if dearest > *least => break,
             (dearest, _) => best = Some((dearest.unwrap_or(0), pins)),
@@ -150,13 +194,21 @@ fn standing(all: &[Made]) -> Vec<(u64, usize)> {
 fn dearest(standing: &[(u64, usize)]) -> Option<(usize, usize)> {
     let most = standing.iter().map(|(cycles, _)| *cycles).max()?;
     // What comes close may be dearer once it has addresses.
-    let is_open = |(_, (cycles, tried)): &(usize, &(u64, usize))| *tried < WAYS.len() && cycles + CLOSE >= most;
-    let by_cycles = |(index, (cycles, _)): &(usize, &(u64, usize))| (*cycles, std::cmp::Reverse(*index));
-    let (index, (_, tried)) = standing.iter().enumerate().filter(is_open).max_by_key(by_cycles)?;
+    let is_open = |(_, (cycles, tried)): &(usize, &(u64, usize))| {
+        *tried < WAYS.len() && cycles + CLOSE >= most
+    };
+    let by_cycles =
+        |(index, (cycles, _)): &(usize, &(u64, usize))| (*cycles, std::cmp::Reverse(*index));
+    let (index, (_, tried)) = standing
+        .iter()
+        .enumerate()
+        .filter(is_open)
+        .max_by_key(by_cycles)?;
     Some((index, *tried))
 }
 
-/// What is tried next, and then, as long as orders save what is expected of them and no other way helps.
+/// What is tried next, and then, as long as orders save what is expected of them and no other way
+/// helps.
 fn ahead(all: &[Made], count: usize) -> Vec<(usize, usize)> {
     let mut standing = standing(all);
     let next = || {
@@ -176,7 +228,12 @@ pub(super) fn init(
     literals: &mut Literals,
     core: &Core,
 ) -> Result<Allocated, ThumbError> {
-    let func = legal(Select::init(&modes.kernel, frame, literals), frame, literals, core);
+    let func = legal(
+        Select::init(&modes.kernel, frame, literals),
+        frame,
+        literals,
+        core,
+    );
     Ok(made(func, None, core)?.0)
 }
 
@@ -191,7 +248,12 @@ pub(super) fn shared(
     if shared.results.is_empty() {
         return Ok(None);
     }
-    let func = legal(Select::shared(kernel, frame, literals, shared), frame, literals, core);
+    let func = legal(
+        Select::shared(kernel, frame, literals, shared),
+        frame,
+        literals,
+        core,
+    );
     let (mut code, _) = made(func, WAYS[0].alive, core)?;
     if core.arch != Arch::V6M {
         ordered(&mut code, core, &Known::default())?;
@@ -201,7 +263,11 @@ pub(super) fn shared(
 
 /// Instructions that the core has.
 fn legal(func: Func, frame: &Frame, literals: &mut Literals, core: &Core) -> Func {
-    if core.arch == Arch::V6M { v6m::legal(func, frame, literals) } else { func }
+    if core.arch == Arch::V6M {
+        v6m::legal(func, frame, literals)
+    } else {
+        func
+    }
 }
 
 /// Code with registers, and about the cycles of its longest path.
@@ -216,7 +282,8 @@ fn made(func: Func, alive: Option<usize>, core: &Core) -> Result<(Allocated, u64
     Ok((code, cycles))
 }
 
-/// The same in a better order; gives its cycles. In debug builds a checker compares what it does with what it did.
+/// The same in a better order; gives its cycles. In debug builds a checker compares what it does
+/// with what it did.
 fn ordered(code: &mut Allocated, core: &Core, known: &Known) -> Result<u64, ThumbError> {
     let before = cfg!(debug_assertions).then(|| code.clone());
     reorder::reorder(code, core, known);

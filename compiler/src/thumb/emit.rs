@@ -1,11 +1,12 @@
-//! From instructions with registers to bytes: encodings, IT blocks, branches, addresses to be filled in.
+//! From instructions with registers to bytes: encodings, IT blocks, branches, addresses to be
+//! filled in.
 //!
 //! ```text
 //!   items: instruction | label | branch to a label     ->  sizes until nothing grows  ->  bytes, fixups, rows of origins
 //! ```
 //!
-//! Every instruction takes its shortest encoding. Where the flags are not needed, that may be one that sets them: 16-bit
-//! instructions let a branch or IT behind them cost less.
+//! Every instruction takes its shortest encoding. Where the flags are not needed, that may be one
+//! that sets them: 16-bit instructions let a branch or IT behind them cost less.
 
 mod reach;
 
@@ -63,7 +64,8 @@ pub(super) struct Bytes {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NoEncoding(pub String);
 
-/// Turns narrow what may be, and puts conditional instructions into IT blocks. `flags` says whether the end needs them.
+/// Turns narrow what may be, and puts conditional instructions into IT blocks. `flags` says whether
+/// the end needs them.
 pub(super) fn finish(code: &mut Vec<Line>, arch: Arch, flags: bool) {
     let mut live = if flags { Flags::NZCV } else { Flags::NONE };
     for (inst, ..) in code.iter_mut().rev() {
@@ -92,32 +94,49 @@ pub(super) fn finish(code: &mut Vec<Line>, arch: Arch, flags: bool) {
 /// The 16-bit form that sets the flags, if there is one that is worth it.
 pub(super) fn setting(inst: &Inst, arch: Arch) -> Option<Inst> {
     let with = Inst { s: true, ..*inst };
-    let may = inst.cond.is_none() && inst.op() != Op::MUL && !inst.s && !with.flags().writes.is_empty();
+    let may =
+        inst.cond.is_none() && inst.op() != Op::MUL && !inst.s && !with.flags().writes.is_empty();
     let short = may.then(|| with.shortest(arch)).flatten();
     short.filter(|short| short.size() == 2 && short.s)
 }
 
-/// How many instructions from the first on one IT block can hold, by their conditions; none if the first has no condition.
+/// How many instructions from the first on one IT block can hold, by their conditions; none if the
+/// first has no condition.
 pub(super) fn it_block(mut conditions: impl Iterator<Item = Option<Cond>>) -> usize {
-    let Some(first) = conditions.next().flatten() else { return 0 };
-    1 + conditions.take(3).take_while(|cond| *cond == Some(first) || *cond == first.invert()).count()
+    let Some(first) = conditions.next().flatten() else {
+        return 0;
+    };
+    1 + conditions
+        .take(3)
+        .take_while(|cond| *cond == Some(first) || *cond == first.invert())
+        .count()
 }
 
 /// The IT instruction in front of these.
 pub(super) fn it(cond: Cond, block: &[Line]) -> Inst {
-    let bits = block[1..].iter().map(|(inst, ..)| inst.cond.map_or(0, |c| c.bits() & 1));
+    let bits = block[1..]
+        .iter()
+        .map(|(inst, ..)| inst.cond.map_or(0, |c| c.bits() & 1));
     let mask = bits.fold(1, |mask, bit| mask << 1 | u32::from(bit)) << 1 | 1;
     let mask = (mask << (4 - block.len())) & 15;
     let encoding = Encoding::of(Op::IT).next();
     let it = encoding.map_or_else(|| template(Op::IT), Inst::new);
-    Inst { imm: u32::from(cond.bits()) << 4 | mask, ..it }
+    Inst {
+        imm: u32::from(cond.bits()) << 4 | mask,
+        ..it
+    }
 }
 
 /// Lays out items.
 ///
 /// # Errors
 /// An instruction without encoding.
-pub(super) fn lay_out(mut items: Vec<Item>, labels: usize, arch: Arch, name: &str) -> Result<Bytes, NoEncoding> {
+pub(super) fn lay_out(
+    mut items: Vec<Item>,
+    labels: usize,
+    arch: Arch,
+    name: &str,
+) -> Result<Bytes, NoEncoding> {
     for item in &mut items {
         if let Item::Inst { inst, .. } | Item::Indirect { inst, .. } = item {
             *inst = short(inst, arch)?;
@@ -154,7 +173,9 @@ fn sizes(items: &[Item]) -> Vec<u32> {
 
 fn short(inst: &Inst, arch: Arch) -> Result<Inst, NoEncoding> {
     let as_is = || inst.encode(arch).is_ok().then_some(*inst);
-    inst.shortest(arch).or_else(as_is).ok_or_else(|| NoEncoding(format!("{inst:?}")))
+    inst.shortest(arch)
+        .or_else(as_is)
+        .ok_or_else(|| NoEncoding(format!("{inst:?}")))
 }
 
 /// Where each label is, and at which offset each item begins.
@@ -164,16 +185,25 @@ struct Places {
 }
 
 fn places(items: &[Item], sizes: &[u32], labels: usize) -> Places {
-    let mut places = Places { labels: vec![0; labels], items: Vec::with_capacity(items.len()) };
+    let mut places = Places {
+        labels: vec![0; labels],
+        items: Vec::with_capacity(items.len()),
+    };
     let (mut at, mut leads_on) = (0_u32, true);
     for (index, (item, size)) in items.iter().zip(sizes).enumerate() {
-        // Where only branches lead, a long instruction that does not begin at a word would cost them a cycle.
+        // Where only branches lead, a long instruction that does not begin at a word would cost
+        // them a cycle.
         let is_target = !leads_on && matches!(item, Item::Label(_) | Item::Loop { .. });
-        if matches!(item, Item::Function { .. }) || is_target && is_long(&items[index..], &sizes[index..]) {
+        if matches!(item, Item::Function { .. })
+            || is_target && is_long(&items[index..], &sizes[index..])
+        {
             at = at.next_multiple_of(4);
         }
         if *size > 0 {
-            leads_on = !matches!(item, Item::Branch { cond: None, .. } | Item::Indirect { .. });
+            leads_on = !matches!(
+                item,
+                Item::Branch { cond: None, .. } | Item::Indirect { .. }
+            );
         }
         if let Item::Label(label) = item {
             places.labels[*label] = at;
@@ -194,8 +224,14 @@ fn is_long(items: &[Item], sizes: &[u32]) -> bool {
 fn grow(items: &[Item], sizes: &mut [u32], places: &Places) -> bool {
     let mut grown = false;
     for (index, item) in items.iter().enumerate() {
-        let Item::Branch { cond, to } = item else { continue };
-        let reach = if cond.is_some() { -256..256 } else { -2048..2048 };
+        let Item::Branch { cond, to } = item else {
+            continue;
+        };
+        let reach = if cond.is_some() {
+            -256..256
+        } else {
+            -2048..2048
+        };
         let offset = offset(places, index, *to);
         if sizes[index] == 2 && !reach.contains(&offset) {
             sizes[index] = 4;
@@ -209,7 +245,13 @@ fn offset(places: &Places, index: usize, to: Label) -> i64 {
     i64::from(places.labels[to]) - i64::from(places.items[index]) - 4
 }
 
-fn write(items: &[Item], sizes: &[u32], places: &Places, arch: Arch, name: &str) -> Result<Bytes, NoEncoding> {
+fn write(
+    items: &[Item],
+    sizes: &[u32],
+    places: &Places,
+    arch: Arch,
+    name: &str,
+) -> Result<Bytes, NoEncoding> {
     let mut out = Bytes::default();
     for (index, item) in items.iter().enumerate() {
         while out.bytes.len() < places.items[index] as usize {
@@ -219,23 +261,39 @@ fn write(items: &[Item], sizes: &[u32], places: &Places, arch: Arch, name: &str)
         match item {
             Item::Label(_) => {}
             Item::Function { name, global } => out.symbols.push(function(name, at, *global)),
-            Item::Loop { rounds } => out.hints.push(Hint::Loop { at, rounds_max: *rounds }),
-            Item::Inst { inst, origin, address } => {
+            Item::Loop { rounds } => out.hints.push(Hint::Loop {
+                at,
+                rounds_max: *rounds,
+            }),
+            Item::Inst {
+                inst,
+                origin,
+                address,
+            } => {
                 out.line(at, *origin);
                 out.address(at, *address, name);
                 out.push(inst, arch)?;
             }
             Item::Indirect { inst, to } => {
-                out.hints.push(Hint::Targets { at, symbols: to.clone() });
+                out.hints.push(Hint::Targets {
+                    at,
+                    symbols: to.clone(),
+                });
                 out.push(inst, arch)?;
             }
-            Item::Branch { cond: Some(cond), to } if sizes[index] == 4 && arch == Arch::V6M => {
+            Item::Branch {
+                cond: Some(cond),
+                to,
+            } if sizes[index] == 4 && arch == Arch::V6M => {
                 // Around a branch that reaches further.
                 out.push(&branch(cond.invert(), false, 0), arch)?;
                 out.push(&branch(None, false, offset(places, index, *to) - 2), arch)?;
             }
             Item::Branch { cond, to } => {
-                out.push(&branch(*cond, sizes[index] == 4, offset(places, index, *to)), arch)?;
+                out.push(
+                    &branch(*cond, sizes[index] == 4, offset(places, index, *to)),
+                    arch,
+                )?;
             }
         }
     }
@@ -244,7 +302,14 @@ fn write(items: &[Item], sizes: &[u32], places: &Places, arch: Arch, name: &str)
 }
 
 fn function(name: &str, at: u32, global: bool) -> Symbol {
-    Symbol { name: name.to_string(), section: Some(0), offset: at, size: 0, kind: SymbolKind::Function, global }
+    Symbol {
+        name: name.to_string(),
+        section: Some(0),
+        offset: at,
+        size: 0,
+        kind: SymbolKind::Function,
+        global,
+    }
 }
 
 pub(super) fn branch(cond: Option<Cond>, wide: bool, offset: i64) -> Inst {
@@ -255,15 +320,23 @@ pub(super) fn branch(cond: Option<Cond>, wide: bool, offset: i64) -> Inst {
         (false, true) => Form::T4,
     };
     let inst = Encoding::new(Op::B, form).map_or_else(|| template(Op::B), Inst::new);
-    Inst { cond, imm: offset as i32 as u32, ..inst }
+    Inst {
+        cond,
+        imm: offset as i32 as u32,
+        ..inst
+    }
 }
 
 impl Bytes {
     fn push(&mut self, inst: &Inst, arch: Arch) -> Result<(), NoEncoding> {
-        let code = inst.encode(arch).map_err(|why| NoEncoding(format!("{inst:?}: {why:?}")))?;
+        let code = inst
+            .encode(arch)
+            .map_err(|why| NoEncoding(format!("{inst:?}: {why:?}")))?;
         let (first, second) = code.halfwords();
         self.bytes.extend(first.to_le_bytes());
-        second.into_iter().for_each(|second| self.bytes.extend(second.to_le_bytes()));
+        second
+            .into_iter()
+            .for_each(|second| self.bytes.extend(second.to_le_bytes()));
         Ok(())
     }
 
@@ -280,7 +353,12 @@ impl Bytes {
             Half::High(table) => (FixupKind::MovtAbs, names::table(name, table)),
             Half::Routine(routine) => (FixupKind::ThumbCall, names::routine(name, routine.name())),
         };
-        self.fixups.push(Fixup { at, kind, symbol, addend: 0 });
+        self.fixups.push(Fixup {
+            at,
+            kind,
+            symbol,
+            addend: 0,
+        });
     }
 
     /// Every function ends where the next begins.

@@ -6,10 +6,11 @@
 //!   NAME_begin: T K I H of one key, its cells, [init of a key], restore
 //! ```
 //!
-//! On ARMv6-M what it lacks (`small`) is made of what it has, with R4 and R5 for what must be in a low register for a moment.
+//! On ARMv6-M what it lacks (`small`) is made of what it has, with R4 and R5 for what must be in a
+//! low register for a moment.
 //!
-//! As part of a firmware's frame all take the first key's word in R1 and keep no register but SP. `NAME_begin` is there
-//! for it alone.
+//! As part of a firmware's frame all take the first key's word in R1 and keep no register but SP.
+//! `NAME_begin` is there for it alone.
 
 mod events;
 
@@ -47,8 +48,8 @@ struct Writer<'a> {
     items: Vec<Item>,
 }
 
-/// Entry and end of a tick, with labels from `events` on; `slots` words of the stack are for the keys' code, and for what is
-/// computed for all of them before.
+/// Entry and end of a tick, with labels from `events` on; `slots` words of the stack are for the
+/// keys' code, and for what is computed for all of them before.
 pub(super) fn tick(
     frame: &Frame,
     arch: Arch,
@@ -59,16 +60,32 @@ pub(super) fn tick(
     events: Label,
 ) -> Vec<Item> {
     let mut w = Writer::new(frame);
-    w.items.push(Item::Function { name: names::tick(name), global: true });
+    w.items.push(Item::Function {
+        name: names::tick(name),
+        global: true,
+    });
     w.enter(slots);
     w.items.extend(shared);
     w.open_events(events);
     w.registers();
     w.pins();
     let next = next_register(arch);
-    w.op(Inst { t: next, n: K, ..template(Op::LDR_immediate) });
-    w.items.push(Item::Indirect { inst: Inst { m: next, ..template(Op::BX) }, to: modes.to_vec() });
-    w.items.push(Item::Function { name: names::end(name), global: false });
+    w.op(Inst {
+        t: next,
+        n: K,
+        ..template(Op::LDR_immediate)
+    });
+    w.items.push(Item::Indirect {
+        inst: Inst {
+            m: next,
+            ..template(Op::BX)
+        },
+        to: modes.to_vec(),
+    });
+    w.items.push(Item::Function {
+        name: names::end(name),
+        global: false,
+    });
     w.close_events(events + 3);
     w.rings();
     w.pointers();
@@ -82,24 +99,37 @@ pub(super) fn tick(
 /// `init` of all keys; the code of one key follows at `init_key` and comes back to `init_next`.
 pub(super) fn init(frame: &Frame, name: &str, slots: usize, labels: Labels) -> Vec<Item> {
     let mut w = Writer::new(frame);
-    w.items.push(Item::Function { name: names::init(name), global: true });
+    w.items.push(Item::Function {
+        name: names::init(name),
+        global: true,
+    });
     w.enter(slots);
     w.pointers();
     w.registers();
     w.items.push(Item::Loop { rounds: frame.keys });
-    w.items.push(Item::Branch { cond: None, to: labels.init_key });
+    w.items.push(Item::Branch {
+        cond: None,
+        to: labels.init_key,
+    });
     w.items.push(Item::Label(labels.init_next));
     w.offset(0, frame.records + frame.keys * frame.record);
     w.add(0, T);
-    w.op(Inst { n: K, m: 0, ..template(Op::CMP_register) });
-    w.items.push(Item::Branch { cond: Some(Cond::NE), to: labels.init_key });
+    w.op(Inst {
+        n: K,
+        m: 0,
+        ..template(Op::CMP_register)
+    });
+    w.items.push(Item::Branch {
+        cond: Some(Cond::NE),
+        to: labels.init_key,
+    });
     w.leave(slots);
     w.items.push(Item::Label(labels.init_key));
     w.items
 }
 
-/// One key of those that `init` prepares all: state in R0, its word in R1, its number in R2. Before the code of a key's `init`
-/// and behind it.
+/// One key of those that `init` prepares all: state in R0, its word in R1, its number in R2. Before
+/// the code of a key's `init` and behind it.
 pub(super) fn begin(frame: &Frame, kernel: &Kernel, name: &str, slots: usize) -> [Vec<Item>; 2] {
     let mut w = Writer::new(frame);
     w.begin(kernel, name, slots);
@@ -110,35 +140,70 @@ pub(super) fn begin(frame: &Frame, kernel: &Kernel, name: &str, slots: usize) ->
 
 impl<'a> Writer<'a> {
     fn new(frame: &'a Frame) -> Writer<'a> {
-        Writer { frame, items: Vec::new() }
+        Writer {
+            frame,
+            items: Vec::new(),
+        }
     }
 
     fn op(&mut self, inst: Inst) {
-        self.items.push(Item::Inst { inst, origin: None, address: None::<Half> });
+        self.items.push(Item::Inst {
+            inst,
+            origin: None,
+            address: None::<Half>,
+        });
     }
 
     fn enter(&mut self, slots: usize) {
-        self.op(Inst { imm: self.saved() | 1 << LR, ..template(Op::PUSH) });
+        self.op(Inst {
+            imm: self.saved() | 1 << LR,
+            ..template(Op::PUSH)
+        });
         if self.frame.small && self.saved() != 0 {
             self.mov(4, I);
             self.mov(5, H);
-            self.op(Inst { imm: HIGH, ..template(Op::PUSH) });
+            self.op(Inst {
+                imm: HIGH,
+                ..template(Op::PUSH)
+            });
         }
         self.stack(Op::SUB_SP_minus_immediate, slots);
-        self.op(Inst { d: T, m: 0, ..template(Op::MOV_register) });
+        self.op(Inst {
+            d: T,
+            m: 0,
+            ..template(Op::MOV_register)
+        });
         if let Some(caller) = self.frame.caller {
-            self.op(Inst { d: I, m: 1, ..template(Op::MOV_register) });
+            self.op(Inst {
+                d: I,
+                m: 1,
+                ..template(Op::MOV_register)
+            });
             self.store(1, caller.at);
         }
     }
 
     fn begin(&mut self, kernel: &Kernel, name: &str, slots: usize) {
         let frame = self.frame;
-        self.items.push(Item::Function { name: names::begin(name), global: true });
-        self.op(Inst { imm: 1 << LR, ..template(Op::PUSH) });
+        self.items.push(Item::Function {
+            name: names::begin(name),
+            global: true,
+        });
+        self.op(Inst {
+            imm: 1 << LR,
+            ..template(Op::PUSH)
+        });
         self.stack(Op::SUB_SP_minus_immediate, slots);
-        self.op(Inst { d: T, m: 0, ..template(Op::MOV_register) });
-        self.op(Inst { d: I, m: 1, ..template(Op::MOV_register) });
+        self.op(Inst {
+            d: T,
+            m: 0,
+            ..template(Op::MOV_register)
+        });
+        self.op(Inst {
+            d: I,
+            m: 1,
+            ..template(Op::MOV_register)
+        });
         self.offset(0, frame.records);
         self.add(0, T);
         self.offset(1, frame.record);
@@ -151,10 +216,23 @@ impl<'a> Writer<'a> {
             self.offset(H, line.at);
             self.add(H, base);
             if self.frame.small {
-                self.op(Inst { d: 4, m: 2, amount, s: true, ..template(Op::LSL_immediate) });
+                self.op(Inst {
+                    d: 4,
+                    m: 2,
+                    amount,
+                    s: true,
+                    ..template(Op::LSL_immediate)
+                });
                 self.add(H, 4);
             } else {
-                self.op(Inst { d: H, n: H, m: 2, shift, amount, ..template(Op::ADD_register) });
+                self.op(Inst {
+                    d: H,
+                    n: H,
+                    m: 2,
+                    shift,
+                    amount,
+                    ..template(Op::ADD_register)
+                });
             }
         }
         self.cells(kernel);
@@ -162,11 +240,15 @@ impl<'a> Writer<'a> {
 
     /// The cells of the key at K as they are before `init`, which writes some of them.
     fn cells(&mut self, kernel: &Kernel) {
-        let words = kernel.cells.iter().zip(&self.frame.cells).flat_map(|(cell, &at)| {
-            let words = if cell.ty == Type::I64 { 2 } else { 1 };
-            let word = move |nth: u32| (cell.init >> (32 * (nth % words))) as u32;
-            (0..words * cell.len).map(move |nth| (word(nth), at + 4 * nth))
-        });
+        let words = kernel
+            .cells
+            .iter()
+            .zip(&self.frame.cells)
+            .flat_map(|(cell, &at)| {
+                let words = if cell.ty == Type::I64 { 2 } else { 1 };
+                let word = move |nth: u32| (cell.init >> (32 * (nth % words))) as u32;
+                (0..words * cell.len).map(move |nth| (word(nth), at + 4 * nth))
+            });
         let mut words: Vec<(u32, u32)> = words.collect();
         words.sort_unstable();
         let mut held = None;
@@ -181,11 +263,17 @@ impl<'a> Writer<'a> {
     fn leave(&mut self, slots: usize) {
         self.stack(Op::ADD_SP_plus_immediate, slots);
         if self.frame.small && self.saved() != 0 {
-            self.op(Inst { imm: HIGH, ..template(Op::POP) });
+            self.op(Inst {
+                imm: HIGH,
+                ..template(Op::POP)
+            });
             self.mov(I, 4);
             self.mov(H, 5);
         }
-        self.op(Inst { imm: self.saved() | 1 << PC, ..template(Op::POP) });
+        self.op(Inst {
+            imm: self.saved() | 1 << PC,
+            ..template(Op::POP)
+        });
     }
 
     /// A firmware's frame keeps what it needs itself.
@@ -201,32 +289,64 @@ impl<'a> Writer<'a> {
         let most = if self.frame.small { 127 } else { slots.max(1) };
         for from in (0..slots).step_by(most) {
             let imm = 4 * (slots - from).min(most) as u32;
-            self.op(Inst { d: SP, n: SP, imm, ..template(op) });
+            self.op(Inst {
+                d: SP,
+                n: SP,
+                imm,
+                ..template(op)
+            });
         }
     }
 
     fn mov(&mut self, d: u8, m: u8) {
-        self.op(Inst { d, m, ..template(Op::MOV_register) });
+        self.op(Inst {
+            d,
+            m,
+            ..template(Op::MOV_register)
+        });
     }
 
     /// `d += m`
     fn add(&mut self, d: u8, m: u8) {
-        self.op(Inst { d, n: d, m, ..template(Op::ADD_register) });
+        self.op(Inst {
+            d,
+            n: d,
+            m,
+            ..template(Op::ADD_register)
+        });
     }
 
     fn plus_one(&mut self, d: u8) {
-        self.op(Inst { d, n: d, imm: 1, s: self.frame.small, ..template(Op::ADD_immediate) });
+        self.op(Inst {
+            d,
+            n: d,
+            imm: 1,
+            s: self.frame.small,
+            ..template(Op::ADD_immediate)
+        });
     }
 
     /// `d = n * m + a`; on ARMv6-M `n` or `m` may be `d` and all are low.
     fn multiply_add(&mut self, d: u8, n: u8, m: u8, a: u8) {
         if !self.frame.small {
-            return self.op(Inst { d, n, m, a, ..template(Op::MLA) });
+            return self.op(Inst {
+                d,
+                n,
+                m,
+                a,
+                ..template(Op::MLA)
+            });
         }
         if d != m {
             self.mov(d, n);
         }
-        self.op(Inst { d, n: if d == m { n } else { m }, m: d, s: true, ..template(Op::MUL) });
+        self.op(Inst {
+            d,
+            n: if d == m { n } else { m },
+            m: d,
+            s: true,
+            ..template(Op::MUL)
+        });
         self.add(d, a);
     }
 
@@ -235,16 +355,29 @@ impl<'a> Writer<'a> {
         if self.frame.small {
             return self.steps(d, offset);
         }
-        let low = Encoding::new(Op::MOV_immediate, Form::T3).map_or_else(|| template(Op::MOV_immediate), Inst::new);
-        self.op(Inst { d, imm: offset & 0xffff, ..low });
+        let low = Encoding::new(Op::MOV_immediate, Form::T3)
+            .map_or_else(|| template(Op::MOV_immediate), Inst::new);
+        self.op(Inst {
+            d,
+            imm: offset & 0xffff,
+            ..low
+        });
         if offset >> 16 != 0 {
-            self.op(Inst { d, imm: offset >> 16, ..template(Op::MOVT) });
+            self.op(Inst {
+                d,
+                imm: offset >> 16,
+                ..template(Op::MOVT)
+            });
         }
     }
 
     /// K, I and H at the first key.
     fn registers(&mut self) {
-        let words = self.frame.caller.is_none().then_some((I, self.frame.inputs));
+        let words = self
+            .frame
+            .caller
+            .is_none()
+            .then_some((I, self.frame.inputs));
         for (register, offset) in [Some((K, self.frame.records)), words].into_iter().flatten() {
             self.offset(register, offset);
             self.add(register, T);
@@ -264,7 +397,11 @@ impl<'a> Writer<'a> {
             match word {
                 Word::At(offset) => self.load(reg, offset),
                 Word::Number(number) if number >> 16 == 0 => self.offset(reg, number),
-                Word::Number(number) => self.op(Inst { d: reg, imm: number, ..template(Op::MOV_immediate) }),
+                Word::Number(number) => self.op(Inst {
+                    d: reg,
+                    imm: number,
+                    ..template(Op::MOV_immediate)
+                }),
             }
         }
     }
@@ -277,13 +414,40 @@ impl<'a> Writer<'a> {
             self.offset(1, *len);
             if self.frame.small {
                 // All bits where it is less than the length, none where it is that.
-                self.op(Inst { d: 1, n: 0, m: 1, s: true, ..template(Op::SUB_register) });
-                self.op(Inst { d: 1, m: 1, amount: 31, s: true, ..template(Op::ASR_immediate) });
-                self.op(Inst { d: 0, n: 0, m: 1, s: true, ..template(Op::AND_register) });
+                self.op(Inst {
+                    d: 1,
+                    n: 0,
+                    m: 1,
+                    s: true,
+                    ..template(Op::SUB_register)
+                });
+                self.op(Inst {
+                    d: 1,
+                    m: 1,
+                    amount: 31,
+                    s: true,
+                    ..template(Op::ASR_immediate)
+                });
+                self.op(Inst {
+                    d: 0,
+                    n: 0,
+                    m: 1,
+                    s: true,
+                    ..template(Op::AND_register)
+                });
             } else {
-                self.op(Inst { n: 0, m: 1, ..template(Op::CMP_register) });
+                self.op(Inst {
+                    n: 0,
+                    m: 1,
+                    ..template(Op::CMP_register)
+                });
                 self.op(it(Cond::EQ));
-                self.op(Inst { d: 0, imm: 0, cond: Some(Cond::EQ), ..template(Op::MOV_immediate) });
+                self.op(Inst {
+                    d: 0,
+                    imm: 0,
+                    cond: Some(Cond::EQ),
+                    ..template(Op::MOV_immediate)
+                });
             }
             self.store(0, *at);
         }
@@ -300,11 +464,25 @@ impl<'a> Writer<'a> {
     /// A word at a distance from a register.
     fn access(&mut self, op: Op, t: u8, n: u8, at: u32) {
         if !self.frame.small || at < 128 {
-            return self.op(Inst { t, n, imm: at, ..template(op) });
+            return self.op(Inst {
+                t,
+                n,
+                imm: at,
+                ..template(op)
+            });
         }
         self.steps(5, at);
-        let op = if op == Op::LDR_immediate { Op::LDR_register } else { Op::STR_register };
-        self.op(Inst { t, n, m: 5, ..template(op) });
+        let op = if op == Op::LDR_immediate {
+            Op::LDR_register
+        } else {
+            Op::STR_register
+        };
+        self.op(Inst {
+            t,
+            n,
+            m: 5,
+            ..template(op)
+        });
     }
 
     /// A word in a register of ARMv6-M.
@@ -312,13 +490,34 @@ impl<'a> Writer<'a> {
         let low = if d < 8 { d } else { 4 };
         for step in v6m::steps(word) {
             let inst = match step {
-                Step::Byte(byte) => Inst { imm: byte.into(), ..template(Op::MOV_immediate) },
-                Step::Shift(amount) => Inst { m: low, amount, ..template(Op::LSL_immediate) },
-                Step::Add(byte) => Inst { n: low, imm: byte.into(), ..template(Op::ADD_immediate) },
-                Step::Not => Inst { m: low, ..template(Op::MVN_register) },
-                Step::Negate => Inst { n: low, ..template(Op::RSB_immediate) },
+                Step::Byte(byte) => Inst {
+                    imm: byte.into(),
+                    ..template(Op::MOV_immediate)
+                },
+                Step::Shift(amount) => Inst {
+                    m: low,
+                    amount,
+                    ..template(Op::LSL_immediate)
+                },
+                Step::Add(byte) => Inst {
+                    n: low,
+                    imm: byte.into(),
+                    ..template(Op::ADD_immediate)
+                },
+                Step::Not => Inst {
+                    m: low,
+                    ..template(Op::MVN_register)
+                },
+                Step::Negate => Inst {
+                    n: low,
+                    ..template(Op::RSB_immediate)
+                },
             };
-            self.op(Inst { d: low, s: true, ..inst });
+            self.op(Inst {
+                d: low,
+                s: true,
+                ..inst
+            });
         }
         if low != d {
             self.mov(d, low);
@@ -328,7 +527,9 @@ impl<'a> Writer<'a> {
     /// The row of the first line, and all pointers relative to it. R3 keeps the row.
     fn pointers(&mut self) {
         let frame = self.frame;
-        let Some(first) = frame.first_line else { return };
+        let Some(first) = frame.first_line else {
+            return;
+        };
         let base = self.apart();
         self.row(base, 3, first, 0);
         self.store(3, ROW);
@@ -336,8 +537,20 @@ impl<'a> Writer<'a> {
             self.row(base, 0, *line, *ticks);
             let (scale, shift) = (frame.scale(*line), ShiftType::LSL);
             if self.frame.small && scale != 0 {
-                self.op(Inst { d: 4, m: 3, amount: scale, s: true, ..template(Op::LSL_immediate) });
-                self.op(Inst { d: 0, n: 0, m: 4, s: true, ..template(Op::SUB_register) });
+                self.op(Inst {
+                    d: 4,
+                    m: 3,
+                    amount: scale,
+                    s: true,
+                    ..template(Op::LSL_immediate)
+                });
+                self.op(Inst {
+                    d: 0,
+                    n: 0,
+                    m: 4,
+                    s: true,
+                    ..template(Op::SUB_register)
+                });
             } else {
                 self.op(Inst {
                     d: 0,
@@ -365,22 +578,47 @@ impl<'a> Writer<'a> {
         12
     }
 
-    /// The address of the row of a line that was written so many ticks ago, or is written now. Uses R1 and R2.
+    /// The address of the row of a line that was written so many ticks ago, or is written now. Uses
+    /// R1 and R2.
     fn row(&mut self, base: u8, d: u8, line: u32, ticks: u32) {
         let line = &self.frame.lines[line as usize];
         self.load(d, line.ring);
         if ticks != 0 {
             self.offset(1, ticks);
-            self.op(Inst { d, n: d, m: 1, s: true, ..template(Op::SUB_register) });
+            self.op(Inst {
+                d,
+                n: d,
+                m: 1,
+                s: true,
+                ..template(Op::SUB_register)
+            });
             self.offset(1, line.len);
             if self.frame.small {
                 // The length where it is negative, else nothing.
-                self.op(Inst { d: 2, m: d, amount: 31, s: true, ..template(Op::ASR_immediate) });
-                self.op(Inst { d: 1, n: 1, m: 2, s: true, ..template(Op::AND_register) });
+                self.op(Inst {
+                    d: 2,
+                    m: d,
+                    amount: 31,
+                    s: true,
+                    ..template(Op::ASR_immediate)
+                });
+                self.op(Inst {
+                    d: 1,
+                    n: 1,
+                    m: 2,
+                    s: true,
+                    ..template(Op::AND_register)
+                });
                 self.add(d, 1);
             } else {
                 self.op(it(Cond::MI));
-                self.op(Inst { d, n: d, m: 1, cond: Some(Cond::MI), ..template(Op::ADD_register) });
+                self.op(Inst {
+                    d,
+                    n: d,
+                    m: 1,
+                    cond: Some(Cond::MI),
+                    ..template(Op::ADD_register)
+                });
             }
         }
         self.offset(1, line.row);
@@ -391,5 +629,8 @@ impl<'a> Writer<'a> {
 }
 
 fn it(cond: Cond) -> Inst {
-    Inst { imm: u32::from(cond.bits()) << 4 | 8, ..template(Op::IT) }
+    Inst {
+        imm: u32::from(cond.bits()) << 4 | 8,
+        ..template(Op::IT)
+    }
 }

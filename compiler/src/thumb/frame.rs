@@ -9,9 +9,10 @@
 //!   H -> its slot in the current row of the first line's history
 //! ```
 //!
-//! Everything is one piece of memory, its *state*, so all distances are constants and one address finds all. In a firmware's
-//! frame the ring of events and the histories lie apart: a key uses them a few times a tick and the rest at every turn, so the rest can have
-//! memory that nobody else is at. A key's code leaves I, H and K at the next key's.
+//! Everything is one piece of memory, its *state*, so all distances are constants and one address
+//! finds all. In a firmware's frame the ring of events and the histories lie apart: a key uses them
+//! a few times a tick and the rest at every turn, so the rest can have memory that nobody else is
+//! at. A key's code leaves I, H and K at the next key's.
 
 use super::pins::Pins;
 use super::{Around, Options};
@@ -41,7 +42,9 @@ pub(super) const ALL_FREE: u32 = {
 
 /// Each of these registers but one, all as bits, the lowest first.
 pub(super) fn others(registers: u32, own: u32) -> impl Iterator<Item = u32> {
-    (0..u32::BITS).map(|reg| 1 << reg).filter(move |reg| registers & !own & reg != 0)
+    (0..u32::BITS)
+        .map(|reg| 1 << reg)
+        .filter(move |reg| registers & !own & reg != 0)
 }
 
 /// Bytes that the ring of events has at least.
@@ -111,7 +114,8 @@ pub(super) struct Frame {
     pub small: bool,
     /// Where the caller's words lie, if the tick is part of a firmware's frame.
     pub caller: Option<Caller>,
-    /// Offset in T of the address of the histories, and behind it that of the ring of events, where they lie apart.
+    /// Offset in T of the address of the histories, and behind it that of the ring of events, where
+    /// they lie apart.
     pub apart: Option<u32>,
     /// Bytes of a key in a row of words.
     pub stride: u32,
@@ -133,7 +137,8 @@ pub(super) struct Frame {
     pub pointers: Vec<Pointer>,
     /// Offset in T of each distinct ring index, and its length.
     pub rings: Vec<(u32, u32)>,
-    /// Offset in T of each live value, those that the entry of a tick computes behind the kernel's own.
+    /// Offset in T of each live value, those that the entry of a tick computes behind the kernel's
+    /// own.
     pub lives: Vec<u32>,
     pub literals: u32,
     /// Events, where keys have any.
@@ -150,8 +155,9 @@ pub(super) struct Frame {
 
 /// The ring of events.
 ///
-/// Its room is looked after once a tick: a tick begins where the most events of a tick fit in one piece, or, where they do not
-/// fit at all, in the spare behind the ring, from which they are counted as lost. So an event is stored and nothing else.
+/// Its room is looked after once a tick: a tick begins where the most events of a tick fit in one
+/// piece, or, where they do not fit at all, in the spare behind the ring, from which they are
+/// counted as lost. So an event is stored and nothing else.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Ring {
     /// Offset in the state; 0 where it lies apart.
@@ -168,12 +174,24 @@ impl Ring {
     fn new(kernel: &Kernel, keys: u32) -> Option<Ring> {
         let args = kernel.events.iter().map(|event| event.args).max()?;
         let event = 4 * (2 + args).next_power_of_two();
-        let tick_bytes_max = keys.saturating_mul(emitted(&kernel.tick)).max(1).saturating_mul(event);
-        let bytes = tick_bytes_max.saturating_mul(2).max(RING_BYTES_MIN).checked_next_power_of_two()?;
-        Some(Ring { at: 0, bytes, event, tick_bytes_max })
+        let tick_bytes_max = keys
+            .saturating_mul(emitted(&kernel.tick))
+            .max(1)
+            .saturating_mul(event);
+        let bytes = tick_bytes_max
+            .saturating_mul(2)
+            .max(RING_BYTES_MIN)
+            .checked_next_power_of_two()?;
+        Some(Ring {
+            at: 0,
+            bytes,
+            event,
+            tick_bytes_max,
+        })
     }
 
-    /// From the ring's beginning to that of the spare: a ring that is full to its end is none of it.
+    /// From the ring's beginning to that of the spare: a ring that is full to its end is none of
+    /// it.
     pub fn spare(&self) -> u32 {
         self.bytes + self.event
     }
@@ -195,9 +213,14 @@ fn emitted(region: &Region) -> u32 {
 }
 
 impl Frame {
-    /// The state of so many keys of a kernel, to be closed; with a frame around them, the rows of words are the caller's. The
-    /// entry of a tick computes so many live values more.
-    pub(super) fn new(kernel: &Kernel, options: &Options, around: Option<&Around>, shared: usize) -> Frame {
+    /// The state of so many keys of a kernel, to be closed; with a frame around them, the rows of
+    /// words are the caller's. The entry of a tick computes so many live values more.
+    pub(super) fn new(
+        kernel: &Kernel,
+        options: &Options,
+        around: Option<&Around>,
+        shared: usize,
+    ) -> Frame {
         let (keys, gain) = (options.keys, options.gain);
         let mut frame = Frame {
             keys,
@@ -225,7 +248,10 @@ impl Frame {
             size: RINGS,
             size_apart: 0,
         };
-        frame.caller = around.map(|around| Caller { distance: around.distance, at: frame.take(4) });
+        frame.caller = around.map(|around| Caller {
+            distance: around.distance,
+            at: frame.take(4),
+        });
         frame.apart = around.map(|_| frame.take(8));
         frame.place_record(kernel, options.probes);
         frame.record = frame.record.max(around.map_or(0, |around| around.record));
@@ -245,7 +271,11 @@ impl Frame {
             at
         };
         self.number = (!kernel.events.is_empty()).then(|| take(4));
-        self.cells = kernel.cells.iter().map(|cell| take(4 * words(cell.ty) * cell.len as usize)).collect();
+        self.cells = kernel
+            .cells
+            .iter()
+            .map(|cell| take(4 * words(cell.ty) * cell.len as usize))
+            .collect();
         self.keyed = kernel.keyed.iter().map(|_| take(4)).collect();
         self.probes = probes.then(|| kernel.probes.iter().map(|_| take(8)).collect());
     }
@@ -273,7 +303,9 @@ impl Frame {
                 self.rings.push((at, line.len));
             }
         }
-        self.lives = (0..kernel.lives.len() + shared).map(|_| self.take(4)).collect();
+        self.lives = (0..kernel.lives.len() + shared)
+            .map(|_| self.take(4))
+            .collect();
         let delays = delays(kernel);
         let narrow = |line: &u32| is_narrow(kernel.lines[*line as usize].range);
         let lines = 0..kernel.lines.len() as u32;
@@ -281,7 +313,11 @@ impl Frame {
         let pushes = lines.map(|line| (line, 0));
         for (line, ticks) in pushes.chain(delays) {
             // The oldest slot is the one that is written now.
-            let ticks = if kernel.lines[line as usize].len == ticks { 0 } else { ticks };
+            let ticks = if kernel.lines[line as usize].len == ticks {
+                0
+            } else {
+                ticks
+            };
             let here = self.first_line == Some(line) && ticks == 0;
             if !here && self.pointer(line, ticks).is_none() {
                 let at = self.take(4);
@@ -289,7 +325,10 @@ impl Frame {
             }
         }
         if let Some(ring) = self.ring.filter(|_| self.apart.is_none()) {
-            self.ring = Some(Ring { at: self.take(ring.size()), ..ring });
+            self.ring = Some(Ring {
+                at: self.take(ring.size()),
+                ..ring
+            });
         }
         self.literals = self.size;
     }
@@ -324,17 +363,31 @@ impl Frame {
             let narrow = is_narrow(line.range);
             let row = (self.keys * if narrow { 2 } else { 4 }).next_multiple_of(4);
             let at = self.take_apart(row * line.len);
-            let ring = self.rings.iter().find(|(_, len)| *len == line.len).map_or(RINGS, |(at, _)| *at);
-            self.lines.push(Line { narrow, len: line.len, at, row, ring });
+            let ring = self
+                .rings
+                .iter()
+                .find(|(_, len)| *len == line.len)
+                .map_or(RINGS, |(at, _)| *at);
+            self.lines.push(Line {
+                narrow,
+                len: line.len,
+                at,
+                row,
+                ring,
+            });
         }
     }
 
     /// The pointer in T to a slot, by offset; none for the slot that H is at.
     pub(super) fn pointer(&self, line: u32, ticks: u32) -> Option<u32> {
-        self.pointers.iter().find(|p| p.line == line && p.ticks == ticks).map(|p| p.at)
+        self.pointers
+            .iter()
+            .find(|p| p.line == line && p.ticks == ticks)
+            .map(|p| p.at)
     }
 
-    /// How often H is to be added to a pointer to a line: 1 for slots as wide as those of the first line.
+    /// How often H is to be added to a pointer to a line: 1 for slots as wide as those of the first
+    /// line.
     pub(super) fn scale(&self, line: u32) -> u8 {
         let log2 = |line: u32| self.lines[line as usize].log2();
         self.first_line.map_or(0, |first| log2(line) - log2(first))
@@ -356,6 +409,8 @@ fn delays(kernel: &Kernel) -> Vec<(u32, u32)> {
         }
     }
     let mut found = Vec::new();
-    [&kernel.init, &kernel.tick].into_iter().for_each(|region| collect(region, &mut found));
+    [&kernel.init, &kernel.tick]
+        .into_iter()
+        .for_each(|region| collect(region, &mut found));
     found
 }

@@ -29,21 +29,32 @@ pub(super) fn hoist(func: &mut Allocated, core: &Core) {
         return;
     }
     let mut entered = vec![0; func.blocks.len()];
-    func.blocks.iter().flat_map(|block| block.end.targets()).for_each(|to| entered[to] += 1);
+    func.blocks
+        .iter()
+        .flat_map(|block| block.end.targets())
+        .for_each(|to| entered[to] += 1);
     let mut live = live_in(func, core);
     let mut below = path::from_each(func, core);
     for block in (0..func.blocks.len()).rev() {
         if let End::Branch { yes, no, .. } = func.blocks[block].end {
             for (from, other) in [(yes, no), (no, yes)] {
                 for _ in 0..MOST {
-                    if entered[from] != 1 || !move_up(func, core, (block, from, other), &live, &mut below) {
+                    if entered[from] != 1
+                        || !move_up(func, core, (block, from, other), &live, &mut below)
+                    {
                         break;
                     }
-                    live[from] = live_before(&func.blocks[from], live_behind(&func.blocks[from], &live, core));
+                    live[from] = live_before(
+                        &func.blocks[from],
+                        live_behind(&func.blocks[from], &live, core),
+                    );
                 }
             }
         }
-        live[block] = live_before(&func.blocks[block], live_behind(&func.blocks[block], &live, core));
+        live[block] = live_before(
+            &func.blocks[block],
+            live_behind(&func.blocks[block], &live, core),
+        );
         let own = path::of_block(&func.blocks[block], core);
         below[block] = own.on + path::longer(&func.blocks[block].end, block, own.taken, &below);
     }
@@ -57,9 +68,14 @@ fn move_up(
     live: &[u32],
     below: &mut [u64],
 ) -> bool {
-    let Some(first) = func.blocks[from].code.first().copied().filter(may_move) else { return false };
+    let Some(first) = func.blocks[from].code.first().copied().filter(may_move) else {
+        return false;
+    };
     let rest = with(&func.blocks[from], func.blocks[from].code[1..].to_vec());
-    let (upper, lower) = (path::of_block(&func.blocks[block], core), path::of_block(&func.blocks[from], core));
+    let (upper, lower) = (
+        path::of_block(&func.blocks[block], core),
+        path::of_block(&func.blocks[from], core),
+    );
     let shorter = path::of_block(&rest, core);
     let end = func.blocks[block].end.clone();
     let before = upper.on + path::longer(&end, block, upper.taken, below);
@@ -67,7 +83,10 @@ fn move_up(
     below[from] = was - lower.on + shorter.on;
     let with_below = |cycles: Cycles| cycles.on + path::longer(&end, block, cycles.taken, below);
     let pays = |cycles: Cycles| {
-        let (now, spares) = (with_below(cycles), cycles.on + shorter.on < upper.on + lower.on);
+        let (now, spares) = (
+            with_below(cycles),
+            cycles.on + shorter.on < upper.on + lower.on,
+        );
         now < before || now == before && cycles.on <= upper.on && spares
     };
     let (_, own) = touched(&first);
@@ -77,11 +96,16 @@ fn move_up(
     for register in registers.filter(|_| pays(upper)) {
         let code = match register == own {
             true => Some(func.blocks[from].code.clone()),
-            false if live[from] & register == 0 => renamed(&func.blocks[from].code, own, register, behind_from, core),
+            false if live[from] & register == 0 => {
+                renamed(&func.blocks[from].code, own, register, behind_from, core)
+            }
             false => None,
         };
-        let Some(code) = code.filter(|_| live[other] & register == 0) else { continue };
-        let tried = best_place(&func.blocks[block], code[0], core).filter(|(cycles, _)| pays(*cycles));
+        let Some(code) = code.filter(|_| live[other] & register == 0) else {
+            continue;
+        };
+        let tried =
+            best_place(&func.blocks[block], code[0], core).filter(|(cycles, _)| pays(*cycles));
         if let Some((_, tried)) = tried {
             func.blocks[block] = tried;
             func.blocks[from] = with(&func.blocks[from], code[1..].to_vec());
@@ -96,7 +120,11 @@ fn move_up(
 fn best_place(block: &Placed, goes: Fixed, core: &Core) -> Option<(Cycles, Placed)> {
     let mut best: Option<(Cycles, Placed)> = None;
     for place in (block.code.len().saturating_sub(WINDOW)..=block.code.len()).rev() {
-        if block.code.get(place).is_some_and(|next| is_in_the_way(next, &goes)) {
+        if block
+            .code
+            .get(place)
+            .is_some_and(|next| is_in_the_way(next, &goes))
+        {
             break;
         }
         let mut code = block.code.clone();
@@ -110,9 +138,15 @@ fn best_place(block: &Placed, goes: Fixed, core: &Core) -> Option<(Cycles, Place
     best
 }
 
-/// The code with the result of its first instruction in another register, as long as that result is wanted; none if it is wanted
-/// behind the code, or becomes something else in place.
-pub(super) fn renamed(code: &[Fixed], from: u32, to: u32, behind: u32, core: &Core) -> Option<Vec<Fixed>> {
+/// The code with the result of its first instruction in another register, as long as that result is
+/// wanted; none if it is wanted behind the code, or becomes something else in place.
+pub(super) fn renamed(
+    code: &[Fixed],
+    from: u32,
+    to: u32,
+    behind: u32,
+    core: &Core,
+) -> Option<Vec<Fixed>> {
     let (old, new) = (from.trailing_zeros() as u8, to.trailing_zeros() as u8);
     let mut code = code.to_vec();
     let mut wanted = true;
@@ -150,7 +184,11 @@ pub(super) fn renamed(code: &[Fixed], from: u32, to: u32, behind: u32, core: &Co
 
 /// The block with other code.
 fn with(block: &Placed, code: Vec<Fixed>) -> Placed {
-    Placed { code, cycles: OnceLock::new(), ..block.clone() }
+    Placed {
+        code,
+        cycles: OnceLock::new(),
+        ..block.clone()
+    }
 }
 
 /// Whether an instruction does no harm where its result is not wanted.
@@ -162,7 +200,9 @@ fn may_move(fixed: &Fixed) -> bool {
         && !flags.writes.intersects(Flags::NZCV)
         && !flags.reads.intersects(Flags::NZCV);
     // Another address may be right on one side of the branch only.
-    let near = [T, K, I, H, SP].iter().any(|base| inst.uses().core_bits() == 1 << base);
+    let near = [T, K, I, H, SP]
+        .iter()
+        .any(|base| inst.uses().core_bits() == 1 << base);
     let load = near && matches!(code.access, Access::Read(_)) && inst.class() == Class::Load;
     let computes = matches!(
         inst.class(),
@@ -179,7 +219,10 @@ fn may_move(fixed: &Fixed) -> bool {
 
 /// The registers that an instruction reads and writes.
 pub(super) fn touched(fixed: &Fixed) -> (u32, u32) {
-    (fixed.inst.uses().core_bits().into(), fixed.inst.defs().core_bits().into())
+    (
+        fixed.inst.uses().core_bits().into(),
+        fixed.inst.defs().core_bits().into(),
+    )
 }
 
 /// Whether an instruction must stay before one that goes up.
@@ -199,7 +242,10 @@ pub(super) fn live_in(func: &Allocated, core: &Core) -> Vec<u32> {
     loop {
         let known = live.clone();
         for block in (0..func.blocks.len()).rev() {
-            live[block] = live_before(&func.blocks[block], live_behind(&func.blocks[block], &live, core));
+            live[block] = live_before(
+                &func.blocks[block],
+                live_behind(&func.blocks[block], &live, core),
+            );
         }
         // Once is enough but for loops.
         if live == known || func.blocks.iter().all(|block| block.rounds.is_none()) {
@@ -213,16 +259,28 @@ pub(super) fn live_behind(block: &Placed, live: &[u32], core: &Core) -> u32 {
         End::Next(_) => 1 << next_register(core.arch),
         _ => 0,
     };
-    block.end.targets().into_iter().fold(leaves, |all, to| all | live[to])
+    block
+        .end
+        .targets()
+        .into_iter()
+        .fold(leaves, |all, to| all | live[to])
 }
 
 fn live_before(block: &Placed, behind: u32) -> u32 {
-    block.code.iter().rev().fold(behind, |live, fixed| wanted_before(fixed, live))
+    block
+        .code
+        .iter()
+        .rev()
+        .fold(behind, |live, fixed| wanted_before(fixed, live))
 }
 
 /// The registers that hold something that is wanted before an instruction, given those behind it.
 pub(super) fn wanted_before(fixed: &Fixed, behind: u32) -> u32 {
     let (uses, defs) = touched(fixed);
     // What is skipped may be wanted from before.
-    uses | if fixed.inst.cond.is_some() { behind | defs } else { behind & !defs }
+    uses | if fixed.inst.cond.is_some() {
+        behind | defs
+    } else {
+        behind & !defs
+    }
 }

@@ -41,7 +41,11 @@ impl Layout {
 
     /// A probe of a key, 8 bytes, if probes are kept.
     pub fn probe(&self, key: u32, probe: usize) -> Option<u32> {
-        self.frame.probes.as_ref()?.get(probe).map(|at| self.record(key) + at)
+        self.frame
+            .probes
+            .as_ref()?
+            .get(probe)
+            .map(|at| self.record(key) + at)
     }
 
     /// The record of a key: its first word is the address of the code of its mode.
@@ -63,9 +67,10 @@ impl Layout {
     }
 }
 
-/// The ring of events, in bytes from the start of the state. An event is a word with the tick, `u16` key, `u16` event, and
-/// the arguments as words; one whose second word is [`EVENT_MARK`] is none, but says that the ring goes on at its beginning.
-/// Where the ring lies apart (`NAME_events`), `start` is in bytes from there.
+/// The ring of events, in bytes from the start of the state. An event is a word with the tick,
+/// `u16` key, `u16` event, and the arguments as words; one whose second word is [`EVENT_MARK`] is
+/// none, but says that the ring goes on at its beginning. Where the ring lies apart
+/// (`NAME_events`), `start` is in bytes from there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EventRing {
     /// Word: bytes ever written.

@@ -23,7 +23,10 @@ pub(super) struct Literals {
 impl Literals {
     /// None yet, and room for so many addresses.
     pub(super) fn new(addresses: usize) -> Literals {
-        Literals { all: Vec::new(), words_left: LITERALS_MAX.saturating_sub(addresses) }
+        Literals {
+            all: Vec::new(),
+            words_left: LITERALS_MAX.saturating_sub(addresses),
+        }
     }
 
     /// The place of a literal; none where there is no more room for words.

@@ -22,7 +22,12 @@ impl Memory {
     }
 
     pub(super) fn address(&mut self, at: u32, symbol: String) {
-        self.fixups.push(Fixup { at, kind: FixupKind::Abs32, symbol, addend: 0 });
+        self.fixups.push(Fixup {
+            at,
+            kind: FixupKind::Abs32,
+            symbol,
+            addend: 0,
+        });
     }
 
     pub(super) fn literals(&mut self, frame: &Frame, literals: &Literals, name: &str) {
@@ -41,7 +46,12 @@ impl Memory {
         for key in 0..frame.keys {
             let record = frame.records + key * frame.record;
             for (keyed, at) in kernel.keyed.iter().zip(&frame.keyed) {
-                let value = keyed.values.get(key as usize).or(keyed.values.last()).copied().unwrap_or_default();
+                let value = keyed
+                    .values
+                    .get(key as usize)
+                    .or(keyed.values.last())
+                    .copied()
+                    .unwrap_or_default();
                 self.word(record + at, value as u32);
             }
         }
@@ -65,7 +75,10 @@ impl Memory {
 
 /// The state, and the histories where they lie apart.
 pub(super) fn memory(kernel: &Kernel, frame: &Frame) -> [Memory; 2] {
-    let zeroed = |bytes: u32| Memory { bytes: vec![0; bytes as usize], fixups: Vec::new() };
+    let zeroed = |bytes: u32| Memory {
+        bytes: vec![0; bytes as usize],
+        fixups: Vec::new(),
+    };
     let (mut state, mut histories) = (zeroed(frame.size), zeroed(frame.size_apart));
     for (live, at) in kernel.lives.iter().zip(&frame.lives) {
         state.word(*at, live.init as u32);
@@ -78,13 +91,20 @@ pub(super) fn memory(kernel: &Kernel, frame: &Frame) -> [Memory; 2] {
         for (cell, at) in kernel.cells.iter().zip(&frame.cells) {
             let size = if cell.ty == Type::I64 { 8 } else { 4 };
             for word in 0..cell.len {
-                state.put(record + at + word * size, &cell.init.to_le_bytes()[..size as usize]);
+                state.put(
+                    record + at + word * size,
+                    &cell.init.to_le_bytes()[..size as usize],
+                );
             }
         }
     }
     state.keyed(kernel, frame);
     state.numbers(frame, 0);
-    let lines = if frame.apart.is_some() { &mut histories } else { &mut state };
+    let lines = if frame.apart.is_some() {
+        &mut histories
+    } else {
+        &mut state
+    };
     for (line, place) in kernel.lines.iter().zip(&frame.lines) {
         let value = 0.clamp(line.range.low, line.range.high);
         let slot = 1 << place.log2();

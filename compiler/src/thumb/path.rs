@@ -1,7 +1,9 @@
-//! About how many cycles the longest way through a function takes: the measure by which orders of instructions are chosen.
+//! About how many cycles the longest way through a function takes: the measure by which orders of
+//! instructions are chosen.
 //!
-//! A block is counted by `isa::timing` from an empty pipeline, its end as one that leads on to the next block; the shorter one of two
-//! ways is branched to. What holds for final bytes is found by `budget`, not here.
+//! A block is counted by `isa::timing` from an empty pipeline, its end as one that leads on to the
+//! next block; the shorter one of two ways is branched to. What holds for final bytes is found by
+//! `budget`, not here.
 
 use super::allocate::{Allocated, Placed};
 use super::emit::{branch, finish};
@@ -29,11 +31,18 @@ pub(super) fn roughly(func: &Allocated, core: &Core) -> u64 {
             pipe = next;
             u64::from(cost.cycles())
         };
-        let on =
-            block.code.iter().map(issue).sum::<u64>() + if matches!(block.end, End::Jump(_)) { 0 } else { 2 - taken };
+        let on = block.code.iter().map(issue).sum::<u64>()
+            + if matches!(block.end, End::Jump(_)) {
+                0
+            } else {
+                2 - taken
+            };
         Cycles { on, taken }
     };
-    below(func, func.blocks.iter().map(cycles).collect()).first().copied().unwrap_or(0)
+    below(func, func.blocks.iter().map(cycles).collect())
+        .first()
+        .copied()
+        .unwrap_or(0)
 }
 
 /// Cycles of the longest way; blocks of loops count as often as they run.
@@ -43,7 +52,13 @@ pub(super) fn longest(func: &Allocated, core: &Core) -> u64 {
 
 /// Cycles of the longest way from each block on.
 pub(super) fn from_each(func: &Allocated, core: &Core) -> Vec<u64> {
-    below(func, func.blocks.iter().map(|block| of_block(block, core)).collect())
+    below(
+        func,
+        func.blocks
+            .iter()
+            .map(|block| of_block(block, core))
+            .collect(),
+    )
 }
 
 /// The longest way from each block on, given the cycles of each.
@@ -53,15 +68,21 @@ fn below(func: &Allocated, of_blocks: Vec<Cycles>) -> Vec<u64> {
     for (block, own) in of_blocks.into_iter().enumerate().rev() {
         // Loops are short and rare: their rounds are charged to their heads.
         let rounds = u64::from(func.blocks[block].rounds.unwrap_or(1));
-        cycles[block] = rounds * own.on + longer(&func.blocks[block].end, block, own.taken, &cycles);
+        cycles[block] =
+            rounds * own.on + longer(&func.blocks[block].end, block, own.taken, &cycles);
     }
     cycles
 }
 
-/// The longer one of the ways on from a block. Only one of two can be what follows; the other one is branched to, which costs so
-/// much more.
+/// The longer one of the ways on from a block. Only one of two can be what follows; the other one
+/// is branched to, which costs so much more.
 pub(super) fn longer(end: &End, block: usize, taken: u64, cycles: &[u64]) -> u64 {
-    let below: Vec<u64> = end.targets().into_iter().filter(|to| *to > block).map(|to| cycles[to]).collect();
+    let below: Vec<u64> = end
+        .targets()
+        .into_iter()
+        .filter(|to| *to > block)
+        .map(|to| cycles[to])
+        .collect();
     match below[..] {
         [first, second] => first.max(second).max(first.min(second) + taken),
         _ => below.first().copied().unwrap_or(0),
@@ -73,13 +94,24 @@ pub(super) fn through_each(func: &Allocated, core: &Core) -> Vec<u64> {
     let below = from_each(func, core);
     let mut above = vec![0; func.blocks.len()];
     for block in 0..func.blocks.len() {
-        let targets: Vec<usize> = func.blocks[block].end.targets().into_iter().filter(|to| *to > block).collect();
+        let targets: Vec<usize> = func.blocks[block]
+            .end
+            .targets()
+            .into_iter()
+            .filter(|to| *to > block)
+            .collect();
         let taken = of_block(&func.blocks[block], core).taken;
         let own = below[block] - longer(&func.blocks[block].end, block, taken, &below);
         let here = above[block] + own;
-        targets.into_iter().for_each(|to| above[to] = here.max(above[to]));
+        targets
+            .into_iter()
+            .for_each(|to| above[to] = here.max(above[to]));
     }
-    above.iter().zip(below).map(|(above, below)| above + below).collect()
+    above
+        .iter()
+        .zip(below)
+        .map(|(above, below)| above + below)
+        .collect()
 }
 
 /// Cycles of a block.
@@ -88,23 +120,49 @@ pub(super) fn of_block(block: &Placed, core: &Core) -> Cycles {
 }
 
 fn block_cycles(block: &Placed, core: &Core) -> Cycles {
-    let mut code = block.code.iter().map(|fixed| (fixed.inst, None, None)).collect();
-    finish(&mut code, core.arch, matches!(block.end, End::Branch { .. }));
+    let mut code = block
+        .code
+        .iter()
+        .map(|fixed| (fixed.inst, None, None))
+        .collect();
+    finish(
+        &mut code,
+        core.arch,
+        matches!(block.end, End::Branch { .. }),
+    );
     let (mut pipe, mut at, mut sum) = (Pipe::default(), 0, 0);
     for (inst, ..) in &code {
         let (next, cost) = core.issue(pipe, &core.prepare(inst), at, &Outcome::NEXT);
         (pipe, at, sum) = (next, at + inst.size(), sum + u64::from(cost.cycles()));
     }
-    let cycles = |inst: &Inst, way: &Outcome| u64::from(core.issue(pipe, &core.prepare(inst), at, way).1.cycles());
+    let cycles = |inst: &Inst, way: &Outcome| {
+        u64::from(core.issue(pipe, &core.prepare(inst), at, way).1.cycles())
+    };
     let taken = Outcome::taken(0, false);
     match block.end {
         End::Jump(_) => Cycles { on: sum, taken: 0 },
         End::Branch { cond, .. } => {
             let branch = branch(Some(cond), false, 0);
             let on = cycles(&branch, &Outcome::NEXT);
-            Cycles { on: sum + on, taken: cycles(&branch, &taken).saturating_sub(on) }
+            Cycles {
+                on: sum + on,
+                taken: cycles(&branch, &taken).saturating_sub(on),
+            }
         }
-        End::Next(_) => Cycles { on: sum + cycles(&Inst { m: LR, ..template(Op::BX) }, &taken), taken: 0 },
-        End::InitDone => Cycles { on: sum + 2, taken: 0 },
+        End::Next(_) => Cycles {
+            on: sum
+                + cycles(
+                    &Inst {
+                        m: LR,
+                        ..template(Op::BX)
+                    },
+                    &taken,
+                ),
+            taken: 0,
+        },
+        End::InitDone => Cycles {
+            on: sum + 2,
+            taken: 0,
+        },
     }
 }

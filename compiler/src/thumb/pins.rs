@@ -5,8 +5,9 @@
 //!   smmlar r1, r2, r0, r3        =>         every key:                    smmlar r1, r2, r9, r3
 //! ```
 //!
-//! Live values, what all keys share, the number of the tick and literals do not change within a tick. A register that holds one of them
-//! is one that nothing else can have, so how many do is tried (`best`).
+//! Live values, what all keys share, the number of the tick and literals do not change within a
+//! tick. A register that holds one of them is one that nothing else can have, so how many do is
+//! tried (`best`).
 
 use super::frame::T;
 use super::vcode::{Access, Code, Edge, End, Func, Operand, Place, Reg, Role, Use, VReg};
@@ -14,7 +15,8 @@ use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
 use whippen_isa::Op;
 
-/// The registers that may hold such a word, in the order in which they are taken; short encodings do not name them.
+/// The registers that may hold such a word, in the order in which they are taken; short encodings
+/// do not name them.
 const REGISTERS: [u8; PINS_MAX] = [9, 8, 12, 5, 4];
 /// How many words may stay in registers: no instruction needs more than the others.
 const PINS_MAX: usize = 5;
@@ -39,8 +41,15 @@ pub(super) fn wanted(funcs: &[Func]) -> Vec<Word> {
     // In how many modes at the entry, and anywhere.
     let mut wanted: BTreeMap<Word, [usize; 2]> = BTreeMap::new();
     for func in funcs {
-        let words = |blocks: usize| func.blocks.iter().take(blocks).flat_map(|block| &block.code).filter_map(word);
-        let [entry, all]: [BTreeSet<Word>; 2] = [words(1).collect(), words(func.blocks.len()).collect()];
+        let words = |blocks: usize| {
+            func.blocks
+                .iter()
+                .take(blocks)
+                .flat_map(|block| &block.code)
+                .filter_map(word)
+        };
+        let [entry, all]: [BTreeSet<Word>; 2] =
+            [words(1).collect(), words(func.blocks.len()).collect()];
         for word in all {
             let [at_entry, anywhere] = wanted.entry(word).or_default();
             *at_entry += usize::from(entry.contains(&word));
@@ -62,7 +71,9 @@ fn word(code: &Code) -> Option<Word> {
             let base = code.operands[Role::N as usize].map(|operand| operand.reg);
             (base == Some(Reg::Fixed(T)) && inst.add).then_some(Word::At(inst.imm))
         }
-        Op::MOV_immediate if inst.cond.is_none() && !inst.s && code.address.is_none() => Some(Word::Number(inst.imm)),
+        Op::MOV_immediate if inst.cond.is_none() && !inst.s && code.address.is_none() => {
+            Some(Word::Number(inst.imm))
+        }
         _ => None,
     }
 }
@@ -70,7 +81,9 @@ fn word(code: &Code) -> Option<Word> {
 impl Pins {
     /// Registers for these words.
     pub fn new(words: &[Word]) -> Pins {
-        Pins { all: words.iter().copied().zip(REGISTERS).collect() }
+        Pins {
+            all: words.iter().copied().zip(REGISTERS).collect(),
+        }
     }
 
     /// The words and their registers.
@@ -83,7 +96,8 @@ impl Pins {
         let mut held: FxHashMap<VReg, u8> = FxHashMap::default();
         for block in &mut func.blocks {
             block.code.retain(|code| {
-                let found = word(code).and_then(|word| self.all.iter().find(|(pinned, _)| *pinned == word));
+                let found =
+                    word(code).and_then(|word| self.all.iter().find(|(pinned, _)| *pinned == word));
                 found.is_none_or(|(_, reg)| code.writes().any(|to| held.insert(to, *reg).is_some()))
             });
         }
@@ -92,18 +106,28 @@ impl Pins {
                 read_held(&mut func, at, &held);
             }
         }
-        func.free = self.all.iter().fold(func.free, |free, (_, reg)| free & !(1 << reg));
+        func.free = self
+            .all
+            .iter()
+            .fold(func.free, |free, (_, reg)| free & !(1 << reg));
         func
     }
 }
 
-/// Has a block read the registers; what becomes something else in place, or goes to another block, is copied.
+/// Has a block read the registers; what becomes something else in place, or goes to another block,
+/// is copied.
 fn read_held(func: &mut Func, at: usize, held: &FxHashMap<VReg, u8>) {
     let old = std::mem::take(&mut func.blocks[at].code);
     let mut code = Vec::with_capacity(old.len());
     for mut next in old {
         let uses: Vec<Use> = next.uses().collect();
-        for Use { role, operand, writes, .. } in uses {
+        for Use {
+            role,
+            operand,
+            writes,
+            ..
+        } in uses
+        {
             if let (Reg::Virtual(reg), false) = (operand.reg, writes)
                 && let Some(pinned) = held.get(&reg)
             {
@@ -112,7 +136,10 @@ fn read_held(func: &mut Func, at: usize, held: &FxHashMap<VReg, u8>) {
             if let Some(pinned) = operand.old.and_then(|old| held.get(&old)) {
                 let copy = func.fresh();
                 code.push(copied(copy, *pinned, next.origin));
-                next.operands[role as usize] = Some(Operand { old: Some(copy), ..operand });
+                next.operands[role as usize] = Some(Operand {
+                    old: Some(copy),
+                    ..operand
+                });
             }
         }
         code.push(next);
@@ -133,5 +160,10 @@ fn read_held(func: &mut Func, at: usize, held: &FxHashMap<VReg, u8>) {
 }
 
 fn copied(to: VReg, from: u8, origin: Option<u32>) -> Code {
-    Code { origin, ..Code::new(Op::MOV_register).reg(Role::D, to).with(Role::M, Reg::Fixed(from)) }
+    Code {
+        origin,
+        ..Code::new(Op::MOV_register)
+            .reg(Role::D, to)
+            .with(Role::M, Reg::Fixed(from))
+    }
 }

@@ -1,5 +1,6 @@
-//! The order of instructions that have registers: what the allocator put in between (loads from the stack, moves) is waited
-//! for like everything else, and branches fold behind the right instruction.
+//! The order of instructions that have registers: what the allocator put in between (loads from the
+//! stack, moves) is waited for like everything else, and branches fold behind the right
+//! instruction.
 //!
 //! ```text
 //!   a block with registers -> what must stay before what -> single instructions moved as long as the block becomes shorter
@@ -26,19 +27,25 @@ use whippen_isa::reg::SP;
 use whippen_isa::timing::Core;
 use whippen_isa::{Class, Flags};
 
-/// Ways shorter than this part of the longest are left as they are: an order saves less than the difference.
+/// Ways shorter than this part of the longest are left as they are: an order saves less than the
+/// difference.
 const SHORT: (u64, u64) = (4, 5);
 /// How far an instruction is moved at once.
 const WINDOW: usize = 14;
 /// How many orders of a block are measured.
 const TRIES: usize = 4000;
 
-/// Puts every block on a long way in a better order, if there is one: the others are as good as they need be.
+/// Puts every block on a long way in a better order, if there is one: the others are as good as
+/// they need be.
 pub(super) fn reorder(func: &mut Allocated, core: &Core, known: &Known) {
     let through = path::through_each(func, core);
     let longest = through.iter().copied().max().unwrap_or(0);
     let (live, free) = (live_in(func, core), func.free);
-    let behind: Vec<u32> = func.blocks.iter().map(|block| live_behind(block, &live, core)).collect();
+    let behind: Vec<u32> = func
+        .blocks
+        .iter()
+        .map(|block| live_behind(block, &live, core))
+        .collect();
     for ((block, through), behind) in func.blocks.iter_mut().zip(through).zip(behind) {
         if SHORT.1 * through < SHORT.0 * longest || block.code.is_empty() {
             continue;
@@ -51,7 +58,15 @@ pub(super) fn reorder(func: &mut Allocated, core: &Core, known: &Known) {
 /// The best order of a block with its registers, or with others.
 fn best(block: &Placed, behind: u32, free: u32, core: &Core) -> Ordered {
     let (own, cycles) = ordered(block, core);
-    match spread(block, behind, free, core).map(|code| ordered(&Placed { code, ..block.clone() }, core)) {
+    match spread(block, behind, free, core).map(|code| {
+        ordered(
+            &Placed {
+                code,
+                ..block.clone()
+            },
+            core,
+        )
+    }) {
         Some((other, fewer)) if fewer < cycles => other,
         _ => own,
     }
@@ -61,7 +76,14 @@ fn best(block: &Placed, behind: u32, free: u32, core: &Core) -> Ordered {
 fn ordered(block: &Placed, core: &Core) -> (Ordered, u32) {
     let mut order = Order::new(block, core);
     order.improve();
-    (order.order.iter().map(|at| (*at, block.code[*at].inst)).collect(), order.cycles)
+    (
+        order
+            .order
+            .iter()
+            .map(|at| (*at, block.code[*at].inst))
+            .collect(),
+        order.cycles,
+    )
 }
 
 /// What instructions read and write besides values.
@@ -78,7 +100,10 @@ enum Resource {
 fn resources(fixed: &Fixed) -> Vec<(Resource, bool)> {
     let inst = &fixed.inst;
     let (flags, mut all) = (inst.flags(), Vec::new());
-    let (reads, writes) = (flags.reads.intersects(Flags::NZCV), flags.writes.intersects(Flags::NZCV));
+    let (reads, writes) = (
+        flags.reads.intersects(Flags::NZCV),
+        flags.writes.intersects(Flags::NZCV),
+    );
     if reads || writes {
         all.push((Resource::Flags, writes));
     }
@@ -123,7 +148,15 @@ impl Order {
         let order: Vec<usize> = (0..block.code.len()).collect();
         let mut measure = Measure::new(block, core);
         let cycles = measure.accept(&order);
-        Order { measure, before, after, place: order.clone(), order, cycles, tries: 0 }
+        Order {
+            measure,
+            before,
+            after,
+            place: order.clone(),
+            order,
+            cycles,
+            tries: 0,
+        }
     }
 
     fn improve(&mut self) {
@@ -141,9 +174,20 @@ impl Order {
     /// Moves one instruction to where it is best.
     fn move_one(&mut self, at: usize) {
         let from = self.place[at];
-        let first = self.before[at].iter().map(|other| self.place[*other] + 1).max().unwrap_or(0);
-        let end = self.after[at].iter().map(|other| self.place[*other]).min().unwrap_or(self.order.len());
-        let (first, end) = (first.max(from.saturating_sub(WINDOW)), end.min(from + WINDOW));
+        let first = self.before[at]
+            .iter()
+            .map(|other| self.place[*other] + 1)
+            .max()
+            .unwrap_or(0);
+        let end = self.after[at]
+            .iter()
+            .map(|other| self.place[*other])
+            .min()
+            .unwrap_or(self.order.len());
+        let (first, end) = (
+            first.max(from.saturating_sub(WINDOW)),
+            end.min(from + WINDOW),
+        );
         let (mut best, mut now) = (from, from);
         for to in (first..end).filter(|to| *to != from) {
             if self.tries >= TRIES {

@@ -1,5 +1,5 @@
-//! Whether two orders of the same instructions compute the same, found without dependences: everyone who reads a register, flags
-//! or memory must find there what the same instruction left.
+//! Whether two orders of the same instructions compute the same, found without dependences:
+//! everyone who reads a register, flags or memory must find there what the same instruction left.
 
 use std::collections::BTreeMap;
 
@@ -23,7 +23,11 @@ fn found(steps: &[Step]) -> (Vec<Found>, BTreeMap<String, String>) {
     let mut left: BTreeMap<String, String> = BTreeMap::new();
     let mut all = Vec::new();
     for step in steps {
-        let seen = step.reads.iter().map(|place| (place.clone(), left.get(place).cloned())).collect();
+        let seen = step
+            .reads
+            .iter()
+            .map(|place| (place.clone(), left.get(place).cloned()))
+            .collect();
         for place in &step.writes {
             left.insert(place.clone(), step.name.clone());
         }
@@ -39,17 +43,28 @@ mod tests {
 
     fn step(name: &str, reads: &[&str], writes: &[&str]) -> Step {
         let all = |places: &[&str]| places.iter().map(ToString::to_string).collect();
-        Step { name: name.to_string(), reads: all(reads), writes: all(writes) }
+        Step {
+            name: name.to_string(),
+            reads: all(reads),
+            writes: all(writes),
+        }
     }
 
     #[test]
     fn only_what_nobody_can_tell_may_change_places() {
-        let code =
-            [step("a", &[], &["x"]), step("b", &["x"], &["y"]), step("c", &[], &["z"]), step("d", &["y"], &["x"])];
+        let code = [
+            step("a", &[], &["x"]),
+            step("b", &["x"], &["y"]),
+            step("c", &[], &["z"]),
+            step("d", &["y"], &["x"]),
+        ];
         let order = |places: [usize; 4]| places.map(|at| code[at].clone());
         assert!(same(&code, &order([2, 0, 1, 3])));
         assert!(!same(&code, &order([1, 0, 2, 3])), "b would find another x");
         assert!(!same(&code, &order([0, 1, 2, 2])), "d is missing");
-        assert!(!same(&code[..1], &[step("a", &[], &["y"])]), "what is left is another");
+        assert!(
+            !same(&code[..1], &[step("a", &[], &["y"])]),
+            "what is left is another"
+        );
     }
 }

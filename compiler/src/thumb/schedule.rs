@@ -1,15 +1,16 @@
-//! The order of instructions within a block: no result is waited for that something else could be done for, and no more
-//! values are alive at once than there are registers.
+//! The order of instructions within a block: no result is waited for that something else could be
+//! done for, and no more values are alive at once than there are registers.
 //!
 //! ```text
 //!   Code in selection's order -> what must stay before what (depend) -> one after the other, the best that is ready
 //! ```
 //!
-//! Cycles are asked of `isa::timing`: a candidate behind the instruction issued last costs what [`Core::issue`] says. A
-//! candidate that waits is put off; of the others the one with the longest way to the end goes first, until registers
-//! become scarce: then the one that frees most.
+//! Cycles are asked of `isa::timing`: a candidate behind the instruction issued last costs what
+//! [`Core::issue`] says. A candidate that waits is put off; of the others the one with the longest
+//! way to the end goes first, until registers become scarce: then the one that frees most.
 //!
-//! Not here: which limit of registers is best (`thumb` tries some and counts), instructions across blocks.
+//! Not here: which limit of registers is best (`thumb` tries some and counts), instructions across
+//! blocks.
 
 mod check;
 mod depend;
@@ -32,7 +33,10 @@ pub(super) fn schedule(func: &mut Func, core: &Core, limit: usize) {
         let graph = depend(&block.code, core);
         let order = Order::new(&block.code, &graph, &live[index], last, limit, vregs).run();
         let ordered: Vec<Code> = order.iter().map(|at| block.code[*at]).collect();
-        debug_assert!(check::same(&block.code, &ordered), "a schedule changes what is computed");
+        debug_assert!(
+            check::same(&block.code, &ordered),
+            "a schedule changes what is computed"
+        );
         block.code = ordered;
         if last.is_some() {
             load_earlier(&mut block.code);
@@ -40,14 +44,16 @@ pub(super) fn schedule(func: &mut Func, core: &Core, limit: usize) {
     }
 }
 
-/// Exchanges the load of the next key's code, which walks K on, with the instruction before it, so that the branch finds the
-/// address there. What that one accesses by K is then behind it.
+/// Exchanges the load of the next key's code, which walks K on, with the instruction before it, so
+/// that the branch finds the address there. What that one accesses by K is then behind it.
 fn load_earlier(code: &mut [Code]) {
     let [.., before, load] = code else { return };
     let walks = load.inst.wback.then_some(load.inst.imm as i64);
     let by_k = |code: &Code| code.uses().any(|u| u.operand.reg == Reg::Fixed(K));
     let offset = i64::from(before.inst.imm) * if before.inst.add { 1 } else { -1 };
-    let (Some(walks), false) = (walks, before.inst.wback || before.inst.cond.is_some()) else { return };
+    let (Some(walks), false) = (walks, before.inst.wback || before.inst.cond.is_some()) else {
+        return;
+    };
     if before.writes().any(|reg| load.reads().any(|r| r == reg)) {
         return;
     }
@@ -70,8 +76,16 @@ struct Behind {
 
 impl Behind {
     fn new(core: &Core, last: &Code) -> Behind {
-        let behind = Behind { results: last.writes().collect(), pipe: Pipe::default() };
-        let (pipe, _) = core.issue(behind.pipe, &behind.named(core, last, false), 0, &Outcome::NEXT);
+        let behind = Behind {
+            results: last.writes().collect(),
+            pipe: Pipe::default(),
+        };
+        let (pipe, _) = core.issue(
+            behind.pipe,
+            &behind.named(core, last, false),
+            0,
+            &Outcome::NEXT,
+        );
         Behind { pipe, ..behind }
     }
 
@@ -86,10 +100,15 @@ impl Behind {
         behind.cycles().saturating_sub(alone.cycles())
     }
 
-    /// An instruction whose results get the first numbers; all others are one register that nobody waits for.
+    /// An instruction whose results get the first numbers; all others are one register that nobody
+    /// waits for.
     fn named(&self, core: &Core, code: &Code, reads: bool) -> Timed {
         let number = |reg: Reg| match reg {
-            Reg::Virtual(reg) => self.results.iter().position(|r| *r == reg).map_or(12, |at| at as u8),
+            Reg::Virtual(reg) => self
+                .results
+                .iter()
+                .position(|r| *r == reg)
+                .map_or(12, |at| at as u8),
             Reg::Fixed(reg) => reg,
         };
         let mut inst = code.inst;
@@ -132,19 +151,43 @@ impl<'a> Order<'a> {
         let reads: Vec<Vec<(VReg, u32)>> = code.iter().map(read).collect();
         let writes: Vec<Vec<VReg>> = code.iter().map(|code| code.writes().collect()).collect();
         let mut left = vec![0; vregs];
-        reads.iter().flatten().for_each(|(reg, times)| left[*reg as usize] += times);
-        live.iter().copied().chain(last).for_each(|reg| left[reg as usize] += 1);
+        reads
+            .iter()
+            .flatten()
+            .for_each(|(reg, times)| left[*reg as usize] += times);
+        live.iter()
+            .copied()
+            .chain(last)
+            .for_each(|reg| left[reg as usize] += 1);
         let needed = |reg: &&VReg| left[**reg as usize] > 0;
-        let begun = writes.iter().map(|regs| regs.iter().filter(needed).count() as isize).collect();
+        let begun = writes
+            .iter()
+            .map(|regs| regs.iter().filter(needed).count() as isize)
+            .collect();
         let mut comes_in: Vec<bool> = left.iter().map(|left| *left > 0).collect();
-        writes.iter().flatten().for_each(|reg| comes_in[*reg as usize] = false);
+        writes
+            .iter()
+            .flatten()
+            .for_each(|reg| comes_in[*reg as usize] = false);
         let alive = comes_in.into_iter().filter(|is| *is).count();
         let blocked = graph.before.clone();
-        Order { code, graph, limit, reads, begun, left, blocked, alive, order: Vec::new() }
+        Order {
+            code,
+            graph,
+            limit,
+            reads,
+            begun,
+            left,
+            blocked,
+            alive,
+            order: Vec::new(),
+        }
     }
 
     fn run(mut self) -> Vec<usize> {
-        let mut ready: Vec<usize> = (0..self.code.len()).filter(|at| self.blocked[*at] == 0).collect();
+        let mut ready: Vec<usize> = (0..self.code.len())
+            .filter(|at| self.blocked[*at] == 0)
+            .collect();
         while let Some(place) = self.best(&ready) {
             let at = ready.swap_remove(place);
             self.alive = self.alive.saturating_add_signed(self.change(at));
@@ -175,7 +218,14 @@ impl<'a> Order<'a> {
         let change = self.change(at);
         let scarce = self.alive >= self.limit;
         let over = self.alive.saturating_add_signed(change) > self.limit;
-        (over, if scarce { change } else { 0 }, waits, apart, std::cmp::Reverse(self.graph.height[at]), at)
+        (
+            over,
+            if scarce { change } else { 0 },
+            waits,
+            apart,
+            std::cmp::Reverse(self.graph.height[at]),
+            at,
+        )
     }
 
     /// Whether it would end a run of instructions that can share an IT block.
@@ -186,7 +236,10 @@ impl<'a> Order<'a> {
 
     /// How many more values are alive behind it.
     fn change(&self, at: usize) -> isize {
-        let ended = self.reads[at].iter().filter(|(reg, times)| self.left[*reg as usize] == *times).count();
+        let ended = self.reads[at]
+            .iter()
+            .filter(|(reg, times)| self.left[*reg as usize] == *times)
+            .count();
         self.begun[at] - ended as isize
     }
 }

@@ -4,9 +4,9 @@
 //!   Mode (blocks of Kernel instructions, `if` and `loop` inside)  ->  Func (blocks of Code, flags and jumps)
 //! ```
 //!
-//! Values are bound to what computes them: a constant costs nothing before it is needed in a register, a comparison is
-//! made anew wherever its outcome steers (one CMP, where a 0 or 1 in a register would cost three), all else is one
-//! register or, of 64 bits, two.
+//! Values are bound to what computes them: a constant costs nothing before it is needed in a
+//! register, a comparison is made anew wherever its outcome steers (one CMP, where a 0 or 1 in a
+//! register would cost three), all else is one register or, of 64 bits, two.
 //!
 //! | part | what it settles |
 //! | --- | --- |
@@ -118,7 +118,8 @@ impl<'a> Select<'a> {
         values: &'a [ValueInfo],
         mode: Option<usize>,
     ) -> Self {
-        let pushes = |inst: &Inst| matches!(inst.op, Op::Push(line) if Some(line) == frame.first_line);
+        let pushes =
+            |inst: &Inst| matches!(inst.op, Op::Push(line) if Some(line) == frame.first_line);
         Select {
             kernel,
             frame,
@@ -143,7 +144,9 @@ impl<'a> Select<'a> {
             written: None,
             input: None,
             guard: assumes(&kernel.init) || assumes(&kernel.tick),
-            push_walks: mode.is_some() && frame.pointers.is_empty() && kernel.tick.insts.iter().any(pushes),
+            push_walks: mode.is_some()
+                && frame.pointers.is_empty()
+                && kernel.tick.insts.iter().any(pushes),
             mode,
         }
     }
@@ -157,22 +160,31 @@ impl<'a> Select<'a> {
         index: usize,
         near: usize,
     ) -> Func {
-        let mut select = Select { near, ..Select::new(kernel, frame, literals, &mode.values, Some(index)) };
+        let mut select = Select {
+            near,
+            ..Select::new(kernel, frame, literals, &mode.values, Some(index))
+        };
         for block in &mode.blocks {
             select.mark_words(&block.insts);
             select.mark_summed(&block.insts);
             match &block.end {
                 End::Jump(target) => select.mark(&target.args),
-                End::Branch { condition, yes, no, .. } => {
+                End::Branch {
+                    condition, yes, no, ..
+                } => {
                     select.used[condition.0 as usize] += 1;
-                    [yes, no].into_iter().for_each(|target| select.mark(&target.args));
+                    [yes, no]
+                        .into_iter()
+                        .for_each(|target| select.mark(&target.args));
                 }
                 End::Next(_) => {}
             }
         }
         select.waiting = keep::waiting(mode, &select.used, kernel.cells.len());
         select.again = again::loads(kernel, mode, &select.waiting);
-        mode.blocks.iter().for_each(|block| select.mark_compared(&block.insts));
+        mode.blocks
+            .iter()
+            .for_each(|block| select.mark_compared(&block.insts));
         select.blocks(mode);
         select.func
     }
@@ -190,7 +202,12 @@ impl<'a> Select<'a> {
     }
 
     /// The code of what is the same for all keys: it stores live values.
-    pub(super) fn shared(kernel: &'a Kernel, frame: &'a Frame, literals: &'a mut Literals, shared: &'a Shared) -> Func {
+    pub(super) fn shared(
+        kernel: &'a Kernel,
+        frame: &'a Frame,
+        literals: &'a mut Literals,
+        shared: &'a Shared,
+    ) -> Func {
         let mut select = Select::new(kernel, frame, literals, &shared.values, None);
         select.mark_words(&shared.insts);
         select.mark(&shared.results);
@@ -266,7 +283,10 @@ impl<'a> Select<'a> {
     fn pair(&mut self, value: Value) -> (VReg, VReg) {
         match self.bound[value.0 as usize] {
             Bound::Two(low, high) => (low, high),
-            Bound::Const(k) => (self.load_constant(k as i32), self.load_constant((k >> 32) as i32)),
+            Bound::Const(k) => (
+                self.load_constant(k as i32),
+                self.load_constant((k >> 32) as i32),
+            ),
             Bound::Later(op, args) => {
                 let (low, high) = self.wide(op, &args);
                 self.bind(value, Bound::Two(low, high));
@@ -282,20 +302,29 @@ impl<'a> Select<'a> {
     /// An instruction without regions.
     fn one(&mut self, inst: &Inst) {
         let result = inst.results.first().copied();
-        let Some(result) = result else { return self.write(inst) };
+        let Some(result) = result else {
+            return self.write(inst);
+        };
         let info = self.info(result);
         if let Op::Get(cell) = inst.op {
             self.old[result.0 as usize] = Some(cell);
         }
         let bound = match (inst.op, info.ty) {
             (Op::Const(k), _) => Bound::Const(k),
-            _ if info.range.low == info.range.high && inst.op.row().effect == crate::kernel::Effect::Pure => {
+            _ if info.range.low == info.range.high
+                && inst.op.row().effect == crate::kernel::Effect::Pure =>
+            {
                 Bound::Const(info.range.low)
             }
             (Op::Assume(..), ty) => match self.bound[inst.args[0].0 as usize] {
-                // What waits for one user is computed where that stands; several may stand in blocks that do not meet.
-                Bound::Later(..) if self.used[result.0 as usize] != 1 && ty == Type::I64 => self.both(inst.args[0]),
-                Bound::Later(..) if self.used[result.0 as usize] != 1 => Bound::One(self.reg(inst.args[0])),
+                // What waits for one user is computed where that stands; several may stand in
+                // blocks that do not meet.
+                Bound::Later(..) if self.used[result.0 as usize] != 1 && ty == Type::I64 => {
+                    self.both(inst.args[0])
+                }
+                Bound::Later(..) if self.used[result.0 as usize] != 1 => {
+                    Bound::One(self.reg(inst.args[0]))
+                }
                 bound => bound,
             },
             (Op::Lt | Op::Le | Op::Eq, _) => self.test(inst, result),
@@ -305,10 +334,14 @@ impl<'a> Select<'a> {
             (Op::And | Op::Or | Op::Not, _) => self.logic(inst.op, &inst.args),
             (Op::Select, _) if self.waits_for_store(inst) => Bound::Nothing,
             (Op::Select, ty) => self.select(ty, &inst.args),
-            (Op::Get(_) | Op::Live(_) | Op::Tick(_) | Op::Keyed(_), _) if self.again[result.0 as usize] => {
+            (Op::Get(_) | Op::Live(_) | Op::Tick(_) | Op::Keyed(_), _)
+                if self.again[result.0 as usize] =>
+            {
                 Bound::Again(inst.op, result)
             }
-            (Op::Shl(_) | Op::Sar(_), Type::I32) if self.repeats(inst, result) || self.is_part_of_all(inst, result) => {
+            (Op::Shl(_) | Op::Sar(_), Type::I32)
+                if self.repeats(inst, result) || self.is_part_of_all(inst, result) =>
+            {
                 Bound::Again(inst.op, inst.args[0])
             }
             (
@@ -325,9 +358,10 @@ impl<'a> Select<'a> {
             (Op::DivRound(n), _) => Bound::One(self.div_round(inst.args[0], inst.args[1], n)),
             (Op::Sqrt, _) => Bound::One(self.root(inst.args[0])),
             (Op::Narrow, _) => self.narrow(inst.args[0]),
-            (op, _) if self.waits(op, result) && self.may_wait(&inst.args) => {
-                Bound::Later(op, [inst.args[0], *inst.args.get(1).unwrap_or(&inst.args[0])])
-            }
+            (op, _) if self.waits(op, result) && self.may_wait(&inst.args) => Bound::Later(
+                op,
+                [inst.args[0], *inst.args.get(1).unwrap_or(&inst.args[0])],
+            ),
             (op, Type::I64) => {
                 let (low, high) = self.wide(op, &inst.args);
                 Bound::Two(low, high)
@@ -335,9 +369,13 @@ impl<'a> Select<'a> {
             (op, _) => Bound::One(self.word(op, &inst.args)),
         };
         self.late[result.0 as usize] = match bound {
-            Bound::Later(..) | Bound::Test(..) | Bound::Again(..) => {
-                inst.args.iter().map(|arg| self.late[arg.0 as usize]).max().unwrap_or(0).saturating_add(1)
-            }
+            Bound::Later(..) | Bound::Test(..) | Bound::Again(..) => inst
+                .args
+                .iter()
+                .map(|arg| self.late[arg.0 as usize])
+                .max()
+                .unwrap_or(0)
+                .saturating_add(1),
             _ => 0,
         };
         self.bind(result, bound);
@@ -357,5 +395,8 @@ impl<'a> Select<'a> {
 }
 
 fn assumes(region: &Region) -> bool {
-    region.insts.iter().any(|inst| matches!(inst.op, Op::Assume(..)) || inst.regions.iter().any(assumes))
+    region
+        .insts
+        .iter()
+        .any(|inst| matches!(inst.op, Op::Assume(..)) || inst.regions.iter().any(assumes))
 }

@@ -1,12 +1,13 @@
-//! What depends on live values, the tick's number and constants alone is the same for all keys: it is computed once a tick, at its entry.
+//! What depends on live values, the tick's number and constants alone is the same for all keys: it
+//! is computed once a tick, at its entry.
 //!
 //! ```text
 //!   mode:   v9 = add (live 0) 4;  v10 = div_round 1 v9;  .. v10 ..      entry of the tick:  live 3 = div_round 1 (add (live 0) 4)
 //!      ->   v10 = live 3;  .. v10 ..
 //! ```
 //!
-//! Such a value becomes one more live value, which nobody outside can see. What costs no more than to load it (a shift that
-//! becomes an operand, a comparison) stays where it is.
+//! Such a value becomes one more live value, which nobody outside can see. What costs no more than
+//! to load it (a shift that becomes an operand, a comparison) stays where it is.
 
 use crate::kernel::op::Meaning;
 use crate::kernel::{Inst, Kernel, Op, Range, Type, Value, ValueInfo, sweep_insts};
@@ -27,7 +28,11 @@ pub(super) struct Shared {
 /// Modes that read what is shared, and how it is computed.
 pub(super) fn share(modes: &Modes) -> (Cow<'_, Modes>, Shared) {
     let mut shared = Shared::default();
-    let found: Vec<Vec<Value>> = modes.modes.iter().map(|mode| Scan::new(mode).roots()).collect();
+    let found: Vec<Vec<Value>> = modes
+        .modes
+        .iter()
+        .map(|mode| Scan::new(mode).roots())
+        .collect();
     if found.iter().all(Vec::is_empty) {
         return (Cow::Borrowed(modes), shared);
     }
@@ -40,8 +45,15 @@ pub(super) fn share(modes: &Modes) -> (Cow<'_, Modes>, Shared) {
 
 /// Whether it is worth a word of memory and a load.
 fn is_dear(op: Op) -> bool {
-    let sum = matches!(op, Op::Add | Op::Sub | Op::MacTop | Op::MacWide | Op::Min | Op::Max | Op::Select);
-    sum || matches!(op, Op::Tick(1..)) || matches!(op, Op::Mul | Op::MulWide | Op::MulTop | Op::DivRound(_) | Op::Sqrt)
+    let sum = matches!(
+        op,
+        Op::Add | Op::Sub | Op::MacTop | Op::MacWide | Op::Min | Op::Max | Op::Select
+    );
+    sum || matches!(op, Op::Tick(1..))
+        || matches!(
+            op,
+            Op::Mul | Op::MulWide | Op::MulTop | Op::DivRound(_) | Op::Sqrt
+        )
 }
 
 /// Which values of a mode depend on live values alone.
@@ -60,7 +72,13 @@ impl<'m> Scan<'m> {
     fn new(mode: &'m Mode) -> Scan<'m> {
         let no = vec![false; mode.values.len()];
         let made = vec![None; mode.values.len()];
-        Scan { mode, made, live: no.clone(), dear: no.clone(), needed: no }
+        Scan {
+            mode,
+            made,
+            live: no.clone(),
+            dear: no.clone(),
+            needed: no,
+        }
     }
 
     /// Those that are to be shared, in the order in which they are made.
@@ -79,9 +97,14 @@ impl<'m> Scan<'m> {
             if let End::Branch { condition, .. } = &block.end {
                 self.need(*condition);
             }
-            block.end.targets().flat_map(|target| &target.args).for_each(|value| self.need(*value));
+            block
+                .end
+                .targets()
+                .flat_map(|target| &target.args)
+                .for_each(|value| self.need(*value));
         }
-        // What is not shared itself is computed where it stands, so what it is made of is needed there.
+        // What is not shared itself is computed where it stands, so what it is made of is needed
+        // there.
         let mut roots = Vec::new();
         for value in order.into_iter().rev() {
             let at = value.0 as usize;
@@ -101,7 +124,12 @@ impl<'m> Scan<'m> {
     fn is_alone(&self, inst: &Inst) -> bool {
         let reads = matches!(inst.op, Op::Live(_) | Op::Tick(_));
         let computes = reads || matches!(inst.op.row().meaning, Meaning::Exact(_));
-        computes && inst.regions.is_empty() && inst.args.iter().all(|arg| self.made[arg.0 as usize].is_some())
+        computes
+            && inst.regions.is_empty()
+            && inst
+                .args
+                .iter()
+                .all(|arg| self.made[arg.0 as usize].is_some())
     }
 
     fn define(&mut self, inst: &'m Inst) {
@@ -131,10 +159,14 @@ impl Shared {
     fn replace(&mut self, kernel: &Kernel, mode: &mut Mode, roots: &[Value]) {
         let mut made: Vec<Option<&Inst>> = vec![None; mode.values.len()];
         for inst in mode.blocks.iter().flat_map(|block| &block.insts) {
-            inst.results.iter().for_each(|result| made[result.0 as usize] = Some(inst));
+            inst.results
+                .iter()
+                .for_each(|result| made[result.0 as usize] = Some(inst));
         }
-        let lives: HashMap<Value, Op> =
-            roots.iter().map(|root| (*root, self.live(kernel, mode, &made, *root))).collect();
+        let lives: HashMap<Value, Op> = roots
+            .iter()
+            .map(|root| (*root, self.live(kernel, mode, &made, *root)))
+            .collect();
         for inst in mode.blocks.iter_mut().flat_map(|block| &mut block.insts) {
             if let Some(op) = inst.results.first().and_then(|result| lives.get(result)) {
                 (inst.op, inst.args) = (*op, Vec::new());
@@ -146,24 +178,38 @@ impl Shared {
     /// The live value that holds this.
     fn live(&mut self, kernel: &Kernel, mode: &Mode, made: &[Option<&Inst>], root: Value) -> Op {
         let value = self.copy(mode, made, root);
-        let place = self.results.iter().position(|result| *result == value).unwrap_or_else(|| {
-            self.results.push(value);
-            self.results.len() - 1
-        });
+        let place = self
+            .results
+            .iter()
+            .position(|result| *result == value)
+            .unwrap_or_else(|| {
+                self.results.push(value);
+                self.results.len() - 1
+            });
         Op::Live((kernel.lives.len() + place) as u32)
     }
 
     fn copy(&mut self, mode: &Mode, made: &[Option<&Inst>], value: Value) -> Value {
         let info = mode.values[value.0 as usize];
-        let Some(inst) = made[value.0 as usize] else { return value };
-        let args: Vec<Value> = inst.args.iter().map(|arg| self.copy(mode, made, *arg)).collect();
+        let Some(inst) = made[value.0 as usize] else {
+            return value;
+        };
+        let args: Vec<Value> = inst
+            .args
+            .iter()
+            .map(|arg| self.copy(mode, made, *arg))
+            .collect();
         let key = (inst.op, args.clone(), info.ty, info.range);
         if let Some(known) = self.known.get(&key) {
             return *known;
         }
         let result = Value(self.values.len() as u32);
         self.values.push(info);
-        self.insts.push(Inst { results: vec![result], args, ..inst.clone() });
+        self.insts.push(Inst {
+            results: vec![result],
+            args,
+            ..inst.clone()
+        });
         self.known.insert(key, result);
         result
     }
@@ -177,7 +223,11 @@ fn sweep(mode: &mut Mode) {
         if let End::Branch { condition, .. } = &block.end {
             needed[condition.0 as usize] = true;
         }
-        block.end.targets().flat_map(|target| &target.args).for_each(|value| needed[value.0 as usize] = true);
+        block
+            .end
+            .targets()
+            .flat_map(|target| &target.args)
+            .for_each(|value| needed[value.0 as usize] = true);
         sweep_insts(&mut block.insts, &mut needed);
     }
 }

@@ -1,4 +1,5 @@
-//! Results in registers that were not used a moment ago, so that more instructions may change places.
+//! Results in registers that were not used a moment ago, so that more instructions may change
+//! places.
 //!
 //! ```text
 //!   ldr lr, a                ldr lr, a
@@ -17,7 +18,8 @@ const LONG: usize = 12;
 /// What it takes for a register that only long encodings name.
 const HIGH: usize = 6;
 
-/// The block with other registers; `behind` is what is wanted behind it. None if nothing can be otherwise.
+/// The block with other registers; `behind` is what is wanted behind it. None if nothing can be
+/// otherwise.
 pub(super) fn spread(block: &Placed, behind: u32, free: u32, core: &Core) -> Option<Vec<Fixed>> {
     let mut code = block.code.clone();
     let mut known = Known::of(&code, behind);
@@ -29,10 +31,14 @@ pub(super) fn spread(block: &Placed, behind: u32, free: u32, core: &Core) -> Opt
         }
         let others = others(free, own).filter(|reg| known.may_take(at, own, *reg));
         let than = known.worth(at, own) + 2;
-        let mut better: Vec<(usize, u32)> =
-            others.map(|reg| (known.worth(at, reg), reg)).filter(|(worth, _)| *worth > than).collect();
+        let mut better: Vec<(usize, u32)> = others
+            .map(|reg| (known.worth(at, reg), reg))
+            .filter(|(worth, _)| *worth > than)
+            .collect();
         better.sort_by_key(|(worth, _)| std::cmp::Reverse(*worth));
-        let new = better.into_iter().find_map(|(_, reg)| renamed(&code[at..], own, reg, behind, core));
+        let new = better
+            .into_iter()
+            .find_map(|(_, reg)| renamed(&code[at..], own, reg, behind, core));
         if let Some(new) = new {
             code.truncate(at);
             code.extend(new);
@@ -59,20 +65,27 @@ impl Known {
             wanted[at] = live;
             live = wanted_before(fixed, live);
         }
-        Known { touched: code.iter().map(touched).collect(), wanted }
+        Known {
+            touched: code.iter().map(touched).collect(),
+            wanted,
+        }
     }
 
     /// Whether another register may be free while the result of an instruction is wanted.
     fn may_take(&self, at: usize, own: u32, register: u32) -> bool {
         let behind = self.touched.iter().zip(&self.wanted).skip(at + 1);
-        let mut meanwhile = behind.take_while(|((_, defs), wanted)| **wanted & own != 0 && defs & own == 0);
-        self.wanted[at] & register == 0 && !meanwhile.any(|((uses, defs), _)| (uses | defs) & register != 0)
+        let mut meanwhile =
+            behind.take_while(|((_, defs), wanted)| **wanted & own != 0 && defs & own == 0);
+        self.wanted[at] & register == 0
+            && !meanwhile.any(|((uses, defs), _)| (uses | defs) & register != 0)
     }
 
     /// The longer ago a register was touched, the better it is.
     fn worth(&self, at: usize, register: u32) -> usize {
         let mut before = self.touched[..at].iter().rev().take(LONG);
-        let since = before.position(|(uses, defs)| (uses | defs) & register != 0).unwrap_or(LONG);
+        let since = before
+            .position(|(uses, defs)| (uses | defs) & register != 0)
+            .unwrap_or(LONG);
         since.saturating_sub(if register < 1 << 8 { 0 } else { HIGH })
     }
 }

@@ -1,15 +1,20 @@
-//! Code for the Cortex-M0+: what selection asks for in terms of the larger cores, as instructions that ARMv6-M has.
+//! Code for the Cortex-M0+: what selection asks for in terms of the larger cores, as instructions
+//! that ARMv6-M has.
 //!
 //! ```text
 //!   Func of selection --legal--> Func: low registers, two operands, flags right before who reads them, no IT
 //! ```
 //!
-//! ARMv6-M has 16-bit instructions, which nearly all set the flags, registers 0 to 7 for most of them, products of 32 bits, no
-//! quotient, no saturation and no conditions but those of branches. So here
+//! ARMv6-M has 16-bit instructions, which nearly all set the flags, registers 0 to 7 for most of
+//! them, products of 32 bits, no quotient, no saturation and no conditions but those of branches.
+//! So here
 //!
-//! * an operand that is shifted, and a constant that does not fit, becomes an instruction of its own;
-//! * a result that must be its first operand is tied to it, and the allocator copies where that lives on;
-//! * flags are made again in front of whoever reads them: what makes them is kept, not their values;
+//! * an operand that is shifted, and a constant that does not fit, becomes an instruction of its
+//!   own;
+//! * a result that must be its first operand is tied to it, and the allocator copies where that
+//!   lives on;
+//! * flags are made again in front of whoever reads them: what makes them is kept, not their
+//!   values;
 //! * a conditional instruction becomes a branch around it;
 //! * top words of products and quotients are calls of routines (`routines.s`).
 //!
@@ -40,7 +45,8 @@ use whippen_isa::{Op, ShiftType};
 pub(super) use constant::{Step, steps};
 pub(super) use routines::add_routines;
 
-/// The routines that code calls, by their names in `routines.s`: factors or the like in R0 and R1, the result in R0.
+/// The routines that code calls, by their names in `routines.s`: factors or the like in R0 and R1,
+/// the result in R0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Routine {
     /// The top word of a product, rounded half up.
@@ -56,8 +62,13 @@ pub(super) enum Routine {
 }
 
 impl Routine {
-    pub(super) const ALL: [Routine; 5] =
-        [Routine::MulTop, Routine::MulHigh, Routine::UmulHigh, Routine::Divide, Routine::LeadingZeros];
+    pub(super) const ALL: [Routine; 5] = [
+        Routine::MulTop,
+        Routine::MulHigh,
+        Routine::UmulHigh,
+        Routine::Divide,
+        Routine::LeadingZeros,
+    ];
 
     /// Its name in `routines.s`.
     pub(super) fn name(self) -> &'static str {
@@ -71,19 +82,30 @@ impl Routine {
     }
 }
 
-/// Registers that a routine does not keep, besides that of its result and those that nobody is given.
+/// Registers that a routine does not keep, besides that of its result and those that nobody is
+/// given.
 pub(super) const LOST: [u8; 3] = [1, 2, 3];
 
 /// The same for ARMv6-M.
 pub(super) fn legal(mut func: Func, frame: &Frame, literals: &mut Literals) -> Func {
     let blocks = std::mem::take(&mut func.blocks);
     let out = func;
-    let mut legal =
-        Legal { literals, literals_at: frame.literals, out, at: 0, flags: Flags::default(), origin: None, known: 0 };
+    let mut legal = Legal {
+        literals,
+        literals_at: frame.literals,
+        out,
+        at: 0,
+        flags: Flags::default(),
+        origin: None,
+        known: 0,
+    };
     let heads: Vec<usize> = blocks.iter().map(|_| legal.out.block()).collect();
     for (index, block) in blocks.into_iter().enumerate() {
         (legal.at, legal.flags) = (heads[index], Flags::default());
-        (legal.out.blocks[heads[index]].params, legal.out.blocks[heads[index]].rounds) = (block.params, block.rounds);
+        (
+            legal.out.blocks[heads[index]].params,
+            legal.out.blocks[heads[index]].rounds,
+        ) = (block.params, block.rounds);
         for code in &block.code {
             (legal.origin, legal.known) = (code.origin, legal.out.vregs);
             legal.one(code);
@@ -108,7 +130,10 @@ struct Legal<'a> {
 
 impl Legal<'_> {
     fn emit(&mut self, code: Code) {
-        self.out.blocks[self.at].code.push(Code { origin: self.origin, ..code });
+        self.out.blocks[self.at].code.push(Code {
+            origin: self.origin,
+            ..code
+        });
     }
 
     /// A new register for the result in D.
@@ -146,12 +171,25 @@ impl Legal<'_> {
 
     /// The result under the name that selection gave it.
     fn name(&mut self, code: &Code, role: Role, from: VReg) {
-        let Some(Operand { reg: Reg::Virtual(to), .. }) = code.operands[role as usize] else { return };
-        let last = self.out.blocks[self.at].code.last_mut().filter(|last| last.writes().eq([from]));
+        let Some(Operand {
+            reg: Reg::Virtual(to),
+            ..
+        }) = code.operands[role as usize]
+        else {
+            return;
+        };
+        let last = self.out.blocks[self.at]
+            .code
+            .last_mut()
+            .filter(|last| last.writes().eq([from]));
         match last {
             // Nobody else knows it yet.
             Some(last) if from >= self.known => last.rename(from, to),
-            _ => self.emit(Code::new(Op::MOV_register).reg(Role::D, to).reg(Role::M, from)),
+            _ => self.emit(
+                Code::new(Op::MOV_register)
+                    .reg(Role::D, to)
+                    .reg(Role::M, from),
+            ),
         }
     }
 
@@ -181,7 +219,11 @@ impl Legal<'_> {
             ShiftType::ASR => Op::ASR_immediate,
             _ => Op::LSL_immediate,
         };
-        if code.inst.amount == 0 { reg } else { Reg::Virtual(self.shift(op, reg, code.inst.amount)) }
+        if code.inst.amount == 0 {
+            reg
+        } else {
+            Reg::Virtual(self.shift(op, reg, code.inst.amount))
+        }
     }
 
     fn shift(&mut self, op: Op, reg: Reg, amount: u8) -> VReg {
@@ -192,7 +234,10 @@ impl Legal<'_> {
 
     /// The result of a routine.
     fn call(&mut self, routine: Routine, a: VReg, b: VReg) -> VReg {
-        let code = Code { address: Some(Half::Routine(routine)), ..Code::new(Op::BL) };
+        let code = Code {
+            address: Some(Half::Routine(routine)),
+            ..Code::new(Op::BL)
+        };
         self.result(code.reg(Role::N, a).reg(Role::M, b))
     }
 
@@ -203,7 +248,12 @@ impl Legal<'_> {
     fn end(&mut self, end: End, heads: &[usize]) {
         match end {
             End::Jump(edge) => self.jump(heads[edge.block], edge.args),
-            End::Branch { cond, yes, no, likely } => self.branch(cond, heads[yes], heads[no], likely),
+            End::Branch {
+                cond,
+                yes,
+                no,
+                likely,
+            } => self.branch(cond, heads[yes], heads[no], likely),
             End::Next(code) => self.out.blocks[self.at].end = End::Next(code),
             End::InitDone => self.out.blocks[self.at].end = End::InitDone,
         }

@@ -4,10 +4,11 @@
 //!   isa::Inst (what it is, immediates, condition)  +  Operands (who stands in d n m a t t2)  =  Code
 //! ```
 //!
-//! What an operand's role is, whether it is read or written, is asked of the instruction table and stands nowhere else. A
-//! role that is read and written (the accumulator of SMLAL, the result of a conditional MOV) has two registers: `reg` is
-//! what it becomes, `old` what it was; the allocator puts both in one place. Registers are in SSA form. Flags never live
-//! from block to block, and no two of their lives overlap in the order that selection makes.
+//! What an operand's role is, whether it is read or written, is asked of the instruction table and
+//! stands nowhere else. A role that is read and written (the accumulator of SMLAL, the result of a
+//! conditional MOV) has two registers: `reg` is what it becomes, `old` what it was; the allocator
+//! puts both in one place. Registers are in SSA form. Flags never live from block to block, and no
+//! two of their lives overlap in the order that selection makes.
 //!
 //! Not here: encodings (`emit` takes the shortest), cycles (`schedule`).
 
@@ -120,7 +121,14 @@ pub(super) struct Use {
 
 impl Code {
     pub(super) fn new(op: Op) -> Code {
-        Code { inst: template(op), operands: [None; 6], access: Access::None, address: None, tied: None, origin: None }
+        Code {
+            inst: template(op),
+            operands: [None; 6],
+            access: Access::None,
+            address: None,
+            tied: None,
+            origin: None,
+        }
     }
 
     pub(super) fn with(mut self, role: Role, reg: Reg) -> Code {
@@ -134,7 +142,10 @@ impl Code {
 
     /// A role that becomes `new` and was `old`.
     pub(super) fn both(mut self, role: Role, new: VReg, old: VReg) -> Code {
-        self.operands[role as usize] = Some(Operand { reg: Reg::Virtual(new), old: Some(old) });
+        self.operands[role as usize] = Some(Operand {
+            reg: Reg::Virtual(new),
+            old: Some(old),
+        });
         self
     }
 
@@ -164,8 +175,12 @@ impl Code {
     pub(super) fn rename(&mut self, from: VReg, to: VReg) {
         let writes: Vec<Role> = self.uses().filter(|u| u.writes).map(|u| u.role).collect();
         for role in writes {
-            let operand = self.operands[role as usize].as_mut().filter(|operand| operand.reg == Reg::Virtual(from));
-            operand.into_iter().for_each(|operand| operand.reg = Reg::Virtual(to));
+            let operand = self.operands[role as usize]
+                .as_mut()
+                .filter(|operand| operand.reg == Reg::Virtual(from));
+            operand
+                .into_iter()
+                .for_each(|operand| operand.reg = Reg::Virtual(to));
         }
     }
 
@@ -176,13 +191,21 @@ impl Code {
             *role.of(&mut numbered) = role as u8;
         }
         let (reads, writes) = match self.address {
-            Some(Half::Routine(_)) => (1 << Role::N as u16 | 1 << Role::M as u16, 1 << Role::D as u16),
+            Some(Half::Routine(_)) => (
+                1 << Role::N as u16 | 1 << Role::M as u16,
+                1 << Role::D as u16,
+            ),
             _ => (numbered.uses().core_bits(), numbered.defs().core_bits()),
         };
         Role::ALL.into_iter().filter_map(move |role| {
             let operand = self.operands[role as usize]?;
             let bit = |set: u16| set >> role as u8 & 1 != 0;
-            Some(Use { role, operand, reads: bit(reads), writes: bit(writes) })
+            Some(Use {
+                role,
+                operand,
+                reads: bit(reads),
+                writes: bit(writes),
+            })
         })
     }
 
@@ -190,7 +213,13 @@ impl Code {
     pub(super) fn reads(&self) -> impl Iterator<Item = VReg> + '_ {
         self.uses().filter_map(|u| match (u.writes, u.operand) {
             (true, operand) => operand.old,
-            (false, Operand { reg: Reg::Virtual(reg), .. }) => Some(reg),
+            (
+                false,
+                Operand {
+                    reg: Reg::Virtual(reg),
+                    ..
+                },
+            ) => Some(reg),
             _ => None,
         })
     }
@@ -258,7 +287,11 @@ pub(super) struct Func {
 
 impl Func {
     pub(super) fn new() -> Func {
-        Func { blocks: Vec::new(), vregs: 0, free: ALL_FREE }
+        Func {
+            blocks: Vec::new(),
+            vregs: 0,
+            free: ALL_FREE,
+        }
     }
 
     pub(super) fn fresh(&mut self) -> VReg {
@@ -268,7 +301,12 @@ impl Func {
 
     pub(super) fn block(&mut self) -> usize {
         let end = End::InitDone;
-        self.blocks.push(Block { params: Vec::new(), code: Vec::new(), end, rounds: None });
+        self.blocks.push(Block {
+            params: Vec::new(),
+            code: Vec::new(),
+            end,
+            rounds: None,
+        });
         self.blocks.len() - 1
     }
 }
@@ -285,14 +323,24 @@ impl End {
 }
 
 impl Func {
-    /// The same without blocks that nobody comes to, in an order in which each but the first follows one that leads to it:
-    /// `regalloc2`'s checker takes what comes from a later block for unknown if that has no way in yet.
+    /// The same without blocks that nobody comes to, in an order in which each but the first
+    /// follows one that leads to it: `regalloc2`'s checker takes what comes from a later block for
+    /// unknown if that has no way in yet.
     pub(super) fn in_order(mut self) -> Func {
         let order = self.reverse_postorder();
         let mut places = vec![0; self.blocks.len()];
-        order.iter().enumerate().for_each(|(place, block)| places[*block] = place);
-        let mut blocks: Vec<Option<Block>> = std::mem::take(&mut self.blocks).into_iter().map(Some).collect();
-        let mut blocks: Vec<Block> = order.iter().filter_map(|block| blocks[*block].take()).collect();
+        order
+            .iter()
+            .enumerate()
+            .for_each(|(place, block)| places[*block] = place);
+        let mut blocks: Vec<Option<Block>> = std::mem::take(&mut self.blocks)
+            .into_iter()
+            .map(Some)
+            .collect();
+        let mut blocks: Vec<Block> = order
+            .iter()
+            .filter_map(|block| blocks[*block].take())
+            .collect();
         for block in &mut blocks {
             match &mut block.end {
                 End::Jump(edge) => edge.block = places[edge.block],
@@ -322,7 +370,13 @@ impl Func {
                 order.push(block);
             } else if !std::mem::replace(&mut seen[block], true) {
                 waiting.push((block, true));
-                waiting.extend(self.blocks[block].end.targets().into_iter().map(|to| (to, false)));
+                waiting.extend(
+                    self.blocks[block]
+                        .end
+                        .targets()
+                        .into_iter()
+                        .map(|to| (to, false)),
+                );
             }
         }
         order.reverse();

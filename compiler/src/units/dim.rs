@@ -4,8 +4,8 @@ use std::fmt;
 
 use super::table::{DIMENSIONS, SHOWN};
 
-/// A physical dimension: exponents of metre, kilogram, second and ampere. Angles count as dimensionless, but a radian is
-/// remembered for display where the language's tables say so.
+/// A physical dimension: exponents of metre, kilogram, second and ampere. Angles count as
+/// dimensionless, but a radian is remembered for display where the language's tables say so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Dim {
     /// Exponent of the metre.
@@ -44,10 +44,16 @@ impl Dim {
 
     /// From the exponents of metre, kilogram, second and ampere.
     pub const fn new(length: i8, mass: i8, time: i8, current: i8) -> Dim {
-        Dim { length, mass, time, current }
+        Dim {
+            length,
+            mass,
+            time,
+            current,
+        }
     }
 
-    /// Dimension of a product. Exponents stop at the ends of `i8`, far beyond anything that has a meaning.
+    /// Dimension of a product. Exponents stop at the ends of `i8`, far beyond anything that has a
+    /// meaning.
     #[must_use]
     pub const fn mul(self, other: Dim) -> Dim {
         Dim {
@@ -78,8 +84,17 @@ impl Dim {
     /// Dimension of the power `halves / 2`; `None` where an exponent would not be whole.
     pub fn pow_halves(self, halves: i8) -> Option<Dim> {
         let doubled = self.powi(halves);
-        let whole = [doubled.length, doubled.mass, doubled.time, doubled.current].iter().all(|e| e % 2 == 0);
-        whole.then(|| Dim::new(doubled.length / 2, doubled.mass / 2, doubled.time / 2, doubled.current / 2))
+        let whole = [doubled.length, doubled.mass, doubled.time, doubled.current]
+            .iter()
+            .all(|e| e % 2 == 0);
+        whole.then(|| {
+            Dim::new(
+                doubled.length / 2,
+                doubled.mass / 2,
+                doubled.time / 2,
+                doubled.current / 2,
+            )
+        })
     }
 
     /// Whether it is a plain number (or an angle).
@@ -92,7 +107,8 @@ impl Dim {
         DIMENSIONS.iter().find(|d| d.dim == self).map(|d| d.name)
     }
 
-    /// The SI unit its values are shown in, as it would be written in a program (`N*s/m`); empty for plain numbers.
+    /// The SI unit its values are shown in, as it would be written in a program (`N*s/m`); empty
+    /// for plain numbers.
     pub fn unit(self) -> String {
         if self.is_number() {
             return String::new();
@@ -103,8 +119,8 @@ impl Dim {
         }
     }
 
-    /// The suffix of a column that holds its values (`m`, `m_per_s`, `n`); empty for plain numbers, where the caller
-    /// knows whether an angle is meant and `rad` is due.
+    /// The suffix of a column that holds its values (`m`, `m_per_s`, `n`); empty for plain numbers,
+    /// where the caller knows whether an angle is meant and `rad` is due.
     pub fn suffix(self) -> String {
         let unit = self.unit();
         let mut words = Vec::new();
@@ -123,14 +139,31 @@ impl Dim {
 
     /// In metre, kilogram, second and ampere (`kg*m/s^3`).
     fn base_units(self) -> String {
-        let factors = [("kg", self.mass), ("m", self.length), ("s", self.time), ("A", self.current)];
-        let power = |unit: &str, n: i8| if n == 1 { unit.to_string() } else { format!("{unit}^{n}") };
-        let above: Vec<String> = factors.iter().filter(|f| f.1 > 0).map(|f| power(f.0, f.1)).collect();
+        let factors = [
+            ("kg", self.mass),
+            ("m", self.length),
+            ("s", self.time),
+            ("A", self.current),
+        ];
+        let power = |unit: &str, n: i8| {
+            if n == 1 {
+                unit.to_string()
+            } else {
+                format!("{unit}^{n}")
+            }
+        };
+        let above: Vec<String> = factors
+            .iter()
+            .filter(|f| f.1 > 0)
+            .map(|f| power(f.0, f.1))
+            .collect();
         let below = factors.iter().filter(|f| f.1 < 0);
         if above.is_empty() {
             return below.map(|f| power(f.0, f.1)).collect::<Vec<_>>().join("*");
         }
-        let below: String = below.map(|f| format!("/{}", power(f.0, f.1.saturating_neg()))).collect();
+        let below: String = below
+            .map(|f| format!("/{}", power(f.0, f.1.saturating_neg())))
+            .collect();
         above.join("*") + &below
     }
 }
@@ -138,6 +171,10 @@ impl Dim {
 /// The unit, or `1` for plain numbers.
 impl fmt::Display for Dim {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        if self.is_number() { f.write_str("1") } else { f.write_str(&self.unit()) }
+        if self.is_number() {
+            f.write_str("1")
+        } else {
+            f.write_str(&self.unit())
+        }
     }
 }

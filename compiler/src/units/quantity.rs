@@ -34,10 +34,14 @@ pub enum QuantityError {
 impl fmt::Display for QuantityError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            QuantityError::NotANumber(text) => write!(f, "`{text}` is not a number with a unit, such as `0.4N`"),
+            QuantityError::NotANumber(text) => {
+                write!(f, "`{text}` is not a number with a unit, such as `0.4N`")
+            }
             QuantityError::TooLarge(text) => write!(f, "`{text}` is too large"),
             QuantityError::UnknownUnit(unit, None) => write!(f, "`{unit}` is not a unit"),
-            QuantityError::UnknownUnit(unit, Some(near)) => write!(f, "`{unit}` is not a unit; did you mean `{near}`?"),
+            QuantityError::UnknownUnit(unit, Some(near)) => {
+                write!(f, "`{unit}` is not a unit; did you mean `{near}`?")
+            }
         }
     }
 }
@@ -53,12 +57,21 @@ pub fn parse_quantity(text: &str) -> Result<Quantity, QuantityError> {
         _ => {}
     }
     let (digits, rest) = text.split_at(number_length(text));
-    let number: f64 = digits.parse().map_err(|_| QuantityError::NotANumber(text.to_string()))?;
+    let number: f64 = digits
+        .parse()
+        .map_err(|_| QuantityError::NotANumber(text.to_string()))?;
     let rest = rest.trim_start();
-    let unit = if rest.is_empty() { Unit::ONE } else { parse_unit(rest).ok_or_else(|| unknown(rest))? };
+    let unit = if rest.is_empty() {
+        Unit::ONE
+    } else {
+        parse_unit(rest).ok_or_else(|| unknown(rest))?
+    };
     let value = unit.to_si(number);
     if value.is_finite() {
-        Ok(Quantity::Real { value, dim: unit.dim })
+        Ok(Quantity::Real {
+            value,
+            dim: unit.dim,
+        })
     } else {
         Err(QuantityError::TooLarge(text.to_string()))
     }
@@ -82,7 +95,9 @@ fn number_length(text: &str) -> usize {
 
 /// Names the first word that is no unit.
 fn unknown(unit: &str) -> QuantityError {
-    let mut words = unit.split(['*', '/', '^', ' ']).filter(|w| w.starts_with(|c: char| c.is_alphabetic()));
+    let mut words = unit
+        .split(['*', '/', '^', ' '])
+        .filter(|w| w.starts_with(|c: char| c.is_alphabetic()));
     let word = words.find(|w| parse_unit(w).is_none()).unwrap_or(unit);
     QuantityError::UnknownUnit(word.to_string(), nearest_unit(word))
 }

@@ -3,8 +3,8 @@
 use super::dim::Dim;
 use crate::diag::nearest;
 
-/// One unit with a name of its own. A number in this unit is worth `number * up / down` in SI: two factors, because
-/// dividing by 1000 is exact where multiplying by 0.001 is not.
+/// One unit with a name of its own. A number in this unit is worth `number * up / down` in SI: two
+/// factors, because dividing by 1000 is exact where multiplying by 0.001 is not.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NamedUnit {
     /// As written.
@@ -31,7 +31,13 @@ pub struct NamedDim {
 }
 
 const fn unit(name: &'static str, up: f64, down: f64, dim: Dim, title: &'static str) -> NamedUnit {
-    NamedUnit { name, up, down, dim, title }
+    NamedUnit {
+        name,
+        up,
+        down,
+        dim,
+        title,
+    }
 }
 
 const VOLTAGE: Dim = Dim::new(2, 1, -3, -1);
@@ -104,7 +110,8 @@ const fn dim(name: &'static str, dim: Dim, unit: &'static str) -> NamedDim {
     NamedDim { name, dim, unit }
 }
 
-/// The names of dimensions that may be used as types. Where two share a dimension, the first is used in messages.
+/// The names of dimensions that may be used as types. Where two share a dimension, the first is
+/// used in messages.
 pub const DIMENSIONS: &[NamedDim] = &[
     dim("number", Dim::NUMBER, ""),
     dim("angle", Dim::NUMBER, "rad"),
@@ -177,7 +184,10 @@ pub fn nearest_unit(word: &str) -> Option<&'static str> {
         return Some(meant);
     }
     let singular = word.strip_suffix('s').unwrap_or(word);
-    match UNITS.iter().find(|u| u.title == word || u.title == singular) {
+    match UNITS
+        .iter()
+        .find(|u| u.title == word || u.title == singular)
+    {
         Some(unit) => Some(unit.name),
         None => nearest(word, unit_names()),
     }

@@ -28,13 +28,22 @@ fn quantities_of_the_command_line() {
 #[test]
 fn mistakes_in_quantities() {
     let message = |text: &str| parse_quantity(text).unwrap_err().to_string();
-    assert_eq!(message("4 newtons"), "`newtons` is not a unit; did you mean `N`?");
+    assert_eq!(
+        message("4 newtons"),
+        "`newtons` is not a unit; did you mean `N`?"
+    );
     assert_eq!(message("4 Nm"), "`Nm` is not a unit; did you mean `N*m`?");
     assert_eq!(message("4 hz"), "`hz` is not a unit; did you mean `Hz`?");
     assert_eq!(message("4 N*furlong"), "`furlong` is not a unit");
     assert_eq!(message("4 µm"), "`µm` is not a unit");
-    assert_eq!(message("fast"), "`fast` is not a number with a unit, such as `0.4N`");
-    assert_eq!(message(""), "`` is not a number with a unit, such as `0.4N`");
+    assert_eq!(
+        message("fast"),
+        "`fast` is not a number with a unit, such as `0.4N`"
+    );
+    assert_eq!(
+        message(""),
+        "`` is not a number with a unit, such as `0.4N`"
+    );
     assert_eq!(message("1e999 m"), "`1e999 m` is too large");
     assert_eq!(message("1e"), "`e` is not a unit");
 }
@@ -60,17 +69,30 @@ fn the_longest_unit_is_taken() {
 #[test]
 fn every_dimension_is_shown_in_its_own_unit() {
     for named in DIMENSIONS {
-        let dim = if named.unit.is_empty() { Dim::NUMBER } else { parse_unit(named.unit).unwrap().dim };
+        let dim = if named.unit.is_empty() {
+            Dim::NUMBER
+        } else {
+            parse_unit(named.unit).unwrap().dim
+        };
         assert_eq!(dim, named.dim, "{}", named.name);
         let shown = named.dim.unit();
-        let read = if shown.is_empty() { Unit::ONE } else { parse_unit(&shown).unwrap() };
+        let read = if shown.is_empty() {
+            Unit::ONE
+        } else {
+            parse_unit(&shown).unwrap()
+        };
         assert_eq!((read.dim, read.factor()), (named.dim, 1.0), "{shown}");
     }
 }
 
 #[test]
 fn odd_dimensions_are_shown_in_units_that_read_back() {
-    for dim in [Dim::new(1, 1, -3, 0), Dim::new(0, 0, -3, 0), Dim::new(-2, 0, 3, -1), Dim::new(0, -1, -1, 0)] {
+    for dim in [
+        Dim::new(1, 1, -3, 0),
+        Dim::new(0, 0, -3, 0),
+        Dim::new(-2, 0, 3, -1),
+        Dim::new(0, -1, -1, 0),
+    ] {
         assert_eq!(parse_unit(&dim.unit()).unwrap().dim, dim, "{dim}");
     }
     assert_eq!(Dim::new(1, 1, -3, 0).to_string(), "kg*m/s^3");
@@ -97,7 +119,10 @@ fn exponents_never_overflow() {
     let huge = (0..20).fold(Dim::LENGTH, |d, _| d.mul(d));
     assert_eq!(huge.length, i8::MAX);
     assert!(!huge.powi(-1).div(huge).unit().is_empty());
-    assert_eq!(Dim::new(2, 0, -4, 0).pow_halves(1), Some(Dim::new(1, 0, -2, 0)));
+    assert_eq!(
+        Dim::new(2, 0, -4, 0).pow_halves(1),
+        Some(Dim::new(1, 0, -2, 0))
+    );
     assert_eq!(Dim::LENGTH.pow_halves(3), None);
     assert_eq!(Dim::LENGTH.pow_halves(4), Some(Dim::new(2, 0, 0, 0)));
 }
@@ -105,10 +130,19 @@ fn exponents_never_overflow() {
 #[test]
 fn names_are_unique_and_found() {
     for (i, unit) in UNITS.iter().enumerate() {
-        assert!(UNITS[..i].iter().all(|u| u.name != unit.name && u.title != unit.title), "{}", unit.name);
+        assert!(
+            UNITS[..i]
+                .iter()
+                .all(|u| u.name != unit.name && u.title != unit.title),
+            "{}",
+            unit.name
+        );
         assert_eq!(nearest_unit(&format!("{}s", unit.title)), Some(unit.name));
     }
     assert_eq!(dimension("lenght"), None);
-    assert_eq!(crate::diag::nearest("lenght", dimension_names()), Some("length"));
+    assert_eq!(
+        crate::diag::nearest("lenght", dimension_names()),
+        Some("length")
+    );
     assert_eq!(crate::diag::nearest("xyzzy", dimension_names()), None);
 }

@@ -16,7 +16,11 @@ pub struct Unit {
 
 impl Unit {
     /// The unit of a plain number.
-    pub const ONE: Unit = Unit { up: 1.0, down: 1.0, dim: Dim::NUMBER };
+    pub const ONE: Unit = Unit {
+        up: 1.0,
+        down: 1.0,
+        dim: Dim::NUMBER,
+    };
 
     /// A number in this unit, in SI.
     pub fn to_si(self, number: f64) -> f64 {
@@ -29,13 +33,25 @@ impl Unit {
     }
 
     fn times(self, other: Unit) -> Unit {
-        Unit { up: self.up * other.up, down: self.down * other.down, dim: self.dim.mul(other.dim) }
+        Unit {
+            up: self.up * other.up,
+            down: self.down * other.down,
+            dim: self.dim.mul(other.dim),
+        }
     }
 
     fn power(self, n: i8) -> Unit {
-        let (up, down) = if n < 0 { (self.down, self.up) } else { (self.up, self.down) };
+        let (up, down) = if n < 0 {
+            (self.down, self.up)
+        } else {
+            (self.up, self.down)
+        };
         let size = i32::from(n).abs();
-        Unit { up: up.powi(size), down: down.powi(size), dim: self.dim.powi(n) }
+        Unit {
+            up: up.powi(size),
+            down: down.powi(size),
+            dim: self.dim.powi(n),
+        }
     }
 }
 
@@ -44,7 +60,8 @@ pub fn parse_unit(text: &str) -> Option<Unit> {
     longest_unit(text).and_then(|(length, unit)| (length == text.len()).then_some(unit))
 }
 
-/// The longest unit expression of known units at the beginning of the text: its length in bytes and the unit.
+/// The longest unit expression of known units at the beginning of the text: its length in bytes and
+/// the unit.
 pub fn longest_unit(text: &str) -> Option<(usize, Unit)> {
     let (mut at, mut unit) = factor(text)?;
     loop {
@@ -53,7 +70,9 @@ pub fn longest_unit(text: &str) -> Option<(usize, Unit)> {
             Some(b'/') => -1,
             _ => return Some((at, unit)),
         };
-        let Some((length, next)) = factor(&text[at + 1..]) else { return Some((at, unit)) };
+        let Some((length, next)) = factor(&text[at + 1..]) else {
+            return Some((at, unit));
+        };
         at += 1 + length;
         unit = unit.times(next.power(sign));
     }
@@ -63,7 +82,11 @@ pub fn longest_unit(text: &str) -> Option<(usize, Unit)> {
 fn factor(text: &str) -> Option<(usize, Unit)> {
     let name = &text[..word_length(text)];
     let named = UNITS.iter().find(|u| u.name == name)?;
-    let unit = Unit { up: named.up, down: named.down, dim: named.dim };
+    let unit = Unit {
+        up: named.up,
+        down: named.down,
+        dim: named.dim,
+    };
     match exponent(&text[name.len()..]) {
         Some((length, n)) => Some((name.len() + length, unit.power(n))),
         None => Some((name.len(), unit)),
@@ -73,10 +96,16 @@ fn factor(text: &str) -> Option<(usize, Unit)> {
 /// Length of the word at the beginning of the text: 0 if it begins with something else.
 pub(crate) fn word_length(text: &str) -> usize {
     let digit_first = text.starts_with(|c: char| c.is_ascii_digit());
-    if digit_first { 0 } else { text.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(text.len()) }
+    if digit_first {
+        0
+    } else {
+        text.find(|c: char| !c.is_ascii_alphanumeric() && c != '_')
+            .unwrap_or(text.len())
+    }
 }
 
-/// `^2` or `^-1`: one digit, and not the beginning of a longer or broken number, which is left to the power operator.
+/// `^2` or `^-1`: one digit, and not the beginning of a longer or broken number, which is left to
+/// the power operator.
 fn exponent(text: &str) -> Option<(usize, i8)> {
     let digits = text.strip_prefix('^')?;
     let (sign, digits) = match digits.strip_prefix('-') {

@@ -18,7 +18,8 @@ pub(super) const CHIP: ChipTable = ChipTable {
         ("rom", 0, 0x4000, false),
         ("flash", 0x1000_0000, 2 << 20, false),
         ("sram0-3", 0x2000_0000, 256 << 10, true),
-        // The same banks one after the other; here what is stored in one view is not seen in the other.
+        // The same banks one after the other; here what is stored in one view is not seen in the
+        // other.
         ("sram0", 0x2100_0000, 64 << 10, true),
         ("sram1", 0x2101_0000, 64 << 10, true),
         ("sram2", 0x2102_0000, 64 << 10, true),
@@ -27,15 +28,51 @@ pub(super) const CHIP: ChipTable = ChipTable {
         ("sram5", 0x2004_1000, 4 << 10, true),
     ],
     banks: &[
-        Banks { base: 0x2000_0000, bytes: 256 << 10, ports: 4 },
-        Banks { base: 0x2100_0000, bytes: 64 << 10, ports: 1 },
-        Banks { base: 0x2101_0000, bytes: 64 << 10, ports: 1 },
-        Banks { base: 0x2102_0000, bytes: 64 << 10, ports: 1 },
-        Banks { base: 0x2103_0000, bytes: 64 << 10, ports: 1 },
-        Banks { base: 0x2004_0000, bytes: 4 << 10, ports: 1 },
-        Banks { base: 0x2004_1000, bytes: 4 << 10, ports: 1 },
-        Banks { base: 0x1000_0000, bytes: 2 << 20, ports: 1 },
-        Banks { base: 0, bytes: 0x4000, ports: 1 },
+        Banks {
+            base: 0x2000_0000,
+            bytes: 256 << 10,
+            ports: 4,
+        },
+        Banks {
+            base: 0x2100_0000,
+            bytes: 64 << 10,
+            ports: 1,
+        },
+        Banks {
+            base: 0x2101_0000,
+            bytes: 64 << 10,
+            ports: 1,
+        },
+        Banks {
+            base: 0x2102_0000,
+            bytes: 64 << 10,
+            ports: 1,
+        },
+        Banks {
+            base: 0x2103_0000,
+            bytes: 64 << 10,
+            ports: 1,
+        },
+        Banks {
+            base: 0x2004_0000,
+            bytes: 4 << 10,
+            ports: 1,
+        },
+        Banks {
+            base: 0x2004_1000,
+            bytes: 4 << 10,
+            ports: 1,
+        },
+        Banks {
+            base: 0x1000_0000,
+            bytes: 2 << 20,
+            ports: 1,
+        },
+        Banks {
+            base: 0,
+            bytes: 0x4000,
+            ports: 1,
+        },
     ],
     registers: &[
         (0x1400_0000, XIP_CTRL),
@@ -56,7 +93,10 @@ pub(super) const CHIP: ChipTable = ChipTable {
     ],
     sio: Chip::Rp2040,
     // The single-cycle port of the Cortex-M0+: one cycle instead of two.
-    sio_waits: Waits { read: -1, write: -1 },
+    sio_waits: Waits {
+        read: -1,
+        write: -1,
+    },
     timers: &[(0x4005_4000, 0)],
     timer_intr: 0x34,
     uarts: [(0x4003_4000, 20), (0x4003_8000, 21)],
@@ -79,10 +119,20 @@ const XIP_CTRL: &[Row] = &[held(0, 3, 0xb), held(4, 0, 0), held(8, 3, 0), words(
 
 const BLOCKS: u32 = 0x01ff_ffff;
 
-const RESETS: &[Row] = &[held(0, BLOCKS, BLOCKS), held(4, 0, BLOCKS), status(8, Reads::Not { of: 0, mask: BLOCKS })];
+const RESETS: &[Row] = &[
+    held(0, BLOCKS, BLOCKS),
+    held(4, 0, BLOCKS),
+    status(
+        8,
+        Reads::Not {
+            of: 0,
+            mask: BLOCKS,
+        },
+    ),
+];
 
-/// CTRL, DIV and SELECTED of ten clocks, of which only clk_ref and clk_sys switch without a glitch and say what they
-/// selected; the rest of the block. The frequency counter always finds clk_sys.
+/// CTRL, DIV and SELECTED of ten clocks, of which only clk_ref and clk_sys switch without a glitch
+/// and say what they selected; the rest of the block. The frequency counter always finds clk_sys.
 const CLOCKS: &[Row] = &[
     times(10, 12, held(0, 0, 0x0013_1fff)),
     times(10, 12, held(4, 0x100, u32::MAX)),
@@ -103,14 +153,30 @@ const CLOCKS: &[Row] = &[
 /// Stable as soon as it is enabled; its delay counter is always down.
 const XOSC: &[Row] = &[
     held(0, 0, 0x00ff_ffff),
-    status(4, Reads::When { of: 0, mask: 0x00ff_f000, value: 0x00fa_b000, bits: 0x8000_1000 }),
+    status(
+        4,
+        Reads::When {
+            of: 0,
+            mask: 0x00ff_f000,
+            value: 0x00fa_b000,
+            bits: 0x8000_1000,
+        },
+    ),
     words(8, 2),
     held(0x1c, 0, 0),
 ];
 
 /// Locked as soon as it and its VCO have power.
 const PLL: &[Row] = &[
-    Row { reads: Reads::When { of: 4, mask: 0x21, value: 0, bits: 1 << 31 }, ..held(0, 1, 0x13f) },
+    Row {
+        reads: Reads::When {
+            of: 4,
+            mask: 0x21,
+            value: 0,
+            bits: 1 << 31,
+        },
+        ..held(0, 1, 0x13f)
+    },
     held(4, 0x2d, 0x2d),
     held(8, 0, 0xfff),
     held(0xc, 0x7_7000, 0x7_7000),
@@ -127,9 +193,17 @@ const ROSC: &[Row] = &[
 ];
 
 /// STATUS and CTRL (no function) of 30 pins, then the interrupts of pins.
-const IO_BANK0: &[Row] = &[times(30, 8, held(0, 0, 0)), times(30, 8, held(4, 0x1f, u32::MAX)), words(0xf0, 52)];
+const IO_BANK0: &[Row] = &[
+    times(30, 8, held(0, 0, 0)),
+    times(30, 8, held(4, 0x1f, u32::MAX)),
+    words(0xf0, 52),
+];
 
-const IO_QSPI: &[Row] = &[times(6, 8, held(0, 0, 0)), times(6, 8, held(4, 0x1f, u32::MAX)), words(0x30, 10)];
+const IO_QSPI: &[Row] = &[
+    times(6, 8, held(0, 0, 0)),
+    times(6, 8, held(4, 0x1f, u32::MAX)),
+    words(0x30, 10),
+];
 
 /// The voltage, then a word a pin.
 const PADS: &[Row] = &[held(0, 0, 1), times(32, 4, held(4, 0x56, 0xff))];

@@ -1,4 +1,5 @@
-//! RP2350: what lies where (datasheet 2.2), and its blocks of plain registers (chapters 7 to 9, 12).
+//! RP2350: what lies where (datasheet 2.2), and its blocks of plain registers (chapters 7 to 9,
+//! 12).
 
 use super::ChipTable;
 use crate::board::CoreKind;
@@ -22,12 +23,36 @@ pub(super) const CHIP: ChipTable = ChipTable {
         ("sram9", 0x2008_1000, 4 << 10, true),
     ],
     banks: &[
-        Banks { base: 0x2000_0000, bytes: 256 << 10, ports: 4 },
-        Banks { base: 0x2004_0000, bytes: 256 << 10, ports: 4 },
-        Banks { base: 0x2008_0000, bytes: 4 << 10, ports: 1 },
-        Banks { base: 0x2008_1000, bytes: 4 << 10, ports: 1 },
-        Banks { base: 0x1000_0000, bytes: 4 << 20, ports: 1 },
-        Banks { base: 0, bytes: 0x8000, ports: 1 },
+        Banks {
+            base: 0x2000_0000,
+            bytes: 256 << 10,
+            ports: 4,
+        },
+        Banks {
+            base: 0x2004_0000,
+            bytes: 256 << 10,
+            ports: 4,
+        },
+        Banks {
+            base: 0x2008_0000,
+            bytes: 4 << 10,
+            ports: 1,
+        },
+        Banks {
+            base: 0x2008_1000,
+            bytes: 4 << 10,
+            ports: 1,
+        },
+        Banks {
+            base: 0x1000_0000,
+            bytes: 4 << 20,
+            ports: 1,
+        },
+        Banks {
+            base: 0,
+            bytes: 0x8000,
+            ports: 1,
+        },
     ],
     registers: &[
         (0x4000_0000, SYSINFO),
@@ -63,24 +88,47 @@ pub(super) const CHIP: ChipTable = ChipTable {
 };
 
 /// CHIP_ID of stepping A2, PACKAGE_SEL, PLATFORM (a chip), GITREF.
-const SYSINFO: &[Row] = &[held(0, 0x2000_4927, 0), held(4, 0, 0), held(8, 2, 0), held(0x14, 0, 0)];
+const SYSINFO: &[Row] = &[
+    held(0, 0x2000_4927, 0),
+    held(4, 0, 0),
+    held(8, 2, 0),
+    held(0x14, 0, 0),
+];
 
 /// PLATFORM: a chip.
 const TBMAN: &[Row] = &[held(0, 1, 0)];
 
 const BLOCKS: u32 = 0x1fff_ffff;
 
-const RESETS: &[Row] = &[held(0, BLOCKS, BLOCKS), held(4, 0, BLOCKS), status(8, Reads::Not { of: 0, mask: BLOCKS })];
+const RESETS: &[Row] = &[
+    held(0, BLOCKS, BLOCKS),
+    held(4, 0, BLOCKS),
+    status(
+        8,
+        Reads::Not {
+            of: 0,
+            mask: BLOCKS,
+        },
+    ),
+];
 
 const ENABLE: u32 = 1 << 11;
 
-/// CTRL, DIV and SELECTED of ten clocks, of which only clk_ref and clk_sys switch without a glitch and say what they
-/// selected; the rest of the block. The frequency counter always finds clk_sys.
+/// CTRL, DIV and SELECTED of ten clocks, of which only clk_ref and clk_sys switch without a glitch
+/// and say what they selected; the rest of the block. The frequency counter always finds clk_sys.
 const CLOCKS: &[Row] = &[
     times(
         10,
         12,
-        Row { reads: Reads::When { of: 0, mask: ENABLE, value: ENABLE, bits: 1 << 28 }, ..held(0, 0, 0x0013_1fff) },
+        Row {
+            reads: Reads::When {
+                of: 0,
+                mask: ENABLE,
+                value: ENABLE,
+                bits: 1 << 28,
+            },
+            ..held(0, 0, 0x0013_1fff)
+        },
     ),
     times(10, 12, held(4, 0x1_0000, u32::MAX)),
     times(4, 12, held(0x08, 1, 0)),
@@ -101,14 +149,30 @@ const CLOCKS: &[Row] = &[
 /// Stable as soon as it is enabled; its delay counter is always down.
 const XOSC: &[Row] = &[
     held(0, 0, 0x00ff_ffff),
-    status(4, Reads::When { of: 0, mask: 0x00ff_f000, value: 0x00fa_b000, bits: 0x8000_1000 }),
+    status(
+        4,
+        Reads::When {
+            of: 0,
+            mask: 0x00ff_f000,
+            value: 0x00fa_b000,
+            bits: 0x8000_1000,
+        },
+    ),
     words(8, 2),
     held(0x10, 0, 0),
 ];
 
 /// Locked as soon as it and its VCO have power.
 const PLL: &[Row] = &[
-    Row { reads: Reads::When { of: 4, mask: 0x21, value: 0, bits: 1 << 31 }, ..held(0, 1, 0x13f) },
+    Row {
+        reads: Reads::When {
+            of: 4,
+            mask: 0x21,
+            value: 0,
+            bits: 1 << 31,
+        },
+        ..held(0, 1, 0x13f)
+    },
     held(4, 0x2d, 0x2d),
     held(8, 0, 0xfff),
     held(0xc, 0x7_7000, 0x7_7000),
@@ -127,15 +191,35 @@ const ROSC: &[Row] = &[
 
 /// Six generators: CTRL, CYCLES, COUNT.
 const TICKS: &[Row] = &[
-    times(6, 12, Row { reads: Reads::When { of: 0, mask: 1, value: 1, bits: 2 }, ..held(0, 0, 1) }),
+    times(
+        6,
+        12,
+        Row {
+            reads: Reads::When {
+                of: 0,
+                mask: 1,
+                value: 1,
+                bits: 2,
+            },
+            ..held(0, 0, 1)
+        },
+    ),
     times(6, 12, held(4, 0, 0x1ff)),
     times(6, 12, held(8, 0, 0)),
 ];
 
 /// STATUS and CTRL (no function) of 48 pins, then the interrupts of pins.
-const IO_BANK0: &[Row] = &[times(48, 8, held(0, 0, 0)), times(48, 8, held(4, 0x1f, u32::MAX)), words(0x180, 160)];
+const IO_BANK0: &[Row] = &[
+    times(48, 8, held(0, 0, 0)),
+    times(48, 8, held(4, 0x1f, u32::MAX)),
+    words(0x180, 160),
+];
 
-const IO_QSPI: &[Row] = &[times(8, 8, held(0, 0, 0)), times(8, 8, held(4, 0x1f, u32::MAX)), words(0x200, 32)];
+const IO_QSPI: &[Row] = &[
+    times(8, 8, held(0, 0, 0)),
+    times(8, 8, held(4, 0x1f, u32::MAX)),
+    words(0x200, 32),
+];
 
 /// The voltage, then a word a pin.
 const PADS: &[Row] = &[held(0, 0, 1), times(50, 4, held(4, 0x116, 0x1ff))];

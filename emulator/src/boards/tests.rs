@@ -9,15 +9,31 @@ fn every_board_can_be_built_and_nothing_overlaps() {
     for kind in BoardKind::ALL {
         let (machine, ports) = build(kind, kind.board(), ConverterSetup::default()).unwrap();
         assert_eq!(machine.cores(), kind.board().cores);
-        assert_eq!(machine.bus.device::<Converter>(ports.converter).map(Converter::keys), Some(88));
+        assert_eq!(
+            machine
+                .bus
+                .device::<Converter>(ports.converter)
+                .map(Converter::keys),
+            Some(88)
+        );
         let Some(chip) = kind.chip() else { continue };
         let mut bases: Vec<u32> = chip.registers.iter().map(|(base, _)| *base).collect();
         bases.extend(chip.timers.iter().map(|(base, _)| *base));
         bases.extend(chip.uarts.iter().map(|(base, _)| *base));
-        bases.extend([chip.power.0, chip.watchdog.0, chip.converter.0, chip.busctrl, DMA_BASE, SIO_BASE]);
+        bases.extend([
+            chip.power.0,
+            chip.watchdog.0,
+            chip.converter.0,
+            chip.busctrl,
+            DMA_BASE,
+            SIO_BASE,
+        ]);
         bases.extend(chip.bootram);
         bases.sort_unstable();
-        assert!(bases.windows(2).all(|pair| pair[1] - pair[0] >= BLOCK), "{bases:x?}");
+        assert!(
+            bases.windows(2).all(|pair| pair[1] - pair[0] >= BLOCK),
+            "{bases:x?}"
+        );
     }
 }
 
@@ -28,11 +44,18 @@ fn core_1_waits_in_rom() {
         let start = chip.core1();
         assert_eq!(start.address & 1, 1);
         assert!((start.address as usize) < chip.rom.len());
-        assert!(kind.board().regions.iter().any(|r| r.contains(start.stack - 4)), "{start:x?}");
+        assert!(
+            kind.board()
+                .regions
+                .iter()
+                .any(|r| r.contains(start.stack - 4)),
+            "{start:x?}"
+        );
     }
 }
 
-/// What every start-up code does: take blocks out of reset, start the crystal, lock a PLL, switch clocks over.
+/// What every start-up code does: take blocks out of reset, start the crystal, lock a PLL, switch
+/// clocks over.
 #[test]
 fn polls_of_a_start_end_at_their_first_look() {
     // Per board: (address, value) to write, or (address, mask, value) to find.
@@ -71,37 +94,64 @@ fn polls_of_a_start_end_at_their_first_look() {
         Write(0x4000_a03c, 1),
         Find(0x4000_8044, u32::MAX, 2),
     ];
-    for (kind, steps) in [(BoardKind::Rp2350, &rp2350[..]), (BoardKind::Rp2040, &rp2040[..])] {
+    for (kind, steps) in [
+        (BoardKind::Rp2350, &rp2350[..]),
+        (BoardKind::Rp2040, &rp2040[..]),
+    ] {
         let (mut machine, _) = build(kind, kind.board(), ConverterSetup::default()).unwrap();
         for step in steps {
             match *step {
                 Write(address, value) => machine.bus.write(address, 4, value, 0).unwrap(),
                 Find(address, mask, value) => {
                     let found = machine.bus.read(address, 4, 0).unwrap();
-                    assert_eq!(found & mask, value, "{} at {address:#x}: {found:#x}", kind.name());
+                    assert_eq!(
+                        found & mask,
+                        value,
+                        "{} at {address:#x}: {found:#x}",
+                        kind.name()
+                    );
                 }
             }
         }
     }
 }
 
-/// Core 0 calls a function of eight loads from SRAM8 while core 1 loads from `other` all the time: its cycles.
+/// Core 0 calls a function of eight loads from SRAM8 while core 1 loads from `other` all the time:
+/// its cycles.
 fn cycles_beside(other: Option<u32>, priority: u32) -> u64 {
     const CODE: [u32; 2] = [0x2000_0000, 0x2004_0000];
     let kind = BoardKind::Rp2350;
     let (mut machine, _) = build(kind, kind.board(), ConverterSetup::default()).unwrap();
     machine.bus.write(0x4006_8000, 4, priority, 0).unwrap();
-    let loads: Vec<u8> = [0x6808_u16; 8].iter().chain(&[0x4770]).flat_map(|half| half.to_le_bytes()).collect();
-    let spin: Vec<u8> = [0x6808_u16, 0xe7fd].iter().flat_map(|half| half.to_le_bytes()).collect();
+    let loads: Vec<u8> = [0x6808_u16; 8]
+        .iter()
+        .chain(&[0x4770])
+        .flat_map(|half| half.to_le_bytes())
+        .collect();
+    let spin: Vec<u8> = [0x6808_u16, 0xe7fd]
+        .iter()
+        .flat_map(|half| half.to_le_bytes())
+        .collect();
     machine.bus.memory.write(CODE[0], &loads).unwrap();
     machine.bus.memory.write(CODE[1], &spin).unwrap();
     if let Some(address) = other {
-        machine.start(1, Start { vector_table: 0, stack: 0x2008_2000, address: CODE[1] | 1 });
+        machine.start(
+            1,
+            Start {
+                vector_table: 0,
+                stack: 0x2008_2000,
+                address: CODE[1] | 1,
+            },
+        );
         machine.cpu_mut(1).set(Register::core(1), address);
         // Core 0 stands still until core 1 is in its loop.
         machine.run(100);
     }
-    let start = Start { vector_table: 0, stack: 0x2008_0000, address: CODE[0] | 1 };
+    let start = Start {
+        vector_table: 0,
+        stack: 0x2008_0000,
+        address: CODE[0] | 1,
+    };
     machine.start(0, start);
     machine.cpu_mut(0).set(Register::core(1), 0x2008_0000);
     let begun = machine.cycle(0);
@@ -113,9 +163,21 @@ fn cycles_beside(other: Option<u32>, priority: u32) -> u64 {
 #[test]
 fn cores_wait_for_each_other_at_a_bank_and_only_there() {
     let alone = cycles_beside(None, 0);
-    assert_eq!(cycles_beside(Some(0x2008_1000), 0), alone, "core 1 uses SRAM9");
+    assert_eq!(
+        cycles_beside(Some(0x2008_1000), 0),
+        alone,
+        "core 1 uses SRAM9"
+    );
     let shared = cycles_beside(Some(0x2008_0000), 0);
-    // Core 1 loads every third cycle: no more than every third of eight loads, and one that waits, waits one cycle.
-    assert!((alone + 1..=alone + 4).contains(&shared), "{alone} alone, {shared} beside core 1");
-    assert_eq!(cycles_beside(Some(0x2008_0000), 1), alone, "core 0 has priority");
+    // Core 1 loads every third cycle: no more than every third of eight loads, and one that waits,
+    // waits one cycle.
+    assert!(
+        (alone + 1..=alone + 4).contains(&shared),
+        "{alone} alone, {shared} beside core 1"
+    );
+    assert_eq!(
+        cycles_beside(Some(0x2008_0000), 1),
+        alone,
+        "core 0 has priority"
+    );
 }

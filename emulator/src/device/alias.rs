@@ -1,5 +1,6 @@
-//! Atomic register access: every peripheral block appears four times, and a write to the second, third or fourth copy
-//! exclusive-ors, sets or clears bits (RP2350 datasheet 2.1.3, RP2040 datasheet 2.1.2).
+//! Atomic register access: every peripheral block appears four times, and a write to the second,
+//! third or fourth copy exclusive-ors, sets or clears bits (RP2350 datasheet 2.1.3, RP2040
+//! datasheet 2.1.2).
 
 use crate::bus::Access;
 
@@ -11,8 +12,8 @@ pub(crate) fn plain(offset: u32) -> u32 {
     offset % COPY
 }
 
-/// What a write means for a register that holds `old`. A byte or halfword is written to all lanes of the word, as the
-/// bridge to these peripherals does.
+/// What a write means for a register that holds `old`. A byte or halfword is written to all lanes
+/// of the word, as the bridge to these peripherals does.
 pub(crate) fn written(access: Access, value: u32, old: u32) -> u32 {
     let value = lanes(access.size, value);
     match access.offset / COPY {
@@ -43,8 +44,22 @@ mod tests {
 
     #[test]
     fn copies_of_a_block_change_bits() {
-        let write = |offset, size, value| written(Access { offset, size, core: 0, cycle: 0 }, value, 0b1100);
-        assert_eq!([0x8, 0x1008, 0x2008, 0x3008].map(|at| write(at, 4, 0b1010)), [0b1010, 0b0110, 0b1110, 0b0100]);
+        let write = |offset, size, value| {
+            written(
+                Access {
+                    offset,
+                    size,
+                    core: 0,
+                    cycle: 0,
+                },
+                value,
+                0b1100,
+            )
+        };
+        assert_eq!(
+            [0x8, 0x1008, 0x2008, 0x3008].map(|at| write(at, 4, 0b1010)),
+            [0b1010, 0b0110, 0b1110, 0b0100]
+        );
         assert_eq!(write(8, 1, 0x1ab), 0xabab_abab);
         assert_eq!(write(8, 2, 0x1_abcd), 0xabcd_abcd);
         assert_eq!(part(6, 0x1122_3344), 0x1122);

@@ -1,5 +1,5 @@
-//! Boot RAM of RP2350: one KiB that the boot ROM and programs share, two write-once words and eight locks (RP2350
-//! datasheet 4.3, 5.4.4).
+//! Boot RAM of RP2350: one KiB that the boot ROM and programs share, two write-once words and eight
+//! locks (RP2350 datasheet 4.3, 5.4.4).
 
 use crate::bus::{Access, Bus, BusError, Device};
 use crate::device::alias;
@@ -19,7 +19,11 @@ pub(crate) struct BootRam {
 
 impl BootRam {
     pub(crate) fn new() -> Self {
-        Self { words: [0; WORDS], once: [0; 2], free: 0xff }
+        Self {
+            words: [0; WORDS],
+            once: [0; 2],
+            free: 0xff,
+        }
     }
 
     /// Takes the lock: its bit when it was free, else 0.
@@ -50,7 +54,9 @@ impl Device for BootRam {
                 let word = &mut self.words[at as usize / 4];
                 *word = alias::written(access, value, *word);
             }
-            WRITE_ONCE..LOCK_STATUS => self.once[(at - WRITE_ONCE) as usize / 4] |= alias::lanes(access.size, value),
+            WRITE_ONCE..LOCK_STATUS => {
+                self.once[(at - WRITE_ONCE) as usize / 4] |= alias::lanes(access.size, value)
+            }
             LOCK_STATUS => self.free = alias::written(access, value, self.free) & 0xff,
             LOCKS..0x82c => self.free |= 1 << ((at - LOCKS) / 4),
             _ => return Err(BusError),

@@ -1,5 +1,5 @@
-//! The bus fabric's registers (RP2350 datasheet 12.15.4, RP2040 datasheet 2.1.5): priorities, which are acknowledged at once.
-//! The counters of accesses stay at zero.
+//! The bus fabric's registers (RP2350 datasheet 12.15.4, RP2040 datasheet 2.1.5): priorities, which
+//! are acknowledged at once. The counters of accesses stay at zero.
 
 use crate::bus::{Access, Bus, BusError, Device};
 use crate::device::alias;
@@ -25,7 +25,14 @@ impl Device for BusCtrl {
     fn write(&mut self, access: Access, value: u32, bus: &mut Bus) -> Result<(), BusError> {
         self.0.write(access, value, bus)?;
         if alias::plain(access.offset) & !3 == PRIORITY {
-            let priorities = self.0.read(Access { offset: PRIORITY, size: 4, ..access }, bus)?;
+            let priorities = self.0.read(
+                Access {
+                    offset: PRIORITY,
+                    size: 4,
+                    ..access
+                },
+                bus,
+            )?;
             bus.fabric.set_priorities(priorities);
         }
         Ok(())

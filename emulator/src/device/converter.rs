@@ -4,9 +4,10 @@
 //!   host --samples--> converter --sense buffer--> program --drive buffer--> converter --drives--> host
 //! ```
 //!
-//! No chip has it; it stands for the converters and their DMA around one. In each tick it takes the drive words out of
-//! memory, puts the next sensor words into it, and raises the interrupt of every core that serves it. A tick that comes
-//! before all of them have acknowledged the one before is an overrun: counted, flagged, and it changes nothing else.
+//! No chip has it; it stands for the converters and their DMA around one. In each tick it takes the
+//! drive words out of memory, puts the next sensor words into it, and raises the interrupt of every
+//! core that serves it. A tick that comes before all of them have acknowledged the one before is an
+//! overrun: counted, flagged, and it changes nothing else.
 //!
 //! | offset | register | |
 //! | --- | --- | --- |
@@ -119,13 +120,19 @@ impl Converter {
 
     /// The cycle of a tick: the rate need not divide the clock, and no fraction is lost.
     fn cycle_of(&self, tick: u32) -> u64 {
-        let cycles = u128::from(tick + 1) * u128::from(self.clock_hz) / u128::from(self.rate_hz.max(1));
-        self.started.saturating_add(u64::try_from(cycles).unwrap_or(u64::MAX))
+        let cycles =
+            u128::from(tick + 1) * u128::from(self.clock_hz) / u128::from(self.rate_hz.max(1));
+        self.started
+            .saturating_add(u64::try_from(cycles).unwrap_or(u64::MAX))
     }
 
     /// The half of double buffers that a tick uses.
     fn half_of(&self, tick: u32) -> u32 {
-        if self.control & DOUBLE != 0 { tick % 2 } else { 0 }
+        if self.control & DOUBLE != 0 {
+            tick % 2
+        } else {
+            0
+        }
     }
 
     fn tick(&mut self, cycle: u64, bus: &mut Bus) {
@@ -143,15 +150,24 @@ impl Converter {
 
     /// Where a key's word is in a half of its buffers.
     fn address(&self, key: u32, half: u32, buffer: impl Fn(&Buffers) -> u32) -> u32 {
-        let (own, first) = if key < self.split { (&self.buffers[0], 0) } else { (&self.buffers[1], self.split) };
-        buffer(own).wrapping_add(own.half.wrapping_mul(half)).wrapping_add(2 * (key - first)) & !1
+        let (own, first) = if key < self.split {
+            (&self.buffers[0], 0)
+        } else {
+            (&self.buffers[1], self.split)
+        };
+        buffer(own)
+            .wrapping_add(own.half.wrapping_mul(half))
+            .wrapping_add(2 * (key - first))
+            & !1
     }
 
     /// The drive words of the tick before; where there is no memory, zero.
     fn take_drives(&mut self, cycle: u64, bus: &mut Bus) {
         let half = self.half_of(self.ticks.wrapping_sub(1));
         for key in 0..self.keys {
-            let word = bus.read(self.address(key, half, |own| own.drive), 2, cycle).unwrap_or(0);
+            let word = bus
+                .read(self.address(key, half, |own| own.drive), 2, cycle)
+                .unwrap_or(0);
             self.drives.push(word as u16 as i16);
         }
     }
@@ -167,18 +183,26 @@ impl Converter {
         }
         let half = self.half_of(self.ticks);
         for (key, word) in self.last.iter().enumerate() {
-            // A buffer that is not memory is the program's mistake, which it sees as words that do not come.
+            // A buffer that is not memory is the program's mistake, which it sees as words that do
+            // not come.
             let to = self.address(key as u32, half, |own| own.sense);
             let _ = bus.write(to, 2, u32::from(*word), cycle);
         }
     }
 
     fn interrupts(&self, bus: &mut Bus) {
-        (0..2).for_each(|core| bus.lines.set(core, self.interrupt, self.waiting >> core & 1 != 0));
+        (0..2).for_each(|core| {
+            bus.lines
+                .set(core, self.interrupt, self.waiting >> core & 1 != 0)
+        });
     }
 
     fn status(&self, core: usize) -> u32 {
-        let waits = if core < 2 { self.waiting >> core & 1 } else { 0 };
+        let waits = if core < 2 {
+            self.waiting >> core & 1
+        } else {
+            0
+        };
         let half = self.half_of(self.ticks.wrapping_sub(1)) << 3;
         let flag = |set: bool, bit: u32| if set { bit } else { 0 };
         waits | flag(self.overrun, OVERRUN) | flag(self.over, OVER) | half
@@ -200,7 +224,8 @@ impl Converter {
     }
 }
 
-/// More keys than any keyboard has, at a rate that no converter of one reaches: bounds on the work of a cycle.
+/// More keys than any keyboard has, at a rate that no converter of one reaches: bounds on the work
+/// of a cycle.
 const KEYS_MAX: u32 = 1024;
 const RATE_MAX: u32 = 1_000_000;
 
@@ -248,7 +273,11 @@ impl Device for Converter {
 
     fn due(&self) -> u64 {
         let runs = self.control & ENABLE != 0 && self.rate_hz != 0;
-        if runs { self.cycle_of(self.ticks) } else { u64::MAX }
+        if runs {
+            self.cycle_of(self.ticks)
+        } else {
+            u64::MAX
+        }
     }
 
     fn attend(&mut self, cycle: u64, bus: &mut Bus) {
@@ -267,8 +296,10 @@ mod tests {
     const RAM: u32 = 0x2000_0000;
 
     fn converter() -> (Converter, Bus) {
-        let mut pair =
-            (Converter::new(150_000_000, 46, 2, 44_100), Bus::new(&Board::generic(CoreKind::CortexM33)).unwrap());
+        let mut pair = (
+            Converter::new(150_000_000, 46, 2, 44_100),
+            Bus::new(&Board::generic(CoreKind::CortexM33)).unwrap(),
+        );
         pair.0.recording = true;
         pair.0.samples.extend([10, 20, 11, 21, 12, 22]);
         [(0x0c, RAM), (0x10, RAM + 0x40), (0x14, 4), (0x00, 0x103)]
@@ -278,7 +309,18 @@ mod tests {
     }
 
     fn write(pair: &mut (Converter, Bus), offset: u32, cycle: u64, value: u32) {
-        pair.0.write(Access { offset, size: 4, core: 0, cycle }, value, &mut pair.1).unwrap();
+        pair.0
+            .write(
+                Access {
+                    offset,
+                    size: 4,
+                    core: 0,
+                    cycle,
+                },
+                value,
+                &mut pair.1,
+            )
+            .unwrap();
     }
 
     fn tick(pair: &mut (Converter, Bus)) -> u64 {
@@ -312,7 +354,10 @@ mod tests {
         assert!(!pair.1.lines.level(0, 46));
         tick(&mut pair);
         assert_eq!(pair.1.read(RAM + 4, 4, 0), Ok(21 << 16 | 11));
-        assert_eq!((pair.0.drives.as_slice(), pair.0.status(0)), (&[5, -1][..], 0b1001));
+        assert_eq!(
+            (pair.0.drives.as_slice(), pair.0.status(0)),
+            (&[5, -1][..], 0b1001)
+        );
     }
 
     #[test]
@@ -322,11 +367,17 @@ mod tests {
             .iter()
             .for_each(|(at, value)| write(&mut pair, *at, 1000, *value));
         tick(&mut pair);
-        assert_eq!((pair.1.read(RAM, 4, 0), pair.1.read(RAM + 0x80, 4, 0)), (Ok(10), Ok(20)));
+        assert_eq!(
+            (pair.1.read(RAM, 4, 0), pair.1.read(RAM + 0x80, 4, 0)),
+            (Ok(10), Ok(20))
+        );
         pair.1.write(RAM + 0x40, 2, 5, 0).unwrap();
         pair.1.write(RAM + 0xc0, 2, 0xffff, 0).unwrap();
         tick(&mut pair);
-        assert_eq!((pair.1.read(RAM + 4, 4, 0), pair.1.read(RAM + 0x88, 4, 0)), (Ok(11), Ok(21)));
+        assert_eq!(
+            (pair.1.read(RAM + 4, 4, 0), pair.1.read(RAM + 0x88, 4, 0)),
+            (Ok(11), Ok(21))
+        );
         assert_eq!(pair.0.drives, [5, -1]);
     }
 
@@ -336,10 +387,17 @@ mod tests {
         for _ in 0..3 {
             tick(&mut pair);
         }
-        assert_eq!((pair.0.overruns(), pair.0.status(0), pair.0.is_over()), (2, 0b0011, false));
+        assert_eq!(
+            (pair.0.overruns(), pair.0.status(0), pair.0.is_over()),
+            (2, 0b0011, false)
+        );
         tick(&mut pair);
         assert!(pair.0.is_over());
-        assert_eq!(pair.1.read(RAM + 4, 4, 0), Ok(22 << 16 | 12), "the last words stay");
+        assert_eq!(
+            pair.1.read(RAM + 4, 4, 0),
+            Ok(22 << 16 | 12),
+            "the last words stay"
+        );
         write(&mut pair, 4, 0, 3);
         assert_eq!(pair.0.status(0) & 3, 0);
     }

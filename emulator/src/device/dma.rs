@@ -1,5 +1,5 @@
-//! DMA: channels that copy, chained and paced (RP2350 datasheet 12.6, RP2040 datasheet 2.5). One transfer a cycle, the
-//! channels in turn, those of high priority first.
+//! DMA: channels that copy, chained and paced (RP2350 datasheet 12.6, RP2040 datasheet 2.5). One
+//! transfer a cycle, the channels in turn, those of high priority first.
 //!
 //! Not here: the checksum of passing data, and wait states of what is accessed.
 
@@ -26,12 +26,24 @@ pub(crate) struct Layout {
 }
 
 /// RP2350: 16 channels.
-pub(crate) const RP2350: Layout =
-    Layout { channels: 16, interrupts: 4, first_interrupt: 10, timers: 0x440, uart_request: 28, bits: channel::RP2350 };
+pub(crate) const RP2350: Layout = Layout {
+    channels: 16,
+    interrupts: 4,
+    first_interrupt: 10,
+    timers: 0x440,
+    uart_request: 28,
+    bits: channel::RP2350,
+};
 
 /// RP2040: 12 channels.
-pub(crate) const RP2040: Layout =
-    Layout { channels: 12, interrupts: 2, first_interrupt: 11, timers: 0x420, uart_request: 20, bits: channel::RP2040 };
+pub(crate) const RP2040: Layout = Layout {
+    channels: 12,
+    interrupts: 2,
+    first_interrupt: 11,
+    timers: 0x420,
+    uart_request: 20,
+    bits: channel::RP2040,
+};
 
 /// Requests that are no device's: the first pacing timer, and always.
 const TIMER_REQUEST: u32 = 0x3b;
@@ -57,9 +69,21 @@ pub(crate) struct Dma {
 
 impl Dma {
     pub(crate) fn new(layout: Layout, uarts: [DeviceId; 2]) -> Self {
-        let channels = (0..layout.channels).map(|i| Channel::new(layout.bits, i)).collect();
+        let channels = (0..layout.channels)
+            .map(|i| Channel::new(layout.bits, i))
+            .collect();
         let (enabled, forced, timers) = ([0; 4], [0; 4], [0; 4]);
-        Self { layout, uarts, channels, raised: 0, enabled, forced, timers, next: 0, last: 0 }
+        Self {
+            layout,
+            uarts,
+            channels,
+            raised: 0,
+            enabled,
+            forced,
+            timers,
+            next: 0,
+            last: 0,
+        }
     }
 
     fn active(&self, index: usize) -> u32 {
@@ -69,7 +93,8 @@ impl Dma {
     fn interrupts(&self, bus: &mut Bus) {
         bus.fabric.dma = self.busy();
         for index in 0..self.layout.interrupts {
-            bus.lines.set_all(self.layout.first_interrupt + index, self.active(index) != 0);
+            bus.lines
+                .set_all(self.layout.first_interrupt + index, self.active(index) != 0);
         }
     }
 
@@ -88,7 +113,13 @@ impl Dma {
         } else if (first..first + 4).contains(&request) {
             let from = request - first;
             let uart = bus.device::<Uart>(self.uarts[from as usize / 2]);
-            uart.is_some_and(|u| if from.is_multiple_of(2) { u.requests().0 } else { u.requests().1 })
+            uart.is_some_and(|u| {
+                if from.is_multiple_of(2) {
+                    u.requests().0
+                } else {
+                    u.requests().1
+                }
+            })
         } else {
             false
         }
@@ -98,11 +129,15 @@ impl Dma {
     fn choose(&self, cycle: u64, bus: &Bus) -> Option<usize> {
         let count = self.channels.len();
         let turns = (1..=count).map(|i| (self.last + i) % count);
-        let ready = |i: &usize| self.channels[*i].busy && self.requested(&self.channels[*i], cycle, bus);
-        turns.filter(ready).min_by_key(|i| !self.channels[*i].high_priority())
+        let ready =
+            |i: &usize| self.channels[*i].busy && self.requested(&self.channels[*i], cycle, bus);
+        turns
+            .filter(ready)
+            .min_by_key(|i| !self.channels[*i].high_priority())
     }
 
-    /// Makes the transfers that are due. The clock moves on by one cycle for each, or to when one may be ready.
+    /// Makes the transfers that are due. The clock moves on by one cycle for each, or to when one
+    /// may be ready.
     fn advance(&mut self, cycle: u64, bus: &mut Bus) {
         while self.busy() && self.next <= cycle {
             match self.choose(self.next, bus) {
@@ -114,8 +149,15 @@ impl Dma {
 
     fn next_request(&self) -> u64 {
         let paced = |c: &&Channel| c.busy && (TIMER_REQUEST..ALWAYS).contains(&c.request());
-        let timed = self.channels.iter().filter(paced).map(|c| c.paced_from).min();
-        timed.unwrap_or(u64::MAX).clamp(self.next + 1, self.next + POLL)
+        let timed = self
+            .channels
+            .iter()
+            .filter(paced)
+            .map(|c| c.paced_from)
+            .min();
+        timed
+            .unwrap_or(u64::MAX)
+            .clamp(self.next + 1, self.next + POLL)
     }
 
     fn transfer(&mut self, index: usize, bus: &mut Bus) {
@@ -132,9 +174,20 @@ impl Dma {
     /// When a channel's pacing timer lets it go on.
     fn pace(&mut self, index: usize, now: u64) {
         let channel = &mut self.channels[index];
-        if let Some(timer) = channel.request().checked_sub(TIMER_REQUEST).filter(|t| *t < 4) {
-            let (x, y) = (self.timers[timer as usize] >> 16, self.timers[timer as usize] & 0xffff);
-            channel.paced_from = if x == 0 { u64::MAX } else { now + u64::from(y.div_ceil(x)).max(1) };
+        if let Some(timer) = channel
+            .request()
+            .checked_sub(TIMER_REQUEST)
+            .filter(|t| *t < 4)
+        {
+            let (x, y) = (
+                self.timers[timer as usize] >> 16,
+                self.timers[timer as usize] & 0xffff,
+            );
+            channel.paced_from = if x == 0 {
+                u64::MAX
+            } else {
+                now + u64::from(y.div_ceil(x)).max(1)
+            };
         }
     }
 
@@ -174,7 +227,8 @@ impl Dma {
         let timers = self.layout.timers;
         Some(match at {
             0..0x400 => self.channels.get(at as usize / 0x40)?.read(at % 0x40 / 4),
-            _ if (0x400..timers).contains(&at) && group < self.layout.interrupts => match at % 0x10 {
+            _ if (0x400..timers).contains(&at) && group < self.layout.interrupts => match at % 0x10
+            {
                 0 => self.raised,
                 4 => self.enabled[group],
                 8 => self.forced[group],
@@ -192,18 +246,25 @@ impl Dma {
         let timers = self.layout.timers;
         let all = (1 << self.channels.len()) - 1;
         match at {
-            _ if (0x400..timers).contains(&at) && group < self.layout.interrupts => match at % 0x10 {
+            _ if (0x400..timers).contains(&at) && group < self.layout.interrupts => match at % 0x10
+            {
                 4 => self.enabled[group] = value & all,
                 8 => self.forced[group] = value & all,
                 _ => self.raised &= !value,
             },
-            _ if (timers..timers + 0x10).contains(&at) => self.timers[(at - timers) as usize / 4] = value,
+            _ if (timers..timers + 0x10).contains(&at) => {
+                self.timers[(at - timers) as usize / 4] = value
+            }
             _ if at == timers + 0x10 => {
-                (0..self.channels.len()).filter(|i| value >> i & 1 != 0).for_each(|i| self.trigger(i));
+                (0..self.channels.len())
+                    .filter(|i| value >> i & 1 != 0)
+                    .for_each(|i| self.trigger(i));
             }
             _ if at == timers + 0x24 => {
                 let aborted = |i: &usize| value >> i & 1 != 0;
-                (0..self.channels.len()).filter(aborted).for_each(|i| self.channels[i].busy = false);
+                (0..self.channels.len())
+                    .filter(aborted)
+                    .for_each(|i| self.channels[i].busy = false);
             }
             _ => return None,
         }
@@ -220,7 +281,9 @@ impl Dma {
 impl Device for Dma {
     fn read(&mut self, access: Access, bus: &mut Bus) -> Result<u32, BusError> {
         self.advance(access.cycle, bus);
-        let word = self.word(alias::plain(access.offset) & !3).ok_or(BusError)?;
+        let word = self
+            .word(alias::plain(access.offset) & !3)
+            .ok_or(BusError)?;
         Ok(alias::part(access.offset, word))
     }
 
@@ -231,7 +294,8 @@ impl Device for Dma {
         if at < 0x400 {
             self.channel_write(at, access, value)?;
         } else {
-            self.control_write(at, alias::written(access, value, self.held(at))).ok_or(BusError)?;
+            self.control_write(at, alias::written(access, value, self.held(at)))
+                .ok_or(BusError)?;
         }
         if idle {
             self.next = access.cycle + 1;

@@ -1,5 +1,6 @@
-//! The independent watchdog of an STM32 (RM0090, chapter 21): counts down from RLR at 32 kHz divided by 4 to 256, and asks for
-//! a reset of the chip. A chip's oscillator is between 17 and 47 kHz; this one is what the manual calls typical.
+//! The independent watchdog of an STM32 (RM0090, chapter 21): counts down from RLR at 32 kHz
+//! divided by 4 to 256, and asks for a reset of the chip. A chip's oscillator is between 17 and 47
+//! kHz; this one is what the manual calls typical.
 
 use crate::bus::{Access, Bus, BusError, Device};
 
@@ -22,13 +23,25 @@ pub(crate) struct Iwdg {
 
 impl Iwdg {
     pub(crate) fn new(clock_hz: u32) -> Self {
-        Self { clock_hz, unlocked: false, running: false, prescaler: 0, reload: 0xfff, expires: u64::MAX }
+        Self {
+            clock_hz,
+            unlocked: false,
+            running: false,
+            prescaler: 0,
+            reload: 0xfff,
+            expires: u64::MAX,
+        }
     }
 
     fn feed(&mut self, cycle: u64) {
         let divided = 4_u64 << self.prescaler.min(6);
-        let cycles = u64::from(self.reload) * divided * u64::from(self.clock_hz) / u64::from(LSI_HZ);
-        self.expires = if self.running { cycle + cycles } else { u64::MAX };
+        let cycles =
+            u64::from(self.reload) * divided * u64::from(self.clock_hz) / u64::from(LSI_HZ);
+        self.expires = if self.running {
+            cycle + cycles
+        } else {
+            u64::MAX
+        };
     }
 }
 
@@ -79,9 +92,22 @@ mod tests {
 
     #[test]
     fn it_bites_ten_milliseconds_after_the_last_food() {
-        let (mut dog, mut bus) = (Iwdg::new(168_000_000), Bus::new(&Board::generic(CoreKind::CortexM4)).unwrap());
+        let (mut dog, mut bus) = (
+            Iwdg::new(168_000_000),
+            Bus::new(&Board::generic(CoreKind::CortexM4)).unwrap(),
+        );
         let mut write = |offset, cycle, value| {
-            dog.write(Access { offset, size: 4, core: 0, cycle }, value, &mut bus).unwrap();
+            dog.write(
+                Access {
+                    offset,
+                    size: 4,
+                    core: 0,
+                    cycle,
+                },
+                value,
+                &mut bus,
+            )
+            .unwrap();
             dog.due()
         };
         assert_eq!(write(8, 0, 80), u64::MAX, "locked");

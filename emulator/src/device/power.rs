@@ -1,11 +1,13 @@
-//! Switching core 1 off and on (PSM), and the watchdog (RP2350 datasheet 7.3, 12.9; RP2040 datasheet 2.13, 4.7).
+//! Switching core 1 off and on (PSM), and the watchdog (RP2350 datasheet 7.3, 12.9; RP2040
+//! datasheet 2.13, 4.7).
 
 use crate::bus::{Access, Bus, BusError, Device, DeviceId};
 use crate::device::alias;
 use crate::device::sio::Sio;
 use crate::lines::Start;
 
-/// The power-on state machine: of it, the processors. A core that is forced off halts; let go, it starts in the boot ROM.
+/// The power-on state machine: of it, the processors. A core that is forced off halts; let go, it
+/// starts in the boot ROM.
 pub(crate) struct Power {
     /// The bit of core 1 in each register.
     core1: u32,
@@ -20,7 +22,15 @@ pub(crate) struct Power {
 
 impl Power {
     pub(crate) fn new(core1: u32, mask: u32, sio: DeviceId, wakes: Start) -> Self {
-        Self { core1, mask, sio, wakes, force_on: 0, force_off: 0, watchdog: 0 }
+        Self {
+            core1,
+            mask,
+            sio,
+            wakes,
+            force_on: 0,
+            force_off: 0,
+            watchdog: 0,
+        }
     }
 
     fn switch(&mut self, off: u32, bus: &mut Bus) {
@@ -54,7 +64,10 @@ impl Device for Power {
     fn write(&mut self, access: Access, value: u32, bus: &mut Bus) -> Result<(), BusError> {
         match alias::plain(access.offset) & !3 {
             0x0 => self.force_on = alias::written(access, value, self.force_on) & self.mask,
-            0x4 => self.switch(alias::written(access, value, self.force_off) & self.mask, bus),
+            0x4 => self.switch(
+                alias::written(access, value, self.force_off) & self.mask,
+                bus,
+            ),
             0x8 => self.watchdog = alias::written(access, value, self.watchdog) & self.mask,
             0xc => {}
             _ => return Err(BusError),
@@ -66,7 +79,8 @@ impl Device for Power {
 const ENABLE: u32 = 1 << 30;
 const TRIGGER: u32 = 1 << 31;
 
-/// The watchdog: counts down in microseconds (half of them on RP2040, by its erratum E1) and asks for a reset of the chip.
+/// The watchdog: counts down in microseconds (half of them on RP2040, by its erratum E1) and asks
+/// for a reset of the chip.
 pub(crate) struct Watchdog {
     cycles_per_count: u64,
     control: u32,
@@ -81,18 +95,33 @@ impl Watchdog {
     /// With this many counts a microsecond.
     pub(crate) fn new(clock_hz: u32, counts_per_us: u32) -> Self {
         let cycles_per_count = u64::from(clock_hz / 1_000_000 / counts_per_us).max(1);
-        Self { cycles_per_count, control: 0x0700_0000, expires: u64::MAX, left: 0, scratch: [0; 8], tick: 0x200 }
+        Self {
+            cycles_per_count,
+            control: 0x0700_0000,
+            expires: u64::MAX,
+            left: 0,
+            scratch: [0; 8],
+            tick: 0x200,
+        }
     }
 
     fn load(&mut self, count: u32, cycle: u64) {
         self.left = count & 0xff_ffff;
         let expires = cycle + u64::from(self.left) * self.cycles_per_count;
-        self.expires = if self.control & ENABLE != 0 { expires } else { u64::MAX };
+        self.expires = if self.control & ENABLE != 0 {
+            expires
+        } else {
+            u64::MAX
+        };
     }
 
     fn counts_left(&self, cycle: u64) -> u32 {
         let running = self.expires.saturating_sub(cycle) / self.cycles_per_count;
-        if self.control & ENABLE != 0 { running as u32 } else { self.left }
+        if self.control & ENABLE != 0 {
+            running as u32
+        } else {
+            self.left
+        }
     }
 }
 

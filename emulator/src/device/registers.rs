@@ -1,7 +1,9 @@
-//! Blocks of registers that hold what is written, as tables, with the status bits that start-up code waits for.
+//! Blocks of registers that hold what is written, as tables, with the status bits that start-up
+//! code waits for.
 //!
-//! What they control (oscillators, clock dividers, resets, pins) has no effect: an oscillator is stable as soon as it is
-//! enabled, a block is out of reset as soon as it is asked to be. So every poll of a real start-up ends at its first look.
+//! What they control (oscillators, clock dividers, resets, pins) has no effect: an oscillator is
+//! stable as soon as it is enabled, a block is out of reset as soon as it is asked to be. So every
+//! poll of a real start-up ends at its first look.
 
 use crate::bus::{Access, Bus, BusError, Device};
 use crate::device::alias;
@@ -12,10 +14,16 @@ pub(crate) enum Reads {
     /// What is held.
     Held,
     /// What is held, with bits set while `mask` of the register at `of` is `value`.
-    When { of: u32, mask: u32, value: u32, bits: u32 },
+    When {
+        of: u32,
+        mask: u32,
+        value: u32,
+        bits: u32,
+    },
     /// These bits of the register at `of`, inverted.
     Not { of: u32, mask: u32 },
-    /// What is held, with these bits of the register at `of` moved up to where they are acknowledged.
+    /// What is held, with these bits of the register at `of` moved up to where they are
+    /// acknowledged.
     Follow { of: u32, mask: u32, up: u32 },
     /// One bit: number (register at `of` & mask).
     OneHot { of: u32, mask: u32 },
@@ -40,17 +48,31 @@ pub(crate) struct Row {
 
 /// One register that holds what is written.
 pub(crate) const fn held(at: u32, reset: u32, writable: u32) -> Row {
-    Row { at, count: 1, stride: 0, reset, writable, reads: Reads::Held }
+    Row {
+        at,
+        count: 1,
+        stride: 0,
+        reset,
+        writable,
+        reads: Reads::Held,
+    }
 }
 
 /// One register that is only read.
 pub(crate) const fn status(at: u32, reads: Reads) -> Row {
-    Row { reads, ..held(at, 0, 0) }
+    Row {
+        reads,
+        ..held(at, 0, 0)
+    }
 }
 
 /// The same register `count` times, `stride` bytes apart.
 pub(crate) const fn times(count: u32, stride: u32, row: Row) -> Row {
-    Row { count, stride, ..row }
+    Row {
+        count,
+        stride,
+        ..row
+    }
 }
 
 /// Words that hold what is written, whatever it is.
@@ -66,7 +88,10 @@ pub(crate) struct Registers {
 
 impl Registers {
     pub(crate) fn new(rows: &'static [Row]) -> Self {
-        let held = rows.iter().flat_map(|row| (0..row.count).map(|_| row.reset)).collect();
+        let held = rows
+            .iter()
+            .flat_map(|row| (0..row.count).map(|_| row.reset))
+            .collect();
         Self { rows, held }
     }
 
@@ -85,7 +110,8 @@ impl Registers {
     }
 
     fn holds(&self, offset: u32) -> u32 {
-        self.find(offset).map_or(0, |(_, place, _)| self.held[place])
+        self.find(offset)
+            .map_or(0, |(_, place, _)| self.held[place])
     }
 
     fn word(&self, offset: u32) -> Option<u32> {
@@ -93,8 +119,17 @@ impl Registers {
         let held = self.held[place];
         Some(match row.reads {
             Reads::Held => held,
-            Reads::When { of, mask, value, bits } => {
-                held | if self.holds(of + from) & mask == value { bits } else { 0 }
+            Reads::When {
+                of,
+                mask,
+                value,
+                bits,
+            } => {
+                held | if self.holds(of + from) & mask == value {
+                    bits
+                } else {
+                    0
+                }
             }
             Reads::Not { of, mask } => !self.holds(of + from) & mask,
             Reads::Follow { of, mask, up } => held | (self.holds(of + from) & mask) << up,
@@ -105,12 +140,16 @@ impl Registers {
 
 impl Device for Registers {
     fn read(&mut self, access: Access, _: &mut Bus) -> Result<u32, BusError> {
-        let word = self.word(alias::plain(access.offset) & !3).ok_or(BusError)?;
+        let word = self
+            .word(alias::plain(access.offset) & !3)
+            .ok_or(BusError)?;
         Ok(alias::part(access.offset, word))
     }
 
     fn write(&mut self, access: Access, value: u32, _: &mut Bus) -> Result<(), BusError> {
-        let (row, place, _) = self.find(alias::plain(access.offset) & !3).ok_or(BusError)?;
+        let (row, place, _) = self
+            .find(alias::plain(access.offset) & !3)
+            .ok_or(BusError)?;
         let old = self.held[place];
         self.held[place] = old & !row.writable | alias::written(access, value, old) & row.writable;
         Ok(())
@@ -126,8 +165,23 @@ mod tests {
         status(8, Reads::Not { of: 0, mask: 0x1f }),
         times(2, 0x10, held(0x20, 0, 3)),
         times(2, 0x10, status(0x24, Reads::OneHot { of: 0x20, mask: 3 })),
-        Row { reads: Reads::Follow { of: 0x60, mask: 3, up: 2 }, ..held(0x60, 0, 0xf3) },
-        Row { reads: Reads::When { of: 0x50, mask: 1, value: 1, bits: 2 }, ..held(0x50, 0, 1) },
+        Row {
+            reads: Reads::Follow {
+                of: 0x60,
+                mask: 3,
+                up: 2,
+            },
+            ..held(0x60, 0, 0xf3)
+        },
+        Row {
+            reads: Reads::When {
+                of: 0x50,
+                mask: 1,
+                value: 1,
+                bits: 2,
+            },
+            ..held(0x50, 0, 1)
+        },
     ];
 
     #[test]

@@ -1,8 +1,9 @@
-//! SIO: what each core reaches in one cycle. The core number, a mailbox of FIFOs between the two cores, 32 spinlocks, pins;
-//! on RP2350 doorbells (datasheet 3.1), on RP2040 a divider (datasheet 2.3.1.5).
+//! SIO: what each core reaches in one cycle. The core number, a mailbox of FIFOs between the two
+//! cores, 32 spinlocks, pins; on RP2350 doorbells (datasheet 3.1), on RP2040 a divider (datasheet
+//! 2.3.1.5).
 //!
-//! Not here: the interpolators, the TMDS encoder and the platform timer of RP2350; their registers answer with a bus
-//! fault. Pins have no other side: inputs read as the outputs that are enabled.
+//! Not here: the interpolators, the TMDS encoder and the platform timer of RP2350; their registers
+//! answer with a bus fault. Pins have no other side: inputs read as the outputs that are enabled.
 
 use std::collections::VecDeque;
 
@@ -62,7 +63,14 @@ pub(crate) struct Sio {
 impl Sio {
     pub(crate) fn new(chip: Chip) -> Self {
         let (inbox, dividers) = Default::default();
-        Self { chip, pins: Pins::new(chip), inbox, locks: 0, bells: [0; CORES], dividers }
+        Self {
+            chip,
+            pins: Pins::new(chip),
+            inbox,
+            locks: 0,
+            bells: [0; CORES],
+            dividers,
+        }
     }
 
     /// Empties the mailbox of a core and everything it sent: the core is being reset.
@@ -73,8 +81,16 @@ impl Sio {
     fn fifo_status(&self, core: usize) -> u32 {
         let (mine, other) = (&self.inbox[core], &self.inbox[1 - core]);
         let room = other.words.len() < self.chip.fifo_words();
-        let bits = [!mine.words.is_empty(), room, mine.wrote_full, mine.read_empty];
-        bits.iter().enumerate().map(|(i, b)| u32::from(*b) << i).sum()
+        let bits = [
+            !mine.words.is_empty(),
+            room,
+            mine.wrote_full,
+            mine.read_empty,
+        ];
+        bits.iter()
+            .enumerate()
+            .map(|(i, b)| u32::from(*b) << i)
+            .sum()
     }
 
     /// A word for the other core, and the event that wakes it.
@@ -155,7 +171,9 @@ impl Device for Sio {
                 self.inbox[core].read_empty &= value & 8 == 0;
             }
             0x54 => self.send(core, value, bus),
-            0x60..0x7c if !two => self.dividers[core].write(at, value, access.cycle).ok_or(BusError)?,
+            0x60..0x7c if !two => self.dividers[core]
+                .write(at, value, access.cycle)
+                .ok_or(BusError)?,
             0x100..0x180 => self.locks &= !(1 << ((at - 0x100) / 4)),
             0x180..0x190 if two => self.ring(at, core, value),
             _ => self.pins.write(at, value).ok_or(BusError)?,

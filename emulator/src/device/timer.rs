@@ -1,6 +1,6 @@
-//! The timer: 64 bits of microseconds and four alarms (RP2350 datasheet 12.8, RP2040 datasheet 4.6). It counts
-//! microseconds from the start, as if its tick generator had been set up as start-up code does, or, where RP2350's SOURCE
-//! says so, cycles.
+//! The timer: 64 bits of microseconds and four alarms (RP2350 datasheet 12.8, RP2040 datasheet
+//! 4.6). It counts microseconds from the start, as if its tick generator had been set up as
+//! start-up code does, or, where RP2350's SOURCE says so, cycles.
 
 use crate::bus::{Access, Bus, BusError, Device};
 use crate::device::alias;
@@ -54,13 +54,19 @@ impl Timer {
     }
 
     fn counts_per_second(&self) -> u64 {
-        if self.counts_cycles { self.clock_hz } else { 1_000_000 }
+        if self.counts_cycles {
+            self.clock_hz
+        } else {
+            1_000_000
+        }
     }
 
     /// The count in a cycle.
     fn count(&self, cycle: u64) -> u64 {
-        let since = u128::from(cycle) * u128::from(self.counts_per_second()) / u128::from(self.clock_hz);
-        self.paused.unwrap_or((since as u64).wrapping_add(self.offset))
+        let since =
+            u128::from(cycle) * u128::from(self.counts_per_second()) / u128::from(self.clock_hz);
+        self.paused
+            .unwrap_or((since as u64).wrapping_add(self.offset))
     }
 
     /// The first cycle in which the count is reached.
@@ -71,7 +77,9 @@ impl Timer {
 
     fn set_count(&mut self, cycle: u64, count: u64) {
         let paused = self.paused.take().is_some();
-        self.offset = self.offset.wrapping_add(count.wrapping_sub(self.count(cycle)));
+        self.offset = self
+            .offset
+            .wrapping_add(count.wrapping_sub(self.count(cycle)));
         self.paused = paused.then_some(count);
     }
 
@@ -92,7 +100,9 @@ impl Timer {
     }
 
     fn armed_bits(&self) -> u32 {
-        (0..ALARMS).map(|i| u32::from(self.armed[i].is_some()) << i).sum()
+        (0..ALARMS)
+            .map(|i| u32::from(self.armed[i].is_some()) << i)
+            .sum()
     }
 
     fn interrupts(&self, bus: &mut Bus) {
@@ -130,7 +140,9 @@ impl Timer {
             0x00 => self.set_count(cycle, u64::from(value) << 32 | u64::from(self.written_low)),
             0x04 => self.written_low = value,
             0x10..0x20 => self.arm((at as usize - 0x10) / 4, value, cycle),
-            0x20 => (0..ALARMS).filter(|i| value >> i & 1 != 0).for_each(|i| self.armed[i] = None),
+            0x20 => (0..ALARMS)
+                .filter(|i| value >> i & 1 != 0)
+                .for_each(|i| self.armed[i] = None),
             0x2c => self.debug_pause = value & 6,
             0x30 => self.pause(cycle, value & 1 != 0),
             _ if at == self.intr => self.raised &= !value,
@@ -147,7 +159,8 @@ impl Timer {
         Some(())
     }
 
-    /// What a write to one of the copies is about to change; registers whose write is an action count as zero.
+    /// What a write to one of the copies is about to change; registers whose write is an action
+    /// count as zero.
     fn held(&self, at: u32) -> u32 {
         match at {
             0x2c => self.debug_pause,
@@ -161,21 +174,33 @@ impl Timer {
 
 impl Device for Timer {
     fn read(&mut self, access: Access, _: &mut Bus) -> Result<u32, BusError> {
-        let word = self.word(alias::plain(access.offset) & !3, access.cycle).ok_or(BusError)?;
+        let word = self
+            .word(alias::plain(access.offset) & !3, access.cycle)
+            .ok_or(BusError)?;
         Ok(alias::part(access.offset, word))
     }
 
     fn write(&mut self, access: Access, value: u32, bus: &mut Bus) -> Result<(), BusError> {
         let at = alias::plain(access.offset) & !3;
         if !(self.locked && at < 0x10) {
-            self.set_word(at, alias::written(access, value, self.held(at)), access.cycle).ok_or(BusError)?;
+            self.set_word(
+                at,
+                alias::written(access, value, self.held(at)),
+                access.cycle,
+            )
+            .ok_or(BusError)?;
         }
         self.interrupts(bus);
         Ok(())
     }
 
     fn due(&self) -> u64 {
-        let next = self.armed.iter().flatten().map(|count| self.cycle_of(*count)).min();
+        let next = self
+            .armed
+            .iter()
+            .flatten()
+            .map(|count| self.cycle_of(*count))
+            .min();
         next.filter(|_| self.paused.is_none()).unwrap_or(u64::MAX)
     }
 
@@ -196,7 +221,18 @@ mod tests {
     use crate::board::{Board, CoreKind};
 
     fn write(timer: &mut Timer, bus: &mut Bus, offset: u32, cycle: u64, value: u32) {
-        timer.write(Access { offset, size: 4, core: 0, cycle }, value, bus).unwrap();
+        timer
+            .write(
+                Access {
+                    offset,
+                    size: 4,
+                    core: 0,
+                    cycle,
+                },
+                value,
+                bus,
+            )
+            .unwrap();
     }
 
     #[test]
@@ -221,7 +257,11 @@ mod tests {
         let mut timer = Timer::new(150_000_000, 0, 0x3c);
         write(&mut timer, &mut bus, 0x04, 0, 0xffff_fffe);
         write(&mut timer, &mut bus, 0x00, 0, 1);
-        assert_eq!((timer.word(0x0c, 300), timer.word(0x08, 900)), (Some(0), Some(2)), "TIMELR latches TIMEHR");
+        assert_eq!(
+            (timer.word(0x0c, 300), timer.word(0x08, 900)),
+            (Some(0), Some(2)),
+            "TIMELR latches TIMEHR"
+        );
         write(&mut timer, &mut bus, 0x30, 300, 1);
         assert_eq!(timer.word(0x28, 90_000), Some(0));
         write(&mut timer, &mut bus, 0x3030, 90_000, 1);

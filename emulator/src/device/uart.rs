@@ -1,5 +1,6 @@
-//! The serial port, a PL011 with FIFOs of 32 bytes (RP2350 datasheet 12.1, RP2040 datasheet 4.2), or the one of an STM32 (`usart`).
-//! A byte takes the time that its dividers say; before they are set it takes none.
+//! The serial port, a PL011 with FIFOs of 32 bytes (RP2350 datasheet 12.1, RP2040 datasheet 4.2),
+//! or the one of an STM32 (`usart`). A byte takes the time that its dividers say; before they are
+//! set it takes none.
 
 mod usart;
 
@@ -22,7 +23,8 @@ pub struct Uart {
     pub output: Vec<u8>,
     /// Bytes that will arrive, one frame after the other, once the port receives.
     pub input: VecDeque<u8>,
-    /// Whether it has the registers of an STM32, and then how many cycles one of its own clock takes.
+    /// Whether it has the registers of an STM32, and then how many cycles one of its own clock
+    /// takes.
     usart: Option<u32>,
     interrupt: usize,
     sending: VecDeque<u8>,
@@ -42,7 +44,12 @@ pub struct Uart {
 
 impl Uart {
     pub(crate) fn new(interrupt: usize) -> Self {
-        Self { interrupt, control: 0x300, levels: 0x12, ..Self::default() }
+        Self {
+            interrupt,
+            control: 0x300,
+            levels: 0x12,
+            ..Self::default()
+        }
     }
 
     /// Whether the program may be given a byte by a DMA, or take one.
@@ -82,12 +89,16 @@ impl Uart {
     fn advance(&mut self, cycle: u64) {
         let frame = self.frame_cycles();
         while self.enabled(0x100) && self.sent_at <= cycle {
-            let Some(byte) = self.sending.pop_front() else { break };
+            let Some(byte) = self.sending.pop_front() else {
+                break;
+            };
             self.output.push(byte);
             self.sent_at += frame;
         }
         while self.enabled(0x200) && self.arrives_at <= cycle {
-            let Some(byte) = self.input.pop_front() else { break };
+            let Some(byte) = self.input.pop_front() else {
+                break;
+            };
             let room = self.received.len() < self.depth();
             if room {
                 self.received.push_back(byte)
@@ -100,21 +111,37 @@ impl Uart {
 
     fn flags(&self) -> u32 {
         let (tx, rx) = (self.sending.len(), self.received.len());
-        let bits = [(3, tx > 0), (4, rx == 0), (5, tx >= self.depth()), (6, rx >= self.depth()), (7, tx == 0)];
+        let bits = [
+            (3, tx > 0),
+            (4, rx == 0),
+            (5, tx >= self.depth()),
+            (6, rx >= self.depth()),
+            (7, tx == 0),
+        ];
         bits.iter().map(|(bit, set)| u32::from(*set) << bit).sum()
     }
 
     fn raw(&self) -> u32 {
-        let level = |code: u32, of_32: [usize; 5]| if self.depth() == 1 { 1 } else { of_32[code.min(4) as usize] };
+        let level = |code: u32, of_32: [usize; 5]| {
+            if self.depth() == 1 {
+                1
+            } else {
+                of_32[code.min(4) as usize]
+            }
+        };
         let tx = self.sending.len() <= level(self.levels & 7, [4, 8, 16, 24, 28]);
         let rx = self.received.len() >= level(self.levels >> 3 & 7, [4, 8, 16, 24, 28]);
         let waiting = !rx && !self.received.is_empty() && self.input.is_empty();
         let bits = [(TX, tx), (RX, rx), (TIMEOUT, waiting)];
-        bits.iter().map(|(bit, set)| if *set { *bit } else { 0 }).sum::<u32>() | self.sticky
+        bits.iter()
+            .map(|(bit, set)| if *set { *bit } else { 0 })
+            .sum::<u32>()
+            | self.sticky
     }
 
     fn interrupts(&self, bus: &mut Bus) {
-        bus.lines.set_all(self.interrupt, self.raw() & self.mask != 0);
+        bus.lines
+            .set_all(self.interrupt, self.raw() & self.mask != 0);
     }
 
     fn word(&mut self, at: u32) -> Option<u32> {
@@ -132,7 +159,9 @@ impl Uart {
             0x3c => self.raw(),
             0x40 => self.raw() & self.mask,
             0x48 => self.dma,
-            0xfe0..=0xfff => [0x11, 0x10, 0x34, 0x00, 0x0d, 0xf0, 0x05, 0xb1][(at as usize - 0xfe0) / 4],
+            0xfe0..=0xfff => {
+                [0x11, 0x10, 0x34, 0x00, 0x0d, 0xf0, 0x05, 0xb1][(at as usize - 0xfe0) / 4]
+            }
             _ => return None,
         })
     }
@@ -158,7 +187,9 @@ impl Device for Uart {
         if self.usart.is_some() {
             return self.usart_word(access.offset & !3).ok_or(BusError);
         }
-        let word = self.word(alias::plain(access.offset) & !3).ok_or(BusError)?;
+        let word = self
+            .word(alias::plain(access.offset) & !3)
+            .ok_or(BusError)?;
         self.interrupts(bus);
         Ok(alias::part(access.offset, word))
     }
@@ -183,8 +214,16 @@ impl Device for Uart {
     }
 
     fn due(&self) -> u64 {
-        let sent = if self.sending.is_empty() || !self.enabled(0x100) { u64::MAX } else { self.sent_at };
-        let arrives = if self.input.is_empty() || !self.enabled(0x200) { u64::MAX } else { self.arrives_at };
+        let sent = if self.sending.is_empty() || !self.enabled(0x100) {
+            u64::MAX
+        } else {
+            self.sent_at
+        };
+        let arrives = if self.input.is_empty() || !self.enabled(0x200) {
+            u64::MAX
+        } else {
+            self.arrives_at
+        };
         sent.min(arrives)
     }
 
@@ -200,15 +239,39 @@ mod tests {
     use crate::board::{Board, CoreKind};
 
     fn port() -> (Uart, Bus) {
-        (Uart::new(33), Bus::new(&Board::generic(CoreKind::CortexM33)).unwrap())
+        (
+            Uart::new(33),
+            Bus::new(&Board::generic(CoreKind::CortexM33)).unwrap(),
+        )
     }
 
     fn write(port: &mut (Uart, Bus), offset: u32, cycle: u64, value: u32) {
-        port.0.write(Access { offset, size: 4, core: 0, cycle }, value, &mut port.1).unwrap();
+        port.0
+            .write(
+                Access {
+                    offset,
+                    size: 4,
+                    core: 0,
+                    cycle,
+                },
+                value,
+                &mut port.1,
+            )
+            .unwrap();
     }
 
     fn read(port: &mut (Uart, Bus), offset: u32, cycle: u64) -> u32 {
-        port.0.read(Access { offset, size: 4, core: 0, cycle }, &mut port.1).unwrap()
+        port.0
+            .read(
+                Access {
+                    offset,
+                    size: 4,
+                    core: 0,
+                    cycle,
+                },
+                &mut port.1,
+            )
+            .unwrap()
     }
 
     /// 115200 baud from 150 MHz: 81 + 24/64, 8 data bits, one stop bit: 10 bits of 1302 cycles.
@@ -222,9 +285,15 @@ mod tests {
     fn bytes_take_their_time() {
         let mut port = port();
         at_115200(&mut port);
-        b"ab".iter().for_each(|byte| write(&mut port, 0, 100, u32::from(*byte)));
+        b"ab"
+            .iter()
+            .for_each(|byte| write(&mut port, 0, 100, u32::from(*byte)));
         assert_eq!(port.0.due(), 100 + 13_020);
-        assert_eq!(read(&mut port, 0x18, 13_119) & 0xb8, 0x18, "busy, nothing received");
+        assert_eq!(
+            read(&mut port, 0x18, 13_119) & 0xb8,
+            0x18,
+            "busy, nothing received"
+        );
         assert_eq!(port.0.output, b"");
         assert_eq!(read(&mut port, 0x18, 13_120) & 0x88, 0x08);
         assert_eq!(read(&mut port, 0x18, 100 + 2 * 13_020) & 0x88, 0x80);
@@ -252,6 +321,10 @@ mod tests {
         assert_eq!(read(&mut port, 0x18, 1) & 0x20, 0x20);
         write(&mut port, 0, 2, 99);
         port.0.attend(u64::MAX / 2, &mut port.1);
-        assert_eq!(port.0.output, (0..32).collect::<Vec<u8>>(), "what does not fit is lost");
+        assert_eq!(
+            port.0.output,
+            (0..32).collect::<Vec<u8>>(),
+            "what does not fit is lost"
+        );
     }
 }

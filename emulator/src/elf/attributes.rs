@@ -1,6 +1,7 @@
 //! The build attributes of an ARM ELF: which architecture it was compiled for.
 //!
-//! Source: Addenda to, and Errata in, the ABI for the Arm Architecture (IHI 0045), section "Attribute values".
+//! Source: Addenda to, and Errata in, the ABI for the Arm Architecture (IHI 0045), section
+//! "Attribute values".
 
 use super::{ElfError, File, corrupt};
 use object::read::elf::{AttributeReader, SectionHeader};
@@ -40,19 +41,20 @@ const ARCHITECTURES: [(u64, &str, Option<Arch>); 22] = [
     (21, "ARMv8.1-M Mainline", None),
 ];
 
-/// The oldest architecture here that has what the file was compiled for; nothing if it does not say, or says that it
-/// runs anywhere (as hand-written assembly does).
+/// The oldest architecture here that has what the file was compiled for; nothing if it does not
+/// say, or says that it runs anywhere (as hand-written assembly does).
 pub(super) fn arch(file: &File<'_>) -> Result<Option<Arch>, ElfError> {
     let (number, profile) = tags(file)?;
     match (number, profile) {
-        // ARMv7 with profile M, which has no DSP instructions: a Cortex-M3, and an M4 runs its code.
+        // ARMv7 with profile M, which has no DSP instructions: a Cortex-M3, and an M4 runs its
+        // code.
         (Some(10), Some(b'M')) => Ok(Some(Arch::V7EM)),
         (None | Some(0), _) => Ok(None),
         (Some(number), _) => {
-            let (name, arch) = ARCHITECTURES
-                .iter()
-                .find(|(n, ..)| *n == number)
-                .map_or((format!("architecture {number}"), None), |(_, name, arch)| (name.to_string(), *arch));
+            let (name, arch) = ARCHITECTURES.iter().find(|(n, ..)| *n == number).map_or(
+                (format!("architecture {number}"), None),
+                |(_, name, arch)| (name.to_string(), *arch),
+            );
             arch.map(Some).ok_or(ElfError::Architecture(name))
         }
     }
@@ -62,11 +64,18 @@ pub(super) fn arch(file: &File<'_>) -> Result<Option<Arch>, ElfError> {
 fn tags(file: &File<'_>) -> Result<(Option<u64>, Option<u8>), ElfError> {
     let endian = file.endian();
     let (mut number, mut profile) = (None, None);
-    for section in file.elf_section_table().iter().filter(|s| s.sh_type(endian).0 == SHT_ARM_ATTRIBUTES) {
+    for section in file
+        .elf_section_table()
+        .iter()
+        .filter(|s| s.sh_type(endian).0 == SHT_ARM_ATTRIBUTES)
+    {
         let attributes = section.attributes(endian, file.data()).map_err(corrupt)?;
         for vendor in attributes.subsections().map_err(corrupt)? {
             let vendor = vendor.map_err(corrupt)?;
-            for scope in vendor.subsubsections().filter(|_| vendor.vendor() == b"aeabi") {
+            for scope in vendor
+                .subsubsections()
+                .filter(|_| vendor.vendor() == b"aeabi")
+            {
                 let scope = scope.map_err(corrupt)?;
                 if scope.tag().0 == FILE_SCOPE {
                     read(scope.attributes(), &mut number, &mut profile).map_err(corrupt)?;

@@ -33,20 +33,38 @@ pub struct Lines {
 const LINES_MAX: usize = 4 << 20;
 
 impl Lines {
-    /// Reads the lines of a linked image. Without debugging information, or where it is corrupt, what there is: lines are
-    /// an aid, and their absence no error.
+    /// Reads the lines of a linked image. Without debugging information, or where it is corrupt,
+    /// what there is: lines are an aid, and their absence no error.
     pub fn read(elf: &[u8]) -> Self {
-        let Ok(file) = File::parse(elf) else { return Self::default() };
-        let data = |id: SectionId| file.section_by_name(id.name()).and_then(|s| s.data().ok()).unwrap_or(&[]);
+        let Ok(file) = File::parse(elf) else {
+            return Self::default();
+        };
+        let data = |id: SectionId| {
+            file.section_by_name(id.name())
+                .and_then(|s| s.data().ok())
+                .unwrap_or(&[])
+        };
         let load = |id| Ok::<_, Error>(EndianSlice::new(data(id), RunTimeEndian::Little));
         let context = Dwarf::load(load).and_then(Context::from_dwarf);
-        let Ok(context) = context else { return Self::default() };
-        let Ok(locations) = context.find_location_range(0, 1 << 32) else { return Self::default() };
-        let run = |(from, bytes, location): (u64, u64, addr2line::Location<'_>)| {
-            let line = Line { file: location.file?.to_string(), line: location.line? };
-            Some((u32::try_from(from).ok()?, (u32::try_from(from + bytes).ok()?, line)))
+        let Ok(context) = context else {
+            return Self::default();
         };
-        Self { runs: locations.take(LINES_MAX).filter_map(run).collect() }
+        let Ok(locations) = context.find_location_range(0, 1 << 32) else {
+            return Self::default();
+        };
+        let run = |(from, bytes, location): (u64, u64, addr2line::Location<'_>)| {
+            let line = Line {
+                file: location.file?.to_string(),
+                line: location.line?,
+            };
+            Some((
+                u32::try_from(from).ok()?,
+                (u32::try_from(from + bytes).ok()?, line),
+            ))
+        };
+        Self {
+            runs: locations.take(LINES_MAX).filter_map(run).collect(),
+        }
     }
 
     /// The line that the instruction at `address` comes from.

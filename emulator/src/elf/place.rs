@@ -1,20 +1,22 @@
-//! Object files: sections placed in RAM one after the other, so that a compiled function can be called without a linker.
+//! Object files: sections placed in RAM one after the other, so that a compiled function can be
+//! called without a linker.
 //!
 //! ```text
 //!   0x20000000  .text.*  .rodata.*  .data.*  .bss.*     each aligned as it asks
 //! ```
 //!
-//! Names that the file does not define get addresses where there is no memory, so that whoever calls or loads them faults
-//! there, and the rest can be called all the same. Tables for unwinding are left out. Whatever else an object file may
-//! contain than the relocations of `relocate` is a linker's work, and the error says so.
+//! Names that the file does not define get addresses where there is no memory, so that whoever
+//! calls or loads them faults there, and the rest can be called all the same. Tables for unwinding
+//! are left out. Whatever else an object file may contain than the relocations of `relocate` is a
+//! linker's work, and the error says so.
 
 use super::layout::RAM_BASE;
 use super::relocate::{self, Relocation};
 use super::symbols::{self, Symbol, Symbols};
 use super::{Elf, ElfError, File, Segment, corrupt};
 use object::elf::{
-    SHF_ALLOC, SHF_EXECINSTR, SHF_TLS, SHF_WRITE, SHN_ABS, SHN_COMMON, SHT_ARM_EXIDX, SHT_NOBITS, SHT_NOTE, STB_WEAK,
-    STT_FUNC,
+    SHF_ALLOC, SHF_EXECINSTR, SHF_TLS, SHF_WRITE, SHN_ABS, SHN_COMMON, SHT_ARM_EXIDX, SHT_NOBITS,
+    SHT_NOTE, STB_WEAK, STT_FUNC,
 };
 use object::read::elf::{Rel, SectionHeader, Sym};
 use object::{Endianness, SectionIndex, SymbolIndex, elf};
@@ -22,7 +24,8 @@ use whippen_isa::Arch;
 
 type Header = elf::SectionHeader32<Endianness>;
 
-/// Where names go that are not defined: out of every board's memory, within a branch's reach of RAM.
+/// Where names go that are not defined: out of every board's memory, within a branch's reach of
+/// RAM.
 const NOWHERE: u32 = RAM_BASE + (15 << 20);
 /// So far apart that the offset into an array still tells whose it was.
 const NOWHERE_BYTES: u32 = 1024;
@@ -37,7 +40,13 @@ pub(super) fn placed(file: &File<'_>, arch: Option<Arch>) -> Result<Elf, ElfErro
         return Err(ElfError::Empty);
     }
     let symbols = placement.symbols()?;
-    Ok(Elf { entry: 0, arch, segments: placement.segments, symbols, undefined: placement.undefined })
+    Ok(Elf {
+        entry: 0,
+        arch,
+        segments: placement.segments,
+        symbols,
+        undefined: placement.undefined,
+    })
 }
 
 struct Placement<'f, 'data> {
@@ -55,35 +64,64 @@ impl<'f, 'data> Placement<'f, 'data> {
     fn of(file: &'f File<'data>) -> Result<Self, ElfError> {
         let table = file.elf_section_table();
         let (addresses, places) = (vec![None; table.len()], vec![None; table.len()]);
-        let mut placement = Self { file, addresses, places, segments: Vec::new(), undefined: Vec::new() };
+        let mut placement = Self {
+            file,
+            addresses,
+            places,
+            segments: Vec::new(),
+            undefined: Vec::new(),
+        };
         let mut next = RAM_BASE;
         // Code, constants, data, then what is zero.
         for rank in 0..4 {
-            for (index, header) in table.enumerate().filter(|(_, h)| rank_of(h, file.endian()) == Some(rank)) {
+            for (index, header) in table
+                .enumerate()
+                .filter(|(_, h)| rank_of(h, file.endian()) == Some(rank))
+            {
                 placement.place(index, header, &mut next)?;
             }
         }
         Ok(placement)
     }
 
-    fn place(&mut self, index: SectionIndex, header: &Header, next: &mut u32) -> Result<(), ElfError> {
+    fn place(
+        &mut self,
+        index: SectionIndex,
+        header: &Header,
+        next: &mut u32,
+    ) -> Result<(), ElfError> {
         let endian = self.file.endian();
         let flags = header.sh_flags(endian);
         if flags.contains(SHF_TLS) {
             return Err(ElfError::NeedsLinker("thread-local data".into()));
         }
-        let align = header.sh_addralign(endian).clamp(1, 4096).next_power_of_two();
+        let align = header
+            .sh_addralign(endian)
+            .clamp(1, 4096)
+            .next_power_of_two();
         let run = next.checked_next_multiple_of(align).unwrap_or(u32::MAX);
         let memory_bytes = header.sh_size(endian);
         *next = run.saturating_add(memory_bytes);
         if *next - RAM_BASE > PLACED_BYTES_MAX {
-            return Err(ElfError::NeedsLinker("more than 8 MiB of code and data".into()));
+            return Err(ElfError::NeedsLinker(
+                "more than 8 MiB of code and data".into(),
+            ));
         }
-        let bytes = header.data(endian, self.file.data()).map_err(corrupt)?.to_vec();
+        let bytes = header
+            .data(endian, self.file.data())
+            .map_err(corrupt)?
+            .to_vec();
         let (writable, executable) = (flags.contains(SHF_WRITE), flags.contains(SHF_EXECINSTR));
         self.addresses[index.0] = Some(run);
         self.places[index.0] = Some(self.segments.len());
-        self.segments.push(Segment { load: run, run, bytes, memory_bytes, writable, executable });
+        self.segments.push(Segment {
+            load: run,
+            run,
+            bytes,
+            memory_bytes,
+            writable,
+            executable,
+        });
         Ok(())
     }
 
@@ -92,7 +130,9 @@ impl<'f, 'data> Placement<'f, 'data> {
         for section in file.elf_section_table().iter() {
             let target = section.sh_info(endian) as usize;
             let place = self.places.get(target).copied().flatten();
-            if let (Some((entries, _)), Some(place)) = (section.rel(endian, file.data()).map_err(corrupt)?, place) {
+            if let (Some((entries, _)), Some(place)) =
+                (section.rel(endian, file.data()).map_err(corrupt)?, place)
+            {
                 for entry in entries {
                     self.relocate(place, entry)?;
                 }
@@ -106,7 +146,12 @@ impl<'f, 'data> Placement<'f, 'data> {
         let (offset, kind) = (entry.r_offset(endian), entry.r_type(endian));
         let (symbol, thumb) = self.symbol_value(SymbolIndex(entry.r_sym(endian) as usize))?;
         let segment = &mut self.segments[place];
-        let relocation = Relocation { kind: kind.0, place: segment.run.wrapping_add(offset), symbol, thumb };
+        let relocation = Relocation {
+            kind: kind.0,
+            place: segment.run.wrapping_add(offset),
+            symbol,
+            thumb,
+        };
         relocate::apply(&mut segment.bytes, offset, &relocation)
     }
 
@@ -128,7 +173,9 @@ impl<'f, 'data> Placement<'f, 'data> {
         let name = table.symbol_name(endian, symbol).map_err(corrupt)?;
         let name = String::from_utf8_lossy(name).into_owned();
         match (symbol.is_common(endian), symbol.st_bind() == STB_WEAK) {
-            (true, _) => Err(ElfError::NeedsLinker(format!("the common symbol `{name}` (compile with -fno-common)"))),
+            (true, _) => Err(ElfError::NeedsLinker(format!(
+                "the common symbol `{name}` (compile with -fno-common)"
+            ))),
             (_, true) => Ok((0, false)),
             _ => self.nowhere(name).map(|address| (address, true)),
         }
@@ -136,23 +183,35 @@ impl<'f, 'data> Placement<'f, 'data> {
 
     /// The address of a name that is not defined.
     fn nowhere(&mut self, name: String) -> Result<u32, ElfError> {
-        let index = self.undefined.iter().position(|n| *n == name).unwrap_or_else(|| {
-            self.undefined.push(name);
-            self.undefined.len() - 1
-        });
+        let index = self
+            .undefined
+            .iter()
+            .position(|n| *n == name)
+            .unwrap_or_else(|| {
+                self.undefined.push(name);
+                self.undefined.len() - 1
+            });
         // Beyond 512 of them they would leave a branch's reach.
         match index {
             0..512 => Ok(NOWHERE + index as u32 * NOWHERE_BYTES),
-            _ => Err(ElfError::NeedsLinker("more than 512 names that it does not define".into())),
+            _ => Err(ElfError::NeedsLinker(
+                "more than 512 names that it does not define".into(),
+            )),
         }
     }
 
-    fn base(&self, symbol: &elf::Sym32<Endianness>, index: SymbolIndex) -> Result<Option<u32>, ElfError> {
+    fn base(
+        &self,
+        symbol: &elf::Sym32<Endianness>,
+        index: SymbolIndex,
+    ) -> Result<Option<u32>, ElfError> {
         if symbol.st_shndx(self.file.endian()) == SHN_COMMON {
             return Ok(None);
         }
         let table = self.file.elf_symbol_table();
-        let section = table.symbol_section(self.file.endian(), symbol, index).map_err(corrupt)?;
+        let section = table
+            .symbol_section(self.file.endian(), symbol, index)
+            .map_err(corrupt)?;
         Ok(section.and_then(|s| self.addresses.get(s.0).copied().flatten()))
     }
 
@@ -163,7 +222,12 @@ impl<'f, 'data> Placement<'f, 'data> {
             let name = table.symbol_name(endian, symbol).map_err(corrupt)?;
             if let Some(base) = self.base(symbol, index)? {
                 let value = base.wrapping_add(symbol.st_value(endian));
-                found.extend(symbols::one(&String::from_utf8_lossy(name), symbol, value, symbol.st_size(endian)));
+                found.extend(symbols::one(
+                    &String::from_utf8_lossy(name),
+                    symbol,
+                    value,
+                    symbol.st_size(endian),
+                ));
             }
         }
         let undefined = self.undefined.iter().zip(0..).map(|(name, index)| Symbol {
@@ -184,10 +248,16 @@ fn rank_of(header: &Header, endian: Endianness) -> Option<u32> {
     if !flags.contains(SHF_ALLOC) || left_out {
         return None;
     }
-    Some(match (kind == SHT_NOBITS, flags.contains(SHF_EXECINSTR), flags.contains(SHF_WRITE)) {
-        (true, ..) => 3,
-        (_, true, _) => 0,
-        (_, _, false) => 1,
-        (_, _, true) => 2,
-    })
+    Some(
+        match (
+            kind == SHT_NOBITS,
+            flags.contains(SHF_EXECINSTR),
+            flags.contains(SHF_WRITE),
+        ) {
+            (true, ..) => 3,
+            (_, true, _) => 0,
+            (_, _, false) => 1,
+            (_, _, true) => 2,
+        },
+    )
 }

@@ -1,7 +1,7 @@
 //! The relocations that a compiler leaves in a Thumb object file.
 //!
-//! Source: ELF for the Arm Architecture (IHI 0044), "Relocation". S is the symbol, A the addend that the place holds, P the
-//! place, T 1 for a Thumb function.
+//! Source: ELF for the Arm Architecture (IHI 0044), "Relocation". S is the symbol, A the addend
+//! that the place holds, P the place, T 1 for a Thumb function.
 
 use super::{ElfError, corrupt};
 use whippen_isa::is_wide;
@@ -36,32 +36,50 @@ const THM_JUMP11: u32 = 102;
 pub(super) fn apply(bytes: &mut [u8], offset: u32, r: &Relocation) -> Result<(), ElfError> {
     let size = if r.kind == THM_JUMP11 { 2 } else { 4 };
     let from = offset as usize;
-    let place = from.checked_add(size).and_then(|end| bytes.get_mut(from..end));
+    let place = from
+        .checked_add(size)
+        .and_then(|end| bytes.get_mut(from..end));
     let place = place.ok_or_else(|| corrupt("a relocation lies outside of its section"))?;
     let code = r.symbol | u32::from(r.thumb);
     match r.kind {
         NONE | V4BX => Ok(()),
-        ABS32 | TARGET1 => set_word(place, word(place).wrapping_add(r.symbol) | u32::from(r.thumb)),
-        REL32 => set_word(place, (word(place).wrapping_add(r.symbol) | u32::from(r.thumb)).wrapping_sub(r.place)),
+        ABS32 | TARGET1 => set_word(
+            place,
+            word(place).wrapping_add(r.symbol) | u32::from(r.thumb),
+        ),
+        REL32 => set_word(
+            place,
+            (word(place).wrapping_add(r.symbol) | u32::from(r.thumb)).wrapping_sub(r.place),
+        ),
         PREL31 => {
             let value = word(place).wrapping_add(code).wrapping_sub(r.place);
             set_word(place, word(place) & 1 << 31 | value & !(1 << 31))
         }
-        THM_MOVW_ABS_NC => set_mov(place, |addend| r.symbol.wrapping_add(addend) | u32::from(r.thumb)),
+        THM_MOVW_ABS_NC => set_mov(place, |addend| {
+            r.symbol.wrapping_add(addend) | u32::from(r.thumb)
+        }),
         THM_MOVT_ABS => set_mov(place, |addend| r.symbol.wrapping_add(addend) >> 16),
         THM_CALL | THM_JUMP24 => set_branch(place, r, 25),
         THM_JUMP19 => set_conditional(place, r),
         THM_JUMP11 => set_short_branch(place, r),
-        other => Err(ElfError::NeedsLinker(format!("a relocation of type {other}"))),
+        other => Err(ElfError::NeedsLinker(format!(
+            "a relocation of type {other}"
+        ))),
     }
 }
 
 fn word(place: &[u8]) -> u32 {
-    place.iter().rev().fold(0, |word, byte| word << 8 | u32::from(*byte))
+    place
+        .iter()
+        .rev()
+        .fold(0, |word, byte| word << 8 | u32::from(*byte))
 }
 
 fn set_word(place: &mut [u8], value: u32) -> Result<(), ElfError> {
-    place.iter_mut().zip(value.to_le_bytes()).for_each(|(to, from)| *to = from);
+    place
+        .iter_mut()
+        .zip(value.to_le_bytes())
+        .for_each(|(to, from)| *to = from);
     Ok(())
 }
 
@@ -69,7 +87,9 @@ fn set_word(place: &mut [u8], value: u32) -> Result<(), ElfError> {
 fn wide(place: &[u8]) -> Result<u32, ElfError> {
     let instruction = word(place).rotate_left(16);
     let plausible = is_wide((instruction >> 16) as u16);
-    plausible.then_some(instruction).ok_or_else(|| corrupt("a relocation of no 32-bit instruction"))
+    plausible
+        .then_some(instruction)
+        .ok_or_else(|| corrupt("a relocation of no 32-bit instruction"))
 }
 
 /// The 16-bit immediate of MOVW and MOVT is imm4:i:imm3:imm8.
@@ -87,7 +107,9 @@ fn distance(r: &Relocation, addend: i32, bits: u32) -> Result<u32, ElfError> {
     let reach = 1 << (bits - 1);
     match (-reach..reach).contains(&distance) {
         true => Ok(distance as u32),
-        false => Err(ElfError::NeedsLinker("a branch that does not reach its target".into())),
+        false => Err(ElfError::NeedsLinker(
+            "a branch that does not reach its target".into(),
+        )),
     }
 }
 
@@ -117,7 +139,11 @@ fn set_conditional(place: &mut [u8], r: &Relocation) -> Result<(), ElfError> {
         | (inst >> 16 & 63) << 12
         | (inst & 0x7ff) << 1;
     let d = distance(r, sign_extended(addend, 21), 21)?;
-    let value = (d >> 20 & 1) << 26 | (d >> 12 & 63) << 16 | (d >> 18 & 1) << 13 | (d >> 19 & 1) << 11 | d >> 1 & 0x7ff;
+    let value = (d >> 20 & 1) << 26
+        | (d >> 12 & 63) << 16
+        | (d >> 18 & 1) << 13
+        | (d >> 19 & 1) << 11
+        | d >> 1 & 0x7ff;
     set_word(place, (inst & 0xfbc0_d000 | value).rotate_left(16))
 }
 

@@ -41,13 +41,23 @@ pub enum SymbolError {
 impl std::fmt::Display for SymbolError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Unknown { name, nearest: Some(nearest) } => {
+            Self::Unknown {
+                name,
+                nearest: Some(nearest),
+            } => {
                 write!(f, "there is no symbol `{name}`; did you mean `{nearest}`?")
             }
-            Self::Unknown { name, nearest: None } => write!(f, "there is no symbol `{name}`"),
+            Self::Unknown {
+                name,
+                nearest: None,
+            } => write!(f, "there is no symbol `{name}`"),
             Self::Ambiguous { name, addresses } => {
                 let list: Vec<String> = addresses.iter().map(|a| format!("{a:#010x}")).collect();
-                write!(f, "several files have a `{name}`: write one of {}", list.join(", "))
+                write!(
+                    f,
+                    "several files have a `{name}`: write one of {}",
+                    list.join(", ")
+                )
             }
         }
     }
@@ -80,10 +90,11 @@ impl Symbols {
 
     /// Of these symbols.
     pub fn new(mut symbols: Vec<Symbol>) -> Self {
-        // Where several names share an address, the one to show comes last: functions after labels, global ones after
-        // local ones.
+        // Where several names share an address, the one to show comes last: functions after labels,
+        // global ones after local ones.
         symbols.sort_by(|a, b| {
-            (a.address, a.function, a.global, &b.name).cmp(&(b.address, b.function, b.global, &a.name))
+            (a.address, a.function, a.global, &b.name)
+                .cmp(&(b.address, b.function, b.global, &a.name))
         });
         Self { sorted: symbols }
     }
@@ -110,7 +121,10 @@ impl Symbols {
         found.dedup_by_key(|s| s.address);
         match found.as_slice() {
             [one] => Ok(one),
-            [] => Err(SymbolError::Unknown { name: name.into(), nearest: self.nearest(name) }),
+            [] => Err(SymbolError::Unknown {
+                name: name.into(),
+                nearest: self.nearest(name),
+            }),
             several => Err(SymbolError::Ambiguous {
                 name: name.into(),
                 addresses: several.iter().map(|s| s.address).collect(),
@@ -118,22 +132,34 @@ impl Symbols {
         }
     }
 
-    /// The symbol that covers an address, and how far into it the address is. One without a size reaches to the next.
+    /// The symbol that covers an address, and how far into it the address is. One without a size
+    /// reaches to the next.
     pub fn covering(&self, address: u32) -> Option<(&Symbol, u32)> {
         let behind = self.sorted.partition_point(|s| s.address <= address);
         let nearest = self.sorted[..behind].last()?.address;
         let first = self.sorted.partition_point(|s| s.address < nearest);
         let here = &self.sorted[first..behind];
         let covers = |s: &&Symbol| s.bytes == 0 || address - s.address < s.bytes;
-        here.iter().rev().find(covers).map(|s| (s, address - s.address))
+        here.iter()
+            .rev()
+            .find(covers)
+            .map(|s| (s, address - s.address))
     }
 
     fn nearest(&self, name: &str) -> Option<String> {
-        let distance = |a: &str, b: &str| strsim::osa_distance(&a.to_lowercase(), &b.to_lowercase());
+        let distance =
+            |a: &str, b: &str| strsim::osa_distance(&a.to_lowercase(), &b.to_lowercase());
         let allowed = name.len() / 3 + 1;
         let near = |s: &&Symbol| s.name.len().abs_diff(name.len()) <= allowed;
-        let measured = self.sorted.iter().filter(near).map(|s| (distance(name, &s.name), &s.name));
-        measured.filter(|(d, _)| *d <= allowed).min().map(|(_, nearest)| nearest.clone())
+        let measured = self
+            .sorted
+            .iter()
+            .filter(near)
+            .map(|s| (distance(name, &s.name), &s.name));
+        measured
+            .filter(|(d, _)| *d <= allowed)
+            .min()
+            .map(|(_, nearest)| nearest.clone())
     }
 }
 
@@ -145,7 +171,13 @@ pub(super) fn one<S: Sym>(name: &str, symbol: &S, value: u32, bytes: u32) -> Opt
     let function = kind == STT_FUNC;
     let address = if function { value & !1 } else { value };
     let global = symbol.st_bind() != STB_LOCAL;
-    wanted.then(|| Symbol { name: name.into(), address, bytes, function, global })
+    wanted.then(|| Symbol {
+        name: name.into(),
+        address,
+        bytes,
+        function,
+        global,
+    })
 }
 
 #[cfg(test)]
@@ -153,7 +185,13 @@ mod tests {
     use super::*;
 
     fn symbol(name: &str, address: u32, bytes: u32, global: bool) -> Symbol {
-        Symbol { name: name.into(), address, bytes, function: true, global }
+        Symbol {
+            name: name.into(),
+            address,
+            bytes,
+            function: true,
+            global,
+        }
     }
 
     fn symbols() -> Symbols {
@@ -171,25 +209,45 @@ mod tests {
         let symbols = symbols();
         assert_eq!(symbols.named("main").map(|s| s.address), Ok(0x150));
         let error = symbols.named("helper").unwrap_err();
-        assert_eq!(error.to_string(), "several files have a `helper`: write one of 0x00000120, 0x00000140");
+        assert_eq!(
+            error.to_string(),
+            "several files have a `helper`: write one of 0x00000120, 0x00000140"
+        );
     }
 
     #[test]
     fn the_nearest_name_is_suggested() {
         let suggestion = |name: &str| symbols().named(name).unwrap_err().to_string();
-        assert_eq!(suggestion("fir_q31"), "there is no symbol `fir_q31`; did you mean `fir_q15`?");
-        assert_eq!(suggestion("Main2"), "there is no symbol `Main2`; did you mean `main`?");
-        assert_eq!(suggestion("quite_something_else"), "there is no symbol `quite_something_else`");
+        assert_eq!(
+            suggestion("fir_q31"),
+            "there is no symbol `fir_q31`; did you mean `fir_q15`?"
+        );
+        assert_eq!(
+            suggestion("Main2"),
+            "there is no symbol `Main2`; did you mean `main`?"
+        );
+        assert_eq!(
+            suggestion("quite_something_else"),
+            "there is no symbol `quite_something_else`"
+        );
     }
 
     #[test]
     fn an_address_belongs_to_the_symbol_before_it_if_that_reaches_so_far() {
         let symbols = symbols();
-        let at = |address| symbols.covering(address).map(|(s, offset)| (s.address, offset));
+        let at = |address| {
+            symbols
+                .covering(address)
+                .map(|(s, offset)| (s.address, offset))
+        };
         assert_eq!(at(0x100), Some((0x100, 0)));
         assert_eq!(at(0x10e), Some((0x100, 14)));
         assert_eq!(at(0x110), None);
-        assert_eq!(at(0x13e), Some((0x120, 0x1e)), "no size: to the next symbol");
+        assert_eq!(
+            at(0x13e),
+            Some((0x120, 0x1e)),
+            "no size: to the next symbol"
+        );
         assert_eq!(at(0xff), None);
     }
 }

@@ -109,5 +109,7 @@ fn halves(value: u32, mut each: impl FnMut(i64) -> u32) -> u32 {
 
 /// All bits of the bytes whose GE flag is set.
 fn lanes(ge: u8) -> u32 {
-    (0..4).filter(|i| ge >> i & 1 != 0).fold(0, |mask, i| mask | 0xff << (8 * i))
+    (0..4)
+        .filter(|i| ge >> i & 1 != 0)
+        .fold(0, |mask, i| mask | 0xff << (8 * i))
 }

@@ -14,18 +14,25 @@ impl Cpu {
         Flow::Branch
     }
 
-    /// Whether a branch to `address` is more than a branch, and so needs to run exactly: a return from an exception, or to an
-    /// even address.
+    /// Whether a branch to `address` is more than a branch, and so needs to run exactly: a return
+    /// from an exception, or to an even address.
     #[inline(always)]
     pub(super) fn check_branch(&self, address: u32) -> Result<(), Flow> {
         let special = address & 1 == 0 || address >> 28 == 15;
-        if special && !self.exact { Err(Flow::Inexact) } else { Ok(()) }
+        if special && !self.exact {
+            Err(Flow::Inexact)
+        } else {
+            Ok(())
+        }
     }
 
     /// `BXWritePC` and `LoadWritePC`, after [`Cpu::check_branch`].
     #[inline(always)]
     pub(super) fn load_write_pc(&mut self, address: u32) -> Flow {
-        if address >> 28 == 15 && self.in_handler() && crate::exception::is_return(self.kind, address) {
+        if address >> 28 == 15
+            && self.in_handler()
+            && crate::exception::is_return(self.kind, address)
+        {
             self.trap = Some(Trap::ExceptionReturn(address));
             return Flow::Trap;
         }
@@ -38,7 +45,11 @@ impl Cpu {
 fn conditional(cpu: &mut Cpu, _: &mut Bus, op: &Op) -> Flow {
     let holds = cpu.holds(op.cond);
     cpu.outcomes = cpu.outcomes << 1 | u64::from(holds);
-    if holds { cpu.branch_write_pc(op.imm) } else { Flow::Next }
+    if holds {
+        cpu.branch_write_pc(op.imm)
+    } else {
+        Flow::Next
+    }
 }
 
 fn always(cpu: &mut Cpu, _: &mut Bus, op: &Op) -> Flow {
@@ -53,7 +64,11 @@ fn link(cpu: &mut Cpu, _: &mut Bus, op: &Op) -> Flow {
 fn compare<const ZERO: bool>(cpu: &mut Cpu, _: &mut Bus, op: &Op) -> Flow {
     let taken = (cpu.rn(op) == 0) == ZERO;
     cpu.outcomes = cpu.outcomes << 1 | u64::from(taken);
-    if taken { cpu.branch_write_pc(op.imm) } else { Flow::Next }
+    if taken {
+        cpu.branch_write_pc(op.imm)
+    } else {
+        Flow::Next
+    }
 }
 
 fn exchange<const LINK: bool>(cpu: &mut Cpu, _: &mut Bus, op: &Op) -> Flow {

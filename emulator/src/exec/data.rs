@@ -1,5 +1,5 @@
-//! Data processing: an operation, a second operand, flags or not, a destination. Every combination is a function of its
-//! own, made from one.
+//! Data processing: an operation, a second operand, flags or not, a destination. Every combination
+//! is a function of its own, made from one.
 
 use crate::alu::{add_with_carry, shift_c};
 use crate::bus::Bus;
@@ -7,7 +7,8 @@ use crate::cpu::Cpu;
 use crate::op::{Flow, Op, Run};
 use whippen_isa::{Class, Inst, Op as I, ShiftType};
 
-/// What an operation works on: the operands, the carry flag, the shifter's carry and the overflow flag.
+/// What an operation works on: the operands, the carry flag, the shifter's carry and the overflow
+/// flag.
 struct Input {
     x: u32,
     y: u32,
@@ -56,7 +57,14 @@ struct Constant;
 impl Operand for Constant {
     #[inline(always)]
     fn get(cpu: &Cpu, op: &Op) -> (u32, bool) {
-        (op.imm, if op.amount == 0 { cpu.carry } else { op.amount == 2 })
+        (
+            op.imm,
+            if op.amount == 0 {
+                cpu.carry
+            } else {
+                op.amount == 2
+            },
+        )
     }
 }
 
@@ -93,9 +101,19 @@ const REGISTER: u8 = 1;
 const STACK: u8 = 2;
 const PROGRAM: u8 = 3;
 
-fn data<A: Alu, O: Operand, const S: bool, const TO: u8>(cpu: &mut Cpu, _: &mut Bus, op: &Op) -> Flow {
+fn data<A: Alu, O: Operand, const S: bool, const TO: u8>(
+    cpu: &mut Cpu,
+    _: &mut Bus,
+    op: &Op,
+) -> Flow {
     let (y, shifter) = O::get(cpu, op);
-    let input = Input { x: cpu.rn(op), y, carry: cpu.carry, shifter, overflow: cpu.overflow };
+    let input = Input {
+        x: cpu.rn(op),
+        y,
+        carry: cpu.carry,
+        shifter,
+        overflow: cpu.overflow,
+    };
     let (result, carry, overflow) = A::compute(input);
     match TO {
         REGISTER => cpu.write(op.d, result),
@@ -124,7 +142,11 @@ fn with<A: Alu, O: Operand>(inst: &Inst) -> Run {
 
 fn register<A: Alu>(inst: &Inst) -> Run {
     let plain = inst.shift == ShiftType::LSL && inst.amount == 0;
-    if plain { with::<A, Register>(inst) } else { with::<A, Shifted>(inst) }
+    if plain {
+        with::<A, Register>(inst)
+    } else {
+        with::<A, Shifted>(inst)
+    }
 }
 
 fn compare<A: Alu>(inst: &Inst) -> Run {
@@ -136,7 +158,10 @@ fn compare<A: Alu>(inst: &Inst) -> Run {
 }
 
 fn is_register(op: I) -> bool {
-    matches!(op, I::CMN_register | I::CMP_register | I::TEQ_register | I::TST_register)
+    matches!(
+        op,
+        I::CMN_register | I::CMP_register | I::TEQ_register | I::TST_register
+    )
 }
 
 pub(super) fn select(inst: &Inst) -> Option<Run> {
@@ -180,8 +205,12 @@ pub(super) fn select(inst: &Inst) -> Option<Run> {
 
 fn select_shift(inst: &Inst) -> Option<Run> {
     Some(match inst.op() {
-        I::ASR_immediate | I::LSL_immediate | I::LSR_immediate | I::ROR_immediate | I::RRX => register::<Move>(inst),
-        I::ASR_register | I::LSL_register | I::LSR_register | I::ROR_register => with::<Move, ShiftedByRegister>(inst),
+        I::ASR_immediate | I::LSL_immediate | I::LSR_immediate | I::ROR_immediate | I::RRX => {
+            register::<Move>(inst)
+        }
+        I::ASR_register | I::LSL_register | I::LSR_register | I::ROR_register => {
+            with::<Move, ShiftedByRegister>(inst)
+        }
         _ => return None,
     })
 }

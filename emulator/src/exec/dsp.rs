@@ -37,7 +37,8 @@ endings! {
     UH false false |sum, _bits| (sum >> 1) as u32;
 }
 
-/// How lanes are paired: bits of a lane, whether the halves of Rm are exchanged, subtraction by lane.
+/// How lanes are paired: bits of a lane, whether the halves of Rm are exchanged, subtraction by
+/// lane.
 struct Shape {
     bits: u32,
     exchange: bool,
@@ -45,12 +46,36 @@ struct Shape {
 }
 
 const SHAPES: [Shape; 6] = [
-    Shape { bits: 16, exchange: false, minus: 0b00 },
-    Shape { bits: 16, exchange: true, minus: 0b01 },
-    Shape { bits: 16, exchange: true, minus: 0b10 },
-    Shape { bits: 16, exchange: false, minus: 0b11 },
-    Shape { bits: 8, exchange: false, minus: 0b0000 },
-    Shape { bits: 8, exchange: false, minus: 0b1111 },
+    Shape {
+        bits: 16,
+        exchange: false,
+        minus: 0b00,
+    },
+    Shape {
+        bits: 16,
+        exchange: true,
+        minus: 0b01,
+    },
+    Shape {
+        bits: 16,
+        exchange: true,
+        minus: 0b10,
+    },
+    Shape {
+        bits: 16,
+        exchange: false,
+        minus: 0b11,
+    },
+    Shape {
+        bits: 8,
+        exchange: false,
+        minus: 0b0000,
+    },
+    Shape {
+        bits: 8,
+        exchange: false,
+        minus: 0b1111,
+    },
 ];
 const ADD16: usize = 0;
 const ASX: usize = 1;
@@ -60,8 +85,15 @@ const ADD8: usize = 4;
 const SUB8: usize = 5;
 
 fn parallel<E: Ending, const SHAPE: usize>(cpu: &mut Cpu, _: &mut Bus, op: &Op) -> Flow {
-    let Shape { bits, exchange, minus } = SHAPES[SHAPE];
-    let (x, y) = (cpu.rn(op), cpu.rm(op).rotate_left(if exchange { 16 } else { 0 }));
+    let Shape {
+        bits,
+        exchange,
+        minus,
+    } = SHAPES[SHAPE];
+    let (x, y) = (
+        cpu.rn(op),
+        cpu.rm(op).rotate_left(if exchange { 16 } else { 0 }),
+    );
     let lane = |value: u32, i: u32| match E::SIGNED {
         true => (value << (32 - bits - i * bits)) as i32 >> (32 - bits),
         false => (value << (32 - bits - i * bits) >> (32 - bits)) as i32,
@@ -69,7 +101,11 @@ fn parallel<E: Ending, const SHAPE: usize>(cpu: &mut Cpu, _: &mut Bus, op: &Op) 
     let (mut result, mut ge) = (0, 0);
     for i in 0..32 / bits {
         let subtract = minus >> i & 1 != 0;
-        let sum = if subtract { lane(x, i) - lane(y, i) } else { lane(x, i) + lane(y, i) };
+        let sum = if subtract {
+            lane(x, i) - lane(y, i)
+        } else {
+            lane(x, i) + lane(y, i)
+        };
         let at_least = if E::SIGNED || subtract { 0 } else { 1 << bits };
         result |= (E::end(sum, bits) & ((1 << bits) - 1)) << (i * bits);
         ge |= (u8::from(sum >= at_least) * ((1 << (bits / 8)) - 1)) << (i * bits / 8);
@@ -116,10 +152,16 @@ pub(super) fn select(inst: &Inst) -> Option<Run> {
         }),
         I::SADD16 | I::SASX | I::SSAX | I::SSUB16 | I::SADD8 | I::SSUB8 => by_shape::<S>(inst.op()),
         I::QADD16 | I::QASX | I::QSAX | I::QSUB16 | I::QADD8 | I::QSUB8 => by_shape::<Q>(inst.op()),
-        I::SHADD16 | I::SHASX | I::SHSAX | I::SHSUB16 | I::SHADD8 | I::SHSUB8 => by_shape::<SH>(inst.op()),
+        I::SHADD16 | I::SHASX | I::SHSAX | I::SHSUB16 | I::SHADD8 | I::SHSUB8 => {
+            by_shape::<SH>(inst.op())
+        }
         I::UADD16 | I::UASX | I::USAX | I::USUB16 | I::UADD8 | I::USUB8 => by_shape::<U>(inst.op()),
-        I::UQADD16 | I::UQASX | I::UQSAX | I::UQSUB16 | I::UQADD8 | I::UQSUB8 => by_shape::<UQ>(inst.op()),
-        I::UHADD16 | I::UHASX | I::UHSAX | I::UHSUB16 | I::UHADD8 | I::UHSUB8 => by_shape::<UH>(inst.op()),
+        I::UQADD16 | I::UQASX | I::UQSAX | I::UQSUB16 | I::UQADD8 | I::UQSUB8 => {
+            by_shape::<UQ>(inst.op())
+        }
+        I::UHADD16 | I::UHASX | I::UHSAX | I::UHSUB16 | I::UHADD8 | I::UHSUB8 => {
+            by_shape::<UH>(inst.op())
+        }
         _ => return None,
     })
 }

@@ -13,7 +13,11 @@ impl Cpu {
     /// `ExecuteFPCheck`: floating point may be used, a saved context is saved, this one is active.
     #[inline(always)]
     pub(super) fn float_check(&mut self, bus: &mut Bus, op: &Op) -> Result<(), Flow> {
-        if self.float_ready { Ok(()) } else { self.prepare_float(bus, op) }
+        if self.float_ready {
+            Ok(())
+        } else {
+            self.prepare_float(bus, op)
+        }
     }
 
     #[cold]
@@ -26,9 +30,15 @@ impl Cpu {
             return Err(self.fault(FaultKind::UsageFault, Reason::NoCoprocessor, op.address));
         }
         let address = self.system.fpcar;
-        self.preserve_float(bus).map_err(|(kind, reason)| self.fault(kind, reason, address))?;
+        self.preserve_float(bus)
+            .map_err(|(kind, reason)| self.fault(kind, reason, address))?;
         if self.system.fpccr & ASPEN != 0 && self.control & FPCA == 0 {
-            self.control |= FPCA | if self.kind == CoreKind::CortexM33 { SFPA } else { 0 };
+            self.control |= FPCA
+                | if self.kind == CoreKind::CortexM33 {
+                    SFPA
+                } else {
+                    0
+                };
             self.fpscr = self.system.fpdscr;
         }
         self.float_ready = true;
@@ -102,9 +112,18 @@ pub(super) fn select(inst: &Inst) -> Option<Run> {
         I::VDIV => arithmetic!(|d, n, m, s| float::divide(n, m, s)),
         I::VSQRT => arithmetic!(|d, n, m, s| float::square_root(m, s)),
         I::VMLA => arithmetic!(|d, n, m, s| float::add(d, float::multiply(n, m, s), false, s)),
-        I::VMLS => arithmetic!(|d, n, m, s| float::add(d, float::multiply(n, m, s) ^ SIGN, false, s)),
-        I::VNMLA => arithmetic!(|d, n, m, s| float::add(d ^ SIGN, float::multiply(n, m, s) ^ SIGN, false, s)),
-        I::VNMLS => arithmetic!(|d, n, m, s| float::add(d ^ SIGN, float::multiply(n, m, s), false, s)),
+        I::VMLS => {
+            arithmetic!(|d, n, m, s| float::add(d, float::multiply(n, m, s) ^ SIGN, false, s))
+        }
+        I::VNMLA => arithmetic!(|d, n, m, s| float::add(
+            d ^ SIGN,
+            float::multiply(n, m, s) ^ SIGN,
+            false,
+            s
+        )),
+        I::VNMLS => {
+            arithmetic!(|d, n, m, s| float::add(d ^ SIGN, float::multiply(n, m, s), false, s))
+        }
         I::VFMA => arithmetic!(|d, n, m, s| float::multiply_add(d, n, m, s)),
         I::VFMS => arithmetic!(|d, n, m, s| float::multiply_add(d, n ^ SIGN, m, s)),
         I::VFNMA => arithmetic!(|d, n, m, s| float::multiply_add(d ^ SIGN, n ^ SIGN, m, s)),
@@ -113,7 +132,9 @@ pub(super) fn select(inst: &Inst) -> Option<Run> {
         I::VMINNM => arithmetic!(|d, n, m, s| float::min_number(n, m, s)),
         I::VRINTX => arithmetic!(|d, n, m, s| float::round_to_integral(m, s.rounding(), true, s)),
         I::VRINTR => arithmetic!(|d, n, m, s| float::round_to_integral(m, s.rounding(), false, s)),
-        I::VRINTZ => arithmetic!(|d, n, m, s| float::round_to_integral(m, Rounding::Zero, false, s)),
+        I::VRINTZ => {
+            arithmetic!(|d, n, m, s| float::round_to_integral(m, Rounding::Zero, false, s))
+        }
         I::VRINT_directed => sd!(|cpu, op| {
             let value = cpu.sm(op);
             cpu.with_status(|s| float::round_to_integral(value, directed(op), false, s))
@@ -122,7 +143,8 @@ pub(super) fn select(inst: &Inst) -> Option<Run> {
     })
 }
 
-/// Comparison and conversion. `imm` tells signed or the fraction bits, `amount` the rest of the opcode.
+/// Comparison and conversion. `imm` tells signed or the fraction bits, `amount` the rest of the
+/// opcode.
 fn select_conversion(inst: &Inst) -> Option<Run> {
     Some(match inst.op() {
         I::VCMP => ready!(|cpu, op| compare(cpu, cpu.sm(op), op)),
@@ -140,7 +162,9 @@ fn select_conversion(inst: &Inst) -> Option<Run> {
         }),
         I::VCVT_single_to_fixed => sd!(|cpu, op| {
             let (value, is_signed) = (cpu.sd(op), op.amount & 2 == 0);
-            cpu.with_status(|s| float::single_to_fixed(value, op.imm, fixed_bits(op), is_signed, Rounding::Zero, s))
+            cpu.with_status(|s| {
+                float::single_to_fixed(value, op.imm, fixed_bits(op), is_signed, Rounding::Zero, s)
+            })
         }),
         I::VCVT_half_to_single => sd!(|cpu, op| {
             let half = cpu.sm(op) >> (16 * (op.imm & 1)) & 0xffff;
@@ -159,7 +183,11 @@ fn select_move(inst: &Inst) -> Option<Run> {
     Some(match inst.op() {
         I::VMOV_immediate => sd!(|_cpu, op| op.imm),
         I::VMOV_register => sd!(|cpu, op| cpu.sm(op)),
-        I::VSEL => sd!(|cpu, op| if cpu.holds(SELECT[(op.imm & 3) as usize]) { cpu.sn(op) } else { cpu.sm(op) }),
+        I::VSEL => sd!(|cpu, op| if cpu.holds(SELECT[(op.imm & 3) as usize]) {
+            cpu.sn(op)
+        } else {
+            cpu.sm(op)
+        }),
         I::VMOV_core_to_single => ready!(|cpu, op| cpu.s[(op.n & 31) as usize] = cpu.rt(op)),
         I::VMOV_single_to_core => ready!(|cpu, op| cpu.write(op.t, cpu.sn(op))),
         I::VMOV_core_to_half => sd!(|cpu, op| cpu.rt(op)),
@@ -179,7 +207,12 @@ const SELECT: [Cond; 4] = [Cond::EQ, Cond::VS, Cond::GE, Cond::GT];
 
 /// The rounding of VCVTA, N, P, M and VRINTA, N, P, M.
 fn directed(op: &Op) -> Rounding {
-    [Rounding::Away, Rounding::Nearest, Rounding::Up, Rounding::Down][(op.amount & 3) as usize]
+    [
+        Rounding::Away,
+        Rounding::Nearest,
+        Rounding::Up,
+        Rounding::Down,
+    ][(op.amount & 3) as usize]
 }
 
 fn compare(cpu: &mut Cpu, other: u32, op: &Op) {
@@ -201,7 +234,11 @@ fn fixed_bits(op: &Op) -> u32 {
 fn extended(word: u32, bits: u32, is_signed: bool) -> i64 {
     let top = 64 - bits;
     let word = u64::from(word) << top;
-    if is_signed { word as i64 >> top } else { (word >> top) as i64 }
+    if is_signed {
+        word as i64 >> top
+    } else {
+        (word >> top) as i64
+    }
 }
 
 fn put_pair(cpu: &mut Cpu, first: u32, op: &Op) {
@@ -210,7 +247,10 @@ fn put_pair(cpu: &mut Cpu, first: u32, op: &Op) {
 }
 
 fn get_pair(cpu: &mut Cpu, first: u32, op: &Op) {
-    let (low, high) = (cpu.s[(first & 31) as usize], cpu.s[((first + 1) & 31) as usize]);
+    let (low, high) = (
+        cpu.s[(first & 31) as usize],
+        cpu.s[((first + 1) & 31) as usize],
+    );
     cpu.write(op.t, low);
     cpu.write(op.a, high);
 }

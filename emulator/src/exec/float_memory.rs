@@ -6,21 +6,39 @@ use crate::op::{Flow, Op, Run};
 use whippen_isa::{Class, Inst, Op as I, RegSet};
 
 fn load<const WORDS: u32, const LITERAL: bool>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
-    let address = if LITERAL { op.imm } else { cpu.rn(op).wrapping_add(op.imm) };
-    done(cpu.float_check(bus, op).and_then(|()| cpu.load_singles(bus, u32::from(op.d) * WORDS, WORDS, address)))
+    let address = if LITERAL {
+        op.imm
+    } else {
+        cpu.rn(op).wrapping_add(op.imm)
+    };
+    done(
+        cpu.float_check(bus, op)
+            .and_then(|()| cpu.load_singles(bus, u32::from(op.d) * WORDS, WORDS, address)),
+    )
 }
 
 fn store<const WORDS: u32>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
     let address = cpu.rn(op).wrapping_add(op.imm);
-    done(cpu.float_check(bus, op).and_then(|()| cpu.store_singles(bus, u32::from(op.d) * WORDS, WORDS, address)))
+    done(
+        cpu.float_check(bus, op)
+            .and_then(|()| cpu.store_singles(bus, u32::from(op.d) * WORDS, WORDS, address)),
+    )
 }
 
 /// `X`: a word more than its registers, which is not accessed.
-fn load_multiple<const WORDS: u32, const DOWN: bool, const X: bool>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
+fn load_multiple<const WORDS: u32, const DOWN: bool, const X: bool>(
+    cpu: &mut Cpu,
+    bus: &mut Bus,
+    op: &Op,
+) -> Flow {
     done(multiple::<WORDS, DOWN, X>(cpu, bus, op, Cpu::load_singles))
 }
 
-fn store_multiple<const WORDS: u32, const DOWN: bool, const X: bool>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
+fn store_multiple<const WORDS: u32, const DOWN: bool, const X: bool>(
+    cpu: &mut Cpu,
+    bus: &mut Bus,
+    op: &Op,
+) -> Flow {
     done(multiple::<WORDS, DOWN, X>(cpu, bus, op, Cpu::store_singles))
 }
 
@@ -41,7 +59,11 @@ fn multiple<const WORDS: u32, const DOWN: bool, const X: bool>(
         false => (base, base.wrapping_add(bytes)),
     };
     // `amount` is whether the base is written back.
-    let after = if op.amount != 0 { cpu.new_base(after, op)? } else { base };
+    let after = if op.amount != 0 {
+        cpu.new_base(after, op)?
+    } else {
+        base
+    };
     transfer(cpu, bus, u32::from(op.d) * WORDS, words, address)?;
     if op.amount != 0 {
         cpu.write(op.n, after);
@@ -51,7 +73,13 @@ fn multiple<const WORDS: u32, const DOWN: bool, const X: bool>(
 
 impl Cpu {
     /// Loads registers from S`first` on; none changes unless all are there.
-    fn load_singles(&mut self, bus: &mut Bus, first: u32, count: u32, address: u32) -> Result<(), Flow> {
+    fn load_singles(
+        &mut self,
+        bus: &mut Bus,
+        first: u32,
+        count: u32,
+        address: u32,
+    ) -> Result<(), Flow> {
         let mut words = [0; 32];
         for i in 0..count.min(32) {
             words[i as usize] = self.load_aligned::<u32>(bus, address.wrapping_add(4 * i))?;
@@ -62,9 +90,19 @@ impl Cpu {
         Ok(())
     }
 
-    fn store_singles(&mut self, bus: &mut Bus, first: u32, count: u32, address: u32) -> Result<(), Flow> {
+    fn store_singles(
+        &mut self,
+        bus: &mut Bus,
+        first: u32,
+        count: u32,
+        address: u32,
+    ) -> Result<(), Flow> {
         for i in 0..count.min(32) {
-            self.store_aligned::<u32>(bus, address.wrapping_add(4 * i), self.s[((first + i) & 31) as usize])?;
+            self.store_aligned::<u32>(
+                bus,
+                address.wrapping_add(4 * i),
+                self.s[((first + i) & 31) as usize],
+            )?;
         }
         Ok(())
     }
@@ -101,5 +139,8 @@ pub(super) fn select(inst: &Inst) -> Option<Run> {
 
 /// Whether `amount` is the write-back of a list.
 pub(super) fn is_list(inst: &Inst) -> bool {
-    matches!(inst.class(), Class::FloatLoadMultiple | Class::FloatStoreMultiple)
+    matches!(
+        inst.class(),
+        Class::FloatLoadMultiple | Class::FloatStoreMultiple
+    )
 }

@@ -71,8 +71,16 @@ fn load<T: Datum, A: Addressing, const TO: u8>(cpu: &mut Cpu, bus: &mut Bus, op:
 }
 
 #[inline(always)]
-fn try_load<T: Datum, A: Addressing, const TO: u8>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Result<Flow, Flow> {
-    let base = if A::WRITES_BACK { cpu.new_base(A::base(cpu, op), op)? } else { 0 };
+fn try_load<T: Datum, A: Addressing, const TO: u8>(
+    cpu: &mut Cpu,
+    bus: &mut Bus,
+    op: &Op,
+) -> Result<Flow, Flow> {
+    let base = if A::WRITES_BACK {
+        cpu.new_base(A::base(cpu, op), op)?
+    } else {
+        0
+    };
     let value = cpu.load::<T>(bus, A::address(cpu, op))?;
     if TO == PROGRAM {
         cpu.check_branch(value)?;
@@ -97,7 +105,11 @@ fn store<T: Datum, A: Addressing>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow
 
 #[inline(always)]
 fn try_store<T: Datum, A: Addressing>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Result<(), Flow> {
-    let base = if A::WRITES_BACK { cpu.new_base(A::base(cpu, op), op)? } else { 0 };
+    let base = if A::WRITES_BACK {
+        cpu.new_base(A::base(cpu, op), op)?
+    } else {
+        0
+    };
     cpu.store::<T>(bus, A::address(cpu, op), cpu.rt(op))?;
     if A::WRITES_BACK {
         cpu.write(op.n, base);
@@ -113,7 +125,11 @@ fn load_dual<A: Addressing>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
 }
 
 fn try_load_dual<A: Addressing>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Result<(), Flow> {
-    let base = if A::WRITES_BACK { cpu.new_base(A::base(cpu, op), op)? } else { 0 };
+    let base = if A::WRITES_BACK {
+        cpu.new_base(A::base(cpu, op), op)?
+    } else {
+        0
+    };
     let address = A::address(cpu, op);
     let first = cpu.load_aligned::<u32>(bus, address)?;
     let second = cpu.load_aligned::<u32>(bus, address.wrapping_add(4))?;
@@ -133,7 +149,11 @@ fn store_dual<A: Addressing>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
 }
 
 fn try_store_dual<A: Addressing>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Result<(), Flow> {
-    let base = if A::WRITES_BACK { cpu.new_base(A::base(cpu, op), op)? } else { 0 };
+    let base = if A::WRITES_BACK {
+        cpu.new_base(A::base(cpu, op), op)?
+    } else {
+        0
+    };
     let address = A::address(cpu, op);
     cpu.store_aligned::<u32>(bus, address, cpu.rt(op))?;
     cpu.store_aligned::<u32>(bus, address.wrapping_add(4), cpu.ra(op))?;
@@ -147,17 +167,29 @@ impl Cpu {
     /// What is written back to the base: of SP, if not below its limit.
     #[inline(always)]
     pub(super) fn new_base(&mut self, base: u32, op: &Op) -> Result<u32, Flow> {
-        if op.n == 13 { self.check_sp(base, op) } else { Ok(base) }
+        if op.n == 13 {
+            self.check_sp(base, op)
+        } else {
+            Ok(base)
+        }
     }
 }
 
 pub(super) fn select(inst: &Inst) -> Option<Run> {
     use Class::*;
     Some(match (inst.class(), inst.op()) {
-        (Load, I::LDR_immediate | I::LDR_literal | I::LDR_register | I::LDRT) => load_of::<u32>(inst),
-        (Load, I::LDRB_immediate | I::LDRB_literal | I::LDRB_register | I::LDRBT) => load_of::<u8>(inst),
-        (Load, I::LDRH_immediate | I::LDRH_literal | I::LDRH_register | I::LDRHT) => load_of::<u16>(inst),
-        (Load, I::LDRSB_immediate | I::LDRSB_literal | I::LDRSB_register | I::LDRSBT) => load_of::<i8>(inst),
+        (Load, I::LDR_immediate | I::LDR_literal | I::LDR_register | I::LDRT) => {
+            load_of::<u32>(inst)
+        }
+        (Load, I::LDRB_immediate | I::LDRB_literal | I::LDRB_register | I::LDRBT) => {
+            load_of::<u8>(inst)
+        }
+        (Load, I::LDRH_immediate | I::LDRH_literal | I::LDRH_register | I::LDRHT) => {
+            load_of::<u16>(inst)
+        }
+        (Load, I::LDRSB_immediate | I::LDRSB_literal | I::LDRSB_register | I::LDRSBT) => {
+            load_of::<i8>(inst)
+        }
         (Load, _) => load_of::<i16>(inst),
         (Store, I::STR_immediate | I::STR_register | I::STRT) => store_of::<u32>(inst),
         (Store, I::STRB_immediate | I::STRB_register | I::STRBT) => store_of::<u8>(inst),

@@ -6,7 +6,11 @@ use crate::op::{Flow, Op, Run};
 use whippen_isa::{Class, Inst, Op as I};
 
 /// LDM, LDMDB, POP: registers change only when all of them are there.
-fn load<const DOWN: bool, const BACK: bool, const PROGRAM: bool>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
+fn load<const DOWN: bool, const BACK: bool, const PROGRAM: bool>(
+    cpu: &mut Cpu,
+    bus: &mut Bus,
+    op: &Op,
+) -> Flow {
     match try_load::<DOWN, BACK, PROGRAM>(cpu, bus, op) {
         Ok(flow) | Err(flow) => flow,
     }
@@ -34,7 +38,11 @@ fn try_load<const DOWN: bool, const BACK: bool, const PROGRAM: bool>(
     if BACK {
         cpu.write(op.n, base);
     }
-    if PROGRAM { Ok(cpu.load_write_pc(values[15])) } else { Ok(Flow::Next) }
+    if PROGRAM {
+        Ok(cpu.load_write_pc(values[15]))
+    } else {
+        Ok(Flow::Next)
+    }
 }
 
 /// STM, STMDB, PUSH.
@@ -46,7 +54,11 @@ fn store<const DOWN: bool, const BACK: bool>(cpu: &mut Cpu, bus: &mut Bus, op: &
 }
 
 #[inline(always)]
-fn try_store<const DOWN: bool, const BACK: bool>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Result<(), Flow> {
+fn try_store<const DOWN: bool, const BACK: bool>(
+    cpu: &mut Cpu,
+    bus: &mut Bus,
+    op: &Op,
+) -> Result<(), Flow> {
     let (mut address, base) = range::<DOWN>(cpu, op);
     let base = if BACK { cpu.new_base(base, op)? } else { base };
     for register in registers(op.imm) {

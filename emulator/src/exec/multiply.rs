@@ -1,4 +1,5 @@
-//! Multiplication and division: one line per instruction. `imm` has the halves, the exchange or the rounding.
+//! Multiplication and division: one line per instruction. `imm` has the halves, the exchange or the
+//! rounding.
 
 use super::bits::rd;
 use crate::bus::Bus;
@@ -51,7 +52,9 @@ fn select_long(inst: &Inst) -> Option<Run> {
         I::UMULL => rd_long!(|cpu, op| unsigned(cpu, op)),
         I::SMLAL => rd_long!(|cpu, op| long(cpu, op).wrapping_add(signed(cpu, op) as u64)),
         I::UMLAL => rd_long!(|cpu, op| long(cpu, op).wrapping_add(unsigned(cpu, op))),
-        I::UMAAL => rd_long!(|cpu, op| unsigned(cpu, op) + u64::from(cpu.rd(op)) + u64::from(cpu.ra(op))),
+        I::UMAAL => {
+            rd_long!(|cpu, op| unsigned(cpu, op) + u64::from(cpu.rd(op)) + u64::from(cpu.ra(op)))
+        }
         I::SMLALxy => rd_long!(|cpu, op| long(cpu, op).wrapping_add(halves(cpu, op) as u64)),
         I::SMLALD => rd_long!(|cpu, op| long(cpu, op).wrapping_add(dual(cpu, op, 1) as u64)),
         I::SMLSLD => rd_long!(|cpu, op| long(cpu, op).wrapping_add(dual(cpu, op, -1) as u64)),
@@ -90,7 +93,10 @@ fn halves(cpu: &Cpu, op: &Op) -> i64 {
 
 /// The products of the halves, added or subtracted; `imm` exchanges Rm's.
 fn dual(cpu: &Cpu, op: &Op, sign: i64) -> i64 {
-    let (n, m) = (cpu.rn(op), cpu.rm(op).rotate_left(if op.imm != 0 { 16 } else { 0 }));
+    let (n, m) = (
+        cpu.rn(op),
+        cpu.rm(op).rotate_left(if op.imm != 0 { 16 } else { 0 }),
+    );
     half(n, false) * half(m, false) + sign * half(n, true) * half(m, true)
 }
 

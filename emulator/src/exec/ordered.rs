@@ -1,8 +1,9 @@
 //! Load-exclusive, store-exclusive, load-acquire, store-release.
 //!
-//! Accesses are made in the order of the program anyway; what remains is the monitor. An exclusive store succeeds while its core's
-//! tag stands: set by the exclusive load of the same address, cleared by CLREX, by any exclusive store and by exceptions,
-//! and by any store of another core to the word.
+//! Accesses are made in the order of the program anyway; what remains is the monitor. An exclusive
+//! store succeeds while its core's tag stands: set by the exclusive load of the same address,
+//! cleared by CLREX, by any exclusive store and by exceptions, and by any store of another core to
+//! the word.
 
 use crate::access::Datum;
 use crate::bus::Bus;

@@ -143,7 +143,11 @@ impl Cpu {
             CoreKind::CortexM4 => 7,
             CoreKind::CortexM33 => 15,
         };
-        let spsel = if self.in_handler() { self.control & 2 } else { value & 2 };
+        let spsel = if self.in_handler() {
+            self.control & 2
+        } else {
+            value & 2
+        };
         self.change_mode(self.ipsr, value & kept & !2 | spsel);
     }
 }

@@ -1,10 +1,12 @@
-//! Between singles, halves, integers and fixed point: `FPToFixed`, `FixedToFP`, `FPRoundInt`, `FPHalfToSingle`, `FPSingleToHalf`.
+//! Between singles, halves, integers and fixed point: `FPToFixed`, `FixedToFP`, `FPRoundInt`,
+//! `FPHalfToSingle`, `FPSingleToHalf`.
 
 use super::round::{Format, Rest, Rounding, round, round_magnitude, shift};
 use super::{DEFAULT_NAN, INEXACT, INFINITY, INVALID, Kind, OVERFLOW, Status, UNDERFLOW};
 use super::{process_nan, signed, unpack};
 
-/// `FPToFixed`: to an integer of `bits` bits that counts `2^-fraction`, saturated. The result is extended to a word.
+/// `FPToFixed`: to an integer of `bits` bits that counts `2^-fraction`, saturated. The result is
+/// extended to a word.
 pub(crate) fn single_to_fixed(
     x: u32,
     fraction: u32,
@@ -14,8 +16,16 @@ pub(crate) fn single_to_fixed(
     status: &mut Status,
 ) -> u32 {
     let number = unpack(x, status);
-    let least = if is_signed { -(1_i128 << (bits - 1)) } else { 0 };
-    let most = if is_signed { (1_i128 << (bits - 1)) - 1 } else { (1 << bits) - 1 };
+    let least = if is_signed {
+        -(1_i128 << (bits - 1))
+    } else {
+        0
+    };
+    let most = if is_signed {
+        (1_i128 << (bits - 1)) - 1
+    } else {
+        (1 << bits) - 1
+    };
     let value = match number.kind {
         Kind::QuietNan | Kind::SignalingNan => {
             status.raise(INVALID);
@@ -26,7 +36,8 @@ pub(crate) fn single_to_fixed(
         _ => {
             let (magnitude, rest) = shift(number.mantissa, -(number.exponent + fraction as i32));
             let huge = number.exponent + fraction as i32 > 64;
-            let grown = magnitude + u128::from(rounding.grows(number.sign, magnitude & 1 != 0, rest));
+            let grown =
+                magnitude + u128::from(rounding.grows(number.sign, magnitude & 1 != 0, rest));
             let value = if huge { i128::MAX >> 1 } else { grown as i128 };
             let value = if number.sign { -value } else { value };
             if rest != Rest::None && (least..=most).contains(&value) {
@@ -42,15 +53,31 @@ pub(crate) fn single_to_fixed(
 }
 
 /// `FixedToFP`: from a word that counts `2^-fraction`.
-pub(crate) fn fixed_to_single(value: i64, fraction: u32, rounding: Rounding, status: &mut Status) -> u32 {
+pub(crate) fn fixed_to_single(
+    value: i64,
+    fraction: u32,
+    rounding: Rounding,
+    status: &mut Status,
+) -> u32 {
     match value {
         0 => 0,
-        _ => round(value < 0, u128::from(value.unsigned_abs()), -(fraction as i32), rounding, status),
+        _ => round(
+            value < 0,
+            u128::from(value.unsigned_abs()),
+            -(fraction as i32),
+            rounding,
+            status,
+        ),
     }
 }
 
 /// `FPRoundInt`: to an integral float; `exact` tells whether inexactness is recorded.
-pub(crate) fn round_to_integral(x: u32, rounding: Rounding, exact: bool, status: &mut Status) -> u32 {
+pub(crate) fn round_to_integral(
+    x: u32,
+    rounding: Rounding,
+    exact: bool,
+    status: &mut Status,
+) -> u32 {
     let number = unpack(x, status);
     match number.kind {
         Kind::QuietNan | Kind::SignalingNan => process_nan(x, &number, status),
@@ -59,7 +86,8 @@ pub(crate) fn round_to_integral(x: u32, rounding: Rounding, exact: bool, status:
         Kind::Finite if number.exponent >= 0 => x,
         Kind::Finite => {
             let (magnitude, rest) = shift(number.mantissa, -number.exponent);
-            let grown = magnitude + u128::from(rounding.grows(number.sign, magnitude & 1 != 0, rest));
+            let grown =
+                magnitude + u128::from(rounding.grows(number.sign, magnitude & 1 != 0, rest));
             if rest != Rest::None && exact {
                 status.raise(INEXACT);
             }
@@ -71,7 +99,11 @@ pub(crate) fn round_to_integral(x: u32, rounding: Rounding, exact: bool, status:
     }
 }
 
-const HALF: Format = Format { least: -14, fraction: 10, top: 31 };
+const HALF: Format = Format {
+    least: -14,
+    fraction: 10,
+    top: 31,
+};
 const HALF_INFINITY: u32 = 0x7c00;
 
 /// `FPHalfToSingle`.
@@ -88,14 +120,24 @@ pub(crate) fn half_to_single(half: u32, status: &mut Status) -> u32 {
 
 /// Every half is a normal single.
 fn exact_single(sign: bool, mantissa: u32, exponent: i32) -> u32 {
-    round(sign, u128::from(mantissa), exponent, Rounding::Zero, &mut Status(0))
+    round(
+        sign,
+        u128::from(mantissa),
+        exponent,
+        Rounding::Zero,
+        &mut Status(0),
+    )
 }
 
 fn half_nan(sign: bool, fraction: u32, status: &mut Status) -> u32 {
     if fraction & 0x200 == 0 {
         status.raise(INVALID);
     }
-    if status.default_nan() { DEFAULT_NAN } else { signed(sign, DEFAULT_NAN | (fraction & 0x1ff) << 13) }
+    if status.default_nan() {
+        DEFAULT_NAN
+    } else {
+        signed(sign, DEFAULT_NAN | (fraction & 0x1ff) << 13)
+    }
 }
 
 /// `FPSingleToHalf`.
@@ -144,7 +186,11 @@ fn finite_half(sign: bool, mantissa: u128, exponent: i32, status: &mut Status) -
             Rounding::Zero => false,
             Rounding::Nearest | Rounding::Away => true,
         };
-        return if infinite { HALF_INFINITY } else { HALF_INFINITY - 1 };
+        return if infinite {
+            HALF_INFINITY
+        } else {
+            HALF_INFINITY - 1
+        };
     }
     if rest != Rest::None {
         status.raise(INEXACT);

@@ -7,14 +7,23 @@ use super::{host, invalid, process_nans, signed, unpack};
 /// `FPAdd`; with `negate`, `FPSub`.
 pub(crate) fn add(x: u32, y: u32, negate: bool, status: &mut Status) -> u32 {
     let y_signed = y ^ if negate { SIGN } else { 0 };
-    if let Some(bits) = host(*status, &[x, y], || f32::from_bits(x) + f32::from_bits(y_signed)) {
+    if let Some(bits) = host(*status, &[x, y], || {
+        f32::from_bits(x) + f32::from_bits(y_signed)
+    }) {
         return bits;
     }
     let (a, b) = (unpack(x, status), unpack(y, status));
     if let Some(nan) = process_nans(&[(x, a), (y, b)], status) {
         return nan;
     }
-    sum(a, Number { sign: b.sign != negate, ..b }, status)
+    sum(
+        a,
+        Number {
+            sign: b.sign != negate,
+            ..b
+        },
+        status,
+    )
 }
 
 /// The sum of two that are no NaN.
@@ -36,10 +45,15 @@ fn zero(status: &Status) -> u32 {
     signed(status.rounding() == Rounding::Down, 0)
 }
 
-/// Mantissas of at most 48 bits. The one with the larger exponent moves left by up to 64 places; what the other one then still
-/// loses on the right is too far below the sum's leading bit to matter but for not being zero.
+/// Mantissas of at most 48 bits. The one with the larger exponent moves left by up to 64 places;
+/// what the other one then still loses on the right is too far below the sum's leading bit to
+/// matter but for not being zero.
 fn finite_sum(a: Number, b: Number, status: &mut Status) -> u32 {
-    let (high, low) = if a.exponent >= b.exponent { (a, b) } else { (b, a) };
+    let (high, low) = if a.exponent >= b.exponent {
+        (a, b)
+    } else {
+        (b, a)
+    };
     let apart = high.exponent - low.exponent;
     let left = apart.min(64);
     let (x, exponent) = (high.mantissa << left, high.exponent - left);
@@ -49,7 +63,11 @@ fn finite_sum(a: Number, b: Number, status: &mut Status) -> u32 {
         (false, true) => (high.sign, x - y),
         (false, false) => (low.sign, y - x),
     };
-    if mantissa == 0 { zero(status) } else { round(sign, mantissa, exponent, status.rounding(), status) }
+    if mantissa == 0 {
+        zero(status)
+    } else {
+        round(sign, mantissa, exponent, status.rounding(), status)
+    }
 }
 
 /// Shifts right; the last bit tells whether anything was lost.
@@ -89,7 +107,12 @@ fn product(a: Number, b: Number) -> Option<Number> {
         _ => Kind::Finite,
     };
     let (mantissa, exponent) = (a.mantissa * b.mantissa, a.exponent + b.exponent);
-    Some(Number { sign: a.sign != b.sign, kind, mantissa, exponent })
+    Some(Number {
+        sign: a.sign != b.sign,
+        kind,
+        mantissa,
+        exponent,
+    })
 }
 
 /// `FPMulAdd`: `addend + x * y`, rounded once.
@@ -127,8 +150,15 @@ pub(crate) fn divide(x: u32, y: u32, status: &mut Status) -> u32 {
         (Kind::Zero, _) | (_, Kind::Infinity) => signed(sign, 0),
         _ => {
             let dividend = a.mantissa << 64;
-            let quotient = (dividend / b.mantissa) << 1 | u128::from(!dividend.is_multiple_of(b.mantissa));
-            round(sign, quotient, a.exponent - b.exponent - 65, status.rounding(), status)
+            let quotient =
+                (dividend / b.mantissa) << 1 | u128::from(!dividend.is_multiple_of(b.mantissa));
+            round(
+                sign,
+                quotient,
+                a.exponent - b.exponent - 65,
+                status.rounding(),
+                status,
+            )
         }
     }
 }
@@ -153,7 +183,13 @@ pub(crate) fn square_root(x: u32, status: &mut Status) -> u32 {
             let square = a.mantissa << left;
             let root = square.isqrt();
             let mantissa = root << 1 | u128::from(root * root != square);
-            round(false, mantissa, (a.exponent - left) / 2 - 1, status.rounding(), status)
+            round(
+                false,
+                mantissa,
+                (a.exponent - left) / 2 - 1,
+                status.rounding(),
+                status,
+            )
         }
     }
 }
@@ -177,7 +213,11 @@ pub(crate) fn compare(x: u32, y: u32, quiet_nan_is_invalid: bool, status: &mut S
 
 /// Integers in the order of the numbers; both zeros are 0.
 fn order(bits: u32, number: Number) -> i64 {
-    let magnitude = if number.kind == Kind::Zero { 0 } else { i64::from(bits & !SIGN) };
+    let magnitude = if number.kind == Kind::Zero {
+        0
+    } else {
+        i64::from(bits & !SIGN)
+    };
     if number.sign { -magnitude } else { magnitude }
 }
 
@@ -191,7 +231,13 @@ pub(crate) fn min_number(x: u32, y: u32, status: &mut Status) -> u32 {
     choose(x, y, status, |a, b| a < b, true)
 }
 
-fn choose(x: u32, y: u32, status: &mut Status, first: fn(i64, i64) -> bool, negative_zero: bool) -> u32 {
+fn choose(
+    x: u32,
+    y: u32,
+    status: &mut Status,
+    first: fn(i64, i64) -> bool,
+    negative_zero: bool,
+) -> u32 {
     let (a, b) = (unpack(x, status), unpack(y, status));
     let numbers = match (a.kind, b.kind) {
         (Kind::QuietNan, Kind::QuietNan) => None,
@@ -202,7 +248,14 @@ fn choose(x: u32, y: u32, status: &mut Status, first: fn(i64, i64) -> bool, nega
     };
     match numbers {
         None => process_nans(&[(x, a), (y, b)], status).unwrap_or(super::DEFAULT_NAN),
-        Some((0, 0)) => signed(if negative_zero { a.sign || b.sign } else { a.sign && b.sign }, 0),
+        Some((0, 0)) => signed(
+            if negative_zero {
+                a.sign || b.sign
+            } else {
+                a.sign && b.sign
+            },
+            0,
+        ),
         Some((p, q)) => {
             if first(p, q) {
                 flushed(x, a)
@@ -215,5 +268,9 @@ fn choose(x: u32, y: u32, status: &mut Status, first: fn(i64, i64) -> bool, nega
 
 /// The bits of a number as unpacked: a flushed one is zero.
 fn flushed(bits: u32, number: Number) -> u32 {
-    if number.kind == Kind::Zero { signed(number.sign, 0) } else { bits }
+    if number.kind == Kind::Zero {
+        signed(number.sign, 0)
+    } else {
+        bits
+    }
 }

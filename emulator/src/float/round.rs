@@ -18,7 +18,8 @@ pub(crate) enum Rounding {
 }
 
 impl Rounding {
-    /// Whether the magnitude grows, given the bit that stays last and how the rest compares with one half.
+    /// Whether the magnitude grows, given the bit that stays last and how the rest compares with
+    /// one half.
     pub fn grows(self, sign: bool, odd: bool, rest: Rest) -> bool {
         match self {
             Self::Nearest => rest == Rest::More || rest == Rest::Half && odd,
@@ -57,7 +58,11 @@ pub(crate) fn shift(value: u128, places: i32) -> (u128, Rest) {
     if places > 127 {
         return (0, if value == 0 { Rest::None } else { Rest::Less });
     }
-    let (kept, cut, half) = (value >> places, value & ((1 << places) - 1), 1 << (places - 1));
+    let (kept, cut, half) = (
+        value >> places,
+        value & ((1 << places) - 1),
+        1 << (places - 1),
+    );
     let rest = match cut {
         0 => Rest::None,
         _ if cut < half => Rest::Less,
@@ -67,17 +72,29 @@ pub(crate) fn shift(value: u128, places: i32) -> (u128, Rest) {
     (kept, rest)
 }
 
-/// A binary format: exponent of the smallest normal number, bits of the fraction, the exponent field of infinity.
+/// A binary format: exponent of the smallest normal number, bits of the fraction, the exponent
+/// field of infinity.
 pub(super) struct Format {
     pub least: i32,
     pub fraction: u32,
     pub top: i32,
 }
 
-pub(super) const SINGLE: Format = Format { least: -126, fraction: 23, top: 255 };
+pub(super) const SINGLE: Format = Format {
+    least: -126,
+    fraction: 23,
+    top: 255,
+};
 
-/// Rounds `mantissa * 2^exponent`, where the mantissa is not zero. The last bit of the mantissa may stand for more below it.
-pub(super) fn round(sign: bool, mantissa: u128, exponent: i32, rounding: Rounding, status: &mut Status) -> u32 {
+/// Rounds `mantissa * 2^exponent`, where the mantissa is not zero. The last bit of the mantissa may
+/// stand for more below it.
+pub(super) fn round(
+    sign: bool,
+    mantissa: u128,
+    exponent: i32,
+    rounding: Rounding,
+    status: &mut Status,
+) -> u32 {
     let (format, top) = (&SINGLE, 127 - mantissa.leading_zeros() as i32 + exponent);
     if status.flush_to_zero() && top < format.least {
         status.raise(UNDERFLOW);
@@ -90,7 +107,14 @@ pub(super) fn round(sign: bool, mantissa: u128, exponent: i32, rounding: Roundin
     if magnitude >> format.fraction >= format.top as u32 {
         status.raise(OVERFLOW | INEXACT);
         let infinity = (format.top as u32) << format.fraction;
-        return super::signed(sign, if rounding.overflows(sign) { infinity } else { infinity - 1 });
+        return super::signed(
+            sign,
+            if rounding.overflows(sign) {
+                infinity
+            } else {
+                infinity - 1
+            },
+        );
     }
     if rest != Rest::None {
         status.raise(INEXACT);
@@ -98,7 +122,8 @@ pub(super) fn round(sign: bool, mantissa: u128, exponent: i32, rounding: Roundin
     super::signed(sign, magnitude)
 }
 
-/// Exponent field and fraction of the rounded magnitude, which may reach past the largest number; and what was cut.
+/// Exponent field and fraction of the rounded magnitude, which may reach past the largest number;
+/// and what was cut.
 pub(super) fn round_magnitude(
     format: &Format,
     sign: bool,

@@ -73,7 +73,10 @@ impl Nvic {
             RESET => -4,
             NMI => -2,
             HARD_FAULT => -1,
-            _ => self.priority.get(number as usize).map_or(256, |p| i32::from(*p)),
+            _ => self
+                .priority
+                .get(number as usize)
+                .map_or(256, |p| i32::from(*p)),
         }
     }
 
@@ -92,7 +95,8 @@ impl Nvic {
 }
 
 pub(crate) fn get(bits: &Bits, number: u32) -> bool {
-    bits.get(number as usize / 64).is_some_and(|word| word >> (number % 64) & 1 != 0)
+    bits.get(number as usize / 64)
+        .is_some_and(|word| word >> (number % 64) & 1 != 0)
 }
 
 fn set(bits: &mut Bits, number: u32, value: bool) {

@@ -9,14 +9,21 @@ use crate::cpu::Cpu;
 const VECTKEY: u32 = 0x05fa;
 
 impl Cpu {
-    /// A load. Without privilege nothing answers, nor does it below the system control space when narrower than a word.
+    /// A load. Without privilege nothing answers, nor does it below the system control space when
+    /// narrower than a word.
     pub(crate) fn system_read(&mut self, address: u32, size: u32) -> Option<u32> {
         if !self.is_privileged() {
             return None;
         }
         let place = 8 * (address & 3);
-        let word = self.system.read(canonical(address) & !3, self.now, self.ipsr);
-        let mask = if size == 4 { u32::MAX } else { (1 << (8 * size)) - 1 };
+        let word = self
+            .system
+            .read(canonical(address) & !3, self.now, self.ipsr);
+        let mask = if size == 4 {
+            u32::MAX
+        } else {
+            (1 << (8 * size)) - 1
+        };
         Some(word >> place & mask)
     }
 
@@ -41,7 +48,11 @@ const STIR: u32 = 0xe000_ef00;
 
 /// The Non-secure alias names the same registers.
 fn canonical(address: u32) -> u32 {
-    if address >> 16 == 0xe002 { address & !0x2_0000 } else { address }
+    if address >> 16 == 0xe002 {
+        address & !0x2_0000
+    } else {
+        address
+    }
 }
 
 impl System {
@@ -51,8 +62,12 @@ impl System {
             0xe000_1004 => self.cycle_count(now),
             0xe000_e004 => (self.nvic.count - FIRST).div_ceil(32).saturating_sub(1),
             0xe000_e010..=0xe000_e01c => self.systick.read(address & 15, now),
-            0xe000_e100..=0xe000_e13c | 0xe000_e180..=0xe000_e1bc => self.word(&self.nvic.enabled, address),
-            0xe000_e200..=0xe000_e23c | 0xe000_e280..=0xe000_e2bc => self.word(&self.nvic.pending, address),
+            0xe000_e100..=0xe000_e13c | 0xe000_e180..=0xe000_e1bc => {
+                self.word(&self.nvic.enabled, address)
+            }
+            0xe000_e200..=0xe000_e23c | 0xe000_e280..=0xe000_e2bc => {
+                self.word(&self.nvic.pending, address)
+            }
             0xe000_e300..=0xe000_e33c => self.word(&self.nvic.active, address),
             0xe000_e400..=0xe000_e5ec => self.priorities(address - 0xe000_e400 + FIRST),
             0xe000_ed00..=0xe000_edfc => self.read_control(address, ipsr),
@@ -98,13 +113,25 @@ impl System {
         match address {
             0xe000_1000 => self.change_counter(now, |s| s.dwt_control = value & 1),
             0xe000_1004 => {
-                self.cyccnt = if self.counts_cycles() { value.wrapping_sub(now as u32) } else { value };
+                self.cyccnt = if self.counts_cycles() {
+                    value.wrapping_sub(now as u32)
+                } else {
+                    value
+                };
             }
             0xe000_e010..=0xe000_e01c => self.systick.write(address & 15, value, now),
-            0xe000_e100..=0xe000_e13c => self.change_bits(address, value, |nvic| &mut nvic.enabled, true),
-            0xe000_e180..=0xe000_e1bc => self.change_bits(address, value, |nvic| &mut nvic.enabled, false),
-            0xe000_e200..=0xe000_e23c => self.change_bits(address, value, |nvic| &mut nvic.pending, true),
-            0xe000_e280..=0xe000_e2bc => self.change_bits(address, value, |nvic| &mut nvic.pending, false),
+            0xe000_e100..=0xe000_e13c => {
+                self.change_bits(address, value, |nvic| &mut nvic.enabled, true)
+            }
+            0xe000_e180..=0xe000_e1bc => {
+                self.change_bits(address, value, |nvic| &mut nvic.enabled, false)
+            }
+            0xe000_e200..=0xe000_e23c => {
+                self.change_bits(address, value, |nvic| &mut nvic.pending, true)
+            }
+            0xe000_e280..=0xe000_e2bc => {
+                self.change_bits(address, value, |nvic| &mut nvic.pending, false)
+            }
             0xe000_edfc => self.change_counter(now, |s| s.demcr = value & 0x0100_07f1),
             0xe000_ef00 => self.nvic.set_pending(FIRST + (value & 0x1ff), true),
             _ => self.write_control(address, value),
@@ -114,13 +141,16 @@ impl System {
     fn write_control(&mut self, address: u32, value: u32) {
         let v6 = self.kind == CoreKind::CortexM0Plus;
         match address {
-            0xe000_e400..=0xe000_e5ec | 0xe000_ed18..=0xe000_ed20 => self.write_part(address, 4, value),
+            0xe000_e400..=0xe000_e5ec | 0xe000_ed18..=0xe000_ed20 => {
+                self.write_part(address, 4, value)
+            }
             0xe000_ed04 => self.write_icsr(value),
             0xe000_ed08 => self.vtor = value & if v6 { !0xff } else { !0x7f },
             0xe000_ed0c => self.write_aircr(value),
             0xe000_ed10 => self.scr = value & 0x1e,
             0xe000_ed14 if !v6 => {
-                self.ccr = value & 0x031b | self.ccr & 1 << 9 | u32::from(self.kind == CoreKind::CortexM33)
+                self.ccr =
+                    value & 0x031b | self.ccr & 1 << 9 | u32::from(self.kind == CoreKind::CortexM33)
             }
             0xe000_ed24 => self.write_shcsr(value),
             0xe000_ed28 => self.cfsr &= !value,
@@ -164,20 +194,37 @@ impl System {
 
     /// Four priorities from an exception on.
     fn priorities(&self, first: u32) -> u32 {
-        let byte = |i: u32| self.nvic.priority.get((first + i) as usize).map_or(0, |p| u32::from(*p));
+        let byte = |i: u32| {
+            self.nvic
+                .priority
+                .get((first + i) as usize)
+                .map_or(0, |p| u32::from(*p))
+        };
         (0..4).fold(0, |word, i| word | byte(i) << (8 * i))
     }
 
     /// 32 interrupts of a set, by the register's address.
     fn word(&self, bits: &nvic::Bits, address: u32) -> u32 {
         let first = FIRST + (address & 0x3f) / 4 * 32;
-        (0..32).fold(0, |word, i| word | u32::from(nvic::get(bits, first + i)) << i)
+        (0..32).fold(0, |word, i| {
+            word | u32::from(nvic::get(bits, first + i)) << i
+        })
     }
 
-    fn change_bits(&mut self, address: u32, value: u32, set: fn(&mut super::Nvic) -> &mut nvic::Bits, to: bool) {
+    fn change_bits(
+        &mut self,
+        address: u32,
+        value: u32,
+        set: fn(&mut super::Nvic) -> &mut nvic::Bits,
+        to: bool,
+    ) {
         let first = FIRST + (address & 0x3f) / 4 * 32;
         let count = self.nvic.count;
-        for number in (0..32).filter(|i| value >> i & 1 != 0).map(|i| first + i).filter(|n| *n < count) {
+        for number in (0..32)
+            .filter(|i| value >> i & 1 != 0)
+            .map(|i| first + i)
+            .filter(|n| *n < count)
+        {
             let word = &mut set(&mut self.nvic)[number as usize / 64];
             *word = *word & !(1 << (number % 64)) | u64::from(to) << (number % 64);
         }
@@ -198,9 +245,13 @@ impl System {
     }
 
     fn write_icsr(&mut self, value: u32) {
-        for (place, number, to) in
-            [(31, NMI, true), (28, PEND_SV, true), (27, PEND_SV, false), (26, SYS_TICK, true), (25, SYS_TICK, false)]
-        {
+        for (place, number, to) in [
+            (31, NMI, true),
+            (28, PEND_SV, true),
+            (27, PEND_SV, false),
+            (26, SYS_TICK, true),
+            (25, SYS_TICK, false),
+        ] {
             if value >> place & 1 != 0 {
                 self.nvic.set_pending(number, to);
             }
@@ -219,17 +270,25 @@ impl System {
 
     /// Active and pending bits of the system exceptions, and the enables.
     fn shcsr(&self) -> u32 {
-        let active = SHCSR_ACTIVE.iter().fold(0, |w, (n, place)| w | u32::from(self.nvic.is_active(*n)) << place);
-        let pending = SHCSR_PENDING.iter().fold(0, |w, (n, place)| w | u32::from(self.nvic.is_pending(*n)) << place);
+        let active = SHCSR_ACTIVE.iter().fold(0, |w, (n, place)| {
+            w | u32::from(self.nvic.is_active(*n)) << place
+        });
+        let pending = SHCSR_PENDING.iter().fold(0, |w, (n, place)| {
+            w | u32::from(self.nvic.is_pending(*n)) << place
+        });
         self.faults_enabled | active | pending
     }
 
     fn write_shcsr(&mut self, value: u32) {
         if self.kind != CoreKind::CortexM0Plus {
             self.faults_enabled = value & 7 << 16;
-            SHCSR_ACTIVE.iter().for_each(|(n, place)| self.nvic.set_active(*n, value >> place & 1 != 0));
+            SHCSR_ACTIVE
+                .iter()
+                .for_each(|(n, place)| self.nvic.set_active(*n, value >> place & 1 != 0));
         }
-        SHCSR_PENDING.iter().for_each(|(n, place)| self.nvic.set_pending(*n, value >> place & 1 != 0));
+        SHCSR_PENDING
+            .iter()
+            .for_each(|(n, place)| self.nvic.set_pending(*n, value >> place & 1 != 0));
     }
 
     /// Whether a fault goes to its own handler rather than to HardFault.
@@ -238,5 +297,12 @@ impl System {
     }
 }
 
-const SHCSR_ACTIVE: &[(u32, u32)] = &[(4, 0), (5, 1), (6, 3), (SV_CALL, 7), (PEND_SV, 10), (SYS_TICK, 11)];
+const SHCSR_ACTIVE: &[(u32, u32)] = &[
+    (4, 0),
+    (5, 1),
+    (6, 3),
+    (SV_CALL, 7),
+    (PEND_SV, 10),
+    (SYS_TICK, 11),
+];
 const SHCSR_PENDING: &[(u32, u32)] = &[(6, 12), (4, 13), (5, 14), (SV_CALL, 15)];

@@ -1,6 +1,7 @@
 //! SysTick: a 24-bit counter that counts down with the core's clock.
 //!
-//! It is not stepped. While enabled, its value follows from the cycle in which it last wrapped to its reload value.
+//! It is not stepped. While enabled, its value follows from the cycle in which it last wrapped to
+//! its reload value.
 
 /// The timer.
 #[derive(Clone, Default)]
@@ -24,7 +25,11 @@ impl SysTick {
             return u64::MAX;
         }
         // From 0 the first cycle reloads.
-        let first = if self.value == 0 { u64::from(self.reload) + 1 } else { u64::from(self.value) };
+        let first = if self.value == 0 {
+            u64::from(self.reload) + 1
+        } else {
+            u64::from(self.value)
+        };
         self.since + first
     }
 
@@ -108,7 +113,10 @@ mod tests {
         assert!(!timer.advance(109));
         assert_eq!((timer.read(8, 101), timer.read(8, 109)), (9, 1));
         assert!(timer.advance(110));
-        assert_eq!((timer.due(), timer.read(8, 110), timer.read(8, 111)), (120, 0, 9));
+        assert_eq!(
+            (timer.due(), timer.read(8, 110), timer.read(8, 111)),
+            (120, 0, 9)
+        );
         assert_eq!(timer.read(0, 111) >> 16, 1);
         assert_eq!(timer.read(0, 111) >> 16, 0);
         assert!(timer.advance(145));

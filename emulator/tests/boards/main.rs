@@ -1,5 +1,6 @@
-//! The boards, by programs: C compiled by the GNU toolchain that starts like vendors' code does and uses the devices from both
-//! cores. Each prints over the serial port what it found; here is what a real board would print.
+//! The boards, by programs: C compiled by the GNU toolchain that starts like vendors' code does and
+//! uses the devices from both cores. Each prints over the serial port what it found; here is what a
+//! real board would print.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -14,7 +15,10 @@ const CYCLES_MAX: u64 = 20_000_000;
 const RASPBERRY: [BoardKind; 2] = [BoardKind::Rp2350, BoardKind::Rp2040];
 
 fn compiler_present() -> bool {
-    let there = Command::new("arm-none-eabi-gcc").arg("--version").output().is_ok_and(|o| o.status.success());
+    let there = Command::new("arm-none-eabi-gcc")
+        .arg("--version")
+        .output()
+        .is_ok_and(|o| o.status.success());
     if !there {
         println!("SKIPPED boards: arm-none-eabi-gcc is not installed");
     }
@@ -38,29 +42,51 @@ fn compile(kind: BoardKind, program: &str, folder: &Path) -> PathBuf {
         "-nostdlib",
         &format!("-D{name}"),
     ]);
-    gcc.args([format!("-Wl,--defsym=rom_base={rom}"), format!("-Wl,--defsym=stack1_top={stack1}")]);
-    gcc.arg("-T").arg(sources.join("link.ld")).arg("-o").arg(&image);
-    let output = gcc.arg(sources.join("start.c")).arg(sources.join(format!("{program}.c"))).arg("-lgcc").output();
+    gcc.args([
+        format!("-Wl,--defsym=rom_base={rom}"),
+        format!("-Wl,--defsym=stack1_top={stack1}"),
+    ]);
+    gcc.arg("-T")
+        .arg(sources.join("link.ld"))
+        .arg("-o")
+        .arg(&image);
+    let output = gcc
+        .arg(sources.join("start.c"))
+        .arg(sources.join(format!("{program}.c")))
+        .arg("-lgcc")
+        .output();
     let output = output.expect("gcc starts");
-    assert!(output.status.success(), "{program}: {}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{program}: {}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     image
 }
 
 /// A machine with the program in its flash, at reset.
 fn machine(kind: BoardKind, program: &str) -> (Machine, Ports) {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let bytes = std::fs::read(compile(kind, program, folder.path())).expect("the image was just built");
+    let bytes =
+        std::fs::read(compile(kind, program, folder.path())).expect("the image was just built");
     let elf = Elf::parse(&bytes, false).expect("an ELF");
-    let board = whippen_emulator::Board { vector_table: vector_table(&elf).expect("a vector table"), ..kind.board() };
+    let board = whippen_emulator::Board {
+        vector_table: vector_table(&elf).expect("a vector table"),
+        ..kind.board()
+    };
     let (mut machine, ports) = build(kind, board, ConverterSetup::default()).expect("a board");
-    elf.load(&mut machine.bus.memory, false).expect("it fits the flash");
+    elf.load(&mut machine.bus.memory, false)
+        .expect("it fits the flash");
     machine.semihosting.enabled = true;
     machine.reset();
     (machine, ports)
 }
 
 fn printed(machine: &Machine, ports: &Ports) -> String {
-    let uart = machine.bus.device::<Uart>(ports.uarts[0]).expect("a serial port");
+    let uart = machine
+        .bus
+        .device::<Uart>(ports.uarts[0])
+        .expect("a serial port");
     String::from_utf8_lossy(&uart.output).into_owned()
 }
 
@@ -73,7 +99,12 @@ fn prints(program: &str, expected: &str) {
         let (mut machine, ports) = machine(kind, program);
         let stop = machine.run(CYCLES_MAX);
         let text = printed(&machine, &ports);
-        assert_eq!((text.as_str(), stop), (expected, Stop::Exit { code: 0 }), "{program} on {}", kind.name());
+        assert_eq!(
+            (text.as_str(), stop),
+            (expected, Stop::Exit { code: 0 }),
+            "{program} on {}",
+            kind.name()
+        );
     }
 }
 
@@ -84,7 +115,10 @@ fn an_alarm_wakes_the_core_in_its_microsecond() {
 
 #[test]
 fn two_cores_share_a_counter_behind_a_spinlock() {
-    prints("cores", "core 1 says 1001\nthen it says 7\nboth counted 4000\nlocks taken 0\n");
+    prints(
+        "cores",
+        "core 1 says 1001\nthen it says 7\nboth counted 4000\nlocks taken 0\n",
+    );
 }
 
 #[test]
@@ -104,17 +138,31 @@ fn both_cores_serve_the_converter() {
         let (mut machine, ports) = machine(kind, "converter");
         let word = |tick: u16, key: u16| tick.wrapping_mul(977).wrapping_add(key * 131) % 9000;
         let samples = (0..TICKS).flat_map(|tick| (0..KEYS).map(move |key| word(tick, key)));
-        let converter = machine.bus.device_mut::<Converter>(ports.converter).expect("a converter");
+        let converter = machine
+            .bus
+            .device_mut::<Converter>(ports.converter)
+            .expect("a converter");
         converter.recording = true;
         converter.samples.extend(samples);
         let stop = machine.run(CYCLES_MAX);
         let text = printed(&machine, &ports);
-        let expected = ("overruns 0\nrounds missed by core 1 0\n", Stop::Exit { code: 0 });
+        let expected = (
+            "overruns 0\nrounds missed by core 1 0\n",
+            Stop::Exit { code: 0 },
+        );
         assert_eq!((text.as_str(), stop), expected, "on {}", kind.name());
-        let converter = machine.bus.device::<Converter>(ports.converter).expect("a converter");
-        let drives =
-            (0..TICKS).flat_map(|tick| (0..KEYS).map(move |key| (3 * word(tick, key)).wrapping_sub(key) as i16));
-        assert!(converter.drives.iter().copied().take(2000).eq(drives), "on {}", kind.name());
+        let converter = machine
+            .bus
+            .device::<Converter>(ports.converter)
+            .expect("a converter");
+        let drives = (0..TICKS).flat_map(|tick| {
+            (0..KEYS).map(move |key| (3 * word(tick, key)).wrapping_sub(key) as i16)
+        });
+        assert!(
+            converter.drives.iter().copied().take(2000).eq(drives),
+            "on {}",
+            kind.name()
+        );
     }
 }
 
@@ -127,10 +175,19 @@ fn the_watchdog_bites_on_time() {
     for kind in RASPBERRY {
         let (mut machine, ports) = machine(kind, "dog");
         let stop = machine.run(CYCLES_MAX);
-        assert_eq!((printed(&machine, &ports).as_str(), stop), ("guarded\n", Stop::Reset), "on {}", kind.name());
+        assert_eq!(
+            (printed(&machine, &ports).as_str(), stop),
+            ("guarded\n", Stop::Reset),
+            "on {}",
+            kind.name()
+        );
         // Eight bytes of 10 bits at about a megabaud, before that some microseconds of start-up.
         let us = machine.cycle(0) * 1_000_000 / u64::from(kind.board().clock_hz);
-        assert!((340 + 80..340 + 80 + 60).contains(&us), "on {}: {us} us", kind.name());
+        assert!(
+            (340 + 80..340 + 80 + 60).contains(&us),
+            "on {}: {us} us",
+            kind.name()
+        );
     }
 }
 
@@ -138,25 +195,50 @@ fn the_watchdog_bites_on_time() {
 #[test]
 fn roms_are_their_sources() {
     let roms = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/rom");
-    if Command::new("arm-none-eabi-as").arg("--version").output().is_err() {
+    if Command::new("arm-none-eabi-as")
+        .arg("--version")
+        .output()
+        .is_err()
+    {
         println!("SKIPPED roms_are_their_sources: arm-none-eabi-as is not installed");
         return;
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
     let run = |tool: &str, arguments: &[&str]| {
-        let output = Command::new(tool).args(arguments).current_dir(folder.path()).output().expect("the tool starts");
-        assert!(output.status.success(), "{tool}: {}", String::from_utf8_lossy(&output.stderr));
+        let output = Command::new(tool)
+            .args(arguments)
+            .current_dir(folder.path())
+            .output()
+            .expect("the tool starts");
+        assert!(
+            output.status.success(),
+            "{tool}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
     };
     for (name, core) in [("rp2350", "cortex-m33"), ("rp2040", "cortex-m0plus")] {
         let source = roms.join(format!("{name}.s"));
         run(
             "arm-none-eabi-as",
-            &[&format!("-mcpu={core}"), "-I", &roms.to_string_lossy(), &source.to_string_lossy(), "-o", "rom.o"],
+            &[
+                &format!("-mcpu={core}"),
+                "-I",
+                &roms.to_string_lossy(),
+                &source.to_string_lossy(),
+                "-o",
+                "rom.o",
+            ],
         );
         run("arm-none-eabi-ld", &["-Ttext=0", "rom.o", "-o", "rom.elf"]);
-        run("arm-none-eabi-objcopy", &["-O", "binary", "rom.elf", "rom.bin"]);
+        run(
+            "arm-none-eabi-objcopy",
+            &["-O", "binary", "rom.elf", "rom.bin"],
+        );
         let assembled = std::fs::read(folder.path().join("rom.bin")).expect("just made");
         let committed = std::fs::read(roms.join(format!("{name}.bin"))).expect("committed");
-        assert!(assembled == committed, "{name}.bin is not what {name}.s says");
+        assert!(
+            assembled == committed,
+            "{name}.bin is not what {name}.s says"
+        );
     }
 }

@@ -1,6 +1,8 @@
-//! Foreign code: C, C++ and assembly compiled by the GNU toolchain, run here and by QEMU, with the same output and exit code.
+//! Foreign code: C, C++ and assembly compiled by the GNU toolchain, run here and by QEMU, with the
+//! same output and exit code.
 //!
-//! QEMU is the judge in the same run; nothing is recorded. What needs a tool that is absent says so and is skipped.
+//! QEMU is the judge in the same run; nothing is recorded. What needs a tool that is absent says so
+//! and is skipped.
 
 mod tools;
 
@@ -17,7 +19,11 @@ const CYCLES_MAX: u64 = 200_000_000;
 fn emulated(image: &Path, build: &Build) -> (String, u32) {
     let bytes = std::fs::read(image).expect("the image was just built");
     let elf = Elf::parse(&bytes, false).unwrap_or_else(|e| panic!("{build}: {e}"));
-    assert_eq!(elf.arch, Some(build.target.core.arch()), "{build}: build attributes");
+    assert_eq!(
+        elf.arch,
+        Some(build.target.core.arch()),
+        "{build}: build attributes"
+    );
     let runs = regions_for(&elf, &[]).expect("a small image");
     let region = |(base, size, writable)| match writable {
         true => Region::ram("ram", base, size),
@@ -25,10 +31,15 @@ fn emulated(image: &Path, build: &Build) -> (String, u32) {
     };
     let regions = runs.into_iter().map(region).collect();
     let vector_table = vector_table(&elf).expect("a vector table");
-    let board = Board { regions, vector_table, ..Board::generic(build.target.core) };
+    let board = Board {
+        regions,
+        vector_table,
+        ..Board::generic(build.target.core)
+    };
     let mut machine = Machine::new(board).expect("a board");
     machine.semihosting.enabled = true;
-    elf.load(&mut machine.bus.memory, false).expect("memory is there");
+    elf.load(&mut machine.bus.memory, false)
+        .expect("memory is there");
     machine.reset();
     let stop = machine.run(CYCLES_MAX);
     let output = String::from_utf8_lossy(&machine.semihosting.output).into_owned();

@@ -38,7 +38,8 @@ pub const TARGETS: [Target; 5] = [
         ram: "0x20000000",
         dsp: true,
     },
-    // QEMU's only ARMv6-M is the Cortex-M0 of the micro:bit, whose instructions are those of the M0+.
+    // QEMU's only ARMv6-M is the Cortex-M0 of the micro:bit, whose instructions are those of the
+    // M0+.
     Target {
         core: CoreKind::CortexM0Plus,
         name: "cortex-m0plus",
@@ -72,10 +73,19 @@ const LEVELS: [&str; 4] = ["-O0", "-O2", "-O3", "-Os"];
 
 /// Whether everything is installed; says what is not.
 pub fn have_all(what: &str) -> bool {
-    let there = |tool: &str| Command::new(tool).arg("--version").output().is_ok_and(|o| o.status.success());
-    let absent: Vec<&str> =
-        ["arm-none-eabi-gcc", "arm-none-eabi-g++", "qemu-system-arm"].into_iter().filter(|t| !there(t)).collect();
-    let library = Command::new("arm-none-eabi-gcc").arg("-print-file-name=libc_nano.a").output();
+    let there = |tool: &str| {
+        Command::new(tool)
+            .arg("--version")
+            .output()
+            .is_ok_and(|o| o.status.success())
+    };
+    let absent: Vec<&str> = ["arm-none-eabi-gcc", "arm-none-eabi-g++", "qemu-system-arm"]
+        .into_iter()
+        .filter(|t| !there(t))
+        .collect();
+    let library = Command::new("arm-none-eabi-gcc")
+        .arg("-print-file-name=libc_nano.a")
+        .output();
     let newlib = library.is_ok_and(|o| o.stdout.contains(&b'/'));
     if absent.is_empty() && newlib {
         return true;
@@ -94,7 +104,11 @@ pub struct Build<'t> {
 
 impl fmt::Display for Build<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} for {} at {}", self.program, self.target.name, self.level)
+        write!(
+            f,
+            "{} for {} at {}",
+            self.program, self.target.name, self.level
+        )
     }
 }
 
@@ -102,7 +116,14 @@ impl<'t> Build<'t> {
     /// All levels, if the core can run the program.
     pub fn all(program: &'t str, target: &'t Target) -> impl Iterator<Item = Self> {
         let wanted = program != "simd" || target.dsp;
-        LEVELS.into_iter().filter(move |_| wanted).map(move |level| Self { program, target, level })
+        LEVELS
+            .into_iter()
+            .filter(move |_| wanted)
+            .map(move |level| Self {
+                program,
+                target,
+                level,
+            })
     }
 
     /// Compiles and links the program.
@@ -120,16 +141,31 @@ impl<'t> Build<'t> {
             "-ffunction-sections",
         ]);
         gcc.args(["--specs=nano.specs", "-nostartfiles", "-Wl,--gc-sections"]);
-        gcc.args([define("rom_base", self.target.rom), define("ram_base", self.target.ram)]);
-        gcc.arg("-T").arg(sources.join("link.ld")).arg("-o").arg(&image);
+        gcc.args([
+            define("rom_base", self.target.rom),
+            define("ram_base", self.target.ram),
+        ]);
+        gcc.arg("-T")
+            .arg(sources.join("link.ld"))
+            .arg("-o")
+            .arg(&image);
         let cpp = sources.join(format!("{}.cpp", self.program));
         if cpp.exists() {
-            gcc.args(["-fno-exceptions", "-fno-rtti", "-x", "c++"]).arg(cpp).args(["-x", "c"]);
+            gcc.args(["-fno-exceptions", "-fno-rtti", "-x", "c++"])
+                .arg(cpp)
+                .args(["-x", "c"]);
         } else {
             gcc.arg(sources.join(format!("{}.c", self.program)));
         }
-        let output = gcc.arg(sources.join("start.c")).output().expect("gcc starts");
-        assert!(output.status.success(), "{self} does not compile:\n{}", String::from_utf8_lossy(&output.stderr));
+        let output = gcc
+            .arg(sources.join("start.c"))
+            .output()
+            .expect("gcc starts");
+        assert!(
+            output.status.success(),
+            "{self} does not compile:\n{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
         image
     }
 
@@ -148,7 +184,8 @@ impl<'t> Build<'t> {
             "-serial",
             "none",
         ]);
-        qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel"]).arg(image);
+        qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+            .arg(image);
         let output = qemu.output().expect("QEMU starts");
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         let code = output.status.code().unwrap_or(-1) as u32;

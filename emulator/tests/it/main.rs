@@ -1,4 +1,5 @@
-//! The machine from outside: calls, cycles, exceptions, two cores, devices, and what no image may do to it.
+//! The machine from outside: calls, cycles, exceptions, two cores, devices, and what no image may
+//! do to it.
 
 mod calls;
 mod noise;

@@ -9,7 +9,9 @@ fn noise(core: CoreKind, random: &mut Random) -> Vec<u16> {
     let mut code = Vec::new();
     while code.len() < 400 {
         let (hw1, hw2) = (random.word() as u16, random.word() as u16);
-        if random.word().is_multiple_of(16) || decode(hw1, hw2, core.arch(), ItState::OUTSIDE).is_ok() {
+        if random.word().is_multiple_of(16)
+            || decode(hw1, hw2, core.arch(), ItState::OUTSIDE).is_ok()
+        {
             code.extend([hw1, hw2]);
         }
     }
@@ -25,18 +27,44 @@ fn random_code_never_panics() {
         let mut m = machine(core, &noise(core, &mut random));
         m.semihosting.enabled = seed % 2 == 0;
         for register in Register::all() {
-            let near = [CODE, CODE + 0x1000, 0x2003_fff0, 0xffff_fff0, 0, 0xe000_e000, 0xe000_ed00];
-            let value =
-                if random.word().is_multiple_of(2) { random.word() } else { near[(random.word() % 7) as usize] };
+            let near = [
+                CODE,
+                CODE + 0x1000,
+                0x2003_fff0,
+                0xffff_fff0,
+                0,
+                0xe000_e000,
+                0xe000_ed00,
+            ];
+            let value = if random.word().is_multiple_of(2) {
+                random.word()
+            } else {
+                near[(random.word() % 7) as usize]
+            };
             m.cpu_mut(0).set(register, value);
         }
         let start = CODE + 2 * (random.word() % 300);
         m.cpu_mut(0).set(Register::PC, start);
-        m.start(0, whippen_emulator::Start { vector_table: CODE, stack: CODE + 0x3000, address: start | 1 });
-        let stop = if seed % 3 == 0 { m.run_observed(20_000, &mut Count::default()) } else { m.run(20_000) };
+        m.start(
+            0,
+            whippen_emulator::Start {
+                vector_table: CODE,
+                stack: CODE + 0x3000,
+                address: start | 1,
+            },
+        );
+        let stop = if seed % 3 == 0 {
+            m.run_observed(20_000, &mut Count::default())
+        } else {
+            m.run(20_000)
+        };
         let name = match stop {
             Stop::Fault(fault) => format!("{:?}", fault.reason),
-            stop => format!("{stop:?}").split([' ', '{']).next().unwrap_or_default().to_string(),
+            stop => format!("{stop:?}")
+                .split([' ', '{'])
+                .next()
+                .unwrap_or_default()
+                .to_string(),
         };
         *stops.entry(name).or_default() += 1;
     }

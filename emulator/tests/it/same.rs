@@ -4,7 +4,8 @@ use crate::support::{CODE, Count, DATA, Random, machine};
 use whippen_emulator::{CoreKind, Machine, Register};
 use whippen_isa::{Class, ItState, Op, RegSet, decode, is_wide};
 
-/// Random instructions that stay in line and on the data, with loops and branches forward between them.
+/// Random instructions that stay in line and on the data, with loops and branches forward between
+/// them.
 fn program(core: CoreKind, random: &mut Random) -> Vec<u16> {
     // movs r7, #20
     let mut code = vec![0x2714];
@@ -16,11 +17,18 @@ fn program(core: CoreKind, random: &mut Random) -> Vec<u16> {
             // str r1, [r6, #imm]; ldr r2, [r6, #imm]
             1 => code.extend([0x6031 | hw1 & 0x07c0, 0x6832 | hw2 & 0x07c0]),
             _ => {
-                let Ok(inst) = decode(hw1, hw2, core.arch(), ItState::OUTSIDE) else { continue };
+                let Ok(inst) = decode(hw1, hw2, core.arch(), ItState::OUTSIDE) else {
+                    continue;
+                };
                 let kept = RegSet::core_list(1 << 6 | 1 << 7 | 1 << 13 | 1 << 14 | 1 << 15);
                 let plain = !matches!(
                     inst.class(),
-                    Class::Wait | Class::Exception | Class::Special | Class::It | Class::Coprocessor | Class::Security
+                    Class::Wait
+                        | Class::Exception
+                        | Class::Special
+                        | Class::It
+                        | Class::Coprocessor
+                        | Class::Security
                 ) && !has_memory(inst.class())
                     && !format!("{:?}", inst.class()).starts_with("Float");
                 if plain && !inst.defs().intersects(kept) && inst.op() != Op::ISB {
@@ -40,7 +48,10 @@ fn program(core: CoreKind, random: &mut Random) -> Vec<u16> {
 
 fn has_memory(class: Class) -> bool {
     let name = format!("{class:?}");
-    name.contains("Load") || name.contains("Store") || name.contains("Branch") || name.contains("Preload")
+    name.contains("Load")
+        || name.contains("Store")
+        || name.contains("Branch")
+        || name.contains("Preload")
 }
 
 fn prepare(core: CoreKind, code: &[u16], random: &mut Random) -> (Machine, [u32; 4]) {
@@ -55,7 +66,11 @@ fn prepare(core: CoreKind, code: &[u16], random: &mut Random) -> (Machine, [u32;
 fn state(m: &Machine) -> (u64, Vec<u32>, Vec<u8>) {
     let mut data = vec![0; 256];
     m.bus.memory.read(DATA, &mut data).expect("data");
-    (m.cycle(0), Register::all().map(|r| m.cpu(0).get(r)).collect(), data)
+    (
+        m.cycle(0),
+        Register::all().map(|r| m.cpu(0).get(r)).collect(),
+        data,
+    )
 }
 
 #[test]
@@ -69,7 +84,11 @@ fn blocks_steps_and_observed_runs_agree() {
         let (mut sliced, _) = fresh();
         let stop = fast.call(CODE, arguments, 1_000_000);
         let mut count = Count::default();
-        assert_eq!(stop, observed.call_observed(CODE, arguments, 1_000_000, &mut count), "seed {seed}");
+        assert_eq!(
+            stop,
+            observed.call_observed(CODE, arguments, 1_000_000, &mut count),
+            "seed {seed}"
+        );
         assert_eq!(count.cycles, observed.cycle(0));
         assert_eq!(state(&fast), state(&observed), "seed {seed}");
         // In slices of a few cycles, blocks rarely fit.

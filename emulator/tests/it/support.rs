@@ -11,11 +11,17 @@ pub const STACK: u32 = 0x2002_0000;
 
 /// A machine of one kind with 256 KiB of RAM and `words` of code as halfwords at [`CODE`].
 pub fn machine(core: CoreKind, halfwords: &[u16]) -> Machine {
-    let board = Board { regions: vec![Region::ram("ram", CODE, 0x4_0000)], vector_table: CODE, ..Board::generic(core) };
+    let board = Board {
+        regions: vec![Region::ram("ram", CODE, 0x4_0000)],
+        vector_table: CODE,
+        ..Board::generic(core)
+    };
     let mut machine = Machine::new(board).expect("a board");
     let bytes: Vec<u8> = halfwords.iter().flat_map(|h| h.to_le_bytes()).collect();
     machine.bus.memory.write(CODE, &bytes).expect("code fits");
-    machine.cpu_mut(0).set(whippen_emulator::Register::SP, STACK);
+    machine
+        .cpu_mut(0)
+        .set(whippen_emulator::Register::SP, STACK);
     machine
 }
 

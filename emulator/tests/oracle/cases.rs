@@ -23,17 +23,28 @@ impl fmt::Display for Case {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let read = self.inst.uses();
         write!(f, "{} [", self.inst)?;
-        for (i, value) in self.core.iter().enumerate().filter(|(i, _)| read.core_bits() >> i & 1 != 0) {
+        for (i, value) in self
+            .core
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| read.core_bits() >> i & 1 != 0)
+        {
             write!(f, " r{i}={value:08x}")?;
         }
-        for (i, value) in self.singles.iter().enumerate().filter(|(i, _)| read.single_bits() >> i & 1 != 0) {
+        for (i, value) in self
+            .singles
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| read.single_bits() >> i & 1 != 0)
+        {
             write!(f, " s{i}={value:08x}")?;
         }
         write!(f, " apsr={:08x} fpscr={:08x} ]", self.apsr, self.fpscr)
     }
 }
 
-/// Why an encoding is not among the random cases. Those that change where execution goes on are judged by `programs`.
+/// Why an encoding is not among the random cases. Those that change where execution goes on are
+/// judged by `programs`.
 pub fn unjudged(encoding: Encoding) -> Option<&'static str> {
     use Class::*;
     match encoding.class() {
@@ -66,11 +77,21 @@ fn case(encoding: Encoding, arch: Arch, random: &mut Random) -> Case {
     for _ in 0..100_000 {
         let conditional = arch != Arch::V6M && random.one_in(4);
         let cond = random.below(14) as u8;
-        let it = if conditional { ItState::after_it(cond, 8) } else { None };
-        let Some((inst, halfwords)) = instruction(encoding, arch, it.unwrap_or(ItState::OUTSIDE), random) else {
+        let it = if conditional {
+            ItState::after_it(cond, 8)
+        } else {
+            None
+        };
+        let Some((inst, halfwords)) =
+            instruction(encoding, arch, it.unwrap_or(ItState::OUTSIDE), random)
+        else {
             continue;
         };
-        let mut code = if conditional { vec![0xbf08 | u16::from(cond) << 4] } else { vec![] };
+        let mut code = if conditional {
+            vec![0xbf08 | u16::from(cond) << 4]
+        } else {
+            vec![]
+        };
         code.extend(halfwords);
         if let Some(core) = registers(&inst, arch, random) {
             return finish(encoding, inst, code, core, random);
@@ -79,25 +100,60 @@ fn case(encoding: Encoding, arch: Arch, random: &mut Random) -> Case {
     panic!("{encoding}: no case found")
 }
 
-fn finish(encoding: Encoding, inst: Inst, code: Vec<u16>, core: [u32; 15], random: &mut Random) -> Case {
+fn finish(
+    encoding: Encoding,
+    inst: Inst,
+    code: Vec<u16>,
+    core: [u32; 15],
+    random: &mut Random,
+) -> Case {
     let mut singles = [0; 32];
     singles.iter_mut().for_each(|s| *s = single(random));
-    let fpscr = if random.one_in(2) { 0 } else { random.word() & 0xf7c0_009f };
+    let fpscr = if random.one_in(2) {
+        0
+    } else {
+        random.word() & 0xf7c0_009f
+    };
     let apsr = random.word() & 0xf80f_0000;
-    Case { encoding, inst, code, core, apsr, fpscr, singles, seed: random.word() }
+    Case {
+        encoding,
+        inst,
+        code,
+        core,
+        apsr,
+        fpscr,
+        singles,
+        seed: random.word(),
+    }
 }
 
 /// A word of the encoding that decodes to it and stays in line.
-fn instruction(encoding: Encoding, arch: Arch, it: ItState, random: &mut Random) -> Option<(Inst, Vec<u16>)> {
+fn instruction(
+    encoding: Encoding,
+    arch: Arch,
+    it: ItState,
+    random: &mut Random,
+) -> Option<(Inst, Vec<u16>)> {
     let (mask, bits) = encoding.fixed_bits();
     let word = random.word() & !mask | bits;
-    let halfwords = if encoding.size() == 4 { vec![(word >> 16) as u16, word as u16] } else { vec![word as u16] };
-    let inst = decode(halfwords[0], halfwords.get(1).copied().unwrap_or(0), arch, it).ok()?;
+    let halfwords = if encoding.size() == 4 {
+        vec![(word >> 16) as u16, word as u16]
+    } else {
+        vec![word as u16]
+    };
+    let inst = decode(
+        halfwords[0],
+        halfwords.get(1).copied().unwrap_or(0),
+        arch,
+        it,
+    )
+    .ok()?;
     let in_line = !inst.defs().contains(RegSet::core(15));
     (inst.encoding == encoding && in_line).then_some((inst, halfwords))
 }
 
-/// Registers with which the instruction reaches only memory that exists; nothing when it would move the stack away.
+/// Registers with which the instruction reaches only memory that exists; nothing when it would move
+/// the stack away.
 fn registers(inst: &Inst, arch: Arch, random: &mut Random) -> Option<[u32; 15]> {
     let target = match arch {
         Arch::V6M => MICROBIT,
@@ -108,7 +164,8 @@ fn registers(inst: &Inst, arch: Arch, random: &mut Random) -> Option<[u32; 15]> 
     core.iter_mut().for_each(|r| *r = value(random));
     core[13] = target.window + 0x800 + 4 * random.below(16);
     let memory = has_memory(inst.class());
-    let moves_sp = inst.defs().contains(RegSet::core(13)) && !(memory && inst.wback && inst.n == 13);
+    let moves_sp =
+        inst.defs().contains(RegSet::core(13)) && !(memory && inst.wback && inst.n == 13);
     if moves_sp && !keeps_stack(inst, &mut core, random) {
         return None;
     }
@@ -140,7 +197,10 @@ fn has_memory(class: Class) -> bool {
 fn keeps_stack(inst: &Inst, core: &mut [u32; 15], random: &mut Random) -> bool {
     let adds = matches!(
         inst.op(),
-        Op::ADD_SP_plus_immediate | Op::SUB_SP_minus_immediate | Op::ADD_SP_plus_register | Op::SUB_SP_minus_register
+        Op::ADD_SP_plus_immediate
+            | Op::SUB_SP_minus_immediate
+            | Op::ADD_SP_plus_register
+            | Op::SUB_SP_minus_register
     );
     if !adds || inst.imm > 0x300 {
         return false;
@@ -159,10 +219,21 @@ fn aim(inst: &Inst, window: u32, core: &mut [u32; 15], random: &mut Random) -> O
     let indexed = inst.op().identifier().ends_with("_register");
     let list = matches!(
         inst.class(),
-        Class::LoadMultiple | Class::StoreMultiple | Class::FloatLoadMultiple | Class::FloatStoreMultiple
+        Class::LoadMultiple
+            | Class::StoreMultiple
+            | Class::FloatLoadMultiple
+            | Class::FloatStoreMultiple
     );
-    let offset = if inst.add { inst.imm } else { inst.imm.wrapping_neg() };
-    let base = if list || !inst.index { target } else { target.wrapping_sub(offset) };
+    let offset = if inst.add {
+        inst.imm
+    } else {
+        inst.imm.wrapping_neg()
+    };
+    let base = if list || !inst.index {
+        target
+    } else {
+        target.wrapping_sub(offset)
+    };
     let far = inst.n == 13 && base.abs_diff(window) > 0x600;
     if far || (indexed && inst.m == inst.n) || inst.n == 15 {
         return None;
@@ -179,8 +250,22 @@ fn aim(inst: &Inst, window: u32, core: &mut [u32; 15], random: &mut Random) -> O
 
 /// A register's value: often one at which arithmetic changes.
 fn value(random: &mut Random) -> u32 {
-    const EDGES: &[u32] =
-        &[0, 1, u32::MAX, 0x8000_0000, 0x7fff_ffff, 0x8000, 0xffff, 0x7fff_8000, 0x80, 0x7f, 0xffff_8000, 31, 32, 33];
+    const EDGES: &[u32] = &[
+        0,
+        1,
+        u32::MAX,
+        0x8000_0000,
+        0x7fff_ffff,
+        0x8000,
+        0xffff,
+        0x7fff_8000,
+        0x80,
+        0x7f,
+        0xffff_8000,
+        31,
+        32,
+        33,
+    ];
     match random.below(4) {
         0 => random.pick(EDGES),
         1 => random.word() >> random.below(32),
@@ -211,7 +296,8 @@ fn single(random: &mut Random) -> u32 {
         0x3f00_0000,
         0x3fc0_0000,
     ];
-    let near_one = |random: &mut Random| random.word() & 0x807f_ffff | (0x70 + random.below(0x20)) << 23;
+    let near_one =
+        |random: &mut Random| random.word() & 0x807f_ffff | (0x70 + random.below(0x20)) << 23;
     match random.below(4) {
         0 => random.pick(EDGES),
         1 => near_one(random),

@@ -84,7 +84,9 @@ impl Target {
     /// What QEMU writes without what it is known to get wrong: it keeps Q where ARMv6-M has none.
     fn known(&self, mut records: Vec<u8>) -> Vec<u8> {
         if !self.mainline {
-            records.chunks_exact_mut(self.record_bytes()).for_each(|record| record[31] &= !8);
+            records
+                .chunks_exact_mut(self.record_bytes())
+                .for_each(|record| record[31] &= !8);
         }
         records
     }
@@ -92,7 +94,11 @@ impl Target {
     fn board(&self) -> Board {
         let code = Region::ram("code", self.code, self.code_bytes);
         let ram = Region::ram("ram", self.ram, self.ram_bytes);
-        Board { regions: vec![code, ram], vector_table: self.code, ..Board::generic(self.core) }
+        Board {
+            regions: vec![code, ram],
+            vector_table: self.code,
+            ..Board::generic(self.core)
+        }
     }
 }
 
@@ -110,8 +116,17 @@ pub struct Tools;
 impl Tools {
     /// Nothing, said plainly, when a tool is absent.
     pub fn find() -> Option<Self> {
-        for tool in ["qemu-system-arm", "arm-none-eabi-as", "arm-none-eabi-ld", "arm-none-eabi-objcopy"] {
-            let found = Command::new(tool).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+        for tool in [
+            "qemu-system-arm",
+            "arm-none-eabi-as",
+            "arm-none-eabi-ld",
+            "arm-none-eabi-objcopy",
+        ] {
+            let found = Command::new(tool)
+                .arg("--version")
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .status();
             if found.is_err() {
                 println!("skipped: {tool} is absent, nothing was judged");
                 return None;
@@ -123,9 +138,15 @@ impl Tools {
     pub fn build(&self, target: &Target, cases: &[Case]) -> Image {
         let mut text = include_str!("harness.s").to_string();
         text.push_str("\n        .text\n        .balign 4\ncases:\n");
-        cases.iter().enumerate().for_each(|(i, case)| write_state(&mut text, target, i, case));
+        cases
+            .iter()
+            .enumerate()
+            .for_each(|(i, case)| write_state(&mut text, target, i, case));
         text.push_str("        .space 8192\n");
-        cases.iter().enumerate().for_each(|(i, case)| write_code(&mut text, i, case));
+        cases
+            .iter()
+            .enumerate()
+            .for_each(|(i, case)| write_code(&mut text, i, case));
         text.push_str("        .space 8192\n");
         let symbols = [
             ("FPU", u32::from(target.fpu)),
@@ -145,16 +166,25 @@ impl Tools {
         let path = |name: &str| folder.path().join(name);
         std::fs::write(path("image.s"), text).expect("written");
         let mut assembler = Command::new("arm-none-eabi-as");
-        assembler.arg(format!("-mcpu={}", target.cpu)).args(["-o", "image.o", "image.s"]).current_dir(&folder);
+        assembler
+            .arg(format!("-mcpu={}", target.cpu))
+            .args(["-o", "image.o", "image.s"])
+            .current_dir(&folder);
         if target.fpu {
-            assembler.arg(if target.arch == Arch::V8M { "-mfpu=fpv5-sp-d16" } else { "-mfpu=fpv4-sp-d16" });
+            assembler.arg(if target.arch == Arch::V8M {
+                "-mfpu=fpv5-sp-d16"
+            } else {
+                "-mfpu=fpv4-sp-d16"
+            });
         }
         symbols.iter().for_each(|(name, value)| {
             assembler.args(["--defsym", &format!("{name}={value}")]);
         });
         run(&mut assembler);
         let mut linker = Command::new("arm-none-eabi-ld");
-        linker.args(["-o", "image.elf", "image.o", "-e", "reset"]).current_dir(&folder);
+        linker
+            .args(["-o", "image.elf", "image.o", "-e", "reset"])
+            .current_dir(&folder);
         linker.arg(format!("-Ttext={:#x}", target.code));
         linker.arg(format!("--section-start=.ramdata={:#x}", target.ram));
         linker.arg(format!("--section-start=.ram={:#x}", target.ram + 0x100));
@@ -165,16 +195,39 @@ impl Tools {
                 .current_dir(&folder));
             std::fs::read(path(file)).expect("a section")
         };
-        let (text, data) = (section(".text", "text.bin"), section(".ramdata", "data.bin"));
-        Image { elf: path("image.elf"), text, data, folder }
+        let (text, data) = (
+            section(".text", "text.bin"),
+            section(".ramdata", "data.bin"),
+        );
+        Image {
+            elf: path("image.elf"),
+            text,
+            data,
+            folder,
+        }
     }
 
     /// What the image writes under QEMU.
     pub fn qemu(&self, target: &Target, image: &Image) -> Vec<u8> {
         let mut qemu = Command::new("timeout");
-        qemu.args(["60", "qemu-system-arm", "-M", target.machine, "-nographic", "-monitor", "none", "-serial", "none"]);
-        qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel"]).arg(&image.elf);
-        let output = qemu.current_dir(&image.folder).stdin(Stdio::null()).output().expect("QEMU runs");
+        qemu.args([
+            "60",
+            "qemu-system-arm",
+            "-M",
+            target.machine,
+            "-nographic",
+            "-monitor",
+            "none",
+            "-serial",
+            "none",
+        ]);
+        qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+            .arg(&image.elf);
+        let output = qemu
+            .current_dir(&image.folder)
+            .stdin(Stdio::null())
+            .output()
+            .expect("QEMU runs");
         assert!(
             output.stderr.is_empty(),
             "{}",
@@ -188,8 +241,16 @@ impl Image {
     /// What the image writes here.
     pub fn emulate(&self, target: &Target) -> Vec<u8> {
         let mut machine = Machine::new(target.board()).expect("a board");
-        machine.bus.memory.write(target.code, &self.text).expect("code fits");
-        machine.bus.memory.write(target.ram, &self.data).expect("data fits");
+        machine
+            .bus
+            .memory
+            .write(target.code, &self.text)
+            .expect("code fits");
+        machine
+            .bus
+            .memory
+            .write(target.ram, &self.data)
+            .expect("data fits");
         machine.semihosting.enabled = true;
         machine.reset();
         let stop = machine.run(2_000_000_000);
@@ -203,21 +264,40 @@ impl Image {
 fn run(command: &mut Command) {
     let output = command.output().expect("runs");
     let shown = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{command:?}: {}", shown.lines().take(20).collect::<Vec<_>>().join("\n"));
+    assert!(
+        output.status.success(),
+        "{command:?}: {}",
+        shown.lines().take(20).collect::<Vec<_>>().join("\n")
+    );
 }
 
 fn write_state(text: &mut String, target: &Target, index: usize, case: &Case) {
     let words: Vec<String> = case.core.iter().map(|w| format!("{w:#x}")).collect();
-    let _ = writeln!(text, "        .word {}, {:#x}, {:#x}, code{index} + 1", words.join(", "), case.apsr, case.seed);
+    let _ = writeln!(
+        text,
+        "        .word {}, {:#x}, {:#x}, code{index} + 1",
+        words.join(", "),
+        case.apsr,
+        case.seed
+    );
     if target.fpu {
         let words: Vec<String> = case.singles.iter().map(|w| format!("{w:#x}")).collect();
-        let _ = writeln!(text, "        .word {:#x}, {}", case.fpscr, words.join(", "));
+        let _ = writeln!(
+            text,
+            "        .word {:#x}, {}",
+            case.fpscr,
+            words.join(", ")
+        );
     }
 }
 
 fn write_code(text: &mut String, index: usize, case: &Case) {
     let halfwords: Vec<String> = case.code.iter().map(|h| format!("{h:#x}")).collect();
-    let _ = writeln!(text, "        .balign 4\ncode{index}: .short {}, 0xdf00, 0xdf00", halfwords.join(", "));
+    let _ = writeln!(
+        text,
+        "        .balign 4\ncode{index}: .short {}, 0xdf00, 0xdf00",
+        halfwords.join(", ")
+    );
 }
 
 const NAMES: [&str; 20] = [
@@ -246,7 +326,11 @@ const NAMES: [&str; 20] = [
 /// The words that differ, by name.
 pub fn differences(theirs: &[u8], ours: &[u8]) -> String {
     let mut text = String::new();
-    for (i, (a, b)) in theirs.chunks(4).zip(ours.chunks(4).chain(std::iter::repeat(&[][..]))).enumerate() {
+    for (i, (a, b)) in theirs
+        .chunks(4)
+        .zip(ours.chunks(4).chain(std::iter::repeat(&[][..])))
+        .enumerate()
+    {
         if a != b {
             let name = match i {
                 0..20 => NAMES[i].to_string(),
@@ -254,8 +338,11 @@ pub fn differences(theirs: &[u8], ours: &[u8]) -> String {
                 21 => "fpscr".to_string(),
                 _ => format!("s{}", i - 22),
             };
-            let word =
-                |bytes: &[u8]| bytes.try_into().map_or("-".to_string(), |b| format!("{:08x}", u32::from_le_bytes(b)));
+            let word = |bytes: &[u8]| {
+                bytes.try_into().map_or("-".to_string(), |b| {
+                    format!("{:08x}", u32::from_le_bytes(b))
+                })
+            };
             let _ = write!(text, " {name} {} here {}", word(a), word(b));
         }
     }

@@ -1,4 +1,5 @@
-//! Hand-written programs on both sides: where execution goes, exceptions, priorities, faults, lazy saving.
+//! Hand-written programs on both sides: where execution goes, exceptions, priorities, faults, lazy
+//! saving.
 
 use crate::harness::{MPS2_AN386, MPS2_AN505, Target, Tools};
 
@@ -8,11 +9,18 @@ fn compare(target: &Target, text: &str) {
     let image = tools.assemble(target, text, &[("STACK_TOP", target.stack())]);
     let (theirs, ours) = (tools.qemu(target, &image), image.emulate(target));
     let words = |bytes: &[u8]| -> Vec<u32> {
-        bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+        bytes
+            .chunks_exact(4)
+            .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+            .collect()
     };
     let (theirs, ours) = (words(&theirs), words(&ours));
     println!("{}: {} words", target.machine, theirs.len());
-    assert!(theirs.len() > 100, "QEMU's journal has {} words", theirs.len());
+    assert!(
+        theirs.len() > 100,
+        "QEMU's journal has {} words",
+        theirs.len()
+    );
     let different: Vec<String> = (0..theirs.len().max(ours.len()))
         .filter(|i| theirs.get(*i) != ours.get(*i))
         .map(|i| format!("{i}: {:08x?} here {:08x?}", theirs.get(i), ours.get(i)))

@@ -1,7 +1,9 @@
-//! The Cortex-M0+ of RP2040: single-cycle multiplier, one bus port for fetch and data, single-cycle IO port.
+//! The Cortex-M0+ of RP2040: single-cycle multiplier, one bus port for fetch and data, single-cycle
+//! IO port.
 //!
-//! The numbers are those of Arm DDI 0484, table 3-1, which the RP2040 datasheet repeats as "Instruction set summary". Nothing
-//! is late on this core: an instruction is over when its cycles are.
+//! The numbers are those of Arm DDI 0484, table 3-1, which the RP2040 datasheet repeats as
+//! "Instruction set summary". Nothing is late on this core: an instruction is over when its cycles
+//! are.
 
 use crate::arch::Arch;
 use crate::class::Class::*;
@@ -14,7 +16,9 @@ const LINES: &[Line] = &[
     Line::new(&[Alu, Move, Shift, Extend, Bits], Any, 1).from(Rule, "table 3-1"),
     Line::new(&[Multiply], Any, 1).from(Rule, "table 3-1, fast multiplier"),
     Line::new(&[Load, Store], Any, 2).from(Rule, "table 3-1; 1 on the IO port"),
-    Line::new(&[LoadMultiple, StoreMultiple], Any, 1).each(1).from(Rule, "table 3-1: 1 + N"),
+    Line::new(&[LoadMultiple, StoreMultiple], Any, 1)
+        .each(1)
+        .from(Rule, "table 3-1: 1 + N"),
     Line::new(&[Branch, BranchRegister], Any, 0).from(Rule, "table 3-1: B, BX 2, all refill"),
     Line::new(&[BranchLink], Op(Op::BLX), 0).from(Rule, "table 3-1: BLX 2, all refill"),
     Line::new(&[BranchLink], Any, 1).from(Rule, "table 3-1: BL 3"),
@@ -38,7 +42,11 @@ impl Core {
                 taken: Fact::new(2, Rule, "table 3-1"),
                 not_taken: Fact::new(1, Rule, "table 3-1"),
                 from_load: Fact::new(0, Rule, "table 3-1: POP with PC 3 + N"),
-                split_target: Fact::new(0, Estimate, "no source; only BL and the system instructions are 32 bits long"),
+                split_target: Fact::new(
+                    0,
+                    Estimate,
+                    "no source; only BL and the system instructions are 32 bits long",
+                ),
                 folded: Fact::new(0, Rule, "nothing folds"),
                 folded_it: Fact::new(0, Rule, "no IT"),
             },
@@ -49,13 +57,19 @@ impl Core {
                 bits_per_cycle: Fact::new(1, Rule, "no divider"),
             },
             overlap: Fact::new(0, Rule, "table 3-1"),
-            near: Fact::new(1, Rule, "table 3-1: 1 on the single-cycle IO port, SIO of RP2040"),
+            near: Fact::new(
+                1,
+                Rule,
+                "table 3-1: 1 on the single-cycle IO port, SIO of RP2040",
+            ),
             exceptions: Exceptions {
                 entry: Fact::new(15, Rule, "DDI 0484: interrupt latency"),
                 tail_chain: Fact::new(13, Estimate, "entry without part of the stacking"),
                 exit: Fact::new(13, Estimate, "unstacking and a refill"),
             },
-            rules: Rules { shifted_register_flags: 2 },
+            rules: Rules {
+                shifted_register_flags: 2,
+            },
         }
     }
 }

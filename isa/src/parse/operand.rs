@@ -1,4 +1,5 @@
-//! The parts of a syntax, each read from the start of what is left of a text; blanks are gone from both.
+//! The parts of a syntax, each read from the start of what is left of a text; blanks are gone from
+//! both.
 
 use crate::cond::Cond;
 use crate::imm::ShiftType;
@@ -17,7 +18,8 @@ pub(super) struct Reader {
     named: u32,
 }
 
-/// Words that a part of a mnemonic may be, by its name in the syntax; the number is what `imm` or `amount` becomes.
+/// Words that a part of a mnemonic may be, by its name in the syntax; the number is what `imm` or
+/// `amount` becomes.
 const WORDS: &[(&str, &[&str])] = &[
     ("s", &["", "s"]),
     ("x", &["", "x"]),
@@ -37,7 +39,11 @@ const WORDS: &[(&str, &[&str])] = &[
 
 impl Reader {
     pub fn new(encoding: Encoding) -> Self {
-        Self { inst: Inst::new(encoding), cond: None, named: 0 }
+        Self {
+            inst: Inst::new(encoding),
+            cond: None,
+            named: 0,
+        }
     }
 
     /// The instruction, with the operands that follow from others.
@@ -57,7 +63,8 @@ impl Reader {
         self.inst
     }
 
-    /// Reads a whole mnemonic; its parts are words of which the first that leads to the end is right.
+    /// Reads a whole mnemonic; its parts are words of which the first that leads to the end is
+    /// right.
     pub fn mnemonic(self, syntax: &str, text: &str) -> Option<Self> {
         let Some((before, rest)) = syntax.split_once('{') else {
             return (syntax == text).then_some(self);
@@ -65,7 +72,8 @@ impl Reader {
         let text = text.strip_prefix(before)?;
         let (name, rest) = rest.split_once('}')?;
         if name == "c" {
-            return conditions(text).find_map(|(cond, text)| Self { cond, ..self }.mnemonic(rest, text));
+            return conditions(text)
+                .find_map(|(cond, text)| Self { cond, ..self }.mnemonic(rest, text));
         }
         let words = WORDS.iter().find(|(part, _)| *part == name)?.1;
         words.iter().enumerate().find_map(|(number, word)| {
@@ -162,10 +170,23 @@ impl Reader {
             (self.inst.shift, self.inst.amount) = (ShiftType::RRX, 1);
             return Some(rest);
         }
-        let kinds = [ShiftType::LSL, ShiftType::LSR, ShiftType::ASR, ShiftType::ROR];
-        let spelled =
-            |kind: &ShiftType| Some((*kind, text.strip_prefix(',')?.strip_prefix(kind.name())?.strip_prefix('#')?));
-        let Some((kind, amount)) = kinds.iter().find_map(spelled) else { return Some(text) };
+        let kinds = [
+            ShiftType::LSL,
+            ShiftType::LSR,
+            ShiftType::ASR,
+            ShiftType::ROR,
+        ];
+        let spelled = |kind: &ShiftType| {
+            Some((
+                *kind,
+                text.strip_prefix(',')?
+                    .strip_prefix(kind.name())?
+                    .strip_prefix('#')?,
+            ))
+        };
+        let Some((kind, amount)) = kinds.iter().find_map(spelled) else {
+            return Some(text);
+        };
         let (amount, rest) = unsigned(amount)?;
         (self.inst.shift, self.inst.amount) = (kind, u8::try_from(amount).ok()?);
         Some(rest)
@@ -199,7 +220,9 @@ impl Reader {
     /// The longest name that fits.
     fn special<'t>(&mut self, text: &'t str) -> Option<&'t str> {
         let names = (0..=u8::MAX).filter_map(|number| Some((number, special_name(number)?)));
-        let (number, name) = names.filter(|(_, name)| text.starts_with(name)).max_by_key(|(_, name)| name.len())?;
+        let (number, name) = names
+            .filter(|(_, name)| text.starts_with(name))
+            .max_by_key(|(_, name)| name.len())?;
         self.store((u32::from(number), &text[name.len()..]))
     }
 
@@ -212,8 +235,15 @@ impl Reader {
 
     /// The longest word that fits.
     fn word<'t>(&mut self, name: &str, text: &'t str) -> Option<&'t str> {
-        let words = WORDS.iter().find(|(part, _)| *part == name)?.1.iter().enumerate();
-        let (number, word) = words.filter(|(_, word)| text.starts_with(**word)).max_by_key(|(_, word)| word.len())?;
+        let words = WORDS
+            .iter()
+            .find(|(part, _)| *part == name)?
+            .1
+            .iter()
+            .enumerate();
+        let (number, word) = words
+            .filter(|(_, word)| text.starts_with(**word))
+            .max_by_key(|(_, word)| word.len())?;
         self.number(name, number as u32);
         Some(&text[word.len()..])
     }
@@ -253,7 +283,12 @@ impl Reader {
     fn half<'t>(&mut self, slot: &str, text: &'t str) -> Option<&'t str> {
         let (double, rest) = unsigned(text.strip_prefix('d')?)?;
         let (half, rest) = unsigned(rest.strip_prefix('[')?)?;
-        self.slot(slot, u8::try_from(double.checked_mul(2)?.checked_add(half.min(2))?).ok().filter(|_| half < 2)?)?;
+        self.slot(
+            slot,
+            u8::try_from(double.checked_mul(2)?.checked_add(half.min(2))?)
+                .ok()
+                .filter(|_| half < 2)?,
+        )?;
         rest.strip_prefix(']')
     }
 
@@ -273,8 +308,12 @@ impl Reader {
 /// The ways to read a condition at the start of a text, none included.
 fn conditions(text: &str) -> impl Iterator<Item = (Option<Cond>, &str)> {
     let second = [("hs", Cond::CS), ("lo", Cond::CC)];
-    let names = Cond::ALL.into_iter().map(|cond| (cond.name(), cond)).chain(second);
-    let spelled = names.filter_map(move |(name, cond)| Some((Some(cond), text.strip_prefix(name)?)));
+    let names = Cond::ALL
+        .into_iter()
+        .map(|cond| (cond.name(), cond))
+        .chain(second);
+    let spelled =
+        names.filter_map(move |(name, cond)| Some((Some(cond), text.strip_prefix(name)?)));
     spelled.chain([(None, text)])
 }
 
@@ -285,7 +324,9 @@ fn condition(name: &str) -> Option<Cond> {
 
 /// IT with the letters of its block.
 pub(super) fn it_block(mnemonic: &str, first: &str, inst: Inst) -> Option<Inst> {
-    let letters = mnemonic.strip_prefix("it").filter(|letters| letters.len() <= 3)?;
+    let letters = mnemonic
+        .strip_prefix("it")
+        .filter(|letters| letters.len() <= 3)?;
     let cond = u32::from(condition(first)?.bits());
     let mut mask = 0;
     for letter in letters.bytes() {
@@ -297,12 +338,17 @@ pub(super) fn it_block(mnemonic: &str, first: &str, inst: Inst) -> Option<Inst> 
         mask = mask << 1 | if then { cond & 1 } else { cond & 1 ^ 1 };
     }
     let mask = (mask << 1 | 1) << (3 - letters.len());
-    Some(Inst { imm: cond << 4 | mask, ..inst })
+    Some(Inst {
+        imm: cond << 4 | mask,
+        ..inst
+    })
 }
 
 /// A core register and what follows it.
 fn register(text: &str) -> Option<(u8, &str)> {
-    let end = text.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(text.len());
+    let end = text
+        .find(|c: char| !c.is_ascii_alphanumeric())
+        .unwrap_or(text.len());
     let (name, rest) = text.split_at(end);
     let number = (0..16).find(|number| core_name(*number) == name)?;
     Some((number, rest))
@@ -330,8 +376,13 @@ fn core_list(text: &str) -> Option<(u32, &str)> {
 fn unsigned(text: &str) -> Option<(u32, &str)> {
     let text = text.strip_prefix('#').unwrap_or(text);
     let (digits, radix) = text.strip_prefix("0x").map_or((text, 10), |hex| (hex, 16));
-    let end = digits.find(|c: char| !c.is_digit(radix)).unwrap_or(digits.len());
-    Some((u32::from_str_radix(&digits[..end], radix).ok()?, &digits[end..]))
+    let end = digits
+        .find(|c: char| !c.is_digit(radix))
+        .unwrap_or(digits.len());
+    Some((
+        u32::from_str_radix(&digits[..end], radix).ok()?,
+        &digits[end..],
+    ))
 }
 
 /// A number with or without a sign, as its 32 bits.

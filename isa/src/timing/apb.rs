@@ -1,7 +1,8 @@
 //! The peripheral bus of RP2040 and RP2350: what an access to a device on it takes beyond a cycle.
 //!
-//! A bridge stands between the crossbar and the peripherals; each access goes through it by itself. What a device adds, and
-//! who else is at the bridge, come on top; the firmware's frame reads and writes one device that adds nothing.
+//! A bridge stands between the crossbar and the peripherals; each access goes through it by itself.
+//! What a device adds, and who else is at the bridge, come on top; the firmware's frame reads and
+//! writes one device that adds nothing.
 
 use super::facts::{Evidence, Fact};
 

@@ -78,7 +78,10 @@ impl Cost {
 
     /// The parts that are not zero.
     pub fn parts(&self) -> impl Iterator<Item = (Reason, i32)> + '_ {
-        Reason::ALL.iter().map(|&reason| (reason, self.part(reason))).filter(|(_, cycles)| *cycles != 0)
+        Reason::ALL
+            .iter()
+            .map(|&reason| (reason, self.part(reason)))
+            .filter(|(_, cycles)| *cycles != 0)
     }
 
     /// The late registers it waited for.

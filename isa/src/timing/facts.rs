@@ -39,7 +39,11 @@ pub struct Fact {
 
 impl Fact {
     pub(crate) const fn new(cycles: u8, evidence: Evidence, source: &'static str) -> Self {
-        Self { cycles, evidence, source }
+        Self {
+            cycles,
+            evidence,
+            source,
+        }
     }
 }
 
@@ -135,7 +139,19 @@ impl Line {
         let (evidence, source) = (Evidence::Estimate, "");
         let (late_for, overlaps, overlapped) = (Takers::NONE, false, false);
         let (each, float_hold, float_delay) = (0, 0, 0);
-        Self { classes, kind, cycles, each, late_for, overlaps, overlapped, float_hold, float_delay, evidence, source }
+        Self {
+            classes,
+            kind,
+            cycles,
+            each,
+            late_for,
+            overlaps,
+            overlapped,
+            float_hold,
+            float_delay,
+            evidence,
+            source,
+        }
     }
 
     /// And these for each register.
@@ -150,22 +166,36 @@ impl Line {
 
     /// It may start under a load before it.
     pub(crate) const fn overlaps(self) -> Self {
-        Self { overlaps: true, ..self }
+        Self {
+            overlaps: true,
+            ..self
+        }
     }
 
     /// The next may start under it.
     pub(crate) const fn overlapped(self) -> Self {
-        Self { overlapped: true, ..self }
+        Self {
+            overlapped: true,
+            ..self
+        }
     }
 
     /// It holds the floating-point unit, and its result comes some cycles after.
     pub(crate) const fn float(self, float_hold: u8, float_delay: u8) -> Self {
-        Self { float_hold, float_delay, ..self }
+        Self {
+            float_hold,
+            float_delay,
+            ..self
+        }
     }
 
     /// Where it is from, and how sure.
     pub(crate) const fn from(self, evidence: Evidence, source: &'static str) -> Self {
-        Self { evidence, source, ..self }
+        Self {
+            evidence,
+            source,
+            ..self
+        }
     }
 }
 
@@ -180,13 +210,15 @@ pub struct Branches {
     pub from_load: Fact,
     /// More when the target is a 32-bit instruction that is not word aligned.
     pub split_target: Fact,
-    /// Less when folded: a branch or NOP into the instruction before, or an instruction into the NOP or IT before.
+    /// Less when folded: a branch or NOP into the instruction before, or an instruction into the
+    /// NOP or IT before.
     pub folded: Fact,
     /// Less for an IT that is folded into the instruction before.
     pub folded_it: Fact,
 }
 
-/// What divisions cost, besides the cycles of their line, by [`Outcome::quotient_bits`](super::Outcome::quotient_bits).
+/// What divisions cost, besides the cycles of their line, by
+/// [`Outcome::quotient_bits`](super::Outcome::quotient_bits).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Division {
     /// More when the quotient is not trivially zero.
@@ -200,7 +232,8 @@ pub struct Division {
 pub struct Exceptions {
     /// From the request to the first instruction of the handler.
     pub entry: Fact,
-    /// From the return of one handler to the first instruction of the next, without unstacking between them.
+    /// From the return of one handler to the first instruction of the next, without unstacking
+    /// between them.
     pub tail_chain: Fact,
     /// From the return to the first instruction after it.
     pub exit: Fact,
@@ -209,14 +242,17 @@ pub struct Exceptions {
 /// Where the sources disagree: the side to take.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Rules {
-    /// Cycles of a Cortex-M33 instruction with a shifted register that sets the flags. 2: the datasheet of RP2350. 1:
-    /// measurements of jnk0le, in which the flags then come one cycle later. Any other number counts as 2.
+    /// Cycles of a Cortex-M33 instruction with a shifted register that sets the flags. 2: the
+    /// datasheet of RP2350. 1: measurements of jnk0le, in which the flags then come one cycle
+    /// later. Any other number counts as 2.
     pub shifted_register_flags: u8,
 }
 
 impl Default for Rules {
     fn default() -> Self {
-        Self { shifted_register_flags: 2 }
+        Self {
+            shifted_register_flags: 2,
+        }
     }
 }
 
@@ -239,7 +275,8 @@ pub struct Core {
     pub divide: Division,
     /// Less for what starts under the load before it.
     pub overlap: Fact,
-    /// Less for a load or store whose data is one cycle away: the single-cycle IO port of a Cortex-M0+.
+    /// Less for a load or store whose data is one cycle away: the single-cycle IO port of a
+    /// Cortex-M0+.
     pub near: Fact,
     /// Exceptions.
     pub exceptions: Exceptions,

@@ -11,7 +11,13 @@ impl Core {
     /// Issues one instruction at `address`: the pipeline after it, and what it cost.
     ///
     /// `timed` must come from [`Core::prepare`] of the same core. Of the address only bit 1 counts.
-    pub fn issue(&self, pipe: Pipe, timed: &Timed, address: u32, outcome: &Outcome) -> (Pipe, Cost) {
+    pub fn issue(
+        &self,
+        pipe: Pipe,
+        timed: &Timed,
+        address: u32,
+        outcome: &Outcome,
+    ) -> (Pipe, Cost) {
         let mut cost = Cost::default();
         let branch = timed.is(Timed::BRANCHES);
         // CBZ has no condition to skip it: when it is not taken, it has still looked.
@@ -29,7 +35,10 @@ impl Core {
         let folded = self.fold(&pipe, timed, outcome, &mut cost);
         self.overlap(&pipe, timed, outcome, &mut cost);
         cost.add(Reason::Bus, i32::from(outcome.waits));
-        (self.after(&pipe, timed, address, outcome, folded, &cost), cost)
+        (
+            self.after(&pipe, timed, address, outcome, folded, &cost),
+            cost,
+        )
     }
 
     fn own_cycles(&self, timed: &Timed, outcome: &Outcome, cost: &mut Cost) {
@@ -40,14 +49,21 @@ impl Core {
         cost.add(Reason::Issue, i32::from(timed.cycles));
         if timed.is(Timed::DIVIDES) && outcome.quotient_bits >= 0 {
             let per_cycle = i32::from(self.divide.bits_per_cycle.cycles.max(1));
-            let more = i32::from(self.divide.start.cycles) + i32::from(outcome.quotient_bits) / per_cycle;
+            let more =
+                i32::from(self.divide.start.cycles) + i32::from(outcome.quotient_bits) / per_cycle;
             cost.add(Reason::Divide, more);
         }
     }
 
     fn wait_for_operands(&self, pipe: &Pipe, timed: &Timed, cost: &mut Cost) {
         if pipe.late != 0 && !has_expired(pipe, timed) {
-            let late_for = |taker: Takers, registers: u16| if pipe.late_for & taker.0 != 0 { registers } else { 0 };
+            let late_for = |taker: Takers, registers: u16| {
+                if pipe.late_for & taker.0 != 0 {
+                    registers
+                } else {
+                    0
+                }
+            };
             let waits = late_for(Takers::OPERAND, timed.operands)
                 | late_for(Takers::ADDRESS, timed.addresses)
                 | late_for(timed.sums_as, timed.sums);
@@ -67,20 +83,33 @@ impl Core {
         };
         cost.add(Reason::Refill, i32::from(self.branches.taken.cycles));
         if timed.is(Timed::LOADS_PC) {
-            cost.add(Reason::LoadedTarget, i32::from(self.branches.from_load.cycles));
+            cost.add(
+                Reason::LoadedTarget,
+                i32::from(self.branches.from_load.cycles),
+            );
         }
         if target.wide && target.address & 2 != 0 && !pipe.is(Pipe::STACK) {
-            cost.add(Reason::SplitTarget, i32::from(self.branches.split_target.cycles));
+            cost.add(
+                Reason::SplitTarget,
+                i32::from(self.branches.split_target.cycles),
+            );
         }
     }
 
-    /// Whether the instruction shares the cycle of the one before it; if that saves one, it is taken off.
+    /// Whether the instruction shares the cycle of the one before it; if that saves one, it is
+    /// taken off.
     fn fold(&self, pipe: &Pipe, timed: &Timed, outcome: &Outcome, cost: &mut Cost) -> bool {
         let joins = pipe.is(Pipe::EMPTY) && timed.is(Timed::NARROW);
-        let folds = pipe.is(Pipe::HOST) && (timed.is(Timed::IT) || timed.is(Timed::FOLDS) && self.folds());
-        let waits_for_flags = timed.is(Timed::CONDITIONAL) && pipe.is(Pipe::FLAGS) && outcome.target.is_some();
+        let folds =
+            pipe.is(Pipe::HOST) && (timed.is(Timed::IT) || timed.is(Timed::FOLDS) && self.folds());
+        let waits_for_flags =
+            timed.is(Timed::CONDITIONAL) && pipe.is(Pipe::FLAGS) && outcome.target.is_some();
         if joins || folds && !waits_for_flags {
-            let saved = if timed.is(Timed::IT) { self.branches.folded_it } else { self.branches.folded };
+            let saved = if timed.is(Timed::IT) {
+                self.branches.folded_it
+            } else {
+                self.branches.folded
+            };
             cost.add(Reason::Folded, -i32::from(saved.cycles));
         }
         joins || folds
@@ -103,9 +132,20 @@ impl Core {
         }
     }
 
-    fn after(&self, pipe: &Pipe, timed: &Timed, at: u32, outcome: &Outcome, folded: bool, cost: &Cost) -> Pipe {
+    fn after(
+        &self,
+        pipe: &Pipe,
+        timed: &Timed,
+        at: u32,
+        outcome: &Outcome,
+        folded: bool,
+        cost: &Cost,
+    ) -> Pipe {
         let elapsed = cost.cycles().min(u32::from(u8::MAX)) as u8;
-        let mut next = Pipe { float_busy: pipe.float_busy.saturating_sub(elapsed), ..Pipe::default() };
+        let mut next = Pipe {
+            float_busy: pipe.float_busy.saturating_sub(elapsed),
+            ..Pipe::default()
+        };
         let singles_in = pipe.singles_in.saturating_sub(elapsed);
         if singles_in != 0 {
             (next.singles_in, next.late_singles) = (singles_in, pipe.late_singles);
@@ -118,7 +158,11 @@ impl Core {
             next.about |= pipe.about & Pipe::LATE_FLAGS;
         } else if !outcome.skipped {
             (next.late, next.late_for) = (timed.late, timed.late_for.0);
-            next.about |= if timed.is(Timed::LATE_FLAGS) { Pipe::LATE_FLAGS } else { 0 };
+            next.about |= if timed.is(Timed::LATE_FLAGS) {
+                Pipe::LATE_FLAGS
+            } else {
+                0
+            };
         }
         if !outcome.skipped {
             occupy_float_unit(&mut next, timed);
@@ -133,17 +177,36 @@ impl Core {
     }
 
     /// What the next instruction may share with this one.
-    fn neighbourhood(&self, pipe: &Pipe, timed: &Timed, address: u32, outcome: &Outcome, folded: bool) -> u16 {
+    fn neighbourhood(
+        &self,
+        pipe: &Pipe,
+        timed: &Timed,
+        address: u32,
+        outcome: &Outcome,
+        folded: bool,
+    ) -> u16 {
         let mut about = Pipe::SEQUENTIAL;
         let fetched = pipe.is(Pipe::SEQUENTIAL) || address & 2 == 0;
         if timed.is(Timed::NARROW) && !folded {
             if fetched && (self.folds() || self.branches.folded_it.cycles != 0) {
                 about |= Pipe::HOST;
-                about |= if timed.is(Timed::SETS_FLAGS) { Pipe::FLAGS } else { 0 };
+                about |= if timed.is(Timed::SETS_FLAGS) {
+                    Pipe::FLAGS
+                } else {
+                    0
+                };
             }
-            about |= if timed.is(Timed::EMPTY) && self.folds() { Pipe::EMPTY } else { 0 };
+            about |= if timed.is(Timed::EMPTY) && self.folds() {
+                Pipe::EMPTY
+            } else {
+                0
+            };
         }
-        about |= if timed.is(Timed::STACK) { Pipe::STACK } else { 0 };
+        about |= if timed.is(Timed::STACK) {
+            Pipe::STACK
+        } else {
+            0
+        };
         let overlapped = timed.is(Timed::OVERLAPPED) && !outcome.skipped;
         about | if overlapped { Pipe::OVERLAPPED } else { 0 }
     }
@@ -164,9 +227,13 @@ fn wait_for_flags(pipe: &Pipe, timed: &Timed, cost: &mut Cost) {
 fn wait_for_float_unit(pipe: &Pipe, timed: &Timed, cost: &mut Cost) {
     cost.add(Reason::FloatBusy, i32::from(pipe.float_busy));
     let needed = pipe.late_singles & timed.singles_read;
-    let chained = pipe.is(Pipe::FLOAT_SUM) && timed.is(Timed::FLOAT_SUM) && needed & !timed.singles_late == 0;
+    let chained =
+        pipe.is(Pipe::FLOAT_SUM) && timed.is(Timed::FLOAT_SUM) && needed & !timed.singles_late == 0;
     let flags = pipe.is(Pipe::LATE_FPSCR) && timed.is(Timed::READS_FPSCR);
-    let wait = pipe.singles_in.saturating_sub(pipe.float_busy).saturating_sub(u8::from(chained));
+    let wait = pipe
+        .singles_in
+        .saturating_sub(pipe.float_busy)
+        .saturating_sub(u8::from(chained));
     if needed != 0 && wait != 0 {
         cost.wait_for(RegSet::singles_of(needed), wait);
     } else if flags {
@@ -182,10 +249,22 @@ fn occupy_float_unit(next: &mut Pipe, timed: &Timed) {
     next.float_busy = timed.float_hold.saturating_sub(timed.cycles.max(1));
     let result_in = next.float_busy + timed.float_delay;
     let late = result_in != 0 && (timed.singles_late != 0 || timed.is(Timed::WRITES_FPSCR));
-    (next.singles_in, next.late_singles) = if late { (result_in, timed.singles_late) } else { (0, 0) };
+    (next.singles_in, next.late_singles) = if late {
+        (result_in, timed.singles_late)
+    } else {
+        (0, 0)
+    };
     next.about &= !(Pipe::FLOAT_SUM | Pipe::LATE_FPSCR);
     if late {
-        next.about |= if timed.is(Timed::FLOAT_SUM) { Pipe::FLOAT_SUM } else { 0 };
-        next.about |= if timed.is(Timed::WRITES_FPSCR) { Pipe::LATE_FPSCR } else { 0 };
+        next.about |= if timed.is(Timed::FLOAT_SUM) {
+            Pipe::FLOAT_SUM
+        } else {
+            0
+        };
+        next.about |= if timed.is(Timed::WRITES_FPSCR) {
+            Pipe::LATE_FPSCR
+        } else {
+            0
+        };
     }
 }

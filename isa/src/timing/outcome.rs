@@ -3,7 +3,8 @@
 /// What happened when an instruction executed, as far as its cycles depend on it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Outcome {
-    /// Its condition failed: it did nothing. A branch that was not taken is this, or [`Outcome::NEXT`]; both cost the same.
+    /// Its condition failed: it did nothing. A branch that was not taken is this, or
+    /// [`Outcome::NEXT`]; both cost the same.
     pub skipped: bool,
     /// Where it branched to, if it did.
     pub target: Option<Target>,
@@ -11,7 +12,8 @@ pub struct Outcome {
     pub quotient_bits: i8,
     /// Cycles by which memory delayed it: wait states, and contention for a port or a bank.
     pub waits: u16,
-    /// It read or wrote a device that is one cycle away from the core: the single-cycle IO port of a Cortex-M0+.
+    /// It read or wrote a device that is one cycle away from the core: the single-cycle IO port of
+    /// a Cortex-M0+.
     pub near: bool,
 }
 
@@ -26,22 +28,38 @@ pub struct Target {
 
 impl Outcome {
     /// It executed without delay, and the next instruction follows.
-    pub const NEXT: Self = Self { skipped: false, target: None, quotient_bits: 0, waits: 0, near: false };
+    pub const NEXT: Self = Self {
+        skipped: false,
+        target: None,
+        quotient_bits: 0,
+        waits: 0,
+        near: false,
+    };
     /// Its condition failed.
-    pub const SKIPPED: Self = Self { skipped: true, ..Self::NEXT };
+    pub const SKIPPED: Self = Self {
+        skipped: true,
+        ..Self::NEXT
+    };
 
     /// It branched to `address`, where there is a 32-bit instruction if `wide`.
     pub const fn taken(address: u32, wide: bool) -> Self {
-        Self { target: Some(Target { address, wide }), ..Self::NEXT }
+        Self {
+            target: Some(Target { address, wide }),
+            ..Self::NEXT
+        }
     }
 
     /// It divided.
     pub const fn divided(dividend: u32, divisor: u32, signed: bool) -> Self {
-        Self { quotient_bits: Self::quotient_bits(dividend, divisor, signed), ..Self::NEXT }
+        Self {
+            quotient_bits: Self::quotient_bits(dividend, divisor, signed),
+            ..Self::NEXT
+        }
     }
 
-    /// Position of the most significant one of the dividend minus that of the divisor, of the absolute values when
-    /// `signed`; a zero dividend counts as -1. A division by zero does not iterate: -1, whatever the dividend.
+    /// Position of the most significant one of the dividend minus that of the divisor, of the
+    /// absolute values when `signed`; a zero dividend counts as -1. A division by zero does not
+    /// iterate: -1, whatever the dividend.
     pub const fn quotient_bits(dividend: u32, divisor: u32, signed: bool) -> i8 {
         if divisor == 0 {
             return -1;
@@ -51,7 +69,11 @@ impl Outcome {
 }
 
 const fn top_bit(value: u32, signed: bool) -> i8 {
-    let magnitude = if signed { (value as i32).unsigned_abs() } else { value };
+    let magnitude = if signed {
+        (value as i32).unsigned_abs()
+    } else {
+        value
+    };
     31 - magnitude.leading_zeros() as i8
 }
 

@@ -1,6 +1,7 @@
 //! What the pipeline remembers between two instructions.
 
-/// The state of the pipeline in front of an instruction. `default()` is that after a branch, with nothing under way.
+/// The state of the pipeline in front of an instruction. `default()` is that after a branch, with
+/// nothing under way.
 ///
 /// Canonical: what can no longer matter is zero, so that blocks are entered in few distinct states.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
@@ -35,7 +36,8 @@ impl Pipe {
     pub(super) const STACK: u16 = 16;
     /// The flags are one cycle late.
     pub(super) const LATE_FLAGS: u16 = 32;
-    /// The late single-precision registers come from a multiply-add, whose result another one may add to a cycle early.
+    /// The late single-precision registers come from a multiply-add, whose result another one may
+    /// add to a cycle early.
     pub(super) const FLOAT_SUM: u16 = 64;
     /// It was a load that the next access may start under.
     pub(super) const OVERLAPPED: u16 = 128;

@@ -7,8 +7,8 @@ use super::timed::Timed;
 impl Core {
     /// The number behind one part of a cost of `timed`, with its source and class.
     ///
-    /// Of a late result it is the rule about late results; which of them are late is said by the lines of the instructions that
-    /// make them.
+    /// Of a late result it is the rule about late results; which of them are late is said by the
+    /// lines of the instructions that make them.
     pub fn source(&self, timed: &Timed, reason: Reason) -> Fact {
         let line = self.lines.get(timed.line());
         let own = line.map(|line| Fact::new(line.cycles, line.evidence, line.source));
@@ -34,6 +34,9 @@ impl Core {
 
     /// How sure a cost of `timed` is: as sure as its least sure part.
     pub fn evidence(&self, timed: &Timed, cost: &Cost) -> Evidence {
-        cost.parts().map(|(reason, _)| self.source(timed, reason).evidence).max().unwrap_or(Evidence::Exact)
+        cost.parts()
+            .map(|(reason, _)| self.source(timed, reason).evidence)
+            .max()
+            .unwrap_or(Evidence::Exact)
     }
 }

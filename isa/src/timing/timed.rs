@@ -9,7 +9,8 @@ use crate::reg::{self, RegSet};
 use crate::rules::Rule;
 use crate::table::Op;
 
-/// An instruction as the timing of one core sees it: [`Core::prepare`] makes it, [`Core::issue`] counts it.
+/// An instruction as the timing of one core sees it: [`Core::prepare`] makes it, [`Core::issue`]
+/// counts it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Timed {
     pub(super) singles_read: u32,
@@ -85,21 +86,36 @@ impl Core {
         let (number, line) = self.line_of(inst);
         let (uses, defs) = (inst.uses(), inst.defs());
         let (operands, addresses, sums, sums_as) = sources(inst, uses);
-        let late = if line.late_for.is_empty() { 0 } else { last_results(inst, defs) };
-        let one_cycle = line.kind == Kind::ShiftedRegisterFlags && self.rules.shifted_register_flags == 1;
+        let late = if line.late_for.is_empty() {
+            0
+        } else {
+            last_results(inst, defs)
+        };
+        let one_cycle =
+            line.kind == Kind::ShiftedRegisterFlags && self.rules.shifted_register_flags == 1;
         let (reads, writes) = (uses.single_bits(), defs.single_bits());
         let mut timed = Timed {
             singles_read: reads,
-            singles_late: if line.float_hold + line.float_delay > 1 { writes } else { 0 },
+            singles_late: if line.float_hold + line.float_delay > 1 {
+                writes
+            } else {
+                0
+            },
             operands,
             addresses,
             sums,
             sums_as,
             late,
-            late_for: if late == 0 { Takers::NONE } else { line.late_for },
+            late_for: if late == 0 {
+                Takers::NONE
+            } else {
+                line.late_for
+            },
             about: about(inst, defs) | overlap(&line),
             line: number,
-            cycles: line.cycles.saturating_add(line.each.saturating_mul(count(inst, uses.union(defs)))),
+            cycles: line
+                .cycles
+                .saturating_add(line.each.saturating_mul(count(inst, uses.union(defs)))),
             float_hold: line.float_hold,
             float_delay: line.float_delay,
         };
@@ -119,8 +135,18 @@ impl Core {
     fn line_of(&self, inst: &Inst) -> (u8, Line) {
         let class = inst.class();
         let fits = |line: &Line| line.classes.contains(&class) && line.kind.fits(inst);
-        let number = self.lines.iter().position(fits).unwrap_or(self.lines.len().saturating_sub(1));
-        (number as u8, self.lines.get(number).copied().unwrap_or(Line::new(&[], Kind::Any, 1)))
+        let number = self
+            .lines
+            .iter()
+            .position(fits)
+            .unwrap_or(self.lines.len().saturating_sub(1));
+        (
+            number as u8,
+            self.lines
+                .get(number)
+                .copied()
+                .unwrap_or(Line::new(&[], Kind::Any, 1)),
+        )
     }
 }
 
@@ -164,12 +190,18 @@ fn has_shifted_constant(inst: &Inst) -> bool {
 fn is_memory(class: Class) -> bool {
     use Class::*;
     is_load(class)
-        || matches!(class, Store | StoreDual | StoreMultiple | StoreOrdered | FloatStore | FloatStoreMultiple)
+        || matches!(
+            class,
+            Store | StoreDual | StoreMultiple | StoreOrdered | FloatStore | FloatStoreMultiple
+        )
 }
 
 fn is_load(class: Class) -> bool {
     use Class::*;
-    matches!(class, Load | LoadDual | LoadMultiple | LoadOrdered | FloatLoad | FloatLoadMultiple)
+    matches!(
+        class,
+        Load | LoadDual | LoadMultiple | LoadOrdered | FloatLoad | FloatLoadMultiple
+    )
 }
 
 fn is_float(class: Class) -> bool {
@@ -190,7 +222,8 @@ fn is_float(class: Class) -> bool {
     )
 }
 
-/// Core registers read: as operands, as addresses, as accumulator or addend; and which of the last two.
+/// Core registers read: as operands, as addresses, as accumulator or addend; and which of the last
+/// two.
 fn sources(inst: &Inst, uses: RegSet) -> (u16, u16, u16, Takers) {
     use Class::*;
     let reads = uses.core_bits();
@@ -201,23 +234,38 @@ fn sources(inst: &Inst, uses: RegSet) -> (u16, u16, u16, Takers) {
     }
     let (sums, sums_as) = match class {
         MultiplyAdd => (only(RegSet::core(inst.a)), Takers::ACCUMULATOR),
-        MultiplyAddLong => (only(RegSet::core(inst.a).union(RegSet::core(inst.d))), Takers::ACCUMULATOR),
+        MultiplyAddLong => (
+            only(RegSet::core(inst.a).union(RegSet::core(inst.d))),
+            Takers::ACCUMULATOR,
+        ),
         ExtendAdd => (only(RegSet::core(inst.n)), Takers::ADDEND),
         _ => (0, Takers::NONE),
     };
-    let factors = RegSet::core(inst.m).union(if class == ExtendAdd { RegSet::EMPTY } else { RegSet::core(inst.n) });
+    let factors = RegSet::core(inst.m).union(if class == ExtendAdd {
+        RegSet::EMPTY
+    } else {
+        RegSet::core(inst.n)
+    });
     let operands = if sums == 0 { reads } else { only(factors) };
     (operands, 0, sums, sums_as)
 }
 
 /// The registers of an address: a register offset only where there is one; PC is always there.
 fn addresses(inst: &Inst) -> RegSet {
-    let indexed = Kind::RegisterOffset.fits(inst) || matches!(inst.class(), Class::TableBranch | Class::Preload);
-    let index = if indexed { RegSet::core(inst.m) } else { RegSet::EMPTY };
-    RegSet::core(inst.n).union(index).without(RegSet::core(reg::PC))
+    let indexed = Kind::RegisterOffset.fits(inst)
+        || matches!(inst.class(), Class::TableBranch | Class::Preload);
+    let index = if indexed {
+        RegSet::core(inst.m)
+    } else {
+        RegSet::EMPTY
+    };
+    RegSet::core(inst.n)
+        .union(index)
+        .without(RegSet::core(reg::PC))
 }
 
-/// The registers whose result may be late: the last one loaded, or all results but PC and a written-back base.
+/// The registers whose result may be late: the last one loaded, or all results but PC and a
+/// written-back base.
 fn last_results(inst: &Inst, defs: RegSet) -> u16 {
     let not_pc = !RegSet::core(reg::PC).core_bits();
     match inst.class() {
@@ -229,21 +277,32 @@ fn last_results(inst: &Inst, defs: RegSet) -> u16 {
 }
 
 const fn top_of_list(list: u16) -> u16 {
-    if list == 0 { 0 } else { 1 << (15 - list.leading_zeros()) }
+    if list == 0 {
+        0
+    } else {
+        1 << (15 - list.leading_zeros())
+    }
 }
 
 /// How many registers a list has, of the registers that are touched.
 fn count(inst: &Inst, touched: RegSet) -> u8 {
     match inst.class() {
         Class::LoadMultiple | Class::StoreMultiple => (inst.imm as u16).count_ones() as u8,
-        Class::FloatLoadMultiple | Class::FloatStoreMultiple => touched.single_bits().count_ones() as u8,
+        Class::FloatLoadMultiple | Class::FloatStoreMultiple => {
+            touched.single_bits().count_ones() as u8
+        }
         _ => 0,
     }
 }
 
 fn overlap(line: &Line) -> u32 {
     let overlaps = if line.overlaps { Timed::OVERLAPS } else { 0 };
-    overlaps | if line.overlapped { Timed::OVERLAPPED } else { 0 }
+    overlaps
+        | if line.overlapped {
+            Timed::OVERLAPPED
+        } else {
+            0
+        }
 }
 
 fn about(inst: &Inst, defs: RegSet) -> u32 {
@@ -257,11 +316,17 @@ fn about(inst: &Inst, defs: RegSet) -> u32 {
         (writes_pc, Timed::BRANCHES),
         (writes_pc && is_load(class), Timed::LOADS_PC),
         (class == Class::TableBranch, Timed::LOADS_PC),
-        (class == Class::Branch || bx_lr || narrow && empty, Timed::FOLDS),
+        (
+            class == Class::Branch || bx_lr || narrow && empty,
+            Timed::FOLDS,
+        ),
         (class == Class::It, Timed::IT),
         (inst.is_conditional(), Timed::CONDITIONAL),
         (narrow && empty, Timed::EMPTY),
-        (inst.cond.is_none() && flags.writes.intersects(Flags::NZCV), Timed::SETS_FLAGS),
+        (
+            inst.cond.is_none() && flags.writes.intersects(Flags::NZCV),
+            Timed::SETS_FLAGS,
+        ),
         (flags.reads.intersects(Flags::NZCV), Timed::READS_FLAGS),
         (matches!(inst.op(), Op::PUSH | Op::POP), Timed::STACK),
         (class == Class::Divide, Timed::DIVIDES),
@@ -272,5 +337,8 @@ fn about(inst: &Inst, defs: RegSet) -> u32 {
         (flags.reads.intersects(Flags::FPSCR), Timed::READS_FPSCR),
     ]
     .iter()
-    .fold(0, |about, (holds, bit)| if *holds { about | bit } else { about })
+    .fold(
+        0,
+        |about, (holds, bit)| if *holds { about | bit } else { about },
+    )
 }

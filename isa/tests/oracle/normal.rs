@@ -22,13 +22,19 @@ pub fn text(text: &str, address: u32) -> String {
     let operands: String = operands.chars().filter(|c| !c.is_whitespace()).collect();
     let mnemonic = condition(mnemonic);
     let (mnemonic, operands) = synonym(&mnemonic, &operands);
-    let operands: Vec<_> = split(&operands).map(|operand| one(operand, address)).collect();
-    format!("{mnemonic} {}", operands.join(",").replace(",#0]", "]")).trim().to_string()
+    let operands: Vec<_> = split(&operands)
+        .map(|operand| one(operand, address))
+        .collect();
+    format!("{mnemonic} {}", operands.join(",").replace(",#0]", "]"))
+        .trim()
+        .to_string()
 }
 
 /// `hs` and `lo` at the end of a mnemonic, before its types.
 fn condition(mnemonic: &str) -> String {
-    let (stem, types) = mnemonic.split_once('.').map_or((mnemonic, String::new()), |(s, t)| (s, format!(".{t}")));
+    let (stem, types) = mnemonic
+        .split_once('.')
+        .map_or((mnemonic, String::new()), |(s, t)| (s, format!(".{t}")));
     let stem = match (stem.strip_suffix("hs"), stem.strip_suffix("lo")) {
         (Some(rest), _) => format!("{rest}cs"),
         (_, Some(rest)) => format!("{rest}cc"),
@@ -39,13 +45,19 @@ fn condition(mnemonic: &str) -> String {
 
 /// Other mnemonics for the same.
 fn synonym(mnemonic: &str, operands: &str) -> (String, String) {
-    if let (Some(cond), Some((d, offset))) = (mnemonic.strip_prefix("adr"), operands.split_once(',')) {
+    if let (Some(cond), Some((d, offset))) =
+        (mnemonic.strip_prefix("adr"), operands.split_once(','))
+    {
         return (format!("add{cond}"), format!("{d},pc,{offset}"));
     }
-    if let (Some(rest), Some(number)) = (mnemonic.strip_prefix("hint"), operands.strip_prefix('#')) {
+    if let (Some(rest), Some(number)) = (mnemonic.strip_prefix("hint"), operands.strip_prefix('#'))
+    {
         return (format!("nop{rest}"), format!("{{{}}}", one(number, 0)));
     }
-    if let Some(position) = BARRIERS.iter().position(|b| *b == operands && !b.is_empty()) {
+    if let Some(position) = BARRIERS
+        .iter()
+        .position(|b| *b == operands && !b.is_empty())
+    {
         return (mnemonic.to_string(), format!("#{position}"));
     }
     if mnemonic.starts_with("vcmp") {
@@ -55,8 +67,10 @@ fn synonym(mnemonic: &str, operands: &str) -> (String, String) {
 }
 
 /// The options of DMB by number; M profile has only `sy`.
-const BARRIERS: [&str; 16] =
-    ["", "oshld", "oshst", "osh", "", "nshld", "nshst", "nsh", "", "ishld", "ishst", "ish", "", "ld", "st", ""];
+const BARRIERS: [&str; 16] = [
+    "", "oshld", "oshst", "osh", "", "nshld", "nshst", "nsh", "", "ishld", "ishst", "ish", "",
+    "ld", "st", "",
+];
 
 /// Splits at commas.
 fn split(operands: &str) -> impl Iterator<Item = &str> {
@@ -65,14 +79,30 @@ fn split(operands: &str) -> impl Iterator<Item = &str> {
 
 /// One operand, perhaps with brackets on one side.
 fn one(operand: &str, address: u32) -> String {
-    if let Some(offset) = operand.strip_prefix(".+").or(operand.strip_prefix('.')).and_then(|o| o.parse::<i32>().ok()) {
+    if let Some(offset) = operand
+        .strip_prefix(".+")
+        .or(operand.strip_prefix('.'))
+        .and_then(|o| o.parse::<i32>().ok())
+    {
         return format!("#{}", address.wrapping_add_signed(offset));
     }
-    if let Some(float) = operand.strip_prefix('#').filter(|o| o.contains('.')).and_then(|o| o.parse::<f32>().ok()) {
+    if let Some(float) = operand
+        .strip_prefix('#')
+        .filter(|o| o.contains('.'))
+        .and_then(|o| o.parse::<f32>().ok())
+    {
         return format!("#{}", float.to_bits());
     }
-    if let Some((first, last)) = operand.trim_matches(['{', '}']).split_once('-').and_then(|(a, b)| range(a, b)) {
-        let bank = operand.trim_start_matches('{').chars().next().unwrap_or('?');
+    if let Some((first, last)) = operand
+        .trim_matches(['{', '}'])
+        .split_once('-')
+        .and_then(|(a, b)| range(a, b))
+    {
+        let bank = operand
+            .trim_start_matches('{')
+            .chars()
+            .next()
+            .unwrap_or('?');
         let registers: Vec<_> = (first..=last).map(|n| format!("{bank}{n}")).collect();
         return format!("{{{}}}", registers.join(","));
     }
@@ -87,8 +117,14 @@ fn range(first: &str, last: &str) -> Option<(u32, u32)> {
 
 /// Rewrites the words of an operand: numbers and second names of registers.
 fn words(operand: &str) -> String {
-    const NAMES: [(&str, &str); 6] =
-        [("sb", "r9"), ("sl", "r10"), ("fp", "r11"), ("ip", "r12"), ("hs", "cs"), ("lo", "cc")];
+    const NAMES: [(&str, &str); 6] = [
+        ("sb", "r9"),
+        ("sl", "r10"),
+        ("fp", "r11"),
+        ("ip", "r12"),
+        ("hs", "cs"),
+        ("lo", "cc"),
+    ];
     let mut out = String::new();
     let mut word = String::new();
     for c in operand.chars().chain(['\0']) {

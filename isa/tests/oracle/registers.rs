@@ -6,7 +6,8 @@ use capstone::prelude::*;
 use std::collections::BTreeMap;
 use whippen_isa::{Class, Encoding, Flags, Inst, Op, RegSet};
 
-/// The core and floating-point registers in one of Capstone's lists; PC, which it lists for some branches, left out.
+/// The core and floating-point registers in one of Capstone's lists; PC, which it lists for some
+/// branches, left out.
 fn registers(capstone: &Capstone, ids: &[RegId]) -> RegSet {
     let one = |id: &RegId| {
         let name = capstone.reg_name(*id).unwrap_or_default();
@@ -29,7 +30,8 @@ fn lists_wrongly(inst: &Inst) -> bool {
     use Op::*;
     let class = matches!(
         inst.class(),
-        // Rm of the extended and the accumulators; what SSAT reads; lists; special registers; all of TT.
+        // Rm of the extended and the accumulators; what SSAT reads; lists; special registers; all
+        // of TT.
         Class::ExtendAdd
             | Class::MultiplyAddLong
             | Class::Saturate
@@ -38,7 +40,8 @@ fn lists_wrongly(inst: &Inst) -> bool {
             | Class::Security
             | Class::Coprocessor
     );
-    // Rm of PKH; the stored register of STRBT; LR of SVC; the other half of D; BXNS at all; Sd of a half conversion.
+    // Rm of PKH; the stored register of STRBT; LR of SVC; the other half of D; BXNS at all; Sd of a
+    // half conversion.
     let op = matches!(
         inst.op(),
         PKHBT
@@ -57,11 +60,14 @@ fn lists_wrongly(inst: &Inst) -> bool {
     class || op || (inst.op() == STMDB && inst.wback) || matches!(inst.op(), MRS | MSR)
 }
 
-/// Whether Capstone's word on the flags can be taken: it asks for no IT block here, and it counts ADC and SBC, which read
-/// them, and UADD8, and forgets MSR.
+/// Whether Capstone's word on the flags can be taken: it asks for no IT block here, and it counts
+/// ADC and SBC, which read them, and UADD8, and forgets MSR.
 fn tells_flags(inst: &Inst) -> bool {
     use Op::*;
-    let reads_carry = matches!(inst.op(), ADC_immediate | ADC_register | SBC_immediate | SBC_register) && !inst.s;
+    let reads_carry = matches!(
+        inst.op(),
+        ADC_immediate | ADC_register | SBC_immediate | SBC_register
+    ) && !inst.s;
     inst.cond.is_none() && !reads_carry && !matches!(inst.op(), UADD8 | MSR_APSR)
 }
 
@@ -73,26 +79,40 @@ fn registers_read_and_written() {
     let (mut compared, mut left_out, mut wrong) = (0, 0, BTreeMap::new());
     for (seed, encoding) in Encoding::all().enumerate() {
         for (word, inst) in samples::of_encoding(encoding, 100, 9000 + seed as u64) {
-            let all = capstone.disasm_count(&samples::bytes(word, inst.size()), 0x1000, 1).expect("Capstone answers");
-            let Some(theirs) = all.iter().next().filter(|_| !lists_wrongly(&inst) && inst.op() != Op::HINT_memory)
+            let all = capstone
+                .disasm_count(&samples::bytes(word, inst.size()), 0x1000, 1)
+                .expect("Capstone answers");
+            let Some(theirs) = all
+                .iter()
+                .next()
+                .filter(|_| !lists_wrongly(&inst) && inst.op() != Op::HINT_memory)
             else {
                 left_out += 1;
                 continue;
             };
-            let detail = capstone.insn_detail(theirs).expect("details were asked for");
+            let detail = capstone
+                .insn_detail(theirs)
+                .expect("details were asked for");
             let reads = registers(&capstone, detail.regs_read());
             let writes = registers(&capstone, detail.regs_write());
             compared += 1;
             if reads != inst.uses().without(pc) || writes != inst.defs().without(pc) {
-                let text =
-                    format!("{inst}: reads {:?} / {reads:?}, writes {:?} / {writes:?}", inst.uses(), inst.defs());
+                let text = format!(
+                    "{inst}: reads {:?} / {reads:?}, writes {:?} / {writes:?}",
+                    inst.uses(),
+                    inst.defs()
+                );
                 wrong.insert(inst.encoding.to_string(), text);
             }
             if let ArchDetail::ArmDetail(arm) = detail.arch_detail()
                 && tells_flags(&inst)
                 && arm.update_flags() != inst.flags().writes.intersects(Flags::NZCV)
             {
-                let text = format!("{inst}: flags {:?} / {}", inst.flags().writes, arm.update_flags());
+                let text = format!(
+                    "{inst}: flags {:?} / {}",
+                    inst.flags().writes,
+                    arm.update_flags()
+                );
                 wrong.insert(inst.encoding.to_string(), text);
             }
         }

@@ -17,7 +17,8 @@ impl Random {
         ((z ^ z >> 31) >> 32) as u32
     }
 
-    /// Random bits, often with runs of zeros and ones, so that short lists and equal registers come up.
+    /// Random bits, often with runs of zeros and ones, so that short lists and equal registers come
+    /// up.
     fn skewed(&mut self) -> u32 {
         match self.next() & 3 {
             0 => self.next() & self.next(),
@@ -29,7 +30,11 @@ impl Random {
 
 /// The two halfwords of a word; of a 16-bit one the second is 0.
 pub fn halves(word: u32, size: u32) -> (u16, u16) {
-    if size == 4 { ((word >> 16) as u16, word as u16) } else { (word as u16, 0) }
+    if size == 4 {
+        ((word >> 16) as u16, word as u16)
+    } else {
+        (word as u16, 0)
+    }
 }
 
 /// The bytes in memory.
@@ -42,19 +47,34 @@ pub fn bytes(word: u32, size: u32) -> Vec<u8> {
 /// The halfword of an IT instruction for a block of one, and the state after it.
 pub fn it_block(cond: Cond) -> (u16, ItState) {
     let hw = 0xbf08 | u16::from(cond.bits()) << 4;
-    (hw, ItState::after_it(cond.bits(), 8).expect("a block of one is always possible"))
+    (
+        hw,
+        ItState::after_it(cond.bits(), 8).expect("a block of one is always possible"),
+    )
 }
 
-/// Valid instructions of one encoding, with the words they were read from: `count` tries of random fields.
+/// Valid instructions of one encoding, with the words they were read from: `count` tries of random
+/// fields.
 pub fn of_encoding(encoding: Encoding, count: u32, seed: u64) -> Vec<(u32, Inst)> {
     let (mask, bits) = encoding.fixed_bits();
     let mut random = Random::new(seed);
     let in_block = encoding.it_rule() != ItRule::Never;
     let mut samples = Vec::new();
     for i in 0..count {
-        let word = bits | random.skewed() & !mask & if encoding.size() == 4 { u32::MAX } else { 0xffff };
+        let word = bits
+            | random.skewed()
+                & !mask
+                & if encoding.size() == 4 {
+                    u32::MAX
+                } else {
+                    0xffff
+                };
         let cond = Cond::ALL[(random.next() % 15) as usize];
-        let it = if in_block && i % 4 == 0 { it_block(cond).1 } else { ItState::OUTSIDE };
+        let it = if in_block && i % 4 == 0 {
+            it_block(cond).1
+        } else {
+            ItState::OUTSIDE
+        };
         let (hw1, hw2) = halves(word, encoding.size());
         match decode(hw1, hw2, Arch::V8M, it) {
             Ok(inst) if inst.encoding == encoding => samples.push((word, inst)),
@@ -70,15 +90,24 @@ pub fn wide(random: &mut Random) -> u32 {
     FIRST[(random.next() % 3) as usize] << 27 | random.next() & 0x07ff_ffff
 }
 
-/// Words of one encoding that are UNPREDICTABLE for another reason than a should-be bit, outside an IT block.
+/// Words of one encoding that are UNPREDICTABLE for another reason than a should-be bit, outside an
+/// IT block.
 pub fn unpredictable(encoding: Encoding, count: u32, seed: u64) -> Vec<(u32, Inst, Why)> {
     let (mask, bits) = encoding.fixed_bits();
     let mut random = Random::new(seed);
     let mut samples = Vec::new();
     for _ in 0..count {
-        let word = bits | random.skewed() & !mask & if encoding.size() == 4 { u32::MAX } else { 0xffff };
+        let word = bits
+            | random.skewed()
+                & !mask
+                & if encoding.size() == 4 {
+                    u32::MAX
+                } else {
+                    0xffff
+                };
         let (hw1, hw2) = halves(word, encoding.size());
-        if let Err(NotDecoded::Unpredictable { reading, why }) = decode(hw1, hw2, Arch::V8M, ItState::OUTSIDE)
+        if let Err(NotDecoded::Unpredictable { reading, why }) =
+            decode(hw1, hw2, Arch::V8M, ItState::OUTSIDE)
             && reading.encoding == encoding
             && why != Why::ShouldBe
         {

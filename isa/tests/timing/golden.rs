@@ -1,5 +1,5 @@
-//! Every instruction's cycles on every core, as text: what the tables say of each encoding, and of each kind of operand
-//! that they tell apart.
+//! Every instruction's cycles on every core, as text: what the tables say of each encoding, and of
+//! each kind of operand that they tell apart.
 
 use whippen_isa::timing::{Core, Evidence, Line};
 use whippen_isa::{Class, Encoding, Flags, Inst, ItRule, Op, RegSet, ShiftType};
@@ -38,14 +38,40 @@ fn row(name: &str, cells: &[String; 3]) -> String {
 
 /// The encoding plain, and with what the tables tell apart.
 fn variants(encoding: Encoding) -> Vec<(&'static str, Inst)> {
-    let plain = Inst { s: false, imm: if is_list(encoding.class()) { 6 } else { 1 }, t: 1, ..Inst::new(encoding) };
-    let plain = Inst { s: Inst::new(encoding).s, ..plain };
-    let sets = |inst: Inst| Inst { s: true, ..inst }.flags().writes.intersects(Flags::NZCV);
-    let shifted = Inst { shift: ShiftType::LSR, amount: 8, ..plain };
-    let constant = Inst { imm: 0x1fc0, ..plain };
-    let takes_shift = is_arithmetic(encoding.class()) && encoding.size() == 4 && has_register_operand(encoding);
+    let plain = Inst {
+        s: false,
+        imm: if is_list(encoding.class()) { 6 } else { 1 },
+        t: 1,
+        ..Inst::new(encoding)
+    };
+    let plain = Inst {
+        s: Inst::new(encoding).s,
+        ..plain
+    };
+    let sets = |inst: Inst| {
+        Inst { s: true, ..inst }
+            .flags()
+            .writes
+            .intersects(Flags::NZCV)
+    };
+    let shifted = Inst {
+        shift: ShiftType::LSR,
+        amount: 8,
+        ..plain
+    };
+    let constant = Inst {
+        imm: 0x1fc0,
+        ..plain
+    };
+    let takes_shift =
+        is_arithmetic(encoding.class()) && encoding.size() == 4 && has_register_operand(encoding);
     let takes_constant = Core::cortex_m33().line(&constant) != Core::cortex_m33().line(&plain);
-    let to_pc = Inst { d: 15, t: 15, imm: if is_list(encoding.class()) { 0x8002 } else { 1 }, ..plain };
+    let to_pc = Inst {
+        d: 15,
+        t: 15,
+        imm: if is_list(encoding.class()) { 0x8002 } else { 1 },
+        ..plain
+    };
     let writes_pc = |inst: &Inst| inst.defs().contains(RegSet::core(15));
     let mut all = vec![("", plain)];
     let mut add = |applies: bool, what, inst| {
@@ -54,10 +80,25 @@ fn variants(encoding: Encoding) -> Vec<(&'static str, Inst)> {
         }
     };
     add(takes_shift && !plain.s, ", shifted", shifted);
-    add(takes_shift && sets(plain), ", shifted, flags", Inst { s: true, ..shifted });
+    add(
+        takes_shift && sets(plain),
+        ", shifted, flags",
+        Inst { s: true, ..shifted },
+    );
     add(takes_constant && !plain.s, ", shifted constant", constant);
-    add(takes_constant && sets(plain), ", shifted constant, flags", Inst { s: true, ..constant });
-    add(!writes_pc(&plain) && encoding.it_rule() == ItRule::LastIfPc, ", to PC", to_pc);
+    add(
+        takes_constant && sets(plain),
+        ", shifted constant, flags",
+        Inst {
+            s: true,
+            ..constant
+        },
+    );
+    add(
+        !writes_pc(&plain) && encoding.it_rule() == ItRule::LastIfPc,
+        ", to PC",
+        to_pc,
+    );
     all
 }
 
@@ -84,7 +125,11 @@ fn cell(core: &Core, inst: &Inst) -> String {
         Evidence::Rule => "",
         Evidence::Estimate => "*",
     };
-    format!("{}{refill}{}{sure}", cycles(core, inst, &line), about(&line, inst))
+    format!(
+        "{}{refill}{}{sure}",
+        cycles(core, inst, &line),
+        about(&line, inst)
+    )
 }
 
 fn cycles(core: &Core, inst: &Inst, line: &Line) -> String {
@@ -92,11 +137,19 @@ fn cycles(core: &Core, inst: &Inst, line: &Line) -> String {
     let own = match (line.cycles, line.each) {
         (0, 1) => "N".to_string(),
         (cycles, 0) => cycles.to_string(),
-        (cycles, each) => format!("{cycles}+{}N", if each == 1 { String::new() } else { each.to_string() }),
+        (cycles, each) => format!(
+            "{cycles}+{}N",
+            if each == 1 {
+                String::new()
+            } else {
+                each.to_string()
+            }
+        ),
     };
     match inst.class() {
         Class::Divide => {
-            let most = line.cycles + core.divide.start.cycles + 31 / core.divide.bits_per_cycle.cycles;
+            let most =
+                line.cycles + core.divide.start.cycles + 31 / core.divide.bits_per_cycle.cycles;
             format!("{own}..{most}")
         }
         _ if writes_pc && own == "0" => String::new(),
@@ -111,12 +164,28 @@ fn refill(core: &Core, inst: &Inst) -> (String, Evidence) {
         return (String::new(), Evidence::Exact);
     }
     let branches = &core.branches;
-    let loads = matches!(inst.class(), Class::Load | Class::LoadMultiple | Class::TableBranch);
-    let from_load = if loads { branches.from_load } else { branches.taken };
+    let loads = matches!(
+        inst.class(),
+        Class::Load | Class::LoadMultiple | Class::TableBranch
+    );
+    let from_load = if loads {
+        branches.from_load
+    } else {
+        branches.taken
+    };
     let taken = branches.taken.cycles + if loads { from_load.cycles } else { 0 };
-    let may_not = inst.is_conditional() || inst.class() == Class::CompareBranch || inst.class() == Class::Branch;
-    let not_taken = if may_not { format!("/{}", branches.not_taken.cycles) } else { String::new() };
-    (format!("{taken}{not_taken}"), branches.taken.evidence.max(from_load.evidence))
+    let may_not = inst.is_conditional()
+        || inst.class() == Class::CompareBranch
+        || inst.class() == Class::Branch;
+    let not_taken = if may_not {
+        format!("/{}", branches.not_taken.cycles)
+    } else {
+        String::new()
+    };
+    (
+        format!("{taken}{not_taken}"),
+        branches.taken.evidence.max(from_load.evidence),
+    )
 }
 
 fn about(line: &Line, inst: &Inst) -> String {

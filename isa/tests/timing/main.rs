@@ -11,14 +11,25 @@ use whippen_isa::timing::{Core, Rules};
 /// The programs of a file, and how they come out on `core`.
 fn check(core: &Core, text: &str) {
     let programs = parse(text, core);
-    let wrong: Vec<String> = programs.iter().filter_map(|p| difference(core, p)).collect();
-    assert!(!programs.is_empty() && wrong.is_empty(), "{}", wrong.join("\n"));
+    let wrong: Vec<String> = programs
+        .iter()
+        .filter_map(|p| difference(core, p))
+        .collect();
+    assert!(
+        !programs.is_empty() && wrong.is_empty(),
+        "{}",
+        wrong.join("\n")
+    );
 }
 
 fn difference(core: &Core, program: &Program) -> Option<String> {
     let run = program.run(core);
-    (run.cycles != program.want)
-        .then(|| format!("{}: {} cycles, on paper {}\n{}", program.title, run.cycles, program.want, run.listing))
+    (run.cycles != program.want).then(|| {
+        format!(
+            "{}: {} cycles, on paper {}\n{}",
+            program.title, run.cycles, program.want, run.listing
+        )
+    })
 }
 
 const PUBLISHED_M33: &str = include_str!("published-m33.txt");
@@ -36,7 +47,12 @@ fn rules_cortex_m33() {
 
 #[test]
 fn disputed_cortex_m33() {
-    let core = Core { rules: Rules { shifted_register_flags: 1 }, ..Core::cortex_m33() };
+    let core = Core {
+        rules: Rules {
+            shifted_register_flags: 1,
+        },
+        ..Core::cortex_m33()
+    };
     check(&core, include_str!("disputed-m33.txt"));
 }
 
@@ -48,7 +64,11 @@ fn every_number_of_cortex_m33_matters() {
 fn no_survivors(core: &Core, texts: &[&str]) {
     let programs: Vec<Program> = texts.iter().flat_map(|text| parse(text, core)).collect();
     let survivors = mutation::survivors(core, &programs);
-    assert!(survivors.is_empty(), "changed by one, and nothing comes out otherwise:\n{}", survivors.join("\n"));
+    assert!(
+        survivors.is_empty(),
+        "changed by one, and nothing comes out otherwise:\n{}",
+        survivors.join("\n")
+    );
 }
 
 const RULES_M0PLUS: &str = include_str!("rules-m0plus.txt");
@@ -83,8 +103,14 @@ fn cycles_of_every_instruction() {
         std::fs::write(path, &table).expect("writable");
     }
     let kept = std::fs::read_to_string(path).unwrap_or_default();
-    let differ = table.lines().zip(kept.lines()).find(|(new, old)| new != old);
-    assert!(kept == table, "isa/tests/timing/cycles.txt is out of date (WHIPPEN_BLESS=1): {differ:?}");
+    let differ = table
+        .lines()
+        .zip(kept.lines())
+        .find(|(new, old)| new != old);
+    assert!(
+        kept == table,
+        "isa/tests/timing/cycles.txt is out of date (WHIPPEN_BLESS=1): {differ:?}"
+    );
 }
 
 #[test]
@@ -92,15 +118,27 @@ fn a_cost_is_as_sure_as_its_least_sure_part() {
     use whippen_isa::timing::{Evidence, Outcome, Pipe, Reason};
     use whippen_isa::{Arch, ItState, decode};
     let core = Core::cortex_m33();
-    let prepare = |hw1, hw2| core.prepare(&decode(hw1, hw2, Arch::V8M, ItState::OUTSIDE).expect("an instruction"));
-    let (load, add, divide) = (prepare(0x6808, 0), prepare(0x1840, 0), prepare(0xfbb0, 0xf0f1));
+    let prepare = |hw1, hw2| {
+        core.prepare(&decode(hw1, hw2, Arch::V8M, ItState::OUTSIDE).expect("an instruction"))
+    };
+    let (load, add, divide) = (
+        prepare(0x6808, 0),
+        prepare(0x1840, 0),
+        prepare(0xfbb0, 0xf0f1),
+    );
     let (pipe, cost) = core.issue(Pipe::default(), &load, 0, &Outcome::NEXT);
     assert_eq!(core.evidence(&load, &cost), Evidence::Exact);
     let (_, cost) = core.issue(pipe, &add, 2, &Outcome::NEXT);
-    assert_eq!((cost.to_string().as_str(), core.evidence(&add, &cost)), ("2: 1 issue, 1 late r0", Evidence::Exact));
+    assert_eq!(
+        (cost.to_string().as_str(), core.evidence(&add, &cost)),
+        ("2: 1 issue, 1 late r0", Evidence::Exact)
+    );
     assert_eq!(core.source(&add, Reason::LateResult).source, "3.7.4.9.1");
     let (_, cost) = core.issue(pipe, &divide, 2, &Outcome::divided(100, 3, false));
-    assert_eq!((cost.cycles(), core.evidence(&divide, &cost)), (6, Evidence::Rule));
+    assert_eq!(
+        (cost.cycles(), core.evidence(&divide, &cost)),
+        (6, Evidence::Rule)
+    );
 }
 
 #[test]

@@ -44,7 +44,11 @@ pub fn read(path: &Path, text: &str) -> Result<Device, FileError> {
     entries.word("drive.bits")?;
     // What the sensor measures says how the device moves, and so what it drives.
     let turns = entries.is_angle("sensor.low");
-    let (position, force) = if turns { (Dim::NUMBER, Dim::TORQUE) } else { (Dim::LENGTH, Dim::FORCE) };
+    let (position, force) = if turns {
+        (Dim::NUMBER, Dim::TORQUE)
+    } else {
+        (Dim::LENGTH, Dim::FORCE)
+    };
     let sensor = Sensor {
         low: entries.quantity("sensor.low", position)?,
         high: entries.quantity("sensor.high", position)?,
@@ -69,19 +73,35 @@ pub fn read(path: &Path, text: &str) -> Result<Device, FileError> {
     }
     let has = |part: &str| entries.all().any(|(key, _)| key.starts_with(part));
     let motor = has("motor.").then(|| motor(&entries)).transpose()?;
-    let mechanics = has("mechanics.").then(|| Mechanics::read(&entries, turns)).transpose()?;
-    let passivity_j = entries.find("passivity.energy").map(|_| entries.quantity("passivity.energy", Dim::TORQUE));
+    let mechanics = has("mechanics.")
+        .then(|| Mechanics::read(&entries, turns))
+        .transpose()?;
+    let passivity_j = entries
+        .find("passivity.energy")
+        .map(|_| entries.quantity("passivity.energy", Dim::TORQUE));
     let passivity_j = passivity_j.transpose()?;
     if passivity_j.is_some_and(|energy| energy <= 0.0) {
         return Err(entries.error("passivity.energy", "must be greater than zero"));
     }
-    Ok(Device { name, sensor, drive, turns, motor, mechanics, passivity_j })
+    Ok(Device {
+        name,
+        sensor,
+        drive,
+        turns,
+        motor,
+        mechanics,
+        passivity_j,
+    })
 }
 
 fn motor(entries: &Entries) -> Result<Motor, FileError> {
     let positive = |key: &str, dim: Dim| {
         let value = entries.quantity(key, dim)?;
-        if value > 0.0 { Ok(value) } else { Err(entries.error(key, "must be greater than zero")) }
+        if value > 0.0 {
+            Ok(value)
+        } else {
+            Err(entries.error(key, "must be greater than zero"))
+        }
     };
     let motor = Motor {
         torque_constant: positive("motor.torque_constant", Dim::TORQUE.div(Dim::CURRENT))?,
@@ -90,7 +110,10 @@ fn motor(entries: &Entries) -> Result<Motor, FileError> {
         peak_s: positive("motor.peak_time", Dim::TIME)?,
         heat: match (entries.find("motor.rise"), entries.find("motor.heat_time")) {
             (None, None) => None,
-            _ => Some(Heat { rise_k: entries.kelvins("motor.rise")?, time_s: positive("motor.heat_time", Dim::TIME)? }),
+            _ => Some(Heat {
+                rise_k: entries.kelvins("motor.rise")?,
+                time_s: positive("motor.heat_time", Dim::TIME)?,
+            }),
         },
     };
     if motor.rated_a >= motor.peak_a {
@@ -114,9 +137,15 @@ impl Entries<'_> {
             Ok(_) => {
                 let (kind, unit) = match dim {
                     Dim::NUMBER => ("an angle".to_string(), "rad".to_string()),
-                    other => (format!("a {}", other.name().unwrap_or("quantity")), other.unit()),
+                    other => (
+                        format!("a {}", other.name().unwrap_or("quantity")),
+                        other.unit(),
+                    ),
                 };
-                Err(self.error(key, &format!("is `{text}`, but must be {kind} (a number of `{unit}`)")))
+                Err(self.error(
+                    key,
+                    &format!("is `{text}`, but must be {kind} (a number of `{unit}`)"),
+                ))
             }
             Err(e) => Err(self.error(key, &format!("is not a quantity: {e}"))),
         }
@@ -125,17 +154,33 @@ impl Entries<'_> {
     /// A delay in samples of the keyboard's rate: a measure only devices have.
     fn samples(&self, key: &str) -> Result<f64, FileError> {
         let text = self.text(key)?;
-        let number = text.strip_suffix("samples").or_else(|| text.strip_suffix("sample"));
-        let samples = number.and_then(|n| n.trim().parse().ok()).filter(|n: &f64| n.is_finite() && *n >= 0.0);
-        samples.ok_or_else(|| self.error(key, &format!("is `{text}`, but must be a delay such as `1 sample`")))
+        let number = text
+            .strip_suffix("samples")
+            .or_else(|| text.strip_suffix("sample"));
+        let samples = number
+            .and_then(|n| n.trim().parse().ok())
+            .filter(|n: &f64| n.is_finite() && *n >= 0.0);
+        samples.ok_or_else(|| {
+            self.error(
+                key,
+                &format!("is `{text}`, but must be a delay such as `1 sample`"),
+            )
+        })
     }
 
     /// A difference of temperatures: a measure only devices have.
     fn kelvins(&self, key: &str) -> Result<f64, FileError> {
         let text = self.text(key)?;
-        let kelvins =
-            text.strip_suffix('K').and_then(|n| n.trim().parse().ok()).filter(|k: &f64| k.is_finite() && *k > 0.0);
-        kelvins.ok_or_else(|| self.error(key, &format!("is `{text}`, but must be a rise such as `60 K`")))
+        let kelvins = text
+            .strip_suffix('K')
+            .and_then(|n| n.trim().parse().ok())
+            .filter(|k: &f64| k.is_finite() && *k > 0.0);
+        kelvins.ok_or_else(|| {
+            self.error(
+                key,
+                &format!("is `{text}`, but must be a rise such as `60 K`"),
+            )
+        })
     }
 
     /// The size of a word: 16 bits, the only one there is.
@@ -184,38 +229,81 @@ stop_damping = "20 N*s/m"
 
     fn changed(from: &str, to: &str) -> String {
         assert!(GOOD.contains(from), "{from}");
-        read(Path::new("test.toml"), &GOOD.replace(from, to)).unwrap_err().to_string()
+        read(Path::new("test.toml"), &GOOD.replace(from, to))
+            .unwrap_err()
+            .to_string()
     }
 
     #[test]
     fn units_are_those_of_the_language() {
         let device = read(Path::new("test.toml"), GOOD).unwrap();
-        assert_eq!(device.sensor, Sensor { low: -0.0005, high: 0.0105, delay_samples: 0.5 });
-        assert_eq!(device.drive, Drive { full_scale: 0.5, delay_samples: 12.0, bandwidth_hz: None });
+        assert_eq!(
+            device.sensor,
+            Sensor {
+                low: -0.0005,
+                high: 0.0105,
+                delay_samples: 0.5
+            }
+        );
+        assert_eq!(
+            device.drive,
+            Drive {
+                full_scale: 0.5,
+                delay_samples: 12.0,
+                bandwidth_hz: None
+            }
+        );
     }
 
     #[test]
     fn a_motor_is_what_it_stands() {
         let device = read(Path::new("test.toml"), &GOOD.replace("[drive]", MOTOR)).unwrap();
-        let motor = Motor { torque_constant: 0.007, rated_a: 0.5, peak_a: 2.0, peak_s: 0.1, heat: None };
+        let motor = Motor {
+            torque_constant: 0.007,
+            rated_a: 0.5,
+            peak_a: 2.0,
+            peak_s: 0.1,
+            heat: None,
+        };
         assert_eq!(device.motor, Some(motor));
         assert_eq!(read(Path::new("test.toml"), GOOD).unwrap().motor, None);
     }
 
     #[test]
     fn a_motor_may_be_limited_in_what_it_gives() {
-        let with = |energy: &str| GOOD.replace("[drive]", &format!("[passivity]\nenergy = \"{energy}\"\n[drive]"));
+        let with = |energy: &str| {
+            GOOD.replace(
+                "[drive]",
+                &format!("[passivity]\nenergy = \"{energy}\"\n[drive]"),
+            )
+        };
         let device = |energy: &str| read(Path::new("test.toml"), &with(energy));
-        assert_eq!(device("20 mJ").map(|device| device.passivity_j), Ok(Some(0.02)));
+        assert_eq!(
+            device("20 mJ").map(|device| device.passivity_j),
+            Ok(Some(0.02))
+        );
         assert!(device("0 mJ").is_err() && device("20 mW").is_err());
-        assert_eq!(read(Path::new("test.toml"), GOOD).unwrap().passivity_j, None);
+        assert_eq!(
+            read(Path::new("test.toml"), GOOD).unwrap().passivity_j,
+            None
+        );
     }
 
     #[test]
     fn a_key_moves_as_its_mechanics_say() {
         let device = read(Path::new("test.toml"), &GOOD.replace("[drive]", MECHANICS)).unwrap();
-        let stops = Stops { low: 0.0, high: 0.01, stiffness: 2e4, damping: 20.0 };
-        let mechanics = Mechanics { mass: 0.06, damping: 0.2, friction: 0.03, stops: Some(stops) };
+        let stops = Stops {
+            low: 0.0,
+            high: 0.01,
+            stiffness: 2e4,
+            damping: 20.0,
+        };
+        let mechanics = Mechanics {
+            mass: 0.06,
+            damping: 0.2,
+            friction: 0.03,
+            stops: Some(stops),
+        };
         assert_eq!(device.mechanics, Some(mechanics));
         assert_eq!(device.key().map(|key| key.delay_ticks), Some(12.5));
         assert_eq!(read(Path::new("test.toml"), GOOD).unwrap().key(), None);
@@ -248,7 +336,10 @@ stop_damping = "20 N*s/m"
             changed("500 mN", "0 N"),
             changed("500 mN", "500 mN*m"),
             changed("-0.5 mm", "-30 deg"),
-            changed("low = \"-0.5 mm\"\nhigh = \"10.5 mm\"", "low = \"-30 deg\"\nhigh = \"30 deg\""),
+            changed(
+                "low = \"-0.5 mm\"\nhigh = \"10.5 mm\"",
+                "low = \"-30 deg\"\nhigh = \"30 deg\"",
+            ),
             changed("0.5 samples", "1 ms"),
             changed("0.5 samples", "-1 sample"),
             changed("16 bits", "12 bit"),
@@ -258,8 +349,14 @@ stop_damping = "20 N*s/m"
             changed("[drive]", "[motor]\nrated = \"2 A\"\n[drive]"),
             changed("[drive]", &MOTOR.replace("0.5 A", "2 A")),
             changed("[drive]", &MOTOR.replace("100 ms", "0 ms")),
-            changed("[drive]", &MOTOR.replace("\"100 ms\"", "\"100 ms\"\nrise = \"60 degC\"")),
-            changed("[drive]", &MOTOR.replace("\"100 ms\"", "\"100 ms\"\nrise = \"60 K\"")),
+            changed(
+                "[drive]",
+                &MOTOR.replace("\"100 ms\"", "\"100 ms\"\nrise = \"60 degC\""),
+            ),
+            changed(
+                "[drive]",
+                &MOTOR.replace("\"100 ms\"", "\"100 ms\"\nrise = \"60 K\""),
+            ),
             changed("[drive]", "[mechanics]\nweight = \"60 g\"\n[drive]"),
             changed("[drive]", "[mechanics]\nmass = \"60 mN\"\n[drive]"),
             changed("[drive]", "[mechanics]\nmass = \"0 g\"\n[drive]"),

@@ -7,7 +7,8 @@ use super::Device;
 use crate::entries::Entries;
 use crate::files::FileError;
 
-/// A key's mechanics, where its position is measured. On what turns, masses are inertias (kg*m^2), forces torques.
+/// A key's mechanics, where its position is measured. On what turns, masses are inertias (kg*m^2),
+/// forces torques.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mechanics {
     /// Effective mass (kg or kg*m^2), above 0.
@@ -36,14 +37,26 @@ pub struct Stops {
 impl Mechanics {
     /// Reads `mechanics.*` of a device file.
     pub(super) fn read(entries: &Entries, turns: bool) -> Result<Mechanics, FileError> {
-        let (position, force) = if turns { (Dim::NUMBER, Dim::TORQUE) } else { (Dim::LENGTH, Dim::FORCE) };
-        let (mass_key, mass) = if turns { ("inertia", Dim::INERTIA) } else { ("mass", Dim::MASS) };
+        let (position, force) = if turns {
+            (Dim::NUMBER, Dim::TORQUE)
+        } else {
+            (Dim::LENGTH, Dim::FORCE)
+        };
+        let (mass_key, mass) = if turns {
+            ("inertia", Dim::INERTIA)
+        } else {
+            ("mass", Dim::MASS)
+        };
         let (stiffness, damping) = (force.div(position), force.div(position).mul(Dim::TIME));
         let least = |key: &str, dim: Dim, zero: bool| {
             let key = format!("mechanics.{key}");
             let value = entries.quantity(&key, dim)?;
             let good = value > 0.0 || zero && value == 0.0;
-            if good { Ok(value) } else { Err(entries.error(&key, "must be greater than zero")) }
+            if good {
+                Ok(value)
+            } else {
+                Err(entries.error(&key, "must be greater than zero"))
+            }
         };
         let stops = || {
             let stops = Stops {
@@ -59,7 +72,9 @@ impl Mechanics {
                 Err(entries.error("mechanics.stop_high", "must lie above `mechanics.stop_low`"))
             }
         };
-        let has_stops = entries.all().any(|(key, _)| key.starts_with("mechanics.stop_"));
+        let has_stops = entries
+            .all()
+            .any(|(key, _)| key.starts_with("mechanics.stop_"));
         Ok(Mechanics {
             mass: least(mass_key, mass, false)?,
             damping: least("damping", damping, true)?,
@@ -72,7 +87,12 @@ impl Mechanics {
 impl Device {
     /// The loop around a program, if the device says how its key moves.
     pub fn key(&self) -> Option<Key> {
-        let Mechanics { mass, damping, friction, .. } = self.mechanics?;
+        let Mechanics {
+            mass,
+            damping,
+            friction,
+            ..
+        } = self.mechanics?;
         Some(Key {
             mass,
             damping,

@@ -7,7 +7,8 @@ use whippen_emulator::{Observer, Step};
 pub struct CoreLoad {
     /// Its keys.
     pub keys: u32,
-    /// The longest tick (cycles), from the first instruction of the interrupt's handler to the return.
+    /// The longest tick (cycles), from the first instruction of the interrupt's handler to the
+    /// return.
     pub frame_cycles_max: u64,
     /// All ticks (cycles).
     pub frame_cycles: u64,

@@ -1,4 +1,5 @@
-//! Notes against strikes: which note struck, when and how fast, which did not and why, which struck more often.
+//! Notes against strikes: which note struck, when and how fast, which did not and why, which struck
+//! more often.
 
 use std::ops::Range;
 
@@ -47,7 +48,9 @@ impl PlayedNote {
 
     /// From note-on to the first strike (s). `later_s` is what the performance was moved by.
     pub fn latency_s(&self, later_s: f64) -> Option<f64> {
-        self.strikes.first().map(|strike| strike.t_s - self.note.on_s - later_s)
+        self.strikes
+            .first()
+            .map(|strike| strike.t_s - self.note.on_s - later_s)
     }
 }
 
@@ -63,8 +66,8 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Compares. `strokes` are the strokes of each key of `logs`, `emission` says which event of a key is a strike; the notes of a key
-    /// that has none are left out.
+    /// Compares. `strokes` are the strokes of each key of `logs`, `emission` says which event of a
+    /// key is a strike; the notes of a key that has none are left out.
     pub fn new(
         notes: &[Note],
         logs: &[KeyLog],
@@ -72,9 +75,14 @@ impl Outcome {
         emission: impl Fn(usize) -> Option<usize>,
         rate_hz: u32,
     ) -> Outcome {
-        let mut out = Outcome { usual: 1, ..Outcome::default() };
+        let mut out = Outcome {
+            usual: 1,
+            ..Outcome::default()
+        };
         for (log, strokes) in logs.iter().zip(strokes) {
-            let Some(emission) = emission(log.index) else { continue };
+            let Some(emission) = emission(log.index) else {
+                continue;
+            };
             let struck = log.events.iter().filter(|(_, kind, _)| *kind == emission);
             let strikes: Vec<Strike> = struck
                 .map(|(tick, _, args)| Strike {
@@ -84,13 +92,24 @@ impl Outcome {
                 .collect();
             out.stray += strikes.len();
             for (at, stroke) in strokes.iter().enumerate() {
-                let end_s = strokes.get(at + 1).map_or(f64::INFINITY, |next| next.start_s);
+                let end_s = strokes
+                    .get(at + 1)
+                    .map_or(f64::INFINITY, |next| next.start_s);
                 let own = strikes[within(&strikes, stroke.start_s, end_s)].to_vec();
                 out.stray -= own.len();
-                out.notes.push(PlayedNote { note: notes[stroke.note], stroke: *stroke, strikes: own });
+                out.notes.push(PlayedNote {
+                    note: notes[stroke.note],
+                    stroke: *stroke,
+                    strikes: own,
+                });
             }
         }
-        out.notes.sort_by(|a, b| a.note.on_s.total_cmp(&b.note.on_s).then(a.note.key.cmp(&b.note.key)));
+        out.notes.sort_by(|a, b| {
+            a.note
+                .on_s
+                .total_cmp(&b.note.on_s)
+                .then(a.note.key.cmp(&b.note.key))
+        });
         out.usual = out.most_common();
         out
     }
@@ -98,8 +117,14 @@ impl Outcome {
     /// The commonest number of strikes of a note that struck; the smaller of equally common ones.
     fn most_common(&self) -> usize {
         let mut counts = [0_usize; 16];
-        self.notes.iter().for_each(|n| counts[n.strikes.len().min(15)] += 1);
-        (1..16).rev().max_by_key(|&n| counts[n]).filter(|&n| counts[n] > 0).unwrap_or(1)
+        self.notes
+            .iter()
+            .for_each(|n| counts[n.strikes.len().min(15)] += 1);
+        (1..16)
+            .rev()
+            .max_by_key(|&n| counts[n])
+            .filter(|&n| counts[n] > 0)
+            .unwrap_or(1)
     }
 
     /// Notes that struck.
@@ -128,31 +153,88 @@ mod tests {
     use super::*;
 
     fn outcome(ticks: &[usize]) -> Outcome {
-        let note = |on_s| Note { key: 60, on_s, off_s: on_s + 0.2, velocity: 64, release: 64 };
-        let stroke =
-            |note, start_s, from_m| Stroke { note, start_s, down_s: start_s + 0.08, speed_m_per_s: 0.25, from_m };
+        let note = |on_s| Note {
+            key: 60,
+            on_s,
+            off_s: on_s + 0.2,
+            velocity: 64,
+            release: 64,
+        };
+        let stroke = |note, start_s, from_m| Stroke {
+            note,
+            start_s,
+            down_s: start_s + 0.08,
+            speed_m_per_s: 0.25,
+            from_m,
+        };
         let log = KeyLog {
-            events: ticks.iter().map(|&tick| (tick, 1, vec![tick as f64])).chain([(1500, 0, vec![])]).collect(),
+            events: ticks
+                .iter()
+                .map(|&tick| (tick, 1, vec![tick as f64]))
+                .chain([(1500, 0, vec![])])
+                .collect(),
             ..KeyLog::default()
         };
-        let strokes = vec![vec![stroke(0, 1.0, 0.0), stroke(1, 2.0, 0.0), stroke(2, 3.0, 0.004)]];
-        Outcome::new(&[note(1.05), note(2.05), note(3.05)], &[log], &strokes, |_| Some(1), 1000)
+        let strokes = vec![vec![
+            stroke(0, 1.0, 0.0),
+            stroke(1, 2.0, 0.0),
+            stroke(2, 3.0, 0.004),
+        ]];
+        Outcome::new(
+            &[note(1.05), note(2.05), note(3.05)],
+            &[log],
+            &strokes,
+            |_| Some(1),
+            1000,
+        )
     }
 
     #[test]
     fn strikes_belong_to_the_stroke_before_them() {
         let out = outcome(&[500, 1060, 1200, 2070]);
-        assert_eq!((out.matched(), out.missed().count(), out.doubled().count(), out.stray, out.usual), (2, 1, 1, 1, 1));
-        assert_eq!(out.notes[0].strikes, [Strike { t_s: 1.06, speed: 1060.0 }, Strike { t_s: 1.2, speed: 1200.0 }]);
+        assert_eq!(
+            (
+                out.matched(),
+                out.missed().count(),
+                out.doubled().count(),
+                out.stray,
+                out.usual
+            ),
+            (2, 1, 1, 1, 1)
+        );
+        assert_eq!(
+            out.notes[0].strikes,
+            [
+                Strike {
+                    t_s: 1.06,
+                    speed: 1060.0
+                },
+                Strike {
+                    t_s: 1.2,
+                    speed: 1200.0
+                }
+            ]
+        );
         assert!((out.notes[1].latency_s(0.0).expect("struck") - 0.02).abs() < 1e-12);
-        assert!(out.notes[2].reason().contains("pressed again from 4.0 mm"), "{}", out.notes[2].reason());
+        assert!(
+            out.notes[2].reason().contains("pressed again from 4.0 mm"),
+            "{}",
+            out.notes[2].reason()
+        );
     }
 
     #[test]
     fn two_rows_are_not_a_double_strike() {
         let out = outcome(&[1060, 1061, 2060, 2061, 3060, 3061, 3062]);
-        assert_eq!((out.usual, out.doubled().count(), out.missed().count()), (2, 1, 0));
+        assert_eq!(
+            (out.usual, out.doubled().count(), out.missed().count()),
+            (2, 1, 0)
+        );
         assert_eq!(outcome(&[]).usual, 1);
-        assert!(outcome(&[]).notes[0].reason().contains("too soft: the key went down at 0.25 m/s"));
+        assert!(
+            outcome(&[]).notes[0]
+                .reason()
+                .contains("too soft: the key went down at 0.25 m/s")
+        );
     }
 }

@@ -6,9 +6,10 @@
 //!   0.794,0.0015
 //! ```
 //!
-//! The title of the first column carries the unit of the position, that of the second may carry offset and gain (else 0 and 1).
-//! The table is strictly monotone; it is inverted by a smooth monotone interpolation. A reading beyond its ends is held at the
-//! end and counted: the sensor's response folds there and cannot be told apart.
+//! The title of the first column carries the unit of the position, that of the second may carry
+//! offset and gain (else 0 and 1). The table is strictly monotone; it is inverted by a smooth
+//! monotone interpolation. A reading beyond its ends is held at the end and counted: the sensor's
+//! response folds there and cannot be told apart.
 
 use std::path::Path;
 
@@ -31,26 +32,35 @@ impl Calibration {
     /// Reads a table.
     ///
     /// # Errors
-    /// The file cannot be read, a title has no length, a cell is no number, or the readings are not strictly monotone.
+    /// The file cannot be read, a title has no length, a cell is no number, or the readings are not
+    /// strictly monotone.
     pub fn load(path: &Path) -> Result<Calibration, FileError> {
         let mut rows = table::Rows::open(path)?;
         let [position, reading] = rows.titles() else {
-            return Err(FileError::new(path, "a calibration table has two columns: position and reading").at_line(1));
+            return Err(FileError::new(
+                path,
+                "a calibration table has two columns: position and reading",
+            )
+            .at_line(1));
         };
         let unit = length_unit(position).ok_or_else(|| {
-            let message = format!("the title `{position}` has no unit of length, as in `front_of_key_mm`");
+            let message =
+                format!("the title `{position}` has no unit of length, as in `front_of_key_mm`");
             FileError::new(path, message).at_line(1).at_column(1)
         })?;
         let offset = number_after(reading, "offset_").unwrap_or(0.0);
         let gain = number_after(reading, "gain_").unwrap_or(1.0);
         if gain == 0.0 {
-            return Err(FileError::new(path, "the gain is zero").at_line(1).at_column(2));
+            return Err(FileError::new(path, "the gain is zero")
+                .at_line(1)
+                .at_column(2));
         }
         let (mut readings, mut positions) = (Vec::new(), Vec::new());
         while let Some(line) = rows.next_row()? {
             positions.push(unit.to_si(rows.number(0)?));
             readings.push(rows.number(1)?);
-            monotone(&readings).map_err(|message| FileError::new(path, message).at_line(line).at_column(2))?;
+            monotone(&readings)
+                .map_err(|message| FileError::new(path, message).at_line(line).at_column(2))?;
         }
         if readings.first() > readings.last() {
             readings.reverse();
@@ -58,7 +68,11 @@ impl Calibration {
         }
         let position_m = Pchip::new(readings, positions)
             .ok_or_else(|| FileError::new(path, "a calibration table needs at least two rows"))?;
-        Ok(Calibration { offset, gain, position_m })
+        Ok(Calibration {
+            offset,
+            gain,
+            position_m,
+        })
     }
 
     /// The position (m) of a raw reading, and whether it lay beyond the ends of the table.
@@ -76,15 +90,33 @@ fn length_unit(title: &str) -> Option<Unit> {
 /// The number that follows a word in a title.
 fn number_after(title: &str, word: &str) -> Option<f64> {
     let (_, rest) = title.split_once(word)?;
-    rest.split('_').next()?.parse().ok().filter(|v: &f64| v.is_finite())
+    rest.split('_')
+        .next()?
+        .parse()
+        .ok()
+        .filter(|v: &f64| v.is_finite())
 }
 
 /// Whether the last reading goes on in the direction of the first two.
 fn monotone(readings: &[f64]) -> Result<(), String> {
-    let [first, second, ..] = readings else { return Ok(()) };
-    let [.., before, last] = readings else { return Ok(()) };
-    let goes_on = if second > first { last > before } else { last < before };
-    if goes_on { Ok(()) } else { Err(format!("readings must rise or fall throughout, but {last} follows {before}")) }
+    let [first, second, ..] = readings else {
+        return Ok(());
+    };
+    let [.., before, last] = readings else {
+        return Ok(());
+    };
+    let goes_on = if second > first {
+        last > before
+    } else {
+        last < before
+    };
+    if goes_on {
+        Ok(())
+    } else {
+        Err(format!(
+            "readings must rise or fall throughout, but {last} follows {before}"
+        ))
+    }
 }
 
 #[cfg(test)]
@@ -95,7 +127,10 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("table.csv");
         std::fs::write(&path, text).unwrap();
-        Calibration::load(&path).map_err(|e| e.to_string().replace(&path.display().to_string(), "table.csv"))
+        Calibration::load(&path).map_err(|e| {
+            e.to_string()
+                .replace(&path.display().to_string(), "table.csv")
+        })
     }
 
     #[test]

@@ -1,10 +1,12 @@
-//! A low-pass filter without delay: a Butterworth filter of fourth order run forward and then backward.
+//! A low-pass filter without delay: a Butterworth filter of fourth order run forward and then
+//! backward.
 //!
-//! The magnitude is squared (-6 dB at the corner, -48 dB an octave above) and the phase cancels, so events stay where they are.
-//! Both ends are continued by their own odd reflection and the filter starts settled, so a file that begins or ends away from
-//! zero, or on a slope, does not ring.
+//! The magnitude is squared (-6 dB at the corner, -48 dB an octave above) and the phase cancels, so
+//! events stay where they are. Both ends are continued by their own odd reflection and the filter
+//! starts settled, so a file that begins or ends away from zero, or on a slope, does not ring.
 //!
-//! Sine and cosine come from a portable library, not from the platform, so that a motion has the same bits on every machine.
+//! Sine and cosine come from a portable library, not from the platform, so that a motion has the
+//! same bits on every machine.
 
 use std::f64::consts::{FRAC_PI_8, PI};
 
@@ -14,8 +16,10 @@ pub fn lowpass(x: &[f64], rate_hz: f64, corner_hz: f64) -> Option<Vec<f64>> {
         return None;
     }
     let omega = 2.0 * PI * corner_hz / rate_hz;
-    // Poles of a fourth-order Butterworth filter lie at pi/8 and 3 pi/8 from the real axis: Q = 1 / (2 cos angle).
-    let sections = [FRAC_PI_8, 3.0 * FRAC_PI_8].map(|angle| Section::low_pass(omega, 0.5 / libm::cos(angle)));
+    // Poles of a fourth-order Butterworth filter lie at pi/8 and 3 pi/8 from the real axis: Q = 1 /
+    // (2 cos angle).
+    let sections =
+        [FRAC_PI_8, 3.0 * FRAC_PI_8].map(|angle| Section::low_pass(omega, 0.5 / libm::cos(angle)));
     let (mut padded, pad) = reflected(x, (6.0 * rate_hz / corner_hz) as usize);
     for _direction in 0..2 {
         for section in sections {
@@ -28,13 +32,20 @@ pub fn lowpass(x: &[f64], rate_hz: f64, corner_hz: f64) -> Option<Vec<f64>> {
     Some(padded)
 }
 
-/// The samples with `pad` (or as many as there are) reflected about the first and about the last one.
+/// The samples with `pad` (or as many as there are) reflected about the first and about the last
+/// one.
 fn reflected(x: &[f64], pad: usize) -> (Vec<f64>, usize) {
     let pad = pad.min(x.len().saturating_sub(1));
     let mut all = Vec::with_capacity(x.len() + 2 * pad);
     all.extend(x.iter().skip(1).take(pad).rev().map(|v| 2.0 * x[0] - v));
     all.extend_from_slice(x);
-    all.extend(x.iter().rev().skip(1).take(pad).map(|v| 2.0 * x[x.len() - 1] - v));
+    all.extend(
+        x.iter()
+            .rev()
+            .skip(1)
+            .take(pad)
+            .map(|v| 2.0 * x[x.len() - 1] - v),
+    );
     (all, pad)
 }
 
@@ -53,7 +64,12 @@ impl Section {
         let (sin, cos) = (libm::sin(omega), libm::cos(omega));
         let alpha = sin / (2.0 * q);
         let a0 = 1.0 + alpha;
-        Section { b0: (1.0 - cos) / 2.0 / a0, b1: (1.0 - cos) / a0, a1: -2.0 * cos / a0, a2: (1.0 - alpha) / a0 }
+        Section {
+            b0: (1.0 - cos) / 2.0 / a0,
+            b1: (1.0 - cos) / a0,
+            a1: -2.0 * cos / a0,
+            a2: (1.0 - alpha) / a0,
+        }
     }
 
     /// Filters in place, settled on the first sample.
@@ -76,7 +92,9 @@ mod tests {
     const RATE_HZ: f64 = 2000.0;
 
     fn tone(hz: f64) -> Vec<f64> {
-        (0..4000).map(|i| (2.0 * PI * hz * f64::from(i) / RATE_HZ).sin()).collect()
+        (0..4000)
+            .map(|i| (2.0 * PI * hz * f64::from(i) / RATE_HZ).sin())
+            .collect()
     }
 
     /// Amplitude and phase (rad) of a tone in the middle of the samples.
@@ -97,7 +115,10 @@ mod tests {
             let warped = (PI * hz / RATE_HZ).tan() / (PI * 200.0 / RATE_HZ).tan();
             let expected = 1.0 / (1.0 + warped.powi(8));
             let (amplitude, phase) = measured(&lowpass(&tone(hz), RATE_HZ, 200.0).unwrap(), hz);
-            assert!((amplitude - expected).abs() < 1e-9, "{hz} Hz: {amplitude} for {expected}");
+            assert!(
+                (amplitude - expected).abs() < 1e-9,
+                "{hz} Hz: {amplitude} for {expected}"
+            );
             assert!(phase.abs() < 1e-9 / expected, "{hz} Hz: phase {phase}");
         }
     }
@@ -108,7 +129,11 @@ mod tests {
         assert!(flat.iter().all(|y| (y - 0.7).abs() < 1e-14));
         let ramp: Vec<f64> = (0..3000).map(|i| 5.0 + f64::from(i)).collect();
         let y = lowpass(&ramp, RATE_HZ, 20.0).unwrap();
-        let worst = y.iter().zip(&ramp).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let worst = y
+            .iter()
+            .zip(&ramp)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
         assert!(worst < 1e-5, "{worst}");
     }
 

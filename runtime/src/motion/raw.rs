@@ -19,15 +19,27 @@ pub struct Raw {
 /// Reads one column (counted from 1); without a calibration its numbers are metres.
 ///
 /// # Errors
-/// The file cannot be read, is empty, has an empty line amid others or too few columns, or a number is not finite.
-pub fn read(path: &Path, column: usize, calibration: Option<&Calibration>) -> Result<Raw, FileError> {
+/// The file cannot be read, is empty, has an empty line amid others or too few columns, or a number
+/// is not finite.
+pub fn read(
+    path: &Path,
+    column: usize,
+    calibration: Option<&Calibration>,
+) -> Result<Raw, FileError> {
     let mut reader = BufReader::with_capacity(1 << 16, open(path)?);
-    let mut raw = Raw { positions_m: Vec::new(), clipped: 0 };
+    let mut raw = Raw {
+        positions_m: Vec::new(),
+        clipped: 0,
+    };
     let (mut text, mut empty_line) = (String::new(), None);
     for line in 1.. {
         let error = |message: String| FileError::new(path, message).at_line(line);
         text.clear();
-        if reader.read_line(&mut text).map_err(|e| error(e.to_string()))? == 0 {
+        if reader
+            .read_line(&mut text)
+            .map_err(|e| error(e.to_string()))?
+            == 0
+        {
             break;
         }
         if text.trim().is_empty() {
@@ -35,26 +47,42 @@ pub fn read(path: &Path, column: usize, calibration: Option<&Calibration>) -> Re
             continue;
         }
         if let Some(line) = empty_line {
-            return Err(FileError::new(path, "this line is empty, though numbers follow").at_line(line));
+            return Err(
+                FileError::new(path, "this line is empty, though numbers follow").at_line(line),
+            );
         }
         let cell = cell(&text, column).map_err(error)?;
-        let hint =
-            if line == 1 && cell.starts_with(char::is_alphabetic) { "; a table with titles needs no rate" } else { "" };
-        let number = finite(cell).map_err(|message| error(format!("{message}{hint}")).at_column(column))?;
+        let hint = if line == 1 && cell.starts_with(char::is_alphabetic) {
+            "; a table with titles needs no rate"
+        } else {
+            ""
+        };
+        let number =
+            finite(cell).map_err(|message| error(format!("{message}{hint}")).at_column(column))?;
         let (position_m, clipped) = calibration.map_or((number, false), |c| c.position_m(number));
         raw.positions_m.push(position_m);
         raw.clipped += usize::from(clipped);
     }
-    if raw.positions_m.is_empty() { Err(FileError::new(path, "is empty")) } else { Ok(raw) }
+    if raw.positions_m.is_empty() {
+        Err(FileError::new(path, "is empty"))
+    } else {
+        Ok(raw)
+    }
 }
 
 /// One cell of a line, the columns counted from 1.
 fn cell(line: &str, column: usize) -> Result<&str, String> {
     let index = column.checked_sub(1).ok_or("columns are counted from 1")?;
     let (found, count) = if line.contains(',') {
-        (line.split(',').nth(index).map(str::trim), line.split(',').count())
+        (
+            line.split(',').nth(index).map(str::trim),
+            line.split(',').count(),
+        )
     } else {
-        (line.split_whitespace().nth(index), line.split_whitespace().count())
+        (
+            line.split_whitespace().nth(index),
+            line.split_whitespace().count(),
+        )
     };
     found.ok_or_else(|| format!("column {column} is asked for, but this line has {count}"))
 }

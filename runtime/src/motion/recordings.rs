@@ -1,4 +1,5 @@
-//! The recordings of a Kawai grand beside the repository (`../shared/data/kawai-grand`), where they are present.
+//! The recordings of a Kawai grand beside the repository (`../shared/data/kawai-grand`), where they
+//! are present.
 
 use std::path::PathBuf;
 
@@ -9,9 +10,18 @@ const TICK_HZ: u32 = 44_100;
 
 /// A file of the recordings; says so where it is absent.
 fn recording(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/kawai-grand").join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../shared/data/kawai-grand")
+        .join(name);
     let present = path.exists();
-    println!("{name}: {}", if present { "1 case" } else { "0 cases: data absent" });
+    println!(
+        "{name}: {}",
+        if present {
+            "1 case"
+        } else {
+            "0 cases: data absent"
+        }
+    );
     present.then_some(path)
 }
 
@@ -20,20 +30,30 @@ fn key(mapped: bool) -> Option<Motion> {
     let path = recording("key_and_hammer_2kHz.txt")?;
     let calibration = Some(path.with_file_name("calibration_key.csv"));
     let options = MotionOptions {
-        layout: Layout::Raw { rate_hz: 2000.0, column: 2, calibration },
-        stops: mapped.then_some(Stops { rest_m: 0.88e-3, full_m: 12.7e-3, dip_m: 10e-3 }),
+        layout: Layout::Raw {
+            rate_hz: 2000.0,
+            column: 2,
+            calibration,
+        },
+        stops: mapped.then_some(Stops {
+            rest_m: 0.88e-3,
+            full_m: 12.7e-3,
+            dip_m: 10e-3,
+        }),
         lowpass_hz: mapped.then_some(200.0),
         turns: false,
     };
     Some(load(&path, &options, TICK_HZ).unwrap())
 }
 
-/// The times (s) at which positions rise through a level, those closer than `apart_s` to the one before left out.
+/// The times (s) at which positions rise through a level, those closer than `apart_s` to the one
+/// before left out.
 fn rises(positions_m: &[f64], rate_hz: f64, level_m: f64, apart_s: f64) -> Vec<f64> {
     let mut times: Vec<f64> = Vec::new();
     for (i, w) in positions_m.windows(2).enumerate() {
         let t_s = (i + 1) as f64 / rate_hz;
-        if w[0] < level_m && w[1] >= level_m && times.last().is_none_or(|last| t_s - last > apart_s) {
+        if w[0] < level_m && w[1] >= level_m && times.last().is_none_or(|last| t_s - last > apart_s)
+        {
             times.push(t_s);
         }
     }
@@ -44,14 +64,30 @@ fn rises(positions_m: &[f64], rate_hz: f64, level_m: f64, apart_s: f64) -> Vec<f
 fn the_key_rests_at_0_88_mm_and_reaches_the_end_of_the_table() {
     let Some(motion) = key(false) else { return };
     assert_eq!(motion.samples_read as f64 / 2000.0, motion.duration_s());
-    assert!((36.0..39.0).contains(&motion.duration_s()), "{} s", motion.duration_s());
+    assert!(
+        (36.0..39.0).contains(&motion.duration_s()),
+        "{} s",
+        motion.duration_s()
+    );
     let mut rest: Vec<f64> = motion.position_m[..2 * TICK_HZ as usize].to_vec();
     let middle = rest.len() / 2;
     let rest_m = *rest.select_nth_unstable_by(middle, f64::total_cmp).1;
-    assert!((rest_m - 0.88e-3).abs() < 0.05e-3, "rest at {} mm", rest_m * 1e3);
+    assert!(
+        (rest_m - 0.88e-3).abs() < 0.05e-3,
+        "rest at {} mm",
+        rest_m * 1e3
+    );
     let deepest_m = motion.position_m.iter().copied().fold(0.0, f64::max);
-    assert!((deepest_m - 11.906e-3).abs() < 0.05e-3, "deepest at {} mm", deepest_m * 1e3);
-    assert!(motion.calibration_clipped > 1000 && motion.notes.is_empty(), "{:?}", motion.notes);
+    assert!(
+        (deepest_m - 11.906e-3).abs() < 0.05e-3,
+        "deepest at {} mm",
+        deepest_m * 1e3
+    );
+    assert!(
+        motion.calibration_clipped > 1000 && motion.notes.is_empty(),
+        "{:?}",
+        motion.notes
+    );
 }
 
 #[test]
@@ -71,19 +107,38 @@ fn five_strokes_reach_the_bottom_where_the_hammer_strikes() {
 fn a_hammer_at_8_khz_survives_the_way_to_the_tick_rate_and_back() {
     for name in ["hammer_8kHz_fast.txt", "hammer_8kHz_slow.txt"] {
         let Some(path) = recording(name) else { return };
-        let layout = Layout::Raw { rate_hz: 8000.0, column: 1, calibration: None };
+        let layout = Layout::Raw {
+            rate_hz: 8000.0,
+            column: 1,
+            calibration: None,
+        };
         // Counts of 24 bits; the stops scale them to 0 .. 1.
-        let stops = Some(Stops { rest_m: 0.0, full_m: 8_388_608.0, dip_m: 1.0 });
-        let options = MotionOptions { layout, stops, lowpass_hz: None, turns: false };
+        let stops = Some(Stops {
+            rest_m: 0.0,
+            full_m: 8_388_608.0,
+            dip_m: 1.0,
+        });
+        let options = MotionOptions {
+            layout,
+            stops,
+            lowpass_hz: None,
+            turns: false,
+        };
         let own = load(&path, &options, 8000).unwrap().position_m;
         let fast = load(&path, &options, TICK_HZ).unwrap().position_m;
-        assert_eq!(fast.len(), (own.len() as f64 * 44_100.0 / 8000.0).round() as usize);
+        assert_eq!(
+            fast.len(),
+            (own.len() as f64 * 44_100.0 / 8000.0).round() as usize
+        );
         let back = resample(&fast, 44_100.0, 8000.0);
         assert_eq!(back.len(), own.len());
         let mean = own.iter().sum::<f64>() / own.len() as f64;
         let power = |x: &[f64]| x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / x.len() as f64;
         let difference: Vec<f64> = own.iter().zip(&back).map(|(a, b)| a - b + mean).collect();
-        let (difference_db, energy) = (10.0 * (power(&difference) / power(&own)).log10(), power(&fast) / power(&own));
+        let (difference_db, energy) = (
+            10.0 * (power(&difference) / power(&own)).log10(),
+            power(&fast) / power(&own),
+        );
         println!("{name}: {difference_db:.1} dB of difference, energy ratio {energy:.8}");
         assert!(difference_db < -80.0 && (energy - 1.0).abs() < 1e-4);
     }
@@ -91,11 +146,29 @@ fn a_hammer_at_8_khz_survives_the_way_to_the_tick_rate_and_back() {
 
 #[test]
 fn the_key_alone_is_read_too() {
-    let Some(path) = recording("key_2kHz.txt") else { return };
+    let Some(path) = recording("key_2kHz.txt") else {
+        return;
+    };
     let calibration = Some(path.with_file_name("calibration_key.csv"));
-    let layout = Layout::Raw { rate_hz: 2000.0, column: 1, calibration };
-    let motion = load(&path, &MotionOptions { layout, ..MotionOptions::default() }, TICK_HZ).unwrap();
-    assert!((29.0..31.0).contains(&motion.duration_s()), "{} s", motion.duration_s());
+    let layout = Layout::Raw {
+        rate_hz: 2000.0,
+        column: 1,
+        calibration,
+    };
+    let motion = load(
+        &path,
+        &MotionOptions {
+            layout,
+            ..MotionOptions::default()
+        },
+        TICK_HZ,
+    )
+    .unwrap();
+    assert!(
+        (29.0..31.0).contains(&motion.duration_s()),
+        "{} s",
+        motion.duration_s()
+    );
     assert_eq!(motion.count_outside(-1e-3, 13e-3), 0);
     let presses = rises(&motion.position_m, f64::from(TICK_HZ), 9e-3, 0.1);
     println!("presses: {presses:?}");

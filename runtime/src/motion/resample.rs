@@ -1,7 +1,7 @@
 //! From one rate to another by band-limited interpolation.
 //!
-//! Every output sample is a weighted mean of the input samples around its own instant; the weights are a sinc under a Kaiser
-//! window, cut off at the lower of the two rates:
+//! Every output sample is a weighted mean of the input samples around its own instant; the weights
+//! are a sinc under a Kaiser window, cut off at the lower of the two rates:
 //!
 //! ```text
 //!   lower Nyquist frequency:   0 ....... 0.8      1.0
@@ -9,11 +9,12 @@
 //!                              -100 dB
 //! ```
 //!
-//! There is no delay: output `i` is the signal at `i / to_hz`. Beyond the ends the first and the last sample are held. Weights
-//! sum to one and apply to differences from the nearest sample, so a constant stays exactly that constant.
+//! There is no delay: output `i` is the signal at `i / to_hz`. Beyond the ends the first and the
+//! last sample are held. Weights sum to one and apply to differences from the nearest sample, so a
+//! constant stays exactly that constant.
 //!
-//! Why not a library: those at hand round their delay to whole output samples and choose their summation order by the
-//! processor; here a motion has the same bits on every machine.
+//! Why not a library: those at hand round their delay to whole output samples and choose their
+//! summation order by the processor; here a motion has the same bits on every machine.
 
 use std::f64::consts::PI;
 
@@ -23,7 +24,8 @@ const CROSSINGS: f64 = 40.0;
 const BETA: f64 = 12.26;
 /// Centre of the falling edge, as a fraction of the lower Nyquist frequency.
 const CUTOFF: f64 = 0.9;
-/// Tabulated shifts of the kernel per sample of the lower rate; between them the weights are linear (error below -115 dB).
+/// Tabulated shifts of the kernel per sample of the lower rate; between them the weights are linear
+/// (error below -115 dB).
 const SHIFTS: f64 = 1024.0;
 /// Sums that run side by side in a dot product: a fixed order that a vector unit can follow.
 const LANES: usize = 4;
@@ -33,10 +35,13 @@ pub fn resampled_len(len: usize, from_hz: f64, to_hz: f64) -> f64 {
     (len as f64 * (to_hz / from_hz)).round()
 }
 
-/// The signal at another rate. Both rates are positive and finite; the caller has checked that the result is of a sensible size.
+/// The signal at another rate. Both rates are positive and finite; the caller has checked that the
+/// result is of a sensible size.
 pub fn resample(x: &[f64], from_hz: f64, to_hz: f64) -> Vec<f64> {
     let step = from_hz / to_hz;
-    let (Some(&first), Some(&last)) = (x.first(), x.last()) else { return Vec::new() };
+    let (Some(&first), Some(&last)) = (x.first(), x.last()) else {
+        return Vec::new();
+    };
     // Rates whose grids stay together to a thousandth of a sample over the whole file are one rate.
     if (step - 1.0).abs() * (x.len() as f64) < 1e-3 {
         return x.to_vec();
@@ -47,7 +52,9 @@ pub fn resample(x: &[f64], from_hz: f64, to_hz: f64) -> Vec<f64> {
     held.resize(held.len() + kernel.half + 1, last);
     let len = resampled_len(x.len(), from_hz, to_hz) as usize;
     let end = (x.len() - 1) as f64;
-    (0..len).map(|i| kernel.at(&held, (i as f64 * step).min(end))).collect()
+    (0..len)
+        .map(|i| kernel.at(&held, (i as f64 * step).min(end)))
+        .collect()
 }
 
 /// Tabulated weights: row `s` is the kernel shifted by `s / shifts` of an input sample.
@@ -73,7 +80,11 @@ impl Kernel {
             let sum: f64 = weights[start..].iter().sum();
             weights[start..].iter_mut().for_each(|w| *w /= sum);
         }
-        Kernel { half, shifts, weights }
+        Kernel {
+            half,
+            shifts,
+            weights,
+        }
     }
 
     /// The signal at `position` input samples; `held` begins `half` samples earlier.
@@ -87,7 +98,11 @@ impl Kernel {
         let samples = &held[index + 1..][..taps];
         let near = samples[self.half - 1];
         let mut sums = [0.0; LANES];
-        for ((x, low), high) in samples.chunks_exact(LANES).zip(low.chunks_exact(LANES)).zip(high.chunks_exact(LANES)) {
+        for ((x, low), high) in samples
+            .chunks_exact(LANES)
+            .zip(low.chunks_exact(LANES))
+            .zip(high.chunks_exact(LANES))
+        {
             for lane in 0..LANES {
                 sums[lane] += (x[lane] - near) * (low[lane] + between * (high[lane] - low[lane]));
             }
@@ -97,12 +112,20 @@ impl Kernel {
 }
 
 fn sinc(x: f64) -> f64 {
-    if x == 0.0 { 1.0 } else { libm::sin(PI * x) / (PI * x) }
+    if x == 0.0 {
+        1.0
+    } else {
+        libm::sin(PI * x) / (PI * x)
+    }
 }
 
 /// The Kaiser window, up to a factor; 0 outside -1 .. 1.
 fn kaiser(x: f64) -> f64 {
-    if x.abs() < 1.0 { bessel_i0(BETA * (1.0 - x * x).sqrt()) } else { 0.0 }
+    if x.abs() < 1.0 {
+        bessel_i0(BETA * (1.0 - x * x).sqrt())
+    } else {
+        0.0
+    }
 }
 
 /// The modified Bessel function of order 0, by its power series.
@@ -121,19 +144,28 @@ mod tests {
     use super::*;
 
     fn signal(tones_hz: &[f64], t_s: f64) -> f64 {
-        tones_hz.iter().enumerate().map(|(i, hz)| (2.0 * PI * hz * t_s + i as f64).sin()).sum()
+        tones_hz
+            .iter()
+            .enumerate()
+            .map(|(i, hz)| (2.0 * PI * hz * t_s + i as f64).sin())
+            .sum()
     }
 
     fn sampled(tones_hz: &[f64], rate_hz: f64, seconds: f64) -> Vec<f64> {
-        (0..(rate_hz * seconds) as usize).map(|i| signal(tones_hz, i as f64 / rate_hz)).collect()
+        (0..(rate_hz * seconds) as usize)
+            .map(|i| signal(tones_hz, i as f64 / rate_hz))
+            .collect()
     }
 
-    /// Largest error against the analytic signal away from the ends, relative to one tone's amplitude.
+    /// Largest error against the analytic signal away from the ends, relative to one tone's
+    /// amplitude.
     fn worst(tones_hz: &[f64], from_hz: f64, to_hz: f64) -> f64 {
         let y = resample(&sampled(tones_hz, from_hz, 1.0), from_hz, to_hz);
         assert_eq!(y.len() as f64, (from_hz.floor() * to_hz / from_hz).round());
         let margin = (2.0 * CROSSINGS * to_hz / from_hz.min(to_hz)) as usize;
-        (margin..y.len() - margin).map(|i| (y[i] - signal(tones_hz, i as f64 / to_hz)).abs()).fold(0.0, f64::max)
+        (margin..y.len() - margin)
+            .map(|i| (y[i] - signal(tones_hz, i as f64 / to_hz)).abs())
+            .fold(0.0, f64::max)
     }
 
     #[test]
@@ -149,14 +181,23 @@ mod tests {
             let nyquist = 0.5 * f64::min(from_hz, to_hz);
             let tones = [0.0013, 0.11, 0.37, 0.5, 0.79].map(|f| f * nyquist);
             let error = worst(&tones, from_hz, to_hz);
-            assert!(error < 1e-5, "{from_hz} -> {to_hz} Hz: {} dB", 20.0 * error.log10());
+            assert!(
+                error < 1e-5,
+                "{from_hz} -> {to_hz} Hz: {} dB",
+                20.0 * error.log10()
+            );
         }
     }
 
     #[test]
     fn instants_are_kept_within_a_microsecond() {
         // The phase of a tone in the output, as a time.
-        for (from_hz, hz) in [(2000.0, 30.0), (2000.0, 700.0), (8000.0, 3000.0), (192_000.0, 5000.0)] {
+        for (from_hz, hz) in [
+            (2000.0, 30.0),
+            (2000.0, 700.0),
+            (8000.0, 3000.0),
+            (192_000.0, 5000.0),
+        ] {
             let y = resample(&sampled(&[hz], from_hz, 1.0), from_hz, 44_100.0);
             let (mut re, mut im) = (0.0, 0.0);
             for (i, y) in y.iter().enumerate().skip(4410).take(35_280) {
@@ -171,19 +212,37 @@ mod tests {
 
     #[test]
     fn what_the_lower_rate_cannot_carry_is_gone() {
-        for (from_hz, to_hz, hz) in
-            [(192_000.0, 44_100.0, 22_100.0), (192_000.0, 44_100.0, 90_000.0), (44_100.0, 2000.0, 1001.0)]
-        {
+        for (from_hz, to_hz, hz) in [
+            (192_000.0, 44_100.0, 22_100.0),
+            (192_000.0, 44_100.0, 90_000.0),
+            (44_100.0, 2000.0, 1001.0),
+        ] {
             let y = resample(&sampled(&[hz], from_hz, 1.0), from_hz, to_hz);
-            let left = y[100..y.len() - 100].iter().fold(0.0_f64, |a, v| a.max(v.abs()));
-            assert!(left < 1e-5, "{hz} Hz from {from_hz} to {to_hz} Hz: {} dB left", 20.0 * left.log10());
+            let left = y[100..y.len() - 100]
+                .iter()
+                .fold(0.0_f64, |a, v| a.max(v.abs()));
+            assert!(
+                left < 1e-5,
+                "{hz} Hz from {from_hz} to {to_hz} Hz: {} dB left",
+                20.0 * left.log10()
+            );
         }
     }
 
     #[test]
     fn constants_are_exact_ends_are_held_and_equal_rates_are_untouched() {
-        for (from_hz, to_hz) in [(2000.0, 44_100.0), (1e6, 44_100.0), (300.0, 44_100.0), (44_100.0, 70.0)] {
-            assert!(resample(&[0.010; 1000], from_hz, to_hz).iter().all(|&y| y == 0.010), "{from_hz} Hz");
+        for (from_hz, to_hz) in [
+            (2000.0, 44_100.0),
+            (1e6, 44_100.0),
+            (300.0, 44_100.0),
+            (44_100.0, 70.0),
+        ] {
+            assert!(
+                resample(&[0.010; 1000], from_hz, to_hz)
+                    .iter()
+                    .all(|&y| y == 0.010),
+                "{from_hz} Hz"
+            );
         }
         let step: Vec<f64> = (0..200).map(|i| f64::from(u8::from(i >= 100))).collect();
         let y = resample(&step, 2000.0, 44_100.0);

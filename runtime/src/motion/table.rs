@@ -19,19 +19,26 @@ impl Rows {
     /// # Errors
     /// The file cannot be read, is empty, or begins with numbers.
     pub fn open(path: &Path) -> Result<Rows, FileError> {
-        let mut reader =
-            csv::ReaderBuilder::new().trim(csv::Trim::All).buffer_capacity(1 << 16).from_reader(open(path)?);
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .buffer_capacity(1 << 16)
+            .from_reader(open(path)?);
         let header = reader.headers().map_err(|e| csv_error(path, &e))?;
         let titles: Vec<String> = header.iter().map(str::to_string).collect();
         if titles.iter().all(String::is_empty) {
             return Err(FileError::new(path, "is empty"));
         }
         if titles.iter().all(|t| t.parse::<f64>().is_ok()) {
-            let message =
-                "the first line must hold titles with units, such as `t_s,x_mm`; a file of bare numbers needs its rate";
+            let message = "the first line must hold titles with units, such as `t_s,x_mm`; a file of bare numbers needs its rate";
             return Err(FileError::new(path, message).at_line(1));
         }
-        Ok(Rows { path: path.to_path_buf(), reader, titles, record: csv::StringRecord::new(), line: 1 })
+        Ok(Rows {
+            path: path.to_path_buf(),
+            reader,
+            titles,
+            record: csv::StringRecord::new(),
+            line: 1,
+        })
     }
 
     /// The titles of the columns.
@@ -44,8 +51,14 @@ impl Rows {
     /// # Errors
     /// The row has another number of columns than the titles, or is no text.
     pub fn next_row(&mut self) -> Result<Option<u64>, FileError> {
-        let more = self.reader.read_record(&mut self.record).map_err(|e| csv_error(&self.path, &e))?;
-        self.line = self.record.position().map_or(self.line, csv::Position::line);
+        let more = self
+            .reader
+            .read_record(&mut self.record)
+            .map_err(|e| csv_error(&self.path, &e))?;
+        self.line = self
+            .record
+            .position()
+            .map_or(self.line, csv::Position::line);
         Ok(more.then_some(self.line))
     }
 
@@ -54,8 +67,11 @@ impl Rows {
     /// # Errors
     /// The cell is empty or holds something else than a finite number.
     pub fn number(&self, column: usize) -> Result<f64, FileError> {
-        finite(self.record.get(column).unwrap_or(""))
-            .map_err(|message| FileError::new(&self.path, message).at_line(self.line).at_column(column + 1))
+        finite(self.record.get(column).unwrap_or("")).map_err(|message| {
+            FileError::new(&self.path, message)
+                .at_line(self.line)
+                .at_column(column + 1)
+        })
     }
 }
 
@@ -72,12 +88,17 @@ pub fn finite(text: &str) -> Result<f64, String> {
 fn csv_error(path: &Path, error: &csv::Error) -> FileError {
     let line = error.position().map(csv::Position::line);
     let message = match error.kind() {
-        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+        csv::ErrorKind::UnequalLengths {
+            expected_len, len, ..
+        } => {
             format!("this row has {len} cells for {expected_len} titles")
         }
         csv::ErrorKind::Utf8 { .. } => "this is not text".into(),
         csv::ErrorKind::Io(e) => e.to_string(),
         _ => error.to_string(),
     };
-    FileError { line, ..FileError::new(path, message) }
+    FileError {
+        line,
+        ..FileError::new(path, message)
+    }
 }

@@ -9,11 +9,21 @@ fn load_text(text: &str, options: &MotionOptions) -> Result<Motion, String> {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("key.csv");
     std::fs::write(&path, text).unwrap();
-    load(&path, options, TICK_HZ).map_err(|e| e.to_string().replace(&path.display().to_string(), "key.csv"))
+    load(&path, options, TICK_HZ).map_err(|e| {
+        e.to_string()
+            .replace(&path.display().to_string(), "key.csv")
+    })
 }
 
 fn raw(rate_hz: f64, column: usize) -> MotionOptions {
-    MotionOptions { layout: Layout::Raw { rate_hz, column, calibration: None }, ..MotionOptions::default() }
+    MotionOptions {
+        layout: Layout::Raw {
+            rate_hz,
+            column,
+            calibration: None,
+        },
+        ..MotionOptions::default()
+    }
 }
 
 fn titled(rows: &str) -> Result<Motion, String> {
@@ -23,9 +33,17 @@ fn titled(rows: &str) -> Result<Motion, String> {
 #[test]
 fn units_stand_in_the_titles() {
     let in_si = titled("t_s,x_m\n0,0\n0.5,0.005\n1,0.01\n").unwrap();
-    let in_milli = titled("\u{feff}t_ms , x_mm , f_n\r\n0,0,1\r\n500,5,1\r\n1000,10,1\r\n").unwrap();
+    let in_milli =
+        titled("\u{feff}t_ms , x_mm , f_n\r\n0,0,1\r\n500,5,1\r\n1000,10,1\r\n").unwrap();
     assert_eq!(in_si, in_milli);
-    assert_eq!((in_si.samples_read, in_si.source_rate_hz, in_si.position_m.len()), (3, 2.0, 66_150));
+    assert_eq!(
+        (
+            in_si.samples_read,
+            in_si.source_rate_hz,
+            in_si.position_m.len()
+        ),
+        (3, 2.0, 66_150)
+    );
     assert!((in_si.position_m[22_050] - 0.005).abs() < 1e-5);
     let renamed = titled("time_s,force_n,key_mm\n0,1,0\n0.5,1,5\n1,1,10\n").unwrap();
     assert_eq!(renamed, in_si);
@@ -34,9 +52,17 @@ fn units_stand_in_the_titles() {
 #[test]
 fn a_trace_of_a_gesture_is_read_back_bit_for_bit() {
     let positions = crate::gesture::default_gesture().positions(TICK_HZ);
-    let x =
-        crate::trace::Column { name: "x".into(), unit: "m".into(), values: positions.clone(), ..Default::default() };
-    let trace = crate::trace::Trace { rate_hz: TICK_HZ, columns: vec![x], events: vec![] };
+    let x = crate::trace::Column {
+        name: "x".into(),
+        unit: "m".into(),
+        values: positions.clone(),
+        ..Default::default()
+    };
+    let trace = crate::trace::Trace {
+        rate_hz: TICK_HZ,
+        columns: vec![x],
+        events: vec![],
+    };
     let mut table = Vec::new();
     trace.write_ticks(&mut table, 1).unwrap();
     let motion = titled(&String::from_utf8(table).unwrap()).unwrap();
@@ -46,8 +72,15 @@ fn a_trace_of_a_gesture_is_read_back_bit_for_bit() {
 
 #[test]
 fn uneven_times_are_noted() {
-    let rows: String =
-        (0..400).map(|i| format!("{},{}\n", f64::from(i) + if i % 3 == 1 { 0.2 } else { 0.0 }, i)).collect();
+    let rows: String = (0..400)
+        .map(|i| {
+            format!(
+                "{},{}\n",
+                f64::from(i) + if i % 3 == 1 { 0.2 } else { 0.0 },
+                i
+            )
+        })
+        .collect();
     let motion = titled(&format!("t_ms,x_um\n{rows}")).unwrap();
     let note = "the times are uneven (the longest step is 1.200 ms, most are 1.000 ms): interpolated at 1000.000 Hz";
     assert_eq!(motion.notes, [note]);
@@ -55,23 +88,50 @@ fn uneven_times_are_noted() {
 
 #[test]
 fn bare_columns_stops_and_lowpass() {
-    for text in ["9 1\n9 2\n9 3\n9 3\n\n\n", "9,1\n9, 2\n9\t,3\n9,3", "9\t1\r\n9  2\r\n 9 3\r\n9 3\r\n"] {
-        let stops = Some(Stops { rest_m: 1.0, full_m: 3.0, dip_m: 0.010 });
-        let motion = load_text(text, &MotionOptions { stops, ..raw(44_100.0, 2) }).unwrap();
+    for text in [
+        "9 1\n9 2\n9 3\n9 3\n\n\n",
+        "9,1\n9, 2\n9\t,3\n9,3",
+        "9\t1\r\n9  2\r\n 9 3\r\n9 3\r\n",
+    ] {
+        let stops = Some(Stops {
+            rest_m: 1.0,
+            full_m: 3.0,
+            dip_m: 0.010,
+        });
+        let motion = load_text(
+            text,
+            &MotionOptions {
+                stops,
+                ..raw(44_100.0, 2)
+            },
+        )
+        .unwrap();
         assert_eq!(motion.position_m, [0.0, 0.005, 0.010, 0.010]);
         assert_eq!(motion.count_outside(0.0, 0.009), 2);
     }
-    let options = MotionOptions { lowpass_hz: Some(50.0), ..raw(1000.0, 1) };
-    let noisy: String = (0..1000).map(|i| format!("{}\n", if i % 2 == 0 { 0.004 } else { 0.006 })).collect();
+    let options = MotionOptions {
+        lowpass_hz: Some(50.0),
+        ..raw(1000.0, 1)
+    };
+    let noisy: String = (0..1000)
+        .map(|i| format!("{}\n", if i % 2 == 0 { 0.004 } else { 0.006 }))
+        .collect();
     let motion = load_text(&noisy, &options).unwrap();
     let middle = &motion.position_m[10_000..34_000];
-    assert!(middle.iter().all(|x| (x - 0.005).abs() < 1e-9), "what alternates at half the rate is gone");
+    assert!(
+        middle.iter().all(|x| (x - 0.005).abs() < 1e-9),
+        "what alternates at half the rate is gone"
+    );
 }
 
 #[test]
 fn mistakes_are_named_with_their_place() {
     let of_raw = |text: &str, options: &MotionOptions| load_text(text, options).unwrap_err();
-    let same = Some(Stops { rest_m: 0.001, full_m: 0.001, dip_m: 0.010 });
+    let same = Some(Stops {
+        rest_m: 0.001,
+        full_m: 0.001,
+        dip_m: 0.010,
+    });
     let messages = [
         titled("").unwrap_err(),
         titled("t_s,x_m\n").unwrap_err(),
@@ -97,8 +157,20 @@ fn mistakes_are_named_with_their_place() {
         of_raw("1\n", &raw(f64::NAN, 1)),
         of_raw("1\n", &raw(1e12, 1)),
         of_raw("1\n2\n", &raw(1e-9, 1)),
-        of_raw("1\n", &MotionOptions { lowpass_hz: Some(1000.0), ..raw(2000.0, 1) }),
-        of_raw("1\n", &MotionOptions { stops: same, ..raw(2000.0, 1) }),
+        of_raw(
+            "1\n",
+            &MotionOptions {
+                lowpass_hz: Some(1000.0),
+                ..raw(2000.0, 1)
+            },
+        ),
+        of_raw(
+            "1\n",
+            &MotionOptions {
+                stops: same,
+                ..raw(2000.0, 1)
+            },
+        ),
     ];
     insta::assert_snapshot!(messages.join("\n"));
 }

@@ -1,4 +1,5 @@
-//! Motions as tables with titles: `t_s,x_m` in any units of time and length, or `t_s,angle_deg` for a knob; and forces, `t_s,f_n`.
+//! Motions as tables with titles: `t_s,x_m` in any units of time and length, or `t_s,angle_deg` for
+//! a knob; and forces, `t_s,f_n`.
 
 use std::path::Path;
 
@@ -13,19 +14,29 @@ use crate::titles::split_title;
 pub type Wanted = (&'static str, Dim, &'static str);
 
 /// Positions, of what slides and of what turns.
-pub const POSITION: [Wanted; 2] = [("x", Dim::LENGTH, "length"), ("angle", Dim::NUMBER, "angle")];
+pub const POSITION: [Wanted; 2] = [
+    ("x", Dim::LENGTH, "length"),
+    ("angle", Dim::NUMBER, "angle"),
+];
 /// Forces and torques.
-pub const FORCE: [Wanted; 2] = [("f", Dim::FORCE, "force"), ("torque", Dim::TORQUE, "torque")];
+pub const FORCE: [Wanted; 2] = [
+    ("f", Dim::FORCE, "force"),
+    ("torque", Dim::TORQUE, "torque"),
+];
 
-/// Reads the columns of time and of what is wanted (SI) and puts them onto an even grid of at most `limit` samples; gives the number of
-/// rows too.
+/// Reads the columns of time and of what is wanted (SI) and puts them onto an even grid of at most
+/// `limit` samples; gives the number of rows too.
 ///
 /// # Errors
 /// A column is missing or ambiguous, a cell is no finite number, or time does not increase.
-pub fn read(path: &Path, (name, dim, kind): Wanted, limit: usize) -> Result<(usize, Uniform), FileError> {
+pub fn read(
+    path: &Path,
+    (name, dim, kind): Wanted,
+    limit: usize,
+) -> Result<(usize, Uniform), FileError> {
     let mut rows = Rows::open(path)?;
-    let choice =
-        find(rows.titles(), "t", Dim::TIME, "time").and_then(|t| Ok((t, find(rows.titles(), name, dim, kind)?)));
+    let choice = find(rows.titles(), "t", Dim::TIME, "time")
+        .and_then(|t| Ok((t, find(rows.titles(), name, dim, kind)?)));
     let ((t_column, t_unit), (x_column, x_unit)) =
         choice.map_err(|message| FileError::new(path, message).at_line(1))?;
     let (mut times_s, mut positions_m) = (Vec::new(), Vec::new());
@@ -33,23 +44,34 @@ pub fn read(path: &Path, (name, dim, kind): Wanted, limit: usize) -> Result<(usi
         let t_s = t_unit.to_si(rows.number(t_column)?);
         if let Some(before) = times_s.last().filter(|before| **before >= t_s) {
             let message = format!("time must increase, but {t_s} s follows {before} s");
-            return Err(FileError::new(path, message).at_line(line).at_column(t_column + 1));
+            return Err(FileError::new(path, message)
+                .at_line(line)
+                .at_column(t_column + 1));
         }
         times_s.push(t_s);
         positions_m.push(x_unit.to_si(rows.number(x_column)?));
     }
-    let grid = uniform(&times_s, positions_m, limit).map_err(|message| FileError::new(path, message))?;
+    let grid =
+        uniform(&times_s, positions_m, limit).map_err(|message| FileError::new(path, message))?;
     Ok((times_s.len(), grid))
 }
 
 /// `a length`, `an angle`.
 fn article(kind: &str) -> String {
-    if kind.starts_with('a') { format!("an {kind}") } else { format!("a {kind}") }
+    if kind.starts_with('a') {
+        format!("an {kind}")
+    } else {
+        format!("a {kind}")
+    }
 }
 
 /// The unit of a title in an example.
 fn shown(dim: Dim) -> String {
-    if dim.is_number() { "rad".to_string() } else { dim.unit() }
+    if dim.is_number() {
+        "rad".to_string()
+    } else {
+        dim.unit()
+    }
 }
 
 /// The column of that name with a unit of that dimension, else the only column with such a unit.
@@ -66,8 +88,14 @@ fn find(titles: &[String], name: &str, dim: Dim, kind: &str) -> Result<(usize, U
         (Some(column), _) | (None, [column]) => Ok((column.0, column.2)),
         (None, several) => {
             let problem = match several {
-                [] => format!("a title must name {} with its unit, such as `{name}_{}`", article(kind), shown(dim)),
-                _ => format!("several columns have a unit of {kind}; call one of them `{name}_` and its unit"),
+                [] => format!(
+                    "a title must name {} with its unit, such as `{name}_{}`",
+                    article(kind),
+                    shown(dim)
+                ),
+                _ => format!(
+                    "several columns have a unit of {kind}; call one of them `{name}_` and its unit"
+                ),
             };
             if let [only] = titles
                 && only.contains([';', '\t'])
@@ -76,7 +104,10 @@ fn find(titles: &[String], name: &str, dim: Dim, kind: &str) -> Result<(usize, U
                     "cells are separated by commas, and `{only}` is one cell; the decimal point is `.`"
                 ));
             }
-            Err(format!("{problem}; the titles here are `{}`", titles.join("`, `")))
+            Err(format!(
+                "{problem}; the titles here are `{}`",
+                titles.join("`, `")
+            ))
         }
     }
 }

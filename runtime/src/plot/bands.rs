@@ -4,7 +4,9 @@ use super::Machine;
 use super::decimate::runs;
 use super::drawing::{Anchor, Drawing};
 use super::font;
-use super::frame::{BLACK, DARK, HEADING, LEFT, LEGEND, TEXT, WIDTH, band_colour, shortened, upright_grid};
+use super::frame::{
+    BLACK, DARK, HEADING, LEFT, LEGEND, TEXT, WIDTH, band_colour, shortened, upright_grid,
+};
 use super::time::Clock;
 
 /// Height of a band.
@@ -33,22 +35,54 @@ pub fn draw(page: &mut Drawing, clock: &Clock, top: f64, machines: &[Machine]) {
 }
 
 fn row(page: &mut Drawing, clock: &Clock, top: f64, machine: &Machine) {
-    for (from, to, state) in runs(machine.values, machine.states.len(), |tick| clock.place(tick)) {
-        page.rect((from, top + 2.0), (to, top + 2.0 + BAND), band_colour(state));
+    for (from, to, state) in runs(machine.values, machine.states.len(), |tick| {
+        clock.place(tick)
+    }) {
+        page.rect(
+            (from, top + 2.0),
+            (to, top + 2.0 + BAND),
+            band_colour(state),
+        );
         let name = &machine.states[state];
         if font::width(name, TEXT) + 10.0 <= to - from {
-            page.text(((from + to) / 2.0, top + 17.0), Anchor::Middle, TEXT, BLACK, name);
+            page.text(
+                ((from + to) / 2.0, top + 17.0),
+                Anchor::Middle,
+                TEXT,
+                BLACK,
+                name,
+            );
         }
     }
-    page.text((LEGEND, top + 12.0), Anchor::Start, TEXT, BLACK, shortened(machine.name, WIDTH - LEGEND - 6.0));
-    for ((x, line), (i, name)) in keys(machine).into_iter().zip(machine.states.iter().enumerate()) {
+    page.text(
+        (LEGEND, top + 12.0),
+        Anchor::Start,
+        TEXT,
+        BLACK,
+        shortened(machine.name, WIDTH - LEGEND - 6.0),
+    );
+    for ((x, line), (i, name)) in keys(machine)
+        .into_iter()
+        .zip(machine.states.iter().enumerate())
+    {
         let baseline = top + 12.0 + (1.0 + line) * LINE;
-        page.rect((x, baseline - 8.0), (x + 9.0, baseline + 1.0), band_colour(i));
-        page.text((x + 13.0, baseline), Anchor::Start, TEXT, DARK, shortened(name, WIDTH - x - 19.0));
+        page.rect(
+            (x, baseline - 8.0),
+            (x + 9.0, baseline + 1.0),
+            band_colour(i),
+        );
+        page.text(
+            (x + 13.0, baseline),
+            Anchor::Start,
+            TEXT,
+            DARK,
+            shortened(name, WIDTH - x - 19.0),
+        );
     }
 }
 
-/// Where the names of the states stand in the legend: abscissa and line, wrapped at the edge of the page.
+/// Where the names of the states stand in the legend: abscissa and line, wrapped at the edge of the
+/// page.
 fn keys(machine: &Machine) -> Vec<(f64, f64)> {
     let (mut x, mut line) = (LEGEND, 0.0);
     let mut places = Vec::with_capacity(machine.states.len());

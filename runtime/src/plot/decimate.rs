@@ -1,30 +1,37 @@
 //! Fewer points for the same picture.
 //!
-//! A line over time is reduced per column of the page to its first, lowest, highest and last point, in their order: whatever the
-//! number of ticks, nothing is lost that could be seen. A loop is reduced to the steps between cells of the page that were not drawn before; points on a
-//! straight line are left out of both. A machine is reduced to runs.
+//! A line over time is reduced per column of the page to its first, lowest, highest and last point,
+//! in their order: whatever the number of ticks, nothing is lost that could be seen. A loop is
+//! reduced to the steps between cells of the page that were not drawn before; points on a straight
+//! line are left out of both. A machine is reduced to runs.
 
 use std::collections::HashSet;
 
 use super::axis::Axis;
 use super::drawing::Point;
 
-/// Points of a line over time, in stretches between values that are not finite. `place` gives a tick's abscissa; columns are
-/// one point wide.
+/// Points of a line over time, in stretches between values that are not finite. `place` gives a
+/// tick's abscissa; columns are one point wide.
 pub fn line(values: &[f64], place: impl Fn(usize) -> f64, y: &Axis) -> Vec<Vec<Point>> {
     let points = |stretch: Vec<Kept>| {
         let mut to = Vec::new();
-        stretch.into_iter().for_each(|(tick, value)| push(&mut to, (place(tick), y.place(value))));
+        stretch
+            .into_iter()
+            .for_each(|(tick, value)| push(&mut to, (place(tick), y.place(value))));
         simplified(to)
     };
-    extremes(values, |tick| place(tick).floor()).into_iter().map(points).map(simplified).collect()
+    extremes(values, |tick| place(tick).floor())
+        .into_iter()
+        .map(points)
+        .map(simplified)
+        .collect()
 }
 
 /// A tick and its value.
 pub type Kept = (usize, f64);
 
-/// Of every column of ticks the first, lowest, highest and last value, in stretches between values that are not finite. `column`
-/// gives the column of a tick.
+/// Of every column of ticks the first, lowest, highest and last value, in stretches between values
+/// that are not finite. `column` gives the column of a tick.
 pub fn extremes(values: &[f64], column: impl Fn(usize) -> f64) -> Vec<Vec<Kept>> {
     let mut stretches: Vec<Vec<Kept>> = Vec::new();
     let mut open: Option<Column> = None;
@@ -64,7 +71,13 @@ struct Column {
 impl Column {
     fn new(left: f64, tick: usize, value: f64) -> Column {
         let only = (tick, value);
-        Column { left, first: only, lowest: only, highest: only, last: only }
+        Column {
+            left,
+            first: only,
+            lowest: only,
+            highest: only,
+            last: only,
+        }
     }
 
     fn add(&mut self, tick: usize, value: f64) {
@@ -80,7 +93,12 @@ impl Column {
     fn flush(self, to: &mut Vec<Kept>) {
         let mut kept = [self.first, self.lowest, self.highest, self.last];
         kept.sort_by_key(|k| k.0);
-        to.extend(kept.iter().enumerate().filter(|(i, k)| *i == 0 || kept[i - 1].0 != k.0).map(|(_, k)| *k));
+        to.extend(
+            kept.iter()
+                .enumerate()
+                .filter(|(i, k)| *i == 0 || kept[i - 1].0 != k.0)
+                .map(|(_, k)| *k),
+        );
     }
 }
 
@@ -95,8 +113,8 @@ fn push(to: &mut Vec<Point>, point: Point) {
     to.push(point);
 }
 
-/// Points of a path in the plane without the steps that were drawn before, in stretches. Steps within a cell of half a point
-/// are left out.
+/// Points of a path in the plane without the steps that were drawn before, in stretches. Steps
+/// within a cell of half a point are left out.
 pub fn path(points: impl Iterator<Item = Point>) -> Vec<Vec<Point>> {
     let mut drawn = HashSet::new();
     let mut stretches: Vec<Vec<Point>> = Vec::new();
@@ -107,7 +125,10 @@ pub fn path(points: impl Iterator<Item = Point>) -> Vec<Vec<Point>> {
             (before, pen_down) = (None, false);
             continue;
         }
-        let cell = ((point.0 * 2.0).floor() as i32, (point.1 * 2.0).floor() as i32);
+        let cell = (
+            (point.0 * 2.0).floor() as i32,
+            (point.1 * 2.0).floor() as i32,
+        );
         let Some((from, from_cell)) = before else {
             stretches.push(vec![point]);
             (before, pen_down) = (Some((point, cell)), true);
@@ -130,9 +151,12 @@ pub fn path(points: impl Iterator<Item = Point>) -> Vec<Vec<Point>> {
 /// A line may be moved by so much (points): less than a screen shows.
 const TOLERANCE: f64 = 0.05;
 
-/// The line without points that lie within the tolerance of the line through the others (Douglas and Peucker 1973).
+/// The line without points that lie within the tolerance of the line through the others (Douglas
+/// and Peucker 1973).
 fn simplified(points: Vec<Point>) -> Vec<Point> {
-    let Some(last) = points.len().checked_sub(1) else { return points };
+    let Some(last) = points.len().checked_sub(1) else {
+        return points;
+    };
     let mut kept = vec![false; points.len()];
     (kept[0], kept[last]) = (true, true);
     let mut open = vec![(0, last)];
@@ -144,14 +168,25 @@ fn simplified(points: Vec<Point>) -> Vec<Point> {
             open.extend([(from, i), (i, to)]);
         }
     }
-    points.into_iter().zip(kept).filter_map(|(point, kept)| kept.then_some(point)).collect()
+    points
+        .into_iter()
+        .zip(kept)
+        .filter_map(|(point, kept)| kept.then_some(point))
+        .collect()
 }
 
 /// From a point to a stretch of line between two others.
 fn distance(point: Point, from: Point, to: Point) -> f64 {
-    let (along, off) = ((to.0 - from.0, to.1 - from.1), (point.0 - from.0, point.1 - from.1));
+    let (along, off) = (
+        (to.0 - from.0, to.1 - from.1),
+        (point.0 - from.0, point.1 - from.1),
+    );
     let length2 = along.0 * along.0 + along.1 * along.1;
-    let part = if length2 > 0.0 { ((off.0 * along.0 + off.1 * along.1) / length2).clamp(0.0, 1.0) } else { 0.0 };
+    let part = if length2 > 0.0 {
+        ((off.0 * along.0 + off.1 * along.1) / length2).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
     let (right, down) = (off.0 - part * along.0, off.1 - part * along.1);
     (right * right + down * down).sqrt()
 }
@@ -159,24 +194,38 @@ fn distance(point: Point, from: Point, to: Point) -> f64 {
 /// One run of a state: from and to (places on the page) and its index.
 pub type Run = (f64, f64, usize);
 
-/// The runs of a machine with `states` states, in columns of one point. `place` gives a tick's abscissa. A column in which several
-/// states were visited shows the one that is rarest overall, so that short visits stay visible.
+/// The runs of a machine with `states` states, in columns of one point. `place` gives a tick's
+/// abscissa. A column in which several states were visited shows the one that is rarest overall, so
+/// that short visits stay visible.
 pub fn runs(values: &[f64], states: usize, place: impl Fn(usize) -> f64) -> Vec<Run> {
     let state = |value: f64| (value >= 0.0 && value < states as f64).then_some(value as usize);
     let mut ticks_in = vec![0_usize; states];
-    values.iter().filter_map(|v| state(*v)).for_each(|s| ticks_in[s] += 1);
+    values
+        .iter()
+        .filter_map(|v| state(*v))
+        .for_each(|s| ticks_in[s] += 1);
     let left = place(0);
     let count = (place(values.len()) - left).clamp(0.0, 1e5).ceil() as usize;
     let mut columns: Vec<Option<usize>> = vec![None; count];
-    for (tick, now) in values.iter().enumerate().filter_map(|(tick, v)| state(*v).map(|s| (tick, s))) {
+    for (tick, now) in values
+        .iter()
+        .enumerate()
+        .filter_map(|(tick, v)| state(*v).map(|s| (tick, s)))
+    {
         let first = (place(tick) - left) as usize;
         let end = ((place(tick + 1) - left).ceil() as usize).clamp(first, count);
         for column in columns.iter_mut().take(end).skip(first) {
-            *column = column.filter(|before| ticks_in[*before] <= ticks_in[now]).or(Some(now));
+            *column = column
+                .filter(|before| ticks_in[*before] <= ticks_in[now])
+                .or(Some(now));
         }
     }
     let mut runs: Vec<Run> = Vec::new();
-    for (i, now) in columns.iter().enumerate().filter_map(|(i, c)| c.map(|now| (i, now))) {
+    for (i, now) in columns
+        .iter()
+        .enumerate()
+        .filter_map(|(i, c)| c.map(|now| (i, now)))
+    {
         let from = left + i as f64;
         match runs.last_mut().filter(|run| run.2 == now && run.1 == from) {
             Some(run) => run.1 = from + 1.0,
@@ -197,13 +246,20 @@ mod tests {
         values[777_777] = 5.0;
         values[1_234_567] = -7.0;
         let y = Axis::exact(-10.0, 10.0, 200.0, 0.0);
-        let lines = line(&values, |tick| 50.0 + 750.0 * tick as f64 / ticks as f64, &y);
+        let lines = line(
+            &values,
+            |tick| 50.0 + 750.0 * tick as f64 / ticks as f64,
+            &y,
+        );
         assert_eq!(lines.len(), 1);
         assert!(lines[0].len() <= 4 * 751, "{}", lines[0].len());
         let ordinates = || lines[0].iter().map(|p| p.1);
         assert_eq!(ordinates().fold(f64::MAX, f64::min), y.place(5.0));
         assert_eq!(ordinates().fold(f64::MIN, f64::max), y.place(-7.0));
-        assert_eq!((lines[0][0].1, lines[0][lines[0].len() - 1].1), (y.place(values[0]), y.place(values[ticks - 1])));
+        assert_eq!(
+            (lines[0][0].1, lines[0][lines[0].len() - 1].1),
+            (y.place(values[0]), y.place(values[ticks - 1]))
+        );
         assert!(lines[0].windows(2).all(|w| w[0].0 < w[1].0));
     }
 
@@ -211,12 +267,21 @@ mod tests {
     fn short_and_level_and_broken_lines() {
         let y = Axis::exact(0.0, 1.0, 100.0, 0.0);
         let at = |tick| tick as f64 * 10.0;
-        assert_eq!(line(&[0.0, 1.0, 0.5], at, &y), [vec![(0.0, 100.0), (10.0, 0.0), (20.0, 50.0)]]);
-        assert_eq!(line(&[0.5; 1000], at, &y), [vec![(0.0, 50.0), (9990.0, 50.0)]]);
+        assert_eq!(
+            line(&[0.0, 1.0, 0.5], at, &y),
+            [vec![(0.0, 100.0), (10.0, 0.0), (20.0, 50.0)]]
+        );
+        assert_eq!(
+            line(&[0.5; 1000], at, &y),
+            [vec![(0.0, 50.0), (9990.0, 50.0)]]
+        );
         assert_eq!(line(&[0.5], at, &y), [vec![(0.0, 50.0)]]);
         assert!(line(&[], at, &y).is_empty() && line(&[f64::NAN; 5], at, &y).is_empty());
         let broken = line(&[0.0, f64::NAN, 1.0, 0.0], at, &y);
-        assert_eq!(broken, [vec![(0.0, 100.0)], vec![(20.0, 0.0), (30.0, 100.0)]]);
+        assert_eq!(
+            broken,
+            [vec![(0.0, 100.0)], vec![(20.0, 0.0), (30.0, 100.0)]]
+        );
     }
 
     #[test]
@@ -228,7 +293,10 @@ mod tests {
         let once: usize = path((0..=500).map(circle)).iter().map(Vec::len).sum();
         let often: usize = path((0..=500_000).map(circle)).iter().map(Vec::len).sum();
         assert!(once > 100 && often < once + once / 8, "{once} {often}");
-        assert_eq!(path([(1.0, 1.0), (1.1, 1.1), (f64::NAN, 0.0), (9.0, 9.0)].into_iter()).len(), 2);
+        assert_eq!(
+            path([(1.0, 1.0), (1.1, 1.1), (f64::NAN, 0.0), (9.0, 9.0)].into_iter()).len(),
+            2
+        );
         assert!(path(std::iter::empty()).is_empty());
     }
 
@@ -240,9 +308,21 @@ mod tests {
         let place = |tick| tick as f64 / 200.0;
         assert_eq!(
             runs(&values, 3, place),
-            [(0.0, 200.0, 0), (200.0, 300.0, 1), (300.0, 400.0, 0), (400.0, 401.0, 2), (401.0, 500.0, 0)]
+            [
+                (0.0, 200.0, 0),
+                (200.0, 300.0, 1),
+                (300.0, 400.0, 0),
+                (400.0, 401.0, 2),
+                (401.0, 500.0, 0)
+            ]
         );
-        assert_eq!(runs(&[1.0, 1.0, 0.0], 2, |t| t as f64 * 10.0), [(0.0, 20.0, 1), (20.0, 30.0, 0)]);
-        assert!(runs(&[], 2, place).is_empty() && runs(&[7.0, f64::NAN, -1.0], 2, |t| t as f64).is_empty());
+        assert_eq!(
+            runs(&[1.0, 1.0, 0.0], 2, |t| t as f64 * 10.0),
+            [(0.0, 20.0, 1), (20.0, 30.0, 0)]
+        );
+        assert!(
+            runs(&[], 2, place).is_empty()
+                && runs(&[7.0, f64::NAN, -1.0], 2, |t| t as f64).is_empty()
+        );
     }
 }

@@ -70,7 +70,11 @@ impl Drawing {
         match points[..] {
             [] => {}
             [(x, y)] => self.rect((x - width, y - width), (x + width, y + width), colour),
-            _ => self.shapes.push(Shape::Line { points, colour, width }),
+            _ => self.shapes.push(Shape::Line {
+                points,
+                colour,
+                width,
+            }),
         }
     }
 
@@ -81,7 +85,20 @@ impl Drawing {
     }
 
     /// Adds a text.
-    pub fn text(&mut self, at: Point, anchor: Anchor, size: f64, colour: Colour, text: impl Into<String>) {
-        self.shapes.push(Shape::Text { at, text: text.into(), size, colour, anchor });
+    pub fn text(
+        &mut self,
+        at: Point,
+        anchor: Anchor,
+        size: f64,
+        colour: Colour,
+        text: impl Into<String>,
+    ) {
+        self.shapes.push(Shape::Text {
+            at,
+            text: text.into(),
+            size,
+            colour,
+            anchor,
+        });
     }
 }

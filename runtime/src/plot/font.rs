@@ -1,4 +1,5 @@
-//! The font of plots: Roboto, embedded (`font/`, with its licence), so that a picture needs nothing of the machine it is made on.
+//! The font of plots: Roboto, embedded (`font/`, with its licence), so that a picture needs nothing
+//! of the machine it is made on.
 //!
 //! Not here: kerning and scripts other than Latin and Greek; unknown characters are drawn as boxes.
 
@@ -19,7 +20,11 @@ pub fn width(text: &str, size: f64) -> f64 {
 
 /// The outlines of a text whose baseline begins at the origin; `None` for a text without ink.
 pub fn outline(text: &str, size: f64) -> Option<Path> {
-    let mut pen = Pen { path: PathBuilder::new(), x: 0.0, scale: scale(size) };
+    let mut pen = Pen {
+        path: PathBuilder::new(),
+        x: 0.0,
+        scale: scale(size),
+    };
     for id in text.chars().map(glyph) {
         FACE.outline_glyph(id, &mut pen);
         pen.x += advance(id) * pen.scale;
@@ -49,7 +54,10 @@ struct Pen {
 
 impl Pen {
     fn place(&self, x: f32, y: f32) -> (f32, f32) {
-        ((self.x + f64::from(x) * self.scale) as f32, (-f64::from(y) * self.scale) as f32)
+        (
+            (self.x + f64::from(x) * self.scale) as f32,
+            (-f64::from(y) * self.scale) as f32,
+        )
     }
 }
 
@@ -70,7 +78,8 @@ impl OutlineBuilder for Pen {
     }
 
     fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
-        let ((x1, y1), (x2, y2), (x, y)) = (self.place(x1, y1), self.place(x2, y2), self.place(x, y));
+        let ((x1, y1), (x2, y2), (x, y)) =
+            (self.place(x1, y1), self.place(x2, y2), self.place(x, y));
         self.path.cubic_to(x1, y1, x2, y2, x, y);
     }
 

@@ -34,12 +34,15 @@ pub const ZERO: Colour = 0xb8_b8_b8;
 pub const MARK: Colour = 0xbb_bb_bb;
 
 /// Lines: Paul Tol's "muted" scheme, ordered so that neighbours differ most.
-const LINES: [Colour; 9] =
-    [0x33_22_88, 0xcc_66_77, 0x11_77_33, 0x88_cc_ee, 0x88_22_55, 0xdd_cc_77, 0x44_aa_99, 0xaa_44_99, 0x99_99_33];
+const LINES: [Colour; 9] = [
+    0x33_22_88, 0xcc_66_77, 0x11_77_33, 0x88_cc_ee, 0x88_22_55, 0xdd_cc_77, 0x44_aa_99, 0xaa_44_99,
+    0x99_99_33,
+];
 
 /// Bands: grey for the first state, then Paul Tol's "light" scheme.
-const BANDS: [Colour; 8] =
-    [0xe9_e9_e9, 0x77_aa_dd, 0xee_88_66, 0xee_dd_88, 0x44_bb_99, 0xff_aa_bb, 0xbb_cc_33, 0x99_dd_ff];
+const BANDS: [Colour; 8] = [
+    0xe9_e9_e9, 0x77_aa_dd, 0xee_88_66, 0xee_dd_88, 0x44_bb_99, 0xff_aa_bb, 0xbb_cc_33, 0x99_dd_ff,
+];
 
 /// The colour of the `i`-th line.
 pub fn line_colour(i: usize) -> Colour {
@@ -48,7 +51,11 @@ pub fn line_colour(i: usize) -> Colour {
 
 /// The colour of the `i`-th state of a machine.
 pub fn band_colour(i: usize) -> Colour {
-    if i == 0 { BANDS[0] } else { BANDS[1 + (i - 1) % (BANDS.len() - 1)] }
+    if i == 0 {
+        BANDS[0]
+    } else {
+        BANDS[1 + (i - 1) % (BANDS.len() - 1)]
+    }
 }
 
 /// The unit a quantity is shown in, and the factor from SI.
@@ -61,7 +68,8 @@ pub fn shown(unit: &str) -> (String, f64) {
     }
 }
 
-/// What the player moves: its name, and the unit and factor it is shown in. Who turns a knob thinks in degrees.
+/// What the player moves: its name, and the unit and factor it is shown in. Who turns a knob thinks
+/// in degrees.
 pub fn moved(unit: &str) -> (&'static str, String, f64) {
     match unit {
         "rad" => ("angle", "deg".into(), 180.0 / std::f64::consts::PI),
@@ -71,12 +79,20 @@ pub fn moved(unit: &str) -> (&'static str, String, f64) {
 
 /// What the player feels, by its unit.
 pub fn felt(unit: &str) -> &'static str {
-    if unit == "n_m" { "torque" } else { "force at the key" }
+    if unit == "n_m" {
+        "torque"
+    } else {
+        "force at the key"
+    }
 }
 
 /// A heading with a unit: `force (N)`.
 pub fn heading(name: &str, unit: &str) -> String {
-    if unit.is_empty() { name.to_string() } else { format!("{name} ({unit})") }
+    if unit.is_empty() {
+        name.to_string()
+    } else {
+        format!("{name} ({unit})")
+    }
 }
 
 /// Level lines with labels at the ticks of the ordinate, and the heading above.
@@ -106,7 +122,8 @@ pub fn abscissa(page: &mut Drawing, x: &Axis, bottom: f64, name: String) {
     page.text((LEGEND, bottom + 16.0), Anchor::Start, TEXT, BLACK, name);
 }
 
-/// One line of a legend: a sample of the line and its name. Without a colour it stands for a line that is not drawn.
+/// One line of a legend: a sample of the line and its name. Without a colour it stands for a line
+/// that is not drawn.
 pub fn legend(page: &mut Drawing, y: f64, name: &str, colour: Option<Colour>, width: f64) {
     if let Some(colour) = colour {
         page.line(vec![(LEGEND, y), (LEGEND + 16.0, y)], colour, width);

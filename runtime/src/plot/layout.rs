@@ -14,8 +14,17 @@ const LABELS: f64 = 24.0;
 
 /// Draws a figure.
 pub fn draw(figure: &Figure) -> Drawing {
-    let mut page = Drawing { width: WIDTH, ..Drawing::default() };
-    page.text((LEFT, 24.0), Anchor::Start, 15.0, BLACK, figure.title.as_str());
+    let mut page = Drawing {
+        width: WIDTH,
+        ..Drawing::default()
+    };
+    page.text(
+        (LEFT, 24.0),
+        Anchor::Start,
+        15.0,
+        BLACK,
+        figure.title.as_str(),
+    );
     let clock = Clock::new(figure.ticks(), figure.rate_hz);
     let mut bottom = over_time(&mut page, figure, &clock);
     let force = figure.total.as_ref().or(figure.forces.first());
@@ -35,12 +44,22 @@ fn over_time(page: &mut Drawing, figure: &Figure, clock: &Clock) -> f64 {
     let mut bottom = first;
     let mut placed = Vec::new();
     for panel in panels(figure) {
-        let top = if placed.is_empty() { first } else { bottom + GAP };
+        let top = if placed.is_empty() {
+            first
+        } else {
+            bottom + GAP
+        };
         bottom = top + panel.height();
         placed.push((top, panel));
     }
     // Marks lie behind the data.
-    time::marks(page, clock, (first, bottom), &figure.mark_name, &figure.marks);
+    time::marks(
+        page,
+        clock,
+        (first, bottom),
+        &figure.mark_name,
+        &figure.marks,
+    );
     for (top, panel) in &placed {
         panel.draw(page, clock, *top);
     }
@@ -60,7 +79,9 @@ impl Panel<'_> {
     fn height(&self) -> f64 {
         match self {
             Panel::Travel(_) => 110.0,
-            Panel::Forces(terms, total) => time::height(terms.len() + usize::from(total.is_some()), 200.0),
+            Panel::Forces(terms, total) => {
+                time::height(terms.len() + usize::from(total.is_some()), 200.0)
+            }
             Panel::Coordinates(series) => time::height(series.len(), 150.0),
             Panel::States(machines) => bands::height(machines),
         }
@@ -82,9 +103,16 @@ fn panels<'a>(figure: &'a Figure) -> Vec<Panel<'a>> {
     let travel = figure.travel.as_ref().map(Panel::Travel);
     let has_forces = figure.total.is_some() || !figure.forces.is_empty();
     let forces = has_forces.then(|| Panel::Forces(&figure.forces, figure.total.as_ref()));
-    let coordinates = by_unit(&figure.coordinates).into_iter().map(Panel::Coordinates);
+    let coordinates = by_unit(&figure.coordinates)
+        .into_iter()
+        .map(Panel::Coordinates);
     let states = (!figure.machines.is_empty()).then_some(Panel::States(&figure.machines));
-    travel.into_iter().chain(forces).chain(coordinates).chain(states).collect()
+    travel
+        .into_iter()
+        .chain(forces)
+        .chain(coordinates)
+        .chain(states)
+        .collect()
 }
 
 /// Series in groups of one unit, in the order in which the units first occur.

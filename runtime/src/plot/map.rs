@@ -2,7 +2,9 @@
 
 use super::axis::Axis;
 use super::drawing::{Anchor, Drawing};
-use super::frame::{BLACK, HEADING, LEFT, RIGHT, WIDTH, abscissa, legend, level_grid, line_colour, upright_grid};
+use super::frame::{
+    BLACK, HEADING, LEFT, RIGHT, WIDTH, abscissa, legend, level_grid, line_colour, upright_grid,
+};
 use super::{png, svg};
 
 /// Height of the field.
@@ -39,8 +41,18 @@ pub struct Map {
 impl Map {
     fn draw(&self) -> Drawing {
         let bottom = TOP + HEIGHT;
-        let mut page = Drawing { width: WIDTH, height: bottom + 40.0, ..Drawing::default() };
-        page.text((LEFT, 24.0), Anchor::Start, 15.0, BLACK, self.title.as_str());
+        let mut page = Drawing {
+            width: WIDTH,
+            height: bottom + 40.0,
+            ..Drawing::default()
+        };
+        page.text(
+            (LEFT, 24.0),
+            Anchor::Start,
+            15.0,
+            BLACK,
+            self.title.as_str(),
+        );
         let x = Axis::exact(0.0, self.ends.0, LEFT, RIGHT);
         let y = Axis::exact(0.0, self.ends.1, bottom, TOP);
         upright_grid(&mut page, &x, TOP, bottom);
@@ -48,7 +60,11 @@ impl Map {
         for (number, curve) in self.curves.iter().enumerate() {
             let colour = line_colour(number);
             let inside = |p: &&(f64, f64)| p.0 <= self.ends.0 && (0.0..=self.ends.1).contains(&p.1);
-            let places = curve.points.iter().filter(inside).map(|p| (x.place(p.0), y.place(p.1)));
+            let places = curve
+                .points
+                .iter()
+                .filter(inside)
+                .map(|p| (x.place(p.0), y.place(p.1)));
             let at = TOP + HEADING + 16.0 * number as f64;
             if curve.dots {
                 places.for_each(|place| page.line(vec![place], colour, 3.0));

@@ -5,7 +5,8 @@ use super::axis::Axis;
 use super::decimate::path;
 use super::drawing::{Colour, Drawing};
 use super::frame::{
-    GREY, LEADING, LEFT, RIGHT, abscissa, felt, heading, legend, level_grid, moved, shown, upright_grid,
+    GREY, LEADING, LEFT, RIGHT, abscissa, felt, heading, legend, level_grid, moved, shown,
+    upright_grid,
 };
 
 /// Turns smaller than this part of the whole travel are taken for noise.
@@ -25,15 +26,25 @@ pub fn draw(page: &mut Drawing, top: f64, height: f64, travel: &Series, force: &
     let turns = turns(travel.values);
     for (downward, colour) in [(true, PRESS), (false, RETURN)] {
         // Between stretches of this direction the pen is lifted.
-        let points = stretches(&turns, travel.values.len()).filter(|s| s.2 == downward).flat_map(|(from, to, _)| {
-            let points = travel.values[from..to].iter().zip(force.values.iter().skip(from));
-            points.map(|(u, v)| (x.place(*u), y.place(*v))).chain([(f64::NAN, f64::NAN)])
-        });
+        let points = stretches(&turns, travel.values.len())
+            .filter(|s| s.2 == downward)
+            .flat_map(|(from, to, _)| {
+                let points = travel.values[from..to]
+                    .iter()
+                    .zip(force.values.iter().skip(from));
+                points
+                    .map(|(u, v)| (x.place(*u), y.place(*v)))
+                    .chain([(f64::NAN, f64::NAN)])
+            });
         for points in path(points) {
             page.line(points, colour, 1.4);
         }
     }
-    let (there, back) = if travel.unit == "rad" { ("right", "left") } else { ("press", "return") };
+    let (there, back) = if travel.unit == "rad" {
+        ("right", "left")
+    } else {
+        ("press", "return")
+    };
     legend(page, top + 6.0, there, Some(PRESS), 1.4);
     legend(page, top + 6.0 + LEADING, back, Some(RETURN), 1.4);
     page.line(vec![(LEFT, top), (LEFT, bottom)], GREY, 0.8);
@@ -42,24 +53,43 @@ pub fn draw(page: &mut Drawing, top: f64, height: f64, travel: &Series, force: &
 
 /// The heading: `force at the key over its travel`, `torque over the angle`.
 fn over(unit: &str) -> String {
-    format!("{} over {}", felt(unit), if unit == "n_m" { "the angle" } else { "its travel" })
+    format!(
+        "{} over {}",
+        felt(unit),
+        if unit == "n_m" {
+            "the angle"
+        } else {
+            "its travel"
+        }
+    )
 }
 
-/// The stretches between turns: first tick, one past the last (the turn belongs to both), and whether the key goes down.
+/// The stretches between turns: first tick, one past the last (the turn belongs to both), and
+/// whether the key goes down.
 fn stretches(turns: &[(usize, bool)], ticks: usize) -> impl Iterator<Item = (usize, usize, bool)> {
     let ends = turns.iter().skip(1).map(|t| t.0 + 1).chain([ticks]);
-    turns.iter().zip(ends).map(|((from, downward), end)| (*from, end, *downward))
+    turns
+        .iter()
+        .zip(ends)
+        .map(|((from, downward), end)| (*from, end, *downward))
 }
 
-/// The ticks at which a new direction begins, and whether it is downward (to greater travel). The first is tick 0.
+/// The ticks at which a new direction begins, and whether it is downward (to greater travel). The
+/// first is tick 0.
 fn turns(travel: &[f64]) -> Vec<(usize, bool)> {
-    let Some((low, high)) = super::axis::extent([travel].into_iter()) else { return Vec::new() };
+    let Some((low, high)) = super::axis::extent([travel].into_iter()) else {
+        return Vec::new();
+    };
     let least = (high - low) * TURN;
     let mut turns = vec![(0, true)];
     let (mut extreme, mut at) = (travel[0], 0);
     for (tick, &now) in travel.iter().enumerate() {
         let downward = turns[turns.len() - 1].1;
-        let onward = if downward { now - extreme } else { extreme - now };
+        let onward = if downward {
+            now - extreme
+        } else {
+            extreme - now
+        };
         if onward >= 0.0 || extreme.is_nan() {
             (extreme, at) = (now, tick);
         } else if -onward > least {
@@ -76,11 +106,22 @@ mod tests {
 
     #[test]
     fn turns_are_found_in_noise() {
-        let strokes = crate::gesture::Gesture::new().repeated(0.1, 5.0, 3, 0.010).positions(10_000);
-        let noisy: Vec<f64> = strokes.iter().enumerate().map(|(i, x)| x + 5e-5 * f64::from((i % 3) as u8)).collect();
+        let strokes = crate::gesture::Gesture::new()
+            .repeated(0.1, 5.0, 3, 0.010)
+            .positions(10_000);
+        let noisy: Vec<f64> = strokes
+            .iter()
+            .enumerate()
+            .map(|(i, x)| x + 5e-5 * f64::from((i % 3) as u8))
+            .collect();
         let turns = turns(&noisy);
-        assert_eq!(turns.iter().map(|t| t.1).collect::<Vec<_>>(), [true, false, true, false, true, false]);
-        let covered: usize = stretches(&turns, noisy.len()).map(|(from, to, _)| to - from).sum();
+        assert_eq!(
+            turns.iter().map(|t| t.1).collect::<Vec<_>>(),
+            [true, false, true, false, true, false]
+        );
+        let covered: usize = stretches(&turns, noisy.len())
+            .map(|(from, to, _)| to - from)
+            .sum();
         assert_eq!(covered, noisy.len() + turns.len() - 1);
     }
 

@@ -1,6 +1,8 @@
 //! A drawing as PNG: two pixels per point, smooth edges, text from outlines.
 
-use tiny_skia::{Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform};
+use tiny_skia::{
+    Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform,
+};
 
 use super::drawing::{Anchor, Colour, Drawing, Point, Shape};
 use super::font;
@@ -13,14 +15,21 @@ pub fn paint(drawing: &Drawing) -> Option<Vec<u8>> {
     let pixels = |points: f64| (points * f64::from(SCALE)).ceil() as u32;
     let mut page = Pixmap::new(pixels(drawing.width), pixels(drawing.height))?;
     page.fill(Color::WHITE);
-    drawing.shapes.iter().for_each(|shape| paint_shape(&mut page, shape));
+    drawing
+        .shapes
+        .iter()
+        .for_each(|shape| paint_shape(&mut page, shape));
     page.encode_png().ok()
 }
 
 fn paint_shape(page: &mut Pixmap, shape: &Shape) {
     let scale = Transform::from_scale(SCALE, SCALE);
     match shape {
-        Shape::Line { points, colour, width } => {
+        Shape::Line {
+            points,
+            colour,
+            width,
+        } => {
             let stroke = Stroke {
                 width: *width as f32,
                 line_cap: LineCap::Round,
@@ -36,7 +45,13 @@ fn paint_shape(page: &mut Pixmap, shape: &Shape) {
                 page.fill_path(&path, &ink(*colour), FillRule::Winding, scale, None);
             }
         }
-        Shape::Text { at, text, size, colour, anchor } => {
+        Shape::Text {
+            at,
+            text,
+            size,
+            colour,
+            anchor,
+        } => {
             let back = match anchor {
                 Anchor::Start => 0.0,
                 Anchor::Middle => 0.5,
@@ -53,7 +68,10 @@ fn paint_shape(page: &mut Pixmap, shape: &Shape) {
 
 fn ink(colour: Colour) -> Paint<'static> {
     let [_, red, green, blue] = colour.to_be_bytes();
-    let mut paint = Paint { anti_alias: true, ..Paint::default() };
+    let mut paint = Paint {
+        anti_alias: true,
+        ..Paint::default()
+    };
     paint.set_color_rgba8(red, green, blue, 255);
     paint
 }

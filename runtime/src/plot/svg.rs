@@ -1,4 +1,5 @@
-//! A drawing as SVG. Text stays text; the viewer's own sans-serif is used where Roboto is not installed.
+//! A drawing as SVG. Text stays text; the viewer's own sans-serif is used where Roboto is not
+//! installed.
 
 use std::fmt::Write;
 
@@ -6,7 +7,11 @@ use super::drawing::{Anchor, Drawing, Point, Shape};
 
 /// The document.
 pub fn print(drawing: &Drawing) -> String {
-    let Drawing { width, height, shapes } = drawing;
+    let Drawing {
+        width,
+        height,
+        shapes,
+    } = drawing;
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
          font-family=\"Roboto, Helvetica, Arial, sans-serif\" stroke-linecap=\"round\" stroke-linejoin=\"round\">\n\
@@ -20,15 +25,31 @@ pub fn print(drawing: &Drawing) -> String {
 /// Writing to a string cannot fail, so results of `write!` are dropped.
 fn print_shape(out: &mut String, shape: &Shape) {
     match shape {
-        Shape::Line { points, colour, width } => {
+        Shape::Line {
+            points,
+            colour,
+            width,
+        } => {
             let path = path(points);
-            let _ =
-                writeln!(out, "<path d=\"{path}\" fill=\"none\" stroke=\"#{colour:06x}\" stroke-width=\"{width}\"/>");
+            let _ = writeln!(
+                out,
+                "<path d=\"{path}\" fill=\"none\" stroke=\"#{colour:06x}\" stroke-width=\"{width}\"/>"
+            );
         }
         Shape::Area { points, colour } => {
-            let _ = writeln!(out, "<path d=\"{}z\" fill=\"#{colour:06x}\"/>", path(points));
+            let _ = writeln!(
+                out,
+                "<path d=\"{}z\" fill=\"#{colour:06x}\"/>",
+                path(points)
+            );
         }
-        Shape::Text { at, text, size, colour, anchor } => {
+        Shape::Text {
+            at,
+            text,
+            size,
+            colour,
+            anchor,
+        } => {
             let anchor = match anchor {
                 Anchor::Start => "start",
                 Anchor::Middle => "middle",
@@ -61,13 +82,15 @@ fn number(value: f64) -> String {
 }
 
 fn escaped(text: &str) -> String {
-    text.chars().filter(|c| !c.is_control()).fold(String::new(), |mut out, c| {
-        match c {
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '&' => out.push_str("&amp;"),
-            _ => out.push(c),
-        }
-        out
-    })
+    text.chars()
+        .filter(|c| !c.is_control())
+        .fold(String::new(), |mut out, c| {
+            match c {
+                '<' => out.push_str("&lt;"),
+                '>' => out.push_str("&gt;"),
+                '&' => out.push_str("&amp;"),
+                _ => out.push(c),
+            }
+            out
+        })
 }

@@ -6,52 +6,109 @@ use crate::trace::EventRow;
 
 const RATE_HZ: u32 = 44_100;
 
-/// A hammer on a spring under the key, thrown against a string. Not the instrument, only data that looks like it.
+/// A hammer on a spring under the key, thrown against a string. Not the instrument, only data that
+/// looks like it.
 fn hammer_trace(travel_m: Vec<f64>) -> Trace {
-    let names = ["f", "contact", "weight", "friction", "escapement", "inertia", "phi", "motion"];
+    let names = [
+        "f",
+        "contact",
+        "weight",
+        "friction",
+        "escapement",
+        "inertia",
+        "phi",
+        "motion",
+    ];
     let units = ["n", "n", "n", "n", "n", "n", "rad", ""];
     let mut values = vec![Vec::with_capacity(travel_m.len()); names.len()];
-    let (mut phi, mut rate, mut before, mut smooth, mut events) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64, Vec::new());
+    let (mut phi, mut rate, mut before, mut smooth, mut events) =
+        (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64, Vec::new());
     for (tick, &x) in travel_m.iter().enumerate() {
         let dt = 1.0 / f64::from(RATE_HZ);
         smooth += 0.02 * ((x - before) / dt - smooth);
         before = x;
         let squeeze = 0.73 * x.min(0.006) - 0.0178 * phi;
-        let push = if squeeze >= 0.0 { (8e3 * squeeze + 50.0 * (0.73 * smooth - 0.0178 * rate)).max(0.0) } else { 0.0 };
+        let push = if squeeze >= 0.0 {
+            (8e3 * squeeze + 50.0 * (0.73 * smooth - 0.0178 * rate)).max(0.0)
+        } else {
+            0.0
+        };
         rate += dt * (0.0178 * push - 0.01186) / 1.54e-4;
         phi += dt * rate;
         if phi >= 0.365 && rate > 0.0 {
             let args = vec![("speed_m_per_s".to_string(), rate * 0.137)];
-            events.push(EventRow { t_s: tick as f64 * dt, key: 0, event: "note".into(), args });
+            events.push(EventRow {
+                t_s: tick as f64 * dt,
+                key: 0,
+                event: "note".into(),
+                args,
+            });
             rate *= -0.5;
         }
         if phi < 0.0 {
             (phi, rate) = (0.0, 0.0);
         }
         let bump = (0.2 * (1.0 - ((x - 0.0072) / 0.0012).abs())).max(0.0);
-        let terms = [push * 0.73, -0.13, (30.0 * smooth).clamp(-0.13, 0.13), bump, 0.0];
-        let state = f64::from(u8::from(squeeze < -1e-4)) + f64::from(u8::from(squeeze < -1e-4 && rate < 0.0));
-        let row = [terms.iter().sum::<f64>()].into_iter().chain(terms).chain([phi, state]);
-        values.iter_mut().zip(row).for_each(|(column, v)| column.push(v));
+        let terms = [
+            push * 0.73,
+            -0.13,
+            (30.0 * smooth).clamp(-0.13, 0.13),
+            bump,
+            0.0,
+        ];
+        let state = f64::from(u8::from(squeeze < -1e-4))
+            + f64::from(u8::from(squeeze < -1e-4 && rate < 0.0));
+        let row = [terms.iter().sum::<f64>()]
+            .into_iter()
+            .chain(terms)
+            .chain([phi, state]);
+        values
+            .iter_mut()
+            .zip(row)
+            .for_each(|(column, v)| column.push(v));
     }
     let mut columns: Vec<Column> = names
         .iter()
         .zip(units)
         .zip(values)
-        .map(|((name, unit), values)| Column { name: (*name).into(), unit: unit.into(), labels: vec![], values })
+        .map(|((name, unit), values)| Column {
+            name: (*name).into(),
+            unit: unit.into(),
+            labels: vec![],
+            values,
+        })
         .collect();
     if let Some(motion) = columns.last_mut() {
-        motion.labels = ["touching", "flying up", "falling"].map(String::from).to_vec();
+        motion.labels = ["touching", "flying up", "falling"]
+            .map(String::from)
+            .to_vec();
     }
-    columns.push(Column { name: "x".into(), unit: "m".into(), labels: vec![], values: travel_m });
-    Trace { rate_hz: RATE_HZ, columns, events }
+    columns.push(Column {
+        name: "x".into(),
+        unit: "m".into(),
+        labels: vec![],
+        values: travel_m,
+    });
+    Trace {
+        rate_hz: RATE_HZ,
+        columns,
+        events,
+    }
 }
 
 fn roles() -> Roles {
     Roles {
         title: "Grand piano: the bundled gesture".into(),
         travel: "x_m".into(),
-        forces: ["contact_n", "weight_n", "friction_n", "escapement_n", "inertia_n"].map(String::from).to_vec(),
+        forces: [
+            "contact_n",
+            "weight_n",
+            "friction_n",
+            "escapement_n",
+            "inertia_n",
+        ]
+        .map(String::from)
+        .to_vec(),
         total: "f_n".into(),
         coordinates: vec!["phi_rad".into()],
         mark: "note".into(),
@@ -69,13 +126,18 @@ fn panels_axes_and_legends_say_what_is_drawn() {
     let mut rows: Vec<(i64, i64, &str)> = Vec::new();
     for shape in &drawing.shapes {
         if let drawing::Shape::Text { at, text, .. } = shape {
-            assert!((0.0..drawing.width).contains(&at.0) && (0.0..drawing.height).contains(&at.1), "{text} at {at:?}");
+            assert!(
+                (0.0..drawing.width).contains(&at.0) && (0.0..drawing.height).contains(&at.1),
+                "{text} at {at:?}"
+            );
             rows.push((at.1 as i64, at.0 as i64, text));
         }
     }
     rows.sort_unstable();
-    let text: Vec<String> =
-        rows.chunk_by(|a, b| a.0 == b.0).map(|r| r.iter().map(|t| t.2).collect::<Vec<_>>().join(" | ")).collect();
+    let text: Vec<String> = rows
+        .chunk_by(|a, b| a.0 == b.0)
+        .map(|r| r.iter().map(|t| t.2).collect::<Vec<_>>().join(" | "))
+        .collect();
     insta::assert_snapshot!(text.join("\n"));
 }
 
@@ -85,14 +147,25 @@ fn both_outputs_are_whole_and_reproducible() {
     let figure = Figure::of(&trace, &roles);
     let (svg, png) = (figure.svg(), figure.png().unwrap());
     assert_eq!((&svg, &png), (&figure.svg(), &figure.png().unwrap()));
-    assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n") && !svg.contains("NaN") && !svg.contains("inf"));
+    assert!(
+        svg.starts_with("<svg ")
+            && svg.ends_with("</svg>\n")
+            && !svg.contains("NaN")
+            && !svg.contains("inf")
+    );
     let picture = tiny_skia::Pixmap::decode_png(&png).unwrap();
     assert_eq!(picture.width(), 2000);
-    for (name, colour) in
-        [("total", frame::BLACK), ("first term", frame::line_colour(0)), ("flying up", frame::band_colour(1))]
-    {
+    for (name, colour) in [
+        ("total", frame::BLACK),
+        ("first term", frame::line_colour(0)),
+        ("flying up", frame::band_colour(1)),
+    ] {
         let [_, r, g, b] = colour.to_be_bytes();
-        let count = picture.pixels().iter().filter(|p| (p.red(), p.green(), p.blue()) == (r, g, b)).count();
+        let count = picture
+            .pixels()
+            .iter()
+            .filter(|p| (p.red(), p.green(), p.blue()) == (r, g, b))
+            .count();
         assert!(count > 500, "{name}: {count} pixels");
     }
 }
@@ -100,17 +173,31 @@ fn both_outputs_are_whole_and_reproducible() {
 #[test]
 fn odd_data_does_not_panic() {
     let roles = roles();
-    let odd: [&[f64]; 7] =
-        [&[], &[0.001], &[0.0, 0.0], &[0.002; 500], &[f64::NAN; 3], &[f64::INFINITY, 0.0], &[1e300, -1e300]];
+    let odd: [&[f64]; 7] = [
+        &[],
+        &[0.001],
+        &[0.0, 0.0],
+        &[0.002; 500],
+        &[f64::NAN; 3],
+        &[f64::INFINITY, 0.0],
+        &[1e300, -1e300],
+    ];
     for travel in odd {
         let trace = hammer_trace(travel.to_vec());
         let figure = Figure::of(&trace, &roles);
-        assert!(figure.svg().ends_with("</svg>\n") && figure.png().is_some(), "{travel:?}");
+        assert!(
+            figure.svg().ends_with("</svg>\n") && figure.png().is_some(),
+            "{travel:?}"
+        );
     }
     let mut ragged = hammer_trace(vec![0.001; 50]);
     ragged.columns[3].values.truncate(7);
     ragged.columns[7].values = vec![99.0, -1.0, f64::NAN];
-    ragged.events.push(EventRow { t_s: -5.0, event: "note".into(), ..EventRow::default() });
+    ragged.events.push(EventRow {
+        t_s: -5.0,
+        event: "note".into(),
+        ..EventRow::default()
+    });
     let figure = Figure::of(&ragged, &roles);
     assert!(figure.svg().ends_with("</svg>\n") && figure.png().is_some());
     let nothing = Figure::default();
@@ -122,7 +209,10 @@ fn a_long_recording_is_as_small_as_a_short_one() {
     let roles = roles();
     let travel = default_gesture().positions(RATE_HZ);
     let (short, long) = (hammer_trace(travel.clone()), hammer_trace(travel.repeat(9)));
-    let (short, long) = (Figure::of(&short, &roles).svg().len(), Figure::of(&long, &roles).svg().len());
+    let (short, long) = (
+        Figure::of(&short, &roles).svg().len(),
+        Figure::of(&long, &roles).svg().len(),
+    );
     assert!(long < 3 * short, "{short} bytes for 4 s, {long} for 38 s");
 }
 
@@ -130,13 +220,25 @@ fn a_long_recording_is_as_small_as_a_short_one() {
 fn figures_are_saved_by_the_end_of_their_names() {
     let dir = tempfile::tempdir().unwrap();
     let names = ["a<b".to_string(), "c".to_string()];
-    let machine = Machine { name: "m & n", states: &names, values: &[0.0, 1.0] };
-    let figure = Figure { title: "t".into(), rate_hz: 10, machines: vec![machine], ..Figure::default() };
+    let machine = Machine {
+        name: "m & n",
+        states: &names,
+        values: &[0.0, 1.0],
+    };
+    let figure = Figure {
+        title: "t".into(),
+        rate_hz: 10,
+        machines: vec![machine],
+        ..Figure::default()
+    };
     let (svg, png) = (dir.path().join("f.svg"), dir.path().join("f.png"));
     save(&figure, &svg).unwrap();
     save(&figure, &png).unwrap();
     let text = std::fs::read_to_string(&svg).unwrap();
-    assert!(text.contains("m &amp; n") && text.contains("a&lt;b"), "{text}");
+    assert!(
+        text.contains("m &amp; n") && text.contains("a&lt;b"),
+        "{text}"
+    );
     assert_eq!(std::fs::read(&png).unwrap()[1..4], *b"PNG");
     let error = save(&figure, &dir.path().join("f.pdf")).unwrap_err();
     assert_eq!(error.message, "a figure's name ends in `.svg` or `.png`");

@@ -4,8 +4,8 @@ use super::axis::Axis;
 use super::decimate::line;
 use super::drawing::{Anchor, Colour, Drawing};
 use super::frame::{
-    BLACK, DARK, GREY, LEADING, LEFT, LEGEND, MARK, RIGHT, TEXT, felt, heading, legend, level_grid, line_colour, moved,
-    shown, upright_grid,
+    BLACK, DARK, GREY, LEADING, LEFT, LEGEND, MARK, RIGHT, TEXT, felt, heading, legend, level_grid,
+    line_colour, moved, shown, upright_grid,
 };
 use super::{Mark, Series, font};
 
@@ -29,7 +29,10 @@ impl Clock {
     /// For a figure of that many ticks.
     pub fn new(ticks: usize, rate_hz: u32) -> Clock {
         let rate_hz = f64::from(rate_hz.max(1));
-        Clock { axis: Axis::exact(0.0, (ticks.max(2) - 1) as f64 / rate_hz, LEFT, RIGHT), rate_hz }
+        Clock {
+            axis: Axis::exact(0.0, (ticks.max(2) - 1) as f64 / rate_hz, LEFT, RIGHT),
+            rate_hz,
+        }
     }
 
     /// The abscissa of a tick.
@@ -46,21 +49,55 @@ pub fn height(lines: usize, least: f64) -> f64 {
 /// The key's travel; `place` is the panel's upper edge and height, here and below.
 pub fn travel(page: &mut Drawing, clock: &Clock, place: (f64, f64), series: &Series) {
     let (name, unit, factor) = moved(series.unit);
-    panel(page, clock, place, (name, unit, factor), &[Line { series, colour: BLACK, width: 1.5 }]);
+    panel(
+        page,
+        clock,
+        place,
+        (name, unit, factor),
+        &[Line {
+            series,
+            colour: BLACK,
+            width: 1.5,
+        }],
+    );
 }
 
 /// Force terms, over their total.
-pub fn forces(page: &mut Drawing, clock: &Clock, place: (f64, f64), terms: &[Series], total: Option<&Series>) {
-    let total = total.into_iter().map(|series| Line { series, colour: BLACK, width: 2.2 });
-    let terms = terms.iter().enumerate().map(|(i, series)| Line { series, colour: line_colour(i), width: 1.3 });
+pub fn forces(
+    page: &mut Drawing,
+    clock: &Clock,
+    place: (f64, f64),
+    terms: &[Series],
+    total: Option<&Series>,
+) {
+    let total = total.into_iter().map(|series| Line {
+        series,
+        colour: BLACK,
+        width: 2.2,
+    });
+    let terms = terms.iter().enumerate().map(|(i, series)| Line {
+        series,
+        colour: line_colour(i),
+        width: 1.3,
+    });
     let lines: Vec<Line> = total.chain(terms).collect();
     let (unit, factor) = shown(unit_of(&lines));
-    panel(page, clock, place, (felt(unit_of(&lines)), unit, factor), &lines);
+    panel(
+        page,
+        clock,
+        place,
+        (felt(unit_of(&lines)), unit, factor),
+        &lines,
+    );
 }
 
 /// Coordinates of one unit.
 pub fn coordinates(page: &mut Drawing, clock: &Clock, place: (f64, f64), series: &[&Series]) {
-    let line = |(i, series)| Line { series, colour: line_colour(i), width: 1.5 };
+    let line = |(i, series)| Line {
+        series,
+        colour: line_colour(i),
+        width: 1.5,
+    };
     let lines: Vec<Line> = series.iter().copied().enumerate().map(line).collect();
     let name = match unit_of(&lines) {
         "rad" => "angle",
@@ -87,7 +124,15 @@ fn panel(
     let y = Axis::around(lines.iter().map(|l| l.series.values), bottom, top).in_units(factor);
     upright_grid(page, &clock.axis, top, bottom);
     level_grid(page, &y, top, heading(name, &unit));
-    for (i, Line { series, colour, width }) in lines.iter().enumerate() {
+    for (
+        i,
+        Line {
+            series,
+            colour,
+            width,
+        },
+    ) in lines.iter().enumerate()
+    {
         let row = top + 6.0 + i as f64 * LEADING;
         if lines.len() > 1 && series.values.iter().all(|v| *v == 0.0) {
             legend(page, row, &format!("{} (zero)", series.name), None, *width);
@@ -105,10 +150,19 @@ fn panel(
 const HEADING_ROOM: f64 = 90.0;
 
 /// Marks from `top` to `bottom`, labelled above as far as there is room.
-pub fn marks(page: &mut Drawing, clock: &Clock, (top, bottom): (f64, f64), name: &str, marks: &[Mark]) {
+pub fn marks(
+    page: &mut Drawing,
+    clock: &Clock,
+    (top, bottom): (f64, f64),
+    name: &str,
+    marks: &[Mark],
+) {
     let (mut line_from, mut label_from) = (f64::NEG_INFINITY, LEFT + HEADING_ROOM);
     for mark in marks {
-        let (x, half) = (clock.axis.place(mark.t_s), font::width(&mark.label, TEXT) / 2.0);
+        let (x, half) = (
+            clock.axis.place(mark.t_s),
+            font::width(&mark.label, TEXT) / 2.0,
+        );
         if !(LEFT..=RIGHT).contains(&x) {
             continue;
         }
@@ -117,12 +171,22 @@ pub fn marks(page: &mut Drawing, clock: &Clock, (top, bottom): (f64, f64), name:
             line_from = x + 1.0;
         }
         if x - half >= label_from {
-            page.text((x, top - 4.0), Anchor::Middle, TEXT, DARK, mark.label.clone());
+            page.text(
+                (x, top - 4.0),
+                Anchor::Middle,
+                TEXT,
+                DARK,
+                mark.label.clone(),
+            );
             label_from = x + half + 5.0;
         }
     }
     if !marks.is_empty() {
-        page.line(vec![(LEGEND + 8.0, top - 19.0), (LEGEND + 8.0, top - 7.0)], MARK, 0.8);
+        page.line(
+            vec![(LEGEND + 8.0, top - 19.0), (LEGEND + 8.0, top - 7.0)],
+            MARK,
+            0.8,
+        );
         page.text((LEGEND + 22.0, top - 9.0), Anchor::Start, TEXT, DARK, name);
     }
 }

@@ -1,7 +1,8 @@
-//! The page of a budget: cores as bars, what modes cost, the map of stability, the current over time.
+//! The page of a budget: cores as bars, what modes cost, the map of stability, the current over
+//! time.
 //!
-//! It is drawn from what `whippen budget --json` prints, so page and JSON cannot differ. Charts are still pictures (SVG) in the
-//! colours of the style; there is nothing to zoom.
+//! It is drawn from what `whippen budget --json` prints, so page and JSON cannot differ. Charts are
+//! still pictures (SVG) in the colours of the style; there is nothing to zoom.
 
 use std::fmt::Write;
 
@@ -16,8 +17,7 @@ const OWN_STYLE: &str = "svg { display: block; max-width: 100%; height: auto; ma
     svg .grid { stroke: var(--grid); } svg .limit { stroke: var(--missed); stroke-dasharray: 5 4; } svg path { fill: none; stroke-width: 1.8; } \
     svg .a { stroke: var(--line0); } svg .b { stroke: var(--line2); } svg .a-text { fill: var(--line0); } svg .b-text { fill: var(--line2); } \
     svg circle { fill: var(--line1); }\n";
-const THEME: &str =
-    "document.documentElement.dataset.theme = matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light';";
+const THEME: &str = "document.documentElement.dataset.theme = matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light';";
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'";
 
 /// So many modes have a bar.
@@ -42,7 +42,11 @@ pub fn budget_page(budgets: &[Value], command: &str) -> String {
         escape(&title)
     );
     for budget in budgets {
-        let _ = writeln!(out, "<section>\n<h1>The budget of {}</h1>", escape(&name(budget)));
+        let _ = writeln!(
+            out,
+            "<section>\n<h1>The budget of {}</h1>",
+            escape(&name(budget))
+        );
         time(&mut out, budget);
         stability(&mut out, &budget["stability"]);
         motor(&mut out, &budget["motor"]);
@@ -73,57 +77,115 @@ fn list(value: &Value) -> &[Value] {
 /// Three digits.
 fn short(value: f64) -> String {
     let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
-    if rounded != 0.0 && !(1e-3..1e6).contains(&rounded.abs()) { format!("{rounded:e}") } else { format!("{rounded}") }
+    if rounded != 0.0 && !(1e-3..1e6).contains(&rounded.abs()) {
+        format!("{rounded:e}")
+    } else {
+        format!("{rounded}")
+    }
 }
 
 fn verdict(out: &mut String, name: &str, good: bool, words: &str) {
     let class = if good { "doc" } else { "warn" };
-    let _ = writeln!(out, "<h2>{name}</h2>\n<p class=\"{class}\">{}</p>", escape(words));
+    let _ = writeln!(
+        out,
+        "<h2>{name}</h2>\n<p class=\"{class}\">{}</p>",
+        escape(words)
+    );
 }
 
 /// A bar for each core and for each of the dearest modes.
 fn time(out: &mut String, budget: &Value) {
-    let (fits, period) = (budget["fits"].as_bool().unwrap_or(false), number(&budget["period_cycles"]).max(1.0));
-    let words = if fits { "Every key's tick is in time." } else { "The deadline is missed." };
-    verdict(out, "Time", fits, &format!("{words} A tick has {period} cycles."));
+    let (fits, period) = (
+        budget["fits"].as_bool().unwrap_or(false),
+        number(&budget["period_cycles"]).max(1.0),
+    );
+    let words = if fits {
+        "Every key's tick is in time."
+    } else {
+        "The deadline is missed."
+    };
+    verdict(
+        out,
+        "Time",
+        fits,
+        &format!("{words} A tick has {period} cycles."),
+    );
     let cores = list(&budget["cores"]);
-    let most = cores.iter().map(|core| number(&core["cycles_max"])).fold(period, f64::max);
+    let most = cores
+        .iter()
+        .map(|core| number(&core["cycles_max"]))
+        .fold(period, f64::max);
     let bars: Vec<(f64, String)> = cores
         .iter()
         .enumerate()
         .map(|(n, core)| {
-            let (cycles, keys, slack) = (number(&core["cycles_max"]), &core["keys"], number(&core["slack_cycles"]));
+            let (cycles, keys, slack) = (
+                number(&core["cycles_max"]),
+                &core["keys"],
+                number(&core["slack_cycles"]),
+            );
             let percent = 100.0 * number(&core["utilization"]);
-            let left = if slack < 0.0 { format!("{} too many", -slack) } else { format!("{slack} left") };
-            (cycles, format!("core {n}: {keys} keys, {cycles} cycles, {percent:.1} %, {left}"))
+            let left = if slack < 0.0 {
+                format!("{} too many", -slack)
+            } else {
+                format!("{slack} left")
+            };
+            (
+                cycles,
+                format!("core {n}: {keys} keys, {cycles} cycles, {percent:.1} %, {left}"),
+            )
         })
         .collect();
     bar_chart(out, "cycles of a tick, by core", &bars, most, Some(period));
     let mut modes: Vec<(f64, String)> = list(&budget["key"]["modes"])
         .iter()
         .map(|mode| {
-            (number(&mode["cycles_max"]), format!("{} cycles: {}", number(&mode["cycles_max"]), text(&mode["name"])))
+            (
+                number(&mode["cycles_max"]),
+                format!(
+                    "{} cycles: {}",
+                    number(&mode["cycles_max"]),
+                    text(&mode["name"])
+                ),
+            )
         })
         .collect();
     modes.sort_by(|a, b| b.0.total_cmp(&a.0));
     let left = modes.len().saturating_sub(MODES_SHOWN);
     modes.truncate(MODES_SHOWN);
     let most = modes.first().map_or(1.0, |mode| mode.0);
-    let more = if left > 0 { format!(" ({left} cheaper ones left out)") } else { String::new() };
-    bar_chart(out, &format!("cycles of a key, by mode{more}"), &modes, most, None);
+    let more = if left > 0 {
+        format!(" ({left} cheaper ones left out)")
+    } else {
+        String::new()
+    };
+    bar_chart(
+        out,
+        &format!("cycles of a key, by mode{more}"),
+        &modes,
+        most,
+        None,
+    );
 }
 
 fn bar_chart(out: &mut String, title: &str, bars: &[(f64, String)], most: f64, limit: Option<f64>) {
     let (row, width) = (34.0, WIDTH - 20.0);
     let height = row * bars.len() as f64 + 8.0;
-    let _ = writeln!(out, "<h3>{}</h3>\n<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\">", escape(title));
+    let _ = writeln!(
+        out,
+        "<h3>{}</h3>\n<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\">",
+        escape(title)
+    );
     for (at, (value, words)) in bars.iter().enumerate() {
         let top = row * at as f64;
         let long = width * (value / most.max(1e-9)).clamp(0.0, 1.0);
         // What is too long for its row is drawn narrower, not cut.
         let narrow = words.chars().count() > ROW_CHARS;
-        let fitted =
-            if narrow { format!(" textLength=\"{width}\" lengthAdjust=\"spacingAndGlyphs\"") } else { String::new() };
+        let fitted = if narrow {
+            format!(" textLength=\"{width}\" lengthAdjust=\"spacingAndGlyphs\"")
+        } else {
+            String::new()
+        };
         let _ = writeln!(
             out,
             "<text x=\"2\" y=\"{}\"{fitted}>{}</text><rect class=\"back\" x=\"2\" y=\"{}\" width=\"{width}\" height=\"12\"/>\
@@ -136,14 +198,22 @@ fn bar_chart(out: &mut String, title: &str, bars: &[(f64, String)], most: f64, l
     }
     if let Some(limit) = limit {
         let at = 2.0 + width * (limit / most.max(1e-9)).min(1.0);
-        let _ = writeln!(out, "<line class=\"limit\" x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"0\" y2=\"{height}\"/>");
+        let _ = writeln!(
+            out,
+            "<line class=\"limit\" x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"0\" y2=\"{height}\"/>"
+        );
     }
     out.push_str("</svg>\n");
 }
 
 fn stability(out: &mut String, found: &Value) {
     if found.is_null() {
-        return verdict(out, "Stability", true, "Not judged: the device does not say how its key moves.");
+        return verdict(
+            out,
+            "Stability",
+            true,
+            "Not judged: the device does not say how its key moves.",
+        );
     }
     let word = text(&found["verdict"]);
     let words = format!(
@@ -159,13 +229,21 @@ fn stability(out: &mut String, found: &Value) {
     if !map.is_null() {
         let field = Field {
             title: "stiffness over damping: borders of a spring with a damper on this device, and the modes",
-            ends: [round_up(number(&map["damping_end"])), round_up(number(&map["stiffness_end"]))],
+            ends: [
+                round_up(number(&map["damping_end"])),
+                round_up(number(&map["stiffness_end"])),
+            ],
             names: [text(&map["damping_unit"]), text(&map["stiffness_unit"])],
         };
-        let modes = list(&found["modes"]).iter().map(|m| (number(&m["damping"]), number(&m["stiffness"])));
+        let modes = list(&found["modes"])
+            .iter()
+            .map(|m| (number(&m["damping"]), number(&m["stiffness"])));
         field.draw(
             out,
-            &[("nobody holds the key", points(&map["nobody"])), ("passive below", points(&map["passive"]))],
+            &[
+                ("nobody holds the key", points(&map["nobody"])),
+                ("passive below", points(&map["passive"])),
+            ],
             &modes.collect::<Vec<_>>(),
             None,
         );
@@ -183,7 +261,15 @@ fn stability(out: &mut String, found: &Value) {
         ],
         ..Row::default()
     };
-    let heads = ["where", "stiffness", "damping", "mass", "times until it rings", "Hz", "damping to be passive"];
+    let heads = [
+        "where",
+        "stiffness",
+        "damping",
+        "mass",
+        "times until it rings",
+        "Hz",
+        "damping to be passive",
+    ];
     let table = Table {
         title: "modes".into(),
         note: "the least margin first".into(),
@@ -204,7 +290,10 @@ fn round_up(value: f64) -> f64 {
 }
 
 fn points(value: &Value) -> Vec<(f64, f64)> {
-    list(value).iter().map(|p| (number(&p[0]), number(&p[1]))).collect()
+    list(value)
+        .iter()
+        .map(|p| (number(&p[0]), number(&p[1])))
+        .collect()
 }
 
 /// A field with axes from 0.
@@ -215,14 +304,27 @@ struct Field {
 }
 
 impl Field {
-    fn draw(&self, out: &mut String, lines: &[(&str, Vec<(f64, f64)>)], dots: &[(f64, f64)], limit: Option<f64>) {
+    fn draw(
+        &self,
+        out: &mut String,
+        lines: &[(&str, Vec<(f64, f64)>)],
+        dots: &[(f64, f64)],
+        limit: Option<f64>,
+    ) {
         let (height, bottom, right) = (300.0, 260.0, WIDTH - 20.0);
         let x = |v: f64| LEFT + (right - LEFT) * v / self.ends[0].max(1e-12);
         let y = |v: f64| bottom - (bottom - 24.0) * v / self.ends[1].max(1e-12);
         let inside = |p: &&(f64, f64)| p.0 <= self.ends[0] && (0.0..=self.ends[1]).contains(&p.1);
-        let _ = writeln!(out, "<h3>{}</h3>\n<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\">", escape(self.title));
+        let _ = writeln!(
+            out,
+            "<h3>{}</h3>\n<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\">",
+            escape(self.title)
+        );
         for part in 0..=4 {
-            let (vx, vy) = (self.ends[0] * f64::from(part) / 4.0, self.ends[1] * f64::from(part) / 4.0);
+            let (vx, vy) = (
+                self.ends[0] * f64::from(part) / 4.0,
+                self.ends[1] * f64::from(part) / 4.0,
+            );
             let _ = writeln!(
                 out,
                 "<line class=\"grid\" x1=\"{LEFT}\" x2=\"{right}\" y1=\"{0:.1}\" y2=\"{0:.1}\"/>\
@@ -248,7 +350,13 @@ impl Field {
             let class = ["a", "b"][at % 2];
             let mut path = String::new();
             for (number, p) in points.iter().filter(inside).enumerate() {
-                let _ = write!(path, "{}{:.1} {:.1}", if number == 0 { 'M' } else { 'L' }, x(p.0), y(p.1));
+                let _ = write!(
+                    path,
+                    "{}{:.1} {:.1}",
+                    if number == 0 { 'M' } else { 'L' },
+                    x(p.0),
+                    y(p.1)
+                );
             }
             let _ = writeln!(
                 out,
@@ -265,7 +373,12 @@ impl Field {
             );
         }
         for p in dots.iter().filter(inside) {
-            let _ = writeln!(out, "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"4\"/>", x(p.0), y(p.1));
+            let _ = writeln!(
+                out,
+                "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"4\"/>",
+                x(p.0),
+                y(p.1)
+            );
         }
         out.push_str("</svg>\n");
     }
@@ -273,12 +386,21 @@ impl Field {
 
 fn motor(out: &mut String, found: &Value) {
     if found.is_null() {
-        return verdict(out, "Motor", true, "Not judged: the device says nothing of its motor.");
+        return verdict(
+            out,
+            "Motor",
+            true,
+            "Not judged: the device says nothing of its motor.",
+        );
     }
     let good = found["within_rating"].as_bool().unwrap_or(false);
     let words = format!(
         "{} Peak {} A, rms {} A in {}; held still between {} and {}, and the motor gives {} for ever.",
-        if good { "Within its rating." } else { "More than rated." },
+        if good {
+            "Within its rating."
+        } else {
+            "More than rated."
+        },
         short(number(&found["peak_a"])),
         short(number(&found["rms_a"])),
         text(&found["motion"]),
@@ -289,7 +411,10 @@ fn motor(out: &mut String, found: &Value) {
     verdict(out, "Motor", good, &words);
     let slices = list(&found["slices"]);
     let (rated, peak) = (number(&found["rated_a"]), number(&found["peak_a"]));
-    let current: Vec<(f64, f64)> = slices.iter().map(|s| (number(&s[0]), number(&s[1]))).collect();
+    let current: Vec<(f64, f64)> = slices
+        .iter()
+        .map(|s| (number(&s[0]), number(&s[1])))
+        .collect();
     let field = Field {
         title: "current over time, the largest of each slice; dashed: rated",
         ends: [number(&found["seconds"]), round_up(rated.max(peak))],

@@ -5,8 +5,9 @@
 //!     "machines": [ { name, states, t, s } ], "travel", "total", "marks": [[seconds, label]] }
 //! ```
 //!
-//! `t` are the ticks of the knots, each as the difference to the one before it, in seven bits a byte, the lowest first (LEB128);
-//! `v` are 32-bit floats, `s` one byte each; all three in base64. The other side is `report/data.js`.
+//! `t` are the ticks of the knots, each as the difference to the one before it, in seven bits a
+//! byte, the lowest first (LEB128); `v` are 32-bit floats, `s` one byte each; all three in base64.
+//! The other side is `report/data.js`.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -18,7 +19,8 @@ use crate::plot::frame::{moved, shown};
 use crate::plot::layout::by_unit;
 use crate::plot::{Figure, Machine, Series};
 
-/// So many changes of a state are kept one by one; beyond them short visits are kept and others may be lost.
+/// So many changes of a state are kept one by one; beyond them short visits are kept and others may
+/// be lost.
 const CHANGES_MAX: usize = 16_384;
 
 /// The JSON of a figure.
@@ -31,20 +33,38 @@ pub fn chart(figure: &Figure) -> Value {
         panels.push(panel(title, &unit, &[at]));
         at
     });
-    let mut forces: Vec<usize> = figure.forces.iter().map(|series| columns.add(series, shown(series.unit))).collect();
-    let total = figure.total.as_ref().map(|series| columns.add(series, shown(series.unit)));
+    let mut forces: Vec<usize> = figure
+        .forces
+        .iter()
+        .map(|series| columns.add(series, shown(series.unit)))
+        .collect();
+    let total = figure
+        .total
+        .as_ref()
+        .map(|series| columns.add(series, shown(series.unit)));
     forces.extend(total);
     if let Some(first) = figure.forces.first().or(figure.total.as_ref()) {
-        let title = if first.unit == "n_m" { "torque" } else { "force" };
+        let title = if first.unit == "n_m" {
+            "torque"
+        } else {
+            "force"
+        };
         panels.push(panel(title, &shown(first.unit).0, &forces));
     }
     for group in by_unit(&figure.coordinates) {
-        let members: Vec<usize> = group.iter().map(|series| columns.add(series, shown(series.unit))).collect();
+        let members: Vec<usize> = group
+            .iter()
+            .map(|series| columns.add(series, shown(series.unit)))
+            .collect();
         let names: Vec<&str> = group.iter().map(|series| series.name).collect();
         panels.push(panel(&names.join(", "), &shown(group[0].unit).0, &members));
     }
     let machines: Vec<Value> = figure.machines.iter().map(machine).collect();
-    let marks: Vec<Value> = figure.marks.iter().map(|mark| json!([mark.t_s, mark.label])).collect();
+    let marks: Vec<Value> = figure
+        .marks
+        .iter()
+        .map(|mark| json!([mark.t_s, mark.label]))
+        .collect();
     json!({
         "rate_hz": figure.rate_hz, "ticks": figure.ticks(), "columns": columns.list, "panels": panels, "machines": machines,
         "travel": travel, "total": total, "mark": figure.mark_name, "marks": marks,
@@ -65,7 +85,10 @@ impl Columns {
     fn add(&mut self, series: &Series, (unit, factor): (String, f64)) -> usize {
         let Knots { kept, truth } = knots(series.values);
         let ticks = kept.iter().map(|k| k.0);
-        let values: Vec<u8> = kept.iter().flat_map(|k| (k.1 as f32).to_le_bytes()).collect();
+        let values: Vec<u8> = kept
+            .iter()
+            .flat_map(|k| (k.1 as f32).to_le_bytes())
+            .collect();
         let (within, every) = match truth {
             Truth::Within(tolerance) => (Some(tolerance), None),
             Truth::Extremes(every) => (None, Some(every)),
@@ -89,8 +112,13 @@ fn machine(machine: &Machine) -> Value {
     }
     if changes.len() > CHANGES_MAX {
         let every = values.len().div_ceil(CHANGES_MAX);
-        let visible = runs(values, machine.states.len(), |tick| tick as f64 / every as f64);
-        changes = visible.iter().map(|run| (run.0 as usize * every, run.2)).collect();
+        let visible = runs(values, machine.states.len(), |tick| {
+            tick as f64 / every as f64
+        });
+        changes = visible
+            .iter()
+            .map(|run| (run.0 as usize * every, run.2))
+            .collect();
     }
     let states: Vec<u8> = changes.iter().map(|c| c.1.min(255) as u8).collect();
     json!({

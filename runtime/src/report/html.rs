@@ -40,12 +40,18 @@ pub struct Cell {
 impl Cell {
     /// A word.
     pub fn text(text: impl Into<String>) -> Cell {
-        Cell { text: text.into(), number: None }
+        Cell {
+            text: text.into(),
+            number: None,
+        }
     }
 
     /// A number, and how it is written.
     pub fn number(number: f64, text: impl Into<String>) -> Cell {
-        Cell { text: text.into(), number: Some(number) }
+        Cell {
+            text: text.into(),
+            number: Some(number),
+        }
     }
 }
 
@@ -87,8 +93,16 @@ impl Table {
         }
         out.push_str("<div class=\"scroll\" tabindex=\"0\"><table><thead><tr>");
         for (at, head) in self.heads.iter().enumerate() {
-            let number = self.rows.iter().any(|row| row.cells.get(at).is_some_and(|cell| cell.number.is_some()));
-            let _ = write!(out, "<th scope=\"col\"{}>{}</th>", if number { " class=\"n\"" } else { "" }, escape(head));
+            let number = self
+                .rows
+                .iter()
+                .any(|row| row.cells.get(at).is_some_and(|cell| cell.number.is_some()));
+            let _ = write!(
+                out,
+                "<th scope=\"col\"{}>{}</th>",
+                if number { " class=\"n\"" } else { "" },
+                escape(head)
+            );
         }
         out.push_str("</tr></thead><tbody>\n");
         self.rows.iter().for_each(|row| row.write(&mut out));
@@ -124,19 +138,32 @@ mod tests {
 
     #[test]
     fn nothing_in_a_text_becomes_a_tag() {
-        assert_eq!(escape("<b>\"a\" & 'b'</b>\u{0}"), "&lt;b&gt;&quot;a&quot; &amp; &#39;b&#39;&lt;/b&gt;\u{fffd}");
+        assert_eq!(
+            escape("<b>\"a\" & 'b'</b>\u{0}"),
+            "&lt;b&gt;&quot;a&quot; &amp; &#39;b&#39;&lt;/b&gt;\u{fffd}"
+        );
         let json = script_json(&serde_json::json!({ "doc": "</script><!--" }));
         assert_eq!(json, r#"{"doc":"\u003c/script>\u003c!--"}"#);
     }
 
     #[test]
     fn a_table_knows_its_numbers() {
-        let row =
-            Row { cells: vec![Cell::text("a<b"), Cell::number(-0.5, "−0.5 mm")], at_s: Some(1.25), ..Row::default() };
-        let table =
-            Table { title: "T".into(), heads: vec!["name".into(), "low".into()], rows: vec![row], ..Table::default() };
+        let row = Row {
+            cells: vec![Cell::text("a<b"), Cell::number(-0.5, "−0.5 mm")],
+            at_s: Some(1.25),
+            ..Row::default()
+        };
+        let table = Table {
+            title: "T".into(),
+            heads: vec!["name".into(), "low".into()],
+            rows: vec![row],
+            ..Table::default()
+        };
         let html = table.html();
-        assert!(html.contains("<th scope=\"col\">name</th><th scope=\"col\" class=\"n\">low</th>"), "{html}");
+        assert!(
+            html.contains("<th scope=\"col\">name</th><th scope=\"col\" class=\"n\">low</th>"),
+            "{html}"
+        );
         assert!(
             html.contains("<tr data-t=\"1.25\"><td>a&lt;b</td><td class=\"n\" data-n=\"-5e-1\">−0.5 mm</td></tr>"),
             "{html}"

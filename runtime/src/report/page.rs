@@ -24,7 +24,8 @@ const SCRIPTS: &[&str] = &[
 ];
 
 /// Nothing is loaded from anywhere; the browser is asked to see to it.
-const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
+const POLICY: &str =
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
 
 /// A whole report.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -54,7 +55,9 @@ impl Page {
         );
         self.head(&mut out);
         out.push_str("<main>\n");
-        self.sections.iter().for_each(|section| section.write(&mut out));
+        self.sections
+            .iter()
+            .for_each(|section| section.write(&mut out));
         out.push_str("</main>\n");
         let _ = writeln!(
             out,
@@ -87,7 +90,12 @@ impl Page {
         if self.sections.len() > 1 {
             out.push_str("<nav aria-label=\"Sections\">");
             for section in &self.sections {
-                let _ = write!(out, "<a href=\"#{}\">{}</a>", escape(&section.id), escape(&section.title));
+                let _ = write!(
+                    out,
+                    "<a href=\"#{}\">{}</a>",
+                    escape(&section.id),
+                    escape(&section.title)
+                );
             }
             out.push_str("</nav>\n");
         }
@@ -108,7 +116,10 @@ impl Page {
                 );
             }
         }
-        let _ = writeln!(out, "<script>\n{LIBRARY}\n</script>\n<script>\n\"use strict\";\n(() => {{");
+        let _ = writeln!(
+            out,
+            "<script>\n{LIBRARY}\n</script>\n<script>\n\"use strict\";\n(() => {{"
+        );
         SCRIPTS.iter().for_each(|script| out.push_str(script));
         out.push_str("})();\n</script>\n");
     }

@@ -62,9 +62,18 @@ impl Section {
         let model = &compiled.model;
         let facts = [
             outcome(compiled, run),
-            made.motion.iter().map(|note| ("motion".to_string(), note.clone())).collect(),
-            vec![("engine".to_string(), made.engine.to_string()), ("device".to_string(), device(made.device))],
-            made.settings.iter().map(|(name, value)| ("set".to_string(), format!("{name} = {value}"))).collect(),
+            made.motion
+                .iter()
+                .map(|note| ("motion".to_string(), note.clone()))
+                .collect(),
+            vec![
+                ("engine".to_string(), made.engine.to_string()),
+                ("device".to_string(), device(made.device)),
+            ],
+            made.settings
+                .iter()
+                .map(|(name, value)| ("set".to_string(), format!("{name} = {value}")))
+                .collect(),
         ];
         let told = run.counts.told();
         Section {
@@ -77,7 +86,10 @@ impl Section {
                 .map(|(count, what)| format!("{count} of {} ticks {what}", run.counts.ticks))
                 .collect(),
             data: vec![("chart", chart(&figure(compiled, run)))],
-            tables: vec![events(&run.trace, session::marked(&compiled.model)), numbers(compiled, run)],
+            tables: vec![
+                events(&run.trace, session::marked(&compiled.model)),
+                numbers(compiled, run),
+            ],
             sources: made.sources.to_vec(),
         }
     }
@@ -91,7 +103,12 @@ impl Section {
         }
         out.push_str("<dl class=\"facts\">");
         for (name, value) in &self.facts {
-            let _ = write!(out, "<div><dt>{}</dt><dd>{}</dd></div>", escape(name), escape(value));
+            let _ = write!(
+                out,
+                "<div><dt>{}</dt><dd>{}</dd></div>",
+                escape(name),
+                escape(value)
+            );
         }
         out.push_str("</dl>\n");
         for warning in &self.warnings {
@@ -100,7 +117,9 @@ impl Section {
         for (kind, _) in &self.data {
             let _ = writeln!(out, "<div class=\"plots\" data-kind=\"{kind}\"></div>");
         }
-        self.tables.iter().for_each(|table| out.push_str(&table.html()));
+        self.tables
+            .iter()
+            .for_each(|table| out.push_str(&table.html()));
         for (name, text) in &self.sources {
             let _ = writeln!(
                 out,
@@ -115,17 +134,36 @@ impl Section {
 
 /// A name as a link names it.
 pub fn id(name: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
+    let plain = |c: char| {
+        if c.is_ascii_alphanumeric() {
+            c.to_ascii_lowercase()
+        } else {
+            '-'
+        }
+    };
     name.chars().map(plain).collect()
 }
 
 fn device(device: &Device) -> String {
-    let (low, high, full_scale) = (device.sensor.low, device.sensor.high, device.drive.full_scale);
+    let (low, high, full_scale) = (
+        device.sensor.low,
+        device.sensor.high,
+        device.drive.full_scale,
+    );
     let text = if device.turns {
         let (low, high) = (low.to_degrees(), high.to_degrees());
-        format!("{}: sensor {low:.1} to {high:.1} deg, drive ±{} mN·m", device.name, full_scale * 1e3)
+        format!(
+            "{}: sensor {low:.1} to {high:.1} deg, drive ±{} mN·m",
+            device.name,
+            full_scale * 1e3
+        )
     } else {
-        format!("{}: sensor {:.3} to {:.3} mm, drive ±{full_scale} N", device.name, low * 1e3, high * 1e3)
+        format!(
+            "{}: sensor {:.3} to {:.3} mm, drive ±{full_scale} N",
+            device.name,
+            low * 1e3,
+            high * 1e3
+        )
     };
     text.replace('-', "−")
 }
@@ -133,25 +171,48 @@ fn device(device: &Device) -> String {
 /// Strikes, the greatest force, how deep, how long.
 fn outcome(compiled: &Compiled, run: &Run) -> Vec<(String, String)> {
     let trace = &run.trace;
-    let strikes = trace.events.iter().filter(|e| e.event == session::marked(&compiled.model)).count();
+    let strikes = trace
+        .events
+        .iter()
+        .filter(|e| e.event == session::marked(&compiled.model))
+        .count();
     let rate_hz = f64::from(trace.rate_hz);
     // The greatest value of an export, with its unit, and when.
     let peak = |wanted: ExportKind, shown: &dyn Fn(&str) -> (String, f64)| {
         let export = compiled.lowered.exports.iter().find(|e| e.kind == wanted)?;
         let suffix = session::suffix(&compiled.model, export);
-        let values = trace.column(&join_title(&export.name, &suffix))?.values.iter().copied().enumerate();
-        let (tick, value) = values.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(b.0.cmp(&a.0)))?;
+        let values = trace
+            .column(&join_title(&export.name, &suffix))?
+            .values
+            .iter()
+            .copied()
+            .enumerate();
+        let (tick, value) =
+            values.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(b.0.cmp(&a.0)))?;
         let (unit, factor) = shown(&suffix);
-        Some(minus(format!("{:.3} {unit} at {:.4} s", value * factor, trace.time_s(tick))))
+        Some(minus(format!(
+            "{:.3} {unit} at {:.4} s",
+            value * factor,
+            trace.time_s(tick)
+        )))
     };
     let mut facts = vec![
         ("strikes".to_string(), strikes.to_string()),
         (
             "played".to_string(),
-            format!("{:.2} s, {} ticks at {} Hz", trace.ticks() as f64 / rate_hz, trace.ticks(), trace.rate_hz),
+            format!(
+                "{:.2} s, {} ticks at {} Hz",
+                trace.ticks() as f64 / rate_hz,
+                trace.ticks(),
+                trace.rate_hz
+            ),
         ),
     ];
-    let (force, travel) = if compiled.model.turns() { ("torque", "furthest") } else { ("force", "deepest") };
+    let (force, travel) = if compiled.model.turns() {
+        ("torque", "furthest")
+    } else {
+        ("force", "deepest")
+    };
     let at = peak(ExportKind::Total, &shown).map(|at| (format!("greatest {force}"), at));
     let moved = |suffix: &str| {
         let (_, unit, factor) = moved(suffix);
@@ -166,11 +227,19 @@ fn outcome(compiled: &Compiled, run: &Run) -> Vec<(String, String)> {
 fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
     let rest = session::titles(compiled, &|kind| match kind {
         ExportKind::Sense(s) => s > 0,
-        ExportKind::Cell(id) => [CellKind::Rate, CellKind::State].contains(&compiled.model.cells[id.0 as usize].kind),
+        ExportKind::Cell(id) => {
+            [CellKind::Rate, CellKind::State].contains(&compiled.model.cells[id.0 as usize].kind)
+        }
         _ => false,
     });
     let roles = session::roles(compiled);
-    Figure::of(&run.trace, &Roles { coordinates: [roles.coordinates, rest].concat(), ..roles })
+    Figure::of(
+        &run.trace,
+        &Roles {
+            coordinates: [roles.coordinates, rest].concat(),
+            ..roles
+        },
+    )
 }
 
 /// All strikes, and the first of everything else that happened.
@@ -200,8 +269,17 @@ fn events(trace: &Trace, marked: &str) -> Table {
         let (name, unit) = split_title(title);
         heading(name, &unit.map_or(String::new(), |unit| unit.dim.unit()))
     };
-    let heads = ["#", "time (s)", "event"].map(String::from).into_iter().chain(titles.iter().map(argument)).collect();
-    Table { title: "Strikes and events".into(), note, heads, rows }
+    let heads = ["#", "time (s)", "event"]
+        .map(String::from)
+        .into_iter()
+        .chain(titles.iter().map(argument))
+        .collect();
+    Table {
+        title: "Strikes and events".into(),
+        note,
+        heads,
+        rows,
+    }
 }
 
 fn event_row(event: &EventRow, strike: Option<usize>, titles: &[&str]) -> Row {
@@ -210,9 +288,21 @@ fn event_row(event: &EventRow, strike: Option<usize>, titles: &[&str]) -> Row {
         Some((_, value)) => Cell::number(*value, minus(format!("{value:.4}"))),
         None => Cell::text(""),
     };
-    let fixed = [number, Cell::number(event.t_s, format!("{:.5}", event.t_s)), Cell::text(&event.event)];
-    let cells = fixed.into_iter().chain(titles.iter().map(argument)).collect();
-    Row { cells, at_s: Some(event.t_s), minor: strike.is_none(), ..Row::default() }
+    let fixed = [
+        number,
+        Cell::number(event.t_s, format!("{:.5}", event.t_s)),
+        Cell::text(&event.event),
+    ];
+    let cells = fixed
+        .into_iter()
+        .chain(titles.iter().map(argument))
+        .collect();
+    Row {
+        cells,
+        at_s: Some(event.t_s),
+        minor: strike.is_none(),
+        ..Row::default()
+    }
 }
 
 /// What every value can be, how it is kept, and what it was in this run.
@@ -237,7 +327,9 @@ fn numbers(compiled: &Compiled, run: &Run) -> Table {
         title: "Numbers".into(),
         note,
         heads: heads.map(String::from).to_vec(),
-        rows: rows.map(|export| number_row(compiled, run, export)).collect(),
+        rows: rows
+            .map(|export| number_row(compiled, run, export))
+            .collect(),
     }
 }
 
@@ -248,22 +340,49 @@ fn number_row(compiled: &Compiled, run: &Run, export: &Export) -> Row {
     let seen = run
         .trace
         .column(&join_title(&export.name, &suffix))
-        .map(|column| column.values.iter().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v))));
+        .map(|column| {
+            column
+                .values
+                .iter()
+                .fold((f64::MAX, f64::MIN), |(low, high), &v| {
+                    (low.min(v), high.max(v))
+                })
+        });
     let blank = || Cell::text("");
     let (low, high, margin) = match seen.filter(|(low, high)| low <= high) {
         None => (blank(), blank(), blank()),
         Some((low, high)) => {
             let times = export.range.magnitude() / low.abs().max(high.abs());
-            let margin =
-                if times.is_finite() { Cell::number(times, format!("{}×", significant(times, 3))) } else { blank() };
+            let margin = if times.is_finite() {
+                Cell::number(times, format!("{}×", significant(times, 3)))
+            } else {
+                blank()
+            };
             (value(low, 5), value(high, 5), margin)
         }
     };
-    let (name, unit, format) = (Cell::text(&export.name), Cell::text(unit), Cell::text(export.format()));
+    let (name, unit, format) = (
+        Cell::text(&export.name),
+        Cell::text(unit),
+        Cell::text(export.format()),
+    );
     let (lowest, highest) = (value(export.range.low, 5), value(export.range.high, 5));
-    let cells =
-        vec![name, unit, lowest, highest, format, value(export.lsb, 3), value(export.error, 2), low, high, margin];
-    Row { cells, ..Row::default() }
+    let cells = vec![
+        name,
+        unit,
+        lowest,
+        highest,
+        format,
+        value(export.lsb, 3),
+        value(export.error, 2),
+        low,
+        high,
+        margin,
+    ];
+    Row {
+        cells,
+        ..Row::default()
+    }
 }
 
 /// A number with so many significant digits, plain where that is short.
@@ -272,13 +391,20 @@ pub fn significant(value: f64, digits: usize) -> String {
         return "0".into();
     }
     let scientific = format!("{value:.*e}", digits - 1);
-    let power: i32 = scientific.split_once('e').and_then(|(_, p)| p.parse().ok()).unwrap_or(0);
+    let power: i32 = scientific
+        .split_once('e')
+        .and_then(|(_, p)| p.parse().ok())
+        .unwrap_or(0);
     if !(-4..=6).contains(&power) {
         return scientific;
     }
     let decimals = (digits as i32 - 1 - power).max(0) as usize;
     let text = format!("{value:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_string()
+    } else {
+        text
+    }
 }
 
 /// With a proper minus sign.

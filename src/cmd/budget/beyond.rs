@@ -1,4 +1,5 @@
-//! The budgets besides time: numbers, stability, motor. Each has a part of the text and a field of the JSON.
+//! The budgets besides time: numbers, stability, motor. Each has a part of the text and a field of
+//! the JSON.
 
 use std::path::PathBuf;
 
@@ -21,7 +22,8 @@ use crate::exit::Failure;
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "The motor")]
 pub struct BeyondArgs {
-    /// The key moves as recorded here, a table with titles such as t_s,x_mm; without it the bundled gesture
+    /// The key moves as recorded here, a table with titles such as t_s,x_mm; without it the bundled
+    /// gesture
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with = "midi")]
     pub motion: Option<PathBuf>,
     /// The busiest key of a performance, each note a synthetic stroke
@@ -42,20 +44,36 @@ impl Beyond {
     ///
     /// # Errors
     /// A file to be played cannot be read.
-    pub fn find(map: &SourceMap, model: &Model, device: &Device, args: &BeyondArgs) -> Result<Beyond, Failure> {
+    pub fn find(
+        map: &SourceMap,
+        model: &Model,
+        device: &Device,
+        args: &BeyondArgs,
+    ) -> Result<Beyond, Failure> {
         let law = Law::of(model);
         let (found, stability) = parallel::both(
             || {
                 let compiled = load::compiled_silently(map, model.clone(), device)?;
-                Ok((MotorBudget::find(&compiled, law.as_ref(), device, args)?, NumbersBudget::find(&compiled)))
+                Ok((
+                    MotorBudget::find(&compiled, law.as_ref(), device, args)?,
+                    NumbersBudget::find(&compiled),
+                ))
             },
             || StabilityBudget::find(law.as_ref()?, device),
         );
         let (motor, numbers) = found?;
-        let mut warnings = stability.as_ref().map(|s| s.warnings(model)).unwrap_or_default();
+        let mut warnings = stability
+            .as_ref()
+            .map(|s| s.warnings(model))
+            .unwrap_or_default();
         warnings.extend(motor.as_ref().and_then(|m| m.warning(model)));
         warnings.sort_by_key(|d| (d.span, d.code));
-        Ok(Beyond { numbers, stability, motor, warnings })
+        Ok(Beyond {
+            numbers,
+            stability,
+            motor,
+            warnings,
+        })
     }
 
     /// Prints what is surely not meant.
@@ -66,11 +84,18 @@ impl Beyond {
     /// For people.
     pub fn text(&self, device: &Device) -> String {
         let absent = |what: &str, table: &str| {
-            format!("{what}: not judged, as the device `{}` has no `[{table}]`\n", device.name)
+            format!(
+                "{what}: not judged, as the device `{}` has no `[{table}]`\n",
+                device.name
+            )
         };
-        let stability = self.stability.as_ref().map_or_else(|| absent("stability", "mechanics"), StabilityBudget::text);
+        let stability = self
+            .stability
+            .as_ref()
+            .map_or_else(|| absent("stability", "mechanics"), StabilityBudget::text);
         let without = || {
-            absent("motor", "motor") + "  an image with any motor takes the cycles above; `build` makes none without\n"
+            absent("motor", "motor")
+                + "  an image with any motor takes the cycles above; `build` makes none without\n"
         };
         let motor = self.motor.as_ref().map_or_else(without, MotorBudget::text);
         self.numbers.text() + &stability + &motor
@@ -86,8 +111,15 @@ impl Beyond {
     /// Adds the fields `numbers`, `stability`, `motor` and `warnings` to an object.
     pub fn add_to(&self, map: &SourceMap, budget: &mut Value) {
         budget["numbers"] = self.numbers.json();
-        budget["stability"] = self.stability.as_ref().map_or(Value::Null, StabilityBudget::json);
+        budget["stability"] = self
+            .stability
+            .as_ref()
+            .map_or(Value::Null, StabilityBudget::json);
         budget["motor"] = self.motor.as_ref().map_or(Value::Null, MotorBudget::json);
-        budget["warnings"] = self.warnings.iter().map(|d| crate::cmd::json::diagnostic(map, d)).collect();
+        budget["warnings"] = self
+            .warnings
+            .iter()
+            .map(|d| crate::cmd::json::diagnostic(map, d))
+            .collect();
     }
 }

@@ -12,10 +12,18 @@ impl Proof<'_> {
         let (dearest, _) = played.dearest_part();
         let bound = played.dearest().bound;
         let items = self.program.by_item(&bound.path).into_iter();
-        let lines = self.program.by_place(&bound.path).into_iter().filter_map(|(place, _)| place);
-        let lines: Vec<String> = lines.map(|place| format!("{}:{}", place.file, place.line)).collect();
+        let lines = self
+            .program
+            .by_place(&bound.path)
+            .into_iter()
+            .filter_map(|(place, _)| place);
+        let lines: Vec<String> = lines
+            .map(|place| format!("{}:{}", place.file, place.line))
+            .collect();
         let cores = played.budget.cores.iter().zip(&played.cores).enumerate();
-        let cores: Vec<Value> = cores.map(|(number, (core, of))| played.core_json(number, core, of)).collect();
+        let cores: Vec<Value> = cores
+            .map(|(number, (core, of))| played.core_json(number, core, of))
+            .collect();
         let image = &self.whole.image;
         json!({
             "kind": "budget",
@@ -45,7 +53,11 @@ impl Proof<'_> {
 impl Played<'_> {
     fn core_json(&self, number: usize, core: &CoreBudget, of: &Bounded) -> Value {
         let parts = |frame: &whippen_compiler::budget::Frame| {
-            frame.parts.iter().map(|(part, cycles)| (part.clone(), json!(cycles))).collect::<Map<_, _>>()
+            frame
+                .parts
+                .iter()
+                .map(|(part, cycles)| (part.clone(), json!(cycles)))
+                .collect::<Map<_, _>>()
         };
         let mut core = json!({
             "keys": core.keys,
@@ -64,19 +76,32 @@ impl Played<'_> {
                 let instrument = name(self.parts[part].compiled);
                 json!({ "instrument": instrument, "keys": zone.keys, "key_cycles_max": zone.tick.key_cycles_max() })
             };
-            core["zones"] = of.alone.zones.iter().zip(&self.part_of[number]).map(zone).collect();
+            core["zones"] = of
+                .alone
+                .zones
+                .iter()
+                .zip(&self.part_of[number])
+                .map(zone)
+                .collect();
         }
         core
     }
 
-    /// Adds what each zone is, where there are several: a list of objects, to each of which `beyond` may add.
+    /// Adds what each zone is, where there are several: a list of objects, to each of which
+    /// `beyond` may add.
     pub fn add_zones(&self, budget: &mut Value, beyond: impl Fn(&mut Value, &Part)) {
         if self.parts.len() == 1 {
             return;
         }
         let zone = |(number, part): (usize, &Part)| {
-            let alone = self.zones(number).map(|(alone, _)| alone.tick.key_cycles_max()).max();
-            let crowded = self.zones(number).map(|(_, crowded)| crowded.tick.key_cycles_max()).max();
+            let alone = self
+                .zones(number)
+                .map(|(alone, _)| alone.tick.key_cycles_max())
+                .max();
+            let crowded = self
+                .zones(number)
+                .map(|(_, crowded)| crowded.tick.key_cycles_max())
+                .max();
             let keys: u32 = self.zones(number).map(|(alone, _)| alone.keys).sum();
             let mut zone = json!({
                 "instrument": name(part.compiled),
@@ -93,10 +118,21 @@ impl Played<'_> {
     /// The modes of a part.
     fn modes_json(&self, part: usize) -> Vec<Value> {
         let mode = |(index, name): (usize, &String)| {
-            let alone = self.mode(part, index).map(|(alone, _)| alone.cycles_max).max();
-            let crowded = self.mode(part, index).map(|(_, crowded)| crowded.cycles_max).max();
+            let alone = self
+                .mode(part, index)
+                .map(|(alone, _)| alone.cycles_max)
+                .max();
+            let crowded = self
+                .mode(part, index)
+                .map(|(_, crowded)| crowded.cycles_max)
+                .max();
             json!({ "name": name, "cycles_max": alone, "crowded_cycles_max": crowded })
         };
-        self.parts[part].modes.iter().enumerate().map(mode).collect()
+        self.parts[part]
+            .modes
+            .iter()
+            .enumerate()
+            .map(mode)
+            .collect()
     }
 }

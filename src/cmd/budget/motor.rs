@@ -34,7 +34,8 @@ pub struct MotorBudget {
 }
 
 impl MotorBudget {
-    /// `None` if the device says nothing of its motor. `compiled` observes; `law` is its force law, if that can be bounded.
+    /// `None` if the device says nothing of its motor. `compiled` observes; `law` is its force law,
+    /// if that can be bounded.
     pub fn find(
         compiled: &Compiled,
         law: Option<&Law>,
@@ -43,7 +44,9 @@ impl MotorBudget {
     ) -> Result<Option<MotorBudget>, Failure> {
         let (positions, motion) = positions(&compiled.model, args)?;
         let played = motor::play(compiled, device, &positions).map_err(Failure::Defect)?;
-        let (Some(played), Some(motor), Some(rated_force)) = (played, device.motor, device.rated_force()) else {
+        let (Some(played), Some(motor), Some(rated_force)) =
+            (played, device.motor, device.rated_force())
+        else {
             return Ok(None);
         };
         Ok(Some(MotorBudget {
@@ -64,7 +67,14 @@ impl MotorBudget {
     pub fn text(&self) -> String {
         let (d, unit) = (&self.played.demand, self.unit);
         let ok = !self.exceeds();
-        let mut out = format!("motor: {}\n", if ok { "within its rating" } else { "MORE THAN RATED" });
+        let mut out = format!(
+            "motor: {}\n",
+            if ok {
+                "within its rating"
+            } else {
+                "MORE THAN RATED"
+            }
+        );
         let _ = writeln!(
             out,
             "  it gives {:.3} {unit} at {} A for {:.0} ms and {:.3} {unit} at {} A for ever; {:.4} {unit}/A is {:.1} mN*m/A at an arm of {:.2} mm",
@@ -107,18 +117,29 @@ impl MotorBudget {
             );
         }
         if d.held_back_s > 0.0 {
-            let _ = writeln!(out, "  held back to the rated current by the firmware for {}", seconds(d.held_back_s));
+            let _ = writeln!(
+                out,
+                "  held back to the rated current by the firmware for {}",
+                seconds(d.held_back_s)
+            );
         }
         if let (Some(once), Some(endless)) = (d.rise_k, d.endless_rise_k) {
-            let _ = writeln!(out, "  winding: {once:.1} K warmer at the most, {endless:.1} K if it is played for ever");
+            let _ = writeln!(
+                out,
+                "  winding: {once:.1} K warmer at the most, {endless:.1} K if it is played for ever"
+            );
         }
         out
     }
 
-    /// Whether the rated current is too little for it: for a key that is held, or for this motion again and again.
+    /// Whether the rated current is too little for it: for a key that is held, or for this motion
+    /// again and again.
     fn exceeds(&self) -> bool {
         let d: &Demand = &self.played.demand;
-        let held = self.statics.as_ref().is_some_and(|s| s.balanced.magnitude() > self.rated_force);
+        let held = self
+            .statics
+            .as_ref()
+            .is_some_and(|s| s.balanced.magnitude() > self.rated_force);
         held || d.rms_a > self.motor.rated_a || d.held_back_s > 0.0
     }
 
@@ -148,37 +169,73 @@ fn positions(model: &Model, args: &BeyondArgs) -> Result<(Vec<f64>, String), Fai
     let usage = |e: whippen_runtime::files::FileError| Failure::Usage(e.to_string());
     if let Some(path) = &args.midi {
         if model.turns() {
-            return Err(Failure::Usage("--midi plays keys, and this instrument turns".to_string()));
+            return Err(Failure::Usage(
+                "--midi plays keys, and this instrument turns".to_string(),
+            ));
         }
         let performance = midi::load(path).map_err(usage)?;
         let (key, notes) = busiest(&performance.notes);
         let (moves, _) = strokes(&notes, LATER_S);
-        let end_s = moves.iter().map(|m| m.start_s + m.duration_s).fold(0.0, f64::max) + LATER_S;
+        let end_s = moves
+            .iter()
+            .map(|m| m.start_s + m.duration_s)
+            .fold(0.0, f64::max)
+            + LATER_S;
         let rate_hz = f64::from(model.rate_hz);
         let mut follower = Follower::new(&moves);
-        let positions = (0..(end_s * rate_hz) as usize).map(|i| follower.at(i as f64 / rate_hz)).collect();
+        let positions = (0..(end_s * rate_hz) as usize)
+            .map(|i| follower.at(i as f64 / rate_hz))
+            .collect();
         return Ok((
             positions,
-            format!("{}, the busiest key {} with {} notes", path.display(), note_name(key), notes.len()),
+            format!(
+                "{}, the busiest key {} with {} notes",
+                path.display(),
+                note_name(key),
+                notes.len()
+            ),
         ));
     }
     let Some(path) = &args.motion else {
-        return Ok((MotionArgs::bundled(model).position_m, "the bundled gesture".to_string()));
+        return Ok((
+            MotionArgs::bundled(model).position_m,
+            "the bundled gesture".to_string(),
+        ));
     };
-    let options = MotionOptions { turns: model.turns(), ..MotionOptions::default() };
+    let options = MotionOptions {
+        turns: model.turns(),
+        ..MotionOptions::default()
+    };
     let motion = motion::load(path, &options, model.rate_hz).map_err(usage)?;
     Ok((motion.position_m, path.display().to_string()))
 }
 
 /// The key whose strokes ask most of a motor: by the sum of the squares of their speeds.
 fn busiest(notes: &[Note]) -> (u8, Vec<(usize, Note)>) {
-    let of =
-        |key: u8| -> Vec<(usize, Note)> { notes.iter().copied().enumerate().filter(|(_, n)| n.key == key).collect() };
-    let work = |key: &u8| of(*key).iter().map(|(_, n)| press_speed(n.velocity).powi(2)).sum::<f64>();
-    let key = (0..=127).max_by(|a, b| work(a).total_cmp(&work(b))).unwrap_or(60);
+    let of = |key: u8| -> Vec<(usize, Note)> {
+        notes
+            .iter()
+            .copied()
+            .enumerate()
+            .filter(|(_, n)| n.key == key)
+            .collect()
+    };
+    let work = |key: &u8| {
+        of(*key)
+            .iter()
+            .map(|(_, n)| press_speed(n.velocity).powi(2))
+            .sum::<f64>()
+    };
+    let key = (0..=127)
+        .max_by(|a, b| work(a).total_cmp(&work(b)))
+        .unwrap_or(60);
     (key, of(key))
 }
 
 fn seconds(time_s: f64) -> String {
-    if time_s > 0.0 && time_s < 1.0 { format!("{:.1} ms", 1e3 * time_s) } else { format!("{time_s:.2} s") }
+    if time_s > 0.0 && time_s < 1.0 {
+        format!("{:.1} ms", 1e3 * time_s)
+    } else {
+        format!("{time_s:.2} s")
+    }
 }

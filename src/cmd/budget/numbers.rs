@@ -28,20 +28,35 @@ impl NumbersBudget {
             unit: session::unit(&compiled.model, e),
             error: e.error,
         };
-        let share = |e: &&whippen_compiler::fix::Export| e.error / (e.range.high - e.range.low).max(f64::MIN_POSITIVE);
-        let others = exports.clone().filter(|e| e.kind != ExportKind::Total && e.error > 0.0);
+        let share = |e: &&whippen_compiler::fix::Export| {
+            e.error / (e.range.high - e.range.low).max(f64::MIN_POSITIVE)
+        };
+        let others = exports
+            .clone()
+            .filter(|e| e.kind != ExportKind::Total && e.error > 0.0);
         NumbersBudget {
             values: exports.clone().count(),
             clamps: compiled.lowered.clamps.clone(),
-            force: exports.clone().find(|e| e.kind == ExportKind::Total).map(named),
-            coarsest: others.max_by(|a, b| share(a).total_cmp(&share(b))).map(named),
+            force: exports
+                .clone()
+                .find(|e| e.kind == ExportKind::Total)
+                .map(named),
+            coarsest: others
+                .max_by(|a, b| share(a).total_cmp(&share(b)))
+                .map(named),
         }
     }
 
     pub fn text(&self) -> String {
-        let mut out = format!("numbers: no overflow, proven for all {} values that are observed\n", self.values);
+        let mut out = format!(
+            "numbers: no overflow, proven for all {} values that are observed\n",
+            self.values
+        );
         let error = |n: &Named| {
-            let line = format!("  error of one tick: {} at most {:.1e} {}", n.name, n.error, n.unit);
+            let line = format!(
+                "  error of one tick: {} at most {:.1e} {}",
+                n.name, n.error, n.unit
+            );
             line.trim_end().to_string() + "\n"
         };
         out.extend(self.force.iter().chain(&self.coarsest).map(error));
@@ -52,7 +67,8 @@ impl NumbersBudget {
     }
 
     pub fn json(&self) -> Value {
-        let error = |n: &Named| json!({ "name": n.name, "unit": n.unit, "error_of_one_tick": n.error });
+        let error =
+            |n: &Named| json!({ "name": n.name, "unit": n.unit, "error_of_one_tick": n.error });
         json!({
             "overflow_free": true,
             "values": self.values,

@@ -8,10 +8,15 @@ use super::Proof;
 use crate::cmd::setup::name;
 
 impl Proof<'_> {
-    /// A text for an assembler; branches lead to one label, because what they cost is not where they go.
+    /// A text for an assembler; branches lead to one label, because what they cost is not where
+    /// they go.
     pub fn path_as_assembly(&self) -> String {
-        let by_cycles = self.played.iter().max_by_key(|played| played.dearest().bound.cycles_max);
-        let Some((dearest, name)) = by_cycles.map(|played| (played.dearest(), name(played.dearest_part().1.compiled)))
+        let by_cycles = self
+            .played
+            .iter()
+            .max_by_key(|played| played.dearest().bound.cycles_max);
+        let Some((dearest, name)) =
+            by_cycles.map(|played| (played.dearest(), name(played.dearest_part().1.compiled)))
         else {
             return String::new();
         };
@@ -21,12 +26,25 @@ impl Proof<'_> {
         );
         let mut it = ItState::OUTSIDE;
         for step in &dearest.bound.path {
-            let Some(Ok(inst)) = self.program.code.decode(step.address, self.setup.board.arch, it) else { continue };
+            let Some(Ok(inst)) = self
+                .program
+                .code
+                .decode(step.address, self.setup.board.arch, it)
+            else {
+                continue;
+            };
             it = match inst.class() {
-                Class::It => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15).unwrap_or(ItState::OUTSIDE),
+                Class::It => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
+                    .unwrap_or(ItState::OUTSIDE),
                 _ => it.advance(),
             };
-            let _ = writeln!(text, "        {:<40}@ {:08x} {}", assembly(&inst), step.address, step.cycles);
+            let _ = writeln!(
+                text,
+                "        {:<40}@ {:08x} {}",
+                assembly(&inst),
+                step.address,
+                step.cycles
+            );
         }
         text
     }
@@ -37,7 +55,9 @@ fn assembly(inst: &Inst) -> String {
     let text = inst.to_string();
     let before = match inst.class() {
         Class::Branch => text.split_once(' ').map(|(name, _)| format!("{name} ")),
-        Class::CompareBranch => text.rsplit_once(' ').map(|(before, _)| format!("{before} ")),
+        Class::CompareBranch => text
+            .rsplit_once(' ')
+            .map(|(before, _)| format!("{before} ")),
         _ => None,
     };
     before.map_or(text, |before| before + "key")

@@ -22,7 +22,11 @@ impl StabilityBudget {
     /// `None` if the device does not say how its key moves.
     pub fn find(law: &Law, device: &Device) -> Option<StabilityBudget> {
         let (found, turns) = (stability::analyze_law(law, &device.key()?)?, law.turns());
-        Some(StabilityBudget { found, hands: stability::hands(turns).len() - 1, turns })
+        Some(StabilityBudget {
+            found,
+            hands: stability::hands(turns).len() - 1,
+            turns,
+        })
     }
 
     pub fn warnings(&self, model: &Model) -> Vec<Diagnostic> {
@@ -38,15 +42,23 @@ impl StabilityBudget {
         }
     }
 
-    /// How much larger all forces may be before it rings (percent), and the damping of the key above what passivity needs (percent).
+    /// How much larger all forces may be before it rings (percent), and the damping of the key
+    /// above what passivity needs (percent).
     fn margins(&self) -> [f64; 2] {
         let needed = self.found.damping_needed();
-        [100.0 * (self.found.factor() - 1.0), 100.0 * (self.found.key.damping / needed.max(1e-12) - 1.0)]
+        [
+            100.0 * (self.found.factor() - 1.0),
+            100.0 * (self.found.key.damping / needed.max(1e-12) - 1.0),
+        ]
     }
 
     /// Stiffness, damping, mass.
     fn units(&self) -> [&'static str; 3] {
-        if self.turns { ["N*m/rad", "N*m*s/rad", "kg*m^2"] } else { ["N/m", "N*s/m", "kg"] }
+        if self.turns {
+            ["N*m/rad", "N*m*s/rad", "kg*m^2"]
+        } else {
+            ["N/m", "N*s/m", "kg"]
+        }
     }
 
     pub fn text(&self) -> String {
@@ -55,11 +67,17 @@ impl StabilityBudget {
             "stability: {}\n",
             match self.verdict() {
                 "passive" => format!("passive; stable with every hand, {}", told(margin)),
-                "stable" => format!("stable with nobody and with each of {} hands, {}", self.hands, told(margin)),
+                "stable" => format!(
+                    "stable with nobody and with each of {} hands, {}",
+                    self.hands,
+                    told(margin)
+                ),
                 _ => format!("UNSTABLE, {}", told(margin)),
             }
         );
-        let changing = s.damping_for_changing.map(|b| format!(" ({} where gains change while playing)", number(b)));
+        let changing = s
+            .damping_for_changing
+            .map(|b| format!(" ({} where gains change while playing)", number(b)));
         let _ = writeln!(
             out,
             "  passivity needs {} {} of the key's own damping and it has {}{}",
@@ -68,9 +86,17 @@ impl StabilityBudget {
             number(s.key.damping),
             changing.unwrap_or_default()
         );
-        for (what, (range, unit)) in ["stiffness", "damping", "mass"].iter().zip(s.largest.iter().zip(units)) {
+        for (what, (range, unit)) in ["stiffness", "damping", "mass"]
+            .iter()
+            .zip(s.largest.iter().zip(units))
+        {
             if range.magnitude() > 0.0 {
-                let _ = writeln!(out, "  {what} {} .. {} {unit}", number(range.low), number(range.high));
+                let _ = writeln!(
+                    out,
+                    "  {what} {} .. {} {unit}",
+                    number(range.low),
+                    number(range.high)
+                );
             }
         }
         let (word, force) = (if self.turns { "mN*m" } else { "mN" }, 1e3);
@@ -88,7 +114,11 @@ impl StabilityBudget {
             self.mode(&mut out, mode);
         }
         if s.modes.len() > MODES_SHOWN {
-            let _ = writeln!(out, "  and {} modes with more margin", s.modes.len() - MODES_SHOWN);
+            let _ = writeln!(
+                out,
+                "  and {} modes with more margin",
+                s.modes.len() - MODES_SHOWN
+            );
         }
         out
     }
@@ -98,10 +128,22 @@ impl StabilityBudget {
             .filter(|(gain, _)| **gain != 0.0)
             .map(|(gain, unit)| format!("{} {unit}", number(*gain)))
             .collect();
-        let gains = if gains.is_empty() { "no force that depends on motion".to_string() } else { gains.join(", ") };
-        let margin = if mode.settles { told(100.0 * (mode.worst.factor - 1.0)) } else { "unstable by itself".into() };
+        let gains = if gains.is_empty() {
+            "no force that depends on motion".to_string()
+        } else {
+            gains.join(", ")
+        };
+        let margin = if mode.settles {
+            told(100.0 * (mode.worst.factor - 1.0))
+        } else {
+            "unstable by itself".into()
+        };
         let at = if mode.worst.ring_hz > 0.0 {
-            format!(", {:.0} Hz, {}", mode.worst.ring_hz, self.hand(mode.worst.hand))
+            format!(
+                ", {:.0} Hz, {}",
+                mode.worst.ring_hz,
+                self.hand(mode.worst.hand)
+            )
         } else {
             String::new()
         };
@@ -128,12 +170,29 @@ impl StabilityBudget {
     pub fn map(&self, model: &Model) -> Value {
         let window = model.senses.first().map_or(3, |s| s.window);
         let device = Borders::new(&self.found.key, self.found.rate_hz, window);
-        let own = self.found.modes.iter().map(|m| m.gains[1]).fold(2.0 * self.found.key.damping, f64::max);
+        let own = self
+            .found
+            .modes
+            .iter()
+            .map(|m| m.gains[1])
+            .fold(2.0 * self.found.key.damping, f64::max);
         let dampings: Vec<f64> = (0..=40).map(|i| 1.2 * own * f64::from(i) / 40.0).collect();
-        let nobody: Vec<[f64; 2]> = dampings.iter().map(|b| [*b, device.stable(&Hand::FREE, *b)]).collect();
-        let passive: Vec<[f64; 2]> = dampings.iter().filter_map(|b| Some([*b, device.passive(*b)?])).collect();
+        let nobody: Vec<[f64; 2]> = dampings
+            .iter()
+            .map(|b| [*b, device.stable(&Hand::FREE, *b)])
+            .collect();
+        let passive: Vec<[f64; 2]> = dampings
+            .iter()
+            .filter_map(|b| Some([*b, device.passive(*b)?]))
+            .collect();
         let borders = nobody.iter().map(|p| p[1]);
-        let stiffest = self.found.modes.iter().map(|m| m.gains[0]).chain(borders).fold(0.0, f64::max);
+        let stiffest = self
+            .found
+            .modes
+            .iter()
+            .map(|m| m.gains[0])
+            .chain(borders)
+            .fold(0.0, f64::max);
         let units = self.units();
         json!({
             "damping_end": 1.2 * own, "stiffness_end": stiffest,
@@ -145,7 +204,8 @@ impl StabilityBudget {
     pub fn json(&self) -> Value {
         let (s, [margin, passive]) = (&self.found, self.margins());
         let range = |i: &Interval| json!([i.low, i.high]);
-        let hand = |h: &Hand| json!({ "mass": h.mass, "damping": h.damping, "stiffness": h.stiffness });
+        let hand =
+            |h: &Hand| json!({ "mass": h.mass, "damping": h.damping, "stiffness": h.stiffness });
         let mode = |m: &Mode| {
             json!({
                 "name": m.name, "stiffness": m.gains[0], "damping": m.gains[1], "mass": m.gains[2], "coupled": m.coupled,
@@ -180,5 +240,9 @@ fn told(percent: f64) -> String {
 /// Three digits.
 fn number(value: f64) -> String {
     let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
-    if rounded != 0.0 && !(1e-3..1e6).contains(&rounded.abs()) { format!("{rounded:e}") } else { format!("{rounded}") }
+    if rounded != 0.0 && !(1e-3..1e6).contains(&rounded.abs()) {
+        format!("{rounded:e}")
+    } else {
+        format!("{rounded}")
+    }
 }

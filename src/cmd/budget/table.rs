@@ -10,7 +10,11 @@ impl Proof<'_> {
     pub fn table(&self, played: &Played) -> String {
         let mut out = String::new();
         let (board, budget) = (&self.setup.board, &played.budget);
-        let verdict = if budget.fits() { "fits" } else { "does not fit" };
+        let verdict = if budget.fits() {
+            "fits"
+        } else {
+            "does not fit"
+        };
         let _ = writeln!(
             out,
             "{} on {}: {} keys at {} Hz, {} cycles a tick at {} MHz: {verdict}",
@@ -24,21 +28,42 @@ impl Proof<'_> {
         played.key(&mut out);
         played.around(&mut out);
         played.each_core(&mut out);
-        let (image, stack) =
-            (&self.whole.image, budget.cores.iter().map(|core| core.stack_bytes_max).max().unwrap_or(0));
+        let (image, stack) = (
+            &self.whole.image,
+            budget
+                .cores
+                .iter()
+                .map(|core| core.stack_bytes_max)
+                .max()
+                .unwrap_or(0),
+        );
         let (stored, run) = (image.stored_bytes(), image.run_bytes());
-        let _ = writeln!(out, "{stored} bytes of flash, {run} bytes of RAM, {stack} bytes of stack a core");
-        let _ = writeln!(out, "class: {} for a key alone, {} for a core", budget.key_class, budget.class);
+        let _ = writeln!(
+            out,
+            "{stored} bytes of flash, {run} bytes of RAM, {stack} bytes of stack a core"
+        );
+        let _ = writeln!(
+            out,
+            "class: {} for a key alone, {} for a core",
+            budget.key_class, budget.class
+        );
         self.path(played, &mut out);
         out
     }
 
     fn path(&self, played: &Played, out: &mut String) {
         let dearest = played.dearest();
-        let _ = writeln!(out, "\ndearest way through a key, {} cycles: {}", dearest.bound.cycles_max, dearest.mode);
+        let _ = writeln!(
+            out,
+            "\ndearest way through a key, {} cycles: {}",
+            dearest.bound.cycles_max, dearest.mode
+        );
         for (place, cycles) in self.program.by_place(&dearest.bound.path) {
             let (line, item) = match place {
-                Some(place) => (format!("{}:{}", place.file, place.line), place.item.as_str()),
+                Some(place) => (
+                    format!("{}:{}", place.file, place.line),
+                    place.item.as_str(),
+                ),
                 None => ("-".to_string(), "the key's frame"),
             };
             let _ = writeln!(out, "  {cycles:>6}  {line:<40} {item}");
@@ -53,13 +78,30 @@ impl Proof<'_> {
 impl Played<'_> {
     fn key(&self, out: &mut String) {
         for (number, part) in self.parts.iter().enumerate() {
-            let of = part.keys.as_ref().map_or(String::new(), |keys| format!("{}, {keys}: ", name(part.compiled)));
-            let _ = writeln!(out, "\n{of}a key, cycles at most   alone  crowded  code bytes");
+            let of = part.keys.as_ref().map_or(String::new(), |keys| {
+                format!("{}, {keys}: ", name(part.compiled))
+            });
+            let _ = writeln!(
+                out,
+                "\n{of}a key, cycles at most   alone  crowded  code bytes"
+            );
             for (index, name) in part.modes.iter().enumerate() {
                 let most = |of: &dyn Fn(&Self) -> Option<u64>| of(self).unwrap_or(0);
-                let alone = most(&|s| s.mode(number, index).map(|(alone, _)| alone.cycles_max).max());
-                let crowded = most(&|s| s.mode(number, index).map(|(_, crowded)| crowded.cycles_max).max());
-                let code = self.mode(number, index).map(|(alone, _)| alone.code_bytes).max().unwrap_or(0);
+                let alone = most(&|s| {
+                    s.mode(number, index)
+                        .map(|(alone, _)| alone.cycles_max)
+                        .max()
+                });
+                let crowded = most(&|s| {
+                    s.mode(number, index)
+                        .map(|(_, crowded)| crowded.cycles_max)
+                        .max()
+                });
+                let code = self
+                    .mode(number, index)
+                    .map(|(alone, _)| alone.code_bytes)
+                    .max()
+                    .unwrap_or(0);
                 let width = of.chars().count() + 29;
                 let _ = writeln!(out, "{alone:>width$}  {crowded:>7}  {code:>10}  {name}");
             }
@@ -68,7 +110,11 @@ impl Played<'_> {
 
     fn around(&self, out: &mut String) {
         let core = &self.cores[0];
-        let _ = writeln!(out, "\naround the keys of core 0: {} cycles at most", core.alone.around_cycles_max());
+        let _ = writeln!(
+            out,
+            "\naround the keys of core 0: {} cycles at most",
+            core.alone.around_cycles_max()
+        );
         for (part, cycles) in &core.alone.parts {
             let _ = writeln!(out, "  {cycles:>6}  {part}");
         }
@@ -86,7 +132,10 @@ impl Played<'_> {
                         1 => "what 1 more key takes".to_string(),
                         more => format!("what {more} more keys take"),
                     };
-                    format!("slack {slack} cycles, {:.1} %, {takes}", 100.0 * core.slack())
+                    format!(
+                        "slack {slack} cycles, {:.1} %, {takes}",
+                        100.0 * core.slack()
+                    )
                 }
             };
             let _ = writeln!(
@@ -99,11 +148,19 @@ impl Played<'_> {
             if self.parts.len() > 1 {
                 for (zone, &part) in bounded.alone.zones.iter().zip(&self.part_of[number]) {
                     let key = zone.tick.key_cycles_max();
-                    let (cycles, instrument) = (u64::from(zone.keys) * key, name(self.parts[part].compiled));
-                    let _ = writeln!(out, "  {cycles:>6}  {} keys of {instrument}, {key} each", zone.keys);
+                    let (cycles, instrument) =
+                        (u64::from(zone.keys) * key, name(self.parts[part].compiled));
+                    let _ = writeln!(
+                        out,
+                        "  {cycles:>6}  {} keys of {instrument}, {key} each",
+                        zone.keys
+                    );
                 }
             } else {
-                let (all, key) = (bounded.alone.keys_cycles_max(), bounded.alone.key_cycles_max());
+                let (all, key) = (
+                    bounded.alone.keys_cycles_max(),
+                    bounded.alone.key_cycles_max(),
+                );
                 let _ = writeln!(out, "  {all:>6}  keys, {key} each");
             }
             let _ = writeln!(
@@ -112,7 +169,11 @@ impl Played<'_> {
                  without it {:.1} % of the tick",
                 core.around_cycles_max,
                 core.contention_cycles_max,
-                if self.cores.len() > 1 { "the other core and for " } else { "" },
+                if self.cores.len() > 1 {
+                    "the other core and for "
+                } else {
+                    ""
+                },
                 100.0 * bounded.alone.cycles_max as f64 / self.budget.period_cycles.max(1) as f64
             );
         }

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use whippen_compiler::c;
 use whippen_compiler::image::{
-    Board, Image, Input, Interface, Object, SectionKind, Start, c_header, executable, link, listing, map, places,
-    relocatable, rust_module, uf2,
+    Board, Image, Input, Interface, Object, SectionKind, Start, c_header, executable, link,
+    listing, map, places, relocatable, rust_module, uf2,
 };
 use whippen_compiler::kernel::verify;
 use whippen_compiler::thumb;
@@ -68,9 +68,9 @@ impl Output {
 impl Files<'_> {
     fn write(&self, args: &Args) -> Outcome {
         match args.output.kind {
-            Kind::C if args.map.is_some() || args.listing.is_some() => {
-                Err(Failure::Usage("--map and --listing show machine code; C has none: make a .o".to_string()))
-            }
+            Kind::C if args.map.is_some() || args.listing.is_some() => Err(Failure::Usage(
+                "--map and --listing show machine code; C has none: make a .o".to_string(),
+            )),
             Kind::C => self.write_c(&args.output.path),
             Kind::Object => self.write_object(args),
             Kind::Elf | Kind::Uf2 => self.write_image(args),
@@ -79,16 +79,40 @@ impl Files<'_> {
 
     fn write_c(&self, path: &Path) -> Outcome {
         let setup = self.setup;
-        let kernel = verify(&setup.first().lowered.kernel)
-            .map_err(|errors| Failure::Defect(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")))?;
+        let kernel = verify(&setup.first().lowered.kernel).map_err(|errors| {
+            Failure::Defect(
+                errors
+                    .iter()
+                    .map(ToString::to_string)
+                    .collect::<Vec<_>>()
+                    .join("; "),
+            )
+        })?;
         let layout = c::Layout::Records;
-        let source = c::source(kernel, c::Options { keys: setup.keys as usize, layout, events: C_EVENTS });
+        let source = c::source(
+            kernel,
+            c::Options {
+                keys: setup.keys as usize,
+                layout,
+                events: C_EVENTS,
+            },
+        );
         let header = path.with_extension("h");
-        let include = header.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let include = header
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
         let body = format!("#include \"{include}\"\n\n{}", source.body);
         put(&header, source.header.as_bytes())?;
         put(path, body.as_bytes())?;
-        say!("{}: {} keys of {}, in C, with {}", path.display(), setup.keys, name(setup.first()), include);
+        say!(
+            "{}: {} keys of {}, in C, with {}",
+            path.display(),
+            setup.keys,
+            name(setup.first()),
+            include
+        );
         Ok(())
     }
 
@@ -97,8 +121,10 @@ impl Files<'_> {
         setup.supported()?;
         let family = match (args.output.kind, setup.board.uf2_family) {
             (Kind::Uf2, None) => {
-                let why =
-                    format!("`{}` has no `uf2_family`, so no bootloader takes a .uf2: make a .elf", setup.board.name);
+                let why = format!(
+                    "`{}` has no `uf2_family`, so no bootloader takes a .uf2: make a .elf",
+                    setup.board.name
+                );
                 return Err(Failure::Usage(why));
             }
             (Kind::Uf2, family) => family,
@@ -107,7 +133,13 @@ impl Files<'_> {
         let (whole, keys) = setup.whole(&setup.modes(), setup.keys)?;
         self.listings(args, &whole.image, &setup.board)?;
         let path = &args.output.path;
-        put(path, &family.map_or_else(|| executable(&whole.image), |family| uf2(&whole.image, family)))?;
+        put(
+            path,
+            &family.map_or_else(
+                || executable(&whole.image),
+                |family| uf2(&whole.image, family),
+            ),
+        )?;
         self.tell(path, &whole.image, &keys);
         Ok(())
     }
@@ -115,22 +147,41 @@ impl Files<'_> {
     /// What an image is and takes.
     fn tell(&self, path: &Path, image: &Image, keys: &[u32]) {
         let setup = self.setup;
-        let names: Vec<&str> = setup.programs.iter().map(|program| program.name.as_str()).collect();
+        let names: Vec<&str> = setup
+            .programs
+            .iter()
+            .map(|program| program.name.as_str())
+            .collect();
         let (stored, run) = (image.stored_bytes(), image.run_bytes());
         say!(
             "{}: {} keys of {} on {}, {stored} bytes of flash, {run} bytes of RAM",
             path.display(),
-            keys.iter().map(u32::to_string).collect::<Vec<_>>().join(" and "),
+            keys.iter()
+                .map(u32::to_string)
+                .collect::<Vec<_>>()
+                .join(" and "),
             names.join(", "),
-            if keys.len() == 1 { "one core" } else { "two cores" }
+            if keys.len() == 1 {
+                "one core"
+            } else {
+                "two cores"
+            }
         );
         if names.len() > 1 {
-            say!("it begins with {}; programs are numbered from 0 in this order", names[0]);
+            say!(
+                "it begins with {}; programs are numbered from 0 in this order",
+                names[0]
+            );
         }
         if let Some(motor) = &setup.device.motor {
             let (peak, torque) = (motor.peak_a, 1000.0 * motor.peak_a * motor.torque_constant);
-            let (force, unit) = (setup.device.drive.full_scale, if setup.device.turns { "N*m" } else { "N" });
-            say!("the greatest force, {force} {unit}, is taken to need {peak} A ({torque:.1} mN*m of the motor)");
+            let (force, unit) = (
+                setup.device.drive.full_scale,
+                if setup.device.turns { "N*m" } else { "N" },
+            );
+            say!(
+                "the greatest force, {force} {unit}, is taken to need {peak} A ({torque:.1} mN*m of the motor)"
+            );
         }
     }
 
@@ -138,16 +189,37 @@ impl Files<'_> {
         let setup = self.setup;
         let path = &args.output.path;
         let name = name(setup.first());
-        let options =
-            thumb::Options { name: name.clone(), keys: setup.keys, gain: false, probes: false, arch: setup.board.arch };
+        let options = thumb::Options {
+            name: name.clone(),
+            keys: setup.keys,
+            gain: false,
+            probes: false,
+            arch: setup.board.arch,
+        };
         let built = thumb::compile(&setup.modes()[0], &options).map_err(no_code)?;
         let places = places(&setup.first().lowered.origins, &setup.map);
         let bytes = relocatable(&built.object, setup.board.arch, &places)
             .map_err(|error| Failure::Defect(format!("the object file: an address {error}")))?;
-        let interface = Interface::of(setup.first(), setup.device.scales(), &name, setup.keys, &built.layout);
-        self.tables(args, &Input { object: &built.object, places: &places }, &format!("{name}_tick"))?;
+        let interface = Interface::of(
+            setup.first(),
+            setup.device.scales(),
+            &name,
+            setup.keys,
+            &built.layout,
+        );
+        self.tables(
+            args,
+            &Input {
+                object: &built.object,
+                places: &places,
+            },
+            &format!("{name}_tick"),
+        )?;
         put(&path.with_extension("h"), c_header(&interface).as_bytes())?;
-        put(&path.with_extension("rs"), rust_module(&interface).as_bytes())?;
+        put(
+            &path.with_extension("rs"),
+            rust_module(&interface).as_bytes(),
+        )?;
         put(path, &bytes)?;
         let (code, state) = (code_bytes(&built.object), built.layout.size());
         let each = built.layout.record(1) - built.layout.record(0);
@@ -166,8 +238,15 @@ impl Files<'_> {
             return Ok(());
         }
         // Nobody starts here, so nothing is needed to start.
-        let board = Board { start: Start::Vectors, ..setup.board.clone() };
-        self.listings(args, &link(&board, &[*input], entry).map_err(no_link)?, &board)
+        let board = Board {
+            start: Start::Vectors,
+            ..setup.board.clone()
+        };
+        self.listings(
+            args,
+            &link(&board, &[*input], entry).map_err(no_link)?,
+            &board,
+        )
     }
 
     fn listings(&self, args: &Args, image: &Image, board: &Board) -> Outcome {
@@ -182,9 +261,15 @@ impl Files<'_> {
 }
 
 fn code_bytes(object: &Object) -> u32 {
-    object.sections.iter().filter(|section| section.kind == SectionKind::Code).map(|section| section.size).sum()
+    object
+        .sections
+        .iter()
+        .filter(|section| section.kind == SectionKind::Code)
+        .map(|section| section.size)
+        .sum()
 }
 
 fn put(path: &Path, bytes: &[u8]) -> Outcome {
-    write_whole(path, |w| w.write_all(bytes)).map_err(|error: FileError| Failure::Usage(error.to_string()))
+    write_whole(path, |w| w.write_all(bytes))
+        .map_err(|error: FileError| Failure::Usage(error.to_string()))
 }

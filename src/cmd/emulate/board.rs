@@ -39,7 +39,8 @@ impl BoardName {
 
 /// A core by its name.
 pub fn core(text: &str) -> Result<CoreKind, String> {
-    let named = |kind: &CoreKind| kind.name() == text || kind.name().strip_prefix("cortex-") == Some(text);
+    let named =
+        |kind: &CoreKind| kind.name() == text || kind.name().strip_prefix("cortex-") == Some(text);
     CoreKind::ALL.into_iter().find(named).ok_or_else(|| {
         let names = CoreKind::ALL.map(CoreKind::name).join(", ");
         format!("known cores are {names}")
@@ -55,9 +56,12 @@ pub struct MemoryRange {
 
 /// `ADDR:SIZE`
 pub fn memory(text: &str) -> Result<MemoryRange, String> {
-    let parts = text
-        .split_once(':')
-        .and_then(|(base, bytes)| Some((u32::try_from(value::unsigned(base)?).ok()?, value::size(bytes)?)));
+    let parts = text.split_once(':').and_then(|(base, bytes)| {
+        Some((
+            u32::try_from(value::unsigned(base)?).ok()?,
+            value::size(bytes)?,
+        ))
+    });
     let (base, bytes) = parts.ok_or("write ADDR:SIZE, such as 0x20000000:512K")?;
     let whole = base % 4096 == 0 && bytes % 4096 == 0 && bytes != 0;
     if !whole || base.checked_add(bytes - 1).is_none() {
@@ -79,11 +83,17 @@ pub fn machine(elf: &Elf, core: CoreKind, on: &On) -> Result<(Machine, Option<Po
                 "{option} needs a board with devices: --board rp2350, rp2040 or stm32f4"
             )));
         }
-        return Ok((Machine::new(generic(elf, core, on)?).map_err(cannot_be)?, None));
+        return Ok((
+            Machine::new(generic(elf, core, on)?).map_err(cannot_be)?,
+            None,
+        ));
     };
     if let Some(asked) = on.core.filter(|asked| *asked != kind.board().core) {
         let (asked, has) = (asked.name(), kind.board().core.name());
-        return Err(Failure::Usage(format!("--core {asked}: {} has a {has}; leave --core out", kind.name())));
+        return Err(Failure::Usage(format!(
+            "--core {asked}: {} has a {has}; leave --core out",
+            kind.name()
+        )));
     }
     let mut board = kind.board();
     board.vector_table = vector_table(elf).unwrap_or(board.vector_table);
@@ -95,7 +105,10 @@ pub fn machine(elf: &Elf, core: CoreKind, on: &On) -> Result<(Machine, Option<Po
 
 /// Memory of the command line: base, bytes, writable.
 fn given(on: &On) -> impl Iterator<Item = (u32, u32, bool)> {
-    on.ram.iter().map(|m| (m.base, m.bytes, true)).chain(on.rom.iter().map(|m| (m.base, m.bytes, false)))
+    on.ram
+        .iter()
+        .map(|m| (m.base, m.bytes, true))
+        .chain(on.rom.iter().map(|m| (m.base, m.bytes, false)))
 }
 
 fn region((base, bytes, writable): (u32, u32, bool)) -> Region {
@@ -108,15 +121,24 @@ fn region((base, bytes, writable): (u32, u32, bool)) -> Region {
 /// One core, the memory of the command line, and around it what the image wants.
 fn generic(elf: &Elf, core: CoreKind, on: &On) -> Result<Board, Failure> {
     let mut runs: Vec<(u32, u32, bool)> = given(on).collect();
-    runs.extend(regions_for(elf, &runs).map_err(|e| Failure::Usage(format!("the image cannot be loaded: {e}")))?);
+    runs.extend(
+        regions_for(elf, &runs)
+            .map_err(|e| Failure::Usage(format!("the image cannot be loaded: {e}")))?,
+    );
     let regions = runs.into_iter().map(region).collect();
     let vector_table = vector_table(elf).unwrap_or(0);
-    Ok(Board { regions, vector_table, ..Board::generic(core) })
+    Ok(Board {
+        regions,
+        vector_table,
+        ..Board::generic(core)
+    })
 }
 
-/// Where a stack begins that nobody has set: the end of the RAM at 0x20000000, else of the last RAM there is.
+/// Where a stack begins that nobody has set: the end of the RAM at 0x20000000, else of the last RAM
+/// there is.
 pub fn stack_top(board: &Board) -> u32 {
     let mut ram = board.regions.iter().filter(|r| r.writable);
     let main = ram.clone().find(|r| r.contains(RAM_BASE));
-    main.or_else(|| ram.next_back()).map_or(0, |r| r.base.wrapping_add(r.bytes) & !7)
+    main.or_else(|| ram.next_back())
+        .map_or(0, |r| r.base.wrapping_add(r.bytes) & !7)
 }

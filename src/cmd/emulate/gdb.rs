@@ -6,7 +6,8 @@
 //!                                  debuggee (registers, memory, breakpoints, watchpoints, a thread per core)
 //! ```
 //!
-//! While gdb reads and types, time stands still. A step is one instruction of one core; to continue lets all cores run.
+//! While gdb reads and types, time stands still. A step is one instruction of one core; to continue
+//! lets all cores run.
 //!
 //! Not here: reverse execution, and files for the program (it prints to the server's own output).
 
@@ -29,12 +30,14 @@ const PC: Register = Register::PC;
 
 /// Waits for gdb, and serves it until it leaves or the program ends.
 pub fn serve(image: Image, task: &Task, port: u16) -> Outcome {
-    let stream = accept(port).map_err(|e| Failure::Usage(format!("cannot listen on port {port}: {e}")))?;
+    let stream =
+        accept(port).map_err(|e| Failure::Usage(format!("cannot listen on port {port}: {e}")))?;
     let mut debuggee = Debuggee::new(image.machine, image.ports, task.max_cycles);
     let ended = GdbStub::new(stream).run_blocking::<session::Session>(&mut debuggee);
     session::print(&mut debuggee);
     match ended {
-        Ok(DisconnectReason::TargetExited(0)) | Ok(DisconnectReason::Disconnect | DisconnectReason::Kill) => Ok(()),
+        Ok(DisconnectReason::TargetExited(0))
+        | Ok(DisconnectReason::Disconnect | DisconnectReason::Kill) => Ok(()),
         Ok(DisconnectReason::TargetExited(code)) => {
             eprintln!("the program exited with {code}");
             Err(Failure::Program)
@@ -48,7 +51,9 @@ pub fn serve(image: Image, task: &Task, port: u16) -> Outcome {
             eprintln!("gdb has gone away");
             Ok(())
         }
-        Err(error) => Err(Failure::Usage(format!("the conversation with gdb broke off: {error}"))),
+        Err(error) => Err(Failure::Usage(format!(
+            "the conversation with gdb broke off: {error}"
+        ))),
     }
 }
 

@@ -29,10 +29,13 @@ const FILE_BYTES_MAX: u64 = 256 << 20;
 
 /// Reads a file whole.
 pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    let failed = |message: String| Failure::Usage(format!("cannot read `{}`: {message}", path.display()));
+    let failed =
+        |message: String| Failure::Usage(format!("cannot read `{}`: {message}", path.display()));
     let file = files::open(path).map_err(|e| failed(e.message))?;
     let mut bytes = Vec::new();
-    file.take(FILE_BYTES_MAX + 1).read_to_end(&mut bytes).map_err(|e| failed(e.to_string()))?;
+    file.take(FILE_BYTES_MAX + 1)
+        .read_to_end(&mut bytes)
+        .map_err(|e| failed(e.to_string()))?;
     if bytes.len() as u64 > FILE_BYTES_MAX {
         return Err(failed("it has more than 256 MiB".into()));
     }
@@ -43,17 +46,31 @@ impl Image {
     /// Reads an ELF and makes a machine for it.
     pub fn load(path: &Path, on: &On) -> Result<Self, Failure> {
         let bytes = read(path)?;
-        let wrong = |why: &dyn std::fmt::Display| Failure::Usage(format!("`{}` {why}", path.display()));
+        let wrong =
+            |why: &dyn std::fmt::Display| Failure::Usage(format!("`{}` {why}", path.display()));
         let elf = Elf::parse(&bytes, on.core.is_some()).map_err(|e| wrong(&e))?;
         let core = core_for(&elf, on.board.core().or(on.core));
         let (mut machine, ports) = board::machine(&elf, core, on)?;
-        machine.set_rules(Rules { shifted_register_flags: on.shifted_flags });
-        elf.load(&mut machine.bus.memory, false)
-            .map_err(|e| wrong(&format_args!("does not fit the board: {e}; --ram and --rom add memory")))?;
+        machine.set_rules(Rules {
+            shifted_register_flags: on.shifted_flags,
+        });
+        elf.load(&mut machine.bus.memory, false).map_err(|e| {
+            wrong(&format_args!(
+                "does not fit the board: {e}; --ram and --rom add memory"
+            ))
+        })?;
         if !elf.undefined.is_empty() {
-            eprintln!("note: the object file is not linked; it faults if it comes to {}", listed(&elf.undefined));
+            eprintln!(
+                "note: the object file is not linked; it faults if it comes to {}",
+                listed(&elf.undefined)
+            );
         }
-        Ok(Self { lines: Lines::read(&bytes), elf, machine, ports })
+        Ok(Self {
+            lines: Lines::read(&bytes),
+            elf,
+            machine,
+            ports,
+        })
     }
 
     /// The converter, when the board has one and it has had at least one tick.
@@ -91,7 +108,9 @@ fn core_for(elf: &Elf, asked: Option<CoreKind>) -> CoreKind {
         && asked.arch() < arch
     {
         let (made_for, asked) = (core_of(arch).name(), asked.name());
-        eprintln!("note: the image was compiled for a {made_for}; a {asked} lacks some of its instructions");
+        eprintln!(
+            "note: the image was compiled for a {made_for}; a {asked} lacks some of its instructions"
+        );
     }
     asked.or(compiled_for).unwrap_or(CoreKind::CortexM33)
 }

@@ -1,4 +1,5 @@
-//! What a board's devices say to the host: the serial port to stdout, the converter's words from and to files.
+//! What a board's devices say to the host: the serial port to stdout, the converter's words from
+//! and to files.
 
 use std::path::Path;
 
@@ -16,10 +17,18 @@ impl Devices {
     /// What the host fixes of the converter.
     pub fn setup(&self) -> Result<ConverterSetup, Failure> {
         let default = ConverterSetup::default();
-        let setup =
-            ConverterSetup { keys: self.keys.unwrap_or(default.keys), rate_hz: self.rate.unwrap_or(default.rate_hz) };
-        if setup.keys == 0 || setup.keys > KEYS_MAX || setup.rate_hz == 0 || setup.rate_hz > 1_000_000 {
-            return Err(Failure::Usage(format!("--keys is 1 to {KEYS_MAX}, --rate 1 to 1000000 Hz")));
+        let setup = ConverterSetup {
+            keys: self.keys.unwrap_or(default.keys),
+            rate_hz: self.rate.unwrap_or(default.rate_hz),
+        };
+        if setup.keys == 0
+            || setup.keys > KEYS_MAX
+            || setup.rate_hz == 0
+            || setup.rate_hz > 1_000_000
+        {
+            return Err(Failure::Usage(format!(
+                "--keys is 1 to {KEYS_MAX}, --rate 1 to 1000000 Hz"
+            )));
         }
         Ok(setup)
     }
@@ -33,31 +42,56 @@ impl Devices {
             ("--keys", self.keys.is_some()),
             ("--rate", self.rate.is_some()),
         ];
-        given.into_iter().find(|(_, given)| *given).map(|(name, _)| name)
+        given
+            .into_iter()
+            .find(|(_, given)| *given)
+            .map(|(name, _)| name)
     }
 
     /// Gives the devices what they are to receive.
     pub fn connect(&self, machine: &mut Machine, ports: &Ports) -> Outcome {
-        if let (Some(path), Some(uart)) = (&self.serial_in, machine.bus.device_mut::<Uart>(ports.uarts[0])) {
+        if let (Some(path), Some(uart)) = (
+            &self.serial_in,
+            machine.bus.device_mut::<Uart>(ports.uarts[0]),
+        ) {
             uart.input.extend(image::read(path)?);
         }
-        if let (Some(path), Some(converter)) = (&self.sense, machine.bus.device_mut::<Converter>(ports.converter)) {
+        if let (Some(path), Some(converter)) = (
+            &self.sense,
+            machine.bus.device_mut::<Converter>(ports.converter),
+        ) {
             converter.samples.extend(words(path, converter.keys())?);
         }
         if let Some(converter) = machine.bus.device_mut::<Converter>(ports.converter) {
             converter.recording = self.drive.is_some();
         }
-        ports.uarts.iter().for_each(|uart| machine.bus.reschedule(*uart));
+        ports
+            .uarts
+            .iter()
+            .for_each(|uart| machine.bus.reschedule(*uart));
         Ok(())
     }
 
     /// Writes what the converter was given by the program.
     pub fn write_drive(&self, machine: &Machine, ports: &Ports) -> Outcome {
-        let Some(path) = &self.drive else { return Ok(()) };
-        let Some(converter) = machine.bus.device::<Converter>(ports.converter) else { return Ok(()) };
+        let Some(path) = &self.drive else {
+            return Ok(());
+        };
+        let Some(converter) = machine.bus.device::<Converter>(ports.converter) else {
+            return Ok(());
+        };
         // A program may go on for some ticks after the last sample.
-        let answered = if self.sense.is_some() { converter.words_given() } else { usize::MAX };
-        let bytes: Vec<u8> = converter.drives.iter().take(answered).flat_map(|word| word.to_le_bytes()).collect();
+        let answered = if self.sense.is_some() {
+            converter.words_given()
+        } else {
+            usize::MAX
+        };
+        let bytes: Vec<u8> = converter
+            .drives
+            .iter()
+            .take(answered)
+            .flat_map(|word| word.to_le_bytes())
+            .collect();
         write_whole(path, |w| w.write_all(&bytes)).map_err(|e| Failure::Usage(e.to_string()))
     }
 }
@@ -73,7 +107,10 @@ fn words(path: &Path, keys: u32) -> Result<Vec<u16>, Failure> {
             bytes.len()
         )));
     }
-    Ok(bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect())
+    Ok(bytes
+        .chunks_exact(2)
+        .map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
+        .collect())
 }
 
 /// What the program has printed on its serial ports since the last time.
@@ -89,5 +126,8 @@ pub fn printed(machine: &mut Machine, ports: &Ports) -> Vec<u8> {
 
 /// The converter, when it has had at least one tick.
 pub fn converter<'m>(machine: &'m Machine, ports: &Ports) -> Option<&'m Converter> {
-    machine.bus.device::<Converter>(ports.converter).filter(|c| c.ticks() > 0)
+    machine
+        .bus
+        .device::<Converter>(ports.converter)
+        .filter(|c| c.ticks() > 0)
 }

@@ -11,7 +11,8 @@ use super::image::Image;
 /// So many functions are printed.
 const SHOWN: usize = 12;
 
-/// What cycles between instructions are called: entry to and return from exceptions, and waiting for them.
+/// What cycles between instructions are called: entry to and return from exceptions, and waiting
+/// for them.
 const BETWEEN: &str = "(exceptions, sleep)";
 
 /// Cycles and instructions.
@@ -42,7 +43,10 @@ impl Observer for Profile {
     fn instruction(&mut self, step: &Step<'_>) {
         let spent = self.by_address.entry(step.address).or_default();
         let cycles = u64::from(step.cost.cycles());
-        spent.add(Spent { cycles, instructions: 1 });
+        spent.add(Spent {
+            cycles,
+            instructions: 1,
+        });
         if self.ended.len() <= step.core {
             self.ended.resize(step.core + 1, step.cycle);
         }
@@ -78,7 +82,10 @@ struct Report {
 
 impl Profile {
     fn report(&self, image: &Image) -> Report {
-        let mut total = Spent { cycles: self.between, instructions: 0 };
+        let mut total = Spent {
+            cycles: self.between,
+            instructions: 0,
+        };
         let mut functions: BTreeMap<(String, Option<u32>), Spent> = BTreeMap::new();
         if self.between > 0 {
             functions.insert((BETWEEN.into(), None), total);
@@ -86,13 +93,26 @@ impl Profile {
         let mut lines: BTreeMap<Line, Spent> = BTreeMap::new();
         for (address, spent) in &self.by_address {
             total.add(*spent);
-            let symbol = image.elf.symbols.covering(*address).map(|(s, _)| (s.name.clone(), Some(s.address)));
-            functions.entry(symbol.unwrap_or(("?".into(), None))).or_default().add(*spent);
+            let symbol = image
+                .elf
+                .symbols
+                .covering(*address)
+                .map(|(s, _)| (s.name.clone(), Some(s.address)));
+            functions
+                .entry(symbol.unwrap_or(("?".into(), None)))
+                .or_default()
+                .add(*spent);
             if let Some(line) = image.lines.at(*address) {
                 lines.entry(line.clone()).or_default().add(*spent);
             }
         }
-        let function = |((name, address), spent)| Row { function: Some(name), file: None, line: None, address, spent };
+        let function = |((name, address), spent)| Row {
+            function: Some(name),
+            file: None,
+            line: None,
+            address,
+            spent,
+        };
         let line = |(line, spent): (Line, Spent)| Row {
             function: None,
             file: Some(line.file),
@@ -116,12 +136,20 @@ impl Profile {
     pub fn table(&self, image: &Image) -> String {
         let report = self.report(image);
         let total = report.total.cycles.max(1) as f64;
-        let mut text = format!("{:>14}  {:>6}  {:>12}  function\n", "cycles", "share", "instructions");
+        let mut text = format!(
+            "{:>14}  {:>6}  {:>12}  function\n",
+            "cycles", "share", "instructions"
+        );
         for row in report.functions.iter().take(SHOWN) {
-            let Spent { cycles, instructions } = row.spent;
+            let Spent {
+                cycles,
+                instructions,
+            } = row.spent;
             let share = 100.0 * cycles as f64 / total;
             let name = row.function.as_deref().unwrap_or("?");
-            text.push_str(&format!("{cycles:>14}  {share:>5.1}%  {instructions:>12}  {name}\n"));
+            text.push_str(&format!(
+                "{cycles:>14}  {share:>5.1}%  {instructions:>12}  {name}\n"
+            ));
         }
         let more = report.functions.len().saturating_sub(SHOWN);
         if more > 0 {

@@ -51,9 +51,14 @@ pub fn print(image: &Image, task: &Task, end: &End, outputs: &Outputs) -> Outcom
 }
 
 fn profile(image: &Image, end: &End, outputs: &Outputs) -> Outcome {
-    let (Some(profile), Some(path)) = (&end.profile, &outputs.profile) else { return Ok(()) };
-    let text = profile.json(image).map_err(|e| Failure::Defect(e.to_string()))?;
-    write_whole(path, |w| w.write_all(text.as_bytes())).map_err(|e| Failure::Usage(e.to_string()))?;
+    let (Some(profile), Some(path)) = (&end.profile, &outputs.profile) else {
+        return Ok(());
+    };
+    let text = profile
+        .json(image)
+        .map_err(|e| Failure::Defect(e.to_string()))?;
+    write_whole(path, |w| w.write_all(text.as_bytes()))
+        .map_err(|e| Failure::Usage(e.to_string()))?;
     if !outputs.json {
         say::whole(&format!("\n{}", profile.table(image)));
     }
@@ -72,17 +77,29 @@ fn json(image: &Image, task: &Task, end: &End) -> Outcome {
         instructions: end.instructions,
         r0,
         r1,
-        reads: task.reads.iter().map(hex).collect::<Result<_, _>>().map_err(Failure::Usage)?,
+        reads: task
+            .reads
+            .iter()
+            .map(hex)
+            .collect::<Result<_, _>>()
+            .map_err(Failure::Usage)?,
         stop: if end.over { "over" } else { word(&end.stop) },
         ticks: image.converter().map(Converter::ticks),
         overruns: image.converter().map(Converter::overruns),
-        exit_code: if let Stop::Exit { code } = end.stop { Some(code) } else { None },
+        exit_code: if let Stop::Exit { code } = end.stop {
+            Some(code)
+        } else {
+            None
+        },
         message,
         r#where: place.flatten(),
         core: image.machine.board().core.name(),
         output: String::from_utf8_lossy(&end.output).into_owned(),
     };
-    say!("{}", serde_json::to_string(&report).map_err(|e| Failure::Defect(e.to_string()))?);
+    say!(
+        "{}",
+        serde_json::to_string(&report).map_err(|e| Failure::Defect(e.to_string()))?
+    );
     Ok(())
 }
 
@@ -120,11 +137,21 @@ fn summary(image: &Image, task: &Task, end: &End) {
     let each = end.cycles as f64 / end.instructions.max(1) as f64;
     let time = duration(end.cycles as f64 / f64::from(board.clock_hz.max(1)));
     let clock_mhz = f64::from(board.clock_hz) / 1e6;
-    say!("  cycles       {:>12}  {time} at {clock_mhz} MHz, {}", end.cycles, board.core.name());
-    say!("  instructions {:>12}  {each:.2} cycles each", end.instructions);
+    say!(
+        "  cycles       {:>12}  {time} at {clock_mhz} MHz, {}",
+        end.cycles,
+        board.core.name()
+    );
+    say!(
+        "  instructions {:>12}  {each:.2} cycles each",
+        end.instructions
+    );
     if let Some(converter) = image.converter() {
         let (ticks, overruns) = (converter.ticks(), converter.overruns());
-        say!("  ticks        {ticks:>12}  of {} keys, {overruns} overruns", converter.keys());
+        say!(
+            "  ticks        {ticks:>12}  of {} keys, {overruns} overruns",
+            converter.keys()
+        );
     }
     if matches!(end.stop, Stop::Fault(_)) {
         registers(image);
@@ -155,15 +182,27 @@ fn complaint(image: &Image, task: &Task, end: &End) -> Option<(String, Option<St
         _ if end.over => return None,
         Stop::Returned { .. } | Stop::Exit { .. } => return None,
         Stop::Fault(fault) => {
-            let named = image.elf.symbols.covering(fault.address).filter(|_| fault.address != fault.pc);
-            let named = named.map_or(String::new(), |_| format!("; the address is {}", image.place(fault.address)));
+            let named = image
+                .elf
+                .symbols
+                .covering(fault.address)
+                .filter(|_| fault.address != fault.pc);
+            let named = named.map_or(String::new(), |_| {
+                format!("; the address is {}", image.place(fault.address))
+            });
             (format!("{fault}{named}"), fault.pc)
         }
         Stop::Limit => {
             let limit = task.max_cycles.unwrap_or(MAX_CYCLES);
-            (format!("the limit of {limit} cycles was reached; --max-cycles sets another"), pc)
+            (
+                format!("the limit of {limit} cycles was reached; --max-cycles sets another"),
+                pc,
+            )
         }
-        Stop::Breakpoint { address, .. } => ("a BKPT instruction; --gdb lets a debugger take it".into(), *address),
+        Stop::Breakpoint { address, .. } => (
+            "a BKPT instruction; --gdb lets a debugger take it".into(),
+            *address,
+        ),
         other => (other.to_string(), pc),
     };
     Some((message, Some(image.place(address))))
@@ -173,7 +212,10 @@ fn registers(image: &Image) {
     let cpu = image.machine.cpu(0);
     let all: Vec<Register> = Register::all().take(17).collect();
     for row in all.chunks(4) {
-        let row: Vec<String> = row.iter().map(|r| format!("{:>4} {:08x}", r.name(), cpu.get(*r))).collect();
+        let row: Vec<String> = row
+            .iter()
+            .map(|r| format!("{:>4} {:08x}", r.name(), cpu.get(*r)))
+            .collect();
         say!("  {}", row.join(" "));
     }
 }
@@ -184,8 +226,20 @@ fn dump(read: &Read, bytes: &[u8]) -> String {
     for (i, row) in bytes.chunks(16).enumerate() {
         let address = read.address.wrapping_add(16 * i as u32);
         let hex: Vec<String> = row.iter().map(|b| format!("{b:02x}")).collect();
-        let shown: String = row.iter().map(|&b| if (b' '..=b'~').contains(&b) { char::from(b) } else { '.' }).collect();
-        text.push_str(&format!("  {address:08x}  {:<47}  |{shown}|\n", hex.join(" ")));
+        let shown: String = row
+            .iter()
+            .map(|&b| {
+                if (b' '..=b'~').contains(&b) {
+                    char::from(b)
+                } else {
+                    '.'
+                }
+            })
+            .collect();
+        text.push_str(&format!(
+            "  {address:08x}  {:<47}  |{shown}|\n",
+            hex.join(" ")
+        ));
     }
     text
 }

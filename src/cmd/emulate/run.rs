@@ -1,4 +1,5 @@
-//! Setting a machine up, and running it to its end: in slices, so that output appears and a terminal sees progress.
+//! Setting a machine up, and running it to its end: in slices, so that output appears and a
+//! terminal sees progress.
 
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -22,7 +23,8 @@ const SLICE: u64 = 2_000_000;
 /// And so many while a converter ticks.
 const CONVERTER_SLICE: u64 = 50_000;
 
-/// What to do with an image, understood and prepared: memory is set and the core stands before its first instruction.
+/// What to do with an image, understood and prepared: memory is set and the core stands before its
+/// first instruction.
 pub struct Task {
     /// The function that is called.
     pub call: Option<String>,
@@ -63,7 +65,8 @@ pub struct End {
 impl End {
     /// The function returned, the program said that all is well, or it served all samples in time.
     pub fn succeeded(&self) -> bool {
-        self.overruns == 0 && (self.over || matches!(self.stop, Stop::Returned { .. } | Stop::Exit { code: 0 }))
+        self.overruns == 0
+            && (self.over || matches!(self.stop, Stop::Returned { .. } | Stop::Exit { code: 0 }))
     }
 }
 
@@ -72,23 +75,42 @@ impl Task {
     pub fn prepare(image: &mut Image, what: &What) -> Result<Self, Failure> {
         let Image { elf, machine, .. } = image;
         if let Some(call) = &what.call {
-            let call = Call::parse(call, elf).map_err(|e| Failure::Usage(format!("--call {call}: {e}")))?;
+            let call = Call::parse(call, elf)
+                .map_err(|e| Failure::Usage(format!("--call {call}: {e}")))?;
             elf.load(&mut machine.bus.memory, true).map_err(|e| {
-                Failure::Usage(format!("the image's data does not fit the board: {e}; --ram adds memory"))
+                Failure::Usage(format!(
+                    "the image's data does not fit the board: {e}; --ram adds memory"
+                ))
             })?;
             let stack = board::stack_top(machine.board());
             let vector_table = machine.board().vector_table;
-            machine.start(0, Start { vector_table, stack, address: call.address });
+            machine.start(
+                0,
+                Start {
+                    vector_table,
+                    stack,
+                    address: call.address,
+                },
+            );
             machine.prepare_call(call.address, call.arguments);
         } else {
             start(elf, machine)?;
         }
         for text in &what.write {
-            write(text, elf, machine).map_err(|e| Failure::Usage(format!("--write {text}: {e}")))?;
+            write(text, elf, machine)
+                .map_err(|e| Failure::Usage(format!("--write {text}: {e}")))?;
         }
-        let read =
-            |text: &String| Read::parse(text, elf, machine).map_err(|e| Failure::Usage(format!("--read {text}: {e}")));
-        let name = |call: &String| call.split(',').next().unwrap_or_default().trim().to_string();
+        let read = |text: &String| {
+            Read::parse(text, elf, machine)
+                .map_err(|e| Failure::Usage(format!("--read {text}: {e}")))
+        };
+        let name = |call: &String| {
+            call.split(',')
+                .next()
+                .unwrap_or_default()
+                .trim()
+                .to_string()
+        };
         Ok(Self {
             call: what.call.as_ref().map(name),
             reads: what.read.iter().map(read).collect::<Result<_, _>>()?,
@@ -99,18 +121,40 @@ impl Task {
 
 /// Starts an image as reset does, or where it says that it begins.
 fn start(elf: &Elf, machine: &mut Machine) -> Result<(), Failure> {
-    let begins = |elf: &Elf| elf.segments.iter().any(|s| s.executable && s.contains(elf.entry & !1));
+    let begins = |elf: &Elf| {
+        elf.segments
+            .iter()
+            .any(|s| s.executable && s.contains(elf.entry & !1))
+    };
     if whippen_emulator::elf::vector_table(elf).is_some() {
         machine.reset();
     } else if elf.entry != 0 && begins(elf) {
         let address = elf.entry | 1;
-        eprintln!("note: the image has no vector table that could be found; it starts at {:#010x}", address & !1);
+        eprintln!(
+            "note: the image has no vector table that could be found; it starts at {:#010x}",
+            address & !1
+        );
         let stack = board::stack_top(machine.board());
-        machine.start(0, Start { vector_table: 0, stack, address });
+        machine.start(
+            0,
+            Start {
+                vector_table: 0,
+                stack,
+                address,
+            },
+        );
     } else {
-        let functions = elf.symbols.iter().filter(|s| s.function && s.global).map(|s| s.name.as_str());
+        let functions = elf
+            .symbols
+            .iter()
+            .filter(|s| s.function && s.global)
+            .map(|s| s.name.as_str());
         let some: Vec<&str> = functions.take(8).collect();
-        let such = if some.is_empty() { String::new() } else { format!("; it has {}", some.join(", ")) };
+        let such = if some.is_empty() {
+            String::new()
+        } else {
+            format!("; it has {}", some.join(", "))
+        };
         return Err(Failure::Usage(format!(
             "the image has no start (no vector table, no entry): use --call FUNCTION{such}"
         )));
@@ -130,7 +174,9 @@ impl Call {
         let address = value::place(words.next().unwrap_or_default(), elf)?.address & !1;
         let mut arguments = [0; 4];
         for (i, word) in words.enumerate() {
-            let slot = arguments.get_mut(i).ok_or("at most four arguments, R0 to R3, can be given")?;
+            let slot = arguments
+                .get_mut(i)
+                .ok_or("at most four arguments, R0 to R3, can be given")?;
             *slot = value::word(word, elf)?;
         }
         let code = |s: &whippen_emulator::elf::Segment| s.executable && s.contains(address);
@@ -152,7 +198,11 @@ fn write(text: &str, elf: &Elf, machine: &mut Machine) -> Result<(), String> {
         })?,
         None => value::bytes(bytes)?,
     };
-    machine.bus.memory.write(address, &bytes).map_err(|e| format!("{e}; --ram adds memory"))
+    machine
+        .bus
+        .memory
+        .write(address, &bytes)
+        .map_err(|e| format!("{e}; --ram adds memory"))
 }
 
 impl Read {
@@ -165,38 +215,64 @@ impl Read {
         };
         let place = value::place(name, elf)?;
         let bytes = match length {
-            Some(length) => value::size(length).ok_or_else(|| format!("`{length}` is no number of bytes"))?,
+            Some(length) => {
+                value::size(length).ok_or_else(|| format!("`{length}` is no number of bytes"))?
+            }
             None => place.symbol.map_or(0, |s| s.bytes),
         };
         if bytes == 0 {
             return Err("how many bytes? write ADDR:LEN".into());
         }
-        let read = Self { name: name.trim().to_string(), address: place.address, bytes };
+        let read = Self {
+            name: name.trim().to_string(),
+            address: place.address,
+            bytes,
+        };
         read.now(machine)?;
         Ok(read)
     }
 
     /// The bytes as they are.
     pub fn now(&self, machine: &Machine) -> Result<Vec<u8>, String> {
-        let last = self.address.checked_add(self.bytes - 1).ok_or("goes beyond 32 bits")?;
+        let last = self
+            .address
+            .checked_add(self.bytes - 1)
+            .ok_or("goes beyond 32 bits")?;
         let memory = &machine.bus.memory;
         memory.read(last, &mut [0]).map_err(|e| e.to_string())?;
         let mut bytes = vec![0; self.bytes as usize];
-        memory.read(self.address, &mut bytes).map_err(|e| e.to_string())?;
+        memory
+            .read(self.address, &mut bytes)
+            .map_err(|e| e.to_string())?;
         Ok(bytes)
     }
 }
 
 /// Runs until something ends it; writes the trace.
 pub fn to_the_end(image: &mut Image, task: &Task, outputs: &Outputs) -> Result<End, Failure> {
-    let Image { elf, machine, lines, ports } = image;
-    let limit = machine.cycle(0).saturating_add(task.max_cycles.unwrap_or(MAX_CYCLES));
-    let mut run = Run { machine, ports: *ports, limit, kept: outputs.json.then(Vec::new) };
+    let Image {
+        elf,
+        machine,
+        lines,
+        ports,
+    } = image;
+    let limit = machine
+        .cycle(0)
+        .saturating_add(task.max_cycles.unwrap_or(MAX_CYCLES));
+    let mut run = Run {
+        machine,
+        ports: *ports,
+        limit,
+        kept: outputs.json.then(Vec::new),
+    };
     let profile = outputs.profile.is_some().then(Profile::default);
     let (stop, profile) = match &outputs.trace {
         None if profile.is_none() => (run.run(None), None),
         None => {
-            let (stop, profile, _) = run.watched(Watch { profile, trace: None });
+            let (stop, profile, _) = run.watched(Watch {
+                profile,
+                trace: None,
+            });
             (stop, profile)
         }
         Some(path) if path.as_os_str() == "-" => {
@@ -227,7 +303,15 @@ pub fn to_the_end(image: &mut Image, task: &Task, outputs: &Outputs) -> Result<E
     let converter = ports.as_ref().and_then(|p| ports::converter(machine, p));
     let over = stop == Stop::Limit && converter.is_some_and(|c| c.words_given() > 0 && c.is_over());
     let overruns = converter.map_or(0, Converter::overruns);
-    Ok(End { stop, over, overruns, cycles, instructions: machine.instructions(), output, profile })
+    Ok(End {
+        stop,
+        over,
+        overruns,
+        cycles,
+        instructions: machine.instructions(),
+        output,
+        profile,
+    })
 }
 
 /// A run under way.
@@ -243,14 +327,22 @@ impl Run<'_> {
     /// The end, the profile, and whether the whole trace could be written.
     fn watched(&mut self, mut watch: Watch<'_>) -> (Stop, Option<Profile>, io::Result<()>) {
         let stop = self.run(Some(&mut watch));
-        (stop, watch.profile, watch.trace.map_or(Ok(()), Trace::finish))
+        (
+            stop,
+            watch.profile,
+            watch.trace.map_or(Ok(()), Trace::finish),
+        )
     }
 
     /// Runs in slices. What the program prints goes where it belongs, or is kept.
     fn run(&mut self, mut watch: Option<&mut Watch<'_>>) -> Stop {
         let progress = Spinner::new();
         loop {
-            let until = self.machine.cycle(0).saturating_add(self.slice()).min(self.limit);
+            let until = self
+                .machine
+                .cycle(0)
+                .saturating_add(self.slice())
+                .min(self.limit);
             let stop = match &mut watch {
                 Some(watch) => self.machine.run_observed(until, *watch),
                 None => self.machine.run(until),
@@ -273,17 +365,25 @@ impl Run<'_> {
 
     /// While a converter ticks, so often that the end of its samples ends the run.
     fn slice(&self) -> u64 {
-        if self.converter().is_some() { CONVERTER_SLICE } else { SLICE }
+        if self.converter().is_some() {
+            CONVERTER_SLICE
+        } else {
+            SLICE
+        }
     }
 
     fn is_over(&self) -> bool {
-        self.converter().is_some_and(|c| c.is_over() && c.words_given() > 0)
+        self.converter()
+            .is_some_and(|c| c.is_over() && c.words_given() > 0)
     }
 
     /// Takes what the program printed since the last time.
     fn pass_on(&mut self, progress: &Spinner) {
         let semihosting = &mut self.machine.semihosting;
-        let (mut output, errors) = (std::mem::take(&mut semihosting.output), std::mem::take(&mut semihosting.errors));
+        let (mut output, errors) = (
+            std::mem::take(&mut semihosting.output),
+            std::mem::take(&mut semihosting.errors),
+        );
         if let Some(ports) = &self.ports {
             output.append(&mut ports::printed(self.machine, ports));
         }
@@ -306,18 +406,23 @@ struct Spinner {
 
 impl Spinner {
     fn new() -> Self {
-        let style =
-            ProgressStyle::with_template("{spinner} {msg}").unwrap_or_else(|_| ProgressStyle::default_spinner());
-        Self { bar: ProgressBar::hidden().with_style(style), start: Instant::now() }
+        let style = ProgressStyle::with_template("{spinner} {msg}")
+            .unwrap_or_else(|_| ProgressStyle::default_spinner());
+        Self {
+            bar: ProgressBar::hidden().with_style(style),
+            start: Instant::now(),
+        }
     }
 
     fn at(&self, cycles: u64) {
         let shown = self.start.elapsed() > Duration::from_secs(1) && io::stderr().is_terminal();
         if shown && self.bar.is_hidden() {
-            self.bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
+            self.bar
+                .set_draw_target(indicatif::ProgressDrawTarget::stderr());
         }
         if shown {
-            self.bar.set_message(format!("{} Mcycles", cycles / 1_000_000));
+            self.bar
+                .set_message(format!("{} Mcycles", cycles / 1_000_000));
             self.bar.tick();
         }
     }

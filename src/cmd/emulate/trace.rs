@@ -6,7 +6,8 @@
 //!   0         13  20000106   adds r0, r0, r2                       2  1 issue, 1 late r0
 //! ```
 //!
-//! The line before the first instruction of a function names it. Branch targets are addresses, not offsets.
+//! The line before the first instruction of a function names it. Branch targets are addresses, not
+//! offsets.
 
 use std::io::{self, Write};
 
@@ -28,8 +29,17 @@ pub struct Trace<'w> {
 impl<'w> Trace<'w> {
     /// Begins a trace.
     pub fn new(writer: &'w mut dyn Write, elf: &'w Elf, lines: &'w Lines, cores: usize) -> Self {
-        let mut trace = Self { writer, elf, lines, last: vec![(None, None); cores], error: None };
-        trace.write(format_args!("# core     cycle  address   {:<38} cycles  why\n", "instruction"));
+        let mut trace = Self {
+            writer,
+            elf,
+            lines,
+            last: vec![(None, None); cores],
+            error: None,
+        };
+        trace.write(format_args!(
+            "# core     cycle  address   {:<38} cycles  why\n",
+            "instruction"
+        ));
         trace
     }
 
@@ -46,9 +56,15 @@ impl<'w> Trace<'w> {
 
     /// Says where the core is when that is elsewhere than before.
     fn place(&mut self, step: &Step<'_>) {
-        let symbol = self.elf.symbols.covering(step.address).map(|(symbol, _)| symbol);
+        let symbol = self
+            .elf
+            .symbols
+            .covering(step.address)
+            .map(|(symbol, _)| symbol);
         let line = self.lines.at(step.address);
-        let Some(last) = self.last.get_mut(step.core) else { return };
+        let Some(last) = self.last.get_mut(step.core) else {
+            return;
+        };
         let (moved, line_moved) = (last.0 != symbol.map(|s| s.address), last.1.as_ref() != line);
         if moved || line_moved {
             *last = (symbol.map(|s| s.address), line.cloned());
@@ -65,20 +81,33 @@ impl<'w> Trace<'w> {
 impl Observer for Trace<'_> {
     fn instruction(&mut self, step: &Step<'_>) {
         self.place(step);
-        let Step { core, cycle, address, inst, cost } = step;
+        let Step {
+            core,
+            cycle,
+            address,
+            inst,
+            cost,
+        } = step;
         let text = assembly(inst, *address);
         // A cost prints as `2: 1 issue, 1 late r0`; a folded instruction as `0`.
         let cost = cost.to_string();
         let (cycles, why) = cost.split_once(": ").unwrap_or((&cost, ""));
-        self.write(format_args!("{core:>6} {cycle:>9}  {address:08x}  {text:<38} {cycles:>6}  {why}\n"));
+        self.write(format_args!(
+            "{core:>6} {cycle:>9}  {address:08x}  {text:<38} {cycles:>6}  {why}\n"
+        ));
     }
 
     fn exception(&mut self, core: usize, number: u32, cycle: u64) {
-        self.write(format_args!("{core:>6} {cycle:>9}  -- exception {number} ({})\n", exception_name(number)));
+        self.write(format_args!(
+            "{core:>6} {cycle:>9}  -- exception {number} ({})\n",
+            exception_name(number)
+        ));
     }
 
     fn exception_return(&mut self, core: usize, number: u32, cycle: u64) {
-        self.write(format_args!("{core:>6} {cycle:>9}  -- return from exception {number}\n"));
+        self.write(format_args!(
+            "{core:>6} {cycle:>9}  -- return from exception {number}\n"
+        ));
     }
 }
 

@@ -15,11 +15,18 @@ pub fn count(text: &str) -> Result<u64, String> {
     let value = match digits.split_once(['e', 'E']) {
         Some((mantissa, exponent)) if !digits.starts_with("0x") => {
             let power = exponent.parse().ok().and_then(|e| 10_u64.checked_pow(e));
-            mantissa.parse::<u64>().ok().zip(power).and_then(|(m, p)| m.checked_mul(p))
+            mantissa
+                .parse::<u64>()
+                .ok()
+                .zip(power)
+                .and_then(|(m, p)| m.checked_mul(p))
         }
         _ => unsigned(digits),
     };
-    value.and_then(|v| v.checked_mul(factor)).filter(|v| *v > 0).ok_or_else(wrong)
+    value
+        .and_then(|v| v.checked_mul(factor))
+        .filter(|v| *v > 0)
+        .ok_or_else(wrong)
 }
 
 /// A size in bytes, such as 4096, 0x1000, 64K or 2M (powers of 1024).
@@ -36,7 +43,10 @@ pub fn size(text: &str) -> Option<u32> {
 /// A decimal or hexadecimal number without sign.
 pub fn unsigned(text: &str) -> Option<u64> {
     let plain = text.replace('_', "");
-    match plain.strip_prefix("0x").or_else(|| plain.strip_prefix("0X")) {
+    match plain
+        .strip_prefix("0x")
+        .or_else(|| plain.strip_prefix("0X"))
+    {
         Some(digits) if digits.starts_with('+') => None,
         Some(digits) => u64::from_str_radix(digits, 16).ok(),
         None if plain.starts_with('+') => None,
@@ -47,8 +57,14 @@ pub fn unsigned(text: &str) -> Option<u64> {
 /// A 32-bit word: a number, signed or not, that fits; or an address.
 pub fn word(text: &str, elf: &Elf) -> Result<u32, String> {
     let text = text.trim();
-    let fits = |value: i64| (i64::from(i32::MIN)..=i64::from(u32::MAX)).contains(&value).then_some(value as u32);
-    let (negative, digits) = text.strip_prefix('-').map_or((false, text), |rest| (true, rest));
+    let fits = |value: i64| {
+        (i64::from(i32::MIN)..=i64::from(u32::MAX))
+            .contains(&value)
+            .then_some(value as u32)
+    };
+    let (negative, digits) = text
+        .strip_prefix('-')
+        .map_or((false, text), |rest| (true, rest));
     match unsigned(digits) {
         Some(magnitude) => i64::try_from(magnitude)
             .ok()
@@ -73,8 +89,12 @@ pub struct Place<'e> {
 pub fn place<'e>(text: &str, elf: &'e Elf) -> Result<Place<'e>, String> {
     let text = text.trim();
     if let Some(number) = unsigned(text) {
-        let address = u32::try_from(number).map_err(|_| format!("`{text}` is no 32-bit address"))?;
-        return Ok(Place { address, symbol: None });
+        let address =
+            u32::try_from(number).map_err(|_| format!("`{text}` is no 32-bit address"))?;
+        return Ok(Place {
+            address,
+            symbol: None,
+        });
     }
     // A name may contain a plus sign, as the operators of C++ do.
     let named = elf.symbols.named(text);
@@ -82,13 +102,19 @@ pub fn place<'e>(text: &str, elf: &'e Elf) -> Result<Place<'e>, String> {
         && let Some(offset) = unsigned(offset.trim()).and_then(|o| u32::try_from(o).ok())
     {
         let address = place(base, elf)?.address.wrapping_add(offset);
-        return Ok(Place { address, symbol: None });
+        return Ok(Place {
+            address,
+            symbol: None,
+        });
     }
     match named {
-        Ok(symbol) => Ok(Place { address: symbol.address, symbol: Some(symbol) }),
-        Err(_) if elf.symbols.is_empty() => {
-            Err(format!("the image has no symbols (it is stripped), so `{text}` must be a number"))
-        }
+        Ok(symbol) => Ok(Place {
+            address: symbol.address,
+            symbol: Some(symbol),
+        }),
+        Err(_) if elf.symbols.is_empty() => Err(format!(
+            "the image has no symbols (it is stripped), so `{text}` must be a number"
+        )),
         Err(error) => Err(error.to_string()),
     }
 }
@@ -96,9 +122,14 @@ pub fn place<'e>(text: &str, elf: &'e Elf) -> Result<Place<'e>, String> {
 /// Bytes in hexadecimal, in the order of memory; blanks and underscores between them are allowed.
 pub fn bytes(text: &str) -> Result<Vec<u8>, String> {
     let text = text.strip_prefix("0x").unwrap_or(text);
-    let digits: Vec<char> = text.chars().filter(|c| !c.is_whitespace() && *c != '_').collect();
+    let digits: Vec<char> = text
+        .chars()
+        .filter(|c| !c.is_whitespace() && *c != '_')
+        .collect();
     if !digits.len().is_multiple_of(2) {
-        return Err(format!("`{text}` has half a byte: two digits each, in the order of memory"));
+        return Err(format!(
+            "`{text}` has half a byte: two digits each, in the order of memory"
+        ));
     }
     let byte = |pair: &[char]| Some((pair[0].to_digit(16)? << 4 | pair[1].to_digit(16)?) as u8);
     let bytes: Option<Vec<u8>> = digits.chunks_exact(2).map(byte).collect();
@@ -111,20 +142,45 @@ mod tests {
     use whippen_emulator::elf::Symbols;
 
     fn elf() -> Elf {
-        let symbol =
-            |name: &str, address| Symbol { name: name.into(), address, bytes: 8, function: true, global: true };
+        let symbol = |name: &str, address| Symbol {
+            name: name.into(),
+            address,
+            bytes: 8,
+            function: true,
+            global: true,
+        };
         let symbols = Symbols::new(vec![symbol("fir", 0x100), symbol("operator+", 0x200)]);
-        Elf { entry: 0, arch: None, segments: Vec::new(), symbols, undefined: Vec::new() }
+        Elf {
+            entry: 0,
+            arch: None,
+            segments: Vec::new(),
+            symbols,
+            undefined: Vec::new(),
+        }
     }
 
     #[test]
     fn counts_and_sizes() {
-        for (text, value) in
-            [("1000", 1000), ("1_000", 1000), ("2e3", 2000), ("7k", 7000), ("0x1e3", 0x1e3), ("3M", 3_000_000)]
-        {
+        for (text, value) in [
+            ("1000", 1000),
+            ("1_000", 1000),
+            ("2e3", 2000),
+            ("7k", 7000),
+            ("0x1e3", 0x1e3),
+            ("3M", 3_000_000),
+        ] {
             assert_eq!(count(text), Ok(value));
         }
-        for text in ["", "0", "-1", "1e99", "99999999999999999999", "k", "1.5e3", "many"] {
+        for text in [
+            "",
+            "0",
+            "-1",
+            "1e99",
+            "99999999999999999999",
+            "k",
+            "1.5e3",
+            "many",
+        ] {
             assert!(count(text).is_err(), "{text}");
         }
         assert_eq!(size("64K"), Some(65536));
@@ -143,9 +199,15 @@ mod tests {
         assert_eq!(value("operator+"), Ok(0x200));
         assert_eq!(value("operator++4"), Ok(0x204));
         assert_eq!(value("0x100+4"), Ok(0x104));
-        assert_eq!(value("4294967296"), Err("`4294967296` does not fit into 32 bits".into()));
+        assert_eq!(
+            value("4294967296"),
+            Err("`4294967296` does not fit into 32 bits".into())
+        );
         assert_eq!(value("12cm"), Err("`12cm` is no number".into()));
-        assert_eq!(value("fri"), Err("there is no symbol `fri`; did you mean `fir`?".into()));
+        assert_eq!(
+            value("fri"),
+            Err("there is no symbol `fri`; did you mean `fir`?".into())
+        );
     }
 
     #[test]

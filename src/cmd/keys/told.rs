@@ -24,8 +24,15 @@ const ROWS_MAX: usize = 200;
 pub fn performance(path: &Path, performance: &Performance, score: &Score, board: &Board) {
     let keys = usize::from(board.last - board.first) + 1;
     let (notes, playing) = (score.notes.len(), score.keys.len());
-    say!("midi: {}: {notes} notes on {playing} of {keys} keys, {:.1} s", path.display(), performance.end_s);
-    performance.told.iter().for_each(|told| say!("midi: {told}"));
+    say!(
+        "midi: {}: {notes} notes on {playing} of {keys} keys, {:.1} s",
+        path.display(),
+        performance.end_s
+    );
+    performance
+        .told
+        .iter()
+        .for_each(|told| say!("midi: {told}"));
     if score.outside > 0 {
         say!("midi: {}", outside(score, board));
     }
@@ -33,17 +40,29 @@ pub fn performance(path: &Path, performance: &Performance, score: &Score, board:
 
 fn outside(score: &Score, board: &Board) -> String {
     let (first, last) = (note_name(board.first), note_name(board.last));
-    let mut names: Vec<u8> = score.notes.iter().map(|n| n.key).filter(|&key| board.index(key).is_none()).collect();
+    let mut names: Vec<u8> = score
+        .notes
+        .iter()
+        .map(|n| n.key)
+        .filter(|&key| board.index(key).is_none())
+        .collect();
     names.sort_unstable();
     names.dedup();
     let names: Vec<String> = names.into_iter().map(note_name).collect();
-    format!("{} notes lie outside of {first} .. {last} and are not played: {}", score.outside, names.join(", "))
+    format!(
+        "{} notes lie outside of {first} .. {last} and are not played: {}",
+        score.outside,
+        names.join(", ")
+    )
 }
 
 /// Notes against strikes.
 pub fn outcome(board: &Board, played: &Outcome, logs: &[KeyLog]) {
     for part in silent(board) {
-        say!("  {} emits no `note`: strikes are not compared with notes", part.model.name);
+        say!(
+            "  {} emits no `note`: strikes are not compared with notes",
+            part.model.name
+        );
     }
     if silent(board).count() == board.parts.len() {
         return;
@@ -55,26 +74,39 @@ pub fn outcome(board: &Board, played: &Outcome, logs: &[KeyLog]) {
     let missed: Vec<&PlayedNote> = played.missed().collect();
     for note in missed.iter().take(LISTED_MAX) {
         let (name, velocity) = (note_name(note.note.key), note.note.velocity);
-        say!("    {:>10.4} s  {name:<4} velocity {velocity:>3}  {}", note.note.on_s + LATER_S, note.reason());
+        say!(
+            "    {:>10.4} s  {name:<4} velocity {velocity:>3}  {}",
+            note.note.on_s + LATER_S,
+            note.reason()
+        );
     }
     if missed.len() > LISTED_MAX {
         say!("    and {} more", missed.len() - LISTED_MAX);
     }
     if !missed.is_empty() {
-        say!("  a key that goes down slowly does not throw its hammer: that is the instrument, not an error");
+        say!(
+            "  a key that goes down slowly does not throw its hammer: that is the instrument, not an error"
+        );
     }
     cut_off(logs).iter().for_each(|told| say!("  {told}"));
 }
 
 /// The parts whose keys never strike.
 fn silent<'b>(board: &'b Board) -> impl Iterator<Item = &'b Part<'b>> {
-    board.parts.iter().filter(|part| board.strike(part.keys.start).is_none())
+    board
+        .parts
+        .iter()
+        .filter(|part| board.strike(part.keys.start).is_none())
 }
 
 fn counted(played: &Outcome) -> String {
     let waited = played.notes.iter().filter(|n| n.waited(LATER_S)).count();
-    let mut out =
-        format!("{} notes: {} struck, {} did not", played.notes.len(), played.matched(), played.missed().count());
+    let mut out = format!(
+        "{} notes: {} struck, {} did not",
+        played.notes.len(),
+        played.matched(),
+        played.missed().count()
+    );
     let doubled = played.doubled().count();
     if played.usual > 1 {
         out += &format!("; {} strikes a note are usual here", played.usual);
@@ -93,20 +125,43 @@ fn counted(played: &Outcome) -> String {
 
 /// From note-on to strike: the middle, and where nine of ten are.
 fn latencies(played: &Outcome) -> Option<String> {
-    let mut all: Vec<f64> = played.notes.iter().filter_map(|n| n.latency_s(LATER_S)).map(|s| s * 1e3).collect();
+    let mut all: Vec<f64> = played
+        .notes
+        .iter()
+        .filter_map(|n| n.latency_s(LATER_S))
+        .map(|s| s * 1e3)
+        .collect();
     all.sort_by(f64::total_cmp);
-    let part = |p: f64| all.get(((all.len() - 1) as f64 * p).round() as usize).copied();
-    let (low, middle, high) = if all.is_empty() { return None } else { (part(0.05)?, part(0.5)?, part(0.95)?) };
-    Some(format!("note-on to strike: median {middle:.1} ms, nine of ten within {low:.1} .. {high:.1} ms"))
+    let part = |p: f64| {
+        all.get(((all.len() - 1) as f64 * p).round() as usize)
+            .copied()
+    };
+    let (low, middle, high) = if all.is_empty() {
+        return None;
+    } else {
+        (part(0.05)?, part(0.5)?, part(0.95)?)
+    };
+    Some(format!(
+        "note-on to strike: median {middle:.1} ms, nine of ten within {low:.1} .. {high:.1} ms"
+    ))
 }
 
 fn cut_off(logs: &[KeyLog]) -> Vec<String> {
     let sum = |of: fn(&KeyLog) -> usize| logs.iter().map(of).sum::<usize>();
     let all = [
-        (sum(|l| l.drive_clipped), "key-ticks with more force than the drive gives, clipped"),
-        (sum(|l| l.sense_clamped), "key-ticks beyond the range the instrument senses"),
+        (
+            sum(|l| l.drive_clipped),
+            "key-ticks with more force than the drive gives, clipped",
+        ),
+        (
+            sum(|l| l.sense_clamped),
+            "key-ticks beyond the range the instrument senses",
+        ),
     ];
-    all.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect()
+    all.into_iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, what)| format!("{count} {what}"))
+        .collect()
 }
 
 /// The events of all keys as a trace without columns.
@@ -117,14 +172,31 @@ pub fn events(board: &Board, logs: &[KeyLog]) -> Trace {
         let (model, key) = (board.model(log.index), log.index as u32);
         let titles = argument_titles(model);
         for (tick, emission, args) in &log.events {
-            let args = titles[*emission].iter().cloned().zip(args.iter().copied()).collect();
+            let args = titles[*emission]
+                .iter()
+                .cloned()
+                .zip(args.iter().copied())
+                .collect();
             let t_s = *tick as f64 / f64::from(rate_hz);
-            all.push((*tick, key, EventRow { t_s, key, event: model.emissions[*emission].name.clone(), args }));
+            all.push((
+                *tick,
+                key,
+                EventRow {
+                    t_s,
+                    key,
+                    event: model.emissions[*emission].name.clone(),
+                    args,
+                },
+            ));
         }
     }
     // Stable: what one key did in one tick stays in its order.
     all.sort_by_key(|(tick, key, _)| (*tick, *key));
-    Trace { rate_hz, columns: Vec::new(), events: all.into_iter().map(|(_, _, row)| row).collect() }
+    Trace {
+        rate_hz,
+        columns: Vec::new(),
+        events: all.into_iter().map(|(_, _, row)| row).collect(),
+    }
 }
 
 /// The section of a performance.
@@ -140,7 +212,14 @@ pub fn section(
     let fact = |name: &str, value: String| (name.to_string(), value);
     let mut facts = vec![
         fact("notes", counted(played)),
-        fact("played", format!("{:.2} s on {} keys at {rate_hz} Hz", score.ticks as f64 / rate_hz, score.keys.len())),
+        fact(
+            "played",
+            format!(
+                "{:.2} s on {} keys at {rate_hz} Hz",
+                score.ticks as f64 / rate_hz,
+                score.keys.len()
+            ),
+        ),
         fact("program", board.program.replace('_', " ")),
         fact("engine", setup.engine.to_string()),
         fact(
@@ -156,8 +235,18 @@ pub fn section(
         facts.push(fact("zones", zones(board)));
     }
     facts.extend(latencies(played).map(|times| fact("timing", times)));
-    facts.extend(performance.told.iter().map(|told| fact("file", told.clone())));
-    facts.extend(setup.settings.iter().map(|(name, value)| fact("set", format!("{name} = {value}"))));
+    facts.extend(
+        performance
+            .told
+            .iter()
+            .map(|told| fact("file", told.clone())),
+    );
+    facts.extend(
+        setup
+            .settings
+            .iter()
+            .map(|(name, value)| fact("set", format!("{name} = {value}"))),
+    );
     let mut warnings = cut_off(logs);
     warnings.extend((score.outside > 0).then(|| outside(score, board)));
     Section {
@@ -178,7 +267,12 @@ pub fn section(
 fn zones(board: &Board) -> String {
     let note = |index: usize| note_name(board.first.saturating_add(index as u8));
     let zone = |part: &Part| {
-        format!("{} .. {}: {}", note(part.keys.start), note(part.keys.end - 1), part.model.name.replace('_', " "))
+        format!(
+            "{} .. {}: {}",
+            note(part.keys.start),
+            note(part.keys.end - 1),
+            part.model.name.replace('_', " ")
+        )
     };
     board.parts.iter().map(zone).collect::<Vec<_>>().join(", ")
 }
@@ -190,7 +284,15 @@ fn roll(board: &Board, score: &Score, played: &Outcome) -> Value {
         let (on, off) = (short(n.note.on_s + LATER_S), short(n.note.off_s + LATER_S));
         let first = n.strikes.first();
         let (at, speed) = (first.map(|s| short(s.t_s)), first.map(|s| short(s.speed)));
-        json!([n.note.key, on, off, n.note.velocity, at, speed, n.strikes.len()])
+        json!([
+            n.note.key,
+            on,
+            off,
+            n.note.velocity,
+            at,
+            speed,
+            n.strikes.len()
+        ])
     };
     let end_s = score.ticks as f64 / f64::from(board.rate_hz());
     json!({
@@ -203,31 +305,60 @@ fn roll(board: &Board, score: &Score, played: &Outcome) -> Value {
 fn worst(played: &Outcome) -> Table {
     let mut rows: Vec<(String, &PlayedNote)> = played.missed().map(|n| (n.reason(), n)).collect();
     let (missed, doubled) = (rows.len(), played.doubled().count());
-    rows.extend(played.doubled().map(|n| (format!("struck {} times", n.strikes.len()), n)));
-    let mut timed: Vec<&PlayedNote> = played.notes.iter().filter(|n| !n.strikes.is_empty()).collect();
+    rows.extend(
+        played
+            .doubled()
+            .map(|n| (format!("struck {} times", n.strikes.len()), n)),
+    );
+    let mut timed: Vec<&PlayedNote> = played
+        .notes
+        .iter()
+        .filter(|n| !n.strikes.is_empty())
+        .collect();
     let late = |n: &PlayedNote| n.latency_s(LATER_S).unwrap_or_default();
     timed.sort_by(|a, b| late(b).total_cmp(&late(a)));
     let why = |n: &PlayedNote| {
-        if n.waited(LATER_S) { "late: the key was still down for the note before" } else { "among the latest" }
+        if n.waited(LATER_S) {
+            "late: the key was still down for the note before"
+        } else {
+            "among the latest"
+        }
     };
     rows.extend(timed.iter().take(20).map(|n| (why(n).to_string(), *n)));
-    let heads = ["time (s)", "key", "velocity", "note-on to strike (ms)", "speed (m/s)", "what"];
-    let note =
-        format!("{missed} did not strike, {doubled} struck more often than usual; then the latest of the others.");
-    let note =
-        if rows.len() > ROWS_MAX { format!("{note} The first {ROWS_MAX} of {} rows.", rows.len()) } else { note };
+    let heads = [
+        "time (s)",
+        "key",
+        "velocity",
+        "note-on to strike (ms)",
+        "speed (m/s)",
+        "what",
+    ];
+    let note = format!(
+        "{missed} did not strike, {doubled} struck more often than usual; then the latest of the others."
+    );
+    let note = if rows.len() > ROWS_MAX {
+        format!("{note} The first {ROWS_MAX} of {} rows.", rows.len())
+    } else {
+        note
+    };
     Table {
         title: "Worst notes".into(),
         note,
         heads: heads.map(String::from).to_vec(),
-        rows: rows.into_iter().take(ROWS_MAX).map(|(what, n)| note_row(&what, n)).collect(),
+        rows: rows
+            .into_iter()
+            .take(ROWS_MAX)
+            .map(|(what, n)| note_row(&what, n))
+            .collect(),
     }
 }
 
 fn note_row(what: &str, n: &PlayedNote) -> Row {
     let on_s = n.note.on_s + LATER_S;
     let number = |value: Option<f64>, digits: usize| {
-        value.map_or(Cell::text(""), |v| Cell::number(v, format!("{v:.digits$}").replace('-', "−")))
+        value.map_or(Cell::text(""), |v| {
+            Cell::number(v, format!("{v:.digits$}").replace('-', "−"))
+        })
     };
     let cells = vec![
         Cell::number(on_s, format!("{on_s:.4}")),
@@ -237,7 +368,11 @@ fn note_row(what: &str, n: &PlayedNote) -> Row {
         number(n.strikes.first().map(|s| s.speed), 3),
         Cell::text(what),
     ];
-    Row { cells, at_s: Some(on_s), ..Row::default() }
+    Row {
+        cells,
+        at_s: Some(on_s),
+        ..Row::default()
+    }
 }
 
 /// One row per key that played.
@@ -257,7 +392,10 @@ fn keys(board: &Board, played: &Outcome, logs: &[KeyLog]) -> Table {
         let key = board.first.saturating_add(log.index as u8);
         let own = || played.notes.iter().filter(move |n| n.note.key == key);
         let struck = own().filter(|n| !n.strikes.is_empty()).count();
-        let fastest = own().flat_map(|n| &n.strikes).map(|s| s.speed).fold(0.0, f64::max);
+        let fastest = own()
+            .flat_map(|n| &n.strikes)
+            .map(|s| s.speed)
+            .fold(0.0, f64::max);
         let count = |n: usize| Cell::number(n as f64, n.to_string());
         let (peak_n, at_s) = (log.peak.0, log.peak.1 as f64 / rate_hz);
         let cells = vec![
@@ -270,7 +408,11 @@ fn keys(board: &Board, played: &Outcome, logs: &[KeyLog]) -> Table {
             Cell::number(at_s, format!("{at_s:.4}")),
             count(log.drive_clipped),
         ];
-        Row { cells, at_s: Some(at_s), ..Row::default() }
+        Row {
+            cells,
+            at_s: Some(at_s),
+            ..Row::default()
+        }
     };
     Table {
         title: "Keys".into(),

@@ -47,19 +47,44 @@ fn a_budget_that_fits_says_what_is_left() {
 fn as_json_it_has_every_number() {
     let shell = shell();
     let found = json(&shell, 0, &["--keys", "21"]);
-    assert_eq!((&found["fits"], &found["period_cycles"]), (&Value::Bool(true), &Value::from(3401)));
+    assert_eq!(
+        (&found["fits"], &found["period_cycles"]),
+        (&Value::Bool(true), &Value::from(3401))
+    );
     let key = found["key"]["cycles_max"].as_u64().expect("cycles");
     let items = found["key"]["by_item"].as_object().expect("items");
-    assert_eq!(items.values().filter_map(Value::as_u64).sum::<u64>(), key, "the declarations share all cycles");
+    assert_eq!(
+        items.values().filter_map(Value::as_u64).sum::<u64>(),
+        key,
+        "the declarations share all cycles"
+    );
     assert!(items.contains_key("force push"), "{items:?}");
     let lines = found["key"]["worst_path"].as_array().expect("lines");
-    assert!(lines.iter().any(|line| line == "spring.whip:8"), "{lines:?}");
+    assert!(
+        lines.iter().any(|line| line == "spring.whip:8"),
+        "{lines:?}"
+    );
     let cores = found["cores"].as_array().expect("cores");
-    assert_eq!(cores.iter().map(|core| core["keys"].as_u64().expect("keys")).collect::<Vec<_>>(), [11, 10]);
+    assert_eq!(
+        cores
+            .iter()
+            .map(|core| core["keys"].as_u64().expect("keys"))
+            .collect::<Vec<_>>(),
+        [11, 10]
+    );
     for core in cores {
-        let number = |name: &str| core[name].as_i64().unwrap_or_else(|| panic!("{name}: {core}"));
+        let number = |name: &str| {
+            core[name]
+                .as_i64()
+                .unwrap_or_else(|| panic!("{name}: {core}"))
+        };
         assert_eq!(number("cycles_max") + number("slack_cycles"), 3401);
-        let around: i64 = core["around_keys"].as_object().expect("parts").values().filter_map(Value::as_i64).sum();
+        let around: i64 = core["around_keys"]
+            .as_object()
+            .expect("parts")
+            .values()
+            .filter_map(Value::as_i64)
+            .sum();
         assert_eq!(
             number("cycles_max"),
             around + number("keys") * key as i64 + number("contention_cycles_max"),
@@ -69,7 +94,10 @@ fn as_json_it_has_every_number() {
         assert!((utilization - number("cycles_max") as f64 / 3401.0).abs() < 1e-12);
     }
     for name in ["stack_bytes_max", "flash_bytes", "ram_bytes"] {
-        assert!(found[name].as_u64().is_some_and(|bytes| bytes > 32), "{name}: {found}");
+        assert!(
+            found[name].as_u64().is_some_and(|bytes| bytes > 32),
+            "{name}: {found}"
+        );
     }
     assert!(["rule", "estimate"].contains(&found["class"].as_str().expect("a class")));
 }
@@ -77,7 +105,11 @@ fn as_json_it_has_every_number() {
 #[test]
 fn more_keys_cost_more_and_a_slower_rate_has_room() {
     let shell = shell();
-    let cycles = |args: &[&str]| json(&shell, 0, args)["cores"][0]["cycles_max"].as_u64().expect("cycles");
+    let cycles = |args: &[&str]| {
+        json(&shell, 0, args)["cores"][0]["cycles_max"]
+            .as_u64()
+            .expect("cycles")
+    };
     assert!(cycles(&["--keys", "30"]) > cycles(&["--keys", "28"]));
     let slow = json(&shell, 0, &["--keys", "30", "--rate", "22050"]);
     assert_eq!(slow["period_cycles"], 6802);
@@ -86,7 +118,9 @@ fn more_keys_cost_more_and_a_slower_rate_has_room() {
 #[test]
 fn the_most_keys_fit_and_one_more_does_not() {
     let shell = shell();
-    let most = json(&shell, 0, &["--most-keys"])["keys"].as_u64().expect("keys");
+    let most = json(&shell, 0, &["--most-keys"])["keys"]
+        .as_u64()
+        .expect("keys");
     assert!(most > 40, "{most}");
     json(&shell, 0, &["--keys", &most.to_string()]);
     json(&shell, 1, &["--keys", &(most + 1).to_string()]);
@@ -97,11 +131,22 @@ fn a_missed_deadline_points_at_lines_and_says_what_would_fit() {
     let shell = shell();
     let (out, err) = shell.ends(1, &["budget", "spring.whip", "--keys", "480"]);
     assert!(out.contains("does not fit"), "{out}");
-    let most = json(&shell, 0, &["--most-keys"])["keys"].as_u64().expect("keys");
-    assert!(err.contains(&format!("{most} keys fit as it is")), "what --most-keys finds: {most}, {err}");
-    for words in
-        ["WH0701", "`spring` misses its deadline by", "keys fit as it is", "Hz", "MHz", "spring.whip:", "`force push`"]
-    {
+    let most = json(&shell, 0, &["--most-keys"])["keys"]
+        .as_u64()
+        .expect("keys");
+    assert!(
+        err.contains(&format!("{most} keys fit as it is")),
+        "what --most-keys finds: {most}, {err}"
+    );
+    for words in [
+        "WH0701",
+        "`spring` misses its deadline by",
+        "keys fit as it is",
+        "Hz",
+        "MHz",
+        "spring.whip:",
+        "`force push`",
+    ] {
         assert!(err.contains(words), "{words}: {err}");
     }
 }
@@ -119,23 +164,52 @@ fn the_page_shows_its_mistake() {
 #[test]
 fn every_program_of_a_keyboard_must_fit() {
     let two = "keyboard k {\n    rate 44100 Hz\n    keys A0 .. A1\n    programs spring, other\n}\n";
-    let text = format!("{SPRING}{}{two}", SPRING.replace("instrument spring", "instrument other"));
+    let text = format!(
+        "{SPRING}{}{two}",
+        SPRING.replace("instrument spring", "instrument other")
+    );
     let shell = Shell::new().with("both.whip", &text);
     let (out, _) = shell.ends(0, &["budget", "both.whip"]);
-    assert!(out.contains("spring on rp2350: 13 keys") && out.contains("other on rp2350: 13 keys"), "{out}");
+    assert!(
+        out.contains("spring on rp2350: 13 keys") && out.contains("other on rp2350: 13 keys"),
+        "{out}"
+    );
     let (out, _) = shell.ends(0, &["budget", "both.whip", "other"]);
-    assert!(!out.contains("spring on rp2350") && out.contains("other on rp2350"), "{out}");
+    assert!(
+        !out.contains("spring on rp2350") && out.contains("other on rp2350"),
+        "{out}"
+    );
 }
 
 #[test]
 fn what_cannot_be_proven_is_said() {
     let shell = shell();
     let budget = |args: &[&'static str]| [&["budget", "spring.whip"], args].concat();
-    shell.refuses(2, &budget(&["--board", "stm32f4", "--keys", "300"]), &["300 keys on a core", "1 to 255"]);
-    shell.refuses(2, &budget(&["--board", "rp2530"]), &["did you mean `rp2350`?"]);
-    shell.refuses(2, &budget(&["--keys", "1"]), &["0 keys on a core", "2 to 510"]);
-    shell.refuses(2, &budget(&["--keys", "600"]), &["300 keys on a core", "2 to 510"]);
-    shell.refuses(2, &budget(&["--keys", "4", "--most-keys"]), &["cannot be used with"]);
+    shell.refuses(
+        2,
+        &budget(&["--board", "stm32f4", "--keys", "300"]),
+        &["300 keys on a core", "1 to 255"],
+    );
+    shell.refuses(
+        2,
+        &budget(&["--board", "rp2530"]),
+        &["did you mean `rp2350`?"],
+    );
+    shell.refuses(
+        2,
+        &budget(&["--keys", "1"]),
+        &["0 keys on a core", "2 to 510"],
+    );
+    shell.refuses(
+        2,
+        &budget(&["--keys", "600"]),
+        &["300 keys on a core", "2 to 510"],
+    );
+    shell.refuses(
+        2,
+        &budget(&["--keys", "4", "--most-keys"]),
+        &["cannot be used with"],
+    );
 }
 
 /// The dearest way as assembly: all its instructions, their cycles beside them.
@@ -143,7 +217,9 @@ fn what_cannot_be_proven_is_said() {
 fn the_dearest_way_can_be_written_out() {
     let shell = shell();
     let args = ["--keys", "20", "--path", "path.s"];
-    let key = json(&shell, 0, &args)["key"]["cycles_max"].as_u64().expect("cycles");
+    let key = json(&shell, 0, &args)["key"]["cycles_max"]
+        .as_u64()
+        .expect("cycles");
     let lines = shell.lines("path.s");
     let cycles: u64 = lines
         .iter()

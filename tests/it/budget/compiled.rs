@@ -1,4 +1,5 @@
-//! Functions by a C compiler: loops, tables, calls, divisions, floating point. Without the compiler the test says so.
+//! Functions by a C compiler: loops, tables, calls, divisions, floating point. Without the compiler
+//! the test says so.
 
 use std::collections::BTreeMap;
 
@@ -64,17 +65,35 @@ const FUNCTIONS: &[(&str, u32)] = &[
 
 /// Links the functions at the address where tests put programs; symbols and bytes.
 fn linked(shell: &Shell, level: &str) -> Option<(Vec<u8>, BTreeMap<String, u32>)> {
-    let options = ["-mcpu=cortex-m33", "-mfloat-abi=hard", "-mfpu=fpv5-sp-d16", "-nostdlib", "-Wl,--entry=dot"];
+    let options = [
+        "-mcpu=cortex-m33",
+        "-mfloat-abi=hard",
+        "-mfpu=fpv5-sp-d16",
+        "-nostdlib",
+        "-Wl,--entry=dot",
+    ];
     let place = "-Wl,-Ttext=0x20000100";
-    let args = [&options[..], &[level, "-fno-math-errno", place, "f.c", "-o", "f.elf"]].concat();
+    let args = [
+        &options[..],
+        &[level, "-fno-math-errno", place, "f.c", "-o", "f.elf"],
+    ]
+    .concat();
     if !gcc(shell, &args) {
         return None;
     }
     let elf = std::fs::read(shell.path("f.elf")).expect("the ELF file");
     let elf = Elf::parse(&elf, true).expect("an ELF file");
-    let code = elf.segments.iter().find(|segment| segment.contains(super::CODE)).expect("code");
+    let code = elf
+        .segments
+        .iter()
+        .find(|segment| segment.contains(super::CODE))
+        .expect("code");
     let from = (super::CODE - code.run) as usize;
-    let symbols = elf.symbols.iter().map(|symbol| (symbol.name.clone(), symbol.address & !1)).collect();
+    let symbols = elf
+        .symbols
+        .iter()
+        .map(|symbol| (symbol.name.clone(), symbol.address & !1))
+        .collect();
     Some((code.bytes[from..].to_vec(), symbols))
 }
 
@@ -94,7 +113,9 @@ fn functions_by_a_c_compiler_keep_their_bounds() {
     let shell = Shell::new().with("f.c", SOURCE);
     let mut rng = Rng::new(5);
     for level in ["-O1", "-Os", "-O2", "-O3"] {
-        let Some((bytes, symbols)) = linked(&shell, level) else { return };
+        let Some((bytes, symbols)) = linked(&shell, level) else {
+            return;
+        };
         let code = Code::new(super::CODE, bytes.clone());
         for &(name, rounds_max) in FUNCTIONS {
             let entry = symbols[name];
@@ -102,16 +123,34 @@ fn functions_by_a_c_compiler_keep_their_bounds() {
             let mut slowest = 0;
             let mut machine = machine(&bytes);
             for _ in 0..400 {
-                let word = |rng: &mut Rng| if rng.chance(1, 2) { rng.below(512) as u32 } else { rng.next() as u32 };
+                let word = |rng: &mut Rng| {
+                    if rng.chance(1, 2) {
+                        rng.below(512) as u32
+                    } else {
+                        rng.next() as u32
+                    }
+                };
                 let data: Vec<u8> = (0..24).flat_map(|_| word(&mut rng).to_le_bytes()).collect();
                 machine.bus.memory.write(DATA, &data).expect("RAM");
-                let registers = BTreeMap::from([(0, DATA), (1, word(&mut rng)), (2, word(&mut rng))]);
+                let registers =
+                    BTreeMap::from([(0, DATA), (1, word(&mut rng)), (2, word(&mut rng))]);
                 slowest = slowest.max(observed(&mut machine, entry, &registers));
             }
-            println!("{level} {name}: observed {slowest}, bound {}", bound.cycles_max);
-            assert!(slowest <= bound.cycles_max, "{level} {name}: {slowest} > {}", bound.cycles_max);
+            println!(
+                "{level} {name}: observed {slowest}, bound {}",
+                bound.cycles_max
+            );
+            assert!(
+                slowest <= bound.cycles_max,
+                "{level} {name}: {slowest} > {}",
+                bound.cycles_max
+            );
             let exact = ["dot", "horner"].contains(&name);
-            assert!(!exact || slowest == bound.cycles_max, "{level} {name}: {slowest} < {}", bound.cycles_max);
+            assert!(
+                !exact || slowest == bound.cycles_max,
+                "{level} {name}: {slowest} < {}",
+                bound.cycles_max
+            );
         }
     }
 }

@@ -28,7 +28,13 @@ fn program(rng: &mut Rng) -> Vec<Piece> {
         match rng.below(6) {
             0 => {}
             1 => pieces.push(Piece::Branch(branch(None, rng.chance(1, 2)), to)),
-            2 => pieces.push(Piece::Branch(Inst { n: rng.below(8) as u8, ..compare }, to)),
+            2 => pieces.push(Piece::Branch(
+                Inst {
+                    n: rng.below(8) as u8,
+                    ..compare
+                },
+                to,
+            )),
             _ => pieces.push(Piece::Branch(branch(Some(cond), rng.chance(1, 3)), to)),
         }
     }
@@ -44,7 +50,9 @@ fn no_input_takes_longer_than_the_bound() {
     while programs < 400 {
         let pieces = program(&mut rng);
         // CBZ reaches no further than it reaches.
-        let Some(bytes) = assemble(&pieces, CODE) else { continue };
+        let Some(bytes) = assemble(&pieces, CODE) else {
+            continue;
+        };
         let bound = bound_of(&Code::new(CODE, bytes.clone()), CODE, &returning()).expect("a bound");
         let mut machine = machine(&bytes);
         let mut slowest = 0;
@@ -52,11 +60,22 @@ fn no_input_takes_longer_than_the_bound() {
             let noise: Vec<u8> = (0..256).map(|_| rng.next() as u8).collect();
             machine.bus.memory.write(DATA, &noise).expect("RAM");
             let edge = |rng: &mut Rng| rng.pick(&[0, 1, 2, 0x7fff_ffff, 0x8000_0000, 0xffff_ffff]);
-            let word = |rng: &mut Rng| if rng.chance(1, 2) { edge(rng) } else { rng.next() as u32 };
-            let mut registers: BTreeMap<u8, u32> = (0..13).map(|register| (register, word(&mut rng))).collect();
+            let word = |rng: &mut Rng| {
+                if rng.chance(1, 2) {
+                    edge(rng)
+                } else {
+                    rng.next() as u32
+                }
+            };
+            let mut registers: BTreeMap<u8, u32> =
+                (0..13).map(|register| (register, word(&mut rng))).collect();
             registers.insert(8, DATA);
             let cycles = observed(&mut machine, CODE, &registers);
-            assert!(cycles <= bound.cycles_max, "{cycles} > {}: {bytes:02x?}", bound.cycles_max);
+            assert!(
+                cycles <= bound.cycles_max,
+                "{cycles} > {}: {bytes:02x?}",
+                bound.cycles_max
+            );
             slowest = slowest.max(cycles);
             runs += 1;
         }
@@ -65,5 +84,8 @@ fn no_input_takes_longer_than_the_bound() {
         tight += u32::from(slowest == bound.cycles_max);
     }
     println!("{programs} programs, {runs} runs; {tight} bounds reached; ways were cut in {cut}");
-    assert!(tight > programs / 4 && cut > programs / 20, "{tight} bounds reached, ways cut in {cut}");
+    assert!(
+        tight > programs / 4 && cut > programs / 20,
+        "{tight} bounds reached, ways cut in {cut}"
+    );
 }

@@ -1,4 +1,5 @@
-//! What cannot be bounded is refused, with the place and what is missing; and what can be once it is told.
+//! What cannot be bounded is refused, with the place and what is missing; and what can be once it
+//! is told.
 
 use std::collections::BTreeSet;
 
@@ -8,12 +9,17 @@ use super::{CODE, bound_of, returning};
 
 /// Of halfwords.
 fn asked(halfwords: &[u16], annotations: &Annotations) -> Result<Bound, NotBounded> {
-    let bytes = halfwords.iter().flat_map(|half| half.to_le_bytes()).collect();
+    let bytes = halfwords
+        .iter()
+        .flat_map(|half| half.to_le_bytes())
+        .collect();
     bound_of(&Code::new(CODE, bytes), CODE, annotations)
 }
 
 fn refused(halfwords: &[u16]) -> String {
-    asked(halfwords, &returning()).expect_err("no bound").to_string()
+    asked(halfwords, &returning())
+        .expect_err("no bound")
+        .to_string()
 }
 
 #[test]
@@ -25,30 +31,46 @@ fn refusals_say_where_and_what_is_missing() {
         ("wfi", &[0xbf30, 0x4770]),
         ("bx r3", &[0x4718]),
         ("subs r0, #1; bne .-2; bx lr", &[0x3801, 0xd1fd, 0x4770]),
-        ("cbz r0, 2f; 1: subs r1, #1; 2: subs r2, #1; bne 1b; bx lr", &[0xb100, 0x3901, 0x3a01, 0xd1fc, 0x4770]),
+        (
+            "cbz r0, 2f; 1: subs r1, #1; 2: subs r2, #1; bne 1b; bx lr",
+            &[0xb100, 0x3901, 0x3a01, 0xd1fc, 0x4770],
+        ),
         ("push {lr}; bl .-2", &[0xb500, 0xf7ff, 0xfffd, 0xbd00]),
         ("push {r0}; bx lr", &[0xb401, 0x4770]),
-        ("push {r4}; cbz r0, 1f; push {r5}; 1: pop {r4}; bx lr", &[0xb410, 0xb100, 0xb420, 0xbc10, 0x4770]),
+        (
+            "push {r4}; cbz r0, 1f; push {r5}; 1: pop {r4}; bx lr",
+            &[0xb410, 0xb100, 0xb420, 0xbc10, 0x4770],
+        ),
         ("mov lr, r0; bx lr", &[0x4686, 0x4770]),
         ("push {r4, lr}; pop {pc}", &[0xb510, 0xbd00]),
         ("mov sp, r0; bx lr", &[0x4685, 0x4770]),
-        ("tbb [pc, r0] with any r0", &[0xe8df, 0xf000, 0x0101, 0x4770]),
+        (
+            "tbb [pc, r0] with any r0",
+            &[0xe8df, 0xf000, 0x0101, 0x4770],
+        ),
         ("b .", &[0xe7fe]),
     ];
-    let told: Vec<String> =
-        cases.iter().map(|(code, halfwords)| format!("{code}\n    {}", refused(halfwords))).collect();
+    let told: Vec<String> = cases
+        .iter()
+        .map(|(code, halfwords)| format!("{code}\n    {}", refused(halfwords)))
+        .collect();
     insta::assert_snapshot!(told.join("\n"));
 }
 
 #[test]
 fn a_loop_costs_its_rounds() {
-    // MOVS R5, #100; 1: SUBS R5, #1; BNE 1b; BX LR: 299 is published for the loop where SUBS is word aligned.
+    // MOVS R5, #100; 1: SUBS R5, #1; BNE 1b; BX LR: 299 is published for the loop where SUBS is
+    // word aligned.
     let mut annotations = returning();
     annotations.loops.insert(CODE + 4, 100);
     let bound = asked(&[0xbf00, 0x2564, 0x3d01, 0xd1fd, 0x4770], &annotations).expect("a bound");
     let (nop, back) = (0, 2);
     assert_eq!(bound.cycles_max, nop + 299 + 1 + back - 1);
-    let head = bound.path.iter().filter(|step| step.address == CODE + 4).count();
+    let head = bound
+        .path
+        .iter()
+        .filter(|step| step.address == CODE + 4)
+        .count();
     assert_eq!(head, 100);
 }
 
@@ -57,14 +79,20 @@ fn many_rounds_are_summed_without_being_written_out() {
     let mut annotations = returning();
     annotations.loops.insert(CODE + 4, 1_000_000);
     let bound = asked(&[0xbf00, 0x2564, 0x3d01, 0xd1fd, 0x4770], &annotations).expect("a bound");
-    assert!((2_999_998..=3_000_003).contains(&bound.cycles_max), "{}", bound.cycles_max);
+    assert!(
+        (2_999_998..=3_000_003).contains(&bound.cycles_max),
+        "{}",
+        bound.cycles_max
+    );
     assert!(bound.merged);
 }
 
 #[test]
 fn a_bounded_table_is_read() {
     // CMP R0, #2; BHI 1f; TBB [PC, R0]; three entries, one to itself's end; 1: BX LR
-    let code = [0x2802, 0xd804, 0xe8df, 0xf000, 0x0302, 0x0004, 0x4770, 0x4770, 0x4770];
+    let code = [
+        0x2802, 0xd804, 0xe8df, 0xf000, 0x0302, 0x0004, 0x4770, 0x4770, 0x4770,
+    ];
     let bound = asked(&code, &returning()).expect("a bound");
     let stops: BTreeSet<u32> = [CODE + 12, CODE + 14, CODE + 16].into();
     let reached = bound.path.iter().any(|step| stops.contains(&step.address));
@@ -74,8 +102,15 @@ fn a_bounded_table_is_read() {
 
 #[test]
 fn what_a_path_stops_at_is_not_counted() {
-    let whole = asked(&[0x3001, 0x3001, 0x4770], &returning()).expect("a bound").cycles_max;
-    let stopped = Annotations { stops: [CODE + 4].into(), ..returning() };
-    let short = asked(&[0x3001, 0x3001, 0x4770], &stopped).expect("a bound").cycles_max;
+    let whole = asked(&[0x3001, 0x3001, 0x4770], &returning())
+        .expect("a bound")
+        .cycles_max;
+    let stopped = Annotations {
+        stops: [CODE + 4].into(),
+        ..returning()
+    };
+    let short = asked(&[0x3001, 0x3001, 0x4770], &stopped)
+        .expect("a bound")
+        .cycles_max;
     assert_eq!((short, whole), (2, 3));
 }

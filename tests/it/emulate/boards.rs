@@ -1,58 +1,129 @@
-//! `whippen emulate --board`: a firmware that serves the converter from both cores, and what users get wrong about boards.
+//! `whippen emulate --board`: a firmware that serves the converter from both cores, and what users
+//! get wrong about boards.
 
 use super::gnu::gcc;
 use crate::cli::Shell;
 
-/// The converter's program of the emulator's own tests, for RP2350: drive = 3 * sense - key, ten keys.
+/// The converter's program of the emulator's own tests, for RP2350: drive = 3 * sense - key, ten
+/// keys.
 fn with_firmware(level: &str) -> Option<Shell> {
-    let programs = concat!(env!("CARGO_MANIFEST_DIR"), "/emulator/tests/boards/programs");
+    let programs = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/emulator/tests/boards/programs"
+    );
     let shell = Shell::new();
-    let (start, program) = (format!("{programs}/start.c"), format!("{programs}/converter.c"));
+    let (start, program) = (
+        format!("{programs}/start.c"),
+        format!("{programs}/converter.c"),
+    );
     let link = format!("-T{programs}/link.ld");
-    let flags =
-        [level, "-mcpu=cortex-m33", "-ffreestanding", "-nostdlib", "-DRP2350", "-Wl,--defsym=rom_base=0x10000000"];
-    let files = ["-Wl,--defsym=stack1_top=0x20082000", &link, &start, &program, "-o", "firmware.elf"];
+    let flags = [
+        level,
+        "-mcpu=cortex-m33",
+        "-ffreestanding",
+        "-nostdlib",
+        "-DRP2350",
+        "-Wl,--defsym=rom_base=0x10000000",
+    ];
+    let files = [
+        "-Wl,--defsym=stack1_top=0x20082000",
+        &link,
+        &start,
+        &program,
+        "-o",
+        "firmware.elf",
+    ];
     gcc(&shell, &[&flags[..], &files[..]].concat()).then_some(shell)
 }
 
 #[test]
 fn sensor_words_go_in_and_drive_words_come_out() {
-    let Some(shell) = with_firmware("-O2") else { return };
+    let Some(shell) = with_firmware("-O2") else {
+        return;
+    };
     let words: Vec<u16> = (0..30_u16).map(|i| 100 * i).collect();
     let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
     std::fs::write(shell.path("sense.bin"), bytes).expect("writable");
-    let board = ["emulate", "firmware.elf", "--board", "rp2350", "--keys", "10", "--sense", "sense.bin"];
+    let board = [
+        "emulate",
+        "firmware.elf",
+        "--board",
+        "rp2350",
+        "--keys",
+        "10",
+        "--sense",
+        "sense.bin",
+    ];
     let (out, err) = shell.ends(0, &[&board[..], &["--drive", "drive.bin"]].concat());
     assert_eq!(err, "");
-    assert!(out.starts_with("overruns 0\nrounds missed by core 1 0\nthe program exited with 0\n"), "{out}");
+    assert!(
+        out.starts_with("overruns 0\nrounds missed by core 1 0\nthe program exited with 0\n"),
+        "{out}"
+    );
     assert!(out.contains(" of 10 keys, 0 overruns"), "{out}");
     let drive = std::fs::read(shell.path("drive.bin")).expect("written");
-    let expected: Vec<i16> = (0..30).map(|i| 3 * words[i] as i16 - (i % 10) as i16).collect();
-    let drive: Vec<i16> = drive.chunks_exact(2).map(|pair| i16::from_le_bytes([pair[0], pair[1]])).collect();
+    let expected: Vec<i16> = (0..30)
+        .map(|i| 3 * words[i] as i16 - (i % 10) as i16)
+        .collect();
+    let drive: Vec<i16> = drive
+        .chunks_exact(2)
+        .map(|pair| i16::from_le_bytes([pair[0], pair[1]]))
+        .collect();
     assert_eq!(drive, expected);
     let (json, _) = shell.ends(0, &[&board[..], &["--json"]].concat());
-    assert!(json.contains("\"stop\":\"exit\"") && json.contains("\"overruns\":0"), "{json}");
+    assert!(
+        json.contains("\"stop\":\"exit\"") && json.contains("\"overruns\":0"),
+        "{json}"
+    );
 }
 
 #[test]
 fn a_tick_that_cannot_be_served_in_time_fails_the_run() {
-    let Some(shell) = with_firmware("-O0") else { return };
+    let Some(shell) = with_firmware("-O0") else {
+        return;
+    };
     std::fs::write(shell.path("sense.bin"), vec![0; 20 * 50]).expect("writable");
-    let board = ["emulate", "firmware.elf", "--board", "rp2350", "--keys", "10", "--sense", "sense.bin"];
+    let board = [
+        "emulate",
+        "firmware.elf",
+        "--board",
+        "rp2350",
+        "--keys",
+        "10",
+        "--sense",
+        "sense.bin",
+    ];
     // 150 cycles a tick are not enough for five keys a core, without optimisation.
     let (out, _) = shell.ends(1, &[&board[..], &["--rate", "1000000"]].concat());
-    assert!(!out.contains(" 0 overruns") && out.contains(" of 10 keys, "), "{out}");
+    assert!(
+        !out.contains(" 0 overruns") && out.contains(" of 10 keys, "),
+        "{out}"
+    );
 }
 
 #[test]
 fn mistakes_about_boards_are_told() {
-    let Some(shell) = with_firmware("-O2") else { return };
+    let Some(shell) = with_firmware("-O2") else {
+        return;
+    };
     std::fs::write(shell.path("odd.bin"), [0; 7]).expect("writable");
     let wrong: [(&[&str], &str); 4] = [
-        (&["--keys", "10"], "--keys needs a board with devices: --board rp2350, rp2040 or stm32f4"),
-        (&["--board", "rp2350", "--core", "cortex-m4"], "rp2350 has a cortex-m33; leave --core out"),
-        (&["--board", "rp2350", "--keys", "10", "--sense", "odd.bin"], "7 bytes are not whole ticks of 10 keys"),
-        (&["--board", "rp2350", "--rate", "0"], "--rate 1 to 1000000 Hz"),
+        (
+            &["--keys", "10"],
+            "--keys needs a board with devices: --board rp2350, rp2040 or stm32f4",
+        ),
+        (
+            &["--board", "rp2350", "--core", "cortex-m4"],
+            "rp2350 has a cortex-m33; leave --core out",
+        ),
+        (
+            &["--board", "rp2350", "--keys", "10", "--sense", "odd.bin"],
+            "7 bytes are not whole ticks of 10 keys",
+        ),
+        (
+            &["--board", "rp2350", "--rate", "0"],
+            "--rate 1 to 1000000 Hz",
+        ),
     ];
     for (options, message) in wrong {
         let (_, err) = shell.ends(2, &[&["emulate", "firmware.elf"], options].concat());

@@ -26,7 +26,12 @@ uint32_t run(uint32_t n) {
 ";
 
 /// The command under gdb; what gdb printed, what the command printed, and its exit code.
-fn debugged(shell: &Shell, image: &str, options: &[&str], script: &[&str]) -> (String, String, Option<i32>) {
+fn debugged(
+    shell: &Shell,
+    image: &str,
+    options: &[&str],
+    script: &[&str],
+) -> (String, String, Option<i32>) {
     let mut server = Command::new(env!("CARGO_BIN_EXE_whippen"))
         .args(["emulate", image, "--gdb", "0"])
         .args(options)
@@ -38,13 +43,37 @@ fn debugged(shell: &Shell, image: &str, options: &[&str], script: &[&str]) -> (S
     let mut errors = BufReader::new(server.stderr.take().expect("piped"));
     let mut line = String::new();
     errors.read_line(&mut line).expect("a line");
-    let port = line.trim().rsplit_once(':').unwrap_or_else(|| panic!("no port: {line}")).1.to_string();
+    let port = line
+        .trim()
+        .rsplit_once(':')
+        .unwrap_or_else(|| panic!("no port: {line}"))
+        .1
+        .to_string();
     let mut gdb = Command::new("gdb-multiarch");
-    gdb.args(["-batch", "-nx", "-iex", "set auto-load off", "-ex", "set confirm off", "-ex", "set architecture arm"]);
-    gdb.args(["-ex", "set remotetimeout 30", "-ex", &format!("target remote localhost:{port}")]);
+    gdb.args([
+        "-batch",
+        "-nx",
+        "-iex",
+        "set auto-load off",
+        "-ex",
+        "set confirm off",
+        "-ex",
+        "set architecture arm",
+    ]);
+    gdb.args([
+        "-ex",
+        "set remotetimeout 30",
+        "-ex",
+        &format!("target remote localhost:{port}"),
+    ]);
     gdb.args(script.iter().flat_map(|command| ["-ex", command]));
-    let output = gdb.arg(image).current_dir(shell.path(".")).output().expect("gdb starts");
-    let told = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    let output = gdb
+        .arg(image)
+        .current_dir(shell.path("."))
+        .output()
+        .expect("gdb starts");
+    let told = String::from_utf8_lossy(&output.stdout).into_owned()
+        + &String::from_utf8_lossy(&output.stderr);
     let code = ended(&mut server);
     let mut rest = String::new();
     std::io::Read::read_to_string(&mut errors, &mut rest).expect("text");
@@ -66,8 +95,19 @@ fn ended(server: &mut Child) -> Option<i32> {
 /// A linked image, so that gdb knows every line.
 fn image() -> Option<Shell> {
     let shell = Shell::new().with("debug.c", SOURCE);
-    let flags = ["-Og", "-g", "-mcpu=cortex-m33", "-mfloat-abi=hard", "-nostdlib", "-Ttext=0x20000000", "-Wl,-e,run"];
-    let args: Vec<&str> = flags.into_iter().chain(["debug.c", "-o", "debug.elf"]).collect();
+    let flags = [
+        "-Og",
+        "-g",
+        "-mcpu=cortex-m33",
+        "-mfloat-abi=hard",
+        "-nostdlib",
+        "-Ttext=0x20000000",
+        "-Wl,-e,run",
+    ];
+    let args: Vec<&str> = flags
+        .into_iter()
+        .chain(["debug.c", "-o", "debug.elf"])
+        .collect();
     (have("gdb-multiarch") && gcc(&shell, &args)).then_some(shell)
 }
 
@@ -76,7 +116,9 @@ fn image() -> Option<Shell> {
 fn says(text: &str, parts: &[&str]) {
     let mut rest = text;
     for part in parts {
-        let Some(at) = rest.find(part) else { panic!("`{part}` is missing, or not where it should be, in\n{text}") };
+        let Some(at) = rest.find(part) else {
+            panic!("`{part}` is missing, or not where it should be, in\n{text}")
+        };
         rest = &rest[at + part.len()..];
     }
 }
@@ -105,13 +147,35 @@ fn breakpoints_steps_registers_and_memory() {
         "continue",
     ];
     let (told, server, code) = debugged(&shell, "debug.elf", &["--call", "run,4"], &script);
-    says(&told, &["Breakpoint 1, add (a=0", "Breakpoint 1, add (a=0", "$1 = 1", "#0  add", "#1", "in run (n=4)"]);
     says(
         &told,
-        &["pc ", "Value returned is $2 = 1", "$3 = 10.5", "$4 = 0x1", "core 0, running", "0x77", "0x68", "0x69"],
+        &[
+            "Breakpoint 1, add (a=0",
+            "Breakpoint 1, add (a=0",
+            "$1 = 1",
+            "#0  add",
+            "#1",
+            "in run (n=4)",
+        ],
+    );
+    says(
+        &told,
+        &[
+            "pc ",
+            "Value returned is $2 = 1",
+            "$3 = 10.5",
+            "$4 = 0x1",
+            "core 0, running",
+            "0x77",
+            "0x68",
+            "0x69",
+        ],
     );
     says(&told, &["\"whippen\"", "exited normally"]);
-    assert!(told.contains("core 0: ") && told.contains(" cycles"), "monitor cycles:\n{told}");
+    assert!(
+        told.contains("core 0: ") && told.contains(" cycles"),
+        "monitor cycles:\n{told}"
+    );
     // 0 + 1 came back as the sum, which is stored after 100 was: 1 + 2 + 3 and the ratio, 3.
     says(&server, &["the function returned 0x00000009 after "]);
     assert_eq!(code, Some(0));
@@ -120,18 +184,48 @@ fn breakpoints_steps_registers_and_memory() {
 #[test]
 fn watchpoints_stop_at_accesses() {
     let Some(shell) = image() else { return };
-    let script =
-        ["watch other", "rwatch ratio", "continue", "continue", "continue", "info breakpoints", "delete", "detach"];
+    let script = [
+        "watch other",
+        "rwatch ratio",
+        "continue",
+        "continue",
+        "continue",
+        "info breakpoints",
+        "delete",
+        "detach",
+    ];
     let (told, _, code) = debugged(&shell, "debug.elf", &["--call", "run,4"], &script);
-    says(&told, &["Hardware watchpoint 1: other", "Hardware read watchpoint 2: ratio", "Value = 1.5"]);
-    says(&told, &["Hardware watchpoint 1: other", "Old value = 0", "New value = 1"]);
+    says(
+        &told,
+        &[
+            "Hardware watchpoint 1: other",
+            "Hardware read watchpoint 2: ratio",
+            "Value = 1.5",
+        ],
+    );
+    says(
+        &told,
+        &[
+            "Hardware watchpoint 1: other",
+            "Old value = 0",
+            "New value = 1",
+        ],
+    );
     assert_eq!(code, Some(0));
 }
 
 #[test]
 fn lines_are_stepped_and_faults_are_signals() {
     let Some(shell) = image() else { return };
-    let script = ["next", "next", "next", "step", "set $pc = 0x10000000", "stepi", "kill"];
+    let script = [
+        "next",
+        "next",
+        "next",
+        "step",
+        "set $pc = 0x10000000",
+        "stepi",
+        "kill",
+    ];
     let (told, server, code) = debugged(&shell, "debug.elf", &["--call", "run,4"], &script);
     says(&told, &["run (n=4)", "add (a=", "return sum", "SIGSEGV"]);
     says(&server, &["no code at 0x10000000"]);
@@ -141,13 +235,16 @@ fn lines_are_stepped_and_faults_are_signals() {
 #[test]
 fn a_running_program_is_interrupted() {
     let Some(shell) = image() else { return };
-    // `run` with as many rounds as there are takes minutes; gdb interrupts it after a moment, in `run` or what it calls.
+    // `run` with as many rounds as there are takes minutes; gdb interrupts it after a moment, in
+    // `run` or what it calls.
     let script = [
         "python import gdb, threading",
         "python threading.Timer(0.5, lambda: gdb.post_event(lambda: gdb.execute('interrupt'))).start()",
     ];
-    let async_script: Vec<&str> =
-        script.into_iter().chain(["continue", "frame function run", "print n > 1000", "kill"]).collect();
+    let async_script: Vec<&str> = script
+        .into_iter()
+        .chain(["continue", "frame function run", "print n > 1000", "kill"])
+        .collect();
     let (told, _, code) = debugged(&shell, "debug.elf", &["--call", "run,-1"], &async_script);
     if told.contains("Python scripting is not supported") {
         println!("SKIPPED: gdb without Python");
@@ -182,10 +279,23 @@ __attribute__((section(\".vectors\"), used)) uint32_t vectors[] = {0x20040000, (
 #[test]
 fn both_cores_of_a_board_are_threads() {
     let shell = Shell::new().with("two.c", TWO);
-    let flags =
-        ["-O1", "-g", "-mcpu=cortex-m33", "-mfloat-abi=soft", "-nostdlib", "-Wl,-e,reset", "-fno-toplevel-reorder"];
-    let place = ["-Wl,--section-start=.vectors=0x10000000", "-Wl,-Ttext=0x10001000", "-Wl,-Tdata=0x20000000"];
-    let place = place.into_iter().chain(["-Wl,-Tbss=0x20000100", "two.c", "-o", "two.elf"]);
+    let flags = [
+        "-O1",
+        "-g",
+        "-mcpu=cortex-m33",
+        "-mfloat-abi=soft",
+        "-nostdlib",
+        "-Wl,-e,reset",
+        "-fno-toplevel-reorder",
+    ];
+    let place = [
+        "-Wl,--section-start=.vectors=0x10000000",
+        "-Wl,-Ttext=0x10001000",
+        "-Wl,-Tdata=0x20000000",
+    ];
+    let place = place
+        .into_iter()
+        .chain(["-Wl,-Tbss=0x20000100", "two.c", "-o", "two.elf"]);
     let args: Vec<&str> = flags.into_iter().chain(place).collect();
     if !have("gdb-multiarch") || !gcc(&shell, &args) {
         return;
@@ -206,7 +316,24 @@ fn both_cores_of_a_board_are_threads() {
         "kill",
     ];
     let (told, _, code) = debugged(&shell, "two.elf", &["--board", "rp2350"], &script);
-    says(&told, &["core 0, ", "core 1, ", "hit Breakpoint 1, other ()", "[Current thread is 2 "]);
-    says(&told, &["New value = 7", "$1 = 1", "[Switching to thread 1 ", "in reset ()", "[Switching to thread 2 "]);
+    says(
+        &told,
+        &[
+            "core 0, ",
+            "core 1, ",
+            "hit Breakpoint 1, other ()",
+            "[Current thread is 2 ",
+        ],
+    );
+    says(
+        &told,
+        &[
+            "New value = 7",
+            "$1 = 1",
+            "[Switching to thread 1 ",
+            "in reset ()",
+            "[Switching to thread 2 ",
+        ],
+    );
     assert_eq!(code, Some(0));
 }

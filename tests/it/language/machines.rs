@@ -17,7 +17,11 @@ fn a_machine_takes_one_step_a_tick() {
         for expected in ["a", "b", "c", "a", "b"] {
             p.tick(2e-3);
             assert_eq!(p.state("m"), expected);
-            assert_eq!(p.value("in_b") == 1.0, expected == "b", "`is` asks for the state of the tick's start");
+            assert_eq!(
+                p.value("in_b") == 1.0,
+                expected == "b",
+                "`is` asks for the state of the tick's start"
+            );
         }
     });
 }
@@ -76,14 +80,21 @@ fn an_event_is_an_edge_and_the_first_tick_is_none() {
             p.tick(x_m);
             p.count("tapped")
         };
-        assert_eq!([6e-3, 6e-3, 0.0, 6e-3, 7e-3, 4e-3, 5.1e-3].map(&mut at), [0, 0, 0, 1, 0, 0, 1]);
+        assert_eq!(
+            [6e-3, 6e-3, 0.0, 6e-3, 7e-3, 4e-3, 5.1e-3].map(&mut at),
+            [0, 0, 0, 1, 0, 0, 1]
+        );
     });
     both(&tap, |p| {
         let mut at = |x_m: f64| {
             p.tick(x_m);
             p.count("tapped")
         };
-        assert_eq!([0.0, 6e-3, 6e-3].map(&mut at), [0, 1, 0], "true in the second tick is an edge");
+        assert_eq!(
+            [0.0, 6e-3, 6e-3].map(&mut at),
+            [0, 1, 0],
+            "true in the second tick is an edge"
+        );
     });
 }
 
@@ -93,7 +104,11 @@ fn an_event_tells_the_values_of_its_tick() {
     both(&tap, |p| {
         p.tick(0.0);
         p.tick(6.5e-3);
-        let (_, args) = p.events().into_iter().find(|(name, _)| name == "tapped").expect("an event");
+        let (_, args) = p
+            .events()
+            .into_iter()
+            .find(|(name, _)| name == "tapped")
+            .expect("an event");
         close(args[0], 6.5e-3, 1e-6);
         close(args[1], 13e-3, 2e-6);
     });

@@ -46,7 +46,11 @@ fn states_and_senses_are_clamped() {
     )
     .remove(0);
     both(&narrow, |p| {
-        for (x_m, sensed_m, kept_m) in [(0.0, 1e-3, 1e-3), (1.5e-3, 1.5e-3, 1.5e-3), (9e-3, 4e-3, 2e-3)] {
+        for (x_m, sensed_m, kept_m) in [
+            (0.0, 1e-3, 1e-3),
+            (1.5e-3, 1.5e-3, 1.5e-3),
+            (9e-3, 4e-3, 2e-3),
+        ] {
             p.tick(x_m);
             // A word of the sensor is 0.17 um.
             close(p.value("x"), sensed_m, 2e-7);

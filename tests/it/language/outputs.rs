@@ -6,7 +6,12 @@ use crate::common;
 #[test]
 fn a_pulse_lasts_its_duration_rounded_to_ticks() {
     // 0.1 ms are 4.41 ticks, 0.125 ms 5.51; a tenth of a tick is still one.
-    for (lasting, ticks) in [("0.1 ms", 4), ("0.125 ms", 6), ("8 ms", 353), ("0.002 ms", 1)] {
+    for (lasting, ticks) in [
+        ("0.1 ms", 4),
+        ("0.125 ms", 6),
+        ("8 ms", 353),
+        ("0.002 ms", 1),
+    ] {
         let compiled = instrument(&format!(
             "pulse p: force in -1 N .. 5 N lasting {lasting}
              event e when x > 5 mm {{ fire p at 2 N }}
@@ -20,8 +25,16 @@ fn a_pulse_lasts_its_duration_rounded_to_ticks() {
                 levels.push(p.value("force"));
             }
             assert_eq!(levels[0], 0.0, "it begins with the tick after");
-            assert!(levels[1..=ticks].iter().all(|level| (level - 2.0).abs() < 1e-6), "{lasting}");
-            assert!(levels[ticks + 1..].iter().all(|level| *level == 0.0), "{lasting}");
+            assert!(
+                levels[1..=ticks]
+                    .iter()
+                    .all(|level| (level - 2.0).abs() < 1e-6),
+                "{lasting}"
+            );
+            assert!(
+                levels[ticks + 1..].iter().all(|level| *level == 0.0),
+                "{lasting}"
+            );
         });
     }
 }
@@ -51,14 +64,27 @@ fn firing_again_restarts_with_the_larger_value() {
         // The fifth tick has passed: restarted with 2 N, not 1 N, for ten more.
         assert_eq!(levels(3.5e-3, 4), [2000; 4]);
         assert_eq!(levels(4.5e-3, 3), [2000, 3000, 3000]);
-        assert_eq!(levels(4.5e-3, 9), [3000, 3000, 3000, 3000, 3000, 3000, 3000, 3000, 0], "ten ticks after the third");
-        // At rest a smaller value is no longer held up by the last one; levels are clamped to the range.
+        assert_eq!(
+            levels(4.5e-3, 9),
+            [3000, 3000, 3000, 3000, 3000, 3000, 3000, 3000, 0],
+            "ten ticks after the third"
+        );
+        // At rest a smaller value is no longer held up by the last one; levels are clamped to the
+        // range.
         assert_eq!(levels(0.0, 2), [0; 2]);
-        assert_eq!(levels(2.5e-3, 12)[1..], [2000, 2000, 2000, 2000, 2000, 2000, 2000, 2000, 2000, 2000, 0]);
+        assert_eq!(
+            levels(2.5e-3, 12)[1..],
+            [
+                2000, 2000, 2000, 2000, 2000, 2000, 2000, 2000, 2000, 2000, 0
+            ]
+        );
         assert_eq!(levels(3.5e-3, 3), [0, 1000, 1000]);
         assert_eq!(levels(4.5e-3, 1), [1000]);
         assert_eq!(levels(5.5e-3, 3), [3000, 5000, 5000]);
-        assert_eq!(levels(6.5e-3, 12), [5000; 11].into_iter().chain([0]).collect::<Vec<_>>());
+        assert_eq!(
+            levels(6.5e-3, 12),
+            [5000; 11].into_iter().chain([0]).collect::<Vec<_>>()
+        );
     });
 }
 
@@ -112,7 +138,8 @@ fn force_terms_add_up_and_the_drive_clips() {
 
 #[test]
 fn what_moves_too_fast_is_held_back() {
-    let text = "instrument slow { sense x: length in 0 mm .. 10 mm slew 2 m/s over 0.7 ms let v = x' }";
+    let text =
+        "instrument slow { sense x: length in 0 mm .. 10 mm slew 2 m/s over 0.7 ms let v = x' }";
     let compiled = common::compiled("slow.whip", text, &[]).remove(0);
     let lsb_m = on_a_word(1) - on_a_word(0);
     // Whole words of the sensor per tick that do not exceed 2 m/s.

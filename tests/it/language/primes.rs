@@ -22,7 +22,11 @@ fn primes_of_ramps_and_parabolas_are_exact() {
             p.tick(on_a_word(5_000 + 2 * tick * tick));
             if tick >= 30 {
                 // The slope is the one in the middle of the window, 15 ticks ago.
-                close(p.value("v"), 4.0 * (f64::from(tick) - 15.0) * lsb_m / T_S, p.error("v") + 1e-9);
+                close(
+                    p.value("v"),
+                    4.0 * (f64::from(tick) - 15.0) * lsb_m / T_S,
+                    p.error("v") + 1e-9,
+                );
                 close(p.value("a"), 4.0 * lsb_m / T_S / T_S, p.error("a") + 1e-6);
             }
         }
@@ -35,7 +39,11 @@ fn the_window_is_filled_with_the_first_sample() {
     both(&motion, |p| {
         for _ in 0..40 {
             p.tick(7e-3);
-            assert_eq!((p.value("v"), p.value("a")), (0.0, 0.0), "a key that lies still at the start does not move");
+            assert_eq!(
+                (p.value("v"), p.value("a")),
+                (0.0, 0.0),
+                "a key that lies still at the start does not move"
+            );
         }
     });
 }
@@ -43,8 +51,15 @@ fn the_window_is_filled_with_the_first_sample() {
 #[test]
 fn a_window_has_the_odd_number_of_ticks_next_to_its_length() {
     // A step of one word shows in the slope for as many ticks as the window is long.
-    for (over, ticks) in [("0.7 ms", 31), ("1 ms", 45), ("0.02 ms", 3), ("0.1 ms", 5), ("2 ms", 89)] {
-        let text = format!("instrument w {{ sense x: length in 0 mm .. 10 mm over {over} let v = x' }}");
+    for (over, ticks) in [
+        ("0.7 ms", 31),
+        ("1 ms", 45),
+        ("0.02 ms", 3),
+        ("0.1 ms", 5),
+        ("2 ms", 89),
+    ] {
+        let text =
+            format!("instrument w {{ sense x: length in 0 mm .. 10 mm over {over} let v = x' }}");
         let compiled = common::compiled("w.whip", &text, &[]).remove(0);
         both(&compiled, |p| {
             p.tick(on_a_word(20_000));
@@ -95,7 +110,11 @@ fn the_prime_takes_the_branch_that_min_max_and_abs_take() {
                 ("quotient", -v * 1e-6 / ((x_m + 1e-3) * (x_m + 1e-3))),
             ];
             for (name, expected) in expected {
-                assert!((p.value(name) - expected).abs() < 1e-5, "{name} at {x_m} m: {} != {expected}", p.value(name));
+                assert!(
+                    (p.value(name) - expected).abs() < 1e-5,
+                    "{name} at {x_m} m: {} != {expected}",
+                    p.value(name)
+                );
             }
         }
     });

@@ -15,7 +15,11 @@ fn next_values_are_worked_out_from_the_state_at_the_tick_s_start() {
     both(&swap, |p| {
         for tick in 0..6 {
             p.tick(0.0);
-            let (a, b) = if tick % 2 == 0 { (1e-3, 2e-3) } else { (2e-3, 1e-3) };
+            let (a, b) = if tick % 2 == 0 {
+                (1e-3, 2e-3)
+            } else {
+                (2e-3, 1e-3)
+            };
             close(p.value("a"), a, 1e-9);
             close(p.value("b"), b, 1e-9);
             close(p.value("sum"), a + 2.0 * b, 1e-9);
@@ -48,8 +52,11 @@ fn semi_implicit_euler_moves_bodies_as_by_hand() {
 
 #[test]
 fn the_first_steps_of_a_body_are_the_hand_computed_ones() {
-    // 1 N on 1 g: 1000 m/s^2. After n ticks the rate is n T a, the coordinate T^2 a (1 + 2 + .. + n): not n^2 / 2.
-    let thrown = instrument("body b { position y in 0 mm .. 10 mm, rate in -10 m/s .. 10 m/s mass 1 g force 1 N }");
+    // 1 N on 1 g: 1000 m/s^2. After n ticks the rate is n T a, the coordinate T^2 a (1 + 2 + .. +
+    // n): not n^2 / 2.
+    let thrown = instrument(
+        "body b { position y in 0 mm .. 10 mm, rate in -10 m/s .. 10 m/s mass 1 g force 1 N }",
+    );
     both(&thrown, |p| {
         for n in 0..10 {
             p.tick(0.0);

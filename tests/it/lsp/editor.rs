@@ -24,7 +24,12 @@ pub struct Editor {
 impl Editor {
     pub fn new() -> Editor {
         let mut command = Command::new(env!("CARGO_BIN_EXE_whippen"));
-        let mut server = command.arg("lsp").stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("starts");
+        let mut server = command
+            .arg("lsp")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("starts");
         let mut stdout = BufReader::new(server.stdout.take().expect("piped"));
         let (sender, output) = channel();
         thread::spawn(move || {
@@ -36,7 +41,13 @@ impl Editor {
         });
         let input = server.stdin.take();
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let mut editor = Editor { folder, server, input, output, id: 0 };
+        let mut editor = Editor {
+            folder,
+            server,
+            input,
+            output,
+            id: 0,
+        };
         let answer = editor.ask("initialize", json!({ "capabilities": {} }));
         assert_eq!(answer["result"]["serverInfo"]["name"], "whippen");
         editor.tell("initialized", json!({}));
@@ -45,7 +56,10 @@ impl Editor {
 
     pub fn raw(&mut self, bytes: &[u8]) {
         let input = self.input.as_mut().expect("open");
-        input.write_all(bytes).and_then(|()| input.flush()).expect("the server listens");
+        input
+            .write_all(bytes)
+            .and_then(|()| input.flush())
+            .expect("the server listens");
     }
 
     pub fn send(&mut self, message: &Value) {
@@ -102,19 +116,30 @@ impl Editor {
     /// Asks about the place of the n-th occurrence (from 0) of `words`, so many characters into it.
     pub fn at(&mut self, method: &str, name: &str, place: Value, more: Value) -> Value {
         let mut params = json!({ "textDocument": { "uri": self.uri(name) }, "position": place });
-        more.as_object().into_iter().flatten().for_each(|(k, v)| params[k] = v.clone());
+        more.as_object()
+            .into_iter()
+            .flatten()
+            .for_each(|(k, v)| params[k] = v.clone());
         let answer = self.ask(&format!("textDocument/{method}"), params);
         assert!(answer.get("error").is_none(), "{method}: {answer}");
         answer["result"].clone()
     }
 
     pub fn hover(&mut self, name: &str, place: Value) -> String {
-        self.at("hover", name, place, json!({}))["contents"]["value"].as_str().unwrap_or_default().to_string()
+        self.at("hover", name, place, json!({}))["contents"]["value"]
+            .as_str()
+            .unwrap_or_default()
+            .to_string()
     }
 
     pub fn labels(&mut self, name: &str, place: Value) -> Vec<String> {
         let items = self.at("completion", name, place, json!({}));
-        items.as_array().expect("a list").iter().map(|i| i["label"].as_str().expect("text").to_string()).collect()
+        items
+            .as_array()
+            .expect("a list")
+            .iter()
+            .map(|i| i["label"].as_str().expect("text").to_string())
+            .collect()
     }
 
     /// Ends the server as the protocol says.

@@ -1,4 +1,5 @@
-//! The page in a browser without a window, played by a script. Without one the test says that it was skipped.
+//! The page in a browser without a window, played by a script. Without one the test says that it
+//! was skipped.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -51,17 +52,33 @@ pub fn play(html: &str, script: &str) -> Option<Value> {
     let html = html.replacen("<head>", watch, 1);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("page.html");
-    std::fs::write(&file, format!("{html}<script>(async () => {{ {script} }})();</script>")).expect("writable");
+    std::fs::write(
+        &file,
+        format!("{html}<script>(async () => {{ {script} }})();</script>"),
+    )
+    .expect("writable");
     Some(dumped(browser, folder.path(), &file))
 }
 
 fn dumped(browser: &str, folder: &Path, file: &Path) -> Value {
     let mut command = Command::new(browser);
-    command.args(FLAGS).arg(format!("--user-data-dir={}", folder.join("profile").display()));
-    let output = command.arg(format!("file://{}", file.display())).output().expect("the browser starts");
-    let dom = String::from_utf8_lossy(&output.stdout).replace("&quot;", "\"").replace("&amp;", "&");
-    let result = dom.split("data-result=\"").nth(1).and_then(|rest| rest.split("}\"").next());
-    let result = result.unwrap_or_else(|| panic!("no result: {}", String::from_utf8_lossy(&output.stderr)));
+    command.args(FLAGS).arg(format!(
+        "--user-data-dir={}",
+        folder.join("profile").display()
+    ));
+    let output = command
+        .arg(format!("file://{}", file.display()))
+        .output()
+        .expect("the browser starts");
+    let dom = String::from_utf8_lossy(&output.stdout)
+        .replace("&quot;", "\"")
+        .replace("&amp;", "&");
+    let result = dom
+        .split("data-result=\"")
+        .nth(1)
+        .and_then(|rest| rest.split("}\"").next());
+    let result =
+        result.unwrap_or_else(|| panic!("no result: {}", String::from_utf8_lossy(&output.stderr)));
     serde_json::from_str(&format!("{result}}}")).expect("JSON")
 }
 
@@ -94,20 +111,44 @@ fn a_browser_shows_it_and_zooms_where_it_is_told() {
         document.querySelector('.theme').click();
         done({ whole, zoomed, read, again, hidden, strikes, events, clicked, margins, canvases: document.querySelectorAll('canvas').length,
                wide: document.documentElement.scrollWidth <= innerWidth });";
-    let Some(result) = play(&page.html(), script) else { return };
+    let Some(result) = play(&page.html(), script) else {
+        return;
+    };
     assert_eq!(result["errors"], serde_json::json!([]), "{result}");
-    assert_eq!((&result["whole"], &result["again"]), (&"0.0000 – 2.6000 s".into(), &"0.0000 – 2.6000 s".into()));
-    let strike = run.trace.events.iter().find(|e| e.event == "note").expect("a strike");
+    assert_eq!(
+        (&result["whole"], &result["again"]),
+        (&"0.0000 – 2.6000 s".into(), &"0.0000 – 2.6000 s".into())
+    );
+    let strike = run
+        .trace
+        .events
+        .iter()
+        .find(|e| e.event == "note")
+        .expect("a strike");
     let around = format!("{:.5} – {:.5} s", strike.t_s - 0.1, strike.t_s + 0.1);
-    assert_eq!((&result["zoomed"], &result["clicked"]), (&around.clone().into(), &around.into()));
+    assert_eq!(
+        (&result["zoomed"], &result["clicked"]),
+        (&around.clone().into(), &around.into())
+    );
     // The crosshair stands at the strike and reads what the trace holds there.
     let tick = (strike.t_s * 44_100.0).round() as usize;
     let at = |title: &str| run.trace.column(title).expect("a column").values[tick];
     let read = |name: &str| {
-        let text = result["read"][name].as_str().expect("a reading").replace('−', "-");
-        text.split(' ').next().and_then(|number| number.parse::<f64>().ok()).unwrap_or_else(|| panic!("{name}: {text}"))
+        let text = result["read"][name]
+            .as_str()
+            .expect("a reading")
+            .replace('−', "-");
+        text.split(' ')
+            .next()
+            .and_then(|number| number.parse::<f64>().ok())
+            .unwrap_or_else(|| panic!("{name}: {text}"))
     };
-    assert!((read("x") - at("x_m") * 1e3).abs() < 2e-3, "{} {}", read("x"), at("x_m"));
+    assert!(
+        (read("x") - at("x_m") * 1e3).abs() < 2e-3,
+        "{} {}",
+        read("x"),
+        at("x_m")
+    );
     assert!((read("phi") - at("phi_rad")).abs() < 2e-4);
     assert_eq!(
         result["read"]["contact"].as_str().map(|s| s.contains(' ')),
@@ -115,10 +156,30 @@ fn a_browser_shows_it_and_zooms_where_it_is_told() {
         "the state stands below the force"
     );
     assert_eq!(result["hidden"], 1);
-    assert_eq!(result["strikes"].as_u64(), Some(run.trace.events.iter().filter(|e| e.event == "note").count() as u64));
-    assert_eq!(result["events"].as_u64(), Some(run.trace.events.len() as u64));
-    let margins: Vec<f64> = result["margins"].as_array().expect("a list").iter().filter_map(Value::as_f64).collect();
-    assert!(margins.len() > 5 && margins.is_sorted_by(|a, b| a >= b), "sorted, the largest first: {margins:?}");
+    assert_eq!(
+        result["strikes"].as_u64(),
+        Some(
+            run.trace
+                .events
+                .iter()
+                .filter(|e| e.event == "note")
+                .count() as u64
+        )
+    );
+    assert_eq!(
+        result["events"].as_u64(),
+        Some(run.trace.events.len() as u64)
+    );
+    let margins: Vec<f64> = result["margins"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .filter_map(Value::as_f64)
+        .collect();
+    assert!(
+        margins.len() > 5 && margins.is_sorted_by(|a, b| a >= b),
+        "sorted, the largest first: {margins:?}"
+    );
     assert_eq!(
         (&result["canvases"], &result["wide"]),
         (&7.into(), &true.into()),

@@ -11,7 +11,8 @@ pub type Combinations = u16;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FlagFacts {
     possible: Combinations,
-    /// They are those of the difference of two values; both [`NONE`] or neither... where one is, the other tells nothing.
+    /// They are those of the difference of two values; both [`NONE`] or neither... where one is,
+    /// the other tells nothing.
     compared: [Name; 2],
     /// N and Z are those of this value.
     result: Name,
@@ -19,7 +20,11 @@ pub struct FlagFacts {
 
 impl FlagFacts {
     /// Nothing.
-    pub const UNKNOWN: Self = Self { possible: !0, compared: [NONE; 2], result: NONE };
+    pub const UNKNOWN: Self = Self {
+        possible: !0,
+        compared: [NONE; 2],
+        result: NONE,
+    };
 
     /// Keeps the combinations in which a condition holds; false when there is none.
     pub fn keep_where(&mut self, cond: Cond) -> bool {
@@ -29,7 +34,11 @@ impl FlagFacts {
 
     /// Forgets a comparison neither side of which is of interest, and a result that is not.
     pub fn forget_unless(&mut self, of_interest: impl Fn(Name) -> bool) {
-        if !self.compared.iter().any(|&name| name != NONE && of_interest(name)) {
+        if !self
+            .compared
+            .iter()
+            .any(|&name| name != NONE && of_interest(name))
+        {
             self.compared = [NONE; 2];
         }
         if self.result != NONE && !of_interest(self.result) {
@@ -40,12 +49,16 @@ impl FlagFacts {
     /// The values that the flags speak of.
     pub fn names(&self) -> impl Iterator<Item = Name> {
         let [left, right] = self.compared;
-        [left, right, self.result].into_iter().filter(|&name| name != NONE)
+        [left, right, self.result]
+            .into_iter()
+            .filter(|&name| name != NONE)
     }
 
     /// As they are stored, [`NONE`] included.
     pub fn names_mut(&mut self) -> impl Iterator<Item = &mut Name> {
-        self.compared.iter_mut().chain(std::iter::once(&mut self.result))
+        self.compared
+            .iter_mut()
+            .chain(std::iter::once(&mut self.result))
     }
 
     pub fn all_names(&self) -> [Name; 3] {
@@ -59,8 +72,16 @@ impl FlagFacts {
 
     /// The combinations of both, saying what `names` are, in the order of [`FlagFacts::all_names`].
     pub fn joined(&self, other: &Self, [left, right, result]: [Name; 3]) -> Self {
-        let compared = if left == NONE || right == NONE { [NONE; 2] } else { [left, right] };
-        Self { possible: self.possible | other.possible, compared, result }
+        let compared = if left == NONE || right == NONE {
+            [NONE; 2]
+        } else {
+            [left, right]
+        };
+        Self {
+            possible: self.possible | other.possible,
+            compared,
+            result,
+        }
     }
 
     fn can(&self, wanted: impl Fn(bool, bool, bool, bool) -> bool) -> bool {
@@ -70,7 +91,9 @@ impl FlagFacts {
 
 fn combinations(wanted: impl Fn(bool, bool, bool, bool) -> bool) -> Combinations {
     let is = |bits: u16, flag: u16| bits & flag != 0;
-    (0..16).filter(|&b| wanted(is(b, 8), is(b, 4), is(b, 2), is(b, 1))).fold(0, |set, b| set | 1 << b)
+    (0..16)
+        .filter(|&b| wanted(is(b, 8), is(b, 4), is(b, 2), is(b, 1)))
+        .fold(0, |set, b| set | 1 << b)
 }
 
 /// The flags of `a - b`.
@@ -79,7 +102,10 @@ fn of_difference(a: Interval, b: Interval, same: bool) -> Combinations {
     let equal = !a.intersect(b).is_empty();
     let (less, greater) = (!same && a.low < b.high, !same && a.high > b.low);
     let (lower, higher) = (!same && ua.low < ub.high, !same && ua.high > ub.low);
-    let difference = Interval { low: a.low - b.high, high: a.high - b.low };
+    let difference = Interval {
+        low: a.low - b.high,
+        high: a.high - b.low,
+    };
     let fits = !difference.intersect(Interval::ALL).is_empty();
     let overflows = !Interval::ALL.covers(difference);
     combinations(|n, z, c, v| match z {
@@ -105,13 +131,21 @@ fn of_result(value: Interval) -> Combinations {
 impl Facts {
     /// The flags show the difference of two values, and the sign of a third unless it is [`NONE`].
     pub(super) fn set_compared(&mut self, left: Name, right: Name, result: Name) {
-        self.flags = FlagFacts { possible: !0, compared: [left, right], result };
+        self.flags = FlagFacts {
+            possible: !0,
+            compared: [left, right],
+            result,
+        };
         self.renew_flags();
     }
 
     /// N and Z show a value; nothing is known of C and V.
     pub(super) fn set_result(&mut self, result: Name) {
-        self.flags = FlagFacts { possible: !0, compared: [NONE; 2], result };
+        self.flags = FlagFacts {
+            possible: !0,
+            compared: [NONE; 2],
+            result,
+        };
         self.renew_flags();
     }
 
@@ -124,7 +158,11 @@ impl Facts {
     pub(super) fn renew_flags(&mut self) -> bool {
         let [left, right] = self.flags.compared;
         if left != NONE && right != NONE {
-            self.flags.possible &= of_difference(self.interval_of(left), self.interval_of(right), left == right);
+            self.flags.possible &= of_difference(
+                self.interval_of(left),
+                self.interval_of(right),
+                left == right,
+            );
         }
         if self.flags.result != NONE {
             self.flags.possible &= of_result(self.interval_of(self.flags.result));
@@ -132,7 +170,8 @@ impl Facts {
         self.flags.possible != 0
     }
 
-    /// What the possible combinations say of the values that were compared; false when they cannot be so.
+    /// What the possible combinations say of the values that were compared; false when they cannot
+    /// be so.
     pub(super) fn narrow_compared(&mut self) -> bool {
         let [left, right] = self.flags.compared;
         if left == NONE || right == NONE || left == right {
@@ -154,10 +193,28 @@ impl Facts {
             to = [a, b];
         }
         if !higher && b.low >= 0 {
-            to = at_most([to[0].intersect(Interval { low: 0, ..Interval::ALL }), to[1]], strict);
+            to = at_most(
+                [
+                    to[0].intersect(Interval {
+                        low: 0,
+                        ..Interval::ALL
+                    }),
+                    to[1],
+                ],
+                strict,
+            );
         }
         if !lower && a.low >= 0 {
-            let [b, a] = at_most([to[1].intersect(Interval { low: 0, ..Interval::ALL }), to[0]], strict);
+            let [b, a] = at_most(
+                [
+                    to[1].intersect(Interval {
+                        low: 0,
+                        ..Interval::ALL
+                    }),
+                    to[0],
+                ],
+                strict,
+            );
             to = [a, b];
         }
         if !equal {
@@ -191,10 +248,23 @@ impl Facts {
 
 /// The first is at most the second, or `strict` less.
 fn at_most([a, b]: [Interval; 2], strict: i64) -> [Interval; 2] {
-    [Interval { high: a.high.min(b.high - strict), ..a }, Interval { low: b.low.max(a.low + strict), ..b }]
+    [
+        Interval {
+            high: a.high.min(b.high - strict),
+            ..a
+        },
+        Interval {
+            low: b.low.max(a.low + strict),
+            ..b
+        },
+    ]
 }
 
 /// Without the other, where that is one word.
 fn without(value: Interval, other: Interval) -> Interval {
-    if other.low == other.high { value.without(other.low) } else { value }
+    if other.low == other.high {
+        value.without(other.low)
+    } else {
+        value
+    }
 }

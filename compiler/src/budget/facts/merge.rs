@@ -10,11 +10,14 @@ impl Facts {
         self.registers.iter().copied().chain(self.flags.all_names())
     }
 
-    /// Whether all that is known here is known there too: whatever is possible there is possible here.
+    /// Whether all that is known here is known there too: whatever is possible there is possible
+    /// here.
     pub fn covers(&self, other: &Self) -> bool {
         let mut images: SmallVec<[Name; 4 * FEW]> = smallvec![NONE; self.values.len()];
         let agrees = |(mine, theirs): (Name, Name)| {
-            let Some(value) = self.values.get(usize::from(mine)) else { return true };
+            let Some(value) = self.values.get(usize::from(mine)) else {
+                return true;
+            };
             let image = &mut images[usize::from(mine)];
             let same = theirs != NONE && (*image == NONE || *image == theirs);
             *image = theirs;
@@ -31,14 +34,22 @@ impl Facts {
             if mine == NONE || theirs == NONE {
                 return NONE;
             }
-            let at = pairs.iter().position(|pair| *pair == (mine, theirs)).unwrap_or_else(|| {
-                joined.values.push(self.interval_of(mine).hull(other.interval_of(theirs)));
-                pairs.push((mine, theirs));
-                pairs.len() - 1
-            });
+            let at = pairs
+                .iter()
+                .position(|pair| *pair == (mine, theirs))
+                .unwrap_or_else(|| {
+                    joined
+                        .values
+                        .push(self.interval_of(mine).hull(other.interval_of(theirs)));
+                    pairs.push((mine, theirs));
+                    pairs.len() - 1
+                });
             at as Name
         };
-        let mut names = self.places().zip(other.places()).map(|(mine, theirs)| name(mine, theirs));
+        let mut names = self
+            .places()
+            .zip(other.places())
+            .map(|(mine, theirs)| name(mine, theirs));
         let registers: [Name; 16] = std::array::from_fn(|_| names.next().unwrap_or(NONE));
         let flags: [Name; 3] = std::array::from_fn(|_| names.next().unwrap_or(NONE));
         drop(names);

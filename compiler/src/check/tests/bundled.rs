@@ -14,12 +14,19 @@ fn program() -> Program {
         map.add(*name, *text);
     }
     let (program, diagnostics) = compile_front(&mut map, &Options::default());
-    assert!(diagnostics.iter().all(|d| d.code.number() == "WH0404"), "{diagnostics:?}");
+    assert!(
+        diagnostics.iter().all(|d| d.code.number() == "WH0404"),
+        "{diagnostics:?}"
+    );
     program.expect("no errors")
 }
 
 fn model(name: &str) -> Model {
-    program().instruments.into_iter().find(|m| m.name == name).expect("is bundled")
+    program()
+        .instruments
+        .into_iter()
+        .find(|m| m.name == name)
+        .expect("is bundled")
 }
 
 #[test]
@@ -41,8 +48,14 @@ fn hammond() {
 fn mikey() {
     let program = program();
     let board = &program.keyboards[0];
-    assert_eq!((board.board.as_deref(), board.device.as_str(), board.rate_hz), (Some("rp2350"), "mikey", 44_100));
-    assert_eq!((board.first_key, board.last_key, board.keys()), (21, 108, 88));
+    assert_eq!(
+        (board.board.as_deref(), board.device.as_str(), board.rate_hz),
+        (Some("rp2350"), "mikey", 44_100)
+    );
+    assert_eq!(
+        (board.first_key, board.last_key, board.keys()),
+        (21, 108, 88)
+    );
     let names: Vec<&str> = board.programs.iter().map(|p| p.name.as_str()).collect();
     assert_eq!(names, ["grand_piano", "harpsichord", "hammond"]);
 }
@@ -66,9 +79,17 @@ fn the_library_alone_is_no_program_and_no_error() {
 #[test]
 fn every_program_of_the_manual_checks() {
     let manual = include_str!("../../../../docs/language.md");
-    let blocks = manual.split("```whip\n").skip(1).filter_map(|rest| rest.split("```").next());
-    let texts: Vec<&str> =
-        blocks.filter(|b| ["instrument", "term", "keyboard"].iter().any(|k| b.contains(k))).collect();
+    let blocks = manual
+        .split("```whip\n")
+        .skip(1)
+        .filter_map(|rest| rest.split("```").next());
+    let texts: Vec<&str> = blocks
+        .filter(|b| {
+            ["instrument", "term", "keyboard"]
+                .iter()
+                .any(|k| b.contains(k))
+        })
+        .collect();
     assert!(texts.len() >= 9, "{texts:?}");
     let (_, program, diagnostics) = check_text(&texts.concat(), &Options::default());
     assert!(diagnostics.is_empty(), "{diagnostics:?}");

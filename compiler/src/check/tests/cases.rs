@@ -1,17 +1,20 @@
-//! Programs with a mistake, and the codes they must give: exactly these, so that one mistake gives one message.
+//! Programs with a mistake, and the codes they must give: exactly these, so that one mistake gives
+//! one message.
 
 mod keyboards;
 
 pub use keyboards::KEYBOARDS;
 
-/// A mistake: a name for the snapshot, the codes of its messages in the order of the text, the program.
+/// A mistake: a name for the snapshot, the codes of its messages in the order of the text, the
+/// program.
 #[derive(Debug, Clone, Copy)]
 pub struct Case {
     /// Name.
     pub name: &'static str,
     /// Codes.
     pub codes: &'static [&'static str],
-    /// The program; what does not begin with a keyword of the top level stands in an instrument that senses `x`.
+    /// The program; what does not begin with a keyword of the top level stands in an instrument
+    /// that senses `x`.
     pub text: &'static str,
 }
 
@@ -21,31 +24,87 @@ const fn case(name: &'static str, codes: &'static [&'static str], text: &'static
 
 /// Names, terms, arguments.
 pub const NAMES: &[Case] = &[
-    case("unknown name", &["WH0201"], "let lift = x force f = lft * 1 N/m"),
-    case("unknown name in a term", &["WH0201"], "term t(a: length) -> b: length { b = a + offset }"),
-    case("machine as a value", &["WH0201"], "states m { a -> b when x > 1 mm b -> a when x < 1 mm } force f = m * 1 N"),
-    case("duplicate value", &["WH0202"], "let a = x let a = 2 * x force f = a * 1 N/m"),
-    case("duplicate of another kind", &["WH0202"], "param k = 1 N/m state k: force in 0 N .. 1 N force f = k * x"),
-    case("built-in name", &["WH0202"], "param gravity = 1.62 m/s^2 force f = 1 kg * gravity"),
-    case("duplicate force", &["WH0202"], "force f = 1 N force f = 2 N"),
-    case("duplicate event", &["WH0202"], "event e when x > 1 mm { } event e when x > 2 mm { }"),
-    case("duplicate machine", &["WH0202"], "states m { a -> b when x > 1 mm } states m { a -> b when x > 2 mm }"),
+    case(
+        "unknown name",
+        &["WH0201"],
+        "let lift = x force f = lft * 1 N/m",
+    ),
+    case(
+        "unknown name in a term",
+        &["WH0201"],
+        "term t(a: length) -> b: length { b = a + offset }",
+    ),
+    case(
+        "machine as a value",
+        &["WH0201"],
+        "states m { a -> b when x > 1 mm b -> a when x < 1 mm } force f = m * 1 N",
+    ),
+    case(
+        "duplicate value",
+        &["WH0202"],
+        "let a = x let a = 2 * x force f = a * 1 N/m",
+    ),
+    case(
+        "duplicate of another kind",
+        &["WH0202"],
+        "param k = 1 N/m state k: force in 0 N .. 1 N force f = k * x",
+    ),
+    case(
+        "built-in name",
+        &["WH0202"],
+        "param gravity = 1.62 m/s^2 force f = 1 kg * gravity",
+    ),
+    case(
+        "duplicate force",
+        &["WH0202"],
+        "force f = 1 N force f = 2 N",
+    ),
+    case(
+        "duplicate event",
+        &["WH0202"],
+        "event e when x > 1 mm { } event e when x > 2 mm { }",
+    ),
+    case(
+        "duplicate machine",
+        &["WH0202"],
+        "states m { a -> b when x > 1 mm } states m { a -> b when x > 2 mm }",
+    ),
     case(
         "duplicate body",
         &["WH0202"],
         "body b { position y in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s mass 1 g }
          body b { position z in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s mass 1 g }",
     ),
-    case("duplicate instrument", &["WH0202"], "instrument i { force f = 1 N } instrument i { force f = 2 N }"),
-    case("term named like a function", &["WH0202"], "term min(a: length) -> b: length { b = a }"),
-    case("unknown term", &["WH0203"], "let jack = escapment(x, start: 1 mm) force f = jack.resistance"),
-    case("unknown type", &["WH0204"], "state s: lenght in 0 mm .. 1 mm next s = x force f = s * 1 N/m"),
+    case(
+        "duplicate instrument",
+        &["WH0202"],
+        "instrument i { force f = 1 N } instrument i { force f = 2 N }",
+    ),
+    case(
+        "term named like a function",
+        &["WH0202"],
+        "term min(a: length) -> b: length { b = a }",
+    ),
+    case(
+        "unknown term",
+        &["WH0203"],
+        "let jack = escapment(x, start: 1 mm) force f = jack.resistance",
+    ),
+    case(
+        "unknown type",
+        &["WH0204"],
+        "state s: lenght in 0 mm .. 1 mm next s = x force f = s * 1 N/m",
+    ),
     case(
         "unknown machine",
         &["WH0205"],
         "states gate { a -> b when x > 1 mm } force f = if gat is a then 1 N else 0 N",
     ),
-    case("value as a machine", &["WH0205"], "force f = if x is low then 1 N else 0 N"),
+    case(
+        "value as a machine",
+        &["WH0205"],
+        "force f = if x is low then 1 N else 0 N",
+    ),
     case(
         "unknown state",
         &["WH0206"],
@@ -56,7 +115,11 @@ pub const NAMES: &[Case] = &[
         &["WH0207"],
         "body hammer { angle a in 0 rad .. 1 rad, rate in -1 rad/s .. 1 rad/s inertia 1 kg*m^2 } hold hamer when x > 1 mm",
     ),
-    case("unknown result", &["WH0208"], "let j = escapement(x, 1 mm, 2 mm, 3 mm, 1 N) force f = j.resistence"),
+    case(
+        "unknown result",
+        &["WH0208"],
+        "let j = escapement(x, 1 mm, 2 mm, 3 mm, 1 N) force f = j.resistence",
+    ),
     case(
         "unknown argument",
         &["WH0209"],
@@ -67,11 +130,31 @@ pub const NAMES: &[Case] = &[
         &["WH0209"],
         "force f = escapement(x: x, 1 mm, peak: 2 mm, end: 3 mm, height: 1 N).resistance",
     ),
-    case("named argument of a function", &["WH0209"], "let a = min(x, b: 1 mm)"),
-    case("unknown argument of an event", &["WH0209"], "event e when x > 1 mm { emit note(sped: x') }"),
-    case("missing arguments", &["WH0210"], "force f = escapement(x, peak: 2 mm, height: 1 N).resistance"),
-    case("missing argument of a function", &["WH0210"], "let a = clamp(x, 0 mm)"),
-    case("missing argument of an event", &["WH0210"], "event e when x > 1 mm { emit note() }"),
+    case(
+        "named argument of a function",
+        &["WH0209"],
+        "let a = min(x, b: 1 mm)",
+    ),
+    case(
+        "unknown argument of an event",
+        &["WH0209"],
+        "event e when x > 1 mm { emit note(sped: x') }",
+    ),
+    case(
+        "missing arguments",
+        &["WH0210"],
+        "force f = escapement(x, peak: 2 mm, height: 1 N).resistance",
+    ),
+    case(
+        "missing argument of a function",
+        &["WH0210"],
+        "let a = clamp(x, 0 mm)",
+    ),
+    case(
+        "missing argument of an event",
+        &["WH0210"],
+        "event e when x > 1 mm { emit note() }",
+    ),
     case(
         "events of one name with different arguments",
         &["WH0209"],
@@ -82,54 +165,138 @@ pub const NAMES: &[Case] = &[
         &["WH0211"],
         "term t(a: length) -> b: length { b = a } instrument i { let c = t(1 mm, 2 mm) }",
     ),
-    case("one argument too many of a function", &["WH0211"], "let a = abs(x, x)"),
+    case(
+        "one argument too many of a function",
+        &["WH0211"],
+        "let a = abs(x, x)",
+    ),
     case(
         "repeated argument",
         &["WH0212"],
         "force f = escapement(x, x: x, start: 1 mm, peak: 2 mm, end: 3 mm, height: 1 N).resistance",
     ),
-    case("repeated argument of an event", &["WH0212"], "event e when x > 1 mm { emit note(speed: x', speed: x') }"),
-    case("missing result", &["WH0213"], "term t(a: length) -> b: length, c: bool { b = a }"),
-    case("result without keyword", &["WH0214"], "lift = 2 * x force f = lift * 1 N/m"),
-    case("result that is not declared", &["WH0214"], "term t(a: length) -> height: length { height = a heigth = a }"),
+    case(
+        "repeated argument of an event",
+        &["WH0212"],
+        "event e when x > 1 mm { emit note(speed: x', speed: x') }",
+    ),
+    case(
+        "missing result",
+        &["WH0213"],
+        "term t(a: length) -> b: length, c: bool { b = a }",
+    ),
+    case(
+        "result without keyword",
+        &["WH0214"],
+        "lift = 2 * x force f = lift * 1 N/m",
+    ),
+    case(
+        "result that is not declared",
+        &["WH0214"],
+        "term t(a: length) -> height: length { height = a heigth = a }",
+    ),
     case(
         "sense in a term",
         &["WH0215"],
         "term t(a: length) -> b: length { sense y: length in 0 mm .. 1 mm b = y + a }",
     ),
-    case("force in a term", &["WH0215"], "term t(a: length) -> b: length { force f = 1 N b = a }"),
+    case(
+        "force in a term",
+        &["WH0215"],
+        "term t(a: length) -> b: length { force f = 1 N b = a }",
+    ),
     case(
         "recursive terms",
         &["WH0216", "WH0216"],
         "term up(a: length) -> b: length { b = down(a) } term down(a: length) -> b: length { b = up(a) }",
     ),
-    case("term of std hidden", &["WH0219"], "term escapement(x: length) -> y: length { y = x }"),
+    case(
+        "term of std hidden",
+        &["WH0219"],
+        "term escapement(x: length) -> y: length { y = x }",
+    ),
 ];
 
 /// Types, dimensions, constants.
 pub const TYPES: &[Case] = &[
-    case("sum of different dimensions", &["WH0301"], "param k = 8e3 N/m let a = x + k * x"),
-    case("comparison of different dimensions", &["WH0301"], "event e when x > 1 N { }"),
-    case("branches of different kinds", &["WH0301"], "let a = if x > 1 mm then 1 N else x"),
-    case("min of different dimensions", &["WH0301"], "let a = min(x, 1 N)"),
-    case("number and bool", &["WH0301"], "live param b = on let a = x + b"),
-    case("param in another unit than its range", &["WH0302"], "param k = 80 N in 0 N/m .. 200 N/m force f = k * x"),
-    case("param without unit, in a range with one", &["WH0303"], "param k = 80 in 0 N/m .. 200 N/m force f = k * x"),
-    case("force of another dimension", &["WH0302"], "force f = 3 N/m + 2 N/m"),
+    case(
+        "sum of different dimensions",
+        &["WH0301"],
+        "param k = 8e3 N/m let a = x + k * x",
+    ),
+    case(
+        "comparison of different dimensions",
+        &["WH0301"],
+        "event e when x > 1 N { }",
+    ),
+    case(
+        "branches of different kinds",
+        &["WH0301"],
+        "let a = if x > 1 mm then 1 N else x",
+    ),
+    case(
+        "min of different dimensions",
+        &["WH0301"],
+        "let a = min(x, 1 N)",
+    ),
+    case(
+        "number and bool",
+        &["WH0301"],
+        "live param b = on let a = x + b",
+    ),
+    case(
+        "param in another unit than its range",
+        &["WH0302"],
+        "param k = 80 N in 0 N/m .. 200 N/m force f = k * x",
+    ),
+    case(
+        "param without unit, in a range with one",
+        &["WH0303"],
+        "param k = 80 in 0 N/m .. 200 N/m force f = k * x",
+    ),
+    case(
+        "force of another dimension",
+        &["WH0302"],
+        "force f = 3 N/m + 2 N/m",
+    ),
     case("bool as a force", &["WH0302"], "force f = x > 1 mm"),
-    case("number as a condition", &["WH0302"], "force f = if x then 1 N else 0 N"),
-    case("and of numbers", &["WH0302", "WH0302"], "event e when x and x' { }"),
+    case(
+        "number as a condition",
+        &["WH0302"],
+        "force f = if x then 1 N else 0 N",
+    ),
+    case(
+        "and of numbers",
+        &["WH0302", "WH0302"],
+        "event e when x and x' { }",
+    ),
     case("not of a number", &["WH0302"], "event e when not x { }"),
-    case("bools compared", &["WH0302"], "live param b = on live param c = on event e when b >= c { }"),
+    case(
+        "bools compared",
+        &["WH0302"],
+        "live param b = on live param c = on event e when b >= c { }",
+    ),
     case("minus a bool", &["WH0302"], "live param b = on let a = -b"),
-    case("product with a bool", &["WH0302"], "live param b = on let a = 2 * b"),
+    case(
+        "product with a bool",
+        &["WH0302"],
+        "live param b = on let a = 2 * b",
+    ),
     case(
         "argument of another dimension",
         &["WH0302"],
         "force f = escapement(x, 1 mm, 2 mm, 3 mm, height: 5 mm).resistance",
     ),
-    case("result of another dimension", &["WH0302"], "term t(a: length) -> b: force { b = a }"),
-    case("range of another dimension", &["WH0302"], "state s: force in 0 mm .. 1 N next s = 1 N"),
+    case(
+        "result of another dimension",
+        &["WH0302"],
+        "term t(a: length) -> b: force { b = a }",
+    ),
+    case(
+        "range of another dimension",
+        &["WH0302"],
+        "state s: force in 0 mm .. 1 N next s = 1 N",
+    ),
     case(
         "written value of another dimension",
         &["WH0302"],
@@ -140,23 +307,51 @@ pub const TYPES: &[Case] = &[
         &["WH0302"],
         "pulse p: force in 0 N .. 1 N lasting 1 ms event e when x > 1 mm { fire p at x }",
     ),
-    case("event argument of another dimension", &["WH0302"], "event e when x > 1 mm { emit note(speed: x) }"),
-    case("bool as an event argument", &["WH0302"], "event e when x > 1 mm { emit tap(hard: on) }"),
-    case("state of type bool", &["WH0302"], "state s: bool in 0 .. 1 next s = on"),
-    case("range of a bool", &["WH0302"], "live param b = on in 0 .. 1"),
+    case(
+        "event argument of another dimension",
+        &["WH0302"],
+        "event e when x > 1 mm { emit note(speed: x) }",
+    ),
+    case(
+        "bool as an event argument",
+        &["WH0302"],
+        "event e when x > 1 mm { emit tap(hard: on) }",
+    ),
+    case(
+        "state of type bool",
+        &["WH0302"],
+        "state s: bool in 0 .. 1 next s = on",
+    ),
+    case(
+        "range of a bool",
+        &["WH0302"],
+        "live param b = on in 0 .. 1",
+    ),
     case("prime of a bool", &["WH0302"], "let a = (x > 1 mm)'"),
     case("zero without unit", &["WH0303"], "event e when x > 0 { }"),
-    case("number without unit", &["WH0303"], "state s: length in 0 mm .. 10 next s = x"),
+    case(
+        "number without unit",
+        &["WH0303"],
+        "state s: length in 0 mm .. 10 next s = x",
+    ),
     case(
         "call with several results as a value",
         &["WH0304"],
         "let j = escapement(x, 1 mm, 2 mm, 3 mm, 1 N) force f = j",
     ),
-    case("result of something that is no call", &["WH0305"], "let a = x.y"),
+    case(
+        "result of something that is no call",
+        &["WH0305"],
+        "let a = x.y",
+    ),
     case("exponent", &["WH0306"], "let a = x^4"),
     case("negative exponent", &["WH0306"], "let a = x^-1"),
     case("fractional dimension", &["WH0307"], "let a = x^1.5"),
-    case("changing range", &["WH0308"], "state s: length in 0 mm .. x next s = x"),
+    case(
+        "changing range",
+        &["WH0308"],
+        "state s: length in 0 mm .. x next s = x",
+    ),
     case(
         "live value as a constant",
         &["WH0308"],
@@ -167,32 +362,76 @@ pub const TYPES: &[Case] = &[
         &["WH0308", "WH0308"],
         "force f = escapement(x, 1 mm, 2 mm, 3 mm, height: x * 1 N/m).resistance",
     ),
-    case("state of a machine as a constant", &["WH0308"], "states m { a -> b when x > 1 mm } param p = m is a"),
-    case("infinite constant", &["WH0309"], "param k = 1 N / 0 m in 0 N/m .. 1 N/m"),
+    case(
+        "state of a machine as a constant",
+        &["WH0308"],
+        "states m { a -> b when x > 1 mm } param p = m is a",
+    ),
+    case(
+        "infinite constant",
+        &["WH0309"],
+        "param k = 1 N / 0 m in 0 N/m .. 1 N/m",
+    ),
 ];
 
 /// Motion, time, memory.
 pub const MOTION: &[Case] = &[
-    case("circle", &["WH0401"], "let a = b + 1 mm let b = c / 2 let c = a"),
+    case(
+        "circle",
+        &["WH0401"],
+        "let a = b + 1 mm let b = c / 2 let c = a",
+    ),
     case(
         "circle through a term",
         &["WH0401"],
         "let j = escapement(y, 1 mm, 2 mm, 3 mm, 1 N) let y = j.resistance * 1 mm/N",
     ),
-    case("circle of parameters", &["WH0401"], "param a = 2 * b param b = a / 2"),
+    case(
+        "circle of parameters",
+        &["WH0401"],
+        "param a = 2 * b param b = a / 2",
+    ),
     case("third prime", &["WH0402"], "let a = x'''"),
     case(
         "second prime of a coordinate",
         &["WH0402"],
         "body b { angle phi in 0 rad .. 1 rad, rate in -1 rad/s .. 1 rad/s inertia 1 kg*m^2 } let a = phi''",
     ),
-    case("prime of a state", &["WH0402"], "state s: length in 0 mm .. 10 mm next s = x let a = (x - s)'"),
-    case("prime of a pulse", &["WH0402"], "pulse p: force in 0 N .. 1 N lasting 1 ms let a = p'"),
-    case("prime of a comparing choice", &["WH0403"], "let a = if x > 3 mm then x else 2 * x let b = a'"),
-    case("jump of a mode", &["WH0404"], "live param m = on let a = if m then x else 2 * x let b = a' let c = a'"),
-    case("write to a let", &["WH0405"], "let a = x event e when x > 1 mm { a := 0 mm }"),
-    case("write to a param", &["WH0405"], "param a = 1 mm event e when x > 1 mm { a := 0 mm }"),
-    case("write to what is measured", &["WH0405"], "event e when x > 1 mm { x := 0 mm }"),
+    case(
+        "prime of a state",
+        &["WH0402"],
+        "state s: length in 0 mm .. 10 mm next s = x let a = (x - s)'",
+    ),
+    case(
+        "prime of a pulse",
+        &["WH0402"],
+        "pulse p: force in 0 N .. 1 N lasting 1 ms let a = p'",
+    ),
+    case(
+        "prime of a comparing choice",
+        &["WH0403"],
+        "let a = if x > 3 mm then x else 2 * x let b = a'",
+    ),
+    case(
+        "jump of a mode",
+        &["WH0404"],
+        "live param m = on let a = if m then x else 2 * x let b = a' let c = a'",
+    ),
+    case(
+        "write to a let",
+        &["WH0405"],
+        "let a = x event e when x > 1 mm { a := 0 mm }",
+    ),
+    case(
+        "write to a param",
+        &["WH0405"],
+        "param a = 1 mm event e when x > 1 mm { a := 0 mm }",
+    ),
+    case(
+        "write to what is measured",
+        &["WH0405"],
+        "event e when x > 1 mm { x := 0 mm }",
+    ),
     case(
         "write to a pulse",
         &["WH0405"],
@@ -203,9 +442,17 @@ pub const MOTION: &[Case] = &[
         &["WH0405"],
         "term t(a: length) -> b: length { b = a event e when a > 1 mm { a := 0 mm } }",
     ),
-    case("rate of a state", &["WH0405"], "state s: length in 0 mm .. 1 mm event e when x > 1 mm { s' := 1 mm/s }"),
+    case(
+        "rate of a state",
+        &["WH0405"],
+        "state s: length in 0 mm .. 1 mm event e when x > 1 mm { s' := 1 mm/s }",
+    ),
     case("next of a let", &["WH0406"], "let a = x next a = 2 * x"),
-    case("two next values", &["WH0407"], "state s: length in 0 mm .. 10 mm next s = x next s = 2 * x"),
+    case(
+        "two next values",
+        &["WH0407"],
+        "state s: length in 0 mm .. 10 mm next s = x next s = 2 * x",
+    ),
     case(
         "fire of a state",
         &["WH0408"],
@@ -223,27 +470,91 @@ pub const MOTION: &[Case] = &[
         &["WH0409"],
         "state s: length in 0 mm .. 10 mm event e when x > 1 mm { s := x s := x / 2 }",
     ),
-    case("empty machine", &["WH0410"], "states m { } force f = if m is a then 1 N else 0 N"),
-    case("unreachable state", &["WH0411"], "states m { open -> shut when x > 1 mm shutt -> open when x < 1 mm }"),
-    case("idle step", &["WH0412"], "states m { a -> a when x > 1 mm }"),
+    case(
+        "empty machine",
+        &["WH0410"],
+        "states m { } force f = if m is a then 1 N else 0 N",
+    ),
+    case(
+        "unreachable state",
+        &["WH0411"],
+        "states m { open -> shut when x > 1 mm shutt -> open when x < 1 mm }",
+    ),
+    case(
+        "idle step",
+        &["WH0412"],
+        "states m { a -> a when x > 1 mm }",
+    ),
 ];
 
 /// Ranges, bodies.
 pub const RANGES: &[Case] = &[
-    case("first value outside", &["WH0503"], "state s: force in 0 N .. 1 N = 2 N next s = s"),
-    case("zero outside", &["WH0503"], "state s: force in 1 N .. 2 N next s = s"),
-    case("swapped range", &["WH0505"], "state s: force in 2 N .. 1 N next s = s"),
+    case(
+        "first value outside",
+        &["WH0503"],
+        "state s: force in 0 N .. 1 N = 2 N next s = s",
+    ),
+    case(
+        "zero outside",
+        &["WH0503"],
+        "state s: force in 1 N .. 2 N next s = s",
+    ),
+    case(
+        "swapped range",
+        &["WH0505"],
+        "state s: force in 2 N .. 1 N next s = s",
+    ),
     case("empty range", &["WH0505"], "param k = 1 N in 1 N .. 1 N"),
-    case("clamp to nothing", &["WH0505"], "let a = clamp(x, 2 mm, 1 mm)"),
-    case("live param without range", &["WH0506"], "live param w = 1 N force f = w"),
-    case("param outside its range", &["WH0507"], "param k = 3 N/m in 0 N/m .. 2 N/m force f = k * x"),
-    case("pulse without zero", &["WH0508"], "pulse p: force in 1 N .. 2 N lasting 1 ms"),
-    case("massless body", &["WH0509"], "body b { position y in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s mass 0 g }"),
-    case("pulse of no duration", &["WH0509"], "pulse p: force in 0 N .. 2 N lasting 0 ms"),
-    case("window of no duration", &["WH0509"], "instrument i { sense y: length in 0 mm .. 1 mm over -1 ms }"),
-    case("window too long", &["WH0510"], "instrument i { sense y: length in 0 mm .. 1 mm over 1 s }"),
-    case("body without coordinate", &["WH0601"], "body b { mass 1 g } hold b when x > 1 mm"),
-    case("body without mass", &["WH0601"], "body b { position y in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s }"),
+    case(
+        "clamp to nothing",
+        &["WH0505"],
+        "let a = clamp(x, 2 mm, 1 mm)",
+    ),
+    case(
+        "live param without range",
+        &["WH0506"],
+        "live param w = 1 N force f = w",
+    ),
+    case(
+        "param outside its range",
+        &["WH0507"],
+        "param k = 3 N/m in 0 N/m .. 2 N/m force f = k * x",
+    ),
+    case(
+        "pulse without zero",
+        &["WH0508"],
+        "pulse p: force in 1 N .. 2 N lasting 1 ms",
+    ),
+    case(
+        "massless body",
+        &["WH0509"],
+        "body b { position y in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s mass 0 g }",
+    ),
+    case(
+        "pulse of no duration",
+        &["WH0509"],
+        "pulse p: force in 0 N .. 2 N lasting 0 ms",
+    ),
+    case(
+        "window of no duration",
+        &["WH0509"],
+        "instrument i { sense y: length in 0 mm .. 1 mm over -1 ms }",
+    ),
+    case(
+        "window too long",
+        &["WH0510"],
+        "instrument i { sense y: length in 0 mm .. 1 mm over 1 s }",
+    ),
+    case(
+        "body without coordinate",
+        &["WH0601"],
+        "body b { mass 1 g } hold b when x > 1 mm",
+    ),
+    case(
+        "body without mass",
+        &["WH0601"],
+        "body b { position y in 0 mm .. 1 mm, rate in -1 m/s .. 1 m/s }",
+    ),
     case(
         "body with two coordinates",
         &["WH0601"],
@@ -276,7 +587,11 @@ pub const RANGES: &[Case] = &[
         &["WH0302"],
         "instrument dial { sense angle: angle in -90 deg .. 90 deg torque pull = 1 N }",
     ),
-    case("torque in a term", &["WH0215"], "term t(a: angle) -> b: angle { b = a torque pull = 1 N*m }"),
+    case(
+        "torque in a term",
+        &["WH0215"],
+        "term t(a: angle) -> b: angle { b = a torque pull = 1 N*m }",
+    ),
     case(
         "force on a turning body in the wrong unit",
         &["WH0302"],

@@ -10,15 +10,30 @@ use crate::diag::render;
 fn messages(text: &str, options: &Options) -> (String, Vec<&'static str>) {
     let (map, program, diagnostics) = check_text(text, options);
     let codes: Vec<&str> = diagnostics.iter().map(|d| d.code.number()).collect();
-    let error = diagnostics.iter().any(|d| d.severity() == crate::diag::Severity::Error);
+    let error = diagnostics
+        .iter()
+        .any(|d| d.severity() == crate::diag::Severity::Error);
     assert_eq!(program.is_none(), error, "{codes:?}");
-    assert!(diagnostics.iter().all(|d| !d.hints.is_empty() && !d.label.is_empty()), "{diagnostics:?}");
-    (diagnostics.iter().map(|d| render(&map, d, false)).collect(), codes)
+    assert!(
+        diagnostics
+            .iter()
+            .all(|d| !d.hints.is_empty() && !d.label.is_empty()),
+        "{diagnostics:?}"
+    );
+    (
+        diagnostics.iter().map(|d| render(&map, d, false)).collect(),
+        codes,
+    )
 }
 
 fn program(case: &Case) -> String {
-    let whole = ["instrument ", "term ", "keyboard "].iter().any(|word| case.text.starts_with(word));
-    let body = format!("instrument test {{\n    sense x: length in 0 mm .. 10 mm\n    {}\n}}\n", case.text);
+    let whole = ["instrument ", "term ", "keyboard "]
+        .iter()
+        .any(|word| case.text.starts_with(word));
+    let body = format!(
+        "instrument test {{\n    sense x: length in 0 mm .. 10 mm\n    {}\n}}\n",
+        case.text
+    );
     if whole { case.text.to_string() } else { body }
 }
 
@@ -29,7 +44,10 @@ fn shown(cases: &[Case]) -> String {
     for case in cases {
         let (messages, codes) = messages(&program(case), &Options::default());
         if codes != case.codes {
-            wrong.push(format!("{}: {codes:?} for {:?}\n{messages}", case.name, case.codes));
+            wrong.push(format!(
+                "{}: {codes:?} for {:?}\n{messages}",
+                case.name, case.codes
+            ));
         }
         text += &format!("# {}\n\n{messages}\n", case.name);
     }
@@ -64,7 +82,8 @@ fn keyboards() {
 
 #[test]
 fn settings() {
-    let text = "instrument piano { sense x: length in 0 mm .. 10 mm param k = 1 N/m in 0 N/m .. 2 N/m
+    let text =
+        "instrument piano { sense x: length in 0 mm .. 10 mm param k = 1 N/m in 0 N/m .. 2 N/m
     live param pedal = off force f = if pedal then k * x else 0 N }";
     let sets = [
         ("k", "3 N/m", "WH0507"),
@@ -80,7 +99,10 @@ fn settings() {
     ];
     let mut all = String::new();
     for (name, value, code) in sets {
-        let options = Options { sets: vec![(name.into(), value.into())], ..Options::default() };
+        let options = Options {
+            sets: vec![(name.into(), value.into())],
+            ..Options::default()
+        };
         let (shown, codes) = messages(text, &options);
         assert_eq!(codes, [code], "{name}={value}\n{shown}");
         all += &format!("# --set {name}={value}\n\n{shown}\n");
@@ -90,26 +112,49 @@ fn settings() {
 
 #[test]
 fn too_many_calls_and_too_long_chains() {
-    let doubled: Vec<String> =
-        (0..13).map(|n| format!("term t{n}(a: length) -> b: length {{ b = t{0}(a) + t{0}(a) }}\n", n + 1)).collect();
-    let text = format!("{}term t13(a: length) -> b: length {{ b = a }}", doubled.concat());
+    let doubled: Vec<String> = (0..13)
+        .map(|n| {
+            format!(
+                "term t{n}(a: length) -> b: length {{ b = t{0}(a) + t{0}(a) }}\n",
+                n + 1
+            )
+        })
+        .collect();
+    let text = format!(
+        "{}term t13(a: length) -> b: length {{ b = a }}",
+        doubled.concat()
+    );
     let (_, codes) = messages(&text, &Options::default());
     assert!(codes.contains(&"WH0217"), "{codes:?}");
 
-    let lets: Vec<String> = (0..3000).map(|n| format!("let a{n} = a{} + 1 mm\n", n + 1)).collect();
-    let text = format!("instrument i {{ sense x: length in 0 mm .. 1 mm {} let a3000 = x }}", lets.concat());
+    let lets: Vec<String> = (0..3000)
+        .map(|n| format!("let a{n} = a{} + 1 mm\n", n + 1))
+        .collect();
+    let text = format!(
+        "instrument i {{ sense x: length in 0 mm .. 1 mm {} let a3000 = x }}",
+        lets.concat()
+    );
     let (_, codes) = messages(&text, &Options::default());
-    assert!(codes.contains(&"WH0218") && codes.iter().all(|c| *c == "WH0218"), "{codes:?}");
+    assert!(
+        codes.contains(&"WH0218") && codes.iter().all(|c| *c == "WH0218"),
+        "{codes:?}"
+    );
 }
 
 #[test]
 fn every_code_of_the_checker_has_a_case() {
     let cases = [NAMES, TYPES, MOTION, RANGES, KEYBOARDS].concat();
     let all: Vec<&str> = cases.iter().flat_map(|case| case.codes).copied().collect();
-    let elsewhere = ["WH0217", "WH0218", "WH0609", "WH0310", "WH0413", "WH0414", "WH0415", "WH0511", "WH0611"];
+    let elsewhere = [
+        "WH0217", "WH0218", "WH0609", "WH0310", "WH0413", "WH0414", "WH0415", "WH0511", "WH0611",
+    ];
     let numbers = Code::ALL.iter().map(|code| code.number());
-    let checker = numbers.filter(|n| ("WH0201".."WH0700").contains(n) && !["WH0501", "WH0502", "WH0504"].contains(n));
-    let missing: Vec<&str> = checker.filter(|n| !all.contains(n) && !elsewhere.contains(n)).collect();
+    let checker = numbers.filter(|n| {
+        ("WH0201".."WH0700").contains(n) && !["WH0501", "WH0502", "WH0504"].contains(n)
+    });
+    let missing: Vec<&str> = checker
+        .filter(|n| !all.contains(n) && !elsewhere.contains(n))
+        .collect();
     assert!(missing.is_empty(), "{missing:?}");
 }
 
@@ -118,7 +163,12 @@ fn what_could_not_be_read_has_no_consequences() {
     let text = "instrument i { sense x: length in 0 mm .. 1 mm let a = 3 mmm * let b = a + c\n force f = 1 N + 2 }";
     let (_, _, diagnostics) = check_text(text, &Options::default());
     let codes: Vec<&str> = diagnostics.iter().map(|d| d.code.number()).collect();
-    assert!(codes.iter().all(|c| c.starts_with("WH01") || *c == "WH0303"), "{codes:?}");
+    assert!(
+        codes
+            .iter()
+            .all(|c| c.starts_with("WH01") || *c == "WH0303"),
+        "{codes:?}"
+    );
     assert!(codes.contains(&"WH0303"), "{codes:?}");
 }
 

@@ -9,27 +9,40 @@ const SENSE: &str = "sense x: length in 0 mm .. 10 mm\n";
 /// The Models of a program without errors.
 fn models(text: &str, options: &Options) -> Vec<Model> {
     let (_, program, diagnostics) = check_text(text, options);
-    program.unwrap_or_else(|| panic!("{diagnostics:?}")).instruments
+    program
+        .unwrap_or_else(|| panic!("{diagnostics:?}"))
+        .instruments
 }
 
 /// The Model of an instrument that senses `x` and holds `body`.
 fn model(body: &str) -> Model {
-    models(&format!("instrument i {{ {SENSE} {body} }}"), &Options::default()).remove(0)
+    models(
+        &format!("instrument i {{ {SENSE} {body} }}"),
+        &Options::default(),
+    )
+    .remove(0)
 }
 
 fn set(name: &str, value: &str) -> Options {
-    Options { sets: vec![(name.into(), value.into())], ..Options::default() }
+    Options {
+        sets: vec![(name.into(), value.into())],
+        ..Options::default()
+    }
 }
 
 /// The line of the text form that begins with `start`.
 fn line(model: &Model, start: &str) -> String {
     let text = model.to_string();
-    text.lines().find(|l| l.starts_with(start)).unwrap_or_else(|| panic!("no `{start}` in\n{text}")).to_string()
+    text.lines()
+        .find(|l| l.starts_with(start))
+        .unwrap_or_else(|| panic!("no `{start}` in\n{text}"))
+        .to_string()
 }
 
 #[test]
 fn declarations_may_stand_in_any_order() {
-    let model = model("force f = b let b = a * k let a = x param k = 2 * half param half = 100 N/m");
+    let model =
+        model("force f = b let b = a * k let a = x param k = 2 * half param half = 100 N/m");
     assert_eq!(line(&model, "b ="), "b = x * 200");
     assert_eq!(line(&model, "force f"), "force f = b");
     let names: Vec<&str> = model.named.iter().map(|n| n.name.as_str()).collect();
@@ -38,8 +51,13 @@ fn declarations_may_stand_in_any_order() {
 
 #[test]
 fn numbers_are_si() {
-    let model = model("param m = 11.74 g param a = 90 deg let w = m * gravity let t = a * 2 / pi force f = w * t");
-    assert_eq!(line(&model, "w ="), format!("w = {}", 11.74 / 1000.0 * 9.80665));
+    let model = model(
+        "param m = 11.74 g param a = 90 deg let w = m * gravity let t = a * 2 / pi force f = w * t",
+    );
+    assert_eq!(
+        line(&model, "w ="),
+        format!("w = {}", 11.74 / 1000.0 * 9.80665)
+    );
     assert_eq!(line(&model, "t ="), "t = 1");
 }
 
@@ -57,8 +75,17 @@ fn primes_go_through_terms_and_choices() {
             let y = lever(x, on_it: both) force f = y' * 1 N*s/m }";
     let (_, program, diagnostics) = check_text(text, &Options::default());
     let model = program.unwrap().instruments.remove(0);
-    assert_eq!(line(&model, "force f"), "force f = (if both then 2 * x' else x') * 1");
-    assert_eq!(diagnostics.iter().map(|d| d.code.number()).collect::<Vec<_>>(), ["WH0404"]);
+    assert_eq!(
+        line(&model, "force f"),
+        "force f = (if both then 2 * x' else x') * 1"
+    );
+    assert_eq!(
+        diagnostics
+            .iter()
+            .map(|d| d.code.number())
+            .collect::<Vec<_>>(),
+        ["WH0404"]
+    );
 }
 
 #[test]
@@ -77,7 +104,14 @@ fn a_term_called_twice_has_two_memories() {
     assert_eq!(inits, [1.0, 2.0, 1.0]);
     let named: Vec<&str> = model.named.iter().map(|n| n.name.as_str()).collect();
     let results = ["one.resistance", "one.out", "two.resistance", "two.out"];
-    assert_eq!(named, [&results[..], &["escapement_1.resistance", "escapement_1.out"]].concat());
+    assert_eq!(
+        named,
+        [
+            &results[..],
+            &["escapement_1.resistance", "escapement_1.out"]
+        ]
+        .concat()
+    );
 }
 
 #[test]
@@ -91,8 +125,16 @@ fn rules_of_a_call_stand_where_it_is_called() {
          event third when x > 3 mm { emit release() }",
     );
     let names: Vec<String> = model.rules.iter().map(|r| model.rule_name(r)).collect();
-    let steps = ["m: a -> b", "m: b -> a", "t.jack: under -> away", "t.jack: away -> under"];
-    assert_eq!(names, [&["first", "second"], &steps[..], &["third"]].concat());
+    let steps = [
+        "m: a -> b",
+        "m: b -> a",
+        "t.jack: under -> away",
+        "t.jack: away -> under",
+    ];
+    assert_eq!(
+        names,
+        [&["first", "second"], &steps[..], &["third"]].concat()
+    );
 }
 
 #[test]
@@ -112,7 +154,10 @@ fn per_key_values_are_linear_between_the_notes() {
     let program = program.unwrap();
     let model = &program.instruments[0];
     assert_eq!(model.keyed[0].values, [1.0, 1.0, 2.0, 3.0, 3.0]);
-    assert_eq!((model.keyed[0].range.low, model.keyed[0].range.high), (0.0, 5.0));
+    assert_eq!(
+        (model.keyed[0].range.low, model.keyed[0].range.high),
+        (0.0, 5.0)
+    );
     assert!(model.lives.is_empty());
     assert_eq!((model.rate_hz, program.keyboards[0].keys()), (1000, 5));
     let set = models(text, &set("i.w", "2N")).remove(0);
@@ -130,21 +175,38 @@ fn zones_are_a_program_of_parts() {
     let program = program.unwrap();
     let board = &program.keyboards[0];
     let parts = |name: &str| board.program(name).unwrap().parts.clone();
-    let part = |first_key, last_key, instrument| Part { first_key, last_key, instrument };
-    assert_eq!(parts("split"), [part(60, 60, 1), part(61, 61, 0), part(62, 64, 0)]);
+    let part = |first_key, last_key, instrument| Part {
+        first_key,
+        last_key,
+        instrument,
+    };
+    assert_eq!(
+        parts("split"),
+        [part(60, 60, 1), part(61, 61, 0), part(62, 64, 0)]
+    );
     assert_eq!(parts("i"), [part(60, 64, 0)]);
     assert_eq!((board.instruments(), board.keys()), (vec![1, 0], 5));
-    assert_eq!(parts("split").iter().map(Part::keys).collect::<Vec<_>>(), [1, 1, 3]);
+    assert_eq!(
+        parts("split").iter().map(Part::keys).collect::<Vec<_>>(),
+        [1, 1, 3]
+    );
     // Values by note, whatever zone a key is in.
-    assert_eq!(program.instruments[0].keyed[0].values, [1.0, 2.0, 3.0, 4.0, 5.0]);
+    assert_eq!(
+        program.instruments[0].keyed[0].values,
+        [1.0, 2.0, 3.0, 4.0, 5.0]
+    );
 }
 
 #[test]
 fn the_caller_sets_parameters() {
-    let text = "instrument i { sense x: length in 0 mm .. 10 mm param k = 100 N/m in 50 N/m .. 200 N/m
+    let text =
+        "instrument i { sense x: length in 0 mm .. 10 mm param k = 100 N/m in 50 N/m .. 200 N/m
         live param heavy = off force f = if heavy then k * x else 0 N }";
     let one = models(text, &set("k", "0.15 N/mm")).remove(0);
-    assert_eq!(line(&one, "force f"), "force f = if heavy then 150 * x else 0");
+    assert_eq!(
+        line(&one, "force f"),
+        "force f = if heavy then 150 * x else 0"
+    );
     let two = models(text, &set("heavy", "on")).remove(0);
     assert_eq!(two.lives[0].value, 1.0);
 }
@@ -158,9 +220,13 @@ fn holds_are_joined_and_torques_added() {
          hold weight when x < 1 mm
          force f = y * 1 N/m",
     );
-    let expected = "body weight: y' += dt * ((1 + -0.1 * y') / 0.01), held while x > 0.005 or x < 0.001";
+    let expected =
+        "body weight: y' += dt * ((1 + -0.1 * y') / 0.01), held while x > 0.005 or x < 0.001";
     assert_eq!(line(&model, "body"), expected);
-    assert_eq!((model.cells[0].init, model.cells[1].name.as_str()), (0.005, "y'"));
+    assert_eq!(
+        (model.cells[0].init, model.cells[1].name.as_str()),
+        (0.005, "y'")
+    );
 }
 
 #[test]
@@ -172,7 +238,9 @@ fn emissions_of_one_name_share_one_kind() {
     );
     let kinds: Vec<&str> = model.emissions.iter().map(|e| e.name.as_str()).collect();
     assert_eq!(kinds, ["pedal", "note"]);
-    let Action::Emit { args, .. } = &model.rules[1].actions[0] else { panic!("{:?}", model.rules[1]) };
+    let Action::Emit { args, .. } = &model.rules[1].actions[0] else {
+        panic!("{:?}", model.rules[1])
+    };
     assert_eq!(model.dag.real(args[0]), Some(0.001));
     assert!(matches!(model.dag.get(args[1]), Node::Mul(..)));
 }
@@ -185,7 +253,9 @@ fn machines_pulses_and_windows_count_in_states_and_ticks() {
          event e when m is up { fire p at 0.5 N }
          force f = p",
     );
-    let RuleKind::Transition { from, to, .. } = model.rules[1].kind else { panic!("{:?}", model.rules[1]) };
+    let RuleKind::Transition { from, to, .. } = model.rules[1].kind else {
+        panic!("{:?}", model.rules[1])
+    };
     assert_eq!((from, to), (1, 0));
     assert_eq!((model.pulses[0].ticks, model.senses[0].window), (353, 31));
 }

@@ -32,7 +32,11 @@ fn pieces(text: &str) -> Vec<&str> {
         let mut rest = line.split("//").next().unwrap_or("");
         while let Some(first) = rest.chars().next() {
             let end = rest.find(|c| kind(c) != kind(first)).unwrap_or(rest.len());
-            let end = if kind(first) == 2 { first.len_utf8() } else { end };
+            let end = if kind(first) == 2 {
+                first.len_utf8()
+            } else {
+                end
+            };
             pieces.push(&rest[..end]);
             rest = &rest[end..];
         }
@@ -74,7 +78,10 @@ fn mutated_programs_never_panic() {
         }
         accepted += usize::from(holds_together(&broken.concat()));
     }
-    assert!(accepted > CASES / 100 && accepted < CASES / 2, "{accepted} of {CASES} were still programs");
+    assert!(
+        accepted > CASES / 100 && accepted < CASES / 2,
+        "{accepted} of {CASES} were still programs"
+    );
 }
 
 /// Checks one text: a program or an error, every place inside its file.
@@ -84,10 +91,18 @@ fn holds_together(text: &str) -> bool {
     assert_eq!(program.is_none(), error, "{text}");
     for d in &diagnostics {
         let places = d.others.iter().map(|o| o.span).chain([d.span]);
-        assert!(places.clone().all(|span| inside(&map, span)), "{d:?}\n{text}");
+        assert!(
+            places.clone().all(|span| inside(&map, span)),
+            "{d:?}\n{text}"
+        );
     }
     if let Some(program) = program {
-        assert!(program.instruments.iter().all(|m| m.to_string().starts_with("model ")));
+        assert!(
+            program
+                .instruments
+                .iter()
+                .all(|m| m.to_string().starts_with("model "))
+        );
     }
     !error
 }

@@ -55,15 +55,24 @@ impl<'a> Chooser<'a> {
             Node::Linear(c0, terms) => {
                 let of = |x: NodeId| coordinate(model.dag.get(x)).map_or(0.0, |(middle, _)| middle);
                 let constant: f64 = terms.iter().map(|(c, x)| c.0 * of(*x)).sum::<f64>() + c0.0;
-                let own = if step.coordinates.contains(&id) { 0.0 } else { constant.abs() };
-                terms.iter().fold(own, |sum, (c, x)| sum + c.0.abs() * reach(*x))
+                let own = if step.coordinates.contains(&id) {
+                    0.0
+                } else {
+                    constant.abs()
+                };
+                terms
+                    .iter()
+                    .fold(own, |sum, (c, x)| sum + c.0.abs() * reach(*x))
             }
             _ => reach(id),
         };
         let nodes = model.dag.nodes().map(|(id, node)| sum(node, id));
         let cells = model.cells.iter().map(|cell| middle(cell).1);
         let drive = TOP * scales.drive_lsb;
-        let needs = nodes.chain(cells).chain([drive]).map(|reach| reach.max(exp2(-40)) / TOP);
+        let needs = nodes
+            .chain(cells)
+            .chain([drive])
+            .map(|reach| reach.max(exp2(-40)) / TOP);
         let mut needs: Vec<(f64, f64)> = needs.map(|need| (need, need)).collect();
         grains(step, scales, &mut needs);
         let count = needs.len();
@@ -80,7 +89,12 @@ impl<'a> Chooser<'a> {
 
     /// Nodes that a tick needs, operands first.
     pub(super) fn wishing(&self) -> Vec<(NodeId, &'a Node)> {
-        self.step.model.dag.nodes().filter(|(id, _)| self.needed[id.0 as usize]).collect()
+        self.step
+            .model
+            .dag
+            .nodes()
+            .filter(|(id, _)| self.needed[id.0 as usize])
+            .collect()
     }
 
     pub(super) fn cell(&self, cell: CellId) -> usize {
@@ -101,7 +115,10 @@ impl<'a> Chooser<'a> {
     /// Puts two places into one cluster, unless their ranges are too different.
     fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.speaker(a), self.speaker(b));
-        let (low, high) = (self.needs[a].0.min(self.needs[b].0), self.needs[a].1.max(self.needs[b].1));
+        let (low, high) = (
+            self.needs[a].0.min(self.needs[b].0),
+            self.needs[a].1.max(self.needs[b].1),
+        );
         if a != b && high <= low * exp2(GIVEN_UP) {
             self.speaker[b] = a;
             self.needs[a] = (low, high);
@@ -116,7 +133,9 @@ impl<'a> Chooser<'a> {
                 self.join(self.cell(cell), id.0 as usize);
             }
         }
-        for ((body, &rate), &coordinate) in model.bodies.iter().zip(&step.rates).zip(&step.coordinates) {
+        for ((body, &rate), &coordinate) in
+            model.bodies.iter().zip(&step.rates).zip(&step.coordinates)
+        {
             self.join(self.cell(body.rate), rate.0 as usize);
             self.join(self.cell(body.coordinate), coordinate.0 as usize);
         }
@@ -128,7 +147,10 @@ impl<'a> Chooser<'a> {
                 && clamp::symmetric(&model.dag, id).is_none()
             {
                 let bends = |n: &NodeId| bends(model.dag.get(*n));
-                [a, b].iter().filter(|n| bends(n)).for_each(|n| self.join(id.0 as usize, n.0 as usize));
+                [a, b]
+                    .iter()
+                    .filter(|n| bends(n))
+                    .for_each(|n| self.join(id.0 as usize, n.0 as usize));
             }
         }
     }
@@ -161,15 +183,20 @@ impl<'a> Chooser<'a> {
         }
         for (body, &new) in model.bodies.iter().zip(&self.step.rates) {
             let cluster = self.speaker(self.cell(body.rate));
-            let unit = self.rate_unit(model.cells[body.rate.0 as usize].range, new, self.needs[cluster].1);
+            let unit = self.rate_unit(
+                model.cells[body.rate.0 as usize].range,
+                new,
+                self.needs[cluster].1,
+            );
             self.given[cluster].get_or_insert(unit);
         }
         let drive = self.drive();
         self.given[drive] = Some(self.scales.drive_lsb);
     }
 
-    /// A rate that reaches as far both ways is clamped to a power of two of its unit, which is one instruction. And what gravity
-    /// does in a tick is a whole number of units, so that nothing of it is lost.
+    /// A rate that reaches as far both ways is clamped to a power of two of its unit, which is one
+    /// instruction. And what gravity does in a tick is a whole number of units, so that nothing of
+    /// it is lost.
     fn rate_unit(&self, range: Interval, new: NodeId, need: f64) -> f64 {
         let dag = &self.step.model.dag;
         let arms = match *dag.get(new) {
@@ -183,7 +210,11 @@ impl<'a> Chooser<'a> {
         let symmetric = range.low == -range.high;
         let power = exp2(exponent(range.high / need));
         // The integers of a rate are shifted by a few.
-        let unit = if symmetric { range.high / power * (1.0 - exp2(-15)) } else { need };
+        let unit = if symmetric {
+            range.high / power * (1.0 - exp2(-15))
+        } else {
+            need
+        };
         match constant.map(|c| (c, (c / unit).ceil())) {
             Some((c, units)) if units >= FEW => c / if symmetric { units } else { units - 1.0 },
             _ => unit,
@@ -200,14 +231,20 @@ impl<'a> Chooser<'a> {
         (at, ratio)
     }
 
-    /// Lets the unit of `user` be `c` times the unit of `x`, up to a power of two, unless both are settled already.
+    /// Lets the unit of `user` be `c` times the unit of `x`, up to a power of two, unless both are
+    /// settled already.
     fn tie(&mut self, user: usize, c: f64, x: usize) {
         let ((user, over_user), (x, over_x)) = (self.root(user), self.root(x));
         // What is given must be a root.
         let ratio = c.abs() * over_x / over_user;
         match (user == x, self.given[user], self.given[x]) {
             (true, ..) | (_, Some(_), Some(_)) => {}
-            (_, Some(_), None) => self.links[x] = Link { to: user, ratio: 1.0 / ratio },
+            (_, Some(_), None) => {
+                self.links[x] = Link {
+                    to: user,
+                    ratio: 1.0 / ratio,
+                }
+            }
             (_, None, _) => self.links[user] = Link { to: x, ratio },
         }
     }
@@ -216,9 +253,17 @@ impl<'a> Chooser<'a> {
         let step = self.step;
         let model = &step.model;
         for body in &model.bodies {
-            self.tie(self.cell(body.coordinate), 1.0 / f64::from(model.rate_hz), self.cell(body.rate));
+            self.tie(
+                self.cell(body.coordinate),
+                1.0 / f64::from(model.rate_hz),
+                self.cell(body.rate),
+            );
         }
-        for (id, node) in self.wishing().into_iter().filter(|(id, _)| *id != step.drive) {
+        for (id, node) in self
+            .wishing()
+            .into_iter()
+            .filter(|(id, _)| *id != step.drive)
+        {
             self.tie_sum(id.0 as usize, node);
         }
         self.tie_sum(self.drive(), model.dag.get(step.drive));
@@ -226,7 +271,10 @@ impl<'a> Chooser<'a> {
 
     fn tie_sum(&mut self, user: usize, node: &Node) {
         let Node::Linear(_, terms) = node else { return };
-        for (c, x) in terms.iter().filter(|(_, x)| bends(self.step.model.dag.get(*x))) {
+        for (c, x) in terms
+            .iter()
+            .filter(|(_, x)| bends(self.step.model.dag.get(*x)))
+        {
             self.tie(user, c.0, x.0 as usize);
         }
     }
@@ -254,17 +302,19 @@ fn own_unit(step: &Step, scales: Scales, node: &Node) -> Option<f64> {
     }
 }
 
-/// Makes the finest unit of each node the finest that makes sense: integers of ports are no finer than they are, and what is
-/// limited by constants is no finer than what it is made of.
+/// Makes the finest unit of each node the finest that makes sense: integers of ports are no finer
+/// than they are, and what is limited by constants is no finer than what it is made of.
 fn grains(step: &Step, scales: Scales, needs: &mut [(f64, f64)]) {
     let dag = &step.model.dag;
     for (id, node) in dag.nodes() {
         let grain = match *node {
-            Node::Min(a, b) | Node::Max(a, b) | Node::Select(_, a, b) => match (dag.real(a), dag.real(b)) {
-                (None, Some(_)) => needs[a.0 as usize].0,
-                (Some(_), None) => needs[b.0 as usize].0,
-                _ => 0.0,
-            },
+            Node::Min(a, b) | Node::Max(a, b) | Node::Select(_, a, b) => {
+                match (dag.real(a), dag.real(b)) {
+                    (None, Some(_)) => needs[a.0 as usize].0,
+                    (Some(_), None) => needs[b.0 as usize].0,
+                    _ => 0.0,
+                }
+            }
             _ => own_unit(step, scales, node).unwrap_or(0.0) * exp2(-GIVEN_UP),
         };
         let finest = &mut needs[id.0 as usize].0;
@@ -272,8 +322,8 @@ fn grains(step: &Step, scales: Scales, needs: &mut [(f64, f64)]) {
     }
 }
 
-/// Whether a value takes a wish of its unit, or has one to spread. Constants suit any; products and quotients follow from
-/// their operands.
+/// Whether a value takes a wish of its unit, or has one to spread. Constants suit any; products and
+/// quotients follow from their operands.
 fn bends(node: &Node) -> bool {
     use Node::*;
     matches!(

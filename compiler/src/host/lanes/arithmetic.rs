@@ -8,9 +8,20 @@ use cranelift_codegen::ir::{InstBuilder, Value};
 
 impl Lanes<'_> {
     /// `a * b` in 64 bits, plus `c`.
-    pub(super) fn product(&mut self, a: KernelValue, b: KernelValue, c: Option<KernelValue>) -> Lane {
+    pub(super) fn product(
+        &mut self,
+        a: KernelValue,
+        b: KernelValue,
+        c: Option<KernelValue>,
+    ) -> Lane {
         let sum = c.map(|c| self.wide(c));
-        let power = |lane| if let Lane::Known(_, number) = lane { power_of_two(number) } else { None };
+        let power = |lane| {
+            if let Lane::Known(_, number) = lane {
+                power_of_two(number)
+            } else {
+                None
+            }
+        };
         let (minus, product) = match (power(self.lane(a)), power(self.lane(b))) {
             (Some((n, minus)), _) => (minus, self.doubled(b, n)),
             (_, Some((n, minus))) => (minus, self.doubled(a, n)),
@@ -29,20 +40,26 @@ impl Lanes<'_> {
         let (a, b) = (self.word(a), self.word(b));
         let (low_a, low_b) = (self.ins().swiden_low(a), self.ins().swiden_low(b));
         let (high_a, high_b) = (self.ins().swiden_high(a), self.ins().swiden_high(b));
-        [self.ins().imul(low_a, low_b), self.ins().imul(high_a, high_b)]
+        [
+            self.ins().imul(low_a, low_b),
+            self.ins().imul(high_a, high_b),
+        ]
     }
 
     /// The top words of the products of words, rounded half up.
     pub(super) fn top_words(&mut self, a: KernelValue, b: KernelValue) -> Value {
         let half = self.splat_wide(1 << 31);
-        let rounded = self.multiplied(a, b).map(|products| self.ins().iadd(products, half));
+        let rounded = self
+            .multiplied(a, b)
+            .map(|products| self.ins().iadd(products, half));
         self.words_of(rounded, [1, 3, 5, 7])
     }
 
     /// Words times `2^n`, in 64 bits.
     fn doubled(&mut self, a: KernelValue, n: u8) -> [Value; 2] {
         let word = self.word(a);
-        self.widened(word).map(|half| self.ins().ishl_imm_s(half, i64::from(n)))
+        self.widened(word)
+            .map(|half| self.ins().ishl_imm_s(half, i64::from(n)))
     }
 
     /// Each word in 64 bits.
@@ -128,7 +145,8 @@ impl Lanes<'_> {
 
     /// Machines compare with `>`, and constants are at hand: `a <= 7` is `8 > a`.
     fn compared_words(&mut self, cc: IntCC, a: KernelValue, b: KernelValue) -> Value {
-        let greater = |lanes: &mut Self, a: Value, b: Value| lanes.ins().icmp(IntCC::SignedGreaterThan, a, b);
+        let greater =
+            |lanes: &mut Self, a: Value, b: Value| lanes.ins().icmp(IntCC::SignedGreaterThan, a, b);
         match (cc, self.lane(a), self.lane(b)) {
             (IntCC::SignedLessThanOrEqual, Lane::Known(_, a), _) if a > i32::MIN.into() => {
                 let (b, a) = (self.word(b), self.splat(a - 1));
@@ -184,7 +202,11 @@ impl Lanes<'_> {
 
     /// An `i1` as a mask, an `i32` as words.
     pub(super) fn word_or_mask(&mut self, value: KernelValue) -> Value {
-        if self.t.ty(value) == Type::I1 { self.mask(value) } else { self.word(value) }
+        if self.t.ty(value) == Type::I1 {
+            self.mask(value)
+        } else {
+            self.word(value)
+        }
     }
 
     /// One key's value as single keys have it: a bool as 0 or 1 in 64 bits, a word with its sign.
@@ -209,7 +231,11 @@ impl Lanes<'_> {
     }
 
     /// Puts together what each lane is by itself, held as single keys hold it.
-    pub(super) fn each(&mut self, ty: Type, mut one: impl FnMut(&mut Self, usize) -> Value) -> Lane {
+    pub(super) fn each(
+        &mut self,
+        ty: Type,
+        mut one: impl FnMut(&mut Self, usize) -> Value,
+    ) -> Lane {
         let all: [Value; WIDTH] = std::array::from_fn(|lane| one(self, lane));
         match ty {
             Type::I64 => Lane::Wide([0, 2].map(|low| {
@@ -219,8 +245,14 @@ impl Lanes<'_> {
             Type::I1 | Type::I32 => {
                 let words = all.map(|value| self.ins().ireduce(I32, value));
                 let first = self.ins().splat(I32X4, words[0]);
-                let words = (1..WIDTH).fold(first, |all, lane| self.ins().insertlane(all, words[lane], lane as u8));
-                if ty == Type::I1 { Lane::Mask(self.ins().ineg(words)) } else { Lane::Word(words) }
+                let words = (1..WIDTH).fold(first, |all, lane| {
+                    self.ins().insertlane(all, words[lane], lane as u8)
+                });
+                if ty == Type::I1 {
+                    Lane::Mask(self.ins().ineg(words))
+                } else {
+                    Lane::Word(words)
+                }
             }
         }
     }
@@ -245,11 +277,17 @@ impl Lanes<'_> {
 
 /// A vector of 32-bit lanes as a value of this type.
 pub(super) fn as_lane(ty: Type, vector: Value) -> Lane {
-    if ty == Type::I1 { Lane::Mask(vector) } else { Lane::Word(vector) }
+    if ty == Type::I1 {
+        Lane::Mask(vector)
+    } else {
+        Lane::Word(vector)
+    }
 }
 
 /// `n` and whether it is negative, where a number is plus or minus `2^n`.
 fn power_of_two(number: i64) -> Option<(u8, bool)> {
     let magnitude = number.unsigned_abs();
-    magnitude.is_power_of_two().then(|| (magnitude.trailing_zeros() as u8, number < 0))
+    magnitude
+        .is_power_of_two()
+        .then(|| (magnitude.trailing_zeros() as u8, number < 0))
 }

@@ -20,7 +20,11 @@ const CHEAP: u32 = 12;
 impl Walk for Lanes<'_> {
     fn if_else(&mut self, inst: &Inst, then: &Region, other: &Region) {
         let condition = self.mask(inst.args[0]);
-        let types: Vec<Type> = inst.results.iter().map(|result| self.t.ty(*result)).collect();
+        let types: Vec<Type> = inst
+            .results
+            .iter()
+            .map(|result| self.t.ty(*result))
+            .collect();
         let not = self.ins().bnot(condition);
         let others = self.arm(other, not, &types, None);
         let both = self.arm(then, condition, &types, Some(&others));
@@ -30,14 +34,19 @@ impl Walk for Lanes<'_> {
     }
 
     fn repeat(&mut self, inst: &Inst, rounds: u32, body: &Region) {
-        let types: Vec<Type> = inst.results.iter().map(|result| self.t.ty(*result)).collect();
+        let types: Vec<Type> = inst
+            .results
+            .iter()
+            .map(|result| self.t.ty(*result))
+            .collect();
         let [head, after] = [(); 2].map(|()| self.t.f.create_block());
         let results: Vec<Lane> = types.iter().map(|ty| self.param(after, *ty)).collect();
         let zero = self.ins().iconst(I64, 0);
         let lanes: Vec<Lane> = inst.args.iter().map(|arg| self.lane(*arg)).collect();
         let starts = self.block_args(&types, &lanes);
         let first = self.constant(I32X4, 0);
-        self.ins().jump(head, &[&[zero.into(), first.into()], &starts[..]].concat());
+        self.ins()
+            .jump(head, &[&[zero.into(), first.into()], &starts[..]].concat());
         let round = self.t.f.append_block_param(head, I64);
         let index = self.t.f.append_block_param(head, I32X4);
         self.set_lane(body.params[0], Lane::Word(index));
@@ -52,7 +61,9 @@ impl Walk for Lanes<'_> {
         let index = self.ins().iadd(index, one);
         let lanes: Vec<Lane> = body.yields.iter().map(|value| self.lane(*value)).collect();
         let yields = self.block_args(&types, &lanes);
-        let more = self.ins().icmp_imm_s(IntCC::SignedLessThan, next, i64::from(rounds));
+        let more = self
+            .ins()
+            .icmp_imm_s(IntCC::SignedLessThan, next, i64::from(rounds));
         let again = [&[next.into(), index.into()], &yields[..]].concat();
         self.ins().brif(more, head, &again, after, &yields);
         self.t.f.switch_to_block(after);
@@ -67,8 +78,15 @@ impl Walk for Lanes<'_> {
 }
 
 impl Lanes<'_> {
-    /// Computes an arm for the lanes that want it; the others keep what they have, if they have anything yet.
-    fn arm(&mut self, region: &Region, condition: Value, types: &[Type], before: Option<&[Lane]>) -> Vec<Lane> {
+    /// Computes an arm for the lanes that want it; the others keep what they have, if they have
+    /// anything yet.
+    fn arm(
+        &mut self,
+        region: &Region,
+        condition: Value,
+        types: &[Type],
+        before: Option<&[Lane]>,
+    ) -> Vec<Lane> {
         let wanted = self.wanted(condition);
         if cost(region) <= CHEAP {
             return self.taken(region, wanted, before);
@@ -79,7 +97,11 @@ impl Lanes<'_> {
         let any = self.ins().vany_true(wanted);
         self.ins().brif(any, inside, &[], after, &skipped);
         self.t.f.switch_to_block(inside);
-        if region.insts.iter().any(|inst| matches!(inst.op, Op::Emit(_))) {
+        if region
+            .insts
+            .iter()
+            .any(|inst| matches!(inst.op, Op::Emit(_)))
+        {
             self.t.f.set_cold_block(inside);
         }
         let taken = self.taken(region, wanted, before);
@@ -96,10 +118,16 @@ impl Lanes<'_> {
         self.region(region);
         self.mask = outer;
         match before {
-            None => region.yields.iter().map(|value| self.lane(*value)).collect(),
+            None => region
+                .yields
+                .iter()
+                .map(|value| self.lane(*value))
+                .collect(),
             Some(all) => {
                 let yields = region.yields.iter().zip(all);
-                yields.map(|(value, before)| self.blended(wanted, *value, *before)).collect()
+                yields
+                    .map(|(value, before)| self.blended(wanted, *value, *before))
+                    .collect()
             }
         }
     }

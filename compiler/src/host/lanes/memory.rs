@@ -19,13 +19,18 @@ impl Lanes<'_> {
 
     pub(super) fn tick(&mut self, later: u32) -> Lane {
         let (access, clock) = (self.t.access.leaving, self.t.base(Buffer::Clock));
-        let now = self.ins().load(I32, access, clock, offset_of!(Clock, tick) as i32);
+        let now = self
+            .ins()
+            .load(I32, access, clock, offset_of!(Clock, tick) as i32);
         let then = self.ins().iadd_imm_s(now, i64::from(later));
         Lane::Word(self.ins().splat(I32X4, then))
     }
 
     pub(super) fn keyed(&mut self, keyed: u32) -> Lane {
-        let (at, own) = (4 * self.t.layout.keyed[keyed as usize] as i32, self.t.frame.words[0]);
+        let (at, own) = (
+            4 * self.t.layout.keyed[keyed as usize] as i32,
+            self.t.frame.words[0],
+        );
         let access = self.t.access.columns;
         Lane::Word(self.ins().load(I32X4, access, own, at))
     }
@@ -33,7 +38,9 @@ impl Lanes<'_> {
     pub(super) fn input(&mut self, port: u32) -> Lane {
         let ports = self.t.kernel.inputs.len();
         if ports > 1 {
-            return self.each(Type::I32, |lanes, lane| lanes.for_key(lane, |t| t.input(port)));
+            return self.each(Type::I32, |lanes, lane| {
+                lanes.for_key(lane, |t| t.input(port))
+            });
         }
         let (at, access) = (self.t.of_key(Buffer::Inputs, 2), self.t.access.fixed);
         let mut word = self.ins().uload16x4(access, at, 0);
@@ -88,9 +95,14 @@ impl Lanes<'_> {
         let [words, wides] = self.t.frame.words;
         match self.t.kernel.cells[cell as usize].ty {
             Type::I32 => Lane::Word(self.ins().load(I32X4, access, words, at)),
-            Type::I64 => Lane::Wide([0, 16].map(|half| self.ins().load(I64X2, access, wides, at + half))),
+            Type::I64 => {
+                Lane::Wide([0, 16].map(|half| self.ins().load(I64X2, access, wides, at + half)))
+            }
             Type::I1 => {
-                let (bits, zero) = (self.ins().load(I32X4, access, words, at), self.constant(I32X4, 0));
+                let (bits, zero) = (
+                    self.ins().load(I32X4, access, words, at),
+                    self.constant(I32X4, 0),
+                );
                 Lane::Mask(self.ins().icmp(IntCC::SignedGreaterThan, bits, zero))
             }
         }
@@ -191,7 +203,10 @@ impl Lanes<'_> {
         let counter = offset_of!(Clock, events) as i32;
         let count = self.ins().load(I64, access, clock, counter);
         let bytes = 4 * self.t.layout.event_words as i64;
-        let (offset, events) = (self.ins().imul_imm_s(count, bytes), self.t.base(Buffer::Events));
+        let (offset, events) = (
+            self.ins().imul_imm_s(count, bytes),
+            self.t.base(Buffer::Events),
+        );
         let at = self.ins().iadd(events, offset);
         let key = self.t.frame.key;
         let key = self.ins().iadd_imm_s(key, lane as i64);
@@ -201,7 +216,8 @@ impl Lanes<'_> {
         }
         for (word, arg) in args.iter().enumerate() {
             let arg = self.one(*arg, lane);
-            self.ins().istore32(access, arg, at, 4 * (EVENT_HEAD + word) as i32);
+            self.ins()
+                .istore32(access, arg, at, 4 * (EVENT_HEAD + word) as i32);
         }
         let more = self.ins().iadd_imm_s(count, 1);
         self.ins().store(access, more, clock, counter);
@@ -226,12 +242,17 @@ impl Lanes<'_> {
     }
 
     /// Does something as single keys do it, for the key of a lane.
-    fn for_key<T>(&mut self, lane: usize, work: impl FnOnce(&mut crate::host::translate::Translator) -> T) -> T {
+    fn for_key<T>(
+        &mut self,
+        lane: usize,
+        work: impl FnOnce(&mut crate::host::translate::Translator) -> T,
+    ) -> T {
         let (key, own) = (self.t.frame.key, self.t.frame.words);
         self.t.frame.key = self.ins().iadd_imm_s(key, lane as i64);
         self.t.frame.words = [Type::I32, Type::I64].map(|ty| {
             let bytes = 4 * words(ty);
-            self.ins().iadd_imm_s(own[words(ty) - 1], (lane * bytes) as i64)
+            self.ins()
+                .iadd_imm_s(own[words(ty) - 1], (lane * bytes) as i64)
         });
         let done = work(&mut self.t);
         (self.t.frame.key, self.t.frame.words) = (key, own);
@@ -241,6 +262,10 @@ impl Lanes<'_> {
     /// A value as `one` gives it, where single keys hold bools in 8 bits.
     fn in_64_bits(&mut self, value: Value) -> Value {
         let wide = self.t.f.func.dfg.value_type(value) == I64;
-        if wide { value } else { self.ins().uextend(I64, value) }
+        if wide {
+            value
+        } else {
+            self.ins().uextend(I64, value)
+        }
     }
 }

@@ -10,7 +10,8 @@ use cranelift_frontend::FuncInstBuilder;
 impl Lanes<'_> {
     /// Translates an operator without regions.
     pub(super) fn operator(&mut self, inst: &Inst) {
-        let [a, b, c] = std::array::from_fn(|at| inst.args.get(at).copied().unwrap_or(KernelValue(0)));
+        let [a, b, c] =
+            std::array::from_fn(|at| inst.args.get(at).copied().unwrap_or(KernelValue(0)));
         let lane = match inst.op {
             Op::Const(value) => Lane::Known(self.t.ty(inst.results[0]), value),
             Op::Add => self.both(a, b, |ins, a, b| ins.iadd(a, b)),
@@ -71,7 +72,12 @@ impl Lanes<'_> {
     }
 
     /// An operator that vectors have, whatever the width of their lanes.
-    fn both(&mut self, a: KernelValue, b: KernelValue, op: impl Fn(FuncInstBuilder, Value, Value) -> Value) -> Lane {
+    fn both(
+        &mut self,
+        a: KernelValue,
+        b: KernelValue,
+        op: impl Fn(FuncInstBuilder, Value, Value) -> Value,
+    ) -> Lane {
         match self.t.ty(a) {
             Type::I64 => {
                 let (a, b) = (self.wide(a), self.wide(b));
@@ -84,7 +90,11 @@ impl Lanes<'_> {
         }
     }
 
-    fn each_vector(&mut self, a: KernelValue, op: impl Fn(FuncInstBuilder, Value) -> Value) -> Lane {
+    fn each_vector(
+        &mut self,
+        a: KernelValue,
+        op: impl Fn(FuncInstBuilder, Value) -> Value,
+    ) -> Lane {
         match self.t.ty(a) {
             Type::I64 => Lane::Wide(self.wide(a).map(|half| op(self.ins(), half))),
             ty => {

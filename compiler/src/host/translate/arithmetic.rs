@@ -13,7 +13,9 @@ impl Translator<'_> {
     }
 
     pub(in crate::host) fn constant(&mut self, ty: Type, value: i64) -> Value {
-        self.f.ins().iconst(if ty == Type::I1 { I8 } else { I64 }, value)
+        self.f
+            .ins()
+            .iconst(if ty == Type::I1 { I8 } else { I64 }, value)
     }
 
     /// `a + b * c`
@@ -46,16 +48,28 @@ impl Translator<'_> {
         self.f.ins().iadd(floor, carry)
     }
 
-    /// `floor(a * 2^n / b + 1/2)`, 0 where `b` is 0; the dividend fits since `a` has 32 bits and `n` is at most 31.
-    pub(in crate::host) fn div_round(&mut self, n: u8, a: Value, b: Value, divisor: Range) -> Value {
-        // The division must not trap, even where an assumption that is wrong gave it other operands.
+    /// `floor(a * 2^n / b + 1/2)`, 0 where `b` is 0; the dividend fits since `a` has 32 bits and
+    /// `n` is at most 31.
+    pub(in crate::host) fn div_round(
+        &mut self,
+        n: u8,
+        a: Value,
+        b: Value,
+        divisor: Range,
+    ) -> Value {
+        // The division must not trap, even where an assumption that is wrong gave it other
+        // operands.
         let a = if self.assumes { self.low_word(a) } else { a };
         let b = if self.assumes { self.low_word(b) } else { b };
         let zero_occurs = self.assumes || divisor.has(0);
         let dividend = self.f.ins().ishl_imm_s(a, i64::from(n));
         let zero = self.f.ins().icmp_imm_s(IntCC::Equal, b, 0);
         let one = self.f.ins().iconst(I64, 1);
-        let safe = if zero_occurs { self.f.ins().select(zero, one, b) } else { b };
+        let safe = if zero_occurs {
+            self.f.ins().select(zero, one, b)
+        } else {
+            b
+        };
         let toward_zero = self.f.ins().sdiv(dividend, safe);
         let product = self.f.ins().imul(toward_zero, safe);
         let rest = self.f.ins().isub(dividend, product);
@@ -73,11 +87,18 @@ impl Translator<'_> {
         // Up where the rest is at least half of the divisor.
         let [rest, whole] = [rest, safe].map(|value| self.f.ins().iabs(value));
         let twice = self.f.ins().ishl_imm_s(rest, 1);
-        let up = self.f.ins().icmp(IntCC::SignedGreaterThanOrEqual, twice, whole);
+        let up = self
+            .f
+            .ins()
+            .icmp(IntCC::SignedGreaterThanOrEqual, twice, whole);
         let up = self.f.ins().uextend(I64, up);
         let rounded = self.f.ins().iadd(floor, up);
         let nothing = self.f.ins().iconst(I64, 0);
-        if zero_occurs { self.f.ins().select(zero, nothing, rounded) } else { rounded }
+        if zero_occurs {
+            self.f.ins().select(zero, nothing, rounded)
+        } else {
+            rounded
+        }
     }
 
     /// The low 32 bits, with their sign.
@@ -86,9 +107,9 @@ impl Translator<'_> {
         self.f.ins().sextend(I64, word)
     }
 
-    /// `floor(sqrt(a))`, 0 where `a` is negative. The machine's square root, cut to an integer, may be one too large
-    /// where `a` was rounded up on the way. It is never too small: rounding is monotone and the exact root is
-    /// representable.
+    /// `floor(sqrt(a))`, 0 where `a` is negative. The machine's square root, cut to an integer, may
+    /// be one too large where `a` was rounded up on the way. It is never too small: rounding is
+    /// monotone and the exact root is representable.
     pub(in crate::host) fn sqrt(&mut self, a: Value) -> Value {
         let zero = self.f.ins().iconst(I64, 0);
         let a = self.f.ins().smax(a, zero);

@@ -18,7 +18,9 @@ const LOST: i32 = offset_of!(Clock, lost) as i32;
 impl Translator<'_> {
     pub(in crate::host) fn live(&mut self, live: u32) -> Value {
         let lives = self.base(Buffer::Lives);
-        self.f.ins().sload32(self.access.fixed, lives, 4 * live as i32)
+        self.f
+            .ins()
+            .sload32(self.access.fixed, lives, 4 * live as i32)
     }
 
     pub(in crate::host) fn tick(&mut self, later: u32) -> Value {
@@ -30,7 +32,9 @@ impl Translator<'_> {
 
     pub(in crate::host) fn keyed(&mut self, keyed: u32) -> Value {
         let at = 4 * self.layout.keyed[keyed as usize] as i32;
-        self.f.ins().sload32(self.access.columns, self.frame.words[0], at)
+        self.f
+            .ins()
+            .sload32(self.access.columns, self.frame.words[0], at)
     }
 
     pub(in crate::host) fn delay(&mut self, line: u32, ticks: u32) -> Value {
@@ -44,17 +48,26 @@ impl Translator<'_> {
     }
 
     pub(in crate::host) fn lookup(&mut self, table: u32, index: Value) -> Value {
-        let lens: Vec<usize> = self.kernel.tables.iter().map(|table| table.values.len()).collect();
+        let lens: Vec<usize> = self
+            .kernel
+            .tables
+            .iter()
+            .map(|table| table.values.len())
+            .collect();
         let before: usize = lens[..table as usize].iter().sum();
         let index = self.inside(index, lens[table as usize]);
         let tables = self.base(Buffer::Tables);
         let at = self.indexed(tables, index, 2);
-        self.f.ins().sload32(self.access.fixed, at, 4 * before as i32)
+        self.f
+            .ins()
+            .sload32(self.access.fixed, at, 4 * before as i32)
     }
 
     pub(in crate::host) fn output(&mut self, port: u32, word: Value) {
         let at = self.of_key(Buffer::Outputs, 2 * self.kernel.outputs.len());
-        self.f.ins().istore16(self.access.leaving, word, at, 2 * port as i32);
+        self.f
+            .ins()
+            .istore16(self.access.leaving, word, at, 2 * port as i32);
     }
 
     pub(in crate::host) fn push(&mut self, line: u32, value: Value) {
@@ -64,9 +77,15 @@ impl Translator<'_> {
 
     pub(in crate::host) fn probe(&mut self, probe: u32, value: Value) {
         let boolean = self.kernel.probes[probe as usize].ty == Type::I1;
-        let value = if boolean { self.f.ins().uextend(I64, value) } else { value };
+        let value = if boolean {
+            self.f.ins().uextend(I64, value)
+        } else {
+            value
+        };
         let at = self.of_key(Buffer::Probes, 8 * self.kernel.probes.len());
-        self.f.ins().store(self.access.leaving, value, at, 8 * probe as i32);
+        self.f
+            .ins()
+            .store(self.access.leaving, value, at, 8 * probe as i32);
     }
 
     pub(in crate::host) fn base(&self, buffer: Buffer) -> Value {
@@ -91,23 +110,37 @@ impl Translator<'_> {
 
     pub(in crate::host) fn input(&mut self, port: u32) -> Value {
         let at = self.of_key(Buffer::Inputs, 2 * self.kernel.inputs.len());
-        let word = self.f.ins().uload16(I64, self.access.fixed, at, 2 * port as i32);
+        let word = self
+            .f
+            .ins()
+            .uload16(I64, self.access.fixed, at, 2 * port as i32);
         let Range { low, high } = self.kernel.inputs[port as usize].range;
-        let [low, high] = [(low > 0).then_some(low), (high < i64::from(u16::MAX)).then_some(high)]
-            .map(|bound| bound.map(|bound| self.f.ins().iconst(I64, bound)));
+        let [low, high] = [
+            (low > 0).then_some(low),
+            (high < i64::from(u16::MAX)).then_some(high),
+        ]
+        .map(|bound| bound.map(|bound| self.f.ins().iconst(I64, bound)));
         let word = low.map_or(word, |low| self.f.ins().smax(word, low));
         high.map_or(word, |high| self.f.ins().smin(word, high))
     }
 
     /// Address and offset of a word of a cell.
     fn place(&mut self, cell: u32, index: Option<Value>) -> (Value, i32) {
-        let (ty, len) = (self.kernel.cells[cell as usize].ty, self.kernel.cells[cell as usize].len as usize);
+        let (ty, len) = (
+            self.kernel.cells[cell as usize].ty,
+            self.kernel.cells[cell as usize].len as usize,
+        );
         let offset = 4 * self.layout.cells[cell as usize] as i32;
         let words = words(ty);
         let own = self.frame.words[words - 1];
-        let Some(index) = index else { return (own, offset) };
+        let Some(index) = index else {
+            return (own, offset);
+        };
         let index = self.inside(index, len);
-        let before = self.f.ins().imul_imm_s(index, (4 * words * self.layout.keys) as i64);
+        let before = self
+            .f
+            .ins()
+            .imul_imm_s(index, (4 * words * self.layout.keys) as i64);
         (self.f.ins().iadd(own, before), offset)
     }
 
@@ -140,7 +173,11 @@ impl Translator<'_> {
     /// Address of this key's element in a row.
     pub(in crate::host) fn element(&mut self, line: u32, ticks: u32) -> Value {
         let row = self.frame.rows[&(line, ticks)];
-        let shift = if self.layout.lines[line as usize].narrow { 1 } else { 2 };
+        let shift = if self.layout.lines[line as usize].narrow {
+            1
+        } else {
+            2
+        };
         self.indexed(row, self.frame.key, shift)
     }
 
@@ -157,11 +194,18 @@ impl Translator<'_> {
     /// Writes this key's element of every row.
     pub(in crate::host) fn fill(&mut self, line: u32, value: Value) {
         let place = self.layout.lines[line as usize];
-        let (buffer, width, shift) = if place.narrow { (Buffer::Narrow, 2, 1) } else { (Buffer::Wide, 4, 2) };
+        let (buffer, width, shift) = if place.narrow {
+            (Buffer::Narrow, 2, 1)
+        } else {
+            (Buffer::Wide, 4, 2)
+        };
         let base = self.base(buffer);
         let start = self.f.ins().iadd_imm_s(base, width * place.start as i64);
         let first = self.indexed(start, self.frame.key, shift);
-        let end = self.f.ins().iadd_imm_s(first, width * (place.len * self.layout.keys) as i64);
+        let end = self
+            .f
+            .ins()
+            .iadd_imm_s(first, width * (place.len * self.layout.keys) as i64);
         let [slots, after] = [(); 2].map(|()| self.f.create_block());
         self.f.ins().jump(slots, &[first.into()]);
         let at = self.f.append_block_param(slots, I64);
@@ -179,11 +223,17 @@ impl Translator<'_> {
         let clock = self.base(Buffer::Clock);
         let [room, full, after] = [(); 3].map(|()| self.f.create_block());
         let count = self.f.ins().load(I64, leaving, clock, EVENTS);
-        let fits = self.f.ins().icmp_imm_s(IntCC::UnsignedLessThan, count, EVENTS_MAX as i64);
+        let fits = self
+            .f
+            .ins()
+            .icmp_imm_s(IntCC::UnsignedLessThan, count, EVENTS_MAX as i64);
         self.f.ins().brif(fits, room, &[], full, &[]);
 
         self.f.switch_to_block(room);
-        let offset = self.f.ins().imul_imm_s(count, 4 * self.layout.event_words as i64);
+        let offset = self
+            .f
+            .ins()
+            .imul_imm_s(count, 4 * self.layout.event_words as i64);
         let events = self.base(Buffer::Events);
         let at = self.f.ins().iadd(events, offset);
         let tick = self.f.ins().load(I64, leaving, clock, TICK);
@@ -194,7 +244,9 @@ impl Translator<'_> {
         }
         for (word, arg) in args.iter().enumerate() {
             let arg = self.value(*arg);
-            self.f.ins().istore32(leaving, arg, at, 4 * (EVENT_HEAD + word) as i32);
+            self.f
+                .ins()
+                .istore32(leaving, arg, at, 4 * (EVENT_HEAD + word) as i32);
         }
         let more = self.f.ins().iadd_imm_s(count, 1);
         self.f.ins().store(leaving, more, clock, EVENTS);

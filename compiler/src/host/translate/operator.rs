@@ -8,7 +8,11 @@ use cranelift_codegen::ir::{InstBuilder, Value};
 impl Translator<'_> {
     /// Translates an operator without regions.
     pub(super) fn operator(&mut self, inst: &Inst) {
-        let [a, b, c] = std::array::from_fn(|at| inst.args.get(at).map_or(Value::from_u32(0), |arg| self.value(*arg)));
+        let [a, b, c] = std::array::from_fn(|at| {
+            inst.args
+                .get(at)
+                .map_or(Value::from_u32(0), |arg| self.value(*arg))
+        });
         let result = match inst.op {
             Op::Const(value) => self.constant(self.ty(inst.results[0]), value),
             Op::Add => self.f.ins().iadd(a, b),

@@ -45,7 +45,10 @@ pub fn c_header(own: &Interface) -> String {
 
 fn ports(text: &mut String, big: &str, kind: &str, ports: &[PortInterface]) {
     for (index, port) in ports.iter().enumerate() {
-        let (port_name, unit) = (port.name.to_uppercase(), unit_name(&port.unit).to_uppercase());
+        let (port_name, unit) = (
+            port.name.to_uppercase(),
+            unit_name(&port.unit).to_uppercase(),
+        );
         let _ = writeln!(
             text,
             "\n/* `{}` is word {index} of a key: value = {} + word * {} {} */\n\
@@ -64,7 +67,11 @@ fn ports(text: &mut String, big: &str, kind: &str, ports: &[PortInterface]) {
 fn live_constants(text: &mut String, big: &str, own: &Interface) {
     for live in &own.lives {
         let name = live.name.to_uppercase();
-        let unit = if live.unit.is_empty() { "a bool".to_string() } else { format!("in {}", live.unit) };
+        let unit = if live.unit.is_empty() {
+            "a bool".to_string()
+        } else {
+            format!("in {}", live.unit)
+        };
         let _ = writeln!(
             text,
             "\n/* Live value `{}`, {unit}: value = integer / 2^{} */\n\
@@ -83,7 +90,11 @@ fn live_constants(text: &mut String, big: &str, own: &Interface) {
 fn event_constants(text: &mut String, big: &str, own: &Interface) {
     for (number, event) in own.events.iter().enumerate() {
         let name = event.name.to_uppercase();
-        let _ = writeln!(text, "\n/* Event `{}`. */\n#define {big}_EVENT_{name} {number}", event.name);
+        let _ = writeln!(
+            text,
+            "\n/* Event `{}`. */\n#define {big}_EVENT_{name} {number}",
+            event.name
+        );
         for (index, arg) in event.args.iter().enumerate() {
             let arg_name = arg.name.to_uppercase();
             let _ = writeln!(
@@ -100,8 +111,10 @@ fn event_constants(text: &mut String, big: &str, own: &Interface) {
 
 fn state(text: &mut String, big: &str, own: &Interface) {
     let name = &own.name;
-    let _ =
-        writeln!(text, "\n/* Memory of all keys. What is `private` belongs to the code. */\nstruct {name}_state {{");
+    let _ = writeln!(
+        text,
+        "\n/* Memory of all keys. What is `private` belongs to the code. */\nstruct {name}_state {{"
+    );
     let fields = own.fields();
     for field in &fields {
         let Holds::Private(bytes) = field.holds else {
@@ -123,12 +136,27 @@ fn state(text: &mut String, big: &str, own: &Interface) {
         let _ = writeln!(text, "    {kept};");
     }
     let _ = writeln!(text, "}};\n");
-    let check = |what: &str, condition: String| format!("typedef char {name}_check_{what}[{condition} ? 1 : -1];");
-    for field in fields.iter().filter(|field| !matches!(field.holds, Holds::Private(_))) {
-        let condition = format!("offsetof(struct {name}_state, {}) == {}", field.name, field.at);
+    let check = |what: &str, condition: String| {
+        format!("typedef char {name}_check_{what}[{condition} ? 1 : -1];")
+    };
+    for field in fields
+        .iter()
+        .filter(|field| !matches!(field.holds, Holds::Private(_)))
+    {
+        let condition = format!(
+            "offsetof(struct {name}_state, {}) == {}",
+            field.name, field.at
+        );
         let _ = writeln!(text, "{}", check(&field.name, condition));
     }
-    let _ = writeln!(text, "{}\n", check("size", format!("sizeof(struct {name}_state) == {big}_STATE_BYTES")));
+    let _ = writeln!(
+        text,
+        "{}\n",
+        check(
+            "size",
+            format!("sizeof(struct {name}_state) == {big}_STATE_BYTES")
+        )
+    );
 }
 
 fn setters(text: &mut String, big: &str, own: &Interface) {
@@ -169,12 +197,24 @@ fn reader(text: &mut String, big: &str, own: &Interface) {
         mask = ring.bytes - 1,
     );
     for index in 0..args {
-        let _ = writeln!(text, "    event->args[{index}] = state->events[at + {}];", index + 2);
+        let _ = writeln!(
+            text,
+            "    event->args[{index}] = state->events[at + {}];",
+            index + 2
+        );
     }
-    let _ = writeln!(text, "    state->event_tail = tail + {}u;\n    return true;\n}}\n", ring.record_bytes);
+    let _ = writeln!(
+        text,
+        "    state->event_tail = tail + {}u;\n    return true;\n}}\n",
+        ring.record_bytes
+    );
 }
 
 /// A constant: the smallest integer is no negated one.
 fn literal(value: i32) -> String {
-    if value == i32::MIN { "INT32_MIN".to_string() } else { format!("({value})") }
+    if value == i32::MIN {
+        "INT32_MIN".to_string()
+    } else {
+        format!("({value})")
+    }
 }

@@ -1,4 +1,5 @@
-//! The interface of a compiled instrument: names, units and scales from its Model, offsets from its code.
+//! The interface of a compiled instrument: names, units and scales from its Model, offsets from its
+//! code.
 
 use super::{Argument, EventInterface, Interface, LiveInterface, PortInterface, Ring};
 use crate::c::spelled;
@@ -9,24 +10,54 @@ use crate::thumb::Layout;
 use crate::units::Dim;
 
 impl Interface {
-    /// What who calls the code of `compiled` must know: it was lowered with these scales and built under this name, for so
-    /// many keys, with this layout.
-    pub fn of(compiled: &Compiled, scales: Scales, name: &str, keys: u32, layout: &Layout) -> Interface {
+    /// What who calls the code of `compiled` must know: it was lowered with these scales and built
+    /// under this name, for so many keys, with this layout.
+    pub fn of(
+        compiled: &Compiled,
+        scales: Scales,
+        name: &str,
+        keys: u32,
+        layout: &Layout,
+    ) -> Interface {
         let (model, kernel) = (&compiled.model, &compiled.lowered.kernel);
-        let (position, force) = if model.turns() { ("rad", "N*m") } else { ("m", "N") };
-        let input =
-            |name| PortInterface { name, lsb: scales.sensor_lsb, zero: scales.sensor_zero, unit: position.into() };
-        let output = |name| PortInterface { name, lsb: scales.drive_lsb, zero: 0.0, unit: force.into() };
-        let names = |ports: &[crate::kernel::Port]| unique(ports.iter().map(|port| port.name.as_str()));
+        let (position, force) = if model.turns() {
+            ("rad", "N*m")
+        } else {
+            ("m", "N")
+        };
+        let input = |name| PortInterface {
+            name,
+            lsb: scales.sensor_lsb,
+            zero: scales.sensor_zero,
+            unit: position.into(),
+        };
+        let output = |name| PortInterface {
+            name,
+            lsb: scales.drive_lsb,
+            zero: 0.0,
+            unit: force.into(),
+        };
+        let names =
+            |ports: &[crate::kernel::Port]| unique(ports.iter().map(|port| port.name.as_str()));
         let ring = layout.events();
-        let ring = ring.map(|ring| Ring { at: ring.start, bytes: ring.bytes, record_bytes: ring.event });
+        let ring = ring.map(|ring| Ring {
+            at: ring.start,
+            bytes: ring.bytes,
+            record_bytes: ring.event,
+        });
         Interface {
             name: name.to_string(),
             keys,
             rate_hz: kernel.rate_hz,
             state_bytes: layout.size(),
-            inputs: (layout.input(0, 0), names(&kernel.inputs).into_iter().map(input).collect()),
-            outputs: (layout.output(0, 0), names(&kernel.outputs).into_iter().map(output).collect()),
+            inputs: (
+                layout.input(0, 0),
+                names(&kernel.inputs).into_iter().map(input).collect(),
+            ),
+            outputs: (
+                layout.output(0, 0),
+                names(&kernel.outputs).into_iter().map(output).collect(),
+            ),
             row_words: kernel.inputs.len().max(kernel.outputs.len()).max(1) as u32,
             lives: lives(compiled, layout),
             events: events(compiled),
@@ -38,19 +69,27 @@ impl Interface {
 fn lives(compiled: &Compiled, layout: &Layout) -> Vec<LiveInterface> {
     let kernel = &compiled.lowered.kernel;
     let names = unique(kernel.lives.iter().map(|live| live.name.as_str()));
-    let parts = kernel.lives.iter().zip(&compiled.lowered.lives).zip(&compiled.model.lives).zip(names).enumerate();
-    let live =
-        |(index, (((live, meaning), model), name)): (usize, (((&crate::kernel::Live, _), &crate::model::Live), _))| {
-            let meaning: &crate::fix::LoweredLive = meaning;
-            Some(LiveInterface {
-                name,
-                at: layout.live(index)?,
-                range: (live.range.low as i32, live.range.high as i32),
-                init: live.init,
-                fraction_bits: fraction_bits(meaning.lsb),
-                unit: model.dim.map_or_else(String::new, unit),
-            })
-        };
+    let parts = kernel
+        .lives
+        .iter()
+        .zip(&compiled.lowered.lives)
+        .zip(&compiled.model.lives)
+        .zip(names)
+        .enumerate();
+    let live = |(index, (((live, meaning), model), name)): (
+        usize,
+        (((&crate::kernel::Live, _), &crate::model::Live), _),
+    )| {
+        let meaning: &crate::fix::LoweredLive = meaning;
+        Some(LiveInterface {
+            name,
+            at: layout.live(index)?,
+            range: (live.range.low as i32, live.range.high as i32),
+            init: live.init,
+            fraction_bits: fraction_bits(meaning.lsb),
+            unit: model.dim.map_or_else(String::new, unit),
+        })
+    };
     parts.filter_map(live).collect()
 }
 
@@ -68,14 +107,30 @@ fn events(compiled: &Compiled) -> Vec<EventInterface> {
             fraction_bits: fraction_bits(*lsb),
             unit: unit(*dim),
         };
-        EventInterface { name, args: spelled.into_iter().zip(args).zip(&meaning.arg_lsbs).map(arg).collect() }
+        EventInterface {
+            name,
+            args: spelled
+                .into_iter()
+                .zip(args)
+                .zip(&meaning.arg_lsbs)
+                .map(arg)
+                .collect(),
+        }
     };
-    names.into_iter().zip(&compiled.lowered.events).map(event).collect()
+    names
+        .into_iter()
+        .zip(&compiled.lowered.events)
+        .map(event)
+        .collect()
 }
 
 /// The unit as a program would write it; nothing for a plain number.
 fn unit(dim: Dim) -> String {
-    if dim == Dim::NUMBER { String::new() } else { dim.unit() }
+    if dim == Dim::NUMBER {
+        String::new()
+    } else {
+        dim.unit()
+    }
 }
 
 /// `n` where one unit is `2^-n`.
@@ -90,7 +145,11 @@ fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
     for (index, name) in names.enumerate() {
         let wanted = spelled(name);
         let taken = all.iter().any(|other| other.eq_ignore_ascii_case(&wanted));
-        all.push(if taken { format!("{wanted}_{index}") } else { wanted });
+        all.push(if taken {
+            format!("{wanted}_{index}")
+        } else {
+            wanted
+        });
     }
     all
 }

@@ -6,7 +6,13 @@ use super::{Holds, Interface, PortInterface, number, unit_name};
 
 /// A module for Rust; it wants the crate `fixed` and no standard library.
 pub fn rust_module(own: &Interface) -> String {
-    let Interface { name, keys, rate_hz, state_bytes, .. } = own;
+    let Interface {
+        name,
+        keys,
+        rate_hz,
+        state_bytes,
+        ..
+    } = own;
     let mut text = format!(
         "//! {name}: {keys} keys at {rate_hz} ticks a second. Written by Whippen.\n\
          //!\n\
@@ -29,7 +35,10 @@ pub fn rust_module(own: &Interface) -> String {
 
 fn ports(text: &mut String, kind: &str, ports: &[PortInterface]) {
     for (index, port) in ports.iter().enumerate() {
-        let (name, unit) = (port.name.to_uppercase(), unit_name(&port.unit).to_uppercase());
+        let (name, unit) = (
+            port.name.to_uppercase(),
+            unit_name(&port.unit).to_uppercase(),
+        );
         let _ = writeln!(
             text,
             "\n/// Which word of a key is `{}`.\npub const {kind}_{name}: usize = {index};\n\
@@ -68,11 +77,21 @@ fn path(fraction_bits: i32) -> String {
 
 fn lives(text: &mut String, own: &Interface) {
     for live in &own.lives {
-        let (name, ty, f) = (live.name.to_uppercase(), fixed(live.fraction_bits), live.fraction_bits);
-        let unit = if live.unit.is_empty() { "a bool".to_string() } else { format!("in {}", live.unit) };
-        for (what, which, value) in
-            [("Smallest", "MIN", live.range.0), ("Largest", "MAX", live.range.1), ("First", "INIT", live.init)]
-        {
+        let (name, ty, f) = (
+            live.name.to_uppercase(),
+            fixed(live.fraction_bits),
+            live.fraction_bits,
+        );
+        let unit = if live.unit.is_empty() {
+            "a bool".to_string()
+        } else {
+            format!("in {}", live.unit)
+        };
+        for (what, which, value) in [
+            ("Smallest", "MIN", live.range.0),
+            ("Largest", "MAX", live.range.1),
+            ("First", "INIT", live.init),
+        ] {
             let _ = writeln!(
                 text,
                 "\n/// {what} value of `{}`, {unit}.\npub const {name}_{which}: {ty} = {};",
@@ -90,13 +109,20 @@ fn events(text: &mut String, own: &Interface) {
     }
     for (number, event) in own.events.iter().enumerate() {
         let name = event.name.to_uppercase();
-        let _ = writeln!(text, "\n/// Event `{}`.\npub const EVENT_{name}: u16 = {number};", event.name);
+        let _ = writeln!(
+            text,
+            "\n/// Event `{}`.\npub const EVENT_{name}: u16 = {number};",
+            event.name
+        );
         for (index, arg) in event.args.iter().enumerate() {
             let (arg_name, ty) = (arg.name.to_uppercase(), fixed(arg.fraction_bits));
             let read = if ty == "i32" {
                 format!("event.args[{index}]")
             } else {
-                format!("{}::from_bits(event.args[{index}])", path(arg.fraction_bits))
+                format!(
+                    "{}::from_bits(event.args[{index}])",
+                    path(arg.fraction_bits)
+                )
             };
             let _ = writeln!(
                 text,
@@ -131,16 +157,30 @@ fn state(text: &mut String, own: &Interface) {
             Holds::Counter => format!("{name}: u32"),
             Holds::Live => format!("{name}: i32"),
             Holds::Ring(words) => format!("{name}: [i32; {words}]"),
-            Holds::Inputs => format!("/// Sensor words of this tick.\n    pub {name}: [[u16; {row}]; KEYS]"),
-            Holds::Outputs => format!("/// Drive words of this tick.\n    pub {name}: [[i16; {row}]; KEYS]"),
+            Holds::Inputs => {
+                format!("/// Sensor words of this tick.\n    pub {name}: [[u16; {row}]; KEYS]")
+            }
+            Holds::Outputs => {
+                format!("/// Drive words of this tick.\n    pub {name}: [[i16; {row}]; KEYS]")
+            }
             Holds::Private(bytes) if bytes % 4 == 0 => format!("{name}: [u32; {}]", bytes / 4),
             Holds::Private(bytes) => format!("{name}: [u8; {bytes}]"),
         };
         let _ = writeln!(text, "    {declared},");
     }
-    let _ = writeln!(text, "}}\n\nconst _: () = assert!(core::mem::size_of::<State>() == STATE_BYTES);");
-    for field in fields.iter().filter(|field| !matches!(field.holds, Holds::Private(_))) {
-        let _ = writeln!(text, "const _: () = assert!(core::mem::offset_of!(State, {}) == {});", field.name, field.at);
+    let _ = writeln!(
+        text,
+        "}}\n\nconst _: () = assert!(core::mem::size_of::<State>() == STATE_BYTES);"
+    );
+    for field in fields
+        .iter()
+        .filter(|field| !matches!(field.holds, Holds::Private(_)))
+    {
+        let _ = writeln!(
+            text,
+            "const _: () = assert!(core::mem::offset_of!(State, {}) == {});",
+            field.name, field.at
+        );
     }
 }
 
@@ -154,8 +194,16 @@ fn functions(text: &mut String, own: &Interface) {
          /// A live value that was not set: it is out of its range.\n#[derive(Debug, Clone, Copy, PartialEq, Eq)]\npub struct OutOfRange;\n"
     );
     for live in &own.lives {
-        let (ty, upper, field) = (fixed(live.fraction_bits), live.name.to_uppercase(), &live.name);
-        let value = if ty == "i32" { "value".to_string() } else { "value.to_bits()".to_string() };
+        let (ty, upper, field) = (
+            fixed(live.fraction_bits),
+            live.name.to_uppercase(),
+            &live.name,
+        );
+        let value = if ty == "i32" {
+            "value".to_string()
+        } else {
+            "value.to_bits()".to_string()
+        };
         let _ = writeln!(
             text,
             "/// Sets `{field}` from the next tick on.\n///\n/// # Errors\n/// It is out of range; nothing is changed.\n///\n\
@@ -170,7 +218,9 @@ fn functions(text: &mut String, own: &Interface) {
 
 fn reader(text: &mut String, own: &Interface) {
     let Some(ring) = own.ring else { return };
-    let args: Vec<String> = (0..own.args_max()).map(|index| format!("word({})", index + 2)).collect();
+    let args: Vec<String> = (0..own.args_max())
+        .map(|index| format!("word({})", index + 2))
+        .collect();
     let _ = writeln!(
         text,
         "/// Takes the oldest event. What found the ring full is counted, and lost.\n///\n\

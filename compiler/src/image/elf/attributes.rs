@@ -2,8 +2,8 @@
 
 use whippen_isa::Arch;
 
-/// The section's bytes. Functions keep the base procedure call standard and pass no floating point, so that code of both
-/// its variants may be linked with them.
+/// The section's bytes. Functions keep the base procedure call standard and pass no floating point,
+/// so that code of both its variants may be linked with them.
 pub(super) fn section(arch: Arch) -> Vec<u8> {
     let (name, number, thumb, dsp) = match arch {
         Arch::V6M => ("Cortex-M0+", 12, 1, 0),
@@ -12,7 +12,8 @@ pub(super) fn section(arch: Arch) -> Vec<u8> {
     };
     let mut tags = vec![5];
     tags.extend(name.as_bytes());
-    // CPU_arch, CPU_arch_profile M, THUMB_ISA_use, ABI_align_needed and _preserved 8, ABI_VFP_args either, DSP_extension.
+    // CPU_arch, CPU_arch_profile M, THUMB_ISA_use, ABI_align_needed and _preserved 8, ABI_VFP_args
+    // either, DSP_extension.
     tags.extend([0, 6, number, 7, b'M', 9, thumb, 24, 1, 25, 1, 28, 3]);
     if dsp == 1 {
         tags.extend([46, dsp]);

@@ -43,7 +43,15 @@ impl Part {
             SectionKind::Data => (SHT_PROGBITS, SHF_ALLOC | SHF_WRITE),
             SectionKind::Zeroed => (SHT_NOBITS, SHF_ALLOC | SHF_WRITE),
         };
-        Part { name: name.to_string(), kind: elf, flags, bytes, size, align: 4, ..Part::default() }
+        Part {
+            name: name.to_string(),
+            kind: elf,
+            flags,
+            bytes,
+            size,
+            align: 4,
+            ..Part::default()
+        }
     }
 
     /// The same, at an address.
@@ -53,7 +61,10 @@ impl Part {
 
     /// The same, at multiples of `align`.
     pub fn aligned(self, align: u32) -> Part {
-        Part { align: align.max(1), ..self }
+        Part {
+            align: align.max(1),
+            ..self
+        }
     }
 
     /// A section for debuggers.
@@ -62,12 +73,20 @@ impl Part {
     }
 
     fn plain(name: &str, kind: u32, bytes: Vec<u8>) -> Part {
-        Part { name: name.to_string(), kind, size: bytes.len() as u32, bytes, align: 1, ..Part::default() }
+        Part {
+            name: name.to_string(),
+            kind,
+            size: bytes.len() as u32,
+            bytes,
+            align: 1,
+            ..Part::default()
+        }
     }
 
     /// Whether it holds code (else data), if it holds something that is loaded.
     pub fn holds_code(&self) -> Option<bool> {
-        (self.flags & SHF_ALLOC != 0 && self.kind == SHT_PROGBITS).then_some(self.flags & SHF_EXECINSTR != 0)
+        (self.flags & SHF_ALLOC != 0 && self.kind == SHT_PROGBITS)
+            .then_some(self.flags & SHF_EXECINSTR != 0)
     }
 }
 
@@ -88,7 +107,12 @@ pub(super) struct File {
 impl File {
     /// An executable that begins somewhere, or a relocatable file.
     pub fn new(entry: Option<u32>) -> File {
-        File { entry, parts: Vec::new(), segments: Vec::new(), relocations: Vec::new() }
+        File {
+            entry,
+            parts: Vec::new(),
+            segments: Vec::new(),
+            relocations: Vec::new(),
+        }
     }
 
     pub fn parts(&self) -> &[Part] {
@@ -109,23 +133,43 @@ impl File {
             return;
         }
         let name = format!(".rel{}", self.parts[usize::from(section) - 1].name);
-        let words = entries.into_iter().flat_map(|(at, symbol, kind)| [at, symbol << 8 | kind]);
+        let words = entries
+            .into_iter()
+            .flat_map(|(at, symbol, kind)| [at, symbol << 8 | kind]);
         let bytes = words.flat_map(u32::to_le_bytes).collect();
         let part = Part::plain(&name, SHT_REL, bytes);
         let info = u32::from(section);
-        self.relocations.push(Part { flags: SHF_INFO_LINK, info, align: 4, entry: 8, ..part });
+        self.relocations.push(Part {
+            flags: SHF_INFO_LINK,
+            info,
+            align: 4,
+            entry: 8,
+            ..part
+        });
     }
 
     /// The bytes of the file.
     pub fn finish(mut self, symbols: &Symbols, attributes: &[u8]) -> Vec<u8> {
         let symtab = (self.parts.len() + self.relocations.len()) as u32 + 1;
-        self.relocations.iter_mut().for_each(|part| part.link = symtab);
+        self.relocations
+            .iter_mut()
+            .for_each(|part| part.link = symtab);
         let mut parts = std::mem::take(&mut self.parts);
         parts.append(&mut self.relocations);
         let table = Part::plain(".symtab", SHT_SYMTAB, symbols.table.clone());
-        parts.push(Part { link: symtab + 1, info: symbols.first_global, align: 4, entry: 16, ..table });
+        parts.push(Part {
+            link: symtab + 1,
+            info: symbols.first_global,
+            align: 4,
+            entry: 16,
+            ..table
+        });
         parts.push(Part::plain(".strtab", SHT_STRTAB, symbols.strings.clone()));
-        parts.push(Part::plain(".ARM.attributes", SHT_ARM_ATTRIBUTES, attributes.to_vec()));
+        parts.push(Part::plain(
+            ".ARM.attributes",
+            SHT_ARM_ATTRIBUTES,
+            attributes.to_vec(),
+        ));
         let mut names = vec![0];
         let mut name = |text: &str| {
             let at = names.len() as u32;
@@ -141,15 +185,23 @@ impl File {
 
     fn write(&self, parts: &[Part], names: &[u32]) -> Vec<u8> {
         let mut out = vec![0; (HEADER_BYTES + PROGRAM_BYTES * self.segments.len() as u32) as usize];
-        let starts: Vec<u32> = self.segments.iter().map(|segment| append(&mut out, &segment.bytes, 4)).collect();
+        let starts: Vec<u32> = self
+            .segments
+            .iter()
+            .map(|segment| append(&mut out, &segment.bytes, 4))
+            .collect();
         let mut offsets = Vec::new();
         for part in parts {
-            let inside = |s: &&Segment| part.flags & SHF_ALLOC != 0 && part.address.wrapping_sub(s.run) < s.size;
+            let inside = |s: &&Segment| {
+                part.flags & SHF_ALLOC != 0 && part.address.wrapping_sub(s.run) < s.size
+            };
             let segment = self.segments.iter().position(|s| inside(&s));
             offsets.push(match segment {
                 // Its bytes stand in the segment; what starts as zero would stand behind it.
                 Some(of) => {
-                    starts[of] + (part.address - self.segments[of].run).min(self.segments[of].bytes.len() as u32)
+                    starts[of]
+                        + (part.address - self.segments[of].run)
+                            .min(self.segments[of].bytes.len() as u32)
                 }
                 None if part.kind == SHT_NOBITS => out.len() as u32,
                 None => append(&mut out, &part.bytes, part.align),
@@ -158,8 +210,23 @@ impl File {
         let table = append(&mut out, &[], 4);
         out.extend([0; SECTION_BYTES as usize]);
         for ((part, &name), &offset) in parts.iter().zip(names).zip(&offsets) {
-            let Part { kind, flags, address, size, link, info, align, entry, .. } = *part;
-            words(&mut out, &[name, kind, flags, address, offset, size, link, info, align, entry]);
+            let Part {
+                kind,
+                flags,
+                address,
+                size,
+                link,
+                info,
+                align,
+                entry,
+                ..
+            } = *part;
+            words(
+                &mut out,
+                &[
+                    name, kind, flags, address, offset, size, link, info, align, entry,
+                ],
+            );
         }
         let header = self.header(table, parts.len() as u16 + 1);
         out[..header.len()].copy_from_slice(&header);
@@ -170,11 +237,32 @@ impl File {
         let mut out = b"\x7fELF\x01\x01\x01".to_vec();
         out.resize(16, 0);
         let kind: u32 = if self.entry.is_some() { 2 } else { 1 };
-        let programs = if self.segments.is_empty() { 0 } else { HEADER_BYTES };
+        let programs = if self.segments.is_empty() {
+            0
+        } else {
+            HEADER_BYTES
+        };
         // Type and machine (ARM); version; EABI 5, base procedure call standard.
-        words(&mut out, &[40 << 16 | kind, 1, self.entry.unwrap_or(0), programs, sections, self.flags()]);
-        let sizes = [HEADER_BYTES, PROGRAM_BYTES, self.segments.len() as u32, SECTION_BYTES];
-        sizes.iter().for_each(|size| out.extend((*size as u16).to_le_bytes()));
+        words(
+            &mut out,
+            &[
+                40 << 16 | kind,
+                1,
+                self.entry.unwrap_or(0),
+                programs,
+                sections,
+                self.flags(),
+            ],
+        );
+        let sizes = [
+            HEADER_BYTES,
+            PROGRAM_BYTES,
+            self.segments.len() as u32,
+            SECTION_BYTES,
+        ];
+        sizes
+            .iter()
+            .for_each(|size| out.extend((*size as u16).to_le_bytes()));
         out.extend(count.to_le_bytes());
         out.extend((count - 1).to_le_bytes());
         let mut offset = HEADER_BYTES + PROGRAM_BYTES * self.segments.len() as u32;
@@ -182,14 +270,30 @@ impl File {
             offset = offset.next_multiple_of(4);
             let bytes = segment.bytes.len() as u32;
             let flags = 4 | u32::from(segment.writable) << 1 | u32::from(segment.executable);
-            words(&mut out, &[1, offset, segment.run, segment.load, bytes, segment.size, flags, 4]);
+            words(
+                &mut out,
+                &[
+                    1,
+                    offset,
+                    segment.run,
+                    segment.load,
+                    bytes,
+                    segment.size,
+                    flags,
+                    4,
+                ],
+            );
             offset += bytes;
         }
         out
     }
 
     fn flags(&self) -> u32 {
-        if self.entry.is_some() { 0x0500_0200 } else { 0x0500_0000 }
+        if self.entry.is_some() {
+            0x0500_0200
+        } else {
+            0x0500_0000
+        }
     }
 }
 

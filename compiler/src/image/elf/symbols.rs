@@ -25,7 +25,14 @@ pub(super) struct Entry {
 impl Entry {
     pub fn undefined(name: &str) -> Entry {
         let name = name.to_string();
-        Entry { name, value: 0, size: 0, kind: SymbolKind::Label, global: true, place: UNDEFINED }
+        Entry {
+            name,
+            value: 0,
+            size: 0,
+            kind: SymbolKind::Label,
+            global: true,
+            place: UNDEFINED,
+        }
     }
 }
 
@@ -63,10 +70,20 @@ impl Symbols {
         symbols
     }
 
-    /// Adds names, and before them what the sections hold from their beginning on: `$t` Thumb code, `$d` data.
+    /// Adds names, and before them what the sections hold from their beginning on: `$t` Thumb code,
+    /// `$d` data.
     pub fn add(&mut self, mut entries: Vec<Entry>) {
-        let maps = |place: u16| entries.iter().any(|e| e.place == place && is_mapping(&e.name));
-        let starts: Vec<(u16, u32, bool)> = self.starts.iter().copied().filter(|start| !maps(start.0)).collect();
+        let maps = |place: u16| {
+            entries
+                .iter()
+                .any(|e| e.place == place && is_mapping(&e.name))
+        };
+        let starts: Vec<(u16, u32, bool)> = self
+            .starts
+            .iter()
+            .copied()
+            .filter(|start| !maps(start.0))
+            .collect();
         for (place, value, code) in starts {
             let name = self.string(if code { "$t" } else { "$d" });
             self.push(name, value, 0, 0, place);
@@ -78,13 +95,23 @@ impl Symbols {
                 SymbolKind::Data => (1, 0),
                 SymbolKind::Label => (0, 0),
             };
-            let name = self.string(if is_mapping(&entry.name) { &entry.name[..2] } else { &entry.name });
+            let name = self.string(if is_mapping(&entry.name) {
+                &entry.name[..2]
+            } else {
+                &entry.name
+            });
             if !entry.global {
                 self.first_global = self.count() + 1;
             }
             self.numbers.insert(entry.name, self.count());
             let thumb = if entry.place == UNDEFINED { 0 } else { thumb };
-            self.push(name, entry.value | thumb, entry.size, u8::from(entry.global) << 4 | kind, entry.place);
+            self.push(
+                name,
+                entry.value | thumb,
+                entry.size,
+                u8::from(entry.global) << 4 | kind,
+                entry.place,
+            );
         }
     }
 
@@ -118,5 +145,8 @@ impl Symbols {
 
 /// Whether a name only says what follows: `$t` and `$d`, alone or with a suffix.
 fn is_mapping(name: &str) -> bool {
-    matches!(name.as_bytes(), [b'$', b't' | b'd'] | [b'$', b't' | b'd', b'.', ..])
+    matches!(
+        name.as_bytes(),
+        [b'$', b't' | b'd'] | [b'$', b't' | b'd', b'.', ..]
+    )
 }

@@ -51,16 +51,34 @@ pub enum LinkError {
 impl fmt::Display for LinkError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            LinkError::Undefined { symbol, section } => write!(f, "`{symbol}`, used in {section}, is defined nowhere"),
+            LinkError::Undefined { symbol, section } => {
+                write!(f, "`{symbol}`, used in {section}, is defined nowhere")
+            }
             LinkError::Twice { symbol } => write!(f, "`{symbol}` is defined twice"),
             LinkError::Nowhere { section, board } => {
-                write!(f, "the board {board} has no place for {section}: add a pattern for it under [place]")
+                write!(
+                    f,
+                    "the board {board} has no place for {section}: add a pattern for it under [place]"
+                )
             }
-            LinkError::Full { memory, wanted, size } => {
-                write!(f, "{memory} is full: {wanted} bytes are wanted and there are {size}")
+            LinkError::Full {
+                memory,
+                wanted,
+                size,
+            } => {
+                write!(
+                    f,
+                    "{memory} is full: {wanted} bytes are wanted and there are {size}"
+                )
             }
-            LinkError::Fixup { symbol, section, error } => write!(f, "`{symbol}`, used in {section}, {error}"),
-            LinkError::Boot2 => f.write_str("the board wants a section .boot2 of at most 252 bytes"),
+            LinkError::Fixup {
+                symbol,
+                section,
+                error,
+            } => write!(f, "`{symbol}`, used in {section}, {error}"),
+            LinkError::Boot2 => {
+                f.write_str("the board wants a section .boot2 of at most 252 bytes")
+            }
         }
     }
 }

@@ -12,22 +12,48 @@ fn add<T>(list: &mut Vec<T>, item: T) -> u32 {
 impl Builder {
     /// Declares an input port: a word `u16`, clamped to `range` when read.
     pub fn input(&mut self, name: &str, range: Range) -> u32 {
-        add(&mut self.kernel.inputs, Port { name: name.to_string(), range })
+        add(
+            &mut self.kernel.inputs,
+            Port {
+                name: name.to_string(),
+                range,
+            },
+        )
     }
 
     /// Declares an output port: a word `i16`.
     pub fn output(&mut self, name: &str, range: Range) -> u32 {
-        add(&mut self.kernel.outputs, Port { name: name.to_string(), range })
+        add(
+            &mut self.kernel.outputs,
+            Port {
+                name: name.to_string(),
+                range,
+            },
+        )
     }
 
     /// Declares a live value.
     pub fn live(&mut self, name: &str, range: Range, init: i32) -> u32 {
-        add(&mut self.kernel.lives, Live { name: name.to_string(), range, init })
+        add(
+            &mut self.kernel.lives,
+            Live {
+                name: name.to_string(),
+                range,
+                init,
+            },
+        )
     }
 
     /// Declares a constant of each key.
     pub fn keyed(&mut self, name: &str, range: Range, values: Vec<i32>) -> u32 {
-        add(&mut self.kernel.keyed, Keyed { name: name.to_string(), range, values })
+        add(
+            &mut self.kernel.keyed,
+            Keyed {
+                name: name.to_string(),
+                range,
+                values,
+            },
+        )
     }
 
     /// Declares memory of one word.
@@ -37,26 +63,60 @@ impl Builder {
 
     /// Declares memory of `len` words.
     pub fn grid(&mut self, name: &str, ty: Type, len: u32, range: Range, init: i64) -> u32 {
-        add(&mut self.kernel.cells, Cell { name: name.to_string(), ty, len, range, init })
+        add(
+            &mut self.kernel.cells,
+            Cell {
+                name: name.to_string(),
+                ty,
+                len,
+                range,
+                init,
+            },
+        )
     }
 
     /// Declares a delay line that remembers `len` ticks.
     pub fn line(&mut self, name: &str, len: u32, range: Range) -> u32 {
-        add(&mut self.kernel.lines, Line { name: name.to_string(), len, range })
+        add(
+            &mut self.kernel.lines,
+            Line {
+                name: name.to_string(),
+                len,
+                range,
+            },
+        )
     }
 
     /// Declares a table.
     pub fn table(&mut self, name: &str, values: Vec<i32>) -> u32 {
-        add(&mut self.kernel.tables, Table { name: name.to_string(), values })
+        add(
+            &mut self.kernel.tables,
+            Table {
+                name: name.to_string(),
+                values,
+            },
+        )
     }
 
     /// Declares a kind of event with so many arguments.
     pub fn event(&mut self, name: &str, args: u32) -> u32 {
-        add(&mut self.kernel.events, Event { name: name.to_string(), args })
+        add(
+            &mut self.kernel.events,
+            Event {
+                name: name.to_string(),
+                args,
+            },
+        )
     }
 
     /// Declares a probe.
     pub fn probe(&mut self, name: &str, ty: Type) -> u32 {
-        add(&mut self.kernel.probes, Probe { name: name.to_string(), ty })
+        add(
+            &mut self.kernel.probes,
+            Probe {
+                name: name.to_string(),
+                ty,
+            },
+        )
     }
 }

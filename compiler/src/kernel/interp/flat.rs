@@ -70,14 +70,27 @@ pub(super) struct Flat {
 impl Flat {
     /// Lays out a region of a verified kernel.
     pub fn new(kernel: &Kernel, region: &Region, checked: bool) -> Flat {
-        let flat = Flat { steps: Vec::new(), args: Vec::new(), registers: kernel.values.len() + 1 };
-        let mut flattener = Flattener { kernel, flat, checked };
+        let flat = Flat {
+            steps: Vec::new(),
+            args: Vec::new(),
+            registers: kernel.values.len() + 1,
+        };
+        let mut flattener = Flattener {
+            kernel,
+            flat,
+            checked,
+        };
         flattener.region(region);
         flattener.flat
     }
 
     /// The operands' values.
-    pub fn gather<'a>(&self, from: &Args, registers: &[i64], into: &'a mut [i64; ARGS_MAX]) -> &'a [i64] {
+    pub fn gather<'a>(
+        &self,
+        from: &Args,
+        registers: &[i64],
+        into: &'a mut [i64; ARGS_MAX],
+    ) -> &'a [i64] {
         let from = &self.args[from.clone()];
         for (slot, register) in into.iter_mut().zip(from) {
             *slot = registers[*register];
@@ -109,10 +122,25 @@ impl Walk for Flattener<'_> {
             Meaning::Exact(exact) => {
                 let ty = self.kernel.values[result].ty;
                 let args = std::array::from_fn(|at| args.get(at).copied().unwrap_or_default());
-                Step::Exact { exact, n: n.into(), ty, args, result }
+                Step::Exact {
+                    exact,
+                    n: n.into(),
+                    ty,
+                    args,
+                    result,
+                }
             }
-            Meaning::Reads(read) => Step::Read { read, immediates, args: self.operands(args), result },
-            Meaning::Writes(write) => Step::Write { write, immediates, args: self.operands(args) },
+            Meaning::Reads(read) => Step::Read {
+                read,
+                immediates,
+                args: self.operands(args),
+                result,
+            },
+            Meaning::Writes(write) => Step::Write {
+                write,
+                immediates,
+                args: self.operands(args),
+            },
             Meaning::Regions => return,
         };
         self.flat.steps.push(step);
@@ -124,10 +152,15 @@ impl Walk for Flattener<'_> {
         self.region(then);
         self.copy(&then.yields, &inst.results);
         let jump = self.hole();
-        self.flat.steps[unless] = Step::Unless { condition, to: self.flat.steps.len() };
+        self.flat.steps[unless] = Step::Unless {
+            condition,
+            to: self.flat.steps.len(),
+        };
         self.region(other);
         self.copy(&other.yields, &inst.results);
-        self.flat.steps[jump] = Step::Jump { to: self.flat.steps.len() };
+        self.flat.steps[jump] = Step::Jump {
+            to: self.flat.steps.len(),
+        };
     }
 
     fn repeat(&mut self, inst: &Inst, rounds: u32, body: &Region) {
@@ -138,7 +171,11 @@ impl Walk for Flattener<'_> {
         self.check(&body.params);
         self.region(body);
         self.copy_at_once(&body.yields, carried);
-        self.flat.steps.push(Step::Next { round, rounds: rounds.into(), to });
+        self.flat.steps.push(Step::Next {
+            round,
+            rounds: rounds.into(),
+            to,
+        });
         self.copy(carried, &inst.results);
     }
 }
@@ -152,7 +189,10 @@ impl Flattener<'_> {
 
     fn copy(&mut self, from: &[Value], to: &[Value]) {
         for (from, to) in from.iter().zip(to) {
-            self.flat.steps.push(Step::Copy { from: register(*from), to: register(*to) });
+            self.flat.steps.push(Step::Copy {
+                from: register(*from),
+                to: register(*to),
+            });
         }
     }
 
@@ -160,10 +200,16 @@ impl Flattener<'_> {
     fn copy_at_once(&mut self, from: &[Value], to: &[Value]) {
         let free = self.kernel.values.len();
         for (at, from) in from.iter().enumerate() {
-            self.flat.steps.push(Step::Copy { from: register(*from), to: free + at });
+            self.flat.steps.push(Step::Copy {
+                from: register(*from),
+                to: free + at,
+            });
         }
         for (at, to) in to.iter().enumerate() {
-            self.flat.steps.push(Step::Copy { from: free + at, to: register(*to) });
+            self.flat.steps.push(Step::Copy {
+                from: free + at,
+                to: register(*to),
+            });
         }
         self.flat.registers = self.flat.registers.max(free + from.len());
     }
@@ -177,7 +223,10 @@ impl Flattener<'_> {
     fn check(&mut self, values: &[Value]) {
         for value in values.iter().copied().filter(|_| self.checked) {
             let range = self.kernel.values[value.0 as usize].range;
-            self.flat.steps.push(Step::Check { value: register(value), range });
+            self.flat.steps.push(Step::Check {
+                value: register(value),
+                range,
+            });
         }
     }
 }

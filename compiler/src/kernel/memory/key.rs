@@ -1,7 +1,7 @@
 //! One key in one tick: what the operators on memory mean.
 //!
-//! The kernel is verified, so every index is inside, unless it rests on an `assume` that is wrong: then the nearest
-//! counts.
+//! The kernel is verified, so every index is inside, unless it rests on an `assume` that is wrong:
+//! then the nearest counts.
 
 use super::Memory;
 use crate::kernel::Kernel;
@@ -47,19 +47,30 @@ impl Key<'_> {
 
     pub(crate) fn get(&self, cell: usize, word: i64) -> i64 {
         let found = &self.kernel.cells[cell];
-        self.memory.load(found.ty, self.key, cell, nearest(word, found.len as usize))
+        self.memory
+            .load(found.ty, self.key, cell, nearest(word, found.len as usize))
     }
 
     pub(crate) fn set(&mut self, cell: usize, word: i64, value: i64) {
         let found = &self.kernel.cells[cell];
-        self.memory.store(found.ty, self.key, cell, nearest(word, found.len as usize), value);
+        self.memory.store(
+            found.ty,
+            self.key,
+            cell,
+            nearest(word, found.len as usize),
+            value,
+        );
     }
 
     pub(crate) fn delay(&self, line: usize, ticks: usize) -> i64 {
         let place = self.memory.layout.lines[line];
         let now = self.memory.rings[place.ring] as usize;
         let at = self.element(line, (now + place.len - ticks) % place.len);
-        if place.narrow { self.memory.narrow[at].into() } else { self.memory.wide[at].into() }
+        if place.narrow {
+            self.memory.narrow[at].into()
+        } else {
+            self.memory.wide[at].into()
+        }
     }
 
     pub(crate) fn push(&mut self, line: usize, value: i64) {
@@ -79,7 +90,9 @@ impl Key<'_> {
 
     pub(crate) fn emit(&mut self, event: usize, args: &[i64]) {
         let memory = &mut *self.memory;
-        let Some(record) = memory.event_room() else { return };
+        let Some(record) = memory.event_room() else {
+            return;
+        };
         record[2] = self.key as u32;
         record[3] = event as u32;
         for (slot, arg) in record[EVENT_HEAD..].iter_mut().zip(args) {
@@ -94,7 +107,11 @@ impl Key<'_> {
     fn write(&mut self, line: usize, slot: usize, value: i64) {
         let at = self.element(line, slot);
         let narrow = self.memory.layout.lines[line].narrow;
-        if narrow { self.memory.narrow[at] = value as u16 } else { self.memory.wide[at] = value as i32 }
+        if narrow {
+            self.memory.narrow[at] = value as u16
+        } else {
+            self.memory.wide[at] = value as i32
+        }
     }
 
     fn element(&self, line: usize, slot: usize) -> usize {

@@ -94,25 +94,62 @@ impl fmt::Display for OpError {
         let name = |op: &Op| op.row().name;
         match self {
             OpError::Overflow { op, ty, low, high } => {
-                write!(f, "the result of `{}` lies in [{low}..{high}], which does not fit {ty}", name(op))
+                write!(
+                    f,
+                    "the result of `{}` lies in [{low}..{high}], which does not fit {ty}",
+                    name(op)
+                )
             }
-            OpError::Leaves { op, name: what, operand, declared } => {
-                write!(f, "`{}`: operand in {operand} may leave {declared}, the range of `{what}`", name(op))
+            OpError::Leaves {
+                op,
+                name: what,
+                operand,
+                declared,
+            } => {
+                write!(
+                    f,
+                    "`{}`: operand in {operand} may leave {declared}, the range of `{what}`",
+                    name(op)
+                )
             }
-            OpError::Index { op, name: what, index, len } => {
-                write!(f, "`{}`: index in {index} may leave `{what}`, which has {len} words", name(op))
+            OpError::Index {
+                op,
+                name: what,
+                index,
+                len,
+            } => {
+                write!(
+                    f,
+                    "`{}`: index in {index} may leave `{what}`, which has {len} words",
+                    name(op)
+                )
             }
             OpError::Operands { op, types } => {
-                write!(f, "`{}` cannot be applied to {}, it is {}", name(op), Types(types), op.row().signature())
+                write!(
+                    f,
+                    "`{}` cannot be applied to {}, it is {}",
+                    name(op),
+                    Types(types),
+                    op.row().signature()
+                )
             }
             OpError::Immediate { op, value, allowed } => {
                 write!(f, "`{}`: {value} is not in {allowed}", name(op))
             }
             OpError::Misused { op } => write!(f, "`{}` cannot stand here", name(op)),
             OpError::Yields { left, right } => {
-                write!(f, "yields of types {} do not match {}", Types(left), Types(right))
+                write!(
+                    f,
+                    "yields of types {} do not match {}",
+                    Types(left),
+                    Types(right)
+                )
             }
-            OpError::Carried { index, value, declared } => {
+            OpError::Carried {
+                index,
+                value,
+                declared,
+            } => {
                 write!(f, "carried value {index} in {value} may leave {declared}")
             }
         }

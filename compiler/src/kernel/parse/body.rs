@@ -14,7 +14,11 @@ impl Parser {
     pub(super) fn outermost(&mut self, tick: bool) -> Result<(), ParseError> {
         let place = self.at;
         let region = self.skip().region(Vec::new(), 1)?;
-        let slot = if tick { &mut self.kernel.tick } else { &mut self.kernel.init };
+        let slot = if tick {
+            &mut self.kernel.tick
+        } else {
+            &mut self.kernel.init
+        };
         if !slot.insts.is_empty() {
             return Err(self.error_at(place, "this region stands twice".to_string()));
         }
@@ -27,7 +31,10 @@ impl Parser {
             return Err(self.error_at(self.at, format!("regions nest deeper than {DEPTH_MAX}")));
         }
         self.sign(Token::Open)?;
-        let mut region = Region { params, ..Region::default() };
+        let mut region = Region {
+            params,
+            ..Region::default()
+        };
         while !self.takes(Token::Close) {
             if self.peek().token == Token::Name("yield".to_string()) {
                 let line = self.peek().line;
@@ -41,9 +48,17 @@ impl Parser {
     }
 
     fn inst(&mut self, depth: usize) -> Result<Inst, ParseError> {
-        let results = if self.peek_value().is_some() { self.results()? } else { Vec::new() };
-        let Token::Name(word) = self.peek().token.clone() else { return Err(self.expected("an operator")) };
-        let Some(row) = op::named(&word) else { return Err(self.expected("an operator")) };
+        let results = if self.peek_value().is_some() {
+            self.results()?
+        } else {
+            Vec::new()
+        };
+        let Token::Name(word) = self.peek().token.clone() else {
+            return Err(self.expected("an operator"));
+        };
+        let Some(row) = op::named(&word) else {
+            return Err(self.expected("an operator"));
+        };
         let inst = match row.name {
             "if" => self.if_else(depth)?,
             "loop" => self.repeat(depth)?,
@@ -74,13 +89,25 @@ impl Parser {
             immediates.push(self.number()?);
         }
         if row.args != [Sort::Args] && args.len() != row.args.len() {
-            let message = format!("`{}` takes {} operands, not {}", row.name, row.args.len(), args.len());
+            let message = format!(
+                "`{}` takes {} operands, not {}",
+                row.name,
+                row.args.len(),
+                args.len()
+            );
             return Err(self.error_at(place, message));
         }
         let make = (row.make)(&immediates);
-        let op = make.ok_or_else(|| self.error_at(place, "an immediate is out of bounds".to_string()))?;
+        let op =
+            make.ok_or_else(|| self.error_at(place, "an immediate is out of bounds".to_string()))?;
         let origin = self.origin(line)?;
-        Ok(Inst { op, args, results: Vec::new(), regions: Vec::new(), origin })
+        Ok(Inst {
+            op,
+            args,
+            results: Vec::new(),
+            regions: Vec::new(),
+            origin,
+        })
     }
 
     fn declared(&mut self, kind: Immediate) -> Result<i64, ParseError> {
@@ -88,7 +115,9 @@ impl Parser {
         let name = self.name()?;
         let key = (std::mem::discriminant(&kind), name);
         let index = self.names.get(&key).copied();
-        index.map(i64::from).ok_or_else(|| self.error_at(place, format!("`{}` is not declared", key.1)))
+        index
+            .map(i64::from)
+            .ok_or_else(|| self.error_at(place, format!("`{}` is not declared", key.1)))
     }
 
     /// `if v1 { .. } else { .. }`
@@ -98,8 +127,18 @@ impl Parser {
         let origin = self.origin(line)?;
         let then = self.region(Vec::new(), depth + 1)?;
         let has_else = self.takes(Token::Name("else".to_string()));
-        let other = if has_else { self.region(Vec::new(), depth + 1)? } else { Region::default() };
-        Ok(Inst { op: Op::If, args, results: Vec::new(), regions: vec![then, other], origin })
+        let other = if has_else {
+            self.region(Vec::new(), depth + 1)?
+        } else {
+            Region::default()
+        };
+        Ok(Inst {
+            op: Op::If,
+            args,
+            results: Vec::new(),
+            regions: vec![then, other],
+            origin,
+        })
     }
 
     /// `loop 3 (v1: i32 [0..2], v2: i32 [0..9] = v0) { .. }`
@@ -117,7 +156,13 @@ impl Parser {
         self.sign(Token::Right)?;
         let origin = self.origin(line)?;
         let body = self.region(params, depth + 1)?;
-        Ok(Inst { op, args, results: Vec::new(), regions: vec![body], origin })
+        Ok(Inst {
+            op,
+            args,
+            results: Vec::new(),
+            regions: vec![body],
+            origin,
+        })
     }
 
     /// `@12`, if it follows on this line.
@@ -138,8 +183,11 @@ impl Parser {
     }
 
     fn peek_value(&self) -> Option<&str> {
-        let Token::Name(name) = &self.peek().token else { return None };
-        name.strip_prefix('v').filter(|digits| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
+        let Token::Name(name) = &self.peek().token else {
+            return None;
+        };
+        name.strip_prefix('v')
+            .filter(|digits| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
     }
 
     fn value(&mut self) -> Result<Value, ParseError> {
@@ -155,11 +203,20 @@ impl Parser {
     fn definition(&mut self) -> Result<Value, ParseError> {
         let value = self.value()?;
         self.sign(Token::Colon)?;
-        let info = ValueInfo { ty: self.ty()?, range: self.range()? };
+        let info = ValueInfo {
+            ty: self.ty()?,
+            range: self.range()?,
+        };
         let at = value.0 as usize;
         if self.kernel.values.len() <= at {
             // Numbers in between that never come are values that are defined nowhere.
-            self.kernel.values.resize(at + 1, ValueInfo { ty: Type::I1, range: Range::point(0) });
+            self.kernel.values.resize(
+                at + 1,
+                ValueInfo {
+                    ty: Type::I1,
+                    range: Range::point(0),
+                },
+            );
         }
         self.kernel.values[at] = info;
         Ok(value)

@@ -75,17 +75,34 @@ pub(super) struct Lexeme {
 
 /// All tokens, then [`Token::End`].
 pub(super) fn tokens(text: &str) -> Result<Vec<Lexeme>, ParseError> {
-    let mut place = Place { text, at: 0, line: 1, column: 1 };
+    let mut place = Place {
+        text,
+        at: 0,
+        line: 1,
+        column: 1,
+    };
     let mut all = Vec::new();
     for (token, span) in Token::lexer(text).spanned() {
         let (line, column) = place.advance(span.start);
         let Ok(token) = token else {
-            return Err(ParseError { line, column, message: format!("what is `{}`?", &text[span]) });
+            return Err(ParseError {
+                line,
+                column,
+                message: format!("what is `{}`?", &text[span]),
+            });
         };
-        all.push(Lexeme { token, line, column });
+        all.push(Lexeme {
+            token,
+            line,
+            column,
+        });
     }
     let (line, column) = place.advance(text.len());
-    all.push(Lexeme { token: Token::End, line, column });
+    all.push(Lexeme {
+        token: Token::End,
+        line,
+        column,
+    });
     Ok(all)
 }
 
@@ -101,7 +118,11 @@ impl Place<'_> {
     /// Line and column of a byte offset not before the last one.
     fn advance(&mut self, to: usize) -> (usize, usize) {
         for c in self.text[self.at..to].chars() {
-            (self.line, self.column) = if c == '\n' { (self.line + 1, 1) } else { (self.line, self.column + 1) };
+            (self.line, self.column) = if c == '\n' {
+                (self.line + 1, 1)
+            } else {
+                (self.line, self.column + 1)
+            };
         }
         self.at = to;
         (self.line, self.column)
@@ -130,7 +151,9 @@ fn escape(rest: &mut std::str::Chars) -> Option<char> {
         'u' => {
             let (digits, after) = rest.as_str().strip_prefix('{')?.split_once('}')?;
             *rest = after.chars();
-            u32::from_str_radix(digits, 16).ok().and_then(char::from_u32)
+            u32::from_str_radix(digits, 16)
+                .ok()
+                .and_then(char::from_u32)
         }
         c @ ('\\' | '"' | '\'') => Some(c),
         _ => None,

@@ -8,12 +8,20 @@ pub(super) fn all(rng: &mut Rng, b: &mut Builder) {
     let i32s = Type::I32.range();
     for at in 0..1 + rng.below(3) {
         let full = Range::new(0, 65_535);
-        let range = if rng.chance(2, 3) { full } else { rng.range(full) };
+        let range = if rng.chance(2, 3) {
+            full
+        } else {
+            rng.range(full)
+        };
         b.input(&format!("in{at}"), range);
     }
     for at in 0..1 + rng.below(2) {
         let full = Range::new(-32_768, 32_767);
-        let range = if rng.chance(2, 3) { full } else { rng.range(full) };
+        let range = if rng.chance(2, 3) {
+            full
+        } else {
+            rng.range(full)
+        };
         b.output(&format!("out{at}"), range);
     }
     for at in 0..1 + rng.below(2) {
@@ -23,7 +31,9 @@ pub(super) fn all(rng: &mut Rng, b: &mut Builder) {
     }
     for at in 0..1 + rng.below(2) {
         let range = rng.range(i32s);
-        let values = (0..1 + rng.below(4)).map(|_| rng.interesting(range) as i32).collect();
+        let values = (0..1 + rng.below(4))
+            .map(|_| rng.interesting(range) as i32)
+            .collect();
         b.keyed(&format!("keyed{at}"), range, values);
     }
     for at in 0..1 + rng.below(5) {
@@ -35,7 +45,9 @@ pub(super) fn all(rng: &mut Rng, b: &mut Builder) {
         b.line(&format!("line.{at}"), len, range);
     }
     for at in 0..1 + rng.below(2) {
-        let values = (0..rng.pick(&[1, 2, 7, 64])).map(|_| rng.interesting(i32s) as i32).collect();
+        let values = (0..rng.pick(&[1, 2, 7, 64]))
+            .map(|_| rng.interesting(i32s) as i32)
+            .collect();
         b.table(&format!("table {at}"), values);
     }
     for at in 0..1 + rng.below(2) {
@@ -49,7 +61,11 @@ pub(super) fn all(rng: &mut Rng, b: &mut Builder) {
 
 fn cell(rng: &mut Rng, b: &mut Builder, name: &str) {
     let ty = rng.ty();
-    let range = if ty == Type::I1 { ty.range() } else { rng.range(ty.range()) };
+    let range = if ty == Type::I1 {
+        ty.range()
+    } else {
+        rng.range(ty.range())
+    };
     let len = rng.pick(&[1, 1, 1, 2, 3, 8, 84]);
     let init = rng.interesting(range);
     b.grid(name, ty, len, range, init);

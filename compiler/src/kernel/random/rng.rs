@@ -13,7 +13,10 @@ impl Rng {
     }
 
     /// Any 64 bits.
-    #[expect(clippy::should_implement_trait, reason = "an endless source is no iterator")]
+    #[expect(
+        clippy::should_implement_trait,
+        reason = "an endless source is no iterator"
+    )]
     pub fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -60,6 +63,13 @@ impl Rng {
 
     /// A type.
     pub fn ty(&mut self) -> Type {
-        self.pick(&[Type::I1, Type::I32, Type::I32, Type::I32, Type::I64, Type::I64])
+        self.pick(&[
+            Type::I1,
+            Type::I32,
+            Type::I32,
+            Type::I32,
+            Type::I64,
+            Type::I64,
+        ])
     }
 }

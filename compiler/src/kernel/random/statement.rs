@@ -14,25 +14,39 @@ impl Generator {
             1 if self.depth < DEPTH_MAX => self.repeat(b),
             _ => self.plain(b),
         }?;
-        if self.rng.chance(1, 2) { self.expose(b) } else { Ok(()) }
+        if self.rng.chance(1, 2) {
+            self.expose(b)
+        } else {
+            Ok(())
+        }
     }
 
     /// Makes what was defined last visible outside, so that no engine may drop it.
     fn expose(&mut self, b: &mut Builder) -> Result<(), OpError> {
-        let Some(value) = self.pool.last().copied() else { return Ok(()) };
+        let Some(value) = self.pool.last().copied() else {
+            return Ok(());
+        };
         let ty = b.ty(value);
         if self.tick {
             let probe = b.probe(&format!("seen{}", b.kernel().probes.len()), ty);
             return b.effect(Op::Probe(probe), &[value]);
         }
-        let cell = b.cell(&format!("seen{}", b.kernel().cells.len()), ty, ty.range(), 0);
+        let cell = b.cell(
+            &format!("seen{}", b.kernel().cells.len()),
+            ty,
+            ty.range(),
+            0,
+        );
         b.effect(Op::Set(cell), &[value])
     }
 
     /// Any operator without regions. What the table refuses even for squeezed operands is given up.
     fn plain(&mut self, b: &mut Builder) -> Result<(), OpError> {
         let row = &ROWS[self.rng.below(ROWS.len() as u64) as usize];
-        let Some(op) = self.immediates(b.kernel(), row).and_then(|immediates| (row.make)(&immediates)) else {
+        let Some(op) = self
+            .immediates(b.kernel(), row)
+            .and_then(|immediates| (row.make)(&immediates))
+        else {
             return Ok(());
         };
         match op {
@@ -89,7 +103,8 @@ impl Generator {
 
     /// Immediates for an operator; none if it would name what is not declared.
     fn immediates(&mut self, kernel: &Kernel, row: &Row) -> Option<Vec<i64>> {
-        let index = |len: usize, rng: &mut super::Rng| (len > 0).then(|| rng.below(len as u64) as i64);
+        let index =
+            |len: usize, rng: &mut super::Rng| (len > 0).then(|| rng.below(len as u64) as i64);
         let mut all = Vec::new();
         for kind in row.immediates {
             let rng = &mut self.rng;
@@ -101,7 +116,11 @@ impl Generator {
                 }
                 Immediate::Ticks => {
                     let len = u64::from(kernel.lines[all[0] as usize].len);
-                    if rng.chance(1, 2) { len as i64 } else { 1 + rng.below(len) as i64 }
+                    if rng.chance(1, 2) {
+                        len as i64
+                    } else {
+                        1 + rng.below(len) as i64
+                    }
                 }
                 Immediate::Input => index(kernel.inputs.len(), rng)?,
                 Immediate::Output => index(kernel.outputs.len(), rng)?,
@@ -120,10 +139,16 @@ impl Generator {
     fn operands(&mut self, b: &mut Builder, op: Op) -> Result<Vec<Value>, OpError> {
         let (ty, range, len) = op
             .declared(b.kernel())
-            .map_or((Type::I32, Type::I32.range(), 1), |own| (own.ty, own.range, own.len as i64));
+            .map_or((Type::I32, Type::I32.range(), 1), |own| {
+                (own.ty, own.range, own.len as i64)
+            });
         let n = self.rng.pick(&[Type::I32, Type::I64]);
         let t = self.rng.ty();
-        let sorts = if op.row().args == [Sort::Args] { vec![Sort::I32; len as usize] } else { op.row().args.to_vec() };
+        let sorts = if op.row().args == [Sort::Args] {
+            vec![Sort::I32; len as usize]
+        } else {
+            op.row().args.to_vec()
+        };
         let mut args = Vec::new();
         for sort in sorts {
             let arg = match sort {
@@ -157,7 +182,11 @@ impl Generator {
     }
 
     fn branch(&mut self, b: &mut Builder, types: &[Type]) -> Result<Region, OpError> {
-        b.region(|b| self.inside(b, |generator, b| types.iter().map(|ty| generator.value(b, *ty)).collect()))
+        b.region(|b| {
+            self.inside(b, |generator, b| {
+                types.iter().map(|ty| generator.value(b, *ty)).collect()
+            })
+        })
     }
 
     fn repeat(&mut self, b: &mut Builder) -> Result<(), OpError> {
@@ -200,7 +229,9 @@ impl Generator {
         let outside = self.pool.len();
         self.depth += 1;
         let statements = self.rng.below(4);
-        let filled = (0..statements).try_for_each(|_| self.statement(b)).and_then(|()| fill(self, b));
+        let filled = (0..statements)
+            .try_for_each(|_| self.statement(b))
+            .and_then(|()| fill(self, b));
         self.depth -= 1;
         self.pool.truncate(outside);
         filled

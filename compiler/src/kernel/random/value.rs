@@ -6,7 +6,12 @@ use crate::kernel::{Builder, Op, OpError, Range, Type, Value};
 impl Generator {
     /// A value of this type.
     pub(super) fn value(&mut self, b: &mut Builder, ty: Type) -> Result<Value, OpError> {
-        let found: Vec<Value> = self.pool.iter().copied().filter(|value| b.ty(*value) == ty).collect();
+        let found: Vec<Value> = self
+            .pool
+            .iter()
+            .copied()
+            .filter(|value| b.ty(*value) == ty)
+            .collect();
         // What was defined last is taken most, so that chains grow.
         let recent = &found[found.len().saturating_sub(4)..];
         match self.rng.below(8) {
@@ -18,7 +23,12 @@ impl Generator {
     }
 
     /// A constant of this type within a range.
-    pub(super) fn constant(&mut self, b: &mut Builder, within: Range, ty: Type) -> Result<Value, OpError> {
+    pub(super) fn constant(
+        &mut self,
+        b: &mut Builder,
+        within: Range,
+        ty: Type,
+    ) -> Result<Value, OpError> {
         let value = self.rng.interesting(within);
         b.constant(ty, value)
     }
@@ -45,7 +55,12 @@ impl Generator {
     }
 
     /// The value, brought into the range.
-    pub(super) fn fit(&mut self, b: &mut Builder, value: Value, range: Range) -> Result<Value, OpError> {
+    pub(super) fn fit(
+        &mut self,
+        b: &mut Builder,
+        value: Value,
+        range: Range,
+    ) -> Result<Value, OpError> {
         let (ty, mut value) = (b.ty(value), value);
         if range.contains(b.range(value)) {
             return Ok(value);
@@ -57,14 +72,30 @@ impl Generator {
             value = self.shrink(b, value, range)?;
         }
         let (low, high) = (b.constant(ty, range.low)?, b.constant(ty, range.high)?);
-        let raised = if b.range(value).low < range.low { b.op(Op::Max, &[value, low])? } else { value };
-        if b.range(raised).high > range.high { b.op(Op::Min, &[raised, high]) } else { Ok(raised) }
+        let raised = if b.range(value).low < range.low {
+            b.op(Op::Max, &[value, low])?
+        } else {
+            value
+        };
+        if b.range(raised).high > range.high {
+            b.op(Op::Min, &[raised, high])
+        } else {
+            Ok(raised)
+        }
     }
 
     /// Shifts right until the value is about as wide as the range.
     fn shrink(&mut self, b: &mut Builder, value: Value, range: Range) -> Result<Value, OpError> {
-        let bits = |range: Range| 64 - range.low.unsigned_abs().max(range.high.unsigned_abs()).leading_zeros();
-        let excess = bits(b.range(value)).saturating_sub(bits(range)).min(b.ty(value).bits() - 1) as u8;
+        let bits = |range: Range| {
+            64 - range
+                .low
+                .unsigned_abs()
+                .max(range.high.unsigned_abs())
+                .leading_zeros()
+        };
+        let excess = bits(b.range(value))
+            .saturating_sub(bits(range))
+            .min(b.ty(value).bits() - 1) as u8;
         let op = self.rng.pick(&[Op::Sar(excess), Op::SarRound(excess)]);
         b.op(op, &[value])
     }

@@ -54,11 +54,15 @@ impl Body<'_> {
         }
         let work = self.region(word, region);
         if work > WORK_MAX {
-            self.fail(word, format!("runs through {work} instructions, more than {WORK_MAX}"));
+            self.fail(
+                word,
+                format!("runs through {work} instructions, more than {WORK_MAX}"),
+            );
         }
     }
 
-    /// Checks a region; what it defines is out of sight at its end. Gives how many instructions it runs through.
+    /// Checks a region; what it defines is out of sight at its end. Gives how many instructions it
+    /// runs through.
     fn region(&mut self, place: &str, region: &Region) -> u64 {
         if self.depth == DEPTH_MAX {
             self.fail(place, format!("regions nest deeper than {DEPTH_MAX}"));
@@ -66,8 +70,14 @@ impl Body<'_> {
         }
         self.depth += 1;
         let outside = self.trail.len();
-        region.params.iter().for_each(|param| self.define(place, *param));
-        let work = region.insts.iter().fold(0_u64, |work, inst| work.saturating_add(self.inst(inst)));
+        region
+            .params
+            .iter()
+            .for_each(|param| self.define(place, *param));
+        let work = region
+            .insts
+            .iter()
+            .fold(0_u64, |work, inst| work.saturating_add(self.inst(inst)));
         self.uses("yield", &region.yields);
         for value in self.trail.drain(outside..) {
             self.visible[value.0 as usize] = false;
@@ -87,7 +97,9 @@ impl Body<'_> {
         if let Err(fault) = self.placed(inst.op).and_then(|()| self.typed(inst)) {
             self.fail(&place, fault);
         }
-        inst.results.iter().for_each(|result| self.define(&place, *result));
+        inst.results
+            .iter()
+            .for_each(|result| self.define(&place, *result));
         inner.saturating_add(1)
     }
 
@@ -106,7 +118,9 @@ impl Body<'_> {
             return Err(rule.to_string());
         }
         match op {
-            Op::Delay(line, _) if self.written.contains(&Op::Push(line)) => Err("stands after the push".to_string()),
+            Op::Delay(line, _) if self.written.contains(&Op::Push(line)) => {
+                Err("stands after the push".to_string())
+            }
             _ => Ok(()),
         }
     }
@@ -123,10 +137,15 @@ impl Body<'_> {
 
     fn plain(&self, inst: &Inst) -> Result<(), Fault> {
         let expected = match (inst.op, &inst.results[..], &inst.args[..]) {
-            (Op::Const(value), [result], []) => Op::constant(self.info(*result)?.ty, value).map(Some),
+            (Op::Const(value), [result], []) => {
+                Op::constant(self.info(*result)?.ty, value).map(Some)
+            }
             _ => inst.op.apply(self.kernel, &self.infos(&inst.args)?),
         };
-        let expected: Vec<ValueInfo> = expected.map_err(|error| error.to_string())?.into_iter().collect();
+        let expected: Vec<ValueInfo> = expected
+            .map_err(|error| error.to_string())?
+            .into_iter()
+            .collect();
         self.results(inst, &expected)
     }
 
@@ -179,7 +198,10 @@ impl Body<'_> {
             self.fail(place, format!("{value} is defined twice"));
         }
         if info.range.is_empty() || !info.ty.range().contains(info.range) {
-            self.fail(place, format!("{} is no range of {value}, an {}", info.range, info.ty));
+            self.fail(
+                place,
+                format!("{} is no range of {value}, an {}", info.range, info.ty),
+            );
         }
         self.visible[at] = true;
         self.trail.push(value);
@@ -187,7 +209,8 @@ impl Body<'_> {
 
     fn info(&self, value: Value) -> Result<ValueInfo, Fault> {
         let info = self.kernel.values.get(value.0 as usize);
-        info.copied().ok_or_else(|| format!("nothing is known of {value}"))
+        info.copied()
+            .ok_or_else(|| format!("nothing is known of {value}"))
     }
 
     fn infos(&self, values: &[Value]) -> Result<Vec<ValueInfo>, Fault> {
@@ -195,21 +218,34 @@ impl Body<'_> {
     }
 
     fn fail(&mut self, place: &str, message: impl Into<String>) {
-        self.errors.push(VerifyError { place: place.to_string(), message: message.into() });
+        self.errors.push(VerifyError {
+            place: place.to_string(),
+            message: message.into(),
+        });
     }
 }
 
 /// Whether values of these types and ranges can hold what is computed.
 fn hold(what: &str, declared: &[ValueInfo], computed: &[ValueInfo]) -> Result<(), Fault> {
     if declared.len() != computed.len() {
-        return Err(format!("{} {what}, where it gives {}", declared.len(), computed.len()));
+        return Err(format!(
+            "{} {what}, where it gives {}",
+            declared.len(),
+            computed.len()
+        ));
     }
     for (declared, computed) in declared.iter().zip(computed) {
         if declared.ty != computed.ty {
-            return Err(format!("{what}: an {} is declared {}", computed.ty, declared.ty));
+            return Err(format!(
+                "{what}: an {} is declared {}",
+                computed.ty, declared.ty
+            ));
         }
         if !declared.range.contains(computed.range) {
-            return Err(format!("{what}: {} is declared {}", computed.range, declared.range));
+            return Err(format!(
+                "{what}: {} is declared {}",
+                computed.range, declared.range
+            ));
         }
     }
     Ok(())

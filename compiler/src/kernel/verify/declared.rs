@@ -10,7 +10,10 @@ const I16: Range = Range::new(-32_768, 32_767);
 
 /// Checks declarations and finds duplicate names.
 pub(super) fn check(kernel: &Kernel, errors: &mut Vec<VerifyError>) {
-    let mut list = List { errors, names: BTreeSet::new() };
+    let mut list = List {
+        errors,
+        names: BTreeSet::new(),
+    };
     if kernel.rate_hz == 0 {
         list.error("kernel", &kernel.name, "a rate of 0".to_string());
     }
@@ -27,7 +30,12 @@ pub(super) fn check(kernel: &Kernel, errors: &mut Vec<VerifyError>) {
     for keyed in &kernel.keyed {
         list.range("keyed", &keyed.name, keyed.range, Type::I32.range());
         list.size("keyed", &keyed.name, keyed.values.len());
-        list.holds("keyed", &keyed.name, keyed.range, keyed.values.iter().map(|value| i64::from(*value)));
+        list.holds(
+            "keyed",
+            &keyed.name,
+            keyed.range,
+            keyed.values.iter().map(|value| i64::from(*value)),
+        );
     }
     for cell in &kernel.cells {
         list.range("cell", &cell.name, cell.range, cell.ty.range());
@@ -45,7 +53,11 @@ pub(super) fn check(kernel: &Kernel, errors: &mut Vec<VerifyError>) {
     for event in &kernel.events {
         list.name("event", &event.name);
         if event.args > 16 {
-            list.error("event", &event.name, format!("{} arguments are more than 16", event.args));
+            list.error(
+                "event",
+                &event.name,
+                format!("{} arguments are more than 16", event.args),
+            );
         }
     }
     for probe in &kernel.probes {
@@ -60,7 +72,10 @@ struct List<'a> {
 
 impl List<'_> {
     fn error(&mut self, word: &str, name: &str, message: String) {
-        self.errors.push(VerifyError { place: format!("{word} {}", Name(name)), message });
+        self.errors.push(VerifyError {
+            place: format!("{word} {}", Name(name)),
+            message,
+        });
     }
 
     fn name(&mut self, word: &'static str, name: &str) {
@@ -79,7 +94,13 @@ impl List<'_> {
         }
     }
 
-    fn holds(&mut self, word: &str, name: &str, range: Range, values: impl IntoIterator<Item = i64>) {
+    fn holds(
+        &mut self,
+        word: &str,
+        name: &str,
+        range: Range,
+        values: impl IntoIterator<Item = i64>,
+    ) {
         if let Some(value) = values.into_iter().find(|value| !range.has(*value)) {
             self.error(word, name, format!("{value} is not in {range}"));
         }
@@ -87,7 +108,11 @@ impl List<'_> {
 
     fn size(&mut self, word: &str, name: &str, words: usize) {
         if words == 0 || words > WORDS_MAX as usize {
-            self.error(word, name, format!("{words} words, where 1 to {WORDS_MAX} are possible"));
+            self.error(
+                word,
+                name,
+                format!("{words} words, where 1 to {WORDS_MAX} are possible"),
+            );
         }
     }
 }

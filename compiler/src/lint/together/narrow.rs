@@ -7,9 +7,19 @@ use crate::range::transfer;
 /// So often the graph is walked, down and up.
 pub(crate) const ROUNDS_MAX: usize = 6;
 
-/// The intervals in which all facts can hold; `None` if there are none. `nodes` are those to look at, operands first.
-pub(crate) fn narrow(model: &Model, nodes: &[NodeId], facts: &Facts, start: Vec<Interval>) -> Option<Vec<Interval>> {
-    let mut pass = Pass { model, at: start, changed: false };
+/// The intervals in which all facts can hold; `None` if there are none. `nodes` are those to look
+/// at, operands first.
+pub(crate) fn narrow(
+    model: &Model,
+    nodes: &[NodeId],
+    facts: &Facts,
+    start: Vec<Interval>,
+) -> Option<Vec<Interval>> {
+    let mut pass = Pass {
+        model,
+        at: start,
+        changed: false,
+    };
     for &id in nodes {
         if let Some(asked) = asked_state(facts, model.dag.get(id)) {
             pass.keep(id, asked)?;
@@ -51,7 +61,10 @@ impl Pass<'_> {
     /// Cuts a node's interval down; `None` if nothing is left.
     fn keep(&mut self, id: NodeId, other: Interval) -> Option<()> {
         let own = self.of(id);
-        let cut = Interval { low: own.low.max(other.low), high: own.high.min(other.high) };
+        let cut = Interval {
+            low: own.low.max(other.low),
+            high: own.high.min(other.high),
+        };
         if cut.low > cut.high {
             return None;
         }
@@ -63,11 +76,23 @@ impl Pass<'_> {
     }
 
     fn below(&mut self, id: NodeId, high: f64) -> Option<()> {
-        self.keep(id, Interval { low: f64::NEG_INFINITY, high })
+        self.keep(
+            id,
+            Interval {
+                low: f64::NEG_INFINITY,
+                high,
+            },
+        )
     }
 
     fn above(&mut self, id: NodeId, low: f64) -> Option<()> {
-        self.keep(id, Interval { low, high: f64::INFINITY })
+        self.keep(
+            id,
+            Interval {
+                low,
+                high: f64::INFINITY,
+            },
+        )
     }
 
     fn decide(&mut self, id: NodeId, value: bool) -> Option<()> {
@@ -95,13 +120,25 @@ impl Pass<'_> {
     fn down(&mut self, id: NodeId) -> Option<()> {
         let out = self.of(id);
         match self.model.dag.get(id) {
-            &Node::Add(a, b) => self.keep(a, out - self.of(b)).and_then(|()| self.keep(b, out - self.of(a))),
-            &Node::Sub(a, b) => self.keep(a, out + self.of(b)).and_then(|()| self.keep(b, self.of(a) - out)),
+            &Node::Add(a, b) => self
+                .keep(a, out - self.of(b))
+                .and_then(|()| self.keep(b, out - self.of(a))),
+            &Node::Sub(a, b) => self
+                .keep(a, out + self.of(b))
+                .and_then(|()| self.keep(b, self.of(a) - out)),
             &Node::Neg(a) => self.keep(a, -out),
             &Node::Mul(a, b) => self.factor(a, b, out).and_then(|()| self.factor(b, a, out)),
             &Node::Div(a, b) => self.keep(a, out * self.of(b)),
-            &Node::Abs(a) => self.keep(a, Interval { low: -out.high, high: out.high }),
-            &Node::Min(a, b) => self.smaller(a, b, out).and_then(|()| self.smaller(b, a, out)),
+            &Node::Abs(a) => self.keep(
+                a,
+                Interval {
+                    low: -out.high,
+                    high: out.high,
+                },
+            ),
+            &Node::Min(a, b) => self
+                .smaller(a, b, out)
+                .and_then(|()| self.smaller(b, a, out)),
             &Node::Max(a, b) => self.larger(a, b, out).and_then(|()| self.larger(b, a, out)),
             &Node::Select(c, a, b) | &Node::SelectBool(c, a, b) => self.choice((c, a, b), out),
             &Node::Compare(cmp, a, b) => match self.decided(id) {
@@ -116,19 +153,29 @@ impl Pass<'_> {
     }
 
     fn factor(&mut self, a: NodeId, b: NodeId, product: Interval) -> Option<()> {
-        product.quotient(self.of(b)).map_or(Some(()), |q| self.keep(a, q))
+        product
+            .quotient(self.of(b))
+            .map_or(Some(()), |q| self.keep(a, q))
     }
 
     /// `out = min(a, b)`, seen from `a`.
     fn smaller(&mut self, a: NodeId, b: NodeId, out: Interval) -> Option<()> {
         self.above(a, out.low)?;
-        if self.of(b).low > out.high { self.below(a, out.high) } else { Some(()) }
+        if self.of(b).low > out.high {
+            self.below(a, out.high)
+        } else {
+            Some(())
+        }
     }
 
     /// `out = max(a, b)`, seen from `a`.
     fn larger(&mut self, a: NodeId, b: NodeId, out: Interval) -> Option<()> {
         self.below(a, out.high)?;
-        if self.of(b).high < out.low { self.above(a, out.low) } else { Some(()) }
+        if self.of(b).high < out.low {
+            self.above(a, out.low)
+        } else {
+            Some(())
+        }
     }
 
     fn choice(&mut self, (c, a, b): (NodeId, NodeId, NodeId), out: Interval) -> Option<()> {
@@ -146,7 +193,8 @@ impl Pass<'_> {
         }
     }
 
-    /// Whether `a` and `b` lie on the right sides of each other; strictness is judged on the way up.
+    /// Whether `a` and `b` lie on the right sides of each other; strictness is judged on the way
+    /// up.
     fn compared(&mut self, cmp: Cmp, holds: bool, a: NodeId, b: NodeId) -> Option<()> {
         let less = matches!(cmp, Cmp::Lt | Cmp::Le) == holds;
         let (small, large) = if less { (a, b) } else { (b, a) };
@@ -171,9 +219,16 @@ impl Pass<'_> {
             _ => None,
         };
         let asked: Vec<_> = nodes.iter().filter_map(is).collect();
-        let held: Vec<_> = asked.iter().filter(|(id, ..)| self.decided(*id) == Some(true)).copied().collect();
+        let held: Vec<_> = asked
+            .iter()
+            .filter(|(id, ..)| self.decided(*id) == Some(true))
+            .copied()
+            .collect();
         for (_, machine, state) in held {
-            for &(other, ..) in asked.iter().filter(|(_, m, s)| *m == machine && *s != state) {
+            for &(other, ..) in asked
+                .iter()
+                .filter(|(_, m, s)| *m == machine && *s != state)
+            {
                 self.decide(other, false)?;
             }
         }

@@ -13,13 +13,26 @@ pub(super) const TRIES: usize = 100;
 const NAMED_MAX: usize = 3;
 
 /// Values from these intervals at which all facts hold, in words.
-pub(super) fn find(model: &Model, nodes: &[NodeId], facts: &Facts, within: &[Interval]) -> Option<String> {
+pub(super) fn find(
+    model: &Model,
+    nodes: &[NodeId],
+    facts: &Facts,
+    within: &[Interval],
+) -> Option<String> {
     let mut rng = Rng::new(1);
     (0..TRIES).find_map(|attempt| {
-        let values = Attempt { model, facts, within, first: attempt == 0, rng: &mut rng }.values(nodes)?;
+        let values = Attempt {
+            model,
+            facts,
+            within,
+            first: attempt == 0,
+            rng: &mut rng,
+        }
+        .values(nodes)?;
         let holds = |f: &NodeId| values[f.0 as usize].low == 1.0;
         let fails = |f: &NodeId| values[f.0 as usize].high == 0.0;
-        (facts.holds.iter().all(holds) && facts.fails.iter().all(fails)).then(|| words(model, nodes, &values))
+        (facts.holds.iter().all(holds) && facts.fails.iter().all(fails))
+            .then(|| words(model, nodes, &values))
     })
 }
 
@@ -42,11 +55,15 @@ impl Attempt<'_> {
             let node = self.model.dag.get(id);
             let own = self.within[id.0 as usize];
             values[id.0 as usize] = match node {
-                Node::Is(machine, state) => Interval::point(f64::from(states[machine.0 as usize] == *state)),
-                Node::Const(_) | Node::Bool(_) => own,
-                Node::LiveBool(_) => {
-                    Interval::point(if self.first || self.rng.chance(1, 2) { own.high } else { own.low })
+                Node::Is(machine, state) => {
+                    Interval::point(f64::from(states[machine.0 as usize] == *state))
                 }
+                Node::Const(_) | Node::Bool(_) => own,
+                Node::LiveBool(_) => Interval::point(if self.first || self.rng.chance(1, 2) {
+                    own.high
+                } else {
+                    own.low
+                }),
                 _ if node.operands().is_empty() => Interval::point(self.pick(own)),
                 _ => transfer(self.model, node, |o| values[o.0 as usize]).ok()?,
             };
@@ -56,11 +73,25 @@ impl Attempt<'_> {
 
     /// The state of every machine: the one asked for, else any.
     fn states(&mut self) -> Vec<u32> {
-        let asked = |m: usize| self.facts.states.iter().find(|(machine, _)| machine.0 as usize == m).map(|(_, s)| *s);
+        let asked = |m: usize| {
+            self.facts
+                .states
+                .iter()
+                .find(|(machine, _)| machine.0 as usize == m)
+                .map(|(_, s)| *s)
+        };
         let (first, rng) = (self.first, &mut *self.rng);
-        let any = |count: usize, rng: &mut Rng| if first { 0 } else { rng.below(count.max(1) as u64) as u32 };
+        let any = |count: usize, rng: &mut Rng| {
+            if first {
+                0
+            } else {
+                rng.below(count.max(1) as u64) as u32
+            }
+        };
         let machines = self.model.machines.iter().enumerate();
-        machines.map(|(m, machine)| asked(m).unwrap_or_else(|| any(machine.states.len(), rng))).collect()
+        machines
+            .map(|(m, machine)| asked(m).unwrap_or_else(|| any(machine.states.len(), rng)))
+            .collect()
     }
 
     /// The middle, or an end, or anything between.
@@ -79,7 +110,10 @@ impl Attempt<'_> {
 fn words(model: &Model, nodes: &[NodeId], values: &[Interval]) -> String {
     let named = |&id: &NodeId| {
         let (name, dim) = leaf(model, model.dag.get(id))?;
-        Some(format!("`{name}` is {}", shown(values[id.0 as usize].low, dim)))
+        Some(format!(
+            "`{name}` is {}",
+            shown(values[id.0 as usize].low, dim)
+        ))
     };
     let mut named: Vec<String> = nodes.iter().filter_map(named).collect();
     let more = if named.len() > NAMED_MAX { ", .." } else { "" };
@@ -94,10 +128,22 @@ fn leaf(model: &Model, node: &Node) -> Option<(String, Dim)> {
     Some(match *node {
         Node::Sense(s) => (sense(s).name.clone(), sense(s).dim),
         Node::Slope(s) => (format!("{}'", sense(s).name), per_time(sense(s).dim)),
-        Node::Curvature(s) => (format!("{}''", sense(s).name), per_time(per_time(sense(s).dim))),
-        Node::Live(l) => (model.lives[l as usize].name.clone(), model.lives[l as usize].dim?),
-        Node::Keyed(k) => (model.keyed[k as usize].name.clone(), model.keyed[k as usize].dim),
-        Node::Cell(c) => (model.cells[c.0 as usize].name.clone(), model.cells[c.0 as usize].dim),
+        Node::Curvature(s) => (
+            format!("{}''", sense(s).name),
+            per_time(per_time(sense(s).dim)),
+        ),
+        Node::Live(l) => (
+            model.lives[l as usize].name.clone(),
+            model.lives[l as usize].dim?,
+        ),
+        Node::Keyed(k) => (
+            model.keyed[k as usize].name.clone(),
+            model.keyed[k as usize].dim,
+        ),
+        Node::Cell(c) => (
+            model.cells[c.0 as usize].name.clone(),
+            model.cells[c.0 as usize].dim,
+        ),
         _ => return None,
     })
 }

@@ -10,7 +10,11 @@ fn evaluate(dag: &Dag, root: NodeId, leaf: impl Fn(&Node) -> Node) -> f64 {
     let mut constants = Dag::default();
     let mut values: Vec<NodeId> = Vec::new();
     for (_, node) in dag.nodes().take(root.0 as usize + 1) {
-        let mut node = if node.operands().is_empty() { leaf(node) } else { node.clone() };
+        let mut node = if node.operands().is_empty() {
+            leaf(node)
+        } else {
+            node.clone()
+        };
         node.map_operands(|o| values[o.0 as usize]);
         values.push(constants.add_folded(node));
     }
@@ -39,11 +43,21 @@ fn cells() -> Vec<Cell> {
         name: String::new(),
         kind,
         dim: Dim::NUMBER,
-        range: Interval { low: 0.0, high: 1.0 },
+        range: Interval {
+            low: 0.0,
+            high: 1.0,
+        },
         init: 0.0,
         span: Span::default(),
     };
-    [CellKind::Coordinate, CellKind::Rate, CellKind::State, CellKind::Pulse].map(cell).to_vec()
+    [
+        CellKind::Coordinate,
+        CellKind::Rate,
+        CellKind::State,
+        CellKind::Pulse,
+    ]
+    .map(cell)
+    .to_vec()
 }
 
 fn bodies() -> Vec<Body> {
@@ -66,9 +80,13 @@ fn agrees(dag: &mut Dag, root: NodeId) {
     let derivative = prime_of(dag, root).expect("has a prime").value;
     for t in [0.1, 0.7, 1.3, 2.9, 4.4, 5.8] {
         let step = 1e-6;
-        let quotient = (evaluate(dag, root, at(t + step)) - evaluate(dag, root, at(t - step))) / (2.0 * step);
+        let quotient =
+            (evaluate(dag, root, at(t + step)) - evaluate(dag, root, at(t - step))) / (2.0 * step);
         let exact = evaluate(dag, derivative, at(t));
-        assert!((quotient - exact).abs() <= 1e-6 * (1.0 + exact.abs()), "at {t}: {quotient} and {exact}");
+        assert!(
+            (quotient - exact).abs() <= 1e-6 * (1.0 + exact.abs()),
+            "at {t}: {quotient} and {exact}"
+        );
     }
 }
 
@@ -92,7 +110,10 @@ fn every_operator_agrees_with_the_difference_quotient() {
     values.push(dag.add(Node::Max(product, half)));
     values.push(dag.add(Node::Abs(product)));
     values.push(dag.add(Node::Select(mode, product, phi)));
-    values.push(dag.add(Node::Linear(crate::model::dag::Real(3.0), vec![(crate::model::dag::Real(2.0), product)])));
+    values.push(dag.add(Node::Linear(
+        crate::model::dag::Real(3.0),
+        vec![(crate::model::dag::Real(2.0), product)],
+    )));
     for value in values {
         agrees(&mut dag, value);
     }
@@ -109,7 +130,11 @@ fn random_expressions_agree_with_the_difference_quotient() {
     };
     for _ in 0..200 {
         let mut dag = Dag::default();
-        let mut nodes = vec![dag.add(Node::Sense(0)), dag.add(Node::Cell(CellId(0))), dag.add(Node::Live(0))];
+        let mut nodes = vec![
+            dag.add(Node::Sense(0)),
+            dag.add(Node::Cell(CellId(0))),
+            dag.add(Node::Live(0)),
+        ];
         nodes.push(dag.constant(0.3));
         for _ in 0..6 {
             let (a, b) = (nodes[random(nodes.len())], nodes[random(nodes.len())]);
@@ -120,7 +145,10 @@ fn random_expressions_agree_with_the_difference_quotient() {
                 4 => Node::Neg(a),
                 5 => Node::Power(a, 4),
                 6 => Node::Div(a, nodes[1]),
-                _ => Node::Linear(crate::model::dag::Real(-1.0), vec![(crate::model::dag::Real(0.25), b)]),
+                _ => Node::Linear(
+                    crate::model::dag::Real(-1.0),
+                    vec![(crate::model::dag::Real(0.25), b)],
+                ),
             };
             nodes.push(dag.add_folded(node));
         }
@@ -138,11 +166,23 @@ fn constants_cost_nothing() {
     let (k, x) = (dag.add(Node::Live(0)), dag.add(Node::Sense(0)));
     let zero = dag.constant(0.0);
     let product = dag.add(Node::Mul(k, k));
-    assert_eq!(prime_of(&mut dag, product), Ok(Prime { value: zero, jumps: vec![] }));
+    assert_eq!(
+        prime_of(&mut dag, product),
+        Ok(Prime {
+            value: zero,
+            jumps: vec![]
+        })
+    );
     let scaled = dag.add(Node::Mul(k, x));
     let slope = dag.add(Node::Slope(0));
     let expected = dag.add(Node::Mul(k, slope));
-    assert_eq!(prime_of(&mut dag, scaled), Ok(Prime { value: expected, jumps: vec![] }));
+    assert_eq!(
+        prime_of(&mut dag, scaled),
+        Ok(Prime {
+            value: expected,
+            jumps: vec![]
+        })
+    );
 }
 
 #[test]
@@ -178,6 +218,12 @@ fn what_has_no_prime() {
     for (node, kind) in wanted {
         assert_eq!(prime_of(&mut dag, node), Err(vec![NoPrime { kind, node }]));
     }
-    let inner = [(cells[0], NoPrimeKind::Rate), (choice, NoPrimeKind::Comparison)];
-    assert_eq!(prime_of(&mut dag, choice), Err(inner.map(|(node, kind)| NoPrime { kind, node }).to_vec()));
+    let inner = [
+        (cells[0], NoPrimeKind::Rate),
+        (choice, NoPrimeKind::Comparison),
+    ];
+    assert_eq!(
+        prime_of(&mut dag, choice),
+        Err(inner.map(|(node, kind)| NoPrime { kind, node }).to_vec())
+    );
 }

@@ -6,30 +6,43 @@ use crate::modes::graph::{Graph, Id};
 
 impl Fold {
     /// Something simpler with the same value, if there is.
-    pub(super) fn simpler(&mut self, graph: &mut Graph, op: Op, ty: Type, args: &[Id]) -> Option<Id> {
+    pub(super) fn simpler(
+        &mut self,
+        graph: &mut Graph,
+        op: Op,
+        ty: Type,
+        args: &[Id],
+    ) -> Option<Id> {
         match (op, args) {
-            (Op::Add | Op::Mul | Op::MulWide | Op::Min | Op::Max | Op::And | Op::Or | Op::Eq, [a, b])
-                if rank(graph, *b) < rank(graph, *a) =>
-            {
-                Some(self.pure(graph, op, ty, &[*b, *a]))
-            }
+            (
+                Op::Add | Op::Mul | Op::MulWide | Op::Min | Op::Max | Op::And | Op::Or | Op::Eq,
+                [a, b],
+            ) if rank(graph, *b) < rank(graph, *a) => Some(self.pure(graph, op, ty, &[*b, *a])),
             (Op::Add | Op::Sub, [a, b]) if graph.constant(*b) == Some(0) => Some(*a),
             (Op::Mul, [a, b]) if graph.constant(*b) == Some(1) => Some(*a),
             (Op::Shl(0) | Op::Sar(0) | Op::SarRound(0), [a]) => Some(*a),
             (Op::Shl(n), [a]) => self.narrower(graph, *a, n),
             (Op::Sar(n), [a]) => self.shifted_back(graph, ty, *a, n),
-            (Op::Assume(low, high), [a]) => Range::new(low, high).contains(self.range(*a)).then_some(*a),
+            (Op::Assume(low, high), [a]) => {
+                Range::new(low, high).contains(self.range(*a)).then_some(*a)
+            }
             (Op::Narrow, [a]) => inner(graph, *a, Op::Widen),
             (Op::Widen, [a]) => inner(graph, *a, Op::Narrow),
             (Op::DivRound(n), [a, b]) => self.quotient(graph, *a, *b, n),
             (Op::MacWide, [a, b, c]) => self.product(graph, *a, *b, *c),
-            (Op::MacTop, [a, b, c]) if [b, c].iter().any(|factor| self.range(**factor) == Range::point(0)) => Some(*a),
-            (Op::Min, [a, b]) => {
-                self.extreme(*a, *b, |x, y| x.high <= y.low).or_else(|| self.before_shift(graph, op, ty, *a, *b))
+            (Op::MacTop, [a, b, c])
+                if [b, c]
+                    .iter()
+                    .any(|factor| self.range(**factor) == Range::point(0)) =>
+            {
+                Some(*a)
             }
-            (Op::Max, [a, b]) => {
-                self.extreme(*a, *b, |x, y| x.low >= y.high).or_else(|| self.before_shift(graph, op, ty, *a, *b))
-            }
+            (Op::Min, [a, b]) => self
+                .extreme(*a, *b, |x, y| x.high <= y.low)
+                .or_else(|| self.before_shift(graph, op, ty, *a, *b)),
+            (Op::Max, [a, b]) => self
+                .extreme(*a, *b, |x, y| x.low >= y.high)
+                .or_else(|| self.before_shift(graph, op, ty, *a, *b)),
             (Op::Le, [a, b]) => {
                 let less = self.pure(graph, Op::Lt, ty, &[*b, *a]);
                 Some(self.pure(graph, Op::Not, ty, &[less]))
@@ -51,7 +64,8 @@ impl Fold {
             let product = self.number(graph, Type::I64, x.low.checked_mul(y.low)?);
             return Some(self.pure(graph, Op::Add, Type::I64, &[a, product]));
         }
-        (self.range(a) == Range::point(0)).then(|| self.pure(graph, Op::MulWide, Type::I64, &[b, c]))
+        (self.range(a) == Range::point(0))
+            .then(|| self.pure(graph, Op::MulWide, Type::I64, &[b, c]))
     }
 
     /// A shift of a word that fits a word.
@@ -67,12 +81,19 @@ impl Fold {
 
     /// What was shifted up, which loses nothing, and then down.
     fn shifted_back(&mut self, graph: &mut Graph, ty: Type, a: Id, n: u8) -> Option<Id> {
-        let (Op::Shl(up), of) = (graph.op(a)?, *graph.args(a).first()?) else { return None };
-        let op = if up >= n { Op::Shl(up - n) } else { Op::Sar(n - up) };
+        let (Op::Shl(up), of) = (graph.op(a)?, *graph.args(a).first()?) else {
+            return None;
+        };
+        let op = if up >= n {
+            Op::Shl(up - n)
+        } else {
+            Op::Sar(n - up)
+        };
         Some(self.pure(graph, op, ty, &[of]))
     }
 
-    /// A limit `b` of what was shifted or widened is one of what it was before, where no bit is lost.
+    /// A limit `b` of what was shifted or widened is one of what it was before, where no bit is
+    /// lost.
     fn before_shift(&mut self, graph: &mut Graph, op: Op, ty: Type, a: Id, b: Id) -> Option<Id> {
         let (limit, outer) = (graph.constant(b)?, graph.op(a)?);
         let (inside, limit) = match outer {
@@ -89,10 +110,15 @@ impl Fold {
     /// The one of two that the comparison of their ranges prefers.
     fn extreme(&self, a: Id, b: Id, prefer: fn(Range, Range) -> bool) -> Option<Id> {
         let (x, y) = (self.range(a), self.range(b));
-        if a == b || prefer(x, y) { Some(a) } else { prefer(y, x).then_some(b) }
+        if a == b || prefer(x, y) {
+            Some(a)
+        } else {
+            prefer(y, x).then_some(b)
+        }
     }
 
-    /// Comparisons with a constant are all `x < k` or its opposite, and `x` is no sum with a constant.
+    /// Comparisons with a constant are all `x < k` or its opposite, and `x` is no sum with a
+    /// constant.
     fn less(&mut self, graph: &mut Graph, a: Id, b: Id) -> Option<Id> {
         if a == b {
             return Some(self.number(graph, Type::I1, 0));
@@ -110,12 +136,23 @@ impl Fold {
             (Op::Sub, [x, n]) => (*x, k.checked_add(graph.constant(*n)?)?),
             _ => return None,
         };
-        let moved = ty.range().has(moved).then(|| self.number(graph, ty, moved))?;
+        let moved = ty
+            .range()
+            .has(moved)
+            .then(|| self.number(graph, ty, moved))?;
         Some(self.pure(graph, Op::Lt, Type::I1, &[inner, moved]))
     }
 
     /// `and` (`strong` 1, dual `or`), or `or` (`strong` 0, dual `and`).
-    fn both(&mut self, graph: &mut Graph, a: Id, b: Id, op: Op, dual: Op, strong: i64) -> Option<Id> {
+    fn both(
+        &mut self,
+        graph: &mut Graph,
+        a: Id,
+        b: Id,
+        op: Op,
+        dual: Op,
+        strong: i64,
+    ) -> Option<Id> {
         for (one, other) in [(a, b), (b, a)] {
             match graph.constant(one) {
                 Some(value) if value == strong => return Some(other),
@@ -159,7 +196,10 @@ impl Fold {
             (Op::Select, [d, x, y]) if *d == c => Some((*x, *y)),
             _ => None,
         };
-        let (yes, no) = (nested(a).map_or(a, |(x, _)| x), nested(b).map_or(b, |(_, y)| y));
+        let (yes, no) = (
+            nested(a).map_or(a, |(x, _)| x),
+            nested(b).map_or(b, |(_, y)| y),
+        );
         ((yes, no) != (a, b)).then(|| self.pure(graph, Op::Select, ty, &[c, yes, no]))
     }
 

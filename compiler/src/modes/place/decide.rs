@@ -26,8 +26,16 @@ impl Placer<'_, '_> {
                 Way::Yes => sides.0,
                 Way::No => sides.1,
             };
-            let target = |way| Target { block: side(way), args: Vec::new() };
-            self.blocks[block].end = End::Branch { condition, yes: target(yes), no: target(no), likely: None };
+            let target = |way| Target {
+                block: side(way),
+                args: Vec::new(),
+            };
+            self.blocks[block].end = End::Branch {
+                condition,
+                yes: target(yes),
+                no: target(no),
+                likely: None,
+            };
         }
         Some(sides)
     }
@@ -37,7 +45,13 @@ impl Placer<'_, '_> {
     }
 
     /// A compound condition is decided part by part.
-    fn decide_to(&mut self, condition: Id, yes: Way, no: Way, ends: &mut Vec<(usize, Value, Way, Way)>) -> Option<()> {
+    fn decide_to(
+        &mut self,
+        condition: Id,
+        yes: Way,
+        no: Way,
+        ends: &mut Vec<(usize, Value, Way, Way)>,
+    ) -> Option<()> {
         if self.blocks.len() > BLOCKS || self.depth > DEPTH {
             return None;
         }

@@ -15,7 +15,9 @@ const KINDS: &[Kind] = &[
     Kind {
         name: "an expression",
         needs: &["number"],
-        covers: &["number", "word", "broken", "(", "-", "if", "not", "on", "off"],
+        covers: &[
+            "number", "word", "broken", "(", "-", "if", "not", "on", "off",
+        ],
         words: true,
     },
     Kind {
@@ -28,17 +30,47 @@ const KINDS: &[Kind] = &[
         name: "a declaration",
         needs: &["let"],
         covers: &[
-            "sense", "live", "param", "let", "body", "states", "state", "next", "event", "pulse", "hold", "force",
-            "torque", "defined",
+            "sense", "live", "param", "let", "body", "states", "state", "next", "event", "pulse",
+            "hold", "force", "torque", "defined",
         ],
         words: false,
     },
-    Kind { name: "a transition", needs: &["left"], covers: &["left"], words: false },
-    Kind { name: "an action", needs: &["emit"], covers: &["emit", "fire", "assigned"], words: false },
-    Kind { name: "a setting", needs: &["word", "board", "}"], covers: &["word"], words: true },
-    Kind { name: "a note", needs: &["sharp"], covers: &["sharp", "word"], words: true },
-    Kind { name: "a type", needs: &["word", "force"], covers: &["word", "force"], words: true },
-    Kind { name: "a name", needs: &["word"], covers: &["word"], words: true },
+    Kind {
+        name: "a transition",
+        needs: &["left"],
+        covers: &["left"],
+        words: false,
+    },
+    Kind {
+        name: "an action",
+        needs: &["emit"],
+        covers: &["emit", "fire", "assigned"],
+        words: false,
+    },
+    Kind {
+        name: "a setting",
+        needs: &["word", "board", "}"],
+        covers: &["word"],
+        words: true,
+    },
+    Kind {
+        name: "a note",
+        needs: &["sharp"],
+        covers: &["sharp", "word"],
+        words: true,
+    },
+    Kind {
+        name: "a type",
+        needs: &["word", "force"],
+        covers: &["word", "force"],
+        words: true,
+    },
+    Kind {
+        name: "a name",
+        needs: &["word"],
+        covers: &["word"],
+        words: true,
+    },
     Kind {
         name: "a line of the body",
         needs: &["torque"],
@@ -48,10 +80,17 @@ const KINDS: &[Kind] = &[
     Kind {
         name: "an operator",
         needs: &["+"],
-        covers: &["+", "-", "*", "/", "^", "<", "<=", ">", ">=", "and", "or", "is", "'", ".", "("],
+        covers: &[
+            "+", "-", "*", "/", "^", "<", "<=", ">", ">=", "and", "or", "is", "'", ".", "(",
+        ],
         words: false,
     },
-    Kind { name: "`and`, `or`", needs: &["and", "or"], covers: &["and", "or"], words: false },
+    Kind {
+        name: "`and`, `or`",
+        needs: &["and", "or"],
+        covers: &["and", "or"],
+        words: false,
+    },
 ];
 
 /// The expected tokens in words: `a declaration or }`.
@@ -64,7 +103,10 @@ pub(super) fn of(expected: &[&str]) -> String {
             left.retain(|e| !(kind.covers.contains(e) || kind.words && SOFT_KEYWORDS.contains(e)));
         }
     }
-    words.extend(left.iter().map(|token| format!("`{}`", token.trim_end_matches(|c: char| c.is_ascii_digit()))));
+    words.extend(
+        left.iter()
+            .map(|token| format!("`{}`", token.trim_end_matches(|c: char| c.is_ascii_digit()))),
+    );
     match words.pop() {
         None => "nothing more".to_string(),
         Some(last) if words.is_empty() => last,

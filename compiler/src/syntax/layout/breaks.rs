@@ -6,7 +6,8 @@ use super::{INDENT, WIDTH, space};
 use crate::syntax::token::Token;
 
 impl Writer<'_> {
-    /// Writes `pieces[from..to]` behind what is on the line, in columns up to `width`; further lines begin at `indent`.
+    /// Writes `pieces[from..to]` behind what is on the line, in columns up to `width`; further
+    /// lines begin at `indent`.
     pub fn lay(&mut self, from: usize, to: usize, indent: usize, width: usize) {
         self.pad(width);
         self.lay_out(from, to, indent);
@@ -14,7 +15,9 @@ impl Writer<'_> {
 
     fn pad(&mut self, width: usize) {
         let present = self.current.code.chars().count();
-        self.current.code.extend(std::iter::repeat_n(' ', width.saturating_sub(present)));
+        self.current
+            .code
+            .extend(std::iter::repeat_n(' ', width.saturating_sub(present)));
     }
 
     fn lay_out(&mut self, from: usize, to: usize, indent: usize) {
@@ -43,7 +46,8 @@ impl Writer<'_> {
         }
     }
 
-    /// How many pieces lead what follows: signs and keywords before a value, the name of an argument.
+    /// How many pieces lead what follows: signs and keywords before a value, the name of an
+    /// argument.
     fn lead(&self, from: usize, to: usize, whole: bool) -> usize {
         let next = self.pieces[from + 1..to].first().map(|p| p.token);
         match (self.pieces[from].token, next) {
@@ -70,13 +74,24 @@ impl Writer<'_> {
         let mut found: Vec<(u8, usize)> = Vec::new();
         for at in from..to {
             depth = deeper(depth, self.pieces[at].token);
-            let place = if self.pieces[at].token == Token::Comma { at + 1 } else { at };
-            if let Some(looseness) = self.looseness(at).filter(|_| depth == 0 && place > from && place < to) {
+            let place = if self.pieces[at].token == Token::Comma {
+                at + 1
+            } else {
+                at
+            };
+            if let Some(looseness) = self
+                .looseness(at)
+                .filter(|_| depth == 0 && place > from && place < to)
+            {
                 found.push((looseness, place));
             }
         }
         let loosest = found.iter().map(|(looseness, _)| *looseness).max();
-        found.into_iter().filter(|(looseness, _)| Some(*looseness) == loosest).map(|(_, at)| at).collect()
+        found
+            .into_iter()
+            .filter(|(looseness, _)| Some(*looseness) == loosest)
+            .map(|(_, at)| at)
+            .collect()
     }
 
     /// The `then` and `else` of an `if`, and those of every `else if` after it.
@@ -122,10 +137,14 @@ impl Writer<'_> {
         }
     }
 
-    /// What only holds together by brackets: the things between the first ones stand on lines of their own.
+    /// What only holds together by brackets: the things between the first ones stand on lines of
+    /// their own.
     fn bracketed(&mut self, from: usize, to: usize, indent: usize) {
-        let opens = |at: &usize| matches!(self.pieces[*at].token, Token::LeftParen | Token::Open(_));
-        let brackets = (from..to).find(opens).and_then(|open| Some((open, close(self.pieces, open, to)?)));
+        let opens =
+            |at: &usize| matches!(self.pieces[*at].token, Token::LeftParen | Token::Open(_));
+        let brackets = (from..to)
+            .find(opens)
+            .and_then(|open| Some((open, close(self.pieces, open, to)?)));
         let Some((open, close)) = brackets else {
             return (from..to).for_each(|at| self.put(at, indent));
         };
@@ -154,16 +173,25 @@ impl Writer<'_> {
         match (&self.current.comment, piece.before.is_empty(), piece.after) {
             (None, true, _) | (Some(_), true, None) => {
                 self.current.code.push(',');
-                self.current.comment = self.current.comment.take().or(piece.after.map(str::to_string));
+                self.current.comment = self
+                    .current
+                    .comment
+                    .take()
+                    .or(piece.after.map(str::to_string));
             }
             _ => self.put(at, indent),
         }
     }
 
-    /// Writes a piece with its comments. Those on lines of their own before the first piece of a row are written already.
+    /// Writes a piece with its comments. Those on lines of their own before the first piece of a
+    /// row are written already.
     pub fn put(&mut self, at: usize, indent: usize) {
         let piece = &self.pieces[at];
-        let notes = if at == self.row { &[][..] } else { &piece.before[..] };
+        let notes = if at == self.row {
+            &[][..]
+        } else {
+            &piece.before[..]
+        };
         if !notes.is_empty() || self.current.comment.is_some() {
             self.fresh(indent);
         }
@@ -189,7 +217,10 @@ impl Writer<'_> {
 /// Whether a token leads what follows: it stands before a value or a name and belongs to it.
 fn is_prefix(token: Token) -> bool {
     use Token::*;
-    let sign = matches!(token, Equals | Assign | Arrow | DotDot | Plus | Minus | Star | Slash | Comma);
+    let sign = matches!(
+        token,
+        Equals | Assign | Arrow | DotDot | Plus | Minus | Star | Slash | Comma
+    );
     let comparison = matches!(token, Less | LessEqual | Greater | GreaterEqual);
     sign || comparison || (token.is_hard_keyword() && !matches!(token, On | Off))
 }

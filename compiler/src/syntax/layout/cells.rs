@@ -17,7 +17,11 @@ pub(super) struct Cell {
 
 impl Cell {
     pub fn new(key: &str, text: String) -> Cell {
-        Cell { key: key.to_string(), width: text.chars().count(), text }
+        Cell {
+            key: key.to_string(),
+            width: text.chars().count(),
+            text,
+        }
     }
 }
 
@@ -28,7 +32,11 @@ pub(super) fn cuts(pieces: &[Piece], row: &Row) -> Vec<(usize, String)> {
         Kind::Param => &[(Token::Equals, "="), (Token::In, "in")],
         Kind::Definition | Kind::Force | Kind::PerKey => &[(Token::Equals, "=")],
         Kind::State => &[(Token::Colon, ":"), (Token::In, "in"), (Token::Equals, "=")],
-        Kind::Pulse => &[(Token::Colon, ":"), (Token::In, "in"), (Token::Lasting, "lasting")],
+        Kind::Pulse => &[
+            (Token::Colon, ":"),
+            (Token::In, "in"),
+            (Token::Lasting, "lasting"),
+        ],
         Kind::Transition => &[(Token::Arrow, "->"), (Token::When, "when")],
         Kind::Event | Kind::Hold => &[(Token::When, "when")],
         Kind::Part | Kind::Setting => return vec![(row.from + 1, String::new())],
@@ -37,12 +45,17 @@ pub(super) fn cuts(pieces: &[Piece], row: &Row) -> Vec<(usize, String)> {
     let mut cuts: Vec<(usize, String)> = Vec::new();
     let mut at = head.start + 1;
     for (sign, key) in signs {
-        let Some(found) = (at..head.end).find(|i| pieces[*i].token == *sign && is_keyword(pieces, *i)) else {
+        let Some(found) =
+            (at..head.end).find(|i| pieces[*i].token == *sign && is_keyword(pieces, *i))
+        else {
             continue;
         };
         // The type follows its colon.
         at = found + 1;
-        cuts.push((if *sign == Token::Colon { at } else { found }, (*key).to_string()));
+        cuts.push((
+            if *sign == Token::Colon { at } else { found },
+            (*key).to_string(),
+        ));
     }
     if let (Kind::Definition, Some((equals, _))) = (row.kind, cuts.first()) {
         let arguments = arguments(pieces, equals + 1, head.end);
@@ -59,12 +72,18 @@ fn is_keyword(pieces: &[Piece], at: usize) -> bool {
 
 /// The named arguments of a call that is all of a value, from the second argument on.
 fn arguments(pieces: &[Piece], from: usize, to: usize) -> Vec<(usize, String)> {
-    let is_call = to > from + 2 && pieces[from].token.name().is_some() && pieces[from + 1].token == Token::LeftParen;
+    let is_call = to > from + 2
+        && pieces[from].token.name().is_some()
+        && pieces[from + 1].token == Token::LeftParen;
     if !is_call || close(pieces, from + 1, to) != Some(to - 1) {
         return Vec::new();
     }
     let commas = commas(pieces, from + 2, to - 1);
-    let named = |comma: &usize| pieces.get(comma + 2).is_some_and(|p| p.token == Token::Colon);
+    let named = |comma: &usize| {
+        pieces
+            .get(comma + 2)
+            .is_some_and(|p| p.token == Token::Colon)
+    };
     let key = |argument: usize| format!("{} {} {argument}", pieces[from].text, commas.len());
     let cuts = commas.iter().enumerate().filter(|(_, comma)| named(comma));
     cuts.map(|(n, comma)| (comma + 1, key(n))).collect()
@@ -102,11 +121,17 @@ pub(super) fn commas(pieces: &[Piece], from: usize, to: usize) -> Vec<usize> {
 pub(super) fn cells(pieces: &[Piece], row: &Row, most: usize) -> Vec<Cell> {
     let end = row.block.as_ref().map_or(row.to, |b| b.open);
     let cuts = cuts(pieces, row);
-    let starts =
-        std::iter::once((row.from, String::new())).chain(cuts).take(most.saturating_add(1)).collect::<Vec<_>>();
+    let starts = std::iter::once((row.from, String::new()))
+        .chain(cuts)
+        .take(most.saturating_add(1))
+        .collect::<Vec<_>>();
     let ends = starts.iter().skip(1).map(|(at, _)| *at).chain([end]);
     let flat = |from, to| space::flat(pieces, row.from, from, to);
-    starts.iter().zip(ends).map(|((from, key), to)| Cell::new(key, flat(*from, to))).collect()
+    starts
+        .iter()
+        .zip(ends)
+        .map(|((from, key), to)| Cell::new(key, flat(*from, to)))
+        .collect()
 }
 
 /// Gives cells of one column one width, as far as the rows around them have a cell behind them.

@@ -27,7 +27,12 @@ pub(super) fn text(lines: &[Line]) -> String {
     let mut out = String::new();
     for run in lines.chunk_by(|a, b| is_long(a) && is_long(b)) {
         // What is too long for the column of comments shares one with its neighbours.
-        let column = run.iter().map(|l| l.width() + 2).max().unwrap_or(0).max(COMMENT);
+        let column = run
+            .iter()
+            .map(|l| l.width() + 2)
+            .max()
+            .unwrap_or(0)
+            .max(COMMENT);
         run.iter().for_each(|line| write(&mut out, line, column));
     }
     out
@@ -44,7 +49,10 @@ fn write(out: &mut String, line: &Line, column: usize) {
         out.push_str(&line.code);
     }
     if let Some(comment) = &line.comment {
-        out.extend(std::iter::repeat_n(' ', column.saturating_sub(line.width())));
+        out.extend(std::iter::repeat_n(
+            ' ',
+            column.saturating_sub(line.width()),
+        ));
         out.push_str(comment);
     }
     out.push('\n');

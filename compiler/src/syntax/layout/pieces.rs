@@ -34,24 +34,45 @@ pub(super) fn pieces(text: &str) -> (Vec<Piece<'_>>, Vec<Note<'_>>) {
     for token in &lexed.tokens {
         let mut before = Vec::new();
         while let Some(comment) = comments.next_if(|c| c.span.start < token.span.start) {
-            attach(text, end, comment.span.start, comment.node, pieces.last_mut(), &mut before);
+            attach(
+                text,
+                end,
+                comment.span.start,
+                comment.node,
+                pieces.last_mut(),
+                &mut before,
+            );
             end = comment.span.end;
         }
         let blank = newlines(text, end, token.span.start) > 1;
         let slice = &text[token.span.start as usize..token.span.end as usize];
-        pieces.push(Piece { token: token.node, text: slice, start: token.span.start, before, blank, after: None });
+        pieces.push(Piece {
+            token: token.node,
+            text: slice,
+            start: token.span.start,
+            before,
+            blank,
+            after: None,
+        });
         end = token.span.end;
     }
     let mut tail = Vec::new();
     for comment in comments {
-        attach(text, end, comment.span.start, comment.node, pieces.last_mut(), &mut tail);
+        attach(
+            text,
+            end,
+            comment.span.start,
+            comment.node,
+            pieces.last_mut(),
+            &mut tail,
+        );
         end = comment.span.end;
     }
     (without_last_commas(pieces), tail)
 }
 
-/// Gives a comment to the piece whose line it ends, or else to what comes after it. `end` is the end of what stands
-/// before the comment.
+/// Gives a comment to the piece whose line it ends, or else to what comes after it. `end` is the
+/// end of what stands before the comment.
 fn attach<'s>(
     text: &str,
     end: u32,
@@ -63,7 +84,10 @@ fn attach<'s>(
     let newlines = newlines(text, end, start);
     match last {
         Some(piece) if newlines == 0 && before.is_empty() => piece.after = Some(comment),
-        _ => before.push(Note { text: comment, blank: newlines > 1 }),
+        _ => before.push(Note {
+            text: comment,
+            blank: newlines > 1,
+        }),
     }
 }
 
@@ -76,7 +100,9 @@ fn without_last_commas(pieces: Vec<Piece>) -> Vec<Piece> {
     let mut kept: Vec<Piece> = Vec::with_capacity(pieces.len());
     let mut pieces = pieces.into_iter().peekable();
     while let Some(mut piece) = pieces.next() {
-        let closes = pieces.peek_mut().filter(|next| matches!(next.token, Token::RightParen | Token::Close(_)));
+        let closes = pieces
+            .peek_mut()
+            .filter(|next| matches!(next.token, Token::RightParen | Token::Close(_)));
         let (Token::Comma, Some(next), Some(last)) = (piece.token, closes, kept.last_mut()) else {
             kept.push(piece);
             continue;
@@ -85,7 +111,8 @@ fn without_last_commas(pieces: Vec<Piece>) -> Vec<Piece> {
             last.after = piece.after.take();
         }
         let after = piece.after.map(|text| Note { text, blank: false });
-        next.before.splice(0..0, piece.before.into_iter().chain(after));
+        next.before
+            .splice(0..0, piece.before.into_iter().chain(after));
     }
     kept
 }

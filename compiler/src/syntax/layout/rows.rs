@@ -60,7 +60,11 @@ enum Inside<'a> {
 
 /// The rows of a file.
 pub(super) fn items(pieces: &[Piece], items: &[Item]) -> Vec<Row> {
-    rows(pieces, items.iter().map(|i| item(pieces, i)).collect(), pieces.len())
+    rows(
+        pieces,
+        items.iter().map(|i| item(pieces, i)).collect(),
+        pieces.len(),
+    )
 }
 
 fn item<'a>(pieces: &[Piece], item: &'a Item) -> Start<'a> {
@@ -79,43 +83,84 @@ fn index(pieces: &[Piece], start: u32) -> usize {
 
 /// Every row reaches to the next.
 fn rows(pieces: &[Piece], starts: Vec<Start>, end: usize) -> Vec<Row> {
-    let ends: Vec<usize> = starts.iter().skip(1).map(|(from, ..)| *from).chain([end]).collect();
-    starts.into_iter().zip(ends).map(|((from, kind, inside), to)| row(pieces, from, to, kind, inside)).collect()
+    let ends: Vec<usize> = starts
+        .iter()
+        .skip(1)
+        .map(|(from, ..)| *from)
+        .chain([end])
+        .collect();
+    starts
+        .into_iter()
+        .zip(ends)
+        .map(|((from, kind, inside), to)| row(pieces, from, to, kind, inside))
+        .collect()
 }
 
 fn row(pieces: &[Piece], from: usize, to: usize, kind: Kind, inside: Inside) -> Row {
-    let brace = pieces[from..to].iter().position(|p| matches!(p.token, Token::Open(_)));
+    let brace = pieces[from..to]
+        .iter()
+        .position(|p| matches!(p.token, Token::Open(_)));
     // The braces of a keyboard's line hold a list.
-    let block = brace.filter(|_| !matches!(kind, Kind::PerKey | Kind::Setting)).map(|at| {
-        let at_byte = |start: u32| index(pieces, start);
-        let starts = match inside {
-            Inside::Nothing => Vec::new(),
-            Inside::Decls(decls) => decls.iter().map(|d| decl(pieces, d)).collect(),
-            Inside::Settings(settings) => settings.iter().map(|s| setting(pieces, s)).collect(),
-            Inside::Plain(kind, starts) => starts.into_iter().map(|s| (at_byte(s), kind, Inside::Nothing)).collect(),
-            Inside::Transitions(all) => all
-                .into_iter()
-                .map(|(s, actions)| (at_byte(s), Kind::Transition, Inside::Plain(Kind::Action, actions)))
-                .collect(),
-        };
-        Block { open: from + at, rows: rows(pieces, starts, to - 1) }
-    });
-    Row { kind, from, to, block }
+    let block = brace
+        .filter(|_| !matches!(kind, Kind::PerKey | Kind::Setting))
+        .map(|at| {
+            let at_byte = |start: u32| index(pieces, start);
+            let starts = match inside {
+                Inside::Nothing => Vec::new(),
+                Inside::Decls(decls) => decls.iter().map(|d| decl(pieces, d)).collect(),
+                Inside::Settings(settings) => settings.iter().map(|s| setting(pieces, s)).collect(),
+                Inside::Plain(kind, starts) => starts
+                    .into_iter()
+                    .map(|s| (at_byte(s), kind, Inside::Nothing))
+                    .collect(),
+                Inside::Transitions(all) => all
+                    .into_iter()
+                    .map(|(s, actions)| {
+                        (
+                            at_byte(s),
+                            Kind::Transition,
+                            Inside::Plain(Kind::Action, actions),
+                        )
+                    })
+                    .collect(),
+            };
+            Block {
+                open: from + at,
+                rows: rows(pieces, starts, to - 1),
+            }
+        });
+    Row {
+        kind,
+        from,
+        to,
+        block,
+    }
 }
 
 fn decl<'a>(pieces: &[Piece], decl: &'a Decl) -> Start<'a> {
-    let starts = |actions: &[crate::syntax::ast::Action]| actions.iter().map(|a| a.span.start).collect();
+    let starts =
+        |actions: &[crate::syntax::ast::Action]| actions.iter().map(|a| a.span.start).collect();
     let (kind, inside) = match &decl.kind {
         DeclKind::Sense { .. } => (Kind::Sense, Inside::Nothing),
         DeclKind::Param { .. } => (Kind::Param, Inside::Nothing),
-        DeclKind::Let { .. } | DeclKind::Next { .. } | DeclKind::Result { .. } => (Kind::Definition, Inside::Nothing),
+        DeclKind::Let { .. } | DeclKind::Next { .. } | DeclKind::Result { .. } => {
+            (Kind::Definition, Inside::Nothing)
+        }
         DeclKind::States { transitions, .. } => {
-            let all = transitions.iter().map(|t| (t.span.start, starts(&t.actions))).collect();
+            let all = transitions
+                .iter()
+                .map(|t| (t.span.start, starts(&t.actions)))
+                .collect();
             (Kind::States, Inside::Transitions(all))
         }
         DeclKind::State { .. } => (Kind::State, Inside::Nothing),
-        DeclKind::Body { parts, .. } => (Kind::Body, Inside::Plain(Kind::Part, parts.iter().map(part_start).collect())),
-        DeclKind::Event { actions, .. } => (Kind::Event, Inside::Plain(Kind::Action, starts(actions))),
+        DeclKind::Body { parts, .. } => (
+            Kind::Body,
+            Inside::Plain(Kind::Part, parts.iter().map(part_start).collect()),
+        ),
+        DeclKind::Event { actions, .. } => {
+            (Kind::Event, Inside::Plain(Kind::Action, starts(actions)))
+        }
         DeclKind::Pulse { .. } => (Kind::Pulse, Inside::Nothing),
         DeclKind::Hold { .. } => (Kind::Hold, Inside::Nothing),
         DeclKind::Force { .. } => (Kind::Force, Inside::Nothing),
@@ -125,9 +170,9 @@ fn decl<'a>(pieces: &[Piece], decl: &'a Decl) -> Start<'a> {
 
 fn part_start(part: &BodyPart) -> u32 {
     match part {
-        BodyPart::Coordinate { span, .. } | BodyPart::Inertia { span, .. } | BodyPart::Torque { span, .. } => {
-            span.start
-        }
+        BodyPart::Coordinate { span, .. }
+        | BodyPart::Inertia { span, .. }
+        | BodyPart::Torque { span, .. } => span.start,
     }
 }
 
@@ -135,12 +180,20 @@ fn part_start(part: &BodyPart) -> u32 {
 fn setting<'a>(pieces: &[Piece], setting: &Setting) -> Start<'a> {
     let first = match setting {
         Setting::PerKey { instrument, .. } => {
-            return (index(pieces, instrument.span.start), Kind::PerKey, Inside::Nothing);
+            return (
+                index(pieces, instrument.span.start),
+                Kind::PerKey,
+                Inside::Nothing,
+            );
         }
         Setting::Board(name) | Setting::Device(name) | Setting::Keys(name, _) => name.span.start,
         Setting::Rate(rate) => rate.span.start,
         Setting::Zones { name, .. } => name.span.start,
         Setting::Programs(names) => names.first().map_or(0, |n| n.span.start),
     };
-    (index(pieces, first).saturating_sub(1), Kind::Setting, Inside::Nothing)
+    (
+        index(pieces, first).saturating_sub(1),
+        Kind::Setting,
+        Inside::Nothing,
+    )
 }

@@ -3,12 +3,15 @@
 use super::pieces::Piece;
 use crate::syntax::token::Token;
 
-/// Whether a space stands between `pieces[at]` and the piece before it, both in the row that begins at `row`.
+/// Whether a space stands between `pieces[at]` and the piece before it, both in the row that begins
+/// at `row`.
 pub(super) fn before(pieces: &[Piece], row: usize, at: usize) -> bool {
     use Token::*;
     let left = pieces[at - 1].token;
     match (left, pieces[at].token) {
-        (LeftParen | Dot, _) | (_, Comma | RightParen | Colon | Prime) | (Open(_), Close(_)) => false,
+        (LeftParen | Dot, _) | (_, Comma | RightParen | Colon | Prime) | (Open(_), Close(_)) => {
+            false
+        }
         // A point or a power behind a number would be taken for a part of it or of its unit.
         (_, Dot) => matches!(left, Number(_)),
         (_, Caret) => has_unit(left),

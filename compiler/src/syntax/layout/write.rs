@@ -28,7 +28,12 @@ pub(super) struct Writer<'a> {
 
 /// The lines of a file.
 pub(super) fn file(pieces: &[Piece], rows: &[Row], tail: &[Note]) -> Vec<Line> {
-    let mut writer = Writer { pieces, lines: Vec::new(), current: Line::default(), row: 0 };
+    let mut writer = Writer {
+        pieces,
+        lines: Vec::new(),
+        current: Line::default(),
+        row: 0,
+    };
     writer.rows(rows, 0);
     writer.notes(tail, 0, rows.is_empty());
     writer.lines
@@ -37,7 +42,13 @@ pub(super) fn file(pieces: &[Piece], rows: &[Row], tail: &[Note]) -> Vec<Line> {
 impl Writer<'_> {
     /// Ends the line, if anything is on it, and begins another.
     pub fn newline(&mut self, indent: usize) {
-        let line = std::mem::replace(&mut self.current, Line { indent, ..Line::default() });
+        let line = std::mem::replace(
+            &mut self.current,
+            Line {
+                indent,
+                ..Line::default()
+            },
+        );
         if !line.is_empty() {
             self.lines.push(line);
         }
@@ -48,7 +59,11 @@ impl Writer<'_> {
         for (n, (row, (shape, cells))) in rows.iter().zip(shaped).enumerate() {
             let piece = &self.pieces[row.from];
             let item = row.kind == Kind::Item;
-            let documented = item && piece.before.last().is_some_and(|note| note.text.starts_with("///"));
+            let documented = item
+                && piece
+                    .before
+                    .last()
+                    .is_some_and(|note| note.text.starts_with("///"));
             let apart = piece.before.iter().any(|note| note.blank) || (piece.blank && !documented);
             if item && n > 0 && !apart {
                 self.lines.push(Line::default());
@@ -70,7 +85,11 @@ impl Writer<'_> {
             if note.blank && !(first && n == 0) {
                 self.lines.push(Line::default());
             }
-            self.lines.push(Line { indent, code: note.text.to_string(), comment: None });
+            self.lines.push(Line {
+                indent,
+                code: note.text.to_string(),
+                comment: None,
+            });
         }
     }
 
@@ -80,7 +99,8 @@ impl Writer<'_> {
         piece.blank || piece.before.iter().any(|note| note.blank)
     }
 
-    /// The shape of every row, and its cells in their columns. A row that turns out too wide takes the next shape.
+    /// The shape of every row, and its cells in their columns. A row that turns out too wide takes
+    /// the next shape.
     fn shaped(&self, rows: &[Row], indent: usize) -> Vec<(Shape, Vec<Cell>)> {
         let mut shapes: Vec<Shape> = rows.iter().map(|row| self.shape(row)).collect();
         loop {
@@ -104,7 +124,11 @@ impl Writer<'_> {
     /// The shortest shape that the row's comments and actions allow.
     fn shape(&self, row: &Row) -> Shape {
         let Some(block) = &row.block else {
-            return if self.commented(row.from, row.to) { Shape::Broken } else { Shape::Flat };
+            return if self.commented(row.from, row.to) {
+                Shape::Broken
+            } else {
+                Shape::Flat
+            };
         };
         let short = match block.rows.len() {
             0 => true,
@@ -123,41 +147,59 @@ impl Writer<'_> {
     /// Whether comments stand between the pieces.
     pub fn commented(&self, from: usize, to: usize) -> bool {
         let inside = |i: usize| {
-            (i > from && !self.pieces[i].before.is_empty()) || (i + 1 < to && self.pieces[i].after.is_some())
+            (i > from && !self.pieces[i].before.is_empty())
+                || (i + 1 < to && self.pieces[i].after.is_some())
         };
         (from..to).any(inside)
     }
 
     fn aligned(&self, rows: &[Row], shapes: &[Shape]) -> Vec<Vec<Cell>> {
-        let mut all: Vec<Vec<Cell>> = rows.iter().zip(shapes).map(|(row, shape)| self.cut(row, *shape)).collect();
+        let mut all: Vec<Vec<Cell>> = rows
+            .iter()
+            .zip(shapes)
+            .map(|(row, shape)| self.cut(row, *shape))
+            .collect();
         let mut paired: Vec<(&Row, &mut Vec<Cell>)> = rows.iter().zip(&mut all).collect();
         for run in paired.chunk_by_mut(|a, b| a.0.kind == b.0.kind && !self.is_apart(b.0)) {
-            let mut cells: Vec<&mut Vec<Cell>> = run.iter_mut().map(|(_, cells)| &mut **cells).collect();
+            let mut cells: Vec<&mut Vec<Cell>> =
+                run.iter_mut().map(|(_, cells)| &mut **cells).collect();
             align(&mut cells, 0);
         }
         all
     }
 
     fn cut(&self, row: &Row, shape: Shape) -> Vec<Cell> {
-        let mut cut = cells(self.pieces, row, if shape == Shape::Broken { self.kept(row) } else { usize::MAX });
+        let mut cut = cells(
+            self.pieces,
+            row,
+            if shape == Shape::Broken {
+                self.kept(row)
+            } else {
+                usize::MAX
+            },
+        );
         if let (Shape::Flat, Some(block)) = (shape, &row.block) {
             let empty = block.rows.is_empty();
             let block = space::flat(self.pieces, row.from, block.open, row.to);
             match cut.last_mut() {
                 // An empty block stands in no column.
-                Some(last) if empty => *last = Cell::new(&last.key, format!("{} {block}", last.text)),
+                Some(last) if empty => {
+                    *last = Cell::new(&last.key, format!("{} {block}", last.text))
+                }
                 _ => cut.push(Cell::new("{", block)),
             }
         }
         cut
     }
 
-    /// At how many places a broken row is cut all the same: where it begins like its neighbours, unless comments are
-    /// in the way.
+    /// At how many places a broken row is cut all the same: where it begins like its neighbours,
+    /// unless comments are in the way.
     fn kept(&self, row: &Row) -> usize {
         let most = if row.kind == Kind::Transition { 2 } else { 1 };
         let cuts = cells::cuts(self.pieces, row);
-        let free = cuts.get(most - 1).is_some_and(|(at, _)| !self.commented(row.from, at + 1));
+        let free = cuts
+            .get(most - 1)
+            .is_some_and(|(at, _)| !self.commented(row.from, at + 1));
         if free { most } else { 0 }
     }
 
@@ -175,9 +217,16 @@ impl Writer<'_> {
             (Shape::Broken, block) => {
                 let end = block.as_ref().map_or(row.to, |b| b.open);
                 let cut = cells.len() - 1;
-                let from = if cut == 0 { row.from } else { cells::cuts(self.pieces, row)[cut - 1].0 };
+                let from = if cut == 0 {
+                    row.from
+                } else {
+                    cells::cuts(self.pieces, row)[cut - 1].0
+                };
                 self.current.code = join(&cells[..cut]);
-                let padded = cells[..cut].iter().map(|cell| cell.width + 1).sum::<usize>();
+                let padded = cells[..cut]
+                    .iter()
+                    .map(|cell| cell.width + 1)
+                    .sum::<usize>();
                 let before = self.lines.len();
                 self.lay(from, end, indent + INDENT, padded.saturating_sub(1));
                 if let Some(block) = block {
@@ -198,6 +247,10 @@ impl Writer<'_> {
         let close = &self.pieces[row.to - 1];
         self.notes(&close.before, indent + INDENT, block.rows.is_empty());
         self.newline(indent);
-        self.current = Line { indent, code: close.text.to_string(), comment: close.after.map(str::to_string) };
+        self.current = Line {
+            indent,
+            code: close.text.to_string(),
+            comment: close.after.map(str::to_string),
+        };
     }
 }

@@ -25,11 +25,17 @@ pub(super) struct Shown<'a>(pub &'a Expr);
 impl fmt::Display for Shown<'_> {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match &self.0.kind {
-            ExprKind::Number(Number { text, unit: Some(unit), .. }) => write!(f, "{text} {unit}"),
+            ExprKind::Number(Number {
+                text,
+                unit: Some(unit),
+                ..
+            }) => write!(f, "{text} {unit}"),
             ExprKind::Number(number) => f.write_str(&number.text),
             ExprKind::Bool(on) => f.write_str(if *on { "on" } else { "off" }),
             ExprKind::Name(name) => f.write_str(name),
-            ExprKind::Field(base, field) => write!(f, "{}.{}", Within(Tightness::Postfix, base), field.node),
+            ExprKind::Field(base, field) => {
+                write!(f, "{}.{}", Within(Tightness::Postfix, base), field.node)
+            }
             ExprKind::Call(callee, args) => write!(f, "{}({})", callee.node, list(args, arg)),
             ExprKind::Prime(base) => write!(f, "{}'", Within(Tightness::Postfix, base)),
             ExprKind::Neg(operand) => write!(f, "-{}", Within(Tightness::Unary, operand)),
@@ -38,10 +44,22 @@ impl fmt::Display for Shown<'_> {
                 let (sign, left, right) = binary(*op);
                 write!(f, "{}{sign}{}", Within(left, a), Within(right, b))
             }
-            ExprKind::Is { machine, state, negated } => {
-                write!(f, "{} is {}{}", machine.node, if *negated { "not " } else { "" }, state.node)
+            ExprKind::Is {
+                machine,
+                state,
+                negated,
+            } => {
+                write!(
+                    f,
+                    "{} is {}{}",
+                    machine.node,
+                    if *negated { "not " } else { "" },
+                    state.node
+                )
             }
-            ExprKind::If(c, a, b) => write!(f, "if {} then {} else {}", Shown(c), Shown(a), Shown(b)),
+            ExprKind::If(c, a, b) => {
+                write!(f, "if {} then {} else {}", Shown(c), Shown(a), Shown(b))
+            }
             ExprKind::Error => f.write_str("<error>"),
         }
     }
@@ -52,7 +70,11 @@ struct Within<'a>(Tightness, &'a Expr);
 
 impl fmt::Display for Within<'_> {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        if tightness(self.1) < self.0 { write!(f, "({})", Shown(self.1)) } else { Shown(self.1).fmt(f) }
+        if tightness(self.1) < self.0 {
+            write!(f, "({})", Shown(self.1))
+        } else {
+            Shown(self.1).fmt(f)
+        }
     }
 }
 
@@ -62,13 +84,13 @@ fn tightness(expr: &Expr) -> Tightness {
         ExprKind::Binary(BinOp::Or, ..) => Tightness::Or,
         ExprKind::Binary(BinOp::And, ..) => Tightness::And,
         ExprKind::Not(_) => Tightness::Not,
-        ExprKind::Binary(BinOp::Lt | BinOp::Le | BinOp::Gt | BinOp::Ge, ..) | ExprKind::Is { .. } => {
-            Tightness::Comparison
-        }
+        ExprKind::Binary(BinOp::Lt | BinOp::Le | BinOp::Gt | BinOp::Ge, ..)
+        | ExprKind::Is { .. } => Tightness::Comparison,
         ExprKind::Binary(BinOp::Add | BinOp::Sub, ..) => Tightness::Sum,
         ExprKind::Binary(BinOp::Mul | BinOp::Div, ..) => Tightness::Product,
         ExprKind::Neg(_) => Tightness::Unary,
-        // A number is bracketed before `.` and `'`, which would else seem to belong to it or to its unit.
+        // A number is bracketed before `.` and `'`, which would else seem to belong to it or to its
+        // unit.
         ExprKind::Binary(BinOp::Pow, ..) | ExprKind::Number(_) => Tightness::Power,
         _ => Tightness::Postfix,
     }

@@ -1,7 +1,7 @@
 //! Gives every bracket its partner, and every brace its level.
 //!
-//! A block that is still open where a declaration begins was meant to end before it: declarations stand one level deep,
-//! and their keywords stand nowhere else.
+//! A block that is still open where a declaration begins was meant to end before it: declarations
+//! stand one level deep, and their keywords stand nowhere else.
 
 use super::{Tokens, at, defines};
 use crate::diag::{Advice, Code, Diagnostic};
@@ -14,7 +14,11 @@ const DEEPEST: usize = 64;
 
 /// Inserts missing brackets, drops surplus ones, and reports both.
 pub(super) fn repair<'s>(tokens: Tokens<'s>, diagnostics: &mut Vec<Diagnostic>) -> Tokens<'s> {
-    let mut repair = Repair { out: Tokens::with_capacity(tokens.len()), open: Vec::new(), diagnostics };
+    let mut repair = Repair {
+        out: Tokens::with_capacity(tokens.len()),
+        open: Vec::new(),
+        diagnostics,
+    };
     let mut i = 0;
     while i < tokens.len() {
         let token = tokens[i];
@@ -32,7 +36,10 @@ pub(super) fn repair<'s>(tokens: Tokens<'s>, diagnostics: &mut Vec<Diagnostic>) 
         }
         i += 1;
     }
-    let end = tokens.last().map_or(Span::default(), |t| Span { start: t.span.end, ..t.span });
+    let end = tokens.last().map_or(Span::default(), |t| Span {
+        start: t.span.end,
+        ..t.span
+    });
     repair.ends_before(end, 0);
     repair.out
 }
@@ -50,13 +57,18 @@ fn outermost(tokens: &Tokens, i: usize) -> usize {
 fn begins_declaration(tokens: &Tokens, i: usize) -> bool {
     use Token::*;
     match at(tokens, i) {
-        Some(Sense | Live | Param | Let | States | State | Next | Body | Event | Pulse | Hold) => true,
-        Some(Force | Torque) => at(tokens, i + 1).is_some_and(|t| t.name().is_some()) && defines(tokens, i + 1),
+        Some(Sense | Live | Param | Let | States | State | Next | Body | Event | Pulse | Hold) => {
+            true
+        }
+        Some(Force | Torque) => {
+            at(tokens, i + 1).is_some_and(|t| t.name().is_some()) && defines(tokens, i + 1)
+        }
         _ => false,
     }
 }
 
-/// Whether a block that seems to be over goes on here: a declaration follows, and further on a brace that closes it.
+/// Whether a block that seems to be over goes on here: a declaration follows, and further on a
+/// brace that closes it.
 fn goes_on(tokens: &Tokens, start: usize) -> bool {
     if !begins_declaration(tokens, start) {
         return false;
@@ -93,7 +105,11 @@ impl<'s> Repair<'s, '_> {
         if brace {
             self.close_parens(span);
         }
-        let opened = if brace { Level::inside(self.braces()).map(Token::Open) } else { Some(node) };
+        let opened = if brace {
+            Level::inside(self.braces()).map(Token::Open)
+        } else {
+            Some(node)
+        };
         match opened.filter(|_| self.open.len() < DEEPEST) {
             Some(node) => {
                 self.out.push(Spanned { node, span });
@@ -101,15 +117,24 @@ impl<'s> Repair<'s, '_> {
                 i + 1
             }
             None => {
-                let message = if brace { "no block can stand here" } else { "brackets are nested too deeply" };
+                let message = if brace {
+                    "no block can stand here"
+                } else {
+                    "brackets are nested too deeply"
+                };
                 let hint = if brace {
                     "close the block before it first"
                 } else {
                     "give parts of the expression names with `let`"
                 };
-                self.diagnostics
-                    .push(Diagnostic::new(Code::TooDeep, span, message, "left out from here on").hint(hint));
-                self.out.extend((!brace).then_some(Spanned { node: Token::Broken, span }));
+                self.diagnostics.push(
+                    Diagnostic::new(Code::TooDeep, span, message, "left out from here on")
+                        .hint(hint),
+                );
+                self.out.extend((!brace).then_some(Spanned {
+                    node: Token::Broken,
+                    span,
+                }));
                 partner(tokens, i) + 1
             }
         }
@@ -125,13 +150,17 @@ impl<'s> Repair<'s, '_> {
         }
     }
 
-    /// A closing brace; surplus if it closes nothing, or the outermost block before its declarations are over.
+    /// A closing brace; surplus if it closes nothing, or the outermost block before its
+    /// declarations are over.
     fn closes_brace(&mut self, token: Spanned<Token<'s>>, goes_on: bool) {
         self.close_parens(token.span);
         match self.braces().checked_sub(1).and_then(Level::inside) {
             Some(level) if level > Level::Outer || !goes_on => {
                 self.open.pop();
-                self.out.push(Spanned { node: Token::Close(level), ..token });
+                self.out.push(Spanned {
+                    node: Token::Close(level),
+                    ..token
+                });
             }
             _ => self.surplus(token.span, "}"),
         }
@@ -140,12 +169,17 @@ impl<'s> Repair<'s, '_> {
     fn surplus(&mut self, span: Span, bracket: &str) {
         let message = format!("`{bracket}` closes nothing");
         let diagnostic = Diagnostic::new(Code::UnexpectedToken, span, message, "one too many");
-        self.diagnostics.push(diagnostic.hint(Advice::instead("take it away", "")));
+        self.diagnostics
+            .push(diagnostic.hint(Advice::instead("take it away", "")));
     }
 
     /// Closes round brackets down to the innermost brace.
     fn close_parens(&mut self, before: Span) {
-        let keep = self.open.iter().rposition(|(_, brace)| *brace).map_or(0, |brace| brace + 1);
+        let keep = self
+            .open
+            .iter()
+            .rposition(|(_, brace)| *brace)
+            .map_or(0, |brace| brace + 1);
         self.ends_before(before, keep);
     }
 
@@ -154,23 +188,46 @@ impl<'s> Repair<'s, '_> {
         if self.open.len() <= keep {
             return;
         }
-        let place = self.out.last().map_or(before, |t| Span { start: t.span.end, ..t.span });
+        let place = self.out.last().map_or(before, |t| Span {
+            start: t.span.end,
+            ..t.span
+        });
         let missing = self.open.split_off(keep);
         let sign = |brace: bool| if brace { ("{", "}") } else { ("(", ")") };
         for (depth, (_, brace)) in missing.iter().enumerate().rev() {
-            let outside = self.open.iter().chain(&missing[..depth]).filter(|(_, brace)| *brace).count();
-            let node = if *brace { Level::inside(outside).map(Token::Close) } else { Some(Token::RightParen) };
-            self.out.extend(node.map(|node| Spanned { node, span: place }));
+            let outside = self
+                .open
+                .iter()
+                .chain(&missing[..depth])
+                .filter(|(_, brace)| *brace)
+                .count();
+            let node = if *brace {
+                Level::inside(outside).map(Token::Close)
+            } else {
+                Some(Token::RightParen)
+            };
+            self.out
+                .extend(node.map(|node| Spanned { node, span: place }));
         }
-        let Some(&(span, brace)) = missing.last() else { return };
+        let Some(&(span, brace)) = missing.last() else {
+            return;
+        };
         let message = format!("this `{}` is never closed", sign(brace).0);
         let mut report = Diagnostic::new(Code::UnclosedBlock, span, message, "opened here");
         for &(span, _) in missing.iter().rev().skip(1) {
             report = report.also(span, "neither is this");
         }
-        let signs: String = missing.iter().rev().map(|(_, brace)| sign(*brace).1).collect();
+        let signs: String = missing
+            .iter()
+            .rev()
+            .map(|(_, brace)| sign(*brace).1)
+            .collect();
         let report = report.also(place, format!("`{signs}` is missing before here"));
-        self.diagnostics.push(report.hint(format!("add `{signs}` there")).replace(place, format!(" {signs}")));
+        self.diagnostics.push(
+            report
+                .hint(format!("add `{signs}` there"))
+                .replace(place, format!(" {signs}")),
+        );
     }
 }
 

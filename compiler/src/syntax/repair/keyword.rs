@@ -5,7 +5,11 @@ use crate::diag::{Code, Diagnostic};
 use crate::syntax::token::Token;
 
 /// Makes a name of a keyword that stands where only a name can stand, and reports it.
-pub(super) fn repair<'s>(text: &'s str, mut tokens: Tokens<'s>, diagnostics: &mut Vec<Diagnostic>) -> Tokens<'s> {
+pub(super) fn repair<'s>(
+    text: &'s str,
+    mut tokens: Tokens<'s>,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Tokens<'s> {
     for i in 1..tokens.len() {
         if !tokens[i].node.is_hard_keyword() {
             continue;
@@ -16,7 +20,10 @@ pub(super) fn repair<'s>(text: &'s str, mut tokens: Tokens<'s>, diagnostics: &mu
             let name = &text[span.start as usize..span.end as usize];
             let message = format!("`{name}` is a keyword and cannot be a name");
             let hint = format!("choose another name, such as `{name}_1`");
-            diagnostics.push(Diagnostic::new(Code::UnexpectedToken, span, message, "a name is expected").hint(hint));
+            diagnostics.push(
+                Diagnostic::new(Code::UnexpectedToken, span, message, "a name is expected")
+                    .hint(hint),
+            );
             tokens[i].node = Token::Word(name);
         }
     }

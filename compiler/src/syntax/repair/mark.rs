@@ -3,7 +3,8 @@
 use super::{Spanned, Tokens, assigns, at, defines, leaves};
 use crate::syntax::token::{Level, Token};
 
-/// Replaces a name that stands where a definition, a write or a transition may begin, and is followed by its sign.
+/// Replaces a name that stands where a definition, a write or a transition may begin, and is
+/// followed by its sign.
 pub(super) fn mark(mut tokens: Tokens) -> Tokens {
     let mut open = Vec::new();
     for i in 0..tokens.len() {
@@ -12,7 +13,9 @@ pub(super) fn mark(mut tokens: Tokens) -> Tokens {
             Token::Close(_) => drop(open.pop()),
             _ => {}
         }
-        let (Some(name), Some(level)) = (tokens[i].node.name(), open.last()) else { continue };
+        let (Some(name), Some(level)) = (tokens[i].node.name(), open.last()) else {
+            continue;
+        };
         let begins = match i.checked_sub(1).and_then(|before| at(&tokens, before)) {
             Some(Token::Open(_) | Token::Close(_)) => true,
             Some(before) => before.ends_expression(),
@@ -30,10 +33,14 @@ pub(super) fn mark(mut tokens: Tokens) -> Tokens {
     tokens
 }
 
-/// Whether the name at a place stands behind a `torque` or `zones` that begins a line: one that is no name in an expression.
+/// Whether the name at a place stands behind a `torque` or `zones` that begins a line: one that is
+/// no name in an expression.
 fn is_named_by_keyword(tokens: &[Spanned<Token>], i: usize) -> bool {
     let back = |steps: usize| i.checked_sub(steps).and_then(|before| at(tokens, before));
-    let (torque, zones) = (back(1) == Some(Token::Torque), back(1) == Some(Token::Zones));
+    let (torque, zones) = (
+        back(1) == Some(Token::Torque),
+        back(1) == Some(Token::Zones),
+    );
     (torque || zones)
         && match back(2) {
             Some(Token::Open(_) | Token::Close(_) | Token::Sharp(_)) => true,

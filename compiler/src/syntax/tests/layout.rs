@@ -1,4 +1,5 @@
-//! The canonical layout: it changes nothing but the layout, keeps every comment, and is what the bundled programs have.
+//! The canonical layout: it changes nothing but the layout, keeps every comment, and is what the
+//! bundled programs have.
 
 use super::random::Dice;
 use super::spans::without;
@@ -11,14 +12,30 @@ use crate::syntax::token::{Token, lex};
 #[track_caller]
 fn laid(text: &str) -> String {
     let out = layout(0, text).unwrap_or_else(|d| panic!("{d:#?}\n{text}"));
-    assert_eq!(without(tree(&out)), without(tree(text)), "another tree\n{text}\n{out}");
-    assert_eq!(comments(&out), comments(text), "other comments\n{text}\n{out}");
-    assert_eq!(layout(0, &out).as_deref(), Ok(&*out), "not stable\n{text}\n{out}");
+    assert_eq!(
+        without(tree(&out)),
+        without(tree(text)),
+        "another tree\n{text}\n{out}"
+    );
+    assert_eq!(
+        comments(&out),
+        comments(text),
+        "other comments\n{text}\n{out}"
+    );
+    assert_eq!(
+        layout(0, &out).as_deref(),
+        Ok(&*out),
+        "not stable\n{text}\n{out}"
+    );
     out
 }
 
 fn comments(text: &str) -> Vec<String> {
-    lex(0, text, &mut Vec::new()).comments.iter().map(|c| c.node.to_string()).collect()
+    lex(0, text, &mut Vec::new())
+        .comments
+        .iter()
+        .map(|c| c.node.to_string())
+        .collect()
 }
 
 #[test]
@@ -31,7 +48,11 @@ fn bundled_programs_have_the_canonical_layout() {
 /// A text as its tokens.
 fn tokens(text: &str) -> Vec<(Token<'_>, &str)> {
     let slice = |s: crate::source::Span| &text[s.start as usize..s.end as usize];
-    lex(0, text, &mut Vec::new()).tokens.iter().map(|t| (t.node, slice(t.span))).collect()
+    lex(0, text, &mut Vec::new())
+        .tokens
+        .iter()
+        .map(|t| (t.node, slice(t.span)))
+        .collect()
 }
 
 /// The tokens with other things between them. A unit would be read behind a number and one space.
@@ -41,7 +62,11 @@ fn joined(tokens: &[(Token, &str)], mut between: impl FnMut(usize) -> String) ->
         text += slice;
         let number = matches!(token, Token::Number(_));
         let space = between(n);
-        text += if number && space.trim_matches(' ').is_empty() { "\n" } else { &space };
+        text += if number && space.trim_matches(' ').is_empty() {
+            "\n"
+        } else {
+            &space
+        };
     }
     text
 }
@@ -51,9 +76,21 @@ fn comments_may_stand_anywhere() {
     let short = programs().filter(|(_, text)| text.len() < 1500);
     for (_, text) in short {
         let bare = tokens(text);
-        for comment in [" // c\n", "\n// c\n", "\n\n// c\n\n// d\n\n", " // c\n// d\n", "\n/// c\n"] {
+        for comment in [
+            " // c\n",
+            "\n// c\n",
+            "\n\n// c\n\n// d\n\n",
+            " // c\n// d\n",
+            "\n/// c\n",
+        ] {
             for gap in 0..bare.len() {
-                let text = joined(&bare, |n| if n == gap { comment.to_string() } else { " ".to_string() });
+                let text = joined(&bare, |n| {
+                    if n == gap {
+                        comment.to_string()
+                    } else {
+                        " ".to_string()
+                    }
+                });
                 laid(&text);
             }
         }
@@ -65,13 +102,29 @@ fn comments_may_stand_anywhere() {
 fn comments_may_stand_anywhere_in_programs_made_by_chance() {
     let mut dice = Dice(0xc0117);
     for _ in 0..1500 {
-        let text = print(&File { items: dice.some(1, Dice::item) });
+        let text = print(&File {
+            items: dice.some(1, Dice::item),
+        });
         let bare = tokens(&text);
-        let spaces =
-            [" ", "\n", "\n\n", "\r\n", " \t ", " // c\n", "\n// c\n", "\n\n// c\n\n", " // c\r\n", "\n///c\n\n"];
+        let spaces = [
+            " ",
+            "\n",
+            "\n\n",
+            "\r\n",
+            " \t ",
+            " // c\n",
+            "\n// c\n",
+            "\n\n// c\n\n",
+            " // c\r\n",
+            "\n///c\n\n",
+        ];
         let often = 1 + dice.below(8);
         let mut space = |_| {
-            let all = if dice.below(often) == 0 { spaces.len() } else { 2 };
+            let all = if dice.below(often) == 0 {
+                spaces.len()
+            } else {
+                2
+            };
             dice.pick(&spaces[..all]).to_string()
         };
         laid(&joined(&bare, &mut space));
@@ -83,10 +136,16 @@ fn where_lines_end_does_not_matter() {
     let mut dice = Dice(0x11fe);
     let plain = |text: &str| joined(&tokens(text), |_| " ".to_string());
     let mut texts: Vec<String> = programs().map(|(_, text)| plain(text)).collect();
-    texts.extend((0..300).map(|_| plain(&print(&File { items: dice.some(1, Dice::item) }))));
+    texts.extend((0..300).map(|_| {
+        plain(&print(&File {
+            items: dice.some(1, Dice::item),
+        }))
+    }));
     for text in texts {
         let once = laid(&text);
-        let other = joined(&tokens(&text), |_| dice.pick(&[" ", "\n", "  ", "\t\n "]).to_string());
+        let other = joined(&tokens(&text), |_| {
+            dice.pick(&[" ", "\n", "  ", "\t\n "]).to_string()
+        });
         assert_eq!(laid(&other), once);
     }
 }
@@ -111,9 +170,15 @@ fn what_cannot_be_read_is_left_alone() {
 fn only_what_cannot_be_broken_is_wide() {
     let mut dice = Dice(0x51de);
     for _ in 0..400 {
-        let text = laid(&print(&File { items: dice.some(1, Dice::item) }));
-        let wide = text.lines().filter(|l| l.chars().count() > crate::syntax::WIDTH && !l.trim().starts_with("///"));
-        let wide: Vec<&str> = wide.filter(|l| l.matches(['(', '+', '*', ',']).count() > 2).collect();
+        let text = laid(&print(&File {
+            items: dice.some(1, Dice::item),
+        }));
+        let wide = text
+            .lines()
+            .filter(|l| l.chars().count() > crate::syntax::WIDTH && !l.trim().starts_with("///"));
+        let wide: Vec<&str> = wide
+            .filter(|l| l.matches(['(', '+', '*', ',']).count() > 2)
+            .collect();
         assert!(wide.is_empty(), "{wide:#?}");
     }
 }

@@ -1,5 +1,5 @@
-//! The manual agrees with the compiler: its programs are read, its tables are those of the compiler, and whatever its
-//! grammar generates is accepted.
+//! The manual agrees with the compiler: its programs are read, its tables are those of the
+//! compiler, and whatever its grammar generates is accepted.
 
 use std::collections::BTreeSet;
 
@@ -20,12 +20,18 @@ const MANUAL: &str = include_str!("../../../../docs/language.md");
 /// The blocks of the manual in this language.
 fn blocks(language: &str) -> Vec<&'static str> {
     let fence = format!("```{language}\n");
-    MANUAL.split(&fence).skip(1).map(|rest| rest.split("```").next().unwrap()).collect()
+    MANUAL
+        .split(&fence)
+        .skip(1)
+        .map(|rest| rest.split("```").next().unwrap())
+        .collect()
 }
 
 /// What stands between the headings of a section.
 fn section(title: &str) -> &'static str {
-    let start = MANUAL.find(&format!("\n## {title}\n")).unwrap_or_else(|| panic!("no section {title}"));
+    let start = MANUAL
+        .find(&format!("\n## {title}\n"))
+        .unwrap_or_else(|| panic!("no section {title}"));
     MANUAL[start + 4..].split("\n## ").next().unwrap()
 }
 
@@ -45,7 +51,11 @@ fn programs_of_the_manual_are_one_program_that_compiles() {
     let said: String = diagnostics.iter().map(|d| render(&map, d, false)).collect();
     let program = program.unwrap_or_else(|| panic!("{said}"));
     assert_eq!(said, "");
-    let scales = Scales { sensor_zero: -0.5e-3, sensor_lsb: 11e-3 / 65535.0, drive_lsb: 20.0 / 32768.0 };
+    let scales = Scales {
+        sensor_zero: -0.5e-3,
+        sensor_lsb: 11e-3 / 65535.0,
+        drive_lsb: 20.0 / 32768.0,
+    };
     for model in program.instruments {
         let name = model.name.clone();
         compile(model, scales, false).unwrap_or_else(|error| panic!("{name}: {error:?}"));
@@ -61,16 +71,43 @@ fn programs_of_the_manual_have_the_canonical_layout() {
 
 #[test]
 fn tables_of_the_manual_are_complete() {
-    let rows = |title: &'static str| section(title).lines().filter(|l| l.starts_with('|')).flat_map(quoted);
+    let rows = |title: &'static str| {
+        section(title)
+            .lines()
+            .filter(|l| l.starts_with('|'))
+            .flat_map(quoted)
+    };
     let units: BTreeSet<&str> = rows("Numbers and units").collect();
     assert_eq!(units, unit_names().collect());
     let dimensions: BTreeSet<&str> = rows("Dimensions").collect();
     assert_eq!(dimensions, dimension_names().collect());
     let grammar = section("Grammar");
-    let keywords = |title: &str| quoted(grammar.split(title).nth(1).unwrap().split("\n\n").next().unwrap());
-    assert_eq!(keywords("Keywords everywhere"), HARD_KEYWORDS.iter().copied().collect());
-    assert_eq!(keywords("Keywords where the grammar expects them"), SOFT_KEYWORDS.iter().copied().collect());
-    assert_eq!(section("The rules").lines().filter(|l| l.starts_with(|c: char| c.is_ascii_digit())).count(), 17);
+    let keywords = |title: &str| {
+        quoted(
+            grammar
+                .split(title)
+                .nth(1)
+                .unwrap()
+                .split("\n\n")
+                .next()
+                .unwrap(),
+        )
+    };
+    assert_eq!(
+        keywords("Keywords everywhere"),
+        HARD_KEYWORDS.iter().copied().collect()
+    );
+    assert_eq!(
+        keywords("Keywords where the grammar expects them"),
+        SOFT_KEYWORDS.iter().copied().collect()
+    );
+    assert_eq!(
+        section("The rules")
+            .lines()
+            .filter(|l| l.starts_with(|c: char| c.is_ascii_digit()))
+            .count(),
+        17
+    );
 }
 
 /// A rule's right side.
@@ -121,9 +158,15 @@ fn rules() -> Vec<(&'static str, Ebnf)> {
 fn generate(rules: &[(&str, Ebnf)], ebnf: &Ebnf, depth: usize, dice: &mut Dice, text: &mut String) {
     match ebnf {
         Ebnf::Text(terminal) => *text += &format!("{terminal} "),
-        Ebnf::Row(parts) => parts.iter().for_each(|p| generate(rules, p, depth, dice, text)),
+        Ebnf::Row(parts) => parts
+            .iter()
+            .for_each(|p| generate(rules, p, depth, dice, text)),
         Ebnf::Choice(parts) => {
-            let part = if depth > 14 { parts.len().min(2) - 1 } else { dice.below(parts.len()) };
+            let part = if depth > 14 {
+                parts.len().min(2) - 1
+            } else {
+                dice.below(parts.len())
+            };
             generate(rules, &parts[part], depth, dice, text);
         }
         Ebnf::Repeated(part) => {
@@ -137,10 +180,15 @@ fn generate(rules: &[(&str, Ebnf)], ebnf: &Ebnf, depth: usize, dice: &mut Dice, 
             }
         }
         Ebnf::Rule("number") => *text += dice.pick(&["1 ", "0.5 mm ", "8e3 N*s/m ", "2 kg*m^2 "]),
-        Ebnf::Rule("name") => *text += dice.pick(&["x ", "let_off ", "B_k ", "rate ", "over ", "torque ", "A0 "]),
+        Ebnf::Rule("name") => {
+            *text += dice.pick(&["x ", "let_off ", "B_k ", "rate ", "over ", "torque ", "A0 "])
+        }
         Ebnf::Rule("sharp") => *text += "C#4 ",
         Ebnf::Rule(name) => {
-            let (_, side) = rules.iter().find(|r| r.0 == *name).unwrap_or_else(|| panic!("no rule {name}"));
+            let (_, side) = rules
+                .iter()
+                .find(|r| r.0 == *name)
+                .unwrap_or_else(|| panic!("no rule {name}"));
             generate(rules, side, depth + 1, dice, text);
         }
     }
@@ -150,7 +198,12 @@ fn generate(rules: &[(&str, Ebnf)], ebnf: &Ebnf, depth: usize, dice: &mut Dice, 
 fn the_grammar_of_the_manual_names_every_terminal() {
     let text = blocks("ebnf")[0];
     let named: BTreeSet<&str> = text.split('"').skip(1).step_by(2).collect();
-    let all = HARD_KEYWORDS.iter().chain(SOFT_KEYWORDS).chain(SIGNS).copied().chain(["{", "}"]);
+    let all = HARD_KEYWORDS
+        .iter()
+        .chain(SOFT_KEYWORDS)
+        .chain(SIGNS)
+        .copied()
+        .chain(["{", "}"]);
     assert_eq!(named, all.collect());
 }
 

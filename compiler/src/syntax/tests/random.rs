@@ -1,4 +1,5 @@
-//! Trees made by chance, and texts spoilt by chance. The generator is seeded: a failing case comes back.
+//! Trees made by chance, and texts spoilt by chance. The generator is seeded: a failing case comes
+//! back.
 
 use super::spans::{Places, without};
 use super::*;
@@ -32,18 +33,33 @@ impl Dice {
     }
 
     fn name(&mut self) -> Name {
-        let plain = ["x", "k", "B_k", "m", "s", "N", "g", "mm", "e", "e1", "A0", "min", "pi", "_", "note"];
-        let text = if self.below(2) == 0 { self.pick(&plain) } else { self.pick(SOFT_KEYWORDS) };
-        Spanned { node: text.to_string(), span: Span::default() }
+        let plain = [
+            "x", "k", "B_k", "m", "s", "N", "g", "mm", "e", "e1", "A0", "min", "pi", "_", "note",
+        ];
+        let text = if self.below(2) == 0 {
+            self.pick(&plain)
+        } else {
+            self.pick(SOFT_KEYWORDS)
+        };
+        Spanned {
+            node: text.to_string(),
+            span: Span::default(),
+        }
     }
 
     fn typed(&mut self) -> TypedName {
-        TypedName { name: self.name(), ty: self.ty() }
+        TypedName {
+            name: self.name(),
+            ty: self.ty(),
+        }
     }
 
     fn ty(&mut self) -> Name {
         let node = self.pick(&["length", "force", "bool", "angle"]).to_string();
-        Spanned { node, span: Span::default() }
+        Spanned {
+            node,
+            span: Span::default(),
+        }
     }
 
     fn expr(&mut self, depth: usize) -> Expr {
@@ -53,13 +69,25 @@ impl Dice {
             1 => ExprKind::Bool(self.below(2) == 0),
             2 => {
                 let text = self.pick(&["0", "1.5", "2e3", "1.54e-4", "12"]).to_string();
-                let unit = self.maybe(|d| d.pick(&["N", "N*s/m", "kg*m^2", "s^-1", "mm"]).to_string());
-                ExprKind::Number(Number { value: text.parse().unwrap(), text, unit })
+                let unit =
+                    self.maybe(|d| d.pick(&["N", "N*s/m", "kg*m^2", "s^-1", "mm"]).to_string());
+                ExprKind::Number(Number {
+                    value: text.parse().unwrap(),
+                    text,
+                    unit,
+                })
             }
-            3 => ExprKind::Is { machine: self.name(), state: self.name(), negated: self.below(2) == 0 },
+            3 => ExprKind::Is {
+                machine: self.name(),
+                state: self.name(),
+                negated: self.below(2) == 0,
+            },
             4 => ExprKind::Field(Box::new(self.expr(depth - 1)), self.name()),
             5 => {
-                let args = self.some(0, |d| Arg { name: d.maybe(Dice::name), value: d.expr(depth - 1) });
+                let args = self.some(0, |d| Arg {
+                    name: d.maybe(Dice::name),
+                    value: d.expr(depth - 1),
+                });
                 ExprKind::Call(self.name(), args)
             }
             6 => ExprKind::Prime(Box::new(self.expr(depth - 1))),
@@ -72,10 +100,17 @@ impl Dice {
             _ => {
                 use BinOp::*;
                 let op = self.pick(&[Add, Sub, Mul, Div, Pow, Lt, Le, Gt, Ge, And, Or]);
-                ExprKind::Binary(op, Box::new(self.expr(depth - 1)), Box::new(self.expr(depth - 1)))
+                ExprKind::Binary(
+                    op,
+                    Box::new(self.expr(depth - 1)),
+                    Box::new(self.expr(depth - 1)),
+                )
             }
         };
-        Expr { kind, span: Span::default() }
+        Expr {
+            kind,
+            span: Span::default(),
+        }
     }
 
     fn value(&mut self) -> Expr {
@@ -84,21 +119,44 @@ impl Dice {
     }
 
     fn range(&mut self) -> RangeExpr {
-        RangeExpr { low: self.value(), high: self.value(), span: Span::default() }
+        RangeExpr {
+            low: self.value(),
+            high: self.value(),
+            span: Span::default(),
+        }
     }
 
     fn action(&mut self) -> Action {
         let kind = match self.below(3) {
-            0 => ActionKind::Emit { name: self.name(), args: self.some(0, |d| (d.name(), d.value())) },
-            1 => ActionKind::Write { name: self.name(), rate: self.below(2) == 0, value: self.value() },
-            _ => ActionKind::Fire { pulse: self.name(), value: self.value() },
+            0 => ActionKind::Emit {
+                name: self.name(),
+                args: self.some(0, |d| (d.name(), d.value())),
+            },
+            1 => ActionKind::Write {
+                name: self.name(),
+                rate: self.below(2) == 0,
+                value: self.value(),
+            },
+            _ => ActionKind::Fire {
+                pulse: self.name(),
+                value: self.value(),
+            },
         };
-        Action { kind, span: Span::default() }
+        Action {
+            kind,
+            span: Span::default(),
+        }
     }
 
     fn transition(&mut self) -> Transition {
         let actions = self.some(0, Dice::action);
-        Transition { from: self.name(), to: self.name(), guard: self.value(), actions, span: Span::default() }
+        Transition {
+            from: self.name(),
+            to: self.name(),
+            guard: self.value(),
+            actions,
+            span: Span::default(),
+        }
     }
 
     fn part(&mut self) -> BodyPart {
@@ -113,8 +171,16 @@ impl Dice {
                 rate_init: self.maybe(Dice::value),
                 span,
             },
-            1 => BodyPart::Inertia { angle, value: self.value(), span },
-            _ => BodyPart::Torque { angle, value: self.value(), span },
+            1 => BodyPart::Inertia {
+                angle,
+                value: self.value(),
+                span,
+            },
+            _ => BodyPart::Torque {
+                angle,
+                value: self.value(),
+                span,
+            },
         }
     }
 
@@ -123,21 +189,62 @@ impl Dice {
         let kind = match self.below(12) {
             0 => {
                 let (slew, over) = (self.maybe(Dice::value), self.maybe(Dice::value));
-                DeclKind::Sense { name, ty: self.ty(), range: self.range(), slew, over }
+                DeclKind::Sense {
+                    name,
+                    ty: self.ty(),
+                    range: self.range(),
+                    slew,
+                    over,
+                }
             }
-            1 => DeclKind::Param { live: self.below(2) == 0, name, value, range: self.maybe(Dice::range) },
+            1 => DeclKind::Param {
+                live: self.below(2) == 0,
+                name,
+                value,
+                range: self.maybe(Dice::range),
+            },
             2 => DeclKind::Let { name, value },
-            3 => DeclKind::States { name, transitions: self.some(0, Dice::transition) },
-            4 => DeclKind::State { name, ty: self.ty(), range: self.range(), init: self.maybe(Dice::value) },
+            3 => DeclKind::States {
+                name,
+                transitions: self.some(0, Dice::transition),
+            },
+            4 => DeclKind::State {
+                name,
+                ty: self.ty(),
+                range: self.range(),
+                init: self.maybe(Dice::value),
+            },
             5 => DeclKind::Next { name, value },
-            6 => DeclKind::Body { name, parts: self.some(0, Dice::part) },
-            7 => DeclKind::Event { name, guard: value, actions: self.some(0, Dice::action) },
-            8 => DeclKind::Pulse { name, ty: self.ty(), range: self.range(), lasting: value },
-            9 => DeclKind::Hold { body: name, guard: value },
-            10 => DeclKind::Force { turning: self.below(2) == 0, name, value },
+            6 => DeclKind::Body {
+                name,
+                parts: self.some(0, Dice::part),
+            },
+            7 => DeclKind::Event {
+                name,
+                guard: value,
+                actions: self.some(0, Dice::action),
+            },
+            8 => DeclKind::Pulse {
+                name,
+                ty: self.ty(),
+                range: self.range(),
+                lasting: value,
+            },
+            9 => DeclKind::Hold {
+                body: name,
+                guard: value,
+            },
+            10 => DeclKind::Force {
+                turning: self.below(2) == 0,
+                name,
+                value,
+            },
             _ => DeclKind::Result { name, value },
         };
-        Decl { kind, span: Span::default() }
+        Decl {
+            kind,
+            span: Span::default(),
+        }
     }
 
     fn setting(&mut self) -> Setting {
@@ -145,29 +252,66 @@ impl Dice {
             0 => Setting::Board(self.name()),
             1 => Setting::Device(self.name()),
             2 => Setting::Rate(self.value()),
-            3 => Setting::Keys(self.name(), Spanned { node: "C#8".to_string(), span: Span::default() }),
+            3 => Setting::Keys(
+                self.name(),
+                Spanned {
+                    node: "C#8".to_string(),
+                    span: Span::default(),
+                },
+            ),
             4 => Setting::Programs(self.some(1, Dice::name)),
             5 => {
-                let zone = |d: &mut Dice| Zone { low: d.name(), high: d.name(), instrument: d.name() };
-                Setting::Zones { name: self.name(), zones: self.some(0, zone), span: Span::default() }
+                let zone = |d: &mut Dice| Zone {
+                    low: d.name(),
+                    high: d.name(),
+                    instrument: d.name(),
+                };
+                Setting::Zones {
+                    name: self.name(),
+                    zones: self.some(0, zone),
+                    span: Span::default(),
+                }
             }
             _ => {
                 let points = self.some(0, |d| (d.name(), d.value()));
-                Setting::PerKey { instrument: self.name(), param: self.name(), points }
+                Setting::PerKey {
+                    instrument: self.name(),
+                    param: self.name(),
+                    points,
+                }
             }
         }
     }
 
     pub fn item(&mut self) -> Item {
         let (name, span) = (self.name(), Span::default());
-        let doc = self.pick(&["", "One line.", "Two\nlines.", "An empty one\n\nbetween."]).to_string();
+        let doc = self
+            .pick(&["", "One line.", "Two\nlines.", "An empty one\n\nbetween."])
+            .to_string();
         match self.below(3) {
-            0 => Item::Instrument(Instrument { doc, name, decls: self.some(0, Dice::decl), span }),
+            0 => Item::Instrument(Instrument {
+                doc,
+                name,
+                decls: self.some(0, Dice::decl),
+                span,
+            }),
             1 => {
                 let (params, results) = (self.some(0, Dice::typed), self.some(1, Dice::typed));
-                Item::Term(Term { doc, name, params, results, decls: self.some(0, Dice::decl), span })
+                Item::Term(Term {
+                    doc,
+                    name,
+                    params,
+                    results,
+                    decls: self.some(0, Dice::decl),
+                    span,
+                })
             }
-            _ => Item::Keyboard(Keyboard { doc, name, settings: self.some(0, Dice::setting), span }),
+            _ => Item::Keyboard(Keyboard {
+                doc,
+                name,
+                settings: self.some(0, Dice::setting),
+                span,
+            }),
         }
     }
 }
@@ -180,7 +324,9 @@ fn what_is_printed_reads_back() {
     }
     let mut dice = Dice(0x5eed);
     for _ in 0..3000 {
-        let file = File { items: dice.some(1, Dice::item) };
+        let file = File {
+            items: dice.some(1, Dice::item),
+        };
         let text = print(&file);
         let again = tree(&text);
         assert_eq!(without(again.clone()), file, "{text}");
@@ -194,8 +340,11 @@ fn spoilt(dice: &mut Dice) -> String {
     let program = dice.pick(&all).1;
     let from = dice.below(program.len());
     let to = (from + dice.below(700)).min(program.len());
-    let mut bytes =
-        if dice.below(8) == 0 { program.as_bytes().to_vec() } else { program.as_bytes()[from..to].to_vec() };
+    let mut bytes = if dice.below(8) == 0 {
+        program.as_bytes().to_vec()
+    } else {
+        program.as_bytes()[from..to].to_vec()
+    };
     if dice.below(2) == 0 {
         bytes.splice(0..0, b"instrument i {".iter().copied());
     }
@@ -207,7 +356,10 @@ fn spoilt(dice: &mut Dice) -> String {
             2 => dice.pick(HARD_KEYWORDS).into(),
             3 => dice.pick(SIGNS).into(),
             4 => dice
-                .pick(&["{", "}", "}}", "((", " 2 ", " 2 mm", "x", "\n", "µ²", "漢", "==", "1.2.3", "'", "/*", "é"])
+                .pick(&[
+                    "{", "}", "}}", "((", " 2 ", " 2 mm", "x", "\n", "µ²", "漢", "==", "1.2.3",
+                    "'", "/*", "é",
+                ])
                 .into(),
             5 => dice.pick(SOFT_KEYWORDS).into(),
             _ => vec![dice.below(128) as u8; 1 + dice.below(80)],
@@ -227,24 +379,41 @@ fn no_text_is_too_bad() {
         let (mut file, diagnostics) = read(&text);
         let mut inside = |span: &mut Span| {
             let range = span.start as usize..span.end as usize;
-            assert!(span.file == 0 && text.get(range).is_some(), "case {case}: {span:?}\n{text}");
+            assert!(
+                span.file == 0 && text.get(range).is_some(),
+                "case {case}: {span:?}\n{text}"
+            );
         };
         file.each(&mut inside);
         for diagnostic in &diagnostics {
             inside(&mut diagnostic.span.clone());
-            diagnostic.others.iter().for_each(|label| inside(&mut label.span.clone()));
+            diagnostic
+                .others
+                .iter()
+                .for_each(|label| inside(&mut label.span.clone()));
         }
         if diagnostics.is_empty() {
             faultless += 1;
-            assert_eq!(without(tree(&print(&file))), without(file), "case {case}\n{text}");
+            assert_eq!(
+                without(tree(&print(&file))),
+                without(file),
+                "case {case}\n{text}"
+            );
             continue;
         }
         faulty += 1;
         if case % 16 == 0 {
             let mut map = SourceMap::default();
             map.add("spoilt", text);
-            assert!(diagnostics.iter().all(|d| render(&map, d, case % 32 == 0).contains(d.code.number())));
+            assert!(
+                diagnostics
+                    .iter()
+                    .all(|d| render(&map, d, case % 32 == 0).contains(d.code.number()))
+            );
         }
     }
-    assert!(faulty > 10_000 && faultless > 100, "{faulty} faulty and {faultless} faultless texts");
+    assert!(
+        faulty > 10_000 && faultless > 100,
+        "{faulty} faulty and {faultless} faultless texts"
+    );
 }

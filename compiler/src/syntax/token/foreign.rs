@@ -14,26 +14,40 @@ struct Foreign {
 }
 
 const fn sign(text: &'static str, meant: Token<'static>, hint: &'static str) -> Foreign {
-    Foreign { text, meant: Some(meant), hint }
+    Foreign {
+        text,
+        meant: Some(meant),
+        hint,
+    }
 }
 
 const fn nothing(text: &'static str, hint: &'static str) -> Foreign {
-    Foreign { text, meant: None, hint }
+    Foreign {
+        text,
+        meant: None,
+        hint,
+    }
 }
 
 /// So much of what is not understood is repeated in the message.
 const LONGEST: usize = 20;
 const NAMES: &str = "names are made of the letters `A` to `Z`, digits and `_`";
-const COMPARE: &str = "values are compared with `<`, `<=`, `>`, `>=`; a machine's state is asked with `is`";
+const COMPARE: &str =
+    "values are compared with `<`, `<=`, `>`, `>=`; a machine's state is asked with `is`";
 
-/// The signs that are known. An equality stands for some comparison, so that both sides are still read.
+/// The signs that are known. An equality stands for some comparison, so that both sides are still
+/// read.
 const FOREIGN: &[Foreign] = &[
     sign("==", Token::LessEqual, COMPARE),
     sign("!=", Token::LessEqual, COMPARE),
     sign("=<", Token::LessEqual, "write `<=`"),
     sign("≤", Token::LessEqual, "write `<=`"),
     sign("≥", Token::GreaterEqual, "write `>=`"),
-    sign("=>", Token::Arrow, "a transition is written `from -> to when ..`"),
+    sign(
+        "=>",
+        Token::Arrow,
+        "a transition is written `from -> to when ..`",
+    ),
     sign("→", Token::Arrow, "write `->`"),
     sign("&&", Token::And, "write `and`"),
     sign("||", Token::Or, "write `or`"),
@@ -63,7 +77,10 @@ const FOREIGN: &[Foreign] = &[
     nothing("°", "write the unit `deg` after one space"),
     nothing("²", "write `^2`"),
     nothing("³", "write `^3`"),
-    nothing("\u{feff}", "this invisible byte order mark says something at the beginning only: delete it"),
+    nothing(
+        "\u{feff}",
+        "this invisible byte order mark says something at the beginning only: delete it",
+    ),
     nothing("\u{a0}", "this is a no-break space: write a plain one"),
 ];
 
@@ -74,9 +91,17 @@ fn find(text: &str) -> Option<&'static Foreign> {
 }
 
 /// Reports a sign that belongs to no token and gives the token that stands in for it.
-pub(super) fn report(sign: &str, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Option<Token<'static>> {
+pub(super) fn report(
+    sign: &str,
+    span: Span,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<Token<'static>> {
     let found = find(sign);
-    diagnostics.push(stray(found.map_or(sign, |f| f.text), span, found.map_or(NAMES, |f| f.hint)));
+    diagnostics.push(stray(
+        found.map_or(sign, |f| f.text),
+        span,
+        found.map_or(NAMES, |f| f.hint),
+    ));
     found.and_then(|f| f.meant)
 }
 
@@ -89,22 +114,43 @@ pub(super) fn repeated(sign: &str, rest: &str) -> usize {
 
 /// How much of the text belongs to a name with letters beyond `A` to `Z`.
 pub(super) fn rest_of_name(text: &str) -> usize {
-    text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len())
+    text.find(|c: char| !c.is_alphanumeric() && c != '_')
+        .unwrap_or(text.len())
 }
 
 /// Reports a name with letters beyond `A` to `Z`, and takes it for a name all the same.
-pub(super) fn report_name<'s>(name: &'s str, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Token<'s> {
+pub(super) fn report_name<'s>(
+    name: &'s str,
+    span: Span,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Token<'s> {
     let micro = name.starts_with(['\u{b5}', '\u{3bc}']);
-    diagnostics.push(stray(name, span, if micro { "micro is written `u`: `um`, `us`" } else { NAMES }));
+    diagnostics.push(stray(
+        name,
+        span,
+        if micro {
+            "micro is written `u`: `um`, `us`"
+        } else {
+            NAMES
+        },
+    ));
     Token::Word(name)
 }
 
 fn stray(shown: &str, span: Span, hint: &str) -> Diagnostic {
     let beginning: String = shown.chars().take(LONGEST).collect();
-    let more = if beginning.len() < shown.len() { "…" } else { "" };
+    let more = if beginning.len() < shown.len() {
+        "…"
+    } else {
+        ""
+    };
     let message = format!(
         "`{}{more}` is not part of the language",
-        beginning.escape_debug().to_string().replace("\\\"", "\"").replace("\\'", "'")
+        beginning
+            .escape_debug()
+            .to_string()
+            .replace("\\\"", "\"")
+            .replace("\\'", "'")
     );
     Diagnostic::new(Code::UnexpectedCharacter, span, message, "not understood").hint(hint)
 }

@@ -16,21 +16,28 @@ pub struct Literal<'s> {
     pub unit: &'s str,
 }
 
-/// Called with the digits read: takes the rest of a number gone wrong, then the unit after exactly one space.
+/// Called with the digits read: takes the rest of a number gone wrong, then the unit after exactly
+/// one space.
 pub(super) fn scan<'s>(lexer: &mut Lexer<'s, Token<'s>>) -> Literal<'s> {
     lexer.bump(wrong_length(lexer.remainder()));
     // `80N/m`: the number takes all of a unit that touches it.
     if let Some(letters) = lexer.slice().find(|c: char| c.is_ascii_alphabetic()) {
         let glued = &lexer.source()[lexer.span().start + letters..];
-        let beyond =
-            longest_unit(glued).map_or(0, |(length, _)| (letters + length).saturating_sub(lexer.slice().len()));
+        let beyond = longest_unit(glued).map_or(0, |(length, _)| {
+            (letters + length).saturating_sub(lexer.slice().len())
+        });
         lexer.bump(beyond);
     }
     let digits = lexer.slice();
     let rest = lexer.remainder();
-    let unit = rest.strip_prefix(' ').and_then(|after| longest_unit(after).map(|(length, _)| &after[..length]));
+    let unit = rest
+        .strip_prefix(' ')
+        .and_then(|after| longest_unit(after).map(|(length, _)| &after[..length]));
     lexer.bump(unit.map_or(0, |unit| 1 + unit.len()));
-    Literal { digits, unit: unit.unwrap_or_default() }
+    Literal {
+        digits,
+        unit: unit.unwrap_or_default(),
+    }
 }
 
 /// How much of the text after the digits belongs to a number gone wrong (`.2.3`, `mm`, `.`).
@@ -48,20 +55,35 @@ fn wrong_length(rest: &str) -> usize {
 }
 
 /// The token of a number as read: itself, or [`Token::Broken`] with a diagnostic.
-pub(super) fn check<'s>(literal: Literal<'s>, span: Span, diagnostics: &mut Vec<Diagnostic>) -> Token<'s> {
+pub(super) fn check<'s>(
+    literal: Literal<'s>,
+    span: Span,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Token<'s> {
     let digits = literal.digits;
-    let number_end = digits.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(digits.len());
+    let number_end = digits
+        .find(|c: char| !c.is_ascii_digit() && c != '.')
+        .unwrap_or(digits.len());
     let (front, back) = digits.split_at(number_end);
     let mut report = |message: String, hint: Advice| {
-        diagnostics.push(Diagnostic::new(Code::BadNumber, span, message, "not a number").hint(hint));
+        diagnostics
+            .push(Diagnostic::new(Code::BadNumber, span, message, "not a number").hint(hint));
     };
     match digits.parse::<f64>() {
-        Ok(value) if value.is_infinite() => report(format!("`{digits}` is too large"), largest().into()),
+        Ok(value) if value.is_infinite() => {
+            report(format!("`{digits}` is too large"), largest().into())
+        }
         Ok(_) if digits.starts_with('.') => {
-            report(format!("`{digits}` has no digit before the point"), instead(format!("0{digits}")));
+            report(
+                format!("`{digits}` has no digit before the point"),
+                instead(format!("0{digits}")),
+            );
         }
         Ok(_) if digits.ends_with('.') => {
-            report(format!("`{digits}` has no digit after the point"), instead(format!("{digits}0")));
+            report(
+                format!("`{digits}` has no digit after the point"),
+                instead(format!("{digits}0")),
+            );
         }
         Ok(_) => return Token::Number(literal),
         Err(_) if parse_unit(back).is_some() && front.parse::<f64>().is_ok() => {
@@ -72,9 +94,14 @@ pub(super) fn check<'s>(literal: Literal<'s>, span: Span, diagnostics: &mut Vec<
                     format!("{front} {back}"),
                 ),
             );
-            return Token::Number(Literal { digits: front, unit: back });
+            return Token::Number(Literal {
+                digits: front,
+                unit: back,
+            });
         }
-        Err(_) if word_length(back) == back.len() && front.parse::<f64>().is_ok_and(|n| n != 0.0) => {
+        Err(_)
+            if word_length(back) == back.len() && front.parse::<f64>().is_ok_and(|n| n != 0.0) =>
+        {
             report(
                 format!("`{digits}` is not a number"),
                 format!("if `{back}` is a name, write `{front} * {back}`").into(),

@@ -2,7 +2,8 @@
 
 use super::{Item, Label, offset, settled};
 
-/// How far a step goes (bytes): less than a branch reaches, because what is put in between moves the rest.
+/// How far a step goes (bytes): less than a branch reaches, because what is put in between moves
+/// the rest.
 const STEP: i64 = 1500;
 
 /// The same items with steps where branches do not reach.
@@ -11,25 +12,45 @@ pub(super) fn in_reach(mut items: Vec<Item>, mut labels: Label) -> Vec<Item> {
         let (sizes, places) = settled(&items, labels);
         let far = |(index, item): (usize, &Item)| match item {
             Item::Branch { cond, to } => {
-                let far = offset(&places, index, *to) - if cond.is_some() { i64::from(sizes[index] - 2) } else { 0 };
+                let far = offset(&places, index, *to)
+                    - if cond.is_some() {
+                        i64::from(sizes[index] - 2)
+                    } else {
+                        0
+                    };
                 (!(-2048..2048).contains(&far)).then_some((index, far))
             }
             _ => None,
         };
-        let Some((index, far)) = items.iter().enumerate().find_map(far) else { return items };
+        let Some((index, far)) = items.iter().enumerate().find_map(far) else {
+            return items;
+        };
         let wanted = i64::from(places.items[index]) + STEP * far.signum();
         let distance = |at: &usize| (i64::from(places.items[*at]) - wanted).abs();
         // Never between a loop's mark and its first instruction.
         let free = |at: &usize| !matches!(items[at - 1], Item::Loop { .. });
-        let Some(at) = (1..items.len()).filter(free).min_by_key(distance) else { return items };
+        let Some(at) = (1..items.len()).filter(free).min_by_key(distance) else {
+            return items;
+        };
         let (step, over) = (labels, labels + 1);
         labels += 2;
-        let Item::Branch { to, .. } = &mut items[index] else { return items };
+        let Item::Branch { to, .. } = &mut items[index] else {
+            return items;
+        };
         let to = std::mem::replace(to, step);
-        let leads_on = !matches!(items[at - 1], Item::Branch { cond: None, .. } | Item::Indirect { .. });
+        let leads_on = !matches!(
+            items[at - 1],
+            Item::Branch { cond: None, .. } | Item::Indirect { .. }
+        );
         let mut between = vec![Item::Label(step), Item::Branch { cond: None, to }];
         if leads_on {
-            between.insert(0, Item::Branch { cond: None, to: over });
+            between.insert(
+                0,
+                Item::Branch {
+                    cond: None,
+                    to: over,
+                },
+            );
             between.push(Item::Label(over));
         }
         items.splice(at..at, between);

@@ -5,8 +5,9 @@
 //!                    ^ tail    ^ head
 //! ```
 //!
-//! Events of a tick never go round the ring's end: where fewer bytes are left than a tick may need, a mark stands there and they
-//! begin at the ring's beginning. Head moves at the end of the tick, so a reader finds whole events only.
+//! Events of a tick never go round the ring's end: where fewer bytes are left than a tick may need,
+//! a mark stands there and they begin at the ring's beginning. Head moves at the end of the tick,
+//! so a reader finds whole events only.
 
 use super::Writer;
 use crate::thumb::emit::{Item, Label};
@@ -23,35 +24,89 @@ impl Writer<'_> {
         self.ring_base(base, &ring);
         self.load(head, EVENT_HEAD);
         self.load(used, EVENT_TAIL);
-        self.flagged(Inst { d: used, n: head, m: used, ..template(Op::SUB_register) });
-        self.shifted(Op::LSL_immediate, at, head, 32 - ring.bytes.trailing_zeros());
+        self.flagged(Inst {
+            d: used,
+            n: head,
+            m: used,
+            ..template(Op::SUB_register)
+        });
+        self.shifted(
+            Op::LSL_immediate,
+            at,
+            head,
+            32 - ring.bytes.trailing_zeros(),
+        );
         self.shifted(Op::LSR_immediate, at, at, 32 - ring.bytes.trailing_zeros());
         self.offset(most, ring.bytes - ring.tick_bytes_max);
         self.go(at, most, Cond::LS, fits);
         self.offset(left, ring.bytes);
-        self.flagged(Inst { d: left, n: left, m: at, ..template(Op::SUB_register) });
-        self.flagged(Inst { d: used, n: used, m: left, ..template(Op::ADD_register) });
+        self.flagged(Inst {
+            d: left,
+            n: left,
+            m: at,
+            ..template(Op::SUB_register)
+        });
+        self.flagged(Inst {
+            d: used,
+            n: used,
+            m: left,
+            ..template(Op::ADD_register)
+        });
         self.go(used, most, Cond::HI, full);
-        self.flagged(Inst { d: head, n: head, m: left, ..template(Op::ADD_register) });
-        self.flagged(Inst { d: at, n: at, m: base, ..template(Op::ADD_register) });
+        self.flagged(Inst {
+            d: head,
+            n: head,
+            m: left,
+            ..template(Op::ADD_register)
+        });
+        self.flagged(Inst {
+            d: at,
+            n: at,
+            m: base,
+            ..template(Op::ADD_register)
+        });
         // The mark is an event that no kernel has.
         self.offset(left, 0);
-        self.op(Inst { d: left, m: left, s: true, ..template(Op::MVN_register) });
-        self.op(Inst { t: left, n: at, imm: 4, ..template(Op::STR_immediate) });
+        self.op(Inst {
+            d: left,
+            m: left,
+            s: true,
+            ..template(Op::MVN_register)
+        });
+        self.op(Inst {
+            t: left,
+            n: at,
+            imm: 4,
+            ..template(Op::STR_immediate)
+        });
         self.store(head, EVENT_HEAD);
         self.offset(at, 0);
         self.items.push(Item::Label(fits));
         self.go(used, most, Cond::HI, full);
-        self.flagged(Inst { d: at, n: at, m: base, ..template(Op::ADD_register) });
-        self.items.push(Item::Branch { cond: None, to: done });
+        self.flagged(Inst {
+            d: at,
+            n: at,
+            m: base,
+            ..template(Op::ADD_register)
+        });
+        self.items.push(Item::Branch {
+            cond: None,
+            to: done,
+        });
         self.items.push(Item::Label(full));
         self.offset(at, ring.spare());
-        self.flagged(Inst { d: at, n: at, m: base, ..template(Op::ADD_register) });
+        self.flagged(Inst {
+            d: at,
+            n: at,
+            m: base,
+            ..template(Op::ADD_register)
+        });
         self.items.push(Item::Label(done));
         self.store(at, EVENT_NEXT);
     }
 
-    /// This tick's events are for the reader, or lost. Uses R0 to R3, and two labels from `label` on.
+    /// This tick's events are for the reader, or lost. Uses R0 to R3, and two labels from `label`
+    /// on.
     pub(super) fn close_events(&mut self, label: Label) {
         let Some(ring) = self.frame.ring else { return };
         let (lost, done) = (label, label + 1);
@@ -59,20 +114,43 @@ impl Writer<'_> {
         self.ring_base(base, &ring);
         self.load(next, EVENT_NEXT);
         self.load(word, EVENT_HEAD);
-        self.flagged(Inst { d: next, n: next, m: base, ..template(Op::SUB_register) });
+        self.flagged(Inst {
+            d: next,
+            n: next,
+            m: base,
+            ..template(Op::SUB_register)
+        });
         self.offset(bytes, ring.bytes);
         self.go(next, bytes, Cond::HI, lost);
         self.shifted(Op::LSR_immediate, word, word, ring.bytes.trailing_zeros());
         self.shifted(Op::LSL_immediate, word, word, ring.bytes.trailing_zeros());
-        self.flagged(Inst { d: word, n: word, m: next, ..template(Op::ADD_register) });
+        self.flagged(Inst {
+            d: word,
+            n: word,
+            m: next,
+            ..template(Op::ADD_register)
+        });
         self.store(word, EVENT_HEAD);
-        self.items.push(Item::Branch { cond: None, to: done });
+        self.items.push(Item::Branch {
+            cond: None,
+            to: done,
+        });
         self.items.push(Item::Label(lost));
         self.offset(bytes, ring.spare());
-        self.flagged(Inst { d: next, n: next, m: bytes, ..template(Op::SUB_register) });
+        self.flagged(Inst {
+            d: next,
+            n: next,
+            m: bytes,
+            ..template(Op::SUB_register)
+        });
         self.shifted(Op::LSR_immediate, next, next, ring.event.trailing_zeros());
         self.load(word, EVENT_LOST);
-        self.flagged(Inst { d: word, n: word, m: next, ..template(Op::ADD_register) });
+        self.flagged(Inst {
+            d: word,
+            n: word,
+            m: next,
+            ..template(Op::ADD_register)
+        });
         self.store(word, EVENT_LOST);
         self.items.push(Item::Label(done));
     }
@@ -82,7 +160,12 @@ impl Writer<'_> {
             Some(at) => self.load(d, at + 4),
             None => {
                 self.offset(d, ring.at);
-                self.flagged(Inst { d, n: d, m: T, ..template(Op::ADD_register) });
+                self.flagged(Inst {
+                    d,
+                    n: d,
+                    m: T,
+                    ..template(Op::ADD_register)
+                });
             }
         }
     }
@@ -93,12 +176,24 @@ impl Writer<'_> {
     }
 
     fn shifted(&mut self, op: Op, d: u8, m: u8, amount: u32) {
-        self.flagged(Inst { d, m, amount: amount as u8, ..template(op) });
+        self.flagged(Inst {
+            d,
+            m,
+            amount: amount as u8,
+            ..template(op)
+        });
     }
 
     /// On to a label if two registers compare so.
     fn go(&mut self, n: u8, m: u8, cond: Cond, to: Label) {
-        self.op(Inst { n, m, ..template(Op::CMP_register) });
-        self.items.push(Item::Branch { cond: Some(cond), to });
+        self.op(Inst {
+            n,
+            m,
+            ..template(Op::CMP_register)
+        });
+        self.items.push(Item::Branch {
+            cond: Some(cond),
+            to,
+        });
     }
 }

@@ -1,4 +1,5 @@
-//! Blocks that were put in order before: modes share many, and so do the ways in which a mode is made.
+//! Blocks that were put in order before: modes share many, and so do the ways in which a mode is
+//! made.
 
 use std::sync::Mutex;
 
@@ -45,7 +46,11 @@ impl Known {
     /// The order of a block: as it is known, or is found now.
     pub fn order(&self, block: &Placed, behind: u32, find: impl FnOnce() -> Ordered) -> Ordered {
         let of = Block {
-            code: block.code.iter().map(|fixed| (fixed.inst, fixed.code.as_ref().map(Source::of))).collect(),
+            code: block
+                .code
+                .iter()
+                .map(|fixed| (fixed.inst, fixed.code.as_ref().map(Source::of)))
+                .collect(),
             end: match block.end {
                 End::Branch { cond, .. } => Ending::Branch(cond),
                 End::Next(_) => Ending::Next,
@@ -70,7 +75,9 @@ impl Source {
         Source {
             access: code.access,
             operands: code.operands.map(|operand| operand.is_some()),
-            old: code.operands.map(|operand| operand.is_some_and(|operand| operand.old.is_some())),
+            old: code
+                .operands
+                .map(|operand| operand.is_some_and(|operand| operand.old.is_some())),
             tied: code.tied,
         }
     }
@@ -78,5 +85,8 @@ impl Source {
 
 /// The code in this order.
 pub(super) fn in_order(code: &[Fixed], order: Ordered) -> Vec<Fixed> {
-    order.into_iter().map(|(at, inst)| Fixed { inst, ..code[at] }).collect()
+    order
+        .into_iter()
+        .map(|(at, inst)| Fixed { inst, ..code[at] })
+        .collect()
 }

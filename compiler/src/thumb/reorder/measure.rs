@@ -1,4 +1,5 @@
-//! What an order of a block's instructions costs, encodings and IT blocks as `emit` makes them, counted by `isa::timing`.
+//! What an order of a block's instructions costs, encodings and IT blocks as `emit` makes them,
+//! counted by `isa::timing`.
 
 use super::pipes::{Pipes, START};
 use crate::thumb::allocate::Placed;
@@ -29,7 +30,8 @@ pub(super) struct Measure {
     pipes: Pipes,
     forms: Vec<Forms>,
     it: Form,
-    /// The branch at the end, and whether it is always taken; none if the next block may just follow.
+    /// The branch at the end, and whether it is always taken; none if the next block may just
+    /// follow.
     end: Option<(Form, bool)>,
     /// The order that others are compared with.
     base: Base,
@@ -58,7 +60,11 @@ struct State {
 }
 
 impl State {
-    const START: State = State { pipe: START, left_in_it: 0, sum: 0 };
+    const START: State = State {
+        pipe: START,
+        left_in_it: 0,
+        sum: 0,
+    };
 
     /// Whether what follows costs the same.
     fn is_like(&self, other: &State) -> bool {
@@ -72,7 +78,11 @@ impl Measure {
         let mut form = |inst: &Inst| {
             let flags = inst.flags();
             insts.push(core.prepare(inst));
-            Form { number: insts.len() as u16 - 1, reads: flags.reads, writes: flags.writes }
+            Form {
+                number: insts.len() as u16 - 1,
+                reads: flags.reads,
+                writes: flags.writes,
+            }
         };
         let mut forms = |inst: &Inst| Forms {
             plain: form(inst),
@@ -80,17 +90,34 @@ impl Measure {
             cond: inst.cond,
         };
         let all = block.code.iter().map(|fixed| forms(&fixed.inst)).collect();
-        let it = form(&emit::it(Cond::EQ, &[(template(Op::MOV_register), None, None)]));
+        let it = form(&emit::it(
+            Cond::EQ,
+            &[(template(Op::MOV_register), None, None)],
+        ));
         let end = match &block.end {
             End::Branch { cond, .. } => Some((form(&emit::branch(Some(*cond), false, 0)), false)),
-            End::Next(_) => Some((form(&Inst { m: LR, ..template(Op::BX) }), true)),
+            End::Next(_) => Some((
+                form(&Inst {
+                    m: LR,
+                    ..template(Op::BX)
+                }),
+                true,
+            )),
             End::Jump(_) | End::InitDone => None,
         };
         let pipes = Pipes::new(core, insts);
-        Measure { pipes, forms: all, it, end, base: Base::default(), setting: vec![false; block.code.len()] }
+        Measure {
+            pipes,
+            forms: all,
+            it,
+            end,
+            base: Base::default(),
+            setting: vec![false; block.code.len()],
+        }
     }
 
-    /// Twice the cycles, so that half of them are for each way of a branch; others are compared with this order from here on.
+    /// Twice the cycles, so that half of them are for each way of a branch; others are compared
+    /// with this order from here on.
     pub fn accept(&mut self, order: &[usize]) -> u32 {
         let mut wanted = match self.end {
             Some((_, false)) => Flags::NZCV,
@@ -125,7 +152,11 @@ impl Measure {
     fn from(&mut self, order: &[usize], first: usize, last: usize) -> u32 {
         // An IT block looks ahead.
         let is_conditional = |place: &usize| self.forms[order[*place]].cond.is_some();
-        let first = (0..first).rev().take_while(is_conditional).last().unwrap_or(first);
+        let first = (0..first)
+            .rev()
+            .take_while(is_conditional)
+            .last()
+            .unwrap_or(first);
         let mut state = self.base.states[first];
         for place in first..order.len() {
             let known = &self.base.states[place];
@@ -140,7 +171,12 @@ impl Measure {
     /// One instruction, with an IT in front of it if it begins a block.
     fn step(&mut self, mut state: State, order: &[usize], place: usize) -> State {
         let forms = &self.forms[order[place]];
-        let form = forms.setting.as_ref().filter(|_| self.setting[place]).unwrap_or(&forms.plain).number;
+        let form = forms
+            .setting
+            .as_ref()
+            .filter(|_| self.setting[place])
+            .unwrap_or(&forms.plain)
+            .number;
         if forms.cond.is_some() && state.left_in_it == 0 {
             state = self.issue(state, self.it.number);
             state.left_in_it = self.it_block(&order[place..]);
@@ -151,7 +187,11 @@ impl Measure {
 
     fn issue(&mut self, state: State, inst: u16) -> State {
         let (pipe, cycles) = self.pipes.issue(state.pipe, inst);
-        State { pipe, sum: state.sum + 2 * u32::from(cycles), ..state }
+        State {
+            pipe,
+            sum: state.sum + 2 * u32::from(cycles),
+            ..state
+        }
     }
 
     /// Twice the cycles of the end.
@@ -180,12 +220,24 @@ impl Measure {
         from
     }
 
-    /// Flags may be set where nobody reads them: given those that are wanted behind a place, gives those before it.
+    /// Flags may be set where nobody reads them: given those that are wanted behind a place, gives
+    /// those before it.
     fn choose_form(&mut self, order: &[usize], place: usize, wanted: Flags) -> Flags {
-        let Forms { plain, setting, cond } = &self.forms[order[place]];
+        let Forms {
+            plain,
+            setting,
+            cond,
+        } = &self.forms[order[place]];
         self.setting[place] = wanted.is_empty() && setting.is_some();
-        let form = setting.as_ref().filter(|_| self.setting[place]).unwrap_or(plain);
-        let kept = if cond.is_some() { wanted | form.writes } else { wanted.without(form.writes) };
+        let form = setting
+            .as_ref()
+            .filter(|_| self.setting[place])
+            .unwrap_or(plain);
+        let kept = if cond.is_some() {
+            wanted | form.writes
+        } else {
+            wanted.without(form.writes)
+        };
         kept | form.reads
     }
 

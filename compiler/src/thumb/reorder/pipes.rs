@@ -1,7 +1,8 @@
-//! What an instruction costs behind others, each case counted once by `isa::timing` and looked up after that.
+//! What an instruction costs behind others, each case counted once by `isa::timing` and looked up
+//! after that.
 //!
-//! An instruction behind another is reached in sequence, so where it lies does not matter: only a branch's target does, and what a
-//! block begins with.
+//! An instruction behind another is reached in sequence, so where it lies does not matter: only a
+//! branch's target does, and what a block begins with.
 
 use rustc_hash::FxHashMap;
 use whippen_isa::timing::{Core, Outcome, Pipe, Timed};
@@ -12,7 +13,8 @@ pub(super) struct Pipes {
     insts: Vec<Timed>,
     states: Vec<Pipe>,
     numbers: FxHashMap<Pipe, u16>,
-    /// By state and instruction: the state behind it, and its cycles; [`UNKNOWN`] until somebody asks.
+    /// By state and instruction: the state behind it, and its cycles; [`UNKNOWN`] until somebody
+    /// asks.
     behind: Vec<(u16, u16)>,
 }
 
@@ -23,8 +25,13 @@ const UNKNOWN: (u16, u16) = (u16::MAX, 0);
 
 impl Pipes {
     pub fn new(core: &Core, insts: Vec<Timed>) -> Pipes {
-        let mut pipes =
-            Pipes { core: *core, insts, states: Vec::new(), numbers: FxHashMap::default(), behind: Vec::new() };
+        let mut pipes = Pipes {
+            core: *core,
+            insts,
+            states: Vec::new(),
+            numbers: FxHashMap::default(),
+            behind: Vec::new(),
+        };
         pipes.number(Pipe::default());
         pipes
     }
@@ -34,7 +41,9 @@ impl Pipes {
         let at = usize::from(state) * self.insts.len() + usize::from(inst);
         if self.behind[at] == UNKNOWN {
             let pipe = self.states[usize::from(state)];
-            let (pipe, cost) = self.core.issue(pipe, &self.insts[usize::from(inst)], 0, &Outcome::NEXT);
+            let (pipe, cost) =
+                self.core
+                    .issue(pipe, &self.insts[usize::from(inst)], 0, &Outcome::NEXT);
             self.behind[at] = (self.number(pipe), cost.cycles() as u16);
         }
         self.behind[at]
@@ -42,7 +51,15 @@ impl Pipes {
 
     /// Cycles of an instruction of which more is known.
     pub fn cycles(&self, state: u16, inst: u16, outcome: &Outcome) -> u32 {
-        self.core.issue(self.states[usize::from(state)], &self.insts[usize::from(inst)], 0, outcome).1.cycles()
+        self.core
+            .issue(
+                self.states[usize::from(state)],
+                &self.insts[usize::from(inst)],
+                0,
+                outcome,
+            )
+            .1
+            .cycles()
     }
 
     fn number(&mut self, pipe: Pipe) -> u16 {

@@ -33,5 +33,9 @@ fn step(code: &Code) -> Step {
         Access::Read(place) => reads.push(format!("{place:?}")),
         Access::Write(place) => writes.push(format!("{place:?}")),
     }
-    Step { name: format!("{:?}", (code.inst, code.operands)), reads, writes }
+    Step {
+        name: format!("{:?}", (code.inst, code.operands)),
+        reads,
+        writes,
+    }
 }

@@ -1,4 +1,5 @@
-//! What must stay before what: definitions before uses, and the order of accesses to flags, fixed registers and memory.
+//! What must stay before what: definitions before uses, and the order of accesses to flags, fixed
+//! registers and memory.
 
 use super::Behind;
 use crate::thumb::vcode::{Access, Code, Place, Reg, VReg};
@@ -32,17 +33,31 @@ struct Touched {
 }
 
 pub(super) fn depend(code: &[Code], core: &Core) -> Graph {
-    let mut graph = Graph { after: vec![Vec::new(); code.len()], before: vec![0; code.len()], height: Vec::new() };
+    let mut graph = Graph {
+        after: vec![Vec::new(); code.len()],
+        before: vec![0; code.len()],
+        height: Vec::new(),
+    };
     let mut defined: FxHashMap<VReg, usize> = FxHashMap::default();
     let mut read: Vec<(VReg, usize)> = Vec::new();
     let mut touched: FxHashMap<Resource, Touched> = FxHashMap::default();
     for (at, inst) in code.iter().enumerate() {
         for reg in inst.reads() {
-            defined.get(&reg).into_iter().for_each(|from| graph.edge(*from, at));
+            defined
+                .get(&reg)
+                .into_iter()
+                .for_each(|from| graph.edge(*from, at));
         }
         // What is overwritten in place is read by all others first, which saves a copy.
-        for old in inst.operands.iter().flatten().filter_map(|operand| operand.old) {
-            read.iter().filter(|(reg, _)| *reg == old).for_each(|(_, from)| graph.edge(*from, at));
+        for old in inst
+            .operands
+            .iter()
+            .flatten()
+            .filter_map(|operand| operand.old)
+        {
+            read.iter()
+                .filter(|(reg, _)| *reg == old)
+                .for_each(|(_, from)| graph.edge(*from, at));
         }
         read.extend(inst.reads().map(|reg| (reg, at)));
         defined.extend(inst.writes().map(|reg| (reg, at)));
@@ -52,7 +67,9 @@ pub(super) fn depend(code: &[Code], core: &Core) -> Graph {
     }
     for (from, after) in graph.after.iter_mut().enumerate() {
         let behind = Behind::new(core, &code[from]);
-        after.iter_mut().for_each(|(to, wait)| *wait = behind.waits(core, &code[*to]));
+        after
+            .iter_mut()
+            .for_each(|(to, wait)| *wait = behind.waits(core, &code[*to]));
     }
     graph.height = heights(&graph);
     graph
@@ -69,13 +86,21 @@ impl Graph {
 
     /// Cycles that `to` waits right behind `from`.
     pub fn wait(&self, from: usize, to: usize) -> u32 {
-        self.after[from].iter().find(|(at, _)| *at == to).map_or(0, |(_, wait)| *wait)
+        self.after[from]
+            .iter()
+            .find(|(at, _)| *at == to)
+            .map_or(0, |(_, wait)| *wait)
     }
 
     fn touch(&mut self, touched: &mut Touched, at: usize, writes: bool) {
-        touched.writer.into_iter().for_each(|writer| self.edge(writer, at));
+        touched
+            .writer
+            .into_iter()
+            .for_each(|writer| self.edge(writer, at));
         if writes {
-            std::mem::take(&mut touched.readers).into_iter().for_each(|reader| self.edge(reader, at));
+            std::mem::take(&mut touched.readers)
+                .into_iter()
+                .for_each(|reader| self.edge(reader, at));
             touched.writer = Some(at);
         } else {
             touched.readers.push(at);
@@ -87,7 +112,10 @@ impl Graph {
 fn resources(code: &Code) -> Vec<(Resource, bool)> {
     let mut all = Vec::new();
     let flags = code.inst.flags();
-    let (reads, writes) = (flags.reads.intersects(Flags::NZCV), flags.writes.intersects(Flags::NZCV));
+    let (reads, writes) = (
+        flags.reads.intersects(Flags::NZCV),
+        flags.writes.intersects(Flags::NZCV),
+    );
     if reads || writes {
         all.push((Resource::Flags, writes));
     }
@@ -113,7 +141,9 @@ fn resources(code: &Code) -> Vec<(Resource, bool)> {
 fn heights(graph: &Graph) -> Vec<u32> {
     let mut height = vec![1; graph.after.len()];
     for at in (0..graph.after.len()).rev() {
-        let below = graph.after[at].iter().map(|(next, wait)| height[*next] + wait);
+        let below = graph.after[at]
+            .iter()
+            .map(|(next, wait)| height[*next] + wait);
         height[at] = 1 + below.max().unwrap_or(0);
     }
     height

@@ -16,10 +16,15 @@ pub(super) fn out(func: &Func) -> Vec<Vec<VReg>> {
             let block = &func.blocks[index];
             let mut needed: Set = vec![0; before[index].len()];
             for target in block.end.targets() {
-                needed.iter_mut().zip(&before[target]).for_each(|(all, more)| *all |= more);
+                needed
+                    .iter_mut()
+                    .zip(&before[target])
+                    .for_each(|(all, more)| *all |= more);
             }
             if let End::Jump(edge) = &block.end {
-                edge.args.iter().for_each(|reg| put(&mut needed, *reg, true));
+                edge.args
+                    .iter()
+                    .for_each(|reg| put(&mut needed, *reg, true));
             }
             out[index].clone_from(&needed);
             if let End::Next(code) = block.end {
@@ -29,7 +34,10 @@ pub(super) fn out(func: &Func) -> Vec<Vec<VReg>> {
                 code.writes().for_each(|reg| put(&mut needed, reg, false));
                 Code::reads(code).for_each(|reg| put(&mut needed, reg, true));
             }
-            block.params.iter().for_each(|reg| put(&mut needed, *reg, false));
+            block
+                .params
+                .iter()
+                .for_each(|reg| put(&mut needed, *reg, false));
             changed |= before[index] != needed;
             before[index] = needed;
         }

@@ -1,13 +1,14 @@
 //! Loads that may be done again instead of keeping what was loaded.
 //!
-//! A cell's word is in memory until the cell is stored to, so a block that wants it can load it for as much as it would cost
-//! to take it from the stack. That holds for a use behind a store to the cell only if the word was loaded before: such words
-//! are loaded where the Kernel does.
+//! A cell's word is in memory until the cell is stored to, so a block that wants it can load it for
+//! as much as it would cost to take it from the stack. That holds for a use behind a store to the
+//! cell only if the word was loaded before: such words are loaded where the Kernel does.
 
 use crate::kernel::{Inst, Kernel, Op, Type, Value};
 use crate::modes::{End, Mode};
 
-/// Which values may be loaded again wherever they are used; some choices wait until they are stored.
+/// Which values may be loaded again wherever they are used; some choices wait until they are
+/// stored.
 pub(super) fn loads(kernel: &Kernel, mode: &Mode, waiting: &[bool]) -> Vec<bool> {
     let mut scan = Scan {
         kernel,
@@ -23,7 +24,9 @@ pub(super) fn loads(kernel: &Kernel, mode: &Mode, waiting: &[bool]) -> Vec<bool>
         scan.insts(&block.insts);
         let targets = match &block.end {
             End::Jump(target) => vec![target],
-            End::Branch { condition, yes, no, .. } => {
+            End::Branch {
+                condition, yes, no, ..
+            } => {
                 scan.uses(&[*condition]);
                 vec![yes, no]
             }
@@ -31,7 +34,10 @@ pub(super) fn loads(kernel: &Kernel, mode: &Mode, waiting: &[bool]) -> Vec<bool>
         };
         for target in targets {
             scan.uses(&target.args);
-            before[target.block].iter_mut().zip(&scan.stored).for_each(|(known, stored)| *known |= stored);
+            before[target.block]
+                .iter_mut()
+                .zip(&scan.stored)
+                .for_each(|(known, stored)| *known |= stored);
         }
     }
     scan.allowed
@@ -39,8 +45,14 @@ pub(super) fn loads(kernel: &Kernel, mode: &Mode, waiting: &[bool]) -> Vec<bool>
 
 /// Whether selection may compute the operator where its result is used instead of where it stands.
 fn is_late(op: Op) -> bool {
-    let part = matches!(op, Op::Sar(_) | Op::SarRound(_) | Op::Shl(_) | Op::Mul | Op::MulTop | Op::MulWide);
-    part || matches!(op, Op::Min | Op::Max | Op::Lt | Op::Le | Op::Eq | Op::Not | Op::Assume(..) | Op::Narrow)
+    let part = matches!(
+        op,
+        Op::Sar(_) | Op::SarRound(_) | Op::Shl(_) | Op::Mul | Op::MulTop | Op::MulWide
+    );
+    part || matches!(
+        op,
+        Op::Min | Op::Max | Op::Lt | Op::Le | Op::Eq | Op::Not | Op::Assume(..) | Op::Narrow
+    )
 }
 
 struct Scan<'a> {
@@ -59,7 +71,9 @@ impl Scan<'_> {
             self.uses(&inst.args);
             if matches!(inst.op, Op::Loop(_)) {
                 // What a round stores, the next round finds stored.
-                inst.regions.iter().for_each(|inner| self.stores(&inner.insts));
+                inst.regions
+                    .iter()
+                    .for_each(|inner| self.stores(&inner.insts));
             }
             for inner in &inst.regions {
                 self.insts(&inner.insts);
@@ -75,17 +89,23 @@ impl Scan<'_> {
             if let Op::Set(cell) | Op::SetAt(cell) = inst.op {
                 self.stored[cell as usize] = true;
             }
-            inst.regions.iter().for_each(|inner| self.stores(&inner.insts));
+            inst.regions
+                .iter()
+                .for_each(|inner| self.stores(&inner.insts));
         }
     }
 
     fn define(&mut self, inst: &Inst) {
-        let Some(result) = inst.results.first() else { return };
+        let Some(result) = inst.results.first() else {
+            return;
+        };
         let mut sources = match inst.op {
             // It may be computed where its result is stored.
-            Op::Select if self.waiting[result.0 as usize] => {
-                inst.args.iter().flat_map(|arg| self.sources[arg.0 as usize].clone()).collect::<Vec<_>>()
-            }
+            Op::Select if self.waiting[result.0 as usize] => inst
+                .args
+                .iter()
+                .flat_map(|arg| self.sources[arg.0 as usize].clone())
+                .collect::<Vec<_>>(),
             Op::Get(cell) if self.kernel.cells[cell as usize].ty != Type::I64 => {
                 self.allowed[result.0 as usize] = !self.stored[cell as usize];
                 vec![(*result, cell)]
@@ -94,9 +114,11 @@ impl Scan<'_> {
                 self.allowed[result.0 as usize] = true;
                 Vec::new()
             }
-            op if is_late(op) => {
-                inst.args.iter().flat_map(|arg| self.sources[arg.0 as usize].clone()).collect::<Vec<_>>()
-            }
+            op if is_late(op) => inst
+                .args
+                .iter()
+                .flat_map(|arg| self.sources[arg.0 as usize].clone())
+                .collect::<Vec<_>>(),
             // Everything else is computed where it stands.
             _ => Vec::new(),
         };

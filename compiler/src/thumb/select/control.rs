@@ -48,15 +48,36 @@ impl Walk for Select<'_> {
         let yields = self.words_of(&region.yields);
         let next = self.plus(index, 1);
         let end = self.load_constant(rounds as i32);
-        self.emit(Code::new(Isa::CMP_register).reg(Role::N, next).reg(Role::M, end));
-        self.func.blocks[self.at].end = End::Branch { cond: Cond::LT, yes: again, no: after, likely: Some(true) };
+        self.emit(
+            Code::new(Isa::CMP_register)
+                .reg(Role::N, next)
+                .reg(Role::M, end),
+        );
+        self.func.blocks[self.at].end = End::Branch {
+            cond: Cond::LT,
+            yes: again,
+            no: after,
+            likely: Some(true),
+        };
         self.at = again;
-        self.jump(head, std::iter::once(next).chain(yields.iter().copied()).collect());
+        self.jump(
+            head,
+            std::iter::once(next)
+                .chain(yields.iter().copied())
+                .collect(),
+        );
         self.at = after;
         let mut words = yields.into_iter();
         for result in &inst.results {
-            let (low, wide) = (words.next().unwrap_or(0), self.info(*result).ty == Type::I64);
-            let bound = if wide { Bound::Two(low, words.next().unwrap_or(0)) } else { Bound::One(low) };
+            let (low, wide) = (
+                words.next().unwrap_or(0),
+                self.info(*result).ty == Type::I64,
+            );
+            let bound = if wide {
+                Bound::Two(low, words.next().unwrap_or(0))
+            } else {
+                Bound::One(low)
+            };
             self.bind(*result, bound);
         }
     }
@@ -75,7 +96,12 @@ impl Select<'_> {
             self.func.blocks[heads[index]].params = params;
             self.insts(&block.insts);
             match &block.end {
-                ModeEnd::Branch { condition, yes, no, likely } => {
+                ModeEnd::Branch {
+                    condition,
+                    yes,
+                    no,
+                    likely,
+                } => {
                     let (yes, no) = (self.edge_block(yes, &heads), self.edge_block(no, &heads));
                     self.branch(*condition, yes, no, *likely);
                 }
@@ -120,7 +146,8 @@ impl Select<'_> {
         all
     }
 
-    /// A block of its own that hands a target its values; empty where there is nothing to hand over.
+    /// A block of its own that hands a target its values; empty where there is nothing to hand
+    /// over.
     fn edge_block(&mut self, target: &Target, heads: &[usize]) -> usize {
         let (here, edge) = (self.at, self.func.block());
         self.at = edge;
@@ -139,7 +166,12 @@ impl Select<'_> {
             return self.jump(if known == 0 { no } else { yes }, Vec::new());
         }
         let cond = self.condition(condition);
-        self.func.blocks[self.at].end = End::Branch { cond, yes, no, likely };
+        self.func.blocks[self.at].end = End::Branch {
+            cond,
+            yes,
+            no,
+            likely,
+        };
     }
 
     /// The mode of the next tick, then the next key's code.
@@ -152,7 +184,9 @@ impl Select<'_> {
         }
         let record = self.frame.record;
         let code = self.func.fresh();
-        let load = Code::new(Isa::LDR_immediate).reg(Role::T, code).with(Role::N, Self::fixed(K));
+        let load = Code::new(Isa::LDR_immediate)
+            .reg(Role::T, code)
+            .with(Role::N, Self::fixed(K));
         let mut load = load.access(Access::Read(MODE));
         if record < 256 {
             load.inst.wback = true;
@@ -189,12 +223,15 @@ impl Select<'_> {
         self.emit(code.with(Role::N, fixed).with(Role::D, fixed));
     }
 
-    /// A line full of one value: a loop over its slots, some in each round. A program that begins waits for it in a tick.
+    /// A line full of one value: a loop over its slots, some in each round. A program that begins
+    /// waits for it in a tick.
     pub(super) fn fill(&mut self, line: u32, value: Value) {
         let word = self.reg(value);
         let place = self.frame.lines[line as usize].clone();
         let mut start = self.first_slot(line);
-        let slots = FILLED.min(1 + OFFSET_MAX / place.row.max(1)).min(place.len.max(1));
+        let slots = FILLED
+            .min(1 + OFFSET_MAX / place.row.max(1))
+            .min(place.len.max(1));
         let (rounds, over) = (place.len / slots, place.len % slots);
         if over != 0 {
             self.fill_slots(line, word, start, over);
@@ -210,8 +247,18 @@ impl Select<'_> {
         self.at = head;
         self.fill_slots(line, word, at, slots);
         let next = self.three(Isa::ADD_register, at, bytes);
-        let less = self.result(Code::new(Isa::SUB_immediate).reg(Role::N, left).imm(1).flags());
-        self.func.blocks[head].end = End::Branch { cond: Cond::NE, yes: again, no: after, likely: Some(true) };
+        let less = self.result(
+            Code::new(Isa::SUB_immediate)
+                .reg(Role::N, left)
+                .imm(1)
+                .flags(),
+        );
+        self.func.blocks[head].end = End::Branch {
+            cond: Cond::NE,
+            yes: again,
+            no: after,
+            likely: Some(true),
+        };
         self.at = again;
         self.jump(head, vec![next, less]);
         self.at = after;
@@ -220,9 +267,19 @@ impl Select<'_> {
     /// So many slots of a line, from an address on.
     fn fill_slots(&mut self, line: u32, word: VReg, at: VReg, slots: u32) {
         let place = &self.frame.lines[line as usize];
-        let (op, row) = (if place.narrow { Isa::STRH_immediate } else { Isa::STR_immediate }, place.row);
+        let (op, row) = (
+            if place.narrow {
+                Isa::STRH_immediate
+            } else {
+                Isa::STR_immediate
+            },
+            place.row,
+        );
         for slot in 0..slots {
-            let store = Code::new(op).reg(Role::N, at).reg(Role::T, word).imm(slot * row);
+            let store = Code::new(op)
+                .reg(Role::N, at)
+                .reg(Role::T, word)
+                .imm(slot * row);
             self.emit(store.access(Access::Write(crate::thumb::vcode::Place::Line(line))));
         }
     }

@@ -13,7 +13,10 @@ impl Select<'_> {
 
     /// Whether a shift becomes a part of every sum that uses it, so that it costs nothing there.
     pub(super) fn is_part_of_all(&self, inst: &Inst, result: Value) -> bool {
-        let is_there = matches!(self.bound[inst.args[0].0 as usize], Bound::One(_) | Bound::Again(..));
+        let is_there = matches!(
+            self.bound[inst.args[0].0 as usize],
+            Bound::One(_) | Bound::Again(..)
+        );
         let (used, summed) = (self.used[result.0 as usize], self.summed[result.0 as usize]);
         is_there && used > 1 && used == summed && self.may_wait(&inst.args)
     }
@@ -26,7 +29,8 @@ impl Select<'_> {
         }
     }
 
-    /// Whether a value of these may wait for its user: not behind too many others that do, because going there needs stack.
+    /// Whether a value of these may wait for its user: not behind too many others that do, because
+    /// going there needs stack.
     pub(super) fn may_wait(&self, args: &[Value]) -> bool {
         args.iter().all(|arg| self.late[arg.0 as usize] < LATE)
     }
@@ -66,7 +70,8 @@ impl Select<'_> {
     pub(super) fn above(&mut self, at: usize) -> Option<usize> {
         let blocks = &self.func.blocks;
         *self.above.entry(at).or_insert_with(|| {
-            let mut ways = (0..blocks.len()).filter(|from| blocks[*from].end.targets().contains(&at));
+            let mut ways =
+                (0..blocks.len()).filter(|from| blocks[*from].end.targets().contains(&at));
             ways.next().filter(|_| ways.next().is_none())
         })
     }
@@ -75,7 +80,14 @@ impl Select<'_> {
     pub(super) fn waits(&self, op: Op, result: Value) -> bool {
         let part = matches!(
             op,
-            Op::Shl(_) | Op::Sar(_) | Op::SarRound(_) | Op::Mul | Op::MulTop | Op::MulWide | Op::Min | Op::Max
+            Op::Shl(_)
+                | Op::Sar(_)
+                | Op::SarRound(_)
+                | Op::Mul
+                | Op::MulTop
+                | Op::MulWide
+                | Op::Min
+                | Op::Max
         );
         part && self.used[result.0 as usize] == 1
     }

@@ -14,10 +14,16 @@ impl Select<'_> {
     /// Counts what is compared as often as the comparison, which is made anew for each use.
     pub(super) fn mark_compared(&mut self, insts: &[Inst]) {
         for inst in insts {
-            if matches!(inst.op, Op::Lt | Op::Le | Op::Eq) && self.used[inst.results[0].0 as usize] != 1 {
-                inst.args.iter().for_each(|arg| self.used[arg.0 as usize] += 1);
+            if matches!(inst.op, Op::Lt | Op::Le | Op::Eq)
+                && self.used[inst.results[0].0 as usize] != 1
+            {
+                inst.args
+                    .iter()
+                    .for_each(|arg| self.used[arg.0 as usize] += 1);
             }
-            inst.regions.iter().for_each(|inner| self.mark_compared(&inner.insts));
+            inst.regions
+                .iter()
+                .for_each(|inner| self.mark_compared(&inner.insts));
         }
     }
 
@@ -25,10 +31,14 @@ impl Select<'_> {
     pub(super) fn mark_summed(&mut self, insts: &[Inst]) {
         for inst in insts {
             if matches!(inst.op, Op::Add | Op::Sub) && inst.args[0] != inst.args[1] {
-                inst.args.iter().for_each(|arg| self.summed[arg.0 as usize] += 1);
+                inst.args
+                    .iter()
+                    .for_each(|arg| self.summed[arg.0 as usize] += 1);
             }
             if inst.op == Op::If {
-                inst.regions.iter().for_each(|inner| self.mark_summed(&inner.insts));
+                inst.regions
+                    .iter()
+                    .for_each(|inner| self.mark_summed(&inner.insts));
             }
         }
     }
@@ -36,15 +46,23 @@ impl Select<'_> {
     /// Counts everything in a loop once more, so that nothing is computed again in each round.
     fn mark_loop(&mut self, insts: &[Inst]) {
         for inst in insts {
-            inst.args.iter().for_each(|arg| self.used[arg.0 as usize] += 1);
-            inst.regions.iter().for_each(|inner| self.mark_loop(&inner.insts));
+            inst.args
+                .iter()
+                .for_each(|arg| self.used[arg.0 as usize] += 1);
+            inst.regions
+                .iter()
+                .for_each(|inner| self.mark_loop(&inner.insts));
         }
     }
 
     /// Marks the bools that are needed as words: all but those that only steer.
     pub(super) fn mark_words(&mut self, insts: &[Inst]) {
         for inst in insts {
-            let words = if matches!(inst.op, Op::If | Op::Select) { &inst.args[1..] } else { &inst.args };
+            let words = if matches!(inst.op, Op::If | Op::Select) {
+                &inst.args[1..]
+            } else {
+                &inst.args
+            };
             self.mark(words);
             if words.len() < inst.args.len() {
                 self.used[inst.args[0].0 as usize] += 1;
@@ -54,7 +72,10 @@ impl Select<'_> {
                 self.mark_words(&inner.insts);
                 if matches!(inst.op, Op::Loop(_)) {
                     self.mark_loop(&inner.insts);
-                    inner.yields.iter().for_each(|value| self.used[value.0 as usize] += 1);
+                    inner
+                        .yields
+                        .iter()
+                        .for_each(|value| self.used[value.0 as usize] += 1);
                 }
             }
         }

@@ -1,4 +1,5 @@
-//! `floor(sqrt(a))`, 0 where `a` is negative: bit by bit from the top, each kept if the square still fits.
+//! `floor(sqrt(a))`, 0 where `a` is negative: bit by bit from the top, each kept if the square
+//! still fits.
 
 use super::Select;
 use crate::kernel::Value;
@@ -8,14 +9,23 @@ use whippen_isa::{Cond, Op as Isa};
 impl Select<'_> {
     pub(super) fn root(&mut self, value: Value) -> VReg {
         // Roots are words, so they have 31 bits at most.
-        let largest = self.info(value).range.high.max(0).isqrt().min(i32::MAX.into());
+        let largest = self
+            .info(value)
+            .range
+            .high
+            .max(0)
+            .isqrt()
+            .min(i32::MAX.into());
         let bits = (64 - largest.leading_zeros()).max(1);
         let (low, high) = self.pair(value);
         let (low, high) = self.not_negative(low, high);
         let (zero, top) = (self.load_constant(0), self.load_constant(1 << (bits - 1)));
         let (root, bit) = (self.func.fresh(), self.func.fresh());
         let (head, again, after) = (self.func.block(), self.func.block(), self.func.block());
-        self.func.blocks[self.at].end = End::Jump(Edge { block: head, args: vec![zero, top] });
+        self.func.blocks[self.at].end = End::Jump(Edge {
+            block: head,
+            args: vec![zero, top],
+        });
         self.func.blocks[head].params = vec![root, bit];
         self.func.blocks[head].rounds = Some(bits);
         self.at = head;
@@ -24,8 +34,16 @@ impl Select<'_> {
         self.less((low, high), square);
         let next = self.move_only(Cond::GE, super::Bound::One(tried), root);
         let lower = self.shift_to_flags(bit);
-        self.func.blocks[head].end = End::Branch { cond: Cond::NE, yes: again, no: after, likely: Some(true) };
-        self.func.blocks[again].end = End::Jump(Edge { block: head, args: vec![next, lower] });
+        self.func.blocks[head].end = End::Branch {
+            cond: Cond::NE,
+            yes: again,
+            no: after,
+            likely: Some(true),
+        };
+        self.func.blocks[again].end = End::Jump(Edge {
+            block: head,
+            args: vec![next, lower],
+        });
         self.at = after;
         next
     }
@@ -39,7 +57,11 @@ impl Select<'_> {
     /// The same, or zero for a negative number.
     fn not_negative(&mut self, low: VReg, high: VReg) -> (VReg, VReg) {
         let sign = self.sign(high);
-        let clear = |word| Code::new(Isa::BIC_register).reg(Role::N, word).reg(Role::M, sign);
+        let clear = |word| {
+            Code::new(Isa::BIC_register)
+                .reg(Role::N, word)
+                .reg(Role::M, sign)
+        };
         (self.result(clear(low)), self.result(clear(high)))
     }
 }

@@ -29,12 +29,19 @@ impl Select<'_> {
 
     /// 0 or 1 as the sign of a difference, where that cannot overflow.
     fn sign_as_word(&mut self, value: Value) -> Option<VReg> {
-        let Bound::Test(op, [a, b]) = self.bound[value.0 as usize] else { return None };
+        let Bound::Test(op, [a, b]) = self.bound[value.0 as usize] else {
+            return None;
+        };
         let (of, from) = (self.info(a), self.info(b));
         let word = |low: i64, high: i64| Type::I32.range().has(low) && Type::I32.range().has(high);
         // a < b where a - b is negative, a <= b where a - b - 1 is.
         let less = i64::from(op == Op::Le);
-        if of.ty != Type::I32 || !word(of.range.low - from.range.high - less, of.range.high - from.range.low - less) {
+        if of.ty != Type::I32
+            || !word(
+                of.range.low - from.range.high - less,
+                of.range.high - from.range.low - less,
+            )
+        {
             return None;
         }
         let difference = match (op, self.constant(a), self.constant(b)) {
@@ -45,7 +52,11 @@ impl Select<'_> {
             }
             (_, Some(k), _) if thumb_shrink_imm((k - less) as u32).is_some() => {
                 let b = self.reg(b);
-                self.result(Code::new(Isa::RSB_immediate).reg(Role::N, b).imm((k - less) as u32))
+                self.result(
+                    Code::new(Isa::RSB_immediate)
+                        .reg(Role::N, b)
+                        .imm((k - less) as u32),
+                )
             }
             (_, Some(k), _) => {
                 let (k, b) = (self.load_constant((k - less) as i32), self.reg(b));
@@ -63,7 +74,9 @@ impl Select<'_> {
     /// Sets the flags; the bool holds where the condition does.
     pub(super) fn condition(&mut self, value: Value) -> Cond {
         match self.bound[value.0 as usize] {
-            Bound::Test(op, [a, b]) if self.info(a).ty == Type::I64 => self.wide_condition(op, a, b),
+            Bound::Test(op, [a, b]) if self.info(a).ty == Type::I64 => {
+                self.wide_condition(op, a, b)
+            }
             Bound::Test(op, [a, b]) => {
                 if let Some(cond) = self.sign_of_sum(op, a, b) {
                     return cond;
@@ -93,7 +106,8 @@ impl Select<'_> {
         }
     }
 
-    /// A comparison with zero by the flags of what computes the word, if nothing behind that has to do with flags.
+    /// A comparison with zero by the flags of what computes the word, if nothing behind that has to
+    /// do with flags.
     fn sign_of_sum(&mut self, op: Op, a: Value, b: Value) -> Option<Cond> {
         if self.frame.small {
             return None;
@@ -117,10 +131,16 @@ impl Select<'_> {
         None
     }
 
-    /// Lets the last instruction, if it is the one that makes this bool, say in the flags whether it is zero.
+    /// Lets the last instruction, if it is the one that makes this bool, say in the flags whether
+    /// it is zero.
     fn sets_zero_flag(&mut self, word: VReg) -> bool {
-        let Some(last) = self.func.blocks[self.at].code.last_mut() else { return false };
-        let logic = matches!(last.inst.op(), Isa::AND_register | Isa::ORR_register | Isa::BIC_register);
+        let Some(last) = self.func.blocks[self.at].code.last_mut() else {
+            return false;
+        };
+        let logic = matches!(
+            last.inst.op(),
+            Isa::AND_register | Isa::ORR_register | Isa::BIC_register
+        );
         let makes = logic && last.inst.cond.is_none() && last.writes().eq([word]);
         last.inst.s |= makes;
         makes
@@ -166,8 +186,17 @@ impl Select<'_> {
                 Cond::GE
             }
             _ => {
-                self.emit(Code::new(Isa::CMP_register).reg(Role::N, a.0).reg(Role::M, b.0));
-                self.emit(Code::new(Isa::CMP_register).reg(Role::N, a.1).reg(Role::M, b.1).only(Cond::EQ));
+                self.emit(
+                    Code::new(Isa::CMP_register)
+                        .reg(Role::N, a.0)
+                        .reg(Role::M, b.0),
+                );
+                self.emit(
+                    Code::new(Isa::CMP_register)
+                        .reg(Role::N, a.1)
+                        .reg(Role::M, b.1)
+                        .only(Cond::EQ),
+                );
                 Cond::EQ
             }
         }
@@ -175,8 +204,17 @@ impl Select<'_> {
 
     /// Whether 64 bits are less than others.
     pub(super) fn less(&mut self, a: (VReg, VReg), b: (VReg, VReg)) -> Cond {
-        self.emit(Code::new(Isa::CMP_register).reg(Role::N, a.0).reg(Role::M, b.0));
-        self.result(Code::new(Isa::SBC_register).reg(Role::N, a.1).reg(Role::M, b.1).flags());
+        self.emit(
+            Code::new(Isa::CMP_register)
+                .reg(Role::N, a.0)
+                .reg(Role::M, b.0),
+        );
+        self.result(
+            Code::new(Isa::SBC_register)
+                .reg(Role::N, a.1)
+                .reg(Role::M, b.1)
+                .flags(),
+        );
         Cond::LT
     }
 
@@ -195,7 +233,15 @@ impl Select<'_> {
             Op::Not => self.result(Code::new(Isa::EOR_immediate).reg(Role::N, a).imm(1)),
             _ => {
                 let b = self.reg(args[1]);
-                self.three(if op == Op::And { Isa::AND_register } else { Isa::ORR_register }, a, b)
+                self.three(
+                    if op == Op::And {
+                        Isa::AND_register
+                    } else {
+                        Isa::ORR_register
+                    },
+                    a,
+                    b,
+                )
             }
         })
     }
@@ -203,7 +249,11 @@ impl Select<'_> {
     pub(super) fn select(&mut self, ty: Type, args: &[Value]) -> Bound {
         if let Some(known) = self.constant(args[0]) {
             let chosen = args[if known == 0 { 2 } else { 1 }];
-            return if ty == Type::I64 { self.both(chosen) } else { Bound::One(self.reg(chosen)) };
+            return if ty == Type::I64 {
+                self.both(chosen)
+            } else {
+                Bound::One(self.reg(chosen))
+            };
         }
         if ty == Type::I64 {
             let (then, other) = (self.pair(args[1]), self.pair(args[2]));
@@ -222,28 +272,36 @@ impl Select<'_> {
         Bound::One(self.move_only(cond, then, other))
     }
 
-    /// A value that is held within a limit only where a bool says so: the comparison with the limit is conditional, too.
+    /// A value that is held within a limit only where a bool says so: the comparison with the limit
+    /// is conditional, too.
     fn chosen_limit(&mut self, args: &[Value]) -> Option<VReg> {
         let limit_of = |select: &Self, held: Value, of: Value| {
-            let (op, [a, b]) = select.later(held).filter(|(op, _)| matches!(op, Op::Min | Op::Max))?;
+            let (op, [a, b]) = select
+                .later(held)
+                .filter(|(op, _)| matches!(op, Op::Min | Op::Max))?;
             let limit = if a == of { b } else { a };
             ((a == of || b == of) && select.constant(of).is_none()).then_some((op, limit))
         };
-        let (where_it_holds, of, (op, limit)) =
-            match (limit_of(self, args[1], args[2]), limit_of(self, args[2], args[1])) {
-                (Some(limit), _) => (true, args[2], limit),
-                (_, Some(limit)) => (false, args[1], limit),
-                _ => return None,
-            };
+        let (where_it_holds, of, (op, limit)) = match (
+            limit_of(self, args[1], args[2]),
+            limit_of(self, args[2], args[1]),
+        ) {
+            (Some(limit), _) => (true, args[2], limit),
+            (_, Some(limit)) => (false, args[1], limit),
+            _ => return None,
+        };
         let beyond = if op == Op::Max { Cond::LT } else { Cond::GT };
         let (first, cond) = match self.bound[args[0].0 as usize] {
             // A constant is compared with from the right.
-            Bound::Test(Op::Lt, [a, b]) if self.constant(a).is_none() && self.info(a).ty != Type::I64 => {
+            Bound::Test(Op::Lt, [a, b])
+                if self.constant(a).is_none() && self.info(a).ty != Type::I64 =>
+            {
                 ([a, b], if where_it_holds { Cond::LT } else { Cond::GE })
             }
             _ => return None,
         };
-        // Where the first comparison fails, its own flags must say that nothing is beyond the limit.
+        // Where the first comparison fails, its own flags must say that nothing is beyond the
+        // limit.
         if !matches!((cond, beyond), (Cond::LT, Cond::LT) | (Cond::GE, Cond::GT)) {
             return None;
         }
@@ -264,7 +322,12 @@ impl Select<'_> {
     }
 
     /// Both words where the flags say so.
-    pub(super) fn move_pair(&mut self, cond: Cond, then: (VReg, VReg), other: (VReg, VReg)) -> Bound {
+    pub(super) fn move_pair(
+        &mut self,
+        cond: Cond,
+        then: (VReg, VReg),
+        other: (VReg, VReg),
+    ) -> Bound {
         let low = self.move_only(cond, Bound::One(then.0), other.0);
         let high = self.move_only(cond, Bound::One(then.1), other.1);
         Bound::Two(low, high)
@@ -276,13 +339,16 @@ fn tells_sign(code: &Code) -> bool {
     let inst = &code.inst;
     let computes = match inst.op() {
         Isa::ADD_register | Isa::SUB_register | Isa::RSB_register => true,
-        Isa::ADD_immediate | Isa::SUB_immediate | Isa::RSB_immediate => thumb_shrink_imm(inst.imm).is_some(),
+        Isa::ADD_immediate | Isa::SUB_immediate | Isa::RSB_immediate => {
+            thumb_shrink_imm(inst.imm).is_some()
+        }
         _ => false,
     };
     computes && inst.cond.is_none() && code.tied.is_none()
 }
 
-/// Whether comparing with such a constant costs no more than with a register: one that must be shifted takes a cycle more.
+/// Whether comparing with such a constant costs no more than with a register: one that must be
+/// shifted takes a cycle more.
 fn is_free(k: u32) -> bool {
     thumb_shrink_imm(k).is_some() && thumb_imm_carry(k).is_none()
 }

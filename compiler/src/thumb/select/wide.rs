@@ -56,7 +56,9 @@ impl Select<'_> {
                 let (low, high) = self.pair(of);
                 self.low_shifted(low, high, n)
             }
-            (_, Some((Op::SarRound(32), [of, _]))) if matches!(self.later(of), Some((Op::MulWide, _))) => {
+            (_, Some((Op::SarRound(32), [of, _])))
+                if matches!(self.later(of), Some((Op::MulWide, _))) =>
+            {
                 self.rounded_product(of)
             }
             (_, Some((Op::SarRound(n @ 1..=32), [of, _]))) => {
@@ -73,7 +75,9 @@ impl Select<'_> {
             return high;
         }
         let down = self.shift(Isa::LSR_immediate, low, n);
-        let carried = Code::new(Isa::ORR_register).reg(Role::N, down).reg(Role::M, high);
+        let carried = Code::new(Isa::ORR_register)
+            .reg(Role::N, down)
+            .reg(Role::M, high);
         self.result(with_shift(carried, ShiftType::LSL, 32 - n))
     }
 
@@ -84,28 +88,49 @@ impl Select<'_> {
             return self.result(Code::new(Isa::ADC_immediate).reg(Role::N, high).imm(0));
         }
         let down = self.result(shift_code(Isa::LSR_immediate, n).reg(Role::M, low).flags());
-        let sum = Code::new(Isa::ADC_register).reg(Role::N, down).reg(Role::M, high);
+        let sum = Code::new(Isa::ADC_register)
+            .reg(Role::N, down)
+            .reg(Role::M, high);
         self.result(with_shift(sum, ShiftType::LSL, 32 - n))
     }
 
     /// The top word of a product, rounded half up.
     fn rounded_product(&mut self, product: Value) -> VReg {
-        let Some((_, [a, b])) = self.later(product) else { return self.pair(product).1 };
+        let Some((_, [a, b])) = self.later(product) else {
+            return self.pair(product).1;
+        };
         let (n, m) = (self.reg(a), self.reg(b));
-        self.result(Code::new(Isa::SMMUL).reg(Role::N, n).reg(Role::M, m).imm(ROUND))
+        self.result(
+            Code::new(Isa::SMMUL)
+                .reg(Role::N, n)
+                .reg(Role::M, m)
+                .imm(ROUND),
+        )
     }
 
     /// Both words of a product.
     pub(super) fn long(&mut self, op: Isa, n: VReg, m: VReg) -> Pair {
         let (low, high) = (self.func.fresh(), self.func.fresh());
-        self.emit(Code::new(op).reg(Role::N, n).reg(Role::M, m).reg(Role::D, low).reg(Role::A, high));
+        self.emit(
+            Code::new(op)
+                .reg(Role::N, n)
+                .reg(Role::M, m)
+                .reg(Role::D, low)
+                .reg(Role::A, high),
+        );
         (low, high)
     }
 
     /// A sum of both words and a product.
     pub(super) fn accumulate(&mut self, op: Isa, sum: Pair, n: VReg, m: VReg) -> Pair {
         // `regalloc2` mistakes a factor that is also one of two registers to be replaced.
-        let own = |select: &mut Self, word| if word == n || word == m { select.copy(word) } else { word };
+        let own = |select: &mut Self, word| {
+            if word == n || word == m {
+                select.copy(word)
+            } else {
+                word
+            }
+        };
         let sum = (own(self, sum.0), own(self, sum.1));
         let (low, high) = (self.func.fresh(), self.func.fresh());
         let code = Code::new(op).reg(Role::N, n).reg(Role::M, m);
@@ -128,12 +153,22 @@ impl Select<'_> {
     }
 
     pub(super) fn add_pairs(&mut self, a: Pair, b: Pair) -> Pair {
-        let low = self.result(Code::new(Isa::ADD_register).reg(Role::N, a.0).reg(Role::M, b.0).flags());
+        let low = self.result(
+            Code::new(Isa::ADD_register)
+                .reg(Role::N, a.0)
+                .reg(Role::M, b.0)
+                .flags(),
+        );
         (low, self.three(Isa::ADC_register, a.1, b.1))
     }
 
     pub(super) fn sub_pairs(&mut self, a: Pair, b: Pair) -> Pair {
-        let low = self.result(Code::new(Isa::SUB_register).reg(Role::N, a.0).reg(Role::M, b.0).flags());
+        let low = self.result(
+            Code::new(Isa::SUB_register)
+                .reg(Role::N, a.0)
+                .reg(Role::M, b.0)
+                .flags(),
+        );
         (low, self.three(Isa::SBC_register, a.1, b.1))
     }
 
@@ -141,7 +176,12 @@ impl Select<'_> {
         let (a, b) = (self.pair(a), self.pair(b));
         let (low, high) = self.long(Isa::UMULL, a.0, b.0);
         let cross = |select: &mut Self, n, m, sum| {
-            select.result(Code::new(Isa::MLA).reg(Role::N, n).reg(Role::M, m).reg(Role::A, sum))
+            select.result(
+                Code::new(Isa::MLA)
+                    .reg(Role::N, n)
+                    .reg(Role::M, m)
+                    .reg(Role::A, sum),
+            )
         };
         let high = cross(self, a.0, b.1, high);
         (low, cross(self, a.1, b.0, high))
@@ -149,7 +189,11 @@ impl Select<'_> {
 
     fn extreme_wide(&mut self, op: Op, a: Value, b: Value) -> Pair {
         let (a, b) = (self.pair(a), self.pair(b));
-        let cond = if op == Op::Min { self.less(a, b) } else { self.less(b, a) };
+        let cond = if op == Op::Min {
+            self.less(a, b)
+        } else {
+            self.less(b, a)
+        };
         match self.move_pair(cond, a, b) {
             Bound::Two(low, high) => (low, high),
             _ => a,
@@ -162,11 +206,16 @@ impl Select<'_> {
             0 => (low, high),
             1..32 => {
                 let up = self.shift(Isa::LSL_immediate, high, n);
-                let carried = Code::new(Isa::ORR_register).reg(Role::N, up).reg(Role::M, low);
+                let carried = Code::new(Isa::ORR_register)
+                    .reg(Role::N, up)
+                    .reg(Role::M, low);
                 let high = self.result(with_shift(carried, ShiftType::LSR, 32 - n));
                 (self.shift(Isa::LSL_immediate, low, n), high)
             }
-            _ => (self.load_constant(0), self.shift(Isa::LSL_immediate, low, n - 32)),
+            _ => (
+                self.load_constant(0),
+                self.shift(Isa::LSL_immediate, low, n - 32),
+            ),
         }
     }
 
@@ -176,7 +225,9 @@ impl Select<'_> {
             0 => (low, high),
             1..32 => {
                 let down = self.shift(Isa::LSR_immediate, low, n);
-                let carried = Code::new(Isa::ORR_register).reg(Role::N, down).reg(Role::M, high);
+                let carried = Code::new(Isa::ORR_register)
+                    .reg(Role::N, down)
+                    .reg(Role::M, high);
                 let low = self.result(with_shift(carried, ShiftType::LSL, 32 - n));
                 (low, self.shift(Isa::ASR_immediate, high, n))
             }
@@ -193,12 +244,24 @@ impl Select<'_> {
         if n == 0 {
             return pair;
         }
-        let (word, lsb) = if n <= 32 { (pair.0, n - 1) } else { (pair.1, n - 33) };
+        let (word, lsb) = if n <= 32 {
+            (pair.0, n - 1)
+        } else {
+            (pair.1, n - 33)
+        };
         let mut bit = Code::new(Isa::UBFX).reg(Role::N, word).imm(1);
         bit.inst.amount = lsb;
         let bit = self.result(bit);
         let floor = self.sar_pair(pair, n);
-        let low = self.result(Code::new(Isa::ADD_register).reg(Role::N, floor.0).reg(Role::M, bit).flags());
-        (low, self.result(Code::new(Isa::ADC_immediate).reg(Role::N, floor.1).imm(0)))
+        let low = self.result(
+            Code::new(Isa::ADD_register)
+                .reg(Role::N, floor.0)
+                .reg(Role::M, bit)
+                .flags(),
+        );
+        (
+            low,
+            self.result(Code::new(Isa::ADC_immediate).reg(Role::N, floor.1).imm(0)),
+        )
     }
 }

@@ -60,13 +60,26 @@ impl Select<'_> {
                 Some((of, n)) => self.sar_round_word(of, n),
                 None => {
                     let (a, b) = (self.reg(args[0]), self.reg(args[1]));
-                    self.result(Code::new(Isa::SMMUL).reg(Role::N, a).reg(Role::M, b).imm(ROUND))
+                    self.result(
+                        Code::new(Isa::SMMUL)
+                            .reg(Role::N, a)
+                            .reg(Role::M, b)
+                            .imm(ROUND),
+                    )
                 }
             },
-            Op::MacTop if args[1..].iter().any(|arg| self.constant(*arg) == Some(0)) => self.reg(args[0]),
+            Op::MacTop if args[1..].iter().any(|arg| self.constant(*arg) == Some(0)) => {
+                self.reg(args[0])
+            }
             Op::MacTop => {
                 let (sum, a, b) = (self.reg(args[0]), self.reg(args[1]), self.reg(args[2]));
-                self.result(Code::new(Isa::SMMLA).reg(Role::N, a).reg(Role::M, b).reg(Role::A, sum).imm(ROUND))
+                self.result(
+                    Code::new(Isa::SMMLA)
+                        .reg(Role::N, a)
+                        .reg(Role::M, b)
+                        .reg(Role::A, sum)
+                        .imm(ROUND),
+                )
             }
             Op::Min | Op::Max => self.clamped(op, args),
             Op::Shl(n) => self.shifted(Isa::LSL_immediate, args[0], n),
@@ -77,7 +90,8 @@ impl Select<'_> {
         }
     }
 
-    /// The factor that is no constant, and how far a product with the other, a power of two, is shifted down.
+    /// The factor that is no constant, and how far a product with the other, a power of two, is
+    /// shifted down.
     fn power(&self, a: Value, b: Value) -> Option<(Value, u8)> {
         let (of, k) = self.bounded(&[a, b])?;
         (k > 1 && k.count_ones() == 1).then(|| (of, 32 - k.trailing_zeros() as u8))
@@ -87,8 +101,16 @@ impl Select<'_> {
     pub(super) fn plus(&mut self, value: VReg, k: i64) -> VReg {
         match k {
             0 => value,
-            k if fits(k) => self.result(Code::new(Isa::ADD_immediate).reg(Role::N, value).imm(k as u32)),
-            k if fits(-k) => self.result(Code::new(Isa::SUB_immediate).reg(Role::N, value).imm(-k as u32)),
+            k if fits(k) => self.result(
+                Code::new(Isa::ADD_immediate)
+                    .reg(Role::N, value)
+                    .imm(k as u32),
+            ),
+            k if fits(-k) => self.result(
+                Code::new(Isa::SUB_immediate)
+                    .reg(Role::N, value)
+                    .imm(-k as u32),
+            ),
             k => {
                 let k = self.load_constant(k as i32);
                 self.three(Isa::ADD_register, value, k)
@@ -99,7 +121,8 @@ impl Select<'_> {
     fn add_word(&mut self, a: Value, b: Value) -> VReg {
         match self.bounded(&[a, b]) {
             Some((of, k)) => match self.part(of) {
-                // A constant that takes a register may as well be what a shifted operand is added to.
+                // A constant that takes a register may as well be what a shifted operand is added
+                // to.
                 Some((op @ (Op::Shl(_) | Op::Sar(_)), [shifted, _])) if !fits(k) && !fits(-k) => {
                     let k = self.load_constant(k as i32);
                     self.with_shifted(Isa::ADD_register, k, op, shifted)
@@ -145,7 +168,10 @@ impl Select<'_> {
     }
 
     fn sub_word(&mut self, a: Value, b: Value) -> VReg {
-        let reversed = self.constant(a).and_then(|k| u32::try_from(k).ok()).filter(|k| thumb_shrink_imm(*k).is_some());
+        let reversed = self
+            .constant(a)
+            .and_then(|k| u32::try_from(k).ok())
+            .filter(|k| thumb_shrink_imm(*k).is_some());
         if let Some(k) = reversed {
             let b = self.reg(b);
             return self.result(Code::new(Isa::RSB_immediate).reg(Role::N, b).imm(k));
@@ -161,7 +187,12 @@ impl Select<'_> {
             }
             (_, Some((Op::Mul, [n, m]))) => {
                 let (a, n, m) = (self.reg(a), self.reg(n), self.reg(m));
-                self.result(Code::new(Isa::MLS).reg(Role::N, n).reg(Role::M, m).reg(Role::A, a))
+                self.result(
+                    Code::new(Isa::MLS)
+                        .reg(Role::N, n)
+                        .reg(Role::M, m)
+                        .reg(Role::A, a),
+                )
             }
             (Some((op @ (Op::Shl(_) | Op::Sar(_)), [a, _])), _) => {
                 let b = self.reg(b);
@@ -197,7 +228,11 @@ impl Select<'_> {
         {
             return word;
         }
-        self.extreme(args[0], args[1], if op == Op::Min { Cond::LT } else { Cond::GT })
+        self.extreme(
+            args[0],
+            args[1],
+            if op == Op::Min { Cond::LT } else { Cond::GT },
+        )
     }
 
     /// The operand that is not constant, and the one that is.
@@ -212,14 +247,19 @@ impl Select<'_> {
     /// A value held in bounds by one instruction, if one can.
     fn saturated(&mut self, value: Value, bounds: Range) -> Option<VReg> {
         let range = self.info(value).range;
-        // A saturation to a range does the same if each end is the bound, or is beyond all values and bounds.
+        // A saturation to a range does the same if each end is the bound, or is beyond all values
+        // and bounds.
         let same = |low: i64, high: i64| {
             let at_low = low == bounds.low || low <= range.low && bounds.low <= range.low;
             let at_high = high == bounds.high || high >= range.high && bounds.high >= range.high;
             at_low && at_high
         };
-        let unsigned = (0..32_u32).find(|n| same(0, (1 << n) - 1)).map(|n| (Isa::USAT, n));
-        let signed = (1..33_u32).find(|n| same(-(1 << (n - 1)), (1 << (n - 1)) - 1)).map(|n| (Isa::SSAT, n));
+        let unsigned = (0..32_u32)
+            .find(|n| same(0, (1 << n) - 1))
+            .map(|n| (Isa::USAT, n));
+        let signed = (1..33_u32)
+            .find(|n| same(-(1 << (n - 1)), (1 << (n - 1)) - 1))
+            .map(|n| (Isa::SSAT, n));
         let (isa, bits) = unsigned.or(signed)?;
         let code = match self.part(value) {
             Some((op @ (Op::Shl(_) | Op::Sar(_)), [of, _])) => {
@@ -237,7 +277,11 @@ impl Select<'_> {
 
     /// The first where the comparison of the first with the second gives `cond`, else the second.
     fn extreme(&mut self, a: Value, b: Value, cond: Cond) -> VReg {
-        let (a, b, cond) = if self.constant(a).is_some() { (b, a, cond) } else { (a, b, cond) };
+        let (a, b, cond) = if self.constant(a).is_some() {
+            (b, a, cond)
+        } else {
+            (a, b, cond)
+        };
         self.compare(a, b);
         let (then, other) = (self.reg(a), self.bound[b.0 as usize]);
         // Both are the same where they are equal.
@@ -271,7 +315,11 @@ impl Select<'_> {
             return self.reg(value);
         }
         let value = self.reg(value);
-        let floor = self.result(shift_code(Isa::ASR_immediate, n).reg(Role::M, value).flags());
+        let floor = self.result(
+            shift_code(Isa::ASR_immediate, n)
+                .reg(Role::M, value)
+                .flags(),
+        );
         self.result(Code::new(Isa::ADC_immediate).reg(Role::N, floor).imm(0))
     }
 
@@ -279,7 +327,9 @@ impl Select<'_> {
     pub(super) fn move_only(&mut self, cond: Cond, new: Bound, old: VReg) -> VReg {
         let d = self.func.fresh();
         let code = match new {
-            Bound::Const(k) if thumb_shrink_imm(k as u32).is_some() || (0..0x1_0000).contains(&k) => {
+            Bound::Const(k)
+                if thumb_shrink_imm(k as u32).is_some() || (0..0x1_0000).contains(&k) =>
+            {
                 Code::new(Isa::MOV_immediate).imm(k as u32)
             }
             Bound::Const(k) if thumb_shrink_imm(!(k as u32)).is_some() => {
@@ -291,7 +341,9 @@ impl Select<'_> {
             }
             Bound::One(new) | Bound::Two(new, _) => Code::new(Isa::MOV_register).reg(Role::M, new),
             // Never asked for: callers hand over registers and constants.
-            Bound::Nothing | Bound::Test(..) | Bound::Later(..) | Bound::Again(..) => Code::new(Isa::MOV_immediate),
+            Bound::Nothing | Bound::Test(..) | Bound::Later(..) | Bound::Again(..) => {
+                Code::new(Isa::MOV_immediate)
+            }
         };
         self.emit(code.both(Role::D, d, old).only(cond));
         d
@@ -311,9 +363,15 @@ fn is_part(op: Op) -> bool {
 /// The bounds with those of one more operator.
 fn narrowed(op: Op, k: i64, bounds: Range) -> Range {
     if op == Op::Min {
-        Range { high: bounds.high.min(k), ..bounds }
+        Range {
+            high: bounds.high.min(k),
+            ..bounds
+        }
     } else {
-        Range { low: bounds.low.max(k), ..bounds }
+        Range {
+            low: bounds.low.max(k),
+            ..bounds
+        }
     }
 }
 
@@ -335,6 +393,10 @@ pub(super) fn shift_code(op: Isa, n: u8) -> Code {
 
 /// An instruction whose operand M is shifted.
 pub(super) fn with_shift(mut code: Code, shift: ShiftType, n: u8) -> Code {
-    (code.inst.shift, code.inst.amount) = if n == 0 { (ShiftType::LSL, 0) } else { (shift, n) };
+    (code.inst.shift, code.inst.amount) = if n == 0 {
+        (ShiftType::LSL, 0)
+    } else {
+        (shift, n)
+    };
     code
 }

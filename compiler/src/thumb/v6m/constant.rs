@@ -69,7 +69,12 @@ impl Legal<'_> {
                 Step::Shift(by) => self.shift(Op::LSL_immediate, Reg::Virtual(reg), by),
                 Step::Add(byte) => self.tied_to(Role::N, Op::ADD_immediate, reg, None, byte.into()),
                 Step::Not => self.result(Code::new(Op::MVN_register).flags().reg(Role::M, reg)),
-                Step::Negate => self.result(Code::new(Op::RSB_immediate).flags().reg(Role::N, reg).imm(0)),
+                Step::Negate => self.result(
+                    Code::new(Op::RSB_immediate)
+                        .flags()
+                        .reg(Role::N, reg)
+                        .imm(0),
+                ),
             };
         }
         reg
@@ -83,8 +88,14 @@ impl Legal<'_> {
     pub(super) fn literal(&mut self, literal: Literal) -> Option<VReg> {
         let place = self.literals.place(literal)?;
         let t = self.out.fresh();
-        let load = Code::new(Op::LDR_immediate).reg(Role::T, t).with(Role::N, Reg::Fixed(T));
-        self.plain(&load.access(Access::Read(Place::Constant)), Reg::Fixed(T), (self.literals_at + 4 * place) as i32);
+        let load = Code::new(Op::LDR_immediate)
+            .reg(Role::T, t)
+            .with(Role::N, Reg::Fixed(T));
+        self.plain(
+            &load.access(Access::Read(Place::Constant)),
+            Reg::Fixed(T),
+            (self.literals_at + 4 * place) as i32,
+        );
         Some(t)
     }
 }
@@ -96,17 +107,35 @@ mod tests {
     #[test]
     fn steps_make_their_word() {
         let run = |word: u32| {
-            steps(word).into_iter().fold(0_u32, |value, step| match step {
-                Step::Byte(byte) => byte.into(),
-                Step::Shift(by) => value << by,
-                Step::Add(byte) => value.wrapping_add(byte.into()),
-                Step::Not => !value,
-                Step::Negate => value.wrapping_neg(),
-            })
+            steps(word)
+                .into_iter()
+                .fold(0_u32, |value, step| match step {
+                    Step::Byte(byte) => byte.into(),
+                    Step::Shift(by) => value << by,
+                    Step::Add(byte) => value.wrapping_add(byte.into()),
+                    Step::Not => !value,
+                    Step::Negate => value.wrapping_neg(),
+                })
         };
-        let some =
-            [0, 1, 255, 256, 257, 300, 510, 511, 0xff00, 0x1_0000, 0x1_0001, 0xab00_cd00, 0x1234_5678, 0x8000_0000];
-        let all = some.into_iter().flat_map(|word: u32| [word, !word, word.wrapping_neg(), word.wrapping_mul(0x9e37)]);
+        let some = [
+            0,
+            1,
+            255,
+            256,
+            257,
+            300,
+            510,
+            511,
+            0xff00,
+            0x1_0000,
+            0x1_0001,
+            0xab00_cd00,
+            0x1234_5678,
+            0x8000_0000,
+        ];
+        let all = some
+            .into_iter()
+            .flat_map(|word: u32| [word, !word, word.wrapping_neg(), word.wrapping_mul(0x9e37)]);
         all.for_each(|word| assert_eq!(run(word), word, "{word:#x} {:?}", steps(word)));
         assert!((0..=0xffff).all(|word| steps(word).len() <= 3));
     }

@@ -1,4 +1,5 @@
-//! Flags: what makes them is kept, and emitted again where they are read, because nearly every instruction changes them.
+//! Flags: what makes them is kept, and emitted again where they are read, because nearly every
+//! instruction changes them.
 
 use super::Legal;
 use crate::thumb::vcode::{Code, End, Reg, Role};
@@ -17,7 +18,11 @@ enum Made {
     /// By these, one right after the other.
     By(Vec<Code>),
     /// By the first ones, and where those give the condition by the others.
-    Either { first: Vec<Code>, cond: Cond, second: Vec<Code> },
+    Either {
+        first: Vec<Code>,
+        cond: Cond,
+        second: Vec<Code>,
+    },
 }
 
 impl Default for Made {
@@ -36,7 +41,10 @@ impl Legal<'_> {
             _ => Vec::new(),
         };
         let made = Made::By(before.into_iter().chain(last).collect());
-        self.flags = Flags { made, here: Some((self.at, count)) };
+        self.flags = Flags {
+            made,
+            here: Some((self.at, count)),
+        };
     }
 
     /// What was last emitted left them.
@@ -44,11 +52,19 @@ impl Legal<'_> {
         self.flags.here = Some((self.at, self.out.blocks[self.at].code.len()));
     }
 
-    /// Takes the last instruction back: it is to set the flags only where those before give a condition.
+    /// Takes the last instruction back: it is to set the flags only where those before give a
+    /// condition.
     pub(super) fn flags_made_only(&mut self, before: Flags, cond: Cond) {
         let second = self.out.blocks[self.at].code.pop().into_iter().collect();
         let (Made::By(first) | Made::Either { first, .. }) = before.made;
-        self.flags = Flags { made: Made::Either { first, cond, second }, here: None };
+        self.flags = Flags {
+            made: Made::Either {
+                first,
+                cond,
+                second,
+            },
+            here: None,
+        };
     }
 
     /// The flags are those that were made, for the instruction that comes next.
@@ -74,7 +90,12 @@ impl Legal<'_> {
 
     /// Ends the block by a condition; code goes on nowhere.
     pub(super) fn branch(&mut self, cond: Cond, yes: usize, no: usize, likely: Option<bool>) {
-        let Made::Either { first, cond: decides, second } = self.flags.made.clone() else {
+        let Made::Either {
+            first,
+            cond: decides,
+            second,
+        } = self.flags.made.clone()
+        else {
             self.want_flags();
             return self.part(cond, yes, no, likely);
         };
@@ -96,7 +117,12 @@ impl Legal<'_> {
             self.jump(to, Vec::new());
             self.at
         });
-        self.out.blocks[from].end = End::Branch { cond, yes: to_yes, no: to_no, likely };
+        self.out.blocks[from].end = End::Branch {
+            cond,
+            yes: to_yes,
+            no: to_no,
+            likely,
+        };
         self.at = from;
     }
 }

@@ -8,7 +8,9 @@ use whippen_isa::{Cond, Op};
 impl Legal<'_> {
     /// One instruction of selection.
     pub(super) fn one(&mut self, code: &Code) {
-        let Some(cond) = code.inst.cond else { return self.always(code) };
+        let Some(cond) = code.inst.cond else {
+            return self.always(code);
+        };
         if code.writes().next().is_none() && code.access == Access::None {
             // A comparison that counts only where another one gives the condition.
             let before = self.flags.clone();
@@ -30,13 +32,23 @@ impl Legal<'_> {
         self.at = yes;
         let new = result.map(|_| self.out.fresh());
         if let (Some(new), Some(d)) = (new, &mut once.operands[Role::D as usize]) {
-            *d = Operand { reg: Reg::Virtual(new), old: None };
+            *d = Operand {
+                reg: Reg::Virtual(new),
+                old: None,
+            };
         }
         self.always(&once);
         self.jump(after, new.into_iter().collect());
         self.at = no;
-        self.jump(after, old.into_iter().filter(|_| result.is_some()).collect());
-        if let Some(Operand { reg: Reg::Virtual(d), .. }) = result {
+        self.jump(
+            after,
+            old.into_iter().filter(|_| result.is_some()).collect(),
+        );
+        if let Some(Operand {
+            reg: Reg::Virtual(d),
+            ..
+        }) = result
+        {
             self.out.blocks[after].params = vec![d];
         }
         (self.at, self.flags) = (after, flags);
@@ -45,8 +57,12 @@ impl Legal<'_> {
     fn always(&mut self, code: &Code) {
         let inst = &code.inst;
         match inst.op() {
-            Op::LDR_immediate | Op::STR_immediate | Op::LDRH_immediate | Op::STRH_immediate => self.access(code),
-            Op::LDR_register | Op::STR_register | Op::LDRH_register | Op::STRH_register => self.indexed(code),
+            Op::LDR_immediate | Op::STR_immediate | Op::LDRH_immediate | Op::STRH_immediate => {
+                self.access(code)
+            }
+            Op::LDR_register | Op::STR_register | Op::LDRH_register | Op::STRH_register => {
+                self.indexed(code)
+            }
             Op::CMP_immediate | Op::CMN_immediate | Op::CMP_register => self.compare(code),
             Op::ADD_immediate | Op::ADD_register if is_fixed(code, Role::D) => self.walks(code),
             Op::SMULL | Op::UMULL | Op::SMLAL => self.long(code),
@@ -167,7 +183,9 @@ impl Legal<'_> {
 
     /// The upper half of a constant, whose lower one is there; of an address the whole is there.
     fn top_half(&mut self, code: &Code) -> VReg {
-        let old = code.operands[Role::D as usize].and_then(|operand| operand.old).unwrap_or_default();
+        let old = code.operands[Role::D as usize]
+            .and_then(|operand| operand.old)
+            .unwrap_or_default();
         if code.address.is_some() {
             return self.copy(Reg::Virtual(old));
         }
@@ -186,7 +204,11 @@ impl Legal<'_> {
             }
             _ => {
                 let k = self.constant(imm);
-                let op = if op == Op::ADD_immediate { Op::ADD_register } else { Op::SUB_register };
+                let op = if op == Op::ADD_immediate {
+                    Op::ADD_register
+                } else {
+                    Op::SUB_register
+                };
                 self.three(op, n, Reg::Virtual(k))
             }
         }
@@ -211,7 +233,11 @@ impl Legal<'_> {
         let n = self.low(code, Role::N);
         let (lsb, width) = (code.inst.amount, code.inst.imm as u8);
         let up = 32 - lsb - width;
-        let top = if up == 0 { n } else { Reg::Virtual(self.shift(Op::LSL_immediate, n, up)) };
+        let top = if up == 0 {
+            n
+        } else {
+            Reg::Virtual(self.shift(Op::LSL_immediate, n, up))
+        };
         self.shift(Op::LSR_immediate, top, 32 - width)
     }
 
@@ -229,9 +255,18 @@ impl Legal<'_> {
                 continue;
             }
             let (k, d) = (self.constant(bound as u32), self.out.fresh());
-            self.emit(Code::new(Op::CMP_register).reg(Role::N, held).reg(Role::M, k));
+            self.emit(
+                Code::new(Op::CMP_register)
+                    .reg(Role::N, held)
+                    .reg(Role::M, k),
+            );
             self.flags_made(false);
-            self.where_holds(beyond, &Code::new(Op::MOV_register).reg(Role::M, k).both(Role::D, d, held));
+            self.where_holds(
+                beyond,
+                &Code::new(Op::MOV_register)
+                    .reg(Role::M, k)
+                    .both(Role::D, d, held),
+            );
             held = d;
         }
         held
@@ -267,7 +302,11 @@ impl Legal<'_> {
 
     fn multiply(&mut self, n: VReg, m: VReg) -> VReg {
         // A square's factor is read and replaced at once.
-        let n = if n == m { self.copy(Reg::Virtual(n)) } else { n };
+        let n = if n == m {
+            self.copy(Reg::Virtual(n))
+        } else {
+            n
+        };
         self.tied_to(Role::M, Op::MUL, m, Some(n), 0)
     }
 
@@ -275,7 +314,11 @@ impl Legal<'_> {
     fn long(&mut self, code: &Code) {
         let (n, m) = (self.value(code, Role::N), self.value(code, Role::M));
         let low = self.multiply(n, m);
-        let routine = if code.inst.op() == Op::UMULL { Routine::UmulHigh } else { Routine::MulHigh };
+        let routine = if code.inst.op() == Op::UMULL {
+            Routine::UmulHigh
+        } else {
+            Routine::MulHigh
+        };
         let high = self.call(routine, n, m);
         let old = |role: Role| code.operands[role as usize].and_then(|operand| operand.old);
         let (low, high) = match (old(Role::D), old(Role::A)) {
@@ -291,5 +334,11 @@ impl Legal<'_> {
 }
 
 fn is_fixed(code: &Code, role: Role) -> bool {
-    matches!(code.operands[role as usize], Some(Operand { reg: Reg::Fixed(_), .. }))
+    matches!(
+        code.operands[role as usize],
+        Some(Operand {
+            reg: Reg::Fixed(_),
+            ..
+        })
+    )
 }

@@ -5,16 +5,27 @@ use crate::thumb::vcode::{Code, Operand, Reg, Role};
 use whippen_isa::Op;
 
 impl Legal<'_> {
-    /// A load or store with an immediate, whose base may go on: a word of the frame in place, any other as a new word behind the access.
+    /// A load or store with an immediate, whose base may go on: a word of the frame in place, any
+    /// other as a new word behind the access.
     pub(super) fn access(&mut self, code: &Code) {
         let operand = code.operands[Role::N as usize];
         let base = operand.map_or(Reg::Fixed(0), |operand| operand.reg);
-        if let Some(Operand { reg: Reg::Virtual(behind), old: Some(old) }) = operand {
+        if let Some(Operand {
+            reg: Reg::Virtual(behind),
+            old: Some(old),
+        }) = operand
+        {
             self.plain(code, Reg::Virtual(old), 0);
-            let on = Code::new(Op::ADD_immediate).reg(Role::D, behind).reg(Role::N, old);
+            let on = Code::new(Op::ADD_immediate)
+                .reg(Role::D, behind)
+                .reg(Role::N, old);
             return self.one(&on.imm(code.inst.imm));
         }
-        let offset = if code.inst.add { code.inst.imm as i32 } else { -(code.inst.imm as i32) };
+        let offset = if code.inst.add {
+            code.inst.imm as i32
+        } else {
+            -(code.inst.imm as i32)
+        };
         match (code.inst.wback, code.inst.index) {
             (false, _) => self.plain(code, base, offset),
             (true, true) => {
@@ -36,7 +47,12 @@ impl Legal<'_> {
 
     /// `base += m`, which leaves the flags.
     pub(super) fn add_to(&mut self, base: Reg, m: Reg) {
-        self.emit(Code::new(Op::ADD_register).with(Role::D, base).with(Role::N, base).with(Role::M, m));
+        self.emit(
+            Code::new(Op::ADD_register)
+                .with(Role::D, base)
+                .with(Role::N, base)
+                .with(Role::M, m),
+        );
     }
 
     /// A load or store at a distance from a register.
@@ -48,10 +64,17 @@ impl Legal<'_> {
         let halfword = matches!(code.inst.op(), Op::LDRH_immediate | Op::STRH_immediate);
         let unit = if halfword { 2 } else { 4 };
         let mut access = *code;
-        access.operands[Role::N as usize] = Some(Operand { reg: base, old: None });
+        access.operands[Role::N as usize] = Some(Operand {
+            reg: base,
+            old: None,
+        });
         if (0..32 * unit).contains(&offset) && offset % unit == 0 {
-            (access.inst.imm, access.inst.add, access.inst.wback, access.inst.index) =
-                (offset as u32, true, false, true);
+            (
+                access.inst.imm,
+                access.inst.add,
+                access.inst.wback,
+                access.inst.index,
+            ) = (offset as u32, true, false, true);
             return self.emit(access);
         }
         let op = match code.inst.op() {

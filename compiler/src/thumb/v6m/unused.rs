@@ -1,4 +1,5 @@
-//! Instructions whose results nobody reads: flags are made again where they are wanted, so what made them first may be left over.
+//! Instructions whose results nobody reads: flags are made again where they are wanted, so what
+//! made them first may be left over.
 
 use crate::thumb::vcode::{Access, Code, End, Func, Reg, VReg};
 use rustc_hash::FxHashSet;
@@ -12,12 +13,16 @@ pub(super) fn without(mut func: Func) -> Func {
             let mut flags = matches!(block.end, End::Branch { .. });
             let mut kept: Vec<Code> = Vec::with_capacity(block.code.len());
             for code in block.code.iter().rev() {
-                let (uses, effects) = (code.inst.flags(), matches!(code.access, Access::Write(_)) || fixed(code));
+                let (uses, effects) = (
+                    code.inst.flags(),
+                    matches!(code.access, Access::Write(_)) || fixed(code),
+                );
                 let wanted = effects
                     || flags && uses.writes.intersects(Flags::NZCV)
                     || code.writes().any(|reg| read.contains(&reg));
                 if wanted {
-                    flags = flags && !uses.writes.intersects(Flags::NZCV) || uses.reads.intersects(Flags::NZCV);
+                    flags = flags && !uses.writes.intersects(Flags::NZCV)
+                        || uses.reads.intersects(Flags::NZCV);
                     kept.push(*code);
                 } else {
                     gone = true;
@@ -34,7 +39,8 @@ pub(super) fn without(mut func: Func) -> Func {
 
 /// Whether a register with a meaning is written.
 fn fixed(code: &Code) -> bool {
-    code.uses().any(|u| u.writes && matches!(u.operand.reg, Reg::Fixed(_)))
+    code.uses()
+        .any(|u| u.writes && matches!(u.operand.reg, Reg::Fixed(_)))
 }
 
 fn read(func: &Func) -> FxHashSet<VReg> {

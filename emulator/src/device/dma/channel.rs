@@ -90,7 +90,16 @@ impl Channel {
     /// At reset it chains to itself, which means to none.
     pub(crate) fn new(bits: Bits, index: usize) -> Self {
         let control = (index as u32) << bits.chain;
-        Self { bits, read: 0, write: 0, left: 0, reload: 0, control, busy: false, paced_from: 0 }
+        Self {
+            bits,
+            read: 0,
+            write: 0,
+            left: 0,
+            reload: 0,
+            control,
+            busy: false,
+            paced_from: 0,
+        }
     }
 
     pub(crate) fn read(&self, place: u32) -> u32 {
@@ -99,7 +108,11 @@ impl Channel {
             Field::Write => self.write,
             Field::Count => self.left,
             Field::Control => {
-                let error = if self.control & ERRORS != 0 { BUS_ERROR } else { 0 };
+                let error = if self.control & ERRORS != 0 {
+                    BUS_ERROR
+                } else {
+                    0
+                };
                 self.control | error | u32::from(self.busy) << self.bits.busy
             }
         }
@@ -153,7 +166,11 @@ impl Channel {
     }
 
     fn count(&self) -> u32 {
-        if self.bits.modes { self.left & 0x0fff_ffff } else { self.left }
+        if self.bits.modes {
+            self.left & 0x0fff_ffff
+        } else {
+            self.left
+        }
     }
 
     /// One transfer. Whether it was the last.
@@ -161,7 +178,12 @@ impl Channel {
         let size = 1 << self.field(2, 2).min(2);
         let error = match bus.read(self.read & !(size - 1), size, cycle) {
             Err(_) => READ_ERROR,
-            Ok(word) => match bus.write(self.write & !(size - 1), size, self.swapped(word, size), cycle) {
+            Ok(word) => match bus.write(
+                self.write & !(size - 1),
+                size,
+                self.swapped(word, size),
+                cycle,
+            ) {
                 Err(_) => WRITE_ERROR,
                 Ok(()) => 0,
             },
@@ -202,10 +224,18 @@ impl Channel {
         }
     }
 
-    /// The next address: forwards, backwards or the same, inside a ring of 2^n bytes if one is chosen for this side.
+    /// The next address: forwards, backwards or the same, inside a ring of 2^n bytes if one is
+    /// chosen for this side.
     fn stepped(&self, address: u32, size: u32, write: bool) -> u32 {
-        let enable = if write { self.bits.increment_write } else { self.bits.increment_read };
-        let reverse = self.bits.reverse.is_some_and(|bits| self.field(bits[usize::from(write)], 1) != 0);
+        let enable = if write {
+            self.bits.increment_write
+        } else {
+            self.bits.increment_read
+        };
+        let reverse = self
+            .bits
+            .reverse
+            .is_some_and(|bits| self.field(bits[usize::from(write)], 1) != 0);
         let step = match (self.field(enable, 1) != 0, reverse) {
             (true, false) => size,
             (true, true) => size.wrapping_neg(),

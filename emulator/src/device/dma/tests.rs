@@ -13,25 +13,45 @@ const COPY: u32 = 1 | 2 << 2 | 1 << 4 | 1 << 6 | ALWAYS << 17;
 fn dma() -> (Dma, Bus) {
     let mut bus = Bus::new(&Board::generic(CoreKind::CortexM33)).unwrap();
     let uarts = [33, 34].map(|i| {
-        bus.attach(0x4007_0000 + 0x8000 * (i - 33), 0x4000, Waits::default(), Box::new(Uart::new(i as usize)))
+        bus.attach(
+            0x4007_0000 + 0x8000 * (i - 33),
+            0x4000,
+            Waits::default(),
+            Box::new(Uart::new(i as usize)),
+        )
     });
     (0..16).for_each(|i| bus.write(SOURCE + 4 * i, 4, 0x1111 * (i + 1), 0).unwrap());
     (Dma::new(RP2350, uarts), bus)
 }
 
 fn write(dma: &mut (Dma, Bus), offset: u32, value: u32) {
-    dma.0.write(Access { offset, size: 4, core: 0, cycle: 10 }, value, &mut dma.1).unwrap();
+    dma.0
+        .write(
+            Access {
+                offset,
+                size: 4,
+                core: 0,
+                cycle: 10,
+            },
+            value,
+            &mut dma.1,
+        )
+        .unwrap();
 }
 
 fn words(dma: &mut (Dma, Bus), address: u32, count: u32) -> Vec<u32> {
-    (0..count).map(|i| dma.1.read(address + 4 * i, 4, 0).unwrap()).collect()
+    (0..count)
+        .map(|i| dma.1.read(address + 4 * i, 4, 0).unwrap())
+        .collect()
 }
 
 #[test]
 fn one_transfer_a_cycle_then_an_interrupt() {
     let mut dma = dma();
     write(&mut dma, 0x404, 1);
-    [(0, SOURCE), (4, TARGET), (8, 3), (0xc, COPY)].iter().for_each(|(at, value)| write(&mut dma, *at, *value));
+    [(0, SOURCE), (4, TARGET), (8, 3), (0xc, COPY)]
+        .iter()
+        .for_each(|(at, value)| write(&mut dma, *at, *value));
     assert_eq!(dma.0.due(), 11);
     dma.0.attend(12, &mut dma.1);
     assert_eq!(words(&mut dma, TARGET, 3), [0x1111, 0x2222, 0]);
@@ -46,16 +66,25 @@ fn one_transfer_a_cycle_then_an_interrupt() {
 #[test]
 fn chains_rings_and_swaps() {
     let mut dma = dma();
-    // Channel 1: halfwords, swapped, from a ring of four bytes; it waits to be started by channel 0.
+    // Channel 1: halfwords, swapped, from a ring of four bytes; it waits to be started by channel
+    // 0.
     let ring = 1 | 1 << 2 | 1 << 4 | 1 << 6 | 2 << 8 | 1 << 13 | ALWAYS << 17 | 1 << 24;
-    [(0x40, SOURCE), (0x44, TARGET + 0x40), (0x48, 4), (0x50, ring)]
-        .iter()
-        .for_each(|(at, value)| write(&mut dma, *at, *value));
+    [
+        (0x40, SOURCE),
+        (0x44, TARGET + 0x40),
+        (0x48, 4),
+        (0x50, ring),
+    ]
+    .iter()
+    .for_each(|(at, value)| write(&mut dma, *at, *value));
     [(0, SOURCE), (4, TARGET), (8, 1), (0xc, COPY | 1 << 13)]
         .iter()
         .for_each(|(at, value)| write(&mut dma, *at, *value));
     dma.0.attend(100, &mut dma.1);
-    assert_eq!(words(&mut dma, TARGET + 0x40, 2), [0x0000_1111, 0x0000_1111]);
+    assert_eq!(
+        words(&mut dma, TARGET + 0x40, 2),
+        [0x0000_1111, 0x0000_1111]
+    );
     assert_eq!(dma.0.raised, 0b11);
 }
 
@@ -64,7 +93,9 @@ fn a_timer_paces() {
     let mut dma = dma();
     write(&mut dma, 0x440, 1 << 16 | 50);
     let paced = COPY & !(ALWAYS << 17) | TIMER_REQUEST << 17;
-    [(0, SOURCE), (4, TARGET), (8, 3), (0xc, paced)].iter().for_each(|(at, value)| write(&mut dma, *at, *value));
+    [(0, SOURCE), (4, TARGET), (8, 3), (0xc, paced)]
+        .iter()
+        .for_each(|(at, value)| write(&mut dma, *at, *value));
     dma.0.attend(110, &mut dma.1);
     assert_eq!(words(&mut dma, TARGET, 3), [0x1111, 0x2222, 0]);
     dma.0.attend(111, &mut dma.1);
@@ -74,13 +105,25 @@ fn a_timer_paces() {
 #[test]
 fn a_serial_port_requests() {
     let mut dma = dma();
-    for (at, value) in [(0x24, 81), (0x28, 24), (0x2c, 0x60), (0x30, 0x301), (0x48, 2)] {
+    for (at, value) in [
+        (0x24, 81),
+        (0x28, 24),
+        (0x2c, 0x60),
+        (0x30, 0x301),
+        (0x48, 2),
+    ] {
         dma.1.write(0x4007_0000 + at, 4, value, 10).unwrap();
     }
     let bytes = 1 | 1 << 4 | 28 << 17;
-    [(0, SOURCE), (4, 0x4007_0000), (8, 2), (0xc, bytes)].iter().for_each(|(at, value)| write(&mut dma, *at, *value));
+    [(0, SOURCE), (4, 0x4007_0000), (8, 2), (0xc, bytes)]
+        .iter()
+        .for_each(|(at, value)| write(&mut dma, *at, *value));
     dma.0.attend(13_000, &mut dma.1);
-    assert_eq!(dma.0.channels[0].read(2), 1, "the second byte waits for the first: without FIFO there is room for one");
+    assert_eq!(
+        dma.0.channels[0].read(2),
+        1,
+        "the second byte waits for the first: without FIFO there is room for one"
+    );
     dma.1.attend(14_000);
     dma.0.attend(14_100, &mut dma.1);
     assert_eq!(dma.0.channels[0].read(2), 0);
@@ -89,9 +132,15 @@ fn a_serial_port_requests() {
 #[test]
 fn errors_stop_a_channel_and_are_told() {
     let mut dma = dma();
-    [(0, 0x7000_0000), (4, TARGET), (8, 3), (0xc, COPY)].iter().for_each(|(at, value)| write(&mut dma, *at, *value));
+    [(0, 0x7000_0000), (4, TARGET), (8, 3), (0xc, COPY)]
+        .iter()
+        .for_each(|(at, value)| write(&mut dma, *at, *value));
     dma.0.attend(100, &mut dma.1);
-    assert_eq!(dma.0.channels[0].read(3) >> 24, 0xc0 | (COPY >> 24), "AHB_ERROR, READ_ERROR, not busy");
+    assert_eq!(
+        dma.0.channels[0].read(3) >> 24,
+        0xc0 | (COPY >> 24),
+        "AHB_ERROR, READ_ERROR, not busy"
+    );
     write(&mut dma, 0x10, READ_CLEARS);
     assert_eq!(dma.0.channels[0].read(3) & 0xe000_0000, 0);
 }

@@ -1,4 +1,5 @@
-//! The divider of RP2040's SIO: a quotient and remainder eight cycles after either operand is written (datasheet 2.3.1.5).
+//! The divider of RP2040's SIO: a quotient and remainder eight cycles after either operand is
+//! written (datasheet 2.3.1.5).
 
 /// One core's divider.
 #[derive(Clone, Copy, Default)]
@@ -48,7 +49,8 @@ impl Divider {
     }
 }
 
-/// Quotient and remainder. Division by zero gives the largest quotient of the dividend's sign, and the dividend.
+/// Quotient and remainder. Division by zero gives the largest quotient of the dividend's sign, and
+/// the dividend.
 fn divide(dividend: u32, divisor: u32, signed: bool) -> (u32, u32) {
     let (a, b) = (dividend as i32, divisor as i32);
     match (signed, divisor) {
@@ -70,7 +72,10 @@ mod tests {
         d.write(0x6c, 2, 101).unwrap();
         assert_eq!(d.read(0x78, 108), Some(0b10), "not ready, not read");
         assert_eq!(d.read(0x78, 109), Some(0b11));
-        assert_eq!((d.read(0x74, 109), d.read(0x70, 109)), (Some(-1i32 as u32), Some(-3i32 as u32)));
+        assert_eq!(
+            (d.read(0x74, 109), d.read(0x70, 109)),
+            (Some(-1i32 as u32), Some(-3i32 as u32))
+        );
         assert_eq!(d.read(0x78, 110), Some(0b01));
         assert_eq!(divide(1 << 31, u32::MAX, true), (1 << 31, 0));
         assert_eq!(divide(5, 0, true), (u32::MAX, 5));

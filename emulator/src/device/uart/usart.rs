@@ -1,4 +1,5 @@
-//! The registers of an STM32F4's serial port (RM0090, 30.6): SR, DR, BRR, CR1; no FIFO, no interrupts.
+//! The registers of an STM32F4's serial port (RM0090, 30.6): SR, DR, BRR, CR1; no FIFO, no
+//! interrupts.
 
 use super::Uart;
 use crate::bus::Access;
@@ -11,15 +12,23 @@ const HELD: usize = 2;
 impl Uart {
     /// A port whose own clock takes so many cycles of the core's.
     pub(crate) fn stm32(interrupt: usize, cycles: u32) -> Self {
-        Self { usart: Some(cycles), line: LINE, control: 0, ..Self::new(interrupt) }
+        Self {
+            usart: Some(cycles),
+            line: LINE,
+            control: 0,
+            ..Self::new(interrupt)
+        }
     }
 
     pub(super) fn usart_word(&mut self, at: u32) -> Option<u32> {
         Some(match at {
             // RXNE, TC, TXE.
             0x00 => {
-                let bits =
-                    [(5, !self.received.is_empty()), (6, self.sending.is_empty()), (7, self.sending.len() < HELD)];
+                let bits = [
+                    (5, !self.received.is_empty()),
+                    (6, self.sending.is_empty()),
+                    (7, self.sending.len() < HELD),
+                ];
                 bits.iter().map(|(bit, set)| u32::from(*set) << bit).sum()
             }
             0x04 => u32::from(self.received.pop_front().unwrap_or(0)),
@@ -35,7 +44,8 @@ impl Uart {
             0x00 => {}
             0x04 => self.send(value as u8, access.cycle),
             0x08 => {
-                // A bit takes BRR periods of the port's clock; dividers are sixteenths of it, and sixty-fourths of those.
+                // A bit takes BRR periods of the port's clock; dividers are sixteenths of it, and
+                // sixty-fourths of those.
                 self.power = value & 0xffff;
                 let sixty_fourths = self.power * cycles * 4;
                 self.divider = [sixty_fourths / 64, sixty_fourths % 64];
@@ -62,15 +72,35 @@ mod tests {
     /// 31250 baud from 84 MHz in a core of 168 MHz: ten bits of 5376 cycles.
     #[test]
     fn bytes_take_their_time() {
-        let (mut port, mut bus) = (Uart::stm32(37, 2), Bus::new(&Board::generic(CoreKind::CortexM4)).unwrap());
-        let access = |offset, cycle| Access { offset, size: 4, core: 0, cycle };
-        for (at, value) in [(0x08, 2688), (0x0c, 1 << 13 | 1 << 3), (0x04, 0x90), (0x04, 60)] {
+        let (mut port, mut bus) = (
+            Uart::stm32(37, 2),
+            Bus::new(&Board::generic(CoreKind::CortexM4)).unwrap(),
+        );
+        let access = |offset, cycle| Access {
+            offset,
+            size: 4,
+            core: 0,
+            cycle,
+        };
+        for (at, value) in [
+            (0x08, 2688),
+            (0x0c, 1 << 13 | 1 << 3),
+            (0x04, 0x90),
+            (0x04, 60),
+        ] {
             port.write(access(at, 0), value, &mut bus).unwrap();
         }
         assert_eq!(port.due(), 53_760);
-        assert_eq!(port.read(access(0, 1), &mut bus).unwrap() & 0xc0, 0, "both places are taken");
+        assert_eq!(
+            port.read(access(0, 1), &mut bus).unwrap() & 0xc0,
+            0,
+            "both places are taken"
+        );
         assert_eq!(port.read(access(0, 53_760), &mut bus).unwrap() & 0xc0, 0x80);
-        assert_eq!(port.read(access(0, 107_520), &mut bus).unwrap() & 0xc0, 0xc0);
+        assert_eq!(
+            port.read(access(0, 107_520), &mut bus).unwrap() & 0xc0,
+            0xc0
+        );
         assert_eq!(port.output, [0x90, 60]);
     }
 }

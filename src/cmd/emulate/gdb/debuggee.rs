@@ -4,12 +4,13 @@ use gdbstub::common::{Signal, Tid};
 use gdbstub::outputln;
 use gdbstub::target::ext::base::BaseOps;
 use gdbstub::target::ext::base::multithread::{
-    MultiThreadBase, MultiThreadRangeStepping, MultiThreadRangeSteppingOps, MultiThreadResume, MultiThreadResumeOps,
-    MultiThreadSchedulerLocking, MultiThreadSchedulerLockingOps, MultiThreadSingleStep, MultiThreadSingleStepOps,
+    MultiThreadBase, MultiThreadRangeStepping, MultiThreadRangeSteppingOps, MultiThreadResume,
+    MultiThreadResumeOps, MultiThreadSchedulerLocking, MultiThreadSchedulerLockingOps,
+    MultiThreadSingleStep, MultiThreadSingleStepOps,
 };
 use gdbstub::target::ext::breakpoints::{
-    Breakpoints, BreakpointsOps, HwBreakpoint, HwBreakpointOps, HwWatchpoint, HwWatchpointOps, SwBreakpoint,
-    SwBreakpointOps, WatchKind,
+    Breakpoints, BreakpointsOps, HwBreakpoint, HwBreakpointOps, HwWatchpoint, HwWatchpointOps,
+    SwBreakpoint, SwBreakpointOps, WatchKind,
 };
 use gdbstub::target::ext::monitor_cmd::{ConsoleOutput, MonitorCmd, MonitorCmdOps};
 use gdbstub::target::ext::target_description_xml_override::{
@@ -53,7 +54,13 @@ impl Debuggee {
     /// With nothing asked for yet.
     pub fn new(machine: Machine, ports: Option<Ports>, max_cycles: Option<u64>) -> Self {
         let limit = max_cycles.map_or(u64::MAX, |max| machine.cycle(0).saturating_add(max));
-        Self { machine, ports, resume: Resume::Continue, limit, watches: Vec::new() }
+        Self {
+            machine,
+            ports,
+            resume: Resume::Continue,
+            limit,
+            watches: Vec::new(),
+        }
     }
 
     fn core(&self, tid: Tid) -> usize {
@@ -82,7 +89,9 @@ impl Target for Debuggee {
         Some(self)
     }
 
-    fn support_target_description_xml_override(&mut self) -> Option<TargetDescriptionXmlOverrideOps<'_, Self>> {
+    fn support_target_description_xml_override(
+        &mut self,
+    ) -> Option<TargetDescriptionXmlOverrideOps<'_, Self>> {
         Some(self)
     }
 
@@ -132,13 +141,22 @@ impl MultiThreadBase for Debuggee {
         }
         // A register of a device, as `x/wx` asks for it.
         let cycle = self.machine.cycle(0);
-        match (u32::try_from(data.len()), self.machine.bus.memory.region(address)) {
+        match (
+            u32::try_from(data.len()),
+            self.machine.bus.memory.region(address),
+        ) {
             (Ok(size @ (1 | 2 | 4)), None) if address.is_multiple_of(size) => {
-                let value = self.machine.bus.read(address, size, cycle).map_err(|_| TargetError::NonFatal)?;
+                let value = self
+                    .machine
+                    .bus
+                    .read(address, size, cycle)
+                    .map_err(|_| TargetError::NonFatal)?;
                 Ok(copy(&value.to_le_bytes()[..data.len()], data))
             }
             // Memory that ends here: as much as there is.
-            (_, Some(_)) => Ok((0..data.len()).take_while(|i| self.read_byte(address, *i, data)).count()),
+            (_, Some(_)) => Ok((0..data.len())
+                .take_while(|i| self.read_byte(address, *i, data))
+                .count()),
             _ => Err(TargetError::NonFatal),
         }
     }
@@ -148,10 +166,19 @@ impl MultiThreadBase for Debuggee {
             return Ok(());
         }
         let cycle = self.machine.cycle(0);
-        match (u32::try_from(data.len()), self.machine.bus.memory.region(address)) {
+        match (
+            u32::try_from(data.len()),
+            self.machine.bus.memory.region(address),
+        ) {
             (Ok(size @ (1 | 2 | 4)), None) if address.is_multiple_of(size) => {
-                let value = data.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
-                self.machine.bus.write(address, size, value, cycle).map_err(|_| TargetError::NonFatal)
+                let value = data
+                    .iter()
+                    .rev()
+                    .fold(0, |value, byte| value << 8 | u32::from(*byte));
+                self.machine
+                    .bus
+                    .write(address, size, value, cycle)
+                    .map_err(|_| TargetError::NonFatal)
             }
             _ => Err(TargetError::NonFatal),
         }
@@ -174,7 +201,13 @@ impl MultiThreadBase for Debuggee {
 impl Debuggee {
     fn read_byte(&self, address: u32, at: usize, data: &mut [u8]) -> bool {
         let place = address.checked_add(at as u32);
-        place.is_some_and(|place| self.machine.bus.memory.read(place, &mut data[at..=at]).is_ok())
+        place.is_some_and(|place| {
+            self.machine
+                .bus
+                .memory
+                .read(place, &mut data[at..=at])
+                .is_ok()
+        })
     }
 }
 
@@ -222,14 +255,25 @@ impl MultiThreadResume for Debuggee {
 
 impl MultiThreadSingleStep for Debuggee {
     fn set_resume_action_step(&mut self, tid: Tid, _: Option<Signal>) -> Result<(), Self::Error> {
-        self.resume = Resume::Step { core: self.core(tid), range: None };
+        self.resume = Resume::Step {
+            core: self.core(tid),
+            range: None,
+        };
         Ok(())
     }
 }
 
 impl MultiThreadRangeStepping for Debuggee {
-    fn set_resume_action_range_step(&mut self, tid: Tid, start: u32, end: u32) -> Result<(), Self::Error> {
-        self.resume = Resume::Step { core: self.core(tid), range: Some((start, end)) };
+    fn set_resume_action_range_step(
+        &mut self,
+        tid: Tid,
+        start: u32,
+        end: u32,
+    ) -> Result<(), Self::Error> {
+        self.resume = Resume::Step {
+            core: self.core(tid),
+            range: Some((start, end)),
+        };
         Ok(())
     }
 }
@@ -278,18 +322,33 @@ impl HwBreakpoint for Debuggee {
 }
 
 fn watch(base: u32, bytes: u32, kind: WatchKind) -> Watch {
-    Watch { base, bytes, reads: kind != WatchKind::Write, writes: kind != WatchKind::Read }
+    Watch {
+        base,
+        bytes,
+        reads: kind != WatchKind::Write,
+        writes: kind != WatchKind::Read,
+    }
 }
 
 impl HwWatchpoint for Debuggee {
-    fn add_hw_watchpoint(&mut self, base: u32, bytes: u32, kind: WatchKind) -> TargetResult<bool, Self> {
+    fn add_hw_watchpoint(
+        &mut self,
+        base: u32,
+        bytes: u32,
+        kind: WatchKind,
+    ) -> TargetResult<bool, Self> {
         let watch = watch(base, bytes, kind);
         self.machine.set_watch(watch);
         self.watches.push((watch, kind));
         Ok(true)
     }
 
-    fn remove_hw_watchpoint(&mut self, base: u32, bytes: u32, kind: WatchKind) -> TargetResult<bool, Self> {
+    fn remove_hw_watchpoint(
+        &mut self,
+        base: u32,
+        bytes: u32,
+        kind: WatchKind,
+    ) -> TargetResult<bool, Self> {
         let watch = watch(base, bytes, kind);
         self.machine.clear_watch(watch);
         self.watches.retain(|(w, k)| (*w, *k) != (watch, kind));
@@ -298,18 +357,29 @@ impl HwWatchpoint for Debuggee {
 }
 
 impl MonitorCmd for Debuggee {
-    fn handle_monitor_cmd(&mut self, command: &[u8], mut out: ConsoleOutput<'_>) -> Result<(), Self::Error> {
+    fn handle_monitor_cmd(
+        &mut self,
+        command: &[u8],
+        mut out: ConsoleOutput<'_>,
+    ) -> Result<(), Self::Error> {
         match command.trim_ascii() {
             b"reset" | b"reset halt" | b"reset init" => {
                 self.machine.reset();
-                outputln!(out, "reset; the program counter is {:#010x}", self.machine.cpu(0).get(super::PC));
+                outputln!(
+                    out,
+                    "reset; the program counter is {:#010x}",
+                    self.machine.cpu(0).get(super::PC)
+                );
             }
             b"cycles" => {
                 for core in 0..self.machine.cores() {
                     outputln!(out, "core {core}: {} cycles", self.machine.cycle(core));
                 }
             }
-            _ => outputln!(out, "monitor cycles: cycles so far\nmonitor reset: start from the vector table again"),
+            _ => outputln!(
+                out,
+                "monitor cycles: cycles so far\nmonitor reset: start from the vector table again"
+            ),
         }
         Ok(())
     }

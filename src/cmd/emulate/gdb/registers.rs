@@ -1,7 +1,8 @@
 //! The registers as gdb numbers them, and the description that tells it so.
 //!
-//! Feature names and numbers are gdb's (its manual, "ARM Features"): `m-profile` has R0 to R12, SP, LR, PC and XPSR; the FPU
-//! and the special registers follow. The numbers are the order of the list, which the description states.
+//! Feature names and numbers are gdb's (its manual, "ARM Features"): `m-profile` has R0 to R12, SP,
+//! LR, PC and XPSR; the FPU and the special registers follow. The numbers are the order of the
+//! list, which the description states.
 
 use gdbstub::arch::{Arch, Registers};
 use whippen_emulator::{CoreKind, Cpu, Register};
@@ -29,7 +30,10 @@ impl Registers for Words {
     }
 
     fn gdb_serialize(&self, mut write_byte: impl FnMut(Option<u8>)) {
-        self.0.iter().flat_map(|word| word.to_le_bytes()).for_each(|byte| write_byte(Some(byte)));
+        self.0
+            .iter()
+            .flat_map(|word| word.to_le_bytes())
+            .for_each(|byte| write_byte(Some(byte)));
     }
 
     fn gdb_deserialize(&mut self, bytes: &[u8]) -> Result<(), ()> {
@@ -58,16 +62,23 @@ impl Words {
 /// How many registers the feature `m-profile` has.
 const CORE: usize = 17;
 
-/// The registers of a core in gdb's order. A pair of single-precision registers is a double one, low half first.
+/// The registers of a core in gdb's order. A pair of single-precision registers is a double one,
+/// low half first.
 fn all(kind: CoreKind) -> impl Iterator<Item = Register> {
     let float = if has_float(kind) { 32 } else { 0 };
     let singles = (0..float).map(Register::single);
     let fpscr = has_float(kind).then_some(Register::FPSCR);
-    Register::all().take(CORE).chain(singles).chain(fpscr).chain(special())
+    Register::all()
+        .take(CORE)
+        .chain(singles)
+        .chain(fpscr)
+        .chain(special())
 }
 
 fn special() -> impl Iterator<Item = Register> {
-    Register::all().skip(CORE).filter(|r| *r != Register::FPSCR && !r.name().starts_with('s'))
+    Register::all()
+        .skip(CORE)
+        .filter(|r| *r != Register::FPSCR && !r.name().starts_with('s'))
 }
 
 fn has_float(kind: CoreKind) -> bool {
@@ -80,7 +91,10 @@ pub fn description(kind: CoreKind) -> String {
     let mut list = |registers: Vec<(String, u32, &str)>| -> String {
         let one = |(name, bits, kind): (String, u32, &str)| {
             number += 1;
-            format!("<reg name=\"{name}\" bitsize=\"{bits}\" type=\"{kind}\" regnum=\"{}\"/>", number - 1)
+            format!(
+                "<reg name=\"{name}\" bitsize=\"{bits}\" type=\"{kind}\" regnum=\"{}\"/>",
+                number - 1
+            )
         };
         registers.into_iter().map(one).collect()
     };
@@ -98,7 +112,9 @@ pub fn description(kind: CoreKind) -> String {
     if has_float(kind) {
         let doubles = (0..16).map(|n| (format!("d{n}"), 64, "ieee_double"));
         let float = list(doubles.chain([word(Register::FPSCR)]).collect());
-        xml.push_str(&format!("<feature name=\"org.gnu.gdb.arm.vfp\">{float}</feature>"));
+        xml.push_str(&format!(
+            "<feature name=\"org.gnu.gdb.arm.vfp\">{float}</feature>"
+        ));
     }
     let system = list(special().map(word).collect());
     xml + &format!("<feature name=\"org.gnu.gdb.arm.m-system\">{system}</feature></target>")

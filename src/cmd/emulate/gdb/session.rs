@@ -27,21 +27,29 @@ type StopReason = MultiThreadStopReason<u32>;
 /// The loop that gdbstub wants.
 pub enum Session {}
 
-type Failure = WaitForStopReasonError<<Debuggee as Target>::Error, <TcpStream as Connection>::Error>;
+type Failure =
+    WaitForStopReasonError<<Debuggee as Target>::Error, <TcpStream as Connection>::Error>;
 
 impl BlockingEventLoop for Session {
     type Target = Debuggee;
     type Connection = TcpStream;
     type StopReason = StopReason;
 
-    fn wait_for_stop_reason(debuggee: &mut Debuggee, conn: &mut TcpStream) -> Result<Event<StopReason>, Failure> {
+    fn wait_for_stop_reason(
+        debuggee: &mut Debuggee,
+        conn: &mut TcpStream,
+    ) -> Result<Event<StopReason>, Failure> {
         loop {
             let stop = advance(debuggee);
             print(debuggee);
             if let Some(reason) = stop {
                 return Ok(Event::TargetStopped(reason));
             }
-            if conn.peek().map_err(WaitForStopReasonError::Connection)?.is_some() {
+            if conn
+                .peek()
+                .map_err(WaitForStopReasonError::Connection)?
+                .is_some()
+            {
                 let byte = ConnectionExt::read(conn).map_err(WaitForStopReasonError::Connection)?;
                 return Ok(Event::IncomingData(byte));
             }
@@ -91,7 +99,10 @@ fn step(debuggee: &mut Debuggee, core: usize, range: Option<(u32, u32)>) -> Opti
         let pc = machine.cpu(core).get(PC);
         let inside = range.is_some_and(|(start, end)| (start..end).contains(&pc));
         if !inside {
-            return Some(MultiThreadStopReason::SignalWithThread { tid: thread(core), signal: Signal::SIGTRAP });
+            return Some(MultiThreadStopReason::SignalWithThread {
+                tid: thread(core),
+                signal: Signal::SIGTRAP,
+            });
         }
     }
     None
@@ -99,19 +110,36 @@ fn step(debuggee: &mut Debuggee, core: usize, range: Option<(u32, u32)>) -> Opti
 
 /// Why gdb is told that the program stopped; nothing when it goes on.
 fn reason(debuggee: &mut Debuggee, stop: Stop) -> Option<StopReason> {
-    let signal = |core, signal| Some(MultiThreadStopReason::SignalWithThread { tid: thread(core), signal });
+    let signal = |core, signal| {
+        Some(MultiThreadStopReason::SignalWithThread {
+            tid: thread(core),
+            signal,
+        })
+    };
     match stop {
         Stop::Limit if debuggee.machine.cycle(0) < debuggee.limit => None,
         Stop::Limit => signal(0, Signal::SIGXCPU),
         Stop::Exit { code } => Some(MultiThreadStopReason::Exited(code as u8)),
         Stop::Returned { cycles, result } => {
-            eprintln!("the function returned {:#010x} after {cycles} cycles", result[0]);
+            eprintln!(
+                "the function returned {:#010x} after {cycles} cycles",
+                result[0]
+            );
             Some(MultiThreadStopReason::Exited(0))
         }
         Stop::Breakpoint { core, .. } => Some(MultiThreadStopReason::SwBreak(thread(core))),
-        Stop::Watchpoint { core, address, write, .. } => {
+        Stop::Watchpoint {
+            core,
+            address,
+            write,
+            ..
+        } => {
             let (address, kind) = watched(debuggee, address, write);
-            Some(MultiThreadStopReason::Watch { tid: thread(core), kind, addr: address })
+            Some(MultiThreadStopReason::Watch {
+                tid: thread(core),
+                kind,
+                addr: address,
+            })
         }
         Stop::Fault(fault) => {
             eprintln!("{fault}");
@@ -137,12 +165,17 @@ fn watched(debuggee: &Debuggee, address: u32, write: bool) -> (u32, WatchKind) {
         kind && address.wrapping_sub(watch.base).wrapping_add(3) < watch.bytes.wrapping_add(3)
     };
     let found = debuggee.watches.iter().find(|(watch, _)| covers(watch));
-    found.map_or((address, WatchKind::Write), |(watch, kind)| (watch.base.max(address), *kind))
+    found.map_or((address, WatchKind::Write), |(watch, kind)| {
+        (watch.base.max(address), *kind)
+    })
 }
 
 fn signal_of(fault: &Fault) -> Signal {
     match fault.reason {
-        Reason::Undefined | Reason::Unpredictable(_) | Reason::NoCoprocessor | Reason::InvalidState => Signal::SIGILL,
+        Reason::Undefined
+        | Reason::Unpredictable(_)
+        | Reason::NoCoprocessor
+        | Reason::InvalidState => Signal::SIGILL,
         Reason::Unaligned => Signal::SIGBUS,
         Reason::DivideByZero => Signal::SIGFPE,
         _ => Signal::SIGSEGV,
