@@ -165,7 +165,7 @@ pub struct Row {
 
 macro_rules! operators {
     ($(
-        #[doc = $doc:literal]
+        $( #[doc = $doc:literal] )+
         $op:ident $( ( $( $imm:ident: $imm_ty:ident $imm_kind:ident ),+ ) )?
         $name:literal ( $($arg:ident)* -> $($result:ident)? ) $effect:ident $transfer:ident $meaning:expr;
     )*) => {
@@ -173,7 +173,7 @@ macro_rules! operators {
         /// `op`.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         pub enum Op {
-            $( #[doc = $doc] $op $( ( $($imm_ty),+ ) )?, )*
+            $( $( #[doc = $doc] )+ $op $( ( $($imm_ty),+ ) )?, )*
         }
 
         enum Place { $( $op, )* }
@@ -188,7 +188,7 @@ macro_rules! operators {
             effect: Effect::$effect,
             transfer: Transfer::$transfer,
             meaning: $meaning,
-            doc: $doc.trim_ascii(),
+            doc: concat!($($doc),+).trim_ascii(),
             make: |immediates| {
                 let mut immediates = immediates.iter();
                 let op = Op::$op $( ( $( $imm_ty::try_from(*immediates.next()?).ok()? ),+ ) )?;
