@@ -78,7 +78,7 @@ fn the_library_alone_is_no_program_and_no_error() {
 /// The programs in the manual's text are one program, and it has no mistakes.
 #[test]
 fn every_program_of_the_manual_checks() {
-    let manual = include_str!("../../../../docs/language.md");
+    let manual = include_str!("../../../../../docs/language.md");
     let blocks = manual
         .split("```whip\n")
         .skip(1)

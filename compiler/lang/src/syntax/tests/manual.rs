@@ -5,13 +5,9 @@ use std::collections::BTreeSet;
 
 use super::random::Dice;
 use super::*;
-use crate::check::Options;
-use crate::diag::render;
-use crate::front::compile_front;
 use crate::syntax::layout;
 use crate::syntax::token::{HARD_KEYWORDS, SIGNS, SOFT_KEYWORDS};
 use crate::units::{dimension_names, unit_names};
-use whippen_source::SourceMap;
 
 const MANUAL: &str = include_str!("../../../../../docs/language.md");
 
