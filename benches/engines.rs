@@ -10,11 +10,11 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use whippen_compiler::budget;
-use whippen_compiler::c::{self, Layout};
+use whippen_compiler::c99::{self, Layout};
 use whippen_compiler::check::Program;
 use whippen_compiler::firmware;
 use whippen_compiler::front::compile_front;
-use whippen_compiler::host::{HostCode, Options};
+use whippen_compiler::jit::{HostCode, Options};
 use whippen_compiler::kernel::{Kernel, verify};
 use whippen_compiler::modes::{INSTRUCTIONS, specialise};
 use whippen_compiler::pipeline::{Compiled, compile};
@@ -51,13 +51,13 @@ fn stages(criterion: &mut Criterion) {
             b.iter(|| HostCode::build(&kernel, keys, Options { probes: false }));
         });
     }
-    let options = c::Options {
+    let options = c99::Options {
         keys: 88,
         layout: Layout::Records,
         events: 64,
     };
     criterion.bench_function("C 88", |b| {
-        b.iter(|| verify(&kernel).map(|verified| c::source(verified, options)))
+        b.iter(|| verify(&kernel).map(|verified| c99::source(verified, options)))
     });
 }
 

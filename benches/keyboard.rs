@@ -9,7 +9,7 @@
 use std::time::Instant;
 
 use whippen_compiler::front::compile_front;
-use whippen_compiler::host::{HostCode, Options};
+use whippen_compiler::jit::{HostCode, Options};
 use whippen_compiler::kernel::Kernel;
 use whippen_compiler::pipeline::compile;
 use whippen_compiler::source::SourceMap;

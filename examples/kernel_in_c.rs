@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use whippen_compiler::c::{Layout, Options, source};
+use whippen_compiler::c99::{Layout, Options, source};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::kernel::verify;
 use whippen_compiler::pipeline::compile;

@@ -18,7 +18,7 @@ mod play;
 #[expect(dead_code, reason = "tests look at more than cycles")]
 mod target;
 
-use whippen_compiler::c::{Layout, Options, source};
+use whippen_compiler::c99::{Layout, Options, source};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::kernel::{Kernel, verify};
 use whippen_compiler::modes::{self, Modes};

@@ -1,29 +1,29 @@
-//! The Whippen compiler: source text to Model to Kernel to code. No input or output, no clock.
+//! The Whippen compiler: source text to Model to Kernel to code, and the proof that the code is in
+//! time. No input or output, no clock.
+//!
+//! Each phase is a crate of its own, named here in the order in which a program passes through them.
 
-pub mod asm;
-pub mod budget;
-pub mod bundled;
-pub mod c;
-pub mod check;
-pub mod diag;
-pub mod firmware;
-pub mod fix;
-pub mod front;
-pub mod host;
-pub mod ideal;
-pub mod image;
-pub mod index;
-pub mod kernel;
-pub mod lint;
-pub mod model;
-pub mod modes;
-pub mod parallel;
+// Texts and the language: source to Model.
+pub use whippen_lang::{bundled, check, diag, front, index, lint, model, range, syntax, units};
+pub use whippen_source as source;
+// The loop of key, hand and program.
+pub use whippen_stability as stability;
+// Model to Kernel.
+pub use whippen_kernel as kernel;
+pub use whippen_lower as lower;
+pub use whippen_lower::{ideal, scales, simplify};
+// A Kernel for this machine, and as C.
+pub use whippen_c99 as c99;
+pub use whippen_jit as jit;
+// A Kernel as machine code of a Cortex-M, and its image.
+pub use whippen_arm::{asm, image, thumb};
+pub use whippen_board as board;
+pub use whippen_firmware as firmware;
+pub use whippen_modes as modes;
+// The proof on the bytes.
+pub use whippen_budget as budget;
+
+pub use whippen_deterministic::parallel;
+
+pub mod bindings;
 pub mod pipeline;
-pub mod range;
-pub mod scales;
-pub mod simplify;
-pub mod source;
-pub mod stability;
-pub mod syntax;
-pub mod thumb;
-pub mod units;

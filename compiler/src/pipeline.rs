@@ -4,14 +4,14 @@
 //!   front: parse -> check => Model; compile: range (must be bounded) -> lint => warnings; simplify -> range => Ranges -> lower => Kernel -> verify
 //! ```
 
-use crate::diag::Diagnostic;
-use crate::fix::{self, Lowered};
-use crate::kernel;
-use crate::lint;
-use crate::model::Model;
-use crate::range::{self, Ranges};
-use crate::scales::Scales;
-use crate::simplify::{self, Step};
+use whippen_kernel as kernel;
+use whippen_lang::diag::Diagnostic;
+use whippen_lang::lint;
+use whippen_lang::model::Model;
+use whippen_lang::range::{self, Ranges};
+use whippen_lower::scales::Scales;
+use whippen_lower::simplify::{self, Step};
+use whippen_lower::{self as fix, Lowered};
 
 /// The passes, by the names `dump --after` knows them by.
 pub const PASSES: &[(&str, &str)] = &[
@@ -88,10 +88,10 @@ pub fn compile(model: Model, scales: Scales, observe: bool) -> Result<Compiled, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bundled::INSTRUMENTS;
-    use crate::check::{Options, Program};
-    use crate::front::compile_front;
-    use crate::source::SourceMap;
+    use whippen_lang::bundled::INSTRUMENTS;
+    use whippen_lang::check::{Options, Program};
+    use whippen_lang::front::compile_front;
+    use whippen_source::SourceMap;
 
     const MIKEY: Scales = Scales {
         sensor_zero: -0.5e-3,

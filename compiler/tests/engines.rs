@@ -6,8 +6,8 @@
 //! ```
 
 use std::ops::Range;
-use whippen_compiler::host::{HostCode, Options};
-use whippen_compiler::kernel::random::{self, Rng};
+use whippen_compiler::jit::{HostCode, Options};
+use whippen_compiler::kernel::random::{self, Draw, Rng};
 use whippen_compiler::kernel::{EngineError, Interp, Kernel, parse, without_probes};
 
 const TICKS: usize = 8;

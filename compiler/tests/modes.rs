@@ -1,7 +1,7 @@
 //! The modes of a kernel do what the kernel does: outputs, memory and events in every tick; and
 //! what they promise holds.
 
-use whippen_compiler::kernel::random::{self, Rng};
+use whippen_compiler::kernel::random::{self, Draw, Rng};
 use whippen_compiler::kernel::{
     Builder, Interp, Kernel, Op, OpError, Range, Type, Value, without_probes,
 };

@@ -6,7 +6,7 @@ use fixed::types::extra::{U0, U27, U32};
 use fixed::types::{I5F27, I64F64};
 use fixed::{FixedI64, FixedI128};
 use whippen_compiler::kernel::op::{ROWS, Sort, Transfer};
-use whippen_compiler::kernel::random::Rng;
+use whippen_compiler::kernel::random::{Draw, Rng};
 use whippen_compiler::kernel::{Effect, Kernel, Op, OpError, Range, Type, ValueInfo};
 
 /// Pairs of edges of the type, then random numbers of all sizes.

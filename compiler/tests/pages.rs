@@ -142,7 +142,7 @@ fn codes_are_found_by_what_people_type() {
 fn the_documents_list_every_code() {
     let mut text = String::from(
         "# Diagnostics\n\nEvery message of the compiler has a code, and every code has a page with the mistake and its mend: \
-         `whippen explain WH0203`.\nThis list follows from `compiler/src/diag/codes.rs`.\n",
+         `whippen explain WH0203`.\nThis list follows from `compiler/lang/src/diag/codes.rs`.\n",
     );
     for (group, name) in GROUPS {
         let _ = write!(
@@ -161,7 +161,7 @@ fn the_documents_list_every_code() {
             let (number, title) = (code.number(), code.title());
             let _ = writeln!(
                 text,
-                "| [{number}](../compiler/src/diag/pages/{number}.md) | {severity} | {title} |"
+                "| [{number}](../compiler/lang/src/diag/pages/{number}.md) | {severity} | {title} |"
             );
         }
     }

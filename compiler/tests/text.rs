@@ -1,7 +1,7 @@
 //! Spoiled texts of kernels: whatever they say, nobody panics, and what still verifies still runs
 //! alike.
 
-use whippen_compiler::host::{HostCode, Options};
+use whippen_compiler::jit::{HostCode, Options};
 use whippen_compiler::kernel::random::{self, Rng};
 use whippen_compiler::kernel::{Interp, Kernel, parse, verify};
 

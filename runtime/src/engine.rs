@@ -4,10 +4,10 @@
 use std::fmt;
 use std::str::FromStr;
 
-use whippen_compiler::fix::{Export, ExportKind, LoweredEvent, LoweredEventKind};
-use whippen_compiler::host::{HostCode, Options};
 use whippen_compiler::ideal::{Ideal, What};
+use whippen_compiler::jit::{HostCode, Options};
 use whippen_compiler::kernel::{self, Interp};
+use whippen_compiler::lower::{Export, ExportKind, LoweredEvent, LoweredEventKind};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::scales::Scales;
 use whippen_emulator::BoardKind;

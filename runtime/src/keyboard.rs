@@ -18,8 +18,8 @@ use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use whippen_compiler::fix::LoweredEventKind;
 use whippen_compiler::kernel;
+use whippen_compiler::lower::LoweredEventKind;
 use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_emulator::BoardKind;

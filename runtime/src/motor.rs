@@ -9,7 +9,7 @@
 //! the rated one is added up; what `peak` for `peak_time` makes of it is the limit, and the key
 //! then gets no more than the rated current until half of it is gone.
 
-use whippen_compiler::fix::ExportKind;
+use whippen_compiler::lower::ExportKind;
 use whippen_compiler::pipeline::Compiled;
 
 use crate::device::{Device, Motor};

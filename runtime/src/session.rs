@@ -10,7 +10,7 @@
 
 use std::time::{Duration, Instant};
 
-use whippen_compiler::fix::{Export, ExportKind, LoweredEventKind};
+use whippen_compiler::lower::{Export, ExportKind, LoweredEventKind};
 use whippen_compiler::model::{CellKind, Model};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::units::Dim;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use whippen_compiler::fix::{Export, ExportKind};
+use whippen_compiler::lower::{Export, ExportKind};
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::compare::{Comparison, Deviation};
 use whippen_runtime::session;

@@ -257,7 +257,7 @@ fn board(wanted: Option<&str>, keyboard: Option<&Keyboard>) -> Result<Board, Fai
 
 /// The prefix of all names of a program.
 pub fn name(compiled: &Compiled) -> String {
-    whippen_compiler::c::Names::new(&compiled.lowered.kernel).kernel
+    whippen_compiler::c99::Names::new(&compiled.lowered.kernel).kernel
 }
 
 impl Setup {

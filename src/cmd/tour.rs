@@ -10,7 +10,7 @@ use clap::CommandFactory;
 use whippen_compiler::bundled::INSTRUMENTS;
 use whippen_compiler::check::Options;
 use whippen_compiler::diag::Severity;
-use whippen_compiler::fix::ExportKind;
+use whippen_compiler::lower::ExportKind;
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::compare::compare;
 use whippen_runtime::device::Device;

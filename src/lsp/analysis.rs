@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use whippen_compiler::check::Options;
 use whippen_compiler::diag::{Code, Diagnostic};
-use whippen_compiler::fix::{Export, ExportKind};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::index::{Definition, Index, Kind, Occurrence};
+use whippen_compiler::lower::{Export, ExportKind};
 use whippen_compiler::pipeline::{CompileError, Compiled, compile};
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::stability::{analyze, warnings};

@@ -1,8 +1,8 @@
 //! What is under the pointer.
 
 use lsp_types::{Hover, HoverContents, MarkupContent, MarkupKind, Position};
-use whippen_compiler::fix::Export;
 use whippen_compiler::index::{Definition, Kind};
+use whippen_compiler::lower::Export;
 use whippen_compiler::source::Span;
 use whippen_compiler::syntax::token::{Token, lex};
 

@@ -7,7 +7,7 @@
 
 use whippen_compiler::budget::{Query, bound};
 use whippen_compiler::kernel::Range;
-use whippen_compiler::kernel::random::Rng;
+use whippen_compiler::kernel::random::{Draw, Rng};
 use whippen_isa::timing::Core;
 
 use crate::image::{Image, instruments};

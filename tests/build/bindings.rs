@@ -1,6 +1,6 @@
 //! The header and the module, judged by compilers.
 
-use whippen_compiler::image::{
+use whippen_compiler::bindings::{
     Argument, EventInterface, Interface, LiveInterface, PortInterface, Ring, c_header, rust_module,
 };
 

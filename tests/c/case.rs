@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use whippen_compiler::c::{Layout, Names, Options, source};
-use whippen_compiler::kernel::random::{self, Rng};
+use whippen_compiler::c99::{Layout, Names, Options, source};
+use whippen_compiler::kernel::random::{self, Draw, Rng};
 use whippen_compiler::kernel::{Happened, Interp, Kernel, Type, verify};
 
 /// A kernel and what it is fed.

@@ -15,7 +15,7 @@ mod toolchain;
 #[expect(dead_code, reason = "other tests want more of it")]
 mod common;
 
-use whippen_compiler::c::{Layout, Options, source};
+use whippen_compiler::c99::{Layout, Options, source};
 use whippen_compiler::kernel::random::{self, Rng};
 use whippen_compiler::kernel::{Kernel, parse, verify, without_probes};
 

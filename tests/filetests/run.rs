@@ -6,7 +6,7 @@
 //! cells after the last tick.
 
 use std::fmt::Write;
-use whippen_compiler::host::{HostCode, Options};
+use whippen_compiler::jit::{HostCode, Options};
 use whippen_compiler::kernel::{Interp, Kernel};
 
 /// Values for one name: for each key, tick by tick.

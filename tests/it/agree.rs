@@ -1,7 +1,7 @@
 //! `jit` and `interp` agree bit for bit on everything they export; the interpreter never leaves a
 //! proven range.
 
-use whippen_compiler::host::{HostCode, Options};
+use whippen_compiler::jit::{HostCode, Options};
 use whippen_compiler::kernel::Interp;
 use whippen_compiler::kernel::random::Rng;
 use whippen_compiler::pipeline::{Compiled, compile};

@@ -1,7 +1,7 @@
 //! The engine `emulated`: the whole image on the emulated board plays what the reference plays, bit
 //! for bit.
 
-use whippen_compiler::fix::LoweredEventKind;
+use whippen_compiler::lower::LoweredEventKind;
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_emulator::BoardKind;
 use whippen_runtime::device::Device;

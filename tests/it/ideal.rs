@@ -1,9 +1,9 @@
 //! Fixed point against the model in f64: a free run within the bars, one tick within the proven
 //! bound.
 
-use whippen_compiler::fix::{Export, ExportKind};
 use whippen_compiler::ideal::{Ideal, KeyState};
 use whippen_compiler::kernel::Interp;
+use whippen_compiler::lower::{Export, ExportKind};
 use whippen_compiler::model::{CellId, Model, Node, RuleKind};
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::compare::{Comparison, compare};

@@ -1,6 +1,6 @@
 //! One key of an instrument on one engine, moved tick by tick and asked by name.
 
-use whippen_compiler::fix::{ExportKind, LoweredEventKind};
+use whippen_compiler::lower::{ExportKind, LoweredEventKind};
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::{Engine, EngineKind};

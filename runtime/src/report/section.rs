@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use serde_json::Value;
-use whippen_compiler::fix::{Export, ExportKind};
+use whippen_compiler::lower::{Export, ExportKind};
 use whippen_compiler::model::CellKind;
 use whippen_compiler::pipeline::Compiled;
 

@@ -1,7 +1,7 @@
 //! The numbers budget in a few lines; all of it is `whippen check --numbers`.
 
 use serde_json::{Value, json};
-use whippen_compiler::fix::ExportKind;
+use whippen_compiler::lower::ExportKind;
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::session;
 
@@ -23,12 +23,12 @@ struct Named {
 impl NumbersBudget {
     pub fn find(compiled: &Compiled) -> NumbersBudget {
         let exports = compiled.lowered.exports.iter().filter(|e| e.dim.is_some());
-        let named = |e: &whippen_compiler::fix::Export| Named {
+        let named = |e: &whippen_compiler::lower::Export| Named {
             name: e.name.clone(),
             unit: session::unit(&compiled.model, e),
             error: e.error,
         };
-        let share = |e: &&whippen_compiler::fix::Export| {
+        let share = |e: &&whippen_compiler::lower::Export| {
             e.error / (e.range.high - e.range.low).max(f64::MIN_POSITIVE)
         };
         let others = exports

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use whippen_compiler::c;
+use whippen_compiler::bindings::{Interface, c_header, rust_module};
+use whippen_compiler::c99;
 use whippen_compiler::image::{
-    Board, Image, Input, Interface, Object, SectionKind, Start, c_header, executable, link,
-    listing, map, places, relocatable, rust_module, uf2,
+    Board, Image, Input, Object, SectionKind, Start, executable, link, listing, map, places,
+    relocatable, uf2,
 };
 use whippen_compiler::kernel::verify;
 use whippen_compiler::thumb;
@@ -88,10 +89,10 @@ impl Files<'_> {
                     .join("; "),
             )
         })?;
-        let layout = c::Layout::Records;
-        let source = c::source(
+        let layout = c99::Layout::Records;
+        let source = c99::source(
             kernel,
-            c::Options {
+            c99::Options {
                 keys: setup.keys as usize,
                 layout,
                 events: C_EVENTS,

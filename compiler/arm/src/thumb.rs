@@ -1,0 +1,452 @@
+//! Code for the Cortex-M33, the Cortex-M4 and the Cortex-M0+: the tick of all keys of one core,
+//! from modes to an object.
+//!
+//! ```text
+//!   Modes --select--> Func (instructions over virtual registers) --allocate--> --arrange, emit--> Object
+//! ```
+//!
+//! The tick is threaded: keys have records that lie one after the other, and the first word of a
+//! record is the address of the code of the key's present mode. A mode's code does one key's tick,
+//! takes the address of the next key's code from the next record and goes there; after the last key
+//! a sentinel leads to the end of the frame. There is no loop and no test of modes.
+//!
+//! | part | what it settles |
+//! | --- | --- |
+//! | `layout` | where a host finds what it reads and writes |
+//! | `frame` | registers with a meaning, the state and everything's place in it |
+//! | `shared` | what is computed once a tick for all keys |
+//! | `select` | which instructions |
+//! | `vcode` | instructions over virtual registers |
+//! | `pins` | what stays in registers from key to key |
+//! | `schedule` | the order of instructions |
+//! | `path` | cycles of the longest way |
+//! | `best` | the best of some ways to make code |
+//! | `allocate` | registers, by `regalloc2` |
+//! | `reorder` | the order of instructions that have registers |
+//! | `spread` | registers that leave more orders |
+//! | `hoist` | what goes up over a branch |
+//! | `same` | whether two orders compute the same |
+//! | `arrange` | the order of blocks |
+//! | `v6m` | the same for ARMv6-M, which has less |
+//! | `emit` | encodings, IT blocks, branches |
+//! | `entry` | code around the keys |
+//!
+//! Every transformation here keeps every drive word, event and cell of the Kernel, bit for bit. Not
+//! here: what a Kernel may assume (`modes`), addresses (`image`).
+
+mod agree;
+mod allocate;
+mod arrange;
+mod best;
+mod emit;
+mod entry;
+mod frame;
+mod hoist;
+mod layout;
+mod literal;
+mod memory;
+mod names;
+mod path;
+mod pins;
+mod reorder;
+mod same;
+mod schedule;
+mod select;
+mod shared;
+mod spread;
+mod v6m;
+mod vcode;
+
+use crate::image::{Fixup, Object, Section, SectionKind, Symbol, SymbolKind, timing};
+use allocate::Allocated;
+use emit::{Bytes, Item, lay_out};
+use frame::{Frame, LITERALS_MAX};
+use literal::Literals;
+use memory::{Memory, memory};
+use std::fmt;
+use whippen_deterministic::parallel;
+use whippen_isa::Arch;
+use whippen_isa::timing::Core;
+use whippen_kernel::Kernel;
+use whippen_modes::Modes;
+
+pub use emit::NoEncoding;
+pub use layout::{EVENT_MARK, EventRing, Layout};
+
+/// What to build.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Prefix of all symbols.
+    pub name: String,
+    /// Keys of the core.
+    pub keys: u32,
+    /// Whether each key has a gain for its drive words, 65536 = 1.
+    pub gain: bool,
+    /// Whether probes are kept, key by key in the records; else they are left out.
+    pub probes: bool,
+    /// The core's architecture.
+    pub arch: Arch,
+}
+
+/// Why there is no code.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ThumbError {
+    /// No keys, or more than the state can have in 16 MiB.
+    Keys(u32),
+    /// More modes than addresses have room.
+    Modes(usize),
+    /// A bug: no registers, or no encoding.
+    Bug(String),
+}
+
+impl fmt::Display for ThumbError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            ThumbError::Keys(keys) => write!(
+                f,
+                "{keys} keys do not fit: a core takes 1 to 65536 keys in 16 MiB"
+            ),
+            ThumbError::Modes(modes) => write!(f, "{modes} modes, more than {LITERALS_MAX}"),
+            ThumbError::Bug(what) => write!(f, "no code: {what}"),
+        }
+    }
+}
+
+impl std::error::Error for ThumbError {}
+
+/// Code and data of a core's keys.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Built {
+    /// The object: `NAME_tick`, `NAME_init`, `NAME_state`.
+    pub object: Object,
+    /// Where things lie in the state.
+    pub layout: Layout,
+}
+
+impl Built {
+    /// How many keys it has.
+    pub fn keys(&self) -> u32 {
+        self.layout.frame.keys
+    }
+
+    /// The section of its state.
+    fn state(&mut self) -> Option<&mut Section> {
+        self.object
+            .sections
+            .iter_mut()
+            .find(|section| section.kind == SectionKind::Data)
+    }
+
+    /// The same code for as many other keys: those of this kernel, which differs in its values per
+    /// key alone, and which are numbered from `first` on.
+    #[must_use]
+    pub fn with_keys_of(mut self, kernel: &Kernel, first: u32) -> Built {
+        let frame = self.layout.frame.clone();
+        if let Some(data) = self.state() {
+            let mut state = Memory {
+                bytes: std::mem::take(&mut data.bytes),
+                fixups: Vec::new(),
+            };
+            state.keyed(kernel, &frame);
+            state.numbers(&frame, first);
+            data.bytes = state.bytes;
+        }
+        self
+    }
+}
+
+/// Compiles the tick of a core's keys.
+///
+/// # Errors
+/// Too many keys or modes; a bug.
+pub fn compile(modes: &Modes, options: &Options) -> Result<Built, ThumbError> {
+    build(modes, options, None)
+}
+
+/// What a firmware's frame asks of the keys' code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Around {
+    /// Bytes from a sensor word to the drive word of the same key.
+    pub distance: u32,
+    /// The least bytes of a key's record; [`record_bytes`] says what a kernel needs.
+    pub record: u32,
+}
+
+/// Compiles the tick of a core's keys as a part of a firmware's frame: `NAME_tick(state, words)`
+/// and `NAME_init(state, words)` find the first key's sensor word at `words`, put drive words
+/// `distance` bytes behind sensor words, and keep no register but SP; so does `NAME_begin(state,
+/// word, key)`, which prepares one key as `NAME_init` prepares all, once that has run.
+///
+/// # Errors
+/// Too many keys or modes; a bug.
+pub fn compile_for_frame(
+    modes: &Modes,
+    options: &Options,
+    around: &Around,
+) -> Result<Built, ThumbError> {
+    build(modes, options, Some(around))
+}
+
+/// Registers that point into known memory while keys are ticked; they go on in steps, by constants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Points {
+    /// Into `NAME_state`.
+    pub state: [u8; 2],
+    /// Into `NAME_histories`, where they lie apart.
+    pub histories: u8,
+    /// Into the rows of words.
+    pub words: u8,
+}
+
+/// Those of all code for keys.
+pub const POINTS: Points = Points {
+    state: [frame::T, frame::K],
+    histories: frame::H,
+    words: frame::I,
+};
+
+/// Bytes of a key's record.
+pub fn record_bytes(kernel: &Kernel, options: &Options) -> u32 {
+    Frame::new(kernel, options, None, 0).record
+}
+
+fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Built, ThumbError> {
+    if options.keys == 0 || options.keys > 1 << 16 {
+        return Err(ThumbError::Keys(options.keys));
+    }
+    if modes.modes.len() + modes.kernel.tables.len() > LITERALS_MAX / 2 {
+        return Err(ThumbError::Modes(modes.modes.len()));
+    }
+    let (modes, shared) = shared::share(modes);
+    let kernel = &modes.kernel;
+    let mut frame = Frame::new(kernel, options, around, shared.results.len());
+    let mut literals = Literals::new(modes.modes.len() + kernel.tables.len());
+    let core = timing(options.arch);
+    let (made_modes, pins) = best::modes(&modes, &frame, &mut literals, &core)?;
+    frame.pins = pins;
+    let made = Made {
+        modes: made_modes,
+        init: best::init(&modes, &frame, &mut literals, &core)?,
+        shared: best::shared(kernel, &frame, &mut literals, &shared, &core)?,
+    };
+    frame.close(literals.all().len());
+    if frame.size.max(frame.size_apart) > 1 << 24 {
+        return Err(ThumbError::Keys(options.keys));
+    }
+    let items = items(&frame, options, &core, &modes, &made);
+    let code = lay_out(items.items, items.labels, core.arch, &options.name)
+        .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
+    let mut object = object(kernel, &frame, options, &literals, code);
+    v6m::add_routines(&mut object, options)?;
+    Ok(Built {
+        object,
+        layout: Layout { frame },
+    })
+}
+
+/// Code with registers: of all modes, of `init`, and of what a tick computes at its entry, if there
+/// is such.
+struct Made {
+    modes: Vec<Allocated>,
+    init: Allocated,
+    shared: Option<Allocated>,
+}
+
+/// All code, and how many labels it has.
+struct Items {
+    items: Vec<Item>,
+    labels: usize,
+}
+
+fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Made) -> Items {
+    let (name, init) = (&options.name, &made.init);
+    let slots = made
+        .modes
+        .iter()
+        .chain(&made.shared)
+        .map(|func| func.slots)
+        .max()
+        .unwrap_or(0);
+    let mut mode_names: Vec<String> = (0..modes.modes.len())
+        .map(|mode| names::mode(name, mode))
+        .collect();
+    let labels = entry::Labels {
+        init_key: 0,
+        init_next: 1,
+        events: 2,
+    };
+    let mut base = entry::LABELS;
+    let shared = made.shared.as_ref().map_or_else(Vec::new, |shared| {
+        let items = inside(shared, base, core, &mode_names);
+        base += shared.blocks.len() + 1;
+        items
+    });
+    let mut items = entry::tick(
+        frame,
+        core.arch,
+        name,
+        slots,
+        shared,
+        &mode_names,
+        labels.events,
+    );
+    mode_names.push(names::end(name));
+    let mut placed = Vec::new();
+    for func in &made.modes {
+        placed.push((func, base));
+        base += func.blocks.len();
+    }
+    let arranged = parallel::map(placed, |(func, base)| {
+        arrange::arrange(func, base, core, &mode_names, labels.init_next)
+    });
+    for (index, arranged) in arranged.into_iter().enumerate() {
+        items.push(Item::Function {
+            name: names::mode(name, index),
+            global: false,
+        });
+        items.extend(arranged);
+    }
+    items.extend(entry::init(frame, name, init.slots, labels));
+    items.extend(arrange::arrange(
+        init,
+        base,
+        core,
+        &mode_names,
+        labels.init_next,
+    ));
+    base += init.blocks.len();
+    if frame.caller.is_some() {
+        // A copy, so that a key that begins costs what one key costs, and can be bounded as such.
+        let [before, behind] = entry::begin(frame, &modes.kernel, name, init.slots);
+        items.extend(before);
+        items.extend(inside(init, base, core, &mode_names));
+        items.extend(behind);
+        base += init.blocks.len() + 1;
+    }
+    Items {
+        items,
+        labels: base,
+    }
+}
+
+/// Code that goes on behind its end, with labels from `base` on: one a block, and one there.
+fn inside(func: &Allocated, base: usize, core: &Core, mode_names: &[String]) -> Vec<Item> {
+    let done = base + func.blocks.len();
+    let mut items = arrange::arrange(func, base, core, mode_names, done);
+    if matches!(items.last(), Some(Item::Branch { cond: None, to }) if *to == done) {
+        items.pop();
+    }
+    items.push(Item::Label(done));
+    items
+}
+
+fn object(
+    kernel: &Kernel,
+    frame: &Frame,
+    options: &Options,
+    literals: &Literals,
+    code: Bytes,
+) -> Object {
+    let name = &options.name;
+    let mut object = Object {
+        sections: Vec::new(),
+        symbols: code.symbols,
+    };
+    object.sections.push(Section {
+        name: format!(".text.{name}"),
+        kind: SectionKind::Code,
+        align: 4,
+        size: code.bytes.len() as u32,
+        bytes: code.bytes,
+        fixups: code.fixups,
+        lines: code.lines,
+        hints: code.hints,
+    });
+    let [mut state, histories] = memory(kernel, frame);
+    state.literals(frame, literals, name);
+    state.modes(frame, name);
+    if let Some(at) = frame.apart {
+        state.address(at, names::histories(name));
+        if frame.ring.is_some() {
+            state.address(at + 4, names::events(name));
+        }
+    }
+    let symbol = |name, section, size| Symbol {
+        name,
+        section: Some(section),
+        offset: 0,
+        size,
+        kind: SymbolKind::Data,
+        global: true,
+    };
+    object
+        .symbols
+        .push(symbol(names::state(name), 1, frame.size));
+    object.sections.push(data(
+        format!(".data.{name}"),
+        SectionKind::Data,
+        state.bytes,
+        state.fixups,
+    ));
+    if frame.apart.is_some() {
+        object
+            .symbols
+            .push(symbol(names::histories(name), 2, frame.size_apart));
+        let section = format!(".data.{name}.histories");
+        object.sections.push(data(
+            section,
+            SectionKind::Data,
+            histories.bytes,
+            histories.fixups,
+        ));
+        if let Some(ring) = frame.ring {
+            object.symbols.push(symbol(
+                names::events(name),
+                object.sections.len(),
+                ring.size(),
+            ));
+            let zeroed = data(
+                format!(".bss.{name}.events"),
+                SectionKind::Zeroed,
+                Vec::new(),
+                Vec::new(),
+            );
+            object.sections.push(Section {
+                size: ring.size(),
+                ..zeroed
+            });
+        }
+    }
+    for (index, table) in kernel.tables.iter().enumerate() {
+        let bytes: Vec<u8> = table
+            .values
+            .iter()
+            .flat_map(|word| word.to_le_bytes())
+            .collect();
+        let (section, table) = (object.sections.len(), names::table(name, index as u32));
+        object.symbols.push(Symbol {
+            global: false,
+            ..symbol(table, section, bytes.len() as u32)
+        });
+        object.sections.push(data(
+            format!(".rodata.{name}.{index}"),
+            SectionKind::Constant,
+            bytes,
+            Vec::new(),
+        ));
+    }
+    object
+}
+
+fn data(name: String, kind: SectionKind, bytes: Vec<u8>, fixups: Vec<Fixup>) -> Section {
+    Section {
+        name,
+        kind,
+        align: 4,
+        size: bytes.len() as u32,
+        bytes,
+        fixups,
+        lines: Vec::new(),
+        hints: Vec::new(),
+    }
+}

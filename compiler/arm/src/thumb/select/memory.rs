@@ -1,0 +1,388 @@
+//! What operators on memory become: loads and stores at constant distances from the registers of
+//! `frame`.
+
+use super::word::with_shift;
+use super::{Bound, Select};
+use crate::thumb::frame::{H, I, K, T, TICK};
+use crate::thumb::literal::Literal;
+use crate::thumb::vcode::{Access, Code, End, Half, Place, Reg, Role, VReg};
+use whippen_isa::{Op as Isa, ShiftType};
+use whippen_kernel::layout::words;
+use whippen_kernel::{Op, Range, Type, Value};
+
+/// Places that are neither cells nor lines.
+pub(super) const WORDS_OUT: Place = Place::Other(0);
+pub(super) const PROBES: Place = Place::Other(1);
+pub(super) const EVENTS: Place = Place::Other(2);
+pub(super) const MODE: Place = Place::Other(3);
+
+impl Select<'_> {
+    /// An address: a register and an offset that every load and store can hold.
+    fn address(&mut self, base: Reg, offset: i64) -> (Reg, i64) {
+        if (-255..4096).contains(&offset) {
+            return (base, offset);
+        }
+        let distance = self.load_constant(offset as i32);
+        let sum = self.result(
+            Code::new(Isa::ADD_register)
+                .with(Role::N, base)
+                .reg(Role::M, distance),
+        );
+        (Reg::Virtual(sum), 0)
+    }
+
+    /// A load or store at an offset.
+    fn at(&mut self, op: Isa, base: Reg, offset: i64) -> Code {
+        let (base, offset) = self.address(base, offset);
+        let mut code = Code::new(op)
+            .with(Role::N, base)
+            .imm(offset.unsigned_abs() as u32);
+        code.inst.add = offset >= 0;
+        code
+    }
+
+    pub(super) fn load(&mut self, op: Isa, base: Reg, offset: i64, place: Place) -> VReg {
+        let t = self.func.fresh();
+        let code = self
+            .at(op, base, offset)
+            .reg(Role::T, t)
+            .access(Access::Read(place));
+        self.emit(code);
+        t
+    }
+
+    pub(super) fn store(&mut self, op: Isa, base: Reg, offset: i64, place: Place, word: VReg) {
+        let code = self
+            .at(op, base, offset)
+            .reg(Role::T, word)
+            .access(Access::Write(place));
+        self.emit(code);
+    }
+
+    /// What an operator reads.
+    pub(super) fn read(&mut self, op: Op, args: &[Value]) -> Bound {
+        let constant = |select: &mut Self, base, offset: u32| {
+            Bound::One(select.load(
+                Isa::LDR_immediate,
+                Self::fixed(base),
+                offset.into(),
+                Place::Constant,
+            ))
+        };
+        match op {
+            Op::In(port) => Bound::One(self.input(port)),
+            Op::Live(live) => constant(self, T, self.frame.lives[live as usize]),
+            Op::Tick(later) => {
+                let now = self.load(
+                    Isa::LDR_immediate,
+                    Self::fixed(T),
+                    TICK.into(),
+                    Place::Constant,
+                );
+                Bound::One(self.plus(now, later.into()))
+            }
+            Op::Keyed(keyed) => constant(self, K, self.frame.keyed[keyed as usize]),
+            Op::Get(cell) => {
+                let (base, offset) = (Self::fixed(K), self.frame.cells[cell as usize].into());
+                self.load_cell(cell, base, offset)
+            }
+            Op::GetAt(cell) => {
+                let (base, offset) = self.element(cell, args[0]);
+                self.load_cell(cell, base, offset)
+            }
+            Op::Delay(line, ticks) => Bound::One(self.delay(line, ticks)),
+            Op::Lookup(table) => Bound::One(self.lookup(table, args[0])),
+            _ => Bound::Nothing,
+        }
+    }
+
+    fn load_cell(&mut self, cell: u32, base: Reg, offset: i64) -> Bound {
+        let low = self.load(Isa::LDR_immediate, base, offset, Place::Cell(cell));
+        match self.kernel.cells[cell as usize].ty {
+            Type::I64 => Bound::Two(
+                low,
+                self.load(Isa::LDR_immediate, base, offset + 4, Place::Cell(cell)),
+            ),
+            _ => Bound::One(low),
+        }
+    }
+
+    /// What an operator writes.
+    pub(super) fn write(&mut self, inst: &whippen_kernel::Inst) {
+        let args = &inst.args;
+        match inst.op {
+            Op::Out(port) => self.output(port, args[0]),
+            Op::Set(cell) if self.chosen.contains_key(&args[0]) => {
+                self.chosen
+                    .get(&args[0])
+                    .copied()
+                    .into_iter()
+                    .for_each(|choice| self.store_chosen(cell, choice));
+            }
+            Op::Set(cell) => {
+                let (base, offset) = (Self::fixed(K), self.frame.cells[cell as usize].into());
+                self.store_words(Place::Cell(cell), base, offset, args[0]);
+            }
+            Op::SetAt(cell) => {
+                let (base, offset) = self.element(cell, args[0]);
+                self.store_words(Place::Cell(cell), base, offset, args[1]);
+            }
+            Op::Push(line) => self.push(line, args[0]),
+            Op::Fill(line) => self.fill(line, args[0]),
+            Op::Emit(event) => self.event(event, args),
+            Op::Probe(probe) => {
+                if let Some(probes) = &self.frame.probes {
+                    let offset = probes[probe as usize].into();
+                    self.store_words(PROBES, Self::fixed(K), offset, args[0]);
+                }
+            }
+            // All others have results.
+            _ => {}
+        }
+    }
+
+    fn store_words(&mut self, place: Place, base: Reg, offset: i64, value: Value) {
+        if self.info(value).ty == Type::I64 {
+            let (low, high) = self.pair(value);
+            self.store(Isa::STR_immediate, base, offset, place, low);
+            return self.store(Isa::STR_immediate, base, offset + 4, place, high);
+        }
+        let word = self.reg(value);
+        self.store(Isa::STR_immediate, base, offset, place, word);
+    }
+
+    /// The address of a word of a cell.
+    fn element(&mut self, cell: u32, index: Value) -> (Reg, i64) {
+        let (found, at) = (
+            &self.kernel.cells[cell as usize],
+            i64::from(self.frame.cells[cell as usize]),
+        );
+        let size = 4 * words(found.ty) as i64;
+        if let Some(k) = self.constant(index) {
+            return (
+                Self::fixed(K),
+                at + size * k.clamp(0, i64::from(found.len) - 1),
+            );
+        }
+        let index = self.index(index, found.len);
+        let sum = Code::new(Isa::ADD_register)
+            .with(Role::N, Self::fixed(K))
+            .reg(Role::M, index);
+        let sum = self.result(with_shift(sum, ShiftType::LSL, size.trailing_zeros() as u8));
+        (Reg::Virtual(sum), at)
+    }
+
+    /// An index, held inside where it is not proven beyond doubt.
+    fn index(&mut self, index: Value, len: u32) -> VReg {
+        let word = self.reg(index);
+        if self.guard {
+            self.clamp(word, Range::new(0, i64::from(len) - 1), Type::I32.range())
+        } else {
+            word
+        }
+    }
+
+    /// A word held in a range, known to lie in another.
+    fn clamp(&mut self, word: VReg, to: Range, from: Range) -> VReg {
+        use whippen_isa::Cond;
+        let mut held = word;
+        for (k, beyond, needed) in [
+            (to.low, Cond::LT, from.low < to.low),
+            (to.high, Cond::GT, from.high > to.high),
+        ] {
+            if needed {
+                let bound = self.load_constant(k as i32);
+                self.emit(
+                    Code::new(Isa::CMP_register)
+                        .reg(Role::N, held)
+                        .reg(Role::M, bound),
+                );
+                held = self.move_only(beyond, Bound::One(bound), held);
+            }
+        }
+        held
+    }
+
+    /// Reads the first word in and goes on to the next key's.
+    pub(super) fn enter(&mut self) {
+        let t = self.func.fresh();
+        let code = Code::new(Isa::LDRH_immediate)
+            .reg(Role::T, t)
+            .access(Access::Read(Place::Constant));
+        self.emit(walking(code, self.frame.stride).with(Role::N, Self::fixed(I)));
+        self.input = Some(t);
+    }
+
+    fn input(&mut self, port: u32) -> VReg {
+        let offset = 2 * i64::from(port) - i64::from(self.frame.stride);
+        let word = match self.input {
+            Some(word) if port == 0 => word,
+            _ => self.load(Isa::LDRH_immediate, Self::fixed(I), offset, Place::Constant),
+        };
+        let range = self.kernel.inputs[port as usize].range;
+        self.clamp(word, range, Range::new(0, u16::MAX.into()))
+    }
+
+    /// The drive word; its gain has 16 fraction bits and is at most 1, so the product is a word
+    /// again.
+    fn output(&mut self, port: u32, value: Value) {
+        let mut word = self.reg(value);
+        if let Some(gain) = self.frame.gain {
+            let gain = self.load(
+                Isa::LDR_immediate,
+                Self::fixed(K),
+                gain.into(),
+                Place::Constant,
+            );
+            word = self.three(Isa::SMULWy, gain, word);
+        }
+        let distance = i64::from(self.frame.outputs) - i64::from(self.frame.inputs);
+        let offset = distance + 2 * i64::from(port) - i64::from(self.frame.stride);
+        self.store(Isa::STRH_immediate, Self::fixed(I), offset, WORDS_OUT, word);
+    }
+
+    /// A load or store of a line, at H or by a pointer in T.
+    fn line(&mut self, line: u32, ticks: u32, ops: [[Isa; 2]; 2]) -> Code {
+        let place = &self.frame.lines[line as usize];
+        let [at_h, by_pointer] = ops[usize::from(!place.narrow)];
+        match self.frame.pointer(line, ticks) {
+            None => Code::new(at_h).with(Role::N, Self::fixed(H)),
+            Some(at) => {
+                let pointer = self.load(
+                    Isa::LDR_immediate,
+                    Self::fixed(T),
+                    at.into(),
+                    Place::Constant,
+                );
+                let code = Code::new(by_pointer)
+                    .reg(Role::N, pointer)
+                    .with(Role::M, Self::fixed(H));
+                with_shift(code, ShiftType::LSL, self.frame.scale(line))
+            }
+        }
+    }
+
+    fn delay(&mut self, line: u32, ticks: u32) -> VReg {
+        let ticks = if self.frame.lines[line as usize].len == ticks {
+            0
+        } else {
+            ticks
+        };
+        let t = self.func.fresh();
+        let narrow = [Isa::LDRH_immediate, Isa::LDRH_register];
+        let code = self.line(
+            line,
+            ticks,
+            [narrow, [Isa::LDR_immediate, Isa::LDR_register]],
+        );
+        self.emit(code.reg(Role::T, t).access(Access::Read(Place::Line(line))));
+        t
+    }
+
+    fn push(&mut self, line: u32, value: Value) {
+        let word = self.reg(value);
+        let narrow = [Isa::STRH_immediate, Isa::STRH_register];
+        let code = self.line(line, 0, [narrow, [Isa::STR_immediate, Isa::STR_register]]);
+        let code = code
+            .reg(Role::T, word)
+            .access(Access::Write(Place::Line(line)));
+        let walks = self.push_walks && self.frame.first_line == Some(line);
+        let slot = 1 << self.frame.lines[line as usize].log2();
+        self.emit(if walks {
+            walking(code, slot).with(Role::N, Self::fixed(H))
+        } else {
+            code
+        });
+    }
+
+    /// Where histories are counted from.
+    pub(super) fn apart(&mut self) -> Reg {
+        let state = Self::fixed(T);
+        match self.frame.apart {
+            None => state,
+            Some(at) => {
+                Reg::Virtual(self.load(Isa::LDR_immediate, state, at.into(), Place::Constant))
+            }
+        }
+    }
+
+    /// The address of this key's slot in a line's first row. Only `init` fills, and its rings stand
+    /// at 0.
+    pub(super) fn first_slot(&mut self, line: u32) -> VReg {
+        let frame = self.frame;
+        let scale = frame.scale(line);
+        let first = frame
+            .first_line
+            .map_or(0, |first| i64::from(frame.lines[first as usize].at));
+        let base = self.apart();
+        let offset = self.result(
+            Code::new(Isa::SUB_register)
+                .with(Role::N, Self::fixed(H))
+                .with(Role::M, base),
+        );
+        let sum = Code::new(Isa::ADD_register)
+            .with(Role::N, base)
+            .reg(Role::M, offset);
+        let sum = self.result(with_shift(sum, ShiftType::LSL, scale));
+        self.plus(
+            sum,
+            i64::from(frame.lines[line as usize].at) - (first << scale),
+        )
+    }
+
+    fn lookup(&mut self, table: u32, index: Value) -> VReg {
+        let len = self.kernel.tables[table as usize].values.len() as u32;
+        let index = self.index(index, len);
+        let low = self.result(Code {
+            address: Some(Half::Low(table)),
+            ..Code::new(Isa::MOV_immediate).imm(0xffff)
+        });
+        let base = self.func.fresh();
+        let high = Code {
+            address: Some(Half::High(table)),
+            ..Code::new(Isa::MOVT).imm(0xffff)
+        };
+        self.emit(high.both(Role::D, base, low));
+        let t = self.func.fresh();
+        let code = Code::new(Isa::LDR_register)
+            .reg(Role::N, base)
+            .reg(Role::M, index)
+            .reg(Role::T, t);
+        self.emit(with_shift(code, ShiftType::LSL, 2).access(Access::Read(Place::Constant)));
+        t
+    }
+
+    /// Live values behind those of the kernel. Only keys read them, and they come later.
+    pub(super) fn store_shared(&mut self, results: &[Value]) {
+        for (result, at) in results
+            .iter()
+            .zip(&self.frame.lives[self.kernel.lives.len()..])
+        {
+            let word = self.reg(*result);
+            self.store(
+                Isa::STR_immediate,
+                Self::fixed(T),
+                i64::from(*at),
+                Place::Constant,
+                word,
+            );
+        }
+        self.func.blocks[self.at].end = End::InitDone;
+    }
+
+    /// Another mode from the next tick on.
+    pub(super) fn change_mode(&mut self, mode: usize) {
+        // There is room for every mode: their number is held to that of the literals.
+        let place = self.literals.place(Literal::Mode(mode)).unwrap_or(0);
+        let offset = i64::from(self.frame.literals + 4 * place);
+        let address = self.load(Isa::LDR_immediate, Self::fixed(T), offset, Place::Constant);
+        self.store(Isa::STR_immediate, Self::fixed(K), 0, MODE, address);
+    }
+}
+
+/// The access at the base alone, which then goes on by so many bytes.
+pub(super) fn walking(mut code: Code, bytes: u32) -> Code {
+    code = code.imm(bytes);
+    (code.inst.index, code.inst.add, code.inst.wback) = (false, true, true);
+    code
+}

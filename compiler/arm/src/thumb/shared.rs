@@ -1,0 +1,233 @@
+//! What depends on live values, the tick's number and constants alone is the same for all keys: it
+//! is computed once a tick, at its entry.
+//!
+//! ```text
+//!   mode:   v9 = add (live 0) 4;  v10 = div_round 1 v9;  .. v10 ..      entry of the tick:  live 3 = div_round 1 (add (live 0) 4)
+//!      ->   v10 = live 3;  .. v10 ..
+//! ```
+//!
+//! Such a value becomes one more live value, which nobody outside can see. What costs no more than
+//! to load it (a shift that becomes an operand, a comparison) stays where it is.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use whippen_kernel::op::Meaning;
+use whippen_kernel::{Inst, Kernel, Op, Range, Type, Value, ValueInfo, sweep_insts};
+use whippen_modes::{End, Mode, Modes};
+
+/// What is computed once a tick.
+#[derive(Debug, Default)]
+pub(super) struct Shared {
+    pub values: Vec<ValueInfo>,
+    pub insts: Vec<Inst>,
+    /// The live values that are added, in order.
+    pub results: Vec<Value>,
+    known: HashMap<(Op, Vec<Value>, Type, Range), Value>,
+}
+
+/// Modes that read what is shared, and how it is computed.
+pub(super) fn share(modes: &Modes) -> (Cow<'_, Modes>, Shared) {
+    let mut shared = Shared::default();
+    let found: Vec<Vec<Value>> = modes
+        .modes
+        .iter()
+        .map(|mode| Scan::new(mode).roots())
+        .collect();
+    if found.iter().all(Vec::is_empty) {
+        return (Cow::Borrowed(modes), shared);
+    }
+    let mut modes = modes.clone();
+    for (mode, roots) in modes.modes.iter_mut().zip(&found) {
+        shared.replace(&modes.kernel, mode, roots);
+    }
+    (Cow::Owned(modes), shared)
+}
+
+/// Whether it is worth a word of memory and a load.
+fn is_dear(op: Op) -> bool {
+    let sum = matches!(
+        op,
+        Op::Add | Op::Sub | Op::MacTop | Op::MacWide | Op::Min | Op::Max | Op::Select
+    );
+    sum || matches!(op, Op::Tick(1..))
+        || matches!(
+            op,
+            Op::Mul | Op::MulWide | Op::MulTop | Op::DivRound(_) | Op::Sqrt
+        )
+}
+
+/// Which values of a mode depend on live values alone.
+struct Scan<'m> {
+    mode: &'m Mode,
+    /// By value: what makes it, if it depends on nothing but live values and constants.
+    made: Vec<Option<&'m Inst>>,
+    /// Whether a live value, and something dear, is part of it.
+    live: Vec<bool>,
+    dear: Vec<bool>,
+    /// Whether somebody needs it who depends on more.
+    needed: Vec<bool>,
+}
+
+impl<'m> Scan<'m> {
+    fn new(mode: &'m Mode) -> Scan<'m> {
+        let no = vec![false; mode.values.len()];
+        let made = vec![None; mode.values.len()];
+        Scan {
+            mode,
+            made,
+            live: no.clone(),
+            dear: no.clone(),
+            needed: no,
+        }
+    }
+
+    /// Those that are to be shared, in the order in which they are made.
+    fn roots(mut self) -> Vec<Value> {
+        let mode = self.mode;
+        let mut order = Vec::new();
+        for block in &mode.blocks {
+            for inst in &block.insts {
+                if self.is_alone(inst) {
+                    self.define(inst);
+                    order.push(inst.results[0]);
+                } else {
+                    self.need_all(inst);
+                }
+            }
+            if let End::Branch { condition, .. } = &block.end {
+                self.need(*condition);
+            }
+            block
+                .end
+                .targets()
+                .flat_map(|target| &target.args)
+                .for_each(|value| self.need(*value));
+        }
+        // What is not shared itself is computed where it stands, so what it is made of is needed
+        // there.
+        let mut roots = Vec::new();
+        for value in order.into_iter().rev() {
+            let at = value.0 as usize;
+            if !self.needed[at] {
+                continue;
+            }
+            if mode.values[at].ty == Type::I32 && self.live[at] && self.dear[at] {
+                roots.push(value);
+            } else if let Some(inst) = self.made[at] {
+                inst.args.iter().for_each(|arg| self.need(*arg));
+            }
+        }
+        roots.reverse();
+        roots
+    }
+
+    fn is_alone(&self, inst: &Inst) -> bool {
+        let reads = matches!(inst.op, Op::Live(_) | Op::Tick(_));
+        let computes = reads || matches!(inst.op.row().meaning, Meaning::Exact(_));
+        computes
+            && inst.regions.is_empty()
+            && inst
+                .args
+                .iter()
+                .all(|arg| self.made[arg.0 as usize].is_some())
+    }
+
+    fn define(&mut self, inst: &'m Inst) {
+        let any = |of: &[bool]| inst.args.iter().any(|arg| of[arg.0 as usize]);
+        let (live, dear) = (any(&self.live), any(&self.dear));
+        let at = inst.results[0].0 as usize;
+        self.live[at] = live || matches!(inst.op, Op::Live(_) | Op::Tick(_));
+        self.dear[at] = dear || is_dear(inst.op);
+        self.made[at] = Some(inst);
+    }
+
+    fn need(&mut self, value: Value) {
+        self.needed[value.0 as usize] = true;
+    }
+
+    fn need_all(&mut self, inst: &Inst) {
+        inst.args.iter().for_each(|arg| self.need(*arg));
+        for region in &inst.regions {
+            region.insts.iter().for_each(|inner| self.need_all(inner));
+            region.yields.iter().for_each(|value| self.need(*value));
+        }
+    }
+}
+
+impl Shared {
+    /// Has the mode load these values.
+    fn replace(&mut self, kernel: &Kernel, mode: &mut Mode, roots: &[Value]) {
+        let mut made: Vec<Option<&Inst>> = vec![None; mode.values.len()];
+        for inst in mode.blocks.iter().flat_map(|block| &block.insts) {
+            inst.results
+                .iter()
+                .for_each(|result| made[result.0 as usize] = Some(inst));
+        }
+        let lives: HashMap<Value, Op> = roots
+            .iter()
+            .map(|root| (*root, self.live(kernel, mode, &made, *root)))
+            .collect();
+        for inst in mode.blocks.iter_mut().flat_map(|block| &mut block.insts) {
+            if let Some(op) = inst.results.first().and_then(|result| lives.get(result)) {
+                (inst.op, inst.args) = (*op, Vec::new());
+            }
+        }
+        sweep(mode);
+    }
+
+    /// The live value that holds this.
+    fn live(&mut self, kernel: &Kernel, mode: &Mode, made: &[Option<&Inst>], root: Value) -> Op {
+        let value = self.copy(mode, made, root);
+        let place = self
+            .results
+            .iter()
+            .position(|result| *result == value)
+            .unwrap_or_else(|| {
+                self.results.push(value);
+                self.results.len() - 1
+            });
+        Op::Live((kernel.lives.len() + place) as u32)
+    }
+
+    fn copy(&mut self, mode: &Mode, made: &[Option<&Inst>], value: Value) -> Value {
+        let info = mode.values[value.0 as usize];
+        let Some(inst) = made[value.0 as usize] else {
+            return value;
+        };
+        let args: Vec<Value> = inst
+            .args
+            .iter()
+            .map(|arg| self.copy(mode, made, *arg))
+            .collect();
+        let key = (inst.op, args.clone(), info.ty, info.range);
+        if let Some(known) = self.known.get(&key) {
+            return *known;
+        }
+        let result = Value(self.values.len() as u32);
+        self.values.push(info);
+        self.insts.push(Inst {
+            results: vec![result],
+            args,
+            ..inst.clone()
+        });
+        self.known.insert(key, result);
+        result
+    }
+}
+
+/// Leaves out what nobody uses any more.
+fn sweep(mode: &mut Mode) {
+    let mut needed = vec![false; mode.values.len()];
+    // What a block uses is made in it or in a block before.
+    for block in mode.blocks.iter_mut().rev() {
+        if let End::Branch { condition, .. } = &block.end {
+            needed[condition.0 as usize] = true;
+        }
+        block
+            .end
+            .targets()
+            .flat_map(|target| &target.args)
+            .for_each(|value| needed[value.0 as usize] = true);
+        sweep_insts(&mut block.insts, &mut needed);
+    }
+}

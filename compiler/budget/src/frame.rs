@@ -1,0 +1,377 @@
+//! The frame of a core: everything that happens between the converter's request and the return from
+//! its handler.
+//!
+//! ```text
+//!   request -> instruction in progress -> entry -> handler -> exit
+//!                                                  '- board_begin, keys, board_end, service, guard
+//!                                                                  '- entry, one mode per key, end (`tick`)
+//! ```
+//!
+//! The handler is bounded as one function whose call of the keys costs what their own bounds add up
+//! to, so its dearest way may also be the one of a missed tick, which leaves the keys out, or of a
+//! program that begins: then one key less is played, and one begins. Nothing interrupts it: every
+//! other vector of the core leads to the end of the firmware, which is checked in the bytes of its
+//! table.
+
+use std::collections::BTreeMap;
+
+use whippen_isa::timing::{Core, Evidence, Outcome, Pipe, Target};
+use whippen_isa::{Class, reg};
+
+use super::calls::Calls;
+use super::graph::{Control, Graph, Tables};
+use super::memory::{Banks, Bases, Surroundings};
+use super::program::Program;
+use super::tick::Tick;
+use super::{Annotations, Bound, NotBounded, Query, bound, every, stack, zip};
+use whippen_arm::thumb::{self, Points};
+use whippen_firmware::{DEAD, Running, zone_name};
+
+/// Words that an exception saves and restores.
+const SAVED_WORDS: u16 = 8;
+/// Bytes of those, and what aligns them.
+const SAVED_BYTES: u32 = 4 * SAVED_WORDS as u32 + 4;
+
+/// The bounds of one core's frame.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Frame {
+    /// Keys of the core.
+    pub keys: u32,
+    /// The code of the keys, by instrument: one zone, unless the program has several and some of
+    /// them on this core.
+    pub zones: Vec<Zone>,
+    /// The handler, all keys included.
+    pub handler: Bound,
+    /// What the cycles around the keys are for, on the handler's dearest way.
+    pub parts: Vec<(String, u64)>,
+    /// Cycles from the request to the return, at most.
+    pub cycles_max: u64,
+    /// Bytes of stack: what runs between ticks, the exception, the handler.
+    pub stack_bytes_max: u32,
+    /// As sure as the least sure number.
+    pub class: Evidence,
+}
+
+/// Neighbouring keys of a core that play one instrument.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Zone {
+    /// The name in front of `_tick`.
+    pub name: String,
+    /// How many keys.
+    pub keys: u32,
+    /// Their code.
+    pub tick: Tick,
+}
+
+/// A core to be bounded.
+#[derive(Debug, Clone, Copy)]
+pub struct OnCore<'a> {
+    /// Final bytes.
+    pub program: &'a Program,
+    /// Its timing.
+    pub core: &'a Core,
+    /// What runs on it.
+    pub running: &'a Running,
+    /// Which core it is.
+    pub number: usize,
+    /// Which program plays, by its number.
+    pub playing: usize,
+    /// How many keys of each of its zones.
+    pub keys: &'a [u32],
+    /// Who else uses memory.
+    pub surroundings: &'a Surroundings,
+}
+
+impl Frame {
+    /// Cycles around the keys, at most.
+    pub fn around_cycles_max(&self) -> u64 {
+        self.cycles_max.saturating_sub(self.keys_cycles_max())
+    }
+
+    /// Cycles of all keys, at most.
+    pub fn keys_cycles_max(&self) -> u64 {
+        self.zones
+            .iter()
+            .map(|zone| u64::from(zone.keys) * zone.tick.key_cycles_max())
+            .sum()
+    }
+
+    /// Cycles of the dearest key, at most.
+    pub fn key_cycles_max(&self) -> u64 {
+        self.zones
+            .iter()
+            .map(|zone| zone.tick.key_cycles_max())
+            .max()
+            .unwrap_or(0)
+    }
+
+    /// How sure the cycles of a key are.
+    pub fn key_class(&self) -> Evidence {
+        self.zones
+            .iter()
+            .map(|zone| zone.tick.class())
+            .max()
+            .unwrap_or(Evidence::Exact)
+    }
+}
+
+/// Bounds the frame of a core while it plays one of its programs, in each of some surroundings,
+/// which take the place of its own.
+///
+/// # Errors
+/// What cannot be bounded, or is not there.
+pub fn frames<const N: usize>(
+    of: &OnCore,
+    surroundings: [&Surroundings; N],
+) -> Result<[Frame; N], NotBounded> {
+    let OnCore {
+        program,
+        core,
+        running,
+        ..
+    } = *of;
+    only_handler(program, running, find(program, running.handler)?)?;
+    let calls = Calls::find(of)?;
+    let names = zone_names(program, &calls.name);
+    // Zones are called in one row, so each comes back to another place: to the dearest.
+    let return_to = if names.len() == 1 {
+        calls.return_to
+    } else {
+        None
+    };
+    let mut zones: [Vec<Zone>; N] = std::array::from_fn(|_| Vec::new());
+    for (name, &keys) in names.iter().zip(of.keys) {
+        let (entered, bases) = (of.entered(name, None), of.bases_of_keys(name));
+        let ticks =
+            super::tick::ticks(program, name, core, surroundings, return_to, entered, bases)?;
+        let each = zones.iter_mut().zip(ticks);
+        each.for_each(|(zones, tick)| {
+            zones.push(Zone {
+                name: name.clone(),
+                keys,
+                tick,
+            })
+        });
+    }
+    every(zip(surroundings, zones, |surroundings, zones| {
+        frame(
+            &OnCore {
+                surroundings,
+                ..*of
+            },
+            &calls,
+            zones,
+        )
+    }))
+}
+
+/// The frame around the ticks of zones.
+fn frame(of: &OnCore, calls: &Calls, zones: Vec<Zone>) -> Result<Frame, NotBounded> {
+    let OnCore {
+        program,
+        core,
+        running,
+        keys,
+        surroundings,
+        ..
+    } = *of;
+    let handler = find(program, running.handler)?;
+    let known = calls.known(&calls.costs(of, &zones)?);
+    let bases: BTreeMap<u8, Banks> = of.stack().into_iter().collect();
+    let annotations = Annotations {
+        handler: true,
+        known,
+        bases: bases.clone(),
+        ..program.annotations.clone()
+    };
+    let query = |entry, annotations| Query {
+        core,
+        code: &program.code,
+        entry,
+        annotations,
+        surroundings: Some(surroundings),
+    };
+    let handled = bound(&query(handler, &annotations))?;
+    let sleeping = Annotations {
+        sleeps: true,
+        bases,
+        ..program.annotations.clone()
+    };
+    let idle = Idle::of(&query(find(program, running.idle)?, &sleeping))?;
+    let stacking = u64::from(surroundings.elsewhere());
+    let (enter, leave) = (core.exceptions.entry, core.exceptions.exit);
+    let mut parts = vec![
+        ("the instruction in progress".to_string(), idle.cycles_max),
+        (
+            "entry of the interrupt".to_string(),
+            u64::from(enter.cycles) + u64::from(SAVED_WORDS + 1) * stacking,
+        ),
+    ];
+    let all: u64 = zones
+        .iter()
+        .map(|zone| u64::from(zone.keys) * zone.tick.key_cycles_max())
+        .sum();
+    parts.extend(calls.parts(program, &handled.path, all));
+    parts.push((
+        "return from the interrupt".into(),
+        u64::from(leave.cycles) + u64::from(SAVED_WORDS) * stacking,
+    ));
+    if surroundings.visits > 0 {
+        parts.push((
+            "the other core's visits".to_string(),
+            u64::from(surroundings.visits),
+        ));
+    }
+    let class = zones
+        .iter()
+        .map(|zone| zone.tick.class())
+        .max()
+        .unwrap_or(Evidence::Exact);
+    Ok(Frame {
+        keys: keys.iter().sum(),
+        cycles_max: all + parts.iter().map(|(_, cycles)| cycles).sum::<u64>(),
+        stack_bytes_max: idle.stack_bytes_max + SAVED_BYTES + handled.stack_bytes_max,
+        class: handled
+            .class
+            .max(class)
+            .max(enter.evidence)
+            .max(leave.evidence),
+        zones,
+        handler: handled,
+        parts,
+    })
+}
+
+impl OnCore<'_> {
+    /// The stack's register and banks: the first word of the vectors is where it begins.
+    pub(super) fn stack(&self) -> Option<(u8, Banks)> {
+        let vectors = *self.program.symbols.get(self.running.vectors)?;
+        let top = self.program.code.word(vectors)?;
+        Some((
+            reg::SP,
+            Surroundings::banks(self.surroundings.chip, top.checked_sub(4)?, 4),
+        ))
+    }
+
+    /// Where registers point while keys are ticked: `thumb` says what they are for, the image where
+    /// that is.
+    fn bases_of_keys(&self, name: &str) -> BTreeMap<u8, Banks> {
+        let Points {
+            state,
+            histories,
+            words,
+        } = thumb::POINTS;
+        let of = |symbol: &str| {
+            Some(
+                self.program
+                    .banks_of(self.surroundings.chip, *self.program.symbols.get(symbol)?),
+            )
+        };
+        let state = of(&format!("{name}_state"))
+            .into_iter()
+            .flat_map(|banks| state.map(|register| (register, banks)));
+        let histories = of(&format!("{name}_histories")).map(|banks| (histories, banks));
+        let words = of(self.running.words).map(|banks| (words, banks));
+        state
+            .chain(histories)
+            .chain(words)
+            .chain(self.stack())
+            .collect()
+    }
+
+    /// What the functions of keys of that name are called with: their state in R0, a word of theirs
+    /// in R1; in R2 which key it is, of so many, where it is one.
+    pub(super) fn entered(&self, name: &str, keys: Option<u32>) -> BTreeMap<u8, [u32; 2]> {
+        let symbol = |name: &str| self.program.symbols.get(name).copied();
+        let state = symbol(&format!("{name}_state")).map(|at| (0, [at, at]));
+        let words = symbol(self.running.words).and_then(|at| {
+            self.program
+                .words_of(at)
+                .last()
+                .map(|last| (1, [at, last + 2]))
+        });
+        let key = keys.map(|keys| (2, [0, keys.saturating_sub(1)]));
+        [state, words, key].into_iter().flatten().collect()
+    }
+}
+
+/// The names of a program's zones on a core; its own where it has no several.
+pub(super) fn zone_names(program: &Program, name: &str) -> Vec<String> {
+    let all = (0..).map(|zone| zone_name(name, zone));
+    let zones: Vec<String> = all
+        .take_while(|zone| program.symbols.contains_key(&format!("{zone}_tick")))
+        .collect();
+    if zones.is_empty() {
+        vec![name.to_string()]
+    } else {
+        zones
+    }
+}
+
+pub(super) fn find(program: &Program, name: &str) -> Result<u32, NotBounded> {
+    program
+        .symbols
+        .get(name)
+        .copied()
+        .ok_or_else(|| NotBounded::NoSymbol {
+            name: name.to_string(),
+        })
+}
+
+/// Whatever a core's table of vectors holds leads to the handler or to the end.
+fn only_handler(program: &Program, running: &Running, handler: u32) -> Result<(), NotBounded> {
+    let (table, dead) = (find(program, running.vectors)?, find(program, DEAD)?);
+    // The first two words are not used after the start.
+    for at in program.words_of(table).skip(2) {
+        let vector = program.code.word(at).unwrap_or(0) & !1;
+        if vector != 0 && vector != handler && vector != dead {
+            return Err(NotBounded::Interrupts { address: vector });
+        }
+    }
+    Ok(())
+}
+
+/// What the tick interrupts.
+struct Idle {
+    /// The longest instruction: it is finished first.
+    cycles_max: u64,
+    stack_bytes_max: u32,
+}
+
+impl Idle {
+    fn of(query: &Query) -> Result<Self, NotBounded> {
+        let graph = Graph::build(query, &Tables::default())?;
+        let bases = Bases::of(&query.annotations.bases, &graph);
+        let items = graph.blocks.iter().flat_map(|block| &block.items);
+        let cycles = items.map(|item| {
+            let taken = Target {
+                address: 2,
+                wide: true,
+            };
+            let target = (item.control != Control::Next).then_some(taken);
+            let waits = query.surroundings.map_or(0, |around| {
+                around.waits_max(&item.inst, item.address, &bases)
+            });
+            let quotient_bits = if item.inst.class() == Class::Divide {
+                31
+            } else {
+                0
+            };
+            let outcome = Outcome {
+                target,
+                waits,
+                quotient_bits,
+                ..Outcome::NEXT
+            };
+            let (_, cost) = query
+                .core
+                .issue(Pipe::default(), &item.timed, item.address, &outcome);
+            u64::from(cost.cycles()) + u64::from(query.core.late.cycles)
+        });
+        let cycles_max = cycles.max().unwrap_or(0);
+        Ok(Self {
+            cycles_max,
+            stack_bytes_max: stack::follow(query, &graph)?.deepest,
+        })
+    }
+}

@@ -1,0 +1,384 @@
+//! Following every path, instruction by instruction, and gathering what was found into blocks.
+
+use std::collections::HashMap;
+
+use whippen_isa::timing::Target;
+use whippen_isa::{Class, Inst, ItState, NotDecoded, Op};
+
+use super::control::{Control, falls_through};
+use super::{Block, Context, ContextId, Destination, Edge, Graph, Item, Tables};
+use crate::{Known, NotBounded, Query};
+
+/// Instructions, calls written out, at most.
+const NODES_MAX: usize = 1 << 18;
+/// Calls inside calls at most.
+const DEPTH_MAX: usize = 64;
+
+/// An instruction in a context.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct Place {
+    context: ContextId,
+    address: u32,
+    it: ItState,
+}
+
+/// Where one instruction leads; the numbers are of nodes.
+#[derive(Default)]
+struct Way {
+    taken: Option<Target>,
+    indices: Vec<u32>,
+    known: Option<Known>,
+    leaves: bool,
+    to: Option<usize>,
+}
+
+impl Way {
+    /// Whether both end at words with instructions of one size: then they cost the same.
+    fn ends_like(&self, other: &Way) -> bool {
+        let word = |way: &Way| {
+            way.taken
+                .filter(|target| way.to.is_none() && target.address & 3 == 0)
+        };
+        word(self)
+            .zip(word(other))
+            .is_some_and(|(own, other)| own.wide == other.wide)
+    }
+}
+
+struct Node {
+    context: ContextId,
+    item: Item,
+    ways: Vec<Way>,
+}
+
+/// Everything that was found.
+pub struct Followed<'a> {
+    query: &'a Query<'a>,
+    tables: &'a Tables,
+    nodes: Vec<Option<Node>>,
+    places: Vec<Place>,
+    numbers: HashMap<Place, usize>,
+    contexts: Vec<Context>,
+}
+
+impl<'a> Followed<'a> {
+    /// Follows every path from the entry.
+    pub fn from(query: &'a Query<'a>, tables: &'a Tables) -> Result<Self, NotBounded> {
+        let root = Context {
+            caller: None,
+            callee: query.entry,
+            return_address: 0,
+        };
+        let mut followed = Self {
+            query,
+            tables,
+            nodes: Vec::new(),
+            places: Vec::new(),
+            numbers: HashMap::new(),
+            contexts: vec![root],
+        };
+        followed.number(Place {
+            context: 0,
+            address: query.entry,
+            it: ItState::OUTSIDE,
+        });
+        let mut next = 0;
+        while let Some(&place) = followed.places.get(next) {
+            if next >= NODES_MAX {
+                return Err(NotBounded::TooLarge {
+                    instructions_max: NODES_MAX,
+                });
+            }
+            followed.nodes[next] = Some(followed.node(place)?);
+            next += 1;
+        }
+        Ok(followed)
+    }
+
+    fn number(&mut self, place: Place) -> usize {
+        *self.numbers.entry(place).or_insert_with(|| {
+            self.places.push(place);
+            self.nodes.push(None);
+            self.places.len() - 1
+        })
+    }
+
+    fn node(&mut self, place: Place) -> Result<Node, NotBounded> {
+        let Place {
+            context,
+            address,
+            it,
+        } = place;
+        let inst = self.decode(address, it)?;
+        let item = Item {
+            address,
+            inst,
+            timed: self.query.core.prepare(&inst),
+            control: Control::of(&inst, address),
+        };
+        let control = match item.control {
+            Control::Return if self.query.annotations.targets.contains_key(&address) => {
+                Control::Indirect
+            }
+            Control::Waits if self.query.annotations.sleeps && inst.class() == Class::Wait => {
+                Control::Next
+            }
+            other => other,
+        };
+        let item = Item { control, ..item };
+        let mut ways = self.branches(context, &item)?;
+        if !item.control.branches() || falls_through(&inst) {
+            let it = after(&inst, it);
+            ways.push(self.way(None, context, address.wrapping_add(inst.size()), it));
+        }
+        Ok(Node {
+            context,
+            item,
+            ways,
+        })
+    }
+
+    fn decode(&self, address: u32, it: ItState) -> Result<Inst, NotBounded> {
+        let decoded = self
+            .query
+            .code
+            .decode(address, self.query.core.arch, it)
+            .ok_or(NotBounded::NoCode { address })?;
+        decoded.map_err(|why: NotDecoded| NotBounded::NoInstruction { address, why })
+    }
+
+    /// A way to an address, or to the end if it is one.
+    fn way(&mut self, taken: Option<Target>, context: ContextId, address: u32, it: ItState) -> Way {
+        let stops = self.query.annotations.stops.contains(&address);
+        let to = (!stops).then(|| {
+            self.number(Place {
+                context,
+                address,
+                it,
+            })
+        });
+        Way {
+            taken,
+            to,
+            ..Way::default()
+        }
+    }
+
+    /// A branch that is taken.
+    fn taken(&mut self, context: ContextId, address: u32) -> Way {
+        let address = address & !1;
+        let target = Target {
+            address,
+            wide: self.query.code.is_wide_at(address),
+        };
+        self.way(Some(target), context, address, ItState::OUTSIDE)
+    }
+
+    fn branches(&mut self, context: ContextId, item: &Item) -> Result<Vec<Way>, NotBounded> {
+        let (at, query) = (item.address, self.query);
+        let told = query.annotations.targets.get(&at);
+        let untold = || NotBounded::NoTargets {
+            address: at,
+            text: item.inst.to_string(),
+        };
+        Ok(match (item.control, told) {
+            (Control::Next, _) => Vec::new(),
+            (Control::Jump(to), _) => vec![self.taken(context, to)],
+            (Control::Call(to), _) => vec![self.call(context, item, to)?],
+            (Control::CallIndirect, Some(told)) => told
+                .iter()
+                .map(|&to| self.call(context, item, to))
+                .collect::<Result<_, _>>()?,
+            (Control::Table | Control::Indirect, Some(told)) => {
+                let mut ways: Vec<Way> = Vec::new();
+                for &to in told {
+                    let way = self.taken(context, to);
+                    if !ways.iter().any(|known| known.ends_like(&way)) {
+                        ways.push(way);
+                    }
+                }
+                ways
+            }
+            (Control::Return, _) => vec![self.comes_back(context)],
+            (Control::Table, None) => self.table(context, item)?,
+            (Control::CallIndirect | Control::Indirect, None) => return Err(untold()),
+            (Control::Waits, _) => {
+                return Err(NotBounded::Waits {
+                    address: at,
+                    text: item.inst.to_string(),
+                });
+            }
+        })
+    }
+
+    fn call(&mut self, caller: ContextId, item: &Item, callee: u32) -> Result<Way, NotBounded> {
+        let (callee, return_address) = (callee & !1, item.address.wrapping_add(item.inst.size()));
+        let known = |at: Option<u32>| self.query.annotations.known.get(&(at, callee));
+        if let Some(&known) = known(Some(item.address)).or_else(|| known(None)) {
+            let target = Target {
+                address: callee,
+                wide: self.query.code.is_wide_at(callee),
+            };
+            let way = self.way(Some(target), caller, return_address, ItState::OUTSIDE);
+            return Ok(Way {
+                known: Some(known),
+                ..way
+            });
+        }
+        let mut chain = Some(caller);
+        let mut depth = 0;
+        while let Some(context) = chain.map(|c| self.contexts[c]) {
+            depth += 1;
+            if context.callee == callee || depth > DEPTH_MAX {
+                return Err(NotBounded::Recursive {
+                    address: item.address,
+                });
+            }
+            chain = context.caller;
+        }
+        let context = Context {
+            caller: Some(caller),
+            callee,
+            return_address,
+        };
+        let number = self
+            .contexts
+            .iter()
+            .position(|c| *c == context)
+            .unwrap_or_else(|| {
+                self.contexts.push(context);
+                self.contexts.len() - 1
+            });
+        Ok(self.taken(number, callee))
+    }
+
+    fn comes_back(&mut self, context: ContextId) -> Way {
+        let Context {
+            caller,
+            return_address,
+            ..
+        } = self.contexts[context];
+        match caller {
+            Some(caller) => self.taken(caller, return_address),
+            None if self.query.annotations.handler => Way {
+                leaves: true,
+                ..Way::default()
+            },
+            None => {
+                let dearest = Target {
+                    address: 2,
+                    wide: true,
+                };
+                let target = self.query.annotations.return_to.unwrap_or(dearest);
+                Way {
+                    taken: Some(target),
+                    ..Way::default()
+                }
+            }
+        }
+    }
+
+    /// The entries of a table that can be reached, as far as is known; a table lies behind its
+    /// instruction.
+    fn table(&mut self, context: ContextId, item: &Item) -> Result<Vec<Way>, NotBounded> {
+        let (at, inst, code) = (item.address, &item.inst, self.query.code);
+        let untold = || NotBounded::NoTargets {
+            address: at,
+            text: inst.to_string(),
+        };
+        if inst.n != whippen_isa::reg::PC {
+            return Err(untold());
+        }
+        let base = at.wrapping_add(4);
+        let mut ways: Vec<Way> = Vec::new();
+        for index in 0..self.tables.entries_of(at) {
+            let entry = match inst.op() {
+                Op::TBB => code.byte(base.wrapping_add(index)).map(u32::from),
+                _ => code.halfword(base.wrapping_add(2 * index)).map(u32::from),
+            };
+            let to = base.wrapping_add(2 * entry.ok_or_else(untold)?);
+            match ways
+                .iter_mut()
+                .find(|way| way.taken.is_some_and(|target| target.address == to))
+            {
+                Some(way) => way.indices.push(index),
+                None => ways.push(Way {
+                    indices: vec![index],
+                    ..self.taken(context, to)
+                }),
+            }
+        }
+        Ok(ways)
+    }
+
+    /// Blocks begin at the entry, where paths meet and behind branches.
+    pub fn gather(self) -> Graph {
+        let nodes: Vec<Node> = self.nodes.into_iter().flatten().collect();
+        let mut entered = vec![0_u32; nodes.len()];
+        for way in nodes.iter().flat_map(|node| &node.ways) {
+            way.to.into_iter().for_each(|to| entered[to] += 1);
+        }
+        let continues = |node: &Node| match node.ways.as_slice() {
+            [
+                Way {
+                    taken: None,
+                    leaves: false,
+                    to: Some(to),
+                    ..
+                },
+            ] if entered[*to] == 1 && *to != 0 => Some(*to),
+            _ => None,
+        };
+        let mut begins = vec![true; nodes.len()];
+        nodes
+            .iter()
+            .filter_map(continues)
+            .for_each(|to| begins[to] = false);
+        let mut number = vec![usize::MAX; nodes.len()];
+        begins
+            .iter()
+            .enumerate()
+            .filter(|(_, begins)| **begins)
+            .zip(0..)
+            .for_each(|((node, _), block)| number[node] = block);
+        let edge = |way: &Way| Edge {
+            taken: way.taken,
+            indices: way.indices.clone(),
+            known: way.known,
+            leaves: way.leaves,
+            to: way
+                .to
+                .map_or(Destination::Stop, |to| Destination::Block(number[to])),
+        };
+        let block = |first: usize| {
+            let run = std::iter::successors(Some(first), |&at| continues(&nodes[at]));
+            let run: Vec<&Node> = run.map(|at| &nodes[at]).collect();
+            let edges = run
+                .last()
+                .map(|node| node.ways.iter().map(edge).collect())
+                .unwrap_or_default();
+            Block {
+                context: nodes[first].context,
+                items: run.iter().map(|node| node.item).collect(),
+                edges,
+            }
+        };
+        let blocks = (0..nodes.len())
+            .filter(|&node| begins[node])
+            .map(block)
+            .collect();
+        Graph {
+            blocks,
+            contexts: self.contexts,
+        }
+    }
+}
+
+/// The state of IT behind an instruction.
+fn after(inst: &Inst, it: ItState) -> ItState {
+    match inst.class() {
+        Class::It => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
+            .unwrap_or(ItState::OUTSIDE),
+        _ => it.advance(),
+    }
+}

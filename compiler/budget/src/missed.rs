@@ -1,0 +1,139 @@
+//! A deadline that is missed, as a diagnostic at the lines that cost most.
+
+use super::{Bound, Budget, Program};
+use whippen_arm::image::Place;
+use whippen_lang::diag::{Code, Diagnostic};
+use whippen_source::{SourceMap, Span};
+
+/// Lines that are pointed at.
+const LINES: usize = 3;
+
+/// The dearest mode of a key.
+#[derive(Debug, Clone, Copy)]
+pub struct Dearest<'a> {
+    /// The mode, in words.
+    pub mode: &'a str,
+    /// Its bound, with nobody else at the bus.
+    pub bound: &'a Bound,
+}
+
+/// What is to be said when a budget does not fit: nothing if it does. `instrument` is its name and
+/// where it is declared; so many keys are proven to fit, where that was found out.
+pub fn missed(
+    map: &SourceMap,
+    instrument: (&str, Span),
+    budget: &Budget,
+    program: &Program,
+    dearest: Dearest,
+    keys_fitting: Option<u32>,
+) -> Option<Diagnostic> {
+    let core = budget.fullest().filter(|_| !budget.fits())?;
+    let (key, period, late) = (
+        dearest.bound.cycles_max,
+        budget.period_cycles,
+        -core.slack_cycles,
+    );
+    let message = format!(
+        "`{}` misses its deadline by {late} cycles: {} keys of a core take up to {} cycles, and a tick has {period}",
+        instrument.0, core.keys, core.cycles_max
+    );
+    let mut lines: Vec<(Span, u64, &str)> = program
+        .by_place(&dearest.bound.path)
+        .into_iter()
+        .filter_map(|(place, cycles)| Some((line(map, place?)?, cycles, place?.item.as_str())))
+        .collect();
+    lines.sort_by_key(|(_, cycles, _)| std::cmp::Reverse(*cycles));
+    let label = |cycles: u64, item: &str| format!("{cycles} of the {key} cycles of a key: {item}");
+    let mut lines = lines.into_iter();
+    let diagnostic = match lines.next() {
+        Some((span, cycles, item)) => {
+            Diagnostic::new(Code::DeadlineMissed, span, message, label(cycles, item))
+        }
+        None => Diagnostic::new(
+            Code::DeadlineMissed,
+            instrument.1,
+            message,
+            format!("{key} cycles a key"),
+        ),
+    };
+    let pointed = lines
+        .take(LINES - 1)
+        .fold(diagnostic, |diagnostic, (span, cycles, item)| {
+            diagnostic.also(span, label(cycles, item))
+        });
+    Some(
+        hints(budget, program, dearest, keys_fitting)
+            .into_iter()
+            .fold(pointed, Diagnostic::hint),
+    )
+}
+
+/// What would make it fit.
+fn hints(
+    budget: &Budget,
+    program: &Program,
+    dearest: Dearest,
+    keys_fitting: Option<u32>,
+) -> Vec<String> {
+    let keys: u32 = budget.cores.iter().map(|core| core.keys).sum();
+    let mhz = budget.clock_hz_min().div_ceil(1_000_000);
+    let fitting = keys_fitting.map_or_else(String::new, |fitting| match fitting {
+        0 => "not even one key a core fits; ".to_string(),
+        fitting => format!("{fitting} keys fit as it is (--most-keys); "),
+    });
+    let (key, crowded) = (budget.key_cycles_max, budget.crowded_key_cycles_max);
+    let waiting = match crowded.saturating_sub(key) {
+        0 => String::new(),
+        waiting => format!(
+            ", of which {waiting} are charged for memory that others may use at the same time"
+        ),
+    };
+    let items: Vec<String> = program
+        .by_item(&dearest.bound.path)
+        .into_iter()
+        .take(LINES)
+        .map(|(item, cycles)| format!("`{item}` {cycles}"))
+        .collect();
+    vec![
+        format!(
+            "{fitting}{keys} keys fit at a rate of {} Hz, or with a clock of {mhz} MHz",
+            budget.rate_hz_max()
+        ),
+        match budget.key_cycles_allowed() {
+            0 => format!(
+                "what is around {keys} keys leaves no cycle for them; one takes up to {crowded}{waiting}"
+            ),
+            allowed => format!(
+                "{keys} keys fit if each takes at most {allowed} cycles; it is {crowded}{waiting}"
+            ),
+        },
+        format!(
+            "the dearest mode takes {} ({}): {}",
+            dearest.bound.cycles_max,
+            dearest.mode,
+            items.join(", ")
+        ),
+    ]
+}
+
+/// The text of a place's line.
+fn line(map: &SourceMap, place: &Place) -> Option<Span> {
+    let file = map
+        .files()
+        .iter()
+        .position(|file| file.name == place.file)?;
+    let text = &map.files()[file].text;
+    let starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1));
+    let start = starts.take(place.line as usize).last()?;
+    let line = text[start..].lines().next()?;
+    let (code, lead) = (
+        line.split("//").next()?.trim(),
+        line.len() - line.trim_start().len(),
+    );
+    let start = (start + lead) as u32;
+    Some(Span {
+        file: file as u32,
+        start,
+        end: start + code.len() as u32,
+    })
+}

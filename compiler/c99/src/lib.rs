@@ -1,0 +1,168 @@
+//! A Kernel as C99, for any microcontroller or computer that has a C compiler.
+//!
+//! ```text
+//!   Kernel -> Source { header: types and three functions, body: the code }
+//!
+//!   defaults(state)         live values as declared
+//!   init(state, in)         memory as before the first tick
+//!   tick(state, in, out)    one tick of all keys; events collect in the state until the caller sets `events` to 0
+//! ```
+//!
+//! The text is integers alone and agrees with the interpreter bit for bit. It rests on what
+//! `verify` proved: no sum or product overflows its type, so none is written with unsigned detours,
+//! and the same text is readable. Nothing that C leaves undefined is left over: negative values are
+//! shifted left by way of unsigned ones, and a division sees no zero. Where a kernel `assume`s,
+//! indices are held inside as in every engine. Shifting a negative value to the right is the only
+//! thing that C leaves to the compiler; the text checks that it is the arithmetic shift, as
+//! everywhere.
+//!
+//! | part | what it settles |
+//! | --- | --- |
+//! | `names` | identifiers: unique, and as near to the program's names as C lets them be |
+//! | `declare` | the state, the header |
+//! | `body` | regions, the loop over the keys, events |
+//! | `operator` | operators as expressions and statements |
+//! | `helpers` | functions that a text brings along where it needs them |
+//!
+//! Not here: compiling it, writing files.
+
+mod body;
+mod declare;
+mod helpers;
+mod names;
+mod operator;
+
+pub use names::{Names, spelled};
+
+use std::fmt::Write;
+use whippen_kernel::{Inst, Kernel, Op, Region, Type, Value, Verified};
+
+/// How the memory of the keys lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layout {
+    /// A record for each key: what a microcontroller loads with one base register.
+    Records,
+    /// A column for each word, keys side by side: what a compiler can run in lanes. Events are set
+    /// aside and collected after the loop over the keys, so that the loop calls nothing.
+    Columns,
+}
+
+/// How to write it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// How many keys, at least one.
+    pub keys: usize,
+    /// How their memory lies.
+    pub layout: Layout,
+    /// How many events are kept until the caller takes them; more are counted as lost.
+    pub events: usize,
+}
+
+/// A Kernel in C.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// Types, sizes and functions, between include guards.
+    pub header: String,
+    /// The functions; to be compiled after the header.
+    pub body: String,
+}
+
+/// Writes a kernel in C.
+pub fn source(kernel: Verified, options: Options) -> Source {
+    let kernel = kernel.kernel();
+    let names = Names::new(kernel);
+    let header = declare::header(kernel, &names, options);
+    let body = Writer::new(kernel, &names, options).whole();
+    Source { header, body }
+}
+
+/// Writes the functions.
+struct Writer<'a> {
+    kernel: &'a Kernel,
+    names: &'a Names,
+    options: Options,
+    text: String,
+    depth: usize,
+    /// How each value is written where it is used: its name, or a constant.
+    values: Vec<String>,
+    /// Whether anything is `assume`d, so that indices must be held inside.
+    assumes: bool,
+    /// Whether events are set aside until all keys are done.
+    set_aside: bool,
+    /// Events met so far.
+    emits: usize,
+}
+
+impl<'a> Writer<'a> {
+    fn new(kernel: &'a Kernel, names: &'a Names, options: Options) -> Writer<'a> {
+        Writer {
+            kernel,
+            names,
+            options,
+            text: String::new(),
+            depth: 0,
+            values: vec![String::new(); kernel.values.len()],
+            assumes: any(&kernel.init, |inst| matches!(inst.op, Op::Assume(..)))
+                || any(&kernel.tick, |inst| matches!(inst.op, Op::Assume(..))),
+            set_aside: options.layout == Layout::Columns && !emits_in_loop(&kernel.tick),
+            emits: 0,
+        }
+    }
+
+    fn line(&mut self, text: impl AsRef<str>) {
+        let _ = writeln!(self.text, "{:1$}{2}", "", 4 * self.depth, text.as_ref());
+    }
+
+    fn open(&mut self, text: impl AsRef<str>) {
+        self.line(text);
+        self.depth += 1;
+    }
+
+    fn close(&mut self) {
+        self.depth -= 1;
+        self.line("}");
+    }
+
+    fn value(&self, value: Value) -> &str {
+        &self.values[value.0 as usize]
+    }
+
+    fn ty(&self, value: Value) -> Type {
+        self.kernel.values[value.0 as usize].ty
+    }
+}
+
+/// The C type that holds a value of this type. A bool takes a word, as wide as what it chooses
+/// between.
+fn c_type(ty: Type) -> &'static str {
+    match ty {
+        Type::I1 | Type::I32 => "int32_t",
+        Type::I64 => "int64_t",
+    }
+}
+
+/// A constant of this type. C has no negative literals, and the smallest number is no negated one.
+fn literal(ty: Type, value: i64) -> String {
+    match ty {
+        Type::I1 | Type::I32 if value == i64::from(i32::MIN) => "INT32_MIN".to_string(),
+        Type::I1 | Type::I32 => value.to_string(),
+        Type::I64 if value == i64::MIN => "INT64_MIN".to_string(),
+        Type::I64 => format!("INT64_C({value})"),
+    }
+}
+
+/// Whether any instruction of a region, or inside it, is such.
+fn any(region: &Region, such: fn(&Inst) -> bool) -> bool {
+    region
+        .insts
+        .iter()
+        .any(|inst| such(inst) || inst.regions.iter().any(|inner| any(inner, such)))
+}
+
+fn emits_in_loop(region: &Region) -> bool {
+    let is_emit = |inst: &Inst| matches!(inst.op, Op::Emit(_));
+    region.insts.iter().any(|inst| match inst.op {
+        Op::Loop(_) => inst.regions.iter().any(|body| any(body, is_emit)),
+        _ => inst.regions.iter().any(emits_in_loop),
+    })
+}

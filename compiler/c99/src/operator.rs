@@ -1,0 +1,200 @@
+//! Operators. What gives a result becomes an expression, what has an effect a statement.
+
+use super::{Layout, Writer, literal};
+use whippen_kernel::{Inst, Op};
+
+impl Writer<'_> {
+    /// An operator without regions.
+    pub(super) fn operator(&mut self, inst: &Inst) {
+        if let Op::Const(value) = inst.op {
+            let result = inst.results[0];
+            self.values[result.0 as usize] = literal(self.ty(result), value);
+        } else if let [result] = inst.results[..] {
+            let expression = self.expression(inst);
+            let name = self.define(result);
+            self.line(format!(
+                "const {} {name} = {expression};",
+                super::c_type(self.ty(result))
+            ));
+        } else {
+            self.statement(inst);
+        }
+    }
+
+    fn expression(&self, inst: &Inst) -> String {
+        let [a, b, c] =
+            std::array::from_fn(|at| inst.args.get(at).map_or("", |arg| self.value(*arg)));
+        match inst.op {
+            Op::Add => format!("{a} + {b}"),
+            Op::Sub => format!("{a} - {b}"),
+            Op::Mul => format!("{a} * {b}"),
+            Op::MulWide => format!("(int64_t){a} * {b}"),
+            Op::MacWide => format!("{a} + (int64_t){b} * {c}"),
+            Op::MulTop => format!("(int32_t)(((int64_t){a} * {b} + 0x80000000) >> 32)"),
+            Op::MacTop => format!("{a} + (int32_t)(((int64_t){b} * {c} + 0x80000000) >> 32)"),
+            Op::Min => format!("{a} < {b} ? {a} : {b}"),
+            Op::Max => format!("{a} > {b} ? {a} : {b}"),
+            Op::Shl(n) => format!("whippen_shl{}({a}, {n})", self.ty(inst.args[0]).bits()),
+            Op::Sar(n) => format!("{a} >> {n}"),
+            Op::SarRound(n) => self.sar_round(inst, a, n),
+            Op::DivRound(n) => format!("whippen_div_round(whippen_shl64({a}, {n}), {b})"),
+            Op::Sqrt => format!("whippen_sqrt({a})"),
+            Op::Widen | Op::Assume(..) | Op::Const(_) => a.to_string(),
+            Op::Narrow => format!("(int32_t){a}"),
+            Op::Eq => format!("{a} == {b}"),
+            Op::Lt => format!("{a} < {b}"),
+            Op::Le => format!("{a} <= {b}"),
+            Op::And => format!("{a} & {b}"),
+            Op::Or => format!("{a} | {b}"),
+            Op::Not => format!("!{a}"),
+            Op::Select => format!("{a} ? {b} : {c}"),
+            _ => self.read(inst, a),
+        }
+    }
+
+    /// `floor(a / 2^n + 1/2)`; where the sum need not fit, what it carries into the result is the
+    /// bit below.
+    fn sar_round(&self, inst: &Inst, a: &str, n: u8) -> String {
+        let (ty, range) = (
+            self.ty(inst.args[0]),
+            self.kernel.values[inst.args[0].0 as usize].range,
+        );
+        match n.checked_sub(1) {
+            None => a.to_string(),
+            Some(below) if range.high <= ty.range().high - (1 << below) => {
+                format!("({a} + {}) >> {n}", literal(ty, 1 << below))
+            }
+            Some(below) => format!("({a} >> {n}) + (({a} >> {below}) & 1)"),
+        }
+    }
+
+    fn read(&self, inst: &Inst, a: &str) -> String {
+        let (kernel, names) = (self.kernel, self.names);
+        match inst.op {
+            Op::In(port) => {
+                let range = kernel.inputs[port as usize].range;
+                let word = format!("in[k * {} + {port}]", kernel.inputs.len());
+                let low = if range.low > 0 {
+                    format!("{word} < {0} ? {0} : ", range.low)
+                } else {
+                    String::new()
+                };
+                let high = if range.high < 65_535 {
+                    format!("{word} > {0} ? {0} : ", range.high)
+                } else {
+                    String::new()
+                };
+                format!("{low}{high}{word}")
+            }
+            Op::Live(live) => format!("s->{}", names.lives[live as usize]),
+            Op::Tick(later) => format!("(int32_t)(uint32_t)(s->tick + {later}u)"),
+            Op::Keyed(keyed) => format!("{}_{}[k]", names.kernel, names.keyed[keyed as usize]),
+            Op::Get(cell) => self.cell(cell, "0"),
+            Op::GetAt(cell) => self.cell(
+                cell,
+                &self.inside(a, kernel.cells[cell as usize].len as usize),
+            ),
+            Op::Delay(line, ticks) => self.element(line, &self.slot(line, ticks)),
+            Op::Lookup(table) => {
+                let index = self.inside(a, kernel.tables[table as usize].values.len());
+                format!("{}_{}[{index}]", names.kernel, names.tables[table as usize])
+            }
+            _ => String::new(),
+        }
+    }
+
+    fn statement(&mut self, inst: &Inst) {
+        let args: Vec<&str> = inst.args.iter().map(|arg| self.value(*arg)).collect();
+        let text = match (inst.op, &args[..]) {
+            (Op::Out(port), [a]) => format!(
+                "out[k * {} + {port}] = (int16_t){a};",
+                self.kernel.outputs.len()
+            ),
+            (Op::Set(cell), [a]) => format!("{} = {a};", self.cell(cell, "0")),
+            (Op::SetAt(cell), [a, b]) => {
+                let index = self.inside(a, self.kernel.cells[cell as usize].len as usize);
+                format!("{} = {b};", self.cell(cell, &index))
+            }
+            (Op::Push(line), [a]) => format!(
+                "{} = {};",
+                self.element(line, &self.slot(line, 0)),
+                self.stored(line, a)
+            ),
+            (Op::Fill(line), [a]) => self.filled(line, a),
+            (Op::Probe(probe), [a]) => {
+                format!("s->probes[k][{}] = {a};", self.names.probes[probe as usize])
+            }
+            (Op::Emit(event), args) => {
+                let args: Vec<String> = args.iter().map(ToString::to_string).collect();
+                return self.emit(event, &args);
+            }
+            _ => String::new(),
+        };
+        self.line(text);
+    }
+
+    /// A word of a cell of this key.
+    pub(super) fn cell(&self, cell: u32, index: &str) -> String {
+        let field = &self.names.cells[cell as usize];
+        let word = if self.kernel.cells[cell as usize].len > 1 {
+            format!("[{index}]")
+        } else {
+            String::new()
+        };
+        self.of_key(field, &word)
+    }
+
+    /// An element of a line of this key.
+    fn element(&self, line: u32, slot: &str) -> String {
+        self.of_key(&self.names.lines[line as usize], &format!("[{slot}]"))
+    }
+
+    /// Writes a value to every slot of a line.
+    pub(super) fn filled(&self, line: u32, value: &str) -> String {
+        let len = self.kernel.lines[line as usize].len;
+        format!(
+            "for (uint32_t i = 0; i < {len}; i++) {} = {};",
+            self.element(line, "i"),
+            self.stored(line, value)
+        )
+    }
+
+    fn of_key(&self, field: &str, index: &str) -> String {
+        match self.options.layout {
+            Layout::Records => format!("key->{field}{index}"),
+            Layout::Columns => format!("s->{field}{index}[k]"),
+        }
+    }
+
+    /// The variable with the slot that was written so many ticks ago.
+    pub(super) fn slot(&self, line: u32, ticks: u32) -> String {
+        let len = self.kernel.lines[line as usize].len;
+        format!("slot_{len}_{}", ticks % len)
+    }
+
+    fn stored(&self, line: u32, value: &str) -> String {
+        let range = self.kernel.lines[line as usize].range;
+        if range.low >= 0 && range.high <= 65_535 {
+            format!("(uint16_t){value}")
+        } else {
+            value.to_string()
+        }
+    }
+
+    /// The nearest index inside, should the proof rest on an assumption.
+    fn inside(&self, index: &str, len: usize) -> String {
+        let last = len - 1;
+        if self.assumes {
+            format!("{index} < 0 ? 0 : {index} > {last} ? {last} : {index}")
+        } else {
+            index.to_string()
+        }
+    }
+
+    /// Gives a value a name.
+    pub(super) fn define(&mut self, value: whippen_kernel::Value) -> String {
+        let name = format!("v{}", value.0);
+        self.values[value.0 as usize].clone_from(&name);
+        name
+    }
+}

@@ -1,0 +1,143 @@
+//! From a Kernel to finished machine code.
+
+use super::lanes::Lanes;
+use super::translate::Translator;
+use cranelift_codegen::Context;
+use cranelift_codegen::ir::AbiParam;
+use cranelift_codegen::ir::types::I64;
+use cranelift_codegen::isa::{OwnedTargetIsa, TargetFrontendConfig};
+use cranelift_codegen::settings::{self, Configurable};
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+use cranelift_jit::{JITBuilder, JITModule};
+use cranelift_module::{FuncId, Linkage, Module, default_libcall_names};
+use whippen_kernel::Kernel;
+use whippen_kernel::layout::Layout;
+
+/// Machine code of one kernel.
+pub(super) struct Compiled {
+    /// Owns the code.
+    pub module: JITModule,
+    /// Constants that the code for lanes reads.
+    pub constants: Vec<u128>,
+    init: FuncId,
+    single: Option<FuncId>,
+    lanes: Option<FuncId>,
+}
+
+/// What can be called.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Function {
+    /// `init`, one key after the other.
+    Init,
+    /// `tick`, one key after the other.
+    Single,
+    /// `tick`, several keys at once.
+    Lanes,
+}
+
+impl Compiled {
+    /// Compiles `init` of a kernel, its `tick` where it is wanted, and for lanes `tick` of another
+    /// with the same memory.
+    pub fn new(
+        kernel: &Kernel,
+        single: bool,
+        lanes: Option<&Kernel>,
+        layout: &Layout,
+    ) -> Result<Compiled, String> {
+        let mut module = JITModule::new(JITBuilder::with_isa(isa()?, default_libcall_names()));
+        let alone = |region| {
+            move |f: FunctionBuilder, config| {
+                Translator::new(kernel, layout, f)
+                    .function(region)
+                    .finalize(config)
+            }
+        };
+        let (init, ()) = define(&mut module, "init", alone(&kernel.init))?;
+        let single = single
+            .then(|| define(&mut module, "tick", alone(&kernel.tick)))
+            .transpose()?
+            .map(|(id, ())| id);
+        let several = |kernel| {
+            let fill = |f: FunctionBuilder, config| {
+                Lanes::new(kernel, layout, f).function(&kernel.tick, config)
+            };
+            define(&mut module, "lanes", fill)
+        };
+        let (lanes, constants) = lanes.map(several).transpose()?.unzip();
+        module
+            .finalize_definitions()
+            .map_err(|error| error.to_string())?;
+        let constants = constants.unwrap_or_default();
+        Ok(Compiled {
+            module,
+            constants,
+            init,
+            single,
+            lanes,
+        })
+    }
+
+    /// The address of a function.
+    pub fn address(&self, function: Function) -> Option<*const u8> {
+        let id = match function {
+            Function::Init => Some(self.init),
+            Function::Single => self.single,
+            Function::Lanes => self.lanes,
+        };
+        id.map(|id| self.module.get_finalized_function(id))
+    }
+}
+
+/// This machine, with everything it can do.
+fn isa() -> Result<OwnedTargetIsa, String> {
+    let mut flags = settings::builder();
+    let checks = if cfg!(debug_assertions) {
+        "true"
+    } else {
+        "false"
+    };
+    for (name, value) in [
+        ("opt_level", "speed"),
+        ("is_pic", "false"),
+        ("enable_verifier", checks),
+    ] {
+        flags.set(name, value).map_err(|error| error.to_string())?;
+    }
+    let mut builder = cranelift_native::builder()?;
+    if cfg!(target_arch = "x86_64") {
+        // With these instructions Cranelift makes `vpmullq` of every product in lanes, where
+        // `vpmuldq` is enough and faster.
+        builder
+            .set("has_avx512dq", "false")
+            .map_err(|error| error.to_string())?;
+    }
+    builder
+        .finish(settings::Flags::new(flags))
+        .map_err(|error| error.to_string())
+}
+
+/// Defines a function of the buffers, the first key and the key after the last.
+fn define<T>(
+    module: &mut JITModule,
+    name: &str,
+    fill: impl FnOnce(FunctionBuilder, TargetFrontendConfig) -> T,
+) -> Result<(FuncId, T), String> {
+    let mut context = module.make_context();
+    let pointer = AbiParam::new(module.target_config().pointer_type());
+    context.func.signature.params = vec![pointer, AbiParam::new(I64), AbiParam::new(I64)];
+    let id = module.declare_function(name, Linkage::Local, &context.func.signature);
+    let id = id.map_err(|error| error.to_string())?;
+    let mut room = FunctionBuilderContext::new();
+    let filled = fill(
+        FunctionBuilder::new(&mut context.func, &mut room),
+        module.target_config(),
+    );
+    module
+        .define_function(id, &mut context)
+        .map_err(|error| explain(&context, &error))?;
+    Ok((id, filled))
+}
+
+fn explain(context: &Context, error: &cranelift_module::ModuleError) -> String {
+    format!("{error:?}\n{}", context.func.display())
+}

@@ -1,0 +1,373 @@
+//! Machine code for the computer this runs on: a Kernel compiled by Cranelift, as a second engine
+//! beside `interp`.
+//!
+//! `init` and `tick` become functions over a stretch of keys, with the loop over the keys inside:
+//!
+//! ```text
+//! entry:  bases of all buffers, rows of this tick for every (line, ticks) that is read or pushed
+//! keys:   where the words of this key stand                            <---+
+//!         `if` -> branches and a merge, `loop` -> a loop, `select` -> cmov  |
+//!         next key --------------------------------------------------------+
+//! ```
+//!
+//! `tick` is compiled twice for keyboards, for single keys and for four keys at once (`lanes`):
+//!
+//! ```text
+//!   key 0 .. 3 | 4 .. 7 | ... | 84 .. 87        all in lanes
+//!   key 0 .. 3 | 4 .. 7 | 8 | 9                 what is left, one by one
+//!   key 0 .. 3 | 4 | 5 | 6 | 7 | 8 .. 11        where key 5 alone is observed: its group one by one, with probes
+//! ```
+//!
+//! Both work on the same [`Memory`] as the interpreter and agree with it in every byte. The proofs
+//! of `verify` carry over: since no value can leave its range, 32-bit values of a single key live
+//! sign-extended in 64-bit registers, where their operators give the same results, and neither
+//! `widen` nor `narrow` costs anything.
+//!
+//! The only unsafe code of the compiler is in this file: calling what Cranelift made, and freeing
+//! it.
+
+mod compile;
+mod frame;
+mod lanes;
+mod translate;
+
+use compile::{Compiled, Function};
+use frame::{BUFFERS, Buffer};
+use std::fmt;
+use whippen_kernel::layout::EVENT_HEAD;
+use whippen_kernel::memory::Clock;
+use whippen_kernel::{Code, EngineError, Kernel, Loaded, Memory, without_probes};
+
+/// How to compile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Whether probes are kept. Without them, and without what only they need, a kernel runs
+    /// faster; `probes()` is empty.
+    pub probes: bool,
+}
+
+/// A compiled kernel.
+pub struct HostCode(Loaded<HostFunctions>);
+
+impl fmt::Debug for HostCode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("HostCode").finish_non_exhaustive()
+    }
+}
+
+impl std::ops::Deref for HostCode {
+    type Target = Loaded<HostFunctions>;
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+impl std::ops::DerefMut for HostCode {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.0
+    }
+}
+
+/// The machine code of a kernel.
+pub struct HostFunctions {
+    /// All tables, one after the other.
+    tables: Vec<i32>,
+    /// What a tick calls, in the order of the keys.
+    stretches: Vec<Stretch>,
+    /// Events of a tick of keys in lanes, before they are sorted.
+    told: Vec<u32>,
+    code: Option<Compiled>,
+}
+
+/// Keys that one call runs: from the first on and before the end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Stretch {
+    function: Function,
+    first: usize,
+    end: usize,
+}
+
+/// What is compiled: the first argument points to the bases of all buffers.
+type Machine = unsafe extern "C" fn(*const [*mut u8; BUFFERS], i64, i64);
+
+impl HostCode {
+    /// Compiles a kernel for so many keys; `init` comes first.
+    ///
+    /// # Errors
+    /// The kernel does not verify; too many keys or too much memory; Cranelift does not know this
+    /// machine.
+    pub fn build(kernel: &Kernel, keys: usize, options: Options) -> Result<HostCode, EngineError> {
+        // What does not verify is not taken apart.
+        let mut memory = Memory::new(kernel, keys)?;
+        let bare = if options.probes {
+            None
+        } else {
+            Some(without_probes(kernel))
+        };
+        if let Some(bare) = &bare {
+            memory = Memory::new(bare, keys)?;
+        }
+        let kernel = bare.unwrap_or_else(|| kernel.clone());
+        let lanes = lanes::suits(&kernel, keys).then_some(&kernel);
+        let stretches = stretches(keys, lanes.is_some(), None);
+        HostFunctions::new(&kernel, lanes, &memory, stretches)
+            .map(|code| HostCode(Loaded::new_with(kernel.clone(), memory, code)))
+    }
+
+    /// Compiles a kernel for so many keys of which one is observed: only its probes are kept (those
+    /// of its neighbours may be, too), and the other keys run as fast as without.
+    ///
+    /// # Errors
+    /// Those of [`HostCode::build`]; no such key.
+    pub fn build_observing(
+        kernel: &Kernel,
+        keys: usize,
+        observed: usize,
+    ) -> Result<HostCode, EngineError> {
+        let memory = Memory::new(kernel, keys)?;
+        if observed >= keys {
+            return Err(EngineError::Unknown);
+        }
+        let bare = without_probes(kernel);
+        let lanes = lanes::suits(&bare, keys).then_some(&bare);
+        let stretches = stretches(keys, lanes.is_some(), Some(observed));
+        HostFunctions::new(kernel, lanes, &memory, stretches)
+            .map(|code| HostCode(Loaded::new_with(kernel.clone(), memory, code)))
+    }
+}
+
+/// Which keys run in lanes: whole groups, but for the group of an observed key.
+fn stretches(keys: usize, lanes: bool, observed: Option<usize>) -> Vec<Stretch> {
+    let grouped = if lanes {
+        keys / lanes::WIDTH * lanes::WIDTH
+    } else {
+        0
+    };
+    let alone = observed
+        .filter(|key| *key < grouped)
+        .map_or(grouped, |key| key / lanes::WIDTH * lanes::WIDTH);
+    let after = (alone + lanes::WIDTH).min(grouped.max(alone));
+    let all = [
+        Stretch {
+            function: Function::Lanes,
+            first: 0,
+            end: alone,
+        },
+        Stretch {
+            function: Function::Single,
+            first: alone,
+            end: after,
+        },
+        Stretch {
+            function: Function::Lanes,
+            first: after,
+            end: grouped,
+        },
+        Stretch {
+            function: Function::Single,
+            first: grouped,
+            end: keys,
+        },
+    ];
+    all.into_iter()
+        .filter(|stretch| stretch.first < stretch.end)
+        .collect()
+}
+
+impl HostFunctions {
+    fn new(
+        kernel: &Kernel,
+        lanes: Option<&Kernel>,
+        memory: &Memory,
+        stretches: Vec<Stretch>,
+    ) -> Result<HostFunctions, EngineError> {
+        let single = stretches
+            .iter()
+            .any(|stretch| stretch.function == Function::Single);
+        let code =
+            Compiled::new(kernel, single, lanes, &memory.layout).map_err(EngineError::Host)?;
+        let events = lanes.map_or(0, |kernel| lanes::events_max(&kernel.tick) * memory.keys());
+        Ok(HostFunctions {
+            tables: kernel
+                .tables
+                .iter()
+                .flat_map(|table| &table.values)
+                .copied()
+                .collect(),
+            stretches,
+            told: vec![0; events * memory.layout.event_words],
+            code: Some(code),
+        })
+    }
+
+    /// Runs a stretch of keys in lanes; what they tell is sorted by keys.
+    fn lanes(
+        &mut self,
+        stretch: Stretch,
+        kernel: &Kernel,
+        memory: &mut Memory,
+        inputs: &[u16],
+        outputs: &mut [i16],
+    ) {
+        let mut clock = Clock {
+            tick: memory.clock.tick,
+            ..Clock::default()
+        };
+        let mut buffers = self.buffers(memory, inputs, outputs);
+        buffers[Buffer::Events as usize] = self.told.as_mut_ptr().cast();
+        buffers[Buffer::Clock as usize] = (&raw mut clock).cast();
+        self.call(stretch, &buffers);
+        if clock.events > 0 {
+            self.keep(clock.events as usize, kernel, memory);
+        }
+    }
+
+    /// Hands on what was told, key by key; what one key told stays in its order.
+    fn keep(&self, count: usize, kernel: &Kernel, memory: &mut Memory) {
+        let mut records: Vec<&[u32]> = self
+            .told
+            .chunks_exact(memory.layout.event_words)
+            .take(count)
+            .collect();
+        records.sort_by_key(|record| record[2]);
+        for record in records {
+            let args = kernel
+                .events
+                .get(record[3] as usize)
+                .map_or(0, |event| event.args as usize);
+            if let Some(room) = memory.event_room() {
+                room[2..EVENT_HEAD + args].copy_from_slice(&record[2..EVENT_HEAD + args]);
+            }
+        }
+    }
+
+    /// The bases of all buffers, in the order of `frame::Buffer`. What is declared as `*const`
+    /// there is only read.
+    fn buffers(
+        &mut self,
+        memory: &mut Memory,
+        inputs: &[u16],
+        outputs: &mut [i16],
+    ) -> [*mut u8; BUFFERS] {
+        let constants = self
+            .code
+            .as_mut()
+            .map_or(std::ptr::null_mut(), |code| code.constants.as_mut_ptr());
+        [
+            inputs.as_ptr().cast_mut().cast(),
+            outputs.as_mut_ptr().cast(),
+            memory.columns.as_mut_ptr().cast(),
+            memory.narrow.as_mut_ptr().cast(),
+            memory.wide.as_mut_ptr().cast(),
+            memory.rings.as_mut_ptr().cast(),
+            memory.lives.as_mut_ptr().cast(),
+            self.tables.as_mut_ptr().cast(),
+            memory.events.as_mut_ptr().cast(),
+            memory.probes.as_mut_ptr().cast(),
+            (&raw mut memory.clock).cast(),
+            constants.cast(),
+        ]
+    }
+
+    #[allow(unsafe_code)]
+    fn call(&self, stretch: Stretch, buffers: &[*mut u8; BUFFERS]) {
+        let Some(address) = self
+            .code
+            .as_ref()
+            .and_then(|code| code.address(stretch.function))
+        else {
+            return;
+        };
+        // SAFETY: `address` was made by `compile` with the signature `Machine` and lives as long as
+        // `self.code`.
+        let machine: Machine = unsafe { std::mem::transmute::<*const u8, Machine>(address) };
+        // SAFETY: only `run` calls this, with the buffers of the kernel and the memory that the
+        // code was translated for, and the code touches nothing else. Their lengths follow from the
+        // memory's layout alone (`Memory` never resizes them), those of the words were checked by
+        // `Loaded`, and `told` has room for all events of a tick. A stretch lies within the keys;
+        // one in lanes has a multiple of their number. Indices into cells, tables and lines were
+        // proven inside by `verify`; the proof holds since inputs are clamped to their ranges, and
+        // live values and cells can only be set within theirs. In a kernel that assumes anything,
+        // where the proof may not hold, the code itself holds indices inside and divisions from
+        // trapping.
+        unsafe {
+            machine(
+                &raw const *buffers,
+                stretch.first as i64,
+                stretch.end as i64,
+            )
+        }
+    }
+}
+
+impl Code for HostFunctions {
+    fn run(
+        &mut self,
+        tick: bool,
+        kernel: &Kernel,
+        memory: &mut Memory,
+        inputs: &[u16],
+        outputs: &mut [i16],
+    ) {
+        if !tick {
+            let all = Stretch {
+                function: Function::Init,
+                first: 0,
+                end: memory.keys(),
+            };
+            let buffers = self.buffers(memory, inputs, outputs);
+            return self.call(all, &buffers);
+        }
+        for at in 0..self.stretches.len() {
+            let stretch = self.stretches[at];
+            if stretch.function == Function::Lanes {
+                self.lanes(stretch, kernel, memory, inputs, outputs);
+            } else {
+                let buffers = self.buffers(memory, inputs, outputs);
+                self.call(stretch, &buffers);
+            }
+        }
+    }
+}
+
+#[allow(unsafe_code)]
+impl Drop for HostFunctions {
+    fn drop(&mut self) {
+        if let Some(code) = self.code.take() {
+            // SAFETY: the code runs only inside `run`, which has returned, and no pointer into it
+            // is handed out.
+            unsafe { code.module.free_memory() }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shape(keys: usize, lanes: bool, observed: Option<usize>) -> Vec<(Function, usize, usize)> {
+        stretches(keys, lanes, observed)
+            .into_iter()
+            .map(|s| (s.function, s.first, s.end))
+            .collect()
+    }
+
+    #[test]
+    fn whole_groups_run_in_lanes() {
+        use Function::{Lanes, Single};
+        assert_eq!(shape(88, true, None), [(Lanes, 0, 88)]);
+        assert_eq!(shape(10, true, None), [(Lanes, 0, 8), (Single, 8, 10)]);
+        assert_eq!(shape(3, false, None), [(Single, 0, 3)]);
+        assert_eq!(
+            shape(12, true, Some(5)),
+            [(Lanes, 0, 4), (Single, 4, 8), (Lanes, 8, 12)]
+        );
+        assert_eq!(
+            shape(10, true, Some(0)),
+            [(Single, 0, 4), (Lanes, 4, 8), (Single, 8, 10)]
+        );
+        assert_eq!(shape(10, true, Some(9)), [(Lanes, 0, 8), (Single, 8, 10)]);
+        assert_eq!(shape(3, false, Some(1)), [(Single, 0, 3)]);
+    }
+}

@@ -1,0 +1,136 @@
+//! Programs that come with Whippen: the standard library and the instruments, as text.
+//!
+//! The one list of them: what goes into `instruments/` goes in here, and every test that means "all
+//! of them" reads it.
+
+/// The standard library, always in scope: names as shown in messages, and texts.
+pub const STD: &[(&str, &str)] = &[
+    (
+        "<std/damper.whip>",
+        include_str!("../../../instruments/std/damper.whip"),
+    ),
+    (
+        "<std/detents.whip>",
+        include_str!("../../../instruments/std/detents.whip"),
+    ),
+    (
+        "<std/escapement.whip>",
+        include_str!("../../../instruments/std/escapement.whip"),
+    ),
+    (
+        "<std/felt.whip>",
+        include_str!("../../../instruments/std/felt.whip"),
+    ),
+    (
+        "<std/friction.whip>",
+        include_str!("../../../instruments/std/friction.whip"),
+    ),
+    (
+        "<std/plectrum.whip>",
+        include_str!("../../../instruments/std/plectrum.whip"),
+    ),
+    (
+        "<std/spring.whip>",
+        include_str!("../../../instruments/std/spring.whip"),
+    ),
+    (
+        "<std/wall.whip>",
+        include_str!("../../../instruments/std/wall.whip"),
+    ),
+];
+
+/// The bundled instruments, from the simplest to the grand: names of files in `instruments/`, and
+/// texts.
+pub const INSTRUMENTS: &[(&str, &str)] = &[
+    (
+        "virtual-spring.whip",
+        include_str!("../../../instruments/virtual-spring.whip"),
+    ),
+    (
+        "baker.whip",
+        include_str!("../../../instruments/baker.whip"),
+    ),
+    (
+        "two-body.whip",
+        include_str!("../../../instruments/two-body.whip"),
+    ),
+    (
+        "snap-dome.whip",
+        include_str!("../../../instruments/snap-dome.whip"),
+    ),
+    ("knob.whip", include_str!("../../../instruments/knob.whip")),
+    (
+        "hammond.whip",
+        include_str!("../../../instruments/hammond.whip"),
+    ),
+    (
+        "harpsichord.whip",
+        include_str!("../../../instruments/harpsichord.whip"),
+    ),
+    (
+        "grand-piano.whip",
+        include_str!("../../../instruments/grand-piano.whip"),
+    ),
+];
+
+/// The bundled keyboards: one plays three of the instruments, one after the other, and one plays
+/// two of them in zones.
+pub const KEYBOARDS: &[(&str, &str)] = &[
+    (
+        "mikey.whip",
+        include_str!("../../../instruments/mikey.whip"),
+    ),
+    (
+        "split.whip",
+        include_str!("../../../instruments/split.whip"),
+    ),
+];
+
+/// All of them: instruments, keyboards, library.
+pub fn programs() -> impl Iterator<Item = &'static (&'static str, &'static str)> {
+    INSTRUMENTS.iter().chain(KEYBOARDS).chain(STD)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn every_file_of_the_folders_is_listed() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../instruments");
+        for (folder, listed) in [
+            (
+                "",
+                INSTRUMENTS
+                    .iter()
+                    .chain(KEYBOARDS)
+                    .map(|(name, _)| name.to_string())
+                    .collect::<BTreeSet<_>>(),
+            ),
+            (
+                "std",
+                STD.iter()
+                    .map(|(name, _)| name["<std/".len()..name.len() - 1].to_string())
+                    .collect(),
+            ),
+        ] {
+            let entries = std::fs::read_dir(root.join(folder)).expect("the folder");
+            let names = entries.map(|e| {
+                e.expect("an entry")
+                    .file_name()
+                    .into_string()
+                    .expect("a plain name")
+            });
+            assert_eq!(
+                names
+                    .filter(|n| n.ends_with(".whip"))
+                    .collect::<BTreeSet<_>>(),
+                listed,
+                "instruments/{folder}"
+            );
+        }
+    }
+}

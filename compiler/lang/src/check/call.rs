@@ -1,0 +1,287 @@
+//! Calls: arguments are bound to parameters; functions become nodes, terms were made scopes before.
+
+use super::builtin::{self, Function, Signature};
+use super::elaborate::Elaborator;
+use super::items::TermItem;
+use super::scope::ScopeId;
+use super::slot::Source;
+use super::types::{Value, counted};
+use crate::diag::{Advice, Code, Diagnostic, nearest};
+use crate::model::Node;
+use crate::syntax::ast::{Arg, Expr, Name};
+use crate::units::{Dim, shown};
+use whippen_source::Span;
+
+impl<'a> Elaborator<'a, '_> {
+    /// The value of a call.
+    pub fn call(
+        &mut self,
+        scope: ScopeId,
+        call: &'a Expr,
+        callee: &'a Name,
+        args: &'a [Arg],
+    ) -> Option<Value> {
+        if let Some(function) = builtin::function(&callee.node) {
+            return self.function(scope, function, args, call.span);
+        }
+        match self.scopes[scope.0].calls.get(&call.span).copied() {
+            Some(child) => {
+                let slot = self.only_result(child, call.span)?;
+                self.slot(slot)
+            }
+            None => {
+                for arg in args {
+                    self.expr(scope, &arg.value);
+                }
+                None
+            }
+        }
+    }
+
+    fn function(
+        &mut self,
+        scope: ScopeId,
+        signature: &Signature,
+        args: &'a [Arg],
+        span: Span,
+    ) -> Option<Value> {
+        let values: Vec<Option<Value>> = args
+            .iter()
+            .map(|arg| self.expr(scope, &arg.value))
+            .collect();
+        self.check_count(signature, args, span)?;
+        let values: Vec<Value> = values.into_iter().collect::<Option<_>>()?;
+        let dim = self.shared_dim(signature, args, &values)?;
+        let node = match (signature.function, &values[..]) {
+            (Function::Abs, [a]) => Node::Abs(a.node),
+            (Function::Min, [a, b]) => Node::Min(a.node, b.node),
+            (Function::Max, [a, b]) => Node::Max(a.node, b.node),
+            (Function::Clamp, [value, low, high]) => {
+                self.check_order([*low, *high], dim, args)?;
+                let raised = self.node(Node::Max(value.node, low.node), span);
+                Node::Min(raised, high.node)
+            }
+            _ => return None,
+        };
+        Some(Value::real(self.node(node, span), dim))
+    }
+
+    fn check_count(&mut self, signature: &Signature, args: &[Arg], span: Span) -> Option<()> {
+        let usage = format!("write `{}({})`", signature.name, signature.args.join(", "));
+        if let Some(name) = args.iter().find_map(|arg| arg.name.as_ref()) {
+            let message = format!("`{}` takes its arguments by position", signature.name);
+            let diagnostic =
+                Diagnostic::new(Code::UnknownArgument, name.span, message, "no names here");
+            self.report(diagnostic.hint(usage));
+            return None;
+        }
+        let (wanted, given) = (signature.args.len(), args.len());
+        let code = match given.cmp(&wanted) {
+            std::cmp::Ordering::Equal => return Some(()),
+            std::cmp::Ordering::Less => Code::MissingArgument,
+            std::cmp::Ordering::Greater => Code::ExtraArgument,
+        };
+        let message = format!(
+            "`{}` takes {}, not {given}",
+            signature.name,
+            counted(wanted, "argument")
+        );
+        self.report(Diagnostic::new(code, span, message, counted(given, "argument")).hint(usage));
+        None
+    }
+
+    fn shared_dim(&mut self, signature: &Signature, args: &[Arg], values: &[Value]) -> Option<Dim> {
+        let (first, rest) = values.split_first()?;
+        let mut shared = self.real(
+            *first,
+            &args[0].value,
+            &format!("`{}` needs", signature.name),
+        );
+        for (arg, value) in args[1..].iter().zip(rest) {
+            let problem =
+                |a: &str, b: &str| format!("`{}` cannot be taken of {a} and {b}", signature.name);
+            shared =
+                shared.and(self.alike(problem, (&args[0].value, *first), (&arg.value, *value)));
+        }
+        shared
+    }
+
+    /// The ends of `clamp`, where they are constants.
+    fn check_order(&mut self, ends: [Value; 2], dim: Dim, args: &[Arg]) -> Option<()> {
+        let [low, high] = ends.map(|end| self.model.dag.real(end.node));
+        match (low, high) {
+            (Some(low), Some(high)) if low > high => {
+                let message = format!(
+                    "this clamps to nothing: {} is above {}",
+                    shown(low, dim),
+                    shown(high, dim)
+                );
+                self.report(
+                    Diagnostic::new(
+                        Code::EmptyRange,
+                        args[1].value.span.to(args[2].value.span),
+                        message,
+                        "empty",
+                    )
+                    .hint("the low end comes first: `clamp(value, low, high)`"),
+                );
+                None
+            }
+            _ => Some(()),
+        }
+    }
+
+    /// Reports a call of something that is no term.
+    pub fn unknown_term(&mut self, callee: &Name) {
+        let hint = match self.items.nearest_function(&callee.node) {
+            Some(near) => Advice::did_you_mean(near),
+            None if ["sqrt", "pow", "exp", "log", "sin", "cos", "tan", "tanh", "sign", "round", "floor"]
+                .contains(&callee.node.as_str()) =>
+            {
+                "built in are `min`, `max`, `clamp`, `abs` and the powers `e^n` for n = 1, 1.5, 2, 2.5, 3".into()
+            }
+            None => format!("declare it: `term {}(..) -> .. {{ .. }}`", callee.node).into(),
+        };
+        let message = format!("there is no term `{}`", callee.node);
+        self.report(
+            Diagnostic::new(Code::UnknownTerm, callee.span, message, "unknown term").hint(hint),
+        );
+    }
+
+    /// The sources of a term's parameters in one call.
+    pub fn bind(
+        &mut self,
+        scope: ScopeId,
+        call: &Expr,
+        term: TermItem<'a>,
+        args: &'a [Arg],
+    ) -> Vec<Source<'a>> {
+        let params = &term.ast.params;
+        let mut bound: Vec<Option<&'a Arg>> = vec![None; params.len()];
+        let mut lost = false;
+        for (position, arg) in args.iter().enumerate() {
+            let index = match &arg.name {
+                Some(name) => self.named_parameter(term, name),
+                None => self.positional_parameter(term, args, position),
+            };
+            match index {
+                None => lost = true,
+                Some(index) => match bound[index] {
+                    None => bound[index] = Some(arg),
+                    Some(first) => self.repeated(&params[index].name, arg, first),
+                },
+            }
+        }
+        if !lost {
+            self.report_missing(term, &bound, call);
+        }
+        bound
+            .iter()
+            .map(|arg| arg.map_or(Source::Missing, |arg| Source::Expr(scope, &arg.value)))
+            .collect()
+    }
+
+    fn named_parameter(&mut self, term: TermItem, name: &Name) -> Option<usize> {
+        let params = &term.ast.params;
+        let found = params.iter().position(|p| p.name.node == name.node);
+        if found.is_none() {
+            let names = params.iter().map(|p| p.name.node.as_str());
+            let hint = match nearest(&name.node, names.clone()) {
+                Some(near) => Advice::did_you_mean(near),
+                None => format!(
+                    "its parameters are {}",
+                    names.collect::<Vec<_>>().join(", ")
+                )
+                .into(),
+            };
+            let message = format!(
+                "the term `{}` has no parameter `{}`",
+                term.ast.name.node, name.node
+            );
+            let diagnostic = Diagnostic::new(
+                Code::UnknownArgument,
+                name.span,
+                message,
+                "no such parameter",
+            );
+            self.report(diagnostic.hint(hint));
+        }
+        found
+    }
+
+    fn positional_parameter(
+        &mut self,
+        term: TermItem,
+        args: &[Arg],
+        position: usize,
+    ) -> Option<usize> {
+        let name = &term.ast.name.node;
+        let (count, span) = (term.ast.params.len(), args[position].value.span);
+        if args[..position].iter().any(|arg| arg.name.is_some()) {
+            args[position - 1].name.as_ref()?; // one message for all that follow
+            let message =
+                format!("in the call of `{name}` an argument without name follows one with a name");
+            let diagnostic = Diagnostic::new(
+                Code::UnknownArgument,
+                span,
+                message,
+                "which parameter is this?",
+            );
+            self.report(diagnostic.hint("name it: `parameter: value`"));
+            return None;
+        }
+        if position >= count {
+            let message = format!(
+                "the term `{name}` has {}, and here are more arguments",
+                counted(count, "parameter")
+            );
+            let label = "one too many";
+            self.report(
+                Diagnostic::new(Code::ExtraArgument, span, message, label).hint("take it away"),
+            );
+            return None;
+        }
+        Some(position)
+    }
+
+    fn repeated(&mut self, param: &Name, arg: &Arg, first: &Arg) {
+        let message = format!("the parameter `{}` is given twice", param.node);
+        self.report(
+            Diagnostic::new(
+                Code::RepeatedArgument,
+                arg.value.span,
+                message,
+                "the second value",
+            )
+            .also(first.value.span, "the first value")
+            .hint("take one of them away"),
+        );
+    }
+
+    fn report_missing(&mut self, term: TermItem, bound: &[Option<&Arg>], call: &Expr) {
+        let unbound = term
+            .ast
+            .params
+            .iter()
+            .zip(bound)
+            .filter(|(_, arg)| arg.is_none());
+        let missing: Vec<String> = unbound
+            .map(|(p, _)| format!("{}: {}", p.name.node, p.ty.node))
+            .collect();
+        if missing.is_empty() {
+            return;
+        }
+        let message = format!(
+            "the call of `{}` leaves out {}",
+            term.ast.name.node,
+            missing.join(", ")
+        );
+        let diagnostic = Diagnostic::new(
+            Code::MissingArgument,
+            call.span,
+            message,
+            "arguments are missing",
+        );
+        self.report(diagnostic.hint(format!("add {}", missing.join(", "))));
+    }
+}

@@ -1,0 +1,106 @@
+//! What keyboard and caller decide about one instrument.
+
+use std::collections::BTreeMap;
+
+use super::Options;
+use super::diags::Diags;
+use super::items::Items;
+use super::keyboard::Board;
+use super::per_key::PerKey;
+use super::sets::Set;
+use crate::diag::{Code, Diagnostic};
+use crate::syntax::ast::DeclKind;
+use crate::units::Quantity;
+use whippen_source::Span;
+
+/// A value set by the caller.
+#[derive(Debug, Clone, Copy)]
+pub struct SetValue {
+    /// The value.
+    pub value: Quantity,
+    /// Where it is set.
+    pub span: Span,
+}
+
+/// The settings of one instrument.
+pub struct Settings<'a> {
+    /// Ticks per second.
+    pub rate_hz: u32,
+    /// MIDI numbers of the lowest and highest key.
+    pub keys: (u8, u8),
+    /// Parameters set per key.
+    pub per_key: BTreeMap<&'a str, PerKey<'a>>,
+    /// Parameters set by the caller; they win over the keyboard.
+    pub sets: BTreeMap<&'a str, SetValue>,
+}
+
+impl Settings<'_> {
+    /// No keyboard and nothing set.
+    pub fn bare(options: &Options) -> Settings<'static> {
+        let (per_key, sets) = (BTreeMap::new(), BTreeMap::new());
+        Settings {
+            rate_hz: options.rate_hz.max(1),
+            keys: (21, 108),
+            per_key,
+            sets,
+        }
+    }
+}
+
+/// The settings of an instrument: those of the first keyboard that lists it, and what the caller
+/// sets in it.
+pub fn of<'a>(
+    instrument: usize,
+    items: &Items<'a>,
+    boards: &[Board<'a>],
+    sets: &mut [Set],
+    options: &Options,
+    diags: &mut Diags,
+) -> Settings<'a> {
+    let mut settings = Settings::bare(options);
+    let mut listing = boards.iter().filter(|b| b.keyboard.plays(instrument));
+    if let Some(board) = listing.next() {
+        settings.rate_hz = board.keyboard.rate_hz;
+        settings.keys = (board.keyboard.first_key, board.keyboard.last_key);
+        let own = board.per_key.iter().filter(|p| p.instrument == instrument);
+        settings.per_key = own.map(|p| (p.param.node.as_str(), p.clone())).collect();
+        for other in listing {
+            let name = &items.instruments[instrument].name.node;
+            let message =
+                format!("`{name}` is a program of two keyboards: it is checked for the first");
+            diags.push(
+                Diagnostic::new(
+                    Code::TwoKeyboards,
+                    other.ast.name.span,
+                    message,
+                    "not this one",
+                )
+                .also(board.ast.name.span, "this one")
+                .hint("check the keyboards in separate files if their rates or settings differ"),
+            );
+        }
+    }
+    let ast = items.instruments[instrument];
+    for set in sets
+        .iter_mut()
+        .filter(|s| s.instrument.as_ref().is_none_or(|i| *i == ast.name.node))
+    {
+        let names = ast.decls.iter().filter_map(|d| match &d.kind {
+            DeclKind::Param { name, .. } => Some(name.node.as_str()),
+            _ => None,
+        });
+        for name in names.filter(|name| *name == set.name) {
+            set.used = true;
+            if let Some(value) = set.value {
+                settings.sets.insert(
+                    name,
+                    SetValue {
+                        value,
+                        span: set.value_span,
+                    },
+                );
+            }
+        }
+    }
+    settings
+}

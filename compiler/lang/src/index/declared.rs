@@ -1,0 +1,125 @@
+//! What a program declares.
+
+use super::{Definition, Index, Kind, Occurrence};
+use crate::syntax::ast::*;
+use whippen_source::Span;
+
+/// All definitions; each is an occurrence of its name.
+pub(super) fn collect(files: &[File]) -> Index {
+    let mut index = Index::default();
+    for item in files.iter().flat_map(|f| &f.items) {
+        match item {
+            Item::Instrument(i) => {
+                index.item(Kind::Instrument, &i.name, i.span, &i.doc);
+                i.decls.iter().for_each(|d| index.decl(d));
+            }
+            Item::Term(t) => {
+                index.item(Kind::Term, &t.name, t.span, &t.doc);
+                t.params
+                    .iter()
+                    .for_each(|p| index.typed(Kind::Parameter, p));
+                t.results.iter().for_each(|r| index.typed(Kind::Result, r));
+                t.decls.iter().for_each(|d| index.decl(d));
+            }
+            Item::Keyboard(k) => {
+                index.item(Kind::Keyboard, &k.name, k.span, &k.doc);
+                for setting in &k.settings {
+                    if let Setting::Zones { name, span, .. } = setting {
+                        index.define(Kind::Zones, name, *span);
+                    }
+                }
+            }
+        }
+    }
+    index
+}
+
+impl Index {
+    fn item(&mut self, kind: Kind, name: &Name, whole: Span, doc: &str) {
+        self.items.push(whole);
+        self.define(kind, name, whole);
+        if let Some(item) = self.definitions.last_mut() {
+            item.doc = doc.to_string();
+        }
+    }
+
+    /// Adds a definition to the last item and gives its place.
+    fn define(&mut self, kind: Kind, name: &Name, whole: Span) -> usize {
+        let definition = self.definitions.len();
+        self.definitions.push(Definition {
+            kind,
+            name: name.node.clone(),
+            span: name.span,
+            whole,
+            item: self.items.len().saturating_sub(1),
+            ty: None,
+            doc: String::new(),
+            calls: None,
+            machine: None,
+        });
+        self.occurrences.push(Occurrence {
+            span: name.span,
+            definition,
+        });
+        definition
+    }
+
+    fn typed(&mut self, kind: Kind, typed: &TypedName) {
+        let definition = self.define(kind, &typed.name, typed.name.span.to(typed.ty.span));
+        self.definitions[definition].ty = Some(typed.ty.node.clone());
+    }
+
+    fn decl(&mut self, decl: &Decl) {
+        let (kind, name, ty) = match &decl.kind {
+            DeclKind::Sense { name, ty, .. } => (Kind::Sense, name, Some(ty)),
+            DeclKind::Param {
+                live: true, name, ..
+            } => (Kind::Live, name, None),
+            DeclKind::Param { name, .. } => (Kind::Param, name, None),
+            DeclKind::Let { name, .. } => (Kind::Let, name, None),
+            DeclKind::State { name, ty, .. } => (Kind::State, name, Some(ty)),
+            DeclKind::Pulse { name, ty, .. } => (Kind::Pulse, name, Some(ty)),
+            DeclKind::Event { name, .. } => (Kind::Event, name, None),
+            DeclKind::Force { name, .. } => (Kind::Force, name, None),
+            DeclKind::States { name, .. } => (Kind::Machine, name, None),
+            DeclKind::Body { name, .. } => (Kind::Body, name, None),
+            DeclKind::Next { .. } | DeclKind::Hold { .. } | DeclKind::Result { .. } => return,
+        };
+        let at = self.define(kind, name, decl.span);
+        self.definitions[at].ty = ty.map(|ty| ty.node.clone());
+        match &decl.kind {
+            DeclKind::Let {
+                value:
+                    Expr {
+                        kind: ExprKind::Call(callee, _),
+                        ..
+                    },
+                ..
+            } => {
+                self.definitions[at].calls = Some(callee.node.clone());
+            }
+            DeclKind::States { transitions, .. } => self.machine(at, transitions),
+            DeclKind::Body { parts, .. } => {
+                for part in parts {
+                    if let BodyPart::Coordinate { name, span, .. } = part {
+                        self.define(Kind::Coordinate, name, *span);
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The states of a machine, each where it is named first.
+    fn machine(&mut self, machine: usize, transitions: &[Transition]) {
+        for transition in transitions {
+            for state in [&transition.from, &transition.to] {
+                let known = self.states(machine).any(|s| s.name == state.node);
+                if !known {
+                    let at = self.define(Kind::MachineState, state, transition.span);
+                    self.definitions[at].machine = Some(machine);
+                }
+            }
+        }
+    }
+}

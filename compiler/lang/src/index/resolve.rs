@@ -1,0 +1,238 @@
+//! What the names of a program stand for.
+
+use super::{Index, Kind, Occurrence};
+use crate::syntax::ast::*;
+use whippen_source::{SourceMap, Span};
+
+/// Adds every name that is understood.
+pub(super) fn resolve(index: &mut Index, map: &SourceMap, files: &[File]) {
+    let mut resolver = Resolver {
+        index,
+        map,
+        item: 0,
+    };
+    for (n, item) in files.iter().flat_map(|f| &f.items).enumerate() {
+        resolver.item = n;
+        match item {
+            Item::Instrument(i) => i.decls.iter().for_each(|d| resolver.decl(d)),
+            Item::Term(t) => t.decls.iter().for_each(|d| resolver.decl(d)),
+            Item::Keyboard(k) => k.settings.iter().for_each(|s| resolver.setting(s)),
+        }
+    }
+}
+
+struct Resolver<'a> {
+    index: &'a mut Index,
+    map: &'a SourceMap,
+    /// The item whose names are looked up.
+    item: usize,
+}
+
+impl Resolver<'_> {
+    fn found(&mut self, span: Span, definition: Option<usize>) {
+        self.index
+            .occurrences
+            .extend(definition.map(|definition| Occurrence { span, definition }));
+    }
+
+    fn name(&mut self, name: &Name, is: impl Fn(Kind) -> bool) {
+        self.found(name.span, self.index.find(self.item, &name.node, is));
+    }
+
+    fn value(&mut self, name: &Name) {
+        self.name(name, Kind::is_value);
+    }
+
+    fn decl(&mut self, decl: &Decl) {
+        match &decl.kind {
+            DeclKind::Sense {
+                range, slew, over, ..
+            } => {
+                self.range(range);
+                slew.iter().chain(over).for_each(|e| self.expr(e));
+            }
+            DeclKind::Param { value, range, .. } => {
+                self.expr(value);
+                range.iter().for_each(|r| self.range(r));
+            }
+            DeclKind::Let { value, .. } | DeclKind::Force { value, .. } => self.expr(value),
+            DeclKind::Next { name, value } | DeclKind::Result { name, value } => {
+                self.value(name);
+                self.expr(value);
+            }
+            DeclKind::States { name, transitions } => {
+                transitions.iter().for_each(|t| self.transition(name, t));
+            }
+            DeclKind::State { range, init, .. } => {
+                self.range(range);
+                init.iter().for_each(|e| self.expr(e));
+            }
+            DeclKind::Body { parts, .. } => parts.iter().for_each(|p| self.part(p)),
+            DeclKind::Event { guard, actions, .. } => {
+                self.expr(guard);
+                actions.iter().for_each(|a| self.action(a));
+            }
+            DeclKind::Pulse { range, lasting, .. } => {
+                self.range(range);
+                self.expr(lasting);
+            }
+            DeclKind::Hold { body, guard } => {
+                self.name(body, |k| k == Kind::Body);
+                self.expr(guard);
+            }
+        }
+    }
+
+    fn range(&mut self, range: &RangeExpr) {
+        self.expr(&range.low);
+        self.expr(&range.high);
+    }
+
+    fn transition(&mut self, machine: &Name, transition: &Transition) {
+        self.state(&machine.node, &transition.from);
+        self.state(&machine.node, &transition.to);
+        self.expr(&transition.guard);
+        transition.actions.iter().for_each(|a| self.action(a));
+    }
+
+    fn state(&mut self, machine: &str, state: &Name) {
+        let machine = self.index.find(self.item, machine, |k| k == Kind::Machine);
+        let of_machine = |d: &super::Definition| {
+            d.machine.is_some() && d.machine == machine && d.name == state.node
+        };
+        let found = self.index.definitions.iter().position(of_machine);
+        self.found(state.span, found);
+    }
+
+    fn part(&mut self, part: &BodyPart) {
+        match part {
+            BodyPart::Coordinate {
+                range,
+                init,
+                rate_range,
+                rate_init,
+                ..
+            } => {
+                self.range(range);
+                self.range(rate_range);
+                init.iter().chain(rate_init).for_each(|e| self.expr(e));
+            }
+            BodyPart::Inertia { value, .. } | BodyPart::Torque { value, .. } => self.expr(value),
+        }
+    }
+
+    fn action(&mut self, action: &Action) {
+        match &action.kind {
+            ActionKind::Emit { args, .. } => args.iter().for_each(|(_, value)| self.expr(value)),
+            ActionKind::Write { name, value, .. } | ActionKind::Fire { pulse: name, value } => {
+                self.value(name);
+                self.expr(value);
+            }
+        }
+    }
+
+    fn setting(&mut self, setting: &Setting) {
+        match setting {
+            Setting::Board(_) | Setting::Device(_) | Setting::Keys(..) => {}
+            Setting::Rate(rate) => self.expr(rate),
+            Setting::Programs(names) => names.iter().for_each(|n| self.program(n)),
+            Setting::Zones { zones, .. } => zones.iter().for_each(|zone| {
+                self.instrument(&zone.instrument);
+            }),
+            Setting::PerKey {
+                instrument,
+                param,
+                points,
+            } => {
+                let item = self.instrument(instrument);
+                let found =
+                    item.and_then(|item| self.index.find(item, &param.node, Kind::is_value));
+                self.found(param.span, found);
+                points.iter().for_each(|(_, value)| self.expr(value));
+            }
+        }
+    }
+
+    /// Zones of this keyboard, or an instrument.
+    fn program(&mut self, name: &Name) {
+        match self
+            .index
+            .find(self.item, &name.node, |kind| kind == Kind::Zones)
+        {
+            None => drop(self.instrument(name)),
+            zones => self.found(name.span, zones),
+        }
+    }
+
+    /// Its place among the items.
+    fn instrument(&mut self, name: &Name) -> Option<usize> {
+        let found = self.index.item_named(&name.node, Kind::Instrument);
+        self.found(name.span, found);
+        found.map(|at| self.index.definitions[at].item)
+    }
+
+    fn expr(&mut self, expr: &Expr) {
+        match &expr.kind {
+            ExprKind::Name(name) => {
+                let found = self.index.find(self.item, name, Kind::is_value);
+                self.found(self.without_brackets(expr.span, name), found);
+            }
+            ExprKind::Field(base, field) => {
+                self.expr(base);
+                let term = self.term_of(base);
+                let result =
+                    term.and_then(|term| self.index.find(term, &field.node, |k| k == Kind::Result));
+                self.found(field.span, result);
+            }
+            ExprKind::Call(callee, args) => {
+                let term = self.index.item_named(&callee.node, Kind::Term);
+                self.found(callee.span, term);
+                for arg in args {
+                    let of_term = term
+                        .map(|at| self.index.definitions[at].item)
+                        .zip(arg.name.as_ref());
+                    if let Some((term, name)) = of_term {
+                        self.found(
+                            name.span,
+                            self.index.find(term, &name.node, |k| k == Kind::Parameter),
+                        );
+                    }
+                    self.expr(&arg.value);
+                }
+            }
+            ExprKind::Prime(a) | ExprKind::Neg(a) | ExprKind::Not(a) => self.expr(a),
+            ExprKind::Binary(_, a, b) => [a, b].into_iter().for_each(|e| self.expr(e)),
+            ExprKind::If(c, a, b) => [c, a, b].into_iter().for_each(|e| self.expr(e)),
+            ExprKind::Is { machine, state, .. } => {
+                self.name(machine, |k| k == Kind::Machine);
+                self.state(&machine.node, state);
+            }
+            ExprKind::Number(_) | ExprKind::Bool(_) | ExprKind::Error => {}
+        }
+    }
+
+    /// The item of the term whose results a value has.
+    fn term_of(&self, base: &Expr) -> Option<usize> {
+        let callee = match &base.kind {
+            ExprKind::Call(callee, _) => &callee.node,
+            ExprKind::Name(name) => {
+                let at = self.index.find(self.item, name, |k| k == Kind::Let)?;
+                self.index.definitions[at].calls.as_ref()?
+            }
+            _ => return None,
+        };
+        self.index
+            .item_named(callee, Kind::Term)
+            .map(|at| self.index.definitions[at].item)
+    }
+
+    /// The place of an expression holds the round brackets around it: here is the name alone.
+    fn without_brackets(&self, span: Span, name: &str) -> Span {
+        let at = self.map.text(span).find(name).unwrap_or(0) as u32;
+        Span {
+            start: span.start + at,
+            end: span.start + at + name.len() as u32,
+            ..span
+        }
+    }
+}

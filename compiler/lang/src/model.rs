@@ -1,0 +1,373 @@
+//! The Model: one instrument as equations over the reals, in SI units, with everything resolved.
+//!
+//! Terms are inlined, primes are expanded, names are gone (kept for messages and traces only).
+//! Values are nodes of a hash-consed graph ([`Dag`]); memory is a list of [`Cell`]s; what happens
+//! at an instant is a list of [`Rule`]s in the order of the text, because the later of two writes
+//! wins.
+//!
+//! ```text
+//!   check -> Model -> simplify -> range -> fix::lower -> Kernel
+//!                       `-> ideal (the same meaning in f64)
+//! ```
+//!
+//! Not here: formats, integers, code.
+
+pub mod dag;
+pub mod fold;
+pub mod prime;
+pub mod print;
+pub mod sweep;
+
+pub use dag::{Cmp, Dag, Node, NodeId};
+
+use crate::units::Dim;
+use whippen_source::Span;
+
+/// Index of a [`Cell`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct CellId(pub u32);
+/// Index of a [`Machine`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MachineId(pub u32);
+/// Index of a [`Pulse`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct PulseId(pub u32);
+/// Index of an [`Emission`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct EmissionId(pub u32);
+
+/// A closed interval of reals.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// One instrument, ready for analysis.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// Its name.
+    pub name: String,
+    /// Where its name stands.
+    pub span: Span,
+    /// Its documentation.
+    pub doc: String,
+    /// Ticks per second.
+    pub rate_hz: u32,
+    /// All values.
+    pub dag: Dag,
+    /// Where each value was first written, by node number; may be shorter than the graph.
+    pub spans: Vec<Option<Span>>,
+    /// Inside which call of a term each value was first written (an index into `calls`), by node
+    /// number; may be shorter than the graph.
+    pub within: Vec<Option<u32>>,
+    /// The calls of terms that have been inlined.
+    pub calls: Vec<Call>,
+    /// What the text declares, with the declarations of inlined terms: what values and code are
+    /// made for.
+    pub items: Vec<Item>,
+    /// What is measured, in the order of the text.
+    pub senses: Vec<Sense>,
+    /// What the player may turn, in the order of the text.
+    pub lives: Vec<Live>,
+    /// Parameters with a value per key.
+    pub keyed: Vec<Keyed>,
+    /// The memory of one key, as reals.
+    pub cells: Vec<Cell>,
+    /// The state machines of one key.
+    pub machines: Vec<Machine>,
+    /// Bodies, which move the cells of their coordinates.
+    pub bodies: Vec<Body>,
+    /// Pulses.
+    pub pulses: Vec<Pulse>,
+    /// `next` values: cell and its value in the next tick.
+    pub nexts: Vec<(CellId, NodeId)>,
+    /// Transitions and events, in the order of the text.
+    pub rules: Vec<Rule>,
+    /// Kinds of emitted events: names and argument names.
+    pub emissions: Vec<Emission>,
+    /// Force terms, in the order of the text.
+    pub forces: Vec<Named>,
+    /// Every `let` and every result of a term (`jack.resistance`), in the order of the text:
+    /// exported to traces.
+    pub named: Vec<Named>,
+}
+
+/// A call of a term, which has been inlined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Call {
+    /// Where it stands.
+    pub span: Span,
+    /// The call inside which it stands.
+    pub outer: Option<u32>,
+}
+
+/// A declaration or a transition.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Item {
+    /// Its kind and full name: `force contact`, `state jack.held`; a transition as in
+    /// [`Model::rule_name`].
+    pub name: String,
+    /// All of it.
+    pub span: Span,
+    /// Inside which call of a term (an index into the Model's).
+    pub call: Option<u32>,
+}
+
+/// `sense`
+#[derive(Debug, Clone)]
+pub struct Sense {
+    /// Name.
+    pub name: String,
+    /// Its dimension.
+    pub dim: Dim,
+    /// The range the program accepts (SI).
+    pub range: Interval,
+    /// Window of the differentiators in ticks: odd, at least 3.
+    pub window: u32,
+    /// Largest speed let through, SI units per second.
+    pub slew_per_s: Option<f64>,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// `live param`: a number or a bool.
+#[derive(Debug, Clone)]
+pub struct Live {
+    /// Name.
+    pub name: String,
+    /// What it is: `None` for a bool.
+    pub dim: Option<Dim>,
+    /// Value at the start (SI; bools 0 or 1).
+    pub value: f64,
+    /// Its bounds (SI; 0 .. 1 for a bool).
+    pub range: Interval,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// A parameter that the keyboard sets per key.
+#[derive(Debug, Clone)]
+pub struct Keyed {
+    /// Name.
+    pub name: String,
+    /// Its dimension.
+    pub dim: Dim,
+    /// One value per key (SI), in the order of the keys.
+    pub values: Vec<f64>,
+    /// Bounds: those declared, else the smallest interval that holds the values.
+    pub range: Interval,
+    /// Where it is set.
+    pub span: Span,
+}
+
+/// What a cell is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CellKind {
+    /// Coordinate of a body.
+    Coordinate,
+    /// Rate of a body.
+    Rate,
+    /// `state`
+    State,
+    /// Present level of a pulse; 0 while it does not run.
+    Pulse,
+}
+
+/// One remembered real.
+#[derive(Debug, Clone)]
+pub struct Cell {
+    /// Name; a rate is named after its coordinate with a prime (`phi'`), a cell of a term with the
+    /// place of the call (`jack.held`).
+    pub name: String,
+    /// What it is for.
+    pub kind: CellKind,
+    /// Its dimension.
+    pub dim: Dim,
+    /// Its range (SI): written values are clamped to it.
+    pub range: Interval,
+    /// First value (SI).
+    pub init: f64,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// `states`
+#[derive(Debug, Clone)]
+pub struct Machine {
+    /// Name (`jack.jack` for the machine `jack` of the term called as `jack`).
+    pub name: String,
+    /// Its states; it starts in the first.
+    pub states: Vec<String>,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// `body`
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// Name.
+    pub name: String,
+    /// The coordinate.
+    pub coordinate: CellId,
+    /// Its rate.
+    pub rate: CellId,
+    /// Sum of torques divided by inertia (rad/s^2 or m/s^2).
+    pub acceleration: NodeId,
+    /// While this holds the body is not integrated (all `hold`s of the body, joined by `or`).
+    pub hold: Option<NodeId>,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// `pulse`
+#[derive(Debug, Clone)]
+pub struct Pulse {
+    /// Name.
+    pub name: String,
+    /// Its level.
+    pub level: CellId,
+    /// How long it runs, in ticks (at least 1).
+    pub ticks: u32,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// What makes a rule act.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum RuleKind {
+    /// A step of a machine: it acts if the machine is in `from`, the guard holds, and no earlier
+    /// transition of the same machine from the same state acts in this tick.
+    Transition {
+        /// The machine.
+        machine: MachineId,
+        /// State left (index into its states).
+        from: u32,
+        /// State entered.
+        to: u32,
+    },
+    /// An event: it acts when the guard is true now and was not true in the tick before (in the
+    /// first tick it counts as having been true).
+    Event {
+        /// Its name.
+        name: String,
+    },
+}
+
+/// A transition or an event.
+#[derive(Debug, Clone)]
+pub struct Rule {
+    /// What makes it act.
+    pub kind: RuleKind,
+    /// Its guard (a bool).
+    pub guard: NodeId,
+    /// What it does.
+    pub actions: Vec<Action>,
+    /// Where it stands.
+    pub span: Span,
+    /// Inside which call of a term (an index into the Model's).
+    pub call: Option<u32>,
+}
+
+/// What a rule does.
+#[derive(Debug, Clone)]
+pub enum Action {
+    /// Replaces the value of a cell.
+    Write {
+        /// The cell.
+        cell: CellId,
+        /// Its value.
+        value: NodeId,
+        /// Where it stands.
+        span: Span,
+    },
+    /// Starts a pulse.
+    Fire {
+        /// The pulse.
+        pulse: PulseId,
+        /// Its level, clamped to the pulse's range.
+        value: NodeId,
+        /// Where it stands.
+        span: Span,
+    },
+    /// Emits an event to the outside.
+    Emit {
+        /// Which kind.
+        emission: EmissionId,
+        /// One value per argument name of the kind.
+        args: Vec<NodeId>,
+        /// Where it stands.
+        span: Span,
+    },
+}
+
+impl Action {
+    /// Where it stands.
+    pub fn span(&self) -> Span {
+        match self {
+            Action::Write { span, .. } | Action::Fire { span, .. } | Action::Emit { span, .. } => {
+                *span
+            }
+        }
+    }
+}
+
+/// A kind of emitted event. Two `emit`s with the same name and the same argument names share one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Emission {
+    /// Name (`note`).
+    pub name: String,
+    /// Arguments: name and dimension (`speed`, m/s).
+    pub args: Vec<(String, Dim)>,
+}
+
+/// A value with a name.
+#[derive(Debug, Clone)]
+pub struct Named {
+    /// Name.
+    pub name: String,
+    /// Its dimension; `None` for a bool.
+    pub dim: Option<Dim>,
+    /// Its value.
+    pub value: NodeId,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+impl Model {
+    /// The places of a call and of those around it, innermost first.
+    pub fn calls_from(&self, call: Option<u32>) -> impl Iterator<Item = Span> {
+        let at = |call: Option<u32>| call.and_then(|c| self.calls.get(c as usize));
+        std::iter::successors(at(call), move |c| at(c.outer)).map(|c| c.span)
+    }
+
+    /// The places of the calls inside which a value was first written, innermost first.
+    pub fn calls_around(&self, node: NodeId) -> impl Iterator<Item = Span> {
+        self.calls_from(self.within.get(node.0 as usize).copied().flatten())
+    }
+
+    /// Whether it turns: its first sense is an angle, and its forces are torques. Otherwise it
+    /// slides.
+    pub fn turns(&self) -> bool {
+        self.senses
+            .first()
+            .is_some_and(|sense| sense.dim.is_number())
+    }
+
+    /// How a rule is called in messages and event lists: the event's name, or `contact: touching ->
+    /// flying`.
+    pub fn rule_name(&self, rule: &Rule) -> String {
+        match &rule.kind {
+            RuleKind::Event { name } => name.clone(),
+            RuleKind::Transition { machine, from, to } => {
+                let machine = &self.machines[machine.0 as usize];
+                format!(
+                    "{}: {} -> {}",
+                    machine.name, machine.states[*from as usize], machine.states[*to as usize]
+                )
+            }
+        }
+    }
+}

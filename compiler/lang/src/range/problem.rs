@@ -1,0 +1,150 @@
+//! What cannot be bounded, told: the value, what it is made of, and the call of a term that led
+//! there.
+
+use super::{LIMIT, Problem};
+use crate::diag::{Code, Diagnostic};
+use crate::model::{Interval, Model, Node, NodeId};
+use crate::units::{Dim, shown, shown_range};
+use whippen_source::Span;
+
+impl Problem {
+    /// The message about a node.
+    pub(super) fn diagnostic(self, model: &Model, node: NodeId) -> Diagnostic {
+        let span = place(model, node).unwrap_or_default();
+        let operand = model.dag.get(node).operands().last().copied();
+        let diagnostic = match self {
+            Problem::ZeroDivisor(interval) => divisor(model, operand, interval, span),
+            Problem::NegativeBase(interval) => Diagnostic::new(
+                Code::NegativePower,
+                span,
+                format!(
+                    "a half-integer power of a value that may be negative: it lies in {}",
+                    si(interval)
+                ),
+                "not a real number where the base is negative",
+            )
+            .hint("write `max(.., 0)` around the base, with the base's unit behind the 0"),
+            Problem::Unbounded => unbounded(model, node, span),
+        };
+        model
+            .calls_around(node)
+            .fold(diagnostic, |d, span| d.also(span, "in this call"))
+    }
+}
+
+fn place(model: &Model, node: NodeId) -> Option<Span> {
+    model.spans.get(node.0 as usize).copied().flatten()
+}
+
+fn divisor(model: &Model, divisor: Option<NodeId>, interval: Interval, span: Span) -> Diagnostic {
+    let named = divisor.and_then(|d| named(model, d));
+    let (subject, lies) = match &named {
+        Some((name, dim)) => (format!("`{name}`"), shown_range(interval, *dim)),
+        None => ("the divisor".to_string(), si(interval)),
+    };
+    let message = format!("this may divide by zero: {subject} lies in {lies}");
+    let mut diagnostic = Diagnostic::new(
+        Code::DivisionByZero,
+        span,
+        message,
+        "this division may be by zero",
+    );
+    if let Some(place) = divisor.and_then(|d| place(model, d)).filter(|p| *p != span) {
+        let label = if named.is_some() {
+            format!("{subject} is declared here")
+        } else {
+            format!("the divisor, {lies}")
+        };
+        diagnostic = diagnostic.also(place, label);
+    }
+    let example = match named {
+        Some((name, dim)) => format!(
+            "`max({name}, {})`",
+            shown(interval.magnitude().max(1e-3) * 1e-3, dim)
+        ),
+        None => "`max(.., a)` with some `a` above zero".to_string(),
+    };
+    diagnostic.hint(format!(
+        "keep the divisor away from zero, for example with {example}, or narrow the range of what it is made of"
+    ))
+}
+
+fn unbounded(model: &Model, node: NodeId, span: Span) -> Diagnostic {
+    let own = model
+        .named
+        .iter()
+        .find(|n| n.value == node)
+        .map(|n| n.name.as_str());
+    let message = match own {
+        Some(name) => format!("`{name}` cannot be bounded"),
+        None => "this value cannot be bounded".to_string(),
+    };
+    let label = format!("may exceed {LIMIT:e} in SI units");
+    let mut diagnostic = Diagnostic::new(Code::Unbounded, span, message, label);
+    let widest = model
+        .dag
+        .below(node)
+        .into_iter()
+        .filter_map(|id| declared(model, id))
+        .max_by(|a, b| a.1.total_cmp(&b.1));
+    let hint = match widest {
+        Some((name, _, place)) => {
+            diagnostic = diagnostic.also(
+                place,
+                format!("`{name}` reaches furthest of what it is made of"),
+            );
+            format!("narrow the declared range of `{name}`, or put a `clamp` around this value")
+        }
+        None => "put a `clamp` around this value".to_string(),
+    };
+    diagnostic.hint(hint)
+}
+
+/// An interval in SI units, whatever they are.
+fn si(interval: Interval) -> String {
+    format!("{} (SI units)", shown_range(interval, Dim::NUMBER))
+}
+
+/// Name and dimension of a value that has a name.
+fn named(model: &Model, node: NodeId) -> Option<(String, Dim)> {
+    let own = model
+        .named
+        .iter()
+        .find(|n| n.value == node)
+        .and_then(|n| Some((n.name.clone(), n.dim?)));
+    own.or(match model.dag.get(node) {
+        Node::Sense(s) => Some((
+            model.senses[*s as usize].name.clone(),
+            model.senses[*s as usize].dim,
+        )),
+        Node::Live(l) => Some((
+            model.lives[*l as usize].name.clone(),
+            model.lives[*l as usize].dim?,
+        )),
+        Node::Keyed(k) => Some((
+            model.keyed[*k as usize].name.clone(),
+            model.keyed[*k as usize].dim,
+        )),
+        Node::Cell(c) => Some((
+            model.cells[c.0 as usize].name.clone(),
+            model.cells[c.0 as usize].dim,
+        )),
+        _ => None,
+    })
+}
+
+/// Name, reach (SI) and place of a value with a declared range.
+fn declared(model: &Model, node: NodeId) -> Option<(&str, f64, Span)> {
+    match model.dag.get(node) {
+        Node::Sense(s) => {
+            Some(&model.senses[*s as usize]).map(|s| (s.name.as_str(), s.range.magnitude(), s.span))
+        }
+        Node::Live(l) => {
+            Some(&model.lives[*l as usize]).map(|l| (l.name.as_str(), l.range.magnitude(), l.span))
+        }
+        Node::Cell(c) => {
+            Some(&model.cells[c.0 as usize]).map(|c| (c.name.as_str(), c.range.magnitude(), c.span))
+        }
+        _ => None,
+    }
+}

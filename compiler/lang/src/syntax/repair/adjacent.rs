@@ -1,0 +1,272 @@
+//! A number side by side with a word: an unknown unit, or a product without its `*`.
+
+use std::collections::HashSet;
+
+use super::{Tokens, assigns, at, defines, leaves};
+use crate::diag::{Advice, Code, Diagnostic};
+use crate::syntax::ast::Spanned;
+use crate::syntax::token::{Literal, Token};
+use crate::units::{nearest_unit, parse_unit, unit_names};
+use whippen_source::Span;
+
+/// Inserts the missing `*`, or replaces number and unknown unit by [`Token::Broken`].
+pub(super) fn repair<'s>(
+    text: &'s str,
+    tokens: Tokens<'s>,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Tokens<'s> {
+    let declared = declared(&tokens);
+    let mut repaired = Tokens::with_capacity(tokens.len());
+    let mut i = 0;
+    while i < tokens.len() {
+        let token = tokens[i];
+        i += 1;
+        repaired.push(token);
+        let Token::Number(literal) = token.node else {
+            continue;
+        };
+        if let Some(end) = goes_on(&tokens, i - 1, &declared).filter(|_| !literal.unit.is_empty()) {
+            let whole = token.span.to(tokens[end - 1].span);
+            let unit = Span {
+                start: token.span.end - literal.unit.len() as u32,
+                ..whole
+            };
+            let (bare, source) = (
+                Literal {
+                    unit: "",
+                    ..literal
+                },
+                &text[unit.start as usize..unit.end as usize],
+            );
+            let node = report_unit(bare, source, token.span, unit, diagnostics);
+            repaired.pop();
+            repaired.push(Spanned { node, span: whole });
+            i = end;
+            continue;
+        }
+        let Some(next) = tokens.get(i).filter(|_| adjoins(text, &tokens, i)) else {
+            continue;
+        };
+        let product = match next.node.name() {
+            Some(name) => {
+                declared.contains(name) || matches!(at(&tokens, i + 1), Some(Token::LeftParen))
+            }
+            None => true,
+        };
+        if product {
+            let span = Span {
+                start: token.span.end,
+                end: token.span.end,
+                ..token.span
+            };
+            diagnostics.push(missing_times(text, token.span, next, at(&tokens, i + 1)));
+            repaired.push(Spanned {
+                node: Token::Star,
+                span,
+            });
+        } else {
+            let end = unit_end(&tokens, i);
+            let unit = tokens[i].span.to(tokens[end - 1].span);
+            let whole = token.span.to(unit);
+            let source = &text[unit.start as usize..unit.end as usize];
+            let gap = &text[token.span.end as usize..unit.start as usize];
+            // Letters and signs that are no part of the language have been reported by the lexer.
+            let reported = !source.is_ascii() || !gap.trim().is_empty();
+            let node = match reported {
+                true => Token::Broken,
+                false => report_unit(literal, source, token.span, unit, diagnostics),
+            };
+            repaired.pop();
+            repaired.push(Spanned { node, span: whole });
+            i = end;
+        }
+    }
+    repaired
+}
+
+/// The names that a number could be meant to be multiplied by: declared in this file, or built in.
+fn declared<'s>(tokens: &Tokens<'s>) -> HashSet<&'s str> {
+    use Token::{Angle, Colon, Let, Live, Param, Position, Pulse, Sense, State};
+    let mut names = HashSet::from(["gravity", "pi"]);
+    for (i, token) in tokens.iter().enumerate() {
+        let Some(name) = token.node.name() else {
+            continue;
+        };
+        let before = i.checked_sub(1).and_then(|b| at(tokens, b));
+        let introduced = matches!(
+            before,
+            Some(Sense | Param | Live | Let | State | Pulse | Angle | Position)
+        );
+        if introduced || matches!(at(tokens, i + 1), Some(Colon)) {
+            names.insert(name);
+        }
+    }
+    names
+}
+
+/// Whether the token at this place, which follows a number, can be nothing but a unit or a factor.
+fn adjoins(text: &str, tokens: &Tokens, i: usize) -> bool {
+    let token = tokens[i].node;
+    let between = text.get(tokens[i - 1].span.end as usize..tokens[i].span.start as usize);
+    if between.is_none_or(|gap| gap.contains('\n')) {
+        return false;
+    }
+    if token.name().is_none() {
+        return token == Token::LeftParen;
+    }
+    let goes_on =
+        at(tokens, i + 1).is_some_and(|t| t.begins_expression() || matches!(t, Token::Sharp(_)));
+    let soft = goes_on && !matches!(token, Token::Word(_));
+    let argument = at(tokens, i + 1) == Some(Token::Colon);
+    !(soft
+        || argument
+        || defines(tokens, i)
+        || assigns(tokens, i)
+        || leaves(tokens, i)
+        || sets_per_key(tokens, i))
+}
+
+/// Whether `instrument.param =` begins here.
+fn sets_per_key(tokens: &Tokens, i: usize) -> bool {
+    matches!(at(tokens, i + 1), Some(Token::Dot)) && defines(tokens, i + 2)
+}
+
+fn missing_times(
+    text: &str,
+    number: Span,
+    next: &Spanned<Token>,
+    after: Option<Token>,
+) -> Diagnostic {
+    let source = |s: Span| &text[s.start as usize..s.end as usize];
+    let (factor, label) = match (next.node, after) {
+        (Token::LeftParen, _) => ("(..)".to_string(), "a factor"),
+        (_, Some(Token::LeftParen)) => (format!("{}(..)", source(next.span)), "a factor"),
+        _ => (source(next.span).to_string(), "this is a name, not a unit"),
+    };
+    let message = format!(
+        "a `*` is missing between `{}` and `{factor}`",
+        source(number)
+    );
+    let hint = format!("write `{} * {factor}`", source(number));
+    let gap = Span {
+        start: number.end,
+        end: next.span.start,
+        ..number
+    };
+    Diagnostic::new(Code::MissingTimes, next.span, message, label)
+        .hint(hint)
+        .replace(gap, " * ")
+}
+
+/// One past the last token of `word(^int)?([*/]word(^int)?)*` written without spaces from here on.
+fn unit_end(tokens: &Tokens, start: usize) -> usize {
+    let touches = |i: usize| {
+        tokens
+            .get(i)
+            .is_some_and(|t| t.span.start == tokens[i - 1].span.end)
+    };
+    let mut end = start + 1;
+    loop {
+        if touches(end) && tokens[end].node == Token::Caret && touches(end + 1) {
+            end += 2;
+        }
+        let sign = touches(end) && matches!(tokens[end].node, Token::Star | Token::Slash);
+        if !(sign && touches(end + 1) && tokens[end + 1].node.name().is_some()) {
+            return end;
+        }
+        end += 2;
+    }
+}
+
+/// Reports a word after a number that is no unit there, and gives the token that stands for both.
+fn report_unit<'s>(
+    literal: Literal<'s>,
+    source: &'s str,
+    number: Span,
+    unit: Span,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Token<'s> {
+    let digits = literal.digits;
+    if !literal.unit.is_empty() {
+        let message = format!(
+            "`{source}` follows a number that has its unit `{}` already",
+            literal.unit
+        );
+        let whole = format!("{}*{source}", literal.unit);
+        let hint = match parse_unit(&whole) {
+            Some(_) => format!("write `{digits} {whole}`"),
+            None => format!(
+                "a factor needs its sign: `{digits} {} * {source}`",
+                literal.unit
+            ),
+        };
+        diagnostics.push(
+            Diagnostic::new(Code::UnknownUnit, unit, message, "not expected here").hint(hint),
+        );
+        return Token::Broken;
+    }
+    if parse_unit(source).is_some() {
+        let message = format!("the unit `{source}` must follow its number after exactly one space");
+        let label = format!("this far from `{digits}`, it is no unit");
+        let diagnostic = Diagnostic::new(Code::UnknownUnit, number.to(unit), message, label);
+        let right = format!("{digits} {source}");
+        diagnostics.push(diagnostic.hint(Advice::instead(format!("write `{right}`"), right)));
+        return Token::Number(Literal {
+            digits,
+            unit: source,
+        });
+    }
+    let word = source
+        .split(['*', '/', '^'])
+        .find(|w| parse_unit(w).is_none())
+        .unwrap_or(source);
+    let diagnostic = Diagnostic::new(
+        Code::UnknownUnit,
+        unit,
+        format!("`{word}` is not a unit"),
+        "unknown unit",
+    );
+    diagnostics.push(
+        match powered(word).or_else(|| nearest_unit(word).map(str::to_string)) {
+            Some(near) => {
+                let right = source.replacen(word, &near, 1);
+                diagnostic.hint(Advice::instead(
+                    format!("did you mean `{digits} {right}`?"),
+                    right,
+                ))
+            }
+            None => diagnostic.hint(format!(
+                "known units are {}",
+                unit_names().collect::<Vec<_>>().join(", ")
+            )),
+        },
+    );
+    Token::Broken
+}
+
+/// `mm^2` for `mm2`.
+fn powered(word: &str) -> Option<String> {
+    let power = word.chars().next_back().filter(char::is_ascii_digit)?;
+    let base = &word[..word.len() - 1];
+    parse_unit(base).map(|_| format!("{base}^{power}"))
+}
+
+/// Where a unit goes on with a word that is nearly one and no name (`75 N/mmm`), one past its last
+/// token.
+fn goes_on(tokens: &Tokens, number: usize, declared: &HashSet<&str>) -> Option<usize> {
+    let touches = |i: usize| {
+        tokens
+            .get(i)
+            .is_some_and(|t| t.span.start == tokens[i - 1].span.end)
+    };
+    let sign = touches(number + 1) && matches!(tokens[number + 1].node, Token::Star | Token::Slash);
+    let word = tokens
+        .get(number + 2)
+        .and_then(|t| t.node.name())
+        .filter(|_| sign && touches(number + 2))?;
+    let call = matches!(at(tokens, number + 3), Some(Token::LeftParen));
+    let end = unit_end(tokens, number + 2);
+    let other = matches!(at(tokens, end), Some(Token::Dot | Token::Prime));
+    let near = powered(word).is_some() || nearest_unit(word).is_some();
+    (near && !call && !other && !declared.contains(word)).then_some(end)
+}

@@ -1,0 +1,419 @@
+//! Trees made by chance, and texts spoilt by chance. The generator is seeded: a failing case comes
+//! back.
+
+use super::spans::{Places, without};
+use super::*;
+use crate::bundled::programs;
+use crate::diag::render;
+use crate::syntax::pretty::print;
+use crate::syntax::token::{HARD_KEYWORDS, SIGNS, SOFT_KEYWORDS};
+use whippen_source::{SourceMap, Span};
+
+/// Marsaglia's xorshift.
+pub(super) struct Dice(pub u64);
+
+impl Dice {
+    pub fn below(&mut self, n: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as usize % n.max(1)
+    }
+
+    pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+        from[self.below(from.len())]
+    }
+
+    fn maybe<T>(&mut self, make: impl FnOnce(&mut Dice) -> T) -> Option<T> {
+        (self.below(2) == 0).then(|| make(self))
+    }
+
+    pub fn some<T>(&mut self, least: usize, make: impl Fn(&mut Dice) -> T) -> Vec<T> {
+        (0..least + self.below(3)).map(|_| make(self)).collect()
+    }
+
+    fn name(&mut self) -> Name {
+        let plain = [
+            "x", "k", "B_k", "m", "s", "N", "g", "mm", "e", "e1", "A0", "min", "pi", "_", "note",
+        ];
+        let text = if self.below(2) == 0 {
+            self.pick(&plain)
+        } else {
+            self.pick(SOFT_KEYWORDS)
+        };
+        Spanned {
+            node: text.to_string(),
+            span: Span::default(),
+        }
+    }
+
+    fn typed(&mut self) -> TypedName {
+        TypedName {
+            name: self.name(),
+            ty: self.ty(),
+        }
+    }
+
+    fn ty(&mut self) -> Name {
+        let node = self.pick(&["length", "force", "bool", "angle"]).to_string();
+        Spanned {
+            node,
+            span: Span::default(),
+        }
+    }
+
+    fn expr(&mut self, depth: usize) -> Expr {
+        let leaves = 4;
+        let kind = match self.below(if depth == 0 { leaves } else { 14 }) {
+            0 => ExprKind::Name(self.name().node),
+            1 => ExprKind::Bool(self.below(2) == 0),
+            2 => {
+                let text = self.pick(&["0", "1.5", "2e3", "1.54e-4", "12"]).to_string();
+                let unit =
+                    self.maybe(|d| d.pick(&["N", "N*s/m", "kg*m^2", "s^-1", "mm"]).to_string());
+                ExprKind::Number(Number {
+                    value: text.parse().unwrap(),
+                    text,
+                    unit,
+                })
+            }
+            3 => ExprKind::Is {
+                machine: self.name(),
+                state: self.name(),
+                negated: self.below(2) == 0,
+            },
+            4 => ExprKind::Field(Box::new(self.expr(depth - 1)), self.name()),
+            5 => {
+                let args = self.some(0, |d| Arg {
+                    name: d.maybe(Dice::name),
+                    value: d.expr(depth - 1),
+                });
+                ExprKind::Call(self.name(), args)
+            }
+            6 => ExprKind::Prime(Box::new(self.expr(depth - 1))),
+            7 => ExprKind::Neg(Box::new(self.expr(depth - 1))),
+            8 => ExprKind::Not(Box::new(self.expr(depth - 1))),
+            9 => {
+                let mut part = || Box::new(self.expr(depth - 1));
+                ExprKind::If(part(), part(), part())
+            }
+            _ => {
+                use BinOp::*;
+                let op = self.pick(&[Add, Sub, Mul, Div, Pow, Lt, Le, Gt, Ge, And, Or]);
+                ExprKind::Binary(
+                    op,
+                    Box::new(self.expr(depth - 1)),
+                    Box::new(self.expr(depth - 1)),
+                )
+            }
+        };
+        Expr {
+            kind,
+            span: Span::default(),
+        }
+    }
+
+    fn value(&mut self) -> Expr {
+        let depth = self.below(5);
+        self.expr(depth)
+    }
+
+    fn range(&mut self) -> RangeExpr {
+        RangeExpr {
+            low: self.value(),
+            high: self.value(),
+            span: Span::default(),
+        }
+    }
+
+    fn action(&mut self) -> Action {
+        let kind = match self.below(3) {
+            0 => ActionKind::Emit {
+                name: self.name(),
+                args: self.some(0, |d| (d.name(), d.value())),
+            },
+            1 => ActionKind::Write {
+                name: self.name(),
+                rate: self.below(2) == 0,
+                value: self.value(),
+            },
+            _ => ActionKind::Fire {
+                pulse: self.name(),
+                value: self.value(),
+            },
+        };
+        Action {
+            kind,
+            span: Span::default(),
+        }
+    }
+
+    fn transition(&mut self) -> Transition {
+        let actions = self.some(0, Dice::action);
+        Transition {
+            from: self.name(),
+            to: self.name(),
+            guard: self.value(),
+            actions,
+            span: Span::default(),
+        }
+    }
+
+    fn part(&mut self) -> BodyPart {
+        let (angle, span) = (self.below(2) == 0, Span::default());
+        match self.below(3) {
+            0 => BodyPart::Coordinate {
+                angle,
+                name: self.name(),
+                range: self.range(),
+                init: self.maybe(Dice::value),
+                rate_range: self.range(),
+                rate_init: self.maybe(Dice::value),
+                span,
+            },
+            1 => BodyPart::Inertia {
+                angle,
+                value: self.value(),
+                span,
+            },
+            _ => BodyPart::Torque {
+                angle,
+                value: self.value(),
+                span,
+            },
+        }
+    }
+
+    fn decl(&mut self) -> Decl {
+        let (name, value) = (self.name(), self.value());
+        let kind = match self.below(12) {
+            0 => {
+                let (slew, over) = (self.maybe(Dice::value), self.maybe(Dice::value));
+                DeclKind::Sense {
+                    name,
+                    ty: self.ty(),
+                    range: self.range(),
+                    slew,
+                    over,
+                }
+            }
+            1 => DeclKind::Param {
+                live: self.below(2) == 0,
+                name,
+                value,
+                range: self.maybe(Dice::range),
+            },
+            2 => DeclKind::Let { name, value },
+            3 => DeclKind::States {
+                name,
+                transitions: self.some(0, Dice::transition),
+            },
+            4 => DeclKind::State {
+                name,
+                ty: self.ty(),
+                range: self.range(),
+                init: self.maybe(Dice::value),
+            },
+            5 => DeclKind::Next { name, value },
+            6 => DeclKind::Body {
+                name,
+                parts: self.some(0, Dice::part),
+            },
+            7 => DeclKind::Event {
+                name,
+                guard: value,
+                actions: self.some(0, Dice::action),
+            },
+            8 => DeclKind::Pulse {
+                name,
+                ty: self.ty(),
+                range: self.range(),
+                lasting: value,
+            },
+            9 => DeclKind::Hold {
+                body: name,
+                guard: value,
+            },
+            10 => DeclKind::Force {
+                turning: self.below(2) == 0,
+                name,
+                value,
+            },
+            _ => DeclKind::Result { name, value },
+        };
+        Decl {
+            kind,
+            span: Span::default(),
+        }
+    }
+
+    fn setting(&mut self) -> Setting {
+        match self.below(7) {
+            0 => Setting::Board(self.name()),
+            1 => Setting::Device(self.name()),
+            2 => Setting::Rate(self.value()),
+            3 => Setting::Keys(
+                self.name(),
+                Spanned {
+                    node: "C#8".to_string(),
+                    span: Span::default(),
+                },
+            ),
+            4 => Setting::Programs(self.some(1, Dice::name)),
+            5 => {
+                let zone = |d: &mut Dice| Zone {
+                    low: d.name(),
+                    high: d.name(),
+                    instrument: d.name(),
+                };
+                Setting::Zones {
+                    name: self.name(),
+                    zones: self.some(0, zone),
+                    span: Span::default(),
+                }
+            }
+            _ => {
+                let points = self.some(0, |d| (d.name(), d.value()));
+                Setting::PerKey {
+                    instrument: self.name(),
+                    param: self.name(),
+                    points,
+                }
+            }
+        }
+    }
+
+    pub fn item(&mut self) -> Item {
+        let (name, span) = (self.name(), Span::default());
+        let doc = self
+            .pick(&["", "One line.", "Two\nlines.", "An empty one\n\nbetween."])
+            .to_string();
+        match self.below(3) {
+            0 => Item::Instrument(Instrument {
+                doc,
+                name,
+                decls: self.some(0, Dice::decl),
+                span,
+            }),
+            1 => {
+                let (params, results) = (self.some(0, Dice::typed), self.some(1, Dice::typed));
+                Item::Term(Term {
+                    doc,
+                    name,
+                    params,
+                    results,
+                    decls: self.some(0, Dice::decl),
+                    span,
+                })
+            }
+            _ => Item::Keyboard(Keyboard {
+                doc,
+                name,
+                settings: self.some(0, Dice::setting),
+                span,
+            }),
+        }
+    }
+}
+
+#[test]
+fn what_is_printed_reads_back() {
+    for (name, text) in programs() {
+        let file = tree(text);
+        assert_eq!(without(tree(&print(&file))), without(file), "{name}");
+    }
+    let mut dice = Dice(0x5eed);
+    for _ in 0..3000 {
+        let file = File {
+            items: dice.some(1, Dice::item),
+        };
+        let text = print(&file);
+        let again = tree(&text);
+        assert_eq!(without(again.clone()), file, "{text}");
+        assert_eq!(print(&again), text);
+    }
+}
+
+/// A piece of a bundled program with some mistakes made in it.
+fn spoilt(dice: &mut Dice) -> String {
+    let all: Vec<_> = programs().collect();
+    let program = dice.pick(&all).1;
+    let from = dice.below(program.len());
+    let to = (from + dice.below(700)).min(program.len());
+    let mut bytes = if dice.below(8) == 0 {
+        program.as_bytes().to_vec()
+    } else {
+        program.as_bytes()[from..to].to_vec()
+    };
+    if dice.below(2) == 0 {
+        bytes.splice(0..0, b"instrument i {".iter().copied());
+    }
+    for _ in 0..dice.below(6) {
+        let at = dice.below(bytes.len() + 1);
+        let end = (at + dice.below(12)).min(bytes.len());
+        let inserted: Vec<u8> = match dice.below(7) {
+            0 | 1 => Vec::new(),
+            2 => dice.pick(HARD_KEYWORDS).into(),
+            3 => dice.pick(SIGNS).into(),
+            4 => dice
+                .pick(&[
+                    "{", "}", "}}", "((", " 2 ", " 2 mm", "x", "\n", "µ²", "漢", "==", "1.2.3",
+                    "'", "/*", "é",
+                ])
+                .into(),
+            5 => dice.pick(SOFT_KEYWORDS).into(),
+            _ => vec![dice.below(128) as u8; 1 + dice.below(80)],
+        };
+        let end = if dice.below(2) == 0 { at } else { end };
+        bytes.splice(at..end, inserted);
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+#[test]
+fn no_text_is_too_bad() {
+    let mut dice = Dice(0xbad);
+    let (mut faulty, mut faultless) = (0, 0);
+    for case in 0..20_000 {
+        let text = spoilt(&mut dice);
+        let (mut file, diagnostics) = read(&text);
+        let mut inside = |span: &mut Span| {
+            let range = span.start as usize..span.end as usize;
+            assert!(
+                span.file == 0 && text.get(range).is_some(),
+                "case {case}: {span:?}\n{text}"
+            );
+        };
+        file.each(&mut inside);
+        for diagnostic in &diagnostics {
+            inside(&mut diagnostic.span.clone());
+            diagnostic
+                .others
+                .iter()
+                .for_each(|label| inside(&mut label.span.clone()));
+        }
+        if diagnostics.is_empty() {
+            faultless += 1;
+            assert_eq!(
+                without(tree(&print(&file))),
+                without(file),
+                "case {case}\n{text}"
+            );
+            continue;
+        }
+        faulty += 1;
+        if case % 16 == 0 {
+            let mut map = SourceMap::default();
+            map.add("spoilt", text);
+            assert!(
+                diagnostics
+                    .iter()
+                    .all(|d| render(&map, d, case % 32 == 0).contains(d.code.number()))
+            );
+        }
+    }
+    assert!(
+        faulty > 10_000 && faultless > 100,
+        "{faulty} faulty and {faultless} faultless texts"
+    );
+}

@@ -1,0 +1,317 @@
+//! What a lowered instrument gives to the outside, and what its integers mean there.
+
+use super::format::{self, exp2};
+use super::origin;
+use super::real::{Real, power_of_two};
+use super::{Lowerer, OpError};
+use whippen_kernel::{Kernel, Op, Range, Value};
+use whippen_lang::model::{CellId, Interval, MachineId, Node};
+use whippen_lang::units::Dim;
+use whippen_source::Origin;
+
+/// An instrument in integers.
+#[derive(Debug, Clone)]
+pub struct Lowered {
+    /// One tick.
+    pub kernel: Kernel,
+    /// What each probe means, in the order of the kernel's probes; empty where it was lowered
+    /// without observation.
+    pub exports: Vec<Export>,
+    /// What each kernel event means.
+    pub events: Vec<LoweredEvent>,
+    /// What each live value means.
+    pub lives: Vec<LoweredLive>,
+    /// Memory and ports whose clamp could not be proved away.
+    pub clamps: Vec<String>,
+    /// What instructions were made for: [`whippen_kernel::Inst::origin`] is an index.
+    pub origins: Vec<Origin>,
+}
+
+/// What kind of value a probe shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExportKind {
+    /// A sensed value (index into the Model's senses).
+    Sense(u32),
+    /// The sum of all force terms (N), before the drive word clips it.
+    Total,
+    /// A force term (index into the Model's forces).
+    Force(u32),
+    /// A cell at the tick's start.
+    Cell(CellId),
+    /// A machine's state at the tick's start, as an index.
+    Machine(MachineId),
+    /// A `let` or a result of a term (index into the Model's named values).
+    Named(u32),
+}
+
+impl ExportKind {
+    /// What stands before the name in the Kernel: forces and machines have name spaces of their
+    /// own.
+    fn prefix(self) -> &'static str {
+        match self {
+            ExportKind::Sense(_) => "sense",
+            ExportKind::Total => "total",
+            ExportKind::Force(_) => "force",
+            ExportKind::Cell(_) => "cell",
+            ExportKind::Machine(_) => "states",
+            ExportKind::Named(_) => "let",
+        }
+    }
+}
+
+/// The meaning of a probe: `real = lsb * integer + offset`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Export {
+    /// Name, as in the source.
+    pub name: String,
+    /// What it shows.
+    pub kind: ExportKind,
+    /// Its dimension; `None` for bools and states.
+    pub dim: Option<Dim>,
+    /// Value of one unit (SI).
+    pub lsb: f64,
+    /// Value at integer 0 (SI).
+    pub offset: f64,
+    /// Fraction bits, where the format is a plain one; the format's name is `I{32-n}F{n}`.
+    pub fraction_bits: Option<i32>,
+    /// Proven range (SI).
+    pub range: Interval,
+    /// Bound on the error of one tick (SI), from the state the integers hold at its start and the
+    /// same words.
+    pub error: f64,
+}
+
+impl Export {
+    /// The value an integer stands for (SI).
+    pub fn value(&self, integer: i64) -> f64 {
+        self.lsb * integer as f64 + self.offset
+    }
+
+    /// Name of its format; `~` where one unit is not a power of two, but between that of the name
+    /// and twice that.
+    pub fn format(&self) -> String {
+        match (self.dim, self.fraction_bits) {
+            (None, _) => "state".to_string(),
+            (_, Some(bits)) => format::name(bits),
+            (_, None) if matches!(self.kind, ExportKind::Sense(_)) => "word".to_string(),
+            (_, None) => format!("~{}", format::name(-format::exponent(self.lsb))),
+        }
+    }
+}
+
+/// What kind of event a kernel event is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum LoweredEventKind {
+    /// An emission (index into the Model's emissions).
+    Emission(u32),
+    /// A rule of this name acted.
+    Rule(String),
+}
+
+/// The meaning of a kernel event.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoweredEvent {
+    /// What it is.
+    pub kind: LoweredEventKind,
+    /// Value of one unit of each argument (SI).
+    pub arg_lsbs: Vec<f64>,
+}
+
+/// The meaning of a kernel's live value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoweredLive {
+    /// Value of one unit (SI).
+    pub lsb: f64,
+    /// Integers it takes.
+    pub range: Range,
+}
+
+impl LoweredLive {
+    /// The integer for a value (SI), clamped to the range.
+    pub fn quantise(&self, value: f64) -> i32 {
+        format::quantise(value, self.lsb).clamp(self.range.low, self.range.high) as i32
+    }
+}
+
+impl Lowerer<'_> {
+    pub(super) fn live_meanings(&self) -> Vec<LoweredLive> {
+        let range = |index: u32| self.b.kernel().lives[index as usize].range;
+        self.lives
+            .iter()
+            .map(|&(index, lsb)| LoweredLive {
+                lsb,
+                range: range(index),
+            })
+            .collect()
+    }
+
+    /// The sum of forces as a drive word, clipped to what the device takes.
+    pub(super) fn drive_word(&mut self) -> Result<Value, OpError> {
+        let node = self.step.model.dag.get(self.step.drive).clone();
+        let (c0, terms) = match node {
+            Node::Linear(c0, terms) => (c0.0, terms),
+            _ => (
+                0.0,
+                vec![(whippen_lang::model::dag::Real(1.0), self.step.drive)],
+            ),
+        };
+        let mut reals = Vec::new();
+        let mut forces = Vec::new();
+        for (c, x) in terms {
+            reals.push(self.term(c.0, x)?);
+            forces.push(origin::force_of(&self.step.model, x));
+        }
+        let reach = self.ranges.get(self.step.drive).magnitude() / self.scales.drive_lsb;
+        if reach > format::DRIVE_WORD.high as f64 {
+            self.clamps.push("drive word".to_string());
+        }
+        self.sum_within(
+            c0,
+            &reals,
+            &forces,
+            self.scales.drive_lsb,
+            format::DRIVE_WORD,
+        )
+    }
+
+    /// A probe for everything with a name.
+    pub(super) fn probes(&mut self) -> Result<Vec<Export>, OpError> {
+        let mut exports = Vec::new();
+        let model = &self.step.model;
+        for (index, sense) in model.senses.iter().enumerate() {
+            if let Some(real) = self.sensed(index as u32) {
+                exports.push(self.probe(
+                    &sense.name,
+                    ExportKind::Sense(index as u32),
+                    Some(sense.dim),
+                    real,
+                    sense.range,
+                )?);
+            }
+        }
+        let total = self.real(self.step.drive)?;
+        let newton = model.forces.iter().find_map(|f| f.dim);
+        let range = self.ranges.get(self.step.drive);
+        let name = if newton == Some(Dim::TORQUE) {
+            "torque"
+        } else {
+            "force"
+        };
+        exports.push(self.probe(name, ExportKind::Total, newton, total, range)?);
+        let forces = model
+            .forces
+            .iter()
+            .enumerate()
+            .map(|(i, n)| (n, ExportKind::Force(i as u32)));
+        let named = model
+            .named
+            .iter()
+            .enumerate()
+            .map(|(i, n)| (n, ExportKind::Named(i as u32)));
+        for (value, kind) in forces.chain(named) {
+            exports.push(if model.dag.get(value.value).is_bool() {
+                let bit = self.bool(value.value)?;
+                self.state_probe(&value.name, kind, bit, 1)?
+            } else {
+                let real = self.real(value.value)?;
+                self.probe(
+                    &value.name,
+                    kind,
+                    value.dim,
+                    real,
+                    self.ranges.get(value.value),
+                )?
+            });
+        }
+        self.memory_probes(&mut exports)?;
+        Ok(exports)
+    }
+
+    fn memory_probes(&mut self, exports: &mut Vec<Export>) -> Result<(), OpError> {
+        let model = &self.step.model;
+        for (index, cell) in model.cells.iter().enumerate() {
+            let id = CellId(index as u32);
+            let real = self.cell(id)?;
+            exports.push(self.probe(
+                &cell.name,
+                ExportKind::Cell(id),
+                Some(cell.dim),
+                real,
+                cell.range,
+            )?);
+        }
+        for (index, machine) in model.machines.iter().enumerate() {
+            let id = MachineId(index as u32);
+            if let Some(state) = self.machine(id)? {
+                let last = machine.states.len() - 1;
+                exports.push(self.state_probe(
+                    &machine.name,
+                    ExportKind::Machine(id),
+                    state,
+                    last,
+                )?);
+            }
+        }
+        Ok(())
+    }
+
+    fn probe(
+        &mut self,
+        name: &str,
+        kind: ExportKind,
+        dim: Option<Dim>,
+        real: Real,
+        range: Interval,
+    ) -> Result<Export, OpError> {
+        let probe = self
+            .b
+            .probe(&format!("{} {name}", kind.prefix()), self.b.ty(real.value));
+        self.b.effect(Op::Probe(probe), &[real.value])?;
+        let Real {
+            lsb, offset, error, ..
+        } = real;
+        let fraction_bits = if offset == 0.0 {
+            power_of_two(lsb).map(|n| -n)
+        } else {
+            None
+        };
+        Ok(Export {
+            name: name.to_string(),
+            kind,
+            dim,
+            lsb,
+            offset,
+            fraction_bits,
+            range,
+            error,
+        })
+    }
+
+    fn state_probe(
+        &mut self,
+        name: &str,
+        kind: ExportKind,
+        state: Value,
+        last: usize,
+    ) -> Result<Export, OpError> {
+        let probe = self
+            .b
+            .probe(&format!("{} {name}", kind.prefix()), self.b.ty(state));
+        self.b.effect(Op::Probe(probe), &[state])?;
+        let range = Interval {
+            low: 0.0,
+            high: last as f64,
+        };
+        let (name, fraction_bits) = (name.to_string(), Some(0));
+        Ok(Export {
+            name,
+            kind,
+            dim: None,
+            lsb: exp2(0),
+            offset: 0.0,
+            fraction_bits,
+            range,
+            error: 0.0,
+        })
+    }
+}

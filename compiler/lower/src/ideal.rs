@@ -1,0 +1,217 @@
+//! The engine `ideal`: a Model in f64, the yardstick for fixed point.
+//!
+//! It follows the rules of a tick as the manual words them, on the Model as checked (before
+//! algebra), so it shares nothing with lowering but the meaning of the language. It reads the same
+//! raw words as the other engines, and its differentiators sum the same integers, here straight
+//! over the window.
+//!
+//! ```text
+//!   words -> sense -> values of the graph -> bodies -> rules -> commit
+//! ```
+
+mod commit;
+mod sense;
+mod value;
+
+use crate::scales::Scales;
+use commit::Writes;
+use sense::SenseState;
+use whippen_lang::model::{Action, Model, NodeId, RuleKind};
+
+/// What happened at an instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Occurrence {
+    /// The key.
+    pub key: u32,
+    /// What.
+    pub what: What,
+    /// Arguments of an emission (SI).
+    pub args: Vec<f64>,
+}
+
+/// The kind of an [`Occurrence`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum What {
+    /// An emission (index into `Model::emissions`).
+    Emission(u32),
+    /// A rule acted (index into `Model::rules`).
+    Rule(u32),
+}
+
+/// Memory of one key.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KeyState {
+    /// Value of every cell (SI).
+    pub cells: Vec<f64>,
+    /// State of every machine.
+    pub machines: Vec<u32>,
+    /// Per rule: whether its guard held in the tick before.
+    pub held: Vec<bool>,
+    /// Per pulse: ticks it still runs, this one included.
+    pub pulse_left: Vec<u32>,
+}
+
+/// A Model running on some keys.
+#[derive(Debug, Clone)]
+pub struct Ideal<'m> {
+    model: &'m Model,
+    lives: Vec<f64>,
+    keys: Vec<KeyState>,
+    /// Memory as it stood at the start of the last tick.
+    before: Vec<KeyState>,
+    senses: Vec<Vec<SenseState>>,
+    values: Vec<Vec<f64>>,
+    occurrences: Vec<Occurrence>,
+    started: bool,
+    scales: Scales,
+}
+
+impl<'m> Ideal<'m> {
+    /// `keys` keys at rest in their initial states.
+    pub fn new(model: &'m Model, scales: Scales, keys: usize) -> Ideal<'m> {
+        let state = KeyState {
+            cells: model.cells.iter().map(|c| c.init).collect(),
+            machines: vec![0; model.machines.len()],
+            held: vec![true; model.rules.len()],
+            pulse_left: vec![0; model.pulses.len()],
+        };
+        Ideal {
+            model,
+            lives: model.lives.iter().map(|l| l.value).collect(),
+            keys: vec![state.clone(); keys],
+            before: vec![state; keys],
+            senses: Vec::new(),
+            values: vec![vec![0.0; model.dag.len()]; keys],
+            occurrences: Vec::new(),
+            started: false,
+            scales,
+        }
+    }
+
+    /// One tick of all keys. `words` holds one word per sense and key, key after key. The values it
+    /// computes stay readable until the next tick.
+    pub fn tick(&mut self, words: &[u16]) {
+        self.occurrences.clear();
+        let senses = self.model.senses.len();
+        for key in 0..self.keys.len() {
+            self.sense(key, &words[key * senses..(key + 1) * senses]);
+            self.before[key].clone_from(&self.keys[key]);
+            value::evaluate(
+                self.model,
+                &self.lives,
+                key,
+                &self.keys[key],
+                &self.senses[key],
+                &mut self.values[key],
+            );
+            self.act(key);
+        }
+        self.started = true;
+    }
+
+    fn sense(&mut self, key: usize, words: &[u16]) {
+        if !self.started {
+            let start = |(s, &w)| SenseState::new(s, self.scales, self.model.rate_hz, w);
+            self.senses
+                .push(self.model.senses.iter().zip(words).map(start).collect());
+        } else {
+            self.senses[key]
+                .iter_mut()
+                .zip(words)
+                .for_each(|(s, &w)| s.push(w));
+        }
+    }
+
+    /// Steps 3 to 5 of a tick.
+    fn act(&mut self, key: usize) {
+        let (model, values, state) = (self.model, &self.values[key], &mut self.keys[key]);
+        let value = |n: NodeId| values[n.0 as usize];
+        let mut writes = Writes::integrated(model, state, value);
+        let mut moved = vec![false; model.machines.len()];
+        for (index, rule) in model.rules.iter().enumerate() {
+            let guard = value(rule.guard) != 0.0;
+            let acts = match rule.kind {
+                RuleKind::Transition { machine, from, .. } => {
+                    guard
+                        && state.machines[machine.0 as usize] == from
+                        && !moved[machine.0 as usize]
+                }
+                RuleKind::Event { .. } => guard && !state.held[index],
+            };
+            state.held[index] = guard;
+            if !acts {
+                continue;
+            }
+            self.occurrences.push(Occurrence {
+                key: key as u32,
+                what: What::Rule(index as u32),
+                args: vec![],
+            });
+            if let RuleKind::Transition { machine, to, .. } = rule.kind {
+                moved[machine.0 as usize] = true;
+                writes.machines[machine.0 as usize] = to;
+            }
+            for action in &rule.actions {
+                match action {
+                    Action::Write { cell, value: v, .. } => {
+                        writes.cells[cell.0 as usize] = value(*v)
+                    }
+                    Action::Fire {
+                        pulse, value: v, ..
+                    } => writes.fire(model, state, *pulse, value(*v)),
+                    Action::Emit { emission, args, .. } => self.occurrences.push(Occurrence {
+                        key: key as u32,
+                        what: What::Emission(emission.0),
+                        args: args.iter().map(|&a| value(a)).collect(),
+                    }),
+                }
+            }
+        }
+        writes.commit(model, state);
+    }
+
+    /// A value of the last tick (SI; a bool is 0 or 1).
+    pub fn value(&self, key: usize, node: NodeId) -> f64 {
+        self.values[key][node.0 as usize]
+    }
+
+    /// A sensed value in the last tick (SI).
+    pub fn sensed(&self, key: usize, sense: usize) -> f64 {
+        self.senses[key][sense].value()
+    }
+
+    /// Sum of all force terms in the last tick (N).
+    pub fn force_n(&self, key: usize) -> f64 {
+        self.model
+            .forces
+            .iter()
+            .map(|f| self.value(key, f.value))
+            .sum()
+    }
+
+    /// Memory of a key at the start of the last tick, on which its values were computed.
+    pub fn before(&self, key: usize) -> &KeyState {
+        &self.before[key]
+    }
+
+    /// Memory of a key as it stands.
+    pub fn state(&self, key: usize) -> &KeyState {
+        &self.keys[key]
+    }
+
+    /// Replaces the memory of a key (not its sensor histories).
+    pub fn adopt(&mut self, key: usize, state: KeyState) {
+        self.keys[key] = state;
+    }
+
+    /// Sets a live parameter (SI; a bool is 0 or 1), clamped to its range.
+    pub fn set_live(&mut self, live: usize, value: f64) {
+        let range = self.model.lives[live].range;
+        self.lives[live] = value.clamp(range.low, range.high);
+    }
+
+    /// What happened in the last tick, key after key, in the order of the text.
+    pub fn occurrences(&self) -> &[Occurrence] {
+        &self.occurrences
+    }
+}

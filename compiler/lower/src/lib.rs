@@ -1,0 +1,149 @@
+//! Lowering: equations over the reals become integers.
+//!
+//! The units of all values are chosen together, so that few sums need more than additions. Sums of
+//! scaled values gather in one 32-bit word, products by their top words; clamps stand only where
+//! the ranges do not prove them away. Each value carries a bound on the error that one tick adds to
+//! it.
+//!
+//! ```text
+//!   Step + Ranges + Scales -> [ units | sense | values | rules | commit ] -> Kernel + what its values mean
+//! ```
+//!
+//! Not here: algebra (`simplify`), the meaning of operators (`kernel::op`), layout in memory.
+
+pub mod ideal;
+pub mod scales;
+pub mod simplify;
+
+mod chain;
+mod clamp;
+mod commit;
+mod convert;
+mod export;
+mod format;
+mod linear;
+mod origin;
+mod real;
+mod rules;
+mod sense;
+mod units;
+mod values;
+
+pub use export::{Export, ExportKind, Lowered, LoweredEvent, LoweredEventKind, LoweredLive};
+
+use std::collections::HashMap;
+
+use crate::scales::Scales;
+use crate::simplify::Step;
+use real::Real;
+use whippen_kernel::{self as kernel, Builder, OpError, Type, Value};
+use whippen_lang::model::NodeId;
+use whippen_lang::range::Ranges;
+
+/// Lowers one instrument.
+///
+/// `observe` adds what traces need and a keyboard does not: a probe per named value, an event per
+/// rule.
+///
+/// # Errors
+/// An operator refused its operands: a defect of this module (ranges are given), reported with the
+/// operator.
+pub fn lower(
+    step: &Step,
+    ranges: &Ranges,
+    scales: Scales,
+    observe: bool,
+) -> Result<Lowered, OpError> {
+    Lowerer::new(step, ranges, scales, observe).run()
+}
+
+/// What is known while lowering.
+struct Lowerer<'a> {
+    step: &'a Step,
+    ranges: &'a Ranges,
+    scales: Scales,
+    observe: bool,
+    b: Builder,
+    units: units::Units,
+    /// By node: whether the constant of a sum is left to its users.
+    left: Vec<bool>,
+    /// Reals computed so far; entries made inside a branch are dropped at its end.
+    reals: HashMap<NodeId, Real>,
+    bools: HashMap<NodeId, Value>,
+    /// Values times a power of two.
+    moved: HashMap<(Value, i32), Value>,
+    /// Cells read so far, kept and dropped alike: memory is written when everything has been read.
+    loads: HashMap<u32, Value>,
+    inputs: sense::Inputs,
+    cells: commit::Cells,
+    lives: Vec<(u32, f64)>,
+    keyed: Vec<(u32, f64)>,
+    clamps: Vec<String>,
+    origins: origin::Origins,
+}
+
+impl<'a> Lowerer<'a> {
+    fn new(step: &'a Step, ranges: &'a Ranges, scales: Scales, observe: bool) -> Lowerer<'a> {
+        Lowerer {
+            step,
+            ranges,
+            scales,
+            observe,
+            b: Builder::new(&step.model.name, step.model.rate_hz),
+            units: units::choose(step, ranges, scales),
+            left: units::left(step),
+            reals: HashMap::new(),
+            bools: HashMap::new(),
+            moved: HashMap::new(),
+            loads: HashMap::new(),
+            inputs: sense::Inputs::default(),
+            cells: commit::Cells::default(),
+            lives: Vec::new(),
+            keyed: Vec::new(),
+            clamps: Vec::new(),
+            origins: origin::Origins::default(),
+        }
+    }
+
+    fn run(mut self) -> Result<Lowered, OpError> {
+        self.declare();
+        let events = self.declare_events();
+        let drive = self.b.output("drive", format::DRIVE_WORD);
+        self.declare_senses()?;
+
+        self.b.begin_tick();
+        let exports = self.from_all(|s| s.tick(drive, &events))?;
+        let lives = self.live_meanings();
+        let (events, clamps, origins) = (events.meanings, self.clamps, self.origins.list);
+        let mut kernel = self.b.finish();
+        kernel::sweep(&mut kernel);
+        Ok(Lowered {
+            kernel,
+            exports,
+            events,
+            lives,
+            clamps,
+            origins,
+        })
+    }
+
+    fn tick(&mut self, drive: u32, events: &rules::Events) -> Result<Vec<Export>, OpError> {
+        self.tick_senses()?;
+        let word = self.drive_word()?;
+        self.b.effect(kernel::Op::Out(drive), &[word])?;
+        let exports = if self.observe {
+            self.probes()?
+        } else {
+            Vec::new()
+        };
+        let mut writes = self.integrated()?;
+        self.rules(events, &mut writes)?;
+        self.commit(writes)?;
+        self.tick_histories()?;
+        Ok(exports)
+    }
+
+    fn constant(&mut self, value: i64) -> Result<Value, OpError> {
+        self.b.constant(Type::I32, value)
+    }
+}

@@ -1,0 +1,464 @@
+//! Sums of scaled values, `c0 + sum c_i * x_i`, in one 32-bit accumulator.
+//!
+//! In units of the result each term is `gain * integer`. A gain that is a power of two is a shifted
+//! addition; any other is the top word of a product with a 32-bit coefficient, `floor(integer *
+//! coefficient / 2^32 + 1/2)`, which multiply-accumulates take for nothing. A small integer is
+//! moved up as far as it goes before that. What shifts round down is made good for in the constant,
+//! where there is one.
+
+use super::Lowerer;
+use super::chain::{Joining, Plan, Way};
+use super::convert::NEGLIGIBLE;
+use super::format::{self, exp2};
+use super::real::{Real, Scale, power_of_two};
+use whippen_kernel::{Op, OpError, Range, Type, Value};
+use whippen_lang::model::{Node, NodeId};
+use whippen_source::Span;
+
+/// Largest gain whose coefficient is a word.
+pub(super) const HALF: f64 = 0.499_999;
+/// Guard bits of a sum that ends in a word of 16 bits, at most.
+const GUARD: i32 = 14;
+/// Changes of what adds up are gathered in units so many bits finer, at most.
+const FINER: i32 = 16;
+/// As many are enough for the roundings of ten terms to stay below a third of the word's unit.
+const ENOUGH: i32 = 4;
+
+/// What a term is multiplied by.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Factor {
+    One(f64),
+    /// One of two constants.
+    Either(Value, f64, f64),
+    /// What live values make: it is the same for all keys.
+    Live(Live),
+}
+
+/// An integer made of live values, as a factor.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Live {
+    pub value: Value,
+    /// What a unit of it counts.
+    pub unit: f64,
+    /// Where it lies, in units.
+    pub ends: [f64; 2],
+    /// Bound on what is wrong of it, in units.
+    pub error: f64,
+}
+
+impl Factor {
+    /// Each constant by itself; what live values make can only be scaled.
+    pub fn map(self, f: impl Fn(f64) -> f64) -> Factor {
+        match self {
+            Factor::One(x) => Factor::One(f(x)),
+            Factor::Either(c, x, y) => Factor::Either(c, f(x), f(y)),
+            Factor::Live(live) => Factor::Live(Live {
+                unit: f(live.unit),
+                ..live
+            }),
+        }
+    }
+
+    /// The constants it may be.
+    pub fn both(self) -> [f64; 2] {
+        match self {
+            Factor::One(x) => [x, x],
+            Factor::Either(_, x, y) => [x, y],
+            Factor::Live(live) => live.ends.map(|end| live.unit * end),
+        }
+    }
+
+    pub fn largest(self) -> f64 {
+        self.both().into_iter().map(f64::abs).fold(0.0, f64::max)
+    }
+}
+
+/// A term: a factor times a value, or the factor alone.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Term {
+    factor: Factor,
+    operand: Option<Real>,
+    place: Option<Span>,
+}
+
+/// What becomes of the constant of a sum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Constant {
+    /// It is added, rounded to a unit.
+    Added,
+    /// It is left to those who use the sum: comparisons take it for nothing, and sums of sums add
+    /// once.
+    Left,
+}
+
+impl Lowerer<'_> {
+    /// `c * node` as a term. Constants that are chosen between are part of the factor.
+    pub(super) fn term(&mut self, c: f64, node: NodeId) -> Result<Term, OpError> {
+        let (factor, operand) = match *self.step.model.dag.get(node) {
+            Node::Mul(a, b) => match (self.choice(a)?, self.choice(b)?) {
+                (_, Some(factor)) => (factor, Some(a)),
+                (Some(factor), _) => (factor, Some(b)),
+                _ => match (self.live_factor(a, b)?, self.live_factor(b, a)?) {
+                    (Some(factor), _) => (factor, Some(b)),
+                    (_, Some(factor)) => (factor, Some(a)),
+                    _ => (Factor::One(1.0), Some(node)),
+                },
+            },
+            _ => self
+                .choice(node)?
+                .map_or((Factor::One(1.0), Some(node)), |factor| (factor, None)),
+        };
+        let operand = operand.map(|node| self.real(node)).transpose()?;
+        Ok(Term {
+            factor: factor.map(|f| c * f),
+            operand,
+            place: None,
+        })
+    }
+
+    /// What live values alone make, as a factor of something that varies by key and counts from
+    /// zero.
+    fn live_factor(&mut self, node: NodeId, other: NodeId) -> Result<Option<Factor>, OpError> {
+        let (real, other) = (self.real(node)?, self.real(other)?);
+        if !self.b.is_shared(real.value)
+            || self.b.is_shared(other.value)
+            || real.offset != 0.0
+            || other.offset != 0.0
+        {
+            return Ok(None);
+        }
+        let range = self.b.range(real.value);
+        let ends = [range.low as f64, range.high as f64];
+        Ok(Some(Factor::Live(Live {
+            value: real.value,
+            unit: real.lsb,
+            ends,
+            error: real.error / real.lsb,
+        })))
+    }
+
+    /// `if condition then constant else constant`
+    fn choice(&mut self, node: NodeId) -> Result<Option<Factor>, OpError> {
+        let dag = &self.step.model.dag;
+        let Node::Select(condition, a, b) = *dag.get(node) else {
+            return Ok(None);
+        };
+        let (Some(a), Some(b)) = (dag.real(a), dag.real(b)) else {
+            return Ok(None);
+        };
+        Ok(Some(Factor::Either(self.bool(condition)?, a, b)))
+    }
+
+    /// The sum in such integers, or in units of the next power of two above with which nothing
+    /// overflows.
+    pub(super) fn sum(
+        &mut self,
+        c0: f64,
+        terms: &[Term],
+        scale: Scale,
+        constant: Constant,
+    ) -> Result<Real, OpError> {
+        let Scale { mut lsb, offset } = scale;
+        loop {
+            let plan = self.planned(c0 - offset, terms, lsb, 0.0, constant);
+            match plan.map(|plan| self.chained(plan)).transpose() {
+                Ok(Some((value, error, left))) => {
+                    return Ok(Real {
+                        value,
+                        lsb,
+                        offset: offset + left * lsb,
+                        error: error * lsb,
+                    });
+                }
+                Ok(None) | Err(OpError::Overflow { .. }) if lsb < 1e30 => lsb *= 2.0,
+                Ok(None) => return Err(OpError::Misused { op: Op::Add }),
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// A sum that adds up over ticks, such as a new rate: what is added to the old value is
+    /// gathered in finer units, so that there is one rounding to the value's own, and nothing of a
+    /// constant is lost.
+    pub(super) fn increased(
+        &mut self,
+        c0: f64,
+        terms: &[Term],
+        scale: Scale,
+    ) -> Result<Real, OpError> {
+        let old = |t: &Term| match (t.factor, t.operand) {
+            (Factor::One(f), Some(real)) if real.scale() == scale && (f - 1.0).abs() < HALF => {
+                Some((f, real))
+            }
+            _ => None,
+        };
+        let Some((factor, real)) = terms.iter().find_map(old) else {
+            return self.sum(c0, terms, scale, Constant::Added);
+        };
+        let mut change: Vec<Term> = terms.iter().filter(|t| old(t).is_none()).copied().collect();
+        if factor != 1.0 {
+            change.insert(0, Term::of(factor - 1.0, real));
+        }
+        let fine = Scale::plain(scale.lsb * exp2(-FINER));
+        let change = self.sum(c0 + 0.5 * scale.lsb, &change, fine, Constant::Added)?;
+        match power_of_two(change.lsb / scale.lsb) {
+            Some(n) if n < 0 => {
+                let change_in_units = self.moved(change.value, n)?;
+                let value = self.b.op(Op::Add, &[real.value, change_in_units])?;
+                Ok(Real {
+                    value,
+                    error: real.error + change.error + 0.5 * scale.lsb,
+                    ..real
+                })
+            }
+            _ => self.sum(c0, terms, scale, Constant::Added),
+        }
+    }
+
+    /// One value in units of `lsb`, or of a power of two above it.
+    pub(super) fn rescaled(&mut self, real: Real, lsb: f64) -> Result<Real, OpError> {
+        if real.lsb == lsb && real.offset == 0.0 {
+            return Ok(real);
+        }
+        self.sum(
+            0.0,
+            &[Term {
+                factor: Factor::One(1.0),
+                operand: Some(real),
+                place: None,
+            }],
+            Scale::plain(lsb),
+            Constant::Added,
+        )
+    }
+
+    /// The sum in units of `lsb`, rounded half up and kept within `range`, which is one of 16 bits;
+    /// each term was asked for at a place, where that is known.
+    pub(super) fn sum_within(
+        &mut self,
+        c0: f64,
+        terms: &[Term],
+        places: &[Option<Span>],
+        lsb: f64,
+        range: Range,
+    ) -> Result<Value, OpError> {
+        let terms: Vec<Term> = terms
+            .iter()
+            .zip(places)
+            .map(|(term, &place)| Term { place, ..*term })
+            .collect();
+        let plan = |s: &Self, guard: i32| {
+            let half = if guard > 0 { exp2(guard - 1) } else { 0.0 };
+            s.planned(c0, &terms, lsb * exp2(-guard), half, Constant::Added)
+        };
+        let mut fits = None;
+        for guard in (0..=GUARD).rev() {
+            match plan(self, guard).map(|plan| self.chained(plan)).transpose() {
+                Ok(Some(_)) => fits = Some(guard),
+                Ok(None) | Err(OpError::Overflow { .. }) => continue,
+                Err(error) => return Err(error),
+            }
+            break;
+        }
+        // Fewer bits may make a value and product a product alone.
+        let steps = |guard: &i32| plan(self, *guard).map_or(usize::MAX, |plan| plan.steps());
+        let cheapest = fits.and_then(|fits| (ENOUGH.min(fits)..=fits).rev().min_by_key(steps));
+        let Some((guard, plan)) = cheapest.and_then(|guard| Some((guard, plan(self, guard)?)))
+        else {
+            // More than 32 bits of drive words: the sum in units that hold it, then the words.
+            let coarse = self.sum(c0, &terms, Scale::plain(2.0 * lsb), Constant::Added)?;
+            return self.saturated(coarse, Scale::plain(lsb), range);
+        };
+        let (value, ..) = self.chained(plan)?;
+        let word = if guard > 0 {
+            self.b.op(Op::Sar(guard as u8), &[value])?
+        } else {
+            value
+        };
+        self.clamped(word, range)
+    }
+
+    /// How the sum is made in units of `lsb`, with `more` added (in units); none if a term has no
+    /// way.
+    fn planned(
+        &self,
+        c0: f64,
+        terms: &[Term],
+        lsb: f64,
+        more: f64,
+        keep: Constant,
+    ) -> Option<Plan> {
+        let offset = |t: &Term| t.operand.map_or(0.0, |real| real.offset);
+        // An offset times a chosen factor is a chosen constant.
+        let choices = terms
+            .iter()
+            .filter(|t| t.operand.is_none() || (offset(t) != 0.0 && !t.fixed()));
+        let mut choices: Vec<Factor> = choices
+            .map(|t| {
+                t.factor
+                    .map(|f| f * t.operand.map_or(1.0, |r| r.offset) / lsb)
+            })
+            .collect();
+        let fixed = terms.iter().filter(|t| t.operand.is_some() && t.fixed());
+        let constant = fixed.fold(c0 / lsb + more, |sum, t| {
+            sum + t.factor.both()[0] * offset(t) / lsb
+        });
+        let mut constant: f64 = constant;
+        let mut error: f64 = terms
+            .iter()
+            .filter_map(|t| Some(t.factor.largest() * t.operand?.error / lsb))
+            .sum();
+        merge(&mut choices);
+        // Constants of which one is as good as the other.
+        choices.retain(|choice| {
+            let [a, b] = choice.both();
+            if (a - b).abs() < 1.0 {
+                constant += 0.5 * (a + b);
+                error += 0.5 * (a - b).abs();
+            }
+            (a - b).abs() >= 1.0
+        });
+        let mut ways = Vec::new();
+        for term in terms {
+            let Some(real) = term.operand else { continue };
+            let gain = term.factor.map(|f| f * real.lsb / lsb);
+            ways.push(Joining {
+                value: real.value,
+                gain,
+                way: self.way(gain, real.value)?,
+                place: term.place,
+            });
+        }
+        let mut plan = Plan {
+            choices,
+            ways,
+            constant,
+            error,
+            left: 0.0,
+        };
+        self.settle(&mut plan, c0 == 0.0 && more == 0.0, keep);
+        let largest = plan
+            .choices
+            .iter()
+            .map(|c| c.largest())
+            .fold(plan.constant.abs(), f64::max);
+        (largest <= format::TOP).then_some(plan)
+    }
+
+    /// Settles what is done with the constant and with what shifts round down.
+    fn settle(&self, plan: &mut Plan, only_offsets: bool, keep: Constant) {
+        let reach: f64 = plan
+            .ways
+            .iter()
+            .map(|w| w.gain.largest() * self.magnitude(w.value))
+            .sum();
+        let small = plan.constant.abs() <= NEGLIGIBLE * reach && plan.constant.abs() > 0.75;
+        if keep == Constant::Added && only_offsets && plan.choices.is_empty() && small {
+            plan.error += std::mem::take(&mut plan.constant).abs();
+        }
+        let centred = !only_offsets
+            || plan.constant != 0.0
+            || !plan.choices.is_empty()
+            || keep == Constant::Left;
+        plan.error += plan.ways.iter().map(|w| w.way.error(centred)).sum::<f64>();
+        if centred {
+            plan.constant += plan.ways.iter().map(|w| w.way.bias(&w.gain)).sum::<f64>();
+        }
+        if let Some(first) = plan.choices.first_mut() {
+            *first = first.map(|f| f + plan.constant);
+            plan.constant = 0.0;
+        }
+        if keep == Constant::Left {
+            plan.left = std::mem::take(&mut plan.constant);
+        }
+        plan.error +=
+            (plan.constant - plan.constant.round()).abs() + 0.5 * plan.choices.len() as f64;
+    }
+
+    /// How a value with this gain joins a sum; none if only a coarser unit helps.
+    fn way(&self, gain: Factor, value: Value) -> Option<Way> {
+        if let Factor::One(gain) = gain
+            && let Some(n) = power_of_two(gain.abs())
+        {
+            return (n <= self.headroom(value)).then_some(Way::Shift(n));
+        }
+        let up = self.headroom(value);
+        if let Factor::Live(_) = gain {
+            // The word that it becomes is rounded, and may be a little more.
+            let is_word = |up: &i32| gain.largest() * exp2(-up) < 0.5 * HALF;
+            return (0..=up).find(is_word).map(|up| Way::Top { up, whole: 0.0 });
+        }
+        if gain.largest() < HALF {
+            return Some(Way::Top { up: 0, whole: 0.0 });
+        }
+        if let Some(up) = (1..=up).find(|up| gain.largest() * exp2(-up) < HALF) {
+            return Some(Way::Top { up, whole: 0.0 });
+        }
+        let moved = gain.map(|g| g * exp2(-up));
+        let about = |whole: f64| moved.both().iter().all(|g| (g - whole).abs() < HALF);
+        [1.0, -1.0]
+            .into_iter()
+            .find(|&whole| about(whole))
+            .map(|whole| Way::Top { up, whole })
+    }
+
+    /// By how many places the value may be moved up.
+    pub(super) fn headroom(&self, value: Value) -> i32 {
+        let range = self.b.range(value);
+        let magnitude = range
+            .low
+            .unsigned_abs()
+            .max(range.high.unsigned_abs())
+            .max(1);
+        (0..31)
+            .rev()
+            .find(|&n| magnitude << n < 1 << 31)
+            .unwrap_or(0)
+    }
+
+    /// A constant as such an integer.
+    pub(super) fn constant_real(&mut self, value: f64, scale: Scale) -> Result<Real, OpError> {
+        let Scale { lsb, offset } = scale;
+        let quantised = scale.quantise(value);
+        let error = (value - offset - quantised as f64 * lsb).abs();
+        Ok(Real {
+            value: self.b.constant(Type::I32, quantised)?,
+            lsb,
+            offset,
+            error,
+        })
+    }
+}
+/// Adds up what one condition chooses.
+fn merge(choices: &mut Vec<Factor>) {
+    let mut merged: Vec<Factor> = Vec::new();
+    for &choice in choices.iter() {
+        let Factor::Either(condition, a, b) = choice else {
+            continue;
+        };
+        let same = merged.iter_mut().find_map(|m| match m {
+            Factor::Either(c, x, y) if *c == condition => Some((x, y)),
+            _ => None,
+        });
+        match same {
+            Some((x, y)) => (*x, *y) = (*x + a, *y + b),
+            None => merged.push(choice),
+        }
+    }
+    *choices = merged;
+}
+
+impl Term {
+    pub(super) fn of(c: f64, operand: Real) -> Term {
+        Term {
+            factor: Factor::One(c),
+            operand: Some(operand),
+            place: None,
+        }
+    }
+
+    /// Whether its factor is one constant.
+    fn fixed(&self) -> bool {
+        matches!(self.factor, Factor::One(_))
+    }
+}

@@ -1,0 +1,78 @@
+//! How raw words map to the world: what lowering and every engine must know of the device.
+
+use whippen_lang::model::Interval;
+
+/// Scales of the sensor and drive words of one key.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scales {
+    /// Sensed value (SI) at sensor word 0.
+    pub sensor_zero: f64,
+    /// Sensed value per unit of the sensor word (SI).
+    pub sensor_lsb: f64,
+    /// Force (N where x is measured; N*m for an instrument that turns) per unit of the drive word.
+    pub drive_lsb: f64,
+}
+
+impl Scales {
+    /// The sensed value of a word.
+    pub fn sensed(&self, word: i64) -> f64 {
+        self.sensor_zero + self.sensor_lsb * word as f64
+    }
+
+    /// First and last word whose value lies in `range` (a millionth of a word of slack at each end,
+    /// so that a range that ends on a word keeps it). Empty ranges give the nearest word twice.
+    pub fn words_in(&self, range: Interval) -> (i64, i64) {
+        let word = |value: f64| (value - self.sensor_zero) / self.sensor_lsb;
+        let low = (word(range.low) - 1e-6).ceil().clamp(0.0, 65535.0) as i64;
+        let high = (word(range.high) + 1e-6).floor().clamp(0.0, 65535.0) as i64;
+        (low, high.max(low))
+    }
+
+    /// Whole words per tick that `speed` (SI per second) allows; at least 1.
+    pub fn words_per_tick(&self, speed: f64, rate_hz: u32) -> i64 {
+        (speed / f64::from(rate_hz) / self.sensor_lsb)
+            .floor()
+            .clamp(1.0, 65535.0) as i64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MIKEY: Scales = Scales {
+        sensor_zero: -0.5e-3,
+        sensor_lsb: 11e-3 / 65535.0,
+        drive_lsb: 20.0 / 32768.0,
+    };
+
+    #[test]
+    fn the_whole_sensor_range_keeps_every_word() {
+        assert_eq!(
+            MIKEY.words_in(Interval {
+                low: -0.5e-3,
+                high: 10.5e-3
+            }),
+            (0, 65535)
+        );
+        assert_eq!(
+            MIKEY.words_in(Interval {
+                low: -1.0,
+                high: 1.0
+            }),
+            (0, 65535)
+        );
+        let (low, high) = MIKEY.words_in(Interval {
+            low: 0.0,
+            high: 10e-3,
+        });
+        assert!(MIKEY.sensed(low) >= 0.0 && MIKEY.sensed(low - 1) < 0.0);
+        assert!(MIKEY.sensed(high) <= 10e-3 && MIKEY.sensed(high + 1) > 10e-3);
+    }
+
+    #[test]
+    fn ten_metres_per_second_is_1350_words_per_tick() {
+        assert_eq!(MIKEY.words_per_tick(10.0, 44_100), 1350);
+        assert_eq!(MIKEY.words_per_tick(1e-9, 44_100), 1);
+    }
+}

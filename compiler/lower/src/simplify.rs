@@ -1,0 +1,122 @@
+//! Algebra on the Model, where it is legal: over the reals.
+//!
+//! * Constants fold; sums of scaled values become one [`Node::Linear`], so `T * l3 / I * k` is one
+//!   coefficient and the integer form one chain of multiply-accumulates.
+//! * Both arms of an `if` give up what they share: `if c then a + x else b + x` is `x + if c then a
+//!   else b`, and one value with two factors becomes a product with a chosen constant, as does a
+//!   division by one.
+//! * A value divided by what live parameters alone decide is a product with a quotient that all
+//!   keys share.
+//! * What the ranges decide is gone: a `max` that never bites, a comparison that always holds.
+//! * Comparisons compare a value with a constant where they can: the threshold is scaled, not the
+//!   value.
+//! * The step of every body is written out (rule 3: rate first, then coordinate), so it takes part
+//!   in all this.
+//!
+//! Not here: formats, integers. Nothing is reordered that the f64 engine could tell from the source
+//! by more than rounding.
+
+mod choice;
+mod linear;
+mod rewrite;
+
+use rewrite::Rewriter;
+use whippen_lang::diag::Diagnostic;
+use whippen_lang::model::{Dag, Interval, Model, Named, Node, NodeId};
+use whippen_lang::range;
+
+/// A Model after algebra, with the step of its bodies and the sum of its forces as nodes.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// The Model over the new graph.
+    pub model: Model,
+    /// Per body: its rate after this tick's integration, before clamps and actions.
+    pub rates: Vec<NodeId>,
+    /// Per body: its coordinate after this tick's integration, before clamps and actions.
+    pub coordinates: Vec<NodeId>,
+    /// Sum of all force terms (N at the key front).
+    pub drive: NodeId,
+}
+
+/// Simplifies `model`.
+///
+/// # Errors
+/// What [`range::analyze`] says of the Model as written.
+pub fn simplify(model: &Model) -> Result<Step, Vec<Diagnostic>> {
+    let mut model = model.clone();
+    let (rates, coordinates) = integrate(&mut model);
+    let drive = sum(&mut model.dag, &model.forces);
+    range::analyze(&model)?;
+
+    let mut rewriter = Rewriter::new(&model, roots(&model, &rates, &coordinates, drive));
+    let rates = rates.iter().map(|&n| rewriter.node(n)).collect();
+    let coordinates = coordinates.iter().map(|&n| rewriter.node(n)).collect();
+    let drive = rewriter.node(drive);
+    let mut out = model.clone();
+    out.roots_mut()
+        .into_iter()
+        .for_each(|root| *root = rewriter.node(*root));
+    (out.dag, out.spans, out.within) = rewriter.finish();
+    Ok(Step {
+        model: out,
+        rates,
+        coordinates,
+        drive,
+    })
+}
+
+/// Adds `rate + T * acceleration` and `coordinate + T * new rate` (or the held values) for every
+/// body.
+fn integrate(model: &mut Model) -> (Vec<NodeId>, Vec<NodeId>) {
+    let period_s = 1.0 / f64::from(model.rate_hz);
+    let dag = &mut model.dag;
+    let t = dag.constant(period_s);
+    let zero = dag.constant(0.0);
+    let mut out = (Vec::new(), Vec::new());
+    for body in &model.bodies {
+        let (rate, coordinate) = (
+            dag.add(Node::Cell(body.rate)),
+            dag.add(Node::Cell(body.coordinate)),
+        );
+        let change = dag.add(Node::Mul(t, body.acceleration));
+        let free = dag.add(Node::Add(rate, change));
+        let new_rate = body
+            .hold
+            .map_or(free, |held| dag.add(Node::Select(held, zero, free)));
+        let way = dag.add(Node::Mul(t, new_rate));
+        out.0.push(new_rate);
+        out.1.push(dag.add(Node::Add(coordinate, way)));
+    }
+    out
+}
+
+fn sum(dag: &mut Dag, terms: &[Named]) -> NodeId {
+    let zero = dag.constant(0.0);
+    terms
+        .iter()
+        .fold(zero, |sum, term| dag.add(Node::Add(sum, term.value)))
+}
+
+/// What a tick must compute even if nobody watches.
+fn roots(model: &Model, rates: &[NodeId], coordinates: &[NodeId], drive: NodeId) -> Vec<NodeId> {
+    let mut model = Model {
+        named: Vec::new(),
+        forces: Vec::new(),
+        bodies: Vec::new(),
+        ..model.clone()
+    };
+    let named = model.roots_mut().into_iter().map(|root| *root);
+    [rates, coordinates, &[drive]]
+        .concat()
+        .into_iter()
+        .chain(named)
+        .collect()
+}
+
+/// The interval of a node that was just made, or everything where it has none.
+fn interval_of(model: &Model, node: &Node, of: impl Fn(NodeId) -> Interval) -> Interval {
+    range::transfer(model, node, of).unwrap_or(Interval {
+        low: f64::NEG_INFINITY,
+        high: f64::INFINITY,
+    })
+}

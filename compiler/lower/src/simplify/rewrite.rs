@@ -1,0 +1,356 @@
+//! Rewrites a graph bottom up; every rule is a smart constructor of the new graph.
+
+use std::collections::HashSet;
+
+use super::{interval_of, linear::Sum};
+use whippen_lang::model::dag::Real;
+use whippen_lang::model::{Cmp, Dag, Interval, Model, Node, NodeId};
+use whippen_source::Span;
+
+pub(super) struct Rewriter<'a> {
+    model: &'a Model,
+    /// New node of each old one.
+    map: Vec<Option<NodeId>>,
+    /// How often each old node is used by what must be computed.
+    uses: Vec<u32>,
+    pub(super) dag: Dag,
+    intervals: Vec<Interval>,
+    /// Whether a value depends on live parameters and constants alone.
+    common: Vec<bool>,
+    spans: Vec<Option<Span>>,
+    within: Vec<Option<u32>>,
+    /// Sums of several terms with several users: computed once, not unfolded into their users.
+    shared: HashSet<NodeId>,
+}
+
+impl<'a> Rewriter<'a> {
+    pub fn new(model: &'a Model, roots: Vec<NodeId>) -> Rewriter<'a> {
+        Rewriter {
+            model,
+            map: vec![None; model.dag.len()],
+            uses: count_uses(&model.dag, &roots),
+            dag: Dag::default(),
+            intervals: Vec::new(),
+            common: Vec::new(),
+            spans: Vec::new(),
+            within: Vec::new(),
+            shared: HashSet::new(),
+        }
+    }
+
+    /// The new graph; where its values were written, and inside which calls.
+    pub fn finish(self) -> (Dag, Vec<Option<Span>>, Vec<Option<u32>>) {
+        (self.dag, self.spans, self.within)
+    }
+
+    /// The new node that computes what old node `id` does. Operands come first, without recursion.
+    pub fn node(&mut self, id: NodeId) -> NodeId {
+        let mut stack = vec![id];
+        while let Some(&top) = stack.last() {
+            let open: Vec<NodeId> = self
+                .model
+                .dag
+                .get(top)
+                .operands()
+                .into_iter()
+                .filter(|o| self.map[o.0 as usize].is_none())
+                .collect();
+            if !open.is_empty() {
+                stack.extend(open);
+                continue;
+            }
+            stack.pop();
+            if self.map[top.0 as usize].is_none() {
+                self.convert(top);
+            }
+        }
+        self.map[id.0 as usize].expect("converted above")
+    }
+
+    fn convert(&mut self, old: NodeId) {
+        let node = self.model.dag.get(old).clone();
+        let first_new = self.dag.len();
+        let new = self.rewrite(&node);
+        let span = self.model.spans.get(old.0 as usize).copied().flatten();
+        let call = self.model.within.get(old.0 as usize).copied().flatten();
+        self.spans.resize(first_new, None);
+        self.spans.resize(self.dag.len(), span);
+        self.within.resize(first_new, None);
+        self.within.resize(self.dag.len(), call);
+        if self.uses[old.0 as usize] > 1
+            && matches!(self.dag.get(new), Node::Linear(_, t) if t.len() > 1)
+        {
+            self.shared.insert(new);
+        }
+        self.map[old.0 as usize] = Some(new);
+    }
+
+    fn rewrite(&mut self, node: &Node) -> NodeId {
+        let n = |s: &Self, id: &NodeId| s.map[id.0 as usize].expect("operands come first");
+        match node {
+            Node::Linear(c0, terms) => {
+                let sum = terms.iter().fold(Sum::constant(c0.0), |sum, (c, x)| {
+                    let term = self.sum_of(n(self, x)).scaled(c.0);
+                    sum.plus(&term)
+                });
+                self.linear(sum)
+            }
+            Node::Add(a, b) => self.combine(n(self, a), 1.0, n(self, b)),
+            Node::Sub(a, b) => self.combine(n(self, a), -1.0, n(self, b)),
+            Node::Neg(a) => {
+                let sum = self.sum_of(n(self, a)).scaled(-1.0);
+                self.linear(sum)
+            }
+            Node::Mul(a, b) => self.mul(n(self, a), n(self, b)),
+            Node::Div(a, b) => self.div(n(self, a), n(self, b)),
+            Node::Min(a, b) => self.min(n(self, a), n(self, b)),
+            Node::Max(a, b) => self.max(n(self, a), n(self, b)),
+            Node::Abs(a) => self.abs(n(self, a)),
+            Node::Power(a, halves) => self.power(n(self, a), *halves),
+            Node::Compare(cmp, a, b) => self.compare(*cmp, n(self, a), n(self, b)),
+            Node::And(a, b) => self.and(n(self, a), n(self, b)),
+            Node::Or(a, b) => {
+                let (na, nb) = (self.not(n(self, a)), self.not(n(self, b)));
+                let both = self.and(na, nb);
+                self.not(both)
+            }
+            Node::Not(a) => self.not(n(self, a)),
+            Node::Select(c, a, b) => self.select(n(self, c), n(self, a), n(self, b)),
+            Node::SelectBool(c, a, b) => self.select_bool(n(self, c), n(self, a), n(self, b)),
+            Node::Is(m, 0) if self.model.machines[m.0 as usize].states.len() == 2 => {
+                let other = self.add(Node::Is(*m, 1));
+                self.not(other)
+            }
+            leaf => self.add(leaf.clone()),
+        }
+    }
+
+    pub(super) fn add(&mut self, node: Node) -> NodeId {
+        let interval = interval_of(self.model, &node, |o| self.intervals[o.0 as usize]);
+        let bool = node.is_bool();
+        let common = self.is_common(&node);
+        if interval.low == interval.high && !matches!(node, Node::Const(_) | Node::Bool(_)) {
+            return self.add(if bool {
+                Node::Bool(interval.low == 1.0)
+            } else {
+                Node::Const(Real(interval.low))
+            });
+        }
+        let id = self.dag.add(node);
+        if id.0 as usize == self.intervals.len() {
+            self.intervals.push(interval);
+            self.common.push(common);
+        }
+        id
+    }
+
+    /// Whether it is the same for all keys, and stays so from tick to tick.
+    fn is_common(&self, node: &Node) -> bool {
+        use Node::{Cell, Curvature, Is, Keyed, Sense, Slope};
+        let of_key = matches!(
+            node,
+            Sense(_) | Slope(_) | Curvature(_) | Keyed(_) | Cell(_) | Is(..)
+        );
+        !of_key
+            && node
+                .operands()
+                .into_iter()
+                .all(|operand| self.common[operand.0 as usize])
+    }
+
+    pub(super) fn interval(&self, id: NodeId) -> Interval {
+        self.intervals[id.0 as usize]
+    }
+
+    pub(super) fn constant_of(&self, id: NodeId) -> Option<f64> {
+        match self.dag.get(id) {
+            Node::Const(c) => Some(c.0),
+            _ => None,
+        }
+    }
+
+    /// `id` as a sum; a shared sum of several terms stays one value.
+    pub(super) fn sum_of(&self, id: NodeId) -> Sum {
+        match self.dag.get(id) {
+            Node::Const(c) => Sum::constant(c.0),
+            Node::Linear(c0, terms) if !self.shared.contains(&id) => Sum {
+                constant: c0.0,
+                terms: terms.iter().map(|&(c, x)| (x, c.0)).collect(),
+            },
+            _ => Sum::value(id),
+        }
+    }
+
+    pub(super) fn linear(&mut self, sum: Sum) -> NodeId {
+        match sum.single() {
+            Some((node, 1.0)) if sum.constant == 0.0 => node,
+            None if sum.terms.is_empty() => self.add(Node::Const(Real(sum.constant + 0.0))),
+            _ => {
+                let terms = sum.terms.into_iter().map(|(x, c)| (Real(c), x)).collect();
+                self.add(Node::Linear(Real(sum.constant + 0.0), terms))
+            }
+        }
+    }
+
+    fn combine(&mut self, a: NodeId, factor: f64, b: NodeId) -> NodeId {
+        let sum = self.sum_of(a).plus(&self.sum_of(b).scaled(factor));
+        self.linear(sum)
+    }
+
+    /// `c * x` as coefficient and value, where `id` is that.
+    fn scaled(&self, id: NodeId) -> (f64, NodeId) {
+        match self.dag.get(id) {
+            Node::Linear(c0, terms) if c0.0 == 0.0 && terms.len() == 1 => {
+                (terms[0].0.0, terms[0].1)
+            }
+            _ => (1.0, id),
+        }
+    }
+
+    pub(super) fn mul(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        if let Some((c, x)) = self
+            .constant_of(a)
+            .map(|c| (c, b))
+            .or(self.constant_of(b).map(|c| (c, a)))
+        {
+            let sum = self.sum_of(x).scaled(c);
+            return self.linear(sum);
+        }
+        let ((ca, a), (cb, b)) = (self.scaled(a), self.scaled(b));
+        let product = self.add(Node::Mul(a.min(b), a.max(b)));
+        self.linear(Sum::value(product).scaled(ca * cb))
+    }
+
+    fn div(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        if let Some(c) = self.constant_of(b) {
+            let sum = self.sum_of(a).scaled(1.0 / c);
+            return self.linear(sum);
+        }
+        if let Some(reciprocal) = self.chosen_reciprocal(b) {
+            return self.mul(a, reciprocal);
+        }
+        if self.common[b.0 as usize] && !self.common[a.0 as usize] {
+            // A quotient is dear, and this one is the same for all keys.
+            let one = self.add(Node::Const(Real(1.0)));
+            let reciprocal = self.div(one, b);
+            return self.mul(a, reciprocal);
+        }
+        let ((ca, a), (cb, b)) = (self.scaled(a), self.scaled(b));
+        let quotient = self.add(Node::Div(a, b));
+        self.linear(Sum::value(quotient).scaled(ca / cb))
+    }
+
+    fn min(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        match (self.interval(a), self.interval(b)) {
+            _ if a == b => a,
+            (x, y) if x.high <= y.low => a,
+            (x, y) if y.high <= x.low => b,
+            _ => self
+                .limited(a, b, true)
+                .unwrap_or_else(|| self.add(Node::Min(a.min(b), a.max(b)))),
+        }
+    }
+
+    fn max(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        match (self.interval(a), self.interval(b)) {
+            _ if a == b => a,
+            (x, y) if x.low >= y.high => a,
+            (x, y) if y.low >= x.high => b,
+            _ => self
+                .limited(a, b, false)
+                .unwrap_or_else(|| self.add(Node::Max(a.min(b), a.max(b)))),
+        }
+    }
+
+    fn abs(&mut self, a: NodeId) -> NodeId {
+        match self.interval(a) {
+            i if i.low >= 0.0 => a,
+            i if i.high <= 0.0 => {
+                let sum = self.sum_of(a).scaled(-1.0);
+                self.linear(sum)
+            }
+            _ => self.add(Node::Abs(a)),
+        }
+    }
+
+    fn power(&mut self, a: NodeId, halves: u8) -> NodeId {
+        match halves {
+            2 => a,
+            4 => self.mul(a, a),
+            6 => {
+                let square = self.mul(a, a);
+                self.mul(square, a)
+            }
+            _ => self.add(Node::Power(a, halves)),
+        }
+    }
+
+    /// Moves scale and offset of single values to the constant side.
+    fn compare(&mut self, cmp: Cmp, a: NodeId, b: NodeId) -> NodeId {
+        let difference = self.sum_of(a).plus(&self.sum_of(b).scaled(-1.0));
+        let Some((x, c)) = difference.single() else {
+            return self.add(Node::Compare(cmp, a, b));
+        };
+        let threshold = self.add(Node::Const(Real(-difference.constant / c + 0.0)));
+        let cmp = if c > 0.0 { cmp } else { flipped(cmp) };
+        self.add(Node::Compare(cmp, x, threshold))
+    }
+
+    fn not(&mut self, a: NodeId) -> NodeId {
+        match *self.dag.get(a) {
+            Node::Not(inner) => inner,
+            _ => self.add(Node::Not(a)),
+        }
+    }
+
+    fn and(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        let is = |s: &Self, id, value| *s.dag.get(id) == Node::Bool(value);
+        if a == b || is(self, b, true) || is(self, a, false) {
+            return a;
+        }
+        if is(self, a, true) || is(self, b, false) {
+            return b;
+        }
+        self.add(Node::And(a.min(b), a.max(b)))
+    }
+
+    fn select(&mut self, c: NodeId, a: NodeId, b: NodeId) -> NodeId {
+        match *self.dag.get(c) {
+            _ if a == b => a,
+            Node::Bool(value) => [b, a][usize::from(value)],
+            Node::Not(inner) => self.select(inner, b, a),
+            _ => self.chosen(c, a, b),
+        }
+    }
+
+    /// `(c and a) or (not c and b)`
+    fn select_bool(&mut self, c: NodeId, a: NodeId, b: NodeId) -> NodeId {
+        let not_c = self.not(c);
+        let (first, second) = (self.and(c, a), self.and(not_c, b));
+        let (nf, ns) = (self.not(first), self.not(second));
+        let neither = self.and(nf, ns);
+        self.not(neither)
+    }
+}
+
+fn flipped(cmp: Cmp) -> Cmp {
+    match cmp {
+        Cmp::Lt => Cmp::Gt,
+        Cmp::Le => Cmp::Ge,
+        Cmp::Gt => Cmp::Lt,
+        Cmp::Ge => Cmp::Le,
+    }
+}
+
+/// Uses of every node by what is reachable from `roots`.
+fn count_uses(dag: &Dag, roots: &[NodeId]) -> Vec<u32> {
+    let mut uses = vec![0; dag.len()];
+    let mut stack = roots.to_vec();
+    while let Some(id) = stack.pop() {
+        uses[id.0 as usize] += 1;
+        if uses[id.0 as usize] == 1 {
+            stack.extend(dag.get(id).operands());
+        }
+    }
+    uses
+}

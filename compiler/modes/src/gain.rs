@@ -1,0 +1,349 @@
+//! What deciding a condition saves, without trying it out.
+//!
+//! Once a condition is decided its choices vanish, and with them whatever only the side needs that
+//! is not taken (in the words of logic synthesis: the maximal fanout-free cones of that side). With
+//! `x < 3` decided, so may be other comparisons of `x`, and with them what they choose. What counts
+//! is the dearer way on.
+
+use super::cost;
+use super::graph::{Graph, Id, Kind};
+use whippen_kernel::{Op, Type};
+
+/// What asks for a condition.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Asking {
+    /// The bool.
+    pub condition: Id,
+    /// The last of the nodes that the condition chooses between: where it holds, where not.
+    sides: [u32; 2],
+    /// How many of those are choices of one of two.
+    choices: u32,
+    /// How many choices, guards and next states it is part of.
+    pub asked: u32,
+    /// Whether the next mode depends on it.
+    pub must: bool,
+}
+
+/// A comparison of some value with a constant.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Limit {
+    /// It holds below this.
+    pub limit: i64,
+    pub condition: Id,
+    /// Whether the next mode depends on it.
+    pub must: bool,
+}
+
+/// No place in a list.
+const NOWHERE: u32 = u32::MAX;
+
+/// Lists that are used again from tick to tick.
+#[derive(Debug, Default)]
+pub(super) struct Lists {
+    /// How often each node is used; nothing but 0 between two ticks.
+    uses: Vec<u32>,
+    /// Where the condition stands among the conditions, by node; nowhere but in a tick.
+    places: Vec<u32>,
+    /// The nodes of the tick, in no certain order.
+    all: Vec<Id>,
+    conditions: Vec<Asking>,
+    /// The nodes of sides, each with the one before it on its side.
+    sides: Vec<(Id, u32)>,
+    /// Comparisons of a value with constants: the value, the constant, the place of the condition;
+    /// in order.
+    compared: Vec<(Id, i64, usize)>,
+    gone: Vec<Id>,
+    /// Conditions still to be noted.
+    open: Vec<(Id, [Option<Id>; 2])>,
+}
+
+/// How often each node is used, and who asks for which condition.
+pub(super) struct Gains<'a, 'k> {
+    graph: &'a Graph<'k>,
+    lists: &'a mut Lists,
+}
+
+/// Parts of a condition that are looked at. Long chains are decided from their start, and go on
+/// from there.
+const PARTS: usize = 256;
+
+impl Lists {
+    /// Forgets the tick before.
+    fn clear(&mut self, nodes: usize) {
+        self.all.drain(..).for_each(|id| self.uses[id.index()] = 0);
+        self.conditions
+            .iter()
+            .for_each(|asking| self.places[asking.condition.index()] = NOWHERE);
+        self.conditions.clear();
+        self.sides.clear();
+        self.compared.clear();
+        self.uses.resize(nodes, 0);
+        self.places.resize(nodes, NOWHERE);
+    }
+
+    /// Counts uses; nodes that are used for the first time are nodes of the tick from here on.
+    fn used(&mut self, nodes: &[Id]) {
+        for id in nodes {
+            let uses = &mut self.uses[id.index()];
+            if *uses == 0 {
+                self.all.push(*id);
+            }
+            *uses += 1;
+        }
+    }
+}
+
+impl<'a, 'k> Gains<'a, 'k> {
+    /// For a tick with these roots, and bools that the next mode depends on.
+    pub fn new(
+        graph: &'a Graph<'k>,
+        lists: &'a mut Lists,
+        roots: &[Id],
+        musts: &[Id],
+    ) -> Gains<'a, 'k> {
+        lists.clear(graph.len());
+        lists.used(roots);
+        let (mut gains, mut at) = (Gains { graph, lists }, 0);
+        while let Some(id) = gains.lists.all.get(at).copied() {
+            at += 1;
+            let args = graph.args(id);
+            gains.lists.used(args);
+            match graph.kind(id) {
+                Kind::Op(Op::Select) => gains.ask(args[0], false, [Some(args[1]), Some(args[2])]),
+                Kind::Effect(_) => gains.ask(args[0], false, [Some(id), None]),
+                _ => {}
+            }
+        }
+        musts
+            .iter()
+            .for_each(|must| gains.ask(*must, true, [None, None]));
+        for place in 0..gains.lists.conditions.len() {
+            if let Some((of, limit)) = gains.limit(place) {
+                gains.lists.compared.push((of, limit, place));
+            }
+        }
+        gains.lists.compared.sort_unstable();
+        gains
+    }
+
+    /// What asks for the condition at a place.
+    pub fn asking(&self, place: usize) -> Asking {
+        self.lists.conditions[place]
+    }
+
+    /// Of `x < k`, both.
+    fn limit(&self, place: usize) -> Option<(Id, i64)> {
+        let id = self.asking(place).condition;
+        match self.graph.args(id) {
+            [x, k] if self.graph.op(id) == Some(Op::Lt) => Some((*x, self.graph.constant(*k)?)),
+            _ => None,
+        }
+    }
+
+    /// Notes a condition and the bools it is made of.
+    fn ask(&mut self, condition: Id, must: bool, sides: [Option<Id>; 2]) {
+        let mut open = std::mem::take(&mut self.lists.open);
+        open.push((condition, sides));
+        for _ in 0..PARTS {
+            let Some((condition, sides)) = open.pop() else {
+                break;
+            };
+            if self.graph.constant(condition).is_some() {
+                continue;
+            }
+            if self.graph.op(condition) == Some(Op::Not) {
+                let [yes, no] = sides;
+                open.push((self.graph.args(condition)[0], [no, yes]));
+                continue;
+            }
+            self.note(condition, must, sides);
+            if self.is_compound(condition) {
+                // One part alone can decide that a conjunction does not hold, or that a disjunction
+                // does.
+                let sides = match self.graph.op(condition) {
+                    Some(Op::And) => [sides[0], None],
+                    Some(Op::Or) => [None, sides[1]],
+                    _ => [None, None],
+                };
+                open.extend(self.graph.args(condition).iter().map(|part| (*part, sides)));
+            }
+        }
+        open.clear();
+        self.lists.open = open;
+    }
+
+    fn note(&mut self, condition: Id, must: bool, sides: [Option<Id>; 2]) {
+        let Lists {
+            places,
+            conditions,
+            sides: all_sides,
+            ..
+        } = &mut *self.lists;
+        let place = &mut places[condition.index()];
+        if *place == NOWHERE {
+            *place = conditions.len() as u32;
+            conditions.push(Asking {
+                condition,
+                sides: [NOWHERE; 2],
+                choices: 0,
+                asked: 0,
+                must: false,
+            });
+        }
+        let asking = &mut conditions[*place as usize];
+        asking.asked += 1;
+        asking.must |= must;
+        asking.choices += u32::from(sides.iter().all(Option::is_some));
+        for (last, node) in asking.sides.iter_mut().zip(sides) {
+            if let Some(node) = node {
+                all_sides.push((node, *last));
+                *last = all_sides.len() as u32 - 1;
+            }
+        }
+    }
+
+    /// Places of the conditions, in the order of nodes.
+    pub fn in_order(&self) -> Vec<usize> {
+        let mut places: Vec<usize> = (0..self.lists.conditions.len()).collect();
+        places.sort_unstable_by_key(|at| self.asking(*at).condition);
+        places
+    }
+
+    /// The part of a condition that most others ask for as well, so that they have it too; the
+    /// condition itself if it shares nothing.
+    pub fn most_shared(&self, condition: Id) -> Id {
+        let place = |id: Id| self.lists.places[id.index()] as usize;
+        let asked = |id: Id| {
+            self.lists
+                .conditions
+                .get(place(id))
+                .map_or(0, |asking| asking.asked)
+        };
+        let mut best = condition;
+        loop {
+            let (mut open, from) = (vec![best], best);
+            for _ in 0..PARTS {
+                let Some(id) = open.pop() else { break };
+                if asked(id) > asked(best) {
+                    best = id;
+                }
+                if self.graph.ty(id) == Type::I1 && self.is_compound(id) {
+                    open.extend_from_slice(self.graph.args(id));
+                }
+            }
+            if best == from || !self.is_compound(best) {
+                return best;
+            }
+        }
+    }
+
+    fn is_compound(&self, id: Id) -> bool {
+        matches!(
+            self.graph.op(id),
+            Some(Op::And | Op::Or | Op::Not | Op::Select)
+        )
+    }
+
+    /// Cycles saved on the dearer side by the condition at a place, the branch paid.
+    pub fn of(&mut self, place: usize) -> u32 {
+        let saved = [true, false].map(|holds| self.saved(place, holds));
+        saved[0].min(saved[1]).saturating_sub(cost::BRANCH)
+    }
+
+    /// The same on the cheaper side.
+    pub fn of_cheaper(&mut self, place: usize) -> u32 {
+        let saved = [true, false].map(|holds| self.saved(place, holds));
+        saved[0].max(saved[1]).saturating_sub(cost::BRANCH)
+    }
+
+    /// Cycles saved where it holds, or where it does not.
+    fn saved(&mut self, place: usize, holds: bool) -> u32 {
+        let mut gone = std::mem::take(&mut self.lists.gone);
+        let mut choices = 0;
+        let mut decide = |place: usize| {
+            let asking = self.asking(place);
+            choices += asking.choices;
+            let mut side = asking.sides[usize::from(holds)];
+            while let Some((node, before)) = self.lists.sides.get(side as usize) {
+                gone.push(*node);
+                side = *before;
+            }
+        };
+        match self.limit(place) {
+            None => decide(place),
+            Some((of, limit)) => self
+                .decided(of, limit, holds)
+                .iter()
+                .for_each(|(_, _, place)| decide(*place)),
+        }
+        let cycles = unused(self.graph, &mut self.lists.uses, &mut gone);
+        gone.clear();
+        self.lists.gone = gone;
+        2 * choices + cycles
+    }
+
+    /// The value that this condition compares with a constant, and all such comparisons of it that
+    /// are wanted, in the order of the constants; none if it is no comparison.
+    pub fn compared_alike(
+        &mut self,
+        condition: Id,
+        wanted: impl Fn(&mut Self, usize) -> bool,
+    ) -> Option<(Id, Vec<Limit>)> {
+        let place = *self.lists.places.get(condition.index())?;
+        let (of, _) = if place == NOWHERE {
+            None
+        } else {
+            self.limit(place as usize)
+        }?;
+        let all = self.compared(of).to_vec();
+        let wanted = all
+            .into_iter()
+            .filter(|(_, _, place)| wanted(self, *place))
+            .collect::<Vec<_>>();
+        let limit = |(_, limit, place): (Id, i64, usize)| {
+            let Asking {
+                condition, must, ..
+            } = self.asking(place);
+            Limit {
+                limit,
+                condition,
+                must,
+            }
+        };
+        Some((of, wanted.into_iter().map(limit).collect()))
+    }
+
+    /// The comparisons of a value with constants.
+    fn compared(&self, of: Id) -> &[(Id, i64, usize)] {
+        let first = self
+            .lists
+            .compared
+            .partition_point(|(other, ..)| *other < of);
+        let count = self.lists.compared[first..].partition_point(|(other, ..)| *other == of);
+        &self.lists.compared[first..first + count]
+    }
+
+    /// The comparisons that hold (or do not) where the one of this value with this limit does (or
+    /// does not).
+    fn decided(&self, of: Id, limit: i64, holds: bool) -> &[(Id, i64, usize)] {
+        let all = self.compared(of);
+        let first = all.partition_point(|(_, other, _)| *other < limit);
+        let end = all.partition_point(|(_, other, _)| *other <= limit);
+        if holds { &all[first..] } else { &all[..end] }
+    }
+}
+
+/// Cycles of what only these uses of nodes need; the list grows by what falls with them.
+fn unused(graph: &Graph, uses: &mut [u32], gone: &mut Vec<Id>) -> u32 {
+    let (mut at, mut cycles) = (0, 0_u32);
+    while let Some(id) = gone.get(at).copied() {
+        at += 1;
+        uses[id.index()] = uses[id.index()].saturating_sub(1);
+        if uses[id.index()] == 0 {
+            cycles = cycles.saturating_add(graph.cycles(id));
+            gone.extend_from_slice(graph.args(id));
+        }
+    }
+    gone.iter().for_each(|id| uses[id.index()] += 1);
+    cycles
+}

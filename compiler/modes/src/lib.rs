@@ -1,0 +1,306 @@
+//! The tick of a Kernel as a set of modes: one piece of code for every combination of machine
+//! states that can occur.
+//!
+//! ```text
+//!   Kernel -> Modes     mode: what is known of the cells when its tick starts
+//!                         |
+//!                       blocks: a tree (or, where tails are equal, a graph without cycles) of straight runs;
+//!                       a block ends by choosing the next block, or by naming the mode of the next tick
+//! ```
+//!
+//! In a mode, cells that are known are constants, and what the knowledge decides has been decided;
+//! the meaning of a tick is the Kernel's, bit for bit. A cell whose value the mode knows
+//! ([`Mode::known`]) need not be in memory when its tick starts: nobody reads it there, and whoever
+//! leaves for such a mode in [`End::Next`] does not store it. Every other cell is in memory when a
+//! tick starts; what it held already is not stored again.
+//!
+//! A host that changes cells between ticks must find the key's mode anew ([`Modes::mode_of`]);
+//! where there is none, no tick can have left the cells so, and the key must start from `init`.
+//! Live values may change freely.
+//!
+//! | part | what it settles |
+//! | --- | --- |
+//! | `graph`, `tick` | a tick as a graph: every computation once, memory read at the start and written at the end |
+//! | `fold`, `facts` | the same graph under what is known on a path |
+//! | `gain`, `order`, `tree` | which condition is decided first, down to the next mode |
+//! | `reach`, `choose` | which modes occur; which cells are worth modes of their own |
+//! | `place`, `merge` | where each computation stands; equal ways become one |
+//! | `cost` | cycles, roughly |
+//! | [`mod@verify`], [`run`], `print` | proof, reference engine, text |
+//!
+//! Not here: registers, instructions of a processor, exact cycles (`thumb`, `budget`).
+
+mod choose;
+mod cost;
+mod facts;
+mod fold;
+mod gain;
+mod graph;
+mod merge;
+mod order;
+mod place;
+mod print;
+mod reach;
+pub mod run;
+mod tick;
+mod tree;
+pub mod verify;
+
+pub use print::Size;
+
+use graph::Graph;
+use tick::Tick;
+use tree::Discrete;
+use whippen_kernel::{Inst, Kernel, Range, Value, ValueInfo};
+
+/// How many instructions all modes of an instrument may have, if nothing else is asked for: about
+/// 40 KB of code.
+pub const INSTRUCTIONS: usize = 12_000;
+
+/// All modes of a kernel's tick.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Modes {
+    /// What the kernel declares, and its `init`; its `tick` is what the modes were made of.
+    pub kernel: Kernel,
+    /// The modes; a key starts in the first.
+    pub modes: Vec<Mode>,
+}
+
+/// The tick where the cells are known to be such.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Mode {
+    /// In words, from the names of cells.
+    pub name: String,
+    /// Where word 0 of each cell lies when the tick starts.
+    pub cells: Vec<Range>,
+    /// Whether memory need not hold the cell (its range is a point that the mode stands for), by
+    /// cell.
+    pub known: Vec<bool>,
+    /// All values of the blocks.
+    pub values: Vec<ValueInfo>,
+    /// The blocks; the first is the entry, and what a block names comes after it.
+    pub blocks: Vec<Block>,
+}
+
+/// A straight run of instructions (`if` and `loop` that were left whole are instructions too).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Block {
+    /// Values handed over by those who come here; none where only one does.
+    pub params: Vec<Value>,
+    /// Instructions in order.
+    pub insts: Vec<Inst>,
+    /// What comes then.
+    pub end: End,
+}
+
+/// How a block ends.
+#[derive(Debug, Clone, PartialEq)]
+pub enum End {
+    /// One of two blocks, by a bool.
+    Branch {
+        /// The bool.
+        condition: Value,
+        /// Where it holds.
+        yes: Target,
+        /// Where it does not.
+        no: Target,
+        /// Whether it rarely holds, if that is known.
+        likely: Option<bool>,
+    },
+    /// A block.
+    Jump(Target),
+    /// The tick is over; the key's next tick starts in this mode.
+    Next(usize),
+}
+
+/// A block, with the values of its parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Target {
+    /// Its number in [`Mode::blocks`].
+    pub block: usize,
+    /// One for each parameter.
+    pub args: Vec<Value>,
+}
+
+/// The modes of a kernel: told apart by those cells that make the longest path shorter, as long as
+/// all modes together have no more instructions than this; with 0, the one mode that knows nothing.
+pub fn specialise(kernel: &Kernel, instructions: usize) -> Modes {
+    if instructions == 0 {
+        return Modes::single(kernel);
+    }
+    let mut source = Source::new(kernel);
+    let mut left = std::mem::take(&mut source.discrete);
+    let (mut best, mut chosen) = (Modes::single(kernel), Vec::new());
+    loop {
+        let mut more = choose::that_fit(&best, &left, instructions);
+        let Some(first) = more.first().copied() else {
+            return best;
+        };
+        while !more.is_empty() {
+            let added = more.iter().map(|at| left[*at].clone());
+            let cells: Vec<Discrete> = chosen.iter().cloned().chain(added).collect();
+            match source.modes(&cells, instructions) {
+                Some(tried) if tried.longest() <= best.longest() => {
+                    (best, chosen) = (tried, cells);
+                    break;
+                }
+                _ => more.truncate(more.len() / 2),
+            }
+        }
+        // The first, where even that one does not do alone, is left out for good.
+        let settled = if more.is_empty() { vec![first] } else { more };
+        let others = left
+            .into_iter()
+            .enumerate()
+            .filter(|(at, _)| !settled.contains(at));
+        left = others.map(|(_, discrete)| discrete).collect();
+    }
+}
+
+/// The modes of a kernel, told apart by all cells that can tell them apart; none if they have more
+/// instructions than this.
+pub fn specialise_fully(kernel: &Kernel, instructions: usize) -> Option<Modes> {
+    let mut source = Source::new(kernel);
+    let all = std::mem::take(&mut source.discrete);
+    source.modes(&all, instructions)
+}
+
+/// A tick to make modes of.
+struct Source<'k> {
+    graph: Graph<'k>,
+    tick: Tick,
+    start: Vec<Range>,
+    /// Cells that can tell modes apart, the most useful first.
+    discrete: Vec<Discrete>,
+}
+
+impl<'k> Source<'k> {
+    fn new(kernel: &'k Kernel) -> Source<'k> {
+        let start = reach::after_init(kernel);
+        let mut graph = Graph::new(kernel);
+        let tick = tick::read(
+            &mut graph,
+            &kernel.tick,
+            &tick::in_memory(kernel, &kernel.tick),
+        );
+        let all = reach::discrete(&graph, &tick, &start);
+        let discrete = choose::by_gain(&mut graph, &tick, all);
+        Source {
+            graph,
+            tick,
+            start,
+            discrete,
+        }
+    }
+
+    /// Modes told apart by these cells; none if they become too large.
+    fn modes(&mut self, cells: &[Discrete], instructions: usize) -> Option<Modes> {
+        let reached = reach::reach(
+            &mut self.graph,
+            &self.tick,
+            cells,
+            &self.start,
+            instructions,
+        )
+        .ok()?;
+        let modes = placed(&mut self.graph, cells, &reached)?;
+        (modes.instructions() <= instructions).then_some(modes)
+    }
+}
+
+fn placed(graph: &mut Graph, discrete: &[Discrete], reached: &[reach::Reached]) -> Option<Modes> {
+    let in_memory = tick::in_memory(graph.kernel, &graph.kernel.tick);
+    let knows = |mode: &reach::Reached| {
+        let ranges = mode.cells.iter().zip(&in_memory);
+        ranges
+            .map(|(range, in_memory)| range.low == range.high && !in_memory)
+            .collect::<Vec<bool>>()
+    };
+    let known: Vec<Vec<bool>> = reached.iter().map(knows).collect();
+    let plan = place::Plan {
+        discrete,
+        modes: reached,
+        known: &known,
+    };
+    Some(Modes {
+        modes: place::modes(graph, &plan)?,
+        kernel: graph.kernel.clone(),
+    })
+}
+
+impl End {
+    /// Where it may lead within the mode.
+    pub fn targets(&self) -> impl Iterator<Item = &Target> {
+        let (first, second) = match self {
+            End::Branch { yes, no, .. } => (Some(yes), Some(no)),
+            End::Jump(target) => (Some(target), None),
+            End::Next(_) => (None, None),
+        };
+        first.into_iter().chain(second)
+    }
+
+    fn targets_mut(&mut self) -> impl Iterator<Item = &mut Target> {
+        let (first, second) = match self {
+            End::Branch { yes, no, .. } => (Some(yes), Some(no)),
+            End::Jump(target) => (Some(target), None),
+            End::Next(_) => (None, None),
+        };
+        first.into_iter().chain(second)
+    }
+}
+
+impl Mode {
+    /// The cells whose value the mode stands for, with that value.
+    pub fn stands_for(&self) -> impl Iterator<Item = (usize, i64)> {
+        let cells = self.cells.iter().zip(&self.known).enumerate();
+        cells
+            .filter(|(_, (_, known))| **known)
+            .map(|(cell, (range, _))| (cell, range.low))
+    }
+}
+
+impl Modes {
+    /// Instructions of all modes, without constants.
+    pub fn instructions(&self) -> usize {
+        self.modes.iter().map(Mode::instructions).sum()
+    }
+
+    /// The longest path through any mode.
+    pub fn longest(&self) -> Size {
+        self.modes
+            .iter()
+            .map(Mode::longest)
+            .max()
+            .unwrap_or_default()
+    }
+
+    /// The mode of a key whose cells hold this (word 0 of each); none if no tick can leave them so.
+    pub fn mode_of(&self, cell: impl Fn(usize) -> i64) -> Option<usize> {
+        self.modes.iter().position(|mode| {
+            mode.cells
+                .iter()
+                .enumerate()
+                .all(|(at, range)| range.has(cell(at)))
+        })
+    }
+
+    /// One mode that knows nothing: the kernel's tick as it is.
+    pub fn single(kernel: &Kernel) -> Modes {
+        let entry = Block {
+            params: Vec::new(),
+            insts: kernel.tick.insts.clone(),
+            end: End::Next(0),
+        };
+        let mode = Mode {
+            name: "any".to_string(),
+            cells: kernel.cells.iter().map(|cell| cell.range).collect(),
+            known: vec![false; kernel.cells.len()],
+            values: kernel.values.clone(),
+            blocks: vec![entry],
+        };
+        Modes {
+            kernel: kernel.clone(),
+            modes: vec![mode],
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! Which modes occur: from what cells hold after `init`, tick by tick, until nothing new comes up.
+//!
+//! A mode is a class for every discrete cell. With it goes where all other cells lie whenever the
+//! mode is entered; a range that grows is taken to be all that the cell declares at once, so that
+//! this ends after few rounds. What that gave away is taken back afterwards (`narrow`).
+
+mod narrow;
+
+use super::facts::{Facts, meet};
+use super::fold::{Fold, Path};
+use super::gain::Lists;
+use super::graph::{Graph, Id, Kind};
+use super::tick::{self, Tick};
+use super::tree::{Discrete, Grower, TooBig, Tree};
+use std::rc::Rc;
+use whippen_kernel::{Kernel, Op, Range, Type};
+
+/// A mode that occurs.
+#[derive(Debug)]
+pub(super) struct Reached {
+    /// The class of each discrete cell.
+    pub classes: Vec<usize>,
+    /// Where cells lie when it is entered.
+    pub cells: Vec<Range>,
+    pub tree: Rc<Tree>,
+}
+
+/// Where cells lie after `init`.
+pub(super) fn after_init(kernel: &Kernel) -> Vec<Range> {
+    let mut graph = Graph::new(kernel);
+    let init = tick::read(
+        &mut graph,
+        &kernel.init,
+        &tick::in_memory(kernel, &kernel.init),
+    );
+    let before: Vec<Range> = kernel
+        .cells
+        .iter()
+        .map(|cell| Range::point(cell.init))
+        .collect();
+    let path = Path {
+        facts: entry(&mut graph, &before),
+        ..Path::default()
+    };
+    let mut fold = Fold::default();
+    let folded = fold
+        .run(&mut graph, &path, &init.roots())
+        .unwrap_or_else(|| init.roots());
+    ranges(&graph, &fold, &init.with(&folded))
+}
+
+/// Where cells lie at the end of a folded tick.
+pub(super) fn ranges(graph: &Graph, fold: &Fold, tick: &Tick) -> Vec<Range> {
+    let range = |(at, cell): (usize, &Option<Id>)| match cell {
+        Some(id) => graph
+            .constant(*id)
+            .map_or_else(|| fold.range(*id), Range::point),
+        None => graph.kernel.cells[at].range,
+    };
+    tick.cells.iter().enumerate().map(range).collect()
+}
+
+/// Cells that may tell modes apart: bools, and counters at rest at 0.
+pub(super) fn discrete(graph: &Graph, tick: &Tick, start: &[Range]) -> Vec<Discrete> {
+    let mut found = Vec::new();
+    for (cell, declared) in graph
+        .kernel
+        .cells
+        .iter()
+        .enumerate()
+        .filter(|(cell, _)| tick.cells[*cell].is_some())
+    {
+        let Range { low, high } = declared.range;
+        let classes = match declared.ty {
+            Type::I1 if low < high => vec![Range::point(0), Range::point(1)],
+            Type::I32 if low == 0 && high > 0 && rests(graph, cell) => {
+                vec![Range::point(0), Range::new(1, high)]
+            }
+            _ => continue,
+        };
+        let discrete = Discrete { cell, classes };
+        if discrete.class(start[cell]).is_some() {
+            found.push(discrete);
+        }
+    }
+    found
+}
+
+/// Whether something asks if the cell is 0, or about to be.
+fn rests(graph: &Graph, cell: usize) -> bool {
+    let is_cell = |id: &Id| graph.op(*id) == Some(Op::Get(cell as u32));
+    let is_rest = |id: &Id| {
+        graph
+            .constant(*id)
+            .is_some_and(|value| (0..=1).contains(&value))
+    };
+    (0..graph.len() as u32).map(Id).any(|id| {
+        let args = graph.args(id);
+        matches!(graph.op(id), Some(Op::Lt | Op::Le | Op::Eq))
+            && args.iter().any(is_cell)
+            && args.iter().any(is_rest)
+    })
+}
+
+/// The facts of a mode.
+pub(super) fn entry(graph: &mut Graph, cells: &[Range]) -> Facts {
+    let mut facts = Facts::default();
+    for (cell, range) in cells.iter().enumerate() {
+        let declared = &graph.kernel.cells[cell];
+        if declared.len == 1 && declared.range != *range {
+            let get = graph.node(Kind::Op(Op::Get(cell as u32)), declared.ty, &[]);
+            facts.insert(get, *range);
+        }
+    }
+    facts
+}
+
+/// All modes that occur, the first one first.
+pub(super) fn reach(
+    graph: &mut Graph,
+    tick: &Tick,
+    discrete: &[Discrete],
+    start: &[Range],
+    leaves: usize,
+) -> Result<Vec<Reached>, TooBig> {
+    let mut reach = Reach {
+        kernel: graph.kernel,
+        discrete,
+        modes: Vec::new(),
+        open: Vec::new(),
+        again: Vec::new(),
+    };
+    reach.enter(start);
+    let (fold, lists) = (Fold::default(), Lists::default());
+    let mut grower = Grower {
+        graph,
+        discrete,
+        leaves,
+        fold,
+        lists,
+        worth: 2,
+        promising: 3,
+        depth: 0,
+    };
+    while let Some(at) = reach.open.pop().or_else(|| reach.again.pop()) {
+        let others: usize = reach
+            .modes
+            .iter()
+            .map(|mode| mode.tree.as_ref().map_or(0, Tree::leaves))
+            .sum();
+        grower.leaves = leaves.checked_sub(others).ok_or(TooBig)?;
+        let tree = grow(&mut grower, &reach.modes[at].cells, tick)?;
+        for ranges in tree.iter().flat_map(Tree::ends) {
+            reach.enter(ranges);
+        }
+        reach.modes[at].tree = tree;
+    }
+    // A mode that is entered can be; where its tree says otherwise, nothing is made.
+    let done = |mode: Open| {
+        Some(Reached {
+            classes: mode.classes,
+            cells: mode.cells,
+            tree: Rc::new(mode.tree?),
+        })
+    };
+    let mut modes = reach
+        .modes
+        .into_iter()
+        .map(done)
+        .collect::<Option<Vec<Reached>>>()
+        .ok_or(TooBig)?;
+    grower.leaves = leaves;
+    for _ in 0..narrow::ROUNDS {
+        let Some(entries) = narrow::narrower(&modes, discrete, start) else {
+            break;
+        };
+        let grown = narrow::regrown(entries, &modes, (discrete, start), |cells| {
+            grow(&mut grower, cells, tick)
+        });
+        let Some(narrower) = grown else { break };
+        modes = narrower;
+    }
+    Ok(modes)
+}
+
+fn grow(grower: &mut Grower, cells: &[Range], tick: &Tick) -> Result<Option<Tree>, TooBig> {
+    let path = Path {
+        facts: entry(grower.graph, cells),
+        ..Path::default()
+    };
+    grower.grow(Rc::new(path), tick)
+}
+
+struct Open {
+    classes: Vec<usize>,
+    cells: Vec<Range>,
+    tree: Option<Tree>,
+}
+
+struct Reach<'a> {
+    kernel: &'a Kernel,
+    discrete: &'a [Discrete],
+    modes: Vec<Open>,
+    /// Modes whose tree is to be grown.
+    open: Vec<usize>,
+    /// Those whose tree is to be grown anew: when nothing else is left, so that ranges have stopped
+    /// growing.
+    again: Vec<usize>,
+}
+
+impl Reach<'_> {
+    /// The mode of these cells is entered with them.
+    fn enter(&mut self, cells: &[Range]) {
+        let Some(classes) = classes(self.discrete, cells) else {
+            return;
+        };
+        let Some(at) = self.modes.iter().position(|mode| mode.classes == classes) else {
+            self.open.push(self.modes.len());
+            self.modes.push(Open {
+                classes,
+                cells: cells.to_vec(),
+                tree: None,
+            });
+            return;
+        };
+        let mode = &mut self.modes[at];
+        let mut grown = false;
+        for (index, (held, new)) in mode.cells.iter_mut().zip(cells).enumerate() {
+            if !held.contains(*new) {
+                let class = self
+                    .discrete
+                    .iter()
+                    .zip(&mode.classes)
+                    .find(|(discrete, _)| discrete.cell == index);
+                let all = self.kernel.cells[index].range;
+                *held = class.map_or(all, |(discrete, class)| meet(all, discrete.classes[*class]));
+                grown = true;
+            }
+        }
+        if grown && !self.open.contains(&at) && !self.again.contains(&at) {
+            self.again.push(at);
+        }
+    }
+}
+
+/// The class of each discrete cell, if each has one.
+pub(super) fn classes(discrete: &[Discrete], cells: &[Range]) -> Option<Vec<usize>> {
+    discrete
+        .iter()
+        .map(|discrete| discrete.class(cells[discrete.cell]))
+        .collect()
+}
+
+impl Tree {
+    /// Where cells lie at each leaf.
+    pub fn ends(&self) -> Vec<&[Range]> {
+        let mut all = Vec::new();
+        self.add_ends(&mut all);
+        all
+    }
+
+    fn add_ends<'a>(&'a self, all: &mut Vec<&'a [Range]>) {
+        match self {
+            Tree::Leaf { ranges, .. } => all.push(ranges),
+            Tree::Split { yes, no, .. } => {
+                yes.add_ends(all);
+                no.add_ends(all);
+            }
+        }
+    }
+
+    pub fn leaves(&self) -> usize {
+        match self {
+            Tree::Leaf { .. } => 1,
+            Tree::Split { yes, no, .. } => yes.leaves() + no.leaves(),
+        }
+    }
+}
