@@ -65,7 +65,10 @@ fn table() -> String {
             .collect();
         let Some(found) = found else { continue };
         let row: Vec<String> = found.iter().map(columns).collect();
-        text += &format!("| [{name}](../instruments/{file}) | {} |\n", row.join(" | "));
+        text += &format!(
+            "| [{name}](../instruments/{file}) | {} |\n",
+            row.join(" | ")
+        );
     }
     text
 }
