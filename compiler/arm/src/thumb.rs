@@ -17,6 +17,7 @@
 //! | `shared` | what is computed once a tick for all keys |
 //! | `select` | which instructions |
 //! | `vcode` | instructions over virtual registers |
+//! | `text` | code as text, before and after allocation |
 //! | `pins` | what stays in registers from key to key |
 //! | `schedule` | the order of instructions |
 //! | `path` | cycles of the longest way |
@@ -54,6 +55,7 @@ mod schedule;
 mod select;
 mod shared;
 mod spread;
+mod text;
 mod v6m;
 mod vcode;
 

@@ -128,7 +128,7 @@ fn resources(code: &Code) -> Vec<(Resource, bool)> {
         Place::Constant => None,
         Place::Cell(cell) => Some(Resource::Memory(0, cell)),
         Place::Line(line) => Some(Resource::Memory(1, line)),
-        Place::Other(other) => Some(Resource::Memory(2, other)),
+        Place::Other(other) => Some(Resource::Memory(2, other as u32)),
     };
     match code.access {
         Access::None => {}

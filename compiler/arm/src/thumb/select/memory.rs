@@ -5,16 +5,16 @@ use super::word::with_shift;
 use super::{Bound, Select};
 use crate::thumb::frame::{H, I, K, T, TICK};
 use crate::thumb::literal::Literal;
-use crate::thumb::vcode::{Access, Code, End, Half, Place, Reg, Role, VReg};
+use crate::thumb::vcode::{Access, Code, End, Half, Other, Place, Reg, Role, VReg};
 use whippen_isa::{Op as Isa, ShiftType};
 use whippen_kernel::layout::words;
 use whippen_kernel::{Op, Range, Type, Value};
 
 /// Places that are neither cells nor lines.
-pub(super) const WORDS_OUT: Place = Place::Other(0);
-pub(super) const PROBES: Place = Place::Other(1);
-pub(super) const EVENTS: Place = Place::Other(2);
-pub(super) const MODE: Place = Place::Other(3);
+pub(super) const WORDS_OUT: Place = Place::Other(Other::Drive);
+pub(super) const PROBES: Place = Place::Other(Other::Probes);
+pub(super) const EVENTS: Place = Place::Other(Other::Events);
+pub(super) const MODE: Place = Place::Other(Other::Mode);
 
 impl Select<'_> {
     /// An address: a register and an offset that every load and store can hold.
