@@ -1,18 +1,18 @@
 //! Branches of ARMv6-M reach 2 KiB: those that go further go by way of others.
 
-use super::{Item, Label, offset, settled};
+use super::{Item, Label, branch_offset, relax_branches};
 
 /// How far a step goes (bytes): less than a branch reaches, because what is put in between moves
 /// the rest.
-const STEP: i64 = 1500;
+const ISLAND_DISTANCE: i64 = 1500;
 
 /// The same items with steps where branches do not reach.
-pub(super) fn in_reach(mut items: Vec<Item>, mut labels: Label) -> Vec<Item> {
+pub(super) fn insert_islands(mut items: Vec<Item>, mut labels: Label) -> Vec<Item> {
     loop {
-        let (sizes, places) = settled(&items, labels);
+        let (sizes, places) = relax_branches(&items, labels);
         let far = |(index, item): (usize, &Item)| match item {
             Item::Branch { cond, to } => {
-                let far = offset(&places, index, *to)
+                let far = branch_offset(&places, index, *to)
                     - if cond.is_some() {
                         i64::from(sizes[index] - 2)
                     } else {
@@ -25,7 +25,7 @@ pub(super) fn in_reach(mut items: Vec<Item>, mut labels: Label) -> Vec<Item> {
         let Some((index, far)) = items.iter().enumerate().find_map(far) else {
             return items;
         };
-        let wanted = i64::from(places.items[index]) + STEP * far.signum();
+        let wanted = i64::from(places.items[index]) + ISLAND_DISTANCE * far.signum();
         let distance = |at: &usize| (i64::from(places.items[*at]) - wanted).abs();
         // Never between a loop's mark and its first instruction.
         let free = |at: &usize| !matches!(items[at - 1], Item::Loop { .. });
