@@ -54,6 +54,7 @@ mod schedule;
 mod search;
 mod select;
 mod tick_invariant;
+mod tuning;
 mod v6m;
 mod validate;
 

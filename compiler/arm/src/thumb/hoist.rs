@@ -14,14 +14,10 @@ use super::allocate::{Allocated, Fixed, Placed, next_key_register};
 use super::critical_path::{self, Cycles};
 use super::frame::{H, I, K, T, others};
 use super::minst::{Access, Terminator};
+use super::tuning::{HOIST_WINDOW, HOISTED_MAX};
 use whippen_isa::reg::SP;
 use whippen_isa::timing::Core;
 use whippen_isa::{Class, Flags};
-
-/// How far an instruction goes up in the block before.
-const WINDOW: usize = 8;
-/// How many instructions leave a block.
-const MOST: usize = 3;
 
 /// Moves loads and single operations up over branches, where that makes the longest way shorter.
 pub(super) fn hoist_over_branches(func: &mut Allocated, core: &Core) {
@@ -38,7 +34,7 @@ pub(super) fn hoist_over_branches(func: &mut Allocated, core: &Core) {
     for block in (0..func.blocks.len()).rev() {
         if let Terminator::Branch { yes, no, .. } = func.blocks[block].end {
             for (from, other) in [(yes, no), (no, yes)] {
-                for _ in 0..MOST {
+                for _ in 0..HOISTED_MAX {
                     if entered[from] != 1
                         || !hoist_first(func, core, (block, from, other), &live, &mut below)
                     {
@@ -127,7 +123,7 @@ fn hoist_first(
 /// The block with one more instruction near its end, where it costs least.
 fn find_best_place(block: &Placed, goes: Fixed, core: &Core) -> Option<(Cycles, Placed)> {
     let mut best: Option<(Cycles, Placed)> = None;
-    for place in (block.code.len().saturating_sub(WINDOW)..=block.code.len()).rev() {
+    for place in (block.code.len().saturating_sub(HOIST_WINDOW)..=block.code.len()).rev() {
         if block
             .code
             .get(place)

@@ -13,6 +13,7 @@ use super::frame::T;
 use super::minst::{
     Access, AliasClass, Edge, Func, MInst, Operand, Reg, Role, Terminator, Use, VReg,
 };
+use super::tuning::PROMOTED_MAX;
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
 use whippen_isa::Op;
@@ -20,8 +21,6 @@ use whippen_isa::Op;
 /// The registers that may hold such a word, in the order in which they are taken; short encodings
 /// do not name them.
 const REGISTERS: [u8; PROMOTED_MAX] = [9, 8, 12, 5, 4];
-/// How many words may stay in registers: no instruction needs more than the others.
-const PROMOTED_MAX: usize = 5;
 
 /// A word that is the same for all keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

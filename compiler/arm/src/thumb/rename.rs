@@ -11,12 +11,8 @@
 use super::allocate::{Fixed, Placed};
 use super::frame::others;
 use super::hoist::{live_before, registers_touched, rename_result};
+use super::tuning::{RENAME_HIGH_COST, RENAME_HORIZON};
 use whippen_isa::timing::Core;
-
-/// A register that was touched longer ago than this is as good as any.
-const LONG: usize = 12;
-/// What it takes for a register that only long encodings name.
-const HIGH: usize = 6;
 
 /// The block with other registers; `behind` is what is wanted behind it. None if nothing can be
 /// otherwise.
@@ -87,10 +83,14 @@ impl RegisterUse {
 
     /// The longer ago a register was touched, the better it is.
     fn score_register(&self, at: usize, register: u32) -> usize {
-        let mut before = self.touched[..at].iter().rev().take(LONG);
+        let mut before = self.touched[..at].iter().rev().take(RENAME_HORIZON);
         let since = before
             .position(|(uses, defs)| (uses | defs) & register != 0)
-            .unwrap_or(LONG);
-        since.saturating_sub(if register < 1 << 8 { 0 } else { HIGH })
+            .unwrap_or(RENAME_HORIZON);
+        since.saturating_sub(if register < 1 << 8 {
+            0
+        } else {
+            RENAME_HIGH_COST
+        })
     }
 }

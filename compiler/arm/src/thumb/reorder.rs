@@ -20,20 +20,13 @@ use super::critical_path;
 use super::hoist::{compute_live_in, live_out_of};
 use super::minst::{Access, AliasClass};
 use super::rename::rename_registers;
+use super::tuning::{REORDER_PATH_MIN, REORDER_TRIES, REORDER_WINDOW};
 pub(super) use cache::OrderCache;
 use cache::{Ordered, apply_order};
 use cost::OrderCost;
 use whippen_isa::reg::SP;
 use whippen_isa::timing::Core;
 use whippen_isa::{Class, Flags};
-
-/// Ways shorter than this part of the longest are left as they are: an order saves less than the
-/// difference.
-const SHORT: (u64, u64) = (4, 5);
-/// How far an instruction is moved at once.
-const WINDOW: usize = 14;
-/// How many orders of a block are measured.
-const TRIES: usize = 4000;
 
 /// Puts every block on a long way in a better order, if there is one: the others are as good as
 /// they need be.
@@ -47,7 +40,7 @@ pub(super) fn reorder_blocks(func: &mut Allocated, core: &Core, cache: &OrderCac
         .map(|block| live_out_of(block, &live, core))
         .collect();
     for ((block, through), behind) in func.blocks.iter_mut().zip(through).zip(behind) {
-        if SHORT.1 * through < SHORT.0 * longest || block.code.is_empty() {
+        if REORDER_PATH_MIN.1 * through < REORDER_PATH_MIN.0 * longest || block.code.is_empty() {
             continue;
         }
         let order = cache.get_or_find(block, behind, || best_order(block, behind, free, core));
@@ -167,7 +160,7 @@ impl LocalSearch {
             for at in 0..self.order.len() {
                 self.move_one(at);
             }
-            if self.cycles == cycles || self.tries >= TRIES {
+            if self.cycles == cycles || self.tries >= REORDER_TRIES {
                 return;
             }
         }
@@ -187,12 +180,12 @@ impl LocalSearch {
             .min()
             .unwrap_or(self.order.len());
         let (first, end) = (
-            first.max(from.saturating_sub(WINDOW)),
-            end.min(from + WINDOW),
+            first.max(from.saturating_sub(REORDER_WINDOW)),
+            end.min(from + REORDER_WINDOW),
         );
         let (mut best, mut now) = (from, from);
         for to in (first..end).filter(|to| *to != from) {
-            if self.tries >= TRIES {
+            if self.tries >= REORDER_TRIES {
                 break;
             }
             self.move_place(now, to);

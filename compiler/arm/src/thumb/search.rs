@@ -13,6 +13,9 @@ use super::promote::{self, Promotions};
 use super::reorder::OrderCache;
 use super::select::Select;
 use super::tick_invariant::TickInvariants;
+use super::tuning::{
+    CANDIDATES_AT_ONCE, CANDIDATES_MAX, CLOSE_CYCLES, PROMOTION_MODES, REORDER_SAVING,
+};
 use super::{ThumbError, critical_path, hoist, reorder, schedule, v6m, validate};
 use whippen_deterministic::parallel;
 use whippen_isa::Arch;
@@ -59,20 +62,6 @@ struct CompiledMode {
     /// none.
     tried: usize,
 }
-
-/// How many ways are tried, at most, beside the first of each mode.
-const TRIES: usize = 8;
-/// So many are tried at once: what comes next if those before do not change which mode is the
-/// worst.
-const AHEAD: usize = 2;
-/// What a better order saves about, so many cycles.
-const SAVED: u64 = 4;
-
-/// Modes that are so many cycles below the worst are made as well as that one.
-const CLOSE: u64 = 3;
-
-/// So many of the longest modes tell how many words stay in registers.
-const LONG: usize = 8;
 
 /// The code of all modes, and what stays in registers from key to key.
 pub(super) fn compile_modes(
@@ -123,9 +112,9 @@ pub(super) fn compile_modes(
         return Ok((all.into_iter().map(|made| made.code).collect(), promotions));
     }
     let known = OrderCache::default();
-    let mut left = TRIES + all.len();
+    let mut left = CANDIDATES_MAX + all.len();
     while left > 0 {
-        let ahead = next_candidates(&all, left.min(AHEAD));
+        let ahead = next_candidates(&all, left.min(CANDIDATES_AT_ONCE));
         if ahead.is_empty() {
             break;
         }
@@ -167,7 +156,7 @@ fn choose_promotions(funcs: &[Func], core: &Core) -> Result<Promotions, ThumbErr
     let words = promote::rank_candidates(funcs);
     let mut longest: Vec<&Func> = funcs.iter().collect();
     longest.sort_by_cached_key(|func| std::cmp::Reverse(func.longest_path_len()));
-    longest.truncate(LONG);
+    longest.truncate(PROMOTION_MODES);
     let mut best: Option<(u64, Promotions)> = None;
     for count in 0..=words.len() {
         let promotions = Promotions::new(&words[..count]);
@@ -201,7 +190,7 @@ fn worst(standing: &[(u64, usize)]) -> Option<(usize, usize)> {
     let most = standing.iter().map(|(cycles, _)| *cycles).max()?;
     // What comes close may be dearer once it has addresses.
     let is_open = |(_, (cycles, tried)): &(usize, &(u64, usize))| {
-        *tried < STRATEGIES.len() && cycles + CLOSE >= most
+        *tried < STRATEGIES.len() && cycles + CLOSE_CYCLES >= most
     };
     let by_cycles =
         |(index, (cycles, _)): &(usize, &(u64, usize))| (*cycles, std::cmp::Reverse(*index));
@@ -220,7 +209,11 @@ fn next_candidates(all: &[CompiledMode], count: usize) -> Vec<(usize, usize)> {
     let next = || {
         let next = worst(&standing)?;
         let (cycles, tried) = &mut standing[next.0];
-        *cycles -= if *tried == 0 { SAVED.min(*cycles) } else { 0 };
+        *cycles -= if *tried == 0 {
+            REORDER_SAVING.min(*cycles)
+        } else {
+            0
+        };
         *tried += 1;
         Some(next)
     };

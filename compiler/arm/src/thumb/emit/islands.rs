@@ -1,10 +1,7 @@
 //! Branches of ARMv6-M reach 2 KiB: those that go further go by way of others.
 
 use super::{Item, Label, branch_offset, relax_branches};
-
-/// How far a step goes (bytes): less than a branch reaches, because what is put in between moves
-/// the rest.
-const ISLAND_DISTANCE: i64 = 1500;
+use crate::thumb::tuning::ISLAND_DISTANCE;
 
 /// The same items with steps where branches do not reach.
 pub(super) fn insert_islands(mut items: Vec<Item>, mut labels: Label) -> Vec<Item> {
