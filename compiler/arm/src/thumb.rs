@@ -17,6 +17,7 @@
 //! | `tick_invariant` | what is computed once a tick for all keys |
 //! | `select` | which instructions |
 //! | `minst` | instructions over virtual registers |
+//! | `text` | code as text, before and after allocation |
 //! | `promote` | what stays in registers from key to key |
 //! | `schedule` | the order of instructions |
 //! | `critical_path` | cycles of the longest path |
@@ -53,6 +54,7 @@ mod reorder_check;
 mod schedule;
 mod search;
 mod select;
+mod text;
 mod tick_invariant;
 mod tuning;
 mod v6m;

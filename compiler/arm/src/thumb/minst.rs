@@ -73,8 +73,21 @@ pub(super) enum AliasClass {
     Cell(u32),
     /// A delay line.
     Line(u32),
-    /// Everything else: events, drive words, the mode.
-    Other(u32),
+    /// Everything else.
+    Other(Other),
+}
+
+/// Memory that is neither constant nor a cell nor a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) enum Other {
+    /// Drive words.
+    Drive,
+    /// Probes.
+    Probes,
+    /// The ring of events.
+    Events,
+    /// The mode: the address of its code.
+    Mode,
 }
 
 /// What an instruction does to memory.

@@ -128,7 +128,7 @@ fn resources_of(code: &MInst) -> Vec<(Resource, bool)> {
         AliasClass::Constant => None,
         AliasClass::Cell(cell) => Some(Resource::Memory(0, cell)),
         AliasClass::Line(line) => Some(Resource::Memory(1, line)),
-        AliasClass::Other(other) => Some(Resource::Memory(2, other)),
+        AliasClass::Other(other) => Some(Resource::Memory(2, other as u32)),
     };
     match code.access {
         Access::None => {}

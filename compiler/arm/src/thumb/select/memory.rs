@@ -5,16 +5,18 @@ use super::word::with_shift;
 use super::{Bound, Select};
 use crate::thumb::frame::{H, I, K, T, TICK};
 use crate::thumb::literal::Literal;
-use crate::thumb::minst::{Access, AliasClass, MInst, Reg, Relocation, Role, Terminator, VReg};
+use crate::thumb::minst::{
+    Access, AliasClass, MInst, Other, Reg, Relocation, Role, Terminator, VReg,
+};
 use whippen_isa::{Op as Isa, ShiftType};
 use whippen_kernel::layout::words;
 use whippen_kernel::{Op, Range, Type, Value};
 
 /// Places that are neither cells nor lines.
-pub(super) const WORDS_OUT: AliasClass = AliasClass::Other(0);
-pub(super) const PROBES: AliasClass = AliasClass::Other(1);
-pub(super) const EVENTS: AliasClass = AliasClass::Other(2);
-pub(super) const MODE: AliasClass = AliasClass::Other(3);
+pub(super) const WORDS_OUT: AliasClass = AliasClass::Other(Other::Drive);
+pub(super) const PROBES: AliasClass = AliasClass::Other(Other::Probes);
+pub(super) const EVENTS: AliasClass = AliasClass::Other(Other::Events);
+pub(super) const MODE: AliasClass = AliasClass::Other(Other::Mode);
 
 impl Select<'_> {
     /// An address: a register and an offset that every load and store can hold.
