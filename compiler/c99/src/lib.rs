@@ -102,8 +102,7 @@ impl<'a> Writer<'a> {
             text: String::new(),
             depth: 0,
             values: vec![String::new(); kernel.values.len()],
-            assumes: any(&kernel.init, |inst| matches!(inst.op, Op::Assume(..)))
-                || any(&kernel.tick, |inst| matches!(inst.op, Op::Assume(..))),
+            assumes: kernel.assumes(),
             set_aside: options.layout == Layout::Columns && !emits_in_loop(&kernel.tick),
             emits: 0,
         }
@@ -151,18 +150,10 @@ fn literal(ty: Type, value: i64) -> String {
     }
 }
 
-/// Whether any instruction of a region, or inside it, is such.
-fn any(region: &Region, such: fn(&Inst) -> bool) -> bool {
-    region
-        .insts
-        .iter()
-        .any(|inst| such(inst) || inst.regions.iter().any(|inner| any(inner, such)))
-}
-
 fn emits_in_loop(region: &Region) -> bool {
-    let is_emit = |inst: &Inst| matches!(inst.op, Op::Emit(_));
-    region.insts.iter().any(|inst| match inst.op {
-        Op::Loop(_) => inst.regions.iter().any(|body| any(body, is_emit)),
-        _ => inst.regions.iter().any(emits_in_loop),
-    })
+    let is_loop = |inst: &&Inst| matches!(inst.op, Op::Loop(_));
+    let loops = region.all_insts().filter(is_loop);
+    loops
+        .flat_map(Inst::all_insts)
+        .any(|inst| matches!(inst.op, Op::Emit(_)))
 }

@@ -35,38 +35,19 @@ use cranelift_codegen::ir::{self, Endianness, InstBuilder, MemFlagsData, Value};
 use cranelift_codegen::isa::TargetFrontendConfig;
 use cranelift_frontend::FunctionBuilder;
 use whippen_kernel::layout::Layout;
-use whippen_kernel::{Kernel, Op, Region, Type, Walk};
+use whippen_kernel::{Kernel, Region, Type, Walk};
 
 /// How many keys run at once.
 pub(super) const WIDTH: usize = 4;
 
-/// The most events that all keys may tell in a tick.
+/// The most events that all keys together may emit in a tick.
 const EVENTS_MAX: usize = 1 << 16;
 
 /// Whether a kernel for so many keys is to be run in lanes.
 pub(super) fn suits(kernel: &Kernel, keys: usize) -> bool {
     cfg!(target_arch = "x86_64")
         && keys >= WIDTH
-        && keys.saturating_mul(events_max(&kernel.tick)) <= EVENTS_MAX
-}
-
-/// The most events that a region may tell for one key.
-pub(super) fn events_max(region: &Region) -> usize {
-    let count = |inst: &whippen_kernel::Inst| match inst.op {
-        Op::Emit(_) => 1,
-        Op::Loop(rounds) => inst
-            .regions
-            .iter()
-            .map(events_max)
-            .sum::<usize>()
-            .saturating_mul(rounds as usize),
-        _ => inst.regions.iter().map(events_max).sum(),
-    };
-    region
-        .insts
-        .iter()
-        .map(count)
-        .fold(0, usize::saturating_add)
+        && keys.saturating_mul(kernel.tick.events_max() as usize) <= EVENTS_MAX
 }
 
 /// A value of the kernel in lanes.

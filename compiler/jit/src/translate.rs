@@ -35,13 +35,6 @@ fn register(ty: Type) -> ir::Type {
     }
 }
 
-fn assumes(region: &Region) -> bool {
-    region
-        .insts
-        .iter()
-        .any(|inst| matches!(inst.op, Op::Assume(..)) || inst.regions.iter().any(assumes))
-}
-
 impl<'a> Translator<'a> {
     /// A translator into an empty function.
     pub fn new(
@@ -59,7 +52,6 @@ impl<'a> Translator<'a> {
             words: [none; 2],
         };
         let access = Access::new(&mut f);
-        let assumes = assumes(&kernel.init) || assumes(&kernel.tick);
         Translator {
             kernel,
             layout,
@@ -67,7 +59,7 @@ impl<'a> Translator<'a> {
             access,
             frame,
             values: vec![none; kernel.values.len()],
-            assumes,
+            assumes: kernel.assumes(),
         }
     }
 

@@ -29,7 +29,7 @@
 //! | [`layout`], [`memory`] | where everything lies; what operators on memory mean |
 //! | [`interp`] | the reference engine, built from the table alone |
 //! | `strip` | the same Kernel without probes |
-//! | `walk` | the walk over a region that translators share |
+//! | `walk`, `region` | the walk that translators share; every instruction of a region, and what is counted over them |
 //! | [`random`] | random valid Kernels and inputs, for tests of every engine |
 //!
 //! Not here: reals, units, formats (they end in `fix::lower`), machine code (`host`, `thumb`).
@@ -43,6 +43,7 @@ pub mod op;
 pub mod parse;
 mod print;
 pub mod random;
+mod region;
 mod strip;
 pub mod verify;
 mod walk;
@@ -54,6 +55,7 @@ pub use loaded::Loaded;
 pub use memory::{EngineError, Happened, Memory};
 pub use op::{Effect, Immediate, Op, OpError, ROWS};
 pub use parse::{ParseError, parse};
+pub use region::{AllInsts, all_insts};
 pub use strip::sweep_insts;
 pub use strip::{sweep, without_probes};
 pub use verify::{Verified, VerifyError, verify};

@@ -38,7 +38,7 @@ pub fn sweep_insts(insts: &mut Vec<Inst>, needed: &mut [bool]) {
         if inst.op == Op::If {
             drop_results(&mut inst, needed);
         }
-        if writes(&inst) || inst.results.iter().any(|result| needed[result.0 as usize]) {
+        if has_effect(&inst) || inst.results.iter().any(|result| needed[result.0 as usize]) {
             mark(&inst.args, needed);
             for inner in &mut inst.regions {
                 mark(&inner.yields, needed);
@@ -75,14 +75,11 @@ fn mark(values: &[Value], needed: &mut [bool]) {
 }
 
 /// Whether an instruction, or one inside it, does something besides giving results.
-fn writes(inst: &Inst) -> bool {
-    let own = !matches!(
-        inst.op.row().effect,
-        Effect::Pure | Effect::Reads | Effect::Control
-    );
-    own || inst
-        .regions
-        .iter()
-        .flat_map(|region| &region.insts)
-        .any(writes)
+fn has_effect(inst: &Inst) -> bool {
+    inst.all_insts().any(|inst| {
+        !matches!(
+            inst.op.row().effect,
+            Effect::Pure | Effect::Reads | Effect::Control
+        )
+    })
 }

@@ -162,7 +162,10 @@ impl<'k> Graph<'k> {
     pub fn asks(&self, id: Id, such: &dyn Fn(Op) -> bool) -> bool {
         match self.kind(id) {
             Kind::Op(op) => such(op),
-            Kind::Effect(source) => any(&self.sources[source as usize].inst, such),
+            Kind::Effect(source) => {
+                let mut inside = self.sources[source as usize].inst.all_insts();
+                inside.any(|inst| such(inst.op))
+            }
             Kind::Start | Kind::Result(_) => false,
         }
     }
@@ -298,15 +301,6 @@ fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
         bits &= bits.wrapping_sub(1);
         (at < 64).then_some(at)
     })
-}
-
-fn any(inst: &Inst, such: &dyn Fn(Op) -> bool) -> bool {
-    such(inst.op)
-        || inst
-            .regions
-            .iter()
-            .flat_map(|region| &region.insts)
-            .any(|inst| any(inst, such))
 }
 
 /// Whether it is an effect that keeps its place among the others, given which cells are left in

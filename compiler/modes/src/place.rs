@@ -474,51 +474,9 @@ impl Placer<'_, '_> {
 
     /// The instruction with values of this mode.
     fn renamed(&mut self, inst: &Inst, inside: &mut FxHashMap<Value, Value>) -> Inst {
-        let args = inst
-            .args
-            .iter()
-            .map(|arg| self.rename(*arg, inside))
-            .collect();
-        let regions = inst
-            .regions
-            .iter()
-            .map(|region| self.renamed_region(region, inside))
-            .collect();
-        let results = inst
-            .results
-            .iter()
-            .map(|result| self.rename(*result, inside))
-            .collect();
-        Inst {
-            op: inst.op,
-            args,
-            results,
-            regions,
-            origin: inst.origin,
-        }
-    }
-
-    fn renamed_region(&mut self, region: &Region, inside: &mut FxHashMap<Value, Value>) -> Region {
-        let params = region
-            .params
-            .iter()
-            .map(|param| self.rename(*param, inside))
-            .collect();
-        let insts = region
-            .insts
-            .iter()
-            .map(|inst| self.renamed(inst, inside))
-            .collect();
-        let yields = region
-            .yields
-            .iter()
-            .map(|value| self.rename(*value, inside))
-            .collect();
-        Region {
-            params,
-            insts,
-            yields,
-        }
+        let mut inst = inst.clone();
+        inst.for_each_value_mut(&mut |value| *value = self.rename(*value, inside));
+        inst
     }
 
     fn rename(&mut self, value: Value, inside: &mut FxHashMap<Value, Value>) -> Value {

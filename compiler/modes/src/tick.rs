@@ -19,22 +19,20 @@ pub(super) struct Tick {
 /// Cells that are left in memory: grids, and what loops touch.
 pub(super) fn in_memory(kernel: &Kernel, region: &Region) -> Vec<bool> {
     let mut found: Vec<bool> = kernel.cells.iter().map(|cell| cell.len != 1).collect();
-    touched(region, false, &mut found);
-    found
-}
-
-fn touched(region: &Region, in_loop: bool, found: &mut [bool]) {
-    for inst in &region.insts {
+    for inst in region.all_insts() {
         match inst.op {
-            Op::Get(cell) | Op::Set(cell) if in_loop => found[cell as usize] = true,
             Op::GetAt(cell) | Op::SetAt(cell) => found[cell as usize] = true,
+            Op::Loop(_) => {
+                for inner in inst.all_insts() {
+                    if let Op::Get(cell) | Op::Set(cell) = inner.op {
+                        found[cell as usize] = true;
+                    }
+                }
+            }
             _ => {}
         }
-        let in_loop = in_loop || matches!(inst.op, Op::Loop(_));
-        inst.regions
-            .iter()
-            .for_each(|inner| touched(inner, in_loop, found));
     }
+    found
 }
 
 /// Adds a region to the graph: `tick`, or `init`.

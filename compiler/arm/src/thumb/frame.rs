@@ -18,7 +18,7 @@ use super::pins::Pins;
 use super::{Around, Options};
 use whippen_isa::Arch;
 use whippen_kernel::layout::words;
-use whippen_kernel::{Inst, Kernel, Op, Range, Region};
+use whippen_kernel::{Inst, Kernel, Op, Range};
 
 /// This key's record.
 pub(super) const K: u8 = 7;
@@ -175,7 +175,7 @@ impl Ring {
         let args = kernel.events.iter().map(|event| event.args).max()?;
         let event = 4 * (2 + args).next_power_of_two();
         let tick_bytes_max = keys
-            .saturating_mul(emitted(&kernel.tick))
+            .saturating_mul(kernel.tick.events_max())
             .max(1)
             .saturating_mul(event);
         let bytes = tick_bytes_max
@@ -200,16 +200,6 @@ impl Ring {
     pub fn size(&self) -> u32 {
         self.spare() + self.tick_bytes_max
     }
-}
-
-/// How many events a region can emit.
-fn emitted(region: &Region) -> u32 {
-    let of = |inst: &Inst| match inst.op {
-        Op::Emit(_) => 1,
-        Op::Loop(rounds) => rounds.saturating_mul(inst.regions.iter().map(emitted).sum()),
-        _ => inst.regions.iter().map(emitted).max().unwrap_or(0),
-    };
-    region.insts.iter().map(of).fold(0, u32::saturating_add)
 }
 
 impl Frame {
@@ -400,17 +390,9 @@ fn is_narrow(range: Range) -> bool {
 
 /// Every line and delay that the kernel asks for.
 fn delays(kernel: &Kernel) -> Vec<(u32, u32)> {
-    fn collect(region: &Region, found: &mut Vec<(u32, u32)>) {
-        for inst in &region.insts {
-            if let Op::Delay(line, ticks) = inst.op {
-                found.push((line, ticks));
-            }
-            inst.regions.iter().for_each(|inner| collect(inner, found));
-        }
-    }
-    let mut found = Vec::new();
-    [&kernel.init, &kernel.tick]
-        .into_iter()
-        .for_each(|region| collect(region, &mut found));
-    found
+    let delay = |inst: &Inst| match inst.op {
+        Op::Delay(line, ticks) => Some((line, ticks)),
+        _ => None,
+    };
+    kernel.all_insts().filter_map(delay).collect()
 }

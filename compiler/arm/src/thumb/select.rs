@@ -41,7 +41,7 @@ use super::vcode::{Code, Func, Reg, Role, VReg};
 use event::Written;
 use std::collections::BTreeMap;
 use whippen_isa::Op as Isa;
-use whippen_kernel::{Inst, Kernel, Op, Region, Type, Value, ValueInfo, Walk};
+use whippen_kernel::{Inst, Kernel, Op, Type, Value, ValueInfo, Walk};
 use whippen_modes::{End, Mode};
 
 /// What a value is bound to.
@@ -143,7 +143,7 @@ impl<'a> Select<'a> {
             origin: None,
             written: None,
             input: None,
-            guard: assumes(&kernel.init) || assumes(&kernel.tick),
+            guard: kernel.assumes(),
             push_walks: mode.is_some()
                 && frame.pointers.is_empty()
                 && kernel.tick.insts.iter().any(pushes),
@@ -392,11 +392,4 @@ impl<'a> Select<'a> {
     fn fixed(reg: u8) -> Reg {
         Reg::Fixed(reg)
     }
-}
-
-fn assumes(region: &Region) -> bool {
-    region
-        .insts
-        .iter()
-        .any(|inst| matches!(inst.op, Op::Assume(..)) || inst.regions.iter().any(assumes))
 }
