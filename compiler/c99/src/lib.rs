@@ -35,6 +35,7 @@ mod operator;
 pub use names::{Names, spelled};
 
 use std::fmt::Write;
+use whippen_ids::IdMap;
 use whippen_kernel::{Inst, Kernel, Op, Region, Type, Value, Verified};
 
 /// How the memory of the keys lies.
@@ -84,7 +85,7 @@ struct Writer<'a> {
     text: String,
     depth: usize,
     /// How each value is written where it is used: its name, or a constant.
-    values: Vec<String>,
+    values: IdMap<Value, String>,
     /// Whether anything is `assume`d, so that indices must be held inside.
     assumes: bool,
     /// Whether events are set aside until all keys are done.
@@ -101,7 +102,7 @@ impl<'a> Writer<'a> {
             options,
             text: String::new(),
             depth: 0,
-            values: vec![String::new(); kernel.values.len()],
+            values: IdMap::filled(String::new(), kernel.values.len()),
             assumes: kernel.assumes(),
             set_aside: options.layout == Layout::Columns && !emits_in_loop(&kernel.tick),
             emits: 0,
@@ -123,11 +124,11 @@ impl<'a> Writer<'a> {
     }
 
     fn value(&self, value: Value) -> &str {
-        &self.values[value.0 as usize]
+        &self.values[value]
     }
 
     fn ty(&self, value: Value) -> Type {
-        self.kernel.values[value.0 as usize].ty
+        self.kernel.values[value].ty
     }
 }
 

@@ -116,6 +116,20 @@ impl<K: Id, V> IndexMut<K> for IdMap<K, V> {
     }
 }
 
+impl<K: Id, V> Index<&K> for IdMap<K, V> {
+    type Output = V;
+
+    fn index(&self, id: &K) -> &V {
+        &self.entries[id.index()]
+    }
+}
+
+impl<K: Id, V> IndexMut<&K> for IdMap<K, V> {
+    fn index_mut(&mut self, id: &K) -> &mut V {
+        &mut self.entries[id.index()]
+    }
+}
+
 impl<K, V> Deref for IdMap<K, V> {
     type Target = [V];
 

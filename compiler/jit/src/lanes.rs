@@ -34,6 +34,7 @@ use cranelift_codegen::ir::types::{I8X16, I32X4, I64, I64X2};
 use cranelift_codegen::ir::{self, Endianness, InstBuilder, MemFlagsData, Value};
 use cranelift_codegen::isa::TargetFrontendConfig;
 use cranelift_frontend::FunctionBuilder;
+use whippen_ids::IdMap;
 use whippen_kernel::layout::Layout;
 use whippen_kernel::{Kernel, Region, Type, Walk};
 
@@ -70,7 +71,7 @@ pub(super) struct Lanes<'a> {
     /// What single keys and lanes share: bases, rows, operators of one key.
     t: Translator<'a>,
     /// Values of the kernel that are translated.
-    values: Vec<Lane>,
+    values: IdMap<whippen_kernel::Value, Lane>,
     /// Lanes that want what is being computed; none: all.
     mask: Option<Value>,
     constants: Vec<u128>,
@@ -79,7 +80,7 @@ pub(super) struct Lanes<'a> {
 impl<'a> Lanes<'a> {
     /// A translator into an empty function.
     pub fn new(kernel: &'a Kernel, layout: &'a Layout, f: FunctionBuilder<'a>) -> Lanes<'a> {
-        let values = vec![Lane::Known(Type::I1, 0); kernel.values.len()];
+        let values = IdMap::filled(Lane::Known(Type::I1, 0), kernel.values.len());
         Lanes {
             t: Translator::new(kernel, layout, f),
             values,
@@ -108,11 +109,11 @@ impl<'a> Lanes<'a> {
     }
 
     fn lane(&self, value: whippen_kernel::Value) -> Lane {
-        self.values[value.0 as usize]
+        self.values[value]
     }
 
     fn set_lane(&mut self, value: whippen_kernel::Value, lane: Lane) {
-        self.values[value.0 as usize] = lane;
+        self.values[value] = lane;
     }
 
     /// A constant of 128 bits.

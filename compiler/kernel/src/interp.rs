@@ -199,7 +199,7 @@ fn violation(kernel: &Kernel, value: Value, found: i64, key: usize) -> Violation
         inst,
         value,
         found,
-        range: kernel.values[value.0 as usize].range,
+        range: kernel.values[value].range,
         key,
     }
 }

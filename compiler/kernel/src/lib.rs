@@ -62,6 +62,7 @@ pub use verify::{Verified, VerifyError, verify};
 pub use walk::Walk;
 
 use std::fmt;
+use whippen_ids::{IdMap, impl_id};
 
 /// A type of value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -172,9 +173,11 @@ impl fmt::Display for Range {
     }
 }
 
-/// An SSA value: index into [`Kernel::values`].
+/// An SSA value: its id in [`Kernel::values`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Value(pub u32);
+
+impl_id!(Value);
 
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -305,7 +308,7 @@ pub struct Kernel {
     /// Exported values.
     pub probes: Vec<Probe>,
     /// All SSA values; some may be defined nowhere and used nowhere.
-    pub values: Vec<ValueInfo>,
+    pub values: IdMap<Value, ValueInfo>,
     /// Run once per key before the first tick, with the first tick's inputs; may not `out`, `emit`
     /// or `probe`.
     pub init: Region,

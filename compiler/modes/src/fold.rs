@@ -8,8 +8,9 @@ mod divide;
 mod rules;
 
 use super::facts::{self, Facts, meet};
-use super::graph::{Graph, Id, Kind, Walk};
+use super::graph::{Graph, NodeId, Kind, Walk};
 use std::cell::RefCell;
+use whippen_ids::{Id, IdMap};
 use whippen_kernel::op::Effect;
 use whippen_kernel::{Op, Range, Type};
 
@@ -19,14 +20,14 @@ pub(super) struct Path {
     /// What it says.
     pub facts: Facts,
     /// The conditions; what they are made of has been computed, and stays as it is.
-    pub decided: Vec<Id>,
+    pub decided: Vec<NodeId>,
     /// The nodes of which it says more than the path that it goes on from.
-    pub latest: Vec<Id>,
+    pub latest: Vec<NodeId>,
 }
 
 impl Path {
     /// On from here, where the condition is so; none if it cannot be.
-    pub fn on(&self, graph: &Graph, fold: &Fold, condition: Id, holds: bool) -> Option<Path> {
+    pub fn on(&self, graph: &Graph, fold: &Fold, condition: NodeId, holds: bool) -> Option<Path> {
         let range = Range::point(holds.into());
         let (facts, latest) =
             facts::with(graph, &|id| fold.range(id), &self.facts, condition, range)?;
@@ -45,7 +46,7 @@ impl Path {
 
     /// On from here, where the condition cannot be otherwise. No branch will say so, so nothing is
     /// concluded from it.
-    pub fn given(&self, condition: Id, holds: bool) -> Path {
+    pub fn given(&self, condition: NodeId, holds: bool) -> Path {
         let mut path = self.clone();
         path.facts.insert(condition, Range::point(holds.into()));
         path.decided.push(condition);
@@ -59,13 +60,13 @@ impl Path {
 /// back](Fold::back).
 #[derive(Debug, Default)]
 pub(super) struct Fold {
-    ranges: Vec<Range>,
+    ranges: IdMap<NodeId, Range>,
     /// Whether a decision is made of it.
-    kept: Vec<bool>,
+    kept: IdMap<NodeId, bool>,
     /// What the last run made of a node that is not as it was, by node.
-    folded: Vec<(u32, Id)>,
+    folded: IdMap<NodeId, (u32, NodeId)>,
     /// The last run with new facts of a node.
-    told: Vec<u32>,
+    told: IdMap<NodeId, u32>,
     /// Which run this is.
     run: u32,
     /// Something lies nowhere: the path cannot be taken.
@@ -75,7 +76,7 @@ pub(super) struct Fold {
     /// How many rules deep this is.
     depth: usize,
     /// By node: where it lies, for those ranges of its operands that it was asked for last.
-    lies: RefCell<Vec<Lies>>,
+    lies: RefCell<IdMap<NodeId, Lies>>,
     walk: Walk,
 }
 
@@ -94,15 +95,15 @@ const DEPTH: usize = 64;
 #[derive(Debug)]
 pub(super) struct Found {
     /// The folded roots.
-    pub roots: Vec<Id>,
-    ranges: Vec<(Id, Range)>,
-    kept: Vec<Id>,
+    pub roots: Vec<NodeId>,
+    ranges: Vec<(NodeId, Range)>,
+    kept: Vec<NodeId>,
 }
 
 #[derive(Debug, Clone, Copy)]
 enum Undo {
-    Range(Id, Range),
-    Kept(Id),
+    Range(NodeId, Range),
+    Kept(NodeId),
 }
 
 const UNKNOWN: Range = Range {
@@ -112,8 +113,8 @@ const UNKNOWN: Range = Range {
 
 impl Fold {
     /// Where a node lies that the runs came by.
-    pub fn range(&self, id: Id) -> Range {
-        self.ranges.get(id.index()).copied().unwrap_or(UNKNOWN)
+    pub fn range(&self, id: NodeId) -> Range {
+        self.ranges.get(id).copied().unwrap_or(UNKNOWN)
     }
 
     /// Where the fold stands, for [`Fold::back`].
@@ -125,8 +126,8 @@ impl Fold {
     pub fn back(&mut self, mark: usize) {
         for undo in self.trail.drain(mark..).rev() {
             match undo {
-                Undo::Range(id, range) => self.ranges[id.index()] = range,
-                Undo::Kept(id) => self.kept[id.index()] = false,
+                Undo::Range(id, range) => self.ranges[id] = range,
+                Undo::Kept(id) => self.kept[id] = false,
             }
         }
     }
@@ -136,8 +137,8 @@ impl Fold {
         &mut self,
         graph: &mut Graph,
         path: &Path,
-        roots: &[Id],
-        nodes: &[Id],
+        roots: &[NodeId],
+        nodes: &[NodeId],
     ) -> Option<Found> {
         let mark = self.mark();
         let found = self.run_over(graph, path, roots, nodes).map(|roots| {
@@ -165,26 +166,26 @@ impl Fold {
             .iter()
             .for_each(|(id, range)| self.put(*id, *range));
         for id in &found.kept {
-            self.kept[id.index()] = true;
+            self.kept[id] = true;
             self.trail.push(Undo::Kept(*id));
         }
     }
 
     /// The roots on this path, which goes on from that of the run before; none if its facts
     /// contradict each other.
-    pub fn run(&mut self, graph: &mut Graph, path: &Path, roots: &[Id]) -> Option<Vec<Id>> {
+    pub fn run(&mut self, graph: &mut Graph, path: &Path, roots: &[NodeId]) -> Option<Vec<NodeId>> {
         let nodes = self.nodes(graph, path, roots);
         self.run_over(graph, path, roots, &nodes)
     }
 
     /// All that the roots and what was decided are made of, operands first.
-    pub fn nodes(&mut self, graph: &Graph, path: &Path, roots: &[Id]) -> Vec<Id> {
+    pub fn nodes(&mut self, graph: &Graph, path: &Path, roots: &[NodeId]) -> Vec<NodeId> {
         self.walk
             .over(graph, roots.iter().chain(&path.decided).copied())
     }
 
     /// Cycles of all that the roots need.
-    pub fn cost(&mut self, graph: &Graph, roots: &[Id]) -> u32 {
+    pub fn cost(&mut self, graph: &Graph, roots: &[NodeId]) -> u32 {
         let nodes = self.walk.over(graph, roots.iter().copied());
         nodes
             .into_iter()
@@ -197,9 +198,9 @@ impl Fold {
         &mut self,
         graph: &mut Graph,
         path: &Path,
-        roots: &[Id],
-        nodes: &[Id],
-    ) -> Option<Vec<Id>> {
+        roots: &[NodeId],
+        nodes: &[NodeId],
+    ) -> Option<Vec<NodeId>> {
         self.start(graph, path);
         for id in nodes {
             if self.is_stale(graph, *id) {
@@ -217,60 +218,60 @@ impl Fold {
         self.impossible = false;
         self.ranges.resize(graph.len(), UNKNOWN);
         self.kept.resize(graph.len(), false);
-        self.folded.resize(graph.len(), (0, Id(0)));
+        self.folded.resize(graph.len(), (0, NodeId(0)));
         self.told.resize(graph.len(), 0);
         path.latest
             .iter()
-            .for_each(|id| self.told[id.index()] = self.run);
+            .for_each(|id| self.told[id] = self.run);
         for id in self
             .walk
             .over(graph, path.decided.last().copied().into_iter())
         {
-            if !std::mem::replace(&mut self.kept[id.index()], true) {
+            if !std::mem::replace(&mut self.kept[id], true) {
                 self.trail.push(Undo::Kept(id));
             }
         }
     }
 
     /// What the last run made of a node.
-    fn now(&self, id: Id) -> Id {
-        let (run, folded) = self.folded[id.index()];
+    fn now(&self, id: NodeId) -> NodeId {
+        let (run, folded) = self.folded[id];
         if run == self.run { folded } else { id }
     }
 
-    fn is_stale(&self, graph: &Graph, id: Id) -> bool {
-        let is_new = self.told[id.index()] == self.run || self.ranges[id.index()] == UNKNOWN;
+    fn is_stale(&self, graph: &Graph, id: NodeId) -> bool {
+        let is_new = self.told[id] == self.run || self.ranges[id] == UNKNOWN;
         is_new
             || graph
                 .args(id)
                 .iter()
-                .any(|arg| self.folded[arg.index()].0 == self.run)
+                .any(|arg| self.folded[arg].0 == self.run)
     }
 
-    fn renew(&mut self, graph: &mut Graph, facts: &Facts, id: Id) {
+    fn renew(&mut self, graph: &mut Graph, facts: &Facts, id: NodeId) {
         let before = self.range(id);
-        let new = if self.kept[id.index()] {
+        let new = if self.kept[id] {
             self.put(id, self.natural(graph, id));
             self.learn(graph, facts, id, id)
         } else {
             self.fold(graph, facts, id)
         };
         if new != id || self.range(id) != before {
-            self.folded[id.index()] = (self.run, new);
+            self.folded[id] = (self.run, new);
         }
     }
 
-    fn fold(&mut self, graph: &mut Graph, facts: &Facts, id: Id) -> Id {
+    fn fold(&mut self, graph: &mut Graph, facts: &Facts, id: NodeId) -> NodeId {
         let old = graph.args(id);
         let (mut few, many);
-        let args: &[Id] = if old.len() <= 3 {
-            few = [Id(0); 3];
+        let args: &[NodeId] = if old.len() <= 3 {
+            few = [NodeId(0); 3];
             few.iter_mut()
                 .zip(old)
                 .for_each(|(new, old)| *new = self.now(*old));
             &few[..old.len()]
         } else {
-            many = old.iter().map(|arg| self.now(*arg)).collect::<Vec<Id>>();
+            many = old.iter().map(|arg| self.now(*arg)).collect::<Vec<NodeId>>();
             &many
         };
         // Of the same operands it is the same node, unless there is something simpler.
@@ -292,7 +293,7 @@ impl Fold {
     }
 
     /// What the facts say of a node, and of the one it comes from.
-    fn learn(&mut self, graph: &mut Graph, facts: &Facts, old: Id, new: Id) -> Id {
+    fn learn(&mut self, graph: &mut Graph, facts: &Facts, old: NodeId, new: NodeId) -> NodeId {
         let mut range = self.range(new);
         for id in [old, new] {
             range = facts.get(&id).map_or(range, |fact| meet(range, *fact));
@@ -306,24 +307,24 @@ impl Fold {
         new
     }
 
-    pub(super) fn put(&mut self, id: Id, range: Range) {
-        if self.ranges.len() <= id.index() {
+    pub(super) fn put(&mut self, id: NodeId, range: Range) {
+        if self.ranges.get(id).is_none() {
             self.ranges.resize(id.index() + 1, UNKNOWN);
         }
-        let old = std::mem::replace(&mut self.ranges[id.index()], range);
+        let old = std::mem::replace(&mut self.ranges[id], range);
         if old != range {
             self.trail.push(Undo::Range(id, old));
         }
     }
 
-    pub(super) fn number(&mut self, graph: &mut Graph, ty: Type, value: i64) -> Id {
+    pub(super) fn number(&mut self, graph: &mut Graph, ty: Type, value: i64) -> NodeId {
         let id = graph.number(ty, value);
         self.put(id, Range::point(value));
         id
     }
 
     /// Reads, writes, effects.
-    fn other(&mut self, graph: &mut Graph, kind: Kind, ty: Type, args: &[Id]) -> Id {
+    fn other(&mut self, graph: &mut Graph, kind: Kind, ty: Type, args: &[NodeId]) -> NodeId {
         match kind {
             Kind::Effect(_) if graph.constant(args[0]) == Some(0) => return args[1],
             _ => {}
@@ -335,7 +336,7 @@ impl Fold {
     }
 
     /// A pure operator of folded operands.
-    pub(super) fn pure(&mut self, graph: &mut Graph, op: Op, ty: Type, args: &[Id]) -> Id {
+    pub(super) fn pure(&mut self, graph: &mut Graph, op: Op, ty: Type, args: &[NodeId]) -> NodeId {
         self.pure_or(graph, op, ty, args, None)
     }
 
@@ -345,9 +346,9 @@ impl Fold {
         graph: &mut Graph,
         op: Op,
         ty: Type,
-        args: &[Id],
-        known: Option<Id>,
-    ) -> Id {
+        args: &[NodeId],
+        known: Option<NodeId>,
+    ) -> NodeId {
         self.depth += 1;
         let simpler = if self.depth <= DEPTH {
             self.simpler(graph, op, ty, args)
@@ -368,12 +369,12 @@ impl Fold {
     }
 
     /// Where a node lies, given where its operands lie.
-    pub fn natural(&self, graph: &Graph, id: Id) -> Range {
+    pub fn natural(&self, graph: &Graph, id: NodeId) -> Range {
         self.proven(graph, id).unwrap_or(graph.ty(id).range())
     }
 
     /// The same; none if the table cannot tell, because the result might not fit its type.
-    pub fn proven(&self, graph: &Graph, id: Id) -> Option<Range> {
+    pub fn proven(&self, graph: &Graph, id: NodeId) -> Option<Range> {
         let ty = graph.ty(id);
         match graph.kind(id) {
             Kind::Start | Kind::Effect(_) => Some(ty.range()),
@@ -391,7 +392,7 @@ impl Fold {
         }
     }
 
-    fn lies(&self, graph: &Graph, id: Id, op: Op, operands: [Range; 3]) -> Option<Range> {
+    fn lies(&self, graph: &Graph, id: NodeId, op: Op, operands: [Range; 3]) -> Option<Range> {
         let mut known = self.lies.borrow_mut();
         if known.len() < graph.len() {
             // No operand lies nowhere, so these are asked for never.
@@ -401,7 +402,7 @@ impl Fold {
             };
             known.resize(graph.len(), never);
         }
-        let lies = &mut known[id.index()];
+        let lies = &mut known[id];
         if lies.operands != operands {
             *lies = Lies {
                 operands,

@@ -6,14 +6,15 @@
 //! is the dearer way on.
 
 use super::cost;
-use super::graph::{Graph, Id, Kind};
+use super::graph::{Graph, NodeId, Kind};
+use whippen_ids::IdMap;
 use whippen_kernel::{Op, Type};
 
 /// What asks for a condition.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Asking {
     /// The bool.
-    pub condition: Id,
+    pub condition: NodeId,
     /// The last of the nodes that the condition chooses between: where it holds, where not.
     sides: [u32; 2],
     /// How many of those are choices of one of two.
@@ -29,7 +30,7 @@ pub(super) struct Asking {
 pub(super) struct Limit {
     /// It holds below this.
     pub limit: i64,
-    pub condition: Id,
+    pub condition: NodeId,
     /// Whether the next mode depends on it.
     pub must: bool,
 }
@@ -41,20 +42,20 @@ const NOWHERE: u32 = u32::MAX;
 #[derive(Debug, Default)]
 pub(super) struct Lists {
     /// How often each node is used; nothing but 0 between two ticks.
-    uses: Vec<u32>,
+    uses: IdMap<NodeId, u32>,
     /// Where the condition stands among the conditions, by node; nowhere but in a tick.
-    places: Vec<u32>,
+    places: IdMap<NodeId, u32>,
     /// The nodes of the tick, in no certain order.
-    all: Vec<Id>,
+    all: Vec<NodeId>,
     conditions: Vec<Asking>,
     /// The nodes of sides, each with the one before it on its side.
-    sides: Vec<(Id, u32)>,
+    sides: Vec<(NodeId, u32)>,
     /// Comparisons of a value with constants: the value, the constant, the place of the condition;
     /// in order.
-    compared: Vec<(Id, i64, usize)>,
-    gone: Vec<Id>,
+    compared: Vec<(NodeId, i64, usize)>,
+    gone: Vec<NodeId>,
     /// Conditions still to be noted.
-    open: Vec<(Id, [Option<Id>; 2])>,
+    open: Vec<(NodeId, [Option<NodeId>; 2])>,
 }
 
 /// How often each node is used, and who asks for which condition.
@@ -70,10 +71,10 @@ const PARTS: usize = 256;
 impl Lists {
     /// Forgets the tick before.
     fn clear(&mut self, nodes: usize) {
-        self.all.drain(..).for_each(|id| self.uses[id.index()] = 0);
+        self.all.drain(..).for_each(|id| self.uses[id] = 0);
         self.conditions
             .iter()
-            .for_each(|asking| self.places[asking.condition.index()] = NOWHERE);
+            .for_each(|asking| self.places[asking.condition] = NOWHERE);
         self.conditions.clear();
         self.sides.clear();
         self.compared.clear();
@@ -82,9 +83,9 @@ impl Lists {
     }
 
     /// Counts uses; nodes that are used for the first time are nodes of the tick from here on.
-    fn used(&mut self, nodes: &[Id]) {
+    fn used(&mut self, nodes: &[NodeId]) {
         for id in nodes {
-            let uses = &mut self.uses[id.index()];
+            let uses = &mut self.uses[id];
             if *uses == 0 {
                 self.all.push(*id);
             }
@@ -98,8 +99,8 @@ impl<'a, 'k> Gains<'a, 'k> {
     pub fn new(
         graph: &'a Graph<'k>,
         lists: &'a mut Lists,
-        roots: &[Id],
-        musts: &[Id],
+        roots: &[NodeId],
+        musts: &[NodeId],
     ) -> Gains<'a, 'k> {
         lists.clear(graph.len());
         lists.used(roots);
@@ -132,7 +133,7 @@ impl<'a, 'k> Gains<'a, 'k> {
     }
 
     /// Of `x < k`, both.
-    fn limit(&self, place: usize) -> Option<(Id, i64)> {
+    fn limit(&self, place: usize) -> Option<(NodeId, i64)> {
         let id = self.asking(place).condition;
         match self.graph.args(id) {
             [x, k] if self.graph.op(id) == Some(Op::Lt) => Some((*x, self.graph.constant(*k)?)),
@@ -141,7 +142,7 @@ impl<'a, 'k> Gains<'a, 'k> {
     }
 
     /// Notes a condition and the bools it is made of.
-    fn ask(&mut self, condition: Id, must: bool, sides: [Option<Id>; 2]) {
+    fn ask(&mut self, condition: NodeId, must: bool, sides: [Option<NodeId>; 2]) {
         let mut open = std::mem::take(&mut self.lists.open);
         open.push((condition, sides));
         for _ in 0..PARTS {
@@ -172,14 +173,14 @@ impl<'a, 'k> Gains<'a, 'k> {
         self.lists.open = open;
     }
 
-    fn note(&mut self, condition: Id, must: bool, sides: [Option<Id>; 2]) {
+    fn note(&mut self, condition: NodeId, must: bool, sides: [Option<NodeId>; 2]) {
         let Lists {
             places,
             conditions,
             sides: all_sides,
             ..
         } = &mut *self.lists;
-        let place = &mut places[condition.index()];
+        let place = &mut places[condition];
         if *place == NOWHERE {
             *place = conditions.len() as u32;
             conditions.push(Asking {
@@ -211,9 +212,9 @@ impl<'a, 'k> Gains<'a, 'k> {
 
     /// The part of a condition that most others ask for as well, so that they have it too; the
     /// condition itself if it shares nothing.
-    pub fn most_shared(&self, condition: Id) -> Id {
-        let place = |id: Id| self.lists.places[id.index()] as usize;
-        let asked = |id: Id| {
+    pub fn most_shared(&self, condition: NodeId) -> NodeId {
+        let place = |id: NodeId| self.lists.places[id] as usize;
+        let asked = |id: NodeId| {
             self.lists
                 .conditions
                 .get(place(id))
@@ -237,7 +238,7 @@ impl<'a, 'k> Gains<'a, 'k> {
         }
     }
 
-    fn is_compound(&self, id: Id) -> bool {
+    fn is_compound(&self, id: NodeId) -> bool {
         matches!(
             self.graph.op(id),
             Some(Op::And | Op::Or | Op::Not | Op::Select)
@@ -286,10 +287,10 @@ impl<'a, 'k> Gains<'a, 'k> {
     /// are wanted, in the order of the constants; none if it is no comparison.
     pub fn compared_alike(
         &mut self,
-        condition: Id,
+        condition: NodeId,
         wanted: impl Fn(&mut Self, usize) -> bool,
-    ) -> Option<(Id, Vec<Limit>)> {
-        let place = *self.lists.places.get(condition.index())?;
+    ) -> Option<(NodeId, Vec<Limit>)> {
+        let place = *self.lists.places.get(condition)?;
         let (of, _) = if place == NOWHERE {
             None
         } else {
@@ -300,7 +301,7 @@ impl<'a, 'k> Gains<'a, 'k> {
             .into_iter()
             .filter(|(_, _, place)| wanted(self, *place))
             .collect::<Vec<_>>();
-        let limit = |(_, limit, place): (Id, i64, usize)| {
+        let limit = |(_, limit, place): (NodeId, i64, usize)| {
             let Asking {
                 condition, must, ..
             } = self.asking(place);
@@ -314,7 +315,7 @@ impl<'a, 'k> Gains<'a, 'k> {
     }
 
     /// The comparisons of a value with constants.
-    fn compared(&self, of: Id) -> &[(Id, i64, usize)] {
+    fn compared(&self, of: NodeId) -> &[(NodeId, i64, usize)] {
         let first = self
             .lists
             .compared
@@ -325,7 +326,7 @@ impl<'a, 'k> Gains<'a, 'k> {
 
     /// The comparisons that hold (or do not) where the one of this value with this limit does (or
     /// does not).
-    fn decided(&self, of: Id, limit: i64, holds: bool) -> &[(Id, i64, usize)] {
+    fn decided(&self, of: NodeId, limit: i64, holds: bool) -> &[(NodeId, i64, usize)] {
         let all = self.compared(of);
         let first = all.partition_point(|(_, other, _)| *other < limit);
         let end = all.partition_point(|(_, other, _)| *other <= limit);
@@ -334,16 +335,16 @@ impl<'a, 'k> Gains<'a, 'k> {
 }
 
 /// Cycles of what only these uses of nodes need; the list grows by what falls with them.
-fn unused(graph: &Graph, uses: &mut [u32], gone: &mut Vec<Id>) -> u32 {
+fn unused(graph: &Graph, uses: &mut IdMap<NodeId, u32>, gone: &mut Vec<NodeId>) -> u32 {
     let (mut at, mut cycles) = (0, 0_u32);
     while let Some(id) = gone.get(at).copied() {
         at += 1;
-        uses[id.index()] = uses[id.index()].saturating_sub(1);
-        if uses[id.index()] == 0 {
+        uses[id] = uses[id].saturating_sub(1);
+        if uses[id] == 0 {
             cycles = cycles.saturating_add(graph.cycles(id));
             gone.extend_from_slice(graph.args(id));
         }
     }
-    gone.iter().for_each(|id| uses[id.index()] += 1);
+    gone.iter().for_each(|id| uses[id] += 1);
     cycles
 }

@@ -51,6 +51,7 @@ pub use print::Size;
 use graph::Graph;
 use tick::Tick;
 use tree::Discrete;
+use whippen_ids::IdMap;
 use whippen_kernel::{Inst, Kernel, Range, Value, ValueInfo};
 
 /// How many instructions all modes of an instrument may have, if nothing else is asked for: about
@@ -77,7 +78,7 @@ pub struct Mode {
     /// cell.
     pub known: Vec<bool>,
     /// All values of the blocks.
-    pub values: Vec<ValueInfo>,
+    pub values: IdMap<Value, ValueInfo>,
     /// The blocks; the first is the entry, and what a block names comes after it.
     pub blocks: Vec<Block>,
 }

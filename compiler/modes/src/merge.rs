@@ -7,11 +7,12 @@
 use super::{Block, End};
 use rustc_hash::{FxHashMap, FxHasher};
 use std::hash::{Hash, Hasher};
+use whippen_ids::IdMap;
 use whippen_kernel::{Inst, Region, Value, ValueInfo};
 
 /// The blocks with everyone led to the first of those that are the same; the others are led to by
 /// nobody.
-pub(super) fn equal_tails(mut blocks: Vec<Block>, values: &[ValueInfo]) -> Vec<Block> {
+pub(super) fn equal_tails(mut blocks: Vec<Block>, values: &IdMap<Value, ValueInfo>) -> Vec<Block> {
     let mut known: FxHashMap<Vec<u64>, usize> = FxHashMap::default();
     let mut first: Vec<usize> = (0..blocks.len()).collect();
     let shapes = shapes(&blocks);
@@ -65,7 +66,7 @@ fn shapes(blocks: &[Block]) -> Vec<u64> {
 
 /// A block and all below it as numbers.
 struct Spelled<'a> {
-    infos: &'a [ValueInfo],
+    infos: &'a IdMap<Value, ValueInfo>,
     words: Vec<u64>,
     own: FxHashMap<Value, u64>,
     /// How many definitions came by; one that two ways lead to comes by twice.
@@ -145,7 +146,7 @@ impl Spelled<'_> {
     fn define(&mut self, values: &[Value]) {
         self.words.push(values.len() as u64);
         for value in values {
-            let ValueInfo { ty, range } = self.infos[value.0 as usize];
+            let ValueInfo { ty, range } = self.infos[value];
             self.words
                 .extend([u64::from(ty.bits()), range.low as u64, range.high as u64]);
             self.own.insert(*value, self.count);

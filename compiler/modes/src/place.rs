@@ -11,13 +11,14 @@ mod sink;
 mod sorted;
 
 use super::fold::{Fold, Path};
-use super::graph::{Graph, Id, Kind};
+use super::graph::{Graph, NodeId, Kind};
 use super::reach::{self, Reached};
 use super::tree::{Discrete, Tree};
 use super::{Block, End, Mode, merge};
 use rustc_hash::{FxHashMap, FxHashSet};
 use sorted::{common, union};
 use whippen_deterministic::parallel;
+use whippen_ids::IdMap;
 use whippen_kernel::{Inst, Op, Range, Region, Type, Value, ValueInfo};
 
 /// Blocks of one mode; parts of conditions that are shared are decided once for each use, which
@@ -38,14 +39,14 @@ pub(super) struct Plan<'a> {
 struct Needs<'a> {
     path: &'a Path,
     /// Needed by every leaf.
-    by_all: Vec<Id>,
+    by_all: Vec<NodeId>,
     /// Needed by some leaf.
-    by_some: Vec<Id>,
+    by_some: Vec<NodeId>,
     then: Then<'a>,
 }
 
 enum Then<'a> {
-    Split(Id, Box<Needs<'a>>, Box<Needs<'a>>),
+    Split(NodeId, Box<Needs<'a>>, Box<Needs<'a>>),
     Next(usize),
 }
 
@@ -81,11 +82,11 @@ pub(super) fn modes(graph: &mut Graph, plan: &Plan) -> Option<Vec<Mode>> {
 }
 
 /// The values and blocks of a mode.
-fn blocks(graph: &Graph, fold: &mut Fold, needs: &Needs) -> Option<(Vec<ValueInfo>, Vec<Block>)> {
+fn blocks(graph: &Graph, fold: &mut Fold, needs: &Needs) -> Option<(IdMap<Value, ValueInfo>, Vec<Block>)> {
     let mut placer = Placer {
         graph,
         fold,
-        values: Vec::new(),
+        values: IdMap::new(),
         blocks: vec![open_block()],
         at: 0,
         placed: FxHashMap::default(),
@@ -135,7 +136,7 @@ fn needs<'a>(graph: &mut Graph, plan: &Plan, at: usize, tree: &'a Tree) -> Optio
         Tree::Leaf { path, tick, ranges } => {
             let classes = reach::classes(plan.discrete, ranges)?;
             let next = plan.modes.iter().position(|mode| mode.classes == classes)?;
-            let mut roots: Vec<Id> = tick
+            let mut roots: Vec<NodeId> = tick
                 .writes
                 .iter()
                 .copied()
@@ -227,18 +228,18 @@ fn open_block() -> Block {
 struct Placer<'a, 'k> {
     graph: &'a Graph<'k>,
     fold: &'a mut Fold,
-    values: Vec<ValueInfo>,
+    values: IdMap<Value, ValueInfo>,
     blocks: Vec<Block>,
     /// The block that is filled.
     at: usize,
     /// Nodes that stand in this block or above.
-    placed: FxHashMap<Id, Value>,
+    placed: FxHashMap<NodeId, Value>,
     /// Constants and bools in this block.
-    here: FxHashMap<Id, Value>,
+    here: FxHashMap<NodeId, Value>,
     /// Results of effects.
-    results: FxHashMap<Id, Vec<Value>>,
+    results: FxHashMap<NodeId, Vec<Value>>,
     /// What was placed, in order.
-    trail: Vec<Id>,
+    trail: Vec<NodeId>,
     /// How deep in bools this is.
     depth: usize,
 }
@@ -281,7 +282,7 @@ impl Placer<'_, '_> {
 
     /// Puts all that does not stand yet into the block. What is overwritten at the end is read
     /// before.
-    fn stand_all(&mut self, all: &[Id]) -> Option<()> {
+    fn stand_all(&mut self, all: &[NodeId]) -> Option<()> {
         for writes in [false, true] {
             for id in all {
                 let free = !self.placed.contains_key(id)
@@ -296,7 +297,7 @@ impl Placer<'_, '_> {
     }
 
     /// What may stand here, above decisions that are still to come.
-    fn may_stand(&self, needs: &Needs) -> Vec<Id> {
+    fn may_stand(&self, needs: &Needs) -> Vec<NodeId> {
         let (mut all, mut there) = (Vec::new(), FxHashSet::default());
         for writes in [false, true] {
             for id in needs
@@ -326,12 +327,12 @@ impl Placer<'_, '_> {
     }
 
     /// Whether it does the same here as below.
-    fn is_allowed(&self, needs: &Needs, id: Id, there: &FxHashSet<Id>) -> bool {
+    fn is_allowed(&self, needs: &Needs, id: NodeId, there: &FxHashSet<NodeId>) -> bool {
         if self.fold.proven(self.graph, id).is_none() {
             return false;
         }
         let later = |reads: &dyn Fn(Op) -> bool| {
-            let open = |id: &Id| !self.placed.contains_key(id) && !there.contains(id);
+            let open = |id: &NodeId| !self.placed.contains_key(id) && !there.contains(id);
             needs
                 .by_some
                 .iter()
@@ -345,13 +346,13 @@ impl Placer<'_, '_> {
         }
     }
 
-    fn is_write(&self, id: Id) -> bool {
+    fn is_write(&self, id: NodeId) -> bool {
         self.graph
             .op(id)
             .is_some_and(|op| op.row().result.is_none())
     }
 
-    fn on_demand(&self, id: Id) -> bool {
+    fn on_demand(&self, id: NodeId) -> bool {
         match self.graph.op(id) {
             Some(Op::Const(_)) => true,
             Some(op) => {
@@ -363,7 +364,7 @@ impl Placer<'_, '_> {
     }
 
     /// Puts the node at the end of the block; none if it is made of too much.
-    fn stand(&mut self, id: Id) -> Option<Value> {
+    fn stand(&mut self, id: NodeId) -> Option<Value> {
         self.depth += 1;
         let value = if self.depth <= DEPTH {
             self.stand_here(id)
@@ -374,8 +375,8 @@ impl Placer<'_, '_> {
         value
     }
 
-    fn stand_here(&mut self, id: Id) -> Option<Value> {
-        let args: Vec<Id> = self.graph.args(id).to_vec();
+    fn stand_here(&mut self, id: NodeId) -> Option<Value> {
+        let args: Vec<NodeId> = self.graph.args(id).to_vec();
         let value = match self.graph.kind(id) {
             Kind::Start => Value(u32::MAX),
             Kind::Result(index) => *self.results.get(&args[0])?.get(index as usize)?,
@@ -409,7 +410,7 @@ impl Placer<'_, '_> {
     }
 
     /// The node's value, made here if it is one of those that are.
-    fn value(&mut self, id: Id) -> Option<Value> {
+    fn value(&mut self, id: NodeId) -> Option<Value> {
         let known = self.placed.get(&id).or_else(|| self.here.get(&id)).copied();
         known.or_else(|| {
             let natural = self.fold.natural(self.graph, id);
@@ -418,7 +419,7 @@ impl Placer<'_, '_> {
         })
     }
 
-    fn effect(&mut self, id: Id, source: u32, args: &[Id]) -> Option<()> {
+    fn effect(&mut self, id: NodeId, source: u32, args: &[NodeId]) -> Option<()> {
         let source = self.graph.sources[source as usize].clone();
         let mut inside: FxHashMap<Value, Value> = FxHashMap::default();
         for (read, arg) in source.reads.iter().zip(&args[2..]) {
@@ -434,12 +435,12 @@ impl Placer<'_, '_> {
     }
 
     /// `if` around an instruction; where it is not run its results are the least they may be.
-    fn guarded(&mut self, inst: Inst, guard: Id) -> Option<Inst> {
+    fn guarded(&mut self, inst: Inst, guard: NodeId) -> Option<Inst> {
         let condition = self.value(guard)?;
         let (origin, yields) = (inst.origin, inst.results.clone());
         let infos: Vec<ValueInfo> = yields
             .iter()
-            .map(|result| self.values[result.0 as usize])
+            .map(|result| self.values[result])
             .collect();
         let mut other = Region::default();
         for info in &infos {
@@ -483,7 +484,7 @@ impl Placer<'_, '_> {
         if let Some(known) = inside.get(&value) {
             return *known;
         }
-        let new = self.define(self.graph.kernel.values[value.0 as usize]);
+        let new = self.define(self.graph.kernel.values[value]);
         inside.insert(value, new);
         new
     }
@@ -506,7 +507,6 @@ impl Placer<'_, '_> {
     }
 
     fn define(&mut self, info: ValueInfo) -> Value {
-        self.values.push(info);
-        Value(self.values.len() as u32 - 1)
+        self.values.push(info)
     }
 }

@@ -9,7 +9,7 @@ mod narrow;
 use super::facts::{Facts, meet};
 use super::fold::{Fold, Path};
 use super::gain::Lists;
-use super::graph::{Graph, Id, Kind};
+use super::graph::{Graph, NodeId, Kind};
 use super::tick::{self, Tick};
 use super::tree::{Discrete, Grower, TooBig, Tree};
 use std::rc::Rc;
@@ -51,7 +51,7 @@ pub(super) fn after_init(kernel: &Kernel) -> Vec<Range> {
 
 /// Where cells lie at the end of a folded tick.
 pub(super) fn ranges(graph: &Graph, fold: &Fold, tick: &Tick) -> Vec<Range> {
-    let range = |(at, cell): (usize, &Option<Id>)| match cell {
+    let range = |(at, cell): (usize, &Option<NodeId>)| match cell {
         Some(id) => graph
             .constant(*id)
             .map_or_else(|| fold.range(*id), Range::point),
@@ -88,13 +88,13 @@ pub(super) fn discrete(graph: &Graph, tick: &Tick, start: &[Range]) -> Vec<Discr
 
 /// Whether something asks if the cell is 0, or about to be.
 fn rests(graph: &Graph, cell: usize) -> bool {
-    let is_cell = |id: &Id| graph.op(*id) == Some(Op::Get(cell as u32));
-    let is_rest = |id: &Id| {
+    let is_cell = |id: &NodeId| graph.op(*id) == Some(Op::Get(cell as u32));
+    let is_rest = |id: &NodeId| {
         graph
             .constant(*id)
             .is_some_and(|value| (0..=1).contains(&value))
     };
-    (0..graph.len() as u32).map(Id).any(|id| {
+    (0..graph.len() as u32).map(NodeId).any(|id| {
         let args = graph.args(id);
         matches!(graph.op(id), Some(Op::Lt | Op::Le | Op::Eq))
             && args.iter().any(is_cell)

@@ -1,6 +1,6 @@
 //! From the instructions of a tick to its graph.
 
-use super::graph::{Graph, Id, Kind, Source, keeps_place};
+use super::graph::{Graph, NodeId, Kind, Source, keeps_place};
 use std::collections::HashMap;
 use whippen_kernel::{Inst, Kernel, Op, Region, Type, Value};
 
@@ -9,11 +9,11 @@ use whippen_kernel::{Inst, Kernel, Op, Region, Type, Value};
 pub(super) struct Tick {
     /// What every cell that is not left in memory holds at the end; for the others their number is
     /// of no use.
-    pub cells: Vec<Option<Id>>,
+    pub cells: Vec<Option<NodeId>>,
     /// Words that leave, pushes.
-    pub writes: Vec<Id>,
+    pub writes: Vec<NodeId>,
     /// The last effect.
-    pub last: Id,
+    pub last: NodeId,
 }
 
 /// Cells that are left in memory: grids, and what loops touch.
@@ -66,18 +66,18 @@ pub(super) fn read(graph: &mut Graph, region: &Region, in_memory: &[bool]) -> Ti
 struct Reader<'a, 'k> {
     graph: &'a mut Graph<'k>,
     in_memory: &'a [bool],
-    values: HashMap<Value, Id>,
-    cells: Vec<Option<Id>>,
-    writes: Vec<Id>,
-    last: Id,
+    values: HashMap<Value, NodeId>,
+    cells: Vec<Option<NodeId>>,
+    writes: Vec<NodeId>,
+    last: NodeId,
 }
 
 impl Reader<'_, '_> {
-    fn region(&mut self, region: &Region, guard: Id) {
+    fn region(&mut self, region: &Region, guard: NodeId) {
         region.insts.iter().for_each(|inst| self.inst(inst, guard));
     }
 
-    fn inst(&mut self, inst: &Inst, guard: Id) {
+    fn inst(&mut self, inst: &Inst, guard: NodeId) {
         self.graph.origin = inst.origin;
         match (inst.op, &inst.regions[..]) {
             _ if keeps_place(inst, self.in_memory) => self.effect(inst, guard),
@@ -88,7 +88,7 @@ impl Reader<'_, '_> {
             }
             (Op::Set(cell), _) => self.cells[cell as usize] = Some(self.value(inst.args[0])),
             (op, _) => {
-                let args: Vec<Id> = inst.args.iter().map(|arg| self.value(*arg)).collect();
+                let args: Vec<NodeId> = inst.args.iter().map(|arg| self.value(*arg)).collect();
                 let ty = inst
                     .results
                     .first()
@@ -103,7 +103,7 @@ impl Reader<'_, '_> {
     }
 
     /// Both arms one after the other; what they leave is chosen.
-    fn if_else(&mut self, inst: &Inst, then: &Region, other: &Region, guard: Id) {
+    fn if_else(&mut self, inst: &Inst, then: &Region, other: &Region, guard: NodeId) {
         let condition = self.value(inst.args[0]);
         let start = self.cells.clone();
         let inside = self
@@ -126,7 +126,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn choose(&mut self, condition: Id, yes: Id, no: Id) -> Id {
+    fn choose(&mut self, condition: NodeId, yes: NodeId, no: NodeId) -> NodeId {
         let ty = self.graph.ty(yes);
         if yes == no {
             yes
@@ -136,7 +136,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn effect(&mut self, inst: &Inst, guard: Id) {
+    fn effect(&mut self, inst: &Inst, guard: NodeId) {
         let reads = outside(inst);
         let always = self.graph.number(Type::I1, 1);
         let only_reads = matches!(inst.op, Op::Get(_) | Op::GetAt(_));
@@ -156,12 +156,12 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn value(&self, value: Value) -> Id {
+    fn value(&self, value: Value) -> NodeId {
         self.values[&value]
     }
 
     fn ty(&self, value: Value) -> Type {
-        self.graph.kernel.values[value.0 as usize].ty
+        self.graph.kernel.values[value].ty
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::fold::{Fold, Path};
 use super::gain::{Asking, Gains, Limit, Lists};
-use super::graph::{Graph, Id, Kind};
+use super::graph::{Graph, NodeId, Kind};
 use super::tick::Tick;
 use super::{cost, facts, order, reach};
 use std::rc::Rc;
@@ -29,7 +29,7 @@ impl Discrete {
 pub(super) enum Tree {
     Split {
         path: Rc<Path>,
-        condition: Id,
+        condition: NodeId,
         yes: Box<Tree>,
         no: Box<Tree>,
     },
@@ -75,7 +75,7 @@ impl Grower<'_, '_> {
         &mut self,
         path: Rc<Path>,
         tick: &Tick,
-        nodes: &[Id],
+        nodes: &[NodeId],
     ) -> Result<Option<Tree>, TooBig> {
         self.deeper(|grower| {
             let Some(folded) = grower
@@ -162,8 +162,8 @@ impl Grower<'_, '_> {
         path: &Path,
         strong: &Path,
         tick: &Tick,
-        (condition, holds): (Id, bool),
-        nodes: &[Id],
+        (condition, holds): (NodeId, bool),
+        nodes: &[NodeId],
     ) -> Result<Option<Tree>, TooBig> {
         let mark = self.fold.mark();
         let told = self.fold.run_over(self.graph, strong, &tick.roots(), nodes);
@@ -193,11 +193,11 @@ impl Grower<'_, '_> {
     }
 
     /// The condition that is best decided now; none if nothing is left that pays or must be.
-    fn choose(&mut self, path: &Path, tick: &Tick, roots: &[Id]) -> Option<Id> {
+    fn choose(&mut self, path: &Path, tick: &Tick, roots: &[NodeId]) -> Option<NodeId> {
         let musts = self.next_states(tick);
         let (worth, promising) = (self.worth, self.promising);
         let mut gains = Gains::new(self.graph, &mut self.lists, roots, &musts);
-        let mut best: Option<((u32, u32), Id)> = None;
+        let mut best: Option<((u32, u32), NodeId)> = None;
         for at in gains.in_order() {
             let Asking {
                 condition,
@@ -226,7 +226,7 @@ impl Grower<'_, '_> {
 
     /// Of several comparisons of one value with constants, the one that is best decided first; none
     /// if none pays.
-    fn first_of(&mut self, path: &Path, tick: &Tick, of: Id, limits: &[Limit]) -> Option<Id> {
+    fn first_of(&mut self, path: &Path, tick: &Tick, of: NodeId, limits: &[Limit]) -> Option<NodeId> {
         if limits.len() > order::AT_ONCE {
             return Some(limits[limits.len() / 2].condition);
         }
@@ -263,8 +263,8 @@ impl Grower<'_, '_> {
         &mut self,
         path: &Path,
         tick: &Tick,
-        nodes: &[Id],
-        (of, range): (Id, Range),
+        nodes: &[NodeId],
+        (of, range): (NodeId, Range),
     ) -> u32 {
         let told = facts::with(
             self.graph,
@@ -294,11 +294,11 @@ impl Grower<'_, '_> {
     /// Where nothing is left that pays by itself: the condition that saves most once both ways are
     /// folded under what it tells of ranges, such as that of two limits one is never met; none if
     /// none pays.
-    fn choose_by_trial(&mut self, path: &Path, roots: &[Id]) -> Option<Id> {
+    fn choose_by_trial(&mut self, path: &Path, roots: &[NodeId]) -> Option<NodeId> {
         let mut gains = Gains::new(self.graph, &mut self.lists, roots, &[]);
         let mut promising = gains.in_order();
         promising.retain(|at| gains.of_cheaper(*at) >= self.promising);
-        let promising: Vec<Id> = promising
+        let promising: Vec<NodeId> = promising
             .into_iter()
             .map(|at| gains.asking(at).condition)
             .collect();
@@ -306,7 +306,7 @@ impl Grower<'_, '_> {
             return None;
         }
         let now = self.fold.cost(self.graph, roots);
-        let mut best: Option<(u32, Id)> = None;
+        let mut best: Option<(u32, NodeId)> = None;
         for condition in promising {
             let sides =
                 [true, false].map(|holds| path.on(self.graph, &self.fold, condition, holds));
@@ -331,7 +331,7 @@ impl Grower<'_, '_> {
     }
 
     /// Bools that tell the class of a cell at the end.
-    fn next_states(&mut self, tick: &Tick) -> Vec<Id> {
+    fn next_states(&mut self, tick: &Tick) -> Vec<NodeId> {
         let mut found = Vec::new();
         for discrete in self.discrete {
             let Some(id) = tick.cells[discrete.cell] else {
@@ -362,7 +362,7 @@ impl Grower<'_, '_> {
 
 impl Tick {
     /// All that the tick leaves.
-    pub fn roots(&self) -> Vec<Id> {
+    pub fn roots(&self) -> Vec<NodeId> {
         self.cells
             .iter()
             .flatten()
@@ -373,9 +373,9 @@ impl Tick {
     }
 
     /// The same with these roots.
-    pub fn with(&self, roots: &[Id]) -> Tick {
+    pub fn with(&self, roots: &[NodeId]) -> Tick {
         let mut roots = roots.iter().copied();
-        let mut next = |old: Id| roots.next().unwrap_or(old);
+        let mut next = |old: NodeId| roots.next().unwrap_or(old);
         let cells = self.cells.iter().map(|cell| cell.map(&mut next)).collect();
         let writes = self.writes.iter().map(|write| next(*write)).collect();
         Tick {

@@ -5,7 +5,7 @@
 //! `1 / 2b`. `m` has two digits of 31 bits.
 
 use super::Fold;
-use crate::graph::{Graph, Id};
+use crate::graph::{Graph, NodeId};
 use whippen_kernel::{Op, Type};
 
 /// Bits of a digit.
@@ -48,7 +48,7 @@ impl Product {
 
 impl Fold {
     /// A quotient by a positive constant, if a product is the same.
-    pub(super) fn quotient(&mut self, graph: &mut Graph, a: Id, b: Id, n: u8) -> Option<Id> {
+    pub(super) fn quotient(&mut self, graph: &mut Graph, a: NodeId, b: NodeId, n: u8) -> Option<NodeId> {
         let (divisor, range) = (graph.constant(b)?, self.range(a));
         if divisor <= 0 || !Type::I32.range().contains(range) {
             return None;

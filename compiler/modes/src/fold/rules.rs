@@ -1,7 +1,7 @@
 //! What is simpler than an operator of these operands, and the same.
 
 use super::Fold;
-use crate::graph::{Graph, Id};
+use crate::graph::{Graph, NodeId};
 use whippen_kernel::{Op, Range, Type};
 
 impl Fold {
@@ -11,8 +11,8 @@ impl Fold {
         graph: &mut Graph,
         op: Op,
         ty: Type,
-        args: &[Id],
-    ) -> Option<Id> {
+        args: &[NodeId],
+    ) -> Option<NodeId> {
         match (op, args) {
             (
                 Op::Add | Op::Mul | Op::MulWide | Op::Min | Op::Max | Op::And | Op::Or | Op::Eq,
@@ -57,7 +57,7 @@ impl Fold {
         }
     }
 
-    fn product(&mut self, graph: &mut Graph, a: Id, b: Id, c: Id) -> Option<Id> {
+    fn product(&mut self, graph: &mut Graph, a: NodeId, b: NodeId, c: NodeId) -> Option<NodeId> {
         let (x, y) = (self.range(b), self.range(c));
         let known = x.low == x.high && y.low == y.high;
         if known || x == Range::point(0) || y == Range::point(0) {
@@ -69,7 +69,7 @@ impl Fold {
     }
 
     /// A shift of a word that fits a word.
-    fn narrower(&mut self, graph: &mut Graph, a: Id, n: u8) -> Option<Id> {
+    fn narrower(&mut self, graph: &mut Graph, a: NodeId, n: u8) -> Option<NodeId> {
         let word = inner(graph, a, Op::Widen)?;
         let Range { low, high } = self.range(word);
         if n > 31 || !Type::I32.range().contains(Range::new(low << n, high << n)) {
@@ -80,7 +80,7 @@ impl Fold {
     }
 
     /// What was shifted up, which loses nothing, and then down.
-    fn shifted_back(&mut self, graph: &mut Graph, ty: Type, a: Id, n: u8) -> Option<Id> {
+    fn shifted_back(&mut self, graph: &mut Graph, ty: Type, a: NodeId, n: u8) -> Option<NodeId> {
         let (Op::Shl(up), of) = (graph.op(a)?, *graph.args(a).first()?) else {
             return None;
         };
@@ -94,7 +94,7 @@ impl Fold {
 
     /// A limit `b` of what was shifted or widened is one of what it was before, where no bit is
     /// lost.
-    fn before_shift(&mut self, graph: &mut Graph, op: Op, ty: Type, a: Id, b: Id) -> Option<Id> {
+    fn before_shift(&mut self, graph: &mut Graph, op: Op, ty: Type, a: NodeId, b: NodeId) -> Option<NodeId> {
         let (limit, outer) = (graph.constant(b)?, graph.op(a)?);
         let (inside, limit) = match outer {
             Op::Widen => (Type::I32, Some(limit)),
@@ -108,7 +108,7 @@ impl Fold {
     }
 
     /// The one of two that the comparison of their ranges prefers.
-    fn extreme(&self, a: Id, b: Id, prefer: fn(Range, Range) -> bool) -> Option<Id> {
+    fn extreme(&self, a: NodeId, b: NodeId, prefer: fn(Range, Range) -> bool) -> Option<NodeId> {
         let (x, y) = (self.range(a), self.range(b));
         if a == b || prefer(x, y) {
             Some(a)
@@ -119,7 +119,7 @@ impl Fold {
 
     /// Comparisons with a constant are all `x < k` or its opposite, and `x` is no sum with a
     /// constant.
-    fn less(&mut self, graph: &mut Graph, a: Id, b: Id) -> Option<Id> {
+    fn less(&mut self, graph: &mut Graph, a: NodeId, b: NodeId) -> Option<NodeId> {
         if a == b {
             return Some(self.number(graph, Type::I1, 0));
         }
@@ -147,12 +147,12 @@ impl Fold {
     fn both(
         &mut self,
         graph: &mut Graph,
-        a: Id,
-        b: Id,
+        a: NodeId,
+        b: NodeId,
         op: Op,
         dual: Op,
         strong: i64,
-    ) -> Option<Id> {
+    ) -> Option<NodeId> {
         for (one, other) in [(a, b), (b, a)] {
             match graph.constant(one) {
                 Some(value) if value == strong => return Some(other),
@@ -179,7 +179,7 @@ impl Fold {
         None
     }
 
-    fn choice(&mut self, graph: &mut Graph, ty: Type, c: Id, a: Id, b: Id) -> Option<Id> {
+    fn choice(&mut self, graph: &mut Graph, ty: Type, c: NodeId, a: NodeId, b: NodeId) -> Option<NodeId> {
         match graph.constant(c) {
             Some(1) => return Some(a),
             Some(_) => return Some(b),
@@ -192,7 +192,7 @@ impl Fold {
         if ty == Type::I1 {
             return self.bool_choice(graph, c, a, b);
         }
-        let nested = |id: Id| match (graph.op(id)?, graph.args(id)) {
+        let nested = |id: NodeId| match (graph.op(id)?, graph.args(id)) {
             (Op::Select, [d, x, y]) if *d == c => Some((*x, *y)),
             _ => None,
         };
@@ -203,7 +203,7 @@ impl Fold {
         ((yes, no) != (a, b)).then(|| self.pure(graph, Op::Select, ty, &[c, yes, no]))
     }
 
-    fn bool_choice(&mut self, graph: &mut Graph, c: Id, a: Id, b: Id) -> Option<Id> {
+    fn bool_choice(&mut self, graph: &mut Graph, c: NodeId, a: NodeId, b: NodeId) -> Option<NodeId> {
         let ty = Type::I1;
         let not = |fold: &mut Fold, graph: &mut Graph| fold.pure(graph, Op::Not, ty, &[c]);
         match (graph.constant(a), graph.constant(b)) {
@@ -225,22 +225,22 @@ impl Fold {
 }
 
 /// Constants come last, then what was made first.
-fn rank(graph: &Graph, id: Id) -> (bool, Id) {
+fn rank(graph: &Graph, id: NodeId) -> (bool, NodeId) {
     (graph.constant(id).is_some(), id)
 }
 
 /// The operand of this operator, if the node is one.
-fn inner(graph: &Graph, id: Id, op: Op) -> Option<Id> {
+fn inner(graph: &Graph, id: NodeId, op: Op) -> Option<NodeId> {
     (graph.op(id) == Some(op)).then(|| graph.args(id)[0])
 }
 
-fn parts(graph: &Graph, id: Id, op: Op) -> Option<(Id, Id)> {
+fn parts(graph: &Graph, id: NodeId, op: Op) -> Option<(NodeId, NodeId)> {
     match graph.args(id) {
         [a, b] if graph.op(id) == Some(op) => Some((*a, *b)),
         _ => None,
     }
 }
 
-fn opposite(graph: &Graph, a: Id, b: Id) -> bool {
+fn opposite(graph: &Graph, a: NodeId, b: NodeId) -> bool {
     inner(graph, a, Op::Not) == Some(b) || inner(graph, b, Op::Not) == Some(a)
 }

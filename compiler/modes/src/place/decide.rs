@@ -1,7 +1,7 @@
 //! Decisions as branches: a compound condition is decided part by part.
 
 use super::{BLOCKS, DEPTH, Placer, open_block};
-use crate::graph::Id;
+use crate::graph::NodeId;
 use crate::{End, Target};
 use whippen_kernel::{Op, Value};
 
@@ -15,7 +15,7 @@ enum Way {
 
 impl Placer<'_, '_> {
     /// Ends the block by a decision; gives the blocks of both sides.
-    pub(super) fn branch(&mut self, condition: Id) -> Option<(usize, usize)> {
+    pub(super) fn branch(&mut self, condition: NodeId) -> Option<(usize, usize)> {
         let mut ends = Vec::new();
         self.decide(condition, &mut ends)?;
         let sides = (self.blocks.len(), self.blocks.len() + 1);
@@ -40,14 +40,14 @@ impl Placer<'_, '_> {
         Some(sides)
     }
 
-    fn decide(&mut self, condition: Id, ends: &mut Vec<(usize, Value, Way, Way)>) -> Option<()> {
+    fn decide(&mut self, condition: NodeId, ends: &mut Vec<(usize, Value, Way, Way)>) -> Option<()> {
         self.decide_to(condition, Way::Yes, Way::No, ends)
     }
 
     /// A compound condition is decided part by part.
     fn decide_to(
         &mut self,
-        condition: Id,
+        condition: NodeId,
         yes: Way,
         no: Way,
         ends: &mut Vec<(usize, Value, Way, Way)>,
@@ -63,7 +63,7 @@ impl Placer<'_, '_> {
 
     fn decide_part(
         &mut self,
-        condition: Id,
+        condition: NodeId,
         yes: Way,
         no: Way,
         ends: &mut Vec<(usize, Value, Way, Way)>,

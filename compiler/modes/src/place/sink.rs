@@ -6,7 +6,7 @@
 //! can be read again. Each way below then has its own copy.
 
 use super::{Needs, Placer};
-use crate::graph::Id;
+use crate::graph::NodeId;
 use rustc_hash::{FxHashMap, FxHashSet};
 use whippen_kernel::Op;
 
@@ -21,16 +21,16 @@ const USES: usize = 64;
 /// What stands in a block, and who else uses it.
 struct Block<'a, 'p, 'k> {
     placer: &'a Placer<'p, 'k>,
-    here: FxHashSet<Id>,
+    here: FxHashSet<NodeId>,
     /// Who uses each value: nodes that are still to be placed.
-    users: FxHashMap<Id, Vec<Id>>,
+    users: FxHashMap<NodeId, Vec<NodeId>>,
     /// What the decision at the end of the block is made of.
-    decided: FxHashSet<Id>,
+    decided: FxHashSet<NodeId>,
 }
 
 /// Of what may stand here, in order, what is to stand here.
-pub(super) fn stay(placer: &Placer, needs: &Needs, condition: Id, may_stand: Vec<Id>) -> Vec<Id> {
-    let mut users: FxHashMap<Id, Vec<Id>> = FxHashMap::default();
+pub(super) fn stay(placer: &Placer, needs: &Needs, condition: NodeId, may_stand: Vec<NodeId>) -> Vec<NodeId> {
+    let mut users: FxHashMap<NodeId, Vec<NodeId>> = FxHashMap::default();
     for id in needs
         .by_some
         .iter()
@@ -74,7 +74,7 @@ pub(super) fn stay(placer: &Placer, needs: &Needs, condition: Id, may_stand: Vec
 impl Block<'_, '_, '_> {
     /// Whether a use is in this block: of a bool, if all uses of the bool are. Of bools of bools
     /// only so many are looked at.
-    fn is_here(&self, user: Id) -> bool {
+    fn is_here(&self, user: NodeId) -> bool {
         let mut open = vec![user];
         for _ in 0..USES {
             let Some(user) = open.pop() else { return true };
@@ -87,19 +87,19 @@ impl Block<'_, '_, '_> {
         false
     }
 
-    fn used_below(&self, id: Id) -> bool {
+    fn used_below(&self, id: NodeId) -> bool {
         self.users
             .get(&id)
             .is_some_and(|users| users.iter().any(|user| !self.is_here(*user)))
     }
 
     /// Whether it takes a register down.
-    fn is_alive(&self, id: Id) -> bool {
+    fn is_alive(&self, id: NodeId) -> bool {
         !self.is_read_again(id) && self.used_below(id)
     }
 
     /// Whether blocks can read it anew.
-    fn is_read_again(&self, id: Id) -> bool {
+    fn is_read_again(&self, id: NodeId) -> bool {
         match self.placer.graph.op(id) {
             Some(Op::Const(_) | Op::Live(_) | Op::Tick(_) | Op::Keyed(_) | Op::In(_)) => true,
             Some(Op::Get(cell)) => !self
@@ -112,12 +112,12 @@ impl Block<'_, '_, '_> {
 
     /// A cell whose old word is used below is not overwritten here: the word would take a register
     /// down. Gives whether that is so, of a cell that was to be overwritten here.
-    fn leave_overwriting(&mut self, id: Id) -> bool {
+    fn leave_overwriting(&mut self, id: NodeId) -> bool {
         let graph = &self.placer.graph;
         let Some(Op::Set(cell)) = graph.op(id).filter(|_| self.here.contains(&id)) else {
             return false;
         };
-        let is_old = |id: &&Id| graph.op(**id) == Some(Op::Get(cell));
+        let is_old = |id: &&NodeId| graph.op(**id) == Some(Op::Get(cell));
         let old = self
             .here
             .iter()
@@ -144,14 +144,14 @@ impl Block<'_, '_, '_> {
     /// The value with all that only it needs, if it can go down without another value that goes
     /// down in its place. With `overwritten`, words of cells that are overwritten here count as
     /// what can be read again.
-    fn cone(&self, top: Id, overwritten: bool) -> Option<Vec<Id>> {
+    fn cone(&self, top: NodeId, overwritten: bool) -> Option<Vec<NodeId>> {
         let graph = &self.placer.graph;
-        let pure = |id: Id| {
+        let pure = |id: NodeId| {
             graph
                 .op(id)
                 .is_some_and(|op| op.row().effect == whippen_kernel::Effect::Pure)
         };
-        let goes = |id: Id| self.here.contains(&id) && pure(id) && !self.decided.contains(&id);
+        let goes = |id: NodeId| self.here.contains(&id) && pure(id) && !self.decided.contains(&id);
         let users = self.users.get(&top)?;
         if !goes(top) || users.iter().any(|user| self.is_here(*user)) {
             return None;
@@ -185,7 +185,7 @@ impl Block<'_, '_, '_> {
     }
 
     /// Whether it is not alive below yet.
-    fn is_new(&self, id: Id) -> bool {
+    fn is_new(&self, id: NodeId) -> bool {
         self.here.contains(&id) || self.placer.placed.contains_key(&id)
     }
 }
