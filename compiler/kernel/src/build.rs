@@ -307,8 +307,7 @@ impl Builder {
             return *value;
         }
         let result = self.define(info);
-        self.decided[result] =
-            op == Op::Select || args.iter().any(|arg| self.is_decided(*arg));
+        self.decided[result] = op == Op::Select || args.iter().any(|arg| self.is_decided(*arg));
         self.made_of[result] = match op {
             Op::Const(_) => MadeOf::Nothing,
             Op::Live(_) | Op::Tick(_) => MadeOf::Live,

@@ -54,11 +54,7 @@ pub fn sweep_insts(insts: &mut Vec<Inst>, needed: &mut IdMap<Value, bool>) {
 
 /// Removes the results of an `if` that nobody uses.
 fn drop_results(inst: &mut Inst, needed: &IdMap<Value, bool>) {
-    let wanted: Vec<bool> = inst
-        .results
-        .iter()
-        .map(|result| needed[result])
-        .collect();
+    let wanted: Vec<bool> = inst.results.iter().map(|result| needed[result]).collect();
     let keep = |values: &mut Vec<Value>| {
         let mut wanted = wanted.iter().copied();
         values.retain(|_| wanted.next().unwrap_or(true));
@@ -70,9 +66,7 @@ fn drop_results(inst: &mut Inst, needed: &IdMap<Value, bool>) {
 }
 
 fn mark(values: &[Value], needed: &mut IdMap<Value, bool>) {
-    values
-        .iter()
-        .for_each(|value| needed[value] = true);
+    values.iter().for_each(|value| needed[value] = true);
 }
 
 /// Whether an instruction, or one inside it, does something besides giving results.

@@ -1,7 +1,8 @@
-//! What is known on a path, beyond what the operators themselves say: from what was decided back to
-//! what was compared.
+//! Backward interval propagation: from the range of a decided condition to ranges of the values it
+//! compares, and on to their operands.
 
 use super::graph::{Graph, NodeId};
+use super::tuning;
 use rustc_hash::FxHashMap;
 use whippen_kernel::{Op, Range, Type};
 
@@ -24,8 +25,7 @@ pub(super) fn with(
         latest: Vec::new(),
         open: vec![(node, range)],
     };
-    // Each step makes a range smaller, which could go on for long around a knot of equations.
-    for _ in 0..200 {
+    for _ in 0..tuning::NARROWING_STEPS {
         let Some((node, range)) = narrowing.open.pop() else {
             break;
         };

@@ -1,4 +1,5 @@
-//! A tick as a graph: every computation once, memory read at the start and written at the end.
+//! Value graph by hash consing: a tick with every computation once, memory read at the start and
+//! written at the end.
 //!
 //! ```text
 //!   v4 = get c                       Get c ------+
@@ -147,7 +148,7 @@ impl<'k> Graph<'k> {
     }
 
     /// Whether it stands for something done, not for a value.
-    pub fn is_done(&self, id: NodeId) -> bool {
+    pub fn has_no_value(&self, id: NodeId) -> bool {
         match self.kind(id) {
             Kind::Start | Kind::Effect(_) => true,
             Kind::Op(op) => op.row().result.is_none(),
@@ -156,7 +157,7 @@ impl<'k> Graph<'k> {
     }
 
     /// Whether it is such an operator, or an effect with one inside.
-    pub fn asks(&self, id: NodeId, such: &dyn Fn(Op) -> bool) -> bool {
+    pub fn contains_op(&self, id: NodeId, such: &dyn Fn(Op) -> bool) -> bool {
         match self.kind(id) {
             Kind::Op(op) => such(op),
             Kind::Effect(source) => {
@@ -184,7 +185,7 @@ impl<'k> Graph<'k> {
         id
     }
 
-    pub fn number(&mut self, ty: Type, value: i64) -> NodeId {
+    pub fn constant_node(&mut self, ty: Type, value: i64) -> NodeId {
         self.node(Kind::Op(Op::Const(value)), ty, &[])
     }
 
@@ -202,7 +203,7 @@ impl<'k> Graph<'k> {
 
     /// Where a pure operator lies for such ranges of its operands; none if the table cannot tell,
     /// because the result might not fit its type.
-    pub fn lies(&self, id: NodeId, op: Op, operands: [Range; 3]) -> Option<Range> {
+    pub fn op_range(&self, id: NodeId, op: Op, operands: [Range; 3]) -> Option<Range> {
         let args = self.args(id);
         let mut infos = [ValueInfo {
             ty: Type::I1,

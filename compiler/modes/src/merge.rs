@@ -1,10 +1,10 @@
-//! Ways that end in the same code become one.
+//! Tail merging: blocks that do the same and lead to the same blocks become one.
 //!
 //! Two blocks are the same if they do the same to the same values from above, their own values
 //! numbered as they come and in the same ranges, and lead to blocks that are the same. Both see all
 //! that they read, so whatever leads to either may lead to one of them.
 
-use super::{Block, End};
+use super::{Block, End, tuning};
 use rustc_hash::{FxHashMap, FxHasher};
 use std::hash::{Hash, Hasher};
 use whippen_ids::IdMap;
@@ -75,13 +75,9 @@ struct Spelled<'a> {
     depth: usize,
 }
 
-/// Blocks that are spelled one below the other; the next is a number, so that blocks are the same
-/// only if they lead there.
-const DEPTH: usize = 100;
-
 impl Spelled<'_> {
     fn block(&mut self, blocks: &[Block], at: usize) {
-        if self.depth == DEPTH {
+        if self.depth == tuning::TAIL_DEEP {
             return self.words.extend([4, at as u64]);
         }
         self.depth += 1;

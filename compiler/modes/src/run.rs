@@ -8,9 +8,7 @@
 use super::{End, Mode, Modes, Target};
 use whippen_ids::IdMap;
 use whippen_kernel::memory::Key;
-use whippen_ids::IdMap;
 use whippen_kernel::op::Meaning;
-use whippen_ids::IdMap;
 use whippen_kernel::{
     Code, EngineError, Inst, Interp, Kernel, Loaded, Memory, Op, Range, Region, Value,
 };
@@ -185,11 +183,7 @@ impl Runner {
     }
 
     fn hand_over(&mut self, mode: &Mode, target: &Target) {
-        let values: Vec<i64> = target
-            .args
-            .iter()
-            .map(|arg| self.registers[arg])
-            .collect();
+        let values: Vec<i64> = target.args.iter().map(|arg| self.registers[arg]).collect();
         let params = mode
             .blocks
             .get(target.block)
@@ -199,11 +193,7 @@ impl Runner {
 
     fn run(&mut self, mode: &Mode, insts: &[Inst], key: &mut Key) {
         for inst in insts {
-            let args: Vec<i64> = inst
-                .args
-                .iter()
-                .map(|arg| self.registers[arg])
-                .collect();
+            let args: Vec<i64> = inst.args.iter().map(|arg| self.registers[arg]).collect();
             let immediates = inst.op.immediates().map(|immediate| immediate as usize);
             match inst.op.row().meaning {
                 Meaning::Exact(_) => {

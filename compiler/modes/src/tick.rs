@@ -1,6 +1,7 @@
-//! From the instructions of a tick to its graph.
+//! Construction of a tick's graph from its instructions, by symbolic execution of both arms of every
+//! `if`.
 
-use super::graph::{Graph, NodeId, Kind, Source, keeps_place};
+use super::graph::{Graph, Kind, NodeId, Source, keeps_place};
 use std::collections::HashMap;
 use whippen_kernel::{Inst, Kernel, Op, Region, Type, Value};
 
@@ -37,7 +38,7 @@ pub(super) fn in_memory(kernel: &Kernel, region: &Region) -> Vec<bool> {
 
 /// Adds a region to the graph: `tick`, or `init`.
 pub(super) fn read(graph: &mut Graph, region: &Region, in_memory: &[bool]) -> Tick {
-    let always = graph.number(Type::I1, 1);
+    let always = graph.constant_node(Type::I1, 1);
     let last = graph.node(Kind::Start, Type::I1, &[]);
     let mut reader = Reader {
         graph,
@@ -138,7 +139,7 @@ impl Reader<'_, '_> {
 
     fn effect(&mut self, inst: &Inst, guard: NodeId) {
         let reads = outside(inst);
-        let always = self.graph.number(Type::I1, 1);
+        let always = self.graph.constant_node(Type::I1, 1);
         let only_reads = matches!(inst.op, Op::Get(_) | Op::GetAt(_));
         let mut args = vec![if only_reads { always } else { guard }, self.last];
         args.extend(reads.iter().map(|read| self.value(*read)));

@@ -1,14 +1,14 @@
-//! The verifier of modes: what passes cannot overflow, reads no value that is not there, and enters
-//! no mode with cells that lie where the mode says they do not.
+//! Verifier of modes by forward interval analysis: what passes cannot overflow, reads no undefined
+//! value, and enters no mode with cells outside the ranges that the mode assumes.
 //!
 //! Ranges are proven again along the blocks, as in a Kernel, together with what branches say: a
-//! block begins with what all ways that lead to it have in common. What a cell holds is followed
+//! block begins with what all edges that lead to it have in common. What a cell holds is followed
 //! the same way, from the mode's ranges over what is stored to the ranges of the next mode. That a
 //! cell which the next mode stands for would hold just that is not visible in code; the engine of
 //! `run` tests it in every tick.
 
 use super::facts::{self, Facts, meet};
-use super::graph::{Graph, NodeId, Kind};
+use super::graph::{Graph, Kind, NodeId};
 use super::{Block, End, Mode, Modes, Target};
 use whippen_ids::IdMap;
 use whippen_kernel::{Inst, Op, Range, Region, Type, Value, ValueInfo, VerifyError};
@@ -399,9 +399,7 @@ impl<'a> Checker<'a> {
         state
             .facts
             .get(&id)
-            .map_or(self.declared[id], |fact| {
-                meet(self.declared[id], *fact)
-            })
+            .map_or(self.declared[id], |fact| meet(self.declared[id], *fact))
     }
 
     fn infos(&self, values: &[Value], state: &State) -> Result<Vec<ValueInfo>, Fault> {
