@@ -75,8 +75,7 @@ impl<'a> Translator<'a> {
     /// The results of an instruction become parameters of the block after it.
     fn results(&mut self, inst: &Inst, after: ir::Block) {
         for result in &inst.results {
-            self.values[result] =
-                self.f.append_block_param(after, register(self.ty(*result)));
+            self.values[result] = self.f.append_block_param(after, register(self.ty(*result)));
         }
     }
 
@@ -129,8 +128,7 @@ impl Walk for Translator<'_> {
             .collect();
         self.f.ins().jump(head, &starts);
         for param in &body.params {
-            self.values[param] =
-                self.f.append_block_param(head, register(self.ty(*param)));
+            self.values[param] = self.f.append_block_param(head, register(self.ty(*param)));
         }
         self.f.switch_to_block(head);
         self.region(body);
