@@ -127,12 +127,7 @@ impl<'m> Scan<'m> {
     fn is_alone(&self, inst: &Inst) -> bool {
         let reads = matches!(inst.op, Op::Live(_) | Op::Tick(_));
         let computes = reads || matches!(inst.op.row().meaning, Meaning::Exact(_));
-        computes
-            && inst.regions.is_empty()
-            && inst
-                .args
-                .iter()
-                .all(|arg| self.made[arg].is_some())
+        computes && inst.regions.is_empty() && inst.args.iter().all(|arg| self.made[arg].is_some())
     }
 
     fn define(&mut self, inst: &'m Inst) {
