@@ -9,11 +9,11 @@
 
 use std::sync::OnceLock;
 
-use super::frame::FREE;
 use super::minst::{
     self, Access, AliasClass, Allocated, Block, Edge, Func, MInst, Reg, Relocation, Role,
     Terminator, template,
 };
+use super::registers::FREE;
 use super::v6m::LOST;
 use regalloc2::checker::Checker;
 use regalloc2::{
@@ -189,7 +189,9 @@ impl<'a> View<'a> {
                 no: *no,
                 likely: *likely,
             },
-            Terminator::NextKey(_) => Terminator::NextKey(minst::PReg(next_key_register(self.arch))),
+            Terminator::NextKey(_) => {
+                Terminator::NextKey(minst::PReg(next_key_register(self.arch)))
+            }
             Terminator::FallThrough => Terminator::FallThrough,
         };
         Block {
@@ -276,7 +278,7 @@ fn operands_of(code: &MInst) -> Vec<Operand> {
 fn assign_registers(source: &MInst, allocs: &[Allocation]) -> MInst<minst::PReg> {
     let mut inst = source.inst;
     let is_call = matches!(source.address, Some(Relocation::Routine(_)));
-        let register = |at: usize| {
+    let register = |at: usize| {
         let reg = allocs.get(at).and_then(|alloc| alloc.as_reg());
         minst::PReg(reg.map_or(0, |reg| reg.hw_enc() as u8))
     };
@@ -342,7 +344,10 @@ fn move_inst(from: Allocation, to: Allocation) -> MInst<minst::PReg> {
         }
         (None, to) => {
             let access = Access::Read(AliasClass::Slot(slot(from)));
-            MInst::inserted(stack(Op::LDR_immediate, to.unwrap_or(0), slot(from)), access)
+            MInst::inserted(
+                stack(Op::LDR_immediate, to.unwrap_or(0), slot(from)),
+                access,
+            )
         }
     }
 }

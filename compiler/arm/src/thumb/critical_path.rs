@@ -66,7 +66,12 @@ fn below(func: &Allocated, of_blocks: Vec<Cycles>) -> Vec<u64> {
 
 /// The longer one of the ways on from a block. Only one of two can be what follows; the other one
 /// is branched to, which costs so much more.
-pub(super) fn worst_successor(end: &Terminator<PReg>, block: usize, taken: u64, cycles: &[u64]) -> u64 {
+pub(super) fn worst_successor(
+    end: &Terminator<PReg>,
+    block: usize,
+    taken: u64,
+    cycles: &[u64],
+) -> u64 {
     let below: Vec<u64> = end
         .targets()
         .into_iter()

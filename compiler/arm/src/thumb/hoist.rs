@@ -10,12 +10,12 @@
 
 use super::critical_path;
 use super::liveness::{RegisterSet, compute_live_in, live_in_of, live_out_of};
-use super::frame::{H, I, K, T, others};
 use super::minst::{Access, Allocated, Block, Cycles, MInst, PReg, Terminator, Use};
+use super::registers::{HISTORY, RECORD, SAMPLES, STATE, others};
 use super::tuning::{HOIST_WINDOW, HOISTED_MAX};
+use whippen_isa::Class;
 use whippen_isa::reg::SP;
 use whippen_isa::timing::Core;
-use whippen_isa::Class;
 
 /// Moves loads and single operations up over branches, where that makes the longest way shorter.
 pub(super) fn hoist_over_branches(func: &mut Allocated, core: &Core) {
@@ -113,7 +113,11 @@ fn hoist_first(
 }
 
 /// The block with one more instruction near its end, where it costs least.
-fn find_best_place(block: &Block<PReg>, goes: MInst<PReg>, core: &Core) -> Option<(Cycles, Block<PReg>)> {
+fn find_best_place(
+    block: &Block<PReg>,
+    goes: MInst<PReg>,
+    core: &Core,
+) -> Option<(Cycles, Block<PReg>)> {
     let mut best: Option<(Cycles, Block<PReg>)> = None;
     for place in (block.code.len().saturating_sub(HOIST_WINDOW)..=block.code.len()).rev() {
         if block
@@ -182,7 +186,7 @@ fn is_speculatable(fixed: &MInst<PReg>) -> bool {
         && !inst.wback
         && fixed.touches_flags() == (false, false);
     // Another address may be right on one side of the branch only.
-    let near = [T, K, I, H, SP]
+    let near = [STATE, RECORD, SAMPLES, HISTORY, SP]
         .iter()
         .any(|base| inst.uses().core_bits() == 1 << base);
     let load = near && matches!(fixed.access, Access::Read(_)) && inst.class() == Class::Load;

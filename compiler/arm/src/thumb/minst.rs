@@ -14,7 +14,7 @@
 //!
 //! Not here: encodings (`emit` takes the shortest), cycles (`schedule`, `critical_path`).
 
-use super::frame::ALL_FREE;
+use super::registers::ALL_FREE;
 use super::v6m::Routine;
 use std::fmt::{Debug, Display};
 use std::hash::Hash;
@@ -27,7 +27,10 @@ pub(super) type VReg = u32;
 /// What stands in the roles of instructions: [`Reg`] before allocation, [`PReg`] after.
 pub(super) trait Register: Copy + Ord + Hash + Debug + Display {
     /// A register that holds a value, of those that the allocator deals with.
-    type Value: Copy + Ord + Hash + Debug + Display;
+    type Value: Copy + Ord + Hash + Debug;
+
+    /// Whether it is a register of the core.
+    const IS_PHYSICAL: bool;
 
     /// The register that holds a value.
     fn of_value(value: Self::Value) -> Self;
@@ -47,7 +50,7 @@ pub(super) trait Register: Copy + Ord + Hash + Debug + Display {
 pub(super) enum Reg {
     /// A virtual register.
     Virtual(VReg),
-    /// A register with a role of its own: those of `frame`.
+    /// A register with a role of its own: those of `registers`.
     Fixed(u8),
 }
 
@@ -57,6 +60,7 @@ pub(super) struct PReg(pub u8);
 
 impl Register for Reg {
     type Value = VReg;
+    const IS_PHYSICAL: bool = false;
 
     fn of_value(value: VReg) -> Reg {
         Reg::Virtual(value)
@@ -77,6 +81,7 @@ impl Register for Reg {
 
 impl Register for PReg {
     type Value = PReg;
+    const IS_PHYSICAL: bool = true;
 
     fn of_value(value: PReg) -> PReg {
         value

@@ -13,9 +13,9 @@
 //! blocks.
 
 use super::dependence::{Dependences, build_dependences};
-use super::frame::K;
 use super::liveness::{compute_live_in, live_out_of};
 use super::minst::{Access, Func, MInst, Reg, Role, Terminator, VReg};
+use super::registers::RECORD;
 use whippen_isa::timing::{Core, Outcome, Pipe, Timed};
 
 /// Puts the code of every block in order; about `limit` values are alive at once.
@@ -89,7 +89,7 @@ impl StallGraph {
 fn advance_next_key_load(code: &mut [MInst]) {
     let [.., before, load] = code else { return };
     let walks = load.inst.wback.then_some(load.inst.imm as i64);
-    let by_k = |code: &MInst| code.uses().any(|u| u.operand.reg == Reg::Fixed(K));
+    let by_k = |code: &MInst| code.uses().any(|u| u.operand.reg == Reg::Fixed(RECORD));
     let offset = i64::from(before.inst.imm) * if before.inst.add { 1 } else { -1 };
     let (Some(walks), false) = (walks, before.inst.wback || before.inst.cond.is_some()) else {
         return;
@@ -194,9 +194,7 @@ impl<'a> ListScheduler<'a> {
             .iter()
             .flatten()
             .for_each(|(reg, times)| left[*reg as usize] += times);
-        live_out
-            .iter()
-            .for_each(|reg| left[*reg as usize] += 1);
+        live_out.iter().for_each(|reg| left[*reg as usize] += 1);
         let needed = |reg: &&VReg| left[**reg as usize] > 0;
         let begun = writes
             .iter()

@@ -19,8 +19,8 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::emit::branch_inst;
-use super::frame::{H, I, K, T};
 use super::minst::{Access, AliasClass, Func, MInst, Register, Relocation, Role, Terminator};
+use super::registers::{HISTORY, RECORD, SAMPLES, STATE};
 use whippen_isa::ShiftType;
 use whippen_isa::reg::SP;
 use whippen_isa::{Cond, Flags, Op};
@@ -158,7 +158,7 @@ fn list_outside<R: Register>(states: &[Vec<State<R>>; 2]) -> Vec<Location<R>> {
     let memory = written
         .into_iter()
         .filter(|at| matches!(at, Location::Memory(_) | Location::Result(_)));
-    let roles = [T, K, I, H, SP].map(|reg| Location::Register(R::fixed(reg)));
+    let roles = [STATE, RECORD, SAMPLES, HISTORY, SP].map(|reg| Location::Register(R::fixed(reg)));
     memory.chain(roles).collect()
 }
 
@@ -188,7 +188,11 @@ impl<R: Register> ValueNumbers<R> {
     }
 
     /// What each block leaves.
-    fn run(&mut self, func: &Func<R>, predecessors: &[Vec<usize>]) -> Result<Vec<State<R>>, String> {
+    fn run(
+        &mut self,
+        func: &Func<R>,
+        predecessors: &[Vec<usize>],
+    ) -> Result<Vec<State<R>>, String> {
         let mut states: Vec<State<R>> = Vec::new();
         for (index, block) in func.blocks.iter().enumerate() {
             let mut state = match predecessors[index][..] {

@@ -13,7 +13,7 @@ type Operands = [Option<Operand<PReg>>; 6];
 
 /// An instruction in an order.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Moved {
+pub struct Moved {
     /// Where it stood.
     from: usize,
     /// In the registers that it has now.
@@ -22,7 +22,7 @@ pub(super) struct Moved {
 }
 
 /// An order of a block's instructions.
-pub(super) type Ordered = Vec<Moved>;
+pub type Ordered = Vec<Moved>;
 
 /// Orders by what they were found for.
 #[derive(Default)]
