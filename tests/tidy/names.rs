@@ -1,0 +1,60 @@
+//! One name, one thing: no two types of a crate share a name.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{only_listed, paths, rust};
+
+/// Names that stand twice in a crate: crate and name, why.
+const TWICE: &[(&str, &str)] = &[];
+
+/// The crate of a file: the longest folder above it with a manifest. The root's is empty.
+fn crate_of<'a>(path: &str, crates: &'a [String]) -> &'a str {
+    let above = crates
+        .iter()
+        .filter(|folder| path.starts_with(folder.as_str()));
+    above.max_by_key(|folder| folder.len()).map_or("", |f| f)
+}
+
+/// The name of the type that a line of code defines.
+fn defined(code: &str) -> Option<&str> {
+    let mut words = code.split_whitespace();
+    let mut word = words.next()?;
+    while word.starts_with("pub") || word == "in" || word.ends_with(')') {
+        word = words.next()?;
+    }
+    if !["struct", "enum", "union"].contains(&word) {
+        return None;
+    }
+    let name = words.next()?;
+    let end = name.find(|c: char| !c.is_alphanumeric() && c != '_');
+    let name = &name[..end.unwrap_or(name.len())];
+    name.starts_with(char::is_uppercase).then_some(name)
+}
+
+#[test]
+fn a_crate_has_one_type_of_a_name() {
+    assert_eq!(defined("pub(in crate::a) struct Name<'a> {"), Some("Name"));
+    let manifests = paths()
+        .into_iter()
+        .filter(|path| path.ends_with("/Cargo.toml"));
+    let crates: Vec<String> = manifests
+        .map(|path| path.trim_end_matches("Cargo.toml").to_string())
+        .collect();
+    let mut places: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for text in rust().iter().filter(|text| text.path.contains("src/")) {
+        for (number, code) in text.code() {
+            if let Some(name) = defined(&code) {
+                let name = format!("{}{name}", crate_of(&text.path, &crates));
+                let place = format!("{}:{number}", text.path);
+                places.entry(name).or_default().push(place);
+            }
+        }
+    }
+    assert!(places.len() > 500, "only {} types were found", places.len());
+    places.retain(|_, places| places.len() > 1);
+    places
+        .iter()
+        .for_each(|(name, at)| println!("{name}: {at:?}"));
+    let found: BTreeSet<String> = places.into_keys().collect();
+    only_listed(&found, TWICE.iter().map(|e| e.0), "one name, one thing");
+}
