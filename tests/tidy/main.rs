@@ -12,5 +12,6 @@ mod repository;
 mod size;
 mod texts;
 mod walls;
+mod words;
 
 use texts::{Text, has_word, none, only_listed, paths, root, rust, texts};
