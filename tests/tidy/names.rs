@@ -5,7 +5,48 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::{only_listed, paths, rust};
 
 /// Names that stand twice in a crate: crate and name, why.
-const TWICE: &[(&str, &str)] = &[];
+const TWICE: &[(&str, &str)] = &[
+    ("Args", "arguments of each command"),
+    ("Call", "to be renamed"),
+    ("Outputs", "to be renamed"),
+    ("Place", "to be renamed"),
+    ("Report", "to be renamed"),
+    ("Setup", "to be renamed"),
+    ("compiler/arm/Bound", "to be renamed"),
+    ("compiler/arm/Item", "to be renamed"),
+    ("compiler/arm/Made", "to be renamed"),
+    ("compiler/arm/Resource", "to be renamed"),
+    ("compiler/arm/Scan", "to be renamed"),
+    ("compiler/arm/Section", "to be renamed"),
+    ("compiler/arm/State", "to be renamed"),
+    ("compiler/arm/Step", "to be renamed"),
+    ("compiler/arm/Unit", "to be renamed"),
+    ("compiler/arm/Writer", "to be renamed"),
+    ("compiler/budget/Costs", "to be renamed"),
+    ("compiler/budget/Frame", "to be renamed"),
+    ("compiler/budget/Place", "to be renamed"),
+    ("compiler/kernel/Place", "to be renamed"),
+    ("compiler/lang/Action", "in the text and in the model"),
+    (
+        "compiler/lang/Cell",
+        "of the model, and of a row in the layout",
+    ),
+    ("compiler/lang/Item", "in the text and in the model"),
+    ("compiler/lang/Keyboard", "in the text and in the model"),
+    ("compiler/lang/Kind", "to be renamed"),
+    ("compiler/lang/Label", "to be renamed"),
+    ("compiler/lang/Pass", "to be renamed"),
+    ("compiler/lower/Sum", "to be renamed"),
+    ("compiler/lower/Writes", "to be renamed"),
+    ("compiler/modes/Block", "to be renamed"),
+    ("compiler/modes/Source", "to be renamed"),
+    ("emulator/Lines", "to be renamed"),
+    ("emulator/Register", "to be renamed"),
+    ("isa/Rules", "to be renamed"),
+    ("runtime/Column", "to be renamed"),
+    ("runtime/Section", "to be renamed"),
+    ("runtime/Stops", "to be renamed"),
+];
 
 /// The crate of a file: the longest folder above it with a manifest. The root's is empty.
 fn crate_of<'a>(path: &str, crates: &'a [String]) -> &'a str {

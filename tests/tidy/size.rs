@@ -10,35 +10,147 @@ const FILE_MAX: usize = 500;
 
 /// Files that are longer, and why.
 const LONG_FILES: &[(&str, &str)] = &[
+    ("compiler/arm/src/image/link.rs", "to be divided"),
+    ("compiler/arm/src/thumb/entry.rs", "to be divided"),
+    ("compiler/lang/src/check/tests/cases.rs", "a table of cases"),
+    ("compiler/modes/src/place.rs", "to be divided"),
     (
         "isa/src/table.rs",
         "one line per instruction, and what each means",
     ),
-    ("compiler/lang/src/check/tests/cases.rs", "a table of cases"),
+    ("runtime/src/emulated.rs", "to be divided"),
     ("tests/build/command.rs", "tables of cases"),
     ("tests/it/cli.rs", "tables of cases"),
     ("tests/it/lsp.rs", "tables of cases"),
     ("tests/it/midi.rs", "tables of cases"),
-    ("runtime/src/emulated.rs", "to be divided"),
-    ("compiler/arm/src/image/link.rs", "to be divided"),
-    ("compiler/modes/src/place.rs", "to be divided"),
-    ("compiler/arm/src/thumb/entry.rs", "to be divided"),
 ];
 
 /// Lines of a function of the product, from `fn` to its closing brace.
 const FUNCTION_MAX: usize = 60;
 
 /// Functions that are longer, and why.
-const LONG_FUNCTIONS: &[(&str, &str)] = &[];
+const LONG_FUNCTIONS: &[(&str, &str)] = &[
+    ("compiler/arm/src/thumb.rs: items", "to be divided"),
+    ("compiler/arm/src/thumb.rs: object", "to be divided"),
+    (
+        "compiler/arm/src/thumb/entry/events.rs: open_events",
+        "to be divided",
+    ),
+    (
+        "compiler/arm/src/thumb/hoist.rs: hoist_first",
+        "to be divided",
+    ),
+    (
+        "compiler/arm/src/thumb/search.rs: compile_modes",
+        "to be divided",
+    ),
+    ("compiler/arm/src/thumb/select.rs: one", "to be divided"),
+    (
+        "compiler/arm/src/thumb/validate.rs: validate",
+        "to be divided",
+    ),
+    ("compiler/budget/src/calls.rs: costs", "to be divided"),
+    (
+        "compiler/budget/src/error.rs: fmt",
+        "a message for each error",
+    ),
+    (
+        "compiler/budget/src/facts/effect.rs: result",
+        "an arm for each instruction",
+    ),
+    ("compiler/budget/src/frame.rs: frame", "to be divided"),
+    ("compiler/budget/src/stack.rs: follow", "to be divided"),
+    (
+        "compiler/c99/src/declare.rs: state",
+        "a text, field by field",
+    ),
+    (
+        "compiler/firmware/src/constants.rs: constants",
+        "a table of names and values",
+    ),
+    ("compiler/firmware/src/tables.rs: text", "to be divided"),
+    ("compiler/firmware/src/whole.rs: whole", "to be divided"),
+    (
+        "compiler/jit/src/lanes/operator.rs: operator",
+        "an arm for each operator",
+    ),
+    (
+        "compiler/kernel/src/op/apply.rs: declared",
+        "an arm for each operator",
+    ),
+    (
+        "compiler/kernel/src/op/error.rs: fmt",
+        "a message for each error",
+    ),
+    (
+        "compiler/kernel/src/print.rs: declarations",
+        "a paragraph for each kind of declaration",
+    ),
+    (
+        "compiler/lang/src/model/print.rs: text",
+        "an arm for each part of a model",
+    ),
+    (
+        "compiler/lang/src/syntax/pretty.rs: decl",
+        "an arm for each declaration",
+    ),
+    (
+        "compiler/lang/src/syntax/repair/adjacent.rs: repair",
+        "to be divided",
+    ),
+    (
+        "compiler/lang/src/syntax/repair/adjacent.rs: report_unit",
+        "to be divided",
+    ),
+    ("compiler/lower/src/linear.rs: planned", "to be divided"),
+    (
+        "compiler/lower/src/values.rs: real_node",
+        "an arm for each node",
+    ),
+    (
+        "compiler/modes/src/facts.rs: operands",
+        "an arm for each operator",
+    ),
+    ("compiler/modes/src/reach.rs: reach", "to be divided"),
+    ("runtime/src/emulated.rs: of_parts", "to be divided"),
+    ("runtime/src/keyboard.rs: play_on_board", "to be divided"),
+    ("runtime/src/report/budget.rs: draw", "to be divided"),
+    ("runtime/src/report/budget.rs: stability", "to be divided"),
+    ("runtime/src/report/budget.rs: time", "to be divided"),
+    ("src/cmd/budget.rs: run", "to be divided"),
+    ("src/cmd/budget/motor.rs: text", "to be divided"),
+    ("src/cmd/budget/stability.rs: text", "to be divided"),
+    ("src/cmd/emulate/run.rs: to_the_end", "to be divided"),
+    ("src/cmd/keys.rs: run", "to be divided"),
+    ("src/cmd/keys/told.rs: section", "to be divided"),
+    ("src/cmd/run.rs: once", "to be divided"),
+    ("src/lsp/server.rs: answer", "an arm for each request"),
+    ("src/lsp/signature.rs: help", "to be divided"),
+];
 
 /// Columns of a line of Rust without strings.
 const COLUMNS_MAX: usize = 100;
 
 /// Files with wider lines of code, and why.
-const WIDE: &[(&str, &str)] = &[];
+const WIDE: &[(&str, &str)] = &[
+    ("compiler/kernel/src/op.rs", "one row per operator"),
+    (
+        "compiler/lang/src/syntax/tests/mistakes.rs",
+        "a macro, which rustfmt leaves",
+    ),
+    (
+        "compiler/lang/src/syntax/tests/spans.rs",
+        "a macro and its rows",
+    ),
+    ("isa/src/table.rs", "one row per instruction"),
+    (
+        "tests/build/bindings/probe_module.rs",
+        "what `build` writes for others",
+    ),
+];
 
 /// Columns of a line of Markdown outside of tables and code.
-const MARKDOWN_MAX: usize = 300;
+const MARKDOWN_MAX: usize = 400;
 
 /// Documents with longer sentences, and why.
 const LONG_SENTENCES: &[(&str, &str)] = &[];
@@ -137,27 +249,37 @@ fn the_lines_of_functions_are_counted() {
     );
 }
 
-/// Whether a comment is a drawing or a row of a table, which may be wider: it has a gap, an arrow,
-/// or the border of a cell.
+/// Whether a comment is a row of a table, which may be wider: it has a gap or the border of a cell.
 fn is_drawn(comment: &str) -> bool {
     let comment = comment.trim_start_matches(['/', '!']).trim();
-    ["  ", "->", "--", "|", "─"]
-        .iter()
-        .any(|mark| comment.contains(mark))
+    ["  ", "|"].iter().any(|mark| comment.contains(mark))
 }
 
-fn is_too_wide(line: &Line) -> bool {
-    let may_be_wide = line.has_string || line.comment.is_some_and(is_drawn);
-    line.text.chars().count() > COLUMNS_MAX && !may_be_wide
+/// The lines that are too wide; what is fenced in comments is drawings and code.
+fn too_wide(lines: &[(usize, Line)]) -> Vec<usize> {
+    let mut fenced = false;
+    let mut found = Vec::new();
+    for (number, line) in lines {
+        let fence = line.comment.is_some_and(|text| text.contains("```"));
+        fenced = line.comment.is_some() && (fenced ^ fence);
+        let may_be_wide = fenced || line.has_string || line.comment.is_some_and(is_drawn);
+        if line.text.chars().count() > COLUMNS_MAX && !may_be_wide {
+            found.push(*number);
+        }
+    }
+    found
 }
 
 #[test]
 fn lines_are_narrow() {
-    let found = rust()
-        .into_iter()
-        .filter(|text| text.rust_lines().iter().any(|(_, line)| is_too_wide(line)))
-        .map(|text| text.path)
-        .collect();
+    let mut found = BTreeSet::new();
+    for text in rust() {
+        let wide = too_wide(&text.rust_lines());
+        if !wide.is_empty() {
+            println!("{}: lines {wide:?}", text.path);
+            found.insert(text.path);
+        }
+    }
     let rule = format!("a line of Rust without strings has at most {COLUMNS_MAX} columns");
     only_listed(&found, WIDE.iter().map(|e| e.0), &rule);
 }
