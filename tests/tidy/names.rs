@@ -12,7 +12,6 @@ const TWICE: &[(&str, &str)] = &[
     ("Place", "to be renamed"),
     ("Report", "to be renamed"),
     ("Setup", "to be renamed"),
-    ("compiler/arm/Bound", "to be renamed"),
     ("compiler/arm/Item", "to be renamed"),
     ("compiler/arm/Made", "to be renamed"),
     ("compiler/arm/Resource", "to be renamed"),
