@@ -13,7 +13,6 @@ const LONG_FILES: &[(&str, &str)] = &[
     ("compiler/arm/src/image/link.rs", "to be divided"),
     ("compiler/arm/src/thumb/entry.rs", "to be divided"),
     ("compiler/lang/src/check/tests/cases.rs", "a table of cases"),
-    ("compiler/modes/src/place.rs", "to be divided"),
     (
         "isa/src/table.rs",
         "one line per instruction, and what each means",

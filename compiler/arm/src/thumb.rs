@@ -13,8 +13,7 @@
 //! | part | what it settles |
 //! | --- | --- |
 //! | `registers` | registers with a role |
-//! | `state_layout` | everything's place in the state; where a host finds what it reads and writes
-//! |
+//! | `state_layout` | everything's place in the state; where a host finds what it reads and writes |
 //! | `tick_invariant` | what is computed once a tick for all keys |
 //! | `select` | which instructions |
 //! | `minst` | instructions over virtual registers |
@@ -179,8 +178,8 @@ pub struct TickAbi {
 /// Compiles the tick of a core's keys as a part of a firmware's frame: `NAME_tick(state, words)`
 /// and `NAME_init(state, words)` find the first key's sensor word at `words`, put drive words
 /// `drive_offset` bytes behind sensor words, and keep no register but SP; so does
-/// `NAME_begin(state,
-/// word, key)`, which prepares one key as `NAME_init` prepares all, once that has run.
+/// `NAME_begin(state, word, key)`, which prepares one key as `NAME_init` prepares all, once that
+/// has run.
 ///
 /// # Errors
 /// Too many keys or modes; a bug.
