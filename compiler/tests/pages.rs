@@ -141,8 +141,9 @@ fn codes_are_found_by_what_people_type() {
 #[test]
 fn the_documents_list_every_code() {
     let mut text = String::from(
-        "# Diagnostics\n\nEvery message of the compiler has a code, and every code has a page with the mistake and its mend:\n\
-         `whippen explain WH0203`. This list follows from `compiler/lang/src/diag/codes.rs`.\n",
+        "# Diagnostics\n\nEvery message of the compiler has a code, and every code has a page with the mistake and its \
+         mend: `whippen explain WH0203`.\n\
+         This list follows from `compiler/lang/src/diag/codes.rs`.\n",
     );
     for (group, name) in GROUPS {
         let _ = write!(

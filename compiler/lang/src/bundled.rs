@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn every_file_of_the_folders_is_listed() {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../instruments");
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../instruments");
         for (folder, listed) in [
             (
                 "",
