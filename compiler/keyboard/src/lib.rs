@@ -56,17 +56,10 @@ impl std::error::Error for FixedKeys {}
 impl Layout {
     /// One program in which instrument 0 has all keys.
     pub fn of_one_instrument(name: &str, keys: u32, first_note: u8) -> Layout {
-        let zone = Zone {
-            keys: KeyRange::new(0, keys),
-            instrument: InstrumentId(0),
-        };
         Layout {
             first_note,
             keys,
-            programs: vec![Program {
-                name: name.to_string(),
-                zones: vec![zone],
-            }],
+            programs: vec![Program::of_zones(name, [(keys, InstrumentId(0))])],
         }
     }
 
@@ -162,20 +155,16 @@ mod tests {
     use super::*;
 
     fn split() -> Layout {
-        let zone = |first, end, instrument| Zone {
-            keys: KeyRange::new(first, end),
-            instrument: InstrumentId(instrument),
-        };
-        let program = |name: &str, zones: &[Zone]| Program {
-            name: name.to_string(),
-            zones: zones.to_vec(),
+        let program = |name, zones: &[(u32, u32)]| {
+            let zones = zones.iter().map(|&(keys, id)| (keys, InstrumentId(id)));
+            Program::of_zones(name, zones)
         };
         Layout {
             first_note: 21,
             keys: 9,
             programs: vec![
-                program("plain", &[zone(0, 9, 4)]),
-                program("split", &[zone(0, 2, 7), zone(2, 7, 4), zone(7, 9, 7)]),
+                program("plain", &[(9, 4)]),
+                program("split", &[(2, 7), (5, 4), (2, 7)]),
             ],
         }
     }

@@ -43,6 +43,20 @@ pub struct CoreZone {
 }
 
 impl Program {
+    /// Zones of so many keys each, from the lowest key up, and what they play.
+    pub fn of_zones(name: &str, given: impl IntoIterator<Item = (u32, InstrumentId)>) -> Program {
+        let mut zones: Vec<Zone> = Vec::new();
+        for (count, instrument) in given {
+            let first = zones.last().map_or(0, |zone| zone.keys.end);
+            let keys = KeyRange::new(first, first + count);
+            zones.push(Zone { keys, instrument });
+        }
+        Program {
+            name: name.to_string(),
+            zones,
+        }
+    }
+
     /// How many keys its zones have.
     pub fn keys(&self) -> u32 {
         self.zones.iter().map(|zone| zone.keys.count()).sum()
