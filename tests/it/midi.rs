@@ -535,12 +535,12 @@ fn every_recorded_performance_is_read_and_played() {
             .collect();
         let (keys, strokes) = laid_out(&early);
         let program = all();
-        let played = PlayedProgram {
+        let whole = PlayedProgram {
             program: &program,
             instruments: std::slice::from_ref(&model),
         };
         let logs = play(
-            &played,
+            &whole,
             &Device::mikey(),
             EngineKind::Jit,
             &keys,
