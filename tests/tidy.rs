@@ -37,7 +37,6 @@ const LONG: &[&str] = &[
     // To be divided.
     "runtime/src/emulated.rs",
     "compiler/arm/src/image/link.rs",
-    "compiler/modes/src/place.rs",
     "compiler/arm/src/thumb/entry.rs",
 ];
 

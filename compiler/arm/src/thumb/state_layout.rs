@@ -22,7 +22,7 @@ use super::promote::Promotions;
 use super::{Options, TickAbi};
 use whippen_isa::Arch;
 use whippen_kernel::layout::words;
-use whippen_kernel::{Inst, Kernel, Op, Range, Region};
+use whippen_kernel::{Inst, Kernel, Op, Range};
 
 /// Bytes that the ring of events has at least.
 const RING_BYTES_MIN: u32 = 1024;
@@ -152,7 +152,7 @@ impl Ring {
         let args = kernel.events.iter().map(|event| event.args).max()?;
         let event = 4 * (2 + args).next_power_of_two();
         let tick_bytes_max = keys
-            .saturating_mul(emitted(&kernel.tick))
+            .saturating_mul(kernel.tick.events_max())
             .max(1)
             .saturating_mul(event);
         let bytes = tick_bytes_max
@@ -177,16 +177,6 @@ impl Ring {
     pub fn size(&self) -> u32 {
         self.spare() + self.tick_bytes_max
     }
-}
-
-/// How many events a region can emit.
-fn emitted(region: &Region) -> u32 {
-    let of = |inst: &Inst| match inst.op {
-        Op::Emit(_) => 1,
-        Op::Loop(rounds) => rounds.saturating_mul(inst.regions.iter().map(emitted).sum()),
-        _ => inst.regions.iter().map(emitted).max().unwrap_or(0),
-    };
-    region.insts.iter().map(of).fold(0, u32::saturating_add)
 }
 
 impl StateLayout {
@@ -377,17 +367,9 @@ fn is_narrow(range: Range) -> bool {
 
 /// Every line and delay that the kernel asks for.
 fn delays(kernel: &Kernel) -> Vec<(u32, u32)> {
-    fn collect(region: &Region, found: &mut Vec<(u32, u32)>) {
-        for inst in &region.insts {
-            if let Op::Delay(line, ticks) = inst.op {
-                found.push((line, ticks));
-            }
-            inst.regions.iter().for_each(|inner| collect(inner, found));
-        }
-    }
-    let mut found = Vec::new();
-    [&kernel.init, &kernel.tick]
-        .into_iter()
-        .for_each(|region| collect(region, &mut found));
-    found
+    let delay = |inst: &Inst| match inst.op {
+        Op::Delay(line, ticks) => Some((line, ticks)),
+        _ => None,
+    };
+    kernel.all_insts().filter_map(delay).collect()
 }
