@@ -10,7 +10,7 @@ use whippen_compiler::keyboard::{InstrumentId, Layout, Program};
 use whippen_compiler::modes::{Modes, specialise};
 use whippen_compiler::pipeline::compile;
 use whippen_compiler::source::SourceMap;
-use whippen_compiler::thumb::Layout as StateLayout;
+use whippen_compiler::thumb::StateLayout;
 use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Ports, Stop, Uart, build};
 use whippen_runtime::board;
 use whippen_runtime::device::Device;

@@ -416,7 +416,8 @@ fn zones_have_parameters_of_their_own() {
     let live = |core: usize, zone: usize| {
         let zone = &rig.programs[1].cores[core].zones[zone];
         rig.word(
-            rig.symbol(&format!("{}_state", zone.name)) + zone.layout().live(0).expect("a place"),
+            rig.symbol(&format!("{}_state", zone.name))
+                + zone.layout().live_param(0).expect("a place"),
         )
     };
     let first = kernels[0].lives[0].init as u32;

@@ -2,7 +2,7 @@
 //! calling convention, under a symbolic owner whose name is put in afterwards.
 
 use whippen_arm::image::{Hint, Object};
-use whippen_arm::thumb::{self, Around, Built, ThumbError, compile_for_frame, record_bytes};
+use whippen_arm::thumb::{self, Built, ThumbError, TickAbi, compile_for_frame, record_bytes};
 use whippen_isa::Arch;
 use whippen_kernel::Kernel;
 use whippen_keyboard::{CoreId, CoreKeys, CoreZone, InstrumentId, KeyRange, Layout, Program, Zone};
@@ -78,7 +78,7 @@ impl ZoneCode {
     }
 
     /// Where its state has what.
-    pub fn layout(&self) -> &thumb::Layout {
+    pub fn layout(&self) -> &thumb::StateLayout {
         &self.built.layout
     }
 }
@@ -127,7 +127,7 @@ pub(super) fn compile_keys(
 struct CodeKey {
     instrument: InstrumentId,
     keys: u32,
-    abi: Around,
+    abi: TickAbi,
 }
 
 /// Compiles keys, and remembers what is compiled.
@@ -204,9 +204,9 @@ impl KeysCompiler<'_> {
         let key = CodeKey {
             instrument,
             keys,
-            abi: Around {
-                distance: drive_offset_bytes(keys_of_core),
-                record: self.record_bytes,
+            abi: TickAbi {
+                drive_offset: drive_offset_bytes(keys_of_core),
+                record_bytes_min: self.record_bytes,
             },
         };
         if let Some((_, built)) = self.compiled.iter().find(|(known, _)| *known == key) {
@@ -291,9 +291,9 @@ mod tests {
                 probes: false,
                 arch: Arch::V8M,
             };
-            let abi = Around {
-                distance: 28,
-                record: 40,
+            let abi = TickAbi {
+                drive_offset: 28,
+                record_bytes_min: 40,
             };
             compile_for_frame(&Modes::single(kernel), &options, &abi)
                 .unwrap_or_else(|error| panic!("{error}"))

@@ -90,7 +90,7 @@ fn live_parameters(programs: &[ProgramCode], instruments: &[Instrument]) -> Vec<
             let kernel = &instruments[of.instrument.index()].modes.kernel;
             for (index, live) in kernel.lives.iter().enumerate() {
                 let at = |code: &ZoneCode| {
-                    let offset = code.layout().live(index).unwrap_or(0);
+                    let offset = code.layout().live_param(index).unwrap_or(0);
                     format!("{}_state + {offset}", code.name)
                 };
                 let [low, high] = [live.range.low, live.range.high];
