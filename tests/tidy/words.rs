@@ -22,13 +22,7 @@ const RETIRED: &[(&str, &str, &[&str])] = &[
 ];
 
 /// The bound, and those who print what they found: their words are still those of before.
-const JUDGES: &[&str] = &[
-    "benches/",
-    "compiler/budget/",
-    "runtime/",
-    "src/",
-    "tests/",
-];
+const JUDGES: &[&str] = &["benches/", "compiler/budget/", "runtime/", "src/", "tests/"];
 
 /// Where retired words are spoken of.
 const SPOKEN_OF: &[&str] = &["GLOSSARY.md", "tests/tidy/words.rs"];
