@@ -1,14 +1,16 @@
-//! What is needed of a step, and by whom.
+//! Reachability over a step's graph: nodes that a tick needs, and sums whose constant is left to their
+//! users.
 
 use crate::simplify::Step;
+use whippen_ids::IdMap;
 use whippen_lang::model::{Action, Dag, Node, NodeId};
 
 /// Whose constant is left to its users: sums that nothing but sums and comparisons with constants
 /// use in every tick.
-pub fn left(step: &Step) -> Vec<bool> {
+pub fn left(step: &Step) -> IdMap<NodeId, bool> {
     let model = &step.model;
     let dag = &model.dag;
-    let mut left: Vec<bool> = dag
+    let mut left: IdMap<NodeId, bool> = dag
         .nodes()
         .map(|(_, node)| matches!(node, Node::Linear(..)))
         .collect();
@@ -50,8 +52,8 @@ pub fn left(step: &Step) -> Vec<bool> {
 }
 
 /// What the roots are made of.
-fn reachable(dag: &Dag, mut open: Vec<NodeId>) -> Vec<bool> {
-    let mut seen = vec![false; dag.len()];
+fn reachable(dag: &Dag, mut open: Vec<NodeId>) -> IdMap<NodeId, bool> {
+    let mut seen = IdMap::filled(false, dag.len());
     while let Some(id) = open.pop() {
         if !std::mem::replace(&mut seen[id.0 as usize], true) {
             open.extend(dag.get(id).operands());
@@ -61,7 +63,7 @@ fn reachable(dag: &Dag, mut open: Vec<NodeId>) -> Vec<bool> {
 }
 
 /// What a tick computes even if nobody watches.
-pub(super) fn needed(step: &Step) -> Vec<bool> {
+pub(super) fn needed(step: &Step) -> IdMap<NodeId, bool> {
     let model = &step.model;
     let actions =
         model
