@@ -214,8 +214,8 @@ fn ideal_value(c: &Compiled, ideal: &Ideal, key: usize, kind: ExportKind) -> f64
         ExportKind::Total => ideal.force_n(key),
         ExportKind::Force(i) => ideal.value(key, model.forces[i as usize].value),
         ExportKind::Named(i) => ideal.value(key, model.named[i as usize].value),
-        ExportKind::Cell(id) => ideal.before(key).cells[id.0 as usize],
-        ExportKind::Machine(id) => f64::from(ideal.before(key).machines[id.0 as usize]),
+        ExportKind::Cell(id) => ideal.before(key).cells[id],
+        ExportKind::Machine(id) => f64::from(ideal.before(key).machines[id]),
     }
 }
 

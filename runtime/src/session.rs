@@ -11,7 +11,7 @@
 use std::time::{Duration, Instant};
 
 use whippen_compiler::lower::{Export, ExportKind, LoweredEventKind};
-use whippen_compiler::model::{CellKind, Model};
+use whippen_compiler::model::{CellKind, EmissionId, Model};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::units::Dim;
 
@@ -303,7 +303,7 @@ impl<'c> Recorder<'c> {
         let model = &self.compiled.model;
         let (event, titles) = match &self.compiled.lowered.events[happened.event].kind {
             LoweredEventKind::Emission(e) => (
-                model.emissions[*e as usize].name.clone(),
+                model.emissions[EmissionId(*e)].name.clone(),
                 self.titles[*e as usize].clone(),
             ),
             LoweredEventKind::Rule(name) => (name.clone(), Vec::new()),
@@ -367,7 +367,7 @@ pub fn unit(model: &Model, export: &Export) -> String {
 
 fn labels(model: &Model, export: &Export) -> Vec<String> {
     match export.kind {
-        ExportKind::Machine(id) => model.machines[id.0 as usize].states.clone(),
+        ExportKind::Machine(id) => model.machines[id].states.clone(),
         _ => Vec::new(),
     }
 }

@@ -137,7 +137,10 @@ impl Lowerer<'_> {
                 chain.error += magnitude * (gain.abs() - exp2(n)).abs();
                 self.plus(chain, moved, gain)
             }
-            TermForm::MulHigh { pre_shift, integer_part } => {
+            TermForm::MulHigh {
+                pre_shift,
+                integer_part,
+            } => {
                 let moved = self.moved(value, pre_shift)?;
                 if let Factor::Live(live) = gain {
                     let unit = live.unit * exp2(32 - pre_shift);
@@ -147,7 +150,8 @@ impl Lowerer<'_> {
                 }
                 let parts = gain.map(|g| g * exp2(-pre_shift) - integer_part);
                 let words = parts.map(|p| quantise(p, exp2(-32)) as f64);
-                let rounded = |p: f64, w: f64| (p - w * exp2(-32)).abs() * magnitude * exp2(pre_shift);
+                let rounded =
+                    |p: f64, w: f64| (p - w * exp2(-32)).abs() * magnitude * exp2(pre_shift);
                 let ([p, q], [v, w]) = (parts.both(), words.both());
                 chain.error += rounded(p, v).max(rounded(q, w));
                 if integer_part == 0.0 {

@@ -253,7 +253,10 @@ impl Lowerer<'_> {
         };
         let mut fits = None;
         for guard in (0..=GUARD).rev() {
-            match plan(self, guard).map(|plan| self.emit_sum(plan)).transpose() {
+            match plan(self, guard)
+                .map(|plan| self.emit_sum(plan))
+                .transpose()
+            {
                 Ok(Some(_)) => fits = Some(guard),
                 Ok(None) | Err(OpError::Overflow { .. }) => continue,
                 Err(error) => return Err(error),
@@ -359,7 +362,11 @@ impl Lowerer<'_> {
             || plan.constant != 0.0
             || !plan.choices.is_empty()
             || keep == Constant::Left;
-        plan.error += plan.terms.iter().map(|w| w.form.error(centred)).sum::<f64>();
+        plan.error += plan
+            .terms
+            .iter()
+            .map(|w| w.form.error(centred))
+            .sum::<f64>();
         if centred {
             plan.constant += plan.terms.iter().map(|w| w.form.bias(&w.gain)).sum::<f64>();
         }

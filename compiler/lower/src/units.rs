@@ -37,20 +37,20 @@ pub(super) struct Units {
 impl Units {
     /// The unit a node is computed in, if that is free (meaningless for bools).
     pub fn of(&self, node: NodeId) -> f64 {
-        self.nodes[node.0 as usize].lsb
+        self.nodes[node].lsb
     }
 
     /// Unit and offset that a node is computed with, if that is free. Only new rates and
     /// coordinates have an offset.
     pub fn scale_of(&self, node: NodeId) -> Scale {
-        self.nodes[node.0 as usize]
+        self.nodes[node]
     }
 
     /// Unit and offset of a cell. The integers of a rate are half a unit of the coordinate's way in
     /// a tick too large, so that the way is rounded to the nearest by the shift that rounds it
     /// down.
     pub fn scale_of_cell(&self, cell: CellId) -> Scale {
-        self.cells[cell.0 as usize]
+        self.cells[cell]
     }
 }
 
@@ -73,11 +73,9 @@ impl Units {
             self.cells[id].offset = middle(cell).0;
         }
         for (body, new) in model.bodies.iter().zip(&step.coordinates) {
-            let scale = self.cells[body.coordinate.0 as usize];
-            if matches!(model.dag.get(*new), Node::Linear(..))
-                && self.nodes[new.0 as usize].lsb == scale.lsb
-            {
-                self.nodes[new.0 as usize] = scale;
+            let scale = self.cells[body.coordinate];
+            if matches!(model.dag.get(*new), Node::Linear(..)) && self.nodes[new].lsb == scale.lsb {
+                self.nodes[new] = scale;
             }
         }
     }
@@ -86,14 +84,14 @@ impl Units {
     fn shift_rates(&mut self, step: &Step) {
         for (body, &new) in step.model.bodies.iter().zip(&step.rates) {
             let travel = self.coordinate_unit(body) * f64::from(step.model.rate_hz);
-            if power_of_two(travel / self.cells[body.rate.0 as usize].lsb).is_none_or(|n| n <= 0) {
+            if power_of_two(travel / self.cells[body.rate].lsb).is_none_or(|n| n <= 0) {
                 continue;
             }
             let scale = Scale {
                 offset: -0.5 * travel,
-                ..self.cells[body.rate.0 as usize]
+                ..self.cells[body.rate]
             };
-            self.cells[body.rate.0 as usize] = scale;
+            self.cells[body.rate] = scale;
             let arms = match *step.model.dag.get(new) {
                 Node::Select(_, a, b) => vec![a, b],
                 _ => vec![new],
@@ -102,15 +100,15 @@ impl Units {
                 .into_iter()
                 .filter(|arm| matches!(step.model.dag.get(*arm), Node::Linear(..)))
             {
-                if self.nodes[arm.0 as usize].lsb == scale.lsb {
-                    self.nodes[arm.0 as usize] = scale;
+                if self.nodes[arm].lsb == scale.lsb {
+                    self.nodes[arm] = scale;
                 }
             }
         }
     }
 
     fn coordinate_unit(&self, body: &Body) -> f64 {
-        self.cells[body.coordinate.0 as usize].lsb
+        self.cells[body.coordinate].lsb
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use whippen_compiler::check::note_name;
+use whippen_compiler::model::EmissionId;
 use whippen_runtime::keyboard::{KeyLog, Outcome, Part, PlayedNote};
 use whippen_runtime::midi::Performance;
 use whippen_runtime::report::{Cell, Row, Section, Table, id};
@@ -184,7 +185,7 @@ pub fn events(board: &Board, logs: &[KeyLog]) -> Trace {
                 EventRow {
                     t_s,
                     key,
-                    event: model.emissions[*emission].name.clone(),
+                    event: model.emissions[EmissionId(*emission as u32)].name.clone(),
                     args,
                 },
             ));

@@ -22,7 +22,7 @@ pub fn left(step: &Step) -> IdMap<NodeId, bool> {
         .copied()
         .chain(nexts)
         .collect();
-    stored.iter().for_each(|node| left[node.0 as usize] = false);
+    stored.iter().for_each(|node| left[node] = false);
     let guards = model.rules.iter().map(|rule| rule.guard);
     let every_tick = reachable(
         dag,
@@ -45,7 +45,7 @@ pub fn left(step: &Step) -> IdMap<NodeId, bool> {
             _ => node
                 .operands()
                 .into_iter()
-                .for_each(|operand| left[operand.0 as usize] = false),
+                .for_each(|operand| left[operand] = false),
         }
     }
     left
@@ -55,7 +55,7 @@ pub fn left(step: &Step) -> IdMap<NodeId, bool> {
 fn reachable(dag: &Dag, mut open: Vec<NodeId>) -> IdMap<NodeId, bool> {
     let mut seen = IdMap::filled(false, dag.len());
     while let Some(id) = open.pop() {
-        if !std::mem::replace(&mut seen[id.0 as usize], true) {
+        if !std::mem::replace(&mut seen[id], true) {
             open.extend(dag.get(id).operands());
         }
     }

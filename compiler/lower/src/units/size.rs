@@ -22,12 +22,13 @@ impl Chooser<'_> {
                 continue;
             };
             for (c, x) in terms {
-                let ratio = self.unit(self.var_of_node(id)) / (c.0.abs() * self.unit(self.var_of_node(x)));
+                let ratio =
+                    self.unit(self.var_of_node(id)) / (c.0.abs() * self.unit(self.var_of_node(*x)));
                 if self.state(*x).is_some()
                     && let Some(n @ 1..=COARSER) = power_of_two(ratio)
                 {
-                    let cluster = self.representative(self.var_of_node(x));
-                    self.bounds[cluster].largest = self.unit(self.var_of_node(x)) * exp2(n);
+                    let cluster = self.representative(self.var_of_node(*x));
+                    self.bounds[cluster].largest = self.unit(self.var_of_node(*x)) * exp2(n);
                 }
             }
         }
@@ -41,9 +42,9 @@ impl Chooser<'_> {
             let Action::Fire { pulse, value, .. } = action else {
                 continue;
             };
-            let level = model.pulses[pulse.0 as usize].level;
+            let level = model.pulses[pulse].level;
             let need = ranges.get(*value).magnitude() / TOP;
-            if need * exp2(FINE) <= model.cells[level.0 as usize].range.magnitude() {
+            if need * exp2(FINE) <= model.cells[level].range.magnitude() {
                 let cluster = self.representative(self.var_of_cell(level));
                 self.bounds[cluster].largest = self.bounds[cluster].largest.max(need);
             }
@@ -53,9 +54,7 @@ impl Chooser<'_> {
     /// The `state` that a node reads.
     pub(super) fn state(&self, node: NodeId) -> Option<CellId> {
         match *self.step.model.dag.get(node) {
-            Node::Cell(cell) if self.step.model.cells[cell.0 as usize].kind == CellKind::State => {
-                Some(cell)
-            }
+            Node::Cell(cell) if self.step.model.cells[cell].kind == CellKind::State => Some(cell),
             _ => None,
         }
     }

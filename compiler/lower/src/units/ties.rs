@@ -59,7 +59,7 @@ impl<'a> Chooser<'a> {
         let model = &step.model;
         // Coordinates count from the middle of their range.
         let coordinate = |node: &Node| match *node {
-            Node::Cell(cell) => Some(middle(&model.cells[cell.0 as usize])),
+            Node::Cell(cell) => Some(middle(&model.cells[cell])),
             _ => None,
         };
         let reach = |id: NodeId| match coordinate(model.dag.get(id)) {
@@ -103,9 +103,7 @@ impl<'a> Chooser<'a> {
             needed: needed(step),
             parent: vars().collect(),
             bounds,
-            ties: vars()
-                .map(|parent| Tie { parent, ratio: 1.0 })
-                .collect(),
+            ties: vars().map(|parent| Tie { parent, ratio: 1.0 }).collect(),
             fixed: IdMap::filled(None, count),
         }
     }
@@ -165,7 +163,10 @@ impl<'a> Chooser<'a> {
             model.bodies.iter().zip(&step.rates).zip(&step.coordinates)
         {
             self.unite(self.var_of_cell(body.rate), self.var_of_node(rate));
-            self.unite(self.var_of_cell(body.coordinate), self.var_of_node(coordinate));
+            self.unite(
+                self.var_of_cell(body.coordinate),
+                self.var_of_node(coordinate),
+            );
         }
         for &(cell, node) in &model.nexts {
             self.unite(self.var_of_cell(cell), self.var_of_node(node));
@@ -178,7 +179,7 @@ impl<'a> Chooser<'a> {
                 [a, b]
                     .iter()
                     .filter(|n| is_flexible(n))
-                    .for_each(|n| self.unite(self.var_of_node(id), self.var_of_node(n)));
+                    .for_each(|n| self.unite(self.var_of_node(id), self.var_of_node(*n)));
             }
         }
     }
@@ -212,7 +213,7 @@ impl<'a> Chooser<'a> {
         for (body, &new) in model.bodies.iter().zip(&self.step.rates) {
             let cluster = self.representative(self.var_of_cell(body.rate));
             let unit = self.rate_unit(
-                model.cells[body.rate.0 as usize].range,
+                model.cells[body.rate].range,
                 new,
                 self.bounds[cluster].largest,
             );
@@ -305,7 +306,7 @@ impl<'a> Chooser<'a> {
             .iter()
             .filter(|(_, x)| is_flexible(self.step.model.dag.get(*x)))
         {
-            self.tie(user, c.0, self.var_of_node(x));
+            self.tie(user, c.0, self.var_of_node(*x));
         }
     }
 
