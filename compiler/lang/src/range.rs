@@ -14,7 +14,7 @@ use crate::diag::Diagnostic;
 use crate::model::{Cmp, Interval, Model, Node, NodeId};
 use whippen_ids::IdMap;
 
-/// What was proven: an interval per node. Only [`analyze`] makes one.
+/// What was proven: an interval per node. Only the analysis makes one.
 #[derive(Debug, Clone)]
 pub struct Ranges {
     nodes: IdMap<NodeId, Interval>,
@@ -42,29 +42,43 @@ pub const LIMIT: f64 = 1e15;
 /// negative, and per value that is not bounded by [`LIMIT`]; users of a value in error are not
 /// reported again.
 pub fn analyze(model: &Model) -> Result<Ranges, Vec<Diagnostic>> {
-    let mut nodes: IdMap<NodeId, Interval> = IdMap::new();
-    let mut bad = IdMap::filled(false, model.dag.len());
-    let mut diagnostics = Vec::new();
-    for (id, node) in model.dag.nodes() {
-        let tainted = node.operands().iter().any(|o| bad[o]);
-        let result: Result<Interval, Option<Problem>> = if tainted {
-            Err(None)
-        } else {
-            transfer(model, node, |o| nodes[o]).map_err(Some)
-        };
-        nodes.push(result.unwrap_or(Interval {
-            low: 0.0,
-            high: 0.0,
-        }));
-        if let Err(problem) = result {
-            bad[id] = true;
-            diagnostics.extend(problem.map(|p| p.diagnostic(model, id)));
+    let none = Ranges {
+        nodes: IdMap::new(),
+    };
+    none.extended_to(model)
+}
+
+impl Ranges {
+    /// The same for a model whose graph has grown since: only what is new is bounded.
+    ///
+    /// # Errors
+    /// As [`analyze`], of what is new.
+    pub fn extended_to(self, model: &Model) -> Result<Ranges, Vec<Diagnostic>> {
+        let mut nodes = self.nodes;
+        let known = nodes.len();
+        let mut bad = IdMap::filled(false, model.dag.len());
+        let mut diagnostics = Vec::new();
+        for (id, node) in model.dag.nodes().skip(known) {
+            let tainted = node.operands().iter().any(|o| bad[o]);
+            let result: Result<Interval, Option<Problem>> = if tainted {
+                Err(None)
+            } else {
+                transfer(model, node, |o| nodes[o]).map_err(Some)
+            };
+            nodes.push(result.unwrap_or(Interval {
+                low: 0.0,
+                high: 0.0,
+            }));
+            if let Err(problem) = result {
+                bad[id] = true;
+                diagnostics.extend(problem.map(|p| p.diagnostic(model, id)));
+            }
         }
-    }
-    if diagnostics.is_empty() {
-        Ok(Ranges { nodes })
-    } else {
-        Err(diagnostics)
+        if diagnostics.is_empty() {
+            Ok(Ranges { nodes })
+        } else {
+            Err(diagnostics)
+        }
     }
 }
 

@@ -91,8 +91,8 @@ pub struct StateLayout {
     pub(super) small: bool,
     /// Where the caller's words lie, if the tick is part of a firmware's frame.
     pub(super) caller: Option<Caller>,
-    /// Offset in STATE of the address of the histories, and behind it that of the ring of events, where
-    /// they lie apart.
+    /// Offset in STATE of the address of the histories, and behind it that of the ring of events,
+    /// where they lie apart.
     pub(super) apart: Option<u32>,
     /// Bytes of a key in a row of words.
     pub(super) stride: u32,
@@ -114,8 +114,8 @@ pub struct StateLayout {
     pub(super) pointers: Vec<Pointer>,
     /// Offset in STATE of each distinct ring index, and its length.
     pub(super) rings: Vec<(u32, u32)>,
-    /// Offset in STATE of each live parameter, those that the entry of a tick computes behind the kernel's
-    /// own.
+    /// Offset in STATE of each live parameter, those that the entry of a tick computes behind the
+    /// kernel's own.
     pub(super) live_params: Vec<u32>,
     pub(super) literals: u32,
     /// Events, where keys have any.
@@ -353,8 +353,8 @@ impl StateLayout {
             .map(|p| p.at)
     }
 
-    /// How often HISTORY is to be added to a pointer to a line: 1 for slots as wide as those of the first
-    /// line.
+    /// How often HISTORY is to be added to a pointer to a line: 1 for slots as wide as those of the
+    /// first line.
     pub(super) fn scale(&self, line: u32) -> u8 {
         let log2 = |line: u32| self.lines[line as usize].log2();
         self.first_line.map_or(0, |first| log2(line) - log2(first))
