@@ -14,7 +14,7 @@ mod sense;
 mod value;
 
 use crate::scales::Scales;
-use commit::Writes;
+use commit::RealWrites;
 use sense::SenseState;
 use whippen_ids::IdMap;
 use whippen_lang::model::{Action, CellId, MachineId, Model, NodeId, PulseId, RuleKind};
@@ -127,7 +127,7 @@ impl<'m> Ideal<'m> {
     fn act(&mut self, key: usize) {
         let (model, values, state) = (self.model, &self.values[key], &mut self.keys[key]);
         let value = |n: NodeId| values[n];
-        let mut writes = Writes::integrated(model, state, value);
+        let mut writes = RealWrites::integrated(model, state, value);
         let mut moved: IdMap<MachineId, bool> = IdMap::filled(false, model.machines.len());
         for (index, rule) in model.rules.iter().enumerate() {
             let guard = value(rule.guard) != 0.0;

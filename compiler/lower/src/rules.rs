@@ -21,31 +21,31 @@ pub(super) struct Events {
 
 /// A place in the new values that a rule writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Place {
+enum WrittenCell {
     Cell(u32),
     Machine(u32),
     PulseLeft(u32),
 }
 
 impl Writes {
-    fn get(&self, place: Place) -> Option<Value> {
+    fn get(&self, place: WrittenCell) -> Option<Value> {
         match place {
-            Place::Cell(c) => self.cells.get(&c).copied(),
-            Place::Machine(m) => self.machines.get(&m).copied(),
-            Place::PulseLeft(p) => self.pulse_left.get(&p).copied(),
+            WrittenCell::Cell(c) => self.cells.get(&c).copied(),
+            WrittenCell::Machine(m) => self.machines.get(&m).copied(),
+            WrittenCell::PulseLeft(p) => self.pulse_left.get(&p).copied(),
         }
     }
 
     /// The values of places that have one.
-    fn at(&self, places: &[Place]) -> Vec<Value> {
+    fn at(&self, places: &[WrittenCell]) -> Vec<Value> {
         places.iter().filter_map(|&place| self.get(place)).collect()
     }
 
-    fn set(&mut self, place: Place, value: Value) {
+    fn set(&mut self, place: WrittenCell, value: Value) {
         match place {
-            Place::Cell(c) => self.cells.insert(c, value),
-            Place::Machine(m) => self.machines.insert(m, value),
-            Place::PulseLeft(p) => self.pulse_left.insert(p, value),
+            WrittenCell::Cell(c) => self.cells.insert(c, value),
+            WrittenCell::Machine(m) => self.machines.insert(m, value),
+            WrittenCell::PulseLeft(p) => self.pulse_left.insert(p, value),
         };
     }
 }
@@ -230,17 +230,17 @@ impl Lowerer<'_> {
     }
 
     /// What the rule writes, in a fixed order, among what has a place.
-    fn places(&self, rule: &Rule, writes: &Writes) -> Vec<Place> {
+    fn places(&self, rule: &Rule, writes: &Writes) -> Vec<WrittenCell> {
         let mut places = Vec::new();
         if let RuleKind::Transition { machine, .. } = rule.kind {
-            places.push(Place::Machine(machine.0));
+            places.push(WrittenCell::Machine(machine.0));
         }
         for action in &rule.actions {
             match action {
-                Action::Write { cell, .. } => places.push(Place::Cell(cell.0)),
+                Action::Write { cell, .. } => places.push(WrittenCell::Cell(cell.0)),
                 Action::Fire { pulse, .. } => {
                     let level = self.step.model.pulses[pulse].level;
-                    places.extend([Place::Cell(level.0), Place::PulseLeft(pulse.0)]);
+                    places.extend([WrittenCell::Cell(level.0), WrittenCell::PulseLeft(pulse.0)]);
                 }
                 Action::Emit { .. } => {}
             }

@@ -5,16 +5,20 @@ use whippen_ids::IdMap;
 use whippen_lang::model::{CellId, CellKind, MachineId, Model, NodeId, PulseId};
 
 /// The memory of a key as it will stand, before clamps.
-pub(super) struct Writes {
+pub(super) struct RealWrites {
     pub cells: IdMap<CellId, f64>,
     pub machines: IdMap<MachineId, u32>,
     pulse_left: IdMap<PulseId, u32>,
 }
 
-impl Writes {
+impl RealWrites {
     /// Bodies moved one tick on, pulses counted down, `next` values taken.
-    pub fn integrated(model: &Model, state: &KeyState, value: impl Fn(NodeId) -> f64) -> Writes {
-        let mut writes = Writes {
+    pub fn integrated(
+        model: &Model,
+        state: &KeyState,
+        value: impl Fn(NodeId) -> f64,
+    ) -> RealWrites {
+        let mut writes = RealWrites {
             cells: state.cells.clone(),
             machines: state.machines.clone(),
             pulse_left: state
