@@ -214,7 +214,7 @@ pub fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
 pub fn roles(compiled: &Compiled) -> Roles {
     let model = &compiled.model;
     let coordinate = |kind| match kind {
-        ExportKind::Cell(id) => model.cells[id.0 as usize].kind == CellKind::Coordinate,
+        ExportKind::Cell(id) => model.cells[id].kind == CellKind::Coordinate,
         _ => false,
     };
     let first = |wanted: ExportKind| {
@@ -333,7 +333,7 @@ fn drive_unit(model: &Model) -> String {
 fn has_column(model: &Model, export: &Export) -> bool {
     match export.kind {
         ExportKind::Named(_) => false,
-        ExportKind::Cell(id) => model.cells[id.0 as usize].kind != CellKind::Pulse,
+        ExportKind::Cell(id) => model.cells[id].kind != CellKind::Pulse,
         _ => true,
     }
 }
@@ -345,14 +345,10 @@ pub fn suffix(model: &Model, export: &Export) -> String {
     };
     match export.kind {
         ExportKind::Sense(_) if dim.is_number() => "rad".into(),
-        ExportKind::Cell(id)
-            if dim.is_number() && model.cells[id.0 as usize].kind == CellKind::Coordinate =>
-        {
+        ExportKind::Cell(id) if dim.is_number() && model.cells[id].kind == CellKind::Coordinate => {
             "rad".into()
         }
-        ExportKind::Cell(id)
-            if dim == Dim::PER_TIME && model.cells[id.0 as usize].kind == CellKind::Rate =>
-        {
+        ExportKind::Cell(id) if dim == Dim::PER_TIME && model.cells[id].kind == CellKind::Rate => {
             "rad_per_s".into()
         }
         _ => dim.suffix(),
