@@ -29,6 +29,18 @@ pub const PASSES: &[(&str, &str)] = &[
         "modes",
         "the tick of each mode: one piece of code for every combination of machine states that can occur",
     ),
+    ("select", "machine code of each mode over virtual registers"),
+    (
+        "promote",
+        "the same; words that every key reads are in registers",
+    ),
+    ("schedule", "the same, in an order that hides latencies"),
+    ("allocate", "machine code with registers"),
+    ("reorder", "the same in a better order, moved over branches"),
+    (
+        "emit",
+        "the bytes before they are linked: offset, encoding, cycles, instruction",
+    ),
 ];
 
 /// One instrument in every form.

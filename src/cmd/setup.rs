@@ -236,7 +236,7 @@ fn listed(program: &Program) -> Option<&[Playable]> {
 }
 
 /// The board that was named, the keyboard's, or the usual one.
-fn board(wanted: Option<&str>, keyboard: Option<&Keyboard>) -> Result<Board, Failure> {
+pub fn board(wanted: Option<&str>, keyboard: Option<&Keyboard>) -> Result<Board, Failure> {
     let name = wanted
         .or(keyboard.and_then(|k| k.board.as_deref()))
         .unwrap_or("rp2350");

@@ -15,6 +15,7 @@
 //! of [`COMMANDS`], a new directory one of `directories!`.
 
 mod case;
+mod code;
 mod kernel;
 mod run;
 mod whip;
@@ -33,6 +34,13 @@ const COMMANDS: &[(&str, &str, Command)] = &[
     ("kernel", "strip", kernel::strip),
     ("kernel", "run", run::run),
     ("kernel", "modes", kernel::modes),
+    ("kernel", "select", code::select),
+    ("kernel", "promote", code::promote),
+    ("kernel", "schedule", code::schedule),
+    ("kernel", "allocate", code::allocate),
+    ("kernel", "reorder", code::reorder),
+    ("kernel", "code", code::code),
+    ("kernel", "budget", code::budget),
     ("whip", "parse", whip::parse),
     ("whip", "check", whip::check),
     ("whip", "mistake", whip::mistake),
@@ -56,6 +64,14 @@ directories! {
     kernel_memory       "kernel/memory"
     kernel_control      "kernel/control"
     kernel_modes        "kernel/modes"
+    kernel_select       "kernel/select"
+    kernel_promote      "kernel/promote"
+    kernel_v6m          "kernel/v6m"
+    kernel_schedule     "kernel/schedule"
+    kernel_allocate     "kernel/allocate"
+    kernel_reorder      "kernel/reorder"
+    kernel_code         "kernel/code"
+    kernel_budget       "kernel/budget"
     whip_parse          "whip/parse"
     whip_check          "whip/check"
     whip_mistakes       "whip/mistakes"

@@ -31,10 +31,12 @@
 //! | `v6m` | the same for ARMv6-M, which has less |
 //! | `emit` | encodings, IT blocks, branches |
 //! | `entry` | code around the keys |
+//! | `after` | code after each pass, for whoever looks |
 //!
 //! Every transformation here keeps every drive word, event and cell of the Kernel, bit for bit. Not
 //! here: what a Kernel may assume (`modes`), addresses (`image`).
 
+mod after;
 mod agree;
 mod allocate;
 mod arrange;
@@ -61,10 +63,12 @@ mod vcode;
 
 use crate::image::{Fixup, Object, Section, SectionKind, Symbol, SymbolKind, timing};
 use allocate::Allocated;
+use best::Chosen;
 use emit::{Bytes, Item, lay_out};
 use frame::{Frame, LITERALS_MAX};
 use literal::Literals;
 use memory::{Memory, memory};
+use std::borrow::Cow;
 use std::fmt;
 use whippen_deterministic::parallel;
 use whippen_isa::Arch;
@@ -72,6 +76,7 @@ use whippen_isa::timing::Core;
 use whippen_kernel::Kernel;
 use whippen_modes::Modes;
 
+pub use after::{Function, Pass, code_after};
 pub use emit::NoEncoding;
 pub use layout::{EVENT_MARK, EventRing, Layout};
 
@@ -212,7 +217,27 @@ pub fn record_bytes(kernel: &Kernel, options: &Options) -> u32 {
     Frame::new(kernel, options, None, 0).record
 }
 
+/// Everything that the bytes are made of.
+struct Parts<'m> {
+    /// Modes that read what is shared.
+    modes: Cow<'m, Modes>,
+    frame: Frame,
+    literals: Literals,
+    core: Core,
+    made: Made,
+}
+
 fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Built, ThumbError> {
+    let parts = make(modes, options, around)?;
+    assemble(parts, options)
+}
+
+/// All code with registers.
+fn make<'m>(
+    modes: &'m Modes,
+    options: &Options,
+    around: Option<&Around>,
+) -> Result<Parts<'m>, ThumbError> {
     if options.keys == 0 || options.keys > 1 << 16 {
         return Err(ThumbError::Keys(options.keys));
     }
@@ -224,10 +249,11 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
     let mut frame = Frame::new(kernel, options, around, shared.results.len());
     let mut literals = Literals::new(modes.modes.len() + kernel.tables.len());
     let core = timing(options.arch);
-    let (made_modes, pins) = best::modes(&modes, &frame, &mut literals, &core)?;
-    frame.pins = pins;
+    let made_modes = best::modes(&modes, &frame, &mut literals, &core)?;
+    frame.pins = made_modes.pins;
     let made = Made {
-        modes: made_modes,
+        modes: made_modes.code,
+        chosen: made_modes.chosen,
         init: best::init(&modes, &frame, &mut literals, &core)?,
         shared: best::shared(kernel, &frame, &mut literals, &shared, &core)?,
     };
@@ -235,10 +261,28 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
     if frame.size.max(frame.size_apart) > 1 << 24 {
         return Err(ThumbError::Keys(options.keys));
     }
+    Ok(Parts {
+        modes,
+        frame,
+        literals,
+        core,
+        made,
+    })
+}
+
+/// The object of all code and its memory.
+fn assemble(parts: Parts, options: &Options) -> Result<Built, ThumbError> {
+    let Parts {
+        modes,
+        frame,
+        literals,
+        core,
+        made,
+    } = parts;
     let items = items(&frame, options, &core, &modes, &made);
     let code = lay_out(items.items, items.labels, core.arch, &options.name)
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
-    let mut object = object(kernel, &frame, options, &literals, code);
+    let mut object = object(&modes.kernel, &frame, options, &literals, code);
     v6m::add_routines(&mut object, options)?;
     Ok(Built {
         object,
@@ -250,6 +294,7 @@ fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Bu
 /// is such.
 struct Made {
     modes: Vec<Allocated>,
+    chosen: Vec<Chosen>,
     init: Allocated,
     shared: Option<Allocated>,
 }

@@ -55,9 +55,18 @@ const WAYS: [Way; 8] = [
 struct Made {
     code: Allocated,
     cycles: u64,
+    /// The way that it was made in, and whether it was put in order.
+    chosen: Chosen,
     /// How many ways were tried to the end; the first of them is only begun with where this is
     /// none.
     tried: usize,
+}
+
+/// How the code of a mode came about.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Chosen {
+    way: Way,
+    ordered: bool,
 }
 
 /// How many ways are tried, at most, beside the first of each mode.
@@ -74,23 +83,24 @@ const CLOSE: u64 = 3;
 /// So many of the longest modes tell how many words stay in registers.
 const LONG: usize = 8;
 
+/// The code of all modes.
+pub(super) struct MadeModes {
+    pub code: Vec<Allocated>,
+    /// How it came about, by mode.
+    pub chosen: Vec<Chosen>,
+    /// What stays in registers from key to key.
+    pub pins: Pins,
+}
+
 /// The code of all modes, and what stays in registers from key to key.
 pub(super) fn modes(
     modes: &Modes,
     frame: &Frame,
     literals: &mut Literals,
     core: &Core,
-) -> Result<(Vec<Allocated>, Pins), ThumbError> {
+) -> Result<MadeModes, ThumbError> {
     let select = |index: usize, way: Way, literals: &mut Literals| {
-        let func = Select::mode(
-            &modes.kernel,
-            frame,
-            literals,
-            &modes.modes[index],
-            index,
-            way.near,
-        );
-        legal(func, frame, literals, core)
+        selected(modes, index, way, frame, literals, core)
     };
     let funcs: Vec<Func> = (0..modes.modes.len())
         .map(|index| select(index, WAYS[0], literals))
@@ -108,6 +118,10 @@ pub(super) fn modes(
         Ok(Made {
             code,
             cycles,
+            chosen: Chosen {
+                way: WAYS[0],
+                ordered: false,
+            },
             tried: 0,
         })
     };
@@ -116,7 +130,7 @@ pub(super) fn modes(
         .collect::<Result<Vec<Made>, ThumbError>>()?;
     if core.arch == Arch::V6M {
         // Nothing waits there, so one order is as good as another.
-        return Ok((all.into_iter().map(|made| made.code).collect(), pins));
+        return Ok(MadeModes::of(all, pins));
     }
     let known = Known::default();
     let mut left = TRIES + all.len();
@@ -148,13 +162,74 @@ pub(super) fn modes(
             let (best, (code, cycles)) = (&mut all[index], ended?);
             if tried == 0 || cycles < best.cycles {
                 (best.code, best.cycles) = (code, cycles);
+                best.chosen = Chosen {
+                    way: WAYS[tried],
+                    ordered: true,
+                };
             }
             best.tried += 1;
             left -= 1;
         }
     }
-    let code = all.into_iter().map(|made| made.code).collect();
-    Ok((code, pins))
+    Ok(MadeModes::of(all, pins))
+}
+
+impl MadeModes {
+    fn of(all: Vec<Made>, pins: Pins) -> MadeModes {
+        let chosen = all.iter().map(|made| made.chosen).collect();
+        let code = all.into_iter().map(|made| made.code).collect();
+        MadeModes { code, chosen, pins }
+    }
+}
+
+/// What selection makes of a mode, in instructions that the core has.
+fn selected(
+    modes: &Modes,
+    index: usize,
+    way: Way,
+    frame: &Frame,
+    literals: &mut Literals,
+    core: &Core,
+) -> Func {
+    let mode = &modes.modes[index];
+    let func = Select::mode(&modes.kernel, frame, literals, mode, index, way.near);
+    legal(func, frame, literals, core)
+}
+
+/// A mode's code after each pass.
+pub(super) struct Forms {
+    pub selected: Func,
+    pub promoted: Func,
+    pub scheduled: Func,
+    pub allocated: Allocated,
+    pub reordered: Allocated,
+}
+
+/// The forms of a mode on the way on which its code came about; `frame` knows what stays in
+/// registers.
+pub(super) fn forms(
+    modes: &Modes,
+    index: usize,
+    chosen: Chosen,
+    frame: &Frame,
+    literals: &mut Literals,
+    core: &Core,
+) -> Result<Forms, ThumbError> {
+    let selected = selected(modes, index, chosen.way, frame, literals, core);
+    let promoted = frame.pins.keep(selected.clone());
+    let scheduled = scheduled(promoted.clone(), chosen.way.alive, core);
+    let allocated = allocate(&scheduled, core.arch).map_err(ThumbError::Bug)?;
+    let mut reordered = allocated.clone();
+    if chosen.ordered {
+        ordered(&mut reordered, core, &Known::default())?;
+    }
+    Ok(Forms {
+        selected: selected.in_order(),
+        promoted: promoted.in_order(),
+        scheduled,
+        allocated,
+        reordered,
+    })
 }
 
 /// The words that stay in registers: as many as make the dearest mode cheapest, the more the better
@@ -272,14 +347,20 @@ fn legal(func: Func, frame: &Frame, literals: &mut Literals, core: &Core) -> Fun
 
 /// Code with registers, and about the cycles of its longest path.
 fn made(func: Func, alive: Option<usize>, core: &Core) -> Result<(Allocated, u64), ThumbError> {
+    let func = scheduled(func, alive, core);
+    let code = allocate(&func, core.arch).map_err(ThumbError::Bug)?;
+    let cycles = path::roughly(&code, core);
+    Ok((code, cycles))
+}
+
+/// The same in a schedule for so many values alive at once, if there is a limit.
+fn scheduled(func: Func, alive: Option<usize>, core: &Core) -> Func {
     let mut func = func.in_order();
     if let Some(alive) = alive.filter(|_| core.arch != Arch::V6M) {
         let pinned = (ALL_FREE & !func.free).count_ones() as usize;
         schedule::schedule(&mut func, core, alive.saturating_sub(pinned).max(2));
     }
-    let code = allocate(&func, core.arch).map_err(ThumbError::Bug)?;
-    let cycles = path::roughly(&code, core);
-    Ok((code, cycles))
+    func
 }
 
 /// The same in a better order; gives its cycles. In debug builds a checker compares what it does

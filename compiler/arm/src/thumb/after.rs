@@ -1,0 +1,141 @@
+//! Observation of the back end: the code of each function after each of its passes, as text.
+//!
+//! The text of a pass is made by the pass: a mode goes once more through selection, promotion,
+//! scheduling, allocation and reordering with the strategy that the search has chosen for it, and
+//! what comes out last is compared with what was chosen. After `emit` stand the bytes of the
+//! object, before addresses are filled in.
+
+mod emitted;
+
+use super::best::{self, Forms};
+use super::{Options, Parts, ThumbError, assemble, make, names, path};
+use std::fmt::Display;
+use whippen_modes::Modes;
+
+/// A pass of the back end, in the order in which they run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pass {
+    /// Instructions over virtual registers, as the core has them.
+    Select,
+    /// Words that all keys read are in registers.
+    Promote,
+    /// Instructions in an order that hides their latency.
+    Schedule,
+    /// Registers and words of the stack.
+    Allocate,
+    /// Instructions with registers, in a better order, moved over branches.
+    Reorder,
+    /// Bytes, with offsets.
+    Emit,
+}
+
+impl Pass {
+    /// All passes, each with its name.
+    pub const ALL: [(Pass, &'static str); 6] = [
+        (Pass::Select, "select"),
+        (Pass::Promote, "promote"),
+        (Pass::Schedule, "schedule"),
+        (Pass::Allocate, "allocate"),
+        (Pass::Reorder, "reorder"),
+        (Pass::Emit, "emit"),
+    ];
+
+    /// The pass of a name.
+    pub fn named(name: &str) -> Option<Pass> {
+        let pass = Pass::ALL.iter().find(|(_, known)| *known == name)?;
+        Some(pass.0)
+    }
+}
+
+/// The code of one function after a pass.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Function {
+    /// Its symbol.
+    pub name: String,
+    /// Which mode it is the code of, if it is that of a mode.
+    pub mode: Option<usize>,
+    /// Its longest path in cycles, as strategies are compared by: the bound of final bytes is
+    /// `whippen-budget`'s.
+    pub cycles: Option<u64>,
+    /// Its instructions, one a line.
+    pub text: String,
+}
+
+/// The code of every mode after a pass; after [`Pass::Emit`] that of all functions.
+///
+/// # Errors
+/// Those of [`super::compile`].
+pub fn code_after(
+    pass: Pass,
+    modes: &Modes,
+    options: &Options,
+) -> Result<Vec<Function>, ThumbError> {
+    let mut parts = make(modes, options, None)?;
+    if pass == Pass::Emit {
+        return emitted(parts, options);
+    }
+    (0..parts.made.modes.len())
+        .map(|mode| {
+            let forms = forms(&mut parts, mode)?;
+            Ok(Function {
+                name: names::mode(&options.name, mode),
+                mode: Some(mode),
+                cycles: None,
+                text: text_after(pass, &forms),
+            })
+        })
+        .collect()
+}
+
+/// The forms of a mode, the last of which must be the code that was chosen.
+fn forms(parts: &mut Parts, mode: usize) -> Result<Forms, ThumbError> {
+    let forms = best::forms(
+        &parts.modes,
+        mode,
+        parts.made.chosen[mode],
+        &parts.frame,
+        &mut parts.literals,
+        &parts.core,
+    )?;
+    let (chosen, again) = (&parts.made.modes[mode], &forms.reordered);
+    if chosen.to_string() == again.to_string() {
+        Ok(forms)
+    } else {
+        Err(ThumbError::Bug(format!(
+            "mode {mode} is made otherwise the second time:\n{chosen}\n{again}"
+        )))
+    }
+}
+
+fn text_after(pass: Pass, forms: &Forms) -> String {
+    let form: &dyn Display = match pass {
+        Pass::Select => &forms.selected,
+        Pass::Promote => &forms.promoted,
+        Pass::Schedule => &forms.scheduled,
+        Pass::Allocate => &forms.allocated,
+        Pass::Reorder | Pass::Emit => &forms.reordered,
+    };
+    form.to_string()
+}
+
+fn emitted(parts: Parts, options: &Options) -> Result<Vec<Function>, ThumbError> {
+    let core = parts.core.clone();
+    let longest: Vec<u64> = parts
+        .made
+        .modes
+        .iter()
+        .map(|func| path::longest(func, &core))
+        .collect();
+    let built = assemble(parts, options)?;
+    let mut functions = emitted::functions(&built.object, &core);
+    for (mode, cycles) in longest.into_iter().enumerate() {
+        let name = names::mode(&options.name, mode);
+        let of_mode = functions
+            .iter_mut()
+            .filter(|function| function.name == name);
+        of_mode.for_each(|function| {
+            (function.mode, function.cycles) = (Some(mode), Some(cycles));
+        });
+    }
+    Ok(functions)
+}
