@@ -14,33 +14,32 @@
 //! | --- | --- |
 //! | `layout` | where a host finds what it reads and writes |
 //! | `frame` | registers with a meaning, the state and everything's place in it |
-//! | `shared` | what is computed once a tick for all keys |
+//! | `tick_invariant` | what is computed once a tick for all keys |
 //! | `select` | which instructions |
-//! | `vcode` | instructions over virtual registers |
+//! | `minst` | instructions over virtual registers |
 //! | `text` | code as text, before and after allocation |
-//! | `pins` | what stays in registers from key to key |
+//! | `promote` | what stays in registers from key to key |
 //! | `schedule` | the order of instructions |
-//! | `path` | cycles of the longest way |
-//! | `best` | the best of some ways to make code |
+//! | `critical_path` | cycles of the longest path |
+//! | `search` | the strategy of each mode, by worst-case cycles |
 //! | `allocate` | registers, by `regalloc2` |
 //! | `reorder` | the order of instructions that have registers |
-//! | `spread` | registers that leave more orders |
+//! | `rename` | register renaming to break anti-dependences |
 //! | `hoist` | what goes up over a branch |
-//! | `same` | whether two orders compute the same |
-//! | `arrange` | the order of blocks |
+//! | `reorder_check` | whether two orders compute the same |
+//! | `block_layout` | the order of blocks |
 //! | `v6m` | the same for ARMv6-M, which has less |
 //! | `emit` | encodings, IT blocks, branches |
 //! | `entry` | code around the keys |
-//! | `after` | code after each pass, for whoever looks |
+//! | `after` | the code after each pass as text |
 //!
 //! Every transformation here keeps every drive word, event and cell of the Kernel, bit for bit. Not
 //! here: what a Kernel may assume (`modes`), addresses (`image`).
 
 mod after;
-mod agree;
 mod allocate;
-mod arrange;
-mod best;
+mod block_layout;
+mod critical_path;
 mod emit;
 mod entry;
 mod frame;
@@ -48,26 +47,28 @@ mod hoist;
 mod layout;
 mod literal;
 mod memory;
+mod minst;
 mod names;
-mod path;
-mod pins;
+mod promote;
+mod rename;
 mod reorder;
-mod same;
+mod reorder_check;
 mod schedule;
+mod search;
 mod select;
-mod shared;
-mod spread;
 mod text;
+mod tick_invariant;
+mod tuning;
 mod v6m;
-mod vcode;
+mod validate;
 
 use crate::image::{Fixup, Object, Section, SectionKind, Symbol, SymbolKind, timing};
 use allocate::Allocated;
-use best::Chosen;
-use emit::{Bytes, Item, lay_out};
+use emit::{Bytes, Item, assemble};
 use frame::{Frame, LITERALS_MAX};
 use literal::Literals;
 use memory::{Memory, memory};
+use search::Chosen;
 use std::borrow::Cow;
 use std::fmt;
 use whippen_deterministic::parallel;
@@ -228,12 +229,12 @@ struct Parts<'m> {
 }
 
 fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Built, ThumbError> {
-    let parts = make(modes, options, around)?;
-    assemble(parts, options)
+    let parts = compile_parts(modes, options, around)?;
+    build_object(parts, options)
 }
 
 /// All code with registers.
-fn make<'m>(
+fn compile_parts<'m>(
     modes: &'m Modes,
     options: &Options,
     around: Option<&Around>,
@@ -244,18 +245,18 @@ fn make<'m>(
     if modes.modes.len() + modes.kernel.tables.len() > LITERALS_MAX / 2 {
         return Err(ThumbError::Modes(modes.modes.len()));
     }
-    let (modes, shared) = shared::share(modes);
+    let (modes, shared) = tick_invariant::hoist_invariants(modes);
     let kernel = &modes.kernel;
     let mut frame = Frame::new(kernel, options, around, shared.results.len());
     let mut literals = Literals::new(modes.modes.len() + kernel.tables.len());
     let core = timing(options.arch);
-    let made_modes = best::modes(&modes, &frame, &mut literals, &core)?;
-    frame.pins = made_modes.pins;
+    let compiled = search::compile_modes(&modes, &frame, &mut literals, &core)?;
+    frame.promoted = compiled.promotions;
     let made = Made {
-        modes: made_modes.code,
-        chosen: made_modes.chosen,
-        init: best::init(&modes, &frame, &mut literals, &core)?,
-        shared: best::shared(kernel, &frame, &mut literals, &shared, &core)?,
+        modes: compiled.code,
+        chosen: compiled.chosen,
+        init: search::compile_init(&modes, &frame, &mut literals, &core)?,
+        shared: search::compile_shared(kernel, &frame, &mut literals, &shared, &core)?,
     };
     frame.close(literals.all().len());
     if frame.size.max(frame.size_apart) > 1 << 24 {
@@ -271,7 +272,7 @@ fn make<'m>(
 }
 
 /// The object of all code and its memory.
-fn assemble(parts: Parts, options: &Options) -> Result<Built, ThumbError> {
+fn build_object(parts: Parts, options: &Options) -> Result<Built, ThumbError> {
     let Parts {
         modes,
         frame,
@@ -280,7 +281,7 @@ fn assemble(parts: Parts, options: &Options) -> Result<Built, ThumbError> {
         made,
     } = parts;
     let items = items(&frame, options, &core, &modes, &made);
-    let code = lay_out(items.items, items.labels, core.arch, &options.name)
+    let code = assemble(items.items, items.labels, core.arch, &options.name)
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
     let mut object = object(&modes.kernel, &frame, options, &literals, code);
     v6m::add_routines(&mut object, options)?;
@@ -344,7 +345,7 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Ma
         base += func.blocks.len();
     }
     let arranged = parallel::map(placed, |(func, base)| {
-        arrange::arrange(func, base, core, &mode_names, labels.init_next)
+        block_layout::lay_out_blocks(func, base, core, &mode_names, labels.init_next)
     });
     for (index, arranged) in arranged.into_iter().enumerate() {
         items.push(Item::Function {
@@ -354,7 +355,7 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Ma
         items.extend(arranged);
     }
     items.extend(entry::init(frame, name, init.slots, labels));
-    items.extend(arrange::arrange(
+    items.extend(block_layout::lay_out_blocks(
         init,
         base,
         core,
@@ -379,7 +380,7 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Ma
 /// Code that goes on behind its end, with labels from `base` on: one a block, and one there.
 fn inside(func: &Allocated, base: usize, core: &Core, mode_names: &[String]) -> Vec<Item> {
     let done = base + func.blocks.len();
-    let mut items = arrange::arrange(func, base, core, mode_names, done);
+    let mut items = block_layout::lay_out_blocks(func, base, core, mode_names, done);
     if matches!(items.last(), Some(Item::Branch { cond: None, to }) if *to == done) {
         items.pop();
     }

@@ -6,9 +6,10 @@
 //! object, before addresses are filled in.
 
 mod emitted;
+mod forms;
 
-use super::best::{self, Forms};
-use super::{Options, Parts, ThumbError, assemble, make, names, path};
+use super::{Options, Parts, ThumbError, build_object, compile_parts, critical_path, names};
+use forms::{Forms, forms_of};
 use std::fmt::Display;
 use whippen_modes::Modes;
 
@@ -70,13 +71,13 @@ pub fn code_after(
     modes: &Modes,
     options: &Options,
 ) -> Result<Vec<Function>, ThumbError> {
-    let mut parts = make(modes, options, None)?;
+    let mut parts = compile_parts(modes, options, None)?;
     if pass == Pass::Emit {
         return emitted(parts, options);
     }
     (0..parts.made.modes.len())
         .map(|mode| {
-            let forms = forms(&mut parts, mode)?;
+            let forms = forms_of(&mut parts, mode)?;
             Ok(Function {
                 name: names::mode(&options.name, mode),
                 mode: Some(mode),
@@ -85,26 +86,6 @@ pub fn code_after(
             })
         })
         .collect()
-}
-
-/// The forms of a mode, the last of which must be the code that was chosen.
-fn forms(parts: &mut Parts, mode: usize) -> Result<Forms, ThumbError> {
-    let forms = best::forms(
-        &parts.modes,
-        mode,
-        parts.made.chosen[mode],
-        &parts.frame,
-        &mut parts.literals,
-        &parts.core,
-    )?;
-    let (chosen, again) = (&parts.made.modes[mode], &forms.reordered);
-    if chosen.to_string() == again.to_string() {
-        Ok(forms)
-    } else {
-        Err(ThumbError::Bug(format!(
-            "mode {mode} is made otherwise the second time:\n{chosen}\n{again}"
-        )))
-    }
 }
 
 fn text_after(pass: Pass, forms: &Forms) -> String {
@@ -119,14 +100,14 @@ fn text_after(pass: Pass, forms: &Forms) -> String {
 }
 
 fn emitted(parts: Parts, options: &Options) -> Result<Vec<Function>, ThumbError> {
-    let core = parts.core.clone();
+    let core = parts.core;
     let longest: Vec<u64> = parts
         .made
         .modes
         .iter()
-        .map(|func| path::longest(func, &core))
+        .map(|func| critical_path::worst_case_cycles(func, &core))
         .collect();
-    let built = assemble(parts, options)?;
+    let built = build_object(parts, options)?;
     let mut functions = emitted::functions(&built.object, &core);
     for (mode, cycles) in longest.into_iter().enumerate() {
         let name = names::mode(&options.name, mode);

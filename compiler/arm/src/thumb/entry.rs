@@ -14,13 +14,13 @@
 
 mod events;
 
-use super::allocate::next_register;
+use super::allocate::next_key_register;
 use super::emit::{Item, Label};
 use super::frame::{Frame, H, I, K, Pointer, ROW, T, TICK};
-use super::pins::Word;
+use super::minst::template;
+use super::promote::TickConstant;
 use super::v6m::{self, Step};
-use super::vcode::template;
-use super::{names, vcode::Half};
+use super::{minst::Relocation, names};
 use whippen_isa::reg::{LR, PC, SP};
 use whippen_isa::{Arch, Cond, Encoding, Form, Inst, Op, ShiftType};
 use whippen_kernel::{Kernel, Type};
@@ -68,8 +68,8 @@ pub(super) fn tick(
     w.items.extend(shared);
     w.open_events(events);
     w.registers();
-    w.pins();
-    let next = next_register(arch);
+    w.load_promoted();
+    let next = next_key_register(arch);
     w.op(Inst {
         t: next,
         n: K,
@@ -150,7 +150,7 @@ impl<'a> Writer<'a> {
         self.items.push(Item::Inst {
             inst,
             origin: None,
-            address: None::<Half>,
+            address: None::<Relocation>,
         });
     }
 
@@ -392,12 +392,12 @@ impl<'a> Writer<'a> {
     }
 
     /// What stays in registers from key to key.
-    fn pins(&mut self) {
-        for (word, reg) in self.frame.pins.iter() {
+    fn load_promoted(&mut self) {
+        for (word, reg) in self.frame.promoted.iter() {
             match word {
-                Word::At(offset) => self.load(reg, offset),
-                Word::Number(number) if number >> 16 == 0 => self.offset(reg, number),
-                Word::Number(number) => self.op(Inst {
+                TickConstant::InState(offset) => self.load(reg, offset),
+                TickConstant::Immediate(number) if number >> 16 == 0 => self.offset(reg, number),
+                TickConstant::Immediate(number) => self.op(Inst {
                     d: reg,
                     imm: number,
                     ..template(Op::MOV_immediate)

@@ -14,7 +14,7 @@
 //! a few times a tick and the rest at every turn, so the rest can have memory that nobody else is
 //! at. A key's code leaves I, H and K at the next key's.
 
-use super::pins::Pins;
+use super::promote::Promotions;
 use super::{Around, Options};
 use whippen_isa::Arch;
 use whippen_kernel::layout::words;
@@ -147,7 +147,7 @@ pub(super) struct Frame {
     pub outputs: u32,
     pub records: u32,
     /// What stays in registers from key to key, once the modes are made.
-    pub pins: Pins,
+    pub promoted: Promotions,
     pub size: u32,
     /// Bytes of the histories, where they lie apart.
     pub size_apart: u32,
@@ -244,7 +244,7 @@ impl Frame {
             inputs: 0,
             outputs: 0,
             records: 0,
-            pins: Pins::default(),
+            promoted: Promotions::default(),
             size: RINGS,
             size_apart: 0,
         };

@@ -36,8 +36,8 @@ mod word;
 
 use super::frame::Frame;
 use super::literal::Literals;
-use super::shared::Shared;
-use super::vcode::{Code, Func, Reg, Role, VReg};
+use super::minst::{Func, MInst, Reg, Role, VReg};
+use super::tick_invariant::TickInvariants;
 use event::Written;
 use std::collections::BTreeMap;
 use whippen_isa::Op as Isa;
@@ -206,7 +206,7 @@ impl<'a> Select<'a> {
         kernel: &'a Kernel,
         frame: &'a Frame,
         literals: &'a mut Literals,
-        shared: &'a Shared,
+        shared: &'a TickInvariants,
     ) -> Func {
         let mut select = Select::new(kernel, frame, literals, &shared.values, None);
         select.mark_words(&shared.insts);
@@ -233,13 +233,15 @@ impl<'a> Select<'a> {
         self.bound[value.0 as usize] = bound;
     }
 
-    fn emit(&mut self, code: Code) {
+    fn emit(&mut self, code: MInst) {
         let origin = self.origin;
-        self.func.blocks[self.at].code.push(Code { origin, ..code });
+        self.func.blocks[self.at]
+            .code
+            .push(MInst { origin, ..code });
     }
 
     /// Emits an instruction whose result in D is new.
-    fn result(&mut self, code: Code) -> VReg {
+    fn result(&mut self, code: MInst) -> VReg {
         let d = self.func.fresh();
         self.emit(code.reg(Role::D, d));
         d
@@ -247,7 +249,7 @@ impl<'a> Select<'a> {
 
     /// `op d, n, m`
     fn three(&mut self, op: Isa, n: VReg, m: VReg) -> VReg {
-        self.result(Code::new(op).reg(Role::N, n).reg(Role::M, m))
+        self.result(MInst::new(op).reg(Role::N, n).reg(Role::M, m))
     }
 
     /// The known value of a constant.

@@ -17,7 +17,10 @@
 
 use super::allocate::{Allocated, Fixed, Placed};
 use super::frame::{H, I, K, T};
-use super::vcode::{Access, Block, Code, End, Func, Half, Other, Place, Reg, Role, VReg, template};
+use super::minst::{
+    Access, AliasClass, Block, Func, MInst, Other, Reg, Relocation, Role, Terminator, VReg,
+    template,
+};
 use std::fmt::{self, Display, Formatter};
 use whippen_isa::Inst;
 use whippen_isa::reg::core_name;
@@ -42,8 +45,10 @@ impl Display for Block {
             line(f, &code.to_string(), code.access)?;
         }
         match &self.end {
-            End::Jump(edge) => writeln!(f, "    jump block{}{}", edge.block, Registers(&edge.args)),
-            End::Next(code) => writeln!(f, "    next v{code}"),
+            Terminator::Jump(edge) => {
+                writeln!(f, "    jump block{}{}", edge.block, Registers(&edge.args))
+            }
+            Terminator::NextKey(code) => writeln!(f, "    next v{code}"),
             end => leave(f, end),
         }
     }
@@ -87,10 +92,10 @@ fn line(f: &mut Formatter, text: &str, access: Access) -> fmt::Result {
 }
 
 /// An end without its values, which are in their registers.
-fn leave(f: &mut Formatter, end: &End) -> fmt::Result {
+fn leave(f: &mut Formatter, end: &Terminator) -> fmt::Result {
     match end {
-        End::Jump(edge) => writeln!(f, "    jump block{}", edge.block),
-        End::Branch {
+        Terminator::Jump(edge) => writeln!(f, "    jump block{}", edge.block),
+        Terminator::Branch {
             cond,
             yes,
             no,
@@ -102,8 +107,8 @@ fn leave(f: &mut Formatter, end: &End) -> fmt::Result {
                 None => writeln!(f),
             }
         }
-        End::Next(_) => writeln!(f, "    next"),
-        End::InitDone => writeln!(f, "    falls through"),
+        Terminator::NextKey(_) => writeln!(f, "    next"),
+        Terminator::FallThrough => writeln!(f, "    falls through"),
     }
 }
 
@@ -121,16 +126,16 @@ impl Display for Registers<'_> {
     }
 }
 
-impl Display for Place {
+impl Display for AliasClass {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         match self {
-            Place::Constant => f.write_str("constant"),
-            Place::Cell(cell) => write!(f, "cell {cell}"),
-            Place::Line(line) => write!(f, "line {line}"),
-            Place::Other(Other::Drive) => f.write_str("drive"),
-            Place::Other(Other::Probes) => f.write_str("probes"),
-            Place::Other(Other::Events) => f.write_str("events"),
-            Place::Other(Other::Mode) => f.write_str("mode"),
+            AliasClass::Constant => f.write_str("constant"),
+            AliasClass::Cell(cell) => write!(f, "cell {cell}"),
+            AliasClass::Line(line) => write!(f, "line {line}"),
+            AliasClass::Other(Other::Drive) => f.write_str("drive"),
+            AliasClass::Other(Other::Probes) => f.write_str("probes"),
+            AliasClass::Other(Other::Events) => f.write_str("events"),
+            AliasClass::Other(Other::Mode) => f.write_str("mode"),
         }
     }
 }
@@ -155,7 +160,7 @@ pub(super) fn register_name(reg: u8) -> &'static str {
     }
 }
 
-impl Display for Code {
+impl Display for MInst {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         let mut names = Names::default();
         for u in self.uses() {
@@ -184,7 +189,7 @@ impl Display for Fixed {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         let address = self.code.and_then(|code| code.address);
         let names = match address {
-            Some(Half::Routine(_)) => Names::of_call(),
+            Some(Relocation::Routine(_)) => Names::of_call(),
             _ => Names::of_registers(self.inst),
         };
         f.write_str(&names.text(&self.inst, address, &opcode(&self.inst)))
@@ -230,7 +235,7 @@ impl Names {
     }
 
     /// `results = opcode operands`
-    fn text(&self, inst: &Inst, address: Option<Half>, opcode: &str) -> String {
+    fn text(&self, inst: &Inst, address: Option<Relocation>, opcode: &str) -> String {
         let text = numbered(inst).to_string();
         let (_, operands) = text.split_once(' ').unwrap_or((&text, ""));
         let (mut results, mut rest) = (Vec::new(), Vec::new());
@@ -247,9 +252,11 @@ impl Names {
             );
         }
         match address {
-            Some(Half::Low(table)) => replace_last(&mut rest, format!("#low(table {table})")),
-            Some(Half::High(table)) => replace_last(&mut rest, format!("#high(table {table})")),
-            Some(Half::Routine(routine)) => return self.call(routine.name()),
+            Some(Relocation::Low(table)) => replace_last(&mut rest, format!("#low(table {table})")),
+            Some(Relocation::High(table)) => {
+                replace_last(&mut rest, format!("#high(table {table})"))
+            }
+            Some(Relocation::Routine(routine)) => return self.call(routine.name()),
             None => {}
         }
         let equals = if results.is_empty() { "" } else { " = " };
@@ -313,15 +320,15 @@ mod tests {
 
     #[test]
     fn results_are_on_the_left_and_what_they_were_among_the_operands() {
-        let sum = Code::new(Op::SMLAL).reg(Role::N, 1).reg(Role::M, 2);
+        let sum = MInst::new(Op::SMLAL).reg(Role::N, 1).reg(Role::M, 2);
         let sum = sum.both(Role::D, 5, 3).both(Role::A, 6, 4);
         assert_eq!(sum.to_string(), "v5, v6 = smlal v3, v4, v1, v2");
-        let only = Code::new(Op::MOV_immediate)
+        let only = MInst::new(Op::MOV_immediate)
             .imm(7)
             .both(Role::D, 2, 1)
             .only(Cond::EQ);
         assert_eq!(only.to_string(), "v2 = moveq v1, #7");
-        let compared = Code::new(Op::CMP_register)
+        let compared = MInst::new(Op::CMP_register)
             .reg(Role::N, 1)
             .with(Role::M, Reg::Fixed(T));
         assert_eq!(compared.to_string(), "cmp v1, STATE");
@@ -329,7 +336,7 @@ mod tests {
 
     #[test]
     fn bases_that_go_on_are_written() {
-        let mut next = Code::new(Op::LDR_immediate)
+        let mut next = MInst::new(Op::LDR_immediate)
             .reg(Role::T, 9)
             .with(Role::N, Reg::Fixed(K));
         (next.inst.wback, next.inst.imm) = (true, 24);
@@ -374,14 +381,14 @@ mod tests {
 
     #[test]
     fn tied_roles_and_addresses_have_names() {
-        let mut and = Code::new(Op::AND_register)
+        let mut and = MInst::new(Op::AND_register)
             .both(Role::D, 3, 1)
             .reg(Role::M, 2);
         and.tied = Some(Role::N);
         assert_eq!(and.to_string(), "v3 = and v1, v2");
-        let table = Code {
-            address: Some(Half::High(2)),
-            ..Code::new(Op::MOVT)
+        let table = MInst {
+            address: Some(Relocation::High(2)),
+            ..MInst::new(Op::MOVT)
         };
         assert_eq!(
             table.both(Role::D, 4, 3).to_string(),

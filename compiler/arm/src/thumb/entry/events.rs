@@ -12,7 +12,7 @@
 use super::Writer;
 use crate::thumb::emit::{Item, Label};
 use crate::thumb::frame::{EVENT_HEAD, EVENT_LOST, EVENT_NEXT, EVENT_TAIL, Ring, T};
-use crate::thumb::vcode::template;
+use crate::thumb::minst::template;
 use whippen_isa::{Cond, Inst, Op};
 
 impl Writer<'_> {

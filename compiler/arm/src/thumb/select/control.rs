@@ -3,7 +3,7 @@
 use super::memory::MODE;
 use super::{Bound, Select};
 use crate::thumb::frame::{H, K};
-use crate::thumb::vcode::{Access, Code, Edge, End, Role, VReg};
+use crate::thumb::minst::{Access, Edge, MInst, Role, Terminator, VReg};
 use whippen_isa::{Cond, Op as Isa};
 use whippen_kernel::{Inst, Region, Type, Value, Walk};
 use whippen_modes::{End as ModeEnd, Mode, Target};
@@ -49,11 +49,11 @@ impl Walk for Select<'_> {
         let next = self.plus(index, 1);
         let end = self.load_constant(rounds as i32);
         self.emit(
-            Code::new(Isa::CMP_register)
+            MInst::new(Isa::CMP_register)
                 .reg(Role::N, next)
                 .reg(Role::M, end),
         );
-        self.func.blocks[self.at].end = End::Branch {
+        self.func.blocks[self.at].end = Terminator::Branch {
             cond: Cond::LT,
             yes: again,
             no: after,
@@ -158,7 +158,7 @@ impl Select<'_> {
     }
 
     fn jump(&mut self, block: usize, args: Vec<VReg>) {
-        self.func.blocks[self.at].end = End::Jump(Edge { block, args });
+        self.func.blocks[self.at].end = Terminator::Jump(Edge { block, args });
     }
 
     fn branch(&mut self, condition: Value, yes: usize, no: usize, likely: Option<bool>) {
@@ -166,7 +166,7 @@ impl Select<'_> {
             return self.jump(if known == 0 { no } else { yes }, Vec::new());
         }
         let cond = self.condition(condition);
-        self.func.blocks[self.at].end = End::Branch {
+        self.func.blocks[self.at].end = Terminator::Branch {
             cond,
             yes,
             no,
@@ -184,7 +184,7 @@ impl Select<'_> {
         }
         let record = self.frame.record;
         let code = self.func.fresh();
-        let load = Code::new(Isa::LDR_immediate)
+        let load = MInst::new(Isa::LDR_immediate)
             .reg(Role::T, code)
             .with(Role::N, Self::fixed(K));
         let mut load = load.access(Access::Read(MODE));
@@ -195,14 +195,14 @@ impl Select<'_> {
             self.walk(K, record);
         }
         self.emit(load);
-        self.func.blocks[self.at].end = End::Next(code);
+        self.func.blocks[self.at].end = Terminator::NextKey(code);
     }
 
     pub(super) fn init_done(&mut self) {
         self.change_mode(0);
         self.walk_history();
         self.walk(K, self.frame.record);
-        self.func.blocks[self.at].end = End::InitDone;
+        self.func.blocks[self.at].end = Terminator::FallThrough;
     }
 
     fn walk_history(&mut self) {
@@ -215,10 +215,10 @@ impl Select<'_> {
     fn walk(&mut self, reg: u8, bytes: u32) {
         let (fixed, fits) = (Self::fixed(reg), bytes < 4096);
         let code = if fits {
-            Code::new(Isa::ADD_immediate).imm(bytes)
+            MInst::new(Isa::ADD_immediate).imm(bytes)
         } else {
             let bytes = self.load_constant(bytes as i32);
-            Code::new(Isa::ADD_register).reg(Role::M, bytes)
+            MInst::new(Isa::ADD_register).reg(Role::M, bytes)
         };
         self.emit(code.with(Role::N, fixed).with(Role::D, fixed));
     }
@@ -248,12 +248,12 @@ impl Select<'_> {
         self.fill_slots(line, word, at, slots);
         let next = self.three(Isa::ADD_register, at, bytes);
         let less = self.result(
-            Code::new(Isa::SUB_immediate)
+            MInst::new(Isa::SUB_immediate)
                 .reg(Role::N, left)
                 .imm(1)
                 .flags(),
         );
-        self.func.blocks[head].end = End::Branch {
+        self.func.blocks[head].end = Terminator::Branch {
             cond: Cond::NE,
             yes: again,
             no: after,
@@ -276,11 +276,11 @@ impl Select<'_> {
             place.row,
         );
         for slot in 0..slots {
-            let store = Code::new(op)
+            let store = MInst::new(op)
                 .reg(Role::N, at)
                 .reg(Role::T, word)
                 .imm(slot * row);
-            self.emit(store.access(Access::Write(crate::thumb::vcode::Place::Line(line))));
+            self.emit(store.access(Access::Write(crate::thumb::minst::AliasClass::Line(line))));
         }
     }
 }

@@ -8,7 +8,7 @@
 
 use super::word::with_shift;
 use super::{Bound, Select};
-use crate::thumb::vcode::{Code, Role, VReg};
+use crate::thumb::minst::{MInst, Role, VReg};
 use whippen_isa::{Cond, Op as Isa, ShiftType};
 use whippen_kernel::{Range, Value};
 
@@ -37,7 +37,7 @@ impl Select<'_> {
         if !by.has(0) {
             return quotient;
         }
-        self.emit(Code::new(Isa::CMP_immediate).reg(Role::N, b).imm(0));
+        self.emit(MInst::new(Isa::CMP_immediate).reg(Role::N, b).imm(0));
         self.move_only(Cond::EQ, Bound::Const(0), quotient)
     }
 
@@ -67,9 +67,9 @@ impl Select<'_> {
         };
         let upper = self.shift(Isa::LSR_immediate, low, 16);
         let (first, remainder) = self.digit(high, upper, divisor);
-        let lower = self.result(Code::new(Isa::UXTH).reg(Role::M, low));
+        let lower = self.result(MInst::new(Isa::UXTH).reg(Role::M, low));
         let (second, _) = self.digit(remainder, lower, divisor);
-        let sum = Code::new(Isa::ADD_register)
+        let sum = MInst::new(Isa::ADD_register)
             .reg(Role::N, second)
             .reg(Role::M, first);
         self.result(with_shift(sum, ShiftType::LSL, 16))
@@ -77,9 +77,9 @@ impl Select<'_> {
 
     /// Both shifted left until the divisor's top bit is set.
     fn normal(&mut self, (low, high): (VReg, VReg), divisor: VReg) -> (VReg, (VReg, VReg)) {
-        let shift = self.result(Code::new(Isa::CLZ).reg(Role::M, divisor));
+        let shift = self.result(MInst::new(Isa::CLZ).reg(Role::M, divisor));
         let divisor = self.three(Isa::LSL_register, divisor, shift);
-        let rest = self.result(Code::new(Isa::RSB_immediate).reg(Role::N, shift).imm(32));
+        let rest = self.result(MInst::new(Isa::RSB_immediate).reg(Role::N, shift).imm(32));
         let up = self.three(Isa::LSL_register, high, shift);
         let carried = self.three(Isa::LSR_register, low, rest);
         let high = self.three(Isa::ORR_register, up, carried);
@@ -90,9 +90,9 @@ impl Select<'_> {
     /// is set.
     fn digit(&mut self, high: VReg, next: VReg, divisor: VReg) -> (VReg, VReg) {
         let upper = self.shift(Isa::LSR_immediate, divisor, 16);
-        let lower = self.result(Code::new(Isa::UXTH).reg(Role::M, divisor));
+        let lower = self.result(MInst::new(Isa::UXTH).reg(Role::M, divisor));
         let mut digit = self.three(Isa::UDIV, high, upper);
-        let guess = Code::new(Isa::MLS)
+        let guess = MInst::new(Isa::MLS)
             .reg(Role::N, digit)
             .reg(Role::M, upper)
             .reg(Role::A, high);
@@ -100,11 +100,11 @@ impl Select<'_> {
         for _ in 0..2 {
             (digit, rest) = self.correct(digit, rest, next, upper, lower);
         }
-        let shifted = Code::new(Isa::ADD_register)
+        let shifted = MInst::new(Isa::ADD_register)
             .reg(Role::N, next)
             .reg(Role::M, high);
         let dividend = self.result(with_shift(shifted, ShiftType::LSL, 16));
-        let remainder = Code::new(Isa::MLS)
+        let remainder = MInst::new(Isa::MLS)
             .reg(Role::N, digit)
             .reg(Role::M, divisor)
             .reg(Role::A, dividend);
@@ -122,33 +122,33 @@ impl Select<'_> {
         lower: VReg,
     ) -> (VReg, VReg) {
         // (rest << 16) + next in 48 bits, less digit * lower in 33: all in 64.
-        let have_low = Code::new(Isa::ADD_register)
+        let have_low = MInst::new(Isa::ADD_register)
             .reg(Role::N, next)
             .reg(Role::M, rest);
         let have_low = self.result(with_shift(have_low, ShiftType::LSL, 16));
         let have_high = self.shift(Isa::LSR_immediate, rest, 16);
         let (need_low, need_high) = self.long(Isa::UMULL, digit, lower);
         self.emit(
-            Code::new(Isa::CMP_register)
+            MInst::new(Isa::CMP_register)
                 .reg(Role::N, have_low)
                 .reg(Role::M, need_low),
         );
         self.result(
-            Code::new(Isa::SBC_register)
+            MInst::new(Isa::SBC_register)
                 .reg(Role::N, have_high)
                 .reg(Role::M, need_high)
                 .flags(),
         );
         let less = self.func.fresh();
         self.emit(
-            Code::new(Isa::SUB_immediate)
+            MInst::new(Isa::SUB_immediate)
                 .reg(Role::N, digit)
                 .imm(1)
                 .both(Role::D, less, digit)
                 .only(Cond::CC),
         );
         let more = self.func.fresh();
-        let sum = Code::new(Isa::ADD_register)
+        let sum = MInst::new(Isa::ADD_register)
             .reg(Role::N, rest)
             .reg(Role::M, upper);
         self.emit(sum.both(Role::D, more, rest).only(Cond::CC));

@@ -8,7 +8,7 @@
 use super::Select;
 use super::memory::{EVENTS, walking};
 use crate::thumb::frame::{EVENT_NEXT, K, T, TICK};
-use crate::thumb::vcode::{Access, Code, Place, Reg, Role, VReg};
+use crate::thumb::minst::{Access, AliasClass, MInst, Reg, Role, VReg};
 use whippen_isa::Op as Isa;
 use whippen_kernel::Value;
 
@@ -38,12 +38,12 @@ impl Select<'_> {
         } = known.unwrap_or_else(|| Written {
             block: self.at,
             next: self.load(Isa::LDR_immediate, state, EVENT_NEXT.into(), EVENTS),
-            tick: self.load(Isa::LDR_immediate, state, TICK.into(), Place::Constant),
+            tick: self.load(Isa::LDR_immediate, state, TICK.into(), AliasClass::Constant),
             key: self.load(
                 Isa::LDR_immediate,
                 Self::fixed(K),
                 number.into(),
-                Place::Constant,
+                AliasClass::Constant,
             ),
         });
         let at = Reg::Virtual(next);
@@ -70,7 +70,7 @@ impl Select<'_> {
             return self.plus(at, bytes.into());
         }
         let behind = self.func.fresh();
-        let store = Code::new(Isa::STR_immediate)
+        let store = MInst::new(Isa::STR_immediate)
             .reg(Role::T, tick)
             .access(Access::Write(EVENTS));
         self.emit(walking(store, bytes).both(Role::N, behind, at));

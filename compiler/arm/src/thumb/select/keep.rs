@@ -3,7 +3,7 @@
 
 use super::{Bound, Select};
 use crate::thumb::frame::K;
-use crate::thumb::vcode::{Access, Code, Place, Role, VReg};
+use crate::thumb::minst::{Access, AliasClass, MInst, Role, VReg};
 use whippen_isa::{Cond, Op as Isa};
 use whippen_kernel::{Inst, Op, Type, Value};
 use whippen_modes::Mode;
@@ -92,11 +92,11 @@ impl Select<'_> {
             }
         };
         let offset = self.frame.cells[cell as usize];
-        let store = Code::new(Isa::STR_immediate)
+        let store = MInst::new(Isa::STR_immediate)
             .with(Role::N, Self::fixed(K))
             .reg(Role::T, new)
             .imm(offset);
-        let mut store = store.access(Access::Write(Place::Cell(cell)));
+        let mut store = store.access(Access::Write(AliasClass::Cell(cell)));
         store.inst.cond = cond;
         self.emit(store);
     }
@@ -119,7 +119,7 @@ impl Select<'_> {
     fn difference(&mut self, a: Value, b: Value) -> VReg {
         let (n, m) = (self.reg(a), self.reg(b));
         self.result(
-            Code::new(Isa::SUB_register)
+            MInst::new(Isa::SUB_register)
                 .reg(Role::N, n)
                 .reg(Role::M, m)
                 .flags(),

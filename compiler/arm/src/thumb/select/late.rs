@@ -1,7 +1,7 @@
 //! Values that wait for their user, and those that are computed anew wherever they are used.
 
 use super::{Bound, LATE, Select};
-use crate::thumb::vcode::VReg;
+use crate::thumb::minst::VReg;
 use whippen_kernel::{Inst, Op, Value};
 
 impl Select<'_> {

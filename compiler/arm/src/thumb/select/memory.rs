@@ -5,16 +5,18 @@ use super::word::with_shift;
 use super::{Bound, Select};
 use crate::thumb::frame::{H, I, K, T, TICK};
 use crate::thumb::literal::Literal;
-use crate::thumb::vcode::{Access, Code, End, Half, Other, Place, Reg, Role, VReg};
+use crate::thumb::minst::{
+    Access, AliasClass, MInst, Other, Reg, Relocation, Role, Terminator, VReg,
+};
 use whippen_isa::{Op as Isa, ShiftType};
 use whippen_kernel::layout::words;
 use whippen_kernel::{Op, Range, Type, Value};
 
 /// Places that are neither cells nor lines.
-pub(super) const WORDS_OUT: Place = Place::Other(Other::Drive);
-pub(super) const PROBES: Place = Place::Other(Other::Probes);
-pub(super) const EVENTS: Place = Place::Other(Other::Events);
-pub(super) const MODE: Place = Place::Other(Other::Mode);
+pub(super) const WORDS_OUT: AliasClass = AliasClass::Other(Other::Drive);
+pub(super) const PROBES: AliasClass = AliasClass::Other(Other::Probes);
+pub(super) const EVENTS: AliasClass = AliasClass::Other(Other::Events);
+pub(super) const MODE: AliasClass = AliasClass::Other(Other::Mode);
 
 impl Select<'_> {
     /// An address: a register and an offset that every load and store can hold.
@@ -24,7 +26,7 @@ impl Select<'_> {
         }
         let distance = self.load_constant(offset as i32);
         let sum = self.result(
-            Code::new(Isa::ADD_register)
+            MInst::new(Isa::ADD_register)
                 .with(Role::N, base)
                 .reg(Role::M, distance),
         );
@@ -32,16 +34,16 @@ impl Select<'_> {
     }
 
     /// A load or store at an offset.
-    fn at(&mut self, op: Isa, base: Reg, offset: i64) -> Code {
+    fn at(&mut self, op: Isa, base: Reg, offset: i64) -> MInst {
         let (base, offset) = self.address(base, offset);
-        let mut code = Code::new(op)
+        let mut code = MInst::new(op)
             .with(Role::N, base)
             .imm(offset.unsigned_abs() as u32);
         code.inst.add = offset >= 0;
         code
     }
 
-    pub(super) fn load(&mut self, op: Isa, base: Reg, offset: i64, place: Place) -> VReg {
+    pub(super) fn load(&mut self, op: Isa, base: Reg, offset: i64, place: AliasClass) -> VReg {
         let t = self.func.fresh();
         let code = self
             .at(op, base, offset)
@@ -51,7 +53,7 @@ impl Select<'_> {
         t
     }
 
-    pub(super) fn store(&mut self, op: Isa, base: Reg, offset: i64, place: Place, word: VReg) {
+    pub(super) fn store(&mut self, op: Isa, base: Reg, offset: i64, place: AliasClass, word: VReg) {
         let code = self
             .at(op, base, offset)
             .reg(Role::T, word)
@@ -66,7 +68,7 @@ impl Select<'_> {
                 Isa::LDR_immediate,
                 Self::fixed(base),
                 offset.into(),
-                Place::Constant,
+                AliasClass::Constant,
             ))
         };
         match op {
@@ -77,7 +79,7 @@ impl Select<'_> {
                     Isa::LDR_immediate,
                     Self::fixed(T),
                     TICK.into(),
-                    Place::Constant,
+                    AliasClass::Constant,
                 );
                 Bound::One(self.plus(now, later.into()))
             }
@@ -97,11 +99,11 @@ impl Select<'_> {
     }
 
     fn load_cell(&mut self, cell: u32, base: Reg, offset: i64) -> Bound {
-        let low = self.load(Isa::LDR_immediate, base, offset, Place::Cell(cell));
+        let low = self.load(Isa::LDR_immediate, base, offset, AliasClass::Cell(cell));
         match self.kernel.cells[cell as usize].ty {
             Type::I64 => Bound::Two(
                 low,
-                self.load(Isa::LDR_immediate, base, offset + 4, Place::Cell(cell)),
+                self.load(Isa::LDR_immediate, base, offset + 4, AliasClass::Cell(cell)),
             ),
             _ => Bound::One(low),
         }
@@ -121,11 +123,11 @@ impl Select<'_> {
             }
             Op::Set(cell) => {
                 let (base, offset) = (Self::fixed(K), self.frame.cells[cell as usize].into());
-                self.store_words(Place::Cell(cell), base, offset, args[0]);
+                self.store_words(AliasClass::Cell(cell), base, offset, args[0]);
             }
             Op::SetAt(cell) => {
                 let (base, offset) = self.element(cell, args[0]);
-                self.store_words(Place::Cell(cell), base, offset, args[1]);
+                self.store_words(AliasClass::Cell(cell), base, offset, args[1]);
             }
             Op::Push(line) => self.push(line, args[0]),
             Op::Fill(line) => self.fill(line, args[0]),
@@ -141,7 +143,7 @@ impl Select<'_> {
         }
     }
 
-    fn store_words(&mut self, place: Place, base: Reg, offset: i64, value: Value) {
+    fn store_words(&mut self, place: AliasClass, base: Reg, offset: i64, value: Value) {
         if self.info(value).ty == Type::I64 {
             let (low, high) = self.pair(value);
             self.store(Isa::STR_immediate, base, offset, place, low);
@@ -165,7 +167,7 @@ impl Select<'_> {
             );
         }
         let index = self.index(index, found.len);
-        let sum = Code::new(Isa::ADD_register)
+        let sum = MInst::new(Isa::ADD_register)
             .with(Role::N, Self::fixed(K))
             .reg(Role::M, index);
         let sum = self.result(with_shift(sum, ShiftType::LSL, size.trailing_zeros() as u8));
@@ -193,7 +195,7 @@ impl Select<'_> {
             if needed {
                 let bound = self.load_constant(k as i32);
                 self.emit(
-                    Code::new(Isa::CMP_register)
+                    MInst::new(Isa::CMP_register)
                         .reg(Role::N, held)
                         .reg(Role::M, bound),
                 );
@@ -206,9 +208,9 @@ impl Select<'_> {
     /// Reads the first word in and goes on to the next key's.
     pub(super) fn enter(&mut self) {
         let t = self.func.fresh();
-        let code = Code::new(Isa::LDRH_immediate)
+        let code = MInst::new(Isa::LDRH_immediate)
             .reg(Role::T, t)
-            .access(Access::Read(Place::Constant));
+            .access(Access::Read(AliasClass::Constant));
         self.emit(walking(code, self.frame.stride).with(Role::N, Self::fixed(I)));
         self.input = Some(t);
     }
@@ -217,7 +219,12 @@ impl Select<'_> {
         let offset = 2 * i64::from(port) - i64::from(self.frame.stride);
         let word = match self.input {
             Some(word) if port == 0 => word,
-            _ => self.load(Isa::LDRH_immediate, Self::fixed(I), offset, Place::Constant),
+            _ => self.load(
+                Isa::LDRH_immediate,
+                Self::fixed(I),
+                offset,
+                AliasClass::Constant,
+            ),
         };
         let range = self.kernel.inputs[port as usize].range;
         self.clamp(word, range, Range::new(0, u16::MAX.into()))
@@ -232,7 +239,7 @@ impl Select<'_> {
                 Isa::LDR_immediate,
                 Self::fixed(K),
                 gain.into(),
-                Place::Constant,
+                AliasClass::Constant,
             );
             word = self.three(Isa::SMULWy, gain, word);
         }
@@ -242,19 +249,19 @@ impl Select<'_> {
     }
 
     /// A load or store of a line, at H or by a pointer in T.
-    fn line(&mut self, line: u32, ticks: u32, ops: [[Isa; 2]; 2]) -> Code {
+    fn line(&mut self, line: u32, ticks: u32, ops: [[Isa; 2]; 2]) -> MInst {
         let place = &self.frame.lines[line as usize];
         let [at_h, by_pointer] = ops[usize::from(!place.narrow)];
         match self.frame.pointer(line, ticks) {
-            None => Code::new(at_h).with(Role::N, Self::fixed(H)),
+            None => MInst::new(at_h).with(Role::N, Self::fixed(H)),
             Some(at) => {
                 let pointer = self.load(
                     Isa::LDR_immediate,
                     Self::fixed(T),
                     at.into(),
-                    Place::Constant,
+                    AliasClass::Constant,
                 );
-                let code = Code::new(by_pointer)
+                let code = MInst::new(by_pointer)
                     .reg(Role::N, pointer)
                     .with(Role::M, Self::fixed(H));
                 with_shift(code, ShiftType::LSL, self.frame.scale(line))
@@ -275,7 +282,10 @@ impl Select<'_> {
             ticks,
             [narrow, [Isa::LDR_immediate, Isa::LDR_register]],
         );
-        self.emit(code.reg(Role::T, t).access(Access::Read(Place::Line(line))));
+        self.emit(
+            code.reg(Role::T, t)
+                .access(Access::Read(AliasClass::Line(line))),
+        );
         t
     }
 
@@ -285,7 +295,7 @@ impl Select<'_> {
         let code = self.line(line, 0, [narrow, [Isa::STR_immediate, Isa::STR_register]]);
         let code = code
             .reg(Role::T, word)
-            .access(Access::Write(Place::Line(line)));
+            .access(Access::Write(AliasClass::Line(line)));
         let walks = self.push_walks && self.frame.first_line == Some(line);
         let slot = 1 << self.frame.lines[line as usize].log2();
         self.emit(if walks {
@@ -301,7 +311,7 @@ impl Select<'_> {
         match self.frame.apart {
             None => state,
             Some(at) => {
-                Reg::Virtual(self.load(Isa::LDR_immediate, state, at.into(), Place::Constant))
+                Reg::Virtual(self.load(Isa::LDR_immediate, state, at.into(), AliasClass::Constant))
             }
         }
     }
@@ -316,11 +326,11 @@ impl Select<'_> {
             .map_or(0, |first| i64::from(frame.lines[first as usize].at));
         let base = self.apart();
         let offset = self.result(
-            Code::new(Isa::SUB_register)
+            MInst::new(Isa::SUB_register)
                 .with(Role::N, Self::fixed(H))
                 .with(Role::M, base),
         );
-        let sum = Code::new(Isa::ADD_register)
+        let sum = MInst::new(Isa::ADD_register)
             .with(Role::N, base)
             .reg(Role::M, offset);
         let sum = self.result(with_shift(sum, ShiftType::LSL, scale));
@@ -333,22 +343,22 @@ impl Select<'_> {
     fn lookup(&mut self, table: u32, index: Value) -> VReg {
         let len = self.kernel.tables[table as usize].values.len() as u32;
         let index = self.index(index, len);
-        let low = self.result(Code {
-            address: Some(Half::Low(table)),
-            ..Code::new(Isa::MOV_immediate).imm(0xffff)
+        let low = self.result(MInst {
+            address: Some(Relocation::Low(table)),
+            ..MInst::new(Isa::MOV_immediate).imm(0xffff)
         });
         let base = self.func.fresh();
-        let high = Code {
-            address: Some(Half::High(table)),
-            ..Code::new(Isa::MOVT).imm(0xffff)
+        let high = MInst {
+            address: Some(Relocation::High(table)),
+            ..MInst::new(Isa::MOVT).imm(0xffff)
         };
         self.emit(high.both(Role::D, base, low));
         let t = self.func.fresh();
-        let code = Code::new(Isa::LDR_register)
+        let code = MInst::new(Isa::LDR_register)
             .reg(Role::N, base)
             .reg(Role::M, index)
             .reg(Role::T, t);
-        self.emit(with_shift(code, ShiftType::LSL, 2).access(Access::Read(Place::Constant)));
+        self.emit(with_shift(code, ShiftType::LSL, 2).access(Access::Read(AliasClass::Constant)));
         t
     }
 
@@ -363,11 +373,11 @@ impl Select<'_> {
                 Isa::STR_immediate,
                 Self::fixed(T),
                 i64::from(*at),
-                Place::Constant,
+                AliasClass::Constant,
                 word,
             );
         }
-        self.func.blocks[self.at].end = End::InitDone;
+        self.func.blocks[self.at].end = Terminator::FallThrough;
     }
 
     /// Another mode from the next tick on.
@@ -375,13 +385,18 @@ impl Select<'_> {
         // There is room for every mode: their number is held to that of the literals.
         let place = self.literals.place(Literal::Mode(mode)).unwrap_or(0);
         let offset = i64::from(self.frame.literals + 4 * place);
-        let address = self.load(Isa::LDR_immediate, Self::fixed(T), offset, Place::Constant);
+        let address = self.load(
+            Isa::LDR_immediate,
+            Self::fixed(T),
+            offset,
+            AliasClass::Constant,
+        );
         self.store(Isa::STR_immediate, Self::fixed(K), 0, MODE, address);
     }
 }
 
 /// The access at the base alone, which then goes on by so many bytes.
-pub(super) fn walking(mut code: Code, bytes: u32) -> Code {
+pub(super) fn walking(mut code: MInst, bytes: u32) -> MInst {
     code = code.imm(bytes);
     (code.inst.index, code.inst.add, code.inst.wback) = (false, true, true);
     code

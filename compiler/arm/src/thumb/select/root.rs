@@ -2,7 +2,7 @@
 //! still fits.
 
 use super::Select;
-use crate::thumb::vcode::{Code, Edge, End, Role, VReg};
+use crate::thumb::minst::{Edge, MInst, Role, Terminator, VReg};
 use whippen_isa::{Cond, Op as Isa};
 use whippen_kernel::Value;
 
@@ -22,7 +22,7 @@ impl Select<'_> {
         let (zero, top) = (self.load_constant(0), self.load_constant(1 << (bits - 1)));
         let (root, bit) = (self.func.fresh(), self.func.fresh());
         let (head, again, after) = (self.func.block(), self.func.block(), self.func.block());
-        self.func.blocks[self.at].end = End::Jump(Edge {
+        self.func.blocks[self.at].end = Terminator::Jump(Edge {
             block: head,
             args: vec![zero, top],
         });
@@ -34,13 +34,13 @@ impl Select<'_> {
         self.less((low, high), square);
         let next = self.move_only(Cond::GE, super::Bound::One(tried), root);
         let lower = self.shift_to_flags(bit);
-        self.func.blocks[head].end = End::Branch {
+        self.func.blocks[head].end = Terminator::Branch {
             cond: Cond::NE,
             yes: again,
             no: after,
             likely: Some(true),
         };
-        self.func.blocks[again].end = End::Jump(Edge {
+        self.func.blocks[again].end = Terminator::Jump(Edge {
             block: head,
             args: vec![next, lower],
         });
@@ -58,7 +58,7 @@ impl Select<'_> {
     fn not_negative(&mut self, low: VReg, high: VReg) -> (VReg, VReg) {
         let sign = self.sign(high);
         let clear = |word| {
-            Code::new(Isa::BIC_register)
+            MInst::new(Isa::BIC_register)
                 .reg(Role::N, word)
                 .reg(Role::M, sign)
         };

@@ -1,7 +1,7 @@
 //! Comparisons, bools and what they choose.
 
 use super::{Bound, Select};
-use crate::thumb::vcode::{Code, Role, VReg};
+use crate::thumb::minst::{MInst, Role, VReg};
 use whippen_isa::imm::{thumb_imm_carry, thumb_shrink_imm};
 use whippen_isa::{Cond, Flags, Op as Isa};
 use whippen_kernel::{Inst, Op, Type, Value};
@@ -53,7 +53,7 @@ impl Select<'_> {
             (_, Some(k), _) if thumb_shrink_imm((k - less) as u32).is_some() => {
                 let b = self.reg(b);
                 self.result(
-                    Code::new(Isa::RSB_immediate)
+                    MInst::new(Isa::RSB_immediate)
                         .reg(Role::N, b)
                         .imm((k - less) as u32),
                 )
@@ -99,7 +99,7 @@ impl Select<'_> {
             _ => {
                 let word = self.reg(value);
                 if !self.sets_zero_flag(word) {
-                    self.emit(Code::new(Isa::CMP_immediate).reg(Role::N, word).imm(0));
+                    self.emit(MInst::new(Isa::CMP_immediate).reg(Role::N, word).imm(0));
                 }
                 Cond::NE
             }
@@ -153,24 +153,26 @@ impl Select<'_> {
     }
 
     /// What gives the flags of `a - b`.
-    fn comparison(&mut self, a: Value, b: Value) -> Code {
+    fn comparison(&mut self, a: Value, b: Value) -> MInst {
         let n = self.reg(a);
         if let Some(k) = self.constant(b) {
             let (k, minus) = (k as i32 as u32, (k as i32).unsigned_abs());
             if is_free(k) {
-                return Code::new(Isa::CMP_immediate).reg(Role::N, n).imm(k);
+                return MInst::new(Isa::CMP_immediate).reg(Role::N, n).imm(k);
             }
             if (k as i32) < 0 && k as i32 != i32::MIN && is_free(minus) {
-                return Code::new(Isa::CMN_immediate).reg(Role::N, n).imm(minus);
+                return MInst::new(Isa::CMN_immediate).reg(Role::N, n).imm(minus);
             }
         }
         let m = self.reg(b);
-        Code::new(Isa::CMP_register).reg(Role::N, n).reg(Role::M, m)
+        MInst::new(Isa::CMP_register)
+            .reg(Role::N, n)
+            .reg(Role::M, m)
     }
 
     /// A comparison, if its flags are not there still.
-    fn flags_of(&mut self, code: Code) {
-        let sets = |code: &&Code| code.inst.flags().writes.intersects(Flags::NZCV);
+    fn flags_of(&mut self, code: MInst) {
+        let sets = |code: &&MInst| code.inst.flags().writes.intersects(Flags::NZCV);
         let last = self.func.blocks[self.at].code.iter().rev().find(sets);
         if last.is_none_or(|last| (last.inst, last.operands) != (code.inst, code.operands)) {
             self.emit(code);
@@ -187,12 +189,12 @@ impl Select<'_> {
             }
             _ => {
                 self.emit(
-                    Code::new(Isa::CMP_register)
+                    MInst::new(Isa::CMP_register)
                         .reg(Role::N, a.0)
                         .reg(Role::M, b.0),
                 );
                 self.emit(
-                    Code::new(Isa::CMP_register)
+                    MInst::new(Isa::CMP_register)
                         .reg(Role::N, a.1)
                         .reg(Role::M, b.1)
                         .only(Cond::EQ),
@@ -205,12 +207,12 @@ impl Select<'_> {
     /// Whether 64 bits are less than others.
     pub(super) fn less(&mut self, a: (VReg, VReg), b: (VReg, VReg)) -> Cond {
         self.emit(
-            Code::new(Isa::CMP_register)
+            MInst::new(Isa::CMP_register)
                 .reg(Role::N, a.0)
                 .reg(Role::M, b.0),
         );
         self.result(
-            Code::new(Isa::SBC_register)
+            MInst::new(Isa::SBC_register)
                 .reg(Role::N, a.1)
                 .reg(Role::M, b.1)
                 .flags(),
@@ -230,7 +232,7 @@ impl Select<'_> {
         }
         let a = self.reg(args[0]);
         Bound::One(match op {
-            Op::Not => self.result(Code::new(Isa::EOR_immediate).reg(Role::N, a).imm(1)),
+            Op::Not => self.result(MInst::new(Isa::EOR_immediate).reg(Role::N, a).imm(1)),
             _ => {
                 let b = self.reg(args[1]);
                 self.three(
@@ -335,7 +337,7 @@ impl Select<'_> {
 }
 
 /// Whether an instruction can say in the flags what the sign of its result is, at no cost.
-fn tells_sign(code: &Code) -> bool {
+fn tells_sign(code: &MInst) -> bool {
     let inst = &code.inst;
     let computes = match inst.op() {
         Isa::ADD_register | Isa::SUB_register | Isa::RSB_register => true,

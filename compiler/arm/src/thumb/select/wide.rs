@@ -2,7 +2,7 @@
 
 use super::word::{ROUND, shift_code, with_shift};
 use super::{Bound, Select};
-use crate::thumb::vcode::{Code, Role, VReg};
+use crate::thumb::minst::{MInst, Role, VReg};
 use whippen_isa::{Op as Isa, ShiftType};
 use whippen_kernel::{Op, Value};
 
@@ -75,7 +75,7 @@ impl Select<'_> {
             return high;
         }
         let down = self.shift(Isa::LSR_immediate, low, n);
-        let carried = Code::new(Isa::ORR_register)
+        let carried = MInst::new(Isa::ORR_register)
             .reg(Role::N, down)
             .reg(Role::M, high);
         self.result(with_shift(carried, ShiftType::LSL, 32 - n))
@@ -85,10 +85,10 @@ impl Select<'_> {
     fn low_rounded(&mut self, low: VReg, high: VReg, n: u8) -> VReg {
         if n == 32 {
             self.result(shift_code(Isa::LSL_immediate, 1).reg(Role::M, low).flags());
-            return self.result(Code::new(Isa::ADC_immediate).reg(Role::N, high).imm(0));
+            return self.result(MInst::new(Isa::ADC_immediate).reg(Role::N, high).imm(0));
         }
         let down = self.result(shift_code(Isa::LSR_immediate, n).reg(Role::M, low).flags());
-        let sum = Code::new(Isa::ADC_register)
+        let sum = MInst::new(Isa::ADC_register)
             .reg(Role::N, down)
             .reg(Role::M, high);
         self.result(with_shift(sum, ShiftType::LSL, 32 - n))
@@ -101,7 +101,7 @@ impl Select<'_> {
         };
         let (n, m) = (self.reg(a), self.reg(b));
         self.result(
-            Code::new(Isa::SMMUL)
+            MInst::new(Isa::SMMUL)
                 .reg(Role::N, n)
                 .reg(Role::M, m)
                 .imm(ROUND),
@@ -112,7 +112,7 @@ impl Select<'_> {
     pub(super) fn long(&mut self, op: Isa, n: VReg, m: VReg) -> Pair {
         let (low, high) = (self.func.fresh(), self.func.fresh());
         self.emit(
-            Code::new(op)
+            MInst::new(op)
                 .reg(Role::N, n)
                 .reg(Role::M, m)
                 .reg(Role::D, low)
@@ -133,13 +133,13 @@ impl Select<'_> {
         };
         let sum = (own(self, sum.0), own(self, sum.1));
         let (low, high) = (self.func.fresh(), self.func.fresh());
-        let code = Code::new(op).reg(Role::N, n).reg(Role::M, m);
+        let code = MInst::new(op).reg(Role::N, n).reg(Role::M, m);
         self.emit(code.both(Role::D, low, sum.0).both(Role::A, high, sum.1));
         (low, high)
     }
 
     fn copy(&mut self, word: VReg) -> VReg {
-        self.result(Code::new(Isa::MOV_register).reg(Role::M, word))
+        self.result(MInst::new(Isa::MOV_register).reg(Role::M, word))
     }
 
     /// All bits are the sign.
@@ -154,7 +154,7 @@ impl Select<'_> {
 
     pub(super) fn add_pairs(&mut self, a: Pair, b: Pair) -> Pair {
         let low = self.result(
-            Code::new(Isa::ADD_register)
+            MInst::new(Isa::ADD_register)
                 .reg(Role::N, a.0)
                 .reg(Role::M, b.0)
                 .flags(),
@@ -164,7 +164,7 @@ impl Select<'_> {
 
     pub(super) fn sub_pairs(&mut self, a: Pair, b: Pair) -> Pair {
         let low = self.result(
-            Code::new(Isa::SUB_register)
+            MInst::new(Isa::SUB_register)
                 .reg(Role::N, a.0)
                 .reg(Role::M, b.0)
                 .flags(),
@@ -177,7 +177,7 @@ impl Select<'_> {
         let (low, high) = self.long(Isa::UMULL, a.0, b.0);
         let cross = |select: &mut Self, n, m, sum| {
             select.result(
-                Code::new(Isa::MLA)
+                MInst::new(Isa::MLA)
                     .reg(Role::N, n)
                     .reg(Role::M, m)
                     .reg(Role::A, sum),
@@ -206,7 +206,7 @@ impl Select<'_> {
             0 => (low, high),
             1..32 => {
                 let up = self.shift(Isa::LSL_immediate, high, n);
-                let carried = Code::new(Isa::ORR_register)
+                let carried = MInst::new(Isa::ORR_register)
                     .reg(Role::N, up)
                     .reg(Role::M, low);
                 let high = self.result(with_shift(carried, ShiftType::LSR, 32 - n));
@@ -225,7 +225,7 @@ impl Select<'_> {
             0 => (low, high),
             1..32 => {
                 let down = self.shift(Isa::LSR_immediate, low, n);
-                let carried = Code::new(Isa::ORR_register)
+                let carried = MInst::new(Isa::ORR_register)
                     .reg(Role::N, down)
                     .reg(Role::M, high);
                 let low = self.result(with_shift(carried, ShiftType::LSL, 32 - n));
@@ -249,19 +249,19 @@ impl Select<'_> {
         } else {
             (pair.1, n - 33)
         };
-        let mut bit = Code::new(Isa::UBFX).reg(Role::N, word).imm(1);
+        let mut bit = MInst::new(Isa::UBFX).reg(Role::N, word).imm(1);
         bit.inst.amount = lsb;
         let bit = self.result(bit);
         let floor = self.sar_pair(pair, n);
         let low = self.result(
-            Code::new(Isa::ADD_register)
+            MInst::new(Isa::ADD_register)
                 .reg(Role::N, floor.0)
                 .reg(Role::M, bit)
                 .flags(),
         );
         (
             low,
-            self.result(Code::new(Isa::ADC_immediate).reg(Role::N, floor.1).imm(0)),
+            self.result(MInst::new(Isa::ADC_immediate).reg(Role::N, floor.1).imm(0)),
         )
     }
 }

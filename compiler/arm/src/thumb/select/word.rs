@@ -3,7 +3,7 @@
 use super::{Bound, Select};
 use crate::thumb::frame::T;
 use crate::thumb::literal::Literal;
-use crate::thumb::vcode::{Code, Place, Role, VReg};
+use crate::thumb::minst::{AliasClass, MInst, Role, VReg};
 use whippen_isa::imm::thumb_shrink_imm;
 use whippen_isa::{Cond, Op as Isa, ShiftType};
 use whippen_kernel::{Op, Range, Type, Value};
@@ -32,18 +32,23 @@ impl Select<'_> {
     fn new_constant(&mut self, k: i32) -> VReg {
         let k = k as u32;
         if thumb_shrink_imm(k).is_some() || k < 0x1_0000 {
-            return self.result(Code::new(Isa::MOV_immediate).imm(k));
+            return self.result(MInst::new(Isa::MOV_immediate).imm(k));
         }
         if thumb_shrink_imm(!k).is_some() {
-            return self.result(Code::new(Isa::MVN_immediate).imm(!k));
+            return self.result(MInst::new(Isa::MVN_immediate).imm(!k));
         }
         if let Some(place) = self.literals.place(Literal::Word(k)) {
             let offset = i64::from(self.frame.literals + 4 * place);
-            return self.load(Isa::LDR_immediate, Self::fixed(T), offset, Place::Constant);
+            return self.load(
+                Isa::LDR_immediate,
+                Self::fixed(T),
+                offset,
+                AliasClass::Constant,
+            );
         }
-        let low = self.result(Code::new(Isa::MOV_immediate).imm(k & 0xffff));
+        let low = self.result(MInst::new(Isa::MOV_immediate).imm(k & 0xffff));
         let d = self.func.fresh();
-        self.emit(Code::new(Isa::MOVT).both(Role::D, d, low).imm(k >> 16));
+        self.emit(MInst::new(Isa::MOVT).both(Role::D, d, low).imm(k >> 16));
         d
     }
 
@@ -61,7 +66,7 @@ impl Select<'_> {
                 None => {
                     let (a, b) = (self.reg(args[0]), self.reg(args[1]));
                     self.result(
-                        Code::new(Isa::SMMUL)
+                        MInst::new(Isa::SMMUL)
                             .reg(Role::N, a)
                             .reg(Role::M, b)
                             .imm(ROUND),
@@ -74,7 +79,7 @@ impl Select<'_> {
             Op::MacTop => {
                 let (sum, a, b) = (self.reg(args[0]), self.reg(args[1]), self.reg(args[2]));
                 self.result(
-                    Code::new(Isa::SMMLA)
+                    MInst::new(Isa::SMMLA)
                         .reg(Role::N, a)
                         .reg(Role::M, b)
                         .reg(Role::A, sum)
@@ -102,12 +107,12 @@ impl Select<'_> {
         match k {
             0 => value,
             k if fits(k) => self.result(
-                Code::new(Isa::ADD_immediate)
+                MInst::new(Isa::ADD_immediate)
                     .reg(Role::N, value)
                     .imm(k as u32),
             ),
             k if fits(-k) => self.result(
-                Code::new(Isa::SUB_immediate)
+                MInst::new(Isa::SUB_immediate)
                     .reg(Role::N, value)
                     .imm(-k as u32),
             ),
@@ -151,8 +156,8 @@ impl Select<'_> {
         };
         let sum = self.reg(sum);
         let product = match op {
-            Op::Mul => Code::new(Isa::MLA),
-            Op::MulTop => Code::new(Isa::SMMLA).imm(ROUND),
+            Op::Mul => MInst::new(Isa::MLA),
+            Op::MulTop => MInst::new(Isa::SMMLA).imm(ROUND),
             _ => return Some(self.with_shifted(Isa::ADD_register, sum, op, args[0])),
         };
         let (n, m) = (self.reg(args[0]), self.reg(args[1]));
@@ -162,7 +167,7 @@ impl Select<'_> {
     /// An instruction of two operands, the second of them shifted as a Kernel operator says.
     fn with_shifted(&mut self, isa: Isa, n: VReg, op: Op, shifted: Value) -> VReg {
         let m = self.reg(shifted);
-        let code = Code::new(isa).reg(Role::N, n).reg(Role::M, m);
+        let code = MInst::new(isa).reg(Role::N, n).reg(Role::M, m);
         let (shift, amount) = shift_of(op);
         self.result(with_shift(code, shift, amount))
     }
@@ -174,7 +179,7 @@ impl Select<'_> {
             .filter(|k| thumb_shrink_imm(*k).is_some());
         if let Some(k) = reversed {
             let b = self.reg(b);
-            return self.result(Code::new(Isa::RSB_immediate).reg(Role::N, b).imm(k));
+            return self.result(MInst::new(Isa::RSB_immediate).reg(Role::N, b).imm(k));
         }
         if let Some(k) = self.constant(b) {
             let a = self.reg(a);
@@ -188,7 +193,7 @@ impl Select<'_> {
             (_, Some((Op::Mul, [n, m]))) => {
                 let (a, n, m) = (self.reg(a), self.reg(n), self.reg(m));
                 self.result(
-                    Code::new(Isa::MLS)
+                    MInst::new(Isa::MLS)
                         .reg(Role::N, n)
                         .reg(Role::M, m)
                         .reg(Role::A, a),
@@ -265,11 +270,11 @@ impl Select<'_> {
             Some((op @ (Op::Shl(_) | Op::Sar(_)), [of, _])) => {
                 let (shift, amount) = shift_of(op);
                 let n = self.reg(of);
-                with_shift(Code::new(isa).reg(Role::N, n), shift, amount)
+                with_shift(MInst::new(isa).reg(Role::N, n), shift, amount)
             }
             _ => {
                 let n = self.reg(value);
-                Code::new(isa).reg(Role::N, n)
+                MInst::new(isa).reg(Role::N, n)
             }
         };
         Some(self.result(code.imm(bits)))
@@ -320,7 +325,7 @@ impl Select<'_> {
                 .reg(Role::M, value)
                 .flags(),
         );
-        self.result(Code::new(Isa::ADC_immediate).reg(Role::N, floor).imm(0))
+        self.result(MInst::new(Isa::ADC_immediate).reg(Role::N, floor).imm(0))
     }
 
     /// `old`, or what is bound where the flags say so.
@@ -330,19 +335,19 @@ impl Select<'_> {
             Bound::Const(k)
                 if thumb_shrink_imm(k as u32).is_some() || (0..0x1_0000).contains(&k) =>
             {
-                Code::new(Isa::MOV_immediate).imm(k as u32)
+                MInst::new(Isa::MOV_immediate).imm(k as u32)
             }
             Bound::Const(k) if thumb_shrink_imm(!(k as u32)).is_some() => {
-                Code::new(Isa::MVN_immediate).imm(!(k as u32))
+                MInst::new(Isa::MVN_immediate).imm(!(k as u32))
             }
             Bound::Const(k) => {
                 let new = self.load_constant(k as i32);
-                Code::new(Isa::MOV_register).reg(Role::M, new)
+                MInst::new(Isa::MOV_register).reg(Role::M, new)
             }
-            Bound::One(new) | Bound::Two(new, _) => Code::new(Isa::MOV_register).reg(Role::M, new),
+            Bound::One(new) | Bound::Two(new, _) => MInst::new(Isa::MOV_register).reg(Role::M, new),
             // Never asked for: callers hand over registers and constants.
             Bound::Nothing | Bound::Test(..) | Bound::Later(..) | Bound::Again(..) => {
-                Code::new(Isa::MOV_immediate)
+                MInst::new(Isa::MOV_immediate)
             }
         };
         self.emit(code.both(Role::D, d, old).only(cond));
@@ -385,14 +390,14 @@ fn shift_of(op: Op) -> (ShiftType, u8) {
 }
 
 /// A shift by an immediate.
-pub(super) fn shift_code(op: Isa, n: u8) -> Code {
-    let mut code = Code::new(op);
+pub(super) fn shift_code(op: Isa, n: u8) -> MInst {
+    let mut code = MInst::new(op);
     code.inst.amount = n;
     code
 }
 
 /// An instruction whose operand M is shifted.
-pub(super) fn with_shift(mut code: Code, shift: ShiftType, n: u8) -> Code {
+pub(super) fn with_shift(mut code: MInst, shift: ShiftType, n: u8) -> MInst {
     (code.inst.shift, code.inst.amount) = if n == 0 {
         (ShiftType::LSL, 0)
     } else {

@@ -8,11 +8,11 @@ use crate::image::timing;
 use crate::thumb::Options;
 use crate::thumb::allocate::{Placed, allocate};
 use crate::thumb::frame::{ALL_FREE, FREE, Frame};
-use crate::thumb::hoist::{hoist, live_in, touched};
+use crate::thumb::hoist::{compute_live_in, hoist_over_branches, registers_touched};
 use crate::thumb::literal::Literals;
-use crate::thumb::reorder::{Known, reorder};
+use crate::thumb::minst::{Edge, MInst, template};
+use crate::thumb::reorder::{OrderCache, reorder_blocks};
 use crate::thumb::select::Select;
-use crate::thumb::vcode::{Code, Edge, template};
 use whippen_kernel::random::kernel;
 use whippen_kernel::sweep;
 use whippen_modes::Modes;
@@ -27,16 +27,16 @@ fn memory_at(op: Op, t: u8, access: Access) -> Fixed {
             n: K,
             ..template(op)
         },
-        code: Some(Code::new(op).access(access)),
+        code: Some(MInst::new(op).access(access)),
     }
 }
 
 fn load(t: u8, cell: u32) -> Fixed {
-    memory_at(Op::LDR_immediate, t, Access::Read(Place::Cell(cell)))
+    memory_at(Op::LDR_immediate, t, Access::Read(AliasClass::Cell(cell)))
 }
 
 fn store(t: u8, cell: u32) -> Fixed {
-    memory_at(Op::STR_immediate, t, Access::Write(Place::Cell(cell)))
+    memory_at(Op::STR_immediate, t, Access::Write(AliasClass::Cell(cell)))
 }
 
 fn alu(op: Op, s: bool, d: u8, n: u8, m: u8) -> Fixed {
@@ -59,13 +59,13 @@ fn alu(op: Op, s: bool, d: u8, n: u8, m: u8) -> Fixed {
 /// ```
 fn decision() -> Allocated {
     let on = || {
-        End::Jump(Edge {
+        Terminator::Jump(Edge {
             block: 3,
             args: Vec::new(),
         })
     };
     let ends = [
-        End::Branch {
+        Terminator::Branch {
             cond: Cond::LT,
             yes: 1,
             no: 2,
@@ -73,9 +73,9 @@ fn decision() -> Allocated {
         },
         on(),
         on(),
-        End::Next(0),
+        Terminator::NextKey(0),
     ];
-    let next = memory_at(Op::LDR_immediate, 14, Access::Read(Place::Constant));
+    let next = memory_at(Op::LDR_immediate, 14, Access::Read(AliasClass::Constant));
     let codes = [
         vec![
             load(0, 0),
@@ -109,7 +109,7 @@ fn what_cannot_be_told_may_change_and_nothing_else() {
     let told = |change: &dyn Fn(&mut [Placed])| {
         let mut after = decision();
         change(&mut after.blocks);
-        agree(&decision(), &after, Arch::V8M).is_err()
+        validate(&decision(), &after, Arch::V8M).is_err()
     };
     assert!(!told(&|_| ()));
     // The word goes up over the branch; its register then has another name.
@@ -167,8 +167,8 @@ fn what_cannot_be_told_may_change_and_nothing_else() {
         told(&|blocks| blocks[3].code[0].inst.t = K),
         "a register of the frame is lost"
     );
-    let swapped = |end: &mut End| {
-        *end = End::Branch {
+    let swapped = |end: &mut Terminator| {
+        *end = Terminator::Branch {
             cond: Cond::GE,
             yes: 1,
             no: 2,
@@ -200,11 +200,12 @@ fn random(seed: u64) -> [Allocated; 2] {
     };
     let frame = Frame::new(&modes.kernel, &options, None, 0);
     let mut literals = Literals::new(1 + modes.kernel.tables.len());
-    let func = Select::mode(&modes.kernel, &frame, &mut literals, &modes.modes[0], 0, 1).in_order();
+    let func = Select::mode(&modes.kernel, &frame, &mut literals, &modes.modes[0], 0, 1)
+        .into_reverse_postorder();
     let before = allocate(&func, options.arch).expect("there are registers");
     let mut after = before.clone();
-    reorder(&mut after, &timing(options.arch), &Known::default());
-    hoist(&mut after, &timing(options.arch));
+    reorder_blocks(&mut after, &timing(options.arch), &OrderCache::default());
+    hoist_over_branches(&mut after, &timing(options.arch));
     [before, after]
 }
 
@@ -215,17 +216,17 @@ fn needed(func: &Allocated) -> Vec<Vec<bool>> {
         .iter()
         .map(|block| vec![false; block.code.len()])
         .collect();
-    let mut wanted: Vec<BTreeSet<At>> = vec![BTreeSet::new(); func.blocks.len()];
+    let mut wanted: Vec<BTreeSet<Location>> = vec![BTreeSet::new(); func.blocks.len()];
     loop {
         let known = wanted.clone();
         for (index, block) in func.blocks.iter().enumerate().rev() {
-            let mut live: BTreeSet<At> = match block.end {
-                End::Branch { cond, .. } => {
-                    flags(branch(Some(cond), false, 0).flags().reads).collect()
+            let mut live: BTreeSet<Location> = match block.end {
+                Terminator::Branch { cond, .. } => {
+                    flag_places(branch_inst(Some(cond), false, 0).flags().reads).collect()
                 }
-                End::Jump(_) => BTreeSet::new(),
-                _ => [T, K, I, H, SP, next_register(Arch::V8M)]
-                    .map(At::Register)
+                Terminator::Jump(_) => BTreeSet::new(),
+                _ => [T, K, I, H, SP, next_key_register(Arch::V8M)]
+                    .map(Location::Register)
                     .into(),
             };
             block
@@ -234,16 +235,18 @@ fn needed(func: &Allocated) -> Vec<Vec<bool>> {
                 .into_iter()
                 .for_each(|to| live.extend(known[to].iter().chain(&wanted[to])));
             for (at, fixed) in block.code.iter().enumerate().rev() {
-                let ([reads, writes], (from, to)) =
-                    (roles(&fixed.inst).expect("it is known"), memory(fixed));
+                let ([reads, writes], (from, to)) = (
+                    roles_touched(&fixed.inst).expect("it is known"),
+                    memory_touched(fixed),
+                );
                 let written = writes
                     .into_iter()
                     .map(|(_, at)| at)
-                    .chain(flags(fixed.inst.flags().writes));
-                let written: Vec<At> = written
-                    .chain(to.filter(|to| matches!(to, At::Slot(_))))
+                    .chain(flag_places(fixed.inst.flags().writes));
+                let written: Vec<Location> = written
+                    .chain(to.filter(|to| matches!(to, Location::Slot(_))))
                     .collect();
-                let goes_out = to.is_some_and(|to| !matches!(to, At::Slot(_)));
+                let goes_out = to.is_some_and(|to| !matches!(to, Location::Slot(_)));
                 needed[index][at] = goes_out || written.iter().any(|at| live.contains(at));
                 if needed[index][at] {
                     written
@@ -254,7 +257,7 @@ fn needed(func: &Allocated) -> Vec<Vec<bool>> {
                         reads
                             .into_iter()
                             .map(|(_, at)| at)
-                            .chain(flags(fixed.inst.flags().reads))
+                            .chain(flag_places(fixed.inst.flags().reads))
                             .chain(from),
                     );
                 }
@@ -283,7 +286,7 @@ fn unnoticed(all: &[[Allocated; 2]], errors: &Errors) -> (usize, usize) {
                     continue;
                 };
                 made += 1;
-                missed += usize::from(agree(before, &wrong, Arch::V8M).is_ok());
+                missed += usize::from(validate(before, &wrong, Arch::V8M).is_ok());
             }
         }
     }
@@ -300,23 +303,23 @@ fn with(func: &Allocated, block: usize, change: impl FnOnce(&mut Vec<Fixed>)) ->
 fn errors_in_code_of_random_kernels_are_noticed() {
     let all: Vec<[Allocated; 2]> = (0..KERNELS).map(random).collect();
     for [before, after] in &all {
-        assert_eq!(agree(before, after, Arch::V8M), Ok(()));
+        assert_eq!(validate(before, after, Arch::V8M), Ok(()));
     }
     // Two instructions of which the second reads what the first leaves change places.
     let swapped = |func: &Allocated, block: usize, at: usize| {
         let code = &func.blocks[block].code;
         let depends = needed(func)[block].get(at + 1)?
-            & (touched(&code[at]).1 & touched(&code[at + 1]).0 != 0);
+            & (registers_touched(&code[at]).1 & registers_touched(&code[at + 1]).0 != 0);
         depends.then(|| with(func, block, |code| code.swap(at, at + 1)))
     };
     // The first operand is read in another register.
     let renamed = |func: &Allocated, block: usize, at: usize| {
-        let (role, register) = roles(&func.blocks[block].code[at].inst).ok()?[0]
+        let (role, register) = roles_touched(&func.blocks[block].code[at].inst).ok()?[0]
             .first()
             .copied()?;
         let place = FREE
             .iter()
-            .position(|free| At::Register(*free) == register)?;
+            .position(|free| Location::Register(*free) == register)?;
         let other = FREE[(place + 1) % FREE.len()];
         Some(with(func, block, |code| {
             *role.of(&mut code[at].inst) = other
@@ -340,7 +343,8 @@ fn errors_in_code_of_random_kernels_are_noticed() {
             .into_iter()
             .find(|to| *to != block)?;
         let first = func.blocks[block].code[0];
-        let wanted = touched(&first).1 & live_in(func, &timing(Arch::V8M))[other] != 0;
+        let wanted =
+            registers_touched(&first).1 & compute_live_in(func, &timing(Arch::V8M))[other] != 0;
         wanted.then(|| {
             let shorter = with(func, block, |code| _ = code.remove(0));
             with(&shorter, above, |code| code.push(first))

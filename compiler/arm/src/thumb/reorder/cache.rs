@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use rustc_hash::FxHashMap;
 
 use crate::thumb::allocate::{Fixed, Placed};
-use crate::thumb::vcode::{Access, Code, End, Role};
+use crate::thumb::minst::{Access, MInst, Role, Terminator};
 use whippen_isa::{Cond, Inst};
 
 /// An order: the instructions by where they stood, in the registers that they have now.
@@ -14,20 +14,20 @@ pub(super) type Ordered = Vec<(usize, Inst)>;
 
 /// Orders by what they were found for.
 #[derive(Default)]
-pub struct Known(Mutex<FxHashMap<Block, Ordered>>);
+pub struct OrderCache(Mutex<FxHashMap<BlockKey, Ordered>>);
 
 /// All of a block that its order depends on.
 #[derive(PartialEq, Eq, Hash)]
-struct Block {
-    code: Vec<(Inst, Option<Source>)>,
-    end: Ending,
+struct BlockKey {
+    code: Vec<(Inst, Option<InstKey>)>,
+    end: EndKey,
     /// The registers that are wanted behind it.
     behind: u32,
 }
 
 /// What an instruction is beside its registers.
 #[derive(PartialEq, Eq, Hash)]
-struct Source {
+struct InstKey {
     access: Access,
     /// The roles that have an operand, and those of them that have an old one too.
     operands: [bool; 6],
@@ -36,25 +36,30 @@ struct Source {
 }
 
 #[derive(PartialEq, Eq, Hash)]
-enum Ending {
+enum EndKey {
     Branch(Cond),
     Next,
     On,
 }
 
-impl Known {
+impl OrderCache {
     /// The order of a block: as it is known, or is found now.
-    pub fn order(&self, block: &Placed, behind: u32, find: impl FnOnce() -> Ordered) -> Ordered {
-        let of = Block {
+    pub fn get_or_find(
+        &self,
+        block: &Placed,
+        behind: u32,
+        find: impl FnOnce() -> Ordered,
+    ) -> Ordered {
+        let of = BlockKey {
             code: block
                 .code
                 .iter()
-                .map(|fixed| (fixed.inst, fixed.code.as_ref().map(Source::of)))
+                .map(|fixed| (fixed.inst, fixed.code.as_ref().map(InstKey::of)))
                 .collect(),
             end: match block.end {
-                End::Branch { cond, .. } => Ending::Branch(cond),
-                End::Next(_) => Ending::Next,
-                End::Jump(_) | End::InitDone => Ending::On,
+                Terminator::Branch { cond, .. } => EndKey::Branch(cond),
+                Terminator::NextKey(_) => EndKey::Next,
+                Terminator::Jump(_) | Terminator::FallThrough => EndKey::On,
             },
             behind,
         };
@@ -70,9 +75,9 @@ impl Known {
     }
 }
 
-impl Source {
-    fn of(code: &Code) -> Source {
-        Source {
+impl InstKey {
+    fn of(code: &MInst) -> InstKey {
+        InstKey {
             access: code.access,
             operands: code.operands.map(|operand| operand.is_some()),
             old: code
@@ -84,7 +89,7 @@ impl Source {
 }
 
 /// The code in this order.
-pub(super) fn in_order(code: &[Fixed], order: Ordered) -> Vec<Fixed> {
+pub(super) fn apply_order(code: &[Fixed], order: Ordered) -> Vec<Fixed> {
     order
         .into_iter()
         .map(|(at, inst)| Fixed { inst, ..code[at] })

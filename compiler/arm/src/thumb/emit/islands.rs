@@ -1,18 +1,15 @@
 //! Branches of ARMv6-M reach 2 KiB: those that go further go by way of others.
 
-use super::{Item, Label, offset, settled};
-
-/// How far a step goes (bytes): less than a branch reaches, because what is put in between moves
-/// the rest.
-const STEP: i64 = 1500;
+use super::{Item, Label, branch_offset, relax_branches};
+use crate::thumb::tuning::ISLAND_DISTANCE;
 
 /// The same items with steps where branches do not reach.
-pub(super) fn in_reach(mut items: Vec<Item>, mut labels: Label) -> Vec<Item> {
+pub(super) fn insert_islands(mut items: Vec<Item>, mut labels: Label) -> Vec<Item> {
     loop {
-        let (sizes, places) = settled(&items, labels);
+        let (sizes, places) = relax_branches(&items, labels);
         let far = |(index, item): (usize, &Item)| match item {
             Item::Branch { cond, to } => {
-                let far = offset(&places, index, *to)
+                let far = branch_offset(&places, index, *to)
                     - if cond.is_some() {
                         i64::from(sizes[index] - 2)
                     } else {
@@ -25,7 +22,7 @@ pub(super) fn in_reach(mut items: Vec<Item>, mut labels: Label) -> Vec<Item> {
         let Some((index, far)) = items.iter().enumerate().find_map(far) else {
             return items;
         };
-        let wanted = i64::from(places.items[index]) + STEP * far.signum();
+        let wanted = i64::from(places.items[index]) + ISLAND_DISTANCE * far.signum();
         let distance = |at: &usize| (i64::from(places.items[*at]) - wanted).abs();
         // Never between a loop's mark and its first instruction.
         let free = |at: &usize| !matches!(items[at - 1], Item::Loop { .. });

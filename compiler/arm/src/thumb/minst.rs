@@ -66,7 +66,7 @@ pub(super) struct Operand {
 
 /// Memory that accesses may meet in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) enum Place {
+pub(super) enum AliasClass {
     /// What no tick writes.
     Constant,
     /// A cell of the key.
@@ -94,13 +94,13 @@ pub(super) enum Other {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Access {
     None,
-    Read(Place),
-    Write(Place),
+    Read(AliasClass),
+    Write(AliasClass),
 }
 
 /// An address that is known when the object is linked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Half {
+pub(super) enum Relocation {
     /// MOVW: the low half of a table's address.
     Low(u32),
     /// MOVT: the high half.
@@ -111,13 +111,13 @@ pub(super) enum Half {
 
 /// One instruction.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Code {
+pub(super) struct MInst {
     /// What it is; its register fields mean nothing yet.
     pub inst: Inst,
     pub operands: [Option<Operand>; 6],
     pub access: Access,
     /// An immediate that is an address.
-    pub address: Option<Half>,
+    pub address: Option<Relocation>,
     /// The role, without an operand of its own, whose register is that of D.
     pub tied: Option<Role>,
     pub origin: Option<u32>,
@@ -132,9 +132,9 @@ pub(super) struct Use {
     pub writes: bool,
 }
 
-impl Code {
-    pub(super) fn new(op: Op) -> Code {
-        Code {
+impl MInst {
+    pub(super) fn new(op: Op) -> MInst {
+        MInst {
             inst: template(op),
             operands: [None; 6],
             access: Access::None,
@@ -144,17 +144,17 @@ impl Code {
         }
     }
 
-    pub(super) fn with(mut self, role: Role, reg: Reg) -> Code {
+    pub(super) fn with(mut self, role: Role, reg: Reg) -> MInst {
         self.operands[role as usize] = Some(Operand { reg, old: None });
         self
     }
 
-    pub(super) fn reg(self, role: Role, reg: VReg) -> Code {
+    pub(super) fn reg(self, role: Role, reg: VReg) -> MInst {
         self.with(role, Reg::Virtual(reg))
     }
 
     /// A role that becomes `new` and was `old`.
-    pub(super) fn both(mut self, role: Role, new: VReg, old: VReg) -> Code {
+    pub(super) fn both(mut self, role: Role, new: VReg, old: VReg) -> MInst {
         self.operands[role as usize] = Some(Operand {
             reg: Reg::Virtual(new),
             old: Some(old),
@@ -162,24 +162,24 @@ impl Code {
         self
     }
 
-    pub(super) fn imm(mut self, imm: u32) -> Code {
+    pub(super) fn imm(mut self, imm: u32) -> MInst {
         self.inst.imm = imm;
         self
     }
 
-    pub(super) fn access(mut self, access: Access) -> Code {
+    pub(super) fn access(mut self, access: Access) -> MInst {
         self.access = access;
         self
     }
 
     /// Sets the flags.
-    pub(super) fn flags(mut self) -> Code {
+    pub(super) fn flags(mut self) -> MInst {
         self.inst.s = true;
         self
     }
 
     /// Only where the condition holds.
-    pub(super) fn only(mut self, cond: Cond) -> Code {
+    pub(super) fn only(mut self, cond: Cond) -> MInst {
         self.inst.cond = Some(cond);
         self
     }
@@ -204,7 +204,7 @@ impl Code {
             *role.of(&mut numbered) = role as u8;
         }
         let (reads, writes) = match self.address {
-            Some(Half::Routine(_)) => (
+            Some(Relocation::Routine(_)) => (
                 1 << Role::N as u16 | 1 << Role::M as u16,
                 1 << Role::D as u16,
             ),
@@ -264,7 +264,7 @@ pub(super) struct Edge {
 
 /// How a block ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum End {
+pub(super) enum Terminator {
     Jump(Edge),
     /// By the flags. Both blocks have no other way in.
     Branch {
@@ -274,17 +274,17 @@ pub(super) enum End {
         likely: Option<bool>,
     },
     /// To the address in this register, the code of the next key.
-    Next(VReg),
+    NextKey(VReg),
     /// To the code after `init` of one key.
-    InitDone,
+    FallThrough,
 }
 
 /// A straight run.
 #[derive(Debug, Clone)]
 pub(super) struct Block {
     pub params: Vec<VReg>,
-    pub code: Vec<Code>,
-    pub end: End,
+    pub code: Vec<MInst>,
+    pub end: Terminator,
     /// It runs at most so often each time it is entered from outside its loop.
     pub rounds: Option<u32>,
 }
@@ -313,7 +313,7 @@ impl Func {
     }
 
     pub(super) fn block(&mut self) -> usize {
-        let end = End::InitDone;
+        let end = Terminator::FallThrough;
         self.blocks.push(Block {
             params: Vec::new(),
             code: Vec::new(),
@@ -324,13 +324,13 @@ impl Func {
     }
 }
 
-impl End {
+impl Terminator {
     /// Where it goes.
     pub(super) fn targets(&self) -> Vec<usize> {
         match self {
-            End::Jump(edge) => vec![edge.block],
-            End::Branch { yes, no, .. } => vec![*yes, *no],
-            End::Next(_) | End::InitDone => Vec::new(),
+            Terminator::Jump(edge) => vec![edge.block],
+            Terminator::Branch { yes, no, .. } => vec![*yes, *no],
+            Terminator::NextKey(_) | Terminator::FallThrough => Vec::new(),
         }
     }
 }
@@ -339,7 +339,7 @@ impl Func {
     /// The same without blocks that nobody comes to, in an order in which each but the first
     /// follows one that leads to it: `regalloc2`'s checker takes what comes from a later block for
     /// unknown if that has no way in yet.
-    pub(super) fn in_order(mut self) -> Func {
+    pub(super) fn into_reverse_postorder(mut self) -> Func {
         let order = self.reverse_postorder();
         let mut places = vec![0; self.blocks.len()];
         order
@@ -356,16 +356,16 @@ impl Func {
             .collect();
         for block in &mut blocks {
             match &mut block.end {
-                End::Jump(edge) => edge.block = places[edge.block],
-                End::Branch { yes, no, .. } => (*yes, *no) = (places[*yes], places[*no]),
-                End::Next(_) | End::InitDone => {}
+                Terminator::Jump(edge) => edge.block = places[edge.block],
+                Terminator::Branch { yes, no, .. } => (*yes, *no) = (places[*yes], places[*no]),
+                Terminator::NextKey(_) | Terminator::FallThrough => {}
             }
         }
         Func { blocks, ..self }
     }
 
     /// Instructions on the longest way, loops counted once.
-    pub(super) fn longest(&self) -> usize {
+    pub(super) fn longest_path_len(&self) -> usize {
         let mut below = vec![0; self.blocks.len()];
         for at in self.reverse_postorder().into_iter().rev() {
             let block = &self.blocks[at];

@@ -10,45 +10,46 @@
 //! tried (`best`).
 
 use super::frame::T;
-use super::vcode::{Access, Code, Edge, End, Func, Operand, Place, Reg, Role, Use, VReg};
+use super::minst::{
+    Access, AliasClass, Edge, Func, MInst, Operand, Reg, Role, Terminator, Use, VReg,
+};
+use super::tuning::PROMOTED_MAX;
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
 use whippen_isa::Op;
 
 /// The registers that may hold such a word, in the order in which they are taken; short encodings
 /// do not name them.
-const REGISTERS: [u8; PINS_MAX] = [9, 8, 12, 5, 4];
-/// How many words may stay in registers: no instruction needs more than the others.
-const PINS_MAX: usize = 5;
+const REGISTERS: [u8; PROMOTED_MAX] = [9, 8, 12, 5, 4];
 
 /// A word that is the same for all keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Word {
+pub(super) enum TickConstant {
     /// At an offset in T.
-    At(u32),
+    InState(u32),
     /// A number.
-    Number(u32),
+    Immediate(u32),
 }
 
 /// Words with registers.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(super) struct Pins {
-    all: Vec<(Word, u8)>,
+pub(super) struct Promotions {
+    all: Vec<(TickConstant, u8)>,
 }
 
 /// What most modes ask for, first what their entry blocks do, because every way has those.
-pub(super) fn wanted(funcs: &[Func]) -> Vec<Word> {
+pub(super) fn rank_candidates(funcs: &[Func]) -> Vec<TickConstant> {
     // In how many modes at the entry, and anywhere.
-    let mut wanted: BTreeMap<Word, [usize; 2]> = BTreeMap::new();
+    let mut wanted: BTreeMap<TickConstant, [usize; 2]> = BTreeMap::new();
     for func in funcs {
         let words = |blocks: usize| {
             func.blocks
                 .iter()
                 .take(blocks)
                 .flat_map(|block| &block.code)
-                .filter_map(word)
+                .filter_map(constant_made_by)
         };
-        let [entry, all]: [BTreeSet<Word>; 2] =
+        let [entry, all]: [BTreeSet<TickConstant>; 2] =
             [words(1).collect(), words(func.blocks.len()).collect()];
         for word in all {
             let [at_entry, anywhere] = wanted.entry(word).or_default();
@@ -56,54 +57,54 @@ pub(super) fn wanted(funcs: &[Func]) -> Vec<Word> {
             *anywhere += 1;
         }
     }
-    let mut wanted: Vec<(Word, [usize; 2])> = wanted.into_iter().collect();
+    let mut wanted: Vec<(TickConstant, [usize; 2])> = wanted.into_iter().collect();
     wanted.retain(|(_, [_, anywhere])| 2 * anywhere > funcs.len());
     wanted.sort_by_key(|(_, modes)| std::cmp::Reverse(*modes));
-    wanted.truncate(PINS_MAX);
+    wanted.truncate(PROMOTED_MAX);
     wanted.into_iter().map(|(word, _)| word).collect()
 }
 
 /// The word that an instruction loads or makes, if that is all it does.
-fn word(code: &Code) -> Option<Word> {
+fn constant_made_by(code: &MInst) -> Option<TickConstant> {
     let inst = &code.inst;
     match inst.op() {
-        Op::LDR_immediate if code.access == Access::Read(Place::Constant) && !inst.wback => {
+        Op::LDR_immediate if code.access == Access::Read(AliasClass::Constant) && !inst.wback => {
             let base = code.operands[Role::N as usize].map(|operand| operand.reg);
-            (base == Some(Reg::Fixed(T)) && inst.add).then_some(Word::At(inst.imm))
+            (base == Some(Reg::Fixed(T)) && inst.add).then_some(TickConstant::InState(inst.imm))
         }
         Op::MOV_immediate if inst.cond.is_none() && !inst.s && code.address.is_none() => {
-            Some(Word::Number(inst.imm))
+            Some(TickConstant::Immediate(inst.imm))
         }
         _ => None,
     }
 }
 
-impl Pins {
+impl Promotions {
     /// Registers for these words.
-    pub fn new(words: &[Word]) -> Pins {
-        Pins {
+    pub fn new(words: &[TickConstant]) -> Promotions {
+        Promotions {
             all: words.iter().copied().zip(REGISTERS).collect(),
         }
     }
 
     /// The words and their registers.
-    pub fn iter(&self) -> impl Iterator<Item = (Word, u8)> + '_ {
+    pub fn iter(&self) -> impl Iterator<Item = (TickConstant, u8)> + '_ {
         self.all.iter().copied()
     }
 
     /// The function with these words in their registers.
-    pub fn keep(&self, mut func: Func) -> Func {
+    pub fn promote_in(&self, mut func: Func) -> Func {
         let mut held: FxHashMap<VReg, u8> = FxHashMap::default();
         for block in &mut func.blocks {
             block.code.retain(|code| {
-                let found =
-                    word(code).and_then(|word| self.all.iter().find(|(pinned, _)| *pinned == word));
+                let found = constant_made_by(code)
+                    .and_then(|word| self.all.iter().find(|(promoted, _)| *promoted == word));
                 found.is_none_or(|(_, reg)| code.writes().any(|to| held.insert(to, *reg).is_some()))
             });
         }
         if !held.is_empty() {
             for at in 0..func.blocks.len() {
-                read_held(&mut func, at, &held);
+                read_promoted(&mut func, at, &held);
             }
         }
         func.free = self
@@ -116,7 +117,7 @@ impl Pins {
 
 /// Has a block read the registers; what becomes something else in place, or goes to another block,
 /// is copied.
-fn read_held(func: &mut Func, at: usize, held: &FxHashMap<VReg, u8>) {
+fn read_promoted(func: &mut Func, at: usize, held: &FxHashMap<VReg, u8>) {
     let old = std::mem::take(&mut func.blocks[at].code);
     let mut code = Vec::with_capacity(old.len());
     for mut next in old {
@@ -129,13 +130,13 @@ fn read_held(func: &mut Func, at: usize, held: &FxHashMap<VReg, u8>) {
         } in uses
         {
             if let (Reg::Virtual(reg), false) = (operand.reg, writes)
-                && let Some(pinned) = held.get(&reg)
+                && let Some(promoted) = held.get(&reg)
             {
-                next = next.with(role, Reg::Fixed(*pinned));
+                next = next.with(role, Reg::Fixed(*promoted));
             }
-            if let Some(pinned) = operand.old.and_then(|old| held.get(&old)) {
+            if let Some(promoted) = operand.old.and_then(|old| held.get(&old)) {
                 let copy = func.fresh();
-                code.push(copied(copy, *pinned, next.origin));
+                code.push(copy_inst(copy, *promoted, next.origin));
                 next.operands[role as usize] = Some(Operand {
                     old: Some(copy),
                     ..operand
@@ -146,23 +147,23 @@ fn read_held(func: &mut Func, at: usize, held: &FxHashMap<VReg, u8>) {
     }
     let mut end = func.blocks[at].end.clone();
     let leaving: Vec<&mut VReg> = match &mut end {
-        End::Jump(Edge { args, .. }) => args.iter_mut().collect(),
-        End::Next(code) => vec![code],
-        End::Branch { .. } | End::InitDone => Vec::new(),
+        Terminator::Jump(Edge { args, .. }) => args.iter_mut().collect(),
+        Terminator::NextKey(code) => vec![code],
+        Terminator::Branch { .. } | Terminator::FallThrough => Vec::new(),
     };
     for reg in leaving {
-        if let Some(pinned) = held.get(reg) {
+        if let Some(promoted) = held.get(reg) {
             *reg = func.fresh();
-            code.push(copied(*reg, *pinned, None));
+            code.push(copy_inst(*reg, *promoted, None));
         }
     }
     (func.blocks[at].code, func.blocks[at].end) = (code, end);
 }
 
-fn copied(to: VReg, from: u8, origin: Option<u32>) -> Code {
-    Code {
+fn copy_inst(to: VReg, from: u8, origin: Option<u32>) -> MInst {
+    MInst {
         origin,
-        ..Code::new(Op::MOV_register)
+        ..MInst::new(Op::MOV_register)
             .reg(Role::D, to)
             .with(Role::M, Reg::Fixed(from))
     }

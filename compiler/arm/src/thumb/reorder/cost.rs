@@ -1,10 +1,10 @@
 //! What an order of a block's instructions costs, encodings and IT blocks as `emit` makes them,
 //! counted by `isa::timing`.
 
-use super::pipes::{Pipes, START};
+use super::pipeline_states::{PipelineStates, START};
 use crate::thumb::allocate::Placed;
 use crate::thumb::emit;
-use crate::thumb::vcode::{End, template};
+use crate::thumb::minst::{Terminator, template};
 use whippen_isa::reg::LR;
 use whippen_isa::timing::{Core, Outcome};
 use whippen_isa::{Cond, Flags, Inst, Op};
@@ -12,7 +12,7 @@ use whippen_isa::{Cond, Flags, Inst, Op};
 /// One encoding of an instruction.
 #[derive(Clone, Copy)]
 struct Form {
-    /// Its number in [`Pipes`].
+    /// Its number in [`PipelineStates`].
     number: u16,
     reads: Flags,
     writes: Flags,
@@ -26,8 +26,8 @@ struct Forms {
 }
 
 /// A block whose orders are measured.
-pub(super) struct Measure {
-    pipes: Pipes,
+pub(super) struct OrderCost {
+    pipes: PipelineStates,
     forms: Vec<Forms>,
     it: Form,
     /// The branch at the end, and whether it is always taken; none if the next block may just
@@ -72,8 +72,8 @@ impl State {
     }
 }
 
-impl Measure {
-    pub fn new(block: &Placed, core: &Core) -> Measure {
+impl OrderCost {
+    pub fn new(block: &Placed, core: &Core) -> OrderCost {
         let mut insts = Vec::with_capacity(2 * block.code.len() + 2);
         let mut form = |inst: &Inst| {
             let flags = inst.flags();
@@ -86,27 +86,29 @@ impl Measure {
         };
         let mut forms = |inst: &Inst| Forms {
             plain: form(inst),
-            setting: emit::setting(inst, core.arch).map(|inst| form(&inst)),
+            setting: emit::flag_setting_form(inst, core.arch).map(|inst| form(&inst)),
             cond: inst.cond,
         };
         let all = block.code.iter().map(|fixed| forms(&fixed.inst)).collect();
-        let it = form(&emit::it(
+        let it = form(&emit::it_inst(
             Cond::EQ,
             &[(template(Op::MOV_register), None, None)],
         ));
         let end = match &block.end {
-            End::Branch { cond, .. } => Some((form(&emit::branch(Some(*cond), false, 0)), false)),
-            End::Next(_) => Some((
+            Terminator::Branch { cond, .. } => {
+                Some((form(&emit::branch_inst(Some(*cond), false, 0)), false))
+            }
+            Terminator::NextKey(_) => Some((
                 form(&Inst {
                     m: LR,
                     ..template(Op::BX)
                 }),
                 true,
             )),
-            End::Jump(_) | End::InitDone => None,
+            Terminator::Jump(_) | Terminator::FallThrough => None,
         };
-        let pipes = Pipes::new(core, insts);
-        Measure {
+        let pipes = PipelineStates::new(core, insts);
+        OrderCost {
             pipes,
             forms: all,
             it,
@@ -141,7 +143,7 @@ impl Measure {
     }
 
     /// The same for an order that differs from `first` to `last`.
-    pub fn of(&mut self, order: &[usize], first: usize, last: usize) -> u32 {
+    pub fn cost_of(&mut self, order: &[usize], first: usize, last: usize) -> u32 {
         let first = self.choose_forms(order, first, last);
         let cycles = self.from(order, first, last);
         self.setting[first..=last].copy_from_slice(&self.base.setting[first..=last]);
@@ -243,6 +245,6 @@ impl Measure {
 
     /// How many instructions one IT block holds from here on.
     fn it_block(&self, order: &[usize]) -> u16 {
-        emit::it_block(order.iter().map(|index| self.forms[*index].cond)) as u16
+        emit::it_block_len(order.iter().map(|index| self.forms[*index].cond)) as u16
     }
 }

@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 use whippen_isa::timing::{Core, Outcome, Pipe, Timed};
 
 /// The states of the pipeline that some instructions can leave.
-pub(super) struct Pipes {
+pub(super) struct PipelineStates {
     core: Core,
     insts: Vec<Timed>,
     states: Vec<Pipe>,
@@ -23,9 +23,9 @@ pub(super) const START: u16 = 0;
 
 const UNKNOWN: (u16, u16) = (u16::MAX, 0);
 
-impl Pipes {
-    pub fn new(core: &Core, insts: Vec<Timed>) -> Pipes {
-        let mut pipes = Pipes {
+impl PipelineStates {
+    pub fn new(core: &Core, insts: Vec<Timed>) -> PipelineStates {
+        let mut pipes = PipelineStates {
             core: *core,
             insts,
             states: Vec::new(),

@@ -1,11 +1,11 @@
 //! Which registers are needed behind each block.
 
-use crate::thumb::vcode::{Code, End, Func, VReg};
+use crate::thumb::minst::{Func, MInst, Terminator, VReg};
 
 /// A set of registers, a bit for each.
 type Set = Vec<u64>;
 
-pub(super) fn out(func: &Func) -> Vec<Vec<VReg>> {
+pub(super) fn live_out(func: &Func) -> Vec<Vec<VReg>> {
     let empty: Set = vec![0; func.vregs as usize / 64 + 1];
     let mut before = vec![empty; func.blocks.len()];
     let mut out = before.clone();
@@ -21,18 +21,18 @@ pub(super) fn out(func: &Func) -> Vec<Vec<VReg>> {
                     .zip(&before[target])
                     .for_each(|(all, more)| *all |= more);
             }
-            if let End::Jump(edge) = &block.end {
+            if let Terminator::Jump(edge) = &block.end {
                 edge.args
                     .iter()
                     .for_each(|reg| put(&mut needed, *reg, true));
             }
             out[index].clone_from(&needed);
-            if let End::Next(code) = block.end {
+            if let Terminator::NextKey(code) = block.end {
                 put(&mut needed, code, true);
             }
             for code in block.code.iter().rev() {
                 code.writes().for_each(|reg| put(&mut needed, reg, false));
-                Code::reads(code).for_each(|reg| put(&mut needed, reg, true));
+                MInst::reads(code).for_each(|reg| put(&mut needed, reg, true));
             }
             block
                 .params

@@ -1,8 +1,8 @@
 //! What must stay before what: definitions before uses, and the order of accesses to flags, fixed
 //! registers and memory.
 
-use super::Behind;
-use crate::thumb::vcode::{Access, Code, Place, Reg, VReg};
+use super::PipelineAfter;
+use crate::thumb::minst::{Access, AliasClass, MInst, Reg, VReg};
 use rustc_hash::FxHashMap;
 use whippen_isa::Flags;
 use whippen_isa::timing::Core;
@@ -32,7 +32,7 @@ struct Touched {
     readers: Vec<usize>,
 }
 
-pub(super) fn depend(code: &[Code], core: &Core) -> Graph {
+pub(super) fn build_graph(code: &[MInst], core: &Core) -> Graph {
     let mut graph = Graph {
         after: vec![Vec::new(); code.len()],
         before: vec![0; code.len()],
@@ -46,7 +46,7 @@ pub(super) fn depend(code: &[Code], core: &Core) -> Graph {
             defined
                 .get(&reg)
                 .into_iter()
-                .for_each(|from| graph.edge(*from, at));
+                .for_each(|from| graph.add_edge(*from, at));
         }
         // What is overwritten in place is read by all others first, which saves a copy.
         for old in inst
@@ -57,26 +57,26 @@ pub(super) fn depend(code: &[Code], core: &Core) -> Graph {
         {
             read.iter()
                 .filter(|(reg, _)| *reg == old)
-                .for_each(|(_, from)| graph.edge(*from, at));
+                .for_each(|(_, from)| graph.add_edge(*from, at));
         }
         read.extend(inst.reads().map(|reg| (reg, at)));
         defined.extend(inst.writes().map(|reg| (reg, at)));
-        for (resource, writes) in resources(inst) {
-            graph.touch(touched.entry(resource).or_default(), at, writes);
+        for (resource, writes) in resources_of(inst) {
+            graph.add_touch(touched.entry(resource).or_default(), at, writes);
         }
     }
     for (from, after) in graph.after.iter_mut().enumerate() {
-        let behind = Behind::new(core, &code[from]);
+        let behind = PipelineAfter::new(core, &code[from]);
         after
             .iter_mut()
-            .for_each(|(to, wait)| *wait = behind.waits(core, &code[*to]));
+            .for_each(|(to, wait)| *wait = behind.stall_cycles(core, &code[*to]));
     }
-    graph.height = heights(&graph);
+    graph.height = critical_heights(&graph);
     graph
 }
 
 impl Graph {
-    fn edge(&mut self, from: usize, to: usize) {
+    fn add_edge(&mut self, from: usize, to: usize) {
         let known = self.after[from].last().is_some_and(|(last, _)| *last == to);
         if from != to && !known {
             self.after[from].push((to, 0));
@@ -85,22 +85,22 @@ impl Graph {
     }
 
     /// Cycles that `to` waits right behind `from`.
-    pub fn wait(&self, from: usize, to: usize) -> u32 {
+    pub fn stall_between(&self, from: usize, to: usize) -> u32 {
         self.after[from]
             .iter()
             .find(|(at, _)| *at == to)
             .map_or(0, |(_, wait)| *wait)
     }
 
-    fn touch(&mut self, touched: &mut Touched, at: usize, writes: bool) {
+    fn add_touch(&mut self, touched: &mut Touched, at: usize, writes: bool) {
         touched
             .writer
             .into_iter()
-            .for_each(|writer| self.edge(writer, at));
+            .for_each(|writer| self.add_edge(writer, at));
         if writes {
             std::mem::take(&mut touched.readers)
                 .into_iter()
-                .for_each(|reader| self.edge(reader, at));
+                .for_each(|reader| self.add_edge(reader, at));
             touched.writer = Some(at);
         } else {
             touched.readers.push(at);
@@ -109,7 +109,7 @@ impl Graph {
 }
 
 /// What an instruction touches, and whether it writes it.
-fn resources(code: &Code) -> Vec<(Resource, bool)> {
+fn resources_of(code: &MInst) -> Vec<(Resource, bool)> {
     let mut all = Vec::new();
     let flags = code.inst.flags();
     let (reads, writes) = (
@@ -125,10 +125,10 @@ fn resources(code: &Code) -> Vec<(Resource, bool)> {
         }
     }
     let memory = |place| match place {
-        Place::Constant => None,
-        Place::Cell(cell) => Some(Resource::Memory(0, cell)),
-        Place::Line(line) => Some(Resource::Memory(1, line)),
-        Place::Other(other) => Some(Resource::Memory(2, other as u32)),
+        AliasClass::Constant => None,
+        AliasClass::Cell(cell) => Some(Resource::Memory(0, cell)),
+        AliasClass::Line(line) => Some(Resource::Memory(1, line)),
+        AliasClass::Other(other) => Some(Resource::Memory(2, other as u32)),
     };
     match code.access {
         Access::None => {}
@@ -138,7 +138,7 @@ fn resources(code: &Code) -> Vec<(Resource, bool)> {
     all
 }
 
-fn heights(graph: &Graph) -> Vec<u32> {
+fn critical_heights(graph: &Graph) -> Vec<u32> {
     let mut height = vec![1; graph.after.len()];
     for at in (0..graph.after.len()).rev() {
         let below = graph.after[at]

@@ -3,37 +3,37 @@
 //! Blocks follow each other along the longest way, so that it has no taken branch; of what remains
 //! the next longest, and so on. A block that is empty but for a jump is left out.
 
-use super::allocate::{Allocated, Placed, next_register};
-use super::emit::{Item, Label, Line, finish};
-use super::path;
-use super::vcode::{End, template};
+use super::allocate::{Allocated, Placed, next_key_register};
+use super::critical_path;
+use super::emit::{Item, Label, Line, select_encodings};
+use super::minst::{Terminator, template};
 use whippen_isa::timing::Core;
 use whippen_isa::{Inst, Op};
 
 /// The items of a function whose blocks have labels from `base` on.
-pub(super) fn arrange(
+pub(super) fn lay_out_blocks(
     func: &Allocated,
     base: Label,
     core: &Core,
     next: &[String],
     init_done: Label,
 ) -> Vec<Item> {
-    let order = order(func, &path::from_each(func, core));
+    let order = order_blocks(func, &critical_path::cycles_from_each(func, core));
     let mut items = Vec::new();
     for (at, index) in order.iter().enumerate() {
         let block = &func.blocks[*index];
         items.push(Item::Label(base + index));
         items.extend(block.rounds.map(|rounds| Item::Loop { rounds }));
-        let flags = matches!(block.end, End::Branch { .. });
-        let mut code = block.code.iter().map(line).collect();
-        finish(&mut code, core.arch, flags);
+        let flags = matches!(block.end, Terminator::Branch { .. });
+        let mut code = block.code.iter().map(line_of).collect();
+        select_encodings(&mut code, core.arch, flags);
         items.extend(code.into_iter().map(|(inst, origin, address)| Item::Inst {
             inst,
             origin,
             address,
         }));
-        let next = (next, next_register(core.arch));
-        end(
+        let next = (next, next_key_register(core.arch));
+        emit_terminator(
             func,
             block,
             order.get(at + 1).copied(),
@@ -46,12 +46,12 @@ pub(super) fn arrange(
     items
 }
 
-fn line(fixed: &super::allocate::Fixed) -> Line {
+fn line_of(fixed: &super::allocate::Fixed) -> Line {
     let origin = fixed.code.and_then(|code| code.origin);
     (fixed.inst, origin, fixed.code.and_then(|code| code.address))
 }
 
-fn end(
+fn emit_terminator(
     func: &Allocated,
     block: &Placed,
     following: Option<usize>,
@@ -60,15 +60,15 @@ fn end(
     init_done: Label,
     items: &mut Vec<Item>,
 ) {
-    let follows = |block: usize| following == Some(through(func, block));
-    let label = |block: usize| base + through(func, block);
+    let follows = |block: usize| following == Some(skip_empty_blocks(func, block));
+    let label = |block: usize| base + skip_empty_blocks(func, block);
     match &block.end {
-        End::Jump(edge) if follows(edge.block) => {}
-        End::Jump(edge) => items.push(Item::Branch {
+        Terminator::Jump(edge) if follows(edge.block) => {}
+        Terminator::Jump(edge) => items.push(Item::Branch {
             cond: None,
             to: label(edge.block),
         }),
-        End::Branch { cond, yes, no, .. } => {
+        Terminator::Branch { cond, yes, no, .. } => {
             if follows(*yes)
                 && let Some(inverse) = cond.invert()
             {
@@ -89,7 +89,7 @@ fn end(
                 });
             }
         }
-        End::Next(_) => {
+        Terminator::NextKey(_) => {
             let bx = Inst {
                 m: next.1,
                 ..template(Op::BX)
@@ -99,7 +99,7 @@ fn end(
                 to: next.0.to_vec(),
             });
         }
-        End::InitDone => items.push(Item::Branch {
+        Terminator::FallThrough => items.push(Item::Branch {
             cond: None,
             to: init_done,
         }),
@@ -107,12 +107,12 @@ fn end(
 }
 
 /// Where a jump to a block ends up.
-fn through(func: &Allocated, mut block: usize) -> usize {
+fn skip_empty_blocks(func: &Allocated, mut block: usize) -> usize {
     for _ in 0..func.blocks.len() {
         match &func.blocks[block] {
             Placed {
                 code,
-                end: End::Jump(edge),
+                end: Terminator::Jump(edge),
                 rounds: None,
                 ..
             } if code.is_empty() => block = edge.block,
@@ -124,27 +124,27 @@ fn through(func: &Allocated, mut block: usize) -> usize {
 
 /// The blocks in order, without those that are only passed through; `longest` is the longest way
 /// from each on.
-fn order(func: &Allocated, longest: &[u64]) -> Vec<usize> {
+fn order_blocks(func: &Allocated, longest: &[u64]) -> Vec<usize> {
     let mut seen = vec![false; func.blocks.len()];
     let mut order = Vec::new();
     let mut waiting = vec![0];
     while let Some(start) = waiting.pop() {
-        let mut next = Some(through(func, start));
+        let mut next = Some(skip_empty_blocks(func, start));
         while let Some(block) = next.take().filter(|block| !seen[*block]) {
             seen[block] = true;
             order.push(block);
             next = match &func.blocks[block].end {
-                End::Jump(edge) => Some(through(func, edge.block)),
-                End::Branch {
+                Terminator::Jump(edge) => Some(skip_empty_blocks(func, edge.block)),
+                Terminator::Branch {
                     yes, no, likely, ..
                 } => {
                     let yes_first = longest[*yes] > longest[*no]
                         || longest[*yes] == longest[*no] && *likely == Some(true);
                     let (first, second) = if yes_first { (*yes, *no) } else { (*no, *yes) };
                     waiting.push(second);
-                    Some(through(func, first))
+                    Some(skip_empty_blocks(func, first))
                 }
-                End::Next(_) | End::InitDone => None,
+                Terminator::NextKey(_) | Terminator::FallThrough => None,
             };
         }
     }

@@ -14,12 +14,12 @@ pub(super) struct Step {
 /// What one instruction finds: itself, and who left what it reads.
 type Found = (String, Vec<(String, Option<String>)>);
 
-pub(super) fn same(one: &[Step], other: &[Step]) -> bool {
-    found(one) == found(other)
+pub(super) fn computes_same(one: &[Step], other: &[Step]) -> bool {
+    trace_sources(one) == trace_sources(other)
 }
 
 /// What each instruction finds, sorted, and what is left at the end.
-fn found(steps: &[Step]) -> (Vec<Found>, BTreeMap<String, String>) {
+fn trace_sources(steps: &[Step]) -> (Vec<Found>, BTreeMap<String, String>) {
     let mut left: BTreeMap<String, String> = BTreeMap::new();
     let mut all = Vec::new();
     for step in steps {
@@ -59,11 +59,14 @@ mod tests {
             step("d", &["y"], &["x"]),
         ];
         let order = |places: [usize; 4]| places.map(|at| code[at].clone());
-        assert!(same(&code, &order([2, 0, 1, 3])));
-        assert!(!same(&code, &order([1, 0, 2, 3])), "b would find another x");
-        assert!(!same(&code, &order([0, 1, 2, 2])), "d is missing");
+        assert!(computes_same(&code, &order([2, 0, 1, 3])));
         assert!(
-            !same(&code[..1], &[step("a", &[], &["y"])]),
+            !computes_same(&code, &order([1, 0, 2, 3])),
+            "b would find another x"
+        );
+        assert!(!computes_same(&code, &order([0, 1, 2, 2])), "d is missing");
+        assert!(
+            !computes_same(&code[..1], &[step("a", &[], &["y"])]),
             "what is left is another"
         );
     }

@@ -17,7 +17,7 @@ use whippen_modes::{End, Mode, Modes};
 
 /// What is computed once a tick.
 #[derive(Debug, Default)]
-pub(super) struct Shared {
+pub(super) struct TickInvariants {
     pub values: Vec<ValueInfo>,
     pub insts: Vec<Inst>,
     /// The live values that are added, in order.
@@ -26,8 +26,8 @@ pub(super) struct Shared {
 }
 
 /// Modes that read what is shared, and how it is computed.
-pub(super) fn share(modes: &Modes) -> (Cow<'_, Modes>, Shared) {
-    let mut shared = Shared::default();
+pub(super) fn hoist_invariants(modes: &Modes) -> (Cow<'_, Modes>, TickInvariants) {
+    let mut shared = TickInvariants::default();
     let found: Vec<Vec<Value>> = modes
         .modes
         .iter()
@@ -44,7 +44,7 @@ pub(super) fn share(modes: &Modes) -> (Cow<'_, Modes>, Shared) {
 }
 
 /// Whether it is worth a word of memory and a load.
-fn is_dear(op: Op) -> bool {
+fn is_worth_a_load(op: Op) -> bool {
     let sum = matches!(
         op,
         Op::Add | Op::Sub | Op::MacTop | Op::MacWide | Op::Min | Op::Max | Op::Select
@@ -61,9 +61,9 @@ struct Scan<'m> {
     mode: &'m Mode,
     /// By value: what makes it, if it depends on nothing but live values and constants.
     made: Vec<Option<&'m Inst>>,
-    /// Whether a live value, and something dear, is part of it.
+    /// Whether a live value, and something costly, is part of it.
     live: Vec<bool>,
-    dear: Vec<bool>,
+    costly: Vec<bool>,
     /// Whether somebody needs it who depends on more.
     needed: Vec<bool>,
 }
@@ -76,7 +76,7 @@ impl<'m> Scan<'m> {
             mode,
             made,
             live: no.clone(),
-            dear: no.clone(),
+            costly: no.clone(),
             needed: no,
         }
     }
@@ -111,7 +111,7 @@ impl<'m> Scan<'m> {
             if !self.needed[at] {
                 continue;
             }
-            if mode.values[at].ty == Type::I32 && self.live[at] && self.dear[at] {
+            if mode.values[at].ty == Type::I32 && self.live[at] && self.costly[at] {
                 roots.push(value);
             } else if let Some(inst) = self.made[at] {
                 inst.args.iter().for_each(|arg| self.need(*arg));
@@ -134,10 +134,10 @@ impl<'m> Scan<'m> {
 
     fn define(&mut self, inst: &'m Inst) {
         let any = |of: &[bool]| inst.args.iter().any(|arg| of[arg.0 as usize]);
-        let (live, dear) = (any(&self.live), any(&self.dear));
+        let (live, costly) = (any(&self.live), any(&self.costly));
         let at = inst.results[0].0 as usize;
         self.live[at] = live || matches!(inst.op, Op::Live(_) | Op::Tick(_));
-        self.dear[at] = dear || is_dear(inst.op);
+        self.costly[at] = costly || is_worth_a_load(inst.op);
         self.made[at] = Some(inst);
     }
 
@@ -154,7 +154,7 @@ impl<'m> Scan<'m> {
     }
 }
 
-impl Shared {
+impl TickInvariants {
     /// Has the mode load these values.
     fn replace(&mut self, kernel: &Kernel, mode: &mut Mode, roots: &[Value]) {
         let mut made: Vec<Option<&Inst>> = vec![None; mode.values.len()];
@@ -172,7 +172,7 @@ impl Shared {
                 (inst.op, inst.args) = (*op, Vec::new());
             }
         }
-        sweep(mode);
+        remove_unused(mode);
     }
 
     /// The live value that holds this.
@@ -216,7 +216,7 @@ impl Shared {
 }
 
 /// Leaves out what nobody uses any more.
-fn sweep(mode: &mut Mode) {
+fn remove_unused(mode: &mut Mode) {
     let mut needed = vec![false; mode.values.len()];
     // What a block uses is made in it or in a block before.
     for block in mode.blocks.iter_mut().rev() {

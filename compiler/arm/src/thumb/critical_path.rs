@@ -6,8 +6,8 @@
 //! `budget`, not here.
 
 use super::allocate::{Allocated, Placed};
-use super::emit::{branch, finish};
-use super::vcode::{End, template};
+use super::emit::{branch_inst, select_encodings};
+use super::minst::{Terminator, template};
 use whippen_isa::reg::LR;
 use whippen_isa::timing::{Core, Outcome, Pipe};
 use whippen_isa::{Inst, Op};
@@ -22,9 +22,9 @@ pub(super) struct Cycles {
 }
 
 /// The same without folding, which is fast and a little more.
-pub(super) fn roughly(func: &Allocated, core: &Core) -> u64 {
+pub(super) fn estimate_cycles(func: &Allocated, core: &Core) -> u64 {
     let cycles = |block: &Placed| {
-        let taken = u64::from(matches!(block.end, End::Branch { .. }));
+        let taken = u64::from(matches!(block.end, Terminator::Branch { .. }));
         let mut pipe = Pipe::default();
         let issue = |fixed: &super::allocate::Fixed| {
             let (next, cost) = core.issue(pipe, &core.prepare(&fixed.inst), 0, &Outcome::NEXT);
@@ -32,7 +32,7 @@ pub(super) fn roughly(func: &Allocated, core: &Core) -> u64 {
             u64::from(cost.cycles())
         };
         let on = block.code.iter().map(issue).sum::<u64>()
-            + if matches!(block.end, End::Jump(_)) {
+            + if matches!(block.end, Terminator::Jump(_)) {
                 0
             } else {
                 2 - taken
@@ -46,17 +46,17 @@ pub(super) fn roughly(func: &Allocated, core: &Core) -> u64 {
 }
 
 /// Cycles of the longest way; blocks of loops count as often as they run.
-pub(super) fn longest(func: &Allocated, core: &Core) -> u64 {
-    from_each(func, core).first().copied().unwrap_or(0)
+pub(super) fn worst_case_cycles(func: &Allocated, core: &Core) -> u64 {
+    cycles_from_each(func, core).first().copied().unwrap_or(0)
 }
 
 /// Cycles of the longest way from each block on.
-pub(super) fn from_each(func: &Allocated, core: &Core) -> Vec<u64> {
+pub(super) fn cycles_from_each(func: &Allocated, core: &Core) -> Vec<u64> {
     below(
         func,
         func.blocks
             .iter()
-            .map(|block| of_block(block, core))
+            .map(|block| block_cycles(block, core))
             .collect(),
     )
 }
@@ -69,14 +69,14 @@ fn below(func: &Allocated, of_blocks: Vec<Cycles>) -> Vec<u64> {
         // Loops are short and rare: their rounds are charged to their heads.
         let rounds = u64::from(func.blocks[block].rounds.unwrap_or(1));
         cycles[block] =
-            rounds * own.on + longer(&func.blocks[block].end, block, own.taken, &cycles);
+            rounds * own.on + worst_successor(&func.blocks[block].end, block, own.taken, &cycles);
     }
     cycles
 }
 
 /// The longer one of the ways on from a block. Only one of two can be what follows; the other one
 /// is branched to, which costs so much more.
-pub(super) fn longer(end: &End, block: usize, taken: u64, cycles: &[u64]) -> u64 {
+pub(super) fn worst_successor(end: &Terminator, block: usize, taken: u64, cycles: &[u64]) -> u64 {
     let below: Vec<u64> = end
         .targets()
         .into_iter()
@@ -90,8 +90,8 @@ pub(super) fn longer(end: &End, block: usize, taken: u64, cycles: &[u64]) -> u64
 }
 
 /// Cycles of the longest way through each block.
-pub(super) fn through_each(func: &Allocated, core: &Core) -> Vec<u64> {
-    let below = from_each(func, core);
+pub(super) fn cycles_through_each(func: &Allocated, core: &Core) -> Vec<u64> {
+    let below = cycles_from_each(func, core);
     let mut above = vec![0; func.blocks.len()];
     for block in 0..func.blocks.len() {
         let targets: Vec<usize> = func.blocks[block]
@@ -100,8 +100,8 @@ pub(super) fn through_each(func: &Allocated, core: &Core) -> Vec<u64> {
             .into_iter()
             .filter(|to| *to > block)
             .collect();
-        let taken = of_block(&func.blocks[block], core).taken;
-        let own = below[block] - longer(&func.blocks[block].end, block, taken, &below);
+        let taken = block_cycles(&func.blocks[block], core).taken;
+        let own = below[block] - worst_successor(&func.blocks[block].end, block, taken, &below);
         let here = above[block] + own;
         targets
             .into_iter()
@@ -115,20 +115,20 @@ pub(super) fn through_each(func: &Allocated, core: &Core) -> Vec<u64> {
 }
 
 /// Cycles of a block.
-pub(super) fn of_block(block: &Placed, core: &Core) -> Cycles {
-    *block.cycles.get_or_init(|| block_cycles(block, core))
+pub(super) fn block_cycles(block: &Placed, core: &Core) -> Cycles {
+    *block.cycles.get_or_init(|| count_cycles(block, core))
 }
 
-fn block_cycles(block: &Placed, core: &Core) -> Cycles {
+fn count_cycles(block: &Placed, core: &Core) -> Cycles {
     let mut code = block
         .code
         .iter()
         .map(|fixed| (fixed.inst, None, None))
         .collect();
-    finish(
+    select_encodings(
         &mut code,
         core.arch,
-        matches!(block.end, End::Branch { .. }),
+        matches!(block.end, Terminator::Branch { .. }),
     );
     let (mut pipe, mut at, mut sum) = (Pipe::default(), 0, 0);
     for (inst, ..) in &code {
@@ -140,16 +140,16 @@ fn block_cycles(block: &Placed, core: &Core) -> Cycles {
     };
     let taken = Outcome::taken(0, false);
     match block.end {
-        End::Jump(_) => Cycles { on: sum, taken: 0 },
-        End::Branch { cond, .. } => {
-            let branch = branch(Some(cond), false, 0);
+        Terminator::Jump(_) => Cycles { on: sum, taken: 0 },
+        Terminator::Branch { cond, .. } => {
+            let branch = branch_inst(Some(cond), false, 0);
             let on = cycles(&branch, &Outcome::NEXT);
             Cycles {
                 on: sum + on,
                 taken: cycles(&branch, &taken).saturating_sub(on),
             }
         }
-        End::Next(_) => Cycles {
+        Terminator::NextKey(_) => Cycles {
             on: sum
                 + cycles(
                     &Inst {
@@ -160,7 +160,7 @@ fn block_cycles(block: &Placed, core: &Core) -> Cycles {
                 ),
             taken: 0,
         },
-        End::InitDone => Cycles {
+        Terminator::FallThrough => Cycles {
             on: sum + 2,
             taken: 0,
         },

@@ -14,23 +14,23 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use super::allocate::{Allocated, Fixed, next_register};
-use super::emit::branch;
+use super::allocate::{Allocated, Fixed, next_key_register};
+use super::emit::branch_inst;
 use super::frame::{H, I, K, T};
-use super::vcode::{Access, End, Half, Place, Role};
+use super::minst::{Access, AliasClass, Relocation, Role, Terminator};
 use whippen_isa::ShiftType;
 use whippen_isa::reg::SP;
 use whippen_isa::{Arch, Class, Cond, Flags, Inst, Op};
 
 /// What has a content.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-enum At {
+enum Location {
     Register(u8),
     /// One of [`FLAGS`].
     Flag(usize),
     /// A word of the stack.
     Slot(u32),
-    Memory(Place),
+    Memory(AliasClass),
     /// A word, by its offset, that only other functions read: to this one it is as good as
     /// constant.
     Result(u32),
@@ -41,39 +41,39 @@ const FLAGS: [Flags; 5] = [Flags::N, Flags::Z, Flags::C, Flags::V, Flags::GE];
 
 /// What a content is, but for what it was made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum Name {
+enum ValueKey {
     /// What is there where a block begins.
-    Start(usize, At),
+    Start(usize, Location),
     /// A result: of what, and which.
-    Result(What, Part),
+    Result(Operation, ResultPart),
 }
 
 /// An instruction without its registers and its encoding; whether it sets the flags is told by
 /// these.
-type What = (
+type Operation = (
     Op,
     Option<Cond>,
     ShiftType,
     u8,
     u32,
     [bool; 3],
-    Option<Half>,
+    Option<Relocation>,
 );
 
 /// Which result of an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum Part {
+enum ResultPart {
     Role(Role),
-    Flag(At),
+    Flag(Location),
     Memory,
 }
 
 /// Numbers of contents, the same for the same.
 #[derive(Default)]
-struct Numbers {
-    known: HashMap<(Name, Vec<u32>), u32>,
+struct ValueNumbers {
+    known: HashMap<(ValueKey, Vec<u32>), u32>,
     /// The starts among them that are still to be compared: looking at one may bring up more.
-    starts: Vec<(usize, At)>,
+    starts: Vec<(usize, Location)>,
 }
 
 /// What is where, as numbers.
@@ -81,14 +81,14 @@ struct Numbers {
 struct State {
     /// The block with whose start it began.
     from: usize,
-    left: BTreeMap<At, u32>,
+    left: BTreeMap<Location, u32>,
 }
 
 /// Compares two functions.
 ///
 /// # Errors
 /// They differ, or do what the checker does not know; says where.
-pub(super) fn agree(before: &Allocated, after: &Allocated, arch: Arch) -> Result<(), String> {
+pub(super) fn validate(before: &Allocated, after: &Allocated, arch: Arch) -> Result<(), String> {
     let ends = |func: &Allocated| {
         func.blocks
             .iter()
@@ -98,84 +98,91 @@ pub(super) fn agree(before: &Allocated, after: &Allocated, arch: Arch) -> Result
     if ends(before) != ends(after) || before.slots != after.slots {
         return Err("a pass changed how blocks end, or the stack".to_string());
     }
-    let mut ways = vec![Vec::new(); before.blocks.len()];
+    let mut predecessors = vec![Vec::new(); before.blocks.len()];
     for (index, block) in before.blocks.iter().enumerate() {
         block
             .end
             .targets()
             .into_iter()
-            .for_each(|to| ways[to].push(index));
+            .for_each(|to| predecessors[to].push(index));
     }
-    let mut numbers = Numbers::default();
-    let states = [numbers.run(before, &ways)?, numbers.run(after, &ways)?];
-    let written: BTreeSet<At> = states
+    let mut numbers = ValueNumbers::default();
+    let states = [
+        numbers.run(before, &predecessors)?,
+        numbers.run(after, &predecessors)?,
+    ];
+    let written: BTreeSet<Location> = states
         .iter()
         .flatten()
         .flat_map(|state| state.left.keys().copied())
         .collect();
     let memory = written
         .into_iter()
-        .filter(|at| matches!(at, At::Memory(_) | At::Result(_)));
-    let outside: Vec<At> = memory.chain([T, K, I, H, SP].map(At::Register)).collect();
-    let same = |numbers: &mut Numbers, block: usize, at: At| {
+        .filter(|at| matches!(at, Location::Memory(_) | Location::Result(_)));
+    let outside: Vec<Location> = memory
+        .chain([T, K, I, H, SP].map(Location::Register))
+        .collect();
+    let same = |numbers: &mut ValueNumbers, block: usize, at: Location| {
         let [one, other] = states.each_ref().map(|all| numbers.at(&all[block], at));
         (one == other)
             .then_some(())
             .ok_or_else(|| format!("a pass changed what block {block} leaves in {at:?}"))
     };
     for (index, block) in before.blocks.iter().enumerate() {
-        let counts: Vec<At> = match block.end {
-            End::Jump(_) => Vec::new(),
-            End::Branch { cond, .. } => flags(branch(Some(cond), false, 0).flags().reads).collect(),
-            End::Next(_) => outside
+        let counts: Vec<Location> = match block.end {
+            Terminator::Jump(_) => Vec::new(),
+            Terminator::Branch { cond, .. } => {
+                flag_places(branch_inst(Some(cond), false, 0).flags().reads).collect()
+            }
+            Terminator::NextKey(_) => outside
                 .iter()
                 .copied()
-                .chain([At::Register(next_register(arch))])
+                .chain([Location::Register(next_key_register(arch))])
                 .collect(),
-            End::InitDone => outside.clone(),
+            Terminator::FallThrough => outside.clone(),
         };
         counts
             .into_iter()
             .try_for_each(|at| same(&mut numbers, index, at))?;
     }
     while let Some((block, at)) = numbers.starts.pop() {
-        ways[block]
+        predecessors[block]
             .iter()
             .try_for_each(|from| same(&mut numbers, *from, at))?;
     }
     Ok(())
 }
 
-fn flags(of: Flags) -> impl Iterator<Item = At> {
+fn flag_places(of: Flags) -> impl Iterator<Item = Location> {
     (0..FLAGS.len())
         .filter(move |flag| of.intersects(FLAGS[*flag]))
-        .map(At::Flag)
+        .map(Location::Flag)
 }
 
-impl Numbers {
-    fn of(&mut self, name: Name, made_of: Vec<u32>) -> u32 {
+impl ValueNumbers {
+    fn of(&mut self, name: ValueKey, made_of: Vec<u32>) -> u32 {
         let next = self.known.len() as u32;
         *self.known.entry((name, made_of)).or_insert_with(|| {
-            if let Name::Start(block, at) = name {
+            if let ValueKey::Start(block, at) = name {
                 self.starts.push((block, at));
             }
             next
         })
     }
 
-    fn at(&mut self, state: &State, at: At) -> u32 {
+    fn at(&mut self, state: &State, at: Location) -> u32 {
         state
             .left
             .get(&at)
             .copied()
-            .unwrap_or_else(|| self.of(Name::Start(state.from, at), Vec::new()))
+            .unwrap_or_else(|| self.of(ValueKey::Start(state.from, at), Vec::new()))
     }
 
     /// What each block leaves.
-    fn run(&mut self, func: &Allocated, ways: &[Vec<usize>]) -> Result<Vec<State>, String> {
+    fn run(&mut self, func: &Allocated, predecessors: &[Vec<usize>]) -> Result<Vec<State>, String> {
         let mut states: Vec<State> = Vec::new();
         for (index, block) in func.blocks.iter().enumerate() {
-            let mut state = match ways[index][..] {
+            let mut state = match predecessors[index][..] {
                 [from] if from < index => states[from].clone(),
                 _ => State {
                     from: index,
@@ -193,17 +200,21 @@ impl Numbers {
 
     fn step(&mut self, state: &mut State, fixed: &Fixed) -> Result<(), String> {
         let inst = &fixed.inst;
-        let (from, to) = memory(fixed);
-        let [reads, writes] = roles(inst)?;
+        let (from, to) = memory_touched(fixed);
+        let [reads, writes] = roles_touched(inst)?;
         let found = reads
             .into_iter()
             .map(|(_, at)| at)
-            .chain(flags(inst.flags().reads))
+            .chain(flag_places(inst.flags().reads))
             .chain(from);
         let found: Vec<u32> = found.map(|at| self.at(state, at)).collect();
-        let parts = writes.into_iter().map(|(role, at)| (Part::Role(role), at));
-        let parts = parts.chain(flags(inst.flags().writes).map(|at| (Part::Flag(at), at)));
-        let parts: Vec<(Part, At)> = parts.chain(to.map(|at| (Part::Memory, at))).collect();
+        let parts = writes
+            .into_iter()
+            .map(|(role, at)| (ResultPart::Role(role), at));
+        let parts =
+            parts.chain(flag_places(inst.flags().writes).map(|at| (ResultPart::Flag(at), at)));
+        let parts: Vec<(ResultPart, Location)> =
+            parts.chain(to.map(|at| (ResultPart::Memory, at))).collect();
         let address = fixed.code.and_then(|code| code.address);
         let what = (
             inst.op(),
@@ -216,20 +227,20 @@ impl Numbers {
         );
         for (part, at) in parts {
             let mut made_of = found.clone();
-            if part == Part::Memory || inst.is_conditional() {
+            if part == ResultPart::Memory || inst.is_conditional() {
                 // Other words of that memory, and what is skipped, stay.
                 made_of.push(self.at(state, at));
             }
             state
                 .left
-                .insert(at, self.of(Name::Result(what, part), made_of));
+                .insert(at, self.of(ValueKey::Result(what, part), made_of));
         }
         Ok(())
     }
 }
 
 /// The roles that an instruction reads, and those that it writes, with their registers.
-fn roles(inst: &Inst) -> Result<[Vec<(Role, At)>; 2], String> {
+fn roles_touched(inst: &Inst) -> Result<[Vec<(Role, Location)>; 2], String> {
     let (mut own, mut numbered) = (*inst, *inst);
     Role::ALL
         .into_iter()
@@ -247,7 +258,7 @@ fn roles(inst: &Inst) -> Result<[Vec<(Role, At)>; 2], String> {
         }
         Ok(roles
             .into_iter()
-            .map(|(role, reg)| (role, At::Register(reg)))
+            .map(|(role, reg)| (role, Location::Register(reg)))
             .collect())
     };
     let reads = of(numbered.uses().core_bits(), inst.uses().core_bits())?;
@@ -258,15 +269,15 @@ fn roles(inst: &Inst) -> Result<[Vec<(Role, At)>; 2], String> {
 }
 
 /// The memory that an instruction reads, and that it writes.
-fn memory(fixed: &Fixed) -> (Option<At>, Option<At>) {
+fn memory_touched(fixed: &Fixed) -> (Option<Location>, Option<Location>) {
     let Fixed { inst, code } = fixed;
     match code.map(|code| code.access) {
-        Some(Access::None | Access::Read(Place::Constant)) => (None, None),
-        Some(Access::Read(place)) => (Some(At::Memory(place)), None),
-        Some(Access::Write(Place::Constant)) => (None, Some(At::Result(inst.imm))),
-        Some(Access::Write(place)) => (None, Some(At::Memory(place))),
-        None if inst.class() == Class::Load => (Some(At::Slot(inst.imm)), None),
-        None if inst.class() == Class::Store => (None, Some(At::Slot(inst.imm))),
+        Some(Access::None | Access::Read(AliasClass::Constant)) => (None, None),
+        Some(Access::Read(place)) => (Some(Location::Memory(place)), None),
+        Some(Access::Write(AliasClass::Constant)) => (None, Some(Location::Result(inst.imm))),
+        Some(Access::Write(place)) => (None, Some(Location::Memory(place))),
+        None if inst.class() == Class::Load => (Some(Location::Slot(inst.imm)), None),
+        None if inst.class() == Class::Store => (None, Some(Location::Slot(inst.imm))),
         None => (None, None),
     }
 }

@@ -10,19 +10,20 @@
 
 use super::allocate::{Fixed, Placed};
 use super::frame::others;
-use super::hoist::{renamed, touched, wanted_before};
+use super::hoist::{live_before, registers_touched, rename_result};
+use super::tuning::{RENAME_HIGH_COST, RENAME_HORIZON};
 use whippen_isa::timing::Core;
-
-/// A register that was touched longer ago than this is as good as any.
-const LONG: usize = 12;
-/// What it takes for a register that only long encodings name.
-const HIGH: usize = 6;
 
 /// The block with other registers; `behind` is what is wanted behind it. None if nothing can be
 /// otherwise.
-pub(super) fn spread(block: &Placed, behind: u32, free: u32, core: &Core) -> Option<Vec<Fixed>> {
+pub(super) fn rename_registers(
+    block: &Placed,
+    behind: u32,
+    free: u32,
+    core: &Core,
+) -> Option<Vec<Fixed>> {
     let mut code = block.code.clone();
-    let mut known = Known::of(&code, behind);
+    let mut known = RegisterUse::of(&code, behind);
     let mut changed = false;
     for at in 0..code.len() {
         let (_, own) = known.touched[at];
@@ -30,19 +31,19 @@ pub(super) fn spread(block: &Placed, behind: u32, free: u32, core: &Core) -> Opt
             continue;
         }
         let others = others(free, own).filter(|reg| known.may_take(at, own, *reg));
-        let than = known.worth(at, own) + 2;
+        let than = known.score_register(at, own) + 2;
         let mut better: Vec<(usize, u32)> = others
-            .map(|reg| (known.worth(at, reg), reg))
+            .map(|reg| (known.score_register(at, reg), reg))
             .filter(|(worth, _)| *worth > than)
             .collect();
         better.sort_by_key(|(worth, _)| std::cmp::Reverse(*worth));
         let new = better
             .into_iter()
-            .find_map(|(_, reg)| renamed(&code[at..], own, reg, behind, core));
+            .find_map(|(_, reg)| rename_result(&code[at..], own, reg, behind, core));
         if let Some(new) = new {
             code.truncate(at);
             code.extend(new);
-            known = Known::of(&code, behind);
+            known = RegisterUse::of(&code, behind);
             changed = true;
         }
     }
@@ -50,23 +51,23 @@ pub(super) fn spread(block: &Placed, behind: u32, free: u32, core: &Core) -> Opt
 }
 
 /// What is known of each instruction.
-struct Known {
+struct RegisterUse {
     /// The registers that it reads and writes.
     touched: Vec<(u32, u32)>,
     /// The registers that hold something that is wanted behind it.
     wanted: Vec<u32>,
 }
 
-impl Known {
-    fn of(code: &[Fixed], behind: u32) -> Known {
+impl RegisterUse {
+    fn of(code: &[Fixed], behind: u32) -> RegisterUse {
         let mut wanted = vec![behind; code.len()];
         let mut live = behind;
         for (at, fixed) in code.iter().enumerate().rev() {
             wanted[at] = live;
-            live = wanted_before(fixed, live);
+            live = live_before(fixed, live);
         }
-        Known {
-            touched: code.iter().map(touched).collect(),
+        RegisterUse {
+            touched: code.iter().map(registers_touched).collect(),
             wanted,
         }
     }
@@ -81,11 +82,15 @@ impl Known {
     }
 
     /// The longer ago a register was touched, the better it is.
-    fn worth(&self, at: usize, register: u32) -> usize {
-        let mut before = self.touched[..at].iter().rev().take(LONG);
+    fn score_register(&self, at: usize, register: u32) -> usize {
+        let mut before = self.touched[..at].iter().rev().take(RENAME_HORIZON);
         let since = before
             .position(|(uses, defs)| (uses | defs) & register != 0)
-            .unwrap_or(LONG);
-        since.saturating_sub(if register < 1 << 8 { 0 } else { HIGH })
+            .unwrap_or(RENAME_HORIZON);
+        since.saturating_sub(if register < 1 << 8 {
+            0
+        } else {
+            RENAME_HIGH_COST
+        })
     }
 }
