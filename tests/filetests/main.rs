@@ -11,6 +11,8 @@
 //! tick 0 key 0: x=1 -> f=3
 //! ```
 //!
+//! A line of comment below a command that is indented further has more of its words.
+//!
 //! `WHIPPEN_BLESS=1 cargo test --test filetests` writes the sections anew. A new command is a line
 //! of [`COMMANDS`], a new directory one of `directories!`.
 
@@ -18,6 +20,7 @@ mod case;
 mod code;
 mod kernel;
 mod run;
+mod table;
 mod whip;
 
 use case::Case;
@@ -33,6 +36,7 @@ const COMMANDS: &[(&str, &str, Command)] = &[
     ("kernel", "verify", kernel::verify),
     ("kernel", "strip", kernel::strip),
     ("kernel", "run", run::run),
+    ("kernel", "table", table::table),
     ("kernel", "modes", kernel::modes),
     ("kernel", "select", code::select),
     ("kernel", "promote", code::promote),
@@ -128,7 +132,8 @@ fn file_passes(file: &Path, bless: bool) -> Result<(), String> {
             found.ok_or_else(|| format!("no command `{line}` for .{ending} files"))?;
         let printed =
             command(case.body, &words[1..]).map_err(|error| format!("{line}: {error}"))?;
-        sections.push((line.clone(), printed));
+        let title = line.lines().next().unwrap_or_default();
+        sections.push((title.to_string(), printed));
     }
     let actual = case.with(&sections);
     if actual == text {
