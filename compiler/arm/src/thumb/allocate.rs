@@ -10,8 +10,8 @@
 use std::sync::OnceLock;
 
 use super::critical_path::Cycles;
-use super::frame::FREE;
 use super::minst::{Block, Edge, Func, MInst, Reg, Relocation, Role, Terminator};
+use super::registers::FREE;
 use super::v6m::LOST;
 use regalloc2::checker::Checker;
 use regalloc2::{

@@ -12,8 +12,8 @@ use std::sync::OnceLock;
 
 use super::allocate::{Allocated, Fixed, Placed, next_key_register};
 use super::critical_path::{self, Cycles};
-use super::frame::{H, I, K, T, others};
 use super::minst::{Access, Terminator};
+use super::registers::{HISTORY, RECORD, SAMPLES, STATE, others};
 use super::tuning::{HOIST_WINDOW, HOISTED_MAX};
 use whippen_isa::reg::SP;
 use whippen_isa::timing::Core;
@@ -204,7 +204,7 @@ fn is_speculatable(fixed: &Fixed) -> bool {
         && !flags.writes.intersects(Flags::NZCV)
         && !flags.reads.intersects(Flags::NZCV);
     // Another address may be right on one side of the branch only.
-    let near = [T, K, I, H, SP]
+    let near = [STATE, RECORD, SAMPLES, HISTORY, SP]
         .iter()
         .any(|base| inst.uses().core_bits() == 1 << base);
     let load = near && matches!(code.access, Access::Read(_)) && inst.class() == Class::Load;

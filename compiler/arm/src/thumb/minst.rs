@@ -12,7 +12,7 @@
 //!
 //! Not here: encodings (`emit` takes the shortest), cycles (`schedule`).
 
-use super::frame::ALL_FREE;
+use super::registers::ALL_FREE;
 use super::v6m::Routine;
 use whippen_isa::{Cond, Encoding, Inst, Op};
 
@@ -24,7 +24,7 @@ pub(super) type VReg = u32;
 pub(super) enum Reg {
     /// A virtual register.
     Virtual(VReg),
-    /// A register with a meaning of its own: those of `frame`.
+    /// A register with a meaning of its own: those of `registers`.
     Fixed(u8),
 }
 

@@ -9,10 +9,10 @@
 //! tick. A register that holds one of them is one that nothing else can have, so how many do is
 //! tried (`best`).
 
-use super::frame::T;
 use super::minst::{
     Access, AliasClass, Edge, Func, MInst, Operand, Reg, Role, Terminator, Use, VReg,
 };
+use super::registers::STATE;
 use super::tuning::PROMOTED_MAX;
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
@@ -25,7 +25,7 @@ const REGISTERS: [u8; PROMOTED_MAX] = [9, 8, 12, 5, 4];
 /// A word that is the same for all keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum TickConstant {
-    /// At an offset in T.
+    /// At an offset in STATE.
     InState(u32),
     /// A number.
     Immediate(u32),
@@ -70,7 +70,7 @@ fn constant_made_by(code: &MInst) -> Option<TickConstant> {
     match inst.op() {
         Op::LDR_immediate if code.access == Access::Read(AliasClass::Constant) && !inst.wback => {
             let base = code.operands[Role::N as usize].map(|operand| operand.reg);
-            (base == Some(Reg::Fixed(T)) && inst.add).then_some(TickConstant::InState(inst.imm))
+            (base == Some(Reg::Fixed(STATE)) && inst.add).then_some(TickConstant::InState(inst.imm))
         }
         Op::MOV_immediate if inst.cond.is_none() && !inst.s && code.address.is_none() => {
             Some(TickConstant::Immediate(inst.imm))

@@ -9,8 +9,8 @@
 //! ```
 
 use super::allocate::{Fixed, Placed};
-use super::frame::others;
 use super::hoist::{live_before, registers_touched, rename_result};
+use super::registers::others;
 use super::tuning::{RENAME_HIGH_COST, RENAME_HORIZON};
 use whippen_isa::timing::Core;
 

@@ -16,8 +16,8 @@ mod check;
 mod dependence;
 mod liveness;
 
-use super::frame::K;
 use super::minst::{Access, Func, MInst, Reg, Role, Terminator, VReg};
+use super::registers::RECORD;
 use dependence::{Graph, build_graph};
 use whippen_isa::timing::{Core, Outcome, Pipe, Timed};
 
@@ -44,12 +44,12 @@ pub(super) fn schedule_blocks(func: &mut Func, core: &Core, limit: usize) {
     }
 }
 
-/// Exchanges the load of the next key's code, which walks K on, with the instruction before it, so
-/// that the branch finds the address there. What that one accesses by K is then behind it.
+/// Exchanges the load of the next key's code, which walks RECORD on, with the instruction before it, so
+/// that the branch finds the address there. What that one accesses by RECORD is then behind it.
 fn advance_next_key_load(code: &mut [MInst]) {
     let [.., before, load] = code else { return };
     let walks = load.inst.wback.then_some(load.inst.imm as i64);
-    let by_k = |code: &MInst| code.uses().any(|u| u.operand.reg == Reg::Fixed(K));
+    let by_k = |code: &MInst| code.uses().any(|u| u.operand.reg == Reg::Fixed(RECORD));
     let offset = i64::from(before.inst.imm) * if before.inst.add { 1 } else { -1 };
     let (Some(walks), false) = (walks, before.inst.wback || before.inst.cond.is_some()) else {
         return;

@@ -6,12 +6,13 @@
 //! all counts.
 
 use super::allocate::{Allocated, allocate};
-use super::frame::{ALL_FREE, Frame};
 use super::literal::Literals;
 use super::minst::Func;
 use super::promote::{self, Promotions};
+use super::registers::ALL_FREE;
 use super::reorder::OrderCache;
 use super::select::Select;
+use super::state_layout::StateLayout;
 use super::tick_invariant::TickInvariants;
 use super::tuning::{
     CANDIDATES_AT_ONCE, CANDIDATES_MAX, CLOSE_CYCLES, PROMOTION_MODES, REORDER_SAVING,
@@ -95,12 +96,12 @@ impl CompiledModes {
 /// The code of all modes, and what stays in registers from key to key.
 pub(super) fn compile_modes(
     modes: &Modes,
-    frame: &Frame,
+    layout: &StateLayout,
     literals: &mut Literals,
     core: &Core,
 ) -> Result<CompiledModes, ThumbError> {
     let select = |index: usize, strategy: Strategy, literals: &mut Literals| {
-        select_mode(modes, index, strategy, frame, literals, core)
+        select_mode(modes, index, strategy, layout, literals, core)
     };
     let funcs: Vec<Func> = (0..modes.modes.len())
         .map(|index| select(index, STRATEGIES[0], literals))
@@ -183,13 +184,13 @@ pub(super) fn select_mode(
     modes: &Modes,
     index: usize,
     strategy: Strategy,
-    frame: &Frame,
+    layout: &StateLayout,
     literals: &mut Literals,
     core: &Core,
 ) -> Func {
     let (mode, distance) = (&modes.modes[index], strategy.remat_distance);
-    let func = Select::mode(&modes.kernel, frame, literals, mode, index, distance);
-    legalize(func, frame, literals, core)
+    let func = Select::mode(&modes.kernel, layout, literals, mode, index, distance);
+    legalize(func, layout, literals, core)
 }
 
 /// The words that stay in registers: as many as make the worst mode cheapest, the more the better
@@ -265,13 +266,13 @@ fn next_candidates(all: &[CompiledMode], count: usize) -> Vec<(usize, usize)> {
 /// The code of `init`, of which only the size counts.
 pub(super) fn compile_init(
     modes: &Modes,
-    frame: &Frame,
+    layout: &StateLayout,
     literals: &mut Literals,
     core: &Core,
 ) -> Result<Allocated, ThumbError> {
     let func = legalize(
-        Select::init(&modes.kernel, frame, literals),
-        frame,
+        Select::init(&modes.kernel, layout, literals),
+        layout,
         literals,
         core,
     );
@@ -281,7 +282,7 @@ pub(super) fn compile_init(
 /// The code of what a tick computes at its entry, if there is such.
 pub(super) fn compile_shared(
     kernel: &Kernel,
-    frame: &Frame,
+    layout: &StateLayout,
     literals: &mut Literals,
     shared: &TickInvariants,
     core: &Core,
@@ -290,8 +291,8 @@ pub(super) fn compile_shared(
         return Ok(None);
     }
     let func = legalize(
-        Select::shared(kernel, frame, literals, shared),
-        frame,
+        Select::shared(kernel, layout, literals, shared),
+        layout,
         literals,
         core,
     );
@@ -303,9 +304,9 @@ pub(super) fn compile_shared(
 }
 
 /// Instructions that the core has.
-fn legalize(func: Func, frame: &Frame, literals: &mut Literals, core: &Core) -> Func {
+fn legalize(func: Func, layout: &StateLayout, literals: &mut Literals, core: &Core) -> Func {
     if core.arch == Arch::V6M {
-        v6m::legal(func, frame, literals)
+        v6m::legal(func, layout, literals)
     } else {
         func
     }

@@ -16,11 +16,11 @@
 //! stands the memory that it may meet.
 
 use super::allocate::{Allocated, Fixed, Placed};
-use super::frame::{H, I, K, T};
 use super::minst::{
     Access, AliasClass, Block, Func, MInst, Other, Reg, Relocation, Role, Terminator, VReg,
     template,
 };
+use super::registers::{HISTORY, RECORD, SAMPLES, STATE};
 use std::fmt::{self, Display, Formatter};
 use whippen_isa::Inst;
 use whippen_isa::reg::core_name;
@@ -152,10 +152,10 @@ impl Display for Reg {
 /// A register by its role in the code of keys, if it has one.
 pub(super) fn register_name(reg: u8) -> &'static str {
     match reg {
-        T => "STATE",
-        K => "RECORD",
-        I => "SAMPLES",
-        H => "HISTORY",
+        STATE => "STATE",
+        RECORD => "RECORD",
+        SAMPLES => "SAMPLES",
+        HISTORY => "HISTORY",
         other => core_name(other),
     }
 }
@@ -330,7 +330,7 @@ mod tests {
         assert_eq!(only.to_string(), "v2 = moveq v1, #7");
         let compared = MInst::new(Op::CMP_register)
             .reg(Role::N, 1)
-            .with(Role::M, Reg::Fixed(T));
+            .with(Role::M, Reg::Fixed(STATE));
         assert_eq!(compared.to_string(), "cmp v1, STATE");
     }
 
@@ -338,7 +338,7 @@ mod tests {
     fn bases_that_go_on_are_written() {
         let mut next = MInst::new(Op::LDR_immediate)
             .reg(Role::T, 9)
-            .with(Role::N, Reg::Fixed(K));
+            .with(Role::N, Reg::Fixed(RECORD));
         (next.inst.wback, next.inst.imm) = (true, 24);
         assert_eq!(next.to_string(), "v9, RECORD = ldr [RECORD, #24]!");
         next.inst.index = false;

@@ -36,9 +36,9 @@ mod memory;
 mod routines;
 mod unused;
 
-use super::frame::Frame;
 use super::literal::Literals;
 use super::minst::{Edge, Func, MInst, Operand, Reg, Relocation, Role, Terminator, VReg};
+use super::state_layout::StateLayout;
 use flags::Flags;
 use whippen_isa::{Op, ShiftType};
 
@@ -87,12 +87,12 @@ impl Routine {
 pub(super) const LOST: [u8; 3] = [1, 2, 3];
 
 /// The same for ARMv6-M.
-pub(super) fn legal(mut func: Func, frame: &Frame, literals: &mut Literals) -> Func {
+pub(super) fn legal(mut func: Func, layout: &StateLayout, literals: &mut Literals) -> Func {
     let blocks = std::mem::take(&mut func.blocks);
     let out = func;
     let mut legal = Legal {
         literals,
-        literals_at: frame.literals,
+        literals_at: layout.literals,
         out,
         at: 0,
         flags: Flags::default(),

@@ -2,13 +2,13 @@
 //! and the one behind them.
 //!
 //! ```text
-//!   ldr r0, a      r0 = #1 = load a of (T, what a holds)          Both functions are run with numbers for contents. Equal
+//!   ldr r0, a      r0 = #1 = load a of (STATE, what a holds)          Both functions are run with numbers for contents. Equal
 //!   adds r1, r0    r1 = #2 = add of (#1), flags = #3 ..           instructions that find equal numbers leave equal numbers,
-//!   str r1, a      a  = #4 = store of (#2, T, what a held)        whichever registers they use and wherever they stand.
+//!   str r1, a      a  = #4 = store of (#2, STATE, what a held)        whichever registers they use and wherever they stand.
 //! ```
 //!
 //! Equal must be: flags where a block's end decides by them and, where the code is left, memory,
-//! the registers of `frame`, and the address of what follows. A block with several ways in begins
+//! registers with a role, and the address of what follows. A block with several ways in begins
 //! with numbers of its own; where one of these counts, all blocks before must leave equal numbers
 //! there. Nothing is known of dependences, nor of free registers.
 
@@ -16,8 +16,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::allocate::{Allocated, Fixed, next_key_register};
 use super::emit::branch_inst;
-use super::frame::{H, I, K, T};
 use super::minst::{Access, AliasClass, Relocation, Role, Terminator};
+use super::registers::{HISTORY, RECORD, SAMPLES, STATE};
 use whippen_isa::ShiftType;
 use whippen_isa::reg::SP;
 use whippen_isa::{Arch, Class, Cond, Flags, Inst, Op};
@@ -120,7 +120,7 @@ pub(super) fn validate(before: &Allocated, after: &Allocated, arch: Arch) -> Res
         .into_iter()
         .filter(|at| matches!(at, Location::Memory(_) | Location::Result(_)));
     let outside: Vec<Location> = memory
-        .chain([T, K, I, H, SP].map(Location::Register))
+        .chain([STATE, RECORD, SAMPLES, HISTORY, SP].map(Location::Register))
         .collect();
     let same = |numbers: &mut ValueNumbers, block: usize, at: Location| {
         let [one, other] = states.each_ref().map(|all| numbers.at(&all[block], at));

@@ -19,9 +19,9 @@ pub(super) struct Forms {
 /// that was chosen.
 pub(super) fn forms_of(parts: &mut Parts, mode: usize) -> Result<Forms, ThumbError> {
     let (chosen, core) = (parts.made.chosen[mode], &parts.core);
-    let (frame, literals) = (&parts.frame, &mut parts.literals);
-    let selected = select_mode(&parts.modes, mode, chosen.strategy, frame, literals, core);
-    let promoted = frame.promoted.promote_in(selected.clone());
+    let (layout, literals) = (&parts.layout, &mut parts.literals);
+    let selected = select_mode(&parts.modes, mode, chosen.strategy, layout, literals, core);
+    let promoted = layout.promoted.promote_in(selected.clone());
     let scheduled = schedule_within(promoted.clone(), chosen.strategy.pressure_limit, core);
     let allocated = allocate(&scheduled, core.arch).map_err(ThumbError::Bug)?;
     let mut reordered = allocated.clone();

@@ -1,9 +1,9 @@
 //! Constants: a byte, shifted, turned round or added to; else a word of the state.
 
 use super::Legal;
-use crate::thumb::frame::T;
 use crate::thumb::literal::Literal;
 use crate::thumb::minst::{Access, AliasClass, MInst, Reg, Role, VReg};
+use crate::thumb::registers::STATE;
 use whippen_isa::Op;
 
 /// A step towards a constant in a register.
@@ -90,10 +90,10 @@ impl Legal<'_> {
         let t = self.out.fresh();
         let load = MInst::new(Op::LDR_immediate)
             .reg(Role::T, t)
-            .with(Role::N, Reg::Fixed(T));
+            .with(Role::N, Reg::Fixed(STATE));
         self.plain(
             &load.access(Access::Read(AliasClass::Constant)),
-            Reg::Fixed(T),
+            Reg::Fixed(STATE),
             (self.literals_at + 4 * place) as i32,
         );
         Some(t)

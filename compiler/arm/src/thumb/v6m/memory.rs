@@ -5,7 +5,7 @@ use crate::thumb::minst::{MInst, Operand, Reg, Role};
 use whippen_isa::Op;
 
 impl Legal<'_> {
-    /// A load or store with an immediate, whose base may go on: a word of the frame in place, any
+    /// A load or store with an immediate, whose base may go on: a fixed register in place, any
     /// other as a new word behind the access.
     pub(super) fn access(&mut self, code: &MInst) {
         let operand = code.operands[Role::N as usize];

@@ -7,12 +7,13 @@ use super::*;
 use crate::image::timing;
 use crate::thumb::Options;
 use crate::thumb::allocate::{Placed, allocate};
-use crate::thumb::frame::{ALL_FREE, FREE, Frame};
 use crate::thumb::hoist::{compute_live_in, hoist_over_branches, registers_touched};
 use crate::thumb::literal::Literals;
 use crate::thumb::minst::{Edge, MInst, template};
+use crate::thumb::registers::{ALL_FREE, FREE};
 use crate::thumb::reorder::{OrderCache, reorder_blocks};
 use crate::thumb::select::Select;
+use crate::thumb::state_layout::StateLayout;
 use whippen_kernel::random::kernel;
 use whippen_kernel::sweep;
 use whippen_modes::Modes;
@@ -24,7 +25,7 @@ fn memory_at(op: Op, t: u8, access: Access) -> Fixed {
     Fixed {
         inst: Inst {
             t,
-            n: K,
+            n: RECORD,
             ..template(op)
         },
         code: Some(MInst::new(op).access(access)),
@@ -164,8 +165,8 @@ fn what_cannot_be_told_may_change_and_nothing_else() {
         "nobody knows what follows"
     );
     assert!(
-        told(&|blocks| blocks[3].code[0].inst.t = K),
-        "a register of the frame is lost"
+        told(&|blocks| blocks[3].code[0].inst.t = RECORD),
+        "a register of the layout is lost"
     );
     let swapped = |end: &mut Terminator| {
         *end = Terminator::Branch {
@@ -198,9 +199,9 @@ fn random(seed: u64) -> [Allocated; 2] {
         probes: true,
         arch: Arch::V8M,
     };
-    let frame = Frame::new(&modes.kernel, &options, None, 0);
+    let layout = StateLayout::new(&modes.kernel, &options, None, 0);
     let mut literals = Literals::new(1 + modes.kernel.tables.len());
-    let func = Select::mode(&modes.kernel, &frame, &mut literals, &modes.modes[0], 0, 1)
+    let func = Select::mode(&modes.kernel, &layout, &mut literals, &modes.modes[0], 0, 1)
         .into_reverse_postorder();
     let before = allocate(&func, options.arch).expect("there are registers");
     let mut after = before.clone();
@@ -225,9 +226,16 @@ fn needed(func: &Allocated) -> Vec<Vec<bool>> {
                     flag_places(branch_inst(Some(cond), false, 0).flags().reads).collect()
                 }
                 Terminator::Jump(_) => BTreeSet::new(),
-                _ => [T, K, I, H, SP, next_key_register(Arch::V8M)]
-                    .map(Location::Register)
-                    .into(),
+                _ => [
+                    STATE,
+                    RECORD,
+                    SAMPLES,
+                    HISTORY,
+                    SP,
+                    next_key_register(Arch::V8M),
+                ]
+                .map(Location::Register)
+                .into(),
             };
             block
                 .end

@@ -7,7 +7,7 @@ use whippen_isa::{Cond, Op as Isa};
 use whippen_kernel::Value;
 
 impl Select<'_> {
-    pub(super) fn root(&mut self, value: Value) -> VReg {
+    pub(super) fn square_root(&mut self, value: Value) -> VReg {
         // Roots are words, so they have 31 bits at most.
         let largest = self
             .info(value)
@@ -18,7 +18,7 @@ impl Select<'_> {
             .min(i32::MAX.into());
         let bits = (64 - largest.leading_zeros()).max(1);
         let (low, high) = self.pair(value);
-        let (low, high) = self.not_negative(low, high);
+        let (low, high) = self.clear_if_negative(low, high);
         let (zero, top) = (self.load_constant(0), self.load_constant(1 << (bits - 1)));
         let (root, bit) = (self.func.fresh(), self.func.fresh());
         let (head, again, after) = (self.func.block(), self.func.block(), self.func.block());
@@ -29,11 +29,11 @@ impl Select<'_> {
         self.func.blocks[head].params = vec![root, bit];
         self.func.blocks[head].rounds = Some(bits);
         self.at = head;
-        let tried = self.three(Isa::ADD_register, root, bit);
-        let square = self.long(Isa::UMULL, tried, tried);
-        self.less((low, high), square);
-        let next = self.move_only(Cond::GE, super::Bound::One(tried), root);
-        let lower = self.shift_to_flags(bit);
+        let tried = self.emit_rrr(Isa::ADD_register, root, bit);
+        let square = self.multiply_long(Isa::UMULL, tried, tried);
+        self.compare_pairs((low, high), square);
+        let next = self.move_if(Cond::GE, super::Binding::Word(tried), root);
+        let lower = self.shift_right_with_flags(bit);
         self.func.blocks[head].end = Terminator::Branch {
             cond: Cond::NE,
             yes: again,
@@ -49,14 +49,14 @@ impl Select<'_> {
     }
 
     /// A bit moved down, with flags.
-    fn shift_to_flags(&mut self, bit: VReg) -> VReg {
-        let code = super::word::shift_code(Isa::LSR_immediate, 1);
+    fn shift_right_with_flags(&mut self, bit: VReg) -> VReg {
+        let code = super::arith_i32::shift_code(Isa::LSR_immediate, 1);
         self.result(code.reg(Role::M, bit).flags())
     }
 
     /// The same, or zero for a negative number.
-    fn not_negative(&mut self, low: VReg, high: VReg) -> (VReg, VReg) {
-        let sign = self.sign(high);
+    fn clear_if_negative(&mut self, low: VReg, high: VReg) -> (VReg, VReg) {
+        let sign = self.sign_mask(high);
         let clear = |word| {
             MInst::new(Isa::BIC_register)
                 .reg(Role::N, word)

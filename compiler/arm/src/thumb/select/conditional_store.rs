@@ -1,19 +1,19 @@
 //! Cells that may keep their word: `set c (select b v (get c))` is a store where `b` holds, and no
 //! copy of the old word.
 
-use super::{Bound, Select};
-use crate::thumb::frame::K;
+use super::{Binding, Select};
 use crate::thumb::minst::{Access, AliasClass, MInst, Role, VReg};
+use crate::thumb::registers::RECORD;
 use whippen_isa::{Cond, Op as Isa};
 use whippen_kernel::{Inst, Op, Type, Value};
 use whippen_modes::Mode;
 
 /// The choices, by their results, that wait until a cell is overwritten by them.
-pub(super) fn waiting(mode: &Mode, used: &[u32], cells: usize) -> Vec<bool> {
+pub(super) fn find(mode: &Mode, use_count: &[u32], cells: usize) -> Vec<bool> {
     let mut scan = Scan {
-        old: vec![None; mode.values.len()],
+        loaded_from: vec![None; mode.values.len()],
         found: vec![false; mode.values.len()],
-        used,
+        use_count,
     };
     let mut before = vec![vec![false; cells]; mode.blocks.len()];
     // What a block names comes after it, so one pass sees every way in.
@@ -32,9 +32,9 @@ pub(super) fn waiting(mode: &Mode, used: &[u32], cells: usize) -> Vec<bool> {
 
 struct Scan<'a> {
     /// The cell whose word a value is, as it was at the tick's start.
-    old: Vec<Option<u32>>,
+    loaded_from: Vec<Option<u32>>,
     found: Vec<bool>,
-    used: &'a [u32],
+    use_count: &'a [u32],
 }
 
 impl Scan<'_> {
@@ -42,7 +42,7 @@ impl Scan<'_> {
         for (at, inst) in insts.iter().enumerate() {
             match inst.op {
                 Op::Get(cell) if !stored[cell as usize] => {
-                    self.old[inst.results[0].0 as usize] = Some(cell)
+                    self.loaded_from[inst.results[0].0 as usize] = Some(cell)
                 }
                 Op::Set(cell) if !stored[cell as usize] => {
                     let chosen = inst.args[0];
@@ -50,9 +50,9 @@ impl Scan<'_> {
                         .iter()
                         .rfind(|inst| inst.results.first() == Some(&chosen));
                     let alone = |choice: &&Inst| {
-                        choice.op == Op::Select && self.used[chosen.0 as usize] == 1
+                        choice.op == Op::Select && self.use_count[chosen.0 as usize] == 1
                     };
-                    let is_old = |value: &Value| self.old[value.0 as usize] == Some(cell);
+                    let is_old = |value: &Value| self.loaded_from[value.0 as usize] == Some(cell);
                     let keeps = made
                         .filter(alone)
                         .is_some_and(|choice| choice.args[1..].iter().any(is_old));
@@ -78,22 +78,22 @@ fn stores(inst: &Inst, stored: &mut [bool]) {
 
 impl Select<'_> {
     /// A store of a choice that waited for it.
-    pub(super) fn store_chosen(&mut self, cell: u32, [condition, yes, no]: [Value; 3]) {
-        let keeps_no = self.old[no.0 as usize] == Some(cell);
+    pub(super) fn store_conditionally(&mut self, cell: u32, [condition, yes, no]: [Value; 3]) {
+        let keeps_no = self.loaded_from[no.0 as usize] == Some(cell);
         let new = if keeps_no { yes } else { no };
         let (new, cond) = match self
             .zero_where_equal(condition)
             .filter(|_| keeps_no && self.constant(new) == Some(0))
         {
-            Some([a, b]) => (self.difference(a, b), Some(Cond::EQ)),
+            Some([a, b]) => (self.subtract_with_flags(a, b), Some(Cond::EQ)),
             None => {
                 let (new, cond) = (self.reg(new), self.condition(condition));
                 (new, if keeps_no { Some(cond) } else { cond.invert() })
             }
         };
-        let offset = self.frame.cells[cell as usize];
+        let offset = self.layout.cells[cell as usize];
         let store = MInst::new(Isa::STR_immediate)
-            .with(Role::N, Self::fixed(K))
+            .with(Role::N, Self::fixed(RECORD))
             .reg(Role::T, new)
             .imm(offset);
         let mut store = store.access(Access::Write(AliasClass::Cell(cell)));
@@ -103,11 +103,11 @@ impl Select<'_> {
 
     /// Two words whose difference is zero where a bool holds.
     fn zero_where_equal(&self, condition: Value) -> Option<[Value; 2]> {
-        match self.bound[condition.0 as usize] {
-            Bound::Test(Op::Eq, [a, b])
-                if !self.frame.small
+        match self.bindings[condition.0 as usize] {
+            Binding::Comparison(Op::Eq, [a, b])
+                if !self.layout.small
                     && self.info(a).ty != Type::I64
-                    && self.bounded(&[a, b]).is_none() =>
+                    && self.split_constant(&[a, b]).is_none() =>
             {
                 Some([a, b])
             }
@@ -116,7 +116,7 @@ impl Select<'_> {
     }
 
     /// Sets the flags, as a comparison would, and keeps the difference.
-    fn difference(&mut self, a: Value, b: Value) -> VReg {
+    fn subtract_with_flags(&mut self, a: Value, b: Value) -> VReg {
         let (n, m) = (self.reg(a), self.reg(b));
         self.result(
             MInst::new(Isa::SUB_register)
@@ -127,15 +127,15 @@ impl Select<'_> {
     }
 
     /// Whether a choice waits for its store; its operands are kept until then.
-    pub(super) fn waits_for_store(&mut self, inst: &Inst) -> bool {
+    pub(super) fn defers_to_store(&mut self, inst: &Inst) -> bool {
         let result = inst.results[0];
         let (waits, small) = (
-            self.waiting[result.0 as usize],
+            self.becomes_store[result.0 as usize],
             self.info(result).ty != Type::I64,
         );
         let decided = self.constant(inst.args[0]).is_some();
         if waits && small && !decided {
-            self.chosen
+            self.pending_choices
                 .insert(result, [inst.args[0], inst.args[1], inst.args[2]]);
         }
         waits && small && !decided

@@ -1,48 +1,41 @@
-//! Where things lie in the state of a core's keys, for whoever reads and writes them from outside.
+//! Offsets of what is read and written from outside, in bytes from the symbol `NAME_state`.
 
-use super::frame::{self, Frame};
+use super::{EVENT_HEAD, EVENT_LOST, EVENT_TAIL, StateLayout};
 
-/// Where a host finds what it reads and writes, in bytes from the symbol `NAME_state`.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Layout {
-    pub(super) frame: Frame,
-}
-
-impl Layout {
+impl StateLayout {
     /// Bytes of the state.
     pub fn size(&self) -> u32 {
-        self.frame.size
+        self.size
     }
 
     /// The word that comes in of a key and port.
     pub fn input(&self, key: u32, port: u32) -> u32 {
-        self.frame.inputs + key * self.frame.stride + 2 * port
+        self.inputs + key * self.stride + 2 * port
     }
 
     /// The word that goes out of a key and port.
     pub fn output(&self, key: u32, port: u32) -> u32 {
-        self.frame.outputs + key * self.frame.stride + 2 * port
+        self.outputs + key * self.stride + 2 * port
     }
 
-    /// A live value.
-    pub fn live(&self, live: usize) -> Option<u32> {
-        self.frame.lives.get(live).copied()
+    /// A live parameter.
+    pub fn live_param(&self, param: usize) -> Option<u32> {
+        self.live_params.get(param).copied()
     }
 
     /// The gain of a key, if keys have one.
     pub fn gain(&self, key: u32) -> Option<u32> {
-        self.frame.gain.map(|at| self.record(key) + at)
+        self.gain.map(|at| self.record(key) + at)
     }
 
     /// Word 0 of a cell of a key; a mode that knows the cell may leave another value there.
     pub fn cell(&self, key: u32, cell: usize) -> Option<u32> {
-        self.frame.cells.get(cell).map(|at| self.record(key) + at)
+        self.cells.get(cell).map(|at| self.record(key) + at)
     }
 
     /// A probe of a key, 8 bytes, if probes are kept.
     pub fn probe(&self, key: u32, probe: usize) -> Option<u32> {
-        self.frame
-            .probes
+        self.probes
             .as_ref()?
             .get(probe)
             .map(|at| self.record(key) + at)
@@ -50,16 +43,16 @@ impl Layout {
 
     /// The record of a key: its first word is the address of the code of its mode.
     pub fn record(&self, key: u32) -> u32 {
-        self.frame.records + key * self.frame.record
+        self.records + key * self.record
     }
 
     /// The ring of events, if keys have any.
     pub fn events(&self) -> Option<EventRing> {
-        let ring = self.frame.ring?;
+        let ring = self.ring?;
         Some(EventRing {
-            head: frame::EVENT_HEAD,
-            tail: frame::EVENT_TAIL,
-            lost: frame::EVENT_LOST,
+            head: EVENT_HEAD,
+            tail: EVENT_TAIL,
+            lost: EVENT_LOST,
             start: ring.at,
             bytes: ring.bytes,
             event: ring.event,

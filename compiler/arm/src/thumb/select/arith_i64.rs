@@ -1,7 +1,7 @@
 //! Arithmetic of 64 bits, in two registers.
 
-use super::word::{ROUND, shift_code, with_shift};
-use super::{Bound, Select};
+use super::arith_i32::{ROUND, shift_code, with_shift};
+use super::{Binding, Select};
 use crate::thumb::minst::{MInst, Role, VReg};
 use whippen_isa::{Op as Isa, ShiftType};
 use whippen_kernel::{Op, Value};
@@ -11,24 +11,24 @@ type Pair = (VReg, VReg);
 
 impl Select<'_> {
     /// An operator with a result of 64 bits.
-    pub(super) fn wide(&mut self, op: Op, args: &[Value]) -> Pair {
+    pub(super) fn select_i64(&mut self, op: Op, args: &[Value]) -> Pair {
         match op {
-            Op::Add => self.add_wide(args[0], args[1]),
+            Op::Add => self.add_i64(args[0], args[1]),
             Op::Sub => {
                 let (a, b) = (self.pair(args[0]), self.pair(args[1]));
                 self.sub_pairs(a, b)
             }
-            Op::Mul => self.mul_wide(args[0], args[1]),
+            Op::Mul => self.mul_i64(args[0], args[1]),
             Op::MulWide => {
                 let (a, b) = (self.reg(args[0]), self.reg(args[1]));
-                self.long(Isa::SMULL, a, b)
+                self.multiply_long(Isa::SMULL, a, b)
             }
             Op::MacWide => {
                 let sum = self.pair(args[0]);
                 let (a, b) = (self.reg(args[1]), self.reg(args[2]));
-                self.accumulate(Isa::SMLAL, sum, a, b)
+                self.multiply_accumulate(Isa::SMLAL, sum, a, b)
             }
-            Op::Min | Op::Max => self.extreme_wide(op, args[0], args[1]),
+            Op::Min | Op::Max => self.min_max_i64(op, args[0], args[1]),
             Op::Shl(n) => {
                 let pair = self.pair(args[0]);
                 self.shl_pair(pair, n)
@@ -37,10 +37,10 @@ impl Select<'_> {
                 let pair = self.pair(args[0]);
                 self.sar_pair(pair, n)
             }
-            Op::SarRound(n) => self.sar_round_wide(args[0], n),
+            Op::SarRound(n) => self.sar_round_i64(args[0], n),
             Op::Widen => {
                 let low = self.reg(args[0]);
-                let high = self.sign(low);
+                let high = self.sign_mask(low);
                 (low, high)
             }
             // Everything else has a result of its own kind.
@@ -49,15 +49,15 @@ impl Select<'_> {
     }
 
     /// The low word; of a shifted sum or product only that is computed.
-    pub(super) fn narrow(&mut self, value: Value) -> Bound {
-        let word = match (self.bound[value.0 as usize], self.later(value)) {
-            (Bound::Const(k), _) => return Bound::Const(k as i32 as i64),
+    pub(super) fn select_narrow(&mut self, value: Value) -> Binding {
+        let word = match (self.bindings[value.0 as usize], self.deferred(value)) {
+            (Binding::Const(k), _) => return Binding::Const(k as i32 as i64),
             (_, Some((Op::Sar(n @ 1..=32), [of, _]))) => {
                 let (low, high) = self.pair(of);
                 self.low_shifted(low, high, n)
             }
             (_, Some((Op::SarRound(32), [of, _])))
-                if matches!(self.later(of), Some((Op::MulWide, _))) =>
+                if matches!(self.deferred(of), Some((Op::MulWide, _))) =>
             {
                 self.rounded_product(of)
             }
@@ -67,14 +67,14 @@ impl Select<'_> {
             }
             _ => self.pair(value).0,
         };
-        Bound::One(word)
+        Binding::Word(word)
     }
 
     fn low_shifted(&mut self, low: VReg, high: VReg, n: u8) -> VReg {
         if n == 32 {
             return high;
         }
-        let down = self.shift(Isa::LSR_immediate, low, n);
+        let down = self.shift_by(Isa::LSR_immediate, low, n);
         let carried = MInst::new(Isa::ORR_register)
             .reg(Role::N, down)
             .reg(Role::M, high);
@@ -96,7 +96,7 @@ impl Select<'_> {
 
     /// The top word of a product, rounded half up.
     fn rounded_product(&mut self, product: Value) -> VReg {
-        let Some((_, [a, b])) = self.later(product) else {
+        let Some((_, [a, b])) = self.deferred(product) else {
             return self.pair(product).1;
         };
         let (n, m) = (self.reg(a), self.reg(b));
@@ -109,7 +109,7 @@ impl Select<'_> {
     }
 
     /// Both words of a product.
-    pub(super) fn long(&mut self, op: Isa, n: VReg, m: VReg) -> Pair {
+    pub(super) fn multiply_long(&mut self, op: Isa, n: VReg, m: VReg) -> Pair {
         let (low, high) = (self.func.fresh(), self.func.fresh());
         self.emit(
             MInst::new(op)
@@ -122,11 +122,11 @@ impl Select<'_> {
     }
 
     /// A sum of both words and a product.
-    pub(super) fn accumulate(&mut self, op: Isa, sum: Pair, n: VReg, m: VReg) -> Pair {
+    pub(super) fn multiply_accumulate(&mut self, op: Isa, sum: Pair, n: VReg, m: VReg) -> Pair {
         // `regalloc2` mistakes a factor that is also one of two registers to be replaced.
         let own = |select: &mut Self, word| {
             if word == n || word == m {
-                select.copy(word)
+                select.copy_word(word)
             } else {
                 word
             }
@@ -138,16 +138,16 @@ impl Select<'_> {
         (low, high)
     }
 
-    fn copy(&mut self, word: VReg) -> VReg {
+    fn copy_word(&mut self, word: VReg) -> VReg {
         self.result(MInst::new(Isa::MOV_register).reg(Role::M, word))
     }
 
     /// All bits are the sign.
-    pub(super) fn sign(&mut self, word: VReg) -> VReg {
-        self.shift(Isa::ASR_immediate, word, 31)
+    pub(super) fn sign_mask(&mut self, word: VReg) -> VReg {
+        self.shift_by(Isa::ASR_immediate, word, 31)
     }
 
-    fn add_wide(&mut self, a: Value, b: Value) -> Pair {
+    fn add_i64(&mut self, a: Value, b: Value) -> Pair {
         let (a, b) = (self.pair(a), self.pair(b));
         self.add_pairs(a, b)
     }
@@ -159,7 +159,7 @@ impl Select<'_> {
                 .reg(Role::M, b.0)
                 .flags(),
         );
-        (low, self.three(Isa::ADC_register, a.1, b.1))
+        (low, self.emit_rrr(Isa::ADC_register, a.1, b.1))
     }
 
     pub(super) fn sub_pairs(&mut self, a: Pair, b: Pair) -> Pair {
@@ -169,12 +169,12 @@ impl Select<'_> {
                 .reg(Role::M, b.0)
                 .flags(),
         );
-        (low, self.three(Isa::SBC_register, a.1, b.1))
+        (low, self.emit_rrr(Isa::SBC_register, a.1, b.1))
     }
 
-    fn mul_wide(&mut self, a: Value, b: Value) -> Pair {
+    fn mul_i64(&mut self, a: Value, b: Value) -> Pair {
         let (a, b) = (self.pair(a), self.pair(b));
-        let (low, high) = self.long(Isa::UMULL, a.0, b.0);
+        let (low, high) = self.multiply_long(Isa::UMULL, a.0, b.0);
         let cross = |select: &mut Self, n, m, sum| {
             select.result(
                 MInst::new(Isa::MLA)
@@ -187,15 +187,15 @@ impl Select<'_> {
         (low, cross(self, a.1, b.0, high))
     }
 
-    fn extreme_wide(&mut self, op: Op, a: Value, b: Value) -> Pair {
+    fn min_max_i64(&mut self, op: Op, a: Value, b: Value) -> Pair {
         let (a, b) = (self.pair(a), self.pair(b));
         let cond = if op == Op::Min {
-            self.less(a, b)
+            self.compare_pairs(a, b)
         } else {
-            self.less(b, a)
+            self.compare_pairs(b, a)
         };
         match self.move_pair(cond, a, b) {
-            Bound::Two(low, high) => (low, high),
+            Binding::Pair(low, high) => (low, high),
             _ => a,
         }
     }
@@ -205,16 +205,16 @@ impl Select<'_> {
         match n {
             0 => (low, high),
             1..32 => {
-                let up = self.shift(Isa::LSL_immediate, high, n);
+                let up = self.shift_by(Isa::LSL_immediate, high, n);
                 let carried = MInst::new(Isa::ORR_register)
                     .reg(Role::N, up)
                     .reg(Role::M, low);
                 let high = self.result(with_shift(carried, ShiftType::LSR, 32 - n));
-                (self.shift(Isa::LSL_immediate, low, n), high)
+                (self.shift_by(Isa::LSL_immediate, low, n), high)
             }
             _ => (
                 self.load_constant(0),
-                self.shift(Isa::LSL_immediate, low, n - 32),
+                self.shift_by(Isa::LSL_immediate, low, n - 32),
             ),
         }
     }
@@ -224,22 +224,22 @@ impl Select<'_> {
         match n {
             0 => (low, high),
             1..32 => {
-                let down = self.shift(Isa::LSR_immediate, low, n);
+                let down = self.shift_by(Isa::LSR_immediate, low, n);
                 let carried = MInst::new(Isa::ORR_register)
                     .reg(Role::N, down)
                     .reg(Role::M, high);
                 let low = self.result(with_shift(carried, ShiftType::LSL, 32 - n));
-                (low, self.shift(Isa::ASR_immediate, high, n))
+                (low, self.shift_by(Isa::ASR_immediate, high, n))
             }
             _ => {
-                let sign = self.sign(high);
-                (self.shift(Isa::ASR_immediate, high, n - 32), sign)
+                let sign = self.sign_mask(high);
+                (self.shift_by(Isa::ASR_immediate, high, n - 32), sign)
             }
         }
     }
 
     /// Rounding up adds the bit that is shifted out last.
-    fn sar_round_wide(&mut self, value: Value, n: u8) -> Pair {
+    fn sar_round_i64(&mut self, value: Value, n: u8) -> Pair {
         let pair = self.pair(value);
         if n == 0 {
             return pair;

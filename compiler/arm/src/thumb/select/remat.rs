@@ -9,10 +9,14 @@ use whippen_modes::{End, Mode};
 
 /// Which values may be loaded again wherever they are used; some choices wait until they are
 /// stored.
-pub(super) fn loads(kernel: &Kernel, mode: &Mode, waiting: &[bool]) -> Vec<bool> {
+pub(super) fn rematerializable_loads(
+    kernel: &Kernel,
+    mode: &Mode,
+    becomes_store: &[bool],
+) -> Vec<bool> {
     let mut scan = Scan {
         kernel,
-        waiting,
+        becomes_store,
         allowed: vec![false; mode.values.len()],
         sources: vec![Vec::new(); mode.values.len()],
         stored: vec![false; kernel.cells.len()],
@@ -21,7 +25,7 @@ pub(super) fn loads(kernel: &Kernel, mode: &Mode, waiting: &[bool]) -> Vec<bool>
     // What a block names comes after it, so one pass sees every way in.
     for (index, block) in mode.blocks.iter().enumerate() {
         scan.stored.clone_from(&before[index]);
-        scan.insts(&block.insts);
+        scan.scan_insts(&block.insts);
         let targets = match &block.end {
             End::Jump(target) => vec![target],
             End::Branch {
@@ -44,7 +48,7 @@ pub(super) fn loads(kernel: &Kernel, mode: &Mode, waiting: &[bool]) -> Vec<bool>
 }
 
 /// Whether selection may compute the operator where its result is used instead of where it stands.
-fn is_late(op: Op) -> bool {
+fn is_deferrable(op: Op) -> bool {
     let part = matches!(
         op,
         Op::Sar(_) | Op::SarRound(_) | Op::Shl(_) | Op::Mul | Op::MulTop | Op::MulWide
@@ -57,7 +61,7 @@ fn is_late(op: Op) -> bool {
 
 struct Scan<'a> {
     kernel: &'a Kernel,
-    waiting: &'a [bool],
+    becomes_store: &'a [bool],
     allowed: Vec<bool>,
     /// The loaded values, with their cells, that a value may be computed from where it is used.
     sources: Vec<Vec<(Value, u32)>>,
@@ -66,7 +70,7 @@ struct Scan<'a> {
 }
 
 impl Scan<'_> {
-    fn insts(&mut self, insts: &[Inst]) {
+    fn scan_insts(&mut self, insts: &[Inst]) {
         for inst in insts {
             self.uses(&inst.args);
             if matches!(inst.op, Op::Loop(_)) {
@@ -76,7 +80,7 @@ impl Scan<'_> {
                     .for_each(|inner| self.stores(&inner.insts));
             }
             for inner in &inst.regions {
-                self.insts(&inner.insts);
+                self.scan_insts(&inner.insts);
                 self.uses(&inner.yields);
             }
             self.stores(std::slice::from_ref(inst));
@@ -101,7 +105,7 @@ impl Scan<'_> {
         };
         let mut sources = match inst.op {
             // It may be computed where its result is stored.
-            Op::Select if self.waiting[result.0 as usize] => inst
+            Op::Select if self.becomes_store[result.0 as usize] => inst
                 .args
                 .iter()
                 .flat_map(|arg| self.sources[arg.0 as usize].clone())
@@ -114,7 +118,7 @@ impl Scan<'_> {
                 self.allowed[result.0 as usize] = true;
                 Vec::new()
             }
-            op if is_late(op) => inst
+            op if is_deferrable(op) => inst
                 .args
                 .iter()
                 .flat_map(|arg| self.sources[arg.0 as usize].clone())

@@ -1,69 +1,46 @@
-//! The registers and the memory that all code of a core shares.
+//! Memory layout of the state that all code of a core shares.
 //!
 //! ```text
-//!   T -> | next event, read, lost, tick | ring indices | row of line 0, pointers | lives | events | literals |
+//!   STATE -> | next event, read, lost, tick | ring indices | row of line 0, pointers | live_params | events | literals |
 //!        | records, sentinel | rows of words | histories |
 //!
-//!   K -> record of this key: | code | gain | number | cells | keyed constants | probes |
-//!   I -> its words in the rows (`u16` in, then, one row on, `i16` out)
-//!   H -> its slot in the current row of the first line's history
+//!   RECORD -> record of this key: | code | gain | number | cells | keyed constants | probes |
+//!   SAMPLES -> its words in the rows (`u16` in, then, one row on, `i16` out)
+//!   HISTORY -> its slot in the current row of the first line's history
 //! ```
 //!
 //! Everything is one piece of memory, its *state*, so all distances are constants and one address
 //! finds all. In a firmware's frame the ring of events and the histories lie apart: a key uses them
 //! a few times a tick and the rest at every turn, so the rest can have memory that nobody else is
-//! at. A key's code leaves I, H and K at the next key's.
+//! at. A key's code leaves SAMPLES, HISTORY and RECORD at the next key's.
+
+mod offsets;
+
+pub use offsets::{EVENT_MARK, EventRing};
 
 use super::promote::Promotions;
-use super::{Around, Options};
+use super::{Options, TickAbi};
 use whippen_isa::Arch;
 use whippen_kernel::layout::words;
 use whippen_kernel::{Inst, Kernel, Op, Range, Region};
 
-/// This key's record.
-pub(super) const K: u8 = 7;
-/// The state.
-pub(super) const T: u8 = 6;
-/// This key's words.
-pub(super) const I: u8 = 10;
-/// This key's slot.
-pub(super) const H: u8 = 11;
-/// What the allocator may use; all others have a meaning.
-pub(super) const FREE: [u8; 10] = [0, 1, 2, 3, 4, 5, 8, 9, 12, 14];
-/// The same as bits.
-pub(super) const ALL_FREE: u32 = {
-    let (mut all, mut at) = (0, 0);
-    while at < FREE.len() {
-        all |= 1 << FREE[at];
-        at += 1;
-    }
-    all
-};
-
-/// Each of these registers but one, all as bits, the lowest first.
-pub(super) fn others(registers: u32, own: u32) -> impl Iterator<Item = u32> {
-    (0..u32::BITS)
-        .map(|reg| 1 << reg)
-        .filter(move |reg| registers & !own & reg != 0)
-}
-
 /// Bytes that the ring of events has at least.
 const RING_BYTES_MIN: u32 = 1024;
-/// Offset in T: bytes of events ever written.
+/// Offset in STATE: bytes of events ever written.
 pub(super) const EVENT_HEAD: u32 = 0;
-/// Offset in T: bytes of events ever read, written by the reader.
+/// Offset in STATE: bytes of events ever read, written by the reader.
 pub(super) const EVENT_TAIL: u32 = 4;
-/// Offset in T: events that found the ring full.
+/// Offset in STATE: events that found the ring full.
 pub(super) const EVENT_LOST: u32 = 8;
-/// Offset in T: ticks since the start.
+/// Offset in STATE: ticks since the start.
 pub(super) const TICK: u32 = 12;
-/// Offset in T: this tick's row of the first line.
+/// Offset in STATE: this tick's row of the first line.
 pub(super) const ROW: u32 = 16;
-/// Offset in T: where this tick's next event goes.
+/// Offset in STATE: where this tick's next event goes.
 pub(super) const EVENT_NEXT: u32 = 20;
-/// Offset in T: the first ring index.
+/// Offset in STATE: the first ring index.
 const RINGS: u32 = 24;
-/// How many literals T holds.
+/// How many literals STATE holds.
 pub(super) const LITERALS_MAX: usize = 256;
 
 /// A delay line in the state.
@@ -77,7 +54,7 @@ pub(super) struct Line {
     pub at: u32,
     /// Bytes of a row.
     pub row: u32,
-    /// Offset in T of its ring index.
+    /// Offset in STATE of its ring index.
     pub ring: u32,
 }
 
@@ -88,12 +65,12 @@ impl Line {
     }
 }
 
-/// A pointer in T: where H plus it is the slot that was written so many ticks ago.
+/// A pointer in STATE: where HISTORY plus it is the slot that was written so many ticks ago.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Pointer {
     pub line: u32,
     pub ticks: u32,
-    /// Offset in T.
+    /// Offset in STATE.
     pub at: u32,
 }
 
@@ -101,56 +78,56 @@ pub(super) struct Pointer {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Caller {
     /// From a word in to the word out.
-    pub distance: u32,
-    /// Offset in T: this tick's row of words in.
+    pub drive_offset: u32,
+    /// Offset in STATE: this tick's row of words in.
     pub at: u32,
 }
 
 /// Where everything lies.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Frame {
-    pub keys: u32,
+pub struct StateLayout {
+    pub(super) keys: u32,
     /// ARMv6-M, where nearly every instruction changes the flags.
-    pub small: bool,
+    pub(super) small: bool,
     /// Where the caller's words lie, if the tick is part of a firmware's frame.
-    pub caller: Option<Caller>,
-    /// Offset in T of the address of the histories, and behind it that of the ring of events, where
+    pub(super) caller: Option<Caller>,
+    /// Offset in STATE of the address of the histories, and behind it that of the ring of events, where
     /// they lie apart.
-    pub apart: Option<u32>,
+    pub(super) apart: Option<u32>,
     /// Bytes of a key in a row of words.
-    pub stride: u32,
+    pub(super) stride: u32,
     /// Offset in the record of the gain, if there is one.
-    pub gain: Option<u32>,
+    pub(super) gain: Option<u32>,
     /// Offset in the record of the key's number, where keys have events.
-    pub number: Option<u32>,
+    pub(super) number: Option<u32>,
     /// Offset in the record of each cell.
-    pub cells: Vec<u32>,
+    pub(super) cells: Vec<u32>,
     /// Offset in the record of each keyed constant.
-    pub keyed: Vec<u32>,
+    pub(super) keyed: Vec<u32>,
     /// Offset in the record of each probe, where they are kept.
-    pub probes: Option<Vec<u32>>,
+    pub(super) probes: Option<Vec<u32>>,
     /// Bytes of a record.
-    pub record: u32,
-    pub lines: Vec<Line>,
-    /// The line that H walks.
-    pub first_line: Option<u32>,
-    pub pointers: Vec<Pointer>,
-    /// Offset in T of each distinct ring index, and its length.
-    pub rings: Vec<(u32, u32)>,
-    /// Offset in T of each live value, those that the entry of a tick computes behind the kernel's
+    pub(super) record: u32,
+    pub(super) lines: Vec<Line>,
+    /// The line that HISTORY walks.
+    pub(super) first_line: Option<u32>,
+    pub(super) pointers: Vec<Pointer>,
+    /// Offset in STATE of each distinct ring index, and its length.
+    pub(super) rings: Vec<(u32, u32)>,
+    /// Offset in STATE of each live parameter, those that the entry of a tick computes behind the kernel's
     /// own.
-    pub lives: Vec<u32>,
-    pub literals: u32,
+    pub(super) live_params: Vec<u32>,
+    pub(super) literals: u32,
     /// Events, where keys have any.
-    pub ring: Option<Ring>,
-    pub inputs: u32,
-    pub outputs: u32,
-    pub records: u32,
+    pub(super) ring: Option<Ring>,
+    pub(super) inputs: u32,
+    pub(super) outputs: u32,
+    pub(super) records: u32,
     /// What stays in registers from key to key, once the modes are made.
-    pub promoted: Promotions,
-    pub size: u32,
+    pub(super) promoted: Promotions,
+    pub(super) size: u32,
     /// Bytes of the histories, where they lie apart.
-    pub size_apart: u32,
+    pub(super) size_apart: u32,
 }
 
 /// The ring of events.
@@ -212,17 +189,17 @@ fn emitted(region: &Region) -> u32 {
     region.insts.iter().map(of).fold(0, u32::saturating_add)
 }
 
-impl Frame {
-    /// The state of so many keys of a kernel, to be closed; with a frame around them, the rows of
-    /// words are the caller's. The entry of a tick computes so many live values more.
+impl StateLayout {
+    /// The state of so many keys of a kernel, to be closed; within a firmware, the rows of
+    /// words are the caller's. The entry of a tick computes so many live parameters more.
     pub(super) fn new(
         kernel: &Kernel,
         options: &Options,
-        around: Option<&Around>,
+        abi: Option<&TickAbi>,
         shared: usize,
-    ) -> Frame {
+    ) -> StateLayout {
         let (keys, gain) = (options.keys, options.gain);
-        let mut frame = Frame {
+        let mut layout = StateLayout {
             keys,
             small: options.arch == Arch::V6M,
             caller: None,
@@ -238,7 +215,7 @@ impl Frame {
             first_line: None,
             pointers: Vec::new(),
             rings: Vec::new(),
-            lives: Vec::new(),
+            live_params: Vec::new(),
             literals: 0,
             ring: Ring::new(kernel, keys),
             inputs: 0,
@@ -248,20 +225,20 @@ impl Frame {
             size: RINGS,
             size_apart: 0,
         };
-        frame.caller = around.map(|around| Caller {
-            distance: around.distance,
-            at: frame.take(4),
+        layout.caller = abi.map(|abi| Caller {
+            drive_offset: abi.drive_offset,
+            at: layout.take(4),
         });
-        frame.apart = around.map(|_| frame.take(8));
-        frame.place_record(kernel, options.probes);
-        frame.record = frame.record.max(around.map_or(0, |around| around.record));
-        frame.place_table(kernel, shared);
-        if frame.apart.is_none() {
-            frame.place_records(LITERALS_MAX);
+        layout.apart = abi.map(|_| layout.take(8));
+        layout.place_record(kernel, options.probes);
+        layout.record = layout.record.max(abi.map_or(0, |abi| abi.record_bytes_min));
+        layout.place_table(kernel, shared);
+        if layout.apart.is_none() {
+            layout.place_records(LITERALS_MAX);
         }
-        frame.place_rows();
-        frame.place_histories(kernel);
-        frame
+        layout.place_rows();
+        layout.place_histories(kernel);
+        layout
     }
 
     fn place_record(&mut self, kernel: &Kernel, probes: bool) {
@@ -303,7 +280,7 @@ impl Frame {
                 self.rings.push((at, line.len));
             }
         }
-        self.lives = (0..kernel.lives.len() + shared)
+        self.live_params = (0..kernel.lives.len() + shared)
             .map(|_| self.take(4))
             .collect();
         let delays = delays(kernel);
@@ -336,7 +313,7 @@ impl Frame {
     fn place_rows(&mut self) {
         let row = self.keys * self.stride;
         match self.caller {
-            Some(caller) => self.outputs = caller.distance,
+            Some(caller) => self.outputs = caller.drive_offset,
             None => {
                 self.inputs = self.take(row);
                 self.outputs = self.take(row);
@@ -378,7 +355,7 @@ impl Frame {
         }
     }
 
-    /// The pointer in T to a slot, by offset; none for the slot that H is at.
+    /// The pointer in STATE to a slot, by offset; none for the slot that HISTORY is at.
     pub(super) fn pointer(&self, line: u32, ticks: u32) -> Option<u32> {
         self.pointers
             .iter()
@@ -386,7 +363,7 @@ impl Frame {
             .map(|p| p.at)
     }
 
-    /// How often H is to be added to a pointer to a line: 1 for slots as wide as those of the first
+    /// How often HISTORY is to be added to a pointer to a line: 1 for slots as wide as those of the first
     /// line.
     pub(super) fn scale(&self, line: u32) -> u8 {
         let log2 = |line: u32| self.lines[line as usize].log2();

@@ -1,6 +1,6 @@
 //! Comparisons, bools and what they choose.
 
-use super::{Bound, Select};
+use super::{Binding, Select};
 use crate::thumb::minst::{MInst, Role, VReg};
 use whippen_isa::imm::{thumb_imm_carry, thumb_shrink_imm};
 use whippen_isa::{Cond, Flags, Op as Isa};
@@ -8,28 +8,28 @@ use whippen_kernel::{Inst, Op, Type, Value};
 
 impl Select<'_> {
     /// A comparison: computed now if its word is needed, else where it steers.
-    pub(super) fn test(&mut self, inst: &Inst, result: Value) -> Bound {
-        let test = Bound::Test(inst.op, [inst.args[0], inst.args[1]]);
+    pub(super) fn bind_comparison(&mut self, inst: &Inst, result: Value) -> Binding {
+        let test = Binding::Comparison(inst.op, [inst.args[0], inst.args[1]]);
         if !self.as_word[result.0 as usize] {
             return test;
         }
         self.bind(result, test);
-        Bound::One(self.test_as_word(result))
+        Binding::Word(self.bool_as_word(result))
     }
 
     /// 0 or 1.
-    pub(super) fn test_as_word(&mut self, value: Value) -> VReg {
-        if let Some(word) = self.sign_as_word(value) {
+    pub(super) fn bool_as_word(&mut self, value: Value) -> VReg {
+        if let Some(word) = self.sign_as_bool(value) {
             return word;
         }
         let cond = self.condition(value);
         let zero = self.load_constant(0);
-        self.move_only(cond, Bound::Const(1), zero)
+        self.move_if(cond, Binding::Const(1), zero)
     }
 
     /// 0 or 1 as the sign of a difference, where that cannot overflow.
-    fn sign_as_word(&mut self, value: Value) -> Option<VReg> {
-        let Bound::Test(op, [a, b]) = self.bound[value.0 as usize] else {
+    fn sign_as_bool(&mut self, value: Value) -> Option<VReg> {
+        let Binding::Comparison(op, [a, b]) = self.bindings[value.0 as usize] else {
             return None;
         };
         let (of, from) = (self.info(a), self.info(b));
@@ -48,7 +48,7 @@ impl Select<'_> {
             (Op::Eq, ..) => return None,
             (_, _, Some(k)) => {
                 let a = self.reg(a);
-                self.plus(a, -k - less)
+                self.add_constant(a, -k - less)
             }
             (_, Some(k), _) if thumb_shrink_imm((k - less) as u32).is_some() => {
                 let b = self.reg(b);
@@ -60,24 +60,24 @@ impl Select<'_> {
             }
             (_, Some(k), _) => {
                 let (k, b) = (self.load_constant((k - less) as i32), self.reg(b));
-                self.three(Isa::SUB_register, k, b)
+                self.emit_rrr(Isa::SUB_register, k, b)
             }
             (Op::Lt, ..) => {
                 let (a, b) = (self.reg(a), self.reg(b));
-                self.three(Isa::SUB_register, a, b)
+                self.emit_rrr(Isa::SUB_register, a, b)
             }
             _ => return None,
         };
-        Some(self.shift(Isa::LSR_immediate, difference, 31))
+        Some(self.shift_by(Isa::LSR_immediate, difference, 31))
     }
 
     /// Sets the flags; the bool holds where the condition does.
     pub(super) fn condition(&mut self, value: Value) -> Cond {
-        match self.bound[value.0 as usize] {
-            Bound::Test(op, [a, b]) if self.info(a).ty == Type::I64 => {
-                self.wide_condition(op, a, b)
+        match self.bindings[value.0 as usize] {
+            Binding::Comparison(op, [a, b]) if self.info(a).ty == Type::I64 => {
+                self.condition_i64(op, a, b)
             }
-            Bound::Test(op, [a, b]) => {
+            Binding::Comparison(op, [a, b]) => {
                 if let Some(cond) = self.sign_of_sum(op, a, b) {
                     return cond;
                 }
@@ -109,7 +109,7 @@ impl Select<'_> {
     /// A comparison with zero by the flags of what computes the word, if nothing behind that has to
     /// do with flags.
     fn sign_of_sum(&mut self, op: Op, a: Value, b: Value) -> Option<Cond> {
-        if self.frame.small {
+        if self.layout.small {
             return None;
         }
         let (of, cond) = match (op, self.constant(a), self.constant(b)) {
@@ -124,7 +124,7 @@ impl Select<'_> {
                 return None;
             }
             if code.writes().eq([word]) {
-                code.inst.s = tells_sign(code);
+                code.inst.s = can_set_sign_flag(code);
                 return code.inst.s.then_some(cond);
             }
         }
@@ -148,19 +148,19 @@ impl Select<'_> {
 
     /// Flags of `a - b`.
     pub(super) fn compare(&mut self, a: Value, b: Value) {
-        let code = self.comparison(a, b);
-        self.flags_of(code);
+        let code = self.compare_code(a, b);
+        self.emit_compare(code);
     }
 
     /// What gives the flags of `a - b`.
-    fn comparison(&mut self, a: Value, b: Value) -> MInst {
+    fn compare_code(&mut self, a: Value, b: Value) -> MInst {
         let n = self.reg(a);
         if let Some(k) = self.constant(b) {
             let (k, minus) = (k as i32 as u32, (k as i32).unsigned_abs());
-            if is_free(k) {
+            if is_free_comparand(k) {
                 return MInst::new(Isa::CMP_immediate).reg(Role::N, n).imm(k);
             }
-            if (k as i32) < 0 && k as i32 != i32::MIN && is_free(minus) {
+            if (k as i32) < 0 && k as i32 != i32::MIN && is_free_comparand(minus) {
                 return MInst::new(Isa::CMN_immediate).reg(Role::N, n).imm(minus);
             }
         }
@@ -171,7 +171,7 @@ impl Select<'_> {
     }
 
     /// A comparison, if its flags are not there still.
-    fn flags_of(&mut self, code: MInst) {
+    fn emit_compare(&mut self, code: MInst) {
         let sets = |code: &&MInst| code.inst.flags().writes.intersects(Flags::NZCV);
         let last = self.func.blocks[self.at].code.iter().rev().find(sets);
         if last.is_none_or(|last| (last.inst, last.operands) != (code.inst, code.operands)) {
@@ -179,12 +179,12 @@ impl Select<'_> {
         }
     }
 
-    fn wide_condition(&mut self, op: Op, a: Value, b: Value) -> Cond {
+    fn condition_i64(&mut self, op: Op, a: Value, b: Value) -> Cond {
         let (a, b) = (self.pair(a), self.pair(b));
         match op {
-            Op::Lt => self.less(a, b),
+            Op::Lt => self.compare_pairs(a, b),
             Op::Le => {
-                self.less(b, a);
+                self.compare_pairs(b, a);
                 Cond::GE
             }
             _ => {
@@ -205,7 +205,7 @@ impl Select<'_> {
     }
 
     /// Whether 64 bits are less than others.
-    pub(super) fn less(&mut self, a: (VReg, VReg), b: (VReg, VReg)) -> Cond {
+    pub(super) fn compare_pairs(&mut self, a: (VReg, VReg), b: (VReg, VReg)) -> Cond {
         self.emit(
             MInst::new(Isa::CMP_register)
                 .reg(Role::N, a.0)
@@ -221,21 +221,21 @@ impl Select<'_> {
     }
 
     /// Bools as words.
-    pub(super) fn logic(&mut self, op: Op, args: &[Value]) -> Bound {
+    pub(super) fn select_logic(&mut self, op: Op, args: &[Value]) -> Binding {
         if op == Op::And {
             for (one, other) in [(args[0], args[1]), (args[1], args[0])] {
-                if let Some((Op::Not, [not, _])) = self.later(other) {
+                if let Some((Op::Not, [not, _])) = self.deferred(other) {
                     let (n, m) = (self.reg(one), self.reg(not));
-                    return Bound::One(self.three(Isa::BIC_register, n, m));
+                    return Binding::Word(self.emit_rrr(Isa::BIC_register, n, m));
                 }
             }
         }
         let a = self.reg(args[0]);
-        Bound::One(match op {
+        Binding::Word(match op {
             Op::Not => self.result(MInst::new(Isa::EOR_immediate).reg(Role::N, a).imm(1)),
             _ => {
                 let b = self.reg(args[1]);
-                self.three(
+                self.emit_rrr(
                     if op == Op::And {
                         Isa::AND_register
                     } else {
@@ -248,13 +248,13 @@ impl Select<'_> {
         })
     }
 
-    pub(super) fn select(&mut self, ty: Type, args: &[Value]) -> Bound {
+    pub(super) fn select_choice(&mut self, ty: Type, args: &[Value]) -> Binding {
         if let Some(known) = self.constant(args[0]) {
             let chosen = args[if known == 0 { 2 } else { 1 }];
             return if ty == Type::I64 {
-                self.both(chosen)
+                self.pair_of(chosen)
             } else {
-                Bound::One(self.reg(chosen))
+                Binding::Word(self.reg(chosen))
             };
         }
         if ty == Type::I64 {
@@ -263,15 +263,15 @@ impl Select<'_> {
             return self.move_pair(cond, then, other);
         }
         if let Some(word) = self.chosen_limit(args) {
-            return Bound::One(word);
+            return Binding::Word(word);
         }
         let other = self.reg(args[2]);
-        let then = match self.bound[args[1].0 as usize] {
-            Bound::Const(k) if thumb_shrink_imm(k as u32).is_some() => Bound::Const(k),
-            _ => Bound::One(self.reg(args[1])),
+        let then = match self.bindings[args[1].0 as usize] {
+            Binding::Const(k) if thumb_shrink_imm(k as u32).is_some() => Binding::Const(k),
+            _ => Binding::Word(self.reg(args[1])),
         };
         let cond = self.condition(args[0]);
-        Bound::One(self.move_only(cond, then, other))
+        Binding::Word(self.move_if(cond, then, other))
     }
 
     /// A value that is held within a limit only where a bool says so: the comparison with the limit
@@ -279,7 +279,7 @@ impl Select<'_> {
     fn chosen_limit(&mut self, args: &[Value]) -> Option<VReg> {
         let limit_of = |select: &Self, held: Value, of: Value| {
             let (op, [a, b]) = select
-                .later(held)
+                .deferred(held)
                 .filter(|(op, _)| matches!(op, Op::Min | Op::Max))?;
             let limit = if a == of { b } else { a };
             ((a == of || b == of) && select.constant(of).is_none()).then_some((op, limit))
@@ -293,9 +293,9 @@ impl Select<'_> {
             _ => return None,
         };
         let beyond = if op == Op::Max { Cond::LT } else { Cond::GT };
-        let (first, cond) = match self.bound[args[0].0 as usize] {
+        let (first, cond) = match self.bindings[args[0].0 as usize] {
             // A constant is compared with from the right.
-            Bound::Test(Op::Lt, [a, b])
+            Binding::Comparison(Op::Lt, [a, b])
                 if self.constant(a).is_none() && self.info(a).ty != Type::I64 =>
             {
                 ([a, b], if where_it_holds { Cond::LT } else { Cond::GE })
@@ -307,20 +307,20 @@ impl Select<'_> {
         if !matches!((cond, beyond), (Cond::LT, Cond::LT) | (Cond::GE, Cond::GT)) {
             return None;
         }
-        let (old, new) = (self.reg(of), self.bound[limit.0 as usize]);
-        let compare = self.comparison(of, limit);
+        let (old, new) = (self.reg(of), self.bindings[limit.0 as usize]);
+        let compare = self.compare_code(of, limit);
         let new = match new {
-            Bound::Const(k) if thumb_shrink_imm(k as u32).is_some() => new,
-            _ => Bound::One(self.reg(limit)),
+            Binding::Const(k) if thumb_shrink_imm(k as u32).is_some() => new,
+            _ => Binding::Word(self.reg(limit)),
         };
         self.compare(first[0], first[1]);
         self.emit(compare.only(cond));
-        Some(self.move_only(beyond, new, old))
+        Some(self.move_if(beyond, new, old))
     }
 
-    pub(super) fn both(&mut self, value: Value) -> Bound {
+    pub(super) fn pair_of(&mut self, value: Value) -> Binding {
         let (low, high) = self.pair(value);
-        Bound::Two(low, high)
+        Binding::Pair(low, high)
     }
 
     /// Both words where the flags say so.
@@ -329,15 +329,15 @@ impl Select<'_> {
         cond: Cond,
         then: (VReg, VReg),
         other: (VReg, VReg),
-    ) -> Bound {
-        let low = self.move_only(cond, Bound::One(then.0), other.0);
-        let high = self.move_only(cond, Bound::One(then.1), other.1);
-        Bound::Two(low, high)
+    ) -> Binding {
+        let low = self.move_if(cond, Binding::Word(then.0), other.0);
+        let high = self.move_if(cond, Binding::Word(then.1), other.1);
+        Binding::Pair(low, high)
     }
 }
 
 /// Whether an instruction can say in the flags what the sign of its result is, at no cost.
-fn tells_sign(code: &MInst) -> bool {
+fn can_set_sign_flag(code: &MInst) -> bool {
     let inst = &code.inst;
     let computes = match inst.op() {
         Isa::ADD_register | Isa::SUB_register | Isa::RSB_register => true,
@@ -351,6 +351,6 @@ fn tells_sign(code: &MInst) -> bool {
 
 /// Whether comparing with such a constant costs no more than with a register: one that must be
 /// shifted takes a cycle more.
-fn is_free(k: u32) -> bool {
+fn is_free_comparand(k: u32) -> bool {
     thumb_shrink_imm(k).is_some() && thumb_imm_carry(k).is_none()
 }
