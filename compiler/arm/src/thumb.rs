@@ -273,19 +273,16 @@ fn compile_parts<'m>(
 
 /// The object of all code and its memory.
 fn build_object(parts: Parts, options: &Options) -> Result<Built, ThumbError> {
-    let Parts {
-        modes,
-        layout,
-        literals,
-        core,
-        made,
-    } = parts;
-    let items = items(&layout, options, &core, &modes, &made);
-    let code = assemble(items.items, items.labels, core.arch, &options.name)
+    let modes = &parts.modes;
+    let items = items(&parts.layout, options, &parts.core, modes, &parts.made);
+    let code = assemble(items.items, items.labels, parts.core.arch, &options.name)
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
-    let mut object = object(&modes.kernel, &layout, options, &literals, code);
+    let mut object = object(&modes.kernel, &parts.layout, options, &parts.literals, code);
     v6m::add_routines(&mut object, options)?;
-    Ok(Built { object, layout })
+    Ok(Built {
+        object,
+        layout: parts.layout,
+    })
 }
 
 /// Code with registers: of all modes, of `init`, and of what a tick computes at its entry, if there
