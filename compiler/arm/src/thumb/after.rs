@@ -31,19 +31,39 @@ pub enum Pass {
 }
 
 impl Pass {
-    /// All passes, each with its name.
-    pub const ALL: [(Pass, &'static str); 6] = [
-        (Pass::Select, "select"),
-        (Pass::Promote, "promote"),
-        (Pass::Schedule, "schedule"),
-        (Pass::Allocate, "allocate"),
-        (Pass::Reorder, "reorder"),
-        (Pass::Emit, "emit"),
+    /// All passes: each with its name and what it makes.
+    pub const ALL: [(Pass, &'static str, &'static str); 6] = [
+        (
+            Pass::Select,
+            "select",
+            "machine code of each mode over virtual registers",
+        ),
+        (
+            Pass::Promote,
+            "promote",
+            "the same; words that every key reads are in registers",
+        ),
+        (
+            Pass::Schedule,
+            "schedule",
+            "the same, in an order that hides latencies",
+        ),
+        (Pass::Allocate, "allocate", "machine code with registers"),
+        (
+            Pass::Reorder,
+            "reorder",
+            "the same in a better order, moved over branches",
+        ),
+        (
+            Pass::Emit,
+            "emit",
+            "the bytes before they are linked: offset, encoding, cycles, instruction",
+        ),
     ];
 
     /// The pass of a name.
     pub fn named(name: &str) -> Option<Pass> {
-        let pass = Pass::ALL.iter().find(|(_, known)| *known == name)?;
+        let pass = Pass::ALL.iter().find(|(_, known, _)| *known == name)?;
         Some(pass.0)
     }
 }
