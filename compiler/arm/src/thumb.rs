@@ -177,8 +177,9 @@ pub struct TickAbi {
 
 /// Compiles the tick of a core's keys as a part of a firmware's frame: `NAME_tick(state, words)`
 /// and `NAME_init(state, words)` find the first key's sensor word at `words`, put drive words
-/// `drive_offset` bytes behind sensor words, and keep no register but SP; so does `NAME_begin(state,
-/// word, key)`, which prepares one key as `NAME_init` prepares all, once that has run.
+/// `drive_offset` bytes behind sensor words, and keep no register but SP; so does
+/// `NAME_begin(state, word, key)`, which prepares one key as `NAME_init` prepares all, once that
+/// has run.
 ///
 /// # Errors
 /// Too many keys or modes; a bug.

@@ -9,12 +9,13 @@ use whippen_isa::timing::Core;
 use whippen_isa::timing::sram::Chip;
 
 use super::NotBounded;
-use super::frame::{Frame, OnCore, frames, zone_names};
+use super::frame::{Frame, OnCore, frames};
 use super::memory::{Banks, Surroundings};
 use super::program::Program;
 use whippen_arm::image::{Image, SectionKind};
 use whippen_deterministic::parallel;
-use whippen_firmware::{Owner, RUNNING, keys_name, owner};
+use whippen_firmware::{CoreCode, FirmwareImage, Owner, RUNNING, owner};
+use whippen_keyboard::{CoreId, ProgramId};
 
 /// One core.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,52 +35,50 @@ impl Bounded {
     }
 }
 
-/// Bounds the cores of a firmware's image with so many keys each, zone by zone (`Whole::keys`),
-/// while it plays the program of that number.
+/// Bounds the cores of a firmware's image while it plays one of its programs; `program` is what the
+/// image's bytes say.
 ///
 /// # Errors
 /// What cannot be bounded.
 pub fn cores(
-    image: &Image,
+    image: &FirmwareImage,
     program: &Program,
     core: &Core,
-    keys: &[Vec<u32>],
-    playing: usize,
+    playing: ProgramId,
 ) -> Result<Vec<Bounded>, NotBounded> {
-    let (chip, count) = (Chip::of(core.arch), keys.len());
-    let alone = || Surroundings {
+    let chip = Chip::of(core.arch);
+    let alone = Surroundings {
         chip,
         ..Surroundings::default()
     };
-    let found = parallel::map((0..count).collect(), |number: usize| {
-        let surroundings = [alone(), surroundings(image, program, chip, number, count)];
-        let (running, keys, surroundings) =
-            (&RUNNING[number], &keys[number], surroundings.each_ref());
+    let found = parallel::map(image.cores().collect(), |id: CoreId| {
+        let of_program = image.programs.iter().map(|program| program.core(id));
+        let programs: Vec<&CoreCode> = of_program.collect();
+        let crowded = surroundings(image, chip, id, &programs);
         let core = OnCore {
             program,
             core,
-            running,
-            number,
-            playing,
-            keys,
-            surroundings: surroundings[0],
+            running: &RUNNING[id.index()],
+            playing: programs[playing.index()],
+            programs: &programs,
+            surroundings: &alone,
         };
-        frames(&core, surroundings).map(|[alone, crowded]| Bounded { alone, crowded })
+        frames(&core, [&alone, &crowded]).map(|[alone, crowded]| Bounded { alone, crowded })
     });
     found.into_iter().collect()
 }
 
-/// Who else is at the banks that a core uses, one of so many.
+/// Who else is at the banks that a core uses, which has this code of each program.
 fn surroundings(
-    image: &Image,
-    program: &Program,
+    image: &FirmwareImage,
     chip: Chip,
-    core: usize,
-    cores: usize,
+    core: CoreId,
+    programs: &[&CoreCode],
 ) -> Surroundings {
-    let banks = |core: usize, code: bool| banks(image, chip, core, code);
+    let core = core.index();
+    let banks = |core: usize, code: bool| banks(&image.image, chip, core, code);
     let (data, prefetch) = (banks(core, false), chip.fetches_apart());
-    if cores == 1 {
+    if image.keys_of_cores.len() == 1 {
         // What is named after another core is there, but this one runs it.
         return Surroundings {
             chip,
@@ -89,7 +88,7 @@ fn surroundings(
         };
     }
     let others = vec![banks(1 - core, true), banks(1 - core, false)];
-    let visits = RUNNING[core].visits + more_visits(program, core);
+    let visits = RUNNING[core].visits + more_visits(core, programs);
     Surroundings {
         chip,
         data,
@@ -101,11 +100,8 @@ fn surroundings(
 
 /// What core 1 looks up besides in the memory of core 0 where that has several zones: head and tail
 /// of each further ring, in two rounds.
-fn more_visits(program: &Program, core: usize) -> u32 {
-    let zones = (0..)
-        .map(|number| keys_name(core, number))
-        .take_while(|name| program.symbols.contains_key(&format!("{name}_tick")))
-        .map(|name| zone_names(program, &name).len() as u32);
+fn more_visits(core: usize, programs: &[&CoreCode]) -> u32 {
+    let zones = programs.iter().map(|code| code.zones.len() as u32);
     if core == 0 {
         4 * (zones.max().unwrap_or(1) - 1)
     } else {

@@ -406,7 +406,8 @@ fn what_is_unpredictable_is_refused() {
     let mut met = vec![false; TOLERATED.len()];
     let (verdicts, warnings) = assemble("unpredictable", core, &lines);
     for (i, ((line, why), verdict)) in lines.iter().zip(whys).zip(verdicts).enumerate() {
-        let same = matches!(&verdict, Verdict::Bits(bits, _) if *bits == samples::bytes(line.word, line.inst.size()));
+        let bytes = samples::bytes(line.word, line.inst.size());
+        let same = matches!(&verdict, Verdict::Bits(bits, _) if *bits == bytes);
         if !same || warnings.contains_key(&i) {
             continue;
         }

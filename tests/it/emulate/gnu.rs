@@ -5,7 +5,8 @@ use std::process::{Command, Output};
 
 use crate::cli::Shell;
 
-/// Compiles in the shell's folder; false where there is no compiler, and the test counts as skipped.
+/// Compiles in the shell's folder; false where there is no compiler, and the test counts as
+/// skipped.
 pub fn gcc(shell: &Shell, args: &[&str]) -> bool {
     if whippen_need::tool("arm-none-eabi-gcc").is_none() {
         return false;

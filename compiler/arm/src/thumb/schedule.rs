@@ -44,8 +44,9 @@ pub(super) fn schedule_blocks(func: &mut Func, core: &Core, limit: usize) {
     }
 }
 
-/// Exchanges the load of the next key's code, which walks RECORD on, with the instruction before it, so
-/// that the branch finds the address there. What that one accesses by RECORD is then behind it.
+/// Exchanges the load of the next key's code, which walks RECORD on, with the instruction before
+/// it, so that the branch finds the address there. What that one accesses by RECORD is then behind
+/// it.
 fn advance_next_key_load(code: &mut [MInst]) {
     let [.., before, load] = code else { return };
     let walks = load.inst.wback.then_some(load.inst.imm as i64);

@@ -45,7 +45,7 @@ use super::tick_invariant::TickInvariants;
 use event::EventEnd;
 use std::collections::BTreeMap;
 use whippen_isa::Op as Isa;
-use whippen_kernel::{Inst, Kernel, Op, Region, Type, Value, ValueInfo, Walk};
+use whippen_kernel::{Inst, Kernel, Op, Type, Value, ValueInfo, Walk};
 use whippen_modes::{End, Mode};
 
 /// How a value is available to its users.
@@ -147,7 +147,7 @@ impl<'a> Select<'a> {
             origin: None,
             last_event: None,
             first_input: None,
-            clamp_indices: has_assume(&kernel.init) || has_assume(&kernel.tick),
+            clamp_indices: kernel.assumes(),
             push_walks: mode.is_some()
                 && layout.pointers.is_empty()
                 && kernel.tick.insts.iter().any(pushes),
@@ -413,11 +413,4 @@ impl<'a> Select<'a> {
     fn fixed(reg: u8) -> Reg {
         Reg::Fixed(reg)
     }
-}
-
-fn has_assume(region: &Region) -> bool {
-    region
-        .insts
-        .iter()
-        .any(|inst| matches!(inst.op, Op::Assume(..)) || inst.regions.iter().any(has_assume))
 }

@@ -22,7 +22,7 @@ use super::promote::Promotions;
 use super::{Options, TickAbi};
 use whippen_isa::Arch;
 use whippen_kernel::layout::words;
-use whippen_kernel::{Inst, Kernel, Op, Range, Region};
+use whippen_kernel::{Inst, Kernel, Op, Range};
 
 /// Bytes that the ring of events has at least.
 const RING_BYTES_MIN: u32 = 1024;
@@ -91,8 +91,8 @@ pub struct StateLayout {
     pub(super) small: bool,
     /// Where the caller's words lie, if the tick is part of a firmware's frame.
     pub(super) caller: Option<Caller>,
-    /// Offset in STATE of the address of the histories, and behind it that of the ring of events, where
-    /// they lie apart.
+    /// Offset in STATE of the address of the histories, and behind it that of the ring of events,
+    /// where they lie apart.
     pub(super) apart: Option<u32>,
     /// Bytes of a key in a row of words.
     pub(super) stride: u32,
@@ -114,8 +114,8 @@ pub struct StateLayout {
     pub(super) pointers: Vec<Pointer>,
     /// Offset in STATE of each distinct ring index, and its length.
     pub(super) rings: Vec<(u32, u32)>,
-    /// Offset in STATE of each live parameter, those that the entry of a tick computes behind the kernel's
-    /// own.
+    /// Offset in STATE of each live parameter, those that the entry of a tick computes behind the
+    /// kernel's own.
     pub(super) live_params: Vec<u32>,
     pub(super) literals: u32,
     /// Events, where keys have any.
@@ -152,7 +152,7 @@ impl Ring {
         let args = kernel.events.iter().map(|event| event.args).max()?;
         let event = 4 * (2 + args).next_power_of_two();
         let tick_bytes_max = keys
-            .saturating_mul(emitted(&kernel.tick))
+            .saturating_mul(kernel.tick.events_max())
             .max(1)
             .saturating_mul(event);
         let bytes = tick_bytes_max
@@ -177,16 +177,6 @@ impl Ring {
     pub fn size(&self) -> u32 {
         self.spare() + self.tick_bytes_max
     }
-}
-
-/// How many events a region can emit.
-fn emitted(region: &Region) -> u32 {
-    let of = |inst: &Inst| match inst.op {
-        Op::Emit(_) => 1,
-        Op::Loop(rounds) => rounds.saturating_mul(inst.regions.iter().map(emitted).sum()),
-        _ => inst.regions.iter().map(emitted).max().unwrap_or(0),
-    };
-    region.insts.iter().map(of).fold(0, u32::saturating_add)
 }
 
 impl StateLayout {
@@ -363,8 +353,8 @@ impl StateLayout {
             .map(|p| p.at)
     }
 
-    /// How often HISTORY is to be added to a pointer to a line: 1 for slots as wide as those of the first
-    /// line.
+    /// How often HISTORY is to be added to a pointer to a line: 1 for slots as wide as those of the
+    /// first line.
     pub(super) fn scale(&self, line: u32) -> u8 {
         let log2 = |line: u32| self.lines[line as usize].log2();
         self.first_line.map_or(0, |first| log2(line) - log2(first))
@@ -377,17 +367,9 @@ fn is_narrow(range: Range) -> bool {
 
 /// Every line and delay that the kernel asks for.
 fn delays(kernel: &Kernel) -> Vec<(u32, u32)> {
-    fn collect(region: &Region, found: &mut Vec<(u32, u32)>) {
-        for inst in &region.insts {
-            if let Op::Delay(line, ticks) = inst.op {
-                found.push((line, ticks));
-            }
-            inst.regions.iter().for_each(|inner| collect(inner, found));
-        }
-    }
-    let mut found = Vec::new();
-    [&kernel.init, &kernel.tick]
-        .into_iter()
-        .for_each(|region| collect(region, &mut found));
-    found
+    let delay = |inst: &Inst| match inst.op {
+        Op::Delay(line, ticks) => Some((line, ticks)),
+        _ => None,
+    };
+    kernel.all_insts().filter_map(delay).collect()
 }

@@ -11,6 +11,7 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use whippen_ids::IdMap;
 use whippen_kernel::op::Meaning;
 use whippen_kernel::{Inst, Kernel, Op, Range, Type, Value, ValueInfo, sweep_insts};
 use whippen_modes::{End, Mode, Modes};
@@ -56,26 +57,28 @@ fn is_worth_a_load(op: Op) -> bool {
         )
 }
 
+/// The instruction that makes each value.
+type Makers<'a> = IdMap<Value, Option<&'a Inst>>;
+
 /// Which values of a mode depend on live values alone.
 struct Scan<'m> {
     mode: &'m Mode,
     /// By value: what makes it, if it depends on nothing but live values and constants.
-    made: Vec<Option<&'m Inst>>,
+    made: Makers<'m>,
     /// Whether a live value, and something costly, is part of it.
-    live: Vec<bool>,
-    costly: Vec<bool>,
+    depends_on_param: IdMap<Value, bool>,
+    costly: IdMap<Value, bool>,
     /// Whether somebody needs it who depends on more.
-    needed: Vec<bool>,
+    needed: IdMap<Value, bool>,
 }
 
 impl<'m> Scan<'m> {
     fn new(mode: &'m Mode) -> Scan<'m> {
-        let no = vec![false; mode.values.len()];
-        let made = vec![None; mode.values.len()];
+        let no = IdMap::filled(false, mode.values.len());
         Scan {
             mode,
-            made,
-            live: no.clone(),
+            made: IdMap::filled(None, mode.values.len()),
+            depends_on_param: no.clone(),
             costly: no.clone(),
             needed: no,
         }
@@ -107,13 +110,13 @@ impl<'m> Scan<'m> {
         // there.
         let mut roots = Vec::new();
         for value in order.into_iter().rev() {
-            let at = value.0 as usize;
-            if !self.needed[at] {
+            if !self.needed[value] {
                 continue;
             }
-            if mode.values[at].ty == Type::I32 && self.live[at] && self.costly[at] {
+            let is_word = mode.values[value].ty == Type::I32;
+            if is_word && self.depends_on_param[value] && self.costly[value] {
                 roots.push(value);
-            } else if let Some(inst) = self.made[at] {
+            } else if let Some(inst) = self.made[value] {
                 inst.args.iter().for_each(|arg| self.need(*arg));
             }
         }
@@ -124,25 +127,22 @@ impl<'m> Scan<'m> {
     fn is_alone(&self, inst: &Inst) -> bool {
         let reads = matches!(inst.op, Op::Live(_) | Op::Tick(_));
         let computes = reads || matches!(inst.op.row().meaning, Meaning::Exact(_));
-        computes
-            && inst.regions.is_empty()
-            && inst
-                .args
-                .iter()
-                .all(|arg| self.made[arg.0 as usize].is_some())
+        computes && inst.regions.is_empty() && inst.args.iter().all(|arg| self.made[arg].is_some())
     }
 
     fn define(&mut self, inst: &'m Inst) {
-        let any = |of: &[bool]| inst.args.iter().any(|arg| of[arg.0 as usize]);
-        let (live, costly) = (any(&self.live), any(&self.costly));
-        let at = inst.results[0].0 as usize;
-        self.live[at] = live || matches!(inst.op, Op::Live(_) | Op::Tick(_));
-        self.costly[at] = costly || is_worth_a_load(inst.op);
-        self.made[at] = Some(inst);
+        let any = |of: &IdMap<Value, bool>| inst.args.iter().any(|arg| of[arg]);
+        let depends_on_param = any(&self.depends_on_param);
+        let costly = any(&self.costly);
+        let result = inst.results[0];
+        self.depends_on_param[result] =
+            depends_on_param || matches!(inst.op, Op::Live(_) | Op::Tick(_));
+        self.costly[result] = costly || is_worth_a_load(inst.op);
+        self.made[result] = Some(inst);
     }
 
     fn need(&mut self, value: Value) {
-        self.needed[value.0 as usize] = true;
+        self.needed[value] = true;
     }
 
     fn need_all(&mut self, inst: &Inst) {
@@ -157,11 +157,11 @@ impl<'m> Scan<'m> {
 impl TickInvariants {
     /// Has the mode load these values.
     fn replace(&mut self, kernel: &Kernel, mode: &mut Mode, roots: &[Value]) {
-        let mut made: Vec<Option<&Inst>> = vec![None; mode.values.len()];
+        let mut made: Makers = IdMap::filled(None, mode.values.len());
         for inst in mode.blocks.iter().flat_map(|block| &block.insts) {
             inst.results
                 .iter()
-                .for_each(|result| made[result.0 as usize] = Some(inst));
+                .for_each(|result| made[result] = Some(inst));
         }
         let lives: HashMap<Value, Op> = roots
             .iter()
@@ -176,7 +176,7 @@ impl TickInvariants {
     }
 
     /// The live value that holds this.
-    fn live(&mut self, kernel: &Kernel, mode: &Mode, made: &[Option<&Inst>], root: Value) -> Op {
+    fn live(&mut self, kernel: &Kernel, mode: &Mode, made: &Makers, root: Value) -> Op {
         let value = self.copy(mode, made, root);
         let place = self
             .results
@@ -189,9 +189,9 @@ impl TickInvariants {
         Op::Live((kernel.lives.len() + place) as u32)
     }
 
-    fn copy(&mut self, mode: &Mode, made: &[Option<&Inst>], value: Value) -> Value {
-        let info = mode.values[value.0 as usize];
-        let Some(inst) = made[value.0 as usize] else {
+    fn copy(&mut self, mode: &Mode, made: &Makers, value: Value) -> Value {
+        let info = mode.values[value];
+        let Some(inst) = made[value] else {
             return value;
         };
         let args: Vec<Value> = inst
@@ -217,17 +217,17 @@ impl TickInvariants {
 
 /// Leaves out what nobody uses any more.
 fn remove_unused(mode: &mut Mode) {
-    let mut needed = vec![false; mode.values.len()];
+    let mut needed = IdMap::filled(false, mode.values.len());
     // What a block uses is made in it or in a block before.
     for block in mode.blocks.iter_mut().rev() {
         if let End::Branch { condition, .. } = &block.end {
-            needed[condition.0 as usize] = true;
+            needed[condition] = true;
         }
         block
             .end
             .targets()
             .flat_map(|target| &target.args)
-            .for_each(|value| needed[value.0 as usize] = true);
+            .for_each(|value| needed[value] = true);
         sweep_insts(&mut block.insts, &mut needed);
     }
 }

@@ -67,13 +67,11 @@ impl Scan<'_> {
 
 /// Notes the cells that an instruction may write.
 fn stores(inst: &Inst, stored: &mut [bool]) {
-    if let Op::Set(cell) | Op::SetAt(cell) = inst.op {
-        stored[cell as usize] = true;
+    for inst in inst.all_insts() {
+        if let Op::Set(cell) | Op::SetAt(cell) = inst.op {
+            stored[cell as usize] = true;
+        }
     }
-    inst.regions
-        .iter()
-        .flat_map(|region| &region.insts)
-        .for_each(|inst| stores(inst, stored));
 }
 
 impl Select<'_> {

@@ -4,7 +4,7 @@
 //! as much as it would cost to take it from the stack. That holds for a use behind a store to the
 //! cell only if the word was loaded before: such words are loaded where the Kernel does.
 
-use whippen_kernel::{Inst, Kernel, Op, Type, Value};
+use whippen_kernel::{Inst, Kernel, Op, Type, Value, all_insts};
 use whippen_modes::{End, Mode};
 
 /// Which values may be loaded again wherever they are used; some choices wait until they are
@@ -89,13 +89,10 @@ impl Scan<'_> {
     }
 
     fn stores(&mut self, insts: &[Inst]) {
-        for inst in insts {
+        for inst in all_insts(insts) {
             if let Op::Set(cell) | Op::SetAt(cell) = inst.op {
                 self.stored[cell as usize] = true;
             }
-            inst.regions
-                .iter()
-                .for_each(|inner| self.stores(&inner.insts));
         }
     }
 

@@ -1,7 +1,7 @@
 //! How often values are used, and as what: counted before anything is selected.
 
 use super::Select;
-use whippen_kernel::{Inst, Op, Value};
+use whippen_kernel::{Inst, Op, Value, all_insts};
 
 impl Select<'_> {
     pub(super) fn count_word_uses(&mut self, values: &[Value]) {
@@ -13,7 +13,7 @@ impl Select<'_> {
 
     /// Counts what is compared as often as the comparison, which is made anew for each use.
     pub(super) fn count_compared(&mut self, insts: &[Inst]) {
-        for inst in insts {
+        for inst in all_insts(insts) {
             if matches!(inst.op, Op::Lt | Op::Le | Op::Eq)
                 && self.use_count[inst.results[0].0 as usize] != 1
             {
@@ -21,9 +21,6 @@ impl Select<'_> {
                     .iter()
                     .for_each(|arg| self.use_count[arg.0 as usize] += 1);
             }
-            inst.regions
-                .iter()
-                .for_each(|inner| self.count_compared(&inner.insts));
         }
     }
 
@@ -45,13 +42,10 @@ impl Select<'_> {
 
     /// Counts everything in a loop once more, so that nothing is computed again in each round.
     fn count_in_loop(&mut self, insts: &[Inst]) {
-        for inst in insts {
+        for inst in all_insts(insts) {
             inst.args
                 .iter()
                 .for_each(|arg| self.use_count[arg.0 as usize] += 1);
-            inst.regions
-                .iter()
-                .for_each(|inner| self.count_in_loop(&inner.insts));
         }
     }
 

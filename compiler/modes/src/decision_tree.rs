@@ -1,11 +1,12 @@
-//! The decisions of one mode: at every node of the tree one condition is decided, and both ways are
-//! folded anew under what that says; at a leaf the next mode is known.
+//! Decision trees by trace splitting: at every inner node one condition is decided and both sides are
+//! partially evaluated under it; at a leaf the next mode is known.
 
-use super::fold::{Fold, Path};
-use super::gain::{Asking, Gains, Limit, Lists};
-use super::graph::{Graph, Id, Kind};
+use super::benefit::{Benefits, Candidate, Limit, Lists};
+use super::graph::{Graph, Kind, NodeId};
+use super::partial_eval::{PartialEval, Path};
 use super::tick::Tick;
-use super::{cost, facts, order, reach};
+use super::tuning;
+use super::{cost, decision_order, facts, reach};
 use std::rc::Rc;
 use whippen_kernel::{Op, Range, Type};
 
@@ -29,7 +30,7 @@ impl Discrete {
 pub(super) enum Tree {
     Split {
         path: Rc<Path>,
-        condition: Id,
+        condition: NodeId,
         yes: Box<Tree>,
         no: Box<Tree>,
     },
@@ -50,23 +51,20 @@ pub(super) struct Grower<'a, 'k> {
     pub discrete: &'a [Discrete],
     /// How many leaves are left.
     pub leaves: usize,
-    pub fold: Fold,
+    pub eval: PartialEval,
     pub lists: Lists,
-    /// Cycles that a decision must save which does not tell the next mode.
-    pub worth: u32,
-    /// Cycles that a condition must seem to save on its cheaper side to be tried out.
-    pub promising: u32,
-    /// How many decisions the way so far has.
+    /// Least saving, in cycles, for a branch that is not needed to find the next mode.
+    pub branch_threshold: u32,
+    /// Least estimated saving on the better side for a condition to be tried out.
+    pub trial_threshold: u32,
+    /// Decisions on the path so far.
     pub depth: usize,
 }
-
-/// Decisions on one way; no instrument comes near, and what goes down a tree needs stack.
-const DEPTH: usize = 100;
 
 impl Grower<'_, '_> {
     /// The tree for a tick under these facts; none if they contradict each other.
     pub fn grow(&mut self, path: Rc<Path>, tick: &Tick) -> Result<Option<Tree>, TooBig> {
-        let nodes = self.fold.nodes(self.graph, &path, &tick.roots());
+        let nodes = self.eval.nodes_below(self.graph, &path, &tick.roots());
         self.grow_over(path, tick, &nodes)
     }
 
@@ -75,12 +73,12 @@ impl Grower<'_, '_> {
         &mut self,
         path: Rc<Path>,
         tick: &Tick,
-        nodes: &[Id],
+        nodes: &[NodeId],
     ) -> Result<Option<Tree>, TooBig> {
         self.deeper(|grower| {
             let Some(folded) = grower
-                .fold
-                .run_over(grower.graph, &path, &tick.roots(), nodes)
+                .eval
+                .evaluate_over(grower.graph, &path, &tick.roots(), nodes)
             else {
                 return Ok(None);
             };
@@ -93,14 +91,14 @@ impl Grower<'_, '_> {
         &mut self,
         grow: impl FnOnce(&mut Self) -> Result<T, TooBig>,
     ) -> Result<T, TooBig> {
-        if self.depth > DEPTH {
+        if self.depth > tuning::DECISIONS_DEEP {
             return Err(TooBig);
         }
-        let mark = self.fold.mark();
+        let mark = self.eval.mark();
         self.depth += 1;
         let tree = grow(self);
         self.depth -= 1;
-        self.fold.back(mark);
+        self.eval.undo_to(mark);
         tree
     }
 
@@ -113,17 +111,18 @@ impl Grower<'_, '_> {
         let Some(condition) = chosen else {
             return self.leaf(path, tick).map(Some);
         };
-        let if_yes = path.on(self.graph, &self.fold, condition, true);
-        let if_no = path.on(self.graph, &self.fold, condition, false);
+        let if_yes = path.decided_so(self.graph, &self.eval, condition, true);
+        let if_no = path.decided_so(self.graph, &self.eval, condition, false);
         // Both ways are decided by the same.
         let Some(either) = if_yes.as_ref().or(if_no.as_ref()) else {
             return Ok(None);
         };
-        let nodes = self.fold.nodes(self.graph, either, &roots);
+        let nodes = self.eval.nodes_below(self.graph, either, &roots);
         // The other side is looked at first, because where it cannot be nothing is decided here.
         let no = if_no.and_then(|no| {
             Some((
-                self.fold.try_run(self.graph, &no, &roots, &nodes)?,
+                self.eval
+                    .evaluate_and_undo(self.graph, &no, &roots, &nodes)?,
                 Rc::new(no),
             ))
         });
@@ -141,7 +140,7 @@ impl Grower<'_, '_> {
             return self.grow_given(&path, &if_no, &tick, (condition, false), &nodes);
         };
         let no = self.deeper(|grower| {
-            grower.fold.again(&found);
+            grower.eval.replay(&found);
             grower.grow_on(if_no, tick.with(&found.roots))
         })?;
         let Some(no) = no else {
@@ -162,13 +161,15 @@ impl Grower<'_, '_> {
         path: &Path,
         strong: &Path,
         tick: &Tick,
-        (condition, holds): (Id, bool),
-        nodes: &[Id],
+        (condition, holds): (NodeId, bool),
+        nodes: &[NodeId],
     ) -> Result<Option<Tree>, TooBig> {
-        let mark = self.fold.mark();
-        let told = self.fold.run_over(self.graph, strong, &tick.roots(), nodes);
-        let told = told.map(|roots| reach::ranges(self.graph, &self.fold, &tick.with(&roots)));
-        self.fold.back(mark);
+        let mark = self.eval.mark();
+        let told = self
+            .eval
+            .evaluate_over(self.graph, strong, &tick.roots(), nodes);
+        let told = told.map(|roots| reach::ranges(self.graph, &self.eval, &tick.with(&roots)));
+        self.eval.undo_to(mark);
         let Some(told) = told else { return Ok(None) };
         let mut tick = tick.clone();
         for discrete in self.discrete {
@@ -178,60 +179,71 @@ impl Grower<'_, '_> {
             let Range { low, high } = told[discrete.cell];
             let ty = self.graph.ty(id);
             tick.cells[discrete.cell] = Some(match ty {
-                _ if low == high => self.graph.number(ty, low),
+                _ if low == high => self.graph.constant_node(ty, low),
                 Type::I1 => id,
                 _ => self.graph.node(Kind::Op(Op::Assume(low, high)), ty, &[id]),
             });
         }
-        self.grow(Rc::new(path.given(condition, holds)), &tick)
+        self.grow(Rc::new(path.decided_without_facts(condition, holds)), &tick)
     }
 
     fn leaf(&mut self, path: Rc<Path>, tick: Tick) -> Result<Tree, TooBig> {
         self.leaves = self.leaves.checked_sub(1).ok_or(TooBig)?;
-        let ranges = reach::ranges(self.graph, &self.fold, &tick);
+        let ranges = reach::ranges(self.graph, &self.eval, &tick);
         Ok(Tree::Leaf { path, tick, ranges })
     }
 
     /// The condition that is best decided now; none if nothing is left that pays or must be.
-    fn choose(&mut self, path: &Path, tick: &Tick, roots: &[Id]) -> Option<Id> {
-        let musts = self.next_states(tick);
-        let (worth, promising) = (self.worth, self.promising);
-        let mut gains = Gains::new(self.graph, &mut self.lists, roots, &musts);
-        let mut best: Option<((u32, u32), Id)> = None;
-        for at in gains.in_order() {
-            let Asking {
+    fn choose(&mut self, path: &Path, tick: &Tick, roots: &[NodeId]) -> Option<NodeId> {
+        let successor_conditions = self.next_states(tick);
+        let (branch_threshold, trial_threshold) = (self.branch_threshold, self.trial_threshold);
+        let mut benefits = Benefits::new(self.graph, &mut self.lists, roots, &successor_conditions);
+        let mut best: Option<((u32, u32), NodeId)> = None;
+        for at in benefits.in_order() {
+            let Candidate {
                 condition,
-                asked,
-                must,
+                use_count,
+                decides_successor,
                 ..
-            } = gains.asking(at);
-            let score = (gains.of(at), asked);
-            if (must || score.0 >= worth) && best.is_none_or(|(most, _)| score > most) {
+            } = benefits.candidate(at);
+            let score = (benefits.of_worse_side(at), use_count);
+            if (decides_successor || score.0 >= branch_threshold)
+                && best.is_none_or(|(most, _)| score > most)
+            {
                 best = Some((score, condition));
             }
         }
         let (_, best) = best?;
         // What would be tried out later counts as well: what one comparison tells, others need not
         // ask.
-        let wanted = |gains: &mut Gains, at: usize| {
-            gains.asking(at).must || gains.of(at) >= worth || gains.of_cheaper(at) >= promising
+        let wanted = |benefits: &mut Benefits, at: usize| {
+            benefits.candidate(at).decides_successor
+                || benefits.of_worse_side(at) >= branch_threshold
+                || benefits.of_better_side(at) >= trial_threshold
         };
-        match gains.compared_alike(best, wanted) {
+        match benefits.compared_alike(best, wanted) {
             Some((of, limits)) if limits.len() > 1 => {
                 Some(self.first_of(path, tick, of, &limits).unwrap_or(best))
             }
-            _ => Some(gains.most_shared(best)),
+            _ => Some(benefits.most_shared(best)),
         }
     }
 
     /// Of several comparisons of one value with constants, the one that is best decided first; none
     /// if none pays.
-    fn first_of(&mut self, path: &Path, tick: &Tick, of: Id, limits: &[Limit]) -> Option<Id> {
-        if limits.len() > order::AT_ONCE {
+    fn first_of(
+        &mut self,
+        path: &Path,
+        tick: &Tick,
+        of: NodeId,
+        limits: &[Limit],
+    ) -> Option<NodeId> {
+        if limits.len() > tuning::COMPARISONS_WEIGHED {
             return Some(limits[limits.len() / 2].condition);
         }
-        let musts: Vec<bool> = limits.iter().map(|limit| limit.must).collect();
-        let Range { low, high } = self.fold.range(of);
+        let successor_conditions: Vec<bool> =
+            limits.iter().map(|limit| limit.decides_successor).collect();
+        let Range { low, high } = self.eval.range(of);
         let lows: Vec<i64> = std::iter::once(low)
             .chain(limits.iter().map(|limit| limit.limit))
             .collect();
@@ -240,12 +252,12 @@ impl Grower<'_, '_> {
             .map(|limit| limit.limit - 1)
             .chain(std::iter::once(high))
             .collect();
-        let nodes = self.fold.nodes(self.graph, path, &tick.roots());
-        let mut costs: order::Costs = vec![Vec::new(); lows.len()];
+        let nodes = self.eval.nodes_below(self.graph, path, &tick.roots());
+        let mut costs: decision_order::Costs = vec![Vec::new(); lows.len()];
         for (at, low) in lows.iter().enumerate() {
             for (to, high) in highs.iter().enumerate().skip(at) {
                 // Where something must be decided, nobody asks what it costs if it is not.
-                let is_left = to == at || !musts[at..to].contains(&true);
+                let is_left = to == at || !successor_conditions[at..to].contains(&true);
                 let within = (of, Range::new(*low, *high));
                 let cost = if is_left {
                     self.cost_within(path, tick, &nodes, within)
@@ -255,7 +267,8 @@ impl Grower<'_, '_> {
                 costs[at].push(cost);
             }
         }
-        order::first(&musts, &costs, self.worth).map(|at| limits[at].condition)
+        decision_order::best_first(&successor_conditions, &costs, self.branch_threshold)
+            .map(|at| limits[at].condition)
     }
 
     /// Cycles of what is left to do, and to decide for the next mode, where a node lies so.
@@ -263,67 +276,69 @@ impl Grower<'_, '_> {
         &mut self,
         path: &Path,
         tick: &Tick,
-        nodes: &[Id],
-        (of, range): (Id, Range),
+        nodes: &[NodeId],
+        (of, range): (NodeId, Range),
     ) -> u32 {
         let told = facts::with(
             self.graph,
-            &|id| self.fold.range(id),
+            &|id| self.eval.range(id),
             &path.facts,
             of,
             range,
         );
-        let Some((facts, latest)) = told else {
+        let Some((facts, new_facts)) = told else {
             return 0;
         };
-        let (roots, mark) = (tick.roots(), self.fold.mark());
+        let (roots, mark) = (tick.roots(), self.eval.mark());
         let within = Path {
             facts,
-            latest,
+            new_facts,
             decided: Vec::new(),
         };
-        let folded = self.fold.run_over(self.graph, &within, &roots, nodes);
+        let folded = self.eval.evaluate_over(self.graph, &within, &roots, nodes);
         let cost = folded.map_or(0, |roots| {
-            let musts = self.next_states(&tick.with(&roots)).len() as u32;
-            self.fold.cost(self.graph, &roots) + cost::BRANCH * musts
+            let successor_conditions = self.next_states(&tick.with(&roots)).len() as u32;
+            self.eval.cost(self.graph, &roots) + cost::BRANCH * successor_conditions
         });
-        self.fold.back(mark);
+        self.eval.undo_to(mark);
         cost
     }
 
     /// Where nothing is left that pays by itself: the condition that saves most once both ways are
     /// folded under what it tells of ranges, such as that of two limits one is never met; none if
     /// none pays.
-    fn choose_by_trial(&mut self, path: &Path, roots: &[Id]) -> Option<Id> {
-        let mut gains = Gains::new(self.graph, &mut self.lists, roots, &[]);
-        let mut promising = gains.in_order();
-        promising.retain(|at| gains.of_cheaper(*at) >= self.promising);
-        let promising: Vec<Id> = promising
+    fn choose_by_trial(&mut self, path: &Path, roots: &[NodeId]) -> Option<NodeId> {
+        let mut benefits = Benefits::new(self.graph, &mut self.lists, roots, &[]);
+        let mut promising = benefits.in_order();
+        promising.retain(|at| benefits.of_better_side(*at) >= self.trial_threshold);
+        let promising: Vec<NodeId> = promising
             .into_iter()
-            .map(|at| gains.asking(at).condition)
+            .map(|at| benefits.candidate(at).condition)
             .collect();
         if promising.is_empty() {
             return None;
         }
-        let now = self.fold.cost(self.graph, roots);
-        let mut best: Option<(u32, Id)> = None;
+        let now = self.eval.cost(self.graph, roots);
+        let mut best: Option<(u32, NodeId)> = None;
         for condition in promising {
-            let sides =
-                [true, false].map(|holds| path.on(self.graph, &self.fold, condition, holds));
+            let sides = [true, false]
+                .map(|holds| path.decided_so(self.graph, &self.eval, condition, holds));
             let [Some(if_yes), Some(if_no)] = sides else {
                 continue;
             };
             // Both ways are decided by the same.
-            let nodes = self.fold.nodes(self.graph, &if_yes, roots);
+            let nodes = self.eval.nodes_below(self.graph, &if_yes, roots);
             let costs = [if_yes, if_no].map(|side| {
-                let found = self.fold.try_run(self.graph, &side, roots, &nodes)?;
-                Some(self.fold.cost(self.graph, &found.roots))
+                let found = self
+                    .eval
+                    .evaluate_and_undo(self.graph, &side, roots, &nodes)?;
+                Some(self.eval.cost(self.graph, &found.roots))
             });
             let [Some(yes), Some(no)] = costs else {
                 continue;
             };
             let saved = now.saturating_sub(yes.max(no) + cost::BRANCH);
-            if saved >= self.worth && best.is_none_or(|(most, _)| saved > most) {
+            if saved >= self.branch_threshold && best.is_none_or(|(most, _)| saved > most) {
                 best = Some((saved, condition));
             }
         }
@@ -331,7 +346,7 @@ impl Grower<'_, '_> {
     }
 
     /// Bools that tell the class of a cell at the end.
-    fn next_states(&mut self, tick: &Tick) -> Vec<Id> {
+    fn next_states(&mut self, tick: &Tick) -> Vec<NodeId> {
         let mut found = Vec::new();
         for discrete in self.discrete {
             let Some(id) = tick.cells[discrete.cell] else {
@@ -340,7 +355,7 @@ impl Grower<'_, '_> {
             let range = self
                 .graph
                 .constant(id)
-                .map_or_else(|| self.fold.range(id), Range::point);
+                .map_or_else(|| self.eval.range(id), Range::point);
             if discrete.class(range).is_some() {
                 continue;
             }
@@ -353,8 +368,13 @@ impl Grower<'_, '_> {
                 .iter()
                 .find(|class| class.high >= range.low)
                 .map_or(range.high, |c| c.high);
-            let limit = self.fold.number(self.graph, self.graph.ty(id), inside + 1);
-            found.push(self.fold.pure(self.graph, Op::Lt, Type::I1, &[id, limit]));
+            let limit = self
+                .eval
+                .constant(self.graph, self.graph.ty(id), inside + 1);
+            found.push(
+                self.eval
+                    .fold_pure(self.graph, Op::Lt, Type::I1, &[id, limit]),
+            );
         }
         found
     }
@@ -362,7 +382,7 @@ impl Grower<'_, '_> {
 
 impl Tick {
     /// All that the tick leaves.
-    pub fn roots(&self) -> Vec<Id> {
+    pub fn roots(&self) -> Vec<NodeId> {
         self.cells
             .iter()
             .flatten()
@@ -373,9 +393,9 @@ impl Tick {
     }
 
     /// The same with these roots.
-    pub fn with(&self, roots: &[Id]) -> Tick {
+    pub fn with(&self, roots: &[NodeId]) -> Tick {
         let mut roots = roots.iter().copied();
-        let mut next = |old: Id| roots.next().unwrap_or(old);
+        let mut next = |old: NodeId| roots.next().unwrap_or(old);
         let cells = self.cells.iter().map(|cell| cell.map(&mut next)).collect();
         let writes = self.writes.iter().map(|write| next(*write)).collect();
         Tick {

@@ -1,9 +1,9 @@
 //! Sets of nodes as sorted lists.
 
-use crate::graph::Id;
+use crate::graph::NodeId;
 
 /// What is in one of two lists in order, or in both, in order.
-pub(super) fn union(a: &[Id], b: &[Id]) -> Vec<Id> {
+pub(super) fn union(a: &[NodeId], b: &[NodeId]) -> Vec<NodeId> {
     let mut all = Vec::with_capacity(a.len() + b.len());
     let mut left = a.iter().copied().peekable();
     for id in b {
@@ -18,9 +18,9 @@ pub(super) fn union(a: &[Id], b: &[Id]) -> Vec<Id> {
 }
 
 /// What is in both of two lists in order, in order.
-pub(super) fn common(a: &[Id], b: &[Id]) -> Vec<Id> {
+pub(super) fn common(a: &[NodeId], b: &[NodeId]) -> Vec<NodeId> {
     let mut left = b.iter().peekable();
-    let mut is_there = |id: &&Id| {
+    let mut is_there = |id: &&NodeId| {
         while left.next_if(|other| other < id).is_some() {}
         left.peek() == Some(id)
     };

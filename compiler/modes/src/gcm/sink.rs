@@ -1,71 +1,76 @@
-//! What does not stand as high as it could, because its result would take a register all the way
-//! down.
+//! Sinking with duplication: a value scheduled early is computed in the blocks below instead, where
+//! its register would otherwise be live all the way down.
 //!
-//! A value that only blocks below use is computed there if that takes no other register down in its
-//! place: what it is made of alone (its cone) rests on values that are alive below anyway, or that
-//! can be read again. Each way below then has its own copy.
+//! A value that only blocks below use is sunk if that takes no other register down in its place:
+//! what it is made of alone (its cone) rests on values that are live below anyway, or that can be
+//! rematerialised. Each path below then has its own copy.
 
-use super::{Needs, Placer};
-use crate::graph::Id;
+use super::{Needs, Scheduler};
+use crate::graph::NodeId;
+use crate::tuning;
 use rustc_hash::{FxHashMap, FxHashSet};
 use whippen_kernel::Op;
 
-/// So many values may be alive below a block without anything being done about it: not all
-/// registers, because blocks need some for what they compute.
-const ALIVE: usize = 4;
-/// Instructions that are copied, at most, to free one register.
-const CONE: usize = 8;
-/// Uses of bools that are followed.
-const USES: usize = 64;
-
-/// What stands in a block, and who else uses it.
+/// The nodes scheduled in a block, and who else uses them.
 struct Block<'a, 'p, 'k> {
-    placer: &'a Placer<'p, 'k>,
-    here: FxHashSet<Id>,
+    scheduler: &'a Scheduler<'p, 'k>,
+    here: FxHashSet<NodeId>,
     /// Who uses each value: nodes that are still to be placed.
-    users: FxHashMap<Id, Vec<Id>>,
+    users: FxHashMap<NodeId, Vec<NodeId>>,
     /// What the decision at the end of the block is made of.
-    decided: FxHashSet<Id>,
+    decided: FxHashSet<NodeId>,
 }
 
-/// Of what may stand here, in order, what is to stand here.
-pub(super) fn stay(placer: &Placer, needs: &Needs, condition: Id, may_stand: Vec<Id>) -> Vec<Id> {
-    let mut users: FxHashMap<Id, Vec<Id>> = FxHashMap::default();
+/// Of what can be scheduled early, in order, what is not sunk.
+pub(super) fn without_sunk(
+    scheduler: &Scheduler,
+    needs: &Needs,
+    condition: NodeId,
+    schedulable: Vec<NodeId>,
+) -> Vec<NodeId> {
+    let mut users: FxHashMap<NodeId, Vec<NodeId>> = FxHashMap::default();
     for id in needs
         .by_some
         .iter()
-        .filter(|id| !placer.placed.contains_key(id))
+        .filter(|id| !scheduler.placed.contains_key(id))
     {
-        placer
+        scheduler
             .graph
             .args(*id)
             .iter()
             .for_each(|arg| users.entry(*arg).or_default().push(*id));
     }
-    let decided = placer.graph.reachable(&[condition]).into_iter().collect();
+    let decided = scheduler
+        .graph
+        .reachable(&[condition])
+        .into_iter()
+        .collect();
     let mut block = Block {
-        placer,
-        here: may_stand.iter().copied().collect(),
+        scheduler,
+        here: schedulable.iter().copied().collect(),
         users,
         decided,
     };
     // What is left for below reads what others overwrite.
-    while may_stand
+    while schedulable
         .iter()
         .rev()
         .any(|id| block.leave_overwriting(*id))
     {}
-    let mut alive = may_stand.iter().filter(|id| block.is_alive(**id)).count();
-    for id in may_stand.iter().rev() {
-        if alive <= ALIVE {
+    let mut live = schedulable
+        .iter()
+        .filter(|id| block.is_live_below(**id))
+        .count();
+    for id in schedulable.iter().rev() {
+        if live <= tuning::LIVE_BELOW {
             break;
         }
         if let Some(cone) = block.cone(*id, false) {
             cone.iter().for_each(|id| _ = block.here.remove(id));
-            alive -= 1;
+            live -= 1;
         }
     }
-    may_stand
+    schedulable
         .into_iter()
         .filter(|id| block.here.contains(id))
         .collect()
@@ -74,11 +79,11 @@ pub(super) fn stay(placer: &Placer, needs: &Needs, condition: Id, may_stand: Vec
 impl Block<'_, '_, '_> {
     /// Whether a use is in this block: of a bool, if all uses of the bool are. Of bools of bools
     /// only so many are looked at.
-    fn is_here(&self, user: Id) -> bool {
+    fn is_here(&self, user: NodeId) -> bool {
         let mut open = vec![user];
-        for _ in 0..USES {
+        for _ in 0..tuning::BOOL_USES {
             let Some(user) = open.pop() else { return true };
-            if self.placer.on_demand(user) {
+            if self.scheduler.is_made_per_use(user) {
                 open.extend(self.users.get(&user).into_iter().flatten());
             } else if !self.here.contains(&user) {
                 return false;
@@ -87,42 +92,42 @@ impl Block<'_, '_, '_> {
         false
     }
 
-    fn used_below(&self, id: Id) -> bool {
+    fn used_below(&self, id: NodeId) -> bool {
         self.users
             .get(&id)
             .is_some_and(|users| users.iter().any(|user| !self.is_here(*user)))
     }
 
-    /// Whether it takes a register down.
-    fn is_alive(&self, id: Id) -> bool {
-        !self.is_read_again(id) && self.used_below(id)
+    /// Whether it takes a register down to the blocks below.
+    fn is_live_below(&self, id: NodeId) -> bool {
+        !self.is_rematerializable(id) && self.used_below(id)
     }
 
-    /// Whether blocks can read it anew.
-    fn is_read_again(&self, id: Id) -> bool {
-        match self.placer.graph.op(id) {
+    /// Whether blocks below can read it again instead of keeping it in a register.
+    fn is_rematerializable(&self, id: NodeId) -> bool {
+        match self.scheduler.graph.op(id) {
             Some(Op::Const(_) | Op::Live(_) | Op::Tick(_) | Op::Keyed(_) | Op::In(_)) => true,
             Some(Op::Get(cell)) => !self
                 .here
                 .iter()
-                .any(|id| self.placer.graph.op(*id) == Some(Op::Set(cell))),
+                .any(|id| self.scheduler.graph.op(*id) == Some(Op::Set(cell))),
             _ => false,
         }
     }
 
     /// A cell whose old word is used below is not overwritten here: the word would take a register
     /// down. Gives whether that is so, of a cell that was to be overwritten here.
-    fn leave_overwriting(&mut self, id: Id) -> bool {
-        let graph = &self.placer.graph;
+    fn leave_overwriting(&mut self, id: NodeId) -> bool {
+        let graph = &self.scheduler.graph;
         let Some(Op::Set(cell)) = graph.op(id).filter(|_| self.here.contains(&id)) else {
             return false;
         };
-        let is_old = |id: &&Id| graph.op(**id) == Some(Op::Get(cell));
+        let is_old = |id: &&NodeId| graph.op(**id) == Some(Op::Get(cell));
         let old = self
             .here
             .iter()
             .find(is_old)
-            .or_else(|| self.placer.placed.keys().find(is_old))
+            .or_else(|| self.scheduler.placed.keys().find(is_old))
             .copied();
         if !old.is_some_and(|old| self.used_below(old)) {
             return false;
@@ -131,7 +136,7 @@ impl Block<'_, '_, '_> {
         let new = graph.args(id)[0];
         let cone = self.cone(new, true);
         // Without a cone the new word would go down instead.
-        let leaves = cone.is_some() || self.is_read_again(new) || !self.is_new(new);
+        let leaves = cone.is_some() || self.is_rematerializable(new) || !self.is_new(new);
         if !leaves {
             self.here.insert(id);
         }
@@ -144,14 +149,14 @@ impl Block<'_, '_, '_> {
     /// The value with all that only it needs, if it can go down without another value that goes
     /// down in its place. With `overwritten`, words of cells that are overwritten here count as
     /// what can be read again.
-    fn cone(&self, top: Id, overwritten: bool) -> Option<Vec<Id>> {
-        let graph = &self.placer.graph;
-        let pure = |id: Id| {
+    fn cone(&self, top: NodeId, overwritten: bool) -> Option<Vec<NodeId>> {
+        let graph = &self.scheduler.graph;
+        let pure = |id: NodeId| {
             graph
                 .op(id)
                 .is_some_and(|op| op.row().effect == whippen_kernel::Effect::Pure)
         };
-        let goes = |id: Id| self.here.contains(&id) && pure(id) && !self.decided.contains(&id);
+        let goes = |id: NodeId| self.here.contains(&id) && pure(id) && !self.decided.contains(&id);
         let users = self.users.get(&top)?;
         if !goes(top) || users.iter().any(|user| self.is_here(*user)) {
             return None;
@@ -159,10 +164,10 @@ impl Block<'_, '_, '_> {
         let (mut cone, mut open) = (vec![top], graph.args(top).to_vec());
         while let Some(id) = open.pop() {
             let is_word = overwritten && matches!(graph.op(id), Some(Op::Get(_)));
-            if cone.contains(&id) || is_word || self.is_read_again(id) {
+            if cone.contains(&id) || is_word || self.is_rematerializable(id) {
                 continue;
             }
-            if self.placer.on_demand(id) {
+            if self.scheduler.is_made_per_use(id) {
                 // It is made anew wherever it is asked for.
                 open.extend_from_slice(graph.args(id));
                 continue;
@@ -177,7 +182,7 @@ impl Block<'_, '_, '_> {
             } else if !self.used_below(id) && self.is_new(id) {
                 return None;
             }
-            if cone.len() > CONE {
+            if cone.len() > tuning::CONE_INSTRUCTIONS {
                 return None;
             }
         }
@@ -185,7 +190,7 @@ impl Block<'_, '_, '_> {
     }
 
     /// Whether it is not alive below yet.
-    fn is_new(&self, id: Id) -> bool {
-        self.here.contains(&id) || self.placer.placed.contains_key(&id)
+    fn is_new(&self, id: NodeId) -> bool {
+        self.here.contains(&id) || self.scheduler.placed.contains_key(&id)
     }
 }

@@ -1,11 +1,12 @@
-//! Quotients by a constant as products, exact.
+//! Division by invariant integers using multiplication: rounded quotients by a constant as products,
+//! exact.
 //!
 //! `floor(a * 2^n / b + 1/2)` is `floor((a * m + c) / 2^s)` for some `m` next to `2^(n + s) / b`,
 //! if the difference of both before rounding down lies in `[0, 1 / 2b)`: the first is a multiple of
 //! `1 / 2b`. `m` has two digits of 31 bits.
 
-use super::Fold;
-use crate::graph::{Graph, Id};
+use super::PartialEval;
+use crate::graph::{Graph, NodeId};
 use whippen_kernel::{Op, Type};
 
 /// Bits of a digit.
@@ -46,9 +47,15 @@ impl Product {
     }
 }
 
-impl Fold {
+impl PartialEval {
     /// A quotient by a positive constant, if a product is the same.
-    pub(super) fn quotient(&mut self, graph: &mut Graph, a: Id, b: Id, n: u8) -> Option<Id> {
+    pub(super) fn quotient(
+        &mut self,
+        graph: &mut Graph,
+        a: NodeId,
+        b: NodeId,
+        n: u8,
+    ) -> Option<NodeId> {
         let (divisor, range) = (graph.constant(b)?, self.range(a));
         if divisor <= 0 || !Type::I32.range().contains(range) {
             return None;
@@ -67,15 +74,15 @@ impl Fold {
         };
         let digit = (1_i128 << DIGIT) - 1;
         let [low, high] =
-            [m & digit, m >> DIGIT].map(|digit| self.number(graph, Type::I32, digit as i64));
-        let carried = self.number(graph, Type::I64, (c & digit) as i64);
-        let carried = self.pure(graph, Op::MacWide, Type::I64, &[carried, a, low]);
-        let carried = self.pure(graph, Op::Sar(DIGIT), Type::I64, &[carried]);
-        let rest = self.number(graph, Type::I64, (c >> DIGIT) as i64);
-        let carried = self.pure(graph, Op::Add, Type::I64, &[carried, rest]);
-        let sum = self.pure(graph, Op::MacWide, Type::I64, &[carried, a, high]);
-        let quotient = self.pure(graph, Op::Sar(s - DIGIT), Type::I64, &[sum]);
-        Some(self.pure(graph, Op::Narrow, Type::I32, &[quotient]))
+            [m & digit, m >> DIGIT].map(|digit| self.constant(graph, Type::I32, digit as i64));
+        let carried = self.constant(graph, Type::I64, (c & digit) as i64);
+        let carried = self.fold_pure(graph, Op::MacWide, Type::I64, &[carried, a, low]);
+        let carried = self.fold_pure(graph, Op::Sar(DIGIT), Type::I64, &[carried]);
+        let rest = self.constant(graph, Type::I64, (c >> DIGIT) as i64);
+        let carried = self.fold_pure(graph, Op::Add, Type::I64, &[carried, rest]);
+        let sum = self.fold_pure(graph, Op::MacWide, Type::I64, &[carried, a, high]);
+        let quotient = self.fold_pure(graph, Op::Sar(s - DIGIT), Type::I64, &[sum]);
+        Some(self.fold_pure(graph, Op::Narrow, Type::I32, &[quotient]))
     }
 }
 
