@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Command line, emulated boards and tests call these functions and nothing below them. Each tells
-//! an observer every form that it makes, by its [`Pass`]: what `dump --after` shows is what the next
-//! pass gets.
+//! an observer every form that it makes, by its [`Pass`]: what `dump --after` shows is what the
+//! next pass gets.
 //!
 //! Not here: files and devices (their callers), C and host code, which take a Kernel.
 

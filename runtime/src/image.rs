@@ -87,8 +87,8 @@ pub fn setup(
     )
 }
 
-/// As [`setup`], for somebody who only bounds cycles: a motor's numbers are constants of code that is
-/// otherwise the same, so one stands in where the device says nothing of its own.
+/// As [`setup`], for somebody who only bounds cycles: a motor's numbers are constants of code that
+/// is otherwise the same, so one stands in where the device says nothing of its own.
 ///
 /// # Errors
 /// The device asks for more than the firmware's words can say, in words.

@@ -1,5 +1,5 @@
-//! The set-up of `build` and `budget`: compiled instruments, and the keyboard, device and board they
-//! are for.
+//! The set-up of `build` and `budget`: compiled instruments, and the keyboard, device and board
+//! they are for.
 
 use std::path::{Path, PathBuf};
 

@@ -5,8 +5,8 @@
 //!                 `-- on_cores(division) --> CoreKeys --< CoreZone { core, zone, keys }
 //! ```
 //!
-//! Keys are counted from 0 at the lowest key of the keyboard. These types are the only ones for this
-//! idea; checker, image, bound, emulated board and reports borrow them.
+//! Keys are counted from 0 at the lowest key of the keyboard. These types are the only ones for
+//! this idea; checker, image, bound, emulated board and reports borrow them.
 //!
 //! Not here: what an instrument is (whoever numbers them), which division is cheapest (the builder
 //! of images).
