@@ -20,7 +20,7 @@
 use super::allocate::allocate;
 use super::hoist::hoist_over_branches;
 use super::literal::Literals;
-use super::minst::{Allocated, Func};
+use super::minst::{Allocated, Func, Register};
 use super::promote::Promotions;
 use super::registers::ALL_FREE;
 use super::reorder::{OrderCache, reorder_blocks};
@@ -83,26 +83,43 @@ impl Compiler<'_> {
         }
     }
 
-    /// Gives selected code an order and registers, and about the cycles of its longest path.
+    /// Promotes, schedules and allocates; gives the code and about the cycles of its longest path.
     ///
     /// # Errors
-    /// A pass changed what is computed, or there are no registers: a bug.
-    pub(super) fn allocate(
+    /// Those of [`Compiler::schedule`] and [`Compiler::allocate`].
+    pub(super) fn allocate_scheduled(
         &self,
         func: Func,
         promotions: &Promotions,
         strategy: Strategy,
     ) -> Result<(Allocated, u64), ThumbError> {
-        let mut func = promotions.promote_in(func).into_reverse_postorder();
+        let func = self.schedule(promotions.promote_in(func), strategy)?;
+        let code = self.allocate(&func)?;
+        let cycles = critical_path::estimate_cycles(&code, self.core);
+        Ok((code, cycles))
+    }
+
+    /// Orders blocks, and the instructions of each.
+    ///
+    /// # Errors
+    /// The order changes what is computed: a bug.
+    pub(super) fn schedule(&self, func: Func, strategy: Strategy) -> Result<Func, ThumbError> {
+        let mut func = func.into_reverse_postorder();
         if let Some(limit) = strategy.pressure_limit.filter(|_| self.reorders()) {
             let promoted = (ALL_FREE & !func.free).count_ones() as usize;
             let limit = limit.saturating_sub(promoted).max(2);
             validated(&mut func, |func| schedule_blocks(func, self.core, limit))?;
             advance_next_key_loads(&mut func);
         }
-        let code = allocate(&func, self.core.arch).map_err(ThumbError::Bug)?;
-        let cycles = critical_path::estimate_cycles(&code, self.core);
-        Ok((code, cycles))
+        Ok(func)
+    }
+
+    /// Allocates registers.
+    ///
+    /// # Errors
+    /// There are none, or the allocator's checker objects: a bug.
+    pub(super) fn allocate(&self, func: &Func) -> Result<Allocated, ThumbError> {
+        allocate(func, self.core.arch).map_err(ThumbError::Bug)
     }
 
     /// Reorders allocated code; gives the cycles of its longest path.
@@ -130,7 +147,7 @@ impl Compiler<'_> {
 }
 
 /// Runs passes; in debug builds what comes out is compared with what went in.
-fn validated<R: super::minst::Register>(
+fn validated<R: Register>(
     func: &mut Func<R>,
     passes: impl FnOnce(&mut Func<R>),
 ) -> Result<(), ThumbError> {

@@ -46,15 +46,32 @@ struct CompiledMode {
     code: Allocated,
     /// Cycles of its longest path.
     cycles: u64,
+    chosen: Chosen,
     /// How many strategies were tried to the end; the first is not yet reordered where this is 0.
     tried: usize,
 }
 
-/// Compiles all modes; gives their code, and the tick constants in registers.
+/// How the code of a mode came about.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Chosen {
+    pub strategy: Strategy,
+    pub reordered: bool,
+}
+
+/// The code of all modes.
+pub(super) struct CompiledModes {
+    pub code: Vec<Allocated>,
+    /// How it came about, by mode.
+    pub chosen: Vec<Chosen>,
+    /// The tick constants in registers.
+    pub promotions: Promotions,
+}
+
+/// Compiles all modes.
 pub(super) fn compile_modes(
     compiler: &Compiler,
     literals: &mut Literals,
-) -> Result<(Vec<Allocated>, Promotions), ThumbError> {
+) -> Result<CompiledModes, ThumbError> {
     let modes = 0..compiler.modes.modes.len();
     let funcs: Vec<Func> = modes
         .map(|mode| compiler.select(Piece::Mode(mode), STRATEGIES[0], literals))
@@ -63,8 +80,11 @@ pub(super) fn compile_modes(
     if compiler.reorders() {
         improve_worst(compiler, &promotions, literals, &mut all)?;
     }
-    let code = all.into_iter().map(|mode| mode.code).collect();
-    Ok((code, promotions))
+    Ok(CompiledModes {
+        chosen: all.iter().map(|mode| mode.chosen).collect(),
+        code: all.into_iter().map(|mode| mode.code).collect(),
+        promotions,
+    })
 }
 
 /// Compiles `init`, of which only the size counts.
@@ -73,7 +93,7 @@ pub(super) fn compile_init(
     literals: &mut Literals,
 ) -> Result<Allocated, ThumbError> {
     let func = compiler.select(Piece::Init, UNSCHEDULED, literals);
-    let (code, _) = compiler.allocate(func, &Promotions::default(), UNSCHEDULED)?;
+    let (code, _) = compiler.allocate_scheduled(func, &Promotions::default(), UNSCHEDULED)?;
     Ok(code)
 }
 
@@ -87,7 +107,7 @@ pub(super) fn compile_invariants(
         return Ok(None);
     }
     let func = compiler.select(Piece::Invariants(invariants), STRATEGIES[0], literals);
-    let (mut code, _) = compiler.allocate(func, &Promotions::default(), STRATEGIES[0])?;
+    let (mut code, _) = compiler.allocate_scheduled(func, &Promotions::default(), STRATEGIES[0])?;
     compiler.reorder(&mut code, &OrderCache::default())?;
     Ok(Some(code))
 }
@@ -138,10 +158,14 @@ fn compile_each(
 ) -> Result<Vec<CompiledMode>, ThumbError> {
     let compile = |mode: usize| {
         let func = funcs[mode].clone();
-        let (code, cycles) = compiler.allocate(func, promotions, STRATEGIES[0])?;
+        let (code, cycles) = compiler.allocate_scheduled(func, promotions, STRATEGIES[0])?;
         Ok(CompiledMode {
             code,
             cycles,
+            chosen: Chosen {
+                strategy: STRATEGIES[0],
+                reordered: false,
+            },
             tried: 0,
         })
     };
@@ -166,12 +190,16 @@ fn improve_worst(
             best.code.clone()
         } else {
             let func = compiler.select(Piece::Mode(mode), strategy, literals);
-            compiler.allocate(func, promotions, strategy)?.0
+            compiler.allocate_scheduled(func, promotions, strategy)?.0
         };
         let cycles = compiler.reorder(&mut code, &cache)?;
         if best.tried == 0 || cycles < best.cycles {
             best.code = code;
             best.cycles = cycles;
+            best.chosen = Chosen {
+                strategy,
+                reordered: true,
+            };
         }
         best.tried += 1;
     }

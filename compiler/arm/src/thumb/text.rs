@@ -56,7 +56,10 @@ fn head(f: &mut Formatter, rounds: Option<u32>) -> fmt::Result {
 
 fn line(f: &mut Formatter, text: &str, access: Access) -> fmt::Result {
     match access {
-        Access::None => writeln!(f, "    {text}"),
+        // A word of the stack is among the operands.
+        Access::None | Access::Read(AliasClass::Slot(_)) | Access::Write(AliasClass::Slot(_)) => {
+            writeln!(f, "    {text}")
+        }
         Access::Read(place) | Access::Write(place) => {
             writeln!(f, "    {text:<width$}; {place}", width = COMMENT - 4)
         }
