@@ -26,11 +26,11 @@ use whippen_modes::Modes;
 
 /// A way to make code.
 #[derive(Debug, Clone, Copy)]
-struct Strategy {
+pub(super) struct Strategy {
     /// Decisions over which a loaded value stays in its register.
     remat_distance: usize,
     /// Values alive at once, as far as that can be had; none for the order of selection.
-    pressure_limit: Option<usize>,
+    pub pressure_limit: Option<usize>,
 }
 
 const fn strategy(remat_distance: usize, pressure_limit: usize) -> Strategy {
@@ -59,9 +59,38 @@ const STRATEGIES: [Strategy; 8] = [
 struct CompiledMode {
     code: Allocated,
     cycles: u64,
+    chosen: Chosen,
     /// How many ways were tried to the end; the first of them is only begun with where this is
     /// none.
     tried: usize,
+}
+
+/// How the code of a mode came about.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Chosen {
+    pub strategy: Strategy,
+    pub reordered: bool,
+}
+
+/// The code of all modes.
+pub(super) struct CompiledModes {
+    pub code: Vec<Allocated>,
+    /// How it came about, by mode.
+    pub chosen: Vec<Chosen>,
+    /// What stays in registers from key to key.
+    pub promotions: Promotions,
+}
+
+impl CompiledModes {
+    fn of(all: Vec<CompiledMode>, promotions: Promotions) -> CompiledModes {
+        let chosen = all.iter().map(|mode| mode.chosen).collect();
+        let code = all.into_iter().map(|mode| mode.code).collect();
+        CompiledModes {
+            code,
+            chosen,
+            promotions,
+        }
+    }
 }
 
 /// The code of all modes, and what stays in registers from key to key.
@@ -70,17 +99,9 @@ pub(super) fn compile_modes(
     layout: &StateLayout,
     literals: &mut Literals,
     core: &Core,
-) -> Result<(Vec<Allocated>, Promotions), ThumbError> {
+) -> Result<CompiledModes, ThumbError> {
     let select = |index: usize, strategy: Strategy, literals: &mut Literals| {
-        let func = Select::mode(
-            &modes.kernel,
-            layout,
-            literals,
-            &modes.modes[index],
-            index,
-            strategy.remat_distance,
-        );
-        legalize(func, layout, literals, core)
+        select_mode(modes, index, strategy, layout, literals, core)
     };
     let funcs: Vec<Func> = (0..modes.modes.len())
         .map(|index| select(index, STRATEGIES[0], literals))
@@ -102,6 +123,10 @@ pub(super) fn compile_modes(
         Ok(CompiledMode {
             code,
             cycles,
+            chosen: Chosen {
+                strategy: STRATEGIES[0],
+                reordered: false,
+            },
             tried: 0,
         })
     };
@@ -110,7 +135,7 @@ pub(super) fn compile_modes(
         .collect::<Result<Vec<CompiledMode>, ThumbError>>()?;
     if core.arch == Arch::V6M {
         // Nothing waits there, so one order is as good as another.
-        return Ok((all.into_iter().map(|made| made.code).collect(), promotions));
+        return Ok(CompiledModes::of(all, promotions));
     }
     let known = OrderCache::default();
     let mut left = CANDIDATES_MAX + all.len();
@@ -142,13 +167,30 @@ pub(super) fn compile_modes(
             let (best, (code, cycles)) = (&mut all[index], ended?);
             if tried == 0 || cycles < best.cycles {
                 (best.code, best.cycles) = (code, cycles);
+                best.chosen = Chosen {
+                    strategy: STRATEGIES[tried],
+                    reordered: true,
+                };
             }
             best.tried += 1;
             left -= 1;
         }
     }
-    let code = all.into_iter().map(|made| made.code).collect();
-    Ok((code, promotions))
+    Ok(CompiledModes::of(all, promotions))
+}
+
+/// What selection makes of a mode, in instructions that the core has.
+pub(super) fn select_mode(
+    modes: &Modes,
+    index: usize,
+    strategy: Strategy,
+    layout: &StateLayout,
+    literals: &mut Literals,
+    core: &Core,
+) -> Func {
+    let (mode, distance) = (&modes.modes[index], strategy.remat_distance);
+    let func = Select::mode(&modes.kernel, layout, literals, mode, index, distance);
+    legalize(func, layout, literals, core)
 }
 
 /// The words that stay in registers: as many as make the worst mode cheapest, the more the better
@@ -276,6 +318,14 @@ fn compile_variant(
     pressure_limit: Option<usize>,
     core: &Core,
 ) -> Result<(Allocated, u64), ThumbError> {
+    let func = schedule_within(func, pressure_limit, core);
+    let code = allocate(&func, core.arch).map_err(ThumbError::Bug)?;
+    let cycles = critical_path::estimate_cycles(&code, core);
+    Ok((code, cycles))
+}
+
+/// The same in a schedule with so many values alive at once, if there is a limit.
+pub(super) fn schedule_within(func: Func, pressure_limit: Option<usize>, core: &Core) -> Func {
     let mut func = func.into_reverse_postorder();
     if let Some(pressure_limit) = pressure_limit.filter(|_| core.arch != Arch::V6M) {
         let promoted = (ALL_FREE & !func.free).count_ones() as usize;
@@ -285,14 +335,12 @@ fn compile_variant(
             pressure_limit.saturating_sub(promoted).max(2),
         );
     }
-    let code = allocate(&func, core.arch).map_err(ThumbError::Bug)?;
-    let cycles = critical_path::estimate_cycles(&code, core);
-    Ok((code, cycles))
+    func
 }
 
 /// The same in a better order; gives its cycles. In debug builds a checker compares what it does
 /// with what it did.
-fn reorder_and_hoist(
+pub(super) fn reorder_and_hoist(
     code: &mut Allocated,
     core: &Core,
     known: &OrderCache,
