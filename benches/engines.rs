@@ -76,12 +76,12 @@ fn images(criterion: &mut Criterion) {
     };
     let programs = [firmware::Program::on_all(instrument, &setup)];
     let whole = || firmware::whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
-    let (built, timing) = (whole(), board.timing());
+    let built = whole();
     let bound = || {
         budget::cores(
             &built.image,
             &budget::Program::of(&built.image),
-            &timing,
+            &board,
             &built.keys(0),
             0,
         )

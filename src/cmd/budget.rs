@@ -26,7 +26,7 @@ use whippen_runtime::files::write_whole;
 use whippen_runtime::report::budget_page;
 
 use self::beyond::{Beyond, BeyondArgs};
-use super::setup::{PlayingPart, Setup, SetupArgs, name};
+use super::setup::{PlayingPart, Setup, SetupArgs, name, not_bounded};
 use super::{command, load};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
@@ -188,10 +188,15 @@ impl<'a> Proof<'a> {
     fn find(setup: &'a Setup, modes: &[Modes], keys: u32) -> Result<Self, Failure> {
         let (whole, _) = setup.whole_to_judge(modes, keys)?;
         let program = Program::of(&whole.image);
-        let timing = setup.board.timing();
         let played = setup.programs.iter().enumerate().map(|(number, playing)| {
-            let cores = cores(&whole.image, &program, &timing, &whole.keys(number), number)
-                .map_err(|error: NotBounded| Failure::Defect(format!("no bound: {error}")))?;
+            let cores = cores(
+                &whole.image,
+                &program,
+                &setup.board,
+                &whole.keys(number),
+                number,
+            )
+            .map_err(|error: NotBounded| not_bounded(&error))?;
             let part = |part: &PlayingPart| {
                 let compiled = &setup.instruments[part.instrument];
                 let keys = part
@@ -314,7 +319,12 @@ impl<'a> Played<'a> {
             .iter()
             .zip(&self.part_of)
             .flat_map(move |(core, parts)| {
-                let zones = core.alone.zones.iter().zip(&core.crowded.zones).zip(parts);
+                let zones = core
+                    .alone
+                    .zones
+                    .iter()
+                    .zip(&core.contended.zones)
+                    .zip(parts);
                 zones
                     .filter(move |(_, of)| **of == part)
                     .map(|(zones, _)| zones)

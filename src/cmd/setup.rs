@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
-use whippen_compiler::budget::{NotDivided, whole_divided};
+use whippen_compiler::budget::{NotBounded, NotDivided, whole_divided};
 use whippen_compiler::check::{self, Keyboard, Options, Playable, Program};
 use whippen_compiler::diag::{Severity, nearest};
 use whippen_compiler::firmware::{self, FirmwareError, Instrument, Midi, Part, Whole, WholeError};
@@ -282,11 +282,8 @@ impl Setup {
     /// That there is a firmware for the board.
     pub fn supported(&self) -> Result<(), Failure> {
         match firmware::support(&self.board) {
-            Some(_) => Ok(()),
-            None => Err(self.not_whole(WholeError::Board(
-                self.board.name.clone(),
-                self.board.clock_hz,
-            ))),
+            Ok(_) => Ok(()),
+            Err(why) => Err(self.not_whole(WholeError::Board(why))),
         }
     }
 
@@ -360,7 +357,7 @@ impl Setup {
         let whole =
             whole_divided(&programs, &mut setup, &self.board).map_err(|error| match error {
                 NotDivided::Whole(error) => self.not_whole(error),
-                NotDivided::Bound(_) => Failure::Defect(error.to_string()),
+                NotDivided::Bound(error) => not_bounded(&error),
             })?;
         Ok((whole, setup.keys))
     }
@@ -384,6 +381,16 @@ impl Setup {
             }
             WholeError::Ports(..) | WholeError::Firmware(_) => Failure::Usage(error.to_string()),
         }
+    }
+}
+
+/// Why an image has no bound: what its board says, or a mistake of the firmware's.
+pub fn not_bounded(error: &NotBounded) -> Failure {
+    let message = format!("no bound: {error}");
+    if error.is_the_boards() {
+        Failure::Usage(message)
+    } else {
+        Failure::Defect(message)
     }
 }
 

@@ -7,7 +7,7 @@ use whippen_compiler::firmware::{self, CORES, Instrument, Whole, whole};
 use whippen_compiler::image::{Board, MemoryKind};
 use whippen_compiler::modes::{INSTRUCTIONS, Modes, specialise};
 use whippen_compiler::pipeline::{Compiled, compile};
-use whippen_emulator::BoardKind;
+use whippen_emulator::{Board as EmulatedBoard, BoardKind};
 use whippen_runtime::image::{midi, setup_to_judge};
 use whippen_runtime::{board, device::Device};
 
@@ -16,6 +16,8 @@ use crate::common;
 pub struct Image {
     pub kind: BoardKind,
     pub board: Board,
+    /// What the emulator has in the place of the board.
+    pub emulated: EmulatedBoard,
     pub compiled: Compiled,
     pub modes: Modes,
     pub whole: Whole,
@@ -44,6 +46,18 @@ impl Image {
     pub fn on(kind: BoardKind, compiled: Compiled, keys: u32) -> Image {
         let modes = specialise(&compiled.lowered.kernel, INSTRUCTIONS);
         let board = board::bundled(kind.name()).expect("it is bundled");
+        Image::for_board(kind, (board, kind.board()), compiled, modes, keys)
+            .unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    /// On a board of one's own and what the emulator has in its place; or why it is refused.
+    pub fn for_board(
+        kind: BoardKind,
+        (board, emulated): (Board, EmulatedBoard),
+        compiled: Compiled,
+        modes: Modes,
+        keys: u32,
+    ) -> Result<Image, String> {
         let device = Device::of(&compiled.model);
         let setup = setup_to_judge(&compiled, &device, keys, board.cores, 21).expect("a setup");
         let midi = midi(&compiled);
@@ -53,14 +67,15 @@ impl Image {
             midi: &midi,
         };
         let programs = [firmware::Program::on_all(instrument, &setup)];
-        let whole = whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
+        let whole = whole(&programs, &setup, &board).map_err(|e| e.to_string())?;
         let program = Program::of(&whole.image);
-        let cores = cores(&whole.image, &program, &board.timing(), &whole.keys(0), 0)
-            .unwrap_or_else(|e| panic!("{e}"));
+        let cores =
+            cores(&whole.image, &program, &board, &whole.keys(0), 0).map_err(|e| e.to_string())?;
         let period = u64::from(board.clock_hz / compiled.model.rate_hz);
-        Image {
+        Ok(Image {
             kind,
             board,
+            emulated,
             compiled,
             modes,
             whole,
@@ -68,7 +83,7 @@ impl Image {
             cores,
             keys: setup.keys,
             period,
-        }
+        })
     }
 
     pub fn name(&self) -> &str {

@@ -1,7 +1,6 @@
 //! What makes a frame's bound impossible is told.
 
 use whippen_compiler::budget::{NotBounded, Program, cores};
-use whippen_isa::timing::Core;
 
 use crate::image::{Image, instruments};
 
@@ -30,7 +29,7 @@ fn another_interrupt_has_no_bound() {
     let refused = cores(
         &image.whole.image,
         &program,
-        &Core::cortex_m33(),
+        &image.board,
         &image.whole.keys(0),
         0,
     )
@@ -54,7 +53,7 @@ fn an_image_without_a_firmware_has_no_bound() {
     let refused = cores(
         &image.whole.image,
         &program,
-        &Core::cortex_m33(),
+        &image.board,
         &image.whole.keys(0),
         0,
     )

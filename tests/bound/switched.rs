@@ -6,7 +6,6 @@ use whippen_compiler::firmware::{self, Instrument, Midi, Part, whole};
 use whippen_compiler::modes::{Modes, specialise};
 use whippen_compiler::pipeline::Compiled;
 use whippen_emulator::{BoardKind, Converter, ConverterSetup, Observer, Step, Stop, build};
-use whippen_isa::timing::Core;
 use whippen_runtime::board;
 use whippen_runtime::device::Device;
 use whippen_runtime::image::{midi, setup};
@@ -79,8 +78,7 @@ fn switches(names: &[&str], zones: [&[(u32, usize)]; 2], keys: [u32; 2]) -> [Vec
     let program = Program::of(image);
     let bounds = [0, 1].map(|playing| {
         let keys = whole.keys(playing);
-        cores(image, &program, &Core::cortex_m33(), &keys, playing)
-            .unwrap_or_else(|e| panic!("{e}"))
+        cores(image, &program, &board, &keys, playing).unwrap_or_else(|e| panic!("{e}"))
     });
     let converter = ConverterSetup {
         keys: KEYS,
@@ -129,7 +127,7 @@ fn switches(names: &[&str], zones: [&[(u32, usize)]; 2], keys: [u32; 2]) -> [Vec
     assert_eq!(begun, [true; 2], "both have played");
     assert!(frames.count > APART * SWITCHES, "{} frames", frames.count);
     for (core, observed) in frames.longest.into_iter().enumerate() {
-        let frames = bounds.each_ref().map(|cores| &cores[core].crowded);
+        let frames = bounds.each_ref().map(|cores| &cores[core].contended);
         let visits = |frame: &&Frame| {
             frame
                 .parts

@@ -8,12 +8,12 @@ use std::process::Command;
 use crate::rig::{Rig, kernel, midi, setup};
 use whippen_compiler::asm::{Source, assemble};
 use whippen_compiler::firmware::{
-    FirmwareError, Midi, Passivity, Played, RP2040, RP2350, STM32F4, Setup, Support, constants,
-    of_frame, sources,
+    FirmwareError, Midi, Passivity, Played, Setup, Support, constants, of_frame, sources, support,
 };
 use whippen_compiler::image::{FixupKind, Section};
 use whippen_compiler::kernel::Kernel;
 use whippen_isa::Arch;
+use whippen_runtime::board;
 
 /// Bytes of a section by the GNU assembler; nothing where the tools are absent.
 fn gnu(
@@ -96,7 +96,7 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> Option<usi
     };
     let mut constants = match constants(std::slice::from_ref(&played), &watched, board) {
         // It has no text for this core; the others are compared all the same.
-        Err(FirmwareError::PassivityCore) if board.arch == Arch::V6M => {
+        Err(FirmwareError::PassivityCore) if board.board.arch == Arch::V6M => {
             constants(&[played], setup, board).expect("constants")
         }
         constants => constants.expect("constants"),
@@ -117,7 +117,8 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> Option<usi
     let mut compared = 0;
     for (index, texts) in sources(board).into_iter().enumerate() {
         let text: String = texts.iter().map(|source| source.text).collect();
-        let object = assemble(&texts, &constants, board.arch).unwrap_or_else(|e| panic!("{e}"));
+        let object =
+            assemble(&texts, &constants, board.board.arch).unwrap_or_else(|e| panic!("{e}"));
         let sections: Vec<Section> = object
             .sections
             .into_iter()
@@ -171,16 +172,18 @@ fn the_same_bytes() {
         ..setup()
     };
     let boards = [
-        (RP2350, "cortex-m33", setup()),
-        (RP2040, "cortex-m0plus", setup()),
-        (STM32F4, "cortex-m4", one),
+        ("rp2350", "cortex-m33", setup()),
+        ("rp2040", "cortex-m0plus", setup()),
+        ("stm32f4", "cortex-m4", one),
     ];
     let forms = [Form::Plain, Form::Zones, Form::Far];
     for ((board, core, setup), form) in boards
         .iter()
         .flat_map(|board| forms.map(|form| (board, form)))
     {
-        match compare(board, core, setup, form) {
+        let board = board::bundled(board).expect("it is bundled");
+        let board = support(&board).unwrap_or_else(|e| panic!("{e}"));
+        match compare(&board, core, setup, form) {
             Some(compared) => assert!(compared > 1200, "{core}: {compared} bytes"),
             None => {
                 let note = b"SKIPPED: arm-none-eabi-as is not installed (Debian: binutils-arm-none-eabi)\n";
@@ -201,9 +204,10 @@ fn a_board_s_mistake_is_told_with_its_line() {
     };
     let kernel = kernel("virtual-spring.whip");
     let rig = Rig::new(&kernel, 0);
-    let board = whippen_compiler::firmware::Support {
+    let of_board = board::bundled("rp2350").expect("it is bundled");
+    let board = Support {
         rest: &[rest],
-        ..RP2350
+        ..support(&of_board).unwrap_or_else(|e| panic!("{e}"))
     };
     let refused = whippen_compiler::firmware::objects(
         &[played(&kernel, &rig, &midi(&kernel))],

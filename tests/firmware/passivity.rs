@@ -8,7 +8,6 @@ use whippen_compiler::modes::Modes;
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_compiler::source::SourceMap;
 use whippen_emulator::BoardKind;
-use whippen_isa::timing::Core;
 use whippen_runtime::closed;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
@@ -152,7 +151,7 @@ fn it_is_charged() {
         let bounds = cores(
             &whole.image,
             &Program::of(&whole.image),
-            &Core::cortex_m33(),
+            &board,
             &whole.keys(0),
             0,
         );

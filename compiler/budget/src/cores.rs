@@ -5,14 +5,12 @@
 //! accesses its own data. What a core looks up in the other's memory between ticks comes as a
 //! number (`Running::visits`).
 
-use whippen_isa::timing::Core;
-use whippen_isa::timing::sram::Chip;
-
 use super::NotBounded;
-use super::frame::{Frame, OnCore, frames, zone_names};
-use super::memory::{Banks, Surroundings};
+use super::frame::{Frame, OnCore, frames, stack_memory, zone_names};
+use super::memory::{Extent, Interference, Others, Reach};
 use super::program::Program;
-use whippen_arm::image::{Image, SectionKind};
+use whippen_arm::image::{Image, Linked as LinkedSection, SectionKind};
+use whippen_board::{BankSet, Board};
 use whippen_deterministic::parallel;
 use whippen_firmware::{Owner, RUNNING, keys_name, owner};
 
@@ -22,81 +20,81 @@ pub struct Bounded {
     /// With nobody else at the bus.
     pub alone: Frame,
     /// With the other core at work, and with its own fetches in the way of its data.
-    pub crowded: Frame,
+    pub contended: Frame,
 }
 
 impl Bounded {
     /// Cycles of a frame that go to waiting for the other core and for own fetches, at most.
     pub fn contention_cycles_max(&self) -> u64 {
-        self.crowded
+        self.contended
             .cycles_max
             .saturating_sub(self.alone.cycles_max)
     }
 }
 
-/// Bounds the cores of a firmware's image with so many keys each, zone by zone (`Whole::keys`),
-/// while it plays the program of that number.
+/// Bounds the cores of a firmware's image for a board with so many keys each, zone by zone
+/// (`Whole::keys`), while it plays the program of that number.
 ///
 /// # Errors
 /// What cannot be bounded.
 pub fn cores(
     image: &Image,
     program: &Program,
-    core: &Core,
+    board: &Board,
     keys: &[Vec<u32>],
     playing: usize,
 ) -> Result<Vec<Bounded>, NotBounded> {
-    let (chip, count) = (Chip::of(core.arch), keys.len());
-    let alone = || Surroundings {
-        chip,
-        ..Surroundings::default()
-    };
+    let (timing, count) = (board.timing(), keys.len());
     let found = parallel::map((0..count).collect(), |number: usize| {
-        let surroundings = [alone(), surroundings(image, program, chip, number, count)];
-        let (running, keys, surroundings) =
-            (&RUNNING[number], &keys[number], surroundings.each_ref());
+        let around = around(image, program, board, number, count);
+        let alone = Interference::new(
+            board,
+            &program.sections,
+            (around.code, around.data.clone()),
+            Others::default(),
+        );
         let core = OnCore {
             program,
-            core,
-            running,
+            core: &timing,
+            running: &RUNNING[number],
             number,
             playing,
-            keys,
-            surroundings: surroundings[0],
+            keys: &keys[number],
+            interference: &alone,
         };
-        frames(&core, surroundings).map(|[alone, crowded]| Bounded { alone, crowded })
+        frames(&core, [&alone, &around]).map(|[alone, contended]| Bounded { alone, contended })
     });
     found.into_iter().collect()
 }
 
 /// Who else is at the banks that a core uses, one of so many.
-fn surroundings(
+fn around<'a>(
     image: &Image,
-    program: &Program,
-    chip: Chip,
+    program: &'a Program,
+    board: &'a Board,
     core: usize,
     cores: usize,
-) -> Surroundings {
-    let banks = |core: usize, code: bool| banks(image, chip, core, code);
-    let (data, prefetch) = (banks(core, false), chip.fetches_apart());
-    if cores == 1 {
-        // What is named after another core is there, but this one runs it.
-        return Surroundings {
-            chip,
-            data: data | banks(1, false),
-            prefetch,
-            ..Surroundings::default()
-        };
+) -> Interference<'a> {
+    let data = data(image, program, board, core, cores);
+    let mut others = Others {
+        prefetch: board.fetches_apart,
+        ..Others::default()
+    };
+    if cores > 1 {
+        let other = 1 - core;
+        others.contenders = vec![
+            code_banks(image, board, other),
+            data_banks(image, program, board, other),
+        ];
+        others.remote_accesses = RUNNING[core].visits + more_visits(program, core);
     }
-    let others = vec![banks(1 - core, true), banks(1 - core, false)];
-    let visits = RUNNING[core].visits + more_visits(program, core);
-    Surroundings {
-        chip,
-        data,
-        prefetch,
-        others,
-        visits,
-    }
+    let own_code = code_banks(image, board, core);
+    // A single core also runs what is named after another one.
+    let code = match cores {
+        1 => own_code | code_banks(image, board, 1),
+        _ => own_code,
+    };
+    Interference::new(board, &program.sections, (code, data), others)
 }
 
 /// What core 1 looks up besides in the memory of core 0 where that has several zones: head and tail
@@ -113,17 +111,35 @@ fn more_visits(program: &Program, core: usize) -> u32 {
     }
 }
 
-/// The banks of a core's code, or of its data.
-fn banks(image: &Image, chip: Chip, core: usize, code: bool) -> Banks {
-    let is = |name: &str| match owner(name) {
-        Owner::Core(own) => own == core,
-        Owner::Start => false,
+/// Where a core's data and its stack lie.
+fn data(image: &Image, program: &Program, board: &Board, core: usize, cores: usize) -> Reach {
+    // A single core also runs what is named after another one.
+    let own = |section: &&LinkedSection| {
+        section.kind != SectionKind::Code
+            && match owner(&section.name) {
+                Owner::Core(of) => of == core || cores == 1,
+                Owner::Start => false,
+            }
     };
-    let wanted = image
-        .sections
-        .iter()
-        .filter(|section| (section.kind == SectionKind::Code) == code && is(&section.name));
-    wanted.fold(0, |set, section| {
-        set | Surroundings::banks(chip, section.run, section.size)
-    })
+    let sections = image.sections.iter().filter(own);
+    let reaches = sections.map(|section| Extent::of(section).reach(board));
+    let stack = stack_memory(program, board, core).map_or(Reach::default(), |(_, reach)| reach);
+    reaches.fold(stack, Reach::and)
+}
+
+/// The banks of a core's code.
+fn code_banks(image: &Image, board: &Board, core: usize) -> BankSet {
+    let sections = image.sections.iter().filter(|section| {
+        section.kind == SectionKind::Code && owner(&section.name) == Owner::Core(core)
+    });
+    sections.fold(0, |set, section| set | Extent::of(section).banks(board))
+}
+
+/// The banks of a core's data and of its stack.
+fn data_banks(image: &Image, program: &Program, board: &Board, core: usize) -> BankSet {
+    let sections = image.sections.iter().filter(|section| {
+        section.kind != SectionKind::Code && owner(&section.name) == Owner::Core(core)
+    });
+    let stack = stack_memory(program, board, core).map_or(0, |(_, reach)| reach.banks);
+    sections.fold(stack, |set, section| set | Extent::of(section).banks(board))
 }

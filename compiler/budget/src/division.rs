@@ -59,19 +59,13 @@ pub fn whole_divided(
     }
     let program = Program::of(&equal.image);
     let costs = programs.iter().enumerate().map(|(number, of)| {
-        let bounded = cores(
-            &equal.image,
-            &program,
-            &board.timing(),
-            &equal.keys(number),
-            number,
-        )?;
+        let bounded = cores(&equal.image, &program, board, &equal.keys(number), number)?;
         let mut costs = Costs {
             keys: of.parts.iter().map(|part| (part.keys, 0)).collect(),
             zone: 0,
         };
         for (core, segments) in bounded.iter().zip(&equal.programs[number]) {
-            for (zone, segment) in core.crowded.zones.iter().zip(segments) {
+            for (zone, segment) in core.contended.zones.iter().zip(segments) {
                 let cycles = &mut costs.keys[segment.part].1;
                 *cycles = zone.tick.key_cycles_max().max(*cycles);
                 costs.zone = zone.tick.frame_cycles_max().max(costs.zone);

@@ -35,10 +35,10 @@ use whippen_kernel::Kernel;
 
 use boards::{frame, shared};
 
-pub use boards::{RP2040, RP2350, STM32F4, Support};
+pub use boards::{Support, Unsupported, support};
 pub use constants::constants;
 pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};
-pub use whole::{Instrument, Part, Program, Whole, WholeError, divided, support, whole};
+pub use whole::{Instrument, Part, Program, Whole, WholeError, divided, whole};
 pub use zones::zone_name;
 
 /// What a program and its keyboard say.
@@ -252,12 +252,12 @@ pub fn objects(
     }));
     let assembled = parallel::map(texts, |(sources, core)| {
         let Some(core) = core else {
-            return assemble(&sources, &constants, board.arch);
+            return assemble(&sources, &constants, board.board.arch);
         };
         let mut own = constants.clone();
         own.extend(of_frame(setup.keys[core], board, core));
         Ok(of_core(
-            assemble(&sources, &own, board.arch)?,
+            assemble(&sources, &own, board.board.arch)?,
             core,
             programs.len(),
         ))
@@ -278,7 +278,7 @@ pub fn of_frame(keys: u32, board: &Support, core: usize) -> BTreeMap<String, i64
     let all = [
         ("KEYS", keys),
         ("DISTANCE", distance(keys)),
-        ("STACK", board.stacks[core]),
+        ("STACK", board.board.stacks[core]),
     ];
     all.into_iter()
         .map(|(name, value)| (name.to_string(), value.into()))

@@ -2,14 +2,12 @@
 
 use std::fmt;
 
-use whippen_isa::Arch;
-
 use super::{
-    CORES, FirmwareError, Midi, Played, RP2040, RP2350, STM32F4, Segment, Setup, Support, distance,
-    keys_name, keys_of, objects, zone_name,
+    CORES, FirmwareError, Midi, Played, Segment, Setup, Unsupported, distance, keys_name, keys_of,
+    objects, support, zone_name,
 };
 use whippen_arm::image::{
-    Board, Hint, Image, Input, LinkError, Object, Place, Section, SectionKind, Start, link,
+    Board, Hint, Image, Input, LinkError, Object, Place, Section, SectionKind, link,
 };
 use whippen_arm::thumb::{self, Around, Built, ThumbError, compile_for_frame, record_bytes};
 use whippen_modes::Modes;
@@ -36,9 +34,8 @@ impl Whole {
 /// Why there is no image.
 #[derive(Debug, Clone, PartialEq)]
 pub enum WholeError {
-    /// The board has another core or clock, so many cores, or starts otherwise than what the
-    /// firmware is made for.
-    Board(String, u32),
+    /// The board has no firmware.
+    Board(Unsupported),
     /// The instrument has so many words in and out for each key, not one each.
     Ports(usize, usize),
     /// The firmware cannot be made so.
@@ -52,13 +49,7 @@ pub enum WholeError {
 impl fmt::Display for WholeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            WholeError::Board(name, clock_hz) => write!(
-                f,
-                "there is no firmware for `{name}` at {} MHz: whole images are made for boards like rp2350 (two Cortex-M33 at 150 MHz, an \
-                 image definition at the start), rp2040 (two Cortex-M0+ at 133 MHz, a second stage there) and stm32f4 (one \
-                 Cortex-M4 at 168 MHz, vectors)",
-                f64::from(*clock_hz) / 1e6
-            ),
+            WholeError::Board(why) => why.fmt(f),
             WholeError::Ports(ins, outs) => {
                 write!(
                     f,
@@ -79,17 +70,6 @@ pub fn divided(keys: u32, cores: u32) -> Vec<u32> {
     (0..cores)
         .map(|core| (keys + cores - 1 - core) / cores.max(1))
         .collect()
-}
-
-/// The firmware of a board, if there is one.
-pub fn support(board: &Board) -> Option<Support<'static>> {
-    let support = match (board.arch, board.cores, board.start) {
-        (Arch::V8M, 2, Start::ImageDef) => RP2350,
-        (Arch::V6M, 2, Start::Boot2) => RP2040,
-        (Arch::V7EM, 1, Start::Vectors) => STM32F4,
-        _ => return None,
-    };
-    Some(support).filter(|support| support.clock_hz == board.clock_hz)
 }
 
 /// An instrument, to be built.
@@ -176,8 +156,7 @@ struct Piece {
 /// # Errors
 /// Board or programs have no firmware, setup or keys are out of range, memory is full; a bug.
 pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole, WholeError> {
-    let support =
-        support(board).ok_or_else(|| WholeError::Board(board.name.clone(), board.clock_hz))?;
+    let support = support(board).map_err(WholeError::Board)?;
     let all: u32 = setup.keys.iter().sum();
     for program in programs {
         for part in &program.parts {
@@ -281,7 +260,7 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
         });
     let played: Vec<Played> = played.collect();
     let mut around = objects(&played, setup, &support).map_err(WholeError::Firmware)?;
-    place_near(board, &support, &mut around, &mut keys);
+    place_near(board, &mut around, &mut keys);
     let mut inputs: Vec<Input> = around
         .iter()
         .map(|object| Input {
@@ -298,7 +277,7 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
         }
     }
     let image = link(board, &inputs, "reset").map_err(WholeError::Link)?;
-    for stack in support.stacks {
+    for stack in &board.stacks {
         has_room(&image, board, *stack).map_err(WholeError::Link)?;
     }
     Ok(Whole {
@@ -313,17 +292,12 @@ const STACK_BYTES: u32 = 512;
 /// Moves what a core uses at every turn into the memory that is near it, as long as there is room:
 /// there nobody fetches and the other core seldom looks, so nothing waits. First the keys' states,
 /// then their histories, then what the frame keeps of them.
-fn place_near(
-    board: &Board,
-    support: &Support,
-    around: &mut [Object],
-    keys: &mut [Vec<Vec<Built>>],
-) {
-    for (core, name) in CORES.iter().take(support.stacks.len()).enumerate() {
+fn place_near(board: &Board, around: &mut [Object], keys: &mut [Vec<Vec<Built>>]) {
+    for (core, name) in CORES.iter().take(board.stacks.len()).enumerate() {
         let Some(memory) = board.memory_for(&format!(".data.near.{name}")) else {
             continue;
         };
-        let stack = support
+        let stack = board
             .stacks
             .iter()
             .any(|stack| (memory.base + 1..=memory.base + memory.size).contains(stack));
@@ -417,6 +391,7 @@ fn renamed(built: &Built, from: &str, to: &str) -> Built {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use whippen_isa::Arch;
     use whippen_kernel::parse;
 
     /// A renamed object with other keys is the one that would have been compiled.
