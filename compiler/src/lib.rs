@@ -1,7 +1,8 @@
 //! The Whippen compiler: source text to Model to Kernel to code, and the proof that the code is in
 //! time. No input or output, no clock.
 //!
-//! Each phase is a crate of its own, named here in the order in which a program passes through them.
+//! Each phase is a crate of its own, named here in the order in which a program passes through
+//! them.
 
 // Texts and the language: source to Model.
 pub use whippen_lang::{bundled, check, diag, front, index, lint, model, range, syntax, units};

@@ -1,7 +1,6 @@
 //! The assembler against the GNU one, and what it says of mistakes.
 
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -80,19 +79,13 @@ fn patch(bytes: &mut [u8], kind: FixupKind, target: u32, thumb: u32, here: u32) 
     bytes.copy_from_slice(&word.to_le_bytes());
 }
 
-/// Whether the GNU tools are here; a note where they are not.
+/// Whether the GNU tools are here; if not, the test counts as skipped.
 fn is_installed() -> bool {
-    let found = Command::new("arm-none-eabi-as")
-        .arg("--version")
-        .output()
-        .is_ok_and(|o| o.status.success());
-    if !found {
-        let note = b"SKIPPED: arm-none-eabi-as is not installed (Debian: binutils-arm-none-eabi)\n";
-        std::io::stderr()
-            .write_all(note)
-            .expect("standard error takes a line");
-    }
-    found
+    whippen_need::tools(&[
+        "arm-none-eabi-as",
+        "arm-none-eabi-ld",
+        "arm-none-eabi-objcopy",
+    ])
 }
 
 /// The bytes of sections, by the GNU assembler and linker.

@@ -303,9 +303,10 @@ fn reasons_for_having_no_bits() {
         imm: 1 << 20,
         ..inst(Op::B, Form::T2)
     };
-    assert!(
-        matches!(too_far.encode(Arch::V8M), Err(NotEncoded::DoesNotFit { nearest }) if nearest.imm == 0)
-    );
+    assert!(matches!(
+        too_far.encode(Arch::V8M),
+        Err(NotEncoded::DoesNotFit { nearest }) if nearest.imm == 0
+    ));
 }
 
 #[test]

@@ -126,10 +126,13 @@ pub fn load(path: &Path, options: &MotionOptions, tick_rate_hz: u32) -> Result<M
         map_stops(&mut source.positions_m, stops).map_err(error)?;
     }
     if let Some(corner_hz) = options.lowpass_hz {
-        source.positions_m = lowpass::lowpass(&source.positions_m, source.rate_hz, corner_hz).ok_or_else(|| {
-            let (rate_hz, limit_hz) = (source.rate_hz, source.rate_hz / 2.0);
+        let rate_hz = source.rate_hz;
+        let smooth = lowpass::lowpass(&source.positions_m, rate_hz, corner_hz);
+        source.positions_m = smooth.ok_or_else(|| {
+            let limit_hz = rate_hz / 2.0;
             error(format!(
-                "at {rate_hz} rows a second a low-pass must lie below {limit_hz} Hz, and {corner_hz} Hz does not"
+                "at {rate_hz} rows a second a low-pass must lie below {limit_hz} Hz, \
+                 and {corner_hz} Hz does not"
             ))
         })?;
     }

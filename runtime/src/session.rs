@@ -213,7 +213,10 @@ pub fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
 /// Which columns of a run's trace play which part in a figure.
 pub fn roles(compiled: &Compiled) -> Roles {
     let model = &compiled.model;
-    let coordinate = |kind| matches!(kind, ExportKind::Cell(id) if model.cells[id.0 as usize].kind == CellKind::Coordinate);
+    let coordinate = |kind| match kind {
+        ExportKind::Cell(id) => model.cells[id.0 as usize].kind == CellKind::Coordinate,
+        _ => false,
+    };
     let first = |wanted: ExportKind| {
         titles(compiled, &|kind| kind == wanted)
             .into_iter()

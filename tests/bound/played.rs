@@ -183,7 +183,7 @@ fn nobody_takes_longer_than_the_bound() {
     println!("{keys} ticks of a key");
 }
 
-/// The instruments that the README counts for all boards.
+/// The instruments that `docs/bars.md` counts for all boards.
 const EVERYWHERE: [&str; 5] = [
     "virtual_spring",
     "baker",

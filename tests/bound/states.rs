@@ -112,7 +112,7 @@ impl<'a> Keys<'a> {
         let kernel = &modes.kernel;
         let mut words: Vec<(u32, u32)> = Vec::new();
         for (live, value) in lives.iter().enumerate() {
-            words.push((layout.live(live).expect("a place"), *value as u32));
+            words.push((layout.live_param(live).expect("a place"), *value as u32));
         }
         for (key, case) in (0..).zip(cases) {
             words.push((

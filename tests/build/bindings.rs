@@ -90,40 +90,68 @@ int main(void) {
 }
 ";
 
-#[test]
-fn the_header_is_strict_c_and_cpp() {
+/// A folder with the header and a program that uses it.
+fn used() -> Folder {
     let folder = Folder::new();
     folder.write("probe.h", c_header(&interface()));
     folder.write("use.c", USE);
+    folder
+}
+
+/// Compiles the program by a compiler that takes no warning.
+fn compile(folder: &Folder, compiler: &str, flags: &[&str]) -> Option<String> {
     let strict = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion"];
+    folder.run(compiler, &[&strict, flags, &["use.c"]].concat())
+}
+
+/// Those of C that a compiler knows: older ones know the last by another name. None where the
+/// compiler is absent.
+fn standards(folder: &Folder, compiler: &str) -> Option<Vec<&'static str>> {
+    let mut known = Vec::new();
     for std in ["-std=c99", "-std=c11", "-std=c23"] {
-        let args: Vec<&str> = strict
-            .into_iter()
-            .chain([std, "use.c", "-o", "use"])
-            .collect();
-        // Older compilers know the last one by another name.
-        let known = folder
-            .output("gcc", &[std, "-E", "-x", "c", "/dev/null"])
-            .is_some_and(|o| o.status.success());
-        if known && folder.run("gcc", &args).is_some() {
-            folder.run("./use", &[]).expect("runs");
-        }
-        let target: Vec<&str> = strict
-            .into_iter()
-            .chain(["-mcpu=cortex-m33", std, "-c", "use.c"])
-            .collect();
-        if known {
-            folder.run("arm-none-eabi-gcc", &target);
-        }
+        let output = folder.output(compiler, &[std, "-E", "-x", "c", "/dev/null"])?;
+        known.extend(output.status.success().then_some(std));
     }
-    for compiler in ["g++", "arm-none-eabi-g++"] {
-        let args: Vec<&str> = strict
-            .into_iter()
-            .chain(["-std=c++17", "-x", "c++", "-c", "use.c"])
-            .collect();
-        folder.run(compiler, &args);
-    }
+    assert!(known.len() >= 2, "{known:?}");
+    Some(known)
+}
+
+#[test]
+fn the_header_reads_well() {
     insta::assert_snapshot!("header", c_header(&interface()));
+}
+
+#[test]
+fn the_header_is_strict_c_and_works() {
+    let folder = used();
+    for std in standards(&folder, "gcc").unwrap_or_default() {
+        compile(&folder, "gcc", &[std, "-o", "use"]).expect("is there");
+        let path = folder.path().join("use");
+        folder
+            .run(path.to_str().expect("UTF-8"), &[])
+            .expect("runs");
+    }
+}
+
+#[test]
+fn the_header_is_strict_c_for_the_target() {
+    let folder = used();
+    for std in standards(&folder, "arm-none-eabi-gcc").unwrap_or_default() {
+        let flags = ["-mcpu=cortex-m33", std, "-c"];
+        compile(&folder, "arm-none-eabi-gcc", &flags).expect("is there");
+    }
+}
+
+const CPP: &[&str] = &["-std=c++17", "-x", "c++", "-c"];
+
+#[test]
+fn the_header_is_strict_cpp() {
+    compile(&used(), "g++", CPP);
+}
+
+#[test]
+fn the_header_is_strict_cpp_for_the_target() {
+    compile(&used(), "arm-none-eabi-g++", CPP);
 }
 
 /// The module as it was last accepted; `WHIPPEN_BLESS=1` writes it anew.

@@ -1,5 +1,5 @@
 //! Kernels in C against the interpreter, bit for bit: outputs, probes, events, cells, through
-//! whatever C compilers there are, here and on a Cortex-M33 in QEMU.
+//! GCC and Clang, here and on a Cortex-M33 in QEMU.
 //!
 //! ```text
 //! cargo test --test c                             every instrument, on everything recorded; 10 000 random kernels here, and in QEMU
@@ -21,7 +21,7 @@ use whippen_compiler::kernel::{Kernel, parse, verify, without_probes};
 
 use case::Case;
 use program::{agree, agree_on};
-use toolchain::{Toolchain, cortex_m33, host};
+use toolchain::{Find, Toolchain, clang, cortex_m33, gcc};
 
 const LAYOUTS: [Layout; 2] = [Layout::Records, Layout::Columns];
 
@@ -72,15 +72,22 @@ fn agree_on_random(compiler: &Toolchain, first: usize, count: usize) {
     agree_on(compiler, count, BATCH, |number| random_case(first + number));
 }
 
+/// Half of the random kernels: GCC and Clang have one each.
+fn half(find: Find, which: usize) {
+    if let Some(compiler) = find(QUICK) {
+        let share = kernels().div_ceil(2);
+        agree_on_random(&compiler, which * share, share);
+    }
+}
+
 #[test]
-fn random_kernels() {
-    // Each compiler has its share.
-    let compilers = host(QUICK);
-    let share = kernels().div_ceil(compilers.len().max(1));
-    compilers
-        .iter()
-        .enumerate()
-        .for_each(|(at, compiler)| agree_on_random(compiler, at * share, share));
+fn random_kernels_by_gcc() {
+    half(gcc, 0);
+}
+
+#[test]
+fn random_kernels_by_clang() {
+    half(clang, 1);
 }
 
 #[test]
@@ -90,13 +97,31 @@ fn random_kernels_on_a_cortex_m33() {
     }
 }
 
+/// Some more, made with care.
+fn fewer(find: Find, flags: &[&str]) {
+    if let Some(compiler) = find(flags) {
+        agree_on_random(&compiler, kernels(), kernels() / 50);
+    }
+}
+
 #[test]
-fn random_kernels_optimised() {
-    let compilers = host(OPTIMISED)
-        .into_iter()
-        .chain(cortex_m33(OPTIMISED))
-        .chain(host(CHECKED).into_iter().take(1));
-    compilers.for_each(|compiler| agree_on_random(&compiler, kernels(), kernels() / 50));
+fn random_kernels_optimised_by_gcc() {
+    fewer(gcc, OPTIMISED);
+}
+
+#[test]
+fn random_kernels_checked_by_gcc() {
+    fewer(gcc, CHECKED);
+}
+
+#[test]
+fn random_kernels_optimised_by_clang() {
+    fewer(clang, OPTIMISED);
+}
+
+#[test]
+fn random_kernels_optimised_on_a_cortex_m33() {
+    fewer(cortex_m33, OPTIMISED);
 }
 
 /// For the processor at hand. Clang 19 takes features of some together that exclude each other, and
@@ -108,64 +133,83 @@ const NATIVE: &[&str] = &[
     "-Wno-invalid-feature-combination",
 ];
 
-/// Strict compilers at full optimisation, and one of them looking for undefined behaviour.
-fn strict() -> Vec<Toolchain> {
-    let with = |mode: &[&str]| host(&[&STRICT, mode].concat());
-    let all = with(&["-O2"]).into_iter().chain(with(NATIVE));
-    all.chain(with(&CHECKED[2..]).into_iter().take(1))
-        .chain(cortex_m33(&[&STRICT[..], &["-O2"]].concat()))
-        .collect()
+/// Everything that is exported, in both layouts, by a strict compiler.
+fn instruments(find: Find, mode: &[&str]) {
+    let Some(compiler) = find(&[&STRICT, mode].concat()) else {
+        return;
+    };
+    let mut cases = Vec::new();
+    for compiled in common::all() {
+        let words: Vec<u16> = common::gesture_words(&compiled)
+            .into_iter()
+            .step_by(7)
+            .collect();
+        let bare = without_probes(&compiled.lowered.kernel);
+        cases.push(Case::played(compiled.lowered.kernel, LAYOUTS[0], &words, 5));
+        cases.push(Case::played(bare, LAYOUTS[1], &words, 5));
+    }
+    agree(&compiler, &cases);
+    println!("{compiler}: {} cases agree", cases.len());
 }
 
-/// Everything that is exported, in both layouts.
 #[test]
-fn instruments() {
-    for compiler in strict() {
-        let mut cases = Vec::new();
-        for compiled in common::all() {
-            let words: Vec<u16> = common::gesture_words(&compiled)
-                .into_iter()
-                .step_by(7)
-                .collect();
-            let bare = without_probes(&compiled.lowered.kernel);
-            cases.push(Case::played(compiled.lowered.kernel, LAYOUTS[0], &words, 5));
-            cases.push(Case::played(bare, LAYOUTS[1], &words, 5));
-        }
-        agree(&compiler, &cases);
-        println!("{compiler}: {} cases agree", cases.len());
-    }
+fn instruments_by_gcc() {
+    instruments(gcc, &["-O2"]);
+    instruments(gcc, NATIVE);
+}
+
+#[test]
+fn instruments_checked_by_gcc() {
+    instruments(gcc, &CHECKED[2..]);
+}
+
+#[test]
+fn instruments_by_clang() {
+    instruments(clang, &["-O2"]);
+    instruments(clang, NATIVE);
+}
+
+#[test]
+fn instruments_on_a_cortex_m33() {
+    instruments(cortex_m33, &["-O2"]);
 }
 
 /// Each instrument of a key on each motion of one.
-#[test]
-fn instruments_on_recordings() {
-    let motions = recordings::all();
+fn instruments_on_recordings(find: Find) {
+    let (Some(motions), Some(compiler)) = (recordings::all(), find(OPTIMISED)) else {
+        return;
+    };
     let kernels: Vec<Kernel> = common::all()
         .into_iter()
         .filter(|compiled| !compiled.model.turns())
         .map(|compiled| without_probes(&compiled.lowered.kernel))
         .collect();
-    for compiler in host(OPTIMISED)
-        .into_iter()
-        .take(1)
-        .chain(cortex_m33(OPTIMISED))
-    {
-        let cases = motions.len() * kernels.len();
-        agree_on(&compiler, cases, 1, |number| {
-            let (_, words) = &motions[number / kernels.len()];
-            Case::played(
-                kernels[number % kernels.len()].clone(),
-                Layout::Records,
-                words,
-                1,
-            )
-        });
-    }
+    let cases = motions.len() * kernels.len();
+    assert!(cases > 0, "no motions or no instruments");
+    agree_on(&compiler, cases, 1, |number| {
+        let (_, words) = &motions[number / kernels.len()];
+        Case::played(
+            kernels[number % kernels.len()].clone(),
+            Layout::Records,
+            words,
+            1,
+        )
+    });
     println!(
         "{} motions: {:?}",
         motions.len(),
         motions.iter().map(|(name, _)| name).collect::<Vec<_>>()
     );
+}
+
+#[test]
+fn instruments_on_recordings_by_gcc() {
+    instruments_on_recordings(gcc);
+}
+
+#[test]
+fn instruments_on_recordings_on_a_cortex_m33() {
+    instruments_on_recordings(cortex_m33);
 }
 
 const SMALL: &str = "\

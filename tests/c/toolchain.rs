@@ -1,7 +1,6 @@
-//! The C compilers that are installed, and where what they make runs: here, or on a Cortex-M33 in
-//! QEMU.
+//! C compilers, and where what they make runs: here, or on a Cortex-M33 in QEMU.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 /// Where a program runs.
@@ -14,61 +13,43 @@ enum Place {
 
 /// A C compiler with its flags.
 pub struct Toolchain {
-    compiler: &'static str,
+    compiler: PathBuf,
     flags: Vec<String>,
     place: Place,
 }
 
 impl std::fmt::Display for Toolchain {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} {}", self.compiler, self.flags.join(" "))
+        let name = self.compiler.file_name().unwrap_or_default();
+        write!(f, "{} {}", name.display(), self.flags.join(" "))
     }
 }
 
-/// The compilers of this computer; which are not there is said.
-pub fn host(flags: &[&str]) -> Vec<Toolchain> {
-    let found = [&["gcc"][..], &["clang", "clang-19"]]
-        .into_iter()
-        .filter_map(|names| installed(names));
-    found
-        .map(|compiler| Toolchain {
-            compiler,
-            flags: owned(flags),
-            place: Place::Host,
-        })
-        .collect()
+/// A toolchain with flags; none where it is absent, and the test counts as skipped.
+pub type Find = fn(&[&str]) -> Option<Toolchain>;
+
+/// GCC for this computer.
+pub fn gcc(flags: &[&str]) -> Option<Toolchain> {
+    find("gcc", flags, Place::Host)
 }
 
-/// GCC for the Cortex-M33 and QEMU to run it, if both are there; what is not is said.
+/// Clang for this computer.
+pub fn clang(flags: &[&str]) -> Option<Toolchain> {
+    find("clang", flags, Place::Host)
+}
+
+/// GCC for the Cortex-M33, with newlib, and QEMU to run what it makes.
 pub fn cortex_m33(flags: &[&str]) -> Option<Toolchain> {
-    let compiler = installed(&["arm-none-eabi-gcc"])?;
-    installed(&["qemu-system-arm"])?;
+    let runs = whippen_need::newlib() && whippen_need::tool("qemu-system-arm").is_some();
+    runs.then(|| find("arm-none-eabi-gcc", flags, Place::CortexM33))?
+}
+
+fn find(name: &str, flags: &[&str], place: Place) -> Option<Toolchain> {
     Some(Toolchain {
-        compiler,
-        flags: owned(flags),
-        place: Place::CortexM33,
+        compiler: whippen_need::tool(name)?,
+        flags: flags.iter().map(ToString::to_string).collect(),
+        place,
     })
-}
-
-fn owned(flags: &[&str]) -> Vec<String> {
-    flags.iter().map(ToString::to_string).collect()
-}
-
-/// The first of these that is there.
-fn installed(names: &[&'static str]) -> Option<&'static str> {
-    let answers = |name: &&&str| {
-        let answer = Command::new(name)
-            .arg("--version")
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .status();
-        answer.is_ok_and(|status| status.success())
-    };
-    let found = names.iter().find(answers).copied();
-    if found.is_none() {
-        println!("skipped: {} is absent", names[0]);
-    }
-    found
 }
 
 impl Toolchain {
@@ -84,7 +65,7 @@ impl Toolchain {
     /// `output`.
     pub fn run(&self, folder: &Path, text: &str) {
         std::fs::write(folder.join("kernels.c"), text).expect("writable");
-        let mut compile = Command::new(self.compiler);
+        let mut compile = Command::new(&self.compiler);
         compile
             .args(&self.flags)
             .args(["kernels.c", "-o", "kernels"])

@@ -7,7 +7,7 @@ use whippen_compiler::kernel::Kernel;
 use whippen_compiler::modes::{Modes, specialise};
 use whippen_compiler::pipeline::compile;
 use whippen_compiler::source::SourceMap;
-use whippen_compiler::thumb::Layout;
+use whippen_compiler::thumb::StateLayout;
 use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Ports, Stop, Uart, build};
 use whippen_runtime::board;
 use whippen_runtime::device::Device;
@@ -153,7 +153,7 @@ impl Rig {
     }
 
     /// Where a core's keys have what, of a program that has one instrument.
-    pub fn layout(&self, program: usize, core: usize) -> &Layout {
+    pub fn layout(&self, program: usize, core: usize) -> &StateLayout {
         &self.programs[program][core][0].layout
     }
 

@@ -29,7 +29,7 @@ fn parameters_are_set_within_their_ranges() {
         },
     );
     rig.play(vec![20_000; 200 * KEYS]);
-    let at = rig.layout(0, 0).live(0).expect("a place");
+    let at = rig.layout(0, 0).live_param(0).expect("a place");
     let values = |rig: &Rig| {
         ["core0_state", "core1_state"].map(|state| rig.word(rig.symbol(state) + at) as i32)
     };

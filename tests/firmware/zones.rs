@@ -413,7 +413,7 @@ fn zones_have_parameters_of_their_own() {
         let segment = &rig.programs[1][core][zone];
         rig.word(
             rig.symbol(&format!("{}_state", segment.name))
-                + segment.layout.live(0).expect("a place"),
+                + segment.layout.live_param(0).expect("a place"),
         )
     };
     let first = kernels[0].lives[0].init as u32;

@@ -493,7 +493,9 @@ fn zones_are_played_by_name_and_key() {
 
 #[test]
 fn every_recorded_performance_is_read_and_played() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/midi");
+    let Some(folder) = whippen_need::recordings("midi") else {
+        return;
+    };
     let model = grand();
     let (mut files, mut played) = (0, 0);
     let folders = std::fs::read_dir(&folder).into_iter().flatten().flatten();
@@ -553,8 +555,5 @@ fn every_recorded_performance_is_read_and_played() {
         played += outcome.notes.len();
     }
     println!("{files} files, {played} notes played");
-    assert!(
-        files == 0 || played > files,
-        "{files} files, {played} notes"
-    );
+    assert!(files > 0 && played > files, "{files} files, {played} notes");
 }

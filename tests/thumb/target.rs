@@ -5,7 +5,7 @@ use whippen_compiler::image::{
 };
 use whippen_compiler::kernel::{Happened, Kernel, Type};
 use whippen_compiler::modes::Modes;
-use whippen_compiler::thumb::{EVENT_MARK, Layout, Options, compile};
+use whippen_compiler::thumb::{EVENT_MARK, Options, StateLayout, compile};
 use whippen_emulator::{Board, CoreKind, Machine, Register, Stop};
 use whippen_isa::Arch;
 
@@ -27,7 +27,7 @@ pub const CORES: [CoreKind; 3] = [
 /// One core with the keys of a kernel.
 pub struct Target {
     machine: Machine,
-    layout: Layout,
+    layout: StateLayout,
     /// Where the state is.
     state: u32,
     image: Image,

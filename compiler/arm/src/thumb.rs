@@ -12,21 +12,22 @@
 //!
 //! | part | what it settles |
 //! | --- | --- |
-//! | `layout` | where a host finds what it reads and writes |
-//! | `frame` | registers with a meaning, the state and everything's place in it |
-//! | `shared` | what is computed once a tick for all keys |
+//! | `registers` | registers with a role |
+//! | `state_layout` | everything's place in the state; where a host finds what it reads and writes |
+//! | `tick_invariant` | what is computed once a tick for all keys |
 //! | `select` | which instructions |
-//! | `vcode` | instructions over virtual registers |
-//! | `pins` | what stays in registers from key to key |
+//! | `minst` | instructions over virtual registers |
+//! | `text` | code as text, before and after allocation |
+//! | `promote` | what stays in registers from key to key |
 //! | `schedule` | the order of instructions |
-//! | `path` | cycles of the longest way |
-//! | `best` | the best of some ways to make code |
+//! | `critical_path` | cycles of the longest path |
+//! | `search` | the strategy of each mode, by worst-case cycles |
 //! | `allocate` | registers, by `regalloc2` |
 //! | `reorder` | the order of instructions that have registers |
-//! | `spread` | registers that leave more orders |
+//! | `rename` | register renaming to break anti-dependences |
 //! | `hoist` | what goes up over a branch |
-//! | `same` | whether two orders compute the same |
-//! | `arrange` | the order of blocks |
+//! | `reorder_check` | whether two orders compute the same |
+//! | `block_layout` | the order of blocks |
 //! | `v6m` | the same for ARMv6-M, which has less |
 //! | `emit` | encodings, IT blocks, branches |
 //! | `entry` | code around the keys |
@@ -34,35 +35,37 @@
 //! Every transformation here keeps every drive word, event and cell of the Kernel, bit for bit. Not
 //! here: what a Kernel may assume (`modes`), addresses (`image`).
 
-mod agree;
 mod allocate;
-mod arrange;
-mod best;
+mod block_layout;
+mod critical_path;
 mod emit;
 mod entry;
-mod frame;
 mod hoist;
-mod layout;
 mod literal;
 mod memory;
+mod minst;
 mod names;
-mod path;
-mod pins;
+mod promote;
+mod registers;
+mod rename;
 mod reorder;
-mod same;
+mod reorder_check;
 mod schedule;
+mod search;
 mod select;
-mod shared;
-mod spread;
+mod state_layout;
+mod text;
+mod tick_invariant;
+mod tuning;
 mod v6m;
-mod vcode;
+mod validate;
 
 use crate::image::{Fixup, Object, Section, SectionKind, Symbol, SymbolKind, timing};
 use allocate::Allocated;
-use emit::{Bytes, Item, lay_out};
-use frame::{Frame, LITERALS_MAX};
+use emit::{Bytes, Item, assemble};
 use literal::Literals;
 use memory::{Memory, memory};
+use state_layout::LITERALS_MAX;
 use std::fmt;
 use whippen_deterministic::parallel;
 use whippen_isa::Arch;
@@ -71,7 +74,7 @@ use whippen_kernel::Kernel;
 use whippen_modes::Modes;
 
 pub use emit::NoEncoding;
-pub use layout::{EVENT_MARK, EventRing, Layout};
+pub use state_layout::{EVENT_MARK, EventRing, StateLayout};
 
 /// What to build.
 #[derive(Debug, Clone)]
@@ -120,13 +123,13 @@ pub struct Built {
     /// The object: `NAME_tick`, `NAME_init`, `NAME_state`.
     pub object: Object,
     /// Where things lie in the state.
-    pub layout: Layout,
+    pub layout: StateLayout,
 }
 
 impl Built {
     /// How many keys it has.
     pub fn keys(&self) -> u32 {
-        self.layout.frame.keys
+        self.layout.keys
     }
 
     /// The section of its state.
@@ -141,14 +144,14 @@ impl Built {
     /// key alone, and which are numbered from `first` on.
     #[must_use]
     pub fn with_keys_of(mut self, kernel: &Kernel, first: u32) -> Built {
-        let frame = self.layout.frame.clone();
+        let layout = self.layout.clone();
         if let Some(data) = self.state() {
             let mut state = Memory {
                 bytes: std::mem::take(&mut data.bytes),
                 fixups: Vec::new(),
             };
-            state.keyed(kernel, &frame);
-            state.numbers(&frame, first);
+            state.keyed(kernel, &layout);
+            state.numbers(&layout, first);
             data.bytes = state.bytes;
         }
         self
@@ -165,26 +168,27 @@ pub fn compile(modes: &Modes, options: &Options) -> Result<Built, ThumbError> {
 
 /// What a firmware's frame asks of the keys' code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Around {
+pub struct TickAbi {
     /// Bytes from a sensor word to the drive word of the same key.
-    pub distance: u32,
+    pub drive_offset: u32,
     /// The least bytes of a key's record; [`record_bytes`] says what a kernel needs.
-    pub record: u32,
+    pub record_bytes_min: u32,
 }
 
 /// Compiles the tick of a core's keys as a part of a firmware's frame: `NAME_tick(state, words)`
 /// and `NAME_init(state, words)` find the first key's sensor word at `words`, put drive words
-/// `distance` bytes behind sensor words, and keep no register but SP; so does `NAME_begin(state,
-/// word, key)`, which prepares one key as `NAME_init` prepares all, once that has run.
+/// `drive_offset` bytes behind sensor words, and keep no register but SP; so does
+/// `NAME_begin(state, word, key)`, which prepares one key as `NAME_init` prepares all, once that
+/// has run.
 ///
 /// # Errors
 /// Too many keys or modes; a bug.
 pub fn compile_for_frame(
     modes: &Modes,
     options: &Options,
-    around: &Around,
+    abi: &TickAbi,
 ) -> Result<Built, ThumbError> {
-    build(modes, options, Some(around))
+    build(modes, options, Some(abi))
 }
 
 /// Registers that point into known memory while keys are ticked; they go on in steps, by constants.
@@ -200,48 +204,45 @@ pub struct Points {
 
 /// Those of all code for keys.
 pub const POINTS: Points = Points {
-    state: [frame::T, frame::K],
-    histories: frame::H,
-    words: frame::I,
+    state: [registers::STATE, registers::RECORD],
+    histories: registers::HISTORY,
+    words: registers::SAMPLES,
 };
 
 /// Bytes of a key's record.
 pub fn record_bytes(kernel: &Kernel, options: &Options) -> u32 {
-    Frame::new(kernel, options, None, 0).record
+    StateLayout::new(kernel, options, None, 0).record
 }
 
-fn build(modes: &Modes, options: &Options, around: Option<&Around>) -> Result<Built, ThumbError> {
+fn build(modes: &Modes, options: &Options, abi: Option<&TickAbi>) -> Result<Built, ThumbError> {
     if options.keys == 0 || options.keys > 1 << 16 {
         return Err(ThumbError::Keys(options.keys));
     }
     if modes.modes.len() + modes.kernel.tables.len() > LITERALS_MAX / 2 {
         return Err(ThumbError::Modes(modes.modes.len()));
     }
-    let (modes, shared) = shared::share(modes);
+    let (modes, shared) = tick_invariant::hoist_invariants(modes);
     let kernel = &modes.kernel;
-    let mut frame = Frame::new(kernel, options, around, shared.results.len());
+    let mut layout = StateLayout::new(kernel, options, abi, shared.results.len());
     let mut literals = Literals::new(modes.modes.len() + kernel.tables.len());
     let core = timing(options.arch);
-    let (made_modes, pins) = best::modes(&modes, &frame, &mut literals, &core)?;
-    frame.pins = pins;
+    let (made_modes, promoted) = search::compile_modes(&modes, &layout, &mut literals, &core)?;
+    layout.promoted = promoted;
     let made = Made {
         modes: made_modes,
-        init: best::init(&modes, &frame, &mut literals, &core)?,
-        shared: best::shared(kernel, &frame, &mut literals, &shared, &core)?,
+        init: search::compile_init(&modes, &layout, &mut literals, &core)?,
+        shared: search::compile_shared(kernel, &layout, &mut literals, &shared, &core)?,
     };
-    frame.close(literals.all().len());
-    if frame.size.max(frame.size_apart) > 1 << 24 {
+    layout.close(literals.all().len());
+    if layout.size.max(layout.size_apart) > 1 << 24 {
         return Err(ThumbError::Keys(options.keys));
     }
-    let items = items(&frame, options, &core, &modes, &made);
-    let code = lay_out(items.items, items.labels, core.arch, &options.name)
+    let items = items(&layout, options, &core, &modes, &made);
+    let code = assemble(items.items, items.labels, core.arch, &options.name)
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
-    let mut object = object(kernel, &frame, options, &literals, code);
+    let mut object = object(kernel, &layout, options, &literals, code);
     v6m::add_routines(&mut object, options)?;
-    Ok(Built {
-        object,
-        layout: Layout { frame },
-    })
+    Ok(Built { object, layout })
 }
 
 /// Code with registers: of all modes, of `init`, and of what a tick computes at its entry, if there
@@ -258,7 +259,13 @@ struct Items {
     labels: usize,
 }
 
-fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Made) -> Items {
+fn items(
+    layout: &StateLayout,
+    options: &Options,
+    core: &Core,
+    modes: &Modes,
+    made: &Made,
+) -> Items {
     let (name, init) = (&options.name, &made.init);
     let slots = made
         .modes
@@ -282,7 +289,7 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Ma
         items
     });
     let mut items = entry::tick(
-        frame,
+        layout,
         core.arch,
         name,
         slots,
@@ -297,7 +304,7 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Ma
         base += func.blocks.len();
     }
     let arranged = parallel::map(placed, |(func, base)| {
-        arrange::arrange(func, base, core, &mode_names, labels.init_next)
+        block_layout::lay_out_blocks(func, base, core, &mode_names, labels.init_next)
     });
     for (index, arranged) in arranged.into_iter().enumerate() {
         items.push(Item::Function {
@@ -306,8 +313,8 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Ma
         });
         items.extend(arranged);
     }
-    items.extend(entry::init(frame, name, init.slots, labels));
-    items.extend(arrange::arrange(
+    items.extend(entry::init(layout, name, init.slots, labels));
+    items.extend(block_layout::lay_out_blocks(
         init,
         base,
         core,
@@ -315,9 +322,9 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Ma
         labels.init_next,
     ));
     base += init.blocks.len();
-    if frame.caller.is_some() {
+    if layout.caller.is_some() {
         // A copy, so that a key that begins costs what one key costs, and can be bounded as such.
-        let [before, behind] = entry::begin(frame, &modes.kernel, name, init.slots);
+        let [before, behind] = entry::begin(layout, &modes.kernel, name, init.slots);
         items.extend(before);
         items.extend(inside(init, base, core, &mode_names));
         items.extend(behind);
@@ -332,7 +339,7 @@ fn items(frame: &Frame, options: &Options, core: &Core, modes: &Modes, made: &Ma
 /// Code that goes on behind its end, with labels from `base` on: one a block, and one there.
 fn inside(func: &Allocated, base: usize, core: &Core, mode_names: &[String]) -> Vec<Item> {
     let done = base + func.blocks.len();
-    let mut items = arrange::arrange(func, base, core, mode_names, done);
+    let mut items = block_layout::lay_out_blocks(func, base, core, mode_names, done);
     if matches!(items.last(), Some(Item::Branch { cond: None, to }) if *to == done) {
         items.pop();
     }
@@ -342,7 +349,7 @@ fn inside(func: &Allocated, base: usize, core: &Core, mode_names: &[String]) -> 
 
 fn object(
     kernel: &Kernel,
-    frame: &Frame,
+    layout: &StateLayout,
     options: &Options,
     literals: &Literals,
     code: Bytes,
@@ -362,12 +369,12 @@ fn object(
         lines: code.lines,
         hints: code.hints,
     });
-    let [mut state, histories] = memory(kernel, frame);
-    state.literals(frame, literals, name);
-    state.modes(frame, name);
-    if let Some(at) = frame.apart {
+    let [mut state, histories] = memory(kernel, layout);
+    state.literals(layout, literals, name);
+    state.modes(layout, name);
+    if let Some(at) = layout.apart {
         state.address(at, names::histories(name));
-        if frame.ring.is_some() {
+        if layout.ring.is_some() {
             state.address(at + 4, names::events(name));
         }
     }
@@ -381,17 +388,17 @@ fn object(
     };
     object
         .symbols
-        .push(symbol(names::state(name), 1, frame.size));
+        .push(symbol(names::state(name), 1, layout.size));
     object.sections.push(data(
         format!(".data.{name}"),
         SectionKind::Data,
         state.bytes,
         state.fixups,
     ));
-    if frame.apart.is_some() {
+    if layout.apart.is_some() {
         object
             .symbols
-            .push(symbol(names::histories(name), 2, frame.size_apart));
+            .push(symbol(names::histories(name), 2, layout.size_apart));
         let section = format!(".data.{name}.histories");
         object.sections.push(data(
             section,
@@ -399,7 +406,7 @@ fn object(
             histories.bytes,
             histories.fixups,
         ));
-        if let Some(ring) = frame.ring {
+        if let Some(ring) = layout.ring {
             object.symbols.push(symbol(
                 names::events(name),
                 object.sections.len(),

@@ -1,7 +1,7 @@
 //! The functions: what stands around the instructions of one key.
 
 use super::declare::rings;
-use super::{Layout, Writer, any, c_type, helpers, literal};
+use super::{Layout, Writer, c_type, helpers, literal};
 use std::collections::BTreeSet;
 use whippen_kernel::{Inst, Op, Region, Type, Value, Walk};
 
@@ -12,7 +12,7 @@ impl Writer<'_> {
         self.text.push_str(&helpers::needed(self.kernel));
         self.constants();
         self.defaults();
-        if any(&self.kernel.tick, |inst| matches!(inst.op, Op::Emit(_))) {
+        if !emit_sites(&self.kernel.tick).is_empty() {
             self.emitter();
         }
         self.init();
@@ -157,9 +157,8 @@ impl Writer<'_> {
 
     /// Finds the slots of this tick that a region reads or writes.
     fn slots(&mut self, region: &Region) {
-        let mut used = BTreeSet::new();
-        collect_slots(region, &mut used);
-        let used: BTreeSet<(u32, u32)> = used
+        let used: BTreeSet<(u32, u32)> = region
+            .line_slots()
             .into_iter()
             .map(|(line, ticks)| {
                 (
@@ -220,8 +219,7 @@ impl Writer<'_> {
     /// Room for events set aside: for every place in the text that emits, a flag and the arguments
     /// of each key.
     fn room(&mut self, region: &Region) {
-        let mut sites = Vec::new();
-        emit_sites(region, &mut sites);
+        let sites = emit_sites(region);
         if !sites.is_empty() {
             self.line("int32_t emits = 0;");
         }
@@ -237,8 +235,7 @@ impl Writer<'_> {
 
     /// Keeps what was set aside, key by key in the order of the text.
     fn collect(&mut self) {
-        let mut sites = Vec::new();
-        emit_sites(&self.kernel.tick, &mut sites);
+        let sites = emit_sites(&self.kernel.tick);
         if sites.is_empty() {
             return;
         }
@@ -309,27 +306,11 @@ impl Walk for Writer<'_> {
     }
 }
 
-fn collect_slots(region: &Region, used: &mut BTreeSet<(u32, u32)>) {
-    for inst in &region.insts {
-        match inst.op {
-            Op::Delay(line, ticks) => drop(used.insert((line, ticks))),
-            Op::Push(line) => drop(used.insert((line, 0))),
-            _ => {}
-        }
-        inst.regions
-            .iter()
-            .for_each(|inner| collect_slots(inner, used));
-    }
-}
-
 /// The event of every `emit`, in the order of the text.
-fn emit_sites(region: &Region, sites: &mut Vec<u32>) {
-    for inst in &region.insts {
-        if let Op::Emit(event) = inst.op {
-            sites.push(event);
-        }
-        inst.regions
-            .iter()
-            .for_each(|inner| emit_sites(inner, sites));
-    }
+fn emit_sites(region: &Region) -> Vec<u32> {
+    let event = |inst: &Inst| match inst.op {
+        Op::Emit(event) => Some(event),
+        _ => None,
+    };
+    region.all_insts().filter_map(event).collect()
 }

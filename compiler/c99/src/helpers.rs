@@ -1,6 +1,6 @@
 //! Functions that a text brings along where it needs them: name of the operator, text.
 
-use whippen_kernel::{Inst, Kernel, Op, Region};
+use whippen_kernel::{Inst, Kernel, Op};
 
 /// What every text begins with.
 pub(super) const PROLOGUE: &str = "\
@@ -55,11 +55,7 @@ pub(super) fn needed(kernel: &Kernel) -> String {
         (DIV, |inst| matches!(inst.op, Op::DivRound(_))),
         (SQRT, |inst| inst.op == Op::Sqrt),
     ];
-    let used = |such| {
-        [&kernel.init, &kernel.tick]
-            .into_iter()
-            .any(|region: &Region| super::any(region, such))
-    };
+    let used = |such: Needs| kernel.all_insts().any(such);
     table
         .into_iter()
         .filter(|(_, such)| used(*such))

@@ -35,6 +35,7 @@ mod operator;
 pub use names::{Names, spelled};
 
 use std::fmt::Write;
+use whippen_ids::IdMap;
 use whippen_kernel::{Inst, Kernel, Op, Region, Type, Value, Verified};
 
 /// How the memory of the keys lies.
@@ -84,7 +85,7 @@ struct Writer<'a> {
     text: String,
     depth: usize,
     /// How each value is written where it is used: its name, or a constant.
-    values: Vec<String>,
+    values: IdMap<Value, String>,
     /// Whether anything is `assume`d, so that indices must be held inside.
     assumes: bool,
     /// Whether events are set aside until all keys are done.
@@ -101,9 +102,8 @@ impl<'a> Writer<'a> {
             options,
             text: String::new(),
             depth: 0,
-            values: vec![String::new(); kernel.values.len()],
-            assumes: any(&kernel.init, |inst| matches!(inst.op, Op::Assume(..)))
-                || any(&kernel.tick, |inst| matches!(inst.op, Op::Assume(..))),
+            values: IdMap::filled(String::new(), kernel.values.len()),
+            assumes: kernel.assumes(),
             set_aside: options.layout == Layout::Columns && !emits_in_loop(&kernel.tick),
             emits: 0,
         }
@@ -124,11 +124,11 @@ impl<'a> Writer<'a> {
     }
 
     fn value(&self, value: Value) -> &str {
-        &self.values[value.0 as usize]
+        &self.values[value]
     }
 
     fn ty(&self, value: Value) -> Type {
-        self.kernel.values[value.0 as usize].ty
+        self.kernel.values[value].ty
     }
 }
 
@@ -151,18 +151,10 @@ fn literal(ty: Type, value: i64) -> String {
     }
 }
 
-/// Whether any instruction of a region, or inside it, is such.
-fn any(region: &Region, such: fn(&Inst) -> bool) -> bool {
-    region
-        .insts
-        .iter()
-        .any(|inst| such(inst) || inst.regions.iter().any(|inner| any(inner, such)))
-}
-
 fn emits_in_loop(region: &Region) -> bool {
-    let is_emit = |inst: &Inst| matches!(inst.op, Op::Emit(_));
-    region.insts.iter().any(|inst| match inst.op {
-        Op::Loop(_) => inst.regions.iter().any(|body| any(body, is_emit)),
-        _ => inst.regions.iter().any(emits_in_loop),
-    })
+    let is_loop = |inst: &&Inst| matches!(inst.op, Op::Loop(_));
+    let loops = region.all_insts().filter(is_loop);
+    loops
+        .flat_map(Inst::all_insts)
+        .any(|inst| matches!(inst.op, Op::Emit(_)))
 }

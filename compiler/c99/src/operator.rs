@@ -8,7 +8,7 @@ impl Writer<'_> {
     pub(super) fn operator(&mut self, inst: &Inst) {
         if let Op::Const(value) = inst.op {
             let result = inst.results[0];
-            self.values[result.0 as usize] = literal(self.ty(result), value);
+            self.values[result] = literal(self.ty(result), value);
         } else if let [result] = inst.results[..] {
             let expression = self.expression(inst);
             let name = self.define(result);
@@ -57,7 +57,7 @@ impl Writer<'_> {
     fn sar_round(&self, inst: &Inst, a: &str, n: u8) -> String {
         let (ty, range) = (
             self.ty(inst.args[0]),
-            self.kernel.values[inst.args[0].0 as usize].range,
+            self.kernel.values[inst.args[0]].range,
         );
         match n.checked_sub(1) {
             None => a.to_string(),
@@ -194,7 +194,7 @@ impl Writer<'_> {
     /// Gives a value a name.
     pub(super) fn define(&mut self, value: whippen_kernel::Value) -> String {
         let name = format!("v{}", value.0);
-        self.values[value.0 as usize].clone_from(&name);
+        self.values[value].clone_from(&name);
         name
     }
 }

@@ -29,7 +29,7 @@ use constants::{PROGRAMS_MAX, RECORD_MAX};
 
 use whippen_arm::asm::{AsmError, Source, assemble};
 use whippen_arm::image::Object;
-use whippen_arm::thumb::Layout;
+use whippen_arm::thumb::StateLayout;
 use whippen_deterministic::parallel;
 use whippen_kernel::Kernel;
 
@@ -184,7 +184,7 @@ pub struct Segment {
     /// How many keys it has.
     pub keys: u32,
     /// Where its state has what.
-    pub layout: Layout,
+    pub layout: StateLayout,
 }
 
 /// A program as the firmware sees it.

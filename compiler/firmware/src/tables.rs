@@ -52,7 +52,7 @@ pub(super) fn text(programs: &[Played]) -> String {
                     format!(
                         "{}_state + {}",
                         segment.name,
-                        segment.layout.live(index).unwrap_or(0)
+                        segment.layout.live_param(index).unwrap_or(0)
                     )
                 };
                 line(&format!("        .word   {}, {}", at(first), at(last)));

@@ -9,7 +9,7 @@ use super::{
 use whippen_arm::image::{
     Board, Hint, Image, Input, LinkError, Object, Place, Section, SectionKind, link,
 };
-use whippen_arm::thumb::{self, Around, Built, ThumbError, compile_for_frame, record_bytes};
+use whippen_arm::thumb::{self, Built, ThumbError, TickAbi, compile_for_frame, record_bytes};
 use whippen_modes::Modes;
 
 /// An image that starts by itself, and where the states of its keys have what.
@@ -211,21 +211,21 @@ pub fn whole(programs: &[Program], setup: &Setup, board: &Board) -> Result<Whole
                     whole
                 };
                 let modes = program.parts[piece.part].instrument.modes;
-                let around = Around {
-                    distance: distance(setup.keys[core]),
-                    record,
+                let abi = TickAbi {
+                    drive_offset: distance(setup.keys[core]),
+                    record_bytes_min: record,
                 };
                 let same = |other: &&(u32, usize, String, Built)| {
-                    other.0 == around.distance
+                    other.0 == abi.drive_offset
                         && other.1 == piece.part
                         && other.3.keys() == piece.keys
                 };
                 let of_piece = match made.iter().find(same) {
                     Some((_, _, from, built)) => renamed(built, from, &name),
-                    None => compile_for_frame(modes, &options(name.clone(), piece.keys), &around)
+                    None => compile_for_frame(modes, &options(name.clone(), piece.keys), &abi)
                         .map_err(WholeError::Code)?,
                 };
-                made.push((around.distance, piece.part, name.clone(), of_piece.clone()));
+                made.push((abi.drive_offset, piece.part, name.clone(), of_piece.clone()));
                 let values = keys_of(
                     &modes.kernel,
                     program.parts[piece.part].values_from + piece.of_part,
@@ -427,12 +427,11 @@ mod tests {
                     probes: false,
                     arch: Arch::V8M,
                 };
-                let around = Around {
-                    distance: 28,
-                    record: 40,
+                let abi = TickAbi {
+                    drive_offset: 28,
+                    record_bytes_min: 40,
                 };
-                compile_for_frame(&modes, &options, &around)
-                    .unwrap_or_else(|error| panic!("{error}"))
+                compile_for_frame(&modes, &options, &abi).unwrap_or_else(|error| panic!("{error}"))
             };
             let [from, to] = [0, 1].map(|core| keys_name(core, program));
             assert_eq!(

@@ -8,7 +8,7 @@ use cranelift_codegen::ir::{
 };
 use cranelift_frontend::FunctionBuilder;
 use std::collections::HashMap;
-use whippen_kernel::{Op, Region};
+use whippen_kernel::Region;
 
 /// How many buffers there are.
 pub(super) const BUFFERS: usize = 12;
@@ -160,20 +160,12 @@ impl Translator<'_> {
 
     /// Finds the rows of this tick that a region uses.
     fn rows(&mut self, region: &Region) {
-        for inst in &region.insts {
-            let place = match inst.op {
-                Op::Delay(line, ticks) => {
-                    Some((line, ticks % self.kernel.lines[line as usize].len))
-                }
-                Op::Push(line) => Some((line, 0)),
-                _ => None,
-            };
-            if let Some((line, ticks)) = place.filter(|place| !self.frame.rows.contains_key(place))
-            {
+        for (line, ticks) in region.line_slots() {
+            let ticks = ticks % self.kernel.lines[line as usize].len;
+            if !self.frame.rows.contains_key(&(line, ticks)) {
                 let row = self.row(line, ticks);
                 self.frame.rows.insert((line, ticks), row);
             }
-            inst.regions.iter().for_each(|inner| self.rows(inner));
         }
     }
 

@@ -34,39 +34,21 @@ use cranelift_codegen::ir::types::{I8X16, I32X4, I64, I64X2};
 use cranelift_codegen::ir::{self, Endianness, InstBuilder, MemFlagsData, Value};
 use cranelift_codegen::isa::TargetFrontendConfig;
 use cranelift_frontend::FunctionBuilder;
+use whippen_ids::IdMap;
 use whippen_kernel::layout::Layout;
-use whippen_kernel::{Kernel, Op, Region, Type, Walk};
+use whippen_kernel::{Kernel, Region, Type, Walk};
 
 /// How many keys run at once.
 pub(super) const WIDTH: usize = 4;
 
-/// The most events that all keys may tell in a tick.
+/// The most events that all keys together may emit in a tick.
 const EVENTS_MAX: usize = 1 << 16;
 
 /// Whether a kernel for so many keys is to be run in lanes.
 pub(super) fn suits(kernel: &Kernel, keys: usize) -> bool {
     cfg!(target_arch = "x86_64")
         && keys >= WIDTH
-        && keys.saturating_mul(events_max(&kernel.tick)) <= EVENTS_MAX
-}
-
-/// The most events that a region may tell for one key.
-pub(super) fn events_max(region: &Region) -> usize {
-    let count = |inst: &whippen_kernel::Inst| match inst.op {
-        Op::Emit(_) => 1,
-        Op::Loop(rounds) => inst
-            .regions
-            .iter()
-            .map(events_max)
-            .sum::<usize>()
-            .saturating_mul(rounds as usize),
-        _ => inst.regions.iter().map(events_max).sum(),
-    };
-    region
-        .insts
-        .iter()
-        .map(count)
-        .fold(0, usize::saturating_add)
+        && keys.saturating_mul(kernel.tick.events_max() as usize) <= EVENTS_MAX
 }
 
 /// A value of the kernel in lanes.
@@ -89,7 +71,7 @@ pub(super) struct Lanes<'a> {
     /// What single keys and lanes share: bases, rows, operators of one key.
     t: Translator<'a>,
     /// Values of the kernel that are translated.
-    values: Vec<Lane>,
+    values: IdMap<whippen_kernel::Value, Lane>,
     /// Lanes that want what is being computed; none: all.
     mask: Option<Value>,
     constants: Vec<u128>,
@@ -98,7 +80,7 @@ pub(super) struct Lanes<'a> {
 impl<'a> Lanes<'a> {
     /// A translator into an empty function.
     pub fn new(kernel: &'a Kernel, layout: &'a Layout, f: FunctionBuilder<'a>) -> Lanes<'a> {
-        let values = vec![Lane::Known(Type::I1, 0); kernel.values.len()];
+        let values = IdMap::filled(Lane::Known(Type::I1, 0), kernel.values.len());
         Lanes {
             t: Translator::new(kernel, layout, f),
             values,
@@ -127,11 +109,11 @@ impl<'a> Lanes<'a> {
     }
 
     fn lane(&self, value: whippen_kernel::Value) -> Lane {
-        self.values[value.0 as usize]
+        self.values[value]
     }
 
     fn set_lane(&mut self, value: whippen_kernel::Value, lane: Lane) {
-        self.values[value.0 as usize] = lane;
+        self.values[value] = lane;
     }
 
     /// A constant of 128 bits.

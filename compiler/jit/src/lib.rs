@@ -187,7 +187,9 @@ impl HostFunctions {
             .any(|stretch| stretch.function == Function::Single);
         let code =
             Compiled::new(kernel, single, lanes, &memory.layout).map_err(EngineError::Host)?;
-        let events = lanes.map_or(0, |kernel| lanes::events_max(&kernel.tick) * memory.keys());
+        let events = lanes.map_or(0, |kernel| {
+            kernel.tick.events_max() as usize * memory.keys()
+        });
         Ok(HostFunctions {
             tables: kernel
                 .tables

@@ -11,6 +11,7 @@ use cranelift_codegen::ir::types::{I8, I64};
 use cranelift_codegen::ir::{self, BlockArg, InstBuilder, Value};
 use cranelift_frontend::FunctionBuilder;
 use std::collections::HashMap;
+use whippen_ids::IdMap;
 use whippen_kernel::layout::Layout;
 use whippen_kernel::{Inst, Kernel, Op, Region, Type, Walk};
 
@@ -22,7 +23,7 @@ pub(super) struct Translator<'a> {
     pub access: Access,
     pub frame: Frame,
     /// Values of the kernel that are translated.
-    values: Vec<Value>,
+    values: IdMap<whippen_kernel::Value, Value>,
     /// Whether anything is `assume`d, so that what could do harm must be looked at again.
     pub assumes: bool,
 }
@@ -33,13 +34,6 @@ fn register(ty: Type) -> ir::Type {
         Type::I1 => I8,
         Type::I32 | Type::I64 => I64,
     }
-}
-
-fn assumes(region: &Region) -> bool {
-    region
-        .insts
-        .iter()
-        .any(|inst| matches!(inst.op, Op::Assume(..)) || inst.regions.iter().any(assumes))
 }
 
 impl<'a> Translator<'a> {
@@ -59,15 +53,14 @@ impl<'a> Translator<'a> {
             words: [none; 2],
         };
         let access = Access::new(&mut f);
-        let assumes = assumes(&kernel.init) || assumes(&kernel.tick);
         Translator {
             kernel,
             layout,
             f,
             access,
             frame,
-            values: vec![none; kernel.values.len()],
-            assumes,
+            values: IdMap::filled(none, kernel.values.len()),
+            assumes: kernel.assumes(),
         }
     }
 
@@ -82,8 +75,7 @@ impl<'a> Translator<'a> {
     /// The results of an instruction become parameters of the block after it.
     fn results(&mut self, inst: &Inst, after: ir::Block) {
         for result in &inst.results {
-            self.values[result.0 as usize] =
-                self.f.append_block_param(after, register(self.ty(*result)));
+            self.values[result] = self.f.append_block_param(after, register(self.ty(*result)));
         }
     }
 
@@ -95,12 +87,12 @@ impl<'a> Translator<'a> {
     }
 
     fn value(&self, value: whippen_kernel::Value) -> Value {
-        self.values[value.0 as usize]
+        self.values[value]
     }
 
     /// Type of a value of the kernel.
     pub fn ty(&self, value: whippen_kernel::Value) -> Type {
-        self.kernel.values[value.0 as usize].ty
+        self.kernel.values[value].ty
     }
 }
 
@@ -136,8 +128,7 @@ impl Walk for Translator<'_> {
             .collect();
         self.f.ins().jump(head, &starts);
         for param in &body.params {
-            self.values[param.0 as usize] =
-                self.f.append_block_param(head, register(self.ty(*param)));
+            self.values[param] = self.f.append_block_param(head, register(self.ty(*param)));
         }
         self.f.switch_to_block(head);
         self.region(body);

@@ -25,6 +25,7 @@ mod declare;
 use super::op::Effect;
 use super::{Inst, Kernel, Op, OpError, Range, Region, Type, Value, ValueInfo};
 use std::collections::HashMap;
+use whippen_ids::IdMap;
 
 /// Something computed before: operator, type of the result, operands.
 type Known = (Op, Type, Vec<Value>);
@@ -46,9 +47,9 @@ pub struct Builder {
     in_tick: bool,
     origin: Option<u32>,
     /// By value: whether a choice is part of it.
-    decided: Vec<bool>,
+    decided: IdMap<Value, bool>,
     /// By value: what other values than constants it is made of.
-    made_of: Vec<MadeOf>,
+    made_of: IdMap<Value, MadeOf>,
 }
 
 /// What other values than constants a value is made of.
@@ -72,8 +73,8 @@ impl Builder {
             scopes: vec![Scope::default()],
             in_tick: false,
             origin: None,
-            decided: Vec::new(),
-            made_of: Vec::new(),
+            decided: IdMap::new(),
+            made_of: IdMap::new(),
         }
     }
 
@@ -115,12 +116,12 @@ impl Builder {
 
     /// Whether a choice made in this tick is part of the value.
     pub fn is_decided(&self, value: Value) -> bool {
-        self.decided.get(value.0 as usize).copied().unwrap_or(false)
+        self.decided.get(value).copied().unwrap_or(false)
     }
 
     /// Whether a value is made of live values and constants alone, so that all keys have the same.
     pub fn is_shared(&self, value: Value) -> bool {
-        self.made_of.get(value.0 as usize) == Some(&MadeOf::Live)
+        self.made_of.get(value) == Some(&MadeOf::Live)
     }
 
     /// Adds an instruction and gives its result.
@@ -215,7 +216,7 @@ impl Builder {
         let results: Vec<Value> = infos.into_iter().map(|info| self.define(info)).collect();
         results
             .iter()
-            .for_each(|result| self.decided[result.0 as usize] = true);
+            .for_each(|result| self.decided[result] = true);
         self.push(Inst {
             op: Op::If,
             args: vec![condition],
@@ -285,7 +286,7 @@ impl Builder {
     }
 
     fn info(&self, value: Value) -> ValueInfo {
-        self.kernel.values[value.0 as usize]
+        self.kernel.values[value]
     }
 
     fn apply(&self, op: Op, args: &[Value]) -> Result<Option<ValueInfo>, OpError> {
@@ -306,15 +307,14 @@ impl Builder {
             return *value;
         }
         let result = self.define(info);
-        self.decided[result.0 as usize] =
-            op == Op::Select || args.iter().any(|arg| self.is_decided(*arg));
-        self.made_of[result.0 as usize] = match op {
+        self.decided[result] = op == Op::Select || args.iter().any(|arg| self.is_decided(*arg));
+        self.made_of[result] = match op {
             Op::Const(_) => MadeOf::Nothing,
             Op::Live(_) | Op::Tick(_) => MadeOf::Live,
             _ if args.is_empty() || !pure => MadeOf::Others,
             _ => args
                 .iter()
-                .map(|arg| self.made_of[arg.0 as usize])
+                .map(|arg| self.made_of[arg])
                 .max()
                 .unwrap_or(MadeOf::Others),
         };
@@ -332,10 +332,9 @@ impl Builder {
     }
 
     fn define(&mut self, info: ValueInfo) -> Value {
-        self.kernel.values.push(info);
         self.decided.push(false);
         self.made_of.push(MadeOf::Others);
-        Value(self.kernel.values.len() as u32 - 1)
+        self.kernel.values.push(info)
     }
 
     fn push(&mut self, inst: Inst) {

@@ -199,24 +199,16 @@ fn violation(kernel: &Kernel, value: Value, found: i64, key: usize) -> Violation
         inst,
         value,
         found,
-        range: kernel.values[value.0 as usize].range,
+        range: kernel.values[value].range,
         key,
     }
 }
 
 /// The instruction that defines a value, as a result or as a parameter of its region.
 fn defining(region: &Region, value: Value) -> Option<&Inst> {
-    region.insts.iter().find_map(|inst| {
-        let here = inst.results.contains(&value)
-            || inst
-                .regions
-                .iter()
-                .any(|inner| inner.params.contains(&value));
-        if here {
-            Some(inst)
-        } else {
-            inst.regions.iter().find_map(|inner| defining(inner, value))
-        }
+    region.all_insts().find(|inst| {
+        let mut params = inst.regions.iter().flat_map(|inner| &inner.params);
+        inst.results.contains(&value) || params.any(|param| *param == value)
     })
 }
 

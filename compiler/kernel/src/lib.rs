@@ -29,7 +29,7 @@
 //! | [`layout`], [`memory`] | where everything lies; what operators on memory mean |
 //! | [`interp`] | the reference engine, built from the table alone |
 //! | `strip` | the same Kernel without probes |
-//! | `walk` | the walk over a region that translators share |
+//! | `walk`, `region` | the walk that translators share; every instruction of a region, and what is counted over them |
 //! | [`random`] | random valid Kernels and inputs, for tests of every engine |
 //!
 //! Not here: reals, units, formats (they end in `fix::lower`), machine code (`host`, `thumb`).
@@ -43,6 +43,7 @@ pub mod op;
 pub mod parse;
 mod print;
 pub mod random;
+mod region;
 mod strip;
 pub mod verify;
 mod walk;
@@ -54,12 +55,14 @@ pub use loaded::Loaded;
 pub use memory::{EngineError, Happened, Memory};
 pub use op::{Effect, Immediate, Op, OpError, ROWS};
 pub use parse::{ParseError, parse};
+pub use region::{AllInsts, all_insts};
 pub use strip::sweep_insts;
 pub use strip::{sweep, without_probes};
 pub use verify::{Verified, VerifyError, verify};
 pub use walk::Walk;
 
 use std::fmt;
+use whippen_ids::{IdMap, impl_id};
 
 /// A type of value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -170,9 +173,11 @@ impl fmt::Display for Range {
     }
 }
 
-/// An SSA value: index into [`Kernel::values`].
+/// An SSA value: its id in [`Kernel::values`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Value(pub u32);
+
+impl_id!(Value);
 
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -303,7 +308,7 @@ pub struct Kernel {
     /// Exported values.
     pub probes: Vec<Probe>,
     /// All SSA values; some may be defined nowhere and used nowhere.
-    pub values: Vec<ValueInfo>,
+    pub values: IdMap<Value, ValueInfo>,
     /// Run once per key before the first tick, with the first tick's inputs; may not `out`, `emit`
     /// or `probe`.
     pub init: Region,

@@ -215,7 +215,7 @@ impl Kernel {
 
     /// `v5: i32 [0..9]`
     pub fn definition(&self, value: Value) -> String {
-        match self.values.get(value.0 as usize) {
+        match self.values.get(value) {
             Some(info) => format!("{value}: {} {}", info.ty, info.range),
             None => value.to_string(),
         }

@@ -16,7 +16,7 @@ mod value;
 pub use draw::Draw;
 pub use whippen_deterministic::Rng;
 
-use super::{Builder, Effect, Kernel, Op, OpError, Region, Value};
+use super::{Builder, Effect, Kernel, Op, OpError, Value};
 
 /// A valid kernel that follows from the seed.
 pub fn kernel(seed: u64) -> Kernel {
@@ -50,17 +50,8 @@ pub fn inputs(rng: &mut Rng, kernel: &Kernel, keys: usize) -> Vec<u16> {
 
 /// Adds up how often each row of the table occurs in a kernel.
 pub fn count_operators(kernel: &Kernel, counts: &mut [usize]) {
-    for region in [&kernel.init, &kernel.tick] {
-        count_in(region, counts);
-    }
-}
-
-fn count_in(region: &Region, counts: &mut [usize]) {
-    for inst in &region.insts {
+    for inst in kernel.all_insts() {
         counts[inst.op.row().index] += 1;
-        inst.regions
-            .iter()
-            .for_each(|inner| count_in(inner, counts));
     }
 }
 

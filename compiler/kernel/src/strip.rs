@@ -1,6 +1,7 @@
 //! Removing probes, and what nobody needs.
 
 use super::{Effect, Inst, Kernel, Op, Region, Value};
+use whippen_ids::IdMap;
 
 /// The same kernel without probes and without what only they needed. Nothing else changes.
 pub fn without_probes(kernel: &Kernel) -> Kernel {
@@ -16,7 +17,7 @@ pub fn without_probes(kernel: &Kernel) -> Kernel {
 
 /// Removes instructions without effect whose results nobody uses, and unused results of `if`.
 pub fn sweep(kernel: &mut Kernel) {
-    let mut needed = vec![false; kernel.values.len()];
+    let mut needed = IdMap::filled(false, kernel.values.len());
     sweep_insts(&mut kernel.init.insts, &mut needed);
     sweep_insts(&mut kernel.tick.insts, &mut needed);
 }
@@ -32,13 +33,13 @@ fn drop_probes(region: &mut Region) {
 
 /// Leaves out what nobody needs, from the bottom up; what is needed behind these instructions must
 /// be marked already.
-pub fn sweep_insts(insts: &mut Vec<Inst>, needed: &mut [bool]) {
+pub fn sweep_insts(insts: &mut Vec<Inst>, needed: &mut IdMap<Value, bool>) {
     let mut kept: Vec<Inst> = Vec::new();
     for mut inst in std::mem::take(insts).into_iter().rev() {
         if inst.op == Op::If {
             drop_results(&mut inst, needed);
         }
-        if writes(&inst) || inst.results.iter().any(|result| needed[result.0 as usize]) {
+        if has_effect(&inst) || inst.results.iter().any(|result| needed[result]) {
             mark(&inst.args, needed);
             for inner in &mut inst.regions {
                 mark(&inner.yields, needed);
@@ -52,12 +53,8 @@ pub fn sweep_insts(insts: &mut Vec<Inst>, needed: &mut [bool]) {
 }
 
 /// Removes the results of an `if` that nobody uses.
-fn drop_results(inst: &mut Inst, needed: &[bool]) {
-    let wanted: Vec<bool> = inst
-        .results
-        .iter()
-        .map(|result| needed[result.0 as usize])
-        .collect();
+fn drop_results(inst: &mut Inst, needed: &IdMap<Value, bool>) {
+    let wanted: Vec<bool> = inst.results.iter().map(|result| needed[result]).collect();
     let keep = |values: &mut Vec<Value>| {
         let mut wanted = wanted.iter().copied();
         values.retain(|_| wanted.next().unwrap_or(true));
@@ -68,21 +65,16 @@ fn drop_results(inst: &mut Inst, needed: &[bool]) {
         .for_each(|region| keep(&mut region.yields));
 }
 
-fn mark(values: &[Value], needed: &mut [bool]) {
-    values
-        .iter()
-        .for_each(|value| needed[value.0 as usize] = true);
+fn mark(values: &[Value], needed: &mut IdMap<Value, bool>) {
+    values.iter().for_each(|value| needed[value] = true);
 }
 
 /// Whether an instruction, or one inside it, does something besides giving results.
-fn writes(inst: &Inst) -> bool {
-    let own = !matches!(
-        inst.op.row().effect,
-        Effect::Pure | Effect::Reads | Effect::Control
-    );
-    own || inst
-        .regions
-        .iter()
-        .flat_map(|region| &region.insts)
-        .any(writes)
+fn has_effect(inst: &Inst) -> bool {
+    inst.all_insts().any(|inst| {
+        !matches!(
+            inst.op.row().effect,
+            Effect::Pure | Effect::Reads | Effect::Control
+        )
+    })
 }

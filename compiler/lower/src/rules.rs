@@ -117,8 +117,10 @@ impl Lowerer<'_> {
         let here = self.is(machine, from)?;
         let mut acts = self.b.op(Op::And, &[here, guard])?;
         for (earlier, &done) in self.step.model.rules[..index].iter().zip(fired) {
-            if matches!(earlier.kind, RuleKind::Transition { machine: m, from: f, .. } if m == machine && f == from)
-            {
+            if matches!(
+                earlier.kind,
+                RuleKind::Transition { machine: m, from: f, .. } if m == machine && f == from
+            ) {
                 let not = self.b.op(Op::Not, &[done])?;
                 acts = self.b.op(Op::And, &[acts, not])?;
             }

@@ -117,7 +117,10 @@ impl Lowerer<'_> {
 
     /// Whether a node is the new rate of a body, held or not.
     fn is_new_rate(&self, node: NodeId) -> bool {
-        let arm = |new: &NodeId| matches!(*self.step.model.dag.get(*new), Node::Select(_, a, b) if [a, b].contains(&node));
+        let arm = |new: &NodeId| match *self.step.model.dag.get(*new) {
+            Node::Select(_, a, b) => [a, b].contains(&node),
+            _ => false,
+        };
         self.step.rates.contains(&node) || self.step.rates.iter().any(arm)
     }
 

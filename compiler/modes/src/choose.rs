@@ -1,20 +1,21 @@
-//! Which cells are worth modes of their own: those that save most where they are known.
+//! Selection of the cells that modes are specialised on: those that save most cycles where they are
+//! known.
 
+use super::decision_tree::Discrete;
 use super::facts::meet;
-use super::fold::{Fold, Path};
 use super::graph::{Graph, Kind};
+use super::partial_eval::{PartialEval, Path};
 use super::tick::Tick;
-use super::tree::Discrete;
 use super::{Mode, Modes};
 use whippen_kernel::{Op, Range};
 
 /// The cells in the order of what knowing them saves.
 pub(super) fn by_gain(graph: &mut Graph, tick: &Tick, cells: Vec<Discrete>) -> Vec<Discrete> {
-    let mut fold = Fold::default();
-    let whole = cycles(graph, &mut fold, tick, Path::default());
+    let mut eval = PartialEval::default();
+    let whole = cycles(graph, &mut eval, tick, Path::default());
     let mut found = Vec::new();
     for discrete in cells {
-        let known = |class: &Range, graph: &mut Graph, fold: &mut Fold| {
+        let known = |class: &Range, graph: &mut Graph, eval: &mut PartialEval| {
             let get = graph.node(
                 Kind::Op(Op::Get(discrete.cell as u32)),
                 graph.kernel.cells[discrete.cell].ty,
@@ -24,15 +25,15 @@ pub(super) fn by_gain(graph: &mut Graph, tick: &Tick, cells: Vec<Discrete>) -> V
                 facts: [(get, *class)].into_iter().collect(),
                 ..Path::default()
             };
-            cycles(graph, fold, tick, path)
+            cycles(graph, eval, tick, path)
         };
-        let dearest = discrete
+        let worst_class = discrete
             .classes
             .iter()
-            .map(|class| known(class, graph, &mut fold))
+            .map(|class| known(class, graph, &mut eval))
             .max()
             .unwrap_or(whole);
-        found.push((whole.saturating_sub(dearest), discrete));
+        found.push((whole.saturating_sub(worst_class), discrete));
     }
     found.sort_by_key(|(gain, _)| std::cmp::Reverse(*gain));
     found.into_iter().map(|(_, discrete)| discrete).collect()
@@ -68,9 +69,9 @@ pub(super) fn that_fit(modes: &Modes, cells: &[Discrete], instructions: usize) -
     found
 }
 
-fn cycles(graph: &mut Graph, fold: &mut Fold, tick: &Tick, path: Path) -> u32 {
-    let mark = fold.mark();
-    let folded = fold.run(graph, &path, &tick.roots());
-    fold.back(mark);
-    folded.map_or(0, |roots| fold.cost(graph, &roots))
+fn cycles(graph: &mut Graph, eval: &mut PartialEval, tick: &Tick, path: Path) -> u32 {
+    let mark = eval.mark();
+    let folded = eval.evaluate(graph, &path, &tick.roots());
+    eval.undo_to(mark);
+    folded.map_or(0, |roots| eval.cost(graph, &roots))
 }

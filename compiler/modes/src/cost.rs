@@ -1,11 +1,11 @@
-//! What code costs, roughly: cycles of a Cortex-M33 for each operator, to compare one way of making
-//! code with another.
+//! Cost model: rough cycles of a Cortex-M33 for each operator, to compare one way of making code with
+//! another.
 //!
 //! The exact count is made of final bytes. Here small constants are free, as is what instructions
 //! do besides (a product's upper word, an accumulator), and results are assumed to be there in
 //! time.
 
-use super::graph::{Graph, Id, Kind};
+use super::graph::{Graph, Kind, NodeId};
 use whippen_kernel::{Inst, Op, Type, Value};
 
 /// Cycles of a decision: compare, branch.
@@ -54,7 +54,7 @@ pub fn of(op: Op, ty: Type) -> u32 {
 }
 
 /// Cycles of a new node: [`Graph::cycles`] keeps them.
-pub(super) fn of_node(graph: &Graph, id: Id) -> u32 {
+pub(super) fn of_node(graph: &Graph, id: NodeId) -> u32 {
     match graph.kind(id) {
         Kind::Start | Kind::Result(_) => 0,
         Kind::Op(Op::Const(k)) => u32::from(k.unsigned_abs() > IMMEDIATE),
@@ -68,8 +68,7 @@ pub(super) fn of_node(graph: &Graph, id: Id) -> u32 {
         Kind::Effect(source) => {
             let guarded = graph.constant(graph.args(id)[0]).is_none();
             let inst = &graph.sources[source as usize].inst;
-            of_inst(inst, |value| graph.kernel.values[value.0 as usize].ty)
-                + if guarded { BRANCH } else { 0 }
+            of_inst(inst, |value| graph.kernel.values[value].ty) + if guarded { BRANCH } else { 0 }
         }
     }
 }

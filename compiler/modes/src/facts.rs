@@ -1,22 +1,23 @@
-//! What is known on a path, beyond what the operators themselves say: from what was decided back to
-//! what was compared.
+//! Backward interval propagation: from the range of a decided condition to ranges of the values it
+//! compares, and on to their operands.
 
-use super::graph::{Graph, Id};
+use super::graph::{Graph, NodeId};
+use super::tuning;
 use rustc_hash::FxHashMap;
 use whippen_kernel::{Op, Range, Type};
 
 /// Where nodes lie on a path; what is not listed is as its operands say.
-pub(super) type Facts = FxHashMap<Id, Range>;
+pub(super) type Facts = FxHashMap<NodeId, Range>;
 
 /// The facts that come with `node` lying in `range`, and the nodes of which something new is known;
 /// none if that cannot be. `known` tells the ranges on the path so far.
 pub(super) fn with(
     graph: &Graph,
-    known: &dyn Fn(Id) -> Range,
+    known: &dyn Fn(NodeId) -> Range,
     facts: &Facts,
-    node: Id,
+    node: NodeId,
     range: Range,
-) -> Option<(Facts, Vec<Id>)> {
+) -> Option<(Facts, Vec<NodeId>)> {
     let mut narrowing = Narrowing {
         graph,
         known,
@@ -24,8 +25,7 @@ pub(super) fn with(
         latest: Vec::new(),
         open: vec![(node, range)],
     };
-    // Each step makes a range smaller, which could go on for long around a knot of equations.
-    for _ in 0..200 {
+    for _ in 0..tuning::NARROWING_STEPS {
         let Some((node, range)) = narrowing.open.pop() else {
             break;
         };
@@ -36,14 +36,14 @@ pub(super) fn with(
 
 struct Narrowing<'a, 'k> {
     graph: &'a Graph<'k>,
-    known: &'a dyn Fn(Id) -> Range,
+    known: &'a dyn Fn(NodeId) -> Range,
     facts: Facts,
-    latest: Vec<Id>,
-    open: Vec<(Id, Range)>,
+    latest: Vec<NodeId>,
+    open: Vec<(NodeId, Range)>,
 }
 
 impl Narrowing<'_, '_> {
-    fn range(&self, id: Id) -> Range {
+    fn range(&self, id: NodeId) -> Range {
         let known = self
             .graph
             .constant(id)
@@ -52,7 +52,7 @@ impl Narrowing<'_, '_> {
     }
 
     /// None if nothing is left.
-    fn narrow(&mut self, id: Id, range: Range) -> Option<()> {
+    fn narrow(&mut self, id: NodeId, range: Range) -> Option<()> {
         let old = self.range(id);
         let new = meet(old, range);
         if new.is_empty() {
@@ -69,7 +69,7 @@ impl Narrowing<'_, '_> {
     }
 
     /// What follows for the operands.
-    fn operands(&mut self, op: Op, id: Id, range: Range) {
+    fn operands(&mut self, op: Op, id: NodeId, range: Range) {
         let args = self.graph.args(id);
         let mut ranges = [range; 3];
         ranges
@@ -139,7 +139,7 @@ impl Narrowing<'_, '_> {
         }
     }
 
-    fn less(&mut self, a: Id, b: Id, x: Range, y: Range, result: Range) {
+    fn less(&mut self, a: NodeId, b: NodeId, x: Range, y: Range, result: Range) {
         if result == Range::point(1) {
             self.open
                 .push((a, Range::new(i64::MIN, y.high.saturating_sub(1))));
@@ -153,7 +153,7 @@ impl Narrowing<'_, '_> {
 
     /// `and` where `strong` is 1, `or` where it is 0: the strong result needs both, the other one
     /// of them.
-    fn both(&mut self, a: Id, b: Id, x: Range, y: Range, result: Range, strong: i64) {
+    fn both(&mut self, a: NodeId, b: NodeId, x: Range, y: Range, result: Range, strong: i64) {
         let (strong, weak) = (Range::point(strong), Range::point(1 - strong));
         if result == strong {
             self.open.extend([(a, strong), (b, strong)]);
@@ -164,7 +164,7 @@ impl Narrowing<'_, '_> {
         }
     }
 
-    fn chosen(&mut self, c: Id, a: Id, b: Id, x: Range, y: Range, result: Range) {
+    fn chosen(&mut self, c: NodeId, a: NodeId, b: NodeId, x: Range, y: Range, result: Range) {
         let condition = self.range(c);
         if condition == Range::point(1) || meet(y, result).is_empty() {
             self.open.extend([(c, Range::point(1)), (a, result)]);
@@ -175,7 +175,7 @@ impl Narrowing<'_, '_> {
 
     /// `min` (or `max`): neither lies below (above) the result; where one lies beyond it, it was
     /// the other.
-    fn extreme(&mut self, a: Id, b: Id, x: Range, y: Range, result: Range, smaller: bool) {
+    fn extreme(&mut self, a: NodeId, b: NodeId, x: Range, y: Range, result: Range, smaller: bool) {
         let side = if smaller {
             Range::new(result.low, i64::MAX)
         } else {
@@ -195,7 +195,7 @@ impl Narrowing<'_, '_> {
     }
 
     /// A factor, given the other and the product.
-    fn factor(&mut self, id: Id, other: Range, product: Range) {
+    fn factor(&mut self, id: NodeId, other: Range, product: Range) {
         let (Range { low, high }, k) = (product, other.low);
         if other.low != other.high || k == 0 || k == i64::MIN || low == i64::MIN {
             return;
@@ -208,7 +208,7 @@ impl Narrowing<'_, '_> {
     }
 
     /// A factor, given the other and the top word of the product, rounded half up.
-    fn top_factor(&mut self, id: Id, other: Range, top: Range) {
+    fn top_factor(&mut self, id: NodeId, other: Range, top: Range) {
         // A top word is a word, so nothing is lost here.
         let Range { low, high } = meet(top, Type::I32.range());
         if low <= high {
@@ -299,7 +299,7 @@ mod tests {
                 _ => (Op::SarRound(7), vec![a], (va + 64) >> 7),
             };
             let node = graph.node(Kind::Op(op), Type::I32, &args);
-            let known = |id: Id| match ids.iter().position(|known| *known == id) {
+            let known = |id: NodeId| match ids.iter().position(|known| *known == id) {
                 Some(0) => Range::new(vz - reach, vz + reach),
                 Some(1) => Type::I32.range(),
                 Some(_) => Range::point(vk),

@@ -1,4 +1,5 @@
-//! A tick as a graph: every computation once, memory read at the start and written at the end.
+//! Value graph by hash consing: a tick with every computation once, memory read at the start and
+//! written at the end.
 //!
 //! ```text
 //!   v4 = get c                       Get c ------+
@@ -16,18 +17,15 @@
 
 use super::cost;
 use rustc_hash::FxHashMap;
+use whippen_ids::{Id, IdMap, impl_id};
 use whippen_kernel::op::Effect;
 use whippen_kernel::{Inst, Kernel, Op, Range, Type, Value, ValueInfo};
 
 /// A node of a [`Graph`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(super) struct Id(pub u32);
+pub(super) struct NodeId(pub u32);
 
-impl Id {
-    pub fn index(self) -> usize {
-        self.0 as usize
-    }
-}
+impl_id!(NodeId);
 
 /// What a node is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -55,7 +53,7 @@ struct Node {
 /// Up to three operands here, more in a list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Operands {
-    Few(u8, [Id; 3]),
+    Few(u8, [NodeId; 3]),
     List(u32),
 }
 
@@ -71,13 +69,13 @@ pub(super) struct Source {
 pub(super) struct Graph<'k> {
     pub kernel: &'k Kernel,
     pub sources: Vec<Source>,
-    nodes: Vec<Node>,
-    origins: Vec<Option<u32>>,
-    cycles: Vec<u32>,
+    nodes: IdMap<NodeId, Node>,
+    origins: IdMap<NodeId, Option<u32>>,
+    cycles: IdMap<NodeId, u32>,
     /// Nodes by what they are; none where each is to be new.
-    known: Option<FxHashMap<Node, Id>>,
-    lists: Vec<Vec<Id>>,
-    known_lists: FxHashMap<Vec<Id>, u32>,
+    known: Option<FxHashMap<Node, NodeId>>,
+    lists: Vec<Vec<NodeId>>,
+    known_lists: FxHashMap<Vec<NodeId>, u32>,
     /// Nodes made from here on stem from this place.
     pub origin: Option<u32>,
 }
@@ -87,9 +85,9 @@ impl<'k> Graph<'k> {
         Graph {
             kernel,
             sources: Vec::new(),
-            nodes: Vec::new(),
-            origins: Vec::new(),
-            cycles: Vec::new(),
+            nodes: IdMap::new(),
+            origins: IdMap::new(),
+            cycles: IdMap::new(),
             known: Some(FxHashMap::default()),
             lists: Vec::new(),
             known_lists: FxHashMap::default(),
@@ -109,40 +107,40 @@ impl<'k> Graph<'k> {
         self.nodes.len()
     }
 
-    pub fn kind(&self, id: Id) -> Kind {
-        self.nodes[id.index()].kind
+    pub fn kind(&self, id: NodeId) -> Kind {
+        self.nodes[id].kind
     }
 
     /// The operator, of a node that is one.
-    pub fn op(&self, id: Id) -> Option<Op> {
+    pub fn op(&self, id: NodeId) -> Option<Op> {
         match self.kind(id) {
             Kind::Op(op) => Some(op),
             _ => None,
         }
     }
 
-    pub fn ty(&self, id: Id) -> Type {
-        self.nodes[id.index()].ty
+    pub fn ty(&self, id: NodeId) -> Type {
+        self.nodes[id].ty
     }
 
-    pub fn origin_of(&self, id: Id) -> Option<u32> {
-        self.origins[id.index()]
+    pub fn origin_of(&self, id: NodeId) -> Option<u32> {
+        self.origins[id]
     }
 
     /// What it costs, roughly.
-    pub fn cycles(&self, id: Id) -> u32 {
-        self.cycles[id.index()]
+    pub fn cycles(&self, id: NodeId) -> u32 {
+        self.cycles[id]
     }
 
-    pub fn args(&self, id: Id) -> &[Id] {
-        match &self.nodes[id.index()].operands {
+    pub fn args(&self, id: NodeId) -> &[NodeId] {
+        match &self.nodes[id].operands {
             Operands::Few(count, args) => &args[..usize::from(*count)],
             Operands::List(list) => &self.lists[*list as usize],
         }
     }
 
     /// The value of a constant.
-    pub fn constant(&self, id: Id) -> Option<i64> {
+    pub fn constant(&self, id: NodeId) -> Option<i64> {
         match self.kind(id) {
             Kind::Op(Op::Const(value)) => Some(value),
             _ => None,
@@ -150,7 +148,7 @@ impl<'k> Graph<'k> {
     }
 
     /// Whether it stands for something done, not for a value.
-    pub fn is_done(&self, id: Id) -> bool {
+    pub fn has_no_value(&self, id: NodeId) -> bool {
         match self.kind(id) {
             Kind::Start | Kind::Effect(_) => true,
             Kind::Op(op) => op.row().result.is_none(),
@@ -159,19 +157,22 @@ impl<'k> Graph<'k> {
     }
 
     /// Whether it is such an operator, or an effect with one inside.
-    pub fn asks(&self, id: Id, such: &dyn Fn(Op) -> bool) -> bool {
+    pub fn contains_op(&self, id: NodeId, such: &dyn Fn(Op) -> bool) -> bool {
         match self.kind(id) {
             Kind::Op(op) => such(op),
-            Kind::Effect(source) => any(&self.sources[source as usize].inst, such),
+            Kind::Effect(source) => {
+                let mut inside = self.sources[source as usize].inst.all_insts();
+                inside.any(|inst| such(inst.op))
+            }
             Kind::Start | Kind::Result(_) => false,
         }
     }
 
     /// The node, new or known.
-    pub fn node(&mut self, kind: Kind, ty: Type, args: &[Id]) -> Id {
+    pub fn node(&mut self, kind: Kind, ty: Type, args: &[NodeId]) -> NodeId {
         let operands = self.operands(args);
         let node = Node { kind, ty, operands };
-        let fresh = Id(self.nodes.len() as u32);
+        let fresh = self.nodes.next_id();
         let id = self
             .known
             .as_mut()
@@ -184,12 +185,12 @@ impl<'k> Graph<'k> {
         id
     }
 
-    pub fn number(&mut self, ty: Type, value: i64) -> Id {
+    pub fn constant_node(&mut self, ty: Type, value: i64) -> NodeId {
         self.node(Kind::Op(Op::Const(value)), ty, &[])
     }
 
     /// What is known of a result of an effect.
-    pub fn result_info(&self, effect: Id, index: u32) -> Option<ValueInfo> {
+    pub fn result_info(&self, effect: NodeId, index: u32) -> Option<ValueInfo> {
         let Kind::Effect(source) = self.kind(effect) else {
             return None;
         };
@@ -197,12 +198,12 @@ impl<'k> Graph<'k> {
             .inst
             .results
             .get(index as usize)?;
-        Some(self.kernel.values[result.0 as usize])
+        Some(self.kernel.values[result])
     }
 
     /// Where a pure operator lies for such ranges of its operands; none if the table cannot tell,
     /// because the result might not fit its type.
-    pub fn lies(&self, id: Id, op: Op, operands: [Range; 3]) -> Option<Range> {
+    pub fn op_range(&self, id: NodeId, op: Op, operands: [Range; 3]) -> Option<Range> {
         let args = self.args(id);
         let mut infos = [ValueInfo {
             ty: Type::I1,
@@ -221,13 +222,13 @@ impl<'k> Graph<'k> {
     }
 
     /// All that the roots need and the roots, operands first.
-    pub fn reachable(&self, roots: &[Id]) -> Vec<Id> {
+    pub fn reachable(&self, roots: &[NodeId]) -> Vec<NodeId> {
         Walk::default().over(self, roots.iter().copied())
     }
 
-    fn operands(&mut self, args: &[Id]) -> Operands {
+    fn operands(&mut self, args: &[NodeId]) -> Operands {
         if let Some(few) = args.len().checked_sub(4).is_none().then_some(args) {
-            let mut all = [Id(0); 3];
+            let mut all = [NodeId(0); 3];
             all[..few.len()].copy_from_slice(few);
             return Operands::Few(few.len() as u8, all);
         }
@@ -247,12 +248,12 @@ pub(super) struct Walk {
     seen: Vec<u64>,
     words: Vec<u64>,
     count: usize,
-    open: Vec<Id>,
+    open: Vec<NodeId>,
 }
 
 impl Walk {
     /// All that the roots need and the roots, operands first.
-    pub fn over(&mut self, graph: &Graph, roots: impl Iterator<Item = Id>) -> Vec<Id> {
+    pub fn over(&mut self, graph: &Graph, roots: impl Iterator<Item = NodeId>) -> Vec<NodeId> {
         let words = graph.len().div_ceil(64);
         if self.seen.len() < words {
             self.seen.resize(words, 0);
@@ -265,7 +266,7 @@ impl Walk {
         self.taken()
     }
 
-    fn come_by(&mut self, id: Id) {
+    fn come_by(&mut self, id: NodeId) {
         let (word, bit) = (id.index() / 64, 1 << (id.index() % 64));
         if self.seen[word] & bit == 0 {
             self.seen[word] |= bit;
@@ -276,14 +277,14 @@ impl Walk {
     }
 
     /// The nodes it came by, in their order; they are forgotten.
-    fn taken(&mut self) -> Vec<Id> {
+    fn taken(&mut self) -> Vec<NodeId> {
         let mut all = Vec::with_capacity(std::mem::take(&mut self.count));
         for (at, words) in self.words.iter_mut().enumerate() {
             for word in ones(std::mem::take(words)) {
                 let word = 64 * at + word;
                 all.extend(
                     ones(std::mem::take(&mut self.seen[word]))
-                        .map(|bit| Id((64 * word + bit) as u32)),
+                        .map(|bit| NodeId((64 * word + bit) as u32)),
                 );
             }
         }
@@ -298,15 +299,6 @@ fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
         bits &= bits.wrapping_sub(1);
         (at < 64).then_some(at)
     })
-}
-
-fn any(inst: &Inst, such: &dyn Fn(Op) -> bool) -> bool {
-    such(inst.op)
-        || inst
-            .regions
-            .iter()
-            .flat_map(|region| &region.insts)
-            .any(|inst| any(inst, such))
 }
 
 /// Whether it is an effect that keeps its place among the others, given which cells are left in

@@ -1,4 +1,4 @@
-//! The tick of a Kernel as a set of modes: one piece of code for every combination of machine
+//! Specialisation of a tick by machine state: one piece of code, a *mode*, for every combination of
 //! states that can occur.
 //!
 //! ```text
@@ -18,39 +18,45 @@
 //! where there is none, no tick can have left the cells so, and the key must start from `init`.
 //! Live values may change freely.
 //!
-//! | part | what it settles |
+//! The passes, in order:
+//!
+//! | part | technique |
 //! | --- | --- |
-//! | `graph`, `tick` | a tick as a graph: every computation once, memory read at the start and written at the end |
-//! | `fold`, `facts` | the same graph under what is known on a path |
-//! | `gain`, `order`, `tree` | which condition is decided first, down to the next mode |
-//! | `reach`, `choose` | which modes occur; which cells are worth modes of their own |
-//! | `place`, `merge` | where each computation stands; equal ways become one |
-//! | `cost` | cycles, roughly |
+//! | `graph`, `tick` | hash-consed value graph of a tick: memory read at the start and written at the end |
+//! | `partial_eval`, `facts` | partial evaluation of the graph under the facts of a path; facts by backward interval propagation |
+//! | `choose` | selection of the cells that modes are specialised on |
+//! | `decision_tree`, `benefit`, `decision_order` | a tree of decisions per mode, greedy by estimated benefit |
+//! | `reach` | reachable modes by a fixed point with widening and narrowing |
+//! | `gcm` | global code motion: the tree as blocks, each computation early or sunk |
+//! | `merge` | tail merging |
+//! | `cost`, `tuning` | cycles, roughly; limits and thresholds |
 //! | [`mod@verify`], [`run`], `print` | proof, reference engine, text |
 //!
-//! Not here: registers, instructions of a processor, exact cycles (`thumb`, `budget`).
+//! Not here: registers, instructions of a processor, exact cycles (`arm`, `budget`).
 
+mod benefit;
 mod choose;
 mod cost;
+mod decision_order;
+mod decision_tree;
 mod facts;
-mod fold;
-mod gain;
+mod gcm;
 mod graph;
 mod merge;
-mod order;
-mod place;
+mod partial_eval;
 mod print;
 mod reach;
 pub mod run;
 mod tick;
-mod tree;
+mod tuning;
 pub mod verify;
 
 pub use print::Size;
 
+use decision_tree::Discrete;
 use graph::Graph;
 use tick::Tick;
-use tree::Discrete;
+use whippen_ids::IdMap;
 use whippen_kernel::{Inst, Kernel, Range, Value, ValueInfo};
 
 /// How many instructions all modes of an instrument may have, if nothing else is asked for: about
@@ -77,7 +83,7 @@ pub struct Mode {
     /// cell.
     pub known: Vec<bool>,
     /// All values of the blocks.
-    pub values: Vec<ValueInfo>,
+    pub values: IdMap<Value, ValueInfo>,
     /// The blocks; the first is the entry, and what a block names comes after it.
     pub blocks: Vec<Block>,
 }
@@ -217,13 +223,13 @@ fn placed(graph: &mut Graph, discrete: &[Discrete], reached: &[reach::Reached]) 
             .collect::<Vec<bool>>()
     };
     let known: Vec<Vec<bool>> = reached.iter().map(knows).collect();
-    let plan = place::Plan {
+    let plan = gcm::Plan {
         discrete,
         modes: reached,
         known: &known,
     };
     Some(Modes {
-        modes: place::modes(graph, &plan)?,
+        modes: gcm::modes(graph, &plan)?,
         kernel: graph.kernel.clone(),
     })
 }

@@ -1,17 +1,18 @@
-//! Ways that end in the same code become one.
+//! Tail merging: blocks that do the same and lead to the same blocks become one.
 //!
 //! Two blocks are the same if they do the same to the same values from above, their own values
 //! numbered as they come and in the same ranges, and lead to blocks that are the same. Both see all
 //! that they read, so whatever leads to either may lead to one of them.
 
-use super::{Block, End};
+use super::{Block, End, tuning};
 use rustc_hash::{FxHashMap, FxHasher};
 use std::hash::{Hash, Hasher};
+use whippen_ids::IdMap;
 use whippen_kernel::{Inst, Region, Value, ValueInfo};
 
 /// The blocks with everyone led to the first of those that are the same; the others are led to by
 /// nobody.
-pub(super) fn equal_tails(mut blocks: Vec<Block>, values: &[ValueInfo]) -> Vec<Block> {
+pub(super) fn equal_tails(mut blocks: Vec<Block>, values: &IdMap<Value, ValueInfo>) -> Vec<Block> {
     let mut known: FxHashMap<Vec<u64>, usize> = FxHashMap::default();
     let mut first: Vec<usize> = (0..blocks.len()).collect();
     let shapes = shapes(&blocks);
@@ -65,7 +66,7 @@ fn shapes(blocks: &[Block]) -> Vec<u64> {
 
 /// A block and all below it as numbers.
 struct Spelled<'a> {
-    infos: &'a [ValueInfo],
+    infos: &'a IdMap<Value, ValueInfo>,
     words: Vec<u64>,
     own: FxHashMap<Value, u64>,
     /// How many definitions came by; one that two ways lead to comes by twice.
@@ -74,13 +75,9 @@ struct Spelled<'a> {
     depth: usize,
 }
 
-/// Blocks that are spelled one below the other; the next is a number, so that blocks are the same
-/// only if they lead there.
-const DEPTH: usize = 100;
-
 impl Spelled<'_> {
     fn block(&mut self, blocks: &[Block], at: usize) {
-        if self.depth == DEPTH {
+        if self.depth == tuning::TAIL_DEEP {
             return self.words.extend([4, at as u64]);
         }
         self.depth += 1;
@@ -145,7 +142,7 @@ impl Spelled<'_> {
     fn define(&mut self, values: &[Value]) {
         self.words.push(values.len() as u64);
         for value in values {
-            let ValueInfo { ty, range } = self.infos[value.0 as usize];
+            let ValueInfo { ty, range } = self.infos[value];
             self.words
                 .extend([u64::from(ty.bits()), range.low as u64, range.high as u64]);
             self.own.insert(*value, self.count);

@@ -84,7 +84,7 @@ impl Mode {
             .insts
             .iter()
             .filter(|inst| !matches!(inst.op, Op::Const(_)));
-        let cycles = |inst| cost::of_inst(inst, |value: Value| self.values[value.0 as usize].ty);
+        let cycles = |inst| cost::of_inst(inst, |value: Value| self.values[value].ty);
         work.fold(
             Size {
                 cycles: branch,

@@ -1,17 +1,19 @@
-//! Which modes occur: from what cells hold after `init`, tick by tick, until nothing new comes up.
+//! Reachability of modes: a fixed point with widening, from the cells' values after `init`, tick by
+//! tick.
 //!
-//! A mode is a class for every discrete cell. With it goes where all other cells lie whenever the
-//! mode is entered; a range that grows is taken to be all that the cell declares at once, so that
-//! this ends after few rounds. What that gave away is taken back afterwards (`narrow`).
+//! A mode is a class for every discrete cell. With it goes the range of every other cell whenever
+//! the mode is entered; a range that grows is widened to all that the cell declares, so that this
+//! ends after few rounds. The precision lost is recovered afterwards (`narrow`).
 
 mod narrow;
 
+use super::benefit::Lists;
+use super::decision_tree::{Discrete, Grower, TooBig, Tree};
 use super::facts::{Facts, meet};
-use super::fold::{Fold, Path};
-use super::gain::Lists;
-use super::graph::{Graph, Id, Kind};
+use super::graph::{Graph, Kind, NodeId};
+use super::partial_eval::{PartialEval, Path};
 use super::tick::{self, Tick};
-use super::tree::{Discrete, Grower, TooBig, Tree};
+use super::tuning;
 use std::rc::Rc;
 use whippen_kernel::{Kernel, Op, Range, Type};
 
@@ -42,19 +44,19 @@ pub(super) fn after_init(kernel: &Kernel) -> Vec<Range> {
         facts: entry(&mut graph, &before),
         ..Path::default()
     };
-    let mut fold = Fold::default();
-    let folded = fold
-        .run(&mut graph, &path, &init.roots())
+    let mut eval = PartialEval::default();
+    let folded = eval
+        .evaluate(&mut graph, &path, &init.roots())
         .unwrap_or_else(|| init.roots());
-    ranges(&graph, &fold, &init.with(&folded))
+    ranges(&graph, &eval, &init.with(&folded))
 }
 
 /// Where cells lie at the end of a folded tick.
-pub(super) fn ranges(graph: &Graph, fold: &Fold, tick: &Tick) -> Vec<Range> {
-    let range = |(at, cell): (usize, &Option<Id>)| match cell {
+pub(super) fn ranges(graph: &Graph, eval: &PartialEval, tick: &Tick) -> Vec<Range> {
+    let range = |(at, cell): (usize, &Option<NodeId>)| match cell {
         Some(id) => graph
             .constant(*id)
-            .map_or_else(|| fold.range(*id), Range::point),
+            .map_or_else(|| eval.range(*id), Range::point),
         None => graph.kernel.cells[at].range,
     };
     tick.cells.iter().enumerate().map(range).collect()
@@ -88,13 +90,13 @@ pub(super) fn discrete(graph: &Graph, tick: &Tick, start: &[Range]) -> Vec<Discr
 
 /// Whether something asks if the cell is 0, or about to be.
 fn rests(graph: &Graph, cell: usize) -> bool {
-    let is_cell = |id: &Id| graph.op(*id) == Some(Op::Get(cell as u32));
-    let is_rest = |id: &Id| {
+    let is_cell = |id: &NodeId| graph.op(*id) == Some(Op::Get(cell as u32));
+    let is_rest = |id: &NodeId| {
         graph
             .constant(*id)
             .is_some_and(|value| (0..=1).contains(&value))
     };
-    (0..graph.len() as u32).map(Id).any(|id| {
+    (0..graph.len() as u32).map(NodeId).any(|id| {
         let args = graph.args(id);
         matches!(graph.op(id), Some(Op::Lt | Op::Le | Op::Eq))
             && args.iter().any(is_cell)
@@ -131,15 +133,15 @@ pub(super) fn reach(
         again: Vec::new(),
     };
     reach.enter(start);
-    let (fold, lists) = (Fold::default(), Lists::default());
+    let (eval, lists) = (PartialEval::default(), Lists::default());
     let mut grower = Grower {
         graph,
         discrete,
         leaves,
-        fold,
+        eval,
         lists,
-        worth: 2,
-        promising: 3,
+        branch_threshold: tuning::BRANCH_THRESHOLD,
+        trial_threshold: tuning::TRIAL_THRESHOLD,
         depth: 0,
     };
     while let Some(at) = reach.open.pop().or_else(|| reach.again.pop()) {
@@ -170,7 +172,7 @@ pub(super) fn reach(
         .collect::<Option<Vec<Reached>>>()
         .ok_or(TooBig)?;
     grower.leaves = leaves;
-    for _ in 0..narrow::ROUNDS {
+    for _ in 0..tuning::NARROWING_ROUNDS {
         let Some(entries) = narrow::narrower(&modes, discrete, start) else {
             break;
         };

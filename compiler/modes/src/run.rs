@@ -6,6 +6,7 @@
 //! memory (it is spoiled before each tick).
 
 use super::{End, Mode, Modes, Target};
+use whippen_ids::IdMap;
 use whippen_kernel::memory::Key;
 use whippen_kernel::op::Meaning;
 use whippen_kernel::{
@@ -37,7 +38,7 @@ pub struct Runner {
     init: Interp,
     /// The mode of each key.
     now: Vec<usize>,
-    registers: Vec<i64>,
+    registers: IdMap<Value, i64>,
     violation: Option<String>,
 }
 
@@ -59,7 +60,7 @@ impl ModesEngine {
             modes: modes.clone(),
             init,
             now: vec![0; keys],
-            registers: vec![0; most],
+            registers: IdMap::filled(0, most),
             violation: None,
         };
         Ok(ModesEngine(Loaded::new_with(
@@ -169,7 +170,7 @@ impl Runner {
                 End::Branch {
                     condition, yes, no, ..
                 } => {
-                    if self.registers[condition.0 as usize] == 1 {
+                    if self.registers[condition] == 1 {
                         yes
                     } else {
                         no
@@ -182,11 +183,7 @@ impl Runner {
     }
 
     fn hand_over(&mut self, mode: &Mode, target: &Target) {
-        let values: Vec<i64> = target
-            .args
-            .iter()
-            .map(|arg| self.registers[arg.0 as usize])
-            .collect();
+        let values: Vec<i64> = target.args.iter().map(|arg| self.registers[arg]).collect();
         let params = mode
             .blocks
             .get(target.block)
@@ -196,17 +193,13 @@ impl Runner {
 
     fn run(&mut self, mode: &Mode, insts: &[Inst], key: &mut Key) {
         for inst in insts {
-            let args: Vec<i64> = inst
-                .args
-                .iter()
-                .map(|arg| self.registers[arg.0 as usize])
-                .collect();
+            let args: Vec<i64> = inst.args.iter().map(|arg| self.registers[arg]).collect();
             let immediates = inst.op.immediates().map(|immediate| immediate as usize);
             match inst.op.row().meaning {
                 Meaning::Exact(_) => {
                     let operands =
                         std::array::from_fn(|at| args.get(at).copied().unwrap_or_default());
-                    let ty = mode.values[inst.results[0].0 as usize].ty;
+                    let ty = mode.values[inst.results[0]].ty;
                     let value = inst.op.evaluate(ty, operands).unwrap_or_default();
                     self.put(mode, &inst.results, &[value]);
                 }
@@ -245,17 +238,17 @@ impl Runner {
         region
             .yields
             .iter()
-            .map(|value| self.registers[value.0 as usize])
+            .map(|value| self.registers[value])
             .collect()
     }
 
     fn put(&mut self, mode: &Mode, values: &[Value], to: &[i64]) {
         for (value, number) in values.iter().zip(to) {
-            let range = mode.values[value.0 as usize].range;
+            let range = mode.values[value].range;
             self.broken(!range.has(*number), || {
                 format!("{}: {value} is {number}, not in {range}", mode.name)
             });
-            self.registers[value.0 as usize] = *number;
+            self.registers[value] = *number;
         }
     }
 }

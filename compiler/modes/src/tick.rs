@@ -1,6 +1,7 @@
-//! From the instructions of a tick to its graph.
+//! Construction of a tick's graph from its instructions, by symbolic execution of both arms of every
+//! `if`.
 
-use super::graph::{Graph, Id, Kind, Source, keeps_place};
+use super::graph::{Graph, Kind, NodeId, Source, keeps_place};
 use std::collections::HashMap;
 use whippen_kernel::{Inst, Kernel, Op, Region, Type, Value};
 
@@ -9,37 +10,35 @@ use whippen_kernel::{Inst, Kernel, Op, Region, Type, Value};
 pub(super) struct Tick {
     /// What every cell that is not left in memory holds at the end; for the others their number is
     /// of no use.
-    pub cells: Vec<Option<Id>>,
+    pub cells: Vec<Option<NodeId>>,
     /// Words that leave, pushes.
-    pub writes: Vec<Id>,
+    pub writes: Vec<NodeId>,
     /// The last effect.
-    pub last: Id,
+    pub last: NodeId,
 }
 
 /// Cells that are left in memory: grids, and what loops touch.
 pub(super) fn in_memory(kernel: &Kernel, region: &Region) -> Vec<bool> {
     let mut found: Vec<bool> = kernel.cells.iter().map(|cell| cell.len != 1).collect();
-    touched(region, false, &mut found);
-    found
-}
-
-fn touched(region: &Region, in_loop: bool, found: &mut [bool]) {
-    for inst in &region.insts {
+    for inst in region.all_insts() {
         match inst.op {
-            Op::Get(cell) | Op::Set(cell) if in_loop => found[cell as usize] = true,
             Op::GetAt(cell) | Op::SetAt(cell) => found[cell as usize] = true,
+            Op::Loop(_) => {
+                for inner in inst.all_insts() {
+                    if let Op::Get(cell) | Op::Set(cell) = inner.op {
+                        found[cell as usize] = true;
+                    }
+                }
+            }
             _ => {}
         }
-        let in_loop = in_loop || matches!(inst.op, Op::Loop(_));
-        inst.regions
-            .iter()
-            .for_each(|inner| touched(inner, in_loop, found));
     }
+    found
 }
 
 /// Adds a region to the graph: `tick`, or `init`.
 pub(super) fn read(graph: &mut Graph, region: &Region, in_memory: &[bool]) -> Tick {
-    let always = graph.number(Type::I1, 1);
+    let always = graph.constant_node(Type::I1, 1);
     let last = graph.node(Kind::Start, Type::I1, &[]);
     let mut reader = Reader {
         graph,
@@ -68,18 +67,18 @@ pub(super) fn read(graph: &mut Graph, region: &Region, in_memory: &[bool]) -> Ti
 struct Reader<'a, 'k> {
     graph: &'a mut Graph<'k>,
     in_memory: &'a [bool],
-    values: HashMap<Value, Id>,
-    cells: Vec<Option<Id>>,
-    writes: Vec<Id>,
-    last: Id,
+    values: HashMap<Value, NodeId>,
+    cells: Vec<Option<NodeId>>,
+    writes: Vec<NodeId>,
+    last: NodeId,
 }
 
 impl Reader<'_, '_> {
-    fn region(&mut self, region: &Region, guard: Id) {
+    fn region(&mut self, region: &Region, guard: NodeId) {
         region.insts.iter().for_each(|inst| self.inst(inst, guard));
     }
 
-    fn inst(&mut self, inst: &Inst, guard: Id) {
+    fn inst(&mut self, inst: &Inst, guard: NodeId) {
         self.graph.origin = inst.origin;
         match (inst.op, &inst.regions[..]) {
             _ if keeps_place(inst, self.in_memory) => self.effect(inst, guard),
@@ -90,7 +89,7 @@ impl Reader<'_, '_> {
             }
             (Op::Set(cell), _) => self.cells[cell as usize] = Some(self.value(inst.args[0])),
             (op, _) => {
-                let args: Vec<Id> = inst.args.iter().map(|arg| self.value(*arg)).collect();
+                let args: Vec<NodeId> = inst.args.iter().map(|arg| self.value(*arg)).collect();
                 let ty = inst
                     .results
                     .first()
@@ -105,7 +104,7 @@ impl Reader<'_, '_> {
     }
 
     /// Both arms one after the other; what they leave is chosen.
-    fn if_else(&mut self, inst: &Inst, then: &Region, other: &Region, guard: Id) {
+    fn if_else(&mut self, inst: &Inst, then: &Region, other: &Region, guard: NodeId) {
         let condition = self.value(inst.args[0]);
         let start = self.cells.clone();
         let inside = self
@@ -128,7 +127,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn choose(&mut self, condition: Id, yes: Id, no: Id) -> Id {
+    fn choose(&mut self, condition: NodeId, yes: NodeId, no: NodeId) -> NodeId {
         let ty = self.graph.ty(yes);
         if yes == no {
             yes
@@ -138,9 +137,9 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn effect(&mut self, inst: &Inst, guard: Id) {
+    fn effect(&mut self, inst: &Inst, guard: NodeId) {
         let reads = outside(inst);
-        let always = self.graph.number(Type::I1, 1);
+        let always = self.graph.constant_node(Type::I1, 1);
         let only_reads = matches!(inst.op, Op::Get(_) | Op::GetAt(_));
         let mut args = vec![if only_reads { always } else { guard }, self.last];
         args.extend(reads.iter().map(|read| self.value(*read)));
@@ -158,12 +157,12 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn value(&self, value: Value) -> Id {
+    fn value(&self, value: Value) -> NodeId {
         self.values[&value]
     }
 
     fn ty(&self, value: Value) -> Type {
-        self.graph.kernel.values[value.0 as usize].ty
+        self.graph.kernel.values[value].ty
     }
 }
 

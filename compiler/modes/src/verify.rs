@@ -1,15 +1,16 @@
-//! The verifier of modes: what passes cannot overflow, reads no value that is not there, and enters
-//! no mode with cells that lie where the mode says they do not.
+//! Verifier of modes by forward interval analysis: what passes cannot overflow, reads no undefined
+//! value, and enters no mode with cells outside the ranges that the mode assumes.
 //!
 //! Ranges are proven again along the blocks, as in a Kernel, together with what branches say: a
-//! block begins with what all ways that lead to it have in common. What a cell holds is followed
+//! block begins with what all edges that lead to it have in common. What a cell holds is followed
 //! the same way, from the mode's ranges over what is stored to the ranges of the next mode. That a
 //! cell which the next mode stands for would hold just that is not visible in code; the engine of
 //! `run` tests it in every tick.
 
 use super::facts::{self, Facts, meet};
-use super::graph::{Graph, Id, Kind};
+use super::graph::{Graph, Kind, NodeId};
 use super::{Block, End, Mode, Modes, Target};
+use whippen_ids::IdMap;
 use whippen_kernel::{Inst, Op, Range, Region, Type, Value, ValueInfo, VerifyError};
 
 /// Checks all modes.
@@ -23,8 +24,8 @@ pub fn verify(modes: &Modes) -> Result<(), Vec<VerifyError>> {
             modes,
             mode,
             graph: Graph::unshared(&modes.kernel),
-            nodes: vec![None; mode.values.len()],
-            declared: Vec::new(),
+            nodes: IdMap::filled(None, mode.values.len()),
+            declared: IdMap::new(),
             entries: vec![None; mode.blocks.len()],
             errors: &mut errors,
             place: String::new(),
@@ -42,15 +43,15 @@ pub fn verify(modes: &Modes) -> Result<(), Vec<VerifyError>> {
 #[derive(Debug, Clone)]
 struct State {
     /// Nodes of values that are defined on every way to here.
-    visible: Vec<bool>,
+    visible: IdMap<NodeId, bool>,
     facts: Facts,
     /// What word 0 of each cell holds.
     held: Vec<Held>,
 }
 
 impl State {
-    fn sees(&self, id: Id) -> bool {
-        self.visible.get(id.index()).copied().unwrap_or(false)
+    fn sees(&self, id: NodeId) -> bool {
+        self.visible.get(id).copied().unwrap_or(false)
     }
 }
 
@@ -61,16 +62,16 @@ enum Held {
     Stale,
     Within(Range),
     /// This value.
-    Node(Id),
+    Node(NodeId),
 }
 
 struct Checker<'a> {
     modes: &'a Modes,
     mode: &'a Mode,
     graph: Graph<'a>,
-    nodes: Vec<Option<Id>>,
+    nodes: IdMap<Value, Option<NodeId>>,
     /// Declared ranges by node.
-    declared: Vec<Range>,
+    declared: IdMap<NodeId, Range>,
     entries: Vec<Option<State>>,
     errors: &'a mut Vec<VerifyError>,
     place: String,
@@ -92,7 +93,7 @@ impl<'a> Checker<'a> {
             })
             .collect();
         let start = State {
-            visible: Vec::new(),
+            visible: IdMap::new(),
             facts: Facts::default(),
             held,
         };
@@ -130,7 +131,7 @@ impl<'a> Checker<'a> {
             } => {
                 let id = self.read(*condition, &state)?;
                 for (holds, target) in [(1, yes), (0, no)] {
-                    let known = |id: Id| self.declared[id.index()];
+                    let known = |id: NodeId| self.declared[id];
                     if let Some((facts, _)) =
                         facts::with(&self.graph, &known, &state.facts, id, Range::point(holds))
                     {
@@ -149,15 +150,15 @@ impl<'a> Checker<'a> {
 
     /// What the facts about operands say of what was computed from them before.
     fn settle(&self, state: &mut State) {
-        let visible: Vec<Id> = (0..self.graph.len() as u32)
-            .map(Id)
+        let visible: Vec<NodeId> = (0..self.graph.len() as u32)
+            .map(NodeId)
             .filter(|id| state.sees(*id))
             .collect();
         for id in visible {
             let Some(op) = self.graph.op(id).filter(|op| !matches!(op, Op::Const(_))) else {
                 continue;
             };
-            let info = |arg: &Id| ValueInfo {
+            let info = |arg: &NodeId| ValueInfo {
                 ty: self.graph.ty(*arg),
                 range: self.range(*arg, state),
             };
@@ -186,7 +187,7 @@ impl<'a> Checker<'a> {
         let params: Vec<ValueInfo> = block
             .params
             .iter()
-            .map(|param| self.mode.values[param.0 as usize])
+            .map(|param| self.mode.values[param])
             .collect();
         hold(&params, &args)?;
         let entry = self.entries[target.block].take();
@@ -285,7 +286,7 @@ impl<'a> Checker<'a> {
         let yields = self.infos(&region.yields, state)?;
         let results: Vec<ValueInfo> = results
             .iter()
-            .map(|result| self.mode.values[result.0 as usize])
+            .map(|result| self.mode.values[result])
             .collect();
         state.visible = outside;
         hold(&results, &yields)
@@ -299,7 +300,7 @@ impl<'a> Checker<'a> {
         state: &mut State,
     ) -> Result<(), Fault> {
         let (round, carried) = body.params.split_first().ok_or("a loop without round")?;
-        let info = |value: &Value| self.mode.values[value.0 as usize];
+        let info = |value: &Value| self.mode.values[value];
         if !info(round)
             .range
             .contains(Range::new(0, i64::from(rounds) - 1))
@@ -313,13 +314,13 @@ impl<'a> Checker<'a> {
         let yields: Vec<ValueInfo> = body
             .yields
             .iter()
-            .map(|value| self.mode.values[value.0 as usize])
+            .map(|value| self.mode.values[value])
             .collect();
         hold(
             &inst
                 .results
                 .iter()
-                .map(|value| self.mode.values[value.0 as usize])
+                .map(|value| self.mode.values[value])
                 .collect::<Vec<_>>(),
             &yields,
         )?;
@@ -331,10 +332,10 @@ impl<'a> Checker<'a> {
             .args
             .iter()
             .map(|arg| self.read(*arg, state))
-            .collect::<Result<Vec<Id>, Fault>>()?;
+            .collect::<Result<Vec<NodeId>, Fault>>()?;
         let expected = match (inst.op, &inst.results[..]) {
             (Op::Const(value), [result]) => {
-                Op::constant(self.mode.values[result.0 as usize].ty, value).map(Some)
+                Op::constant(self.mode.values[result].ty, value).map(Some)
             }
             _ => inst
                 .op
@@ -353,7 +354,7 @@ impl<'a> Checker<'a> {
         }
         let Some(info) = expected else { return Ok(()) };
         let result = *inst.results.first().ok_or("gives a result")?;
-        hold(&[self.mode.values[result.0 as usize]], &[info])?;
+        hold(&[self.mode.values[result]], &[info])?;
         let id = self.define(result, Kind::Op(inst.op), &args, state)?;
         if let Op::Get(cell) = inst.op {
             state.held[cell as usize] = Held::Node(id);
@@ -365,49 +366,47 @@ impl<'a> Checker<'a> {
         &mut self,
         value: Value,
         kind: Kind,
-        args: &[Id],
+        args: &[NodeId],
         state: &mut State,
-    ) -> Result<Id, Fault> {
+    ) -> Result<NodeId, Fault> {
         let info = *self
             .mode
             .values
-            .get(value.0 as usize)
+            .get(value)
             .ok_or_else(|| format!("nothing is known of {value}"))?;
-        if self.nodes[value.0 as usize].is_some() {
+        if self.nodes[value].is_some() {
             return Err(format!("{value} is defined twice"));
         }
         let id = self.graph.node(kind, info.ty, args);
-        self.nodes[value.0 as usize] = Some(id);
+        self.nodes[value] = Some(id);
         self.declared.resize(self.graph.len(), info.range);
         state.visible.resize(self.graph.len(), false);
-        state.visible[id.index()] = true;
+        state.visible[id] = true;
         Ok(id)
     }
 
-    fn read(&self, value: Value, state: &State) -> Result<Id, Fault> {
+    fn read(&self, value: Value, state: &State) -> Result<NodeId, Fault> {
         let node = self
             .nodes
-            .get(value.0 as usize)
+            .get(value)
             .copied()
             .flatten()
             .filter(|id| state.sees(*id));
         node.ok_or_else(|| format!("{value} is not defined here"))
     }
 
-    fn range(&self, id: Id, state: &State) -> Range {
+    fn range(&self, id: NodeId, state: &State) -> Range {
         state
             .facts
             .get(&id)
-            .map_or(self.declared[id.index()], |fact| {
-                meet(self.declared[id.index()], *fact)
-            })
+            .map_or(self.declared[id], |fact| meet(self.declared[id], *fact))
     }
 
     fn infos(&self, values: &[Value], state: &State) -> Result<Vec<ValueInfo>, Fault> {
         let info = |value: &Value| {
             let id = self.read(*value, state)?;
             Ok(ValueInfo {
-                ty: self.mode.values[value.0 as usize].ty,
+                ty: self.mode.values[value].ty,
                 range: self.range(id, state),
             })
         };

@@ -3,7 +3,7 @@
 
 use super::{Argument, EventInterface, Interface, LiveInterface, PortInterface, Ring};
 use crate::pipeline::Compiled;
-use whippen_arm::thumb::Layout;
+use whippen_arm::thumb::StateLayout;
 use whippen_c99::spelled;
 use whippen_lang::units::Dim;
 use whippen_lower::LoweredEventKind;
@@ -17,7 +17,7 @@ impl Interface {
         scales: Scales,
         name: &str,
         keys: u32,
-        layout: &Layout,
+        layout: &StateLayout,
     ) -> Interface {
         let (model, kernel) = (&compiled.model, &compiled.lowered.kernel);
         let (position, force) = if model.turns() {
@@ -66,7 +66,7 @@ impl Interface {
     }
 }
 
-fn lives(compiled: &Compiled, layout: &Layout) -> Vec<LiveInterface> {
+fn lives(compiled: &Compiled, layout: &StateLayout) -> Vec<LiveInterface> {
     let kernel = &compiled.lowered.kernel;
     let names = unique(kernel.lives.iter().map(|live| live.name.as_str()));
     let parts = kernel
@@ -83,7 +83,7 @@ fn lives(compiled: &Compiled, layout: &Layout) -> Vec<LiveInterface> {
         let meaning: &whippen_lower::LoweredLive = meaning;
         Some(LiveInterface {
             name,
-            at: layout.live(index)?,
+            at: layout.live_param(index)?,
             range: (live.range.low as i32, live.range.high as i32),
             init: live.init,
             fraction_bits: fraction_bits(meaning.lsb),

@@ -15,14 +15,7 @@ const CYCLES_MAX: u64 = 20_000_000;
 const RASPBERRY: [BoardKind; 2] = [BoardKind::Rp2350, BoardKind::Rp2040];
 
 fn compiler_present() -> bool {
-    let there = Command::new("arm-none-eabi-gcc")
-        .arg("--version")
-        .output()
-        .is_ok_and(|o| o.status.success());
-    if !there {
-        println!("SKIPPED boards: arm-none-eabi-gcc is not installed");
-    }
-    there
+    whippen_need::tool("arm-none-eabi-gcc").is_some()
 }
 
 fn compile(kind: BoardKind, program: &str, folder: &Path) -> PathBuf {
@@ -195,12 +188,11 @@ fn the_watchdog_bites_on_time() {
 #[test]
 fn roms_are_their_sources() {
     let roms = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/rom");
-    if Command::new("arm-none-eabi-as")
-        .arg("--version")
-        .output()
-        .is_err()
-    {
-        println!("SKIPPED roms_are_their_sources: arm-none-eabi-as is not installed");
+    if !whippen_need::tools(&[
+        "arm-none-eabi-as",
+        "arm-none-eabi-ld",
+        "arm-none-eabi-objcopy",
+    ]) {
         return;
     }
     let folder = tempfile::tempdir().expect("a temporary folder");

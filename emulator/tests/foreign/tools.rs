@@ -71,28 +71,10 @@ pub const TARGETS: [Target; 5] = [
 
 const LEVELS: [&str; 4] = ["-O0", "-O2", "-O3", "-Os"];
 
-/// Whether everything is installed; says what is not.
-pub fn have_all(what: &str) -> bool {
-    let there = |tool: &str| {
-        Command::new(tool)
-            .arg("--version")
-            .output()
-            .is_ok_and(|o| o.status.success())
-    };
-    let absent: Vec<&str> = ["arm-none-eabi-gcc", "arm-none-eabi-g++", "qemu-system-arm"]
-        .into_iter()
-        .filter(|t| !there(t))
-        .collect();
-    let library = Command::new("arm-none-eabi-gcc")
-        .arg("-print-file-name=libc_nano.a")
-        .output();
-    let newlib = library.is_ok_and(|o| o.stdout.contains(&b'/'));
-    if absent.is_empty() && newlib {
-        return true;
-    }
-    let newlib = if newlib { "" } else { " newlib" };
-    println!("SKIPPED {what}: {}{newlib} not installed", absent.join(" "));
-    false
+/// Whether everything is installed; if not, the test counts as skipped.
+pub fn have_all() -> bool {
+    let names = ["arm-none-eabi-gcc", "arm-none-eabi-g++", "qemu-system-arm"];
+    whippen_need::tools(&names) && whippen_need::newlib()
 }
 
 /// One program for one core at one level of optimisation.

@@ -114,25 +114,15 @@ pub struct Image {
 pub struct Tools;
 
 impl Tools {
-    /// Nothing, said plainly, when a tool is absent.
+    /// None where a tool is absent, and the test counts as skipped.
     pub fn find() -> Option<Self> {
-        for tool in [
+        let names = [
             "qemu-system-arm",
             "arm-none-eabi-as",
             "arm-none-eabi-ld",
             "arm-none-eabi-objcopy",
-        ] {
-            let found = Command::new(tool)
-                .arg("--version")
-                .stdout(Stdio::null())
-                .stderr(Stdio::null())
-                .status();
-            if found.is_err() {
-                println!("skipped: {tool} is absent, nothing was judged");
-                return None;
-            }
-        }
-        Some(Self)
+        ];
+        whippen_need::tools(&names).then_some(Self)
     }
 
     pub fn build(&self, target: &Target, cases: &[Case]) -> Image {

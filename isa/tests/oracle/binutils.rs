@@ -5,7 +5,6 @@
 
 use crate::{assert_all_met, samples};
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::Command;
 use whippen_isa::{Arch, Class, Cond, Encoding, Inst, ItRule, ItState, Op, Why, decode, is_wide};
@@ -64,18 +63,7 @@ const OWN_UNITS: [Core; 3] = [
 ];
 
 fn is_installed() -> bool {
-    let found = Command::new("arm-none-eabi-as")
-        .arg("--version")
-        .output()
-        .is_ok_and(|o| o.status.success());
-    if !found {
-        // Past the test harness, which would keep it to itself.
-        let note = b"SKIPPED: arm-none-eabi-as is not installed (Debian: binutils-arm-none-eabi)\n";
-        std::io::stderr()
-            .write_all(note)
-            .expect("standard error takes a line");
-    }
-    found
+    whippen_need::tools(&["arm-none-eabi-as", "arm-none-eabi-objcopy"])
 }
 
 /// The instruction with what it needs around: an IT before it, or after an IT the block it opens.
@@ -418,7 +406,8 @@ fn what_is_unpredictable_is_refused() {
     let mut met = vec![false; TOLERATED.len()];
     let (verdicts, warnings) = assemble("unpredictable", core, &lines);
     for (i, ((line, why), verdict)) in lines.iter().zip(whys).zip(verdicts).enumerate() {
-        let same = matches!(&verdict, Verdict::Bits(bits, _) if *bits == samples::bytes(line.word, line.inst.size()));
+        let bytes = samples::bytes(line.word, line.inst.size());
+        let same = matches!(&verdict, Verdict::Bits(bits, _) if *bits == bytes);
         if !same || warnings.contains_key(&i) {
             continue;
         }

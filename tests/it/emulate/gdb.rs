@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
-use super::gnu::{gcc, have};
+use super::gnu::gcc;
 use crate::cli::Shell;
 
 const SOURCE: &str = "
@@ -108,7 +108,7 @@ fn image() -> Option<Shell> {
         .into_iter()
         .chain(["debug.c", "-o", "debug.elf"])
         .collect();
-    (have("gdb-multiarch") && gcc(&shell, &args)).then_some(shell)
+    (whippen_need::tool("gdb-multiarch").is_some() && gcc(&shell, &args)).then_some(shell)
 }
 
 /// What follows each mention, line by line in order.
@@ -297,7 +297,7 @@ fn both_cores_of_a_board_are_threads() {
         .into_iter()
         .chain(["-Wl,-Tbss=0x20000100", "two.c", "-o", "two.elf"]);
     let args: Vec<&str> = flags.into_iter().chain(place).collect();
-    if !have("gdb-multiarch") || !gcc(&shell, &args) {
+    if whippen_need::tool("gdb-multiarch").is_none() || !gcc(&shell, &args) {
         return;
     }
     let script = [

@@ -5,21 +5,10 @@ use std::process::{Command, Output};
 
 use crate::cli::Shell;
 
-/// Whether a tool starts; says so if not.
-pub fn have(tool: &str) -> bool {
-    let there = Command::new(tool)
-        .arg("--version")
-        .output()
-        .is_ok_and(|o| o.status.success());
-    if !there {
-        println!("SKIPPED: {tool} is not installed");
-    }
-    there
-}
-
-/// Compiles in the shell's folder; false, with a note, when there is no compiler.
+/// Compiles in the shell's folder; false where there is no compiler, and the test counts as
+/// skipped.
 pub fn gcc(shell: &Shell, args: &[&str]) -> bool {
-    if !have("arm-none-eabi-gcc") {
+    if whippen_need::tool("arm-none-eabi-gcc").is_none() {
         return false;
     }
     done(

@@ -1,16 +1,12 @@
-//! The page in a browser without a window, played by a script. Without one the test says that it
-//! was skipped.
+//! The page in a browser without a window, played by a script.
 
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use serde_json::Value;
 
 use super::page;
 use crate::common::instruments;
-
-/// Browsers of which one is enough.
-const BROWSERS: &[&str] = &["chromium", "chromium-browser", "google-chrome"];
 
 const FLAGS: &[&str] = &[
     "--headless",
@@ -26,24 +22,10 @@ const FLAGS: &[&str] = &[
     "--dump-dom",
 ];
 
-fn browser() -> Option<&'static str> {
-    let starts = |name: &&&str| {
-        Command::new(name)
-            .arg("--version")
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .status()
-            .is_ok_and(|s| s.success())
-    };
-    BROWSERS.iter().find(starts).copied()
-}
-
-/// Loads a page, lets a script play it, and gives what the script calls `done` with.
+/// Loads a page, lets a script play it, and gives what the script calls `done` with; none where
+/// there is no browser, and the test counts as skipped.
 pub fn play(html: &str, script: &str) -> Option<Value> {
-    let Some(browser) = browser() else {
-        println!("skipped: none of {} is installed", BROWSERS.join(", "));
-        return None;
-    };
+    let browser = whippen_need::tool("chromium")?;
     let watch = "<head><script>window.errors = [];
         addEventListener('error', (e) => errors.push(e.message));
         console.error = (...words) => errors.push(words.join(' '));
@@ -57,10 +39,10 @@ pub fn play(html: &str, script: &str) -> Option<Value> {
         format!("{html}<script>(async () => {{ {script} }})();</script>"),
     )
     .expect("writable");
-    Some(dumped(browser, folder.path(), &file))
+    Some(dumped(&browser, folder.path(), &file))
 }
 
-fn dumped(browser: &str, folder: &Path, file: &Path) -> Value {
+fn dumped(browser: &Path, folder: &Path, file: &Path) -> Value {
     let mut command = Command::new(browser);
     command.args(FLAGS).arg(format!(
         "--user-data-dir={}",

@@ -9,10 +9,10 @@
 
 use std::sync::OnceLock;
 
-use super::frame::FREE;
-use super::path::Cycles;
+use super::critical_path::Cycles;
+use super::minst::{Block, Edge, Func, MInst, Reg, Relocation, Role, Terminator};
+use super::registers::FREE;
 use super::v6m::LOST;
-use super::vcode::{Block, Code, Edge, End, Func, Half, Reg, Role};
 use regalloc2::checker::Checker;
 use regalloc2::{
     Allocation, Edit, Function, Inst as At, InstOrEdit, InstRange, MachineEnv, Operand,
@@ -26,9 +26,9 @@ use whippen_isa::{Arch, Inst, Op};
 #[derive(Debug, Clone)]
 pub(super) struct Placed {
     pub code: Vec<Fixed>,
-    pub end: End,
+    pub end: Terminator,
     pub rounds: Option<u32>,
-    /// Its cycles, once somebody has asked `path` for them.
+    /// Its cycles, once somebody has asked `critical_path` for them.
     pub cycles: OnceLock<Cycles>,
 }
 
@@ -36,7 +36,7 @@ pub(super) struct Placed {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fixed {
     pub inst: Inst,
-    pub code: Option<Code>,
+    pub code: Option<MInst>,
 }
 
 /// All blocks, and how many words of the stack they use.
@@ -54,17 +54,17 @@ pub(super) struct Allocated {
 /// An instruction needs more registers than there are, or the checker objects: a bug.
 pub(super) fn allocate(func: &Func, arch: Arch) -> Result<Allocated, String> {
     let view = View::new(func, arch);
-    let env = environment(arch, func.free);
+    let env = machine_env(arch, func.free);
     let options = RegallocOptions {
         validate_ssa: cfg!(debug_assertions),
         ..RegallocOptions::default()
     };
     let output = regalloc2::run(&view, &env, &options).map_err(|error| error.to_string())?;
     if cfg!(debug_assertions) {
-        check(&view, &env, &output)?;
+        check_allocation(&view, &env, &output)?;
     }
     let blocks = (0..func.blocks.len())
-        .map(|block| view.placed(block, &output, arch))
+        .map(|block| view.allocated_block(block, &output, arch))
         .collect();
     Ok(Allocated {
         blocks,
@@ -74,7 +74,7 @@ pub(super) fn allocate(func: &Func, arch: Arch) -> Result<Allocated, String> {
 }
 
 /// Whether every operand finds its value.
-fn check(view: &View, env: &MachineEnv, output: &Output) -> Result<(), String> {
+fn check_allocation(view: &View, env: &MachineEnv, output: &Output) -> Result<(), String> {
     let mut checker = Checker::new(view, env);
     checker.prepare(output);
     checker
@@ -83,7 +83,7 @@ fn check(view: &View, env: &MachineEnv, output: &Output) -> Result<(), String> {
 }
 
 /// Registers that may be given, the lower ones first; ARMv6-M can do little with the others.
-fn environment(arch: Arch, free: u32) -> MachineEnv {
+fn machine_env(arch: Arch, free: u32) -> MachineEnv {
     let low = |reg: &u8| *reg < 8;
     let usable = |reg: &&u8| free >> **reg & 1 != 0 && (low(reg) || arch != Arch::V6M);
     let set = |wanted: &dyn Fn(&u8) -> bool| {
@@ -149,7 +149,7 @@ impl<'a> View<'a> {
             returns: Vec::new(),
         };
         for (index, block) in func.blocks.iter().enumerate() {
-            view.add(block);
+            view.add_block(block);
             for target in block.end.targets() {
                 view.preds[target].push(regalloc2::Block::new(index));
             }
@@ -157,24 +157,24 @@ impl<'a> View<'a> {
         view
     }
 
-    fn add(&mut self, block: &Block) {
+    fn add_block(&mut self, block: &Block) {
         let first = self.operands.len();
         for code in &block.code {
-            self.operands.push(operands(code));
-            self.clobbers.push(clobbers(code));
+            self.operands.push(operands_of(code));
+            self.clobbers.push(clobbers_of(code));
             self.ends.push(false);
             self.returns.push(false);
         }
         self.operands.push(match &block.end {
-            End::Next(code) => vec![fixed(*code, next_register(self.arch))],
+            Terminator::NextKey(code) => vec![use_in(*code, next_key_register(self.arch))],
             _ => Vec::new(),
         });
         self.clobbers.push(PRegSet::empty());
-        let leaves = matches!(block.end, End::Next(_) | End::InitDone);
+        let leaves = matches!(block.end, Terminator::NextKey(_) | Terminator::FallThrough);
         self.ends.push(!leaves);
         self.returns.push(leaves);
         self.args.push(match &block.end {
-            End::Jump(Edge { args, .. }) => args.iter().map(|r| vreg(*r)).collect(),
+            Terminator::Jump(Edge { args, .. }) => args.iter().map(|r| vreg(*r)).collect(),
             _ => Vec::new(),
         });
         self.ranges
@@ -182,8 +182,8 @@ impl<'a> View<'a> {
     }
 
     /// A block with the registers and moves that were found.
-    fn placed(&self, index: usize, output: &Output, arch: Arch) -> Placed {
-        let fixed = |inst: Inst, code| Fixed {
+    fn allocated_block(&self, index: usize, output: &Output, arch: Arch) -> Placed {
+        let placed_inst = |inst: Inst, code| Fixed {
             inst: inst.shortest(arch).unwrap_or(inst),
             code,
         };
@@ -193,12 +193,12 @@ impl<'a> View<'a> {
         for item in output.block_insts_and_edits(self, regalloc2::Block::new(index)) {
             match item {
                 InstOrEdit::Edit(Edit::Move { from, to }) => {
-                    code.push(fixed(moved(*from, *to), None))
+                    code.push(placed_inst(move_inst(*from, *to), None))
                 }
                 InstOrEdit::Inst(at) if at.index() - first < block.code.len() => {
                     let source = &block.code[at.index() - first];
-                    code.push(fixed(
-                        with_registers(source, output.inst_allocs(at)),
+                    code.push(placed_inst(
+                        assign_registers(source, output.inst_allocs(at)),
                         Some(*source),
                     ));
                 }
@@ -216,12 +216,12 @@ impl<'a> View<'a> {
 
 /// Where the address of the next code is: LR, for `BX LR` folds; on ARMv6-M a register that can be
 /// loaded.
-pub(super) fn next_register(arch: Arch) -> u8 {
+pub(super) fn next_key_register(arch: Arch) -> u8 {
     if arch == Arch::V6M { 5 } else { LR }
 }
 
 /// What is read in a certain register.
-fn fixed(of: u32, reg: u8) -> Operand {
+fn use_in(of: u32, reg: u8) -> Operand {
     Operand::new(
         vreg(of),
         OperandConstraint::FixedReg(preg(reg)),
@@ -231,9 +231,9 @@ fn fixed(of: u32, reg: u8) -> Operand {
 }
 
 /// What a routine does not keep.
-fn clobbers(code: &Code) -> PRegSet {
+fn clobbers_of(code: &MInst) -> PRegSet {
     match code.address {
-        Some(Half::Routine(_)) => LOST
+        Some(Relocation::Routine(_)) => LOST
             .iter()
             .fold(PRegSet::empty(), |set, reg| set.with(preg(*reg))),
         _ => PRegSet::empty(),
@@ -241,7 +241,7 @@ fn clobbers(code: &Code) -> PRegSet {
 }
 
 /// What is read first, in the order of roles, then what is written.
-fn operands(code: &Code) -> Vec<Operand> {
+fn operands_of(code: &MInst) -> Vec<Operand> {
     let reads: Vec<(Role, u32)> = code
         .uses()
         .filter_map(|u| match (u.writes, u.operand.reg, u.operand.old) {
@@ -250,7 +250,7 @@ fn operands(code: &Code) -> Vec<Operand> {
             _ => None,
         })
         .collect();
-    if let Some(Half::Routine(_)) = code.address {
+    if let Some(Relocation::Routine(_)) = code.address {
         // Operands in R0 and R1, the result in R0.
         let result = code.writes().map(|reg| {
             let at = OperandConstraint::FixedReg(preg(0));
@@ -258,7 +258,7 @@ fn operands(code: &Code) -> Vec<Operand> {
         });
         return (0..)
             .zip(&reads)
-            .map(|(at, (_, reg))| fixed(*reg, at))
+            .map(|(at, (_, reg))| use_in(*reg, at))
             .chain(result)
             .collect();
     }
@@ -282,13 +282,13 @@ fn operands(code: &Code) -> Vec<Operand> {
 }
 
 /// The instruction with the registers that were found for its operands.
-fn with_registers(code: &Code, allocs: &[Allocation]) -> Inst {
+fn assign_registers(code: &MInst, allocs: &[Allocation]) -> Inst {
     let mut inst = code.inst;
-    if let Some(Half::Routine(_)) = code.address {
+    if let Some(Relocation::Routine(_)) = code.address {
         // A call has them by convention.
         return inst;
     }
-    let reads = |u: &super::vcode::Use| {
+    let reads = |u: &super::minst::Use| {
         if u.writes {
             u.operand.old.is_some()
         } else {
@@ -321,20 +321,20 @@ fn with_registers(code: &Code, allocs: &[Allocation]) -> Inst {
 }
 
 /// A move between registers and the stack.
-fn moved(from: Allocation, to: Allocation) -> Inst {
+fn move_inst(from: Allocation, to: Allocation) -> Inst {
     let register = |a: Allocation| a.as_reg().map(|reg| reg.hw_enc() as u8);
     let slot = |a: Allocation| a.as_stack().map_or(0, |slot| 4 * slot.index() as u32);
     let stack = |op, t, imm| Inst {
         t,
         n: SP,
         imm,
-        ..super::vcode::template(op)
+        ..super::minst::template(op)
     };
     match (register(from), register(to)) {
         (Some(from), Some(to)) => Inst {
             d: to,
             m: from,
-            ..super::vcode::template(Op::MOV_register)
+            ..super::minst::template(Op::MOV_register)
         },
         (Some(from), None) => stack(Op::STR_immediate, from, slot(to)),
         (None, to) => stack(Op::LDR_immediate, to.unwrap_or(0), slot(from)),
@@ -401,7 +401,7 @@ impl Function for View<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::vcode::Access;
+    use super::super::minst::Access;
     use super::*;
 
     /// A loop whose blocks are numbered against their order: sums what it reads until that is 0.
@@ -410,35 +410,35 @@ mod tests {
         let [entry, after, again, head] = [(); 4].map(|()| func.block());
         let [start, kept, sum, read, next] = [(); 5].map(|()| func.fresh());
         let load = |to| {
-            Code::new(Op::LDR_immediate)
+            MInst::new(Op::LDR_immediate)
                 .reg(Role::T, to)
                 .with(Role::N, Reg::Fixed(6))
                 .access(Access::None)
         };
         func.blocks[entry].code = vec![load(start), load(kept)];
-        func.blocks[entry].end = End::Jump(Edge {
+        func.blocks[entry].end = Terminator::Jump(Edge {
             block: head,
             args: vec![start],
         });
         func.blocks[head].params = vec![sum];
-        let add = Code::new(Op::ADD_register)
+        let add = MInst::new(Op::ADD_register)
             .reg(Role::N, sum)
             .reg(Role::M, read)
             .reg(Role::D, next)
             .flags();
         func.blocks[head].code = vec![load(read), add];
-        func.blocks[head].end = End::Branch {
+        func.blocks[head].end = Terminator::Branch {
             cond: whippen_isa::Cond::NE,
             yes: again,
             no: after,
             likely: None,
         };
-        func.blocks[again].end = End::Jump(Edge {
+        func.blocks[again].end = Terminator::Jump(Edge {
             block: head,
             args: vec![next],
         });
-        func.blocks[after].end = End::Next(kept);
-        func.in_order()
+        func.blocks[after].end = Terminator::NextKey(kept);
+        func.into_reverse_postorder()
     }
 
     #[test]
@@ -446,11 +446,11 @@ mod tests {
         let func = summing();
         let (view, env) = (
             View::new(&func, Arch::V8M),
-            environment(Arch::V8M, func.free),
+            machine_env(Arch::V8M, func.free),
         );
         let mut output =
             regalloc2::run(&view, &env, &RegallocOptions::default()).expect("there are registers");
-        assert_eq!(check(&view, &env, &output), Ok(()));
+        assert_eq!(check_allocation(&view, &env, &output), Ok(()));
         let (found, mut refused) = (output.allocs.clone(), 0);
         for (at, right) in found.iter().enumerate() {
             for reg in FREE
@@ -458,7 +458,7 @@ mod tests {
                 .filter(|reg| right.as_reg() != Some(preg(*reg)))
             {
                 output.allocs[at] = Allocation::reg(preg(reg));
-                refused += usize::from(check(&view, &env, &output).is_err());
+                refused += usize::from(check_allocation(&view, &env, &output).is_err());
             }
             output.allocs[at] = *right;
         }

@@ -8,15 +8,15 @@
 //! Every instruction takes its shortest encoding. Where the flags are not needed, that may be one
 //! that sets them: 16-bit instructions let a branch or IT behind them cost less.
 
-mod reach;
+mod islands;
 
+use super::minst::{Relocation, template};
 use super::names;
-use super::vcode::{Half, template};
 use crate::image::{Fixup, FixupKind, Hint, LineRow, Symbol, SymbolKind};
 use whippen_isa::{Arch, Cond, Encoding, Flags, Form, Inst, Op};
 
 /// An instruction, where it is from, and which address its immediate is.
-pub(super) type Line = (Inst, Option<u32>, Option<Half>);
+pub(super) type Line = (Inst, Option<u32>, Option<Relocation>);
 
 /// A place in the code, by number.
 pub(super) type Label = usize;
@@ -27,7 +27,7 @@ pub(super) enum Item {
     Inst {
         inst: Inst,
         origin: Option<u32>,
-        address: Option<Half>,
+        address: Option<Relocation>,
     },
     Label(Label),
     /// A function begins, at a word.
@@ -66,11 +66,11 @@ pub struct NoEncoding(pub String);
 
 /// Turns narrow what may be, and puts conditional instructions into IT blocks. `flags` says whether
 /// the end needs them.
-pub(super) fn finish(code: &mut Vec<Line>, arch: Arch, flags: bool) {
+pub(super) fn select_encodings(code: &mut Vec<Line>, arch: Arch, flags: bool) {
     let mut live = if flags { Flags::NZCV } else { Flags::NONE };
     for (inst, ..) in code.iter_mut().rev() {
         if live.is_empty() {
-            *inst = setting(inst, arch).unwrap_or(*inst);
+            *inst = flag_setting_form(inst, arch).unwrap_or(*inst);
         }
         let use_ = inst.flags();
         live = live.without(use_.writes) | use_.reads;
@@ -81,9 +81,9 @@ pub(super) fn finish(code: &mut Vec<Line>, arch: Arch, flags: bool) {
     let mut done: Vec<Line> = Vec::with_capacity(code.len());
     let mut rest = code.as_slice();
     while let Some((first, _)) = rest.split_first() {
-        let count = it_block(rest.iter().map(|(inst, ..)| inst.cond));
+        let count = it_block_len(rest.iter().map(|(inst, ..)| inst.cond));
         if let (Some(cond), 1..) = (first.0.cond, count) {
-            done.push((it(cond, &rest[..count]), first.1, None));
+            done.push((it_inst(cond, &rest[..count]), first.1, None));
         }
         done.extend_from_slice(&rest[..count.max(1)]);
         rest = &rest[count.max(1)..];
@@ -92,7 +92,7 @@ pub(super) fn finish(code: &mut Vec<Line>, arch: Arch, flags: bool) {
 }
 
 /// The 16-bit form that sets the flags, if there is one that is worth it.
-pub(super) fn setting(inst: &Inst, arch: Arch) -> Option<Inst> {
+pub(super) fn flag_setting_form(inst: &Inst, arch: Arch) -> Option<Inst> {
     let with = Inst { s: true, ..*inst };
     let may =
         inst.cond.is_none() && inst.op() != Op::MUL && !inst.s && !with.flags().writes.is_empty();
@@ -102,7 +102,7 @@ pub(super) fn setting(inst: &Inst, arch: Arch) -> Option<Inst> {
 
 /// How many instructions from the first on one IT block can hold, by their conditions; none if the
 /// first has no condition.
-pub(super) fn it_block(mut conditions: impl Iterator<Item = Option<Cond>>) -> usize {
+pub(super) fn it_block_len(mut conditions: impl Iterator<Item = Option<Cond>>) -> usize {
     let Some(first) = conditions.next().flatten() else {
         return 0;
     };
@@ -113,7 +113,7 @@ pub(super) fn it_block(mut conditions: impl Iterator<Item = Option<Cond>>) -> us
 }
 
 /// The IT instruction in front of these.
-pub(super) fn it(cond: Cond, block: &[Line]) -> Inst {
+pub(super) fn it_inst(cond: Cond, block: &[Line]) -> Inst {
     let bits = block[1..]
         .iter()
         .map(|(inst, ..)| inst.cond.map_or(0, |c| c.bits() & 1));
@@ -131,7 +131,7 @@ pub(super) fn it(cond: Cond, block: &[Line]) -> Inst {
 ///
 /// # Errors
 /// An instruction without encoding.
-pub(super) fn lay_out(
+pub(super) fn assemble(
     mut items: Vec<Item>,
     labels: usize,
     arch: Arch,
@@ -139,30 +139,30 @@ pub(super) fn lay_out(
 ) -> Result<Bytes, NoEncoding> {
     for item in &mut items {
         if let Item::Inst { inst, .. } | Item::Indirect { inst, .. } = item {
-            *inst = short(inst, arch)?;
+            *inst = shortest_encoding(inst, arch)?;
         }
     }
     if arch == Arch::V6M {
-        let items = reach::in_reach(items, labels);
-        let (sizes, places) = settled(&items, items.len() + labels);
-        return write(&items, &sizes, &places, arch, name);
+        let items = islands::insert_islands(items, labels);
+        let (sizes, places) = relax_branches(&items, items.len() + labels);
+        return write_bytes(&items, &sizes, &places, arch, name);
     }
-    let (sizes, places) = settled(&items, labels);
-    write(&items, &sizes, &places, arch, name)
+    let (sizes, places) = relax_branches(&items, labels);
+    write_bytes(&items, &sizes, &places, arch, name)
 }
 
 /// Sizes of which none need grow, and where everything then is.
-fn settled(items: &[Item], labels: usize) -> (Vec<u32>, Places) {
-    let mut sizes = sizes(items);
+fn relax_branches(items: &[Item], labels: usize) -> (Vec<u32>, Places) {
+    let mut sizes = initial_sizes(items);
     loop {
-        let places = places(items, &sizes, labels);
-        if !grow(items, &mut sizes, &places) {
+        let places = assign_offsets(items, &sizes, labels);
+        if !widen_branches(items, &mut sizes, &places) {
             return (sizes, places);
         }
     }
 }
 
-fn sizes(items: &[Item]) -> Vec<u32> {
+fn initial_sizes(items: &[Item]) -> Vec<u32> {
     let size = |item: &Item| match item {
         Item::Inst { inst, .. } | Item::Indirect { inst, .. } => inst.size(),
         Item::Branch { .. } => 2,
@@ -171,7 +171,7 @@ fn sizes(items: &[Item]) -> Vec<u32> {
     items.iter().map(size).collect()
 }
 
-fn short(inst: &Inst, arch: Arch) -> Result<Inst, NoEncoding> {
+fn shortest_encoding(inst: &Inst, arch: Arch) -> Result<Inst, NoEncoding> {
     let as_is = || inst.encode(arch).is_ok().then_some(*inst);
     inst.shortest(arch)
         .or_else(as_is)
@@ -184,7 +184,7 @@ struct Places {
     items: Vec<u32>,
 }
 
-fn places(items: &[Item], sizes: &[u32], labels: usize) -> Places {
+fn assign_offsets(items: &[Item], sizes: &[u32], labels: usize) -> Places {
     let mut places = Places {
         labels: vec![0; labels],
         items: Vec::with_capacity(items.len()),
@@ -195,7 +195,7 @@ fn places(items: &[Item], sizes: &[u32], labels: usize) -> Places {
         // them a cycle.
         let is_target = !leads_on && matches!(item, Item::Label(_) | Item::Loop { .. });
         if matches!(item, Item::Function { .. })
-            || is_target && is_long(&items[index..], &sizes[index..])
+            || is_target && is_followed_by_long(&items[index..], &sizes[index..])
         {
             at = at.next_multiple_of(4);
         }
@@ -215,13 +215,13 @@ fn places(items: &[Item], sizes: &[u32], labels: usize) -> Places {
 }
 
 /// Whether the next instruction takes two halfwords.
-fn is_long(items: &[Item], sizes: &[u32]) -> bool {
+fn is_followed_by_long(items: &[Item], sizes: &[u32]) -> bool {
     let between = |item: &&Item| matches!(item, Item::Label(_) | Item::Loop { .. });
     sizes.get(items.iter().take_while(between).count()) == Some(&4)
 }
 
 /// Widens the branches that do not reach; whether there were any.
-fn grow(items: &[Item], sizes: &mut [u32], places: &Places) -> bool {
+fn widen_branches(items: &[Item], sizes: &mut [u32], places: &Places) -> bool {
     let mut grown = false;
     for (index, item) in items.iter().enumerate() {
         let Item::Branch { cond, to } = item else {
@@ -232,7 +232,7 @@ fn grow(items: &[Item], sizes: &mut [u32], places: &Places) -> bool {
         } else {
             -2048..2048
         };
-        let offset = offset(places, index, *to);
+        let offset = branch_offset(places, index, *to);
         if sizes[index] == 2 && !reach.contains(&offset) {
             sizes[index] = 4;
             grown = true;
@@ -241,11 +241,11 @@ fn grow(items: &[Item], sizes: &mut [u32], places: &Places) -> bool {
     grown
 }
 
-fn offset(places: &Places, index: usize, to: Label) -> i64 {
+fn branch_offset(places: &Places, index: usize, to: Label) -> i64 {
     i64::from(places.labels[to]) - i64::from(places.items[index]) - 4
 }
 
-fn write(
+fn write_bytes(
     items: &[Item],
     sizes: &[u32],
     places: &Places,
@@ -260,7 +260,7 @@ fn write(
         let at = places.items[index];
         match item {
             Item::Label(_) => {}
-            Item::Function { name, global } => out.symbols.push(function(name, at, *global)),
+            Item::Function { name, global } => out.symbols.push(function_symbol(name, at, *global)),
             Item::Loop { rounds } => out.hints.push(Hint::Loop {
                 at,
                 rounds_max: *rounds,
@@ -270,38 +270,41 @@ fn write(
                 origin,
                 address,
             } => {
-                out.line(at, *origin);
-                out.address(at, *address, name);
-                out.push(inst, arch)?;
+                out.add_line(at, *origin);
+                out.add_fixup(at, *address, name);
+                out.push_inst(inst, arch)?;
             }
             Item::Indirect { inst, to } => {
                 out.hints.push(Hint::Targets {
                     at,
                     symbols: to.clone(),
                 });
-                out.push(inst, arch)?;
+                out.push_inst(inst, arch)?;
             }
             Item::Branch {
                 cond: Some(cond),
                 to,
             } if sizes[index] == 4 && arch == Arch::V6M => {
                 // Around a branch that reaches further.
-                out.push(&branch(cond.invert(), false, 0), arch)?;
-                out.push(&branch(None, false, offset(places, index, *to) - 2), arch)?;
+                out.push_inst(&branch_inst(cond.invert(), false, 0), arch)?;
+                out.push_inst(
+                    &branch_inst(None, false, branch_offset(places, index, *to) - 2),
+                    arch,
+                )?;
             }
             Item::Branch { cond, to } => {
-                out.push(
-                    &branch(*cond, sizes[index] == 4, offset(places, index, *to)),
+                out.push_inst(
+                    &branch_inst(*cond, sizes[index] == 4, branch_offset(places, index, *to)),
                     arch,
                 )?;
             }
         }
     }
-    out.close();
+    out.close_symbols();
     Ok(out)
 }
 
-fn function(name: &str, at: u32, global: bool) -> Symbol {
+fn function_symbol(name: &str, at: u32, global: bool) -> Symbol {
     Symbol {
         name: name.to_string(),
         section: Some(0),
@@ -312,7 +315,7 @@ fn function(name: &str, at: u32, global: bool) -> Symbol {
     }
 }
 
-pub(super) fn branch(cond: Option<Cond>, wide: bool, offset: i64) -> Inst {
+pub(super) fn branch_inst(cond: Option<Cond>, wide: bool, offset: i64) -> Inst {
     let form = match (cond.is_some(), wide) {
         (true, false) => Form::T1,
         (false, false) => Form::T2,
@@ -328,7 +331,7 @@ pub(super) fn branch(cond: Option<Cond>, wide: bool, offset: i64) -> Inst {
 }
 
 impl Bytes {
-    fn push(&mut self, inst: &Inst, arch: Arch) -> Result<(), NoEncoding> {
+    fn push_inst(&mut self, inst: &Inst, arch: Arch) -> Result<(), NoEncoding> {
         let code = inst
             .encode(arch)
             .map_err(|why| NoEncoding(format!("{inst:?}: {why:?}")))?;
@@ -340,18 +343,20 @@ impl Bytes {
         Ok(())
     }
 
-    fn line(&mut self, at: u32, origin: Option<u32>) {
+    fn add_line(&mut self, at: u32, origin: Option<u32>) {
         if self.lines.last().map(|row| row.origin) != Some(origin) {
             self.lines.push(LineRow { at, origin });
         }
     }
 
-    fn address(&mut self, at: u32, address: Option<Half>, name: &str) {
+    fn add_fixup(&mut self, at: u32, address: Option<Relocation>, name: &str) {
         let Some(half) = address else { return };
         let (kind, symbol) = match half {
-            Half::Low(table) => (FixupKind::MovwAbs, names::table(name, table)),
-            Half::High(table) => (FixupKind::MovtAbs, names::table(name, table)),
-            Half::Routine(routine) => (FixupKind::ThumbCall, names::routine(name, routine.name())),
+            Relocation::Low(table) => (FixupKind::MovwAbs, names::table(name, table)),
+            Relocation::High(table) => (FixupKind::MovtAbs, names::table(name, table)),
+            Relocation::Routine(routine) => {
+                (FixupKind::ThumbCall, names::routine(name, routine.name()))
+            }
         };
         self.fixups.push(Fixup {
             at,
@@ -362,7 +367,7 @@ impl Bytes {
     }
 
     /// Every function ends where the next begins.
-    fn close(&mut self) {
+    fn close_symbols(&mut self) {
         let mut end = self.bytes.len() as u32;
         for symbol in self.symbols.iter_mut().rev() {
             symbol.size = end - symbol.offset;

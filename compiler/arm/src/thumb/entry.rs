@@ -1,9 +1,9 @@
 //! Code around the keys: entry, end of the frame, `init`. It runs once a tick, or once.
 //!
 //! ```text
-//!   NAME_tick: save, what all keys share, T K I H, to the first key's code ... end: rings go on, pointers, tick + 1, restore
-//!   NAME_init: save, T K I H, pointers, [init of a key]*, restore
-//!   NAME_begin: T K I H of one key, its cells, [init of a key], restore
+//!   NAME_tick: save, what all keys share, STATE RECORD SAMPLES HISTORY, to the first key's code ... end: rings go on, pointers, tick + 1, restore
+//!   NAME_init: save, STATE RECORD SAMPLES HISTORY, pointers, [init of a key]*, restore
+//!   NAME_begin: STATE RECORD SAMPLES HISTORY of one key, its cells, [init of a key], restore
 //! ```
 //!
 //! On ARMv6-M what it lacks (`small`) is made of what it has, with R4 and R5 for what must be in a
@@ -14,20 +14,21 @@
 
 mod events;
 
-use super::allocate::next_register;
+use super::allocate::next_key_register;
 use super::emit::{Item, Label};
-use super::frame::{Frame, H, I, K, Pointer, ROW, T, TICK};
-use super::pins::Word;
+use super::minst::template;
+use super::promote::TickConstant;
+use super::registers::{HISTORY, RECORD, SAMPLES, STATE};
+use super::state_layout::{Pointer, ROW, StateLayout, TICK};
 use super::v6m::{self, Step};
-use super::vcode::template;
-use super::{names, vcode::Half};
+use super::{minst::Relocation, names};
 use whippen_isa::reg::{LR, PC, SP};
 use whippen_isa::{Arch, Cond, Encoding, Form, Inst, Op, ShiftType};
 use whippen_kernel::{Kernel, Type};
 
 /// R4 to R11 and LR.
 const SAVED: u32 = 0x0ff0;
-/// R4 and R5, which carry I and H to and from the stack of ARMv6-M.
+/// R4 and R5, which carry SAMPLES and HISTORY to and from the stack of ARMv6-M.
 const HIGH: u32 = 0x0030;
 
 /// Labels that this code needs.
@@ -44,14 +45,14 @@ pub(super) const LABELS: Label = 7;
 
 /// A list of instructions being written.
 struct Writer<'a> {
-    frame: &'a Frame,
+    layout: &'a StateLayout,
     items: Vec<Item>,
 }
 
 /// Entry and end of a tick, with labels from `events` on; `slots` words of the stack are for the
 /// keys' code, and for what is computed for all of them before.
 pub(super) fn tick(
-    frame: &Frame,
+    layout: &StateLayout,
     arch: Arch,
     name: &str,
     slots: usize,
@@ -59,7 +60,7 @@ pub(super) fn tick(
     modes: &[String],
     events: Label,
 ) -> Vec<Item> {
-    let mut w = Writer::new(frame);
+    let mut w = Writer::new(layout);
     w.items.push(Item::Function {
         name: names::tick(name),
         global: true,
@@ -68,11 +69,11 @@ pub(super) fn tick(
     w.items.extend(shared);
     w.open_events(events);
     w.registers();
-    w.pins();
-    let next = next_register(arch);
+    w.load_promoted();
+    let next = next_key_register(arch);
     w.op(Inst {
         t: next,
-        n: K,
+        n: RECORD,
         ..template(Op::LDR_immediate)
     });
     w.items.push(Item::Indirect {
@@ -97,8 +98,8 @@ pub(super) fn tick(
 }
 
 /// `init` of all keys; the code of one key follows at `init_key` and comes back to `init_next`.
-pub(super) fn init(frame: &Frame, name: &str, slots: usize, labels: Labels) -> Vec<Item> {
-    let mut w = Writer::new(frame);
+pub(super) fn init(layout: &StateLayout, name: &str, slots: usize, labels: Labels) -> Vec<Item> {
+    let mut w = Writer::new(layout);
     w.items.push(Item::Function {
         name: names::init(name),
         global: true,
@@ -106,16 +107,18 @@ pub(super) fn init(frame: &Frame, name: &str, slots: usize, labels: Labels) -> V
     w.enter(slots);
     w.pointers();
     w.registers();
-    w.items.push(Item::Loop { rounds: frame.keys });
+    w.items.push(Item::Loop {
+        rounds: layout.keys,
+    });
     w.items.push(Item::Branch {
         cond: None,
         to: labels.init_key,
     });
     w.items.push(Item::Label(labels.init_next));
-    w.offset(0, frame.records + frame.keys * frame.record);
-    w.add(0, T);
+    w.offset(0, layout.records + layout.keys * layout.record);
+    w.add(0, STATE);
     w.op(Inst {
-        n: K,
+        n: RECORD,
         m: 0,
         ..template(Op::CMP_register)
     });
@@ -130,8 +133,13 @@ pub(super) fn init(frame: &Frame, name: &str, slots: usize, labels: Labels) -> V
 
 /// One key of those that `init` prepares all: state in R0, its word in R1, its number in R2. Before
 /// the code of a key's `init` and behind it.
-pub(super) fn begin(frame: &Frame, kernel: &Kernel, name: &str, slots: usize) -> [Vec<Item>; 2] {
-    let mut w = Writer::new(frame);
+pub(super) fn begin(
+    layout: &StateLayout,
+    kernel: &Kernel,
+    name: &str,
+    slots: usize,
+) -> [Vec<Item>; 2] {
+    let mut w = Writer::new(layout);
     w.begin(kernel, name, slots);
     let before = std::mem::take(&mut w.items);
     w.leave(slots);
@@ -139,9 +147,9 @@ pub(super) fn begin(frame: &Frame, kernel: &Kernel, name: &str, slots: usize) ->
 }
 
 impl<'a> Writer<'a> {
-    fn new(frame: &'a Frame) -> Writer<'a> {
+    fn new(layout: &'a StateLayout) -> Writer<'a> {
         Writer {
-            frame,
+            layout,
             items: Vec::new(),
         }
     }
@@ -150,7 +158,7 @@ impl<'a> Writer<'a> {
         self.items.push(Item::Inst {
             inst,
             origin: None,
-            address: None::<Half>,
+            address: None::<Relocation>,
         });
     }
 
@@ -159,9 +167,9 @@ impl<'a> Writer<'a> {
             imm: self.saved() | 1 << LR,
             ..template(Op::PUSH)
         });
-        if self.frame.small && self.saved() != 0 {
-            self.mov(4, I);
-            self.mov(5, H);
+        if self.layout.small && self.saved() != 0 {
+            self.mov(4, SAMPLES);
+            self.mov(5, HISTORY);
             self.op(Inst {
                 imm: HIGH,
                 ..template(Op::PUSH)
@@ -169,13 +177,13 @@ impl<'a> Writer<'a> {
         }
         self.stack(Op::SUB_SP_minus_immediate, slots);
         self.op(Inst {
-            d: T,
+            d: STATE,
             m: 0,
             ..template(Op::MOV_register)
         });
-        if let Some(caller) = self.frame.caller {
+        if let Some(caller) = self.layout.caller {
             self.op(Inst {
-                d: I,
+                d: SAMPLES,
                 m: 1,
                 ..template(Op::MOV_register)
             });
@@ -184,7 +192,7 @@ impl<'a> Writer<'a> {
     }
 
     fn begin(&mut self, kernel: &Kernel, name: &str, slots: usize) {
-        let frame = self.frame;
+        let layout = self.layout;
         self.items.push(Item::Function {
             name: names::begin(name),
             global: true,
@@ -195,27 +203,27 @@ impl<'a> Writer<'a> {
         });
         self.stack(Op::SUB_SP_minus_immediate, slots);
         self.op(Inst {
-            d: T,
+            d: STATE,
             m: 0,
             ..template(Op::MOV_register)
         });
         self.op(Inst {
-            d: I,
+            d: SAMPLES,
             m: 1,
             ..template(Op::MOV_register)
         });
-        self.offset(0, frame.records);
-        self.add(0, T);
-        self.offset(1, frame.record);
-        self.multiply_add(K, 2, 1, 0);
-        if let Some(first) = frame.first_line {
+        self.offset(0, layout.records);
+        self.add(0, STATE);
+        self.offset(1, layout.record);
+        self.multiply_add(RECORD, 2, 1, 0);
+        if let Some(first) = layout.first_line {
             // `init` fills lines from their first row on.
-            let (line, shift) = (&frame.lines[first as usize], ShiftType::LSL);
+            let (line, shift) = (&layout.lines[first as usize], ShiftType::LSL);
             let amount = line.log2();
             let base = self.apart();
-            self.offset(H, line.at);
-            self.add(H, base);
-            if self.frame.small {
+            self.offset(HISTORY, line.at);
+            self.add(HISTORY, base);
+            if self.layout.small {
                 self.op(Inst {
                     d: 4,
                     m: 2,
@@ -223,11 +231,11 @@ impl<'a> Writer<'a> {
                     s: true,
                     ..template(Op::LSL_immediate)
                 });
-                self.add(H, 4);
+                self.add(HISTORY, 4);
             } else {
                 self.op(Inst {
-                    d: H,
-                    n: H,
+                    d: HISTORY,
+                    n: HISTORY,
                     m: 2,
                     shift,
                     amount,
@@ -238,12 +246,12 @@ impl<'a> Writer<'a> {
         self.cells(kernel);
     }
 
-    /// The cells of the key at K as they are before `init`, which writes some of them.
+    /// The cells of the key at RECORD as they are before `init`, which writes some of them.
     fn cells(&mut self, kernel: &Kernel) {
         let words = kernel
             .cells
             .iter()
-            .zip(&self.frame.cells)
+            .zip(&self.layout.cells)
             .flat_map(|(cell, &at)| {
                 let words = if cell.ty == Type::I64 { 2 } else { 1 };
                 let word = move |nth: u32| (cell.init >> (32 * (nth % words))) as u32;
@@ -256,19 +264,19 @@ impl<'a> Writer<'a> {
             if held.replace(word) != Some(word) {
                 self.offset(0, word);
             }
-            self.access(Op::STR_immediate, 0, K, at);
+            self.access(Op::STR_immediate, 0, RECORD, at);
         }
     }
 
     fn leave(&mut self, slots: usize) {
         self.stack(Op::ADD_SP_plus_immediate, slots);
-        if self.frame.small && self.saved() != 0 {
+        if self.layout.small && self.saved() != 0 {
             self.op(Inst {
                 imm: HIGH,
                 ..template(Op::POP)
             });
-            self.mov(I, 4);
-            self.mov(H, 5);
+            self.mov(SAMPLES, 4);
+            self.mov(HISTORY, 5);
         }
         self.op(Inst {
             imm: self.saved() | 1 << PC,
@@ -278,7 +286,7 @@ impl<'a> Writer<'a> {
 
     /// A firmware's frame keeps what it needs itself.
     fn saved(&self) -> u32 {
-        match (self.frame.caller, self.frame.small) {
+        match (self.layout.caller, self.layout.small) {
             (Some(_), _) => 0,
             (None, true) => SAVED & 0xff,
             (None, false) => SAVED,
@@ -286,7 +294,7 @@ impl<'a> Writer<'a> {
     }
 
     fn stack(&mut self, op: Op, slots: usize) {
-        let most = if self.frame.small { 127 } else { slots.max(1) };
+        let most = if self.layout.small { 127 } else { slots.max(1) };
         for from in (0..slots).step_by(most) {
             let imm = 4 * (slots - from).min(most) as u32;
             self.op(Inst {
@@ -321,14 +329,14 @@ impl<'a> Writer<'a> {
             d,
             n: d,
             imm: 1,
-            s: self.frame.small,
+            s: self.layout.small,
             ..template(Op::ADD_immediate)
         });
     }
 
     /// `d = n * m + a`; on ARMv6-M `n` or `m` may be `d` and all are low.
     fn multiply_add(&mut self, d: u8, n: u8, m: u8, a: u8) {
-        if !self.frame.small {
+        if !self.layout.small {
             return self.op(Inst {
                 d,
                 n,
@@ -352,7 +360,7 @@ impl<'a> Writer<'a> {
 
     /// An offset in a register.
     fn offset(&mut self, d: u8, offset: u32) {
-        if self.frame.small {
+        if self.layout.small {
             return self.steps(d, offset);
         }
         let low = Encoding::new(Op::MOV_immediate, Form::T3)
@@ -371,33 +379,36 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// K, I and H at the first key.
+    /// RECORD, SAMPLES and HISTORY at the first key.
     fn registers(&mut self) {
         let words = self
-            .frame
+            .layout
             .caller
             .is_none()
-            .then_some((I, self.frame.inputs));
-        for (register, offset) in [Some((K, self.frame.records)), words].into_iter().flatten() {
+            .then_some((SAMPLES, self.layout.inputs));
+        for (register, offset) in [Some((RECORD, self.layout.records)), words]
+            .into_iter()
+            .flatten()
+        {
             self.offset(register, offset);
-            self.add(register, T);
+            self.add(register, STATE);
         }
-        if self.frame.first_line.is_some() {
-            let low = if self.frame.small { 4 } else { H };
+        if self.layout.first_line.is_some() {
+            let low = if self.layout.small { 4 } else { HISTORY };
             self.load(low, ROW);
-            if low != H {
-                self.mov(H, low);
+            if low != HISTORY {
+                self.mov(HISTORY, low);
             }
         }
     }
 
     /// What stays in registers from key to key.
-    fn pins(&mut self) {
-        for (word, reg) in self.frame.pins.iter() {
+    fn load_promoted(&mut self) {
+        for (word, reg) in self.layout.promoted.iter() {
             match word {
-                Word::At(offset) => self.load(reg, offset),
-                Word::Number(number) if number >> 16 == 0 => self.offset(reg, number),
-                Word::Number(number) => self.op(Inst {
+                TickConstant::InState(offset) => self.load(reg, offset),
+                TickConstant::Immediate(number) if number >> 16 == 0 => self.offset(reg, number),
+                TickConstant::Immediate(number) => self.op(Inst {
                     d: reg,
                     imm: number,
                     ..template(Op::MOV_immediate)
@@ -408,11 +419,11 @@ impl<'a> Writer<'a> {
 
     /// Every ring index goes on.
     fn rings(&mut self) {
-        for (at, len) in &self.frame.rings {
+        for (at, len) in &self.layout.rings {
             self.load(0, *at);
             self.plus_one(0);
             self.offset(1, *len);
-            if self.frame.small {
+            if self.layout.small {
                 // All bits where it is less than the length, none where it is that.
                 self.op(Inst {
                     d: 1,
@@ -454,16 +465,16 @@ impl<'a> Writer<'a> {
     }
 
     fn load(&mut self, t: u8, at: u32) {
-        self.access(Op::LDR_immediate, t, T, at);
+        self.access(Op::LDR_immediate, t, STATE, at);
     }
 
     fn store(&mut self, t: u8, at: u32) {
-        self.access(Op::STR_immediate, t, T, at);
+        self.access(Op::STR_immediate, t, STATE, at);
     }
 
     /// A word at a distance from a register.
     fn access(&mut self, op: Op, t: u8, n: u8, at: u32) {
-        if !self.frame.small || at < 128 {
+        if !self.layout.small || at < 128 {
             return self.op(Inst {
                 t,
                 n,
@@ -526,17 +537,17 @@ impl<'a> Writer<'a> {
 
     /// The row of the first line, and all pointers relative to it. R3 keeps the row.
     fn pointers(&mut self) {
-        let frame = self.frame;
-        let Some(first) = frame.first_line else {
+        let layout = self.layout;
+        let Some(first) = layout.first_line else {
             return;
         };
         let base = self.apart();
         self.row(base, 3, first, 0);
         self.store(3, ROW);
-        for Pointer { line, ticks, at } in &frame.pointers {
+        for Pointer { line, ticks, at } in &layout.pointers {
             self.row(base, 0, *line, *ticks);
-            let (scale, shift) = (frame.scale(*line), ShiftType::LSL);
-            if self.frame.small && scale != 0 {
+            let (scale, shift) = (layout.scale(*line), ShiftType::LSL);
+            if self.layout.small && scale != 0 {
                 self.op(Inst {
                     d: 4,
                     m: 3,
@@ -558,7 +569,7 @@ impl<'a> Writer<'a> {
                     m: 3,
                     shift,
                     amount: scale,
-                    s: self.frame.small,
+                    s: self.layout.small,
                     ..template(Op::SUB_register)
                 });
             }
@@ -568,8 +579,10 @@ impl<'a> Writer<'a> {
 
     /// The register from which histories are counted; R12 where they lie apart.
     fn apart(&mut self) -> u8 {
-        let Some(at) = self.frame.apart else { return T };
-        if self.frame.small {
+        let Some(at) = self.layout.apart else {
+            return STATE;
+        };
+        if self.layout.small {
             self.load(4, at);
             self.mov(12, 4);
         } else {
@@ -581,7 +594,7 @@ impl<'a> Writer<'a> {
     /// The address of the row of a line that was written so many ticks ago, or is written now. Uses
     /// R1 and R2.
     fn row(&mut self, base: u8, d: u8, line: u32, ticks: u32) {
-        let line = &self.frame.lines[line as usize];
+        let line = &self.layout.lines[line as usize];
         self.load(d, line.ring);
         if ticks != 0 {
             self.offset(1, ticks);
@@ -593,7 +606,7 @@ impl<'a> Writer<'a> {
                 ..template(Op::SUB_register)
             });
             self.offset(1, line.len);
-            if self.frame.small {
+            if self.layout.small {
                 // The length where it is negative, else nothing.
                 self.op(Inst {
                     d: 2,

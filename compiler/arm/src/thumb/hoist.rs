@@ -10,21 +10,17 @@
 
 use std::sync::OnceLock;
 
-use super::allocate::{Allocated, Fixed, Placed, next_register};
-use super::frame::{H, I, K, T, others};
-use super::path::{self, Cycles};
-use super::vcode::{Access, End};
+use super::allocate::{Allocated, Fixed, Placed, next_key_register};
+use super::critical_path::{self, Cycles};
+use super::minst::{Access, Terminator};
+use super::registers::{HISTORY, RECORD, SAMPLES, STATE, others};
+use super::tuning::{HOIST_WINDOW, HOISTED_MAX};
 use whippen_isa::reg::SP;
 use whippen_isa::timing::Core;
 use whippen_isa::{Class, Flags};
 
-/// How far an instruction goes up in the block before.
-const WINDOW: usize = 8;
-/// How many instructions leave a block.
-const MOST: usize = 3;
-
 /// Moves loads and single operations up over branches, where that makes the longest way shorter.
-pub(super) fn hoist(func: &mut Allocated, core: &Core) {
+pub(super) fn hoist_over_branches(func: &mut Allocated, core: &Core) {
     if func.blocks.iter().any(|block| block.rounds.is_some()) {
         return;
     }
@@ -33,55 +29,63 @@ pub(super) fn hoist(func: &mut Allocated, core: &Core) {
         .iter()
         .flat_map(|block| block.end.targets())
         .for_each(|to| entered[to] += 1);
-    let mut live = live_in(func, core);
-    let mut below = path::from_each(func, core);
+    let mut live = compute_live_in(func, core);
+    let mut below = critical_path::cycles_from_each(func, core);
     for block in (0..func.blocks.len()).rev() {
-        if let End::Branch { yes, no, .. } = func.blocks[block].end {
+        if let Terminator::Branch { yes, no, .. } = func.blocks[block].end {
             for (from, other) in [(yes, no), (no, yes)] {
-                for _ in 0..MOST {
+                for _ in 0..HOISTED_MAX {
                     if entered[from] != 1
-                        || !move_up(func, core, (block, from, other), &live, &mut below)
+                        || !hoist_first(func, core, (block, from, other), &live, &mut below)
                     {
                         break;
                     }
-                    live[from] = live_before(
+                    live[from] = live_in_of(
                         &func.blocks[from],
-                        live_behind(&func.blocks[from], &live, core),
+                        live_out_of(&func.blocks[from], &live, core),
                     );
                 }
             }
         }
-        live[block] = live_before(
+        live[block] = live_in_of(
             &func.blocks[block],
-            live_behind(&func.blocks[block], &live, core),
+            live_out_of(&func.blocks[block], &live, core),
         );
-        let own = path::of_block(&func.blocks[block], core);
-        below[block] = own.on + path::longer(&func.blocks[block].end, block, own.taken, &below);
+        let own = critical_path::block_cycles(&func.blocks[block], core);
+        below[block] = own.on
+            + critical_path::worst_successor(&func.blocks[block].end, block, own.taken, &below);
     }
 }
 
 /// Moves the first instruction of a block up, if that pays; whether it did.
-fn move_up(
+fn hoist_first(
     func: &mut Allocated,
     core: &Core,
     (block, from, other): (usize, usize, usize),
     live: &[u32],
     below: &mut [u64],
 ) -> bool {
-    let Some(first) = func.blocks[from].code.first().copied().filter(may_move) else {
+    let Some(first) = func.blocks[from]
+        .code
+        .first()
+        .copied()
+        .filter(is_speculatable)
+    else {
         return false;
     };
-    let rest = with(&func.blocks[from], func.blocks[from].code[1..].to_vec());
+    let rest = with_code(&func.blocks[from], func.blocks[from].code[1..].to_vec());
     let (upper, lower) = (
-        path::of_block(&func.blocks[block], core),
-        path::of_block(&func.blocks[from], core),
+        critical_path::block_cycles(&func.blocks[block], core),
+        critical_path::block_cycles(&func.blocks[from], core),
     );
-    let shorter = path::of_block(&rest, core);
+    let shorter = critical_path::block_cycles(&rest, core);
     let end = func.blocks[block].end.clone();
-    let before = upper.on + path::longer(&end, block, upper.taken, below);
+    let before = upper.on + critical_path::worst_successor(&end, block, upper.taken, below);
     let was = below[from];
     below[from] = was - lower.on + shorter.on;
-    let with_below = |cycles: Cycles| cycles.on + path::longer(&end, block, cycles.taken, below);
+    let with_below = |cycles: Cycles| {
+        cycles.on + critical_path::worst_successor(&end, block, cycles.taken, below)
+    };
     let pays = |cycles: Cycles| {
         let (now, spares) = (
             with_below(cycles),
@@ -89,15 +93,15 @@ fn move_up(
         );
         now < before || now == before && cycles.on <= upper.on && spares
     };
-    let (_, own) = touched(&first);
-    let behind_from = live_behind(&func.blocks[from], live, core);
+    let (_, own) = registers_touched(&first);
+    let behind_from = live_out_of(&func.blocks[from], live, core);
     // In its own register, or in another one that nobody wants.
     let registers = std::iter::once(own).chain(others(func.free, own));
     for register in registers.filter(|_| pays(upper)) {
         let code = match register == own {
             true => Some(func.blocks[from].code.clone()),
             false if live[from] & register == 0 => {
-                renamed(&func.blocks[from].code, own, register, behind_from, core)
+                rename_result(&func.blocks[from].code, own, register, behind_from, core)
             }
             false => None,
         };
@@ -105,10 +109,10 @@ fn move_up(
             continue;
         };
         let tried =
-            best_place(&func.blocks[block], code[0], core).filter(|(cycles, _)| pays(*cycles));
+            find_best_place(&func.blocks[block], code[0], core).filter(|(cycles, _)| pays(*cycles));
         if let Some((_, tried)) = tried {
             func.blocks[block] = tried;
-            func.blocks[from] = with(&func.blocks[from], code[1..].to_vec());
+            func.blocks[from] = with_code(&func.blocks[from], code[1..].to_vec());
             return true;
         }
     }
@@ -117,20 +121,20 @@ fn move_up(
 }
 
 /// The block with one more instruction near its end, where it costs least.
-fn best_place(block: &Placed, goes: Fixed, core: &Core) -> Option<(Cycles, Placed)> {
+fn find_best_place(block: &Placed, goes: Fixed, core: &Core) -> Option<(Cycles, Placed)> {
     let mut best: Option<(Cycles, Placed)> = None;
-    for place in (block.code.len().saturating_sub(WINDOW)..=block.code.len()).rev() {
+    for place in (block.code.len().saturating_sub(HOIST_WINDOW)..=block.code.len()).rev() {
         if block
             .code
             .get(place)
-            .is_some_and(|next| is_in_the_way(next, &goes))
+            .is_some_and(|next| conflicts_with(next, &goes))
         {
             break;
         }
         let mut code = block.code.clone();
         code.insert(place, goes);
-        let tried = with(block, code);
-        let cycles = path::of_block(&tried, core);
+        let tried = with_code(block, code);
+        let cycles = critical_path::block_cycles(&tried, core);
         if best.as_ref().is_none_or(|(least, _)| cycles.on < least.on) {
             best = Some((cycles, tried));
         }
@@ -140,7 +144,7 @@ fn best_place(block: &Placed, goes: Fixed, core: &Core) -> Option<(Cycles, Place
 
 /// The code with the result of its first instruction in another register, as long as that result is
 /// wanted; none if it is wanted behind the code, or becomes something else in place.
-pub(super) fn renamed(
+pub(super) fn rename_result(
     code: &[Fixed],
     from: u32,
     to: u32,
@@ -155,7 +159,7 @@ pub(super) fn renamed(
             break;
         }
         let source = fixed.code.filter(|code| code.tied.is_none())?;
-        let (uses, defs) = touched(fixed);
+        let (uses, defs) = registers_touched(fixed);
         if (uses | defs) & to != 0 {
             return None;
         }
@@ -175,7 +179,7 @@ pub(super) fn renamed(
         }
         fixed.inst = fixed.inst.shortest(core.arch).unwrap_or(fixed.inst);
         // What names registers otherwise than by roles.
-        if at > 0 && wanted && touched(fixed).0 & from != 0 {
+        if at > 0 && wanted && registers_touched(fixed).0 & from != 0 {
             return None;
         }
     }
@@ -183,7 +187,7 @@ pub(super) fn renamed(
 }
 
 /// The block with other code.
-fn with(block: &Placed, code: Vec<Fixed>) -> Placed {
+fn with_code(block: &Placed, code: Vec<Fixed>) -> Placed {
     Placed {
         code,
         cycles: OnceLock::new(),
@@ -192,7 +196,7 @@ fn with(block: &Placed, code: Vec<Fixed>) -> Placed {
 }
 
 /// Whether an instruction does no harm where its result is not wanted.
-fn may_move(fixed: &Fixed) -> bool {
+fn is_speculatable(fixed: &Fixed) -> bool {
     let Some(code) = fixed.code else { return false };
     let (inst, flags) = (&fixed.inst, fixed.inst.flags());
     let plain = inst.cond.is_none()
@@ -200,7 +204,7 @@ fn may_move(fixed: &Fixed) -> bool {
         && !flags.writes.intersects(Flags::NZCV)
         && !flags.reads.intersects(Flags::NZCV);
     // Another address may be right on one side of the branch only.
-    let near = [T, K, I, H, SP]
+    let near = [STATE, RECORD, SAMPLES, HISTORY, SP]
         .iter()
         .any(|base| inst.uses().core_bits() == 1 << base);
     let load = near && matches!(code.access, Access::Read(_)) && inst.class() == Class::Load;
@@ -218,7 +222,7 @@ fn may_move(fixed: &Fixed) -> bool {
 }
 
 /// The registers that an instruction reads and writes.
-pub(super) fn touched(fixed: &Fixed) -> (u32, u32) {
+pub(super) fn registers_touched(fixed: &Fixed) -> (u32, u32) {
     (
         fixed.inst.uses().core_bits().into(),
         fixed.inst.defs().core_bits().into(),
@@ -226,8 +230,8 @@ pub(super) fn touched(fixed: &Fixed) -> (u32, u32) {
 }
 
 /// Whether an instruction must stay before one that goes up.
-fn is_in_the_way(stays: &Fixed, goes: &Fixed) -> bool {
-    let ((uses, defs), (reads, writes)) = (touched(stays), touched(goes));
+fn conflicts_with(stays: &Fixed, goes: &Fixed) -> bool {
+    let ((uses, defs), (reads, writes)) = (registers_touched(stays), registers_touched(goes));
     let place = |fixed: &Fixed| fixed.code.map(|code| code.access);
     let overwrites = match (place(stays), place(goes)) {
         (Some(Access::Write(to)), Some(Access::Read(from))) => to == from,
@@ -237,14 +241,14 @@ fn is_in_the_way(stays: &Fixed, goes: &Fixed) -> bool {
 }
 
 /// The registers that hold something where a block begins, by block.
-pub(super) fn live_in(func: &Allocated, core: &Core) -> Vec<u32> {
+pub(super) fn compute_live_in(func: &Allocated, core: &Core) -> Vec<u32> {
     let mut live = vec![0; func.blocks.len()];
     loop {
         let known = live.clone();
         for block in (0..func.blocks.len()).rev() {
-            live[block] = live_before(
+            live[block] = live_in_of(
                 &func.blocks[block],
-                live_behind(&func.blocks[block], &live, core),
+                live_out_of(&func.blocks[block], &live, core),
             );
         }
         // Once is enough but for loops.
@@ -254,9 +258,9 @@ pub(super) fn live_in(func: &Allocated, core: &Core) -> Vec<u32> {
     }
 }
 
-pub(super) fn live_behind(block: &Placed, live: &[u32], core: &Core) -> u32 {
+pub(super) fn live_out_of(block: &Placed, live: &[u32], core: &Core) -> u32 {
     let leaves = match block.end {
-        End::Next(_) => 1 << next_register(core.arch),
+        Terminator::NextKey(_) => 1 << next_key_register(core.arch),
         _ => 0,
     };
     block
@@ -266,17 +270,17 @@ pub(super) fn live_behind(block: &Placed, live: &[u32], core: &Core) -> u32 {
         .fold(leaves, |all, to| all | live[to])
 }
 
-fn live_before(block: &Placed, behind: u32) -> u32 {
+fn live_in_of(block: &Placed, behind: u32) -> u32 {
     block
         .code
         .iter()
         .rev()
-        .fold(behind, |live, fixed| wanted_before(fixed, live))
+        .fold(behind, |live, fixed| live_before(fixed, live))
 }
 
 /// The registers that hold something that is wanted before an instruction, given those behind it.
-pub(super) fn wanted_before(fixed: &Fixed, behind: u32) -> u32 {
-    let (uses, defs) = touched(fixed);
+pub(super) fn live_before(fixed: &Fixed, behind: u32) -> u32 {
+    let (uses, defs) = registers_touched(fixed);
     // What is skipped may be wanted from before.
     uses | if fixed.inst.cond.is_some() {
         behind | defs

@@ -1,6 +1,6 @@
 //! Words that the state holds for the code: constants and addresses of modes.
 
-use super::frame::LITERALS_MAX;
+use super::state_layout::LITERALS_MAX;
 
 /// A word of the state that no code changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

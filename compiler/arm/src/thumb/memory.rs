@@ -1,8 +1,8 @@
 //! What lies in memory before `init`: first values, literals, addresses of modes.
 
-use super::frame::Frame;
 use super::literal::{Literal, Literals};
 use super::names;
+use super::state_layout::StateLayout;
 use crate::image::{Fixup, FixupKind};
 use whippen_kernel::{Kernel, Type};
 
@@ -30,9 +30,9 @@ impl Memory {
         });
     }
 
-    pub(super) fn literals(&mut self, frame: &Frame, literals: &Literals, name: &str) {
+    pub(super) fn literals(&mut self, layout: &StateLayout, literals: &Literals, name: &str) {
         for (index, literal) in literals.all().iter().enumerate() {
-            let at = frame.literals + 4 * index as u32;
+            let at = layout.literals + 4 * index as u32;
             match literal {
                 Literal::Word(word) => self.word(at, *word),
                 Literal::Mode(mode) => self.address(at, names::mode(name, *mode)),
@@ -42,10 +42,10 @@ impl Memory {
     }
 
     /// The values per key, the only ones in which keys begin otherwise than their neighbours.
-    pub(super) fn keyed(&mut self, kernel: &Kernel, frame: &Frame) {
-        for key in 0..frame.keys {
-            let record = frame.records + key * frame.record;
-            for (keyed, at) in kernel.keyed.iter().zip(&frame.keyed) {
+    pub(super) fn keyed(&mut self, kernel: &Kernel, layout: &StateLayout) {
+        for key in 0..layout.keys {
+            let record = layout.records + key * layout.record;
+            for (keyed, at) in kernel.keyed.iter().zip(&layout.keyed) {
                 let value = keyed
                     .values
                     .get(key as usize)
@@ -58,37 +58,40 @@ impl Memory {
     }
 
     /// The numbers of the keys, by which events know them.
-    pub(super) fn numbers(&mut self, frame: &Frame, first: u32) {
-        let Some(number) = frame.number else { return };
-        for key in 0..frame.keys {
-            self.word(frame.records + key * frame.record + number, first + key);
+    pub(super) fn numbers(&mut self, layout: &StateLayout, first: u32) {
+        let Some(number) = layout.number else { return };
+        for key in 0..layout.keys {
+            self.word(layout.records + key * layout.record + number, first + key);
         }
     }
 
-    pub(super) fn modes(&mut self, frame: &Frame, name: &str) {
-        for key in 0..frame.keys {
-            self.address(frame.records + key * frame.record, names::mode(name, 0));
+    pub(super) fn modes(&mut self, layout: &StateLayout, name: &str) {
+        for key in 0..layout.keys {
+            self.address(layout.records + key * layout.record, names::mode(name, 0));
         }
-        self.address(frame.records + frame.keys * frame.record, names::end(name));
+        self.address(
+            layout.records + layout.keys * layout.record,
+            names::end(name),
+        );
     }
 }
 
 /// The state, and the histories where they lie apart.
-pub(super) fn memory(kernel: &Kernel, frame: &Frame) -> [Memory; 2] {
+pub(super) fn memory(kernel: &Kernel, layout: &StateLayout) -> [Memory; 2] {
     let zeroed = |bytes: u32| Memory {
         bytes: vec![0; bytes as usize],
         fixups: Vec::new(),
     };
-    let (mut state, mut histories) = (zeroed(frame.size), zeroed(frame.size_apart));
-    for (live, at) in kernel.lives.iter().zip(&frame.lives) {
+    let (mut state, mut histories) = (zeroed(layout.size), zeroed(layout.size_apart));
+    for (live, at) in kernel.lives.iter().zip(&layout.live_params) {
         state.word(*at, live.init as u32);
     }
-    for key in 0..frame.keys {
-        let record = frame.records + key * frame.record;
-        if let Some(gain) = frame.gain {
+    for key in 0..layout.keys {
+        let record = layout.records + key * layout.record;
+        if let Some(gain) = layout.gain {
             state.word(record + gain, 1 << 16);
         }
-        for (cell, at) in kernel.cells.iter().zip(&frame.cells) {
+        for (cell, at) in kernel.cells.iter().zip(&layout.cells) {
             let size = if cell.ty == Type::I64 { 8 } else { 4 };
             for word in 0..cell.len {
                 state.put(
@@ -98,14 +101,14 @@ pub(super) fn memory(kernel: &Kernel, frame: &Frame) -> [Memory; 2] {
             }
         }
     }
-    state.keyed(kernel, frame);
-    state.numbers(frame, 0);
-    let lines = if frame.apart.is_some() {
+    state.keyed(kernel, layout);
+    state.numbers(layout, 0);
+    let lines = if layout.apart.is_some() {
         &mut histories
     } else {
         &mut state
     };
-    for (line, place) in kernel.lines.iter().zip(&frame.lines) {
+    for (line, place) in kernel.lines.iter().zip(&layout.lines) {
         let value = 0.clamp(line.range.low, line.range.high);
         let slot = 1 << place.log2();
         for at in (place.at..place.at + place.row * place.len).step_by(slot) {

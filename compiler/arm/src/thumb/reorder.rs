@@ -6,60 +6,53 @@
 //!   a block with registers -> what must stay before what -> single instructions moved as long as the block becomes shorter
 //! ```
 //!
-//! Cycles are those of [`Measure`]: encodings, IT blocks and the end included.
+//! Cycles are those of [`OrderCost`]: encodings, IT blocks and the end included.
 
-mod known;
-mod measure;
-mod pipes;
+mod cache;
+mod cost;
+mod pipeline_states;
 
 use rustc_hash::FxHashMap;
 use std::sync::OnceLock;
 
 use super::allocate::{Allocated, Fixed, Placed};
-use super::hoist::{live_behind, live_in};
-use super::path;
-use super::spread::spread;
-use super::vcode::{Access, Place};
-pub(super) use known::Known;
-use known::{Ordered, in_order};
-use measure::Measure;
+use super::critical_path;
+use super::hoist::{compute_live_in, live_out_of};
+use super::minst::{Access, AliasClass};
+use super::rename::rename_registers;
+use super::tuning::{REORDER_PATH_MIN, REORDER_TRIES, REORDER_WINDOW};
+pub(super) use cache::OrderCache;
+use cache::{Ordered, apply_order};
+use cost::OrderCost;
 use whippen_isa::reg::SP;
 use whippen_isa::timing::Core;
 use whippen_isa::{Class, Flags};
 
-/// Ways shorter than this part of the longest are left as they are: an order saves less than the
-/// difference.
-const SHORT: (u64, u64) = (4, 5);
-/// How far an instruction is moved at once.
-const WINDOW: usize = 14;
-/// How many orders of a block are measured.
-const TRIES: usize = 4000;
-
 /// Puts every block on a long way in a better order, if there is one: the others are as good as
 /// they need be.
-pub(super) fn reorder(func: &mut Allocated, core: &Core, known: &Known) {
-    let through = path::through_each(func, core);
+pub(super) fn reorder_blocks(func: &mut Allocated, core: &Core, cache: &OrderCache) {
+    let through = critical_path::cycles_through_each(func, core);
     let longest = through.iter().copied().max().unwrap_or(0);
-    let (live, free) = (live_in(func, core), func.free);
+    let (live, free) = (compute_live_in(func, core), func.free);
     let behind: Vec<u32> = func
         .blocks
         .iter()
-        .map(|block| live_behind(block, &live, core))
+        .map(|block| live_out_of(block, &live, core))
         .collect();
     for ((block, through), behind) in func.blocks.iter_mut().zip(through).zip(behind) {
-        if SHORT.1 * through < SHORT.0 * longest || block.code.is_empty() {
+        if REORDER_PATH_MIN.1 * through < REORDER_PATH_MIN.0 * longest || block.code.is_empty() {
             continue;
         }
-        let order = known.order(block, behind, || best(block, behind, free, core));
-        (block.code, block.cycles) = (in_order(&block.code, order), OnceLock::new());
+        let order = cache.get_or_find(block, behind, || best_order(block, behind, free, core));
+        (block.code, block.cycles) = (apply_order(&block.code, order), OnceLock::new());
     }
 }
 
 /// The best order of a block with its registers, or with others.
-fn best(block: &Placed, behind: u32, free: u32, core: &Core) -> Ordered {
-    let (own, cycles) = ordered(block, core);
-    match spread(block, behind, free, core).map(|code| {
-        ordered(
+fn best_order(block: &Placed, behind: u32, free: u32, core: &Core) -> Ordered {
+    let (own, cycles) = improve_order(block, core);
+    match rename_registers(block, behind, free, core).map(|code| {
+        improve_order(
             &Placed {
                 code,
                 ..block.clone()
@@ -73,8 +66,8 @@ fn best(block: &Placed, behind: u32, free: u32, core: &Core) -> Ordered {
 }
 
 /// The code in a better order, and twice its cycles.
-fn ordered(block: &Placed, core: &Core) -> (Ordered, u32) {
-    let mut order = Order::new(block, core);
+fn improve_order(block: &Placed, core: &Core) -> (Ordered, u32) {
+    let mut order = LocalSearch::new(block, core);
     order.improve();
     (
         order
@@ -93,11 +86,11 @@ enum Resource {
     Register(u8),
     /// A word of the stack.
     Slot(u32),
-    Memory(Place),
+    Memory(AliasClass),
 }
 
 /// What an instruction touches, and whether it writes it.
-fn resources(fixed: &Fixed) -> Vec<(Resource, bool)> {
+fn resources_of(fixed: &Fixed) -> Vec<(Resource, bool)> {
     let inst = &fixed.inst;
     let (flags, mut all) = (inst.flags(), Vec::new());
     let (reads, writes) = (
@@ -116,7 +109,9 @@ fn resources(fixed: &Fixed) -> Vec<(Resource, bool)> {
         }
     }
     match fixed.code.map(|code| code.access) {
-        Some(Access::Read(Place::Constant) | Access::Write(Place::Constant) | Access::None) => {}
+        Some(
+            Access::Read(AliasClass::Constant) | Access::Write(AliasClass::Constant) | Access::None,
+        ) => {}
         Some(Access::Read(place)) => all.push((Resource::Memory(place), false)),
         Some(Access::Write(place)) => all.push((Resource::Memory(place), true)),
         None if inst.n == SP => match inst.class() {
@@ -130,8 +125,8 @@ fn resources(fixed: &Fixed) -> Vec<(Resource, bool)> {
 }
 
 /// A block being put in order.
-struct Order {
-    measure: Measure,
+struct LocalSearch {
+    cost: OrderCost,
     /// Who must come before each.
     before: Vec<Vec<usize>>,
     after: Vec<Vec<usize>>,
@@ -142,14 +137,14 @@ struct Order {
     tries: usize,
 }
 
-impl Order {
-    fn new(block: &Placed, core: &Core) -> Order {
-        let (before, after) = dependences(&block.code);
+impl LocalSearch {
+    fn new(block: &Placed, core: &Core) -> LocalSearch {
+        let (before, after) = build_dependences(&block.code);
         let order: Vec<usize> = (0..block.code.len()).collect();
-        let mut measure = Measure::new(block, core);
-        let cycles = measure.accept(&order);
-        Order {
-            measure,
+        let mut cost = OrderCost::new(block, core);
+        let cycles = cost.accept(&order);
+        LocalSearch {
+            cost,
             before,
             after,
             place: order.clone(),
@@ -165,7 +160,7 @@ impl Order {
             for at in 0..self.order.len() {
                 self.move_one(at);
             }
-            if self.cycles == cycles || self.tries >= TRIES {
+            if self.cycles == cycles || self.tries >= REORDER_TRIES {
                 return;
             }
         }
@@ -185,25 +180,25 @@ impl Order {
             .min()
             .unwrap_or(self.order.len());
         let (first, end) = (
-            first.max(from.saturating_sub(WINDOW)),
-            end.min(from + WINDOW),
+            first.max(from.saturating_sub(REORDER_WINDOW)),
+            end.min(from + REORDER_WINDOW),
         );
         let (mut best, mut now) = (from, from);
         for to in (first..end).filter(|to| *to != from) {
-            if self.tries >= TRIES {
+            if self.tries >= REORDER_TRIES {
                 break;
             }
-            self.shift(now, to);
+            self.move_place(now, to);
             now = to;
             self.tries += 1;
-            let cycles = self.measure.of(&self.order, from.min(to), from.max(to));
+            let cycles = self.cost.cost_of(&self.order, from.min(to), from.max(to));
             if cycles < self.cycles {
                 (self.cycles, best) = (cycles, to);
             }
         }
-        self.shift(now, best);
+        self.move_place(now, best);
         if best != from {
-            self.measure.accept(&self.order);
+            self.cost.accept(&self.order);
             for place in best.min(from)..=best.max(from) {
                 self.place[self.order[place]] = place;
             }
@@ -211,7 +206,7 @@ impl Order {
     }
 
     /// Takes one instruction out and puts it in elsewhere.
-    fn shift(&mut self, from: usize, to: usize) {
+    fn move_place(&mut self, from: usize, to: usize) {
         if from < to {
             self.order[from..=to].rotate_left(1);
         } else {
@@ -221,7 +216,7 @@ impl Order {
 }
 
 /// Who must come before, and behind, each instruction.
-fn dependences(code: &[Fixed]) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
+fn build_dependences(code: &[Fixed]) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
     let (mut before, mut after) = (vec![Vec::new(); code.len()], vec![Vec::new(); code.len()]);
     let mut touched: FxHashMap<Resource, (Option<usize>, Vec<usize>)> = FxHashMap::default();
     for (at, fixed) in code.iter().enumerate() {
@@ -231,7 +226,7 @@ fn dependences(code: &[Fixed]) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
                 after[from].push(at);
             }
         };
-        for (resource, writes) in resources(fixed) {
+        for (resource, writes) in resources_of(fixed) {
             let (writer, readers) = touched.entry(resource).or_default();
             writer.iter().for_each(|writer| edge(*writer));
             if writes {

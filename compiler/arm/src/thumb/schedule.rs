@@ -13,43 +13,44 @@
 //! blocks.
 
 mod check;
-mod depend;
-mod live;
+mod dependence;
+mod liveness;
 
-use super::frame::K;
-use super::vcode::{Access, Code, End, Func, Reg, Role, VReg};
-use depend::{Graph, depend};
+use super::minst::{Access, Func, MInst, Reg, Role, Terminator, VReg};
+use super::registers::RECORD;
+use dependence::{Graph, build_graph};
 use whippen_isa::timing::{Core, Outcome, Pipe, Timed};
 
 /// Puts the code of every block in order; about `limit` values are alive at once.
-pub(super) fn schedule(func: &mut Func, core: &Core, limit: usize) {
-    let live = live::out(func);
+pub(super) fn schedule_blocks(func: &mut Func, core: &Core, limit: usize) {
+    let live = liveness::live_out(func);
     let vregs = func.vregs as usize;
     for (index, block) in func.blocks.iter_mut().enumerate() {
         let last = match block.end {
-            End::Next(code) => Some(code),
+            Terminator::NextKey(code) => Some(code),
             _ => None,
         };
-        let graph = depend(&block.code, core);
-        let order = Order::new(&block.code, &graph, &live[index], last, limit, vregs).run();
-        let ordered: Vec<Code> = order.iter().map(|at| block.code[*at]).collect();
+        let graph = build_graph(&block.code, core);
+        let order = ListScheduler::new(&block.code, &graph, &live[index], last, limit, vregs).run();
+        let ordered: Vec<MInst> = order.iter().map(|at| block.code[*at]).collect();
         debug_assert!(
-            check::same(&block.code, &ordered),
+            check::computes_same(&block.code, &ordered),
             "a schedule changes what is computed"
         );
         block.code = ordered;
         if last.is_some() {
-            load_earlier(&mut block.code);
+            advance_next_key_load(&mut block.code);
         }
     }
 }
 
-/// Exchanges the load of the next key's code, which walks K on, with the instruction before it, so
-/// that the branch finds the address there. What that one accesses by K is then behind it.
-fn load_earlier(code: &mut [Code]) {
+/// Exchanges the load of the next key's code, which walks RECORD on, with the instruction before
+/// it, so that the branch finds the address there. What that one accesses by RECORD is then behind
+/// it.
+fn advance_next_key_load(code: &mut [MInst]) {
     let [.., before, load] = code else { return };
     let walks = load.inst.wback.then_some(load.inst.imm as i64);
-    let by_k = |code: &Code| code.uses().any(|u| u.operand.reg == Reg::Fixed(K));
+    let by_k = |code: &MInst| code.uses().any(|u| u.operand.reg == Reg::Fixed(RECORD));
     let offset = i64::from(before.inst.imm) * if before.inst.add { 1 } else { -1 };
     let (Some(walks), false) = (walks, before.inst.wback || before.inst.cond.is_some()) else {
         return;
@@ -68,33 +69,33 @@ fn load_earlier(code: &mut [Code]) {
 }
 
 /// The pipeline behind an instruction.
-struct Behind {
+struct PipelineAfter {
     /// What it defines.
     results: Vec<VReg>,
     pipe: Pipe,
 }
 
-impl Behind {
-    fn new(core: &Core, last: &Code) -> Behind {
-        let behind = Behind {
+impl PipelineAfter {
+    fn new(core: &Core, last: &MInst) -> PipelineAfter {
+        let behind = PipelineAfter {
             results: last.writes().collect(),
             pipe: Pipe::default(),
         };
         let (pipe, _) = core.issue(
             behind.pipe,
-            &behind.named(core, last, false),
+            &behind.with_result_numbers(core, last, false),
             0,
             &Outcome::NEXT,
         );
-        Behind { pipe, ..behind }
+        PipelineAfter { pipe, ..behind }
     }
 
     /// Cycles that `next` waits when it comes right here.
-    fn waits(&self, core: &Core, next: &Code) -> u32 {
+    fn stall_cycles(&self, core: &Core, next: &MInst) -> u32 {
         if self.pipe.delays_nobody() {
             return 0;
         }
-        let next = self.named(core, next, true);
+        let next = self.with_result_numbers(core, next, true);
         let (_, behind) = core.issue(self.pipe, &next, 4, &Outcome::NEXT);
         let (_, alone) = core.issue(Pipe::default(), &next, 4, &Outcome::NEXT);
         behind.cycles().saturating_sub(alone.cycles())
@@ -102,7 +103,7 @@ impl Behind {
 
     /// An instruction whose results get the first numbers; all others are one register that nobody
     /// waits for.
-    fn named(&self, core: &Core, code: &Code, reads: bool) -> Timed {
+    fn with_result_numbers(&self, core: &Core, code: &MInst, reads: bool) -> Timed {
         let number = |reg: Reg| match reg {
             Reg::Virtual(reg) => self
                 .results
@@ -123,8 +124,8 @@ impl Behind {
 }
 
 /// A block being put in order.
-struct Order<'a> {
-    code: &'a [Code],
+struct ListScheduler<'a> {
+    code: &'a [MInst],
     graph: &'a Graph,
     limit: usize,
     /// The registers that each instruction reads, with how often.
@@ -139,16 +140,16 @@ struct Order<'a> {
     order: Vec<usize>,
 }
 
-impl<'a> Order<'a> {
+impl<'a> ListScheduler<'a> {
     fn new(
-        code: &'a [Code],
+        code: &'a [MInst],
         graph: &'a Graph,
         live: &[VReg],
         last: Option<VReg>,
         limit: usize,
         vregs: usize,
-    ) -> Order<'a> {
-        let reads: Vec<Vec<(VReg, u32)>> = code.iter().map(read).collect();
+    ) -> ListScheduler<'a> {
+        let reads: Vec<Vec<(VReg, u32)>> = code.iter().map(count_reads).collect();
         let writes: Vec<Vec<VReg>> = code.iter().map(|code| code.writes().collect()).collect();
         let mut left = vec![0; vregs];
         reads
@@ -171,7 +172,7 @@ impl<'a> Order<'a> {
             .for_each(|reg| comes_in[*reg as usize] = false);
         let alive = comes_in.into_iter().filter(|is| *is).count();
         let blocked = graph.before.clone();
-        Order {
+        ListScheduler {
             code,
             graph,
             limit,
@@ -188,9 +189,9 @@ impl<'a> Order<'a> {
         let mut ready: Vec<usize> = (0..self.code.len())
             .filter(|at| self.blocked[*at] == 0)
             .collect();
-        while let Some(place) = self.best(&ready) {
+        while let Some(place) = self.pick_ready(&ready) {
             let at = ready.swap_remove(place);
-            self.alive = self.alive.saturating_add_signed(self.change(at));
+            self.alive = self.alive.saturating_add_signed(self.pressure_change(at));
             for (reg, times) in &self.reads[at] {
                 self.left[*reg as usize] -= times;
             }
@@ -205,17 +206,20 @@ impl<'a> Order<'a> {
         self.order
     }
 
-    fn best(&self, ready: &[usize]) -> Option<usize> {
+    fn pick_ready(&self, ready: &[usize]) -> Option<usize> {
         (0..ready.len()).min_by_key(|place| self.rank(ready[*place]))
     }
 
     /// Less is better.
     fn rank(&self, at: usize) -> (bool, isize, u32, bool, std::cmp::Reverse<u32>, usize) {
         let (waits, apart) = match self.order.last() {
-            Some(last) => (self.graph.wait(*last, at), self.parts(*last, at)),
+            Some(last) => (
+                self.graph.stall_between(*last, at),
+                self.breaks_it_block(*last, at),
+            ),
             None => (0, false),
         };
-        let change = self.change(at);
+        let change = self.pressure_change(at);
         let scarce = self.alive >= self.limit;
         let over = self.alive.saturating_add_signed(change) > self.limit;
         (
@@ -229,13 +233,13 @@ impl<'a> Order<'a> {
     }
 
     /// Whether it would end a run of instructions that can share an IT block.
-    fn parts(&self, last: usize, at: usize) -> bool {
+    fn breaks_it_block(&self, last: usize, at: usize) -> bool {
         let (last, next) = (self.code[last].inst.cond, self.code[at].inst.cond);
         last.is_some_and(|last| next != Some(last) && next != last.invert())
     }
 
     /// How many more values are alive behind it.
-    fn change(&self, at: usize) -> isize {
+    fn pressure_change(&self, at: usize) -> isize {
         let ended = self.reads[at]
             .iter()
             .filter(|(reg, times)| self.left[*reg as usize] == *times)
@@ -245,7 +249,7 @@ impl<'a> Order<'a> {
 }
 
 /// The registers that an instruction reads, each with how often.
-fn read(code: &Code) -> Vec<(VReg, u32)> {
+fn count_reads(code: &MInst) -> Vec<(VReg, u32)> {
     let mut all: Vec<(VReg, u32)> = Vec::new();
     for reg in code.reads() {
         match all.iter_mut().find(|(known, _)| *known == reg) {

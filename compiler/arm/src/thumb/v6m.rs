@@ -36,9 +36,9 @@ mod memory;
 mod routines;
 mod unused;
 
-use super::frame::Frame;
 use super::literal::Literals;
-use super::vcode::{Code, Edge, End, Func, Half, Operand, Reg, Role, VReg};
+use super::minst::{Edge, Func, MInst, Operand, Reg, Relocation, Role, Terminator, VReg};
+use super::state_layout::StateLayout;
 use flags::Flags;
 use whippen_isa::{Op, ShiftType};
 
@@ -87,12 +87,12 @@ impl Routine {
 pub(super) const LOST: [u8; 3] = [1, 2, 3];
 
 /// The same for ARMv6-M.
-pub(super) fn legal(mut func: Func, frame: &Frame, literals: &mut Literals) -> Func {
+pub(super) fn legal(mut func: Func, layout: &StateLayout, literals: &mut Literals) -> Func {
     let blocks = std::mem::take(&mut func.blocks);
     let out = func;
     let mut legal = Legal {
         literals,
-        literals_at: frame.literals,
+        literals_at: layout.literals,
         out,
         at: 0,
         flags: Flags::default(),
@@ -129,15 +129,15 @@ struct Legal<'a> {
 }
 
 impl Legal<'_> {
-    fn emit(&mut self, code: Code) {
-        self.out.blocks[self.at].code.push(Code {
+    fn emit(&mut self, code: MInst) {
+        self.out.blocks[self.at].code.push(MInst {
             origin: self.origin,
             ..code
         });
     }
 
     /// A new register for the result in D.
-    fn result(&mut self, code: Code) -> VReg {
+    fn result(&mut self, code: MInst) -> VReg {
         let d = self.out.fresh();
         self.emit(code.reg(Role::D, d));
         d
@@ -151,7 +151,7 @@ impl Legal<'_> {
     /// The same; the operand is in another role, or an immediate.
     fn tied_to(&mut self, role: Role, op: Op, old: VReg, other: Option<VReg>, imm: u32) -> VReg {
         let d = self.out.fresh();
-        let mut code = Code::new(op).flags().both(Role::D, d, old).imm(imm);
+        let mut code = MInst::new(op).flags().both(Role::D, d, old).imm(imm);
         code.tied = Some(role);
         let rest = if role == Role::N { Role::M } else { Role::N };
         let code = other.map_or(code, |other| code.reg(rest, other));
@@ -161,16 +161,16 @@ impl Legal<'_> {
 
     /// `op d, n, m` with three low registers.
     fn three(&mut self, op: Op, n: Reg, m: Reg) -> VReg {
-        self.result(Code::new(op).flags().with(Role::N, n).with(Role::M, m))
+        self.result(MInst::new(op).flags().with(Role::N, n).with(Role::M, m))
     }
 
     /// A copy, which leaves the flags.
     fn copy(&mut self, from: Reg) -> VReg {
-        self.result(Code::new(Op::MOV_register).with(Role::M, from))
+        self.result(MInst::new(Op::MOV_register).with(Role::M, from))
     }
 
     /// The result under the name that selection gave it.
-    fn name(&mut self, code: &Code, role: Role, from: VReg) {
+    fn name(&mut self, code: &MInst, role: Role, from: VReg) {
         let Some(Operand {
             reg: Reg::Virtual(to),
             ..
@@ -186,7 +186,7 @@ impl Legal<'_> {
             // Nobody else knows it yet.
             Some(last) if from >= self.known => last.rename(from, to),
             _ => self.emit(
-                Code::new(Op::MOV_register)
+                MInst::new(Op::MOV_register)
                     .reg(Role::D, to)
                     .reg(Role::M, from),
             ),
@@ -194,7 +194,7 @@ impl Legal<'_> {
     }
 
     /// What stands in a role, in a low register.
-    fn low(&mut self, code: &Code, role: Role) -> Reg {
+    fn low(&mut self, code: &MInst, role: Role) -> Reg {
         match code.operands[role as usize].map(|operand| operand.reg) {
             Some(Reg::Fixed(reg)) if reg >= 8 => Reg::Virtual(self.copy(Reg::Fixed(reg))),
             Some(reg) => reg,
@@ -204,7 +204,7 @@ impl Legal<'_> {
     }
 
     /// The same in a register that is not fixed.
-    fn value(&mut self, code: &Code, role: Role) -> VReg {
+    fn value(&mut self, code: &MInst, role: Role) -> VReg {
         match self.low(code, role) {
             Reg::Virtual(reg) => reg,
             fixed => self.copy(fixed),
@@ -212,7 +212,7 @@ impl Legal<'_> {
     }
 
     /// The operand M, shifted as it is in the instruction.
-    fn shifted(&mut self, code: &Code, role: Role) -> Reg {
+    fn shifted(&mut self, code: &MInst, role: Role) -> Reg {
         let reg = self.low(code, role);
         let op = match code.inst.shift {
             ShiftType::LSR => Op::LSR_immediate,
@@ -227,35 +227,35 @@ impl Legal<'_> {
     }
 
     fn shift(&mut self, op: Op, reg: Reg, amount: u8) -> VReg {
-        let mut code = Code::new(op).flags().with(Role::M, reg);
+        let mut code = MInst::new(op).flags().with(Role::M, reg);
         code.inst.amount = amount;
         self.result(code)
     }
 
     /// The result of a routine.
     fn call(&mut self, routine: Routine, a: VReg, b: VReg) -> VReg {
-        let code = Code {
-            address: Some(Half::Routine(routine)),
-            ..Code::new(Op::BL)
+        let code = MInst {
+            address: Some(Relocation::Routine(routine)),
+            ..MInst::new(Op::BL)
         };
         self.result(code.reg(Role::N, a).reg(Role::M, b))
     }
 
     fn jump(&mut self, block: usize, args: Vec<VReg>) {
-        self.out.blocks[self.at].end = End::Jump(Edge { block, args });
+        self.out.blocks[self.at].end = Terminator::Jump(Edge { block, args });
     }
 
-    fn end(&mut self, end: End, heads: &[usize]) {
+    fn end(&mut self, end: Terminator, heads: &[usize]) {
         match end {
-            End::Jump(edge) => self.jump(heads[edge.block], edge.args),
-            End::Branch {
+            Terminator::Jump(edge) => self.jump(heads[edge.block], edge.args),
+            Terminator::Branch {
                 cond,
                 yes,
                 no,
                 likely,
             } => self.branch(cond, heads[yes], heads[no], likely),
-            End::Next(code) => self.out.blocks[self.at].end = End::Next(code),
-            End::InitDone => self.out.blocks[self.at].end = End::InitDone,
+            Terminator::NextKey(code) => self.out.blocks[self.at].end = Terminator::NextKey(code),
+            Terminator::FallThrough => self.out.blocks[self.at].end = Terminator::FallThrough,
         }
     }
 }

@@ -9,7 +9,7 @@ use whippen_kernel::{Range, Type};
 impl Translator<'_> {
     /// Where a value of the kernel stays.
     pub(crate) fn range(&self, value: whippen_kernel::Value) -> Range {
-        self.kernel.values[value.0 as usize].range
+        self.kernel.values[value].range
     }
 
     pub(crate) fn constant(&mut self, ty: Type, value: i64) -> Value {

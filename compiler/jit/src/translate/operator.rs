@@ -56,6 +56,6 @@ impl Translator<'_> {
             Op::Probe(probe) => return self.probe(probe, a),
             Op::If | Op::Loop(_) => return,
         };
-        self.values[inst.results[0].0 as usize] = result;
+        self.values[inst.results[0]] = result;
     }
 }

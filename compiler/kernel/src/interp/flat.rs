@@ -117,10 +117,11 @@ impl Walk for Flattener<'_> {
         let args: Vec<usize> = inst.args.iter().copied().map(register).collect();
         let [n, m] = inst.op.immediates();
         let immediates = [n as usize, m as usize];
-        let result = inst.results.first().copied().map_or(0, register);
+        let defined = inst.results.first().copied();
+        let result = defined.map_or(0, register);
         let step = match inst.op.row().meaning {
             Meaning::Exact(exact) => {
-                let ty = self.kernel.values[result].ty;
+                let ty = defined.map_or(Type::I1, |value| self.kernel.values[value].ty);
                 let args = std::array::from_fn(|at| args.get(at).copied().unwrap_or_default());
                 Step::Exact {
                     exact,
@@ -222,7 +223,7 @@ impl Flattener<'_> {
 
     fn check(&mut self, values: &[Value]) {
         for value in values.iter().copied().filter(|_| self.checked) {
-            let range = self.kernel.values[value.0 as usize].range;
+            let range = self.kernel.values[value].range;
             self.flat.steps.push(Step::Check {
                 value: register(value),
                 range,

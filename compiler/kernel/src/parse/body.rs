@@ -207,18 +207,17 @@ impl Parser {
             ty: self.ty()?,
             range: self.range()?,
         };
-        let at = value.0 as usize;
-        if self.kernel.values.len() <= at {
+        if self.kernel.values.get(value).is_none() {
             // Numbers in between that never come are values that are defined nowhere.
             self.kernel.values.resize(
-                at + 1,
+                value.0 as usize + 1,
                 ValueInfo {
                     ty: Type::I1,
                     range: Range::point(0),
                 },
             );
         }
-        self.kernel.values[at] = info;
+        self.kernel.values[value] = info;
         Ok(value)
     }
 }

@@ -4,6 +4,7 @@ use super::{DEPTH_MAX, VerifyError, WORK_MAX};
 use crate::op::Effect;
 use crate::{Inst, Kernel, Op, Range, Region, Type, Value, ValueInfo};
 use std::collections::HashSet;
+use whippen_ids::IdMap;
 
 /// Checks `init` and `tick`.
 pub(super) fn check(kernel: &Kernel, errors: &mut Vec<VerifyError>) {
@@ -11,8 +12,8 @@ pub(super) fn check(kernel: &Kernel, errors: &mut Vec<VerifyError>) {
     let mut body = Body {
         kernel,
         errors,
-        visible: vec![false; count],
-        defined: vec![false; count],
+        visible: IdMap::filled(false, count),
+        defined: IdMap::filled(false, count),
         trail: Vec::new(),
         written: HashSet::new(),
         depth: 0,
@@ -35,9 +36,9 @@ struct Body<'a> {
     kernel: &'a Kernel,
     errors: &'a mut Vec<VerifyError>,
     /// Values that are defined on every way to here.
-    visible: Vec<bool>,
+    visible: IdMap<Value, bool>,
     /// Values that are defined anywhere above in the text.
-    defined: Vec<bool>,
+    defined: IdMap<Value, bool>,
     /// The visible ones in order.
     trail: Vec<Value>,
     /// Lines pushed and outputs written above.
@@ -80,7 +81,7 @@ impl Body<'_> {
             .fold(0_u64, |work, inst| work.saturating_add(self.inst(inst)));
         self.uses("yield", &region.yields);
         for value in self.trail.drain(outside..) {
-            self.visible[value.0 as usize] = false;
+            self.visible[value] = false;
         }
         self.depth -= 1;
         work
@@ -183,18 +184,17 @@ impl Body<'_> {
 
     fn uses(&mut self, place: &str, values: &[Value]) {
         for value in values {
-            if self.visible.get(value.0 as usize) != Some(&true) {
+            if self.visible.get(*value) != Some(&true) {
                 self.fail(place, format!("{value} is not defined on the way here"));
             }
         }
     }
 
     fn define(&mut self, place: &str, value: Value) {
-        let at = value.0 as usize;
-        let Some(info) = self.kernel.values.get(at) else {
+        let Some(info) = self.kernel.values.get(value) else {
             return self.fail(place, format!("nothing is known of {value}"));
         };
-        if std::mem::replace(&mut self.defined[at], true) {
+        if std::mem::replace(&mut self.defined[value], true) {
             self.fail(place, format!("{value} is defined twice"));
         }
         if info.range.is_empty() || !info.ty.range().contains(info.range) {
@@ -203,12 +203,12 @@ impl Body<'_> {
                 format!("{} is no range of {value}, an {}", info.range, info.ty),
             );
         }
-        self.visible[at] = true;
+        self.visible[value] = true;
         self.trail.push(value);
     }
 
     fn info(&self, value: Value) -> Result<ValueInfo, Fault> {
-        let info = self.kernel.values.get(value.0 as usize);
+        let info = self.kernel.values.get(value);
         info.copied()
             .ok_or_else(|| format!("nothing is known of {value}"))
     }

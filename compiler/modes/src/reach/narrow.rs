@@ -1,21 +1,17 @@
-//! Where cells really lie when a mode is entered: what the leaves that lead to it leave behind.
+//! Narrowing after the widening: each mode's entry ranges are cut to the union of what the leaves
+//! that lead to it (or `init`) leave behind.
 //!
-//! Whatever holds on entry of every mode holds after a tick as the leaves say, so each mode is
-//! entered only with what some leaf that leads to it (or `init`) leaves, and that is never more
-//! than was assumed. With trees grown anew under it, the leaves say still less: a hammer that was
-//! low a tick ago cannot be at the string now.
+//! What holds on entry of every mode holds after a tick as the leaves say, so the cut ranges hold
+//! too. With trees grown again under them, the leaves say still less: a hammer that was low a tick
+//! ago cannot be at the string now.
 
 use std::rc::Rc;
 
+use super::super::decision_tree::{Discrete, TooBig, Tree};
 use super::super::facts::meet;
-use super::super::tree::{Discrete, TooBig, Tree};
 use super::{Reached, classes};
+use crate::tuning;
 use whippen_kernel::Range;
-
-/// Each round follows what one tick does to what is known.
-pub(super) const ROUNDS: usize = 3;
-/// How often trees are grown for what the leaves of others leave.
-const MENDED: usize = 4;
 
 /// Modes with their classes, and where cells lie on their entry.
 type Entries = Vec<(Vec<usize>, Vec<Range>)>;
@@ -76,7 +72,7 @@ pub(super) fn regrown(
             tree,
         });
     }
-    for _ in 0..MENDED {
+    for _ in 0..tuning::REGROWTHS {
         let mut wider: Vec<Vec<Range>> = modes.iter().map(|mode| mode.cells.clone()).collect();
         for ends in std::iter::once(start).chain(modes.iter().flat_map(|mode| mode.tree.ends())) {
             let entry = &mut wider[place(&modes, discrete, ends)?];

@@ -11,14 +11,15 @@
 
 use super::Writer;
 use crate::thumb::emit::{Item, Label};
-use crate::thumb::frame::{EVENT_HEAD, EVENT_LOST, EVENT_NEXT, EVENT_TAIL, Ring, T};
-use crate::thumb::vcode::template;
+use crate::thumb::minst::template;
+use crate::thumb::registers::STATE;
+use crate::thumb::state_layout::{EVENT_HEAD, EVENT_LOST, EVENT_NEXT, EVENT_TAIL, Ring};
 use whippen_isa::{Cond, Inst, Op};
 
 impl Writer<'_> {
     /// Where this tick's events go. Uses R0 to R5, and two labels from `label` on.
     pub(super) fn open_events(&mut self, label: Label) {
-        let Some(ring) = self.frame.ring else { return };
+        let Some(ring) = self.layout.ring else { return };
         let (fits, full, done) = (label, label + 1, label + 2);
         let [head, used, at, base, most, left] = [0, 1, 2, 3, 4, 5];
         self.ring_base(base, &ring);
@@ -108,7 +109,7 @@ impl Writer<'_> {
     /// This tick's events are for the reader, or lost. Uses R0 to R3, and two labels from `label`
     /// on.
     pub(super) fn close_events(&mut self, label: Label) {
-        let Some(ring) = self.frame.ring else { return };
+        let Some(ring) = self.layout.ring else { return };
         let (lost, done) = (label, label + 1);
         let [next, word, bytes, base] = [0, 1, 2, 3];
         self.ring_base(base, &ring);
@@ -156,14 +157,14 @@ impl Writer<'_> {
     }
 
     fn ring_base(&mut self, d: u8, ring: &Ring) {
-        match self.frame.apart {
+        match self.layout.apart {
             Some(at) => self.load(d, at + 4),
             None => {
                 self.offset(d, ring.at);
                 self.flagged(Inst {
                     d,
                     n: d,
-                    m: T,
+                    m: STATE,
                     ..template(Op::ADD_register)
                 });
             }

@@ -1,15 +1,15 @@
 //! Whether a schedule computes the same.
 
-use crate::thumb::same::{self, Step};
-use crate::thumb::vcode::{Access, Code, Place, Reg};
+use crate::thumb::minst::{Access, AliasClass, MInst, Reg};
+use crate::thumb::reorder_check::{self, Step};
 use whippen_isa::Flags;
 
-pub(super) fn same(one: &[Code], other: &[Code]) -> bool {
-    let steps = |code: &[Code]| code.iter().map(step).collect::<Vec<Step>>();
-    same::same(&steps(one), &steps(other))
+pub(super) fn computes_same(one: &[MInst], other: &[MInst]) -> bool {
+    let steps = |code: &[MInst]| code.iter().map(step_of).collect::<Vec<Step>>();
+    reorder_check::computes_same(&steps(one), &steps(other))
 }
 
-fn step(code: &Code) -> Step {
+fn step_of(code: &MInst) -> Step {
     let flags = code.inst.flags();
     let mut reads: Vec<String> = code.reads().map(|reg| format!("v{reg}")).collect();
     let mut writes: Vec<String> = code.writes().map(|reg| format!("v{reg}")).collect();
@@ -29,7 +29,8 @@ fn step(code: &Code) -> Step {
         }
     }
     match code.access {
-        Access::None | Access::Read(Place::Constant) | Access::Write(Place::Constant) => {}
+        Access::None | Access::Read(AliasClass::Constant) | Access::Write(AliasClass::Constant) => {
+        }
         Access::Read(place) => reads.push(format!("{place:?}")),
         Access::Write(place) => writes.push(format!("{place:?}")),
     }

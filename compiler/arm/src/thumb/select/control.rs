@@ -1,9 +1,9 @@
 //! `if`, `loop`, blocks of modes, and the way to the next key.
 
 use super::memory::MODE;
-use super::{Bound, Select};
-use crate::thumb::frame::{H, K};
-use crate::thumb::vcode::{Access, Code, Edge, End, Role, VReg};
+use super::{Binding, Select};
+use crate::thumb::minst::{Access, Edge, MInst, Role, Terminator, VReg};
+use crate::thumb::registers::{HISTORY, RECORD};
 use whippen_isa::{Cond, Op as Isa};
 use whippen_kernel::{Inst, Region, Type, Value, Walk};
 use whippen_modes::{End as ModeEnd, Mode, Target};
@@ -15,7 +15,7 @@ const OFFSET_MAX: u32 = 4095;
 
 impl Walk for Select<'_> {
     fn plain(&mut self, inst: &Inst) {
-        self.one(inst);
+        self.select_inst(inst);
     }
 
     fn if_else(&mut self, inst: &Inst, first: &Region, second: &Region) {
@@ -24,7 +24,7 @@ impl Walk for Select<'_> {
         self.branch(inst.args[0], then, other, rare.then_some(false));
         for (block, region) in [(then, first), (other, second)] {
             self.at = block;
-            self.insts(&region.insts);
+            self.select_insts(&region.insts);
             let args = self.words_of(&region.yields);
             self.jump(after, args);
         }
@@ -42,18 +42,18 @@ impl Walk for Select<'_> {
         let index = params[0];
         self.func.blocks[head].params = params;
         self.func.blocks[head].rounds = Some(rounds);
-        self.written = None;
-        self.insts(&region.insts);
-        self.written = None;
+        self.last_event = None;
+        self.select_insts(&region.insts);
+        self.last_event = None;
         let yields = self.words_of(&region.yields);
-        let next = self.plus(index, 1);
+        let next = self.add_constant(index, 1);
         let end = self.load_constant(rounds as i32);
         self.emit(
-            Code::new(Isa::CMP_register)
+            MInst::new(Isa::CMP_register)
                 .reg(Role::N, next)
                 .reg(Role::M, end),
         );
-        self.func.blocks[self.at].end = End::Branch {
+        self.func.blocks[self.at].end = Terminator::Branch {
             cond: Cond::LT,
             yes: again,
             no: after,
@@ -74,9 +74,9 @@ impl Walk for Select<'_> {
                 self.info(*result).ty == Type::I64,
             );
             let bound = if wide {
-                Bound::Two(low, words.next().unwrap_or(0))
+                Binding::Pair(low, words.next().unwrap_or(0))
             } else {
-                Bound::One(low)
+                Binding::Word(low)
             };
             self.bind(*result, bound);
         }
@@ -85,16 +85,16 @@ impl Walk for Select<'_> {
 
 impl Select<'_> {
     /// All blocks of a mode, each with those that its instructions make.
-    pub(super) fn blocks(&mut self, mode: &Mode) {
+    pub(super) fn select_blocks(&mut self, mode: &Mode) {
         let heads: Vec<usize> = mode.blocks.iter().map(|_| self.func.block()).collect();
         for (index, block) in mode.blocks.iter().enumerate() {
             self.at = heads[index];
             if index == 0 {
-                self.enter();
+                self.load_input();
             }
             let params = self.params(&block.params);
             self.func.blocks[heads[index]].params = params;
-            self.insts(&block.insts);
+            self.select_insts(&block.insts);
             match &block.end {
                 ModeEnd::Branch {
                     condition,
@@ -123,9 +123,9 @@ impl Select<'_> {
             let bound = if self.info(*value).ty == Type::I64 {
                 let high = self.func.fresh();
                 all.push(high);
-                Bound::Two(low, high)
+                Binding::Pair(low, high)
             } else {
-                Bound::One(low)
+                Binding::Word(low)
             };
             self.bind(*value, bound);
         }
@@ -158,7 +158,7 @@ impl Select<'_> {
     }
 
     fn jump(&mut self, block: usize, args: Vec<VReg>) {
-        self.func.blocks[self.at].end = End::Jump(Edge { block, args });
+        self.func.blocks[self.at].end = Terminator::Jump(Edge { block, args });
     }
 
     fn branch(&mut self, condition: Value, yes: usize, no: usize, likely: Option<bool>) {
@@ -166,7 +166,7 @@ impl Select<'_> {
             return self.jump(if known == 0 { no } else { yes }, Vec::new());
         }
         let cond = self.condition(condition);
-        self.func.blocks[self.at].end = End::Branch {
+        self.func.blocks[self.at].end = Terminator::Branch {
             cond,
             yes,
             no,
@@ -176,66 +176,66 @@ impl Select<'_> {
 
     /// The mode of the next tick, then the next key's code.
     fn next_key(&mut self, next: usize) {
-        if self.mode != Some(next) {
+        if self.own_mode != Some(next) {
             self.change_mode(next);
         }
         if !self.push_walks {
-            self.walk_history();
+            self.advance_history();
         }
-        let record = self.frame.record;
+        let record = self.layout.record;
         let code = self.func.fresh();
-        let load = Code::new(Isa::LDR_immediate)
+        let load = MInst::new(Isa::LDR_immediate)
             .reg(Role::T, code)
-            .with(Role::N, Self::fixed(K));
+            .with(Role::N, Self::fixed(RECORD));
         let mut load = load.access(Access::Read(MODE));
         if record < 256 {
             load.inst.wback = true;
             load = load.imm(record);
         } else {
-            self.walk(K, record);
+            self.advance(RECORD, record);
         }
         self.emit(load);
-        self.func.blocks[self.at].end = End::Next(code);
+        self.func.blocks[self.at].end = Terminator::NextKey(code);
     }
 
     pub(super) fn init_done(&mut self) {
         self.change_mode(0);
-        self.walk_history();
-        self.walk(K, self.frame.record);
-        self.func.blocks[self.at].end = End::InitDone;
+        self.advance_history();
+        self.advance(RECORD, self.layout.record);
+        self.func.blocks[self.at].end = Terminator::FallThrough;
     }
 
-    fn walk_history(&mut self) {
-        if let Some(first) = self.frame.first_line {
-            self.walk(H, 1 << self.frame.lines[first as usize].log2());
+    fn advance_history(&mut self) {
+        if let Some(first) = self.layout.first_line {
+            self.advance(HISTORY, 1 << self.layout.lines[first as usize].log2());
         }
     }
 
     /// A fixed register goes on by so many bytes.
-    fn walk(&mut self, reg: u8, bytes: u32) {
-        let (fixed, fits) = (Self::fixed(reg), bytes < 4096);
-        let code = if fits {
-            Code::new(Isa::ADD_immediate).imm(bytes)
+    fn advance(&mut self, reg: u8, bytes: u32) {
+        let fixed = Self::fixed(reg);
+        let code = if bytes < 4096 {
+            MInst::new(Isa::ADD_immediate).imm(bytes)
         } else {
             let bytes = self.load_constant(bytes as i32);
-            Code::new(Isa::ADD_register).reg(Role::M, bytes)
+            MInst::new(Isa::ADD_register).reg(Role::M, bytes)
         };
         self.emit(code.with(Role::N, fixed).with(Role::D, fixed));
     }
 
     /// A line full of one value: a loop over its slots, some in each round. A program that begins
     /// waits for it in a tick.
-    pub(super) fn fill(&mut self, line: u32, value: Value) {
+    pub(super) fn fill_line(&mut self, line: u32, value: Value) {
         let word = self.reg(value);
-        let place = self.frame.lines[line as usize].clone();
-        let mut start = self.first_slot(line);
+        let place = self.layout.lines[line as usize].clone();
+        let mut start = self.first_slot_address(line);
         let slots = FILLED
             .min(1 + OFFSET_MAX / place.row.max(1))
             .min(place.len.max(1));
         let (rounds, over) = (place.len / slots, place.len % slots);
         if over != 0 {
-            self.fill_slots(line, word, start, over);
-            start = self.plus(start, (over * place.row).into());
+            self.store_slots(line, word, start, over);
+            start = self.add_constant(start, (over * place.row).into());
         }
         let count = self.load_constant(rounds as i32);
         let bytes = self.load_constant((slots * place.row) as i32);
@@ -245,15 +245,15 @@ impl Select<'_> {
         self.func.blocks[head].params = vec![at, left];
         self.func.blocks[head].rounds = Some(rounds);
         self.at = head;
-        self.fill_slots(line, word, at, slots);
-        let next = self.three(Isa::ADD_register, at, bytes);
+        self.store_slots(line, word, at, slots);
+        let next = self.emit_rrr(Isa::ADD_register, at, bytes);
         let less = self.result(
-            Code::new(Isa::SUB_immediate)
+            MInst::new(Isa::SUB_immediate)
                 .reg(Role::N, left)
                 .imm(1)
                 .flags(),
         );
-        self.func.blocks[head].end = End::Branch {
+        self.func.blocks[head].end = Terminator::Branch {
             cond: Cond::NE,
             yes: again,
             no: after,
@@ -265,8 +265,8 @@ impl Select<'_> {
     }
 
     /// So many slots of a line, from an address on.
-    fn fill_slots(&mut self, line: u32, word: VReg, at: VReg, slots: u32) {
-        let place = &self.frame.lines[line as usize];
+    fn store_slots(&mut self, line: u32, word: VReg, at: VReg, slots: u32) {
+        let place = &self.layout.lines[line as usize];
         let (op, row) = (
             if place.narrow {
                 Isa::STRH_immediate
@@ -276,11 +276,11 @@ impl Select<'_> {
             place.row,
         );
         for slot in 0..slots {
-            let store = Code::new(op)
+            let store = MInst::new(op)
                 .reg(Role::N, at)
                 .reg(Role::T, word)
                 .imm(slot * row);
-            self.emit(store.access(Access::Write(crate::thumb::vcode::Place::Line(line))));
+            self.emit(store.access(Access::Write(crate::thumb::minst::AliasClass::Line(line))));
         }
     }
 }

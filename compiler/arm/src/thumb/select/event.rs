@@ -6,9 +6,10 @@
 //! ```
 
 use super::Select;
-use super::memory::{EVENTS, walking};
-use crate::thumb::frame::{EVENT_NEXT, K, T, TICK};
-use crate::thumb::vcode::{Access, Code, Place, Reg, Role, VReg};
+use super::memory::{EVENTS, post_increment};
+use crate::thumb::minst::{Access, AliasClass, MInst, Reg, Role, VReg};
+use crate::thumb::registers::{RECORD, STATE};
+use crate::thumb::state_layout::{EVENT_NEXT, TICK};
 use whippen_isa::Op as Isa;
 use whippen_kernel::Value;
 
@@ -17,7 +18,7 @@ const WALK_MAX: u32 = 255;
 
 /// What is in registers behind an event.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Written {
+pub(super) struct EventEnd {
     block: usize,
     /// Where the next one goes.
     next: VReg,
@@ -26,35 +27,37 @@ pub(super) struct Written {
 }
 
 impl Select<'_> {
-    pub(super) fn event(&mut self, event: u32, args: &[Value]) {
-        let (Some(ring), Some(number)) = (self.frame.ring, self.frame.number) else {
+    pub(super) fn emit_event(&mut self, event: u32, args: &[Value]) {
+        let (Some(ring), Some(number)) = (self.layout.ring, self.layout.number) else {
             return;
         };
         let args: Vec<VReg> = args.iter().map(|arg| self.reg(*arg)).collect();
-        let state = Self::fixed(T);
-        let known = self.written.filter(|written| self.is_near(written.block));
-        let Written {
+        let state = Self::fixed(STATE);
+        let known = self
+            .last_event
+            .filter(|written| self.is_near(written.block));
+        let EventEnd {
             next, tick, key, ..
-        } = known.unwrap_or_else(|| Written {
+        } = known.unwrap_or_else(|| EventEnd {
             block: self.at,
             next: self.load(Isa::LDR_immediate, state, EVENT_NEXT.into(), EVENTS),
-            tick: self.load(Isa::LDR_immediate, state, TICK.into(), Place::Constant),
+            tick: self.load(Isa::LDR_immediate, state, TICK.into(), AliasClass::Constant),
             key: self.load(
                 Isa::LDR_immediate,
-                Self::fixed(K),
+                Self::fixed(RECORD),
                 number.into(),
-                Place::Constant,
+                AliasClass::Constant,
             ),
         });
         let at = Reg::Virtual(next);
-        let about = self.plus(key, i64::from(event) << 16);
+        let about = self.add_constant(key, i64::from(event) << 16);
         self.store(Isa::STR_immediate, at, 4, EVENTS, about);
         for (index, arg) in args.iter().enumerate() {
             self.store(Isa::STR_immediate, at, 8 + 4 * index as i64, EVENTS, *arg);
         }
         let behind = self.begun(next, tick, ring.event);
         self.store(Isa::STR_immediate, state, EVENT_NEXT.into(), EVENTS, behind);
-        self.written = Some(Written {
+        self.last_event = Some(EventEnd {
             block: self.at,
             next: behind,
             tick,
@@ -67,13 +70,13 @@ impl Select<'_> {
     fn begun(&mut self, at: VReg, tick: VReg, bytes: u32) -> VReg {
         if bytes > WALK_MAX {
             self.store(Isa::STR_immediate, Reg::Virtual(at), 0, EVENTS, tick);
-            return self.plus(at, bytes.into());
+            return self.add_constant(at, bytes.into());
         }
         let behind = self.func.fresh();
-        let store = Code::new(Isa::STR_immediate)
+        let store = MInst::new(Isa::STR_immediate)
             .reg(Role::T, tick)
             .access(Access::Write(EVENTS));
-        self.emit(walking(store, bytes).both(Role::N, behind, at));
+        self.emit(post_increment(store, bytes).both(Role::N, behind, at));
         behind
     }
 }

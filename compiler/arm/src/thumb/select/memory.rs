@@ -1,30 +1,33 @@
 //! What operators on memory become: loads and stores at constant distances from the registers of
-//! `frame`.
+//! `registers`.
 
-use super::word::with_shift;
-use super::{Bound, Select};
-use crate::thumb::frame::{H, I, K, T, TICK};
+use super::arith_i32::with_shift;
+use super::{Binding, Select};
 use crate::thumb::literal::Literal;
-use crate::thumb::vcode::{Access, Code, End, Half, Place, Reg, Role, VReg};
+use crate::thumb::minst::{
+    Access, AliasClass, MInst, Other, Reg, Relocation, Role, Terminator, VReg,
+};
+use crate::thumb::registers::{HISTORY, RECORD, SAMPLES, STATE};
+use crate::thumb::state_layout::TICK;
 use whippen_isa::{Op as Isa, ShiftType};
 use whippen_kernel::layout::words;
 use whippen_kernel::{Op, Range, Type, Value};
 
 /// Places that are neither cells nor lines.
-pub(super) const WORDS_OUT: Place = Place::Other(0);
-pub(super) const PROBES: Place = Place::Other(1);
-pub(super) const EVENTS: Place = Place::Other(2);
-pub(super) const MODE: Place = Place::Other(3);
+pub(super) const WORDS_OUT: AliasClass = AliasClass::Other(Other::Drive);
+pub(super) const PROBES: AliasClass = AliasClass::Other(Other::Probes);
+pub(super) const EVENTS: AliasClass = AliasClass::Other(Other::Events);
+pub(super) const MODE: AliasClass = AliasClass::Other(Other::Mode);
 
 impl Select<'_> {
     /// An address: a register and an offset that every load and store can hold.
-    fn address(&mut self, base: Reg, offset: i64) -> (Reg, i64) {
+    fn split_address(&mut self, base: Reg, offset: i64) -> (Reg, i64) {
         if (-255..4096).contains(&offset) {
             return (base, offset);
         }
         let distance = self.load_constant(offset as i32);
         let sum = self.result(
-            Code::new(Isa::ADD_register)
+            MInst::new(Isa::ADD_register)
                 .with(Role::N, base)
                 .reg(Role::M, distance),
         );
@@ -32,108 +35,108 @@ impl Select<'_> {
     }
 
     /// A load or store at an offset.
-    fn at(&mut self, op: Isa, base: Reg, offset: i64) -> Code {
-        let (base, offset) = self.address(base, offset);
-        let mut code = Code::new(op)
+    fn access_at(&mut self, op: Isa, base: Reg, offset: i64) -> MInst {
+        let (base, offset) = self.split_address(base, offset);
+        let mut code = MInst::new(op)
             .with(Role::N, base)
             .imm(offset.unsigned_abs() as u32);
         code.inst.add = offset >= 0;
         code
     }
 
-    pub(super) fn load(&mut self, op: Isa, base: Reg, offset: i64, place: Place) -> VReg {
+    pub(super) fn load(&mut self, op: Isa, base: Reg, offset: i64, place: AliasClass) -> VReg {
         let t = self.func.fresh();
         let code = self
-            .at(op, base, offset)
+            .access_at(op, base, offset)
             .reg(Role::T, t)
             .access(Access::Read(place));
         self.emit(code);
         t
     }
 
-    pub(super) fn store(&mut self, op: Isa, base: Reg, offset: i64, place: Place, word: VReg) {
+    pub(super) fn store(&mut self, op: Isa, base: Reg, offset: i64, place: AliasClass, word: VReg) {
         let code = self
-            .at(op, base, offset)
+            .access_at(op, base, offset)
             .reg(Role::T, word)
             .access(Access::Write(place));
         self.emit(code);
     }
 
     /// What an operator reads.
-    pub(super) fn read(&mut self, op: Op, args: &[Value]) -> Bound {
+    pub(super) fn select_read(&mut self, op: Op, args: &[Value]) -> Binding {
         let constant = |select: &mut Self, base, offset: u32| {
-            Bound::One(select.load(
+            Binding::Word(select.load(
                 Isa::LDR_immediate,
                 Self::fixed(base),
                 offset.into(),
-                Place::Constant,
+                AliasClass::Constant,
             ))
         };
         match op {
-            Op::In(port) => Bound::One(self.input(port)),
-            Op::Live(live) => constant(self, T, self.frame.lives[live as usize]),
+            Op::In(port) => Binding::Word(self.read_input(port)),
+            Op::Live(live) => constant(self, STATE, self.layout.live_params[live as usize]),
             Op::Tick(later) => {
                 let now = self.load(
                     Isa::LDR_immediate,
-                    Self::fixed(T),
+                    Self::fixed(STATE),
                     TICK.into(),
-                    Place::Constant,
+                    AliasClass::Constant,
                 );
-                Bound::One(self.plus(now, later.into()))
+                Binding::Word(self.add_constant(now, later.into()))
             }
-            Op::Keyed(keyed) => constant(self, K, self.frame.keyed[keyed as usize]),
+            Op::Keyed(keyed) => constant(self, RECORD, self.layout.keyed[keyed as usize]),
             Op::Get(cell) => {
-                let (base, offset) = (Self::fixed(K), self.frame.cells[cell as usize].into());
+                let (base, offset) = (Self::fixed(RECORD), self.layout.cells[cell as usize].into());
                 self.load_cell(cell, base, offset)
             }
             Op::GetAt(cell) => {
-                let (base, offset) = self.element(cell, args[0]);
+                let (base, offset) = self.element_address(cell, args[0]);
                 self.load_cell(cell, base, offset)
             }
-            Op::Delay(line, ticks) => Bound::One(self.delay(line, ticks)),
-            Op::Lookup(table) => Bound::One(self.lookup(table, args[0])),
-            _ => Bound::Nothing,
+            Op::Delay(line, ticks) => Binding::Word(self.read_delay(line, ticks)),
+            Op::Lookup(table) => Binding::Word(self.read_table(table, args[0])),
+            _ => Binding::Unbound,
         }
     }
 
-    fn load_cell(&mut self, cell: u32, base: Reg, offset: i64) -> Bound {
-        let low = self.load(Isa::LDR_immediate, base, offset, Place::Cell(cell));
+    fn load_cell(&mut self, cell: u32, base: Reg, offset: i64) -> Binding {
+        let low = self.load(Isa::LDR_immediate, base, offset, AliasClass::Cell(cell));
         match self.kernel.cells[cell as usize].ty {
-            Type::I64 => Bound::Two(
+            Type::I64 => Binding::Pair(
                 low,
-                self.load(Isa::LDR_immediate, base, offset + 4, Place::Cell(cell)),
+                self.load(Isa::LDR_immediate, base, offset + 4, AliasClass::Cell(cell)),
             ),
-            _ => Bound::One(low),
+            _ => Binding::Word(low),
         }
     }
 
     /// What an operator writes.
-    pub(super) fn write(&mut self, inst: &whippen_kernel::Inst) {
+    pub(super) fn select_write(&mut self, inst: &whippen_kernel::Inst) {
         let args = &inst.args;
         match inst.op {
-            Op::Out(port) => self.output(port, args[0]),
-            Op::Set(cell) if self.chosen.contains_key(&args[0]) => {
-                self.chosen
+            Op::Out(port) => self.write_output(port, args[0]),
+            Op::Set(cell) if self.pending_choices.contains_key(&args[0]) => {
+                self.pending_choices
                     .get(&args[0])
                     .copied()
                     .into_iter()
-                    .for_each(|choice| self.store_chosen(cell, choice));
+                    .for_each(|choice| self.store_conditionally(cell, choice));
             }
             Op::Set(cell) => {
-                let (base, offset) = (Self::fixed(K), self.frame.cells[cell as usize].into());
-                self.store_words(Place::Cell(cell), base, offset, args[0]);
+                let (base, offset) = (Self::fixed(RECORD), self.layout.cells[cell as usize].into());
+                self.store_words(AliasClass::Cell(cell), base, offset, args[0]);
             }
             Op::SetAt(cell) => {
-                let (base, offset) = self.element(cell, args[0]);
-                self.store_words(Place::Cell(cell), base, offset, args[1]);
+                let (base, offset) = self.element_address(cell, args[0]);
+                self.store_words(AliasClass::Cell(cell), base, offset, args[1]);
             }
-            Op::Push(line) => self.push(line, args[0]),
-            Op::Fill(line) => self.fill(line, args[0]),
-            Op::Emit(event) => self.event(event, args),
+            Op::Push(line) => self.push_line(line, args[0]),
+            Op::Fill(line) => self.fill_line(line, args[0]),
+            Op::Emit(event) => self.emit_event(event, args),
             Op::Probe(probe) => {
-                if let Some(probes) = &self.frame.probes {
+                if let Some(probes) = &self.layout.probes {
                     let offset = probes[probe as usize].into();
-                    self.store_words(PROBES, Self::fixed(K), offset, args[0]);
+                    self.store_words(PROBES, Self::fixed(RECORD), offset, args[0]);
                 }
             }
             // All others have results.
@@ -141,7 +144,7 @@ impl Select<'_> {
         }
     }
 
-    fn store_words(&mut self, place: Place, base: Reg, offset: i64, value: Value) {
+    fn store_words(&mut self, place: AliasClass, base: Reg, offset: i64, value: Value) {
         if self.info(value).ty == Type::I64 {
             let (low, high) = self.pair(value);
             self.store(Isa::STR_immediate, base, offset, place, low);
@@ -152,38 +155,38 @@ impl Select<'_> {
     }
 
     /// The address of a word of a cell.
-    fn element(&mut self, cell: u32, index: Value) -> (Reg, i64) {
+    fn element_address(&mut self, cell: u32, index: Value) -> (Reg, i64) {
         let (found, at) = (
             &self.kernel.cells[cell as usize],
-            i64::from(self.frame.cells[cell as usize]),
+            i64::from(self.layout.cells[cell as usize]),
         );
         let size = 4 * words(found.ty) as i64;
         if let Some(k) = self.constant(index) {
             return (
-                Self::fixed(K),
+                Self::fixed(RECORD),
                 at + size * k.clamp(0, i64::from(found.len) - 1),
             );
         }
-        let index = self.index(index, found.len);
-        let sum = Code::new(Isa::ADD_register)
-            .with(Role::N, Self::fixed(K))
+        let index = self.clamp_index(index, found.len);
+        let sum = MInst::new(Isa::ADD_register)
+            .with(Role::N, Self::fixed(RECORD))
             .reg(Role::M, index);
         let sum = self.result(with_shift(sum, ShiftType::LSL, size.trailing_zeros() as u8));
         (Reg::Virtual(sum), at)
     }
 
     /// An index, held inside where it is not proven beyond doubt.
-    fn index(&mut self, index: Value, len: u32) -> VReg {
+    fn clamp_index(&mut self, index: Value, len: u32) -> VReg {
         let word = self.reg(index);
-        if self.guard {
-            self.clamp(word, Range::new(0, i64::from(len) - 1), Type::I32.range())
+        if self.clamp_indices {
+            self.clamp_word(word, Range::new(0, i64::from(len) - 1), Type::I32.range())
         } else {
             word
         }
     }
 
     /// A word held in a range, known to lie in another.
-    fn clamp(&mut self, word: VReg, to: Range, from: Range) -> VReg {
+    fn clamp_word(&mut self, word: VReg, to: Range, from: Range) -> VReg {
         use whippen_isa::Cond;
         let mut held = word;
         for (k, beyond, needed) in [
@@ -193,162 +196,176 @@ impl Select<'_> {
             if needed {
                 let bound = self.load_constant(k as i32);
                 self.emit(
-                    Code::new(Isa::CMP_register)
+                    MInst::new(Isa::CMP_register)
                         .reg(Role::N, held)
                         .reg(Role::M, bound),
                 );
-                held = self.move_only(beyond, Bound::One(bound), held);
+                held = self.move_if(beyond, Binding::Word(bound), held);
             }
         }
         held
     }
 
     /// Reads the first word in and goes on to the next key's.
-    pub(super) fn enter(&mut self) {
+    pub(super) fn load_input(&mut self) {
         let t = self.func.fresh();
-        let code = Code::new(Isa::LDRH_immediate)
+        let code = MInst::new(Isa::LDRH_immediate)
             .reg(Role::T, t)
-            .access(Access::Read(Place::Constant));
-        self.emit(walking(code, self.frame.stride).with(Role::N, Self::fixed(I)));
-        self.input = Some(t);
+            .access(Access::Read(AliasClass::Constant));
+        self.emit(post_increment(code, self.layout.stride).with(Role::N, Self::fixed(SAMPLES)));
+        self.first_input = Some(t);
     }
 
-    fn input(&mut self, port: u32) -> VReg {
-        let offset = 2 * i64::from(port) - i64::from(self.frame.stride);
-        let word = match self.input {
+    fn read_input(&mut self, port: u32) -> VReg {
+        let offset = 2 * i64::from(port) - i64::from(self.layout.stride);
+        let word = match self.first_input {
             Some(word) if port == 0 => word,
-            _ => self.load(Isa::LDRH_immediate, Self::fixed(I), offset, Place::Constant),
+            _ => self.load(
+                Isa::LDRH_immediate,
+                Self::fixed(SAMPLES),
+                offset,
+                AliasClass::Constant,
+            ),
         };
         let range = self.kernel.inputs[port as usize].range;
-        self.clamp(word, range, Range::new(0, u16::MAX.into()))
+        self.clamp_word(word, range, Range::new(0, u16::MAX.into()))
     }
 
     /// The drive word; its gain has 16 fraction bits and is at most 1, so the product is a word
     /// again.
-    fn output(&mut self, port: u32, value: Value) {
+    fn write_output(&mut self, port: u32, value: Value) {
         let mut word = self.reg(value);
-        if let Some(gain) = self.frame.gain {
+        if let Some(gain) = self.layout.gain {
             let gain = self.load(
                 Isa::LDR_immediate,
-                Self::fixed(K),
+                Self::fixed(RECORD),
                 gain.into(),
-                Place::Constant,
+                AliasClass::Constant,
             );
-            word = self.three(Isa::SMULWy, gain, word);
+            word = self.emit_rrr(Isa::SMULWy, gain, word);
         }
-        let distance = i64::from(self.frame.outputs) - i64::from(self.frame.inputs);
-        let offset = distance + 2 * i64::from(port) - i64::from(self.frame.stride);
-        self.store(Isa::STRH_immediate, Self::fixed(I), offset, WORDS_OUT, word);
+        let distance = i64::from(self.layout.outputs) - i64::from(self.layout.inputs);
+        let offset = distance + 2 * i64::from(port) - i64::from(self.layout.stride);
+        self.store(
+            Isa::STRH_immediate,
+            Self::fixed(SAMPLES),
+            offset,
+            WORDS_OUT,
+            word,
+        );
     }
 
-    /// A load or store of a line, at H or by a pointer in T.
-    fn line(&mut self, line: u32, ticks: u32, ops: [[Isa; 2]; 2]) -> Code {
-        let place = &self.frame.lines[line as usize];
+    /// A load or store of a line, at HISTORY or by a pointer in STATE.
+    fn access_line(&mut self, line: u32, ticks: u32, ops: [[Isa; 2]; 2]) -> MInst {
+        let place = &self.layout.lines[line as usize];
         let [at_h, by_pointer] = ops[usize::from(!place.narrow)];
-        match self.frame.pointer(line, ticks) {
-            None => Code::new(at_h).with(Role::N, Self::fixed(H)),
+        match self.layout.pointer(line, ticks) {
+            None => MInst::new(at_h).with(Role::N, Self::fixed(HISTORY)),
             Some(at) => {
                 let pointer = self.load(
                     Isa::LDR_immediate,
-                    Self::fixed(T),
+                    Self::fixed(STATE),
                     at.into(),
-                    Place::Constant,
+                    AliasClass::Constant,
                 );
-                let code = Code::new(by_pointer)
+                let code = MInst::new(by_pointer)
                     .reg(Role::N, pointer)
-                    .with(Role::M, Self::fixed(H));
-                with_shift(code, ShiftType::LSL, self.frame.scale(line))
+                    .with(Role::M, Self::fixed(HISTORY));
+                with_shift(code, ShiftType::LSL, self.layout.scale(line))
             }
         }
     }
 
-    fn delay(&mut self, line: u32, ticks: u32) -> VReg {
-        let ticks = if self.frame.lines[line as usize].len == ticks {
+    fn read_delay(&mut self, line: u32, ticks: u32) -> VReg {
+        let ticks = if self.layout.lines[line as usize].len == ticks {
             0
         } else {
             ticks
         };
         let t = self.func.fresh();
         let narrow = [Isa::LDRH_immediate, Isa::LDRH_register];
-        let code = self.line(
+        let code = self.access_line(
             line,
             ticks,
             [narrow, [Isa::LDR_immediate, Isa::LDR_register]],
         );
-        self.emit(code.reg(Role::T, t).access(Access::Read(Place::Line(line))));
+        self.emit(
+            code.reg(Role::T, t)
+                .access(Access::Read(AliasClass::Line(line))),
+        );
         t
     }
 
-    fn push(&mut self, line: u32, value: Value) {
+    fn push_line(&mut self, line: u32, value: Value) {
         let word = self.reg(value);
         let narrow = [Isa::STRH_immediate, Isa::STRH_register];
-        let code = self.line(line, 0, [narrow, [Isa::STR_immediate, Isa::STR_register]]);
+        let code = self.access_line(line, 0, [narrow, [Isa::STR_immediate, Isa::STR_register]]);
         let code = code
             .reg(Role::T, word)
-            .access(Access::Write(Place::Line(line)));
-        let walks = self.push_walks && self.frame.first_line == Some(line);
-        let slot = 1 << self.frame.lines[line as usize].log2();
+            .access(Access::Write(AliasClass::Line(line)));
+        let walks = self.push_walks && self.layout.first_line == Some(line);
+        let slot = 1 << self.layout.lines[line as usize].log2();
         self.emit(if walks {
-            walking(code, slot).with(Role::N, Self::fixed(H))
+            post_increment(code, slot).with(Role::N, Self::fixed(HISTORY))
         } else {
             code
         });
     }
 
     /// Where histories are counted from.
-    pub(super) fn apart(&mut self) -> Reg {
-        let state = Self::fixed(T);
-        match self.frame.apart {
+    pub(super) fn histories_base(&mut self) -> Reg {
+        let state = Self::fixed(STATE);
+        match self.layout.apart {
             None => state,
             Some(at) => {
-                Reg::Virtual(self.load(Isa::LDR_immediate, state, at.into(), Place::Constant))
+                Reg::Virtual(self.load(Isa::LDR_immediate, state, at.into(), AliasClass::Constant))
             }
         }
     }
 
     /// The address of this key's slot in a line's first row. Only `init` fills, and its rings stand
     /// at 0.
-    pub(super) fn first_slot(&mut self, line: u32) -> VReg {
-        let frame = self.frame;
-        let scale = frame.scale(line);
-        let first = frame
+    pub(super) fn first_slot_address(&mut self, line: u32) -> VReg {
+        let layout = self.layout;
+        let scale = layout.scale(line);
+        let first = layout
             .first_line
-            .map_or(0, |first| i64::from(frame.lines[first as usize].at));
-        let base = self.apart();
+            .map_or(0, |first| i64::from(layout.lines[first as usize].at));
+        let base = self.histories_base();
         let offset = self.result(
-            Code::new(Isa::SUB_register)
-                .with(Role::N, Self::fixed(H))
+            MInst::new(Isa::SUB_register)
+                .with(Role::N, Self::fixed(HISTORY))
                 .with(Role::M, base),
         );
-        let sum = Code::new(Isa::ADD_register)
+        let sum = MInst::new(Isa::ADD_register)
             .with(Role::N, base)
             .reg(Role::M, offset);
         let sum = self.result(with_shift(sum, ShiftType::LSL, scale));
-        self.plus(
+        self.add_constant(
             sum,
-            i64::from(frame.lines[line as usize].at) - (first << scale),
+            i64::from(layout.lines[line as usize].at) - (first << scale),
         )
     }
 
-    fn lookup(&mut self, table: u32, index: Value) -> VReg {
+    fn read_table(&mut self, table: u32, index: Value) -> VReg {
         let len = self.kernel.tables[table as usize].values.len() as u32;
-        let index = self.index(index, len);
-        let low = self.result(Code {
-            address: Some(Half::Low(table)),
-            ..Code::new(Isa::MOV_immediate).imm(0xffff)
+        let index = self.clamp_index(index, len);
+        let low = self.result(MInst {
+            address: Some(Relocation::Low(table)),
+            ..MInst::new(Isa::MOV_immediate).imm(0xffff)
         });
         let base = self.func.fresh();
-        let high = Code {
-            address: Some(Half::High(table)),
-            ..Code::new(Isa::MOVT).imm(0xffff)
+        let high = MInst {
+            address: Some(Relocation::High(table)),
+            ..MInst::new(Isa::MOVT).imm(0xffff)
         };
         self.emit(high.both(Role::D, base, low));
         let t = self.func.fresh();
-        let code = Code::new(Isa::LDR_register)
+        let code = MInst::new(Isa::LDR_register)
             .reg(Role::N, base)
             .reg(Role::M, index)
             .reg(Role::T, t);
-        self.emit(with_shift(code, ShiftType::LSL, 2).access(Access::Read(Place::Constant)));
+        self.emit(with_shift(code, ShiftType::LSL, 2).access(Access::Read(AliasClass::Constant)));
         t
     }
 
@@ -356,32 +373,37 @@ impl Select<'_> {
     pub(super) fn store_shared(&mut self, results: &[Value]) {
         for (result, at) in results
             .iter()
-            .zip(&self.frame.lives[self.kernel.lives.len()..])
+            .zip(&self.layout.live_params[self.kernel.lives.len()..])
         {
             let word = self.reg(*result);
             self.store(
                 Isa::STR_immediate,
-                Self::fixed(T),
+                Self::fixed(STATE),
                 i64::from(*at),
-                Place::Constant,
+                AliasClass::Constant,
                 word,
             );
         }
-        self.func.blocks[self.at].end = End::InitDone;
+        self.func.blocks[self.at].end = Terminator::FallThrough;
     }
 
     /// Another mode from the next tick on.
     pub(super) fn change_mode(&mut self, mode: usize) {
         // There is room for every mode: their number is held to that of the literals.
         let place = self.literals.place(Literal::Mode(mode)).unwrap_or(0);
-        let offset = i64::from(self.frame.literals + 4 * place);
-        let address = self.load(Isa::LDR_immediate, Self::fixed(T), offset, Place::Constant);
-        self.store(Isa::STR_immediate, Self::fixed(K), 0, MODE, address);
+        let offset = i64::from(self.layout.literals + 4 * place);
+        let address = self.load(
+            Isa::LDR_immediate,
+            Self::fixed(STATE),
+            offset,
+            AliasClass::Constant,
+        );
+        self.store(Isa::STR_immediate, Self::fixed(RECORD), 0, MODE, address);
     }
 }
 
 /// The access at the base alone, which then goes on by so many bytes.
-pub(super) fn walking(mut code: Code, bytes: u32) -> Code {
+pub(super) fn post_increment(mut code: MInst, bytes: u32) -> MInst {
     code = code.imm(bytes);
     (code.inst.index, code.inst.add, code.inst.wback) = (false, true, true);
     code

@@ -1,9 +1,9 @@
 //! Constants: a byte, shifted, turned round or added to; else a word of the state.
 
 use super::Legal;
-use crate::thumb::frame::T;
 use crate::thumb::literal::Literal;
-use crate::thumb::vcode::{Access, Code, Place, Reg, Role, VReg};
+use crate::thumb::minst::{Access, AliasClass, MInst, Reg, Role, VReg};
+use crate::thumb::registers::STATE;
 use whippen_isa::Op;
 
 /// A step towards a constant in a register.
@@ -68,9 +68,9 @@ impl Legal<'_> {
                 Step::Byte(byte) => self.byte(byte),
                 Step::Shift(by) => self.shift(Op::LSL_immediate, Reg::Virtual(reg), by),
                 Step::Add(byte) => self.tied_to(Role::N, Op::ADD_immediate, reg, None, byte.into()),
-                Step::Not => self.result(Code::new(Op::MVN_register).flags().reg(Role::M, reg)),
+                Step::Not => self.result(MInst::new(Op::MVN_register).flags().reg(Role::M, reg)),
                 Step::Negate => self.result(
-                    Code::new(Op::RSB_immediate)
+                    MInst::new(Op::RSB_immediate)
                         .flags()
                         .reg(Role::N, reg)
                         .imm(0),
@@ -81,19 +81,19 @@ impl Legal<'_> {
     }
 
     fn byte(&mut self, byte: u8) -> VReg {
-        self.result(Code::new(Op::MOV_immediate).flags().imm(byte.into()))
+        self.result(MInst::new(Op::MOV_immediate).flags().imm(byte.into()))
     }
 
     /// A word of the state that no code changes, if there is room for one more.
     pub(super) fn literal(&mut self, literal: Literal) -> Option<VReg> {
         let place = self.literals.place(literal)?;
         let t = self.out.fresh();
-        let load = Code::new(Op::LDR_immediate)
+        let load = MInst::new(Op::LDR_immediate)
             .reg(Role::T, t)
-            .with(Role::N, Reg::Fixed(T));
+            .with(Role::N, Reg::Fixed(STATE));
         self.plain(
-            &load.access(Access::Read(Place::Constant)),
-            Reg::Fixed(T),
+            &load.access(Access::Read(AliasClass::Constant)),
+            Reg::Fixed(STATE),
             (self.literals_at + 4 * place) as i32,
         );
         Some(t)

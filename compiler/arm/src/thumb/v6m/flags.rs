@@ -2,7 +2,7 @@
 //! instruction changes them.
 
 use super::Legal;
-use crate::thumb::vcode::{Code, End, Reg, Role};
+use crate::thumb::minst::{MInst, Reg, Role, Terminator};
 use whippen_isa::Cond;
 
 /// What makes the flags that the next reader finds.
@@ -16,12 +16,12 @@ pub(super) struct Flags {
 #[derive(Debug, Clone)]
 enum Made {
     /// By these, one right after the other.
-    By(Vec<Code>),
+    By(Vec<MInst>),
     /// By the first ones, and where those give the condition by the others.
     Either {
-        first: Vec<Code>,
+        first: Vec<MInst>,
         cond: Cond,
-        second: Vec<Code>,
+        second: Vec<MInst>,
     },
 }
 
@@ -78,7 +78,7 @@ impl Legal<'_> {
     }
 
     /// The same instructions with results of their own.
-    fn again(&mut self, codes: &[Code]) {
+    fn again(&mut self, codes: &[MInst]) {
         for code in codes {
             let mut code = *code;
             if let Some(d) = &mut code.operands[Role::D as usize] {
@@ -117,7 +117,7 @@ impl Legal<'_> {
             self.jump(to, Vec::new());
             self.at
         });
-        self.out.blocks[from].end = End::Branch {
+        self.out.blocks[from].end = Terminator::Branch {
             cond,
             yes: to_yes,
             no: to_no,

@@ -2,12 +2,12 @@
 
 use super::{Legal, Routine};
 use crate::thumb::literal::Literal;
-use crate::thumb::vcode::{Access, Code, Half, Operand, Reg, Role, VReg};
+use crate::thumb::minst::{Access, MInst, Operand, Reg, Relocation, Role, VReg};
 use whippen_isa::{Cond, Op};
 
 impl Legal<'_> {
     /// One instruction of selection.
-    pub(super) fn one(&mut self, code: &Code) {
+    pub(super) fn one(&mut self, code: &MInst) {
         let Some(cond) = code.inst.cond else {
             return self.always(code);
         };
@@ -21,7 +21,7 @@ impl Legal<'_> {
     }
 
     /// A branch around an instruction, whose result is what it was where the condition fails.
-    fn where_holds(&mut self, cond: Cond, code: &Code) {
+    fn where_holds(&mut self, cond: Cond, code: &MInst) {
         let [yes, no, after] = [(); 3].map(|()| self.out.block());
         let flags = self.flags.clone();
         self.branch(cond, yes, no, None);
@@ -54,7 +54,7 @@ impl Legal<'_> {
         (self.at, self.flags) = (after, flags);
     }
 
-    fn always(&mut self, code: &Code) {
+    fn always(&mut self, code: &MInst) {
         let inst = &code.inst;
         match inst.op() {
             Op::LDR_immediate | Op::STR_immediate | Op::LDRH_immediate | Op::STRH_immediate => {
@@ -80,7 +80,7 @@ impl Legal<'_> {
     }
 
     /// A fixed register that goes on.
-    fn walks(&mut self, code: &Code) {
+    fn walks(&mut self, code: &MInst) {
         let base = self.fixed(code);
         if code.inst.op() == Op::ADD_immediate {
             return self.walk(base, code.inst.imm);
@@ -89,25 +89,25 @@ impl Legal<'_> {
         self.add_to(base, m);
     }
 
-    fn fixed(&self, code: &Code) -> Reg {
+    fn fixed(&self, code: &MInst) -> Reg {
         code.operands[Role::D as usize].map_or(Reg::Fixed(0), |operand| operand.reg)
     }
 
-    fn compare(&mut self, code: &Code) {
+    fn compare(&mut self, code: &MInst) {
         let (n, imm) = (self.low(code, Role::N), code.inst.imm);
         let code = match code.inst.op() {
-            Op::CMP_immediate if imm < 256 => Code::new(Op::CMP_immediate).imm(imm),
+            Op::CMP_immediate if imm < 256 => MInst::new(Op::CMP_immediate).imm(imm),
             Op::CMP_immediate => {
                 let m = self.constant(imm);
-                Code::new(Op::CMP_register).reg(Role::M, m)
+                MInst::new(Op::CMP_register).reg(Role::M, m)
             }
             Op::CMN_immediate => {
                 let m = self.constant(imm);
-                Code::new(Op::CMN_register).reg(Role::M, m)
+                MInst::new(Op::CMN_register).reg(Role::M, m)
             }
             _ => {
                 let m = self.low(code, Role::M);
-                Code::new(Op::CMP_register).with(Role::M, m)
+                MInst::new(Op::CMP_register).with(Role::M, m)
             }
         };
         self.emit(code.with(Role::N, n));
@@ -115,11 +115,13 @@ impl Legal<'_> {
     }
 
     /// An instruction with one result. Where it sets the flags, the last one that is emitted does.
-    fn word(&mut self, code: &Code) -> VReg {
+    fn word(&mut self, code: &MInst) -> VReg {
         let (inst, op) = (&code.inst, code.inst.op());
         match op {
             Op::MOV_immediate => match code.address {
-                Some(Half::Low(table)) => self.literal(Literal::Table(table)).unwrap_or_default(),
+                Some(Relocation::Low(table)) => {
+                    self.literal(Literal::Table(table)).unwrap_or_default()
+                }
                 _ => self.constant(inst.imm),
             },
             Op::MVN_immediate => self.constant(!inst.imm),
@@ -135,7 +137,7 @@ impl Legal<'_> {
             }
             Op::RSB_immediate if inst.imm == 0 => {
                 let n = self.low(code, Role::N);
-                self.result(Code::new(op).flags().with(Role::N, n).imm(0))
+                self.result(MInst::new(op).flags().with(Role::N, n).imm(0))
             }
             Op::RSB_immediate => {
                 let (k, n) = (self.constant(inst.imm), self.low(code, Role::N));
@@ -165,7 +167,7 @@ impl Legal<'_> {
             }
             Op::UXTH => {
                 let m = self.low(code, Role::M);
-                self.result(Code::new(op).with(Role::M, m))
+                self.result(MInst::new(op).with(Role::M, m))
             }
             Op::UBFX => self.field(code),
             Op::SSAT | Op::USAT => self.saturated(code),
@@ -182,7 +184,7 @@ impl Legal<'_> {
     }
 
     /// The upper half of a constant, whose lower one is there; of an address the whole is there.
-    fn top_half(&mut self, code: &Code) -> VReg {
+    fn top_half(&mut self, code: &MInst) -> VReg {
         let old = code.operands[Role::D as usize]
             .and_then(|operand| operand.old)
             .unwrap_or_default();
@@ -193,11 +195,11 @@ impl Legal<'_> {
         self.three(Op::ADD_register, Reg::Virtual(old), Reg::Virtual(top))
     }
 
-    fn plus(&mut self, code: &Code) -> VReg {
+    fn plus(&mut self, code: &MInst) -> VReg {
         let (op, imm) = (code.inst.op(), code.inst.imm);
         let n = self.low(code, Role::N);
         match imm {
-            0..8 => self.result(Code::new(op).flags().with(Role::N, n).imm(imm)),
+            0..8 => self.result(MInst::new(op).flags().with(Role::N, n).imm(imm)),
             8..256 => {
                 let n = self.free(n);
                 self.tied_to(Role::N, op, n, None, imm)
@@ -214,7 +216,7 @@ impl Legal<'_> {
         }
     }
 
-    fn with_carry(&mut self, code: &Code) -> VReg {
+    fn with_carry(&mut self, code: &MInst) -> VReg {
         let n = self.value(code, Role::N);
         let (op, m) = match code.inst.op() {
             // The only constant that is added so is zero.
@@ -229,7 +231,7 @@ impl Legal<'_> {
     }
 
     /// Bits of a word.
-    fn field(&mut self, code: &Code) -> VReg {
+    fn field(&mut self, code: &MInst) -> VReg {
         let n = self.low(code, Role::N);
         let (lsb, width) = (code.inst.amount, code.inst.imm as u8);
         let up = 32 - lsb - width;
@@ -242,7 +244,7 @@ impl Legal<'_> {
     }
 
     /// Held in the range of so many bits, after a shift.
-    fn saturated(&mut self, code: &Code) -> VReg {
+    fn saturated(&mut self, code: &MInst) -> VReg {
         let bits = code.inst.imm;
         let (low, high) = match code.inst.op() {
             Op::USAT => (0, (1_i64 << bits) - 1),
@@ -256,14 +258,14 @@ impl Legal<'_> {
             }
             let (k, d) = (self.constant(bound as u32), self.out.fresh());
             self.emit(
-                Code::new(Op::CMP_register)
+                MInst::new(Op::CMP_register)
                     .reg(Role::N, held)
                     .reg(Role::M, k),
             );
             self.flags_made(false);
             self.where_holds(
                 beyond,
-                &Code::new(Op::MOV_register)
+                &MInst::new(Op::MOV_register)
                     .reg(Role::M, k)
                     .both(Role::D, d, held),
             );
@@ -273,7 +275,7 @@ impl Legal<'_> {
     }
 
     /// A product of words, or something else that takes two and is no instruction.
-    fn product(&mut self, code: &Code) -> VReg {
+    fn product(&mut self, code: &MInst) -> VReg {
         let (n, m) = (self.value(code, Role::N), self.value(code, Role::M));
         match code.inst.op() {
             Op::MUL => self.multiply(n, m),
@@ -311,7 +313,7 @@ impl Legal<'_> {
     }
 
     /// Both words of a product, or of a sum with one.
-    fn long(&mut self, code: &Code) {
+    fn long(&mut self, code: &MInst) {
         let (n, m) = (self.value(code, Role::N), self.value(code, Role::M));
         let low = self.multiply(n, m);
         let routine = if code.inst.op() == Op::UMULL {
@@ -333,7 +335,7 @@ impl Legal<'_> {
     }
 }
 
-fn is_fixed(code: &Code, role: Role) -> bool {
+fn is_fixed(code: &MInst, role: Role) -> bool {
     matches!(
         code.operands[role as usize],
         Some(Operand {

@@ -1,13 +1,13 @@
 //! Loads and stores: short positive distances from a low register, else a distance in a register.
 
 use super::Legal;
-use crate::thumb::vcode::{Code, Operand, Reg, Role};
+use crate::thumb::minst::{MInst, Operand, Reg, Role};
 use whippen_isa::Op;
 
 impl Legal<'_> {
-    /// A load or store with an immediate, whose base may go on: a word of the frame in place, any
+    /// A load or store with an immediate, whose base may go on: a fixed register in place, any
     /// other as a new word behind the access.
-    pub(super) fn access(&mut self, code: &Code) {
+    pub(super) fn access(&mut self, code: &MInst) {
         let operand = code.operands[Role::N as usize];
         let base = operand.map_or(Reg::Fixed(0), |operand| operand.reg);
         if let Some(Operand {
@@ -16,7 +16,7 @@ impl Legal<'_> {
         }) = operand
         {
             self.plain(code, Reg::Virtual(old), 0);
-            let on = Code::new(Op::ADD_immediate)
+            let on = MInst::new(Op::ADD_immediate)
                 .reg(Role::D, behind)
                 .reg(Role::N, old);
             return self.one(&on.imm(code.inst.imm));
@@ -48,7 +48,7 @@ impl Legal<'_> {
     /// `base += m`, which leaves the flags.
     pub(super) fn add_to(&mut self, base: Reg, m: Reg) {
         self.emit(
-            Code::new(Op::ADD_register)
+            MInst::new(Op::ADD_register)
                 .with(Role::D, base)
                 .with(Role::N, base)
                 .with(Role::M, m),
@@ -56,7 +56,7 @@ impl Legal<'_> {
     }
 
     /// A load or store at a distance from a register.
-    pub(super) fn plain(&mut self, code: &Code, base: Reg, offset: i32) {
+    pub(super) fn plain(&mut self, code: &MInst, base: Reg, offset: i32) {
         let base = match base {
             Reg::Fixed(reg) if reg >= 8 => Reg::Virtual(self.copy(base)),
             low => low,
@@ -84,15 +84,15 @@ impl Legal<'_> {
             _ => Op::LDR_register,
         };
         let distance = self.constant(offset as u32);
-        access.inst = Code::new(op).inst;
+        access.inst = MInst::new(op).inst;
         self.emit(access.reg(Role::M, distance));
     }
 
     /// A load or store at the sum of two registers, the second of them shifted.
-    pub(super) fn indexed(&mut self, code: &Code) {
+    pub(super) fn indexed(&mut self, code: &MInst) {
         let (base, index) = (self.low(code, Role::N), self.shifted(code, Role::M));
         let mut access = *code;
-        access.inst = Code::new(code.inst.op()).inst;
+        access.inst = MInst::new(code.inst.op()).inst;
         self.emit(access.with(Role::N, base).with(Role::M, index));
     }
 }

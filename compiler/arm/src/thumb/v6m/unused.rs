@@ -1,7 +1,7 @@
 //! Instructions whose results nobody reads: flags are made again where they are wanted, so what
 //! made them first may be left over.
 
-use crate::thumb::vcode::{Access, Code, End, Func, Reg, VReg};
+use crate::thumb::minst::{Access, Func, MInst, Reg, Terminator, VReg};
 use rustc_hash::FxHashSet;
 use whippen_isa::Flags;
 
@@ -10,8 +10,8 @@ pub(super) fn without(mut func: Func) -> Func {
         let read = read(&func);
         let mut gone = false;
         for block in &mut func.blocks {
-            let mut flags = matches!(block.end, End::Branch { .. });
-            let mut kept: Vec<Code> = Vec::with_capacity(block.code.len());
+            let mut flags = matches!(block.end, Terminator::Branch { .. });
+            let mut kept: Vec<MInst> = Vec::with_capacity(block.code.len());
             for code in block.code.iter().rev() {
                 let (uses, effects) = (
                     code.inst.flags(),
@@ -38,7 +38,7 @@ pub(super) fn without(mut func: Func) -> Func {
 }
 
 /// Whether a register with a meaning is written.
-fn fixed(code: &Code) -> bool {
+fn fixed(code: &MInst) -> bool {
     code.uses()
         .any(|u| u.writes && matches!(u.operand.reg, Reg::Fixed(_)))
 }
@@ -48,9 +48,9 @@ fn read(func: &Func) -> FxHashSet<VReg> {
     for block in &func.blocks {
         block.code.iter().for_each(|code| read.extend(code.reads()));
         match &block.end {
-            End::Jump(edge) => read.extend(edge.args.iter().copied()),
-            End::Next(code) => drop(read.insert(*code)),
-            End::Branch { .. } | End::InitDone => {}
+            Terminator::Jump(edge) => read.extend(edge.args.iter().copied()),
+            Terminator::NextKey(code) => drop(read.insert(*code)),
+            Terminator::Branch { .. } | Terminator::FallThrough => {}
         }
     }
     read

@@ -1,0 +1,152 @@
+//! The order of blocks, and their ends as branches.
+//!
+//! Blocks follow each other along the longest way, so that it has no taken branch; of what remains
+//! the next longest, and so on. A block that is empty but for a jump is left out.
+
+use super::allocate::{Allocated, Placed, next_key_register};
+use super::critical_path;
+use super::emit::{Item, Label, Line, select_encodings};
+use super::minst::{Terminator, template};
+use whippen_isa::timing::Core;
+use whippen_isa::{Inst, Op};
+
+/// The items of a function whose blocks have labels from `base` on.
+pub(super) fn lay_out_blocks(
+    func: &Allocated,
+    base: Label,
+    core: &Core,
+    next: &[String],
+    init_done: Label,
+) -> Vec<Item> {
+    let order = order_blocks(func, &critical_path::cycles_from_each(func, core));
+    let mut items = Vec::new();
+    for (at, index) in order.iter().enumerate() {
+        let block = &func.blocks[*index];
+        items.push(Item::Label(base + index));
+        items.extend(block.rounds.map(|rounds| Item::Loop { rounds }));
+        let flags = matches!(block.end, Terminator::Branch { .. });
+        let mut code = block.code.iter().map(line_of).collect();
+        select_encodings(&mut code, core.arch, flags);
+        items.extend(code.into_iter().map(|(inst, origin, address)| Item::Inst {
+            inst,
+            origin,
+            address,
+        }));
+        let next = (next, next_key_register(core.arch));
+        emit_terminator(
+            func,
+            block,
+            order.get(at + 1).copied(),
+            base,
+            next,
+            init_done,
+            &mut items,
+        );
+    }
+    items
+}
+
+fn line_of(fixed: &super::allocate::Fixed) -> Line {
+    let origin = fixed.code.and_then(|code| code.origin);
+    (fixed.inst, origin, fixed.code.and_then(|code| code.address))
+}
+
+fn emit_terminator(
+    func: &Allocated,
+    block: &Placed,
+    following: Option<usize>,
+    base: Label,
+    next: (&[String], u8),
+    init_done: Label,
+    items: &mut Vec<Item>,
+) {
+    let follows = |block: usize| following == Some(skip_empty_blocks(func, block));
+    let label = |block: usize| base + skip_empty_blocks(func, block);
+    match &block.end {
+        Terminator::Jump(edge) if follows(edge.block) => {}
+        Terminator::Jump(edge) => items.push(Item::Branch {
+            cond: None,
+            to: label(edge.block),
+        }),
+        Terminator::Branch { cond, yes, no, .. } => {
+            if follows(*yes)
+                && let Some(inverse) = cond.invert()
+            {
+                items.push(Item::Branch {
+                    cond: Some(inverse),
+                    to: label(*no),
+                });
+                return;
+            }
+            items.push(Item::Branch {
+                cond: Some(*cond),
+                to: label(*yes),
+            });
+            if !follows(*no) {
+                items.push(Item::Branch {
+                    cond: None,
+                    to: label(*no),
+                });
+            }
+        }
+        Terminator::NextKey(_) => {
+            let bx = Inst {
+                m: next.1,
+                ..template(Op::BX)
+            };
+            items.push(Item::Indirect {
+                inst: bx,
+                to: next.0.to_vec(),
+            });
+        }
+        Terminator::FallThrough => items.push(Item::Branch {
+            cond: None,
+            to: init_done,
+        }),
+    }
+}
+
+/// Where a jump to a block ends up.
+fn skip_empty_blocks(func: &Allocated, mut block: usize) -> usize {
+    for _ in 0..func.blocks.len() {
+        match &func.blocks[block] {
+            Placed {
+                code,
+                end: Terminator::Jump(edge),
+                rounds: None,
+                ..
+            } if code.is_empty() => block = edge.block,
+            _ => break,
+        }
+    }
+    block
+}
+
+/// The blocks in order, without those that are only passed through; `longest` is the longest way
+/// from each on.
+fn order_blocks(func: &Allocated, longest: &[u64]) -> Vec<usize> {
+    let mut seen = vec![false; func.blocks.len()];
+    let mut order = Vec::new();
+    let mut waiting = vec![0];
+    while let Some(start) = waiting.pop() {
+        let mut next = Some(skip_empty_blocks(func, start));
+        while let Some(block) = next.take().filter(|block| !seen[*block]) {
+            seen[block] = true;
+            order.push(block);
+            next = match &func.blocks[block].end {
+                Terminator::Jump(edge) => Some(skip_empty_blocks(func, edge.block)),
+                Terminator::Branch {
+                    yes, no, likely, ..
+                } => {
+                    let yes_first = longest[*yes] > longest[*no]
+                        || longest[*yes] == longest[*no] && *likely == Some(true);
+                    let (first, second) = if yes_first { (*yes, *no) } else { (*no, *yes) };
+                    waiting.push(second);
+                    Some(skip_empty_blocks(func, first))
+                }
+                Terminator::NextKey(_) | Terminator::FallThrough => None,
+            };
+        }
+    }
+    order
+}

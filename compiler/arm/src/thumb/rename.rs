@@ -1,0 +1,96 @@
+//! Results in registers that were not used a moment ago, so that more instructions may change
+//! places.
+//!
+//! ```text
+//!   ldr lr, a                ldr lr, a
+//!   cmp lr, r9               movs r4, 0        What begins anew in a register that was just read
+//!   mov lr, 0        =>      cmp lr, r9        cannot go up to where something is waited for.
+//!   str lr, b                str r4, b
+//! ```
+
+use super::allocate::{Fixed, Placed};
+use super::hoist::{live_before, registers_touched, rename_result};
+use super::registers::others;
+use super::tuning::{RENAME_HIGH_COST, RENAME_HORIZON};
+use whippen_isa::timing::Core;
+
+/// The block with other registers; `behind` is what is wanted behind it. None if nothing can be
+/// otherwise.
+pub(super) fn rename_registers(
+    block: &Placed,
+    behind: u32,
+    free: u32,
+    core: &Core,
+) -> Option<Vec<Fixed>> {
+    let mut code = block.code.clone();
+    let mut known = RegisterUse::of(&code, behind);
+    let mut changed = false;
+    for at in 0..code.len() {
+        let (_, own) = known.touched[at];
+        if own & free != own || own.count_ones() != 1 || code[at].inst.cond.is_some() {
+            continue;
+        }
+        let others = others(free, own).filter(|reg| known.may_take(at, own, *reg));
+        let than = known.score_register(at, own) + 2;
+        let mut better: Vec<(usize, u32)> = others
+            .map(|reg| (known.score_register(at, reg), reg))
+            .filter(|(worth, _)| *worth > than)
+            .collect();
+        better.sort_by_key(|(worth, _)| std::cmp::Reverse(*worth));
+        let new = better
+            .into_iter()
+            .find_map(|(_, reg)| rename_result(&code[at..], own, reg, behind, core));
+        if let Some(new) = new {
+            code.truncate(at);
+            code.extend(new);
+            known = RegisterUse::of(&code, behind);
+            changed = true;
+        }
+    }
+    changed.then_some(code)
+}
+
+/// What is known of each instruction.
+struct RegisterUse {
+    /// The registers that it reads and writes.
+    touched: Vec<(u32, u32)>,
+    /// The registers that hold something that is wanted behind it.
+    wanted: Vec<u32>,
+}
+
+impl RegisterUse {
+    fn of(code: &[Fixed], behind: u32) -> RegisterUse {
+        let mut wanted = vec![behind; code.len()];
+        let mut live = behind;
+        for (at, fixed) in code.iter().enumerate().rev() {
+            wanted[at] = live;
+            live = live_before(fixed, live);
+        }
+        RegisterUse {
+            touched: code.iter().map(registers_touched).collect(),
+            wanted,
+        }
+    }
+
+    /// Whether another register may be free while the result of an instruction is wanted.
+    fn may_take(&self, at: usize, own: u32, register: u32) -> bool {
+        let behind = self.touched.iter().zip(&self.wanted).skip(at + 1);
+        let mut meanwhile =
+            behind.take_while(|((_, defs), wanted)| **wanted & own != 0 && defs & own == 0);
+        self.wanted[at] & register == 0
+            && !meanwhile.any(|((uses, defs), _)| (uses | defs) & register != 0)
+    }
+
+    /// The longer ago a register was touched, the better it is.
+    fn score_register(&self, at: usize, register: u32) -> usize {
+        let mut before = self.touched[..at].iter().rev().take(RENAME_HORIZON);
+        let since = before
+            .position(|(uses, defs)| (uses | defs) & register != 0)
+            .unwrap_or(RENAME_HORIZON);
+        since.saturating_sub(if register < 1 << 8 {
+            0
+        } else {
+            RENAME_HIGH_COST
+        })
+    }
+}

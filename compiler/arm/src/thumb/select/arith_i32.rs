@@ -1,0 +1,412 @@
+//! Arithmetic of words.
+
+use super::{Binding, Select};
+use crate::thumb::literal::Literal;
+use crate::thumb::minst::{AliasClass, MInst, Role, VReg};
+use crate::thumb::registers::STATE;
+use whippen_isa::imm::thumb_shrink_imm;
+use whippen_isa::{Cond, Op as Isa, ShiftType};
+use whippen_kernel::{Op, Range, Type, Value};
+
+/// Top words of products are rounded half up (SMMULR, SMMLAR).
+pub(super) const ROUND: u32 = 1;
+
+/// For how many instructions a constant stays in its register.
+const CONSTANT_KEPT: usize = 24;
+
+impl Select<'_> {
+    /// A constant in a register, that of a little while ago if there is one.
+    pub(super) fn load_constant(&mut self, k: i32) -> VReg {
+        let here = self.func.blocks[self.at].code.len();
+        let near = |(known, block, from, _): &(i32, usize, usize, VReg)| {
+            *known == k && *block == self.at && here - from < CONSTANT_KEPT
+        };
+        if let Some((.., reg)) = self.constants.iter().rev().find(|constant| near(constant)) {
+            return *reg;
+        }
+        let reg = self.new_constant(k);
+        self.constants.push((k, self.at, here, reg));
+        reg
+    }
+
+    fn new_constant(&mut self, k: i32) -> VReg {
+        let k = k as u32;
+        if thumb_shrink_imm(k).is_some() || k < 0x1_0000 {
+            return self.result(MInst::new(Isa::MOV_immediate).imm(k));
+        }
+        if thumb_shrink_imm(!k).is_some() {
+            return self.result(MInst::new(Isa::MVN_immediate).imm(!k));
+        }
+        if let Some(place) = self.literals.place(Literal::Word(k)) {
+            let offset = i64::from(self.layout.literals + 4 * place);
+            return self.load(
+                Isa::LDR_immediate,
+                Self::fixed(STATE),
+                offset,
+                AliasClass::Constant,
+            );
+        }
+        let low = self.result(MInst::new(Isa::MOV_immediate).imm(k & 0xffff));
+        let d = self.func.fresh();
+        self.emit(MInst::new(Isa::MOVT).both(Role::D, d, low).imm(k >> 16));
+        d
+    }
+
+    /// An operator on words.
+    pub(super) fn select_i32(&mut self, op: Op, args: &[Value]) -> VReg {
+        match op {
+            Op::Add => self.add_i32(args[0], args[1]),
+            Op::Sub => self.sub_i32(args[0], args[1]),
+            Op::Mul => {
+                let (a, b) = (self.reg(args[0]), self.reg(args[1]));
+                self.emit_rrr(Isa::MUL, a, b)
+            }
+            Op::MulTop => match self.power_of_two_factor(args[0], args[1]) {
+                Some((of, n)) => self.sar_round_i32(of, n),
+                None => {
+                    let (a, b) = (self.reg(args[0]), self.reg(args[1]));
+                    self.result(
+                        MInst::new(Isa::SMMUL)
+                            .reg(Role::N, a)
+                            .reg(Role::M, b)
+                            .imm(ROUND),
+                    )
+                }
+            },
+            Op::MacTop if args[1..].iter().any(|arg| self.constant(*arg) == Some(0)) => {
+                self.reg(args[0])
+            }
+            Op::MacTop => {
+                let (sum, a, b) = (self.reg(args[0]), self.reg(args[1]), self.reg(args[2]));
+                self.result(
+                    MInst::new(Isa::SMMLA)
+                        .reg(Role::N, a)
+                        .reg(Role::M, b)
+                        .reg(Role::A, sum)
+                        .imm(ROUND),
+                )
+            }
+            Op::Min | Op::Max => self.select_min_max(op, args),
+            Op::Shl(n) => self.shift_value(Isa::LSL_immediate, args[0], n),
+            Op::Sar(n) => self.shift_value(Isa::ASR_immediate, args[0], n),
+            Op::SarRound(n) => self.sar_round_i32(args[0], n),
+            // Everything else has a result of its own kind.
+            _ => self.reg(args[0]),
+        }
+    }
+
+    /// The factor that is no constant, and how far a product with the other, a power of two, is
+    /// shifted down.
+    fn power_of_two_factor(&self, a: Value, b: Value) -> Option<(Value, u8)> {
+        let (of, k) = self.split_constant(&[a, b])?;
+        (k > 1 && k.count_ones() == 1).then(|| (of, 32 - k.trailing_zeros() as u8))
+    }
+
+    /// `value + k`
+    pub(super) fn add_constant(&mut self, value: VReg, k: i64) -> VReg {
+        match k {
+            0 => value,
+            k if fits_add_immediate(k) => self.result(
+                MInst::new(Isa::ADD_immediate)
+                    .reg(Role::N, value)
+                    .imm(k as u32),
+            ),
+            k if fits_add_immediate(-k) => self.result(
+                MInst::new(Isa::SUB_immediate)
+                    .reg(Role::N, value)
+                    .imm(-k as u32),
+            ),
+            k => {
+                let k = self.load_constant(k as i32);
+                self.emit_rrr(Isa::ADD_register, value, k)
+            }
+        }
+    }
+
+    fn add_i32(&mut self, a: Value, b: Value) -> VReg {
+        match self.split_constant(&[a, b]) {
+            Some((of, k)) => match self.foldable(of) {
+                // A constant that takes a register may as well be what a shifted operand is added
+                // to.
+                Some((op @ (Op::Shl(_) | Op::Sar(_)), [shifted, _]))
+                    if !fits_add_immediate(k) && !fits_add_immediate(-k) =>
+                {
+                    let k = self.load_constant(k as i32);
+                    self.emit_shifted(Isa::ADD_register, k, op, shifted)
+                }
+                _ => {
+                    let of = self.reg(of);
+                    self.add_constant(of, k)
+                }
+            },
+            _ => match self.fold_into_sum(a, b) {
+                Some(sum) => sum,
+                None => {
+                    let (a, b) = (self.reg(a), self.reg(b));
+                    self.emit_rrr(Isa::ADD_register, a, b)
+                }
+            },
+        }
+    }
+
+    /// A sum whose one side is a product or shift that nobody else needs.
+    fn fold_into_sum(&mut self, a: Value, b: Value) -> Option<VReg> {
+        let (sum, (op, args)) = match (self.foldable(a), self.foldable(b)) {
+            (_, Some(part)) if folds_into_sum(part.0) => (a, part),
+            (Some(part), _) if folds_into_sum(part.0) => (b, part),
+            _ => return None,
+        };
+        let sum = self.reg(sum);
+        let product = match op {
+            Op::Mul => MInst::new(Isa::MLA),
+            Op::MulTop => MInst::new(Isa::SMMLA).imm(ROUND),
+            _ => return Some(self.emit_shifted(Isa::ADD_register, sum, op, args[0])),
+        };
+        let (n, m) = (self.reg(args[0]), self.reg(args[1]));
+        Some(self.result(product.reg(Role::N, n).reg(Role::M, m).reg(Role::A, sum)))
+    }
+
+    /// An instruction of two operands, the second of them shifted as a Kernel operator says.
+    fn emit_shifted(&mut self, isa: Isa, n: VReg, op: Op, shifted: Value) -> VReg {
+        let m = self.reg(shifted);
+        let code = MInst::new(isa).reg(Role::N, n).reg(Role::M, m);
+        let (shift, amount) = operand_shift(op);
+        self.result(with_shift(code, shift, amount))
+    }
+
+    fn sub_i32(&mut self, a: Value, b: Value) -> VReg {
+        let reversed = self
+            .constant(a)
+            .and_then(|k| u32::try_from(k).ok())
+            .filter(|k| thumb_shrink_imm(*k).is_some());
+        if let Some(k) = reversed {
+            let b = self.reg(b);
+            return self.result(MInst::new(Isa::RSB_immediate).reg(Role::N, b).imm(k));
+        }
+        if let Some(k) = self.constant(b) {
+            let a = self.reg(a);
+            return self.add_constant(a, -k);
+        }
+        match (self.foldable(a), self.foldable(b)) {
+            (_, Some((op @ (Op::Shl(_) | Op::Sar(_)), [b, _]))) => {
+                let a = self.reg(a);
+                self.emit_shifted(Isa::SUB_register, a, op, b)
+            }
+            (_, Some((Op::Mul, [n, m]))) => {
+                let (a, n, m) = (self.reg(a), self.reg(n), self.reg(m));
+                self.result(
+                    MInst::new(Isa::MLS)
+                        .reg(Role::N, n)
+                        .reg(Role::M, m)
+                        .reg(Role::A, a),
+                )
+            }
+            (Some((op @ (Op::Shl(_) | Op::Sar(_)), [a, _])), _) => {
+                let b = self.reg(b);
+                self.emit_shifted(Isa::RSB_register, b, op, a)
+            }
+            _ => {
+                let (a, b) = (self.reg(a), self.reg(b));
+                self.emit_rrr(Isa::SUB_register, a, b)
+            }
+        }
+    }
+
+    /// The smaller or larger one; by saturation where that does the same.
+    fn select_min_max(&mut self, op: Op, args: &[Value]) -> VReg {
+        let (mut of, mut bounds) = (None, Type::I32.range());
+        if let Some((inner, k)) = self.split_constant(args) {
+            bounds = narrow_bounds(op, k, bounds);
+            of = Some(inner);
+            if let Some((inner_op @ (Op::Min | Op::Max), inner_args)) = self.deferred(inner)
+                && inner_op != op
+                && let Some((innermost, k)) = self.split_constant(&inner_args)
+            {
+                let both = narrow_bounds(inner_op, k, bounds);
+                if both.low <= both.high
+                    && let Some(word) = self.saturate(innermost, both)
+                {
+                    return word;
+                }
+            }
+        }
+        if let Some(of) = of
+            && let Some(word) = self.saturate(of, bounds)
+        {
+            return word;
+        }
+        self.compare_and_move(
+            args[0],
+            args[1],
+            if op == Op::Min { Cond::LT } else { Cond::GT },
+        )
+    }
+
+    /// The operand that is not constant, and the one that is.
+    pub(super) fn split_constant(&self, args: &[Value]) -> Option<(Value, i64)> {
+        match (self.constant(args[0]), self.constant(args[1])) {
+            (None, Some(k)) => Some((args[0], k)),
+            (Some(k), None) => Some((args[1], k)),
+            _ => None,
+        }
+    }
+
+    /// A value held in bounds by one instruction, if one can.
+    fn saturate(&mut self, value: Value, bounds: Range) -> Option<VReg> {
+        let range = self.info(value).range;
+        // A saturation to a range does the same if each end is the bound, or is beyond all values
+        // and bounds.
+        let same = |low: i64, high: i64| {
+            let at_low = low == bounds.low || low <= range.low && bounds.low <= range.low;
+            let at_high = high == bounds.high || high >= range.high && bounds.high >= range.high;
+            at_low && at_high
+        };
+        let unsigned = (0..32_u32)
+            .find(|n| same(0, (1 << n) - 1))
+            .map(|n| (Isa::USAT, n));
+        let signed = (1..33_u32)
+            .find(|n| same(-(1 << (n - 1)), (1 << (n - 1)) - 1))
+            .map(|n| (Isa::SSAT, n));
+        let (isa, bits) = unsigned.or(signed)?;
+        let code = match self.foldable(value) {
+            Some((op @ (Op::Shl(_) | Op::Sar(_)), [of, _])) => {
+                let (shift, amount) = operand_shift(op);
+                let n = self.reg(of);
+                with_shift(MInst::new(isa).reg(Role::N, n), shift, amount)
+            }
+            _ => {
+                let n = self.reg(value);
+                MInst::new(isa).reg(Role::N, n)
+            }
+        };
+        Some(self.result(code.imm(bits)))
+    }
+
+    /// The first where the comparison of the first with the second gives `cond`, else the second.
+    fn compare_and_move(&mut self, a: Value, b: Value, cond: Cond) -> VReg {
+        let (a, b, cond) = if self.constant(a).is_some() {
+            (b, a, cond)
+        } else {
+            (a, b, cond)
+        };
+        self.compare(a, b);
+        let (then, other) = (self.reg(a), self.bindings[b.0 as usize]);
+        // Both are the same where they are equal.
+        let beyond = if cond == Cond::LT { Cond::GT } else { Cond::LT };
+        match other {
+            Binding::Const(k) => self.move_if(beyond, Binding::Const(k), then),
+            _ => {
+                let other = self.reg(b);
+                self.move_if(cond, Binding::Word(then), other)
+            }
+        }
+    }
+
+    pub(super) fn shift_value(&mut self, op: Isa, value: Value, n: u8) -> VReg {
+        let value = self.reg(value);
+        self.shift_by(op, value, n)
+    }
+
+    /// Shifted by an immediate, which may be zero.
+    pub(super) fn shift_by(&mut self, op: Isa, value: VReg, n: u8) -> VReg {
+        if n == 0 {
+            return value;
+        }
+        let code = shift_code(op, n).reg(Role::M, value);
+        self.result(code)
+    }
+
+    /// The bit that is shifted out last is the carry, and rounding up adds it.
+    fn sar_round_i32(&mut self, value: Value, n: u8) -> VReg {
+        if n == 0 {
+            return self.reg(value);
+        }
+        let value = self.reg(value);
+        let floor = self.result(
+            shift_code(Isa::ASR_immediate, n)
+                .reg(Role::M, value)
+                .flags(),
+        );
+        self.result(MInst::new(Isa::ADC_immediate).reg(Role::N, floor).imm(0))
+    }
+
+    /// `old`, or what is bound where the flags say so.
+    pub(super) fn move_if(&mut self, cond: Cond, new: Binding, old: VReg) -> VReg {
+        let d = self.func.fresh();
+        let code = match new {
+            Binding::Const(k)
+                if thumb_shrink_imm(k as u32).is_some() || (0..0x1_0000).contains(&k) =>
+            {
+                MInst::new(Isa::MOV_immediate).imm(k as u32)
+            }
+            Binding::Const(k) if thumb_shrink_imm(!(k as u32)).is_some() => {
+                MInst::new(Isa::MVN_immediate).imm(!(k as u32))
+            }
+            Binding::Const(k) => {
+                let new = self.load_constant(k as i32);
+                MInst::new(Isa::MOV_register).reg(Role::M, new)
+            }
+            Binding::Word(new) | Binding::Pair(new, _) => {
+                MInst::new(Isa::MOV_register).reg(Role::M, new)
+            }
+            // Never asked for: callers hand over registers and constants.
+            Binding::Unbound
+            | Binding::Comparison(..)
+            | Binding::Deferred(..)
+            | Binding::Rematerialize(..) => MInst::new(Isa::MOV_immediate),
+        };
+        self.emit(code.both(Role::D, d, old).only(cond));
+        d
+    }
+}
+
+/// Whether an addition has room for a constant.
+fn fits_add_immediate(k: i64) -> bool {
+    (0..4096).contains(&k) || u32::try_from(k).is_ok_and(|k| thumb_shrink_imm(k).is_some())
+}
+
+/// Whether an operator can be a part of an addition.
+fn folds_into_sum(op: Op) -> bool {
+    matches!(op, Op::Mul | Op::MulTop | Op::Shl(_) | Op::Sar(_))
+}
+
+/// The bounds with those of one more operator.
+fn narrow_bounds(op: Op, k: i64, bounds: Range) -> Range {
+    if op == Op::Min {
+        Range {
+            high: bounds.high.min(k),
+            ..bounds
+        }
+    } else {
+        Range {
+            low: bounds.low.max(k),
+            ..bounds
+        }
+    }
+}
+
+/// A shift of the Kernel as that of an operand.
+fn operand_shift(op: Op) -> (ShiftType, u8) {
+    match op {
+        Op::Sar(n) => (ShiftType::ASR, n),
+        Op::Shl(n) => (ShiftType::LSL, n),
+        _ => (ShiftType::LSL, 0),
+    }
+}
+
+/// A shift by an immediate.
+pub(super) fn shift_code(op: Isa, n: u8) -> MInst {
+    let mut code = MInst::new(op);
+    code.inst.amount = n;
+    code
+}
+
+/// An instruction whose operand M is shifted.
+pub(super) fn with_shift(mut code: MInst, shift: ShiftType, n: u8) -> MInst {
+    (code.inst.shift, code.inst.amount) = if n == 0 {
+        (ShiftType::LSL, 0)
+    } else {
+        (shift, n)
+    };
+    code
+}

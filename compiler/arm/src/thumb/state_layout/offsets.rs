@@ -1,0 +1,91 @@
+//! Offsets of what is read and written from outside, in bytes from the symbol `NAME_state`.
+
+use super::{EVENT_HEAD, EVENT_LOST, EVENT_TAIL, StateLayout};
+
+impl StateLayout {
+    /// Bytes of the state.
+    pub fn size(&self) -> u32 {
+        self.size
+    }
+
+    /// The word that comes in of a key and port.
+    pub fn input(&self, key: u32, port: u32) -> u32 {
+        self.inputs + key * self.stride + 2 * port
+    }
+
+    /// The word that goes out of a key and port.
+    pub fn output(&self, key: u32, port: u32) -> u32 {
+        self.outputs + key * self.stride + 2 * port
+    }
+
+    /// A live parameter.
+    pub fn live_param(&self, param: usize) -> Option<u32> {
+        self.live_params.get(param).copied()
+    }
+
+    /// The gain of a key, if keys have one.
+    pub fn gain(&self, key: u32) -> Option<u32> {
+        self.gain.map(|at| self.record(key) + at)
+    }
+
+    /// Word 0 of a cell of a key; a mode that knows the cell may leave another value there.
+    pub fn cell(&self, key: u32, cell: usize) -> Option<u32> {
+        self.cells.get(cell).map(|at| self.record(key) + at)
+    }
+
+    /// A probe of a key, 8 bytes, if probes are kept.
+    pub fn probe(&self, key: u32, probe: usize) -> Option<u32> {
+        self.probes
+            .as_ref()?
+            .get(probe)
+            .map(|at| self.record(key) + at)
+    }
+
+    /// The record of a key: its first word is the address of the code of its mode.
+    pub fn record(&self, key: u32) -> u32 {
+        self.records + key * self.record
+    }
+
+    /// The ring of events, if keys have any.
+    pub fn events(&self) -> Option<EventRing> {
+        let ring = self.ring?;
+        Some(EventRing {
+            head: EVENT_HEAD,
+            tail: EVENT_TAIL,
+            lost: EVENT_LOST,
+            start: ring.at,
+            bytes: ring.bytes,
+            event: ring.event,
+        })
+    }
+}
+
+/// The ring of events, in bytes from the start of the state. An event is a word with the tick,
+/// `u16` key, `u16` event, and the arguments as words; one whose second word is [`EVENT_MARK`] is
+/// none, but says that the ring goes on at its beginning. Where the ring lies apart
+/// (`NAME_events`), `start` is in bytes from there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EventRing {
+    /// Word: bytes ever written.
+    pub head: u32,
+    /// Word: bytes ever read; the reader's.
+    pub tail: u32,
+    /// Word: events that found the ring full.
+    pub lost: u32,
+    /// Where the ring begins.
+    pub start: u32,
+    /// Its size, a power of two.
+    pub bytes: u32,
+    /// Bytes of one event.
+    pub event: u32,
+}
+
+/// The second word of what is no event: it says that the ring goes on at its beginning.
+pub const EVENT_MARK: u32 = !0;
+
+impl EventRing {
+    /// Where what was written first and not read yet goes on, if a mark stands at `tail`.
+    pub fn behind_mark(&self, tail: u32) -> u32 {
+        (tail | (self.bytes - 1)).wrapping_add(1)
+    }
+}

@@ -1,0 +1,368 @@
+//! What the checker tells apart: a function made by hand, and errors put into those of random
+//! kernels.
+
+use std::sync::OnceLock;
+
+use super::*;
+use crate::image::timing;
+use crate::thumb::Options;
+use crate::thumb::allocate::{Placed, allocate};
+use crate::thumb::hoist::{compute_live_in, hoist_over_branches, registers_touched};
+use crate::thumb::literal::Literals;
+use crate::thumb::minst::{Edge, MInst, template};
+use crate::thumb::registers::{ALL_FREE, FREE};
+use crate::thumb::reorder::{OrderCache, reorder_blocks};
+use crate::thumb::select::Select;
+use crate::thumb::state_layout::StateLayout;
+use whippen_kernel::random::kernel;
+use whippen_kernel::sweep;
+use whippen_modes::Modes;
+
+/// How many kernels errors are put into.
+const KERNELS: u64 = 12;
+
+fn memory_at(op: Op, t: u8, access: Access) -> Fixed {
+    Fixed {
+        inst: Inst {
+            t,
+            n: RECORD,
+            ..template(op)
+        },
+        code: Some(MInst::new(op).access(access)),
+    }
+}
+
+fn load(t: u8, cell: u32) -> Fixed {
+    memory_at(Op::LDR_immediate, t, Access::Read(AliasClass::Cell(cell)))
+}
+
+fn store(t: u8, cell: u32) -> Fixed {
+    memory_at(Op::STR_immediate, t, Access::Write(AliasClass::Cell(cell)))
+}
+
+fn alu(op: Op, s: bool, d: u8, n: u8, m: u8) -> Fixed {
+    Fixed {
+        inst: Inst {
+            s,
+            d,
+            n,
+            m,
+            ..template(op)
+        },
+        code: None,
+    }
+}
+
+/// A decision, one of two ways, and the same end; r2 is kept over all of it.
+///
+/// ```text
+///   0: r0 = a, r1 = b, r2 = c, r0 < r1  ->  1: r3 = d, d = r2, r2 = r2 + r3   or   2: c = r1   ->  3: e = r2
+/// ```
+fn decision() -> Allocated {
+    let on = || {
+        Terminator::Jump(Edge {
+            block: 3,
+            args: Vec::new(),
+        })
+    };
+    let ends = [
+        Terminator::Branch {
+            cond: Cond::LT,
+            yes: 1,
+            no: 2,
+            likely: None,
+        },
+        on(),
+        on(),
+        Terminator::NextKey(0),
+    ];
+    let next = memory_at(Op::LDR_immediate, 14, Access::Read(AliasClass::Constant));
+    let codes = [
+        vec![
+            load(0, 0),
+            load(1, 1),
+            load(2, 2),
+            alu(Op::CMP_register, true, 0, 0, 1),
+        ],
+        vec![
+            load(3, 3),
+            store(2, 3),
+            alu(Op::ADD_register, false, 2, 2, 3),
+        ],
+        vec![store(1, 2)],
+        vec![next, store(2, 4)],
+    ];
+    let placed = |(code, end)| Placed {
+        code,
+        end,
+        rounds: None,
+        cycles: OnceLock::new(),
+    };
+    Allocated {
+        blocks: codes.into_iter().zip(ends).map(placed).collect(),
+        slots: 0,
+        free: ALL_FREE,
+    }
+}
+
+#[test]
+fn what_cannot_be_told_may_change_and_nothing_else() {
+    let told = |change: &dyn Fn(&mut [Placed])| {
+        let mut after = decision();
+        change(&mut after.blocks);
+        validate(&decision(), &after, Arch::V8M).is_err()
+    };
+    assert!(!told(&|_| ()));
+    // The word goes up over the branch; its register then has another name.
+    assert!(!told(&|blocks| {
+        let first = blocks[1].code.remove(0);
+        blocks[0].code.insert(3, first);
+    }));
+    assert!(!told(&|blocks| (
+        blocks[1].code[0],
+        blocks[1].code[2].inst.m
+    ) = (load(9, 3), 9)));
+    // Loads change places.
+    assert!(!told(&|blocks| blocks[0].code.swap(0, 2)));
+    assert!(
+        told(&|blocks| blocks[1].code.swap(0, 1)),
+        "the word is read behind what is written there"
+    );
+    assert!(
+        told(&|blocks| blocks[1].code.swap(0, 2)),
+        "the sum has what was in r3"
+    );
+    assert!(
+        told(&|blocks| blocks[1].code[0] = load(9, 3)),
+        "the sum reads r3 still"
+    );
+    assert!(
+        told(&|blocks| blocks[1].code[2].inst.d = 4),
+        "the end reads r2"
+    );
+    assert!(
+        told(&|blocks| _ = blocks[2].code.remove(0)),
+        "a store is lost"
+    );
+    assert!(
+        told(&|blocks| blocks[2].code[0] = store(0, 2)),
+        "another word is stored"
+    );
+    assert!(
+        told(&|blocks| blocks[0].code.swap(1, 3)),
+        "r0 is compared with what was in r1"
+    );
+    assert!(
+        told(&|blocks| _ = blocks[0].code.remove(3)),
+        "the branch has other flags"
+    );
+    assert!(
+        told(&|blocks| blocks[0].code[0].inst.imm = 4),
+        "another word is compared"
+    );
+    assert!(
+        told(&|blocks| _ = blocks[3].code.remove(0)),
+        "nobody knows what follows"
+    );
+    assert!(
+        told(&|blocks| blocks[3].code[0].inst.t = RECORD),
+        "a register of the layout is lost"
+    );
+    let swapped = |end: &mut Terminator| {
+        *end = Terminator::Branch {
+            cond: Cond::GE,
+            yes: 1,
+            no: 2,
+            likely: None,
+        }
+    };
+    assert!(
+        told(&|blocks| swapped(&mut blocks[0].end)),
+        "the other way is gone"
+    );
+    // Up over the branch into a register that the other way's end wants.
+    assert!(told(&|blocks| {
+        let mut sum = blocks[1].code.split_off(2);
+        blocks[0].code.append(&mut sum);
+    }));
+}
+
+/// The tick of a random kernel, before and after the passes.
+fn random(seed: u64) -> [Allocated; 2] {
+    let mut kernel = kernel(seed);
+    sweep(&mut kernel);
+    let modes = Modes::single(&kernel);
+    let options = Options {
+        name: "k".to_string(),
+        keys: 2,
+        gain: true,
+        probes: true,
+        arch: Arch::V8M,
+    };
+    let layout = StateLayout::new(&modes.kernel, &options, None, 0);
+    let mut literals = Literals::new(1 + modes.kernel.tables.len());
+    let func = Select::mode(&modes.kernel, &layout, &mut literals, &modes.modes[0], 0, 1)
+        .into_reverse_postorder();
+    let before = allocate(&func, options.arch).expect("there are registers");
+    let mut after = before.clone();
+    reorder_blocks(&mut after, &timing(options.arch), &OrderCache::default());
+    hoist_over_branches(&mut after, &timing(options.arch));
+    [before, after]
+}
+
+/// Which instructions compute something that comes out, found backwards from stores and ends.
+fn needed(func: &Allocated) -> Vec<Vec<bool>> {
+    let mut needed: Vec<Vec<bool>> = func
+        .blocks
+        .iter()
+        .map(|block| vec![false; block.code.len()])
+        .collect();
+    let mut wanted: Vec<BTreeSet<Location>> = vec![BTreeSet::new(); func.blocks.len()];
+    loop {
+        let known = wanted.clone();
+        for (index, block) in func.blocks.iter().enumerate().rev() {
+            let mut live: BTreeSet<Location> = match block.end {
+                Terminator::Branch { cond, .. } => {
+                    flag_places(branch_inst(Some(cond), false, 0).flags().reads).collect()
+                }
+                Terminator::Jump(_) => BTreeSet::new(),
+                _ => [
+                    STATE,
+                    RECORD,
+                    SAMPLES,
+                    HISTORY,
+                    SP,
+                    next_key_register(Arch::V8M),
+                ]
+                .map(Location::Register)
+                .into(),
+            };
+            block
+                .end
+                .targets()
+                .into_iter()
+                .for_each(|to| live.extend(known[to].iter().chain(&wanted[to])));
+            for (at, fixed) in block.code.iter().enumerate().rev() {
+                let ([reads, writes], (from, to)) = (
+                    roles_touched(&fixed.inst).expect("it is known"),
+                    memory_touched(fixed),
+                );
+                let written = writes
+                    .into_iter()
+                    .map(|(_, at)| at)
+                    .chain(flag_places(fixed.inst.flags().writes));
+                let written: Vec<Location> = written
+                    .chain(to.filter(|to| matches!(to, Location::Slot(_))))
+                    .collect();
+                let goes_out = to.is_some_and(|to| !matches!(to, Location::Slot(_)));
+                needed[index][at] = goes_out || written.iter().any(|at| live.contains(at));
+                if needed[index][at] {
+                    written
+                        .iter()
+                        .filter(|_| !fixed.inst.is_conditional())
+                        .for_each(|at| _ = live.remove(at));
+                    live.extend(
+                        reads
+                            .into_iter()
+                            .map(|(_, at)| at)
+                            .chain(flag_places(fixed.inst.flags().reads))
+                            .chain(from),
+                    );
+                }
+            }
+            wanted[index] = live;
+        }
+        if wanted == known {
+            return needed;
+        }
+    }
+}
+
+/// Errors of one kind in a function: for each instruction the function with it, if there it can be
+/// made.
+type Errors = dyn Fn(&Allocated, usize, usize) -> Option<Allocated>;
+
+/// How many errors of a kind there were in instructions that are needed, and how many of them went
+/// unnoticed.
+fn unnoticed(all: &[[Allocated; 2]], errors: &Errors) -> (usize, usize) {
+    let (mut made, mut missed) = (0, 0);
+    for [before, after] in all {
+        let needed = needed(after);
+        for (block, placed) in after.blocks.iter().enumerate() {
+            for at in (0..placed.code.len()).filter(|at| needed[block][*at]) {
+                let Some(wrong) = errors(after, block, at) else {
+                    continue;
+                };
+                made += 1;
+                missed += usize::from(validate(before, &wrong, Arch::V8M).is_ok());
+            }
+        }
+    }
+    (made, missed)
+}
+
+fn with(func: &Allocated, block: usize, change: impl FnOnce(&mut Vec<Fixed>)) -> Allocated {
+    let mut func = func.clone();
+    change(&mut func.blocks[block].code);
+    func
+}
+
+#[test]
+fn errors_in_code_of_random_kernels_are_noticed() {
+    let all: Vec<[Allocated; 2]> = (0..KERNELS).map(random).collect();
+    for [before, after] in &all {
+        assert_eq!(validate(before, after, Arch::V8M), Ok(()));
+    }
+    // Two instructions of which the second reads what the first leaves change places.
+    let swapped = |func: &Allocated, block: usize, at: usize| {
+        let code = &func.blocks[block].code;
+        let depends = needed(func)[block].get(at + 1)?
+            & (registers_touched(&code[at]).1 & registers_touched(&code[at + 1]).0 != 0);
+        depends.then(|| with(func, block, |code| code.swap(at, at + 1)))
+    };
+    // The first operand is read in another register.
+    let renamed = |func: &Allocated, block: usize, at: usize| {
+        let (role, register) = roles_touched(&func.blocks[block].code[at].inst).ok()?[0]
+            .first()
+            .copied()?;
+        let place = FREE
+            .iter()
+            .position(|free| Location::Register(*free) == register)?;
+        let other = FREE[(place + 1) % FREE.len()];
+        Some(with(func, block, |code| {
+            *role.of(&mut code[at].inst) = other
+        }))
+    };
+    // A store is missing.
+    let lost = |func: &Allocated, block: usize, at: usize| {
+        let is_store = func.blocks[block].code[at].inst.class() == Class::Store;
+        is_store.then(|| with(func, block, |code| _ = code.remove(at)))
+    };
+    // What a block begins with stands before the branch, though the other way wants the register.
+    let moved_up = |func: &Allocated, block: usize, at: usize| {
+        let above = func
+            .blocks
+            .iter()
+            .position(|from| from.end.targets().contains(&block))
+            .filter(|_| at == 0)?;
+        let other = func.blocks[above]
+            .end
+            .targets()
+            .into_iter()
+            .find(|to| *to != block)?;
+        let first = func.blocks[block].code[0];
+        let wanted =
+            registers_touched(&first).1 & compute_live_in(func, &timing(Arch::V8M))[other] != 0;
+        wanted.then(|| {
+            let shorter = with(func, block, |code| _ = code.remove(0));
+            with(&shorter, above, |code| code.push(first))
+        })
+    };
+    let kinds: [&Errors; 4] = [&swapped, &renamed, &lost, &moved_up];
+    // Those unnoticed find an equal content: a word that was loaded or made twice, a step that two
+    // divisions share.
+    assert_eq!(
+        kinds.map(|errors| unnoticed(&all, errors)),
+        [(378, 5), (774, 4), (513, 0), (10, 0)]
+    );
+}

@@ -1,0 +1,88 @@
+//! Requirements of tests: programs that judge, and recordings, neither part of the repository.
+//!
+//! A test asks first and returns where it gets nothing; it then counts as skipped, not as passed:
+//!
+//! ```no_run
+//! let Some(qemu) = whippen_need::tool("qemu-system-arm") else { return };
+//! ```
+//!
+//! ```text
+//! WHIPPEN_SKIPS=FILE     each skip is a line of that file: package, binary, test, what it needs;
+//!                        `tests/run` sums them up. Without it they go to standard error.
+//! WHIPPEN_REQUIRE=LIST   what must be there, separated by commas: `tools`, `recordings`, `all`,
+//!                        or names of tools. A test that lacks it fails and says what to install.
+//! ```
+//!
+//! A test is known by the name of its thread, so it asks on the thread that it was started on.
+//! What there is to ask for is the table `tests/need/tools.txt`, which `tests/setup` installs.
+
+mod skip;
+#[cfg(test)]
+mod tests;
+mod tool;
+
+use std::path::{Path, PathBuf};
+
+pub use tool::{Tool, table};
+
+/// The program of that name in the table; none, and the test counts as skipped, where it is absent.
+///
+/// # Panics
+///
+/// Where it is absent and required, or not in the table.
+pub fn tool(name: &str) -> Option<PathBuf> {
+    let tool = tool::named(name);
+    let found = tool.find(&std::env::var_os("PATH").unwrap_or_default());
+    if found.is_none() {
+        skip::record(tool.name(), "tools", &tool.advice());
+    }
+    found
+}
+
+/// Whether all these programs are there; if not, the test counts as skipped.
+///
+/// # Panics
+///
+/// As [`tool`].
+pub fn tools(names: &[&str]) -> bool {
+    names.iter().all(|name| tool(name).is_some())
+}
+
+/// Whether newlib is there, the C library of `arm-none-eabi-gcc`; if not, the test counts as
+/// skipped.
+///
+/// # Panics
+///
+/// As [`tool`].
+pub fn newlib() -> bool {
+    let Some(compiler) = tool("arm-none-eabi-gcc") else {
+        return false;
+    };
+    // The compiler repeats the name alone of what it does not find.
+    let found = std::process::Command::new(compiler)
+        .arg("-print-file-name=libc_nano.a")
+        .output()
+        .is_ok_and(|output| output.stdout.contains(&b'/'));
+    if !found {
+        let tool = tool::named("newlib");
+        skip::record(tool.name(), "tools", &tool.advice());
+    }
+    found
+}
+
+/// A folder of the recordings that lie beside the repository (`../shared/data`); none, and the test
+/// counts as skipped, where it is absent.
+///
+/// # Panics
+///
+/// Where it is absent and recordings are required.
+pub fn recordings(folder: &str) -> Option<PathBuf> {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let path = data.join(folder);
+    if path.is_dir() {
+        return Some(path);
+    }
+    let name = format!("recordings of {folder}");
+    skip::record(&name, "recordings", "a folder ../shared/data");
+    None
+}

@@ -1,0 +1,100 @@
+//! One name, one thing: no two types of a crate share a name.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{only_listed, paths, rust};
+
+/// Names that stand twice in a crate: crate and name, why.
+const TWICE: &[(&str, &str)] = &[
+    ("Args", "arguments of each command"),
+    ("Call", "to be renamed"),
+    ("Outputs", "to be renamed"),
+    ("Place", "to be renamed"),
+    ("Report", "to be renamed"),
+    ("Setup", "to be renamed"),
+    ("compiler/arm/Item", "to be renamed"),
+    ("compiler/arm/Made", "to be renamed"),
+    ("compiler/arm/Resource", "to be renamed"),
+    ("compiler/arm/Scan", "to be renamed"),
+    ("compiler/arm/Section", "to be renamed"),
+    ("compiler/arm/State", "to be renamed"),
+    ("compiler/arm/Step", "to be renamed"),
+    ("compiler/arm/Unit", "to be renamed"),
+    ("compiler/arm/Writer", "to be renamed"),
+    ("compiler/budget/Costs", "to be renamed"),
+    ("compiler/budget/Frame", "to be renamed"),
+    ("compiler/budget/Place", "to be renamed"),
+    ("compiler/kernel/Place", "to be renamed"),
+    ("compiler/lang/Action", "in the text and in the model"),
+    (
+        "compiler/lang/Cell",
+        "of the model, and of a row in the layout",
+    ),
+    ("compiler/lang/Item", "in the text and in the model"),
+    ("compiler/lang/Keyboard", "in the text and in the model"),
+    ("compiler/lang/Kind", "to be renamed"),
+    ("compiler/lang/Label", "to be renamed"),
+    ("compiler/lang/Pass", "to be renamed"),
+    ("compiler/lower/Sum", "to be renamed"),
+    ("compiler/lower/Writes", "to be renamed"),
+    ("compiler/modes/Block", "to be renamed"),
+    ("compiler/modes/Source", "to be renamed"),
+    ("emulator/Lines", "to be renamed"),
+    ("emulator/Register", "to be renamed"),
+    ("isa/Rules", "to be renamed"),
+    ("runtime/Column", "to be renamed"),
+    ("runtime/Section", "to be renamed"),
+    ("runtime/Stops", "to be renamed"),
+];
+
+/// The crate of a file: the longest folder above it with a manifest. The root's is empty.
+fn crate_of<'a>(path: &str, crates: &'a [String]) -> &'a str {
+    let above = crates
+        .iter()
+        .filter(|folder| path.starts_with(folder.as_str()));
+    above.max_by_key(|folder| folder.len()).map_or("", |f| f)
+}
+
+/// The name of the type that a line of code defines.
+fn defined(code: &str) -> Option<&str> {
+    let mut words = code.split_whitespace();
+    let mut word = words.next()?;
+    while word.starts_with("pub") || word == "in" || word.ends_with(')') {
+        word = words.next()?;
+    }
+    if !["struct", "enum", "union"].contains(&word) {
+        return None;
+    }
+    let name = words.next()?;
+    let end = name.find(|c: char| !c.is_alphanumeric() && c != '_');
+    let name = &name[..end.unwrap_or(name.len())];
+    name.starts_with(char::is_uppercase).then_some(name)
+}
+
+#[test]
+fn a_crate_has_one_type_of_a_name() {
+    assert_eq!(defined("pub(in crate::a) struct Name<'a> {"), Some("Name"));
+    let manifests = paths()
+        .into_iter()
+        .filter(|path| path.ends_with("/Cargo.toml"));
+    let crates: Vec<String> = manifests
+        .map(|path| path.trim_end_matches("Cargo.toml").to_string())
+        .collect();
+    let mut places: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for text in rust().iter().filter(|text| text.path.contains("src/")) {
+        for (number, code) in text.code() {
+            if let Some(name) = defined(&code) {
+                let name = format!("{}{name}", crate_of(&text.path, &crates));
+                let place = format!("{}:{number}", text.path);
+                places.entry(name).or_default().push(place);
+            }
+        }
+    }
+    assert!(places.len() > 500, "only {} types were found", places.len());
+    places.retain(|_, places| places.len() > 1);
+    places
+        .iter()
+        .for_each(|(name, at)| println!("{name}: {at:?}"));
+    let found: BTreeSet<String> = places.into_keys().collect();
+    only_listed(&found, TWICE.iter().map(|e| e.0), "one name, one thing");
+}

@@ -1,0 +1,163 @@
+//! Who may depend on whom, read from the manifests.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{Text, none, only_listed, texts};
+
+/// Crates, and what they may not reach, directly or through others, and why.
+const APART: &[(&str, &[&str], &str)] = &[
+    (
+        "whippen-arm",
+        &[
+            "whippen-lang",
+            "whippen-jit",
+            "cranelift-codegen",
+            "lalrpop",
+        ],
+        "a change of the code generator rebuilds neither parser nor Cranelift",
+    ),
+    (
+        "whippen-budget",
+        &["whippen-lower", "whippen-jit"],
+        "the bound sees final bytes",
+    ),
+    (
+        "whippen-kernel",
+        &["whippen-lang", "whippen-isa"],
+        "a Kernel is for any machine, from any language",
+    ),
+    (
+        "whippen-lang",
+        &["whippen-kernel", "whippen-isa"],
+        "the language knows nothing of code",
+    ),
+];
+
+/// Dependencies that one crate alone has.
+const ALONE: &[(&str, &str)] = &[
+    ("cranelift-", "whippen-jit"),
+    ("regalloc2", "whippen-arm"),
+    ("lalrpop", "whippen-lang"),
+];
+
+/// What the bound would not name itself if it saw final bytes alone.
+const NOT_BYTES: &[&str] = &[
+    "whippen-kernel",
+    "whippen-lang",
+    "whippen-lower",
+    "whippen-modes",
+];
+
+/// What it names all the same, and why.
+const NAMED_BY_BUDGET: &[(&str, &str)] = &[
+    (
+        "whippen-kernel",
+        "images of other divisions of the keys are made and bounded here",
+    ),
+    ("whippen-lang", "a missed deadline is a diagnostic"),
+    ("whippen-modes", "bounds are given mode by mode"),
+];
+
+/// What each crate of the workspace needs to be built, by name; not what its tests need.
+fn manifests() -> BTreeMap<String, BTreeSet<String>> {
+    let needs = |text: &Text| Some((name(text)?, dependencies(&text.text)));
+    texts().iter().filter_map(needs).collect()
+}
+
+/// The name of the crate whose manifest a text is.
+fn name(text: &Text) -> Option<String> {
+    let is_manifest = text.path == "Cargo.toml" || text.path.ends_with("/Cargo.toml");
+    let mut lines = text.text.lines().filter(|_| is_manifest);
+    let name = lines.find_map(|line| line.strip_prefix("name = "))?;
+    Some(name.trim_matches('"').to_string())
+}
+
+/// Names under `[dependencies]` and `[build-dependencies]`.
+fn dependencies(manifest: &str) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    let mut inside = false;
+    for line in manifest.lines() {
+        if line.starts_with('[') {
+            inside = ["[dependencies]", "[build-dependencies]"].contains(&line);
+        } else if let (true, Some((name, _))) = (inside, line.split_once('=')) {
+            found.insert(name.trim().to_string());
+        }
+    }
+    found
+}
+
+/// Everything that a crate reaches.
+fn reached(from: &str, all: &BTreeMap<String, BTreeSet<String>>) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    let mut open = vec![from.to_string()];
+    while let Some(name) = open.pop() {
+        for next in all.get(&name).into_iter().flatten() {
+            if found.insert(next.clone()) {
+                open.push(next.clone());
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn compiler_and_emulator_do_not_know_each_other() {
+    let all = manifests();
+    let parts: Vec<String> = texts()
+        .iter()
+        .filter(|text| text.path.starts_with("compiler/"))
+        .filter_map(name)
+        .collect();
+    assert!(parts.len() > 10, "{parts:?}");
+    let ours = reached("whippen-emulator", &all);
+    for part in &parts {
+        assert!(!ours.contains(part), "the emulator reaches {part}");
+        let reached = reached(part, &all);
+        assert!(
+            !reached.contains("whippen-emulator"),
+            "{part} reaches the emulator"
+        );
+    }
+}
+
+#[test]
+fn walls_between_crates_stand() {
+    let all = manifests();
+    let mut found = Vec::new();
+    for (from, apart, why) in APART {
+        assert!(all.contains_key(*from), "there is no crate {from}");
+        let reached = reached(from, &all);
+        let broken = apart.iter().filter(|to| reached.contains(**to));
+        found.extend(broken.map(|to| format!("{from} reaches {to}, but {why}")));
+    }
+    none(&found, "walls between crates stand");
+}
+
+#[test]
+fn the_bound_sees_final_bytes() {
+    let named = &manifests()["whippen-budget"];
+    let found = NOT_BYTES.iter().map(|name| name.to_string());
+    let found = found.filter(|name| named.contains(name)).collect();
+    let listed = NAMED_BY_BUDGET.iter().map(|e| e.0);
+    only_listed(&found, listed, "the bound sees final bytes");
+}
+
+#[test]
+fn the_instruction_set_depends_on_nothing() {
+    assert_eq!(manifests().get("whippen-isa"), Some(&BTreeSet::new()));
+}
+
+#[test]
+fn what_is_slow_to_build_is_needed_in_one_place() {
+    let all = manifests();
+    let mut found = Vec::new();
+    for (what, owner) in ALONE {
+        let owns = |needs: &BTreeSet<String>| needs.iter().any(|name| name.starts_with(what));
+        assert!(owns(&all[*owner]), "{owner} does not need {what}");
+        let others = all
+            .iter()
+            .filter(|(name, needs)| name != owner && owns(needs));
+        found.extend(others.map(|(name, _)| format!("{name}: {what}")));
+    }
+    none(&found, "one crate alone needs it");
+}

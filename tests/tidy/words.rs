@@ -1,0 +1,90 @@
+//! The words of the repository: the glossary is in order and leads to files that are there, and
+//! retired words stay out.
+
+use super::{Text, has_word, none, root, texts};
+
+/// Words that were given up: the word, what to say instead, and the beginnings of paths where it
+/// may still stand.
+const RETIRED: &[(&str, &str, &[&str])] = &[
+    ("dearest", "worst-case", BEFORE_RENAMING),
+    ("dearer", "slower, costs more", BEFORE_RENAMING),
+];
+
+/// Code whose words are still those of before.
+const BEFORE_RENAMING: &[&str] = &[
+    "benches/",
+    "compiler/",
+    "emulator/",
+    "fuzz/",
+    "isa/",
+    "runtime/",
+    "src/",
+    "tests/",
+];
+
+/// Where retired words are spoken of.
+const SPOKEN_OF: &[&str] = &["GLOSSARY.md", "tests/tidy/words.rs"];
+
+/// The rows of a table under a heading: their cells.
+fn rows<'a>(text: &'a str, heading: &str) -> Vec<Vec<&'a str>> {
+    let section = text.split(heading).nth(1).unwrap_or_default();
+    let section = section.split("\n## ").next().unwrap_or_default();
+    let cells = |line: &'a str| line.trim_matches('|').split('|').map(str::trim).collect();
+    section
+        .lines()
+        .filter(|line| line.starts_with('|'))
+        .skip(2)
+        .map(cells)
+        .collect()
+}
+
+fn glossary() -> String {
+    std::fs::read_to_string(root().join("GLOSSARY.md")).expect("the glossary")
+}
+
+#[test]
+fn every_word_of_the_glossary_has_a_home() {
+    let text = glossary();
+    let rows = rows(&text, "# Glossary\n");
+    assert!(rows.len() > 80, "only {} words", rows.len());
+    let words: Vec<String> = rows.iter().map(|row| row[0].to_lowercase()).collect();
+    assert!(words.is_sorted(), "words are in the order of the alphabet");
+    let mut found = Vec::new();
+    for row in &rows {
+        match row[..] {
+            [word, meaning, home] if !word.is_empty() && !meaning.is_empty() => {
+                if !root().join(home.trim_matches('`')).is_file() {
+                    found.push(format!("{word}: {home}"));
+                }
+            }
+            _ => found.push(format!("{row:?} is no word with meaning and home")),
+        }
+    }
+    none(&found, "every word has a home");
+}
+
+#[test]
+fn retired_words_stay_out() {
+    let listed = glossary();
+    let listed = rows(&listed, "## Retired words\n");
+    let mut found = Vec::new();
+    for (word, instead, allowed) in RETIRED {
+        if !listed.iter().any(|row| has_word(row[0], word)) {
+            found.push(format!("GLOSSARY.md does not list {word}"));
+        }
+        let speaks = |path: &str| SPOKEN_OF.contains(&path);
+        let may = |text: &&Text| {
+            let is_ours = [".rs", ".md"].iter().any(|end| text.path.ends_with(end));
+            is_ours && !speaks(&text.path) && !allowed.iter().any(|at| text.path.starts_with(at))
+        };
+        for text in texts().iter().filter(may) {
+            for (number, line) in text.text.lines().enumerate() {
+                if has_word(&line.to_lowercase(), word) {
+                    let place = format!("{}:{}", text.path, number + 1);
+                    found.push(format!("{place}: {word}, say {instead}"));
+                }
+            }
+        }
+    }
+    none(&found, "retired words stay out");
+}
