@@ -1,6 +1,7 @@
 //! An instrument's image and its bounds.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use whippen_compiler::budget::{Bounded, Program, cores};
 use whippen_compiler::firmware::{self, CORES, Instrument, Whole, whole};
@@ -18,7 +19,7 @@ pub struct Image {
     pub board: Board,
     /// What the emulator has in the place of the board.
     pub emulated: EmulatedBoard,
-    pub compiled: Compiled,
+    pub compiled: Arc<Compiled>,
     pub modes: Modes,
     pub whole: Whole,
     pub program: Program,
@@ -46,7 +47,7 @@ impl Image {
     pub fn on(kind: BoardKind, compiled: Compiled, keys: u32) -> Image {
         let modes = specialise(&compiled.lowered.kernel, INSTRUCTIONS);
         let board = board::bundled(kind.name()).expect("it is bundled");
-        Image::for_board(kind, (board, kind.board()), compiled, modes, keys)
+        Image::for_board(kind, (board, kind.board()), Arc::new(compiled), modes, keys)
             .unwrap_or_else(|e| panic!("{e}"))
     }
 
@@ -54,7 +55,7 @@ impl Image {
     pub fn for_board(
         kind: BoardKind,
         (board, emulated): (Board, EmulatedBoard),
-        compiled: Compiled,
+        compiled: Arc<Compiled>,
         modes: Modes,
         keys: u32,
     ) -> Result<Image, String> {

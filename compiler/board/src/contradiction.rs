@@ -4,7 +4,7 @@
 
 use whippen_isa::Arch;
 
-use crate::{AccessTime, Board, MemoryKind, Target};
+use crate::{AccessTime, Board, MemoryKind, Start, Target};
 
 /// A fact that contradicts another one, by the key of the board's file that says it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -31,6 +31,7 @@ impl Board {
             .or_else(|| self.fetches_over_the_data_bus())
             .or_else(|| self.stacks_outside())
             .or_else(|| self.devices_outside())
+            .or_else(|| self.start_outside_flash())
     }
 
     /// Memories and buses that share addresses.
@@ -120,6 +121,12 @@ impl Board {
                 self.cores
             ));
         }
+        let twice = |(at, end): &(usize, &u32)| self.stacks[..*at].contains(end);
+        if let Some((_, end)) = self.stacks.iter().enumerate().find(twice) {
+            return contradiction(format!(
+                "has {end:#010x} twice: each core needs a stack of its own"
+            ));
+        }
         self.stacks.iter().find_map(|&end| {
             let memory = end.checked_sub(4).and_then(|top| self.memory_at(top));
             match memory {
@@ -135,6 +142,29 @@ impl Board {
                 )),
                 Some(_) => None,
             }
+        })
+    }
+
+    /// What runs or is read before RAM has its contents, and is placed there.
+    fn start_outside_flash(&self) -> Option<Contradiction> {
+        let flash = self.flash()?;
+        let early = [".vectors", ".text.start", ".copy_table", ".zero_table"];
+        let of_start = match self.start {
+            Start::Vectors => None,
+            Start::ImageDef => Some(".image_def"),
+            Start::Boot2 => Some(".boot2"),
+        };
+        let in_ram = |section: &&str| {
+            let memory = self.memory_for(section);
+            memory.is_some_and(|memory| memory.kind != MemoryKind::Flash)
+        };
+        let section = early.into_iter().chain(of_start).find(|own| in_ram(&own))?;
+        Some(Contradiction {
+            key: "place".into(),
+            what: format!(
+                "puts `{section}` into RAM, which is empty when the chip starts: put it into `{}`",
+                flash.name
+            ),
         })
     }
 

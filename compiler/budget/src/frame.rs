@@ -280,7 +280,10 @@ impl OnCore<'_> {
             .filter(|section| section.base < end)
             .map(|section| section.base.saturating_add(section.size))
             .max();
-        let room = end.saturating_sub(below.unwrap_or(0).max(base));
+        let stacks = self.interference.board.stacks.iter().copied();
+        let stack = stacks.filter(|other| *other < end).max();
+        let below = below.max(stack).unwrap_or(0);
+        let room = end.saturating_sub(below.max(base));
         if needed <= room {
             return Ok(());
         }
