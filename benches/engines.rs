@@ -9,19 +9,19 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use whippen_compiler::budget;
 use whippen_compiler::c99::{self, Layout};
 use whippen_compiler::check::Program;
-use whippen_compiler::firmware;
 use whippen_compiler::front::compile_front;
 use whippen_compiler::jit::{HostCode, Options};
 use whippen_compiler::kernel::{Kernel, verify};
+use whippen_compiler::keyboard;
 use whippen_compiler::modes::{INSTRUCTIONS, specialise};
-use whippen_compiler::pipeline::{Compiled, compile};
+use whippen_compiler::pipeline::{self, Compiled, compile, unobserved};
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::stability::analyze;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::{ENGINES, Engine};
+use whippen_runtime::image::ImageInstrument;
 use whippen_runtime::{board, gesture, image};
 
 const GRAND: &str = include_str!("../instruments/grand-piano.whip");
@@ -68,28 +68,20 @@ fn images(criterion: &mut Criterion) {
     let board = board::bundled("rp2350").unwrap_or_else(|| panic!("it is bundled"));
     let setup =
         image::setup(&compiled, &device, 88, board.cores, 21).unwrap_or_else(|e| panic!("{e}"));
-    let (modes, midi) = (specialise(kernel, INSTRUCTIONS), image::midi(&compiled));
-    let instrument = firmware::Instrument {
-        modes: &modes,
-        places: &[],
-        midi: &midi,
+    let instrument = ImageInstrument::new(&compiled, INSTRUCTIONS, None, &mut unobserved)
+        .unwrap_or_else(|e| panic!("{e:?}"));
+    let instruments = ImageInstrument::borrow_all(std::slice::from_ref(&instrument));
+    let layout = keyboard::Layout::of_one_instrument(&compiled.model.name, 88, 21);
+    let image = || {
+        pipeline::build(&layout, &instruments, &setup, &board, &mut unobserved)
+            .unwrap_or_else(|e| panic!("{e}"))
     };
-    let programs = [firmware::Program::on_all(instrument, &setup)];
-    let whole = || firmware::whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
-    let built = whole();
-    let bound = || {
-        budget::cores(
-            &built.image,
-            &budget::Program::of(&built.image),
-            &board,
-            &built.keys(0),
-            0,
-        )
-    };
+    let built = image();
+    let bound = || pipeline::prove(&built, &board, setup.rate_hz, &mut unobserved);
     criterion.bench_function("modes", |b| {
         b.iter(|| specialise(black_box(kernel), INSTRUCTIONS))
     });
-    criterion.bench_function("image 88", |b| b.iter(whole));
+    criterion.bench_function("image 88", |b| b.iter(image));
     criterion.bench_function("bound 88", |b| b.iter(bound));
     let key = device
         .key()

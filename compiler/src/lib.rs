@@ -7,6 +7,8 @@
 // Texts and the language: source to Model.
 pub use whippen_lang::{bundled, check, diag, front, index, lint, model, range, syntax, units};
 pub use whippen_source as source;
+// Which keys play what, on which core.
+pub use whippen_keyboard as keyboard;
 // The loop of key, hand and program.
 pub use whippen_stability as stability;
 // Model to Kernel.
@@ -27,4 +29,5 @@ pub use whippen_budget as budget;
 pub use whippen_deterministic::parallel;
 
 pub mod bindings;
+mod partition;
 pub mod pipeline;

@@ -1,37 +1,90 @@
-//! The pipeline on one screen: source text to Kernel, with a check between passes.
+//! The pipeline on one screen: source text to the proof on the image's bytes, and what verifies
+//! each pass.
 //!
 //! ```text
-//!   front: parse -> check => Model; compile: range (must be bounded) -> lint => warnings; simplify -> range => Ranges -> lower => Kernel -> verify
+//!   text --front--> Model --compile--> Kernel --specialize--> Modes --build--> Image --prove--> Budget
 //! ```
+//!
+//! Command line, emulated boards and tests call these functions and nothing below them. Each tells
+//! an observer every form that it makes, by its [`Pass`]: what `dump --after` shows is what the
+//! next pass gets.
+//!
+//! Not here: files and devices (their callers), C and host code, which take a Kernel.
 
-use whippen_kernel as kernel;
+use std::fmt::Display;
+
+use whippen_board::Board;
+use whippen_budget::{Bounded, Budget, NotBounded, Program as Bytes, cores};
+use whippen_firmware::{FirmwareImage, Instrument, Setup};
+use whippen_kernel::{self as kernel, without_probes};
+use whippen_keyboard::{Layout, ProgramId};
+use whippen_lang::check::{Options, Program};
 use whippen_lang::diag::Diagnostic;
+use whippen_lang::front::compile_front;
 use whippen_lang::lint;
 use whippen_lang::model::Model;
 use whippen_lang::range::{self, Ranges};
 use whippen_lower::scales::Scales;
 use whippen_lower::simplify::{self, Step};
-use whippen_lower::{self as fix, Lowered};
+use whippen_lower::{self as lower, Lowered};
+use whippen_modes::{self as modes, Modes};
+use whippen_source::SourceMap;
 
-/// The passes, by the names `dump --after` knows them by.
-pub const PASSES: &[(&str, &str)] = &[
-    ("parse", "the tree of the text, printed as source"),
-    (
-        "check",
-        "the Model: equations over the reals, names resolved, terms inlined",
-    ),
-    (
-        "simplify",
-        "the Model after algebra, with the proven range of every value",
-    ),
-    ("lower", "the Kernel: one tick as integers"),
-    (
-        "modes",
-        "the tick of each mode: one piece of code for every combination of machine states that can occur",
-    ),
-];
+pub use crate::partition::BuildError;
+use crate::partition::build_partitioned;
 
-/// One instrument in every form.
+/// Declares the passes in their order.
+macro_rules! passes {
+    ($($pass:ident $name:literal: $makes:literal, verified by $verifier:literal;)*) => {
+        /// A pass of the pipeline.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum Pass {
+            $(#[doc = $makes] $pass,)*
+        }
+
+        /// All passes in their order.
+        pub const PASSES: &[Pass] = &[$(Pass::$pass,)*];
+
+        impl Pass {
+            /// The name by which `dump --after` knows it.
+            pub fn name(self) -> &'static str {
+                match self { $(Pass::$pass => $name,)* }
+            }
+
+            /// What it makes.
+            pub fn makes(self) -> &'static str {
+                match self { $(Pass::$pass => $makes,)* }
+            }
+
+            /// What verifies its result.
+            pub fn verified_by(self) -> &'static str {
+                match self { $(Pass::$pass => $verifier,)* }
+            }
+        }
+    };
+}
+
+passes! {
+    Parse "parse": "the tree of the text, printed as source", verified by "its diagnostics";
+    Check "check": "the Model: equations over the reals, names resolved, terms inlined",
+        verified by "its diagnostics, and range analysis: every value is bounded";
+    Simplify "simplify": "the Model after algebra, with the proven range of every value",
+        verified by "range analysis of the new Model";
+    Lower "lower": "the Kernel: one tick as integers", verified by "the verifier of Kernels";
+    Modes "modes": "the tick of each combination of machine states that can occur",
+        verified by "the verifier of modes";
+    Image "image": "the image of all keys with its firmware, as a map",
+        verified by "translation validation of the code, and the linker";
+    Budget "budget": "cycles at most, by program and core", verified by "nothing: it is the proof";
+}
+
+/// Gets every form that a function of the pipeline makes, as text if it asks for it.
+pub type Observer<'a> = &'a mut dyn FnMut(Pass, &dyn Display);
+
+/// The observer that looks away.
+pub fn unobserved(_: Pass, _: &dyn Display) {}
+
+/// One instrument in every form up to its Kernel.
 #[derive(Debug)]
 pub struct Compiled {
     /// As checked.
@@ -46,7 +99,7 @@ pub struct Compiled {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// Why there is no Kernel.
+/// Why there is no Kernel, or no modes of it.
 #[derive(Debug)]
 pub enum CompileError {
     /// The program is wrong.
@@ -55,27 +108,59 @@ pub enum CompileError {
     Defect(String),
 }
 
-/// Compiles one instrument. `observe` keeps what traces need: a probe per named value, an event per
-/// rule.
+/// What is proven of an image.
+#[derive(Debug, Clone)]
+pub struct Proof {
+    /// The bytes and names that it is proven on.
+    pub bytes: Bytes,
+    /// While it plays each of its programs.
+    pub programs: Vec<ProgramProof>,
+}
+
+/// What is proven while one program plays.
+#[derive(Debug, Clone)]
+pub struct ProgramProof {
+    /// Each core.
+    pub cores: Vec<Bounded>,
+    /// What a tick may take, what it takes at most, what is left.
+    pub budget: Budget,
+}
+
+/// Text to Models: parse, check.
+pub fn front(map: &mut SourceMap, options: &Options) -> (Option<Program>, Vec<Diagnostic>) {
+    compile_front(map, options)
+}
+
+/// Model to Kernel: range analysis, lint, algebra, range analysis again, lowering.
+///
+/// `probes` keeps what traces need: a probe per named value, an event per rule.
 ///
 /// # Errors
 /// Values that cannot be bounded, or a defect.
-pub fn compile(model: Model, scales: Scales, observe: bool) -> Result<Compiled, CompileError> {
-    let warnings = lint::lint(
-        &model,
-        &range::analyze(&model).map_err(CompileError::Program)?,
-    );
-    let step = simplify::simplify(&model).map_err(CompileError::Program)?;
-    let ranges = range::analyze(&step.model).map_err(CompileError::Program)?;
-    let defect = |what: &str, why: String| {
-        CompileError::Defect(format!("{what} of `{}`: {why}", model.name))
-    };
-    let lowered = fix::lower(&step, &ranges, scales, observe)
-        .map_err(|e| defect("lowering", e.to_string()))?;
-    kernel::verify::verify(&lowered.kernel).map_err(|errors| {
-        let all: Vec<String> = errors.iter().map(ToString::to_string).collect();
-        defect("the kernel", all.join("; "))
-    })?;
+pub fn compile(model: Model, scales: Scales, probes: bool) -> Result<Compiled, CompileError> {
+    compile_observed(model, scales, probes, &mut unobserved)
+}
+
+/// As [`compile`], with an observer.
+///
+/// # Errors
+/// Values that cannot be bounded, or a defect.
+pub fn compile_observed(
+    model: Model,
+    scales: Scales,
+    probes: bool,
+    observer: Observer,
+) -> Result<Compiled, CompileError> {
+    let name = &model.name;
+    let ranges = range::analyze(&model).map_err(CompileError::Program)?;
+    observer(Pass::Check, &model);
+    let warnings = lint::lint(&model, &ranges);
+    let (step, ranges) = simplify::simplify(&model, ranges).map_err(CompileError::Program)?;
+    observer(Pass::Simplify, &step.model);
+    let lowered = lower::lower(&step, &ranges, scales, probes)
+        .map_err(|error| defect(Pass::Lower, name, &[error]))?;
+    kernel::verify::verify(&lowered.kernel).map_err(|all| defect(Pass::Lower, name, &all))?;
+    observer(Pass::Lower, &lowered.kernel);
     Ok(Compiled {
         model,
         step,
@@ -85,13 +170,79 @@ pub fn compile(model: Model, scales: Scales, observe: bool) -> Result<Compiled, 
     })
 }
 
+/// Kernel to Modes, with so many instructions at most; 0 for one mode that knows nothing.
+///
+/// # Errors
+/// A defect.
+pub fn specialize(
+    compiled: &Compiled,
+    instructions: usize,
+    observer: Observer,
+) -> Result<Modes, CompileError> {
+    let kernel = without_probes(&compiled.lowered.kernel);
+    let modes = modes::specialise(&kernel, instructions);
+    modes::verify::verify(&modes).map_err(|all| defect(Pass::Modes, &kernel.name, &all))?;
+    observer(Pass::Modes, &modes);
+    Ok(modes)
+}
+
+/// Modes to Image: code of the keys, partition, firmware, linking.
+///
+/// # Errors
+/// Board or keys have no firmware, memory is full, the partition has no bound; or a defect.
+pub fn build(
+    layout: &Layout,
+    instruments: &[Instrument],
+    setup: &Setup,
+    board: &Board,
+    observer: Observer,
+) -> Result<FirmwareImage, BuildError> {
+    let image = build_partitioned(layout, instruments, setup, board)?;
+    observer(Pass::Image, &Map(&image, board));
+    Ok(image)
+}
+
+/// Image to Budget, while each of its programs plays with so many ticks per second.
+///
+/// # Errors
+/// What cannot be bounded.
+pub fn prove(
+    image: &FirmwareImage,
+    board: &Board,
+    rate_hz: u32,
+    observer: Observer,
+) -> Result<Proof, NotBounded> {
+    let bytes = Bytes::of(&image.image);
+    let mut programs = Vec::new();
+    for number in 0..image.programs.len() as u32 {
+        let cores = cores(image, &bytes, board, ProgramId(number))?;
+        let budget = Budget::of(&cores, board.clock_hz, rate_hz);
+        observer(Pass::Budget, &budget);
+        programs.push(ProgramProof { cores, budget });
+    }
+    Ok(Proof { bytes, programs })
+}
+
+/// The map of an image on its board.
+struct Map<'a>(&'a FirmwareImage, &'a Board);
+
+impl Display for Map<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&whippen_arm::image::map(&self.0.image, self.1))
+    }
+}
+
+/// The compiler's own mistake, in words.
+fn defect(pass: Pass, name: &str, errors: &[impl Display]) -> CompileError {
+    let all: Vec<String> = errors.iter().map(ToString::to_string).collect();
+    let pass = pass.name();
+    CompileError::Defect(format!("`{pass}` of `{name}`: {}", all.join("; ")))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use whippen_lang::bundled::INSTRUMENTS;
-    use whippen_lang::check::{Options, Program};
-    use whippen_lang::front::compile_front;
-    use whippen_source::SourceMap;
 
     const MIKEY: Scales = Scales {
         sensor_zero: -0.5e-3,
@@ -102,7 +253,7 @@ mod tests {
     fn program(text: &str) -> Program {
         let mut map = SourceMap::default();
         map.add("test.whip", text);
-        let (program, diagnostics) = compile_front(&mut map, &Options::default());
+        let (program, diagnostics) = front(&mut map, &Options::default());
         program.unwrap_or_else(|| panic!("{diagnostics:#?}"))
     }
 

@@ -1,5 +1,5 @@
-//! The engine `emulated`: the image that `whippen build` makes, on the emulated board, with its
-//! firmware and all its cores.
+//! Hardware emulation as an engine, `emulated`: the image that `whippen build` makes, on the
+//! emulated board, with its firmware and all its cores.
 //!
 //! ```text
 //!   words --converter--> firmware, keys' code --drive row--> drive words
@@ -14,49 +14,43 @@
 //!
 //! Not here: values inside of a tick, which no firmware keeps.
 
+mod events;
 mod load;
+mod memory;
+mod start;
 
-use whippen_compiler::budget::whole_divided;
-use whippen_compiler::firmware::{self, CORES, Instrument, Midi, Segment, Whole, distance};
-use whippen_compiler::kernel::{Happened, Kernel, without_probes};
-use whippen_compiler::modes::{INSTRUCTIONS, Modes, specialise};
-use whippen_compiler::pipeline::Compiled;
-use whippen_compiler::thumb::EVENT_MARK;
-use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Ports, Stop, build};
+use whippen_compiler::board::Board;
+use whippen_compiler::firmware::{
+    FirmwareImage, ProgramCode, ZoneCode, core_block, drive_offset_bytes,
+};
+use whippen_compiler::kernel::Kernel;
+use whippen_compiler::keyboard::{CoreId, Layout, ProgramId};
+use whippen_compiler::modes::INSTRUCTIONS;
+use whippen_compiler::pipeline::{self, Compiled, unobserved};
+use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Ports, Stop};
 
 use self::load::Frames;
 pub use self::load::{CoreLoad, Load};
+use crate::board;
 use crate::device::Device;
-use crate::{board, image};
+use crate::image::{self, ImageInstrument};
 
 /// The MIDI number of the first key; only the serial port, to which nobody listens, depends on it.
 const FIRST_NOTE: u8 = 21;
 /// Cycles between looks at whether a tick is over.
 const SLICE: u64 = 48;
-/// Ticks after which a board that does not play will not.
-const START_TICKS: u32 = 44_100;
-
-/// Offsets in a core's block; docs/firmware.md has the table.
-mod at {
-    pub const TICK: u32 = 28;
-    pub const MISSED: u32 = 36;
-    pub const FAULTS: u32 = 40;
-    pub const ROW: u32 = 56;
-}
 
 /// A running board.
 pub struct Emulated {
     machine: Machine,
     ports: Ports,
-    whole: Whole,
-    /// By part: what its keys play.
+    image: FirmwareImage,
+    /// By instrument: what its keys play.
     kernels: Vec<Kernel>,
     /// Keys that are played; the board may have one more.
     keys: usize,
-    /// By core.
-    of_core: Vec<u32>,
     frames: Frames,
-    /// Bytes of events taken, by core and segment.
+    /// Bytes of events taken, by core and zone.
     taken: Vec<Vec<u32>>,
     load: Load,
     trouble: Option<String>,
@@ -73,90 +67,92 @@ impl Emulated {
         kind: BoardKind,
         keys: usize,
     ) -> Result<Emulated, String> {
-        Emulated::of_parts(&[(keys, compiled)], device, kind)
+        let keys = u32::try_from(keys).map_err(|e| e.to_string())?;
+        let layout = Layout::of_one_instrument(&compiled.model.name, keys, FIRST_NOTE);
+        Emulated::of_layout(&layout, &[compiled], device, kind)
     }
 
-    /// The image of neighbouring keys that play different instruments, from the lowest up: how
-    /// many, and which, with the values of these keys.
+    /// The image of a keyboard whose first program plays, with the values of all its keys in each
+    /// instrument.
     ///
     /// # Errors
     /// There is no image, in words.
-    pub fn of_parts(
-        parts: &[(usize, &Compiled)],
+    pub fn of_layout(
+        layout: &Layout,
+        instruments: &[&Compiled],
         device: &Device,
         kind: BoardKind,
     ) -> Result<Emulated, String> {
         let board = board::bundled(kind.name()).ok_or("there is no board to emulate")?;
-        let keys: usize = parts.iter().map(|(keys, _)| keys).sum();
+        let first = instruments.first().ok_or("there are no keys")?;
         // Each core has a key at least.
-        let count = u32::try_from(keys)
-            .map_err(|e| e.to_string())?
-            .max(board.cores);
-        let more = count - keys as u32;
-        let (_, first) = parts.first().ok_or("there are no keys")?;
-        let mut setup = image::setup(first, device, count, board.cores, FIRST_NOTE)?;
-        let kernels: Vec<Kernel> = parts
+        let count = layout.keys.max(board.cores);
+        let on_board = layout.with_keys(count).map_err(|e| e.to_string())?;
+        let setup = image::setup(first, device, count, board.cores, FIRST_NOTE)?;
+        let of_image =
+            |of: &&Compiled| ImageInstrument::new(of, INSTRUCTIONS, None, &mut unobserved);
+        let parts: Vec<ImageInstrument> = instruments
             .iter()
-            .map(|(_, of)| without_probes(&of.lowered.kernel))
-            .collect();
-        let modes: Vec<Modes> = kernels
-            .iter()
-            .map(|kernel| specialise(kernel, INSTRUCTIONS))
-            .collect();
-        let notes: Vec<Midi> = parts.iter().map(|(_, of)| image::midi(of)).collect();
-        let part = |at: usize| firmware::Part {
-            keys: parts[at].0 as u32 + if at + 1 == parts.len() { more } else { 0 },
-            values_from: 0,
-            instrument: Instrument {
-                modes: &modes[at],
-                places: &[],
-                midi: &notes[at],
-            },
-        };
-        let program = firmware::Program {
-            parts: (0..parts.len()).map(part).collect(),
-        };
-        let whole = whole_divided(&[program], &mut setup, &board).map_err(|e| e.to_string())?;
+            .map(of_image)
+            .collect::<Result<_, _>>()
+            .map_err(|e| format!("{e:?}"))?;
+        let borrowed = ImageInstrument::borrow_all(&parts);
+        let built = pipeline::build(&on_board, &borrowed, &setup, &board, &mut unobserved)
+            .map_err(|e| e.to_string())?;
+        let kernels = parts.into_iter().map(|part| part.modes.kernel).collect();
+        let keys = layout.keys as usize;
+        Emulated::loaded(built, kernels, keys, setup.rate_hz, &board, kind)
+    }
+
+    /// The board with its image, about to start.
+    fn loaded(
+        image: FirmwareImage,
+        kernels: Vec<Kernel>,
+        keys: usize,
+        rate_hz: u32,
+        board: &Board,
+        kind: BoardKind,
+    ) -> Result<Emulated, String> {
         let converter = ConverterSetup {
-            keys: count,
-            rate_hz: setup.rate_hz,
+            keys: image.keys_of_cores.iter().sum(),
+            rate_hz,
         };
         let (mut machine, ports) =
-            build(kind, kind.board(), converter).map_err(|e| e.to_string())?;
-        for segment in &whole.image.segments {
-            machine
-                .bus
-                .memory
+            whippen_emulator::build(kind, kind.board(), converter).map_err(|e| e.to_string())?;
+        for segment in &image.image.segments {
+            let memory = &mut machine.bus.memory;
+            memory
                 .write(segment.load, &segment.bytes)
                 .map_err(|e| e.to_string())?;
         }
         machine.reset();
         let load = Load {
-            period_cycles: u64::from(board.clock_hz / setup.rate_hz),
+            period_cycles: u64::from(board.clock_hz / rate_hz),
             ..Load::default()
         };
-        let (of_core, frames) = (setup.keys, Frames::default());
-        let taken = whole.programs[0]
-            .iter()
-            .map(|segments| vec![0; segments.len()])
-            .collect();
+        let cores = &image.programs[0].cores;
+        let taken = cores.iter().map(|core| vec![0; core.zones.len()]).collect();
         Ok(Emulated {
             machine,
             ports,
-            whole,
+            image,
             kernels,
             keys,
-            of_core,
-            frames,
+            frames: Frames::default(),
             taken,
             load,
             trouble: None,
         })
     }
 
+    /// The program that plays.
+    fn program(&self) -> &ProgramCode {
+        self.image.program(ProgramId(0))
+    }
+
     /// A core's keys, from the first on.
-    fn segments(&self, core: usize) -> &[Segment] {
-        &self.whole.programs[0][core]
+    fn zones(&self, core: usize) -> &[ZoneCode] {
+        &self.program().core(CoreId(core as u32)).zones
     }
 
     /// What must precede the first tick, with its words: the board starts.
@@ -171,7 +167,7 @@ impl Emulated {
         if self.trouble.is_some() {
             return;
         }
-        if let Err(why) = self.one(words, drive) {
+        if let Err(why) = self.run_tick(words, drive) {
             self.trouble = Some(why);
         }
     }
@@ -184,11 +180,11 @@ impl Emulated {
     /// What the run took so far.
     pub fn load(&self) -> Load {
         let core = |core: usize| CoreLoad {
-            keys: self.of_core[core],
+            keys: self.image.keys_of_cores[core],
             frame_cycles_max: self.frames.longest[core],
             frame_cycles: self.frames.total[core],
-            missed: self.block(core, at::MISSED).unwrap_or(0),
-            faults: self.block(core, at::FAULTS).unwrap_or(0),
+            missed: self.block(core, core_block::MISSED).unwrap_or(0),
+            faults: self.block(core, core_block::FAULTS).unwrap_or(0),
         };
         Load {
             cores: self.cores().map(core).collect(),
@@ -196,74 +192,7 @@ impl Emulated {
         }
     }
 
-    /// Events since the last call.
-    pub fn drain(&mut self) -> Vec<Happened> {
-        let of_cores: Result<Vec<Vec<Happened>>, String> =
-            self.cores().map(|core| self.events(core)).collect();
-        match of_cores {
-            Ok(all) => all.concat(),
-            Err(why) => {
-                self.trouble.get_or_insert(why);
-                Vec::new()
-            }
-        }
-    }
-
-    /// Starts the board, lets force come up, puts the keys back to their beginning.
-    fn begin(&mut self, words: &[u16]) -> Result<(), String> {
-        self.give(words)?;
-        let entry = |core: usize| self.symbol(&format!("{}_tick", CORES[core]));
-        let entries: Vec<u32> = self.cores().map(entry).collect::<Result<_, _>>()?;
-        entries
-            .iter()
-            .for_each(|&entry| self.machine.set_breakpoint(entry));
-        let mut fresh: Vec<Option<Vec<Vec<u8>>>> = vec![None; entries.len()];
-        while fresh.iter().any(Option::is_none) {
-            if let Some(core) = self.slice(10_000)? {
-                self.machine.clear_breakpoint(entries[core]);
-                fresh[core] = Some(self.states(core)?);
-            }
-            self.in_time()?;
-        }
-        while !self.all(|core| self.is_up(core))? {
-            let next = self.ticks()? + 1;
-            self.until_served(next)?;
-            self.in_time()?;
-        }
-        for (core, states) in fresh.into_iter().flatten().enumerate() {
-            for (at, state) in states.into_iter().enumerate() {
-                self.put_back(&self.segments(core)[at].clone(), state)?;
-            }
-        }
-        self.frames = Frames::default();
-        Ok(())
-    }
-
-    fn in_time(&mut self) -> Result<(), String> {
-        if self.ticks()? < START_TICKS {
-            Ok(())
-        } else {
-            Err("the board does not begin to play: its ticks may be too long (`whippen budget` says how many keys fit)"
-                .to_string())
-        }
-    }
-
-    /// The state of a segment's keys, with all gains at 1.
-    fn put_back(&mut self, segment: &Segment, mut state: Vec<u8>) -> Result<(), String> {
-        for key in 0..segment.keys {
-            if let Some(gain) = segment.layout.gain(key) {
-                state[gain as usize..][..4].copy_from_slice(&(1_u32 << 16).to_le_bytes());
-            }
-        }
-        let to = self.symbol(&format!("{}_state", segment.name))?;
-        self.machine
-            .bus
-            .memory
-            .write(to, &state)
-            .map_err(|e| e.to_string())
-    }
-
-    fn one(&mut self, words: &[u16], drive: &mut [i16]) -> Result<(), String> {
+    fn run_tick(&mut self, words: &[u16], drive: &mut [i16]) -> Result<(), String> {
         self.give(words)?;
         let tick = self.ticks()? + 1;
         self.until_served(tick)?;
@@ -276,29 +205,31 @@ impl Emulated {
                 "a tick is missed after {ticks} ticks: it took up to {longest} of {period} cycles"
             ));
         }
-        let first = self.of_core[0] as usize;
         for (key, word) in drive.iter_mut().enumerate() {
-            let (core, own) = if key < first {
-                (0, key)
-            } else {
-                (1, key - first)
-            };
-            let address =
-                self.block(core, at::ROW)? + distance(self.of_core[core]) + 2 * own as u32;
-            let mut bytes = [0; 2];
-            self.machine
-                .bus
-                .memory
-                .read(address, &mut bytes)
-                .map_err(|e| e.to_string())?;
-            *word = i16::from_le_bytes(bytes);
+            *word = self.drive_word(key)?;
         }
         Ok(())
     }
 
+    /// The drive word of a key in the tick that was served last.
+    fn drive_word(&self, key: usize) -> Result<i16, String> {
+        let keys_of_cores = &self.image.keys_of_cores;
+        let first = keys_of_cores[0] as usize;
+        let (core, own) = if key < first {
+            (0, key)
+        } else {
+            (1, key - first)
+        };
+        let row = self.block(core, core_block::ROW)?;
+        let address = row + drive_offset_bytes(keys_of_cores[core]) + 2 * own as u32;
+        let mut bytes = [0; 2];
+        self.read(address, &mut bytes)?;
+        Ok(i16::from_le_bytes(bytes))
+    }
+
     /// Sensor words for one tick; a key that only the board has does what the last one does.
     fn give(&mut self, words: &[u16]) -> Result<(), String> {
-        let count = self.of_core.iter().sum::<u32>() as usize;
+        let count = self.image.keys_of_cores.iter().sum::<u32>() as usize;
         let last = words.last().copied().unwrap_or(0);
         let row: Vec<u16> = words[..self.keys.min(words.len())]
             .iter()
@@ -315,14 +246,20 @@ impl Emulated {
         loop {
             self.slice(SLICE)?;
             let served = |core: usize| {
-                Ok(self.block(core, at::TICK)? >= tick && self.machine.cpu(core).exception() == 0)
+                Ok(self.block(core, core_block::TICK)? >= tick
+                    && self.machine.cpu(core).exception() == 0)
             };
             if self.all(served)? {
                 return Ok(());
             }
             if self.ticks()? > tick.saturating_add(2) {
                 let (longest, period) = (self.longest(), self.load.period_cycles);
-                let keys: Vec<String> = self.of_core.iter().map(u32::to_string).collect();
+                let keys: Vec<String> = self
+                    .image
+                    .keys_of_cores
+                    .iter()
+                    .map(u32::to_string)
+                    .collect();
                 return Err(format!(
                     "ticks are missed, {} keys take too long: up to {longest} of {period} cycles",
                     keys.join(" and ")
@@ -347,7 +284,7 @@ impl Emulated {
     }
 
     fn cores(&self) -> std::ops::Range<usize> {
-        0..self.of_core.len()
+        0..self.image.keys_of_cores.len()
     }
 
     /// Whether something holds on all cores.
@@ -358,7 +295,9 @@ impl Emulated {
 
     /// Ticks that any core has missed.
     fn missed(&self) -> Result<u32, String> {
-        self.cores().map(|core| self.block(core, at::MISSED)).sum()
+        self.cores()
+            .map(|core| self.block(core, core_block::MISSED))
+            .sum()
     }
 
     /// The longest tick of each core, in words.
@@ -370,99 +309,6 @@ impl Emulated {
         longest.join(" and ")
     }
 
-    fn is_up(&self, core: usize) -> Result<bool, String> {
-        for segment in self.segments(core) {
-            let state = self.symbol(&format!("{}_state", segment.name))?;
-            for key in 0..segment.keys {
-                let gain = segment.layout.gain(key);
-                if gain
-                    .map(|gain| self.word(state + gain))
-                    .transpose()?
-                    .is_some_and(|gain| gain != 1 << 16)
-                {
-                    return Ok(false);
-                }
-            }
-        }
-        Ok(true)
-    }
-
-    /// The states of a core's segments.
-    fn states(&self, core: usize) -> Result<Vec<Vec<u8>>, String> {
-        let state = |segment: &Segment| {
-            let mut state = vec![0; segment.layout.size() as usize];
-            let from = self.symbol(&format!("{}_state", segment.name))?;
-            self.machine
-                .bus
-                .memory
-                .read(from, &mut state)
-                .map_err(|e| e.to_string())?;
-            Ok(state)
-        };
-        self.segments(core).iter().map(state).collect()
-    }
-
-    /// What a core's keys emitted since the last call.
-    fn events(&mut self, core: usize) -> Result<Vec<Happened>, String> {
-        let mut all = Vec::new();
-        for at in 0..self.segments(core).len() {
-            let (happened, taken) = self.events_of(core, at)?;
-            self.taken[core][at] = taken;
-            all.extend(happened);
-        }
-        // One zone after the other has told its ticks.
-        if self.segments(core).len() > 1 {
-            all.sort_by_key(|happened| happened.tick);
-        }
-        Ok(all)
-    }
-
-    /// What a segment's keys emitted, and how many bytes of it are taken then.
-    fn events_of(&self, core: usize, at: usize) -> Result<(Vec<Happened>, u32), String> {
-        let (segment, mut taken) = (&self.segments(core)[at], self.taken[core][at]);
-        let Some(ring) = segment.layout.events() else {
-            return Ok((Vec::new(), taken));
-        };
-        let kernel = &self.kernels[segment.part];
-        let state = self.symbol(&format!("{}_state", segment.name))?;
-        let start = self.symbol(&format!("{}_events", segment.name))? + ring.start;
-        if self.word(state + ring.lost)? > 0 {
-            return Err("more events in a tick than the ring holds".to_string());
-        }
-        let head = self.word(state + ring.head)?;
-        let first = if core == 0 { 0 } else { self.of_core[0] };
-        let mut all = Vec::new();
-        while taken != head {
-            let record = |at: u32| self.word(start + (taken.wrapping_add(at) & (ring.bytes - 1)));
-            let (tick, what) = (record(0)?, record(4)?);
-            if what == EVENT_MARK {
-                taken = ring.behind_mark(taken);
-                continue;
-            }
-            let event = what >> 16;
-            let args = kernel
-                .events
-                .get(event as usize)
-                .map_or(0, |event| event.args);
-            let args: Result<Vec<i32>, String> = (0..args)
-                .map(|arg| Ok(record(8 + 4 * arg)? as i32))
-                .collect();
-            let key = (what & 0xffff) + first;
-            let happened = Happened {
-                tick: tick.into(),
-                key,
-                event,
-                args: args?,
-            };
-            // The key that only the board has is nobody's.
-            if (key as usize) < self.keys {
-                all.push(happened);
-            }
-            taken = taken.wrapping_add(ring.event);
-        }
-        Ok((all, taken))
-    }
-
     fn converter(&mut self) -> Result<&mut Converter, String> {
         self.machine
             .bus
@@ -472,31 +318,5 @@ impl Emulated {
 
     fn ticks(&mut self) -> Result<u32, String> {
         Ok(self.converter()?.ticks())
-    }
-
-    fn block(&self, core: usize, offset: u32) -> Result<u32, String> {
-        self.word(self.symbol(CORES[core])? + offset)
-    }
-
-    fn symbol(&self, name: &str) -> Result<u32, String> {
-        let found = self
-            .whole
-            .image
-            .symbols
-            .iter()
-            .find(|symbol| symbol.name == name);
-        found
-            .map(|symbol| symbol.address)
-            .ok_or_else(|| format!("the image has no `{name}`"))
-    }
-
-    fn word(&self, address: u32) -> Result<u32, String> {
-        let mut bytes = [0; 4];
-        self.machine
-            .bus
-            .memory
-            .read(address, &mut bytes)
-            .map_err(|e| e.to_string())?;
-        Ok(u32::from_le_bytes(bytes))
     }
 }

@@ -1,15 +1,19 @@
-//! What an image must know of an instrument and its device, in the firmware's words.
+//! Parameters of an image: what it must know of instruments and their device, in the firmware's
+//! words.
 //!
 //! ```text
 //!   device (full scale, motor) ---.
-//!   senses (range)             ---+--> firmware::Setup --firmware::whole--> Image
-//!   events (note, release)     -------> firmware::Midi, for each program
+//!   senses (range)             ---+--> firmware::Setup ------.
+//!   events (note, release)     -------> ImageInstrument ------+--pipeline::build--> Image
 //! ```
 //!
 //! Not here: the firmware itself (the compiler), files.
 
-use whippen_compiler::firmware::{Midi, Motor, Passivity, Setup, divided};
-use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::firmware::{Instrument, Midi, Motor, Passivity, Setup, divide_equally};
+use whippen_compiler::image::{Place, places};
+use whippen_compiler::modes::Modes;
+use whippen_compiler::pipeline::{CompileError, Compiled, Observer, specialize};
+use whippen_compiler::source::SourceMap;
 
 use crate::device::Device;
 
@@ -20,6 +24,47 @@ const END: f64 = 0.1;
 const MIDDLE_M_PER_S: f64 = 1.25;
 /// Speeds above this (m/s) have the greatest velocity.
 const FASTEST_M_PER_S: f64 = 8.0;
+
+/// An instrument as an image needs it.
+#[derive(Debug, Clone)]
+pub struct ImageInstrument {
+    /// The modes of its kernel, without probes.
+    pub modes: Modes,
+    /// Where its code was written; empty where nobody asks.
+    pub places: Vec<Place>,
+    /// Which events are notes.
+    pub midi: Midi,
+}
+
+impl ImageInstrument {
+    /// Of a compiled instrument, with so many instructions for all modes of a key. With a map of
+    /// its sources, its code knows its lines.
+    ///
+    /// # Errors
+    /// A defect of the compiler.
+    pub fn new(
+        compiled: &Compiled,
+        instructions: usize,
+        map: Option<&SourceMap>,
+        observer: Observer,
+    ) -> Result<ImageInstrument, CompileError> {
+        Ok(ImageInstrument {
+            modes: specialize(compiled, instructions, observer)?,
+            places: map.map_or_else(Vec::new, |map| places(&compiled.lowered.origins, map)),
+            midi: midi(compiled),
+        })
+    }
+
+    /// As the builder of images takes them.
+    pub fn borrow_all(all: &[ImageInstrument]) -> Vec<Instrument<'_>> {
+        let all = all.iter().map(|own| Instrument {
+            modes: &own.modes,
+            places: &own.places,
+            midi: &own.midi,
+        });
+        all.collect()
+    }
+}
 
 /// The firmware's setup for so many keys on a board with so many cores; the first is this MIDI
 /// note.
@@ -33,21 +78,21 @@ pub fn setup(
     cores: u32,
     first_note: u8,
 ) -> Result<Setup, String> {
-    with(
+    setup_with_motor(
         compiled,
         device,
-        divided(keys, cores),
+        divide_equally(keys, cores),
         first_note,
         motor(device)?,
     )
 }
 
-/// The same for somebody who only counts cycles: a motor's numbers are constants of code that is
-/// otherwise the same, so one stands in where the device says nothing of its own.
+/// As [`setup`], for somebody who only bounds cycles: a motor's numbers are constants of code that
+/// is otherwise the same, so one stands in where the device says nothing of its own.
 ///
 /// # Errors
 /// The device asks for more than the firmware's words can say, in words.
-pub fn setup_to_judge(
+pub fn setup_to_bound(
     compiled: &Compiled,
     device: &Device,
     keys: u32,
@@ -59,16 +104,16 @@ pub fn setup_to_judge(
         peak_ms: 100,
         newton: 1024,
     };
-    with(
+    setup_with_motor(
         compiled,
         device,
-        divided(keys, cores),
+        divide_equally(keys, cores),
         first_note,
         motor(device).unwrap_or(some),
     )
 }
 
-fn with(
+fn setup_with_motor(
     compiled: &Compiled,
     device: &Device,
     keys: Vec<u32>,
@@ -109,18 +154,21 @@ fn passivity(device: &Device, rate_hz: f64) -> Result<Option<Passivity>, String>
     let [low_j, high_j] = [18, 30].map(|bits| f64::from(1_u32 << bits) * unit_j);
     match words {
         Passivity { credit, .. } if !(1 << 18..=1 << 30).contains(&credit) => Err(format!(
-            "`passivity.energy` of the device `{}` is {energy_j:.3e} J, and its words can say {low_j:.1e} to {high_j:.1e} J",
+            "[passivity] of the device `{}`: value out of range (energy {energy_j:.3e} J, of \
+             {low_j:.1e} J .. {high_j:.1e} J)",
             device.name
         )),
         Passivity { past: 17.., .. } => Err(format!(
-            "the device `{}` is late by {late:.1} ticks, and `passivity` looks back 15 at most",
+            "[passivity] of the device `{}`: value out of range (delay of sensor and drive \
+             {late:.1} ticks, at most 15)",
             device.name
         )),
         Passivity {
             damping: 8192.., ..
         } => Err(format!(
-            "the key of the device `{}` has more damping of its own than `passivity` can count",
-            device.name
+            "[passivity] of the device `{}`: value out of range (damping of the key {}/256 \
+             drive words for a sensor word a tick, at most 8191/256)",
+            device.name, words.damping
         )),
         words => Ok(Some(words)),
     }

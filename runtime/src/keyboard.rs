@@ -14,11 +14,11 @@ mod outcome;
 
 pub use outcome::{Outcome, PlayedNote, Strike};
 
-use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use whippen_compiler::kernel;
+use whippen_compiler::keyboard::{KeyRange, Layout, Program, Zone};
 use whippen_compiler::lower::LoweredEventKind;
 use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::{Compiled, compile};
@@ -59,25 +59,38 @@ pub struct KeyLog {
     pub sense_clamped: usize,
 }
 
-/// Neighbouring keys of a keyboard that play one instrument.
-#[derive(Debug, Clone)]
-pub struct Part<'a> {
-    /// What they play, with the values of all keys of the keyboard.
-    pub model: &'a Model,
-    /// Which keys, counted from 0 at the lowest of the keyboard.
-    pub keys: Range<usize>,
+/// A program of a keyboard, and what its instruments are.
+#[derive(Debug, Clone, Copy)]
+pub struct PlayedProgram<'a> {
+    /// Which keys play what.
+    pub program: &'a Program,
+    /// The instruments by their numbers, each with the values of all keys of the keyboard.
+    pub instruments: &'a [Model],
+}
+
+impl<'a> PlayedProgram<'a> {
+    /// What a zone's keys play.
+    pub fn model_of(&self, zone: &Zone) -> &'a Model {
+        &self.instruments[zone.instrument.index()]
+    }
+
+    /// What a key plays; what the first zone plays, where there is no such key.
+    pub fn model_of_key(&self, key: u32) -> &'a Model {
+        let zones = &self.program.zones;
+        self.model_of(self.program.zone_of_key(key).unwrap_or(&zones[0]))
+    }
 }
 
 /// What a group gives.
 type Logs = Result<Vec<KeyLog>, String>;
 
 /// Plays keys, which come from the lowest up, for so many ticks, on so many threads. `progress` is
-/// told keys times ticks that were done since the last time. Every key is in one of the parts.
+/// told keys times ticks that were done since the last time.
 ///
 /// # Errors
 /// The instrument cannot be compiled or run on this machine: a defect, in words.
 pub fn play(
-    parts: &[Part],
+    played: &PlayedProgram,
     device: &Device,
     kind: EngineKind,
     keys: &[PlayingKey],
@@ -85,18 +98,16 @@ pub fn play(
     threads: usize,
     progress: impl Fn(usize) + Sync,
 ) -> Result<Vec<KeyLog>, String> {
-    let of_part = |part: &Part| {
-        let at = |key: usize| keys.partition_point(|playing| playing.index < key);
-        at(part.keys.start)..at(part.keys.end)
+    let playing_in = |zone: &Zone| {
+        let at = |key: u32| keys.partition_point(|playing| playing.index < key as usize);
+        &keys[at(zone.keys.first)..at(zone.keys.end)]
     };
-    let groups: Vec<(&Model, &[PlayingKey])> = parts
-        .iter()
-        .flat_map(|part| {
-            keys[of_part(part)]
-                .chunks(GROUP)
-                .map(|group| (part.model, group))
-        })
-        .collect();
+    let mut groups: Vec<(&Model, &[PlayingKey])> = Vec::new();
+    for zone in &played.program.zones {
+        let model = played.model_of(zone);
+        let of_zone = playing_in(zone).chunks(GROUP);
+        groups.extend(of_zone.map(|group| (model, group)));
+    }
     let done: Mutex<Vec<(usize, Logs)>> = Mutex::new(Vec::new());
     let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
     std::thread::scope(|scope| {
@@ -127,64 +138,43 @@ pub fn play(
 }
 
 /// Plays all keys of a keyboard on one emulated board of that kind, and gives what it took besides.
-/// Every key is in one of the parts.
 ///
 /// # Errors
 /// There is no image of so many keys, or a tick is missed, in words.
 pub fn play_on_board(
-    parts: &[Part],
+    played: &PlayedProgram,
     device: &Device,
     board: BoardKind,
     keys: &[PlayingKey],
     ticks: usize,
     progress: impl Fn(usize),
 ) -> Result<(Vec<KeyLog>, Load), String> {
-    let compiled = |part: &Part| {
-        let model = model_of_keys(part.model, &part.keys.clone().collect::<Vec<_>>());
-        compile(model, device.scales(), false).map_err(|e| format!("{e:?}"))
+    let all = Layout {
+        first_note: 0,
+        keys: keys.len() as u32,
+        programs: vec![played.program.clone()],
     };
-    let compiled: Vec<Compiled> = parts.iter().map(compiled).collect::<Result<_, _>>()?;
-    let of_parts: Vec<(usize, &Compiled)> = parts
+    let (layout, instruments) = all.only(|_| true);
+    let compiled: Vec<Compiled> = instruments
         .iter()
-        .map(|part| part.keys.len())
-        .zip(&compiled)
-        .collect();
-    let mut engine = Emulated::of_parts(&of_parts, device, board)?;
-    let groups = parts
-        .iter()
-        .zip(&compiled)
-        .map(|(part, compiled)| Group::new(compiled, device, &keys[part.keys.clone()]));
-    let mut groups: Vec<Group> = groups.collect();
+        .map(|id| played.instruments[id.index()].clone())
+        .map(|model| compile(model, device.scales(), false).map_err(|e| format!("{e:?}")))
+        .collect::<Result<_, _>>()?;
+    let borrowed: Vec<&Compiled> = compiled.iter().collect();
+    let mut engine = Emulated::of_layout(&layout, &borrowed, device, board)?;
+    let mut zones: Vec<ZoneGroup> = Vec::new();
+    for zone in &layout.programs[0].zones {
+        let compiled = &compiled[zone.instrument.index()];
+        zones.push(ZoneGroup {
+            keys: zone.keys,
+            group: Group::new(compiled, device, &keys[zone.keys.indices()]),
+        });
+    }
     let mut drive = vec![0; keys.len()];
     for block in (0..ticks).step_by(BLOCK) {
         let end = ticks.min(block + BLOCK);
         for tick in block..end {
-            groups.iter_mut().for_each(|group| group.sense(tick));
-            let words = groups
-                .iter()
-                .map(|group| &group.words[..])
-                .collect::<Vec<_>>()
-                .concat();
-            if tick == 0 {
-                engine.start(&words);
-            }
-            engine.tick(&words, &mut drive);
-            for (part, group) in parts.iter().zip(&mut groups) {
-                group.driven(&drive[part.keys.clone()], tick);
-            }
-            for happened in engine.drain() {
-                let of = parts
-                    .iter()
-                    .position(|part| part.keys.contains(&(happened.key as usize)));
-                let Some(of) = of else { continue };
-                let key = happened.key - parts[of].keys.start as u32;
-                for happened in decode(
-                    &compiled[of].lowered.events,
-                    vec![kernel::Happened { key, ..happened }],
-                ) {
-                    groups[of].happened(happened, tick);
-                }
-            }
+            play_tick(&mut engine, &mut zones, &mut drive, tick);
         }
         progress((end - block) * keys.len());
         if let Some(trouble) = engine.trouble() {
@@ -192,9 +182,44 @@ pub fn play_on_board(
         }
     }
     Ok((
-        groups.into_iter().flat_map(|group| group.logs).collect(),
+        zones.into_iter().flat_map(|zone| zone.group.logs).collect(),
         engine.load(),
     ))
+}
+
+/// The keys of a zone on a board.
+struct ZoneGroup<'a> {
+    keys: KeyRange,
+    group: Group<'a>,
+}
+
+/// One tick of all keys of a board.
+fn play_tick(engine: &mut Emulated, zones: &mut [ZoneGroup], drive: &mut [i16], tick: usize) {
+    let mut words = Vec::new();
+    for zone in zones.iter_mut() {
+        zone.group.sense(tick);
+        words.extend_from_slice(&zone.group.words);
+    }
+    if tick == 0 {
+        engine.start(&words);
+    }
+    engine.tick(&words, drive);
+    for zone in zones.iter_mut() {
+        zone.group.driven(&drive[zone.keys.indices()], tick);
+    }
+    for happened in engine.drain() {
+        let Some(zone) = zones
+            .iter_mut()
+            .find(|zone| zone.keys.contains(happened.key))
+        else {
+            continue;
+        };
+        let key = happened.key - zone.keys.first;
+        let of_zone = vec![kernel::Happened { key, ..happened }];
+        for decoded in decode(&zone.group.compiled.lowered.events, of_zone) {
+            zone.group.happened(decoded, tick);
+        }
+    }
 }
 
 /// The instrument as some keys of a keyboard have it: their values of what is set per key.

@@ -13,20 +13,19 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::ValueHint;
-use whippen_compiler::budget::{
-    Bound, Bounded, Budget, Dearest, NotBounded, Program, Zone, cores, missed, mode_names,
-};
+use whippen_compiler::budget::{Bound, Bounded, Budget, Dearest, ZoneBound, missed, mode_names};
 use whippen_compiler::check::note_name;
 use whippen_compiler::diag::{Diagnostic, Severity};
-use whippen_compiler::firmware::{Segment, Whole};
-use whippen_compiler::modes::Modes;
+use whippen_compiler::firmware::FirmwareImage;
+use whippen_compiler::keyboard::{self, ZoneId};
 use whippen_compiler::parallel;
-use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::pipeline::{self, Compiled, ProgramProof, unobserved};
 use whippen_runtime::files::write_whole;
+use whippen_runtime::image::ImageInstrument;
 use whippen_runtime::report::budget_page;
 
 use self::beyond::{Beyond, BeyondArgs};
-use super::setup::{PlayingPart, Setup, SetupArgs, name, not_bounded};
+use super::setup::{Setup, SetupArgs, not_bounded, symbol_prefix};
 use super::{command, load};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
@@ -56,42 +55,38 @@ pub struct Args {
 }
 
 /// Everything that is proven of an image.
-struct Proof<'a> {
+struct ImageProof<'a> {
     setup: &'a Setup,
-    whole: Whole,
-    program: Program,
+    image: FirmwareImage,
+    bytes: whippen_compiler::budget::Program,
     keys: u32,
     /// While it plays each of its programs.
-    played: Vec<Played<'a>>,
+    programs: Vec<ProgramReport<'a>>,
 }
 
 /// What is proven while one program plays.
-struct Played<'a> {
-    /// Its name.
-    name: String,
-    /// What its keys play, from the lowest up.
-    parts: Vec<Part<'a>>,
+struct ProgramReport<'a> {
+    program: &'a keyboard::Program,
+    /// From the lowest keys up.
+    zones: Vec<ZoneReport<'a>>,
     cores: Vec<Bounded>,
-    /// By core and zone: which part it is of.
-    part_of: Vec<Vec<usize>>,
     budget: Budget,
 }
 
-/// Neighbouring keys that play one instrument.
-struct Part<'a> {
+/// What is shown of a zone besides its bounds.
+struct ZoneReport<'a> {
     compiled: &'a Compiled,
-    /// Which of the setup's instruments it is.
-    instrument: usize,
+    of: &'a keyboard::Zone,
     /// Its keys by their notes, where not all keys play it.
-    keys: Option<String>,
+    notes: Option<String>,
     /// The modes of a key, in words.
     modes: Vec<String>,
 }
 
 pub fn run(args: &Args) -> Outcome {
-    let setup = args.setup.all()?;
-    setup.supported()?;
-    if let Some(zones) = setup.zones().filter(|_| args.most_keys) {
+    let setup = args.setup.all_programs()?;
+    setup.check_supported()?;
+    if let Some(zones) = setup.layout.split_program().filter(|_| args.most_keys) {
         let why = "zones are for the keys of their keyboard: --most-keys counts keys that all play one instrument, so name one";
         return Err(Failure::Usage(format!("`{}`: {why}", zones.name)));
     }
@@ -106,7 +101,7 @@ pub fn run(args: &Args) -> Outcome {
                 .map(beyond)
                 .collect::<Result<Vec<_>, _>>()
         },
-        || Proof::wanted(&setup, args.most_keys),
+        || ImageProof::wanted(&setup, args.most_keys),
     );
     let (proof, keys_fitting) = proven?;
     if let Some(path) = &args.path {
@@ -115,16 +110,16 @@ pub fn run(args: &Args) -> Outcome {
             .map_err(|error| Failure::Usage(error.to_string()))?;
     }
     let (mut shown, all_beyond) = (Vec::new(), all_beyond?);
-    for (played, playing) in proof.played.iter().zip(&setup.programs) {
-        // The field `key` is about the dearest part, and so is what is said beyond time; zones have
+    for played in &proof.programs {
+        // The field `key` is about the slowest zone, and so is what is said beyond time; zones have
         // their own.
-        let (_, dearest) = played.dearest_part();
-        let beyond = &all_beyond[dearest.instrument];
+        let slowest = played.zone(played.slowest_zone());
+        let beyond = &all_beyond[slowest.of.instrument.index()];
         let json = || {
             let mut budget = proof.json(played);
             beyond.add_to(&setup.map, &mut budget);
-            played.add_zones(&mut budget, |zone, part| {
-                all_beyond[part.instrument].add_to(&setup.map, zone)
+            played.add_zones(&mut budget, |json, zone| {
+                all_beyond[zone.of.instrument.index()].add_to(&setup.map, json)
             });
             budget
         };
@@ -132,10 +127,12 @@ pub fn run(args: &Args) -> Outcome {
             say!("{}", json());
         } else {
             let mut text = proof.table(played);
-            for instrument in playing.instruments() {
+            for instrument in played.program.instruments() {
+                let instrument = instrument.index();
                 all_beyond[instrument].warn(&setup.map);
-                if playing.parts.len() > 1 {
-                    let _ = writeln!(text, "\n{}", name(&setup.instruments[instrument]));
+                if played.program.is_split() {
+                    let name = symbol_prefix(&setup.instruments[instrument]);
+                    let _ = writeln!(text, "\n{name}");
                 }
                 text += &all_beyond[instrument].text(&setup.device);
             }
@@ -143,7 +140,7 @@ pub fn run(args: &Args) -> Outcome {
         }
         if args.report.is_some() {
             let mut budget = json();
-            beyond.add_map_to(&dearest.compiled.model, &mut budget);
+            beyond.add_map_to(&slowest.compiled.model, &mut budget);
             shown.push(budget);
         }
     }
@@ -153,7 +150,7 @@ pub fn run(args: &Args) -> Outcome {
             .map_err(|error| Failure::Usage(error.to_string()))?;
     }
     let missed: Vec<Diagnostic> = proof
-        .played
+        .programs
         .iter()
         .filter_map(|played| proof.missed(played, keys_fitting))
         .collect();
@@ -165,97 +162,59 @@ pub fn run(args: &Args) -> Outcome {
     }
 }
 
-impl<'a> Proof<'a> {
+impl<'a> ImageProof<'a> {
     /// Of the keys that are wanted, or of as many as fit. How many that are is also found out where
     /// those that are wanted do not, but for zones, whose keys are their keyboard's.
     fn wanted(setup: &'a Setup, most: bool) -> Result<(Self, Option<u32>), Failure> {
-        let modes = setup.modes();
+        let instruments = setup.image_instruments()?;
         let fitting = |most: &Self| if most.fits() { most.keys } else { 0 };
         if most {
-            let found = Self::most(setup, &modes)?;
+            let found = Self::most_keys(setup, &instruments)?;
             let keys = fitting(&found);
             return Ok((found, Some(keys)));
         }
-        let found = Self::find(setup, &modes, setup.keys)?;
-        if found.fits() || setup.zones().is_some() {
+        let found = Self::find(setup, &instruments, setup.keys)?;
+        if found.fits() || setup.layout.split_program().is_some() {
             return Ok((found, None));
         }
-        let most = Self::most(setup, &modes)?;
+        let most = Self::most_keys(setup, &instruments)?;
         Ok((found, Some(fitting(&most))))
     }
 
     /// Bounds the image of so many keys, while it plays each of its programs.
-    fn find(setup: &'a Setup, modes: &[Modes], keys: u32) -> Result<Self, Failure> {
-        let (whole, _) = setup.whole_to_judge(modes, keys)?;
-        let program = Program::of(&whole.image);
-        let played = setup.programs.iter().enumerate().map(|(number, playing)| {
-            let cores = cores(
-                &whole.image,
-                &program,
-                &setup.board,
-                &whole.keys(number),
-                number,
-            )
-            .map_err(|error: NotBounded| not_bounded(&error))?;
-            let part = |part: &PlayingPart| {
-                let compiled = &setup.instruments[part.instrument];
-                let keys = part
-                    .notes
-                    .map(|(low, high)| format!("{} .. {}", note_name(low), note_name(high)));
-                let modes = mode_names(&compiled.model, &modes[part.instrument]);
-                Part {
-                    compiled,
-                    instrument: part.instrument,
-                    keys,
-                    modes,
-                }
-            };
-            let parts: Vec<Part> = playing.parts.iter().map(part).collect();
-            let budget = Budget::of(
-                &cores,
-                setup.board.clock_hz,
-                parts[0].compiled.model.rate_hz,
-            );
-            let segments = |core: &Vec<Segment>| core.iter().map(|segment| segment.part).collect();
-            let part_of = whole.programs[number].iter().map(segments).collect();
-            Ok(Played {
-                name: playing.name.clone(),
-                parts,
-                cores,
-                part_of,
-                budget,
-            })
-        });
-        let played = played.collect::<Result<_, Failure>>()?;
+    fn find(setup: &'a Setup, instruments: &[ImageInstrument], keys: u32) -> Result<Self, Failure> {
+        let image = setup.build_to_bound(instruments, keys)?;
+        let rate_hz = setup.first().model.rate_hz;
+        let proof = pipeline::prove(&image, &setup.board, rate_hz, &mut unobserved)
+            .map_err(|error| not_bounded(&error))?;
+        let all = setup.layout.programs.iter().zip(proof.programs);
+        let programs =
+            all.map(|(program, proof)| ProgramReport::new(setup, instruments, program, proof));
         Ok(Self {
             setup,
-            whole,
-            program,
+            programs: programs.collect(),
+            bytes: proof.bytes,
+            image,
             keys,
-            played,
         })
     }
 
     /// The image of as many keys as fit; of the fewest where none fit.
-    fn most(setup: &'a Setup, modes: &[Modes]) -> Result<Self, Failure> {
+    fn most_keys(setup: &'a Setup, instruments: &[ImageInstrument]) -> Result<Self, Failure> {
         let [least, most] = setup.keys_possible();
-        let (mut fits, mut exceeds) = (Self::find(setup, modes, least)?, most + 1);
+        let (mut fits, mut exceeds) = (Self::find(setup, instruments, least)?, most + 1);
         if !fits.fits() {
             return Ok(fits);
         }
         while fits.keys + 1 < exceeds {
             // What is left, in keys: right but for what grows around them.
-            let left = |played: &Played| {
-                played
-                    .budget
-                    .cores
-                    .iter()
-                    .map(|core| core.more_keys)
-                    .sum::<u32>()
+            let left = |played: &ProgramReport| {
+                let cores = played.budget.cores.iter();
+                cores.map(|core| core.more_keys).sum::<u32>()
             };
-            let more = fits.played.iter().map(left).min().unwrap_or(0).max(1);
+            let more = fits.programs.iter().map(left).min().unwrap_or(0).max(1);
             let next = fits.keys.saturating_add(more).min(exceeds - 1);
-            match Self::find(setup, modes, next) {
+            match Self::find(setup, instruments, next) {
                 Ok(tried) if tried.fits() => fits = tried,
                 Ok(_) | Err(Failure::Usage(_) | Failure::Program) => exceeds = next,
                 Err(other) => return Err(other),
@@ -266,74 +225,99 @@ impl<'a> Proof<'a> {
 
     /// Whether every program is in time.
     fn fits(&self) -> bool {
-        self.played.iter().all(|played| played.budget.fits())
+        self.programs.iter().all(|played| played.budget.fits())
     }
 
     /// A deadline that is missed, with the lines that cost most and what would be enough.
-    fn missed(&self, played: &Played, keys_fitting: Option<u32>) -> Option<Diagnostic> {
-        let (_, part) = played.dearest_part();
-        let place = (played.name.as_str(), part.compiled.model.span);
+    fn missed(&self, played: &ProgramReport, keys_fitting: Option<u32>) -> Option<Diagnostic> {
+        let zone = played.zone(played.slowest_zone());
+        let place = (played.program.name.as_str(), zone.compiled.model.span);
         missed(
             &self.setup.map,
             place,
             &played.budget,
-            &self.program,
+            &self.bytes,
             played.dearest(),
             keys_fitting,
         )
     }
 }
 
-impl<'a> Played<'a> {
+impl<'a> ProgramReport<'a> {
+    fn new(
+        setup: &'a Setup,
+        instruments: &[ImageInstrument],
+        program: &'a keyboard::Program,
+        proof: ProgramProof,
+    ) -> Self {
+        let zone = |of: &'a keyboard::Zone| {
+            let compiled = &setup.instruments[of.instrument.index()];
+            let note = |key: u32| note_name(setup.layout.note_of(key));
+            let notes = || format!("{} .. {}", note(of.keys.first), note(of.keys.end - 1));
+            let modes = &instruments[of.instrument.index()].modes;
+            ZoneReport {
+                compiled,
+                of,
+                notes: program.is_split().then(notes),
+                modes: mode_names(&compiled.model, modes),
+            }
+        };
+        ProgramReport {
+            program,
+            zones: program.zones.iter().map(zone).collect(),
+            cores: proof.cores,
+            budget: proof.budget,
+        }
+    }
+
     /// The mode that costs most, and its bound with nobody else at the bus.
     fn dearest(&self) -> Dearest<'_> {
-        let (number, part) = self.dearest_part();
+        let id = self.slowest_zone();
+        let modes = &self.zone(id).modes;
         let bounds = self
-            .zones(number)
-            .flat_map(|(alone, _)| part.modes.iter().zip(&alone.tick.modes));
-        let dearest = bounds.max_by_key(|(_, (_, bound))| bound.cycles_max);
-        let (mode, bound) = dearest.map_or(
+            .bounds(id)
+            .flat_map(|(alone, _)| modes.iter().zip(&alone.tick.modes));
+        let slowest = bounds.max_by_key(|(_, (_, bound))| bound.cycles_max);
+        let (mode, bound) = slowest.map_or(
             ("any state", &self.cores[0].alone.handler),
             |(name, (_, bound))| (name.as_str(), bound),
         );
         Dearest { mode, bound }
     }
 
-    /// The part that has it, by its number.
-    fn dearest_part(&self) -> (usize, &Part<'a>) {
-        let cycles = |number: usize| {
-            self.zones(number)
-                .map(|(alone, _)| alone.tick.key_cycles_max())
-                .max()
+    /// The zone of that number.
+    fn zone(&self, id: ZoneId) -> &ZoneReport<'a> {
+        &self.zones[id.index()]
+    }
+
+    /// All zones with their numbers.
+    fn numbered_zones(&self) -> impl DoubleEndedIterator<Item = (ZoneId, &ZoneReport<'a>)> {
+        let numbered = self.zones.iter().enumerate();
+        numbered.map(|(number, zone)| (ZoneId(number as u32), zone))
+    }
+
+    /// The zone whose keys take the most cycles; of equal ones the first.
+    fn slowest_zone(&self) -> ZoneId {
+        let cycles = |id: ZoneId| {
+            let bounds = self.bounds(id);
+            bounds.map(|(alone, _)| alone.tick.key_cycles_max()).max()
         };
-        let number = (0..self.parts.len())
-            .rev()
-            .max_by_key(|&number| cycles(number))
-            .unwrap_or(0);
-        (number, &self.parts[number])
+        let zones = self.numbered_zones().rev().map(|(id, _)| id);
+        zones.max_by_key(|id| cycles(*id)).unwrap_or(ZoneId(0))
     }
 
-    /// The keys of a part on each core, alone and crowded.
-    fn zones(&self, part: usize) -> impl Iterator<Item = (&Zone, &Zone)> {
-        self.cores
+    /// The bounds of a zone's keys on each core, alone and crowded.
+    fn bounds(&self, zone: ZoneId) -> impl Iterator<Item = (&ZoneBound, &ZoneBound)> {
+        let all = self
+            .cores
             .iter()
-            .zip(&self.part_of)
-            .flat_map(move |(core, parts)| {
-                let zones = core
-                    .alone
-                    .zones
-                    .iter()
-                    .zip(&core.contended.zones)
-                    .zip(parts);
-                zones
-                    .filter(move |(_, of)| **of == part)
-                    .map(|(zones, _)| zones)
-            })
+            .flat_map(|core| core.alone.zones.iter().zip(&core.contended.zones));
+        all.filter(move |(alone, _)| alone.of.zone == zone)
     }
 
-    /// The bounds of one mode of a part on each core, alone and crowded.
-    fn mode(&self, part: usize, index: usize) -> impl Iterator<Item = (&Bound, &Bound)> {
-        self.zones(part).filter_map(move |(alone, crowded)| {
+    /// The bounds of one mode of a zone on each core, alone and crowded.
+    fn mode(&self, zone: ZoneId, index: usize) -> impl Iterator<Item = (&Bound, &Bound)> {
+        self.bounds(zone).filter_map(move |(alone, crowded)| {
             Some((
                 &alone.tick.modes.get(index)?.1,
                 &crowded.tick.modes.get(index)?.1,

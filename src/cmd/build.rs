@@ -33,9 +33,9 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Outcome {
     let setup = if args.output.is_image() {
-        args.setup.all()?
+        args.setup.all_programs()?
     } else {
-        args.setup.one()?
+        args.setup.one_instrument()?
     };
     files::write(&setup, args)
 }

@@ -77,7 +77,7 @@ fn once(args: &Args) -> Outcome {
             Err(other) => return Err(other),
         };
         if let Some(warnings) = judged {
-            load::tell(form, &map, &warnings, Severity::Warning);
+            load::report(form, &map, &warnings, Severity::Warning);
         }
         if args.json {
             args.numbers.then(|| say!("{}", json::numbers(&compiled)));
@@ -95,7 +95,7 @@ fn once(args: &Args) -> Outcome {
         say!(
             "{}: ok ({} keys at {} Hz)",
             keyboard.name,
-            keyboard.keys(),
+            keyboard.layout.keys,
             keyboard.rate_hz
         );
     }

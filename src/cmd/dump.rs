@@ -1,16 +1,20 @@
 //! `whippen dump`
 
+use std::fmt::Display;
+
 use clap::ValueHint;
-use whippen_compiler::check::Options;
+use whippen_compiler::check::{Options, Program};
 use whippen_compiler::diag::Severity;
-use whippen_compiler::kernel::{Kernel, without_probes};
-use whippen_compiler::modes::{self, INSTRUCTIONS, Modes, verify};
-use whippen_compiler::pipeline::PASSES;
+use whippen_compiler::keyboard::Layout;
+use whippen_compiler::model::Model;
+use whippen_compiler::modes::INSTRUCTIONS;
+use whippen_compiler::pipeline::{self, Observer, PASSES, Pass};
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::syntax::{parse, pretty};
 use whippen_runtime::device::Device;
+use whippen_runtime::image::{ImageInstrument, setup_to_bound};
 
-use super::load;
+use super::{load, setup};
 use crate::exit::{Failure, Outcome};
 use crate::say;
 
@@ -20,7 +24,8 @@ pub struct Args {
     /// The files of one program, and the name of an instrument if there are several
     #[arg(required = true, value_name = "FILE.. [INSTRUMENT]", value_hint = ValueHint::FilePath)]
     words: Vec<String>,
-    /// The last pass to run: parse, check, simplify, lower or modes
+    /// The last pass to run: parse, check, simplify, lower, modes, image or budget; the last two of
+    /// 88 keys on the keyboard's board, or rp2350
     #[arg(long, value_name = "PASS", default_value = "lower")]
     after: String,
     /// Leave out what only traces need: probes, and events for transitions
@@ -29,11 +34,9 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Outcome {
-    let Some(pass) = PASSES.iter().position(|(name, _)| *name == args.after) else {
-        let known: Vec<String> = PASSES
-            .iter()
-            .map(|(name, what)| format!("  {name:<10}{what}"))
-            .collect();
+    let Some(&pass) = PASSES.iter().find(|pass| pass.name() == args.after) else {
+        let known = |pass: &Pass| format!("  {:<10}{}", pass.name(), pass.makes());
+        let known: Vec<String> = PASSES.iter().map(known).collect();
         return Err(Failure::Usage(format!(
             "`{}` is no pass; passes are\n{}",
             args.after,
@@ -42,40 +45,67 @@ pub fn run(args: &Args) -> Outcome {
     };
     let (files, name) = load::split(&args.words)?;
     let texts = load::read(&files)?;
-    if pass == 0 {
-        return parsed(&texts);
+    if pass == Pass::Parse {
+        return print_trees(&texts);
     }
     let (map, program) = load::checked(&texts, &Options::default(), Severity::Warning)?;
     let model = load::instrument(&program, name)?;
-    if pass == 1 {
-        say::whole(&model.to_string());
-        return Ok(());
-    }
-    let compiled = load::compiled(&map, model.clone(), &Device::of(model), !args.bare)?;
-    match pass {
-        2 => say::whole(&compiled.step.model.to_string()),
-        3 => say::whole(&compiled.lowered.kernel.to_string()),
-        _ => say::whole(&specialised(&compiled.lowered.kernel)?.to_string()),
-    }
+    let mut text = String::new();
+    let mut observer = |made: Pass, form: &dyn Display| {
+        if made == pass {
+            text += &form.to_string();
+        }
+    };
+    let dumped = match pass {
+        Pass::Image | Pass::Budget => dump_image(&map, &program, model, &mut observer),
+        _ => dump_kernel(&map, model, pass, !args.bare, &mut observer),
+    };
+    dumped?;
+    say::whole(&text);
     Ok(())
 }
 
-/// The modes of a kernel, verified.
-fn specialised(kernel: &Kernel) -> Result<Modes, Failure> {
-    let modes = modes::specialise(&without_probes(kernel), INSTRUCTIONS);
-    verify::verify(&modes).map_err(|errors| {
-        let all: Vec<String> = errors.iter().map(ToString::to_string).collect();
-        Failure::Defect(format!(
-            "the modes of `{}`: {}",
-            kernel.name,
-            all.join("; ")
-        ))
-    })?;
-    Ok(modes)
+/// Runs the passes up to a Kernel or its modes.
+fn dump_kernel(
+    map: &SourceMap,
+    model: &Model,
+    last: Pass,
+    probes: bool,
+    observer: Observer,
+) -> Outcome {
+    if last == Pass::Check {
+        observer(last, model);
+        return Ok(());
+    }
+    let compiled =
+        load::compiled_observed(map, model.clone(), &Device::of(model), probes, observer)?;
+    if last == Pass::Modes {
+        pipeline::specialize(&compiled, INSTRUCTIONS, observer)
+            .map_err(|error| load::report_compile_error(map, error))?;
+    }
+    Ok(())
+}
+/// Runs the passes up to the image of a keyboard, or to its budget.
+fn dump_image(map: &SourceMap, program: &Program, model: &Model, observer: Observer) -> Outcome {
+    let device = load::device(None, program, model)?;
+    let board = setup::find_board(None, program.keyboards.first())?;
+    let layout = Layout::of_one_instrument(&model.name, setup::KEYS, setup::FIRST_NOTE);
+    let compiled = load::compiled_observed(map, model.clone(), &device, false, observer)?;
+    let instrument = ImageInstrument::new(&compiled, INSTRUCTIONS, Some(map), observer)
+        .map_err(|error| load::report_compile_error(map, error))?;
+    let (keys, first_note) = (layout.keys, layout.first_note);
+    let setup = setup_to_bound(&compiled, &device, keys, board.cores, first_note)
+        .map_err(Failure::Usage)?;
+    let instruments = ImageInstrument::borrow_all(std::slice::from_ref(&instrument));
+    let image = pipeline::build(&layout, &instruments, &setup, &board, observer)
+        .map_err(|error| Failure::Usage(error.to_string()))?;
+    pipeline::prove(&image, &board, model.rate_hz, observer)
+        .map_err(|error| Failure::Defect(format!("no bound: {error}")))?;
+    Ok(())
 }
 
-/// The trees as source text; mistakes are told, and what could be read is printed all the same.
-fn parsed(texts: &[(String, String)]) -> Outcome {
+/// The trees as source text; mistakes are reported, and what could be read is printed all the same.
+fn print_trees(texts: &[(String, String)]) -> Outcome {
     let (mut map, mut diagnostics) = (SourceMap::default(), Vec::new());
     for (name, text) in texts {
         let index = map.add(name, text);

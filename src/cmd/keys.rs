@@ -1,12 +1,13 @@
 //! `run --midi`: a whole keyboard plays a performance.
 
-mod told;
+mod performance_report;
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Instant;
 
-use whippen_compiler::check::{self, Program, midi_number, note_name};
+use whippen_compiler::check::{Program, midi_number, note_name};
+use whippen_compiler::keyboard::{self, Layout};
 use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::source::SourceMap;
@@ -14,7 +15,10 @@ use whippen_emulator::BoardKind;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::gesture::{Follower, Move};
-use whippen_runtime::keyboard::{self, KeyLog, Outcome as Played, PlayingKey};
+use whippen_runtime::keyboard::{
+    KeyLog, Outcome as Played, PlayedProgram, PlayingKey, model_of_keys, play as play_keys,
+    play_on_board,
+};
 use whippen_runtime::midi::{self, Note, Performance};
 use whippen_runtime::report::{Made, Section, id};
 use whippen_runtime::session::{self, Run};
@@ -79,101 +83,97 @@ pub struct Setup<'a> {
     pub outputs: &'a Outputs,
 }
 
-/// The keys there are, and what is on them.
-struct Board<'a> {
+/// The keyboard on which a performance is played.
+struct PlayedKeyboard<'a> {
     name: Option<&'a str>,
-    /// The program that plays.
-    program: &'a str,
-    /// By rising key.
-    parts: Vec<keyboard::Part<'a>>,
-    first: u8,
-    last: u8,
+    /// Its keys, and the one program that plays.
+    layout: Layout,
+    /// All instruments of the checked program.
+    instruments: &'a [Model],
 }
 
-impl<'a> Board<'a> {
-    fn of(
+impl<'a> PlayedKeyboard<'a> {
+    /// The program of the keyboard that was named, or its first; 88 keys of the named or only
+    /// instrument, where there is no keyboard.
+    fn find(
         program: &'a Program,
         name: Option<&'a str>,
         args: &'a KeysArgs,
-    ) -> Result<Board<'a>, Failure> {
+    ) -> Result<PlayedKeyboard<'a>, Failure> {
         let name = args.program.as_deref().or(name);
         let Some(keyboard) = program.keyboards.first() else {
             let model = load::instrument(program, name)?;
-            let parts = vec![keyboard::Part { model, keys: 0..88 }];
-            return Ok(Board {
+            return Ok(PlayedKeyboard {
                 name: None,
-                program: &model.name,
-                parts,
-                first: 21,
-                last: 108,
+                layout: Layout::of_one_instrument(&model.name, 88, 21),
+                instruments: std::slice::from_ref(model),
             });
         };
-        let listed = || {
-            keyboard
-                .programs
-                .iter()
-                .map(|p| p.name.as_str())
-                .collect::<Vec<_>>()
-                .join(", ")
+        let layout = &keyboard.layout;
+        let found = match name {
+            Some(name) => layout.program_named(name),
+            None => layout.programs.first(),
         };
-        let playable = match name {
-            Some(name) => keyboard.program(name),
-            None => keyboard.programs.first(),
-        };
-        let Some(playable) = playable else {
-            let (name, board) = (name.unwrap_or_default(), &keyboard.name);
+        let Some(found) = found else {
+            let names: Vec<&str> = layout.programs.iter().map(|p| p.name.as_str()).collect();
             return Err(Failure::Usage(format!(
-                "`{name}` is no program of the keyboard `{board}`; its programs are: {}",
-                listed()
+                "`{}` is no program of the keyboard `{}`; its programs are: {}",
+                name.unwrap_or_default(),
+                keyboard.name,
+                names.join(", ")
             )));
         };
-        let index = |key: u8| usize::from(key - keyboard.first_key);
-        let part = |part: &check::Part| keyboard::Part {
-            model: &program.instruments[part.instrument],
-            keys: index(part.first_key)..index(part.last_key) + 1,
-        };
-        let parts = playable.parts.iter().map(part).collect();
-        let (first, last) = (keyboard.first_key, keyboard.last_key);
-        Ok(Board {
+        Ok(PlayedKeyboard {
             name: Some(&keyboard.name),
-            program: &playable.name,
-            parts,
-            first,
-            last,
+            layout: Layout {
+                programs: vec![found.clone()],
+                ..*layout
+            },
+            instruments: &program.instruments,
         })
+    }
+
+    /// The program that plays.
+    fn program(&self) -> &keyboard::Program {
+        &self.layout.programs[0]
+    }
+
+    /// That program with its instruments.
+    fn played(&self) -> PlayedProgram<'_> {
+        PlayedProgram {
+            program: self.program(),
+            instruments: self.instruments,
+        }
     }
 
     /// How many keys it has.
     fn keys(&self) -> usize {
-        usize::from(self.last - self.first) + 1
-    }
-
-    /// Key index of a MIDI number.
-    fn index(&self, key: u8) -> Option<usize> {
-        (self.first..=self.last)
-            .contains(&key)
-            .then(|| usize::from(key - self.first))
+        self.layout.keys as usize
     }
 
     /// What a key plays, by its index.
     fn model(&self, index: usize) -> &'a Model {
-        self.parts
-            .iter()
-            .find(|part| part.keys.contains(&index))
-            .map_or(self.parts[0].model, |part| part.model)
+        let zones = &self.program().zones;
+        let zone = self.program().zone_of_key(index as u32);
+        &self.instruments[zone.unwrap_or(&zones[0]).instrument.index()]
+    }
+
+    /// Its instruments, each once.
+    fn models(&self) -> impl Iterator<Item = &'a Model> {
+        let instruments = self.instruments;
+        let ids = self.program().instruments().into_iter();
+        ids.map(|id| &instruments[id.index()])
     }
 
     /// Ticks per second.
     fn rate_hz(&self) -> u32 {
-        self.parts[0].model.rate_hz
+        self.model(0).rate_hz
     }
 
     /// The event of a key that is a strike.
     fn strike(&self, index: usize) -> Option<usize> {
-        self.model(index)
-            .emissions
-            .iter()
-            .position(|e| e.name == "note")
+        let emissions = &self.model(index).emissions;
+        emissions.iter().position(|e| e.name == "note")
     }
 }
 
@@ -183,7 +183,7 @@ pub fn first_instrument<'a>(
     name: Option<&'a str>,
     args: &'a KeysArgs,
 ) -> Result<&'a Model, Failure> {
-    Ok(Board::of(program, name, args)?.parts[0].model)
+    Ok(PlayedKeyboard::find(program, name, args)?.model(0))
 }
 
 /// A performance laid out on a keyboard.
@@ -196,7 +196,7 @@ struct Score {
     ticks: usize,
 }
 
-fn score(performance: &Performance, board: &Board, seconds: Option<f64>) -> Score {
+fn score(performance: &Performance, keyboard: &PlayedKeyboard, seconds: Option<f64>) -> Score {
     let until_s = seconds.unwrap_or(f64::INFINITY);
     let wanted: Vec<Note> = performance
         .notes
@@ -205,7 +205,7 @@ fn score(performance: &Performance, board: &Board, seconds: Option<f64>) -> Scor
         .copied()
         .collect();
     let (mut keys, mut all) = (Vec::new(), Vec::new());
-    for key in board.first..=board.last {
+    for key in keyboard.layout.first_note..=keyboard.layout.last_note() {
         let own: Vec<(usize, Note)> = wanted
             .iter()
             .copied()
@@ -215,7 +215,7 @@ fn score(performance: &Performance, board: &Board, seconds: Option<f64>) -> Scor
         if !own.is_empty() {
             let (moves, made) = strokes(&own, LATER_S);
             keys.push(PlayingKey {
-                index: usize::from(key - board.first),
+                index: usize::from(key - keyboard.layout.first_note),
                 moves,
             });
             all.push(made);
@@ -230,9 +230,9 @@ fn score(performance: &Performance, board: &Board, seconds: Option<f64>) -> Scor
         .min(until_s);
     let outside = wanted
         .iter()
-        .filter(|n| board.index(n.key).is_none())
+        .filter(|n| keyboard.layout.key_of_note(n.key).is_none())
         .count();
-    let ticks = (end_s * f64::from(board.rate_hz())).ceil() as usize;
+    let ticks = (end_s * f64::from(keyboard.rate_hz())).ceil() as usize;
     Score {
         notes: wanted,
         keys,
@@ -244,8 +244,8 @@ fn score(performance: &Performance, board: &Board, seconds: Option<f64>) -> Scor
 
 /// Plays, tells, writes.
 pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
-    let board = Board::of(setup.program, setup.name, args)?;
-    let wanted = args.key.map(|key| traced_key(&board, key)).transpose()?;
+    let keyboard = PlayedKeyboard::find(setup.program, setup.name, args)?;
+    let wanted = args.key.map(|key| traced_key(&keyboard, key)).transpose()?;
     let outputs = setup.outputs;
     if wanted.is_none() && (outputs.out.is_some() || !outputs.plot.is_empty()) {
         return Err(Failure::Usage(
@@ -253,65 +253,63 @@ pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
         ));
     }
     let performance = midi::load(path).map_err(|e| Failure::Usage(e.to_string()))?;
-    let score = score(&performance, &board, setup.seconds);
+    let score = score(&performance, &keyboard, setup.seconds);
     if score.keys.is_empty() {
-        let (first, last) = (note_name(board.first), note_name(board.last));
+        let (first, last) = (
+            note_name(keyboard.layout.first_note),
+            note_name(keyboard.layout.last_note()),
+        );
         return Err(Failure::Usage(format!(
             "{}: no note is on the keys {first} .. {last}",
             path.display()
         )));
     }
-    if score.ticks as f64 > LONGEST_S * f64::from(board.rate_hz()) {
+    if score.ticks as f64 > LONGEST_S * f64::from(keyboard.rate_hz()) {
         return Err(Failure::Usage(format!(
             "{}: lasts more than six hours; play a part with --seconds",
             path.display()
         )));
     }
-    told::performance(path, &performance, &score, &board);
-    // What is wrong with the instrument is told as for any run.
-    for (at, part) in board.parts.iter().enumerate() {
-        if board.parts[..at]
-            .iter()
-            .all(|before| before.model.name != part.model.name)
-        {
-            setup.device.fits(part.model).map_err(Failure::Usage)?;
-            drop(load::compiled(
-                setup.map,
-                part.model.clone(),
-                setup.device,
-                false,
-            )?);
-        }
+    performance_report::report_file(path, &performance, &score, &keyboard);
+    // What is wrong with an instrument is reported as for any run.
+    for model in keyboard.models() {
+        setup.device.fits(model).map_err(Failure::Usage)?;
+        drop(load::compiled(
+            setup.map,
+            model.clone(),
+            setup.device,
+            false,
+        )?);
     }
-    let logs = play(setup, args, &board, &score)?;
-    let rate_hz = board.rate_hz();
+    let logs = play(setup, args, &keyboard, &score)?;
+    let rate_hz = keyboard.rate_hz();
     let played = Played::new(
         &score.notes,
         &logs,
         &score.strokes,
-        |key| board.strike(key),
+        |key| keyboard.strike(key),
         rate_hz,
     );
-    told::outcome(&board, &played, &logs);
+    performance_report::report_outcome(&keyboard, &played, &logs);
     if let Some(path) = &outputs.events {
-        let names = |key: u32| note_name(board.first.saturating_add(key as u8));
-        let trace = told::events(&board, &logs);
+        let names = |key: u32| note_name(keyboard.layout.note_of(key));
+        let trace = performance_report::events(&keyboard, &logs);
         trace
             .save_named_events(path, &names)
             .map_err(|e| Failure::Usage(e.to_string()))?;
         say!("events: {}", path.display());
     }
     let traced = wanted
-        .map(|index| trace_key(setup, &board, &score, index))
+        .map(|index| trace_key(setup, &keyboard, &score, index))
         .transpose()?;
     if let Some(to) = &outputs.report {
         let file = path
             .file_name()
             .map_or(String::new(), |name| name.to_string_lossy().into_owned());
-        let title = format!("{file} on {}", board.program.replace('_', " "));
-        let mut sections = vec![told::section(
+        let title = format!("{file} on {}", keyboard.program().name.replace('_', " "));
+        let mut sections = vec![performance_report::section(
             setup,
-            &board,
+            &keyboard,
             &score,
             &played,
             &logs,
@@ -323,22 +321,26 @@ pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
     Ok(())
 }
 
-fn traced_key(board: &Board, key: u8) -> Result<usize, Failure> {
-    let (first, last) = (note_name(board.first), note_name(board.last));
+fn traced_key(keyboard: &PlayedKeyboard, key: u8) -> Result<usize, Failure> {
+    let (first, last) = (
+        note_name(keyboard.layout.first_note),
+        note_name(keyboard.layout.last_note()),
+    );
     let wrong = || {
         Failure::Usage(format!(
             "the keyboard has the keys {first} .. {last}, and not {}",
             note_name(key)
         ))
     };
-    board.index(key).ok_or_else(wrong)
+    let key = keyboard.layout.key_of_note(key).ok_or_else(wrong)?;
+    Ok(key as usize)
 }
 
 /// All keys, with a progress bar.
 fn play(
     setup: &Setup,
     args: &KeysArgs,
-    board: &Board,
+    keyboard: &PlayedKeyboard,
     score: &Score,
 ) -> Result<Vec<KeyLog>, Failure> {
     let threads = args.threads.map_or_else(
@@ -346,51 +348,53 @@ fn play(
         |threads| threads as usize,
     );
     let keys = score.keys.len();
-    let progress = Mutex::new((Progress::new(score.ticks, board.rate_hz()), 0_usize));
+    let progress = Mutex::new((Progress::new(score.ticks, keyboard.rate_hz()), 0_usize));
     let start = Instant::now();
-    let tell = |key_ticks: usize| {
+    let report = |key_ticks: usize| {
         if let Ok(mut progress) = progress.lock() {
             progress.1 += key_ticks;
             progress.0.at(progress.1 / keys);
         }
     };
     let logs = if let Some(kind) = setup.engine.board() {
-        on_board(setup, board, kind, score, |ticks| {
-            tell(ticks * keys / board.keys())
+        on_board(setup, keyboard, kind, score, |ticks| {
+            report(ticks * keys / keyboard.keys())
         })
     } else {
-        keyboard::play(
-            &board.parts,
+        play_keys(
+            &keyboard.played(),
             setup.device,
             setup.engine,
             &score.keys,
             score.ticks,
             threads,
-            tell,
+            report,
         )
         .map_err(Failure::Defect)
     };
     if let Ok(progress) = progress.lock() {
         progress.0.done();
     }
-    let played_s = score.ticks as f64 / f64::from(board.rate_hz());
-    let of = board.name.map_or(String::new(), |name| format!("{name}, "));
+    let played_s = score.ticks as f64 / f64::from(keyboard.rate_hz());
+    let of = keyboard
+        .name
+        .map_or(String::new(), |name| format!("{name}, "));
     let (engine, factor) = (setup.engine, played_s / start.elapsed().as_secs_f64());
     let logs = logs?;
     say!(
         "{of}{}: {played_s:.2} s on engine {engine}, {threads} threads, {factor:.1}x real time",
-        board.program
+        keyboard.program().name
     );
     Ok(logs)
 }
 
-/// All keys of the keyboard on one board, those that rest too.
+/// All keys of the keyboard on one keyboard, those that rest too.
 fn on_board(
     setup: &Setup,
-    board: &Board,
+    keyboard: &PlayedKeyboard,
     kind: BoardKind,
     score: &Score,
-    tell: impl Fn(usize),
+    progress: impl Fn(usize),
 ) -> Result<Vec<KeyLog>, Failure> {
     let playing = |index: usize| score.keys.iter().find(|key| key.index == index).cloned();
     let key = |index: usize| {
@@ -399,11 +403,17 @@ fn on_board(
             ..PlayingKey::default()
         })
     };
-    let keys: Vec<PlayingKey> = (0..board.keys()).map(key).collect();
-    let (mut logs, load) =
-        keyboard::play_on_board(&board.parts, setup.device, kind, &keys, score.ticks, tell)
-            .map_err(|why| run::stopped(setup.engine, why))?;
-    run::tell_load(&load);
+    let keys: Vec<PlayingKey> = (0..keyboard.keys()).map(key).collect();
+    let (mut logs, load) = play_on_board(
+        &keyboard.played(),
+        setup.device,
+        kind,
+        &keys,
+        score.ticks,
+        progress,
+    )
+    .map_err(|why| run::stopped(setup.engine, why))?;
+    run::report_load(&load);
     logs.retain(|log| playing(log.index).is_some());
     Ok(logs)
 }
@@ -411,14 +421,14 @@ fn on_board(
 /// One key again, with everything recorded and written.
 fn trace_key(
     setup: &Setup,
-    board: &Board,
+    keyboard: &PlayedKeyboard,
     score: &Score,
     index: usize,
 ) -> Result<Section, Failure> {
-    let name = note_name(board.first + index as u8);
-    let model = keyboard::model_of_keys(board.model(index), &[index]);
+    let name = note_name(keyboard.layout.note_of(index as u32));
+    let model = model_of_keys(keyboard.model(index), &[index]);
     let compiled = load::compiled(setup.map, model, setup.device, true)?;
-    let rate_hz = f64::from(board.rate_hz());
+    let rate_hz = f64::from(keyboard.rate_hz());
     let moves = score
         .keys
         .iter()

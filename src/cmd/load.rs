@@ -4,15 +4,15 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
-use whippen_compiler::check::{Options, Playable, Program, note_name};
+use whippen_compiler::check::{Options, Program, note_name};
 use whippen_compiler::diag::{Diagnostic, Severity, render, summary};
-use whippen_compiler::front::compile_front;
+use whippen_compiler::keyboard;
 use whippen_compiler::model::Model;
-use whippen_compiler::pipeline::{self, CompileError, Compiled};
+use whippen_compiler::pipeline::{self, CompileError, Compiled, Observer};
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 use whippen_runtime::files::read_text;
-use whippen_runtime::keyboard;
+use whippen_runtime::keyboard::model_of_keys;
 
 use super::json;
 use crate::exit::Failure;
@@ -74,7 +74,7 @@ pub fn sets(texts: &[String]) -> Result<Vec<(String, String)>, Failure> {
     texts.iter().map(one).collect()
 }
 
-/// How diagnostics are told.
+/// The form in which diagnostics are reported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
     /// Drawn into excerpts of the source, to stderr.
@@ -104,8 +104,8 @@ pub fn checked_as(
     for (name, text) in files {
         map.add(name, text);
     }
-    let (program, diagnostics) = compile_front(&mut map, options);
-    tell(form, &map, &diagnostics, least);
+    let (program, diagnostics) = pipeline::front(&mut map, options);
+    report(form, &map, &diagnostics, least);
     let Some(program) = program else {
         // A program that is right without its settings is not to blame.
         let first_set = map.files().len() - options.sets.len();
@@ -132,11 +132,23 @@ pub fn compiled(
     device: &Device,
     observe: bool,
 ) -> Result<Compiled, Failure> {
-    told(
+    report_diagnostics(
         Form::Text,
         map,
         pipeline::compile(model, device.scales(), observe),
     )
+}
+
+/// As [`compiled`], with an observer of the passes.
+pub fn compiled_observed(
+    map: &SourceMap,
+    model: Model,
+    device: &Device,
+    probes: bool,
+    observer: Observer,
+) -> Result<Compiled, Failure> {
+    let compiled = pipeline::compile_observed(model, device.scales(), probes, observer);
+    report_diagnostics(Form::Text, map, compiled)
 }
 
 /// As [`compiled`] for traces, in a form.
@@ -146,17 +158,17 @@ pub fn compiled_as(
     model: Model,
     device: &Device,
 ) -> Result<Compiled, Failure> {
-    told(form, map, pipeline::compile(model, device.scales(), true))
+    report_diagnostics(form, map, pipeline::compile(model, device.scales(), true))
 }
 
-/// Compiles for traces an instrument whose warnings have been told.
+/// Compiles for traces an instrument whose warnings have been reported.
 pub fn compiled_silently(
     map: &SourceMap,
     model: Model,
     device: &Device,
 ) -> Result<Compiled, Failure> {
     let compiled = pipeline::compile(model, device.scales(), true);
-    told(
+    report_diagnostics(
         Form::Text,
         map,
         compiled.map(|c| Compiled {
@@ -166,24 +178,34 @@ pub fn compiled_silently(
     )
 }
 
-fn told(
+/// Reports what is wrong with an instrument or surely not meant.
+fn report_diagnostics(
     form: Form,
     map: &SourceMap,
     compiled: Result<Compiled, CompileError>,
 ) -> Result<Compiled, Failure> {
-    let compiled = compiled.map_err(|error| match error {
-        CompileError::Program(diagnostics) => {
-            tell(form, map, &diagnostics, Severity::Warning);
-            Failure::Program
-        }
-        CompileError::Defect(message) => Failure::Defect(message),
-    })?;
-    tell(form, map, &compiled.warnings, Severity::Warning);
+    let compiled = compiled.map_err(|error| report_error(form, map, error))?;
+    report(form, map, &compiled.warnings, Severity::Warning);
     Ok(compiled)
 }
 
-/// Tells diagnostics from `least` upwards in a form.
-pub fn tell(form: Form, map: &SourceMap, diagnostics: &[Diagnostic], least: Severity) {
+fn report_error(form: Form, map: &SourceMap, error: CompileError) -> Failure {
+    match error {
+        CompileError::Program(diagnostics) => {
+            report(form, map, &diagnostics, Severity::Warning);
+            Failure::Program
+        }
+        CompileError::Defect(message) => Failure::Defect(message),
+    }
+}
+
+/// Reports why there is no code as text.
+pub fn report_compile_error(map: &SourceMap, error: CompileError) -> Failure {
+    report_error(Form::Text, map, error)
+}
+
+/// Reports diagnostics from `least` upwards in a form.
+pub fn report(form: Form, map: &SourceMap, diagnostics: &[Diagnostic], least: Severity) {
     match form {
         Form::Text => print(map, diagnostics, least),
         Form::Json => diagnostics
@@ -272,8 +294,8 @@ pub fn instrument<'p>(program: &'p Program, name: Option<&str>) -> Result<&'p Mo
 }
 
 /// The program of zones that has this name.
-fn zones<'p>(program: &'p Program, name: Option<&str>) -> Option<&'p Playable> {
-    let found = program.keyboards.first()?.program(name?)?;
+fn zones<'p>(program: &'p Program, name: Option<&str>) -> Option<&'p keyboard::Program> {
+    let found = program.keyboards.first()?.layout.program_named(name?)?;
     program
         .instruments
         .iter()
@@ -282,14 +304,9 @@ fn zones<'p>(program: &'p Program, name: Option<&str>) -> Option<&'p Playable> {
 }
 
 /// The names of what a program's keys play.
-pub fn instruments_of(program: &Program, playable: &Playable) -> String {
-    let mut names: Vec<&str> = Vec::new();
-    for part in &playable.parts {
-        let name = program.instruments[part.instrument].name.as_str();
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
+pub fn instruments_of(program: &Program, of: &keyboard::Program) -> String {
+    let name = |id: keyboard::InstrumentId| program.instruments[id.index()].name.as_str();
+    let names: Vec<&str> = of.instruments().into_iter().map(name).collect();
     names.join(", ")
 }
 
@@ -297,8 +314,8 @@ pub fn instruments_of(program: &Program, playable: &Playable) -> String {
 /// zones that were named; with a key, as that key has it.
 pub fn one_key(program: &Program, name: Option<&str>, key: Option<u8>) -> Result<Model, Failure> {
     let zones = zones(program, name);
-    let keyboard = program.keyboards.first();
-    let (Some(key), Some(keyboard)) = (key, keyboard) else {
+    let layout = program.keyboards.first().map(|keyboard| &keyboard.layout);
+    let (Some(key), Some(layout)) = (key, layout) else {
         return match (key, zones) {
             (Some(_), _) => Err(Failure::Usage(
                 "--key names a key of a keyboard, and the program has none".to_string(),
@@ -306,30 +323,23 @@ pub fn one_key(program: &Program, name: Option<&str>, key: Option<u8>) -> Result
             (None, Some(zones)) => Err(Failure::Usage(format!(
                 "`{}` are zones: name a key, such as --key {}, or one of the instruments: {}",
                 zones.name,
-                note_name(zones.parts[0].first_key),
+                note_name(layout.map_or(0, |layout| layout.first_note)),
                 instruments_of(program, zones)
             ))),
             (None, None) => instrument(program, name).cloned(),
         };
     };
-    let (first, last) = (keyboard.first_key, keyboard.last_key);
-    if !(first..=last).contains(&key) {
+    let Some(index) = layout.key_of_note(key) else {
         return Err(Failure::Usage(format!(
             "the keyboard has the keys {} .. {}, and not {}",
-            note_name(first),
-            note_name(last),
+            note_name(layout.first_note),
+            note_name(layout.last_note()),
             note_name(key)
         )));
-    }
-    let part = zones.and_then(|zones| {
-        zones
-            .parts
-            .iter()
-            .find(|part| (part.first_key..=part.last_key).contains(&key))
-    });
-    let model = match part {
-        Some(part) => &program.instruments[part.instrument],
+    };
+    let model = match zones.and_then(|zones| zones.zone_of_key(index)) {
+        Some(zone) => &program.instruments[zone.instrument.index()],
         None => instrument(program, name)?,
     };
-    Ok(keyboard::model_of_keys(model, &[usize::from(key - first)]))
+    Ok(model_of_keys(model, &[index as usize]))
 }

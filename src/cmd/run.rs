@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueHint;
 use whippen_compiler::check::{Options, Program};
 use whippen_compiler::diag::Severity;
+use whippen_compiler::firmware::FAULTS;
 use whippen_compiler::pipeline::Compiled;
 use whippen_emulator::BoardKind;
 use whippen_runtime::compare::compare;
@@ -190,7 +191,7 @@ fn emulated_board(name: &str) -> Result<BoardKind, String> {
 
 pub fn run(args: &Args) -> Outcome {
     if !args.watch {
-        return once(args);
+        return run_once(args);
     }
     let (mut files, _) = load::split(&args.words)?;
     files.extend(
@@ -201,10 +202,10 @@ pub fn run(args: &Args) -> Outcome {
             .chain(&args.keys.midi)
             .cloned(),
     );
-    watch::watch(&files, || once(args))
+    watch::watch(&files, || run_once(args))
 }
 
-fn once(args: &Args) -> Outcome {
+fn run_once(args: &Args) -> Outcome {
     let (files, name) = load::split(&args.words)?;
     args.outputs.check().map_err(Failure::Usage)?;
     args.fits_engine().map_err(Failure::Usage)?;
@@ -328,29 +329,8 @@ pub fn stopped(kind: EngineKind, why: String) -> Failure {
     Failure::Program
 }
 
-/// What the firmware counts as a fault (`docs/firmware.md`), by bit.
-const FAULTS: [(u32, &str); 5] = [
-    (
-        1,
-        "a tick was missed: all forces went to zero and came back",
-    ),
-    (
-        2,
-        "a sensor word stayed at a rail for 10 ms: its key went free",
-    ),
-    (
-        4,
-        "a sensor word stayed the same for 100 ms in mid-travel while the drive moved: its key went free",
-    ),
-    (
-        8,
-        "a motor got too warm: its force was held at what it stands for ever",
-    ),
-    (16, "the processor met a fault: all forces stay zero"),
-];
-
 /// What a run took on the board, and what went wrong there.
-pub fn tell_load(load: &Load) {
+pub fn report_load(load: &Load) {
     for (number, core) in load.cores.iter().enumerate() {
         say!(
             "  core {number}: {} keys, longest tick {} of {} cycles, {:.1} % busy, {} missed, faults {}",
@@ -361,8 +341,8 @@ pub fn tell_load(load: &Load) {
             core.missed,
             core.faults
         );
-        for (fault, what) in FAULTS.iter().filter(|(fault, _)| core.faults & fault != 0) {
-            say!("    fault {fault}: {what}");
+        for fault in FAULTS.iter().filter(|fault| core.faults & fault.bit != 0) {
+            say!("    fault {}: {}", fault.bit, fault.what);
         }
     }
 }
@@ -395,7 +375,7 @@ fn summary(compiled: &Compiled, run: &Run, kind: EngineKind, positions: &Positio
         say!("  {count} of {ticks} ticks {what}");
     }
     if let Some(load) = &run.load {
-        tell_load(load);
+        report_load(load);
         say!(
             "  traced are the drive and what is emitted: a board keeps no values and transitions of a tick"
         );

@@ -1,21 +1,24 @@
-//! What `build` and `budget` start from: an instrument, compiled, and the keyboard and board it is
-//! for.
+//! The set-up of `build` and `budget`: compiled instruments, and the keyboard, device and board
+//! they are for.
 
 use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
-use whippen_compiler::budget::{NotBounded, NotDivided, whole_divided};
-use whippen_compiler::check::{self, Keyboard, Options, Playable, Program};
+use whippen_compiler::board::Board;
+use whippen_compiler::budget::NotBounded;
+use whippen_compiler::check::{Keyboard, Options, Program};
 use whippen_compiler::diag::{Severity, nearest};
-use whippen_compiler::firmware::{self, FirmwareError, Instrument, Midi, Part, Whole, WholeError};
-use whippen_compiler::image::{Board, LinkError, Place, places};
+use whippen_compiler::firmware::{self, FirmwareError, FirmwareImage, ImageError};
+use whippen_compiler::image::LinkError;
+use whippen_compiler::keyboard::{InstrumentId, Layout};
 use whippen_compiler::model::Model;
-use whippen_compiler::modes::{INSTRUCTIONS, Modes, specialise};
-use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::modes::INSTRUCTIONS;
+use whippen_compiler::pipeline::{self, BuildError, Compiled, unobserved};
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::thumb::ThumbError;
+use whippen_runtime::board;
 use whippen_runtime::device::Device;
-use whippen_runtime::{board, image};
+use whippen_runtime::image::{self, ImageInstrument};
 
 use super::load;
 use crate::exit::Failure;
@@ -47,93 +50,59 @@ pub struct SetupArgs {
 }
 
 /// The MIDI number of the first key where no keyboard says otherwise: A0.
-const FIRST_NOTE: u8 = 21;
+pub const FIRST_NOTE: u8 = 21;
 
-/// What a program plays.
-pub struct Playing {
-    /// Its name.
-    pub name: String,
-    /// By rising key.
-    pub parts: Vec<PlayingPart>,
-}
-
-/// Neighbouring keys that play one instrument.
-pub struct PlayingPart {
-    /// Which of the setup's instruments.
-    pub instrument: usize,
-    /// MIDI numbers of its lowest and highest key, where it is a zone; otherwise it is all keys,
-    /// however many there are.
-    pub notes: Option<(u8, u8)>,
-}
-
-impl Playing {
-    /// How many keys it has, if it says so.
-    fn keys(&self) -> Option<u32> {
-        self.parts.iter().map(PlayingPart::keys).sum()
-    }
-
-    /// Its instruments, each once.
-    pub fn instruments(&self) -> Vec<usize> {
-        let mut all: Vec<usize> = Vec::new();
-        for part in &self.parts {
-            if !all.contains(&part.instrument) {
-                all.push(part.instrument);
-            }
-        }
-        all
-    }
-}
-
-impl PlayingPart {
-    /// How many keys it has, if it says so.
-    pub fn keys(&self) -> Option<u32> {
-        self.notes.map(|(first, last)| u32::from(last - first) + 1)
-    }
-}
+/// How many keys there are where nobody says otherwise.
+pub const KEYS: u32 = 88;
 
 /// Everything that code is made of.
 pub struct Setup {
     pub map: SourceMap,
-    /// At least one.
+    /// At least one: those of the layout.
     pub instruments: Vec<Compiled>,
-    /// At least one; several only for an image.
-    pub programs: Vec<Playing>,
+    /// At least one program; several only for an image.
+    pub layout: Layout,
     pub device: Device,
     pub board: Board,
+    /// How many keys are wanted.
     pub keys: u32,
-    /// MIDI number of the first key.
-    pub first_note: u8,
     /// Instructions for all modes of a key.
-    instructions: usize,
+    mode_instructions: usize,
 }
 
 impl SetupArgs {
     /// The instrument that was named, the only one, or the only one of the keyboard.
-    pub fn one(&self) -> Result<Setup, Failure> {
+    pub fn one_instrument(&self) -> Result<Setup, Failure> {
         let (map, program, name) = self.checked()?;
-        let model = match (name, listed(&program)) {
-            (None, Some([only])) => &program.instruments[only.parts[0].instrument],
+        let layout = program.keyboards.first().map(|keyboard| &keyboard.layout);
+        let model = match (name, layout.map(|layout| &layout.programs[..])) {
+            (None, Some([only])) => &program.instruments[only.zones[0].instrument.index()],
             _ => load::instrument(&program, name)?,
         };
-        self.setup(map, &program, &[model])
+        self.of_one_instrument(map, &program, model)
     }
 
     /// The instrument or the zones that were named, or all programs of the keyboard, or the only
     /// instrument.
-    pub fn all(&self) -> Result<Setup, Failure> {
+    pub fn all_programs(&self) -> Result<Setup, Failure> {
         let (map, program, name) = self.checked()?;
-        let listed = listed(&program).unwrap_or_default();
-        let zones = listed
-            .iter()
-            .filter(|playable| name.is_none_or(|name| playable.name == name));
-        let chosen: Vec<Playable> = zones.cloned().collect();
-        if chosen.is_empty()
-            || name.is_some_and(|name| program.instruments.iter().any(|m| m.name == name))
-        {
-            let model = load::instrument(&program, name)?;
-            return self.setup(map, &program, &[model]);
+        let names_instrument =
+            name.is_some_and(|name| program.instruments.iter().any(|model| model.name == name));
+        let wanted = program.keyboards.first().map(|keyboard| {
+            let is_wanted = |own: &str| name.is_none_or(|name| own == name);
+            keyboard.layout.only(|program| is_wanted(&program.name))
+        });
+        match wanted {
+            Some((layout, used)) if !layout.programs.is_empty() && !names_instrument => {
+                let model = |id: &InstrumentId| &program.instruments[id.index()];
+                let models: Vec<&Model> = used.iter().map(model).collect();
+                self.compiled(map, &program, &models, layout)
+            }
+            _ => {
+                let model = load::instrument(&program, name)?;
+                self.of_one_instrument(map, &program, model)
+            }
         }
-        self.programs(map, &program, &chosen)
     }
 
     fn checked(&self) -> Result<(SourceMap, Program, Option<&str>), Failure> {
@@ -146,56 +115,18 @@ impl SetupArgs {
         Ok((map, program, name))
     }
 
-    /// One program for each instrument.
-    fn setup(
+    /// An instrument on all keys.
+    fn of_one_instrument(
         &self,
         map: SourceMap,
         program: &Program,
-        models: &[&Model],
+        model: &Model,
     ) -> Result<Setup, Failure> {
-        let playing = |(instrument, model): (usize, &&Model)| Playing {
-            name: model.name.clone(),
-            parts: vec![PlayingPart {
-                instrument,
-                notes: None,
-            }],
-        };
-        let programs = models.iter().enumerate().map(playing).collect();
-        self.compiled(map, program, models, programs)
-    }
-
-    /// Programs of the keyboard.
-    fn programs(
-        &self,
-        map: SourceMap,
-        program: &Program,
-        chosen: &[Playable],
-    ) -> Result<Setup, Failure> {
-        let mut used: Vec<usize> = Vec::new();
-        let mut programs = Vec::new();
-        for playable in chosen {
-            let plain = playable.parts.len() == 1;
-            let part = |part: &check::Part| {
-                let instrument = used
-                    .iter()
-                    .position(|&at| at == part.instrument)
-                    .unwrap_or_else(|| {
-                        used.push(part.instrument);
-                        used.len() - 1
-                    });
-                PlayingPart {
-                    instrument,
-                    notes: (!plain).then_some((part.first_key, part.last_key)),
-                }
-            };
-            let parts = playable.parts.iter().map(part).collect();
-            programs.push(Playing {
-                name: playable.name.clone(),
-                parts,
-            });
-        }
-        let models: Vec<&Model> = used.iter().map(|&at| &program.instruments[at]).collect();
-        self.compiled(map, program, &models, programs)
+        let (keys, first_note) = program.keyboards.first().map_or((KEYS, FIRST_NOTE), |own| {
+            (own.layout.keys, own.layout.first_note)
+        });
+        let layout = Layout::of_one_instrument(&model.name, keys, first_note);
+        self.compiled(map, program, &[model], layout)
     }
 
     fn compiled(
@@ -203,40 +134,26 @@ impl SetupArgs {
         map: SourceMap,
         program: &Program,
         models: &[&Model],
-        programs: Vec<Playing>,
+        layout: Layout,
     ) -> Result<Setup, Failure> {
-        let keyboard = program.keyboards.first();
         let device = load::device(self.device.as_deref(), program, models[0])?;
-        let board = board(self.board.as_deref(), keyboard)?;
-        let instruments = models
-            .iter()
-            .map(|&model| load::compiled(&map, model.clone(), &device, false));
+        let board = find_board(self.board.as_deref(), program.keyboards.first())?;
+        let compile = |&model: &&Model| load::compiled(&map, model.clone(), &device, false);
+        let instruments = models.iter().map(compile).collect::<Result<_, _>>()?;
         Ok(Setup {
-            instruments: instruments.collect::<Result<_, _>>()?,
-            programs,
+            keys: self.keys.unwrap_or(layout.keys),
+            instruments,
+            layout,
             map,
             device,
             board,
-            keys: self
-                .keys
-                .or(keyboard.map(|k| k.keys() as u32))
-                .unwrap_or(88),
-            first_note: keyboard.map_or(FIRST_NOTE, |k| k.first_key),
-            instructions: self.modes,
+            mode_instructions: self.modes,
         })
     }
 }
 
-/// The programs of the keyboard, if there is one.
-fn listed(program: &Program) -> Option<&[Playable]> {
-    program
-        .keyboards
-        .first()
-        .map(|keyboard| &keyboard.programs[..])
-}
-
 /// The board that was named, the keyboard's, or the usual one.
-fn board(wanted: Option<&str>, keyboard: Option<&Keyboard>) -> Result<Board, Failure> {
+pub fn find_board(wanted: Option<&str>, keyboard: Option<&Keyboard>) -> Result<Board, Failure> {
     let name = wanted
         .or(keyboard.and_then(|k| k.board.as_deref()))
         .unwrap_or("rp2350");
@@ -255,8 +172,8 @@ fn board(wanted: Option<&str>, keyboard: Option<&Keyboard>) -> Result<Board, Fai
     })
 }
 
-/// The prefix of all names of a program.
-pub fn name(compiled: &Compiled) -> String {
+/// The prefix of all names of an instrument in code.
+pub fn symbol_prefix(compiled: &Compiled) -> String {
     whippen_compiler::c99::Names::new(&compiled.lowered.kernel).kernel
 }
 
@@ -266,100 +183,59 @@ impl Setup {
         &self.instruments[0]
     }
 
-    /// The modes of a key, by instrument.
-    pub fn modes(&self) -> Vec<Modes> {
-        self.instruments
-            .iter()
-            .map(|compiled| specialise(&compiled.lowered.kernel, self.instructions))
-            .collect()
-    }
-
-    /// A program whose keys do not all play the same, if there is one.
-    pub fn zones(&self) -> Option<&Playing> {
-        self.programs.iter().find(|program| program.parts.len() > 1)
+    /// The instruments as images need them, with their modes.
+    pub fn image_instruments(&self) -> Result<Vec<ImageInstrument>, Failure> {
+        let prepare = |compiled: &Compiled| {
+            let (instructions, map) = (self.mode_instructions, Some(&self.map));
+            ImageInstrument::new(compiled, instructions, map, &mut unobserved)
+                .map_err(|error| load::report_compile_error(&self.map, error))
+        };
+        self.instruments.iter().map(prepare).collect()
     }
 
     /// That there is a firmware for the board.
-    pub fn supported(&self) -> Result<(), Failure> {
+    pub fn check_supported(&self) -> Result<(), Failure> {
         match firmware::support(&self.board) {
             Ok(_) => Ok(()),
-            Err(why) => Err(self.not_whole(WholeError::Board(why))),
+            Err(why) => Err(self.image_failure(ImageError::Board(why))),
         }
     }
 
-    /// The image of so many keys, and how they are divided between the cores.
-    pub fn whole(&self, modes: &[Modes], keys: u32) -> Result<(Whole, Vec<u32>), Failure> {
-        self.supported()?;
-        let setup = image::setup(
-            self.first(),
-            &self.device,
-            keys,
-            self.board.cores,
-            self.first_note,
-        );
-        self.linked(modes, setup.map_err(Failure::Usage)?)
+    /// The image of the keys that are wanted.
+    pub fn build(&self, instruments: &[ImageInstrument]) -> Result<FirmwareImage, Failure> {
+        self.build_with(instruments, self.keys, image::setup)
     }
 
-    /// The image whose cycles are to be bounded: also where nothing is known of a motor, as they
-    /// are the same with any.
-    pub fn whole_to_judge(&self, modes: &[Modes], keys: u32) -> Result<(Whole, Vec<u32>), Failure> {
-        self.supported()?;
-        let setup = image::setup_to_judge(
-            self.first(),
-            &self.device,
-            keys,
-            self.board.cores,
-            self.first_note,
-        );
-        self.linked(modes, setup.map_err(Failure::Usage)?)
-    }
-
-    fn linked(
+    /// The image of so many keys whose cycles are to be bounded: also where nothing is known of a
+    /// motor, as they are the same with any.
+    pub fn build_to_bound(
         &self,
-        modes: &[Modes],
-        mut setup: firmware::Setup,
-    ) -> Result<(Whole, Vec<u32>), Failure> {
-        let keys: u32 = setup.keys.iter().sum();
-        if let Some(zones) = self
-            .programs
-            .iter()
-            .find(|program| program.keys().is_some_and(|own| own != keys))
-        {
-            let (name, own) = (&zones.name, zones.keys().unwrap_or_default());
-            return Err(Failure::Usage(format!(
-                "`{name}` are zones for the {own} keys of their keyboard, not for {keys}: leave --keys away"
-            )));
-        }
-        let parts = self.instruments.iter().map(|compiled| {
-            let places = places(&compiled.lowered.origins, &self.map);
-            (places, image::midi(compiled))
-        });
-        let parts: Vec<(Vec<Place>, Midi)> = parts.collect();
-        let instrument = |at: usize| {
-            let (places, midi) = &parts[at];
-            Instrument {
-                modes: &modes[at],
-                places,
-                midi,
-            }
-        };
-        let part = |part: &PlayingPart| Part {
-            keys: part.keys().unwrap_or(keys),
-            values_from: part
-                .notes
-                .map_or(0, |(first, _)| u32::from(first - self.first_note)),
-            instrument: instrument(part.instrument),
-        };
-        let program = |program: &Playing| firmware::Program {
-            parts: program.parts.iter().map(part).collect(),
-        };
-        let programs: Vec<firmware::Program> = self.programs.iter().map(program).collect();
-        let whole =
-            whole_divided(&programs, &mut setup, &self.board).map_err(|error| match error {
-                NotDivided::Whole(error) => self.not_whole(error),
-                NotDivided::Bound(error) => not_bounded(&error),
-            })?;
-        Ok((whole, setup.keys))
+        instruments: &[ImageInstrument],
+        keys: u32,
+    ) -> Result<FirmwareImage, Failure> {
+        self.build_with(instruments, keys, image::setup_to_bound)
+    }
+
+    fn build_with(
+        &self,
+        instruments: &[ImageInstrument],
+        keys: u32,
+        setup: impl Fn(&Compiled, &Device, u32, u32, u8) -> Result<firmware::Setup, String>,
+    ) -> Result<FirmwareImage, Failure> {
+        self.check_supported()?;
+        let (cores, first_note) = (self.board.cores, self.layout.first_note);
+        let setup =
+            setup(self.first(), &self.device, keys, cores, first_note).map_err(Failure::Usage)?;
+        let layout = self
+            .layout
+            .with_keys(keys)
+            .map_err(|error| Failure::Usage(format!("{error}: leave --keys away")))?;
+        let borrowed = ImageInstrument::borrow_all(instruments);
+        let image = pipeline::build(&layout, &borrowed, &setup, &self.board, &mut unobserved);
+        image.map_err(|error| match error {
+            BuildError::Image(error) => self.image_failure(error),
+            BuildError::Bound(error) => not_bounded(&error),
+        })
     }
 
     /// Keys that an image can have, at least and at most: each core has 1 to 255.
@@ -367,19 +243,19 @@ impl Setup {
         [self.board.cores, 255 * self.board.cores]
     }
 
-    fn not_whole(&self, error: WholeError) -> Failure {
+    fn image_failure(&self, error: ImageError) -> Failure {
         match error {
-            WholeError::Link(error) => no_link(error),
-            WholeError::Code(error) => no_code(error),
-            WholeError::Firmware(FirmwareError::Assembly(_)) => Failure::Defect(error.to_string()),
-            WholeError::Board(..) => {
+            ImageError::Link(error) => link_failure(error),
+            ImageError::Code(error) => code_failure(error),
+            ImageError::Firmware(FirmwareError::Assembly(_)) => Failure::Defect(error.to_string()),
+            ImageError::Board(..) => {
                 Failure::Usage(format!("{error}; make a .o or a .c for your own firmware"))
             }
-            WholeError::Firmware(FirmwareError::Keys(_)) => {
+            ImageError::Firmware(FirmwareError::Keys(_)) => {
                 let [least, most] = self.keys_possible();
                 Failure::Usage(format!("{error}: give {least} to {most} with --keys"))
             }
-            WholeError::Ports(..) | WholeError::Firmware(_) => Failure::Usage(error.to_string()),
+            ImageError::Ports(..) | ImageError::Firmware(_) => Failure::Usage(error.to_string()),
         }
     }
 }
@@ -394,7 +270,8 @@ pub fn not_bounded(error: &NotBounded) -> Failure {
     }
 }
 
-pub fn no_code(error: ThumbError) -> Failure {
+/// Code that cannot be made: too much was asked for, or the compiler is wrong.
+pub fn code_failure(error: ThumbError) -> Failure {
     match error {
         ThumbError::Bug(_) => Failure::Defect(error.to_string()),
         other => Failure::Usage(other.to_string()),
@@ -402,7 +279,7 @@ pub fn no_code(error: ThumbError) -> Failure {
 }
 
 /// A program that does not fit its board is wrong; anything else is ours.
-pub fn no_link(error: LinkError) -> Failure {
+pub fn link_failure(error: LinkError) -> Failure {
     match error {
         LinkError::Full { .. } => {
             eprintln!("error: {error}");

@@ -3,13 +3,14 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use whippen_compiler::budget::{Bounded, Program, cores};
-use whippen_compiler::firmware::{self, CORES, Instrument, Whole, whole};
+use whippen_compiler::budget::{Bounded, Program};
+use whippen_compiler::firmware::{CORES, FirmwareImage};
 use whippen_compiler::image::{Board, MemoryKind};
-use whippen_compiler::modes::{INSTRUCTIONS, Modes, specialise};
-use whippen_compiler::pipeline::{Compiled, compile};
+use whippen_compiler::keyboard::Layout;
+use whippen_compiler::modes::{INSTRUCTIONS, Modes};
+use whippen_compiler::pipeline::{self, Compiled, compile, unobserved};
 use whippen_emulator::{Board as EmulatedBoard, BoardKind};
-use whippen_runtime::image::{midi, setup_to_judge};
+use whippen_runtime::image::{ImageInstrument, setup_to_bound};
 use whippen_runtime::{board, device::Device};
 
 use crate::common;
@@ -21,7 +22,7 @@ pub struct Image {
     pub emulated: EmulatedBoard,
     pub compiled: Arc<Compiled>,
     pub modes: Modes,
-    pub whole: Whole,
+    pub whole: FirmwareImage,
     pub program: Program,
     pub cores: Vec<Bounded>,
     pub keys: Vec<u32>,
@@ -45,9 +46,8 @@ impl Image {
     }
 
     pub fn on(kind: BoardKind, compiled: Compiled, keys: u32) -> Image {
-        let modes = specialise(&compiled.lowered.kernel, INSTRUCTIONS);
         let board = board::bundled(kind.name()).expect("it is bundled");
-        Image::for_board(kind, (board, kind.board()), Arc::new(compiled), modes, keys)
+        Image::for_board(kind, (board, kind.board()), Arc::new(compiled), keys)
             .unwrap_or_else(|e| panic!("{e}"))
     }
 
@@ -56,22 +56,21 @@ impl Image {
         kind: BoardKind,
         (board, emulated): (Board, EmulatedBoard),
         compiled: Arc<Compiled>,
-        modes: Modes,
         keys: u32,
     ) -> Result<Image, String> {
         let device = Device::of(&compiled.model);
-        let setup = setup_to_judge(&compiled, &device, keys, board.cores, 21).expect("a setup");
-        let midi = midi(&compiled);
-        let instrument = Instrument {
-            modes: &modes,
-            places: &[],
-            midi: &midi,
-        };
-        let programs = [firmware::Program::on_all(instrument, &setup)];
-        let whole = whole(&programs, &setup, &board).map_err(|e| e.to_string())?;
-        let program = Program::of(&whole.image);
-        let cores =
-            cores(&whole.image, &program, &board, &whole.keys(0), 0).map_err(|e| e.to_string())?;
+        let setup = setup_to_bound(&compiled, &device, keys, board.cores, 21).expect("a setup");
+        let layout = Layout::of_one_instrument(&compiled.model.name, keys, 21);
+        let instrument = ImageInstrument::new(&compiled, INSTRUCTIONS, None, &mut unobserved)
+            .unwrap_or_else(|e| panic!("{e:?}"));
+        let instruments = ImageInstrument::borrow_all(std::slice::from_ref(&instrument));
+        let whole = pipeline::build(&layout, &instruments, &setup, &board, &mut unobserved)
+            .map_err(|e| e.to_string())?;
+        let rate_hz = compiled.model.rate_hz;
+        let mut proof =
+            pipeline::prove(&whole, &board, rate_hz, &mut unobserved).map_err(|e| e.to_string())?;
+        let (program, cores) = (proof.bytes, proof.programs.remove(0).cores);
+        let modes = instrument.modes;
         let period = u64::from(board.clock_hz / compiled.model.rate_hz);
         Ok(Image {
             kind,

@@ -12,7 +12,6 @@ use whippen_compiler::board::{AccessTime, Board, Memory, MemoryKind};
 use whippen_compiler::firmware::RUNNING;
 use whippen_compiler::image::Start;
 use whippen_compiler::kernel::random::Rng;
-use whippen_compiler::modes::{INSTRUCTIONS, specialise};
 use whippen_compiler::pipeline::Compiled;
 use whippen_emulator::{Banks, Board as EmulatedBoard, BoardKind, Region};
 use whippen_runtime::board;
@@ -141,8 +140,7 @@ fn judged(
 ) -> Result<Image, String> {
     let board = read(name, text)?;
     let emulated = emulated(kind, &board);
-    let modes = specialise(&compiled.lowered.kernel, INSTRUCTIONS);
-    Image::for_board(kind, (board, emulated), compiled.clone(), modes, KEYS)
+    Image::for_board(kind, (board, emulated), compiled.clone(), KEYS)
 }
 
 fn refused(text: &str, compiled: &Arc<Compiled>) -> String {

@@ -1,6 +1,7 @@
 //! What makes a frame's bound impossible is told.
 
 use whippen_compiler::budget::{NotBounded, Program, cores};
+use whippen_compiler::keyboard::ProgramId;
 
 use crate::image::{Image, instruments};
 
@@ -26,14 +27,7 @@ fn another_interrupt_has_no_bound() {
     let timer = 4 * (16 + 3);
     section.bytes[timer..timer + 4].copy_from_slice(&(other | 1).to_le_bytes());
     let program = Program::of(&image.whole.image);
-    let refused = cores(
-        &image.whole.image,
-        &program,
-        &image.board,
-        &image.whole.keys(0),
-        0,
-    )
-    .expect_err("no bound");
+    let refused = cores(&image.whole, &program, &image.board, ProgramId(0)).expect_err("no bound");
     assert_eq!(refused, NotBounded::Interrupts { address: other });
     assert_eq!(
         refused.to_string(),
@@ -50,13 +44,6 @@ fn an_image_without_a_firmware_has_no_bound() {
         .symbols
         .retain(|symbol| symbol.name != "idle0");
     let program = Program::of(&image.whole.image);
-    let refused = cores(
-        &image.whole.image,
-        &program,
-        &image.board,
-        &image.whole.keys(0),
-        0,
-    )
-    .expect_err("no bound");
+    let refused = cores(&image.whole, &program, &image.board, ProgramId(0)).expect_err("no bound");
     assert_eq!(refused.to_string(), "there is no `idle0` in the code");
 }

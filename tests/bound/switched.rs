@@ -2,13 +2,13 @@
 //! bounded too.
 
 use whippen_compiler::budget::{Frame, Program, cores};
-use whippen_compiler::firmware::{self, Instrument, Midi, Part, whole};
-use whippen_compiler::modes::{Modes, specialise};
-use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::firmware::build_image;
+use whippen_compiler::keyboard::{InstrumentId, Layout, Program as KeyboardProgram, ProgramId};
+use whippen_compiler::pipeline::{Compiled, unobserved};
 use whippen_emulator::{BoardKind, Converter, ConverterSetup, Observer, Step, Stop, build};
 use whippen_runtime::board;
 use whippen_runtime::device::Device;
-use whippen_runtime::image::{midi, setup};
+use whippen_runtime::image::{ImageInstrument, setup};
 
 use crate::common;
 use crate::image::instruments;
@@ -52,33 +52,32 @@ fn switches(names: &[&str], zones: [&[(u32, usize)]; 2], keys: [u32; 2]) -> [Vec
             .expect("bundled")
     };
     let compiled: Vec<Compiled> = names.iter().map(of).collect();
-    let modes: Vec<Modes> = compiled
-        .iter()
-        .map(|compiled| specialise(&compiled.lowered.kernel, 2000))
-        .collect();
-    let notes: Vec<Midi> = compiled.iter().map(midi).collect();
+    let prepare = |compiled| {
+        ImageInstrument::new(compiled, 2000, None, &mut unobserved)
+            .unwrap_or_else(|e| panic!("{e:?}"))
+    };
+    let prepared: Vec<ImageInstrument> = compiled.iter().map(prepare).collect();
     let mut setup =
         setup(&compiled[0], &Device::of(&compiled[0].model), KEYS, 2, 21).expect("a setup");
     setup.keys = keys.to_vec();
-    let part = |&(keys, at): &(u32, usize)| Part {
-        keys,
-        values_from: 0,
-        instrument: Instrument {
-            modes: &modes[at],
-            places: &[],
-            midi: &notes[at],
-        },
-    };
-    let programs = zones.map(|zones| firmware::Program {
-        parts: zones.iter().map(part).collect(),
+    let programs = zones.map(|zones| {
+        let id = |at: usize| InstrumentId(at as u32);
+        KeyboardProgram::of_zones("zones", zones.iter().map(|&(keys, at)| (keys, id(at))))
     });
+    let layout = Layout {
+        first_note: 21,
+        keys: KEYS,
+        programs: programs.to_vec(),
+    };
     let board = board::bundled("rp2350").expect("it is bundled");
-    let whole = whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
+    // Not divided anew: both cores have the keys that the case says.
+    let instruments = ImageInstrument::borrow_all(&prepared);
+    let whole =
+        build_image(&layout, &instruments, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
     let image = &whole.image;
     let program = Program::of(image);
     let bounds = [0, 1].map(|playing| {
-        let keys = whole.keys(playing);
-        cores(image, &program, &board, &keys, playing).unwrap_or_else(|e| panic!("{e}"))
+        cores(&whole, &program, &board, ProgramId(playing)).unwrap_or_else(|e| panic!("{e}"))
     });
     let converter = ConverterSetup {
         keys: KEYS,
@@ -147,7 +146,10 @@ fn switches(names: &[&str], zones: [&[(u32, usize)]; 2], keys: [u32; 2]) -> [Vec
             "core {core}: {observed} is far from {bound}"
         );
     }
-    [0, 1].map(|program| whole.keys(program).iter().map(Vec::len).collect())
+    [0, 1].map(|program: usize| {
+        let cores = &whole.programs[program].cores;
+        cores.iter().map(|core| core.zones.len()).collect()
+    })
 }
 
 #[test]

@@ -66,9 +66,7 @@ pub fn check(text: &str, words: &[&str]) -> Result<String, String> {
         let _ = writeln!(
             printed,
             "keyboard {}: {} keys at {} Hz",
-            keyboard.name,
-            keyboard.keys(),
-            keyboard.rate_hz
+            keyboard.name, keyboard.layout.keys, keyboard.rate_hz
         );
     }
     Ok(printed)

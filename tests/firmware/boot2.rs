@@ -2,8 +2,9 @@
 
 use std::sync::{Arc, Mutex};
 
-use whippen_compiler::firmware::{self, Instrument, Program};
+use whippen_compiler::firmware::{Instrument, build_image};
 use whippen_compiler::image::{Image, uf2};
+use whippen_compiler::keyboard::Layout;
 use whippen_compiler::modes::Modes;
 use whippen_emulator::{
     Access, BoardKind, Bus, BusError, ConverterSetup, Device, Register, Stop, Waits, build,
@@ -29,8 +30,8 @@ fn image() -> Image {
         places: &[],
         midi: &notes,
     };
-    let programs = [Program::on_all(instrument, &setup())];
-    firmware::whole(&programs, &setup(), &board)
+    let layout = Layout::of_one_instrument("spring", 88, 21);
+    build_image(&layout, &[instrument], &setup(), &board)
         .unwrap_or_else(|e| panic!("{e}"))
         .image
 }

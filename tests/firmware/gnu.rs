@@ -7,10 +7,11 @@ use std::process::Command;
 use crate::rig::{Rig, kernel, midi, setup};
 use whippen_compiler::asm::{Source, assemble};
 use whippen_compiler::firmware::{
-    FirmwareError, Midi, Passivity, Played, Setup, Support, constants, of_frame, sources, support,
+    FirmwareError, Instrument, Passivity, ProgramCode, Setup, Support, constants, frame_constants,
+    objects, sources, support,
 };
 use whippen_compiler::image::{FixupKind, Section};
-use whippen_compiler::kernel::Kernel;
+use whippen_compiler::modes::Modes;
 use whippen_isa::Arch;
 use whippen_runtime::board;
 
@@ -59,13 +60,6 @@ fn gnu(
     sections.iter().map(bytes).collect()
 }
 
-fn played<'a>(kernel: &'a Kernel, rig: &'a Rig, midi: &'a Midi) -> Played<'a> {
-    Played {
-        parts: vec![(kernel, midi)],
-        cores: &rig.programs[0],
-    }
-}
-
 /// What the texts are written for besides a few keys of one instrument.
 #[derive(Clone, Copy, PartialEq)]
 enum Form {
@@ -80,10 +74,9 @@ enum Form {
 fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> usize {
     let kernel = kernel("virtual-spring.whip");
     let rig = Rig::new(&kernel, 0);
-    let notes = midi(&kernel);
-    let played = Played {
-        parts: vec![(&kernel, &notes)],
-        cores: &rig.programs[0][..setup.keys.len()],
+    let program = ProgramCode {
+        cores: rig.programs[0].cores[..setup.keys.len()].to_vec(),
+        ..rig.programs[0].clone()
     };
     let watched = Setup {
         passivity: Some(Passivity {
@@ -93,14 +86,14 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> usize {
         }),
         ..setup.clone()
     };
-    let mut constants = match constants(std::slice::from_ref(&played), &watched, board) {
+    let mut constants = match constants(std::slice::from_ref(&program), &watched, board) {
         // It has no text for this core; the others are compared all the same.
         Err(FirmwareError::PassivityCore) if board.board.arch == Arch::V6M => {
-            constants(&[played], setup, board).expect("constants")
+            constants(&[program], setup, board).expect("constants")
         }
         constants => constants.expect("constants"),
     };
-    constants.extend(of_frame(
+    constants.extend(frame_constants(
         if form == Form::Far {
             255
         } else {
@@ -204,11 +197,13 @@ fn a_board_s_mistake_is_told_with_its_line() {
         rest: &[rest],
         ..support(&of_board).unwrap_or_else(|e| panic!("{e}"))
     };
-    let refused = whippen_compiler::firmware::objects(
-        &[played(&kernel, &rig, &midi(&kernel))],
-        &setup(),
-        &board,
-    );
+    let (modes, notes) = (Modes::single(&kernel), midi(&kernel));
+    let instrument = Instrument {
+        modes: &modes,
+        places: &[],
+        midi: &notes,
+    };
+    let refused = objects(&rig.programs, &[instrument], &setup(), &board);
     assert_eq!(
         refused.expect_err("refused").to_string(),
         "mine.s:2: `addd` is no instruction"

@@ -2,8 +2,9 @@
 //! bounded, others play as ever.
 
 use whippen_compiler::budget::{Program, cores};
-use whippen_compiler::firmware::{self, Instrument, Passivity, Setup, whole};
+use whippen_compiler::firmware::{Instrument, Passivity, Setup, build_image};
 use whippen_compiler::front::compile_front;
+use whippen_compiler::keyboard::{Layout, ProgramId};
 use whippen_compiler::modes::Modes;
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_compiler::source::SourceMap;
@@ -146,15 +147,11 @@ fn it_is_charged() {
             places: &[],
             midi: &midi,
         };
-        let programs = [firmware::Program::on_all(instrument, &setup)];
-        let whole = whole(&programs, &setup, &board).unwrap_or_else(|e| panic!("{e}"));
-        let bounds = cores(
-            &whole.image,
-            &Program::of(&whole.image),
-            &board,
-            &whole.keys(0),
-            0,
-        );
+        let layout = Layout::of_one_instrument("spring", 88, 21);
+        let whole =
+            build_image(&layout, &[instrument], &setup, &board).unwrap_or_else(|e| panic!("{e}"));
+        let program = Program::of(&whole.image);
+        let bounds = cores(&whole, &program, &board, ProgramId(0));
         let bounds = bounds.unwrap_or_else(|e| panic!("{e}"));
         [0, 1].map(|core: usize| bounds[core].alone.handler.cycles_max)
     };

@@ -1,7 +1,8 @@
 //! Both cores start and play; the drive words are the interpreter's.
 
-use crate::rig::{KEYS, RATE_HZ, Rig, at, kernel};
-use whippen_compiler::firmware::keys_of;
+use crate::rig::{KEYS, RATE_HZ, Rig, kernel};
+use whippen_compiler::firmware::core_block;
+use whippen_compiler::firmware::with_values_from;
 use whippen_compiler::kernel::{Interp, Kernel};
 use whippen_runtime::device::Device;
 use whippen_runtime::gesture::default_gesture;
@@ -35,7 +36,7 @@ fn words(ticks: usize) -> Vec<u16> {
 fn begins(rig: &Rig) -> [usize; 2] {
     [0, 1].map(|core| {
         let state = rig.symbol(["core0_state", "core1_state"][core]);
-        (rig.block(core, at::TICK) - rig.word(state + 12)) as usize
+        (rig.block(core, core_block::TICK) - rig.word(state + 12)) as usize
     })
 }
 
@@ -50,7 +51,7 @@ fn expected(
 ) -> Vec<Vec<i16>> {
     let row = |tick: usize| &words[tick * KEYS + 44 * core..][..44];
     // Values per key go to the core that has the key.
-    let own = keys_of(kernel, 44 * core as u32);
+    let own = with_values_from(kernel, 44 * core as u32);
     let mut interp = Interp::new(&own, 44).expect("verifies");
     interp.init(row(first));
     let mut drive = vec![0; 44];
@@ -83,7 +84,7 @@ fn plays_as_the_interpreter(file: &str, leaves: usize) {
                 let told = || {
                     format!(
                         "{file}: core {core}, key {key}, tick {tick}; {begins:?}, faults {}",
-                        rig.block(core, at::FAULTS)
+                        rig.block(core, core_block::FAULTS)
                     )
                 };
                 if tick > begins[core] + 300 {
@@ -99,7 +100,10 @@ fn plays_as_the_interpreter(file: &str, leaves: usize) {
             }
         }
         assert_eq!(
-            (rig.block(core, at::FAULTS), rig.block(core, at::MISSED)),
+            (
+                rig.block(core, core_block::FAULTS),
+                rig.block(core, core_block::MISSED)
+            ),
             (0, 0)
         );
     }

@@ -1,9 +1,12 @@
 //! A whole firmware on the emulated board: built, linked, started, fed with sensor words.
 
-use whippen_compiler::firmware::{self, CORES, Instrument, Midi, Motor, Program, Segment, Setup};
+use whippen_compiler::firmware::{
+    CORES, Instrument, Midi, Motor, ProgramCode, Setup, build_image, core_block, key_guard,
+};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::image::Image;
 use whippen_compiler::kernel::Kernel;
+use whippen_compiler::keyboard::{InstrumentId, Layout, Program};
 use whippen_compiler::modes::{Modes, specialise};
 use whippen_compiler::pipeline::compile;
 use whippen_compiler::source::SourceMap;
@@ -18,17 +21,6 @@ pub const RATE_HZ: u32 = 11_025;
 /// Words of 1 N, of the rated and of the peak current on `mikey`.
 pub const NEWTON: u32 = 1024;
 pub const RATED: u32 = 8192;
-
-/// What the firmware's blocks and guards hold, by offset; docs/firmware.md has the same table.
-pub mod at {
-    pub const TICK: u32 = 28;
-    pub const MISSED: u32 = 36;
-    pub const FAULTS: u32 = 40;
-    pub const FAULTY: u32 = 44;
-    pub const GAINS: u32 = 20;
-    pub const GUARDS: u32 = 24;
-    pub const CEILING: u32 = 4;
-}
 
 /// An instrument's kernel.
 pub fn kernel(file: &str) -> Kernel {
@@ -92,7 +84,7 @@ pub struct Rig {
     pub ports: Ports,
     pub image: Image,
     /// By program and core.
-    pub programs: Vec<Vec<Vec<Segment>>>,
+    pub programs: Vec<ProgramCode>,
 }
 
 impl Rig {
@@ -112,21 +104,30 @@ impl Rig {
         };
         let modes: Vec<Modes> = kernels.iter().map(modes).collect();
         let midi: Vec<Midi> = kernels.iter().map(|kernel| midi(kernel)).collect();
-        let instruments = modes.iter().zip(&midi).map(|(modes, midi)| Instrument {
-            modes,
-            places: &[],
-            midi,
-        });
-        let programs: Vec<Program> = instruments
-            .map(|instrument| Program::on_all(instrument, setup))
+        let instruments: Vec<Instrument> = modes
+            .iter()
+            .zip(&midi)
+            .map(|(modes, midi)| Instrument {
+                modes,
+                places: &[],
+                midi,
+            })
             .collect();
-        Rig::of_programs(&programs, setup)
+        let programs = (0..kernels.len() as u32)
+            .map(|number| Program::of_zones("all", [(KEYS as u32, InstrumentId(number))]));
+        Rig::of_programs(programs.collect(), &instruments, setup)
     }
 
     /// Built from programs.
-    pub fn of_programs(programs: &[Program], setup: &Setup) -> Rig {
+    pub fn of_programs(programs: Vec<Program>, instruments: &[Instrument], setup: &Setup) -> Rig {
         let board = board::bundled("rp2350").expect("it is bundled");
-        let whole = firmware::whole(programs, setup, &board).unwrap_or_else(|e| panic!("{e}"));
+        let layout = Layout {
+            first_note: 21,
+            keys: KEYS as u32,
+            programs,
+        };
+        let whole =
+            build_image(&layout, instruments, setup, &board).unwrap_or_else(|e| panic!("{e}"));
         let (image, programs) = (whole.image, whole.programs);
         let converter = ConverterSetup {
             keys: KEYS as u32,
@@ -154,7 +155,7 @@ impl Rig {
 
     /// Where a core's keys have what, of a program that has one instrument.
     pub fn layout(&self, program: usize, core: usize) -> &StateLayout {
-        &self.programs[program][core][0].layout
+        self.programs[program].cores[core].zones[0].layout()
     }
 
     pub fn converter(&mut self) -> &mut Converter {
@@ -238,6 +239,6 @@ impl Rig {
     /// The ceiling of a key's gain: 65536, less when it is hot, 0 when it is free.
     pub fn ceiling(&self, key: usize) -> u32 {
         let (core, key) = (key / 44, key as u32 % 44);
-        self.word(self.block(core, at::GUARDS) + 16 * key + at::CEILING)
+        self.word(self.block(core, core_block::GUARDS) + 16 * key + key_guard::CEILING)
     }
 }

@@ -1,6 +1,7 @@
 //! More events than anybody reads: they are counted, and nothing waits for them.
 
-use crate::rig::{KEYS, Rig, at};
+use crate::rig::{KEYS, Rig};
+use whippen_compiler::firmware::core_block;
 use whippen_compiler::kernel::{Kernel, parse};
 
 /// Drive follows the sensor, and every tick above a quarter of the travel is an event.
@@ -64,7 +65,10 @@ fn events_without_room_are_counted_and_nothing_waits() {
             "each event was written or counted"
         );
         assert_eq!(
-            (rig.block(core, at::MISSED), rig.block(core, at::FAULTS)),
+            (
+                rig.block(core, core_block::MISSED),
+                rig.block(core, core_block::FAULTS)
+            ),
             (0, 0)
         );
     }

@@ -1,6 +1,7 @@
 //! Faults are put in, and the firmware does what it promises.
 
-use crate::rig::{KEYS, NEWTON, Rig, at, setup};
+use crate::rig::{KEYS, NEWTON, Rig, setup};
+use whippen_compiler::firmware::core_block;
 use whippen_compiler::firmware::{Motor, Setup};
 use whippen_compiler::kernel::{Kernel, parse};
 
@@ -75,10 +76,10 @@ fn a_sensor_at_a_rail_frees_its_key() {
         assert_eq!(rig.ceiling(key), 65_536, "not before 10 ms");
         let drives = play(&mut rig, 120, |_, k| (k == key).then_some(rail));
         assert_eq!(
-            (rig.ceiling(key), rig.block(key / 44, at::FAULTS)),
+            (rig.ceiling(key), rig.block(key / 44, core_block::FAULTS)),
             (0, RAIL)
         );
-        assert_eq!(rig.block(key / 44, at::FAULTY) as usize, key % 44);
+        assert_eq!(rig.block(key / 44, core_block::FAULTY) as usize, key % 44);
         assert_eq!(drives[drives.len() - KEYS + key], 0);
         assert_ne!(drives[drives.len() - KEYS + key + 1], 0, "others play on");
     }
@@ -92,18 +93,21 @@ fn a_frozen_sensor_frees_its_key_only_when_the_drive_moves() {
     play(&mut rig, 500, |_, key| (key == 7).then_some(30_000));
     play(&mut rig, 2000, |_, key| (key == 7).then_some(30_000));
     assert_eq!(
-        (rig.ceiling(7), rig.block(0, at::FAULTS)),
+        (rig.ceiling(7), rig.block(0, core_block::FAULTS)),
         (65_536, 0),
         "a constant word alone is no fault"
     );
     // What drives the key is changed behind the firmware's back: the gain of that key, as a fault
     // of the drive would.
-    let gain = rig.block(0, at::GAINS) + 7 * record(&rig);
+    let gain = rig.block(0, core_block::GAINS) + 7 * record(&rig);
     for _ in 0..80 {
         rig.set(gain, 0);
         play(&mut rig, 20, |_, key| (key == 7).then_some(30_000));
     }
-    assert_eq!((rig.ceiling(7), rig.block(0, at::FAULTS)), (0, FROZEN));
+    assert_eq!(
+        (rig.ceiling(7), rig.block(0, core_block::FAULTS)),
+        (0, FROZEN)
+    );
     assert_eq!(rig.ceiling(8), 65_536);
 }
 
@@ -151,7 +155,7 @@ fn a_hot_motor_is_held_at_its_rated_current() {
         (limit..limit + late).contains(&hottest),
         "{hottest}, limit {limit} + {late}"
     );
-    assert_eq!(rig.block(0, at::FAULTS), HOT);
+    assert_eq!(rig.block(0, core_block::FAULTS), HOT);
     let last = key[key.len() - 10].abs();
     assert!(last <= RATED && last > RATED / 4, "{last}");
     // Without load it recovers.
@@ -166,16 +170,19 @@ fn a_hot_motor_is_held_at_its_rated_current() {
 fn a_missed_tick_takes_all_force_away() {
     let mut rig = spring();
     play(&mut rig, 500, |_, _| None);
-    let tick = rig.symbol("core0") + at::TICK;
+    let tick = rig.symbol("core0") + core_block::TICK;
     // As if the last tick seen were one earlier.
     let seen = rig.word(tick);
     rig.set(tick, seen - 1);
     let drives = play(&mut rig, 30, |_, _| None);
     assert_eq!(
-        (rig.block(0, at::MISSED), rig.block(0, at::FAULTS)),
+        (
+            rig.block(0, core_block::MISSED),
+            rig.block(0, core_block::FAULTS)
+        ),
         (1, MISSED)
     );
-    assert_eq!(rig.block(1, at::MISSED), 0);
+    assert_eq!(rig.block(1, core_block::MISSED), 0);
     for (core, from) in [(0, 4), (1, 6)] {
         for (tick, row) in drives
             .chunks(KEYS)

@@ -1,6 +1,7 @@
 //! Another program begins while one plays.
 
-use crate::rig::{KEYS, Rig, at, kernel, setup};
+use crate::rig::{KEYS, Rig, kernel, setup};
+use whippen_compiler::firmware::core_block;
 use whippen_compiler::firmware::{Setup, keys_name};
 use whippen_compiler::kernel::{Interp, Kernel};
 use whippen_runtime::device::Device;
@@ -47,7 +48,7 @@ fn played(rig: &Rig, program: usize) -> [u32; 2] {
 /// After how many ticks a program began that had played so many before and plays still.
 fn begins(rig: &Rig, program: usize, before: [u32; 2]) -> [usize; 2] {
     let now = played(rig, program);
-    [0, 1].map(|core| (rig.block(core, at::TICK) - (now[core] - before[core])) as usize)
+    [0, 1].map(|core| (rig.block(core, core_block::TICK) - (now[core] - before[core])) as usize)
 }
 
 /// From when force is whole, drive words are those of a program whose keys began one after the
@@ -146,7 +147,10 @@ fn no_tick_is_missed() {
     assert_eq!(rig.converter().overruns(), 0);
     for core in [0, 1] {
         assert_eq!(
-            (rig.block(core, at::MISSED), rig.block(core, at::FAULTS)),
+            (
+                rig.block(core, core_block::MISSED),
+                rig.block(core, core_block::FAULTS)
+            ),
             (0, 0)
         );
     }

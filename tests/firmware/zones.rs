@@ -1,9 +1,11 @@
 //! A program whose keys play different instruments, several of them on one core.
 
-use crate::rig::{KEYS, RATED, Rig, at, kernel, midi, setup};
+use crate::rig::{KEYS, RATED, Rig, kernel, midi, setup};
 use crate::switch::{ask, key_plays, ramp, words};
-use whippen_compiler::firmware::{Instrument, Midi, Part, Passivity, Program, Segment, Setup};
+use whippen_compiler::firmware::{Instrument, Midi, Passivity, Setup, ZoneCode};
+use whippen_compiler::firmware::{core_block, key_guard};
 use whippen_compiler::kernel::{Interp, Kernel, parse};
+use whippen_compiler::keyboard::{InstrumentId, Program};
 use whippen_compiler::modes::{Modes, specialise};
 
 /// Keys of each core: not half and half, and both begin or end in the midst of a zone.
@@ -23,19 +25,20 @@ fn rig(kernels: &[Kernel; 2], programs: &[&[(u32, usize)]], setup: &Setup) -> Ri
         .map(|kernel| specialise(kernel, 4000))
         .collect();
     let notes: Vec<Midi> = kernels.iter().map(midi).collect();
-    let part = |&(keys, at): &(u32, usize)| Part {
-        keys,
-        values_from: 0,
-        instrument: Instrument {
-            modes: &modes[at],
+    let instruments: Vec<Instrument> = modes
+        .iter()
+        .zip(&notes)
+        .map(|(modes, midi)| Instrument {
+            modes,
             places: &[],
-            midi: &notes[at],
-        },
+            midi,
+        })
+        .collect();
+    let program = |zones: &&[(u32, usize)]| {
+        let id = |at: usize| InstrumentId(at as u32);
+        Program::of_zones("zones", zones.iter().map(|&(keys, at)| (keys, id(at))))
     };
-    let program = |zones: &&[(u32, usize)]| Program {
-        parts: zones.iter().map(part).collect(),
-    };
-    Rig::of_programs(&programs.iter().map(program).collect::<Vec<_>>(), setup)
+    Rig::of_programs(programs.iter().map(program).collect(), &instruments, setup)
 }
 
 fn divided(rate_hz: u32) -> Setup {
@@ -67,7 +70,7 @@ fn instrument(zones: &[(u32, usize)], key: usize) -> usize {
 
 /// How many ticks a program has played, by core.
 fn played(rig: &Rig, program: usize) -> [u32; 2] {
-    let first = |core: usize| &rig.programs[program][core][0];
+    let first = |core: usize| &rig.programs[program].cores[core].zones[0];
     [0, 1].map(|core| rig.word(rig.symbol(&format!("{}_state", first(core).name)) + 12))
 }
 
@@ -107,9 +110,10 @@ fn switches(setup: &Setup) {
     let rate_hz = setup.rate_hz;
     let mut rig = rig(&kernels, &[plain, &SPLIT], setup);
     let segments = |program: usize, core: usize| -> Vec<(usize, u32, u32)> {
-        rig.programs[program][core]
+        rig.programs[program].cores[core]
+            .zones
             .iter()
-            .map(|s: &Segment| (s.part, s.first, s.keys))
+            .map(|zone| (zone.of.zone.index(), zone.first_on_core, zone.keys()))
             .collect()
     };
     assert_eq!(segments(1, 0), [(0, 0, 20), (1, 20, 30)]);
@@ -125,7 +129,7 @@ fn switches(setup: &Setup) {
     drives.extend(rig.play(words[first * KEYS..second * KEYS].iter().copied()));
     let begins = |rig: &Rig, program: usize, before: [u32; 2]| {
         let now = played(rig, program);
-        [0, 1].map(|core| (rig.block(core, at::TICK) - (now[core] - before[core])) as usize)
+        [0, 1].map(|core| (rig.block(core, core_block::TICK) - (now[core] - before[core])) as usize)
     };
     plays(
         &kernels,
@@ -149,7 +153,10 @@ fn switches(setup: &Setup) {
     assert_eq!(rig.converter().overruns(), 0);
     for core in [0, 1] {
         assert_eq!(
-            (rig.block(core, at::MISSED), rig.block(core, at::FAULTS)),
+            (
+                rig.block(core, core_block::MISSED),
+                rig.block(core, core_block::FAULTS)
+            ),
             (0, 0)
         );
     }
@@ -181,8 +188,8 @@ fn zones_may_be_the_first_program() {
     let ticks = 1200;
     let words = words(11_025, 0..ticks);
     let drives = rig.play(words.iter().copied());
-    let begins =
-        [0, 1].map(|core| rig.block(core, at::TICK) as usize - played(&rig, 0)[core] as usize);
+    let begins = [0, 1]
+        .map(|core| rig.block(core, core_block::TICK) as usize - played(&rig, 0)[core] as usize);
     let (mut compared, ramp) = (0, ramp(11_025) + 50);
     for key in 0..KEYS {
         let mut interp = Interp::new(&kernels[instrument(&SPLIT, key)], 1).expect("verifies");
@@ -223,16 +230,18 @@ fn a_key_of_another_zone_goes_free() {
     let last = &drives[drives.len() - KEYS..];
     for (key, &word) in last.iter().enumerate() {
         let (core, own) = place(key);
-        let ceiling = rig.word(rig.block(core, at::GUARDS) + 16 * own as u32 + at::CEILING);
-        let segment = rig.programs[0][core]
+        let ceiling =
+            rig.word(rig.block(core, core_block::GUARDS) + 16 * own as u32 + key_guard::CEILING);
+        let zone = rig.programs[0].cores[core]
+            .zones
             .iter()
-            .rfind(|s| s.first as usize <= own)
+            .rfind(|zone| zone.first_on_core as usize <= own)
             .expect("a zone");
-        let gain = segment
-            .layout
-            .gain(own as u32 - segment.first)
+        let gain = zone
+            .layout()
+            .gain(own as u32 - zone.first_on_core)
             .expect("a gain");
-        let gain = rig.word(rig.symbol(&format!("{}_state", segment.name)) + gain);
+        let gain = rig.word(rig.symbol(&format!("{}_state", zone.name)) + gain);
         let free = broken.contains(&key);
         assert_eq!(
             (ceiling, gain),
@@ -243,7 +252,10 @@ fn a_key_of_another_zone_goes_free() {
     }
     for (core, own) in broken.map(place) {
         assert_eq!(
-            (rig.block(core, at::FAULTS), rig.block(core, at::FAULTY)),
+            (
+                rig.block(core, core_block::FAULTS),
+                rig.block(core, core_block::FAULTY)
+            ),
             (2, own as u32),
             "core {core}"
         );
@@ -258,24 +270,25 @@ fn gains_follow_in_every_zone() {
     let mut rig = rig(&kernels, &[&SPLIT], &divided(11_025));
     rig.play(vec![0x4000; 400 * KEYS]);
     let gains = |rig: &Rig| -> Vec<u32> {
-        let of = |segment: &Segment| -> Vec<u32> {
-            let state = rig.symbol(&format!("{}_state", segment.name));
-            (0..segment.keys)
-                .map(|key| rig.word(state + segment.layout.gain(key).expect("a gain")))
+        let of = |zone: &ZoneCode| -> Vec<u32> {
+            let state = rig.symbol(&format!("{}_state", zone.name));
+            (0..zone.keys())
+                .map(|key| rig.word(state + zone.layout().gain(key).expect("a gain")))
                 .collect()
         };
-        rig.programs[0].iter().flatten().flat_map(of).collect()
+        rig.programs[0].zones().flat_map(of).collect()
     };
     assert_eq!(gains(&rig), vec![65_536; KEYS]);
     let hot = [7, 49, 59, 60];
     for (core, own) in hot.map(place) {
-        let guard = rig.block(core, at::GUARDS) + 16 * own as u32;
+        let guard = rig.block(core, core_block::GUARDS) + 16 * own as u32;
         rig.set(guard, (1 << 30) - 1);
     }
     rig.play(vec![0x4000; 100 * KEYS]);
     for (key, gain) in gains(&rig).into_iter().enumerate() {
         let (core, own) = place(key);
-        let ceiling = rig.word(rig.block(core, at::GUARDS) + 16 * own as u32 + at::CEILING);
+        let ceiling =
+            rig.word(rig.block(core, core_block::GUARDS) + 16 * own as u32 + key_guard::CEILING);
         assert_eq!(gain, ceiling, "key {key}");
         assert_eq!(
             ceiling,
@@ -316,23 +329,14 @@ fn values_per_key_follow_the_keyboard() {
     let kernels = [keyed, kernel("virtual-spring.whip")];
     let modes = kernels.each_ref().map(Modes::single);
     let notes = kernels.each_ref().map(midi);
-    let part = |(values_from, keys, at): (u32, u32, usize)| {
-        let instrument = Instrument {
-            modes: &modes[at],
-            places: &[],
-            midi: &notes[at],
-        };
-        Part {
-            keys,
-            values_from,
-            instrument,
-        }
-    };
-    let zones = [(0, 9, 0), (9, 21, 1), (30, 58, 0)];
-    let program = Program {
-        parts: zones.map(part).to_vec(),
-    };
-    let mut rig = Rig::of_programs(&[program], &divided(11_025));
+    let instruments = [0, 1].map(|at: usize| Instrument {
+        modes: &modes[at],
+        places: &[],
+        midi: &notes[at],
+    });
+    let zones = [(9, 0), (21, 1), (58, 0)].map(|(keys, at)| (keys, InstrumentId(at)));
+    let program = Program::of_zones("zones", zones);
+    let mut rig = Rig::of_programs(vec![program], &instruments, &divided(11_025));
     let drives = rig.play(vec![40_000; 500 * KEYS]);
     let last = &drives[drives.len() - KEYS..];
     for (key, &word) in last
@@ -410,10 +414,10 @@ fn zones_have_parameters_of_their_own() {
     rig.play(vec![20_000; 100 * KEYS]);
     assert_eq!((rig.word(mailbox + 12), rig.word(mailbox + 16)), (1, 0));
     let live = |core: usize, zone: usize| {
-        let segment = &rig.programs[1][core][zone];
+        let zone = &rig.programs[1].cores[core].zones[zone];
         rig.word(
-            rig.symbol(&format!("{}_state", segment.name))
-                + segment.layout.live_param(0).expect("a place"),
+            rig.symbol(&format!("{}_state", zone.name))
+                + zone.layout().live_param(0).expect("a place"),
         )
     };
     let first = kernels[0].lives[0].init as u32;

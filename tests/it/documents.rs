@@ -20,6 +20,7 @@ use whippen_runtime::engine::EngineKind;
 use whippen_runtime::session;
 
 use crate::common;
+use crate::pictures::compare_picture;
 
 /// Documents with programs that stand for themselves. The manual's are one program, which the
 /// compiler's own tests read.
@@ -107,26 +108,6 @@ fn drawn(compiled: &Compiled) -> String {
     .svg()
 }
 
-pub fn compare_picture(path: &Path, now: &str) {
-    if blessing() {
-        std::fs::create_dir_all(path.parent().expect("a folder"))
-            .expect("a folder that can be made");
-        std::fs::write(path, now).expect("a writable folder");
-    }
-    let kept = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    assert!(
-        kept == now,
-        "{} is not what a run draws now",
-        path.display()
-    );
-    assert!(
-        now.len() < 300_000,
-        "{}: {} bytes",
-        path.display(),
-        now.len()
-    );
-}
-
 #[test]
 fn programs_of_the_documents_compile_and_look_as_pictured() {
     let (mut programs, mut pictures) = (0, 0);
@@ -143,10 +124,9 @@ fn programs_of_the_documents_compile_and_look_as_pictured() {
                 .position(|b| b.kind.starts_with("whip"))
                 .map_or(all.len(), |n| at + 1 + n);
             if let Some(path) = all[at..until].iter().find_map(|b| picture(&b.after)) {
-                compare_picture(
-                    &root(document).parent().expect("a folder").join(path),
-                    &drawn(&compiled[0]),
-                );
+                let folder = document.rsplit_once('/').map_or("", |(folder, _)| folder);
+                let path = format!("{folder}/{path}");
+                compare_picture(path.trim_start_matches('/'), &drawn(&compiled[0]));
                 pictures += 1;
             }
         }
@@ -174,10 +154,8 @@ fn every_instrument_has_a_page_with_its_picture() {
             index.contains(file) && index.contains(&format!("{name}.md")),
             "the index names {name}"
         );
-        compare_picture(
-            &root("instruments").join(path),
-            &drawn(&common::instruments(file, &[])[0]),
-        );
+        let drawn = drawn(&common::instruments(file, &[])[0]);
+        compare_picture(&format!("instruments/{path}"), &drawn);
     }
 }
 

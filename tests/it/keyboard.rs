@@ -35,11 +35,16 @@ fn mikey_has_88_keys_and_three_programs() {
         (
             keyboard.name.as_str(),
             keyboard.device.as_str(),
-            keyboard.keys()
+            keyboard.layout.keys
         ),
         ("mikey", "mikey", 88)
     );
-    let names: Vec<&str> = keyboard.programs.iter().map(|p| p.name.as_str()).collect();
+    let names: Vec<&str> = keyboard
+        .layout
+        .programs
+        .iter()
+        .map(|p| p.name.as_str())
+        .collect();
     assert_eq!(names, ["grand_piano", "harpsichord", "hammond"]);
     assert_eq!(keyboard.rate_hz, 44_100);
 }

@@ -21,6 +21,7 @@ mod lsp;
 mod messages;
 mod midi;
 mod organ_and_plucked;
+mod pictures;
 mod played;
 mod player;
 mod random_programs;

@@ -3,13 +3,14 @@
 use std::path::Path;
 use std::process::Command;
 
-use whippen_compiler::check::{self, Options, Playable};
+use whippen_compiler::check::Options;
 use whippen_compiler::front::compile_front;
+use whippen_compiler::keyboard::{InstrumentId, KeyRange, Program, Zone};
 use whippen_compiler::model::Model;
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
-use whippen_runtime::keyboard::{KeyLog, Outcome, Part, PlayingKey, model_of_keys, play};
+use whippen_runtime::keyboard::{KeyLog, Outcome, PlayedProgram, PlayingKey, model_of_keys, play};
 use whippen_runtime::midi::{self, Note};
 use whippen_runtime::stroke::{Stroke, strokes};
 
@@ -259,8 +260,8 @@ fn grand() -> whippen_compiler::model::Model {
 }
 
 /// One instrument on all keys.
-fn all(model: &Model) -> [Part<'_>; 1] {
-    [Part { model, keys: 0..88 }]
+fn all() -> Program {
+    Program::of_zones("all", [(88, InstrumentId(0))])
 }
 
 /// The keys of notes from A0 on, and their strokes.
@@ -292,9 +293,14 @@ fn any_number_of_threads_and_any_company_give_the_same_bits() {
     let notes = midi::read(&file(&music())).expect("notes").notes;
     let (keys, _) = laid_out(&notes);
     let ticks = 2 * 44_100;
+    let program = all();
+    let played = PlayedProgram {
+        program: &program,
+        instruments: std::slice::from_ref(&model),
+    };
     let run = |keys: &[PlayingKey], threads| {
         play(
-            &all(&model),
+            &played,
             &device,
             EngineKind::Jit,
             keys,
@@ -327,7 +333,7 @@ fn any_number_of_threads_and_any_company_give_the_same_bits() {
 }
 
 /// A program of a bundled keyboard, and its instruments.
-pub fn split() -> (Vec<Model>, Playable) {
+pub fn split() -> (Vec<Model>, Program) {
     let mut map = SourceMap::default();
     for file in ["split.whip", "grand-piano.whip", "hammond.whip"] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -338,7 +344,8 @@ pub fn split() -> (Vec<Model>, Playable) {
     let (program, diagnostics) = compile_front(&mut map, &Options::default());
     let program = program.unwrap_or_else(|| panic!("{diagnostics:?}"));
     let split = program.keyboards[0]
-        .program("split")
+        .layout
+        .program_named("split")
         .expect("zones")
         .clone();
     (program.instruments, split)
@@ -347,19 +354,8 @@ pub fn split() -> (Vec<Model>, Playable) {
 #[test]
 fn zones_play_what_their_instruments_play_alone() {
     let ((models, split), device) = (split(), Device::mikey());
-    let of_stage = |note: u8| usize::from(note - 36);
-    let part = |part: &check::Part| Part {
-        model: &models[part.instrument],
-        keys: of_stage(part.first_key)..of_stage(part.last_key) + 1,
-    };
-    let parts: Vec<Part> = split.parts.iter().map(part).collect();
-    assert_eq!(
-        parts
-            .iter()
-            .map(|part| part.keys.clone())
-            .collect::<Vec<_>>(),
-        [0..24, 24..49]
-    );
+    let zones: Vec<KeyRange> = split.zones.iter().map(|zone| zone.keys).collect();
+    assert_eq!(zones, [KeyRange::new(0, 24), KeyRange::new(24, 49)]);
     let notes = midi::read(&file(&music())).expect("notes").notes;
     let (mut keys, mut strokes) = laid_out(&notes);
     let inside = |key: &PlayingKey| (15..64).contains(&key.index);
@@ -369,9 +365,13 @@ fn zones_play_what_their_instruments_play_alone() {
         .filter(|(key, _)| inside(key))
         .unzip();
     keys.iter_mut().for_each(|key| key.index -= 15);
-    let run = |parts: &[Part], threads| {
+    let run = |program: &Program, threads| {
+        let played = PlayedProgram {
+            program,
+            instruments: &models,
+        };
         play(
-            parts,
+            &played,
             &device,
             EngineKind::Jit,
             &keys,
@@ -381,28 +381,30 @@ fn zones_play_what_their_instruments_play_alone() {
         )
         .expect("it plays")
     };
-    let logs = run(&parts, 1);
-    assert_eq!(logs, run(&parts, 5));
+    let logs = run(&split, 1);
+    assert_eq!(logs, run(&split, 5));
     assert_eq!(
         logs.iter().map(|log| log.index).collect::<Vec<_>>(),
         keys.iter().map(|key| key.index).collect::<Vec<_>>()
     );
-    for part in &parts {
-        let alone = run(
-            &[Part {
-                keys: 0..49,
-                ..part.clone()
-            }],
-            1,
-        );
+    for zone in &split.zones {
+        let everywhere = Zone {
+            keys: KeyRange::new(0, 49),
+            ..*zone
+        };
+        let alone = Program {
+            zones: vec![everywhere],
+            ..split.clone()
+        };
+        let (alone, name) = (run(&alone, 1), &models[zone.instrument.index()].name);
         let own = |logs: &[KeyLog]| -> Vec<KeyLog> {
             logs.iter()
-                .filter(|log| part.keys.contains(&log.index))
+                .filter(|log| zone.keys.contains(log.index as u32))
                 .cloned()
                 .collect()
         };
-        assert!(own(&logs).len() > 5, "keys of {} play", part.model.name);
-        assert_eq!(own(&logs), own(&alone), "{}", part.model.name);
+        assert!(own(&logs).len() > 5, "keys of {name} play");
+        assert_eq!(own(&logs), own(&alone), "{name}");
     }
     // Which event is a strike depends on the key: a key that has none has no notes to be compared.
     let strike = |key: usize| (key < 24).then_some(0);
@@ -532,8 +534,13 @@ fn every_recorded_performance_is_read_and_played() {
             })
             .collect();
         let (keys, strokes) = laid_out(&early);
+        let program = all();
+        let whole = PlayedProgram {
+            program: &program,
+            instruments: std::slice::from_ref(&model),
+        };
         let logs = play(
-            &all(&model),
+            &whole,
             &Device::mikey(),
             EngineKind::Jit,
             &keys,

@@ -10,7 +10,7 @@ use whippen_runtime::plant::Player;
 use whippen_runtime::plot::{Curve, Map};
 
 use crate::common;
-use crate::documents::compare_picture;
+use crate::pictures::compare_picture;
 
 /// Ticks per second.
 const RATE_HZ: f64 = 44_100.0;
@@ -327,6 +327,5 @@ fn the_map_of_borders_is_as_pictured() {
     if let Some(path) = std::env::var_os("WHIPPEN_MAP") {
         std::fs::write(path, map.png().expect("it fits")).expect("writable");
     }
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/pictures/stability.svg");
-    compare_picture(&path, &map.svg());
+    compare_picture("docs/pictures/stability.svg", &map.svg());
 }

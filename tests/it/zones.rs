@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use serde_json::Value;
+use whippen_compiler::keyboard::{InstrumentId, Layout, Program, Zone};
 use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_emulator::BoardKind;
@@ -22,20 +23,33 @@ const KEYS: [usize; 9] = [2, 3, 5, 8, 23, 24, 30, 41, 48];
 /// How many of them are below the border.
 const BELOW: usize = 5;
 
-/// The instruments of the split as those keys have them.
-fn parts(observe: bool) -> Vec<Compiled> {
+/// The instruments of the split's zones, with the values of the keys that `of_zone` gives.
+fn instruments(observe: bool, of_zone: [&[usize]; 2]) -> Vec<Compiled> {
     let (models, split) = split();
     let scales = Device::mikey().scales();
-    let part = |(part, keys): (&whippen_compiler::check::Part, &[usize])| {
-        let model: Model = model_of_keys(&models[part.instrument], keys);
+    let compiled = |(zone, keys): (&Zone, &[usize])| {
+        let model: Model = model_of_keys(&models[zone.instrument.index()], keys);
         compile(model, scales, observe).unwrap_or_else(|e| panic!("{e:?}"))
     };
-    split
-        .parts
-        .iter()
-        .zip([&KEYS[..BELOW], &KEYS[BELOW..]])
-        .map(part)
-        .collect()
+    split.zones.iter().zip(of_zone).map(compiled).collect()
+}
+
+/// The instruments as the keys of their zones have them.
+fn parts(observe: bool) -> Vec<Compiled> {
+    instruments(observe, [&KEYS[..BELOW], &KEYS[BELOW..]])
+}
+
+/// A keyboard with zones of so many keys, each an instrument of its own.
+fn layout(keys: &[u32]) -> Layout {
+    let zones = (0..).map(InstrumentId).zip(keys);
+    Layout {
+        first_note: 21,
+        keys: keys.iter().sum(),
+        programs: vec![Program::of_zones(
+            "zones",
+            zones.map(|(id, keys)| (*keys, id)),
+        )],
+    }
 }
 
 /// Words of a tick: every key plays the gesture at a time of its own.
@@ -98,14 +112,16 @@ fn every_engine_plays_a_split_as_its_instruments_alone() {
         "compiled and interpreted"
     );
     let (parts, device) = (parts(false), Device::mikey());
-    let of_parts = [(BELOW, &parts[0]), (KEYS.len() - BELOW, &parts[1])];
+    let layout = layout(&[BELOW as u32, (KEYS.len() - BELOW) as u32]);
+    let on_board = instruments(false, [&KEYS, &KEYS]);
+    let on_board: Vec<&Compiled> = on_board.iter().collect();
     for kind in BoardKind::ALL {
         // What a Cortex-M0+ can do in time is tested at a rate of its own elsewhere.
         if kind == BoardKind::Rp2040 {
             continue;
         }
-        let mut board =
-            Emulated::of_parts(&of_parts, &device, kind).unwrap_or_else(|e| panic!("{e}"));
+        let mut board = Emulated::of_layout(&layout, &on_board, &device, kind)
+            .unwrap_or_else(|e| panic!("{e}"));
         let (mut drive, mut told) = (vec![0; KEYS.len()], 0);
         for (tick, row) in reference.0.iter().enumerate() {
             let words = words(&gesture, tick);
@@ -159,8 +175,13 @@ fn a_cortex_m0_plus_plays_a_split_too() {
     };
     let parts = ["hammond", "virtual_spring", "baker"].map(slow);
     let of_parts = [(2, &parts[0]), (1, &parts[1]), (4, &parts[2])];
-    let mut board =
-        Emulated::of_parts(&of_parts, &device, BoardKind::Rp2040).unwrap_or_else(|e| panic!("{e}"));
+    let mut board = Emulated::of_layout(
+        &layout(&[2, 1, 4]),
+        &parts.each_ref(),
+        &device,
+        BoardKind::Rp2040,
+    )
+    .unwrap_or_else(|e| panic!("{e}"));
     let mut engines: Vec<(Engine, usize)> = Vec::new();
     for (keys, compiled) in of_parts {
         engines.push((

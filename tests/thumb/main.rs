@@ -1,6 +1,7 @@
 //! Generated code on the emulator against the interpreter: every drive word, event, probe and cell,
 //! bit for bit.
 
+mod flags;
 mod instruments;
 mod listing;
 mod random;

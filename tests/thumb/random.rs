@@ -24,7 +24,7 @@ fn count() -> u64 {
 }
 
 /// Compares everything that a kernel does in some ticks.
-fn compare(seed: u64, kernel: &Kernel, core: CoreKind) {
+pub fn compare(seed: u64, kernel: &Kernel, core: CoreKind) {
     let keys = 1 + seed as u32 % 4;
     let mut rng = Rng::new(seed);
     let mut interp = Interp::new(kernel, keys as usize).expect("verifies");

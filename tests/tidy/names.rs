@@ -21,7 +21,6 @@ const TWICE: &[(&str, &str)] = &[
     ("compiler/arm/Step", "to be renamed"),
     ("compiler/arm/Unit", "to be renamed"),
     ("compiler/arm/Writer", "to be renamed"),
-    ("compiler/budget/Costs", "to be renamed"),
     ("compiler/budget/Frame", "to be renamed"),
     ("compiler/budget/Place", "to be renamed"),
     ("compiler/kernel/Place", "to be renamed"),

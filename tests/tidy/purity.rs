@@ -27,7 +27,7 @@ const FLOATS: &[(&str, &str)] = &[
         "shares of a tick, for readers; cycles are integers",
     ),
     (
-        "compiler/firmware/src/whole.rs: f64",
+        "compiler/firmware/src/image.rs: f64",
         "a clock in MHz, in a message",
     ),
     (

@@ -6,12 +6,12 @@
 //! ```
 //!
 //! What an instruction's text means is the table's (`isa::parse`). Everything written here
-//! assembles to the same bytes with the GNU assembler (`tests/asm.rs`), so that who knows one can
-//! read the other. Labels, also `1:` with `1b` and `1f`; constants by `.equ` or from the caller;
-//! `ldr r0, =value` with pools at `.ltorg` and at the end; `.if` and `.rept` by constants. A
-//! comment `@! rounds 3` says how often the loop that begins with the next instruction runs at
-//! most, `@! targets a b` where the next instruction, an indirect branch, may go: what a static
-//! bound must be told.
+//! assembles to the same bytes with the GNU assembler (`compiler/tests/it/asm.rs`), so that who
+//! knows one can read the other. Labels, also `1:` with `1b` and `1f`; constants by `.equ` or from
+//! the caller; `ldr r0, =value` with pools at `.ltorg` and at the end; `.if` and `.rept` by
+//! constants. A comment `@! rounds 3` says how often the loop that begins with the next instruction
+//! runs at most, `@! targets a b` where the next instruction, an indirect branch, may go: what a
+//! static bound must be told.
 //!
 //! Not here: macros, includes, floating point data, addresses.
 

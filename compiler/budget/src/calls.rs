@@ -7,15 +7,13 @@ use std::collections::BTreeMap;
 
 use whippen_isa::timing::Target;
 
-use super::frame::{OnCore, Zone, find};
+use super::frame::{OnCore, ZoneBound, find};
 use super::program::Program;
 use super::{Annotations, Bound, Known, NotBounded, Query, Step, bound};
-use whippen_firmware::{BEGINS, PARTS, keys_name};
+use whippen_firmware::{BEGINS, PARTS};
 
 /// All calls, by what they lead to.
 pub struct Calls {
-    /// The name in front of `_tick`.
-    pub name: String,
     /// Where the keys' tick comes back to.
     pub return_to: Option<Target>,
     /// Address of the tick and of the function that begins a key, of the program that plays.
@@ -34,21 +32,12 @@ impl Calls {
     /// Finds them in the targets that come with the image.
     pub fn find(of: &OnCore) -> Result<Self, NotBounded> {
         let program = of.program;
-        let name = keys_name(of.number, of.playing);
-        let (tick, begin) = (
-            find(program, &format!("{name}_tick"))?,
-            find(program, &format!("{name}_begin"))?,
-        );
-        let all = (0..)
-            .map(|other| keys_name(of.number, other))
-            .map_while(|name| {
-                let address = |what: &str| program.symbols.get(&format!("{name}_{what}")).copied();
-                Some([address("tick")?, address("begin")?])
-            });
-        let others = all
-            .flatten()
-            .filter(|address| *address != tick && *address != begin)
-            .collect();
+        let [tick, begin] = entries(program, &of.playing.name)?;
+        let mut others = Vec::new();
+        for code in of.programs {
+            others.extend(entries(program, &code.name)?);
+        }
+        others.retain(|address| *address != tick && *address != begin);
         let (mut whole, mut begun, mut beginning) = (Vec::new(), Vec::new(), Vec::new());
         for (&at, targets) in &program.annotations.targets {
             let leads = |to: u32| targets.iter().any(|target| target & !1 == to);
@@ -70,7 +59,6 @@ impl Calls {
             .find(|target| target.wide && target.address & 2 != 0);
         let return_to = dearest.or(returns.first()).copied();
         Ok(Self {
-            name,
             return_to,
             tick,
             begin,
@@ -84,12 +72,17 @@ impl Calls {
     /// What a call costs that begins a key. The code is that of `init`, whose loop over the keys
     /// runs once; of several zones, the dearest.
     pub fn begin(&self, of: &OnCore) -> Result<Bound, NotBounded> {
-        begins(of, &self.name, of.keys.iter().sum(), BTreeMap::new())
+        begins(
+            of,
+            &of.playing.name,
+            of.playing.keys.count(),
+            BTreeMap::new(),
+        )
     }
 
     /// What the keys of a program cost, where its core has zones: the calls between them are code
     /// like other.
-    pub fn costs(&self, of: &OnCore, zones: &[Zone]) -> Result<Costs, NotBounded> {
+    pub fn costs(&self, of: &OnCore, zones: &[ZoneBound]) -> Result<Costs, NotBounded> {
         let begin = self.begin(of)?;
         if let [zone] = zones {
             let ticked = |keys| Known {
@@ -97,13 +90,13 @@ impl Calls {
                 stack_bytes: zone.tick.stack_bytes_max(),
             };
             return Ok(Costs {
-                whole: ticked(zone.keys),
-                begun: ticked(zone.keys.saturating_sub(1)),
+                whole: ticked(zone.keys()),
+                begun: ticked(zone.keys().saturating_sub(1)),
                 begin,
             });
         }
-        let known = |what: &str, cost: &dyn Fn(&Zone) -> Known| {
-            let one = |zone: &Zone| {
+        let known = |what: &str, cost: &dyn Fn(&ZoneBound) -> Known| {
+            let one = |zone: &ZoneBound| {
                 Ok((
                     (None, find(of.program, &format!("{}_{what}", zone.name))?),
                     cost(zone),
@@ -114,15 +107,15 @@ impl Calls {
                 .map(one)
                 .collect::<Result<BTreeMap<_, _>, NotBounded>>()
         };
-        let tick = |zone: &Zone| Known {
-            cycles: zone.tick.cycles_max(zone.keys),
+        let tick = |zone: &ZoneBound| Known {
+            cycles: zone.tick.cycles_max(zone.keys()),
             stack_bytes: zone.tick.stack_bytes_max(),
         };
         let annotations = Annotations {
             known: known("tick", &tick)?,
             bases: of.stack_base()?,
             return_to: self.return_to,
-            entered: of.entered(&self.name, None),
+            entered: of.entered(&of.playing.name, None),
             ..of.program.annotations.clone()
         };
         let (core, code, interference) = (of.core, &of.program.code, Some(of.interference));
@@ -143,17 +136,17 @@ impl Calls {
         // Some key begins, those below it play, those above it do not: which one costs most?
         let finds = begins(
             of,
-            &self.name,
-            of.keys.iter().sum(),
+            &of.playing.name,
+            of.playing.keys.count(),
             known("begin", &|_| Known::default())?,
         )?;
         let (mut above, mut dearest) = (0, 0);
         for zone in zones.iter().rev() {
-            let own = begins(of, &zone.name, zone.keys, BTreeMap::new())?;
+            let own = begins(of, &zone.name, zone.keys(), BTreeMap::new())?;
             let key = zone.tick.key_cycles_max();
             let played = whole.cycles.saturating_sub(above + key);
             dearest = dearest.max(played + own.cycles_max + finds.cycles_max);
-            above += u64::from(zone.keys) * key;
+            above += u64::from(zone.keys()) * key;
         }
         // Both are called on the same way, so what one call costs may be charged to the other.
         let begun = Known {
@@ -220,6 +213,14 @@ impl Calls {
             .map(|(name, cycles)| (name, cycles.max(0) as u64))
             .collect()
     }
+}
+
+/// Addresses of the tick of keys of that name, and of the function that begins one of them.
+fn entries(program: &Program, name: &str) -> Result<[u32; 2], NotBounded> {
+    Ok([
+        find(program, &format!("{name}_tick"))?,
+        find(program, &format!("{name}_begin"))?,
+    ])
 }
 
 /// What a program's keys cost.

@@ -6,13 +6,14 @@
 //! number (`Running::visits`).
 
 use super::NotBounded;
-use super::frame::{Frame, OnCore, frames, stack_memory, zone_names};
+use super::frame::{Frame, OnCore, frames, stack_memory};
 use super::memory::{Extent, Interference, Others, Reach};
 use super::program::Program;
 use whippen_arm::image::{Image, Linked as LinkedSection, SectionKind};
 use whippen_board::{BankSet, Board};
 use whippen_deterministic::parallel;
-use whippen_firmware::{Owner, RUNNING, keys_name, owner};
+use whippen_firmware::{CoreCode, FirmwareImage, Owner, RUNNING, owner};
+use whippen_keyboard::{CoreId, ProgramId};
 
 /// One core.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -32,21 +33,22 @@ impl Bounded {
     }
 }
 
-/// Bounds the cores of a firmware's image for a board with so many keys each, zone by zone
-/// (`Whole::keys`), while it plays the program of that number.
+/// Bounds the cores of a firmware's image for a board while it plays one of its programs; `program`
+/// is what the image's bytes say.
 ///
 /// # Errors
 /// What cannot be bounded.
 pub fn cores(
-    image: &Image,
+    image: &FirmwareImage,
     program: &Program,
     board: &Board,
-    keys: &[Vec<u32>],
-    playing: usize,
+    playing: ProgramId,
 ) -> Result<Vec<Bounded>, NotBounded> {
-    let (timing, count) = (board.timing(), keys.len());
-    let found = parallel::map((0..count).collect(), |number: usize| {
-        let around = around(image, program, board, number, count);
+    let timing = board.timing();
+    let found = parallel::map(image.cores().collect(), |id: CoreId| {
+        let of_program = image.programs.iter().map(|program| program.core(id));
+        let programs: Vec<&CoreCode> = of_program.collect();
+        let around = around(image, program, board, id.index(), &programs);
         let alone = Interference::new(
             board,
             &program.sections,
@@ -56,10 +58,10 @@ pub fn cores(
         let core = OnCore {
             program,
             core: &timing,
-            running: &RUNNING[number],
-            number,
-            playing,
-            keys: &keys[number],
+            number: id.index(),
+            running: &RUNNING[id.index()],
+            playing: programs[playing.index()],
+            programs: &programs,
             interference: &alone,
         };
         frames(&core, [&alone, &around]).map(|[alone, contended]| Bounded { alone, contended })
@@ -67,14 +69,16 @@ pub fn cores(
     found.into_iter().collect()
 }
 
-/// Who else is at the banks that a core uses, one of so many.
+/// Who else is at the banks that a core uses, which has this code of each program.
 fn around<'a>(
-    image: &Image,
+    whole: &FirmwareImage,
     program: &'a Program,
     board: &'a Board,
     core: usize,
-    cores: usize,
+    programs: &[&CoreCode],
 ) -> Interference<'a> {
+    let image = &whole.image;
+    let cores = whole.keys_of_cores.len();
     let data = data(image, program, board, core, cores);
     let mut others = Others {
         prefetch: board.fetches_apart,
@@ -86,7 +90,7 @@ fn around<'a>(
             code_banks(image, board, other),
             data_banks(image, program, board, other),
         ];
-        others.remote_accesses = RUNNING[core].visits + more_visits(program, core);
+        others.remote_accesses = RUNNING[core].visits + more_visits(core, programs);
     }
     let own_code = code_banks(image, board, core);
     // A single core also runs what is named after another one.
@@ -99,11 +103,8 @@ fn around<'a>(
 
 /// What core 1 looks up besides in the memory of core 0 where that has several zones: head and tail
 /// of each further ring, in two rounds.
-fn more_visits(program: &Program, core: usize) -> u32 {
-    let zones = (0..)
-        .map(|number| keys_name(core, number))
-        .take_while(|name| program.symbols.contains_key(&format!("{name}_tick")))
-        .map(|name| zone_names(program, &name).len() as u32);
+fn more_visits(core: usize, programs: &[&CoreCode]) -> u32 {
+    let zones = programs.iter().map(|code| code.zones.len() as u32);
     if core == 0 {
         4 * (zones.max().unwrap_or(1) - 1)
     } else {

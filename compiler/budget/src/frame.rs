@@ -27,7 +27,8 @@ use super::unknown::Unknown;
 use super::{Annotations, Bound, NotBounded, Query, bound, every, stack, zip};
 use whippen_arm::thumb::{self, Points};
 use whippen_board::Board;
-use whippen_firmware::{DEAD, RUNNING, Running, zone_name};
+use whippen_firmware::{CoreCode, DEAD, RUNNING, Running};
+use whippen_keyboard::CoreZone;
 
 /// Words that an exception saves and restores.
 const SAVED_WORDS: u16 = 8;
@@ -41,7 +42,7 @@ pub struct Frame {
     pub keys: u32,
     /// The code of the keys, by instrument: one zone, unless the program has several and some of
     /// them on this core.
-    pub zones: Vec<Zone>,
+    pub zones: Vec<ZoneBound>,
     /// The handler, all keys included.
     pub handler: Bound,
     /// What the cycles around the keys are for, on the handler's dearest way.
@@ -54,15 +55,22 @@ pub struct Frame {
     pub class: Evidence,
 }
 
-/// Neighbouring keys of a core that play one instrument.
+/// The bounds of the keys that a core has of a zone.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Zone {
+pub struct ZoneBound {
     /// The name in front of `_tick`.
     pub name: String,
-    /// How many keys.
-    pub keys: u32,
+    /// Which keys, of which zone.
+    pub of: CoreZone,
     /// Their code.
     pub tick: Tick,
+}
+
+impl ZoneBound {
+    /// How many keys.
+    pub fn keys(&self) -> u32 {
+        self.of.keys.count()
+    }
 }
 
 /// A core to be bounded.
@@ -76,10 +84,10 @@ pub struct OnCore<'a> {
     pub running: &'a Running,
     /// Which core it is.
     pub number: usize,
-    /// Which program plays, by its number.
-    pub playing: usize,
-    /// How many keys of each of its zones.
-    pub keys: &'a [u32],
+    /// Its code of the program that plays.
+    pub playing: &'a CoreCode,
+    /// Its code of all programs.
+    pub programs: &'a [&'a CoreCode],
     /// Memory and who else uses it.
     pub interference: &'a Interference<'a>,
 }
@@ -94,7 +102,7 @@ impl Frame {
     pub fn keys_cycles_max(&self) -> u64 {
         self.zones
             .iter()
-            .map(|zone| u64::from(zone.keys) * zone.tick.key_cycles_max())
+            .map(|zone| u64::from(zone.keys()) * zone.tick.key_cycles_max())
             .sum()
     }
 
@@ -134,16 +142,17 @@ pub fn frames<const N: usize>(
     } = *of;
     only_handler(program, running, find(program, running.handler)?)?;
     let calls = Calls::find(of)?;
-    let names = zone_names(program, &calls.name);
     // Zones are called in one row, so each comes back to another place: to the dearest.
-    let return_to = if names.len() == 1 {
-        calls.return_to
-    } else {
+    let return_to = if of.playing.is_split() {
         None
+    } else {
+        calls.return_to
     };
-    let mut zones: [Vec<Zone>; N] = std::array::from_fn(|_| Vec::new());
-    for (name, &keys) in names.iter().zip(of.keys) {
-        let (entered, bases) = (of.entered(name, None), of.bases_of_keys(name)?);
+    let mut zones: [Vec<ZoneBound>; N] = std::array::from_fn(|_| Vec::new());
+    for zone in &of.playing.zones {
+        let name = &zone.name;
+        let entered = of.entered(name, None);
+        let bases = of.bases_of_keys(name)?;
         let ticks = super::tick::ticks(
             program,
             name,
@@ -153,14 +162,13 @@ pub fn frames<const N: usize>(
             entered,
             bases,
         )?;
-        let each = zones.iter_mut().zip(ticks);
-        each.for_each(|(zones, tick)| {
-            zones.push(Zone {
+        for (zones, tick) in zones.iter_mut().zip(ticks) {
+            zones.push(ZoneBound {
                 name: name.clone(),
-                keys,
+                of: zone.of,
                 tick,
-            })
-        });
+            });
+        }
     }
     every(zip(interferences, zones, |interference, zones| {
         frame(
@@ -175,12 +183,11 @@ pub fn frames<const N: usize>(
 }
 
 /// The frame around the ticks of zones.
-fn frame(of: &OnCore, calls: &Calls, zones: Vec<Zone>) -> Result<Frame, NotBounded> {
+fn frame(of: &OnCore, calls: &Calls, zones: Vec<ZoneBound>) -> Result<Frame, NotBounded> {
     let OnCore {
         program,
         core,
         running,
-        keys,
         interference,
         ..
     } = *of;
@@ -225,7 +232,7 @@ fn frame(of: &OnCore, calls: &Calls, zones: Vec<Zone>) -> Result<Frame, NotBound
     ];
     let all: u64 = zones
         .iter()
-        .map(|zone| u64::from(zone.keys) * zone.tick.key_cycles_max())
+        .map(|zone| u64::from(zone.keys()) * zone.tick.key_cycles_max())
         .sum();
     parts.extend(calls.parts(program, &handled.path, all));
     parts.push((
@@ -244,7 +251,7 @@ fn frame(of: &OnCore, calls: &Calls, zones: Vec<Zone>) -> Result<Frame, NotBound
     let stack_bytes_max = idle.stack_bytes_max + SAVED_BYTES + handled.stack_bytes_max;
     of.has_stack_room(stack, stack_bytes_max)?;
     Ok(Frame {
-        keys: keys.iter().sum(),
+        keys: of.playing.keys.count(),
         cycles_max: all + parts.iter().map(|(_, cycles)| cycles).sum::<u64>(),
         stack_bytes_max,
         class: handled
@@ -347,19 +354,6 @@ pub(super) fn stack_memory(program: &Program, board: &Board, core: usize) -> Opt
     };
     let banks = known.map_or(0, |memory| memory.bank_set());
     Some((end, Reach { banks, unknown }))
-}
-
-/// The names of a program's zones on a core; its own where it has no several.
-pub(super) fn zone_names(program: &Program, name: &str) -> Vec<String> {
-    let all = (0..).map(|zone| zone_name(name, zone));
-    let zones: Vec<String> = all
-        .take_while(|zone| program.symbols.contains_key(&format!("{zone}_tick")))
-        .collect();
-    if zones.is_empty() {
-        vec![name.to_string()]
-    } else {
-        zones
-    }
 }
 
 pub(super) fn find(program: &Program, name: &str) -> Result<u32, NotBounded> {

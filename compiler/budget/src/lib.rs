@@ -27,7 +27,6 @@ mod block;
 mod calls;
 mod code;
 mod cores;
-mod division;
 mod error;
 mod facts;
 mod frame;
@@ -51,9 +50,8 @@ use whippen_isa::timing::{Core, Evidence, Target};
 
 pub use code::Code;
 pub use cores::{Bounded, cores};
-pub use division::{Costs, NotDivided, cheapest, whole_divided};
 pub use error::NotBounded;
-pub use frame::{Frame, OnCore, Zone, frames};
+pub use frame::{Frame, OnCore, ZoneBound, frames};
 pub use memory::{Extent, Interference, Others, Reach};
 pub use missed::{Dearest, missed};
 pub use named::mode_names;

@@ -1,5 +1,7 @@
 //! The budget: what a tick may take, what it takes at most, and what is left.
 
+use std::fmt;
+
 use super::cores::Bounded;
 use whippen_isa::timing::Evidence;
 
@@ -44,6 +46,20 @@ pub struct CoreBudget {
     pub more_keys: u32,
     /// Bytes of stack.
     pub stack_bytes_max: u32,
+}
+
+impl fmt::Display for Budget {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{} cycles a tick", self.period_cycles)?;
+        for (number, core) in self.cores.iter().enumerate() {
+            writeln!(
+                f,
+                "core {number}: {} keys, {} cycles at most, {} around the keys, {} left",
+                core.keys, core.cycles_max, core.around_cycles_max, core.slack_cycles
+            )?;
+        }
+        Ok(())
+    }
 }
 
 impl Budget {

@@ -5,66 +5,15 @@ use std::collections::BTreeMap;
 use whippen_isa::Arch;
 use whippen_isa::imm::thumb_shrink_imm;
 
-use super::{FirmwareError, Motor, Passivity, Played, Segment, Setup, Support, distance, zoned};
+use super::code::{CoreCode, ProgramCode, ZoneCode, is_split};
+use super::offsets::assembly_constants;
+use super::{FirmwareError, Motor, Passivity, Setup, Support, drive_offset_bytes};
 
 /// What an access with write-back reaches.
 pub(super) const RECORD_MAX: u32 = 252;
 
 /// How many programs an image may have.
 pub(super) const PROGRAMS_MAX: usize = 64;
-
-/// Offsets in a core's block, in a key's guard, in a core's program, in what its reader knows of
-/// it, in the table of the status; bits of faults.
-const PLACES: &[(&str, i64)] = &[
-    ("C_CODE", 0),
-    ("C_STATE", 4),
-    ("C_ROWS", 8),
-    ("C_KEYS", 16),
-    ("C_GAINS", 20),
-    ("C_GUARDS", 24),
-    ("C_TICK", 28),
-    ("C_ALARM", 32),
-    ("C_MISSED", 36),
-    ("C_FAULTS", 40),
-    ("C_FAULTY", 44),
-    ("C_TURN", 48),
-    ("C_FIRST", 52),
-    ("C_ROW", 56),
-    ("C_RAMP", 60),
-    ("C_PROGRAM", 64),
-    ("C_WANTED", 68),
-    ("C_BEGUN", 72),
-    ("G_HEAT", 0),
-    ("G_CEILING", 4),
-    ("G_WORD", 8),
-    ("G_DRIVE", 10),
-    ("G_SINCE", 12),
-    ("P_CORE", 0),
-    ("P_STATE", 4),
-    ("P_INIT", 8),
-    ("P_TICK", 12),
-    ("P_BEGIN", 16),
-    ("P_GAINS", 20),
-    ("P_RECORDS", 24),
-    ("P_END", 28),
-    ("P_READER", 32),
-    ("R_STATE", 0),
-    ("R_EVENTS", 4),
-    ("R_EVENT", 8),
-    ("R_NOTE", 12),
-    ("R_RELEASE", 16),
-    ("R_SHIFT", 20),
-    ("R_VELOCITIES", 24),
-    ("R_MASK", 28),
-    ("R_NEXT", 32),
-    ("S_FAULTS", 8),
-    ("FAULT_MISSED", 1),
-    ("FAULT_RAIL", 2),
-    ("FAULT_FROZEN", 4),
-    ("FAULT_HOT", 8),
-    ("FAULT_DEAD", 16),
-    ("WATCHDOG_US", 10_000),
-];
 
 /// The gain of a key in its record.
 const GAIN: u32 = 4;
@@ -78,11 +27,12 @@ const RAMP_MS: u64 = 20;
 /// # Errors
 /// Programs, keys, records or motor are out of range.
 pub fn constants(
-    programs: &[Played],
+    programs: &[ProgramCode],
     setup: &Setup,
     board: &Support,
 ) -> Result<BTreeMap<String, i64>, FirmwareError> {
-    let Some(Played { cores, .. }) = programs.first().filter(|_| programs.len() <= PROGRAMS_MAX)
+    let Some(ProgramCode { cores, .. }) =
+        programs.first().filter(|_| programs.len() <= PROGRAMS_MAX)
     else {
         return Err(FirmwareError::Programs(programs.len()));
     };
@@ -93,44 +43,36 @@ pub fn constants(
     if let Some(keys) = setup.keys.iter().find(|keys| !(1..=255).contains(*keys)) {
         return Err(FirmwareError::Keys(*keys));
     }
-    let layouts = programs
-        .iter()
-        .flat_map(|program| program.cores)
-        .flatten()
-        .map(|segment| &segment.layout);
-    let record = layouts
+    let zones = programs.iter().flat_map(ProgramCode::zones);
+    let record = zones
+        .map(ZoneCode::layout)
         .map(|layout| layout.record(1) - layout.record(0))
         .max()
         .unwrap_or(0);
     if record > RECORD_MAX {
         return Err(FirmwareError::Record(record));
     }
-    let gain = |segments: &Vec<Segment>| {
-        segments
-            .first()
-            .and_then(|s| s.layout.gain(0))
-            .unwrap_or(GAIN)
+    let gain = |core: &CoreCode| {
+        let first = core.zones.first();
+        first.and_then(|zone| zone.layout().gain(0)).unwrap_or(GAIN)
     };
     let rate = u64::from(setup.rate_hz);
     let heat = heat(&setup.motor, rate)?;
     let ticks = |ms: u64| ms * rate / 1000;
-    let mut all: BTreeMap<String, i64> = PLACES
-        .iter()
-        .map(|(name, value)| (name.to_string(), *value))
-        .collect();
+    let mut all = assembly_constants();
     let mut put = |name: &str, value: u64| {
         all.insert(name.to_string(), value as i64);
     };
     put("CORES", stacks.len() as u64);
-    for (core, (&keys, segments)) in setup.keys.iter().zip(*cores).enumerate() {
+    for (core, (&keys, code)) in setup.keys.iter().zip(cores).enumerate() {
         put(&format!("KEYS{core}"), keys.into());
-        put(&format!("DISTANCE{core}"), distance(keys).into());
-        put(&format!("GAINS{core}"), gain(segments).into());
+        put(&format!("DISTANCE{core}"), drive_offset_bytes(keys).into());
+        put(&format!("GAINS{core}"), gain(code).into());
         put(&format!("STACK{core}"), stacks[core].into());
     }
     put("RECORD", record.into());
     put("GAIN", GAIN.into());
-    put("ZONES", zoned(programs).into());
+    put("ZONES", is_split(programs).into());
     put("FIRST_NOTE", setup.first_note.into());
     put("STEP", (65_536 * TURNS).div_ceil(ticks(RAMP_MS).max(TURNS)));
     put("RAMP", (ticks(RAMP_MS) + 3 * TURNS).min(0xffff));
@@ -176,7 +118,7 @@ fn passivity(setup: &Setup, board: &Support) -> Result<Passivity, FirmwareError>
     match fits {
         _ if board.board.arch == Arch::V6M => Err(FirmwareError::PassivityCore),
         true => Ok(wanted),
-        false => Err(FirmwareError::Passivity),
+        false => Err(FirmwareError::Passivity(wanted)),
     }
 }
 
@@ -189,7 +131,7 @@ struct Heat {
 
 fn heat(motor: &Motor, rate: u64) -> Result<Heat, FirmwareError> {
     if !(1..=32_767).contains(&motor.rated) || !(1..=10_000).contains(&motor.peak_ms) {
-        return Err(FirmwareError::Motor);
+        return Err(FirmwareError::Motor(*motor));
     }
     let rated2 = u64::from(motor.rated).pow(2);
     let turns = u64::from(motor.peak_ms) * rate / 1000 / TURNS;

@@ -2,7 +2,10 @@
 
 use std::fmt::Write;
 
-use super::{CORES, Played, Segment, keys_name, zone_name, zoned};
+use whippen_keyboard::ZoneId;
+
+use super::code::{CoreCode, ProgramCode, ZoneCode, is_split};
+use super::{CORES, Instrument, zone_name};
 
 /// The tables as assembly.
 ///
@@ -13,14 +16,14 @@ use super::{CORES, Played, Segment, keys_name, zone_name, zoned};
 ///   readerN_coreM       what their reader knows: the offsets R_.. name its words
 ///   velocitiesN         128 bytes
 /// ```
-pub(super) fn text(programs: &[Played]) -> String {
+pub(super) fn assembly(programs: &[ProgramCode], instruments: &[Instrument]) -> String {
     let mut text = String::from(
         "        .section .rodata.tables, \"a\"\n        .balign 4\n        .global programs, lives\n",
     );
     let mut line = |words: &str| {
         let _ = writeln!(text, "{words}");
     };
-    let zoned = zoned(programs);
+    let split = is_split(programs);
     line(&format!("programs: .word {}", programs.len()));
     for (number, program) in programs.iter().enumerate() {
         let descriptors =
@@ -30,66 +33,39 @@ pub(super) fn text(programs: &[Played]) -> String {
             descriptors.collect::<Vec<_>>().join(", ")
         ));
     }
-    let count: usize = programs
-        .iter()
-        .flat_map(|p| &p.parts)
-        .map(|(kernel, _)| kernel.lives.len())
-        .sum();
-    line(&format!("lives:  .word   {count}"));
-    for program in programs {
-        for (part, (kernel, _)) in program.parts.iter().enumerate() {
-            let own: Vec<&Segment> = program
-                .cores
-                .iter()
-                .flatten()
-                .filter(|segment| segment.part == part)
-                .collect();
-            let (Some(first), Some(last)) = (own.first(), own.last()) else {
-                continue;
-            };
-            for (index, live) in kernel.lives.iter().enumerate() {
-                let at = |segment: &Segment| {
-                    format!(
-                        "{}_state + {}",
-                        segment.name,
-                        segment.layout.live_param(index).unwrap_or(0)
-                    )
-                };
-                line(&format!("        .word   {}, {}", at(first), at(last)));
-                line(&format!(
-                    "        .word   {}, {}         @ {}",
-                    live.range.low, live.range.high, live.name
-                ));
-            }
-        }
-    }
+    let lives = live_parameters(programs, instruments);
+    line(&format!("lives:  .word   {}", lives.len()));
+    lives.iter().for_each(|live| line(live));
     // A descriptor is looked up by its core's tick and by who reads its events.
     for (core, name) in CORES.iter().enumerate().take(programs[0].cores.len()) {
         line(&format!(
             "        .section .rodata.near.{name}.programs, \"a\"\n        .balign 4"
         ));
         for (number, program) in programs.iter().enumerate() {
-            line(&descriptor(&program.cores[core], number, core, zoned));
+            line(&descriptor(&program.cores[core], number, core, split));
         }
     }
     // Looked up by core 1 alone.
     line("        .section .rodata.core1.tables, \"a\"\n        .balign 4");
     for (number, program) in programs.iter().enumerate() {
-        for (core, segments) in program.cores.iter().enumerate() {
-            for (at, segment) in segments.iter().enumerate() {
-                line(&reader(
-                    program,
-                    number,
-                    core,
-                    segment,
-                    zoned.then(|| at + 1 < segments.len()),
-                    at,
-                ));
+        let readers = Readers {
+            program,
+            number,
+            instruments,
+            split,
+        };
+        for (core, code) in program.cores.iter().enumerate() {
+            for at in 0..code.zones.len() {
+                line(&readers.reader(core, at));
             }
         }
-        for (part, (_, midi)) in program.parts.iter().enumerate() {
-            line(&format!("{}:", velocities(number, part)));
-            for row in midi.velocities.chunks(16) {
+        for (zone, of) in (0..).map(ZoneId).zip(&program.zones) {
+            line(&format!("{}:", velocities_name(number, zone)));
+            for row in instruments[of.instrument.index()]
+                .midi
+                .velocities
+                .chunks(16)
+            {
                 let bytes: Vec<String> = row.iter().map(u8::to_string).collect();
                 line(&format!("        .byte   {}", bytes.join(", ")));
             }
@@ -98,17 +74,47 @@ pub(super) fn text(programs: &[Played]) -> String {
     text
 }
 
-fn descriptor(segments: &[Segment], number: usize, core: usize, zoned: bool) -> String {
-    let (name, layout) = (keys_name(core, number), &segments[0].layout);
+/// The words of all live parameters, program by program and zone by zone: where they are on core 0
+/// and core 1, their lowest and highest values.
+fn live_parameters(programs: &[ProgramCode], instruments: &[Instrument]) -> Vec<String> {
+    let mut all = Vec::new();
+    for program in programs {
+        for (zone, of) in (0..).map(ZoneId).zip(&program.zones) {
+            let own: Vec<&ZoneCode> = program
+                .zones()
+                .filter(|code| code.of.zone == zone)
+                .collect();
+            let (Some(first), Some(last)) = (own.first(), own.last()) else {
+                continue;
+            };
+            let kernel = &instruments[of.instrument.index()].modes.kernel;
+            for (index, live) in kernel.lives.iter().enumerate() {
+                let at = |code: &ZoneCode| {
+                    let offset = code.layout().live_param(index).unwrap_or(0);
+                    format!("{}_state + {offset}", code.name)
+                };
+                let [low, high] = [live.range.low, live.range.high];
+                all.push(format!(
+                    "        .word   {}, {}\n        .word   {low}, {high}         @ {}",
+                    at(first),
+                    at(last),
+                    live.name
+                ));
+            }
+        }
+    }
+    all
+}
+
+fn descriptor(code: &CoreCode, number: usize, core: usize, split: bool) -> String {
+    let (name, layout) = (&code.name, code.zones[0].layout());
     let label = format!("program{number}_core{core}");
-    let places = if zoned {
+    let places = if split {
         format!("{name}_records, 0, 0")
     } else {
         let (gains, records) = (layout.gain(0).unwrap_or(4), layout.record(0));
-        format!(
-            "{name}_state + {gains}, {name}_state + {records}, {name}_state + {end}",
-            end = layout.record(segments[0].keys)
-        )
+        let end = layout.record(code.zones[0].keys());
+        format!("{name}_state + {gains}, {name}_state + {records}, {name}_state + {end}")
     };
     format!(
         "        .global {label}
@@ -129,46 +135,51 @@ fn reader_name(number: usize, core: usize, zone: usize) -> String {
     }
 }
 
-fn velocities(number: usize, part: usize) -> String {
+fn velocities_name(number: usize, zone: ZoneId) -> String {
     let of_program = format!("velocities{number}");
-    if part == 0 {
+    if zone == ZoneId(0) {
         of_program
     } else {
-        zone_name(&of_program, part)
+        zone_name(&of_program, zone.index())
     }
 }
 
-/// What the reader of a core's events knows of a zone of a program; where there may be several,
-/// also whether another follows.
-fn reader(
-    program: &Played,
+/// What the readers of a program's events know.
+struct Readers<'a> {
+    program: &'a ProgramCode,
     number: usize,
-    core: usize,
-    segment: &Segment,
-    follows: Option<bool>,
-    zone: usize,
-) -> String {
-    let (kernel, midi) = program.parts[segment.part];
-    let name = &segment.name;
-    // Without events nobody looks for them: the ring's head stays where its tail is.
-    let (events, event_bytes, mask) = match segment.layout.events() {
-        Some(ring) => (format!("{name}_events"), ring.event, ring.bytes - 1),
-        None => ("0".to_string(), 0, 0),
-    };
-    let none = kernel.events.len() as u32;
-    let event = |index: Option<u32>| index.unwrap_or(none);
-    let next = match follows {
-        None => String::new(),
-        Some(false) => ", 0".to_string(),
-        Some(true) => format!(", {}", reader_name(number, core, zone + 1)),
-    };
-    format!(
-        "{label}: .word {name}_state, {events}
+    instruments: &'a [Instrument<'a>],
+    /// Whether a core may have several zones: then each reader says which follows.
+    split: bool,
+}
+
+impl Readers<'_> {
+    /// What the reader of a core's events knows of one of its zones.
+    fn reader(&self, core: usize, at: usize) -> String {
+        let zones = &self.program.cores[core].zones;
+        let (zone, number) = (&zones[at], self.number);
+        let instrument = &self.instruments[self.program.instrument_of(zone).index()];
+        let (kernel, midi, name) = (&instrument.modes.kernel, instrument.midi, &zone.name);
+        // Without events nobody looks for them: the ring's head stays where its tail is.
+        let (events, event_bytes, mask) = match zone.layout().events() {
+            Some(ring) => (format!("{name}_events"), ring.event, ring.bytes - 1),
+            None => ("0".to_string(), 0, 0),
+        };
+        let none = kernel.events.len() as u32;
+        let event = |index: Option<u32>| index.unwrap_or(none);
+        let next = match (self.split, at + 1 < zones.len()) {
+            (false, _) => String::new(),
+            (true, false) => ", 0".to_string(),
+            (true, true) => format!(", {}", reader_name(number, core, at + 1)),
+        };
+        format!(
+            "{label}: .word {name}_state, {events}
         .word   {event_bytes}, {note}, {release}, {shift}, {velocities}, {mask}{next}",
-        label = reader_name(number, core, zone),
-        note = event(midi.note),
-        release = event(midi.release),
-        shift = midi.speed_shift,
-        velocities = velocities(number, segment.part),
-    )
+            label = reader_name(number, core, at),
+            note = event(midi.note),
+            release = event(midi.release),
+            shift = midi.speed_shift,
+            velocities = velocities_name(number, zone.of.zone),
+        )
+    }
 }

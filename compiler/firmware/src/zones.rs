@@ -7,24 +7,31 @@
 //!   NAME_state               the states of the zones, a word each
 //! ```
 //!
-//! So the frame knows nothing of zones but that records have no common distance: [`records`] lists
-//! them.
+//! So the frame knows nothing of zones but that records have no common distance:
+//! [`records_as_assembly`] lists them.
 
 use std::fmt::Write;
 
-use super::{CORES, Segment};
+use super::CORES;
+use super::code::CoreCode;
 
 /// The name of a core's keys of a program that are one of several zones.
 pub fn zone_name(name: &str, zone: usize) -> String {
     format!("{name}_zone{zone}")
 }
 
+/// The name of the core's block.
+fn core_name(core: &CoreCode) -> &'static str {
+    CORES[core.core.index()]
+}
+
 /// The calls as assembly, in instructions that all cores have.
-pub(super) fn text(name: &str, core: usize, zones: &[Segment]) -> String {
+pub(super) fn calls_as_assembly(core: &CoreCode) -> String {
+    let CoreCode { name, zones, .. } = core;
     let mut text = format!(
         "        .syntax unified\n        .thumb\n        .section .rodata.near.{}.zones, \"a\"\n        .balign 4\n        \
          .global {name}_state\n{name}_state:\n",
-        CORES[core]
+        core_name(core)
     );
     let mut line = |words: &str| {
         let _ = writeln!(text, "{words}");
@@ -42,7 +49,7 @@ pub(super) fn text(name: &str, core: usize, zones: &[Segment]) -> String {
             }
             line(&format!("        ldr     r0, [r0, #{}]", 4 * at));
             // A word has two bytes, and an instruction eight bits for them.
-            let mut bytes = 2 * zones[..at].iter().map(|before| before.keys).sum::<u32>();
+            let mut bytes = 2 * zones[..at].iter().map(|before| before.keys()).sum::<u32>();
             while bytes > 0 {
                 line(&format!("        adds    r1, #{}", bytes.min(254)));
                 bytes -= bytes.min(254);
@@ -58,7 +65,7 @@ pub(super) fn text(name: &str, core: usize, zones: &[Segment]) -> String {
         if !last {
             line(&format!(
                 "        cmp     r2, #{}\n        bhs     1f",
-                zone.keys
+                zone.keys()
             ));
         }
         line(&format!(
@@ -67,7 +74,7 @@ pub(super) fn text(name: &str, core: usize, zones: &[Segment]) -> String {
             zone.name
         ));
         if !last {
-            line(&format!("1:      subs    r2, #{}", zone.keys));
+            line(&format!("1:      subs    r2, #{}", zone.keys()));
         }
     }
     text
@@ -81,15 +88,16 @@ fn function(line: &mut impl FnMut(&str), name: &str, what: &str) {
 
 /// The table of a core's records, key by key: the record, and the word that stands behind the last
 /// key of its zone.
-pub(super) fn records(name: &str, core: usize, zones: &[Segment]) -> String {
+pub(super) fn records_as_assembly(core: &CoreCode) -> String {
+    let CoreCode { name, zones, .. } = core;
     let mut text = format!(
         "        .section .rodata.{}.records, \"a\"\n        .balign 4\n        .global {name}_records\n{name}_records:\n",
-        CORES[core]
+        core_name(core)
     );
     for zone in zones {
-        let end = zone.layout.record(zone.keys);
-        for key in 0..zone.keys {
-            let (state, record) = (format!("{}_state", zone.name), zone.layout.record(key));
+        let end = zone.layout().record(zone.keys());
+        for key in 0..zone.keys() {
+            let (state, record) = (format!("{}_state", zone.name), zone.layout().record(key));
             let _ = writeln!(text, "        .word   {state} + {record}, {state} + {end}");
         }
     }

@@ -62,6 +62,7 @@ pub use notes::{midi_number, note_name};
 use crate::diag::Diagnostic;
 use crate::model::Model;
 use crate::syntax::ast::File;
+use whippen_keyboard::Layout;
 
 /// What the caller decides.
 #[derive(Debug, Clone)]
@@ -103,68 +104,8 @@ pub struct Keyboard {
     pub device: String,
     /// Ticks per second.
     pub rate_hz: u32,
-    /// MIDI number of the lowest key.
-    pub first_key: u8,
-    /// MIDI number of the highest key.
-    pub last_key: u8,
-    /// Its programs, one of which plays at a time.
-    pub programs: Vec<Playable>,
-}
-
-/// A program of a keyboard: what each key plays.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Playable {
-    /// Its name: that of the instrument that all keys play, or of its zones.
-    pub name: String,
-    /// By rising key; together all keys of the keyboard, each once.
-    pub parts: Vec<Part>,
-}
-
-/// Neighbouring keys that play one instrument.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Part {
-    /// MIDI number of its lowest key.
-    pub first_key: u8,
-    /// MIDI number of its highest key.
-    pub last_key: u8,
-    /// Index of the instrument.
-    pub instrument: usize,
-}
-
-impl Part {
-    /// How many keys it has.
-    pub fn keys(&self) -> usize {
-        usize::from(self.last_key.saturating_sub(self.first_key)) + 1
-    }
-}
-
-impl Keyboard {
-    /// How many keys it has.
-    pub fn keys(&self) -> usize {
-        usize::from(self.last_key.saturating_sub(self.first_key)) + 1
-    }
-
-    /// The instruments that any of its keys play in any program, each once, in the order of the
-    /// programs.
-    pub fn instruments(&self) -> Vec<usize> {
-        let mut all: Vec<usize> = Vec::new();
-        for part in self.programs.iter().flat_map(|program| &program.parts) {
-            if !all.contains(&part.instrument) {
-                all.push(part.instrument);
-            }
-        }
-        all
-    }
-
-    /// Whether some program has the instrument.
-    pub fn plays(&self, instrument: usize) -> bool {
-        self.instruments().contains(&instrument)
-    }
-
-    /// The program of that name.
-    pub fn program(&self, name: &str) -> Option<&Playable> {
-        self.programs.iter().find(|program| program.name == name)
-    }
+    /// Its keys, and its programs: instruments by their place in [`Program::instruments`].
+    pub layout: Layout,
 }
 
 /// Checks a program and gives its Models, unless there is an error.

@@ -13,7 +13,7 @@ mod problem;
 use crate::diag::Diagnostic;
 use crate::model::{Cmp, Interval, Model, Node, NodeId};
 
-/// What was proven: an interval per node. Only [`analyze`] makes one.
+/// What was proven: an interval per node. Only the analysis makes one.
 #[derive(Debug, Clone)]
 pub struct Ranges {
     nodes: Vec<Interval>,
@@ -36,29 +36,41 @@ pub const LIMIT: f64 = 1e15;
 /// negative, and per value that is not bounded by [`LIMIT`]; users of a value in error are not
 /// reported again.
 pub fn analyze(model: &Model) -> Result<Ranges, Vec<Diagnostic>> {
-    let mut nodes: Vec<Interval> = Vec::with_capacity(model.dag.len());
-    let mut bad = vec![false; model.dag.len()];
-    let mut diagnostics = Vec::new();
-    for (id, node) in model.dag.nodes() {
-        let tainted = node.operands().iter().any(|o| bad[o.0 as usize]);
-        let result: Result<Interval, Option<Problem>> = if tainted {
-            Err(None)
-        } else {
-            transfer(model, node, |o| nodes[o.0 as usize]).map_err(Some)
-        };
-        nodes.push(result.unwrap_or(Interval {
-            low: 0.0,
-            high: 0.0,
-        }));
-        if let Err(problem) = result {
-            bad[id.0 as usize] = true;
-            diagnostics.extend(problem.map(|p| p.diagnostic(model, id)));
+    let none = Ranges { nodes: Vec::new() };
+    none.extended_to(model)
+}
+
+impl Ranges {
+    /// The same for a model whose graph has grown since: only what is new is bounded.
+    ///
+    /// # Errors
+    /// As [`analyze`], of what is new.
+    pub fn extended_to(self, model: &Model) -> Result<Ranges, Vec<Diagnostic>> {
+        let mut nodes = self.nodes;
+        let known = nodes.len();
+        let mut bad = vec![false; model.dag.len()];
+        let mut diagnostics = Vec::new();
+        for (id, node) in model.dag.nodes().skip(known) {
+            let tainted = node.operands().iter().any(|o| bad[o.0 as usize]);
+            let result: Result<Interval, Option<Problem>> = if tainted {
+                Err(None)
+            } else {
+                transfer(model, node, |o| nodes[o.0 as usize]).map_err(Some)
+            };
+            nodes.push(result.unwrap_or(Interval {
+                low: 0.0,
+                high: 0.0,
+            }));
+            if let Err(problem) = result {
+                bad[id.0 as usize] = true;
+                diagnostics.extend(problem.map(|p| p.diagnostic(model, id)));
+            }
         }
-    }
-    if diagnostics.is_empty() {
-        Ok(Ranges { nodes })
-    } else {
-        Err(diagnostics)
+        if diagnostics.is_empty() {
+            Ok(Ranges { nodes })
+        } else {
+            Err(diagnostics)
+        }
     }
 }
 

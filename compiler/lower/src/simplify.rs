@@ -23,7 +23,7 @@ mod rewrite;
 use rewrite::Rewriter;
 use whippen_lang::diag::Diagnostic;
 use whippen_lang::model::{Dag, Interval, Model, Named, Node, NodeId};
-use whippen_lang::range;
+use whippen_lang::range::{self, Ranges};
 
 /// A Model after algebra, with the step of its bodies and the sum of its forces as nodes.
 #[derive(Debug, Clone)]
@@ -38,15 +38,16 @@ pub struct Step {
     pub drive: NodeId,
 }
 
-/// Simplifies `model`.
+/// Simplifies a model, whose ranges are given; the ranges of the new one come with it.
 ///
 /// # Errors
-/// What [`range::analyze`] says of the Model as written.
-pub fn simplify(model: &Model) -> Result<Step, Vec<Diagnostic>> {
+/// What the range analysis says of the step of its bodies, or of the Model after algebra.
+pub fn simplify(model: &Model, ranges: Ranges) -> Result<(Step, Ranges), Vec<Diagnostic>> {
     let mut model = model.clone();
     let (rates, coordinates) = integrate(&mut model);
     let drive = sum(&mut model.dag, &model.forces);
-    range::analyze(&model)?;
+    // That the step is bounded is all that is asked of them: the new graph is bounded by itself.
+    drop(ranges.extended_to(&model)?);
 
     let mut rewriter = Rewriter::new(&model, roots(&model, &rates, &coordinates, drive));
     let rates = rates.iter().map(|&n| rewriter.node(n)).collect();
@@ -57,12 +58,14 @@ pub fn simplify(model: &Model) -> Result<Step, Vec<Diagnostic>> {
         .into_iter()
         .for_each(|root| *root = rewriter.node(*root));
     (out.dag, out.spans, out.within) = rewriter.finish();
-    Ok(Step {
+    let ranges = range::analyze(&out)?;
+    let step = Step {
         model: out,
         rates,
         coordinates,
         drive,
-    })
+    };
+    Ok((step, ranges))
 }
 
 /// Adds `rate + T * acceleration` and `coordinate + T * new rate` (or the held values) for every

@@ -1,5 +1,5 @@
-//! Cost model: rough cycles of a Cortex-M33 for each operator, to compare one way of making code with
-//! another.
+//! Cost model: rough cycles of a Cortex-M33 for each operator, to compare one way of making code
+//! with another.
 //!
 //! The exact count is made of final bytes. Here small constants are free, as is what instructions
 //! do besides (a product's upper word, an accumulator), and results are assumed to be there in

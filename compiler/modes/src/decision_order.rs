@@ -46,8 +46,8 @@ pub fn best_first(required: &[bool], costs: &Costs, threshold: u32) -> Option<us
     best[0][spans - 1].1
 }
 
-/// `2^cycles`, so that sums are little more than the largest: of two orders with the same worst case,
-/// the one with fewer paths as long is better, because all of this is estimated.
+/// `2^cycles`, so that sums are little more than the largest: of two orders with the same worst
+/// case, the one with fewer paths as long is better, because all of this is estimated.
 fn weight(cycles: u32, worst_case: u32) -> u128 {
     (1_u128 << BITS)
         .checked_shr(worst_case.saturating_sub(cycles))

@@ -1,5 +1,5 @@
-//! Decision trees by trace splitting: at every inner node one condition is decided and both sides are
-//! partially evaluated under it; at a leaf the next mode is known.
+//! Decision trees by trace splitting: at every inner node one condition is decided and both sides
+//! are partially evaluated under it; at a leaf the next mode is known.
 
 use super::benefit::{Benefits, Candidate, Limit, Lists};
 use super::graph::{Graph, Kind, NodeId};

@@ -1,5 +1,5 @@
-//! Partial evaluation with interval analysis: the same graph under the facts of a path, bit for bit,
-//! with what they decide decided.
+//! Partial evaluation with interval analysis: the same graph under the facts of a path, bit for
+//! bit, with what they decide decided.
 //!
 //! Nodes are visited in order, operands first. Each is made again from its folded operands: its
 //! range follows by the table of operators, and a range of one value is a constant. Simplification

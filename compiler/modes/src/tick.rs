@@ -1,5 +1,5 @@
-//! Construction of a tick's graph from its instructions, by symbolic execution of both arms of every
-//! `if`.
+//! Construction of a tick's graph from its instructions, by symbolic execution of both arms of
+//! every `if`.
 
 use super::graph::{Graph, Kind, NodeId, Source, keeps_place};
 use std::collections::HashMap;

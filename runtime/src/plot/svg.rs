@@ -17,20 +17,38 @@ pub fn print(drawing: &Drawing) -> String {
          font-family=\"Roboto, Helvetica, Arial, sans-serif\" stroke-linecap=\"round\" stroke-linejoin=\"round\">\n\
          <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n"
     );
-    shapes.iter().for_each(|shape| print_shape(&mut out, shape));
+    shapes
+        .chunk_by(is_drawn_alike)
+        .for_each(|alike| print_shapes(&mut out, alike));
     out.push_str("</svg>\n");
     out
 }
 
-/// Writing to a string cannot fail, so results of `write!` are dropped.
-fn print_shape(out: &mut String, shape: &Shape) {
-    match shape {
-        Shape::Line {
-            points,
-            colour,
-            width,
-        } => {
-            let path = path(points);
+/// Whether two shapes are lines of one pen: they are one path, as loops fall into many pieces.
+fn is_drawn_alike(one: &Shape, next: &Shape) -> bool {
+    match (one, next) {
+        (
+            Shape::Line { colour, width, .. },
+            Shape::Line {
+                colour: next_colour,
+                width: next_width,
+                ..
+            },
+        ) => colour == next_colour && width == next_width,
+        _ => false,
+    }
+}
+
+/// Writes shapes that are drawn alike, or one of any kind. Writing to a string cannot fail, so
+/// results of `write!` are dropped.
+fn print_shapes(out: &mut String, shapes: &[Shape]) {
+    match &shapes[0] {
+        Shape::Line { colour, width, .. } => {
+            let pieces = shapes.iter().map(|shape| match shape {
+                Shape::Line { points, .. } => path(points),
+                _ => String::new(),
+            });
+            let path: String = pieces.collect();
             let _ = writeln!(
                 out,
                 "<path d=\"{path}\" fill=\"none\" stroke=\"#{colour:06x}\" stroke-width=\"{width}\"/>"

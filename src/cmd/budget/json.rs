@@ -1,33 +1,32 @@
 //! The budget for programs.
 
 use serde_json::{Map, Value, json};
-use whippen_compiler::budget::{Bounded, CoreBudget, Zone};
+use whippen_compiler::budget::{Bounded, CoreBudget, ZoneBound};
+use whippen_compiler::keyboard::ZoneId;
 
-use super::{Part, Played, Proof};
-use crate::cmd::setup::name;
+use super::{ImageProof, ProgramReport, ZoneReport};
+use crate::cmd::setup::symbol_prefix;
 
-impl Proof<'_> {
+impl ImageProof<'_> {
     /// One object.
-    pub fn json(&self, played: &Played) -> Value {
-        let (dearest, _) = played.dearest_part();
+    pub fn json(&self, played: &ProgramReport) -> Value {
+        let slowest = played.slowest_zone();
         let bound = played.dearest().bound;
-        let items = self.program.by_item(&bound.path).into_iter();
+        let items = self.bytes.by_item(&bound.path).into_iter();
         let lines = self
-            .program
+            .bytes
             .by_place(&bound.path)
             .into_iter()
             .filter_map(|(place, _)| place);
         let lines: Vec<String> = lines
             .map(|place| format!("{}:{}", place.file, place.line))
             .collect();
-        let cores = played.budget.cores.iter().zip(&played.cores).enumerate();
-        let cores: Vec<Value> = cores
-            .map(|(number, (core, of))| played.core_json(number, core, of))
-            .collect();
-        let image = &self.whole.image;
+        let cores = played.budget.cores.iter().zip(&played.cores);
+        let cores: Vec<Value> = cores.map(|(core, of)| played.core_json(core, of)).collect();
+        let image = &self.image.image;
         json!({
             "kind": "budget",
-            "instrument": played.name,
+            "instrument": played.program.name,
             "board": self.setup.board.name,
             "keys": self.keys,
             "rate_hz": played.budget.rate_hz,
@@ -38,7 +37,7 @@ impl Proof<'_> {
                 "contention_cycles_max": played.budget.crowded_key_cycles_max - played.budget.key_cycles_max,
                 "by_item": items.map(|(item, cycles)| (item.to_string(), json!(cycles))).collect::<Map<_, _>>(),
                 "worst_path": lines,
-                "modes": played.modes_json(dearest),
+                "modes": played.modes_json(slowest),
                 "class": played.budget.key_class.to_string(),
             },
             "cores": cores,
@@ -50,8 +49,8 @@ impl Proof<'_> {
     }
 }
 
-impl Played<'_> {
-    fn core_json(&self, number: usize, core: &CoreBudget, of: &Bounded) -> Value {
+impl ProgramReport<'_> {
+    fn core_json(&self, core: &CoreBudget, of: &Bounded) -> Value {
         let parts = |frame: &whippen_compiler::budget::Frame| {
             frame
                 .parts
@@ -71,68 +70,60 @@ impl Played<'_> {
             "more_keys": core.more_keys,
             "stack_bytes_max": core.stack_bytes_max,
         });
-        if self.parts.len() > 1 {
-            let zone = |(zone, &part): (&Zone, &usize)| {
-                let instrument = name(self.parts[part].compiled);
-                json!({ "instrument": instrument, "keys": zone.keys, "key_cycles_max": zone.tick.key_cycles_max() })
+        if self.program.is_split() {
+            let zone = |zone: &ZoneBound| {
+                json!({
+                    "instrument": symbol_prefix(self.zone(zone.of.zone).compiled),
+                    "keys": zone.keys(),
+                    "key_cycles_max": zone.tick.key_cycles_max(),
+                })
             };
-            core["zones"] = of
-                .alone
-                .zones
-                .iter()
-                .zip(&self.part_of[number])
-                .map(zone)
-                .collect();
+            core["zones"] = of.alone.zones.iter().map(zone).collect();
         }
         core
     }
 
     /// Adds what each zone is, where there are several: a list of objects, to each of which
     /// `beyond` may add.
-    pub fn add_zones(&self, budget: &mut Value, beyond: impl Fn(&mut Value, &Part)) {
-        if self.parts.len() == 1 {
+    pub fn add_zones(&self, budget: &mut Value, beyond: impl Fn(&mut Value, &ZoneReport)) {
+        if !self.program.is_split() {
             return;
         }
-        let zone = |(number, part): (usize, &Part)| {
+        let zone = |(number, report): (ZoneId, &ZoneReport)| {
             let alone = self
-                .zones(number)
+                .bounds(number)
                 .map(|(alone, _)| alone.tick.key_cycles_max())
                 .max();
             let crowded = self
-                .zones(number)
+                .bounds(number)
                 .map(|(_, crowded)| crowded.tick.key_cycles_max())
                 .max();
-            let keys: u32 = self.zones(number).map(|(alone, _)| alone.keys).sum();
+            let keys: u32 = self.bounds(number).map(|(alone, _)| alone.keys()).sum();
             let mut zone = json!({
-                "instrument": name(part.compiled),
-                "notes": part.keys,
+                "instrument": symbol_prefix(report.compiled),
+                "notes": report.notes,
                 "keys": keys,
                 "key": { "cycles_max": alone, "crowded_cycles_max": crowded, "modes": self.modes_json(number) },
             });
-            beyond(&mut zone, part);
+            beyond(&mut zone, report);
             zone
         };
-        budget["zones"] = self.parts.iter().enumerate().map(zone).collect();
+        budget["zones"] = self.numbered_zones().map(zone).collect();
     }
 
-    /// The modes of a part.
-    fn modes_json(&self, part: usize) -> Vec<Value> {
+    /// The modes of a zone.
+    fn modes_json(&self, zone: ZoneId) -> Vec<Value> {
         let mode = |(index, name): (usize, &String)| {
             let alone = self
-                .mode(part, index)
+                .mode(zone, index)
                 .map(|(alone, _)| alone.cycles_max)
                 .max();
             let crowded = self
-                .mode(part, index)
+                .mode(zone, index)
                 .map(|(_, crowded)| crowded.cycles_max)
                 .max();
             json!({ "name": name, "cycles_max": alone, "crowded_cycles_max": crowded })
         };
-        self.parts[part]
-            .modes
-            .iter()
-            .enumerate()
-            .map(mode)
-            .collect()
+        self.zone(zone).modes.iter().enumerate().map(mode).collect()
     }
 }

@@ -2,21 +2,22 @@
 
 use std::fmt::Write;
 
+use whippen_compiler::pipeline::Compiled;
 use whippen_isa::{Class, Inst, ItState};
 
-use super::Proof;
-use crate::cmd::setup::name;
+use super::{ImageProof, ProgramReport};
+use crate::cmd::setup::symbol_prefix;
 
-impl Proof<'_> {
+impl ImageProof<'_> {
     /// A text for an assembler; branches lead to one label, because what they cost is not where
     /// they go.
     pub fn path_as_assembly(&self) -> String {
         let by_cycles = self
-            .played
+            .programs
             .iter()
             .max_by_key(|played| played.dearest().bound.cycles_max);
         let Some((dearest, name)) =
-            by_cycles.map(|played| (played.dearest(), name(played.dearest_part().1.compiled)))
+            by_cycles.map(|played| (played.dearest(), symbol_prefix(slowest(played))))
         else {
             return String::new();
         };
@@ -27,7 +28,7 @@ impl Proof<'_> {
         let mut it = ItState::OUTSIDE;
         for step in &dearest.bound.path {
             let Some(Ok(inst)) = self
-                .program
+                .bytes
                 .code
                 .decode(step.address, self.setup.board.arch, it)
             else {
@@ -48,6 +49,11 @@ impl Proof<'_> {
         }
         text
     }
+}
+
+/// What the keys play that take the most cycles.
+fn slowest<'a>(played: &ProgramReport<'a>) -> &'a Compiled {
+    played.zone(played.slowest_zone()).compiled
 }
 
 /// An instruction without the address it branches to.

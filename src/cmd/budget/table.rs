@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use super::{Played, Proof};
-use crate::cmd::setup::name;
+use super::{ImageProof, ProgramReport};
+use crate::cmd::setup::symbol_prefix;
 
-impl Proof<'_> {
+impl ImageProof<'_> {
     /// Modes, cores, and the dearest way through a key's tick, while one program plays.
-    pub fn table(&self, played: &Played) -> String {
+    pub fn table(&self, played: &ProgramReport) -> String {
         let mut out = String::new();
         let (board, budget) = (&self.setup.board, &played.budget);
         let verdict = if budget.fits() {
@@ -18,7 +18,7 @@ impl Proof<'_> {
         let _ = writeln!(
             out,
             "{} on {}: {} keys at {} Hz, {} cycles a tick at {} MHz: {verdict}",
-            played.name,
+            played.program.name,
             board.name,
             self.keys,
             budget.rate_hz,
@@ -29,7 +29,7 @@ impl Proof<'_> {
         played.around(&mut out);
         played.each_core(&mut out);
         let (image, stack) = (
-            &self.whole.image,
+            &self.image.image,
             budget
                 .cores
                 .iter()
@@ -51,14 +51,14 @@ impl Proof<'_> {
         out
     }
 
-    fn path(&self, played: &Played, out: &mut String) {
+    fn path(&self, played: &ProgramReport, out: &mut String) {
         let dearest = played.dearest();
         let _ = writeln!(
             out,
             "\ndearest way through a key, {} cycles: {}",
             dearest.bound.cycles_max, dearest.mode
         );
-        for (place, cycles) in self.program.by_place(&dearest.bound.path) {
+        for (place, cycles) in self.bytes.by_place(&dearest.bound.path) {
             let (line, item) = match place {
                 Some(place) => (
                     format!("{}:{}", place.file, place.line),
@@ -69,23 +69,23 @@ impl Proof<'_> {
             let _ = writeln!(out, "  {cycles:>6}  {line:<40} {item}");
         }
         let _ = writeln!(out, "by declaration:");
-        for (item, cycles) in self.program.by_item(&dearest.bound.path) {
+        for (item, cycles) in self.bytes.by_item(&dearest.bound.path) {
             let _ = writeln!(out, "  {cycles:>6}  {item}");
         }
     }
 }
 
-impl Played<'_> {
+impl ProgramReport<'_> {
     fn key(&self, out: &mut String) {
-        for (number, part) in self.parts.iter().enumerate() {
-            let of = part.keys.as_ref().map_or(String::new(), |keys| {
-                format!("{}, {keys}: ", name(part.compiled))
+        for (number, zone) in self.numbered_zones() {
+            let of = zone.notes.as_ref().map_or(String::new(), |keys| {
+                format!("{}, {keys}: ", symbol_prefix(zone.compiled))
             });
             let _ = writeln!(
                 out,
                 "\n{of}a key, cycles at most   alone  crowded  code bytes"
             );
-            for (index, name) in part.modes.iter().enumerate() {
+            for (index, name) in zone.modes.iter().enumerate() {
                 let most = |of: &dyn Fn(&Self) -> Option<u64>| of(self).unwrap_or(0);
                 let alone = most(&|s| {
                     s.mode(number, index)
@@ -145,15 +145,17 @@ impl Played<'_> {
                 core.cycles_max,
                 100.0 * core.utilization()
             );
-            if self.parts.len() > 1 {
-                for (zone, &part) in bounded.alone.zones.iter().zip(&self.part_of[number]) {
+            if self.program.is_split() {
+                for zone in &bounded.alone.zones {
                     let key = zone.tick.key_cycles_max();
-                    let (cycles, instrument) =
-                        (u64::from(zone.keys) * key, name(self.parts[part].compiled));
+                    let (cycles, instrument) = (
+                        u64::from(zone.keys()) * key,
+                        symbol_prefix(self.zone(zone.of.zone).compiled),
+                    );
                     let _ = writeln!(
                         out,
                         "  {cycles:>6}  {} keys of {instrument}, {key} each",
-                        zone.keys
+                        zone.keys()
                     );
                 }
             } else {

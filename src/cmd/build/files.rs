@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use whippen_compiler::bindings::{Interface, c_header, rust_module};
 use whippen_compiler::c99;
 use whippen_compiler::image::{
-    Board, Image, Input, Object, SectionKind, Start, executable, link, listing, map, places,
-    relocatable, uf2,
+    Board, Image, Input, Object, SectionKind, Start, executable, link, listing, map, relocatable,
+    uf2,
 };
 use whippen_compiler::kernel::verify;
 use whippen_compiler::thumb;
 use whippen_runtime::files::{FileError, write_whole};
 
 use super::Args;
-use crate::cmd::setup::{Setup, name, no_code, no_link};
+use crate::cmd::setup::{Setup, code_failure, link_failure, symbol_prefix};
 use crate::exit::{Failure, Outcome};
 use crate::say::say;
 
@@ -111,7 +111,7 @@ impl Files<'_> {
             "{}: {} keys of {}, in C, with {}",
             path.display(),
             setup.keys,
-            name(setup.first()),
+            symbol_prefix(setup.first()),
             include
         );
         Ok(())
@@ -119,7 +119,7 @@ impl Files<'_> {
 
     fn write_image(&self, args: &Args) -> Outcome {
         let setup = self.setup;
-        setup.supported()?;
+        setup.check_supported()?;
         let family = match (args.output.kind, setup.board.uf2_family) {
             (Kind::Uf2, None) => {
                 let why = format!(
@@ -131,24 +131,25 @@ impl Files<'_> {
             (Kind::Uf2, family) => family,
             _ => None,
         };
-        let (whole, keys) = setup.whole(&setup.modes(), setup.keys)?;
-        self.listings(args, &whole.image, &setup.board)?;
+        let built = setup.build(&setup.image_instruments()?)?;
+        self.listings(args, &built.image, &setup.board)?;
         let path = &args.output.path;
         put(
             path,
             &family.map_or_else(
-                || executable(&whole.image),
-                |family| uf2(&whole.image, family),
+                || executable(&built.image),
+                |family| uf2(&built.image, family),
             ),
         )?;
-        self.tell(path, &whole.image, &keys);
+        self.report_image(path, &built.image, &built.keys_of_cores);
         Ok(())
     }
 
     /// What an image is and takes.
-    fn tell(&self, path: &Path, image: &Image, keys: &[u32]) {
+    fn report_image(&self, path: &Path, image: &Image, keys: &[u32]) {
         let setup = self.setup;
         let names: Vec<&str> = setup
+            .layout
             .programs
             .iter()
             .map(|program| program.name.as_str())
@@ -189,7 +190,8 @@ impl Files<'_> {
     fn write_object(&self, args: &Args) -> Outcome {
         let setup = self.setup;
         let path = &args.output.path;
-        let name = name(setup.first());
+        let name = symbol_prefix(setup.first());
+        let instruments = setup.image_instruments()?;
         let options = thumb::Options {
             name: name.clone(),
             keys: setup.keys,
@@ -197,9 +199,9 @@ impl Files<'_> {
             probes: false,
             arch: setup.board.arch,
         };
-        let built = thumb::compile(&setup.modes()[0], &options).map_err(no_code)?;
-        let places = places(&setup.first().lowered.origins, &setup.map);
-        let bytes = relocatable(&built.object, setup.board.arch, &places)
+        let built = thumb::compile(&instruments[0].modes, &options).map_err(code_failure)?;
+        let places = &instruments[0].places;
+        let bytes = relocatable(&built.object, setup.board.arch, places)
             .map_err(|error| Failure::Defect(format!("the object file: an address {error}")))?;
         let interface = Interface::of(
             setup.first(),
@@ -212,7 +214,7 @@ impl Files<'_> {
             args,
             &Input {
                 object: &built.object,
-                places: &places,
+                places,
             },
             &format!("{name}_tick"),
         )?;
@@ -245,7 +247,7 @@ impl Files<'_> {
         };
         self.listings(
             args,
-            &link(&board, &[*input], entry).map_err(no_link)?,
+            &link(&board, &[*input], entry).map_err(link_failure)?,
             &board,
         )
     }

@@ -189,7 +189,7 @@ fn standing(all: &[CompiledMode]) -> Vec<(u64, usize)> {
 /// The worst mode, with its way that is to be tried; none if there is no other.
 fn worst(standing: &[(u64, usize)]) -> Option<(usize, usize)> {
     let most = standing.iter().map(|(cycles, _)| *cycles).max()?;
-    // What comes close may be dearer once it has addresses.
+    // What comes close may take more cycles once it has addresses.
     let is_open = |(_, (cycles, tried)): &(usize, &(u64, usize))| {
         *tried < STRATEGIES.len() && cycles + CLOSE_CYCLES >= most
     };

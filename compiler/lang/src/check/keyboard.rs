@@ -10,11 +10,12 @@ use super::sets::{unknown_instrument, unknown_param};
 use super::settings::Settings;
 use super::types::{Ty, Value};
 use super::zones::Zones;
-use super::{Keyboard, Options, Part, Playable};
+use super::{Keyboard, Options};
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::{Model, Sense};
 use crate::syntax::ast::{self, DeclKind, Expr, Name, Setting};
 use crate::units::Dim;
+use whippen_keyboard::{InstrumentId, KeyRange, Layout, Program, Zone};
 use whippen_source::Span;
 
 /// The device of a keyboard that names none.
@@ -28,6 +29,11 @@ pub struct Board<'a> {
     pub ast: &'a ast::Keyboard,
     /// Parameters set per key.
     pub per_key: Vec<PerKey<'a>>,
+}
+
+/// The number of the instrument at a place of the text's list.
+pub(super) fn instrument_id(index: usize) -> InstrumentId {
+    InstrumentId(index as u32)
 }
 
 /// Reads all keyboards.
@@ -66,9 +72,11 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             board: None,
             device: DEFAULT_DEVICE.to_string(),
             rate_hz: options.rate_hz.max(1),
-            first_key: 21,
-            last_key: 108,
-            programs: Vec::new(),
+            layout: Layout {
+                first_note: 21,
+                keys: 88,
+                programs: Vec::new(),
+            },
         };
         let board = Board {
             keyboard,
@@ -231,7 +239,9 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
                 .push(diagnostic.hint("the lowest key comes first"));
             return;
         }
-        (self.board.keyboard.first_key, self.board.keyboard.last_key) = (low, high);
+        let layout = &mut self.board.keyboard.layout;
+        layout.first_note = low;
+        layout.keys = u32::from(high - low) + 1;
         self.keys_known = true;
     }
 
@@ -276,26 +286,21 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             return;
         }
         if let Some(zones) = self.zones.iter().find(|zones| zones.name.node == name.node) {
-            self.board.keyboard.programs.push(zones.playable());
+            self.board.keyboard.layout.programs.push(zones.program());
             return;
         }
         if let Some(instrument) = self.instrument(name) {
-            let (first_key, last_key) =
-                (self.board.keyboard.first_key, self.board.keyboard.last_key);
-            let parts = vec![Part {
-                first_key,
-                last_key,
-                instrument,
-            }];
-            self.board.keyboard.programs.push(Playable {
+            let layout = &mut self.board.keyboard.layout;
+            let keys = KeyRange::new(0, layout.keys);
+            layout.programs.push(Program {
                 name: name.node.clone(),
-                parts,
+                zones: vec![Zone { keys, instrument }],
             });
         }
     }
 
-    /// The index of an instrument; that there is none is told once.
-    pub fn instrument(&mut self, name: &Name) -> Option<usize> {
+    /// The number of an instrument; that there is none is told once.
+    pub fn instrument(&mut self, name: &Name) -> Option<InstrumentId> {
         let found = self.items.instrument(&name.node);
         if found.is_none() && !self.unknown.contains(&name.node) {
             self.unknown.push(name.node.clone());
@@ -319,7 +324,7 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
                 }
             });
         }
-        found
+        found.map(instrument_id)
     }
 
     fn per_key(&mut self, instrument: &Name, param: &'a Name, points: &'a [(Name, Expr)]) {
@@ -345,10 +350,10 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             );
             return;
         }
-        let Some(index) = self.instrument(instrument) else {
+        let Some(id) = self.instrument(instrument) else {
             return;
         };
-        if !self.board.keyboard.plays(index) {
+        if !self.board.keyboard.layout.instruments().contains(&id) {
             let message = format!("`{}` is not a program of this keyboard", instrument.node);
             let diagnostic = Diagnostic::new(
                 Code::UnknownInstrument,
@@ -361,7 +366,7 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             );
             return;
         }
-        let ast = self.items.instruments[index];
+        let ast = self.items.instruments[id.index()];
         if !ast
             .decls
             .iter()
@@ -373,7 +378,7 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         }
         if self.is_first(&format!("{}.{}", instrument.node, param.node), param.span) {
             self.board.per_key.push(PerKey {
-                instrument: index,
+                instrument: id,
                 param,
                 points,
             });
@@ -432,9 +437,10 @@ pub fn compare_senses(boards: &[Board], models: &[Option<Model>], diags: &mut Di
     for board in boards {
         let programs: Vec<&Model> = board
             .keyboard
+            .layout
             .instruments()
             .into_iter()
-            .filter_map(|i| models[i].as_ref())
+            .filter_map(|id| models[id.index()].as_ref())
             .collect();
         let Some((first, rest)) = programs.split_first() else {
             continue;

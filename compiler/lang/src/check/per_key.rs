@@ -6,6 +6,7 @@ use crate::diag::{Code, Diagnostic};
 use crate::model::Interval;
 use crate::syntax::ast::Name;
 use crate::units::Dim;
+use whippen_keyboard::InstrumentId;
 use whippen_source::Span;
 
 /// A value at a note.
@@ -24,8 +25,8 @@ pub struct Point {
 /// `instrument.param = { A0: v, C8: v }`
 #[derive(Debug, Clone)]
 pub struct PerKey<'a> {
-    /// Index of the instrument.
-    pub instrument: usize,
+    /// The instrument.
+    pub instrument: InstrumentId,
     /// Its parameter, as named in the keyboard.
     pub param: &'a Name,
     /// The given values by rising note; empty if one of them is in error.

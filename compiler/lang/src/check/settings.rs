@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::Options;
 use super::diags::Diags;
 use super::items::Items;
-use super::keyboard::Board;
+use super::keyboard::{Board, instrument_id};
 use super::per_key::PerKey;
 use super::sets::Set;
 use crate::diag::{Code, Diagnostic};
@@ -58,11 +58,15 @@ pub fn of<'a>(
     diags: &mut Diags,
 ) -> Settings<'a> {
     let mut settings = Settings::bare(options);
-    let mut listing = boards.iter().filter(|b| b.keyboard.plays(instrument));
+    let id = instrument_id(instrument);
+    let mut listing = boards
+        .iter()
+        .filter(|b| b.keyboard.layout.instruments().contains(&id));
     if let Some(board) = listing.next() {
         settings.rate_hz = board.keyboard.rate_hz;
-        settings.keys = (board.keyboard.first_key, board.keyboard.last_key);
-        let own = board.per_key.iter().filter(|p| p.instrument == instrument);
+        let layout = &board.keyboard.layout;
+        settings.keys = (layout.first_note, layout.last_note());
+        let own = board.per_key.iter().filter(|p| p.instrument == id);
         settings.per_key = own.map(|p| (p.param.node.as_str(), p.clone())).collect();
         for other in listing {
             let name = &items.instruments[instrument].name.node;

@@ -2,9 +2,10 @@
 
 use super::keyboard::Reader;
 use super::notes::note_name;
-use super::{Part, Playable};
 use crate::diag::{Code, Diagnostic};
-use crate::syntax::ast::{Name, Zone};
+use crate::syntax::ast;
+use crate::syntax::ast::Name;
+use whippen_keyboard::{InstrumentId, KeyRange, Program, Zone};
 use whippen_source::Span;
 
 /// A program that zones define.
@@ -12,15 +13,15 @@ pub struct Zones<'a> {
     /// Its name, as it is declared.
     pub name: &'a Name,
     /// What its keys play, by rising key; empty if something is wrong with it.
-    pub parts: Vec<Part>,
+    pub zones: Vec<Zone>,
 }
 
 impl Zones<'_> {
     /// What the keyboard can play.
-    pub fn playable(&self) -> Playable {
-        Playable {
+    pub fn program(&self) -> Program {
+        Program {
             name: self.name.node.clone(),
-            parts: self.parts.clone(),
+            zones: self.zones.clone(),
         }
     }
 }
@@ -31,13 +32,24 @@ struct Found {
     low: u8,
     high: u8,
     /// What it plays, if there is such an instrument.
-    instrument: Option<usize>,
+    instrument: Option<InstrumentId>,
     span: Span,
+}
+
+impl Found {
+    /// The zone on a keyboard whose lowest key has this note. What lies below has been reported.
+    fn on(&self, first_note: u8) -> Option<Zone> {
+        let key = |note: u8| u32::from(note.saturating_sub(first_note));
+        Some(Zone {
+            keys: KeyRange::new(key(self.low), key(self.high) + 1),
+            instrument: self.instrument?,
+        })
+    }
 }
 
 impl<'a> Reader<'a, '_, '_> {
     /// Reads one line of `zones`.
-    pub fn zones(&mut self, name: &'a Name, given: &'a [Zone]) {
+    pub fn zones(&mut self, name: &'a Name, given: &'a [ast::Zone]) {
         let first = self
             .zones
             .iter()
@@ -77,22 +89,19 @@ impl<'a> Reader<'a, '_, '_> {
                 self.gaps(name, &found);
             }
         }
-        let part = |zone: &Found| {
-            Some(Part {
-                first_key: zone.low,
-                last_key: zone.high,
-                instrument: zone.instrument?,
-            })
-        };
-        let parts = if self.diags.errors() == errors {
-            found.iter().filter_map(part).collect()
+        let zones = if self.diags.errors() == errors {
+            let first_note = self.board.keyboard.layout.first_note;
+            found
+                .iter()
+                .filter_map(|zone| zone.on(first_note))
+                .collect()
         } else {
             Vec::new()
         };
-        self.zones.push(Zones { name, parts });
+        self.zones.push(Zones { name, zones });
     }
 
-    fn zone(&mut self, zone: &'a Zone) -> Option<Found> {
+    fn zone(&mut self, zone: &'a ast::Zone) -> Option<Found> {
         let (low, high) = (self.note(&zone.low), self.note(&zone.high));
         let instrument = self.instrument(&zone.instrument);
         let (low, high) = (low?, high?);
@@ -131,7 +140,8 @@ impl<'a> Reader<'a, '_, '_> {
 
     /// Zones that reach beyond the keys.
     fn outside(&mut self, found: &[Found]) {
-        let (first, last) = (self.board.keyboard.first_key, self.board.keyboard.last_key);
+        let layout = &self.board.keyboard.layout;
+        let (first, last) = (layout.first_note, layout.last_note());
         for zone in found
             .iter()
             .filter(|zone| zone.low < first || zone.high > last)
@@ -150,7 +160,8 @@ impl<'a> Reader<'a, '_, '_> {
 
     /// Keys in no zone; zones come by their lowest key.
     fn gaps(&mut self, name: &Name, found: &[Found]) {
-        let (first, last) = (self.board.keyboard.first_key, self.board.keyboard.last_key);
+        let layout = &self.board.keyboard.layout;
+        let (first, last) = (layout.first_note, layout.last_note());
         let mut next = u16::from(first);
         let end = u16::from(last) + 1;
         for zone in found

@@ -1,5 +1,5 @@
-//! Division by invariant integers using multiplication: rounded quotients by a constant as products,
-//! exact.
+//! Division by invariant integers using multiplication: rounded quotients by a constant as
+//! products, exact.
 //!
 //! `floor(a * 2^n / b + 1/2)` is `floor((a * m + c) / 2^s)` for some `m` next to `2^(n + s) / b`,
 //! if the difference of both before rounding down lies in `[0, 1 / 2b)`: the first is a multiple of

@@ -78,7 +78,7 @@ impl Select<'_> {
                 self.condition_i64(op, a, b)
             }
             Binding::Comparison(op, [a, b]) => {
-                if let Some(cond) = self.sign_of_sum(op, a, b) {
+                if let Some(cond) = self.compare_with_zero(op, a, b) {
                     return cond;
                 }
                 // A constant is compared with from the right.
@@ -98,7 +98,7 @@ impl Select<'_> {
             }
             _ => {
                 let word = self.reg(value);
-                if !self.sets_zero_flag(word) {
+                if !self.set_flags_of_result(word, is_logic) {
                     self.emit(MInst::new(Isa::CMP_immediate).reg(Role::N, word).imm(0));
                 }
                 Cond::NE
@@ -106,44 +106,32 @@ impl Select<'_> {
         }
     }
 
-    /// A comparison with zero by the flags of what computes the word, if nothing behind that has to
-    /// do with flags.
-    fn sign_of_sum(&mut self, op: Op, a: Value, b: Value) -> Option<Cond> {
-        if self.layout.small {
-            return None;
-        }
+    /// A comparison with zero by the flags of what computes the word.
+    fn compare_with_zero(&mut self, op: Op, a: Value, b: Value) -> Option<Cond> {
         let (of, cond) = match (op, self.constant(a), self.constant(b)) {
             (Op::Lt, _, Some(0)) | (Op::Le, _, Some(-1)) => (a, Cond::MI),
             (Op::Le, Some(0), _) | (Op::Lt, Some(-1), _) => (b, Cond::PL),
             _ => return None,
         };
         let word = self.reg(of);
-        for code in self.func.blocks[self.at].code.iter_mut().rev() {
-            let flags = code.inst.flags();
-            if flags.writes.intersects(Flags::NZCV) || flags.reads.intersects(Flags::NZCV) {
-                return None;
-            }
-            if code.writes().eq([word]) {
-                code.inst.s = can_set_sign_flag(code);
-                return code.inst.s.then_some(cond);
-            }
-        }
-        None
+        self.set_flags_of_result(word, is_sum).then_some(cond)
     }
 
-    /// Lets the last instruction, if it is the one that makes this bool, say in the flags whether
-    /// it is zero.
-    fn sets_zero_flag(&mut self, word: VReg) -> bool {
-        let Some(last) = self.func.blocks[self.at].code.last_mut() else {
-            return false;
-        };
-        let logic = matches!(
-            last.inst.op(),
-            Isa::AND_register | Isa::ORR_register | Isa::BIC_register
-        );
-        let makes = logic && last.inst.cond.is_none() && last.writes().eq([word]);
-        last.inst.s |= makes;
-        makes
+    /// Lets the instruction that computes a word say in the flags whether it is negative or zero,
+    /// if it is one of the class asked for and nothing behind it has to do with flags.
+    fn set_flags_of_result(&mut self, word: VReg, class: fn(&MInst) -> bool) -> bool {
+        for code in self.func.blocks[self.at].code.iter_mut().rev() {
+            if code.writes().eq([word]) {
+                let sets = class(code) && code.inst.cond.is_none() && code.tied.is_none();
+                code.inst.s |= sets;
+                return sets;
+            }
+            let flags = code.inst.flags();
+            if (flags.writes | flags.reads).intersects(Flags::NZCV) {
+                return false;
+            }
+        }
+        false
     }
 
     /// Flags of `a - b`.
@@ -336,17 +324,23 @@ impl Select<'_> {
     }
 }
 
-/// Whether an instruction can say in the flags what the sign of its result is, at no cost.
-fn can_set_sign_flag(code: &MInst) -> bool {
-    let inst = &code.inst;
-    let computes = match inst.op() {
+/// Whether an instruction is a sum that sets flags at no cost.
+fn is_sum(code: &MInst) -> bool {
+    match code.inst.op() {
         Isa::ADD_register | Isa::SUB_register | Isa::RSB_register => true,
         Isa::ADD_immediate | Isa::SUB_immediate | Isa::RSB_immediate => {
-            thumb_shrink_imm(inst.imm).is_some()
+            thumb_shrink_imm(code.inst.imm).is_some()
         }
         _ => false,
-    };
-    computes && inst.cond.is_none() && code.tied.is_none()
+    }
+}
+
+/// Whether an instruction computes a bool from two others.
+fn is_logic(code: &MInst) -> bool {
+    matches!(
+        code.inst.op(),
+        Isa::AND_register | Isa::ORR_register | Isa::BIC_register
+    )
 }
 
 /// Whether comparing with such a constant costs no more than with a register: one that must be

@@ -103,9 +103,7 @@ impl Select<'_> {
     fn zero_where_equal(&self, condition: Value) -> Option<[Value; 2]> {
         match self.bindings[condition.0 as usize] {
             Binding::Comparison(Op::Eq, [a, b])
-                if !self.layout.small
-                    && self.info(a).ty != Type::I64
-                    && self.split_constant(&[a, b]).is_none() =>
+                if self.info(a).ty != Type::I64 && self.split_constant(&[a, b]).is_none() =>
             {
                 Some([a, b])
             }

@@ -2,13 +2,15 @@
 //! instruction changes them.
 
 use super::Legal;
-use crate::thumb::minst::{MInst, Reg, Role, Terminator};
-use whippen_isa::Cond;
+use crate::thumb::minst::{MInst, Reg, Role, Terminator, VReg};
+use whippen_isa::{Cond, Op};
 
 /// What makes the flags that the next reader finds.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Flags {
     made: Made,
+    /// The register whose sign they tell, and whether it is zero.
+    result: Option<VReg>,
     /// Where they still are: in this block, behind so many instructions.
     here: Option<(usize, usize)>,
 }
@@ -43,12 +45,14 @@ impl Legal<'_> {
         let made = Made::By(before.into_iter().chain(last).collect());
         self.flags = Flags {
             made,
+            result: None,
             here: Some((self.at, count)),
         };
     }
 
-    /// What was last emitted left them.
-    pub(super) fn flags_left(&mut self) {
+    /// What was last emitted left them, and they tell of the result of an instruction.
+    pub(super) fn flags_left(&mut self, of: &MInst) {
+        self.flags.result = of.writes().next();
         self.flags.here = Some((self.at, self.out.blocks[self.at].code.len()));
     }
 
@@ -63,17 +67,33 @@ impl Legal<'_> {
                 cond,
                 second,
             },
+            result: None,
             here: None,
         };
     }
 
     /// The flags are those that were made, for the instruction that comes next.
     pub(super) fn want_flags(&mut self) {
-        let here = (self.at, self.out.blocks[self.at].code.len());
-        if self.flags.here != Some(here)
+        if !self.flags_are_here()
             && let Made::By(codes) = self.flags.made.clone()
         {
             self.again(&codes);
+        }
+    }
+
+    fn flags_are_here(&self) -> bool {
+        self.flags.here == Some((self.at, self.out.blocks[self.at].code.len()))
+    }
+
+    /// The same for a condition. What only asks for the sign or for zero compares the result,
+    /// which is kept anyway; the operands that it was made of need not be.
+    fn want_condition(&mut self, cond: Cond) {
+        let of_result = matches!(cond, Cond::MI | Cond::PL | Cond::EQ | Cond::NE);
+        match self.flags.result.filter(|_| of_result) {
+            Some(word) if !self.flags_are_here() => {
+                self.emit(MInst::new(Op::CMP_immediate).reg(Role::N, word).imm(0));
+            }
+            _ => self.want_flags(),
         }
     }
 
@@ -96,7 +116,7 @@ impl Legal<'_> {
             second,
         } = self.flags.made.clone()
         else {
-            self.want_flags();
+            self.want_condition(cond);
             return self.part(cond, yes, no, likely);
         };
         let [holds, fails] = [(); 2].map(|()| self.out.block());

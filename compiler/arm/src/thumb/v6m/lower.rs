@@ -73,7 +73,7 @@ impl Legal<'_> {
                 }
                 self.name(code, Role::D, result);
                 if inst.s {
-                    self.flags_left();
+                    self.flags_left(code);
                 }
             }
         }
@@ -243,13 +243,15 @@ impl Legal<'_> {
         self.shift(Op::LSR_immediate, top, 32 - width)
     }
 
-    /// Held in the range of so many bits, after a shift.
+    /// Held in the range of so many bits, after a shift. The comparisons that this takes are no
+    /// part of what selection asked for: flags made before are what the next reader wants.
     fn saturated(&mut self, code: &MInst) -> VReg {
         let bits = code.inst.imm;
         let (low, high) = match code.inst.op() {
             Op::USAT => (0, (1_i64 << bits) - 1),
             _ => (-(1_i64 << (bits - 1)), (1_i64 << (bits - 1)) - 1),
         };
+        let flags = self.flags.clone();
         let shifted = self.shifted(code, Role::N);
         let mut held = self.free(shifted);
         for (bound, beyond) in [(low, Cond::LT), (high, Cond::GT)] {
@@ -271,6 +273,7 @@ impl Legal<'_> {
             );
             held = d;
         }
+        self.flags = flags;
         held
     }
 

@@ -52,11 +52,12 @@ fn mikey() {
         (board.board.as_deref(), board.device.as_str(), board.rate_hz),
         (Some("rp2350"), "mikey", 44_100)
     );
+    let layout = &board.layout;
     assert_eq!(
-        (board.first_key, board.last_key, board.keys()),
+        (layout.first_note, layout.last_note(), layout.keys),
         (21, 108, 88)
     );
-    let names: Vec<&str> = board.programs.iter().map(|p| p.name.as_str()).collect();
+    let names: Vec<&str> = layout.programs.iter().map(|p| p.name.as_str()).collect();
     assert_eq!(names, ["grand_piano", "harpsichord", "hammond"]);
 }
 

@@ -1,8 +1,9 @@
 //! What the checker makes of small programs.
 
-use super::super::{Options, Part};
+use super::super::Options;
 use super::check_text;
 use crate::model::{Action, Model, Node, RuleKind};
+use whippen_keyboard::{InstrumentId, KeyRange, Zone};
 
 const SENSE: &str = "sense x: length in 0 mm .. 10 mm\n";
 
@@ -159,13 +160,13 @@ fn per_key_values_are_linear_between_the_notes() {
         (0.0, 5.0)
     );
     assert!(model.lives.is_empty());
-    assert_eq!((model.rate_hz, program.keyboards[0].keys()), (1000, 5));
+    assert_eq!((model.rate_hz, program.keyboards[0].layout.keys), (1000, 5));
     let set = models(text, &set("i.w", "2N")).remove(0);
     assert_eq!((set.keyed.len(), set.lives[0].value), (0, 2.0));
 }
 
 #[test]
-fn zones_are_a_program_of_parts() {
+fn a_program_has_zones() {
     let text = "keyboard b { rate 1000 Hz keys C4 .. E4 programs j, split, i i.w = { C4: 1 N, E4: 5 N }
             zones split = { D4 .. E4: i, C4 .. C4: j, Db4 .. C#4: i } }
         instrument i { sense x: length in 0 mm .. 10 mm live param w = 0 N in 0 N .. 5 N force f = w }
@@ -173,22 +174,20 @@ fn zones_are_a_program_of_parts() {
     let (_, program, diagnostics) = check_text(text, &Options::default());
     assert_eq!(diagnostics.len(), 0, "{diagnostics:?}");
     let program = program.unwrap();
-    let board = &program.keyboards[0];
-    let parts = |name: &str| board.program(name).unwrap().parts.clone();
-    let part = |first_key, last_key, instrument| Part {
-        first_key,
-        last_key,
-        instrument,
+    let layout = &program.keyboards[0].layout;
+    let zones = |name: &str| layout.program_named(name).unwrap().zones.clone();
+    let zone = |first, end, instrument| Zone {
+        keys: KeyRange::new(first, end),
+        instrument: InstrumentId(instrument),
     };
     assert_eq!(
-        parts("split"),
-        [part(60, 60, 1), part(61, 61, 0), part(62, 64, 0)]
+        zones("split"),
+        [zone(0, 1, 1), zone(1, 2, 0), zone(2, 5, 0)]
     );
-    assert_eq!(parts("i"), [part(60, 64, 0)]);
-    assert_eq!((board.instruments(), board.keys()), (vec![1, 0], 5));
+    assert_eq!(zones("i"), [zone(0, 5, 0)]);
     assert_eq!(
-        parts("split").iter().map(Part::keys).collect::<Vec<_>>(),
-        [1, 1, 3]
+        (layout.instruments(), layout.first_note, layout.keys),
+        (vec![InstrumentId(1), InstrumentId(0)], 60, 5)
     );
     // Values by note, whatever zone a key is in.
     assert_eq!(

@@ -7,7 +7,7 @@ use whippen_compiler::pipeline::compile;
 use whippen_compiler::scales::Scales;
 use whippen_compiler::source::SourceMap;
 
-const MANUAL: &str = include_str!("../../docs/language.md");
+const MANUAL: &str = include_str!("../../../docs/language.md");
 
 /// The blocks of the manual in this language.
 fn blocks(language: &str) -> Vec<&'static str> {

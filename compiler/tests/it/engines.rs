@@ -1,11 +1,13 @@
 //! The interpreter and the host code agree in every byte: outputs, memory, probes and events.
 //!
 //! ```text
-//! cargo test -p whippen-compiler --test engines                                       10 000 random kernels
-//! WHIPPEN_KERNELS=1000000 cargo test -p whippen-compiler --test engines -- --ignored  as many as one likes
+//! cargo test -p whippen-compiler --test it engines                          10 000 random kernels
+//! WHIPPEN_KERNELS=N cargo test --release -p whippen-compiler --test it engines    N of them
 //! ```
 
-use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
+
 use whippen_compiler::jit::{HostCode, Options};
 use whippen_compiler::kernel::random::{self, Draw, Rng};
 use whippen_compiler::kernel::{EngineError, Interp, Kernel, parse, without_probes};
@@ -104,38 +106,32 @@ fn agree(seed: u64) {
     pair.tick(&random::inputs(&mut rng, &pair.kernel, keys));
 }
 
-fn agree_on(seeds: Range<u64>) {
-    seeds.for_each(agree);
-}
+/// How many random kernels, where the environment does not say.
+const KERNELS: u64 = 10_000;
 
 #[test]
-fn random_kernels_first_quarter() {
-    agree_on(0..2500);
-}
-
-#[test]
-fn random_kernels_second_quarter() {
-    agree_on(2500..5000);
-}
-
-#[test]
-fn random_kernels_third_quarter() {
-    agree_on(5000..7500);
-}
-
-#[test]
-fn random_kernels_fourth_quarter() {
-    agree_on(7500..10_000);
-}
-
-#[test]
-#[ignore = "as long as WHIPPEN_KERNELS says"]
-fn random_kernels_at_length() {
+fn random_kernels() {
     let count = std::env::var("WHIPPEN_KERNELS")
         .ok()
         .and_then(|count| count.parse().ok())
-        .unwrap_or(100_000);
-    agree_on(10_000..10_000 + count);
+        .unwrap_or(KERNELS);
+    let next = AtomicU64::new(0);
+    let work = || {
+        let mut seeds = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
+        while let Some(seed) = seeds.next().filter(|seed| *seed < count) {
+            agree(seed);
+        }
+    };
+    thread::scope(|scope| {
+        let workers = thread::available_parallelism().map_or(1, usize::from);
+        let threads: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+        for thread in threads {
+            thread
+                .join()
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        }
+    });
+    println!("{count} kernels agree");
 }
 
 const CHATTERBOX: &str = "\

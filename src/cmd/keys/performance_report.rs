@@ -1,17 +1,18 @@
-//! What is said of a performance: on the terminal, in the table of events, in the report.
+//! The report of a performance: on the terminal, in the table of events, on the report page.
 
 use std::path::Path;
 
 use serde_json::{Value, json};
 use whippen_compiler::check::note_name;
-use whippen_runtime::keyboard::{KeyLog, Outcome, Part, PlayedNote};
+use whippen_compiler::keyboard::Zone;
+use whippen_runtime::keyboard::{KeyLog, Outcome, PlayedNote};
 use whippen_runtime::midi::Performance;
 use whippen_runtime::report::{Cell, Row, Section, Table, id};
 use whippen_runtime::session::argument_titles;
 use whippen_runtime::stroke::{DIP_M, press_speed};
 use whippen_runtime::trace::{EventRow, Trace};
 
-use super::{Board, LATER_S, Score, Setup};
+use super::{LATER_S, PlayedKeyboard, Score, Setup};
 use crate::say::say;
 
 /// So many notes that did not strike are listed on the terminal.
@@ -21,8 +22,13 @@ const LISTED_MAX: usize = 10;
 const ROWS_MAX: usize = 200;
 
 /// What the file holds.
-pub fn performance(path: &Path, performance: &Performance, score: &Score, board: &Board) {
-    let keys = usize::from(board.last - board.first) + 1;
+pub fn report_file(
+    path: &Path,
+    performance: &Performance,
+    score: &Score,
+    keyboard: &PlayedKeyboard,
+) {
+    let keys = keyboard.keys();
     let (notes, playing) = (score.notes.len(), score.keys.len());
     say!(
         "midi: {}: {notes} notes on {playing} of {keys} keys, {:.1} s",
@@ -34,17 +40,20 @@ pub fn performance(path: &Path, performance: &Performance, score: &Score, board:
         .iter()
         .for_each(|told| say!("midi: {told}"));
     if score.outside > 0 {
-        say!("midi: {}", outside(score, board));
+        say!("midi: {}", outside(score, keyboard));
     }
 }
 
-fn outside(score: &Score, board: &Board) -> String {
-    let (first, last) = (note_name(board.first), note_name(board.last));
+fn outside(score: &Score, keyboard: &PlayedKeyboard) -> String {
+    let (first, last) = (
+        note_name(keyboard.layout.first_note),
+        note_name(keyboard.layout.last_note()),
+    );
     let mut names: Vec<u8> = score
         .notes
         .iter()
         .map(|n| n.key)
-        .filter(|&key| board.index(key).is_none())
+        .filter(|&key| keyboard.layout.key_of_note(key).is_none())
         .collect();
     names.sort_unstable();
     names.dedup();
@@ -57,14 +66,19 @@ fn outside(score: &Score, board: &Board) -> String {
 }
 
 /// Notes against strikes.
-pub fn outcome(board: &Board, played: &Outcome, logs: &[KeyLog]) {
-    for part in silent(board) {
+pub fn report_outcome(keyboard: &PlayedKeyboard, played: &Outcome, logs: &[KeyLog]) {
+    let zones = &keyboard.program().zones;
+    let silent: Vec<&Zone> = zones
+        .iter()
+        .filter(|zone| is_silent(keyboard, zone))
+        .collect();
+    for zone in &silent {
         say!(
             "  {} emits no `note`: strikes are not compared with notes",
-            part.model.name
+            keyboard.played().model_of(zone).name
         );
     }
-    if silent(board).count() == board.parts.len() {
+    if silent.len() == zones.len() {
         return;
     }
     say!("  {}", counted(played));
@@ -91,12 +105,9 @@ pub fn outcome(board: &Board, played: &Outcome, logs: &[KeyLog]) {
     cut_off(logs).iter().for_each(|told| say!("  {told}"));
 }
 
-/// The parts whose keys never strike.
-fn silent<'b>(board: &'b Board) -> impl Iterator<Item = &'b Part<'b>> {
-    board
-        .parts
-        .iter()
-        .filter(|part| board.strike(part.keys.start).is_none())
+/// Whether the keys of a zone never strike.
+fn is_silent(keyboard: &PlayedKeyboard, zone: &Zone) -> bool {
+    keyboard.strike(zone.keys.first as usize).is_none()
 }
 
 fn counted(played: &Outcome) -> String {
@@ -165,11 +176,11 @@ fn cut_off(logs: &[KeyLog]) -> Vec<String> {
 }
 
 /// The events of all keys as a trace without columns.
-pub fn events(board: &Board, logs: &[KeyLog]) -> Trace {
-    let rate_hz = board.rate_hz();
+pub fn events(keyboard: &PlayedKeyboard, logs: &[KeyLog]) -> Trace {
+    let rate_hz = keyboard.rate_hz();
     let mut all: Vec<(usize, u32, EventRow)> = Vec::new();
     for log in logs {
-        let (model, key) = (board.model(log.index), log.index as u32);
+        let (model, key) = (keyboard.model(log.index), log.index as u32);
         let titles = argument_titles(model);
         for (tick, emission, args) in &log.events {
             let args = titles[*emission]
@@ -202,13 +213,13 @@ pub fn events(board: &Board, logs: &[KeyLog]) -> Trace {
 /// The section of a performance.
 pub fn section(
     setup: &Setup,
-    board: &Board,
+    keyboard: &PlayedKeyboard,
     score: &Score,
     played: &Outcome,
     logs: &[KeyLog],
     performance: &Performance,
 ) -> Section {
-    let rate_hz = f64::from(board.rate_hz());
+    let rate_hz = f64::from(keyboard.rate_hz());
     let fact = |name: &str, value: String| (name.to_string(), value);
     let mut facts = vec![
         fact("notes", counted(played)),
@@ -220,7 +231,7 @@ pub fn section(
                 score.keys.len()
             ),
         ),
-        fact("program", board.program.replace('_', " ")),
+        fact("program", keyboard.program().name.replace('_', " ")),
         fact("engine", setup.engine.to_string()),
         fact(
             "strokes",
@@ -231,8 +242,8 @@ pub fn section(
             ),
         ),
     ];
-    if let [_, _, ..] = &board.parts[..] {
-        facts.push(fact("zones", zones(board)));
+    if keyboard.program().is_split() {
+        facts.push(fact("zones", zones(keyboard)));
     }
     facts.extend(latencies(played).map(|times| fact("timing", times)));
     facts.extend(
@@ -248,37 +259,38 @@ pub fn section(
             .map(|(name, value)| fact("set", format!("{name} = {value}"))),
     );
     let mut warnings = cut_off(logs);
-    warnings.extend((score.outside > 0).then(|| outside(score, board)));
+    warnings.extend((score.outside > 0).then(|| outside(score, keyboard)));
     Section {
-        id: id(board.name.unwrap_or("keyboard")),
-        title: board.name.map_or("keyboard".into(), |name| name.replace('_', " ")),
+        id: id(keyboard.name.unwrap_or("keyboard")),
+        title: keyboard.name.map_or("keyboard".into(), |name| name.replace('_', " ")),
         doc: "Every note as a synthetic stroke of its key, and what the keys struck. A key that goes down slowly does not throw its \
               hammer: such a note is missed by the instrument, not by the program."
             .into(),
         facts,
         warnings,
-        data: vec![("keys", roll(board, score, played))],
-        tables: vec![worst(played), keys(board, played, logs)],
+        data: vec![("keys", roll(keyboard, score, played))],
+        tables: vec![worst(played), keys(keyboard, played, logs)],
         sources: setup.sources.to_vec(),
     }
 }
 
 /// What which keys play.
-fn zones(board: &Board) -> String {
-    let note = |index: usize| note_name(board.first.saturating_add(index as u8));
-    let zone = |part: &Part| {
+fn zones(keyboard: &PlayedKeyboard) -> String {
+    let note = |key: u32| note_name(keyboard.layout.note_of(key));
+    let zone = |zone: &Zone| {
         format!(
             "{} .. {}: {}",
-            note(part.keys.start),
-            note(part.keys.end - 1),
-            part.model.name.replace('_', " ")
+            note(zone.keys.first),
+            note(zone.keys.end - 1),
+            keyboard.played().model_of(zone).name.replace('_', " ")
         )
     };
-    board.parts.iter().map(zone).collect::<Vec<_>>().join(", ")
+    let zones: Vec<String> = keyboard.program().zones.iter().map(zone).collect();
+    zones.join(", ")
 }
 
 /// What the piano roll draws: per note key, on, off, velocity, strike, speed, strikes.
-fn roll(board: &Board, score: &Score, played: &Outcome) -> Value {
+fn roll(keyboard: &PlayedKeyboard, score: &Score, played: &Outcome) -> Value {
     let short = |v: f64| (v * 1e5).round() / 1e5;
     let note = |n: &PlayedNote| {
         let (on, off) = (short(n.note.on_s + LATER_S), short(n.note.off_s + LATER_S));
@@ -294,9 +306,9 @@ fn roll(board: &Board, score: &Score, played: &Outcome) -> Value {
             n.strikes.len()
         ])
     };
-    let end_s = score.ticks as f64 / f64::from(board.rate_hz());
+    let end_s = score.ticks as f64 / f64::from(keyboard.rate_hz());
     json!({
-        "first": board.first, "last": board.last, "end": end_s, "usual": played.usual,
+        "first": keyboard.layout.first_note, "last": keyboard.layout.last_note(), "end": end_s, "usual": played.usual,
         "notes": played.notes.iter().map(note).collect::<Vec<_>>(),
     })
 }
@@ -376,7 +388,7 @@ fn note_row(what: &str, n: &PlayedNote) -> Row {
 }
 
 /// One row per key that played.
-fn keys(board: &Board, played: &Outcome, logs: &[KeyLog]) -> Table {
+fn keys(keyboard: &PlayedKeyboard, played: &Outcome, logs: &[KeyLog]) -> Table {
     let heads = [
         "key",
         "notes",
@@ -387,9 +399,9 @@ fn keys(board: &Board, played: &Outcome, logs: &[KeyLog]) -> Table {
         "at (s)",
         "drive clipped (ticks)",
     ];
-    let rate_hz = f64::from(board.rate_hz());
+    let rate_hz = f64::from(keyboard.rate_hz());
     let row = |log: &KeyLog| {
-        let key = board.first.saturating_add(log.index as u8);
+        let key = keyboard.layout.note_of(log.index as u32);
         let own = || played.notes.iter().filter(move |n| n.note.key == key);
         let struck = own().filter(|n| !n.strikes.is_empty()).count();
         let fastest = own()

@@ -1,0 +1,170 @@
+//! The builder of whole images: keys' code of every program on every core, the firmware around it,
+//! memory, addresses.
+//!
+//! ```text
+//!   Layout, division --> zones of each core --code--> objects of keys --.
+//!   Setup, Support ---------------------objects--> objects of firmware --+--place_near--> link --> FirmwareImage
+//! ```
+//!
+//! Not here: which division is cheapest (the pipeline), the texts of the firmware (`lib`).
+
+use whippen_arm::image::{Board, Image, Input, LinkError, Object, Place, link};
+use whippen_arm::thumb::ThumbError;
+use whippen_keyboard::{CoreId, InstrumentId, Layout, ProgramId};
+use whippen_modes::Modes;
+
+use std::fmt;
+
+use super::code::{ProgramCode, compile_keys};
+use super::near::{check_stack, place_near};
+use super::{FirmwareError, Midi, Setup, Unsupported, objects, support};
+
+/// An image that starts by itself, and where the states of its keys have what.
+#[derive(Debug, Clone)]
+pub struct FirmwareImage {
+    /// Everything with addresses.
+    pub image: Image,
+    /// Keys of each core.
+    pub keys_of_cores: Vec<u32>,
+    /// The code of each program.
+    pub programs: Vec<ProgramCode>,
+}
+
+impl FirmwareImage {
+    /// The code of a program.
+    pub fn program(&self, id: ProgramId) -> &ProgramCode {
+        &self.programs[id.index()]
+    }
+
+    /// Its cores.
+    pub fn cores(&self) -> impl Iterator<Item = CoreId> {
+        (0..self.keys_of_cores.len() as u32).map(CoreId)
+    }
+}
+
+/// Why there is no image.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ImageError {
+    /// The board has no firmware.
+    Board(Unsupported),
+    /// The instrument has so many words in and out for each key, not one each.
+    Ports(usize, usize),
+    /// The firmware cannot be made so.
+    Firmware(FirmwareError),
+    /// There is no code for the keys.
+    Code(ThumbError),
+    /// It cannot be laid out in the board's memory.
+    Link(LinkError),
+}
+
+impl fmt::Display for ImageError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ImageError::Board(why) => why.fmt(f),
+            ImageError::Ports(ins, outs) => write!(
+                f,
+                "a key has {ins} words in and {outs} out; the firmware takes one each"
+            ),
+            ImageError::Firmware(error) => error.fmt(f),
+            ImageError::Code(error) => error.fmt(f),
+            ImageError::Link(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for ImageError {}
+
+/// Equal parts for so many cores; the first cores take what is over.
+pub fn divide_equally(keys: u32, cores: u32) -> Vec<u32> {
+    (0..cores)
+        .map(|core| (keys + cores - 1 - core) / cores.max(1))
+        .collect()
+}
+
+/// An instrument, to be built.
+#[derive(Debug, Clone, Copy)]
+pub struct Instrument<'a> {
+    /// The modes of its kernel, without probes; its values per key are those of all keys of the
+    /// keyboard.
+    pub modes: &'a Modes,
+    /// Places of the kernel's origins.
+    pub places: &'a [Place],
+    /// Which events are notes.
+    pub midi: &'a Midi,
+}
+
+/// Builds the image of a keyboard; it starts with the first program. The cores' keys are those of
+/// the setup.
+///
+/// # Errors
+/// Board or programs have no firmware, setup or keys are out of range, memory is full; a bug.
+pub fn build_image(
+    layout: &Layout,
+    instruments: &[Instrument],
+    setup: &Setup,
+    board: &Board,
+) -> Result<FirmwareImage, ImageError> {
+    let support = support(board).map_err(ImageError::Board)?;
+    check_ports(layout, instruments)?;
+    check_keys(layout, setup).map_err(ImageError::Firmware)?;
+    let mut programs =
+        compile_keys(layout, instruments, setup, board.arch).map_err(ImageError::Code)?;
+    let mut firmware =
+        objects(&programs, instruments, setup, &support).map_err(ImageError::Firmware)?;
+    place_near(board, &mut firmware, &mut programs);
+    let image = link_all(board, &firmware, &programs, instruments).map_err(ImageError::Link)?;
+    for stack in &board.stacks {
+        check_stack(&image, board, *stack).map_err(ImageError::Link)?;
+    }
+    Ok(FirmwareImage {
+        image,
+        keys_of_cores: setup.keys.clone(),
+        programs,
+    })
+}
+
+/// That every instrument that is played has one word in and one out.
+fn check_ports(layout: &Layout, instruments: &[Instrument]) -> Result<(), ImageError> {
+    for InstrumentId(number) in layout.instruments() {
+        let kernel = &instruments[number as usize].modes.kernel;
+        let (ins, outs) = (kernel.inputs.len(), kernel.outputs.len());
+        if (ins, outs) != (1, 1) {
+            return Err(ImageError::Ports(ins, outs));
+        }
+    }
+    Ok(())
+}
+
+/// That programs and cores have the same keys, and no core too many or none.
+fn check_keys(layout: &Layout, setup: &Setup) -> Result<(), FirmwareError> {
+    let all: u32 = setup.keys.iter().sum();
+    let other = layout.programs.iter().map(|program| program.keys());
+    if let Some(keys) = other.into_iter().find(|keys| *keys != all) {
+        return Err(FirmwareError::Parts(keys, all));
+    }
+    match setup.keys.iter().find(|keys| !(1..=255).contains(*keys)) {
+        Some(&keys) => Err(FirmwareError::Keys(keys)),
+        None => Ok(()),
+    }
+}
+
+/// Gives everything its addresses.
+fn link_all(
+    board: &Board,
+    firmware: &[Object],
+    programs: &[ProgramCode],
+    instruments: &[Instrument],
+) -> Result<Image, LinkError> {
+    let of_firmware = firmware.iter().map(|object| Input {
+        object,
+        places: &[],
+    });
+    let of_keys = programs.iter().flat_map(|program| {
+        program.zones().map(|zone| Input {
+            object: &zone.built.object,
+            places: instruments[program.instrument_of(zone).index()].places,
+        })
+    });
+    let inputs: Vec<Input> = of_firmware.chain(of_keys).collect();
+    link(board, &inputs, "reset")
+}

@@ -1,0 +1,150 @@
+//! The objects of a firmware: its texts, assembled with the constants of programs, keyboard and
+//! board; the frame of a tick once for each core, under that core's names.
+
+use std::collections::BTreeMap;
+
+use whippen_arm::asm::{AsmError, Source, assemble};
+use whippen_arm::image::{Hint, Object};
+use whippen_deterministic::parallel;
+
+use super::boards::{Support, frame, shared};
+use super::code::{ProgramCode, is_split};
+use super::constants::constants;
+use super::{CORES, FirmwareError, Instrument, Setup, drive_offset_bytes, keys_name};
+use super::{tables, zones};
+
+/// The objects of a firmware, to be linked with those of the keys of all programs. The image begins
+/// at `reset`, with the first program.
+///
+/// # Errors
+/// Programs, keys, records or motor are out of range; a text of the board is wrong.
+pub fn objects(
+    programs: &[ProgramCode],
+    instruments: &[Instrument],
+    setup: &Setup,
+    board: &Support,
+) -> Result<Vec<Object>, FirmwareError> {
+    let constants = constants(programs, setup, board)?;
+    let tables = tables(programs, instruments);
+    let alone = shared(board).chain([board.tick]).map(|source| vec![source]);
+    let mut texts: Vec<(Vec<Source>, Option<usize>)> =
+        alone.map(|sources| (sources, None)).collect();
+    let start = texts.len() - 1;
+    texts.extend((0..setup.keys.len()).map(|core| (frame(board), Some(core))));
+    texts.extend(tables.iter().map(|text| {
+        (
+            vec![Source {
+                name: "tables",
+                text,
+            }],
+            None,
+        )
+    }));
+    let assembled = parallel::map(texts, |(sources, core)| {
+        let Some(core) = core else {
+            return assemble(&sources, &constants, board.board.arch);
+        };
+        let mut own = constants.clone();
+        own.extend(frame_constants(setup.keys[core], board, core));
+        let frame = assemble(&sources, &own, board.board.arch)?;
+        Ok(frame_of_core(frame, core, programs.len()))
+    });
+    let mut objects = assembled
+        .into_iter()
+        .collect::<Result<Vec<Object>, AsmError>>()?;
+    let frame = objects[start]
+        .sections
+        .iter_mut()
+        .filter(|section| section.name == ".text.frame");
+    frame.for_each(|section| section.name = ".text.start.board".into());
+    Ok(objects)
+}
+
+/// What the frame of a core is told besides the [`constants`].
+pub fn frame_constants(keys: u32, board: &Support, core: usize) -> BTreeMap<String, i64> {
+    let all = [
+        ("KEYS", keys),
+        ("DISTANCE", drive_offset_bytes(keys)),
+        ("STACK", board.board.stacks[core]),
+    ];
+    all.into_iter()
+        .map(|(name, value)| (name.to_string(), value.into()))
+        .collect()
+}
+
+/// The texts of a firmware as they are assembled, those of a frame together; a frame is told
+/// [`frame_constants`] besides the [`constants`].
+pub fn sources<'a>(board: &Support<'a>) -> Vec<Vec<Source<'a>>> {
+    shared(board)
+        .map(|source| vec![source])
+        .chain([frame(board)])
+        .collect()
+}
+
+/// The tables of programs, and the calls of zones where some core has several, as assembly.
+fn tables(programs: &[ProgramCode], instruments: &[Instrument]) -> Vec<String> {
+    let mut texts = vec![tables::assembly(programs, instruments)];
+    if !is_split(programs) {
+        return texts;
+    }
+    for core in programs.iter().flat_map(|program| &program.cores) {
+        texts.push(zones::records_as_assembly(core));
+        texts.extend(core.is_split().then(|| zones::calls_as_assembly(core)));
+    }
+    texts
+}
+
+/// The frame of one core: its names and sections say so, and nobody else sees what is in it but the
+/// tick.
+fn frame_of_core(mut object: Object, core: usize, programs: usize) -> Object {
+    for section in &mut object.sections {
+        let own = format!(".{}.frame", CORES[core]);
+        section.name = section.name.replace(".frame", &own);
+        for fixup in &mut section.fixups {
+            fixup.symbol = symbol_of_core(&fixup.symbol, core);
+        }
+        for hint in &mut section.hints {
+            if let Hint::Targets { symbols, .. } = hint {
+                let all = symbols.iter();
+                *symbols = all
+                    .flat_map(|symbol| targets_of_core(symbol, core, programs))
+                    .collect();
+            }
+        }
+    }
+    for symbol in &mut object.symbols {
+        symbol.global &= symbol.section.is_none() || SEEN.contains(&symbol.name.as_str());
+        symbol.name = symbol_of_core(&symbol.name, core);
+    }
+    object
+}
+
+/// Symbols of a frame that others see.
+const SEEN: &[&str] = &["tick", "exceptions"];
+
+/// What a symbol of the frame's texts is called on a core.
+fn symbol_of_core(symbol: &str, core: usize) -> String {
+    match symbol {
+        "tick" => format!("tick_{}", CORES[core]),
+        "block" => CORES[core].to_string(),
+        "entry" => ["reset", "core1_start"][core].to_string(),
+        "exceptions" => format!("vectors{core}"),
+        "guards" | "ledger" => format!("{symbol}{core}"),
+        other => other.to_string(),
+    }
+}
+
+/// Where an indirect branch of the frame may go on a core, while there are so many programs.
+fn targets_of_core(symbol: &str, core: usize, programs: usize) -> Vec<String> {
+    let of_all = |what: &str| -> Vec<String> {
+        let name = |program| format!("{}_{what}", keys_name(core, program));
+        (0..programs).map(name).collect()
+    };
+    match symbol {
+        "keys_tick" => of_all("tick"),
+        "keys_begin" => of_all("begin"),
+        // With one program there is never another one that could begin.
+        "beginning" if programs == 1 => Vec::new(),
+        other => vec![symbol_of_core(other, core)],
+    }
+}

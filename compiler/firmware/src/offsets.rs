@@ -1,0 +1,141 @@
+//! The layout of what firmware and readers share: words of a core's block, of a key's guard, of the
+//! tables of programs; and the faults. One table each, from which the texts get their constants and
+//! readers in Rust their numbers; `docs/firmware.md` shows what users may read.
+
+use std::collections::BTreeMap;
+
+/// Offsets in bytes: a module of constants for readers, and the names that the texts know them by.
+macro_rules! offsets {
+    ($($(#[$doc:meta])* $module:ident, $prefix:literal { $($name:ident = $at:literal, $what:literal;)* })*) => {$(
+        $(#[$doc])*
+        pub mod $module {
+            $(#[doc = $what] pub const $name: u32 = $at;)*
+
+            /// All of them, by their names in the texts.
+            pub(super) const ALL: &[(&str, u32)] =
+                &[$((concat!($prefix, stringify!($name)), $name),)*];
+        }
+    )*};
+}
+
+offsets! {
+    /// Offsets in a core's block (bytes).
+    core_block, "C_" {
+        CODE = 0, "The tick of the program that plays.";
+        STATE = 4, "The state of its keys.";
+        ROWS = 8, "Both rows of the converter's words.";
+        KEYS = 16, "How many keys the core has.";
+        GAINS = 20, "The gain of its first key, or its table of records where it has zones.";
+        GUARDS = 24, "The guard of its first key.";
+        TICK = 28, "The number of the last tick.";
+        ALARM = 32, "The alarm as it was seen last.";
+        MISSED = 36, "Ticks that were missed.";
+        FAULTS = 40, "Faults so far, a bit each: [`FAULTS`](super::FAULTS).";
+        FAULTY = 44, "The key of the last fault.";
+        TURN = 48, "Which key's service is next.";
+        FIRST = 52, "MIDI number of the first key.";
+        ROW = 56, "The row of the tick that is served.";
+        RAMP = 60, "Ticks for which force still comes up.";
+        PROGRAM = 64, "The descriptor of the program that plays.";
+        WANTED = 68, "The descriptor of the program that is to play.";
+        BEGUN = 72, "How many keys of it have begun.";
+    }
+    /// Offsets in a key's guard (bytes).
+    key_guard, "G_" {
+        HEAT = 0, "The heat of its motor.";
+        CEILING = 4, "The most that its gain may be.";
+        WORD = 8, "The sensor word that has not changed.";
+        DRIVE = 10, "The drive word of that time.";
+        SINCE = 12, "For how many ticks it has not.";
+    }
+    /// Offsets in the descriptor of a core's program (bytes).
+    descriptor, "P_" {
+        CORE = 0, "The core's block.";
+        STATE = 4, "The state of its keys.";
+        INIT = 8, "What prepares them.";
+        TICK = 12, "Their tick.";
+        BEGIN = 16, "What prepares one of them.";
+        GAINS = 20, "The gain of the first key, or the table of records.";
+        RECORDS = 24, "The record of the first key.";
+        END = 28, "Behind the record of the last key.";
+        READER = 32, "What the reader of its events knows.";
+    }
+    /// Offsets in what the reader of a zone's events knows (bytes).
+    reader, "R_" {
+        STATE = 0, "The state of the zone.";
+        EVENTS = 4, "Its ring of events.";
+        EVENT = 8, "Bytes of an event.";
+        NOTE = 12, "The number of the event that is a note.";
+        RELEASE = 16, "The number of the event that ends one.";
+        SHIFT = 20, "How far a speed is shifted right.";
+        VELOCITIES = 24, "Velocities by speed.";
+        MASK = 28, "Bytes of the ring, less 1.";
+        NEXT = 32, "The reader of the next zone.";
+    }
+    /// Offsets in the table of the status (bytes).
+    status, "S_" {
+        FAULTS = 8, "Faults of the processor.";
+    }
+}
+
+/// Something that went wrong on a board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fault {
+    /// Its bit in the words of faults.
+    pub bit: u32,
+    /// What the texts call the bit.
+    name: &'static str,
+    /// What happened and what followed.
+    pub what: &'static str,
+}
+
+/// All faults, by their bits.
+pub const FAULTS: &[Fault] = &[
+    Fault {
+        bit: 1,
+        name: "FAULT_MISSED",
+        what: "a tick was missed: all forces went to zero and came back",
+    },
+    Fault {
+        bit: 2,
+        name: "FAULT_RAIL",
+        what: "a sensor word stayed at a rail for 10 ms: its key went free",
+    },
+    Fault {
+        bit: 4,
+        name: "FAULT_FROZEN",
+        what: "a sensor word stayed the same for 100 ms in mid-travel while the drive moved: \
+               its key went free",
+    },
+    Fault {
+        bit: 8,
+        name: "FAULT_HOT",
+        what: "a motor got too warm: its force was held at what it stands for ever",
+    },
+    Fault {
+        bit: 16,
+        name: "FAULT_DEAD",
+        what: "the processor met a fault: all forces stay zero",
+    },
+];
+
+/// After how long without a sign of life the watchdog starts the board again.
+const WATCHDOG_US: u32 = 10_000;
+
+/// All of these for the texts.
+pub(super) fn assembly_constants() -> BTreeMap<String, i64> {
+    let tables = [
+        core_block::ALL,
+        key_guard::ALL,
+        descriptor::ALL,
+        reader::ALL,
+        status::ALL,
+        &[("WATCHDOG_US", WATCHDOG_US)],
+    ];
+    let offsets = tables.into_iter().flatten().copied();
+    let faults = FAULTS.iter().map(|fault| (fault.name, fault.bit));
+    offsets
+        .chain(faults)
+        .map(|(name, value)| (name.to_string(), value.into()))
+        .collect()
+}

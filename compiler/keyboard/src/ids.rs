@@ -1,0 +1,38 @@
+//! Typed indices: a number of one kind cannot be used as that of another.
+
+use std::fmt;
+
+macro_rules! ids {
+    ($($(#[$doc:meta])* $name:ident;)*) => {$(
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub struct $name(
+            /// The number, counted from 0.
+            pub u32,
+        );
+
+        impl $name {
+            /// The number as the index of a list.
+            pub fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                self.0.fmt(f)
+            }
+        }
+    )*};
+}
+
+ids! {
+    /// An instrument, by its place in the list that comes with a [`Layout`](crate::Layout).
+    InstrumentId;
+    /// A program of a keyboard, by its place in the layout.
+    ProgramId;
+    /// A zone of a program, by rising key.
+    ZoneId;
+    /// A core of a board.
+    CoreId;
+}
