@@ -1,5 +1,7 @@
 //! `whippen dump`
 
+mod code;
+
 use std::fmt::Display;
 
 use clap::ValueHint;
@@ -11,6 +13,7 @@ use whippen_compiler::modes::INSTRUCTIONS;
 use whippen_compiler::pipeline::{self, Observer, PASSES, Pass};
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::syntax::{parse, pretty};
+use whippen_compiler::thumb;
 use whippen_runtime::device::Device;
 use whippen_runtime::image::{ImageInstrument, setup_to_bound};
 
@@ -19,30 +22,43 @@ use crate::exit::{Failure, Outcome};
 use crate::say;
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example: whippen dump instruments/grand-piano.whip --after lower")]
+#[command(
+    after_help = "Example: whippen dump instruments/grand-piano.whip --after lower
+         whippen dump instruments/hammond.whip --after schedule --mode 0"
+)]
 pub struct Args {
     /// The files of one program, and the name of an instrument if there are several
     #[arg(required = true, value_name = "FILE.. [INSTRUMENT]", value_hint = ValueHint::FilePath)]
     words: Vec<String>,
-    /// The last pass to run: parse, check, simplify, lower, modes, image or budget; the last two of
-    /// 88 keys on the keyboard's board, or rp2350
+    /// The last pass to run: parse, check, simplify, lower, modes; select, promote, schedule,
+    /// allocate, reorder, emit for machine code; image or budget, of 88 keys on the keyboard's
+    /// board, or rp2350
     #[arg(long, value_name = "PASS", default_value = "lower")]
     after: String,
     /// Leave out what only traces need: probes, and events for transitions
     #[arg(long)]
     bare: bool,
+    /// Of machine code: this mode alone
+    #[arg(long, value_name = "N")]
+    mode: Option<usize>,
+    /// Of machine code: for the core of this board; the keyboard's, or rp2350 otherwise
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    board: Option<String>,
 }
 
 pub fn run(args: &Args) -> Outcome {
+    if let Some(pass) = thumb::Pass::named(&args.after) {
+        return code::dump_code(args, pass);
+    }
     let Some(&pass) = PASSES.iter().find(|pass| pass.name() == args.after) else {
-        let known = |pass: &Pass| format!("  {:<10}{}", pass.name(), pass.makes());
-        let known: Vec<String> = PASSES.iter().map(known).collect();
-        return Err(Failure::Usage(format!(
-            "`{}` is no pass; passes are\n{}",
-            args.after,
-            known.join("\n")
-        )));
+        return Err(no_pass(&args.after));
     };
+    if args.mode.is_some() || args.board.is_some() {
+        return Err(Failure::Usage(format!(
+            "--mode and --board are for machine code: for `select` to `emit`, not for `{}`",
+            args.after
+        )));
+    }
     let (files, name) = load::split(&args.words)?;
     let texts = load::read(&files)?;
     if pass == Pass::Parse {
@@ -63,6 +79,23 @@ pub fn run(args: &Args) -> Outcome {
     dumped?;
     say::whole(&text);
     Ok(())
+}
+
+/// All passes, those of machine code behind the modes that it is made of.
+fn no_pass(name: &str) -> Failure {
+    let mut known = Vec::new();
+    for pass in PASSES {
+        known.push((pass.name(), pass.makes()));
+        if *pass == Pass::Modes {
+            known.extend(thumb::Pass::ALL.map(|(_, name, makes)| (name, makes)));
+        }
+    }
+    let line = |(name, makes): &(&str, &str)| format!("  {name:<10}{makes}");
+    let known: Vec<String> = known.iter().map(line).collect();
+    Failure::Usage(format!(
+        "`{name}` is no pass; passes are\n{}",
+        known.join("\n")
+    ))
 }
 
 /// Runs the passes up to a Kernel or its modes.

@@ -11,12 +11,16 @@
 //! tick 0 key 0: x=1 -> f=3
 //! ```
 //!
+//! A line of comment below a command that is indented further has more of its words.
+//!
 //! `WHIPPEN_BLESS=1 cargo test --test filetests` writes the sections anew. A new command is a line
 //! of [`COMMANDS`], a new directory one of `directories!`.
 
 mod case;
+mod code;
 mod kernel;
 mod run;
+mod table;
 mod whip;
 
 use case::Case;
@@ -32,7 +36,15 @@ const COMMANDS: &[(&str, &str, Command)] = &[
     ("kernel", "verify", kernel::verify),
     ("kernel", "strip", kernel::strip),
     ("kernel", "run", run::run),
+    ("kernel", "table", table::table),
     ("kernel", "modes", kernel::modes),
+    ("kernel", "select", code::select),
+    ("kernel", "promote", code::promote),
+    ("kernel", "schedule", code::schedule),
+    ("kernel", "allocate", code::allocate),
+    ("kernel", "reorder", code::reorder),
+    ("kernel", "code", code::code),
+    ("kernel", "budget", code::budget),
     ("whip", "parse", whip::parse),
     ("whip", "check", whip::check),
     ("whip", "mistake", whip::mistake),
@@ -56,6 +68,14 @@ directories! {
     kernel_memory       "kernel/memory"
     kernel_control      "kernel/control"
     kernel_modes        "kernel/modes"
+    kernel_select       "kernel/select"
+    kernel_promote      "kernel/promote"
+    kernel_v6m          "kernel/v6m"
+    kernel_schedule     "kernel/schedule"
+    kernel_allocate     "kernel/allocate"
+    kernel_reorder      "kernel/reorder"
+    kernel_code         "kernel/code"
+    kernel_budget       "kernel/budget"
     whip_parse          "whip/parse"
     whip_check          "whip/check"
     whip_mistakes       "whip/mistakes"
@@ -112,7 +132,8 @@ fn file_passes(file: &Path, bless: bool) -> Result<(), String> {
             found.ok_or_else(|| format!("no command `{line}` for .{ending} files"))?;
         let printed =
             command(case.body, &words[1..]).map_err(|error| format!("{line}: {error}"))?;
-        sections.push((line.clone(), printed));
+        let title = line.lines().next().unwrap_or_default();
+        sections.push((title.to_string(), printed));
     }
     let actual = case.with(&sections);
     if actual == text {

@@ -6,7 +6,7 @@
 //! cells after the last tick.
 
 use std::fmt::Write;
-use whippen_compiler::jit::{HostCode, Options};
+use whippen_compiler::jit::{JitCode, Options};
 use whippen_compiler::kernel::{Interp, Kernel};
 
 /// Values for one name: for each key, tick by tick.
@@ -80,47 +80,72 @@ fn target(kernel: &Kernel, name: &str) -> Option<Target> {
 
 /// Runs a kernel.
 pub fn run(text: &str, words: &[&str]) -> Result<String, String> {
-    let kernel = super::kernel::verified(text)?;
     let number = |name: &str| {
         words
             .iter()
             .find_map(|word| word.strip_prefix(name)?.parse::<usize>().ok())
     };
     let options = ["keys=", "ticks=", "cells"];
-    let feeds = words
+    let feeds: Vec<&str> = words
         .iter()
-        .filter(|word| !options.iter().any(|option| word.starts_with(option)));
-    let feeds = feeds
-        .map(|word| Feed::parse(&kernel, word))
-        .collect::<Result<Vec<_>, _>>()?;
-    let keys = number("keys=").unwrap_or(1);
-    let longest = feeds.iter().map(Feed::ticks).max().unwrap_or(1);
-    let error = |error: whippen_compiler::kernel::EngineError| error.to_string();
-    let mut session = Session {
-        interp: Interp::checked(&kernel, keys).map_err(error)?,
-        code: HostCode::build(&kernel, keys, Options { probes: true }).map_err(error)?,
-        kernel,
-        feeds,
-        keys,
-        printed: String::new(),
-    };
-    session.all_ticks(number("ticks=").unwrap_or(longest))?;
+        .copied()
+        .filter(|word| !options.iter().any(|option| word.starts_with(option)))
+        .collect();
+    let mut session = Session::new(text, &feeds, number("keys=").unwrap_or(1))?;
+    session.all_ticks(number("ticks=").unwrap_or(session.longest()))?;
     if words.contains(&"cells") {
         session.print_cells();
     }
     Ok(session.printed)
 }
 
+/// A run of one key as rows: what is fed in a tick, and what comes of it; before them the names of
+/// both.
+pub fn rows(text: &str, feeds: &[&str]) -> Result<Vec<[Vec<String>; 2]>, String> {
+    let mut session = Session::new(text, feeds, 1)?;
+    let (outputs, probes) = (&session.kernel.outputs, &session.kernel.probes);
+    let fed = session.feeds.iter().map(|feed| feed.name.clone());
+    let given = outputs.iter().map(|port| port.name.clone());
+    let given = given.chain(probes.iter().map(|probe| probe.name.clone()));
+    session.rows = vec![[fed.collect(), given.collect()]];
+    session.all_ticks(session.longest())?;
+    Ok(session.rows)
+}
+
 struct Session {
     kernel: Kernel,
     interp: Interp,
-    code: HostCode,
+    code: JitCode,
     feeds: Vec<Feed>,
     keys: usize,
     printed: String,
+    rows: Vec<[Vec<String>; 2]>,
 }
 
 impl Session {
+    fn new(text: &str, feeds: &[&str], keys: usize) -> Result<Session, String> {
+        let kernel = super::kernel::verified(text)?;
+        let feeds = feeds
+            .iter()
+            .map(|word| Feed::parse(&kernel, word))
+            .collect::<Result<Vec<_>, _>>()?;
+        let error = |error: whippen_compiler::kernel::EngineError| error.to_string();
+        Ok(Session {
+            interp: Interp::checked(&kernel, keys).map_err(error)?,
+            code: JitCode::build(&kernel, keys, Options { probes: true }).map_err(error)?,
+            kernel,
+            feeds,
+            keys,
+            printed: String::new(),
+            rows: Vec::new(),
+        })
+    }
+
+    /// Ticks until every value has been fed.
+    fn longest(&self) -> usize {
+        self.feeds.iter().map(Feed::ticks).max().unwrap_or(1)
+    }
+
     fn all_ticks(&mut self, ticks: usize) -> Result<(), String> {
         let words = self.words(0)?;
         self.interp.init(&words);
@@ -192,23 +217,36 @@ impl Session {
             let _ = write!(self.printed, " key {key}");
         }
         self.printed.push(':');
-        for feed in &self.feeds {
-            let _ = write!(self.printed, " {}={}", feed.name, feed.value(key, tick));
+        let results = self.results(key, out);
+        let fed: Vec<String> = self
+            .feeds
+            .iter()
+            .map(|feed| feed.value(key, tick).to_string())
+            .collect();
+        for (feed, value) in self.feeds.iter().zip(&fed) {
+            let _ = write!(self.printed, " {}={value}", feed.name);
         }
         self.printed += " ->";
-        for (port, output) in self.kernel.outputs.iter().enumerate() {
-            let _ = write!(
-                self.printed,
-                " {}={}",
-                output.name,
-                out[key * self.kernel.outputs.len() + port]
-            );
-        }
-        for (at, probe) in self.kernel.probes.iter().enumerate() {
-            let value = self.interp.probes()[key * self.kernel.probes.len() + at];
-            let _ = write!(self.printed, " {}={value}", probe.name);
+        for (name, value) in &results {
+            let _ = write!(self.printed, " {name}={value}");
         }
         self.printed.push('\n');
+        self.rows
+            .push([fed, results.into_iter().map(|(_, value)| value).collect()]);
+    }
+
+    /// Outputs and probes of a key, by name.
+    fn results(&self, key: usize, out: &[i16]) -> Vec<(String, String)> {
+        let (outputs, probes) = (&self.kernel.outputs, &self.kernel.probes);
+        let output = |(at, port): (usize, &whippen_compiler::kernel::Port)| {
+            (port.name.clone(), out[key * outputs.len() + at].to_string())
+        };
+        let of_outputs = outputs.iter().enumerate().map(output);
+        let of_probes = probes.iter().enumerate().map(|(at, probe)| {
+            let value = self.interp.probes()[key * probes.len() + at].to_string();
+            (probe.name.clone(), value)
+        });
+        of_outputs.chain(of_probes).collect()
     }
 
     fn print_events(&mut self) -> Result<(), String> {

@@ -301,7 +301,19 @@ fn a_wrong_command_line_ends_with_2_and_says_what_to_do() {
         ),
         (
             &["dump", "click.whip", "--after", "magic"],
-            &["`magic` is no pass", "simplify", "lower"],
+            &["`magic` is no pass", "simplify", "lower", "emit"],
+        ),
+        (
+            &["dump", "click.whip", "--mode", "0"],
+            &["--mode and --board are for machine code", "`lower`"],
+        ),
+        (
+            &["dump", "click.whip", "--after", "emit", "--mode", "99"],
+            &["there is no mode 99", "`click` has"],
+        ),
+        (
+            &["dump", "click.whip", "--after", "emit", "--board", "rp2O40"],
+            &["there is no board `rp2O40`; did you mean `rp2040`?"],
         ),
         (
             &["dump", "two.whip", "c", "--after", "check"],
@@ -498,6 +510,30 @@ fn every_pass_can_be_dumped() {
         shell.ends(0, &["dump", "again.whip", "--after", "parse"]).0,
         printed
     );
+    for board in ["rp2350", "rp2040"] {
+        for (pass, holds) in [
+            ("select", " = ldrh [SAMPLES]"),
+            ("promote", "    next v"),
+            ("schedule", "    next v"),
+            ("allocate", "\n    next\n"),
+            ("reorder", "\n    next\n"),
+            ("emit", "click_tick:\n"),
+        ] {
+            let args = ["dump", "click.whip", "--after", pass, "--board", board];
+            let (out, err) = shell.ends(0, &args);
+            assert!(
+                out.contains("click.mode.0:") && out.contains(holds),
+                "{pass}:\n{out}"
+            );
+            assert_eq!(err, "");
+            assert_eq!(shell.ends(0, &args).0, out);
+            let (one, _) = shell.ends(0, &[&args[..], &["--mode", "0"]].concat());
+            assert!(
+                out.contains(&one) && one.starts_with("click.mode.0:"),
+                "{one}"
+            );
+        }
+    }
     let (named, _) = shell.ends(
         0,
         &[

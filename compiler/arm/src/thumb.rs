@@ -31,17 +31,22 @@
 //! | `v6m` | the same for ARMv6-M, which has less |
 //! | `emit` | encodings, IT blocks, branches |
 //! | `entry` | code around the keys |
+//! | `after` | the code after each pass as text |
 //!
 //! Every transformation here keeps every drive word, event and cell of the Kernel, bit for bit. Not
 //! here: what a Kernel may assume (`modes`), addresses (`image`).
 
+mod after;
 mod allocate;
 mod block_layout;
+mod compile;
 mod critical_path;
+mod dependence;
 mod emit;
 mod entry;
 mod hoist;
 mod literal;
+mod liveness;
 mod memory;
 mod minst;
 mod names;
@@ -49,7 +54,6 @@ mod promote;
 mod registers;
 mod rename;
 mod reorder;
-mod reorder_check;
 mod schedule;
 mod search;
 mod select;
@@ -61,11 +65,14 @@ mod v6m;
 mod validate;
 
 use crate::image::{Fixup, Object, Section, SectionKind, Symbol, SymbolKind, timing};
-use allocate::Allocated;
+use compile::Compiler;
 use emit::{Bytes, Item, assemble};
 use literal::Literals;
 use memory::{Memory, memory};
+use minst::Allocated;
+use search::Chosen;
 use state_layout::LITERALS_MAX;
+use std::borrow::Cow;
 use std::fmt;
 use whippen_deterministic::parallel;
 use whippen_isa::Arch;
@@ -73,6 +80,7 @@ use whippen_isa::timing::Core;
 use whippen_kernel::Kernel;
 use whippen_modes::Modes;
 
+pub use after::{Function, Pass, code_after};
 pub use emit::NoEncoding;
 pub use state_layout::{EVENT_MARK, EventRing, StateLayout};
 
@@ -214,7 +222,27 @@ pub fn record_bytes(kernel: &Kernel, options: &Options) -> u32 {
     StateLayout::new(kernel, options, None, 0).record
 }
 
+/// Everything that the bytes are made of.
+struct Parts<'m> {
+    /// Modes that read what is shared.
+    modes: Cow<'m, Modes>,
+    layout: StateLayout,
+    literals: Literals,
+    core: Core,
+    made: Made,
+}
+
 fn build(modes: &Modes, options: &Options, abi: Option<&TickAbi>) -> Result<Built, ThumbError> {
+    let parts = compile_parts(modes, options, abi)?;
+    build_object(parts, options)
+}
+
+/// All code with registers.
+fn compile_parts<'m>(
+    modes: &'m Modes,
+    options: &Options,
+    abi: Option<&TickAbi>,
+) -> Result<Parts<'m>, ThumbError> {
     if options.keys == 0 || options.keys > 1 << 16 {
         return Err(ThumbError::Keys(options.keys));
     }
@@ -226,29 +254,51 @@ fn build(modes: &Modes, options: &Options, abi: Option<&TickAbi>) -> Result<Buil
     let mut layout = StateLayout::new(kernel, options, abi, shared.results.len());
     let mut literals = Literals::new(modes.modes.len() + kernel.tables.len());
     let core = timing(options.arch);
-    let (made_modes, promoted) = search::compile_modes(&modes, &layout, &mut literals, &core)?;
-    layout.promoted = promoted;
-    let made = Made {
-        modes: made_modes,
-        init: search::compile_init(&modes, &layout, &mut literals, &core)?,
-        shared: search::compile_shared(kernel, &layout, &mut literals, &shared, &core)?,
+    let compiler = Compiler {
+        modes: &modes,
+        layout: &layout,
+        core: &core,
     };
+    let compiled = search::compile_modes(&compiler, &mut literals)?;
+    let made = Made {
+        modes: compiled.code,
+        chosen: compiled.chosen,
+        init: search::compile_init(&compiler, &mut literals)?,
+        shared: search::compile_invariants(&compiler, &mut literals, &shared)?,
+    };
+    layout.promoted = compiled.promotions;
     layout.close(literals.all().len());
     if layout.size.max(layout.size_apart) > 1 << 24 {
         return Err(ThumbError::Keys(options.keys));
     }
-    let items = items(&layout, options, &core, &modes, &made);
-    let code = assemble(items.items, items.labels, core.arch, &options.name)
+    Ok(Parts {
+        modes,
+        layout,
+        literals,
+        core,
+        made,
+    })
+}
+
+/// The object of all code and its memory.
+fn build_object(parts: Parts, options: &Options) -> Result<Built, ThumbError> {
+    let modes = &parts.modes;
+    let items = items(&parts.layout, options, &parts.core, modes, &parts.made);
+    let code = assemble(items.items, items.labels, parts.core.arch, &options.name)
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
-    let mut object = object(kernel, &layout, options, &literals, code);
+    let mut object = object(&modes.kernel, &parts.layout, options, &parts.literals, code);
     v6m::add_routines(&mut object, options)?;
-    Ok(Built { object, layout })
+    Ok(Built {
+        object,
+        layout: parts.layout,
+    })
 }
 
 /// Code with registers: of all modes, of `init`, and of what a tick computes at its entry, if there
 /// is such.
 struct Made {
     modes: Vec<Allocated>,
+    chosen: Vec<Chosen>,
     init: Allocated,
     shared: Option<Allocated>,
 }

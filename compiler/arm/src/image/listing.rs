@@ -201,7 +201,7 @@ impl Writer<'_> {
 }
 
 /// Straight on: a conditional branch is not taken, a branch goes where it is closest.
-fn outcome(inst: &Inst, it: ItState) -> Outcome {
+pub(crate) fn outcome(inst: &Inst, it: ItState) -> Outcome {
     let branches = matches!(inst.op(), Op::B | Op::BL | Op::BX | Op::BLX);
     let always = inst.cond.is_none() && !it.inside();
     if branches && always {
@@ -211,7 +211,8 @@ fn outcome(inst: &Inst, it: ItState) -> Outcome {
     }
 }
 
-fn after(inst: &Inst, it: ItState) -> ItState {
+/// The state of IT blocks behind an instruction.
+pub(crate) fn after(inst: &Inst, it: ItState) -> ItState {
     match inst.op() {
         Op::IT => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
             .unwrap_or(ItState::OUTSIDE),

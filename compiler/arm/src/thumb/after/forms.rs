@@ -1,0 +1,47 @@
+//! The forms of a mode's code from selection to the final order of its instructions.
+
+use super::super::compile::{Compiler, Piece};
+use super::super::minst::{Allocated, Func};
+use super::super::reorder::OrderCache;
+use super::super::{Parts, ThumbError};
+
+/// A mode's code after each pass.
+pub(super) struct Forms {
+    pub selected: Func,
+    pub promoted: Func,
+    pub scheduled: Func,
+    pub allocated: Allocated,
+    pub reordered: Allocated,
+}
+
+/// The forms of a mode by the strategy that was chosen for it. The last of them must be the code
+/// that was chosen.
+pub(super) fn forms_of(parts: &mut Parts, mode: usize) -> Result<Forms, ThumbError> {
+    let chosen = parts.made.chosen[mode];
+    let compiler = Compiler {
+        modes: &parts.modes,
+        layout: &parts.layout,
+        core: &parts.core,
+    };
+    let selected = compiler.select(Piece::Mode(mode), chosen.strategy, &mut parts.literals);
+    let promoted = parts.layout.promoted.promote_in(selected.clone());
+    let scheduled = compiler.schedule(promoted.clone(), chosen.strategy)?;
+    let allocated = compiler.allocate(&scheduled)?;
+    let mut reordered = allocated.clone();
+    if chosen.reordered {
+        compiler.reorder(&mut reordered, &OrderCache::default())?;
+    }
+    let expected = parts.made.modes[mode].to_string();
+    if reordered.to_string() != expected {
+        return Err(ThumbError::Bug(format!(
+            "mode {mode} is compiled otherwise the second time:\n{expected}\n{reordered}"
+        )));
+    }
+    Ok(Forms {
+        selected: selected.into_reverse_postorder(),
+        promoted: promoted.into_reverse_postorder(),
+        scheduled,
+        allocated,
+        reordered,
+    })
+}
