@@ -230,8 +230,7 @@ struct Parts<'m> {
 }
 
 fn build(modes: &Modes, options: &Options, abi: Option<&TickAbi>) -> Result<Built, ThumbError> {
-    let parts = compile_parts(modes, options, abi)?;
-    build_object(parts, options)
+    build_object(compile_parts(modes, options, abi)?, options)
 }
 
 /// All code with registers.

@@ -7,7 +7,7 @@ use super::super::search::{reorder_and_hoist, schedule_within, select_mode};
 use super::super::{Parts, ThumbError};
 
 /// A mode's code after each pass.
-pub(super) struct Forms {
+pub(super) struct ModeForms {
     pub selected: Func,
     pub promoted: Func,
     pub scheduled: Func,
@@ -17,7 +17,7 @@ pub(super) struct Forms {
 
 /// The forms of a mode by the strategy that was chosen for it. The last of them must be the code
 /// that was chosen.
-pub(super) fn forms_of(parts: &mut Parts, mode: usize) -> Result<Forms, ThumbError> {
+pub(super) fn forms_of(parts: &mut Parts, mode: usize) -> Result<ModeForms, ThumbError> {
     let (chosen, core) = (parts.made.chosen[mode], &parts.core);
     let (layout, literals) = (&parts.layout, &mut parts.literals);
     let selected = select_mode(&parts.modes, mode, chosen.strategy, layout, literals, core);
@@ -34,7 +34,7 @@ pub(super) fn forms_of(parts: &mut Parts, mode: usize) -> Result<Forms, ThumbErr
             "mode {mode} is compiled otherwise the second time:\n{expected}\n{reordered}"
         )));
     }
-    Ok(Forms {
+    Ok(ModeForms {
         selected: selected.into_reverse_postorder(),
         promoted: promoted.into_reverse_postorder(),
         scheduled,
