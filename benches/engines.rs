@@ -12,7 +12,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use whippen_compiler::c99::{self, Layout};
 use whippen_compiler::check::Program;
 use whippen_compiler::front::compile_front;
-use whippen_compiler::jit::{HostCode, Options};
+use whippen_compiler::jit::{JitCode, Options};
 use whippen_compiler::kernel::{Kernel, verify};
 use whippen_compiler::keyboard;
 use whippen_compiler::modes::{INSTRUCTIONS, specialise};
@@ -48,7 +48,7 @@ fn stages(criterion: &mut Criterion) {
     });
     for keys in [1, 88] {
         criterion.bench_function(&format!("machine code {keys}"), |b| {
-            b.iter(|| HostCode::build(&kernel, keys, Options { probes: false }));
+            b.iter(|| JitCode::build(&kernel, keys, Options { probes: false }));
         });
     }
     let options = c99::Options {

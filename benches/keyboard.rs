@@ -9,7 +9,7 @@
 use std::time::Instant;
 
 use whippen_compiler::front::compile_front;
-use whippen_compiler::jit::{HostCode, Options};
+use whippen_compiler::jit::{JitCode, Options};
 use whippen_compiler::kernel::Kernel;
 use whippen_compiler::pipeline::compile;
 use whippen_compiler::source::SourceMap;
@@ -77,7 +77,7 @@ fn time(file: &str, keys: usize) -> Result<(), Failure> {
         .chunks_exact(2)
         .map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
         .collect();
-    let mut code = HostCode::build(&grand()?, keys, Options { probes: false })?;
+    let mut code = JitCode::build(&grand()?, keys, Options { probes: false })?;
     let mut out = vec![0; keys];
     let (mut sum, mut events) = (0u64, 0);
     let stretches: Vec<&[u16]> = words.chunks(STRETCH * keys).collect();

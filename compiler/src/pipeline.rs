@@ -2,7 +2,7 @@
 //! each pass.
 //!
 //! ```text
-//!   text --front--> Model --compile--> Kernel --specialize--> Modes --build--> Image --prove--> Budget
+//!   text -front-> Model -compile-> Kernel -specialize-> Modes -build-> Image -prove-> Budget
 //! ```
 //!
 //! Command line, emulated boards and tests call these functions and nothing below them. Each tells

@@ -5,7 +5,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use whippen_compiler::ideal::{Ideal, What};
-use whippen_compiler::jit::{HostCode, Options};
+use whippen_compiler::jit::{JitCode, Options};
 use whippen_compiler::kernel::{self, Interp};
 use whippen_compiler::lower::{Export, ExportKind, LoweredEvent, LoweredEventKind};
 use whippen_compiler::pipeline::Compiled;
@@ -83,7 +83,7 @@ pub struct Happened {
 /// A running instrument.
 pub enum Engine<'c> {
     /// See [`EngineKind::Jit`].
-    Jit(&'c Compiled, Box<HostCode>),
+    Jit(&'c Compiled, Box<JitCode>),
     /// See [`EngineKind::Interp`].
     Interp(&'c Compiled, Box<Interp>),
     /// See [`EngineKind::Ideal`].
@@ -112,7 +112,7 @@ impl<'c> Engine<'c> {
             ),
             EngineKind::Jit => {
                 let options = Options { probes: true };
-                let code = HostCode::build(kernel, keys, options).map_err(|e| e.to_string())?;
+                let code = JitCode::build(kernel, keys, options).map_err(|e| e.to_string())?;
                 Engine::Jit(compiled, Box::new(code))
             }
             EngineKind::Interp => Engine::Interp(
@@ -214,8 +214,8 @@ fn ideal_value(c: &Compiled, ideal: &Ideal, key: usize, kind: ExportKind) -> f64
         ExportKind::Total => ideal.force_n(key),
         ExportKind::Force(i) => ideal.value(key, model.forces[i as usize].value),
         ExportKind::Named(i) => ideal.value(key, model.named[i as usize].value),
-        ExportKind::Cell(id) => ideal.before(key).cells[id.0 as usize],
-        ExportKind::Machine(id) => f64::from(ideal.before(key).machines[id.0 as usize]),
+        ExportKind::Cell(id) => ideal.before(key).cells[id],
+        ExportKind::Machine(id) => f64::from(ideal.before(key).machines[id]),
     }
 }
 

@@ -11,7 +11,7 @@
 use std::time::{Duration, Instant};
 
 use whippen_compiler::lower::{Export, ExportKind, LoweredEventKind};
-use whippen_compiler::model::{CellKind, Model};
+use whippen_compiler::model::{CellKind, EmissionId, Model};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::units::Dim;
 
@@ -214,7 +214,7 @@ pub fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
 pub fn roles(compiled: &Compiled) -> Roles {
     let model = &compiled.model;
     let coordinate = |kind| match kind {
-        ExportKind::Cell(id) => model.cells[id.0 as usize].kind == CellKind::Coordinate,
+        ExportKind::Cell(id) => model.cells[id].kind == CellKind::Coordinate,
         _ => false,
     };
     let first = |wanted: ExportKind| {
@@ -306,7 +306,7 @@ impl<'c> Recorder<'c> {
         let model = &self.compiled.model;
         let (event, titles) = match &self.compiled.lowered.events[happened.event].kind {
             LoweredEventKind::Emission(e) => (
-                model.emissions[*e as usize].name.clone(),
+                model.emissions[EmissionId(*e)].name.clone(),
                 self.titles[*e as usize].clone(),
             ),
             LoweredEventKind::Rule(name) => (name.clone(), Vec::new()),
@@ -333,7 +333,7 @@ fn drive_unit(model: &Model) -> String {
 fn has_column(model: &Model, export: &Export) -> bool {
     match export.kind {
         ExportKind::Named(_) => false,
-        ExportKind::Cell(id) => model.cells[id.0 as usize].kind != CellKind::Pulse,
+        ExportKind::Cell(id) => model.cells[id].kind != CellKind::Pulse,
         _ => true,
     }
 }
@@ -345,14 +345,10 @@ pub fn suffix(model: &Model, export: &Export) -> String {
     };
     match export.kind {
         ExportKind::Sense(_) if dim.is_number() => "rad".into(),
-        ExportKind::Cell(id)
-            if dim.is_number() && model.cells[id.0 as usize].kind == CellKind::Coordinate =>
-        {
+        ExportKind::Cell(id) if dim.is_number() && model.cells[id].kind == CellKind::Coordinate => {
             "rad".into()
         }
-        ExportKind::Cell(id)
-            if dim == Dim::PER_TIME && model.cells[id.0 as usize].kind == CellKind::Rate =>
-        {
+        ExportKind::Cell(id) if dim == Dim::PER_TIME && model.cells[id].kind == CellKind::Rate => {
             "rad_per_s".into()
         }
         _ => dim.suffix(),
@@ -370,7 +366,7 @@ pub fn unit(model: &Model, export: &Export) -> String {
 
 fn labels(model: &Model, export: &Export) -> Vec<String> {
     match export.kind {
-        ExportKind::Machine(id) => model.machines[id.0 as usize].states.clone(),
+        ExportKind::Machine(id) => model.machines[id].states.clone(),
         _ => Vec::new(),
     }
 }

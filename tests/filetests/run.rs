@@ -6,7 +6,7 @@
 //! cells after the last tick.
 
 use std::fmt::Write;
-use whippen_compiler::jit::{HostCode, Options};
+use whippen_compiler::jit::{JitCode, Options};
 use whippen_compiler::kernel::{Interp, Kernel};
 
 /// Values for one name: for each key, tick by tick.
@@ -115,7 +115,7 @@ pub fn rows(text: &str, feeds: &[&str]) -> Result<Vec<[Vec<String>; 2]>, String>
 struct Session {
     kernel: Kernel,
     interp: Interp,
-    code: HostCode,
+    code: JitCode,
     feeds: Vec<Feed>,
     keys: usize,
     printed: String,
@@ -132,7 +132,7 @@ impl Session {
         let error = |error: whippen_compiler::kernel::EngineError| error.to_string();
         Ok(Session {
             interp: Interp::checked(&kernel, keys).map_err(error)?,
-            code: HostCode::build(&kernel, keys, Options { probes: true }).map_err(error)?,
+            code: JitCode::build(&kernel, keys, Options { probes: true }).map_err(error)?,
             kernel,
             feeds,
             keys,

@@ -1,7 +1,7 @@
 //! `jit` and `interp` agree bit for bit on everything they export; the interpreter never leaves a
 //! proven range.
 
-use whippen_compiler::jit::{HostCode, Options};
+use whippen_compiler::jit::{JitCode, Options};
 use whippen_compiler::kernel::Interp;
 use whippen_compiler::kernel::random::Rng;
 use whippen_compiler::pipeline::{Compiled, compile};
@@ -15,7 +15,7 @@ use crate::common;
 fn compare(compiled: &Compiled, words: &[u16], keys: usize, apart: usize, ticks: usize) {
     let (kernel, name) = (&compiled.lowered.kernel, &compiled.model.name);
     let mut interp = Interp::checked(kernel, keys).unwrap_or_else(|e| panic!("{name}: {e}"));
-    let mut jit = HostCode::build(kernel, keys, Options { probes: true })
+    let mut jit = JitCode::build(kernel, keys, Options { probes: true })
         .unwrap_or_else(|e| panic!("{name}: {e}"));
     let (mut a, mut b) = (vec![0i16; keys], vec![0i16; keys]);
     for tick in 0..ticks {
@@ -91,9 +91,8 @@ fn one_key_observed() {
     for compiled in common::all() {
         let (kernel, keys) = (&compiled.lowered.kernel, 10);
         for observed in [0, 5, 7, 8, 9] {
-            let mut all =
-                HostCode::build(kernel, keys, Options { probes: true }).expect("a kernel");
-            let mut one = HostCode::build_observing(kernel, keys, observed).expect("a kernel");
+            let mut all = JitCode::build(kernel, keys, Options { probes: true }).expect("a kernel");
+            let mut one = JitCode::build_observing(kernel, keys, observed).expect("a kernel");
             let (mut a, mut b) = (vec![0i16; keys], vec![0i16; keys]);
             for tick in (0..words.len() / 2).step_by(3) {
                 let inputs: Vec<u16> = (0..keys)
@@ -124,7 +123,7 @@ fn one_key_observed() {
                 );
             }
         }
-        assert!(HostCode::build_observing(kernel, keys, keys).is_err());
+        assert!(JitCode::build_observing(kernel, keys, keys).is_err());
     }
 }
 
@@ -136,7 +135,7 @@ fn machine_code_can_be_sent() {
     }
     let compiled = common::instruments("grand-piano.whip", &[]).remove(0);
     let mut code = sent(
-        HostCode::build(&compiled.lowered.kernel, 4, Options { probes: false }).expect("a kernel"),
+        JitCode::build(&compiled.lowered.kernel, 4, Options { probes: false }).expect("a kernel"),
     );
     let run = std::thread::spawn(move || {
         let mut drive = [0i16; 4];
@@ -161,7 +160,7 @@ fn observed_or_not() {
         let bare =
             compile(observed.model.clone(), scales, false).unwrap_or_else(|e| panic!("{e:?}"));
         let engine = |c: &Compiled| {
-            HostCode::build(&c.lowered.kernel, 1, Options { probes: true }).expect("a kernel")
+            JitCode::build(&c.lowered.kernel, 1, Options { probes: true }).expect("a kernel")
         };
         let (mut with, mut without) = (engine(&observed), engine(&bare));
         let told = observed.model.emissions.len() as u32;

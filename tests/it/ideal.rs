@@ -85,22 +85,22 @@ fn adopted(compiled: &Compiled, interp: &Interp) -> KeyState {
         let index = kernel.cells.iter().position(|c| c.name == name);
         index.and_then(|i| interp.cell(0, i, 0))
     };
-    let real = |index: usize| {
-        let export = |e: &&Export| e.kind == ExportKind::Cell(CellId(index as u32));
+    let real = |id: CellId| {
+        let export = |e: &&Export| e.kind == ExportKind::Cell(id);
         let export = compiled
             .lowered
             .exports
             .iter()
             .find(export)
             .expect("every cell is exported");
-        export.value(cell(&model.cells[index].name).expect("every cell is in the kernel"))
+        export.value(cell(&model.cells[id].name).expect("every cell is in the kernel"))
     };
     let held = |rule: &whippen_compiler::model::Rule| match &rule.kind {
         RuleKind::Event { name } => cell(&format!("{name}.event")) == Some(1),
         RuleKind::Transition { .. } => true,
     };
     KeyState {
-        cells: (0..model.cells.len()).map(real).collect(),
+        cells: model.cells.ids().map(real).collect(),
         machines: model
             .machines
             .iter()

@@ -1,6 +1,7 @@
 //! One key of an instrument on one engine, moved tick by tick and asked by name.
 
 use whippen_compiler::lower::{ExportKind, LoweredEventKind};
+use whippen_compiler::model::EmissionId;
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::{Engine, EngineKind};
@@ -78,14 +79,14 @@ impl<'c> Player<'c> {
         let ExportKind::Machine(id) = export.kind else {
             panic!("`{name}` is no machine")
         };
-        &self.compiled.model.machines[id.0 as usize].states[self.value(name) as usize]
+        &self.compiled.model.machines[id].states[self.value(name) as usize]
     }
 
     /// What happened since the last call: events and transitions by name, with arguments.
     pub fn events(&mut self) -> Vec<(String, Vec<f64>)> {
         let name = |kind: &LoweredEventKind| match kind {
             LoweredEventKind::Emission(e) => {
-                self.compiled.model.emissions[*e as usize].name.clone()
+                self.compiled.model.emissions[EmissionId(*e)].name.clone()
             }
             LoweredEventKind::Rule(name) => name.clone(),
         };

@@ -52,7 +52,7 @@ const NOT_BYTES: &[&str] = &[
 const NAMED_BY_BUDGET: &[(&str, &str)] = &[
     (
         "whippen-kernel",
-        "images of other divisions of the keys are made and bounded here",
+        "cells and their ranges give modes their names",
     ),
     ("whippen-lang", "a missed deadline is a diagnostic"),
     ("whippen-modes", "bounds are given mode by mode"),

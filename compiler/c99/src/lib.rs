@@ -1,4 +1,4 @@
-//! A Kernel as C99, for any microcontroller or computer that has a C compiler.
+//! C99 back end: a Kernel as source text for any microcontroller or computer that has a C compiler.
 //!
 //! ```text
 //!   Kernel -> Source { header: types and three functions, body: the code }

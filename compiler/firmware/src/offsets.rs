@@ -6,7 +6,9 @@ use std::collections::BTreeMap;
 
 /// Offsets in bytes: a module of constants for readers, and the names that the texts know them by.
 macro_rules! offsets {
-    ($($(#[$doc:meta])* $module:ident, $prefix:literal { $($name:ident = $at:literal, $what:literal;)* })*) => {$(
+    ($($(#[$doc:meta])* $module:ident, $prefix:literal {
+        $($name:ident = $at:literal, $what:literal;)*
+    })*) => {$(
         $(#[$doc])*
         pub mod $module {
             $(#[doc = $what] pub const $name: u32 = $at;)*

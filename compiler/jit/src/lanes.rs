@@ -1,4 +1,4 @@
-//! `tick` of several keys at once: keys in the lanes of vectors of 128 bits.
+//! SIMD vectorisation over keys: `tick` of several keys at once, in the lanes of vectors of 128 bits.
 //!
 //! ```text
 //!   i1    a mask: 32 bits of ones or zeros a key         key 0 | key 1 | key 2 | key 3
@@ -17,7 +17,7 @@
 //! condition, so lanes that do not want an arm stay in the ranges all the same.
 //!
 //! **Events** must come out by keys, but four keys reach one `emit` together. They go to a buffer
-//! of their own, and [`super::HostFunctions`] sorts what a tick left there; that is rare.
+//! of their own, and [`super::JitFunctions`] sorts what a tick left there; that is rare.
 //!
 //! **Constants** stand in memory, once for each use, and are read where they are used: registers
 //! are few.
@@ -27,7 +27,7 @@ mod control;
 mod memory;
 mod operator;
 
-use super::frame::Buffer;
+use super::loop_context::Buffer;
 use super::translate::Translator;
 use cranelift_codegen::ir::immediates::V128Imm;
 use cranelift_codegen::ir::types::{I8X16, I32X4, I64, I64X2};
@@ -96,8 +96,9 @@ impl<'a> Lanes<'a> {
         // stays the same would take all constants out of the loop, and into registers that do not
         // exist.
         let (access, at) = (self.t.access.columns, 8 * Buffer::Constants as i32);
-        let context = self.t.frame.context;
-        self.t.frame.bases[Buffer::Constants as usize] = self.ins().load(I64, access, context, at);
+        let context = self.t.context.base_table;
+        self.t.context.bases[Buffer::Constants as usize] =
+            self.ins().load(I64, access, context, at);
         self.region(region);
         self.t.close_keys(keys, WIDTH);
         self.t.f.finalize(config);

@@ -1,4 +1,4 @@
-//! Machine code for the computer this runs on: a Kernel compiled by Cranelift, as a second engine
+//! Just-in-time compilation of a Kernel by Cranelift for the computer this runs on: a second engine
 //! beside `interp`.
 //!
 //! `init` and `tick` become functions over a stretch of keys, with the loop over the keys inside:
@@ -27,12 +27,12 @@
 //! it.
 
 mod compile;
-mod frame;
 mod lanes;
+mod loop_context;
 mod translate;
 
 use compile::{Compiled, Function};
-use frame::{BUFFERS, Buffer};
+use loop_context::{BUFFERS, Buffer};
 use std::fmt;
 use whippen_kernel::layout::EVENT_HEAD;
 use whippen_kernel::memory::Clock;
@@ -47,30 +47,30 @@ pub struct Options {
 }
 
 /// A compiled kernel.
-pub struct HostCode(Loaded<HostFunctions>);
+pub struct JitCode(Loaded<JitFunctions>);
 
-impl fmt::Debug for HostCode {
+impl fmt::Debug for JitCode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("HostCode").finish_non_exhaustive()
+        f.debug_struct("JitCode").finish_non_exhaustive()
     }
 }
 
-impl std::ops::Deref for HostCode {
-    type Target = Loaded<HostFunctions>;
+impl std::ops::Deref for JitCode {
+    type Target = Loaded<JitFunctions>;
 
     fn deref(&self) -> &Self::Target {
         &self.0
     }
 }
 
-impl std::ops::DerefMut for HostCode {
+impl std::ops::DerefMut for JitCode {
     fn deref_mut(&mut self) -> &mut Self::Target {
         &mut self.0
     }
 }
 
 /// The machine code of a kernel.
-pub struct HostFunctions {
+pub struct JitFunctions {
     /// All tables, one after the other.
     tables: Vec<i32>,
     /// What a tick calls, in the order of the keys.
@@ -91,13 +91,13 @@ struct Stretch {
 /// What is compiled: the first argument points to the bases of all buffers.
 type Machine = unsafe extern "C" fn(*const [*mut u8; BUFFERS], i64, i64);
 
-impl HostCode {
+impl JitCode {
     /// Compiles a kernel for so many keys; `init` comes first.
     ///
     /// # Errors
     /// The kernel does not verify; too many keys or too much memory; Cranelift does not know this
     /// machine.
-    pub fn build(kernel: &Kernel, keys: usize, options: Options) -> Result<HostCode, EngineError> {
+    pub fn build(kernel: &Kernel, keys: usize, options: Options) -> Result<JitCode, EngineError> {
         // What does not verify is not taken apart.
         let mut memory = Memory::new(kernel, keys)?;
         let bare = if options.probes {
@@ -111,20 +111,20 @@ impl HostCode {
         let kernel = bare.unwrap_or_else(|| kernel.clone());
         let lanes = lanes::suits(&kernel, keys).then_some(&kernel);
         let stretches = stretches(keys, lanes.is_some(), None);
-        HostFunctions::new(&kernel, lanes, &memory, stretches)
-            .map(|code| HostCode(Loaded::new_with(kernel.clone(), memory, code)))
+        JitFunctions::new(&kernel, lanes, &memory, stretches)
+            .map(|code| JitCode(Loaded::new_with(kernel.clone(), memory, code)))
     }
 
     /// Compiles a kernel for so many keys of which one is observed: only its probes are kept (those
     /// of its neighbours may be, too), and the other keys run as fast as without.
     ///
     /// # Errors
-    /// Those of [`HostCode::build`]; no such key.
+    /// Those of [`JitCode::build`]; no such key.
     pub fn build_observing(
         kernel: &Kernel,
         keys: usize,
         observed: usize,
-    ) -> Result<HostCode, EngineError> {
+    ) -> Result<JitCode, EngineError> {
         let memory = Memory::new(kernel, keys)?;
         if observed >= keys {
             return Err(EngineError::Unknown);
@@ -132,8 +132,8 @@ impl HostCode {
         let bare = without_probes(kernel);
         let lanes = lanes::suits(&bare, keys).then_some(&bare);
         let stretches = stretches(keys, lanes.is_some(), Some(observed));
-        HostFunctions::new(kernel, lanes, &memory, stretches)
-            .map(|code| HostCode(Loaded::new_with(kernel.clone(), memory, code)))
+        JitFunctions::new(kernel, lanes, &memory, stretches)
+            .map(|code| JitCode(Loaded::new_with(kernel.clone(), memory, code)))
     }
 }
 
@@ -175,13 +175,13 @@ fn stretches(keys: usize, lanes: bool, observed: Option<usize>) -> Vec<Stretch> 
         .collect()
 }
 
-impl HostFunctions {
+impl JitFunctions {
     fn new(
         kernel: &Kernel,
         lanes: Option<&Kernel>,
         memory: &Memory,
         stretches: Vec<Stretch>,
-    ) -> Result<HostFunctions, EngineError> {
+    ) -> Result<JitFunctions, EngineError> {
         let single = stretches
             .iter()
             .any(|stretch| stretch.function == Function::Single);
@@ -190,7 +190,7 @@ impl HostFunctions {
         let events = lanes.map_or(0, |kernel| {
             kernel.tick.events_max() as usize * memory.keys()
         });
-        Ok(HostFunctions {
+        Ok(JitFunctions {
             tables: kernel
                 .tables
                 .iter()
@@ -244,7 +244,7 @@ impl HostFunctions {
         }
     }
 
-    /// The bases of all buffers, in the order of `frame::Buffer`. What is declared as `*const`
+    /// The bases of all buffers, in the order of `loop_context::Buffer`. What is declared as `*const`
     /// there is only read.
     fn buffers(
         &mut self,
@@ -303,7 +303,7 @@ impl HostFunctions {
     }
 }
 
-impl Code for HostFunctions {
+impl Code for JitFunctions {
     fn run(
         &mut self,
         tick: bool,
@@ -334,7 +334,7 @@ impl Code for HostFunctions {
 }
 
 #[allow(unsafe_code)]
-impl Drop for HostFunctions {
+impl Drop for JitFunctions {
     fn drop(&mut self) {
         if let Some(code) = self.code.take() {
             // SAFETY: the code runs only inside `run`, which has returned, and no pointer into it

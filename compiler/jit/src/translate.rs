@@ -5,7 +5,7 @@ mod arithmetic;
 mod memory;
 mod operator;
 
-use super::frame::{Access, Frame};
+use super::loop_context::{Access, LoopContext};
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{I8, I64};
 use cranelift_codegen::ir::{self, BlockArg, InstBuilder, Value};
@@ -21,7 +21,7 @@ pub(super) struct Translator<'a> {
     pub layout: &'a Layout,
     pub f: FunctionBuilder<'a>,
     pub access: Access,
-    pub frame: Frame,
+    pub context: LoopContext,
     /// Values of the kernel that are translated.
     values: IdMap<whippen_kernel::Value, Value>,
     /// Whether anything is `assume`d, so that what could do harm must be looked at again.
@@ -44,9 +44,9 @@ impl<'a> Translator<'a> {
         mut f: FunctionBuilder<'a>,
     ) -> Translator<'a> {
         let none = Value::from_u32(0);
-        let bases = [none; super::frame::BUFFERS];
-        let frame = Frame {
-            context: none,
+        let bases = [none; super::loop_context::BUFFERS];
+        let loop_context = LoopContext {
+            base_table: none,
             bases,
             rows: HashMap::new(),
             key: none,
@@ -58,7 +58,7 @@ impl<'a> Translator<'a> {
             layout,
             f,
             access,
-            frame,
+            context: loop_context,
             values: IdMap::filled(none, kernel.values.len()),
             assumes: kernel.assumes(),
         }

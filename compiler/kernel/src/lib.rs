@@ -1,7 +1,7 @@
-//! The Kernel: one tick of one key as integers, with the memory it works on; the engines run it for
-//! N keys.
+//! An intermediate representation in SSA form with structured control, the *Kernel*: one tick of one
+//! key as integers, with the memory it works on; the engines run it for N keys.
 //!
-//! This is where the real numbers have ended. What a sensor word does to the words of memory and to
+//! Real numbers end before it. What a sensor word does to the words of memory and to
 //! the drive word is written out bit by bit: 1-, 32- and 64-bit integers in SSA form, explicit
 //! shifts and rounding, structured control (`if` and `loop` are instructions that own [`Region`]s).
 //! Whoever runs a Kernel has nothing left to choose, so the interpreter, the code for the host and
@@ -32,7 +32,7 @@
 //! | `walk`, `region` | the walk that translators share; every instruction of a region, and what is counted over them |
 //! | [`random`] | random valid Kernels and inputs, for tests of every engine |
 //!
-//! Not here: reals, units, formats (they end in `fix::lower`), machine code (`host`, `thumb`).
+//! Not here: reals, units, formats (they end in `lower`), machine code (`jit`, `arm`).
 
 pub mod build;
 pub mod interp;

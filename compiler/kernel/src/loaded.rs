@@ -1,13 +1,13 @@
 //! A kernel ready to run: its keys' memory, and code that works on it.
 //!
 //! ```text
-//!   Loaded<C> = kernel + memory + C      C: Interpreter (the reference), HostFunctions (machine code)
+//!   Loaded<C> = kernel + memory + C      C: Interpreter (the reference), JitFunctions (machine code)
 //! ```
 //!
 //! What a host may do with an engine is written here once, for all of them: start, tick, and look
 //! into memory or change it between ticks, within the declared ranges.
 //!
-//! Not here: how code runs (`interp`, `host`).
+//! Not here: how code runs (`interp`, `jit`).
 
 use super::{EngineError, Happened, Kernel, Memory};
 

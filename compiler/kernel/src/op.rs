@@ -176,11 +176,11 @@ macro_rules! operators {
             $( $( #[doc = $doc] )+ $op $( ( $($imm_ty),+ ) )?, )*
         }
 
-        enum Place { $( $op, )* }
+        enum OpIndex { $( $op, )* }
 
         /// Every operator.
         pub static ROWS: &[Row] = &[ $( Row {
-            index: Place::$op as usize,
+            index: OpIndex::$op as usize,
             name: $name,
             immediates: &[ $( $( Immediate::$imm_kind ),+ )? ],
             args: &[ $( Sort::$arg ),* ],
@@ -199,7 +199,7 @@ macro_rules! operators {
         impl Op {
             /// Its line of the table.
             pub fn row(self) -> &'static Row {
-                &ROWS[match self { $( Op::$op { .. } => Place::$op as usize, )* }]
+                &ROWS[match self { $( Op::$op { .. } => OpIndex::$op as usize, )* }]
             }
 
             /// Its immediates, in order, then zeros.

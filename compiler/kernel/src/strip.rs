@@ -1,4 +1,4 @@
-//! Removing probes, and what nobody needs.
+//! Dead code elimination, also of probes.
 
 use super::{Effect, Inst, Kernel, Op, Region, Value};
 use whippen_ids::IdMap;

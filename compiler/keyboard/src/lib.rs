@@ -1,7 +1,7 @@
 //! The layout of a keyboard: which keys play which instrument in which program, and on which core.
 //!
 //! ```text
-//!   Layout --< Program --< Zone { keys, instrument }          the checked program, or one instrument
+//!   Layout --< Program --< Zone { keys, instrument }     the checked program, or one instrument
 //!                 `-- on_cores(division) --> CoreKeys --< CoreZone { core, zone, keys }
 //! ```
 //!

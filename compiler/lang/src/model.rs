@@ -21,6 +21,7 @@ pub mod sweep;
 pub use dag::{Cmp, Dag, Node, NodeId};
 
 use crate::units::Dim;
+use whippen_ids::{IdMap, impl_id};
 use whippen_source::Span;
 
 /// Index of a [`Cell`].
@@ -35,6 +36,8 @@ pub struct PulseId(pub u32);
 /// Index of an [`Emission`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct EmissionId(pub u32);
+
+impl_id!(CellId, MachineId, PulseId, EmissionId);
 
 /// A closed interval of reals.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,10 +62,10 @@ pub struct Model {
     /// All values.
     pub dag: Dag,
     /// Where each value was first written, by node number; may be shorter than the graph.
-    pub spans: Vec<Option<Span>>,
+    pub spans: IdMap<NodeId, Option<Span>>,
     /// Inside which call of a term each value was first written (an index into `calls`), by node
     /// number; may be shorter than the graph.
-    pub within: Vec<Option<u32>>,
+    pub within: IdMap<NodeId, Option<u32>>,
     /// The calls of terms that have been inlined.
     pub calls: Vec<Call>,
     /// What the text declares, with the declarations of inlined terms: what values and code are
@@ -75,19 +78,19 @@ pub struct Model {
     /// Parameters with a value per key.
     pub keyed: Vec<Keyed>,
     /// The memory of one key, as reals.
-    pub cells: Vec<Cell>,
+    pub cells: IdMap<CellId, Cell>,
     /// The state machines of one key.
-    pub machines: Vec<Machine>,
+    pub machines: IdMap<MachineId, Machine>,
     /// Bodies, which move the cells of their coordinates.
     pub bodies: Vec<Body>,
     /// Pulses.
-    pub pulses: Vec<Pulse>,
+    pub pulses: IdMap<PulseId, Pulse>,
     /// `next` values: cell and its value in the next tick.
     pub nexts: Vec<(CellId, NodeId)>,
     /// Transitions and events, in the order of the text.
     pub rules: Vec<Rule>,
     /// Kinds of emitted events: names and argument names.
-    pub emissions: Vec<Emission>,
+    pub emissions: IdMap<EmissionId, Emission>,
     /// Force terms, in the order of the text.
     pub forces: Vec<Named>,
     /// Every `let` and every result of a term (`jack.resistance`), in the order of the text:
@@ -345,7 +348,7 @@ impl Model {
 
     /// The places of the calls inside which a value was first written, innermost first.
     pub fn calls_around(&self, node: NodeId) -> impl Iterator<Item = Span> {
-        self.calls_from(self.within.get(node.0 as usize).copied().flatten())
+        self.calls_from(self.within.get(node).copied().flatten())
     }
 
     /// Whether it turns: its first sense is an angle, and its forces are torques. Otherwise it
@@ -362,7 +365,7 @@ impl Model {
         match &rule.kind {
             RuleKind::Event { name } => name.clone(),
             RuleKind::Transition { machine, from, to } => {
-                let machine = &self.machines[machine.0 as usize];
+                let machine = &self.machines[machine];
                 format!(
                     "{}: {} -> {}",
                     machine.name, machine.states[*from as usize], machine.states[*to as usize]

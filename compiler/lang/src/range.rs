@@ -12,17 +12,23 @@ mod problem;
 
 use crate::diag::Diagnostic;
 use crate::model::{Cmp, Interval, Model, Node, NodeId};
+use whippen_ids::IdMap;
 
 /// What was proven: an interval per node. Only the analysis makes one.
 #[derive(Debug, Clone)]
 pub struct Ranges {
-    nodes: Vec<Interval>,
+    nodes: IdMap<NodeId, Interval>,
 }
 
 impl Ranges {
     /// The interval of a real node; `0 .. 1` for a bool that is undecided.
     pub fn get(&self, node: NodeId) -> Interval {
-        self.nodes[node.0 as usize]
+        self.nodes[node]
+    }
+
+    /// The interval of every node.
+    pub fn all(&self) -> &IdMap<NodeId, Interval> {
+        &self.nodes
     }
 }
 
@@ -36,7 +42,9 @@ pub const LIMIT: f64 = 1e15;
 /// negative, and per value that is not bounded by [`LIMIT`]; users of a value in error are not
 /// reported again.
 pub fn analyze(model: &Model) -> Result<Ranges, Vec<Diagnostic>> {
-    let none = Ranges { nodes: Vec::new() };
+    let none = Ranges {
+        nodes: IdMap::new(),
+    };
     none.extended_to(model)
 }
 
@@ -48,21 +56,21 @@ impl Ranges {
     pub fn extended_to(self, model: &Model) -> Result<Ranges, Vec<Diagnostic>> {
         let mut nodes = self.nodes;
         let known = nodes.len();
-        let mut bad = vec![false; model.dag.len()];
+        let mut bad = IdMap::filled(false, model.dag.len());
         let mut diagnostics = Vec::new();
         for (id, node) in model.dag.nodes().skip(known) {
-            let tainted = node.operands().iter().any(|o| bad[o.0 as usize]);
+            let tainted = node.operands().iter().any(|o| bad[o]);
             let result: Result<Interval, Option<Problem>> = if tainted {
                 Err(None)
             } else {
-                transfer(model, node, |o| nodes[o.0 as usize]).map_err(Some)
+                transfer(model, node, |o| nodes[o]).map_err(Some)
             };
             nodes.push(result.unwrap_or(Interval {
                 low: 0.0,
                 high: 0.0,
             }));
             if let Err(problem) = result {
-                bad[id.0 as usize] = true;
+                bad[id] = true;
                 diagnostics.extend(problem.map(|p| p.diagnostic(model, id)));
             }
         }
@@ -102,8 +110,8 @@ pub fn transfer(
         Node::Curvature(s) => curvature_range(model, *s as usize),
         Node::Live(l) | Node::LiveBool(l) => model.lives[*l as usize].range,
         Node::Keyed(k) => model.keyed[*k as usize].range,
-        Node::Cell(c) => model.cells[c.0 as usize].range,
-        Node::Is(m, _) if model.machines[m.0 as usize].states.len() == 1 => Interval::point(1.0),
+        Node::Cell(c) => model.cells[c].range,
+        Node::Is(m, _) if model.machines[m].states.len() == 1 => Interval::point(1.0),
         Node::Is(..) => Interval {
             low: 0.0,
             high: 1.0,

@@ -1,4 +1,4 @@
-//! How a planned sum is made: shifts, additions, top words of products, one after the other.
+//! Code generation for a planned sum: a chain of shifts, additions and multiply-high-accumulates.
 
 use super::Lowerer;
 use super::format::{exp2, quantise};
@@ -11,7 +11,7 @@ use whippen_source::Span;
 pub(super) struct Plan {
     /// Constants that are chosen between.
     pub choices: Vec<Factor>,
-    pub ways: Vec<Joining>,
+    pub terms: Vec<PlannedTerm>,
     pub constant: f64,
     pub error: f64,
     /// Not added: part of what the result means.
@@ -21,31 +21,34 @@ pub(super) struct Plan {
 impl Plan {
     /// About how many operators it takes.
     pub fn steps(&self) -> usize {
-        let of = |joining: &Joining| match joining.way {
-            Way::Shift(_) => 1,
-            Way::Top { up, whole } => 1 + usize::from(up > 0) + usize::from(whole != 0.0),
+        let of = |planned: &PlannedTerm| match planned.form {
+            TermForm::Shift(_) => 1,
+            TermForm::MulHigh {
+                pre_shift,
+                integer_part,
+            } => 1 + usize::from(pre_shift > 0) + usize::from(integer_part != 0.0),
         };
-        self.ways.iter().map(of).sum()
+        self.terms.iter().map(of).sum()
     }
 }
 
-/// A term and how it joins.
+/// A term of a planned sum.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Joining {
+pub(super) struct PlannedTerm {
     pub value: Value,
     pub gain: Factor,
-    pub way: Way,
+    pub form: TermForm,
     pub place: Option<Span>,
 }
 
-/// How a term joins.
+/// How a term is added to a sum.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Way {
-    /// Its gain is `2^n` up to sign.
+pub(super) enum TermForm {
+    /// A shifted addition: the gain is `2^n` up to sign.
     Shift(i32),
-    /// The top word of a product, moved up before; plus or minus the value itself where the gain is
-    /// about one.
-    Top { up: i32, whole: f64 },
+    /// The top word of a product with a coefficient, the value shifted left before; plus or minus
+    /// the value itself where the gain is about one.
+    MulHigh { pre_shift: i32, integer_part: f64 },
 }
 
 /// A sum under construction.
@@ -60,10 +63,10 @@ struct Chain {
 
 impl Lowerer<'_> {
     /// The sum, its error and what was left of the constant, in units of the result.
-    pub(super) fn chained(&mut self, plan: Plan) -> Result<(Value, f64, f64), OpError> {
+    pub(super) fn emit_sum(&mut self, plan: Plan) -> Result<(Value, f64, f64), OpError> {
         let Plan {
             choices,
-            mut ways,
+            mut terms,
             constant,
             error,
             left,
@@ -71,8 +74,8 @@ impl Lowerer<'_> {
         // First what all keys share, then what no decision of the tick has a part in, so that one
         // sum is all that waits for the decisions; of that, first what needs no negation, then in
         // the order in which operands come about.
-        let rank = |w: &Joining| (!self.b.is_shared(w.value), self.b.is_decided(w.value));
-        ways.sort_by_key(|w| (rank(w), w.way.starts_badly(&w.gain), w.value.0));
+        let rank = |w: &PlannedTerm| (!self.b.is_shared(w.value), self.b.is_decided(w.value));
+        terms.sort_by_key(|w| (rank(w), w.form.starts_badly(&w.gain), w.value.0));
         let mut chain = Chain {
             total: None,
             constant: constant.round() as i64,
@@ -82,11 +85,11 @@ impl Lowerer<'_> {
             let word = self.word(choice.map(f64::round))?;
             self.plus(&mut chain, word, 1.0)?;
         }
-        for joining in ways {
-            let mut join = |s: &mut Self| s.join(&mut chain, joining);
-            match joining.place {
-                Some(place) => self.from_place(place, None, join)?,
-                None => join(self)?,
+        for planned in terms {
+            let mut add = |s: &mut Self| s.add_term(&mut chain, planned);
+            match planned.place {
+                Some(place) => self.from_place(place, None, add)?,
+                None => add(self)?,
             }
         }
         let value = match (chain.total, chain.constant) {
@@ -121,35 +124,41 @@ impl Lowerer<'_> {
         range.low.unsigned_abs().max(range.high.unsigned_abs()) as f64
     }
 
-    fn join(&mut self, chain: &mut Chain, joining: Joining) -> Result<(), OpError> {
-        let Joining {
-            value, gain, way, ..
-        } = joining;
+    /// Adds a planned term to the chain.
+    fn add_term(&mut self, chain: &mut Chain, planned: PlannedTerm) -> Result<(), OpError> {
+        let PlannedTerm {
+            value, gain, form, ..
+        } = planned;
         let magnitude = self.magnitude(value);
-        match way {
-            Way::Shift(n) => {
+        match form {
+            TermForm::Shift(n) => {
                 let [gain, _] = gain.both();
                 let moved = self.moved(value, n)?;
                 chain.error += magnitude * (gain.abs() - exp2(n)).abs();
                 self.plus(chain, moved, gain)
             }
-            Way::Top { up, whole } => {
-                let moved = self.moved(value, up)?;
+            TermForm::MulHigh {
+                pre_shift,
+                integer_part,
+            } => {
+                let moved = self.moved(value, pre_shift)?;
                 if let Factor::Live(live) = gain {
-                    let (unit, moved_by) = (live.unit * exp2(32 - up), magnitude * exp2(up - 32));
+                    let unit = live.unit * exp2(32 - pre_shift);
+                    let moved_by = magnitude * exp2(pre_shift - 32);
                     chain.error += (live.error * unit.abs() + 1.0) * moved_by;
                     return self.plus_product(chain, moved, Factor::Live(Live { unit, ..live }));
                 }
-                let parts = gain.map(|g| g * exp2(-up) - whole);
+                let parts = gain.map(|g| g * exp2(-pre_shift) - integer_part);
                 let words = parts.map(|p| quantise(p, exp2(-32)) as f64);
-                let rounded = |p: f64, w: f64| (p - w * exp2(-32)).abs() * magnitude * exp2(up);
+                let rounded =
+                    |p: f64, w: f64| (p - w * exp2(-32)).abs() * magnitude * exp2(pre_shift);
                 let ([p, q], [v, w]) = (parts.both(), words.both());
                 chain.error += rounded(p, v).max(rounded(q, w));
-                if whole == 0.0 {
+                if integer_part == 0.0 {
                     return self.plus_product(chain, moved, words);
                 }
-                let more = self.enlarged(moved, words.map(|w| whole * w))?;
-                self.plus(chain, more, whole)
+                let more = self.enlarged(moved, words.map(|w| integer_part * w))?;
+                self.plus(chain, more, integer_part)
             }
         }
     }
@@ -226,11 +235,11 @@ impl Lowerer<'_> {
     }
 }
 
-impl Way {
+impl TermForm {
     /// By how much, in the middle, rounding makes the sum too small.
     pub fn bias(self, gain: &Factor) -> f64 {
         match self {
-            Way::Shift(n) if n < 0 => 0.5 * gain.both()[0].signum(),
+            TermForm::Shift(n) if n < 0 => 0.5 * gain.both()[0].signum(),
             _ => 0.0,
         }
     }
@@ -238,8 +247,8 @@ impl Way {
     /// How far rounding may be from the middle, or from nothing where the sum is not centred.
     pub fn error(self, centred: bool) -> f64 {
         match self {
-            Way::Shift(n) if n >= 0 => 0.0,
-            Way::Shift(_) if !centred => 1.0,
+            TermForm::Shift(n) if n >= 0 => 0.0,
+            TermForm::Shift(_) if !centred => 1.0,
             _ => 0.5,
         }
     }
@@ -247,8 +256,8 @@ impl Way {
     /// Whether a sum that begins with it would begin with a negation.
     fn starts_badly(self, gain: &Factor) -> bool {
         match self {
-            Way::Shift(_) => gain.both()[0] < 0.0,
-            Way::Top { whole, .. } => whole < 0.0,
+            TermForm::Shift(_) => gain.both()[0] < 0.0,
+            TermForm::MulHigh { integer_part, .. } => integer_part < 0.0,
         }
     }
 }

@@ -5,18 +5,21 @@ use std::collections::HashMap;
 use super::Lowerer;
 use super::format::{self, exp2};
 use super::real::{Real, Scale};
+use whippen_ids::IdMap;
 use whippen_kernel::{Op, OpError, Range, Type, Value};
-use whippen_lang::model::{Action, Body, CellId, CellKind, Interval, MachineId, NodeId, RuleKind};
+use whippen_lang::model::{
+    Action, Body, CellId, CellKind, Interval, MachineId, NodeId, PulseId, RuleKind,
+};
 
 /// Kernel cells of the Model's memory.
 #[derive(Debug, Default)]
 pub(super) struct Cells {
     /// Per cell of the Model.
-    reals: Vec<u32>,
+    reals: IdMap<CellId, u32>,
     /// Per machine; none for a machine of one state.
-    machines: Vec<Option<u32>>,
+    machines: IdMap<MachineId, Option<u32>>,
     /// Per pulse: the tick at whose end it ends, or, where it counts, how many ticks are left.
-    pulse_left: Vec<u32>,
+    pulse_left: IdMap<PulseId, u32>,
     /// Per rule: whether an event's guard held in the tick before.
     held: Vec<Option<u32>>,
 }
@@ -53,9 +56,9 @@ impl Lowerer<'_> {
             self.keyed
                 .push((self.b.keyed(&keyed.name, range, values), lsb));
         }
-        for (index, cell) in model.cells.iter().enumerate() {
-            let range = self.cell_range(CellId(index as u32));
-            let scale = self.units.scale_of_cell(CellId(index as u32));
+        for (id, cell) in model.cells.enumerated() {
+            let range = self.cell_range(id);
+            let scale = self.units.scale_of_cell(id);
             let init = scale.quantise(cell.init).clamp(range.low, range.high);
             self.cells
                 .reals
@@ -120,7 +123,7 @@ impl Lowerer<'_> {
 
     /// A cell at the tick's start.
     pub(super) fn cell(&mut self, cell: CellId) -> Result<Real, OpError> {
-        let value = self.load(self.cells.reals[cell.0 as usize])?;
+        let value = self.load(self.cells.reals[cell])?;
         let Scale { lsb, offset } = self.units.scale_of_cell(cell);
         Ok(Real {
             value,
@@ -131,13 +134,13 @@ impl Lowerer<'_> {
     }
 
     pub(super) fn cell_range(&self, cell: CellId) -> Range {
-        let range = self.step.model.cells[cell.0 as usize].range;
+        let range = self.step.model.cells[cell].range;
         let Scale { lsb, offset } = self.units.scale_of_cell(cell);
         let counted = Interval {
             low: range.low - offset,
             high: range.high - offset,
         };
-        match self.step.model.cells[cell.0 as usize].kind {
+        match self.step.model.cells[cell].kind {
             // As constants of the program are rounded: what is one of the ends needs no clamp.
             CellKind::State => format::nearest(counted, lsb),
             CellKind::Rate | CellKind::Pulse => format::inside_powers(counted, lsb),
@@ -147,7 +150,7 @@ impl Lowerer<'_> {
 
     /// The state of a machine at the tick's start, as an index (none: it has one state).
     pub(super) fn machine(&mut self, machine: MachineId) -> Result<Option<Value>, OpError> {
-        self.cells.machines[machine.0 as usize]
+        self.cells.machines[machine]
             .map(|cell| self.load(cell))
             .transpose()
     }
@@ -201,15 +204,15 @@ impl Lowerer<'_> {
             }
         }
         for &(cell, node) in &model.nexts {
-            let item = format!("next {}", model.cells[cell.0 as usize].name);
+            let item = format!("next {}", model.cells[cell].name);
             writes
                 .cells
                 .insert(cell.0, self.from_item(&item, |s| s.new_value(cell, node))?);
         }
-        for (index, pulse) in model.pulses.iter().enumerate() {
+        for (id, pulse) in model.pulses.enumerated() {
             let item = format!("pulse {}", pulse.name);
-            let (counted, level) = self.from_item(&item, |s| s.run_down(index, pulse.level))?;
-            writes.pulse_left.insert(index as u32, counted);
+            let (counted, level) = self.from_item(&item, |s| s.run_down(id, pulse.level))?;
+            writes.pulse_left.insert(id.0, counted);
             writes.cells.insert(pulse.level.0, level);
         }
         Ok(writes)
@@ -223,7 +226,7 @@ impl Lowerer<'_> {
     }
 
     /// Ticks left, or the end, and level of a pulse after a tick in which it is not fired.
-    fn run_down(&mut self, pulse: usize, level: CellId) -> Result<(Value, Value), OpError> {
+    fn run_down(&mut self, pulse: PulseId, level: CellId) -> Result<(Value, Value), OpError> {
         let (left, one, zero) = (
             self.pulse_left(pulse)?,
             self.constant(1)?,
@@ -243,7 +246,7 @@ impl Lowerer<'_> {
         Ok((counted, level))
     }
 
-    pub(super) fn pulse_left(&mut self, pulse: usize) -> Result<Value, OpError> {
+    pub(super) fn pulse_left(&mut self, pulse: PulseId) -> Result<Value, OpError> {
         self.load(self.cells.pulse_left[pulse])
     }
 
@@ -252,7 +255,7 @@ impl Lowerer<'_> {
     /// the end in any case.
     pub(super) fn new_value(&mut self, cell: CellId, node: NodeId) -> Result<Value, OpError> {
         let range = self.cell_range(cell);
-        let beyond = match self.step.model.cells[cell.0 as usize].kind {
+        let beyond = match self.step.model.cells[cell].kind {
             CellKind::Coordinate => Range::new(range.low - 1, range.high + 1),
             _ => range,
         };
@@ -262,7 +265,7 @@ impl Lowerer<'_> {
         }
         let real = self.real(node)?;
         // In the cell's unit: clamped at the end, after the rules.
-        match self.step.model.cells[cell.0 as usize].kind {
+        match self.step.model.cells[cell].kind {
             _ if real.scale() == scale => Ok(real.value),
             CellKind::Rate => self.nearly(real, scale, beyond),
             _ => self.saturated(real, scale, beyond),
@@ -284,22 +287,24 @@ impl Lowerer<'_> {
             let range = self.cell_range(CellId(cell));
             if !range.contains(self.b.range(value)) {
                 self.clamps
-                    .push(self.step.model.cells[cell as usize].name.clone());
+                    .push(self.step.model.cells[CellId(cell)].name.clone());
             }
             self.from_item(&self.item_of(CellId(cell)), |s| {
                 let kept = s.clamped(value, range)?;
-                s.b.effect(Op::Set(s.cells.reals[cell as usize]), &[kept])
+                s.b.effect(Op::Set(s.cells.reals[CellId(cell)]), &[kept])
             })?;
         }
         for (machine, value) in ordered(writes.machines) {
-            if let Some(cell) = self.cells.machines[machine as usize] {
-                let item = format!("states {}", self.step.model.machines[machine as usize].name);
+            let machine = MachineId(machine);
+            if let Some(cell) = self.cells.machines[machine] {
+                let item = format!("states {}", self.step.model.machines[machine].name);
                 self.from_item(&item, |s| s.b.effect(Op::Set(cell), &[value]))?;
             }
         }
         for (pulse, value) in ordered(writes.pulse_left) {
-            let item = format!("pulse {}", self.step.model.pulses[pulse as usize].name);
-            let cell = self.cells.pulse_left[pulse as usize];
+            let pulse = PulseId(pulse);
+            let item = format!("pulse {}", self.step.model.pulses[pulse].name);
+            let cell = self.cells.pulse_left[pulse];
             self.from_item(&item, |s| s.b.effect(Op::Set(cell), &[value]))?;
         }
         Ok(())
@@ -308,7 +313,7 @@ impl Lowerer<'_> {
     /// The declaration that a cell belongs to.
     fn item_of(&self, cell: CellId) -> String {
         let model = &self.step.model;
-        let own = &model.cells[cell.0 as usize];
+        let own = &model.cells[cell];
         let body = model
             .bodies
             .iter()

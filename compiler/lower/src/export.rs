@@ -229,8 +229,7 @@ impl Lowerer<'_> {
 
     fn memory_probes(&mut self, exports: &mut Vec<Export>) -> Result<(), OpError> {
         let model = &self.step.model;
-        for (index, cell) in model.cells.iter().enumerate() {
-            let id = CellId(index as u32);
+        for (id, cell) in model.cells.enumerated() {
             let real = self.cell(id)?;
             exports.push(self.probe(
                 &cell.name,
@@ -240,8 +239,7 @@ impl Lowerer<'_> {
                 cell.range,
             )?);
         }
-        for (index, machine) in model.machines.iter().enumerate() {
-            let id = MachineId(index as u32);
+        for (id, machine) in model.machines.enumerated() {
             if let Some(state) = self.machine(id)? {
                 let last = machine.states.len() - 1;
                 exports.push(self.state_probe(

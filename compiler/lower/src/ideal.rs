@@ -14,9 +14,10 @@ mod sense;
 mod value;
 
 use crate::scales::Scales;
-use commit::Writes;
+use commit::RealWrites;
 use sense::SenseState;
-use whippen_lang::model::{Action, Model, NodeId, RuleKind};
+use whippen_ids::IdMap;
+use whippen_lang::model::{Action, CellId, MachineId, Model, NodeId, PulseId, RuleKind};
 
 /// What happened at an instant.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,13 +43,13 @@ pub enum What {
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeyState {
     /// Value of every cell (SI).
-    pub cells: Vec<f64>,
+    pub cells: IdMap<CellId, f64>,
     /// State of every machine.
-    pub machines: Vec<u32>,
+    pub machines: IdMap<MachineId, u32>,
     /// Per rule: whether its guard held in the tick before.
     pub held: Vec<bool>,
     /// Per pulse: ticks it still runs, this one included.
-    pub pulse_left: Vec<u32>,
+    pub pulse_left: IdMap<PulseId, u32>,
 }
 
 /// A Model running on some keys.
@@ -60,7 +61,7 @@ pub struct Ideal<'m> {
     /// Memory as it stood at the start of the last tick.
     before: Vec<KeyState>,
     senses: Vec<Vec<SenseState>>,
-    values: Vec<Vec<f64>>,
+    values: Vec<IdMap<NodeId, f64>>,
     occurrences: Vec<Occurrence>,
     started: bool,
     scales: Scales,
@@ -71,9 +72,9 @@ impl<'m> Ideal<'m> {
     pub fn new(model: &'m Model, scales: Scales, keys: usize) -> Ideal<'m> {
         let state = KeyState {
             cells: model.cells.iter().map(|c| c.init).collect(),
-            machines: vec![0; model.machines.len()],
+            machines: IdMap::filled(0, model.machines.len()),
             held: vec![true; model.rules.len()],
-            pulse_left: vec![0; model.pulses.len()],
+            pulse_left: IdMap::filled(0, model.pulses.len()),
         };
         Ideal {
             model,
@@ -81,7 +82,7 @@ impl<'m> Ideal<'m> {
             keys: vec![state.clone(); keys],
             before: vec![state; keys],
             senses: Vec::new(),
-            values: vec![vec![0.0; model.dag.len()]; keys],
+            values: vec![IdMap::filled(0.0, model.dag.len()); keys],
             occurrences: Vec::new(),
             started: false,
             scales,
@@ -125,16 +126,14 @@ impl<'m> Ideal<'m> {
     /// Steps 3 to 5 of a tick.
     fn act(&mut self, key: usize) {
         let (model, values, state) = (self.model, &self.values[key], &mut self.keys[key]);
-        let value = |n: NodeId| values[n.0 as usize];
-        let mut writes = Writes::integrated(model, state, value);
-        let mut moved = vec![false; model.machines.len()];
+        let value = |n: NodeId| values[n];
+        let mut writes = RealWrites::integrated(model, state, value);
+        let mut moved: IdMap<MachineId, bool> = IdMap::filled(false, model.machines.len());
         for (index, rule) in model.rules.iter().enumerate() {
             let guard = value(rule.guard) != 0.0;
             let acts = match rule.kind {
                 RuleKind::Transition { machine, from, .. } => {
-                    guard
-                        && state.machines[machine.0 as usize] == from
-                        && !moved[machine.0 as usize]
+                    guard && state.machines[machine] == from && !moved[machine]
                 }
                 RuleKind::Event { .. } => guard && !state.held[index],
             };
@@ -148,14 +147,12 @@ impl<'m> Ideal<'m> {
                 args: vec![],
             });
             if let RuleKind::Transition { machine, to, .. } = rule.kind {
-                moved[machine.0 as usize] = true;
-                writes.machines[machine.0 as usize] = to;
+                moved[machine] = true;
+                writes.machines[machine] = to;
             }
             for action in &rule.actions {
                 match action {
-                    Action::Write { cell, value: v, .. } => {
-                        writes.cells[cell.0 as usize] = value(*v)
-                    }
+                    Action::Write { cell, value: v, .. } => writes.cells[cell] = value(*v),
                     Action::Fire {
                         pulse, value: v, ..
                     } => writes.fire(model, state, *pulse, value(*v)),
@@ -172,7 +169,7 @@ impl<'m> Ideal<'m> {
 
     /// A value of the last tick (SI; a bool is 0 or 1).
     pub fn value(&self, key: usize, node: NodeId) -> f64 {
-        self.values[key][node.0 as usize]
+        self.values[key][node]
     }
 
     /// A sensed value in the last tick (SI).

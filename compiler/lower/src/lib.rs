@@ -36,6 +36,7 @@ use std::collections::HashMap;
 use crate::scales::Scales;
 use crate::simplify::Step;
 use real::Real;
+use whippen_ids::IdMap;
 use whippen_kernel::{self as kernel, Builder, OpError, Type, Value};
 use whippen_lang::model::NodeId;
 use whippen_lang::range::Ranges;
@@ -66,7 +67,7 @@ struct Lowerer<'a> {
     b: Builder,
     units: units::Units,
     /// By node: whether the constant of a sum is left to its users.
-    left: Vec<bool>,
+    left: IdMap<NodeId, bool>,
     /// Reals computed so far; entries made inside a branch are dropped at its end.
     reals: HashMap<NodeId, Real>,
     bools: HashMap<NodeId, Value>,

@@ -1,13 +1,13 @@
-//! Sums of scaled values, `c0 + sum c_i * x_i`, in one 32-bit accumulator.
+//! Fixed-point linear combinations, `c0 + sum c_i * x_i`, planned for one 32-bit accumulator.
 //!
 //! In units of the result each term is `gain * integer`. A gain that is a power of two is a shifted
 //! addition; any other is the top word of a product with a 32-bit coefficient, `floor(integer *
 //! coefficient / 2^32 + 1/2)`, which multiply-accumulates take for nothing. A small integer is
-//! moved up as far as it goes before that. What shifts round down is made good for in the constant,
-//! where there is one.
+//! shifted left as far as it goes before that. The mean rounding error of right shifts is folded
+//! into the constant term, where there is one.
 
 use super::Lowerer;
-use super::chain::{Joining, Plan, Way};
+use super::chain::{Plan, PlannedTerm, TermForm};
 use super::convert::NEGLIGIBLE;
 use super::format::{self, exp2};
 use super::real::{Real, Scale, power_of_two};
@@ -161,7 +161,7 @@ impl Lowerer<'_> {
         let Scale { mut lsb, offset } = scale;
         loop {
             let plan = self.planned(c0 - offset, terms, lsb, 0.0, constant);
-            match plan.map(|plan| self.chained(plan)).transpose() {
+            match plan.map(|plan| self.emit_sum(plan)).transpose() {
                 Ok(Some((value, error, left))) => {
                     return Ok(Real {
                         value,
@@ -253,7 +253,10 @@ impl Lowerer<'_> {
         };
         let mut fits = None;
         for guard in (0..=GUARD).rev() {
-            match plan(self, guard).map(|plan| self.chained(plan)).transpose() {
+            match plan(self, guard)
+                .map(|plan| self.emit_sum(plan))
+                .transpose()
+            {
                 Ok(Some(_)) => fits = Some(guard),
                 Ok(None) | Err(OpError::Overflow { .. }) => continue,
                 Err(error) => return Err(error),
@@ -269,7 +272,7 @@ impl Lowerer<'_> {
             let coarse = self.sum(c0, &terms, Scale::plain(2.0 * lsb), Constant::Added)?;
             return self.saturated(coarse, Scale::plain(lsb), range);
         };
-        let (value, ..) = self.chained(plan)?;
+        let (value, ..) = self.emit_sum(plan)?;
         let word = if guard > 0 {
             self.b.op(Op::Sar(guard as u8), &[value])?
         } else {
@@ -278,8 +281,7 @@ impl Lowerer<'_> {
         self.clamped(word, range)
     }
 
-    /// How the sum is made in units of `lsb`, with `more` added (in units); none if a term has no
-    /// way.
+    /// A plan of the sum in units of `lsb`, with `more` added (in units); none if a term has no form.
     fn planned(
         &self,
         c0: f64,
@@ -318,20 +320,20 @@ impl Lowerer<'_> {
             }
             (a - b).abs() >= 1.0
         });
-        let mut ways = Vec::new();
+        let mut planned_terms = Vec::new();
         for term in terms {
             let Some(real) = term.operand else { continue };
             let gain = term.factor.map(|f| f * real.lsb / lsb);
-            ways.push(Joining {
+            planned_terms.push(PlannedTerm {
                 value: real.value,
                 gain,
-                way: self.way(gain, real.value)?,
+                form: self.term_form(gain, real.value)?,
                 place: term.place,
             });
         }
         let mut plan = Plan {
             choices,
-            ways,
+            terms: planned_terms,
             constant,
             error,
             left: 0.0,
@@ -348,7 +350,7 @@ impl Lowerer<'_> {
     /// Settles what is done with the constant and with what shifts round down.
     fn settle(&self, plan: &mut Plan, only_offsets: bool, keep: Constant) {
         let reach: f64 = plan
-            .ways
+            .terms
             .iter()
             .map(|w| w.gain.largest() * self.magnitude(w.value))
             .sum();
@@ -360,9 +362,13 @@ impl Lowerer<'_> {
             || plan.constant != 0.0
             || !plan.choices.is_empty()
             || keep == Constant::Left;
-        plan.error += plan.ways.iter().map(|w| w.way.error(centred)).sum::<f64>();
+        plan.error += plan
+            .terms
+            .iter()
+            .map(|w| w.form.error(centred))
+            .sum::<f64>();
         if centred {
-            plan.constant += plan.ways.iter().map(|w| w.way.bias(&w.gain)).sum::<f64>();
+            plan.constant += plan.terms.iter().map(|w| w.form.bias(&w.gain)).sum::<f64>();
         }
         if let Some(first) = plan.choices.first_mut() {
             *first = first.map(|f| f + plan.constant);
@@ -375,31 +381,34 @@ impl Lowerer<'_> {
             (plan.constant - plan.constant.round()).abs() + 0.5 * plan.choices.len() as f64;
     }
 
-    /// How a value with this gain joins a sum; none if only a coarser unit helps.
-    fn way(&self, gain: Factor, value: Value) -> Option<Way> {
+    /// The form in which a value with this gain is added to a sum; none if only a coarser unit
+    /// helps.
+    fn term_form(&self, gain: Factor, value: Value) -> Option<TermForm> {
+        let headroom = self.headroom(value);
         if let Factor::One(gain) = gain
             && let Some(n) = power_of_two(gain.abs())
         {
-            return (n <= self.headroom(value)).then_some(Way::Shift(n));
+            return (n <= headroom).then_some(TermForm::Shift(n));
         }
-        let up = self.headroom(value);
+        let mul_high = |pre_shift: i32, integer_part: f64| TermForm::MulHigh {
+            pre_shift,
+            integer_part,
+        };
         if let Factor::Live(_) = gain {
             // The word that it becomes is rounded, and may be a little more.
             let is_word = |up: &i32| gain.largest() * exp2(-up) < 0.5 * HALF;
-            return (0..=up).find(is_word).map(|up| Way::Top { up, whole: 0.0 });
+            return (0..=headroom).find(is_word).map(|up| mul_high(up, 0.0));
         }
-        if gain.largest() < HALF {
-            return Some(Way::Top { up: 0, whole: 0.0 });
+        let is_word = |up: &i32| gain.largest() * exp2(-up) < HALF;
+        if let Some(up) = (0..=headroom).find(is_word) {
+            return Some(mul_high(up, 0.0));
         }
-        if let Some(up) = (1..=up).find(|up| gain.largest() * exp2(-up) < HALF) {
-            return Some(Way::Top { up, whole: 0.0 });
-        }
-        let moved = gain.map(|g| g * exp2(-up));
-        let about = |whole: f64| moved.both().iter().all(|g| (g - whole).abs() < HALF);
+        let moved = gain.map(|g| g * exp2(-headroom));
+        let is_about = |whole: f64| moved.both().iter().all(|g| (g - whole).abs() < HALF);
         [1.0, -1.0]
             .into_iter()
-            .find(|&whole| about(whole))
-            .map(|whole| Way::Top { up, whole })
+            .find(|&whole| is_about(whole))
+            .map(|whole| mul_high(headroom, whole))
     }
 
     /// By how many places the value may be moved up.

@@ -103,9 +103,8 @@ impl Lowerer<'_> {
         make: impl FnOnce(&mut Self) -> Result<T, OpError>,
     ) -> Result<T, OpError> {
         let model = &self.step.model;
-        let of = node.0 as usize;
-        match model.spans.get(of).copied().flatten() {
-            Some(span) => self.from_place(span, model.within.get(of).copied().flatten(), make),
+        match model.spans.get(node).copied().flatten() {
+            Some(span) => self.from_place(span, model.within.get(node).copied().flatten(), make),
             None => make(self),
         }
     }

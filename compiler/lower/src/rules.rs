@@ -5,6 +5,7 @@ use super::commit::Writes;
 use super::export::{LoweredEvent, LoweredEventKind};
 use super::format::{self, exp2};
 use super::real::{Scale, power_of_two};
+use whippen_ids::IdMap;
 use whippen_kernel::{Builder, Op, OpError, Range, Type, Value};
 use whippen_lang::model::{Action, EmissionId, Interval, PulseId, Rule, RuleKind};
 
@@ -15,36 +16,36 @@ pub(super) struct Events {
     /// Kernel event of each rule, where rules are observed.
     rules: Vec<u32>,
     /// Fraction bits of each argument of each emission.
-    bits: Vec<Vec<i32>>,
+    bits: IdMap<EmissionId, Vec<i32>>,
 }
 
 /// A place in the new values that a rule writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Place {
+enum WrittenCell {
     Cell(u32),
     Machine(u32),
     PulseLeft(u32),
 }
 
 impl Writes {
-    fn get(&self, place: Place) -> Option<Value> {
+    fn get(&self, place: WrittenCell) -> Option<Value> {
         match place {
-            Place::Cell(c) => self.cells.get(&c).copied(),
-            Place::Machine(m) => self.machines.get(&m).copied(),
-            Place::PulseLeft(p) => self.pulse_left.get(&p).copied(),
+            WrittenCell::Cell(c) => self.cells.get(&c).copied(),
+            WrittenCell::Machine(m) => self.machines.get(&m).copied(),
+            WrittenCell::PulseLeft(p) => self.pulse_left.get(&p).copied(),
         }
     }
 
     /// The values of places that have one.
-    fn at(&self, places: &[Place]) -> Vec<Value> {
+    fn at(&self, places: &[WrittenCell]) -> Vec<Value> {
         places.iter().filter_map(|&place| self.get(place)).collect()
     }
 
-    fn set(&mut self, place: Place, value: Value) {
+    fn set(&mut self, place: WrittenCell, value: Value) {
         match place {
-            Place::Cell(c) => self.cells.insert(c, value),
-            Place::Machine(m) => self.machines.insert(m, value),
-            Place::PulseLeft(p) => self.pulse_left.insert(p, value),
+            WrittenCell::Cell(c) => self.cells.insert(c, value),
+            WrittenCell::Machine(m) => self.machines.insert(m, value),
+            WrittenCell::PulseLeft(p) => self.pulse_left.insert(p, value),
         };
     }
 }
@@ -54,12 +55,12 @@ impl Lowerer<'_> {
     pub(super) fn declare_events(&mut self) -> Events {
         let mut events = Events::default();
         let model = &self.step.model;
-        for (index, emission) in model.emissions.iter().enumerate() {
-            let bits = self.argument_bits(EmissionId(index as u32), emission.args.len());
+        for (id, emission) in model.emissions.enumerated() {
+            let bits = self.argument_bits(id, emission.args.len());
             self.b.event(&emission.name, emission.args.len() as u32);
             let arg_lsbs = bits.iter().map(|&b| exp2(-b)).collect();
             events.meanings.push(LoweredEvent {
-                kind: LoweredEventKind::Emission(index as u32),
+                kind: LoweredEventKind::Emission(id.0),
                 arg_lsbs,
             });
             events.bits.push(bits);
@@ -229,17 +230,17 @@ impl Lowerer<'_> {
     }
 
     /// What the rule writes, in a fixed order, among what has a place.
-    fn places(&self, rule: &Rule, writes: &Writes) -> Vec<Place> {
+    fn places(&self, rule: &Rule, writes: &Writes) -> Vec<WrittenCell> {
         let mut places = Vec::new();
         if let RuleKind::Transition { machine, .. } = rule.kind {
-            places.push(Place::Machine(machine.0));
+            places.push(WrittenCell::Machine(machine.0));
         }
         for action in &rule.actions {
             match action {
-                Action::Write { cell, .. } => places.push(Place::Cell(cell.0)),
+                Action::Write { cell, .. } => places.push(WrittenCell::Cell(cell.0)),
                 Action::Fire { pulse, .. } => {
-                    let level = self.step.model.pulses[pulse.0 as usize].level;
-                    places.extend([Place::Cell(level.0), Place::PulseLeft(pulse.0)]);
+                    let level = self.step.model.pulses[pulse].level;
+                    places.extend([WrittenCell::Cell(level.0), WrittenCell::PulseLeft(pulse.0)]);
                 }
                 Action::Emit { .. } => {}
             }
@@ -288,7 +289,7 @@ impl Lowerer<'_> {
             }
             Action::Fire { pulse, value, .. } => self.fire(*pulse, *value, writes),
             Action::Emit { emission, args, .. } => {
-                let bits = &events.bits[emission.0 as usize];
+                let bits = &events.bits[emission];
                 let mut words = Vec::new();
                 for (&arg, &bits) in args.iter().zip(bits) {
                     let real = self.real(arg)?;
@@ -309,7 +310,7 @@ impl Lowerer<'_> {
         level: whippen_lang::model::NodeId,
         writes: &mut Writes,
     ) -> Result<(), OpError> {
-        let p = &self.step.model.pulses[pulse.0 as usize];
+        let p = &self.step.model.pulses[pulse];
         let real = self.real(level)?;
         let (scale, range) = (self.units.scale_of_cell(p.level), self.cell_range(p.level));
         let real = match power_of_two(real.lsb / scale.lsb) {
@@ -332,7 +333,7 @@ impl Lowerer<'_> {
         let level = if !counts {
             larger
         } else {
-            let (left, zero) = (self.pulse_left(pulse.0 as usize)?, self.constant(0)?);
+            let (left, zero) = (self.pulse_left(pulse)?, self.constant(0)?);
             let runs = self.b.op(Op::Lt, &[zero, left])?;
             self.b.op(Op::Select, &[runs, larger, level])?
         };

@@ -44,7 +44,7 @@ struct Input {
 
 /// A sum over the window: its cell, its type, where it stays.
 #[derive(Debug, Clone, Copy)]
-struct Sum {
+struct WindowSum {
     cell: u32,
     ty: Type,
     range: Range,
@@ -55,7 +55,7 @@ struct Window {
     line: u32,
     weights: Weights,
     /// S, D and, where x'' is used, E or F.
-    sums: Vec<Sum>,
+    sums: Vec<WindowSum>,
     /// Where F is kept: where E stays.
     bend: Option<Range>,
 }
@@ -217,7 +217,7 @@ impl Lowerer<'_> {
             let cell = self
                 .b
                 .cell(&format!("{}.s{power}", sense.name), ty, range, init);
-            sums.push(Sum { cell, ty, range });
+            sums.push(WindowSum { cell, ty, range });
         }
         // Of equal words D and E are nothing, as declared.
         self.start(sums[0], first, weights.ticks())?;
@@ -233,7 +233,7 @@ impl Lowerer<'_> {
     }
 
     /// A sum's first value, so many times the first word.
-    fn start(&mut self, sum: Sum, first: Value, times: i64) -> Result<(), OpError> {
+    fn start(&mut self, sum: WindowSum, first: Value, times: i64) -> Result<(), OpError> {
         let times = self.b.constant(sum.ty, times)?;
         let first = self.typed(first, sum.ty)?;
         let start = self.b.op(Op::Mul, &[first, times])?;
@@ -355,7 +355,7 @@ impl Lowerer<'_> {
             .op(if factor < 0 { Op::Sub } else { Op::Add }, &[sum, value])
     }
 
-    fn stored_sum(&mut self, sum: Sum, value: Value) -> Result<Value, OpError> {
+    fn stored_sum(&mut self, sum: WindowSum, value: Value) -> Result<Value, OpError> {
         let value = self
             .b
             .op(Op::Assume(sum.range.low, sum.range.high), &[value])?;

@@ -83,7 +83,7 @@ impl Lowerer<'_> {
                     .map(|&(c, x)| self.term(c.0, x))
                     .collect::<Result<_, _>>()?;
                 let scale = self.units.scale_of(id);
-                match self.left[id.0 as usize] {
+                match self.left[id] {
                     _ if self.is_new_rate(id) => self.increased(c0.0, &terms, scale),
                     true => self.sum(c0.0, &terms, scale, Constant::Left),
                     false => self.sum(c0.0, &terms, scale, Constant::Added),

@@ -59,7 +59,7 @@ enum Operands {
 
 /// An instruction that is an effect, and the values from outside that it reads.
 #[derive(Debug, Clone)]
-pub(super) struct Source {
+pub(super) struct EffectSource {
     pub inst: Inst,
     pub reads: Vec<Value>,
 }
@@ -68,7 +68,7 @@ pub(super) struct Source {
 #[derive(Debug)]
 pub(super) struct Graph<'k> {
     pub kernel: &'k Kernel,
-    pub sources: Vec<Source>,
+    pub sources: Vec<EffectSource>,
     nodes: IdMap<NodeId, Node>,
     origins: IdMap<NodeId, Option<u32>>,
     cycles: IdMap<NodeId, u32>,

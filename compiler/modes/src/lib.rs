@@ -134,8 +134,8 @@ pub fn specialise(kernel: &Kernel, instructions: usize) -> Modes {
     if instructions == 0 {
         return Modes::single(kernel);
     }
-    let mut source = Source::new(kernel);
-    let mut left = std::mem::take(&mut source.discrete);
+    let mut specialiser = Specialiser::new(kernel);
+    let mut left = std::mem::take(&mut specialiser.discrete);
     let (mut best, mut chosen) = (Modes::single(kernel), Vec::new());
     loop {
         let mut more = choose::that_fit(&best, &left, instructions);
@@ -145,7 +145,7 @@ pub fn specialise(kernel: &Kernel, instructions: usize) -> Modes {
         while !more.is_empty() {
             let added = more.iter().map(|at| left[*at].clone());
             let cells: Vec<Discrete> = chosen.iter().cloned().chain(added).collect();
-            match source.modes(&cells, instructions) {
+            match specialiser.modes(&cells, instructions) {
                 Some(tried) if tried.longest() <= best.longest() => {
                     (best, chosen) = (tried, cells);
                     break;
@@ -166,13 +166,13 @@ pub fn specialise(kernel: &Kernel, instructions: usize) -> Modes {
 /// The modes of a kernel, told apart by all cells that can tell them apart; none if they have more
 /// instructions than this.
 pub fn specialise_fully(kernel: &Kernel, instructions: usize) -> Option<Modes> {
-    let mut source = Source::new(kernel);
-    let all = std::mem::take(&mut source.discrete);
-    source.modes(&all, instructions)
+    let mut specialiser = Specialiser::new(kernel);
+    let all = std::mem::take(&mut specialiser.discrete);
+    specialiser.modes(&all, instructions)
 }
 
 /// A tick to make modes of.
-struct Source<'k> {
+struct Specialiser<'k> {
     graph: Graph<'k>,
     tick: Tick,
     start: Vec<Range>,
@@ -180,8 +180,8 @@ struct Source<'k> {
     discrete: Vec<Discrete>,
 }
 
-impl<'k> Source<'k> {
-    fn new(kernel: &'k Kernel) -> Source<'k> {
+impl<'k> Specialiser<'k> {
+    fn new(kernel: &'k Kernel) -> Specialiser<'k> {
         let start = reach::after_init(kernel);
         let mut graph = Graph::new(kernel);
         let tick = tick::read(
@@ -191,7 +191,7 @@ impl<'k> Source<'k> {
         );
         let all = reach::discrete(&graph, &tick, &start);
         let discrete = choose::by_gain(&mut graph, &tick, all);
-        Source {
+        Specialiser {
             graph,
             tick,
             start,

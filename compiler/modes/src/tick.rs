@@ -1,7 +1,7 @@
 //! Construction of a tick's graph from its instructions, by symbolic execution of both arms of
 //! every `if`.
 
-use super::graph::{Graph, Kind, NodeId, Source, keeps_place};
+use super::graph::{EffectSource, Graph, Kind, NodeId, keeps_place};
 use std::collections::HashMap;
 use whippen_kernel::{Inst, Kernel, Op, Region, Type, Value};
 
@@ -143,7 +143,7 @@ impl Reader<'_, '_> {
         let only_reads = matches!(inst.op, Op::Get(_) | Op::GetAt(_));
         let mut args = vec![if only_reads { always } else { guard }, self.last];
         args.extend(reads.iter().map(|read| self.value(*read)));
-        self.graph.sources.push(Source {
+        self.graph.sources.push(EffectSource {
             inst: inst.clone(),
             reads,
         });

@@ -5,6 +5,7 @@ use super::{Argument, EventInterface, Interface, LiveInterface, PortInterface, R
 use crate::pipeline::Compiled;
 use whippen_arm::thumb::StateLayout;
 use whippen_c99::spelled;
+use whippen_lang::model::EmissionId;
 use whippen_lang::units::Dim;
 use whippen_lower::LoweredEventKind;
 use whippen_lower::scales::Scales;
@@ -98,7 +99,9 @@ fn events(compiled: &Compiled) -> Vec<EventInterface> {
     let names = unique(kernel.events.iter().map(|event| event.name.as_str()));
     let event = |(name, meaning): (String, &whippen_lower::LoweredEvent)| {
         let args = match meaning.kind {
-            LoweredEventKind::Emission(index) => &compiled.model.emissions[index as usize].args[..],
+            LoweredEventKind::Emission(index) => {
+                &compiled.model.emissions[EmissionId(index)].args[..]
+            }
             LoweredEventKind::Rule(_) => &[],
         };
         let spelled = unique(args.iter().map(|(name, _)| name.as_str()));

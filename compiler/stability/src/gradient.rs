@@ -7,14 +7,15 @@
 
 use std::collections::HashMap;
 
-use whippen_lang::model::{Cmp, Interval, Model, Node, NodeId};
+use whippen_ids::IdMap;
+use whippen_lang::model::{CellId, Cmp, Interval, Model, Node, NodeId};
 
 /// Partial derivatives smaller than this share of what they are the difference of are rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// What a value may depend on, as a number: `x`, `x'`, `x''` of each sense, then the cells.
-pub(super) fn cell_variable(model: &Model, cell: usize) -> u32 {
-    (3 * model.senses.len() + cell) as u32
+pub(super) fn cell_variable(model: &Model, cell: CellId) -> u32 {
+    3 * model.senses.len() as u32 + cell.0
 }
 
 /// Partial derivatives by variable, in rising order; what is not there is zero.
@@ -123,8 +124,8 @@ pub(super) fn add_deciders(model: &mut Model) -> Deciders {
 }
 
 /// What a bool is where these intervals hold.
-pub(super) fn decided(at: &[Interval], node: NodeId) -> Option<bool> {
-    let own = at[node.0 as usize];
+pub(super) fn decided(at: &IdMap<NodeId, Interval>, node: NodeId) -> Option<bool> {
+    let own = at[node];
     if own.low == 1.0 {
         Some(true)
     } else if own.high == 0.0 {
@@ -139,7 +140,7 @@ pub(super) struct Gradient<'a> {
     pub model: &'a Model,
     pub deciders: &'a Deciders,
     /// Where every value lies.
-    pub at: &'a [Interval],
+    pub at: &'a IdMap<NodeId, Interval>,
     /// Takes both branches of what is open.
     pub coarse: bool,
 }
@@ -149,28 +150,28 @@ impl Gradient<'_> {
     ///
     /// # Errors
     /// The bool that must be decided first.
-    pub fn rows(&self, nodes: &[NodeId]) -> Result<Vec<Row>, NodeId> {
-        let mut rows = vec![Row::default(); self.model.dag.len()];
+    pub fn rows(&self, nodes: &[NodeId]) -> Result<IdMap<NodeId, Row>, NodeId> {
+        let mut rows = IdMap::filled(Row::default(), self.model.dag.len());
         for &id in nodes {
             let node = self.model.dag.get(id);
             if !node.is_bool() {
-                rows[id.0 as usize] = self.row(id, node, &rows)?;
+                rows[id] = self.row(id, node, &rows)?;
             }
         }
         Ok(rows)
     }
 
     fn of(&self, id: NodeId) -> Interval {
-        self.at[id.0 as usize]
+        self.at[id]
     }
 
-    fn row(&self, id: NodeId, node: &Node, rows: &[Row]) -> Result<Row, NodeId> {
-        let row = |n: &NodeId| &rows[n.0 as usize];
+    fn row(&self, id: NodeId, node: &Node, rows: &IdMap<NodeId, Row>) -> Result<Row, NodeId> {
+        let row = |n: &NodeId| &rows[n];
         Ok(match node {
             Node::Sense(s) => Row::unit(3 * s),
             Node::Slope(s) => Row::unit(3 * s + 1),
             Node::Curvature(s) => Row::unit(3 * s + 2),
-            Node::Cell(c) => Row::unit(cell_variable(self.model, c.0 as usize)),
+            Node::Cell(c) => Row::unit(cell_variable(self.model, *c)),
             Node::Linear(_, terms) => terms.iter().fold(Row::default(), |sum, (factor, x)| {
                 sum.plus(&row(x).scaled(Interval::point(factor.0)))
             }),

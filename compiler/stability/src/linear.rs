@@ -9,7 +9,8 @@
 
 use super::gradient::{Row, cell_variable, decided, is_point};
 use super::pieces::{Law, Piece};
-use whippen_lang::model::{Interval, NodeId};
+use whippen_ids::IdMap;
+use whippen_lang::model::{CellId, Interval, NodeId};
 
 /// How one force term answers.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +55,7 @@ impl<T: Copy> Linear<T> {
 
 impl Linear<Interval> {
     /// The system of a piece.
-    pub(super) fn of(law: &Law, piece: &Piece, rows: &[Row]) -> Linear<Interval> {
+    pub(super) fn of(law: &Law, piece: &Piece, rows: &IdMap<NodeId, Row>) -> Linear<Interval> {
         let inputs = 3 * law.model.senses.len();
         let direct = |row: &Row| (0..inputs).map(|i| row.get(i as u32)).collect();
         let cells = |row: &Row| {
@@ -68,11 +69,7 @@ impl Linear<Interval> {
             .iter()
             .map(|&cell| next(law, piece, rows, cell))
             .collect();
-        let outputs = law
-            .model
-            .forces
-            .iter()
-            .map(|force| &rows[force.value.0 as usize]);
+        let outputs = law.model.forces.iter().map(|force| &rows[force.value]);
         Linear {
             outputs: outputs
                 .map(|row| Output {
@@ -159,20 +156,21 @@ impl Linear<Interval> {
 }
 
 /// What a cell holds in the next tick.
-fn next(law: &Law, piece: &Piece, rows: &[Row], cell: usize) -> Row {
-    let row = |node: NodeId| &rows[node.0 as usize];
-    let unit = |cell: usize| Row::unit(cell_variable(&law.model, cell));
+fn next(law: &Law, piece: &Piece, rows: &IdMap<NodeId, Row>, cell: CellId) -> Row {
+    let row = |node: NodeId| &rows[node];
+    let unit = |cell: CellId| Row::unit(cell_variable(&law.model, cell));
     let period_s = Interval::point(1.0 / f64::from(law.model.rate_hz));
-    if let Some((_, value)) = law.model.nexts.iter().find(|(c, _)| c.0 as usize == cell) {
+    if let Some((_, value)) = law.model.nexts.iter().find(|(c, _)| *c == cell) {
         return row(*value).clone();
     }
     let body = law
         .model
         .bodies
         .iter()
-        .find(|b| b.coordinate.0 as usize == cell || b.rate.0 as usize == cell);
+        .find(|b| b.coordinate == cell || b.rate == cell);
     let Some(body) = body else { return unit(cell) };
-    let (coordinate, rate) = (body.coordinate.0 as usize, body.rate.0 as usize);
+    let coordinate = body.coordinate;
+    let rate = body.rate;
     if body
         .hold
         .is_some_and(|hold| decided(&piece.at, hold) == Some(true))

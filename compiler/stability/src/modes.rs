@@ -15,6 +15,7 @@ use super::passive::{Hold, damping_for_changing};
 use super::pieces::{Law, Piece};
 use super::response::{Differentiator, forces, settles};
 use whippen_deterministic::parallel;
+use whippen_ids::IdMap;
 use whippen_lang::model::{Interval, Model, Node, NodeId};
 
 /// So many parameters are taken at all combinations of their ends; beyond, each at its ends by
@@ -389,8 +390,8 @@ impl Found<'_> {
 }
 
 /// All combinations of the ends of some parameters, or each by itself if there are many.
-fn ends(parameters: &[NodeId], at: &[Interval]) -> Vec<Vec<(NodeId, Interval)>> {
-    let own = |p: &NodeId| at[p.0 as usize];
+fn ends(parameters: &[NodeId], at: &IdMap<NodeId, Interval>) -> Vec<Vec<(NodeId, Interval)>> {
+    let own = |p: &NodeId| at[p];
     let end = |p: &NodeId, high: bool| {
         (
             *p,
@@ -421,10 +422,8 @@ fn name(model: &Model, piece: &Piece) -> String {
     for (id, node) in model.dag.nodes() {
         let value = decided(&piece.at, id);
         match (node, value) {
-            (Node::Is(machine, state), Some(true))
-                if model.machines[machine.0 as usize].states.len() > 1 =>
-            {
-                let machine = &model.machines[machine.0 as usize];
+            (Node::Is(machine, state), Some(true)) if model.machines[machine].states.len() > 1 => {
+                let machine = &model.machines[machine];
                 words.push(format!(
                     "{} is {}",
                     machine.name, machine.states[*state as usize]
@@ -438,7 +437,8 @@ fn name(model: &Model, piece: &Piece) -> String {
                 ));
             }
             (Node::Sense(sense), _) => {
-                let (own, sense) = (piece.at[id.0 as usize], &model.senses[*sense as usize]);
+                let own = piece.at[id];
+                let sense = &model.senses[*sense as usize];
                 if own.width() < 0.999 * sense.range.width() {
                     words.push(format!(
                         "{} in {}",

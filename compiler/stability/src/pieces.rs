@@ -13,8 +13,9 @@
 
 use super::gradient::{Deciders, Gradient, Row, add_deciders, cell_variable, decided};
 use std::sync::OnceLock;
+use whippen_ids::IdMap;
 use whippen_lang::lint::together::{Facts, narrow};
-use whippen_lang::model::{CellKind, Interval, Model, Node, NodeId};
+use whippen_lang::model::{CellId, CellKind, Interval, Model, Node, NodeId};
 use whippen_lang::range::{self, Ranges};
 
 /// So many pieces are looked at; what is open beyond is taken with both branches at once.
@@ -24,7 +25,7 @@ const PIECES_MAX: usize = 1500;
 #[derive(Debug, Clone)]
 pub(super) struct Piece {
     /// Where every value lies.
-    pub at: Vec<Interval>,
+    pub at: IdMap<NodeId, Interval>,
     /// What was decided to get here.
     pub decisions: Vec<(NodeId, bool)>,
     /// Some choices are open: derivatives are those of all branches.
@@ -57,9 +58,9 @@ pub struct Law {
     /// What forces and the memory behind them are made of, operands first.
     pub(super) nodes: Vec<NodeId>,
     /// Cells that a force depends on, through other cells too.
-    pub(super) cells: Vec<usize>,
+    pub(super) cells: Vec<CellId>,
     ranges: Ranges,
-    pieces: OnceLock<Vec<(Piece, Vec<Row>)>>,
+    pieces: OnceLock<Vec<(Piece, IdMap<NodeId, Row>)>>,
 }
 
 impl Law {
@@ -89,22 +90,19 @@ impl Law {
 
     /// Everything that occurs.
     pub(super) fn whole(&self) -> Piece {
-        let at = (0..self.model.dag.len())
-            .map(|n| self.ranges.get(NodeId(n as u32)))
-            .collect();
         Piece {
-            at,
+            at: self.ranges.all().clone(),
             decisions: Vec::new(),
             coarse: true,
         }
     }
 
     /// The pieces, and the rows of each; found once.
-    pub(super) fn pieces(&self) -> &[(Piece, Vec<Row>)] {
+    pub(super) fn pieces(&self) -> &[(Piece, IdMap<NodeId, Row>)] {
         self.pieces.get_or_init(|| self.find_pieces())
     }
 
-    fn find_pieces(&self) -> Vec<(Piece, Vec<Row>)> {
+    fn find_pieces(&self) -> Vec<(Piece, IdMap<NodeId, Row>)> {
         let mut open = vec![Piece {
             coarse: false,
             ..self.whole()
@@ -136,7 +134,7 @@ impl Law {
     pub(super) fn given(&self, piece: &Piece, values: &[(NodeId, Interval)]) -> Option<Piece> {
         let mut cut = piece.clone();
         for &(node, value) in values {
-            let own = &mut cut.at[node.0 as usize];
+            let own = &mut cut.at[node];
             *own = Interval {
                 low: own.low.max(value.low),
                 high: own.high.min(value.high),
@@ -153,7 +151,7 @@ impl Law {
     ///
     /// # Errors
     /// The bool that must be decided first.
-    pub(super) fn rows(&self, piece: &Piece) -> Result<Vec<Row>, NodeId> {
+    pub(super) fn rows(&self, piece: &Piece) -> Result<IdMap<NodeId, Row>, NodeId> {
         let gradient = Gradient {
             model: &self.model,
             deciders: &self.deciders,
@@ -165,7 +163,7 @@ impl Law {
             .model
             .bodies
             .iter()
-            .filter(|b| self.cells.contains(&(b.coordinate.0 as usize)));
+            .filter(|b| self.cells.contains(&b.coordinate));
         match holds
             .filter_map(|b| b.hold)
             .find(|hold| !piece.coarse && decided(&piece.at, *hold).is_none())
@@ -188,7 +186,7 @@ impl Law {
         for body in model
             .bodies
             .iter()
-            .filter(|b| self.cells.contains(&(b.coordinate.0 as usize)))
+            .filter(|b| self.cells.contains(&b.coordinate))
         {
             roots.push(body.acceleration);
             roots.extend(body.hold);
@@ -196,7 +194,7 @@ impl Law {
         let nexts = model
             .nexts
             .iter()
-            .filter(|(cell, _)| self.cells.contains(&(cell.0 as usize)));
+            .filter(|(cell, _)| self.cells.contains(cell));
         roots.extend(nexts.map(|(_, value)| *value));
         roots
     }
@@ -208,19 +206,20 @@ impl Law {
             self.nodes = self.below(&roots);
             let whole = self.whole();
             let rows = self.rows(&whole).unwrap_or_default();
-            let asks = |cell: usize| {
+            let asks = |cell: CellId| {
                 let variable = cell_variable(&self.model, cell);
                 roots.iter().any(|r| {
-                    rows.get(r.0 as usize)
+                    rows.get(*r)
                         .is_some_and(|row| row.get(variable).magnitude() > 0.0)
                 })
             };
-            let mut cells: Vec<usize> = (0..self.model.cells.len())
+            let model = &self.model;
+            let mut cells: Vec<CellId> = (model.cells.ids())
                 .filter(|&cell| self.model.cells[cell].kind != CellKind::Pulse && asks(cell))
                 .collect();
             // A coordinate moves with its rate, and the rate's body is the coordinate's.
             for body in &self.model.bodies {
-                let pair = [body.coordinate.0 as usize, body.rate.0 as usize];
+                let pair = [body.coordinate, body.rate];
                 if pair.iter().any(|cell| cells.contains(cell)) {
                     cells.extend(pair);
                 }

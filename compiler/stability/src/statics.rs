@@ -30,10 +30,7 @@ pub fn static_force_of(law: &Law) -> Option<Static> {
     let zero = Interval::point(0.0);
     let still = law.nodes.iter().filter(|id| match law.model.dag.get(**id) {
         Node::Slope(_) | Node::Curvature(_) => true,
-        Node::Cell(c) => matches!(
-            law.model.cells[c.0 as usize].kind,
-            CellKind::Rate | CellKind::Pulse
-        ),
+        Node::Cell(c) => matches!(law.model.cells[c].kind, CellKind::Rate | CellKind::Pulse),
         _ => false,
     });
     let still: Vec<(NodeId, Interval)> = still.map(|id| (*id, zero)).collect();
@@ -103,13 +100,13 @@ fn at_rest(law: &Law, piece: Piece) -> Vec<(Piece, bool)> {
         .model
         .bodies
         .iter()
-        .filter(|b| law.cells.contains(&(b.coordinate.0 as usize)))
+        .filter(|b| law.cells.contains(&b.coordinate))
     {
         let held = |p: &Piece| {
             body.hold
                 .is_some_and(|hold| super::gradient::decided(&p.at, hold) == Some(true))
         };
-        let range = law.model.cells[body.coordinate.0 as usize].range;
+        let range = law.model.cells[body.coordinate].range;
         let coordinate = law
             .nodes
             .iter()
@@ -150,18 +147,14 @@ fn values(law: &Law, place: &Piece) -> Vec<Interval> {
     let mut at = place.at.clone();
     // Once more from the leaves: narrowing does not meet every node in its last round.
     for &id in &law.nodes {
-        if let Ok(own) = transfer(&law.model, law.model.dag.get(id), |o| at[o.0 as usize]) {
-            let narrowed = at[id.0 as usize];
+        if let Ok(own) = transfer(&law.model, law.model.dag.get(id), |o| at[o]) {
+            let narrowed = at[id];
             let cut = Interval {
                 low: own.low.max(narrowed.low),
                 high: own.high.min(narrowed.high),
             };
-            at[id.0 as usize] = if cut.low <= cut.high { cut } else { narrowed };
+            at[id] = if cut.low <= cut.high { cut } else { narrowed };
         }
     }
-    law.model
-        .forces
-        .iter()
-        .map(|f| at[f.value.0 as usize])
-        .collect()
+    law.model.forces.iter().map(|f| at[f.value]).collect()
 }

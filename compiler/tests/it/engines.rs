@@ -8,7 +8,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
-use whippen_compiler::jit::{HostCode, Options};
+use whippen_compiler::jit::{JitCode, Options};
 use whippen_compiler::kernel::random::{self, Draw, Rng};
 use whippen_compiler::kernel::{EngineError, Interp, Kernel, parse, without_probes};
 
@@ -18,14 +18,14 @@ const TICKS: usize = 8;
 struct Pair {
     kernel: Kernel,
     interp: Interp,
-    code: HostCode,
+    code: JitCode,
     /// What is said when they differ.
     name: String,
 }
 
 impl Pair {
     fn new(kernel: &Kernel, keys: usize, probes: bool, name: &str) -> Pair {
-        let code = HostCode::build(kernel, keys, Options { probes })
+        let code = JitCode::build(kernel, keys, Options { probes })
             .unwrap_or_else(|error| panic!("{name}: {error}"));
         let kernel = if probes {
             kernel.clone()
@@ -161,7 +161,7 @@ fn a_full_buffer_counts_what_it_loses() {
 fn nothing_gets_in_that_is_out_of_range() {
     let kernel = parse("kernel k @1 { live a: i32 [0..9] = 1 cell c: i64 x 2 [-5..5] = 0 }")
         .expect("parses");
-    let mut code = HostCode::build(&kernel, 2, Options { probes: true }).expect("compiles");
+    let mut code = JitCode::build(&kernel, 2, Options { probes: true }).expect("compiles");
     let outside = |value| {
         Err(EngineError::Outside {
             value,
@@ -183,7 +183,7 @@ fn nothing_gets_in_that_is_out_of_range() {
         [Some(0), Some(-5), None]
     );
     assert!(matches!(
-        HostCode::build(&kernel, 0, Options { probes: true }),
+        JitCode::build(&kernel, 0, Options { probes: true }),
         Err(EngineError::Layout(_))
     ));
 }

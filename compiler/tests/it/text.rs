@@ -1,7 +1,7 @@
 //! Spoiled texts of kernels: whatever they say, nobody panics, and what still verifies still runs
 //! alike.
 
-use whippen_compiler::jit::{HostCode, Options};
+use whippen_compiler::jit::{JitCode, Options};
 use whippen_compiler::kernel::random::{self, Rng};
 use whippen_compiler::kernel::{Interp, Kernel, parse, verify};
 
@@ -54,7 +54,7 @@ fn spoil(rng: &mut Rng, text: &str) -> String {
 fn run(kernel: &Kernel) {
     let mut rng = Rng::new(3);
     let mut interp = Interp::checked(kernel, 2).expect("verifies");
-    let mut code = HostCode::build(kernel, 2, Options { probes: true }).expect("compiles");
+    let mut code = JitCode::build(kernel, 2, Options { probes: true }).expect("compiles");
     let words = random::inputs(&mut rng, kernel, 2);
     let mut out = [
         vec![0; 2 * kernel.outputs.len()],

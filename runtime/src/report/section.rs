@@ -228,7 +228,7 @@ fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
     let rest = session::titles(compiled, &|kind| match kind {
         ExportKind::Sense(s) => s > 0,
         ExportKind::Cell(id) => {
-            [CellKind::Rate, CellKind::State].contains(&compiled.model.cells[id.0 as usize].kind)
+            [CellKind::Rate, CellKind::State].contains(&compiled.model.cells[id].kind)
         }
         _ => false,
     });

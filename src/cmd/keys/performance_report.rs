@@ -5,6 +5,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 use whippen_compiler::check::note_name;
 use whippen_compiler::keyboard::Zone;
+use whippen_compiler::model::EmissionId;
 use whippen_runtime::keyboard::{KeyLog, Outcome, PlayedNote};
 use whippen_runtime::midi::Performance;
 use whippen_runtime::report::{Cell, Row, Section, Table, id};
@@ -195,7 +196,7 @@ pub fn events(keyboard: &PlayedKeyboard, logs: &[KeyLog]) -> Trace {
                 EventRow {
                     t_s,
                     key,
-                    event: model.emissions[*emission].name.clone(),
+                    event: model.emissions[EmissionId(*emission as u32)].name.clone(),
                     args,
                 },
             ));

@@ -1,4 +1,4 @@
-//! Code around the keys: entry, end of the frame, `init`. It runs once a tick, or once.
+//! Prologue and epilogue: entry and end of a tick, `init` of all keys, `begin` of one.
 //!
 //! ```text
 //!   NAME_tick: save, what all keys share, STATE RECORD SAMPLES HISTORY, to the first key's code ... end: rings go on, pointers, tick + 1, restore

@@ -1,7 +1,7 @@
 //! Operators on memory.
 
 use super::{Lane, Lanes, WIDTH};
-use crate::frame::Buffer;
+use crate::loop_context::Buffer;
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{I8, I32, I32X4, I64, I64X2};
 use cranelift_codegen::ir::{InstBuilder, Value};
@@ -29,7 +29,7 @@ impl Lanes<'_> {
     pub(super) fn keyed(&mut self, keyed: u32) -> Lane {
         let (at, own) = (
             4 * self.t.layout.keyed[keyed as usize] as i32,
-            self.t.frame.words[0],
+            self.t.context.words[0],
         );
         let access = self.t.access.columns;
         Lane::Word(self.ins().load(I32X4, access, own, at))
@@ -92,7 +92,7 @@ impl Lanes<'_> {
 
     pub(super) fn get(&mut self, cell: u32) -> Lane {
         let (at, access) = (self.column(cell), self.t.access.columns);
-        let [words, wides] = self.t.frame.words;
+        let [words, wides] = self.t.context.words;
         match self.t.kernel.cells[cell as usize].ty {
             Type::I32 => Lane::Word(self.ins().load(I32X4, access, words, at)),
             Type::I64 => {
@@ -110,7 +110,7 @@ impl Lanes<'_> {
 
     pub(super) fn set(&mut self, cell: u32, value: KernelValue) {
         let (at, access) = (self.column(cell), self.t.access.columns);
-        let [words, wides] = self.t.frame.words;
+        let [words, wides] = self.t.context.words;
         if self.t.kernel.cells[cell as usize].ty == Type::I64 {
             let mut pair = self.wide(value);
             if let Some(mask) = self.mask {
@@ -208,7 +208,7 @@ impl Lanes<'_> {
             self.t.base(Buffer::Events),
         );
         let at = self.ins().iadd(events, offset);
-        let key = self.t.frame.key;
+        let key = self.t.context.key;
         let key = self.ins().iadd_imm_s(key, lane as i64);
         let event = self.ins().iconst(I64, i64::from(event));
         for (word, value) in [(2, key), (3, event)] {
@@ -247,15 +247,15 @@ impl Lanes<'_> {
         lane: usize,
         work: impl FnOnce(&mut crate::translate::Translator) -> T,
     ) -> T {
-        let (key, own) = (self.t.frame.key, self.t.frame.words);
-        self.t.frame.key = self.ins().iadd_imm_s(key, lane as i64);
-        self.t.frame.words = [Type::I32, Type::I64].map(|ty| {
+        let (key, own) = (self.t.context.key, self.t.context.words);
+        self.t.context.key = self.ins().iadd_imm_s(key, lane as i64);
+        self.t.context.words = [Type::I32, Type::I64].map(|ty| {
             let bytes = 4 * words(ty);
             self.ins()
                 .iadd_imm_s(own[words(ty) - 1], (lane * bytes) as i64)
         });
         let done = work(&mut self.t);
-        (self.t.frame.key, self.t.frame.words) = (key, own);
+        (self.t.context.key, self.t.context.words) = (key, own);
         done
     }
 

@@ -1,7 +1,7 @@
 //! Operators on memory.
 
 use super::Translator;
-use crate::frame::Buffer;
+use crate::loop_context::Buffer;
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{I8, I32, I64};
 use cranelift_codegen::ir::{InstBuilder, Value};
@@ -34,7 +34,7 @@ impl Translator<'_> {
         let at = 4 * self.layout.keyed[keyed as usize] as i32;
         self.f
             .ins()
-            .sload32(self.access.columns, self.frame.words[0], at)
+            .sload32(self.access.columns, self.context.words[0], at)
     }
 
     pub(crate) fn delay(&mut self, line: u32, ticks: u32) -> Value {
@@ -89,7 +89,7 @@ impl Translator<'_> {
     }
 
     pub(crate) fn base(&self, buffer: Buffer) -> Value {
-        self.frame.bases[buffer as usize]
+        self.context.bases[buffer as usize]
     }
 
     /// `base + index * 2^shift`
@@ -132,7 +132,7 @@ impl Translator<'_> {
         );
         let offset = 4 * self.layout.cells[cell as usize] as i32;
         let words = words(ty);
-        let own = self.frame.words[words - 1];
+        let own = self.context.words[words - 1];
         let Some(index) = index else {
             return (own, offset);
         };
@@ -172,13 +172,13 @@ impl Translator<'_> {
 
     /// Address of this key's element in a row.
     pub(crate) fn element(&mut self, line: u32, ticks: u32) -> Value {
-        let row = self.frame.rows[&(line, ticks)];
+        let row = self.context.rows[&(line, ticks)];
         let shift = if self.layout.lines[line as usize].narrow {
             1
         } else {
             2
         };
-        self.indexed(row, self.frame.key, shift)
+        self.indexed(row, self.context.key, shift)
     }
 
     /// Writes an element of a line.
@@ -201,7 +201,7 @@ impl Translator<'_> {
         };
         let base = self.base(buffer);
         let start = self.f.ins().iadd_imm_s(base, width * place.start as i64);
-        let first = self.indexed(start, self.frame.key, shift);
+        let first = self.indexed(start, self.context.key, shift);
         let end = self
             .f
             .ins()
@@ -239,7 +239,7 @@ impl Translator<'_> {
         let tick = self.f.ins().load(I64, leaving, clock, TICK);
         self.f.ins().store(leaving, tick, at, 0);
         let event = self.f.ins().iconst(I64, i64::from(event));
-        for (word, value) in [(2, self.frame.key), (3, event)] {
+        for (word, value) in [(2, self.context.key), (3, event)] {
             self.f.ins().istore32(leaving, value, at, 4 * word);
         }
         for (word, arg) in args.iter().enumerate() {

@@ -75,7 +75,7 @@ pub(super) struct Lexeme {
 
 /// All tokens, then [`Token::End`].
 pub(super) fn tokens(text: &str) -> Result<Vec<Lexeme>, ParseError> {
-    let mut place = Place {
+    let mut place = LinePosition {
         text,
         at: 0,
         line: 1,
@@ -107,14 +107,14 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Lexeme>, ParseError> {
 }
 
 /// A place that moves forward through a text.
-struct Place<'a> {
+struct LinePosition<'a> {
     text: &'a str,
     at: usize,
     line: usize,
     column: usize,
 }
 
-impl Place<'_> {
+impl LinePosition<'_> {
     /// Line and column of a byte offset not before the last one.
     fn advance(&mut self, to: usize) -> (usize, usize) {
         for c in self.text[self.at..to].chars() {

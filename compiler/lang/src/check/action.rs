@@ -32,7 +32,7 @@ impl<'a> Elaborator<'a, '_> {
     ) -> Option<Action> {
         let found = self.expr(scope, value);
         let cell = self.written(scope, name, rate)?;
-        let dim = self.model.cells[cell.0 as usize].dim;
+        let dim = self.model.cells[cell].dim;
         let prime = if rate { "'" } else { "" };
         let node = self.expect(found?, value, Ty::Real(dim), || {
             format!("`{}{prime}`", name.node)
@@ -144,7 +144,7 @@ impl<'a> Elaborator<'a, '_> {
             None => self.free_emission(name, args, &values)?,
         };
         self.match_arguments(emission, name, args)?;
-        let wanted = self.model.emissions[emission.0 as usize].args.clone();
+        let wanted = self.model.emissions[emission].args.clone();
         let mut nodes = Vec::new();
         for (arg, dim) in &wanted {
             let index = args.iter().position(|(n, _)| n.node == *arg)?;
@@ -195,13 +195,10 @@ impl<'a> Elaborator<'a, '_> {
         args: &[(Name, Expr)],
         values: &[Option<Value>],
     ) -> Option<EmissionId> {
-        if let Some(index) = self
-            .model
-            .emissions
-            .iter()
-            .position(|e| e.name == name.node)
-        {
-            return Some(EmissionId(index as u32));
+        let emissions = &self.model.emissions;
+        let known = emissions.ids().find(|id| emissions[id].name == name.node);
+        if known.is_some() {
+            return known;
         }
         let dims: Option<Vec<Dim>> = values.iter().map(|v| v.and_then(|v| v.ty.dim())).collect();
         let args = args
@@ -219,16 +216,14 @@ impl<'a> Elaborator<'a, '_> {
     }
 
     fn emission(&mut self, emission: Emission, span: Span) -> EmissionId {
-        let known = self
-            .model
-            .emissions
-            .iter()
-            .position(|e| e.name == emission.name);
-        EmissionId(known.unwrap_or_else(|| {
-            self.model.emissions.push(emission);
+        let emissions = &self.model.emissions;
+        let known = emissions
+            .ids()
+            .find(|id| emissions[id].name == emission.name);
+        known.unwrap_or_else(|| {
             self.emission_spans.push(span);
-            self.model.emissions.len() - 1
-        }) as u32)
+            self.model.emissions.push(emission)
+        })
     }
 
     /// Whether the argument names are those of the event.
@@ -238,12 +233,12 @@ impl<'a> Elaborator<'a, '_> {
         name: &Name,
         args: &[(Name, Expr)],
     ) -> Option<()> {
-        let wanted: Vec<String> = self.model.emissions[id.0 as usize]
+        let wanted: Vec<String> = self.model.emissions[id]
             .args
             .iter()
             .map(|(n, dim)| format!("{n} ({dim})"))
             .collect();
-        let names: Vec<String> = self.model.emissions[id.0 as usize]
+        let names: Vec<String> = self.model.emissions[id]
             .args
             .iter()
             .map(|(n, _)| n.clone())
@@ -297,8 +292,8 @@ impl<'a> Elaborator<'a, '_> {
         hint: impl Into<Advice>,
     ) {
         let mut diagnostic = Diagnostic::new(code, span, message, label);
-        let emission = &self.model.emissions[id.0 as usize];
-        let first = self.emission_spans[id.0 as usize];
+        let emission = &self.model.emissions[id];
+        let first = self.emission_spans[id];
         if builtin::event(&emission.name).is_none() && first != span {
             diagnostic = diagnostic.also(first, "first emitted here");
         }

@@ -18,7 +18,7 @@ impl<'a> Elaborator<'a, '_> {
         dim: Dim,
         span: Span,
     ) -> (CellId, Value) {
-        let id = CellId(self.model.cells.len() as u32);
+        let id = self.model.cells.next_id();
         let range = Interval {
             low: 0.0,
             high: 0.0,
@@ -42,10 +42,10 @@ impl<'a> Elaborator<'a, '_> {
         range: &'a RangeExpr,
         init: Option<&'a Expr>,
     ) {
-        let Cell { name, dim, .. } = self.model.cells[cell.0 as usize].clone();
+        let Cell { name, dim, .. } = self.model.cells[cell].clone();
         let bounds = self.range(scope, range, dim, &format!("the range of `{name}`"));
         let first = self.first_value(scope, init, bounds.map(|b| (b, range.span)), dim, &name);
-        let cell = &mut self.model.cells[cell.0 as usize];
+        let cell = &mut self.model.cells[cell];
         cell.range = bounds.unwrap_or(cell.range);
         cell.init = first;
     }
@@ -135,8 +135,7 @@ impl<'a> Elaborator<'a, '_> {
         };
         let full = self.scopes[scope.0].full(&name.node);
         let (level, value) = self.new_cell(full.clone(), CellKind::Pulse, dim, name.span);
-        let pulse = PulseId(self.model.pulses.len() as u32);
-        self.model.pulses.push(Pulse {
+        let pulse = self.model.pulses.push(Pulse {
             name: full,
             level,
             ticks: 1,
@@ -154,10 +153,10 @@ impl<'a> Elaborator<'a, '_> {
         range: &'a RangeExpr,
         lasting: &'a Expr,
     ) {
-        let Pulse { name, level, .. } = self.model.pulses[pulse.0 as usize].clone();
-        let dim = self.model.cells[level.0 as usize].dim;
+        let Pulse { name, level, .. } = self.model.pulses[pulse].clone();
+        let dim = self.model.cells[level].dim;
         if let Some(bounds) = self.range(scope, range, dim, &format!("the range of `{name}`")) {
-            self.model.cells[level.0 as usize].range = bounds;
+            self.model.cells[level].range = bounds;
             if bounds.low > 0.0 || bounds.high < 0.0 {
                 let message =
                     format!("the pulse `{name}` is zero while it rests, outside its range");
@@ -176,7 +175,7 @@ impl<'a> Elaborator<'a, '_> {
             let ticks = (seconds * f64::from(self.model.rate_hz))
                 .round()
                 .clamp(1.0, f64::from(i32::MAX));
-            self.model.pulses[pulse.0 as usize].ticks = ticks as u32;
+            self.model.pulses[pulse].ticks = ticks as u32;
         }
     }
 }

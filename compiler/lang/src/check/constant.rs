@@ -75,7 +75,7 @@ impl<'a> Elaborator<'a, '_> {
     fn changing_leaf(&self, node: NodeId) -> Option<(Option<Span>, String)> {
         let model = &self.model;
         self.leaves(node).into_iter().find_map(|id| {
-            let place = model.spans.get(id.0 as usize).copied().flatten();
+            let place = model.spans.get(id).copied().flatten();
             let reason = match model.dag.get(id) {
                 Node::Sense(s) | Node::Slope(s) | Node::Curvature(s) => {
                     format!("`{}` is measured", model.senses[*s as usize].name)
@@ -89,7 +89,7 @@ impl<'a> Elaborator<'a, '_> {
                     model.keyed[*k as usize].name
                 ),
                 Node::Cell(c) => {
-                    let cell = &model.cells[c.0 as usize];
+                    let cell = &model.cells[c];
                     let kind = if cell.kind == CellKind::Pulse {
                         "is a pulse"
                     } else {
@@ -98,7 +98,7 @@ impl<'a> Elaborator<'a, '_> {
                     format!("`{}` {kind}", cell.name)
                 }
                 Node::Is(m, _) => {
-                    format!("`{}` changes its state", model.machines[m.0 as usize].name)
+                    format!("`{}` changes its state", model.machines[m].name)
                 }
                 _ => return None,
             };

@@ -12,8 +12,9 @@ use super::settings::Settings;
 use super::slot::{Slot, SlotId};
 use super::types::Value;
 use crate::diag::Diagnostic;
-use crate::model::{Dag, Item, Model, Named, Node, NodeId};
+use crate::model::{Dag, EmissionId, Item, Model, Named, Node, NodeId};
 use crate::syntax::ast::{Decl, DeclKind, Name};
+use whippen_ids::IdMap;
 use whippen_source::Span;
 
 /// Everything known while one instrument becomes a Model.
@@ -44,7 +45,7 @@ pub struct Elaborator<'a, 'd> {
     /// Where each `next` of the Model stands.
     pub next_spans: Vec<Span>,
     /// Where each kind of emission was first seen.
-    pub emission_spans: Vec<Span>,
+    pub emission_spans: IdMap<EmissionId, Span>,
 }
 
 /// Checks a term by itself. A term that fails here fails the program even if nobody calls it.
@@ -99,20 +100,20 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             doc: doc.to_string(),
             rate_hz: settings.rate_hz,
             dag: Dag::default(),
-            spans: Vec::new(),
-            within: Vec::new(),
+            spans: IdMap::new(),
+            within: IdMap::new(),
             calls: Vec::new(),
             items: Vec::new(),
             senses: Vec::new(),
             lives: Vec::new(),
             keyed: Vec::new(),
-            cells: Vec::new(),
-            machines: Vec::new(),
+            cells: IdMap::new(),
+            machines: IdMap::new(),
             bodies: Vec::new(),
-            pulses: Vec::new(),
+            pulses: IdMap::new(),
             nexts: Vec::new(),
             rules: Vec::new(),
-            emissions: Vec::new(),
+            emissions: IdMap::new(),
             forces: Vec::new(),
             named: Vec::new(),
         };
@@ -129,7 +130,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             here: None,
             alone: false,
             next_spans: Vec::new(),
-            emission_spans: Vec::new(),
+            emission_spans: IdMap::new(),
         }
     }
 

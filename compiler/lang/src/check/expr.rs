@@ -233,7 +233,7 @@ impl<'a> Elaborator<'a, '_> {
             self.unknown_machine(scope, machine);
             return None;
         };
-        let states = &self.model.machines[label.id.0 as usize].states;
+        let states = &self.model.machines[label.id].states;
         let Some(index) = states.iter().position(|s| *s == state.node) else {
             self.unknown_state(label.id, label.span, state);
             return None;

@@ -133,7 +133,7 @@ impl<'a> Elaborator<'a, '_> {
     /// Whether a value is the rate of an angle.
     fn is_angular_rate(&self, value: Value) -> bool {
         let cell = match self.model.dag.get(value.node) {
-            Node::Cell(cell) => &self.model.cells[cell.0 as usize],
+            Node::Cell(cell) => &self.model.cells[cell],
             _ => return false,
         };
         cell.kind == CellKind::Rate && value.ty == Ty::Real(Dim::PER_TIME)

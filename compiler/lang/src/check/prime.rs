@@ -36,7 +36,7 @@ impl<'a> Elaborator<'a, '_> {
     }
 
     fn place(&self, node: NodeId) -> Option<Span> {
-        self.model.spans.get(node.0 as usize).copied().flatten()
+        self.model.spans.get(node).copied().flatten()
     }
 
     fn note_jump(&mut self, node: NodeId, prime: Span) {

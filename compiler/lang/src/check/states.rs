@@ -32,9 +32,8 @@ impl<'a> Elaborator<'a, '_> {
                 Diagnostic::new(Code::EmptyMachine, name.span, message, "empty").hint(hint),
             );
         }
-        let id = MachineId(self.model.machines.len() as u32);
         let full = self.scopes[scope.0].full(&name.node);
-        self.model.machines.push(Machine {
+        let id = self.model.machines.push(Machine {
             name: full,
             states,
             span: name.span,
@@ -58,7 +57,7 @@ impl<'a> Elaborator<'a, '_> {
     pub fn states(&mut self, scope: ScopeId, machine: MachineId, transitions: &'a [Transition]) {
         for transition in transitions {
             let index = |state: &Name| {
-                let states = &self.model.machines[machine.0 as usize].states;
+                let states = &self.model.machines[machine].states;
                 states.iter().position(|s| *s == state.node).unwrap_or(0) as u32
             };
             let kind = RuleKind::Transition {
@@ -158,7 +157,7 @@ impl<'a> Elaborator<'a, '_> {
 
     /// Reports a state that the machine does not have.
     pub fn unknown_state(&mut self, machine: MachineId, declared: Span, state: &Name) {
-        let machine = &self.model.machines[machine.0 as usize];
+        let machine = &self.model.machines[machine];
         if machine.states.is_empty() {
             return;
         }

@@ -24,7 +24,7 @@ pub(super) fn check(
             continue;
         }
         let name = words(model, &rule.kind);
-        let place = place(model, rule.guard.0, rule.span);
+        let place = place(model, rule.guard, rule.span);
         let (code, message, label, hint) = if never[index] {
             (
                 Code::NeverHolds,
@@ -59,8 +59,8 @@ pub(super) fn check(
 }
 
 /// Where a guard stands, if that is inside of its rule; else the rule.
-fn place(model: &Model, guard: u32, rule: Span) -> Span {
-    let own = model.spans.get(guard as usize).copied().flatten();
+fn place(model: &Model, guard: crate::model::NodeId, rule: Span) -> Span {
+    let own = model.spans.get(guard).copied().flatten();
     own.filter(|s| s.file == rule.file && rule.start <= s.start && s.end <= rule.end)
         .unwrap_or(rule)
 }
@@ -105,7 +105,7 @@ fn unreachable(model: &Model, never: &[bool], found: &mut Vec<Diagnostic>) -> Ve
                 "nor is the state that it leaves"
             };
             let hint = "look at the units and ranges in the guards on the way to it";
-            let place = place(model, rule.guard.0, rule.span);
+            let place = place(model, rule.guard, rule.span);
             let diagnostic =
                 Diagnostic::new(Code::UnreachableState, place, message, label).hint(hint);
             found.push(in_calls(model, rule.call, diagnostic));
@@ -152,7 +152,7 @@ pub(super) fn words(model: &Model, kind: &RuleKind) -> String {
     match kind {
         RuleKind::Event { name } => format!("the event `{name}`"),
         RuleKind::Transition { machine, from, to } => {
-            let machine = &model.machines[machine.0 as usize];
+            let machine = &model.machines[machine];
             let state = |s: u32| machine.states.get(s as usize).map_or("", String::as_str);
             format!("`{}` ({} -> {})", machine.name, state(*from), state(*to))
         }

@@ -9,6 +9,7 @@ use crate::diag::{Code, Diagnostic};
 use crate::model::{Action, CellId, CellKind, Interval, Model, Node, NodeId};
 use crate::range::Ranges;
 use crate::units::{shown, shown_range};
+use whippen_ids::{Id, IdMap};
 use whippen_source::Span;
 
 /// A range may be missed by such a part of its width: ends are rounded.
@@ -29,7 +30,7 @@ pub(super) fn check(model: &Model, ranges: &Ranges, found: &mut Vec<Diagnostic>)
         _ => None,
     });
     for (cell, value, span, call) in nexts.chain(writes) {
-        if model.cells[cell.0 as usize].kind == CellKind::State && is_free(model, value) {
+        if model.cells[cell].kind == CellKind::State && is_free(model, value) {
             let written = span.or_else(|| computed_at(model, value));
             let diagnostic = outside(model, cell, ranges.get(value), written);
             found.extend(diagnostic.map(|d| in_calls(model, call, d)));
@@ -40,29 +41,24 @@ pub(super) fn check(model: &Model, ranges: &Ranges, found: &mut Vec<Diagnostic>)
 /// Where a value is computed, unless it is a name alone.
 fn computed_at(model: &Model, value: NodeId) -> Option<Span> {
     let leaf = model.dag.get(value).operands().is_empty();
-    model
-        .spans
-        .get(value.0 as usize)
-        .copied()
-        .flatten()
-        .filter(|_| !leaf)
+    model.spans.get(value).copied().flatten().filter(|_| !leaf)
 }
 
 /// Whether every bound of the value's interval is a value it takes: each leaf occurs once, and
 /// nothing is remembered.
 fn is_free(model: &Model, value: NodeId) -> bool {
-    let mut uses = vec![0u32; value.0 as usize + 1];
+    let mut uses: IdMap<NodeId, u32> = IdMap::filled(0, value.index() + 1);
     let below = model.dag.below(value);
     for id in &below {
         for operand in model.dag.get(*id).operands() {
-            uses[operand.0 as usize] += 1;
+            uses[operand] += 1;
         }
     }
     below.iter().all(|&id| match model.dag.get(id) {
         Node::Const(_) | Node::Bool(_) => true,
         Node::Cell(_) | Node::Is(..) | Node::Slope(_) | Node::Curvature(_) => false,
         Node::Select(..) | Node::SelectBool(..) => false,
-        _ => uses[id.0 as usize] <= 1,
+        _ => uses[id] <= 1,
     })
 }
 
@@ -72,7 +68,7 @@ fn outside(
     value: Interval,
     written: Option<Span>,
 ) -> Option<Diagnostic> {
-    let cell = &model.cells[cell.0 as usize];
+    let cell = &model.cells[cell];
     let slack = SLACK * cell.range.width();
     let (reach, end) = if value.high > cell.range.high + slack {
         (value.high, cell.range.high)

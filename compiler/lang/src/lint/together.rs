@@ -79,9 +79,7 @@ impl<'m> Solver<'m> {
         }
         let nodes = self.below(facts);
         self.work += self.model.dag.len() + nodes.len() * (narrow::ROUNDS_MAX + witness::TRIES);
-        let start = (0..self.model.dag.len())
-            .map(|n| self.ranges.get(NodeId(n as u32)))
-            .collect();
+        let start = self.ranges.all().clone();
         let Some(narrowed) = narrow::narrow(self.model, &nodes, facts, start) else {
             return Together::Never;
         };

@@ -64,7 +64,7 @@ fn warning(
     (span, first): (Span, Span),
     values: Option<String>,
 ) -> Diagnostic {
-    let name = &model.cells[cell.0 as usize].name;
+    let name = &model.cells[cell].name;
     let (one, other) = (
         words(model, &model.rules[earlier].kind),
         words(model, &model.rules[later].kind),

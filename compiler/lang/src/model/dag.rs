@@ -7,10 +7,13 @@
 use std::collections::HashMap;
 
 use super::{CellId, MachineId};
+use whippen_ids::{IdMap, impl_id};
 
 /// Index of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct NodeId(pub u32);
+
+impl_id!(NodeId);
 
 /// A real constant, compared and hashed by its bits.
 #[derive(Debug, Clone, Copy)]
@@ -102,7 +105,7 @@ pub enum Node {
 /// The graph.
 #[derive(Debug, Clone, Default)]
 pub struct Dag {
-    nodes: Vec<Node>,
+    nodes: IdMap<NodeId, Node>,
     index: HashMap<Node, NodeId>,
 }
 
@@ -112,8 +115,7 @@ impl Dag {
         if let Some(&id) = self.index.get(&node) {
             return id;
         }
-        let id = NodeId(self.nodes.len() as u32);
-        self.nodes.push(node.clone());
+        let id = self.nodes.push(node.clone());
         self.index.insert(node, id);
         id
     }
@@ -125,15 +127,12 @@ impl Dag {
 
     /// The node.
     pub fn get(&self, id: NodeId) -> &Node {
-        &self.nodes[id.0 as usize]
+        &self.nodes[id]
     }
 
     /// All nodes, operands before users.
     pub fn nodes(&self) -> impl Iterator<Item = (NodeId, &Node)> {
-        self.nodes
-            .iter()
-            .enumerate()
-            .map(|(i, n)| (NodeId(i as u32), n))
+        self.nodes.enumerated()
     }
 
     /// How many nodes there are.

@@ -13,6 +13,7 @@
 use std::collections::HashMap;
 
 use super::{Body, Cell, CellId, CellKind, Cmp, Dag, Node, NodeId};
+use whippen_ids::{Id, IdMap};
 
 /// A derivative.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +57,7 @@ pub struct NoPrime {
 /// All nodes below `root` whose derivative is needed and does not exist.
 pub fn prime(
     dag: &mut Dag,
-    cells: &[Cell],
+    cells: &IdMap<CellId, Cell>,
     bodies: &[Body],
     root: NodeId,
 ) -> Result<Prime, Vec<NoPrime>> {
@@ -88,26 +89,23 @@ pub fn prime(
 
 /// The nodes whose derivative is needed, operands before users.
 fn reach(dag: &Dag, root: NodeId) -> Vec<NodeId> {
-    let mut needed = vec![false; root.0 as usize + 1];
-    needed[root.0 as usize] = true;
-    for index in (0..needed.len()).rev() {
-        let node = dag.get(NodeId(index as u32));
-        if needed[index] && !node.is_bool() {
+    let mut needed = IdMap::filled(false, root.index() + 1);
+    needed[root] = true;
+    for user in needed.ids().rev() {
+        let node = dag.get(user);
+        if needed[user] && !node.is_bool() {
             node.operands()
                 .iter()
                 .filter(|id| !dag.get(**id).is_bool())
-                .for_each(|id| needed[id.0 as usize] = true);
+                .for_each(|id| needed[id] = true);
         }
     }
-    (0..=root.0)
-        .map(NodeId)
-        .filter(|id| needed[id.0 as usize])
-        .collect()
+    needed.ids().filter(|id| needed[id]).collect()
 }
 
 struct Pass<'d> {
     dag: &'d mut Dag,
-    cells: &'d [Cell],
+    cells: &'d IdMap<CellId, Cell>,
     rates: HashMap<CellId, CellId>,
     zero: NodeId,
     done: HashMap<NodeId, NodeId>,
@@ -162,10 +160,7 @@ impl Pass<'_> {
     }
 
     fn cell(&mut self, cell: CellId, id: NodeId) -> Option<NodeId> {
-        match (
-            self.rates.get(&cell),
-            self.cells.get(cell.0 as usize).map(|c| c.kind),
-        ) {
+        match (self.rates.get(&cell), self.cells.get(cell).map(|c| c.kind)) {
             (Some(&rate), _) => Some(self.dag.add(Node::Cell(rate))),
             (None, Some(CellKind::Rate)) => self.fail(NoPrimeKind::Rate, id),
             (None, Some(CellKind::Pulse)) => self.fail(NoPrimeKind::Pulse, id),

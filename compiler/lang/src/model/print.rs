@@ -8,6 +8,7 @@ use std::fmt::{self, Display, Formatter};
 
 use super::{Action, CellId, Cmp, Interval, Model, Node, NodeId, Rule, RuleKind};
 use crate::units::Dim;
+use whippen_ids::IdMap;
 
 /// What is nested deeper than this gets a line of its own.
 const MAX_DEPTH: u32 = 8;
@@ -28,42 +29,37 @@ impl Display for Model {
 struct Printer<'m> {
     model: &'m Model,
     /// The name of each node that has a line of its own.
-    names: Vec<Option<String>>,
+    names: IdMap<NodeId, Option<String>>,
 }
 
 /// Gives names to nodes that were named, and numbers to those with several users.
-fn names(model: &Model) -> Vec<Option<String>> {
-    let mut names: Vec<Option<String>> = vec![None; model.dag.len()];
+fn names(model: &Model) -> IdMap<NodeId, Option<String>> {
+    let mut names: IdMap<NodeId, Option<String>> = IdMap::filled(None, model.dag.len());
     for named in &model.named {
-        let index = named.value.0 as usize;
-        if !is_leaf(model.dag.get(named.value)) && names[index].is_none() {
-            names[index] = Some(named.name.clone());
+        let id = named.value;
+        if !is_leaf(model.dag.get(id)) && names[id].is_none() {
+            names[id] = Some(named.name.clone());
         }
     }
     let uses = uses(model);
-    let mut depth = vec![0; model.dag.len()];
+    let mut depth = IdMap::filled(0, model.dag.len());
     let mut count = 0;
     for (id, node) in model.dag.nodes().filter(|(_, node)| !is_leaf(node)) {
-        let index = id.0 as usize;
         let operands = node.operands();
-        depth[index] = 1 + operands
-            .iter()
-            .map(|o| depth[o.0 as usize])
-            .max()
-            .unwrap_or(0);
-        if names[index].is_none() && (uses[index] > 1 || depth[index] > MAX_DEPTH) {
+        depth[id] = 1 + operands.iter().map(|o| depth[o]).max().unwrap_or(0);
+        if names[id].is_none() && (uses[id] > 1 || depth[id] > MAX_DEPTH) {
             count += 1;
-            names[index] = Some(format!("%{count}"));
+            names[id] = Some(format!("%{count}"));
         }
-        if names[index].is_some() {
-            depth[index] = 0;
+        if names[id].is_some() {
+            depth[id] = 0;
         }
     }
     names
 }
 
-fn uses(model: &Model) -> Vec<u32> {
-    let mut uses = vec![0; model.dag.len()];
+fn uses(model: &Model) -> IdMap<NodeId, u32> {
+    let mut uses = IdMap::filled(0, model.dag.len());
     let mut roots = model.clone();
     let roots = roots
         .roots_mut()
@@ -76,7 +72,7 @@ fn uses(model: &Model) -> Vec<u32> {
         .flat_map(|(_, node)| node.operands())
         .chain(roots)
     {
-        uses[id.0 as usize] += 1;
+        uses[id] += 1;
     }
     uses
 }
@@ -148,12 +144,12 @@ impl Printer<'_> {
 
     fn values(&self, f: &mut Formatter) -> fmt::Result {
         for (id, node) in self.model.dag.nodes() {
-            if let Some(name) = &self.names[id.0 as usize] {
+            if let Some(name) = &self.names[id] {
                 writeln!(f, "{name} = {}", self.inner(node, 0))?;
             }
         }
         for named in &self.model.named {
-            if self.names[named.value.0 as usize].as_ref() != Some(&named.name) {
+            if self.names[named.value].as_ref() != Some(&named.name) {
                 writeln!(f, "{} = {}", named.name, self.value(named.value, 0))?;
             }
         }
@@ -205,11 +201,11 @@ impl Printer<'_> {
                     writeln!(f, "    {} := {}", self.cell(*cell), self.value(*value, 0))?;
                 }
                 Action::Fire { pulse, value, .. } => {
-                    let name = &self.model.pulses[pulse.0 as usize].name;
+                    let name = &self.model.pulses[pulse].name;
                     writeln!(f, "    fire {name} at {}", self.value(*value, 0))?;
                 }
                 Action::Emit { emission, args, .. } => {
-                    let kind = &self.model.emissions[emission.0 as usize];
+                    let kind = &self.model.emissions[emission];
                     let args = kind
                         .args
                         .iter()
@@ -228,12 +224,12 @@ impl Printer<'_> {
     }
 
     fn cell(&self, id: CellId) -> &str {
-        &self.model.cells[id.0 as usize].name
+        &self.model.cells[id].name
     }
 
     /// A value where it is used; in brackets if it binds more loosely than its place.
     fn value(&self, id: NodeId, place: u8) -> String {
-        match &self.names[id.0 as usize] {
+        match &self.names[id] {
             Some(name) => name.clone(),
             None => self.inner(self.model.dag.get(id), place),
         }
@@ -272,7 +268,7 @@ impl Printer<'_> {
             Node::Keyed(k) => (model.keyed[*k as usize].name.clone(), 9),
             Node::Cell(c) => (self.cell(*c).to_string(), 9),
             Node::Is(m, s) => {
-                let machine = &model.machines[m.0 as usize];
+                let machine = &model.machines[m];
                 (
                     format!("{} is {}", machine.name, machine.states[*s as usize]),
                     4,

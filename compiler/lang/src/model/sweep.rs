@@ -2,26 +2,24 @@
 //! uses.
 
 use super::{Action, Dag, Model, Node, NodeId};
+use whippen_ids::{Id, IdMap};
 
 impl Dag {
     /// A node and everything below it, operands before users.
     pub fn below(&self, root: NodeId) -> Vec<NodeId> {
-        let mut needed = vec![false; root.0 as usize + 1];
-        needed[root.0 as usize] = true;
+        let mut needed = IdMap::filled(false, root.index() + 1);
+        needed[root] = true;
         self.mark_operands(&mut needed);
-        (0..=root.0)
-            .map(NodeId)
-            .filter(|id| needed[id.0 as usize])
-            .collect()
+        needed.ids().filter(|id| needed[id]).collect()
     }
 
-    fn mark_operands(&self, needed: &mut [bool]) {
-        for index in (0..needed.len()).rev() {
-            if needed[index] {
-                self.get(NodeId(index as u32))
+    fn mark_operands(&self, needed: &mut IdMap<NodeId, bool>) {
+        for user in needed.ids().rev() {
+            if needed[user] {
+                self.get(user)
                     .operands()
                     .iter()
-                    .for_each(|id| needed[id.0 as usize] = true);
+                    .for_each(|id| needed[id] = true);
             }
         }
     }
@@ -90,27 +88,24 @@ impl Model {
 
     /// Takes away the nodes that nothing uses; the others keep their order and their places.
     pub fn sweep(&mut self) {
-        let mut needed = vec![false; self.dag.len()];
+        let mut needed = IdMap::filled(false, self.dag.len());
         self.roots_mut()
             .iter()
-            .for_each(|root| needed[root.0 as usize] = true);
+            .for_each(|root| needed[**root] = true);
         self.dag.mark_operands(&mut needed);
-        let (old, spans) = (
-            std::mem::take(&mut self.dag),
-            std::mem::take(&mut self.spans),
-        );
+        let old = std::mem::take(&mut self.dag);
+        let spans = std::mem::take(&mut self.spans);
         let within = std::mem::take(&mut self.within);
-        let mut renamed = vec![NodeId(0); old.len()];
-        for (id, node) in old.nodes().filter(|(id, _)| needed[id.0 as usize]) {
+        let mut renamed = IdMap::filled(NodeId(0), old.len());
+        for (id, node) in old.nodes().filter(|(id, _)| needed[id]) {
             let mut node = node.clone();
-            node.map_operands(|operand| renamed[operand.0 as usize]);
-            renamed[id.0 as usize] = self.dag.add(node);
-            self.spans.push(spans.get(id.0 as usize).copied().flatten());
-            self.within
-                .push(within.get(id.0 as usize).copied().flatten());
+            node.map_operands(|operand| renamed[operand]);
+            renamed[id] = self.dag.add(node);
+            self.spans.push(spans.get(id).copied().flatten());
+            self.within.push(within.get(id).copied().flatten());
         }
         self.roots_mut()
             .into_iter()
-            .for_each(|root| *root = renamed[root.0 as usize]);
+            .for_each(|root| *root = renamed[*root]);
     }
 }

@@ -33,7 +33,7 @@ impl Problem {
 }
 
 fn place(model: &Model, node: NodeId) -> Option<Span> {
-    model.spans.get(node.0 as usize).copied().flatten()
+    model.spans.get(node).copied().flatten()
 }
 
 fn divisor(model: &Model, divisor: Option<NodeId>, interval: Interval, span: Span) -> Diagnostic {
@@ -125,10 +125,7 @@ fn named(model: &Model, node: NodeId) -> Option<(String, Dim)> {
             model.keyed[*k as usize].name.clone(),
             model.keyed[*k as usize].dim,
         )),
-        Node::Cell(c) => Some((
-            model.cells[c.0 as usize].name.clone(),
-            model.cells[c.0 as usize].dim,
-        )),
+        Node::Cell(c) => Some((model.cells[c].name.clone(), model.cells[c].dim)),
         _ => None,
     })
 }
@@ -143,7 +140,7 @@ fn declared(model: &Model, node: NodeId) -> Option<(&str, f64, Span)> {
             Some(&model.lives[*l as usize]).map(|l| (l.name.as_str(), l.range.magnitude(), l.span))
         }
         Node::Cell(c) => {
-            Some(&model.cells[c.0 as usize]).map(|c| (c.name.as_str(), c.range.magnitude(), c.span))
+            Some(&model.cells[c]).map(|c| (c.name.as_str(), c.range.magnitude(), c.span))
         }
         _ => None,
     }

@@ -1,6 +1,7 @@
 //! Values of the graph in one tick.
 
 use super::{KeyState, sense::SenseState};
+use whippen_ids::IdMap;
 use whippen_lang::model::fold::{compare, power};
 use whippen_lang::model::{Model, Node, NodeId};
 
@@ -11,12 +12,12 @@ pub(super) fn evaluate(
     key: usize,
     state: &KeyState,
     senses: &[SenseState],
-    values: &mut [f64],
+    values: &mut IdMap<NodeId, f64>,
 ) {
     for (id, node) in model.dag.nodes() {
-        let of = |n: &NodeId| values[n.0 as usize];
-        let is = |n: &NodeId| values[n.0 as usize] != 0.0;
-        values[id.0 as usize] = match node {
+        let of = |n: &NodeId| values[n];
+        let is = |n: &NodeId| values[n] != 0.0;
+        values[id] = match node {
             Node::Const(c) => c.0,
             Node::Bool(b) => f64::from(*b),
             Node::Sense(s) => senses[*s as usize].value(),
@@ -24,8 +25,8 @@ pub(super) fn evaluate(
             Node::Curvature(s) => senses[*s as usize].curvature(),
             Node::Live(l) | Node::LiveBool(l) => lives[*l as usize],
             Node::Keyed(k) => *model.keyed[*k as usize].values.get(key).unwrap_or(&0.0),
-            Node::Cell(c) => state.cells[c.0 as usize],
-            Node::Is(m, s) => f64::from(state.machines[m.0 as usize] == *s),
+            Node::Cell(c) => state.cells[c],
+            Node::Is(m, s) => f64::from(state.machines[m] == *s),
             Node::Linear(c0, terms) => terms.iter().fold(c0.0, |sum, (c, x)| sum + c.0 * of(x)),
             Node::Add(a, b) => of(a) + of(b),
             Node::Sub(a, b) => of(a) - of(b),

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::{interval_of, linear::Sum};
+use whippen_ids::IdMap;
 use whippen_lang::model::dag::Real;
 use whippen_lang::model::{Cmp, Dag, Interval, Model, Node, NodeId};
 use whippen_source::Span;
@@ -10,15 +11,15 @@ use whippen_source::Span;
 pub(super) struct Rewriter<'a> {
     model: &'a Model,
     /// New node of each old one.
-    map: Vec<Option<NodeId>>,
+    map: IdMap<NodeId, Option<NodeId>>,
     /// How often each old node is used by what must be computed.
-    uses: Vec<u32>,
+    uses: IdMap<NodeId, u32>,
     pub(super) dag: Dag,
-    intervals: Vec<Interval>,
+    intervals: IdMap<NodeId, Interval>,
     /// Whether a value depends on live parameters and constants alone.
-    common: Vec<bool>,
-    spans: Vec<Option<Span>>,
-    within: Vec<Option<u32>>,
+    common: IdMap<NodeId, bool>,
+    spans: IdMap<NodeId, Option<Span>>,
+    within: IdMap<NodeId, Option<u32>>,
     /// Sums of several terms with several users: computed once, not unfolded into their users.
     shared: HashSet<NodeId>,
 }
@@ -27,19 +28,19 @@ impl<'a> Rewriter<'a> {
     pub fn new(model: &'a Model, roots: Vec<NodeId>) -> Rewriter<'a> {
         Rewriter {
             model,
-            map: vec![None; model.dag.len()],
+            map: IdMap::filled(None, model.dag.len()),
             uses: count_uses(&model.dag, &roots),
             dag: Dag::default(),
-            intervals: Vec::new(),
-            common: Vec::new(),
-            spans: Vec::new(),
-            within: Vec::new(),
+            intervals: IdMap::new(),
+            common: IdMap::new(),
+            spans: IdMap::new(),
+            within: IdMap::new(),
             shared: HashSet::new(),
         }
     }
 
     /// The new graph; where its values were written, and inside which calls.
-    pub fn finish(self) -> (Dag, Vec<Option<Span>>, Vec<Option<u32>>) {
+    pub fn finish(self) -> (Dag, IdMap<NodeId, Option<Span>>, IdMap<NodeId, Option<u32>>) {
         (self.dag, self.spans, self.within)
     }
 
@@ -53,40 +54,38 @@ impl<'a> Rewriter<'a> {
                 .get(top)
                 .operands()
                 .into_iter()
-                .filter(|o| self.map[o.0 as usize].is_none())
+                .filter(|o| self.map[o].is_none())
                 .collect();
             if !open.is_empty() {
                 stack.extend(open);
                 continue;
             }
             stack.pop();
-            if self.map[top.0 as usize].is_none() {
+            if self.map[top].is_none() {
                 self.convert(top);
             }
         }
-        self.map[id.0 as usize].expect("converted above")
+        self.map[id].expect("converted above")
     }
 
     fn convert(&mut self, old: NodeId) {
         let node = self.model.dag.get(old).clone();
         let first_new = self.dag.len();
         let new = self.rewrite(&node);
-        let span = self.model.spans.get(old.0 as usize).copied().flatten();
-        let call = self.model.within.get(old.0 as usize).copied().flatten();
+        let span = self.model.spans.get(old).copied().flatten();
+        let call = self.model.within.get(old).copied().flatten();
         self.spans.resize(first_new, None);
         self.spans.resize(self.dag.len(), span);
         self.within.resize(first_new, None);
         self.within.resize(self.dag.len(), call);
-        if self.uses[old.0 as usize] > 1
-            && matches!(self.dag.get(new), Node::Linear(_, t) if t.len() > 1)
-        {
+        if self.uses[old] > 1 && matches!(self.dag.get(new), Node::Linear(_, t) if t.len() > 1) {
             self.shared.insert(new);
         }
-        self.map[old.0 as usize] = Some(new);
+        self.map[old] = Some(new);
     }
 
     fn rewrite(&mut self, node: &Node) -> NodeId {
-        let n = |s: &Self, id: &NodeId| s.map[id.0 as usize].expect("operands come first");
+        let n = |s: &Self, id: &NodeId| s.map[id].expect("operands come first");
         match node {
             Node::Linear(c0, terms) => {
                 let sum = terms.iter().fold(Sum::constant(c0.0), |sum, (c, x)| {
@@ -117,7 +116,7 @@ impl<'a> Rewriter<'a> {
             Node::Not(a) => self.not(n(self, a)),
             Node::Select(c, a, b) => self.select(n(self, c), n(self, a), n(self, b)),
             Node::SelectBool(c, a, b) => self.select_bool(n(self, c), n(self, a), n(self, b)),
-            Node::Is(m, 0) if self.model.machines[m.0 as usize].states.len() == 2 => {
+            Node::Is(m, 0) if self.model.machines[m].states.len() == 2 => {
                 let other = self.add(Node::Is(*m, 1));
                 self.not(other)
             }
@@ -126,7 +125,7 @@ impl<'a> Rewriter<'a> {
     }
 
     pub(super) fn add(&mut self, node: Node) -> NodeId {
-        let interval = interval_of(self.model, &node, |o| self.intervals[o.0 as usize]);
+        let interval = interval_of(self.model, &node, |o| self.intervals[o]);
         let bool = node.is_bool();
         let common = self.is_common(&node);
         if interval.low == interval.high && !matches!(node, Node::Const(_) | Node::Bool(_)) {
@@ -137,7 +136,7 @@ impl<'a> Rewriter<'a> {
             });
         }
         let id = self.dag.add(node);
-        if id.0 as usize == self.intervals.len() {
+        if id == self.intervals.next_id() {
             self.intervals.push(interval);
             self.common.push(common);
         }
@@ -155,11 +154,11 @@ impl<'a> Rewriter<'a> {
             && node
                 .operands()
                 .into_iter()
-                .all(|operand| self.common[operand.0 as usize])
+                .all(|operand| self.common[operand])
     }
 
     pub(super) fn interval(&self, id: NodeId) -> Interval {
-        self.intervals[id.0 as usize]
+        self.intervals[id]
     }
 
     pub(super) fn constant_of(&self, id: NodeId) -> Option<f64> {
@@ -229,7 +228,7 @@ impl<'a> Rewriter<'a> {
         if let Some(reciprocal) = self.chosen_reciprocal(b) {
             return self.mul(a, reciprocal);
         }
-        if self.common[b.0 as usize] && !self.common[a.0 as usize] {
+        if self.common[b] && !self.common[a] {
             // A quotient is dear, and this one is the same for all keys.
             let one = self.add(Node::Const(Real(1.0)));
             let reciprocal = self.div(one, b);
@@ -343,12 +342,12 @@ fn flipped(cmp: Cmp) -> Cmp {
 }
 
 /// Uses of every node by what is reachable from `roots`.
-fn count_uses(dag: &Dag, roots: &[NodeId]) -> Vec<u32> {
-    let mut uses = vec![0; dag.len()];
+fn count_uses(dag: &Dag, roots: &[NodeId]) -> IdMap<NodeId, u32> {
+    let mut uses = IdMap::filled(0, dag.len());
     let mut stack = roots.to_vec();
     while let Some(id) = stack.pop() {
-        uses[id.0 as usize] += 1;
-        if uses[id.0 as usize] == 1 {
+        uses[id] += 1;
+        if uses[id] == 1 {
             stack.extend(dag.get(id).operands());
         }
     }

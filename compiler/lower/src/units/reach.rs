@@ -1,14 +1,16 @@
-//! What is needed of a step, and by whom.
+//! Reachability over a step's graph: nodes that a tick needs, and sums whose constant is left to their
+//! users.
 
 use crate::simplify::Step;
+use whippen_ids::IdMap;
 use whippen_lang::model::{Action, Dag, Node, NodeId};
 
 /// Whose constant is left to its users: sums that nothing but sums and comparisons with constants
 /// use in every tick.
-pub fn left(step: &Step) -> Vec<bool> {
+pub fn left(step: &Step) -> IdMap<NodeId, bool> {
     let model = &step.model;
     let dag = &model.dag;
-    let mut left: Vec<bool> = dag
+    let mut left: IdMap<NodeId, bool> = dag
         .nodes()
         .map(|(_, node)| matches!(node, Node::Linear(..)))
         .collect();
@@ -20,7 +22,7 @@ pub fn left(step: &Step) -> Vec<bool> {
         .copied()
         .chain(nexts)
         .collect();
-    stored.iter().for_each(|node| left[node.0 as usize] = false);
+    stored.iter().for_each(|node| left[node] = false);
     let guards = model.rules.iter().map(|rule| rule.guard);
     let every_tick = reachable(
         dag,
@@ -43,17 +45,17 @@ pub fn left(step: &Step) -> Vec<bool> {
             _ => node
                 .operands()
                 .into_iter()
-                .for_each(|operand| left[operand.0 as usize] = false),
+                .for_each(|operand| left[operand] = false),
         }
     }
     left
 }
 
 /// What the roots are made of.
-fn reachable(dag: &Dag, mut open: Vec<NodeId>) -> Vec<bool> {
-    let mut seen = vec![false; dag.len()];
+fn reachable(dag: &Dag, mut open: Vec<NodeId>) -> IdMap<NodeId, bool> {
+    let mut seen = IdMap::filled(false, dag.len());
     while let Some(id) = open.pop() {
-        if !std::mem::replace(&mut seen[id.0 as usize], true) {
+        if !std::mem::replace(&mut seen[id], true) {
             open.extend(dag.get(id).operands());
         }
     }
@@ -61,7 +63,7 @@ fn reachable(dag: &Dag, mut open: Vec<NodeId>) -> Vec<bool> {
 }
 
 /// What a tick computes even if nobody watches.
-pub(super) fn needed(step: &Step) -> Vec<bool> {
+pub(super) fn needed(step: &Step) -> IdMap<NodeId, bool> {
     let model = &step.model;
     let actions =
         model

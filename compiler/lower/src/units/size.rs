@@ -17,17 +17,18 @@ impl Chooser<'_> {
     /// States as coarse as the sums that take them as they are: what is kept by adding and
     /// subtracting does not drift then.
     pub(super) fn coarsen_states(&mut self) {
-        for (id, node) in self.wishing() {
+        for (id, node) in self.nodes_with_preferences() {
             let Node::Linear(_, terms) = node else {
                 continue;
             };
             for (c, x) in terms {
-                let ratio = self.unit(id.0 as usize) / (c.0.abs() * self.unit(x.0 as usize));
+                let ratio =
+                    self.unit(self.var_of_node(id)) / (c.0.abs() * self.unit(self.var_of_node(*x)));
                 if self.state(*x).is_some()
                     && let Some(n @ 1..=COARSER) = power_of_two(ratio)
                 {
-                    let cluster = self.speaker(x.0 as usize);
-                    self.needs[cluster].1 = self.unit(x.0 as usize) * exp2(n);
+                    let cluster = self.representative(self.var_of_node(*x));
+                    self.bounds[cluster].largest = self.unit(self.var_of_node(*x)) * exp2(n);
                 }
             }
         }
@@ -41,11 +42,11 @@ impl Chooser<'_> {
             let Action::Fire { pulse, value, .. } = action else {
                 continue;
             };
-            let level = model.pulses[pulse.0 as usize].level;
+            let level = model.pulses[pulse].level;
             let need = ranges.get(*value).magnitude() / TOP;
-            if need * exp2(FINE) <= model.cells[level.0 as usize].range.magnitude() {
-                let cluster = self.speaker(self.cell(level));
-                self.needs[cluster].1 = self.needs[cluster].1.max(need);
+            if need * exp2(FINE) <= model.cells[level].range.magnitude() {
+                let cluster = self.representative(self.var_of_cell(level));
+                self.bounds[cluster].largest = self.bounds[cluster].largest.max(need);
             }
         }
     }
@@ -53,9 +54,7 @@ impl Chooser<'_> {
     /// The `state` that a node reads.
     pub(super) fn state(&self, node: NodeId) -> Option<CellId> {
         match *self.step.model.dag.get(node) {
-            Node::Cell(cell) if self.step.model.cells[cell.0 as usize].kind == CellKind::State => {
-                Some(cell)
-            }
+            Node::Cell(cell) if self.step.model.cells[cell].kind == CellKind::State => Some(cell),
             _ => None,
         }
     }
@@ -63,14 +62,14 @@ impl Chooser<'_> {
     /// Coarser units for sums that stand alone, where that turns a term from value and product into
     /// a product.
     pub(super) fn widen(&mut self) {
-        for (id, node) in self.wishing() {
+        for (id, node) in self.nodes_with_preferences() {
             let Node::Linear(_, terms) = node else {
                 continue;
             };
-            let own = id.0 as usize;
-            let alone =
-                (0..self.speaker.len()).all(|place| place == own || self.speaker(place) != own);
-            if self.speaker(own) != own || !alone {
+            let own = self.var_of_node(id);
+            let mut others = self.bounds.ids().filter(|var| *var != own);
+            let alone = others.all(|var| self.representative(var) != own);
+            if self.representative(own) != own || !alone {
                 continue;
             }
             let unit = self.unit(own);
@@ -79,7 +78,7 @@ impl Chooser<'_> {
                 .filter(|g| (HALF..2.0).contains(g) && power_of_two(*g).is_none())
                 .fold(0.0, f64::max);
             if largest > 0.0 {
-                self.needs[own].1 = unit * if largest < 2.0 * HALF { 2.0 } else { 4.0 };
+                self.bounds[own].largest = unit * if largest < 2.0 * HALF { 2.0 } else { 4.0 };
             }
         }
     }
@@ -93,12 +92,12 @@ impl Chooser<'_> {
         };
         match *dag.get(x) {
             Node::Mul(a, b) => match (choice(a), choice(b)) {
-                (_, Some(factor)) => c.abs() * factor * self.unit(a.0 as usize),
-                (Some(factor), _) => c.abs() * factor * self.unit(b.0 as usize),
+                (_, Some(factor)) => c.abs() * factor * self.unit(self.var_of_node(a)),
+                (Some(factor), _) => c.abs() * factor * self.unit(self.var_of_node(b)),
                 _ => 0.0,
             },
             Node::Select(..) if choice(x).is_some() => 0.0,
-            _ => c.abs() * self.unit(x.0 as usize),
+            _ => c.abs() * self.unit(self.var_of_node(x)),
         }
     }
 }

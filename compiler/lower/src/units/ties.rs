@@ -1,4 +1,5 @@
-//! Clusters of values that share a unit, and ties between them.
+//! Weighted union-find over the units of values: clusters that share a unit, and ties between clusters
+//! whose units have a fixed ratio up to a power of two.
 
 use super::middle;
 use super::reach::needed;
@@ -7,6 +8,7 @@ use crate::format::{TOP, exp2, exponent, fraction_bits};
 use crate::scales::Scales;
 use crate::sense::{curvature_lsb, slope_lsb};
 use crate::simplify::Step;
+use whippen_ids::{Id, IdMap, impl_id};
 use whippen_lang::model::{CellId, Interval, Node, NodeId};
 use whippen_lang::range::Ranges;
 
@@ -15,28 +17,41 @@ const GIVEN_UP: i32 = 10;
 /// Units of a constant from which on it may decide about their size.
 const FEW: f64 = 8192.0;
 
-/// What a place (a node, a cell, the drive word) hangs on.
+/// The unit of a node, of a cell or of the drive word, which is to be chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct UnitVar(u32);
+
+impl_id!(UnitVar);
+
+/// The smallest and the largest unit that members of a cluster need for their ranges to fit.
 #[derive(Debug, Clone, Copy)]
-struct Link {
-    /// The place it hangs on; itself at a root.
-    to: usize,
-    /// Its unit over the unit there, up to a power of two.
+pub(super) struct UnitBounds {
+    pub(super) smallest: f64,
+    pub(super) largest: f64,
+}
+
+/// The cluster that a cluster's unit follows.
+#[derive(Debug, Clone, Copy)]
+struct Tie {
+    /// A representative; itself at a root.
+    parent: UnitVar,
+    /// The unit over that of the parent, up to a power of two.
     ratio: f64,
 }
 
 pub(super) struct Chooser<'a> {
     pub(super) step: &'a Step,
     scales: Scales,
-    /// Nodes that no observer asks for: those alone have wishes.
-    needed: Vec<bool>,
-    /// Clusters: who speaks for a place.
-    pub(super) speaker: Vec<usize>,
-    /// By speaker: smallest and largest unit that some member needs to fit.
-    pub(super) needs: Vec<(f64, f64)>,
-    /// By speaker.
-    links: Vec<Link>,
-    /// By root of the ties: a unit that is given.
-    given: Vec<Option<f64>>,
+    /// Nodes that a tick computes even if nobody watches: those alone have preferences.
+    needed: IdMap<NodeId, bool>,
+    /// Clusters: the union-find parent; itself at a representative.
+    parent: IdMap<UnitVar, UnitVar>,
+    /// By representative.
+    pub(super) bounds: IdMap<UnitVar, UnitBounds>,
+    /// By representative.
+    ties: IdMap<UnitVar, Tie>,
+    /// By root of the ties: a unit that is not free to choose.
+    fixed: IdMap<UnitVar, Option<f64>>,
 }
 
 impl<'a> Chooser<'a> {
@@ -44,7 +59,7 @@ impl<'a> Chooser<'a> {
         let model = &step.model;
         // Coordinates count from the middle of their range.
         let coordinate = |node: &Node| match *node {
-            Node::Cell(cell) => Some(middle(&model.cells[cell.0 as usize])),
+            Node::Cell(cell) => Some(middle(&model.cells[cell])),
             _ => None,
         };
         let reach = |id: NodeId| match coordinate(model.dag.get(id)) {
@@ -73,55 +88,66 @@ impl<'a> Chooser<'a> {
             .chain(cells)
             .chain([drive])
             .map(|reach| reach.max(exp2(-40)) / TOP);
-        let mut needs: Vec<(f64, f64)> = needs.map(|need| (need, need)).collect();
-        grains(step, scales, &mut needs);
-        let count = needs.len();
+        let mut bounds: IdMap<UnitVar, UnitBounds> = needs
+            .map(|need| UnitBounds {
+                smallest: need,
+                largest: need,
+            })
+            .collect();
+        apply_grains(step, scales, &mut bounds);
+        let count = bounds.len();
+        let vars = || (0..count).map(UnitVar::from_index);
         Chooser {
             step,
             scales,
             needed: needed(step),
-            speaker: (0..count).collect(),
-            needs,
-            links: (0..count).map(|to| Link { to, ratio: 1.0 }).collect(),
-            given: vec![None; count],
+            parent: vars().collect(),
+            bounds,
+            ties: vars().map(|parent| Tie { parent, ratio: 1.0 }).collect(),
+            fixed: IdMap::filled(None, count),
         }
     }
 
-    /// Nodes that a tick needs, operands first.
-    pub(super) fn wishing(&self) -> Vec<(NodeId, &'a Node)> {
+    /// Nodes that may prefer a unit, operands first.
+    pub(super) fn nodes_with_preferences(&self) -> Vec<(NodeId, &'a Node)> {
         self.step
             .model
             .dag
             .nodes()
-            .filter(|(id, _)| self.needed[id.0 as usize])
+            .filter(|(id, _)| self.needed[id])
             .collect()
     }
 
-    pub(super) fn cell(&self, cell: CellId) -> usize {
-        self.step.model.dag.len() + cell.0 as usize
+    pub(super) fn var_of_node(&self, node: NodeId) -> UnitVar {
+        UnitVar::from_index(node.index())
     }
 
-    fn drive(&self) -> usize {
-        self.needs.len() - 1
+    pub(super) fn var_of_cell(&self, cell: CellId) -> UnitVar {
+        UnitVar::from_index(self.step.model.dag.len() + cell.index())
     }
 
-    pub(super) fn speaker(&self, mut place: usize) -> usize {
-        while self.speaker[place] != place {
-            place = self.speaker[place];
+    fn drive(&self) -> UnitVar {
+        UnitVar::from_index(self.bounds.len() - 1)
+    }
+
+    pub(super) fn representative(&self, mut var: UnitVar) -> UnitVar {
+        while self.parent[var] != var {
+            var = self.parent[var];
         }
-        place
+        var
     }
 
-    /// Puts two places into one cluster, unless their ranges are too different.
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.speaker(a), self.speaker(b));
-        let (low, high) = (
-            self.needs[a].0.min(self.needs[b].0),
-            self.needs[a].1.max(self.needs[b].1),
-        );
-        if a != b && high <= low * exp2(GIVEN_UP) {
-            self.speaker[b] = a;
-            self.needs[a] = (low, high);
+    /// Unites the clusters of two variables, unless their ranges are too different.
+    fn unite(&mut self, a: UnitVar, b: UnitVar) {
+        let a = self.representative(a);
+        let b = self.representative(b);
+        let united = UnitBounds {
+            smallest: self.bounds[a].smallest.min(self.bounds[b].smallest),
+            largest: self.bounds[a].largest.max(self.bounds[b].largest),
+        };
+        if a != b && united.largest <= united.smallest * exp2(GIVEN_UP) {
+            self.parent[b] = a;
+            self.bounds[a] = united;
         }
     }
 
@@ -130,27 +156,30 @@ impl<'a> Chooser<'a> {
         let model = &step.model;
         for (id, node) in model.dag.nodes() {
             if let Node::Cell(cell) = *node {
-                self.join(self.cell(cell), id.0 as usize);
+                self.unite(self.var_of_cell(cell), self.var_of_node(id));
             }
         }
         for ((body, &rate), &coordinate) in
             model.bodies.iter().zip(&step.rates).zip(&step.coordinates)
         {
-            self.join(self.cell(body.rate), rate.0 as usize);
-            self.join(self.cell(body.coordinate), coordinate.0 as usize);
+            self.unite(self.var_of_cell(body.rate), self.var_of_node(rate));
+            self.unite(
+                self.var_of_cell(body.coordinate),
+                self.var_of_node(coordinate),
+            );
         }
         for &(cell, node) in &model.nexts {
-            self.join(self.cell(cell), node.0 as usize);
+            self.unite(self.var_of_cell(cell), self.var_of_node(node));
         }
-        for (id, node) in self.wishing() {
+        for (id, node) in self.nodes_with_preferences() {
             if let Node::Min(a, b) | Node::Max(a, b) | Node::Select(_, a, b) = *node
                 && clamp::symmetric(&model.dag, id).is_none()
             {
-                let bends = |n: &NodeId| bends(model.dag.get(*n));
+                let is_flexible = |n: &NodeId| is_flexible(model.dag.get(*n));
                 [a, b]
                     .iter()
-                    .filter(|n| bends(n))
-                    .for_each(|n| self.join(id.0 as usize, n.0 as usize));
+                    .filter(|n| is_flexible(n))
+                    .for_each(|n| self.unite(self.var_of_node(id), self.var_of_node(*n)));
             }
         }
     }
@@ -165,8 +194,8 @@ impl<'a> Chooser<'a> {
                 _ => own_unit(self.step, self.scales, node),
             };
             if let Some(lsb) = lsb {
-                let cluster = self.speaker(id.0 as usize);
-                self.given[cluster].get_or_insert(lsb);
+                let cluster = self.representative(self.var_of_node(id));
+                self.fixed[cluster].get_or_insert(lsb);
             }
         }
         // What counts in steps counts in whole ones.
@@ -177,21 +206,21 @@ impl<'a> Chooser<'a> {
                 && c.0.abs() == 1.0
                 && c0.0 != 0.0
             {
-                let cluster = self.speaker(self.cell(cell));
-                self.given[cluster].get_or_insert(c0.0.abs());
+                let cluster = self.representative(self.var_of_cell(cell));
+                self.fixed[cluster].get_or_insert(c0.0.abs());
             }
         }
         for (body, &new) in model.bodies.iter().zip(&self.step.rates) {
-            let cluster = self.speaker(self.cell(body.rate));
+            let cluster = self.representative(self.var_of_cell(body.rate));
             let unit = self.rate_unit(
-                model.cells[body.rate.0 as usize].range,
+                model.cells[body.rate].range,
                 new,
-                self.needs[cluster].1,
+                self.bounds[cluster].largest,
             );
-            self.given[cluster].get_or_insert(unit);
+            self.fixed[cluster].get_or_insert(unit);
         }
         let drive = self.drive();
-        self.given[drive] = Some(self.scales.drive_lsb);
+        self.fixed[drive] = Some(self.scales.drive_lsb);
     }
 
     /// A rate that reaches as far both ways is clamped to a power of two of its unit, which is one
@@ -221,69 +250,71 @@ impl<'a> Chooser<'a> {
         }
     }
 
-    /// The root of a place's ties, and its unit over the unit there.
-    fn root(&self, place: usize) -> (usize, f64) {
-        let (mut at, mut ratio) = (self.speaker(place), 1.0);
-        while self.links[at].to != at {
-            ratio *= self.links[at].ratio;
-            at = self.links[at].to;
+    /// The root that the unit of a variable follows, and that unit over the root's.
+    fn root(&self, var: UnitVar) -> (UnitVar, f64) {
+        let mut at = self.representative(var);
+        let mut ratio = 1.0;
+        while self.ties[at].parent != at {
+            ratio *= self.ties[at].ratio;
+            at = self.ties[at].parent;
         }
         (at, ratio)
     }
 
     /// Lets the unit of `user` be `c` times the unit of `x`, up to a power of two, unless both are
     /// settled already.
-    fn tie(&mut self, user: usize, c: f64, x: usize) {
-        let ((user, over_user), (x, over_x)) = (self.root(user), self.root(x));
-        // What is given must be a root.
+    fn tie(&mut self, user: UnitVar, c: f64, x: UnitVar) {
+        let (user, over_user) = self.root(user);
+        let (x, over_x) = self.root(x);
+        // A fixed unit must be a root.
         let ratio = c.abs() * over_x / over_user;
-        match (user == x, self.given[user], self.given[x]) {
+        match (user == x, self.fixed[user], self.fixed[x]) {
             (true, ..) | (_, Some(_), Some(_)) => {}
             (_, Some(_), None) => {
-                self.links[x] = Link {
-                    to: user,
+                self.ties[x] = Tie {
+                    parent: user,
                     ratio: 1.0 / ratio,
                 }
             }
-            (_, None, _) => self.links[user] = Link { to: x, ratio },
+            (_, None, _) => self.ties[user] = Tie { parent: x, ratio },
         }
     }
 
-    pub(super) fn ties(&mut self) {
+    pub(super) fn tie_all(&mut self) {
         let step = self.step;
         let model = &step.model;
         for body in &model.bodies {
             self.tie(
-                self.cell(body.coordinate),
+                self.var_of_cell(body.coordinate),
                 1.0 / f64::from(model.rate_hz),
-                self.cell(body.rate),
+                self.var_of_cell(body.rate),
             );
         }
         for (id, node) in self
-            .wishing()
+            .nodes_with_preferences()
             .into_iter()
             .filter(|(id, _)| *id != step.drive)
         {
-            self.tie_sum(id.0 as usize, node);
+            self.tie_sum(self.var_of_node(id), node);
         }
         self.tie_sum(self.drive(), model.dag.get(step.drive));
     }
 
-    fn tie_sum(&mut self, user: usize, node: &Node) {
+    fn tie_sum(&mut self, user: UnitVar, node: &Node) {
         let Node::Linear(_, terms) = node else { return };
         for (c, x) in terms
             .iter()
-            .filter(|(_, x)| bends(self.step.model.dag.get(*x)))
+            .filter(|(_, x)| is_flexible(self.step.model.dag.get(*x)))
         {
-            self.tie(user, c.0, x.0 as usize);
+            self.tie(user, c.0, self.var_of_node(*x));
         }
     }
 
     /// The finest unit of a cluster that its members fit into.
-    pub(super) fn unit(&self, place: usize) -> f64 {
-        let (root, ratio) = self.root(place);
-        let mantissa = self.given[root].unwrap_or(1.0) * ratio;
-        let need = self.needs[self.speaker(place)].1;
+    pub(super) fn unit(&self, var: UnitVar) -> f64 {
+        let (root, ratio) = self.root(var);
+        let mantissa = self.fixed[root].unwrap_or(1.0) * ratio;
+        let need = self.bounds[self.representative(var)].largest;
         let n = exponent(need) - exponent(mantissa);
         let fits = |n: &i32| mantissa * exp2(*n) >= need;
         mantissa * exp2((n - 1..=n + 1).find(fits).unwrap_or(n + 1))
@@ -304,27 +335,27 @@ fn own_unit(step: &Step, scales: Scales, node: &Node) -> Option<f64> {
 
 /// Makes the finest unit of each node the finest that makes sense: integers of ports are no finer
 /// than they are, and what is limited by constants is no finer than what it is made of.
-fn grains(step: &Step, scales: Scales, needs: &mut [(f64, f64)]) {
+fn apply_grains(step: &Step, scales: Scales, bounds: &mut IdMap<UnitVar, UnitBounds>) {
     let dag = &step.model.dag;
     for (id, node) in dag.nodes() {
         let grain = match *node {
             Node::Min(a, b) | Node::Max(a, b) | Node::Select(_, a, b) => {
                 match (dag.real(a), dag.real(b)) {
-                    (None, Some(_)) => needs[a.0 as usize].0,
-                    (Some(_), None) => needs[b.0 as usize].0,
+                    (None, Some(_)) => bounds[UnitVar(a.0)].smallest,
+                    (Some(_), None) => bounds[UnitVar(b.0)].smallest,
                     _ => 0.0,
                 }
             }
             _ => own_unit(step, scales, node).unwrap_or(0.0) * exp2(-GIVEN_UP),
         };
-        let finest = &mut needs[id.0 as usize].0;
+        let finest = &mut bounds[UnitVar(id.0)].smallest;
         *finest = finest.max(grain);
     }
 }
 
-/// Whether a value takes a wish of its unit, or has one to spread. Constants suit any; products and
-/// quotients follow from their operands.
-fn bends(node: &Node) -> bool {
+/// Whether the unit of a value can follow a preference. Constants suit any; products and quotients
+/// follow from their operands.
+fn is_flexible(node: &Node) -> bool {
     use Node::*;
     matches!(
         node,

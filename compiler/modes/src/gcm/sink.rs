@@ -12,7 +12,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use whippen_kernel::Op;
 
 /// The nodes scheduled in a block, and who else uses them.
-struct Block<'a, 'p, 'k> {
+struct Sinking<'a, 'p, 'k> {
     scheduler: &'a Scheduler<'p, 'k>,
     here: FxHashSet<NodeId>,
     /// Who uses each value: nodes that are still to be placed.
@@ -45,7 +45,7 @@ pub(super) fn without_sunk(
         .reachable(&[condition])
         .into_iter()
         .collect();
-    let mut block = Block {
+    let mut block = Sinking {
         scheduler,
         here: schedulable.iter().copied().collect(),
         users,
@@ -76,7 +76,7 @@ pub(super) fn without_sunk(
         .collect()
 }
 
-impl Block<'_, '_, '_> {
+impl Sinking<'_, '_, '_> {
     /// Whether a use is in this block: of a bool, if all uses of the bool are. Of bools of bools
     /// only so many are looked at.
     fn is_here(&self, user: NodeId) -> bool {

@@ -1,4 +1,5 @@
-//! Values that wait for their user, and those that are computed anew wherever they are used.
+//! Deferred selection, which folds a value into its only user, and rematerialization, which computes
+//! it anew in each block that uses it.
 
 use super::{Binding, DEFER_DEPTH_MAX, Select};
 use crate::thumb::minst::VReg;

@@ -1,5 +1,5 @@
-//! What operators on memory become: loads and stores at constant distances from the registers of
-//! `registers`.
+//! Selection of memory operators: loads and stores at constant offsets from the registers with a
+//! role.
 
 use super::arith_i32::with_shift;
 use super::{Binding, Select};

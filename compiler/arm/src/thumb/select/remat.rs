@@ -1,4 +1,4 @@
-//! Loads that may be done again instead of keeping what was loaded.
+//! Rematerialization: loads that may be made again instead of keeping a register.
 //!
 //! A cell's word is in memory until the cell is stored to, so a block that wants it can load it for
 //! as much as it would cost to take it from the stack. That holds for a use behind a store to the

@@ -2,7 +2,7 @@
 
 use super::super::Options;
 use super::check_text;
-use crate::model::{Action, Model, Node, RuleKind};
+use crate::model::{Action, CellId, Model, Node, PulseId, RuleKind};
 use whippen_keyboard::{InstrumentId, KeyRange, Zone};
 
 const SENSE: &str = "sense x: length in 0 mm .. 10 mm\n";
@@ -223,7 +223,10 @@ fn holds_are_joined_and_torques_added() {
         "body weight: y' += dt * ((1 + -0.1 * y') / 0.01), held while x > 0.005 or x < 0.001";
     assert_eq!(line(&model, "body"), expected);
     assert_eq!(
-        (model.cells[0].init, model.cells[1].name.as_str()),
+        (
+            model.cells[CellId(0)].init,
+            model.cells[CellId(1)].name.as_str()
+        ),
         (0.005, "y'")
     );
 }
@@ -256,7 +259,10 @@ fn machines_pulses_and_windows_count_in_states_and_ticks() {
         panic!("{:?}", model.rules[1])
     };
     assert_eq!((from, to), (1, 0));
-    assert_eq!((model.pulses[0].ticks, model.senses[0].window), (353, 31));
+    assert_eq!(
+        (model.pulses[PulseId(0)].ticks, model.senses[0].window),
+        (353, 31)
+    );
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use super::{Facts, asked_state};
 use crate::model::{Cmp, Interval, Model, Node, NodeId};
 use crate::range::transfer;
+use whippen_ids::IdMap;
 
 /// So often the graph is walked, down and up.
 pub(crate) const ROUNDS_MAX: usize = 6;
@@ -13,8 +14,8 @@ pub fn narrow(
     model: &Model,
     nodes: &[NodeId],
     facts: &Facts,
-    start: Vec<Interval>,
-) -> Option<Vec<Interval>> {
+    start: IdMap<NodeId, Interval>,
+) -> Option<IdMap<NodeId, Interval>> {
     let mut pass = Pass {
         model,
         at: start,
@@ -49,13 +50,13 @@ pub fn narrow(
 
 struct Pass<'m> {
     model: &'m Model,
-    at: Vec<Interval>,
+    at: IdMap<NodeId, Interval>,
     changed: bool,
 }
 
 impl Pass<'_> {
     fn of(&self, id: NodeId) -> Interval {
-        self.at[id.0 as usize]
+        self.at[id]
     }
 
     /// Cuts a node's interval down; `None` if nothing is left.
@@ -69,7 +70,7 @@ impl Pass<'_> {
             return None;
         }
         if cut != own {
-            self.at[id.0 as usize] = cut;
+            self.at[id] = cut;
             self.changed = true;
         }
         Some(())

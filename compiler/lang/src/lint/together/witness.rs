@@ -1,10 +1,11 @@
 //! Looking for values at which facts hold, and saying them.
 
 use super::Facts;
-use crate::model::{Interval, Model, Node, NodeId};
+use crate::model::{Interval, MachineId, Model, Node, NodeId};
 use crate::range::transfer;
 use crate::units::{Dim, shown};
 use whippen_deterministic::Rng;
+use whippen_ids::IdMap;
 
 /// So many combinations of values are tried.
 pub(super) const TRIES: usize = 100;
@@ -17,7 +18,7 @@ pub(super) fn find(
     model: &Model,
     nodes: &[NodeId],
     facts: &Facts,
-    within: &[Interval],
+    within: &IdMap<NodeId, Interval>,
 ) -> Option<String> {
     let mut rng = Rng::new(1);
     (0..TRIES).find_map(|attempt| {
@@ -29,8 +30,8 @@ pub(super) fn find(
             rng: &mut rng,
         }
         .values(nodes)?;
-        let holds = |f: &NodeId| values[f.0 as usize].low == 1.0;
-        let fails = |f: &NodeId| values[f.0 as usize].high == 0.0;
+        let holds = |f: &NodeId| values[f].low == 1.0;
+        let fails = |f: &NodeId| values[f].high == 0.0;
         (facts.holds.iter().all(holds) && facts.fails.iter().all(fails))
             .then(|| words(model, nodes, &values))
     })
@@ -40,7 +41,7 @@ pub(super) fn find(
 struct Attempt<'a> {
     model: &'a Model,
     facts: &'a Facts,
-    within: &'a [Interval],
+    within: &'a IdMap<NodeId, Interval>,
     /// The first takes the middle of everything.
     first: bool,
     rng: &'a mut Rng,
@@ -48,16 +49,14 @@ struct Attempt<'a> {
 
 impl Attempt<'_> {
     /// The value of every node; `None` where one has none.
-    fn values(&mut self, nodes: &[NodeId]) -> Option<Vec<Interval>> {
+    fn values(&mut self, nodes: &[NodeId]) -> Option<IdMap<NodeId, Interval>> {
         let states = self.states();
-        let mut values = vec![Interval::point(0.0); self.within.len()];
+        let mut values = IdMap::filled(Interval::point(0.0), self.within.len());
         for &id in nodes {
             let node = self.model.dag.get(id);
-            let own = self.within[id.0 as usize];
-            values[id.0 as usize] = match node {
-                Node::Is(machine, state) => {
-                    Interval::point(f64::from(states[machine.0 as usize] == *state))
-                }
+            let own = self.within[id];
+            values[id] = match node {
+                Node::Is(machine, state) => Interval::point(f64::from(states[machine] == *state)),
                 Node::Const(_) | Node::Bool(_) => own,
                 Node::LiveBool(_) => Interval::point(if self.first || self.rng.chance(1, 2) {
                     own.high
@@ -65,22 +64,20 @@ impl Attempt<'_> {
                     own.low
                 }),
                 _ if node.operands().is_empty() => Interval::point(self.pick(own)),
-                _ => transfer(self.model, node, |o| values[o.0 as usize]).ok()?,
+                _ => transfer(self.model, node, |o| values[o]).ok()?,
             };
         }
         Some(values)
     }
 
     /// The state of every machine: the one asked for, else any.
-    fn states(&mut self) -> Vec<u32> {
-        let asked = |m: usize| {
-            self.facts
-                .states
-                .iter()
-                .find(|(machine, _)| machine.0 as usize == m)
-                .map(|(_, s)| *s)
+    fn states(&mut self) -> IdMap<MachineId, u32> {
+        let asked = |id: MachineId| {
+            let states = &self.facts.states;
+            states.iter().find(|(machine, _)| *machine == id)
         };
-        let (first, rng) = (self.first, &mut *self.rng);
+        let first = self.first;
+        let rng = &mut *self.rng;
         let any = |count: usize, rng: &mut Rng| {
             if first {
                 0
@@ -88,9 +85,12 @@ impl Attempt<'_> {
                 rng.below(count.max(1) as u64) as u32
             }
         };
-        let machines = self.model.machines.iter().enumerate();
+        let machines = self.model.machines.enumerated();
         machines
-            .map(|(m, machine)| asked(m).unwrap_or_else(|| any(machine.states.len(), rng)))
+            .map(|(id, machine)| match asked(id) {
+                Some((_, state)) => *state,
+                None => any(machine.states.len(), rng),
+            })
             .collect()
     }
 
@@ -107,13 +107,10 @@ impl Attempt<'_> {
 }
 
 /// `` `x` is 7 mm, `phi'` is 1 rad/s ``
-fn words(model: &Model, nodes: &[NodeId], values: &[Interval]) -> String {
+fn words(model: &Model, nodes: &[NodeId], values: &IdMap<NodeId, Interval>) -> String {
     let named = |&id: &NodeId| {
         let (name, dim) = leaf(model, model.dag.get(id))?;
-        Some(format!(
-            "`{name}` is {}",
-            shown(values[id.0 as usize].low, dim)
-        ))
+        Some(format!("`{name}` is {}", shown(values[id].low, dim)))
     };
     let mut named: Vec<String> = nodes.iter().filter_map(named).collect();
     let more = if named.len() > NAMED_MAX { ", .." } else { "" };
@@ -140,10 +137,7 @@ fn leaf(model: &Model, node: &Node) -> Option<(String, Dim)> {
             model.keyed[k as usize].name.clone(),
             model.keyed[k as usize].dim,
         ),
-        Node::Cell(c) => (
-            model.cells[c.0 as usize].name.clone(),
-            model.cells[c.0 as usize].dim,
-        ),
+        Node::Cell(c) => (model.cells[c].name.clone(), model.cells[c].dim),
         _ => return None,
     })
 }

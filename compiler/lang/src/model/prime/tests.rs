@@ -8,17 +8,17 @@ use whippen_source::Span;
 /// The value of a node where every leaf has the value that `leaf` gives it.
 fn evaluate(dag: &Dag, root: NodeId, leaf: impl Fn(&Node) -> Node) -> f64 {
     let mut constants = Dag::default();
-    let mut values: Vec<NodeId> = Vec::new();
+    let mut values: IdMap<NodeId, NodeId> = IdMap::new();
     for (_, node) in dag.nodes().take(root.0 as usize + 1) {
         let mut node = if node.operands().is_empty() {
             leaf(node)
         } else {
             node.clone()
         };
-        node.map_operands(|o| values[o.0 as usize]);
+        node.map_operands(|o| values[o]);
         values.push(constants.add_folded(node));
     }
-    constants.real(values[root.0 as usize]).unwrap_or(f64::NAN)
+    constants.real(values[root]).unwrap_or(f64::NAN)
 }
 
 /// A world in which the sensed value and the coordinate move smoothly.
@@ -38,7 +38,7 @@ fn at(t: f64) -> impl Fn(&Node) -> Node {
     }
 }
 
-fn cells() -> Vec<Cell> {
+fn cells() -> IdMap<CellId, Cell> {
     let cell = |kind| Cell {
         name: String::new(),
         kind,
@@ -57,7 +57,8 @@ fn cells() -> Vec<Cell> {
         CellKind::Pulse,
     ]
     .map(cell)
-    .to_vec()
+    .into_iter()
+    .collect()
 }
 
 fn bodies() -> Vec<Body> {

@@ -1,4 +1,5 @@
-//! Around the instructions of one key: bases, rows and the loop over the keys.
+//! The loop over the keys, and what it keeps in registers: bases of the buffers and rows of delay
+//! lines.
 
 use super::translate::Translator;
 use cranelift_codegen::ir::condcodes::IntCC;
@@ -102,10 +103,10 @@ impl Access {
     }
 }
 
-/// What stays the same for all keys of a tick, and what steps along with them.
-pub(super) struct Frame {
-    /// What points to the bases.
-    pub context: Value,
+/// Values that are loop invariant over the keys of a tick, and those that step from key to key.
+pub(super) struct LoopContext {
+    /// Address of the table of bases.
+    pub base_table: Value,
     /// Bases of the buffers.
     pub bases: [Value; BUFFERS],
     /// First element of the row that `delay line ticks` reads; of the row that is pushed to for
@@ -125,25 +126,25 @@ impl Translator<'_> {
         self.f.append_block_params_for_function_params(entry);
         self.f.switch_to_block(entry);
         let [context, first, end] = std::array::from_fn(|at| self.f.block_params(entry)[at]);
-        self.frame.context = context;
+        self.context.base_table = context;
         for buffer in Buffer::ALL {
             let offset = 8 * buffer as i32;
-            self.frame.bases[buffer as usize] =
+            self.context.bases[buffer as usize] =
                 self.f.ins().load(I64, self.access.fixed, context, offset);
         }
         self.rows(region);
         let keys = self.f.create_block();
         self.f.ins().jump(keys, &[first.into()]);
-        self.frame.key = self.f.append_block_param(keys, I64);
+        self.context.key = self.f.append_block_param(keys, I64);
         self.f.switch_to_block(keys);
         let columns = self.base(Buffer::Columns);
-        self.frame.words = [2, 3].map(|shift| self.indexed(columns, self.frame.key, shift));
+        self.context.words = [2, 3].map(|shift| self.indexed(columns, self.context.key, shift));
         (keys, end)
     }
 
     /// Goes on with the key so many places later, or returns.
     pub fn close_keys(&mut self, (keys, end): (Block, Value), step: usize) {
-        let key = self.f.ins().iadd_imm_s(self.frame.key, step as i64);
+        let key = self.f.ins().iadd_imm_s(self.context.key, step as i64);
         let more = self.f.ins().icmp(IntCC::SignedLessThan, key, end);
         let done = self.f.create_block();
         self.f.ins().brif(more, keys, &[key.into()], done, &[]);
@@ -154,17 +155,19 @@ impl Translator<'_> {
 
     /// Where this key's words begin in a buffer that holds so many bytes for each key.
     pub fn of_key(&mut self, buffer: Buffer, bytes: usize) -> Value {
-        let offset = self.f.ins().imul_imm_s(self.frame.key, bytes as i64);
-        self.f.ins().iadd(self.frame.bases[buffer as usize], offset)
+        let offset = self.f.ins().imul_imm_s(self.context.key, bytes as i64);
+        self.f
+            .ins()
+            .iadd(self.context.bases[buffer as usize], offset)
     }
 
     /// Finds the rows of this tick that a region uses.
     fn rows(&mut self, region: &Region) {
         for (line, ticks) in region.line_slots() {
             let ticks = ticks % self.kernel.lines[line as usize].len;
-            if !self.frame.rows.contains_key(&(line, ticks)) {
+            if !self.context.rows.contains_key(&(line, ticks)) {
                 let row = self.row(line, ticks);
-                self.frame.rows.insert((line, ticks), row);
+                self.context.rows.insert((line, ticks), row);
             }
         }
     }
@@ -177,7 +180,7 @@ impl Translator<'_> {
         } else {
             (4, Buffer::Wide)
         };
-        let rings = self.frame.bases[Buffer::Rings as usize];
+        let rings = self.context.bases[Buffer::Rings as usize];
         let now = self
             .f
             .ins()
@@ -191,7 +194,7 @@ impl Translator<'_> {
             .ins()
             .imul_imm_s(slot, width * self.layout.keys as i64);
         let start = self.f.ins().iadd_imm_s(
-            self.frame.bases[buffer as usize],
+            self.context.bases[buffer as usize],
             width * place.start as i64,
         );
         self.f.ins().iadd(start, offset)
