@@ -9,8 +9,10 @@
 
 use std::sync::OnceLock;
 
-use super::critical_path::Cycles;
-use super::minst::{Block, Edge, Func, MInst, Reg, Relocation, Role, Terminator};
+use super::minst::{
+    self, Access, AliasClass, Allocated, Block, Edge, Func, MInst, Reg, Relocation, Role,
+    Terminator, template,
+};
 use super::registers::FREE;
 use super::v6m::LOST;
 use regalloc2::checker::Checker;
@@ -21,32 +23,6 @@ use regalloc2::{
 };
 use whippen_isa::reg::{LR, SP};
 use whippen_isa::{Arch, Inst, Op};
-
-/// A block with registers.
-#[derive(Debug, Clone)]
-pub(super) struct Placed {
-    pub code: Vec<Fixed>,
-    pub end: Terminator,
-    pub rounds: Option<u32>,
-    /// Its cycles, once somebody has asked `critical_path` for them.
-    pub cycles: OnceLock<Cycles>,
-}
-
-/// An instruction with registers, in its shortest encoding.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Fixed {
-    pub inst: Inst,
-    pub code: Option<MInst>,
-}
-
-/// All blocks, and how many words of the stack they use.
-#[derive(Debug, Clone)]
-pub(super) struct Allocated {
-    pub blocks: Vec<Placed>,
-    pub slots: usize,
-    /// The registers that it may use, as bits.
-    pub free: u32,
-}
 
 /// Gives every virtual register a place.
 ///
@@ -64,12 +40,13 @@ pub(super) fn allocate(func: &Func, arch: Arch) -> Result<Allocated, String> {
         check_allocation(&view, &env, &output)?;
     }
     let blocks = (0..func.blocks.len())
-        .map(|block| view.allocated_block(block, &output, arch))
+        .map(|block| view.allocated_block(block, &output))
         .collect();
     Ok(Allocated {
         blocks,
-        slots: output.num_spillslots,
+        vregs: 0,
         free: func.free,
+        slots: output.num_spillslots,
     })
 }
 
@@ -182,32 +159,48 @@ impl<'a> View<'a> {
     }
 
     /// A block with the registers and moves that were found.
-    fn allocated_block(&self, index: usize, output: &Output, arch: Arch) -> Placed {
-        let placed_inst = |inst: Inst, code| Fixed {
-            inst: inst.shortest(arch).unwrap_or(inst),
-            code,
-        };
+    fn allocated_block(&self, index: usize, output: &Output) -> Block<minst::PReg> {
         let block = &self.func.blocks[index];
         let first = self.ranges[index].first().index();
         let mut code = Vec::new();
         for item in output.block_insts_and_edits(self, regalloc2::Block::new(index)) {
             match item {
-                InstOrEdit::Edit(Edit::Move { from, to }) => {
-                    code.push(placed_inst(move_inst(*from, *to), None))
-                }
+                InstOrEdit::Edit(Edit::Move { from, to }) => code.push(move_inst(*from, *to)),
                 InstOrEdit::Inst(at) if at.index() - first < block.code.len() => {
                     let source = &block.code[at.index() - first];
-                    code.push(placed_inst(
-                        assign_registers(source, output.inst_allocs(at)),
-                        Some(*source),
-                    ));
+                    code.push(assign_registers(source, output.inst_allocs(at)));
                 }
                 InstOrEdit::Inst(_) => {}
             }
         }
-        Placed {
-            code,
-            end: block.end.clone(),
+        let end = match &block.end {
+            Terminator::Jump(edge) => Terminator::Jump(Edge {
+                block: edge.block,
+                args: Vec::new(),
+            }),
+            Terminator::Branch {
+                cond,
+                yes,
+                no,
+                likely,
+            } => Terminator::Branch {
+                cond: *cond,
+                yes: *yes,
+                no: *no,
+                likely: *likely,
+            },
+            Terminator::NextKey(_) => {
+                Terminator::NextKey(minst::PReg(next_key_register(self.arch)))
+            }
+            Terminator::FallThrough => Terminator::FallThrough,
+        };
+        Block {
+            params: Vec::new(),
+            code: code
+                .into_iter()
+                .map(|inst: MInst<minst::PReg>| inst.shortened(self.arch))
+                .collect(),
+            end,
             rounds: block.rounds,
             cycles: OnceLock::new(),
         }
@@ -282,62 +275,80 @@ fn operands_of(code: &MInst) -> Vec<Operand> {
 }
 
 /// The instruction with the registers that were found for its operands.
-fn assign_registers(code: &MInst, allocs: &[Allocation]) -> Inst {
-    let mut inst = code.inst;
-    if let Some(Relocation::Routine(_)) = code.address {
-        // A call has them by convention.
-        return inst;
-    }
-    let reads = |u: &super::minst::Use| {
-        if u.writes {
-            u.operand.old.is_some()
-        } else {
-            matches!(u.operand.reg, Reg::Virtual(_))
-        }
+fn assign_registers(source: &MInst, allocs: &[Allocation]) -> MInst<minst::PReg> {
+    let mut inst = source.inst;
+    let is_call = matches!(source.address, Some(Relocation::Routine(_)));
+    let register = |at: usize| {
+        let reg = allocs.get(at).and_then(|alloc| alloc.as_reg());
+        minst::PReg(reg.map_or(0, |reg| reg.hw_enc() as u8))
     };
-    let mut written = code.uses().filter(reads).count();
+    let mut operands = [None; 6];
     let mut read = 0;
-    for u in code.uses() {
-        let register = |at: &mut usize| {
-            *at += 1;
-            allocs
-                .get(*at - 1)
-                .and_then(|a| a.as_reg())
-                .map_or(0, |reg| reg.hw_enc() as u8)
+    let mut written = source.reads().count();
+    for u in source.uses() {
+        let old = u.operand.old.filter(|_| u.writes);
+        let at = if u.writes { &mut written } else { &mut read };
+        let reg = match u.operand.reg {
+            Reg::Fixed(reg) => minst::PReg(reg),
+            Reg::Virtual(_) => {
+                *at += 1;
+                register(*at - 1)
+            }
         };
-        if u.writes && u.operand.old.is_some() {
-            read += 1;
+        read += usize::from(old.is_some());
+        operands[u.role as usize] = Some(minst::Operand {
+            reg,
+            old: old.map(|_| reg),
+        });
+        if !is_call {
+            // A call has its registers by convention, and names none.
+            *u.role.of(&mut inst) = reg.0;
         }
-        *u.role.of(&mut inst) = match (u.operand.reg, u.writes) {
-            (Reg::Fixed(reg), _) => reg,
-            (Reg::Virtual(_), true) => register(&mut written),
-            (Reg::Virtual(_), false) => register(&mut read),
-        };
     }
-    if let Some(role) = code.tied {
+    if let Some(role) = source.tied {
         *role.of(&mut inst) = inst.d;
     }
-    inst
+    MInst {
+        inst,
+        operands,
+        access: source.access,
+        address: source.address,
+        tied: source.tied,
+        origin: source.origin,
+        inserted: false,
+    }
 }
 
 /// A move between registers and the stack.
-fn move_inst(from: Allocation, to: Allocation) -> Inst {
+fn move_inst(from: Allocation, to: Allocation) -> MInst<minst::PReg> {
     let register = |a: Allocation| a.as_reg().map(|reg| reg.hw_enc() as u8);
     let slot = |a: Allocation| a.as_stack().map_or(0, |slot| 4 * slot.index() as u32);
     let stack = |op, t, imm| Inst {
         t,
         n: SP,
         imm,
-        ..super::minst::template(op)
+        ..template(op)
     };
     match (register(from), register(to)) {
-        (Some(from), Some(to)) => Inst {
-            d: to,
-            m: from,
-            ..super::minst::template(Op::MOV_register)
-        },
-        (Some(from), None) => stack(Op::STR_immediate, from, slot(to)),
-        (None, to) => stack(Op::LDR_immediate, to.unwrap_or(0), slot(from)),
+        (Some(from), Some(to)) => {
+            let inst = Inst {
+                d: to,
+                m: from,
+                ..template(Op::MOV_register)
+            };
+            MInst::inserted(inst, Access::None)
+        }
+        (Some(from), None) => {
+            let access = Access::Write(AliasClass::Slot(slot(to)));
+            MInst::inserted(stack(Op::STR_immediate, from, slot(to)), access)
+        }
+        (None, to) => {
+            let access = Access::Read(AliasClass::Slot(slot(from)));
+            MInst::inserted(
+                stack(Op::LDR_immediate, to.unwrap_or(0), slot(from)),
+                access,
+            )
+        }
     }
 }
 
@@ -401,7 +412,6 @@ impl Function for View<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::minst::Access;
     use super::*;
 
     /// A loop whose blocks are numbered against their order: sums what it reads until that is 0.

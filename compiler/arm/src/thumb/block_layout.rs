@@ -3,10 +3,9 @@
 //! Blocks follow each other along the longest way, so that it has no taken branch; of what remains
 //! the next longest, and so on. A block that is empty but for a jump is left out.
 
-use super::allocate::{Allocated, Placed, next_key_register};
 use super::critical_path;
 use super::emit::{Item, Label, Line, select_encodings};
-use super::minst::{Terminator, template};
+use super::minst::{Allocated, Block, MInst, PReg, Terminator, template};
 use whippen_isa::timing::Core;
 use whippen_isa::{Inst, Op};
 
@@ -32,7 +31,6 @@ pub(super) fn lay_out_blocks(
             origin,
             address,
         }));
-        let next = (next, next_key_register(core.arch));
         emit_terminator(
             func,
             block,
@@ -46,17 +44,16 @@ pub(super) fn lay_out_blocks(
     items
 }
 
-fn line_of(fixed: &super::allocate::Fixed) -> Line {
-    let origin = fixed.code.and_then(|code| code.origin);
-    (fixed.inst, origin, fixed.code.and_then(|code| code.address))
+fn line_of(inst: &MInst<PReg>) -> Line {
+    (inst.inst, inst.origin, inst.address)
 }
 
 fn emit_terminator(
     func: &Allocated,
-    block: &Placed,
+    block: &Block<PReg>,
     following: Option<usize>,
     base: Label,
-    next: (&[String], u8),
+    next: &[String],
     init_done: Label,
     items: &mut Vec<Item>,
 ) {
@@ -89,14 +86,14 @@ fn emit_terminator(
                 });
             }
         }
-        Terminator::NextKey(_) => {
+        Terminator::NextKey(code) => {
             let bx = Inst {
-                m: next.1,
+                m: code.0,
                 ..template(Op::BX)
             };
             items.push(Item::Indirect {
                 inst: bx,
-                to: next.0.to_vec(),
+                to: next.to_vec(),
             });
         }
         Terminator::FallThrough => items.push(Item::Branch {
@@ -110,7 +107,7 @@ fn emit_terminator(
 fn skip_empty_blocks(func: &Allocated, mut block: usize) -> usize {
     for _ in 0..func.blocks.len() {
         match &func.blocks[block] {
-            Placed {
+            Block {
                 code,
                 end: Terminator::Jump(edge),
                 rounds: None,

@@ -5,28 +5,18 @@
 //! next block; the shorter one of two ways is branched to. What holds for final bytes is found by
 //! `budget`, not here.
 
-use super::allocate::{Allocated, Placed};
 use super::emit::{branch_inst, select_encodings};
-use super::minst::{Terminator, template};
+use super::minst::{Allocated, Block, Cycles, MInst, PReg, Terminator, template};
 use whippen_isa::reg::LR;
 use whippen_isa::timing::{Core, Outcome, Pipe};
 use whippen_isa::{Inst, Op};
 
-/// Cycles of a block.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Cycles {
-    /// With its end, which is a branch that is not taken if it is a decision.
-    pub on: u64,
-    /// What the branch costs more where it is taken.
-    pub taken: u64,
-}
-
-/// The same without folding, which is fast and a little more.
+/// Cycles of the longest path without folding, which is fast and a little more.
 pub(super) fn estimate_cycles(func: &Allocated, core: &Core) -> u64 {
-    let cycles = |block: &Placed| {
+    let cycles = |block: &Block<PReg>| {
         let taken = u64::from(matches!(block.end, Terminator::Branch { .. }));
         let mut pipe = Pipe::default();
-        let issue = |fixed: &super::allocate::Fixed| {
+        let issue = |fixed: &MInst<PReg>| {
             let (next, cost) = core.issue(pipe, &core.prepare(&fixed.inst), 0, &Outcome::NEXT);
             pipe = next;
             u64::from(cost.cycles())
@@ -76,7 +66,12 @@ fn below(func: &Allocated, of_blocks: Vec<Cycles>) -> Vec<u64> {
 
 /// The longer one of the ways on from a block. Only one of two can be what follows; the other one
 /// is branched to, which costs so much more.
-pub(super) fn worst_successor(end: &Terminator, block: usize, taken: u64, cycles: &[u64]) -> u64 {
+pub(super) fn worst_successor(
+    end: &Terminator<PReg>,
+    block: usize,
+    taken: u64,
+    cycles: &[u64],
+) -> u64 {
     let below: Vec<u64> = end
         .targets()
         .into_iter()
@@ -115,11 +110,11 @@ pub(super) fn cycles_through_each(func: &Allocated, core: &Core) -> Vec<u64> {
 }
 
 /// Cycles of a block.
-pub(super) fn block_cycles(block: &Placed, core: &Core) -> Cycles {
+pub(super) fn block_cycles(block: &Block<PReg>, core: &Core) -> Cycles {
     *block.cycles.get_or_init(|| count_cycles(block, core))
 }
 
-fn count_cycles(block: &Placed, core: &Core) -> Cycles {
+fn count_cycles(block: &Block<PReg>, core: &Core) -> Cycles {
     let mut code = block
         .code
         .iter()

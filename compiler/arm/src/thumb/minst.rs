@@ -1,31 +1,103 @@
-//! Instructions of the target over virtual registers, in blocks.
+//! Machine instructions in basic blocks, before and after register allocation.
 //!
 //! ```text
-//!   isa::Inst (what it is, immediates, condition)  +  Operands (who stands in d n m a t t2)  =  Code
+//!   isa::Inst (what it is, immediates, condition)  +  Operands (who stands in d n m a t t2)  =  MInst
+//!
+//!   Func<Reg>   virtual registers, in SSA form   --allocate-->   Func<PReg>   registers of the core
 //! ```
 //!
 //! What an operand's role is, whether it is read or written, is asked of the instruction table and
 //! stands nowhere else. A role that is read and written (the accumulator of SMLAL, the result of a
 //! conditional MOV) has two registers: `reg` is what it becomes, `old` what it was; the allocator
-//! puts both in one place. Registers are in SSA form. Flags never live from block to block, and no
-//! two of their lives overlap in the order that selection makes.
+//! puts both in one register. Flags never live from block to block, and no two of their lives
+//! overlap in the order that selection makes.
 //!
-//! Not here: encodings (`emit` takes the shortest), cycles (`schedule`).
+//! Not here: encodings (`emit` takes the shortest), cycles (`schedule`, `critical_path`).
 
 use super::registers::ALL_FREE;
 use super::v6m::Routine;
-use whippen_isa::{Cond, Encoding, Inst, Op};
+use std::fmt::{Debug, Display};
+use std::hash::Hash;
+use std::sync::OnceLock;
+use whippen_isa::{Arch, Cond, Encoding, Flags, Inst, Op};
 
 /// A virtual register.
 pub(super) type VReg = u32;
 
-/// Who stands in a role.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What stands in the roles of instructions: [`Reg`] before allocation, [`PReg`] after.
+pub(super) trait Register: Copy + Ord + Hash + Debug + Display {
+    /// A register that holds a value, of those that the allocator deals with.
+    type Value: Copy + Ord + Hash + Debug;
+
+    /// Whether it is a register of the core.
+    const IS_PHYSICAL: bool;
+
+    /// The register that holds a value.
+    fn of_value(value: Self::Value) -> Self;
+
+    /// A register with a role of its own.
+    fn fixed(reg: u8) -> Self;
+
+    /// Its place among those that liveness follows, if it is one.
+    fn index(self) -> Option<usize>;
+
+    /// Its number in encodings; none before it has one.
+    fn number(self) -> Option<u8>;
+}
+
+/// Who stands in a role before allocation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Reg {
     /// A virtual register.
     Virtual(VReg),
-    /// A register with a meaning of its own: those of `registers`.
+    /// A register with a role of its own: those of `registers`.
     Fixed(u8),
+}
+
+/// A register of the core.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct PReg(pub u8);
+
+impl Register for Reg {
+    type Value = VReg;
+    const IS_PHYSICAL: bool = false;
+
+    fn of_value(value: VReg) -> Reg {
+        Reg::Virtual(value)
+    }
+
+    fn fixed(reg: u8) -> Reg {
+        Reg::Fixed(reg)
+    }
+
+    fn index(self) -> Option<usize> {
+        self.as_virtual().map(|reg| reg as usize)
+    }
+
+    fn number(self) -> Option<u8> {
+        None
+    }
+}
+
+impl Register for PReg {
+    type Value = PReg;
+    const IS_PHYSICAL: bool = true;
+
+    fn of_value(value: PReg) -> PReg {
+        value
+    }
+
+    fn fixed(reg: u8) -> PReg {
+        PReg(reg)
+    }
+
+    fn index(self) -> Option<usize> {
+        Some(self.0.into())
+    }
+
+    fn number(self) -> Option<u8> {
+        Some(self.0)
+    }
 }
 
 /// The places of operands in an instruction, as `Inst` names them.
@@ -56,12 +128,12 @@ impl Role {
 }
 
 /// What stands in a role.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Operand {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct Operand<R: Register = Reg> {
     /// What is read or, if the role is written, written.
-    pub reg: Reg,
+    pub reg: R,
     /// What is read, where the role is read and written.
-    pub old: Option<VReg>,
+    pub old: Option<R::Value>,
 }
 
 /// Memory that accesses may meet in.
@@ -75,6 +147,8 @@ pub(super) enum AliasClass {
     Line(u32),
     /// Everything else.
     Other(Other),
+    /// A word of the stack, by its offset.
+    Slot(u32),
 }
 
 /// Memory that is neither constant nor a cell nor a line.
@@ -111,23 +185,26 @@ pub(super) enum Relocation {
 
 /// One instruction.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct MInst {
-    /// What it is; its register fields mean nothing yet.
+pub(super) struct MInst<R: Register = Reg> {
+    /// What it is. Its register fields mean nothing before allocation; after, they are those of the
+    /// operands, and its encoding is the shortest.
     pub inst: Inst,
-    pub operands: [Option<Operand>; 6],
+    pub operands: [Option<Operand<R>>; 6],
     pub access: Access,
     /// An immediate that is an address.
     pub address: Option<Relocation>,
     /// The role, without an operand of its own, whose register is that of D.
     pub tied: Option<Role>,
     pub origin: Option<u32>,
+    /// Whether the allocator put it in: a move, or an access to the stack.
+    pub inserted: bool,
 }
 
 /// Whether the roles of an instruction are read, written.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Use {
+pub(super) struct Use<R: Register = Reg> {
     pub role: Role,
-    pub operand: Operand,
+    pub operand: Operand<R>,
     pub reads: bool,
     pub writes: bool,
 }
@@ -141,6 +218,7 @@ impl MInst {
             address: None,
             tied: None,
             origin: None,
+            inserted: false,
         }
     }
 
@@ -196,9 +274,11 @@ impl MInst {
                 .for_each(|operand| operand.reg = Reg::Virtual(to));
         }
     }
+}
 
+impl<R: Register> MInst<R> {
     /// Its operands, with what happens to them.
-    pub(super) fn uses(&self) -> impl Iterator<Item = Use> + '_ {
+    pub(super) fn uses(&self) -> impl Iterator<Item = Use<R>> + '_ {
         let mut numbered = self.inst;
         for role in Role::ALL {
             *role.of(&mut numbered) = role as u8;
@@ -222,27 +302,105 @@ impl MInst {
         })
     }
 
+    /// The registers it reads, those with a role of their own among them.
+    pub(super) fn registers_read(&self) -> impl Iterator<Item = R> + '_ {
+        self.uses().filter_map(|u| match u.operand.old {
+            Some(old) if u.writes => Some(R::of_value(old)),
+            _ => (u.reads || !u.writes).then_some(u.operand.reg),
+        })
+    }
+
+    /// The registers it writes, those with a role of their own among them.
+    pub(super) fn registers_written(&self) -> impl Iterator<Item = R> + '_ {
+        self.uses()
+            .filter_map(|u| u.writes.then_some(u.operand.reg))
+    }
+
+    /// The registers that become something else in place.
+    pub(super) fn registers_replaced(&self) -> impl Iterator<Item = R> + '_ {
+        self.operands
+            .iter()
+            .flatten()
+            .filter_map(|operand| operand.old.map(R::of_value))
+    }
+
+    /// Whether it reads, and writes, the flags of conditions.
+    pub(super) fn touches_flags(&self) -> (bool, bool) {
+        let flags = self.inst.flags();
+        (
+            flags.reads.intersects(Flags::NZCV),
+            flags.writes.intersects(Flags::NZCV),
+        )
+    }
+}
+
+impl MInst {
     /// The virtual registers it reads.
     pub(super) fn reads(&self) -> impl Iterator<Item = VReg> + '_ {
-        self.uses().filter_map(|u| match (u.writes, u.operand) {
-            (true, operand) => operand.old,
-            (
-                false,
-                Operand {
-                    reg: Reg::Virtual(reg),
-                    ..
-                },
-            ) => Some(reg),
-            _ => None,
-        })
+        self.registers_read().filter_map(Reg::as_virtual)
     }
 
     /// The virtual registers it defines.
     pub(super) fn writes(&self) -> impl Iterator<Item = VReg> + '_ {
-        self.uses().filter_map(|u| match (u.writes, u.operand.reg) {
-            (true, Reg::Virtual(reg)) => Some(reg),
-            _ => None,
-        })
+        self.registers_written().filter_map(Reg::as_virtual)
+    }
+}
+
+impl Reg {
+    fn as_virtual(self) -> Option<VReg> {
+        match self {
+            Reg::Virtual(reg) => Some(reg),
+            Reg::Fixed(_) => None,
+        }
+    }
+}
+
+impl MInst<PReg> {
+    /// An instruction that the allocator puts in, with its registers.
+    pub(super) fn inserted(inst: Inst, access: Access) -> MInst<PReg> {
+        let mut own = inst;
+        let mut numbered = inst;
+        for role in Role::ALL {
+            *role.of(&mut numbered) = role as u8;
+        }
+        let named = numbered.uses().core_bits() | numbered.defs().core_bits();
+        let operands = Role::ALL.map(|role| {
+            let reg = PReg(*role.of(&mut own));
+            (named >> role as u8 & 1 != 0).then_some(Operand { reg, old: None })
+        });
+        MInst {
+            inst,
+            operands,
+            access,
+            address: None,
+            tied: None,
+            origin: None,
+            inserted: true,
+        }
+    }
+
+    /// Another register in a role.
+    pub(super) fn set_register(&mut self, role: Role, reg: PReg) {
+        if let Some(operand) = &mut self.operands[role as usize] {
+            operand.reg = reg;
+            operand.old = operand.old.map(|_| reg);
+        }
+        *role.of(&mut self.inst) = reg.0;
+    }
+
+    /// In its shortest encoding.
+    pub(super) fn shortened(mut self, arch: Arch) -> MInst<PReg> {
+        self.inst = self.inst.shortest(arch).unwrap_or(self.inst);
+        self
+    }
+
+    /// The registers it reads and writes, as bits.
+    pub(super) fn register_bits(&self) -> (u32, u32) {
+        let bits = |all: u32, reg: PReg| all | 1 << reg.0;
+        (
+            self.registers_read().fold(0, bits),
+            self.registers_written().fold(0, bits),
+        )
     }
 }
 
@@ -257,15 +415,16 @@ pub(super) fn template(op: Op) -> Inst {
 
 /// A block and the values of its parameters.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Edge {
+pub(super) struct Edge<V = VReg> {
     pub block: usize,
-    pub args: Vec<VReg>,
+    /// None after allocation, where the values are in their registers.
+    pub args: Vec<V>,
 }
 
 /// How a block ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Terminator {
-    Jump(Edge),
+pub(super) enum Terminator<V = VReg> {
+    Jump(Edge<V>),
     /// By the flags. Both blocks have no other way in.
     Branch {
         cond: Cond,
@@ -274,29 +433,47 @@ pub(super) enum Terminator {
         likely: Option<bool>,
     },
     /// To the address in this register, the code of the next key.
-    NextKey(VReg),
+    NextKey(V),
     /// To the code after `init` of one key.
     FallThrough,
 }
 
-/// A straight run.
+/// Cycles of a block, about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Cycles {
+    /// With its end, which is a branch that is not taken if it is a decision.
+    pub on: u64,
+    /// What the branch costs more where it is taken.
+    pub taken: u64,
+}
+
+/// A basic block.
 #[derive(Debug, Clone)]
-pub(super) struct Block {
-    pub params: Vec<VReg>,
-    pub code: Vec<MInst>,
-    pub end: Terminator,
+pub(super) struct Block<R: Register = Reg> {
+    /// None after allocation.
+    pub params: Vec<R::Value>,
+    pub code: Vec<MInst<R>>,
+    pub end: Terminator<R::Value>,
     /// It runs at most so often each time it is entered from outside its loop.
     pub rounds: Option<u32>,
+    /// Its cycles, once somebody has asked `critical_path` for them.
+    pub cycles: OnceLock<Cycles>,
 }
 
 /// All code of a mode, or of `init`. The first block is the entry.
 #[derive(Debug, Clone)]
-pub(super) struct Func {
-    pub blocks: Vec<Block>,
+pub(super) struct Func<R: Register = Reg> {
+    pub blocks: Vec<Block<R>>,
+    /// How many virtual registers it has.
     pub vregs: u32,
     /// The registers that it may use, as bits.
     pub free: u32,
+    /// How many words of the stack it uses, which only the allocator knows.
+    pub slots: usize,
 }
+
+/// A function with registers of the core.
+pub(super) type Allocated = Func<PReg>;
 
 impl Func {
     pub(super) fn new() -> Func {
@@ -304,6 +481,7 @@ impl Func {
             blocks: Vec::new(),
             vregs: 0,
             free: ALL_FREE,
+            slots: 0,
         }
     }
 
@@ -319,18 +497,41 @@ impl Func {
             code: Vec::new(),
             end,
             rounds: None,
+            cycles: OnceLock::new(),
         });
         self.blocks.len() - 1
     }
 }
 
-impl Terminator {
+impl<V: Copy> Terminator<V> {
+    /// The values that it reads: arguments, or the address of the next key's code.
+    pub(super) fn values_read(&self) -> &[V] {
+        match self {
+            Terminator::Jump(edge) => &edge.args,
+            Terminator::NextKey(code) => std::slice::from_ref(code),
+            Terminator::Branch { .. } | Terminator::FallThrough => &[],
+        }
+    }
+
     /// Where it goes.
     pub(super) fn targets(&self) -> Vec<usize> {
         match self {
             Terminator::Jump(edge) => vec![edge.block],
             Terminator::Branch { yes, no, .. } => vec![*yes, *no],
             Terminator::NextKey(_) | Terminator::FallThrough => Vec::new(),
+        }
+    }
+}
+
+impl<R: Register> Block<R> {
+    /// The same block with other code.
+    pub(super) fn with_code(&self, code: Vec<MInst<R>>) -> Block<R> {
+        Block {
+            params: self.params.clone(),
+            code,
+            end: self.end.clone(),
+            rounds: self.rounds,
+            cycles: OnceLock::new(),
         }
     }
 }

@@ -8,22 +8,23 @@
 //!   str lr, b                str r4, b
 //! ```
 
-use super::allocate::{Fixed, Placed};
-use super::hoist::{live_before, registers_touched, rename_result};
+use super::hoist::rename_result;
+use super::liveness::{RegisterSet, step_back};
+use super::minst::{Block, MInst, PReg};
 use super::registers::others;
 use super::tuning::{RENAME_HIGH_COST, RENAME_HORIZON};
 use whippen_isa::timing::Core;
 
-/// The block with other registers; `behind` is what is wanted behind it. None if nothing can be
+/// The block with other registers; `live_out` is what is read behind it. None if nothing can be
 /// otherwise.
 pub(super) fn rename_registers(
-    block: &Placed,
-    behind: u32,
+    block: &Block<PReg>,
+    live_out: &RegisterSet,
     free: u32,
     core: &Core,
-) -> Option<Vec<Fixed>> {
+) -> Option<Vec<MInst<PReg>>> {
     let mut code = block.code.clone();
-    let mut known = RegisterUse::of(&code, behind);
+    let mut known = RegisterUse::of(&code, live_out);
     let mut changed = false;
     for at in 0..code.len() {
         let (_, own) = known.touched[at];
@@ -39,11 +40,11 @@ pub(super) fn rename_registers(
         better.sort_by_key(|(worth, _)| std::cmp::Reverse(*worth));
         let new = better
             .into_iter()
-            .find_map(|(_, reg)| rename_result(&code[at..], own, reg, behind, core));
+            .find_map(|(_, reg)| rename_result(&code[at..], own, reg, live_out.bits(), core));
         if let Some(new) = new {
             code.truncate(at);
             code.extend(new);
-            known = RegisterUse::of(&code, behind);
+            known = RegisterUse::of(&code, live_out);
             changed = true;
         }
     }
@@ -59,15 +60,15 @@ struct RegisterUse {
 }
 
 impl RegisterUse {
-    fn of(code: &[Fixed], behind: u32) -> RegisterUse {
-        let mut wanted = vec![behind; code.len()];
-        let mut live = behind;
-        for (at, fixed) in code.iter().enumerate().rev() {
-            wanted[at] = live;
-            live = live_before(fixed, live);
+    fn of(code: &[MInst<PReg>], live_out: &RegisterSet) -> RegisterUse {
+        let mut wanted = vec![0; code.len()];
+        let mut live = live_out.clone();
+        for (at, inst) in code.iter().enumerate().rev() {
+            wanted[at] = live.bits();
+            step_back(inst, &mut live);
         }
         RegisterUse {
-            touched: code.iter().map(registers_touched).collect(),
+            touched: code.iter().map(MInst::register_bits).collect(),
             wanted,
         }
     }

@@ -12,41 +12,80 @@
 //! Not here: which limit of registers is best (`thumb` tries some and counts), instructions across
 //! blocks.
 
-mod check;
-mod dependence;
-mod liveness;
-
+use super::dependence::{Dependences, build_dependences};
+use super::liveness::{compute_live_in, live_out_of};
 use super::minst::{Access, Func, MInst, Reg, Role, Terminator, VReg};
 use super::registers::RECORD;
-use dependence::{Graph, build_graph};
 use whippen_isa::timing::{Core, Outcome, Pipe, Timed};
 
 /// Puts the code of every block in order; about `limit` values are alive at once.
 pub(super) fn schedule_blocks(func: &mut Func, core: &Core, limit: usize) {
-    let live = liveness::live_out(func);
+    let live_in = compute_live_in(func);
     let vregs = func.vregs as usize;
-    for (index, block) in func.blocks.iter_mut().enumerate() {
-        let last = match block.end {
-            Terminator::NextKey(code) => Some(code),
-            _ => None,
-        };
-        let graph = build_graph(&block.code, core);
-        let order = ListScheduler::new(&block.code, &graph, &live[index], last, limit, vregs).run();
-        let ordered: Vec<MInst> = order.iter().map(|at| block.code[*at]).collect();
-        debug_assert!(
-            check::computes_same(&block.code, &ordered),
-            "a schedule changes what is computed"
-        );
-        block.code = ordered;
-        if last.is_some() {
+    for block in &mut func.blocks {
+        let live_out = live_out_of(block, &live_in).members();
+        let graph = StallGraph::new(&block.code, core);
+        let scheduler = ListScheduler::new(&block.code, &graph, &live_out, limit, vregs);
+        let order = scheduler.run();
+        block.code = order.iter().map(|at| block.code[*at]).collect();
+    }
+}
+
+/// Exchanges the load of the next key's code with the instruction before it, so that the branch
+/// finds the address there.
+pub(super) fn advance_next_key_loads(func: &mut Func) {
+    for block in &mut func.blocks {
+        if let Terminator::NextKey(_) = block.end {
             advance_next_key_load(&mut block.code);
         }
     }
 }
 
-/// Exchanges the load of the next key's code, which walks RECORD on, with the instruction before
-/// it, so that the branch finds the address there. What that one accesses by RECORD is then behind
-/// it.
+/// A dependence graph with the cycles that results are waited for.
+struct StallGraph {
+    dependences: Dependences,
+    /// How many cycles each of `after` waits if it comes next.
+    stalls: Vec<Vec<u32>>,
+    /// Cycles from each instruction to the end along the longest chain.
+    height: Vec<u32>,
+}
+
+impl StallGraph {
+    fn new(code: &[MInst], core: &Core) -> StallGraph {
+        let dependences = build_dependences(code);
+        let stalls: Vec<Vec<u32>> = (code.iter().zip(&dependences.after))
+            .map(|(from, after)| {
+                let pipe = PipelineAfter::new(core, from);
+                after
+                    .iter()
+                    .map(|to| pipe.stall_cycles(core, &code[*to]))
+                    .collect()
+            })
+            .collect();
+        let mut height = vec![1; code.len()];
+        for at in (0..code.len()).rev() {
+            let below = dependences.after[at].iter().zip(&stalls[at]);
+            let below = below.map(|(next, stall)| height[*next] + stall).max();
+            height[at] = 1 + below.unwrap_or(0);
+        }
+        StallGraph {
+            dependences,
+            stalls,
+            height,
+        }
+    }
+
+    /// Cycles that `to` waits right behind `from`.
+    fn stall_between(&self, from: usize, to: usize) -> u32 {
+        let mut after = self.dependences.after[from].iter().zip(&self.stalls[from]);
+        after
+            .find(|(at, _)| **at == to)
+            .map_or(0, |(_, stall)| *stall)
+    }
+}
+
+/// The same in one block. The load walks RECORD on, so what the instruction before it accesses by
+/// RECORD is then at another offset.
 fn advance_next_key_load(code: &mut [MInst]) {
     let [.., before, load] = code else { return };
     let walks = load.inst.wback.then_some(load.inst.imm as i64);
@@ -126,7 +165,7 @@ impl PipelineAfter {
 /// A block being put in order.
 struct ListScheduler<'a> {
     code: &'a [MInst],
-    graph: &'a Graph,
+    graph: &'a StallGraph,
     limit: usize,
     /// The registers that each instruction reads, with how often.
     reads: Vec<Vec<(VReg, u32)>>,
@@ -143,9 +182,8 @@ struct ListScheduler<'a> {
 impl<'a> ListScheduler<'a> {
     fn new(
         code: &'a [MInst],
-        graph: &'a Graph,
-        live: &[VReg],
-        last: Option<VReg>,
+        graph: &'a StallGraph,
+        live_out: &[VReg],
         limit: usize,
         vregs: usize,
     ) -> ListScheduler<'a> {
@@ -156,10 +194,7 @@ impl<'a> ListScheduler<'a> {
             .iter()
             .flatten()
             .for_each(|(reg, times)| left[*reg as usize] += times);
-        live.iter()
-            .copied()
-            .chain(last)
-            .for_each(|reg| left[reg as usize] += 1);
+        live_out.iter().for_each(|reg| left[*reg as usize] += 1);
         let needed = |reg: &&VReg| left[**reg as usize] > 0;
         let begun = writes
             .iter()
@@ -171,7 +206,7 @@ impl<'a> ListScheduler<'a> {
             .flatten()
             .for_each(|reg| comes_in[*reg as usize] = false);
         let alive = comes_in.into_iter().filter(|is| *is).count();
-        let blocked = graph.before.clone();
+        let blocked = graph.dependences.before.iter().map(Vec::len).collect();
         ListScheduler {
             code,
             graph,
@@ -196,7 +231,7 @@ impl<'a> ListScheduler<'a> {
                 self.left[*reg as usize] -= times;
             }
             self.order.push(at);
-            for (next, _) in &self.graph.after[at] {
+            for next in &self.graph.dependences.after[at] {
                 self.blocked[*next] -= 1;
                 if self.blocked[*next] == 0 {
                     ready.push(*next);

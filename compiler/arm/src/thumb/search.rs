@@ -1,37 +1,20 @@
-//! The best of some ways to make the code of each mode.
+//! Search over compilation strategies for the modes whose worst-case path is longest.
 //!
-//! A way is how many values may be alive at once in the schedule, and for how long what can be
-//! loaded again keeps its register. Every mode is made in one way; then the worst is put in
-//! order, and made in others, as long as there is another to try, because only the longest path of
-//! all counts.
+//! A strategy is the register-pressure limit of the scheduler and how far rematerialisable values
+//! keep their registers. Every mode is compiled by the first; then the worst mode, of those that
+//! have candidates left, is reordered and compiled by the others, because only the longest path of
+//! all modes counts. Candidates are tried one after the other: each may change which mode is the
+//! worst.
 
-use super::allocate::{Allocated, allocate};
+use super::ThumbError;
+use super::compile::{Compiler, Piece, Strategy};
 use super::literal::Literals;
-use super::minst::Func;
+use super::minst::{Allocated, Func};
 use super::promote::{self, Promotions};
-use super::registers::ALL_FREE;
 use super::reorder::OrderCache;
-use super::select::Select;
-use super::state_layout::StateLayout;
 use super::tick_invariant::TickInvariants;
-use super::tuning::{
-    CANDIDATES_AT_ONCE, CANDIDATES_MAX, CLOSE_CYCLES, PROMOTION_MODES, REORDER_SAVING,
-};
-use super::{ThumbError, critical_path, hoist, reorder, schedule, v6m, validate};
+use super::tuning::{CANDIDATES_MAX, CLOSE_CYCLES, PROMOTION_MODES};
 use whippen_deterministic::parallel;
-use whippen_isa::Arch;
-use whippen_isa::timing::Core;
-use whippen_kernel::Kernel;
-use whippen_modes::Modes;
-
-/// A way to make code.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Strategy {
-    /// Decisions over which a loaded value stays in its register.
-    remat_distance: usize,
-    /// Values alive at once, as far as that can be had; none for the order of selection.
-    pub pressure_limit: Option<usize>,
-}
 
 const fn strategy(remat_distance: usize, pressure_limit: usize) -> Strategy {
     Strategy {
@@ -40,7 +23,13 @@ const fn strategy(remat_distance: usize, pressure_limit: usize) -> Strategy {
     }
 }
 
-/// The ways, in the order in which they are tried.
+/// The strategy that keeps the order of selection.
+const UNSCHEDULED: Strategy = Strategy {
+    remat_distance: 1,
+    pressure_limit: None,
+};
+
+/// The strategies, in the order in which they are tried.
 const STRATEGIES: [Strategy; 8] = [
     strategy(1, 9),
     strategy(0, 9),
@@ -49,19 +38,16 @@ const STRATEGIES: [Strategy; 8] = [
     strategy(1, 7),
     strategy(0, 7),
     strategy(1, 5),
-    Strategy {
-        remat_distance: 1,
-        pressure_limit: None,
-    },
+    UNSCHEDULED,
 ];
 
-/// Code and the cycles of its longest path.
+/// A mode's best code so far.
 struct CompiledMode {
     code: Allocated,
+    /// Cycles of its longest path.
     cycles: u64,
     chosen: Chosen,
-    /// How many ways were tried to the end; the first of them is only begun with where this is
-    /// none.
+    /// How many strategies were tried to the end; the first is not yet reordered where this is 0.
     tried: usize,
 }
 
@@ -77,49 +63,102 @@ pub(super) struct CompiledModes {
     pub code: Vec<Allocated>,
     /// How it came about, by mode.
     pub chosen: Vec<Chosen>,
-    /// What stays in registers from key to key.
+    /// The tick constants in registers.
     pub promotions: Promotions,
 }
 
-impl CompiledModes {
-    fn of(all: Vec<CompiledMode>, promotions: Promotions) -> CompiledModes {
-        let chosen = all.iter().map(|mode| mode.chosen).collect();
-        let code = all.into_iter().map(|mode| mode.code).collect();
-        CompiledModes {
-            code,
-            chosen,
-            promotions,
-        }
+/// Compiles all modes.
+pub(super) fn compile_modes(
+    compiler: &Compiler,
+    literals: &mut Literals,
+) -> Result<CompiledModes, ThumbError> {
+    let modes = 0..compiler.modes.modes.len();
+    let funcs: Vec<Func> = modes
+        .map(|mode| compiler.select(Piece::Mode(mode), STRATEGIES[0], literals))
+        .collect();
+    let (promotions, mut all) = compile_first(compiler, funcs)?;
+    if compiler.reorders() {
+        improve_worst(compiler, &promotions, literals, &mut all)?;
     }
+    Ok(CompiledModes {
+        chosen: all.iter().map(|mode| mode.chosen).collect(),
+        code: all.into_iter().map(|mode| mode.code).collect(),
+        promotions,
+    })
 }
 
-/// The code of all modes, and what stays in registers from key to key.
-pub(super) fn compile_modes(
-    modes: &Modes,
-    layout: &StateLayout,
+/// Compiles `init`, of which only the size counts.
+pub(super) fn compile_init(
+    compiler: &Compiler,
     literals: &mut Literals,
-    core: &Core,
-) -> Result<CompiledModes, ThumbError> {
-    let select = |index: usize, strategy: Strategy, literals: &mut Literals| {
-        select_mode(modes, index, strategy, layout, literals, core)
-    };
-    let funcs: Vec<Func> = (0..modes.modes.len())
-        .map(|index| select(index, STRATEGIES[0], literals))
-        .collect();
-    let promotions = if core.arch == Arch::V6M {
-        Promotions::default()
+) -> Result<Allocated, ThumbError> {
+    let func = compiler.select(Piece::Init, UNSCHEDULED, literals);
+    let (code, _) = compiler.allocate_scheduled(func, &Promotions::default(), UNSCHEDULED)?;
+    Ok(code)
+}
+
+/// Compiles what a tick computes at its entry, if there is such.
+pub(super) fn compile_invariants(
+    compiler: &Compiler,
+    literals: &mut Literals,
+    invariants: &TickInvariants,
+) -> Result<Option<Allocated>, ThumbError> {
+    if invariants.results.is_empty() {
+        return Ok(None);
+    }
+    let func = compiler.select(Piece::Invariants(invariants), STRATEGIES[0], literals);
+    let (mut code, _) = compiler.allocate_scheduled(func, &Promotions::default(), STRATEGIES[0])?;
+    compiler.reorder(&mut code, &OrderCache::default())?;
+    Ok(Some(code))
+}
+
+/// Chooses the tick constants in registers, and compiles all modes by the first strategy: as many
+/// constants as make the worst mode cheapest, the more the better where it is the same. Only the
+/// longest modes are compiled for each number of constants; the rest once it is chosen.
+fn compile_first(
+    compiler: &Compiler,
+    funcs: Vec<Func>,
+) -> Result<(Promotions, Vec<CompiledMode>), ThumbError> {
+    let candidates = if compiler.reorders() {
+        promote::rank_candidates(&funcs)
     } else {
-        choose_promotions(&funcs, core)?
+        Vec::new()
     };
-    let select = |index: usize, strategy: Strategy, literals: &mut Literals| {
-        promotions.promote_in(select(index, strategy, literals))
-    };
-    let funcs: Vec<Func> = funcs
-        .into_iter()
-        .map(|func| promotions.promote_in(func))
+    let mut longest: Vec<usize> = (0..funcs.len()).collect();
+    longest.sort_by_cached_key(|mode| std::cmp::Reverse(funcs[*mode].longest_path_len()));
+    longest.truncate(PROMOTION_MODES);
+    let mut best: Option<(u64, Promotions, Vec<CompiledMode>)> = None;
+    for count in 0..=candidates.len() {
+        let promotions = Promotions::new(&candidates[..count]);
+        let compiled = compile_each(compiler, &promotions, &funcs, &longest)?;
+        let worst = compiled.iter().map(|mode| mode.cycles).max().unwrap_or(0);
+        match &best {
+            Some((least, ..)) if worst > *least => break,
+            _ => best = Some((worst, promotions, compiled)),
+        }
+    }
+    let (_, promotions, compiled) = best.unwrap_or_default();
+    let rest: Vec<usize> = (0..funcs.len())
+        .filter(|mode| !longest.contains(mode))
         .collect();
-    let first = |func: Func| {
-        let (code, cycles) = compile_variant(func, STRATEGIES[0].pressure_limit, core)?;
+    let others = compile_each(compiler, &promotions, &funcs, &rest)?;
+    let modes = longest.into_iter().chain(rest);
+    let mut all: Vec<(usize, CompiledMode)> =
+        modes.zip(compiled.into_iter().chain(others)).collect();
+    all.sort_by_key(|(mode, _)| *mode);
+    Ok((promotions, all.into_iter().map(|(_, mode)| mode).collect()))
+}
+
+/// Compiles these modes by the first strategy.
+fn compile_each(
+    compiler: &Compiler,
+    promotions: &Promotions,
+    funcs: &[Func],
+    modes: &[usize],
+) -> Result<Vec<CompiledMode>, ThumbError> {
+    let compile = |mode: usize| {
+        let func = funcs[mode].clone();
+        let (code, cycles) = compiler.allocate_scheduled(func, promotions, STRATEGIES[0])?;
         Ok(CompiledMode {
             code,
             cycles,
@@ -130,226 +169,49 @@ pub(super) fn compile_modes(
             tried: 0,
         })
     };
-    let mut all = parallel::map(funcs, first)
-        .into_iter()
-        .collect::<Result<Vec<CompiledMode>, ThumbError>>()?;
-    if core.arch == Arch::V6M {
-        // Nothing waits there, so one order is as good as another.
-        return Ok(CompiledModes::of(all, promotions));
-    }
-    let known = OrderCache::default();
-    let mut left = CANDIDATES_MAX + all.len();
-    while left > 0 {
-        let ahead = next_candidates(&all, left.min(CANDIDATES_AT_ONCE));
-        if ahead.is_empty() {
+    parallel::map(modes.to_vec(), compile).into_iter().collect()
+}
+
+/// Tries candidates for the worst mode until there are none.
+fn improve_worst(
+    compiler: &Compiler,
+    promotions: &Promotions,
+    literals: &mut Literals,
+    all: &mut [CompiledMode],
+) -> Result<(), ThumbError> {
+    let cache = OrderCache::default();
+    for _ in 0..CANDIDATES_MAX + all.len() {
+        let Some(mode) = worst_open_mode(all) else {
             break;
-        }
-        let begun = ahead.iter().map(|&(index, tried)| {
-            let before = literals.clone();
-            let func = (tried > 0).then(|| select(index, STRATEGIES[tried], literals));
-            ((func, tried, &all[index].code), before)
-        });
-        let (begun, before): (Vec<_>, Vec<Literals>) = begun.unzip();
-        let ended = parallel::map(begun, |(func, tried, code)| {
-            let mut code = match func {
-                Some(func) => compile_variant(func, STRATEGIES[tried].pressure_limit, core)?.0,
-                None => code.clone(),
-            };
-            let cycles = reorder_and_hoist(&mut code, core, &known)?;
-            Ok((code, cycles))
-        });
-        for ((&(index, tried), before), ended) in ahead.iter().zip(before).zip(ended) {
-            if worst(&standing(&all)) != Some((index, tried)) {
-                // One before has changed what comes next: nobody has tried this.
-                *literals = before;
-                break;
-            }
-            let (best, (code, cycles)) = (&mut all[index], ended?);
-            if tried == 0 || cycles < best.cycles {
-                (best.code, best.cycles) = (code, cycles);
-                best.chosen = Chosen {
-                    strategy: STRATEGIES[tried],
-                    reordered: true,
-                };
-            }
-            best.tried += 1;
-            left -= 1;
-        }
-    }
-    Ok(CompiledModes::of(all, promotions))
-}
-
-/// What selection makes of a mode, in instructions that the core has.
-pub(super) fn select_mode(
-    modes: &Modes,
-    index: usize,
-    strategy: Strategy,
-    layout: &StateLayout,
-    literals: &mut Literals,
-    core: &Core,
-) -> Func {
-    let (mode, distance) = (&modes.modes[index], strategy.remat_distance);
-    let func = Select::mode(&modes.kernel, layout, literals, mode, index, distance);
-    legalize(func, layout, literals, core)
-}
-
-/// The words that stay in registers: as many as make the worst mode cheapest, the more the better
-/// where it is the same. Only modes that may be the worst are made for that.
-fn choose_promotions(funcs: &[Func], core: &Core) -> Result<Promotions, ThumbError> {
-    let words = promote::rank_candidates(funcs);
-    let mut longest: Vec<&Func> = funcs.iter().collect();
-    longest.sort_by_cached_key(|func| std::cmp::Reverse(func.longest_path_len()));
-    longest.truncate(PROMOTION_MODES);
-    let mut best: Option<(u64, Promotions)> = None;
-    for count in 0..=words.len() {
-        let promotions = Promotions::new(&words[..count]);
-        let funcs: Vec<Func> = longest
-            .iter()
-            .map(|func| promotions.promote_in((*func).clone()))
-            .collect();
-        let cycles = parallel::map(funcs, |func| {
-            Ok(compile_variant(func, STRATEGIES[0].pressure_limit, core)?.1)
-        });
-        let worst = cycles
-            .into_iter()
-            .collect::<Result<Vec<u64>, ThumbError>>()?
-            .into_iter()
-            .max();
-        match (worst, &best) {
-            (Some(worst), Some((least, _))) if worst > *least => break,
-            (worst, _) => best = Some((worst.unwrap_or(0), promotions)),
-        }
-    }
-    Ok(best.map_or_else(Promotions::default, |(_, promotions)| promotions))
-}
-
-/// The cycles of each mode, and how many ways were tried.
-fn standing(all: &[CompiledMode]) -> Vec<(u64, usize)> {
-    all.iter().map(|made| (made.cycles, made.tried)).collect()
-}
-
-/// The worst mode, with its way that is to be tried; none if there is no other.
-fn worst(standing: &[(u64, usize)]) -> Option<(usize, usize)> {
-    let most = standing.iter().map(|(cycles, _)| *cycles).max()?;
-    // What comes close may take more cycles once it has addresses.
-    let is_open = |(_, (cycles, tried)): &(usize, &(u64, usize))| {
-        *tried < STRATEGIES.len() && cycles + CLOSE_CYCLES >= most
-    };
-    let by_cycles =
-        |(index, (cycles, _)): &(usize, &(u64, usize))| (*cycles, std::cmp::Reverse(*index));
-    let (index, (_, tried)) = standing
-        .iter()
-        .enumerate()
-        .filter(is_open)
-        .max_by_key(by_cycles)?;
-    Some((index, *tried))
-}
-
-/// What is tried next, and then, as long as orders save what is expected of them and no other way
-/// helps.
-fn next_candidates(all: &[CompiledMode], count: usize) -> Vec<(usize, usize)> {
-    let mut standing = standing(all);
-    let next = || {
-        let next = worst(&standing)?;
-        let (cycles, tried) = &mut standing[next.0];
-        *cycles -= if *tried == 0 {
-            REORDER_SAVING.min(*cycles)
-        } else {
-            0
         };
-        *tried += 1;
-        Some(next)
-    };
-    std::iter::from_fn(next).take(count).collect()
-}
-
-/// The code of `init`, of which only the size counts.
-pub(super) fn compile_init(
-    modes: &Modes,
-    layout: &StateLayout,
-    literals: &mut Literals,
-    core: &Core,
-) -> Result<Allocated, ThumbError> {
-    let func = legalize(
-        Select::init(&modes.kernel, layout, literals),
-        layout,
-        literals,
-        core,
-    );
-    Ok(compile_variant(func, None, core)?.0)
-}
-
-/// The code of what a tick computes at its entry, if there is such.
-pub(super) fn compile_shared(
-    kernel: &Kernel,
-    layout: &StateLayout,
-    literals: &mut Literals,
-    shared: &TickInvariants,
-    core: &Core,
-) -> Result<Option<Allocated>, ThumbError> {
-    if shared.results.is_empty() {
-        return Ok(None);
+        let best = &mut all[mode];
+        let strategy = STRATEGIES[best.tried];
+        let mut code = if best.tried == 0 {
+            best.code.clone()
+        } else {
+            let func = compiler.select(Piece::Mode(mode), strategy, literals);
+            compiler.allocate_scheduled(func, promotions, strategy)?.0
+        };
+        let cycles = compiler.reorder(&mut code, &cache)?;
+        if best.tried == 0 || cycles < best.cycles {
+            best.code = code;
+            best.cycles = cycles;
+            best.chosen = Chosen {
+                strategy,
+                reordered: true,
+            };
+        }
+        best.tried += 1;
     }
-    let func = legalize(
-        Select::shared(kernel, layout, literals, shared),
-        layout,
-        literals,
-        core,
-    );
-    let (mut code, _) = compile_variant(func, STRATEGIES[0].pressure_limit, core)?;
-    if core.arch != Arch::V6M {
-        reorder_and_hoist(&mut code, core, &OrderCache::default())?;
-    }
-    Ok(Some(code))
+    Ok(())
 }
 
-/// Instructions that the core has.
-fn legalize(func: Func, layout: &StateLayout, literals: &mut Literals, core: &Core) -> Func {
-    if core.arch == Arch::V6M {
-        v6m::legal(func, layout, literals)
-    } else {
-        func
-    }
-}
-
-/// Code with registers, and about the cycles of its longest path.
-fn compile_variant(
-    func: Func,
-    pressure_limit: Option<usize>,
-    core: &Core,
-) -> Result<(Allocated, u64), ThumbError> {
-    let func = schedule_within(func, pressure_limit, core);
-    let code = allocate(&func, core.arch).map_err(ThumbError::Bug)?;
-    let cycles = critical_path::estimate_cycles(&code, core);
-    Ok((code, cycles))
-}
-
-/// The same in a schedule with so many values alive at once, if there is a limit.
-pub(super) fn schedule_within(func: Func, pressure_limit: Option<usize>, core: &Core) -> Func {
-    let mut func = func.into_reverse_postorder();
-    if let Some(pressure_limit) = pressure_limit.filter(|_| core.arch != Arch::V6M) {
-        let promoted = (ALL_FREE & !func.free).count_ones() as usize;
-        schedule::schedule_blocks(
-            &mut func,
-            core,
-            pressure_limit.saturating_sub(promoted).max(2),
-        );
-    }
-    func
-}
-
-/// The same in a better order; gives its cycles. In debug builds a checker compares what it does
-/// with what it did.
-pub(super) fn reorder_and_hoist(
-    code: &mut Allocated,
-    core: &Core,
-    known: &OrderCache,
-) -> Result<u64, ThumbError> {
-    let before = cfg!(debug_assertions).then(|| code.clone());
-    reorder::reorder_blocks(code, core, known);
-    hoist::hoist_over_branches(code, core);
-    if let Some(before) = before {
-        validate::validate(&before, code, core.arch).map_err(ThumbError::Bug)?;
-    }
-    Ok(critical_path::worst_case_cycles(code, core))
+/// The mode with most cycles, of those that have a candidate left and come close to the worst;
+/// the first of several.
+fn worst_open_mode(all: &[CompiledMode]) -> Option<usize> {
+    let worst = all.iter().map(|mode| mode.cycles).max()?;
+    let is_open =
+        |mode: &CompiledMode| mode.tried < STRATEGIES.len() && mode.cycles + CLOSE_CYCLES >= worst;
+    let open = (0..all.len()).filter(|mode| is_open(&all[*mode]));
+    open.max_by_key(|mode| (all[*mode].cycles, std::cmp::Reverse(*mode)))
 }

@@ -15,10 +15,9 @@
 //! Before allocation the width of an encoding is open, so `.w` is left out. Behind a load or store
 //! stands the memory that it may meet.
 
-use super::allocate::{Allocated, Fixed, Placed};
 use super::minst::{
-    Access, AliasClass, Block, Func, MInst, Other, Reg, Relocation, Role, Terminator, VReg,
-    template,
+    Access, AliasClass, Block, Func, MInst, Other, PReg, Reg, Register, Relocation, Role,
+    Terminator, template,
 };
 use super::registers::{HISTORY, RECORD, SAMPLES, STATE};
 use std::fmt::{self, Display, Formatter};
@@ -28,10 +27,10 @@ use whippen_isa::reg::core_name;
 /// The column of comments.
 const COMMENT: usize = 48;
 
-impl Display for Func {
+impl<R: Register> Display for Func<R> {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         for (index, block) in self.blocks.iter().enumerate() {
-            write!(f, "block{index}{}", Registers(&block.params))?;
+            write!(f, "block{index}{}", Values::<R>(&block.params))?;
             head(f, block.rounds)?;
             block.fmt(f)?;
         }
@@ -39,39 +38,12 @@ impl Display for Func {
     }
 }
 
-impl Display for Block {
+impl<R: Register> Display for Block<R> {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         for code in &self.code {
             line(f, &code.to_string(), code.access)?;
         }
-        match &self.end {
-            Terminator::Jump(edge) => {
-                writeln!(f, "    jump block{}{}", edge.block, Registers(&edge.args))
-            }
-            Terminator::NextKey(code) => writeln!(f, "    next v{code}"),
-            end => leave(f, end),
-        }
-    }
-}
-
-impl Display for Allocated {
-    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        for (index, block) in self.blocks.iter().enumerate() {
-            write!(f, "block{index}")?;
-            head(f, block.rounds)?;
-            block.fmt(f)?;
-        }
-        Ok(())
-    }
-}
-
-impl Display for Placed {
-    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        for fixed in &self.code {
-            let access = fixed.code.map_or(Access::None, |code| code.access);
-            line(f, &fixed.to_string(), access)?;
-        }
-        leave(f, &self.end)
+        leave::<R>(f, &self.end)
     }
 }
 
@@ -84,17 +56,21 @@ fn head(f: &mut Formatter, rounds: Option<u32>) -> fmt::Result {
 
 fn line(f: &mut Formatter, text: &str, access: Access) -> fmt::Result {
     match access {
-        Access::None => writeln!(f, "    {text}"),
+        // A word of the stack is among the operands.
+        Access::None | Access::Read(AliasClass::Slot(_)) | Access::Write(AliasClass::Slot(_)) => {
+            writeln!(f, "    {text}")
+        }
         Access::Read(place) | Access::Write(place) => {
             writeln!(f, "    {text:<width$}; {place}", width = COMMENT - 4)
         }
     }
 }
 
-/// An end without its values, which are in their registers.
-fn leave(f: &mut Formatter, end: &Terminator) -> fmt::Result {
+fn leave<R: Register>(f: &mut Formatter, end: &Terminator<R::Value>) -> fmt::Result {
     match end {
-        Terminator::Jump(edge) => writeln!(f, "    jump block{}", edge.block),
+        Terminator::Jump(edge) => {
+            writeln!(f, "    jump block{}{}", edge.block, Values::<R>(&edge.args))
+        }
         Terminator::Branch {
             cond,
             yes,
@@ -107,17 +83,20 @@ fn leave(f: &mut Formatter, end: &Terminator) -> fmt::Result {
                 None => writeln!(f),
             }
         }
-        Terminator::NextKey(_) => writeln!(f, "    next"),
+        Terminator::NextKey(_) if R::IS_PHYSICAL => writeln!(f, "    next"),
+        Terminator::NextKey(code) => writeln!(f, "    next {}", R::of_value(*code)),
         Terminator::FallThrough => writeln!(f, "    falls through"),
     }
 }
 
-/// Virtual registers in brackets; nothing where there are none.
-struct Registers<'a>(&'a [VReg]);
+/// Values in brackets; nothing where there are none.
+struct Values<'a, R: Register>(&'a [R::Value]);
 
-impl Display for Registers<'_> {
+impl<R: Register> Display for Values<'_, R> {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        let names: Vec<String> = self.0.iter().map(|reg| format!("v{reg}")).collect();
+        let names: Vec<String> = (self.0.iter())
+            .map(|value| R::of_value(*value).to_string())
+            .collect();
         if names.is_empty() {
             Ok(())
         } else {
@@ -136,6 +115,7 @@ impl Display for AliasClass {
             AliasClass::Other(Other::Probes) => f.write_str("probes"),
             AliasClass::Other(Other::Events) => f.write_str("events"),
             AliasClass::Other(Other::Mode) => f.write_str("mode"),
+            AliasClass::Slot(at) => write!(f, "stack {at}"),
         }
     }
 }
@@ -160,15 +140,26 @@ pub(super) fn register_name(reg: u8) -> &'static str {
     }
 }
 
-impl Display for MInst {
+impl Display for PReg {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        let mut names = Names::default();
+        f.write_str(register_name(self.0))
+    }
+}
+
+impl<R: Register> Display for MInst<R> {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        let mut names = Names(
+            [Name {
+                read: None,
+                written: None,
+            }; Role::ALL.len()],
+        );
         for u in self.uses() {
-            let (reg, old) = (u.operand.reg, u.operand.old.map(Reg::Virtual));
-            let fixed = (u.reads && matches!(reg, Reg::Fixed(_))).then_some(reg);
+            let reg = u.operand.reg;
+            let old = u.operand.old.map(R::of_value);
             names.0[u.role as usize] = match u.writes {
                 true => Name {
-                    read: old.or(fixed),
+                    read: old.or(u.reads.then_some(reg)),
                     written: Some(reg),
                 },
                 false => Name {
@@ -181,59 +172,26 @@ impl Display for MInst {
             names.0[role as usize].read = names.0[Role::D as usize].read.take();
         }
         let opcode = opcode(&self.inst);
-        f.write_str(&names.text(&self.inst, self.address, opcode.trim_end_matches(".w")))
-    }
-}
-
-impl Display for Fixed {
-    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        let address = self.code.and_then(|code| code.address);
-        let names = match address {
-            Some(Relocation::Routine(_)) => Names::of_call(),
-            _ => Names::of_registers(self.inst),
+        let opcode = match R::IS_PHYSICAL {
+            true => opcode.as_str(),
+            false => opcode.trim_end_matches(".w"),
         };
-        f.write_str(&names.text(&self.inst, address, &opcode(&self.inst)))
+        f.write_str(&names.text(&self.inst, self.address, opcode))
     }
 }
 
 /// What an operand is called where it is read, and where it is written.
-#[derive(Debug, Clone, Copy, Default)]
-struct Name {
-    read: Option<Reg>,
-    written: Option<Reg>,
+#[derive(Debug, Clone, Copy)]
+struct Name<R> {
+    read: Option<R>,
+    written: Option<R>,
 }
 
 /// The names of all operands, by role.
-#[derive(Debug, Default)]
-struct Names([Name; Role::ALL.len()]);
+#[derive(Debug)]
+struct Names<R>([Name<R>; Role::ALL.len()]);
 
-impl Names {
-    /// Operands in R0 and R1, the result in R0.
-    fn of_call() -> Names {
-        let mut names = Names::default();
-        names.0[Role::N as usize].read = Some(Reg::Fixed(0));
-        names.0[Role::M as usize].read = Some(Reg::Fixed(1));
-        names.0[Role::D as usize].written = Some(Reg::Fixed(0));
-        names
-    }
-
-    /// Those of an instruction with registers.
-    fn of_registers(mut inst: Inst) -> Names {
-        let numbered = numbered(&inst);
-        let (reads, writes) = (numbered.uses().core_bits(), numbered.defs().core_bits());
-        let mut names = Names::default();
-        for role in Role::ALL {
-            let reg = Some(Reg::Fixed(*role.of(&mut inst)));
-            let writes = writes >> role as u16 & 1 != 0;
-            let reads = reads >> role as u16 & 1 != 0 || writes && inst.is_conditional();
-            names.0[role as usize] = Name {
-                read: reg.filter(|_| reads),
-                written: reg.filter(|_| writes),
-            };
-        }
-        names
-    }
-
+impl<R: Register> Names<R> {
     /// `results = opcode operands`
     fn text(&self, inst: &Inst, address: Option<Relocation>, opcode: &str) -> String {
         let text = numbered(inst).to_string();
@@ -265,7 +223,7 @@ impl Names {
     }
 
     fn call(&self, routine: &str) -> String {
-        let name = |reg: Option<Reg>| reg.map_or_else(String::new, |reg| reg.to_string());
+        let name = |reg: Option<R>| reg.map_or_else(String::new, |reg| reg.to_string());
         let [d, n, m] = [Role::D, Role::N, Role::M].map(|role| self.0[role as usize]);
         let (d, n, m) = (name(d.written), name(n.read), name(m.read));
         format!("{d} = bl {routine}({n}, {m})")
@@ -315,7 +273,7 @@ mod tests {
         let inst = inst
             .shortest(whippen_isa::Arch::V8M)
             .expect("has an encoding");
-        Fixed { inst, code: None }.to_string()
+        MInst::inserted(inst, Access::None).to_string()
     }
 
     #[test]
@@ -355,13 +313,11 @@ mod tests {
             ..template(Op::MUL)
         };
         let short = Encoding::new(Op::MUL, Form::T1).expect("has one");
-        let short = Fixed {
-            inst: Inst {
-                encoding: short,
-                ..multiply
-            },
-            code: None,
+        let short = Inst {
+            encoding: short,
+            ..multiply
         };
+        let short = MInst::inserted(short, Access::None);
         assert_eq!(short.to_string(), "r1 = muls r2, r1");
         let add = Inst {
             d: 3,

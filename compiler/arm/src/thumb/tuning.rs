@@ -5,11 +5,6 @@
 
 /// Candidates beyond each mode's first that the search tries at most.
 pub(super) const CANDIDATES_MAX: usize = 8;
-/// Candidates that are compiled at once, on the guess that the first of them does not change which
-/// mode is the worst.
-pub(super) const CANDIDATES_AT_ONCE: usize = 2;
-/// Cycles that reordering is expected to save in a mode; only the guess above rests on it.
-pub(super) const REORDER_SAVING: u64 = 4;
 /// Modes within so many cycles of the worst are searched like the worst: addresses, which come
 /// later, may move them past it.
 pub(super) const CLOSE_CYCLES: u64 = 3;

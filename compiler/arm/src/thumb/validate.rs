@@ -1,31 +1,34 @@
-//! Whether two functions with registers do the same: one before the passes that change such code,
-//! and the one behind them.
+//! Translation validation by value numbering: whether a function computes the same before and after
+//! passes that move or rename instructions.
 //!
 //! ```text
-//!   ldr r0, a      r0 = #1 = load a of (STATE, what a holds)          Both functions are run with numbers for contents. Equal
-//!   adds r1, r0    r1 = #2 = add of (#1), flags = #3 ..           instructions that find equal numbers leave equal numbers,
-//!   str r1, a      a  = #4 = store of (#2, STATE, what a held)        whichever registers they use and wherever they stand.
+//!   ldr r0, a      r0 = #1 = load a of (STATE, what a holds)
+//!   adds r1, r0    r1 = #2 = add of (#1), flags = #3 ..
+//!   str r1, a      a  = #4 = store of (#2, STATE, what a held)
 //! ```
 //!
-//! Equal must be: flags where a block's end decides by them and, where the code is left, memory,
-//! registers with a role, and the address of what follows. A block with several ways in begins
-//! with numbers of its own; where one of these counts, all blocks before must leave equal numbers
-//! there. Nothing is known of dependences, nor of free registers.
+//! Both functions are run with numbers for contents: instructions that find equal numbers leave
+//! equal numbers, whichever registers they use and wherever they stand. It serves the scheduler,
+//! with virtual registers, and the passes after allocation.
+//!
+//! Equal must be: flags where a block's end decides by them, what it reads (arguments, the address
+//! of what follows), and, where the code is left, memory and the registers with a role. A block
+//! with several predecessors begins with numbers of its own; where one of these counts, all
+//! predecessors must leave equal numbers there. Nothing is known of dependences, nor of liveness.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use super::allocate::{Allocated, Fixed, next_key_register};
 use super::emit::branch_inst;
-use super::minst::{Access, AliasClass, Relocation, Role, Terminator};
+use super::minst::{Access, AliasClass, Func, MInst, Register, Relocation, Role, Terminator};
 use super::registers::{HISTORY, RECORD, SAMPLES, STATE};
 use whippen_isa::ShiftType;
 use whippen_isa::reg::SP;
-use whippen_isa::{Arch, Class, Cond, Flags, Inst, Op};
+use whippen_isa::{Cond, Flags, Op};
 
 /// What has a content.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-enum Location {
-    Register(u8),
+enum Location<R> {
+    Register(R),
     /// One of [`FLAGS`].
     Flag(usize),
     /// A word of the stack.
@@ -41,11 +44,11 @@ const FLAGS: [Flags; 5] = [Flags::N, Flags::Z, Flags::C, Flags::V, Flags::GE];
 
 /// What a content is, but for what it was made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum ValueKey {
+enum ValueKey<R> {
     /// What is there where a block begins.
-    Start(usize, Location),
+    Start(usize, Location<R>),
     /// A result: of what, and which.
-    Result(Operation, ResultPart),
+    Result(Operation, ResultPart<R>),
 }
 
 /// An instruction without its registers and its encoding; whether it sets the flags is told by
@@ -62,85 +65,67 @@ type Operation = (
 
 /// Which result of an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum ResultPart {
+enum ResultPart<R> {
     Role(Role),
-    Flag(Location),
+    Flag(Location<R>),
     Memory,
 }
 
 /// Numbers of contents, the same for the same.
-#[derive(Default)]
-struct ValueNumbers {
-    known: HashMap<(ValueKey, Vec<u32>), u32>,
+struct ValueNumbers<R> {
+    known: HashMap<(ValueKey<R>, Vec<u32>), u32>,
     /// The starts among them that are still to be compared: looking at one may bring up more.
-    starts: Vec<(usize, Location)>,
+    starts: Vec<(usize, Location<R>)>,
 }
 
 /// What is where, as numbers.
 #[derive(Clone)]
-struct State {
+struct State<R> {
     /// The block with whose start it began.
     from: usize,
-    left: BTreeMap<Location, u32>,
+    left: BTreeMap<Location<R>, u32>,
 }
 
 /// Compares two functions.
 ///
 /// # Errors
-/// They differ, or do what the checker does not know; says where.
-pub(super) fn validate(before: &Allocated, after: &Allocated, arch: Arch) -> Result<(), String> {
-    let ends = |func: &Allocated| {
+/// They differ, or do what the validator does not know; says where.
+pub(super) fn validate<R: Register>(before: &Func<R>, after: &Func<R>) -> Result<(), String> {
+    let ends = |func: &Func<R>| -> Vec<_> {
         func.blocks
             .iter()
-            .map(|b| (b.end.clone(), b.rounds))
-            .collect::<Vec<_>>()
+            .map(|b| (b.end.clone(), b.rounds, b.params.clone()))
+            .collect()
     };
     if ends(before) != ends(after) || before.slots != after.slots {
-        return Err("a pass changed how blocks end, or the stack".to_string());
+        return Err("a pass changed how blocks begin or end, or the stack".to_string());
     }
-    let mut predecessors = vec![Vec::new(); before.blocks.len()];
-    for (index, block) in before.blocks.iter().enumerate() {
-        block
-            .end
-            .targets()
-            .into_iter()
-            .for_each(|to| predecessors[to].push(index));
-    }
-    let mut numbers = ValueNumbers::default();
+    let predecessors = list_predecessors(before);
+    let mut numbers = ValueNumbers {
+        known: HashMap::new(),
+        starts: Vec::new(),
+    };
     let states = [
         numbers.run(before, &predecessors)?,
         numbers.run(after, &predecessors)?,
     ];
-    let written: BTreeSet<Location> = states
-        .iter()
-        .flatten()
-        .flat_map(|state| state.left.keys().copied())
-        .collect();
-    let memory = written
-        .into_iter()
-        .filter(|at| matches!(at, Location::Memory(_) | Location::Result(_)));
-    let outside: Vec<Location> = memory
-        .chain([STATE, RECORD, SAMPLES, HISTORY, SP].map(Location::Register))
-        .collect();
-    let same = |numbers: &mut ValueNumbers, block: usize, at: Location| {
+    let outside = list_outside(&states);
+    let same = |numbers: &mut ValueNumbers<R>, block: usize, at: Location<R>| {
         let [one, other] = states.each_ref().map(|all| numbers.at(&all[block], at));
         (one == other)
             .then_some(())
             .ok_or_else(|| format!("a pass changed what block {block} leaves in {at:?}"))
     };
     for (index, block) in before.blocks.iter().enumerate() {
-        let counts: Vec<Location> = match block.end {
+        let mut counts: Vec<Location<R>> = match block.end {
             Terminator::Jump(_) => Vec::new(),
             Terminator::Branch { cond, .. } => {
                 flag_places(branch_inst(Some(cond), false, 0).flags().reads).collect()
             }
-            Terminator::NextKey(_) => outside
-                .iter()
-                .copied()
-                .chain([Location::Register(next_key_register(arch))])
-                .collect(),
-            Terminator::FallThrough => outside.clone(),
+            Terminator::NextKey(_) | Terminator::FallThrough => outside.clone(),
         };
+        let read = block.end.values_read().iter();
+        counts.extend(read.map(|value| Location::Register(R::of_value(*value))));
         counts
             .into_iter()
             .try_for_each(|at| same(&mut numbers, index, at))?;
@@ -153,14 +138,38 @@ pub(super) fn validate(before: &Allocated, after: &Allocated, arch: Arch) -> Res
     Ok(())
 }
 
-fn flag_places(of: Flags) -> impl Iterator<Item = Location> {
+fn list_predecessors<R: Register>(func: &Func<R>) -> Vec<Vec<usize>> {
+    let mut predecessors = vec![Vec::new(); func.blocks.len()];
+    for (index, block) in func.blocks.iter().enumerate() {
+        for target in block.end.targets() {
+            predecessors[target].push(index);
+        }
+    }
+    predecessors
+}
+
+/// What others find where the code is left.
+fn list_outside<R: Register>(states: &[Vec<State<R>>; 2]) -> Vec<Location<R>> {
+    let written: BTreeSet<Location<R>> = states
+        .iter()
+        .flatten()
+        .flat_map(|state| state.left.keys().copied())
+        .collect();
+    let memory = written
+        .into_iter()
+        .filter(|at| matches!(at, Location::Memory(_) | Location::Result(_)));
+    let roles = [STATE, RECORD, SAMPLES, HISTORY, SP].map(|reg| Location::Register(R::fixed(reg)));
+    memory.chain(roles).collect()
+}
+
+fn flag_places<R>(of: Flags) -> impl Iterator<Item = Location<R>> {
     (0..FLAGS.len())
         .filter(move |flag| of.intersects(FLAGS[*flag]))
         .map(Location::Flag)
 }
 
-impl ValueNumbers {
-    fn of(&mut self, name: ValueKey, made_of: Vec<u32>) -> u32 {
+impl<R: Register> ValueNumbers<R> {
+    fn of(&mut self, name: ValueKey<R>, made_of: Vec<u32>) -> u32 {
         let next = self.known.len() as u32;
         *self.known.entry((name, made_of)).or_insert_with(|| {
             if let ValueKey::Start(block, at) = name {
@@ -170,7 +179,7 @@ impl ValueNumbers {
         })
     }
 
-    fn at(&mut self, state: &State, at: Location) -> u32 {
+    fn at(&mut self, state: &State<R>, at: Location<R>) -> u32 {
         state
             .left
             .get(&at)
@@ -179,8 +188,12 @@ impl ValueNumbers {
     }
 
     /// What each block leaves.
-    fn run(&mut self, func: &Allocated, predecessors: &[Vec<usize>]) -> Result<Vec<State>, String> {
-        let mut states: Vec<State> = Vec::new();
+    fn run(
+        &mut self,
+        func: &Func<R>,
+        predecessors: &[Vec<usize>],
+    ) -> Result<Vec<State<R>>, String> {
+        let mut states: Vec<State<R>> = Vec::new();
         for (index, block) in func.blocks.iter().enumerate() {
             let mut state = match predecessors[index][..] {
                 [from] if from < index => states[from].clone(),
@@ -198,24 +211,24 @@ impl ValueNumbers {
         Ok(states)
     }
 
-    fn step(&mut self, state: &mut State, fixed: &Fixed) -> Result<(), String> {
-        let inst = &fixed.inst;
-        let (from, to) = memory_touched(fixed);
-        let [reads, writes] = roles_touched(inst)?;
-        let found = reads
-            .into_iter()
-            .map(|(_, at)| at)
+    fn step(&mut self, state: &mut State<R>, code: &MInst<R>) -> Result<(), String> {
+        check_encoding(code)?;
+        let inst = &code.inst;
+        let (from, to) = memory_touched(code);
+        let found = code
+            .registers_read()
+            .map(Location::Register)
             .chain(flag_places(inst.flags().reads))
             .chain(from);
         let found: Vec<u32> = found.map(|at| self.at(state, at)).collect();
-        let parts = writes
-            .into_iter()
-            .map(|(role, at)| (ResultPart::Role(role), at));
+        let parts = code
+            .uses()
+            .filter(|u| u.writes)
+            .map(|u| (ResultPart::Role(u.role), Location::Register(u.operand.reg)));
         let parts =
             parts.chain(flag_places(inst.flags().writes).map(|at| (ResultPart::Flag(at), at)));
-        let parts: Vec<(ResultPart, Location)> =
+        let parts: Vec<(ResultPart<R>, Location<R>)> =
             parts.chain(to.map(|at| (ResultPart::Memory, at))).collect();
-        let address = fixed.code.and_then(|code| code.address);
         let what = (
             inst.op(),
             inst.cond,
@@ -223,7 +236,7 @@ impl ValueNumbers {
             inst.amount,
             inst.imm,
             [inst.index, inst.add, inst.wback],
-            address,
+            code.address,
         );
         for (part, at) in parts {
             let mut made_of = found.clone();
@@ -239,46 +252,45 @@ impl ValueNumbers {
     }
 }
 
-/// The roles that an instruction reads, and those that it writes, with their registers.
-fn roles_touched(inst: &Inst) -> Result<[Vec<(Role, Location)>; 2], String> {
-    let (mut own, mut numbered) = (*inst, *inst);
-    Role::ALL
-        .into_iter()
-        .for_each(|role| *role.of(&mut numbered) = role as u8);
-    let mut of = |by_role: u16, all: u16| {
-        let roles = Role::ALL
-            .into_iter()
-            .filter(|role| by_role >> *role as u8 & 1 == 1);
-        let roles: Vec<(Role, u8)> = roles.map(|role| (role, *role.of(&mut own))).collect();
-        if roles.iter().fold(0, |bits, (_, reg)| bits | 1 << reg) != all {
-            return Err(format!(
-                "{:?} names registers otherwise than by roles",
-                inst.op()
-            ));
+/// Whether registers of the core stand in the encoding as among the operands, all of them.
+fn check_encoding<R: Register>(code: &MInst<R>) -> Result<(), String> {
+    let mut inst = code.inst;
+    let mut reads = 0;
+    let mut writes = 0;
+    for u in code.uses() {
+        let Some(number) = u.operand.reg.number() else {
+            return Ok(());
+        };
+        if *u.role.of(&mut inst) != number {
+            return Err(format!("{:?} has other registers than its operands", inst));
         }
-        Ok(roles
-            .into_iter()
-            .map(|(role, reg)| (role, Location::Register(reg)))
-            .collect())
-    };
-    let reads = of(numbered.uses().core_bits(), inst.uses().core_bits())?;
-    Ok([
-        reads,
-        of(numbered.defs().core_bits(), inst.defs().core_bits())?,
-    ])
+        reads |= u16::from(u.reads) << number;
+        writes |= u16::from(u.writes) << number;
+    }
+    if (reads, writes) != (inst.uses().core_bits(), inst.defs().core_bits()) {
+        let op = inst.op();
+        return Err(format!("{op:?} names registers otherwise than by roles"));
+    }
+    Ok(())
 }
 
 /// The memory that an instruction reads, and that it writes.
-fn memory_touched(fixed: &Fixed) -> (Option<Location>, Option<Location>) {
-    let Fixed { inst, code } = fixed;
-    match code.map(|code| code.access) {
-        Some(Access::None | Access::Read(AliasClass::Constant)) => (None, None),
-        Some(Access::Read(place)) => (Some(Location::Memory(place)), None),
-        Some(Access::Write(AliasClass::Constant)) => (None, Some(Location::Result(inst.imm))),
-        Some(Access::Write(place)) => (None, Some(Location::Memory(place))),
-        None if inst.class() == Class::Load => (Some(Location::Slot(inst.imm)), None),
-        None if inst.class() == Class::Store => (None, Some(Location::Slot(inst.imm))),
-        None => (None, None),
+fn memory_touched<R>(code: &MInst<R>) -> (Option<Location<R>>, Option<Location<R>>)
+where
+    R: Register,
+{
+    match code.access {
+        Access::None | Access::Read(AliasClass::Constant) => (None, None),
+        Access::Write(AliasClass::Constant) => (None, Some(Location::Result(code.inst.imm))),
+        Access::Read(class) => (Some(locate(class)), None),
+        Access::Write(class) => (None, Some(locate(class))),
+    }
+}
+
+fn locate<R>(class: AliasClass) -> Location<R> {
+    match class {
+        AliasClass::Slot(at) => Location::Slot(at),
+        other => Location::Memory(other),
     }
 }
 

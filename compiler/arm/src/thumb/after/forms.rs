@@ -1,9 +1,8 @@
 //! The forms of a mode's code from selection to the final order of its instructions.
 
-use super::super::allocate::{Allocated, allocate};
-use super::super::minst::Func;
+use super::super::compile::{Compiler, Piece};
+use super::super::minst::{Allocated, Func};
 use super::super::reorder::OrderCache;
-use super::super::search::{reorder_and_hoist, schedule_within, select_mode};
 use super::super::{Parts, ThumbError};
 
 /// A mode's code after each pass.
@@ -18,15 +17,19 @@ pub(super) struct ModeForms {
 /// The forms of a mode by the strategy that was chosen for it. The last of them must be the code
 /// that was chosen.
 pub(super) fn forms_of(parts: &mut Parts, mode: usize) -> Result<ModeForms, ThumbError> {
-    let (chosen, core) = (parts.made.chosen[mode], &parts.core);
-    let (layout, literals) = (&parts.layout, &mut parts.literals);
-    let selected = select_mode(&parts.modes, mode, chosen.strategy, layout, literals, core);
-    let promoted = layout.promoted.promote_in(selected.clone());
-    let scheduled = schedule_within(promoted.clone(), chosen.strategy.pressure_limit, core);
-    let allocated = allocate(&scheduled, core.arch).map_err(ThumbError::Bug)?;
+    let chosen = parts.made.chosen[mode];
+    let compiler = Compiler {
+        modes: &parts.modes,
+        layout: &parts.layout,
+        core: &parts.core,
+    };
+    let selected = compiler.select(Piece::Mode(mode), chosen.strategy, &mut parts.literals);
+    let promoted = parts.layout.promoted.promote_in(selected.clone());
+    let scheduled = compiler.schedule(promoted.clone(), chosen.strategy)?;
+    let allocated = compiler.allocate(&scheduled)?;
     let mut reordered = allocated.clone();
     if chosen.reordered {
-        reorder_and_hoist(&mut reordered, core, &OrderCache::default())?;
+        compiler.reorder(&mut reordered, &OrderCache::default())?;
     }
     let expected = parts.made.modes[mode].to_string();
     if reordered.to_string() != expected {

@@ -1,16 +1,28 @@
-//! Blocks that were put in order before: modes share many, and so do the ways in which a mode is
-//! made.
+//! Memoised orders of blocks: modes share many blocks, and so do the strategies by which one mode
+//! is compiled.
 
 use std::sync::Mutex;
 
 use rustc_hash::FxHashMap;
 
-use crate::thumb::allocate::{Fixed, Placed};
-use crate::thumb::minst::{Access, MInst, Role, Terminator};
+use crate::thumb::minst::{Access, Block, MInst, Operand, PReg, Role, Terminator};
 use whippen_isa::{Cond, Inst};
 
-/// An order: the instructions by where they stood, in the registers that they have now.
-pub(super) type Ordered = Vec<(usize, Inst)>;
+/// The registers of an instruction's operands, by role.
+type Operands = [Option<Operand<PReg>>; 6];
+
+/// An instruction in an order.
+#[derive(Debug, Clone, Copy)]
+pub struct Moved {
+    /// Where it stood.
+    from: usize,
+    /// In the registers that it has now.
+    inst: Inst,
+    operands: Operands,
+}
+
+/// An order of a block's instructions.
+pub type Ordered = Vec<Moved>;
 
 /// Orders by what they were found for.
 #[derive(Default)]
@@ -19,20 +31,20 @@ pub struct OrderCache(Mutex<FxHashMap<BlockKey, Ordered>>);
 /// All of a block that its order depends on.
 #[derive(PartialEq, Eq, Hash)]
 struct BlockKey {
-    code: Vec<(Inst, Option<InstKey>)>,
+    code: Vec<InstKey>,
     end: EndKey,
     /// The registers that are wanted behind it.
     behind: u32,
 }
 
-/// What an instruction is beside its registers.
+/// All of an instruction but where it comes from.
 #[derive(PartialEq, Eq, Hash)]
 struct InstKey {
+    inst: Inst,
+    operands: Operands,
     access: Access,
-    /// The roles that have an operand, and those of them that have an old one too.
-    operands: [bool; 6],
-    old: [bool; 6],
     tied: Option<Role>,
+    inserted: bool,
 }
 
 #[derive(PartialEq, Eq, Hash)]
@@ -46,16 +58,12 @@ impl OrderCache {
     /// The order of a block: as it is known, or is found now.
     pub fn get_or_find(
         &self,
-        block: &Placed,
+        block: &Block<PReg>,
         behind: u32,
         find: impl FnOnce() -> Ordered,
     ) -> Ordered {
         let of = BlockKey {
-            code: block
-                .code
-                .iter()
-                .map(|fixed| (fixed.inst, fixed.code.as_ref().map(InstKey::of)))
-                .collect(),
+            code: block.code.iter().map(InstKey::of).collect(),
             end: match block.end {
                 Terminator::Branch { cond, .. } => EndKey::Branch(cond),
                 Terminator::NextKey(_) => EndKey::Next,
@@ -76,22 +84,34 @@ impl OrderCache {
 }
 
 impl InstKey {
-    fn of(code: &MInst) -> InstKey {
+    fn of(inst: &MInst<PReg>) -> InstKey {
         InstKey {
-            access: code.access,
-            operands: code.operands.map(|operand| operand.is_some()),
-            old: code
-                .operands
-                .map(|operand| operand.is_some_and(|operand| operand.old.is_some())),
-            tied: code.tied,
+            inst: inst.inst,
+            operands: inst.operands,
+            access: inst.access,
+            tied: inst.tied,
+            inserted: inst.inserted,
+        }
+    }
+}
+
+impl Moved {
+    /// An instruction, as it is now, that stood at a place.
+    pub fn new(from: usize, now: &MInst<PReg>) -> Moved {
+        Moved {
+            from,
+            inst: now.inst,
+            operands: now.operands,
         }
     }
 }
 
 /// The code in this order.
-pub(super) fn apply_order(code: &[Fixed], order: Ordered) -> Vec<Fixed> {
-    order
-        .into_iter()
-        .map(|(at, inst)| Fixed { inst, ..code[at] })
-        .collect()
+pub(super) fn apply_order(code: &[MInst<PReg>], order: &[Moved]) -> Vec<MInst<PReg>> {
+    let moved = |moved: &Moved| MInst {
+        inst: moved.inst,
+        operands: moved.operands,
+        ..code[moved.from]
+    };
+    order.iter().map(moved).collect()
 }

@@ -2,9 +2,8 @@
 //! counted by `isa::timing`.
 
 use super::pipeline_states::{PipelineStates, START};
-use crate::thumb::allocate::Placed;
 use crate::thumb::emit;
-use crate::thumb::minst::{Terminator, template};
+use crate::thumb::minst::{Block, PReg, Terminator, template};
 use whippen_isa::reg::LR;
 use whippen_isa::timing::{Core, Outcome};
 use whippen_isa::{Cond, Flags, Inst, Op};
@@ -73,7 +72,7 @@ impl State {
 }
 
 impl OrderCost {
-    pub fn new(block: &Placed, core: &Core) -> OrderCost {
+    pub fn new(block: &Block<PReg>, core: &Core) -> OrderCost {
         let mut insts = Vec::with_capacity(2 * block.code.len() + 2);
         let mut form = |inst: &Inst| {
             let flags = inst.flags();

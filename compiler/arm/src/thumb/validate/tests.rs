@@ -6,14 +6,16 @@ use std::sync::OnceLock;
 use super::*;
 use crate::image::timing;
 use crate::thumb::Options;
-use crate::thumb::allocate::{Placed, allocate};
-use crate::thumb::hoist::{compute_live_in, hoist_over_branches, registers_touched};
+use crate::thumb::allocate::{allocate, next_key_register};
+use crate::thumb::hoist::hoist_over_branches;
 use crate::thumb::literal::Literals;
-use crate::thumb::minst::{Edge, MInst, template};
+use crate::thumb::liveness::compute_live_in;
+use crate::thumb::minst::{Allocated, Block, Edge, PReg, template};
 use crate::thumb::registers::{ALL_FREE, FREE};
 use crate::thumb::reorder::{OrderCache, reorder_blocks};
 use crate::thumb::select::Select;
 use crate::thumb::state_layout::StateLayout;
+use whippen_isa::{Arch, Class, Inst};
 use whippen_kernel::random::kernel;
 use whippen_kernel::sweep;
 use whippen_modes::Modes;
@@ -21,15 +23,23 @@ use whippen_modes::Modes;
 /// How many kernels errors are put into.
 const KERNELS: u64 = 12;
 
-fn memory_at(op: Op, t: u8, access: Access) -> Fixed {
-    Fixed {
-        inst: Inst {
-            t,
-            n: RECORD,
-            ..template(op)
-        },
-        code: Some(MInst::new(op).access(access)),
+type Fixed = MInst<PReg>;
+
+/// An instruction as selection would have made it.
+fn selected(inst: Inst, access: Access) -> Fixed {
+    MInst {
+        inserted: false,
+        ..MInst::inserted(inst, access)
     }
+}
+
+fn memory_at(op: Op, t: u8, access: Access) -> Fixed {
+    let inst = Inst {
+        t,
+        n: RECORD,
+        ..template(op)
+    };
+    selected(inst, access)
 }
 
 fn load(t: u8, cell: u32) -> Fixed {
@@ -41,16 +51,14 @@ fn store(t: u8, cell: u32) -> Fixed {
 }
 
 fn alu(op: Op, s: bool, d: u8, n: u8, m: u8) -> Fixed {
-    Fixed {
-        inst: Inst {
-            s,
-            d,
-            n,
-            m,
-            ..template(op)
-        },
-        code: None,
-    }
+    let inst = Inst {
+        s,
+        d,
+        n,
+        m,
+        ..template(op)
+    };
+    selected(inst, Access::None)
 }
 
 /// A decision, one of two ways, and the same end; r2 is kept over all of it.
@@ -74,7 +82,7 @@ fn decision() -> Allocated {
         },
         on(),
         on(),
-        Terminator::NextKey(0),
+        Terminator::NextKey(PReg(next_key_register(Arch::V8M))),
     ];
     let next = memory_at(Op::LDR_immediate, 14, Access::Read(AliasClass::Constant));
     let codes = [
@@ -92,7 +100,8 @@ fn decision() -> Allocated {
         vec![store(1, 2)],
         vec![next, store(2, 4)],
     ];
-    let placed = |(code, end)| Placed {
+    let placed = |(code, end)| Block {
+        params: Vec::new(),
         code,
         end,
         rounds: None,
@@ -100,6 +109,7 @@ fn decision() -> Allocated {
     };
     Allocated {
         blocks: codes.into_iter().zip(ends).map(placed).collect(),
+        vregs: 0,
         slots: 0,
         free: ALL_FREE,
     }
@@ -107,10 +117,10 @@ fn decision() -> Allocated {
 
 #[test]
 fn what_cannot_be_told_may_change_and_nothing_else() {
-    let told = |change: &dyn Fn(&mut [Placed])| {
+    let told = |change: &dyn Fn(&mut [Block<PReg>])| {
         let mut after = decision();
         change(&mut after.blocks);
-        validate(&decision(), &after, Arch::V8M).is_err()
+        validate(&decision(), &after).is_err()
     };
     assert!(!told(&|_| ()));
     // The word goes up over the branch; its register then has another name.
@@ -118,10 +128,10 @@ fn what_cannot_be_told_may_change_and_nothing_else() {
         let first = blocks[1].code.remove(0);
         blocks[0].code.insert(3, first);
     }));
-    assert!(!told(&|blocks| (
-        blocks[1].code[0],
-        blocks[1].code[2].inst.m
-    ) = (load(9, 3), 9)));
+    assert!(!told(&|blocks| {
+        blocks[1].code[0] = load(9, 3);
+        blocks[1].code[2].set_register(Role::M, PReg(9));
+    }));
     // Loads change places.
     assert!(!told(&|blocks| blocks[0].code.swap(0, 2)));
     assert!(
@@ -137,7 +147,7 @@ fn what_cannot_be_told_may_change_and_nothing_else() {
         "the sum reads r3 still"
     );
     assert!(
-        told(&|blocks| blocks[1].code[2].inst.d = 4),
+        told(&|blocks| blocks[1].code[2].set_register(Role::D, PReg(4))),
         "the end reads r2"
     );
     assert!(
@@ -165,10 +175,10 @@ fn what_cannot_be_told_may_change_and_nothing_else() {
         "nobody knows what follows"
     );
     assert!(
-        told(&|blocks| blocks[3].code[0].inst.t = RECORD),
+        told(&|blocks| blocks[3].code[0].set_register(Role::T, PReg(RECORD))),
         "a register of the layout is lost"
     );
-    let swapped = |end: &mut Terminator| {
+    let swapped = |end: &mut Terminator<PReg>| {
         *end = Terminator::Branch {
             cond: Cond::GE,
             yes: 1,
@@ -217,11 +227,11 @@ fn needed(func: &Allocated) -> Vec<Vec<bool>> {
         .iter()
         .map(|block| vec![false; block.code.len()])
         .collect();
-    let mut wanted: Vec<BTreeSet<Location>> = vec![BTreeSet::new(); func.blocks.len()];
+    let mut wanted: Vec<BTreeSet<Location<PReg>>> = vec![BTreeSet::new(); func.blocks.len()];
     loop {
         let known = wanted.clone();
         for (index, block) in func.blocks.iter().enumerate().rev() {
-            let mut live: BTreeSet<Location> = match block.end {
+            let mut live: BTreeSet<Location<PReg>> = match block.end {
                 Terminator::Branch { cond, .. } => {
                     flag_places(branch_inst(Some(cond), false, 0).flags().reads).collect()
                 }
@@ -234,7 +244,7 @@ fn needed(func: &Allocated) -> Vec<Vec<bool>> {
                     SP,
                     next_key_register(Arch::V8M),
                 ]
-                .map(Location::Register)
+                .map(|reg| Location::Register(PReg(reg)))
                 .into(),
             };
             block
@@ -243,15 +253,12 @@ fn needed(func: &Allocated) -> Vec<Vec<bool>> {
                 .into_iter()
                 .for_each(|to| live.extend(known[to].iter().chain(&wanted[to])));
             for (at, fixed) in block.code.iter().enumerate().rev() {
-                let ([reads, writes], (from, to)) = (
-                    roles_touched(&fixed.inst).expect("it is known"),
-                    memory_touched(fixed),
-                );
-                let written = writes
-                    .into_iter()
-                    .map(|(_, at)| at)
+                let (from, to) = memory_touched(fixed);
+                let written = fixed
+                    .registers_written()
+                    .map(Location::Register)
                     .chain(flag_places(fixed.inst.flags().writes));
-                let written: Vec<Location> = written
+                let written: Vec<Location<PReg>> = written
                     .chain(to.filter(|to| matches!(to, Location::Slot(_))))
                     .collect();
                 let goes_out = to.is_some_and(|to| !matches!(to, Location::Slot(_)));
@@ -262,9 +269,9 @@ fn needed(func: &Allocated) -> Vec<Vec<bool>> {
                         .filter(|_| !fixed.inst.is_conditional())
                         .for_each(|at| _ = live.remove(at));
                     live.extend(
-                        reads
-                            .into_iter()
-                            .map(|(_, at)| at)
+                        fixed
+                            .registers_read()
+                            .map(Location::Register)
                             .chain(flag_places(fixed.inst.flags().reads))
                             .chain(from),
                     );
@@ -294,7 +301,7 @@ fn unnoticed(all: &[[Allocated; 2]], errors: &Errors) -> (usize, usize) {
                     continue;
                 };
                 made += 1;
-                missed += usize::from(validate(before, &wrong, Arch::V8M).is_ok());
+                missed += usize::from(validate(before, &wrong).is_ok());
             }
         }
     }
@@ -311,26 +318,23 @@ fn with(func: &Allocated, block: usize, change: impl FnOnce(&mut Vec<Fixed>)) ->
 fn errors_in_code_of_random_kernels_are_noticed() {
     let all: Vec<[Allocated; 2]> = (0..KERNELS).map(random).collect();
     for [before, after] in &all {
-        assert_eq!(validate(before, after, Arch::V8M), Ok(()));
+        assert_eq!(validate(before, after), Ok(()));
     }
     // Two instructions of which the second reads what the first leaves change places.
     let swapped = |func: &Allocated, block: usize, at: usize| {
         let code = &func.blocks[block].code;
         let depends = needed(func)[block].get(at + 1)?
-            & (registers_touched(&code[at]).1 & registers_touched(&code[at + 1]).0 != 0);
+            & (code[at].inst.defs().core_bits() & code[at + 1].inst.uses().core_bits() != 0);
         depends.then(|| with(func, block, |code| code.swap(at, at + 1)))
     };
     // The first operand is read in another register.
     let renamed = |func: &Allocated, block: usize, at: usize| {
-        let (role, register) = roles_touched(&func.blocks[block].code[at].inst).ok()?[0]
-            .first()
-            .copied()?;
-        let place = FREE
-            .iter()
-            .position(|free| Location::Register(*free) == register)?;
-        let other = FREE[(place + 1) % FREE.len()];
+        let first = func.blocks[block].code[at].uses().find(|u| u.reads)?;
+        let register = first.operand.reg;
+        let place = FREE.iter().position(|free| PReg(*free) == register)?;
+        let other = PReg(FREE[(place + 1) % FREE.len()]);
         Some(with(func, block, |code| {
-            *role.of(&mut code[at].inst) = other
+            code[at].set_register(first.role, other)
         }))
     };
     // A store is missing.
@@ -351,8 +355,7 @@ fn errors_in_code_of_random_kernels_are_noticed() {
             .into_iter()
             .find(|to| *to != block)?;
         let first = func.blocks[block].code[0];
-        let wanted =
-            registers_touched(&first).1 & compute_live_in(func, &timing(Arch::V8M))[other] != 0;
+        let wanted = first.register_bits().1 & compute_live_in(func)[other].bits() != 0;
         wanted.then(|| {
             let shorter = with(func, block, |code| _ = code.remove(0));
             with(&shorter, above, |code| code.push(first))

@@ -1,0 +1,159 @@
+//! The compiler of one function on one screen: from instructions over virtual registers to the
+//! order in which blocks are laid out.
+//!
+//! | pass | file | checked, in debug builds, by |
+//! | --- | --- | --- |
+//! | select | `select` | `regalloc2`'s verifier of SSA form, in `allocate` |
+//! | legalise for ARMv6-M | `v6m` | the same |
+//! | promote tick constants | `promote` | the same |
+//! | order blocks | `minst` | the same |
+//! | schedule | `schedule` | `validate` |
+//! | advance the load of the next key's code | `schedule` | the same as `select` |
+//! | allocate registers | `allocate` | `regalloc2`'s checker |
+//! | reorder, rename | `reorder`, `rename` | `validate`, with the next |
+//! | hoist over branches | `hoist` | `validate` |
+//! | lay out blocks, assemble | `block_layout`, `emit` | encoding and decoding, by `isa` |
+//!
+//! Modes, `init` and what a tick computes at its entry take the same way. On ARMv6-M nothing waits
+//! for results, so nothing is scheduled there, nor reordered.
+
+use super::allocate::allocate;
+use super::hoist::hoist_over_branches;
+use super::literal::Literals;
+use super::minst::{Allocated, Func, Register};
+use super::promote::Promotions;
+use super::registers::ALL_FREE;
+use super::reorder::{OrderCache, reorder_blocks};
+use super::schedule::{advance_next_key_loads, schedule_blocks};
+use super::select::Select;
+use super::state_layout::StateLayout;
+use super::tick_invariant::TickInvariants;
+use super::validate::validate;
+use super::{ThumbError, critical_path, v6m};
+use whippen_isa::Arch;
+use whippen_isa::timing::Core;
+use whippen_modes::Modes;
+
+/// How a function is compiled.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Strategy {
+    /// Decisions over which a rematerialisable value keeps its register.
+    pub remat_distance: usize,
+    /// Values alive at once, as far as the scheduler can have that; none keeps selection's order.
+    pub pressure_limit: Option<usize>,
+}
+
+/// What is compiled.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Piece<'a> {
+    /// A mode, by its number.
+    Mode(usize),
+    /// What prepares one key.
+    Init,
+    /// What a tick computes at its entry, once for all keys.
+    Invariants(&'a TickInvariants),
+}
+
+/// What all functions of a core are compiled for.
+pub(super) struct Compiler<'a> {
+    pub modes: &'a Modes,
+    pub layout: &'a StateLayout,
+    pub core: &'a Core,
+}
+
+impl Compiler<'_> {
+    /// Selects instructions; literals are numbered as they are met.
+    pub(super) fn select(&self, piece: Piece, strategy: Strategy, literals: &mut Literals) -> Func {
+        let kernel = &self.modes.kernel;
+        let func = match piece {
+            Piece::Mode(index) => {
+                let mode = &self.modes.modes[index];
+                let distance = strategy.remat_distance;
+                Select::mode(kernel, self.layout, literals, mode, index, distance)
+            }
+            Piece::Init => Select::init(kernel, self.layout, literals),
+            Piece::Invariants(invariants) => {
+                Select::shared(kernel, self.layout, literals, invariants)
+            }
+        };
+        if self.core.arch == Arch::V6M {
+            v6m::legal(func, self.layout, literals)
+        } else {
+            func
+        }
+    }
+
+    /// Promotes, schedules and allocates; gives the code and about the cycles of its longest path.
+    ///
+    /// # Errors
+    /// Those of [`Compiler::schedule`] and [`Compiler::allocate`].
+    pub(super) fn allocate_scheduled(
+        &self,
+        func: Func,
+        promotions: &Promotions,
+        strategy: Strategy,
+    ) -> Result<(Allocated, u64), ThumbError> {
+        let func = self.schedule(promotions.promote_in(func), strategy)?;
+        let code = self.allocate(&func)?;
+        let cycles = critical_path::estimate_cycles(&code, self.core);
+        Ok((code, cycles))
+    }
+
+    /// Orders blocks, and the instructions of each.
+    ///
+    /// # Errors
+    /// The order changes what is computed: a bug.
+    pub(super) fn schedule(&self, func: Func, strategy: Strategy) -> Result<Func, ThumbError> {
+        let mut func = func.into_reverse_postorder();
+        if let Some(limit) = strategy.pressure_limit.filter(|_| self.reorders()) {
+            let promoted = (ALL_FREE & !func.free).count_ones() as usize;
+            let limit = limit.saturating_sub(promoted).max(2);
+            validated(&mut func, |func| schedule_blocks(func, self.core, limit))?;
+            advance_next_key_loads(&mut func);
+        }
+        Ok(func)
+    }
+
+    /// Allocates registers.
+    ///
+    /// # Errors
+    /// There are none, or the allocator's checker objects: a bug.
+    pub(super) fn allocate(&self, func: &Func) -> Result<Allocated, ThumbError> {
+        allocate(func, self.core.arch).map_err(ThumbError::Bug)
+    }
+
+    /// Reorders allocated code; gives the cycles of its longest path.
+    ///
+    /// # Errors
+    /// A pass changed what is computed: a bug.
+    pub(super) fn reorder(
+        &self,
+        code: &mut Allocated,
+        cache: &OrderCache,
+    ) -> Result<u64, ThumbError> {
+        if self.reorders() {
+            validated(code, |code| {
+                reorder_blocks(code, self.core, cache);
+                hoist_over_branches(code, self.core);
+            })?;
+        }
+        Ok(critical_path::worst_case_cycles(code, self.core))
+    }
+
+    /// Whether the order of instructions counts.
+    pub(super) fn reorders(&self) -> bool {
+        self.core.arch != Arch::V6M
+    }
+}
+
+/// Runs passes; in debug builds what comes out is compared with what went in.
+fn validated<R: Register>(
+    func: &mut Func<R>,
+    passes: impl FnOnce(&mut Func<R>),
+) -> Result<(), ThumbError> {
+    let before = cfg!(debug_assertions).then(|| func.clone());
+    passes(func);
+    before.map_or(Ok(()), |before| {
+        validate(&before, func).map_err(ThumbError::Bug)
+    })
+}
