@@ -1,4 +1,5 @@
-//! SIMD vectorisation over keys: `tick` of several keys at once, in the lanes of vectors of 128 bits.
+//! SIMD vectorisation over keys: `tick` of several keys at once, in the lanes of vectors of 128
+//! bits.
 //!
 //! ```text
 //!   i1    a mask: 32 bits of ones or zeros a key         key 0 | key 1 | key 2 | key 3

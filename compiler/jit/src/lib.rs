@@ -244,8 +244,8 @@ impl JitFunctions {
         }
     }
 
-    /// The bases of all buffers, in the order of `loop_context::Buffer`. What is declared as `*const`
-    /// there is only read.
+    /// The bases of all buffers, in the order of `loop_context::Buffer`. What is declared as
+    /// `*const` there is only read.
     fn buffers(
         &mut self,
         memory: &mut Memory,

@@ -1,5 +1,5 @@
-//! An intermediate representation in SSA form with structured control, the *Kernel*: one tick of one
-//! key as integers, with the memory it works on; the engines run it for N keys.
+//! An intermediate representation in SSA form with structured control, the *Kernel*: one tick of
+//! one key as integers, with the memory it works on; the engines run it for N keys.
 //!
 //! Real numbers end before it. What a sensor word does to the words of memory and to
 //! the drive word is written out bit by bit: 1-, 32- and 64-bit integers in SSA form, explicit

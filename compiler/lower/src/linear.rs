@@ -281,7 +281,8 @@ impl Lowerer<'_> {
         self.clamped(word, range)
     }
 
-    /// A plan of the sum in units of `lsb`, with `more` added (in units); none if a term has no form.
+    /// A plan of the sum in units of `lsb`, with `more` added (in units); none if a term has no
+    /// form.
     fn planned(
         &self,
         c0: f64,

@@ -1,5 +1,5 @@
-//! Reachability over a step's graph: nodes that a tick needs, and sums whose constant is left to their
-//! users.
+//! Reachability over a step's graph: nodes that a tick needs, and sums whose constant is left to
+//! their users.
 
 use crate::simplify::Step;
 use whippen_ids::IdMap;

@@ -1,5 +1,5 @@
-//! Weighted union-find over the units of values: clusters that share a unit, and ties between clusters
-//! whose units have a fixed ratio up to a power of two.
+//! Weighted union-find over the units of values: clusters that share a unit, and ties between
+//! clusters whose units have a fixed ratio up to a power of two.
 
 use super::middle;
 use super::reach::needed;
