@@ -9,7 +9,7 @@ mod emitted;
 mod forms;
 
 use super::{Options, Parts, ThumbError, build_object, compile_parts, critical_path, names};
-use forms::{Forms, forms_of};
+use forms::{ModeForms, forms_of};
 use std::fmt::Display;
 use whippen_modes::Modes;
 
@@ -108,7 +108,7 @@ pub fn code_after(
         .collect()
 }
 
-fn text_after(pass: Pass, forms: &Forms) -> String {
+fn text_after(pass: Pass, forms: &ModeForms) -> String {
     let form: &dyn Display = match pass {
         Pass::Select => &forms.selected,
         Pass::Promote => &forms.promoted,

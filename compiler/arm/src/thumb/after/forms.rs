@@ -6,7 +6,7 @@ use super::super::reorder::OrderCache;
 use super::super::{Parts, ThumbError};
 
 /// A mode's code after each pass.
-pub(super) struct Forms {
+pub(super) struct ModeForms {
     pub selected: Func,
     pub promoted: Func,
     pub scheduled: Func,
@@ -16,7 +16,7 @@ pub(super) struct Forms {
 
 /// The forms of a mode by the strategy that was chosen for it. The last of them must be the code
 /// that was chosen.
-pub(super) fn forms_of(parts: &mut Parts, mode: usize) -> Result<Forms, ThumbError> {
+pub(super) fn forms_of(parts: &mut Parts, mode: usize) -> Result<ModeForms, ThumbError> {
     let chosen = parts.made.chosen[mode];
     let compiler = Compiler {
         modes: &parts.modes,
@@ -37,7 +37,7 @@ pub(super) fn forms_of(parts: &mut Parts, mode: usize) -> Result<Forms, ThumbErr
             "mode {mode} is compiled otherwise the second time:\n{expected}\n{reordered}"
         )));
     }
-    Ok(Forms {
+    Ok(ModeForms {
         selected: selected.into_reverse_postorder(),
         promoted: promoted.into_reverse_postorder(),
         scheduled,
