@@ -385,7 +385,7 @@ fn bundled_boards_agree_with_the_emulators_own_tables() {
         );
         for memory in &board.memory {
             for step in 0..64 {
-                let at = memory.base + (memory.size / 64 * step & !3) + 4 * (step % 16);
+                let at = memory.base + ((memory.size / 64 * step) & !3) + 4 * (step % 16);
                 let region = own.regions.iter().find(|region| region.contains(at));
                 let region = region.unwrap_or_else(|| panic!("{}: {at:#010x}", memory.name));
                 assert_eq!(
@@ -419,7 +419,7 @@ fn agree_on_banks(board: &Board, own: &EmulatedBoard) {
     let bounded = |memory: &&Memory| !memory.banks.is_empty();
     let memories = board.memory.iter().filter(bounded);
     let addresses: Vec<u32> = memories
-        .flat_map(|memory| (0..40).map(|n| memory.base + (memory.size / 40 * n & !3)))
+        .flat_map(|memory| (0..40).map(|n| memory.base + ((memory.size / 40 * n) & !3)))
         .collect();
     let bank = |at: u32| board.memory_at(at).and_then(|memory| memory.bank(at));
     for &one in &addresses {

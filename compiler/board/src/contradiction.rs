@@ -158,7 +158,7 @@ impl Board {
             let memory = self.memory_for(section);
             memory.is_some_and(|memory| memory.kind != MemoryKind::Flash)
         };
-        let section = early.into_iter().chain(of_start).find(|own| in_ram(&own))?;
+        let section = early.into_iter().chain(of_start).find(|own| in_ram(own))?;
         Some(Contradiction {
             key: "place".into(),
             what: format!(

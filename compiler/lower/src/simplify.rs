@@ -57,7 +57,7 @@ pub fn simplify(model: &Model, ranges: Ranges) -> Result<(Step, Ranges), Vec<Dia
     out.roots_mut()
         .into_iter()
         .for_each(|root| *root = rewriter.node(*root));
-    (out.dag, out.spans, out.within) = rewriter.finish();
+    rewriter.finish_into(&mut out);
     let ranges = range::analyze(&out)?;
     let step = Step {
         model: out,

@@ -39,9 +39,11 @@ impl<'a> Rewriter<'a> {
         }
     }
 
-    /// The new graph; where its values were written, and inside which calls.
-    pub fn finish(self) -> (Dag, IdMap<NodeId, Option<Span>>, IdMap<NodeId, Option<u32>>) {
-        (self.dag, self.spans, self.within)
+    /// Puts the new graph into a model: its values, where they were written, and inside which calls.
+    pub fn finish_into(self, model: &mut Model) {
+        model.dag = self.dag;
+        model.spans = self.spans;
+        model.within = self.within;
     }
 
     /// The new node that computes what old node `id` does. Operands come first, without recursion.
