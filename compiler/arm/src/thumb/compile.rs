@@ -18,9 +18,10 @@
 //! for results, so nothing is scheduled there, nor reordered.
 
 use super::allocate::allocate;
+use super::func::{Allocated, Func};
 use super::hoist::hoist_over_branches;
 use super::literal::Literals;
-use super::minst::{Allocated, Func, Register};
+use super::minst::Register;
 use super::promote::Promotions;
 use super::registers::ALL_FREE;
 use super::reorder::{OrderCache, reorder_blocks};

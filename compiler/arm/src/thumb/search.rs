@@ -8,8 +8,8 @@
 
 use super::ThumbError;
 use super::compile::{Compiler, Piece, Strategy};
+use super::func::{Allocated, Func};
 use super::literal::Literals;
-use super::minst::{Allocated, Func};
 use super::promote::{self, Promotions};
 use super::reorder::OrderCache;
 use super::tick_invariant::TickInvariants;

@@ -19,7 +19,8 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::emit::branch_inst;
-use super::minst::{Access, AliasClass, Func, MInst, Register, Relocation, Role, Terminator};
+use super::func::{Func, Terminator};
+use super::minst::{Access, AliasClass, MInst, Register, Relocation, Role};
 use super::registers::{HISTORY, RECORD, SAMPLES, STATE};
 use whippen_isa::ShiftType;
 use whippen_isa::reg::SP;

@@ -1,7 +1,7 @@
 //! The forms of a mode's code from selection to the final order of its instructions.
 
 use super::super::compile::{Compiler, Piece};
-use super::super::minst::{Allocated, Func};
+use super::super::func::{Allocated, Func};
 use super::super::reorder::OrderCache;
 use super::super::{Parts, ThumbError};
 

@@ -3,7 +3,8 @@
 
 use super::pipeline_states::{PipelineStates, START};
 use crate::thumb::emit;
-use crate::thumb::minst::{Block, PReg, Terminator, template};
+use crate::thumb::func::{Block, Terminator};
+use crate::thumb::minst::{PReg, template};
 use whippen_isa::reg::LR;
 use whippen_isa::timing::{Core, Outcome};
 use whippen_isa::{Cond, Flags, Inst, Op};
