@@ -74,13 +74,13 @@ pub fn build_partitioned(
 fn bound_zones(image: &FirmwareImage, board: &Board) -> Result<Vec<Costs>, NotBounded> {
     let bytes = Program::of(&image.image);
     let of_program = |(id, code): (ProgramId, &ProgramCode)| {
-        let bounded = cores(image, &bytes, &board.timing(), id)?;
+        let bounded = cores(image, &bytes, board, id)?;
         let keys = code.zones.iter().map(|zone| (zone.keys.count(), 0));
         let mut costs = Costs {
             keys: keys.collect(),
             zone: 0,
         };
-        for zone in bounded.iter().flat_map(|core| &core.crowded.zones) {
+        for zone in bounded.iter().flat_map(|core| &core.contended.zones) {
             let cycles = &mut costs.keys[zone.of.zone.index()].1;
             *cycles = zone.tick.key_cycles_max().max(*cycles);
             costs.zone = zone.tick.frame_cycles_max().max(costs.zone);

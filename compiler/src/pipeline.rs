@@ -215,7 +215,7 @@ pub fn prove(
     let bytes = Bytes::of(&image.image);
     let mut programs = Vec::new();
     for number in 0..image.programs.len() as u32 {
-        let cores = cores(image, &bytes, &board.timing(), ProgramId(number))?;
+        let cores = cores(image, &bytes, board, ProgramId(number))?;
         let budget = Budget::of(&cores, board.clock_hz, rate_hz);
         observer(Pass::Budget, &budget);
         programs.push(ProgramProof { cores, budget });

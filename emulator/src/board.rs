@@ -144,7 +144,7 @@ pub struct Board {
     pub regions: Vec<Region>,
     /// The ports of its memory, where several cores or a DMA may wait for each other; empty where
     /// they never do.
-    pub banks: &'static [Banks],
+    pub banks: Vec<Banks>,
     /// Where the first core finds its vector table at reset.
     pub vector_table: u32,
     /// Where the other cores begin at reset; they halt when this is absent.
@@ -170,7 +170,7 @@ impl Board {
             interrupts: 64,
             regions,
             vector_table: 0x0800_0000,
-            banks: &[],
+            banks: Vec::new(),
             others: None,
         }
     }

@@ -25,7 +25,6 @@ use crate::device::uart::Uart;
 use crate::fabric::Banks;
 use crate::lines::Start;
 use crate::machine::Machine;
-use whippen_isa::timing::apb;
 
 mod rp2040;
 mod rp2350;
@@ -77,7 +76,7 @@ impl BoardKind {
             clock_hz: chip.clock_hz,
             interrupts: chip.interrupts,
             regions,
-            banks: chip.banks,
+            banks: chip.banks.to_vec(),
             vector_table: chip.vectors,
             others: Some(chip.core1()),
         }
@@ -145,10 +144,9 @@ struct ChipTable {
     bootram: Option<u32>,
 }
 
-const PERIPHERAL: Waits = Waits {
-    read: apb::READ.cycles as i8,
-    write: apb::WRITE.cycles as i8,
-};
+/// The bridge to the peripherals: a read takes at least 3 cycles, a write at least 4 (RP2350
+/// datasheet 2.1.5).
+const PERIPHERAL: Waits = Waits { read: 2, write: 3 };
 const DMA_BASE: u32 = 0x5000_0000;
 const SIO_BASE: u32 = 0xd000_0000;
 /// A peripheral's block with its copies, and a whole slot of the peripheral bus.

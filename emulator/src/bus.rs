@@ -97,7 +97,7 @@ impl Bus {
         Ok(Self {
             memory: Memory::new(board)?,
             lines,
-            fabric: Fabric::new(board.banks),
+            fabric: Fabric::new(&board.banks),
             slots: Vec::new(),
             due: u64::MAX,
             exclusives: vec![None; board.cores],

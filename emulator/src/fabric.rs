@@ -43,7 +43,7 @@ struct Port {
 /// See the module.
 #[derive(Default)]
 pub(crate) struct Fabric {
-    banks: &'static [Banks],
+    banks: Vec<Banks>,
     ports: Vec<Port>,
     /// Whether each manager has high priority.
     high: [bool; MANAGERS],
@@ -56,10 +56,10 @@ pub(crate) struct Fabric {
 }
 
 impl Fabric {
-    pub fn new(banks: &'static [Banks]) -> Self {
+    pub fn new(banks: &[Banks]) -> Self {
         let ports = banks.iter().map(|b| b.ports as usize).sum();
         Self {
-            banks,
+            banks: banks.to_vec(),
             ports: vec![Port::default(); ports],
             ..Self::default()
         }
@@ -127,7 +127,7 @@ impl Fabric {
 
     fn port(&self, address: u32) -> Option<usize> {
         let mut first = 0;
-        for banks in self.banks {
+        for banks in &self.banks {
             let offset = address.wrapping_sub(banks.base);
             if offset < banks.bytes {
                 return Some(first + (offset / 4 % banks.ports) as usize);

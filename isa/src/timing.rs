@@ -42,14 +42,12 @@
 //! [`Outcome::waits`]. Exceptions: [`Core::exceptions`] has their cycles; when they happen is the
 //! emulator's.
 
-pub mod apb;
 mod cost;
 mod facts;
 mod issue;
 mod outcome;
 mod pipe;
 mod sources;
-pub mod sram;
 mod timed;
 
 pub use cost::{Cost, Reason};

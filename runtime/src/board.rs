@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use whippen_compiler::board::{AccessTime, BANKS_MAX, Bus};
 use whippen_compiler::image::{Board, Memory, MemoryKind, Placement, Start};
 use whippen_isa::Arch;
 
@@ -32,11 +33,23 @@ const KEYS: &[Known] = &[
     ("core", "cortex-m33"),
     ("cores", "2"),
     ("clock", "150 MHz"),
+    ("ports", "2"),
     ("start", "image definition"),
     ("uf2_family", "0xe48bff59"),
+    ("stacks", "0x20081000 0x20082000"),
     ("memory.*.base", "0x20000000"),
     ("memory.*.size", "256 KiB"),
     ("memory.*.kind", "ram"),
+    ("memory.*.access", "1 cycle"),
+    ("memory.*.fetch", "1 cycle"),
+    ("memory.*.banks", "SRAM0 SRAM1 SRAM2 SRAM3"),
+    ("memory.*.stripe", "4 bytes"),
+    ("bus.*.base", "0x40000000"),
+    ("bus.*.size", "256 MiB"),
+    ("bus.*.read", "3 cycles"),
+    ("bus.*.write", "4 cycles"),
+    ("device.*", "0x40070000"),
+    ("interrupt.converter", "46"),
     ("place.*", "sram0"),
 ];
 
@@ -52,6 +65,10 @@ const STARTS: &[(&str, Start)] = &[
     ("image definition", Start::ImageDef),
     ("boot2", Start::Boot2),
 ];
+/// What one access at a time may be said to take.
+const CYCLES: &[(&str, u32)] = &[("cycle", 1), ("cycles", 1)];
+const SIZES: &[(&str, u32)] = &[("KiB", 1 << 10), ("MiB", 1 << 20), ("bytes", 1)];
+const PORTS: &[(&str, bool)] = &[("1", false), ("2", true)];
 const KINDS: &[(&str, MemoryKind)] = &[("flash", MemoryKind::Flash), ("ram", MemoryKind::Ram)];
 
 /// The names of the bundled boards.
@@ -73,21 +90,22 @@ pub fn bundled(name: &str) -> Option<Board> {
 ///
 /// # Errors
 /// The file cannot be read or is no TOML; a key is unknown or missing; a value is no string or
-/// makes no sense; memories overlap; something is placed in a memory that is not there. Each names
-/// the file, the line and the key.
+/// makes no sense; facts contradict each other ([`Board::contradiction`]); something is placed in a
+/// memory that is not there. Each names the file, the line and the key.
 pub fn load(path: &Path) -> Result<Board, FileError> {
     read(path, &read_text(path)?)
 }
 
 fn read(path: &Path, text: &str) -> Result<Board, FileError> {
     let entries = Entries::parse(path, text, KEYS)?;
-    let memory = memories(&entries)?;
+    let mut banks = Vec::new();
+    let memory = memories(&entries, &mut banks)?;
     let places = placements(&entries, &memory)?;
     let family = entries
         .find("uf2_family")
         .map(|_| address(&entries, "uf2_family"))
         .transpose()?;
-    Ok(Board {
+    let board = Board {
         name: entries.text("name")?.to_string(),
         arch: one_of(&entries, "core", CORES)?,
         cores: cores(&entries)?,
@@ -103,50 +121,189 @@ fn read(path: &Path, text: &str) -> Result<Board, FileError> {
         )?,
         start: one_of(&entries, "start", STARTS)?,
         uf2_family: family,
+        fetches_apart: one_of(&entries, "ports", PORTS)?,
+        banks,
         memory,
+        buses: buses(&entries)?,
+        devices: devices(&entries)?,
+        converter_interrupt: interrupt(&entries)?,
+        stacks: stacks(&entries)?,
         places,
-    })
+    };
+    match board.contradiction() {
+        Some(wrong) => Err(entries.error(&wrong.key, &wrong.what)),
+        None => Ok(board),
+    }
 }
 
-fn memories(entries: &Entries) -> Result<Vec<Memory>, FileError> {
+/// The names of the tables of one kind, such as `memory`.
+fn tables<'a>(entries: &'a Entries, kind: &str) -> Vec<&'a str> {
     let names = entries
         .all()
-        .filter_map(|(key, _)| key.strip_prefix("memory.")?.rsplit_once('.'))
+        .filter_map(|(key, _)| {
+            let rest = key.strip_prefix(kind)?.strip_prefix('.')?;
+            rest.rsplit_once('.')
+        })
         .map(|(name, _)| name);
     let mut names: Vec<&str> = names.collect();
     names.sort_unstable();
     names.dedup();
-    let mut memory = Vec::new();
-    for name in names {
-        let base = address(entries, &format!("memory.{name}.base"))?;
-        let key = format!("memory.{name}.size");
-        let size = scaled(
-            entries,
+    names
+}
+
+/// First address and bytes of a table.
+fn range(entries: &Entries, table: &str) -> Result<(u32, u32), FileError> {
+    let base = address(entries, &format!("{table}.base"))?;
+    let key = format!("{table}.size");
+    let size = scaled(entries, &key, SIZES)?;
+    if base % 4 != 0 || size % 4 != 0 || size == 0 || base.checked_add(size).is_none() {
+        return Err(entries.error(
             &key,
-            &[("KiB", 1 << 10), ("MiB", 1 << 20), ("bytes", 1)],
-        )?;
-        if base % 4 != 0 || size % 4 != 0 || size == 0 || base.checked_add(size).is_none() {
-            return Err(entries.error(
-                &key,
-                "must be a multiple of 4, not zero, and end below 4 GiB",
-            ));
-        }
-        let kind = one_of(entries, &format!("memory.{name}.kind"), KINDS)?;
+            "must be a multiple of 4, not zero, and end below 4 GiB",
+        ));
+    }
+    Ok((base, size))
+}
+
+fn memories(entries: &Entries, banks: &mut Vec<String>) -> Result<Vec<Memory>, FileError> {
+    let mut memory = Vec::new();
+    for name in tables(entries, "memory") {
+        let table = format!("memory.{name}");
+        let (base, size) = range(entries, &table)?;
         memory.push(Memory {
             name: name.to_string(),
             base,
             size,
-            kind,
+            kind: one_of(entries, &format!("{table}.kind"), KINDS)?,
+            access: data_time(entries, &format!("{table}.access"))?,
+            fetch: fetch_time(entries, &format!("{table}.fetch"))?,
+            banks: banks_of(entries, &format!("{table}.banks"), banks)?,
+            striped: is_striped(entries, &format!("{table}.stripe"))?,
         });
     }
     memory.sort_by_key(|memory| memory.base);
-    for pair in memory.windows(2) {
-        if pair[0].base + pair[0].size > pair[1].base {
-            let what = format!("lies inside `memory.{}`", pair[0].name);
-            return Err(entries.error(&format!("memory.{}.base", pair[1].name), &what));
+    Ok(memory)
+}
+
+/// How long a load or store takes.
+fn data_time(entries: &Entries, key: &str) -> Result<AccessTime, FileError> {
+    match entries.text(key)? {
+        "not bounded" => Ok(AccessTime::NotBounded),
+        _ => Ok(AccessTime::Cycles(cycles(entries, key)?)),
+    }
+}
+
+/// How long a fetch takes: what is slower than a cycle has no bound.
+fn fetch_time(entries: &Entries, key: &str) -> Result<AccessTime, FileError> {
+    match entries.text(key)? {
+        "1 cycle" => Ok(AccessTime::Cycles(1)),
+        "not bounded" => Ok(AccessTime::NotBounded),
+        "none" => Ok(AccessTime::Impossible),
+        other => {
+            let what = format!(
+                "is `{other}`, but must be `1 cycle`, `not bounded` (also where it takes more than \
+                 a cycle) or `none`"
+            );
+            Err(entries.error(key, &what))
         }
     }
-    Ok(memory)
+}
+
+/// Cycles of an access, at least 1.
+fn cycles(entries: &Entries, key: &str) -> Result<u16, FileError> {
+    let number = scaled(entries, key, CYCLES)?;
+    let cycles = u16::try_from(number).ok().filter(|n| (1..=255).contains(n));
+    cycles.ok_or_else(|| entries.error(key, "must be 1 to 255 cycles"))
+}
+
+/// The numbers of a memory's banks; names that are new are added to all of them.
+fn banks_of(entries: &Entries, key: &str, banks: &mut Vec<String>) -> Result<Vec<u8>, FileError> {
+    let mut own = Vec::new();
+    for name in entries.find(key).unwrap_or_default().split_whitespace() {
+        let known = banks.iter().position(|bank| bank == name);
+        let number = known.unwrap_or_else(|| {
+            banks.push(name.to_string());
+            banks.len() - 1
+        });
+        let number = u8::try_from(number)
+            .ok()
+            .filter(|n| usize::from(*n) < BANKS_MAX);
+        let Some(number) = number else {
+            let what = format!("names more than {BANKS_MAX} banks in all");
+            return Err(entries.error(key, &what));
+        };
+        if own.contains(&number) {
+            return Err(entries.error(key, &format!("names `{name}` twice")));
+        }
+        own.push(number);
+    }
+    Ok(own)
+}
+
+/// Whether neighbouring words are in neighbouring banks.
+fn is_striped(entries: &Entries, key: &str) -> Result<bool, FileError> {
+    match entries.find(key) {
+        None => Ok(false),
+        Some("4 bytes") => Ok(true),
+        Some(other) => {
+            let what = format!(
+                "is `{other}`, but must be `4 bytes`; without it banks lie one behind the other"
+            );
+            Err(entries.error(key, &what))
+        }
+    }
+}
+
+fn buses(entries: &Entries) -> Result<Vec<Bus>, FileError> {
+    let mut buses = Vec::new();
+    for name in tables(entries, "bus") {
+        let table = format!("bus.{name}");
+        let (base, size) = range(entries, &table)?;
+        buses.push(Bus {
+            name: name.to_string(),
+            base,
+            size,
+            read_cycles: cycles(entries, &format!("{table}.read"))?,
+            write_cycles: cycles(entries, &format!("{table}.write"))?,
+        });
+    }
+    buses.sort_by_key(|bus| bus.base);
+    Ok(buses)
+}
+
+fn devices(entries: &Entries) -> Result<Vec<(String, u32)>, FileError> {
+    let keys = entries
+        .all()
+        .filter_map(|(key, _)| Some((key, key.strip_prefix("device.")?)));
+    keys.map(|(key, name)| Ok((name.to_string(), address(entries, key)?)))
+        .collect()
+}
+
+fn interrupt(entries: &Entries) -> Result<u32, FileError> {
+    let key = "interrupt.converter";
+    let value = entries.text(key)?;
+    let number = value.parse().ok().filter(|number| *number < 480);
+    number.ok_or_else(|| {
+        entries.error(
+            key,
+            &format!("is `{value}`, but must be a number from 0 to 479"),
+        )
+    })
+}
+
+/// Where stacks end, by core.
+fn stacks(entries: &Entries) -> Result<Vec<u32>, FileError> {
+    let words = entries.text("stacks")?.split_whitespace();
+    words
+        .map(|word| {
+            hexadecimal(word).ok_or_else(|| {
+                let what = format!(
+                    "has `{word}`, but must be the end of each core's stack, as in `0x20081000`"
+                );
+                entries.error("stacks", &what)
+            })
+        })
+        .collect()
 }
 
 fn placements(entries: &Entries, memory: &[Memory]) -> Result<Vec<Placement>, FileError> {
@@ -196,16 +353,17 @@ fn cores(entries: &Entries) -> Result<u32, FileError> {
 /// A hexadecimal number.
 fn address(entries: &Entries, key: &str) -> Result<u32, FileError> {
     let value = entries.text(key)?;
-    let digits = value
-        .strip_prefix("0x")
-        .map(|digits| digits.replace('_', ""));
-    let number = digits.and_then(|digits| u32::from_str_radix(&digits, 16).ok());
-    number.ok_or_else(|| {
+    hexadecimal(value).ok_or_else(|| {
         entries.error(
             key,
             &format!("is `{value}`, but must be a number such as `0x20000000`"),
         )
     })
+}
+
+fn hexadecimal(text: &str) -> Option<u32> {
+    let digits = text.strip_prefix("0x")?.replace('_', "");
+    u32::from_str_radix(&digits, 16).ok()
 }
 
 /// A whole number with one of these units.

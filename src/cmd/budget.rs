@@ -25,7 +25,7 @@ use whippen_runtime::image::ImageInstrument;
 use whippen_runtime::report::budget_page;
 
 use self::beyond::{Beyond, BeyondArgs};
-use super::setup::{Setup, SetupArgs, symbol_prefix};
+use super::setup::{Setup, SetupArgs, not_bounded, symbol_prefix};
 use super::{command, load};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
@@ -186,7 +186,7 @@ impl<'a> ImageProof<'a> {
         let image = setup.build_to_bound(instruments, keys)?;
         let rate_hz = setup.first().model.rate_hz;
         let proof = pipeline::prove(&image, &setup.board, rate_hz, &mut unobserved)
-            .map_err(|error| Failure::Defect(format!("no bound: {error}")))?;
+            .map_err(|error| not_bounded(&error))?;
         let all = setup.layout.programs.iter().zip(proof.programs);
         let programs =
             all.map(|(program, proof)| ProgramReport::new(setup, instruments, program, proof));
@@ -311,7 +311,7 @@ impl<'a> ProgramReport<'a> {
         let all = self
             .cores
             .iter()
-            .flat_map(|core| core.alone.zones.iter().zip(&core.crowded.zones));
+            .flat_map(|core| core.alone.zones.iter().zip(&core.contended.zones));
         all.filter(move |(alone, _)| alone.of.zone == zone)
     }
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
 use whippen_compiler::board::Board;
+use whippen_compiler::budget::NotBounded;
 use whippen_compiler::check::{Keyboard, Options, Program};
 use whippen_compiler::diag::{Severity, nearest};
 use whippen_compiler::firmware::{self, FirmwareError, FirmwareImage, ImageError};
@@ -195,11 +196,8 @@ impl Setup {
     /// That there is a firmware for the board.
     pub fn check_supported(&self) -> Result<(), Failure> {
         match firmware::support(&self.board) {
-            Some(_) => Ok(()),
-            None => Err(self.image_failure(ImageError::Board(
-                self.board.name.clone(),
-                self.board.clock_hz,
-            ))),
+            Ok(_) => Ok(()),
+            Err(why) => Err(self.image_failure(ImageError::Board(why))),
         }
     }
 
@@ -236,7 +234,7 @@ impl Setup {
         let image = pipeline::build(&layout, &borrowed, &setup, &self.board, &mut unobserved);
         image.map_err(|error| match error {
             BuildError::Image(error) => self.image_failure(error),
-            BuildError::Bound(_) => Failure::Defect(error.to_string()),
+            BuildError::Bound(error) => not_bounded(&error),
         })
     }
 
@@ -259,6 +257,16 @@ impl Setup {
             }
             ImageError::Ports(..) | ImageError::Firmware(_) => Failure::Usage(error.to_string()),
         }
+    }
+}
+
+/// Why an image has no bound: what its board says, or a mistake of the firmware's.
+pub fn not_bounded(error: &NotBounded) -> Failure {
+    let message = format!("no bound: {error}");
+    if error.is_the_boards() {
+        Failure::Usage(message)
+    } else {
+        Failure::Defect(message)
     }
 }
 

@@ -87,7 +87,7 @@ impl<'a> Board<'a> {
             rate_hz: image.compiled.model.rate_hz,
         };
         let (mut machine, ports) =
-            build(image.kind, image.kind.board(), converter).expect("a board");
+            build(image.kind, image.emulated.clone(), converter).expect("a board");
         for segment in &image.whole.image.segments {
             machine
                 .bus

@@ -1,6 +1,7 @@
 //! An instrument's image and its bounds.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use whippen_compiler::budget::{Bounded, Program};
 use whippen_compiler::firmware::{CORES, FirmwareImage};
@@ -8,7 +9,7 @@ use whippen_compiler::image::{Board, MemoryKind};
 use whippen_compiler::keyboard::Layout;
 use whippen_compiler::modes::{INSTRUCTIONS, Modes};
 use whippen_compiler::pipeline::{self, Compiled, compile, unobserved};
-use whippen_emulator::BoardKind;
+use whippen_emulator::{Board as EmulatedBoard, BoardKind};
 use whippen_runtime::image::{ImageInstrument, setup_to_bound};
 use whippen_runtime::{board, device::Device};
 
@@ -17,7 +18,9 @@ use crate::common;
 pub struct Image {
     pub kind: BoardKind,
     pub board: Board,
-    pub compiled: Compiled,
+    /// What the emulator has in the place of the board.
+    pub emulated: EmulatedBoard,
+    pub compiled: Arc<Compiled>,
     pub modes: Modes,
     pub whole: FirmwareImage,
     pub program: Program,
@@ -44,6 +47,17 @@ impl Image {
 
     pub fn on(kind: BoardKind, compiled: Compiled, keys: u32) -> Image {
         let board = board::bundled(kind.name()).expect("it is bundled");
+        Image::for_board(kind, (board, kind.board()), Arc::new(compiled), keys)
+            .unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    /// On a board of one's own and what the emulator has in its place; or why it is refused.
+    pub fn for_board(
+        kind: BoardKind,
+        (board, emulated): (Board, EmulatedBoard),
+        compiled: Arc<Compiled>,
+        keys: u32,
+    ) -> Result<Image, String> {
         let device = Device::of(&compiled.model);
         let setup = setup_to_bound(&compiled, &device, keys, board.cores, 21).expect("a setup");
         let layout = Layout::of_one_instrument(&compiled.model.name, keys, 21);
@@ -51,16 +65,17 @@ impl Image {
             .unwrap_or_else(|e| panic!("{e:?}"));
         let instruments = ImageInstrument::borrow_all(std::slice::from_ref(&instrument));
         let whole = pipeline::build(&layout, &instruments, &setup, &board, &mut unobserved)
-            .unwrap_or_else(|e| panic!("{e}"));
+            .map_err(|e| e.to_string())?;
         let rate_hz = compiled.model.rate_hz;
-        let mut proof = pipeline::prove(&whole, &board, rate_hz, &mut unobserved)
-            .unwrap_or_else(|e| panic!("{e}"));
+        let mut proof =
+            pipeline::prove(&whole, &board, rate_hz, &mut unobserved).map_err(|e| e.to_string())?;
         let (program, cores) = (proof.bytes, proof.programs.remove(0).cores);
         let modes = instrument.modes;
         let period = u64::from(board.clock_hz / compiled.model.rate_hz);
-        Image {
+        Ok(Image {
             kind,
             board,
+            emulated,
             compiled,
             modes,
             whole,
@@ -68,7 +83,7 @@ impl Image {
             cores,
             keys: setup.keys,
             period,
-        }
+        })
     }
 
     pub fn name(&self) -> &str {

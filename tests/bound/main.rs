@@ -6,6 +6,7 @@
 
 mod board;
 mod image;
+mod own;
 mod played;
 mod refused;
 mod searched;

@@ -148,12 +148,12 @@ fn play(kind: BoardKind, compiled: Compiled, keys: usize) -> u64 {
             } else {
                 0
             };
-            let (key, frame) = holds(&image, &both, core, &bounds.crowded, visits);
+            let (key, frame) = holds(&image, &both, core, &bounds.contended, visits);
             assert!(both.frames_seen[core] > 0, "it played");
             format!(
                 "key {key} of {}, frame {frame} of {}",
-                bounds.crowded.key_cycles_max(),
-                bounds.crowded.handler.cycles_max
+                bounds.contended.key_cycles_max(),
+                bounds.contended.handler.cycles_max
             )
         });
     let crowded: Vec<String> = crowded.collect();

@@ -2,7 +2,6 @@
 
 use whippen_compiler::budget::{NotBounded, Program, cores};
 use whippen_compiler::keyboard::ProgramId;
-use whippen_isa::timing::Core;
 
 use crate::image::{Image, instruments};
 
@@ -28,8 +27,7 @@ fn another_interrupt_has_no_bound() {
     let timer = 4 * (16 + 3);
     section.bytes[timer..timer + 4].copy_from_slice(&(other | 1).to_le_bytes());
     let program = Program::of(&image.whole.image);
-    let refused =
-        cores(&image.whole, &program, &Core::cortex_m33(), ProgramId(0)).expect_err("no bound");
+    let refused = cores(&image.whole, &program, &image.board, ProgramId(0)).expect_err("no bound");
     assert_eq!(refused, NotBounded::Interrupts { address: other });
     assert_eq!(
         refused.to_string(),
@@ -46,7 +44,6 @@ fn an_image_without_a_firmware_has_no_bound() {
         .symbols
         .retain(|symbol| symbol.name != "idle0");
     let program = Program::of(&image.whole.image);
-    let refused =
-        cores(&image.whole, &program, &Core::cortex_m33(), ProgramId(0)).expect_err("no bound");
+    let refused = cores(&image.whole, &program, &image.board, ProgramId(0)).expect_err("no bound");
     assert_eq!(refused.to_string(), "there is no `idle0` in the code");
 }

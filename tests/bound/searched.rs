@@ -212,7 +212,7 @@ fn a_bound_that_is_too_low_is_noticed() {
                     code,
                     entry,
                     annotations,
-                    surroundings: None,
+                    interference: None,
                 };
                 bound(&query).expect("a bound").cycles_max
             };

@@ -6,7 +6,6 @@ use whippen_compiler::firmware::build_image;
 use whippen_compiler::keyboard::{InstrumentId, Layout, Program as KeyboardProgram, ProgramId};
 use whippen_compiler::pipeline::{Compiled, unobserved};
 use whippen_emulator::{BoardKind, Converter, ConverterSetup, Observer, Step, Stop, build};
-use whippen_isa::timing::Core;
 use whippen_runtime::board;
 use whippen_runtime::device::Device;
 use whippen_runtime::image::{ImageInstrument, setup};
@@ -78,8 +77,7 @@ fn switches(names: &[&str], zones: [&[(u32, usize)]; 2], keys: [u32; 2]) -> [Vec
     let image = &whole.image;
     let program = Program::of(image);
     let bounds = [0, 1].map(|playing| {
-        cores(&whole, &program, &Core::cortex_m33(), ProgramId(playing))
-            .unwrap_or_else(|e| panic!("{e}"))
+        cores(&whole, &program, &board, ProgramId(playing)).unwrap_or_else(|e| panic!("{e}"))
     });
     let converter = ConverterSetup {
         keys: KEYS,
@@ -128,7 +126,7 @@ fn switches(names: &[&str], zones: [&[(u32, usize)]; 2], keys: [u32; 2]) -> [Vec
     assert_eq!(begun, [true; 2], "both have played");
     assert!(frames.count > APART * SWITCHES, "{} frames", frames.count);
     for (core, observed) in frames.longest.into_iter().enumerate() {
-        let frames = bounds.each_ref().map(|cores| &cores[core].crowded);
+        let frames = bounds.each_ref().map(|cores| &cores[core].contended);
         let visits = |frame: &&Frame| {
             frame
                 .parts

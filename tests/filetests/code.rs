@@ -123,7 +123,7 @@ pub fn budget(text: &str, words: &[&str]) -> Result<String, String> {
         code: &code,
         entry,
         annotations: &annotations,
-        surroundings: None,
+        interference: None,
     };
     let bound = bound(&query).map_err(|error| error.to_string())?;
     printed(&bound, &code, asked.options.arch)

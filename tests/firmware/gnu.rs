@@ -7,12 +7,13 @@ use std::process::Command;
 use crate::rig::{Rig, kernel, midi, setup};
 use whippen_compiler::asm::{Source, assemble};
 use whippen_compiler::firmware::{
-    FirmwareError, Instrument, Passivity, ProgramCode, RP2040, RP2350, STM32F4, Setup, Support,
-    constants, frame_constants, objects, sources,
+    FirmwareError, Instrument, Passivity, ProgramCode, Setup, Support, constants, frame_constants,
+    objects, sources, support,
 };
 use whippen_compiler::image::{FixupKind, Section};
 use whippen_compiler::modes::Modes;
 use whippen_isa::Arch;
+use whippen_runtime::board;
 
 /// Bytes of sections by the GNU assembler.
 fn gnu(
@@ -87,7 +88,7 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> usize {
     };
     let mut constants = match constants(std::slice::from_ref(&program), &watched, board) {
         // It has no text for this core; the others are compared all the same.
-        Err(FirmwareError::PassivityCore) if board.arch == Arch::V6M => {
+        Err(FirmwareError::PassivityCore) if board.board.arch == Arch::V6M => {
             constants(&[program], setup, board).expect("constants")
         }
         constants => constants.expect("constants"),
@@ -108,7 +109,8 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> usize {
     let mut compared = 0;
     for (index, texts) in sources(board).into_iter().enumerate() {
         let text: String = texts.iter().map(|source| source.text).collect();
-        let object = assemble(&texts, &constants, board.arch).unwrap_or_else(|e| panic!("{e}"));
+        let object =
+            assemble(&texts, &constants, board.board.arch).unwrap_or_else(|e| panic!("{e}"));
         let sections: Vec<Section> = object
             .sections
             .into_iter()
@@ -165,16 +167,18 @@ fn the_same_bytes() {
         ..setup()
     };
     let boards = [
-        (RP2350, "cortex-m33", setup()),
-        (RP2040, "cortex-m0plus", setup()),
-        (STM32F4, "cortex-m4", one),
+        ("rp2350", "cortex-m33", setup()),
+        ("rp2040", "cortex-m0plus", setup()),
+        ("stm32f4", "cortex-m4", one),
     ];
     let forms = [Form::Plain, Form::Zones, Form::Far];
     for ((board, core, setup), form) in boards
         .iter()
         .flat_map(|board| forms.map(|form| (board, form)))
     {
-        let compared = compare(board, core, setup, form);
+        let board = board::bundled(board).expect("it is bundled");
+        let board = support(&board).unwrap_or_else(|e| panic!("{e}"));
+        let compared = compare(&board, core, setup, form);
         assert!(compared > 1200, "{core}: {compared} bytes");
     }
 }
@@ -188,9 +192,10 @@ fn a_board_s_mistake_is_told_with_its_line() {
     };
     let kernel = kernel("virtual-spring.whip");
     let rig = Rig::new(&kernel, 0);
-    let board = whippen_compiler::firmware::Support {
+    let of_board = board::bundled("rp2350").expect("it is bundled");
+    let board = Support {
         rest: &[rest],
-        ..RP2350
+        ..support(&of_board).unwrap_or_else(|e| panic!("{e}"))
     };
     let (modes, notes) = (Modes::single(&kernel), midi(&kernel));
     let instrument = Instrument {

@@ -9,7 +9,6 @@ use whippen_compiler::modes::Modes;
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_compiler::source::SourceMap;
 use whippen_emulator::BoardKind;
-use whippen_isa::timing::Core;
 use whippen_runtime::closed;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
@@ -152,7 +151,7 @@ fn it_is_charged() {
         let whole =
             build_image(&layout, &[instrument], &setup, &board).unwrap_or_else(|e| panic!("{e}"));
         let program = Program::of(&whole.image);
-        let bounds = cores(&whole, &program, &Core::cortex_m33(), ProgramId(0));
+        let bounds = cores(&whole, &program, &board, ProgramId(0));
         let bounds = bounds.unwrap_or_else(|e| panic!("{e}"));
         [0, 1].map(|core: usize| bounds[core].alone.handler.cycles_max)
     };

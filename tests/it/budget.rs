@@ -35,7 +35,7 @@ fn bound_of(code: &Code, entry: u32, annotations: &Annotations) -> Result<Bound,
         code,
         entry,
         annotations,
-        surroundings: None,
+        interference: None,
     })
 }
 

@@ -1,5 +1,6 @@
 //! An object in the memory of an emulated core, run tick by tick.
 
+use whippen_compiler::board::AccessTime;
 use whippen_compiler::image::{
     Board as LinkBoard, Image, Input, Memory, MemoryKind, Placement, Start, link,
 };
@@ -235,6 +236,10 @@ fn memory(arch: Arch) -> LinkBoard {
         base: RAM,
         size: RAM_BYTES - STACK_BYTES,
         kind: MemoryKind::Ram,
+        access: AccessTime::Cycles(1),
+        fetch: AccessTime::Cycles(1),
+        banks: vec![0],
+        striped: false,
     };
     LinkBoard {
         name: "target".to_string(),
@@ -247,6 +252,12 @@ fn memory(arch: Arch) -> LinkBoard {
             pattern: "*".to_string(),
             memory: ram.name.clone(),
         }],
+        fetches_apart: arch != Arch::V6M,
+        banks: vec!["RAM".to_string()],
         memory: vec![ram],
+        buses: Vec::new(),
+        devices: Vec::new(),
+        converter_interrupt: 0,
+        stacks: vec![RAM + RAM_BYTES],
     }
 }

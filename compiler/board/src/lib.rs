@@ -1,30 +1,20 @@
-//! A board as the linker sees it.
+//! The description of a chip and its board: cores, clock, memories with their banks and times,
+//! buses with devices, stacks, what goes where.
+//!
+//! Linker, firmware and bound read this one description; it comes from a file
+//! (`instruments/hardware/*.toml`, read by `whippen_runtime::board`). [`Board::contradiction`]
+//! finds what cannot be true of any board. The emulator has tables of its own, so that it can judge.
+//!
+//! Not here: reading files, pipelines of cores (`whippen_isa::timing`), the firmware's texts.
+
+mod contradiction;
+mod memory;
 
 use whippen_isa::Arch;
 use whippen_isa::timing::Core;
 
-/// What kind of memory it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MemoryKind {
-    /// Keeps its contents; the image is stored there.
-    Flash,
-    /// Holds nothing at the start: what must be there is copied from flash first, unless there is
-    /// none.
-    Ram,
-}
-
-/// A run of memory.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Memory {
-    /// Its name in the board's file.
-    pub name: String,
-    /// First address.
-    pub base: u32,
-    /// Bytes.
-    pub size: u32,
-    /// What kind.
-    pub kind: MemoryKind,
-}
+pub use contradiction::Contradiction;
+pub use memory::{AccessTime, BANKS_MAX, BankSet, Bus, Memory, MemoryKind};
 
 /// Which sections go into a memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -63,13 +53,58 @@ pub struct Board {
     pub start: Start,
     /// The family that its bootloader takes UF2 files for, if it takes any.
     pub uf2_family: Option<u32>,
+    /// Whether its cores fetch and access data through a port each; else both share one.
+    pub fetches_apart: bool,
+    /// Names of the banks of its memories.
+    pub banks: Vec<String>,
     /// Its memory, by address.
     pub memory: Vec<Memory>,
+    /// Where its devices are, by address.
+    pub buses: Vec<Bus>,
+    /// Devices that the firmware uses, by name, with the first address of each.
+    pub devices: Vec<(String, u32)>,
+    /// Number of the converter's interrupt.
+    pub converter_interrupt: u32,
+    /// Where the stack of each core ends: the address behind its highest word.
+    pub stacks: Vec<u32>,
     /// What goes where.
     pub places: Vec<Placement>,
 }
 
+/// What is at an address.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target<'a> {
+    /// Memory.
+    Memory(&'a Memory),
+    /// A bus with devices.
+    Bus(&'a Bus),
+    /// Nothing that the board describes.
+    Nothing,
+}
+
 impl Board {
+    /// What is at an address.
+    pub fn target(&self, address: u32) -> Target<'_> {
+        if let Some(memory) = self.memory.iter().find(|own| own.contains(address)) {
+            return Target::Memory(memory);
+        }
+        match self.buses.iter().find(|own| own.contains(address)) {
+            Some(bus) => Target::Bus(bus),
+            None => Target::Nothing,
+        }
+    }
+
+    /// The memory that an address is in.
+    pub fn memory_at(&self, address: u32) -> Option<&Memory> {
+        self.memory.iter().find(|own| own.contains(address))
+    }
+
+    /// The first address of a device.
+    pub fn device(&self, name: &str) -> Option<u32> {
+        let found = self.devices.iter().find(|(own, _)| own == name);
+        found.map(|(_, base)| *base)
+    }
+
     /// The memory of a section, if the board has a place for it.
     pub fn memory_for(&self, section: &str) -> Option<&Memory> {
         let fits = |place: &&Placement| match place.pattern.strip_suffix('*') {

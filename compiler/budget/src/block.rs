@@ -9,6 +9,7 @@ use super::graph::{Control, Edge, Graph, Item};
 use super::memory::Bases;
 use super::relevant::{Relevance, Relevant, writes};
 use super::state::{State, insert};
+use super::unknown::UnknownTime;
 use super::{Query, Step};
 
 /// What walking through a block needs and leaves behind.
@@ -25,6 +26,8 @@ pub struct Walker<'a> {
     pub infeasible: u32,
     /// Whether states were joined.
     pub merged: bool,
+    /// The first access that may meet memory without a known time.
+    pub unknown_time: Option<UnknownTime>,
     /// The largest index of each table branch; of those with an unbounded one, the largest word.
     pub indices: std::collections::BTreeMap<u32, u32>,
 }
@@ -185,14 +188,14 @@ impl<'a> Walker<'a> {
     }
 
     fn issue(&mut self, item: &Item, state: State, mut outcome: Outcome) -> State {
-        if let Some(surroundings) = self.query.surroundings {
-            outcome.waits = surroundings.waits(
-                &item.inst,
-                item.address,
-                &state.facts,
-                &self.bases,
-                &outcome,
-            );
+        if let Some(interference) = self.query.interference {
+            let (inst, facts) = (&item.inst, &state.facts);
+            match interference.waits(inst, item.address, facts, &self.bases, &outcome) {
+                Ok(waits) => outcome.waits = waits,
+                Err(unknown) => {
+                    self.unknown_time.get_or_insert(unknown);
+                }
+            }
         }
         let (pipe, cost) = self
             .query

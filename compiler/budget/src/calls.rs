@@ -113,18 +113,18 @@ impl Calls {
         };
         let annotations = Annotations {
             known: known("tick", &tick)?,
-            bases: of.stack().into_iter().collect(),
+            bases: of.stack_base()?,
             return_to: self.return_to,
             entered: of.entered(&of.playing.name, None),
             ..of.program.annotations.clone()
         };
-        let (core, code, surroundings) = (of.core, &of.program.code, Some(of.surroundings));
+        let (core, code, interference) = (of.core, &of.program.code, Some(of.interference));
         let all = bound(&Query {
             core,
             code,
             entry: self.tick,
             annotations: &annotations,
-            surroundings,
+            interference,
         })?;
         if !all.settled {
             return Err(NotBounded::Unsettled { address: self.tick });
@@ -242,24 +242,22 @@ fn begins(
     known: BTreeMap<(Option<u32>, u32), Known>,
 ) -> Result<Bound, NotBounded> {
     let entry = find(of.program, &format!("{name}_begin"))?;
-    let (entered, bases) = (
-        of.entered(name, Some(keys)),
-        of.stack().into_iter().collect(),
-    );
+    let entered = of.entered(name, Some(keys));
+    let bases = of.stack_base()?;
     let mut annotations = Annotations {
         known,
         entered,
         bases,
         ..of.program.annotations.clone()
     };
-    let (core, code, surroundings) = (of.core, &of.program.code, Some(of.surroundings));
+    let (core, code, interference) = (of.core, &of.program.code, Some(of.interference));
     loop {
         let found = bound(&Query {
             core,
             code,
             entry,
             annotations: &annotations,
-            surroundings,
+            interference,
         });
         match found {
             Err(NotBounded::NoRounds { head }) if !annotations.loops.contains_key(&head) => {

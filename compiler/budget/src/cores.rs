@@ -5,14 +5,12 @@
 //! accesses its own data. What a core looks up in the other's memory between ticks comes as a
 //! number (`Running::visits`).
 
-use whippen_isa::timing::Core;
-use whippen_isa::timing::sram::Chip;
-
 use super::NotBounded;
-use super::frame::{Frame, OnCore, frames};
-use super::memory::{Banks, Surroundings};
+use super::frame::{Frame, OnCore, frames, stack_memory};
+use super::memory::{Extent, Interference, Others, Reach};
 use super::program::Program;
-use whippen_arm::image::{Image, SectionKind};
+use whippen_arm::image::{Image, Linked as LinkedSection, SectionKind};
+use whippen_board::{BankSet, Board};
 use whippen_deterministic::parallel;
 use whippen_firmware::{CoreCode, FirmwareImage, Owner, RUNNING, owner};
 use whippen_keyboard::{CoreId, ProgramId};
@@ -23,79 +21,84 @@ pub struct Bounded {
     /// With nobody else at the bus.
     pub alone: Frame,
     /// With the other core at work, and with its own fetches in the way of its data.
-    pub crowded: Frame,
+    pub contended: Frame,
 }
 
 impl Bounded {
     /// Cycles of a frame that go to waiting for the other core and for own fetches, at most.
     pub fn contention_cycles_max(&self) -> u64 {
-        self.crowded
+        self.contended
             .cycles_max
             .saturating_sub(self.alone.cycles_max)
     }
 }
 
-/// Bounds the cores of a firmware's image while it plays one of its programs; `program` is what the
-/// image's bytes say.
+/// Bounds the cores of a firmware's image for a board while it plays one of its programs; `program`
+/// is what the image's bytes say.
 ///
 /// # Errors
 /// What cannot be bounded.
 pub fn cores(
     image: &FirmwareImage,
     program: &Program,
-    core: &Core,
+    board: &Board,
     playing: ProgramId,
 ) -> Result<Vec<Bounded>, NotBounded> {
-    let chip = Chip::of(core.arch);
-    let alone = Surroundings {
-        chip,
-        ..Surroundings::default()
-    };
+    let timing = board.timing();
     let found = parallel::map(image.cores().collect(), |id: CoreId| {
         let of_program = image.programs.iter().map(|program| program.core(id));
         let programs: Vec<&CoreCode> = of_program.collect();
-        let crowded = surroundings(image, chip, id, &programs);
+        let around = around(image, program, board, id.index(), &programs);
+        let alone = Interference::new(
+            board,
+            &program.sections,
+            (around.code, around.data.clone()),
+            Others::default(),
+        );
         let core = OnCore {
             program,
-            core,
+            core: &timing,
+            number: id.index(),
             running: &RUNNING[id.index()],
             playing: programs[playing.index()],
             programs: &programs,
-            surroundings: &alone,
+            interference: &alone,
         };
-        frames(&core, [&alone, &crowded]).map(|[alone, crowded]| Bounded { alone, crowded })
+        frames(&core, [&alone, &around]).map(|[alone, contended]| Bounded { alone, contended })
     });
     found.into_iter().collect()
 }
 
 /// Who else is at the banks that a core uses, which has this code of each program.
-fn surroundings(
-    image: &FirmwareImage,
-    chip: Chip,
-    core: CoreId,
+fn around<'a>(
+    whole: &FirmwareImage,
+    program: &'a Program,
+    board: &'a Board,
+    core: usize,
     programs: &[&CoreCode],
-) -> Surroundings {
-    let core = core.index();
-    let banks = |core: usize, code: bool| banks(&image.image, chip, core, code);
-    let (data, prefetch) = (banks(core, false), chip.fetches_apart());
-    if image.keys_of_cores.len() == 1 {
-        // What is named after another core is there, but this one runs it.
-        return Surroundings {
-            chip,
-            data: data | banks(1, false),
-            prefetch,
-            ..Surroundings::default()
-        };
+) -> Interference<'a> {
+    let image = &whole.image;
+    let cores = whole.keys_of_cores.len();
+    let data = data(image, program, board, core, cores);
+    let mut others = Others {
+        prefetch: board.fetches_apart,
+        ..Others::default()
+    };
+    if cores > 1 {
+        let other = 1 - core;
+        others.contenders = vec![
+            code_banks(image, board, other),
+            data_banks(image, program, board, other),
+        ];
+        others.remote_accesses = RUNNING[core].visits + more_visits(core, programs);
     }
-    let others = vec![banks(1 - core, true), banks(1 - core, false)];
-    let visits = RUNNING[core].visits + more_visits(core, programs);
-    Surroundings {
-        chip,
-        data,
-        prefetch,
-        others,
-        visits,
-    }
+    let own_code = code_banks(image, board, core);
+    // A single core also runs what is named after another one.
+    let code = match cores {
+        1 => own_code | code_banks(image, board, 1),
+        _ => own_code,
+    };
+    Interference::new(board, &program.sections, (code, data), others)
 }
 
 /// What core 1 looks up besides in the memory of core 0 where that has several zones: head and tail
@@ -109,17 +112,35 @@ fn more_visits(core: usize, programs: &[&CoreCode]) -> u32 {
     }
 }
 
-/// The banks of a core's code, or of its data.
-fn banks(image: &Image, chip: Chip, core: usize, code: bool) -> Banks {
-    let is = |name: &str| match owner(name) {
-        Owner::Core(own) => own == core,
-        Owner::Start => false,
+/// Where a core's data and its stack lie.
+fn data(image: &Image, program: &Program, board: &Board, core: usize, cores: usize) -> Reach {
+    // A single core also runs what is named after another one.
+    let own = |section: &&LinkedSection| {
+        section.kind != SectionKind::Code
+            && match owner(&section.name) {
+                Owner::Core(of) => of == core || cores == 1,
+                Owner::Start => false,
+            }
     };
-    let wanted = image
-        .sections
-        .iter()
-        .filter(|section| (section.kind == SectionKind::Code) == code && is(&section.name));
-    wanted.fold(0, |set, section| {
-        set | Surroundings::banks(chip, section.run, section.size)
-    })
+    let sections = image.sections.iter().filter(own);
+    let reaches = sections.map(|section| Extent::of(section).reach(board));
+    let stack = stack_memory(program, board, core).map_or(Reach::default(), |(_, reach)| reach);
+    reaches.fold(stack, Reach::and)
+}
+
+/// The banks of a core's code.
+fn code_banks(image: &Image, board: &Board, core: usize) -> BankSet {
+    let sections = image.sections.iter().filter(|section| {
+        section.kind == SectionKind::Code && owner(&section.name) == Owner::Core(core)
+    });
+    sections.fold(0, |set, section| set | Extent::of(section).banks(board))
+}
+
+/// The banks of a core's data and of its stack.
+fn data_banks(image: &Image, program: &Program, board: &Board, core: usize) -> BankSet {
+    let sections = image.sections.iter().filter(|section| {
+        section.kind != SectionKind::Code && owner(&section.name) == Owner::Core(core)
+    });
+    let stack = stack_memory(program, board, core).map_or(0, |(_, reach)| reach.banks);
+    sections.fold(stack, |set, section| set | Extent::of(section).banks(board))
 }

@@ -4,6 +4,8 @@ use std::fmt;
 
 use whippen_isa::{NotDecoded, reg};
 
+use super::unknown::UnknownTime;
+
 /// Why code has no bound.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NotBounded {
@@ -81,6 +83,22 @@ pub enum NotBounded {
         /// Its handler.
         address: u32,
     },
+    /// What is fetched or accessed may be in memory whose time nobody knows.
+    UnknownTime(UnknownTime),
+    /// The stack of a core may grow into what lies below it.
+    StackRoom {
+        /// Bytes of stack, at most.
+        needed: u32,
+        /// Bytes down to what lies below.
+        room: u32,
+        /// Where the stack ends.
+        end: u32,
+    },
+    /// What is interrupted uses the floating-point unit, so that an exception saves more.
+    FloatingPoint {
+        /// Where.
+        address: u32,
+    },
     /// No path ends.
     Endless {
         /// Where it starts.
@@ -94,6 +112,11 @@ pub enum NotBounded {
 }
 
 impl NotBounded {
+    /// Whether another description of the board, or another placement in it, would mend it.
+    pub fn is_the_boards(&self) -> bool {
+        matches!(self, Self::UnknownTime(_) | Self::StackRoom { .. })
+    }
+
     /// The address it is about, if there is one.
     pub fn address(&self) -> Option<u32> {
         match self {
@@ -106,11 +129,13 @@ impl NotBounded {
             | Self::Stack { address }
             | Self::Unsettled { address }
             | Self::Interrupts { address }
+            | Self::FloatingPoint { address }
             | Self::Return { address } => Some(*address),
             Self::NoRounds { head } => Some(*head),
             Self::Irreducible { entries } => Some(entries[0]),
             Self::Endless { entry } => Some(*entry),
-            Self::TooLarge { .. } | Self::NoSymbol { .. } => None,
+            Self::UnknownTime(access) => Some(access.address),
+            Self::TooLarge { .. } | Self::NoSymbol { .. } | Self::StackRoom { .. } => None,
         }
     }
 }
@@ -182,6 +207,17 @@ impl fmt::Display for NotBounded {
                     "the handler at {address:#010x} may interrupt a tick, and how often is not known"
                 )
             }
+            Self::UnknownTime(access) => access.fmt(f),
+            Self::StackRoom { needed, room, end } => write!(
+                f,
+                "a stack takes up to {needed} bytes, and the one that ends at {end:#010x} has {room}: \
+                 give it an end further up, or put less below it"
+            ),
+            Self::FloatingPoint { address } => write!(
+                f,
+                "the instruction at {address:#010x} uses the floating-point unit between ticks: how \
+                 much an interrupt saves then is not bounded"
+            ),
             Self::Endless { entry } => write!(f, "no path from {entry:#010x} ends"),
             Self::TooLarge { instructions_max } => {
                 write!(
@@ -190,6 +226,12 @@ impl fmt::Display for NotBounded {
                 )
             }
         }
+    }
+}
+
+impl From<UnknownTime> for NotBounded {
+    fn from(access: UnknownTime) -> Self {
+        Self::UnknownTime(access)
     }
 }
 

@@ -20,12 +20,14 @@ use whippen_isa::{Class, reg};
 
 use super::calls::Calls;
 use super::graph::{Control, Graph, Tables};
-use super::memory::{Banks, Bases, Surroundings};
+use super::memory::{Bases, Interference, Reach, SOMEWHERE};
 use super::program::Program;
 use super::tick::Tick;
+use super::unknown::Unknown;
 use super::{Annotations, Bound, NotBounded, Query, bound, every, stack, zip};
 use whippen_arm::thumb::{self, Points};
-use whippen_firmware::{CoreCode, DEAD, Running};
+use whippen_board::Board;
+use whippen_firmware::{CoreCode, DEAD, RUNNING, Running};
 use whippen_keyboard::CoreZone;
 
 /// Words that an exception saves and restores.
@@ -80,12 +82,14 @@ pub struct OnCore<'a> {
     pub core: &'a Core,
     /// What runs on it.
     pub running: &'a Running,
+    /// Which core it is.
+    pub number: usize,
     /// Its code of the program that plays.
     pub playing: &'a CoreCode,
     /// Its code of all programs.
     pub programs: &'a [&'a CoreCode],
-    /// Who else uses memory.
-    pub surroundings: &'a Surroundings,
+    /// Memory and who else uses it.
+    pub interference: &'a Interference<'a>,
 }
 
 impl Frame {
@@ -121,14 +125,14 @@ impl Frame {
     }
 }
 
-/// Bounds the frame of a core while it plays one of its programs, in each of some surroundings,
+/// Bounds the frame of a core while it plays one of its programs, with each of some interferences,
 /// which take the place of its own.
 ///
 /// # Errors
 /// What cannot be bounded, or is not there.
 pub fn frames<const N: usize>(
     of: &OnCore,
-    surroundings: [&Surroundings; N],
+    interferences: [&Interference; N],
 ) -> Result<[Frame; N], NotBounded> {
     let OnCore {
         program,
@@ -147,9 +151,17 @@ pub fn frames<const N: usize>(
     let mut zones: [Vec<ZoneBound>; N] = std::array::from_fn(|_| Vec::new());
     for zone in &of.playing.zones {
         let name = &zone.name;
-        let (entered, bases) = (of.entered(name, None), of.bases_of_keys(name));
-        let ticks =
-            super::tick::ticks(program, name, core, surroundings, return_to, entered, bases)?;
+        let entered = of.entered(name, None);
+        let bases = of.bases_of_keys(name)?;
+        let ticks = super::tick::ticks(
+            program,
+            name,
+            core,
+            interferences,
+            return_to,
+            entered,
+            bases,
+        )?;
         for (zones, tick) in zones.iter_mut().zip(ticks) {
             zones.push(ZoneBound {
                 name: name.clone(),
@@ -158,10 +170,10 @@ pub fn frames<const N: usize>(
             });
         }
     }
-    every(zip(surroundings, zones, |surroundings, zones| {
+    every(zip(interferences, zones, |interference, zones| {
         frame(
             &OnCore {
-                surroundings,
+                interference,
                 ..*of
             },
             &calls,
@@ -176,12 +188,13 @@ fn frame(of: &OnCore, calls: &Calls, zones: Vec<ZoneBound>) -> Result<Frame, Not
         program,
         core,
         running,
-        surroundings,
+        interference,
         ..
     } = *of;
     let handler = find(program, running.handler)?;
     let known = calls.known(&calls.costs(of, &zones)?);
-    let bases: BTreeMap<u8, Banks> = of.stack().into_iter().collect();
+    let (stack, stack_reach) = of.stack()?;
+    let bases = of.stack_base()?;
     let annotations = Annotations {
         handler: true,
         known,
@@ -193,7 +206,7 @@ fn frame(of: &OnCore, calls: &Calls, zones: Vec<ZoneBound>) -> Result<Frame, Not
         code: &program.code,
         entry,
         annotations,
-        surroundings: Some(surroundings),
+        interference: Some(interference),
     };
     let handled = bound(&query(handler, &annotations))?;
     let sleeping = Annotations {
@@ -202,7 +215,13 @@ fn frame(of: &OnCore, calls: &Calls, zones: Vec<ZoneBound>) -> Result<Frame, Not
         ..program.annotations.clone()
     };
     let idle = Idle::of(&query(find(program, running.idle)?, &sleeping))?;
-    let stacking = u64::from(surroundings.elsewhere());
+    let vectors = find(program, running.vectors)?;
+    let saved = stack_reach.and(
+        program
+            .reach_of(interference.board, vectors)
+            .unwrap_or_default(),
+    );
+    let stacking = u64::from(interference.exception_word(handler, &saved)?);
     let (enter, leave) = (core.exceptions.entry, core.exceptions.exit);
     let mut parts = vec![
         ("the instruction in progress".to_string(), idle.cycles_max),
@@ -220,21 +239,21 @@ fn frame(of: &OnCore, calls: &Calls, zones: Vec<ZoneBound>) -> Result<Frame, Not
         "return from the interrupt".into(),
         u64::from(leave.cycles) + u64::from(SAVED_WORDS) * stacking,
     ));
-    if surroundings.visits > 0 {
-        parts.push((
-            "the other core's visits".to_string(),
-            u64::from(surroundings.visits),
-        ));
+    let remote = interference.others.remote_accesses * interference.remote_access_cycles();
+    if remote > 0 {
+        parts.push(("the other core's visits".to_string(), u64::from(remote)));
     }
     let class = zones
         .iter()
         .map(|zone| zone.tick.class())
         .max()
         .unwrap_or(Evidence::Exact);
+    let stack_bytes_max = idle.stack_bytes_max + SAVED_BYTES + handled.stack_bytes_max;
+    of.has_stack_room(stack, stack_bytes_max)?;
     Ok(Frame {
         keys: of.playing.keys.count(),
         cycles_max: all + parts.iter().map(|(_, cycles)| cycles).sum::<u64>(),
-        stack_bytes_max: idle.stack_bytes_max + SAVED_BYTES + handled.stack_bytes_max,
+        stack_bytes_max,
         class: handled
             .class
             .max(class)
@@ -247,40 +266,60 @@ fn frame(of: &OnCore, calls: &Calls, zones: Vec<ZoneBound>) -> Result<Frame, Not
 }
 
 impl OnCore<'_> {
-    /// The stack's register and banks: the first word of the vectors is where it begins.
-    pub(super) fn stack(&self) -> Option<(u8, Banks)> {
-        let vectors = *self.program.symbols.get(self.running.vectors)?;
-        let top = self.program.code.word(vectors)?;
-        Some((
-            reg::SP,
-            Surroundings::banks(self.surroundings.chip, top.checked_sub(4)?, 4),
-        ))
+    /// Where the stack ends, and where accesses to it go.
+    pub(super) fn stack(&self) -> Result<(u32, Reach), NotBounded> {
+        let name = self.running.vectors;
+        stack_memory(self.program, self.interference.board, self.number)
+            .ok_or_else(|| NotBounded::NoSymbol { name: name.into() })
+    }
+
+    /// The stack pointer as the one register of which it is known where it points.
+    pub(super) fn stack_base(&self) -> Result<BTreeMap<u8, Reach>, NotBounded> {
+        Ok([(reg::SP, self.stack()?.1)].into())
+    }
+
+    /// That nothing lies where so many bytes of stack reach.
+    fn has_stack_room(&self, end: u32, needed: u32) -> Result<(), NotBounded> {
+        let memory = self.interference.board.memory_at(end.wrapping_sub(4));
+        let base = memory.map_or(end, |memory| memory.base);
+        let sections = self.program.sections.iter();
+        let below = sections
+            .filter(|section| section.base < end)
+            .map(|section| section.base.saturating_add(section.size))
+            .max();
+        let stacks = self.interference.board.stacks.iter().copied();
+        let stack = stacks.filter(|other| *other < end).max();
+        let below = below.max(stack).unwrap_or(0);
+        let room = end.saturating_sub(below.max(base));
+        if needed <= room {
+            return Ok(());
+        }
+        Err(NotBounded::StackRoom { needed, room, end })
     }
 
     /// Where registers point while keys are ticked: `thumb` says what they are for, the image where
     /// that is.
-    fn bases_of_keys(&self, name: &str) -> BTreeMap<u8, Banks> {
+    fn bases_of_keys(&self, name: &str) -> Result<BTreeMap<u8, Reach>, NotBounded> {
         let Points {
             state,
             histories,
             words,
         } = thumb::POINTS;
         let of = |symbol: &str| {
-            Some(
-                self.program
-                    .banks_of(self.surroundings.chip, *self.program.symbols.get(symbol)?),
-            )
+            let at = *self.program.symbols.get(symbol)?;
+            self.program.reach_of(self.interference.board, at)
         };
         let state = of(&format!("{name}_state"))
             .into_iter()
-            .flat_map(|banks| state.map(|register| (register, banks)));
-        let histories = of(&format!("{name}_histories")).map(|banks| (histories, banks));
-        let words = of(self.running.words).map(|banks| (words, banks));
-        state
+            .flat_map(|reach| state.map(|register| (register, reach.clone())));
+        let histories = of(&format!("{name}_histories")).map(|reach| (histories, reach));
+        let words = of(self.running.words).map(|reach| (words, reach));
+        let (_, stack) = self.stack()?;
+        Ok(state
             .chain(histories)
             .chain(words)
-            .chain(self.stack())
-            .collect()
+            .chain([(reg::SP, stack)])
+            .collect())
     }
 
     /// What the functions of keys of that name are called with: their state in R0, a word of theirs
@@ -297,6 +336,24 @@ impl OnCore<'_> {
         let key = keys.map(|keys| (2, [0, keys.saturating_sub(1)]));
         [state, words, key].into_iter().flatten().collect()
     }
+}
+
+/// Where a core's stack ends and where accesses to it go: the first word of its vectors says it.
+pub(super) fn stack_memory(program: &Program, board: &Board, core: usize) -> Option<(u32, Reach)> {
+    let vectors = *program.symbols.get(RUNNING.get(core)?.vectors)?;
+    let end = program.code.word(vectors)?;
+    let memory = board.memory_at(end.checked_sub(4)?);
+    let known = memory.filter(|memory| memory.access.extra_cycles().is_some());
+    let unknown = match (known, memory) {
+        (Some(_), _) => None,
+        (None, Some(memory)) => Some(Unknown::Memory {
+            memory: memory.name.clone(),
+            section: None,
+        }),
+        (None, None) => Some(Unknown::Nothing { target: end - 4 }),
+    };
+    let banks = known.map_or(0, |memory| memory.bank_set());
+    Some((end, Reach { banks, unknown }))
 }
 
 pub(super) fn find(program: &Program, name: &str) -> Result<u32, NotBounded> {
@@ -322,6 +379,25 @@ fn only_handler(program: &Program, running: &Running, handler: u32) -> Result<()
     Ok(())
 }
 
+/// Whether an instruction uses the floating-point unit, so that an exception has more to save.
+fn is_floating_point(class: Class) -> bool {
+    use Class::*;
+    matches!(
+        class,
+        FloatAlu
+            | FloatMultiplyAdd
+            | FloatDivide
+            | FloatCompare
+            | FloatConvert
+            | FloatMove
+            | FloatTransfer
+            | FloatLoad
+            | FloatStore
+            | FloatLoadMultiple
+            | FloatStoreMultiple
+    )
+}
+
 /// What the tick interrupts.
 struct Idle {
     /// The longest instruction: it is finished first.
@@ -334,15 +410,22 @@ impl Idle {
         let graph = Graph::build(query, &Tables::default())?;
         let bases = Bases::of(&query.annotations.bases, &graph);
         let items = graph.blocks.iter().flat_map(|block| &block.items);
-        let cycles = items.map(|item| {
+        let mut cycles_max = 0;
+        for item in items {
+            if is_floating_point(item.inst.class()) {
+                return Err(NotBounded::FloatingPoint {
+                    address: item.address,
+                });
+            }
             let taken = Target {
-                address: 2,
+                address: SOMEWHERE,
                 wide: true,
             };
             let target = (item.control != Control::Next).then_some(taken);
-            let waits = query.surroundings.map_or(0, |around| {
-                around.waits_max(&item.inst, item.address, &bases)
-            });
+            let waits = match query.interference {
+                Some(interference) => interference.waits_max(&item.inst, item.address, &bases)?,
+                None => 0,
+            };
             let quotient_bits = if item.inst.class() == Class::Divide {
                 31
             } else {
@@ -357,9 +440,9 @@ impl Idle {
             let (_, cost) = query
                 .core
                 .issue(Pipe::default(), &item.timed, item.address, &outcome);
-            u64::from(cost.cycles()) + u64::from(query.core.late.cycles)
-        });
-        let cycles_max = cycles.max().unwrap_or(0);
+            let cycles = u64::from(cost.cycles()) + u64::from(query.core.late.cycles);
+            cycles_max = cycles_max.max(cycles);
+        }
         Ok(Self {
             cycles_max,
             stack_bytes_max: stack::follow(query, &graph)?.deepest,

@@ -42,6 +42,7 @@ mod report;
 mod stack;
 mod state;
 mod tick;
+mod unknown;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -51,12 +52,13 @@ pub use code::Code;
 pub use cores::{Bounded, cores};
 pub use error::NotBounded;
 pub use frame::{Frame, OnCore, ZoneBound, frames};
-pub use memory::{Banks, Surroundings};
+pub use memory::{Extent, Interference, Others, Reach};
 pub use missed::{Dearest, missed};
 pub use named::mode_names;
 pub use program::Program;
 pub use report::{Budget, CoreBudget};
 pub use tick::{Tick, ticks};
+pub use unknown::{Unknown, UnknownTime};
 
 /// What the bytes do not say.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -79,10 +81,10 @@ pub struct Annotations {
     /// Functions that are bounded elsewhere, by the addresses of the call (none: wherever it is)
     /// and of the function: what the call costs.
     pub known: BTreeMap<(Option<u32>, u32), Known>,
-    /// Registers that point into memory that is known, and the banks of that memory. It is checked
+    /// Registers that point into memory that is known, and where accesses through them go. It is checked
     /// that nothing that is reached moves them but steps by constants, which stay inside; where
     /// something else does, they are no more than others.
-    pub bases: BTreeMap<u8, Banks>,
+    pub bases: BTreeMap<u8, Reach>,
     /// Registers of which something is known at the entry: the lowest and the highest word (signed)
     /// that they may hold.
     pub entered: BTreeMap<u8, [u32; 2]>,
@@ -111,8 +113,8 @@ pub struct Query<'a> {
     pub entry: u32,
     /// What the bytes do not say.
     pub annotations: &'a Annotations,
-    /// Who else uses memory, if waiting for it is to be charged.
-    pub surroundings: Option<&'a Surroundings>,
+    /// Memory and who else uses it, if waiting for it is to be charged.
+    pub interference: Option<&'a Interference<'a>>,
 }
 
 /// One instruction of the dearest path.
@@ -154,24 +156,24 @@ pub struct Bound {
 
 /// Bounds one entry.
 pub fn bound(query: &Query) -> Result<Bound, NotBounded> {
-    bounds(query, [query.surroundings]).map(|[bound]| bound)
+    bounds(query, [query.interference]).map(|[bound]| bound)
 }
 
-/// Bounds one entry once for each of these surroundings, which take the place of the query's: the
+/// Bounds one entry once for each of these interferences, which take the place of the query's: the
 /// graph is the same for all.
 fn bounds<const N: usize>(
     query: &Query,
-    all: [Option<&Surroundings>; N],
+    all: [Option<&Interference>; N],
 ) -> Result<[Bound; N], NotBounded> {
     let mut tables = graph::Tables::default();
     loop {
         let graph = graph::Graph::build(query, &tables)?;
         let stack = stack::follow(query, &graph)?;
         let order = order::Order::of(query, &graph)?;
-        let find = |surroundings| {
+        let find = |interference| {
             longest::Longest::find(
                 &Query {
-                    surroundings,
+                    interference,
                     ..*query
                 },
                 &graph,

@@ -22,6 +22,7 @@ use super::order::{Element, Loop, Order};
 use super::relevant::{Relevance, writes};
 use super::stack::Stack;
 use super::state::{State, insert};
+use super::unknown::UnknownTime;
 use super::{Bound, NotBounded, Query, Step};
 
 /// Rounds that are summed one by one; the rest is charged as the dearest of all.
@@ -37,6 +38,8 @@ pub struct Longest {
     merged: bool,
     settled: bool,
     entry: u32,
+    /// An access that may meet memory without a known time.
+    unknown_time: Option<UnknownTime>,
     /// The largest index of each table branch.
     pub indices: BTreeMap<u32, u32>,
 }
@@ -68,7 +71,7 @@ struct Round {
 impl Longest {
     /// Walks through a graph.
     pub fn find(query: &Query, graph: &Graph, order: &Order) -> Self {
-        let relevance = Relevance::of(graph, query.surroundings.is_some());
+        let relevance = Relevance::of(graph, query.interference.is_some());
         let walker = Walker {
             query,
             graph,
@@ -78,6 +81,7 @@ impl Longest {
             class: Evidence::Exact,
             infeasible: 0,
             merged: false,
+            unknown_time: None,
             indices: BTreeMap::new(),
         };
         let arriving = vec![Vec::new(); graph.blocks.len()];
@@ -105,6 +109,7 @@ impl Longest {
                     infeasible,
                     indices,
                     merged,
+                    unknown_time,
                     ..
                 },
             end,
@@ -119,12 +124,16 @@ impl Longest {
             merged,
             settled,
             entry: query.entry,
+            unknown_time,
             indices,
         }
     }
 
     /// As an answer.
     pub fn answer(self, stack: Stack, graph: &Graph) -> Result<Bound, NotBounded> {
+        if let Some(unknown) = self.unknown_time {
+            return Err(unknown.into());
+        }
         if let Some((&address, _)) = self
             .indices
             .iter()

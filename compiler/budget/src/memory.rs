@@ -1,53 +1,189 @@
-//! Waiting for memory: what an access may lose to others, and to the core's own fetching. Which
-//! banks there are is the chip's ([`Chip`]).
+//! Memory interference: cycles that accesses and fetches take beyond one, as the board describes
+//! its memories, banks and buses.
 //!
-//! RP2350 has a port for each bank of SRAM; two who want one in the same cycle take turns, and the
-//! phase of the turns is not documented. So an access is charged a cycle for each other manager
-//! that may use its bank, and one where data may lie in a bank that the code is being fetched from.
-//! Both are upper bounds, by rules; see `isa::timing::sram`. Devices of the peripheral bus make
-//! everybody wait (`isa::timing::apb`); an address that is not known is memory's.
+//! Charged are, for each word:
+//! * what the memory or the bus takes beyond a cycle;
+//! * an access of every other manager that may use the bank, as the phase of the round robin is not
+//!   documented;
+//! * an own fetch, where the word may lie in a bank that the code is being fetched from.
+//!
+//! All are upper bounds, by rules. An address that facts do not narrow is taken for the core's own
+//! data; what may be fetched or accessed in memory without a known time is an error.
 
-use whippen_isa::timing::sram::Chip;
-use whippen_isa::timing::{Outcome, apb, sram};
+use whippen_arm::image::Linked;
+use whippen_board::{AccessTime, BankSet, Board, Memory, Target};
+use whippen_isa::timing::Outcome;
 use whippen_isa::{Class, Inst, Op, reg};
 
 use std::collections::BTreeMap;
 
 use super::facts::{Facts, Interval};
 use super::graph::Graph;
+use super::unknown::{Unknown, UnknownTime};
 
-/// A set of banks, bit n for bank n of [`Chip::bank`].
-pub type Banks = u16;
+/// Cycles that an access costs more, at most, that meets the prefetch: "can sometimes", says the
+/// RP2350 datasheet (3.7.4.9.12).
+const PREFETCH_CYCLES: u16 = 1;
+
+/// The address of a branch's target that is not known but lies in the core's own code: in the upper
+/// half of a word, which is fetched by itself.
+pub const SOMEWHERE: u32 = 2;
+
+/// Where accesses may go of which nothing else is known.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Reach {
+    /// Banks of memory.
+    pub banks: BankSet,
+    /// What of it lies in memory without a known time, if something does.
+    pub unknown: Option<Unknown>,
+}
+
+impl Reach {
+    /// Both.
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            banks: self.banks | other.banks,
+            unknown: self.unknown.or(other.unknown),
+        }
+    }
+}
+
+/// A section of the program: what lies where.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Extent {
+    /// Its name.
+    pub name: String,
+    /// First address.
+    pub base: u32,
+    /// Bytes.
+    pub size: u32,
+}
+
+impl Extent {
+    /// Whether an address lies inside.
+    pub fn contains(&self, address: u32) -> bool {
+        address.wrapping_sub(self.base) < self.size
+    }
+
+    /// A section of an image.
+    pub fn of(section: &Linked) -> Self {
+        Self {
+            name: section.name.clone(),
+            base: section.run,
+            size: section.size,
+        }
+    }
+
+    /// The banks that it lies in, where they are known.
+    pub fn banks(&self, board: &Board) -> BankSet {
+        let memory = board.memory_at(self.base);
+        memory.map_or(0, |memory| memory.banks_between(self.base, self.size))
+    }
+
+    /// Where accesses to it go.
+    pub fn reach(&self, board: &Board) -> Reach {
+        let known = |memory: &&Memory| memory.access.extra_cycles().is_some();
+        match board.memory_at(self.base) {
+            Some(memory) if known(&memory) => Reach {
+                banks: memory.banks_between(self.base, self.size),
+                unknown: None,
+            },
+            Some(memory) => Reach {
+                banks: 0,
+                unknown: Some(Unknown::Memory {
+                    memory: memory.name.clone(),
+                    section: Some(self.name.clone()),
+                }),
+            },
+            None => Reach {
+                banks: 0,
+                unknown: Some(Unknown::Nothing { target: self.base }),
+            },
+        }
+    }
+}
+
+/// What the memory around a core is, and who else uses it.
+#[derive(Debug, Clone)]
+pub struct Interference<'a> {
+    /// The board.
+    pub board: &'a Board,
+    /// The sections of the program, for messages.
+    pub sections: &'a [Extent],
+    /// Where the code's data may lie, when the analysis does not know an address.
+    pub data: Reach,
+    /// The banks of the core's code, where a branch goes whose target is not known.
+    pub code: BankSet,
+    /// Who else uses memory.
+    pub others: Others,
+    /// Of each bank: cycles beyond the first, and cycles of waiting for others.
+    banks: Vec<BankCycles>,
+}
 
 /// Who else uses memory; by default nobody.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Surroundings {
-    /// Whose memory it is.
-    pub chip: Chip,
-    /// The banks that the code's data may lie in, where the analysis does not know an address.
-    pub data: Banks,
-    /// Whether data in a bank that is being fetched from costs a cycle: "can sometimes", says the
-    /// datasheet.
+pub struct Others {
+    /// Whether data in a bank that is being fetched from costs a cycle.
     pub prefetch: bool,
     /// For each other manager of the bus, of the same priority, the banks that it may use.
-    pub others: Vec<Banks>,
-    /// How many accesses of others come in a frame besides: each makes one of ours wait a cycle at
-    /// most.
-    pub visits: u32,
+    pub contenders: Vec<BankSet>,
+    /// How many accesses of others come in a tick besides: each makes one of ours wait for one
+    /// access at most.
+    pub remote_accesses: u32,
 }
 
-impl Surroundings {
-    /// The banks of a range of addresses.
-    pub fn banks(chip: Chip, from: u32, bytes: u32) -> Banks {
-        let words = (from & !3..from.saturating_add(bytes)).step_by(4);
-        words
-            .take(16)
-            .chain([from.saturating_add(bytes.saturating_sub(1))])
-            .filter_map(|at| chip.bank(at))
-            .fold(0, with)
+/// Cycles of an access to a bank, beyond one.
+#[derive(Debug, Clone, Copy, Default)]
+struct BankCycles {
+    /// What the bank itself takes.
+    extra: u16,
+    /// Waiting for all others that may use it.
+    contention: u16,
+}
+
+/// What an access is.
+#[derive(Debug, Clone, Copy)]
+struct Access {
+    /// The instruction.
+    at: u32,
+    store: bool,
+}
+
+impl<'a> Interference<'a> {
+    /// A board with others at work.
+    pub fn new(
+        board: &'a Board,
+        sections: &'a [Extent],
+        (code, data): (BankSet, Reach),
+        others: Others,
+    ) -> Self {
+        let of_bank = |bank: usize| {
+            let memories = board.memory.iter();
+            let mine = memories.filter(|memory| memory.banks.contains(&(bank as u8)));
+            let extra = mine.filter_map(|memory| memory.access.extra_cycles());
+            let extra = extra.max().unwrap_or(0);
+            let may_use = |other: &&BankSet| **other >> bank & 1 != 0;
+            let contenders = others.contenders.iter().filter(may_use).count() as u16;
+            BankCycles {
+                extra,
+                contention: contenders.saturating_mul(1 + extra),
+            }
+        };
+        let banks = (0..board.banks.len()).map(of_bank).collect();
+        Self {
+            board,
+            sections,
+            data,
+            code,
+            others,
+            banks,
+        }
     }
 
     /// Cycles that an instruction may wait for its data and for what is fetched behind it.
+    ///
+    /// # Errors
+    /// It may meet memory without a known time.
     pub fn waits(
         &self,
         inst: &Inst,
@@ -55,109 +191,212 @@ impl Surroundings {
         facts: &Facts,
         bases: &Bases,
         outcome: &Outcome,
-    ) -> u16 {
-        let fetches = fetched(inst, at, outcome.target.map(|target| target.address))
-            .filter_map(|at| self.chip.bank(at));
-        let fetching: u16 = fetches.map(|bank| self.rivals(bank)).sum();
+    ) -> Result<u16, UnknownTime> {
+        let mut waits = 0u16;
+        for word in fetched(inst, at, outcome.target.map(|target| target.address)) {
+            waits = waits.saturating_add(self.fetch(at, word)?);
+        }
         let words = if outcome.skipped { 0 } else { accesses(inst) };
-        let first = if words == 0 {
-            None
-        } else {
-            addresses(inst, at, facts)
+        if words == 0 {
+            return Ok(waits);
+        }
+        let access = Access {
+            at,
+            store: is_store(inst),
         };
-        let known = first.and_then(|first| {
-            (0..words)
-                .map(|word| self.word(inst, at, first, word))
-                .sum()
-        });
-        let anywhere =
-            || words.saturating_mul(self.anywhere(at, bases.banks(inst).unwrap_or(self.data)));
-        fetching.saturating_add(known.unwrap_or_else(anywhere))
+        if let Some(first) = addresses(inst, at, facts) {
+            for word in 0..words {
+                waits = waits.saturating_add(self.word(access, first, word)?);
+            }
+            return Ok(waits);
+        }
+        let mut each = self.anywhere(at, &self.reach(inst, at, bases))?;
+        if let Some(base) = roughly(inst, facts) {
+            each = each.max(self.beyond(access, base)?);
+        }
+        Ok(waits.saturating_add(words.saturating_mul(each)))
     }
 
     /// As [`Self::waits`] where nothing is known but the bases, and any other address may be a
-    /// device's.
-    pub fn waits_max(&self, inst: &Inst, at: u32, bases: &Bases) -> u16 {
-        let device = if bases.banks(inst).is_some() {
-            0
-        } else {
-            apb::WRITE.cycles.max(apb::READ.cycles)
-        };
-        let devices = accesses(inst).saturating_mul(u16::from(device));
-        self.waits(inst, at, &Facts::nothing(), bases, &Outcome::NEXT)
-            .saturating_add(devices)
+    /// device's or in another core's memory.
+    ///
+    /// # Errors
+    /// It may meet memory without a known time.
+    pub fn waits_max(&self, inst: &Inst, at: u32, bases: &Bases) -> Result<u16, UnknownTime> {
+        let waits = self.waits(inst, at, &Facts::nothing(), bases, &Outcome::NEXT)?;
+        if bases.reach(inst).is_some() {
+            return Ok(waits);
+        }
+        let buses = self.board.buses.iter();
+        let device = buses
+            .map(|bus| bus.read_cycles.max(bus.write_cycles).saturating_sub(1))
+            .max();
+        let all = self.board.memory.iter();
+        let remote = all
+            .flat_map(|memory| &memory.banks)
+            .map(|&bank| self.bank(at, bank));
+        let more = device.unwrap_or(0).max(remote.max().unwrap_or(0));
+        Ok(waits.saturating_add(accesses(inst).saturating_mul(more)))
     }
 
-    /// The word that stands so many behind one of these; nothing is known of it where it may lie
-    /// outside of SRAM.
-    fn word(&self, inst: &Inst, at: u32, first: Interval, nth: u16) -> Option<u16> {
+    /// Waiting for a word of instructions.
+    fn fetch(&self, at: u32, word: u32) -> Result<u16, UnknownTime> {
+        if word == SOMEWHERE {
+            let banks = (0..BankSet::BITS as u8).filter(|bank| self.code >> bank & 1 != 0);
+            let contention = banks.map(|bank| self.cycles(bank).contention);
+            return Ok(contention.max().unwrap_or(0));
+        }
+        if let Target::Memory(memory) = self.board.target(word)
+            && memory.fetch == AccessTime::Cycles(1)
+        {
+            return Ok(memory
+                .bank(word)
+                .map_or(0, |bank| self.cycles(bank).contention));
+        }
+        Err(self.unknown(at, true, self.unknown_at(word)))
+    }
+
+    /// The word that stands so many behind one of these.
+    fn word(&self, access: Access, first: Interval, nth: u16) -> Result<u16, UnknownTime> {
         let address = |first: i64| (first as u32).wrapping_add(4 * u32::from(nth));
         let (low, high) = (address(first.low), address(first.high));
         if low == high {
-            let stores = matches!(inst.class(), Class::Store | Class::StoreDual);
-            return Some(match self.chip.bank(low) {
-                Some(bank) => self.bank(at, bank),
-                None if apb::holds(low) => {
-                    u16::from(if stores { apb::WRITE } else { apb::READ }.cycles)
-                }
-                None => 0,
-            });
+            return self.one_word(access, low);
         }
-        let mut words = (low & !3..=high).step_by(4);
-        let banks = words.try_fold(0, |set, at| self.chip.bank(at).map(|bank| with(set, bank)))?;
-        Some(self.anywhere(at, banks))
+        let mut most = 0;
+        for word in (low & !3..=high).step_by(4) {
+            most = most.max(self.one_word(access, word)?);
+        }
+        Ok(most)
     }
 
-    /// One word anywhere in a set of banks.
-    fn anywhere(&self, at: u32, banks: Banks) -> u16 {
-        (0..sram::BANKS)
-            .filter(|bank| banks >> bank & 1 != 0)
-            .map(|bank| self.bank(at, bank))
-            .max()
-            .unwrap_or(0)
+    /// A word near an address that may also be no address: an index, to which the address is
+    /// added.
+    fn beyond(&self, access: Access, base: Interval) -> Result<u16, UnknownTime> {
+        match self.word(access, base, 0) {
+            Err(UnknownTime {
+                what: Unknown::Nothing { .. },
+                ..
+            }) => Ok(0),
+            other => other,
+        }
+    }
+
+    /// A word at an address.
+    fn one_word(&self, access: Access, word: u32) -> Result<u16, UnknownTime> {
+        match self.board.target(word) {
+            Target::Memory(memory) if memory.access.extra_cycles().is_some() => Ok(memory
+                .bank(word)
+                .map_or(0, |bank| self.bank(access.at, bank))),
+            Target::Bus(bus) if access.store => Ok(bus.write_cycles.saturating_sub(1)),
+            Target::Bus(bus) => Ok(bus.read_cycles.saturating_sub(1)),
+            _ => Err(self.unknown(access.at, false, self.unknown_at(word))),
+        }
+    }
+
+    /// One word anywhere in what can be reached.
+    fn anywhere(&self, at: u32, reach: &Reach) -> Result<u16, UnknownTime> {
+        if let Some(what) = &reach.unknown {
+            return Err(self.unknown(at, false, what.clone()));
+        }
+        let banks = (0..BankSet::BITS as u8).filter(|bank| reach.banks >> bank & 1 != 0);
+        Ok(banks.map(|bank| self.bank(at, bank)).max().unwrap_or(0))
+    }
+
+    /// Where an instruction's access goes whose address is not known: a table of branches lies
+    /// behind its branch.
+    fn reach(&self, inst: &Inst, at: u32, bases: &Bases) -> Reach {
+        let code = (inst.n == reg::PC)
+            .then(|| self.board.memory_at(at))
+            .flatten();
+        match code {
+            Some(memory) => Reach {
+                banks: memory.bank_set(),
+                unknown: None,
+            },
+            None => bases.reach(inst).unwrap_or(&self.data).clone(),
+        }
     }
 
     /// One word of an exception's frame or a vector: nothing is fetched meanwhile.
-    pub fn elsewhere(&self) -> u16 {
-        (0..sram::BANKS)
-            .filter(|bank| self.data >> bank & 1 != 0)
-            .map(|bank| self.rivals(bank))
-            .max()
-            .unwrap_or(0)
+    ///
+    /// # Errors
+    /// Stack or vectors lie in memory without a known time.
+    pub fn exception_word(&self, at: u32, reach: &Reach) -> Result<u16, UnknownTime> {
+        if let Some(what) = &reach.unknown {
+            return Err(self.unknown(at, false, what.clone()));
+        }
+        let banks = (0..BankSet::BITS as u8).filter(|bank| reach.banks >> bank & 1 != 0);
+        let cycles = banks.map(|bank| {
+            let cycles = self.cycles(bank);
+            cycles.contention + cycles.extra
+        });
+        Ok(cycles.max().unwrap_or(0))
+    }
+
+    /// Cycles that one access of somebody else makes one of ours wait, at most.
+    pub fn remote_access_cycles(&self) -> u32 {
+        let slowest = self.banks.iter().map(|cycles| cycles.extra).max();
+        1 + u32::from(slowest.unwrap_or(0))
     }
 
     /// One word of a bank.
-    pub(super) fn bank(&self, at: u32, bank: u8) -> u16 {
+    fn bank(&self, at: u32, bank: u8) -> u16 {
         let ahead = [4, 8, 12].map(|words| (at & !3).wrapping_add(words));
-        let meets = self.prefetch
-            && ahead
-                .into_iter()
-                .any(|word| self.chip.bank(word) == Some(bank));
-        self.rivals(bank)
-            + if meets {
-                u16::from(sram::PREFETCH.cycles)
-            } else {
-                0
-            }
+        let is_fetched = |word: u32| {
+            let memory = self.board.memory_at(word);
+            memory.and_then(|memory| memory.bank(word)) == Some(bank)
+        };
+        let meets = self.others.prefetch && ahead.into_iter().any(is_fetched);
+        let prefetch = if meets { PREFETCH_CYCLES } else { 0 };
+        let cycles = self.cycles(bank);
+        cycles.contention + cycles.extra + prefetch
     }
 
-    /// How many others may use a bank.
-    pub(super) fn rivals(&self, bank: u8) -> u16 {
-        self.others
-            .iter()
-            .filter(|other| **other >> bank & 1 != 0)
-            .count() as u16
+    fn cycles(&self, bank: u8) -> BankCycles {
+        self.banks
+            .get(usize::from(bank))
+            .copied()
+            .unwrap_or_default()
+    }
+
+    /// What is at an address whose time is not known.
+    fn unknown_at(&self, target: u32) -> Unknown {
+        match self.board.memory_at(target) {
+            Some(memory) => {
+                let section = self.sections.iter().find(|own| own.contains(target));
+                Unknown::Memory {
+                    memory: memory.name.clone(),
+                    section: section.map(|own| own.name.clone()),
+                }
+            }
+            None => Unknown::Nothing { target },
+        }
+    }
+
+    fn unknown(&self, address: u32, fetch: bool, what: Unknown) -> UnknownTime {
+        let bounded = |memory: &&Memory| {
+            memory.access.extra_cycles().is_some()
+                && (!fetch || memory.fetch == AccessTime::Cycles(1))
+        };
+        let better = self.board.memory.iter().find(bounded);
+        UnknownTime {
+            address,
+            fetch,
+            what,
+            better: better.map(|memory| memory.name.clone()),
+        }
     }
 }
 
-/// The banks that accesses through a register are in.
+/// Where accesses through registers go.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Bases(BTreeMap<u8, Banks>);
+pub struct Bases(BTreeMap<u8, Reach>);
 
 impl Bases {
     /// Of the registers that are said to point into known memory, those that nothing in a graph
     /// moves but by constants.
-    pub fn of(said: &BTreeMap<u8, Banks>, graph: &Graph) -> Self {
+    pub fn of(said: &BTreeMap<u8, Reach>, graph: &Graph) -> Self {
         let mut bases = said.clone();
         for item in graph.blocks.iter().flat_map(|block| &block.items) {
             let written = item.inst.defs().core_bits();
@@ -167,11 +406,10 @@ impl Bases {
         Self(bases)
     }
 
-    /// The banks of an access by a register and a constant.
-    fn banks(&self, inst: &Inst) -> Option<Banks> {
-        let by_constant = !inst.op().identifier().ends_with("_register")
-            && !inst.op().identifier().ends_with("_literal");
-        by_constant.then(|| self.0.get(&inst.n).copied()).flatten()
+    /// Where an access by a register and a constant goes.
+    fn reach(&self, inst: &Inst) -> Option<&Reach> {
+        let by_constant = !is_by_register(inst) && !is_literal(inst);
+        by_constant.then(|| self.0.get(&inst.n)).flatten()
     }
 }
 
@@ -196,8 +434,20 @@ fn steps(inst: &Inst, register: u8) -> bool {
     }
 }
 
-fn with(set: Banks, bank: u8) -> Banks {
-    set | 1 << bank
+fn is_by_register(inst: &Inst) -> bool {
+    inst.op().identifier().ends_with("_register")
+}
+
+fn is_literal(inst: &Inst) -> bool {
+    inst.op().identifier().ends_with("_literal")
+}
+
+fn is_store(inst: &Inst) -> bool {
+    use Class::*;
+    matches!(
+        inst.class(),
+        Store | StoreDual | StoreMultiple | StoreOrdered | FloatStore | FloatStoreMultiple
+    )
 }
 
 /// The words that are fetched for an instruction, and for the one that a branch leads to. A 16-bit
@@ -231,8 +481,8 @@ fn addresses(inst: &Inst, at: u32, facts: &Facts) -> Option<Interval> {
     let simple = matches!(
         inst.class(),
         Class::Load | Class::Store | Class::LoadDual | Class::StoreDual
-    ) && !inst.op().identifier().ends_with("_register");
-    let literal = simple && inst.op().identifier().ends_with("_literal");
+    ) && !is_by_register(inst);
+    let literal = simple && is_literal(inst);
     let base = match literal {
         true => Interval::point((at.wrapping_add(4) & !3) as i32),
         false if inst.n == reg::PC => return None,
@@ -251,57 +501,157 @@ fn addresses(inst: &Inst, at: u32, facts: &Facts) -> Option<Interval> {
     (simple && moved.high - moved.low < RANGE_BYTES_MAX).then_some(moved)
 }
 
+/// Where an access begins whose address is not known but whose base is: by a register in addition,
+/// or of several words.
+fn roughly(inst: &Inst, facts: &Facts) -> Option<Interval> {
+    if inst.n == reg::PC {
+        return None;
+    }
+    let base = facts.interval(inst.n);
+    (base.high - base.low < RANGE_BYTES_MAX).then_some(base)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use whippen_board::{Bus, MemoryKind, Start};
     use whippen_isa::{Arch, ItState, decode};
 
-    /// Of a load from 0x20000000 by R0, on core 0, while core 1 uses its own banks.
-    fn waits(from: u32, to: u32) -> u16 {
-        let inst = decode(0x6801, 0, Arch::V8M, ItState::OUTSIDE).expect("ldr r1, [r0]");
-        let around = Surroundings {
-            data: 0b1111,
-            prefetch: true,
-            others: vec![0b10_1111_0000],
-            ..Surroundings::default()
+    fn memory(name: &str, base: u32, size: u32, banks: Vec<u8>) -> Memory {
+        Memory {
+            name: name.into(),
+            base,
+            size,
+            kind: MemoryKind::Ram,
+            access: AccessTime::Cycles(1),
+            fetch: AccessTime::Cycles(1),
+            striped: banks.len() > 1,
+            banks,
+        }
+    }
+
+    /// Two striped groups, a bank for each core, flash, a bus.
+    fn board() -> Board {
+        let flash = Memory {
+            access: AccessTime::NotBounded,
+            fetch: AccessTime::NotBounded,
+            ..memory("flash", 0x1000_0000, 0x1_0000, Vec::new())
         };
-        let facts = Facts::of_registers(&BTreeMap::from([(0, [from, to])]));
-        around.waits(
-            &inst,
-            0x2000_0000,
-            &facts,
-            &Bases::default(),
-            &Outcome::NEXT,
-        )
+        Board {
+            name: "own".into(),
+            arch: Arch::V8M,
+            cores: 2,
+            clock_hz: 150_000_000,
+            start: Start::ImageDef,
+            uf2_family: None,
+            fetches_apart: true,
+            banks: (0..10).map(|bank| format!("SRAM{bank}")).collect(),
+            memory: vec![
+                flash,
+                memory("sram0", 0x2000_0000, 256 << 10, vec![0, 1, 2, 3]),
+                memory("sram4", 0x2004_0000, 256 << 10, vec![4, 5, 6, 7]),
+                memory("sram8", 0x2008_0000, 4 << 10, vec![8]),
+                memory("sram9", 0x2008_1000, 4 << 10, vec![9]),
+            ],
+            buses: vec![Bus {
+                name: "apb".into(),
+                base: 0x4000_0000,
+                size: 0x1000_0000,
+                read_cycles: 3,
+                write_cycles: 4,
+            }],
+            devices: Vec::new(),
+            converter_interrupt: 46,
+            stacks: vec![0x2008_1000, 0x2008_2000],
+            places: Vec::new(),
+        }
+    }
+
+    /// Of an instruction at an address whose R0 lies between two addresses, on core 0, while core 1
+    /// uses its own banks.
+    fn waits_at(word: u16, at: u32, r0: [u32; 2]) -> Result<u16, UnknownTime> {
+        let inst = decode(word, 0, Arch::V8M, ItState::OUTSIDE).expect("an instruction");
+        let board = board();
+        let data = Reach {
+            banks: 0b1111,
+            unknown: None,
+        };
+        let others = Others {
+            prefetch: true,
+            contenders: vec![0b10_1111_0000],
+            remote_accesses: 0,
+        };
+        let around = Interference::new(&board, &[], (0b1111, data), others);
+        let facts = Facts::of_registers(&BTreeMap::from([(0, r0)]));
+        around.waits(&inst, at, &facts, &Bases::default(), &Outcome::NEXT)
+    }
+
+    const LDR_R1_R0: u16 = 0x6801;
+    const STR_R1_R0: u16 = 0x6001;
+    const LDR_R1_R0_R2: u16 = 0x5881;
+
+    /// Of a load from 0x20000000 by R0.
+    fn waits(from: u32, to: u32) -> Result<u16, UnknownTime> {
+        waits_at(LDR_R1_R0, 0x2000_0000, [from, to])
     }
 
     #[test]
-    fn an_address_of_a_few_waits_as_the_dearest_of_them() {
+    fn an_address_of_a_few_waits_as_the_worst_of_them() {
         assert_eq!(
             waits(0x2008_0000, 0x2008_0800),
-            0,
+            Ok(0),
             "near core 0, where nobody fetches"
         );
         assert_eq!(
             waits(0x2008_0ff0, 0x2008_1000),
-            1,
+            Ok(1),
             "the last is near core 1"
         );
         assert_eq!(
             waits(0x2000_0000, 0x2000_0000),
-            0,
+            Ok(0),
             "the bank of the instruction, not of those behind it"
         );
-        assert_eq!(waits(0x2000_0000, 0x2000_0010), 1, "any bank of the code");
         assert_eq!(
-            waits(0x2000_0100, 0x2004_0100),
-            1,
-            "too many to be looked at"
+            waits(0x2000_0000, 0x2000_0010),
+            Ok(1),
+            "any bank of the code"
         );
         assert_eq!(
-            waits(0x2008_1ff0, 0x2008_2010),
-            1,
-            "nothing is known where there is no memory"
+            waits(0x2000_0100, 0x2004_0100),
+            Ok(1),
+            "too many to be looked at"
+        );
+    }
+
+    #[test]
+    fn a_bus_takes_its_own_time_for_reads_and_writes() {
+        assert_eq!(waits(0x4000_0000, 0x4000_0000), Ok(2));
+        assert_eq!(waits(0x4000_0000, 0x4000_0010), Ok(2), "one of some");
+        let store = waits_at(STR_R1_R0, 0x2000_0000, [0x4000_0000; 2]);
+        assert_eq!(store, Ok(3));
+    }
+
+    #[test]
+    fn memory_without_a_known_time_is_an_error_wherever_it_may_be_met() {
+        let flash = Unknown::Memory {
+            memory: "flash".into(),
+            section: None,
+        };
+        let known = waits(0x1000_0100, 0x1000_0100).expect_err("in flash");
+        assert_eq!((known.fetch, &known.what), (false, &flash));
+        let some = waits(0x1000_fff0, 0x1001_0000).expect_err("one of them in flash");
+        assert_eq!(some.what, flash);
+        let table = waits_at(LDR_R1_R0_R2, 0x2000_0000, [0x1000_0100; 2]);
+        assert_eq!(table.expect_err("a table in flash").what, flash);
+        let fetched = waits_at(LDR_R1_R0, 0x1000_0000, [0x2000_0000; 2]);
+        assert!(fetched.expect_err("code in flash").fetch);
+        let nothing = waits(0x2008_1ff0, 0x2008_2010).expect_err("behind the memory");
+        assert_eq!(
+            nothing.what,
+            Unknown::Nothing {
+                target: 0x2008_2000
+            }
         );
     }
 }

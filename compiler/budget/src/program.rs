@@ -3,10 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use whippen_isa::timing::sram::Chip;
-
-use super::{Annotations, Banks, Code, Step, Surroundings};
+use super::memory::{Extent, Reach};
+use super::{Annotations, Code, Step};
 use whippen_arm::image::{Image, Place, SectionKind};
+use whippen_board::Board;
 
 /// Code with names.
 #[derive(Debug, Clone, Default)]
@@ -19,8 +19,8 @@ pub struct Program {
     pub symbols: BTreeMap<String, u32>,
     /// The symbols at each address.
     pub names: BTreeMap<u32, Vec<String>>,
-    /// Address and bytes of each section, by address.
-    sections: Vec<(u32, u32)>,
+    /// Its sections, by address.
+    pub sections: Vec<Extent>,
     /// From this address on, instructions belong to this place, up to the next.
     lines: BTreeMap<u32, Option<Place>>,
 }
@@ -42,11 +42,7 @@ impl Program {
                 .or_default()
                 .push(symbol.name.clone());
         }
-        program.sections = image
-            .sections
-            .iter()
-            .map(|section| (section.run, section.size))
-            .collect();
+        program.sections = image.sections.iter().map(Extent::of).collect();
         program.symbols = image
             .symbols
             .iter()
@@ -59,20 +55,22 @@ impl Program {
 
     /// The addresses of the words from an address to the end of its section.
     pub fn words_of(&self, from: u32) -> impl Iterator<Item = u32> + use<> {
-        let section = self
-            .sections
-            .iter()
-            .find(|(at, bytes)| (*at..at + bytes).contains(&from));
-        (from..section.map_or(from, |(at, bytes)| at + bytes)).step_by(4)
+        let end = self
+            .section_at(from)
+            .map_or(from, |section| section.base + section.size);
+        (from..end).step_by(4)
     }
 
-    /// The banks of the section that an address is in.
-    pub fn banks_of(&self, chip: Chip, address: u32) -> Banks {
-        let section = self
-            .sections
+    /// The section that an address is in.
+    pub fn section_at(&self, address: u32) -> Option<&Extent> {
+        self.sections
             .iter()
-            .find(|(at, bytes)| (*at..at + bytes).contains(&address));
-        section.map_or(!0, |(at, bytes)| Surroundings::banks(chip, *at, *bytes))
+            .find(|section| section.contains(address))
+    }
+
+    /// Where accesses to the section go that an address is in.
+    pub fn reach_of(&self, board: &Board, address: u32) -> Option<Reach> {
+        Some(self.section_at(address)?.reach(board))
     }
 
     /// Whose an instruction is.

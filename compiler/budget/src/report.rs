@@ -68,12 +68,12 @@ impl Budget {
         let period_cycles = u64::from(clock_hz / rate_hz.max(1));
         let key = |of: &dyn Fn(&Bounded) -> u64| cores.iter().map(of).max().unwrap_or(0);
         let core = |core: &Bounded| {
-            let slack_cycles = period_cycles as i64 - core.crowded.cycles_max as i64;
-            let more = slack_cycles.max(0) as u64 / core.crowded.key_cycles_max().max(1);
+            let slack_cycles = period_cycles as i64 - core.contended.cycles_max as i64;
+            let more = slack_cycles.max(0) as u64 / core.contended.key_cycles_max().max(1);
             CoreBudget {
                 keys: core.alone.keys,
-                cycles_max: core.crowded.cycles_max,
-                keys_cycles_max: core.crowded.keys_cycles_max(),
+                cycles_max: core.contended.cycles_max,
+                keys_cycles_max: core.contended.keys_cycles_max(),
                 around_cycles_max: core.alone.around_cycles_max(),
                 contention_cycles_max: core.contention_cycles_max(),
                 slack_cycles,
@@ -86,11 +86,11 @@ impl Budget {
             clock_hz,
             rate_hz,
             key_cycles_max: key(&|core| core.alone.key_cycles_max()),
-            crowded_key_cycles_max: key(&|core| core.crowded.key_cycles_max()),
+            crowded_key_cycles_max: key(&|core| core.contended.key_cycles_max()),
             cores: cores.iter().map(core).collect(),
             class: cores
                 .iter()
-                .map(|core| core.crowded.class)
+                .map(|core| core.contended.class)
                 .max()
                 .unwrap_or(Evidence::Exact),
             key_class: cores

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 use whippen_isa::timing::{Core, Evidence, Target};
 
-use super::memory::{Banks, Surroundings};
+use super::memory::{Interference, Reach};
 use super::program::Program;
 use super::{Annotations, Bound, NotBounded, Query, bounds, every, zip};
 
@@ -64,7 +64,7 @@ impl Places {
     }
 }
 
-/// Bounds the tick of `name` in each of some surroundings. It returns to where it was called,
+/// Bounds the tick of `name` with each of some interferences. It returns to where it was called,
 /// `entered` is what registers hold then ([`Annotations::entered`]); `bases` are the registers that
 /// point into known memory while keys are ticked, with the banks of that memory.
 ///
@@ -74,10 +74,10 @@ pub fn ticks<const N: usize>(
     program: &Program,
     name: &str,
     core: &Core,
-    surroundings: [&Surroundings; N],
+    interferences: [&Interference; N],
     return_to: Option<Target>,
     entered: BTreeMap<u8, [u32; 2]>,
-    bases: BTreeMap<u8, Banks>,
+    bases: BTreeMap<u8, Reach>,
 ) -> Result<[Tick; N], NotBounded> {
     let places = Places::find(program, name)?;
     let mut annotations: Annotations = Annotations {
@@ -105,9 +105,9 @@ pub fn ticks<const N: usize>(
             code: &program.code,
             entry,
             annotations,
-            surroundings: None,
+            interference: None,
         };
-        bounds(&query, surroundings.map(Some))
+        bounds(&query, interferences.map(Some))
     };
     let (entry, end) = (of(places.tick, &called)?, of(places.end, &inside)?);
     let mut ticks = zip(entry, end, |entry, end| Tick {

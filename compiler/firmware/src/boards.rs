@@ -1,26 +1,35 @@
-//! The texts of the firmware, and what each board adds to them.
+//! The texts of the firmware, and those that the start of each kind of board adds to them.
 
-use whippen_isa::Arch;
+use std::fmt;
 
 use whippen_arm::asm::Source;
+use whippen_board::{Board, Start};
+use whippen_isa::Arch;
 
-/// What a board says: its core, its texts, and where its cores have their stacks.
+/// The firmware of a board: texts for its start, and the board that they are assembled for.
 #[derive(Debug, Clone, Copy)]
 pub struct Support<'a> {
     /// `board_begin` and `board_end`, assembled for each core.
     pub tick: Source<'a>,
     /// Everything else.
     pub rest: &'a [Source<'a>],
-    /// Numbers that its texts are told.
+    /// Numbers that these texts are told besides the board's facts.
     pub constants: &'a [(&'a str, i64)],
-    /// Ends of the stacks, by core.
-    pub stacks: &'a [u32],
-    /// What its texts make of the clock.
-    pub clock_hz: u32,
-    /// Number of the converter's interrupt.
-    pub interrupt: u32,
-    /// The architecture of its cores.
-    pub arch: Arch,
+    /// What is known of the chip and its board.
+    pub board: &'a Board,
+}
+
+/// The texts for boards that start in one way.
+struct Texts {
+    arch: Arch,
+    cores: u32,
+    start: Start,
+    /// The clock that the start sets (cycles per second).
+    clock_hz: u32,
+    rest: &'static [Source<'static>],
+    constants: &'static [(&'static str, i64)],
+    /// Devices that the texts reach; each is a constant of its name in capitals.
+    devices: &'static [&'static str],
 }
 
 /// A tick with the converter of the emulator.
@@ -41,72 +50,144 @@ const RP2: Source<'static> = Source {
     text: include_str!("rp2.s"),
 };
 
-/// The board RP2350 with the converter of the emulator.
-pub const RP2350: Support<'static> = Support {
-    tick: CONVERTER,
-    rest: &[
-        Source {
-            name: "firmware/rp2350.s",
-            text: include_str!("rp2350.s"),
-        },
-        RP2,
-        CONVERTER_START,
-    ],
-    constants: &[
-        ("CONVERTER", 0x4017_0000),
-        ("UART", 0x4007_0000),
-        ("UART_DIVISOR", 300), // 150 MHz / 16 / 31250
-        ("IO_BANK0", 0x4002_8000),
-        ("WATCHDOG", 0x400d_8000),
-        ("WATCHDOG_LOAD", 10_000),
-    ],
-    stacks: &[0x2008_1000, 0x2008_2000],
-    clock_hz: 150_000_000,
-    interrupt: 46,
-    arch: Arch::V8M,
-};
+/// Devices of the texts for chips of Raspberry Pi.
+const RP2_DEVICES: &[&str] = &["converter", "uart", "io_bank0", "watchdog"];
 
-/// A board with an STM32F407, with the converter of the emulator.
-pub const STM32F4: Support<'static> = Support {
-    tick: CONVERTER,
-    rest: &[
-        Source {
-            name: "firmware/stm32f4.s",
-            text: include_str!("stm32f4.s"),
-        },
-        CONVERTER_START,
-    ],
-    constants: &[("CONVERTER", 0x4003_0000)],
-    stacks: &[0x2002_0000],
-    clock_hz: 168_000_000,
-    interrupt: 56,
-    arch: Arch::V7EM,
-};
+/// All of them.
+const TEXTS: &[Texts] = &[
+    Texts {
+        arch: Arch::V8M,
+        cores: 2,
+        start: Start::ImageDef,
+        clock_hz: 150_000_000,
+        rest: &[
+            Source {
+                name: "firmware/rp2350.s",
+                text: include_str!("rp2350.s"),
+            },
+            RP2,
+            CONVERTER_START,
+        ],
+        constants: &[("WATCHDOG_LOAD", 10_000)],
+        devices: RP2_DEVICES,
+    },
+    Texts {
+        arch: Arch::V6M,
+        cores: 2,
+        start: Start::Boot2,
+        clock_hz: 133_000_000,
+        rest: &[
+            Source {
+                name: "firmware/rp2040.s",
+                text: include_str!("rp2040.s"),
+            },
+            RP2,
+            CONVERTER_START,
+        ],
+        // It counts twice a microsecond (datasheet, erratum RP2040-E1).
+        constants: &[("WATCHDOG_LOAD", 2 * 10_000)],
+        devices: RP2_DEVICES,
+    },
+    Texts {
+        arch: Arch::V7EM,
+        cores: 1,
+        start: Start::Vectors,
+        clock_hz: 168_000_000,
+        rest: &[
+            Source {
+                name: "firmware/stm32f4.s",
+                text: include_str!("stm32f4.s"),
+            },
+            CONVERTER_START,
+        ],
+        constants: &[],
+        devices: &["converter"],
+    },
+];
 
-/// The board RP2040 with the converter of the emulator.
-pub const RP2040: Support<'static> = Support {
-    tick: CONVERTER,
-    rest: &[
-        Source {
-            name: "firmware/rp2040.s",
-            text: include_str!("rp2040.s"),
-        },
-        RP2,
-        CONVERTER_START,
-    ],
-    constants: &[
-        ("CONVERTER", 0x4007_0000),
-        ("UART", 0x4003_4000),
-        ("UART_DIVISOR", 266), // 133 MHz / 16 / 31250
-        ("IO_BANK0", 0x4001_4000),
-        ("WATCHDOG", 0x4005_8000),
-        ("WATCHDOG_LOAD", 2 * 10_000), // it counts twice a microsecond (datasheet, erratum RP2040-E1)
-    ],
-    stacks: &[0x2004_1000, 0x2004_2000],
-    clock_hz: 133_000_000,
-    interrupt: 31,
-    arch: Arch::V6M,
-};
+/// Why a board has no firmware.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Unsupported {
+    /// No texts are for such a core, so many of them, and such a start: the board's name.
+    Start(String),
+    /// The start sets another clock: the board's, and that (cycles per second).
+    Clock(u32, u32),
+    /// The board's file does not say where a device is.
+    Device(&'static str),
+}
+
+impl fmt::Display for Unsupported {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Unsupported::Start(name) => write!(
+                f,
+                "there is no firmware for `{name}`: whole images are made for boards like rp2350 \
+                 (two Cortex-M33, an image definition at the start), rp2040 (two Cortex-M0+, a \
+                 second stage there) and stm32f4 (one Cortex-M4, vectors)"
+            ),
+            Unsupported::Clock(own, set) => {
+                let [own, set] = [own, set].map(|hz| f64::from(*hz) / 1e6);
+                write!(
+                    f,
+                    "the board's clock is {own} MHz, but the start of its firmware sets {set} MHz: \
+                     write `clock = \"{set} MHz\"`"
+                )
+            }
+            Unsupported::Device(name) => write!(
+                f,
+                "the firmware needs the device `{name}`, and the board's file does not say where it \
+                 is: write its first address under [device], as in `{name} = \"0x40070000\"`"
+            ),
+        }
+    }
+}
+
+/// The firmware of a board.
+///
+/// # Errors
+/// There is none, or the board contradicts it.
+pub fn support(board: &Board) -> Result<Support<'_>, Unsupported> {
+    let of_board = |texts: &&Texts| {
+        (texts.arch, texts.cores, texts.start) == (board.arch, board.cores, board.start)
+    };
+    let texts = TEXTS
+        .iter()
+        .find(of_board)
+        .ok_or_else(|| Unsupported::Start(board.name.clone()))?;
+    if texts.clock_hz != board.clock_hz {
+        return Err(Unsupported::Clock(board.clock_hz, texts.clock_hz));
+    }
+    let missing = |name: &&&str| board.device(name).is_none();
+    if let Some(name) = texts.devices.iter().find(missing) {
+        return Err(Unsupported::Device(name));
+    }
+    Ok(Support {
+        tick: CONVERTER,
+        rest: texts.rest,
+        constants: texts.constants,
+        board,
+    })
+}
+
+/// Bits per second of MIDI.
+const MIDI_BAUD: u32 = 31_250;
+
+impl Support<'_> {
+    /// Numbers that the texts are told of the board.
+    pub(super) fn numbers(&self) -> Vec<(String, i64)> {
+        let board = self.board;
+        let devices = board.devices.iter();
+        let mut numbers: Vec<(String, i64)> = devices
+            .map(|(name, at)| (name.to_uppercase(), i64::from(*at)))
+            .collect();
+        let divisor = board.clock_hz / 16 / MIDI_BAUD;
+        numbers.push(("UART_DIVISOR".into(), divisor.into()));
+        numbers.push(("CONVERTER_IRQ".into(), board.converter_interrupt.into()));
+        let fixed = self.constants.iter();
+        numbers.extend(fixed.map(|(name, value)| (name.to_string(), *value)));
+        numbers
+    }
+}
 
 /// The start of core 1, of boards that have one.
 const CORE1: Source<'static> = Source {
@@ -178,7 +259,7 @@ const FRAME: &[Source<'static>] = &[
 
 /// The texts that are assembled once.
 pub(super) fn shared<'a>(board: &Support<'a>) -> impl Iterator<Item = Source<'a>> {
-    let core1 = (board.stacks.len() > 1).then_some(CORE1);
+    let core1 = (board.board.stacks.len() > 1).then_some(CORE1);
     SHARED
         .iter()
         .copied()
@@ -188,7 +269,7 @@ pub(super) fn shared<'a>(board: &Support<'a>) -> impl Iterator<Item = Source<'a>
 
 /// The frame of a core, one text after the other.
 pub(super) fn frame<'a>(board: &Support<'a>) -> Vec<Source<'a>> {
-    let own = if board.arch == Arch::V6M {
+    let own = if board.board.arch == Arch::V6M {
         SMALL_FRAME
     } else {
         FRAME

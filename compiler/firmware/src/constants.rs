@@ -36,8 +36,9 @@ pub fn constants(
     else {
         return Err(FirmwareError::Programs(programs.len()));
     };
-    if setup.keys.len() != board.stacks.len() {
-        return Err(FirmwareError::Cores(setup.keys.len(), board.stacks.len()));
+    let stacks = &board.board.stacks;
+    if setup.keys.len() != stacks.len() {
+        return Err(FirmwareError::Cores(setup.keys.len(), stacks.len()));
     }
     if let Some(keys) = setup.keys.iter().find(|keys| !(1..=255).contains(*keys)) {
         return Err(FirmwareError::Keys(*keys));
@@ -62,12 +63,12 @@ pub fn constants(
     let mut put = |name: &str, value: u64| {
         all.insert(name.to_string(), value as i64);
     };
-    put("CORES", board.stacks.len() as u64);
+    put("CORES", stacks.len() as u64);
     for (core, (&keys, code)) in setup.keys.iter().zip(cores).enumerate() {
         put(&format!("KEYS{core}"), keys.into());
         put(&format!("DISTANCE{core}"), drive_offset_bytes(keys).into());
         put(&format!("GAINS{core}"), gain(code).into());
-        put(&format!("STACK{core}"), board.stacks[core].into());
+        put(&format!("STACK{core}"), stacks[core].into());
     }
     put("RECORD", record.into());
     put("GAIN", GAIN.into());
@@ -91,13 +92,7 @@ pub fn constants(
     put("MID_LOW", setup.mid_travel[0].into());
     put("MID_HIGH", setup.mid_travel[1].into());
     put("RATE", rate);
-    put("CONVERTER_IRQ", board.interrupt.into());
-    all.extend(
-        board
-            .constants
-            .iter()
-            .map(|(name, value)| (name.to_string(), *value)),
-    );
+    all.extend(board.numbers());
     Ok(all)
 }
 
@@ -121,7 +116,7 @@ fn passivity(setup: &Setup, board: &Support) -> Result<Passivity, FirmwareError>
         .all(|(value, low, high)| (low..=high).contains(&value));
     // The frame of an ARMv6-M has none: what was asked for must not be left out in silence.
     match fits {
-        _ if board.arch == Arch::V6M => Err(FirmwareError::PassivityCore),
+        _ if board.board.arch == Arch::V6M => Err(FirmwareError::PassivityCore),
         true => Ok(wanted),
         false => Err(FirmwareError::Passivity(wanted)),
     }

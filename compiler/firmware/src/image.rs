@@ -8,9 +8,8 @@
 //!
 //! Not here: which division is cheapest (the pipeline), the texts of the firmware (`lib`).
 
-use whippen_arm::image::{Board, Image, Input, LinkError, Object, Place, Start, link};
+use whippen_arm::image::{Board, Image, Input, LinkError, Object, Place, link};
 use whippen_arm::thumb::ThumbError;
-use whippen_isa::Arch;
 use whippen_keyboard::{CoreId, InstrumentId, Layout, ProgramId};
 use whippen_modes::Modes;
 
@@ -18,7 +17,7 @@ use std::fmt;
 
 use super::code::{ProgramCode, compile_keys};
 use super::near::{check_stack, place_near};
-use super::{FirmwareError, Midi, RP2040, RP2350, STM32F4, Setup, Support, objects};
+use super::{FirmwareError, Midi, Setup, Unsupported, objects, support};
 
 /// An image that starts by itself, and where the states of its keys have what.
 #[derive(Debug, Clone)]
@@ -46,9 +45,8 @@ impl FirmwareImage {
 /// Why there is no image.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ImageError {
-    /// The board of that name and clock (Hz) has another core or clock, so many cores, or starts
-    /// otherwise than what the firmware is made for.
-    Board(String, u32),
+    /// The board has no firmware.
+    Board(Unsupported),
     /// The instrument has so many words in and out for each key, not one each.
     Ports(usize, usize),
     /// The firmware cannot be made so.
@@ -62,14 +60,7 @@ pub enum ImageError {
 impl fmt::Display for ImageError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            ImageError::Board(name, clock_hz) => write!(
-                f,
-                "there is no firmware for `{name}` at {} MHz: whole images are made for boards \
-                 like rp2350 (two Cortex-M33 at 150 MHz, an image definition at the start), rp2040 \
-                 (two Cortex-M0+ at 133 MHz, a second stage there) and stm32f4 (one Cortex-M4 at \
-                 168 MHz, vectors)",
-                f64::from(*clock_hz) / 1e6
-            ),
+            ImageError::Board(why) => why.fmt(f),
             ImageError::Ports(ins, outs) => write!(
                 f,
                 "a key has {ins} words in and {outs} out; the firmware takes one each"
@@ -88,17 +79,6 @@ pub fn divide_equally(keys: u32, cores: u32) -> Vec<u32> {
     (0..cores)
         .map(|core| (keys + cores - 1 - core) / cores.max(1))
         .collect()
-}
-
-/// The firmware of a board, if there is one.
-pub fn support(board: &Board) -> Option<Support<'static>> {
-    let support = match (board.arch, board.cores, board.start) {
-        (Arch::V8M, 2, Start::ImageDef) => RP2350,
-        (Arch::V6M, 2, Start::Boot2) => RP2040,
-        (Arch::V7EM, 1, Start::Vectors) => STM32F4,
-        _ => return None,
-    };
-    Some(support).filter(|support| support.clock_hz == board.clock_hz)
 }
 
 /// An instrument, to be built.
@@ -124,17 +104,16 @@ pub fn build_image(
     setup: &Setup,
     board: &Board,
 ) -> Result<FirmwareImage, ImageError> {
-    let support =
-        support(board).ok_or_else(|| ImageError::Board(board.name.clone(), board.clock_hz))?;
+    let support = support(board).map_err(ImageError::Board)?;
     check_ports(layout, instruments)?;
     check_keys(layout, setup).map_err(ImageError::Firmware)?;
     let mut programs =
         compile_keys(layout, instruments, setup, board.arch).map_err(ImageError::Code)?;
     let mut firmware =
         objects(&programs, instruments, setup, &support).map_err(ImageError::Firmware)?;
-    place_near(board, &support, &mut firmware, &mut programs);
+    place_near(board, &mut firmware, &mut programs);
     let image = link_all(board, &firmware, &programs, instruments).map_err(ImageError::Link)?;
-    for stack in support.stacks {
+    for stack in &board.stacks {
         check_stack(&image, board, *stack).map_err(ImageError::Link)?;
     }
     Ok(FirmwareImage {

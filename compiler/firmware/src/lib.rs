@@ -27,11 +27,11 @@ mod running;
 mod tables;
 mod zones;
 
-pub use boards::{RP2040, RP2350, STM32F4, Support};
+pub use boards::{Support, Unsupported, support};
 pub use code::{CoreCode, ProgramCode, ZoneCode, is_split, with_values_from};
 pub use constants::constants;
 pub use error::FirmwareError;
-pub use image::{FirmwareImage, ImageError, Instrument, build_image, divide_equally, support};
+pub use image::{FirmwareImage, ImageError, Instrument, build_image, divide_equally};
 pub use objects::{frame_constants, objects, sources};
 pub use offsets::{FAULTS, Fault, core_block, key_guard};
 pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};

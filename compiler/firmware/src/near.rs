@@ -3,8 +3,8 @@
 
 use whippen_arm::image::{Board, Image, LinkError, Memory, Object, Section, SectionKind};
 
+use super::CORES;
 use super::code::{ProgramCode, ZoneCode};
-use super::{CORES, Support};
 
 /// Bytes kept for the stack of a core: twice what the bound says that it needs.
 const STACK_BYTES: u32 = 512;
@@ -12,17 +12,12 @@ const STACK_BYTES: u32 = 512;
 /// Moves what a core uses at every turn into the memory that is near it, as long as there is room:
 /// there nobody fetches and the other core seldom looks, so nothing waits. First the keys' states,
 /// then their histories, then what the frame keeps of them.
-pub(super) fn place_near(
-    board: &Board,
-    support: &Support,
-    firmware: &mut [Object],
-    programs: &mut [ProgramCode],
-) {
-    for (core, name) in CORES.iter().take(support.stacks.len()).enumerate() {
+pub(super) fn place_near(board: &Board, firmware: &mut [Object], programs: &mut [ProgramCode]) {
+    for (core, name) in CORES.iter().take(board.stacks.len()).enumerate() {
         let Some(memory) = board.memory_for(&format!(".data.near.{name}")) else {
             continue;
         };
-        let mut room = room_beside(board, memory, support.stacks, firmware);
+        let mut room = room_beside(board, memory, &board.stacks, firmware);
         let zones = programs
             .iter_mut()
             .flat_map(|program| &mut program.cores[core].zones);

@@ -42,11 +42,11 @@ pub fn objects(
     }));
     let assembled = parallel::map(texts, |(sources, core)| {
         let Some(core) = core else {
-            return assemble(&sources, &constants, board.arch);
+            return assemble(&sources, &constants, board.board.arch);
         };
         let mut own = constants.clone();
         own.extend(frame_constants(setup.keys[core], board, core));
-        let frame = assemble(&sources, &own, board.arch)?;
+        let frame = assemble(&sources, &own, board.board.arch)?;
         Ok(frame_of_core(frame, core, programs.len()))
     });
     let mut objects = assembled
@@ -65,7 +65,7 @@ pub fn frame_constants(keys: u32, board: &Support, core: usize) -> BTreeMap<Stri
     let all = [
         ("KEYS", keys),
         ("DISTANCE", drive_offset_bytes(keys)),
-        ("STACK", board.stacks[core]),
+        ("STACK", board.board.stacks[core]),
     ];
     all.into_iter()
         .map(|(name, value)| (name.to_string(), value.into()))

@@ -1,4 +1,5 @@
-//! Choice of units: a unit for every value, chosen for all together by union-find with preferences.
+//! Choice of units: a unit for every value, chosen for all together by union-find with
+//! preferences.
 //!
 //! A unit costs nothing by itself; what costs is its change. So units are settled in three steps:
 //!
@@ -6,9 +7,9 @@
 //!    shares one: the operands of `min`, `max` and `if`, a cell and its new value.
 //! 2. **Ties.** Where a sum takes `c * x`, it needs no product if `c` times the unit of `x` is a
 //!    power of two of its own. Each such preference ties two clusters up to a power of two,
-//!    unless they are connected already: first `coordinate += T * rate`, so that a rate counts what its
-//!    coordinate moves in a tick, then the sums, operands before users. Sensor words, live values
-//!    and the drive word have units of their own, which spread along the ties.
+//!    unless they are connected already: first `coordinate += T * rate`, so that a rate counts
+//!    what its coordinate moves in a tick, then the sums, operands before users. Sensor words,
+//!    live values and the drive word have units of their own, which spread along the ties.
 //! 3. **Size.** Each cluster takes the finest unit with which everything in it fits into 32 bits.
 //!
 //! Not here: how a sum is computed when a preference was not followed (`linear`).

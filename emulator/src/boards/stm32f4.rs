@@ -87,7 +87,7 @@ pub(super) fn board() -> Board {
             Region::ram("ccm", 0x1000_0000, 64 << 10),
             Region::rom("flash", FLASH, 1 << 20),
         ],
-        banks: &[],
+        banks: Vec::new(),
         vector_table: FLASH,
         others: None,
     }

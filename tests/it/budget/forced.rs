@@ -194,7 +194,7 @@ fn a_bound_by_a_broken_rule_is_caught() {
                 code: &code,
                 entry: CODE,
                 annotations: &annotations,
-                surroundings: None,
+                interference: None,
             };
             *slowest > bound(&query).expect("a bound").cycles_max
         };

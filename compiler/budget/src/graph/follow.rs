@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use whippen_isa::timing::Target;
 use whippen_isa::{Class, Inst, ItState, NotDecoded, Op};
 
+use super::super::memory::SOMEWHERE;
 use super::control::{Control, falls_through};
 use super::{Block, Context, ContextId, Destination, Edge, Graph, Item, Tables};
 use crate::{Known, NotBounded, Query};
@@ -266,7 +267,7 @@ impl<'a> Followed<'a> {
             },
             None => {
                 let dearest = Target {
-                    address: 2,
+                    address: SOMEWHERE,
                     wide: true,
                 };
                 let target = self.query.annotations.return_to.unwrap_or(dearest);
