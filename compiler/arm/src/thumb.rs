@@ -233,7 +233,7 @@ struct Parts<'m> {
     layout: StateLayout,
     literals: Literals,
     core: Core,
-    made: Made,
+    made: CompiledCode,
 }
 
 fn build(modes: &Modes, options: &Options, abi: Option<&TickAbi>) -> Result<Built, ThumbError> {
@@ -263,7 +263,7 @@ fn compile_parts<'m>(
         core: &core,
     };
     let compiled = search::compile_modes(&compiler, &mut literals)?;
-    let made = Made {
+    let made = CompiledCode {
         modes: compiled.code,
         chosen: compiled.chosen,
         init: search::compile_init(&compiler, &mut literals)?,
@@ -299,7 +299,7 @@ fn build_object(parts: Parts, options: &Options) -> Result<Built, ThumbError> {
 
 /// Code with registers: of all modes, of `init`, and of what a tick computes at its entry, if there
 /// is such.
-struct Made {
+struct CompiledCode {
     modes: Vec<Allocated>,
     chosen: Vec<Chosen>,
     init: Allocated,
@@ -317,7 +317,7 @@ fn items(
     options: &Options,
     core: &Core,
     modes: &Modes,
-    made: &Made,
+    made: &CompiledCode,
 ) -> Items {
     let (name, init) = (&options.name, &made.init);
     let slots = made

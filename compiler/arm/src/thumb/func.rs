@@ -1,5 +1,5 @@
-//! Control-flow graphs of machine instructions: functions of basic blocks, before and after register
-//! allocation.
+//! Control-flow graphs of machine instructions: functions of basic blocks, before and after
+//! register allocation.
 //!
 //! Blocks have parameters until registers are allocated, and end by one terminator.
 
