@@ -27,10 +27,6 @@ const FLOATS: &[(&str, &str)] = &[
         "shares of a tick, for readers; cycles are integers",
     ),
     (
-        "compiler/firmware/src/image.rs: f64",
-        "a clock in MHz, in a message",
-    ),
-    (
         "compiler/arm/src/image/map.rs: f64",
         "a clock in MHz, in the map",
     ),

@@ -10,29 +10,28 @@
 //! takes the address of the next key's code from the next record and goes there; after the last key
 //! a sentinel leads to the end of the frame. There is no loop and no test of modes.
 //!
-//! | part | what it settles |
+//! | part, in the order of the data's flow | what it settles |
 //! | --- | --- |
-//! | `registers` | registers with a role |
-//! | `state_layout` | everything's place in the state; where a host finds what it reads and writes |
+//! | `registers`, `routine`, `minst`, `func` | register roles, machine instructions, functions of blocks |
+//! | `state_layout`, `literal`, `memory` | where everything lies in the state, and what it is at first |
 //! | `tick_invariant` | what is computed once a tick for all keys |
-//! | `select` | which instructions |
-//! | `minst` | instructions over virtual registers |
-//! | `text` | code as text, before and after allocation |
-//! | `promote` | what stays in registers from key to key |
-//! | `schedule` | the order of instructions |
-//! | `critical_path` | cycles of the longest path |
+//! | `compile` | the list of passes, each with what checks it |
 //! | `search` | the strategy of each mode, by worst-case cycles |
-//! | `allocate` | registers, by `regalloc2` |
-//! | `reorder` | the order of instructions that have registers |
-//! | `rename` | register renaming to break anti-dependences |
-//! | `hoist` | what goes up over a branch |
-//! | `reorder_check` | whether two orders compute the same |
-//! | `block_layout` | the order of blocks |
-//! | `v6m` | the same for ARMv6-M, which has less |
-//! | `emit` | encodings, IT blocks, branches |
+//! | `select` | instruction selection |
+//! | `v6m` | legalisation for ARMv6-M, which has fewer instructions |
+//! | `promote` | tick constants in registers from key to key |
+//! | `schedule` | list scheduling under register pressure |
+//! | `allocate` | register allocation, by `regalloc2` |
+//! | `reorder`, `rename` | order of allocated instructions, registers without anti-dependences |
+//! | `hoist` | speculation over branches |
+//! | `dependence`, `liveness`, `critical_path` | analyses that passes share |
+//! | `validate` | translation validation of schedules and of allocated code |
+//! | `block_layout` | order of blocks |
 //! | `entry` | code around the keys |
-//! | `object` | sections and symbols |
-//! | `after` | the code after each pass as text |
+//! | `emit` | encodings, IT blocks, branches |
+//! | `object`, `names` | sections and symbols |
+//! | `after`, `text` | code after each pass, as text |
+//! | `tuning` | tuned constants |
 //!
 //! Every transformation here keeps every drive word, event and cell of the Kernel, bit for bit. Not
 //! here: what a Kernel may assume (`modes`), addresses (`image`).
@@ -45,6 +44,7 @@ mod critical_path;
 mod dependence;
 mod emit;
 mod entry;
+mod func;
 mod hoist;
 mod literal;
 mod liveness;
@@ -56,6 +56,7 @@ mod promote;
 mod registers;
 mod rename;
 mod reorder;
+mod routine;
 mod schedule;
 mod search;
 mod select;
@@ -69,9 +70,9 @@ mod validate;
 use crate::image::{Object, Section, SectionKind, timing};
 use compile::Compiler;
 use emit::{Item, assemble};
+use func::Allocated;
 use literal::Literals;
 use memory::Memory;
-use minst::Allocated;
 use object::object;
 use search::Chosen;
 use state_layout::LITERALS_MAX;
@@ -232,7 +233,7 @@ struct Parts<'m> {
     layout: StateLayout,
     literals: Literals,
     core: Core,
-    made: Made,
+    made: CompiledCode,
 }
 
 fn build(modes: &Modes, options: &Options, abi: Option<&TickAbi>) -> Result<Built, ThumbError> {
@@ -262,7 +263,7 @@ fn compile_parts<'m>(
         core: &core,
     };
     let compiled = search::compile_modes(&compiler, &mut literals)?;
-    let made = Made {
+    let made = CompiledCode {
         modes: compiled.code,
         chosen: compiled.chosen,
         init: search::compile_init(&compiler, &mut literals)?,
@@ -298,7 +299,7 @@ fn build_object(parts: Parts, options: &Options) -> Result<Built, ThumbError> {
 
 /// Code with registers: of all modes, of `init`, and of what a tick computes at its entry, if there
 /// is such.
-struct Made {
+struct CompiledCode {
     modes: Vec<Allocated>,
     chosen: Vec<Chosen>,
     init: Allocated,
@@ -316,7 +317,7 @@ fn items(
     options: &Options,
     core: &Core,
     modes: &Modes,
-    made: &Made,
+    made: &CompiledCode,
 ) -> Items {
     let (name, init) = (&options.name, &made.init);
     let slots = made

@@ -3,7 +3,8 @@
 //!
 //! Linker, firmware and bound read this one description; it comes from a file
 //! (`instruments/hardware/*.toml`, read by `whippen_runtime::board`). [`Board::contradiction`]
-//! finds what cannot be true of any board. The emulator has tables of its own, so that it can judge.
+//! finds what cannot be true of any board. The emulator has tables of its own, so that it can
+//! judge.
 //!
 //! Not here: reading files, pipelines of cores (`whippen_isa::timing`), the firmware's texts.
 

@@ -81,9 +81,9 @@ pub struct Annotations {
     /// Functions that are bounded elsewhere, by the addresses of the call (none: wherever it is)
     /// and of the function: what the call costs.
     pub known: BTreeMap<(Option<u32>, u32), Known>,
-    /// Registers that point into memory that is known, and where accesses through them go. It is checked
-    /// that nothing that is reached moves them but steps by constants, which stay inside; where
-    /// something else does, they are no more than others.
+    /// Registers that point into memory that is known, and where accesses through them go. It is
+    /// checked that nothing that is reached moves them but steps by constants, which stay inside;
+    /// where something else does, they are no more than others.
     pub bases: BTreeMap<u8, Reach>,
     /// Registers of which something is known at the entry: the lowest and the highest word (signed)
     /// that they may hold.

@@ -126,11 +126,11 @@ impl fmt::Display for Unsupported {
                  second stage there) and stm32f4 (one Cortex-M4, vectors)"
             ),
             Unsupported::Clock(own, set) => {
-                let [own, set] = [own, set].map(|hz| f64::from(*hz) / 1e6);
+                let [own, set] = [own, set].map(|hz| frequency(*hz));
                 write!(
                     f,
-                    "the board's clock is {own} MHz, but the start of its firmware sets {set} MHz: \
-                     write `clock = \"{set} MHz\"`"
+                    "the board's clock is {own}, but the start of its firmware sets {set}: write \
+                     `clock = \"{set}\"`"
                 )
             }
             Unsupported::Device(name) => write!(
@@ -139,6 +139,14 @@ impl fmt::Display for Unsupported {
                  is: write its first address under [device], as in `{name} = \"0x40070000\"`"
             ),
         }
+    }
+}
+
+/// Cycles per second as a board's file has them.
+fn frequency(hz: u32) -> String {
+    match hz % 1_000_000 {
+        0 => format!("{} MHz", hz / 1_000_000),
+        _ => format!("{hz} Hz"),
     }
 }
 

@@ -9,12 +9,10 @@
 
 use std::sync::OnceLock;
 
-use super::minst::{
-    self, Access, AliasClass, Allocated, Block, Edge, Func, MInst, Reg, Relocation, Role,
-    Terminator, template,
-};
+use super::func::{Allocated, Block, Edge, Func, Terminator};
+use super::minst::{self, Access, AliasClass, MInst, Reg, Relocation, Role, template};
 use super::registers::FREE;
-use super::v6m::LOST;
+use super::routine::LOST;
 use regalloc2::checker::Checker;
 use regalloc2::{
     Allocation, Edit, Function, Inst as At, InstOrEdit, InstRange, MachineEnv, Operand,

@@ -5,7 +5,8 @@
 
 use super::critical_path;
 use super::emit::{Item, Label, Line, select_encodings};
-use super::minst::{Allocated, Block, MInst, PReg, Terminator, template};
+use super::func::{Allocated, Block, Terminator};
+use super::minst::{MInst, PReg, template};
 use whippen_isa::timing::Core;
 use whippen_isa::{Inst, Op};
 

@@ -18,9 +18,10 @@
 //! for results, so nothing is scheduled there, nor reordered.
 
 use super::allocate::allocate;
+use super::func::{Allocated, Func};
 use super::hoist::hoist_over_branches;
 use super::literal::Literals;
-use super::minst::{Allocated, Func, Register};
+use super::minst::Register;
 use super::promote::Promotions;
 use super::registers::ALL_FREE;
 use super::reorder::{OrderCache, reorder_blocks};
@@ -45,7 +46,7 @@ pub(super) struct Strategy {
 
 /// What is compiled.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Piece<'a> {
+pub(super) enum CompileUnit<'a> {
     /// A mode, by its number.
     Mode(usize),
     /// What prepares one key.
@@ -63,16 +64,21 @@ pub(super) struct Compiler<'a> {
 
 impl Compiler<'_> {
     /// Selects instructions; literals are numbered as they are met.
-    pub(super) fn select(&self, piece: Piece, strategy: Strategy, literals: &mut Literals) -> Func {
+    pub(super) fn select(
+        &self,
+        piece: CompileUnit,
+        strategy: Strategy,
+        literals: &mut Literals,
+    ) -> Func {
         let kernel = &self.modes.kernel;
         let func = match piece {
-            Piece::Mode(index) => {
+            CompileUnit::Mode(index) => {
                 let mode = &self.modes.modes[index];
                 let distance = strategy.remat_distance;
                 Select::mode(kernel, self.layout, literals, mode, index, distance)
             }
-            Piece::Init => Select::init(kernel, self.layout, literals),
-            Piece::Invariants(invariants) => {
+            CompileUnit::Init => Select::init(kernel, self.layout, literals),
+            CompileUnit::Invariants(invariants) => {
                 Select::shared(kernel, self.layout, literals, invariants)
             }
         };

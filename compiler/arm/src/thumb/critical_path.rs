@@ -6,7 +6,8 @@
 //! `budget`, not here.
 
 use super::emit::{branch_inst, select_encodings};
-use super::minst::{Allocated, Block, Cycles, MInst, PReg, Terminator, template};
+use super::func::{Allocated, Block, Cycles, Terminator};
+use super::minst::{MInst, PReg, template};
 use whippen_isa::reg::LR;
 use whippen_isa::timing::{Core, Outcome, Pipe};
 use whippen_isa::{Inst, Op};

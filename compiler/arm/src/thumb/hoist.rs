@@ -9,8 +9,9 @@
 //! ```
 
 use super::critical_path;
+use super::func::{Allocated, Block, Cycles, Terminator};
 use super::liveness::{RegisterSet, compute_live_in, live_in_of, live_out_of};
-use super::minst::{Access, Allocated, Block, Cycles, MInst, PReg, Terminator, Use};
+use super::minst::{Access, MInst, PReg, Use};
 use super::registers::{HISTORY, RECORD, SAMPLES, STATE, others};
 use super::tuning::{HOIST_WINDOW, HOISTED_MAX};
 use whippen_isa::Class;

@@ -3,7 +3,8 @@
 //! The same before and after allocation. Registers with a role of their own are followed only
 //! after it, where they are registers like all others.
 
-use super::minst::{Block, Func, MInst, Register};
+use super::func::{Block, Func};
+use super::minst::{MInst, Register};
 
 /// A set of registers, a bit for each.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

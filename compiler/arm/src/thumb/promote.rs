@@ -9,9 +9,8 @@
 //! tick. A register that holds one of them is one that nothing else can have, so how many do is
 //! tried (`best`).
 
-use super::minst::{
-    Access, AliasClass, Edge, Func, MInst, Operand, Reg, Role, Terminator, Use, VReg,
-};
+use super::func::{Edge, Func, Terminator};
+use super::minst::{Access, AliasClass, MInst, Operand, Reg, Role, Use, VReg};
 use super::registers::STATE;
 use super::tuning::PROMOTED_MAX;
 use rustc_hash::FxHashMap;

@@ -8,9 +8,10 @@
 //!   str lr, b                str r4, b
 //! ```
 
+use super::func::Block;
 use super::hoist::rename_result;
 use super::liveness::{RegisterSet, step_back};
-use super::minst::{Block, MInst, PReg};
+use super::minst::{MInst, PReg};
 use super::registers::others;
 use super::tuning::{RENAME_HIGH_COST, RENAME_HORIZON};
 use whippen_isa::timing::Core;

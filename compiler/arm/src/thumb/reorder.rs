@@ -14,8 +14,9 @@ mod pipeline_states;
 
 use super::critical_path;
 use super::dependence::{Dependences, build_dependences};
+use super::func::{Allocated, Block};
 use super::liveness::{RegisterSet, compute_live_in, live_out_of};
-use super::minst::{Allocated, Block, PReg};
+use super::minst::PReg;
 use super::rename::rename_registers;
 use super::tuning::{REORDER_PATH_MIN, REORDER_TRIES, REORDER_WINDOW};
 pub(super) use cache::OrderCache;

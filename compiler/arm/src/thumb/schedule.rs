@@ -13,8 +13,9 @@
 //! blocks.
 
 use super::dependence::{Dependences, build_dependences};
+use super::func::{Func, Terminator};
 use super::liveness::{compute_live_in, live_out_of};
-use super::minst::{Access, Func, MInst, Reg, Role, Terminator, VReg};
+use super::minst::{Access, MInst, Reg, Role, VReg};
 use super::registers::RECORD;
 use whippen_isa::timing::{Core, Outcome, Pipe, Timed};
 

@@ -7,9 +7,9 @@
 //! worst.
 
 use super::ThumbError;
-use super::compile::{Compiler, Piece, Strategy};
+use super::compile::{CompileUnit, Compiler, Strategy};
+use super::func::{Allocated, Func};
 use super::literal::Literals;
-use super::minst::{Allocated, Func};
 use super::promote::{self, Promotions};
 use super::reorder::OrderCache;
 use super::tick_invariant::TickInvariants;
@@ -74,7 +74,7 @@ pub(super) fn compile_modes(
 ) -> Result<CompiledModes, ThumbError> {
     let modes = 0..compiler.modes.modes.len();
     let funcs: Vec<Func> = modes
-        .map(|mode| compiler.select(Piece::Mode(mode), STRATEGIES[0], literals))
+        .map(|mode| compiler.select(CompileUnit::Mode(mode), STRATEGIES[0], literals))
         .collect();
     let (promotions, mut all) = compile_first(compiler, funcs)?;
     if compiler.reorders() {
@@ -92,7 +92,7 @@ pub(super) fn compile_init(
     compiler: &Compiler,
     literals: &mut Literals,
 ) -> Result<Allocated, ThumbError> {
-    let func = compiler.select(Piece::Init, UNSCHEDULED, literals);
+    let func = compiler.select(CompileUnit::Init, UNSCHEDULED, literals);
     let (code, _) = compiler.allocate_scheduled(func, &Promotions::default(), UNSCHEDULED)?;
     Ok(code)
 }
@@ -106,7 +106,7 @@ pub(super) fn compile_invariants(
     if invariants.results.is_empty() {
         return Ok(None);
     }
-    let func = compiler.select(Piece::Invariants(invariants), STRATEGIES[0], literals);
+    let func = compiler.select(CompileUnit::Invariants(invariants), STRATEGIES[0], literals);
     let (mut code, _) = compiler.allocate_scheduled(func, &Promotions::default(), STRATEGIES[0])?;
     compiler.reorder(&mut code, &OrderCache::default())?;
     Ok(Some(code))
@@ -189,7 +189,7 @@ fn improve_worst(
         let mut code = if best.tried == 0 {
             best.code.clone()
         } else {
-            let func = compiler.select(Piece::Mode(mode), strategy, literals);
+            let func = compiler.select(CompileUnit::Mode(mode), strategy, literals);
             compiler.allocate_scheduled(func, promotions, strategy)?.0
         };
         let cycles = compiler.reorder(&mut code, &cache)?;

@@ -38,8 +38,9 @@ mod remat;
 mod square_root;
 mod use_count;
 
+use super::func::Func;
 use super::literal::Literals;
-use super::minst::{Func, MInst, Reg, Role, VReg};
+use super::minst::{MInst, Reg, Role, VReg};
 use super::state_layout::StateLayout;
 use super::tick_invariant::TickInvariants;
 use event::EventEnd;

@@ -15,9 +15,9 @@
 //! Before allocation the width of an encoding is open, so `.w` is left out. Behind a load or store
 //! stands the memory that it may meet.
 
+use super::func::{Block, Func, Terminator};
 use super::minst::{
-    Access, AliasClass, Block, Func, MInst, Other, PReg, Reg, Register, Relocation, Role,
-    Terminator, template,
+    Access, AliasClass, MInst, Other, PReg, Reg, Register, Relocation, Role, template,
 };
 use super::registers::{HISTORY, RECORD, SAMPLES, STATE};
 use std::fmt::{self, Display, Formatter};

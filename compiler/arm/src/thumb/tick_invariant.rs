@@ -32,7 +32,7 @@ pub(super) fn hoist_invariants(modes: &Modes) -> (Cow<'_, Modes>, TickInvariants
     let found: Vec<Vec<Value>> = modes
         .modes
         .iter()
-        .map(|mode| Scan::new(mode).roots())
+        .map(|mode| InvariantScan::new(mode).roots())
         .collect();
     if found.iter().all(Vec::is_empty) {
         return (Cow::Borrowed(modes), shared);
@@ -61,7 +61,7 @@ fn is_worth_a_load(op: Op) -> bool {
 type Makers<'a> = IdMap<Value, Option<&'a Inst>>;
 
 /// Which values of a mode depend on live values alone.
-struct Scan<'m> {
+struct InvariantScan<'m> {
     mode: &'m Mode,
     /// By value: what makes it, if it depends on nothing but live values and constants.
     made: Makers<'m>,
@@ -72,10 +72,10 @@ struct Scan<'m> {
     needed: IdMap<Value, bool>,
 }
 
-impl<'m> Scan<'m> {
-    fn new(mode: &'m Mode) -> Scan<'m> {
+impl<'m> InvariantScan<'m> {
+    fn new(mode: &'m Mode) -> InvariantScan<'m> {
         let no = IdMap::filled(false, mode.values.len());
-        Scan {
+        InvariantScan {
             mode,
             made: IdMap::filled(None, mode.values.len()),
             depends_on_param: no.clone(),

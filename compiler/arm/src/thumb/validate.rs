@@ -19,7 +19,8 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::emit::branch_inst;
-use super::minst::{Access, AliasClass, Func, MInst, Register, Relocation, Role, Terminator};
+use super::func::{Func, Terminator};
+use super::minst::{Access, AliasClass, MInst, Register, Relocation, Role};
 use super::registers::{HISTORY, RECORD, SAMPLES, STATE};
 use whippen_isa::ShiftType;
 use whippen_isa::reg::SP;
@@ -80,7 +81,7 @@ struct ValueNumbers<R> {
 
 /// What is where, as numbers.
 #[derive(Clone)]
-struct State<R> {
+struct BlockState<R> {
     /// The block with whose start it began.
     from: usize,
     left: BTreeMap<Location<R>, u32>,
@@ -149,7 +150,7 @@ fn list_predecessors<R: Register>(func: &Func<R>) -> Vec<Vec<usize>> {
 }
 
 /// What others find where the code is left.
-fn list_outside<R: Register>(states: &[Vec<State<R>>; 2]) -> Vec<Location<R>> {
+fn list_outside<R: Register>(states: &[Vec<BlockState<R>>; 2]) -> Vec<Location<R>> {
     let written: BTreeSet<Location<R>> = states
         .iter()
         .flatten()
@@ -179,7 +180,7 @@ impl<R: Register> ValueNumbers<R> {
         })
     }
 
-    fn at(&mut self, state: &State<R>, at: Location<R>) -> u32 {
+    fn at(&mut self, state: &BlockState<R>, at: Location<R>) -> u32 {
         state
             .left
             .get(&at)
@@ -192,12 +193,12 @@ impl<R: Register> ValueNumbers<R> {
         &mut self,
         func: &Func<R>,
         predecessors: &[Vec<usize>],
-    ) -> Result<Vec<State<R>>, String> {
-        let mut states: Vec<State<R>> = Vec::new();
+    ) -> Result<Vec<BlockState<R>>, String> {
+        let mut states: Vec<BlockState<R>> = Vec::new();
         for (index, block) in func.blocks.iter().enumerate() {
             let mut state = match predecessors[index][..] {
                 [from] if from < index => states[from].clone(),
-                _ => State {
+                _ => BlockState {
                     from: index,
                     left: BTreeMap::new(),
                 },
@@ -211,7 +212,7 @@ impl<R: Register> ValueNumbers<R> {
         Ok(states)
     }
 
-    fn step(&mut self, state: &mut State<R>, code: &MInst<R>) -> Result<(), String> {
+    fn step(&mut self, state: &mut BlockState<R>, code: &MInst<R>) -> Result<(), String> {
         check_encoding(code)?;
         let inst = &code.inst;
         let (from, to) = memory_touched(code);

@@ -1,7 +1,7 @@
 //! The forms of a mode's code from selection to the final order of its instructions.
 
-use super::super::compile::{Compiler, Piece};
-use super::super::minst::{Allocated, Func};
+use super::super::compile::{CompileUnit, Compiler};
+use super::super::func::{Allocated, Func};
 use super::super::reorder::OrderCache;
 use super::super::{Parts, ThumbError};
 
@@ -23,7 +23,11 @@ pub(super) fn forms_of(parts: &mut Parts, mode: usize) -> Result<ModeForms, Thum
         layout: &parts.layout,
         core: &parts.core,
     };
-    let selected = compiler.select(Piece::Mode(mode), chosen.strategy, &mut parts.literals);
+    let selected = compiler.select(
+        CompileUnit::Mode(mode),
+        chosen.strategy,
+        &mut parts.literals,
+    );
     let promoted = parts.layout.promoted.promote_in(selected.clone());
     let scheduled = compiler.schedule(promoted.clone(), chosen.strategy)?;
     let allocated = compiler.allocate(&scheduled)?;

@@ -5,7 +5,8 @@ use std::sync::Mutex;
 
 use rustc_hash::FxHashMap;
 
-use crate::thumb::minst::{Access, Block, MInst, Operand, PReg, Role, Terminator};
+use crate::thumb::func::{Block, Terminator};
+use crate::thumb::minst::{Access, MInst, Operand, PReg, Role};
 use whippen_isa::{Cond, Inst};
 
 /// The registers of an instruction's operands, by role.

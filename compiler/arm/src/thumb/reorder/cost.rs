@@ -3,7 +3,8 @@
 
 use super::pipeline_states::{PipelineStates, START};
 use crate::thumb::emit;
-use crate::thumb::minst::{Block, PReg, Terminator, template};
+use crate::thumb::func::{Block, Terminator};
+use crate::thumb::minst::{PReg, template};
 use whippen_isa::reg::LR;
 use whippen_isa::timing::{Core, Outcome};
 use whippen_isa::{Cond, Flags, Inst, Op};
@@ -45,28 +46,28 @@ struct Base {
     /// The flags that are wanted behind each place.
     wanted: Vec<Flags>,
     /// The states before each place and at the end.
-    states: Vec<State>,
+    states: Vec<IssueState>,
     total: u32,
 }
 
 /// Between two instructions.
 #[derive(Debug, Clone, Copy)]
-struct State {
+struct IssueState {
     pipe: u16,
     left_in_it: u16,
     /// Twice the cycles so far.
     sum: u32,
 }
 
-impl State {
-    const START: State = State {
+impl IssueState {
+    const START: IssueState = IssueState {
         pipe: START,
         left_in_it: 0,
         sum: 0,
     };
 
     /// Whether what follows costs the same.
-    fn is_like(&self, other: &State) -> bool {
+    fn is_like(&self, other: &IssueState) -> bool {
         (self.pipe, self.left_in_it) == (other.pipe, other.left_in_it)
     }
 }
@@ -131,7 +132,7 @@ impl OrderCost {
         }
         self.base.setting.clone_from(&self.setting);
         self.base.states.clear();
-        let mut state = State::START;
+        let mut state = IssueState::START;
         for place in 0..order.len() {
             self.base.states.push(state);
             state = self.step(state, order, place);
@@ -170,7 +171,7 @@ impl OrderCost {
     }
 
     /// One instruction, with an IT in front of it if it begins a block.
-    fn step(&mut self, mut state: State, order: &[usize], place: usize) -> State {
+    fn step(&mut self, mut state: IssueState, order: &[usize], place: usize) -> IssueState {
         let forms = &self.forms[order[place]];
         let form = forms
             .setting
@@ -186,9 +187,9 @@ impl OrderCost {
         self.issue(state, form)
     }
 
-    fn issue(&mut self, state: State, inst: u16) -> State {
+    fn issue(&mut self, state: IssueState, inst: u16) -> IssueState {
         let (pipe, cycles) = self.pipes.issue(state.pipe, inst);
-        State {
+        IssueState {
             pipe,
             sum: state.sum + 2 * u32::from(cycles),
             ..state
@@ -196,7 +197,7 @@ impl OrderCost {
     }
 
     /// Twice the cycles of the end.
-    fn end(&self, state: State) -> u32 {
+    fn end(&self, state: IssueState) -> u32 {
         let taken = Outcome::taken(0, false);
         let cycles = |form: &Form, way: &Outcome| self.pipes.cycles(state.pipe, form.number, way);
         match &self.end {

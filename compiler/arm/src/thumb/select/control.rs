@@ -2,7 +2,8 @@
 
 use super::memory::MODE;
 use super::{Binding, Select};
-use crate::thumb::minst::{Access, Edge, MInst, Role, Terminator, VReg};
+use crate::thumb::func::{Edge, Terminator};
+use crate::thumb::minst::{Access, MInst, Role, VReg};
 use crate::thumb::registers::{HISTORY, RECORD};
 use whippen_isa::{Cond, Op as Isa};
 use whippen_kernel::{Inst, Region, Type, Value, Walk};

@@ -3,10 +3,9 @@
 
 use super::arith_i32::with_shift;
 use super::{Binding, Select};
+use crate::thumb::func::Terminator;
 use crate::thumb::literal::Literal;
-use crate::thumb::minst::{
-    Access, AliasClass, MInst, Other, Reg, Relocation, Role, Terminator, VReg,
-};
+use crate::thumb::minst::{Access, AliasClass, MInst, Other, Reg, Relocation, Role, VReg};
 use crate::thumb::registers::{HISTORY, RECORD, SAMPLES, STATE};
 use crate::thumb::state_layout::TICK;
 use whippen_isa::{Op as Isa, ShiftType};

@@ -2,7 +2,8 @@
 //! still fits.
 
 use super::Select;
-use crate::thumb::minst::{Edge, MInst, Role, Terminator, VReg};
+use crate::thumb::func::{Edge, Terminator};
+use crate::thumb::minst::{MInst, Role, VReg};
 use whippen_isa::{Cond, Op as Isa};
 use whippen_kernel::Value;
 

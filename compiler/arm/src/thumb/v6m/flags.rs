@@ -2,7 +2,8 @@
 //! instruction changes them.
 
 use super::Legal;
-use crate::thumb::minst::{MInst, Reg, Role, Terminator, VReg};
+use crate::thumb::func::Terminator;
+use crate::thumb::minst::{MInst, Reg, Role, VReg};
 use whippen_isa::{Cond, Op};
 
 /// What makes the flags that the next reader finds.

@@ -1,8 +1,9 @@
 //! Instruction by instruction: what does the same on ARMv6-M.
 
-use super::{Legal, Routine};
+use super::Legal;
 use crate::thumb::literal::Literal;
 use crate::thumb::minst::{Access, MInst, Operand, Reg, Relocation, Role, VReg};
+use crate::thumb::routine::Routine;
 use whippen_isa::{Cond, Op};
 
 impl Legal<'_> {

@@ -1,8 +1,8 @@
 //! The routines become a part of the object that calls them.
 
-use super::Routine;
 use crate::asm::{Source, assemble};
 use crate::image::{Object, Section, SectionKind, Symbol};
+use crate::thumb::routine::Routine;
 use crate::thumb::{Options, ThumbError, names};
 
 /// The text of the routines.

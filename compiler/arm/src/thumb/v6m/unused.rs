@@ -1,7 +1,8 @@
 //! Instructions whose results nobody reads: flags are made again where they are wanted, so what
 //! made them first may be left over.
 
-use crate::thumb::minst::{Access, Func, MInst, Reg, Terminator, VReg};
+use crate::thumb::func::{Func, Terminator};
+use crate::thumb::minst::{Access, MInst, Reg, VReg};
 use rustc_hash::FxHashSet;
 use whippen_isa::Flags;
 

@@ -1,0 +1,194 @@
+//! Control-flow graphs of machine instructions: functions of basic blocks, before and after
+//! register allocation.
+//!
+//! Blocks have parameters until registers are allocated, and end by one terminator.
+
+use super::minst::{MInst, PReg, Reg, Register, VReg};
+use super::registers::ALL_FREE;
+use std::sync::OnceLock;
+use whippen_isa::Cond;
+
+/// A block and the values of its parameters.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Edge<V = VReg> {
+    pub block: usize,
+    /// None after allocation, where the values are in their registers.
+    pub args: Vec<V>,
+}
+
+/// How a block ends.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Terminator<V = VReg> {
+    Jump(Edge<V>),
+    /// By the flags. Both blocks have no other way in.
+    Branch {
+        cond: Cond,
+        yes: usize,
+        no: usize,
+        likely: Option<bool>,
+    },
+    /// To the address in this register, the code of the next key.
+    NextKey(V),
+    /// To the code after `init` of one key.
+    FallThrough,
+}
+
+/// Cycles of a block, about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Cycles {
+    /// With its end, which is a branch that is not taken if it is a decision.
+    pub on: u64,
+    /// What the branch costs more where it is taken.
+    pub taken: u64,
+}
+
+/// A basic block.
+#[derive(Debug, Clone)]
+pub(super) struct Block<R: Register = Reg> {
+    /// None after allocation.
+    pub params: Vec<R::Value>,
+    pub code: Vec<MInst<R>>,
+    pub end: Terminator<R::Value>,
+    /// It runs at most so often each time it is entered from outside its loop.
+    pub rounds: Option<u32>,
+    /// Its cycles, once somebody has asked `critical_path` for them.
+    pub cycles: OnceLock<Cycles>,
+}
+
+/// All code of a mode, or of `init`. The first block is the entry.
+#[derive(Debug, Clone)]
+pub(super) struct Func<R: Register = Reg> {
+    pub blocks: Vec<Block<R>>,
+    /// How many virtual registers it has.
+    pub vregs: u32,
+    /// The registers that it may use, as bits.
+    pub free: u32,
+    /// How many words of the stack it uses, which only the allocator knows.
+    pub slots: usize,
+}
+
+/// A function with registers of the core.
+pub(super) type Allocated = Func<PReg>;
+
+impl Func {
+    pub(super) fn new() -> Func {
+        Func {
+            blocks: Vec::new(),
+            vregs: 0,
+            free: ALL_FREE,
+            slots: 0,
+        }
+    }
+
+    pub(super) fn fresh(&mut self) -> VReg {
+        self.vregs += 1;
+        self.vregs - 1
+    }
+
+    pub(super) fn block(&mut self) -> usize {
+        let end = Terminator::FallThrough;
+        self.blocks.push(Block {
+            params: Vec::new(),
+            code: Vec::new(),
+            end,
+            rounds: None,
+            cycles: OnceLock::new(),
+        });
+        self.blocks.len() - 1
+    }
+}
+
+impl<V: Copy> Terminator<V> {
+    /// The values that it reads: arguments, or the address of the next key's code.
+    pub(super) fn values_read(&self) -> &[V] {
+        match self {
+            Terminator::Jump(edge) => &edge.args,
+            Terminator::NextKey(code) => std::slice::from_ref(code),
+            Terminator::Branch { .. } | Terminator::FallThrough => &[],
+        }
+    }
+
+    /// Where it goes.
+    pub(super) fn targets(&self) -> Vec<usize> {
+        match self {
+            Terminator::Jump(edge) => vec![edge.block],
+            Terminator::Branch { yes, no, .. } => vec![*yes, *no],
+            Terminator::NextKey(_) | Terminator::FallThrough => Vec::new(),
+        }
+    }
+}
+
+impl<R: Register> Block<R> {
+    /// The same block with other code.
+    pub(super) fn with_code(&self, code: Vec<MInst<R>>) -> Block<R> {
+        Block {
+            params: self.params.clone(),
+            code,
+            end: self.end.clone(),
+            rounds: self.rounds,
+            cycles: OnceLock::new(),
+        }
+    }
+}
+
+impl Func {
+    /// The same without blocks that nobody comes to, in an order in which each but the first
+    /// follows one that leads to it: `regalloc2`'s checker takes what comes from a later block for
+    /// unknown if that has no way in yet.
+    pub(super) fn into_reverse_postorder(mut self) -> Func {
+        let order = self.reverse_postorder();
+        let mut places = vec![0; self.blocks.len()];
+        order
+            .iter()
+            .enumerate()
+            .for_each(|(place, block)| places[*block] = place);
+        let mut blocks: Vec<Option<Block>> = std::mem::take(&mut self.blocks)
+            .into_iter()
+            .map(Some)
+            .collect();
+        let mut blocks: Vec<Block> = order
+            .iter()
+            .filter_map(|block| blocks[*block].take())
+            .collect();
+        for block in &mut blocks {
+            match &mut block.end {
+                Terminator::Jump(edge) => edge.block = places[edge.block],
+                Terminator::Branch { yes, no, .. } => (*yes, *no) = (places[*yes], places[*no]),
+                Terminator::NextKey(_) | Terminator::FallThrough => {}
+            }
+        }
+        Func { blocks, ..self }
+    }
+
+    /// Instructions on the longest way, loops counted once.
+    pub(super) fn longest_path_len(&self) -> usize {
+        let mut below = vec![0; self.blocks.len()];
+        for at in self.reverse_postorder().into_iter().rev() {
+            let block = &self.blocks[at];
+            let next = block.end.targets().into_iter().map(|to| below[to]).max();
+            below[at] = block.code.len() + next.unwrap_or(0);
+        }
+        below.first().copied().unwrap_or(0)
+    }
+
+    fn reverse_postorder(&self) -> Vec<usize> {
+        let mut seen = vec![false; self.blocks.len()];
+        let (mut order, mut waiting) = (Vec::new(), vec![(0, false)]);
+        while let Some((block, done)) = waiting.pop() {
+            if done {
+                order.push(block);
+            } else if !std::mem::replace(&mut seen[block], true) {
+                waiting.push((block, true));
+                waiting.extend(
+                    self.blocks[block]
+                        .end
+                        .targets()
+                        .into_iter()
+                        .map(|to| (to, false)),
+                );
+            }
+        }
+        order.reverse();
+        order
+    }
+}
