@@ -6,7 +6,7 @@
 //! ```
 //!
 //! All keys play the same words at the same moment, so a frame is so many times what one key costs
-//! there (and the frame's own cycles once); its dearest frame is what a keyboard must reckon with.
+//! there (and the frame's own cycles once); its worst-case frame is what a keyboard must reckon with.
 //! The words are the bundled gesture, then every word at random. Wants arm-none-eabi-gcc, uses
 //! clang-19 where it is; who is absent is said and left out. Counts come from the emulator and are
 //! the same everywhere.
@@ -43,7 +43,7 @@ fn main() -> Result<(), Failure> {
         return Ok(());
     }
     let words = play::words(&Device::mikey());
-    println!("| instrument | code | compiler | cycles per key, dearest frame | mean |");
+    println!("| instrument | code | compiler | cycles per key, worst-case frame | mean |");
     println!("| --- | --- | --- | --- | --- |");
     for (file, _) in whippen_compiler::bundled::INSTRUMENTS {
         let name = file.trim_end_matches(".whip");

@@ -29,5 +29,7 @@ pub use whippen_budget as budget;
 pub use whippen_deterministic::parallel;
 
 pub mod bindings;
+pub mod deadline_diagnostic;
+pub mod mode_names;
 mod partition;
 pub mod pipeline;

@@ -13,11 +13,13 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::ValueHint;
-use whippen_compiler::budget::{Bound, Bounded, Budget, Dearest, ZoneBound, missed, mode_names};
+use whippen_compiler::budget::{Bound, Bounded, Budget, ZoneBound};
 use whippen_compiler::check::note_name;
+use whippen_compiler::deadline_diagnostic::{WorstMode, deadline_diagnostic};
 use whippen_compiler::diag::{Diagnostic, Severity};
 use whippen_compiler::firmware::FirmwareImage;
 use whippen_compiler::keyboard::{self, ZoneId};
+use whippen_compiler::mode_names::mode_names;
 use whippen_compiler::parallel;
 use whippen_compiler::pipeline::{self, Compiled, ProgramProof, unobserved};
 use whippen_runtime::files::write_whole;
@@ -41,7 +43,7 @@ pub struct Args {
     /// Find the largest number of keys that is proven to fit
     #[arg(long, conflicts_with = "keys")]
     most_keys: bool,
-    /// Also write the dearest way through a key as assembly, for other judges of its cycles
+    /// Also write the worst-case path through a key as assembly, for other judges of its cycles
     #[arg(long, value_name = "FILE.s", value_hint = ValueHint::FilePath)]
     path: Option<PathBuf>,
     #[command(flatten)]
@@ -232,12 +234,12 @@ impl<'a> ImageProof<'a> {
     fn missed(&self, played: &ProgramReport, keys_fitting: Option<u32>) -> Option<Diagnostic> {
         let zone = played.zone(played.slowest_zone());
         let place = (played.program.name.as_str(), zone.compiled.model.span);
-        missed(
+        deadline_diagnostic(
             &self.setup.map,
             place,
             &played.budget,
             &self.bytes,
-            played.dearest(),
+            played.worst_case(),
             keys_fitting,
         )
     }
@@ -271,7 +273,7 @@ impl<'a> ProgramReport<'a> {
     }
 
     /// The mode that costs most, and its bound with nobody else at the bus.
-    fn dearest(&self) -> Dearest<'_> {
+    fn worst_case(&self) -> WorstMode<'_> {
         let id = self.slowest_zone();
         let modes = &self.zone(id).modes;
         let bounds = self
@@ -282,7 +284,7 @@ impl<'a> ProgramReport<'a> {
             ("any state", &self.cores[0].alone.handler),
             |(name, (_, bound))| (name.as_str(), bound),
         );
-        Dearest { mode, bound }
+        WorstMode { mode, bound }
     }
 
     /// The zone of that number.
@@ -306,7 +308,7 @@ impl<'a> ProgramReport<'a> {
         zones.max_by_key(|id| cycles(*id)).unwrap_or(ZoneId(0))
     }
 
-    /// The bounds of a zone's keys on each core, alone and crowded.
+    /// The bounds of a zone's keys on each core, alone and contended.
     fn bounds(&self, zone: ZoneId) -> impl Iterator<Item = (&ZoneBound, &ZoneBound)> {
         let all = self
             .cores
@@ -315,12 +317,12 @@ impl<'a> ProgramReport<'a> {
         all.filter(move |(alone, _)| alone.of.zone == zone)
     }
 
-    /// The bounds of one mode of a zone on each core, alone and crowded.
+    /// The bounds of one mode of a zone on each core, alone and contended.
     fn mode(&self, zone: ZoneId, index: usize) -> impl Iterator<Item = (&Bound, &Bound)> {
-        self.bounds(zone).filter_map(move |(alone, crowded)| {
+        self.bounds(zone).filter_map(move |(alone, contended)| {
             Some((
                 &alone.tick.modes.get(index)?.1,
-                &crowded.tick.modes.get(index)?.1,
+                &contended.tick.modes.get(index)?.1,
             ))
         })
     }

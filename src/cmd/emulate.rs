@@ -131,7 +131,7 @@ struct Outputs {
     /// One line per instruction: its cycles, and why it waited; `-` is stdout
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Cycles per function and source line, as JSON; the dearest functions are printed too
+    /// Cycles per function and source line, as JSON; the most expensive functions are printed too
     #[arg(long, value_name = "FILE.json")]
     profile: Option<PathBuf>,
     /// Wait for gdb on this TCP port of the local machine; 0 takes a free one and says which

@@ -1,7 +1,7 @@
 //! Whole boards that play: noise, strokes, gestures, recordings; both cores at once, then one
 //! alone.
 
-use whippen_compiler::budget::Frame;
+use whippen_compiler::budget::TickHandlerBound;
 use whippen_compiler::firmware::RUNNING;
 use whippen_compiler::kernel::random::Rng;
 use whippen_compiler::pipeline::Compiled;
@@ -91,7 +91,13 @@ fn sources(compiled: &Compiled, keys: usize) -> Vec<(&'static str, Source)> {
 }
 
 /// Nobody took longer than a frame's bounds say.
-fn holds(image: &Image, watch: &Watch, core: usize, frame: &Frame, visits: u64) -> (u64, u64) {
+fn holds(
+    image: &Image,
+    watch: &Watch,
+    core: usize,
+    frame: &TickHandlerBound,
+    visits: u64,
+) -> (u64, u64) {
     for ((mode, bound), &observed) in frame.zones[0].tick.modes.iter().zip(&watch.keys[core]) {
         let allowed = bound.cycles_max + visits;
         assert!(
@@ -137,7 +143,7 @@ fn play(kind: BoardKind, compiled: Compiled, keys: usize) -> u64 {
             &mut alone,
         );
     }
-    let crowded = image
+    let contended = image
         .cores
         .iter()
         .zip(RUNNING)
@@ -156,7 +162,7 @@ fn play(kind: BoardKind, compiled: Compiled, keys: usize) -> u64 {
                 bounds.contended.handler.cycles_max
             )
         });
-    let crowded: Vec<String> = crowded.collect();
+    let contended: Vec<String> = contended.collect();
     let frame = &image.cores[0].alone;
     let (key, observed) = holds(&image, &alone, 0, frame, 0);
     assert!(
@@ -164,12 +170,12 @@ fn play(kind: BoardKind, compiled: Compiled, keys: usize) -> u64 {
         "it played"
     );
     println!(
-        "{} on {}: alone: key {key} of {}, frame {observed} of {}; crowded: {}",
+        "{} on {}: alone: key {key} of {}, frame {observed} of {}; contended: {}",
         image.name(),
         image.board.name,
         frame.key_cycles_max(),
         frame.handler.cycles_max,
-        crowded.join("; ")
+        contended.join("; ")
     );
     both.keys_seen + alone.keys_seen
 }

@@ -1,7 +1,7 @@
 //! An image with two programs that switches between them: frames in which a program begins are
 //! bounded too.
 
-use whippen_compiler::budget::{Frame, Program, cores};
+use whippen_compiler::budget::{Program, TickHandlerBound, cores};
 use whippen_compiler::firmware::build_image;
 use whippen_compiler::keyboard::{InstrumentId, Layout, Program as KeyboardProgram, ProgramId};
 use whippen_compiler::pipeline::{Compiled, unobserved};
@@ -127,7 +127,7 @@ fn switches(names: &[&str], zones: [&[(u32, usize)]; 2], keys: [u32; 2]) -> [Vec
     assert!(frames.count > APART * SWITCHES, "{} frames", frames.count);
     for (core, observed) in frames.longest.into_iter().enumerate() {
         let frames = bounds.each_ref().map(|cores| &cores[core].contended);
-        let visits = |frame: &&Frame| {
+        let visits = |frame: &&TickHandlerBound| {
             frame
                 .parts
                 .iter()

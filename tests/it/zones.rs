@@ -269,9 +269,9 @@ fn the_budget_of_a_split_says_which_core_has_what() {
         .map(|core| number(&core["keys"]))
         .collect();
     assert_eq!((other, &hammond["zones"]), (keys, &Value::Null));
-    // With a key more or less on core 0 the dearest core would be dearer.
+    // With a key more or less on core 0 the slowest core would be slower.
     let zones = split["zones"].as_array().expect("zones");
-    let key = |zone: usize| number(&zones[zone]["key"]["crowded_cycles_max"]);
+    let key = |zone: usize| number(&zones[zone]["key"]["contended_cycles_max"]);
     let most = |core: usize| number(&cores[core]["cycles_max"]);
     assert!(
         most(0).abs_diff(most(1)) <= 2 * key(1),

@@ -68,7 +68,7 @@ pub fn assemble(
     constants: &BTreeMap<String, i64>,
     arch: Arch,
 ) -> Result<Object, AsmError> {
-    let mut unit = item::Unit::new(constants, arch);
+    let mut unit = item::AssemblyUnit::new(constants, arch);
     let lines: Vec<&str> = sources
         .iter()
         .flat_map(|source| source.text.lines())
@@ -83,7 +83,11 @@ pub fn assemble(
 
 /// Takes lines, the first of which has number `first` + 1; what stands between `.rept` and `.endr`
 /// as often as it says.
-fn take(unit: &mut item::Unit, lines: &[&str], first: usize) -> Result<(), (usize, String)> {
+fn take(
+    unit: &mut item::AssemblyUnit,
+    lines: &[&str],
+    first: usize,
+) -> Result<(), (usize, String)> {
     let mut index = 0;
     while index < lines.len() {
         let number = first + index + 1;

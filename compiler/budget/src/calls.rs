@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use whippen_isa::timing::Target;
 
-use super::frame::{OnCore, ZoneBound, find};
+use super::tick_handler::{OnCore, ZoneBound, find};
 use super::program::Program;
 use super::{Annotations, Bound, Known, NotBounded, Query, Step, bound};
 use whippen_firmware::{BEGINS, PARTS};
@@ -53,11 +53,11 @@ impl Calls {
             .chain(&begun)
             .map(|&at| behind(program, at))
             .collect();
-        // One place to return to is right for all if it is the dearest.
-        let dearest = returns
+        // One place to return to is right for all if it is the most expensive.
+        let worst = returns
             .iter()
             .find(|target| target.wide && target.address & 2 != 0);
-        let return_to = dearest.or(returns.first()).copied();
+        let return_to = worst.or(returns.first()).copied();
         Ok(Self {
             return_to,
             tick,
@@ -70,7 +70,7 @@ impl Calls {
     }
 
     /// What a call costs that begins a key. The code is that of `init`, whose loop over the keys
-    /// runs once; of several zones, the dearest.
+    /// runs once; of several zones, the most expensive.
     pub fn begin(&self, of: &OnCore) -> Result<Bound, NotBounded> {
         begins(
             of,
@@ -140,17 +140,17 @@ impl Calls {
             of.playing.keys.count(),
             known("begin", &|_| Known::default())?,
         )?;
-        let (mut above, mut dearest) = (0, 0);
+        let (mut above, mut worst) = (0, 0);
         for zone in zones.iter().rev() {
             let own = begins(of, &zone.name, zone.keys(), BTreeMap::new())?;
             let key = zone.tick.key_cycles_max();
             let played = whole.cycles.saturating_sub(above + key);
-            dearest = dearest.max(played + own.cycles_max + finds.cycles_max);
+            worst = worst.max(played + own.cycles_max + finds.cycles_max);
             above += u64::from(zone.keys()) * key;
         }
         // Both are called on the same way, so what one call costs may be charged to the other.
         let begun = Known {
-            cycles: dearest.saturating_sub(begin.cycles_max),
+            cycles: worst.saturating_sub(begin.cycles_max),
             ..whole
         };
         Ok(Costs {
@@ -187,7 +187,7 @@ impl Calls {
         whole.chain(begun).chain(beginning).chain(nobody).collect()
     }
 
-    /// The cycles of the handler's dearest way by part, without those of so many cycles of keys.
+    /// The cycles of the handler's worst-case path by part, without those of so many cycles of keys.
     pub fn parts(&self, program: &Program, path: &[Step], keys_cycles: u64) -> Vec<(String, u64)> {
         let mut parts: Vec<(String, i64)> = Vec::new();
         let begins = path.iter().any(|step| step.address == self.begin);

@@ -6,9 +6,9 @@
 //! number (`Running::visits`).
 
 use super::NotBounded;
-use super::frame::{Frame, OnCore, frames, stack_memory};
 use super::memory::{Extent, Interference, Others, Reach};
 use super::program::Program;
+use super::tick_handler::{OnCore, TickHandlerBound, stack_memory, tick_handlers};
 use whippen_arm::image::{Image, Linked as LinkedSection, SectionKind};
 use whippen_board::{BankSet, Board};
 use whippen_deterministic::parallel;
@@ -19,9 +19,9 @@ use whippen_keyboard::{CoreId, ProgramId};
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Bounded {
     /// With nobody else at the bus.
-    pub alone: Frame,
+    pub alone: TickHandlerBound,
     /// With the other core at work, and with its own fetches in the way of its data.
-    pub contended: Frame,
+    pub contended: TickHandlerBound,
 }
 
 impl Bounded {
@@ -64,7 +64,8 @@ pub fn cores(
             programs: &programs,
             interference: &alone,
         };
-        frames(&core, [&alone, &around]).map(|[alone, contended]| Bounded { alone, contended })
+        tick_handlers(&core, [&alone, &around])
+            .map(|[alone, contended]| Bounded { alone, contended })
     });
     found.into_iter().collect()
 }

@@ -6,11 +6,11 @@
 //!      | stack     where the stack pointer is, and that returns return
 //!      | order     loops, inner before outer, each with its bound
 //!      v
-//!   longest       forward through the blocks: for every state of the pipeline, the dearest way into it
+//!   longest       forward through the blocks: for every state of the pipeline, the worst-case path into it
 //!      |            block   cycles by `isa::timing::Core::issue`, the function that the emulator counts with
 //!      |            facts   what is known of registers and flags on the way: branches that contradict it are cut
 //!      v
-//!   Bound         cycles, the dearest path, stack, how sure
+//!   Bound         cycles, the worst-case path, stack, how sure
 //! ```
 //!
 //! Nothing is guessed: what cannot be followed is a [`NotBounded`] that names the address and what
@@ -29,12 +29,9 @@ mod code;
 mod cores;
 mod error;
 mod facts;
-mod frame;
 mod graph;
 mod longest;
 mod memory;
-mod missed;
-mod named;
 mod order;
 mod program;
 mod relevant;
@@ -42,6 +39,7 @@ mod report;
 mod stack;
 mod state;
 mod tick;
+mod tick_handler;
 mod unknown;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -51,13 +49,11 @@ use whippen_isa::timing::{Core, Evidence, Target};
 pub use code::Code;
 pub use cores::{Bounded, cores};
 pub use error::NotBounded;
-pub use frame::{Frame, OnCore, ZoneBound, frames};
 pub use memory::{Extent, Interference, Others, Reach};
-pub use missed::{Dearest, missed};
-pub use named::mode_names;
 pub use program::Program;
 pub use report::{Budget, CoreBudget};
 pub use tick::{Tick, ticks};
+pub use tick_handler::{OnCore, TickHandlerBound, ZoneBound, tick_handlers};
 pub use unknown::{Unknown, UnknownTime};
 
 /// What the bytes do not say.
@@ -73,7 +69,7 @@ pub struct Annotations {
     /// caller is not checked.
     pub inside: bool,
     /// What the caller goes on with, as far as the return's cycles depend on it; where it is not
-    /// known, the dearest.
+    /// known, the most expensive.
     pub return_to: Option<Target>,
     /// The entry is an exception's handler: what its return costs beyond the instruction's own
     /// cycles is not this code's.
@@ -117,7 +113,7 @@ pub struct Query<'a> {
     pub interference: Option<&'a Interference<'a>>,
 }
 
-/// One instruction of the dearest path.
+/// One instruction of the worst-case path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Step {
     /// Its address.

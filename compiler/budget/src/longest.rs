@@ -3,7 +3,7 @@
 //! At the head of each block stand the states in which it can be entered. Of two with the same
 //! pipeline, the one that is not cheaper and knows no more makes the other superfluous: whatever
 //! follows the other may follow it too, at no less. Where too many gather, those with the same
-//! pipeline are joined: the dearer one's cycles, what both know.
+//! pipeline are joined: the larger count of cycles, what both know.
 //!
 //! A loop is walked once for each pipeline state at its head, from zero cycles and with nothing
 //! known of what it changes; that gives the cycles from every such state to every one, and to its
@@ -25,12 +25,12 @@ use super::state::{State, insert};
 use super::unknown::UnknownTime;
 use super::{Bound, NotBounded, Query, Step};
 
-/// Rounds that are summed one by one; the rest is charged as the dearest of all.
+/// Rounds that are summed one by one; the rest is charged as the most expensive of all.
 const ROUNDS_MAX: u32 = 4096;
 
 /// What was found.
 pub struct Longest {
-    /// The dearest end: cycles and its way.
+    /// The worst-case end: cycles and its way.
     end: Option<(u64, Chain)>,
     arena: Arena,
     class: Evidence,
@@ -48,13 +48,13 @@ struct Search<'a> {
     walker: Walker<'a>,
     arriving: Vec<Vec<State>>,
     /// The loops that are being walked, innermost last.
-    frames: Vec<Frame<'a>>,
+    open_loops: Vec<OpenLoop<'a>>,
     end: Option<(u64, Chain)>,
     settled: bool,
 }
 
 /// A loop that is being walked from one state of its head.
-struct Frame<'a> {
+struct OpenLoop<'a> {
     around: &'a Loop,
     /// What comes back to the head.
     back: Vec<State>,
@@ -88,7 +88,7 @@ impl Longest {
         let mut search = Search {
             walker,
             arriving,
-            frames: Vec::new(),
+            open_loops: Vec::new(),
             end: None,
             settled: true,
         };
@@ -200,7 +200,7 @@ impl<'a> Search<'a> {
         };
         state.facts.keep(relevant);
         let merged = &mut self.walker.merged;
-        match (self.frames.last_mut(), to) {
+        match (self.open_loops.last_mut(), to) {
             (Some(frame), Destination::Block(block)) if block == frame.around.head => {
                 insert(&mut frame.back, state, merged)
             }
@@ -226,7 +226,7 @@ impl<'a> Search<'a> {
         for state in entries {
             let pipe = number(&mut pipes, state.pipe);
             reached.resize(pipes.len(), None);
-            dearer(&mut reached[pipe], (state.cycles, state.chain));
+            keep_longer(&mut reached[pipe], (state.cycles, state.chain));
         }
         let mut rounds: Vec<Round> = Vec::new();
         while rounds.len() < pipes.len() {
@@ -283,7 +283,7 @@ impl<'a> Search<'a> {
 
     /// One round, from one state of the pipeline.
     fn round(&mut self, around: &'a Loop, pipe: Pipe, facts: &Facts) -> Round {
-        self.frames.push(Frame {
+        self.open_loops.push(OpenLoop {
             around,
             back: Vec::new(),
             exits: Vec::new(),
@@ -304,7 +304,7 @@ impl<'a> Search<'a> {
         for element in body {
             self.elements(std::slice::from_ref(element));
         }
-        let Some(Frame { back, exits, .. }) = self.frames.pop() else {
+        let Some(OpenLoop { back, exits, .. }) = self.open_loops.pop() else {
             return Round {
                 back: Vec::new(),
                 exits: Vec::new(),
@@ -313,7 +313,7 @@ impl<'a> Search<'a> {
         Round { back, exits }
     }
 
-    /// The dearest way to the head in any round, for each state of the pipeline there.
+    /// The worst-case path to the head in any round, for each state of the pipeline there.
     fn sum(
         &mut self,
         pipes: &[Pipe],
@@ -334,7 +334,7 @@ impl<'a> Search<'a> {
                     let Some(to) = pipes.iter().position(|pipe| *pipe == state.pipe) else {
                         continue;
                     };
-                    if dearer(&mut next[to], (cycles + state.cycles, *chain)) {
+                    if keep_longer(&mut next[to], (cycles + state.cycles, *chain)) {
                         from[to] = Some((*chain, state.chain));
                     }
                 }
@@ -346,7 +346,7 @@ impl<'a> Search<'a> {
             }
             best.iter_mut().zip(&next).for_each(|(best, next)| {
                 next.iter().for_each(|&next| {
-                    dearer(best, next);
+                    keep_longer(best, next);
                 });
             });
             reached = next;
@@ -358,7 +358,7 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// The rounds that are not summed one by one, each as the dearest.
+    /// The rounds that are not summed one by one, each as the most expensive.
     fn charge_rest(&mut self, rounds: &[Round], best: &mut [Option<(u64, Chain)>], left: u32) {
         let costs = rounds
             .iter()
@@ -381,7 +381,7 @@ impl<'a> Search<'a> {
     }
 }
 
-impl Frame<'_> {
+impl OpenLoop<'_> {
     fn holds(&self, to: Destination) -> bool {
         matches!(to, Destination::Block(block) if self.around.members.binary_search(&block).is_ok())
     }
@@ -398,7 +398,7 @@ fn number(pipes: &mut Vec<Pipe>, pipe: Pipe) -> usize {
         })
 }
 
-fn dearer(known: &mut Option<(u64, Chain)>, new: (u64, Chain)) -> bool {
+fn keep_longer(known: &mut Option<(u64, Chain)>, new: (u64, Chain)) -> bool {
     let is = known.is_none_or(|(cycles, _)| cycles < new.0);
     if is {
         *known = Some(new);

@@ -95,7 +95,7 @@ impl Program {
         cycles
     }
 
-    /// The cycles of a path by declaration, the dearest first.
+    /// The cycles of a path by declaration, the most expensive first.
     pub fn by_item(&self, path: &[Step]) -> Vec<(&str, u64)> {
         let mut cycles: BTreeMap<&str, u64> = BTreeMap::new();
         for step in path {

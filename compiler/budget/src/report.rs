@@ -17,7 +17,7 @@ pub struct Budget {
     /// Cycles of a key, at most, with nobody else at the bus.
     pub key_cycles_max: u64,
     /// Cycles of a key, at most, waiting for others included.
-    pub crowded_key_cycles_max: u64,
+    pub contended_key_cycles_max: u64,
     /// Each core.
     pub cores: Vec<CoreBudget>,
     /// How sure: as the least sure number.
@@ -86,7 +86,7 @@ impl Budget {
             clock_hz,
             rate_hz,
             key_cycles_max: key(&|core| core.alone.key_cycles_max()),
-            crowded_key_cycles_max: key(&|core| core.contended.key_cycles_max()),
+            contended_key_cycles_max: key(&|core| core.contended.key_cycles_max()),
             cores: cores.iter().map(core).collect(),
             class: cores
                 .iter()

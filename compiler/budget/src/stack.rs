@@ -10,7 +10,7 @@ use super::graph::{ContextId, Control, Destination, Graph, Item};
 use super::{NotBounded, Query};
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Place {
+struct StackSlot {
     /// Bytes from the stack pointer at the entry, negative below it.
     sp: i32,
     /// LR holds the return address of the present function.
@@ -31,11 +31,11 @@ pub struct Stack {
 
 /// Follows the stack pointer to every place.
 pub fn follow(query: &Query, graph: &Graph) -> Result<Stack, NotBounded> {
-    let mut places: Vec<Option<Place>> = vec![None; graph.blocks.len()];
+    let mut places: Vec<Option<StackSlot>> = vec![None; graph.blocks.len()];
     // Where the stack pointer was when each function was entered.
     let mut entered: Vec<Option<i32>> = vec![None; graph.contexts.len()];
     (places[0], entered[0]) = (
-        Some(Place {
+        Some(StackSlot {
             sp: 0,
             returns: true,
             saved: Vec::new(),
@@ -101,7 +101,7 @@ pub fn follow(query: &Query, graph: &Graph) -> Result<Stack, NotBounded> {
 }
 
 /// Joins what arrives with what has; says whether less is known now.
-fn arrive(known: &mut Option<Place>, new: Place, address: u32) -> Result<bool, NotBounded> {
+fn arrive(known: &mut Option<StackSlot>, new: StackSlot, address: u32) -> Result<bool, NotBounded> {
     let Some(place) = known else {
         *known = Some(new);
         return Ok(true);
@@ -115,7 +115,7 @@ fn arrive(known: &mut Option<Place>, new: Place, address: u32) -> Result<bool, N
         .filter(|slot| new.saved.contains(slot))
         .copied()
         .collect();
-    let joined = Place {
+    let joined = StackSlot {
         returns: place.returns && new.returns,
         saved,
         ..new
@@ -125,7 +125,7 @@ fn arrive(known: &mut Option<Place>, new: Place, address: u32) -> Result<bool, N
     Ok(changed)
 }
 
-impl Place {
+impl StackSlot {
     /// An instruction that does not branch.
     fn execute(&mut self, item: &Item, context: ContextId) -> Result<(), NotBounded> {
         let inst = &item.inst;

@@ -124,14 +124,14 @@ pub fn ticks<const N: usize>(
 }
 
 impl Tick {
-    /// The dearest mode.
-    pub fn dearest(&self) -> Option<&(String, Bound)> {
+    /// The worst-case mode.
+    pub fn worst_case(&self) -> Option<&(String, Bound)> {
         self.modes.iter().max_by_key(|(_, bound)| bound.cycles_max)
     }
 
     /// Cycles of a key, at most.
     pub fn key_cycles_max(&self) -> u64 {
-        self.dearest().map_or(0, |(_, bound)| bound.cycles_max)
+        self.worst_case().map_or(0, |(_, bound)| bound.cycles_max)
     }
 
     /// Cycles around the keys, at most.

@@ -93,7 +93,7 @@ fn verdict(out: &mut String, name: &str, good: bool, words: &str) {
     );
 }
 
-/// A bar for each core and for each of the dearest modes.
+/// A bar for each core and for each of the worst-case modes.
 fn time(out: &mut String, budget: &Value) {
     let (fits, period) = (
         budget["fits"].as_bool().unwrap_or(false),

@@ -11,7 +11,7 @@ impl ImageProof<'_> {
     /// One object.
     pub fn json(&self, played: &ProgramReport) -> Value {
         let slowest = played.slowest_zone();
-        let bound = played.dearest().bound;
+        let bound = played.worst_case().bound;
         let items = self.bytes.by_item(&bound.path).into_iter();
         let lines = self
             .bytes
@@ -34,7 +34,7 @@ impl ImageProof<'_> {
             "period_cycles": played.budget.period_cycles,
             "key": {
                 "cycles_max": played.budget.key_cycles_max,
-                "contention_cycles_max": played.budget.crowded_key_cycles_max - played.budget.key_cycles_max,
+                "contention_cycles_max": played.budget.contended_key_cycles_max - played.budget.key_cycles_max,
                 "by_item": items.map(|(item, cycles)| (item.to_string(), json!(cycles))).collect::<Map<_, _>>(),
                 "worst_path": lines,
                 "modes": played.modes_json(slowest),
@@ -51,7 +51,7 @@ impl ImageProof<'_> {
 
 impl ProgramReport<'_> {
     fn core_json(&self, core: &CoreBudget, of: &Bounded) -> Value {
-        let parts = |frame: &whippen_compiler::budget::Frame| {
+        let parts = |frame: &whippen_compiler::budget::TickHandlerBound| {
             frame
                 .parts
                 .iter()
@@ -94,16 +94,16 @@ impl ProgramReport<'_> {
                 .bounds(number)
                 .map(|(alone, _)| alone.tick.key_cycles_max())
                 .max();
-            let crowded = self
+            let contended = self
                 .bounds(number)
-                .map(|(_, crowded)| crowded.tick.key_cycles_max())
+                .map(|(_, contended)| contended.tick.key_cycles_max())
                 .max();
             let keys: u32 = self.bounds(number).map(|(alone, _)| alone.keys()).sum();
             let mut zone = json!({
                 "instrument": symbol_prefix(report.compiled),
                 "notes": report.notes,
                 "keys": keys,
-                "key": { "cycles_max": alone, "crowded_cycles_max": crowded, "modes": self.modes_json(number) },
+                "key": { "cycles_max": alone, "contended_cycles_max": contended, "modes": self.modes_json(number) },
             });
             beyond(&mut zone, report);
             zone
@@ -118,11 +118,11 @@ impl ProgramReport<'_> {
                 .mode(zone, index)
                 .map(|(alone, _)| alone.cycles_max)
                 .max();
-            let crowded = self
+            let contended = self
                 .mode(zone, index)
-                .map(|(_, crowded)| crowded.cycles_max)
+                .map(|(_, contended)| contended.cycles_max)
                 .max();
-            json!({ "name": name, "cycles_max": alone, "crowded_cycles_max": crowded })
+            json!({ "name": name, "cycles_max": alone, "contended_cycles_max": contended })
         };
         self.zone(zone).modes.iter().enumerate().map(mode).collect()
     }

@@ -1,4 +1,4 @@
-//! The dearest way through a key as assembly: one instruction after the other, as it is executed.
+//! The worst-case path through a key as assembly: one instruction after the other, as it is executed.
 
 use std::fmt::Write;
 
@@ -15,18 +15,18 @@ impl ImageProof<'_> {
         let by_cycles = self
             .programs
             .iter()
-            .max_by_key(|played| played.dearest().bound.cycles_max);
-        let Some((dearest, name)) =
-            by_cycles.map(|played| (played.dearest(), symbol_prefix(slowest(played))))
+            .max_by_key(|played| played.worst_case().bound.cycles_max);
+        let Some((worst, name)) =
+            by_cycles.map(|played| (played.worst_case(), symbol_prefix(slowest(played))))
         else {
             return String::new();
         };
         let mut text = format!(
             "@ {}: {} cycles, {}\n        .syntax unified\n        .thumb\nkey:\n",
-            name, dearest.bound.cycles_max, dearest.mode
+            name, worst.bound.cycles_max, worst.mode
         );
         let mut it = ItState::OUTSIDE;
-        for step in &dearest.bound.path {
+        for step in &worst.bound.path {
             let Some(Ok(inst)) = self
                 .bytes
                 .code

@@ -6,7 +6,7 @@ use super::{ImageProof, ProgramReport};
 use crate::cmd::setup::symbol_prefix;
 
 impl ImageProof<'_> {
-    /// Modes, cores, and the dearest way through a key's tick, while one program plays.
+    /// Modes, cores, and the worst-case path through a key's tick, while one program plays.
     pub fn table(&self, played: &ProgramReport) -> String {
         let mut out = String::new();
         let (board, budget) = (&self.setup.board, &played.budget);
@@ -52,13 +52,13 @@ impl ImageProof<'_> {
     }
 
     fn path(&self, played: &ProgramReport, out: &mut String) {
-        let dearest = played.dearest();
+        let worst = played.worst_case();
         let _ = writeln!(
             out,
-            "\ndearest way through a key, {} cycles: {}",
-            dearest.bound.cycles_max, dearest.mode
+            "\nworst-case path through a key, {} cycles: {}",
+            worst.bound.cycles_max, worst.mode
         );
-        for (place, cycles) in self.bytes.by_place(&dearest.bound.path) {
+        for (place, cycles) in self.bytes.by_place(&worst.bound.path) {
             let (line, item) = match place {
                 Some(place) => (
                     format!("{}:{}", place.file, place.line),
@@ -69,7 +69,7 @@ impl ImageProof<'_> {
             let _ = writeln!(out, "  {cycles:>6}  {line:<40} {item}");
         }
         let _ = writeln!(out, "by declaration:");
-        for (item, cycles) in self.bytes.by_item(&dearest.bound.path) {
+        for (item, cycles) in self.bytes.by_item(&worst.bound.path) {
             let _ = writeln!(out, "  {cycles:>6}  {item}");
         }
     }
@@ -83,7 +83,7 @@ impl ProgramReport<'_> {
             });
             let _ = writeln!(
                 out,
-                "\n{of}a key, cycles at most   alone  crowded  code bytes"
+                "\n{of}a key, cycles at most   alone  contended  code bytes"
             );
             for (index, name) in zone.modes.iter().enumerate() {
                 let most = |of: &dyn Fn(&Self) -> Option<u64>| of(self).unwrap_or(0);
@@ -92,9 +92,9 @@ impl ProgramReport<'_> {
                         .map(|(alone, _)| alone.cycles_max)
                         .max()
                 });
-                let crowded = most(&|s| {
+                let contended = most(&|s| {
                     s.mode(number, index)
-                        .map(|(_, crowded)| crowded.cycles_max)
+                        .map(|(_, contended)| contended.cycles_max)
                         .max()
                 });
                 let code = self
@@ -103,7 +103,7 @@ impl ProgramReport<'_> {
                     .max()
                     .unwrap_or(0);
                 let width = of.chars().count() + 29;
-                let _ = writeln!(out, "{alone:>width$}  {crowded:>7}  {code:>10}  {name}");
+                let _ = writeln!(out, "{alone:>width$}  {contended:>9}  {code:>10}  {name}");
             }
         }
     }

@@ -122,8 +122,8 @@ impl Profile {
         };
         Report {
             total,
-            functions: dearest_first(functions.into_iter().map(function)),
-            lines: dearest_first(lines.into_iter().map(line)),
+            functions: most_expensive_first(functions.into_iter().map(function)),
+            lines: most_expensive_first(lines.into_iter().map(line)),
         }
     }
 
@@ -132,7 +132,7 @@ impl Profile {
         serde_json::to_string_pretty(&self.report(image)).map(|text| text + "\n")
     }
 
-    /// The dearest functions, for people.
+    /// The most expensive functions, for people.
     pub fn table(&self, image: &Image) -> String {
         let report = self.report(image);
         let total = report.total.cycles.max(1) as f64;
@@ -160,7 +160,7 @@ impl Profile {
 }
 
 /// Sorted by cycles; what costs the same stays in its order.
-fn dearest_first(rows: impl Iterator<Item = Row>) -> Vec<Row> {
+fn most_expensive_first(rows: impl Iterator<Item = Row>) -> Vec<Row> {
     let mut rows: Vec<Row> = rows.collect();
     rows.sort_by_key(|row| std::cmp::Reverse(row.spent.cycles));
     rows

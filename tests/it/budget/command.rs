@@ -212,9 +212,9 @@ fn what_cannot_be_proven_is_said() {
     );
 }
 
-/// The dearest way as assembly: all its instructions, their cycles beside them.
+/// The worst-case path as assembly: all its instructions, their cycles beside them.
 #[test]
-fn the_dearest_way_can_be_written_out() {
+fn the_worst_case_path_can_be_written_out() {
     let shell = shell();
     let args = ["--keys", "20", "--path", "path.s"];
     let key = json(&shell, 0, &args)["key"]["cycles_max"]

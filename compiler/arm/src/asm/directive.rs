@@ -1,13 +1,13 @@
 //! Directives.
 
 use super::expr::Expr;
-use super::item::{Unit, What};
+use super::item::{AssemblyUnit, What};
 use crate::image::{SectionKind, SymbolKind};
 
 /// More than any memory here.
 const BYTES_MAX: i64 = 1 << 24;
 
-impl Unit {
+impl AssemblyUnit {
     pub(super) fn directive(&mut self, name: &str, arguments: &str) -> Result<(), String> {
         match name {
             "syntax" | "thumb" | "cpu" | "file" => Ok(()),

@@ -3,7 +3,7 @@
 use whippen_isa::{ItState, Op};
 
 use super::expr::Value;
-use super::item::{Item, Note, Unit, What};
+use super::item::{AssemblyUnit, Note, PlacedItem, What};
 use crate::image::{Fixup, FixupKind, Hint, Object, Section, SectionKind, Symbol, SymbolKind};
 
 type Located = (usize, String);
@@ -12,7 +12,7 @@ type Located = (usize, String);
 ///
 /// # Errors
 /// The line of data that does not fit, or of a name that is used and cannot be.
-pub fn object(unit: &Unit) -> Result<Object, Located> {
+pub fn object(unit: &AssemblyUnit) -> Result<Object, Located> {
     let mut object = Object::default();
     for index in 0..unit.sections.len() {
         object.sections.push(section(unit, index)?);
@@ -21,7 +21,7 @@ pub fn object(unit: &Unit) -> Result<Object, Located> {
     Ok(object)
 }
 
-fn section(unit: &Unit, index: usize) -> Result<Section, Located> {
+fn section(unit: &AssemblyUnit, index: usize) -> Result<Section, Located> {
     let from = &unit.sections[index];
     let mut to = Section {
         name: from.name.clone(),
@@ -54,9 +54,9 @@ fn section(unit: &Unit, index: usize) -> Result<Section, Located> {
 }
 
 fn put(
-    unit: &Unit,
+    unit: &AssemblyUnit,
     at: (usize, usize),
-    item: &Item,
+    item: &PlacedItem,
     it: &mut ItState,
     to: &mut Section,
 ) -> Result<(), String> {
@@ -115,7 +115,7 @@ fn pad(bytes: u32, to: &mut Section) {
 }
 
 fn word(
-    unit: &Unit,
+    unit: &AssemblyUnit,
     (section, item): (usize, usize),
     bytes: u32,
     value: &super::expr::Expr,
@@ -163,7 +163,7 @@ fn fix(
     Ok(())
 }
 
-fn hints(unit: &Unit, index: usize) -> Result<Vec<Hint>, Located> {
+fn hints(unit: &AssemblyUnit, index: usize) -> Result<Vec<Hint>, Located> {
     let section = &unit.sections[index];
     let each = section.notes.iter().map(|(item, note)| {
         let at = unit.offset(index, *item);
@@ -189,7 +189,7 @@ fn hints(unit: &Unit, index: usize) -> Result<Vec<Hint>, Located> {
 }
 
 /// Labels, and names that are used and not defined.
-fn symbols(unit: &Unit, object: &Object) -> Vec<Symbol> {
+fn symbols(unit: &AssemblyUnit, object: &Object) -> Vec<Symbol> {
     let mut all: Vec<_> = unit
         .labels
         .iter()
@@ -221,7 +221,7 @@ fn symbols(unit: &Unit, object: &Object) -> Vec<Symbol> {
     symbols
 }
 
-fn symbol(unit: &Unit, name: &str, (section, item): (usize, usize)) -> Symbol {
+fn symbol(unit: &AssemblyUnit, name: &str, (section, item): (usize, usize)) -> Symbol {
     let size = unit
         .sizes
         .get(name)

@@ -5,7 +5,7 @@ use whippen_isa::imm::thumb_shrink_imm;
 use whippen_isa::{Arch, Code, Cond, Inst, NotEncoded, NotParsed};
 
 use super::expr::{Expr, Value};
-use super::item::Unit;
+use super::item::AssemblyUnit;
 use crate::image::FixupKind;
 
 /// An instruction as written.
@@ -49,7 +49,11 @@ impl Instruction {
     ///
     /// # Errors
     /// An expression is none.
-    pub fn read(unit: &mut Unit, mnemonic: &str, operands: &str) -> Result<Instruction, String> {
+    pub fn read(
+        unit: &mut AssemblyUnit,
+        mnemonic: &str,
+        operands: &str,
+    ) -> Result<Instruction, String> {
         let (mnemonic, width) = match (mnemonic.strip_suffix(".w"), mnemonic.strip_suffix(".n")) {
             (Some(stem), _) => (stem, ".w"),
             (_, Some(stem)) => (stem, ".n"),
@@ -101,7 +105,7 @@ impl Instruction {
     /// It is no instruction of the architecture, or out of reach.
     pub fn encode(
         &self,
-        unit: &Unit,
+        unit: &AssemblyUnit,
         at: (usize, usize),
         it: Option<Cond>,
     ) -> Result<Encoded, String> {
@@ -139,7 +143,7 @@ impl Instruction {
 impl Piece {
     fn render(
         &self,
-        unit: &Unit,
+        unit: &AssemblyUnit,
         (section, item): (usize, usize),
         here: i64,
     ) -> Result<(String, Option<Wanted>), String> {
@@ -211,7 +215,7 @@ fn condition(name: &str) -> bool {
 
 /// `ldr r0, =value`: a move where one can do it, else a literal.
 fn literal(
-    unit: &mut Unit,
+    unit: &mut AssemblyUnit,
     mnemonic: &str,
     width: &'static str,
     register: &str,
@@ -262,7 +266,7 @@ fn literal(
 }
 
 /// Splits operands at `#`, behind which an expression stands as far as the operand goes.
-fn holes(unit: &Unit, operands: &str) -> Result<Vec<Piece>, String> {
+fn holes(unit: &AssemblyUnit, operands: &str) -> Result<Vec<Piece>, String> {
     let mut pieces = Vec::new();
     let mut rest = operands;
     while let Some((before, after)) = rest.split_once('#') {

@@ -11,7 +11,7 @@ use crate::image::{SectionKind, SymbolKind};
 
 /// One thing of a section.
 #[derive(Debug)]
-pub struct Item {
+pub struct PlacedItem {
     /// Its line.
     pub line: usize,
     /// What it is.
@@ -41,7 +41,7 @@ pub enum What {
 
 /// A section.
 #[derive(Debug)]
-pub struct Section {
+pub struct AssemblySection {
     /// Its name.
     pub name: String,
     /// What it holds.
@@ -49,7 +49,7 @@ pub struct Section {
     /// A power of two.
     pub align: u32,
     /// Its items.
-    pub items: Vec<Item>,
+    pub items: Vec<PlacedItem>,
     /// Literals that wait for a pool.
     pub literals: Vec<Expr>,
     /// How many pools there have been.
@@ -69,13 +69,13 @@ pub enum Note {
 }
 
 /// A text, read.
-pub struct Unit {
+pub struct AssemblyUnit {
     /// Whose instructions.
     pub arch: Arch,
     /// The present line.
     pub line: usize,
     /// All sections.
-    pub sections: Vec<Section>,
+    pub sections: Vec<AssemblySection>,
     /// The present section.
     pub current: usize,
     /// Labels: section, and the item they stand before.
@@ -96,9 +96,9 @@ pub struct Unit {
     locals: BTreeMap<String, usize>,
 }
 
-impl Unit {
-    pub fn new(constants: &BTreeMap<String, i64>, arch: Arch) -> Unit {
-        let mut unit = Unit {
+impl AssemblyUnit {
+    pub fn new(constants: &BTreeMap<String, i64>, arch: Arch) -> AssemblyUnit {
+        let mut unit = AssemblyUnit {
             arch,
             line: 1,
             sections: Vec::new(),
@@ -173,7 +173,7 @@ impl Unit {
             .position(|s| s.name == name)
             .unwrap_or_else(|| {
                 let (items, literals, notes) = (Vec::new(), Vec::new(), Vec::new());
-                self.sections.push(Section {
+                self.sections.push(AssemblySection {
                     name: name.to_string(),
                     kind,
                     align: if kind == SectionKind::Code { 2 } else { 1 },
@@ -186,7 +186,7 @@ impl Unit {
             });
     }
 
-    pub fn section(&mut self) -> &mut Section {
+    pub fn section(&mut self) -> &mut AssemblySection {
         &mut self.sections[self.current]
     }
 
@@ -198,7 +198,7 @@ impl Unit {
         } else {
             0
         };
-        self.section().items.push(Item {
+        self.section().items.push(PlacedItem {
             line,
             what,
             offset: 0,

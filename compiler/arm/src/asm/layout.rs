@@ -2,7 +2,7 @@
 
 use whippen_isa::{ItState, Op};
 
-use super::item::{Unit, What};
+use super::item::{AssemblyUnit, What};
 
 type Located = (usize, String);
 
@@ -13,7 +13,7 @@ const ROUNDS_MAX: usize = 1000;
 ///
 /// # Errors
 /// The line of an instruction that has no bits, and why.
-pub fn place(unit: &mut Unit) -> Result<(), Located> {
+pub fn place(unit: &mut AssemblyUnit) -> Result<(), Located> {
     for _ in 0..ROUNDS_MAX {
         arrange(unit);
         let mut changed = false;
@@ -29,7 +29,7 @@ pub fn place(unit: &mut Unit) -> Result<(), Located> {
 }
 
 /// Offsets from sizes.
-fn arrange(unit: &mut Unit) {
+fn arrange(unit: &mut AssemblyUnit) {
     for section in &mut unit.sections {
         let mut at = 0_u32;
         for item in &mut section.items {
@@ -48,7 +48,7 @@ fn arrange(unit: &mut Unit) {
 }
 
 /// Whether an instruction has become wide.
-fn widen(unit: &mut Unit, section: usize) -> Result<bool, Located> {
+fn widen(unit: &mut AssemblyUnit, section: usize) -> Result<bool, Located> {
     let mut changed = false;
     let mut it = ItState::OUTSIDE;
     for item in 0..unit.sections[section].items.len() {
@@ -76,7 +76,7 @@ fn widen(unit: &mut Unit, section: usize) -> Result<bool, Located> {
     Ok(changed)
 }
 
-impl Unit {
+impl AssemblyUnit {
     /// Where a literal of a section's pool lies by the present layout.
     pub fn literal_offset(&self, section: usize, pool: usize, number: usize) -> i64 {
         let pools = self.sections[section]

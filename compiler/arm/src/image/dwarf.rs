@@ -68,7 +68,7 @@ pub(super) fn sections(code: &[Code]) -> Vec<Debug> {
     let Some(first) = places.next() else {
         return Vec::new();
     };
-    let mut unit = Unit::new(&name(&first.file));
+    let mut unit = CompileUnit::new(&name(&first.file));
     code.iter().for_each(|code| unit.add(code));
     // The writer refuses only what could not be spelled, such as a name with a zero byte; then
     // there is nothing.
@@ -81,14 +81,14 @@ fn name(file: &str) -> Vec<u8> {
     if kept.is_empty() { b"?".to_vec() } else { kept }
 }
 
-struct Unit {
+struct CompileUnit {
     dwarf: DwarfUnit,
     files: BTreeMap<String, FileId>,
     ranges: Vec<Range>,
 }
 
-impl Unit {
-    fn new(file: &[u8]) -> Unit {
+impl CompileUnit {
+    fn new(file: &[u8]) -> CompileUnit {
         let encoding = Encoding {
             format: Format::Dwarf32,
             version: 4,
@@ -108,7 +108,7 @@ impl Unit {
         root.set(DW_AT_name, AttributeValue::String(file.to_vec()));
         root.set(DW_AT_stmt_list, AttributeValue::LineProgramRef);
         root.set(DW_AT_low_pc, AttributeValue::Address(Address::Constant(0)));
-        Unit {
+        CompileUnit {
             dwarf,
             files: BTreeMap::new(),
             ranges: Vec::new(),
@@ -217,7 +217,7 @@ impl Unit {
         let ranges = unit.ranges.add(RangeList(self.ranges));
         unit.get_mut(unit.root())
             .set(DW_AT_ranges, AttributeValue::RangeListRef(ranges));
-        let mut sections = Sections::new(Writer::default());
+        let mut sections = Sections::new(DebugWriter::default());
         self.dwarf.write(&mut sections)?;
         let mut out = Vec::new();
         sections.for_each(|id, writer| {
@@ -236,21 +236,21 @@ impl Unit {
 
 /// Bytes and holes.
 #[derive(Debug, Clone)]
-struct Writer {
+struct DebugWriter {
     bytes: EndianVec<LittleEndian>,
     holes: Vec<Hole>,
 }
 
-impl Default for Writer {
-    fn default() -> Writer {
-        Writer {
+impl Default for DebugWriter {
+    fn default() -> DebugWriter {
+        DebugWriter {
             bytes: EndianVec::new(LittleEndian),
             holes: Vec::new(),
         }
     }
 }
 
-impl RelocateWriter for Writer {
+impl RelocateWriter for DebugWriter {
     type Writer = EndianVec<LittleEndian>;
 
     fn writer(&self) -> &Self::Writer {

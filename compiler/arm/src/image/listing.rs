@@ -31,7 +31,7 @@ pub fn listing(image: &Image, map: &SourceMap) -> String {
         .iter()
         .map(|file| (file.name.as_str(), file.text.lines().collect()))
         .collect();
-    let mut writer = Writer {
+    let mut writer = ListingWriter {
         image,
         sources,
         core: timing(image.arch),
@@ -45,7 +45,7 @@ pub fn listing(image: &Image, map: &SourceMap) -> String {
     writer.text
 }
 
-struct Writer<'a> {
+struct ListingWriter<'a> {
     image: &'a Image,
     sources: BTreeMap<&'a str, Vec<&'a str>>,
     core: Core,
@@ -61,7 +61,7 @@ struct State {
     data: bool,
 }
 
-impl Writer<'_> {
+impl ListingWriter<'_> {
     fn section(&mut self, index: usize, section: &Linked) {
         let _ = writeln!(
             self.text,

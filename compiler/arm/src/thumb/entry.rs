@@ -44,7 +44,7 @@ pub(super) struct Labels {
 pub(super) const LABELS: Label = 7;
 
 /// A list of instructions being written.
-struct Writer<'a> {
+struct EntryWriter<'a> {
     layout: &'a StateLayout,
     items: Vec<Item>,
 }
@@ -60,7 +60,7 @@ pub(super) fn tick(
     modes: &[String],
     events: Label,
 ) -> Vec<Item> {
-    let mut w = Writer::new(layout);
+    let mut w = EntryWriter::new(layout);
     w.items.push(Item::Function {
         name: names::tick(name),
         global: true,
@@ -99,7 +99,7 @@ pub(super) fn tick(
 
 /// `init` of all keys; the code of one key follows at `init_key` and comes back to `init_next`.
 pub(super) fn init(layout: &StateLayout, name: &str, slots: usize, labels: Labels) -> Vec<Item> {
-    let mut w = Writer::new(layout);
+    let mut w = EntryWriter::new(layout);
     w.items.push(Item::Function {
         name: names::init(name),
         global: true,
@@ -139,16 +139,16 @@ pub(super) fn begin(
     name: &str,
     slots: usize,
 ) -> [Vec<Item>; 2] {
-    let mut w = Writer::new(layout);
+    let mut w = EntryWriter::new(layout);
     w.begin(kernel, name, slots);
     let before = std::mem::take(&mut w.items);
     w.leave(slots);
     [before, w.items]
 }
 
-impl<'a> Writer<'a> {
-    fn new(layout: &'a StateLayout) -> Writer<'a> {
-        Writer {
+impl<'a> EntryWriter<'a> {
+    fn new(layout: &'a StateLayout) -> EntryWriter<'a> {
+        EntryWriter {
             layout,
             items: Vec::new(),
         }

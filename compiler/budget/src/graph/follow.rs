@@ -17,7 +17,7 @@ const DEPTH_MAX: usize = 64;
 
 /// An instruction in a context.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-struct Place {
+struct ContextAddress {
     context: ContextId,
     address: u32,
     it: ItState,
@@ -25,7 +25,7 @@ struct Place {
 
 /// Where one instruction leads; the numbers are of nodes.
 #[derive(Default)]
-struct Way {
+struct NodeEdge {
     taken: Option<Target>,
     indices: Vec<u32>,
     known: Option<Known>,
@@ -33,10 +33,10 @@ struct Way {
     to: Option<usize>,
 }
 
-impl Way {
+impl NodeEdge {
     /// Whether both end at words with instructions of one size: then they cost the same.
-    fn ends_like(&self, other: &Way) -> bool {
-        let word = |way: &Way| {
+    fn ends_like(&self, other: &NodeEdge) -> bool {
+        let word = |way: &NodeEdge| {
             way.taken
                 .filter(|target| way.to.is_none() && target.address & 3 == 0)
         };
@@ -49,7 +49,7 @@ impl Way {
 struct Node {
     context: ContextId,
     item: Item,
-    ways: Vec<Way>,
+    edges: Vec<NodeEdge>,
 }
 
 /// Everything that was found.
@@ -57,8 +57,8 @@ pub struct Followed<'a> {
     query: &'a Query<'a>,
     tables: &'a Tables,
     nodes: Vec<Option<Node>>,
-    places: Vec<Place>,
-    numbers: HashMap<Place, usize>,
+    places: Vec<ContextAddress>,
+    numbers: HashMap<ContextAddress, usize>,
     contexts: Vec<Context>,
 }
 
@@ -78,7 +78,7 @@ impl<'a> Followed<'a> {
             numbers: HashMap::new(),
             contexts: vec![root],
         };
-        followed.number(Place {
+        followed.number(ContextAddress {
             context: 0,
             address: query.entry,
             it: ItState::OUTSIDE,
@@ -96,7 +96,7 @@ impl<'a> Followed<'a> {
         Ok(followed)
     }
 
-    fn number(&mut self, place: Place) -> usize {
+    fn number(&mut self, place: ContextAddress) -> usize {
         *self.numbers.entry(place).or_insert_with(|| {
             self.places.push(place);
             self.nodes.push(None);
@@ -104,8 +104,8 @@ impl<'a> Followed<'a> {
         })
     }
 
-    fn node(&mut self, place: Place) -> Result<Node, NotBounded> {
-        let Place {
+    fn node(&mut self, place: ContextAddress) -> Result<Node, NotBounded> {
+        let ContextAddress {
             context,
             address,
             it,
@@ -127,15 +127,15 @@ impl<'a> Followed<'a> {
             other => other,
         };
         let item = Item { control, ..item };
-        let mut ways = self.branches(context, &item)?;
+        let mut edges = self.branches(context, &item)?;
         if !item.control.branches() || falls_through(&inst) {
             let it = after(&inst, it);
-            ways.push(self.way(None, context, address.wrapping_add(inst.size()), it));
+            edges.push(self.way(None, context, address.wrapping_add(inst.size()), it));
         }
         Ok(Node {
             context,
             item,
-            ways,
+            edges,
         })
     }
 
@@ -149,24 +149,30 @@ impl<'a> Followed<'a> {
     }
 
     /// A way to an address, or to the end if it is one.
-    fn way(&mut self, taken: Option<Target>, context: ContextId, address: u32, it: ItState) -> Way {
+    fn way(
+        &mut self,
+        taken: Option<Target>,
+        context: ContextId,
+        address: u32,
+        it: ItState,
+    ) -> NodeEdge {
         let stops = self.query.annotations.stops.contains(&address);
         let to = (!stops).then(|| {
-            self.number(Place {
+            self.number(ContextAddress {
                 context,
                 address,
                 it,
             })
         });
-        Way {
+        NodeEdge {
             taken,
             to,
-            ..Way::default()
+            ..NodeEdge::default()
         }
     }
 
     /// A branch that is taken.
-    fn taken(&mut self, context: ContextId, address: u32) -> Way {
+    fn taken(&mut self, context: ContextId, address: u32) -> NodeEdge {
         let address = address & !1;
         let target = Target {
             address,
@@ -175,7 +181,7 @@ impl<'a> Followed<'a> {
         self.way(Some(target), context, address, ItState::OUTSIDE)
     }
 
-    fn branches(&mut self, context: ContextId, item: &Item) -> Result<Vec<Way>, NotBounded> {
+    fn branches(&mut self, context: ContextId, item: &Item) -> Result<Vec<NodeEdge>, NotBounded> {
         let (at, query) = (item.address, self.query);
         let told = query.annotations.targets.get(&at);
         let untold = || NotBounded::NoTargets {
@@ -191,14 +197,14 @@ impl<'a> Followed<'a> {
                 .map(|&to| self.call(context, item, to))
                 .collect::<Result<_, _>>()?,
             (Control::Table | Control::Indirect, Some(told)) => {
-                let mut ways: Vec<Way> = Vec::new();
+                let mut edges: Vec<NodeEdge> = Vec::new();
                 for &to in told {
                     let way = self.taken(context, to);
-                    if !ways.iter().any(|known| known.ends_like(&way)) {
-                        ways.push(way);
+                    if !edges.iter().any(|known| known.ends_like(&way)) {
+                        edges.push(way);
                     }
                 }
-                ways
+                edges
             }
             (Control::Return, _) => vec![self.comes_back(context)],
             (Control::Table, None) => self.table(context, item)?,
@@ -212,7 +218,12 @@ impl<'a> Followed<'a> {
         })
     }
 
-    fn call(&mut self, caller: ContextId, item: &Item, callee: u32) -> Result<Way, NotBounded> {
+    fn call(
+        &mut self,
+        caller: ContextId,
+        item: &Item,
+        callee: u32,
+    ) -> Result<NodeEdge, NotBounded> {
         let (callee, return_address) = (callee & !1, item.address.wrapping_add(item.inst.size()));
         let known = |at: Option<u32>| self.query.annotations.known.get(&(at, callee));
         if let Some(&known) = known(Some(item.address)).or_else(|| known(None)) {
@@ -221,7 +232,7 @@ impl<'a> Followed<'a> {
                 wide: self.query.code.is_wide_at(callee),
             };
             let way = self.way(Some(target), caller, return_address, ItState::OUTSIDE);
-            return Ok(Way {
+            return Ok(NodeEdge {
                 known: Some(known),
                 ..way
             });
@@ -253,7 +264,7 @@ impl<'a> Followed<'a> {
         Ok(self.taken(number, callee))
     }
 
-    fn comes_back(&mut self, context: ContextId) -> Way {
+    fn comes_back(&mut self, context: ContextId) -> NodeEdge {
         let Context {
             caller,
             return_address,
@@ -261,19 +272,19 @@ impl<'a> Followed<'a> {
         } = self.contexts[context];
         match caller {
             Some(caller) => self.taken(caller, return_address),
-            None if self.query.annotations.handler => Way {
+            None if self.query.annotations.handler => NodeEdge {
                 leaves: true,
-                ..Way::default()
+                ..NodeEdge::default()
             },
             None => {
-                let dearest = Target {
+                let worst = Target {
                     address: SOMEWHERE,
                     wide: true,
                 };
-                let target = self.query.annotations.return_to.unwrap_or(dearest);
-                Way {
+                let target = self.query.annotations.return_to.unwrap_or(worst);
+                NodeEdge {
                     taken: Some(target),
-                    ..Way::default()
+                    ..NodeEdge::default()
                 }
             }
         }
@@ -281,7 +292,7 @@ impl<'a> Followed<'a> {
 
     /// The entries of a table that can be reached, as far as is known; a table lies behind its
     /// instruction.
-    fn table(&mut self, context: ContextId, item: &Item) -> Result<Vec<Way>, NotBounded> {
+    fn table(&mut self, context: ContextId, item: &Item) -> Result<Vec<NodeEdge>, NotBounded> {
         let (at, inst, code) = (item.address, &item.inst, self.query.code);
         let untold = || NotBounded::NoTargets {
             address: at,
@@ -291,37 +302,37 @@ impl<'a> Followed<'a> {
             return Err(untold());
         }
         let base = at.wrapping_add(4);
-        let mut ways: Vec<Way> = Vec::new();
+        let mut edges: Vec<NodeEdge> = Vec::new();
         for index in 0..self.tables.entries_of(at) {
             let entry = match inst.op() {
                 Op::TBB => code.byte(base.wrapping_add(index)).map(u32::from),
                 _ => code.halfword(base.wrapping_add(2 * index)).map(u32::from),
             };
             let to = base.wrapping_add(2 * entry.ok_or_else(untold)?);
-            match ways
+            match edges
                 .iter_mut()
                 .find(|way| way.taken.is_some_and(|target| target.address == to))
             {
                 Some(way) => way.indices.push(index),
-                None => ways.push(Way {
+                None => edges.push(NodeEdge {
                     indices: vec![index],
                     ..self.taken(context, to)
                 }),
             }
         }
-        Ok(ways)
+        Ok(edges)
     }
 
     /// Blocks begin at the entry, where paths meet and behind branches.
     pub fn gather(self) -> Graph {
         let nodes: Vec<Node> = self.nodes.into_iter().flatten().collect();
         let mut entered = vec![0_u32; nodes.len()];
-        for way in nodes.iter().flat_map(|node| &node.ways) {
+        for way in nodes.iter().flat_map(|node| &node.edges) {
             way.to.into_iter().for_each(|to| entered[to] += 1);
         }
-        let continues = |node: &Node| match node.ways.as_slice() {
+        let continues = |node: &Node| match node.edges.as_slice() {
             [
-                Way {
+                NodeEdge {
                     taken: None,
                     leaves: false,
                     to: Some(to),
@@ -342,7 +353,7 @@ impl<'a> Followed<'a> {
             .filter(|(_, begins)| **begins)
             .zip(0..)
             .for_each(|((node, _), block)| number[node] = block);
-        let edge = |way: &Way| Edge {
+        let edge = |way: &NodeEdge| Edge {
             taken: way.taken,
             indices: way.indices.clone(),
             known: way.known,
@@ -356,7 +367,7 @@ impl<'a> Followed<'a> {
             let run: Vec<&Node> = run.map(|at| &nodes[at]).collect();
             let edges = run
                 .last()
-                .map(|node| node.ways.iter().map(edge).collect())
+                .map(|node| node.edges.iter().map(edge).collect())
                 .unwrap_or_default();
             Block {
                 context: nodes[first].context,

@@ -9,14 +9,14 @@
 //! a mark stands there and they begin at the ring's beginning. Head moves at the end of the tick,
 //! so a reader finds whole events only.
 
-use super::Writer;
+use super::EntryWriter;
 use crate::thumb::emit::{Item, Label};
 use crate::thumb::minst::template;
 use crate::thumb::registers::STATE;
 use crate::thumb::state_layout::{EVENT_HEAD, EVENT_LOST, EVENT_NEXT, EVENT_TAIL, Ring};
 use whippen_isa::{Cond, Inst, Op};
 
-impl Writer<'_> {
+impl EntryWriter<'_> {
     /// Where this tick's events go. Uses R0 to R5, and two labels from `label` on.
     pub(super) fn open_events(&mut self, label: Label) {
         let Some(ring) = self.layout.ring else { return };

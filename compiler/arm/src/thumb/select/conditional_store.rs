@@ -10,7 +10,7 @@ use whippen_modes::Mode;
 
 /// The choices, by their results, that wait until a cell is overwritten by them.
 pub(super) fn find(mode: &Mode, use_count: &[u32], cells: usize) -> Vec<bool> {
-    let mut scan = Scan {
+    let mut scan = StoreScan {
         loaded_from: vec![None; mode.values.len()],
         found: vec![false; mode.values.len()],
         use_count,
@@ -30,14 +30,14 @@ pub(super) fn find(mode: &Mode, use_count: &[u32], cells: usize) -> Vec<bool> {
     scan.found
 }
 
-struct Scan<'a> {
+struct StoreScan<'a> {
     /// The cell whose word a value is, as it was at the tick's start.
     loaded_from: Vec<Option<u32>>,
     found: Vec<bool>,
     use_count: &'a [u32],
 }
 
-impl Scan<'_> {
+impl StoreScan<'_> {
     fn block(&mut self, insts: &[Inst], stored: &mut [bool]) {
         for (at, inst) in insts.iter().enumerate() {
             match inst.op {

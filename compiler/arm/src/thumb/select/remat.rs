@@ -14,7 +14,7 @@ pub(super) fn rematerializable_loads(
     mode: &Mode,
     becomes_store: &[bool],
 ) -> Vec<bool> {
-    let mut scan = Scan {
+    let mut scan = LoadScan {
         kernel,
         becomes_store,
         allowed: vec![false; mode.values.len()],
@@ -59,7 +59,7 @@ fn is_deferrable(op: Op) -> bool {
     )
 }
 
-struct Scan<'a> {
+struct LoadScan<'a> {
     kernel: &'a Kernel,
     becomes_store: &'a [bool],
     allowed: Vec<bool>,
@@ -69,7 +69,7 @@ struct Scan<'a> {
     stored: Vec<bool>,
 }
 
-impl Scan<'_> {
+impl LoadScan<'_> {
     fn scan_insts(&mut self, insts: &[Inst]) {
         for inst in insts {
             self.uses(&inst.args);

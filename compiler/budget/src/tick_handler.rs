@@ -8,7 +8,7 @@
 //! ```
 //!
 //! The handler is bounded as one function whose call of the keys costs what their own bounds add up
-//! to, so its dearest way may also be the one of a missed tick, which leaves the keys out, or of a
+//! to, so its worst-case path may also be the one of a missed tick, which leaves the keys out, or of a
 //! program that begins: then one key less is played, and one begins. Nothing interrupts it: every
 //! other vector of the core leads to the end of the firmware, which is checked in the bytes of its
 //! table.
@@ -37,7 +37,7 @@ const SAVED_BYTES: u32 = 4 * SAVED_WORDS as u32 + 4;
 
 /// The bounds of one core's frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Frame {
+pub struct TickHandlerBound {
     /// Keys of the core.
     pub keys: u32,
     /// The code of the keys, by instrument: one zone, unless the program has several and some of
@@ -45,7 +45,7 @@ pub struct Frame {
     pub zones: Vec<ZoneBound>,
     /// The handler, all keys included.
     pub handler: Bound,
-    /// What the cycles around the keys are for, on the handler's dearest way.
+    /// What the cycles around the keys are for, on the handler's worst-case path.
     pub parts: Vec<(String, u64)>,
     /// Cycles from the request to the return, at most.
     pub cycles_max: u64,
@@ -92,7 +92,7 @@ pub struct OnCore<'a> {
     pub interference: &'a Interference<'a>,
 }
 
-impl Frame {
+impl TickHandlerBound {
     /// Cycles around the keys, at most.
     pub fn around_cycles_max(&self) -> u64 {
         self.cycles_max.saturating_sub(self.keys_cycles_max())
@@ -106,7 +106,7 @@ impl Frame {
             .sum()
     }
 
-    /// Cycles of the dearest key, at most.
+    /// Cycles of the worst-case key, at most.
     pub fn key_cycles_max(&self) -> u64 {
         self.zones
             .iter()
@@ -130,10 +130,10 @@ impl Frame {
 ///
 /// # Errors
 /// What cannot be bounded, or is not there.
-pub fn frames<const N: usize>(
+pub fn tick_handlers<const N: usize>(
     of: &OnCore,
     interferences: [&Interference; N],
-) -> Result<[Frame; N], NotBounded> {
+) -> Result<[TickHandlerBound; N], NotBounded> {
     let OnCore {
         program,
         core,
@@ -142,7 +142,7 @@ pub fn frames<const N: usize>(
     } = *of;
     only_handler(program, running, find(program, running.handler)?)?;
     let calls = Calls::find(of)?;
-    // Zones are called in one row, so each comes back to another place: to the dearest.
+    // Zones are called in one row, so each comes back to another place: to the most expensive.
     let return_to = if of.playing.is_split() {
         None
     } else {
@@ -171,7 +171,7 @@ pub fn frames<const N: usize>(
         }
     }
     every(zip(interferences, zones, |interference, zones| {
-        frame(
+        tick_handler(
             &OnCore {
                 interference,
                 ..*of
@@ -183,7 +183,11 @@ pub fn frames<const N: usize>(
 }
 
 /// The frame around the ticks of zones.
-fn frame(of: &OnCore, calls: &Calls, zones: Vec<ZoneBound>) -> Result<Frame, NotBounded> {
+fn tick_handler(
+    of: &OnCore,
+    calls: &Calls,
+    zones: Vec<ZoneBound>,
+) -> Result<TickHandlerBound, NotBounded> {
     let OnCore {
         program,
         core,
@@ -250,7 +254,7 @@ fn frame(of: &OnCore, calls: &Calls, zones: Vec<ZoneBound>) -> Result<Frame, Not
         .unwrap_or(Evidence::Exact);
     let stack_bytes_max = idle.stack_bytes_max + SAVED_BYTES + handled.stack_bytes_max;
     of.has_stack_room(stack, stack_bytes_max)?;
-    Ok(Frame {
+    Ok(TickHandlerBound {
         keys: of.playing.keys.count(),
         cycles_max: all + parts.iter().map(|(_, cycles)| cycles).sum::<u64>(),
         stack_bytes_max,

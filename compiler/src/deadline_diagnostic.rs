@@ -1,16 +1,16 @@
 //! A deadline that is missed, as a diagnostic at the lines that cost most.
 
-use super::{Bound, Budget, Program};
 use whippen_arm::image::Place;
+use whippen_budget::{Bound, Budget, Program};
 use whippen_lang::diag::{Code, Diagnostic};
 use whippen_source::{SourceMap, Span};
 
 /// Lines that are pointed at.
 const LINES: usize = 3;
 
-/// The dearest mode of a key.
+/// The worst-case mode of a key.
 #[derive(Debug, Clone, Copy)]
-pub struct Dearest<'a> {
+pub struct WorstMode<'a> {
     /// The mode, in words.
     pub mode: &'a str,
     /// Its bound, with nobody else at the bus.
@@ -19,17 +19,17 @@ pub struct Dearest<'a> {
 
 /// What is to be said when a budget does not fit: nothing if it does. `instrument` is its name and
 /// where it is declared; so many keys are proven to fit, where that was found out.
-pub fn missed(
+pub fn deadline_diagnostic(
     map: &SourceMap,
     instrument: (&str, Span),
     budget: &Budget,
     program: &Program,
-    dearest: Dearest,
+    worst: WorstMode,
     keys_fitting: Option<u32>,
 ) -> Option<Diagnostic> {
     let core = budget.fullest().filter(|_| !budget.fits())?;
     let (key, period, late) = (
-        dearest.bound.cycles_max,
+        worst.bound.cycles_max,
         budget.period_cycles,
         -core.slack_cycles,
     );
@@ -38,7 +38,7 @@ pub fn missed(
         instrument.0, core.keys, core.cycles_max
     );
     let mut lines: Vec<(Span, u64, &str)> = program
-        .by_place(&dearest.bound.path)
+        .by_place(&worst.bound.path)
         .into_iter()
         .filter_map(|(place, cycles)| Some((line(map, place?)?, cycles, place?.item.as_str())))
         .collect();
@@ -62,7 +62,7 @@ pub fn missed(
             diagnostic.also(span, label(cycles, item))
         });
     Some(
-        hints(budget, program, dearest, keys_fitting)
+        hints(budget, program, worst, keys_fitting)
             .into_iter()
             .fold(pointed, Diagnostic::hint),
     )
@@ -72,7 +72,7 @@ pub fn missed(
 fn hints(
     budget: &Budget,
     program: &Program,
-    dearest: Dearest,
+    worst: WorstMode,
     keys_fitting: Option<u32>,
 ) -> Vec<String> {
     let keys: u32 = budget.cores.iter().map(|core| core.keys).sum();
@@ -81,15 +81,15 @@ fn hints(
         0 => "not even one key a core fits; ".to_string(),
         fitting => format!("{fitting} keys fit as it is (--most-keys); "),
     });
-    let (key, crowded) = (budget.key_cycles_max, budget.crowded_key_cycles_max);
-    let waiting = match crowded.saturating_sub(key) {
+    let (key, contended) = (budget.key_cycles_max, budget.contended_key_cycles_max);
+    let waiting = match contended.saturating_sub(key) {
         0 => String::new(),
         waiting => format!(
             ", of which {waiting} are charged for memory that others may use at the same time"
         ),
     };
     let items: Vec<String> = program
-        .by_item(&dearest.bound.path)
+        .by_item(&worst.bound.path)
         .into_iter()
         .take(LINES)
         .map(|(item, cycles)| format!("`{item}` {cycles}"))
@@ -101,16 +101,16 @@ fn hints(
         ),
         match budget.key_cycles_allowed() {
             0 => format!(
-                "what is around {keys} keys leaves no cycle for them; one takes up to {crowded}{waiting}"
+                "what is around {keys} keys leaves no cycle for them; one takes up to {contended}{waiting}"
             ),
             allowed => format!(
-                "{keys} keys fit if each takes at most {allowed} cycles; it is {crowded}{waiting}"
+                "{keys} keys fit if each takes at most {allowed} cycles; it is {contended}{waiting}"
             ),
         },
         format!(
-            "the dearest mode takes {} ({}): {}",
-            dearest.bound.cycles_max,
-            dearest.mode,
+            "the worst-case mode takes {} ({}): {}",
+            worst.bound.cycles_max,
+            worst.mode,
             items.join(", ")
         ),
     ]
