@@ -512,7 +512,7 @@ fn every_pass_can_be_dumped() {
     );
     for board in ["rp2350", "rp2040"] {
         for (pass, holds) in [
-            ("select", " = ldrh [SAMPLES]"),
+            ("select", " = ldrh ["),
             ("promote", "    next v"),
             ("schedule", "    next v"),
             ("allocate", "\n    next\n"),
