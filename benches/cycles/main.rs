@@ -6,10 +6,10 @@
 //! ```
 //!
 //! All keys play the same words at the same moment, so a frame is so many times what one key costs
-//! there (and the frame's own cycles once); its worst-case frame is what a keyboard must reckon with.
-//! The words are the bundled gesture, then every word at random. Wants arm-none-eabi-gcc, uses
-//! clang-19 where it is; who is absent is said and left out. Counts come from the emulator and are
-//! the same everywhere.
+//! there (and the frame's own cycles once); its worst-case frame is what a keyboard must reckon
+//! with. The words are the bundled gesture, then every word at random. Wants arm-none-eabi-gcc,
+//! uses clang-19 where it is; who is absent is said and left out. Counts come from the emulator and
+//! are the same everywhere.
 
 mod contestant;
 mod ours;

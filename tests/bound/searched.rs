@@ -1,5 +1,5 @@
-//! The worst-case path of each mode, searched for: cells, live values and words within their ranges,
-//! mutated where they come far.
+//! The worst-case path of each mode, searched for: cells, live values and words within their
+//! ranges, mutated where they come far.
 //!
 //! Cells are set to whatever their ranges allow, which a key may never reach by playing. So the
 //! largest that is found may be more than playing gives, never more than the bound; and what is
@@ -168,8 +168,8 @@ fn no_state_of_a_key_takes_longer_than_its_mode_s_bound() {
     );
 }
 
-/// Numbers of the core that the worst-case paths of instruments meet, each a cycle too small, one at a
-/// time; all others are the random programs'.
+/// Numbers of the core that the worst-case paths of instruments meet, each a cycle too small, one
+/// at a time; all others are the random programs'.
 fn weakened() -> Vec<(&'static str, Core)> {
     let mut cores = Vec::new();
     let mut with = |name, change: fn(&mut Core)| {
@@ -182,8 +182,8 @@ fn weakened() -> Vec<(&'static str, Core)> {
     cores
 }
 
-/// Of instruments whose worst-case mode is bounded exactly: the same bound less a cycle is exceeded,
-/// and each rule that is broken is noticed on one of them.
+/// Of instruments whose worst-case mode is bounded exactly: the same bound less a cycle is
+/// exceeded, and each rule that is broken is noticed on one of them.
 #[test]
 fn a_bound_that_is_too_low_is_noticed() {
     let mut unnoticed = weakened();

@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use whippen_isa::timing::Target;
 
-use super::tick_handler::{OnCore, ZoneBound, find};
 use super::program::Program;
+use super::tick_handler::{OnCore, ZoneBound, find};
 use super::{Annotations, Bound, Known, NotBounded, Query, Step, bound};
 use whippen_firmware::{BEGINS, PARTS};
 
@@ -187,7 +187,8 @@ impl Calls {
         whole.chain(begun).chain(beginning).chain(nobody).collect()
     }
 
-    /// The cycles of the handler's worst-case path by part, without those of so many cycles of keys.
+    /// The cycles of the handler's worst-case path by part, without those of so many cycles of
+    /// keys.
     pub fn parts(&self, program: &Program, path: &[Step], keys_cycles: u64) -> Vec<(String, u64)> {
         let mut parts: Vec<(String, i64)> = Vec::new();
         let begins = path.iter().any(|step| step.address == self.begin);

@@ -8,10 +8,10 @@
 //! ```
 //!
 //! The handler is bounded as one function whose call of the keys costs what their own bounds add up
-//! to, so its worst-case path may also be the one of a missed tick, which leaves the keys out, or of a
-//! program that begins: then one key less is played, and one begins. Nothing interrupts it: every
-//! other vector of the core leads to the end of the firmware, which is checked in the bytes of its
-//! table.
+//! to, so its worst-case path may also be the one of a missed tick, which leaves the keys out, or
+//! of a program that begins: then one key less is played, and one begins. Nothing interrupts it:
+//! every other vector of the core leads to the end of the firmware, which is checked in the bytes
+//! of its table.
 
 use std::collections::BTreeMap;
 

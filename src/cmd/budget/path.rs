@@ -1,4 +1,5 @@
-//! The worst-case path through a key as assembly: one instruction after the other, as it is executed.
+//! The worst-case path through a key as assembly: one instruction after the other, as it is
+//! executed.
 
 use std::fmt::Write;
 

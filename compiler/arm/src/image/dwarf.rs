@@ -68,7 +68,7 @@ pub(super) fn sections(code: &[Code]) -> Vec<Debug> {
     let Some(first) = places.next() else {
         return Vec::new();
     };
-    let mut unit = CompileUnit::new(&name(&first.file));
+    let mut unit = DebugUnit::new(&name(&first.file));
     code.iter().for_each(|code| unit.add(code));
     // The writer refuses only what could not be spelled, such as a name with a zero byte; then
     // there is nothing.
@@ -81,14 +81,14 @@ fn name(file: &str) -> Vec<u8> {
     if kept.is_empty() { b"?".to_vec() } else { kept }
 }
 
-struct CompileUnit {
+struct DebugUnit {
     dwarf: DwarfUnit,
     files: BTreeMap<String, FileId>,
     ranges: Vec<Range>,
 }
 
-impl CompileUnit {
-    fn new(file: &[u8]) -> CompileUnit {
+impl DebugUnit {
+    fn new(file: &[u8]) -> DebugUnit {
         let encoding = Encoding {
             format: Format::Dwarf32,
             version: 4,
@@ -108,7 +108,7 @@ impl CompileUnit {
         root.set(DW_AT_name, AttributeValue::String(file.to_vec()));
         root.set(DW_AT_stmt_list, AttributeValue::LineProgramRef);
         root.set(DW_AT_low_pc, AttributeValue::Address(Address::Constant(0)));
-        CompileUnit {
+        DebugUnit {
             dwarf,
             files: BTreeMap::new(),
             ranges: Vec::new(),

@@ -39,7 +39,8 @@ impl<'a> Rewriter<'a> {
         }
     }
 
-    /// Puts the new graph into a model: its values, where they were written, and inside which calls.
+    /// Puts the new graph into a model: its values, where they were written, and inside which
+    /// calls.
     pub fn finish_into(self, model: &mut Model) {
         model.dag = self.dag;
         model.spans = self.spans;

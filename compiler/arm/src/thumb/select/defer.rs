@@ -1,5 +1,5 @@
-//! Deferred selection, which folds a value into its only user, and rematerialization, which computes
-//! it anew in each block that uses it.
+//! Deferred selection, which folds a value into its only user, and rematerialization, which
+//! computes it anew in each block that uses it.
 
 use super::{Binding, DEFER_DEPTH_MAX, Select};
 use crate::thumb::minst::VReg;
