@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Text, none, only_listed, texts};
+use super::{Text, none, texts};
 
 /// Crates, and what they may not reach, directly or through others, and why.
 const APART: &[(&str, &[&str], &str)] = &[
