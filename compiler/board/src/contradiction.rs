@@ -116,7 +116,7 @@ impl Board {
         };
         if self.stacks.len() != self.cores as usize {
             return contradiction(format!(
-                "has {} entries, and `cores` is {}: give the end of one stack for each core",
+                "lists {}, and `cores` is {}: give the end of one stack for each core",
                 self.stacks.len(),
                 self.cores
             ));
