@@ -1,4 +1,5 @@
-//! Pointers at the first key: records, samples, the rows of histories; rings that go on after a tick.
+//! Pointers at the first key: records, samples, the rows of histories; rings that go on after a
+//! tick.
 
 use super::EntryWriter;
 use super::arithmetic::it;
