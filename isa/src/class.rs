@@ -102,3 +102,24 @@ pub enum Class {
     /// A list of floating-point registers to memory.
     FloatStoreMultiple,
 }
+
+impl Class {
+    /// Whether the floating-point unit does it, so that an exception has more to save.
+    pub fn is_floating_point(self) -> bool {
+        use Class::*;
+        matches!(
+            self,
+            FloatAlu
+                | FloatMultiplyAdd
+                | FloatDivide
+                | FloatCompare
+                | FloatConvert
+                | FloatMove
+                | FloatTransfer
+                | FloatLoad
+                | FloatStore
+                | FloatLoadMultiple
+                | FloatStoreMultiple
+        )
+    }
+}

@@ -383,25 +383,6 @@ fn only_handler(program: &Program, running: &Running, handler: u32) -> Result<()
     Ok(())
 }
 
-/// Whether an instruction uses the floating-point unit, so that an exception has more to save.
-fn is_floating_point(class: Class) -> bool {
-    use Class::*;
-    matches!(
-        class,
-        FloatAlu
-            | FloatMultiplyAdd
-            | FloatDivide
-            | FloatCompare
-            | FloatConvert
-            | FloatMove
-            | FloatTransfer
-            | FloatLoad
-            | FloatStore
-            | FloatLoadMultiple
-            | FloatStoreMultiple
-    )
-}
-
 /// What the tick interrupts.
 struct Idle {
     /// The longest instruction: it is finished first.
@@ -416,7 +397,7 @@ impl Idle {
         let items = graph.blocks.iter().flat_map(|block| &block.items);
         let mut cycles_max = 0;
         for item in items {
-            if is_floating_point(item.inst.class()) {
+            if item.inst.class().is_floating_point() {
                 return Err(NotBounded::FloatingPoint {
                     address: item.address,
                 });

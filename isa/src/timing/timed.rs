@@ -204,24 +204,6 @@ fn is_load(class: Class) -> bool {
     )
 }
 
-fn is_float(class: Class) -> bool {
-    use Class::*;
-    matches!(
-        class,
-        FloatAlu
-            | FloatMultiplyAdd
-            | FloatDivide
-            | FloatCompare
-            | FloatConvert
-            | FloatMove
-            | FloatTransfer
-            | FloatLoad
-            | FloatStore
-            | FloatLoadMultiple
-            | FloatStoreMultiple
-    )
-}
-
 /// Core registers read: as operands, as addresses, as accumulator or addend; and which of the last
 /// two.
 fn sources(inst: &Inst, uses: RegSet) -> (u16, u16, u16, Takers) {
@@ -330,7 +312,7 @@ fn about(inst: &Inst, defs: RegSet) -> u32 {
         (flags.reads.intersects(Flags::NZCV), Timed::READS_FLAGS),
         (matches!(inst.op(), Op::PUSH | Op::POP), Timed::STACK),
         (class == Class::Divide, Timed::DIVIDES),
-        (is_float(class), Timed::FLOAT),
+        (class.is_floating_point(), Timed::FLOAT),
         (class == Class::FloatMultiplyAdd, Timed::FLOAT_SUM),
         (is_memory(class), Timed::MEMORY),
         (flags.writes.intersects(Flags::FPSCR), Timed::WRITES_FPSCR),
