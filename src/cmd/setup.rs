@@ -10,7 +10,7 @@ use whippen_compiler::check::{Keyboard, Options, Program};
 use whippen_compiler::diag::{Severity, nearest};
 use whippen_compiler::firmware::{self, FirmwareError, FirmwareImage, ImageError};
 use whippen_compiler::image::LinkError;
-use whippen_compiler::keyboard::{InstrumentId, Layout};
+use whippen_compiler::keyboard::{InstrumentId, Layout, ZoneId};
 use whippen_compiler::model::Model;
 use whippen_compiler::modes::INSTRUCTIONS;
 use whippen_compiler::pipeline::{self, BuildError, Compiled, unobserved};
@@ -75,8 +75,8 @@ impl SetupArgs {
     pub fn one_instrument(&self) -> Result<Setup, Failure> {
         let (map, program, name) = self.checked()?;
         let layout = program.keyboards.first().map(|keyboard| &keyboard.layout);
-        let model = match (name, layout.map(|layout| &layout.programs[..])) {
-            (None, Some([only])) => &program.instruments[only.zones[0].instrument.index()],
+        let model = match (name, layout.map(|layout| &*layout.programs)) {
+            (None, Some([only])) => &program.instruments[only.zone(ZoneId(0)).instrument.index()],
             _ => load::instrument(&program, name)?,
         };
         self.of_one_instrument(map, &program, model)

@@ -1,4 +1,4 @@
-//! A result in two surroundings: a core alone, and with everybody else at the banks.
+//! A result by contention: for a core alone, and with everybody else at the banks.
 
 /// One of each.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -18,7 +18,7 @@ impl<T> ByContention<T> {
         }
     }
 
-    /// Each with the other's of the same surroundings.
+    /// Each with the other's of the same contention.
     pub fn zip<U>(self, other: ByContention<U>) -> ByContention<(T, U)> {
         ByContention {
             alone: (self.alone, other.alone),

@@ -1,4 +1,4 @@
-//! Specialisation of a tick by machine state: one piece of code, a *mode*, for every combination of
+//! Specialization of a tick by machine state: one piece of code, a *mode*, for every combination of
 //! states that can occur.
 //!
 //! ```text
@@ -24,7 +24,7 @@
 //! | --- | --- |
 //! | `graph`, `tick` | hash-consed value graph of a tick: memory read at the start and written at the end |
 //! | `partial_eval`, `facts` | partial evaluation of the graph under the facts of a path; facts by backward interval propagation |
-//! | `choose` | selection of the cells that modes are specialised on |
+//! | `choose` | selection of the cells that modes are specialized on |
 //! | `decision_tree`, `benefit`, `decision_order` | a tree of decisions per mode, greedy by estimated benefit |
 //! | `reach` | reachable modes by a fixed point with widening and narrowing |
 //! | `gcm` | global code motion: the tree as blocks, each computation early or sunk |
@@ -130,12 +130,12 @@ pub struct Target {
 
 /// The modes of a kernel: told apart by those cells that make the longest path shorter, as long as
 /// all modes together have no more instructions than this; with 0, the one mode that knows nothing.
-pub fn specialise(kernel: &Kernel, instructions: usize) -> Modes {
+pub fn specialize(kernel: &Kernel, instructions: usize) -> Modes {
     if instructions == 0 {
         return Modes::single(kernel);
     }
-    let mut specialiser = Specialiser::new(kernel);
-    let mut left = std::mem::take(&mut specialiser.discrete);
+    let mut specializer = Specializer::new(kernel);
+    let mut left = std::mem::take(&mut specializer.discrete);
     let (mut best, mut chosen) = (Modes::single(kernel), Vec::new());
     loop {
         let mut more = choose::that_fit(&best, &left, instructions);
@@ -145,7 +145,7 @@ pub fn specialise(kernel: &Kernel, instructions: usize) -> Modes {
         while !more.is_empty() {
             let added = more.iter().map(|at| left[*at].clone());
             let cells: Vec<Discrete> = chosen.iter().cloned().chain(added).collect();
-            match specialiser.modes(&cells, instructions) {
+            match specializer.modes(&cells, instructions) {
                 Some(tried) if tried.longest() <= best.longest() => {
                     (best, chosen) = (tried, cells);
                     break;
@@ -165,14 +165,14 @@ pub fn specialise(kernel: &Kernel, instructions: usize) -> Modes {
 
 /// The modes of a kernel, told apart by all cells that can tell them apart; none if they have more
 /// instructions than this.
-pub fn specialise_fully(kernel: &Kernel, instructions: usize) -> Option<Modes> {
-    let mut specialiser = Specialiser::new(kernel);
-    let all = std::mem::take(&mut specialiser.discrete);
-    specialiser.modes(&all, instructions)
+pub fn specialize_fully(kernel: &Kernel, instructions: usize) -> Option<Modes> {
+    let mut specializer = Specializer::new(kernel);
+    let all = std::mem::take(&mut specializer.discrete);
+    specializer.modes(&all, instructions)
 }
 
 /// A tick to make modes of.
-struct Specialiser<'k> {
+struct Specializer<'k> {
     graph: Graph<'k>,
     tick: Tick,
     start: Vec<Range>,
@@ -180,8 +180,8 @@ struct Specialiser<'k> {
     discrete: Vec<Discrete>,
 }
 
-impl<'k> Specialiser<'k> {
-    fn new(kernel: &'k Kernel) -> Specialiser<'k> {
+impl<'k> Specializer<'k> {
+    fn new(kernel: &'k Kernel) -> Specializer<'k> {
         let start = reach::after_init(kernel);
         let mut graph = Graph::new(kernel);
         let tick = tick::read(
@@ -191,7 +191,7 @@ impl<'k> Specialiser<'k> {
         );
         let all = reach::discrete(&graph, &tick, &start);
         let discrete = choose::by_gain(&mut graph, &tick, all);
-        Specialiser {
+        Specializer {
             graph,
             tick,
             start,
