@@ -110,7 +110,7 @@ fn switches(setup: &Setup) {
     let rate_hz = setup.rate_hz;
     let mut rig = rig(&kernels, &[plain, &SPLIT], setup);
     let segments = |program: usize, core: usize| -> Vec<(usize, u32, u32)> {
-        rig.programs[program].cores[core]
+        rig.code(program, core)
             .zones
             .iter()
             .map(|zone| (zone.of.zone.index(), zone.first_on_core, zone.keys()))
@@ -232,7 +232,8 @@ fn a_key_of_another_zone_goes_free() {
         let (core, own) = place(key);
         let ceiling =
             rig.word(rig.block(core, core_block::GUARDS) + 16 * own as u32 + key_guard::CEILING);
-        let zone = rig.programs[0].cores[core]
+        let zone = rig
+            .code(0, core)
             .zones
             .iter()
             .rfind(|zone| zone.first_on_core as usize <= own)
