@@ -199,7 +199,8 @@ pub struct Costs {
     begin: Bound,
 }
 
-/// What is known of called functions: by the address of the call, if it is one, and of the function.
+/// What is known of called functions: by the address of the call (none: wherever it is) and of the
+/// function.
 pub type KnownCalls = BTreeMap<(Option<u32>, u32), Known>;
 
 impl ZoneBound {

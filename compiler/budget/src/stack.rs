@@ -31,7 +31,7 @@ pub struct Stack {
 
 /// Follows the stack pointer to every place.
 pub fn follow(query: &Query, graph: &Graph) -> Result<Stack, NotBounded> {
-    let mut search = Search::new(query, graph);
+    let mut search = StackSearch::new(query, graph);
     while let Some(number) = search.open.pop() {
         search.follow_block(number)?;
     }
@@ -41,8 +41,8 @@ pub fn follow(query: &Query, graph: &Graph) -> Result<Stack, NotBounded> {
     })
 }
 
-/// A work list of blocks.
-struct Search<'a> {
+/// Blocks to be followed, by a work list.
+struct StackSearch<'a> {
     query: &'a Query<'a>,
     graph: &'a Graph,
     /// What is known where each block begins.
@@ -55,9 +55,9 @@ struct Search<'a> {
     left: Option<i32>,
 }
 
-impl<'a> Search<'a> {
-    fn new(query: &'a Query, graph: &'a Graph) -> Search<'a> {
-        let mut search = Search {
+impl<'a> StackSearch<'a> {
+    fn new(query: &'a Query, graph: &'a Graph) -> StackSearch<'a> {
+        let mut search = StackSearch {
             query,
             graph,
             places: vec![None; graph.blocks.len()],

@@ -50,8 +50,8 @@ impl<C> Loaded<C> {
     }
 }
 
-/// Gives an engine of another crate, which wraps a [`Loaded`] to have functions of its own, all that
-/// a [`Loaded`] does.
+/// Gives an engine of another crate, which wraps a [`Loaded`] to have functions of its own, all
+/// that a [`Loaded`] does.
 #[macro_export]
 macro_rules! deref_to_loaded {
     ($engine:ty, $code:ty) => {
