@@ -1,19 +1,18 @@
-//! Files at the edge: how inputs are complained about and how outputs are written.
-//!
-//! ```text
-//!   contents -> temporary file beside the target -> sync -> rename
-//! ```
-//!
-//! An output appears whole or not at all: a full disk, an interrupt or an error half way leaves
-//! what was there before. What exists and is no regular file (a pipe, a terminal, `/dev/null`)
-//! cannot be replaced by a rename and is written in place.
+//! Files at the edge: how inputs are complained about (here), how outputs are written (`output`),
+//! and which names mean one file (`identity`).
 //!
 //! Not here: what is in the files.
 
+mod identity;
+mod output;
+
 use std::fmt;
-use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::fs::File;
+use std::io;
 use std::path::{Path, PathBuf};
+
+pub use identity::same_file;
+pub use output::{OutputFile, abandon_unfinished, write_whole};
 
 /// What is wrong with a file, and where.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -92,53 +91,6 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
     })
 }
 
-/// Writes a file whole or not at all: `contents` is given a buffered writer.
-///
-/// # Errors
-/// The folder does not exist or may not be written, the disk is full, or `contents` failed; the
-/// file is then as before.
-pub fn write_whole(
-    path: &Path,
-    contents: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), FileError> {
-    replace(path, contents)
-        .map_err(|e| FileError::new(path, format!("cannot be written: {}", reason(&e))))
-}
-
-fn replace(path: &Path, contents: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    // A link stays a link: what it points to is replaced.
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    match fs::metadata(&target) {
-        Ok(m) if m.is_dir() => return Err(io::Error::other("it is a directory")),
-        Ok(m) if !m.is_file() => {
-            return fill(File::options().write(true).open(&target)?, contents).map(drop);
-        }
-        _ => {}
-    }
-    let folder = target
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    let (file, temporary) = new_beside(folder)?.into_parts();
-    fill(file, contents)?.sync_all()?;
-    temporary.persist(&target).map_err(|e| e.error)
-}
-
-/// A temporary file with the rights of an ordinary one.
-fn new_beside(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".whippen-");
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
-}
-
-fn fill(file: File, contents: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<File> {
-    let mut writer = BufWriter::with_capacity(1 << 16, file);
-    contents(&mut writer)?;
-    writer.into_inner().map_err(io::IntoInnerError::into_error)
-}
-
 /// The reason without the operating system's error number.
 fn reason(error: &io::Error) -> String {
     match error.kind() {
@@ -151,27 +103,6 @@ fn reason(error: &io::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_failing_write_leaves_what_was_there() {
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("out.csv");
-        write_whole(&path, |w| w.write_all(b"first")).unwrap();
-        let error = write_whole(&path, |w| {
-            w.write_all(b"second, half way")?;
-            Err(io::Error::other("no space left"))
-        });
-        assert_eq!(
-            error.unwrap_err().message,
-            "cannot be written: no space left"
-        );
-        assert_eq!(fs::read_to_string(&path).unwrap(), "first");
-        assert_eq!(
-            fs::read_dir(dir.path()).unwrap().count(),
-            1,
-            "no temporary file stays behind"
-        );
-    }
 
     #[test]
     fn errors_name_path_and_reason() {
@@ -200,30 +131,6 @@ mod tests {
         assert_eq!(
             place.to_string(),
             "key.csv, line 7, column 2: `abc` is not a number"
-        );
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn links_and_devices_stay_what_they_are() {
-        use std::os::unix::fs::{FileTypeExt, PermissionsExt};
-        let dir = tempfile::tempdir().unwrap();
-        let (real, link) = (dir.path().join("real.csv"), dir.path().join("link.csv"));
-        write_whole(&real, |w| w.write_all(b"old")).unwrap();
-        std::os::unix::fs::symlink(&real, &link).unwrap();
-        write_whole(&link, |w| w.write_all(b"new")).unwrap();
-        assert_eq!(fs::read_to_string(&real).unwrap(), "new");
-        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
-        assert_eq!(
-            fs::metadata(&real).unwrap().permissions().mode() & 0o600,
-            0o600
-        );
-        write_whole(Path::new("/dev/null"), |w| w.write_all(b"gone")).unwrap();
-        assert!(
-            fs::metadata("/dev/null")
-                .unwrap()
-                .file_type()
-                .is_char_device()
         );
     }
 }
