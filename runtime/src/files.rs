@@ -1,17 +1,28 @@
-//! Files at the edge: how inputs are complained about (here), how outputs are written (`output`),
-//! and which names mean one file (`identity`).
+//! Files at the edge: how inputs are read and complained about, and how outputs are written.
+//!
+//! ```text
+//!   input  -> as much of it as its kind may have -> text, bytes or lines
+//!   output -> temporary file beside the target -> sync -> rename
+//! ```
+//!
+//! An input is read up to the limit of its kind ([`InputKind`]): what is longer is refused and not
+//! held. An output appears whole or not at all: a full disk, an interrupt or an error half way leaves
+//! what was there before. It may be written at once ([`write_whole`]) or as it comes ([`OutputFile`]). What
+//! exists and is no regular file (a pipe, a terminal, `/dev/null`) cannot be replaced by a rename
+//! and is written in place.
 //!
 //! Not here: what is in the files.
 
 mod identity;
+mod input;
 mod output;
 
 use std::fmt;
-use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
 pub use identity::same_file;
+pub use input::{Input, InputKind, open, read_bytes, read_stdin, read_text};
 pub use output::{OutputFile, abandon_unfinished, write_whole};
 
 /// What is wrong with a file, and where.
@@ -68,69 +79,11 @@ impl fmt::Display for FileError {
 
 impl std::error::Error for FileError {}
 
-/// Opens a file to read it.
-///
-/// # Errors
-/// The file does not exist, is a directory or may not be read.
-pub fn open(path: &Path) -> Result<File, FileError> {
-    let file = File::open(path).map_err(|e| FileError::new(path, reason(&e)))?;
-    match file.metadata() {
-        Ok(m) if m.is_dir() => Err(FileError::new(path, "is a directory")),
-        _ => Ok(file),
-    }
-}
-
-/// Reads a file as text.
-///
-/// # Errors
-/// As [`open`]; the file is not UTF-8.
-pub fn read_text(path: &Path) -> Result<String, FileError> {
-    io::read_to_string(open(path)?).map_err(|e| match e.kind() {
-        io::ErrorKind::InvalidData => FileError::new(path, "is not text (UTF-8)"),
-        _ => FileError::new(path, reason(&e)),
-    })
-}
-
 /// The reason without the operating system's error number.
 fn reason(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => "there is no such file or folder".into(),
         io::ErrorKind::PermissionDenied => "permission denied".into(),
         _ => error.to_string(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn errors_name_path_and_reason() {
-        let dir = tempfile::tempdir().unwrap();
-        let missing = dir.path().join("nowhere/out.csv");
-        let error = write_whole(&missing, |_| Ok(())).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            format!(
-                "{}: cannot be written: there is no such file or folder",
-                missing.display()
-            )
-        );
-        assert_eq!(
-            write_whole(dir.path(), |_| Ok(())).unwrap_err().message,
-            "cannot be written: it is a directory"
-        );
-        assert_eq!(open(dir.path()).unwrap_err().message, "is a directory");
-        assert_eq!(
-            open(&missing).unwrap_err().message,
-            "there is no such file or folder"
-        );
-        let place = FileError::new(Path::new("key.csv"), "`abc` is not a number")
-            .at_line(7)
-            .at_column(2);
-        assert_eq!(
-            place.to_string(),
-            "key.csv, line 7, column 2: `abc` is not a number"
-        );
     }
 }

@@ -8,7 +8,7 @@ use whippen_compiler::bundled::STD;
 use whippen_compiler::syntax::ast::{File, Item, Keyboard, Name, Setting};
 use whippen_compiler::syntax::parse;
 use whippen_compiler::syntax::token::{Token, lex};
-use whippen_runtime::files::{read_text, write_whole};
+use whippen_runtime::files::{InputKind, read_text, write_whole};
 
 use super::uri;
 
@@ -107,7 +107,7 @@ impl World {
             }),
             None => Some(Source {
                 uri: uri::of(path),
-                text: read_text(path).ok()?,
+                text: read_text(path, InputKind::PROGRAM).ok()?,
             }),
         }
     }
@@ -195,7 +195,7 @@ pub fn std_file(name: &str) -> Option<String> {
     let version = format!("std-{}", env!("CARGO_PKG_VERSION"));
     let folder = user_cache()?.join("whippen").join(version);
     let path = folder.join(name.trim_matches(['<', '>']).rsplit('/').next()?);
-    if read_text(&path).ok().as_deref() != Some(*text) {
+    if read_text(&path, InputKind::PROGRAM).ok().as_deref() != Some(*text) {
         std::fs::create_dir_all(&folder).ok()?;
         // One of another build is read-only, and is not written over.
         let _ = std::fs::remove_file(&path);

@@ -1,7 +1,7 @@
 //! Atomic replacement: an output appears whole or not at all.
 //!
 //! ```text
-//!   create -> temporary file beside the target -> write .. -> commit: sync, rename
+//!   create -> temporary file beside the target -> write .. -> finish: sync, rename
 //!                 '- dropped, or the process is interrupted: removed
 //! ```
 //!
@@ -31,10 +31,8 @@ const BUFFER_BYTES: usize = 1 << 16;
 /// Temporary files that are there now.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// A file that is being written. It appears under its name when it is [committed]; dropped before
-/// that, it leaves nothing.
-///
-/// [committed]: OutputFile::commit
+/// A file that is being written. It has its name when it is [finished](OutputFile::finish); dropped
+/// before that, it leaves nothing.
 #[derive(Debug)]
 pub struct OutputFile {
     /// As it was named.
@@ -87,13 +85,13 @@ impl OutputFile {
     ///
     /// # Errors
     /// The disk is full, or the file cannot be renamed; what was there before is there still.
-    pub fn commit(self) -> Result<(), FileError> {
+    pub fn finish(self) -> Result<(), FileError> {
         let OutputFile {
             path,
             writer,
             replacement,
         } = self;
-        let finish = || {
+        let replace = || {
             let file = writer
                 .into_inner()
                 .map_err(io::IntoInnerError::into_error)?;
@@ -103,7 +101,12 @@ impl OutputFile {
             file.sync_all()?;
             replacement.take_place()
         };
-        finish().map_err(|error| not_written(&path, &error))
+        replace().map_err(|error| not_written(&path, &error))
+    }
+
+    /// What an error of writing means for this file.
+    pub fn error(&self, error: &io::Error) -> FileError {
+        not_written(&self.path, error)
     }
 }
 
@@ -168,18 +171,18 @@ impl Drop for Replacement {
 /// Writes a file whole or not at all: `contents` is given a buffered writer.
 ///
 /// # Errors
-/// As [`OutputFile::create`] and [`OutputFile::commit`], or `contents` failed; the file is then as
+/// As [`OutputFile::create`] and [`OutputFile::finish`], or `contents` failed; the file is then as
 /// before.
 pub fn write_whole(
     path: &Path,
     contents: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), FileError> {
     let mut file = OutputFile::create(path)?;
-    contents(&mut file).map_err(|error| not_written(path, &error))?;
-    file.commit()
+    contents(&mut file).map_err(|error| file.error(&error))?;
+    file.finish()
 }
 
-/// Removes all files that are not committed, and keeps any from being begun or committed: for who
+/// Removes all files that are not finished, and keeps any from being begun or finished: for who
 /// ends the process at once, such as a handler of signals.
 pub fn abandon_unfinished() {
     let unfinished = lock();
@@ -258,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_has_its_name_once_it_is_committed() {
+    fn a_file_has_its_name_when_it_is_finished() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("out.csv");
         let mut file = OutputFile::create(&path).unwrap();
@@ -266,12 +269,37 @@ mod tests {
         file.flush().unwrap();
         assert_eq!(names(dir.path()).len(), 1);
         assert!(!path.exists());
-        file.commit().unwrap();
+        file.finish().unwrap();
         assert_eq!(names(dir.path()), ["out.csv"]);
         assert_eq!(fs::read_to_string(&path).unwrap(), "whole");
         drop(OutputFile::create(&path).unwrap());
         assert_eq!(names(dir.path()), ["out.csv"]);
         assert!(lock().iter().all(|name| !name.starts_with(dir.path())));
+    }
+
+    #[test]
+    fn errors_name_path_and_reason() {
+        let dir = tempfile::tempdir().unwrap();
+        let missing = dir.path().join("nowhere/out.csv");
+        let error = write_whole(&missing, |_| Ok(())).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            format!(
+                "{}: cannot be written: there is no such file or folder",
+                missing.display()
+            )
+        );
+        assert_eq!(
+            write_whole(dir.path(), |_| Ok(())).unwrap_err().message,
+            "cannot be written: it is a directory"
+        );
+        let place = FileError::new(Path::new("key.csv"), "`abc` is not a number")
+            .at_line(7)
+            .at_column(2);
+        assert_eq!(
+            place.to_string(),
+            "key.csv, line 7, column 2: `abc` is not a number"
+        );
     }
 
     #[cfg(unix)]
@@ -286,7 +314,7 @@ mod tests {
         let mut file = OutputFile::create(&at("link.csv")).unwrap();
         file.write_all(b"new").unwrap();
         assert_eq!(names(&at("folder")).len(), 2, "beside the target");
-        file.commit().unwrap();
+        file.finish().unwrap();
         assert_eq!(fs::read_to_string(at("folder/real.csv")).unwrap(), "new");
         symlink("folder/later.csv", at("hanging.csv")).unwrap();
         write_whole(&at("hanging.csv"), |w| w.write_all(b"made")).unwrap();

@@ -17,6 +17,7 @@ use super::func::{Func, Terminator};
 use super::liveness::{compute_live_in, live_out_of};
 use super::minst::{Access, MInst, Reg, Role, VReg};
 use super::registers::RECORD;
+use whippen_ids::{IdMap, longest_paths};
 use whippen_isa::timing::{Core, Outcome, Pipe, Timed};
 
 /// Puts the code of every block in order; about `limit` values are alive at once.
@@ -48,7 +49,7 @@ struct StallGraph {
     /// How many cycles each of `after` waits if it comes next.
     stalls: Vec<Vec<u32>>,
     /// Cycles from each instruction to the end along the longest chain.
-    height: Vec<u32>,
+    height: IdMap<usize, u32>,
 }
 
 impl StallGraph {
@@ -63,12 +64,15 @@ impl StallGraph {
                     .collect()
             })
             .collect();
-        let mut height = vec![1; code.len()];
-        for at in (0..code.len()).rev() {
-            let below = dependences.after[at].iter().zip(&stalls[at]);
-            let below = below.map(|(next, stall)| height[*next] + stall).max();
-            height[at] = 1 + below.unwrap_or(0);
-        }
+        let height = longest_paths(
+            code.len(),
+            (0..code.len()).rev(),
+            |_| 1,
+            |at, height| {
+                let after = dependences.after[at].iter().zip(&stalls[at]);
+                after.map(|(next, stall)| height[next] + stall).max()
+            },
+        );
         StallGraph {
             dependences,
             stalls,
