@@ -10,9 +10,10 @@ mod stability;
 mod table;
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
+use serde_json::Value;
 use whippen_compiler::budget::{Bound, Bounded, Budget, ZoneBound};
 use whippen_compiler::check::note_name;
 use whippen_compiler::deadline_diagnostic::{WorstMode, deadline_diagnostic};
@@ -28,7 +29,7 @@ use whippen_runtime::report::budget_page;
 
 use self::beyond::{Beyond, BeyondArgs};
 use super::file_plan::FilePlan;
-use super::setup::{Setup, SetupArgs, not_bounded, symbol_prefix};
+use super::setup::{ImageSetup, SetupArgs, not_bounded, symbol_prefix};
 use super::{command, load};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
@@ -59,7 +60,7 @@ pub struct Args {
 
 /// Everything that is proven of an image.
 struct ImageProof<'a> {
-    setup: &'a Setup,
+    setup: &'a ImageSetup,
     image: FirmwareImage,
     bytes: whippen_compiler::budget::Program,
     keys: u32,
@@ -95,68 +96,28 @@ pub fn run(args: &Args) -> Outcome {
         .check()?;
     let setup = args.setup.all_programs()?;
     setup.check_supported()?;
-    if let Some(zones) = setup.layout.split_program().filter(|_| args.most_keys) {
-        let why = "zones are for the keys of their keyboard: --most-keys counts keys that all play one instrument, so name one";
-        return Err(Failure::Usage(format!("`{}`: {why}", zones.name)));
-    }
-    let beyond = |compiled: &Compiled| {
-        Beyond::find(&setup.map, &compiled.model, &setup.device, &args.beyond)
-    };
+    check_keys_can_change(&setup, args)?;
     let (all_beyond, proven) = parallel::both(
-        || {
-            setup
-                .instruments
-                .iter()
-                .map(beyond)
-                .collect::<Result<Vec<_>, _>>()
-        },
+        || find_beyond(&setup, args),
         || ImageProof::wanted(&setup, args.most_keys),
     );
     let (proof, keys_fitting) = proven?;
     if let Some(path) = &args.path {
-        let text = proof.path_as_assembly();
-        write_whole(path, |w| w.write_all(text.as_bytes()))
-            .map_err(|error| Failure::Usage(error.to_string()))?;
+        write_text(path, &proof.path_as_assembly())?;
     }
-    let (mut shown, all_beyond) = (Vec::new(), all_beyond?);
-    for played in &proof.programs {
-        // The field `key` is about the slowest zone, and so is what is said beyond time; zones have
-        // their own.
-        let slowest = played.zone(played.slowest_zone());
-        let beyond = &all_beyond[slowest.of.instrument.index()];
-        let json = || {
-            let mut budget = proof.json(played);
-            beyond.add_to(&setup.map, &mut budget);
-            played.add_zones(&mut budget, |json, zone| {
-                all_beyond[zone.of.instrument.index()].add_to(&setup.map, json)
-            });
-            budget
-        };
-        if args.json {
-            say!("{}", json());
-        } else {
-            let mut text = proof.table(played);
-            for instrument in played.program.instruments() {
-                let instrument = instrument.index();
-                all_beyond[instrument].warn(&setup.map);
-                if played.program.is_split() {
-                    let name = symbol_prefix(&setup.instruments[instrument]);
-                    let _ = writeln!(text, "\n{name}");
-                }
-                text += &all_beyond[instrument].text(&setup.device);
-            }
-            say::whole(&text);
-        }
-        if args.report.is_some() {
-            let mut budget = json();
-            beyond.add_map_to(&slowest.compiled.model, &mut budget);
-            shown.push(budget);
-        }
-    }
+    let shown = ShownProof {
+        proof: &proof,
+        all_beyond: all_beyond?,
+    };
+    proof
+        .programs
+        .iter()
+        .for_each(|played| shown.print(played, args.json));
     if let Some(path) = &args.report {
-        let page = budget_page(&shown, &command::typed());
-        write_whole(path, |w| w.write_all(page.as_bytes()))
-            .map_err(|error| Failure::Usage(error.to_string()))?;
+        let budgets: Vec<Value> = (proof.programs.iter())
+            .map(|played| shown.json_with_map(played))
+            .collect();
+        write_text(path, &budget_page(&budgets, &command::typed()))?;
     }
     let missed: Vec<Diagnostic> = proof
         .programs
@@ -171,10 +132,89 @@ pub fn run(args: &Args) -> Outcome {
     }
 }
 
+/// That the most keys are asked of a keyboard without zones.
+fn check_keys_can_change(setup: &ImageSetup, args: &Args) -> Outcome {
+    let Some(zones) = setup.layout.split_program().filter(|_| args.most_keys) else {
+        return Ok(());
+    };
+    let why = "zones are for the keys of their keyboard: --most-keys counts keys that all play one instrument, so name one";
+    Err(Failure::Usage(format!("`{}`: {why}", zones.name)))
+}
+
+/// What is known of each instrument besides its time.
+fn find_beyond(setup: &ImageSetup, args: &Args) -> Result<Vec<Beyond>, Failure> {
+    let beyond = |compiled: &Compiled| {
+        Beyond::find(&setup.map, &compiled.model, &setup.device, &args.beyond)
+    };
+    setup.instruments.iter().map(beyond).collect()
+}
+
+fn write_text(path: &Path, text: &str) -> Outcome {
+    write_whole(path, |w| w.write_all(text.as_bytes()))
+        .map_err(|error| Failure::Usage(error.to_string()))
+}
+
+/// A proof with what is known besides time, by instrument.
+struct ShownProof<'a> {
+    proof: &'a ImageProof<'a>,
+    all_beyond: Vec<Beyond>,
+}
+
+impl ShownProof<'_> {
+    fn print(&self, played: &ProgramReport, as_json: bool) {
+        if as_json {
+            say!("{}", self.json(played));
+        } else {
+            say::whole(&self.text(played));
+        }
+    }
+
+    /// The table of a program, then what is known of its instruments besides; prints their warnings.
+    fn text(&self, played: &ProgramReport) -> String {
+        let setup = self.proof.setup;
+        let mut text = self.proof.table(played);
+        for instrument in played.program.instruments() {
+            let instrument = instrument.index();
+            self.all_beyond[instrument].warn(&setup.map);
+            if played.program.is_split() {
+                let name = symbol_prefix(&setup.instruments[instrument]);
+                let _ = writeln!(text, "\n{name}");
+            }
+            text += &self.all_beyond[instrument].text(&setup.device);
+        }
+        text
+    }
+
+    /// The field `key` is about the slowest zone, and so is what is said beyond time; zones have
+    /// their own.
+    fn json(&self, played: &ProgramReport) -> Value {
+        let map = &self.proof.setup.map;
+        let mut budget = self.proof.json(played);
+        self.beyond_slowest(played).add_to(map, &mut budget);
+        played.add_zones(&mut budget, |json, zone| {
+            self.all_beyond[zone.of.instrument.index()].add_to(map, json)
+        });
+        budget
+    }
+
+    fn json_with_map(&self, played: &ProgramReport) -> Value {
+        let slowest = played.zone(played.slowest_zone());
+        let mut budget = self.json(played);
+        self.beyond_slowest(played)
+            .add_map_to(&slowest.compiled.model, &mut budget);
+        budget
+    }
+
+    fn beyond_slowest(&self, played: &ProgramReport) -> &Beyond {
+        let slowest = played.zone(played.slowest_zone());
+        &self.all_beyond[slowest.of.instrument.index()]
+    }
+}
+
 impl<'a> ImageProof<'a> {
     /// Of the keys that are wanted, or of as many as fit. How many that are is also found out where
     /// those that are wanted do not, but for zones, whose keys are their keyboard's.
-    fn wanted(setup: &'a Setup, most: bool) -> Result<(Self, Option<u32>), Failure> {
+    fn wanted(setup: &'a ImageSetup, most: bool) -> Result<(Self, Option<u32>), Failure> {
         let instruments = setup.image_instruments()?;
         let fitting = |most: &Self| if most.fits() { most.keys } else { 0 };
         if most {
@@ -191,7 +231,11 @@ impl<'a> ImageProof<'a> {
     }
 
     /// Bounds the image of so many keys, while it plays each of its programs.
-    fn find(setup: &'a Setup, instruments: &[ImageInstrument], keys: u32) -> Result<Self, Failure> {
+    fn find(
+        setup: &'a ImageSetup,
+        instruments: &[ImageInstrument],
+        keys: u32,
+    ) -> Result<Self, Failure> {
         let image = setup.build_to_bound(instruments, keys)?;
         let rate_hz = setup.first().model.rate_hz;
         let proof = pipeline::prove(&image, &setup.board, rate_hz, &mut unobserved)
@@ -209,7 +253,7 @@ impl<'a> ImageProof<'a> {
     }
 
     /// The image of as many keys as fit; of the fewest where none fit.
-    fn most_keys(setup: &'a Setup, instruments: &[ImageInstrument]) -> Result<Self, Failure> {
+    fn most_keys(setup: &'a ImageSetup, instruments: &[ImageInstrument]) -> Result<Self, Failure> {
         let [least, most] = setup.keys_possible();
         let (mut fits, mut exceeds) = (Self::find(setup, instruments, least)?, most + 1);
         if !fits.fits() {
@@ -254,7 +298,7 @@ impl<'a> ImageProof<'a> {
 
 impl<'a> ProgramReport<'a> {
     fn new(
-        setup: &'a Setup,
+        setup: &'a ImageSetup,
         instruments: &[ImageInstrument],
         program: &'a keyboard::Program,
         proof: ProgramProof,

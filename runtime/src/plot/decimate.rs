@@ -34,7 +34,7 @@ pub type Kept = (usize, f64);
 /// that are not finite. `column` gives the column of a tick.
 pub fn extremes(values: &[f64], column: impl Fn(usize) -> f64) -> Vec<Vec<Kept>> {
     let mut stretches: Vec<Vec<Kept>> = Vec::new();
-    let mut open: Option<Column> = None;
+    let mut open: Option<PixelColumn> = None;
     for (tick, &value) in values.iter().enumerate() {
         let left = column(tick);
         match &mut open {
@@ -48,7 +48,7 @@ pub fn extremes(values: &[f64], column: impl Fn(usize) -> f64) -> Vec<Vec<Kept>>
                     if !goes_on {
                         stretches.push(Vec::new());
                     }
-                    open = Some(Column::new(left, tick, value));
+                    open = Some(PixelColumn::new(left, tick, value));
                 }
             }
         }
@@ -60,7 +60,7 @@ pub fn extremes(values: &[f64], column: impl Fn(usize) -> f64) -> Vec<Vec<Kept>>
 }
 
 /// What one column has seen: tick and value.
-struct Column {
+struct PixelColumn {
     left: f64,
     first: Kept,
     lowest: Kept,
@@ -68,10 +68,10 @@ struct Column {
     last: Kept,
 }
 
-impl Column {
-    fn new(left: f64, tick: usize, value: f64) -> Column {
+impl PixelColumn {
+    fn new(left: f64, tick: usize, value: f64) -> PixelColumn {
         let only = (tick, value);
-        Column {
+        PixelColumn {
             left,
             first: only,
             lowest: only,
