@@ -1,4 +1,4 @@
-//! Specialisation of a tick by machine state: one piece of code, a *mode*, for every combination of
+//! Specialization of a tick by machine state: one piece of code, a *mode*, for every combination of
 //! states that can occur.
 //!
 //! ```text
@@ -24,7 +24,7 @@
 //! | --- | --- |
 //! | `graph`, `tick` | hash-consed value graph of a tick: memory read at the start and written at the end |
 //! | `partial_eval`, `facts` | partial evaluation of the graph under the facts of a path; facts by backward interval propagation |
-//! | `choose` | selection of the cells that modes are specialised on |
+//! | `choose` | selection of the cells that modes are specialized on |
 //! | `decision_tree`, `benefit`, `decision_order` | a tree of decisions per mode, greedy by estimated benefit |
 //! | `reach` | reachable modes by a fixed point with widening and narrowing |
 //! | `gcm` | global code motion: the tree as blocks, each computation early or sunk |
@@ -136,14 +136,14 @@ pub struct Target {
 /// The search is bounded: where decisions that only save cycles become too many, it makes only those
 /// that tell the next mode; where it has visited too many nodes it ends with the best modes so far
 /// ([`Modes::work_limited`]).
-pub fn specialise(kernel: &Kernel, instructions: usize) -> Modes {
+pub fn specialize(kernel: &Kernel, instructions: usize) -> Modes {
     if instructions == 0 {
         return Modes::single(kernel);
     }
     let work = (tuning::WORK / INSTRUCTIONS as u64).saturating_mul(instructions as u64);
     let work = work.max(tuning::WORK);
-    let mut specialiser = Specialiser::new(kernel, work);
-    let mut left = std::mem::take(&mut specialiser.discrete);
+    let mut specializer = Specializer::new(kernel, work);
+    let mut left = std::mem::take(&mut specializer.discrete);
     let (mut best, mut chosen) = (Modes::single(kernel), Vec::new());
     let mut decisions = Decisions::All;
     loop {
@@ -154,12 +154,12 @@ pub fn specialise(kernel: &Kernel, instructions: usize) -> Modes {
         while !more.is_empty() {
             let added = more.iter().map(|at| left[*at].clone());
             let cells: Vec<Discrete> = chosen.iter().cloned().chain(added).collect();
-            match specialiser.modes(&cells, decisions, instructions) {
+            match specializer.modes(&cells, decisions, instructions) {
                 Some(tried) if tried.longest() <= best.longest() => {
                     (best, chosen) = (tried, cells);
                     break;
                 }
-                _ if specialiser.work_left <= work / tuning::WORK_REST => {
+                _ if specializer.work_left <= work / tuning::WORK_REST => {
                     best.work_limited = true;
                     return best;
                 }
@@ -180,14 +180,14 @@ pub fn specialise(kernel: &Kernel, instructions: usize) -> Modes {
 
 /// The modes of a kernel, told apart by all cells that can tell them apart; none if they have more
 /// instructions than this.
-pub fn specialise_fully(kernel: &Kernel, instructions: usize) -> Option<Modes> {
-    let mut specialiser = Specialiser::new(kernel, u64::MAX);
-    let all = std::mem::take(&mut specialiser.discrete);
-    specialiser.modes(&all, Decisions::All, instructions)
+pub fn specialize_fully(kernel: &Kernel, instructions: usize) -> Option<Modes> {
+    let mut specializer = Specializer::new(kernel, u64::MAX);
+    let all = std::mem::take(&mut specializer.discrete);
+    specializer.modes(&all, Decisions::All, instructions)
 }
 
 /// A tick to make modes of.
-struct Specialiser<'k> {
+struct Specializer<'k> {
     graph: Graph<'k>,
     tick: Tick,
     start: Vec<Range>,
@@ -197,8 +197,8 @@ struct Specialiser<'k> {
     work_left: u64,
 }
 
-impl<'k> Specialiser<'k> {
-    fn new(kernel: &'k Kernel, work_left: u64) -> Specialiser<'k> {
+impl<'k> Specializer<'k> {
+    fn new(kernel: &'k Kernel, work_left: u64) -> Specializer<'k> {
         let start = reach::after_init(kernel);
         let mut graph = Graph::new(kernel);
         let tick = tick::read(
@@ -208,7 +208,7 @@ impl<'k> Specialiser<'k> {
         );
         let all = reach::discrete(&graph, &tick, &start);
         let discrete = choose::by_gain(&mut graph, &tick, all);
-        Specialiser {
+        Specializer {
             graph,
             tick,
             start,

@@ -1,4 +1,4 @@
-//! Tuning: limits and thresholds of the specialiser, none of which changes what a tick means.
+//! Tuning: limits and thresholds of the specializer, none of which changes what a tick means.
 //!
 //! Limits on depth and size keep time and stack bounded on any program; no bundled instrument comes
 //! near them. Thresholds were chosen by the bundled instruments' cycles and code size.

@@ -7,7 +7,7 @@ use whippen_compiler::kernel::{
 };
 use whippen_compiler::modes::run::ModesEngine;
 use whippen_compiler::modes::verify::verify;
-use whippen_compiler::modes::{Modes, specialise, specialise_fully};
+use whippen_compiler::modes::{Modes, specialize, specialize_fully};
 
 const KEYS: usize = 2;
 
@@ -89,7 +89,7 @@ impl Pair {
 fn random_kernels() {
     for seed in 0..2000 {
         let kernel = without_probes(&random::kernel(seed));
-        let modes = specialise_fully(&kernel, 5000).unwrap_or_else(|| Modes::single(&kernel));
+        let modes = specialize_fully(&kernel, 5000).unwrap_or_else(|| Modes::single(&kernel));
         Pair::new(&kernel, &modes, &format!("seed {seed}")).run(&mut Rng::new(seed), 8);
     }
 }
@@ -224,7 +224,7 @@ fn random_machines() {
     let [mut made, mut met, mut longer, mut large] = [0; 4];
     for seed in 0..600 {
         let kernel = machines(seed).expect("is made of what fits");
-        let Some(modes) = specialise_fully(&kernel, 4000) else {
+        let Some(modes) = specialize_fully(&kernel, 4000) else {
             large += 1;
             continue;
         };
@@ -247,7 +247,7 @@ fn limits_are_kept() {
         let kernel = machines(seed).expect("is made of what fits");
         let whole = Modes::single(&kernel);
         for instructions in [0, 100, 1000] {
-            let modes = specialise(&kernel, instructions);
+            let modes = specialize(&kernel, instructions);
             assert!(
                 modes == whole || modes.instructions() <= instructions,
                 "seed {seed}: {}",
@@ -293,7 +293,7 @@ fn thresholds(count: i64) -> Result<Kernel, OpError> {
 #[test]
 fn many_limits_make_few_modes() {
     let kernel = thresholds(40).expect("is made of what fits");
-    let modes = specialise(&kernel, 12_000);
+    let modes = specialize(&kernel, 12_000);
     assert!(!modes.work_limited);
     assert_eq!(modes.modes.len(), 41);
     let (with, without) = (modes.longest(), Modes::single(&kernel).longest());
@@ -305,7 +305,7 @@ fn many_limits_make_few_modes() {
 #[test]
 fn the_search_is_bounded() {
     let kernel = thresholds(100).expect("is made of what fits");
-    let modes = specialise(&kernel, 12_000);
+    let modes = specialize(&kernel, 12_000);
     assert!(modes.work_limited);
     assert!(modes.modes.len() > 1 && modes.instructions() <= 12_000);
     Pair::new(&kernel, &modes, &kernel.name).run(&mut Rng::new(100), 500);
@@ -361,7 +361,7 @@ fn chain(link: usize) -> Result<Kernel, OpError> {
 fn long_chains() {
     for link in 0..6 {
         let kernel = chain(link).expect("is made of what fits");
-        let modes = specialise(&kernel, 12_000);
+        let modes = specialize(&kernel, 12_000);
         assert!(
             modes.longest() <= Modes::single(&kernel).longest(),
             "link {link}"
