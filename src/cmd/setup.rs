@@ -200,8 +200,18 @@ impl ImageSetup {
     pub fn image_instruments(&self) -> Result<Vec<ImageInstrument>, Failure> {
         let prepare = |compiled: &Compiled| {
             let (instructions, map) = (self.mode_instructions, Some(&self.map));
-            ImageInstrument::new(compiled, instructions, map, &mut unobserved)
-                .map_err(|error| load::report_compile_error(&self.map, error))
+            let instrument = ImageInstrument::new(compiled, instructions, map, &mut unobserved)
+                .map_err(|error| load::report_compile_error(&self.map, error))?;
+            if instrument.modes.work_limited {
+                eprintln!(
+                    "note: `{}` has too many combinations of states to try them all: its {} modes \
+                     are the best of those that were tried; `--modes {}` tries more",
+                    compiled.model.name,
+                    instrument.modes.modes.len(),
+                    4 * instructions
+                );
+            }
+            Ok(instrument)
         };
         self.instruments.iter().map(prepare).collect()
     }

@@ -8,7 +8,7 @@
 mod narrow;
 
 use super::benefit::Lists;
-use super::decision_tree::{Discrete, Grower, TooBig, Tree};
+use super::decision_tree::{Decisions, Discrete, Grower, TooBig, Tree};
 use super::facts::{Facts, meet};
 use super::graph::{Graph, Kind, NodeId};
 use super::partial_eval::{PartialEval, Path};
@@ -117,36 +117,46 @@ pub(super) fn entry(graph: &mut Graph, cells: &[Range]) -> Facts {
     facts
 }
 
-/// All modes that occur, the first one first.
+/// All modes that occur, the first one first. Half of the work that is left may be spent on it.
 pub(super) fn reach(
     graph: &mut Graph,
     tick: &Tick,
     discrete: &[Discrete],
     start: &[Range],
+    decisions: Decisions,
     leaves: usize,
+    work_left: &mut u64,
 ) -> Result<Vec<Reached>, TooBig> {
+    let mut grower = Grower {
+        graph,
+        discrete,
+        leaves,
+        work_max: *work_left / 2,
+        eval: PartialEval::default(),
+        lists: Lists::default(),
+        branch_threshold: decisions.branch_threshold(),
+        trial_threshold: decisions.trial_threshold(),
+        depth: 0,
+    };
+    let reached = reach_with(&mut grower, tick, start);
+    *work_left = work_left.saturating_sub(grower.work());
+    reached
+}
+
+fn reach_with(grower: &mut Grower, tick: &Tick, start: &[Range]) -> Result<Vec<Reached>, TooBig> {
+    let (discrete, leaves) = (grower.discrete, grower.leaves);
     let mut reach = Reach {
-        kernel: graph.kernel,
+        kernel: grower.graph.kernel,
         discrete,
         modes: Vec::new(),
         open: Vec::new(),
         again: Vec::new(),
     };
     reach.enter(start);
-    let mut grower = Grower {
-        graph,
-        discrete,
-        leaves,
-        eval: PartialEval::default(),
-        lists: Lists::default(),
-        branch_threshold: tuning::BRANCH_THRESHOLD,
-        trial_threshold: tuning::TRIAL_THRESHOLD,
-        depth: 0,
-    };
-    reach.grow_all(&mut grower, tick)?;
+    reach.grow_all(grower, tick)?;
     let modes = reach.into_reached()?;
     grower.leaves = leaves;
-    Ok(narrow_all(&mut grower, tick, modes, start))
+    Ok(narrow_all(grower, tick, modes, start))
 }
 
 /// The modes with narrower ranges of their cells, as long as their trees say that there are some.

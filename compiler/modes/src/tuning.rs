@@ -35,6 +35,14 @@ pub(crate) const NARROWING_ROUNDS: usize = 3;
 /// How often in a round trees are grown again for what the leaves of others leave.
 pub(crate) const REGROWTHS: usize = 4;
 
+/// Nodes that the search for modes visits, more where more instructions than usual are allowed;
+/// behind that the best modes so far stand. Five times what the bundled instrument that needs most
+/// visits.
+pub(crate) const WORK: u64 = 30_000_000;
+
+/// The part of that work that is no longer worth a try.
+pub(crate) const WORK_REST: u64 = 16;
+
 /// Blocks of one mode; parts of conditions that are shared are decided once for each use, which
 /// could go on for long.
 pub(crate) const BLOCKS: usize = 20_000;
