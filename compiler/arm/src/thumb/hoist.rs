@@ -1,4 +1,5 @@
-//! What a block begins with is begun in the block before, where that has nothing better to do.
+//! Speculative hoisting over branches: the first instruction of a block moves up into a stall of
+//! the only block that leads to it.
 //!
 //! ```text
 //!   ldr r5, a      ldr r5, a         Each of two short blocks waits for what it loads, and neither has anything to do meanwhile.
@@ -7,6 +8,10 @@
 //!   ldr r9, b      bge ..
 //!   cmp r1, r9     cmp r1, r9
 //! ```
+//!
+//! An instruction moves if its result is dead on the other side of the branch (or another register
+//! is free for it), if it has no effect but its result, and if the worst-case path gets shorter.
+//! Functions with loops are left as they are.
 
 use super::critical_path;
 use super::func::{Allocated, Block, Cycles, Terminator};
@@ -18,7 +23,7 @@ use whippen_isa::Class;
 use whippen_isa::reg::SP;
 use whippen_isa::timing::Core;
 
-/// Moves loads and single operations up over branches, where that makes the longest way shorter.
+/// Moves loads and single operations up over branches, where that makes the longest path shorter.
 pub(super) fn hoist_over_branches(func: &mut Allocated, core: &Core) {
     if func.blocks.iter().any(|block| block.rounds.is_some()) {
         return;

@@ -1,4 +1,4 @@
-//! Branches and loops.
+//! Control flow in lanes: if-conversion where both arms are cheap, branches where no lane takes one.
 //!
 //! ```text
 //!   if c { then } else { other }      both cheap:   then, other, each lane takes its own

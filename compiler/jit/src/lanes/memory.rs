@@ -1,4 +1,4 @@
-//! Operators on memory.
+//! Translation of operators on memory, for keys in lanes.
 
 use super::{Lane, Lanes, WIDTH};
 use crate::loop_context::Buffer;
