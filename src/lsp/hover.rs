@@ -23,12 +23,12 @@ pub fn hover(analysis: &Analysis, position: Position) -> Option<Hover> {
     let (span, what) = named
         .or_else(|| word(source, byte))
         .or_else(|| wrong(analysis, byte))?;
-    let told = wrong(analysis, byte)
-        .filter(|(_, told)| *told != what)
+    let message = wrong(analysis, byte)
+        .filter(|(_, message)| *message != what)
         .map_or(String::new(), |(_, t)| format!("\n\n---\n\n{t}"));
     let contents = MarkupContent {
         kind: MarkupKind::Markdown,
-        value: what + &told,
+        value: what + &message,
     };
     Some(Hover {
         contents: HoverContents::Markup(contents),

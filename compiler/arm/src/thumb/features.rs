@@ -116,7 +116,7 @@ mod tests {
                 has(arch, template(Op::MLA)),
                 has(arch, template(Op::MOVT)),
             ];
-            let told = [
+            let expected = [
                 features.high_registers,
                 features.shifted_operands,
                 features.keeps_flags,
@@ -124,7 +124,7 @@ mod tests {
                 features.multiply_accumulate,
                 features.wide_moves,
             ];
-            assert_eq!(found, told, "{arch:?}");
+            assert_eq!(found, expected, "{arch:?}");
         }
     }
 

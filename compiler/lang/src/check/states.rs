@@ -100,13 +100,13 @@ impl<'a> Elaborator<'a, '_> {
             }
             next += 1;
         }
-        let mut told: Vec<&str> = Vec::new();
+        let mut reported: Vec<&str> = Vec::new();
         for t in transitions {
             let state = t.from.node.as_str();
-            if reached.contains(&state) || told.contains(&state) {
+            if reached.contains(&state) || reported.contains(&state) {
                 continue;
             }
-            told.push(state);
+            reported.push(state);
             let hint = match nearest(state, reached.iter().copied()) {
                 Some(near) => Advice::did_you_mean(near),
                 None => {
