@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use whippen_emulator::elf::Elf;
+use whippen_emulator::elf::{Elf, SourceLines};
 use whippen_emulator::{Converter, Machine, Ports, Start, Stop};
 use whippen_runtime::files::write_whole;
 
