@@ -169,7 +169,8 @@ impl ShownProof<'_> {
         }
     }
 
-    /// The table of a program, then what is known of its instruments besides; prints their warnings.
+    /// The table of a program, then what is known of its instruments besides; prints their
+    /// warnings.
     fn text(&self, played: &ProgramReport) -> String {
         let setup = self.proof.setup;
         let mut text = self.proof.table(played);

@@ -15,7 +15,7 @@ pub(super) fn repair<'s>(
     tokens: Tokens<'s>,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Tokens<'s> {
-    let repair = Repair {
+    let repair = NumberRepair {
         text,
         declared: declared(&tokens),
         repaired: Tokens::with_capacity(tokens.len()),
@@ -26,7 +26,7 @@ pub(super) fn repair<'s>(
 }
 
 /// A row of tokens that is being repaired.
-struct Repair<'s, 'd> {
+struct NumberRepair<'s, 'd> {
     text: &'s str,
     tokens: Tokens<'s>,
     declared: HashSet<&'s str>,
@@ -34,7 +34,7 @@ struct Repair<'s, 'd> {
     diagnostics: &'d mut Vec<Diagnostic>,
 }
 
-impl<'s> Repair<'s, '_> {
+impl<'s> NumberRepair<'s, '_> {
     fn run(mut self) -> Tokens<'s> {
         let mut i = 0;
         while i < self.tokens.len() {
