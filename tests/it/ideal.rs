@@ -42,10 +42,10 @@ fn within_the_bars(compiled: &Compiled, positions_m: &[f64]) {
         compiled.model.name,
         comparison.args_relative_max,
         comparison.events_together,
-        comparison.events_apart.len()
+        comparison.events_apart
     );
     assert!(comparison.events_together > 10 || compiled.model.rules.is_empty());
-    assert_eq!(comparison.events_apart, [], "{}", compiled.model.name);
+    assert_eq!(comparison.first_apart, [], "{}", compiled.model.name);
     assert!(
         force_n <= 2e-3 && angle_rad <= 1e-4 && comparison.args_relative_max <= 1e-3,
         "{}",

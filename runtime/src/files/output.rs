@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempPath;
 
-use super::{FileError, reason};
+use super::FileError;
 
 /// A file that is being written. It has its name when it is [finished](OutputFile::finish); what is
 /// dropped before leaves what was there.
@@ -28,7 +28,7 @@ impl OutputFile {
     /// The folder does not exist or may not be written, or the path is a directory.
     pub fn create(path: &Path) -> Result<OutputFile, FileError> {
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-        let (file, temporary) = begin(&target).map_err(|e| not_written(path, &e))?;
+        let (file, temporary) = begin(&target).map_err(|e| FileError::not_written(path, &e))?;
         Ok(OutputFile {
             path: path.to_path_buf(),
             target,
@@ -43,7 +43,7 @@ impl OutputFile {
     /// The disk is full, or the target cannot be replaced; it is then as before.
     pub fn finish(self) -> Result<(), FileError> {
         let path = self.path.clone();
-        self.replace().map_err(|e| not_written(&path, &e))
+        self.replace().map_err(|e| FileError::not_written(&path, &e))
     }
 
     fn replace(self) -> io::Result<()> {
@@ -58,9 +58,9 @@ impl OutputFile {
         temporary.persist(&self.target).map_err(|e| e.error)
     }
 
-    /// What an error of writing means for this file.
-    pub fn error(&self, error: &io::Error) -> FileError {
-        not_written(&self.path, error)
+    /// The file, as it was named.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 }
 
@@ -84,12 +84,8 @@ pub fn write_whole(
     contents: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), FileError> {
     let mut file = OutputFile::create(path)?;
-    contents(&mut file).map_err(|e| file.error(&e))?;
+    contents(&mut file).map_err(|e| FileError::not_written(path, &e))?;
     file.finish()
-}
-
-fn not_written(path: &Path, error: &io::Error) -> FileError {
-    FileError::new(path, format!("cannot be written: {}", reason(error)))
 }
 
 /// What is filled for a target: a temporary file beside it, or the target itself where it is no
