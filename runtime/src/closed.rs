@@ -50,7 +50,7 @@ pub struct Strokes {
     pub count: usize,
     /// The first of them; the last of all may be unfinished.
     pub first: Vec<StrokeEnergy>,
-    /// What the player did in all.
+    /// What the player did in all of them.
     pub all: Energy,
 }
 
@@ -163,11 +163,19 @@ pub fn record(
             rate_hz,
             since: None,
             energy: Energy::default(),
+            total: Energy::default(),
             strokes: Strokes::default(),
         },
         observed: [0.0; OBSERVED.len()],
     };
-    let run = record_body(compiled, device, kind, (ticks, &mut body), recording, progress)?;
+    let run = record_body(
+        compiled,
+        device,
+        kind,
+        (ticks, &mut body),
+        recording,
+        progress,
+    )?;
     Ok(Closed {
         run,
         strokes: body.observer.finish(ticks),
@@ -190,7 +198,7 @@ impl Body for PlayedKey<'_> {
         let plant = &mut self.plant;
         self.observer
             .tick(tick, plant.position(), plant.take_energy());
-        let all = self.observer.strokes.all;
+        let all = self.observer.total;
         self.observed = [
             plant.target().unwrap_or(f64::NAN),
             plant.player_force(),
@@ -216,13 +224,15 @@ struct Observer {
     /// The first tick of the stroke that goes on.
     since: Option<usize>,
     energy: Energy,
+    /// What the player did since the beginning.
+    total: Energy,
     strokes: Strokes,
 }
 
 impl Observer {
     fn tick(&mut self, tick: usize, x: f64, energy: Energy) {
         self.energy.add(energy);
-        self.strokes.all.add(energy);
+        self.total.add(energy);
         match (self.since, x > self.begins) {
             (None, true) => self.since = Some(tick),
             (Some(_), false) => self.close(tick),
@@ -235,6 +245,7 @@ impl Observer {
         if let Some(start) = self.since.take() {
             let energy = std::mem::take(&mut self.energy);
             self.strokes.count += 1;
+            self.strokes.all.add(energy);
             if self.strokes.first.len() < STROKES_MAX {
                 self.strokes.first.push(StrokeEnergy {
                     start_s: second(start),

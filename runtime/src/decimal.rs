@@ -69,7 +69,11 @@ impl Decimal {
             let left = power(decimals - behind + 1);
             let fewer = (scaled / left).round();
             let off = (fewer * left - scaled).abs();
-            let as_near = if self.within > 0.0 { off < within } else { off <= within };
+            let as_near = if self.within > 0.0 {
+                off < within
+            } else {
+                off <= within
+            };
             if !as_near {
                 break;
             }
@@ -105,7 +109,14 @@ mod tests {
     #[test]
     fn words_read_back_with_few_digits() {
         let mut seed = 1_u64;
-        for step in [1.0 / 65_536.0, 11e-3 / 65_535.0, 2_f64.powi(-29), 3.7e-4, 12.5, 0.001] {
+        for step in [
+            1.0 / 65_536.0,
+            11e-3 / 65_535.0,
+            2_f64.powi(-29),
+            3.7e-4,
+            12.5,
+            0.001,
+        ] {
             let decimal = Decimal::of_step(step);
             let digits = (-step.log10()).ceil().max(0.0) as usize;
             for _ in 0..2000 {
@@ -134,7 +145,10 @@ mod tests {
             };
             let shorter = format!("{value:.*}", part.len() - 1);
             let back: f64 = shorter.parse().expect("a number");
-            assert!((back - value).abs() >= step / 2.0 * 0.999_999, "{text}, {shorter}");
+            assert!(
+                (back - value).abs() >= step / 2.0 * 0.999_999,
+                "{text}, {shorter}"
+            );
         }
     }
 

@@ -6,13 +6,14 @@
 //! ```
 //!
 //! An input is read up to the limit of its kind ([`InputKind`]): what is longer is refused and not
-//! held. An output appears whole or not at all: a full disk or an error half way leaves what was
-//! there before. It may be written at once ([`write_whole`]) or as it comes ([`OutputFile`]). What
+//! held. An output appears whole or not at all: a full disk, an interrupt or an error half way leaves
+//! what was there before. It may be written at once ([`write_whole`]) or as it comes ([`OutputFile`]). What
 //! exists and is no regular file (a pipe, a terminal, `/dev/null`) cannot be replaced by a rename
 //! and is written in place.
 //!
 //! Not here: what is in the files.
 
+mod identity;
 mod input;
 mod output;
 
@@ -20,8 +21,9 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+pub use identity::same_file;
 pub use input::{Input, InputKind, open, read_bytes, read_stdin, read_text};
-pub use output::{OutputFile, write_whole};
+pub use output::{OutputFile, abandon_unfinished, write_whole};
 
 /// What is wrong with a file, and where.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -144,12 +144,8 @@ pub fn load(path: &Path, options: &MotionOptions, tick_rate_hz: u32) -> Result<M
     }
     Ok(Motion {
         rate_hz: tick_rate_hz,
-        positions: Resampled::new(
-            source.positions_m,
-            source.rate_hz,
-            f64::from(tick_rate_hz),
-        )
-        .into(),
+        positions: Resampled::new(source.positions_m, source.rate_hz, f64::from(tick_rate_hz))
+            .into(),
         start_s: source.start_s,
         samples_read: source.samples_read,
         source_rate_hz: source.rate_hz,

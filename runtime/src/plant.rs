@@ -321,8 +321,7 @@ mod tests {
     fn the_drive_acts_after_its_delay_and_its_coil() {
         let mut fast = device(|m| (m.friction, m.damping) = (0.0, 0.0));
         fast.drive.bandwidth_hz = None;
-        let mut plant =
-            Plant::new(&fast, RATE_HZ, Player::nobody(), 5e-3).expect("mechanics");
+        let mut plant = Plant::new(&fast, RATE_HZ, Player::nobody(), 5e-3).expect("mechanics");
         plant.tick(1024);
         assert_eq!(plant.position(), 5e-3, "one sample late");
         plant.tick(1024);
@@ -364,12 +363,24 @@ mod tests {
         assert!((x - 4e-3).abs() < 1e-6 && v.abs() < 1e-4, "{x} {v}");
         assert!(energy.kept_j() > 0.0, "friction keeps something");
         let mikey = Device::mikey();
-        let (x, v, _) = after(&mikey, Player::Force(vec![2.0; 44_100].into()), 5e-3, 0, 44_100);
+        let (x, v, _) = after(
+            &mikey,
+            Player::Force(vec![2.0; 44_100].into()),
+            5e-3,
+            0,
+            44_100,
+        );
         assert!(
             (x - 10.1e-3).abs() < 5e-6 && v.abs() < 1e-9,
             "2 N go 0.1 mm into 20 kN/m: {x}"
         );
-        let (x, ..) = after(&mikey, Player::Force(vec![-2.0; 44_100].into()), 5e-3, 0, 44_100);
+        let (x, ..) = after(
+            &mikey,
+            Player::Force(vec![-2.0; 44_100].into()),
+            5e-3,
+            0,
+            44_100,
+        );
         assert!((x + 0.1e-3).abs() < 5e-6, "{x}");
     }
 }

@@ -197,7 +197,12 @@ impl Thinned {
 
 /// Adds what is kept of a stretch.
 fn thin(stretch: &[Kept], of_states: bool, to: &mut Vec<Kept>) {
-    let mut kept: Vec<Kept> = stretch.first().into_iter().chain(stretch.last()).copied().collect();
+    let mut kept: Vec<Kept> = stretch
+        .first()
+        .into_iter()
+        .chain(stretch.last())
+        .copied()
+        .collect();
     if of_states {
         let mut seen: Vec<f64> = Vec::new();
         for &(tick, value) in stretch {
@@ -282,7 +287,11 @@ mod tests {
     fn what_is_not_finite_stays_a_gap() {
         let value = |tick: usize| if tick == 600_003 { f64::NAN } else { 1.0 };
         let record = filled(Record::bounded(), 2 * HEAD_MAX, value);
-        let gaps: Vec<usize> = record.points().filter(|p| p.1.is_nan()).map(|p| p.0).collect();
+        let gaps: Vec<usize> = record
+            .points()
+            .filter(|p| p.1.is_nan())
+            .map(|p| p.0)
+            .collect();
         assert_eq!((gaps, record.extent()), (vec![600_003], Some((1.0, 1.0))));
         assert_eq!(Record::from(vec![f64::NAN]).extent(), None);
     }

@@ -29,10 +29,11 @@ use crate::plot::Figure;
 use crate::trace::Trace;
 
 pub use columns::{
-    Recorded, Source, argument_titles, arguments, choose, marked, recorded, roles, suffix, title, titles, unit,
+    Recorded, Source, argument_title, argument_titles, arguments, choose, marked, recorded, roles,
+    suffix, title, titles, unit,
 };
-pub use recorder::{Happenings, Keep, LISTED_MAX, Recording, Strikes};
 use recorder::Recorder;
+pub use recorder::{Happenings, Keep, LISTED_MAX, Recording, Strikes};
 
 /// What a run counted.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -138,7 +139,14 @@ pub fn run(
 ) -> Result<Run, RunError> {
     let recording = Recording::everything(recorded(compiled, device, kind, &[]));
     let position_m = |tick: usize| positions_m[tick];
-    record(compiled, device, kind, (positions_m.len(), position_m), recording, progress)
+    record(
+        compiled,
+        device,
+        kind,
+        (positions_m.len(), position_m),
+        recording,
+        progress,
+    )
 }
 
 /// Runs `compiled` for so many ticks over the positions that are asked for one by one, and records
@@ -155,7 +163,14 @@ pub fn record(
     progress: impl FnMut(usize),
 ) -> Result<Run, RunError> {
     let mut body = Prescribed(position_m);
-    record_body(compiled, device, kind, (ticks, &mut body), recording, progress)
+    record_body(
+        compiled,
+        device,
+        kind,
+        (ticks, &mut body),
+        recording,
+        progress,
+    )
 }
 
 /// Runs `compiled` for so many ticks with what moves the key.

@@ -71,6 +71,14 @@ pub struct Setup {
 }
 
 impl SetupArgs {
+    /// All files that are read.
+    pub fn files(&self) -> Result<Vec<PathBuf>, Failure> {
+        let (mut files, _) = load::split(&self.words)?;
+        let board = self.board.iter().filter(|name| is_board_file(name));
+        files.extend(board.map(PathBuf::from).chain(self.device.clone()));
+        Ok(files)
+    }
+
     /// The instrument that was named, the only one, or the only one of the keyboard.
     pub fn one_instrument(&self) -> Result<Setup, Failure> {
         let (map, program, name) = self.checked()?;
@@ -152,12 +160,17 @@ impl SetupArgs {
     }
 }
 
+/// Whether a board is named by its file.
+fn is_board_file(name: &str) -> bool {
+    name.ends_with(".toml")
+}
+
 /// The board that was named, the keyboard's, or the usual one.
 pub fn find_board(wanted: Option<&str>, keyboard: Option<&Keyboard>) -> Result<Board, Failure> {
     let name = wanted
         .or(keyboard.and_then(|k| k.board.as_deref()))
         .unwrap_or("rp2350");
-    if name.ends_with(".toml") {
+    if is_board_file(name) {
         return board::load(Path::new(name)).map_err(|e| Failure::Usage(e.to_string()));
     }
     board::bundled(name).ok_or_else(|| {

@@ -37,10 +37,6 @@ const LONG_FUNCTIONS: &[(&str, &str)] = &[
         "compiler/arm/src/thumb/hoist.rs: hoist_first",
         "to be divided",
     ),
-    (
-        "compiler/arm/src/thumb/select.rs: select_inst",
-        "to be divided",
-    ),
     ("compiler/budget/src/calls.rs: costs", "to be divided"),
     (
         "compiler/budget/src/error.rs: fmt",

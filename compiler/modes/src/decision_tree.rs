@@ -6,9 +6,10 @@ use super::graph::{Graph, Kind, NodeId};
 use super::partial_eval::{PartialEval, Path};
 use super::tick::Tick;
 use super::tuning;
-use super::{cost, decision_order, facts, reach};
+use super::{decision_order, facts, reach};
 use std::rc::Rc;
 use whippen_kernel::{Op, Range, Type};
+use whippen_target_info::BRANCH_CYCLES;
 
 /// A cell by whose classes modes are told apart.
 #[derive(Debug, Clone)]
@@ -298,7 +299,7 @@ impl Grower<'_, '_> {
         let folded = self.eval.evaluate_over(self.graph, &within, &roots, nodes);
         let cost = folded.map_or(0, |roots| {
             let successor_conditions = self.next_states(&tick.with(&roots)).len() as u32;
-            self.eval.cost(self.graph, &roots) + cost::BRANCH * successor_conditions
+            self.eval.cost(self.graph, &roots) + BRANCH_CYCLES * successor_conditions
         });
         self.eval.undo_to(mark);
         cost
@@ -337,7 +338,7 @@ impl Grower<'_, '_> {
             let [Some(yes), Some(no)] = costs else {
                 continue;
             };
-            let saved = now.saturating_sub(yes.max(no) + cost::BRANCH);
+            let saved = now.saturating_sub(yes.max(no) + BRANCH_CYCLES);
             if saved >= self.branch_threshold && best.is_none_or(|(most, _)| saved > most) {
                 best = Some((saved, condition));
             }

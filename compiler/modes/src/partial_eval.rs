@@ -13,7 +13,6 @@ use super::graph::{Graph, Kind, NodeId, Walk};
 use super::tuning;
 use std::cell::RefCell;
 use whippen_ids::{Id, IdMap};
-use whippen_kernel::op::Effect;
 use whippen_kernel::{Op, Range, Type};
 
 /// A path through the decisions.
@@ -293,7 +292,7 @@ impl PartialEval {
         graph.origin = graph.origin_of(id);
         let ty = graph.ty(id);
         let new = match graph.kind(id) {
-            Kind::Op(op) if op.row().effect == Effect::Pure => {
+            Kind::Op(op) if op.row().effect.is_pure() => {
                 self.fold_pure_or(graph, op, ty, args, same)
             }
             Kind::Result(_) if !matches!(graph.kind(args[0]), Kind::Effect(_)) => {

@@ -138,7 +138,7 @@ fn operators() -> Vec<(Op, Vec<Type>)> {
     };
     let pure = ROWS
         .iter()
-        .filter(|row| row.effect == Effect::Pure && row.transfer != Transfer::Assumed);
+        .filter(|row| row.effect.is_pure() && row.transfer != Transfer::Assumed);
     pure.filter_map(|row| (row.make)(&vec![2; row.immediates.len()]))
         .filter(|op| {
             !op.row()

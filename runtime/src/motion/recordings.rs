@@ -64,7 +64,12 @@ fn the_key_rests_at_0_88_mm_and_reaches_the_end_of_the_table() {
         "rest at {} mm",
         rest_m * 1e3
     );
-    let deepest_m = motion.positions.to_vec().iter().copied().fold(0.0, f64::max);
+    let deepest_m = motion
+        .positions
+        .to_vec()
+        .iter()
+        .copied()
+        .fold(0.0, f64::max);
     assert!(
         (deepest_m - 11.906e-3).abs() < 0.05e-3,
         "deepest at {} mm",

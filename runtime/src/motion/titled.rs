@@ -41,11 +41,7 @@ pub struct Titled {
 /// # Errors
 /// A column is missing or ambiguous, a cell is no finite number, time does not increase, or there
 /// are more rows than `limit`.
-pub fn read(
-    path: &Path,
-    (name, dim, kind): Wanted,
-    limit: usize,
-) -> Result<Titled, FileError> {
+pub fn read(path: &Path, (name, dim, kind): Wanted, limit: usize) -> Result<Titled, FileError> {
     let mut rows = Rows::open(path, InputKind::RECORDING)?;
     let choice = find(rows.titles(), "t", Dim::TIME, "time")
         .and_then(|t| Ok((t, find(rows.titles(), name, dim, kind)?)));
@@ -77,7 +73,10 @@ pub fn read(
 
 /// What is wrong with a recording that has more rows than may be read.
 pub fn too_many_rows(path: &Path, limit: usize) -> FileError {
-    FileError::new(path, format!("has more than {limit} rows, the most a recording may have"))
+    FileError::new(
+        path,
+        format!("has more than {limit} rows, the most a recording may have"),
+    )
 }
 
 /// `a length`, `an angle`.

@@ -268,11 +268,7 @@ mod tests {
     }
 
     fn bands(values: &[f64], states: usize, place: impl Fn(usize) -> f64) -> Vec<Run> {
-        runs(
-            &changes(of(values), states),
-            (values.len(), states),
-            place,
-        )
+        runs(&changes(of(values), states), (values.len(), states), place)
     }
 
     #[test]

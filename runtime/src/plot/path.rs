@@ -3,12 +3,12 @@
 use super::Series;
 use super::axis::Axis;
 use super::decimate::path;
-use super::time::Clock;
 use super::drawing::{Colour, Drawing};
 use super::frame::{
     GREY, LEADING, LEFT, RIGHT, abscissa, felt, heading, legend, level_grid, moved, shown,
     upright_grid,
 };
+use super::time::Clock;
 
 /// Turns smaller than this part of the whole travel are taken for noise.
 const TURN: f64 = 0.02;

@@ -238,10 +238,17 @@ fn a_peak_of_one_tick_in_an_hour_is_drawn() {
         total: Some(series()),
         ..Figure::default()
     };
-    let lines = decimate::line(record.points(), |tick| tick as f64 / 5000.0, &axis::Axis::exact(0.0, 7.0, 100.0, 0.0));
+    let lines = decimate::line(
+        record.points(),
+        |tick| tick as f64 / 5000.0,
+        &axis::Axis::exact(0.0, 7.0, 100.0, 0.0),
+    );
     assert!(lines[0].iter().any(|point| point.1 == 0.0), "{lines:?}");
     let svg = figure.svg();
-    assert!(svg.len() < 20_000 && svg.contains("in the first 524.3 s") && svg.contains("3500"), "{svg}");
+    assert!(
+        svg.len() < 20_000 && svg.contains("in the first 524.3 s") && svg.contains("3500"),
+        "{svg}"
+    );
 }
 
 #[test]
@@ -271,6 +278,5 @@ fn figures_are_saved_by_the_end_of_their_names() {
     assert_eq!(std::fs::read(&png).unwrap()[1..4], *b"PNG");
     let error = save(&figure, &dir.path().join("f.pdf")).unwrap_err();
     assert_eq!(error.message, "a figure's name ends in `.svg` or `.png`");
-    assert_eq!(check_names(&[svg.clone(), png]), Ok(()));
-    assert!(check_names(&[svg, "f".into()]).is_err_and(|e| e.starts_with("f: a figure's name")));
+    save(&figure, &dir.path().join("F.SVG")).unwrap();
 }

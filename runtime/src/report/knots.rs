@@ -168,7 +168,10 @@ mod tests {
         let Truth::Extremes(every) = truth else {
             panic!("{truth:?}")
         };
-        assert!(every % record.stretch() == 0 && kept.len() <= KNOTS_MAX, "{every}");
+        assert!(
+            every % record.stretch() == 0 && kept.len() <= KNOTS_MAX,
+            "{every}"
+        );
         assert!(kept.contains(&(3_456_789, 7.0)) && kept.contains(&(4_567_890, -7.0)));
     }
 

@@ -190,7 +190,10 @@ fn outcome(compiled: &Compiled, run: &Run) -> Vec<(String, String)> {
         )))
     };
     let mut facts = vec![
-        ("strikes".to_string(), run.happenings.strikes.count.to_string()),
+        (
+            "strikes".to_string(),
+            run.happenings.strikes.count.to_string(),
+        ),
         (
             "played".to_string(),
             format!(

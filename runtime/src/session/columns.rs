@@ -159,7 +159,6 @@ pub fn title(model: &Model, export: &Export) -> String {
     identifier(&join_title(&export.name, &suffix(model, export)))
 }
 
-
 /// The unit of what the device drives, as a column title writes it.
 fn drive_unit(model: &Model) -> String {
     if model.turns() {
@@ -224,19 +223,26 @@ pub fn arguments(compiled: &Compiled, kind: EngineKind) -> Vec<Argument> {
             title: title.clone(),
             step,
         };
-        Some(titles[e as usize].iter().zip(steps).map(argument).collect::<Vec<_>>())
+        Some(
+            titles[e as usize]
+                .iter()
+                .zip(steps)
+                .map(argument)
+                .collect::<Vec<_>>(),
+        )
     });
     Argument::merged(all.flatten())
 }
 
-/// Titles of the arguments of every emission (`speed_m_per_s`).
+/// Titles of the arguments of every emission.
 pub fn argument_titles(model: &Model) -> Vec<Vec<String>> {
-    let title = |(name, dim): &(String, Dim)| join_title(name, &dim.suffix());
-    model
-        .emissions
-        .iter()
-        .map(|e| e.args.iter().map(title).collect())
-        .collect()
+    let titles = |args: &[(String, Dim)]| args.iter().map(argument_title).collect();
+    model.emissions.iter().map(|e| titles(&e.args)).collect()
+}
+
+/// The title of an argument (`speed_m_per_s`).
+pub fn argument_title((name, dim): &(String, Dim)) -> String {
+    join_title(name, &dim.suffix())
 }
 
 /// The name of an event and the titles of its arguments.
@@ -245,8 +251,8 @@ pub(super) fn event_heading(compiled: &Compiled, event: usize) -> (String, Vec<S
     match &compiled.lowered.events[event].kind {
         LoweredEventKind::Emission(e) => {
             let emission = &model.emissions[EmissionId(*e)];
-            let title = |(name, dim): &(String, Dim)| join_title(name, &dim.suffix());
-            (emission.name.clone(), emission.args.iter().map(title).collect())
+            let titles = emission.args.iter().map(argument_title);
+            (emission.name.clone(), titles.collect())
         }
         LoweredEventKind::Rule(name) => (name.clone(), Vec::new()),
     }

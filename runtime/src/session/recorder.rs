@@ -198,7 +198,10 @@ impl<'c> Recorder<'c> {
         body: &[f64],
     ) -> Result<(), FileError> {
         let t_s = self.trace.time_s(tick);
-        let has_row = self.ticks.as_ref().is_some_and(|(_, table)| table.wants(tick));
+        let has_row = self
+            .ticks
+            .as_ref()
+            .is_some_and(|(_, table)| table.wants(tick));
         if has_row || self.keep != Keep::Nothing {
             self.fill_row(engine, drive, body);
             for (column, value) in self.trace.columns.iter_mut().zip(&self.row) {

@@ -14,6 +14,7 @@
 //! | part | what it settles |
 //! | --- | --- |
 //! | `use_count` | how often, and as what, values are used: counted before anything is selected |
+//! | `operator` | which rule selects each operator |
 //! | `arith_i32` | arithmetic of words, constants, shifts |
 //! | `arith_i64` | arithmetic of 64 bits, products |
 //! | `compare` | comparisons, bools, choices |
@@ -34,6 +35,7 @@ mod defer;
 mod divide;
 mod event;
 mod memory;
+mod operator;
 mod remat;
 mod square_root;
 mod use_count;
@@ -46,7 +48,7 @@ use super::tick_invariant::TickInvariants;
 use event::EventEnd;
 use std::collections::BTreeMap;
 use whippen_isa::Op as Isa;
-use whippen_kernel::{Inst, Kernel, Op, Type, Value, ValueInfo, Walk};
+use whippen_kernel::{Inst, Kernel, Op, Value, ValueInfo, Walk};
 use whippen_modes::{End, Mode};
 
 /// How a value is available to its users.
@@ -276,15 +278,9 @@ impl<'a> Select<'a> {
             Binding::Word(reg) | Binding::Pair(reg, _) => reg,
             Binding::Const(k) => self.load_constant(k as i32),
             Binding::Comparison(..) => self.bool_as_word(value),
-            Binding::Deferred(Op::Not, args) => {
-                let bound = self.select_logic(Op::Not, &args[..1]);
-                self.bind(value, bound);
-                self.reg(value)
-            }
             Binding::Deferred(op, args) => {
-                let word = self.select_i32(op, &args);
-                self.bind(value, Binding::Word(word));
-                word
+                self.select_operator(op, &args, Some(value));
+                self.reg(value)
             }
             Binding::Rematerialize(op, arg) => self.rematerialize(value, op, arg),
             Binding::Unbound => self.load_constant(0),
@@ -300,9 +296,8 @@ impl<'a> Select<'a> {
                 self.load_constant((k >> 32) as i32),
             ),
             Binding::Deferred(op, args) => {
-                let (low, high) = self.select_i64(op, &args);
-                self.bind(value, Binding::Pair(low, high));
-                (low, high)
+                self.select_operator(op, &args, Some(value));
+                self.pair(value)
             }
             Binding::Word(_)
             | Binding::Comparison(..)
@@ -316,91 +311,20 @@ impl<'a> Select<'a> {
 
     /// An instruction without regions.
     fn select_inst(&mut self, inst: &Inst) {
-        let result = inst.results.first().copied();
-        let Some(result) = result else {
-            return self.select_write(inst);
+        let Some(result) = inst.results.first().copied() else {
+            return self.select_operator(inst.op, &inst.args, None);
         };
-        let info = self.info(result);
         if let Op::Get(cell) = inst.op {
             self.loaded_from[result.0 as usize] = Some(cell);
         }
-        let bound = match (inst.op, info.ty) {
-            (Op::Const(k), _) => Binding::Const(k),
-            _ if info.range.low == info.range.high
-                && inst.op.row().effect == whippen_kernel::Effect::Pure =>
-            {
-                Binding::Const(info.range.low)
-            }
-            (Op::Assume(..), ty) => match self.bindings[inst.args[0].0 as usize] {
-                // What waits for one user is computed where that stands; several may stand in
-                // blocks that do not meet.
-                Binding::Deferred(..)
-                    if self.use_count[result.0 as usize] != 1 && ty == Type::I64 =>
-                {
-                    self.pair_of(inst.args[0])
-                }
-                Binding::Deferred(..) if self.use_count[result.0 as usize] != 1 => {
-                    Binding::Word(self.reg(inst.args[0]))
-                }
-                bound => bound,
-            },
-            (Op::Lt | Op::Le | Op::Eq, _) => self.bind_comparison(inst, result),
-            (Op::Not, _)
-                if self.use_count[result.0 as usize] == 1 && self.may_defer(&inst.args) =>
-            {
-                Binding::Deferred(Op::Not, [inst.args[0]; 2])
-            }
-            (Op::And | Op::Or | Op::Not, _) => self.select_logic(inst.op, &inst.args),
-            (Op::Select, _) if self.defers_to_store(inst) => Binding::Unbound,
-            (Op::Select, ty) => self.select_choice(ty, &inst.args),
-            (Op::Get(_) | Op::Live(_) | Op::Tick(_) | Op::Keyed(_), _)
-                if self.rematerializable[result.0 as usize] =>
-            {
-                Binding::Rematerialize(inst.op, result)
-            }
-            (Op::Shl(_) | Op::Sar(_), Type::I32)
-                if self.repeats_shift_of_load(inst, result)
-                    || self.folds_into_every_user(inst, result) =>
-            {
-                Binding::Rematerialize(inst.op, inst.args[0])
-            }
-            (
-                Op::In(_)
-                | Op::Live(_)
-                | Op::Tick(_)
-                | Op::Keyed(_)
-                | Op::Get(_)
-                | Op::GetAt(_)
-                | Op::Delay(..)
-                | Op::Lookup(_),
-                _,
-            ) => self.select_read(inst.op, &inst.args),
-            (Op::DivRound(n), _) => Binding::Word(self.div_round(inst.args[0], inst.args[1], n)),
-            (Op::Sqrt, _) => Binding::Word(self.square_root(inst.args[0])),
-            (Op::Narrow, _) => self.select_narrow(inst.args[0]),
-            (op, _) if self.can_fold_into_user(op, result) && self.may_defer(&inst.args) => {
-                Binding::Deferred(
-                    op,
-                    [inst.args[0], *inst.args.get(1).unwrap_or(&inst.args[0])],
-                )
-            }
-            (op, Type::I64) => {
-                let (low, high) = self.select_i64(op, &inst.args);
-                Binding::Pair(low, high)
-            }
-            (op, _) => Binding::Word(self.select_i32(op, &inst.args)),
-        };
-        self.defer_depth[result.0 as usize] = match bound {
-            Binding::Deferred(..) | Binding::Comparison(..) | Binding::Rematerialize(..) => inst
-                .args
-                .iter()
-                .map(|arg| self.defer_depth[arg.0 as usize])
-                .max()
-                .unwrap_or(0)
-                .saturating_add(1),
-            _ => 0,
-        };
-        self.bind(result, bound);
+        match self.bind_without_code(inst, result) {
+            Some(bound) => self.bind(result, bound),
+            None => self.select_operator(inst.op, &inst.args, Some(result)),
+        }
+        if self.as_word[result.0 as usize] {
+            self.bind_comparison_as_word(result);
+        }
+        self.defer_depth[result.0 as usize] = self.depth_of(inst, result);
     }
 
     /// The operator and operands of a value that is still to be computed.

@@ -3,11 +3,65 @@
 
 use super::{Binding, DEFER_DEPTH_MAX, Select};
 use crate::thumb::minst::VReg;
-use whippen_kernel::{Inst, Op, Value};
+use whippen_kernel::{Inst, Op, Range, Type, Value};
+use whippen_target_info::{Selected, row};
 
 impl Select<'_> {
+    /// The binding of a value that takes no instruction where it stands: it is constant, or emitted
+    /// where the target's table says and this value allows.
+    pub(super) fn bind_without_code(&mut self, inst: &Inst, result: Value) -> Option<Binding> {
+        let Range { low, high } = self.info(result).range;
+        if low == high && inst.op.row().effect.is_pure() {
+            return Some(Binding::Const(low));
+        }
+        match row(inst.op).selected {
+            Selected::InPlace | Selected::AtDecisions => None,
+            Selected::AtOnlyUser => self.bind_at_users(inst, result),
+            Selected::AtStore => self.defers_to_store(inst).then_some(Binding::Unbound),
+            Selected::WithOperand => self.bind_as_operand(inst, result),
+            Selected::Reload => self.rematerializable[result.0 as usize]
+                .then_some(Binding::Rematerialize(inst.op, result)),
+        }
+    }
+
+    /// What waits for its only user; a shift may be done in each of several.
+    fn bind_at_users(&self, inst: &Inst, result: Value) -> Option<Binding> {
+        let is_shift = matches!(inst.op, Op::Shl(_) | Op::Sar(_));
+        if is_shift
+            && self.info(result).ty == Type::I32
+            && (self.repeats_shift_of_load(inst, result)
+                || self.folds_into_every_user(inst, result))
+        {
+            return Some(Binding::Rematerialize(inst.op, inst.args[0]));
+        }
+        let args = [inst.args[0], *inst.args.get(1).unwrap_or(&inst.args[0])];
+        let waits = self.can_fold_into_user(inst.op, result) && self.may_defer(&inst.args);
+        waits.then_some(Binding::Deferred(inst.op, args))
+    }
+
+    /// Another name for the operand. What waits for one user is computed where a second name
+    /// stands: several users may stand in blocks that do not meet.
+    fn bind_as_operand(&self, inst: &Inst, result: Value) -> Option<Binding> {
+        let operand = self.bindings[inst.args[0].0 as usize];
+        let is_whole = self.info(inst.args[0]).ty == self.info(result).ty;
+        let has_one_use = self.use_count[result.0 as usize] == 1;
+        let may_wait = has_one_use || !matches!(operand, Binding::Deferred(..));
+        (is_whole && may_wait).then_some(operand)
+    }
+
+    /// Behind how many deferred values, one made of the other, a value comes.
+    pub(super) fn depth_of(&self, inst: &Inst, result: Value) -> u8 {
+        let waits = matches!(
+            self.bindings[result.0 as usize],
+            Binding::Deferred(..) | Binding::Comparison(..) | Binding::Rematerialize(..)
+        );
+        let depths = inst.args.iter().map(|arg| self.defer_depth[arg.0 as usize]);
+        let deepest = depths.max().unwrap_or(0);
+        if waits { deepest.saturating_add(1) } else { 0 }
+    }
+
     /// Whether a shift of what is loaded again is done again, too.
-    pub(super) fn repeats_shift_of_load(&self, inst: &Inst, result: Value) -> bool {
+    fn repeats_shift_of_load(&self, inst: &Inst, result: Value) -> bool {
         let is_again = matches!(
             self.bindings[inst.args[0].0 as usize],
             Binding::Rematerialize(..)
@@ -16,7 +70,7 @@ impl Select<'_> {
     }
 
     /// Whether a shift becomes a part of every sum that uses it, so that it costs nothing there.
-    pub(super) fn folds_into_every_user(&self, inst: &Inst, result: Value) -> bool {
+    fn folds_into_every_user(&self, inst: &Inst, result: Value) -> bool {
         let is_there = matches!(
             self.bindings[inst.args[0].0 as usize],
             Binding::Word(_) | Binding::Rematerialize(..)
@@ -38,7 +92,7 @@ impl Select<'_> {
 
     /// Whether a value of these may wait for its user: not behind too many others that do, because
     /// going there needs stack.
-    pub(super) fn may_defer(&self, args: &[Value]) -> bool {
+    fn may_defer(&self, args: &[Value]) -> bool {
         args.iter()
             .all(|arg| self.defer_depth[arg.0 as usize] < DEFER_DEPTH_MAX)
     }
@@ -50,13 +104,9 @@ impl Select<'_> {
         {
             return reg;
         }
-        let reg = match op {
-            Op::Shl(_) | Op::Sar(_) => self.select_i32(op, &[arg]),
-            _ => match self.select_read(op, &[]) {
-                Binding::Word(reg) => reg,
-                _ => self.load_constant(0),
-            },
-        };
+        self.select_operator(op, &[arg], Some(value));
+        let reg = self.reg(value);
+        self.bind(value, Binding::Rematerialize(op, arg));
         self.rematerialized[value.0 as usize] = Some((self.at, reg));
         reg
     }
@@ -85,18 +135,7 @@ impl Select<'_> {
     }
 
     /// Whether an operator may become a part of what uses its result.
-    pub(super) fn can_fold_into_user(&self, op: Op, result: Value) -> bool {
-        let part = matches!(
-            op,
-            Op::Shl(_)
-                | Op::Sar(_)
-                | Op::SarRound(_)
-                | Op::Mul
-                | Op::MulTop
-                | Op::MulWide
-                | Op::Min
-                | Op::Max
-        );
-        part && self.use_count[result.0 as usize] == 1
+    fn can_fold_into_user(&self, op: Op, result: Value) -> bool {
+        row(op).selected == Selected::AtOnlyUser && self.use_count[result.0 as usize] == 1
     }
 }

@@ -6,6 +6,7 @@
 
 use whippen_kernel::{Inst, Kernel, Op, Type, Value, all_insts};
 use whippen_modes::{End, Mode};
+use whippen_target_info::{Selected, row};
 
 /// Which values may be loaded again wherever they are used; some choices wait until they are
 /// stored.
@@ -45,18 +46,6 @@ pub(super) fn rematerializable_loads(
         }
     }
     scan.allowed
-}
-
-/// Whether selection may compute the operator where its result is used instead of where it stands.
-fn is_deferrable(op: Op) -> bool {
-    let part = matches!(
-        op,
-        Op::Sar(_) | Op::SarRound(_) | Op::Shl(_) | Op::Mul | Op::MulTop | Op::MulWide
-    );
-    part || matches!(
-        op,
-        Op::Min | Op::Max | Op::Lt | Op::Le | Op::Eq | Op::Not | Op::Assume(..) | Op::Narrow
-    )
 }
 
 struct LoadScan<'a> {
@@ -100,32 +89,40 @@ impl LoadScan<'_> {
         let Some(result) = inst.results.first() else {
             return;
         };
-        let mut sources = match inst.op {
-            // It may be computed where its result is stored.
-            Op::Select if self.becomes_store[result.0 as usize] => inst
-                .args
-                .iter()
-                .flat_map(|arg| self.sources[arg.0 as usize].clone())
-                .collect::<Vec<_>>(),
-            Op::Get(cell) if self.kernel.cells[cell as usize].ty != Type::I64 => {
-                self.allowed[result.0 as usize] = !self.stored[cell as usize];
-                vec![(*result, cell)]
-            }
-            Op::Live(_) | Op::Tick(0) | Op::Keyed(_) => {
+        self.sources[result.0 as usize] = match (row(inst.op).selected, inst.op) {
+            (Selected::Reload, Op::Get(cell)) => self.define_load(*result, cell),
+            (Selected::Reload, _) => {
                 self.allowed[result.0 as usize] = true;
                 Vec::new()
             }
-            op if is_deferrable(op) => inst
-                .args
-                .iter()
-                .flat_map(|arg| self.sources[arg.0 as usize].clone())
-                .collect::<Vec<_>>(),
-            // Everything else is computed where it stands.
-            _ => Vec::new(),
+            (Selected::AtStore, _) if self.becomes_store[result.0 as usize] => {
+                self.sources_of(&inst.args)
+            }
+            (Selected::InPlace | Selected::AtStore, _) => Vec::new(),
+            (Selected::AtOnlyUser | Selected::AtDecisions | Selected::WithOperand, _) => {
+                self.sources_of(&inst.args)
+            }
         };
+    }
+
+    /// The word of a cell; two words take two loads, so they are loaded where they stand.
+    fn define_load(&mut self, result: Value, cell: u32) -> Vec<(Value, u32)> {
+        if self.kernel.cells[cell as usize].ty == Type::I64 {
+            return Vec::new();
+        }
+        self.allowed[result.0 as usize] = !self.stored[cell as usize];
+        vec![(result, cell)]
+    }
+
+    /// The loaded values that an operator of these is computed from, if not where it stands.
+    fn sources_of(&self, args: &[Value]) -> Vec<(Value, u32)> {
+        let mut sources: Vec<(Value, u32)> = args
+            .iter()
+            .flat_map(|arg| self.sources[arg.0 as usize].clone())
+            .collect();
         sources.sort_unstable();
         sources.dedup();
-        self.sources[result.0 as usize] = sources;
+        sources
     }
 
     /// Forbids what would be loaded here, behind a store.

@@ -32,7 +32,7 @@ pub(super) fn repair<'s>(tokens: Tokens<'s>, diagnostics: &mut Vec<Diagnostic>) 
             Token::Close(_) => {
                 let goes_on = begins_declaration(&tokens, i + 1) && closed[i + 1];
                 repair.closes_brace(token, goes_on);
-            },
+            }
             _ => {
                 repair.ends_before(token.span, outermost(&tokens, i));
                 repair.out.push(token);
