@@ -250,7 +250,8 @@ fn a_thrown_hammer_leaves_flies_a_parabola_and_comes_back_as_fast() {
             .hold(0.05)
             .to(0.006, 0.1)
             .hold(0.05)
-            .positions(RATE_HZ),
+            .positions(RATE_HZ)
+            .into(),
         |_| (),
     );
     let exact = exact.unwrap_or_else(|e| panic!("{e}"));
