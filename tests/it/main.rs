@@ -18,6 +18,7 @@ mod ideal;
 mod keyboard;
 mod language;
 mod library;
+mod limits;
 mod lsp;
 mod messages;
 mod midi;
