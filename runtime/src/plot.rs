@@ -107,15 +107,17 @@ pub struct Roles {
     pub forces: Vec<String>,
     /// Title of the column of their sum.
     pub total: String,
-    /// Titles of the columns of coordinates.
+    /// Titles of the columns of coordinates, and of what else is drawn over time.
     pub coordinates: Vec<String>,
+    /// Titles of the columns of state machines.
+    pub machines: Vec<String>,
     /// Name of the event that is marked (`note`); its first argument, if it has one, is written
     /// beside it.
     pub mark: String,
 }
 
 impl<'a> Figure<'a> {
-    /// A figure of a trace. All columns with labels are drawn as state machines.
+    /// A figure of a trace.
     pub fn of(trace: &'a Trace, roles: &Roles) -> Figure<'a> {
         let series = |name: &String| {
             let column = trace.column(name)?;
@@ -125,6 +127,7 @@ impl<'a> Figure<'a> {
                 record: &column.record,
             })
         };
+        let column = |name: &String| trace.column(name);
         let machine = |c: &'a Column| Machine {
             name: &c.heading.name,
             states: &c.heading.labels,
@@ -147,10 +150,7 @@ impl<'a> Figure<'a> {
             forces: roles.forces.iter().filter_map(series).collect(),
             total: series(&roles.total),
             coordinates: roles.coordinates.iter().filter_map(series).collect(),
-            machines: trace
-                .columns
-                .iter()
-                .filter(|c| !c.heading.labels.is_empty())
+            machines: (roles.machines.iter().filter_map(column))
                 .map(machine)
                 .collect(),
             mark_name: frame::heading(

@@ -29,8 +29,8 @@ use crate::plot::Figure;
 use crate::trace::Trace;
 
 pub use columns::{
-    Recorded, Source, argument_title, argument_titles, arguments, choose, marked, recorded, roles,
-    suffix, title, titles, unit,
+    ALL, Recorded, Source, argument_title, argument_titles, arguments, choose, marked, recorded,
+    roles, roles_of_all, suffix, title, titles, unit,
 };
 use recorder::Recorder;
 pub use recorder::{Happenings, Keep, LISTED_MAX, Recording, Strikes};
@@ -83,6 +83,8 @@ pub struct Run {
     pub happenings: Happenings,
     /// What it took on the board, on the engine `emulated`.
     pub load: Option<Load>,
+    /// Whether its columns were chosen, so that figures draw all of them.
+    pub is_chosen: bool,
 }
 
 /// Why a run did not come to its end.
@@ -183,6 +185,7 @@ pub(crate) fn record_body(
     mut progress: impl FnMut(usize),
 ) -> Result<Run, RunError> {
     let mut engine = Engine::new(kind, compiled, device, 1).map_err(RunError::Engine)?;
+    let is_chosen = recording.is_chosen();
     let mut recorder = Recorder::new(compiled, device, recording);
     let mut watch = Watch::new(compiled, device);
     let mut words = vec![0u16; compiled.model.senses.len()];
@@ -213,12 +216,19 @@ pub(crate) fn record_body(
         happenings,
         counts: watch.counts,
         load: engine.board().map(|board| board.load()),
+        is_chosen,
     })
 }
 
-/// The figure of a run: travel, force terms and their sum, coordinates, states, strikes.
+/// The figure of a run: travel, force terms and their sum, coordinates, states, strikes; or what
+/// was chosen.
 pub fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
-    Figure::of(&run.trace, &roles(compiled))
+    let roles = if run.is_chosen {
+        roles_of_all(compiled, &run.trace)
+    } else {
+        roles(compiled)
+    };
+    Figure::of(&run.trace, &roles)
 }
 
 /// Counts what the converters and the ranges cut off.

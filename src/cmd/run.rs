@@ -30,6 +30,7 @@ pub use summary::report_load;
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Example: whippen run instruments/grand-piano.whip --motion key.csv --out trace.csv --plot touch.png\n\
+                  Example: whippen run instruments/grand-piano.whip --seconds 3600 --out hour.csv --every 441 --columns x,force,support\n\
                   Example: whippen run instruments/grand-piano.whip --report touch.html\n\
                   Example: whippen run instruments/grand-piano.whip --hand 0.2kg,3N*s/m,500N/m --plot touch.png\n\
                   Example: whippen run instruments/grand-piano.whip --midi song.mid --key C4 --report song.html"

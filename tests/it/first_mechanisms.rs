@@ -206,7 +206,7 @@ fn a_thrown_hammer_leaves_flies_a_parabola_and_comes_back_as_fast() {
     let (from, to) = (tick(*from_s) + 2, tick(*to_s) - 2);
     let (phi, rate, force_n) = (
         played.column("phi_rad"),
-        played.column("phi'_rad_per_s"),
+        played.column("phi_dot_rad_per_s"),
         played.column("force_n"),
     );
     assert!(

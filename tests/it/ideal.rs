@@ -151,6 +151,8 @@ pub fn one_tick_at_a_time(compiled: &Compiled, words: &[u16], noise: f64) -> (us
                 ExportKind::Total => ideal.force_n(0),
                 ExportKind::Force(i) => ideal.value(0, model.forces[i as usize].value),
                 ExportKind::Named(i) => ideal.value(0, model.named[i as usize].value),
+                ExportKind::Slope(s) => ideal.slope(0, s as usize),
+                ExportKind::Curvature(s) => ideal.curvature(0, s as usize),
                 ExportKind::Sense(_) | ExportKind::Cell(_) | ExportKind::Machine(_) => continue,
             };
             let error = (export.value(integer) - real).abs();

@@ -31,4 +31,5 @@ mod reference;
 mod report;
 mod stability;
 mod strokes;
+mod tables;
 mod zones;

@@ -116,6 +116,7 @@ fn roles() -> Roles {
         .to_vec(),
         total: "f_n".into(),
         coordinates: vec!["phi_rad".into()],
+        machines: vec!["motion".into()],
         mark: "note".into(),
     }
 }

@@ -218,8 +218,11 @@ fn outcome(compiled: &Compiled, run: &Run) -> Vec<(String, String)> {
     facts
 }
 
-/// The figure of a page: that of a plot, and every other number the trace has.
+/// The figure of a page: that of a plot, with rates and states; or what was chosen.
 fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
+    if run.is_chosen {
+        return session::figure(compiled, run);
+    }
     let rest = session::titles(compiled, &|kind| match kind {
         ExportKind::Sense(s) => s > 0,
         ExportKind::Cell(id) => {

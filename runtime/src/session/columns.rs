@@ -9,7 +9,7 @@ use crate::device::Device;
 use crate::engine::EngineKind;
 use crate::plot::Roles;
 use crate::titles::{identifier, join_title};
-use crate::trace::{Argument, Heading};
+use crate::trace::{Argument, Column, Heading, Trace};
 
 /// Where the values of a column come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,8 +31,8 @@ pub struct Recorded {
     pub source: Source,
 }
 
-/// The columns of a run on an engine: the drive, then senses, the sum of forces, forces,
-/// coordinates, rates, states, and what is observed of the body. An engine without values inside of
+/// The columns of a run on an engine: the drive, then senses with their derivatives, the sum of
+/// forces, forces, `let`s, coordinates, rates, states, and what is observed of the body. An engine without values inside of
 /// ticks has the drive alone. A title that occurs again gets a number.
 pub fn recorded(
     compiled: &Compiled,
@@ -76,8 +76,11 @@ pub fn recorded(
     named
 }
 
+/// What stands for all columns.
+pub const ALL: &str = "all";
+
 /// The columns that are named, in that order: by title (`x_m`) or by name (`x`, which may be
-/// several).
+/// several), or [`ALL`].
 ///
 /// # Errors
 /// A name is unknown; all that are known, in words.
@@ -86,7 +89,12 @@ pub fn choose(columns: &[Recorded], names: &[String]) -> Result<Vec<Recorded>, S
     for name in names {
         let is_named = |r: &&Recorded| {
             let heading = &r.heading;
-            heading.title() == *name || heading.name == *name || identifier(&heading.name) == *name
+            let names = [
+                heading.title(),
+                heading.name.clone(),
+                identifier(&heading.name),
+            ];
+            name == ALL || names.contains(name)
         };
         let before = chosen.len();
         for column in columns.iter().filter(is_named) {
@@ -141,7 +149,26 @@ pub fn roles(compiled: &Compiled) -> Roles {
         forces: titles(compiled, &|kind| matches!(kind, ExportKind::Force(_))),
         total: first(ExportKind::Total),
         coordinates: titles(compiled, &coordinate),
+        machines: titles(compiled, &|kind| matches!(kind, ExportKind::Machine(_))),
         mark: marked(model).to_string(),
+    }
+}
+
+/// The same where all columns of a trace are drawn, because they were chosen.
+pub fn roles_of_all(compiled: &Compiled, trace: &Trace) -> Roles {
+    let roles = roles(compiled);
+    let has_place = |title: &String| {
+        [&roles.travel, &roles.total].contains(&title) || roles.forces.contains(title)
+    };
+    let (machines, numbers): (Vec<&Column>, Vec<&Column>) = trace
+        .columns
+        .iter()
+        .partition(|c| !c.heading.labels.is_empty());
+    let coordinates = numbers.iter().map(|c| c.title());
+    Roles {
+        coordinates: coordinates.filter(|title| !has_place(title)).collect(),
+        machines: machines.iter().map(|c| c.title()).collect(),
+        ..roles
     }
 }
 
@@ -168,10 +195,9 @@ fn drive_unit(model: &Model) -> String {
     }
 }
 
-/// Ports, force terms, coordinates, rates, pulses and states have columns; `let`s do not.
+/// Everything has a column but what a pulse counts.
 fn has_column(model: &Model, export: &Export) -> bool {
     match export.kind {
-        ExportKind::Named(_) => false,
         ExportKind::Cell(id) => model.cells[id].kind != CellKind::Pulse,
         _ => true,
     }
@@ -184,6 +210,8 @@ pub fn suffix(model: &Model, export: &Export) -> String {
     };
     match export.kind {
         ExportKind::Sense(_) if dim.is_number() => "rad".into(),
+        ExportKind::Slope(s) if model.senses[s as usize].dim.is_number() => "rad_per_s".into(),
+        ExportKind::Curvature(s) if model.senses[s as usize].dim.is_number() => "rad_per_s2".into(),
         ExportKind::Cell(id) if dim.is_number() && model.cells[id].kind == CellKind::Coordinate => {
             "rad".into()
         }
@@ -199,6 +227,7 @@ pub fn unit(model: &Model, export: &Export) -> String {
     match suffix(model, export).as_str() {
         "rad" => "rad".to_string(),
         "rad_per_s" => "rad/s".to_string(),
+        "rad_per_s2" => "rad/s^2".to_string(),
         _ => export.dim.map_or(String::new(), |dim| dim.unit()),
     }
 }
@@ -206,6 +235,8 @@ pub fn unit(model: &Model, export: &Export) -> String {
 fn labels(model: &Model, export: &Export) -> Vec<String> {
     match export.kind {
         ExportKind::Machine(id) => model.machines[id].states.clone(),
+        // A bool.
+        _ if export.dim.is_none() => ["false", "true"].map(String::from).to_vec(),
         _ => Vec::new(),
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use whippen_compiler::lower::ExportKind;
 use whippen_compiler::pipeline::Compiled;
 
-use super::columns::{Recorded, Source, arguments, event_heading, marked};
+use super::columns::{Recorded, Source, arguments, choose, event_heading, marked};
 use crate::device::Device;
 use crate::engine::{Engine, EngineKind, Happened};
 use crate::files::{FileError, OutputFile};
@@ -41,6 +41,7 @@ pub const LISTED_MAX: usize = 20;
 pub struct Recording {
     /// The columns.
     columns: Vec<Recorded>,
+    is_chosen: bool,
     /// When the first tick is (s).
     start_s: f64,
     keep: Keep,
@@ -53,11 +54,36 @@ impl Recording {
     pub fn new(columns: Vec<Recorded>, keep: Keep) -> Recording {
         Recording {
             columns,
+            is_chosen: false,
             start_s: 0.0,
             keep,
             ticks: None,
             events: None,
         }
+    }
+
+    /// Those of the columns that are [named](choose), which figures then draw; all if none is.
+    ///
+    /// # Errors
+    /// A name is unknown; all that are known, in words.
+    pub fn choosing(
+        columns: Vec<Recorded>,
+        names: &[String],
+        keep: Keep,
+    ) -> Result<Recording, String> {
+        if names.is_empty() {
+            return Ok(Recording::new(columns, keep));
+        }
+        let chosen = choose(&columns, names)?;
+        Ok(Recording {
+            is_chosen: true,
+            ..Recording::new(chosen, keep)
+        })
+    }
+
+    /// Whether its columns were chosen by name.
+    pub(super) fn is_chosen(&self) -> bool {
+        self.is_chosen
     }
 
     /// Every tick of columns.

@@ -18,15 +18,15 @@ use crate::say::say;
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "What to write")]
 pub struct Outputs {
-    /// Trace: a row per tick with ports, force terms, coordinates and states, written while it
-    /// runs
+    /// Trace: a row per tick with ports, force terms, coordinates, states and every `let`, written
+    /// while it runs
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
     /// Only every N-th row of the trace
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub every: u32,
-    /// Only these columns, in this order: titles (x_m) or names of the program (x, phi', jack.out);
-    /// for traces, pictures and pages
+    /// Only these columns, in this order: titles (x_m) or names of the program (x', phi, jack.out),
+    /// or all; for traces, pictures and pages
     #[arg(long, value_name = "NAME,..", value_delimiter = ',')]
     pub columns: Vec<String>,
     /// Tables with all digits of a 64-bit float; otherwise as many as tell neighbouring words apart
@@ -70,18 +70,13 @@ impl Outputs {
         kind: EngineKind,
     ) -> Result<Recording, Failure> {
         let usage = |e: FileError| Failure::Usage(e.to_string());
-        let columns = if self.columns.is_empty() {
-            columns
-        } else {
-            session::choose(&columns, &self.columns)
-                .map_err(|why| Failure::Usage(format!("--columns: {why}")))?
-        };
         let keep = if self.plot.is_empty() && self.report.is_none() {
             Keep::Nothing
         } else {
             Keep::Bounded
         };
-        let mut recording = Recording::new(columns, keep);
+        let mut recording = Recording::choosing(columns, &self.columns, keep)
+            .map_err(|why| Failure::Usage(format!("--columns: {why}")))?;
         if let Some(path) = &self.out {
             let file = OutputFile::create(path).map_err(usage)?;
             recording = recording.with_ticks(file, self.form()).map_err(usage)?;
