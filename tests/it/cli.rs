@@ -638,7 +638,7 @@ fn a_recorded_motion_moves_the_key() {
             .map(|v| v.parse().expect("a number"))
             .collect();
         assert!(
-            (last[2] - 1e-3).abs() < 2e-7 && (last[3] - 1.0).abs() < 1e-3,
+            (last[2] - 1e-3).abs() < 2e-7 && (last[4] - 1.0).abs() < 1e-3,
             "{last:?}"
         );
     }
