@@ -21,14 +21,12 @@ const LINES: &[Line] = &[
     Line::new(&[Alu, Move], WritesPc, 0)
         .from(Rule, "3.7.4.9.7: the time of a branch is its refill"),
     Line::new(&[Alu, Move], ShiftedRegisterFlags, 2)
-        .late(SECOND_STAGE)
-        .from(Rule, "3.7.4.9.2; jnk0le: 1, see Rules"),
+        .from(Rule, "3.7.4.9.2: the penalty is always incurred; jnk0le: 1, see Rules"),
     Line::new(&[Alu, Move], ShiftedRegister, 1)
         .late(SECOND_STAGE)
         .from(Exact, "3.7.4.9.2, 3.7.4.9.3"),
     Line::new(&[Move], Op(Op::MOV_immediate), 1).from(Exact, "3.7.4.9.2; cortexm-AES"),
     Line::new(&[Alu, Move], ShiftedConstantFlags, 2)
-        .late(SECOND_STAGE)
         .from(Exact, "3.7.4.9.2; cortexm-AES"),
     Line::new(&[Alu, Move], ShiftedConstant, 1)
         .late(SECOND_STAGE)
@@ -45,9 +43,7 @@ const LINES: &[Line] = &[
         .late(Takers::ALL)
         .from(Rule, "jnk0le"),
     // Multiplication and division.
-    Line::new(&[Multiply], Flags, 2)
-        .late(SECOND_STAGE)
-        .from(Rule, "jnk0le; Arm KA001260"),
+    Line::new(&[Multiply], Flags, 2).from(Rule, "jnk0le; Arm KA001260"),
     Line::new(&[Multiply, MultiplyLong], Any, 1)
         .late(SECOND_STAGE)
         .from(Rule, "3.7.4.9.3"),

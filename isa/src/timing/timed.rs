@@ -83,7 +83,12 @@ impl Timed {
 impl Core {
     /// Everything about `inst` that does not depend on its execution.
     pub fn prepare(&self, inst: &Inst) -> Timed {
-        let (number, line) = self.line_of(inst);
+        let (number, mut line) = self.line_of(inst);
+        let late_flags =
+            line.kind == Kind::ShiftedRegisterFlags && self.rules.shifted_register_flags == 1;
+        if late_flags {
+            line = self.line(&Inst { s: false, ..*inst });
+        }
         let (uses, defs) = (inst.uses(), inst.defs());
         let (operands, addresses, sums, sums_as) = sources(inst, uses);
         let late = if line.late_for.is_empty() {
@@ -91,8 +96,6 @@ impl Core {
         } else {
             last_results(inst, defs)
         };
-        let one_cycle =
-            line.kind == Kind::ShiftedRegisterFlags && self.rules.shifted_register_flags == 1;
         let (reads, writes) = (uses.single_bits(), defs.single_bits());
         let mut timed = Timed {
             singles_read: reads,
@@ -119,8 +122,7 @@ impl Core {
             float_hold: line.float_hold,
             float_delay: line.float_delay,
         };
-        if one_cycle {
-            timed.cycles = 1;
+        if late_flags {
             timed.about |= Timed::LATE_FLAGS;
         }
         timed
