@@ -57,6 +57,7 @@ impl Core {
                 bits_per_cycle: Fact::new(1, Rule, "no divider"),
             },
             overlap: Fact::new(0, Rule, "table 3-1"),
+            misaligned: Fact::new(0, Rule, "table 3-1 has no such cycle"),
             near: Fact::new(
                 1,
                 Rule,
@@ -69,6 +70,7 @@ impl Core {
             },
             rules: Rules {
                 shifted_register_flags: 2,
+                all_misaligned_stall: false,
             },
         }
     }

@@ -20,14 +20,15 @@ const LINES: &[Line] = &[
     // Arithmetic, logic, moves.
     Line::new(&[Alu, Move], WritesPc, 0)
         .from(Rule, "3.7.4.9.7: the time of a branch is its refill"),
-    Line::new(&[Alu, Move], ShiftedRegisterFlags, 2)
-        .from(Rule, "3.7.4.9.2: the penalty is always incurred; jnk0le: 1, see Rules"),
+    Line::new(&[Alu, Move], ShiftedRegisterFlags, 2).from(
+        Rule,
+        "3.7.4.9.2: the penalty is always incurred; jnk0le: 1, see Rules",
+    ),
     Line::new(&[Alu, Move], ShiftedRegister, 1)
         .late(SECOND_STAGE)
         .from(Exact, "3.7.4.9.2, 3.7.4.9.3"),
     Line::new(&[Move], Op(Op::MOV_immediate), 1).from(Exact, "3.7.4.9.2; cortexm-AES"),
-    Line::new(&[Alu, Move], ShiftedConstantFlags, 2)
-        .from(Exact, "3.7.4.9.2; cortexm-AES"),
+    Line::new(&[Alu, Move], ShiftedConstantFlags, 2).from(Exact, "3.7.4.9.2; cortexm-AES"),
     Line::new(&[Alu, Move], ShiftedConstant, 1)
         .late(SECOND_STAGE)
         .from(Rule, "3.7.4.9.2"),
@@ -180,6 +181,7 @@ impl Core {
                 bits_per_cycle: Fact::new(4, Rule, "3.7.4.9.4"),
             },
             overlap: Fact::new(0, Rule, "3.7.4.9.5: accesses take one cycle"),
+            misaligned: Fact::new(0, Rule, "3.7.4.9.12: the prefetcher keeps up"),
             near: Fact::new(0, Rule, "3.7.4.9.5: accesses take one cycle"),
             exceptions: Exceptions {
                 entry: Fact::new(12, Estimate, "as Cortex-M4"),
@@ -188,6 +190,7 @@ impl Core {
             },
             rules: Rules {
                 shifted_register_flags: 2,
+                all_misaligned_stall: false,
             },
         }
     }

@@ -39,6 +39,7 @@ const LINES: &[Line] = &[
     Line::new(&[Load], WritesPc, 2).from(Rule, "3.3.3: blocks, 5 in all"),
     Line::new(&[Load], Any, 2)
         .late(ADDRESS)
+        .late_base()
         .overlaps()
         .overlapped()
         .from(Exact, "3.3.1, 3.3.3; cortexm-AES"),
@@ -57,9 +58,9 @@ const LINES: &[Line] = &[
     Line::new(&[Store], RegisterOffset, 2)
         .overlaps()
         .from(Rule, "3.3.1, 3.3.3"),
-    Line::new(&[Store], Any, 1).from(
+    Line::new(&[Store], Any, 1).late(ADDRESS).from(
         Exact,
-        "3.3.3: STR with immediate is always one cycle; cortexm-AES",
+        "3.3.3: STR with immediate is always one cycle; cortexm-AES; a base written back: jnk0le",
     ),
     Line::new(&[StoreDual], Any, 3).from(Rule, "3.3.1: 1 + N"),
     Line::new(&[StoreMultiple], Any, 1)
@@ -97,21 +98,18 @@ const LINES: &[Line] = &[
     Line::new(&[FloatMove], Any, 1)
         .float(1, 0)
         .from(Rule, "7.2.3"),
-    Line::new(&[FloatTransfer], Op(Op::VMOV_core_to_double), 2)
-        .float(2, 0)
-        .from(Rule, "7.2.3"),
-    Line::new(&[FloatTransfer], Op(Op::VMOV_core_to_singles), 2)
-        .float(2, 0)
-        .from(Rule, "7.2.3"),
-    Line::new(&[FloatTransfer], Op(Op::VMOV_double_to_core), 2)
-        .float(2, 0)
-        .from(Rule, "7.2.3"),
-    Line::new(&[FloatTransfer], Op(Op::VMOV_singles_to_core), 2)
-        .float(2, 0)
-        .from(Rule, "7.2.3"),
-    Line::new(&[FloatTransfer], Any, 1)
+    Line::new(&[FloatTransfer], Op(Op::VMRS), 1)
         .float(1, 0)
         .from(Rule, "7.2.3"),
+    Line::new(&[FloatTransfer], Op(Op::VMRS_APSR), 1)
+        .float(1, 0)
+        .from(Rule, "7.2.3"),
+    Line::new(&[FloatTransfer], Op(Op::VMSR), 1)
+        .float(1, 0)
+        .from(Rule, "7.2.3"),
+    Line::new(&[FloatTransfer], Any, 2)
+        .float(2, 0)
+        .from(Rule, "7.2.3: one or two registers of either file"),
     Line::new(&[FloatLoad, FloatStore], Double, 3)
         .float(3, 0)
         .from(Rule, "7.2.3"),
@@ -149,6 +147,11 @@ impl Core {
                 bits_per_cycle: Fact::new(4, Estimate, "3.3.1: 2 to 12, by the operands"),
             },
             overlap: Fact::new(1, Exact, "3.3.3; cortexm-AES"),
+            misaligned: Fact::new(
+                1,
+                Estimate,
+                "an upper bound on what jnk0le, ePrint 2025/523 and Arm KA006138 saw",
+            ),
             near: Fact::new(0, Rule, "no such port"),
             exceptions: Exceptions {
                 entry: Fact::new(12, Rule, "3.9.1: interrupt latency"),
@@ -157,6 +160,7 @@ impl Core {
             },
             rules: Rules {
                 shifted_register_flags: 2,
+                all_misaligned_stall: false,
             },
         }
     }

@@ -44,6 +44,8 @@ reasons! {
     LoadedTarget "loaded target",
     /// The target is a 32-bit instruction that straddles two words.
     SplitTarget "split target",
+    /// A 32-bit instruction that is not word aligned was not fetched yet.
+    MisalignedFetch "misaligned",
     /// Memory was not ready: wait states, contention.
     Bus "bus",
 }

@@ -119,6 +119,8 @@ pub struct Line {
     pub each: u8,
     /// Who has to wait one cycle for its result; of a load of several, for the last.
     pub late_for: Takers,
+    /// A base that a load writes back is as late as what it loads.
+    pub late_base: bool,
     /// It starts under a load before it, where loads take more than a cycle.
     pub overlaps: bool,
     /// What may start so may start under it.
@@ -137,7 +139,8 @@ impl Line {
     /// A line with this number of cycles and nothing late.
     pub(crate) const fn new(classes: &'static [Class], kind: Kind, cycles: u8) -> Self {
         let (evidence, source) = (Evidence::Estimate, "");
-        let (late_for, overlaps, overlapped) = (Takers::NONE, false, false);
+        let (late_for, late_base) = (Takers::NONE, false);
+        let (overlaps, overlapped) = (false, false);
         let (each, float_hold, float_delay) = (0, 0, 0);
         Self {
             classes,
@@ -145,6 +148,7 @@ impl Line {
             cycles,
             each,
             late_for,
+            late_base,
             overlaps,
             overlapped,
             float_hold,
@@ -162,6 +166,14 @@ impl Line {
     /// Its result is one cycle late for these.
     pub(crate) const fn late(self, late_for: Takers) -> Self {
         Self { late_for, ..self }
+    }
+
+    /// And so is a base that it writes back.
+    pub(crate) const fn late_base(self) -> Self {
+        Self {
+            late_base: true,
+            ..self
+        }
     }
 
     /// It may start under a load before it.
@@ -246,12 +258,17 @@ pub struct Rules {
     /// datasheet of RP2350. 1: measurements of jnk0le, in which the flags then come one cycle
     /// later. Any other number counts as 2.
     pub shifted_register_flags: u8,
+    /// Whether every 32-bit instruction that is not word aligned takes [`Core::misaligned`] more.
+    /// The sources show that some do and give no rule for which: a bound takes all, an emulator
+    /// none.
+    pub all_misaligned_stall: bool,
 }
 
 impl Default for Rules {
     fn default() -> Self {
         Self {
             shifted_register_flags: 2,
+            all_misaligned_stall: false,
         }
     }
 }
@@ -275,6 +292,9 @@ pub struct Core {
     pub divide: Division,
     /// Less for what starts under the load before it.
     pub overlap: Fact,
+    /// More, at most, for a 32-bit instruction that is not word aligned, whatever it does; see
+    /// [`Rules::all_misaligned_stall`].
+    pub misaligned: Fact,
     /// Less for a load or store whose data is one cycle away: the single-cycle IO port of a
     /// Cortex-M0+.
     pub near: Fact,

@@ -34,6 +34,7 @@ impl Core {
         }
         let folded = self.fold(&pipe, timed, outcome, &mut cost);
         self.overlap(&pipe, timed, outcome, &mut cost);
+        self.fetch(timed, address, &mut cost);
         cost.add(Reason::Bus, i32::from(outcome.waits));
         (
             self.after(&pipe, timed, address, outcome, folded, &cost),
@@ -124,11 +125,19 @@ impl Core {
         if outcome.skipped {
             return;
         }
-        if timed.is(Timed::OVERLAPS) && pipe.is(Pipe::OVERLAPPED) {
+        let apart = outcome.apart && cost.part(Reason::LateResult) == 0;
+        if timed.is(Timed::OVERLAPS) && pipe.is(Pipe::OVERLAPPED) && !apart {
             cost.add(Reason::Pipelined, -i32::from(self.overlap.cycles));
         }
         if timed.is(Timed::MEMORY) && outcome.near {
             cost.add(Reason::Near, -i32::from(self.near.cycles));
+        }
+    }
+
+    /// What a 32-bit instruction across two words may wait for its second half.
+    fn fetch(&self, timed: &Timed, address: u32, cost: &mut Cost) {
+        if self.rules.all_misaligned_stall && !timed.is(Timed::NARROW) && address & 2 != 0 {
+            cost.add(Reason::MisalignedFetch, i32::from(self.misaligned.cycles));
         }
     }
 

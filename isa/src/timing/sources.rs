@@ -28,6 +28,7 @@ impl Core {
             Reason::Refill => self.branches.taken,
             Reason::LoadedTarget => self.branches.from_load,
             Reason::SplitTarget => self.branches.split_target,
+            Reason::MisalignedFetch => self.misaligned,
             Reason::Bus => Fact::new(1, Evidence::Rule, "the board's memory"),
         }
     }

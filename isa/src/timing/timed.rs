@@ -95,6 +95,11 @@ impl Core {
             0
         } else {
             last_results(inst, defs)
+                | if line.late_base {
+                    written_base(inst)
+                } else {
+                    0
+                }
         };
         let (reads, writes) = (uses.single_bits(), defs.single_bits());
         let mut timed = Timed {
@@ -257,6 +262,15 @@ fn last_results(inst: &Inst, defs: RegSet) -> u16 {
         Class::LoadDual => RegSet::core(inst.t2).core_bits(),
         Class::LoadMultiple => top_of_list(inst.imm as u16) & not_pc,
         _ => defs.core_bits() & not_pc,
+    }
+}
+
+/// The base that an access writes back.
+fn written_base(inst: &Inst) -> u16 {
+    if inst.wback {
+        RegSet::core(inst.n).core_bits()
+    } else {
+        0
     }
 }
 
