@@ -9,7 +9,9 @@ use crate::arch::Arch;
 use crate::class::Class::*;
 use crate::table::Op;
 use crate::timing::Evidence::{Estimate, Exact, Rule};
-use crate::timing::{Branches, Core, Division, Exceptions, Fact, Kind::*, Line, Rules, Takers};
+use crate::timing::{
+    Branches, Core, Division, Exceptions, Fact, Kind::*, Line, Rules, Takers, Worst,
+};
 
 /// Results of the second execute stage: there in time for what enters at that stage.
 const SECOND_STAGE: Takers = Takers::OPERAND.and(Takers::ADDRESS);
@@ -181,7 +183,7 @@ impl Core {
                 bits_per_cycle: Fact::new(4, Rule, "3.7.4.9.4"),
             },
             overlap: Fact::new(0, Rule, "3.7.4.9.5: accesses take one cycle"),
-            misaligned: Fact::new(0, Rule, "3.7.4.9.12: the prefetcher keeps up"),
+            worst: Worst::nothing("3.7.4.9: measured, and the prefetcher keeps up (.12)"),
             near: Fact::new(0, Rule, "3.7.4.9.5: accesses take one cycle"),
             exceptions: Exceptions {
                 entry: Fact::new(12, Estimate, "as Cortex-M4"),
@@ -190,7 +192,7 @@ impl Core {
             },
             rules: Rules {
                 shifted_register_flags: 2,
-                all_misaligned_stall: false,
+                at_worst: false,
             },
         }
     }

@@ -10,13 +10,17 @@ use crate::arch::Arch;
 use crate::class::Class::*;
 use crate::table::Op;
 use crate::timing::Evidence::{Estimate, Exact, Rule};
-use crate::timing::{Branches, Core, Division, Exceptions, Fact, Kind::*, Line, Rules, Takers};
+use crate::timing::{
+    Branches, Core, Division, Exceptions, Fact, Kind::*, Line, Rules, Takers, Worst,
+};
 
 /// No result of the instruction before reaches the address of a load or store in time.
 const ADDRESS: Takers = Takers::ADDRESS;
 
 const LINES: &[Line] = &[
-    Line::new(&[Alu, Move], WritesPc, 1).from(Rule, "3.3.1: 1 + P"),
+    Line::new(&[Alu, Move], WritesPc, 1)
+        .worst(1)
+        .from(Rule, "3.3.1: 1 + P, P up to 3"),
     Line::new(&[Alu, Move, Shift, Extend], Any, 1)
         .late(ADDRESS)
         .from(Exact, "3.3.1, 3.3.3; cortexm-AES"),
@@ -73,9 +77,13 @@ const LINES: &[Line] = &[
         .from(Rule, "3.3.1, 3.3.3"),
     Line::new(&[Preload], Any, 1).from(Estimate, "as NOP.W"),
     Line::new(&[Branch, CompareBranch], Any, 0).from(Rule, "3.3.1: 1 + P, all refill"),
-    Line::new(&[BranchLink], Op(Op::BLX), 1).from(Rule, "3.3.1: 1 + P"),
+    Line::new(&[BranchLink], Op(Op::BLX), 1)
+        .worst(1)
+        .from(Rule, "3.3.1: 1 + P, P up to 3"),
     Line::new(&[BranchLink], Any, 0).from(Rule, "3.3.1: 1 + P, all refill"),
-    Line::new(&[BranchRegister], Any, 1).from(Rule, "3.3.1: 1 + P"),
+    Line::new(&[BranchRegister], Any, 1)
+        .worst(1)
+        .from(Rule, "3.3.1: 1 + P, P up to 3"),
     Line::new(&[TableBranch], Any, 2).from(Rule, "3.3.1: 2 + P"),
     Line::new(&[It, Nop], Any, 1).from(Rule, "3.3.1"),
     Line::new(&[Wait], Any, 1).from(Rule, "3.3.1, without the waiting"),
@@ -147,11 +155,12 @@ impl Core {
                 bits_per_cycle: Fact::new(4, Estimate, "3.3.1: 2 to 12, by the operands"),
             },
             overlap: Fact::new(1, Exact, "3.3.3; cortexm-AES"),
-            misaligned: Fact::new(
-                1,
-                Estimate,
-                "an upper bound on what jnk0le, ePrint 2025/523 and Arm KA006138 saw",
-            ),
+            worst: Worst {
+                misaligned: Fact::new(1, Estimate, "jnk0le; ePrint 2025/523; Arm KA006138"),
+                load_after_store: Fact::new(1, Estimate, "jnk0le: an extra cycle to the store"),
+                dependent_load: Fact::new(1, Estimate, "jnk0le: addresses a cycle earlier"),
+                divide: Fact::new(10, Rule, "3.3.1: 2 to 12, by operands"),
+            },
             near: Fact::new(0, Rule, "no such port"),
             exceptions: Exceptions {
                 entry: Fact::new(12, Rule, "3.9.1: interrupt latency"),
@@ -160,7 +169,7 @@ impl Core {
             },
             rules: Rules {
                 shifted_register_flags: 2,
-                all_misaligned_stall: false,
+                at_worst: false,
             },
         }
     }

@@ -69,6 +69,7 @@ impl Timed {
     /// A load or store.
     pub(super) const MEMORY: u32 = 131072;
     pub(super) const IT: u32 = 262144;
+    pub(super) const LOADS: u32 = 524288;
 
     pub(super) const fn is(&self, about: u32) -> bool {
         self.about & about != 0
@@ -123,7 +124,8 @@ impl Core {
             line: number,
             cycles: line
                 .cycles
-                .saturating_add(line.each.saturating_mul(count(inst, uses.union(defs)))),
+                .saturating_add(line.each.saturating_mul(count(inst, uses.union(defs))))
+                .saturating_add(if self.rules.at_worst { line.worst } else { 0 }),
             float_hold: line.float_hold,
             float_delay: line.float_delay,
         };
@@ -331,6 +333,7 @@ fn about(inst: &Inst, defs: RegSet) -> u32 {
         (class.is_floating_point(), Timed::FLOAT),
         (class == Class::FloatMultiplyAdd, Timed::FLOAT_SUM),
         (is_memory(class), Timed::MEMORY),
+        (is_load(class), Timed::LOADS),
         (flags.writes.intersects(Flags::FPSCR), Timed::WRITES_FPSCR),
         (flags.reads.intersects(Flags::FPSCR), Timed::READS_FPSCR),
     ]

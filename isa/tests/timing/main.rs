@@ -88,14 +88,7 @@ fn rules_cortex_m4() {
 /// What the sources leave open of a Cortex-M4, counted at its worst.
 #[test]
 fn worst_of_cortex_m4() {
-    let core = Core {
-        rules: Rules {
-            all_misaligned_stall: true,
-            ..Rules::default()
-        },
-        ..Core::cortex_m4()
-    };
-    check(&core, include_str!("worst-m4.txt"));
+    check(&Core::cortex_m4().at_worst(), include_str!("worst-m4.txt"));
 }
 
 #[test]
