@@ -123,7 +123,8 @@ impl Inst {
             .find(|candidate| candidate.may_have_bits() && candidate.encode(arch).is_ok())
     }
 
-    /// The same operands in the 32-bit encoding of the instruction; nothing when none can hold them.
+    /// The same operands in the 32-bit encoding of the instruction; nothing when none can hold
+    /// them.
     pub fn wide(&self, arch: Arch) -> Option<Self> {
         let has_cond = |encoding: Encoding| encoding.row().pattern.has(Field::Cond);
         Encoding::of(self.op())

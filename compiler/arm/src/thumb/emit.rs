@@ -5,9 +5,9 @@
 //!   items: instruction | label | branch to a label     ->  sizes until nothing grows  ->  bytes, fixups, rows of origins
 //! ```
 //!
-//! Every instruction takes its shortest encoding, but for those that grow so that others are aligned
-//! ([`align`]). Where the flags are not needed, that may be one that sets them: 16-bit instructions
-//! let a branch or IT behind them cost less.
+//! Every instruction takes its shortest encoding, but for those that grow so that others are
+//! aligned ([`align`]). Where the flags are not needed, that may be one that sets them: 16-bit
+//! instructions let a branch or IT behind them cost less.
 
 mod align;
 mod islands;
@@ -282,10 +282,7 @@ fn write_bytes(
             } => {
                 out.add_line(at, *origin);
                 out.add_fixup(at, *address, name);
-                let grown = (inst.size() < sizes[index])
-                    .then(|| inst.wide(arch))
-                    .flatten();
-                out.push_inst(&grown.unwrap_or(*inst), arch)?;
+                out.push_inst(&in_size(inst, sizes[index], arch), arch)?;
             }
             Item::Indirect { inst, to } => {
                 out.hints.push(Hint::Targets {
@@ -315,6 +312,12 @@ fn write_bytes(
     }
     out.close_symbols();
     Ok(out)
+}
+
+/// An instruction in the encoding that takes so many bytes.
+fn in_size(inst: &Inst, size: u32, arch: Arch) -> Inst {
+    let grown = (inst.size() < size).then(|| inst.wide(arch)).flatten();
+    grown.unwrap_or(*inst)
 }
 
 fn function_symbol(name: &str, at: u32, global: bool) -> Symbol {

@@ -69,3 +69,96 @@ fn have_one_pointer(first: &Inst, second: &Inst) -> bool {
 fn has_index(inst: &Inst) -> bool {
     is_by_register(inst) && inst.amount > 0
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use whippen_board::{AccessTime, Board, Memory, MemoryKind, Start};
+    use whippen_isa::Arch;
+    use whippen_isa::timing::Core;
+
+    use crate::{Annotations, Code, Interference, Others, Query, Reach, bound};
+
+    fn memory(name: &str, base: u32, bank: u8) -> Memory {
+        Memory {
+            name: name.into(),
+            base,
+            size: 0x1_0000,
+            kind: MemoryKind::Ram,
+            access: AccessTime::Cycles(1),
+            fetch: AccessTime::Cycles(1),
+            striped: false,
+            banks: vec![bank],
+        }
+    }
+
+    /// Code at 0, two memories for data.
+    fn board() -> Board {
+        Board {
+            name: "own".into(),
+            arch: Arch::V7EM,
+            cores: 1,
+            clock_hz: 168_000_000,
+            start: Start::Vectors,
+            uf2_family: None,
+            fetches_apart: true,
+            banks: ["SRAM1", "CCM", "SRAM2"].map(String::from).to_vec(),
+            memory: vec![
+                memory("sram1", 0, 0),
+                memory("ccm", 0x1000_0000, 1),
+                memory("sram2", 0x2001_0000, 2),
+            ],
+            buses: Vec::new(),
+            devices: Vec::new(),
+            converter_interrupt: 56,
+            stacks: vec![0x2002_0000],
+            places: Vec::new(),
+        }
+    }
+
+    /// The bound of two instructions and BX LR, with these words in registers.
+    fn cycles(code: [u16; 2], entered: &[(u8, u32)]) -> u64 {
+        let bytes = code.into_iter().chain([0x4770]);
+        let code = Code::new(0, bytes.flat_map(u16::to_le_bytes).collect());
+        let annotations = Annotations {
+            entered: BTreeMap::from_iter(entered.iter().map(|(n, word)| (*n, [*word, *word]))),
+            ..Annotations::default()
+        };
+        let board = board();
+        let data = Reach {
+            banks: 0b110,
+            unknown: None,
+        };
+        let alone = Interference::new(&board, &[], (1, data), Others::default());
+        let query = Query {
+            core: &Core::cortex_m4(),
+            code: &code,
+            entry: 0,
+            annotations: &annotations,
+            interference: Some(&alone),
+        };
+        bound(&query).expect("a bound").cycles_max
+    }
+
+    /// `ldr r0, [r1]` and `ldr r2, [r3]`.
+    const TWO_POINTERS: [u16; 2] = [0x6808, 0x681a];
+    /// `ldr r0, [r1]` and `ldr r2, [r1, #4]`.
+    const ONE_POINTER: [u16; 2] = [0x6808, 0x684a];
+
+    /// To a 32-bit instruction across two words, as nothing is known of the caller.
+    const BX_LR_CYCLES: u64 = 4;
+
+    #[test]
+    fn loads_of_one_memory_pipeline() {
+        let one = cycles(TWO_POINTERS, &[(1, 0x1000_0000), (3, 0x1000_0100)]);
+        let two = cycles(TWO_POINTERS, &[(1, 0x1000_0000), (3, 0x2001_0100)]);
+        assert_eq!((one, two), (2 + 1 + BX_LR_CYCLES, 2 + 2 + BX_LR_CYCLES));
+    }
+
+    #[test]
+    fn what_is_not_known_is_not_taken_for_one_memory() {
+        assert_eq!(cycles(TWO_POINTERS, &[]), 2 + 2 + BX_LR_CYCLES);
+        assert_eq!(cycles(ONE_POINTER, &[]), 2 + 1 + BX_LR_CYCLES);
+    }
+}

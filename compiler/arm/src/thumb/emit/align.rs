@@ -64,3 +64,52 @@ fn has_long_form(item: &Item) -> bool {
         Item::Indirect { .. } | Item::Label(_) | Item::Function { .. } | Item::Loop { .. } => false,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::assemble;
+    use super::*;
+    use whippen_isa::{ItState, decode, is_wide};
+
+    fn inst(word: u32, arch: Arch) -> Item {
+        let (first, second) = match word >> 16 {
+            0 => (word as u16, 0),
+            first => (first as u16, word as u16),
+        };
+        Item::Inst {
+            inst: decode(first, second, arch, ItState::OUTSIDE).expect("an instruction"),
+            origin: None,
+            address: None,
+        }
+    }
+
+    /// Offsets of the 32-bit instructions of some code.
+    fn long_ones(words: &[u32], arch: Arch) -> Vec<usize> {
+        let items = words.iter().map(|word| inst(*word, arch)).collect();
+        let code = assemble(items, 0, arch, "k").expect("code").bytes;
+        let halfword = |at: usize| u16::from_le_bytes([code[at], code[at + 1]]);
+        let (mut at, mut long) = (0, Vec::new());
+        while at < code.len() {
+            let wide = is_wide(halfword(at));
+            long.extend(wide.then_some(at));
+            at += if wide { 4 } else { 2 };
+        }
+        long
+    }
+
+    const ADDS: u32 = 0x1840;
+    const SMULL: u32 = 0xfb82_0103;
+    const IT: u32 = 0xbf08;
+
+    #[test]
+    fn a_narrow_instruction_grows_in_front_of_a_long_one() {
+        let code = [ADDS, SMULL, ADDS, ADDS, SMULL, ADDS, ADDS, ADDS, SMULL];
+        assert_eq!(long_ones(&code, Arch::V7EM), [0, 4, 12, 20, 24]);
+        assert_eq!(long_ones(&code, Arch::V8M), [2, 10, 20]);
+    }
+
+    #[test]
+    fn an_it_in_front_stays_as_it_is() {
+        assert_eq!(long_ones(&[IT, SMULL], Arch::V7EM), [2]);
+    }
+}
