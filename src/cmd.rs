@@ -9,6 +9,7 @@ mod dump;
 mod emulate;
 mod errors;
 mod explain;
+mod file_plan;
 mod fmt;
 mod hand;
 mod json;

@@ -2,6 +2,7 @@
 
 mod cmd;
 mod exit;
+mod interrupt;
 mod lsp;
 mod say;
 
@@ -14,6 +15,7 @@ use clap::Parser;
 static MEMORY: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
+    interrupt::listen();
     // A panic is a defect: exit code 3, told apart from a wrong program.
     let outcome = std::panic::catch_unwind(|| cmd::dispatch(cmd::Cli::parse()));
     exit::code(outcome.unwrap_or_else(|_| {

@@ -10,7 +10,7 @@ use whippen_compiler::image::{Board, Memory, MemoryKind, Placement, Start};
 use whippen_isa::Arch;
 
 use crate::entries::{Entries, Known};
-use crate::files::{FileError, read_text};
+use crate::files::{FileError, InputKind, read_text};
 
 /// The bundled boards: file and text.
 const BUNDLED: &[(&str, &str)] = &[
@@ -93,7 +93,7 @@ pub fn bundled(name: &str) -> Option<Board> {
 /// makes no sense; facts contradict each other ([`Board::contradiction`]); something is placed in a
 /// memory that is not there. Each names the file, the line and the key.
 pub fn load(path: &Path) -> Result<Board, FileError> {
-    read(path, &read_text(path)?)
+    read(path, &read_text(path, InputKind::DESCRIPTION)?)
 }
 
 fn read(path: &Path, text: &str) -> Result<Board, FileError> {

@@ -21,7 +21,7 @@ use std::path::Path;
 use whippen_compiler::model::Model;
 use whippen_compiler::scales::Scales;
 
-use crate::files::{FileError, read_text};
+use crate::files::{FileError, InputKind, read_text};
 pub use mechanics::{Mechanics, Stops};
 
 /// The bundled devices: file and text.
@@ -154,7 +154,7 @@ impl Device {
     /// has no unit or one of the wrong dimension, or makes no sense. Each names the file, the line
     /// and the key.
     pub fn load(path: &Path) -> Result<Device, FileError> {
-        let text = read_text(path)?;
+        let text = read_text(path, InputKind::DESCRIPTION)?;
         file::read(path, &text)
     }
 

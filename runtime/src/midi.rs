@@ -10,12 +10,11 @@
 //!
 //! Not here: how a key moves for a note (`stroke`), which keys there are (`keyboard`).
 
-use std::fs;
 use std::path::Path;
 
 use midly::{Format, MetaMessage, MidiMessage, Smf, Timing, TrackEventKind};
 
-use crate::files::{FileError, open};
+use crate::files::{FileError, InputKind, read_bytes};
 
 /// Percussion: channel 10, counted from 0.
 const PERCUSSION: u8 = 9;
@@ -57,8 +56,7 @@ pub struct Performance {
 /// # Errors
 /// The file cannot be read, is no MIDI file, or holds no notes.
 pub fn load(path: &Path) -> Result<Performance, FileError> {
-    drop(open(path)?);
-    let bytes = fs::read(path).map_err(|e| FileError::new(path, e.to_string()))?;
+    let bytes = read_bytes(path, InputKind::MIDI)?;
     read(&bytes).map_err(|message| FileError::new(path, message))
 }
 

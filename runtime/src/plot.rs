@@ -32,7 +32,7 @@ mod time;
 #[cfg(test)]
 mod tests;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::files::{FileError, write_whole};
 use crate::titles::split_title;
@@ -188,29 +188,12 @@ impl<'a> Figure<'a> {
     }
 }
 
-/// Whether all names of files end in `.svg` or `.png`, as [`save`] wants them.
-///
-/// # Errors
-/// The first that does not.
-pub fn check_names(paths: &[PathBuf]) -> Result<(), String> {
-    match paths
-        .iter()
-        .find(|path| !["svg", "png"].contains(&ending(path)))
-    {
-        Some(path) => Err(format!(
-            "{}: a figure's name ends in `.svg` or `.png`",
-            path.display()
-        )),
-        None => Ok(()),
-    }
-}
-
 /// Writes a figure to a file whose name ends in `.svg` or `.png`.
 ///
 /// # Errors
 /// The name ends otherwise, or the file cannot be written.
 pub fn save(figure: &Figure, path: &Path) -> Result<(), FileError> {
-    let bytes = match ending(path) {
+    let bytes = match ending(path).as_str() {
         "svg" => figure.svg().into_bytes(),
         "png" => figure
             .png()
@@ -225,6 +208,7 @@ pub fn save(figure: &Figure, path: &Path) -> Result<(), FileError> {
     write_whole(path, |w| w.write_all(&bytes))
 }
 
-fn ending(path: &Path) -> &str {
-    path.extension().and_then(|e| e.to_str()).unwrap_or("")
+fn ending(path: &Path) -> String {
+    let ending = path.extension().and_then(|e| e.to_str());
+    ending.unwrap_or("").to_ascii_lowercase()
 }

@@ -27,6 +27,7 @@ use whippen_runtime::image::ImageInstrument;
 use whippen_runtime::report::budget_page;
 
 use self::beyond::{Beyond, BeyondArgs};
+use super::file_plan::FilePlan;
 use super::setup::{Setup, SetupArgs, not_bounded, symbol_prefix};
 use super::{command, load};
 use crate::exit::{Failure, Outcome};
@@ -86,6 +87,12 @@ struct ZoneReport<'a> {
 }
 
 pub fn run(args: &Args) -> Outcome {
+    FilePlan::default()
+        .reads(&args.setup.files()?)
+        .reads(args.beyond.files())
+        .writes("--path", &args.path, &["s"])
+        .writes("--report", &args.report, &["html"])
+        .check()?;
     let setup = args.setup.all_programs()?;
     setup.check_supported()?;
     if let Some(zones) = setup.layout.split_program().filter(|_| args.most_keys) {

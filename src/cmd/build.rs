@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use clap::ValueHint;
 
+use super::file_plan::FilePlan;
 use super::setup::SetupArgs;
 use crate::exit::Outcome;
 use files::Output;
@@ -24,14 +25,20 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE.elf|.uf2|.o|.c", value_hint = ValueHint::FilePath, value_parser = files::output)]
     output: Output,
     /// Also write where everything lies and how large it is
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    #[arg(long, value_name = "FILE.map", value_hint = ValueHint::FilePath)]
     map: Option<PathBuf>,
     /// Also write the source and its instructions side by side, with cycles
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    #[arg(long, value_name = "FILE.lst", value_hint = ValueHint::FilePath)]
     listing: Option<PathBuf>,
 }
 
 pub fn run(args: &Args) -> Outcome {
+    FilePlan::default()
+        .reads(&args.setup.files()?)
+        .writes("--output", &args.output.files(), &[])
+        .writes("--map", &args.map, &["map", "txt"])
+        .writes("--listing", &args.listing, &["lst", "txt"])
+        .check()?;
     let setup = if args.output.is_image() {
         args.setup.all_programs()?
     } else {

@@ -20,10 +20,11 @@ mod trace;
 mod value;
 mod watch;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use whippen_emulator::CoreKind;
 
+use super::file_plan::FilePlan;
 use crate::exit::{Failure, Outcome};
 use board::{BoardName, MemoryRange};
 use image::Image;
@@ -43,6 +44,27 @@ pub struct Args {
     on: On,
     #[command(flatten)]
     outputs: Outputs,
+}
+
+impl Args {
+    /// The files that are read and written.
+    fn plan(&self) -> FilePlan {
+        let devices = &self.on.devices;
+        let trace = self.outputs.trace.iter().filter(|path| !is_stdout(path));
+        FilePlan::default()
+            .reads([&self.image])
+            .reads(&self.what.input)
+            .reads(&self.what.memory_files())
+            .reads(devices.serial_in.iter().chain(&devices.sense))
+            .writes("--trace", trace, &[])
+            .writes("--profile", &self.outputs.profile, &["json"])
+            .writes("--drive", &devices.drive, &[])
+    }
+}
+
+/// Whether an output goes to the terminal.
+fn is_stdout(path: &Path) -> bool {
+    path.as_os_str() == "-"
 }
 
 /// What to run.
@@ -73,6 +95,14 @@ struct What {
     /// The command line that the program gets by semihosting
     #[arg(long, value_name = "TEXT", default_value = "")]
     args: String,
+}
+
+impl What {
+    /// The files whose bytes memory is set to.
+    fn memory_files(&self) -> Vec<PathBuf> {
+        let file = |text: &String| text.split_once("=@").map(|(_, file)| PathBuf::from(file));
+        self.write.iter().filter_map(file).collect()
+    }
 }
 
 /// What to run it on.
@@ -180,6 +210,7 @@ Exit code: 0 the function returned, or the program exited with 0; 1 it faulted, 
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
+    args.plan().check()?;
     let mut image = Image::load(&args.image, &args.on)?;
     image.machine.semihosting.enabled = true;
     image
@@ -194,7 +225,6 @@ pub fn run(args: &Args) -> Outcome {
     if let Some(port) = args.outputs.gdb {
         return gdb::serve(image, &task, port);
     }
-    check_folders(&args.outputs, args.on.devices.drive.as_ref())?;
     let end = run::to_the_end(&mut image, &task, &args.outputs)?;
     if let Some(ports) = &image.ports {
         args.on.devices.write_drive(&image.machine, ports)?;
@@ -204,20 +234,5 @@ pub fn run(args: &Args) -> Outcome {
         Ok(())
     } else {
         Err(Failure::Program)
-    }
-}
-
-/// Before anything is run: the folders of what will be written are there.
-fn check_folders(outputs: &Outputs, drive: Option<&PathBuf>) -> Outcome {
-    let paths = outputs.trace.iter().chain(&outputs.profile).chain(drive);
-    match paths
-        .filter_map(|p| p.parent())
-        .find(|f| !f.as_os_str().is_empty() && !f.is_dir())
-    {
-        Some(folder) => Err(Failure::Usage(format!(
-            "there is no folder `{}` to write to",
-            folder.display()
-        ))),
-        None => Ok(()),
     }
 }

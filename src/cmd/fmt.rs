@@ -1,6 +1,5 @@
 //! `whippen fmt`
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
@@ -8,7 +7,7 @@ use similar::TextDiff;
 use whippen_compiler::diag::Severity;
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::syntax::layout;
-use whippen_runtime::files::write_whole;
+use whippen_runtime::files::{InputKind, read_stdin, write_whole};
 
 use super::load;
 use crate::exit::{Failure, Outcome};
@@ -45,11 +44,8 @@ fn read(path: &PathBuf) -> Result<String, Failure> {
     if path.as_os_str() != STDIN {
         return load::read(std::slice::from_ref(path)).map(|mut texts| texts.remove(0).1);
     }
-    let mut text = String::new();
-    std::io::stdin()
-        .read_to_string(&mut text)
-        .map_err(|e| Failure::Usage(format!("cannot read stdin: {e}")))?;
-    Ok(text)
+    read_stdin(InputKind::PROGRAM)
+        .map_err(|why| Failure::Usage(format!("cannot read stdin: {why}")))
 }
 
 fn one(path: &Path, text: &str, check: bool) -> Outcome {

@@ -11,7 +11,7 @@ use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::{self, CompileError, Compiled, Observer};
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
-use whippen_runtime::files::read_text;
+use whippen_runtime::files::{InputKind, read_text};
 use whippen_runtime::keyboard::model_of_keys;
 
 use super::json;
@@ -24,7 +24,7 @@ const SHOWN_MAX: usize = 100;
 /// Reads the files of one program.
 pub fn read(paths: &[PathBuf]) -> Result<Vec<(String, String)>, Failure> {
     let one = |path: &PathBuf| {
-        let text = read_text(path).map_err(|e| {
+        let text = read_text(path, InputKind::PROGRAM).map_err(|e| {
             Failure::Usage(format!(
                 "cannot read `{}`: {}{}",
                 path.display(),

@@ -17,6 +17,7 @@ use whippen_runtime::plot;
 use whippen_runtime::report::{Made, Page, Section};
 use whippen_runtime::session::{self, Counts, Run};
 
+use super::file_plan::FilePlan;
 use super::hand::HandArgs;
 use super::keys::{self, KeysArgs, Setup};
 use super::motion::{self, MotionArgs, Positions};
@@ -95,45 +96,24 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    /// Before anything is run: endings of figures are known, folders are there.
-    fn check(&self) -> Result<(), String> {
-        plot::check_names(&self.plot)?;
-        let is_table = |path: &&PathBuf| {
-            path.extension()
-                .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
-        };
-        if let Some(path) = self
-            .out
-            .iter()
-            .chain(&self.events)
-            .find(|path| !is_table(path))
-        {
-            return Err(format!(
-                "{}: a table's name ends in `.csv`; `--plot` makes figures",
-                path.display()
-            ));
-        }
-        let files = self
-            .out
-            .iter()
-            .chain(&self.events)
-            .chain(&self.plot)
-            .chain(&self.report);
-        let folders = files.filter_map(|path| path.parent());
-        match folders
-            .into_iter()
-            .find(|folder| !folder.as_os_str().is_empty() && !folder.is_dir())
-        {
-            Some(folder) => Err(format!(
-                "there is no folder `{}` to write to; make it first",
-                folder.display()
-            )),
-            None => Ok(()),
-        }
+    /// Adds them to the files of a command.
+    fn plan(&self, plan: FilePlan) -> FilePlan {
+        plan.writes("--out", &self.out, &["csv"])
+            .writes("--events", &self.events, &["csv"])
+            .writes("--plot", &self.plot, &["svg", "png"])
+            .writes("--report", &self.report, &["html"])
     }
 }
 
 impl Args {
+    /// All files that are read.
+    fn files(&self) -> Result<Vec<PathBuf>, Failure> {
+        let (mut files, _) = load::split(&self.words)?;
+        let others = self.motion.files().chain(self.hand.files());
+        files.extend(others.chain(&self.device).chain(&self.keys.midi).cloned());
+        Ok(files)
+    }
+
     /// The engine, with its board if it has one.
     fn engine_on(&self, program: &Program) -> Result<EngineKind, String> {
         if self.engine.board().is_none() {
@@ -193,21 +173,13 @@ pub fn run(args: &Args) -> Outcome {
     if !args.watch {
         return run_once(args);
     }
-    let (mut files, _) = load::split(&args.words)?;
-    files.extend(
-        args.motion
-            .files()
-            .chain(args.hand.files())
-            .chain(&args.device)
-            .chain(&args.keys.midi)
-            .cloned(),
-    );
-    watch::watch(&files, || run_once(args))
+    watch::watch(&args.files()?, || run_once(args))
 }
 
 fn run_once(args: &Args) -> Outcome {
     let (files, name) = load::split(&args.words)?;
-    args.outputs.check().map_err(Failure::Usage)?;
+    let plan = FilePlan::default().reads(&args.files()?);
+    args.outputs.plan(plan).check()?;
     args.fits_engine().map_err(Failure::Usage)?;
     let options = Options {
         sets: load::sets(&args.sets)?,

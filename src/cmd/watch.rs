@@ -6,13 +6,13 @@
 use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
 use notify::{Event, EventKind, RecursiveMode, Watcher};
 
 use crate::exit::{Failure, Outcome};
+use crate::interrupt;
 
 /// A save is over when nothing has happened for so long.
 const QUIET: Duration = Duration::from_millis(60);
@@ -25,14 +25,13 @@ enum Wake {
     Stop,
 }
 
-/// Whether Ctrl-C was pressed: pressed again, it ends at once.
-static STOPPING: AtomicBool = AtomicBool::new(false);
-
 /// Does the job, and again after every save of one of the files, until Ctrl-C. A program that is
 /// wrong is waited for; a command line that is wrong from the start is not.
 pub fn watch(files: &[PathBuf], mut job: impl FnMut() -> Outcome) -> Outcome {
     let (sender, receiver) = channel();
-    stop_on_interrupt(sender.clone())?;
+    let stop = sender.clone();
+    // Nobody listens any more only at the end.
+    interrupt::take_first(move || drop(stop.send(Wake::Stop)));
     // Before the first run, lest a save during it is missed.
     let _watcher = watcher(files, sender)?;
     let names = watched(files);
@@ -57,15 +56,6 @@ pub fn watch(files: &[PathBuf], mut job: impl FnMut() -> Outcome) -> Outcome {
             return Ok(());
         }
     }
-}
-
-fn stop_on_interrupt(sender: Sender<Wake>) -> Outcome {
-    let stop = move || {
-        if STOPPING.swap(true, Ordering::SeqCst) || sender.send(Wake::Stop).is_err() {
-            std::process::exit(0);
-        }
-    };
-    ctrlc::set_handler(stop).map_err(|e| Failure::Usage(format!("cannot listen for Ctrl-C: {e}")))
 }
 
 /// Folder and name of every file, the folder in one spelling.

@@ -8,7 +8,7 @@ use whippen_compiler::bundled::STD;
 use whippen_compiler::syntax::ast::{File, Item, Keyboard, Name, Setting};
 use whippen_compiler::syntax::parse;
 use whippen_compiler::syntax::token::{Token, lex};
-use whippen_runtime::files::{read_text, write_whole};
+use whippen_runtime::files::{InputKind, read_text, write_whole};
 
 use super::uri;
 
@@ -107,7 +107,7 @@ impl World {
             }),
             None => Some(Source {
                 uri: uri::of(path),
-                text: read_text(path).ok()?,
+                text: read_text(path, InputKind::PROGRAM).ok()?,
             }),
         }
     }
@@ -188,18 +188,32 @@ pub fn is_std(text: &str) -> bool {
     STD.iter().any(|(_, std)| *std == text)
 }
 
-/// A file of the standard library on the disk, for editors to open: written once per version, not
-/// to be changed.
+/// A file of the standard library on the disk, for editors to open: in the user's own cache,
+/// written once per version, not to be changed. There is none where that cache is not known.
 pub fn std_file(name: &str) -> Option<String> {
     let (_, text) = STD.iter().find(|(file, _)| *file == name)?;
-    let folder = std::env::temp_dir().join(format!("whippen-std-{}", env!("CARGO_PKG_VERSION")));
+    let version = format!("std-{}", env!("CARGO_PKG_VERSION"));
+    let folder = user_cache()?.join("whippen").join(version);
     let path = folder.join(name.trim_matches(['<', '>']).rsplit('/').next()?);
-    if read_text(&path).ok().as_deref() != Some(*text) {
+    if read_text(&path, InputKind::PROGRAM).ok().as_deref() != Some(*text) {
         std::fs::create_dir_all(&folder).ok()?;
+        // One of another build is read-only, and is not written over.
+        let _ = std::fs::remove_file(&path);
         write_whole(&path, |file| file.write_all(text.as_bytes())).ok()?;
         let mut permissions = std::fs::metadata(&path).ok()?.permissions();
         permissions.set_readonly(true);
         std::fs::set_permissions(&path, permissions).ok()?;
     }
     Some(uri::of(&path))
+}
+
+/// The folder for what can be made again, which is the user's alone.
+fn user_cache() -> Option<PathBuf> {
+    let folder = |name: &str| {
+        let path = PathBuf::from(std::env::var_os(name)?);
+        path.is_absolute().then_some(path)
+    };
+    folder("XDG_CACHE_HOME")
+        .or_else(|| folder("LOCALAPPDATA"))
+        .or_else(|| folder("HOME").map(|home| home.join(".cache")))
 }

@@ -191,6 +191,9 @@ fn names_lead_to_their_places_and_take_others() {
         .as_str()
         .and_then(|u| u.strip_prefix("file://"))
         .expect("a file");
+    assert!(Path::new(file).starts_with(editor.cache.path()), "{file}");
+    let shared = std::fs::read_dir(editor.shared.path()).expect("readable");
+    assert_eq!(shared.count(), 0, "nothing in the folder that users share");
     let std = std::fs::read_to_string(file).expect("readable");
     assert_eq!(std, include_str!("../../instruments/std/escapement.whip"));
     assert_eq!(to_std["range"]["start"], place(&std, "escapement(", 0, 0));

@@ -11,6 +11,7 @@ mod documents;
 mod emulate;
 mod emulated;
 mod escapement;
+mod files;
 mod first_mechanisms;
 mod grammar;
 mod ideal;

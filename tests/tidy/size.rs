@@ -38,11 +38,6 @@ const LONG_FUNCTIONS: &[(&str, &str)] = &[
         "to be divided",
     ),
     (
-        "compiler/arm/src/thumb/select.rs: select_inst",
-        "to be divided",
-    ),
-    ("compiler/budget/src/calls.rs: costs", "to be divided"),
-    (
         "compiler/budget/src/error.rs: fmt",
         "a message for each error",
     ),
@@ -50,11 +45,6 @@ const LONG_FUNCTIONS: &[(&str, &str)] = &[
         "compiler/budget/src/facts/effect.rs: result",
         "an arm for each instruction",
     ),
-    (
-        "compiler/budget/src/tick_handler.rs: tick_handler",
-        "to be divided",
-    ),
-    ("compiler/budget/src/stack.rs: follow", "to be divided"),
     (
         "compiler/c99/src/declare.rs: state",
         "a text, field by field",

@@ -23,7 +23,7 @@ const APART: &[(&str, &[&str], &str)] = &[
     ),
     (
         "whippen-kernel",
-        &["whippen-lang", "whippen-isa"],
+        &["whippen-lang", "whippen-isa", "whippen-target-info"],
         "a Kernel is for any machine, from any language",
     ),
     (

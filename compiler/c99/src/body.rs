@@ -103,7 +103,7 @@ impl Writer<'_> {
         for (index, line) in kernel.lines.iter().enumerate() {
             let nearest = literal(Type::I32, 0.clamp(line.range.low, line.range.high));
             let all = self.filled(index as u32, &nearest);
-            self.line(all);
+            self.line(format!("{all};"));
         }
         for probe in &self.names.probes {
             self.line(format!("s->probes[k][{probe}] = 0;"));

@@ -6,22 +6,30 @@ use whippen_kernel::{Inst, Op};
 impl Writer<'_> {
     /// An operator without regions.
     pub(super) fn operator(&mut self, inst: &Inst) {
-        if let Op::Const(value) = inst.op {
-            let result = inst.results[0];
-            self.values[result] = literal(self.ty(result), value);
-        } else if let [result] = inst.results[..] {
-            let expression = self.expression(inst);
-            let name = self.define(result);
-            self.line(format!(
-                "const {} {name} = {expression};",
-                super::c_type(self.ty(result))
-            ));
-        } else {
-            self.statement(inst);
+        match (inst.op, &inst.results[..]) {
+            (Op::Const(value), [result]) => {
+                self.values[result] = literal(self.ty(*result), value);
+            }
+            (Op::Emit(event), _) => {
+                let args = inst.args.iter().map(|arg| self.value(*arg).to_string());
+                self.emit(event, &args.collect::<Vec<_>>());
+            }
+            (_, [result]) => {
+                let expression = self.text(inst);
+                let ty = super::c_type(self.ty(*result));
+                let name = self.define(*result);
+                self.line(format!("const {ty} {name} = {expression};"));
+            }
+            _ => {
+                let statement = self.text(inst);
+                self.line(format!("{statement};"));
+            }
         }
     }
 
-    fn expression(&self, inst: &Inst) -> String {
+    /// The expression of an operator that gives a result, else its assignment. Every operator is
+    /// named, so that a new one does not compile before it has its line.
+    fn text(&self, inst: &Inst) -> String {
         let [a, b, c] =
             std::array::from_fn(|at| inst.args.get(at).map_or("", |arg| self.value(*arg)));
         match inst.op {
@@ -39,7 +47,7 @@ impl Writer<'_> {
             Op::SarRound(n) => self.sar_round(inst, a, n),
             Op::DivRound(n) => format!("whippen_div_round(whippen_shl64({a}, {n}), {b})"),
             Op::Sqrt => format!("whippen_sqrt({a})"),
-            Op::Widen | Op::Assume(..) | Op::Const(_) => a.to_string(),
+            Op::Widen | Op::Assume(..) => a.to_string(),
             Op::Narrow => format!("(int32_t){a}"),
             Op::Eq => format!("{a} == {b}"),
             Op::Lt => format!("{a} < {b}"),
@@ -48,7 +56,22 @@ impl Writer<'_> {
             Op::Or => format!("{a} | {b}"),
             Op::Not => format!("!{a}"),
             Op::Select => format!("{a} ? {b} : {c}"),
-            _ => self.read(inst, a),
+            Op::In(port) => self.input(port),
+            Op::Out(port) => self.output(port, a),
+            Op::Live(live) => format!("s->{}", self.names.lives[live as usize]),
+            Op::Tick(later) => format!("(int32_t)(uint32_t)(s->tick + {later}u)"),
+            Op::Keyed(keyed) => self.keyed(keyed),
+            Op::Get(cell) => self.cell(cell, "0"),
+            Op::Set(cell) => format!("{} = {a}", self.cell(cell, "0")),
+            Op::GetAt(cell) => self.cell_at(cell, a),
+            Op::SetAt(cell) => format!("{} = {b}", self.cell_at(cell, a)),
+            Op::Delay(line, ticks) => self.element(line, &self.slot(line, ticks)),
+            Op::Push(line) => self.pushed(line, a),
+            Op::Fill(line) => self.filled(line, a),
+            Op::Lookup(table) => self.lookup(table, a),
+            Op::Probe(probe) => self.probed(probe, a),
+            // Constants are not written, events are several statements, and regions are blocks.
+            Op::Const(_) | Op::Emit(_) | Op::If | Op::Loop(_) => String::new(),
         }
     }
 
@@ -68,69 +91,53 @@ impl Writer<'_> {
         }
     }
 
-    fn read(&self, inst: &Inst, a: &str) -> String {
-        let (kernel, names) = (self.kernel, self.names);
-        match inst.op {
-            Op::In(port) => {
-                let range = kernel.inputs[port as usize].range;
-                let word = format!("in[k * {} + {port}]", kernel.inputs.len());
-                let low = if range.low > 0 {
-                    format!("{word} < {0} ? {0} : ", range.low)
-                } else {
-                    String::new()
-                };
-                let high = if range.high < 65_535 {
-                    format!("{word} > {0} ? {0} : ", range.high)
-                } else {
-                    String::new()
-                };
-                format!("{low}{high}{word}")
-            }
-            Op::Live(live) => format!("s->{}", names.lives[live as usize]),
-            Op::Tick(later) => format!("(int32_t)(uint32_t)(s->tick + {later}u)"),
-            Op::Keyed(keyed) => format!("{}_{}[k]", names.kernel, names.keyed[keyed as usize]),
-            Op::Get(cell) => self.cell(cell, "0"),
-            Op::GetAt(cell) => self.cell(
-                cell,
-                &self.inside(a, kernel.cells[cell as usize].len as usize),
-            ),
-            Op::Delay(line, ticks) => self.element(line, &self.slot(line, ticks)),
-            Op::Lookup(table) => {
-                let index = self.inside(a, kernel.tables[table as usize].values.len());
-                format!("{}_{}[{index}]", names.kernel, names.tables[table as usize])
-            }
-            _ => String::new(),
-        }
+    /// The word of an input port, clamped to the port's range.
+    fn input(&self, port: u32) -> String {
+        let range = self.kernel.inputs[port as usize].range;
+        let word = format!("in[k * {} + {port}]", self.kernel.inputs.len());
+        let low = if range.low > 0 {
+            format!("{word} < {0} ? {0} : ", range.low)
+        } else {
+            String::new()
+        };
+        let high = if range.high < 65_535 {
+            format!("{word} > {0} ? {0} : ", range.high)
+        } else {
+            String::new()
+        };
+        format!("{low}{high}{word}")
     }
 
-    fn statement(&mut self, inst: &Inst) {
-        let args: Vec<&str> = inst.args.iter().map(|arg| self.value(*arg)).collect();
-        let text = match (inst.op, &args[..]) {
-            (Op::Out(port), [a]) => format!(
-                "out[k * {} + {port}] = (int16_t){a};",
-                self.kernel.outputs.len()
-            ),
-            (Op::Set(cell), [a]) => format!("{} = {a};", self.cell(cell, "0")),
-            (Op::SetAt(cell), [a, b]) => {
-                let index = self.inside(a, self.kernel.cells[cell as usize].len as usize);
-                format!("{} = {b};", self.cell(cell, &index))
-            }
-            (Op::Push(line), [a]) => format!(
-                "{} = {};",
-                self.element(line, &self.slot(line, 0)),
-                self.stored(line, a)
-            ),
-            (Op::Fill(line), [a]) => self.filled(line, a),
-            (Op::Probe(probe), [a]) => {
-                format!("s->probes[k][{}] = {a};", self.names.probes[probe as usize])
-            }
-            (Op::Emit(event), args) => {
-                let args: Vec<String> = args.iter().map(ToString::to_string).collect();
-                return self.emit(event, &args);
-            }
-            _ => String::new(),
-        };
-        self.line(text);
+    fn output(&self, port: u32, value: &str) -> String {
+        let outputs = self.kernel.outputs.len();
+        format!("out[k * {outputs} + {port}] = (int16_t){value}")
+    }
+
+    fn keyed(&self, keyed: u32) -> String {
+        let name = &self.names.keyed[keyed as usize];
+        format!("{}_{name}[k]", self.names.kernel)
+    }
+
+    /// The word of a cell at an index.
+    fn cell_at(&self, cell: u32, index: &str) -> String {
+        let len = self.kernel.cells[cell as usize].len as usize;
+        self.cell(cell, &self.inside(index, len))
+    }
+
+    fn lookup(&self, table: u32, index: &str) -> String {
+        let len = self.kernel.tables[table as usize].values.len();
+        let name = &self.names.tables[table as usize];
+        format!("{}_{name}[{}]", self.names.kernel, self.inside(index, len))
+    }
+
+    fn pushed(&self, line: u32, value: &str) -> String {
+        let element = self.element(line, &self.slot(line, 0));
+        format!("{element} = {}", self.stored(line, value))
+    }
+
+    fn probed(&self, probe: u32, value: &str) -> String {
+        let name = &self.names.probes[probe as usize];
+        format!("s->probes[k][{name}] = {value}")
     }
 
     /// A word of a cell of this key.
@@ -153,7 +160,7 @@ impl Writer<'_> {
     pub(super) fn filled(&self, line: u32, value: &str) -> String {
         let len = self.kernel.lines[line as usize].len;
         format!(
-            "for (uint32_t i = 0; i < {len}; i++) {} = {};",
+            "for (uint32_t i = 0; i < {len}; i++) {} = {}",
             self.element(line, "i"),
             self.stored(line, value)
         )

@@ -4,7 +4,12 @@
 //!   struct NodeId(pub u32);  impl_id!(NodeId);      IdMap<NodeId, Range>: a range for each node
 //! ```
 //!
+//! Longest paths over what has ids are here too, once for blocks and instructions.
 //! Not here: sets, sparse maps, removal. An id is never reused.
+
+mod longest_path;
+
+pub use longest_path::longest_paths;
 
 use std::fmt;
 use std::hash::{Hash, Hasher};
@@ -18,6 +23,17 @@ pub trait Id: Copy {
 
     /// Its number.
     fn index(self) -> usize;
+}
+
+/// The place in a list whose entries have no ids of their own.
+impl Id for usize {
+    fn from_index(index: usize) -> Self {
+        index
+    }
+
+    fn index(self) -> usize {
+        self
+    }
 }
 
 /// Makes a tuple struct with one `u32` an [`Id`].

@@ -297,7 +297,7 @@ impl Builder {
     /// Adds an instruction with one result, or finds the value where it is already known.
     fn append(&mut self, op: Op, info: ValueInfo, args: &[Value]) -> Value {
         let key: Known = (op, info.ty, args.to_vec());
-        let pure = op.row().effect == Effect::Pure;
+        let pure = op.row().effect.is_pure();
         let known = self
             .scopes
             .iter()
@@ -308,15 +308,14 @@ impl Builder {
         }
         let result = self.define(info);
         self.decided[result] = op == Op::Select || args.iter().any(|arg| self.is_decided(*arg));
-        self.made_of[result] = match op {
-            Op::Const(_) => MadeOf::Nothing,
-            Op::Live(_) | Op::Tick(_) => MadeOf::Live,
-            _ if args.is_empty() || !pure => MadeOf::Others,
-            _ => args
+        self.made_of[result] = match op.row().effect {
+            Effect::Pure => args
                 .iter()
                 .map(|arg| self.made_of[arg])
                 .max()
-                .unwrap_or(MadeOf::Others),
+                .unwrap_or(MadeOf::Nothing),
+            Effect::PerTick => MadeOf::Live,
+            _ => MadeOf::Others,
         };
         self.push(Inst {
             op,

@@ -87,8 +87,12 @@ pub enum Sort {
 /// What an operator does besides giving a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effect {
-    /// Nothing, and equal operands give equal results throughout a tick.
+    /// Nothing, and equal operands always give equal results.
     Pure,
+    /// Nothing, and equal operands give equal results for all keys of a tick.
+    PerTick,
+    /// Nothing, and equal operands give equal results for a key throughout a tick.
+    PerKey,
     /// Reads what other instructions write.
     Reads,
     /// Writes; stands in `init` and `tick`.
@@ -101,6 +105,14 @@ pub enum Effect {
     WritesOnce,
     /// Owns regions.
     Control,
+}
+
+impl Effect {
+    /// Whether equal operands give equal results for a key throughout a tick, and nothing else
+    /// happens.
+    pub fn is_pure(self) -> bool {
+        matches!(self, Effect::Pure | Effect::PerTick | Effect::PerKey)
+    }
 }
 
 /// What an operator computes.
@@ -161,6 +173,14 @@ pub struct Row {
     pub doc: &'static str,
     /// The operator with these immediates; none if their number is wrong or one does not fit.
     pub make: fn(&[i64]) -> Option<Op>,
+}
+
+impl Row {
+    /// Whether its result is the same wherever in the tick of a key it stands, so that it may be
+    /// computed anew anywhere: it is pure and has no operands.
+    pub fn is_fixed_in_tick(&self) -> bool {
+        self.effect.is_pure() && self.args.is_empty()
+    }
 }
 
 macro_rules! operators {
@@ -267,15 +287,15 @@ operators! {
     /// The second operand where the first holds, else the third.
     Select                "select"    (I1 T T -> T)        Pure Corners  Exact(|_, a, b, c| if a == 1 { b } else { c });
     /// Word of an input port, clamped to the port's range.
-    In(i: u32 Input)     "in"     (-> Own)       Pure         Declared Reads(|k, [i, _], _| k.input(i));
+    In(i: u32 Input)     "in"     (-> Own)       PerKey       Declared Reads(|k, [i, _], _| k.input(i));
     /// Word of an output port; every port is written exactly once.
     Out(i: u32 Output)   "out"    (Own ->)       WritesOnce   None     Writes(|k, [i, _], v| k.output(i, v[0]));
     /// A live value.
-    Live(i: u32 Live)    "live"   (-> Own)       Pure         Declared Reads(|k, [i, _], _| k.live(i));
+    Live(i: u32 Live)    "live"   (-> Own)       PerTick      Declared Reads(|k, [i, _], _| k.live(i));
     /// The number of the tick that comes so many ticks later, its low word.
-    Tick(n: u32 Number)  "tick"   (-> I32)       Pure         All      Reads(|k, [n, _], _| k.tick(n));
+    Tick(n: u32 Number)  "tick"   (-> I32)       PerTick      All      Reads(|k, [n, _], _| k.tick(n));
     /// A constant of the key.
-    Keyed(i: u32 Keyed)  "keyed"  (-> Own)       Pure         Declared Reads(|k, [i, _], _| k.keyed(i));
+    Keyed(i: u32 Keyed)  "keyed"  (-> Own)       PerKey       Declared Reads(|k, [i, _], _| k.keyed(i));
     /// Word 0 of a cell, as stored now.
     Get(i: u32 Cell)     "get"    (-> Own)       Reads        Declared Reads(|k, [i, _], _| k.get(i, 0));
     /// Stores word 0 of a cell.

@@ -90,7 +90,8 @@ impl Generator {
     /// Whether such an operator may stand here.
     fn allows(&self, op: Op) -> bool {
         match op.row().effect {
-            Effect::Pure | Effect::Reads | Effect::Writes => match op {
+            Effect::Pure | Effect::PerTick | Effect::PerKey => true,
+            Effect::Reads | Effect::Writes => match op {
                 Op::Delay(line, _) => !self.done.contains(&Op::Push(line)),
                 _ => true,
             },

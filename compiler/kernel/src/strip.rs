@@ -72,9 +72,7 @@ fn mark(values: &[Value], needed: &mut IdMap<Value, bool>) {
 /// Whether an instruction, or one inside it, does something besides giving results.
 fn has_effect(inst: &Inst) -> bool {
     inst.all_insts().any(|inst| {
-        !matches!(
-            inst.op.row().effect,
-            Effect::Pure | Effect::Reads | Effect::Control
-        )
+        let effect = inst.op.row().effect;
+        !effect.is_pure() && !matches!(effect, Effect::Reads | Effect::Control)
     })
 }

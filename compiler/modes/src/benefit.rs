@@ -4,11 +4,11 @@
 //! is not taken: the maximal fanout-free cones of that side. With `x < 3` decided, so may be other
 //! comparisons of `x`, and with them what they choose. The side that saves less counts.
 
-use super::cost;
 use super::graph::{Graph, Kind, NodeId};
 use super::tuning;
 use whippen_ids::IdMap;
 use whippen_kernel::{Op, Type};
+use whippen_target_info::BRANCH_CYCLES;
 
 /// A condition that may be decided, and what uses it.
 #[derive(Debug, Clone, Copy)]
@@ -56,6 +56,8 @@ pub(super) struct Lists {
     gone: Vec<NodeId>,
     /// Conditions still to be noted.
     open: Vec<(NodeId, [Option<NodeId>; 2])>,
+    /// Nodes that were visited, all ticks together.
+    pub work: u64,
 }
 
 /// Uses of each node, and the users of each condition.
@@ -122,6 +124,7 @@ impl<'a, 'k> Benefits<'a, 'k> {
             }
         }
         benefits.lists.compared.sort_unstable();
+        benefits.lists.work += benefits.lists.all.len() as u64;
         benefits
     }
 
@@ -252,13 +255,13 @@ impl<'a, 'k> Benefits<'a, 'k> {
     /// branch paid.
     pub fn of_worse_side(&mut self, place: usize) -> u32 {
         let saved = [true, false].map(|holds| self.saved(place, holds));
-        saved[0].min(saved[1]).saturating_sub(cost::BRANCH)
+        saved[0].min(saved[1]).saturating_sub(BRANCH_CYCLES)
     }
 
     /// The same on the side where it saves more.
     pub fn of_better_side(&mut self, place: usize) -> u32 {
         let saved = [true, false].map(|holds| self.saved(place, holds));
-        saved[0].max(saved[1]).saturating_sub(cost::BRANCH)
+        saved[0].max(saved[1]).saturating_sub(BRANCH_CYCLES)
     }
 
     /// Cycles saved where it holds, or where it does not.
@@ -282,6 +285,7 @@ impl<'a, 'k> Benefits<'a, 'k> {
                 .for_each(|(_, _, place)| decide(*place)),
         }
         let cycles = unused(self.graph, &mut self.lists.uses, &mut gone);
+        self.lists.work += gone.len() as u64;
         gone.clear();
         self.lists.gone = gone;
         2 * choices + cycles

@@ -1,74 +1,35 @@
-//! Cost model: rough cycles of a Cortex-M33 for each operator, to compare one way of making code
-//! with another.
+//! Cost model: rough cycles of nodes and instructions, to compare one way of making code with
+//! another.
 //!
-//! The exact count is made of final bytes. Here small constants are free, as is what instructions
-//! do besides (a product's upper word, an accumulator), and results are assumed to be there in
-//! time.
+//! Cycles of operators stand in the target's table. Here small constants are free; a decision
+//! around an effect and the rounds of a loop are counted. The exact count is made of final bytes.
 
 use super::graph::{Graph, Kind, NodeId};
 use whippen_kernel::{Inst, Op, Type, Value};
-
-/// Cycles of a decision: compare, branch.
-pub const BRANCH: u32 = 2;
-
-/// Constants up to this are part of instructions; others are loaded.
-const IMMEDIATE: u64 = 4095;
+use whippen_target_info::{BRANCH_CYCLES, IMMEDIATE_MAX, row};
 
 /// Cycles of an operator whose operands have this type.
-pub fn of(op: Op, ty: Type) -> u32 {
-    let wide = u32::from(ty == Type::I64);
-    match op {
-        Op::Const(_) | Op::Assume(..) | Op::Narrow | Op::Shl(0) => 0,
-        // The upper word of an accumulator is a register.
-        Op::Sar(n) | Op::SarRound(n) if wide == 1 => 1 + u32::from(n != 32),
-        Op::Add | Op::Sub | Op::Shl(_) | Op::Sar(_) => 1 + wide,
-        Op::Mul => 1 + 2 * wide,
-        Op::MulWide
-        | Op::MacWide
-        | Op::MulTop
-        | Op::MacTop
-        | Op::Widen
-        | Op::Eq
-        | Op::Lt
-        | Op::Le
-        | Op::And
-        | Op::Or
-        | Op::Not => 1,
-        Op::Min | Op::Max => 2 + 2 * wide,
-        Op::SarRound(_) => 2,
-        Op::Select => 2 + wide,
-        Op::DivRound(_) => 40,
-        Op::Sqrt => 100,
-        Op::In(_)
-        | Op::Live(_)
-        | Op::Tick(_)
-        | Op::Keyed(_)
-        | Op::Get(_)
-        | Op::Set(_)
-        | Op::Delay(..) => 1 + wide,
-        Op::Out(_) | Op::Push(_) | Op::Fill(_) => 1,
-        Op::GetAt(_) | Op::SetAt(_) | Op::Lookup(_) => 2 + wide,
-        Op::Emit(_) => 6,
-        Op::Probe(_) | Op::If | Op::Loop(_) => 4,
-    }
+fn of_op(op: Op, ty: Type) -> u32 {
+    row(op).cycles[usize::from(ty == Type::I64)]
 }
 
 /// Cycles of a new node: [`Graph::cycles`] keeps them.
 pub(super) fn of_node(graph: &Graph, id: NodeId) -> u32 {
     match graph.kind(id) {
         Kind::Start | Kind::Result(_) => 0,
-        Kind::Op(Op::Const(k)) => u32::from(k.unsigned_abs() > IMMEDIATE),
+        Kind::Op(Op::Const(k)) => u32::from(k.unsigned_abs() > IMMEDIATE_MAX),
         Kind::Op(op) => {
             let ty = graph
                 .args(id)
                 .last()
                 .map_or(graph.ty(id), |arg| graph.ty(*arg));
-            of(op, ty)
+            of_op(op, ty)
         }
         Kind::Effect(source) => {
             let guarded = graph.constant(graph.args(id)[0]).is_none();
             let inst = &graph.sources[source as usize].inst;
-            of_inst(inst, |value| graph.kernel.values[value].ty) + if guarded { BRANCH } else { 0 }
+            let cycles = of_inst(inst, |value| graph.kernel.values[value].ty);
+            cycles + if guarded { BRANCH_CYCLES } else { 0 }
         }
     }
 }
@@ -86,7 +47,7 @@ pub(super) fn of_inst(inst: &Inst, ty: impl Fn(Value) -> Type + Copy) -> u32 {
     } else {
         1
     };
-    let own = of(
+    let own = of_op(
         inst.op,
         inst.args
             .last()

@@ -6,10 +6,10 @@
 //! ```
 //!
 //! Every order of comparisons of one value with constants is a tree over the spans, and a span pays
-//! for as many decisions as it is deep. Minimised is the worst-case cost, so that an expensive span
+//! for as many decisions as it is deep. Minimized is the worst-case cost, so that an expensive span
 //! is reached after few decisions.
 
-use super::cost;
+use whippen_target_info::BRANCH_CYCLES;
 
 /// Bits of a weight: a span this many cycles cheaper than the worst case does not count.
 const BITS: u32 = 64;
@@ -36,7 +36,7 @@ pub fn best_first(required: &[bool], costs: &Costs, threshold: u32) -> Option<us
                 let sides = best[low][at - low]
                     .0
                     .saturating_add(best[at + 1][high - at - 1].0);
-                (sides.saturating_mul(1 << cost::BRANCH), Some(at))
+                (sides.saturating_mul(1 << BRANCH_CYCLES), Some(at))
             };
             let least = (low..high).map(split).min_by_key(|(weight, _)| *weight);
             let least = least.filter(|(weight, _)| *weight <= undecided_weight(threshold));

@@ -18,7 +18,6 @@
 use super::cost;
 use rustc_hash::FxHashMap;
 use whippen_ids::{Id, IdMap, impl_id};
-use whippen_kernel::op::Effect;
 use whippen_kernel::{Inst, Kernel, Op, Range, Type, Value, ValueInfo};
 
 /// A node of a [`Graph`].
@@ -307,6 +306,6 @@ pub(super) fn keeps_place(inst: &Inst, in_memory: &[bool]) -> bool {
     match inst.op {
         Op::Get(cell) | Op::Set(cell) => in_memory[cell as usize],
         Op::Delay(..) | Op::Out(_) | Op::Push(_) | Op::If => false,
-        op => op.row().effect != Effect::Pure,
+        op => !op.row().effect.is_pure(),
     }
 }

@@ -17,6 +17,8 @@
 
 use super::{Block, End, Mode, Modes, Target, cost};
 use std::fmt::{self, Display, Formatter};
+use std::ops::Add;
+use whippen_ids::{IdMap, longest_paths};
 use whippen_kernel::{Kernel, Op, Value};
 
 /// What the code of a mode amounts to.
@@ -26,6 +28,17 @@ pub struct Size {
     pub cycles: u32,
     /// Instructions of the Kernel, without constants.
     pub instructions: usize,
+}
+
+impl Add for Size {
+    type Output = Size;
+
+    fn add(self, other: Size) -> Size {
+        Size {
+            cycles: self.cycles + other.cycles,
+            instructions: self.instructions + other.instructions,
+        }
+    }
 }
 
 impl Mode {
@@ -60,22 +73,16 @@ impl Mode {
     }
 
     /// The longest path from each block on.
-    fn sizes_by_block(&self) -> Vec<Size> {
-        let mut from: Vec<Size> = vec![Size::default(); self.blocks.len()];
-        for (at, block) in self.blocks.iter().enumerate().rev() {
-            let rest = block
-                .end
-                .targets()
-                .filter_map(|target| from.get(target.block))
-                .max()
-                .copied();
-            let (rest, own) = (rest.unwrap_or_default(), self.size(block));
-            from[at] = Size {
-                cycles: own.cycles + rest.cycles,
-                instructions: own.instructions + rest.instructions,
-            };
-        }
-        from
+    fn sizes_by_block(&self) -> IdMap<usize, Size> {
+        longest_paths(
+            self.blocks.len(),
+            (0..self.blocks.len()).rev(),
+            |at| self.size(&self.blocks[at]),
+            |at, from| {
+                let targets = self.blocks[at].end.targets();
+                targets.filter_map(|to| from.get(to.block)).max().copied()
+            },
+        )
     }
 
     fn size(&self, block: &Block) -> Size {
@@ -109,6 +116,9 @@ impl Display for Modes {
             self.modes.len()
         )?;
         writeln!(f, "without modes: {whole}")?;
+        if self.work_limited {
+            writeln!(f, "not all combinations were tried: too much work")?;
+        }
         for at in 0..self.modes.len() {
             let mode = Printed::new(self, at);
             writeln!(f)?;

@@ -7,7 +7,7 @@ use fixed::types::{I5F27, I64F64};
 use fixed::{FixedI64, FixedI128};
 use whippen_compiler::kernel::op::{ROWS, Sort, Transfer};
 use whippen_compiler::kernel::random::{Draw, Rng};
-use whippen_compiler::kernel::{Effect, Kernel, Op, OpError, Range, Type, ValueInfo};
+use whippen_compiler::kernel::{Kernel, Op, OpError, Range, Type, ValueInfo};
 
 /// Pairs of edges of the type, then random numbers of all sizes.
 fn pairs(ty: Type, count: usize) -> Vec<(i64, i64)> {
@@ -138,7 +138,7 @@ fn operators() -> Vec<(Op, Vec<Type>)> {
     };
     let pure = ROWS
         .iter()
-        .filter(|row| row.effect == Effect::Pure && row.transfer != Transfer::Assumed);
+        .filter(|row| row.effect.is_pure() && row.transfer != Transfer::Assumed);
     pure.filter_map(|row| (row.make)(&vec![2; row.immediates.len()]))
         .filter(|op| {
             !op.row()

@@ -17,7 +17,7 @@ use whippen_compiler::units::{Dim, Unit};
 
 use super::pchip::Pchip;
 use super::table;
-use crate::files::FileError;
+use crate::files::{FileError, InputKind};
 use crate::titles::split_title;
 
 /// A calibration table, ready for use.
@@ -35,7 +35,7 @@ impl Calibration {
     /// The file cannot be read, a title has no length, a cell is no number, or the readings are not
     /// strictly monotone.
     pub fn load(path: &Path) -> Result<Calibration, FileError> {
-        let mut rows = table::Rows::open(path)?;
+        let mut rows = table::Rows::open(path, InputKind::CALIBRATION)?;
         let [position, reading] = rows.titles() else {
             return Err(FileError::new(
                 path,

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::calibration::Calibration;
 use super::table::finite;
-use crate::files::{FileError, open};
+use crate::files::{FileError, InputKind, open};
 
 /// What was read.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +26,7 @@ pub fn read(
     column: usize,
     calibration: Option<&Calibration>,
 ) -> Result<Raw, FileError> {
-    let mut reader = BufReader::with_capacity(1 << 16, open(path)?);
+    let mut reader = BufReader::with_capacity(1 << 16, open(path, InputKind::RECORDING)?);
     let mut raw = Raw {
         positions_m: Vec::new(),
         clipped: 0,

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::files::{FileError, open};
+use crate::files::{FileError, Input, InputKind, open};
 
 /// A CSV file with a header, read row by row.
 pub struct Rows {
     path: PathBuf,
-    reader: csv::Reader<std::fs::File>,
+    reader: csv::Reader<Input>,
     titles: Vec<String>,
     record: csv::StringRecord,
     line: u64,
@@ -18,11 +18,11 @@ impl Rows {
     ///
     /// # Errors
     /// The file cannot be read, is empty, or begins with numbers.
-    pub fn open(path: &Path) -> Result<Rows, FileError> {
+    pub fn open(path: &Path, kind: InputKind) -> Result<Rows, FileError> {
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
             .buffer_capacity(1 << 16)
-            .from_reader(open(path)?);
+            .from_reader(open(path, kind)?);
         let header = reader.headers().map_err(|e| csv_error(path, &e))?;
         let titles: Vec<String> = header.iter().map(str::to_string).collect();
         if titles.iter().all(String::is_empty) {

@@ -7,7 +7,7 @@ use whippen_compiler::units::{Dim, Unit};
 
 use super::table::Rows;
 use super::uniform::{Uniform, uniform};
-use crate::files::FileError;
+use crate::files::{FileError, InputKind};
 use crate::titles::split_title;
 
 /// What a column may hold: its usual name, its dimension, and what that is called.
@@ -34,7 +34,7 @@ pub fn read(
     (name, dim, kind): Wanted,
     limit: usize,
 ) -> Result<(usize, Uniform), FileError> {
-    let mut rows = Rows::open(path)?;
+    let mut rows = Rows::open(path, InputKind::RECORDING)?;
     let choice = find(rows.titles(), "t", Dim::TIME, "time")
         .and_then(|t| Ok((t, find(rows.titles(), name, dim, kind)?)));
     let ((t_column, t_unit), (x_column, x_unit)) =

@@ -242,6 +242,5 @@ fn figures_are_saved_by_the_end_of_their_names() {
     assert_eq!(std::fs::read(&png).unwrap()[1..4], *b"PNG");
     let error = save(&figure, &dir.path().join("f.pdf")).unwrap_err();
     assert_eq!(error.message, "a figure's name ends in `.svg` or `.png`");
-    assert_eq!(check_names(&[svg.clone(), png]), Ok(()));
-    assert!(check_names(&[svg, "f".into()]).is_err_and(|e| e.starts_with("f: a figure's name")));
+    save(&figure, &dir.path().join("F.SVG")).unwrap();
 }

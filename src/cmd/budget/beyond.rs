@@ -31,6 +31,13 @@ pub struct BeyondArgs {
     pub midi: Option<PathBuf>,
 }
 
+impl BeyondArgs {
+    /// The files that are read.
+    pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.motion.iter().chain(&self.midi)
+    }
+}
+
 /// The budgets of one instrument on one device.
 pub struct Beyond {
     numbers: NumbersBudget,

@@ -64,6 +64,17 @@ impl Output {
     pub fn is_image(&self) -> bool {
         matches!(self.kind, Kind::Elf | Kind::Uf2)
     }
+
+    /// It, and what is written beside it.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let beside: &[&str] = match self.kind {
+            Kind::Elf | Kind::Uf2 => &[],
+            Kind::C => &["h"],
+            Kind::Object => &["h", "rs"],
+        };
+        let beside = beside.iter().map(|ending| self.path.with_extension(ending));
+        [self.path.clone()].into_iter().chain(beside).collect()
+    }
 }
 
 impl Files<'_> {

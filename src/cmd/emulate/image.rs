@@ -1,13 +1,12 @@
 //! From a file to a machine with the image in its memory.
 
-use std::io::Read;
 use std::path::Path;
 
 use whippen_emulator::elf::{Elf, Lines};
 use whippen_emulator::{Converter, CoreKind, Machine, Ports};
 use whippen_isa::Arch;
 use whippen_isa::timing::Rules;
-use whippen_runtime::files;
+use whippen_runtime::files::{self, InputKind};
 
 use super::{On, board, ports};
 use crate::exit::Failure;
@@ -24,22 +23,11 @@ pub struct Image {
     pub ports: Option<Ports>,
 }
 
-/// Files larger than this are no images for microcontrollers.
-const FILE_BYTES_MAX: u64 = 256 << 20;
-
 /// Reads a file whole.
 pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     let failed =
         |message: String| Failure::Usage(format!("cannot read `{}`: {message}", path.display()));
-    let file = files::open(path).map_err(|e| failed(e.message))?;
-    let mut bytes = Vec::new();
-    file.take(FILE_BYTES_MAX + 1)
-        .read_to_end(&mut bytes)
-        .map_err(|e| failed(e.to_string()))?;
-    if bytes.len() as u64 > FILE_BYTES_MAX {
-        return Err(failed("it has more than 256 MiB".into()));
-    }
-    Ok(bytes)
+    files::read_bytes(path, InputKind::IMAGE).map_err(|e| failed(e.message))
 }
 
 impl Image {

@@ -15,6 +15,9 @@ const PATIENCE: Duration = Duration::from_secs(30);
 /// An editor with a folder to work in.
 pub struct Editor {
     pub folder: TempDir,
+    /// Its user's own folder for what can be made again, and the folder that all users share.
+    pub cache: TempDir,
+    pub shared: TempDir,
     pub server: Child,
     pub input: Option<ChildStdin>,
     output: Receiver<Value>,
@@ -24,8 +27,12 @@ pub struct Editor {
 impl Editor {
     pub fn new() -> Editor {
         let mut command = Command::new(env!("CARGO_BIN_EXE_whippen"));
+        let new_folder = || tempfile::tempdir().expect("a temporary folder");
+        let (folder, cache, shared) = (new_folder(), new_folder(), new_folder());
         let mut server = command
             .arg("lsp")
+            .env("XDG_CACHE_HOME", cache.path())
+            .env("TMPDIR", shared.path())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
@@ -40,9 +47,10 @@ impl Editor {
             }
         });
         let input = server.stdin.take();
-        let folder = tempfile::tempdir().expect("a temporary folder");
         let mut editor = Editor {
             folder,
+            cache,
+            shared,
             server,
             input,
             output,

@@ -1,13 +1,15 @@
-//! About how many cycles the longest way through a function takes: the measure by which orders of
-//! instructions are chosen.
+//! Critical path of a function: an estimate of the cycles on its longest path, the measure by which
+//! strategies and orders of instructions are compared.
 //!
-//! A block is counted by `isa::timing` from an empty pipeline, its end as one that leads on to the
-//! next block; the shorter one of two ways is branched to. What holds for final bytes is found by
-//! `budget`, not here.
+//! Each block is timed by `isa::timing` from an empty pipeline, its end as one that leads on to the
+//! next block; of two successors, the one with the shorter path is branched to.
+//!
+//! Not here: the bound, which holds for the final bytes (`budget`).
 
 use super::emit::{branch_inst, select_encodings};
 use super::func::{Allocated, Block, Cycles, Terminator};
 use super::minst::{MInst, PReg, template};
+use whippen_ids::{IdMap, longest_paths};
 use whippen_isa::reg::LR;
 use whippen_isa::timing::{Core, Outcome, Pipe};
 use whippen_isa::{Inst, Op};
@@ -30,83 +32,83 @@ pub(super) fn estimate_cycles(func: &Allocated, core: &Core) -> u64 {
             };
         Cycles { on, taken }
     };
-    below(func, func.blocks.iter().map(cycles).collect())
+    longest_from_each(func, cycles)
         .first()
         .copied()
         .unwrap_or(0)
 }
 
-/// Cycles of the longest way; blocks of loops count as often as they run.
+/// Cycles of the longest path; blocks of loops count as often as they run.
 pub(super) fn worst_case_cycles(func: &Allocated, core: &Core) -> u64 {
     cycles_from_each(func, core).first().copied().unwrap_or(0)
 }
 
-/// Cycles of the longest way from each block on.
-pub(super) fn cycles_from_each(func: &Allocated, core: &Core) -> Vec<u64> {
-    below(
-        func,
-        func.blocks
-            .iter()
-            .map(|block| block_cycles(block, core))
-            .collect(),
+/// Cycles of the longest path from each block on.
+pub(super) fn cycles_from_each(func: &Allocated, core: &Core) -> IdMap<usize, u64> {
+    longest_from_each(func, |block| block_cycles(block, core))
+}
+
+/// The longest path from each block on, given the cycles of each.
+fn longest_from_each(
+    func: &Allocated,
+    cycles: impl Fn(&Block<PReg>) -> Cycles,
+) -> IdMap<usize, u64> {
+    let cycles: Vec<Cycles> = func.blocks.iter().map(cycles).collect();
+    longest_paths(
+        func.blocks.len(),
+        (0..func.blocks.len()).rev(),
+        |block| in_all_rounds(&func.blocks[block], cycles[block]),
+        |block, below| {
+            let end = &func.blocks[block].end;
+            Some(worst_successor(end, block, cycles[block].taken, below))
+        },
     )
 }
 
-/// The longest way from each block on, given the cycles of each.
-fn below(func: &Allocated, of_blocks: Vec<Cycles>) -> Vec<u64> {
-    let mut cycles = vec![0; of_blocks.len()];
-    // Blocks follow those that lead to them, but for the way back in a loop, which does not count.
-    for (block, own) in of_blocks.into_iter().enumerate().rev() {
-        // Loops are short and rare: their rounds are charged to their heads.
-        let rounds = u64::from(func.blocks[block].rounds.unwrap_or(1));
-        cycles[block] =
-            rounds * own.on + worst_successor(&func.blocks[block].end, block, own.taken, &cycles);
-    }
-    cycles
+/// Cycles of a block as often as it runs. Loops are short and rare: all rounds of a loop are
+/// charged to its head.
+fn in_all_rounds(block: &Block<PReg>, cycles: Cycles) -> u64 {
+    u64::from(block.rounds.unwrap_or(1)) * cycles.on
 }
 
-/// The longer one of the ways on from a block. Only one of two can be what follows; the other one
-/// is branched to, which costs so much more.
+/// The longer one of the paths on from a block. Only one of two successors can be what follows in
+/// memory; the other one is branched to, which costs so much more.
 pub(super) fn worst_successor(
     end: &Terminator<PReg>,
     block: usize,
     taken: u64,
     cycles: &[u64],
 ) -> u64 {
-    let below: Vec<u64> = end
-        .targets()
-        .into_iter()
-        .filter(|to| *to > block)
-        .map(|to| cycles[to])
-        .collect();
+    let below: Vec<u64> = forward_targets(end, block).map(|to| cycles[to]).collect();
     match below[..] {
         [first, second] => first.max(second).max(first.min(second) + taken),
         _ => below.first().copied().unwrap_or(0),
     }
 }
 
-/// Cycles of the longest way through each block.
+/// Where a block leads, but for the edge back in a loop: blocks stand behind those that lead to
+/// them.
+fn forward_targets(end: &Terminator<PReg>, block: usize) -> impl Iterator<Item = usize> {
+    end.targets().into_iter().filter(move |to| *to > block)
+}
+
+/// Cycles of the longest path through each block.
 pub(super) fn cycles_through_each(func: &Allocated, core: &Core) -> Vec<u64> {
-    let below = cycles_from_each(func, core);
-    let mut above = vec![0; func.blocks.len()];
-    for block in 0..func.blocks.len() {
-        let targets: Vec<usize> = func.blocks[block]
-            .end
-            .targets()
-            .into_iter()
-            .filter(|to| *to > block)
-            .collect();
-        let taken = block_cycles(&func.blocks[block], core).taken;
-        let own = below[block] - worst_successor(&func.blocks[block].end, block, taken, &below);
-        let here = above[block] + own;
-        targets
-            .into_iter()
-            .for_each(|to| above[to] = here.max(above[to]));
+    let blocks = func.blocks.len();
+    let mut predecessors = vec![Vec::new(); blocks];
+    for (block, code) in func.blocks.iter().enumerate() {
+        forward_targets(&code.end, block).for_each(|to| predecessors[to].push(block));
     }
-    above
-        .iter()
-        .zip(below)
-        .map(|(above, below)| above + below)
+    let own = |block: usize| {
+        let code = &func.blocks[block];
+        in_all_rounds(code, block_cycles(code, core))
+    };
+    let to_each = longest_paths(blocks, 0..blocks, own, |block, above| {
+        predecessors[block].iter().map(|from| above[from]).max()
+    });
+    let from_each = cycles_from_each(func, core);
+    (0..blocks)
+        .map(|block| to_each[block] + from_each[block] - own(block))
         .collect()
 }
 
@@ -131,8 +133,12 @@ fn count_cycles(block: &Block<PReg>, core: &Core) -> Cycles {
         let (next, cost) = core.issue(pipe, &core.prepare(inst), at, &Outcome::NEXT);
         (pipe, at, sum) = (next, at + inst.size(), sum + u64::from(cost.cycles()));
     }
-    let cycles = |inst: &Inst, way: &Outcome| {
-        u64::from(core.issue(pipe, &core.prepare(inst), at, way).1.cycles())
+    let cycles = |inst: &Inst, outcome: &Outcome| {
+        u64::from(
+            core.issue(pipe, &core.prepare(inst), at, outcome)
+                .1
+                .cycles(),
+        )
     };
     let taken = Outcome::taken(0, false);
     match block.end {

@@ -6,6 +6,7 @@
 use super::minst::{MInst, PReg, Reg, Register, VReg};
 use super::registers::ALL_FREE;
 use std::sync::OnceLock;
+use whippen_ids::longest_paths;
 use whippen_isa::Cond;
 
 /// A block and the values of its parameters.
@@ -82,7 +83,7 @@ impl Func {
 
     pub(super) fn fresh(&mut self) -> VReg {
         self.vregs += 1;
-        self.vregs - 1
+        VReg(self.vregs - 1)
     }
 
     pub(super) fn block(&mut self) -> usize {
@@ -160,14 +161,17 @@ impl Func {
         Func { blocks, ..self }
     }
 
-    /// Instructions on the longest way, loops counted once.
+    /// Instructions on the longest path, loops counted once.
     pub(super) fn longest_path_len(&self) -> usize {
-        let mut below = vec![0; self.blocks.len()];
-        for at in self.reverse_postorder().into_iter().rev() {
-            let block = &self.blocks[at];
-            let next = block.end.targets().into_iter().map(|to| below[to]).max();
-            below[at] = block.code.len() + next.unwrap_or(0);
-        }
+        let below = longest_paths(
+            self.blocks.len(),
+            self.reverse_postorder().into_iter().rev(),
+            |at| self.blocks[at].code.len(),
+            |at, below| {
+                let targets = self.blocks[at].end.targets();
+                targets.into_iter().map(|to| below[to]).max()
+            },
+        );
         below.first().copied().unwrap_or(0)
     }
 

@@ -13,13 +13,14 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use whippen_ids::IdMap;
 use whippen_kernel::op::Meaning;
-use whippen_kernel::{Inst, Kernel, Op, Range, Type, Value, ValueInfo, sweep_insts};
+use whippen_kernel::{Effect, Inst, Kernel, Op, Range, Type, Value, ValueInfo, sweep_insts};
 use whippen_modes::{End, Mode, Modes};
+use whippen_target_info::{AtEntry, row};
 
 /// What is computed once a tick.
 #[derive(Debug, Default)]
 pub(super) struct TickInvariants {
-    pub values: Vec<ValueInfo>,
+    pub values: IdMap<Value, ValueInfo>,
     pub insts: Vec<Inst>,
     /// The live values that are added, in order.
     pub results: Vec<Value>,
@@ -44,17 +45,9 @@ pub(super) fn hoist_invariants(modes: &Modes) -> (Cow<'_, Modes>, TickInvariants
     (Cow::Owned(modes), shared)
 }
 
-/// Whether it is worth a word of memory and a load.
-fn is_worth_a_load(op: Op) -> bool {
-    let sum = matches!(
-        op,
-        Op::Add | Op::Sub | Op::MacTop | Op::MacWide | Op::Min | Op::Max | Op::Select
-    );
-    sum || matches!(op, Op::Tick(1..))
-        || matches!(
-            op,
-            Op::Mul | Op::MulWide | Op::MulTop | Op::DivRound(_) | Op::Sqrt
-        )
+/// Whether it reads what all keys share in a tick.
+fn is_per_tick(op: Op) -> bool {
+    op.row().effect == Effect::PerTick
 }
 
 /// The instruction that makes each value.
@@ -125,9 +118,10 @@ impl<'m> InvariantScan<'m> {
     }
 
     fn is_alone(&self, inst: &Inst) -> bool {
-        let reads = matches!(inst.op, Op::Live(_) | Op::Tick(_));
-        let computes = reads || matches!(inst.op.row().meaning, Meaning::Exact(_));
-        computes && inst.regions.is_empty() && inst.args.iter().all(|arg| self.made[arg].is_some())
+        let computes = matches!(inst.op.row().meaning, Meaning::Exact(_));
+        (computes || is_per_tick(inst.op))
+            && inst.regions.is_empty()
+            && inst.args.iter().all(|arg| self.made[arg].is_some())
     }
 
     fn define(&mut self, inst: &'m Inst) {
@@ -135,9 +129,9 @@ impl<'m> InvariantScan<'m> {
         let depends_on_param = any(&self.depends_on_param);
         let costly = any(&self.costly);
         let result = inst.results[0];
-        self.depends_on_param[result] =
-            depends_on_param || matches!(inst.op, Op::Live(_) | Op::Tick(_));
-        self.costly[result] = costly || is_worth_a_load(inst.op);
+        let is_hoisted = row(inst.op).at_entry == AtEntry::Hoisted;
+        self.depends_on_param[result] = depends_on_param || is_per_tick(inst.op);
+        self.costly[result] = costly || is_hoisted;
         self.made[result] = Some(inst);
     }
 
@@ -203,8 +197,7 @@ impl TickInvariants {
         if let Some(known) = self.known.get(&key) {
             return *known;
         }
-        let result = Value(self.values.len() as u32);
-        self.values.push(info);
+        let result = self.values.push(info);
         self.insts.push(Inst {
             results: vec![result],
             args,

@@ -193,7 +193,7 @@ fn cost(region: &Region) -> u32 {
         (_, Op::DivRound(_) | Op::Sqrt | Op::Lookup(_) | Op::GetAt(_)) => 1000,
         (_, Op::MulWide | Op::MacWide) => 8,
         (_, Op::MulTop | Op::MacTop) => 6,
-        (Effect::Pure | Effect::Reads, _) => 1,
+        (effect, _) if effect.is_pure() || effect == Effect::Reads => 1,
         _ => 1000,
     };
     region.insts.iter().map(one).sum()

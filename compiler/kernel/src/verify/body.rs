@@ -107,7 +107,8 @@ impl Body<'_> {
     /// Whether the operator may stand here.
     fn placed(&mut self, op: Op) -> Result<(), Fault> {
         let (allowed, rule) = match op.row().effect {
-            Effect::Pure | Effect::Reads | Effect::Writes | Effect::Control => (true, ""),
+            Effect::Pure | Effect::PerTick | Effect::PerKey => (true, ""),
+            Effect::Reads | Effect::Writes | Effect::Control => (true, ""),
             Effect::WritesInTick => (self.tick, "stands in `tick` only"),
             Effect::WritesInInit => (!self.tick, "stands in `init` only"),
             Effect::WritesOnce if !self.tick || self.depth > 1 => {

@@ -3,7 +3,7 @@
 //!
 //! A value that only blocks below use is sunk if that takes no other register down in its place:
 //! what it is made of alone (its cone) rests on values that are live below anyway, or that can be
-//! rematerialised. Each path below then has its own copy.
+//! rematerialized. Each path below then has its own copy.
 
 use super::{Needs, Scheduler};
 use crate::graph::NodeId;
@@ -106,12 +106,12 @@ impl Sinking<'_, '_, '_> {
     /// Whether blocks below can read it again instead of keeping it in a register.
     fn is_rematerializable(&self, id: NodeId) -> bool {
         match self.scheduler.graph.op(id) {
-            Some(Op::Const(_) | Op::Live(_) | Op::Tick(_) | Op::Keyed(_) | Op::In(_)) => true,
             Some(Op::Get(cell)) => !self
                 .here
                 .iter()
                 .any(|id| self.scheduler.graph.op(*id) == Some(Op::Set(cell))),
-            _ => false,
+            Some(op) => op.row().is_fixed_in_tick(),
+            None => false,
         }
     }
 
@@ -151,11 +151,7 @@ impl Sinking<'_, '_, '_> {
     /// what can be read again.
     fn cone(&self, top: NodeId, overwritten: bool) -> Option<Vec<NodeId>> {
         let graph = &self.scheduler.graph;
-        let pure = |id: NodeId| {
-            graph
-                .op(id)
-                .is_some_and(|op| op.row().effect == whippen_kernel::Effect::Pure)
-        };
+        let pure = |id: NodeId| graph.op(id).is_some_and(|op| op.row().effect.is_pure());
         let goes = |id: NodeId| self.here.contains(&id) && pure(id) && !self.decided.contains(&id);
         let users = self.users.get(&top)?;
         if !goes(top) || users.iter().any(|user| self.is_here(*user)) {

@@ -52,47 +52,33 @@ impl Select<'_> {
         d
     }
 
-    /// An operator on words.
-    pub(super) fn select_i32(&mut self, op: Op, args: &[Value]) -> VReg {
-        match op {
-            Op::Add => self.add_i32(args[0], args[1]),
-            Op::Sub => self.sub_i32(args[0], args[1]),
-            Op::Mul => {
-                let (a, b) = (self.reg(args[0]), self.reg(args[1]));
-                self.emit_rrr(Isa::MUL, a, b)
-            }
-            Op::MulTop => match self.power_of_two_factor(args[0], args[1]) {
-                Some((of, n)) => self.sar_round_i32(of, n),
-                None => {
-                    let (a, b) = (self.reg(args[0]), self.reg(args[1]));
-                    self.result(
-                        MInst::new(Isa::SMMUL)
-                            .reg(Role::N, a)
-                            .reg(Role::M, b)
-                            .imm(ROUND),
-                    )
-                }
-            },
-            Op::MacTop if args[1..].iter().any(|arg| self.constant(*arg) == Some(0)) => {
-                self.reg(args[0])
-            }
-            Op::MacTop => {
-                let (sum, a, b) = (self.reg(args[0]), self.reg(args[1]), self.reg(args[2]));
-                self.result(
-                    MInst::new(Isa::SMMLA)
-                        .reg(Role::N, a)
-                        .reg(Role::M, b)
-                        .reg(Role::A, sum)
-                        .imm(ROUND),
-                )
-            }
-            Op::Min | Op::Max => self.select_min_max(op, args),
-            Op::Shl(n) => self.shift_value(Isa::LSL_immediate, args[0], n),
-            Op::Sar(n) => self.shift_value(Isa::ASR_immediate, args[0], n),
-            Op::SarRound(n) => self.sar_round_i32(args[0], n),
-            // Everything else has a result of its own kind.
-            _ => self.reg(args[0]),
+    pub(super) fn mul_i32(&mut self, a: Value, b: Value) -> VReg {
+        let a = self.reg(a);
+        let b = self.reg(b);
+        self.emit_rrr(Isa::MUL, a, b)
+    }
+
+    /// The top word of a product; with a power of two it is a rounded shift.
+    pub(super) fn mul_top(&mut self, a: Value, b: Value) -> VReg {
+        if let Some((of, n)) = self.power_of_two_factor(a, b) {
+            return self.sar_round_i32(of, n);
         }
+        let a = self.reg(a);
+        let b = self.reg(b);
+        let code = MInst::new(Isa::SMMUL).imm(ROUND);
+        self.result(code.reg(Role::N, a).reg(Role::M, b))
+    }
+
+    /// A sum with the top word of a product.
+    pub(super) fn mac_top(&mut self, sum: Value, a: Value, b: Value) -> VReg {
+        let sum = self.reg(sum);
+        if self.constant(a) == Some(0) || self.constant(b) == Some(0) {
+            return sum;
+        }
+        let a = self.reg(a);
+        let b = self.reg(b);
+        let code = MInst::new(Isa::SMMLA).imm(ROUND).reg(Role::A, sum);
+        self.result(code.reg(Role::N, a).reg(Role::M, b))
     }
 
     /// The factor that is no constant, and how far a product with the other, a power of two, is
@@ -123,7 +109,7 @@ impl Select<'_> {
         }
     }
 
-    fn add_i32(&mut self, a: Value, b: Value) -> VReg {
+    pub(super) fn add_i32(&mut self, a: Value, b: Value) -> VReg {
         match self.split_constant(&[a, b]) {
             Some((of, k)) => match self.foldable(of) {
                 // A constant that takes a register may as well be what a shifted operand is added
@@ -174,7 +160,7 @@ impl Select<'_> {
         self.result(with_shift(code, shift, amount))
     }
 
-    fn sub_i32(&mut self, a: Value, b: Value) -> VReg {
+    pub(super) fn sub_i32(&mut self, a: Value, b: Value) -> VReg {
         let reversed = self
             .constant(a)
             .and_then(|k| u32::try_from(k).ok())
@@ -213,9 +199,9 @@ impl Select<'_> {
     }
 
     /// The smaller or larger one; by saturation where that does the same.
-    fn select_min_max(&mut self, op: Op, args: &[Value]) -> VReg {
+    pub(super) fn min_max_i32(&mut self, op: Op, a: Value, b: Value) -> VReg {
         let (mut of, mut bounds) = (None, Type::I32.range());
-        if let Some((inner, k)) = self.split_constant(args) {
+        if let Some((inner, k)) = self.split_constant(&[a, b]) {
             bounds = narrow_bounds(op, k, bounds);
             of = Some(inner);
             if let Some((inner_op @ (Op::Min | Op::Max), inner_args)) = self.deferred(inner)
@@ -235,11 +221,7 @@ impl Select<'_> {
         {
             return word;
         }
-        self.compare_and_move(
-            args[0],
-            args[1],
-            if op == Op::Min { Cond::LT } else { Cond::GT },
-        )
+        self.compare_and_move(a, b, if op == Op::Min { Cond::LT } else { Cond::GT })
     }
 
     /// The operand that is not constant, and the one that is.
@@ -290,7 +272,7 @@ impl Select<'_> {
             (a, b, cond)
         };
         self.compare(a, b);
-        let (then, other) = (self.reg(a), self.bindings[b.0 as usize]);
+        let (then, other) = (self.reg(a), self.binding(b));
         // Both are the same where they are equal.
         let beyond = if cond == Cond::LT { Cond::GT } else { Cond::LT };
         match other {
@@ -302,7 +284,7 @@ impl Select<'_> {
         }
     }
 
-    pub(super) fn shift_value(&mut self, op: Isa, value: Value, n: u8) -> VReg {
+    pub(super) fn shift_i32(&mut self, op: Isa, value: Value, n: u8) -> VReg {
         let value = self.reg(value);
         self.shift_by(op, value, n)
     }
@@ -317,7 +299,7 @@ impl Select<'_> {
     }
 
     /// The bit that is shifted out last is the carry, and rounding up adds it.
-    fn sar_round_i32(&mut self, value: Value, n: u8) -> VReg {
+    pub(super) fn sar_round_i32(&mut self, value: Value, n: u8) -> VReg {
         if n == 0 {
             return self.reg(value);
         }
@@ -351,6 +333,7 @@ impl Select<'_> {
             }
             // Never asked for: callers hand over registers and constants.
             Binding::Unbound
+            | Binding::Choice(_)
             | Binding::Comparison(..)
             | Binding::Deferred(..)
             | Binding::Rematerialize(..) => MInst::new(Isa::MOV_immediate),

@@ -10,47 +10,41 @@ use whippen_kernel::{Op, Value};
 type Pair = (VReg, VReg);
 
 impl Select<'_> {
-    /// An operator with a result of 64 bits.
-    pub(super) fn select_i64(&mut self, op: Op, args: &[Value]) -> Pair {
-        match op {
-            Op::Add => self.add_i64(args[0], args[1]),
-            Op::Sub => {
-                let (a, b) = (self.pair(args[0]), self.pair(args[1]));
-                self.sub_pairs(a, b)
-            }
-            Op::Mul => self.mul_i64(args[0], args[1]),
-            Op::MulWide => {
-                let (a, b) = (self.reg(args[0]), self.reg(args[1]));
-                self.multiply_long(Isa::SMULL, a, b)
-            }
-            Op::MacWide => {
-                let sum = self.pair(args[0]);
-                let (a, b) = (self.reg(args[1]), self.reg(args[2]));
-                self.multiply_accumulate(Isa::SMLAL, sum, a, b)
-            }
-            Op::Min | Op::Max => self.min_max_i64(op, args[0], args[1]),
-            Op::Shl(n) => {
-                let pair = self.pair(args[0]);
-                self.shl_pair(pair, n)
-            }
-            Op::Sar(n) => {
-                let pair = self.pair(args[0]);
-                self.sar_pair(pair, n)
-            }
-            Op::SarRound(n) => self.sar_round_i64(args[0], n),
-            Op::Widen => {
-                let low = self.reg(args[0]);
-                let high = self.sign_mask(low);
-                (low, high)
-            }
-            // Everything else has a result of its own kind.
-            _ => self.pair(args[0]),
-        }
+    /// The whole product of two words.
+    pub(super) fn mul_wide(&mut self, a: Value, b: Value) -> Pair {
+        let a = self.reg(a);
+        let b = self.reg(b);
+        self.multiply_long(Isa::SMULL, a, b)
+    }
+
+    /// A sum with the whole product of two words.
+    pub(super) fn mac_wide(&mut self, sum: Value, a: Value, b: Value) -> Pair {
+        let sum = self.pair(sum);
+        let a = self.reg(a);
+        let b = self.reg(b);
+        self.multiply_accumulate(Isa::SMLAL, sum, a, b)
+    }
+
+    /// A word with its sign.
+    pub(super) fn widen(&mut self, word: Value) -> Pair {
+        let low = self.reg(word);
+        let high = self.sign_mask(low);
+        (low, high)
+    }
+
+    pub(super) fn shl_i64(&mut self, value: Value, n: u8) -> Pair {
+        let pair = self.pair(value);
+        self.shl_pair(pair, n)
+    }
+
+    pub(super) fn sar_i64(&mut self, value: Value, n: u8) -> Pair {
+        let pair = self.pair(value);
+        self.sar_pair(pair, n)
     }
 
     /// The low word; of a shifted sum or product only that is computed.
     pub(super) fn select_narrow(&mut self, value: Value) -> Binding {
-        let word = match (self.bindings[value.0 as usize], self.deferred(value)) {
+        let word = match (self.binding(value), self.deferred(value)) {
             (Binding::Const(k), _) => return Binding::Const(k as i32 as i64),
             (_, Some((Op::Sar(n @ 1..=32), [of, _]))) => {
                 let (low, high) = self.pair(of);
@@ -147,9 +141,16 @@ impl Select<'_> {
         self.shift_by(Isa::ASR_immediate, word, 31)
     }
 
-    fn add_i64(&mut self, a: Value, b: Value) -> Pair {
-        let (a, b) = (self.pair(a), self.pair(b));
+    pub(super) fn add_i64(&mut self, a: Value, b: Value) -> Pair {
+        let a = self.pair(a);
+        let b = self.pair(b);
         self.add_pairs(a, b)
+    }
+
+    pub(super) fn sub_i64(&mut self, a: Value, b: Value) -> Pair {
+        let a = self.pair(a);
+        let b = self.pair(b);
+        self.sub_pairs(a, b)
     }
 
     pub(super) fn add_pairs(&mut self, a: Pair, b: Pair) -> Pair {
@@ -172,7 +173,7 @@ impl Select<'_> {
         (low, self.emit_rrr(Isa::SBC_register, a.1, b.1))
     }
 
-    fn mul_i64(&mut self, a: Value, b: Value) -> Pair {
+    pub(super) fn mul_i64(&mut self, a: Value, b: Value) -> Pair {
         let (a, b) = (self.pair(a), self.pair(b));
         let (low, high) = self.multiply_long(Isa::UMULL, a.0, b.0);
         let cross = |select: &mut Self, n, m, sum| {
@@ -187,17 +188,14 @@ impl Select<'_> {
         (low, cross(self, a.1, b.0, high))
     }
 
-    fn min_max_i64(&mut self, op: Op, a: Value, b: Value) -> Pair {
+    pub(super) fn min_max_i64(&mut self, op: Op, a: Value, b: Value) -> Pair {
         let (a, b) = (self.pair(a), self.pair(b));
         let cond = if op == Op::Min {
             self.compare_pairs(a, b)
         } else {
             self.compare_pairs(b, a)
         };
-        match self.move_pair(cond, a, b) {
-            Binding::Pair(low, high) => (low, high),
-            _ => a,
-        }
+        self.move_pair(cond, a, b)
     }
 
     /// Shifted left.
@@ -239,7 +237,7 @@ impl Select<'_> {
     }
 
     /// Rounding up adds the bit that is shifted out last.
-    fn sar_round_i64(&mut self, value: Value, n: u8) -> Pair {
+    pub(super) fn sar_round_i64(&mut self, value: Value, n: u8) -> Pair {
         let pair = self.pair(value);
         if n == 0 {
             return pair;

@@ -4,17 +4,15 @@ use super::{Binding, Select};
 use crate::thumb::minst::{MInst, Role, VReg};
 use whippen_isa::imm::{thumb_imm_carry, thumb_shrink_imm};
 use whippen_isa::{Cond, Flags, Op as Isa};
-use whippen_kernel::{Inst, Op, Type, Value};
+use whippen_kernel::{Op, Type, Value};
 
 impl Select<'_> {
-    /// A comparison: computed now if its word is needed, else where it steers.
-    pub(super) fn bind_comparison(&mut self, inst: &Inst, result: Value) -> Binding {
-        let test = Binding::Comparison(inst.op, [inst.args[0], inst.args[1]]);
-        if !self.as_word[result.0 as usize] {
-            return test;
+    /// Makes a comparison the word that it is needed as, where it does not only steer.
+    pub(super) fn bind_comparison_as_word(&mut self, value: Value) {
+        if let Binding::Comparison(..) = self.binding(value) {
+            let word = self.bool_as_word(value);
+            self.bind(value, Binding::Word(word));
         }
-        self.bind(result, test);
-        Binding::Word(self.bool_as_word(result))
     }
 
     /// 0 or 1.
@@ -29,7 +27,7 @@ impl Select<'_> {
 
     /// 0 or 1 as the sign of a difference, where that cannot overflow.
     fn sign_as_bool(&mut self, value: Value) -> Option<VReg> {
-        let Binding::Comparison(op, [a, b]) = self.bindings[value.0 as usize] else {
+        let Binding::Comparison(op, [a, b]) = self.binding(value) else {
             return None;
         };
         let (of, from) = (self.info(a), self.info(b));
@@ -73,7 +71,7 @@ impl Select<'_> {
 
     /// Sets the flags; the bool holds where the condition does.
     pub(super) fn condition(&mut self, value: Value) -> Cond {
-        match self.bindings[value.0 as usize] {
+        match self.binding(value) {
             Binding::Comparison(op, [a, b]) if self.info(a).ty == Type::I64 => {
                 self.condition_i64(op, a, b)
             }
@@ -236,25 +234,25 @@ impl Select<'_> {
         })
     }
 
-    pub(super) fn select_choice(&mut self, ty: Type, args: &[Value]) -> Binding {
+    pub(super) fn select_choice(&mut self, is_wide: bool, args: [Value; 3]) -> Binding {
         if let Some(known) = self.constant(args[0]) {
             let chosen = args[if known == 0 { 2 } else { 1 }];
-            return if ty == Type::I64 {
-                self.pair_of(chosen)
+            return if is_wide {
+                self.pair(chosen).into()
             } else {
-                Binding::Word(self.reg(chosen))
+                self.reg(chosen).into()
             };
         }
-        if ty == Type::I64 {
+        if is_wide {
             let (then, other) = (self.pair(args[1]), self.pair(args[2]));
             let cond = self.condition(args[0]);
-            return self.move_pair(cond, then, other);
+            return self.move_pair(cond, then, other).into();
         }
         if let Some(word) = self.chosen_limit(args) {
-            return Binding::Word(word);
+            return word.into();
         }
         let other = self.reg(args[2]);
-        let then = match self.bindings[args[1].0 as usize] {
+        let then = match self.binding(args[1]) {
             Binding::Const(k) if thumb_shrink_imm(k as u32).is_some() => Binding::Const(k),
             _ => Binding::Word(self.reg(args[1])),
         };
@@ -264,7 +262,7 @@ impl Select<'_> {
 
     /// A value that is held within a limit only where a bool says so: the comparison with the limit
     /// is conditional, too.
-    fn chosen_limit(&mut self, args: &[Value]) -> Option<VReg> {
+    fn chosen_limit(&mut self, args: [Value; 3]) -> Option<VReg> {
         let limit_of = |select: &Self, held: Value, of: Value| {
             let (op, [a, b]) = select
                 .deferred(held)
@@ -281,7 +279,7 @@ impl Select<'_> {
             _ => return None,
         };
         let beyond = if op == Op::Max { Cond::LT } else { Cond::GT };
-        let (first, cond) = match self.bindings[args[0].0 as usize] {
+        let (first, cond) = match self.binding(args[0]) {
             // A constant is compared with from the right.
             Binding::Comparison(Op::Lt, [a, b])
                 if self.constant(a).is_none() && self.info(a).ty != Type::I64 =>
@@ -295,7 +293,7 @@ impl Select<'_> {
         if !matches!((cond, beyond), (Cond::LT, Cond::LT) | (Cond::GE, Cond::GT)) {
             return None;
         }
-        let (old, new) = (self.reg(of), self.bindings[limit.0 as usize]);
+        let (old, new) = (self.reg(of), self.binding(limit));
         let compare = self.compare_code(of, limit);
         let new = match new {
             Binding::Const(k) if thumb_shrink_imm(k as u32).is_some() => new,
@@ -306,21 +304,16 @@ impl Select<'_> {
         Some(self.move_if(beyond, new, old))
     }
 
-    pub(super) fn pair_of(&mut self, value: Value) -> Binding {
-        let (low, high) = self.pair(value);
-        Binding::Pair(low, high)
-    }
-
     /// Both words where the flags say so.
     pub(super) fn move_pair(
         &mut self,
         cond: Cond,
         then: (VReg, VReg),
         other: (VReg, VReg),
-    ) -> Binding {
+    ) -> (VReg, VReg) {
         let low = self.move_if(cond, Binding::Word(then.0), other.0);
         let high = self.move_if(cond, Binding::Word(then.1), other.1);
-        Binding::Pair(low, high)
+        (low, high)
     }
 }
 

@@ -10,7 +10,7 @@ use crate::thumb::registers::{HISTORY, RECORD, SAMPLES, STATE};
 use crate::thumb::state_layout::TICK;
 use whippen_isa::{Op as Isa, ShiftType};
 use whippen_kernel::layout::words;
-use whippen_kernel::{Op, Range, Type, Value};
+use whippen_kernel::{Range, Type, Value};
 
 /// Places that are neither cells nor lines.
 pub(super) const WORDS_OUT: AliasClass = AliasClass::Other(Other::Drive);
@@ -61,41 +61,39 @@ impl Select<'_> {
         self.emit(code);
     }
 
-    /// What an operator reads.
-    pub(super) fn select_read(&mut self, op: Op, args: &[Value]) -> Binding {
-        let constant = |select: &mut Self, base, offset: u32| {
-            Binding::Word(select.load(
-                Isa::LDR_immediate,
-                Self::fixed(base),
-                offset.into(),
-                AliasClass::Constant,
-            ))
-        };
-        match op {
-            Op::In(port) => Binding::Word(self.read_input(port)),
-            Op::Live(live) => constant(self, STATE, self.layout.live_params[live as usize]),
-            Op::Tick(later) => {
-                let now = self.load(
-                    Isa::LDR_immediate,
-                    Self::fixed(STATE),
-                    TICK.into(),
-                    AliasClass::Constant,
-                );
-                Binding::Word(self.add_constant(now, later.into()))
-            }
-            Op::Keyed(keyed) => constant(self, RECORD, self.layout.keyed[keyed as usize]),
-            Op::Get(cell) => {
-                let (base, offset) = (Self::fixed(RECORD), self.layout.cells[cell as usize].into());
-                self.load_cell(cell, base, offset)
-            }
-            Op::GetAt(cell) => {
-                let (base, offset) = self.element_address(cell, args[0]);
-                self.load_cell(cell, base, offset)
-            }
-            Op::Delay(line, ticks) => Binding::Word(self.read_delay(line, ticks)),
-            Op::Lookup(table) => Binding::Word(self.read_table(table, args[0])),
-            _ => Binding::Unbound,
-        }
+    /// A word that nothing writes while keys are computed.
+    fn load_tick_constant(&mut self, base: u8, offset: u32) -> VReg {
+        self.load(
+            Isa::LDR_immediate,
+            Self::fixed(base),
+            offset.into(),
+            AliasClass::Constant,
+        )
+    }
+
+    pub(super) fn read_live(&mut self, live: u32) -> VReg {
+        self.load_tick_constant(STATE, self.layout.live_params[live as usize])
+    }
+
+    /// The number of the tick that comes so many ticks later.
+    pub(super) fn read_tick(&mut self, later: u32) -> VReg {
+        let now = self.load_tick_constant(STATE, TICK);
+        self.add_constant(now, later.into())
+    }
+
+    pub(super) fn read_keyed(&mut self, keyed: u32) -> VReg {
+        self.load_tick_constant(RECORD, self.layout.keyed[keyed as usize])
+    }
+
+    pub(super) fn read_cell(&mut self, cell: u32) -> Binding {
+        let offset = self.layout.cells[cell as usize];
+        self.load_cell(cell, Self::fixed(RECORD), offset.into())
+    }
+
+    /// A word of a cell, by its index.
+    pub(super) fn read_element(&mut self, cell: u32, index: Value) -> Binding {
+        let (base, offset) = self.element_address(cell, index);
+        self.load_cell(cell, base, offset)
     }
 
     fn load_cell(&mut self, cell: u32, base: Reg, offset: i64) -> Binding {
@@ -109,37 +107,24 @@ impl Select<'_> {
         }
     }
 
-    /// What an operator writes.
-    pub(super) fn select_write(&mut self, inst: &whippen_kernel::Inst) {
-        let args = &inst.args;
-        match inst.op {
-            Op::Out(port) => self.write_output(port, args[0]),
-            Op::Set(cell) if self.pending_choices.contains_key(&args[0]) => {
-                self.pending_choices
-                    .get(&args[0])
-                    .copied()
-                    .into_iter()
-                    .for_each(|choice| self.store_conditionally(cell, choice));
-            }
-            Op::Set(cell) => {
-                let (base, offset) = (Self::fixed(RECORD), self.layout.cells[cell as usize].into());
-                self.store_words(AliasClass::Cell(cell), base, offset, args[0]);
-            }
-            Op::SetAt(cell) => {
-                let (base, offset) = self.element_address(cell, args[0]);
-                self.store_words(AliasClass::Cell(cell), base, offset, args[1]);
-            }
-            Op::Push(line) => self.push_line(line, args[0]),
-            Op::Fill(line) => self.fill_line(line, args[0]),
-            Op::Emit(event) => self.emit_event(event, args),
-            Op::Probe(probe) => {
-                if let Some(probes) = &self.layout.probes {
-                    let offset = probes[probe as usize].into();
-                    self.store_words(PROBES, Self::fixed(RECORD), offset, args[0]);
-                }
-            }
-            // All others have results.
-            _ => {}
+    /// Stores word 0 of a cell; a choice that waited for it may leave the old word.
+    pub(super) fn write_cell(&mut self, cell: u32, value: Value) {
+        if let Binding::Choice(choice) = self.binding(value) {
+            return self.store_conditionally(cell, choice);
+        }
+        let offset = self.layout.cells[cell as usize].into();
+        self.store_words(AliasClass::Cell(cell), Self::fixed(RECORD), offset, value);
+    }
+
+    pub(super) fn write_element(&mut self, cell: u32, index: Value, value: Value) {
+        let (base, offset) = self.element_address(cell, index);
+        self.store_words(AliasClass::Cell(cell), base, offset, value);
+    }
+
+    pub(super) fn write_probe(&mut self, probe: u32, value: Value) {
+        if let Some(probes) = &self.layout.probes {
+            let offset = probes[probe as usize].into();
+            self.store_words(PROBES, Self::fixed(RECORD), offset, value);
         }
     }
 
@@ -215,7 +200,7 @@ impl Select<'_> {
         self.first_input = Some(t);
     }
 
-    fn read_input(&mut self, port: u32) -> VReg {
+    pub(super) fn read_input(&mut self, port: u32) -> VReg {
         let offset = 2 * i64::from(port) - i64::from(self.layout.stride);
         let word = match self.first_input {
             Some(word) if port == 0 => word,
@@ -232,7 +217,7 @@ impl Select<'_> {
 
     /// The drive word; its gain has 16 fraction bits and is at most 1, so the product is a word
     /// again.
-    fn write_output(&mut self, port: u32, value: Value) {
+    pub(super) fn write_output(&mut self, port: u32, value: Value) {
         let mut word = self.reg(value);
         if let Some(gain) = self.layout.gain {
             let gain = self.load(
@@ -275,7 +260,7 @@ impl Select<'_> {
         }
     }
 
-    fn read_delay(&mut self, line: u32, ticks: u32) -> VReg {
+    pub(super) fn read_delay(&mut self, line: u32, ticks: u32) -> VReg {
         let ticks = if self.layout.lines[line as usize].len == ticks {
             0
         } else {
@@ -295,7 +280,7 @@ impl Select<'_> {
         t
     }
 
-    fn push_line(&mut self, line: u32, value: Value) {
+    pub(super) fn push_line(&mut self, line: u32, value: Value) {
         let word = self.reg(value);
         let narrow = [Isa::STRH_immediate, Isa::STRH_register];
         let code = self.access_line(line, 0, [narrow, [Isa::STR_immediate, Isa::STR_register]]);
@@ -346,7 +331,7 @@ impl Select<'_> {
         )
     }
 
-    fn read_table(&mut self, table: u32, index: Value) -> VReg {
+    pub(super) fn read_table(&mut self, table: u32, index: Value) -> VReg {
         let len = self.kernel.tables[table as usize].values.len() as u32;
         let index = self.clamp_index(index, len);
         let low = self.result(MInst {

@@ -15,6 +15,7 @@ use crate::thumb::minst::{PReg, template};
 use crate::thumb::registers::{ALL_FREE, FREE};
 use crate::thumb::reorder::{OrderCache, reorder_blocks};
 use crate::thumb::select::Select;
+use crate::thumb::select::plan::plan_mode;
 use crate::thumb::state_layout::StateLayout;
 use whippen_isa::{Arch, Class, Inst};
 use whippen_kernel::random::kernel;
@@ -212,7 +213,9 @@ fn random(seed: u64) -> [Allocated; 2] {
     };
     let layout = StateLayout::new(&modes.kernel, &options, None, 0);
     let mut literals = Literals::new(1 + modes.kernel.tables.len());
-    let func = Select::mode(&modes.kernel, &layout, &mut literals, &modes.modes[0], 0, 1)
+    let mode = &modes.modes[0];
+    let plan = plan_mode(&modes.kernel, mode);
+    let func = Select::select_mode(&modes.kernel, &layout, &plan, &mut literals, mode, 0, 1)
         .into_reverse_postorder();
     let before = allocate(&func, options.arch).expect("there are registers");
     let mut after = before.clone();

@@ -1,0 +1,41 @@
+//! Signals that end the command: Ctrl-C, a request to terminate, a terminal that is closed.
+//!
+//! Files that are being written are removed, and the command ends with 130, as shells count a
+//! Ctrl-C. Whoever has something to end in order first takes the first signal ([`take_first`]).
+//! Where the caller has the signals ignored (`nohup`) they stay ignored.
+
+use std::sync::{Mutex, PoisonError};
+
+use whippen_runtime::files::abandon_unfinished;
+
+/// The exit code of a command that was interrupted.
+const INTERRUPTED: i32 = 130;
+
+/// What the first signal does instead of ending the command.
+type Job = Box<dyn FnOnce() + Send>;
+
+static FIRST: Mutex<Option<Job>> = Mutex::new(None);
+
+/// Begins to listen.
+pub fn listen() {
+    // That somebody else decides about the signals is no error.
+    let _ = ctrlc::try_set_handler(|| match replace_first(None) {
+        Some(job) => job(),
+        None => end(),
+    });
+}
+
+/// The first signal does this; the next one ends the command at once.
+pub fn take_first(job: impl FnOnce() + Send + 'static) {
+    replace_first(Some(Box::new(job)));
+}
+
+fn replace_first(job: Option<Job>) -> Option<Job> {
+    let mut first = FIRST.lock().unwrap_or_else(PoisonError::into_inner);
+    std::mem::replace(&mut first, job)
+}
+
+fn end() {
+    abandon_unfinished();
+    std::process::exit(INTERRUPTED);
+}

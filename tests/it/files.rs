@@ -1,0 +1,185 @@
+//! Files of a command line: none is lost, and nothing half written is left.
+#![cfg(unix)]
+
+use std::collections::BTreeMap;
+use std::os::unix::fs::{PermissionsExt, symlink};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::cli::Shell;
+
+const CLICK: &str = "instrument click {
+    sense x: length in -0.5 mm .. 10.5 mm over 0.7 ms
+    event bottom when x > 8 mm { emit note(speed: x') }
+    force spring = 300 N/m * x
+}
+";
+
+/// A folder with inputs of every kind, and links to them.
+fn shell() -> Shell {
+    let shell = Shell::new()
+        .with("click.whip", CLICK)
+        .with("key.csv", "t_s,x_mm\n0,0\n0.1,5\n0.2,0\n")
+        .with("force.csv", "t_s,f_n\n0,0\n0.1,1\n0.2,0\n")
+        .with("table.csv", "0,0\n1,10\n")
+        .with("song.mid", "not read")
+        .with("own.toml", "not read")
+        .with("image.elf", "not read")
+        .with("words.bin", "not read");
+    std::fs::create_dir(shell.path("folder")).expect("writable");
+    for (input, link) in [
+        ("click.whip", "soft.html"),
+        ("key.csv", "soft.csv"),
+        ("own.toml", "soft.h"),
+        ("click.whip", "soft.s"),
+        ("words.bin", "soft.json"),
+    ] {
+        symlink(input, shell.path(link)).expect("writable");
+    }
+    for (input, link) in [
+        ("click.whip", "hard.html"),
+        ("key.csv", "hard.csv"),
+        ("song.mid", "hard.svg"),
+        ("click.whip", "hard.elf"),
+    ] {
+        std::fs::hard_link(shell.path(input), shell.path(link)).expect("writable");
+    }
+    shell
+}
+
+/// Every file of a folder, with its contents.
+fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = std::fs::read_dir(folder).expect("readable");
+    let paths = entries.map(|e| e.expect("an entry").path());
+    let files = paths.filter(|path| path.is_file());
+    let read = files.filter_map(|path| {
+        let name = path.file_name()?.display().to_string();
+        // One that is being written may have gone.
+        Some((name, std::fs::read(&path).ok()?))
+    });
+    read.collect()
+}
+
+const LOST: &str = "would overwrite";
+const BOTH: &str = "would both be written to";
+
+/// Command lines, and why they are refused.
+const REFUSED: &[(&str, &str)] = &[
+    ("run click.whip --report click.whip", "ends in `.html`"),
+    ("run click.whip --report soft.html", LOST),
+    ("run click.whip --report hard.html", LOST),
+    ("run click.whip --motion key.csv --out key.csv", LOST),
+    (
+        "run click.whip --motion key.csv --out folder/../key.csv",
+        LOST,
+    ),
+    ("run click.whip --motion key.csv --events soft.csv", LOST),
+    ("run click.whip --motion soft.csv --events hard.csv", LOST),
+    ("run click.whip --force force.csv --out force.csv", LOST),
+    (
+        "run click.whip --motion key.csv --rate 9 --calibration table.csv --out table.csv",
+        LOST,
+    ),
+    ("run click.whip --midi song.mid --plot hard.svg", LOST),
+    ("run click.whip --out t.csv --events t.csv", BOTH),
+    ("run click.whip --out t.csv --events ./t.csv", BOTH),
+    ("run click.whip --plot a.svg --plot a.svg", BOTH),
+    ("build click.whip -o hard.elf", LOST),
+    ("build click.whip --device own.toml -o soft.c", LOST),
+    ("build click.whip --board own.toml -o soft.o", LOST),
+    (
+        "build click.whip -o a.elf --map click.whip",
+        "ends in `.map`",
+    ),
+    (
+        "build click.whip -o a.elf --listing key.csv",
+        "ends in `.lst`",
+    ),
+    (
+        "build click.whip -o a.elf --map a.txt --listing a.txt",
+        BOTH,
+    ),
+    ("budget click.whip --path soft.s", LOST),
+    ("budget click.whip --path a.txt", "ends in `.s`"),
+    ("budget click.whip --report soft.html", LOST),
+    (
+        "budget click.whip --motion key.csv --report key.csv",
+        "ends in `.html`",
+    ),
+    ("emulate image.elf --trace image.elf", LOST),
+    (
+        "emulate image.elf --write a=@words.bin --profile soft.json",
+        LOST,
+    ),
+    (
+        "emulate image.elf --sense words.bin --drive words.bin",
+        LOST,
+    ),
+    ("emulate image.elf --input key.csv --trace soft.csv", LOST),
+    ("emulate image.elf --trace a --drive a", BOTH),
+    ("emulate image.elf --profile a.txt", "ends in `.json`"),
+];
+
+#[test]
+fn no_output_overwrites_an_input_or_another_output() {
+    let shell = shell();
+    let before = contents(&shell.path("."));
+    for (line, says) in REFUSED {
+        let args: Vec<&str> = line.split(' ').collect();
+        shell.refuses(2, &args, &[says]);
+        assert_eq!(contents(&shell.path(".")), before, "{line}");
+    }
+}
+
+#[test]
+fn laying_out_keeps_links_and_permissions() {
+    let shell = Shell::new();
+    let (real, link) = (shell.path("folder/real.whip"), shell.path("link.whip"));
+    std::fs::create_dir(shell.path("folder")).expect("writable");
+    std::fs::write(&real, CLICK.replace("    ", " ")).expect("writable");
+    std::fs::set_permissions(&real, PermissionsExt::from_mode(0o750)).expect("set");
+    symlink("folder/real.whip", &link).expect("writable");
+    shell.ends(0, &["fmt", "link.whip"]);
+    assert_eq!(std::fs::read_to_string(&real).expect("readable"), CLICK);
+    assert!(link.symlink_metadata().expect("there").is_symlink());
+    let mode = || real.metadata().expect("there").permissions().mode() & 0o777;
+    assert_eq!(mode(), 0o750);
+    // A file that may not be written is not replaced either.
+    let unlaid = CLICK.replace("    ", "  ");
+    std::fs::write(&real, &unlaid).expect("writable");
+    std::fs::set_permissions(&real, PermissionsExt::from_mode(0o440)).expect("set");
+    shell.refuses(2, &["fmt", "link.whip"], &["it is read-only"]);
+    assert_eq!(std::fs::read_to_string(&real).expect("readable"), unlaid);
+    assert_eq!(mode(), 0o440);
+}
+
+/// How long a command may take to begin a file, and to end.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+#[test]
+fn an_interrupt_leaves_nothing_half_written() {
+    let shell = Shell::new().with("click.whip", CLICK);
+    let build = ["build", "click.whip", "--keys", "2", "-o", "click.elf"];
+    shell.ends(0, &build);
+    let endless = "emulate click.elf --board rp2350 --keys 2 --max-cycles 1e15 --trace trace.txt";
+    for signal in ["-INT", "-TERM"] {
+        let before = contents(&shell.path("."));
+        let mut running = Command::new(env!("CARGO_BIN_EXE_whippen"))
+            .args(endless.split(' '))
+            .current_dir(shell.path("."))
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("starts");
+        let begun = Instant::now();
+        while contents(&shell.path(".")).len() == before.len() {
+            assert!(begun.elapsed() < PATIENCE, "it writes nothing");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let id = running.id().to_string();
+        let sent = Command::new("kill").args([signal, &id]).status();
+        assert!(sent.expect("kill").success());
+        assert_eq!(running.wait().expect("ends").code(), Some(130), "{signal}");
+        assert_eq!(contents(&shell.path(".")), before, "{signal}");
+    }
+}
