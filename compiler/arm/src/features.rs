@@ -1,6 +1,6 @@
 //! Subtarget features: what the code generator may ask of a core, by name.
 //!
-//! Selection works as if every core had the instructions of ARMv7E-M, and legalisation rewrites
+//! Selection works as if every core had the instructions of ARMv7E-M, and legalization rewrites
 //! what ARMv6-M lacks. The code around it (prologue, allocation, branches) asks this table for the
 //! one ability that it needs, and never for the architecture. A core is added here by a row of its
 //! own, or by that of an architecture whose answers are the same.
@@ -14,7 +14,7 @@ use whippen_isa::reg::LR;
 /// What a core can do.
 #[derive(Debug)]
 pub struct Features {
-    /// Every instruction of selection has an encoding, so none is legalised.
+    /// Every instruction of selection has an encoding, so none is legalized.
     pub legal_as_selected: bool,
     /// Loads, stores, PUSH and POP take R8 to R12, and instructions compute in them.
     pub high_registers: bool,

@@ -18,7 +18,7 @@
 //! | `compile` | the list of passes, each with what checks it |
 //! | `search` | the strategy of each mode, by worst-case cycles |
 //! | `select` | instruction selection |
-//! | `v6m` | legalisation for ARMv6-M, which has fewer instructions |
+//! | `v6m` | legalization for ARMv6-M, which has fewer instructions |
 //! | `promote` | tick constants in registers from key to key |
 //! | `schedule` | list scheduling under register pressure |
 //! | `allocate` | register allocation, by `regalloc2` |

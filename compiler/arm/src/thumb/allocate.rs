@@ -81,8 +81,8 @@ fn preg(reg: u8) -> PReg {
     PReg::new(reg.into(), RegClass::Int)
 }
 
-fn vreg(reg: u32) -> VReg {
-    VReg::new(reg as usize, RegClass::Int)
+fn vreg(reg: minst::VReg) -> VReg {
+    VReg::new(reg.0 as usize, RegClass::Int)
 }
 
 /// A function as `regalloc2` sees it: one row of instructions, the last of each block its end.
@@ -210,7 +210,7 @@ impl<'a> View<'a> {
 }
 
 /// What is read in a certain register.
-fn use_in(of: u32, reg: u8) -> Operand {
+fn use_in(of: minst::VReg, reg: u8) -> Operand {
     Operand::new(
         vreg(of),
         OperandConstraint::FixedReg(preg(reg)),
@@ -231,7 +231,7 @@ fn clobbers_of(code: &MInst) -> PRegSet {
 
 /// What is read first, in the order of roles, then what is written.
 fn operands_of(code: &MInst) -> Vec<Operand> {
-    let reads: Vec<(Role, u32)> = code
+    let reads: Vec<(Role, minst::VReg)> = code
         .uses()
         .filter_map(|u| match (u.writes, u.operand.reg, u.operand.old) {
             (true, _, Some(old)) => Some((u.role, old)),

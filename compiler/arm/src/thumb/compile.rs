@@ -5,7 +5,7 @@
 //! | --- | --- | --- |
 //! | plan values | `select/plan` | none: an analysis, which changes nothing |
 //! | select | `select` | `regalloc2`'s verifier of SSA form, in `allocate` |
-//! | legalise for ARMv6-M | `v6m` | the same |
+//! | legalize for ARMv6-M | `v6m` | the same |
 //! | promote tick constants | `promote` | the same |
 //! | order blocks | `minst` | the same |
 //! | schedule | `schedule` | `validate` |
@@ -40,7 +40,7 @@ use whippen_modes::Modes;
 /// How a function is compiled.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Strategy {
-    /// Decisions over which a rematerialisable value keeps its register.
+    /// Decisions over which a rematerializable value keeps its register.
     pub remat_distance: usize,
     /// Values alive at once, as far as the scheduler can have that; none keeps selection's order.
     pub pressure_limit: Option<usize>,

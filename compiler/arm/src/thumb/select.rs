@@ -78,7 +78,7 @@ struct ValueState {
     binding: Binding,
     /// How many values that are deferred, one to the other, it is made of.
     defer_depth: u8,
-    /// In which block it was rematerialised last, and where the result is.
+    /// In which block it was rematerialized last, and where the result is.
     rematerialized: Option<(usize, VReg)>,
 }
 
@@ -90,7 +90,7 @@ pub(super) struct Select<'a> {
     values: &'a IdMap<Value, ValueInfo>,
     plan: &'a Plan,
     state: IdMap<Value, ValueState>,
-    /// Over how many decisions a rematerialised value stays in its register.
+    /// Over how many decisions a rematerialized value stays in its register.
     remat_reach: usize,
     /// The only block that leads to a block, of those that were asked about.
     predecessors: BTreeMap<usize, Option<usize>>,

@@ -1,4 +1,4 @@
-//! Rematerialisation: a value is computed anew, by one instruction, in each block that uses it.
+//! Rematerialization: a value is computed anew, by one instruction, in each block that uses it.
 //! Near the last one its result is still in a register.
 
 use super::{Binding, Select};

@@ -1,4 +1,4 @@
-//! Rematerialisation: loads that may be made again instead of keeping a register.
+//! Rematerialization: loads that may be made again instead of keeping a register.
 //!
 //! A cell's word is in memory until the cell is stored to, so a block that wants it can load it for
 //! as much as it would cost to take it from the stack. That holds for a use behind a store to the
