@@ -14,6 +14,7 @@ mod islands;
 
 use super::minst::{Relocation, template};
 use super::names;
+use crate::features::Features;
 use crate::image::{Fixup, FixupKind, Hint, LineRow, Symbol, SymbolKind};
 use whippen_isa::{Arch, Cond, Encoding, Flags, Form, Inst, Op};
 
@@ -144,7 +145,7 @@ pub(super) fn assemble(
             *inst = shortest_encoding(inst, arch)?;
         }
     }
-    if arch == Arch::V6M {
+    if !Features::of(arch).wide_branches {
         let items = islands::insert_islands(items, labels);
         let (sizes, places) = relax_branches(&items, items.len() + labels, arch);
         return write_bytes(&items, &sizes, &places, arch, name);
@@ -294,7 +295,7 @@ fn write_bytes(
             Item::Branch {
                 cond: Some(cond),
                 to,
-            } if sizes[index] == 4 && arch == Arch::V6M => {
+            } if sizes[index] == 4 && !Features::of(arch).wide_branches => {
                 // Around a branch that reaches further.
                 out.push_inst(&branch_inst(cond.invert(), false, 0), arch)?;
                 out.push_inst(
