@@ -29,7 +29,7 @@ use crate::plot::Figure;
 use crate::trace::Trace;
 
 pub use columns::{
-    ALL, Recorded, Source, argument_title, argument_titles, arguments, choose, marked, recorded,
+    ALL, Recorded, Signal, argument_title, argument_titles, arguments, choose, marked, recorded,
     roles, roles_of_all, suffix, title, titles, unit,
 };
 use recorder::Recorder;
@@ -112,7 +112,7 @@ pub(crate) trait Body {
     /// Where the key is in a tick (m), after the drive's word of the tick before.
     fn position_m(&mut self, tick: usize, word: Option<i16>) -> f64;
 
-    /// What is recorded of it in this tick, in the order of [`Source::Body`].
+    /// What is recorded of it in this tick, in the order of [`Signal::Body`].
     fn observe(&self) -> &[f64] {
         &[]
     }

@@ -1,8 +1,8 @@
 //! Traces: what a run leaves behind, and its two tables.
 //!
-//! A [`Trace`] has columns over time (ports, force terms, coordinates, states) and a list of events.
-//! Columns are [records](Record): of every tick, or bounded. The tables are written while a run goes
-//! on ([`TickTable`], [`EventTable`]); they are CSV:
+//! A [`Trace`] has columns over time (ports, force terms, coordinates, states) and a list of
+//! events. Columns are [records](Record): of every tick, or bounded. The tables are written while a
+//! run goes on ([`TickTable`], [`EventTable`]); they are CSV:
 //!
 //! ```text
 //!   t_s,x_m,f_n,contact_n,phi_rad,repetition      t_s,key,event,speed_m_per_s

@@ -12,11 +12,11 @@ use crate::motion::Resampled;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
     ticks: usize,
-    source: Source,
+    source: Samples,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Source {
+enum Samples {
     /// One by one.
     Ticks(Vec<f64>),
     /// A recording at its own rate.
@@ -29,7 +29,7 @@ impl From<Vec<f64>> for Trajectory {
     fn from(values: Vec<f64>) -> Trajectory {
         Trajectory {
             ticks: values.len(),
-            source: Source::Ticks(values),
+            source: Samples::Ticks(values),
         }
     }
 }
@@ -38,7 +38,7 @@ impl From<Resampled> for Trajectory {
     fn from(recording: Resampled) -> Trajectory {
         Trajectory {
             ticks: recording.len(),
-            source: Source::Recording(recording),
+            source: Samples::Recording(recording),
         }
     }
 }
@@ -49,7 +49,7 @@ impl Trajectory {
         let ticks = gesture.ticks(rate_hz);
         Trajectory {
             ticks,
-            source: Source::Gesture(gesture, rate_hz, ticks.max(1)),
+            source: Samples::Gesture(gesture, rate_hz, ticks.max(1)),
         }
     }
 
@@ -64,9 +64,9 @@ impl Trajectory {
             return None;
         }
         match &self.source {
-            Source::Ticks(values) => values.get(tick).copied(),
-            Source::Recording(recording) => Some(recording.at(tick)),
-            Source::Gesture(gesture, rate_hz, period) => {
+            Samples::Ticks(values) => values.get(tick).copied(),
+            Samples::Recording(recording) => Some(recording.at(tick)),
+            Samples::Gesture(gesture, rate_hz, period) => {
                 Some(gesture.at((tick % period) as f64 / f64::from(*rate_hz)))
             }
         }
@@ -82,7 +82,7 @@ impl Trajectory {
     #[must_use]
     pub fn lasting(self, ticks: usize) -> Trajectory {
         let all = match self.source {
-            Source::Gesture(..) if self.ticks > 0 => ticks,
+            Samples::Gesture(..) if self.ticks > 0 => ticks,
             _ => ticks.min(self.ticks),
         };
         Trajectory { ticks: all, ..self }
@@ -91,7 +91,7 @@ impl Trajectory {
     /// The greatest value.
     pub fn greatest(&self) -> Option<f64> {
         let once = match &self.source {
-            Source::Gesture(_, _, period) => self.ticks.min(*period),
+            Samples::Gesture(_, _, period) => self.ticks.min(*period),
             _ => self.ticks,
         };
         (0..once).filter_map(|tick| self.get(tick)).reduce(f64::max)

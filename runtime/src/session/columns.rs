@@ -13,7 +13,7 @@ use crate::trace::{Argument, Column, Heading, Trace};
 
 /// Where the values of a column come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
+pub enum Signal {
     /// The force that the drive was told to give.
     Drive,
     /// A value of the program (index of the export).
@@ -28,12 +28,12 @@ pub struct Recorded {
     /// What it is called.
     pub heading: Heading,
     /// Where its values come from.
-    pub source: Source,
+    pub source: Signal,
 }
 
 /// The columns of a run on an engine: the drive, then senses with their derivatives, the sum of
-/// forces, forces, `let`s, coordinates, rates, states, and what is observed of the body. An engine without values inside of
-/// ticks has the drive alone. A title that occurs again gets a number.
+/// forces, forces, `let`s, coordinates, rates, states, and what is observed of the body. An engine
+/// without values inside of ticks has the drive alone. A title that occurs again gets a number.
 pub fn recorded(
     compiled: &Compiled,
     device: &Device,
@@ -48,7 +48,7 @@ pub fn recorded(
         step: Some(device.scales().drive_lsb),
         ..Heading::default()
     };
-    let mut columns = vec![(drive, Source::Drive)];
+    let mut columns = vec![(drive, Signal::Drive)];
     let exports = compiled.lowered.exports.iter().enumerate();
     let shown = exports.filter(|(_, e)| kind.board().is_none() && has_column(model, e));
     columns.extend(shown.map(|(index, export)| {
@@ -58,10 +58,10 @@ pub fn recorded(
             labels: labels(model, export),
             step: words.then_some(export.lsb),
         };
-        (heading, Source::Export(index))
+        (heading, Signal::Export(index))
     }));
     let body = body.iter().cloned().enumerate();
-    columns.extend(body.map(|(index, heading)| (heading, Source::Body(index))));
+    columns.extend(body.map(|(index, heading)| (heading, Signal::Body(index))));
     let mut named: Vec<Recorded> = Vec::new();
     for (mut heading, source) in columns {
         let name = heading.name.clone();

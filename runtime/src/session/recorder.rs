@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use whippen_compiler::lower::ExportKind;
 use whippen_compiler::pipeline::Compiled;
 
-use super::columns::{Recorded, Source, arguments, choose, event_heading, marked};
+use super::columns::{Recorded, Signal, arguments, choose, event_heading, marked};
 use crate::device::Device;
 use crate::engine::{Engine, EngineKind, Happened};
 use crate::files::{FileError, OutputFile};
@@ -171,7 +171,7 @@ impl Strikes {
 pub(super) struct Recorder<'c> {
     compiled: &'c Compiled,
     device: &'c Device,
-    sources: Vec<Source>,
+    sources: Vec<Signal>,
     keep: Keep,
     ticks: Option<(PathBuf, TickTable<OutputFile>)>,
     events: Option<(PathBuf, EventTable<OutputFile>)>,
@@ -246,10 +246,10 @@ impl<'c> Recorder<'c> {
 
     fn fill_row(&mut self, engine: &Engine, drive: i16, body: &[f64]) {
         let exports = &self.compiled.lowered.exports;
-        let value = |source: &Source| match *source {
-            Source::Drive => self.device.force_of_word(drive),
-            Source::Export(index) => engine.value(0, index, &exports[index]),
-            Source::Body(index) => body[index],
+        let value = |source: &Signal| match *source {
+            Signal::Drive => self.device.force_of_word(drive),
+            Signal::Export(index) => engine.value(0, index, &exports[index]),
+            Signal::Body(index) => body[index],
         };
         self.row.clear();
         self.row.extend(self.sources.iter().map(value));
@@ -298,9 +298,9 @@ impl<'c> Recorder<'c> {
 }
 
 /// How a column is kept. The loop of force over travel is drawn of the first ticks, one by one.
-fn record(compiled: &Compiled, keep: Keep, heading: &Heading, source: Source) -> Record {
+fn record(compiled: &Compiled, keep: Keep, heading: &Heading, source: Signal) -> Record {
     let kind = match source {
-        Source::Export(index) => Some(compiled.lowered.exports[index].kind),
+        Signal::Export(index) => Some(compiled.lowered.exports[index].kind),
         _ => None,
     };
     let in_loop = matches!(
