@@ -11,8 +11,8 @@ use whippen_compiler::keyboard::{self, Layout};
 use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::source::SourceMap;
-use whippen_emulator::BoardKind;
 use whippen_runtime::device::Device;
+use whippen_runtime::emulated::EmulatedBoard;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::gesture::{Follower, Move};
 use whippen_runtime::keyboard::{
@@ -25,6 +25,7 @@ use whippen_runtime::session::{self, Run};
 use whippen_runtime::stroke::{Stroke, strokes};
 
 use super::motion::Positions;
+use super::on_board::BoardArgs;
 use super::progress::Progress;
 use super::run::Outputs;
 use super::{load, run};
@@ -77,6 +78,7 @@ pub struct Setup<'a> {
     pub settings: &'a [(String, String)],
     pub device: &'a Device,
     pub engine: EngineKind,
+    pub on_board: &'a BoardArgs,
     pub seconds: Option<f64>,
     /// The instrument that was named after the files.
     pub name: Option<&'a str>,
@@ -131,6 +133,21 @@ impl<'a> PlayedKeyboard<'a> {
             },
             instruments: &program.instruments,
         })
+    }
+
+    /// With so many keys.
+    fn with_keys(self, keys: u32) -> Result<PlayedKeyboard<'a>, Failure> {
+        let layout = self.layout.with_keys(keys);
+        let layout = layout.map_err(|e| Failure::Usage(format!("{e}: leave --keys away")))?;
+        Ok(PlayedKeyboard { layout, ..self })
+    }
+
+    /// That its image on a board is proven, or need not be.
+    fn prove(&self, setup: &Setup, on: EmulatedBoard) -> Outcome {
+        let (layout, ids) = self.layout.only(|_| true);
+        let models: Vec<&Model> = ids.iter().map(|id| &self.instruments[id.index()]).collect();
+        let on_board = setup.on_board;
+        on_board.prove(setup.map, &models, layout, setup.device, on.kind)
     }
 
     /// The program that plays.
@@ -245,6 +262,10 @@ fn score(performance: &Performance, keyboard: &PlayedKeyboard, seconds: Option<f
 /// Plays, tells, writes.
 pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
     let keyboard = PlayedKeyboard::find(setup.program, setup.name, args)?;
+    let keyboard = match setup.on_board.keys {
+        Some(keys) => keyboard.with_keys(keys)?,
+        None => keyboard,
+    };
     let wanted = args.key.map(|key| traced_key(&keyboard, key)).transpose()?;
     let outputs = setup.outputs;
     if wanted.is_none() && (outputs.out.is_some() || !outputs.plot.is_empty()) {
@@ -280,6 +301,9 @@ pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
             setup.device,
             false,
         )?);
+    }
+    if let Some(on) = setup.engine.board() {
+        keyboard.prove(setup, on)?;
     }
     let logs = play(setup, args, &keyboard, &score)?;
     let rate_hz = keyboard.rate_hz();
@@ -356,8 +380,8 @@ fn play(
             progress.0.at(progress.1 / keys);
         }
     };
-    let logs = if let Some(kind) = setup.engine.board() {
-        on_board(setup, keyboard, kind, score, |ticks| {
+    let logs = if let Some(on) = setup.engine.board() {
+        on_board(setup, keyboard, on, score, |ticks| {
             report(ticks * keys / keyboard.keys())
         })
     } else {
@@ -392,7 +416,7 @@ fn play(
 fn on_board(
     setup: &Setup,
     keyboard: &PlayedKeyboard,
-    kind: BoardKind,
+    on: EmulatedBoard,
     score: &Score,
     progress: impl Fn(usize),
 ) -> Result<Vec<KeyLog>, Failure> {
@@ -407,7 +431,7 @@ fn on_board(
     let (mut logs, load) = play_on_board(
         &keyboard.played(),
         setup.device,
-        kind,
+        on,
         &keys,
         score.ticks,
         progress,
