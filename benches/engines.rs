@@ -15,7 +15,7 @@ use whippen_compiler::front::compile_front;
 use whippen_compiler::jit::{JitCode, Options};
 use whippen_compiler::kernel::{Kernel, verify};
 use whippen_compiler::keyboard;
-use whippen_compiler::modes::{INSTRUCTIONS, specialise};
+use whippen_compiler::modes::{INSTRUCTIONS, specialize};
 use whippen_compiler::pipeline::{self, Compiled, compile, unobserved};
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::stability::analyze;
@@ -79,7 +79,7 @@ fn images(criterion: &mut Criterion) {
     let built = image();
     let bound = || pipeline::prove(&built, &board, setup.rate_hz, &mut unobserved);
     criterion.bench_function("modes", |b| {
-        b.iter(|| specialise(black_box(kernel), INSTRUCTIONS))
+        b.iter(|| specialize(black_box(kernel), INSTRUCTIONS))
     });
     criterion.bench_function("image 88", |b| b.iter(image));
     criterion.bench_function("bound 88", |b| b.iter(bound));

@@ -76,7 +76,7 @@ fn instrument(name: &str, file: &str, words: &[u16]) -> Result<(), Failure> {
     }
     for (code, modes) in [
         ("one mode", Modes::single(&kernel)),
-        ("modes", modes::specialise(&kernel, modes::INSTRUCTIONS)),
+        ("modes", modes::specialize(&kernel, modes::INSTRUCTIONS)),
     ] {
         let cycles = ours::play(&kernel, &modes, words)?;
         let [worst, mean] = [cycles.worst, cycles.mean].map(|cycles| cycles / KEYS as f64);

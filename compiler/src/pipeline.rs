@@ -180,7 +180,7 @@ pub fn specialize(
     observer: Observer,
 ) -> Result<Modes, CompileError> {
     let kernel = without_probes(&compiled.lowered.kernel);
-    let modes = modes::specialise(&kernel, instructions);
+    let modes = modes::specialize(&kernel, instructions);
     modes::verify::verify(&modes).map_err(|all| defect(Pass::Modes, &kernel.name, &all))?;
     observer(Pass::Modes, &modes);
     Ok(modes)

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! A segment has two addresses. It is loaded at one (LMA, in flash) and runs at the other (VMA);
-//! they differ for initialised data, which start-up code copies. Whoever calls a function without
+//! they differ for initialized data, which start-up code copies. Whoever calls a function without
 //! that code puts the bytes at both.
 //!
 //! Not here: source lines (`lines`), and which memory a board has for an image (`layout`).

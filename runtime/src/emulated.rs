@@ -153,7 +153,7 @@ impl Emulated {
             period_cycles: u64::from(board.clock_hz / rate_hz),
             ..Load::default()
         };
-        let cores = &image.programs[0].cores;
+        let cores = &image.program(ProgramId(0)).cores;
         let taken = cores.iter().map(|core| vec![0; core.zones.len()]).collect();
         Ok(Emulated {
             machine,

@@ -18,7 +18,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use whippen_compiler::kernel;
-use whippen_compiler::keyboard::{KeyRange, Layout, Program, Zone};
+use whippen_compiler::keyboard::{KeyRange, Layout, Program, ProgramId, Zone, ZoneId};
 use whippen_compiler::lower::LoweredEventKind;
 use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::{Compiled, compile};
@@ -76,7 +76,7 @@ impl<'a> PlayedProgram<'a> {
     /// What a key plays; what the first zone plays, where there is no such key.
     pub fn model_of_key(&self, key: u32) -> &'a Model {
         let zones = &self.program.zones;
-        self.model_of(self.program.zone_of_key(key).unwrap_or(&zones[0]))
+        self.model_of(self.program.zone_of_key(key).unwrap_or(&zones[ZoneId(0)]))
     }
 }
 
@@ -151,7 +151,7 @@ pub fn play_on_board(
     let all = Layout {
         first_note: 0,
         keys: keys.len() as u32,
-        programs: vec![played.program.clone()],
+        programs: vec![played.program.clone()].into(),
     };
     let (layout, instruments) = all.only(|_| true);
     let compiled: Vec<Compiled> = instruments
@@ -162,7 +162,7 @@ pub fn play_on_board(
     let borrowed: Vec<&Compiled> = compiled.iter().collect();
     let mut engine = Emulated::of_layout(&layout, &borrowed, device, board)?;
     let mut zones: Vec<ZoneGroup> = Vec::new();
-    for zone in &layout.programs[0].zones {
+    for zone in &layout.program(ProgramId(0)).zones {
         let compiled = &compiled[zone.instrument.index()];
         zones.push(ZoneGroup {
             keys: zone.keys,

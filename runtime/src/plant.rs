@@ -6,7 +6,7 @@
 //!   player (force, or a hand) ---------------+--> mass with friction, felt stops --> position --delay--> sensor
 //! ```
 //!
-//! It shares nothing with the stability analysis but the device file: no linearisation, no exact
+//! It shares nothing with the stability analysis but the device file: no linearization, no exact
 //! solutions, only small steps of the differential equation. Positions grow downwards; forces of
 //! the drive push up, those of the player down. On what turns, positions are angles, masses
 //! inertias, forces torques.

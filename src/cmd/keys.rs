@@ -128,7 +128,7 @@ impl<'a> PlayedKeyboard<'a> {
         Ok(PlayedKeyboard {
             name: Some(&keyboard.name),
             layout: Layout {
-                programs: vec![found.clone()],
+                programs: vec![found.clone()].into(),
                 ..*layout
             },
             instruments: &program.instruments,
@@ -152,7 +152,7 @@ impl<'a> PlayedKeyboard<'a> {
 
     /// The program that plays.
     fn program(&self) -> &keyboard::Program {
-        &self.layout.programs[0]
+        self.layout.program(keyboard::ProgramId(0))
     }
 
     /// That program with its instruments.
@@ -172,7 +172,10 @@ impl<'a> PlayedKeyboard<'a> {
     fn model(&self, index: usize) -> &'a Model {
         let zones = &self.program().zones;
         let zone = self.program().zone_of_key(index as u32);
-        &self.instruments[zone.unwrap_or(&zones[0]).instrument.index()]
+        &self.instruments[zone
+            .unwrap_or(&zones[keyboard::ZoneId(0)])
+            .instrument
+            .index()]
     }
 
     /// Its instruments, each once.

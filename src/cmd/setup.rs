@@ -10,7 +10,7 @@ use whippen_compiler::check::{Keyboard, Options, Program};
 use whippen_compiler::diag::{Severity, nearest};
 use whippen_compiler::firmware::{self, FirmwareError, FirmwareImage, ImageError};
 use whippen_compiler::image::LinkError;
-use whippen_compiler::keyboard::{InstrumentId, Layout};
+use whippen_compiler::keyboard::{InstrumentId, Layout, ZoneId};
 use whippen_compiler::model::Model;
 use whippen_compiler::modes::INSTRUCTIONS;
 use whippen_compiler::pipeline::{self, BuildError, Compiled, unobserved};
@@ -84,8 +84,8 @@ impl SetupArgs {
     pub fn one_instrument(&self) -> Result<Setup, Failure> {
         let (map, program, name) = self.checked()?;
         let layout = program.keyboards.first().map(|keyboard| &keyboard.layout);
-        let model = match (name, layout.map(|layout| &layout.programs[..])) {
-            (None, Some([only])) => &program.instruments[only.zones[0].instrument.index()],
+        let model = match (name, layout.map(|layout| &*layout.programs)) {
+            (None, Some([only])) => &program.instruments[only.zone(ZoneId(0)).instrument.index()],
             _ => load::instrument(&program, name)?,
         };
         self.of_one_instrument(map, &program, model)
@@ -227,8 +227,18 @@ impl Setup {
     pub fn image_instruments(&self) -> Result<Vec<ImageInstrument>, Failure> {
         let prepare = |compiled: &Compiled| {
             let (instructions, map) = (self.mode_instructions, Some(&self.map));
-            ImageInstrument::new(compiled, instructions, map, &mut unobserved)
-                .map_err(|error| load::report_compile_error(&self.map, error))
+            let instrument = ImageInstrument::new(compiled, instructions, map, &mut unobserved)
+                .map_err(|error| load::report_compile_error(&self.map, error))?;
+            if instrument.modes.work_limited {
+                eprintln!(
+                    "note: `{}` has too many combinations of states to try them all: its {} modes \
+                     are the best of those that were tried; `--modes {}` tries more",
+                    compiled.model.name,
+                    instrument.modes.modes.len(),
+                    4 * instructions
+                );
+            }
+            Ok(instrument)
         };
         self.instruments.iter().map(prepare).collect()
     }

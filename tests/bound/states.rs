@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 
 use whippen_compiler::kernel::{Range, Type};
+use whippen_compiler::keyboard::{CoreId, ProgramId};
 use whippen_emulator::{Board, CoreKind, Machine, Observer, Register, Step, Stop};
 
 use crate::image::Image;
@@ -107,7 +108,7 @@ impl<'a> Keys<'a> {
     /// One tick of these cases, key by key; the cycles of each. The ring of events is full or
     /// empty.
     pub fn tick(&mut self, cases: &[Case], lives: &[i64], full: bool) -> Vec<u64> {
-        let layout = self.image.whole.programs[0].cores[0].zones[0].layout();
+        let layout = self.image.whole.program(ProgramId(0)).core(CoreId(0)).zones[0].layout();
         let (ring, modes) = (layout.events(), &self.image.modes);
         let kernel = &modes.kernel;
         let mut words: Vec<(u32, u32)> = Vec::new();

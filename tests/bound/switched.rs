@@ -67,7 +67,7 @@ fn switches(names: &[&str], zones: [&[(u32, usize)]; 2], keys: [u32; 2]) -> [Vec
     let layout = Layout {
         first_note: 21,
         keys: KEYS,
-        programs: programs.to_vec(),
+        programs: programs.to_vec().into(),
     };
     let board = board::bundled("rp2350").expect("it is bundled");
     // Not divided anew: both cores have the keys that the case says.
@@ -147,7 +147,7 @@ fn switches(names: &[&str], zones: [&[(u32, usize)]; 2], keys: [u32; 2]) -> [Vec
         );
     }
     [0, 1].map(|program: usize| {
-        let cores = &whole.programs[program].cores;
+        let cores = &whole.program(ProgramId(program as u32)).cores;
         cores.iter().map(|core| core.zones.len()).collect()
     })
 }

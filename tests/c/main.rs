@@ -29,7 +29,7 @@ const LAYOUTS: [Layout; 2] = [Layout::Records, Layout::Columns];
 /// undefined. Some compute with constants alone, or use nothing of what they compute, so warnings
 /// are of no interest.
 const QUICK: &[&str] = &["-O0", "-w"];
-const OPTIMISED: &[&str] = &["-O2", "-w"];
+const OPTIMIZED: &[&str] = &["-O2", "-w"];
 const CHECKED: &[&str] = &[
     "-O1",
     "-w",
@@ -105,8 +105,8 @@ fn fewer(find: Find, flags: &[&str]) {
 }
 
 #[test]
-fn random_kernels_optimised_by_gcc() {
-    fewer(gcc, OPTIMISED);
+fn random_kernels_optimized_by_gcc() {
+    fewer(gcc, OPTIMIZED);
 }
 
 #[test]
@@ -115,13 +115,13 @@ fn random_kernels_checked_by_gcc() {
 }
 
 #[test]
-fn random_kernels_optimised_by_clang() {
-    fewer(clang, OPTIMISED);
+fn random_kernels_optimized_by_clang() {
+    fewer(clang, OPTIMIZED);
 }
 
 #[test]
-fn random_kernels_optimised_on_a_cortex_m33() {
-    fewer(cortex_m33, OPTIMISED);
+fn random_kernels_optimized_on_a_cortex_m33() {
+    fewer(cortex_m33, OPTIMIZED);
 }
 
 /// For the processor at hand. Clang 19 takes features of some together that exclude each other, and
@@ -176,7 +176,7 @@ fn instruments_on_a_cortex_m33() {
 
 /// Each instrument of a key on each motion of one.
 fn instruments_on_recordings(find: Find) {
-    let (Some(motions), Some(compiler)) = (recordings::all(), find(OPTIMISED)) else {
+    let (Some(motions), Some(compiler)) = (recordings::all(), find(OPTIMIZED)) else {
         return;
     };
     let kernels: Vec<Kernel> = common::all()

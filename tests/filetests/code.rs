@@ -9,7 +9,7 @@ use whippen_compiler::board::timing;
 use whippen_compiler::budget::{Annotations, Bound, Code, Query, bound};
 use whippen_compiler::image::{Hint, Object};
 use whippen_compiler::kernel::without_probes;
-use whippen_compiler::modes::{Modes, specialise, specialise_fully};
+use whippen_compiler::modes::{Modes, specialize, specialize_fully};
 use whippen_compiler::thumb::{Function, Options, Pass, code_after, compile};
 use whippen_isa::{Arch, ItState};
 
@@ -43,8 +43,8 @@ impl Asked {
             }
         }
         let modes = match split {
-            true => specialise_fully(&kernel, 1000).ok_or("more than 1000 instructions")?,
-            false => specialise(&kernel, 0),
+            true => specialize_fully(&kernel, 1000).ok_or("more than 1000 instructions")?,
+            false => specialize(&kernel, 0),
         };
         let options = Options {
             name: "k".to_string(),
@@ -117,7 +117,7 @@ pub fn budget(text: &str, words: &[&str]) -> Result<String, String> {
     let code = Code::new(CODE, section.bytes.clone());
     let entry = offset(&built.object, &format!("k.mode.{}", asked.mode))?;
     let annotations = annotations(&built.object)?;
-    let core = timing(asked.options.arch);
+    let core = timing(asked.options.arch).at_worst();
     let query = Query {
         core: &core,
         code: &code,

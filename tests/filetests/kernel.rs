@@ -1,7 +1,7 @@
 //! Commands on the text of a Kernel.
 
 use whippen_compiler::kernel::{Kernel, VerifyError, parse, verify as check, without_probes};
-use whippen_compiler::modes::{specialise_fully, verify::verify as verify_modes};
+use whippen_compiler::modes::{specialize_fully, verify::verify as verify_modes};
 
 /// Reads and prints again.
 pub fn print(text: &str, _: &[&str]) -> Result<String, String> {
@@ -30,7 +30,7 @@ pub fn strip(text: &str, _: &[&str]) -> Result<String, String> {
 /// The modes of the kernel, told apart by all cells that can tell them apart.
 pub fn modes(text: &str, _: &[&str]) -> Result<String, String> {
     let kernel = verified(text)?;
-    let modes = specialise_fully(&kernel, 1000).ok_or("more than 1000 instructions")?;
+    let modes = specialize_fully(&kernel, 1000).ok_or("more than 1000 instructions")?;
     verify_modes(&modes).map_err(|errors| list(&errors))?;
     Ok(modes.to_string())
 }

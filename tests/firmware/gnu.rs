@@ -75,7 +75,12 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> usize {
     let kernel = kernel("virtual-spring.whip");
     let rig = Rig::new(&kernel, 0);
     let program = ProgramCode {
-        cores: rig.programs[0].cores[..setup.keys.len()].to_vec(),
+        cores: rig.programs[0]
+            .cores
+            .iter()
+            .take(setup.keys.len())
+            .cloned()
+            .collect(),
         ..rig.programs[0].clone()
     };
     let watched = Setup {

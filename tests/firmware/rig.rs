@@ -1,13 +1,14 @@
 //! A whole firmware on the emulated board: built, linked, started, fed with sensor words.
 
 use whippen_compiler::firmware::{
-    CORES, Instrument, Midi, Motor, ProgramCode, Setup, build_image, core_block, key_guard,
+    CORES, CoreCode, Instrument, Midi, Motor, ProgramCode, Setup, build_image, core_block,
+    key_guard,
 };
 use whippen_compiler::front::compile_front;
 use whippen_compiler::image::Image;
 use whippen_compiler::kernel::Kernel;
-use whippen_compiler::keyboard::{InstrumentId, Layout, Program};
-use whippen_compiler::modes::{Modes, specialise};
+use whippen_compiler::keyboard::{CoreId, InstrumentId, Layout, Program};
+use whippen_compiler::modes::{Modes, specialize};
 use whippen_compiler::pipeline::compile;
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::thumb::StateLayout;
@@ -99,7 +100,7 @@ impl Rig {
             if leaves == 0 {
                 Modes::single(kernel)
             } else {
-                specialise(kernel, leaves)
+                specialize(kernel, leaves)
             }
         };
         let modes: Vec<Modes> = kernels.iter().map(modes).collect();
@@ -124,11 +125,11 @@ impl Rig {
         let layout = Layout {
             first_note: 21,
             keys: KEYS as u32,
-            programs,
+            programs: programs.into(),
         };
         let whole =
             build_image(&layout, instruments, setup, &board).unwrap_or_else(|e| panic!("{e}"));
-        let (image, programs) = (whole.image, whole.programs);
+        let (image, programs) = (whole.image, whole.programs.into_iter().collect());
         let converter = ConverterSetup {
             keys: KEYS as u32,
             rate_hz: setup.rate_hz,
@@ -153,9 +154,14 @@ impl Rig {
         rig
     }
 
+    /// A core's code of a program.
+    pub fn code(&self, program: usize, core: usize) -> &CoreCode {
+        self.programs[program].core(CoreId(core as u32))
+    }
+
     /// Where a core's keys have what, of a program that has one instrument.
     pub fn layout(&self, program: usize, core: usize) -> &StateLayout {
-        self.programs[program].cores[core].zones[0].layout()
+        self.code(program, core).zones[0].layout()
     }
 
     pub fn converter(&mut self) -> &mut Converter {

@@ -6,7 +6,7 @@ use whippen_compiler::firmware::{Instrument, Midi, Passivity, Setup, ZoneCode};
 use whippen_compiler::firmware::{core_block, key_guard};
 use whippen_compiler::kernel::{Interp, Kernel, parse};
 use whippen_compiler::keyboard::{InstrumentId, Program};
-use whippen_compiler::modes::{Modes, specialise};
+use whippen_compiler::modes::{Modes, specialize};
 
 /// Keys of each core: not half and half, and both begin or end in the midst of a zone.
 const CORES: [u32; 2] = [50, 38];
@@ -22,7 +22,7 @@ fn kernels() -> [Kernel; 2] {
 fn rig(kernels: &[Kernel; 2], programs: &[&[(u32, usize)]], setup: &Setup) -> Rig {
     let modes: Vec<Modes> = kernels
         .iter()
-        .map(|kernel| specialise(kernel, 4000))
+        .map(|kernel| specialize(kernel, 4000))
         .collect();
     let notes: Vec<Midi> = kernels.iter().map(midi).collect();
     let instruments: Vec<Instrument> = modes
@@ -70,7 +70,7 @@ fn instrument(zones: &[(u32, usize)], key: usize) -> usize {
 
 /// How many ticks a program has played, by core.
 fn played(rig: &Rig, program: usize) -> [u32; 2] {
-    let first = |core: usize| &rig.programs[program].cores[core].zones[0];
+    let first = |core: usize| &rig.code(program, core).zones[0];
     [0, 1].map(|core| rig.word(rig.symbol(&format!("{}_state", first(core).name)) + 12))
 }
 
@@ -110,7 +110,7 @@ fn switches(setup: &Setup) {
     let rate_hz = setup.rate_hz;
     let mut rig = rig(&kernels, &[plain, &SPLIT], setup);
     let segments = |program: usize, core: usize| -> Vec<(usize, u32, u32)> {
-        rig.programs[program].cores[core]
+        rig.code(program, core)
             .zones
             .iter()
             .map(|zone| (zone.of.zone.index(), zone.first_on_core, zone.keys()))
@@ -232,7 +232,8 @@ fn a_key_of_another_zone_goes_free() {
         let (core, own) = place(key);
         let ceiling =
             rig.word(rig.block(core, core_block::GUARDS) + 16 * own as u32 + key_guard::CEILING);
-        let zone = rig.programs[0].cores[core]
+        let zone = rig
+            .code(0, core)
             .zones
             .iter()
             .rfind(|zone| zone.first_on_core as usize <= own)
@@ -414,7 +415,7 @@ fn zones_have_parameters_of_their_own() {
     rig.play(vec![20_000; 100 * KEYS]);
     assert_eq!((rig.word(mailbox + 12), rig.word(mailbox + 16)), (1, 0));
     let live = |core: usize, zone: usize| {
-        let zone = &rig.programs[1].cores[core].zones[zone];
+        let zone = &rig.code(1, core).zones[zone];
         rig.word(
             rig.symbol(&format!("{}_state", zone.name))
                 + zone.layout().live_param(0).expect("a place"),

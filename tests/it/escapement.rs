@@ -111,7 +111,7 @@ fn moved(from_m: f64, turns: &[(f64, f64)], mut each: impl FnMut(f64)) {
     }
 }
 
-/// The instrument beside the paper's automaton, which hears the same quantised position.
+/// The instrument beside the paper's automaton, which hears the same quantized position.
 struct Beside<'c> {
     player: Player<'c>,
     device: Device,

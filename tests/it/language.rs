@@ -42,7 +42,7 @@ fn close(found: f64, expected: f64, tolerance: f64) {
     );
 }
 
-/// Positions that fall on words of the sensor, so that a slope has no quantisation in it (m).
+/// Positions that fall on words of the sensor, so that a slope has no quantization in it (m).
 fn on_a_word(words: u32) -> f64 {
     -0.5e-3 + 11e-3 / 65_535.0 * f64::from(words)
 }

@@ -392,7 +392,7 @@ fn zones_play_what_their_instruments_play_alone() {
             ..*zone
         };
         let alone = Program {
-            zones: vec![everywhere],
+            zones: vec![everywhere].into(),
             ..split.clone()
         };
         let (alone, name) = (run(&alone, 1), &models[zone.instrument.index()].name);

@@ -48,7 +48,8 @@ fn layout(keys: &[u32]) -> Layout {
         programs: vec![Program::of_zones(
             "zones",
             zones.map(|(id, keys)| (*keys, id)),
-        )],
+        )]
+        .into(),
     }
 }
 

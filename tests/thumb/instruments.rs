@@ -1,4 +1,4 @@
-//! Every bundled instrument, as one mode and specialised, on its gesture and on noise.
+//! Every bundled instrument, as one mode and specialized, on its gesture and on noise.
 
 use crate::target::{CORES, Target};
 use std::path::Path;
@@ -7,7 +7,7 @@ use whippen_compiler::check::Options;
 use whippen_compiler::front::compile_front;
 use whippen_compiler::kernel::random::Rng;
 use whippen_compiler::kernel::{Interp, Kernel, without_probes};
-use whippen_compiler::modes::{Modes, specialise};
+use whippen_compiler::modes::{Modes, specialize};
 use whippen_compiler::pipeline::compile;
 use whippen_compiler::source::SourceMap;
 use whippen_emulator::CoreKind;
@@ -97,7 +97,7 @@ fn compare(modes: &Modes, core: CoreKind, words: impl Fn(usize, usize) -> u16) {
 
 fn both(words: impl Fn(&[u16], usize, usize) -> u16) {
     for (kernel, gesture) in all() {
-        for modes in [Modes::single(&kernel), specialise(&kernel, INSTRUCTIONS)] {
+        for modes in [Modes::single(&kernel), specialize(&kernel, INSTRUCTIONS)] {
             for core in CORES {
                 compare(&modes, core, |tick, key| words(&gesture, tick, key));
             }

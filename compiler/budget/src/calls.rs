@@ -9,7 +9,7 @@ use whippen_isa::timing::Target;
 
 use super::program::Program;
 use super::tick_handler::{OnCore, ZoneBound, find};
-use super::{Annotations, Bound, Known, NotBounded, Query, Step, bound};
+use super::{Annotations, Bound, Known, NotBounded, Step, bound};
 use whippen_firmware::{BEGINS, PARTS};
 
 /// All calls, by what they lead to.
@@ -80,75 +80,20 @@ impl Calls {
         )
     }
 
-    /// What the keys of a program cost, where its core has zones: the calls between them are code
-    /// like other.
+    /// What the keys of a program cost. Where its core has several zones, the calls between them
+    /// are code like other.
     pub fn costs(&self, of: &OnCore, zones: &[ZoneBound]) -> Result<Costs, NotBounded> {
         let begin = self.begin(of)?;
         if let [zone] = zones {
-            let ticked = |keys| Known {
-                cycles: zone.tick.cycles_max(keys),
-                stack_bytes: zone.tick.stack_bytes_max(),
-            };
             return Ok(Costs {
-                whole: ticked(zone.keys()),
-                begun: ticked(zone.keys().saturating_sub(1)),
+                whole: zone.known(zone.keys()),
+                begun: zone.known(zone.keys().saturating_sub(1)),
                 begin,
             });
         }
-        let known = |what: &str, cost: &dyn Fn(&ZoneBound) -> Known| {
-            let one = |zone: &ZoneBound| {
-                Ok((
-                    (None, find(of.program, &format!("{}_{what}", zone.name))?),
-                    cost(zone),
-                ))
-            };
-            zones
-                .iter()
-                .map(one)
-                .collect::<Result<BTreeMap<_, _>, NotBounded>>()
-        };
-        let tick = |zone: &ZoneBound| Known {
-            cycles: zone.tick.cycles_max(zone.keys()),
-            stack_bytes: zone.tick.stack_bytes_max(),
-        };
-        let annotations = Annotations {
-            known: known("tick", &tick)?,
-            bases: of.stack_base()?,
-            return_to: self.return_to,
-            entered: of.entered(&of.playing.name, None),
-            ..of.program.annotations.clone()
-        };
-        let (core, code, interference) = (of.core, &of.program.code, Some(of.interference));
-        let all = bound(&Query {
-            core,
-            code,
-            entry: self.tick,
-            annotations: &annotations,
-            interference,
-        })?;
-        if !all.settled {
-            return Err(NotBounded::Unsettled { address: self.tick });
-        }
-        let whole = Known {
-            cycles: all.cycles_max,
-            stack_bytes: all.stack_bytes_max,
-        };
-        // Some key begins, those below it play, those above it do not: which one costs most?
-        let finds = begins(
-            of,
-            &of.playing.name,
-            of.playing.keys.count(),
-            known("begin", &|_| Known::default())?,
-        )?;
-        let (mut above, mut worst) = (0, 0);
-        for zone in zones.iter().rev() {
-            let own = begins(of, &zone.name, zone.keys(), BTreeMap::new())?;
-            let key = zone.tick.key_cycles_max();
-            let played = whole.cycles.saturating_sub(above + key);
-            worst = worst.max(played + own.cycles_max + finds.cycles_max);
-            above += u64::from(zone.keys()) * key;
-        }
-        // Both are called on the same way, so what one call costs may be charged to the other.
+        let whole = self.bound_row(of, zones)?;
+        let worst = worst_beginning(of, zones, whole.cycles)?;
+        // Both are called on the same path, so what one call costs may be charged to the other.
         let begun = Known {
             cycles: worst.saturating_sub(begin.cycles_max),
             ..whole
@@ -160,8 +105,28 @@ impl Calls {
         })
     }
 
+    /// The row of calls that ticks one zone after the other.
+    fn bound_row(&self, of: &OnCore, zones: &[ZoneBound]) -> Result<Known, NotBounded> {
+        let ticked = |zone: &ZoneBound| zone.known(zone.keys());
+        let annotations = Annotations {
+            known: known_by_zone(of, zones, "tick", ticked)?,
+            bases: of.stack_base()?,
+            return_to: self.return_to,
+            entered: of.entered(&of.playing.name, None),
+            ..of.program.annotations.clone()
+        };
+        let all = bound(&of.query(self.tick, &annotations))?;
+        if !all.settled {
+            return Err(NotBounded::Unsettled { address: self.tick });
+        }
+        Ok(Known {
+            cycles: all.cycles_max,
+            stack_bytes: all.stack_bytes_max,
+        })
+    }
+
     /// The costs of all calls.
-    pub fn known(&self, costs: &Costs) -> BTreeMap<(Option<u32>, u32), Known> {
+    pub fn known(&self, costs: &Costs) -> KnownCalls {
         let begins = Known {
             cycles: costs.begin.cycles_max,
             stack_bytes: costs.begin.stack_bytes_max,
@@ -234,14 +199,58 @@ pub struct Costs {
     begin: Bound,
 }
 
+/// What is known of called functions: by the address of the call (none: wherever it is) and of the
+/// function.
+pub type KnownCalls = BTreeMap<(Option<u32>, u32), Known>;
+
+impl ZoneBound {
+    /// What a tick of so many of its keys costs.
+    fn known(&self, keys: u32) -> Known {
+        Known {
+            cycles: self.tick.cycles_max(keys),
+            stack_bytes: self.tick.stack_bytes_max(),
+        }
+    }
+}
+
+/// The costs of the function `what` of each zone.
+fn known_by_zone(
+    of: &OnCore,
+    zones: &[ZoneBound],
+    what: &str,
+    cost: impl Fn(&ZoneBound) -> Known,
+) -> Result<KnownCalls, NotBounded> {
+    let of_zone = |zone: &ZoneBound| {
+        let entry = find(of.program, &format!("{}_{what}", zone.name))?;
+        Ok(((None, entry), cost(zone)))
+    };
+    zones.iter().map(of_zone).collect()
+}
+
+/// Cycles of a tick in which a key begins, at most, where all keys together take `whole`: those
+/// below it play, those above it do not.
+fn worst_beginning(of: &OnCore, zones: &[ZoneBound], whole: u64) -> Result<u64, NotBounded> {
+    let finds = begins(
+        of,
+        &of.playing.name,
+        of.playing.keys.count(),
+        known_by_zone(of, zones, "begin", |_| Known::default())?,
+    )?;
+    let mut above = 0;
+    let mut worst = 0;
+    for zone in zones.iter().rev() {
+        let own = begins(of, &zone.name, zone.keys(), BTreeMap::new())?;
+        let key = zone.tick.key_cycles_max();
+        let played = whole.saturating_sub(above + key);
+        worst = worst.max(played + own.cycles_max + finds.cycles_max);
+        above += u64::from(zone.keys()) * key;
+    }
+    Ok(worst)
+}
+
 /// The bound of the function that begins one of so many keys of that name: each of its loops over
 /// keys runs once.
-fn begins(
-    of: &OnCore,
-    name: &str,
-    keys: u32,
-    known: BTreeMap<(Option<u32>, u32), Known>,
-) -> Result<Bound, NotBounded> {
+fn begins(of: &OnCore, name: &str, keys: u32, known: KnownCalls) -> Result<Bound, NotBounded> {
     let entry = find(of.program, &format!("{name}_begin"))?;
     let entered = of.entered(name, Some(keys));
     let bases = of.stack_base()?;
@@ -251,16 +260,8 @@ fn begins(
         bases,
         ..of.program.annotations.clone()
     };
-    let (core, code, interference) = (of.core, &of.program.code, Some(of.interference));
     loop {
-        let found = bound(&Query {
-            core,
-            code,
-            entry,
-            annotations: &annotations,
-            interference,
-        });
-        match found {
+        match bound(&of.query(entry, &annotations)) {
             Err(NotBounded::NoRounds { head }) if !annotations.loops.contains_key(&head) => {
                 annotations.loops.insert(head, 1);
             }

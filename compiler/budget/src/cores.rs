@@ -5,10 +5,10 @@
 //! accesses its own data. What a core looks up in the other's memory between ticks comes as a
 //! number (`Running::visits`).
 
-use super::NotBounded;
 use super::memory::{Extent, Interference, Others, Reach};
 use super::program::Program;
 use super::tick_handler::{OnCore, TickHandlerBound, stack_memory, tick_handlers};
+use super::{ByContention, NotBounded};
 use whippen_arm::image::{Image, Linked as LinkedSection, SectionKind};
 use whippen_board::{BankSet, Board};
 use whippen_deterministic::parallel;
@@ -16,13 +16,7 @@ use whippen_firmware::{CoreCode, FirmwareImage, Owner, RUNNING, owner};
 use whippen_keyboard::{CoreId, ProgramId};
 
 /// One core.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Bounded {
-    /// With nobody else at the bus.
-    pub alone: TickHandlerBound,
-    /// With the other core at work, and with its own fetches in the way of its data.
-    pub contended: TickHandlerBound,
-}
+pub type Bounded = ByContention<TickHandlerBound>;
 
 impl Bounded {
     /// Cycles of a frame that go to waiting for the other core and for own fetches, at most.
@@ -44,15 +38,15 @@ pub fn cores(
     board: &Board,
     playing: ProgramId,
 ) -> Result<Vec<Bounded>, NotBounded> {
-    let timing = board.timing();
+    let timing = board.timing().at_worst();
     let found = parallel::map(image.cores().collect(), |id: CoreId| {
         let of_program = image.programs.iter().map(|program| program.core(id));
         let programs: Vec<&CoreCode> = of_program.collect();
-        let around = around(image, program, board, id.index(), &programs);
+        let contended = around(image, program, board, id.index(), &programs);
         let alone = Interference::new(
             board,
             &program.sections,
-            (around.code, around.data.clone()),
+            (contended.code, contended.data.clone()),
             Others::default(),
         );
         let core = OnCore {
@@ -64,8 +58,11 @@ pub fn cores(
             programs: &programs,
             interference: &alone,
         };
-        tick_handlers(&core, [&alone, &around])
-            .map(|[alone, contended]| Bounded { alone, contended })
+        let interferences = ByContention {
+            alone: &alone,
+            contended: &contended,
+        };
+        tick_handlers(&core, interferences)
     });
     found.into_iter().collect()
 }

@@ -26,6 +26,7 @@ mod arena;
 mod block;
 mod calls;
 mod code;
+mod contention;
 mod cores;
 mod error;
 mod facts;
@@ -47,6 +48,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use whippen_isa::timing::{Core, Evidence, Target};
 
 pub use code::Code;
+pub use contention::ByContention;
 pub use cores::{Bounded, cores};
 pub use error::NotBounded;
 pub use memory::{Extent, Interference, Others, Reach};
@@ -150,55 +152,65 @@ pub struct Bound {
     pub code_bytes: u32,
 }
 
-/// Bounds one entry.
-pub fn bound(query: &Query) -> Result<Bound, NotBounded> {
-    bounds(query, [query.interference]).map(|[bound]| bound)
+/// What every bound of an entry starts from, whatever interferes.
+struct Flow {
+    graph: graph::Graph,
+    stack: stack::Stack,
+    order: order::Order,
 }
 
-/// Bounds one entry once for each of these interferences, which take the place of the query's: the
-/// graph is the same for all.
-fn bounds<const N: usize>(
-    query: &Query,
-    all: [Option<&Interference>; N],
-) -> Result<[Bound; N], NotBounded> {
-    let mut tables = graph::Tables::default();
-    loop {
-        let graph = graph::Graph::build(query, &tables)?;
+impl Flow {
+    fn build(query: &Query, tables: &graph::Tables) -> Result<Flow, NotBounded> {
+        let graph = graph::Graph::build(query, tables)?;
         let stack = stack::follow(query, &graph)?;
         let order = order::Order::of(query, &graph)?;
-        let find = |interference| {
-            longest::Longest::find(
-                &Query {
-                    interference,
-                    ..*query
-                },
-                &graph,
-                &order,
-            )
-        };
-        let found = all.map(find);
-        let learned = found
-            .iter()
-            .filter(|found| tables.learn(&found.indices))
-            .count();
-        if learned == 0 {
-            return every(found.map(|found| found.answer(stack, &graph)));
+        Ok(Flow {
+            graph,
+            stack,
+            order,
+        })
+    }
+
+    fn find_longest(&self, query: &Query) -> longest::Longest {
+        longest::Longest::find(query, &self.graph, &self.order)
+    }
+
+    fn answer(&self, found: longest::Longest) -> Result<Bound, NotBounded> {
+        found.answer(self.stack, &self.graph)
+    }
+}
+
+/// Bounds one entry.
+pub fn bound(query: &Query) -> Result<Bound, NotBounded> {
+    let mut tables = graph::Tables::default();
+    loop {
+        let flow = Flow::build(query, &tables)?;
+        let found = flow.find_longest(query);
+        if !tables.learn(&found.indices) {
+            return flow.answer(found);
         }
     }
 }
 
-/// What comes of each of some and of that of others which has the same place.
-fn zip<A, B, C, const N: usize>(some: [A; N], others: [B; N], with: impl Fn(A, B) -> C) -> [C; N] {
-    let mut others = others.into_iter();
-    some.map(|one| with(one, others.next().expect("as many as there were")))
-}
-
-/// All of them, or the first that failed.
-fn every<T: std::fmt::Debug, const N: usize>(
-    results: [Result<T, NotBounded>; N],
-) -> Result<[T; N], NotBounded> {
-    let all = results
-        .into_iter()
-        .collect::<Result<Vec<T>, NotBounded>>()?;
-    Ok(all.try_into().expect("as many as there were"))
+/// Bounds one entry with each of two interferences, which take the place of the query's: the graph
+/// is the same for both.
+fn bound_by_contention(
+    query: &Query,
+    interferences: ByContention<&Interference>,
+) -> Result<ByContention<Bound>, NotBounded> {
+    let mut tables = graph::Tables::default();
+    loop {
+        let flow = Flow::build(query, &tables)?;
+        let find = |interference| {
+            flow.find_longest(&Query {
+                interference: Some(interference),
+                ..*query
+            })
+        };
+        let found = interferences.map(find);
+        let learned = [&found.alone, &found.contended].map(|found| tables.learn(&found.indices));
+        if learned == [false; 2] {
+            return found.map(|found| flow.answer(found)).both();
+        }
+    }
 }

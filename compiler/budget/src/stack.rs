@@ -6,7 +6,7 @@
 
 use whippen_isa::{Class, Inst, Op, RegSet, reg};
 
-use super::graph::{ContextId, Control, Destination, Graph, Item};
+use super::graph::{Block, ContextId, Control, Destination, Edge, Graph, Item};
 use super::{NotBounded, Query};
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -31,73 +31,126 @@ pub struct Stack {
 
 /// Follows the stack pointer to every place.
 pub fn follow(query: &Query, graph: &Graph) -> Result<Stack, NotBounded> {
-    let mut places: Vec<Option<StackSlot>> = vec![None; graph.blocks.len()];
-    // Where the stack pointer was when each function was entered.
-    let mut entered: Vec<Option<i32>> = vec![None; graph.contexts.len()];
-    (places[0], entered[0]) = (
-        Some(StackSlot {
+    let mut search = StackSearch::new(query, graph);
+    while let Some(number) = search.open.pop() {
+        search.follow_block(number)?;
+    }
+    Ok(Stack {
+        deepest: search.deepest.unsigned_abs(),
+        left: search.left.unwrap_or(0),
+    })
+}
+
+/// Blocks to be followed, by a work list.
+struct StackSearch<'a> {
+    query: &'a Query<'a>,
+    graph: &'a Graph,
+    /// What is known where each block begins.
+    places: Vec<Option<StackSlot>>,
+    /// Where the stack pointer was when each function was entered.
+    entered: Vec<Option<i32>>,
+    /// Blocks whose place has changed.
+    open: Vec<usize>,
+    deepest: i32,
+    left: Option<i32>,
+}
+
+impl<'a> StackSearch<'a> {
+    fn new(query: &'a Query, graph: &'a Graph) -> StackSearch<'a> {
+        let mut search = StackSearch {
+            query,
+            graph,
+            places: vec![None; graph.blocks.len()],
+            entered: vec![None; graph.contexts.len()],
+            open: vec![0],
+            deepest: 0,
+            left: None,
+        };
+        search.places[0] = Some(StackSlot {
             sp: 0,
             returns: true,
             saved: Vec::new(),
-        }),
-        Some(0),
-    );
-    let mut open = vec![0];
-    let (mut deepest, mut left) = (0, None);
-    while let Some(number) = open.pop() {
-        let block = &graph.blocks[number];
-        let Some(mut place) = places[number].clone() else {
-            continue;
+        });
+        search.entered[0] = Some(0);
+        search
+    }
+
+    fn follow_block(&mut self, number: usize) -> Result<(), NotBounded> {
+        let block = &self.graph.blocks[number];
+        let Some(mut place) = self.places[number].clone() else {
+            return Ok(());
         };
         let last = block.items.len().saturating_sub(1);
         for (i, item) in block.items.iter().enumerate() {
             if i < last || item.control == Control::Next {
                 place.execute(item, block.context)?;
-                deepest = deepest.min(place.sp);
+                self.deepest = self.deepest.min(place.sp);
             }
         }
         for edge in &block.edges {
-            let mut arriving = place.clone();
-            let goes = edge.taken.is_some() || edge.leaves;
-            if let Some(item) = block
-                .last()
-                .filter(|item| item.control != Control::Next && goes)
-            {
-                arriving.branch(query, item, block.context, &entered)?;
-            }
-            deepest = deepest.min(arriving.sp);
-            if let Some(known) = edge.known {
-                deepest = deepest.min(arriving.sp.saturating_sub_unsigned(known.stack_bytes));
-                arriving.returns = false;
-            }
-            let Destination::Block(to) = edge.to else {
-                let address = block.last().map_or(0, |item| item.address);
-                if *left.get_or_insert(arriving.sp) != arriving.sp {
-                    return Err(NotBounded::Stack { address });
-                }
-                continue;
-            };
-            let (from, context) = (block.context, graph.blocks[to].context);
-            if graph.contexts[context].caller == Some(from) && context != from {
-                arriving.returns = true;
-                let known = entered[context].get_or_insert(arriving.sp);
-                if *known != arriving.sp {
-                    return Err(NotBounded::Stack {
-                        address: graph.blocks[to].address(),
-                    });
-                }
-            } else if context != from {
-                arriving.returns = false;
-            }
-            if arrive(&mut places[to], arriving, graph.blocks[to].address())? {
-                open.push(to);
+            let arriving = self.follow_edge(block, edge, place.clone())?;
+            match edge.to {
+                Destination::Block(to) => self.enter_block(block.context, to, arriving)?,
+                Destination::Stop => self.leave(block, &arriving)?,
             }
         }
+        Ok(())
     }
-    Ok(Stack {
-        deepest: deepest.unsigned_abs(),
-        left: left.unwrap_or(0),
-    })
+
+    /// What a block leaves, behind its branch and what that calls.
+    fn follow_edge(
+        &mut self,
+        block: &Block,
+        edge: &Edge,
+        mut arriving: StackSlot,
+    ) -> Result<StackSlot, NotBounded> {
+        let goes = edge.taken.is_some() || edge.leaves;
+        if let Some(item) = block
+            .last()
+            .filter(|item| item.control != Control::Next && goes)
+        {
+            arriving.branch(self.query, item, block.context, &self.entered)?;
+        }
+        self.deepest = self.deepest.min(arriving.sp);
+        if let Some(known) = edge.known {
+            let deepest = arriving.sp.saturating_sub_unsigned(known.stack_bytes);
+            self.deepest = self.deepest.min(deepest);
+            arriving.returns = false;
+        }
+        Ok(arriving)
+    }
+
+    /// An end: the stack pointer is at the same place at all of them.
+    fn leave(&mut self, block: &Block, arriving: &StackSlot) -> Result<(), NotBounded> {
+        if *self.left.get_or_insert(arriving.sp) == arriving.sp {
+            return Ok(());
+        }
+        let address = block.last().map_or(0, |item| item.address);
+        Err(NotBounded::Stack { address })
+    }
+
+    /// Another block, perhaps of another function.
+    fn enter_block(
+        &mut self,
+        from: ContextId,
+        to: usize,
+        mut arriving: StackSlot,
+    ) -> Result<(), NotBounded> {
+        let context = self.graph.blocks[to].context;
+        let address = self.graph.blocks[to].address();
+        if self.graph.contexts[context].caller == Some(from) && context != from {
+            arriving.returns = true;
+            if *self.entered[context].get_or_insert(arriving.sp) != arriving.sp {
+                return Err(NotBounded::Stack { address });
+            }
+        } else if context != from {
+            arriving.returns = false;
+        }
+        if arrive(&mut self.places[to], arriving, address)? {
+            self.open.push(to);
+        }
+        Ok(())
+    }
 }
 
 /// Joins what arrives with what has; says whether less is known now.

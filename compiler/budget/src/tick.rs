@@ -15,7 +15,7 @@ use whippen_isa::timing::{Core, Evidence, Target};
 
 use super::memory::{Interference, Reach};
 use super::program::Program;
-use super::{Annotations, Bound, NotBounded, Query, bounds, every, zip};
+use super::{Annotations, Bound, ByContention, NotBounded, Query, bound_by_contention};
 
 /// The bounds of a tick.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -64,21 +64,21 @@ impl Places {
     }
 }
 
-/// Bounds the tick of `name` with each of some interferences. It returns to where it was called,
+/// Bounds the tick of `name` with each of two interferences. It returns to where it was called,
 /// `entered` is what registers hold then ([`Annotations::entered`]); `bases` are the registers that
 /// point into known memory while keys are ticked, with the banks of that memory.
 ///
 /// # Errors
 /// What cannot be bounded, or is not there.
-pub fn ticks<const N: usize>(
+pub fn ticks(
     program: &Program,
     name: &str,
     core: &Core,
-    interferences: [&Interference; N],
+    interferences: ByContention<&Interference>,
     return_to: Option<Target>,
     entered: BTreeMap<u8, [u32; 2]>,
     bases: BTreeMap<u8, Reach>,
-) -> Result<[Tick; N], NotBounded> {
+) -> Result<ByContention<Tick>, NotBounded> {
     let places = Places::find(program, name)?;
     let mut annotations: Annotations = Annotations {
         return_to,
@@ -107,20 +107,23 @@ pub fn ticks<const N: usize>(
             annotations,
             interference: None,
         };
-        bounds(&query, interferences.map(Some))
+        bound_by_contention(&query, interferences)
     };
     let (entry, end) = (of(places.tick, &called)?, of(places.end, &inside)?);
-    let mut ticks = zip(entry, end, |entry, end| Tick {
+    let mut ticks = entry.zip(end).map(|(entry, end)| Tick {
         modes: Vec::new(),
         entry,
         end,
     });
     for (symbol, at) in &places.modes {
-        for (tick, bound) in ticks.iter_mut().zip(of(*at, &annotations)?) {
-            tick.modes.push((symbol.clone(), bound));
-        }
+        let bounds = of(*at, &annotations)?;
+        ticks.alone.modes.push((symbol.clone(), bounds.alone));
+        ticks
+            .contended
+            .modes
+            .push((symbol.clone(), bounds.contended));
     }
-    every(ticks.map(|tick| tick.checked(&places)))
+    ticks.map(|tick| tick.checked(&places)).both()
 }
 
 impl Tick {

@@ -18,13 +18,13 @@ use std::collections::BTreeMap;
 use whippen_isa::timing::{Core, Evidence, Outcome, Pipe, Target};
 use whippen_isa::{Class, reg};
 
-use super::calls::Calls;
+use super::calls::{Calls, KnownCalls};
 use super::graph::{Control, Graph, Tables};
 use super::memory::{Bases, Interference, Reach, SOMEWHERE};
 use super::program::Program;
-use super::tick::Tick;
+use super::tick::{Tick, ticks};
 use super::unknown::Unknown;
-use super::{Annotations, Bound, NotBounded, Query, bound, every, stack, zip};
+use super::{Annotations, Bound, ByContention, NotBounded, Query, bound, stack};
 use whippen_arm::thumb::{self, Points};
 use whippen_board::Board;
 use whippen_firmware::{CoreCode, DEAD, RUNNING, Running};
@@ -125,148 +125,182 @@ impl TickHandlerBound {
     }
 }
 
-/// Bounds the frame of a core while it plays one of its programs, with each of some interferences,
+/// Bounds the frame of a core while it plays one of its programs, with each of two interferences,
 /// which take the place of its own.
 ///
 /// # Errors
 /// What cannot be bounded, or is not there.
-pub fn tick_handlers<const N: usize>(
+pub fn tick_handlers(
     of: &OnCore,
-    interferences: [&Interference; N],
-) -> Result<[TickHandlerBound; N], NotBounded> {
-    let OnCore {
-        program,
-        core,
-        running,
-        ..
-    } = *of;
+    interferences: ByContention<&Interference>,
+) -> Result<ByContention<TickHandlerBound>, NotBounded> {
+    let (program, running) = (of.program, of.running);
     only_handler(program, running, find(program, running.handler)?)?;
     let calls = Calls::find(of)?;
-    // Zones are called in one row, so each comes back to another place: to the most expensive.
-    let return_to = if of.playing.is_split() {
-        None
-    } else {
-        calls.return_to
-    };
-    let mut zones: [Vec<ZoneBound>; N] = std::array::from_fn(|_| Vec::new());
-    for zone in &of.playing.zones {
-        let name = &zone.name;
-        let entered = of.entered(name, None);
-        let bases = of.bases_of_keys(name)?;
-        let ticks = super::tick::ticks(
-            program,
-            name,
-            core,
-            interferences,
-            return_to,
-            entered,
-            bases,
-        )?;
-        for (zones, tick) in zones.iter_mut().zip(ticks) {
-            zones.push(ZoneBound {
+    let zones = of.bound_zones(&calls, interferences)?;
+    let frames = interferences.zip(zones).map(|(interference, zones)| {
+        let of = OnCore {
+            interference,
+            ..*of
+        };
+        of.bound_frame(&calls, zones)
+    });
+    frames.both()
+}
+
+/// Cycles that a frame takes besides its handler.
+struct Around {
+    /// The longest instruction that the tick interrupts.
+    idle: Idle,
+    /// Waiting for memory, for each word that the exception saves.
+    stacking: u64,
+}
+
+impl<'a> OnCore<'a> {
+    /// The ticks of the zones that play.
+    fn bound_zones(
+        &self,
+        calls: &Calls,
+        interferences: ByContention<&Interference>,
+    ) -> Result<ByContention<Vec<ZoneBound>>, NotBounded> {
+        // Zones are called in one row, so each comes back to another place: to the most expensive.
+        let return_to = if self.playing.is_split() {
+            None
+        } else {
+            calls.return_to
+        };
+        let mut zones: ByContention<Vec<ZoneBound>> = ByContention::default();
+        for zone in &self.playing.zones {
+            let name = &zone.name;
+            let bound = |tick| ZoneBound {
                 name: name.clone(),
                 of: zone.of,
                 tick,
-            });
+            };
+            let bounds = ticks(
+                self.program,
+                name,
+                self.core,
+                interferences,
+                return_to,
+                self.entered(name, None),
+                self.bases_of_keys(name)?,
+            )?
+            .map(bound);
+            zones.alone.push(bounds.alone);
+            zones.contended.push(bounds.contended);
+        }
+        Ok(zones)
+    }
+
+    /// The frame around the ticks of zones.
+    fn bound_frame(
+        &self,
+        calls: &Calls,
+        zones: Vec<ZoneBound>,
+    ) -> Result<TickHandlerBound, NotBounded> {
+        let handler = find(self.program, self.running.handler)?;
+        let handled = self.bound_handler(handler, calls.known(&calls.costs(self, &zones)?))?;
+        let around = Around {
+            idle: self.bound_idle()?,
+            stacking: self.stacking_cycles(handler)?,
+        };
+        let keys_cycles: u64 = zones
+            .iter()
+            .map(|zone| u64::from(zone.keys()) * zone.tick.key_cycles_max())
+            .sum();
+        let of_handler = calls.parts(self.program, &handled.path, keys_cycles);
+        let parts = self.list_parts(&around, of_handler);
+        let stack_bytes_max = around.idle.stack_bytes_max + SAVED_BYTES + handled.stack_bytes_max;
+        self.has_stack_room(self.stack()?.0, stack_bytes_max)?;
+        Ok(TickHandlerBound {
+            keys: self.playing.keys.count(),
+            cycles_max: keys_cycles + parts.iter().map(|(_, cycles)| cycles).sum::<u64>(),
+            stack_bytes_max,
+            class: self.class_of_frame(&handled, &zones),
+            zones,
+            handler: handled,
+            parts,
+        })
+    }
+
+    pub(super) fn query<'q>(&self, entry: u32, annotations: &'q Annotations) -> Query<'q>
+    where
+        'a: 'q,
+    {
+        Query {
+            core: self.core,
+            code: &self.program.code,
+            entry,
+            annotations,
+            interference: Some(self.interference),
         }
     }
-    every(zip(interferences, zones, |interference, zones| {
-        tick_handler(
-            &OnCore {
-                interference,
-                ..*of
-            },
-            &calls,
-            zones,
-        )
-    }))
-}
 
-/// The frame around the ticks of zones.
-fn tick_handler(
-    of: &OnCore,
-    calls: &Calls,
-    zones: Vec<ZoneBound>,
-) -> Result<TickHandlerBound, NotBounded> {
-    let OnCore {
-        program,
-        core,
-        running,
-        interference,
-        ..
-    } = *of;
-    let handler = find(program, running.handler)?;
-    let known = calls.known(&calls.costs(of, &zones)?);
-    let (stack, stack_reach) = of.stack()?;
-    let bases = of.stack_base()?;
-    let annotations = Annotations {
-        handler: true,
-        known,
-        bases: bases.clone(),
-        ..program.annotations.clone()
-    };
-    let query = |entry, annotations| Query {
-        core,
-        code: &program.code,
-        entry,
-        annotations,
-        interference: Some(interference),
-    };
-    let handled = bound(&query(handler, &annotations))?;
-    let sleeping = Annotations {
-        sleeps: true,
-        bases,
-        ..program.annotations.clone()
-    };
-    let idle = Idle::of(&query(find(program, running.idle)?, &sleeping))?;
-    let vectors = find(program, running.vectors)?;
-    let saved = stack_reach.and(
-        program
-            .reach_of(interference.board, vectors)
-            .unwrap_or_default(),
-    );
-    let stacking = u64::from(interference.exception_word(handler, &saved)?);
-    let (enter, leave) = (core.exceptions.entry, core.exceptions.exit);
-    let mut parts = vec![
-        ("the instruction in progress".to_string(), idle.cycles_max),
-        (
-            "entry of the interrupt".to_string(),
-            u64::from(enter.cycles) + u64::from(SAVED_WORDS + 1) * stacking,
-        ),
-    ];
-    let all: u64 = zones
-        .iter()
-        .map(|zone| u64::from(zone.keys()) * zone.tick.key_cycles_max())
-        .sum();
-    parts.extend(calls.parts(program, &handled.path, all));
-    parts.push((
-        "return from the interrupt".into(),
-        u64::from(leave.cycles) + u64::from(SAVED_WORDS) * stacking,
-    ));
-    let remote = interference.others.remote_accesses * interference.remote_access_cycles();
-    if remote > 0 {
-        parts.push(("the other core's visits".to_string(), u64::from(remote)));
+    /// The handler, whose calls of keys cost what is known of them.
+    fn bound_handler(&self, handler: u32, known: KnownCalls) -> Result<Bound, NotBounded> {
+        let annotations = Annotations {
+            handler: true,
+            known,
+            bases: self.stack_base()?,
+            ..self.program.annotations.clone()
+        };
+        bound(&self.query(handler, &annotations))
     }
-    let class = zones
-        .iter()
-        .map(|zone| zone.tick.class())
-        .max()
-        .unwrap_or(Evidence::Exact);
-    let stack_bytes_max = idle.stack_bytes_max + SAVED_BYTES + handled.stack_bytes_max;
-    of.has_stack_room(stack, stack_bytes_max)?;
-    Ok(TickHandlerBound {
-        keys: of.playing.keys.count(),
-        cycles_max: all + parts.iter().map(|(_, cycles)| cycles).sum::<u64>(),
-        stack_bytes_max,
-        class: handled
+
+    /// What runs between ticks.
+    fn bound_idle(&self) -> Result<Idle, NotBounded> {
+        let sleeping = Annotations {
+            sleeps: true,
+            bases: self.stack_base()?,
+            ..self.program.annotations.clone()
+        };
+        Idle::of(&self.query(find(self.program, self.running.idle)?, &sleeping))
+    }
+
+    /// Cycles that the exception waits for memory, a word.
+    fn stacking_cycles(&self, handler: u32) -> Result<u64, NotBounded> {
+        let vectors = find(self.program, self.running.vectors)?;
+        let of_vectors = self.program.reach_of(self.interference.board, vectors);
+        let saved = self.stack()?.1.and(of_vectors.unwrap_or_default());
+        Ok(self.interference.exception_word(handler, &saved)?.into())
+    }
+
+    /// What the cycles around the keys are for, in the order of time.
+    fn list_parts(&self, around: &Around, of_handler: Vec<(String, u64)>) -> Vec<(String, u64)> {
+        let exceptions = &self.core.exceptions;
+        let words = u64::from(SAVED_WORDS);
+        let enter = u64::from(exceptions.entry.cycles) + (words + 1) * around.stacking;
+        let leave = u64::from(exceptions.exit.cycles) + words * around.stacking;
+        let mut parts = vec![
+            (
+                "the instruction in progress".to_string(),
+                around.idle.cycles_max,
+            ),
+            ("entry of the interrupt".to_string(), enter),
+        ];
+        parts.extend(of_handler);
+        parts.push(("return from the interrupt".to_string(), leave));
+        let others = &self.interference.others;
+        let remote = others.remote_accesses * self.interference.remote_access_cycles();
+        if remote > 0 {
+            parts.push(("the other core's visits".to_string(), u64::from(remote)));
+        }
+        parts
+    }
+
+    /// As sure as the least sure number of a frame.
+    fn class_of_frame(&self, handled: &Bound, zones: &[ZoneBound]) -> Evidence {
+        let exceptions = &self.core.exceptions;
+        let around = handled
             .class
-            .max(class)
-            .max(enter.evidence)
-            .max(leave.evidence),
-        zones,
-        handler: handled,
-        parts,
-    })
+            .max(exceptions.entry.evidence)
+            .max(exceptions.exit.evidence);
+        zones
+            .iter()
+            .map(|zone| zone.tick.class())
+            .fold(around, Evidence::max)
+    }
 }
 
 impl OnCore<'_> {

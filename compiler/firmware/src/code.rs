@@ -3,9 +3,12 @@
 
 use whippen_arm::image::{Hint, Object};
 use whippen_arm::thumb::{self, Built, ThumbError, TickAbi, compile_for_frame, record_bytes};
+use whippen_ids::IdMap;
 use whippen_isa::Arch;
 use whippen_kernel::Kernel;
-use whippen_keyboard::{CoreId, CoreKeys, CoreZone, InstrumentId, KeyRange, Layout, Program, Zone};
+use whippen_keyboard::{
+    CoreId, CoreKeys, CoreZone, InstrumentId, KeyRange, Layout, Program, ProgramId, Zone, ZoneId,
+};
 
 use super::{Instrument, Setup, drive_offset_bytes, keys_name, zone_name};
 
@@ -16,9 +19,9 @@ const OWNER: &str = "(owner)";
 #[derive(Debug, Clone)]
 pub struct ProgramCode {
     /// The zones of the program.
-    pub zones: Vec<Zone>,
+    pub zones: IdMap<ZoneId, Zone>,
     /// Each core.
-    pub cores: Vec<CoreCode>,
+    pub cores: IdMap<CoreId, CoreCode>,
 }
 
 /// The keys of a core in a program.
@@ -50,7 +53,7 @@ pub struct ZoneCode {
 impl ProgramCode {
     /// The code of a core.
     pub fn core(&self, core: CoreId) -> &CoreCode {
-        &self.cores[core.index()]
+        &self.cores[core]
     }
 
     /// The zones of all cores, core by core.
@@ -60,7 +63,7 @@ impl ProgramCode {
 
     /// What a zone's keys play.
     pub fn instrument_of(&self, zone: &ZoneCode) -> InstrumentId {
-        self.zones[zone.of.zone.index()].instrument
+        self.zones[zone.of.zone].instrument
     }
 }
 
@@ -95,7 +98,7 @@ pub(super) fn compile_keys(
     instruments: &[Instrument],
     setup: &Setup,
     arch: Arch,
-) -> Result<Vec<ProgramCode>, ThumbError> {
+) -> Result<IdMap<ProgramId, ProgramCode>, ThumbError> {
     let on_cores = |program: &Program| program.on_cores(&setup.keys);
     let plans: Vec<Vec<CoreKeys>> = layout.programs.iter().map(on_cores).collect();
     let split = plans.iter().flatten().any(|core| core.zones.len() > 1);

@@ -10,6 +10,7 @@
 
 use whippen_arm::image::{Board, Image, Input, LinkError, Object, Place, link};
 use whippen_arm::thumb::ThumbError;
+use whippen_ids::IdMap;
 use whippen_keyboard::{CoreId, InstrumentId, Layout, ProgramId};
 use whippen_modes::Modes;
 
@@ -27,13 +28,13 @@ pub struct FirmwareImage {
     /// Keys of each core.
     pub keys_of_cores: Vec<u32>,
     /// The code of each program.
-    pub programs: Vec<ProgramCode>,
+    pub programs: IdMap<ProgramId, ProgramCode>,
 }
 
 impl FirmwareImage {
     /// The code of a program.
     pub fn program(&self, id: ProgramId) -> &ProgramCode {
-        &self.programs[id.index()]
+        &self.programs[id]
     }
 
     /// Its cores.

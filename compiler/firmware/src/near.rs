@@ -2,6 +2,7 @@
 //! is room beside its stack.
 
 use whippen_arm::image::{Board, Image, LinkError, Memory, Object, Section, SectionKind};
+use whippen_keyboard::CoreId;
 
 use super::CORES;
 use super::code::{ProgramCode, ZoneCode};
@@ -13,7 +14,8 @@ const STACK_BYTES: u32 = 512;
 /// there nobody fetches and the other core seldom looks, so nothing waits. First the keys' states,
 /// then their histories, then what the frame keeps of them.
 pub(super) fn place_near(board: &Board, firmware: &mut [Object], programs: &mut [ProgramCode]) {
-    for (core, name) in CORES.iter().take(board.stacks.len()).enumerate() {
+    let cores = (0..).map(CoreId).zip(CORES);
+    for (core, name) in cores.take(board.stacks.len()) {
         let Some(memory) = board.memory_for(&format!(".data.near.{name}")) else {
             continue;
         };

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use whippen_keyboard::ZoneId;
+use whippen_keyboard::{CoreId, ZoneId};
 
 use super::code::{CoreCode, ProgramCode, ZoneCode, is_split};
 use super::{CORES, Instrument, zone_name};
@@ -26,8 +26,7 @@ pub(super) fn assembly(programs: &[ProgramCode], instruments: &[Instrument]) -> 
     let split = is_split(programs);
     line(&format!("programs: .word {}", programs.len()));
     for (number, program) in programs.iter().enumerate() {
-        let descriptors =
-            (0..program.cores.len()).map(|core| format!("program{number}_core{core}"));
+        let descriptors = (program.cores.ids()).map(|core| format!("program{number}_core{core}"));
         line(&format!(
             "        .word   {}",
             descriptors.collect::<Vec<_>>().join(", ")
@@ -37,12 +36,12 @@ pub(super) fn assembly(programs: &[ProgramCode], instruments: &[Instrument]) -> 
     line(&format!("lives:  .word   {}", lives.len()));
     lives.iter().for_each(|live| line(live));
     // A descriptor is looked up by its core's tick and by who reads its events.
-    for (core, name) in CORES.iter().enumerate().take(programs[0].cores.len()) {
+    for (core, name) in programs[0].cores.ids().zip(CORES) {
         line(&format!(
             "        .section .rodata.near.{name}.programs, \"a\"\n        .balign 4"
         ));
         for (number, program) in programs.iter().enumerate() {
-            line(&descriptor(&program.cores[core], number, core, split));
+            line(&descriptor(program.core(core), number, core, split));
         }
     }
     // Looked up by core 1 alone.
@@ -54,7 +53,7 @@ pub(super) fn assembly(programs: &[ProgramCode], instruments: &[Instrument]) -> 
             instruments,
             split,
         };
-        for (core, code) in program.cores.iter().enumerate() {
+        for (core, code) in program.cores.enumerated() {
             for at in 0..code.zones.len() {
                 line(&readers.reader(core, at));
             }
@@ -106,7 +105,7 @@ fn live_parameters(programs: &[ProgramCode], instruments: &[Instrument]) -> Vec<
     all
 }
 
-fn descriptor(code: &CoreCode, number: usize, core: usize, split: bool) -> String {
+fn descriptor(code: &CoreCode, number: usize, core: CoreId, split: bool) -> String {
     let (name, layout) = (&code.name, code.zones[0].layout());
     let label = format!("program{number}_core{core}");
     let places = if split {
@@ -121,12 +120,12 @@ fn descriptor(code: &CoreCode, number: usize, core: usize, split: bool) -> Strin
 {label}: .word {block}, {name}_state, {name}_init, {name}_tick, {name}_begin
         .word   {places}
         .word   {reader}",
-        block = CORES[core],
+        block = CORES[core.index()],
         reader = reader_name(number, core, 0),
     )
 }
 
-fn reader_name(number: usize, core: usize, zone: usize) -> String {
+fn reader_name(number: usize, core: CoreId, zone: usize) -> String {
     let of_core = format!("reader{number}_core{core}");
     if zone == 0 {
         of_core
@@ -155,8 +154,8 @@ struct Readers<'a> {
 
 impl Readers<'_> {
     /// What the reader of a core's events knows of one of its zones.
-    fn reader(&self, core: usize, at: usize) -> String {
-        let zones = &self.program.cores[core].zones;
+    fn reader(&self, core: CoreId, at: usize) -> String {
+        let zones = &self.program.core(core).zones;
         let (zone, number) = (&zones[at], self.number);
         let instrument = &self.instruments[self.program.instrument_of(zone).index()];
         let (kernel, midi, name) = (&instrument.modes.kernel, instrument.midi, &zone.name);

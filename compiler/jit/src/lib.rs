@@ -55,19 +55,7 @@ impl fmt::Debug for JitCode {
     }
 }
 
-impl std::ops::Deref for JitCode {
-    type Target = Loaded<JitFunctions>;
-
-    fn deref(&self) -> &Self::Target {
-        &self.0
-    }
-}
-
-impl std::ops::DerefMut for JitCode {
-    fn deref_mut(&mut self) -> &mut Self::Target {
-        &mut self.0
-    }
-}
+whippen_kernel::deref_to_loaded!(JitCode, JitFunctions);
 
 /// The machine code of a kernel.
 pub struct JitFunctions {

@@ -50,6 +50,27 @@ impl<C> Loaded<C> {
     }
 }
 
+/// Gives an engine of another crate, which wraps a [`Loaded`] to have functions of its own, all
+/// that a [`Loaded`] does.
+#[macro_export]
+macro_rules! deref_to_loaded {
+    ($engine:ty, $code:ty) => {
+        impl std::ops::Deref for $engine {
+            type Target = $crate::Loaded<$code>;
+
+            fn deref(&self) -> &Self::Target {
+                &self.0
+            }
+        }
+
+        impl std::ops::DerefMut for $engine {
+            fn deref_mut(&mut self) -> &mut Self::Target {
+                &mut self.0
+            }
+        }
+    };
+}
+
 impl<C: Code> Loaded<C> {
     /// Puts the memory back to its start (live values stay) and runs `init` for every key.
     ///

@@ -1,6 +1,7 @@
-//! Typed indices: a number of one kind cannot be used as that of another.
+//! Ids of what a keyboard has.
 
 use std::fmt;
+use whippen_ids::impl_id;
 
 macro_rules! ids {
     ($($(#[$doc:meta])* $name:ident;)*) => {$(
@@ -11,10 +12,12 @@ macro_rules! ids {
             pub u32,
         );
 
+        impl_id!($name);
+
         impl $name {
-            /// The number as the index of a list.
+            /// The number, for lists of those who know nothing of keyboards.
             pub fn index(self) -> usize {
-                self.0 as usize
+                whippen_ids::Id::index(self)
             }
         }
 

@@ -17,6 +17,7 @@ mod zone;
 
 pub use ids::{CoreId, InstrumentId, ProgramId, ZoneId};
 pub use range::KeyRange;
+use whippen_ids::IdMap;
 pub use zone::{CoreKeys, CoreZone, Program, Zone};
 
 /// The keys of a keyboard and its programs, one of which plays at a time.
@@ -27,7 +28,7 @@ pub struct Layout {
     /// How many keys there are.
     pub keys: u32,
     /// At least one once it is checked; each has every key.
-    pub programs: Vec<Program>,
+    pub programs: IdMap<ProgramId, Program>,
 }
 
 /// A program of several zones has other keys than were wanted.
@@ -59,18 +60,18 @@ impl Layout {
         Layout {
             first_note,
             keys,
-            programs: vec![Program::of_zones(name, [(keys, InstrumentId(0))])],
+            programs: vec![Program::of_zones(name, [(keys, InstrumentId(0))])].into(),
         }
     }
 
     /// Programs with their numbers.
     pub fn numbered_programs(&self) -> impl Iterator<Item = (ProgramId, &Program)> {
-        (0..).map(ProgramId).zip(&self.programs)
+        self.programs.enumerated()
     }
 
     /// The program of that number.
     pub fn program(&self, id: ProgramId) -> &Program {
-        &self.programs[id.index()]
+        &self.programs[id]
     }
 
     /// The program of that name.
@@ -165,13 +166,14 @@ mod tests {
             programs: vec![
                 program("plain", &[(9, 4)]),
                 program("split", &[(2, 7), (5, 4), (2, 7)]),
-            ],
+            ]
+            .into(),
         }
     }
 
     #[test]
     fn cores_have_runs_of_neighbouring_keys() {
-        let cores = split().programs[1].on_cores(&[6, 3]);
+        let cores = split().program(ProgramId(1)).on_cores(&[6, 3]);
         let zones = |core: &CoreKeys| -> Vec<(u32, u32, u32)> {
             let zone = |z: &CoreZone| (z.zone.0, z.keys.first, z.keys.end);
             core.zones.iter().map(zone).collect()
@@ -200,7 +202,9 @@ mod tests {
         assert_eq!(split().with_keys(8), Err(wanted));
         assert_eq!(split().with_keys(9), Ok(split()));
         let (plain, _) = split().only(|program| !program.is_split());
-        let more = plain.with_keys(300).map(|layout| layout.programs[0].keys());
+        let more = plain
+            .with_keys(300)
+            .map(|layout| layout.program(ProgramId(0)).keys());
         assert_eq!(more, Ok(300));
     }
 

@@ -1,5 +1,7 @@
 //! Programs and their zones, and the part of each core.
 
+use whippen_ids::IdMap;
+
 use crate::{CoreId, FixedKeys, InstrumentId, KeyRange, ZoneId, each_once};
 
 /// A program: what each key plays.
@@ -8,7 +10,7 @@ pub struct Program {
     /// Its name: that of the instrument that all keys play, or of its zones.
     pub name: String,
     /// By rising key; together all keys of the keyboard, each once.
-    pub zones: Vec<Zone>,
+    pub zones: IdMap<ZoneId, Zone>,
 }
 
 /// Neighbouring keys that play one instrument.
@@ -45,7 +47,7 @@ pub struct CoreZone {
 impl Program {
     /// Zones of so many keys each, from the lowest key up, and what they play.
     pub fn of_zones(name: &str, given: impl IntoIterator<Item = (u32, InstrumentId)>) -> Program {
-        let mut zones: Vec<Zone> = Vec::new();
+        let mut zones: IdMap<ZoneId, Zone> = IdMap::new();
         for (count, instrument) in given {
             let first = zones.last().map_or(0, |zone| zone.keys.end);
             let keys = KeyRange::new(first, first + count);
@@ -69,7 +71,7 @@ impl Program {
 
     /// The zone of that number.
     pub fn zone(&self, id: ZoneId) -> &Zone {
-        &self.zones[id.index()]
+        &self.zones[id]
     }
 
     /// The zone of a key.
@@ -93,7 +95,7 @@ impl Program {
     /// It has several zones, which are for other keys.
     pub fn with_keys(&self, keys: u32) -> Result<Program, FixedKeys> {
         let mut program = self.clone();
-        match &mut program.zones[..] {
+        match &mut *program.zones {
             [only] => only.keys = KeyRange::new(0, keys),
             _ if self.keys() == keys => {}
             _ => {
@@ -119,8 +121,7 @@ impl Program {
     }
 
     fn on_core(&self, core: CoreId, keys: KeyRange) -> CoreKeys {
-        let zones = (0..).map(ZoneId).zip(&self.zones);
-        let zones = zones.filter_map(|(zone, of)| {
+        let zones = self.zones.enumerated().filter_map(|(zone, of)| {
             let keys = of.keys.intersection(keys)?;
             Some(CoreZone { core, zone, keys })
         });

@@ -1,7 +1,7 @@
 //! Code generation for a planned sum: a chain of shifts, additions and multiply-high-accumulates.
 
 use super::Lowerer;
-use super::format::{exp2, quantise};
+use super::format::{exp2, quantize};
 use super::linear::{Factor, Live};
 use super::real::Real;
 use whippen_kernel::{Op, OpError, Value};
@@ -149,7 +149,7 @@ impl Lowerer<'_> {
                     return self.plus_product(chain, moved, Factor::Live(Live { unit, ..live }));
                 }
                 let parts = gain.map(|g| g * exp2(-pre_shift) - integer_part);
-                let words = parts.map(|p| quantise(p, exp2(-32)) as f64);
+                let words = parts.map(|p| quantize(p, exp2(-32)) as f64);
                 let rounded =
                     |p: f64, w: f64| (p - w * exp2(-32)).abs() * magnitude * exp2(pre_shift);
                 let ([p, q], [v, w]) = (parts.both(), words.both());

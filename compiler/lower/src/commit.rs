@@ -41,7 +41,7 @@ impl Lowerer<'_> {
                 .dim
                 .map_or(1.0, |_| exp2(-format::fraction_bits(live.range)));
             let range = format::inside(live.range, lsb);
-            let init = format::quantise(live.value, lsb).clamp(range.low, range.high) as i32;
+            let init = format::quantize(live.value, lsb).clamp(range.low, range.high) as i32;
             self.lives.push((self.b.live(&live.name, range, init), lsb));
         }
         for keyed in &model.keyed {
@@ -49,7 +49,7 @@ impl Lowerer<'_> {
             let values: Vec<i32> = keyed
                 .values
                 .iter()
-                .map(|&v| format::quantise(v, lsb) as i32)
+                .map(|&v| format::quantize(v, lsb) as i32)
                 .collect();
             let ends = values.iter().map(|&v| i64::from(v));
             let range = Range::new(ends.clone().min().unwrap_or(0), ends.max().unwrap_or(0));
@@ -59,7 +59,7 @@ impl Lowerer<'_> {
         for (id, cell) in model.cells.enumerated() {
             let range = self.cell_range(id);
             let scale = self.units.scale_of_cell(id);
-            let init = scale.quantise(cell.init).clamp(range.low, range.high);
+            let init = scale.quantize(cell.init).clamp(range.low, range.high);
             self.cells
                 .reals
                 .push(self.b.cell(&cell.name, Type::I32, range, init));
@@ -261,7 +261,7 @@ impl Lowerer<'_> {
         };
         let scale = self.units.scale_of_cell(cell);
         if let Some(constant) = self.step.model.dag.real(node) {
-            return self.constant(scale.quantise(constant).clamp(beyond.low, beyond.high));
+            return self.constant(scale.quantize(constant).clamp(beyond.low, beyond.high));
         }
         let real = self.real(node)?;
         // In the cell's unit: clamped at the end, after the rules.
@@ -330,7 +330,7 @@ impl Lowerer<'_> {
         let range = self.cell_range(body.coordinate);
         let (coordinate, mut rate) = (writes.cells[&body.coordinate.0], writes.cells[&body.rate.0]);
         let proven = self.b.range(coordinate);
-        let zero = self.constant(self.units.scale_of_cell(body.rate).quantise(0.0))?;
+        let zero = self.constant(self.units.scale_of_cell(body.rate).quantize(0.0))?;
         if proven.high > range.high {
             let end = self.constant(range.high)?;
             let beyond = self.b.op(Op::Lt, &[end, coordinate])?;

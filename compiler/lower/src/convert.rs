@@ -76,7 +76,7 @@ impl Lowerer<'_> {
         {
             return Ok(value);
         }
-        let shift = Scale::plain(scale.lsb).quantise(-scale.offset);
+        let shift = Scale::plain(scale.lsb).quantize(-scale.offset);
         let counted = self.counted(
             real,
             scale.lsb,
@@ -100,7 +100,7 @@ impl Lowerer<'_> {
         range: Range,
         few: i64,
     ) -> Result<Option<Value>, OpError> {
-        let difference = Scale::plain(scale.lsb).quantise(real.offset - scale.offset);
+        let difference = Scale::plain(scale.lsb).quantize(real.offset - scale.offset);
         let n = power_of_two(real.lsb / scale.lsb).unwrap_or(0);
         if !(1..=20).contains(&n) || difference == 0 || !(0..=few << n).contains(&difference) {
             return Ok(None);

@@ -128,8 +128,8 @@ pub struct LoweredLive {
 
 impl LoweredLive {
     /// The integer for a value (SI), clamped to the range.
-    pub fn quantise(&self, value: f64) -> i32 {
-        format::quantise(value, self.lsb).clamp(self.range.low, self.range.high) as i32
+    pub fn quantize(&self, value: f64) -> i32 {
+        format::quantize(value, self.lsb).clamp(self.range.low, self.range.high) as i32
     }
 }
 

@@ -40,7 +40,7 @@ fn fits(range: Interval, bits: i32) -> bool {
 
 /// A real in units of `lsb`, rounded to the nearest integer (ties away from zero), saturated to 62
 /// bits.
-pub(super) fn quantise(value: f64, lsb: f64) -> i64 {
+pub(super) fn quantize(value: f64, lsb: f64) -> i64 {
     (value / lsb).round().clamp(-exp2(62), exp2(62)) as i64
 }
 
@@ -55,7 +55,7 @@ pub(super) fn inside(range: Interval, lsb: f64) -> Range {
 
 /// The integers from one end of `range` to the other, each end rounded.
 pub(super) fn nearest(range: Interval, lsb: f64) -> Range {
-    Range::new(quantise(range.low, lsb), quantise(range.high, lsb))
+    Range::new(quantize(range.low, lsb), quantize(range.high, lsb))
 }
 
 /// The integers whose values lie within `range`, less a few thousandths of them where that leaves

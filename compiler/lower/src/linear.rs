@@ -429,10 +429,10 @@ impl Lowerer<'_> {
     /// A constant as such an integer.
     pub(super) fn constant_real(&mut self, value: f64, scale: Scale) -> Result<Real, OpError> {
         let Scale { lsb, offset } = scale;
-        let quantised = scale.quantise(value);
-        let error = (value - offset - quantised as f64 * lsb).abs();
+        let quantized = scale.quantize(value);
+        let error = (value - offset - quantized as f64 * lsb).abs();
         Ok(Real {
-            value: self.b.constant(Type::I32, quantised)?,
+            value: self.b.constant(Type::I32, quantized)?,
             lsb,
             offset,
             error,

@@ -1,6 +1,6 @@
 //! A real value as an integer: `real = lsb * integer + offset`, within an error.
 
-use super::format::{exp2, exponent, quantise};
+use super::format::{exp2, exponent, quantize};
 use whippen_kernel::Value;
 
 /// How one real value is represented.
@@ -33,8 +33,8 @@ impl Scale {
     }
 
     /// The nearest integer, saturated to 62 bits.
-    pub fn quantise(self, value: f64) -> i64 {
-        quantise(value - self.offset, self.lsb)
+    pub fn quantize(self, value: f64) -> i64 {
+        quantize(value - self.offset, self.lsb)
     }
 }
 

@@ -56,6 +56,8 @@ pub(super) struct Lists {
     gone: Vec<NodeId>,
     /// Conditions still to be noted.
     open: Vec<(NodeId, [Option<NodeId>; 2])>,
+    /// Nodes that were visited, all ticks together.
+    pub work: u64,
 }
 
 /// Uses of each node, and the users of each condition.
@@ -122,6 +124,7 @@ impl<'a, 'k> Benefits<'a, 'k> {
             }
         }
         benefits.lists.compared.sort_unstable();
+        benefits.lists.work += benefits.lists.all.len() as u64;
         benefits
     }
 
@@ -282,6 +285,7 @@ impl<'a, 'k> Benefits<'a, 'k> {
                 .for_each(|(_, _, place)| decide(*place)),
         }
         let cycles = unused(self.graph, &mut self.lists.uses, &mut gone);
+        self.lists.work += gone.len() as u64;
         gone.clear();
         self.lists.gone = gone;
         2 * choices + cycles

@@ -1,4 +1,4 @@
-//! Selection of the cells that modes are specialised on: those that save most cycles where they are
+//! Selection of the cells that modes are specialized on: those that save most cycles where they are
 //! known.
 
 use super::decision_tree::Discrete;

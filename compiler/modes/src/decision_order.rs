@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Every order of comparisons of one value with constants is a tree over the spans, and a span pays
-//! for as many decisions as it is deep. Minimised is the worst-case cost, so that an expensive span
+//! for as many decisions as it is deep. Minimized is the worst-case cost, so that an expensive span
 //! is reached after few decisions.
 
 use whippen_target_info::BRANCH_CYCLES;

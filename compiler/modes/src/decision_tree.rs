@@ -42,9 +42,34 @@ pub(super) enum Tree {
     },
 }
 
-/// The tree would have too many leaves.
+/// The trees would have too many leaves, or growing them would be too much work.
 #[derive(Debug)]
 pub(super) struct TooBig;
+
+/// Which decisions are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Decisions {
+    /// Those that tell the next mode, and those that save cycles.
+    All,
+    /// Those that tell the next mode: fewer leaves and less work.
+    Successor,
+}
+
+impl Decisions {
+    pub fn branch_threshold(self) -> u32 {
+        match self {
+            Decisions::All => tuning::BRANCH_THRESHOLD,
+            Decisions::Successor => u32::MAX,
+        }
+    }
+
+    pub fn trial_threshold(self) -> u32 {
+        match self {
+            Decisions::All => tuning::TRIAL_THRESHOLD,
+            Decisions::Successor => u32::MAX,
+        }
+    }
+}
 
 /// What a tree is grown from.
 pub(super) struct Grower<'a, 'k> {
@@ -52,6 +77,8 @@ pub(super) struct Grower<'a, 'k> {
     pub discrete: &'a [Discrete],
     /// How many leaves are left.
     pub leaves: usize,
+    /// How many nodes may be visited.
+    pub work_max: u64,
     pub eval: PartialEval,
     pub lists: Lists,
     /// Least saving, in cycles, for a branch that is not needed to find the next mode.
@@ -87,12 +114,17 @@ impl Grower<'_, '_> {
         })
     }
 
+    /// Nodes that were visited.
+    pub fn work(&self) -> u64 {
+        self.eval.work + self.lists.work
+    }
+
     /// One decision further down; what is found there is forgotten behind it.
     fn deeper<T>(
         &mut self,
         grow: impl FnOnce(&mut Self) -> Result<T, TooBig>,
     ) -> Result<T, TooBig> {
-        if self.depth > tuning::DECISIONS_DEEP {
+        if self.depth > tuning::DECISIONS_DEEP || self.work() > self.work_max {
             return Err(TooBig);
         }
         let mark = self.eval.mark();

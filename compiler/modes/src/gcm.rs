@@ -15,7 +15,7 @@
 //! | `needs` | what each node of the tree of decisions needs, on all paths and on some |
 //! | `emit` | a node of the graph as instructions at the end of a block |
 //! | `branch` | decisions as branches |
-//! | `sink` | rematerialisation below instead of a live register |
+//! | `sink` | rematerialization below instead of a live register |
 //! | `block_order` | topological order of the blocks |
 //! | `sorted` | sets of nodes as sorted lists |
 

@@ -1,4 +1,4 @@
-//! Specialisation of a tick by machine state: one piece of code, a *mode*, for every combination of
+//! Specialization of a tick by machine state: one piece of code, a *mode*, for every combination of
 //! states that can occur.
 //!
 //! ```text
@@ -24,7 +24,7 @@
 //! | --- | --- |
 //! | `graph`, `tick` | hash-consed value graph of a tick: memory read at the start and written at the end |
 //! | `partial_eval`, `facts` | partial evaluation of the graph under the facts of a path; facts by backward interval propagation |
-//! | `choose` | selection of the cells that modes are specialised on |
+//! | `choose` | selection of the cells that modes are specialized on |
 //! | `decision_tree`, `benefit`, `decision_order` | a tree of decisions per mode, greedy by estimated benefit |
 //! | `reach` | reachable modes by a fixed point with widening and narrowing |
 //! | `gcm` | global code motion: the tree as blocks, each computation early or sunk |
@@ -53,7 +53,7 @@ pub mod verify;
 
 pub use print::Size;
 
-use decision_tree::Discrete;
+use decision_tree::{Decisions, Discrete};
 use graph::Graph;
 use tick::Tick;
 use whippen_ids::IdMap;
@@ -70,6 +70,8 @@ pub struct Modes {
     pub kernel: Kernel,
     /// The modes; a key starts in the first.
     pub modes: Vec<Mode>,
+    /// Whether the search ended because it became too much work, not because all cells were tried.
+    pub work_limited: bool,
 }
 
 /// The tick where the cells are known to be such.
@@ -130,13 +132,20 @@ pub struct Target {
 
 /// The modes of a kernel: told apart by those cells that make the longest path shorter, as long as
 /// all modes together have no more instructions than this; with 0, the one mode that knows nothing.
-pub fn specialise(kernel: &Kernel, instructions: usize) -> Modes {
+///
+/// The search is bounded: where decisions that only save cycles become too many, it makes only those
+/// that tell the next mode; where it has visited too many nodes it ends with the best modes so far
+/// ([`Modes::work_limited`]).
+pub fn specialize(kernel: &Kernel, instructions: usize) -> Modes {
     if instructions == 0 {
         return Modes::single(kernel);
     }
-    let mut specialiser = Specialiser::new(kernel);
-    let mut left = std::mem::take(&mut specialiser.discrete);
+    let work = (tuning::WORK / INSTRUCTIONS as u64).saturating_mul(instructions as u64);
+    let work = work.max(tuning::WORK);
+    let mut specializer = Specializer::new(kernel, work);
+    let mut left = std::mem::take(&mut specializer.discrete);
     let (mut best, mut chosen) = (Modes::single(kernel), Vec::new());
+    let mut decisions = Decisions::All;
     loop {
         let mut more = choose::that_fit(&best, &left, instructions);
         let Some(first) = more.first().copied() else {
@@ -145,11 +154,17 @@ pub fn specialise(kernel: &Kernel, instructions: usize) -> Modes {
         while !more.is_empty() {
             let added = more.iter().map(|at| left[*at].clone());
             let cells: Vec<Discrete> = chosen.iter().cloned().chain(added).collect();
-            match specialiser.modes(&cells, instructions) {
+            match specializer.modes(&cells, decisions, instructions) {
                 Some(tried) if tried.longest() <= best.longest() => {
                     (best, chosen) = (tried, cells);
                     break;
                 }
+                _ if specializer.work_left <= work / tuning::WORK_REST => {
+                    best.work_limited = true;
+                    return best;
+                }
+                // Decisions that are not needed can be exponentially many.
+                None if decisions == Decisions::All => decisions = Decisions::Successor,
                 _ => more.truncate(more.len() / 2),
             }
         }
@@ -165,23 +180,25 @@ pub fn specialise(kernel: &Kernel, instructions: usize) -> Modes {
 
 /// The modes of a kernel, told apart by all cells that can tell them apart; none if they have more
 /// instructions than this.
-pub fn specialise_fully(kernel: &Kernel, instructions: usize) -> Option<Modes> {
-    let mut specialiser = Specialiser::new(kernel);
-    let all = std::mem::take(&mut specialiser.discrete);
-    specialiser.modes(&all, instructions)
+pub fn specialize_fully(kernel: &Kernel, instructions: usize) -> Option<Modes> {
+    let mut specializer = Specializer::new(kernel, u64::MAX);
+    let all = std::mem::take(&mut specializer.discrete);
+    specializer.modes(&all, Decisions::All, instructions)
 }
 
 /// A tick to make modes of.
-struct Specialiser<'k> {
+struct Specializer<'k> {
     graph: Graph<'k>,
     tick: Tick,
     start: Vec<Range>,
     /// Cells that can tell modes apart, the most useful first.
     discrete: Vec<Discrete>,
+    /// How many nodes may still be visited; half of them by the next try.
+    work_left: u64,
 }
 
-impl<'k> Specialiser<'k> {
-    fn new(kernel: &'k Kernel) -> Specialiser<'k> {
+impl<'k> Specializer<'k> {
+    fn new(kernel: &'k Kernel, work_left: u64) -> Specializer<'k> {
         let start = reach::after_init(kernel);
         let mut graph = Graph::new(kernel);
         let tick = tick::read(
@@ -191,22 +208,30 @@ impl<'k> Specialiser<'k> {
         );
         let all = reach::discrete(&graph, &tick, &start);
         let discrete = choose::by_gain(&mut graph, &tick, all);
-        Specialiser {
+        Specializer {
             graph,
             tick,
             start,
             discrete,
+            work_left,
         }
     }
 
     /// Modes told apart by these cells; none if they become too large.
-    fn modes(&mut self, cells: &[Discrete], instructions: usize) -> Option<Modes> {
+    fn modes(
+        &mut self,
+        cells: &[Discrete],
+        decisions: Decisions,
+        instructions: usize,
+    ) -> Option<Modes> {
         let reached = reach::reach(
             &mut self.graph,
             &self.tick,
             cells,
             &self.start,
+            decisions,
             instructions,
+            &mut self.work_left,
         )
         .ok()?;
         let modes = placed(&mut self.graph, cells, &reached)?;
@@ -231,6 +256,7 @@ fn placed(graph: &mut Graph, discrete: &[Discrete], reached: &[reach::Reached]) 
     Some(Modes {
         modes: gcm::modes(graph, &plan)?,
         kernel: graph.kernel.clone(),
+        work_limited: false,
     })
 }
 
@@ -307,6 +333,7 @@ impl Modes {
         Modes {
             kernel: kernel.clone(),
             modes: vec![mode],
+            work_limited: false,
         }
     }
 }

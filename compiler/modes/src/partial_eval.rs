@@ -86,6 +86,8 @@ pub(super) struct PartialEval {
     /// The range of each node for those ranges of its operands that were asked for last.
     range_cache: RefCell<IdMap<NodeId, CachedRange>>,
     walk: Walk,
+    /// Nodes that were visited, all evaluations together.
+    pub work: u64,
 }
 
 /// The range of a node for some ranges of its operands; none if the table cannot tell.
@@ -190,13 +192,17 @@ impl PartialEval {
 
     /// All that the roots and what was decided are made of, operands first.
     pub fn nodes_below(&mut self, graph: &Graph, path: &Path, roots: &[NodeId]) -> Vec<NodeId> {
-        self.walk
-            .over(graph, roots.iter().chain(&path.decided).copied())
+        let nodes = self
+            .walk
+            .over(graph, roots.iter().chain(&path.decided).copied());
+        self.work += nodes.len() as u64;
+        nodes
     }
 
     /// Cycles of all that the roots need.
     pub fn cost(&mut self, graph: &Graph, roots: &[NodeId]) -> u32 {
         let nodes = self.walk.over(graph, roots.iter().copied());
+        self.work += nodes.len() as u64;
         nodes
             .into_iter()
             .map(|id| graph.cycles(id))
@@ -212,6 +218,7 @@ impl PartialEval {
         nodes: &[NodeId],
     ) -> Option<Vec<NodeId>> {
         self.begin_epoch(graph, path);
+        self.work += nodes.len() as u64;
         for id in nodes {
             if self.is_stale(graph, *id) {
                 self.reevaluate(graph, &path.facts, *id);

@@ -116,6 +116,9 @@ impl Display for Modes {
             self.modes.len()
         )?;
         writeln!(f, "without modes: {whole}")?;
+        if self.work_limited {
+            writeln!(f, "not all combinations were tried: too much work")?;
+        }
         for at in 0..self.modes.len() {
             let mode = Printed::new(self, at);
             writeln!(f)?;

@@ -8,7 +8,7 @@
 mod narrow;
 
 use super::benefit::Lists;
-use super::decision_tree::{Discrete, Grower, TooBig, Tree};
+use super::decision_tree::{Decisions, Discrete, Grower, TooBig, Tree};
 use super::facts::{Facts, meet};
 use super::graph::{Graph, Kind, NodeId};
 use super::partial_eval::{PartialEval, Path};
@@ -117,33 +117,42 @@ pub(super) fn entry(graph: &mut Graph, cells: &[Range]) -> Facts {
     facts
 }
 
-/// All modes that occur, the first one first.
+/// All modes that occur, the first one first. Half of the work that is left may be spent on it.
 pub(super) fn reach(
     graph: &mut Graph,
     tick: &Tick,
     discrete: &[Discrete],
     start: &[Range],
+    decisions: Decisions,
     leaves: usize,
+    work_left: &mut u64,
 ) -> Result<Vec<Reached>, TooBig> {
+    let mut grower = Grower {
+        graph,
+        discrete,
+        leaves,
+        work_max: *work_left / 2,
+        eval: PartialEval::default(),
+        lists: Lists::default(),
+        branch_threshold: decisions.branch_threshold(),
+        trial_threshold: decisions.trial_threshold(),
+        depth: 0,
+    };
+    let reached = reach_with(&mut grower, tick, start);
+    *work_left = work_left.saturating_sub(grower.work());
+    reached
+}
+
+fn reach_with(grower: &mut Grower, tick: &Tick, start: &[Range]) -> Result<Vec<Reached>, TooBig> {
+    let (discrete, leaves) = (grower.discrete, grower.leaves);
     let mut reach = Reach {
-        kernel: graph.kernel,
+        kernel: grower.graph.kernel,
         discrete,
         modes: Vec::new(),
         open: Vec::new(),
         again: Vec::new(),
     };
     reach.enter(start);
-    let (eval, lists) = (PartialEval::default(), Lists::default());
-    let mut grower = Grower {
-        graph,
-        discrete,
-        leaves,
-        eval,
-        lists,
-        branch_threshold: tuning::BRANCH_THRESHOLD,
-        trial_threshold: tuning::TRIAL_THRESHOLD,
-        depth: 0,
-    };
     while let Some(at) = reach.open.pop().or_else(|| reach.again.pop()) {
         let others: usize = reach
             .modes
@@ -151,7 +160,7 @@ pub(super) fn reach(
             .map(|mode| mode.tree.as_ref().map_or(0, Tree::leaves))
             .sum();
         grower.leaves = leaves.checked_sub(others).ok_or(TooBig)?;
-        let tree = grow(&mut grower, &reach.modes[at].cells, tick)?;
+        let tree = grow(grower, &reach.modes[at].cells, tick)?;
         for ranges in tree.iter().flat_map(Tree::ends) {
             reach.enter(ranges);
         }
@@ -177,7 +186,7 @@ pub(super) fn reach(
             break;
         };
         let grown = narrow::regrown(entries, &modes, (discrete, start), |cells| {
-            grow(&mut grower, cells, tick)
+            grow(grower, cells, tick)
         });
         let Some(narrower) = grown else { break };
         modes = narrower;

@@ -17,19 +17,7 @@ use whippen_kernel::{
 #[derive(Debug, Clone)]
 pub struct ModesEngine(Loaded<Runner>);
 
-impl std::ops::Deref for ModesEngine {
-    type Target = Loaded<Runner>;
-
-    fn deref(&self) -> &Self::Target {
-        &self.0
-    }
-}
-
-impl std::ops::DerefMut for ModesEngine {
-    fn deref_mut(&mut self) -> &mut Self::Target {
-        &mut self.0
-    }
-}
+whippen_kernel::deref_to_loaded!(ModesEngine, Runner);
 
 /// What runs them.
 #[derive(Debug, Clone)]

@@ -1,4 +1,4 @@
-//! Tuning: limits and thresholds of the specialiser, none of which changes what a tick means.
+//! Tuning: limits and thresholds of the specializer, none of which changes what a tick means.
 //!
 //! Limits on depth and size keep time and stack bounded on any program; no bundled instrument comes
 //! near them. Thresholds were chosen by the bundled instruments' cycles and code size.
@@ -34,6 +34,14 @@ pub(crate) const NARROWING_ROUNDS: usize = 3;
 
 /// How often in a round trees are grown again for what the leaves of others leave.
 pub(crate) const REGROWTHS: usize = 4;
+
+/// Nodes that the search for modes visits, more where more instructions than usual are allowed;
+/// behind that the best modes so far stand. Five times what the bundled instrument that needs most
+/// visits.
+pub(crate) const WORK: u64 = 30_000_000;
+
+/// The part of that work that is no longer worth a try.
+pub(crate) const WORK_REST: u64 = 16;
 
 /// Blocks of one mode; parts of conditions that are shared are decided once for each use, which
 /// could go on for long.

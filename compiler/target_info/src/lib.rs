@@ -9,7 +9,7 @@
 //! It is a table of its own, and not columns of the Kernel's table of operators, because a Kernel
 //! is for any machine: there stands what holds on all of them (meaning, effect, interval, and
 //! whether keys share a result), here what depends on the instructions of one. It lies below
-//! specialisation, which asks for cycles before there is any code, and below the back end, which
+//! specialization, which asks for cycles before there is any code, and below the back end, which
 //! asks for the rest. [`row`] matches every operator by name, so whoever adds one is asked by the
 //! compiler for its row.
 //!

@@ -7,7 +7,7 @@ use whippen_compiler::kernel::{
 };
 use whippen_compiler::modes::run::ModesEngine;
 use whippen_compiler::modes::verify::verify;
-use whippen_compiler::modes::{Modes, specialise, specialise_fully};
+use whippen_compiler::modes::{Modes, specialize, specialize_fully};
 
 const KEYS: usize = 2;
 
@@ -89,7 +89,7 @@ impl Pair {
 fn random_kernels() {
     for seed in 0..2000 {
         let kernel = without_probes(&random::kernel(seed));
-        let modes = specialise_fully(&kernel, 5000).unwrap_or_else(|| Modes::single(&kernel));
+        let modes = specialize_fully(&kernel, 5000).unwrap_or_else(|| Modes::single(&kernel));
         Pair::new(&kernel, &modes, &format!("seed {seed}")).run(&mut Rng::new(seed), 8);
     }
 }
@@ -224,7 +224,7 @@ fn random_machines() {
     let [mut made, mut met, mut longer, mut large] = [0; 4];
     for seed in 0..600 {
         let kernel = machines(seed).expect("is made of what fits");
-        let Some(modes) = specialise_fully(&kernel, 4000) else {
+        let Some(modes) = specialize_fully(&kernel, 4000) else {
             large += 1;
             continue;
         };
@@ -247,7 +247,7 @@ fn limits_are_kept() {
         let kernel = machines(seed).expect("is made of what fits");
         let whole = Modes::single(&kernel);
         for instructions in [0, 100, 1000] {
-            let modes = specialise(&kernel, instructions);
+            let modes = specialize(&kernel, instructions);
             assert!(
                 modes == whole || modes.instructions() <= instructions,
                 "seed {seed}: {}",
@@ -256,6 +256,59 @@ fn limits_are_kept() {
             assert!(modes.longest() <= whole.longest(), "seed {seed}");
         }
     }
+}
+
+/// A kernel that remembers of each of many limits whether the input was above it, and tells when it
+/// comes to be.
+fn thresholds(count: i64) -> Result<Kernel, OpError> {
+    let mut b = Builder::new("thresholds", 44_100);
+    let input = b.input("x", Range::new(0, 65_535));
+    let event = b.event("risen", 1);
+    let was: Vec<u32> = (0..count)
+        .map(|at| b.cell(&format!("was{at}"), Type::I1, Type::I1.range(), 1))
+        .collect();
+    b.begin_tick();
+    let x = b.op(Op::In(input), &[])?;
+    for (at, was) in was.into_iter().enumerate() {
+        let limit = b.constant(Type::I32, 200 + 300 * at as i64)?;
+        let is = b.op(Op::Lt, &[limit, x])?;
+        let before = b.op(Op::Get(was), &[])?;
+        let not = b.op(Op::Not, &[before])?;
+        let rises = b.op(Op::And, &[is, not])?;
+        b.if_else(
+            rises,
+            |b| {
+                b.effect(Op::Emit(event), &[x])?;
+                Ok(Vec::new())
+            },
+            |_| Ok(Vec::new()),
+        )?;
+        b.effect(Op::Set(was), &[is])?;
+    }
+    Ok(b.finish())
+}
+
+/// Decisions that only save cycles are exponentially many here; with those alone that tell the next
+/// mode there is one mode per limit that was passed.
+#[test]
+fn many_limits_make_few_modes() {
+    let kernel = thresholds(40).expect("is made of what fits");
+    let modes = specialize(&kernel, 12_000);
+    assert!(!modes.work_limited);
+    assert_eq!(modes.modes.len(), 41);
+    let (with, without) = (modes.longest(), Modes::single(&kernel).longest());
+    assert!(2 * with.cycles < without.cycles, "{with} of {without}");
+    Pair::new(&kernel, &modes, &kernel.name).run(&mut Rng::new(40), 2000);
+}
+
+/// The search ends, and what it ends with is the kernel's tick.
+#[test]
+fn the_search_is_bounded() {
+    let kernel = thresholds(100).expect("is made of what fits");
+    let modes = specialize(&kernel, 12_000);
+    assert!(modes.work_limited);
+    assert!(modes.modes.len() > 1 && modes.instructions() <= 12_000);
+    Pair::new(&kernel, &modes, &kernel.name).run(&mut Rng::new(100), 500);
 }
 
 /// How long chains are.
@@ -308,7 +361,7 @@ fn chain(link: usize) -> Result<Kernel, OpError> {
 fn long_chains() {
     for link in 0..6 {
         let kernel = chain(link).expect("is made of what fits");
-        let modes = specialise(&kernel, 12_000);
+        let modes = specialize(&kernel, 12_000);
         assert!(
             modes.longest() <= Modes::single(&kernel).longest(),
             "link {link}"

@@ -7,7 +7,7 @@ use fixed::types::{I5F27, I64F64};
 use fixed::{FixedI64, FixedI128};
 use whippen_compiler::kernel::op::{ROWS, Sort, Transfer};
 use whippen_compiler::kernel::random::{Draw, Rng};
-use whippen_compiler::kernel::{Effect, Kernel, Op, OpError, Range, Type, ValueInfo};
+use whippen_compiler::kernel::{Kernel, Op, OpError, Range, Type, ValueInfo};
 
 /// Pairs of edges of the type, then random numbers of all sizes.
 fn pairs(ty: Type, count: usize) -> Vec<(i64, i64)> {

@@ -48,7 +48,7 @@ fn emulated(image: &Path, build: &Build) -> (String, u32) {
     }
 }
 
-/// One program on every core, at every level of optimisation.
+/// One program on every core, at every level of optimization.
 fn agrees_with_qemu(program: &str) {
     if !have_all() {
         return;

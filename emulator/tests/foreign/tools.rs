@@ -77,7 +77,7 @@ pub fn have_all() -> bool {
     whippen_need::tools(&names) && whippen_need::newlib()
 }
 
-/// One program for one core at one level of optimisation.
+/// One program for one core at one level of optimization.
 pub struct Build<'t> {
     program: &'t str,
     pub target: &'t Target,

@@ -41,6 +41,7 @@ impl Image {
         let (mut machine, ports) = board::machine(&elf, core, on)?;
         machine.set_rules(Rules {
             shifted_register_flags: on.shifted_flags,
+            ..Rules::default()
         });
         elf.load(&mut machine.bus.memory, false).map_err(|e| {
             wrong(&format_args!(

@@ -93,7 +93,7 @@ fn a_tick_that_cannot_be_served_in_time_fails_the_run() {
         "--sense",
         "sense.bin",
     ];
-    // 150 cycles a tick are not enough for five keys a core, without optimisation.
+    // 150 cycles a tick are not enough for five keys a core, without optimization.
     let (out, _) = shell.ends(1, &[&board[..], &["--rate", "1000000"]].concat());
     assert!(
         !out.contains(" 0 overruns") && out.contains(" of 10 keys, "),

@@ -3,8 +3,9 @@
 //!
 //! | pass | file | checked, in debug builds, by |
 //! | --- | --- | --- |
+//! | plan values | `select/plan` | none: an analysis, which changes nothing |
 //! | select | `select` | `regalloc2`'s verifier of SSA form, in `allocate` |
-//! | legalise for ARMv6-M | `v6m` | the same |
+//! | legalize for ARMv6-M | `v6m` | the same |
 //! | promote tick constants | `promote` | the same |
 //! | order blocks | `minst` | the same |
 //! | schedule | `schedule` | `validate` |
@@ -27,18 +28,19 @@ use super::registers::ALL_FREE;
 use super::reorder::{OrderCache, reorder_blocks};
 use super::schedule::{advance_next_key_loads, schedule_blocks};
 use super::select::Select;
+use super::select::plan::{plan_init, plan_invariants, plan_mode};
 use super::state_layout::StateLayout;
 use super::tick_invariant::TickInvariants;
 use super::validate::validate;
 use super::{ThumbError, critical_path, v6m};
-use whippen_isa::Arch;
+use crate::features::Features;
 use whippen_isa::timing::Core;
 use whippen_modes::Modes;
 
 /// How a function is compiled.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Strategy {
-    /// Decisions over which a rematerialisable value keeps its register.
+    /// Decisions over which a rematerializable value keeps its register.
     pub remat_distance: usize,
     /// Values alive at once, as far as the scheduler can have that; none keeps selection's order.
     pub pressure_limit: Option<usize>,
@@ -63,7 +65,7 @@ pub(super) struct Compiler<'a> {
 }
 
 impl Compiler<'_> {
-    /// Selects instructions; literals are numbered as they are met.
+    /// Plans values and selects instructions; literals are numbered as they are met.
     pub(super) fn select(
         &self,
         piece: CompileUnit,
@@ -74,18 +76,23 @@ impl Compiler<'_> {
         let func = match piece {
             CompileUnit::Mode(index) => {
                 let mode = &self.modes.modes[index];
+                let plan = plan_mode(kernel, mode);
                 let distance = strategy.remat_distance;
-                Select::mode(kernel, self.layout, literals, mode, index, distance)
+                Select::select_mode(kernel, self.layout, &plan, literals, mode, index, distance)
             }
-            CompileUnit::Init => Select::init(kernel, self.layout, literals),
+            CompileUnit::Init => {
+                let plan = plan_init(kernel);
+                Select::select_init(kernel, self.layout, &plan, literals)
+            }
             CompileUnit::Invariants(invariants) => {
-                Select::shared(kernel, self.layout, literals, invariants)
+                let plan = plan_invariants(invariants);
+                Select::select_invariants(kernel, self.layout, &plan, literals, invariants)
             }
         };
-        if self.core.arch == Arch::V6M {
-            v6m::legal(func, self.layout, literals)
-        } else {
+        if self.features().legal_as_selected {
             func
+        } else {
+            v6m::legal(func, self.layout, literals)
         }
     }
 
@@ -148,7 +155,11 @@ impl Compiler<'_> {
 
     /// Whether the order of instructions counts.
     pub(super) fn reorders(&self) -> bool {
-        self.core.arch != Arch::V6M
+        self.features().results_wait
+    }
+
+    fn features(&self) -> &'static Features {
+        Features::of(self.core.arch)
     }
 }
 

@@ -2,8 +2,9 @@
 //! strategies and orders of instructions are compared.
 //!
 //! Each block is timed by `isa::timing` from an empty pipeline, its end as one that leads on to the
-//! next block; of two successors, the one with the shorter path is branched to. Not here: the bound,
-//! which holds for the final bytes (`budget`).
+//! next block; of two successors, the one with the shorter path is branched to.
+//!
+//! Not here: the bound, which holds for the final bytes (`budget`).
 
 use super::emit::{branch_inst, select_encodings};
 use super::func::{Allocated, Block, Cycles, Terminator};

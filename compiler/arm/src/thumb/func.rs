@@ -83,7 +83,7 @@ impl Func {
 
     pub(super) fn fresh(&mut self) -> VReg {
         self.vregs += 1;
-        self.vregs - 1
+        VReg(self.vregs - 1)
     }
 
     pub(super) fn block(&mut self) -> usize {

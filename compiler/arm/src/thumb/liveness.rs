@@ -42,16 +42,11 @@ impl RegisterSet {
     }
 
     /// The numbers of its registers, in order.
-    pub(super) fn members(&self) -> Vec<u32> {
-        let mut all = Vec::new();
-        for (word, bits) in (0..).zip(&self.0) {
-            let mut left = *bits;
-            while left != 0 {
-                all.push(64 * word + left.trailing_zeros());
-                left &= left - 1;
-            }
-        }
-        all
+    pub(super) fn members(&self) -> impl Iterator<Item = u32> {
+        (0..).zip(&self.0).flat_map(|(word, bits)| {
+            let is_in = move |bit: &u32| bits >> bit & 1 != 0;
+            (0..64).filter(is_in).map(move |bit| 64 * word + bit)
+        })
     }
 }
 

@@ -15,10 +15,14 @@
 use super::routine::Routine;
 use std::fmt::{Debug, Display};
 use std::hash::Hash;
+use whippen_ids::impl_id;
 use whippen_isa::{Arch, Cond, Encoding, Flags, Inst, Op};
 
 /// A virtual register.
-pub(super) type VReg = u32;
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct VReg(pub u32);
+
+impl_id!(VReg);
 
 /// What stands in the roles of instructions: [`Reg`] before allocation, [`PReg`] after.
 pub(super) trait Register: Copy + Ord + Hash + Debug + Display {
@@ -67,7 +71,7 @@ impl Register for Reg {
     }
 
     fn index(self) -> Option<usize> {
-        self.as_virtual().map(|reg| reg as usize)
+        self.as_virtual().map(|reg| reg.0 as usize)
     }
 
     fn number(self) -> Option<u8> {

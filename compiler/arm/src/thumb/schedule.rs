@@ -25,7 +25,7 @@ pub(super) fn schedule_blocks(func: &mut Func, core: &Core, limit: usize) {
     let live_in = compute_live_in(func);
     let vregs = func.vregs as usize;
     for block in &mut func.blocks {
-        let live_out = live_out_of(block, &live_in).members();
+        let live_out: Vec<VReg> = live_out_of(block, &live_in).members().map(VReg).collect();
         let graph = StallGraph::new(&block.code, core);
         let scheduler = ListScheduler::new(&block.code, &graph, &live_out, limit, vregs);
         let order = scheduler.run();
@@ -177,7 +177,7 @@ struct ListScheduler<'a> {
     /// How many values that somebody needs each instruction defines.
     begun: Vec<isize>,
     /// Uses that are still to come, by register; those behind the block count one.
-    left: Vec<u32>,
+    left: IdMap<VReg, u32>,
     /// How many predecessors are still to come.
     blocked: Vec<usize>,
     alive: usize,
@@ -194,22 +194,21 @@ impl<'a> ListScheduler<'a> {
     ) -> ListScheduler<'a> {
         let reads: Vec<Vec<(VReg, u32)>> = code.iter().map(count_reads).collect();
         let writes: Vec<Vec<VReg>> = code.iter().map(|code| code.writes().collect()).collect();
-        let mut left = vec![0; vregs];
-        reads
-            .iter()
-            .flatten()
-            .for_each(|(reg, times)| left[*reg as usize] += times);
-        live_out.iter().for_each(|reg| left[*reg as usize] += 1);
-        let needed = |reg: &&VReg| left[**reg as usize] > 0;
+        let mut left: IdMap<VReg, u32> = IdMap::filled(0, vregs);
+        for (reg, times) in reads.iter().flatten() {
+            left[reg] += times;
+        }
+        live_out.iter().for_each(|reg| left[reg] += 1);
+        let needed = |reg: &&VReg| left[*reg] > 0;
         let begun = writes
             .iter()
             .map(|regs| regs.iter().filter(needed).count() as isize)
             .collect();
-        let mut comes_in: Vec<bool> = left.iter().map(|left| *left > 0).collect();
+        let mut comes_in: IdMap<VReg, bool> = left.iter().map(|left| *left > 0).collect();
         writes
             .iter()
             .flatten()
-            .for_each(|reg| comes_in[*reg as usize] = false);
+            .for_each(|reg| comes_in[reg] = false);
         let alive = comes_in.into_iter().filter(|is| *is).count();
         let blocked = graph.dependences.before.iter().map(Vec::len).collect();
         ListScheduler {
@@ -233,7 +232,7 @@ impl<'a> ListScheduler<'a> {
             let at = ready.swap_remove(place);
             self.alive = self.alive.saturating_add_signed(self.pressure_change(at));
             for (reg, times) in &self.reads[at] {
-                self.left[*reg as usize] -= times;
+                self.left[reg] -= times;
             }
             self.order.push(at);
             for next in &self.graph.dependences.after[at] {
@@ -282,7 +281,7 @@ impl<'a> ListScheduler<'a> {
     fn pressure_change(&self, at: usize) -> isize {
         let ended = self.reads[at]
             .iter()
-            .filter(|(reg, times)| self.left[*reg as usize] == *times)
+            .filter(|(reg, times)| self.left[reg] == *times)
             .count();
         self.begun[at] - ended as isize
     }

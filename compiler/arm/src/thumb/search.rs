@@ -1,6 +1,6 @@
 //! Search over compilation strategies for the modes whose worst-case path is longest.
 //!
-//! A strategy is the register-pressure limit of the scheduler and how far rematerialisable values
+//! A strategy is the register-pressure limit of the scheduler and how far rematerializable values
 //! keep their registers. Every mode is compiled by the first; then the worst mode, of those that
 //! have candidates left, is reordered and compiled by the others, because only the longest path of
 //! all modes counts. Candidates are tried one after the other: each may change which mode is the

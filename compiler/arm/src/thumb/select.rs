@@ -13,7 +13,7 @@
 //!
 //! | part | what it settles |
 //! | --- | --- |
-//! | `use_count` | how often, and as what, values are used: counted before anything is selected |
+//! | `plan` | the pass before: uses of values, loads that may be made again, conditional stores |
 //! | `operator` | which rule selects each operator |
 //! | `arith_i32` | arithmetic of words, constants, shifts |
 //! | `arith_i64` | arithmetic of 64 bits, products |
@@ -22,7 +22,7 @@
 //! | `memory` | cells, lines, tables, words in and out |
 //! | `event` | the ring of events |
 //! | `defer` | values that are folded into their user |
-//! | `remat` | loads that are made again in each block |
+//! | `remat` | values that are computed anew in each block |
 //! | `conditional_store` | choices between a new word and the cell's old one |
 //! | `control` | `if`, `loop`, blocks, the way to the next key |
 
@@ -36,9 +36,9 @@ mod divide;
 mod event;
 mod memory;
 mod operator;
+pub(super) mod plan;
 mod remat;
 mod square_root;
-mod use_count;
 
 use super::func::Func;
 use super::literal::Literals;
@@ -46,14 +46,17 @@ use super::minst::{MInst, Reg, Role, VReg};
 use super::state_layout::StateLayout;
 use super::tick_invariant::TickInvariants;
 use event::EventEnd;
+use plan::Plan;
 use std::collections::BTreeMap;
+use whippen_ids::IdMap;
 use whippen_isa::Op as Isa;
 use whippen_kernel::{Inst, Kernel, Op, Value, ValueInfo, Walk};
-use whippen_modes::{End, Mode};
+use whippen_modes::Mode;
 
 /// How a value is available to its users.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 enum Binding {
+    #[default]
     Unbound,
     Const(i64),
     Word(VReg),
@@ -65,42 +68,34 @@ enum Binding {
     Deferred(Op, [Value; 2]),
     /// Computed anew, by one instruction, in each block that uses it.
     Rematerialize(Op, Value),
+    /// A choice that waits for the cell it is stored to: what decides it, and both sides.
+    Choice([Value; 3]),
 }
 
-/// How many values may be deferred one to the other.
-const DEFER_DEPTH_MAX: u8 = 32;
+/// What selection has done with a value.
+#[derive(Debug, Clone, Default)]
+struct ValueState {
+    binding: Binding,
+    /// How many values that are deferred, one to the other, it is made of.
+    defer_depth: u8,
+    /// In which block it was rematerialized last, and where the result is.
+    rematerialized: Option<(usize, VReg)>,
+}
 
 /// Selection for one mode, or for `init`.
 pub(super) struct Select<'a> {
     kernel: &'a Kernel,
     layout: &'a StateLayout,
     literals: &'a mut Literals,
-    values: &'a [ValueInfo],
-    bindings: Vec<Binding>,
-    /// Whether a bool is needed as a word.
-    as_word: Vec<bool>,
-    /// What is loaded wherever it is used.
-    rematerializable: Vec<bool>,
-    /// How many values that are deferred, one to the other, a value is made of.
-    defer_depth: Vec<u8>,
-    /// Choices that are deferred to their store.
-    becomes_store: Vec<bool>,
-    /// The operands of those that are selected.
-    pending_choices: BTreeMap<Value, [Value; 3]>,
-    /// The cell whose word a value is, as it was.
-    loaded_from: Vec<Option<u32>>,
-    /// In which block it was done last, and where the result is.
-    rematerialized: Vec<Option<(usize, VReg)>>,
-    /// Over how many decisions such a result stays in its register.
+    values: &'a IdMap<Value, ValueInfo>,
+    plan: &'a Plan,
+    state: IdMap<Value, ValueState>,
+    /// Over how many decisions a rematerialized value stays in its register.
     remat_reach: usize,
     /// The only block that leads to a block, of those that were asked about.
     predecessors: BTreeMap<usize, Option<usize>>,
     /// Constants in registers: which, in which block, behind how many instructions.
     constants: Vec<(i32, usize, usize, VReg)>,
-    /// How often each value is used, more than once if in a loop.
-    use_count: Vec<u32>,
-    /// How often each value is a term of a sum.
-    sum_uses: Vec<u32>,
     func: Func,
     /// The block that code goes to.
     at: usize,
@@ -121,8 +116,9 @@ impl<'a> Select<'a> {
     fn new(
         kernel: &'a Kernel,
         layout: &'a StateLayout,
+        plan: &'a Plan,
         literals: &'a mut Literals,
-        values: &'a [ValueInfo],
+        values: &'a IdMap<Value, ValueInfo>,
         mode: Option<usize>,
     ) -> Self {
         let pushes =
@@ -132,19 +128,11 @@ impl<'a> Select<'a> {
             layout,
             literals,
             values,
-            bindings: vec![Binding::Unbound; values.len()],
-            as_word: vec![false; values.len()],
-            rematerializable: vec![false; values.len()],
-            defer_depth: vec![0; values.len()],
-            becomes_store: vec![false; values.len()],
-            pending_choices: BTreeMap::new(),
-            loaded_from: vec![None; values.len()],
-            rematerialized: vec![None; values.len()],
+            plan,
+            state: IdMap::filled(ValueState::default(), values.len()),
             remat_reach: 0,
             predecessors: BTreeMap::new(),
             constants: Vec::new(),
-            use_count: vec![0; values.len()],
-            sum_uses: vec![0; values.len()],
             func: Func::new(),
             at: 0,
             origin: None,
@@ -159,9 +147,10 @@ impl<'a> Select<'a> {
     }
 
     /// The code of one mode; what can be loaded again stays in its register over so many decisions.
-    pub(super) fn mode(
+    pub(super) fn select_mode(
         kernel: &'a Kernel,
         layout: &'a StateLayout,
+        plan: &'a Plan,
         literals: &'a mut Literals,
         mode: &'a Mode,
         index: usize,
@@ -169,43 +158,20 @@ impl<'a> Select<'a> {
     ) -> Func {
         let mut select = Select {
             remat_reach: near,
-            ..Select::new(kernel, layout, literals, &mode.values, Some(index))
+            ..Select::new(kernel, layout, plan, literals, &mode.values, Some(index))
         };
-        for block in &mode.blocks {
-            select.count_uses(&block.insts);
-            select.count_sum_terms(&block.insts);
-            match &block.end {
-                End::Jump(target) => select.count_word_uses(&target.args),
-                End::Branch {
-                    condition, yes, no, ..
-                } => {
-                    select.use_count[condition.0 as usize] += 1;
-                    [yes, no]
-                        .into_iter()
-                        .for_each(|target| select.count_word_uses(&target.args));
-                }
-                End::Next(_) => {}
-            }
-        }
-        select.becomes_store = conditional_store::find(mode, &select.use_count, kernel.cells.len());
-        select.rematerializable =
-            remat::rematerializable_loads(kernel, mode, &select.becomes_store);
-        mode.blocks
-            .iter()
-            .for_each(|block| select.count_compared(&block.insts));
         select.select_blocks(mode);
         select.func
     }
 
     /// The code of `init`.
-    pub(super) fn init(
+    pub(super) fn select_init(
         kernel: &'a Kernel,
         layout: &'a StateLayout,
+        plan: &'a Plan,
         literals: &'a mut Literals,
     ) -> Func {
-        let mut select = Select::new(kernel, layout, literals, &kernel.values, None);
-        select.count_uses(&kernel.init.insts);
-        select.count_compared(&kernel.init.insts);
+        let mut select = Select::new(kernel, layout, plan, literals, &kernel.values, None);
         select.at = select.func.block();
         select.load_input();
         select.select_insts(&kernel.init.insts);
@@ -214,16 +180,14 @@ impl<'a> Select<'a> {
     }
 
     /// The code of what is the same for all keys: it stores live values.
-    pub(super) fn shared(
+    pub(super) fn select_invariants(
         kernel: &'a Kernel,
         layout: &'a StateLayout,
+        plan: &'a Plan,
         literals: &'a mut Literals,
         shared: &'a TickInvariants,
     ) -> Func {
-        let mut select = Select::new(kernel, layout, literals, &shared.values, None);
-        select.count_uses(&shared.insts);
-        select.count_word_uses(&shared.results);
-        select.count_compared(&shared.insts);
+        let mut select = Select::new(kernel, layout, plan, literals, &shared.values, None);
         select.at = select.func.block();
         select.select_insts(&shared.insts);
         select.store_shared(&shared.results);
@@ -238,11 +202,15 @@ impl<'a> Select<'a> {
     }
 
     fn info(&self, value: Value) -> ValueInfo {
-        self.values[value.0 as usize]
+        self.values[value]
     }
 
     fn bind(&mut self, value: Value, bound: Binding) {
-        self.bindings[value.0 as usize] = bound;
+        self.state[value].binding = bound;
+    }
+
+    fn binding(&self, value: Value) -> Binding {
+        self.state[value].binding
     }
 
     fn emit(&mut self, code: MInst) {
@@ -266,7 +234,7 @@ impl<'a> Select<'a> {
 
     /// The known value of a constant.
     fn constant(&self, value: Value) -> Option<i64> {
-        if let Binding::Const(k) = self.bindings[value.0 as usize] {
+        if let Binding::Const(k) = self.binding(value) {
             return Some(k);
         }
         None
@@ -274,7 +242,7 @@ impl<'a> Select<'a> {
 
     /// The register of a word, or of a bool as 0 or 1.
     fn reg(&mut self, value: Value) -> VReg {
-        match self.bindings[value.0 as usize] {
+        match self.binding(value) {
             Binding::Word(reg) | Binding::Pair(reg, _) => reg,
             Binding::Const(k) => self.load_constant(k as i32),
             Binding::Comparison(..) => self.bool_as_word(value),
@@ -283,13 +251,13 @@ impl<'a> Select<'a> {
                 self.reg(value)
             }
             Binding::Rematerialize(op, arg) => self.rematerialize(value, op, arg),
-            Binding::Unbound => self.load_constant(0),
+            Binding::Unbound | Binding::Choice(_) => self.load_constant(0),
         }
     }
 
     /// The registers of 64 bits.
     fn pair(&mut self, value: Value) -> (VReg, VReg) {
-        match self.bindings[value.0 as usize] {
+        match self.binding(value) {
             Binding::Pair(low, high) => (low, high),
             Binding::Const(k) => (
                 self.load_constant(k as i32),
@@ -302,7 +270,8 @@ impl<'a> Select<'a> {
             Binding::Word(_)
             | Binding::Comparison(..)
             | Binding::Rematerialize(..)
-            | Binding::Unbound => {
+            | Binding::Unbound
+            | Binding::Choice(_) => {
                 let low = self.reg(value);
                 (low, self.load_constant(0))
             }
@@ -314,22 +283,19 @@ impl<'a> Select<'a> {
         let Some(result) = inst.results.first().copied() else {
             return self.select_operator(inst.op, &inst.args, None);
         };
-        if let Op::Get(cell) = inst.op {
-            self.loaded_from[result.0 as usize] = Some(cell);
-        }
         match self.bind_without_code(inst, result) {
             Some(bound) => self.bind(result, bound),
             None => self.select_operator(inst.op, &inst.args, Some(result)),
         }
-        if self.as_word[result.0 as usize] {
+        if self.plan[result].as_word {
             self.bind_comparison_as_word(result);
         }
-        self.defer_depth[result.0 as usize] = self.depth_of(inst, result);
+        self.state[result].defer_depth = self.depth_of(inst, result);
     }
 
     /// The operator and operands of a value that is still to be computed.
     fn deferred(&self, value: Value) -> Option<(Op, [Value; 2])> {
-        if let Binding::Deferred(op, args) = self.bindings[value.0 as usize] {
+        if let Binding::Deferred(op, args) = self.binding(value) {
             return Some((op, args));
         }
         None

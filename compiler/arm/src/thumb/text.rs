@@ -17,7 +17,7 @@
 
 use super::func::{Block, Func, Terminator};
 use super::minst::{
-    Access, AliasClass, MInst, Other, PReg, Reg, Register, Relocation, Role, template,
+    Access, AliasClass, MInst, Other, PReg, Reg, Register, Relocation, Role, VReg, template,
 };
 use super::registers::{HISTORY, RECORD, SAMPLES, STATE};
 use std::fmt::{self, Display, Formatter};
@@ -123,7 +123,7 @@ impl Display for AliasClass {
 impl Display for Reg {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         match self {
-            Reg::Virtual(reg) => write!(f, "v{reg}"),
+            Reg::Virtual(VReg(reg)) => write!(f, "v{reg}"),
             Reg::Fixed(reg) => f.write_str(register_name(*reg)),
         }
     }
@@ -278,16 +278,20 @@ mod tests {
 
     #[test]
     fn results_are_on_the_left_and_what_they_were_among_the_operands() {
-        let sum = MInst::new(Op::SMLAL).reg(Role::N, 1).reg(Role::M, 2);
-        let sum = sum.both(Role::D, 5, 3).both(Role::A, 6, 4);
+        let sum = MInst::new(Op::SMLAL)
+            .reg(Role::N, VReg(1))
+            .reg(Role::M, VReg(2));
+        let sum = sum
+            .both(Role::D, VReg(5), VReg(3))
+            .both(Role::A, VReg(6), VReg(4));
         assert_eq!(sum.to_string(), "v5, v6 = smlal v3, v4, v1, v2");
         let only = MInst::new(Op::MOV_immediate)
             .imm(7)
-            .both(Role::D, 2, 1)
+            .both(Role::D, VReg(2), VReg(1))
             .only(Cond::EQ);
         assert_eq!(only.to_string(), "v2 = moveq v1, #7");
         let compared = MInst::new(Op::CMP_register)
-            .reg(Role::N, 1)
+            .reg(Role::N, VReg(1))
             .with(Role::M, Reg::Fixed(STATE));
         assert_eq!(compared.to_string(), "cmp v1, STATE");
     }
@@ -295,7 +299,7 @@ mod tests {
     #[test]
     fn bases_that_go_on_are_written() {
         let mut next = MInst::new(Op::LDR_immediate)
-            .reg(Role::T, 9)
+            .reg(Role::T, VReg(9))
             .with(Role::N, Reg::Fixed(RECORD));
         (next.inst.wback, next.inst.imm) = (true, 24);
         assert_eq!(next.to_string(), "v9, RECORD = ldr [RECORD, #24]!");
@@ -338,8 +342,8 @@ mod tests {
     #[test]
     fn tied_roles_and_addresses_have_names() {
         let mut and = MInst::new(Op::AND_register)
-            .both(Role::D, 3, 1)
-            .reg(Role::M, 2);
+            .both(Role::D, VReg(3), VReg(1))
+            .reg(Role::M, VReg(2));
         and.tied = Some(Role::N);
         assert_eq!(and.to_string(), "v3 = and v1, v2");
         let table = MInst {
@@ -347,7 +351,7 @@ mod tests {
             ..MInst::new(Op::MOVT)
         };
         assert_eq!(
-            table.both(Role::D, 4, 3).to_string(),
+            table.both(Role::D, VReg(4), VReg(3)).to_string(),
             "v4 = movt v3, #high(table 2)"
         );
     }

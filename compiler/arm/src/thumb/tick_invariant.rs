@@ -20,7 +20,7 @@ use whippen_target_info::{AtEntry, row};
 /// What is computed once a tick.
 #[derive(Debug, Default)]
 pub(super) struct TickInvariants {
-    pub values: Vec<ValueInfo>,
+    pub values: IdMap<Value, ValueInfo>,
     pub insts: Vec<Inst>,
     /// The live values that are added, in order.
     pub results: Vec<Value>,
@@ -197,8 +197,7 @@ impl TickInvariants {
         if let Some(known) = self.known.get(&key) {
             return *known;
         }
-        let result = Value(self.values.len() as u32);
-        self.values.push(info);
+        let result = self.values.push(info);
         self.insts.push(Inst {
             results: vec![result],
             args,

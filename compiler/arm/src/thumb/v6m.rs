@@ -58,7 +58,7 @@ pub(super) fn legal(mut func: Func, layout: &StateLayout, literals: &mut Literal
         at: 0,
         flags: Flags::default(),
         origin: None,
-        known: 0,
+        known: VReg(0),
     };
     let heads: Vec<usize> = blocks.iter().map(|_| legal.out.block()).collect();
     for (index, block) in blocks.into_iter().enumerate() {
@@ -68,7 +68,7 @@ pub(super) fn legal(mut func: Func, layout: &StateLayout, literals: &mut Literal
             legal.out.blocks[heads[index]].rounds,
         ) = (block.params, block.rounds);
         for code in &block.code {
-            (legal.origin, legal.known) = (code.origin, legal.out.vregs);
+            (legal.origin, legal.known) = (code.origin, VReg(legal.out.vregs));
             legal.one(code);
         }
         legal.end(block.end, &heads);

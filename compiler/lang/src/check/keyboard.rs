@@ -15,6 +15,7 @@ use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::{Model, Sense};
 use crate::syntax::ast::{self, DeclKind, Expr, Name, Setting};
 use crate::units::Dim;
+use whippen_ids::IdMap;
 use whippen_keyboard::{InstrumentId, KeyRange, Layout, Program, Zone};
 use whippen_source::Span;
 
@@ -75,7 +76,7 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             layout: Layout {
                 first_note: 21,
                 keys: 88,
-                programs: Vec::new(),
+                programs: IdMap::new(),
             },
         };
         let board = Board {
@@ -294,7 +295,7 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             let keys = KeyRange::new(0, layout.keys);
             layout.programs.push(Program {
                 name: name.node.clone(),
-                zones: vec![Zone { keys, instrument }],
+                zones: vec![Zone { keys, instrument }].into(),
             });
         }
     }

@@ -21,7 +21,7 @@ impl Zones<'_> {
     pub fn program(&self) -> Program {
         Program {
             name: self.name.node.clone(),
-            zones: self.zones.clone(),
+            zones: self.zones.clone().into(),
         }
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! A value that only blocks below use is sunk if that takes no other register down in its place:
 //! what it is made of alone (its cone) rests on values that are live below anyway, or that can be
-//! rematerialised. Each path below then has its own copy.
+//! rematerialized. Each path below then has its own copy.
 
 use super::{Needs, Scheduler};
 use crate::graph::NodeId;

@@ -272,7 +272,7 @@ impl Select<'_> {
             (a, b, cond)
         };
         self.compare(a, b);
-        let (then, other) = (self.reg(a), self.bindings[b.0 as usize]);
+        let (then, other) = (self.reg(a), self.binding(b));
         // Both are the same where they are equal.
         let beyond = if cond == Cond::LT { Cond::GT } else { Cond::LT };
         match other {
@@ -333,6 +333,7 @@ impl Select<'_> {
             }
             // Never asked for: callers hand over registers and constants.
             Binding::Unbound
+            | Binding::Choice(_)
             | Binding::Comparison(..)
             | Binding::Deferred(..)
             | Binding::Rematerialize(..) => MInst::new(Isa::MOV_immediate),

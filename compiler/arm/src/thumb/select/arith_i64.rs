@@ -44,7 +44,7 @@ impl Select<'_> {
 
     /// The low word; of a shifted sum or product only that is computed.
     pub(super) fn select_narrow(&mut self, value: Value) -> Binding {
-        let word = match (self.bindings[value.0 as usize], self.deferred(value)) {
+        let word = match (self.binding(value), self.deferred(value)) {
             (Binding::Const(k), _) => return Binding::Const(k as i32 as i64),
             (_, Some((Op::Sar(n @ 1..=32), [of, _]))) => {
                 let (low, high) = self.pair(of);

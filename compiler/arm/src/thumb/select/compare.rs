@@ -9,7 +9,7 @@ use whippen_kernel::{Op, Type, Value};
 impl Select<'_> {
     /// Makes a comparison the word that it is needed as, where it does not only steer.
     pub(super) fn bind_comparison_as_word(&mut self, value: Value) {
-        if let Binding::Comparison(..) = self.bindings[value.0 as usize] {
+        if let Binding::Comparison(..) = self.binding(value) {
             let word = self.bool_as_word(value);
             self.bind(value, Binding::Word(word));
         }
@@ -27,7 +27,7 @@ impl Select<'_> {
 
     /// 0 or 1 as the sign of a difference, where that cannot overflow.
     fn sign_as_bool(&mut self, value: Value) -> Option<VReg> {
-        let Binding::Comparison(op, [a, b]) = self.bindings[value.0 as usize] else {
+        let Binding::Comparison(op, [a, b]) = self.binding(value) else {
             return None;
         };
         let (of, from) = (self.info(a), self.info(b));
@@ -71,7 +71,7 @@ impl Select<'_> {
 
     /// Sets the flags; the bool holds where the condition does.
     pub(super) fn condition(&mut self, value: Value) -> Cond {
-        match self.bindings[value.0 as usize] {
+        match self.binding(value) {
             Binding::Comparison(op, [a, b]) if self.info(a).ty == Type::I64 => {
                 self.condition_i64(op, a, b)
             }
@@ -252,7 +252,7 @@ impl Select<'_> {
             return word.into();
         }
         let other = self.reg(args[2]);
-        let then = match self.bindings[args[1].0 as usize] {
+        let then = match self.binding(args[1]) {
             Binding::Const(k) if thumb_shrink_imm(k as u32).is_some() => Binding::Const(k),
             _ => Binding::Word(self.reg(args[1])),
         };
@@ -279,7 +279,7 @@ impl Select<'_> {
             _ => return None,
         };
         let beyond = if op == Op::Max { Cond::LT } else { Cond::GT };
-        let (first, cond) = match self.bindings[args[0].0 as usize] {
+        let (first, cond) = match self.binding(args[0]) {
             // A constant is compared with from the right.
             Binding::Comparison(Op::Lt, [a, b])
                 if self.constant(a).is_none() && self.info(a).ty != Type::I64 =>
@@ -293,7 +293,7 @@ impl Select<'_> {
         if !matches!((cond, beyond), (Cond::LT, Cond::LT) | (Cond::GE, Cond::GT)) {
             return None;
         }
-        let (old, new) = (self.reg(of), self.bindings[limit.0 as usize]);
+        let (old, new) = (self.reg(of), self.binding(limit));
         let compare = self.compare_code(of, limit);
         let new = match new {
             Binding::Const(k) if thumb_shrink_imm(k as u32).is_some() => new,

@@ -1,83 +1,15 @@
-//! Cells that may keep their word: `set c (select b v (get c))` is a store where `b` holds, and no
-//! copy of the old word.
+//! Conditional stores: a choice between a new word and the cell's old one waits for its store.
 
 use super::{Binding, Select};
 use crate::thumb::minst::{Access, AliasClass, MInst, Role, VReg};
 use crate::thumb::registers::RECORD;
 use whippen_isa::{Cond, Op as Isa};
 use whippen_kernel::{Inst, Op, Type, Value};
-use whippen_modes::Mode;
-
-/// The choices, by their results, that wait until a cell is overwritten by them.
-pub(super) fn find(mode: &Mode, use_count: &[u32], cells: usize) -> Vec<bool> {
-    let mut scan = StoreScan {
-        loaded_from: vec![None; mode.values.len()],
-        found: vec![false; mode.values.len()],
-        use_count,
-    };
-    let mut before = vec![vec![false; cells]; mode.blocks.len()];
-    // What a block names comes after it, so one pass sees every way in.
-    for (index, block) in mode.blocks.iter().enumerate() {
-        let mut stored = std::mem::take(&mut before[index]);
-        scan.block(&block.insts, &mut stored);
-        for target in block.end.targets() {
-            before[target.block]
-                .iter_mut()
-                .zip(&stored)
-                .for_each(|(known, stored)| *known |= stored);
-        }
-    }
-    scan.found
-}
-
-struct StoreScan<'a> {
-    /// The cell whose word a value is, as it was at the tick's start.
-    loaded_from: Vec<Option<u32>>,
-    found: Vec<bool>,
-    use_count: &'a [u32],
-}
-
-impl StoreScan<'_> {
-    fn block(&mut self, insts: &[Inst], stored: &mut [bool]) {
-        for (at, inst) in insts.iter().enumerate() {
-            match inst.op {
-                Op::Get(cell) if !stored[cell as usize] => {
-                    self.loaded_from[inst.results[0].0 as usize] = Some(cell)
-                }
-                Op::Set(cell) if !stored[cell as usize] => {
-                    let chosen = inst.args[0];
-                    let made = insts[..at]
-                        .iter()
-                        .rfind(|inst| inst.results.first() == Some(&chosen));
-                    let alone = |choice: &&Inst| {
-                        choice.op == Op::Select && self.use_count[chosen.0 as usize] == 1
-                    };
-                    let is_old = |value: &Value| self.loaded_from[value.0 as usize] == Some(cell);
-                    let keeps = made
-                        .filter(alone)
-                        .is_some_and(|choice| choice.args[1..].iter().any(is_old));
-                    self.found[chosen.0 as usize] = keeps;
-                }
-                _ => {}
-            }
-            stores(inst, stored);
-        }
-    }
-}
-
-/// Notes the cells that an instruction may write.
-fn stores(inst: &Inst, stored: &mut [bool]) {
-    for inst in inst.all_insts() {
-        if let Op::Set(cell) | Op::SetAt(cell) = inst.op {
-            stored[cell as usize] = true;
-        }
-    }
-}
 
 impl Select<'_> {
     /// A store of a choice that waited for it.
     pub(super) fn store_conditionally(&mut self, cell: u32, [condition, yes, no]: [Value; 3]) {
-        let keeps_no = self.loaded_from[no.0 as usize] == Some(cell);
+        let keeps_no = self.plan[no].old_word_of == Some(cell);
         let new = if keeps_no { yes } else { no };
         let (new, cond) = match self
             .zero_where_equal(condition)
@@ -101,7 +33,7 @@ impl Select<'_> {
 
     /// Two words whose difference is zero where a bool holds.
     fn zero_where_equal(&self, condition: Value) -> Option<[Value; 2]> {
-        match self.bindings[condition.0 as usize] {
+        match self.binding(condition) {
             Binding::Comparison(Op::Eq, [a, b])
                 if self.info(a).ty != Type::I64 && self.split_constant(&[a, b]).is_none() =>
             {
@@ -122,18 +54,11 @@ impl Select<'_> {
         )
     }
 
-    /// Whether a choice waits for its store; its operands are kept until then.
-    pub(super) fn defers_to_store(&mut self, inst: &Inst) -> bool {
-        let result = inst.results[0];
-        let (waits, small) = (
-            self.becomes_store[result.0 as usize],
-            self.info(result).ty != Type::I64,
-        );
-        let decided = self.constant(inst.args[0]).is_some();
-        if waits && small && !decided {
-            self.pending_choices
-                .insert(result, [inst.args[0], inst.args[1], inst.args[2]]);
-        }
-        waits && small && !decided
+    /// Binds a choice that waits for its store, with what it chooses from.
+    pub(super) fn bind_at_store(&self, inst: &Inst, result: Value) -> Option<Binding> {
+        let is_word = self.info(result).ty != Type::I64;
+        let is_decided = self.constant(inst.args[0]).is_some();
+        let waits = self.plan[result].becomes_store && is_word && !is_decided;
+        waits.then(|| Binding::Choice([inst.args[0], inst.args[1], inst.args[2]]))
     }
 }

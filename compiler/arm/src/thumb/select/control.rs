@@ -71,11 +71,11 @@ impl Walk for Select<'_> {
         let mut words = yields.into_iter();
         for result in &inst.results {
             let (low, wide) = (
-                words.next().unwrap_or(0),
+                words.next().unwrap_or(VReg(0)),
                 self.info(*result).ty == Type::I64,
             );
             let bound = if wide {
-                Binding::Pair(low, words.next().unwrap_or(0))
+                Binding::Pair(low, words.next().unwrap_or(VReg(0)))
             } else {
                 Binding::Word(low)
             };

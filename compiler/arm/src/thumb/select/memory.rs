@@ -109,7 +109,7 @@ impl Select<'_> {
 
     /// Stores word 0 of a cell; a choice that waited for it may leave the old word.
     pub(super) fn write_cell(&mut self, cell: u32, value: Value) {
-        if let Some(choice) = self.pending_choices.get(&value).copied() {
+        if let Binding::Choice(choice) = self.binding(value) {
             return self.store_conditionally(cell, choice);
         }
         let offset = self.layout.cells[cell as usize].into();

@@ -121,7 +121,8 @@ impl Legal<'_> {
         match op {
             Op::MOV_immediate => match code.address {
                 Some(Relocation::Low(table)) => {
-                    self.literal(Literal::Table(table)).unwrap_or_default()
+                    // There is room for every address.
+                    self.literal(Literal::Table(table)).unwrap_or(VReg(0))
                 }
                 _ => self.constant(inst.imm),
             },
@@ -188,7 +189,7 @@ impl Legal<'_> {
     fn top_half(&mut self, code: &MInst) -> VReg {
         let old = code.operands[Role::D as usize]
             .and_then(|operand| operand.old)
-            .unwrap_or_default();
+            .unwrap_or(VReg(0));
         if code.address.is_some() {
             return self.copy(Reg::Virtual(old));
         }

@@ -4,9 +4,10 @@
 use std::sync::OnceLock;
 
 use super::*;
+use crate::features::Features;
 use crate::image::timing;
 use crate::thumb::Options;
-use crate::thumb::allocate::{allocate, next_key_register};
+use crate::thumb::allocate::allocate;
 use crate::thumb::func::{Allocated, Block, Edge};
 use crate::thumb::hoist::hoist_over_branches;
 use crate::thumb::literal::Literals;
@@ -15,6 +16,7 @@ use crate::thumb::minst::{PReg, template};
 use crate::thumb::registers::{ALL_FREE, FREE};
 use crate::thumb::reorder::{OrderCache, reorder_blocks};
 use crate::thumb::select::Select;
+use crate::thumb::select::plan::plan_mode;
 use crate::thumb::state_layout::StateLayout;
 use whippen_isa::{Arch, Class, Inst};
 use whippen_kernel::random::kernel;
@@ -83,7 +85,7 @@ fn decision() -> Allocated {
         },
         on(),
         on(),
-        Terminator::NextKey(PReg(next_key_register(Arch::V8M))),
+        Terminator::NextKey(PReg(Features::of(Arch::V8M).next_key_register)),
     ];
     let next = memory_at(Op::LDR_immediate, 14, Access::Read(AliasClass::Constant));
     let codes = [
@@ -212,7 +214,9 @@ fn random(seed: u64) -> [Allocated; 2] {
     };
     let layout = StateLayout::new(&modes.kernel, &options, None, 0);
     let mut literals = Literals::new(1 + modes.kernel.tables.len());
-    let func = Select::mode(&modes.kernel, &layout, &mut literals, &modes.modes[0], 0, 1)
+    let mode = &modes.modes[0];
+    let plan = plan_mode(&modes.kernel, mode);
+    let func = Select::select_mode(&modes.kernel, &layout, &plan, &mut literals, mode, 0, 1)
         .into_reverse_postorder();
     let before = allocate(&func, options.arch).expect("there are registers");
     let mut after = before.clone();
@@ -243,7 +247,7 @@ fn needed(func: &Allocated) -> Vec<Vec<bool>> {
                     SAMPLES,
                     HISTORY,
                     SP,
-                    next_key_register(Arch::V8M),
+                    Features::of(Arch::V8M).next_key_register,
                 ]
                 .map(|reg| Location::Register(PReg(reg)))
                 .into(),

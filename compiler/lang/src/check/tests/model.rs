@@ -175,7 +175,7 @@ fn a_program_has_zones() {
     assert_eq!(diagnostics.len(), 0, "{diagnostics:?}");
     let program = program.unwrap();
     let layout = &program.keyboards[0].layout;
-    let zones = |name: &str| layout.program_named(name).unwrap().zones.clone();
+    let zones = |name: &str| layout.program_named(name).unwrap().zones.to_vec();
     let zone = |first, end, instrument| Zone {
         keys: KeyRange::new(first, end),
         instrument: InstrumentId(instrument),
