@@ -2,11 +2,11 @@
 //!
 //! Each core has a run of neighbouring keys, as converter words come in their order. Where every
 //! program has one instrument the cores have equal parts; a key that is over belongs to core 0, or
-//! to core 1, around whose keys less is done, where only that is in time. Otherwise an image that is divided so is
-//! bounded first. What it proves of a key of each zone says what every other division would come
-//! to, and the one is taken with which the slowest core of the slowest program is fastest; of equal
-//! ones that with the most equal parts. Its image is then bounded as it stands: only the choice
-//! rests on the sums here.
+//! to core 1, around whose keys less is done, where only that is in time. Otherwise an image that
+//! is divided so is bounded first. What it proves of a key of each zone says what every other
+//! division would come to, and the one is taken with which the slowest core of the slowest program
+//! is fastest; of equal ones that with the most equal parts. Its image is then bounded as it
+//! stands: only the choice rests on the sums here.
 
 use whippen_board::Board;
 use whippen_budget::{Budget, NotBounded, Program, cores};
