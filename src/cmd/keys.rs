@@ -11,8 +11,8 @@ use std::time::Instant;
 use whippen_compiler::check::{Program, midi_number, note_name};
 use whippen_compiler::model::Model;
 use whippen_compiler::source::SourceMap;
-use whippen_emulator::BoardKind;
 use whippen_runtime::device::Device;
+use whippen_runtime::emulated::EmulatedBoard;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::gesture::Follower;
 use whippen_runtime::keyboard::{
@@ -22,6 +22,7 @@ use whippen_runtime::midi;
 use whippen_runtime::report::{Made, Section, id};
 use whippen_runtime::session;
 
+use super::on_board::BoardArgs;
 use super::progress::Progress;
 use super::run::Outputs;
 use super::{load, run};
@@ -65,6 +66,7 @@ pub struct Setup<'a> {
     pub settings: &'a [(String, String)],
     pub device: &'a Device,
     pub engine: EngineKind,
+    pub on_board: &'a BoardArgs,
     pub seconds: Option<f64>,
     /// The instrument that was named after the files.
     pub name: Option<&'a str>,
@@ -83,6 +85,10 @@ pub fn first_instrument<'a>(
 /// Plays, tells, writes.
 pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
     let keyboard = PlayedKeyboard::find(setup.program, setup.name, args)?;
+    let keyboard = match setup.on_board.keys {
+        Some(keys) => keyboard.with_keys(keys)?,
+        None => keyboard,
+    };
     let wanted = args.key.map(|key| traced_key(&keyboard, key)).transpose()?;
     let outputs = setup.outputs;
     if wanted.is_none() && (outputs.out.is_some() || !outputs.plot.is_empty()) {
@@ -99,6 +105,9 @@ pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
         setup.device.fits(model).map_err(Failure::Usage)?;
         let compiled = load::compiled(setup.map, model.clone(), setup.device, false);
         drop(compiled?);
+    }
+    if let Some(on) = setup.engine.board() {
+        keyboard.prove(setup, on)?;
     }
     let logs = play(setup, args, &keyboard, &score)?;
     let strike = |key| keyboard.strike(key);
@@ -162,8 +171,8 @@ fn play(
             progress.0.at(progress.1 / keys);
         }
     };
-    let logs = if let Some(kind) = setup.engine.board() {
-        on_board(setup, keyboard, kind, score, |ticks| {
+    let logs = if let Some(on) = setup.engine.board() {
+        on_board(setup, keyboard, on, score, |ticks| {
             report(ticks * keys / keyboard.keys())
         })
     } else {
@@ -198,7 +207,7 @@ fn play(
 fn on_board(
     setup: &Setup,
     keyboard: &PlayedKeyboard,
-    kind: BoardKind,
+    on: EmulatedBoard,
     score: &Score,
     progress: impl Fn(usize),
 ) -> Result<Vec<KeyLog>, Failure> {
@@ -213,7 +222,7 @@ fn on_board(
     let (mut logs, load) = play_on_board(
         &keyboard.played(),
         setup.device,
-        kind,
+        on,
         &keys,
         score.ticks,
         progress,

@@ -1,13 +1,14 @@
-//! The keyboard on which a performance is played: its keys and the one program that plays.
+//! The keyboard of a performance: its keys, and the one program that they play.
 
 use whippen_compiler::check::{Program, note_name};
 use whippen_compiler::keyboard::{self, Layout};
 use whippen_compiler::model::Model;
+use whippen_runtime::emulated::EmulatedBoard;
 use whippen_runtime::keyboard::PlayedProgram;
 
-use super::KeysArgs;
+use super::{KeysArgs, Setup};
 use crate::cmd::load;
-use crate::exit::Failure;
+use crate::exit::{Failure, Outcome};
 
 /// The keyboard on which a performance is played.
 pub struct PlayedKeyboard<'a> {
@@ -15,7 +16,7 @@ pub struct PlayedKeyboard<'a> {
     /// Its keys, and the one program that plays.
     pub layout: Layout,
     /// All instruments of the checked program.
-    instruments: &'a [Model],
+    pub instruments: &'a [Model],
 }
 
 impl<'a> PlayedKeyboard<'a> {
@@ -57,6 +58,21 @@ impl<'a> PlayedKeyboard<'a> {
             },
             instruments: &program.instruments,
         })
+    }
+
+    /// With so many keys.
+    pub fn with_keys(self, keys: u32) -> Result<PlayedKeyboard<'a>, Failure> {
+        let layout = self.layout.with_keys(keys);
+        let layout = layout.map_err(|e| Failure::Usage(format!("{e}: leave --keys away")))?;
+        Ok(PlayedKeyboard { layout, ..self })
+    }
+
+    /// That its image on a board is proven, or need not be.
+    pub fn prove(&self, setup: &Setup, on: EmulatedBoard) -> Outcome {
+        let (layout, ids) = self.layout.only(|_| true);
+        let models: Vec<&Model> = ids.iter().map(|id| &self.instruments[id.index()]).collect();
+        let on_board = setup.on_board;
+        on_board.prove(setup.map, &models, layout, setup.device, on.kind)
     }
 
     /// The program that plays.
