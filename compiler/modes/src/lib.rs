@@ -134,8 +134,8 @@ pub struct Target {
 /// all modes together have no more instructions than this; with 0, the one mode that knows nothing.
 ///
 /// The search is bounded: where decisions that only save cycles become too many, it makes only
-/// those that tell the next mode; where it has visited too many nodes it ends with the best modes so far
-/// ([`Modes::work_limited`]).
+/// those that tell the next mode; where it has visited too many nodes it ends with the best modes
+/// so far ([`Modes::work_limited`]).
 pub fn specialize(kernel: &Kernel, instructions: usize) -> Modes {
     if instructions == 0 {
         return Modes::single(kernel);
