@@ -22,10 +22,9 @@ use whippen_compiler::keyboard::{KeyRange, Layout, Program, ProgramId, Zone, Zon
 use whippen_compiler::lower::LoweredEventKind;
 use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::{Compiled, compile};
-use whippen_emulator::BoardKind;
 
 use crate::device::Device;
-use crate::emulated::{Emulated, Load};
+use crate::emulated::{Emulated, EmulatedBoard, Load};
 use crate::engine::{Engine, EngineKind, Happened, decode};
 use crate::gesture::{Follower, Move};
 
@@ -144,7 +143,7 @@ pub fn play(
 pub fn play_on_board(
     played: &PlayedProgram,
     device: &Device,
-    board: BoardKind,
+    board: EmulatedBoard,
     keys: &[PlayingKey],
     ticks: usize,
     progress: impl Fn(usize),

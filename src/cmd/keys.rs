@@ -1,30 +1,31 @@
 //! `run --midi`: a whole keyboard plays a performance.
 
 mod performance_report;
+mod played_keyboard;
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Instant;
 
 use whippen_compiler::check::{Program, midi_number, note_name};
-use whippen_compiler::keyboard::{self, Layout};
 use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::source::SourceMap;
-use whippen_emulator::BoardKind;
 use whippen_runtime::device::Device;
+use whippen_runtime::emulated::EmulatedBoard;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::gesture::{Follower, Move};
 use whippen_runtime::keyboard::{
-    KeyLog, Outcome as Played, PlayedProgram, PlayingKey, model_of_keys, play as play_keys,
-    play_on_board,
+    KeyLog, Outcome as Played, PlayingKey, model_of_keys, play as play_keys, play_on_board,
 };
 use whippen_runtime::midi::{self, Note, Performance};
 use whippen_runtime::report::{Made, Section, id};
 use whippen_runtime::session::{self, Run};
 use whippen_runtime::stroke::{Stroke, strokes};
 
+use self::played_keyboard::PlayedKeyboard;
 use super::motion::Positions;
+use super::on_board::BoardArgs;
 use super::progress::Progress;
 use super::run::Outputs;
 use super::{load, run};
@@ -77,107 +78,11 @@ pub struct Setup<'a> {
     pub settings: &'a [(String, String)],
     pub device: &'a Device,
     pub engine: EngineKind,
+    pub on_board: &'a BoardArgs,
     pub seconds: Option<f64>,
     /// The instrument that was named after the files.
     pub name: Option<&'a str>,
     pub outputs: &'a Outputs,
-}
-
-/// The keyboard on which a performance is played.
-struct PlayedKeyboard<'a> {
-    name: Option<&'a str>,
-    /// Its keys, and the one program that plays.
-    layout: Layout,
-    /// All instruments of the checked program.
-    instruments: &'a [Model],
-}
-
-impl<'a> PlayedKeyboard<'a> {
-    /// The program of the keyboard that was named, or its first; 88 keys of the named or only
-    /// instrument, where there is no keyboard.
-    fn find(
-        program: &'a Program,
-        name: Option<&'a str>,
-        args: &'a KeysArgs,
-    ) -> Result<PlayedKeyboard<'a>, Failure> {
-        let name = args.program.as_deref().or(name);
-        let Some(keyboard) = program.keyboards.first() else {
-            let model = load::instrument(program, name)?;
-            return Ok(PlayedKeyboard {
-                name: None,
-                layout: Layout::of_one_instrument(&model.name, 88, 21),
-                instruments: std::slice::from_ref(model),
-            });
-        };
-        let layout = &keyboard.layout;
-        let found = match name {
-            Some(name) => layout.program_named(name),
-            None => layout.programs.first(),
-        };
-        let Some(found) = found else {
-            let names: Vec<&str> = layout.programs.iter().map(|p| p.name.as_str()).collect();
-            return Err(Failure::Usage(format!(
-                "`{}` is no program of the keyboard `{}`; its programs are: {}",
-                name.unwrap_or_default(),
-                keyboard.name,
-                names.join(", ")
-            )));
-        };
-        Ok(PlayedKeyboard {
-            name: Some(&keyboard.name),
-            layout: Layout {
-                programs: vec![found.clone()].into(),
-                ..*layout
-            },
-            instruments: &program.instruments,
-        })
-    }
-
-    /// The program that plays.
-    fn program(&self) -> &keyboard::Program {
-        self.layout.program(keyboard::ProgramId(0))
-    }
-
-    /// That program with its instruments.
-    fn played(&self) -> PlayedProgram<'_> {
-        PlayedProgram {
-            program: self.program(),
-            instruments: self.instruments,
-        }
-    }
-
-    /// How many keys it has.
-    fn keys(&self) -> usize {
-        self.layout.keys as usize
-    }
-
-    /// What a key plays, by its index.
-    fn model(&self, index: usize) -> &'a Model {
-        let zones = &self.program().zones;
-        let zone = self.program().zone_of_key(index as u32);
-        &self.instruments[zone
-            .unwrap_or(&zones[keyboard::ZoneId(0)])
-            .instrument
-            .index()]
-    }
-
-    /// Its instruments, each once.
-    fn models(&self) -> impl Iterator<Item = &'a Model> {
-        let instruments = self.instruments;
-        let ids = self.program().instruments().into_iter();
-        ids.map(|id| &instruments[id.index()])
-    }
-
-    /// Ticks per second.
-    fn rate_hz(&self) -> u32 {
-        self.model(0).rate_hz
-    }
-
-    /// The event of a key that is a strike.
-    fn strike(&self, index: usize) -> Option<usize> {
-        let emissions = &self.model(index).emissions;
-        emissions.iter().position(|e| e.name == "note")
-    }
 }
 
 /// What the keys play, or the lowest ones if they do not all play the same.
@@ -248,6 +153,10 @@ fn score(performance: &Performance, keyboard: &PlayedKeyboard, seconds: Option<f
 /// Plays, tells, writes.
 pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
     let keyboard = PlayedKeyboard::find(setup.program, setup.name, args)?;
+    let keyboard = match setup.on_board.keys {
+        Some(keys) => keyboard.with_keys(keys)?,
+        None => keyboard,
+    };
     let wanted = args.key.map(|key| traced_key(&keyboard, key)).transpose()?;
     let outputs = setup.outputs;
     if wanted.is_none() && (outputs.out.is_some() || !outputs.plot.is_empty()) {
@@ -283,6 +192,9 @@ pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
             setup.device,
             false,
         )?);
+    }
+    if let Some(on) = setup.engine.board() {
+        keyboard.prove(setup, on)?;
     }
     let logs = play(setup, args, &keyboard, &score)?;
     let rate_hz = keyboard.rate_hz();
@@ -359,8 +271,8 @@ fn play(
             progress.0.at(progress.1 / keys);
         }
     };
-    let logs = if let Some(kind) = setup.engine.board() {
-        on_board(setup, keyboard, kind, score, |ticks| {
+    let logs = if let Some(on) = setup.engine.board() {
+        on_board(setup, keyboard, on, score, |ticks| {
             report(ticks * keys / keyboard.keys())
         })
     } else {
@@ -395,7 +307,7 @@ fn play(
 fn on_board(
     setup: &Setup,
     keyboard: &PlayedKeyboard,
-    kind: BoardKind,
+    on: EmulatedBoard,
     score: &Score,
     progress: impl Fn(usize),
 ) -> Result<Vec<KeyLog>, Failure> {
@@ -410,7 +322,7 @@ fn on_board(
     let (mut logs, load) = play_on_board(
         &keyboard.played(),
         setup.device,
-        kind,
+        on,
         &keys,
         score.ticks,
         progress,

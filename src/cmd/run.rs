@@ -3,11 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
-use whippen_compiler::check::{Options, Program};
+use whippen_compiler::check::Options;
 use whippen_compiler::diag::Severity;
 use whippen_compiler::firmware::FAULTS;
 use whippen_compiler::pipeline::Compiled;
-use whippen_emulator::BoardKind;
 use whippen_runtime::compare::compare;
 use whippen_runtime::device::Device;
 use whippen_runtime::emulated::Load;
@@ -21,6 +20,7 @@ use super::file_plan::FilePlan;
 use super::hand::HandArgs;
 use super::keys::{self, KeysArgs, Setup};
 use super::motion::{self, MotionArgs, Positions};
+use super::on_board::BoardArgs;
 use super::{command, errors, load, progress::Progress, watch};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
@@ -46,10 +46,8 @@ pub struct Args {
     /// (the image of `build` on its board)
     #[arg(long, default_value = "jit")]
     engine: EngineKind,
-    /// The board of the engine emulated: rp2350, rp2040 or stm32f4; the keyboard's, or rp2350
-    /// otherwise
-    #[arg(long, value_name = "NAME", value_parser = emulated_board)]
-    board: Option<BoardKind>,
+    #[command(flatten)]
+    on_board: BoardArgs,
     /// Give a parameter another value, such as weight=0.4N
     #[arg(
         long = "set",
@@ -114,28 +112,6 @@ impl Args {
         Ok(files)
     }
 
-    /// The engine, with its board if it has one.
-    fn engine_on(&self, program: &Program) -> Result<EngineKind, String> {
-        if self.engine.board().is_none() {
-            return match self.board {
-                Some(_) => {
-                    Err("--board is for --engine emulated: the other engines have none".to_string())
-                }
-                None => Ok(self.engine),
-            };
-        }
-        let of_keyboard = program
-            .keyboards
-            .first()
-            .and_then(|keyboard| keyboard.board.as_deref());
-        let board = match (self.board, of_keyboard) {
-            (Some(board), _) => Some(board),
-            (None, Some(name)) => Some(emulated_board(name)?),
-            (None, None) => None,
-        };
-        Ok(board.map_or(self.engine, EngineKind::Emulated))
-    }
-
     /// A board keeps no values from inside of ticks: no figure can be drawn of it, and nothing but
     /// the drive be compared.
     fn fits_engine(&self) -> Result<(), String> {
@@ -157,18 +133,6 @@ impl Args {
     }
 }
 
-/// A board that can be emulated, by its name.
-fn emulated_board(name: &str) -> Result<BoardKind, String> {
-    let found = BoardKind::ALL.into_iter().find(|kind| kind.name() == name);
-    found.ok_or_else(|| {
-        let names = BoardKind::ALL.map(BoardKind::name);
-        format!(
-            "`{name}` cannot be emulated; boards that can are {}",
-            names.join(", ")
-        )
-    })
-}
-
 pub fn run(args: &Args) -> Outcome {
     if !args.watch {
         return run_once(args);
@@ -187,7 +151,8 @@ fn run_once(args: &Args) -> Outcome {
     };
     let sources = load::read(&files)?;
     let (map, program) = load::checked(&sources, &options, Severity::Warning)?;
-    let engine = args.engine_on(&program).map_err(Failure::Usage)?;
+    let engine = args.on_board.engine(args.engine, &program);
+    let engine = engine.map_err(Failure::Usage)?;
     if let Some(path) = &args.keys.midi {
         let device = load::device(
             args.device.as_deref(),
@@ -201,6 +166,7 @@ fn run_once(args: &Args) -> Outcome {
             settings: &options.sets,
             device: &device,
             engine,
+            on_board: &args.on_board,
             seconds: args.seconds,
             name,
             outputs: &args.outputs,
@@ -210,6 +176,10 @@ fn run_once(args: &Args) -> Outcome {
     let model = load::one_key(&program, name, args.keys.key)?;
     let device = load::device(args.device.as_deref(), &program, &model)?;
     let mut positions = args.motion.load(&model)?;
+    if let Some(on) = engine.board() {
+        let on_board = &args.on_board;
+        on_board.prove_instrument(&map, &model, &device, on)?;
+    }
     // A board gets the image that `build` makes, in which nothing is observed.
     let compiled = load::compiled(&map, model, &device, engine.board().is_none())?;
     if let Some(seconds) = args.seconds {

@@ -53,7 +53,7 @@ fn speeds(device: &Device, seconds: f64) -> (f64, f64) {
     let run = closed::run(
         &compiled(UNSTABLE),
         device,
-        EngineKind::Emulated(BoardKind::Rp2350),
+        EngineKind::Emulated(BoardKind::Rp2350.into()),
         (player, 5.5e-3),
         ticks,
         |_| (),
@@ -107,7 +107,7 @@ fn what_gives_no_energy_plays_as_ever() {
         let run = session::run(
             &grand,
             device,
-            EngineKind::Emulated(BoardKind::Rp2350),
+            EngineKind::Emulated(BoardKind::Rp2350.into()),
             &positions,
             |_| (),
         );
