@@ -48,6 +48,16 @@ impl CoreKind {
         }
     }
 
+    /// The bits of FPCCR that entry to an exception sets or clears: LSPACT, USER, THREAD, HFRDY,
+    /// MMRDY, BFRDY, MONRDY; in ARMv8-M S, SFRDY, SPLIMVIOL and UFRDY too.
+    pub(crate) const fn fpccr_status(self) -> u32 {
+        match self {
+            Self::CortexM0Plus => 0,
+            Self::CortexM4 => 0x17b,
+            Self::CortexM33 => 0x7ff,
+        }
+    }
+
     /// CPUID: implementer Arm, and the revision that the boards have (r0p1, r0p1, r1p0).
     pub(crate) const fn cpuid(self) -> u32 {
         match self {

@@ -13,7 +13,7 @@ use crate::board::CoreKind;
 use crate::bus::Bus;
 use crate::cpu::Cpu;
 use crate::stop::{FaultKind, Reason};
-use crate::system::nvic::{FIRST, NMI};
+use crate::system::nvic::{BUS_FAULT, FIRST, MEM_MANAGE, NMI, USAGE_FAULT};
 
 /// What goes wrong around exceptions: which fault, and why.
 pub(crate) type Derived = (FaultKind, Reason);
@@ -24,8 +24,16 @@ pub(crate) const SFPA: u32 = 8;
 /// Where SFPA is kept in the frame's XPSR.
 const FRAME_SFPA: u32 = 1 << 20;
 const SPSEL: u32 = 2;
-/// FPCCR: lazy state preservation active, enabled.
+/// FPCCR: lazy state preservation active; whose context it is; which faults it may still raise;
+/// lazy state preservation enabled.
 const LSPACT: u32 = 1;
+const USER: u32 = 1 << 1;
+const S: u32 = 1 << 2;
+const THREAD: u32 = 1 << 3;
+const HFRDY: u32 = 1 << 4;
+const MMRDY: u32 = 1 << 5;
+const BFRDY: u32 = 1 << 6;
+const UFRDY: u32 = 1 << 10;
 const LSPEN: u32 = 1 << 30;
 
 /// Whether a value written to PC in Handler mode is an EXC_RETURN.
@@ -165,11 +173,33 @@ impl Cpu {
     /// Saves S0 to S15 and FPSCR, or remembers where to.
     fn push_float(&mut self, bus: &mut Bus, address: u32) -> Result<(), Derived> {
         if self.system.fpccr & LSPEN != 0 {
-            self.system.fpcar = address;
-            self.system.fpccr |= LSPACT;
+            self.update_fpccr(address);
             return Ok(());
         }
         self.save_float(bus, address, Reason::Stacking)
+    }
+
+    /// `UpdateFPCCR`: where the context goes, and whose it is, so that a fault of the saving that
+    /// comes later is judged as one of the interrupted program.
+    fn update_fpccr(&mut self, address: u32) {
+        self.system.fpcar = address;
+        let is_v8 = self.kind == CoreKind::CortexM33;
+        let is_ready = |fault: u32| {
+            self.system.is_fault_enabled(fault) && self.priority() > self.priority_group_of(fault)
+        };
+        let bits = [
+            (true, LSPACT),
+            (!self.is_privileged(), USER),
+            (is_v8, S),
+            (!self.in_handler(), THREAD),
+            (self.priority() > -1, HFRDY),
+            (is_ready(MEM_MANAGE), MMRDY),
+            (is_ready(BUS_FAULT), BFRDY),
+            (is_v8 && is_ready(USAGE_FAULT), UFRDY),
+        ];
+        let set = bits.iter().filter(|(holds, _)| *holds);
+        let status = set.fold(0, |word, (_, bit)| word | bit);
+        self.system.fpccr = self.system.fpccr & !self.kind.fpccr_status() | status;
     }
 
     fn save_float(&mut self, bus: &mut Bus, address: u32, reason: Reason) -> Result<(), Derived> {

@@ -123,6 +123,17 @@ impl Inst {
             .find(|candidate| candidate.may_have_bits() && candidate.encode(arch).is_ok())
     }
 
+    /// The same operands in the 32-bit encoding of the instruction; nothing when none can hold
+    /// them.
+    pub fn wide(&self, arch: Arch) -> Option<Self> {
+        let has_cond = |encoding: Encoding| encoding.row().pattern.has(Field::Cond);
+        Encoding::of(self.op())
+            .filter(|encoding| has_cond(*encoding) == has_cond(self.encoding))
+            .map(|encoding| Self { encoding, ..*self })
+            .filter(|candidate| candidate.size() == 4)
+            .find(|candidate| candidate.may_have_bits() && candidate.encode(arch).is_ok())
+    }
+
     /// Whether registers and the S bit, taken by themselves, fit the encoding: a quick no to what
     /// [`Inst::encode`] would refuse.
     fn may_have_bits(&self) -> bool {

@@ -51,7 +51,9 @@ mod sources;
 mod timed;
 
 pub use cost::{Cost, Reason};
-pub use facts::{Branches, Core, Division, Evidence, Exceptions, Fact, Kind, Line, Rules, Takers};
+pub use facts::{
+    Branches, Core, Division, Evidence, Exceptions, Fact, Kind, Line, Rules, Takers, Worst,
+};
 pub use outcome::{Outcome, Target};
 pub use pipe::Pipe;
 pub use timed::Timed;

@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 
 use whippen_emulator::{Converter, ConverterSetup, Machine, Observer, Ports, Step, Stop, build};
+use whippen_isa::timing::Rules;
 
 use crate::image::Image;
 
@@ -95,6 +96,11 @@ impl<'a> Board<'a> {
                 .write(segment.load, &segment.bytes)
                 .expect("memory");
         }
+        // What the sources leave open of a core is at its worst, as the bound has it.
+        machine.set_rules(Rules {
+            at_worst: true,
+            ..Rules::default()
+        });
         machine.reset();
         Board {
             image,

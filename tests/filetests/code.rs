@@ -117,7 +117,7 @@ pub fn budget(text: &str, words: &[&str]) -> Result<String, String> {
     let code = Code::new(CODE, section.bytes.clone());
     let entry = offset(&built.object, &format!("k.mode.{}", asked.mode))?;
     let annotations = annotations(&built.object)?;
-    let core = timing(asked.options.arch);
+    let core = timing(asked.options.arch).at_worst();
     let query = Query {
         core: &core,
         code: &code,

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Text, none, texts};
+use super::{Text, none, only_listed, rust, texts};
 
 /// Crates, and what they may not reach, directly or through others, and why.
 const APART: &[(&str, &[&str], &str)] = &[
@@ -46,6 +46,23 @@ const NOT_BYTES: &[&str] = &[
     "whippen-lang",
     "whippen-lower",
     "whippen-modes",
+];
+
+/// Files of the code generator that name an architecture, and why; all others ask the table for one
+/// ability of the core.
+const ARCHITECTURES: &[(&str, &str)] = &[
+    (
+        "compiler/arm/src/features.rs",
+        "the table of what cores can do",
+    ),
+    (
+        "compiler/arm/src/image/elf/attributes.rs",
+        "an object says its architecture",
+    ),
+    (
+        "compiler/arm/src/image/listing.rs",
+        "a listing says its architecture",
+    ),
 ];
 
 /// What each crate of the workspace needs to be built, by name; not what its tests need.
@@ -152,4 +169,19 @@ fn what_is_slow_to_build_is_needed_in_one_place() {
         found.extend(others.map(|(name, _)| format!("{name}: {what}")));
     }
     none(&found, "one crate alone needs it");
+}
+
+#[test]
+fn what_a_core_can_do_is_asked_by_name() {
+    let names = |text: &Text| {
+        let mut lines = text.code().into_iter().map(|(_, line)| line);
+        lines.any(|line| line.contains("Arch::V") || line.contains("arch =="))
+    };
+    let found = rust()
+        .into_iter()
+        .filter(|text| text.path.starts_with("compiler/arm/") && names(text))
+        .map(|text| text.path)
+        .collect();
+    let rule = "the code generator asks for what a core can do, not for its architecture";
+    only_listed(&found, ARCHITECTURES.iter().map(|e| e.0), rule);
 }

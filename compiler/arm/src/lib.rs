@@ -9,5 +9,6 @@
 //! Not here: the firmware around the keys (`whippen-firmware`), bounds (`whippen-budget`).
 
 pub mod asm;
+mod features;
 pub mod image;
 pub mod thumb;

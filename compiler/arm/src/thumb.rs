@@ -28,6 +28,7 @@
 //! | `validate` | translation validation of schedules and of allocated code |
 //! | `block_layout` | order of blocks |
 //! | `entry` | code around the keys |
+//! | `program` | all code of a core in order |
 //! | `emit` | encodings, IT blocks, branches |
 //! | `object`, `names` | sections and symbols |
 //! | `after`, `text` | code after each pass, as text |
@@ -52,6 +53,7 @@ mod memory;
 mod minst;
 mod names;
 mod object;
+mod program;
 mod promote;
 mod registers;
 mod rename;
@@ -69,16 +71,16 @@ mod validate;
 
 use crate::image::{Object, Section, SectionKind, timing};
 use compile::Compiler;
-use emit::{Item, assemble};
+use emit::assemble;
 use func::Allocated;
 use literal::Literals;
 use memory::Memory;
-use object::object;
+use object::assemble_object;
+use program::write_program;
 use search::Chosen;
 use state_layout::LITERALS_MAX;
 use std::borrow::Cow;
 use std::fmt;
-use whippen_deterministic::parallel;
 use whippen_isa::Arch;
 use whippen_isa::timing::Core;
 use whippen_kernel::Kernel;
@@ -286,10 +288,11 @@ fn compile_parts<'m>(
 /// The object of all code and its memory.
 fn build_object(parts: Parts, options: &Options) -> Result<Built, ThumbError> {
     let modes = &parts.modes;
-    let items = items(&parts.layout, options, &parts.core, modes, &parts.made);
-    let code = assemble(items.items, items.labels, parts.core.arch, &options.name)
+    let name = &options.name;
+    let program = write_program(&parts.layout, &parts.core, &modes.kernel, name, &parts.made);
+    let code = assemble(program.items, program.labels, parts.core.arch, name)
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
-    let mut object = object(&modes.kernel, &parts.layout, options, &parts.literals, code);
+    let mut object = assemble_object(&modes.kernel, &parts.layout, options, &parts.literals, code);
     v6m::add_routines(&mut object, options)?;
     Ok(Built {
         object,
@@ -304,98 +307,4 @@ struct CompiledCode {
     chosen: Vec<Chosen>,
     init: Allocated,
     shared: Option<Allocated>,
-}
-
-/// All code, and how many labels it has.
-struct Items {
-    items: Vec<Item>,
-    labels: usize,
-}
-
-fn items(
-    layout: &StateLayout,
-    options: &Options,
-    core: &Core,
-    modes: &Modes,
-    made: &CompiledCode,
-) -> Items {
-    let (name, init) = (&options.name, &made.init);
-    let slots = made
-        .modes
-        .iter()
-        .chain(&made.shared)
-        .map(|func| func.slots)
-        .max()
-        .unwrap_or(0);
-    let mut mode_names: Vec<String> = (0..modes.modes.len())
-        .map(|mode| names::mode(name, mode))
-        .collect();
-    let labels = entry::Labels {
-        init_key: 0,
-        init_next: 1,
-        events: 2,
-    };
-    let mut base = entry::LABELS;
-    let shared = made.shared.as_ref().map_or_else(Vec::new, |shared| {
-        let items = inside(shared, base, core, &mode_names);
-        base += shared.blocks.len() + 1;
-        items
-    });
-    let mut items = entry::tick(
-        layout,
-        core.arch,
-        name,
-        slots,
-        shared,
-        &mode_names,
-        labels.events,
-    );
-    mode_names.push(names::end(name));
-    let mut placed = Vec::new();
-    for func in &made.modes {
-        placed.push((func, base));
-        base += func.blocks.len();
-    }
-    let arranged = parallel::map(placed, |(func, base)| {
-        block_layout::lay_out_blocks(func, base, core, &mode_names, labels.init_next)
-    });
-    for (index, arranged) in arranged.into_iter().enumerate() {
-        items.push(Item::Function {
-            name: names::mode(name, index),
-            global: false,
-        });
-        items.extend(arranged);
-    }
-    items.extend(entry::init(layout, name, init.slots, labels));
-    items.extend(block_layout::lay_out_blocks(
-        init,
-        base,
-        core,
-        &mode_names,
-        labels.init_next,
-    ));
-    base += init.blocks.len();
-    if layout.caller.is_some() {
-        // A copy, so that a key that begins costs what one key costs, and can be bounded as such.
-        let [before, behind] = entry::begin(layout, &modes.kernel, name, init.slots);
-        items.extend(before);
-        items.extend(inside(init, base, core, &mode_names));
-        items.extend(behind);
-        base += init.blocks.len() + 1;
-    }
-    Items {
-        items,
-        labels: base,
-    }
-}
-
-/// Code that goes on behind its end, with labels from `base` on: one a block, and one there.
-fn inside(func: &Allocated, base: usize, core: &Core, mode_names: &[String]) -> Vec<Item> {
-    let done = base + func.blocks.len();
-    let mut items = block_layout::lay_out_blocks(func, base, core, mode_names, done);
-    if matches!(items.last(), Some(Item::Branch { cond: None, to }) if *to == done) {
-        items.pop();
-    }
-    items.push(Item::Label(done));
-    items
 }

@@ -17,6 +17,8 @@ pub struct Walker<'a> {
     pub query: &'a Query<'a>,
     pub graph: &'a Graph,
     pub relevance: &'a Relevance,
+    /// The instruction before the one that is counted, in its block.
+    pub previous: Option<&'a Item>,
     /// Where registers point, as far as the annotations say and the code keeps to it.
     pub bases: Bases,
     pub arena: Arena,
@@ -41,8 +43,10 @@ impl<'a> Walker<'a> {
             return Vec::new();
         };
         let mut states = vec![state];
+        self.previous = None;
         for (item, &behind) in before.iter().zip(behind) {
             states = self.pass(item, behind, states);
+            self.previous = Some(item);
         }
         let behind = behind.last().copied().unwrap_or(0);
         let mut arrived = Vec::new();
@@ -196,6 +200,11 @@ impl<'a> Walker<'a> {
                     self.unknown_time.get_or_insert(unknown);
                 }
             }
+        }
+        if let Some(interference) = self.query.interference
+            && self.query.core.overlap.cycles != 0
+        {
+            outcome.apart = interference.is_apart(self.previous, item, &state.facts, &self.bases);
         }
         let (pipe, cost) = self
             .query

@@ -38,7 +38,7 @@ pub fn cores(
     board: &Board,
     playing: ProgramId,
 ) -> Result<Vec<Bounded>, NotBounded> {
-    let timing = board.timing();
+    let timing = board.timing().at_worst();
     let found = parallel::map(image.cores().collect(), |id: CoreId| {
         let of_program = image.programs.iter().map(|program| program.core(id));
         let programs: Vec<&CoreCode> = of_program.collect();

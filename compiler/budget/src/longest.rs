@@ -76,6 +76,7 @@ impl Longest {
             query,
             graph,
             relevance: &relevance,
+            previous: None,
             bases: Bases::of(&query.annotations.bases, graph),
             arena: Arena::default(),
             class: Evidence::Exact,

@@ -11,6 +11,7 @@
 //! data; what may be fetched or accessed in memory without a known time is an error.
 
 mod access;
+mod pipelining;
 
 use whippen_arm::image::Linked;
 use whippen_board::{AccessTime, BankSet, Board, Memory, Target};

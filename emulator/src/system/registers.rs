@@ -158,7 +158,7 @@ impl System {
             0xe000_ed34 => self.mmfar = value,
             0xe000_ed38 => self.bfar = value,
             0xe000_ed88 if !v6 => self.cpacr = value & 0x00f0_ffff,
-            0xe000_ef34 if !v6 => self.fpccr = value & (FPCCR_RESET | 0x7f),
+            0xe000_ef34 if !v6 => self.fpccr = value & (FPCCR_RESET | self.kind.fpccr_status()),
             0xe000_ef38 if !v6 => self.fpcar = value & !7,
             0xe000_ef3c if !v6 => self.fpdscr = value & 0x07c0_0000,
             _ => {}

@@ -27,6 +27,14 @@ vectors:
         isb
         .endm
 
+        .macro  context
+        ldr     r0, =0xe000ef34
+        ldr     r1, [r0]
+        ldr     r2, =FPCCR_STATUS
+        ands    r1, r2
+        log     r1
+        .endm
+
         .thumb_func
 reset:
         ldr     r11, =journal
@@ -232,6 +240,31 @@ float:
         log     r1
         mrs     r1, control
         log     r1
+@ Whose context it is: with all faults ready, none enabled, behind a mask, in a handler, unprivileged.
+        movs    r9, #3
+        put     0xe000e200, 0x8
+        put     0xe000ed24, 0
+        vmov    r1, s0
+        put     0xe000e200, 0x8
+        put     0xe000ed24, 0x00070000
+        put     0xe000ed18, 0x00408020
+        movs    r0, #0x60
+        msr     basepri, r0
+        vmov    r1, s0
+        put     0xe000e200, 0x10
+        movs    r0, #0
+        msr     basepri, r0
+        put     0xe000ed18, 0x00808080
+        vmov    r1, s0
+        put     0xe000e200, 0x1
+        put     0xe000ed18, 0
+        vmov    r1, s0
+        movs    r0, #1
+        msr     control, r0
+        isb
+        vmov    r1, s0
+        svc     #4
+        movs    r9, #0
 @ The same with floating-point registers saved at once.
         ldr     r0, =0xe000ef34
         ldr     r1, [r0]
@@ -322,7 +355,15 @@ faults:
         bkpt    #0xab
         b       .
 
-h_svc:  mrs     r0, ipsr
+h_svc:  cmp     r9, #3
+        bne     1f
+        context
+        mrs     r0, control
+        bic     r0, r0, #1
+        msr     control, r0
+        isb
+        bx      lr
+1:      mrs     r0, ipsr
         log     r0
         log     lr
         mov     r0, sp
@@ -343,10 +384,13 @@ h_svc:  mrs     r0, ipsr
         log     r0
         bx      lr
 
-@ Logs its number; interrupt 0 pends 2 (which preempts it), 1 pends PendSV. In R9: 1 uses no floating point, 2 does.
+@ Logs its number; interrupt 0 pends 2 (which preempts it), 1 pends PendSV. In R9: 1 uses no floating point, 2 does;
+@ with 3 they log whose context is to be saved, and interrupt 0 makes one of its own before it pends 2.
 h_irq:  mrs     r0, ipsr
         log     r0
         log     lr
+        cmp     r9, #3
+        beq     3f
         cmp     r9, #0
         bne     2f
         mov     r0, r0
@@ -392,6 +436,14 @@ h_irq:  mrs     r0, ipsr
         ldr     r1, [sp, #32]
         log     r1
         bx      lr
+3:      context
+        mrs     r0, ipsr
+        cmp     r0, #16
+        bne     1f
+        vmov.f32 s0, #-1.0
+        put     0xe000e200, 0x4
+        context
+1:      bx      lr
 
 h_systick:
         ldr     r0, =0xe000e010

@@ -9,7 +9,7 @@ use crate::arch::Arch;
 use crate::class::Class::*;
 use crate::table::Op;
 use crate::timing::Evidence::{Estimate, Rule};
-use crate::timing::{Branches, Core, Division, Exceptions, Fact, Kind::*, Line, Rules};
+use crate::timing::{Branches, Core, Division, Exceptions, Fact, Kind::*, Line, Rules, Worst};
 
 const LINES: &[Line] = &[
     Line::new(&[Alu, Move], WritesPc, 0).from(Rule, "table 3-1: MOV PC, ADD PC 2, all refill"),
@@ -57,6 +57,7 @@ impl Core {
                 bits_per_cycle: Fact::new(1, Rule, "no divider"),
             },
             overlap: Fact::new(0, Rule, "table 3-1"),
+            worst: Worst::nothing("table 3-1 leaves nothing open"),
             near: Fact::new(
                 1,
                 Rule,
@@ -69,6 +70,7 @@ impl Core {
             },
             rules: Rules {
                 shifted_register_flags: 2,
+                at_worst: false,
             },
         }
     }

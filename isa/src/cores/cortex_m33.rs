@@ -1,15 +1,18 @@
 //! The Cortex-M33 (r1p0) of RP2350: DSP extension, single-precision FPU.
 //!
-//! `3.7.4.9.x` are the sections of the RP2350 datasheet, measured by its makers with one core
-//! running, no cache misses and no DMA. `jnk0le` are that author's measurements with DWT.CYCCNT on
-//! the same silicon; `cortexm-AES` are totals of whole functions that the same author published.
-//! The datasheet wins.
+//! `3.7.4.9.x` are the sections of the RP2350 datasheet (edition of 29 July 2025), measured by its
+//! makers with one core running, no cache misses and no DMA. `jnk0le` are that author's
+//! measurements with DWT.CYCCNT on the same silicon (`jnk0le/random`, commit 3dfc2ab);
+//! `cortexm-AES` are totals of whole functions that the same author published (commit b18b7a4). The
+//! datasheet wins.
 
 use crate::arch::Arch;
 use crate::class::Class::*;
 use crate::table::Op;
 use crate::timing::Evidence::{Estimate, Exact, Rule};
-use crate::timing::{Branches, Core, Division, Exceptions, Fact, Kind::*, Line, Rules, Takers};
+use crate::timing::{
+    Branches, Core, Division, Exceptions, Fact, Kind::*, Line, Rules, Takers, Worst,
+};
 
 /// Results of the second execute stage: there in time for what enters at that stage.
 const SECOND_STAGE: Takers = Takers::OPERAND.and(Takers::ADDRESS);
@@ -20,16 +23,15 @@ const LINES: &[Line] = &[
     // Arithmetic, logic, moves.
     Line::new(&[Alu, Move], WritesPc, 0)
         .from(Rule, "3.7.4.9.7: the time of a branch is its refill"),
-    Line::new(&[Alu, Move], ShiftedRegisterFlags, 2)
-        .late(SECOND_STAGE)
-        .from(Rule, "3.7.4.9.2; jnk0le: 1, see Rules"),
+    Line::new(&[Alu, Move], ShiftedRegisterFlags, 2).from(
+        Rule,
+        "3.7.4.9.2: the penalty is always incurred; jnk0le: 1, see Rules",
+    ),
     Line::new(&[Alu, Move], ShiftedRegister, 1)
         .late(SECOND_STAGE)
         .from(Exact, "3.7.4.9.2, 3.7.4.9.3"),
     Line::new(&[Move], Op(Op::MOV_immediate), 1).from(Exact, "3.7.4.9.2; cortexm-AES"),
-    Line::new(&[Alu, Move], ShiftedConstantFlags, 2)
-        .late(SECOND_STAGE)
-        .from(Exact, "3.7.4.9.2; cortexm-AES"),
+    Line::new(&[Alu, Move], ShiftedConstantFlags, 2).from(Exact, "3.7.4.9.2; cortexm-AES"),
     Line::new(&[Alu, Move], ShiftedConstant, 1)
         .late(SECOND_STAGE)
         .from(Rule, "3.7.4.9.2"),
@@ -45,9 +47,7 @@ const LINES: &[Line] = &[
         .late(Takers::ALL)
         .from(Rule, "jnk0le"),
     // Multiplication and division.
-    Line::new(&[Multiply], Flags, 2)
-        .late(SECOND_STAGE)
-        .from(Rule, "jnk0le; Arm KA001260"),
+    Line::new(&[Multiply], Flags, 2).from(Rule, "jnk0le; Arm KA001260"),
     Line::new(&[Multiply, MultiplyLong], Any, 1)
         .late(SECOND_STAGE)
         .from(Rule, "3.7.4.9.3"),
@@ -184,6 +184,7 @@ impl Core {
                 bits_per_cycle: Fact::new(4, Rule, "3.7.4.9.4"),
             },
             overlap: Fact::new(0, Rule, "3.7.4.9.5: accesses take one cycle"),
+            worst: Worst::nothing("3.7.4.9: measured, and the prefetcher keeps up (.12)"),
             near: Fact::new(0, Rule, "3.7.4.9.5: accesses take one cycle"),
             exceptions: Exceptions {
                 entry: Fact::new(12, Estimate, "as Cortex-M4"),
@@ -192,6 +193,7 @@ impl Core {
             },
             rules: Rules {
                 shifted_register_flags: 2,
+                at_worst: false,
             },
         }
     }

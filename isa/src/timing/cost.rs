@@ -44,6 +44,12 @@ reasons! {
     LoadedTarget "loaded target",
     /// The target is a 32-bit instruction that straddles two words.
     SplitTarget "split target",
+    /// At worst: a 32-bit instruction that is not word aligned was not fetched yet.
+    Misaligned "misaligned",
+    /// At worst: a load right after a store.
+    AfterStore "after a store",
+    /// At worst: a load from an address that the load before it made.
+    DependentLoad "dependent load",
     /// Memory was not ready: wait states, contention.
     Bus "bus",
 }

@@ -117,8 +117,12 @@ pub struct Line {
     pub cycles: u8,
     /// Cycles for each register of a list, on top.
     pub each: u8,
+    /// Cycles more, at most, that the sources leave open; see [`Rules::at_worst`].
+    pub worst: u8,
     /// Who has to wait one cycle for its result; of a load of several, for the last.
     pub late_for: Takers,
+    /// A base that a load writes back is as late as what it loads.
+    pub late_base: bool,
     /// It starts under a load before it, where loads take more than a cycle.
     pub overlaps: bool,
     /// What may start so may start under it.
@@ -137,14 +141,18 @@ impl Line {
     /// A line with this number of cycles and nothing late.
     pub(crate) const fn new(classes: &'static [Class], kind: Kind, cycles: u8) -> Self {
         let (evidence, source) = (Evidence::Estimate, "");
-        let (late_for, overlaps, overlapped) = (Takers::NONE, false, false);
-        let (each, float_hold, float_delay) = (0, 0, 0);
+        let (late_for, late_base) = (Takers::NONE, false);
+        let (overlaps, overlapped) = (false, false);
+        let (each, worst) = (0, 0);
+        let (float_hold, float_delay) = (0, 0);
         Self {
             classes,
             kind,
             cycles,
             each,
+            worst,
             late_for,
+            late_base,
             overlaps,
             overlapped,
             float_hold,
@@ -159,9 +167,22 @@ impl Line {
         Self { each, ..self }
     }
 
+    /// At worst, these more.
+    pub(crate) const fn worst(self, worst: u8) -> Self {
+        Self { worst, ..self }
+    }
+
     /// Its result is one cycle late for these.
     pub(crate) const fn late(self, late_for: Takers) -> Self {
         Self { late_for, ..self }
+    }
+
+    /// And so is a base that it writes back.
+    pub(crate) const fn late_base(self) -> Self {
+        Self {
+            late_base: true,
+            ..self
+        }
     }
 
     /// It may start under a load before it.
@@ -227,6 +248,34 @@ pub struct Division {
     pub bits_per_cycle: Fact,
 }
 
+/// What the sources leave open, at its worst: cycles more, at most. They count where
+/// [`Rules::at_worst`] says so.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Worst {
+    /// For a 32-bit instruction that is not word aligned: sources show that some stall, and give no
+    /// rule for which.
+    pub misaligned: Fact,
+    /// For a load right after a store.
+    pub load_after_store: Fact,
+    /// For a load whose address the load before it made.
+    pub dependent_load: Fact,
+    /// For a division, beyond the cycles of its line and instead of those by its quotient.
+    pub divide: Fact,
+}
+
+impl Worst {
+    /// Nothing is open.
+    pub(crate) const fn nothing(source: &'static str) -> Self {
+        let none = Fact::new(0, Evidence::Rule, source);
+        Self {
+            misaligned: none,
+            load_after_store: none,
+            dependent_load: none,
+            divide: none,
+        }
+    }
+}
+
 /// What exceptions cost, when memory does not wait.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Exceptions {
@@ -246,12 +295,29 @@ pub struct Rules {
     /// datasheet of RP2350. 1: measurements of jnk0le, in which the flags then come one cycle
     /// later. Any other number counts as 2.
     pub shifted_register_flags: u8,
+    /// Whether what the sources leave open is counted at its worst: [`Line::worst`] and
+    /// [`Core::worst`]. A bound does, an emulator does not.
+    pub at_worst: bool,
 }
 
 impl Default for Rules {
     fn default() -> Self {
         Self {
             shifted_register_flags: 2,
+            at_worst: false,
+        }
+    }
+}
+
+impl Core {
+    /// The same core with what the sources leave open at its worst: what a bound counts with.
+    pub const fn at_worst(self) -> Self {
+        Self {
+            rules: Rules {
+                at_worst: true,
+                ..self.rules
+            },
+            ..self
         }
     }
 }
@@ -275,6 +341,8 @@ pub struct Core {
     pub divide: Division,
     /// Less for what starts under the load before it.
     pub overlap: Fact,
+    /// What the sources leave open, between instructions.
+    pub worst: Worst,
     /// Less for a load or store whose data is one cycle away: the single-cycle IO port of a
     /// Cortex-M0+.
     pub near: Fact,

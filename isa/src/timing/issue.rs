@@ -34,6 +34,9 @@ impl Core {
         }
         let folded = self.fold(&pipe, timed, outcome, &mut cost);
         self.overlap(&pipe, timed, outcome, &mut cost);
+        if self.rules.at_worst {
+            self.open_questions(&pipe, timed, address, skipped, &mut cost);
+        }
         cost.add(Reason::Bus, i32::from(outcome.waits));
         (
             self.after(&pipe, timed, address, outcome, folded, &cost),
@@ -47,7 +50,9 @@ impl Core {
             return;
         }
         cost.add(Reason::Issue, i32::from(timed.cycles));
-        if timed.is(Timed::DIVIDES) && outcome.quotient_bits >= 0 {
+        if timed.is(Timed::DIVIDES) && self.rules.at_worst && self.worst.divide.cycles != 0 {
+            cost.add(Reason::Divide, i32::from(self.worst.divide.cycles));
+        } else if timed.is(Timed::DIVIDES) && outcome.quotient_bits >= 0 {
             let per_cycle = i32::from(self.divide.bits_per_cycle.cycles.max(1));
             let more =
                 i32::from(self.divide.start.cycles) + i32::from(outcome.quotient_bits) / per_cycle;
@@ -124,11 +129,37 @@ impl Core {
         if outcome.skipped {
             return;
         }
-        if timed.is(Timed::OVERLAPS) && pipe.is(Pipe::OVERLAPPED) {
+        let apart = outcome.apart && cost.part(Reason::LateResult) == 0;
+        if timed.is(Timed::OVERLAPS) && pipe.is(Pipe::OVERLAPPED) && !apart {
             cost.add(Reason::Pipelined, -i32::from(self.overlap.cycles));
         }
         if timed.is(Timed::MEMORY) && outcome.near {
             cost.add(Reason::Near, -i32::from(self.near.cycles));
+        }
+    }
+
+    /// What an instruction may take more, as far as the sources leave it open.
+    fn open_questions(
+        &self,
+        pipe: &Pipe,
+        timed: &Timed,
+        address: u32,
+        skipped: bool,
+        cost: &mut Cost,
+    ) {
+        if !timed.is(Timed::NARROW) && address & 2 != 0 {
+            cost.add(Reason::Misaligned, i32::from(self.worst.misaligned.cycles));
+        }
+        if skipped || !timed.is(Timed::LOADS) {
+            return;
+        }
+        if pipe.is(Pipe::STORED) {
+            let more = self.worst.load_after_store;
+            cost.add(Reason::AfterStore, i32::from(more.cycles));
+        }
+        if pipe.is(Pipe::OVERLAPPED) && cost.part(Reason::LateResult) != 0 {
+            let more = self.worst.dependent_load;
+            cost.add(Reason::DependentLoad, i32::from(more.cycles));
         }
     }
 
@@ -208,7 +239,15 @@ impl Core {
             0
         };
         let overlapped = timed.is(Timed::OVERLAPPED) && !outcome.skipped;
-        about | if overlapped { Pipe::OVERLAPPED } else { 0 }
+        about |= if overlapped { Pipe::OVERLAPPED } else { 0 };
+        let delays_loads = self.rules.at_worst && self.worst.load_after_store.cycles != 0;
+        let stores = timed.is(Timed::MEMORY) && !timed.is(Timed::LOADS) && !outcome.skipped;
+        about
+            | if delays_loads && stores {
+                Pipe::STORED
+            } else {
+                0
+            }
     }
 }
 

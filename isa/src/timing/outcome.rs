@@ -15,6 +15,9 @@ pub struct Outcome {
     /// It read or wrote a device that is one cycle away from the core: the single-cycle IO port of
     /// a Cortex-M0+.
     pub near: bool,
+    /// It may have accessed another memory than the load before it, under which it then does not
+    /// start.
+    pub apart: bool,
 }
 
 /// Where a branch went.
@@ -34,6 +37,7 @@ impl Outcome {
         quotient_bits: 0,
         waits: 0,
         near: false,
+        apart: false,
     };
     /// Its condition failed.
     pub const SKIPPED: Self = Self {

@@ -44,10 +44,13 @@ impl Pipe {
     /// The flags of FPSCR come when the late single-precision registers do.
     pub(super) const LATE_FPSCR: u16 = 256;
 
+    /// It was a store, and what loads behind it may have to wait.
+    pub(super) const STORED: u16 = 512;
+
     /// Whether no instruction costs more behind it than behind nothing.
     pub const fn delays_nobody(&self) -> bool {
         let late = self.late != 0 || self.singles_in != 0 || self.float_busy != 0;
-        !late && !self.is(Self::LATE_FLAGS | Self::LATE_FPSCR)
+        !late && !self.is(Self::LATE_FLAGS | Self::LATE_FPSCR | Self::STORED)
     }
 
     pub(super) const fn is(&self, about: u16) -> bool {

@@ -28,6 +28,9 @@ impl Core {
             Reason::Refill => self.branches.taken,
             Reason::LoadedTarget => self.branches.from_load,
             Reason::SplitTarget => self.branches.split_target,
+            Reason::Misaligned => self.worst.misaligned,
+            Reason::AfterStore => self.worst.load_after_store,
+            Reason::DependentLoad => self.worst.dependent_load,
             Reason::Bus => Fact::new(1, Evidence::Rule, "the board's memory"),
         }
     }

@@ -69,6 +69,7 @@ impl Timed {
     /// A load or store.
     pub(super) const MEMORY: u32 = 131072;
     pub(super) const IT: u32 = 262144;
+    pub(super) const LOADS: u32 = 524288;
 
     pub(super) const fn is(&self, about: u32) -> bool {
         self.about & about != 0
@@ -83,16 +84,24 @@ impl Timed {
 impl Core {
     /// Everything about `inst` that does not depend on its execution.
     pub fn prepare(&self, inst: &Inst) -> Timed {
-        let (number, line) = self.line_of(inst);
+        let (number, mut line) = self.line_of(inst);
+        let late_flags =
+            line.kind == Kind::ShiftedRegisterFlags && self.rules.shifted_register_flags == 1;
+        if late_flags {
+            line = self.line(&Inst { s: false, ..*inst });
+        }
         let (uses, defs) = (inst.uses(), inst.defs());
         let (operands, addresses, sums, sums_as) = sources(inst, uses);
         let late = if line.late_for.is_empty() {
             0
         } else {
             last_results(inst, defs)
+                | if line.late_base {
+                    written_base(inst)
+                } else {
+                    0
+                }
         };
-        let one_cycle =
-            line.kind == Kind::ShiftedRegisterFlags && self.rules.shifted_register_flags == 1;
         let (reads, writes) = (uses.single_bits(), defs.single_bits());
         let mut timed = Timed {
             singles_read: reads,
@@ -115,12 +124,12 @@ impl Core {
             line: number,
             cycles: line
                 .cycles
-                .saturating_add(line.each.saturating_mul(count(inst, uses.union(defs)))),
+                .saturating_add(line.each.saturating_mul(count(inst, uses.union(defs))))
+                .saturating_add(if self.rules.at_worst { line.worst } else { 0 }),
             float_hold: line.float_hold,
             float_delay: line.float_delay,
         };
-        if one_cycle {
-            timed.cycles = 1;
+        if late_flags {
             timed.about |= Timed::LATE_FLAGS;
         }
         timed
@@ -258,6 +267,15 @@ fn last_results(inst: &Inst, defs: RegSet) -> u16 {
     }
 }
 
+/// The base that an access writes back.
+fn written_base(inst: &Inst) -> u16 {
+    if inst.wback {
+        RegSet::core(inst.n).core_bits()
+    } else {
+        0
+    }
+}
+
 const fn top_of_list(list: u16) -> u16 {
     if list == 0 {
         0
@@ -315,6 +333,7 @@ fn about(inst: &Inst, defs: RegSet) -> u32 {
         (class.is_floating_point(), Timed::FLOAT),
         (class == Class::FloatMultiplyAdd, Timed::FLOAT_SUM),
         (is_memory(class), Timed::MEMORY),
+        (is_load(class), Timed::LOADS),
         (flags.writes.intersects(Flags::FPSCR), Timed::WRITES_FPSCR),
         (flags.reads.intersects(Flags::FPSCR), Timed::READS_FPSCR),
     ]

@@ -50,6 +50,7 @@ fn disputed_cortex_m33() {
     let core = Core {
         rules: Rules {
             shifted_register_flags: 1,
+            ..Rules::default()
         },
         ..Core::cortex_m33()
     };
@@ -82,6 +83,12 @@ fn rules_cortex_m0plus() {
 #[test]
 fn rules_cortex_m4() {
     check(&Core::cortex_m4(), RULES_M4);
+}
+
+/// What the sources leave open of a Cortex-M4, counted at its worst.
+#[test]
+fn worst_of_cortex_m4() {
+    check(&Core::cortex_m4().at_worst(), include_str!("worst-m4.txt"));
 }
 
 #[test]

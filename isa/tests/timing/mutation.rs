@@ -98,6 +98,14 @@ fn changes(line: &Line, class: Class) -> Vec<(&'static str, Line)> {
             },
         ),
         (
+            line.late_base,
+            "late base",
+            Line {
+                late_base: false,
+                ..*line
+            },
+        ),
+        (
             float,
             "float_hold",
             Line {

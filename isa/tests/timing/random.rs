@@ -48,6 +48,7 @@ impl Random {
                 0
             },
             near: bits & 8 != 0,
+            apart: bits & 0x80 != 0,
         }
     }
 }

@@ -41,6 +41,7 @@ impl Image {
         let (mut machine, ports) = board::machine(&elf, core, on)?;
         machine.set_rules(Rules {
             shifted_register_flags: on.shifted_flags,
+            ..Rules::default()
         });
         elf.load(&mut machine.bus.memory, false).map_err(|e| {
             wrong(&format_args!(
@@ -52,6 +53,9 @@ impl Image {
                 "note: the object file is not linked; it faults if it comes to {}",
                 listed(&elf.undefined)
             );
+        }
+        if let Some(why) = &elf.unproven {
+            eprintln!("note: the image says that it is not proven to be in time: {why}");
         }
         Ok(Self {
             lines: Lines::read(&bytes),

@@ -6,6 +6,7 @@ use whippen_isa::{Arch, Code, Cond, Inst, NotEncoded, NotParsed};
 
 use super::expr::{Expr, Value};
 use super::item::AssemblyUnit;
+use crate::features::Features;
 use crate::image::FixupKind;
 
 /// An instruction as written.
@@ -227,9 +228,9 @@ fn literal(
     let suffix = suffix.ok_or("only `ldr` loads a value")?;
     let value = unit.expr(value)?;
     let register = register.trim().to_lowercase();
-    // ARMv6-M has no move of a constant that leaves the flags.
+    // Where a move of a constant changes the flags, it is loaded.
     if let Expr::Number(n) = value
-        && unit.arch != Arch::V6M
+        && Features::of(unit.arch).keeps_flags
     {
         let bits = n as u32;
         let moves = [("mov", ".w", bits), ("mvn", "", !bits)];

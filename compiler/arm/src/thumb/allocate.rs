@@ -13,13 +13,14 @@ use super::func::{Allocated, Block, Edge, Func, Terminator};
 use super::minst::{self, Access, AliasClass, MInst, Reg, Relocation, Role, template};
 use super::registers::FREE;
 use super::routine::LOST;
+use crate::features::Features;
 use regalloc2::checker::Checker;
 use regalloc2::{
     Allocation, Edit, Function, Inst as At, InstOrEdit, InstRange, MachineEnv, Operand,
     OperandConstraint, OperandKind, OperandPos, Output, PReg, PRegSet, RegClass, RegallocOptions,
     VReg,
 };
-use whippen_isa::reg::{LR, SP};
+use whippen_isa::reg::SP;
 use whippen_isa::{Arch, Inst, Op};
 
 /// Gives every virtual register a place.
@@ -57,10 +58,11 @@ fn check_allocation(view: &View, env: &MachineEnv, output: &Output) -> Result<()
         .map_err(|errors| format!("allocation is wrong: {errors:?}"))
 }
 
-/// Registers that may be given, the lower ones first; ARMv6-M can do little with the others.
+/// Registers that may be given, the lower ones first; some cores can do little with the others.
 fn machine_env(arch: Arch, free: u32) -> MachineEnv {
     let low = |reg: &u8| *reg < 8;
-    let usable = |reg: &&u8| free >> **reg & 1 != 0 && (low(reg) || arch != Arch::V6M);
+    let takes_high = Features::of(arch).high_registers;
+    let usable = |reg: &&u8| free >> **reg & 1 != 0 && (low(reg) || takes_high);
     let set = |wanted: &dyn Fn(&u8) -> bool| {
         FREE.iter()
             .filter(usable)
@@ -141,7 +143,9 @@ impl<'a> View<'a> {
             self.returns.push(false);
         }
         self.operands.push(match &block.end {
-            Terminator::NextKey(code) => vec![use_in(*code, next_key_register(self.arch))],
+            Terminator::NextKey(code) => {
+                vec![use_in(*code, Features::of(self.arch).next_key_register)]
+            }
             _ => Vec::new(),
         });
         self.clobbers.push(PRegSet::empty());
@@ -188,7 +192,7 @@ impl<'a> View<'a> {
                 likely: *likely,
             },
             Terminator::NextKey(_) => {
-                Terminator::NextKey(minst::PReg(next_key_register(self.arch)))
+                Terminator::NextKey(minst::PReg(Features::of(self.arch).next_key_register))
             }
             Terminator::FallThrough => Terminator::FallThrough,
         };
@@ -203,12 +207,6 @@ impl<'a> View<'a> {
             cycles: OnceLock::new(),
         }
     }
-}
-
-/// Where the address of the next code is: LR, for `BX LR` folds; on ARMv6-M a register that can be
-/// loaded.
-pub(super) fn next_key_register(arch: Arch) -> u8 {
-    if arch == Arch::V6M { 5 } else { LR }
 }
 
 /// What is read in a certain register.

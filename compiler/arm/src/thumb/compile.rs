@@ -33,7 +33,7 @@ use super::state_layout::StateLayout;
 use super::tick_invariant::TickInvariants;
 use super::validate::validate;
 use super::{ThumbError, critical_path, v6m};
-use whippen_isa::Arch;
+use crate::features::Features;
 use whippen_isa::timing::Core;
 use whippen_modes::Modes;
 
@@ -89,10 +89,10 @@ impl Compiler<'_> {
                 Select::select_invariants(kernel, self.layout, &plan, literals, invariants)
             }
         };
-        if self.core.arch == Arch::V6M {
-            v6m::legal(func, self.layout, literals)
-        } else {
+        if self.features().legal_as_selected {
             func
+        } else {
+            v6m::legal(func, self.layout, literals)
         }
     }
 
@@ -155,7 +155,11 @@ impl Compiler<'_> {
 
     /// Whether the order of instructions counts.
     pub(super) fn reorders(&self) -> bool {
-        self.core.arch != Arch::V6M
+        self.features().results_wait
+    }
+
+    fn features(&self) -> &'static Features {
+        Features::of(self.core.arch)
     }
 }
 

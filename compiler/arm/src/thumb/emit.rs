@@ -5,13 +5,16 @@
 //!   items: instruction | label | branch to a label     ->  sizes until nothing grows  ->  bytes, fixups, rows of origins
 //! ```
 //!
-//! Every instruction takes its shortest encoding. Where the flags are not needed, that may be one
-//! that sets them: 16-bit instructions let a branch or IT behind them cost less.
+//! Every instruction takes its shortest encoding, but for those that grow so that others are
+//! aligned ([`align`]). Where the flags are not needed, that may be one that sets them: 16-bit
+//! instructions let a branch or IT behind them cost less.
 
+mod align;
 mod islands;
 
 use super::minst::{Relocation, template};
 use super::names;
+use crate::features::Features;
 use crate::image::{Fixup, FixupKind, Hint, LineRow, Symbol, SymbolKind};
 use whippen_isa::{Arch, Cond, Encoding, Flags, Form, Inst, Op};
 
@@ -142,20 +145,20 @@ pub(super) fn assemble(
             *inst = shortest_encoding(inst, arch)?;
         }
     }
-    if arch == Arch::V6M {
+    if !Features::of(arch).wide_branches {
         let items = islands::insert_islands(items, labels);
-        let (sizes, places) = relax_branches(&items, items.len() + labels);
+        let (sizes, places) = relax_branches(&items, items.len() + labels, arch);
         return write_bytes(&items, &sizes, &places, arch, name);
     }
-    let (sizes, places) = relax_branches(&items, labels);
+    let (sizes, places) = relax_branches(&items, labels, arch);
     write_bytes(&items, &sizes, &places, arch, name)
 }
 
 /// Sizes of which none need grow, and where everything then is.
-fn relax_branches(items: &[Item], labels: usize) -> (Vec<u32>, Places) {
+fn relax_branches(items: &[Item], labels: usize, arch: Arch) -> (Vec<u32>, Places) {
     let mut sizes = initial_sizes(items);
     loop {
-        let places = assign_offsets(items, &sizes, labels);
+        let places = assign_offsets(items, &mut sizes, labels, arch);
         if !widen_branches(items, &mut sizes, &places) {
             return (sizes, places);
         }
@@ -184,13 +187,13 @@ struct Places {
     items: Vec<u32>,
 }
 
-fn assign_offsets(items: &[Item], sizes: &[u32], labels: usize) -> Places {
+fn assign_offsets(items: &[Item], sizes: &mut [u32], labels: usize, arch: Arch) -> Places {
     let mut places = Places {
         labels: vec![0; labels],
         items: Vec::with_capacity(items.len()),
     };
     let (mut at, mut leads_on) = (0_u32, true);
-    for (index, (item, size)) in items.iter().zip(sizes).enumerate() {
+    for (index, item) in items.iter().enumerate() {
         // Where only branches lead, a long instruction that does not begin at a word would cost
         // them a cycle.
         let is_target = !leads_on && matches!(item, Item::Label(_) | Item::Loop { .. });
@@ -199,7 +202,15 @@ fn assign_offsets(items: &[Item], sizes: &[u32], labels: usize) -> Places {
         {
             at = at.next_multiple_of(4);
         }
-        if *size > 0 {
+        if align::aligns(arch)
+            && sizes[index] == 4
+            && at & 2 != 0
+            && align::align_item(items, sizes, &mut places, index)
+        {
+            at += 2;
+        }
+        let size = sizes[index];
+        if size > 0 {
             leads_on = !matches!(
                 item,
                 Item::Branch { cond: None, .. } | Item::Indirect { .. }
@@ -272,7 +283,7 @@ fn write_bytes(
             } => {
                 out.add_line(at, *origin);
                 out.add_fixup(at, *address, name);
-                out.push_inst(inst, arch)?;
+                out.push_inst(&in_size(inst, sizes[index], arch), arch)?;
             }
             Item::Indirect { inst, to } => {
                 out.hints.push(Hint::Targets {
@@ -284,7 +295,7 @@ fn write_bytes(
             Item::Branch {
                 cond: Some(cond),
                 to,
-            } if sizes[index] == 4 && arch == Arch::V6M => {
+            } if sizes[index] == 4 && !Features::of(arch).wide_branches => {
                 // Around a branch that reaches further.
                 out.push_inst(&branch_inst(cond.invert(), false, 0), arch)?;
                 out.push_inst(
@@ -302,6 +313,12 @@ fn write_bytes(
     }
     out.close_symbols();
     Ok(out)
+}
+
+/// An instruction in the encoding that takes so many bytes.
+fn in_size(inst: &Inst, size: u32, arch: Arch) -> Inst {
+    let grown = (inst.size() < size).then(|| inst.wide(arch)).flatten();
+    grown.unwrap_or(*inst)
 }
 
 fn function_symbol(name: &str, at: u32, global: bool) -> Symbol {

@@ -13,19 +13,20 @@ mod arithmetic;
 mod events;
 mod pointers;
 
-use super::allocate::next_key_register;
 use super::emit::{Item, Label};
 use super::minst::template;
 use super::registers::{HISTORY, RECORD, SAMPLES, STATE};
 use super::state_layout::{StateLayout, TICK};
 use super::{minst::Relocation, names};
+use crate::features::Features;
 use whippen_isa::reg::{LR, PC, SP};
-use whippen_isa::{Arch, Cond, Inst, Op, ShiftType};
+use whippen_isa::{Cond, Inst, Op, ShiftType};
 use whippen_kernel::{Kernel, Type};
 
 /// R4 to R11 and LR.
 const SAVED: u32 = 0x0ff0;
-/// R4 and R5, which carry SAMPLES and HISTORY to and from the stack of ARMv6-M.
+/// R4 and R5, which carry SAMPLES and HISTORY to and from the stack where PUSH takes low registers
+/// alone.
 const HIGH: u32 = 0x0030;
 
 /// Labels that this code needs.
@@ -43,6 +44,7 @@ pub(super) const LABELS: Label = 7;
 /// A list of instructions being written.
 struct EntryWriter<'a> {
     layout: &'a StateLayout,
+    features: &'static Features,
     items: Vec<Item>,
 }
 
@@ -50,14 +52,14 @@ struct EntryWriter<'a> {
 /// keys' code, and for what is computed for all of them before.
 pub(super) fn tick(
     layout: &StateLayout,
-    arch: Arch,
+    features: &'static Features,
     name: &str,
     slots: usize,
     shared: Vec<Item>,
     modes: &[String],
     events: Label,
 ) -> Vec<Item> {
-    let mut w = EntryWriter::new(layout);
+    let mut w = EntryWriter::new(layout, features);
     w.items.push(Item::Function {
         name: names::tick(name),
         global: true,
@@ -67,7 +69,7 @@ pub(super) fn tick(
     w.open_events(events);
     w.registers();
     w.load_promoted();
-    let next = next_key_register(arch);
+    let next = features.next_key_register;
     w.op(Inst {
         t: next,
         n: RECORD,
@@ -95,8 +97,14 @@ pub(super) fn tick(
 }
 
 /// `init` of all keys; the code of one key follows at `init_key` and comes back to `init_next`.
-pub(super) fn init(layout: &StateLayout, name: &str, slots: usize, labels: Labels) -> Vec<Item> {
-    let mut w = EntryWriter::new(layout);
+pub(super) fn init(
+    layout: &StateLayout,
+    features: &'static Features,
+    name: &str,
+    slots: usize,
+    labels: Labels,
+) -> Vec<Item> {
+    let mut w = EntryWriter::new(layout, features);
     w.items.push(Item::Function {
         name: names::init(name),
         global: true,
@@ -132,11 +140,12 @@ pub(super) fn init(layout: &StateLayout, name: &str, slots: usize, labels: Label
 /// the code of a key's `init` and behind it.
 pub(super) fn begin(
     layout: &StateLayout,
+    features: &'static Features,
     kernel: &Kernel,
     name: &str,
     slots: usize,
 ) -> [Vec<Item>; 2] {
-    let mut w = EntryWriter::new(layout);
+    let mut w = EntryWriter::new(layout, features);
     w.begin(kernel, name, slots);
     let before = std::mem::take(&mut w.items);
     w.leave(slots);
@@ -144,9 +153,10 @@ pub(super) fn begin(
 }
 
 impl<'a> EntryWriter<'a> {
-    fn new(layout: &'a StateLayout) -> EntryWriter<'a> {
+    fn new(layout: &'a StateLayout, features: &'static Features) -> EntryWriter<'a> {
         EntryWriter {
             layout,
+            features,
             items: Vec::new(),
         }
     }
@@ -164,7 +174,7 @@ impl<'a> EntryWriter<'a> {
             imm: self.saved() | 1 << LR,
             ..template(Op::PUSH)
         });
-        if self.layout.small && self.saved() != 0 {
+        if !self.features.high_registers && self.saved() != 0 {
             self.mov(4, SAMPLES);
             self.mov(5, HISTORY);
             self.op(Inst {
@@ -220,16 +230,7 @@ impl<'a> EntryWriter<'a> {
             let base = self.apart();
             self.offset(HISTORY, line.at);
             self.add(HISTORY, base);
-            if self.layout.small {
-                self.op(Inst {
-                    d: 4,
-                    m: 2,
-                    amount,
-                    s: true,
-                    ..template(Op::LSL_immediate)
-                });
-                self.add(HISTORY, 4);
-            } else {
+            if self.features.shifted_operands {
                 self.op(Inst {
                     d: HISTORY,
                     n: HISTORY,
@@ -238,6 +239,15 @@ impl<'a> EntryWriter<'a> {
                     amount,
                     ..template(Op::ADD_register)
                 });
+            } else {
+                self.op(Inst {
+                    d: 4,
+                    m: 2,
+                    amount,
+                    s: true,
+                    ..template(Op::LSL_immediate)
+                });
+                self.add(HISTORY, 4);
             }
         }
         self.cells(kernel);
@@ -267,7 +277,7 @@ impl<'a> EntryWriter<'a> {
 
     fn leave(&mut self, slots: usize) {
         self.stack(Op::ADD_SP_plus_immediate, slots);
-        if self.layout.small && self.saved() != 0 {
+        if !self.features.high_registers && self.saved() != 0 {
             self.op(Inst {
                 imm: HIGH,
                 ..template(Op::POP)
@@ -283,15 +293,15 @@ impl<'a> EntryWriter<'a> {
 
     /// A firmware's frame keeps what it needs itself.
     fn saved(&self) -> u32 {
-        match (self.layout.caller, self.layout.small) {
+        match (self.layout.caller, self.features.high_registers) {
             (Some(_), _) => 0,
-            (None, true) => SAVED & 0xff,
-            (None, false) => SAVED,
+            (None, true) => SAVED,
+            (None, false) => SAVED & 0xff,
         }
     }
 
     fn stack(&mut self, op: Op, slots: usize) {
-        let most = if self.layout.small { 127 } else { slots.max(1) };
+        let most = self.features.stack_words_max;
         for from in (0..slots).step_by(most) {
             let imm = 4 * (slots - from).min(most) as u32;
             self.op(Inst {

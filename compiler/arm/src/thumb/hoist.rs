@@ -1,4 +1,5 @@
-//! What a block begins with is begun in the block before, where that has nothing better to do.
+//! Speculative hoisting: the first instruction of a block goes up over the branch to it, into a
+//! stall of the block before.
 //!
 //! ```text
 //!   ldr r5, a      ldr r5, a         Each of two short blocks waits for what it loads, and neither has anything to do meanwhile.
@@ -18,7 +19,7 @@ use whippen_isa::Class;
 use whippen_isa::reg::SP;
 use whippen_isa::timing::Core;
 
-/// Moves loads and single operations up over branches, where that makes the longest way shorter.
+/// Moves loads and single operations up over branches, where that makes the longest path shorter.
 pub(super) fn hoist_over_branches(func: &mut Allocated, core: &Core) {
     if func.blocks.iter().any(|block| block.rounds.is_some()) {
         return;
@@ -33,10 +34,9 @@ pub(super) fn hoist_over_branches(func: &mut Allocated, core: &Core) {
     for block in (0..func.blocks.len()).rev() {
         if let Terminator::Branch { yes, no, .. } = func.blocks[block].end {
             for (from, other) in [(yes, no), (no, yes)] {
+                let side = BranchSide { block, from, other };
                 for _ in 0..HOISTED_MAX {
-                    if entered[from] != 1
-                        || !hoist_first(func, core, (block, from, other), &live, &mut below)
-                    {
+                    if entered[from] != 1 || !hoist_first(func, core, side, &live, &mut below) {
                         break;
                     }
                     live[from] = live_in_of(&func.blocks[from], &live);
@@ -50,59 +50,79 @@ pub(super) fn hoist_over_branches(func: &mut Allocated, core: &Core) {
     }
 }
 
+/// A branch at the end of a block, by the side that an instruction goes up from.
+#[derive(Debug, Clone, Copy)]
+struct BranchSide {
+    block: usize,
+    from: usize,
+    other: usize,
+}
+
+/// What the blocks of a branch cost before an instruction goes up.
+struct SideCost {
+    /// The block that ends with the branch, and that end.
+    upper: Cycles,
+    end: Terminator<PReg>,
+    /// The block that the instruction leaves, with it and without.
+    lower: Cycles,
+    shorter: Cycles,
+    /// Cycles from the upper block on.
+    before: u64,
+}
+
+impl SideCost {
+    fn new(func: &Allocated, core: &Core, side: BranchSide, below: &[u64]) -> SideCost {
+        let upper = critical_path::block_cycles(&func.blocks[side.block], core);
+        let lower = &func.blocks[side.from];
+        let rest = lower.with_code(lower.code[1..].to_vec());
+        let end = func.blocks[side.block].end.clone();
+        let successor = critical_path::worst_successor(&end, side.block, upper.taken, below);
+        SideCost {
+            upper,
+            lower: critical_path::block_cycles(lower, core),
+            shorter: critical_path::block_cycles(&rest, core),
+            before: upper.on + successor,
+            end,
+        }
+    }
+
+    /// Whether the path is shorter where the upper block takes such cycles and the lower one is
+    /// without its first instruction, which `below` says already; or as long, and cycles are spared
+    /// elsewhere.
+    fn pays(&self, side: BranchSide, cycles: Cycles, below: &[u64]) -> bool {
+        let successor = critical_path::worst_successor(&self.end, side.block, cycles.taken, below);
+        let now = cycles.on + successor;
+        let spares = cycles.on + self.shorter.on < self.upper.on + self.lower.on;
+        now < self.before || now == self.before && cycles.on <= self.upper.on && spares
+    }
+}
+
 /// Moves the first instruction of a block up, if that pays; whether it did.
 fn hoist_first(
     func: &mut Allocated,
     core: &Core,
-    (block, from, other): (usize, usize, usize),
+    side: BranchSide,
     live: &[RegisterSet],
     below: &mut [u64],
 ) -> bool {
-    let Some(first) = func.blocks[from]
-        .code
-        .first()
-        .copied()
-        .filter(is_speculatable)
-    else {
+    let BranchSide { block, from, .. } = side;
+    let first = func.blocks[from].code.first().copied();
+    let Some(first) = first.filter(is_speculatable) else {
         return false;
     };
-    let rest = func.blocks[from].with_code(func.blocks[from].code[1..].to_vec());
-    let (upper, lower) = (
-        critical_path::block_cycles(&func.blocks[block], core),
-        critical_path::block_cycles(&func.blocks[from], core),
-    );
-    let shorter = critical_path::block_cycles(&rest, core);
-    let end = func.blocks[block].end.clone();
-    let before = upper.on + critical_path::worst_successor(&end, block, upper.taken, below);
+    let cost = SideCost::new(func, core, side, below);
     let was = below[from];
-    below[from] = was - lower.on + shorter.on;
-    let with_below = |cycles: Cycles| {
-        cycles.on + critical_path::worst_successor(&end, block, cycles.taken, below)
-    };
-    let pays = |cycles: Cycles| {
-        let (now, spares) = (
-            with_below(cycles),
-            cycles.on + shorter.on < upper.on + lower.on,
-        );
-        now < before || now == before && cycles.on <= upper.on && spares
-    };
+    below[from] = was - cost.lower.on + cost.shorter.on;
     let (_, own) = first.register_bits();
-    let behind_from = live_out_of(&func.blocks[from], live).bits();
     // In its own register, or in another one that nobody wants.
     let registers = std::iter::once(own).chain(others(func.free, own));
-    for register in registers.filter(|_| pays(upper)) {
-        let code = match register == own {
-            true => Some(func.blocks[from].code.clone()),
-            false if live[from].bits() & register == 0 => {
-                rename_result(&func.blocks[from].code, own, register, behind_from, core)
-            }
-            false => None,
-        };
-        let Some(code) = code.filter(|_| live[other].bits() & register == 0) else {
+    let worth = cost.pays(side, cost.upper, below);
+    for register in registers.filter(|_| worth) {
+        let Some(code) = with_first_in(func, core, side, live, [own, register]) else {
             continue;
         };
-        let tried =
-            find_best_place(&func.blocks[block], code[0], core).filter(|(cycles, _)| pays(*cycles));
+        let tried = find_best_place(&func.blocks[block], code[0], core);
+        let tried = tried.filter(|(cycles, _)| cost.pays(side, *cycles, below));
         if let Some((_, tried)) = tried {
             func.blocks[block] = tried;
             func.blocks[from] = func.blocks[from].with_code(code[1..].to_vec());
@@ -111,6 +131,29 @@ fn hoist_first(
     }
     below[from] = was;
     false
+}
+
+/// The code of the lower block with the result of its first instruction in another register than
+/// its own; none if somebody wants what that holds.
+fn with_first_in(
+    func: &Allocated,
+    core: &Core,
+    side: BranchSide,
+    live: &[RegisterSet],
+    [own, register]: [u32; 2],
+) -> Option<Vec<MInst<PReg>>> {
+    let from = &func.blocks[side.from];
+    if live[side.other].bits() & register != 0 {
+        return None;
+    }
+    if register == own {
+        return Some(from.code.clone());
+    }
+    let is_free = live[side.from].bits() & register == 0;
+    let behind = live_out_of(from, live).bits();
+    is_free
+        .then(|| rename_result(&from.code, own, register, behind, core))
+        .flatten()
 }
 
 /// The block with one more instruction near its end, where it costs least.

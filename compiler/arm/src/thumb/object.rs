@@ -3,14 +3,14 @@
 
 use super::emit::Bytes;
 use super::literal::Literals;
-use super::memory::memory;
-use super::state_layout::StateLayout;
+use super::memory::{Memory, memory};
+use super::state_layout::{Ring, StateLayout};
 use super::{Options, names};
-use crate::image::{Fixup, Object, Section, SectionKind, Symbol, SymbolKind};
-use whippen_kernel::Kernel;
+use crate::image::{Object, Section, SectionKind, Symbol, SymbolKind};
+use whippen_kernel::{Kernel, Table};
 
 /// Sections and symbols of code and memory.
-pub(super) fn object(
+pub(super) fn assemble_object(
     kernel: &Kernel,
     layout: &StateLayout,
     options: &Options,
@@ -18,20 +18,7 @@ pub(super) fn object(
     code: Bytes,
 ) -> Object {
     let name = &options.name;
-    let mut object = Object {
-        sections: Vec::new(),
-        symbols: code.symbols,
-    };
-    object.sections.push(Section {
-        name: format!(".text.{name}"),
-        kind: SectionKind::Code,
-        align: 4,
-        size: code.bytes.len() as u32,
-        bytes: code.bytes,
-        fixups: code.fixups,
-        lines: code.lines,
-        hints: code.hints,
-    });
+    let mut object = code_object(name, code);
     let [mut state, histories] = memory(kernel, layout);
     state.literals(layout, literals, name);
     state.modes(layout, name);
@@ -41,82 +28,92 @@ pub(super) fn object(
             state.address(at + 4, names::events(name));
         }
     }
-    let symbol = |name, section, size| Symbol {
-        name,
-        section: Some(section),
-        offset: 0,
-        size,
-        kind: SymbolKind::Data,
-        global: true,
-    };
-    object
-        .symbols
-        .push(symbol(names::state(name), 1, layout.size));
-    object.sections.push(data(
-        format!(".data.{name}"),
-        SectionKind::Data,
-        state.bytes,
-        state.fixups,
-    ));
+    let section = format!(".data.{name}");
+    add_data(&mut object, names::state(name), filled(section, state));
     if layout.apart.is_some() {
-        object
-            .symbols
-            .push(symbol(names::histories(name), 2, layout.size_apart));
         let section = format!(".data.{name}.histories");
-        object.sections.push(data(
-            section,
-            SectionKind::Data,
-            histories.bytes,
-            histories.fixups,
-        ));
-        if let Some(ring) = layout.ring {
-            object.symbols.push(symbol(
-                names::events(name),
-                object.sections.len(),
-                ring.size(),
-            ));
-            let zeroed = data(
-                format!(".bss.{name}.events"),
-                SectionKind::Zeroed,
-                Vec::new(),
-                Vec::new(),
-            );
-            object.sections.push(Section {
-                size: ring.size(),
-                ..zeroed
-            });
+        let section = filled(section, histories);
+        add_data(&mut object, names::histories(name), section);
+        if let Some(ring) = &layout.ring {
+            add_data(&mut object, names::events(name), event_ring(name, ring));
         }
     }
     for (index, table) in kernel.tables.iter().enumerate() {
-        let bytes: Vec<u8> = table
-            .values
-            .iter()
-            .flat_map(|word| word.to_le_bytes())
-            .collect();
-        let (section, table) = (object.sections.len(), names::table(name, index as u32));
-        object.symbols.push(Symbol {
-            global: false,
-            ..symbol(table, section, bytes.len() as u32)
-        });
-        object.sections.push(data(
-            format!(".rodata.{name}.{index}"),
-            SectionKind::Constant,
-            bytes,
-            Vec::new(),
-        ));
+        add_table(&mut object, name, index, table);
     }
     object
 }
 
-/// A section of data, at words.
-fn data(name: String, kind: SectionKind, bytes: Vec<u8>, fixups: Vec<Fixup>) -> Section {
+/// The object with its first section, the code.
+fn code_object(name: &str, code: Bytes) -> Object {
+    let section = Section {
+        name: format!(".text.{name}"),
+        kind: SectionKind::Code,
+        align: 4,
+        size: code.bytes.len() as u32,
+        bytes: code.bytes,
+        fixups: code.fixups,
+        lines: code.lines,
+        hints: code.hints,
+    };
+    Object {
+        sections: vec![section],
+        symbols: code.symbols,
+    }
+}
+
+/// Adds a section of data, and the global symbol of all of it.
+fn add_data(object: &mut Object, symbol: String, section: Section) {
+    object.symbols.push(Symbol {
+        name: symbol,
+        section: Some(object.sections.len()),
+        offset: 0,
+        size: section.size,
+        kind: SymbolKind::Data,
+        global: true,
+    });
+    object.sections.push(section);
+}
+
+/// Adds a table, whose symbol is the object's own.
+fn add_table(object: &mut Object, name: &str, index: usize, table: &Table) {
+    let bytes = table.values.iter().flat_map(|word| word.to_le_bytes());
+    let memory = Memory {
+        bytes: bytes.collect(),
+        fixups: Vec::new(),
+    };
+    let section = Section {
+        kind: SectionKind::Constant,
+        ..filled(format!(".rodata.{name}.{index}"), memory)
+    };
+    add_data(object, names::table(name, index as u32), section);
+    if let Some(symbol) = object.symbols.last_mut() {
+        symbol.global = false;
+    }
+}
+
+/// Room for events, zero at first.
+fn event_ring(name: &str, ring: &Ring) -> Section {
+    let empty = Memory {
+        bytes: Vec::new(),
+        fixups: Vec::new(),
+    };
+    Section {
+        kind: SectionKind::Zeroed,
+        size: ring.size(),
+        ..filled(format!(".bss.{name}.events"), empty)
+    }
+}
+
+/// A section of data that is filled, at words.
+fn filled(name: String, memory: Memory) -> Section {
     Section {
         name,
-        kind,
+        kind: SectionKind::Data,
         align: 4,
-        size: bytes.len() as u32,
-        bytes,
-        fixups,
+        size: memory.bytes.len() as u32,
+        bytes: memory.bytes,
+        fixups: memory.fixups,
         lines: Vec::new(),
         hints: Vec::new(),
     }

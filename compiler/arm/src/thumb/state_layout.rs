@@ -20,7 +20,6 @@ pub use offsets::{EVENT_MARK, EventRing};
 
 use super::promote::Promotions;
 use super::{Options, TickAbi};
-use whippen_isa::Arch;
 use whippen_kernel::layout::words;
 use whippen_kernel::{Inst, Kernel, Op, Range};
 
@@ -87,8 +86,6 @@ pub(super) struct Caller {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StateLayout {
     pub(super) keys: u32,
-    /// ARMv6-M, where nearly every instruction changes the flags.
-    pub(super) small: bool,
     /// Where the caller's words lie, if the tick is part of a firmware's frame.
     pub(super) caller: Option<Caller>,
     /// Offset in STATE of the address of the histories, and behind it that of the ring of events,
@@ -191,7 +188,6 @@ impl StateLayout {
         let (keys, gain) = (options.keys, options.gain);
         let mut layout = StateLayout {
             keys,
-            small: options.arch == Arch::V6M,
             caller: None,
             apart: None,
             stride: 2 * kernel.inputs.len().max(kernel.outputs.len()).max(1) as u32,

@@ -2,11 +2,12 @@
 
 use super::{Item, Label, branch_offset, relax_branches};
 use crate::thumb::tuning::ISLAND_DISTANCE;
+use whippen_isa::Arch;
 
 /// The same items with steps where branches do not reach.
 pub(super) fn insert_islands(mut items: Vec<Item>, mut labels: Label) -> Vec<Item> {
     loop {
-        let (sizes, places) = relax_branches(&items, labels);
+        let (sizes, places) = relax_branches(&items, labels, Arch::V6M);
         let far = |(index, item): (usize, &Item)| match item {
             Item::Branch { cond, to } => {
                 let far = branch_offset(&places, index, *to)

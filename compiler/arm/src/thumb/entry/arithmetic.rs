@@ -1,7 +1,7 @@
 //! Instruction builders of the prologue and epilogue: moves, sums, constants, loads and stores.
 //!
-//! What ARMv6-M lacks (`small`) is made here of what it has, with R4 and R5 for what must be in a
-//! low register for a moment.
+//! What a core lacks is made here of what it has, with R4 and R5 for what must be in a low register
+//! for a moment.
 
 use super::EntryWriter;
 use crate::thumb::minst::template;
@@ -33,14 +33,14 @@ impl EntryWriter<'_> {
             d,
             n: d,
             imm: 1,
-            s: self.layout.small,
+            s: !self.features.keeps_flags,
             ..template(Op::ADD_immediate)
         });
     }
 
-    /// `d = n * m + a`; on ARMv6-M `n` or `m` may be `d` and all are low.
+    /// `d = n * m + a`; without MLA `n` or `m` may be `d` and all are low.
     pub(super) fn multiply_add(&mut self, d: u8, n: u8, m: u8, a: u8) {
-        if !self.layout.small {
+        if self.features.multiply_accumulate {
             return self.op(Inst {
                 d,
                 n,
@@ -64,7 +64,7 @@ impl EntryWriter<'_> {
 
     /// An offset in a register.
     pub(super) fn offset(&mut self, d: u8, offset: u32) {
-        if self.layout.small {
+        if !self.features.wide_moves {
             return self.steps(d, offset);
         }
         let low = Encoding::new(Op::MOV_immediate, Form::T3)
@@ -93,7 +93,7 @@ impl EntryWriter<'_> {
 
     /// A word at a distance from a register.
     pub(super) fn access(&mut self, op: Op, t: u8, n: u8, at: u32) {
-        if !self.layout.small || at < 128 {
+        if at <= self.features.load_offset_max {
             return self.op(Inst {
                 t,
                 n,
@@ -101,7 +101,7 @@ impl EntryWriter<'_> {
                 ..template(op)
             });
         }
-        self.steps(5, at);
+        self.offset(5, at);
         let op = if op == Op::LDR_immediate {
             Op::LDR_register
         } else {
@@ -115,8 +115,8 @@ impl EntryWriter<'_> {
         });
     }
 
-    /// A word in a register of ARMv6-M.
-    pub(super) fn steps(&mut self, d: u8, word: u32) {
+    /// A word in a register, from bytes, shifts and sums.
+    fn steps(&mut self, d: u8, word: u32) {
         let low = if d < 8 { d } else { 4 };
         for step in v6m::steps(word) {
             let inst = match step {

@@ -17,7 +17,8 @@ use crate::thumb::state_layout::{EVENT_HEAD, EVENT_LOST, EVENT_NEXT, EVENT_TAIL,
 use whippen_isa::{Cond, Inst, Op};
 
 impl EntryWriter<'_> {
-    /// Where this tick's events go. Uses R0 to R5, and two labels from `label` on.
+    /// Where this tick's events go. Uses R0 to R5, and three labels from `label`
+    /// on.
     pub(super) fn open_events(&mut self, label: Label) {
         let Some(ring) = self.layout.ring else { return };
         let (fits, full, done) = (label, label + 1, label + 2);
@@ -25,12 +26,7 @@ impl EntryWriter<'_> {
         self.ring_base(base, &ring);
         self.load(head, EVENT_HEAD);
         self.load(used, EVENT_TAIL);
-        self.flagged(Inst {
-            d: used,
-            n: head,
-            m: used,
-            ..template(Op::SUB_register)
-        });
+        self.difference(used, head, used);
         self.shifted(
             Op::LSL_immediate,
             at,
@@ -41,37 +37,16 @@ impl EntryWriter<'_> {
         self.offset(most, ring.bytes - ring.tick_bytes_max);
         self.go(at, most, Cond::LS, fits);
         self.offset(left, ring.bytes);
-        self.flagged(Inst {
-            d: left,
-            n: left,
-            m: at,
-            ..template(Op::SUB_register)
-        });
-        self.flagged(Inst {
-            d: used,
-            n: used,
-            m: left,
-            ..template(Op::ADD_register)
-        });
+        self.difference(left, left, at);
+        self.sum(used, used, left);
         self.go(used, most, Cond::HI, full);
-        self.flagged(Inst {
-            d: head,
-            n: head,
-            m: left,
-            ..template(Op::ADD_register)
-        });
-        self.flagged(Inst {
-            d: at,
-            n: at,
-            m: base,
-            ..template(Op::ADD_register)
-        });
+        self.sum(head, head, left);
+        self.sum(at, at, base);
         // The mark is an event that no kernel has.
         self.offset(left, 0);
-        self.op(Inst {
+        self.flagged(Inst {
             d: left,
             m: left,
-            s: true,
             ..template(Op::MVN_register)
         });
         self.op(Inst {
@@ -84,24 +59,14 @@ impl EntryWriter<'_> {
         self.offset(at, 0);
         self.items.push(Item::Label(fits));
         self.go(used, most, Cond::HI, full);
-        self.flagged(Inst {
-            d: at,
-            n: at,
-            m: base,
-            ..template(Op::ADD_register)
-        });
+        self.sum(at, at, base);
         self.items.push(Item::Branch {
             cond: None,
             to: done,
         });
         self.items.push(Item::Label(full));
         self.offset(at, ring.spare());
-        self.flagged(Inst {
-            d: at,
-            n: at,
-            m: base,
-            ..template(Op::ADD_register)
-        });
+        self.sum(at, at, base);
         self.items.push(Item::Label(done));
         self.store(at, EVENT_NEXT);
     }
@@ -115,22 +80,12 @@ impl EntryWriter<'_> {
         self.ring_base(base, &ring);
         self.load(next, EVENT_NEXT);
         self.load(word, EVENT_HEAD);
-        self.flagged(Inst {
-            d: next,
-            n: next,
-            m: base,
-            ..template(Op::SUB_register)
-        });
+        self.difference(next, next, base);
         self.offset(bytes, ring.bytes);
         self.go(next, bytes, Cond::HI, lost);
         self.shifted(Op::LSR_immediate, word, word, ring.bytes.trailing_zeros());
         self.shifted(Op::LSL_immediate, word, word, ring.bytes.trailing_zeros());
-        self.flagged(Inst {
-            d: word,
-            n: word,
-            m: next,
-            ..template(Op::ADD_register)
-        });
+        self.sum(word, word, next);
         self.store(word, EVENT_HEAD);
         self.items.push(Item::Branch {
             cond: None,
@@ -138,20 +93,10 @@ impl EntryWriter<'_> {
         });
         self.items.push(Item::Label(lost));
         self.offset(bytes, ring.spare());
-        self.flagged(Inst {
-            d: next,
-            n: next,
-            m: bytes,
-            ..template(Op::SUB_register)
-        });
+        self.difference(next, next, bytes);
         self.shifted(Op::LSR_immediate, next, next, ring.event.trailing_zeros());
         self.load(word, EVENT_LOST);
-        self.flagged(Inst {
-            d: word,
-            n: word,
-            m: next,
-            ..template(Op::ADD_register)
-        });
+        self.sum(word, word, next);
         self.store(word, EVENT_LOST);
         self.items.push(Item::Label(done));
     }
@@ -161,12 +106,7 @@ impl EntryWriter<'_> {
             Some(at) => self.load(d, at + 4),
             None => {
                 self.offset(d, ring.at);
-                self.flagged(Inst {
-                    d,
-                    n: d,
-                    m: STATE,
-                    ..template(Op::ADD_register)
-                });
+                self.sum(d, d, STATE);
             }
         }
     }
@@ -174,6 +114,26 @@ impl EntryWriter<'_> {
     /// Low registers, flags set: so every architecture has it, in 16 bits.
     fn flagged(&mut self, inst: Inst) {
         self.op(Inst { s: true, ..inst });
+    }
+
+    /// `d = n + m`
+    fn sum(&mut self, d: u8, n: u8, m: u8) {
+        self.flagged(Inst {
+            d,
+            n,
+            m,
+            ..template(Op::ADD_register)
+        });
+    }
+
+    /// `d = n - m`
+    fn difference(&mut self, d: u8, n: u8, m: u8) {
+        self.flagged(Inst {
+            d,
+            n,
+            m,
+            ..template(Op::SUB_register)
+        });
     }
 
     fn shifted(&mut self, op: Op, d: u8, m: u8, amount: u32) {

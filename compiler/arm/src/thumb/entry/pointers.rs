@@ -25,7 +25,11 @@ impl EntryWriter<'_> {
             self.add(register, STATE);
         }
         if self.layout.first_line.is_some() {
-            let low = if self.layout.small { 4 } else { HISTORY };
+            let low = if self.features.high_registers {
+                HISTORY
+            } else {
+                4
+            };
             self.load(low, ROW);
             if low != HISTORY {
                 self.mov(HISTORY, low);
@@ -54,45 +58,50 @@ impl EntryWriter<'_> {
             self.load(0, *at);
             self.plus_one(0);
             self.offset(1, *len);
-            if self.layout.small {
-                // All bits where it is less than the length, none where it is that.
-                self.op(Inst {
-                    d: 1,
-                    n: 0,
-                    m: 1,
-                    s: true,
-                    ..template(Op::SUB_register)
-                });
-                self.op(Inst {
-                    d: 1,
-                    m: 1,
-                    amount: 31,
-                    s: true,
-                    ..template(Op::ASR_immediate)
-                });
-                self.op(Inst {
-                    d: 0,
-                    n: 0,
-                    m: 1,
-                    s: true,
-                    ..template(Op::AND_register)
-                });
-            } else {
-                self.op(Inst {
-                    n: 0,
-                    m: 1,
-                    ..template(Op::CMP_register)
-                });
-                self.op(it(Cond::EQ));
-                self.op(Inst {
-                    d: 0,
-                    imm: 0,
-                    cond: Some(Cond::EQ),
-                    ..template(Op::MOV_immediate)
-                });
-            }
+            self.wrap_index();
             self.store(0, *at);
         }
+    }
+
+    /// An index in R0 that has come to the length in R1 begins at 0 again.
+    fn wrap_index(&mut self) {
+        if self.features.conditional_instructions {
+            self.op(Inst {
+                n: 0,
+                m: 1,
+                ..template(Op::CMP_register)
+            });
+            self.op(it(Cond::EQ));
+            self.op(Inst {
+                d: 0,
+                imm: 0,
+                cond: Some(Cond::EQ),
+                ..template(Op::MOV_immediate)
+            });
+            return;
+        }
+        // All bits where it is less than the length, none where it is that.
+        self.op(Inst {
+            d: 1,
+            n: 0,
+            m: 1,
+            s: true,
+            ..template(Op::SUB_register)
+        });
+        self.op(Inst {
+            d: 1,
+            m: 1,
+            amount: 31,
+            s: true,
+            ..template(Op::ASR_immediate)
+        });
+        self.op(Inst {
+            d: 0,
+            n: 0,
+            m: 1,
+            s: true,
+            ..template(Op::AND_register)
+        });
     }
 
     /// The row of the first line, and all pointers relative to it. R3 keeps the row.
@@ -106,35 +115,38 @@ impl EntryWriter<'_> {
         self.store(3, ROW);
         for Pointer { line, ticks, at } in &layout.pointers {
             self.row(base, 0, *line, *ticks);
-            let (scale, shift) = (layout.scale(*line), ShiftType::LSL);
-            if self.layout.small && scale != 0 {
-                self.op(Inst {
-                    d: 4,
-                    m: 3,
-                    amount: scale,
-                    s: true,
-                    ..template(Op::LSL_immediate)
-                });
-                self.op(Inst {
-                    d: 0,
-                    n: 0,
-                    m: 4,
-                    s: true,
-                    ..template(Op::SUB_register)
-                });
-            } else {
-                self.op(Inst {
-                    d: 0,
-                    n: 0,
-                    m: 3,
-                    shift,
-                    amount: scale,
-                    s: self.layout.small,
-                    ..template(Op::SUB_register)
-                });
-            }
+            self.subtract_row(layout.scale(*line));
             self.store(0, *at);
         }
+    }
+
+    /// Takes the row in R3, shifted left, from R0.
+    fn subtract_row(&mut self, scale: u8) {
+        if self.features.shifted_operands || scale == 0 {
+            return self.op(Inst {
+                d: 0,
+                n: 0,
+                m: 3,
+                shift: ShiftType::LSL,
+                amount: scale,
+                s: !self.features.keeps_flags,
+                ..template(Op::SUB_register)
+            });
+        }
+        self.op(Inst {
+            d: 4,
+            m: 3,
+            amount: scale,
+            s: true,
+            ..template(Op::LSL_immediate)
+        });
+        self.op(Inst {
+            d: 0,
+            n: 0,
+            m: 4,
+            s: true,
+            ..template(Op::SUB_register)
+        });
     }
 
     /// The register from which histories are counted; R12 where they lie apart.
@@ -142,11 +154,11 @@ impl EntryWriter<'_> {
         let Some(at) = self.layout.apart else {
             return STATE;
         };
-        if self.layout.small {
+        if self.features.high_registers {
+            self.load(12, at);
+        } else {
             self.load(4, at);
             self.mov(12, 4);
-        } else {
-            self.load(12, at);
         }
         12
     }
@@ -166,37 +178,41 @@ impl EntryWriter<'_> {
                 ..template(Op::SUB_register)
             });
             self.offset(1, line.len);
-            if self.layout.small {
-                // The length where it is negative, else nothing.
-                self.op(Inst {
-                    d: 2,
-                    m: d,
-                    amount: 31,
-                    s: true,
-                    ..template(Op::ASR_immediate)
-                });
-                self.op(Inst {
-                    d: 1,
-                    n: 1,
-                    m: 2,
-                    s: true,
-                    ..template(Op::AND_register)
-                });
-                self.add(d, 1);
-            } else {
-                self.op(it(Cond::MI));
-                self.op(Inst {
-                    d,
-                    n: d,
-                    m: 1,
-                    cond: Some(Cond::MI),
-                    ..template(Op::ADD_register)
-                });
-            }
+            self.add_if_negative(d);
         }
         self.offset(1, line.row);
         self.offset(2, line.at);
         self.add(2, base);
         self.multiply_add(d, d, 1, 2);
+    }
+
+    /// Adds the length in R1 to an index that the flags say is negative. Uses R2.
+    fn add_if_negative(&mut self, d: u8) {
+        if self.features.conditional_instructions {
+            self.op(it(Cond::MI));
+            return self.op(Inst {
+                d,
+                n: d,
+                m: 1,
+                cond: Some(Cond::MI),
+                ..template(Op::ADD_register)
+            });
+        }
+        // The length where it is negative, else nothing.
+        self.op(Inst {
+            d: 2,
+            m: d,
+            amount: 31,
+            s: true,
+            ..template(Op::ASR_immediate)
+        });
+        self.op(Inst {
+            d: 1,
+            n: 1,
+            m: 2,
+            s: true,
+            ..template(Op::AND_register)
+        });
+        self.add(d, 1);
     }
 }

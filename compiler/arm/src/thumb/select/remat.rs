@@ -1,5 +1,5 @@
-//! Rematerialization: a value is computed anew, by one instruction, in each block that uses it; near
-//! the last one it is still in a register.
+//! Rematerialization: a value is computed anew, by one instruction, in each block that uses it.
+//! Near the last one its result is still in a register.
 
 use super::{Binding, Select};
 use crate::thumb::minst::VReg;

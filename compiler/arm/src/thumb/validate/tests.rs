@@ -4,9 +4,10 @@
 use std::sync::OnceLock;
 
 use super::*;
+use crate::features::Features;
 use crate::image::timing;
 use crate::thumb::Options;
-use crate::thumb::allocate::{allocate, next_key_register};
+use crate::thumb::allocate::allocate;
 use crate::thumb::func::{Allocated, Block, Edge};
 use crate::thumb::hoist::hoist_over_branches;
 use crate::thumb::literal::Literals;
@@ -84,7 +85,7 @@ fn decision() -> Allocated {
         },
         on(),
         on(),
-        Terminator::NextKey(PReg(next_key_register(Arch::V8M))),
+        Terminator::NextKey(PReg(Features::of(Arch::V8M).next_key_register)),
     ];
     let next = memory_at(Op::LDR_immediate, 14, Access::Read(AliasClass::Constant));
     let codes = [
@@ -246,7 +247,7 @@ fn needed(func: &Allocated) -> Vec<Vec<bool>> {
                     SAMPLES,
                     HISTORY,
                     SP,
-                    next_key_register(Arch::V8M),
+                    Features::of(Arch::V8M).next_key_register,
                 ]
                 .map(|reg| Location::Register(PReg(reg)))
                 .into(),

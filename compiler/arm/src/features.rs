@@ -13,7 +13,7 @@ use whippen_isa::reg::LR;
 
 /// What a core can do.
 #[derive(Debug)]
-pub(crate) struct Features {
+pub struct Features {
     /// Every instruction of selection has an encoding, so none is legalized.
     pub legal_as_selected: bool,
     /// Loads, stores, PUSH and POP take R8 to R12, and instructions compute in them.
@@ -75,7 +75,7 @@ static MAINLINE: Features = Features {
 
 impl Features {
     /// What the cores of an architecture can do.
-    pub(crate) fn of(arch: Arch) -> &'static Features {
+    pub fn of(arch: Arch) -> &'static Features {
         match arch {
             Arch::V6M => &BASELINE,
             Arch::V7EM | Arch::V8M => &MAINLINE,
@@ -86,9 +86,17 @@ impl Features {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::thumb::minst::template;
     use whippen_isa::reg::SP;
-    use whippen_isa::{Cond, Inst, Op};
+    use whippen_isa::{Cond, Encoding, Inst, Op};
+
+    fn template(op: Op) -> Inst {
+        let mut encodings = Encoding::of(op);
+        let first = encodings.next().expect("every instruction has an encoding");
+        Inst {
+            s: false,
+            ..Inst::new(first)
+        }
+    }
 
     fn has(arch: Arch, inst: Inst) -> bool {
         inst.shortest(arch).is_some()
@@ -106,13 +114,17 @@ mod tests {
             imm: 1,
             ..template(Op::ADD_immediate)
         };
+        let condition = Inst {
+            imm: u32::from(Cond::EQ.bits()) << 4 | 8,
+            ..template(Op::IT)
+        };
         for arch in Arch::ALL {
             let features = Features::of(arch);
             let found = [
                 has(arch, high),
                 has(arch, shifted),
                 has(arch, without_flags),
-                has(arch, template(Op::IT)),
+                has(arch, condition),
                 has(arch, template(Op::MLA)),
                 has(arch, template(Op::MOVT)),
             ];
