@@ -83,7 +83,6 @@ const LONG_FUNCTIONS: &[(&str, &str)] = &[
         "compiler/modes/src/facts.rs: operands",
         "an arm for each operator",
     ),
-    ("compiler/modes/src/reach.rs: reach", "to be divided"),
     ("runtime/src/report/budget.rs: draw", "to be divided"),
     ("runtime/src/report/budget.rs: stability", "to be divided"),
     ("runtime/src/report/budget.rs: time", "to be divided"),
