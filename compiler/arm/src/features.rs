@@ -30,6 +30,8 @@ pub struct Features {
     pub wide_moves: bool,
     /// A conditional branch has an encoding of 32 bits, which reaches all code.
     pub wide_branches: bool,
+    /// A 32-bit instruction that is not word aligned may stall.
+    pub misaligned_stall: bool,
     /// Results come late, so that the order of instructions counts.
     pub results_wait: bool,
     /// Offset that a load or store of a word can hold, in bytes.
@@ -51,13 +53,14 @@ static BASELINE: Features = Features {
     multiply_accumulate: false,
     wide_moves: false,
     wide_branches: false,
+    misaligned_stall: false,
     results_wait: false,
     load_offset_max: 124,
     stack_words_max: 127,
     next_key_register: 5,
 };
 
-/// ARMv7E-M and ARMv8-M Mainline.
+/// ARMv8-M Mainline.
 static MAINLINE: Features = Features {
     legal_as_selected: true,
     high_registers: true,
@@ -67,10 +70,17 @@ static MAINLINE: Features = Features {
     multiply_accumulate: true,
     wide_moves: true,
     wide_branches: true,
+    misaligned_stall: false,
     results_wait: true,
     load_offset_max: 4095,
     stack_words_max: 1023,
     next_key_register: LR,
+};
+
+/// ARMv7E-M: the Cortex-M4.
+static CORTEX_M4: Features = Features {
+    misaligned_stall: true,
+    ..MAINLINE
 };
 
 impl Features {
@@ -78,7 +88,8 @@ impl Features {
     pub fn of(arch: Arch) -> &'static Features {
         match arch {
             Arch::V6M => &BASELINE,
-            Arch::V7EM | Arch::V8M => &MAINLINE,
+            Arch::V7EM => &CORTEX_M4,
+            Arch::V8M => &MAINLINE,
         }
     }
 }
@@ -137,6 +148,14 @@ mod tests {
                 features.wide_moves,
             ];
             assert_eq!(found, told, "{arch:?}");
+        }
+    }
+
+    #[test]
+    fn what_stalls_is_what_a_bound_charges() {
+        for arch in Arch::ALL {
+            let charged = whippen_board::timing(arch).worst.misaligned.cycles != 0;
+            assert_eq!(Features::of(arch).misaligned_stall, charged, "{arch:?}");
         }
     }
 

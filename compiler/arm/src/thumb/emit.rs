@@ -202,10 +202,10 @@ fn assign_offsets(items: &[Item], sizes: &mut [u32], labels: usize, arch: Arch) 
         {
             at = at.next_multiple_of(4);
         }
-        if align::aligns(arch)
+        if Features::of(arch).misaligned_stall
             && sizes[index] == 4
             && at & 2 != 0
-            && align::align_item(items, sizes, &mut places, index)
+            && align::align_item(items, sizes, &mut places, index, arch)
         {
             at += 2;
         }
