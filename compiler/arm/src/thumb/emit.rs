@@ -146,7 +146,7 @@ pub(super) fn assemble(
         }
     }
     if !Features::of(arch).wide_branches {
-        let items = islands::insert_islands(items, labels);
+        let items = islands::insert_islands(items, labels, arch);
         let (sizes, places) = relax_branches(&items, items.len() + labels, arch);
         return write_bytes(&items, &sizes, &places, arch, name);
     }
