@@ -1,14 +1,15 @@
 //! Partitioning: which core has which keys, where keys do not all cost the same.
 //!
 //! Each core has a run of neighbouring keys, as converter words come in their order. Where every
-//! program has one instrument the cores have equal parts. Otherwise an image that is divided so is
-//! bounded first. What it proves of a key of each zone says what every other division would come
-//! to, and the one is taken with which the slowest core of the slowest program is fastest; of equal
-//! ones that with the most equal parts. Its image is then bounded as it stands: only the choice
-//! rests on the sums here.
+//! program has one instrument the cores have equal parts; a key that is over belongs to core 0, or
+//! to core 1, around whose keys less is done, where only that is in time. Otherwise an image that
+//! is divided so is bounded first. What it proves of a key of each zone says what every other
+//! division would come to, and the one is taken with which the slowest core of the slowest program
+//! is fastest; of equal ones that with the most equal parts. Its image is then bounded as it
+//! stands: only the choice rests on the sums here.
 
 use whippen_board::Board;
-use whippen_budget::{NotBounded, Program, cores};
+use whippen_budget::{Budget, NotBounded, Program, cores};
 use whippen_firmware::{FirmwareImage, ImageError, Instrument, ProgramCode, Setup, build_image};
 use whippen_keyboard::{Layout, ProgramId};
 
@@ -55,8 +56,11 @@ pub fn build_partitioned(
     board: &Board,
 ) -> Result<FirmwareImage, BuildError> {
     let equal = build_image(layout, instruments, setup, board).map_err(BuildError::Image)?;
-    if setup.keys.len() == 1 || layout.split_program().is_none() {
+    if setup.keys.len() == 1 {
         return Ok(equal);
+    }
+    if layout.split_program().is_none() {
+        return with_odd_key_in_time(equal, layout, instruments, setup, board);
     }
     let costs = bound_zones(&equal, board).map_err(BuildError::Bound)?;
     let keys = fastest_division(&costs, &setup.keys);
@@ -68,6 +72,43 @@ pub fn build_partitioned(
         ..setup.clone()
     };
     build_image(layout, instruments, &divided, board).map_err(BuildError::Image)
+}
+
+/// The image of equal parts, or where it is late that in which core 1 has the key that is over, if
+/// that one is in time.
+fn with_odd_key_in_time(
+    equal: FirmwareImage,
+    layout: &Layout,
+    instruments: &[Instrument],
+    setup: &Setup,
+    board: &Board,
+) -> Result<FirmwareImage, BuildError> {
+    let [first, second] = setup.keys[..] else {
+        return Ok(equal);
+    };
+    // What has no bound is judged by whoever wants one.
+    let in_time = |image: &FirmwareImage| fits(image, setup, board).unwrap_or(true);
+    if first == second || in_time(&equal) {
+        return Ok(equal);
+    }
+    let swapped = Setup {
+        keys: vec![second, first],
+        ..setup.clone()
+    };
+    let other = build_image(layout, instruments, &swapped, board).map_err(BuildError::Image)?;
+    Ok(if in_time(&other) { other } else { equal })
+}
+
+/// Whether every program of an image is in time.
+fn fits(image: &FirmwareImage, setup: &Setup, board: &Board) -> Result<bool, NotBounded> {
+    let bytes = Program::of(&image.image);
+    for number in 0..image.programs.len() as u32 {
+        let bounded = cores(image, &bytes, board, ProgramId(number))?;
+        if !Budget::of(&bounded, board.clock_hz, setup.rate_hz).fits() {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
 
 /// What the zones of each program cost, as an image proves it.

@@ -16,6 +16,7 @@
 mod attributes;
 mod layout;
 mod lines;
+mod notes;
 mod place;
 mod relocate;
 mod symbols;
@@ -46,6 +47,8 @@ pub struct Elf {
     /// Of an object file, the names that it uses and does not define. They have addresses without
     /// memory.
     pub undefined: Vec<String>,
+    /// Why an image of Whippen is not proven to be in time, if it says so.
+    pub unproven: Option<String>,
 }
 
 /// A run of memory that an image fills.
@@ -198,6 +201,7 @@ fn linked(file: &File<'_>, arch: Option<Arch>) -> Result<Elf, ElfError> {
         segments,
         symbols: Symbols::read(file)?,
         undefined: Vec::new(),
+        unproven: notes::unproven(file),
     })
 }
 

@@ -26,6 +26,9 @@ pub trait Observer {
     /// After an exception was taken: its number, and the cycle in which its handler begins.
     fn exception(&mut self, _core: usize, _number: u32, _cycle: u64) {}
 
-    /// After the return from an exception.
+    /// After the return from an exception, before registers are restored or the next is taken.
     fn exception_return(&mut self, _core: usize, _number: u32, _cycle: u64) {}
+
+    /// After an exception was left: the cycle in which the code goes on that it interrupted.
+    fn resumed(&mut self, _core: usize, _cycle: u64) {}
 }

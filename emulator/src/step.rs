@@ -296,6 +296,9 @@ impl Core {
         }
         let left = self.cpu.leave(around.bus, link);
         self.restart(u32::from(self.timing().exceptions.exit.cycles));
+        if let Some(observer) = &mut around.observer {
+            observer.resumed(self.cpu.index, self.cycle);
+        }
         if let Err(derived) = left {
             return self.derived_fault(around, derived, pc);
         }

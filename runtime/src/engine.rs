@@ -13,7 +13,7 @@ use whippen_compiler::scales::Scales;
 use whippen_emulator::BoardKind;
 
 use crate::device::Device;
-use crate::emulated::Emulated;
+use crate::emulated::{Emulated, EmulatedBoard};
 
 /// Which engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,20 +25,26 @@ pub enum EngineKind {
     /// The Model in f64: the yardstick.
     Ideal,
     /// The image of `whippen build` on an emulated board.
-    Emulated(BoardKind),
+    Emulated(EmulatedBoard),
 }
+
+/// The board of the engine `emulated` where nobody says otherwise.
+const RP2350: EmulatedBoard = EmulatedBoard {
+    kind: BoardKind::Rp2350,
+    keys: 1,
+};
 
 /// The engines by name.
 pub const ENGINES: &[(&str, EngineKind)] = &[
     ("jit", EngineKind::Jit),
     ("interp", EngineKind::Interp),
     ("ideal", EngineKind::Ideal),
-    ("emulated", EngineKind::Emulated(BoardKind::Rp2350)),
+    ("emulated", EngineKind::Emulated(RP2350)),
 ];
 
 impl EngineKind {
     /// The board, if it is [`EngineKind::Emulated`].
-    pub fn board(self) -> Option<BoardKind> {
+    pub fn board(self) -> Option<EmulatedBoard> {
         match self {
             EngineKind::Emulated(board) => Some(board),
             _ => None,
@@ -211,6 +217,8 @@ fn ideal_value(c: &Compiled, ideal: &Ideal, key: usize, kind: ExportKind) -> f64
     let model = &c.model;
     match kind {
         ExportKind::Sense(s) => ideal.sensed(key, s as usize),
+        ExportKind::Slope(s) => ideal.slope(key, s as usize),
+        ExportKind::Curvature(s) => ideal.curvature(key, s as usize),
         ExportKind::Total => ideal.force_n(key),
         ExportKind::Force(i) => ideal.value(key, model.forces[i as usize].value),
         ExportKind::Named(i) => ideal.value(key, model.named[i as usize].value),

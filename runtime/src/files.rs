@@ -6,10 +6,10 @@
 //! ```
 //!
 //! An input is read up to the limit of its kind ([`InputKind`]): what is longer is refused and not
-//! held. An output appears whole or not at all: a full disk, an interrupt or an error half way leaves
-//! what was there before. It may be written at once ([`write_whole`]) or as it comes ([`OutputFile`]). What
-//! exists and is no regular file (a pipe, a terminal, `/dev/null`) cannot be replaced by a rename
-//! and is written in place.
+//! held. An output appears whole or not at all: a full disk, an interrupt or an error half way
+//! leaves what was there before. It may be written at once ([`write_whole`]) or as it comes
+//! ([`OutputFile`]). What exists and is no regular file (a pipe, a terminal, `/dev/null`) cannot be
+//! replaced by a rename and is written in place.
 //!
 //! Not here: what is in the files.
 
@@ -47,6 +47,11 @@ impl FileError {
             column: None,
             message: message.into(),
         }
+    }
+
+    /// The file could not be written.
+    pub fn not_written(path: &Path, error: &io::Error) -> FileError {
+        FileError::new(path, format!("cannot be written: {}", reason(error)))
     }
 
     /// The same, in a line (counted from 1).

@@ -13,8 +13,8 @@ use files::Output;
 
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Example: whippen build instruments/grand-piano.whip --board rp2350 --keys 88 -o piano.uf2\n\
-                  Example: whippen build instruments/grand-piano.whip --board rp2350 --keys 44 -o piano.o\n\
+    after_help = "Example: whippen build instruments/grand-piano.whip --board rp2350 --keys 58 -o piano.uf2\n\
+                  Example: whippen build instruments/grand-piano.whip --board rp2350 --keys 29 -o piano.o\n\
                   Example: whippen build instruments/grand-piano.whip -o piano.c"
 )]
 pub struct Args {
@@ -24,6 +24,9 @@ pub struct Args {
     /// .h) for any other compiler
     #[arg(short, long, value_name = "FILE.elf|.uf2|.o|.c", value_hint = ValueHint::FilePath, value_parser = files::output)]
     output: Output,
+    /// Write it also where it is not proven to be in time, with a mark in the file
+    #[arg(long)]
+    unproven: bool,
     /// Also write where everything lies and how large it is
     #[arg(long, value_name = "FILE.map", value_hint = ValueHint::FilePath)]
     map: Option<PathBuf>,

@@ -16,6 +16,7 @@ use whippen_compiler::modes::INSTRUCTIONS;
 use whippen_compiler::pipeline::{self, BuildError, Compiled, unobserved};
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::thumb::ThumbError;
+use whippen_emulator::BoardKind;
 use whippen_runtime::board;
 use whippen_runtime::device::Device;
 use whippen_runtime::image::{self, ImageInstrument};
@@ -191,6 +192,32 @@ pub fn symbol_prefix(compiled: &Compiled) -> String {
 }
 
 impl Setup {
+    /// What an emulated board plays: the first program of a layout.
+    ///
+    /// # Errors
+    /// What is wrong with an instrument, which is printed.
+    pub fn of_board(
+        map: &SourceMap,
+        models: &[&Model],
+        layout: Layout,
+        device: &Device,
+        kind: BoardKind,
+    ) -> Result<Setup, Failure> {
+        let compile = |&model: &&Model| {
+            let compiled = pipeline::compile(model.clone(), device.scales(), false);
+            compiled.map_err(|error| load::report_compile_error(map, error))
+        };
+        Ok(Setup {
+            map: map.clone(),
+            instruments: models.iter().map(compile).collect::<Result<_, _>>()?,
+            keys: layout.keys,
+            layout,
+            device: device.clone(),
+            board: find_board(Some(kind.name()), None)?,
+            mode_instructions: INSTRUCTIONS,
+        })
+    }
+
     /// The only instrument, or the first.
     pub fn first(&self) -> &Compiled {
         &self.instruments[0]

@@ -56,7 +56,7 @@ fn a_force_term_can_be_stopped_at_and_stepped_through() {
     let folder = Folder::new();
     folder.write(
         "out.elf",
-        executable(&image(&bundled("rp2350").expect("bundled"))),
+        executable(&image(&bundled("rp2350").expect("bundled")), None),
     );
     folder.write("probe.whip", TEXT);
     let script = [

@@ -7,5 +7,6 @@ mod debugger;
 mod image;
 mod origins;
 mod program;
+mod proven;
 mod relocatable;
 mod tools;

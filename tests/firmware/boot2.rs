@@ -76,7 +76,7 @@ fn the_rom_finds_its_checksum_and_the_bootloader_its_family() {
     let vectors = stored(&image, FLASH + 0x100, 8);
     let word = |at: usize| u32::from_le_bytes(vectors[at..at + 4].try_into().expect("four bytes"));
     assert_eq!((word(0), word(4)), (0x2004_1000, reset | 1));
-    let file = uf2(&image, 0xe48b_ff56);
+    let file = uf2(&image, 0xe48b_ff56, None);
     assert_eq!(
         (file.len() % 512, &file[28..32]),
         (0, &0xe48b_ff56_u32.to_le_bytes()[..])

@@ -1,13 +1,21 @@
 //! The engine `emulated`: the whole image on the emulated board plays what the reference plays, bit
 //! for bit.
 
+use whippen_compiler::check::Options;
+use whippen_compiler::front::compile_front;
 use whippen_compiler::lower::LoweredEventKind;
 use whippen_compiler::pipeline::{Compiled, compile};
+use whippen_compiler::source::SourceMap;
 use whippen_emulator::BoardKind;
 use whippen_runtime::device::Device;
+use whippen_runtime::emulated::EmulatedBoard;
 use whippen_runtime::engine::{Engine, EngineKind};
+use whippen_runtime::session::run;
 
 use crate::common;
+
+/// Cycles of a second on an RP2350.
+const CLOCK_HZ: u32 = 150_000_000;
 
 /// Shortly before the first event of a key that plays these words, or before it first moves.
 fn interesting(compiled: &Compiled, words: &[u16]) -> usize {
@@ -38,7 +46,7 @@ fn compare(
     let mut engines = [
         EngineKind::Interp,
         EngineKind::Jit,
-        EngineKind::Emulated(board),
+        EngineKind::Emulated(board.into()),
     ]
     .map(|kind| {
         Engine::new(kind, compiled, &device, keys).unwrap_or_else(|e| panic!("{name}: {e}"))
@@ -118,4 +126,50 @@ fn other_boards_play_the_same() {
         compare(&compiled, BoardKind::Stm32f4, &words, 3, 997, 3000);
         compare(&compiled, BoardKind::Rp2040, &words, 2, 997, 3000);
     }
+}
+
+/// What keys that have much to do when they are down take on the board, at some cycles a tick, if
+/// no tick is missed.
+fn longest_tick(period_cycles: u32) -> Result<u64, String> {
+    let text = "instrument felt {
+        sense x: length in 0 mm .. 10 mm
+        states key { up -> down when x > 5 mm  down -> up when x < 4 mm }
+        force felt = if key is down then 1 N * (x / 10 mm)^2.5 else 0 N
+    }";
+    let options = Options {
+        rate_hz: CLOCK_HZ / period_cycles,
+        ..Options::default()
+    };
+    let mut map = SourceMap::default();
+    map.add("felt.whip", text);
+    let (program, diagnostics) = compile_front(&mut map, &options);
+    let model = program
+        .map(|mut program| program.instruments.remove(0))
+        .unwrap_or_else(|| panic!("{diagnostics:#?}"));
+    let device = Device::of(&model);
+    let compiled = compile(model, device.scales(), false).unwrap_or_else(|e| panic!("{e:?}"));
+    let on = EmulatedBoard {
+        kind: BoardKind::Rp2350,
+        keys: 6,
+    };
+    let moves: Vec<f64> = (0..2000).map(|tick| 5e-6 * f64::from(tick)).collect();
+    let run = run(&compiled, &device, EngineKind::Emulated(on), &moves, |_| ())
+        .map_err(|e| e.to_string())?;
+    let load = run.load.expect("a board has one");
+    assert_eq!(load.cores.iter().map(|core| core.keys).sum::<u32>(), 6);
+    let longest = load.cores.iter().map(|core| core.frame_cycles_max).max();
+    Ok(longest.expect("cores"))
+}
+
+#[test]
+fn a_tick_is_late_by_its_whole_frame() {
+    let whole = longest_tick(3401).expect("is in time");
+    let cycles = u32::try_from(whole).expect("a few hundred");
+    // Which ticks have the firmware's rarer work depends on when the board was up.
+    let in_time = longest_tick(cycles + 64).expect("is in time");
+    assert!(in_time <= whole + 64, "{in_time} after {whole}");
+    // Entry and exit of the interrupt alone are more than this, so its handler is in time.
+    let error = longest_tick(cycles - 12).expect_err("is late");
+    assert!(error.contains("a tick is missed"), "{error}");
+    assert!(error.contains("3 and 3 keys take more than"), "{error}");
 }

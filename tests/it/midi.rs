@@ -16,15 +16,16 @@ use whippen_runtime::stroke::{Stroke, strokes};
 
 use crate::report::browser;
 
-const FILES: [&str; 2] = ["mikey.whip", "grand-piano.whip"];
+/// A keyboard of 88 keys, and what it plays.
+const FILES: [&str; 2] = ["tests/it/whole-piano.whip", "instruments/grand-piano.whip"];
 
 fn instruments() -> Vec<String> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("instruments");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     [
-        "mikey.whip",
-        "grand-piano.whip",
-        "harpsichord.whip",
-        "hammond.whip",
+        FILES[0],
+        FILES[1],
+        "instruments/harpsichord.whip",
+        "instruments/hammond.whip",
     ]
     .map(|file| folder.join(file).display().to_string())
     .to_vec()
@@ -141,7 +142,7 @@ fn a_performance_strikes_what_it_should_and_says_what_not() {
     assert!(
         std::fs::read_to_string(folder.path().join("c4.csv"))
             .expect("a trace")
-            .starts_with("t_s,drive_n,x_m,force_n,")
+            .starts_with("t_s,drive_n,x_m,x_dot_m_per_s,")
     );
     let page = std::fs::read_to_string(folder.path().join("r.html")).expect("a page");
     crate::report::check_tags(&page);
@@ -245,10 +246,8 @@ fn wrong_performances_are_refused_with_what_to_do() {
 fn grand() -> whippen_compiler::model::Model {
     let mut map = SourceMap::default();
     for file in FILES.iter().chain(&["harpsichord.whip", "hammond.whip"]) {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("instruments")
-            .join(file);
-        map.add(*file, std::fs::read_to_string(path).expect("bundled"));
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+        map.add(*file, std::fs::read_to_string(path).expect("is there"));
     }
     let (program, diagnostics) = compile_front(&mut map, &Options::default());
     let program = program.unwrap_or_else(|| panic!("{diagnostics:?}"));

@@ -121,7 +121,7 @@ fn every_engine_plays_a_split_as_its_instruments_alone() {
         if kind == BoardKind::Rp2040 {
             continue;
         }
-        let mut board = Emulated::of_layout(&layout, &on_board, &device, kind)
+        let mut board = Emulated::of_layout(&layout, &on_board, &device, kind.into())
             .unwrap_or_else(|e| panic!("{e}"));
         let (mut drive, mut told) = (vec![0; KEYS.len()], 0);
         for (tick, row) in reference.0.iter().enumerate() {
@@ -180,7 +180,7 @@ fn a_cortex_m0_plus_plays_a_split_too() {
         &layout(&[2, 1, 4]),
         &parts.each_ref(),
         &device,
-        BoardKind::Rp2040,
+        BoardKind::Rp2040.into(),
     )
     .unwrap_or_else(|e| panic!("{e}"));
     let mut engines: Vec<(Engine, usize)> = Vec::new();

@@ -91,12 +91,6 @@ const LONG_FUNCTIONS: &[(&str, &str)] = &[
     ("src/cmd/budget/motor.rs: text", "to be divided"),
     ("src/cmd/budget/stability.rs: text", "to be divided"),
     ("src/cmd/emulate/run.rs: to_the_end", "to be divided"),
-    ("src/cmd/keys.rs: run", "to be divided"),
-    (
-        "src/cmd/keys/performance_report.rs: section",
-        "to be divided",
-    ),
-    ("src/cmd/run.rs: run_once", "to be divided"),
     ("src/lsp/server.rs: answer", "an arm for each request"),
     ("src/lsp/signature.rs: help", "to be divided"),
 ];

@@ -54,10 +54,10 @@ pub fn compile_front(map: &mut SourceMap, options: &Options) -> (Option<Program>
     if unreadable {
         let lines: HashSet<(u32, usize)> = found
             .iter()
-            .map(|d| (d.span.file, map.line_column(d.span).0))
+            .map(|d| (d.span.file, map.line(d.span)))
             .collect();
         // Beside what could not be read on a line, little on it is to be believed.
-        let believed = |d: &Diagnostic| !lines.contains(&(d.span.file, map.line_column(d.span).0));
+        let believed = |d: &Diagnostic| !lines.contains(&(d.span.file, map.line(d.span)));
         checked.retain(|d| !CONSEQUENCES.contains(&d.code) && believed(d));
     }
     found.append(&mut checked);

@@ -118,8 +118,9 @@ impl Converter {
         self.keys
     }
 
-    /// The cycle of a tick: the rate need not divide the clock, and no fraction is lost.
-    fn cycle_of(&self, tick: u32) -> u64 {
+    /// The cycle in which a tick is requested, counted from 0: the rate need not divide the clock,
+    /// and no fraction is lost.
+    pub fn cycle_of(&self, tick: u32) -> u64 {
         let cycles =
             u128::from(tick + 1) * u128::from(self.clock_hz) / u128::from(self.rate_hz.max(1));
         self.started

@@ -46,6 +46,7 @@ pub(super) fn placed(file: &File<'_>, arch: Option<Arch>) -> Result<Elf, ElfErro
         segments: placement.segments,
         symbols,
         undefined: placement.undefined,
+        unproven: None,
     })
 }
 

@@ -7,8 +7,7 @@ use whippen_emulator::{Observer, Step};
 pub struct CoreLoad {
     /// Its keys.
     pub keys: u32,
-    /// The longest tick (cycles), from the first instruction of the interrupt's handler to the
-    /// return.
+    /// The longest tick (cycles), from the converter's request to the code that it interrupts.
     pub frame_cycles_max: u64,
     /// All ticks (cycles).
     pub frame_cycles: u64,
@@ -36,10 +35,12 @@ impl CoreLoad {
     }
 }
 
-/// Watches interrupts come and go.
+/// Measures frames: from the converter's request, which comes before the interrupt is entered, to
+/// the code that goes on.
 #[derive(Debug, Default)]
 pub(super) struct Frames {
-    began: [u64; 2],
+    /// The cycle in which each core went on.
+    resumed: [u64; 2],
     /// The longest of each core (cycles).
     pub longest: [u64; 2],
     /// All of each core (cycles).
@@ -49,14 +50,18 @@ pub(super) struct Frames {
 impl Observer for Frames {
     fn instruction(&mut self, _: &Step<'_>) {}
 
-    fn exception(&mut self, core: usize, _: u32, cycle: u64) {
-        self.began[core & 1] = cycle;
+    fn resumed(&mut self, core: usize, cycle: u64) {
+        self.resumed[core & 1] = cycle;
     }
+}
 
-    fn exception_return(&mut self, core: usize, _: u32, cycle: u64) {
-        let core = core & 1;
-        let took = cycle.saturating_sub(self.began[core]);
+impl Frames {
+    /// Counts the frame that a core has just left, which was requested in this cycle. Gives its
+    /// cycles.
+    pub fn served(&mut self, core: usize, request: u64) -> u64 {
+        let took = self.resumed[core].saturating_sub(request);
         self.longest[core] = self.longest[core].max(took);
         self.total[core] += took;
+        took
     }
 }

@@ -25,12 +25,12 @@ impl Emulated {
                 self.machine.clear_breakpoint(entries[core]);
                 fresh[core] = Some(self.states(core)?);
             }
-            self.in_time()?;
+            self.begins()?;
         }
         while !self.all(|core| self.is_up(core))? {
             let next = self.ticks()? + 1;
             self.until_served(next)?;
-            self.in_time()?;
+            self.begins()?;
         }
         for (core, states) in fresh.into_iter().flatten().enumerate() {
             for (at, state) in states.into_iter().enumerate() {
@@ -41,7 +41,7 @@ impl Emulated {
         Ok(())
     }
 
-    fn in_time(&mut self) -> Result<(), String> {
+    fn begins(&mut self) -> Result<(), String> {
         if self.ticks()? < START_TICKS {
             Ok(())
         } else {

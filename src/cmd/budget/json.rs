@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 use whippen_compiler::budget::{Bounded, CoreBudget, ZoneBound};
 use whippen_compiler::keyboard::ZoneId;
 
-use super::{ImageProof, ProgramReport, ZoneReport};
+use crate::cmd::proof::{ImageProof, ProgramReport, ZoneReport};
 use crate::cmd::setup::symbol_prefix;
 
 impl ImageProof<'_> {

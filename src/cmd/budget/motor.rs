@@ -198,7 +198,7 @@ fn positions(model: &Model, args: &BeyondArgs) -> Result<(Vec<f64>, String), Fai
     }
     let Some(path) = &args.motion else {
         return Ok((
-            MotionArgs::bundled(model).position_m,
+            MotionArgs::bundled(model).trajectory.to_vec(),
             "the bundled gesture".to_string(),
         ));
     };
@@ -207,7 +207,7 @@ fn positions(model: &Model, args: &BeyondArgs) -> Result<(Vec<f64>, String), Fai
         ..MotionOptions::default()
     };
     let motion = motion::load(path, &options, model.rate_hz).map_err(usage)?;
-    Ok((motion.position_m, path.display().to_string()))
+    Ok((motion.positions.to_vec(), path.display().to_string()))
 }
 
 /// The key whose strokes ask most of a motor: by the sum of the squares of their speeds.

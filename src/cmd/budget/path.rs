@@ -6,7 +6,7 @@ use std::fmt::Write;
 use whippen_compiler::pipeline::Compiled;
 use whippen_isa::{Class, Inst, ItState};
 
-use super::{ImageProof, ProgramReport};
+use crate::cmd::proof::{ImageProof, ProgramReport};
 use crate::cmd::setup::symbol_prefix;
 
 impl ImageProof<'_> {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{ImageProof, ProgramReport};
+use crate::cmd::proof::{ImageProof, ProgramReport};
 use crate::cmd::setup::symbol_prefix;
 
 impl ImageProof<'_> {

@@ -13,6 +13,7 @@ use whippen_compiler::thumb;
 use whippen_runtime::files::{FileError, write_whole};
 
 use super::Args;
+use crate::cmd::proof;
 use crate::cmd::setup::{Setup, code_failure, link_failure, symbol_prefix};
 use crate::exit::{Failure, Outcome};
 use crate::say::say;
@@ -142,17 +143,21 @@ impl Files<'_> {
             (Kind::Uf2, family) => family,
             _ => None,
         };
-        let built = setup.build(&setup.image_instruments()?)?;
-        self.listings(args, &built.image, &setup.board)?;
-        let path = &args.output.path;
-        put(
-            path,
-            &family.map_or_else(
-                || executable(&built.image),
-                |family| uf2(&built.image, family),
-            ),
-        )?;
-        self.report_image(path, &built.image, &built.keys_of_cores);
+        let instruments = setup.image_instruments()?;
+        let built = setup.build(&instruments)?;
+        let (image, keys) = (built.image.clone(), built.keys_of_cores.clone());
+        let unproven = proof::check(setup, &instruments, built, args.unproven)?;
+        self.listings(args, &image, &setup.board)?;
+        let (path, why) = (&args.output.path, unproven.as_deref());
+        let file = match family {
+            Some(family) => uf2(&image, family, why),
+            None => executable(&image, why),
+        };
+        put(path, &file)?;
+        self.report_image(path, &image, &keys);
+        if let Some(why) = why {
+            say!("it is not proven to be in time, and says so: {why}");
+        }
         Ok(())
     }
 

@@ -54,6 +54,9 @@ impl Image {
                 listed(&elf.undefined)
             );
         }
+        if let Some(why) = &elf.unproven {
+            eprintln!("note: the image says that it is not proven to be in time: {why}");
+        }
         Ok(Self {
             lines: Lines::read(&bytes),
             elf,

@@ -156,6 +156,7 @@ mod tests {
             segments: Vec::new(),
             symbols,
             undefined: Vec::new(),
+            unproven: None,
         }
     }
 

@@ -22,8 +22,16 @@ use symbols::{Entry, Symbols};
 
 const R_ARM_ABS32: u32 = 2;
 
-/// The image as an executable, with its symbols and lines.
-pub fn executable(image: &Image) -> Vec<u8> {
+/// The section of the note that says what is not proven of an image.
+const UNPROVEN_SECTION: &str = ".note.whippen";
+/// Who writes it.
+const NOTE_OWNER: &str = "Whippen";
+/// A note of this kind says what is not proven.
+const NOTE_UNPROVEN: u32 = 0x100;
+
+/// The image as an executable, with its symbols and lines; one that is not proven to be in time
+/// has a note that says why.
+pub fn executable(image: &Image, unproven: Option<&str>) -> Vec<u8> {
     let mut file = File::new(Some(image.entry | 1));
     for Linked {
         name,
@@ -52,6 +60,10 @@ pub fn executable(image: &Image) -> Vec<u8> {
             }
         };
         file.add(Part::debug(debug.name, debug.filled(address)));
+    }
+    if let Some(why) = unproven {
+        let note = Part::note(UNPROVEN_SECTION, NOTE_OWNER, NOTE_UNPROVEN, why);
+        file.add(note);
     }
     let mut symbols = Symbols::new(file.parts());
     let named = image.symbols.iter().map(|symbol| Entry {

@@ -8,10 +8,17 @@ const MAGIC_END: u32 = 0x0ab1_6f30;
 /// The field behind the counts is the family.
 const FAMILY_PRESENT: u32 = 0x2000;
 const PAYLOAD: u32 = 256;
+/// Where the last magic number of a block is.
+const END: u32 = 508;
+/// Bytes between payload and end, but for a zero that ends a text there.
+const TEXT_BYTES: usize = (END - PAYLOAD - 32 - 1) as usize;
+/// What precedes the reason in an image that is not proven.
+const UNPROVEN: &str = "Whippen: not proven to be in time: ";
 
 /// The image as a UF2 file for a family of chips. Blocks begin at multiples of 256, as flash wants
-/// to be written; what nobody fills is zero.
-pub fn uf2(image: &Image, family: u32) -> Vec<u8> {
+/// to be written; what nobody fills is zero. One that is not proven to be in time says why behind
+/// the payload of its first block, where no bootloader looks.
+pub fn uf2(image: &Image, family: u32, unproven: Option<&str>) -> Vec<u8> {
     let mut pages = std::collections::BTreeMap::<u32, [u8; PAYLOAD as usize]>::new();
     for segment in &image.segments {
         for (at, &byte) in (segment.load..).zip(&segment.bytes) {
@@ -34,7 +41,10 @@ pub fn uf2(image: &Image, family: u32) -> Vec<u8> {
         ];
         let mut block: Vec<u8> = head.iter().flat_map(|word| word.to_le_bytes()).collect();
         block.extend(page);
-        block.resize(508, 0);
+        if let Some(why) = unproven.filter(|_| number == 0) {
+            block.extend(UNPROVEN.bytes().chain(why.bytes()).take(TEXT_BYTES));
+        }
+        block.resize(END as usize, 0);
         block.extend(MAGIC_END.to_le_bytes());
         block
     };

@@ -7,6 +7,7 @@ use crate::image::object::SectionKind;
 const SHT_PROGBITS: u32 = 1;
 const SHT_SYMTAB: u32 = 2;
 const SHT_STRTAB: u32 = 3;
+const SHT_NOTE: u32 = 7;
 const SHT_NOBITS: u32 = 8;
 const SHT_REL: u32 = 9;
 const SHT_ARM_ATTRIBUTES: u32 = 0x7000_0003;
@@ -70,6 +71,23 @@ impl Part {
     /// A section for debuggers.
     pub fn debug(name: &str, bytes: Vec<u8>) -> Part {
         Part::plain(name, SHT_PROGBITS, bytes)
+    }
+
+    /// A note: its owner's name, a number that says what it is, and text.
+    pub fn note(section: &str, owner: &str, kind: u32, text: &str) -> Part {
+        let mut bytes = Vec::new();
+        words(
+            &mut bytes,
+            &[owner.len() as u32 + 1, text.len() as u32, kind],
+        );
+        for part in [format!("{owner}\0"), text.to_string()] {
+            append(&mut bytes, part.as_bytes(), 4);
+        }
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+        Part {
+            align: 4,
+            ..Part::plain(section, SHT_NOTE, bytes)
+        }
     }
 
     fn plain(name: &str, kind: u32, bytes: Vec<u8>) -> Part {

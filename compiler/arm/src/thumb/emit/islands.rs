@@ -1,4 +1,4 @@
-//! Branches of ARMv6-M reach 2 KiB: those that go further go by way of others.
+//! Branch islands: branches of ARMv6-M reach 2 KiB, and those that go further go by way of others.
 
 use super::{Item, Label, branch_offset, relax_branches};
 use crate::thumb::tuning::ISLAND_DISTANCE;

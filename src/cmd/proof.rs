@@ -1,0 +1,184 @@
+//! The proof of an image on the command line: what `budget` shows, and without which `build` writes
+//! no image and no board is emulated.
+
+mod program;
+
+use whippen_compiler::budget::{NotBounded, Program as Bytes};
+use whippen_compiler::deadline_diagnostic::deadline_diagnostic;
+use whippen_compiler::diag::{Diagnostic, Severity};
+use whippen_compiler::firmware::FirmwareImage;
+use whippen_compiler::pipeline::{self, unobserved};
+use whippen_runtime::image::ImageInstrument;
+
+pub use self::program::{ProgramReport, ZoneReport};
+use super::load;
+use super::setup::{Setup, not_bounded};
+use crate::exit::{Failure, Outcome};
+/// That an image may be used: it is in time, or `unproven` says that it need not be; then why it is
+/// not.
+///
+/// # Errors
+/// The image is not in time, which is reported as a budget does, or it has no bound.
+pub fn check(
+    setup: &Setup,
+    instruments: &[ImageInstrument],
+    image: FirmwareImage,
+    unproven: bool,
+) -> Result<Option<String>, Failure> {
+    match ImageProof::of(setup, instruments, image, setup.keys) {
+        Err(error) if unproven => Ok(Some(format!("no bound: {error}"))),
+        Err(error) => Err(match not_bounded(&error) {
+            Failure::Usage(message) => Failure::Usage(format!("{message}\n{ANYWAY}")),
+            other => other,
+        }),
+        Ok(proof) if unproven => Ok(proof.why_late()),
+        Ok(proof) => {
+            let reported = proof.report_missed_and_fitting(instruments);
+            reported.inspect_err(|_| eprintln!("{ANYWAY}"))?;
+            Ok(None)
+        }
+    }
+}
+
+/// What is said of an image that is refused.
+const ANYWAY: &str =
+    "nothing is written or run that is not proven to be in time; --unproven does it anyway";
+
+/// Everything that is proven of an image.
+pub struct ImageProof<'a> {
+    pub setup: &'a Setup,
+    pub image: FirmwareImage,
+    pub bytes: Bytes,
+    pub keys: u32,
+    /// While it plays each of its programs.
+    pub programs: Vec<ProgramReport<'a>>,
+}
+
+impl<'a> ImageProof<'a> {
+    /// Of the keys that are wanted, or of as many as fit. How many that are is also found out where
+    /// those that are wanted do not, but for zones, whose keys are their keyboard's.
+    pub fn wanted(setup: &'a Setup, most: bool) -> Result<(Self, Option<u32>), Failure> {
+        let instruments = setup.image_instruments()?;
+        if most {
+            let found = Self::most_keys(setup, &instruments)?;
+            let keys = found.keys_fitting();
+            return Ok((found, Some(keys)));
+        }
+        let found = Self::find(setup, &instruments, setup.keys)?;
+        if found.fits() || setup.layout.split_program().is_some() {
+            return Ok((found, None));
+        }
+        let most = Self::most_keys(setup, &instruments)?;
+        Ok((found, Some(most.keys_fitting())))
+    }
+
+    /// Bounds the image of so many keys, while it plays each of its programs.
+    fn find(setup: &'a Setup, instruments: &[ImageInstrument], keys: u32) -> Result<Self, Failure> {
+        let image = setup.build_to_bound(instruments, keys)?;
+        Self::of(setup, instruments, image, keys).map_err(|error| not_bounded(&error))
+    }
+
+    /// Bounds an image, which has so many keys.
+    ///
+    /// # Errors
+    /// It has no bound.
+    pub fn of(
+        setup: &'a Setup,
+        instruments: &[ImageInstrument],
+        image: FirmwareImage,
+        keys: u32,
+    ) -> Result<Self, NotBounded> {
+        let rate_hz = setup.first().model.rate_hz;
+        let proof = pipeline::prove(&image, &setup.board, rate_hz, &mut unobserved)?;
+        let all = setup.layout.programs.iter().zip(proof.programs);
+        let programs =
+            all.map(|(program, proof)| ProgramReport::new(setup, instruments, program, proof));
+        Ok(Self {
+            setup,
+            programs: programs.collect(),
+            bytes: proof.bytes,
+            image,
+            keys,
+        })
+    }
+
+    /// The image of as many keys as fit; of the fewest where none fit.
+    fn most_keys(setup: &'a Setup, instruments: &[ImageInstrument]) -> Result<Self, Failure> {
+        let [least, most] = setup.keys_possible();
+        let (mut fits, mut exceeds) = (Self::find(setup, instruments, least)?, most + 1);
+        if !fits.fits() {
+            return Ok(fits);
+        }
+        while fits.keys + 1 < exceeds {
+            // What is left, in keys: right but for what grows around them.
+            let left = |played: &ProgramReport| {
+                let cores = played.budget.cores.iter();
+                cores.map(|core| core.more_keys).sum::<u32>()
+            };
+            let more = fits.programs.iter().map(left).min().unwrap_or(0).max(1);
+            let next = fits.keys.saturating_add(more).min(exceeds - 1);
+            match Self::find(setup, instruments, next) {
+                Ok(tried) if tried.fits() => fits = tried,
+                Ok(_) | Err(Failure::Usage(_) | Failure::Program) => exceeds = next,
+                Err(other) => return Err(other),
+            }
+        }
+        Ok(fits)
+    }
+
+    /// Whether every program is in time.
+    pub fn fits(&self) -> bool {
+        self.programs.iter().all(|played| played.budget.fits())
+    }
+
+    /// Why it is not in time, in one line: of the first program that is not.
+    pub fn why_late(&self) -> Option<String> {
+        let mut late = self.programs.iter().filter_map(|p| self.missed(p, None));
+        late.next().map(|diagnostic| diagnostic.message)
+    }
+
+    /// Reports every program that is not in time, with what would be enough: so many keys are
+    /// proven to fit, where that was found out.
+    ///
+    /// # Errors
+    /// There is such a program.
+    pub fn report_missed(&self, keys_fitting: Option<u32>) -> Outcome {
+        let programs = self.programs.iter();
+        let missed: Vec<Diagnostic> = programs
+            .filter_map(|played| self.missed(played, keys_fitting))
+            .collect();
+        load::print(&self.setup.map, &missed, Severity::Error);
+        if missed.is_empty() {
+            Ok(())
+        } else {
+            Err(Failure::Program)
+        }
+    }
+
+    /// As [`ImageProof::report_missed`], and finds out how many keys fit, but for zones.
+    pub fn report_missed_and_fitting(&self, instruments: &[ImageInstrument]) -> Outcome {
+        if self.fits() || self.setup.layout.split_program().is_some() {
+            return self.report_missed(None);
+        }
+        let most = Self::most_keys(self.setup, instruments)?;
+        self.report_missed(Some(most.keys_fitting()))
+    }
+
+    fn keys_fitting(&self) -> u32 {
+        if self.fits() { self.keys } else { 0 }
+    }
+
+    /// A deadline that is missed, with the lines that cost most and what would be enough.
+    fn missed(&self, played: &ProgramReport, keys_fitting: Option<u32>) -> Option<Diagnostic> {
+        let zone = played.zone(played.slowest_zone());
+        let place = (played.program.name.as_str(), zone.compiled.model.span);
+        deadline_diagnostic(
+            &self.setup.map,
+            place,
+            &played.budget,
+            &self.bytes,
+            played.worst_case(),
+            keys_fitting,
+        )
+    }
+}

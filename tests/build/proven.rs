@@ -1,0 +1,102 @@
+//! Images are proven before they are written; one that is not says so.
+
+use whippen_emulator::elf::Elf;
+
+use crate::tools::{Folder, WHIPPEN, text};
+
+/// A folder with the grand piano.
+fn folder() -> Folder {
+    let folder = Folder::new();
+    let grand = concat!(env!("CARGO_MANIFEST_DIR"), "/instruments/grand-piano.whip");
+    folder.write("grand.whip", std::fs::read(grand).expect("is there"));
+    folder
+}
+
+/// Exit code and what is said.
+fn run(folder: &Folder, line: &str) -> (Option<i32>, String) {
+    let args: Vec<&str> = line.split(' ').collect();
+    let output = folder.output(WHIPPEN, &args).expect("starts");
+    let said = text(&output.stdout) + &text(&output.stderr);
+    (output.status.code(), said)
+}
+
+#[test]
+fn an_image_that_is_late_is_not_written() {
+    let folder = folder();
+    for name in ["late.elf", "late.uf2"] {
+        let (code, said) = run(
+            &folder,
+            &format!("build grand.whip -o {name} --map late.map"),
+        );
+        assert_eq!(code, Some(1), "{said}");
+        for words in ["[WH0701]", "keys fit as it is (--most-keys)", "--unproven"] {
+            assert!(said.contains(words), "{said}");
+        }
+        assert!(!folder.path().join(name).exists() && !folder.path().join("late.map").exists());
+    }
+}
+
+#[test]
+fn an_unproven_image_says_so() {
+    let folder = folder();
+    let why = "`grand_piano` misses its deadline by";
+    let (code, said) = run(&folder, "build grand.whip --unproven -o late.elf");
+    assert!(code == Some(0) && said.contains(why), "{said}");
+    let bytes = std::fs::read(folder.path().join("late.elf")).expect("is written");
+    let elf = Elf::parse(&bytes, false).expect("an image");
+    assert!(elf.unproven.is_some_and(|text| text.starts_with(why)));
+    let (_, said) = run(&folder, "emulate late.elf --board rp2350 --max-cycles 1000");
+    assert!(
+        said.contains("not proven to be in time") && said.contains(why),
+        "{said}"
+    );
+    let (code, _) = run(&folder, "build grand.whip --unproven -o late.uf2");
+    assert_eq!(code, Some(0));
+    let bytes = std::fs::read(folder.path().join("late.uf2")).expect("is written");
+    let behind = String::from_utf8_lossy(&bytes[288..508]);
+    assert!(
+        behind.starts_with("Whippen: not proven") && behind.contains(why),
+        "{behind}"
+    );
+    assert!(bytes[512 + 288..512 + 508].iter().all(|byte| *byte == 0));
+}
+
+#[test]
+fn an_image_that_is_proven_has_no_mark() {
+    let folder = folder();
+    let mut images = Vec::new();
+    for more in ["", " --unproven"] {
+        let line = format!("build grand.whip --keys 4 -o grand.elf{more}");
+        let (code, said) = run(&folder, &line);
+        assert!(code == Some(0) && !said.contains("proven"), "{said}");
+        images.push(std::fs::read(folder.path().join("grand.elf")).expect("is written"));
+    }
+    assert_eq!(images[0], images[1]);
+    let elf = Elf::parse(&images[0], false).expect("an image");
+    assert_eq!(elf.unproven, None);
+}
+
+#[test]
+fn a_board_runs_what_is_proven() {
+    let folder = folder();
+    let run_with = |more: &str| {
+        run(
+            &folder,
+            &format!("run grand.whip --engine emulated --seconds 0.01{more}"),
+        )
+    };
+    let (code, said) = run_with(" --keys 88");
+    assert!(code == Some(1) && said.contains("[WH0701]"), "{said}");
+    let (code, said) = run_with(" --keys 8");
+    assert!(code == Some(0) && said.contains("core 1: 4 keys"), "{said}");
+    let (code, said) = run_with(" --keys 60 --unproven");
+    assert!(
+        code == Some(0) && said.contains("core 1: 30 keys"),
+        "{said}"
+    );
+    let (code, said) = run(&folder, "run grand.whip --seconds 0.01 --keys 8");
+    assert!(
+        code == Some(2) && said.contains("--keys is for --engine emulated"),
+        "{said}"
+    );
+}
