@@ -1,4 +1,4 @@
-//! What the texts of the firmware are told: numbers of programs, a keyboard and a board.
+//! Constants of the firmware's texts: numbers of programs, a keyboard and a board.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ const TURNS: u64 = 16;
 /// How long force takes to come back.
 const RAMP_MS: u64 = 20;
 
-/// What the texts are told of programs, a keyboard and a board.
+/// The constants that programs, a keyboard and a board give the texts.
 ///
 /// # Errors
 /// Programs, keys, records or motor are out of range.
