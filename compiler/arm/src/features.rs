@@ -153,6 +153,15 @@ mod tests {
     }
 
     #[test]
+    fn what_is_aligned_is_what_a_bound_charges() {
+        for arch in Arch::ALL {
+            let charged = whippen_board::timing(arch).worst.misaligned.cycles != 0;
+            let aligned = Features::of(arch).aligns_wide_instructions;
+            assert_eq!(aligned, charged, "{arch:?}");
+        }
+    }
+
+    #[test]
     fn loads_and_stores_reach_as_far_as_the_table_says() {
         for arch in Arch::ALL {
             let max = Features::of(arch).load_offset_max;

@@ -9,8 +9,8 @@ use super::code::{CoreCode, ProgramCode, ZoneCode, is_split};
 use super::offsets::assembly_constants;
 use super::{FirmwareError, Motor, Passivity, Setup, Support, drive_offset_bytes};
 
-/// What an access with write-back reaches.
-pub(super) const RECORD_MAX: u32 = 252;
+/// What the offset of a load reaches.
+pub(super) const RECORD_MAX: u32 = 4092;
 
 /// How many programs an image may have.
 pub(super) const PROGRAMS_MAX: usize = 64;
