@@ -10,7 +10,8 @@ use super::sets::{unknown_instrument, unknown_param};
 use super::settings::Settings;
 use super::types::{Ty, Value};
 use super::zones::Zones;
-use super::{Keyboard, Options};
+use super::{Keyboard, Options, tick_rate};
+use crate::bundled::{BOARDS, DEVICES};
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::{Model, Sense};
 use crate::syntax::ast::{self, DeclKind, Expr, Name, Setting};
@@ -138,11 +139,13 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         match setting {
             Setting::Board(name) => {
                 if self.is_first("board", name.span) {
+                    self.is_bundled("board", name, BOARDS);
                     self.board.keyboard.board = Some(name.node.clone());
                 }
             }
             Setting::Device(name) => {
                 if self.is_first("device", name.span) {
+                    self.is_bundled("device", name, DEVICES);
                     self.board.keyboard.device.clone_from(&name.node);
                 }
             }
@@ -158,6 +161,24 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             }
             Setting::Programs(_) | Setting::Zones { .. } | Setting::PerKey { .. } => {}
         }
+    }
+
+    /// Reports a board or device that is not there.
+    fn is_bundled(&mut self, what: &str, name: &Name, known: &[&str]) {
+        if known.contains(&name.node.as_str()) {
+            return;
+        }
+        let message = format!("there is no {what} `{}`", name.node);
+        let label = format!("unknown {what}");
+        let diagnostic = Diagnostic::new(Code::UnknownHardware, name.span, message, label);
+        self.diags
+            .push(match nearest(&name.node, known.iter().copied()) {
+            Some(near) => diagnostic.hint(Advice::did_you_mean(near)),
+            None => diagnostic.hint(format!(
+                "it is one of {}; leave the line away and give a file of your own with --{what}",
+                known.join(", ")
+            )),
+        });
     }
 
     fn is_first(&mut self, what: &str, span: Span) -> bool {
@@ -217,13 +238,15 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             let diagnostic = Diagnostic::new(code, expr.span, message, ty.words());
             self.diags
                 .push(diagnostic.hint("write it in Hz, such as `rate 44100 Hz`"));
-        } else if rate < 1.0 || rate > f64::from(u32::MAX) || rate.fract() != 0.0 {
-            let message = format!("a rate of {rate} Hz is not a whole number of ticks per second");
-            let diagnostic = Diagnostic::new(Code::BadRate, expr.span, message, "this rate");
-            self.diags
-                .push(diagnostic.hint("choose a whole number of at least 1 Hz, such as 44100 Hz"));
-        } else {
-            self.board.keyboard.rate_hz = rate as u32;
+            return;
+        }
+        match tick_rate(rate) {
+            Ok(rate_hz) => self.board.keyboard.rate_hz = rate_hz,
+            Err(rule) => {
+                let message = format!("`rate` cannot be {rate} Hz: {rule}");
+                let diagnostic = Diagnostic::new(Code::BadRate, expr.span, message, "this rate");
+                self.diags.push(diagnostic.hint("44100 Hz is usual"));
+            }
         }
     }
 
