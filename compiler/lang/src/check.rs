@@ -48,6 +48,7 @@ mod scope;
 mod sense;
 mod sets;
 mod settings;
+mod shared_senses;
 mod slot;
 mod states;
 mod types;
@@ -148,7 +149,7 @@ pub fn check(
             elaborate::instrument(&items, index, settings, &mut diags)
         })
         .collect();
-    keyboard::compare_senses(&boards, &models, &mut diags);
+    shared_senses::compare_senses(&boards, &models, &mut diags);
     sets::report_unused(&sets, &items, &mut diags);
     let program = (!diags.any_error()).then(|| Program {
         instruments: models.into_iter().flatten().collect(),
