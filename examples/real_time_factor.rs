@@ -30,9 +30,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (device, rate_hz) = (Device::mikey(), model.rate_hz);
     let compiled = compile(model, device.scales(), false).map_err(|e| format!("{e:?}"))?;
     let positions = match std::env::args().nth(1) {
-        Some(path) => {
-            motion::load(Path::new(&path), &motion::MotionOptions::default(), rate_hz)?.position_m
-        }
+        Some(path) => motion::load(Path::new(&path), &motion::MotionOptions::default(), rate_hz)?
+            .positions
+            .to_vec(),
         None => gesture::default_gesture().positions(rate_hz),
     };
     let words: Vec<u16> = positions

@@ -243,7 +243,7 @@ fn motion(bytes: &[u8]) -> Result<(), String> {
                 lowpass_hz,
             },
             44_100,
-        ) && motion.position_m.iter().any(|x| !x.is_finite())
+        ) && motion.positions.to_vec().iter().any(|x| !x.is_finite())
         {
             return Err("a position is not finite".to_string());
         }

@@ -9,6 +9,10 @@ use whippen_compiler::pipeline::Compiled;
 
 use crate::device::Device;
 use crate::engine::{Engine, EngineKind, Happened};
+use crate::trajectory::Trajectory;
+
+/// So many events that only one engine had are listed.
+pub const LISTED_MAX: usize = 20;
 
 /// How far one exported value was from `ideal` over a run (SI).
 #[derive(Debug, Clone, PartialEq)]
@@ -41,8 +45,10 @@ pub struct Comparison {
     pub deviations: Vec<Deviation>,
     /// Events that happened in both in the same tick.
     pub events_together: usize,
-    /// Events that only one of them had in that tick: tick and name.
-    pub events_apart: Vec<(usize, String)>,
+    /// Events that only one of them had in that tick.
+    pub events_apart: usize,
+    /// The first of them: tick and name.
+    pub first_apart: Vec<(usize, String)>,
     /// Largest relative difference of an event's argument, over events that happened together.
     pub args_relative_max: f64,
 }
@@ -55,7 +61,7 @@ pub fn compare(
     compiled: &Compiled,
     device: &Device,
     kind: EngineKind,
-    positions_m: &[f64],
+    positions: &Trajectory,
     mut progress: impl FnMut(usize),
 ) -> Result<Comparison, String> {
     let mut engine = Engine::new(kind, compiled, device, 1)?;
@@ -63,8 +69,9 @@ pub fn compare(
     let mut sums = Sums::new(compiled);
     let mut out = Comparison::default();
     let (mut drive, senses) = ([0i16], compiled.model.senses.len());
-    for (tick, &position_m) in positions_m.iter().enumerate() {
-        let words = vec![device.word_of_position(position_m).0; senses];
+    let ticks = positions.ticks();
+    for tick in 0..ticks {
+        let words = vec![device.word_of_position(positions.at(tick)).0; senses];
         for e in [&mut engine, &mut ideal] {
             if tick == 0 {
                 e.start(&words);
@@ -77,7 +84,7 @@ pub fn compare(
             progress(tick);
         }
     }
-    out.deviations = sums.finish(positions_m.len());
+    out.deviations = sums.finish(ticks);
     Ok(out)
 }
 
@@ -86,7 +93,10 @@ impl Comparison {
         let mut rest: Vec<&Happened> = ideal.iter().collect();
         let mut apart = |h: &Happened| {
             let name = compiled.lowered.kernel.events[h.event].name.clone();
-            self.events_apart.push((tick, name));
+            self.events_apart += 1;
+            if self.first_apart.len() < LISTED_MAX {
+                self.first_apart.push((tick, name));
+            }
         };
         for event in mine {
             let Some(found) = rest.iter().position(|other| other.event == event.event) else {

@@ -217,6 +217,8 @@ fn ideal_value(c: &Compiled, ideal: &Ideal, key: usize, kind: ExportKind) -> f64
     let model = &c.model;
     match kind {
         ExportKind::Sense(s) => ideal.sensed(key, s as usize),
+        ExportKind::Slope(s) => ideal.slope(key, s as usize),
+        ExportKind::Curvature(s) => ideal.curvature(key, s as usize),
         ExportKind::Total => ideal.force_n(key),
         ExportKind::Force(i) => ideal.value(key, model.forces[i as usize].value),
         ExportKind::Named(i) => ideal.value(key, model.named[i as usize].value),

@@ -49,6 +49,11 @@ impl FileError {
         }
     }
 
+    /// The file could not be written.
+    pub fn not_written(path: &Path, error: &io::Error) -> FileError {
+        FileError::new(path, format!("cannot be written: {}", reason(error)))
+    }
+
     /// The same, in a line (counted from 1).
     #[must_use]
     pub fn at_line(mut self, line: u64) -> FileError {

@@ -152,11 +152,21 @@ impl Gesture {
     /// The depths (m) at the ticks of a rate: tick `i` is at `i / rate_hz`, the first at 0, the
     /// last before the end.
     pub fn positions(&self, rate_hz: u32) -> Vec<f64> {
-        let ticks = (self.end_s * f64::from(rate_hz)) as usize;
         let mut key = Follower::new(&self.moves);
-        (0..ticks)
+        (0..self.ticks(rate_hz))
             .map(|i| key.at(i as f64 / f64::from(rate_hz)))
             .collect()
+    }
+
+    /// How many ticks of a rate it lasts.
+    pub fn ticks(&self, rate_hz: u32) -> usize {
+        (self.end_s * f64::from(rate_hz)) as usize
+    }
+
+    /// The depth (m) at a time (s). Moves follow each other, so the last that has begun decides.
+    pub fn at(&self, t_s: f64) -> f64 {
+        let begun = self.moves.partition_point(|m| m.start_s <= t_s);
+        Follower::new(&self.moves[begun.saturating_sub(2)..begun]).at(t_s)
     }
 }
 

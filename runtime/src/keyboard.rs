@@ -31,6 +31,9 @@ use crate::gesture::{Follower, Move};
 /// Keys computed together.
 const GROUP: usize = 8;
 
+/// So many events of a key are kept: 36 a second for an hour.
+const EVENTS_MAX: usize = 1 << 17;
+
 /// Ticks between looks at the clock.
 const BLOCK: usize = 4096;
 
@@ -50,6 +53,10 @@ pub struct KeyLog {
     pub index: usize,
     /// What was emitted: tick, index of the emission in the Model, arguments (SI).
     pub events: Vec<(usize, usize, Vec<f64>)>,
+    /// Events beyond those that are kept of a key.
+    pub events_lost: usize,
+    /// The distance of neighbouring values of the arguments of each emission (SI).
+    pub steps: Vec<Vec<Option<f64>>>,
     /// The greatest force in either direction (N), and its tick.
     pub peak: (f64, usize),
     /// Ticks in which the drive gave all it can.
@@ -166,7 +173,12 @@ pub fn play_on_board(
         let compiled = &compiled[zone.instrument.index()];
         zones.push(ZoneGroup {
             keys: zone.keys,
-            group: Group::new(compiled, device, &keys[zone.keys.indices()]),
+            group: Group::new(
+                compiled,
+                device,
+                EngineKind::Emulated(board),
+                &keys[zone.keys.indices()],
+            ),
         });
     }
     let mut drive = vec![0; keys.len()];
@@ -246,7 +258,7 @@ fn play_group(
     let model = model_of_keys(model, &indices);
     let compiled = compile(model, device.scales(), false).map_err(|e| format!("{e:?}"))?;
     let mut engine = Engine::new(kind, &compiled, device, keys.len())?;
-    let mut group = Group::new(&compiled, device, keys);
+    let mut group = Group::new(&compiled, device, kind, keys);
     for block in (0..ticks).step_by(BLOCK) {
         let end = ticks.min(block + BLOCK);
         for tick in block..end {
@@ -255,6 +267,20 @@ fn play_group(
         progress((end - block) * keys.len());
     }
     Ok(group.logs)
+}
+
+/// The distance of neighbouring values of the arguments of each emission (SI); none in an engine
+/// that has no words.
+fn steps(compiled: &Compiled, kind: EngineKind) -> Vec<Vec<Option<f64>>> {
+    let words = kind != EngineKind::Ideal;
+    let mut steps = vec![Vec::new(); compiled.model.emissions.len()];
+    for event in &compiled.lowered.events {
+        if let LoweredEventKind::Emission(e) = event.kind {
+            let lsbs = event.arg_lsbs.iter();
+            steps[e as usize] = lsbs.map(|lsb| words.then_some(*lsb)).collect();
+        }
+    }
+    steps
 }
 
 /// Some keys while they play.
@@ -270,7 +296,13 @@ struct Group<'a> {
 }
 
 impl<'a> Group<'a> {
-    fn new(compiled: &'a Compiled, device: &'a Device, keys: &'a [PlayingKey]) -> Group<'a> {
+    fn new(
+        compiled: &'a Compiled,
+        device: &'a Device,
+        kind: EngineKind,
+        keys: &'a [PlayingKey],
+    ) -> Group<'a> {
+        let steps = steps(compiled, kind);
         Group {
             compiled,
             device,
@@ -282,6 +314,7 @@ impl<'a> Group<'a> {
                 .iter()
                 .map(|key| KeyLog {
                     index: key.index,
+                    steps: steps.clone(),
                     ..KeyLog::default()
                 })
                 .collect(),
@@ -331,9 +364,12 @@ impl<'a> Group<'a> {
 
     fn happened(&mut self, happened: Happened, tick: usize) {
         if let LoweredEventKind::Emission(e) = self.compiled.lowered.events[happened.event].kind {
-            self.logs[happened.key as usize]
-                .events
-                .push((tick, e as usize, happened.args));
+            let log = &mut self.logs[happened.key as usize];
+            if log.events.len() < EVENTS_MAX {
+                log.events.push((tick, e as usize, happened.args));
+            } else {
+                log.events_lost += 1;
+            }
         }
     }
 }

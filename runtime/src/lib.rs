@@ -15,6 +15,7 @@
 pub mod board;
 pub mod closed;
 pub mod compare;
+pub mod decimal;
 pub mod device;
 pub mod emulated;
 pub mod engine;
@@ -28,8 +29,10 @@ pub mod motion;
 pub mod motor;
 pub mod plant;
 pub mod plot;
+pub mod record;
 pub mod report;
 pub mod session;
 pub mod stroke;
 pub mod titles;
 pub mod trace;
+pub mod trajectory;

@@ -32,10 +32,16 @@ use std::path::{Path, PathBuf};
 
 use crate::files::FileError;
 use calibration::Calibration;
-use resample::{resample, resampled_len};
+pub use resample::Resampled;
+use resample::resampled_len;
 
-/// The most samples a motion may have, read or resampled: about seven hours at 44.1 kHz.
-const SAMPLES_MAX: usize = 1 << 30;
+use crate::trajectory::Trajectory;
+
+/// The most ticks a motion may last: about seven hours at 44.1 kHz.
+const TICKS_MAX: usize = 1 << 30;
+
+/// The most rows of a recording, which are held: nine hours at 2 kHz, half an hour at 44.1 kHz.
+const ROWS_MAX: usize = 1 << 26;
 
 /// Sources are at most so many times as fast as the tick.
 const OVERSAMPLING_MAX: f64 = 1000.0;
@@ -88,7 +94,9 @@ pub struct Motion {
     /// Ticks per second.
     pub rate_hz: u32,
     /// The position at each tick (m).
-    pub position_m: Vec<f64>,
+    pub positions: Trajectory,
+    /// When the first was recorded (s).
+    pub start_s: f64,
     /// Rows read from the file.
     pub samples_read: usize,
     /// Rows per second of the file, or of the grid its rows were interpolated onto.
@@ -102,15 +110,7 @@ pub struct Motion {
 impl Motion {
     /// How long it lasts (s).
     pub fn duration_s(&self) -> f64 {
-        self.position_m.len() as f64 / f64::from(self.rate_hz)
-    }
-
-    /// How many positions lie outside a range (m), such as a sensor's.
-    pub fn count_outside(&self, low_m: f64, high_m: f64) -> usize {
-        self.position_m
-            .iter()
-            .filter(|x| !(low_m..=high_m).contains(*x))
-            .count()
+        self.positions.ticks() as f64 / f64::from(self.rate_hz)
     }
 }
 
@@ -137,15 +137,16 @@ pub fn load(path: &Path, options: &MotionOptions, tick_rate_hz: u32) -> Result<M
         })?;
     }
     check_rates(source.positions_m.len(), source.rate_hz, tick_rate_hz).map_err(error)?;
-    let position_m = resample(&source.positions_m, source.rate_hz, f64::from(tick_rate_hz));
-    if !position_m.iter().all(|x| x.abs() <= FARTHEST_M) {
+    if !source.positions_m.iter().all(|x| x.abs() <= FARTHEST_M) {
         return Err(error(format!(
             "positions of more than {FARTHEST_M} m are no key's; check the column and its unit"
         )));
     }
     Ok(Motion {
         rate_hz: tick_rate_hz,
-        position_m,
+        positions: Resampled::new(source.positions_m, source.rate_hz, f64::from(tick_rate_hz))
+            .into(),
+        start_s: source.start_s,
         samples_read: source.samples_read,
         source_rate_hz: source.rate_hz,
         calibration_clipped: source.calibration_clipped,
@@ -158,15 +159,11 @@ pub fn load(path: &Path, options: &MotionOptions, tick_rate_hz: u32) -> Result<M
 ///
 /// # Errors
 /// As [`load`].
-pub fn load_force(path: &Path, turns: bool, tick_rate_hz: u32) -> Result<Vec<f64>, FileError> {
-    let (_, grid) = titled::read(path, titled::FORCE[usize::from(turns)], SAMPLES_MAX)?;
+pub fn load_force(path: &Path, turns: bool, tick_rate_hz: u32) -> Result<Trajectory, FileError> {
+    let grid = titled::read(path, titled::FORCE[usize::from(turns)], ROWS_MAX)?.grid;
     check_rates(grid.samples.len(), grid.rate_hz, tick_rate_hz)
         .map_err(|message| FileError::new(path, message))?;
-    Ok(resample(
-        &grid.samples,
-        grid.rate_hz,
-        f64::from(tick_rate_hz),
-    ))
+    Ok(Resampled::new(grid.samples, grid.rate_hz, f64::from(tick_rate_hz)).into())
 }
 
 /// Readings beyond this are mistakes (m or rad), and would overflow what computes with them.
@@ -175,6 +172,7 @@ const FARTHEST_M: f64 = 1e6;
 /// A file at its own rate.
 struct Source {
     rate_hz: f64,
+    start_s: f64,
     positions_m: Vec<f64>,
     samples_read: usize,
     calibration_clipped: usize,
@@ -184,16 +182,18 @@ struct Source {
 fn read(path: &Path, options: &MotionOptions) -> Result<Source, FileError> {
     match &options.layout {
         Layout::Titled => {
-            let (samples_read, grid) = titled::read(
-                path,
-                titled::POSITION[usize::from(options.turns)],
-                SAMPLES_MAX,
-            )?;
+            let wanted = titled::POSITION[usize::from(options.turns)];
+            let titled::Titled {
+                rows,
+                start_s,
+                grid,
+            } = titled::read(path, wanted, ROWS_MAX)?;
             let notes = grid.note.into_iter().collect();
             Ok(Source {
                 rate_hz: grid.rate_hz,
                 positions_m: grid.samples,
-                samples_read,
+                start_s,
+                samples_read: rows,
                 calibration_clipped: 0,
                 notes,
             })
@@ -210,13 +210,14 @@ fn read(path: &Path, options: &MotionOptions) -> Result<Source, FileError> {
                 ));
             }
             let calibration = calibration.as_deref().map(Calibration::load).transpose()?;
-            let raw = raw::read(path, *column, calibration.as_ref())?;
+            let raw = raw::read(path, *column, calibration.as_ref(), ROWS_MAX)?;
             let unit = if options.turns { "radians" } else { "metres" };
             let taken = calibration
                 .is_none()
                 .then(|| format!("bare numbers are taken as {unit}, as there is no calibration"));
             Ok(Source {
                 rate_hz: *rate_hz,
+                start_s: 0.0,
                 samples_read: raw.positions_m.len(),
                 positions_m: raw.positions_m,
                 calibration_clipped: raw.clipped,
@@ -247,9 +248,9 @@ fn check_rates(len: usize, rate_hz: f64, tick_rate_hz: u32) -> Result<(), String
         ));
     }
     let ticks = resampled_len(len, rate_hz, tick_hz);
-    if ticks > SAMPLES_MAX as f64 {
+    if ticks > TICKS_MAX as f64 {
         return Err(format!(
-            "it lasts {:e} s, which is more than {SAMPLES_MAX} ticks at {tick_rate_hz} Hz",
+            "it lasts {:e} s, which is more than {TICKS_MAX} ticks at {tick_rate_hz} Hz",
             ticks / tick_hz
         ));
     }

@@ -22,6 +22,7 @@ use std::collections::VecDeque;
 use whippen_compiler::stability::Hand;
 
 use crate::device::{Device, Mechanics};
+use crate::trajectory::Trajectory;
 
 /// Steps in a tick.
 pub const STEPS: usize = 16;
@@ -30,14 +31,21 @@ pub const STEPS: usize = 16;
 #[derive(Debug, Clone, PartialEq)]
 pub enum Player {
     /// A force at each tick (N, down); nothing after the last.
-    Force(Vec<f64>),
+    Force(Trajectory),
     /// A hand that grips the key and wants it at a place at each tick (m); the last place stays.
     Hand {
         /// Its mass on the key, and its spring and damper to that place.
         hand: Hand,
         /// Where it wants the key.
-        target: Vec<f64>,
+        target: Trajectory,
     },
+}
+
+impl Player {
+    /// Nobody.
+    pub fn nobody() -> Player {
+        Player::Force(Vec::new().into())
+    }
 }
 
 /// What a player did to the key since the last look (J).
@@ -50,6 +58,12 @@ pub struct Energy {
 }
 
 impl Energy {
+    /// Adds what was done besides.
+    pub fn add(&mut self, more: Energy) {
+        self.given_j += more.given_j;
+        self.returned_j += more.returned_j;
+    }
+
     /// What the key kept; below 0 it gave more than it got.
     pub fn kept_j(&self) -> f64 {
         self.given_j - self.returned_j
@@ -62,6 +76,9 @@ pub struct Plant<'d> {
     device: &'d Device,
     mechanics: Mechanics,
     player: Player,
+    /// What the player wants in this tick: a force, or the place of the hand at its beginning and
+    /// its end.
+    wanted: (f64, f64),
     step_s: f64,
     /// How much of the way to what is asked for the coil goes in a step.
     follows: f64,
@@ -83,6 +100,10 @@ impl<'d> Plant<'d> {
         let mechanics = device.mechanics?;
         let step_s = 1.0 / (f64::from(rate_hz) * STEPS as f64);
         let late = steps(device.sensor.delay_samples);
+        let wanted = match &player {
+            Player::Force(force) => (force.get(0).unwrap_or(0.0), 0.0),
+            Player::Hand { target, .. } => (target.at(0), target.at(1)),
+        };
         let corner = device
             .drive
             .bandwidth_hz
@@ -91,6 +112,7 @@ impl<'d> Plant<'d> {
             device,
             mechanics,
             player,
+            wanted,
             step_s,
             follows: corner.map_or(1.0, |corner| 1.0 - libm::exp(-corner * step_s)),
             x,
@@ -120,6 +142,26 @@ impl<'d> Plant<'d> {
         self.v
     }
 
+    /// Where the hand wants the key (m); none where a force acts.
+    pub fn target(&self) -> Option<f64> {
+        matches!(self.player, Player::Hand { .. }).then_some(self.wanted.0)
+    }
+
+    /// What the player pushes at this instant (N, down).
+    pub fn player_force(&self) -> f64 {
+        self.pull().0
+    }
+
+    /// What the coil pushes at this instant (N, up).
+    pub fn coil_force(&self) -> f64 {
+        self.force
+    }
+
+    /// What the felt of a stop pushes at this instant (N, up).
+    pub fn stop_force(&self) -> f64 {
+        self.stop()
+    }
+
     /// What the player did since the last call.
     pub fn take_energy(&mut self) -> Energy {
         std::mem::take(&mut self.energy)
@@ -145,6 +187,25 @@ impl<'d> Plant<'d> {
             self.seen.pop_front();
             self.step += 1;
         }
+        let tick = self.step / STEPS;
+        self.wanted = match &self.player {
+            Player::Force(force) => (force.get(tick).unwrap_or(0.0), 0.0),
+            Player::Hand { target, .. } => (self.wanted.1, target.at(tick + 1)),
+        };
+    }
+
+    /// What the player pushes in this step (N, down), and the mass that moves with the key.
+    fn pull(&self) -> (f64, f64) {
+        let Player::Hand { hand, .. } = &self.player else {
+            return (self.wanted.0, 0.0);
+        };
+        // The hand's place goes straight from tick to tick.
+        let (from, to) = self.wanted;
+        let part = (self.step % STEPS) as f64 / STEPS as f64;
+        let place = from + part * (to - from);
+        let speed = (to - from) / (STEPS as f64 * self.step_s);
+        let force = hand.stiffness * (place - self.x) + hand.damping * (speed - self.v);
+        (force, hand.mass)
     }
 
     fn advance(&mut self) {
@@ -155,16 +216,7 @@ impl<'d> Plant<'d> {
             friction,
             ..
         } = self.mechanics;
-        let (own, added) = match &self.player {
-            Player::Force(forces) => (forces.get(self.step / STEPS).copied().unwrap_or(0.0), 0.0),
-            Player::Hand { hand, target } => {
-                let (place, speed) = wanted(target, self.step, self.step_s);
-                (
-                    hand.stiffness * (place - self.x) + hand.damping * (speed - self.v),
-                    hand.mass,
-                )
-            }
-        };
+        let (own, added) = self.pull();
         let all = own - self.force - damping * self.v - self.stop();
         let before = self.v;
         let free = self.v + self.step_s * all / (mass + added);
@@ -209,18 +261,6 @@ fn steps(ticks: f64) -> usize {
     (ticks * STEPS as f64).round() as usize
 }
 
-/// Where a hand wants the key in a step, and how fast it wants it to go: straight from tick to
-/// tick.
-fn wanted(target: &[f64], step: usize, step_s: f64) -> (f64, f64) {
-    let at = |tick: usize| target.get(tick).or(target.last()).copied().unwrap_or(0.0);
-    let (from, to) = (at(step / STEPS), at(step / STEPS + 1));
-    let part = (step % STEPS) as f64 / STEPS as f64;
-    (
-        from + part * (to - from),
-        (to - from) / (STEPS as f64 * step_s),
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -254,7 +294,7 @@ mod tests {
     #[test]
     fn a_force_moves_the_mass_and_friction_holds_it() {
         let smooth = device(|m| (m.friction, m.damping) = (0.0, 0.0));
-        let (x, v, energy) = after(&smooth, Player::Force(vec![0.6; 441]), 0.0, 0, 441);
+        let (x, v, energy) = after(&smooth, Player::Force(vec![0.6; 441].into()), 0.0, 0, 441);
         // 0.6 N on 60 g for 10 ms.
         assert!(
             (v - 0.1).abs() < 1e-9 && (x - 0.5e-3).abs() < 1e-6,
@@ -263,13 +303,13 @@ mod tests {
         assert!((energy.given_j - 0.5 * 0.06 * 0.01).abs() < 1e-8 && energy.returned_j == 0.0);
         let dry = device(|m| m.friction = 0.7);
         assert_eq!(
-            after(&dry, Player::Force(vec![0.6; 441]), 0.0, 0, 441).0,
+            after(&dry, Player::Force(vec![0.6; 441].into()), 0.0, 0, 441).0,
             0.0
         );
         // With friction alone 0.1 m/s end after v m / f_c = 0.2 s.
         let (_, v, _) = after(
             &device(|m| (m.friction, m.damping) = (0.03, 0.0)),
-            Player::Force(vec![0.63; 441]),
+            Player::Force(vec![0.63; 441].into()),
             0.0,
             0,
             441 + 8820,
@@ -281,8 +321,7 @@ mod tests {
     fn the_drive_acts_after_its_delay_and_its_coil() {
         let mut fast = device(|m| (m.friction, m.damping) = (0.0, 0.0));
         fast.drive.bandwidth_hz = None;
-        let mut plant =
-            Plant::new(&fast, RATE_HZ, Player::Force(Vec::new()), 5e-3).expect("mechanics");
+        let mut plant = Plant::new(&fast, RATE_HZ, Player::nobody(), 5e-3).expect("mechanics");
         plant.tick(1024);
         assert_eq!(plant.position(), 5e-3, "one sample late");
         plant.tick(1024);
@@ -294,8 +333,8 @@ mod tests {
         plant.tick(1024);
         assert!(plant.sensed() < 5e-3 && plant.sensed() > plant.position());
         let slow = device(|m| (m.friction, m.damping) = (0.0, 0.0));
-        let (_, lags, _) = after(&slow, Player::Force(Vec::new()), 5e-3, 1024, 441);
-        let (_, leads, _) = after(&fast, Player::Force(Vec::new()), 5e-3, 1024, 441);
+        let (_, lags, _) = after(&slow, Player::nobody(), 5e-3, 1024, 441);
+        let (_, leads, _) = after(&fast, Player::nobody(), 5e-3, 1024, 441);
         // The coil's time constant at 3 kHz is 53 us: so much of the force is missing.
         assert!(
             ((lags - leads) * 0.06 / 53.05e-6 - 1.0).abs() < 0.02,
@@ -315,7 +354,7 @@ mod tests {
             &key,
             Player::Hand {
                 hand,
-                target: vec![4e-3],
+                target: vec![4e-3].into(),
             },
             0.0,
             0,
@@ -324,12 +363,24 @@ mod tests {
         assert!((x - 4e-3).abs() < 1e-6 && v.abs() < 1e-4, "{x} {v}");
         assert!(energy.kept_j() > 0.0, "friction keeps something");
         let mikey = Device::mikey();
-        let (x, v, _) = after(&mikey, Player::Force(vec![2.0; 44_100]), 5e-3, 0, 44_100);
+        let (x, v, _) = after(
+            &mikey,
+            Player::Force(vec![2.0; 44_100].into()),
+            5e-3,
+            0,
+            44_100,
+        );
         assert!(
             (x - 10.1e-3).abs() < 5e-6 && v.abs() < 1e-9,
             "2 N go 0.1 mm into 20 kN/m: {x}"
         );
-        let (x, ..) = after(&mikey, Player::Force(vec![-2.0; 44_100]), 5e-3, 0, 44_100);
+        let (x, ..) = after(
+            &mikey,
+            Player::Force(vec![-2.0; 44_100].into()),
+            5e-3,
+            0,
+            44_100,
+        );
         assert!((x + 0.1e-3).abs() < 5e-6, "{x}");
     }
 }

@@ -35,6 +35,7 @@ mod tests;
 use std::path::Path;
 
 use crate::files::{FileError, write_whole};
+use crate::record::Record;
 use crate::titles::split_title;
 use crate::trace::{Column, EventRow, Trace};
 pub use map::{Curve, Map};
@@ -46,8 +47,8 @@ pub struct Series<'a> {
     pub name: &'a str,
     /// Its unit as titles write it (`m`, `n`, `rad`).
     pub unit: &'a str,
-    /// One value per tick (SI).
-    pub values: &'a [f64],
+    /// Its values (SI).
+    pub record: &'a Record,
 }
 
 /// One state machine over time.
@@ -57,8 +58,8 @@ pub struct Machine<'a> {
     pub name: &'a str,
     /// The names of its states.
     pub states: &'a [String],
-    /// Per tick the index of its state.
-    pub values: &'a [f64],
+    /// The index of its state over time.
+    pub record: &'a Record,
 }
 
 /// An instant to be marked.
@@ -77,6 +78,8 @@ pub struct Figure<'a> {
     pub title: String,
     /// Ticks per second.
     pub rate_hz: u32,
+    /// When the first tick was (s).
+    pub start_s: f64,
     /// Position of the key.
     pub travel: Option<Series<'a>>,
     /// The force terms.
@@ -104,28 +107,31 @@ pub struct Roles {
     pub forces: Vec<String>,
     /// Title of the column of their sum.
     pub total: String,
-    /// Titles of the columns of coordinates.
+    /// Titles of the columns of coordinates, and of what else is drawn over time.
     pub coordinates: Vec<String>,
+    /// Titles of the columns of state machines.
+    pub machines: Vec<String>,
     /// Name of the event that is marked (`note`); its first argument, if it has one, is written
     /// beside it.
     pub mark: String,
 }
 
 impl<'a> Figure<'a> {
-    /// A figure of a trace. All columns with labels are drawn as state machines.
+    /// A figure of a trace.
     pub fn of(trace: &'a Trace, roles: &Roles) -> Figure<'a> {
         let series = |name: &String| {
             let column = trace.column(name)?;
             Some(Series {
-                name: &column.name,
-                unit: &column.unit,
-                values: &column.values,
+                name: &column.heading.name,
+                unit: &column.heading.unit,
+                record: &column.record,
             })
         };
+        let column = |name: &String| trace.column(name);
         let machine = |c: &'a Column| Machine {
-            name: &c.name,
-            states: &c.labels,
-            values: &c.values,
+            name: &c.heading.name,
+            states: &c.heading.labels,
+            record: &c.record,
         };
         let marked = || trace.events.iter().filter(|e| e.event == roles.mark);
         let label = |e: &EventRow| {
@@ -139,14 +145,12 @@ impl<'a> Figure<'a> {
         Figure {
             title: roles.title.clone(),
             rate_hz: trace.rate_hz,
+            start_s: trace.start_s,
             travel: series(&roles.travel),
             forces: roles.forces.iter().filter_map(series).collect(),
             total: series(&roles.total),
             coordinates: roles.coordinates.iter().filter_map(series).collect(),
-            machines: trace
-                .columns
-                .iter()
-                .filter(|c| !c.labels.is_empty())
+            machines: (roles.machines.iter().filter_map(column))
                 .map(machine)
                 .collect(),
             mark_name: frame::heading(
@@ -171,8 +175,8 @@ impl<'a> Figure<'a> {
             .chain(&self.total)
             .chain(&self.coordinates);
         series
-            .map(|s| s.values.len())
-            .chain(self.machines.iter().map(|m| m.values.len()))
+            .map(|s| s.record.ticks())
+            .chain(self.machines.iter().map(|m| m.record.ticks()))
             .max()
             .unwrap_or(0)
     }

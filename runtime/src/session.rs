@@ -1,26 +1,39 @@
-//! A run: an engine, a motion, a trace.
+//! A run: an engine, a motion, and what is recorded of it.
 //!
 //! ```text
-//!   positions (m) -> sensor words -> Engine -> drive words, values, events -> Trace
+//!   position (m) -> sensor word -> Engine -> drive word, values, events -> Recorder -> tables, Trace
 //! ```
+//!
+//! Everything streams: positions are asked for tick by tick, rows are written as they come, and a
+//! [`Trace`] is kept only as far as it is wanted ([`Keep`]), so a run takes as much memory after an
+//! hour as after a second.
 //!
 //! The motion is prescribed: the key is where it was recorded to be, whatever force answers
 //! (`closed` lets the force move it). All keys of an engine get the same motion; the trace shows
 //! the first.
 
+mod columns;
+mod recorder;
+
+use std::fmt;
 use std::time::{Duration, Instant};
 
-use whippen_compiler::lower::{Export, ExportKind, LoweredEventKind};
-use whippen_compiler::model::{CellKind, EmissionId, Model};
+use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::Compiled;
-use whippen_compiler::units::Dim;
 
 use crate::device::Device;
 use crate::emulated::Load;
-use crate::engine::{Engine, EngineKind, Happened};
-use crate::plot::{Figure, Roles};
-use crate::titles::join_title;
-use crate::trace::{Column, EventRow, Trace};
+use crate::engine::{Engine, EngineKind};
+use crate::files::FileError;
+use crate::plot::Figure;
+use crate::trace::Trace;
+
+pub use columns::{
+    ALL, Recorded, Signal, argument_title, argument_titles, arguments, choose, marked, recorded,
+    roles, roles_of_all, suffix, title, titles, unit,
+};
+use recorder::Recorder;
+pub use recorder::{Happenings, Keep, LISTED_MAX, Recording, Strikes};
 
 /// What a run counted.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -62,16 +75,60 @@ impl Counts {
 /// A finished run.
 #[derive(Debug, Clone)]
 pub struct Run {
-    /// What was recorded.
+    /// What was kept of it.
     pub trace: Trace,
     /// What was counted.
     pub counts: Counts,
+    /// What happened, in numbers.
+    pub happenings: Happenings,
     /// What it took on the board, on the engine `emulated`.
     pub load: Option<Load>,
+    /// Whether its columns were chosen, so that figures draw all of them.
+    pub is_chosen: bool,
 }
 
-/// Runs `compiled` over `positions_m`, one per tick. `progress` is told the ticks done now and
-/// then.
+/// Why a run did not come to its end.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum RunError {
+    /// The engine could not be built or could not go on, in words.
+    Engine(String),
+    /// A table could not be written.
+    Output(FileError),
+}
+
+impl fmt::Display for RunError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            RunError::Engine(why) => f.write_str(why),
+            RunError::Output(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for RunError {}
+
+/// What moves the key.
+pub(crate) trait Body {
+    /// Where the key is in a tick (m), after the drive's word of the tick before.
+    fn position_m(&mut self, tick: usize, word: Option<i16>) -> f64;
+
+    /// What is recorded of it in this tick, in the order of [`Signal::Body`].
+    fn observe(&self) -> &[f64] {
+        &[]
+    }
+}
+
+/// A key that is where a motion says.
+struct Prescribed<F>(F);
+
+impl<F: FnMut(usize) -> f64> Body for Prescribed<F> {
+    fn position_m(&mut self, tick: usize, _: Option<i16>) -> f64 {
+        (self.0)(tick)
+    }
+}
+
+/// Runs `compiled` over `positions_m`, one per tick, and keeps every tick. `progress` is told the
+/// ticks done now and then.
 ///
 /// # Errors
 /// The engine cannot be built on this machine.
@@ -81,35 +138,61 @@ pub fn run(
     kind: EngineKind,
     positions_m: &[f64],
     progress: impl FnMut(usize),
-) -> Result<Run, String> {
-    looped(
+) -> Result<Run, RunError> {
+    let recording = Recording::everything(recorded(compiled, device, kind, &[]));
+    let position_m = |tick: usize| positions_m[tick];
+    record(
         compiled,
         device,
         kind,
-        positions_m.len(),
+        (positions_m.len(), position_m),
+        recording,
         progress,
-        |tick, _| positions_m[tick],
     )
 }
 
-/// Runs `compiled` for so many ticks; `position_m` is told the tick and the drive's word of the one
-/// before, and says where the key then is.
-pub(crate) fn looped(
+/// Runs `compiled` for so many ticks over the positions that are asked for one by one, and records
+/// what is wanted. `progress` is told the ticks done now and then.
+///
+/// # Errors
+/// The engine cannot be built on this machine, or a table cannot be written.
+pub fn record(
     compiled: &Compiled,
     device: &Device,
     kind: EngineKind,
-    ticks: usize,
+    (ticks, position_m): (usize, impl FnMut(usize) -> f64),
+    recording: Recording,
+    progress: impl FnMut(usize),
+) -> Result<Run, RunError> {
+    let mut body = Prescribed(position_m);
+    record_body(
+        compiled,
+        device,
+        kind,
+        (ticks, &mut body),
+        recording,
+        progress,
+    )
+}
+
+/// Runs `compiled` for so many ticks with what moves the key.
+pub(crate) fn record_body(
+    compiled: &Compiled,
+    device: &Device,
+    kind: EngineKind,
+    (ticks, body): (usize, &mut dyn Body),
+    recording: Recording,
     mut progress: impl FnMut(usize),
-    mut position_m: impl FnMut(usize, Option<i16>) -> f64,
-) -> Result<Run, String> {
-    let mut engine = Engine::new(kind, compiled, device, 1)?;
-    let senses = compiled.model.senses.len();
-    let mut recorder = Recorder::new(compiled, ticks, engine.observes());
+) -> Result<Run, RunError> {
+    let mut engine = Engine::new(kind, compiled, device, 1).map_err(RunError::Engine)?;
+    let is_chosen = recording.is_chosen();
+    let mut recorder = Recorder::new(compiled, device, recording);
     let mut watch = Watch::new(compiled, device);
-    let mut words = vec![0u16; senses];
+    let mut words = vec![0u16; compiled.model.senses.len()];
     let mut drive = [0i16];
     for tick in 0..ticks {
-        words.fill(watch.word(position_m(tick, (tick > 0).then_some(drive[0]))));
+        let position_m = body.position_m(tick, (tick > 0).then_some(drive[0]));
+        words.fill(watch.word(position_m));
         let before = Instant::now();
         if tick == 0 {
             engine.start(&words);
@@ -117,20 +200,35 @@ pub(crate) fn looped(
         engine.tick(&words, &mut drive);
         watch.counts.engine_time += before.elapsed();
         watch.drive(drive[0]);
-        recorder.tick(&mut engine, tick, device.force_of_word(drive[0]));
+        let written = recorder.tick(&mut engine, tick, drive[0], body.observe());
+        written.map_err(RunError::Output)?;
         if tick % 4096 == 0 {
             progress(tick);
         }
     }
     progress(ticks);
     if let Some(trouble) = engine.board().and_then(|board| board.trouble()) {
-        return Err(trouble.to_string());
+        return Err(RunError::Engine(trouble.to_string()));
     }
+    let (trace, happenings) = recorder.finish().map_err(RunError::Output)?;
     Ok(Run {
-        trace: recorder.trace,
+        trace,
+        happenings,
         counts: watch.counts,
         load: engine.board().map(|board| board.load()),
+        is_chosen,
     })
+}
+
+/// The figure of a run: travel, force terms and their sum, coordinates, states, strikes; or what
+/// was chosen.
+pub fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
+    let roles = if run.is_chosen {
+        roles_of_all(compiled, &run.trace)
+    } else {
+        roles(compiled)
+    };
+    Figure::of(&run.trace, &roles)
 }
 
 /// Counts what the converters and the ranges cut off.
@@ -186,197 +284,4 @@ impl<'a> Watch<'a> {
     fn drive(&mut self, word: i16) {
         self.counts.drive_clipped += usize::from(word == i16::MIN || word == i16::MAX);
     }
-}
-
-/// The event that a summary lists and a figure marks: `note`, or else the first that the program
-/// emits with an argument.
-pub fn marked(model: &Model) -> &str {
-    let first = || {
-        model
-            .emissions
-            .iter()
-            .find(|e| !e.args.is_empty())
-            .map(|e| e.name.as_str())
-    };
-    if model.emissions.iter().any(|e| e.name == "note") {
-        "note"
-    } else {
-        first().unwrap_or("note")
-    }
-}
-
-/// The figure of a run: travel, force terms and their sum, coordinates, states, strikes.
-pub fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
-    Figure::of(&run.trace, &roles(compiled))
-}
-
-/// Which columns of a run's trace play which part in a figure.
-pub fn roles(compiled: &Compiled) -> Roles {
-    let model = &compiled.model;
-    let coordinate = |kind| match kind {
-        ExportKind::Cell(id) => model.cells[id].kind == CellKind::Coordinate,
-        _ => false,
-    };
-    let first = |wanted: ExportKind| {
-        titles(compiled, &|kind| kind == wanted)
-            .into_iter()
-            .next()
-            .unwrap_or_default()
-    };
-    Roles {
-        title: model.name.replace('_', " "),
-        travel: first(ExportKind::Sense(0)),
-        forces: titles(compiled, &|kind| matches!(kind, ExportKind::Force(_))),
-        total: first(ExportKind::Total),
-        coordinates: titles(compiled, &coordinate),
-        mark: marked(model).to_string(),
-    }
-}
-
-/// The titles of the columns of exports of some kinds, in the order of the exports.
-pub fn titles(compiled: &Compiled, wanted: &dyn Fn(ExportKind) -> bool) -> Vec<String> {
-    let title = |e: &Export| join_title(&e.name, &suffix(&compiled.model, e));
-    compiled
-        .lowered
-        .exports
-        .iter()
-        .filter(|e| wanted(e.kind))
-        .map(title)
-        .collect()
-}
-
-/// Fills a trace: the drive, then senses, the sum of forces, forces, coordinates, rates, states.
-struct Recorder<'c> {
-    compiled: &'c Compiled,
-    /// Exports that have a column, by index.
-    shown: Vec<usize>,
-    titles: Vec<Vec<String>>,
-    trace: Trace,
-}
-
-impl<'c> Recorder<'c> {
-    /// Without values inside of ticks there is the drive alone.
-    fn new(compiled: &'c Compiled, ticks: usize, observes: bool) -> Recorder<'c> {
-        let exports = &compiled.lowered.exports;
-        let column = |name: &str, unit: String, labels: Vec<String>| Column {
-            name: name.to_string(),
-            unit,
-            labels,
-            values: Vec::with_capacity(ticks),
-        };
-        let shown: Vec<usize> = (0..exports.len())
-            .filter(|&i| observes && has_column(&compiled.model, &exports[i]))
-            .collect();
-        let mut columns = vec![column("drive", drive_unit(&compiled.model), Vec::new())];
-        for &index in &shown {
-            let export = &exports[index];
-            columns.push(column(
-                &export.name,
-                suffix(&compiled.model, export),
-                labels(&compiled.model, export),
-            ));
-        }
-        let trace = Trace {
-            rate_hz: compiled.model.rate_hz,
-            columns,
-            events: Vec::new(),
-        };
-        Recorder {
-            compiled,
-            shown,
-            titles: argument_titles(&compiled.model),
-            trace,
-        }
-    }
-
-    fn tick(&mut self, engine: &mut Engine, tick: usize, drive_n: f64) {
-        self.trace.columns[0].values.push(drive_n);
-        for (column, &index) in self.trace.columns[1..].iter_mut().zip(&self.shown) {
-            column
-                .values
-                .push(engine.value(0, index, &self.compiled.lowered.exports[index]));
-        }
-        let t_s = self.trace.time_s(tick);
-        for happened in engine.drain() {
-            self.trace.events.push(self.row(t_s, happened));
-        }
-    }
-
-    fn row(&self, t_s: f64, happened: Happened) -> EventRow {
-        let model = &self.compiled.model;
-        let (event, titles) = match &self.compiled.lowered.events[happened.event].kind {
-            LoweredEventKind::Emission(e) => (
-                model.emissions[EmissionId(*e)].name.clone(),
-                self.titles[*e as usize].clone(),
-            ),
-            LoweredEventKind::Rule(name) => (name.clone(), Vec::new()),
-        };
-        EventRow {
-            t_s,
-            key: happened.key,
-            event,
-            args: titles.into_iter().zip(happened.args).collect(),
-        }
-    }
-}
-
-/// The unit of what the device drives, as a column title writes it.
-fn drive_unit(model: &Model) -> String {
-    if model.turns() {
-        Dim::TORQUE.suffix()
-    } else {
-        Dim::FORCE.suffix()
-    }
-}
-
-/// Ports, force terms, coordinates, rates, pulses and states have columns; `let`s do not.
-fn has_column(model: &Model, export: &Export) -> bool {
-    match export.kind {
-        ExportKind::Named(_) => false,
-        ExportKind::Cell(id) => model.cells[id].kind != CellKind::Pulse,
-        _ => true,
-    }
-}
-
-/// The unit of an export as a column title writes it; an angle is known by its sense or its body.
-pub fn suffix(model: &Model, export: &Export) -> String {
-    let Some(dim) = export.dim else {
-        return String::new();
-    };
-    match export.kind {
-        ExportKind::Sense(_) if dim.is_number() => "rad".into(),
-        ExportKind::Cell(id) if dim.is_number() && model.cells[id].kind == CellKind::Coordinate => {
-            "rad".into()
-        }
-        ExportKind::Cell(id) if dim == Dim::PER_TIME && model.cells[id].kind == CellKind::Rate => {
-            "rad_per_s".into()
-        }
-        _ => dim.suffix(),
-    }
-}
-
-/// The unit of an export as a program writes it (`rad/s`).
-pub fn unit(model: &Model, export: &Export) -> String {
-    match suffix(model, export).as_str() {
-        "rad" => "rad".to_string(),
-        "rad_per_s" => "rad/s".to_string(),
-        _ => export.dim.map_or(String::new(), |dim| dim.unit()),
-    }
-}
-
-fn labels(model: &Model, export: &Export) -> Vec<String> {
-    match export.kind {
-        ExportKind::Machine(id) => model.machines[id].states.clone(),
-        _ => Vec::new(),
-    }
-}
-
-/// Titles of the arguments of every emission (`speed_m_per_s`).
-pub fn argument_titles(model: &Model) -> Vec<Vec<String>> {
-    let title = |(name, dim): &(String, Dim)| join_title(name, &dim.suffix());
-    model
-        .emissions
-        .iter()
-        .map(|e| e.args.iter().map(title).collect())
-        .collect()
 }

@@ -15,6 +15,66 @@ pub fn join_title(name: &str, suffix: &str) -> String {
     }
 }
 
+/// Words that a column cannot be called by: statements of Python or MATLAB that a program may use
+/// as the name of a machine or a plain number.
+const RESERVED: &[&str] = &[
+    "and",
+    "as",
+    "assert",
+    "break",
+    "case",
+    "catch",
+    "class",
+    "continue",
+    "def",
+    "del",
+    "elif",
+    "else",
+    "elseif",
+    "end",
+    "except",
+    "finally",
+    "for",
+    "from",
+    "function",
+    "global",
+    "if",
+    "import",
+    "in",
+    "is",
+    "lambda",
+    "not",
+    "or",
+    "otherwise",
+    "parfor",
+    "pass",
+    "persistent",
+    "raise",
+    "return",
+    "spmd",
+    "switch",
+    "try",
+    "while",
+    "with",
+    "yield",
+];
+
+/// A name that Python and MATLAB take as one: letters, digits and `_`, a letter first. Primes are
+/// `_dot` and `_ddot`, what belongs to a call is joined by `_` (`phi_dot`, `jack_out`).
+pub fn identifier(name: &str) -> String {
+    let name = name.replace("''", "_ddot").replace('\'', "_dot");
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    let name: String = name.chars().map(plain).collect();
+    if RESERVED.contains(&name.as_str()) {
+        return name + "_";
+    }
+    if name.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        name
+    } else {
+        format!("v{name}")
+    }
+}
+
 /// Splits a title into its name and its unit: the longest tail that spells a unit. A title without
 /// a unit is a plain number.
 pub fn split_title(title: &str) -> (&str, Option<Unit>) {
@@ -77,6 +137,23 @@ fn spelled(word: &str) -> Option<&'static str> {
 mod tests {
     use super::*;
     use whippen_compiler::units::{DIMENSIONS, Dim};
+
+    #[test]
+    fn identifiers_are_those_of_python_and_matlab() {
+        let cases = [
+            ("x", "x"),
+            ("phi'", "phi_dot"),
+            ("x''", "x_ddot"),
+            ("jack.held.t", "jack_held_t"),
+            ("_a", "v_a"),
+            ("lambda", "lambda_"),
+            ("end", "end_"),
+            ("ending", "ending"),
+        ];
+        for (name, expected) in cases {
+            assert_eq!(identifier(name), expected);
+        }
+    }
 
     #[test]
     fn titles_of_traces_and_tables() {

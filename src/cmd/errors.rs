@@ -7,9 +7,6 @@ use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::compare::{Comparison, Deviation};
 use whippen_runtime::session;
 
-/// So many events that fell into different ticks are listed.
-const LISTED_MAX: usize = 20;
-
 /// A declared range so many times wider than what was seen is worth a word.
 const WIDE: f64 = 8.0;
 
@@ -53,7 +50,7 @@ fn row(out: &mut String, compiled: &Compiled, d: &Deviation) {
 
 fn events(out: &mut String, compiled: &Compiled, comparison: &Comparison) {
     let rate_hz = f64::from(compiled.model.rate_hz);
-    let (together, apart) = (comparison.events_together, &comparison.events_apart);
+    let (together, apart) = (comparison.events_together, comparison.events_apart);
     let args = comparison.args_relative_max;
     let _ = writeln!(
         out,
@@ -62,10 +59,9 @@ fn events(out: &mut String, compiled: &Compiled, comparison: &Comparison) {
     );
     let _ = writeln!(
         out,
-        "  {} events in one engine only, or in another tick",
-        apart.len()
+        "  {apart} events in one engine only, or in another tick",
     );
-    for (tick, name) in apart.iter().take(LISTED_MAX) {
+    for (tick, name) in &comparison.first_apart {
         let _ = writeln!(out, "    {:>10.5} s  {name}", *tick as f64 / rate_hz);
     }
 }

@@ -9,12 +9,12 @@ use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::stability::Hand;
 use whippen_compiler::units::{Dim, Quantity, parse_quantity};
-use whippen_runtime::closed::{self, Closed};
+use whippen_runtime::closed::{self, StrokeEnergy, Strokes};
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::motion::load_force;
 use whippen_runtime::plant::Player;
-use whippen_runtime::session::Run;
+use whippen_runtime::session::{Recorded, Recording, Run};
 
 use super::motion::Positions;
 use super::progress::Progress;
@@ -102,15 +102,17 @@ impl HandArgs {
         self.force.iter()
     }
 
-    /// Runs in a closed loop and says who gave how much energy. Nobody lets the key go at half of
-    /// the motion's way.
+    /// Runs in a closed loop, recording as `recording` says of the columns there are; gives what is
+    /// to be said of the motion and who gave how much energy. Nobody lets the key go at half of the
+    /// motion's way.
     pub fn play(
         &self,
         compiled: &Compiled,
         device: &Device,
         kind: EngineKind,
         positions: &Positions,
-    ) -> Result<(Run, Positions), Failure> {
+        recording: impl FnOnce(Vec<Recorded>) -> Result<Recording, Failure>,
+    ) -> Result<(Run, Vec<String>), Failure> {
         let model = &compiled.model;
         let grip = self.hand.unwrap_or(Grip::Free);
         if self.force.is_some() && !matches!(grip, Grip::Free) {
@@ -127,10 +129,11 @@ impl HandArgs {
                 device.name
             )));
         }
+        let recording = recording(closed::recorded(compiled, device, kind))?;
         let progress = Progress::new(ticks, model.rate_hz);
-        let closed = closed::run(compiled, device, kind, (player, start_m), ticks, |ticks| {
-            progress.at(ticks)
-        });
+        let from = (player, start_m);
+        let at = |ticks| progress.at(ticks);
+        let closed = closed::record(compiled, device, kind, from, ticks, recording, at);
         progress.done();
         let closed = closed.map_err(|why| stopped(kind, why))?;
         let mut notes = positions.notes.clone();
@@ -138,14 +141,8 @@ impl HandArgs {
             notes.clear();
         }
         notes.push(note);
-        notes.extend(energies(&closed));
-        Ok((
-            closed.run,
-            Positions {
-                position_m: closed.positions,
-                notes,
-            },
-        ))
+        notes.extend(energies(&closed.strokes));
+        Ok((closed.run, notes))
     }
 
     fn player(
@@ -157,7 +154,7 @@ impl HandArgs {
         if let Some(path) = &self.force {
             let force = load_force(path, model.turns(), model.rate_hz)
                 .map_err(|e| Failure::Usage(e.to_string()))?;
-            let ticks = force.len();
+            let ticks = force.ticks();
             return Ok((
                 Player::Force(force),
                 0.0,
@@ -165,24 +162,27 @@ impl HandArgs {
                 ticks,
             ));
         }
-        let ticks = positions.position_m.len();
+        let target = positions.trajectory.clone();
+        let ticks = target.ticks();
         if hand == Hand::FREE {
-            let most = positions.position_m.iter().copied().fold(0.0, f64::max);
+            let most = target.greatest().unwrap_or(0.0).max(0.0);
             let note =
                 "closed loop: nobody holds the key, let go at half of the motion's way".to_string();
-            return Ok((Player::Force(Vec::new()), 0.5 * most, note, ticks));
+            return Ok((Player::nobody(), 0.5 * most, note, ticks));
         }
-        let target = positions.position_m.clone();
-        let start_m = target.first().copied().unwrap_or(0.0);
+        let start_m = target.at(0);
         let note = "closed loop: a hand leads the key along the motion".to_string();
         Ok((Player::Hand { hand, target }, start_m, note, ticks))
     }
 }
 
+/// So many strokes are told one by one; more are told together.
+const LISTED_MAX: usize = 20;
+
 /// What each stroke took of the player; and if so, that the key gave more than it got, from a rest
 /// on.
-fn energies(closed: &Closed) -> Vec<String> {
-    let told = |stroke: &closed::StrokeEnergy| {
+fn energies(strokes: &Strokes) -> Vec<String> {
+    let told = |stroke: &StrokeEnergy| {
         format!(
             "stroke at {:.3} s, {:.0} ms: the player put in {:.3} mJ and got back {:.3} mJ",
             stroke.start_s,
@@ -191,18 +191,28 @@ fn energies(closed: &Closed) -> Vec<String> {
             1e3 * stroke.energy.returned_j
         )
     };
-    let mut lines: Vec<String> = closed.strokes.iter().map(told).collect();
-    let kept_j: f64 = closed.strokes.iter().map(|s| s.energy.kept_j()).sum();
-    if !lines.is_empty() {
-        let (word, size) = if kept_j < 0.0 {
-            ("gave the player", -kept_j)
-        } else {
-            ("kept", kept_j)
-        };
-        lines.push(format!(
-            "all strokes together: the key {word} {:.3} mJ",
-            1e3 * size
-        ));
+    if strokes.count == 0 {
+        return Vec::new();
     }
+    let mut lines: Vec<String> = if strokes.count <= LISTED_MAX {
+        strokes.first.iter().map(told).collect()
+    } else {
+        vec![format!(
+            "{} strokes: the player put in {:.3} mJ and got back {:.3} mJ",
+            strokes.count,
+            1e3 * strokes.all.given_j,
+            1e3 * strokes.all.returned_j
+        )]
+    };
+    let kept_j = strokes.all.kept_j();
+    let (word, size) = if kept_j < 0.0 {
+        ("gave the player", -kept_j)
+    } else {
+        ("kept", kept_j)
+    };
+    lines.push(format!(
+        "all strokes together: the key {word} {:.3} mJ",
+        1e3 * size
+    ));
     lines
 }

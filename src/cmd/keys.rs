@@ -2,6 +2,7 @@
 
 mod performance_report;
 mod played_keyboard;
+mod score;
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -9,40 +10,27 @@ use std::time::Instant;
 
 use whippen_compiler::check::{Program, midi_number, note_name};
 use whippen_compiler::model::Model;
-use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 use whippen_runtime::emulated::EmulatedBoard;
 use whippen_runtime::engine::EngineKind;
-use whippen_runtime::gesture::{Follower, Move};
+use whippen_runtime::gesture::Follower;
 use whippen_runtime::keyboard::{
     KeyLog, Outcome as Played, PlayingKey, model_of_keys, play as play_keys, play_on_board,
 };
-use whippen_runtime::midi::{self, Note, Performance};
+use whippen_runtime::midi;
 use whippen_runtime::report::{Made, Section, id};
-use whippen_runtime::session::{self, Run};
-use whippen_runtime::stroke::{Stroke, strokes};
+use whippen_runtime::session;
 
-use self::played_keyboard::PlayedKeyboard;
-use super::motion::Positions;
 use super::on_board::BoardArgs;
 use super::progress::Progress;
 use super::run::Outputs;
 use super::{load, run};
 use crate::exit::{Failure, Outcome};
 use crate::say::say;
-
-/// The performance begins after this much rest (s): softest strokes begin before their notes.
-const LATER_S: f64 = 0.5;
-
-/// After the last note it goes on for this long (s).
-const AFTER_S: f64 = 1.0;
-
-/// The longest that is played (s): the clock of a run has 30 bits of ticks.
-const LONGEST_S: f64 = 6.0 * 3600.0;
-
-/// A trace of one key is at most so long (s).
-const TRACED_S: f64 = 60.0;
+use performance_report::Performed;
+use played_keyboard::PlayedKeyboard;
+use score::{LATER_S, Score};
 
 /// Which keys play what.
 #[derive(Debug, clap::Args)]
@@ -94,62 +82,6 @@ pub fn first_instrument<'a>(
     Ok(PlayedKeyboard::find(program, name, args)?.model(0))
 }
 
-/// A performance laid out on a keyboard.
-struct Score {
-    notes: Vec<Note>,
-    keys: Vec<PlayingKey>,
-    strokes: Vec<Vec<Stroke>>,
-    /// Notes for which the keyboard has no key.
-    outside: usize,
-    ticks: usize,
-}
-
-fn score(performance: &Performance, keyboard: &PlayedKeyboard, seconds: Option<f64>) -> Score {
-    let until_s = seconds.unwrap_or(f64::INFINITY);
-    let wanted: Vec<Note> = performance
-        .notes
-        .iter()
-        .filter(|n| n.on_s + LATER_S < until_s)
-        .copied()
-        .collect();
-    let (mut keys, mut all) = (Vec::new(), Vec::new());
-    for key in keyboard.layout.first_note..=keyboard.layout.last_note() {
-        let own: Vec<(usize, Note)> = wanted
-            .iter()
-            .copied()
-            .enumerate()
-            .filter(|(_, n)| n.key == key)
-            .collect();
-        if !own.is_empty() {
-            let (moves, made) = strokes(&own, LATER_S);
-            keys.push(PlayingKey {
-                index: usize::from(key - keyboard.layout.first_note),
-                moves,
-            });
-            all.push(made);
-        }
-    }
-    let end = |m: &Move| m.start_s + m.duration_s + AFTER_S;
-    let end_s = keys
-        .iter()
-        .flat_map(|k| &k.moves)
-        .map(end)
-        .fold(0.0, f64::max)
-        .min(until_s);
-    let outside = wanted
-        .iter()
-        .filter(|n| keyboard.layout.key_of_note(n.key).is_none())
-        .count();
-    let ticks = (end_s * f64::from(keyboard.rate_hz())).ceil() as usize;
-    Score {
-        notes: wanted,
-        keys,
-        strokes: all,
-        outside,
-        ticks,
-    }
-}
-
 /// Plays, tells, writes.
 pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
     let keyboard = PlayedKeyboard::find(setup.program, setup.name, args)?;
@@ -165,82 +97,50 @@ pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
         ));
     }
     let performance = midi::load(path).map_err(|e| Failure::Usage(e.to_string()))?;
-    let score = score(&performance, &keyboard, setup.seconds);
-    if score.keys.is_empty() {
-        let (first, last) = (
-            note_name(keyboard.layout.first_note),
-            note_name(keyboard.layout.last_note()),
-        );
-        return Err(Failure::Usage(format!(
-            "{}: no note is on the keys {first} .. {last}",
-            path.display()
-        )));
-    }
-    if score.ticks as f64 > LONGEST_S * f64::from(keyboard.rate_hz()) {
-        return Err(Failure::Usage(format!(
-            "{}: lasts more than six hours; play a part with --seconds",
-            path.display()
-        )));
-    }
+    let score = Score::new(&performance, &keyboard, setup.seconds);
+    score.check(path, &keyboard)?;
     performance_report::report_file(path, &performance, &score, &keyboard);
     // What is wrong with an instrument is reported as for any run.
     for model in keyboard.models() {
         setup.device.fits(model).map_err(Failure::Usage)?;
-        drop(load::compiled(
-            setup.map,
-            model.clone(),
-            setup.device,
-            false,
-        )?);
+        let compiled = load::compiled(setup.map, model.clone(), setup.device, false);
+        drop(compiled?);
     }
     if let Some(on) = setup.engine.board() {
         keyboard.prove(setup, on)?;
     }
     let logs = play(setup, args, &keyboard, &score)?;
-    let rate_hz = keyboard.rate_hz();
-    let played = Played::new(
-        &score.notes,
-        &logs,
-        &score.strokes,
-        |key| keyboard.strike(key),
-        rate_hz,
-    );
+    let strike = |key| keyboard.strike(key);
+    let (notes, strokes) = (&score.notes, &score.strokes);
+    let played = Played::new(notes, &logs, strokes, strike, keyboard.rate_hz());
     performance_report::report_outcome(&keyboard, &played, &logs);
     if let Some(path) = &outputs.events {
-        let names = |key: u32| note_name(keyboard.layout.note_of(key));
-        let trace = performance_report::events(&keyboard, &logs);
-        trace
-            .save_named_events(path, &names)
-            .map_err(|e| Failure::Usage(e.to_string()))?;
+        let written = performance_report::write_events(path, &keyboard, &logs, outputs.form());
+        written.map_err(|e| Failure::Usage(e.to_string()))?;
         say!("events: {}", path.display());
     }
     let traced = wanted
         .map(|index| trace_key(setup, &keyboard, &score, index))
         .transpose()?;
-    if let Some(to) = &outputs.report {
-        let file = path
-            .file_name()
-            .map_or(String::new(), |name| name.to_string_lossy().into_owned());
-        let title = format!("{file} on {}", keyboard.program().name.replace('_', " "));
-        let mut sections = vec![performance_report::section(
-            setup,
-            &keyboard,
-            &score,
-            &played,
-            &logs,
-            &performance,
-        )];
-        sections.extend(traced);
-        run::report(to, &title, sections)?;
-    }
-    Ok(())
+    let Some(to) = &outputs.report else {
+        return Ok(());
+    };
+    let performed = Performed {
+        setup,
+        keyboard: &keyboard,
+        score: &score,
+        played: &played,
+        logs: &logs,
+        performance: &performance,
+    };
+    let file = path.file_name().unwrap_or_default().to_string_lossy();
+    let title = format!("{file} on {}", keyboard.program().name.replace('_', " "));
+    let sections = std::iter::once(performed.section()).chain(traced);
+    run::report(to, &title, sections.collect())
 }
 
 fn traced_key(keyboard: &PlayedKeyboard, key: u8) -> Result<usize, Failure> {
-    let (first, last) = (
-        note_name(keyboard.layout.first_note),
-        note_name(keyboard.layout.last_note()),
-    );
+    let (first, last) = keyboard.ends();
     let wrong = || {
         Failure::Usage(format!(
             "the keyboard has the keys {first} .. {last}, and not {}",
@@ -327,7 +227,7 @@ fn on_board(
         score.ticks,
         progress,
     )
-    .map_err(|why| run::stopped(setup.engine, why))?;
+    .map_err(|why| run::stopped_engine(setup.engine, why))?;
     run::report_load(&load);
     logs.retain(|log| playing(log.index).is_some());
     Ok(logs)
@@ -340,67 +240,37 @@ fn trace_key(
     score: &Score,
     index: usize,
 ) -> Result<Section, Failure> {
-    let name = note_name(keyboard.layout.note_of(index as u32));
+    let name = keyboard.key_name(index as u32);
     let model = model_of_keys(keyboard.model(index), &[index]);
-    let compiled = load::compiled(setup.map, model, setup.device, true)?;
+    let (device, engine) = (setup.device, setup.engine);
+    let compiled = load::compiled(setup.map, model, device, engine.board().is_none())?;
+    // The events are those of all keys, and the report has all sections.
+    let outputs = Outputs {
+        events: None,
+        ..setup.outputs.clone()
+    };
+    let columns = session::recorded(&compiled, device, engine, &[]);
+    let recording = outputs.recording(columns, &compiled, engine)?;
+    let playing = score.keys.iter().find(|key| key.index == index);
+    let mut follower = Follower::new(playing.map_or(&[][..], |key| &key.moves));
     let rate_hz = f64::from(keyboard.rate_hz());
-    let moves = score
-        .keys
-        .iter()
-        .find(|key| key.index == index)
-        .map_or(&[][..], |key| &key.moves);
-    let mut follower = Follower::new(moves);
-    let ticks = score.ticks.min((TRACED_S * rate_hz) as usize);
-    let position_m = (0..ticks)
-        .map(|tick| follower.at(tick as f64 / rate_hz))
-        .collect();
-    let mut notes = vec![format!("the strokes of {name} (synthetic)")];
-    if ticks < score.ticks {
-        notes.push(format!(
-            "the first {TRACED_S} s of {:.1} s",
-            score.ticks as f64 / rate_hz
-        ));
-    }
-    let positions = Positions { position_m, notes };
-    let played = traced(setup, &compiled, &positions)?;
+    let motion = (score.ticks, |tick| follower.at(tick as f64 / rate_hz));
+    let progress = Progress::new(score.ticks, keyboard.rate_hz());
+    let at = |ticks| progress.at(ticks);
+    let played = session::record(&compiled, device, engine, motion, recording, at)
+        .map_err(|why| run::stopped(engine, why))?;
+    progress.done();
+    outputs.finish(&compiled, &played)?;
     let made = Made {
-        engine: setup.engine,
-        motion: &positions.notes,
-        device: setup.device,
+        engine,
+        motion: &[format!("the strokes of {name} (synthetic)")],
+        device,
         settings: setup.settings,
         sources: &[],
     };
-    let section = Section::of_run(&compiled, &played, &made);
     Ok(Section {
         id: format!("key-{}", id(&name)),
         title: format!("key {name}"),
-        ..section
+        ..Section::of_run(&compiled, &played, &made)
     })
-}
-
-fn traced(setup: &Setup, compiled: &Compiled, positions: &Positions) -> Result<Run, Failure> {
-    let progress = Progress::new(positions.position_m.len(), compiled.model.rate_hz);
-    let at = |ticks| progress.at(ticks);
-    let played = session::run(
-        compiled,
-        setup.device,
-        setup.engine,
-        &positions.position_m,
-        at,
-    )
-    .map_err(|why| run::stopped(setup.engine, why))?;
-    progress.done();
-    let outputs = setup.outputs;
-    // The events are those of all keys, and the report has all sections.
-    let own = Outputs {
-        events: None,
-        report: None,
-        plot: outputs.plot.clone(),
-        out: outputs.out.clone(),
-        ..*outputs
-    };
-    for (what, path) in run::write_files(&own, compiled, &played)? {
-        say!("{what}: {}", path.display());
-    }
-    Ok(played)
 }

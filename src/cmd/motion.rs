@@ -7,6 +7,7 @@ use whippen_compiler::model::Model;
 use whippen_compiler::units::{Dim, parse_quantity};
 use whippen_runtime::gesture;
 use whippen_runtime::motion::{self, Layout, MotionOptions, Stops};
+use whippen_runtime::trajectory::Trajectory;
 
 use crate::exit::Failure;
 
@@ -44,8 +45,31 @@ pub struct MotionArgs {
 
 /// Positions at the tick rate, and what is to be said about them.
 pub struct Positions {
-    pub position_m: Vec<f64>,
+    /// Where the key is at every tick.
+    pub trajectory: Trajectory,
+    /// When the first tick is (s): a recording keeps its own times.
+    pub start_s: f64,
     pub notes: Vec<String>,
+}
+
+impl Positions {
+    /// The same for so many ticks, if it is long enough: a gesture is repeated.
+    pub fn lasting(self, ticks: usize) -> Positions {
+        let (before, rest) = (self.trajectory.ticks(), self.notes);
+        let trajectory = self.trajectory.lasting(ticks);
+        let note = if trajectory.ticks() > before {
+            Some("repeated to the end")
+        } else if trajectory.ticks() < ticks {
+            Some("it ends before --seconds")
+        } else {
+            None
+        };
+        Positions {
+            trajectory,
+            notes: rest.into_iter().chain(note.map(String::from)).collect(),
+            ..self
+        }
+    }
 }
 
 impl MotionArgs {
@@ -93,7 +117,8 @@ impl MotionArgs {
             ));
         }
         Ok(Positions {
-            position_m: motion.position_m,
+            trajectory: motion.positions,
+            start_s: motion.start_s,
             notes,
         })
     }
@@ -105,9 +130,9 @@ impl MotionArgs {
 
     /// The bundled gesture.
     pub fn bundled(model: &Model) -> Positions {
-        let position_m = gesture::bundled(model).positions(model.rate_hz);
         Positions {
-            position_m,
+            trajectory: Trajectory::of_gesture(gesture::bundled(model), model.rate_hz),
+            start_s: 0.0,
             notes: vec!["the bundled gesture (synthetic)".to_string()],
         }
     }

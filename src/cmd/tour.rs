@@ -107,12 +107,15 @@ fn visit(file: &str, text: &str) -> Result<Vec<Stop>, Failure> {
     for model in program.instruments {
         let (device, positions) = (Device::of(&model), MotionArgs::bundled(&model));
         let compiled = load::compiled(&map, model, &device, true)?;
-        let played = run::play(&compiled, &device, EngineKind::Jit, &positions)?;
+        let (kind, outputs) = (EngineKind::Jit, outputs(&compiled));
+        let columns = session::recorded(&compiled, &device, kind, &[]);
+        let recording = outputs.recording(columns, &compiled, kind)?;
+        let played = run::play(&compiled, &device, kind, &positions, recording)?;
         let comparison = compare(
             &compiled,
             &device,
             EngineKind::Jit,
-            &positions.position_m,
+            &positions.trajectory,
             |_| (),
         );
         let deviations = comparison.map_err(Failure::Defect)?.deviations;
@@ -121,16 +124,11 @@ fn visit(file: &str, text: &str) -> Result<Vec<Stop>, Failure> {
             .find(|d| compiled.lowered.exports[d.export].kind == ExportKind::Total);
         let (error, peak) =
             total.map_or((0.0, 0.0), |d| (d.max, d.seen.0.abs().max(d.seen.1.abs())));
-        write(&compiled, &played)?;
-        let (counts, marked) = (&played.counts, session::marked(&compiled.model));
+        outputs.draw(&compiled, &played)?;
+        let counts = &played.counts;
         stops.push(Stop {
             name: compiled.model.name.replace('_', " "),
-            strikes: played
-                .trace
-                .events
-                .iter()
-                .filter(|e| e.event == marked)
-                .count(),
+            strikes: played.happenings.strikes.count,
             unit: if compiled.model.turns() { "N*m" } else { "N" },
             peak,
             error,
@@ -161,16 +159,15 @@ fn section(
 }
 
 /// Trace, events and picture of one run.
-fn write(compiled: &Compiled, played: &Run) -> Outcome {
+fn outputs(compiled: &Compiled) -> Outputs {
     let name = compiled.model.name.replace('_', "-");
-    let outputs = Outputs {
+    Outputs {
         out: Some(at(&format!("{name}.csv"))),
         every: 44,
         events: Some(at(&format!("{name}-events.csv"))),
         plot: vec![at(&format!("{name}.svg"))],
-        report: None,
-    };
-    run::write_files(&outputs, compiled, played).map(drop)
+        ..Outputs::default()
+    }
 }
 
 fn page(stops: Vec<Stop>) -> Outcome {

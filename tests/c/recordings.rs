@@ -59,13 +59,15 @@ fn raw(folder: &Path) -> Vec<(String, Vec<u16>)> {
         };
         let motion = load(&folder.join(name), &options, RATE_HZ).unwrap_or_else(|e| panic!("{e}"));
         let (low, high) = motion
-            .position_m
+            .positions
+            .to_vec()
             .iter()
             .fold((f64::MAX, f64::MIN), |(low, high), &x| {
                 (low.min(x), high.max(x))
             });
         let positions: Vec<f64> = motion
-            .position_m
+            .positions
+            .to_vec()
             .iter()
             .map(|x| (x - low) / (high - low) * DIP_M)
             .collect();

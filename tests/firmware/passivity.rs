@@ -49,7 +49,7 @@ fn device(passivity_j: Option<f64>) -> Device {
 /// The largest speed (m/s) of a key that is let go half a millimetre from its rest, in the second
 /// half of `seconds`; and in all.
 fn speeds(device: &Device, seconds: f64) -> (f64, f64) {
-    let (ticks, player) = ((seconds * RATE_HZ) as usize, Player::Force(Vec::new()));
+    let (ticks, player) = ((seconds * RATE_HZ) as usize, Player::nobody());
     let run = closed::run(
         &compiled(UNSTABLE),
         device,
@@ -58,7 +58,8 @@ fn speeds(device: &Device, seconds: f64) -> (f64, f64) {
         ticks,
         |_| (),
     );
-    let positions = run.unwrap_or_else(|e| panic!("{e}")).positions;
+    let run = run.unwrap_or_else(|e| panic!("{e}"));
+    let positions = run.positions();
     let speeds: Vec<f64> = positions
         .windows(2)
         .map(|pair| (pair[1] - pair[0]).abs() * RATE_HZ)
@@ -118,7 +119,7 @@ fn what_gives_no_energy_plays_as_ever() {
         trace
             .columns
             .iter()
-            .map(|column| column.values.clone())
+            .map(|column| column.values().to_vec())
             .collect()
     };
     assert!(

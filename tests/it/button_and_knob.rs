@@ -299,7 +299,7 @@ fn a_recorded_turn_is_read_in_degrees() {
         )
     };
     let turn = load("t_s,angle_deg\n0,0\n0.1,-30\n0.2,-90\n").unwrap_or_else(|e| panic!("{e}"));
-    let last = turn.position_m.last().expect("positions");
+    let last = turn.positions.to_vec().last().copied().expect("positions");
     // Between the last two rows, as ticks end before the last.
     assert!((last + 90f64.to_radians()).abs() < 0.05, "{last} rad");
     let error = load("t_s,x_mm\n0,0\n0.1,3\n")

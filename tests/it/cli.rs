@@ -570,18 +570,18 @@ fn a_run_writes_what_it_is_asked_for() {
     );
 
     let trace = shell.lines("t.csv");
-    assert_eq!(trace[0], "t_s,drive_n,x_m,force_n,spring_n");
+    assert_eq!(trace[0], "t_s,drive_n,x_m,x_dot_m_per_s,force_n,spring_n");
     assert_eq!(
         trace.len(),
         1 + 88_200 / 100,
         "2 s at 44100 ticks a second, every 100th"
     );
     assert!(
-        trace[1].starts_with("0.0,") && trace[2].starts_with("0.0022675736961451248,"),
+        trace[1].starts_with("0,") && trace[2].starts_with("0.002267574,"),
         "{}",
         trace[2]
     );
-    assert!(trace.iter().all(|row| row.split(',').count() == 5));
+    assert!(trace.iter().all(|row| row.split(',').count() == 6));
 
     let events = shell.lines("e.csv");
     assert_eq!(events[0], "t_s,key,event,speed_m_per_s");
@@ -638,7 +638,7 @@ fn a_recorded_motion_moves_the_key() {
             .map(|v| v.parse().expect("a number"))
             .collect();
         assert!(
-            (last[2] - 1e-3).abs() < 2e-7 && (last[3] - 1.0).abs() < 1e-3,
+            (last[2] - 1e-3).abs() < 2e-7 && (last[4] - 1.0).abs() < 1e-3,
             "{last:?}"
         );
     }

@@ -200,3 +200,59 @@ fn the_page_of_a_budget_has_every_part_and_asks_no_network() {
     assert!(!page.contains("http://") && !page.contains("https://") && !page.contains("NaN"));
     assert_eq!(page.matches("<svg").count(), page.matches("</svg>").count());
 }
+
+#[test]
+fn a_closed_loop_records_player_key_stops_and_energies() {
+    let shell = Shell::new();
+    let spring = bundled("virtual-spring.whip");
+    let run = [
+        "run",
+        &spring,
+        "--hand",
+        "0.2kg,3N*s/m,2000N/m",
+        "--out",
+        "t.csv",
+    ];
+    let columns = "x,hand_target,hand_force,key_position,key_speed,coil_force,stop_force,\
+                   energy_given,energy_returned";
+    shell.ends(0, &[&run[..], &["--columns", columns]].concat());
+    let trace = std::fs::read_to_string(shell.path("t.csv")).expect("written");
+    let mut lines = trace.lines();
+    assert_eq!(
+        lines.next(),
+        Some(
+            "t_s,x_m,hand_target_m,hand_force_n,key_position_m,key_speed_m_per_s,coil_force_n,\
+             stop_force_n,energy_given_j,energy_returned_j"
+        )
+    );
+    let rows: Vec<Vec<f64>> = lines
+        .map(|line| {
+            line.split(',')
+                .map(|cell| cell.parse().expect("a number"))
+                .collect()
+        })
+        .collect();
+    let most = |column: usize| rows.iter().map(|row| row[column]).fold(0.0, f64::max);
+    // The sensor is late by a tick, has steps of 0.17 um and ends half a millimetre from the stops.
+    let sensed = |w: &[Vec<f64>]| {
+        let where_it_was = w[0][4].clamp(-0.5e-3, 10.5e-3);
+        (w[1][1] - where_it_was).abs() < 0.2e-6
+    };
+    assert!(rows.windows(2).all(sensed));
+    assert!((most(2) - 0.010).abs() < 1e-6 && most(3) > 0.5 && most(6) > 0.5);
+    // A fast stroke goes into the felt at 10 mm, and only there it pushes back.
+    assert!(most(7) > 1.0 && rows.iter().all(|row| row[7] <= 0.0 || row[4] > 9.9e-3));
+    for w in rows.windows(2) {
+        let moved = w[1][4] - w[0][4];
+        assert!(
+            (moved - 0.5 * (w[0][5] + w[1][5]) / 44_100.0).abs() < 1e-7,
+            "{w:?}"
+        );
+        assert!(
+            w[1][8] >= w[0][8] && w[1][9] >= w[0][9],
+            "energies only grow: {w:?}"
+        );
+    }
+    let last = &rows[rows.len() - 1];
+    assert!(last[8] > last[9] && last[9] > 0.0, "{last:?}");
+}

@@ -94,7 +94,7 @@ pub fn recording() -> Option<Vec<f64>> {
     };
     let motion = load(&folder.join("key_and_hammer_2kHz.txt"), &options, RATE_HZ)
         .unwrap_or_else(|e| panic!("{e}"));
-    Some(motion.position_m)
+    Some(motion.positions.to_vec())
 }
 
 /// The bundled gesture of an instrument.

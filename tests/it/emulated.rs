@@ -153,7 +153,8 @@ fn longest_tick(period_cycles: u32) -> Result<u64, String> {
         keys: 6,
     };
     let moves: Vec<f64> = (0..2000).map(|tick| 5e-6 * f64::from(tick)).collect();
-    let run = run(&compiled, &device, EngineKind::Emulated(on), &moves, |_| ())?;
+    let run = run(&compiled, &device, EngineKind::Emulated(on), &moves, |_| ())
+        .map_err(|e| e.to_string())?;
     let load = run.load.expect("a board has one");
     assert_eq!(load.cores.iter().map(|core| core.keys).sum::<u32>(), 6);
     let longest = load.cores.iter().map(|core| core.frame_cycles_max).max();

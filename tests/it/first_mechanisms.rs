@@ -206,7 +206,7 @@ fn a_thrown_hammer_leaves_flies_a_parabola_and_comes_back_as_fast() {
     let (from, to) = (tick(*from_s) + 2, tick(*to_s) - 2);
     let (phi, rate, force_n) = (
         played.column("phi_rad"),
-        played.column("phi'_rad_per_s"),
+        played.column("phi_dot_rad_per_s"),
         played.column("force_n"),
     );
     assert!(
@@ -250,13 +250,14 @@ fn a_thrown_hammer_leaves_flies_a_parabola_and_comes_back_as_fast() {
             .hold(0.05)
             .to(0.006, 0.1)
             .hold(0.05)
-            .positions(RATE_HZ),
+            .positions(RATE_HZ)
+            .into(),
         |_| (),
     );
     let exact = exact.unwrap_or_else(|e| panic!("{e}"));
     assert!(
-        exact.events_together >= 2 && exact.events_apart.is_empty(),
+        exact.events_together >= 2 && exact.events_apart == 0,
         "{:?}",
-        exact.events_apart
+        exact.first_apart
     );
 }

@@ -142,7 +142,7 @@ fn a_performance_strikes_what_it_should_and_says_what_not() {
     assert!(
         std::fs::read_to_string(folder.path().join("c4.csv"))
             .expect("a trace")
-            .starts_with("t_s,drive_n,x_m,force_n,")
+            .starts_with("t_s,drive_n,x_m,x_dot_m_per_s,")
     );
     let page = std::fs::read_to_string(folder.path().join("r.html")).expect("a page");
     crate::report::check_tags(&page);

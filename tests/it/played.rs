@@ -69,7 +69,7 @@ impl Played {
             .trace
             .column(title)
             .unwrap_or_else(|| panic!("no column `{title}`"))
-            .values
+            .values()
     }
 
     /// Least and greatest value of a column from a time on.

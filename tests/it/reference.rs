@@ -87,7 +87,7 @@ fn table(curve: &Curve) -> String {
         .hold(0.3);
     let positions = gesture.positions(RATE_HZ);
     let played = play(&common::instruments(curve.file, curve.sets)[0], &positions);
-    let drive = &played.0.trace.columns[0].values;
+    let drive = played.0.trace.columns[0].values();
     let turn = ((0.3 + seconds) * f64::from(RATE_HZ)) as usize;
     let start = (0.2 * f64::from(RATE_HZ)) as usize;
     let mut table = format!("{}\n", curve.titles);

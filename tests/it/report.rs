@@ -164,9 +164,9 @@ fn its_data_is_the_trace_within_what_it_says() {
                 .trace
                 .columns
                 .iter()
-                .find(|c| c.name == name && c.labels.is_empty())
+                .find(|c| c.heading.name == name && c.heading.labels.is_empty())
                 .expect(name)
-                .values;
+                .values();
             let (ticks, kept) = (rising(&column["t"]), floats(&column["v"]));
             let within = column["within"].as_f64().expect("smooth enough");
             assert_eq!((ticks[0], ticks[ticks.len() - 1]), (0, values.len() - 1));
@@ -197,13 +197,13 @@ fn its_data_is_the_trace_within_what_it_says() {
                 .trace
                 .columns
                 .iter()
-                .find(|c| c.name == name && !c.labels.is_empty())
+                .find(|c| c.heading.name == name && !c.heading.labels.is_empty())
                 .expect(name);
             let states = STANDARD
                 .decode(machine["s"].as_str().expect("a text"))
                 .expect("base64");
             let changes = rising(&machine["t"]);
-            for (tick, &value) in column.values.iter().enumerate() {
+            for (tick, &value) in column.values().iter().enumerate() {
                 let run = changes.partition_point(|&change| change <= tick) - 1;
                 assert_eq!(f64::from(states[run]), value, "{name} at {tick}");
             }

@@ -51,11 +51,11 @@ fn spring(stiffness: f64, damping: f64) -> Compiled {
 fn growth(compiled: &Compiled, device: &Device, hand: &Hand, seconds: f64) -> f64 {
     let ticks = (seconds * RATE_HZ) as usize;
     let player = if *hand == Hand::FREE {
-        Player::Force(Vec::new())
+        Player::nobody()
     } else {
         Player::Hand {
             hand: *hand,
-            target: vec![MIDDLE_M],
+            target: vec![MIDDLE_M].into(),
         }
     };
     let closed = closed::run(
@@ -68,7 +68,8 @@ fn growth(compiled: &Compiled, device: &Device, hand: &Hand, seconds: f64) -> f6
     );
     let closed = closed.unwrap_or_else(|e| panic!("{e}"));
     let speed = |from: f64, to: f64| {
-        let part = &closed.positions[(from * ticks as f64) as usize..(to * ticks as f64) as usize];
+        let part =
+            &closed.positions()[(from * ticks as f64) as usize..(to * ticks as f64) as usize];
         part.windows(2)
             .map(|w| (w[1] - w[0]).abs())
             .fold(0.0, f64::max)
@@ -128,7 +129,7 @@ fn what_is_passive_is_stable_and_keeps_what_it_gets() {
             damping: 1.0,
             stiffness: 2000.0,
         },
-        target,
+        target: target.into(),
     };
     let closed = closed::run(
         &spring(passive, 0.0),
@@ -140,7 +141,7 @@ fn what_is_passive_is_stable_and_keeps_what_it_gets() {
     );
     let strokes = closed.expect("it runs").strokes;
     assert!(
-        !strokes.is_empty() && strokes.iter().all(|s| s.energy.kept_j() > 0.0),
+        strokes.count > 0 && strokes.first.iter().all(|s| s.energy.kept_j() > 0.0),
         "{strokes:?}"
     );
 }

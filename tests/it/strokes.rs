@@ -78,7 +78,7 @@ fn a_full_stroke_strikes_once_and_is_caught_or_is_too_slow() {
             if strikes == 1 {
                 assert_eq!(played.times("check: free -> caught").len(), 1, "{case}");
                 assert_eq!(
-                    played.column("phi'_rad_per_s").last(),
+                    played.column("phi_dot_rad_per_s").last(),
                     Some(&0.0),
                     "{case}: held by the check"
                 );
@@ -132,7 +132,7 @@ fn a_half_held_stroke_strikes_at_most_once_and_comes_to_rest() {
                 0,
                 "{case}: chatters"
             );
-            let (low, high) = played.extremes("phi'_rad_per_s", still_s + 0.9);
+            let (low, high) = played.extremes("phi_dot_rad_per_s", still_s + 0.9);
             assert!(
                 low > -0.01 && high < 0.01,
                 "{case}: the hammer still moves at {low} .. {high} rad/s"

@@ -39,8 +39,18 @@ const CONSEQUENCES: &[Code] = &[
 /// The standard library and the settings of `options` are added to `map` behind the files, because
 /// messages may point at them: call this once per map.
 pub fn compile_front(map: &mut SourceMap, options: &Options) -> (Option<Program>, Vec<Diagnostic>) {
+    compile_front_observed(map, options, &mut |_| {})
+}
+
+/// As [`compile_front`]; `parsed` gets the tree of each of the files before it is checked.
+pub fn compile_front_observed(
+    map: &mut SourceMap,
+    options: &Options,
+    parsed: &mut dyn FnMut(&File),
+) -> (Option<Program>, Vec<Diagnostic>) {
     let mut found = Vec::new();
     let files = parse_from(map, 0, &mut found);
+    files.iter().for_each(parsed);
     let first_std = map.files().len();
     for (name, text) in STD {
         map.add(*name, *text);
@@ -54,10 +64,10 @@ pub fn compile_front(map: &mut SourceMap, options: &Options) -> (Option<Program>
     if unreadable {
         let lines: HashSet<(u32, usize)> = found
             .iter()
-            .map(|d| (d.span.file, map.line_column(d.span).0))
+            .map(|d| (d.span.file, map.line(d.span)))
             .collect();
         // Beside what could not be read on a line, little on it is to be believed.
-        let believed = |d: &Diagnostic| !lines.contains(&(d.span.file, map.line_column(d.span).0));
+        let believed = |d: &Diagnostic| !lines.contains(&(d.span.file, map.line(d.span)));
         checked.retain(|d| !CONSEQUENCES.contains(&d.code) && believed(d));
     }
     found.append(&mut checked);

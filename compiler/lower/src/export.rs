@@ -32,6 +32,10 @@ pub struct Lowered {
 pub enum ExportKind {
     /// A sensed value (index into the Model's senses).
     Sense(u32),
+    /// Its first derivative, where the program uses the differentiators of that sense.
+    Slope(u32),
+    /// Its second derivative, where the program uses it.
+    Curvature(u32),
     /// The sum of all force terms (N), before the drive word clips it.
     Total,
     /// A force term (index into the Model's forces).
@@ -49,7 +53,7 @@ impl ExportKind {
     /// own.
     fn prefix(self) -> &'static str {
         match self {
-            ExportKind::Sense(_) => "sense",
+            ExportKind::Sense(_) | ExportKind::Slope(_) | ExportKind::Curvature(_) => "sense",
             ExportKind::Total => "total",
             ExportKind::Force(_) => "force",
             ExportKind::Cell(_) => "cell",
@@ -178,17 +182,7 @@ impl Lowerer<'_> {
     pub(super) fn probes(&mut self) -> Result<Vec<Export>, OpError> {
         let mut exports = Vec::new();
         let model = &self.step.model;
-        for (index, sense) in model.senses.iter().enumerate() {
-            if let Some(real) = self.sensed(index as u32) {
-                exports.push(self.probe(
-                    &sense.name,
-                    ExportKind::Sense(index as u32),
-                    Some(sense.dim),
-                    real,
-                    sense.range,
-                )?);
-            }
-        }
+        self.sense_probes(&mut exports)?;
         let total = self.real(self.step.drive)?;
         let newton = model.forces.iter().find_map(|f| f.dim);
         let range = self.ranges.get(self.step.drive);
@@ -225,6 +219,50 @@ impl Lowerer<'_> {
         }
         self.memory_probes(&mut exports)?;
         Ok(exports)
+    }
+
+    /// What is sensed, and its derivatives where they are computed.
+    fn sense_probes(&mut self, exports: &mut Vec<Export>) -> Result<(), OpError> {
+        let model = &self.step.model;
+        for (index, sense) in model.senses.iter().enumerate() {
+            let index = index as u32;
+            let range = |node: Node| {
+                let found = model.dag.nodes().find(|(_, n)| **n == node);
+                found.map(|(id, _)| self.ranges.get(id))
+            };
+            let (slope, curvature) = (range(Node::Slope(index)), range(Node::Curvature(index)));
+            let speed = sense.dim.div(Dim::TIME);
+            let all = [
+                (
+                    "",
+                    ExportKind::Sense(index),
+                    sense.dim,
+                    self.sensed(index),
+                    Some(sense.range),
+                ),
+                (
+                    "'",
+                    ExportKind::Slope(index),
+                    speed,
+                    self.slope(index),
+                    slope,
+                ),
+                (
+                    "''",
+                    ExportKind::Curvature(index),
+                    speed.div(Dim::TIME),
+                    self.curvature(index),
+                    curvature,
+                ),
+            ];
+            for (primes, kind, dim, real, range) in all {
+                if let (Some(real), Some(range)) = (real, range) {
+                    let name = format!("{}{primes}", sense.name);
+                    exports.push(self.probe(&name, kind, Some(dim), real, range)?);
+                }
+            }
+        }
+        Ok(())
     }
 
     fn memory_probes(&mut self, exports: &mut Vec<Export>) -> Result<(), OpError> {

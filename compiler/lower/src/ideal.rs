@@ -177,6 +177,16 @@ impl<'m> Ideal<'m> {
         self.senses[key][sense].value()
     }
 
+    /// The first derivative of a sensed value in the last tick (SI).
+    pub fn slope(&self, key: usize, sense: usize) -> f64 {
+        self.senses[key][sense].slope()
+    }
+
+    /// The second derivative of a sensed value in the last tick (SI).
+    pub fn curvature(&self, key: usize, sense: usize) -> f64 {
+        self.senses[key][sense].curvature()
+    }
+
     /// Sum of all force terms in the last tick (N).
     pub fn force_n(&self, key: usize) -> f64 {
         self.model

@@ -33,6 +33,8 @@ pub struct SourceFile {
     pub name: String,
     /// The text.
     pub text: String,
+    /// The byte at which each line begins.
+    line_starts: Vec<u32>,
 }
 
 /// The files of one program.
@@ -44,9 +46,15 @@ pub struct SourceMap {
 impl SourceMap {
     /// Adds a file and gives its index.
     pub fn add(&mut self, name: impl Into<String>, text: impl Into<String>) -> u32 {
+        let text = text.into();
+        let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        let line_starts = std::iter::once(0)
+            .chain(ends.map(|(at, _)| at as u32 + 1))
+            .collect();
         self.files.push(SourceFile {
             name: name.into(),
-            text: text.into(),
+            text,
+            line_starts,
         });
         (self.files.len() - 1) as u32
     }
@@ -64,14 +72,22 @@ impl SourceMap {
             .unwrap_or("")
     }
 
+    /// The line of the start of a span, counted from 1. A binary search: every message of a long
+    /// text may ask.
+    pub fn line(&self, span: Span) -> usize {
+        let starts = self.files.get(span.file as usize).map(|f| &f.line_starts);
+        starts.map_or(1, |starts| {
+            starts.partition_point(|start| *start <= span.start).max(1)
+        })
+    }
+
     /// Line and column of the start of a span, both counted from 1, the column in characters.
     pub fn line_column(&self, span: Span) -> (usize, usize) {
-        let Some(file) = self.files.get(span.file as usize) else {
-            return (1, 1);
-        };
-        let before = file.text.get(..span.start as usize).unwrap_or("");
-        let line = before.matches('\n').count() + 1;
-        let column = before.rsplit('\n').next().map_or(0, |l| l.chars().count()) + 1;
-        (line, column)
+        let line = self.line(span);
+        let before = self.files.get(span.file as usize).and_then(|file| {
+            let start = *file.line_starts.get(line - 1)? as usize;
+            file.text.get(start..span.start as usize)
+        });
+        (line, before.map_or(0, |text| text.chars().count()) + 1)
     }
 }

@@ -31,9 +31,9 @@ impl InputKind {
     /// A recording of a motion or a force: its lines are read one by one.
     pub const RECORDING: InputKind = InputKind::new("a recording", 4 * GIB, 64 * KIB);
     /// A performance.
-    pub const MIDI: InputKind = InputKind::new("a MIDI file", 64 * MIB, 64 * MIB);
+    pub const MIDI: InputKind = InputKind::new("a MIDI file", 16 * MIB, 16 * MIB);
     /// An image or object file that is emulated.
-    pub const IMAGE: InputKind = InputKind::new("an image", 256 * MIB, 256 * MIB);
+    pub const IMAGE: InputKind = InputKind::new("an image", 64 * MIB, 64 * MIB);
 
     /// All kinds.
     pub const ALL: [InputKind; 6] = [

@@ -22,8 +22,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::TempPath;
 
+use super::FileError;
 use super::identity::link_target;
-use super::{FileError, reason};
 
 /// Bytes that are collected before they are written.
 const BUFFER_BYTES: usize = 1 << 16;
@@ -60,7 +60,7 @@ impl OutputFile {
     /// written.
     pub fn create(path: &Path) -> Result<OutputFile, FileError> {
         let created = OutputFile::open(path);
-        created.map_err(|error| not_written(path, &error))
+        created.map_err(|error| FileError::not_written(path, &error))
     }
 
     fn open(path: &Path) -> io::Result<OutputFile> {
@@ -101,12 +101,12 @@ impl OutputFile {
             file.sync_all()?;
             replacement.take_place()
         };
-        replace().map_err(|error| not_written(&path, &error))
+        replace().map_err(|error| FileError::not_written(&path, &error))
     }
 
-    /// What an error of writing means for this file.
-    pub fn error(&self, error: &io::Error) -> FileError {
-        not_written(&self.path, error)
+    /// The file, as it was named.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 }
 
@@ -178,7 +178,7 @@ pub fn write_whole(
     contents: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), FileError> {
     let mut file = OutputFile::create(path)?;
-    contents(&mut file).map_err(|error| file.error(&error))?;
+    contents(&mut file).map_err(|error| FileError::not_written(path, &error))?;
     file.finish()
 }
 
@@ -224,10 +224,6 @@ fn keep_permissions(file: &File, there: &Metadata) -> io::Result<()> {
 #[cfg(not(unix))]
 fn keep_permissions(file: &File, there: &Metadata) -> io::Result<()> {
     file.set_permissions(there.permissions())
-}
-
-fn not_written(path: &Path, error: &io::Error) -> FileError {
-    FileError::new(path, format!("cannot be written: {}", reason(error)))
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::calibration::Calibration;
 use super::table::finite;
+use super::titled::too_many_rows;
 use crate::files::{FileError, InputKind, open};
 
 /// What was read.
@@ -20,11 +21,12 @@ pub struct Raw {
 ///
 /// # Errors
 /// The file cannot be read, is empty, has an empty line amid others or too few columns, or a number
-/// is not finite.
+/// is not finite, or there are more than `limit` rows.
 pub fn read(
     path: &Path,
     column: usize,
     calibration: Option<&Calibration>,
+    limit: usize,
 ) -> Result<Raw, FileError> {
     let mut reader = BufReader::with_capacity(1 << 16, open(path, InputKind::RECORDING)?);
     let mut raw = Raw {
@@ -60,6 +62,9 @@ pub fn read(
         let number =
             finite(cell).map_err(|message| error(format!("{message}{hint}")).at_column(column))?;
         let (position_m, clipped) = calibration.map_or((number, false), |c| c.position_m(number));
+        if raw.positions_m.len() == limit {
+            return Err(too_many_rows(path, limit));
+        }
         raw.positions_m.push(position_m);
         raw.clipped += usize::from(clipped);
     }

@@ -35,29 +35,85 @@ pub fn resampled_len(len: usize, from_hz: f64, to_hz: f64) -> f64 {
     (len as f64 * (to_hz / from_hz)).round()
 }
 
-/// The signal at another rate. Both rates are positive and finite; the caller has checked that the
-/// result is of a sensible size.
-pub fn resample(x: &[f64], from_hz: f64, to_hz: f64) -> Vec<f64> {
-    let step = from_hz / to_hz;
-    let (Some(&first), Some(&last)) = (x.first(), x.last()) else {
-        return Vec::new();
-    };
-    // Rates whose grids stay together to a thousandth of a sample over the whole file are one rate.
-    if (step - 1.0).abs() * (x.len() as f64) < 1e-3 {
-        return x.to_vec();
+/// The signal at another rate, sample by sample when it is asked for: what is held are the samples
+/// at their own rate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Resampled {
+    /// The samples, with the first and the last repeated as far as the kernel reaches.
+    held: Vec<f64>,
+    /// None where both rates are one.
+    kernel: Option<Kernel>,
+    /// Input samples per output sample.
+    step: f64,
+    /// The last input sample.
+    end: f64,
+    len: usize,
+}
+
+impl Resampled {
+    /// Both rates are positive and finite; the caller has checked that the result is of a sensible
+    /// size.
+    pub fn new(x: Vec<f64>, from_hz: f64, to_hz: f64) -> Resampled {
+        let step = from_hz / to_hz;
+        let end = x.len().saturating_sub(1) as f64;
+        // Rates whose grids stay together to a thousandth of a sample over the whole file are one
+        // rate.
+        let (Some(&first), Some(&last), false) = (
+            x.first(),
+            x.last(),
+            (step - 1.0).abs() * (x.len() as f64) < 1e-3,
+        ) else {
+            return Resampled {
+                len: x.len(),
+                held: x,
+                kernel: None,
+                step,
+                end,
+            };
+        };
+        let kernel = Kernel::new(step.max(1.0));
+        let len = resampled_len(x.len(), from_hz, to_hz) as usize;
+        let mut held = vec![first; kernel.half];
+        held.reserve_exact(x.len() + kernel.half + 1);
+        held.extend(x);
+        held.resize(held.len() + kernel.half + 1, last);
+        Resampled {
+            held,
+            kernel: Some(kernel),
+            step,
+            end,
+            len,
+        }
     }
-    let kernel = Kernel::new(step.max(1.0));
-    let mut held = vec![first; kernel.half];
-    held.extend_from_slice(x);
-    held.resize(held.len() + kernel.half + 1, last);
-    let len = resampled_len(x.len(), from_hz, to_hz) as usize;
-    let end = (x.len() - 1) as f64;
-    (0..len)
-        .map(|i| kernel.at(&held, (i as f64 * step).min(end)))
-        .collect()
+
+    /// How many samples it has at the other rate.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether it has none.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// A sample at the other rate; the index is below the length.
+    pub fn at(&self, index: usize) -> f64 {
+        match &self.kernel {
+            Some(kernel) => kernel.at(&self.held, (index as f64 * self.step).min(self.end)),
+            None => self.held[index],
+        }
+    }
+}
+
+/// The signal at another rate, as [`Resampled`] has it.
+#[cfg(test)]
+pub fn resample(x: &[f64], from_hz: f64, to_hz: f64) -> Vec<f64> {
+    let resampled = Resampled::new(x.to_vec(), from_hz, to_hz);
+    (0..resampled.len()).map(|i| resampled.at(i)).collect()
 }
 
 /// Tabulated weights: row `s` is the kernel shifted by `s / shifts` of an input sample.
+#[derive(Debug, Clone, PartialEq)]
 struct Kernel {
     half: usize,
     shifts: usize,

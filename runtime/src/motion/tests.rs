@@ -40,11 +40,11 @@ fn units_stand_in_the_titles() {
         (
             in_si.samples_read,
             in_si.source_rate_hz,
-            in_si.position_m.len()
+            in_si.positions.ticks()
         ),
         (3, 2.0, 66_150)
     );
-    assert!((in_si.position_m[22_050] - 0.005).abs() < 1e-5);
+    assert!((in_si.positions.at(22_050) - 0.005).abs() < 1e-5);
     let renamed = titled("time_s,force_n,key_mm\n0,1,0\n0.5,1,5\n1,1,10\n").unwrap();
     assert_eq!(renamed, in_si);
 }
@@ -52,22 +52,23 @@ fn units_stand_in_the_titles() {
 #[test]
 fn a_trace_of_a_gesture_is_read_back_bit_for_bit() {
     let positions = crate::gesture::default_gesture().positions(TICK_HZ);
-    let x = crate::trace::Column {
+    let x = crate::trace::Heading {
         name: "x".into(),
         unit: "m".into(),
-        values: positions.clone(),
         ..Default::default()
     };
-    let trace = crate::trace::Trace {
-        rate_hz: TICK_HZ,
-        columns: vec![x],
-        events: vec![],
-    };
-    let mut table = Vec::new();
-    trace.write_ticks(&mut table, 1).unwrap();
-    let motion = titled(&String::from_utf8(table).unwrap()).unwrap();
+    let headings = std::iter::once(&x);
+    let form = crate::trace::Form::default();
+    let mut table = crate::trace::TickTable::new(Vec::new(), headings, form).unwrap();
+    for (tick, x) in positions.iter().enumerate() {
+        let t_s = 3.0 + tick as f64 / f64::from(TICK_HZ);
+        table.row(tick, t_s, &[*x]).unwrap();
+    }
+    let table = String::from_utf8(table.into_inner().unwrap()).unwrap();
+    let motion = titled(&table).unwrap();
+    assert_eq!(motion.start_s, 3.0);
     assert_eq!((motion.source_rate_hz, motion.notes.len()), (44_100.0, 0));
-    assert!(motion.position_m == positions);
+    assert!(motion.positions.to_vec() == positions);
 }
 
 #[test]
@@ -106,8 +107,8 @@ fn bare_columns_stops_and_lowpass() {
             },
         )
         .unwrap();
-        assert_eq!(motion.position_m, [0.0, 0.005, 0.010, 0.010]);
-        assert_eq!(motion.count_outside(0.0, 0.009), 2);
+        assert_eq!(motion.positions.to_vec(), [0.0, 0.005, 0.010, 0.010]);
+        assert_eq!(motion.positions.greatest(), Some(0.010));
     }
     let options = MotionOptions {
         lowpass_hz: Some(50.0),
@@ -117,7 +118,8 @@ fn bare_columns_stops_and_lowpass() {
         .map(|i| format!("{}\n", if i % 2 == 0 { 0.004 } else { 0.006 }))
         .collect();
     let motion = load_text(&noisy, &options).unwrap();
-    let middle = &motion.position_m[10_000..34_000];
+    let positions = motion.positions.to_vec();
+    let middle = &positions[10_000..34_000];
     assert!(
         middle.iter().all(|x| (x - 0.005).abs() < 1e-9),
         "what alternates at half the rate is gone"

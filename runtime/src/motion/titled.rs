@@ -24,16 +24,24 @@ pub const FORCE: [Wanted; 2] = [
     ("torque", Dim::TORQUE, "torque"),
 ];
 
+/// What was read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Titled {
+    /// Rows of the file.
+    pub rows: usize,
+    /// The time of the first (s).
+    pub start_s: f64,
+    /// The samples on an even grid.
+    pub grid: Uniform,
+}
+
 /// Reads the columns of time and of what is wanted (SI) and puts them onto an even grid of at most
-/// `limit` samples; gives the number of rows too.
+/// `limit` samples.
 ///
 /// # Errors
-/// A column is missing or ambiguous, a cell is no finite number, or time does not increase.
-pub fn read(
-    path: &Path,
-    (name, dim, kind): Wanted,
-    limit: usize,
-) -> Result<(usize, Uniform), FileError> {
+/// A column is missing or ambiguous, a cell is no finite number, time does not increase, or there
+/// are more rows than `limit`.
+pub fn read(path: &Path, (name, dim, kind): Wanted, limit: usize) -> Result<Titled, FileError> {
     let mut rows = Rows::open(path, InputKind::RECORDING)?;
     let choice = find(rows.titles(), "t", Dim::TIME, "time")
         .and_then(|t| Ok((t, find(rows.titles(), name, dim, kind)?)));
@@ -48,12 +56,27 @@ pub fn read(
                 .at_line(line)
                 .at_column(t_column + 1));
         }
+        if times_s.len() == limit {
+            return Err(too_many_rows(path, limit));
+        }
         times_s.push(t_s);
         positions_m.push(x_unit.to_si(rows.number(x_column)?));
     }
     let grid =
         uniform(&times_s, positions_m, limit).map_err(|message| FileError::new(path, message))?;
-    Ok((times_s.len(), grid))
+    Ok(Titled {
+        rows: times_s.len(),
+        start_s: times_s.first().copied().unwrap_or(0.0),
+        grid,
+    })
+}
+
+/// What is wrong with a recording that has more rows than may be read.
+pub fn too_many_rows(path: &Path, limit: usize) -> FileError {
+    FileError::new(
+        path,
+        format!("has more than {limit} rows, the most a recording may have"),
+    )
 }
 
 /// `a length`, `an angle`.

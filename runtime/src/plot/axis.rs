@@ -1,5 +1,7 @@
 //! Axes: from values to places, with ticks at round numbers.
 
+use crate::record::Record;
+
 /// A linear axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axis {
@@ -45,8 +47,10 @@ impl Axis {
 
     /// An axis that holds all finite values of some series (0 .. 1 if there are none), with a
     /// little room beyond them.
-    pub fn around<'a>(series: impl Iterator<Item = &'a [f64]>, start: f64, end: f64) -> Axis {
-        let (low, high) = extent(series).unwrap_or((0.0, 1.0));
+    pub fn around<'a>(series: impl Iterator<Item = &'a Record>, start: f64, end: f64) -> Axis {
+        let widest = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
+        let extent = series.filter_map(Record::extent).reduce(widest);
+        let (low, high) = extent.unwrap_or((0.0, 1.0));
         let least = 1e-9 * low.abs().max(high.abs()).max(1e-3);
         let (low, high) = if high - low > least {
             (low, high)
@@ -83,14 +87,6 @@ impl Axis {
             .map(|v| (self.place(v / self.factor), label(v, decimals)))
             .collect()
     }
-}
-
-/// The smallest and the greatest finite value.
-pub fn extent<'a>(series: impl Iterator<Item = &'a [f64]>) -> Option<(f64, f64)> {
-    let finite = series.flatten().copied().filter(|v| v.is_finite());
-    finite.fold(None, |range, v| {
-        Some(range.map_or((v, v), |(low, high): (f64, f64)| (low.min(v), high.max(v))))
-    })
 }
 
 /// The next of 1, 2 and 5 times a power of ten.
@@ -183,7 +179,8 @@ mod tests {
             &[1e-300],
             &[f64::MAX, -f64::MAX],
         ] {
-            let axis = Axis::around([flat].into_iter(), 100.0, 0.0);
+            let record = Record::from(flat.to_vec());
+            let axis = Axis::around([&record].into_iter(), 100.0, 0.0);
             assert!(axis.ticks(40.0).len() < 50, "{flat:?}");
             for v in flat.iter().filter(|v| v.abs() < 1e200) {
                 assert!((0.0..=100.0).contains(&axis.place(*v)), "{flat:?} {axis:?}");

@@ -1,7 +1,7 @@
 //! The panel of states: one row per machine, one band per visit.
 
 use super::Machine;
-use super::decimate::runs;
+use super::decimate::{changes, runs};
 use super::drawing::{Anchor, Drawing};
 use super::font;
 use super::frame::{
@@ -35,9 +35,10 @@ pub fn draw(page: &mut Drawing, clock: &Clock, top: f64, machines: &[Machine]) {
 }
 
 fn row(page: &mut Drawing, clock: &Clock, top: f64, machine: &Machine) {
-    for (from, to, state) in runs(machine.values, machine.states.len(), |tick| {
-        clock.place(tick)
-    }) {
+    let states = machine.states.len();
+    let changes = changes(machine.record.points(), states);
+    let length = (machine.record.ticks(), states);
+    for (from, to, state) in runs(&changes, length, |tick| clock.place(tick)) {
         page.rect(
             (from, top + 2.0),
             (to, top + 2.0 + BAND),

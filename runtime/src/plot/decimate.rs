@@ -9,10 +9,15 @@ use std::collections::HashSet;
 
 use super::axis::Axis;
 use super::drawing::Point;
+use crate::record::Kept;
 
 /// Points of a line over time, in stretches between values that are not finite. `place` gives a
 /// tick's abscissa; columns are one point wide.
-pub fn line(values: &[f64], place: impl Fn(usize) -> f64, y: &Axis) -> Vec<Vec<Point>> {
+pub fn line(
+    values: impl Iterator<Item = Kept>,
+    place: impl Fn(usize) -> f64,
+    y: &Axis,
+) -> Vec<Vec<Point>> {
     let points = |stretch: Vec<Kept>| {
         let mut to = Vec::new();
         stretch
@@ -27,15 +32,16 @@ pub fn line(values: &[f64], place: impl Fn(usize) -> f64, y: &Axis) -> Vec<Vec<P
         .collect()
 }
 
-/// A tick and its value.
-pub type Kept = (usize, f64);
-
 /// Of every column of ticks the first, lowest, highest and last value, in stretches between values
 /// that are not finite. `column` gives the column of a tick.
-pub fn extremes(values: &[f64], column: impl Fn(usize) -> f64) -> Vec<Vec<Kept>> {
+pub fn extremes(
+    values: impl Iterator<Item = Kept>,
+    column: impl Fn(usize) -> f64,
+) -> Vec<Vec<Kept>> {
     let mut stretches: Vec<Vec<Kept>> = Vec::new();
-    let mut open: Option<Column> = None;
-    for (tick, &value) in values.iter().enumerate() {
+    let mut open: Option<PixelColumn> = None;
+    let mut goes_on = false;
+    for (tick, value) in values {
         let left = column(tick);
         match &mut open {
             Some(c) if value.is_finite() && left == c.left => c.add(tick, value),
@@ -43,15 +49,15 @@ pub fn extremes(values: &[f64], column: impl Fn(usize) -> f64) -> Vec<Vec<Kept>>
                 if let (Some(done), Some(last)) = (open.take(), stretches.last_mut()) {
                     done.flush(last);
                 }
-                let goes_on = tick > 0 && values[tick - 1].is_finite();
                 if value.is_finite() {
                     if !goes_on {
                         stretches.push(Vec::new());
                     }
-                    open = Some(Column::new(left, tick, value));
+                    open = Some(PixelColumn::new(left, tick, value));
                 }
             }
         }
+        goes_on = value.is_finite();
     }
     if let (Some(done), Some(last)) = (open, stretches.last_mut()) {
         done.flush(last);
@@ -60,7 +66,7 @@ pub fn extremes(values: &[f64], column: impl Fn(usize) -> f64) -> Vec<Vec<Kept>>
 }
 
 /// What one column has seen: tick and value.
-struct Column {
+struct PixelColumn {
     left: f64,
     first: Kept,
     lowest: Kept,
@@ -68,10 +74,10 @@ struct Column {
     last: Kept,
 }
 
-impl Column {
-    fn new(left: f64, tick: usize, value: f64) -> Column {
+impl PixelColumn {
+    fn new(left: f64, tick: usize, value: f64) -> PixelColumn {
         let only = (tick, value);
-        Column {
+        PixelColumn {
             left,
             first: only,
             lowest: only,
@@ -194,26 +200,43 @@ fn distance(point: Point, from: Point, to: Point) -> f64 {
 /// One run of a state: from and to (places on the page) and its index.
 pub type Run = (f64, f64, usize);
 
-/// The runs of a machine with `states` states, in columns of one point. `place` gives a tick's
-/// abscissa. A column in which several states were visited shows the one that is rarest overall, so
-/// that short visits stay visible.
-pub fn runs(values: &[f64], states: usize, place: impl Fn(usize) -> f64) -> Vec<Run> {
+/// From a tick on a machine is in a state; in none where the value is no state.
+pub type Change = (usize, Option<usize>);
+
+/// The ticks at which a machine with `states` states changes, the first tick among them.
+pub fn changes(values: impl Iterator<Item = Kept>, states: usize) -> Vec<Change> {
     let state = |value: f64| (value >= 0.0 && value < states as f64).then_some(value as usize);
+    let mut changes: Vec<Change> = Vec::new();
+    for (tick, value) in values {
+        let now = state(value);
+        if changes.last().is_none_or(|last| last.1 != now) {
+            changes.push((tick, now));
+        }
+    }
+    changes
+}
+
+/// The runs of a machine with `states` states that lasts for so many ticks, in columns of one
+/// point. `place` gives a tick's abscissa. A column in which several states were visited shows the
+/// one that is rarest overall, so that short visits stay visible.
+pub fn runs(
+    changes: &[Change],
+    (ticks, states): (usize, usize),
+    place: impl Fn(usize) -> f64,
+) -> Vec<Run> {
+    let ends = changes.iter().skip(1).map(|c| c.0).chain([ticks]);
+    let visits = || {
+        let visits = changes.iter().zip(ends.clone());
+        visits.filter_map(|((from, now), end)| now.map(|now| (*from, end, now)))
+    };
     let mut ticks_in = vec![0_usize; states];
-    values
-        .iter()
-        .filter_map(|v| state(*v))
-        .for_each(|s| ticks_in[s] += 1);
+    visits().for_each(|(from, end, now)| ticks_in[now] += end - from);
     let left = place(0);
-    let count = (place(values.len()) - left).clamp(0.0, 1e5).ceil() as usize;
+    let count = (place(ticks) - left).clamp(0.0, 1e5).ceil() as usize;
     let mut columns: Vec<Option<usize>> = vec![None; count];
-    for (tick, now) in values
-        .iter()
-        .enumerate()
-        .filter_map(|(tick, v)| state(*v).map(|s| (tick, s)))
-    {
-        let first = (place(tick) - left) as usize;
-        let end = ((place(tick + 1) - left).ceil() as usize).clamp(first, count);
+    for (from, end, now) in visits() {
+        let first = (place(from) - left) as usize;
+        let end = ((place(end) - left).ceil() as usize).clamp(first, count);
         for column in columns.iter_mut().take(end).skip(first) {
             *column = column
                 .filter(|before| ticks_in[*before] <= ticks_in[now])
@@ -239,6 +262,15 @@ pub fn runs(values: &[f64], states: usize, place: impl Fn(usize) -> f64) -> Vec<
 mod tests {
     use super::*;
 
+    /// Values as ticks and values.
+    fn of(values: &[f64]) -> impl Iterator<Item = Kept> {
+        values.iter().copied().enumerate()
+    }
+
+    fn bands(values: &[f64], states: usize, place: impl Fn(usize) -> f64) -> Vec<Run> {
+        runs(&changes(of(values), states), (values.len(), states), place)
+    }
+
     #[test]
     fn a_line_keeps_its_extremes_and_ends_with_few_points() {
         let ticks = 1_600_000;
@@ -247,7 +279,7 @@ mod tests {
         values[1_234_567] = -7.0;
         let y = Axis::exact(-10.0, 10.0, 200.0, 0.0);
         let lines = line(
-            &values,
+            of(&values),
             |tick| 50.0 + 750.0 * tick as f64 / ticks as f64,
             &y,
         );
@@ -268,16 +300,16 @@ mod tests {
         let y = Axis::exact(0.0, 1.0, 100.0, 0.0);
         let at = |tick| tick as f64 * 10.0;
         assert_eq!(
-            line(&[0.0, 1.0, 0.5], at, &y),
+            line(of(&[0.0, 1.0, 0.5]), at, &y),
             [vec![(0.0, 100.0), (10.0, 0.0), (20.0, 50.0)]]
         );
         assert_eq!(
-            line(&[0.5; 1000], at, &y),
+            line(of(&[0.5; 1000]), at, &y),
             [vec![(0.0, 50.0), (9990.0, 50.0)]]
         );
-        assert_eq!(line(&[0.5], at, &y), [vec![(0.0, 50.0)]]);
-        assert!(line(&[], at, &y).is_empty() && line(&[f64::NAN; 5], at, &y).is_empty());
-        let broken = line(&[0.0, f64::NAN, 1.0, 0.0], at, &y);
+        assert_eq!(line(of(&[0.5]), at, &y), [vec![(0.0, 50.0)]]);
+        assert!(line(of(&[]), at, &y).is_empty() && line(of(&[f64::NAN; 5]), at, &y).is_empty());
+        let broken = line(of(&[0.0, f64::NAN, 1.0, 0.0]), at, &y);
         assert_eq!(
             broken,
             [vec![(0.0, 100.0)], vec![(20.0, 0.0), (30.0, 100.0)]]
@@ -307,7 +339,7 @@ mod tests {
         values[80_000] = 2.0;
         let place = |tick| tick as f64 / 200.0;
         assert_eq!(
-            runs(&values, 3, place),
+            bands(&values, 3, place),
             [
                 (0.0, 200.0, 0),
                 (200.0, 300.0, 1),
@@ -317,12 +349,12 @@ mod tests {
             ]
         );
         assert_eq!(
-            runs(&[1.0, 1.0, 0.0], 2, |t| t as f64 * 10.0),
+            bands(&[1.0, 1.0, 0.0], 2, |t| t as f64 * 10.0),
             [(0.0, 20.0, 1), (20.0, 30.0, 0)]
         );
         assert!(
-            runs(&[], 2, place).is_empty()
-                && runs(&[7.0, f64::NAN, -1.0], 2, |t| t as f64).is_empty()
+            bands(&[], 2, place).is_empty()
+                && bands(&[7.0, f64::NAN, -1.0], 2, |t| t as f64).is_empty()
         );
     }
 }

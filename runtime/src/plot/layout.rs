@@ -25,12 +25,12 @@ pub fn draw(figure: &Figure) -> Drawing {
         BLACK,
         figure.title.as_str(),
     );
-    let clock = Clock::new(figure.ticks(), figure.rate_hz);
+    let clock = Clock::new(figure.start_s, figure.ticks(), figure.rate_hz);
     let mut bottom = over_time(&mut page, figure, &clock);
     let force = figure.total.as_ref().or(figure.forces.first());
     if let (Some(travel), Some(force)) = (&figure.travel, force) {
         let top = bottom + GAP;
-        path::draw(&mut page, top, 280.0, travel, force);
+        path::draw(&mut page, (top, 280.0), &clock, travel, force);
         bottom = top + 280.0 + LABELS;
     }
     page.height = (bottom + 10.0).ceil();

@@ -8,6 +8,7 @@ use super::frame::{
     GREY, LEADING, LEFT, RIGHT, abscissa, felt, heading, legend, level_grid, moved, shown,
     upright_grid,
 };
+use super::time::Clock;
 
 /// Turns smaller than this part of the whole travel are taken for noise.
 const TURN: f64 = 0.02;
@@ -16,22 +17,31 @@ const PRESS: Colour = 0x00_77_bb;
 const RETURN: Colour = 0xee_77_33;
 
 /// The panel, without the labels of its abscissa, which stand below it.
-pub fn draw(page: &mut Drawing, top: f64, height: f64, travel: &Series, force: &Series) {
+/// Of a long run it shows the first ticks, as many as were kept one by one: a loop through fewer
+/// points would show ways that the key never took.
+pub fn draw(
+    page: &mut Drawing,
+    (top, height): (f64, f64),
+    clock: &Clock,
+    travel: &Series,
+    force: &Series,
+) {
+    let is_whole = travel.record.values().is_some();
+    let seconds = (!is_whole).then(|| travel.record.head().len() as f64 / clock.rate_hz);
     let bottom = top + height;
     let ((moved, x_unit, x_factor), (y_unit, y_factor)) = (moved(travel.unit), shown(force.unit));
-    let x = Axis::around([travel.values].into_iter(), LEFT, RIGHT).in_units(x_factor);
-    let y = Axis::around([force.values].into_iter(), bottom, top).in_units(y_factor);
+    let x = Axis::around([travel.record].into_iter(), LEFT, RIGHT).in_units(x_factor);
+    let y = Axis::around([force.record].into_iter(), bottom, top).in_units(y_factor);
     upright_grid(page, &x, top, bottom);
-    level_grid(page, &y, top, heading(&over(force.unit), &y_unit));
-    let turns = turns(travel.values);
+    level_grid(page, &y, top, heading(&over(force.unit, seconds), &y_unit));
+    let (ways, pushes) = (travel.record.head(), force.record.head());
+    let turns = turns(ways);
     for (downward, colour) in [(true, PRESS), (false, RETURN)] {
         // Between stretches of this direction the pen is lifted.
-        let points = stretches(&turns, travel.values.len())
+        let points = stretches(&turns, ways.len())
             .filter(|s| s.2 == downward)
             .flat_map(|(from, to, _)| {
-                let points = travel.values[from..to]
-                    .iter()
-                    .zip(force.values.iter().skip(from));
+                let points = ways[from..to].iter().zip(pushes.iter().skip(from));
                 points
                     .map(|(u, v)| (x.place(*u), y.place(*v)))
                     .chain([(f64::NAN, f64::NAN)])
@@ -51,17 +61,16 @@ pub fn draw(page: &mut Drawing, top: f64, height: f64, travel: &Series, force: &
     abscissa(page, &x, bottom, heading(moved, &x_unit));
 }
 
-/// The heading: `force at the key over its travel`, `torque over the angle`.
-fn over(unit: &str) -> String {
-    format!(
-        "{} over {}",
-        felt(unit),
-        if unit == "n_m" {
-            "the angle"
-        } else {
-            "its travel"
-        }
-    )
+/// The heading: `force at the key over its travel`, `torque over the angle`; of a long run `in the
+/// first 11.9 s`.
+fn over(unit: &str, first_s: Option<f64>) -> String {
+    let way = if unit == "n_m" {
+        "the angle"
+    } else {
+        "its travel"
+    };
+    let part = first_s.map_or(String::new(), |s| format!(" in the first {s:.1} s"));
+    format!("{} over {way}{part}", felt(unit))
 }
 
 /// The stretches between turns: first tick, one past the last (the turn belongs to both), and
@@ -77,7 +86,8 @@ fn stretches(turns: &[(usize, bool)], ticks: usize) -> impl Iterator<Item = (usi
 /// The ticks at which a new direction begins, and whether it is downward (to greater travel). The
 /// first is tick 0.
 fn turns(travel: &[f64]) -> Vec<(usize, bool)> {
-    let Some((low, high)) = super::axis::extent([travel].into_iter()) else {
+    let finite = || travel.iter().copied().filter(|x| x.is_finite());
+    let (Some(low), Some(high)) = (finite().reduce(f64::min), finite().reduce(f64::max)) else {
         return Vec::new();
     };
     let least = (high - low) * TURN;

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::gesture::default_gesture;
-use crate::trace::EventRow;
+use crate::trace::{EventRow, Heading};
 
 const RATE_HZ: u32 = 44_100;
 
@@ -72,25 +72,30 @@ fn hammer_trace(travel_m: Vec<f64>) -> Trace {
         .zip(units)
         .zip(values)
         .map(|((name, unit), values)| Column {
-            name: (*name).into(),
-            unit: unit.into(),
-            labels: vec![],
-            values,
+            heading: Heading {
+                name: (*name).into(),
+                unit: unit.into(),
+                ..Heading::default()
+            },
+            record: values.into(),
         })
         .collect();
     if let Some(motion) = columns.last_mut() {
-        motion.labels = ["touching", "flying up", "falling"]
+        motion.heading.labels = ["touching", "flying up", "falling"]
             .map(String::from)
             .to_vec();
     }
     columns.push(Column {
-        name: "x".into(),
-        unit: "m".into(),
-        labels: vec![],
-        values: travel_m,
+        heading: Heading {
+            name: "x".into(),
+            unit: "m".into(),
+            ..Heading::default()
+        },
+        record: travel_m.into(),
     });
     Trace {
         rate_hz: RATE_HZ,
+        start_s: 0.0,
         columns,
         events,
     }
@@ -111,6 +116,7 @@ fn roles() -> Roles {
         .to_vec(),
         total: "f_n".into(),
         coordinates: vec!["phi_rad".into()],
+        machines: vec!["motion".into()],
         mark: "note".into(),
     }
 }
@@ -191,8 +197,8 @@ fn odd_data_does_not_panic() {
         );
     }
     let mut ragged = hammer_trace(vec![0.001; 50]);
-    ragged.columns[3].values.truncate(7);
-    ragged.columns[7].values = vec![99.0, -1.0, f64::NAN];
+    ragged.columns[3].record = ragged.columns[3].values()[..7].to_vec().into();
+    ragged.columns[7].record = vec![99.0, -1.0, f64::NAN].into();
     ragged.events.push(EventRow {
         t_s: -5.0,
         event: "note".into(),
@@ -217,13 +223,44 @@ fn a_long_recording_is_as_small_as_a_short_one() {
 }
 
 #[test]
+fn a_peak_of_one_tick_in_an_hour_is_drawn() {
+    let mut record = Record::bounded().with_head();
+    let ticks = 3600 * 1000;
+    (0..ticks).for_each(|tick| record.push(if tick == 3_000_001 { 7.0 } else { 0.0 }));
+    let series = || Series {
+        name: "x",
+        unit: "m",
+        record: &record,
+    };
+    let figure = Figure {
+        rate_hz: 1000,
+        start_s: 50.0,
+        travel: Some(series()),
+        total: Some(series()),
+        ..Figure::default()
+    };
+    let lines = decimate::line(
+        record.points(),
+        |tick| tick as f64 / 5000.0,
+        &axis::Axis::exact(0.0, 7.0, 100.0, 0.0),
+    );
+    assert!(lines[0].iter().any(|point| point.1 == 0.0), "{lines:?}");
+    let svg = figure.svg();
+    assert!(
+        svg.len() < 20_000 && svg.contains("in the first 524.3 s") && svg.contains("3500"),
+        "{svg}"
+    );
+}
+
+#[test]
 fn figures_are_saved_by_the_end_of_their_names() {
     let dir = tempfile::tempdir().unwrap();
     let names = ["a<b".to_string(), "c".to_string()];
+    let record = vec![0.0, 1.0].into();
     let machine = Machine {
         name: "m & n",
         states: &names,
-        values: &[0.0, 1.0],
+        record: &record,
     };
     let figure = Figure {
         title: "t".into(),

@@ -19,25 +19,29 @@ struct Line<'a> {
 /// Time on the page: tick `i` stands at `place(i)`.
 #[derive(Debug, Clone, Copy)]
 pub struct Clock {
-    /// The axis (s), from 0.
+    /// The axis (s).
     pub axis: Axis,
+    /// The time of the first tick (s).
+    pub start_s: f64,
     /// Ticks per second.
     pub rate_hz: f64,
 }
 
 impl Clock {
-    /// For a figure of that many ticks.
-    pub fn new(ticks: usize, rate_hz: u32) -> Clock {
+    /// For a figure of that many ticks from a time on (s).
+    pub fn new(start_s: f64, ticks: usize, rate_hz: u32) -> Clock {
         let rate_hz = f64::from(rate_hz.max(1));
+        let end_s = start_s + (ticks.max(2) - 1) as f64 / rate_hz;
         Clock {
-            axis: Axis::exact(0.0, (ticks.max(2) - 1) as f64 / rate_hz, LEFT, RIGHT),
+            axis: Axis::exact(start_s, end_s, LEFT, RIGHT),
+            start_s,
             rate_hz,
         }
     }
 
     /// The abscissa of a tick.
     pub fn place(&self, tick: usize) -> f64 {
-        self.axis.place(tick as f64 / self.rate_hz)
+        self.axis.place(self.start_s + tick as f64 / self.rate_hz)
     }
 }
 
@@ -121,7 +125,7 @@ fn panel(
     lines: &[Line],
 ) {
     let bottom = top + height;
-    let y = Axis::around(lines.iter().map(|l| l.series.values), bottom, top).in_units(factor);
+    let y = Axis::around(lines.iter().map(|l| l.series.record), bottom, top).in_units(factor);
     upright_grid(page, &clock.axis, top, bottom);
     level_grid(page, &y, top, heading(name, &unit));
     for (
@@ -134,11 +138,11 @@ fn panel(
     ) in lines.iter().enumerate()
     {
         let row = top + 6.0 + i as f64 * LEADING;
-        if lines.len() > 1 && series.values.iter().all(|v| *v == 0.0) {
+        if lines.len() > 1 && series.record.points().all(|p| p.1 == 0.0) {
             legend(page, row, &format!("{} (zero)", series.name), None, *width);
             continue;
         }
-        for points in line(series.values, |tick| clock.place(tick), &y) {
+        for points in line(series.record.points(), |tick| clock.place(tick), &y) {
             page.line(points, *colour, *width);
         }
         legend(page, row, series.name, Some(*colour), *width);

@@ -1,7 +1,7 @@
 //! What a page draws of a run, as JSON with packed numbers.
 //!
 //! ```text
-//!   { "rate_hz", "ticks", "columns": [ { name, unit, factor, within, t, v } ], "panels": [ { title, unit, columns } ],
+//!   { "rate_hz", "start", "ticks", "columns": [ { name, unit, factor, within, t, v } ], "panels": [ { title, unit, columns } ],
 //!     "machines": [ { name, states, t, s } ], "travel", "total", "marks": [[seconds, label]] }
 //! ```
 //!
@@ -14,7 +14,7 @@ use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
 use super::knots::{Knots, Truth, knots};
-use crate::plot::decimate::runs;
+use crate::plot::decimate::{Change, Run, changes, runs};
 use crate::plot::frame::{moved, shown};
 use crate::plot::layout::by_unit;
 use crate::plot::{Figure, Machine, Series};
@@ -66,7 +66,7 @@ pub fn chart(figure: &Figure) -> Value {
         .map(|mark| json!([mark.t_s, mark.label]))
         .collect();
     json!({
-        "rate_hz": figure.rate_hz, "ticks": figure.ticks(), "columns": columns.list, "panels": panels, "machines": machines,
+        "rate_hz": figure.rate_hz, "start": figure.start_s, "ticks": figure.ticks(), "columns": columns.list, "panels": panels, "machines": machines,
         "travel": travel, "total": total, "mark": figure.mark_name, "marks": marks,
     })
 }
@@ -83,7 +83,7 @@ struct Columns {
 
 impl Columns {
     fn add(&mut self, series: &Series, (unit, factor): (String, f64)) -> usize {
-        let Knots { kept, truth } = knots(series.values);
+        let Knots { kept, truth } = knots(series.record);
         let ticks = kept.iter().map(|k| k.0);
         let values: Vec<u8> = kept
             .iter()
@@ -103,23 +103,17 @@ impl Columns {
 
 /// A machine as the ticks at which its state changes.
 fn machine(machine: &Machine) -> Value {
-    let values = machine.values;
-    let mut changes: Vec<(usize, usize)> = Vec::new();
-    for (tick, &value) in values.iter().enumerate() {
-        if tick == 0 || value != values[tick - 1] {
-            changes.push((tick, value as usize));
-        }
-    }
-    if changes.len() > CHANGES_MAX {
-        let every = values.len().div_ceil(CHANGES_MAX);
-        let visible = runs(values, machine.states.len(), |tick| {
-            tick as f64 / every as f64
-        });
-        changes = visible
-            .iter()
-            .map(|run| (run.0 as usize * every, run.2))
-            .collect();
-    }
+    let (ticks, states) = (machine.record.ticks(), machine.states.len());
+    let all = changes(machine.record.points(), states);
+    let changes: Vec<(usize, usize)> = if all.len() > CHANGES_MAX {
+        let every = ticks.div_ceil(CHANGES_MAX);
+        let visible = runs(&all, (ticks, states), |tick| tick as f64 / every as f64);
+        let change = |run: &Run| (run.0 as usize * every, run.2);
+        visible.iter().map(change).collect()
+    } else {
+        let change = |(tick, state): &Change| (*tick, state.unwrap_or_default());
+        all.iter().map(change).collect()
+    };
     let states: Vec<u8> = changes.iter().map(|c| c.1.min(255) as u8).collect();
     json!({
         "name": machine.name, "states": machine.states,

@@ -40,9 +40,9 @@ function lastUpTo(numbers, x) {
 
 /** One value over time: straight lines between knots, in the unit shown. */
 class Column {
-  constructor(packed, rate) {
+  constructor(packed, timeOf) {
     Object.assign(this, packed);
-    this.t = Float64Array.from(rising(packed.t), (tick) => tick / rate);
+    this.t = Float64Array.from(rising(packed.t), timeOf);
     this.v = floats(packed.v).map((v) => v * packed.factor);
   }
 
@@ -79,10 +79,10 @@ class Column {
 
 /** A state machine over time. */
 class Machine {
-  constructor(packed, rate) {
+  constructor(packed, timeOf) {
     this.name = packed.name;
     this.states = packed.states;
-    this.t = Float64Array.from(rising(packed.t), (tick) => tick / rate);
+    this.t = Float64Array.from(rising(packed.t), timeOf);
     this.s = bytesOf(packed.s);
   }
 
@@ -97,12 +97,12 @@ const proper = (text) => (/[1-9]/.test(text) ? text.replace(/-/g, "−") : text.
 
 /** Everything a chart draws. */
 function unpack(packed) {
-  const rate = packed.rate_hz;
+  const timeOf = (tick) => packed.start + tick / packed.rate_hz;
   return {
     ...packed,
-    end: packed.ticks / rate,
-    columns: packed.columns.map((column) => new Column(column, rate)),
-    machines: packed.machines.map((machine) => new Machine(machine, rate)),
+    end: timeOf(packed.ticks),
+    columns: packed.columns.map((column) => new Column(column, timeOf)),
+    machines: packed.machines.map((machine) => new Machine(machine, timeOf)),
   };
 }
 

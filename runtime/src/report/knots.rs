@@ -11,7 +11,8 @@
 //! keeps its first, lowest, highest and last value. So no peak is ever hidden, and a column never
 //! takes more than [`KNOTS_MAX`] points, however long it is.
 
-use crate::plot::decimate::{Kept, extremes};
+use crate::plot::decimate::extremes;
+use crate::record::{Kept, Record};
 
 /// So many points of a column are kept at the most.
 pub const KNOTS_MAX: usize = 16_384;
@@ -44,8 +45,16 @@ pub enum Truth {
     Extremes(usize),
 }
 
-/// The knots of a column.
-pub fn knots(values: &[f64]) -> Knots {
+/// The knots of a column: of a long one, of which not every tick was kept, the extremes.
+pub fn knots(record: &Record) -> Knots {
+    match record.values() {
+        Some(values) => knots_of_all(values),
+        None => stretches(record),
+    }
+}
+
+/// The knots of the values of every tick.
+fn knots_of_all(values: &[f64]) -> Knots {
     let fixed = fixed(values);
     let span = fixed.iter().map(|&i| values[i]).filter(|v| v.is_finite());
     let (low, high) = span.fold((f64::MAX, f64::MIN), |(low, high), v| {
@@ -63,6 +72,16 @@ pub fn knots(values: &[f64]) -> Knots {
         tolerance *= 2.0;
     }
     let every = values.len().div_ceil(KNOTS_MAX / 4);
+    extremes_of(values.iter().copied().enumerate(), every)
+}
+
+/// The extremes of whole numbers of the stretches that were kept.
+fn stretches(record: &Record) -> Knots {
+    let wanted = record.ticks().div_ceil(KNOTS_MAX / 4);
+    extremes_of(record.points(), wanted.next_multiple_of(record.stretch()))
+}
+
+fn extremes_of(values: impl Iterator<Item = Kept>, every: usize) -> Knots {
     let kept = extremes(values, |tick| (tick / every) as f64);
     Knots {
         kept: kept.concat(),
@@ -134,6 +153,28 @@ fn reach(values: &[f64], anchor: usize, end: usize, tolerance: f64) -> usize {
 mod tests {
     use super::*;
 
+    #[test]
+    fn a_long_column_keeps_its_peaks() {
+        let ticks = 5_000_000;
+        let mut record = Record::bounded();
+        for tick in 0..ticks {
+            record.push(match tick {
+                3_456_789 => 7.0,
+                4_567_890 => -7.0,
+                _ => 0.0,
+            });
+        }
+        let Knots { kept, truth } = knots(&record);
+        let Truth::Extremes(every) = truth else {
+            panic!("{truth:?}")
+        };
+        assert!(
+            every % record.stretch() == 0 && kept.len() <= KNOTS_MAX,
+            "{every}"
+        );
+        assert!(kept.contains(&(3_456_789, 7.0)) && kept.contains(&(4_567_890, -7.0)));
+    }
+
     /// The largest distance of the line through the knots from any tick.
     fn worst(values: &[f64], kept: &[Kept]) -> f64 {
         let distance = |pair: &[Kept]| {
@@ -149,7 +190,7 @@ mod tests {
     #[test]
     fn smooth_columns_keep_few_points_within_the_tolerance() {
         let values: Vec<f64> = (0..441_000).map(|i| (f64::from(i) * 1e-4).sin()).collect();
-        let Knots { kept, truth } = knots(&values);
+        let Knots { kept, truth } = knots_of_all(&values);
         let Truth::Within(tolerance) = truth else {
             panic!("{truth:?}")
         };
@@ -171,7 +212,7 @@ mod tests {
         values[777_777] = 5.0;
         values[1_234_567] = -7e-3;
         assert_eq!(
-            knots(&values).kept,
+            knots_of_all(&values).kept,
             [
                 (0, 0.0),
                 (777_776, 0.0),
@@ -197,7 +238,7 @@ mod tests {
         };
         let mut values: Vec<f64> = (0..1_000_000).map(|_| 18.0 * noise() - 9.0).collect();
         (values[500_000], values[600_000]) = (9.5, -9.5);
-        let Knots { kept, truth } = knots(&values);
+        let Knots { kept, truth } = knots_of_all(&values);
         assert_eq!(truth, Truth::Extremes(245));
         assert!(kept.len() <= KNOTS_MAX, "{}", kept.len());
         assert!(kept.contains(&(500_000, 9.5)) && kept.contains(&(600_000, -9.5)));
@@ -205,7 +246,7 @@ mod tests {
         let values: Vec<f64> = (0..1_000_000)
             .map(|i| (f64::from(i) * 1e-5).sin() + 0.02 * noise())
             .collect();
-        let Knots { kept, truth } = knots(&values);
+        let Knots { kept, truth } = knots_of_all(&values);
         let Truth::Within(tolerance) = truth else {
             panic!("{truth:?}")
         };
@@ -226,7 +267,7 @@ mod tests {
                 (state >> 11) as f64
             })
             .collect();
-        let kept = knots(&values).kept;
+        let kept = knots_of_all(&values).kept;
         for (at, stretch) in values.chunks(245).enumerate() {
             let highest = stretch.iter().copied().fold(f64::MIN, f64::max);
             assert!(
@@ -239,17 +280,17 @@ mod tests {
 
     #[test]
     fn short_level_and_broken_columns() {
-        assert!(knots(&[]).kept.is_empty());
-        assert_eq!(knots(&[3.0]).kept, [(0, 3.0)]);
-        assert_eq!(knots(&[3.0; 1000]).kept, [(0, 3.0), (999, 3.0)]);
-        assert_eq!(knots(&[3.0; 2]).truth, Truth::Within(0.0));
+        assert!(knots_of_all(&[]).kept.is_empty());
+        assert_eq!(knots_of_all(&[3.0]).kept, [(0, 3.0)]);
+        assert_eq!(knots_of_all(&[3.0; 1000]).kept, [(0, 3.0), (999, 3.0)]);
+        assert_eq!(knots_of_all(&[3.0; 2]).truth, Truth::Within(0.0));
         let nan = f64::NAN;
-        let ticks: Vec<usize> = knots(&[1.0, 1.0, nan, nan, nan, 2.0, 3.0])
+        let ticks: Vec<usize> = knots_of_all(&[1.0, 1.0, nan, nan, nan, 2.0, 3.0])
             .kept
             .iter()
             .map(|k| k.0)
             .collect();
         assert_eq!(ticks, [0, 1, 2, 4, 5, 6]);
-        assert_eq!(knots(&[nan; 9]).kept.len(), 2);
+        assert_eq!(knots_of_all(&[nan; 9]).kept.len(), 2);
     }
 }

@@ -10,7 +10,7 @@ function dataOf(kind, id) {
 /** The plots of a run. */
 function chartOf(host, id) {
   const chart = unpack(dataOf("chart", id));
-  const view = new View(0, chart.end, 32 / chart.rate_hz);
+  const view = new View(chart.start, chart.end, 32 / chart.rate_hz);
   const group = new Group(id, chart, view);
   const stack = el("div", { class: "stack", tabindex: "0", role: "group", "aria-label": "Plots over time" });
   const last = chart.machines.length > 0 ? -1 : chart.panels.length - 1;

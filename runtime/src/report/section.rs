@@ -14,10 +14,10 @@ use crate::engine::EngineKind;
 use crate::plot::frame::{heading, moved, shown};
 use crate::plot::{Figure, Roles};
 use crate::session::{self, Run};
-use crate::titles::{join_title, split_title};
-use crate::trace::{EventRow, Trace};
+use crate::titles::split_title;
+use crate::trace::EventRow;
 
-/// So many events that are no strikes are listed; strikes all are.
+/// So many strikes and so many other events are listed; a table of events has all.
 const LISTED_MAX: usize = 5_000;
 
 /// How a run came about: what the run itself does not know.
@@ -87,7 +87,7 @@ impl Section {
                 .collect(),
             data: vec![("chart", chart(&figure(compiled, run)))],
             tables: vec![
-                events(&run.trace, session::marked(&compiled.model)),
+                events(run, session::marked(&compiled.model)),
                 numbers(compiled, run),
             ],
             sources: made.sources.to_vec(),
@@ -171,24 +171,17 @@ fn device(device: &Device) -> String {
 /// Strikes, the greatest force, how deep, how long.
 fn outcome(compiled: &Compiled, run: &Run) -> Vec<(String, String)> {
     let trace = &run.trace;
-    let strikes = trace
-        .events
-        .iter()
-        .filter(|e| e.event == session::marked(&compiled.model))
-        .count();
+    let ticks = run.counts.ticks;
     let rate_hz = f64::from(trace.rate_hz);
     // The greatest value of an export, with its unit, and when.
     let peak = |wanted: ExportKind, shown: &dyn Fn(&str) -> (String, f64)| {
         let export = compiled.lowered.exports.iter().find(|e| e.kind == wanted)?;
         let suffix = session::suffix(&compiled.model, export);
-        let values = trace
-            .column(&join_title(&export.name, &suffix))?
-            .values
-            .iter()
-            .copied()
-            .enumerate();
-        let (tick, value) =
-            values.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(b.0.cmp(&a.0)))?;
+        let column = trace.column(&session::title(&compiled.model, export))?;
+        let (tick, value) = column
+            .record
+            .points()
+            .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(b.0.cmp(&a.0)))?;
         let (unit, factor) = shown(&suffix);
         Some(minus(format!(
             "{:.3} {unit} at {:.4} s",
@@ -197,13 +190,15 @@ fn outcome(compiled: &Compiled, run: &Run) -> Vec<(String, String)> {
         )))
     };
     let mut facts = vec![
-        ("strikes".to_string(), strikes.to_string()),
+        (
+            "strikes".to_string(),
+            run.happenings.strikes.count.to_string(),
+        ),
         (
             "played".to_string(),
             format!(
-                "{:.2} s, {} ticks at {} Hz",
-                trace.ticks() as f64 / rate_hz,
-                trace.ticks(),
+                "{:.2} s, {ticks} ticks at {} Hz",
+                ticks as f64 / rate_hz,
                 trace.rate_hz
             ),
         ),
@@ -223,8 +218,11 @@ fn outcome(compiled: &Compiled, run: &Run) -> Vec<(String, String)> {
     facts
 }
 
-/// The figure of a page: that of a plot, and every other number the trace has.
+/// The figure of a page: that of a plot, with rates and states; or what was chosen.
 fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
+    if run.is_chosen {
+        return session::figure(compiled, run);
+    }
     let rest = session::titles(compiled, &|kind| match kind {
         ExportKind::Sense(s) => s > 0,
         ExportKind::Cell(id) => {
@@ -242,29 +240,32 @@ fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
     )
 }
 
-/// All strikes, and the first of everything else that happened.
-fn events(trace: &Trace, marked: &str) -> Table {
+/// The first strikes, and the first of everything else that happened.
+fn events(run: &Run, marked: &str) -> Table {
+    let (trace, all) = (&run.trace, &run.happenings);
     let mut titles: Vec<&str> = Vec::new();
     for (title, _) in trace.events.iter().flat_map(|e| &e.args) {
         if !titles.contains(&title.as_str()) {
             titles.push(title);
         }
     }
-    let others = trace.events.iter().filter(|e| e.event != marked).count();
+    let others = all.events - all.strikes.count;
     let (mut strikes, mut listed) = (0, 0);
     let mut rows = Vec::new();
     for event in &trace.events {
         let strike = event.event == marked;
-        *(if strike { &mut strikes } else { &mut listed }) += 1;
-        if strike || listed <= LISTED_MAX {
+        let count = if strike { &mut strikes } else { &mut listed };
+        *count += 1;
+        if *count <= LISTED_MAX {
             rows.push(event_row(event, strike.then_some(strikes), &titles));
         }
     }
-    let note = if others > LISTED_MAX {
-        format!("Of {others} other events the first {LISTED_MAX} are listed.")
-    } else {
-        String::new()
+    let cut = |count: usize, what: &str| {
+        (count > LISTED_MAX)
+            .then(|| format!("Of {count} {what} the first {LISTED_MAX} are listed. "))
+            .unwrap_or_default()
     };
+    let note = cut(all.strikes.count, "strikes") + &cut(others, "other events");
     let argument = |title: &&str| {
         let (name, unit) = split_title(title);
         heading(name, &unit.map_or(String::new(), |unit| unit.dim.unit()))
@@ -276,7 +277,7 @@ fn events(trace: &Trace, marked: &str) -> Table {
         .collect();
     Table {
         title: "Strikes and events".into(),
-        note,
+        note: note.trim_end().into(),
         heads,
         rows,
     }
@@ -339,17 +340,10 @@ fn number_row(compiled: &Compiled, run: &Run, export: &Export) -> Row {
     let value = |v: f64, digits| Cell::number(v * factor, minus(significant(v * factor, digits)));
     let seen = run
         .trace
-        .column(&join_title(&export.name, &suffix))
-        .map(|column| {
-            column
-                .values
-                .iter()
-                .fold((f64::MAX, f64::MIN), |(low, high), &v| {
-                    (low.min(v), high.max(v))
-                })
-        });
+        .column(&session::title(&compiled.model, export))
+        .and_then(|column| column.record.extent());
     let blank = || Cell::text("");
-    let (low, high, margin) = match seen.filter(|(low, high)| low <= high) {
+    let (low, high, margin) = match seen {
         None => (blank(), blank(), blank()),
         Some((low, high)) => {
             let times = export.range.magnitude() / low.abs().max(high.abs());

@@ -6,12 +6,13 @@ use serde_json::{Value, json};
 use whippen_compiler::check::note_name;
 use whippen_compiler::keyboard::Zone;
 use whippen_compiler::model::EmissionId;
+use whippen_runtime::files::{FileError, write_whole};
 use whippen_runtime::keyboard::{KeyLog, Outcome, PlayedNote};
 use whippen_runtime::midi::Performance;
 use whippen_runtime::report::{Cell, Row, Section, Table, id};
-use whippen_runtime::session::argument_titles;
+use whippen_runtime::session::{argument_title, argument_titles};
 use whippen_runtime::stroke::{DIP_M, press_speed};
-use whippen_runtime::trace::{EventRow, Trace};
+use whippen_runtime::trace::{Argument, EventRow, EventTable, Form};
 
 use super::{LATER_S, PlayedKeyboard, Score, Setup};
 use crate::say::say;
@@ -40,30 +41,9 @@ pub fn report_file(
         .told
         .iter()
         .for_each(|told| say!("midi: {told}"));
-    if score.outside > 0 {
-        say!("midi: {}", outside(score, keyboard));
+    if let Some(outside) = score.outside(keyboard) {
+        say!("midi: {outside}");
     }
-}
-
-fn outside(score: &Score, keyboard: &PlayedKeyboard) -> String {
-    let (first, last) = (
-        note_name(keyboard.layout.first_note),
-        note_name(keyboard.layout.last_note()),
-    );
-    let mut names: Vec<u8> = score
-        .notes
-        .iter()
-        .map(|n| n.key)
-        .filter(|&key| keyboard.layout.key_of_note(key).is_none())
-        .collect();
-    names.sort_unstable();
-    names.dedup();
-    let names: Vec<String> = names.into_iter().map(note_name).collect();
-    format!(
-        "{} notes lie outside of {first} .. {last} and are not played: {}",
-        score.outside,
-        names.join(", ")
-    )
 }
 
 /// Notes against strikes.
@@ -162,6 +142,10 @@ fn cut_off(logs: &[KeyLog]) -> Vec<String> {
     let sum = |of: fn(&KeyLog) -> usize| logs.iter().map(of).sum::<usize>();
     let all = [
         (
+            sum(|l| l.events_lost),
+            "events beyond those that are kept of a key, not written",
+        ),
+        (
             sum(|l| l.drive_clipped),
             "key-ticks with more force than the drive gives, clipped",
         ),
@@ -176,103 +160,124 @@ fn cut_off(logs: &[KeyLog]) -> Vec<String> {
         .collect()
 }
 
-/// The events of all keys as a trace without columns.
-pub fn events(keyboard: &PlayedKeyboard, logs: &[KeyLog]) -> Trace {
-    let rate_hz = keyboard.rate_hz();
-    let mut all: Vec<(usize, u32, EventRow)> = Vec::new();
-    for log in logs {
-        let (model, key) = (keyboard.model(log.index), log.index as u32);
-        let titles = argument_titles(model);
-        for (tick, emission, args) in &log.events {
-            let args = titles[*emission]
-                .iter()
-                .cloned()
-                .zip(args.iter().copied())
-                .collect();
-            let t_s = *tick as f64 / f64::from(rate_hz);
-            all.push((
-                *tick,
+/// Writes the table of the events of all keys, with the keys' names.
+pub fn write_events(
+    path: &Path,
+    keyboard: &PlayedKeyboard,
+    logs: &[KeyLog],
+    form: Form,
+) -> Result<(), FileError> {
+    write_whole(path, |file| {
+        let mut table = EventTable::new(file, &arguments(keyboard, logs), true, form)?;
+        for (tick, log, event) in by_time(logs) {
+            let (model, key) = (keyboard.model(log.index), log.index as u32);
+            let (_, emission, args) = &log.events[event];
+            let emission = &model.emissions[EmissionId(*emission as u32)];
+            let titles = emission.args.iter().map(argument_title);
+            let row = EventRow {
+                t_s: tick as f64 / f64::from(keyboard.rate_hz()),
                 key,
-                EventRow {
-                    t_s,
-                    key,
-                    event: model.emissions[EmissionId(*emission as u32)].name.clone(),
-                    args,
-                },
-            ));
+                event: emission.name.clone(),
+                args: titles.zip(args.iter().copied()).collect(),
+            };
+            table.row(&row, Some(&keyboard.key_name(key)))?;
+        }
+        table.into_inner().map(drop)
+    })
+}
+
+/// The columns of the table: the arguments of all emissions of all keys.
+fn arguments(keyboard: &PlayedKeyboard, logs: &[KeyLog]) -> Vec<Argument> {
+    let of_key = |log: &KeyLog| {
+        let titles = argument_titles(keyboard.model(log.index));
+        let argument = |(title, step)| Argument { title, step };
+        let all = titles.into_iter().zip(log.steps.clone());
+        all.flat_map(|(titles, steps)| titles.into_iter().zip(steps))
+            .map(argument)
+            .collect::<Vec<_>>()
+    };
+    Argument::merged(logs.iter().flat_map(of_key))
+}
+
+/// All events by time, then key: tick, whose it is, and its number there. What one key did in one
+/// tick stays in its order.
+fn by_time(logs: &[KeyLog]) -> Vec<(usize, &KeyLog, usize)> {
+    let of_key = |log| std::iter::repeat(log).zip(0..);
+    let mut all: Vec<(usize, &KeyLog, usize)> = Vec::new();
+    for log in logs {
+        let events = log.events.iter().zip(of_key(log));
+        all.extend(events.map(|((tick, ..), (log, number))| (*tick, log, number)));
+    }
+    all.sort_by_key(|(tick, log, _)| (*tick, log.index));
+    all
+}
+
+/// A performance that was played, with what is told of it.
+pub struct Performed<'a> {
+    pub setup: &'a Setup<'a>,
+    pub keyboard: &'a PlayedKeyboard<'a>,
+    pub score: &'a Score,
+    pub played: &'a Outcome,
+    pub logs: &'a [KeyLog],
+    pub performance: &'a Performance,
+}
+
+impl Performed<'_> {
+    /// The section of a performance.
+    pub fn section(&self) -> Section {
+        let (keyboard, played) = (self.keyboard, self.played);
+        let mut warnings = cut_off(self.logs);
+        warnings.extend(self.score.outside(keyboard));
+        let name = keyboard.name.unwrap_or("keyboard");
+        Section {
+            id: id(name),
+            title: name.replace('_', " "),
+            doc: "Every note as a synthetic stroke of its key, and what the keys struck. A key that goes down slowly does not throw its \
+                  hammer: such a note is missed by the instrument, not by the program."
+                .into(),
+            facts: self.facts(),
+            warnings,
+            data: vec![("keys", roll(keyboard, self.score, played))],
+            tables: vec![worst(played), keys(keyboard, played, self.logs)],
+            sources: self.setup.sources.to_vec(),
         }
     }
-    // Stable: what one key did in one tick stays in its order.
-    all.sort_by_key(|(tick, key, _)| (*tick, *key));
-    Trace {
-        rate_hz,
-        columns: Vec::new(),
-        events: all.into_iter().map(|(_, _, row)| row).collect(),
+
+    /// What there is to know at a glance.
+    fn facts(&self) -> Vec<(String, String)> {
+        let (keyboard, score) = (self.keyboard, self.score);
+        let rate_hz = f64::from(keyboard.rate_hz());
+        let (played_s, keys) = (score.ticks as f64 / rate_hz, score.keys.len());
+        let fact = |name: &str, value: String| (name.to_string(), value);
+        let mut facts = vec![
+            fact("notes", counted(self.played)),
+            fact(
+                "played",
+                format!("{played_s:.2} s on {keys} keys at {rate_hz} Hz"),
+            ),
+            fact("program", keyboard.program().name.replace('_', " ")),
+            fact("engine", self.setup.engine.to_string()),
+            fact("strokes", strokes()),
+        ];
+        if keyboard.program().is_split() {
+            facts.push(fact("zones", zones(keyboard)));
+        }
+        facts.extend(latencies(self.played).map(|times| fact("timing", times)));
+        let told = self.performance.told.iter();
+        facts.extend(told.map(|told| fact("file", told.clone())));
+        let settings = self.setup.settings.iter();
+        facts.extend(settings.map(|(name, value)| fact("set", format!("{name} = {value}"))));
+        facts
     }
 }
 
-/// The section of a performance.
-pub fn section(
-    setup: &Setup,
-    keyboard: &PlayedKeyboard,
-    score: &Score,
-    played: &Outcome,
-    logs: &[KeyLog],
-    performance: &Performance,
-) -> Section {
-    let rate_hz = f64::from(keyboard.rate_hz());
-    let fact = |name: &str, value: String| (name.to_string(), value);
-    let mut facts = vec![
-        fact("notes", counted(played)),
-        fact(
-            "played",
-            format!(
-                "{:.2} s on {} keys at {rate_hz} Hz",
-                score.ticks as f64 / rate_hz,
-                score.keys.len()
-            ),
-        ),
-        fact("program", keyboard.program().name.replace('_', " ")),
-        fact("engine", setup.engine.to_string()),
-        fact(
-            "strokes",
-            format!(
-                "synthetic, dip {} mm; velocity 64 is {} m/s, 30 more are twice as fast",
-                DIP_M * 1e3,
-                press_speed(64)
-            ),
-        ),
-    ];
-    if keyboard.program().is_split() {
-        facts.push(fact("zones", zones(keyboard)));
-    }
-    facts.extend(latencies(played).map(|times| fact("timing", times)));
-    facts.extend(
-        performance
-            .told
-            .iter()
-            .map(|told| fact("file", told.clone())),
-    );
-    facts.extend(
-        setup
-            .settings
-            .iter()
-            .map(|(name, value)| fact("set", format!("{name} = {value}"))),
-    );
-    let mut warnings = cut_off(logs);
-    warnings.extend((score.outside > 0).then(|| outside(score, keyboard)));
-    Section {
-        id: id(keyboard.name.unwrap_or("keyboard")),
-        title: keyboard.name.map_or("keyboard".into(), |name| name.replace('_', " ")),
-        doc: "Every note as a synthetic stroke of its key, and what the keys struck. A key that goes down slowly does not throw its \
-              hammer: such a note is missed by the instrument, not by the program."
-            .into(),
-        facts,
-        warnings,
-        data: vec![("keys", roll(keyboard, score, played))],
-        tables: vec![worst(played), keys(keyboard, played, logs)],
-        sources: setup.sources.to_vec(),
-    }
+/// How notes become strokes.
+fn strokes() -> String {
+    format!(
+        "synthetic, dip {} mm; velocity 64 is {} m/s, 30 more are twice as fast",
+        DIP_M * 1e3,
+        press_speed(64)
+    )
 }
 
 /// What which keys play.

@@ -1,6 +1,6 @@
 //! The keyboard of a performance: its keys, and the one program that they play.
 
-use whippen_compiler::check::Program;
+use whippen_compiler::check::{Program, note_name};
 use whippen_compiler::keyboard::{self, Layout};
 use whippen_compiler::model::Model;
 use whippen_runtime::emulated::EmulatedBoard;
@@ -119,5 +119,16 @@ impl<'a> PlayedKeyboard<'a> {
     pub fn strike(&self, index: usize) -> Option<usize> {
         let emissions = &self.model(index).emissions;
         emissions.iter().position(|e| e.name == "note")
+    }
+
+    /// The names of its lowest and its highest key.
+    pub fn ends(&self) -> (String, String) {
+        let layout = &self.layout;
+        (note_name(layout.first_note), note_name(layout.last_note()))
+    }
+
+    /// The name of a key, by its index.
+    pub fn key_name(&self, index: u32) -> String {
+        note_name(self.layout.note_of(index))
     }
 }

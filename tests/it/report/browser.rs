@@ -114,7 +114,7 @@ fn a_browser_shows_it_and_zooms_where_it_is_told() {
     );
     // The crosshair stands at the strike and reads what the trace holds there.
     let tick = (strike.t_s * 44_100.0).round() as usize;
-    let at = |title: &str| run.trace.column(title).expect("a column").values[tick];
+    let at = |title: &str| run.trace.column(title).expect("a column").values()[tick];
     let read = |name: &str| {
         let text = result["read"][name]
             .as_str()

@@ -19,6 +19,7 @@ pub(super) fn repair<'s>(tokens: Tokens<'s>, diagnostics: &mut Vec<Diagnostic>) 
         open: Vec::new(),
         diagnostics,
     };
+    let closed = closed_later(&tokens);
     let mut i = 0;
     while i < tokens.len() {
         let token = tokens[i];
@@ -28,7 +29,10 @@ pub(super) fn repair<'s>(tokens: Tokens<'s>, diagnostics: &mut Vec<Diagnostic>) 
         }
         match token.node {
             Token::RightParen => repair.closes_paren(token),
-            Token::Close(_) => repair.closes_brace(token, goes_on(&tokens, i + 1)),
+            Token::Close(_) => {
+                let goes_on = begins_declaration(&tokens, i + 1) && closed[i + 1];
+                repair.closes_brace(token, goes_on);
+            }
             _ => {
                 repair.ends_before(token.span, outermost(&tokens, i));
                 repair.out.push(token);
@@ -67,23 +71,30 @@ fn begins_declaration(tokens: &Tokens, i: usize) -> bool {
     }
 }
 
-/// Whether a block that seems to be over goes on here: a declaration follows, and further on a
-/// brace that closes it.
-fn goes_on(tokens: &Tokens, start: usize) -> bool {
-    if !begins_declaration(tokens, start) {
-        return false;
+/// For every place, whether a block that is open there is closed further on, before something
+/// begins that stands in no block. A block that seems to be over goes on where a declaration
+/// follows and this holds.
+///
+/// One walk from the end: a block is closed where the depth falls below what it is at the place,
+/// so the lowest depth behind a place decides.
+fn closed_later(tokens: &Tokens) -> Vec<bool> {
+    let step = |token: &Token| match token {
+        Token::Open(_) => 1_i64,
+        Token::Close(_) => -1,
+        _ => 0,
+    };
+    // Depths are counted from the end, where they are 0.
+    let (mut depth, mut lowest) = (0, 0);
+    let mut closed = vec![false; tokens.len() + 1];
+    for (i, token) in tokens.iter().enumerate().rev() {
+        depth -= step(&token.node);
+        lowest = match token.node {
+            Token::Instrument | Token::Term | Token::Keyboard => depth,
+            _ => depth.min(lowest),
+        };
+        closed[i] = lowest < depth;
     }
-    let mut open = 0usize;
-    for token in &tokens[start..] {
-        match token.node {
-            Token::Open(_) => open += 1,
-            Token::Close(_) if open == 0 => return true,
-            Token::Close(_) => open -= 1,
-            Token::Instrument | Token::Term | Token::Keyboard => return false,
-            _ => {}
-        }
-    }
-    false
+    closed
 }
 
 struct Repair<'s, 'd> {

@@ -1,0 +1,290 @@
+//! The columns of a run: which values there are, what they are called, which are wanted.
+
+use whippen_compiler::lower::{Export, ExportKind, LoweredEventKind};
+use whippen_compiler::model::{CellKind, EmissionId, Model};
+use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::units::Dim;
+
+use crate::device::Device;
+use crate::engine::EngineKind;
+use crate::plot::Roles;
+use crate::titles::{identifier, join_title};
+use crate::trace::{Argument, Column, Heading, Trace};
+
+/// Where the values of a column come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Signal {
+    /// The force that the drive was told to give.
+    Drive,
+    /// A value of the program (index of the export).
+    Export(usize),
+    /// What is observed of the body that moves (its index there).
+    Body(usize),
+}
+
+/// A column that a run can have.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recorded {
+    /// What it is called.
+    pub heading: Heading,
+    /// Where its values come from.
+    pub source: Signal,
+}
+
+/// The columns of a run on an engine: the drive, then senses with their derivatives, the sum of
+/// forces, forces, `let`s, coordinates, rates, states, and what is observed of the body. An engine
+/// without values inside of ticks has the drive alone. A title that occurs again gets a number.
+pub fn recorded(
+    compiled: &Compiled,
+    device: &Device,
+    kind: EngineKind,
+    body: &[Heading],
+) -> Vec<Recorded> {
+    let model = &compiled.model;
+    let words = kind != EngineKind::Ideal;
+    let drive = Heading {
+        name: "drive".into(),
+        unit: drive_unit(model),
+        step: Some(device.scales().drive_lsb),
+        ..Heading::default()
+    };
+    let mut columns = vec![(drive, Signal::Drive)];
+    let exports = compiled.lowered.exports.iter().enumerate();
+    let shown = exports.filter(|(_, e)| kind.board().is_none() && has_column(model, e));
+    columns.extend(shown.map(|(index, export)| {
+        let heading = Heading {
+            name: export.name.clone(),
+            unit: suffix(model, export),
+            labels: labels(model, export),
+            step: words.then_some(export.lsb),
+        };
+        (heading, Signal::Export(index))
+    }));
+    let body = body.iter().cloned().enumerate();
+    columns.extend(body.map(|(index, heading)| (heading, Signal::Body(index))));
+    let mut named: Vec<Recorded> = Vec::new();
+    for (mut heading, source) in columns {
+        let name = heading.name.clone();
+        let taken = |title: &str| named.iter().any(|r| r.heading.title() == title);
+        let mut number = 1;
+        while taken(&heading.title()) {
+            number += 1;
+            heading.name = format!("{name}_{number}");
+        }
+        named.push(Recorded { heading, source });
+    }
+    named
+}
+
+/// What stands for all columns.
+pub const ALL: &str = "all";
+
+/// The columns that are named, in that order: by title (`x_m`) or by name (`x`, which may be
+/// several), or [`ALL`].
+///
+/// # Errors
+/// A name is unknown; all that are known, in words.
+pub fn choose(columns: &[Recorded], names: &[String]) -> Result<Vec<Recorded>, String> {
+    let mut chosen: Vec<Recorded> = Vec::new();
+    for name in names {
+        let is_named = |r: &&Recorded| {
+            let heading = &r.heading;
+            let names = [
+                heading.title(),
+                heading.name.clone(),
+                identifier(&heading.name),
+            ];
+            name == ALL || names.contains(name)
+        };
+        let before = chosen.len();
+        for column in columns.iter().filter(is_named) {
+            if !chosen.contains(column) {
+                chosen.push(column.clone());
+            }
+        }
+        if chosen.len() == before && !chosen.iter().any(|c| is_named(&c)) {
+            let known: Vec<String> = columns.iter().map(|c| c.heading.title()).collect();
+            return Err(format!(
+                "there is no column `{name}`; there are {}",
+                known.join(", ")
+            ));
+        }
+    }
+    Ok(chosen)
+}
+
+/// The event that a summary lists and a figure marks: `note`, or else the first that the program
+/// emits with an argument.
+pub fn marked(model: &Model) -> &str {
+    let first = || {
+        model
+            .emissions
+            .iter()
+            .find(|e| !e.args.is_empty())
+            .map(|e| e.name.as_str())
+    };
+    if model.emissions.iter().any(|e| e.name == "note") {
+        "note"
+    } else {
+        first().unwrap_or("note")
+    }
+}
+
+/// Which columns of a run's trace play which part in a figure.
+pub fn roles(compiled: &Compiled) -> Roles {
+    let model = &compiled.model;
+    let coordinate = |kind| match kind {
+        ExportKind::Cell(id) => model.cells[id].kind == CellKind::Coordinate,
+        _ => false,
+    };
+    let first = |wanted: ExportKind| {
+        titles(compiled, &|kind| kind == wanted)
+            .into_iter()
+            .next()
+            .unwrap_or_default()
+    };
+    Roles {
+        title: model.name.replace('_', " "),
+        travel: first(ExportKind::Sense(0)),
+        forces: titles(compiled, &|kind| matches!(kind, ExportKind::Force(_))),
+        total: first(ExportKind::Total),
+        coordinates: titles(compiled, &coordinate),
+        machines: titles(compiled, &|kind| matches!(kind, ExportKind::Machine(_))),
+        mark: marked(model).to_string(),
+    }
+}
+
+/// The same where all columns of a trace are drawn, because they were chosen.
+pub fn roles_of_all(compiled: &Compiled, trace: &Trace) -> Roles {
+    let roles = roles(compiled);
+    let has_place = |title: &String| {
+        [&roles.travel, &roles.total].contains(&title) || roles.forces.contains(title)
+    };
+    let (machines, numbers): (Vec<&Column>, Vec<&Column>) = trace
+        .columns
+        .iter()
+        .partition(|c| !c.heading.labels.is_empty());
+    let coordinates = numbers.iter().map(|c| c.title());
+    Roles {
+        coordinates: coordinates.filter(|title| !has_place(title)).collect(),
+        machines: machines.iter().map(|c| c.title()).collect(),
+        ..roles
+    }
+}
+
+/// The titles of the columns of exports of some kinds, in the order of the exports.
+pub fn titles(compiled: &Compiled, wanted: &dyn Fn(ExportKind) -> bool) -> Vec<String> {
+    let exports = compiled.lowered.exports.iter();
+    exports
+        .filter(|e| wanted(e.kind))
+        .map(|e| title(&compiled.model, e))
+        .collect()
+}
+
+/// The title of the column of an export.
+pub fn title(model: &Model, export: &Export) -> String {
+    identifier(&join_title(&export.name, &suffix(model, export)))
+}
+
+/// The unit of what the device drives, as a column title writes it.
+fn drive_unit(model: &Model) -> String {
+    if model.turns() {
+        Dim::TORQUE.suffix()
+    } else {
+        Dim::FORCE.suffix()
+    }
+}
+
+/// Everything has a column but what a pulse counts.
+fn has_column(model: &Model, export: &Export) -> bool {
+    match export.kind {
+        ExportKind::Cell(id) => model.cells[id].kind != CellKind::Pulse,
+        _ => true,
+    }
+}
+
+/// The unit of an export as a column title writes it; an angle is known by its sense or its body.
+pub fn suffix(model: &Model, export: &Export) -> String {
+    let Some(dim) = export.dim else {
+        return String::new();
+    };
+    match export.kind {
+        ExportKind::Sense(_) if dim.is_number() => "rad".into(),
+        ExportKind::Slope(s) if model.senses[s as usize].dim.is_number() => "rad_per_s".into(),
+        ExportKind::Curvature(s) if model.senses[s as usize].dim.is_number() => "rad_per_s2".into(),
+        ExportKind::Cell(id) if dim.is_number() && model.cells[id].kind == CellKind::Coordinate => {
+            "rad".into()
+        }
+        ExportKind::Cell(id) if dim == Dim::PER_TIME && model.cells[id].kind == CellKind::Rate => {
+            "rad_per_s".into()
+        }
+        _ => dim.suffix(),
+    }
+}
+
+/// The unit of an export as a program writes it (`rad/s`).
+pub fn unit(model: &Model, export: &Export) -> String {
+    match suffix(model, export).as_str() {
+        "rad" => "rad".to_string(),
+        "rad_per_s" => "rad/s".to_string(),
+        "rad_per_s2" => "rad/s^2".to_string(),
+        _ => export.dim.map_or(String::new(), |dim| dim.unit()),
+    }
+}
+
+fn labels(model: &Model, export: &Export) -> Vec<String> {
+    match export.kind {
+        ExportKind::Machine(id) => model.machines[id].states.clone(),
+        // A bool.
+        _ if export.dim.is_none() => ["false", "true"].map(String::from).to_vec(),
+        _ => Vec::new(),
+    }
+}
+
+/// The arguments of the events of a program, each title once: the columns of its table of events.
+pub fn arguments(compiled: &Compiled, kind: EngineKind) -> Vec<Argument> {
+    let titles = argument_titles(&compiled.model);
+    let words = kind != EngineKind::Ideal;
+    let all = compiled.lowered.events.iter().filter_map(|event| {
+        let LoweredEventKind::Emission(e) = event.kind else {
+            return None;
+        };
+        let steps = event.arg_lsbs.iter().map(move |lsb| words.then_some(*lsb));
+        let argument = |(title, step): (&String, Option<f64>)| Argument {
+            title: title.clone(),
+            step,
+        };
+        Some(
+            titles[e as usize]
+                .iter()
+                .zip(steps)
+                .map(argument)
+                .collect::<Vec<_>>(),
+        )
+    });
+    Argument::merged(all.flatten())
+}
+
+/// Titles of the arguments of every emission.
+pub fn argument_titles(model: &Model) -> Vec<Vec<String>> {
+    let titles = |args: &[(String, Dim)]| args.iter().map(argument_title).collect();
+    model.emissions.iter().map(|e| titles(&e.args)).collect()
+}
+
+/// The title of an argument (`speed_m_per_s`).
+pub fn argument_title((name, dim): &(String, Dim)) -> String {
+    join_title(name, &dim.suffix())
+}
+
+/// The name of an event and the titles of its arguments.
+pub(super) fn event_heading(compiled: &Compiled, event: usize) -> (String, Vec<String>) {
+    let model = &compiled.model;
+    match &compiled.lowered.events[event].kind {
+        LoweredEventKind::Emission(e) => {
+            let emission = &model.emissions[EmissionId(*e)];
+            let titles = emission.args.iter().map(argument_title);
+            (emission.name.clone(), titles.collect())
+        }
+        LoweredEventKind::Rule(name) => (name.clone(), Vec::new()),
+    }
+}

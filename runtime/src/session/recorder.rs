@@ -1,0 +1,316 @@
+//! The recorder: what a run leaves in tables, in a trace and in numbers, tick by tick.
+
+use std::path::PathBuf;
+
+use whippen_compiler::lower::ExportKind;
+use whippen_compiler::pipeline::Compiled;
+
+use super::columns::{Recorded, Signal, arguments, choose, event_heading, marked};
+use crate::device::Device;
+use crate::engine::{Engine, EngineKind, Happened};
+use crate::files::{FileError, OutputFile};
+use crate::record::Record;
+use crate::trace::{Column, EventRow, EventTable, Form, Heading, TickTable, Trace};
+
+/// How much of a run is kept in memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Keep {
+    /// The first strikes, which a summary lists.
+    Nothing,
+    /// Columns as an oscilloscope keeps them, the first events: what figures and pages show.
+    Bounded,
+    /// Every tick and every event.
+    Everything,
+}
+
+impl Keep {
+    /// So many strikes and so many other events are kept, the first ones. A figure marks strikes.
+    fn events_max(self) -> (usize, usize) {
+        match self {
+            Keep::Nothing => (LISTED_MAX, 0),
+            Keep::Bounded => (20_000, 5_000),
+            Keep::Everything => (usize::MAX, usize::MAX),
+        }
+    }
+}
+
+/// So many strikes can be listed one by one without a file.
+pub const LISTED_MAX: usize = 20;
+
+/// What is recorded of a run.
+pub struct Recording {
+    /// The columns.
+    columns: Vec<Recorded>,
+    is_chosen: bool,
+    /// When the first tick is (s).
+    start_s: f64,
+    keep: Keep,
+    ticks: Option<(PathBuf, TickTable<OutputFile>)>,
+    events: Option<(PathBuf, EventTable<OutputFile>)>,
+}
+
+impl Recording {
+    /// Columns in memory as far as they are to be kept.
+    pub fn new(columns: Vec<Recorded>, keep: Keep) -> Recording {
+        Recording {
+            columns,
+            is_chosen: false,
+            start_s: 0.0,
+            keep,
+            ticks: None,
+            events: None,
+        }
+    }
+
+    /// Those of the columns that are [named](choose), which figures then draw; all if none is.
+    ///
+    /// # Errors
+    /// A name is unknown; all that are known, in words.
+    pub fn choosing(
+        columns: Vec<Recorded>,
+        names: &[String],
+        keep: Keep,
+    ) -> Result<Recording, String> {
+        if names.is_empty() {
+            return Ok(Recording::new(columns, keep));
+        }
+        let chosen = choose(&columns, names)?;
+        Ok(Recording {
+            is_chosen: true,
+            ..Recording::new(chosen, keep)
+        })
+    }
+
+    /// Whether its columns were chosen by name.
+    pub(super) fn is_chosen(&self) -> bool {
+        self.is_chosen
+    }
+
+    /// Every tick of columns.
+    pub fn everything(columns: Vec<Recorded>) -> Recording {
+        Recording::new(columns, Keep::Everything)
+    }
+
+    /// The same from a time on (s).
+    #[must_use]
+    pub fn starting(self, start_s: f64) -> Recording {
+        Recording { start_s, ..self }
+    }
+
+    /// The same with a table of ticks in a file.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn with_ticks(mut self, file: OutputFile, form: Form) -> Result<Recording, FileError> {
+        let path = file.path().to_path_buf();
+        let headings = self.columns.iter().map(|column| &column.heading);
+        let table = TickTable::new(file, headings, form);
+        let table = table.map_err(|e| FileError::not_written(&path, &e))?;
+        self.ticks = Some((path, table));
+        Ok(self)
+    }
+
+    /// The same with a table of events in a file.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn with_events(
+        mut self,
+        file: OutputFile,
+        compiled: &Compiled,
+        kind: EngineKind,
+        form: Form,
+    ) -> Result<Recording, FileError> {
+        let path = file.path().to_path_buf();
+        let table = EventTable::new(file, &arguments(compiled, kind), false, form);
+        let table = table.map_err(|e| FileError::not_written(&path, &e))?;
+        self.events = Some((path, table));
+        Ok(self)
+    }
+}
+
+/// What happened in a run, in numbers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Happenings {
+    /// The strikes: the marked event.
+    pub strikes: Strikes,
+    /// Everything that happened, strikes too.
+    pub events: usize,
+}
+
+/// Strikes in numbers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Strikes {
+    /// How many.
+    pub count: usize,
+    /// When the first and the last were (s).
+    pub between_s: (f64, f64),
+    /// The first argument: its title, and its least, greatest and summed value (SI).
+    pub argument: Option<(String, [f64; 3])>,
+}
+
+impl Strikes {
+    fn add(&mut self, event: &EventRow) {
+        if self.count == 0 {
+            self.between_s.0 = event.t_s;
+        }
+        self.between_s.1 = event.t_s;
+        self.count += 1;
+        let Some((title, value)) = event.args.first() else {
+            return;
+        };
+        let start = (title.clone(), [f64::INFINITY, f64::NEG_INFINITY, 0.0]);
+        let (_, [least, greatest, sum]) = self.argument.get_or_insert(start);
+        *least = least.min(*value);
+        *greatest = greatest.max(*value);
+        *sum += value;
+    }
+}
+
+/// Records a run.
+pub(super) struct Recorder<'c> {
+    compiled: &'c Compiled,
+    device: &'c Device,
+    sources: Vec<Signal>,
+    keep: Keep,
+    ticks: Option<(PathBuf, TickTable<OutputFile>)>,
+    events: Option<(PathBuf, EventTable<OutputFile>)>,
+    trace: Trace,
+    happenings: Happenings,
+    /// The event that is a strike.
+    marked: &'c str,
+    row: Vec<f64>,
+}
+
+impl<'c> Recorder<'c> {
+    pub(super) fn new(
+        compiled: &'c Compiled,
+        device: &'c Device,
+        recording: Recording,
+    ) -> Recorder<'c> {
+        let sources = recording.columns.iter().map(|c| c.source).collect();
+        let mut trace = Trace {
+            rate_hz: compiled.model.rate_hz,
+            start_s: recording.start_s,
+            ..Trace::default()
+        };
+        if recording.keep != Keep::Nothing {
+            let column = |c: Recorded| Column {
+                record: record(compiled, recording.keep, &c.heading, c.source),
+                heading: c.heading,
+            };
+            trace.columns = recording.columns.into_iter().map(column).collect();
+        }
+        Recorder {
+            compiled,
+            device,
+            sources,
+            keep: recording.keep,
+            ticks: recording.ticks,
+            events: recording.events,
+            trace,
+            happenings: Happenings::default(),
+            marked: marked(&compiled.model),
+            row: Vec::new(),
+        }
+    }
+
+    /// What a tick leaves behind.
+    pub(super) fn tick(
+        &mut self,
+        engine: &mut Engine,
+        tick: usize,
+        drive: i16,
+        body: &[f64],
+    ) -> Result<(), FileError> {
+        let t_s = self.trace.time_s(tick);
+        let has_row = self
+            .ticks
+            .as_ref()
+            .is_some_and(|(_, table)| table.wants(tick));
+        if has_row || self.keep != Keep::Nothing {
+            self.fill_row(engine, drive, body);
+            for (column, value) in self.trace.columns.iter_mut().zip(&self.row) {
+                column.record.push(*value);
+            }
+        }
+        if let Some((path, table)) = &mut self.ticks {
+            let written = table.row(tick, t_s, &self.row);
+            written.map_err(|e| FileError::not_written(path, &e))?;
+        }
+        for happened in engine.drain() {
+            self.event(t_s, happened)?;
+        }
+        Ok(())
+    }
+
+    fn fill_row(&mut self, engine: &Engine, drive: i16, body: &[f64]) {
+        let exports = &self.compiled.lowered.exports;
+        let value = |source: &Signal| match *source {
+            Signal::Drive => self.device.force_of_word(drive),
+            Signal::Export(index) => engine.value(0, index, &exports[index]),
+            Signal::Body(index) => body[index],
+        };
+        self.row.clear();
+        self.row.extend(self.sources.iter().map(value));
+    }
+
+    fn event(&mut self, t_s: f64, happened: Happened) -> Result<(), FileError> {
+        let (event, titles) = event_heading(self.compiled, happened.event);
+        let row = EventRow {
+            t_s,
+            key: happened.key,
+            event,
+            args: titles.into_iter().zip(happened.args).collect(),
+        };
+        if let Some((path, table)) = &mut self.events {
+            let written = table.row(&row, None);
+            written.map_err(|e| FileError::not_written(path, &e))?;
+        }
+        let strike = row.event == self.marked;
+        self.happenings.events += 1;
+        if strike {
+            self.happenings.strikes.add(&row);
+        }
+        let strikes = self.happenings.strikes.count;
+        let others = self.happenings.events - strikes;
+        let (strikes_max, others_max) = self.keep.events_max();
+        if (strike && strikes <= strikes_max) || (!strike && others <= others_max) {
+            self.trace.events.push(row);
+        }
+        Ok(())
+    }
+
+    /// Ends the tables, which then have their names.
+    pub(super) fn finish(self) -> Result<(Trace, Happenings), FileError> {
+        if let Some((path, table)) = self.ticks {
+            let file = table.into_inner();
+            file.map_err(|e| FileError::not_written(&path, &e))?
+                .finish()?;
+        }
+        if let Some((path, table)) = self.events {
+            let file = table.into_inner();
+            file.map_err(|e| FileError::not_written(&path, &e))?
+                .finish()?;
+        }
+        Ok((self.trace, self.happenings))
+    }
+}
+
+/// How a column is kept. The loop of force over travel is drawn of the first ticks, one by one.
+fn record(compiled: &Compiled, keep: Keep, heading: &Heading, source: Signal) -> Record {
+    let kind = match source {
+        Signal::Export(index) => Some(compiled.lowered.exports[index].kind),
+        _ => None,
+    };
+    let in_loop = matches!(
+        kind,
+        Some(ExportKind::Sense(0) | ExportKind::Total | ExportKind::Force(0))
+    );
+    match keep {
+        Keep::Bounded if !heading.labels.is_empty() => Record::bounded_states(),
+        Keep::Bounded if in_loop => Record::bounded().with_head(),
+        Keep::Bounded => Record::bounded(),
+        _ => Record::whole(),
+    }
+}

@@ -1,0 +1,117 @@
+//! What `run` writes: tables while it runs, figures and pages of what was kept.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueHint;
+use whippen_compiler::pipeline::Compiled;
+use whippen_runtime::engine::EngineKind;
+use whippen_runtime::files::{FileError, OutputFile};
+use whippen_runtime::plot;
+use whippen_runtime::session::{self, Keep, Recorded, Recording, Run};
+use whippen_runtime::trace::Form;
+
+use super::super::file_plan::FilePlan;
+use crate::exit::{Failure, Outcome};
+use crate::say::say;
+
+/// What to write.
+#[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "What to write")]
+pub struct Outputs {
+    /// Trace: a row per tick with ports, force terms, coordinates, states and every `let`, written
+    /// while it runs
+    #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
+    pub out: Option<PathBuf>,
+    /// Only every N-th row of the trace
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub every: u32,
+    /// Only these columns, in this order: titles (x_m) or names of the program (x', phi, jack.out),
+    /// or all; for traces, pictures and pages
+    #[arg(long, value_name = "NAME,..", value_delimiter = ',')]
+    pub columns: Vec<String>,
+    /// Tables with all digits of a 64-bit float; otherwise as many as tell neighbouring words apart
+    #[arg(long)]
+    pub exact: bool,
+    /// Events: emitted ones, named ones and transitions
+    #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
+    pub events: Option<PathBuf>,
+    /// Picture: forces against time and travel, hammer and states against time
+    #[arg(long, value_name = "FILE.svg|FILE.png", value_hint = ValueHint::FilePath)]
+    pub plot: Vec<PathBuf>,
+    /// Page to explore: plots to zoom, force loop, strikes, numbers, the program; one file that
+    /// needs no network
+    #[arg(long, value_name = "FILE.html", value_hint = ValueHint::FilePath)]
+    pub report: Option<PathBuf>,
+}
+
+impl Outputs {
+    /// Adds them to the files of a command.
+    pub fn plan(&self, plan: FilePlan) -> FilePlan {
+        plan.writes("--out", &self.out, &["csv"])
+            .writes("--events", &self.events, &["csv"])
+            .writes("--plot", &self.plot, &["svg", "png"])
+            .writes("--report", &self.report, &["html"])
+    }
+
+    /// How tables are written.
+    pub fn form(&self) -> Form {
+        Form {
+            every: self.every as usize,
+            exact: self.exact,
+        }
+    }
+
+    /// What a run records of the columns there are: tables in files, and in memory what figures and
+    /// pages show.
+    pub fn recording(
+        &self,
+        columns: Vec<Recorded>,
+        compiled: &Compiled,
+        kind: EngineKind,
+    ) -> Result<Recording, Failure> {
+        let usage = |e: FileError| Failure::Usage(e.to_string());
+        let keep = if self.plot.is_empty() && self.report.is_none() {
+            Keep::Nothing
+        } else {
+            Keep::Bounded
+        };
+        let mut recording = Recording::choosing(columns, &self.columns, keep)
+            .map_err(|why| Failure::Usage(format!("--columns: {why}")))?;
+        if let Some(path) = &self.out {
+            let file = OutputFile::create(path).map_err(usage)?;
+            recording = recording.with_ticks(file, self.form()).map_err(usage)?;
+        }
+        if let Some(path) = &self.events {
+            let file = OutputFile::create(path).map_err(usage)?;
+            let with_events = recording.with_events(file, compiled, kind, self.form());
+            recording = with_events.map_err(usage)?;
+        }
+        Ok(recording)
+    }
+
+    /// Draws the pictures of a finished run. Gives what was written and where, tables too.
+    pub fn draw(
+        &self,
+        compiled: &Compiled,
+        run: &Run,
+    ) -> Result<Vec<(&'static str, &Path)>, Failure> {
+        for path in &self.plot {
+            plot::save(&session::figure(compiled, run), path)
+                .map_err(|e| Failure::Usage(e.to_string()))?;
+        }
+        let tables = [("trace", &self.out), ("events", &self.events)];
+        let tables = tables
+            .into_iter()
+            .filter_map(|(what, path)| Some((what, path.as_deref()?)));
+        let plots = self.plot.iter().map(|path| ("plot", path.as_path()));
+        Ok(tables.chain(plots).collect())
+    }
+
+    /// Draws the pictures and says where everything is.
+    pub fn finish(&self, compiled: &Compiled, run: &Run) -> Outcome {
+        for (what, path) in self.draw(compiled, run)? {
+            say!("{what}: {}", path.display());
+        }
+        Ok(())
+    }
+}
