@@ -21,6 +21,19 @@ pub fn whole(text: &str) {
     let _ = std::io::stdout().lock().write_all(text.as_bytes());
 }
 
+/// Columns of a terminal whose width is not known, and of what is no terminal.
+const COLUMNS: usize = 80;
+
+/// Columns of a terminal that is too narrow for anything else.
+const COLUMNS_MIN: usize = 20;
+
+/// How many columns stdout has.
+pub fn columns() -> usize {
+    let size = terminal_size::terminal_size_of(std::io::stdout());
+    let columns = size.map_or(COLUMNS, |(width, _)| width.0.into());
+    columns.max(COLUMNS_MIN)
+}
+
 /// Prints bytes as they are.
 pub fn bytes(bytes: &[u8]) {
     let mut stdout = std::io::stdout().lock();

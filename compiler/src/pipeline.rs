@@ -20,10 +20,11 @@ use whippen_kernel::{self as kernel, without_probes};
 use whippen_keyboard::{Layout, ProgramId};
 use whippen_lang::check::{Options, Program};
 use whippen_lang::diag::Diagnostic;
-use whippen_lang::front::compile_front;
+use whippen_lang::front::compile_front_observed;
 use whippen_lang::lint;
 use whippen_lang::model::Model;
 use whippen_lang::range::{self, Ranges};
+use whippen_lang::syntax::pretty;
 use whippen_lower::scales::Scales;
 use whippen_lower::simplify::{self, Step};
 use whippen_lower::{self as lower, Lowered};
@@ -128,7 +129,19 @@ pub struct ProgramProof {
 
 /// Text to Models: parse, check.
 pub fn front(map: &mut SourceMap, options: &Options) -> (Option<Program>, Vec<Diagnostic>) {
-    compile_front(map, options)
+    front_observed(map, options, &mut unobserved)
+}
+
+/// As [`front`], with an observer, which gets the tree of each file. The Model that is checked is
+/// observed by [`compile_observed`], which finds out whether its values are bounded.
+pub fn front_observed(
+    map: &mut SourceMap,
+    options: &Options,
+    observer: Observer,
+) -> (Option<Program>, Vec<Diagnostic>) {
+    compile_front_observed(map, options, &mut |file| {
+        observer(Pass::Parse, &pretty::print(file));
+    })
 }
 
 /// Model to Kernel: range analysis, lint, algebra, range analysis again, lowering.

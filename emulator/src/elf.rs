@@ -22,7 +22,7 @@ mod relocate;
 mod symbols;
 
 pub use layout::{LayoutError, RAM_BASE, RAM_BYTES, regions_for, vector_table};
-pub use lines::{Line, Lines};
+pub use lines::{Line, SourceLines};
 pub use symbols::{Symbol, SymbolError, Symbols};
 
 use object::elf::{EM_ARM, ET_DYN, ET_EXEC, ET_REL, PF_W, PF_X, PT_DYNAMIC, PT_INTERP, PT_LOAD};

@@ -7,7 +7,7 @@ mod made;
 use std::path::Path;
 
 use made::{Part, elf_of};
-use whippen_emulator::elf::{Elf, Lines, regions_for, vector_table};
+use whippen_emulator::elf::{Elf, SourceLines, regions_for, vector_table};
 use whippen_emulator::{Board, CoreKind, Machine, Observer, Region, Register, Step, Stop};
 
 /// Xorshift.
@@ -31,7 +31,7 @@ fn survives(bytes: &[u8]) -> bool {
     let Ok(elf) = Elf::parse(bytes, true) else {
         return false;
     };
-    let lines = Lines::read(bytes);
+    let lines = SourceLines::read(bytes);
     for segment in &elf.segments {
         let _ = (
             lines.at(segment.run),

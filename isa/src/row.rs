@@ -4,7 +4,7 @@ use crate::arch::Arch;
 use crate::class::Class;
 use crate::effects::Effects;
 use crate::pattern::Pattern;
-use crate::rules::Rules;
+use crate::rules::OperandRules;
 use crate::table::{Op, ROWS};
 use core::fmt;
 
@@ -29,7 +29,7 @@ pub(crate) struct Row {
     pub effects: Effects,
     pub pattern: Pattern,
     pub text: &'static str,
-    pub rules: Rules,
+    pub rules: OperandRules,
 }
 
 impl Row {
@@ -46,7 +46,7 @@ impl Row {
         text: &'static str,
         rules: &str,
     ) -> Self {
-        let (pattern, rules) = (Pattern::parse(picture), Rules::parse(rules));
+        let (pattern, rules) = (Pattern::parse(picture), OperandRules::parse(rules));
         Self {
             op,
             form,

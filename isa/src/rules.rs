@@ -166,7 +166,7 @@ const SLOT_LETTERS: &[u8] = b"dnmatu";
 
 /// All words of one encoding.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rules {
+pub(crate) struct OperandRules {
     words: u128,
     /// The registers that may not be SP.
     pub not_sp: Slots,
@@ -174,7 +174,7 @@ pub(crate) struct Rules {
     pub not_pc: Slots,
 }
 
-impl Rules {
+impl OperandRules {
     /// Parses the words; panics, which is a build error in a constant, at an unknown one.
     pub const fn parse(text: &str) -> Self {
         assert!(WORDS.len() <= 128);
@@ -292,7 +292,7 @@ mod tests {
 
     #[test]
     fn words_and_limits_parse() {
-        let rules = Rules::parse("n=d  dm:r n:p x4");
+        let rules = OperandRules::parse("n=d  dm:r n:p x4");
         assert!(rules.has(Rule::NIsD) && rules.has(Rule::Times4) && !rules.has(Rule::Times2));
         assert_eq!((rules.not_sp, rules.not_pc), (0b101, 0b111));
     }
@@ -300,7 +300,7 @@ mod tests {
     #[test]
     fn an_exception_takes_words_out_of_a_picture() {
         let picture = Pattern::parse("1101cccciiiiiiii");
-        let rules = Rules::parse("see:c111x");
+        let rules = OperandRules::parse("see:c111x");
         assert!(rules.excludes(&picture, 0xdf00) && rules.excludes(&picture, 0xde12));
         assert!(!rules.excludes(&picture, 0xdd00));
         assert!(

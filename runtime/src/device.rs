@@ -22,7 +22,7 @@ use whippen_compiler::model::Model;
 use whippen_compiler::scales::Scales;
 
 use crate::files::{FileError, InputKind, read_text};
-pub use mechanics::{Mechanics, Stops};
+pub use mechanics::{FeltStops, Mechanics};
 
 /// The bundled devices: file and text.
 const BUNDLED: &[(&str, &str)] = &[

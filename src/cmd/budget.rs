@@ -10,9 +10,10 @@ mod stability;
 mod table;
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
+use serde_json::Value;
 use whippen_compiler::parallel;
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::files::write_whole;
@@ -21,8 +22,8 @@ use whippen_runtime::report::budget_page;
 use self::beyond::{Beyond, BeyondArgs};
 use super::command;
 use super::file_plan::FilePlan;
-use super::proof::ImageProof;
-use super::setup::{SetupArgs, symbol_prefix};
+use super::proof::{ImageProof, ProgramReport};
+use super::setup::{ImageSetup, SetupArgs, symbol_prefix};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
 
@@ -59,68 +60,108 @@ pub fn run(args: &Args) -> Outcome {
         .check()?;
     let setup = args.setup.all_programs()?;
     setup.check_supported()?;
-    if let Some(zones) = setup.layout.split_program().filter(|_| args.most_keys) {
-        let why = "zones are for the keys of their keyboard: --most-keys counts keys that all play one instrument, so name one";
-        return Err(Failure::Usage(format!("`{}`: {why}", zones.name)));
-    }
-    let beyond = |compiled: &Compiled| {
-        Beyond::find(&setup.map, &compiled.model, &setup.device, &args.beyond)
-    };
+    check_keys_can_change(&setup, args)?;
     let (all_beyond, proven) = parallel::both(
-        || {
-            setup
-                .instruments
-                .iter()
-                .map(beyond)
-                .collect::<Result<Vec<_>, _>>()
-        },
+        || find_beyond(&setup, args),
         || ImageProof::wanted(&setup, args.most_keys),
     );
     let (proof, keys_fitting) = proven?;
     if let Some(path) = &args.path {
-        let text = proof.path_as_assembly();
-        write_whole(path, |w| w.write_all(text.as_bytes()))
-            .map_err(|error| Failure::Usage(error.to_string()))?;
+        write_text(path, &proof.path_as_assembly())?;
     }
-    let (mut shown, all_beyond) = (Vec::new(), all_beyond?);
-    for played in &proof.programs {
-        // The field `key` is about the slowest zone, and so is what is said beyond time; zones have
-        // their own.
-        let slowest = played.zone(played.slowest_zone());
-        let beyond = &all_beyond[slowest.of.instrument.index()];
-        let json = || {
-            let mut budget = proof.json(played);
-            beyond.add_to(&setup.map, &mut budget);
-            played.add_zones(&mut budget, |json, zone| {
-                all_beyond[zone.of.instrument.index()].add_to(&setup.map, json)
-            });
-            budget
-        };
-        if args.json {
-            say!("{}", json());
-        } else {
-            let mut text = proof.table(played);
-            for instrument in played.program.instruments() {
-                let instrument = instrument.index();
-                all_beyond[instrument].warn(&setup.map);
-                if played.program.is_split() {
-                    let name = symbol_prefix(&setup.instruments[instrument]);
-                    let _ = writeln!(text, "\n{name}");
-                }
-                text += &all_beyond[instrument].text(&setup.device);
-            }
-            say::whole(&text);
-        }
-        if args.report.is_some() {
-            let mut budget = json();
-            beyond.add_map_to(&slowest.compiled.model, &mut budget);
-            shown.push(budget);
-        }
-    }
+    let shown = ShownProof {
+        proof: &proof,
+        all_beyond: all_beyond?,
+    };
+    proof
+        .programs
+        .iter()
+        .for_each(|played| shown.print(played, args.json));
     if let Some(path) = &args.report {
-        let page = budget_page(&shown, &command::typed());
-        write_whole(path, |w| w.write_all(page.as_bytes()))
-            .map_err(|error| Failure::Usage(error.to_string()))?;
+        let budgets: Vec<Value> = (proof.programs.iter())
+            .map(|played| shown.json_with_map(played))
+            .collect();
+        write_text(path, &budget_page(&budgets, &command::typed()))?;
     }
     proof.report_missed(keys_fitting)
+}
+
+/// That the most keys are asked of a keyboard without zones.
+fn check_keys_can_change(setup: &ImageSetup, args: &Args) -> Outcome {
+    let Some(zones) = setup.layout.split_program().filter(|_| args.most_keys) else {
+        return Ok(());
+    };
+    let why = "zones are for the keys of their keyboard: --most-keys counts keys that all play one instrument, so name one";
+    Err(Failure::Usage(format!("`{}`: {why}", zones.name)))
+}
+
+/// What is known of each instrument besides its time.
+fn find_beyond(setup: &ImageSetup, args: &Args) -> Result<Vec<Beyond>, Failure> {
+    let beyond = |compiled: &Compiled| {
+        Beyond::find(&setup.map, &compiled.model, &setup.device, &args.beyond)
+    };
+    setup.instruments.iter().map(beyond).collect()
+}
+
+fn write_text(path: &Path, text: &str) -> Outcome {
+    write_whole(path, |w| w.write_all(text.as_bytes()))
+        .map_err(|error| Failure::Usage(error.to_string()))
+}
+
+/// A proof with what is known besides time, by instrument.
+struct ShownProof<'a> {
+    proof: &'a ImageProof<'a>,
+    all_beyond: Vec<Beyond>,
+}
+
+impl ShownProof<'_> {
+    fn print(&self, played: &ProgramReport, as_json: bool) {
+        if as_json {
+            say!("{}", self.json(played));
+        } else {
+            say::whole(&self.text(played));
+        }
+    }
+
+    /// The table of a program, then what is known of its instruments besides; prints their
+    /// warnings.
+    fn text(&self, played: &ProgramReport) -> String {
+        let setup = self.proof.setup;
+        let mut text = self.proof.table(played);
+        for instrument in played.program.instruments() {
+            let instrument = instrument.index();
+            self.all_beyond[instrument].warn(&setup.map);
+            if played.program.is_split() {
+                let name = symbol_prefix(&setup.instruments[instrument]);
+                let _ = writeln!(text, "\n{name}");
+            }
+            text += &self.all_beyond[instrument].text(&setup.device);
+        }
+        text
+    }
+
+    /// The field `key` is about the slowest zone, and so is what is said beyond time; zones have
+    /// their own.
+    fn json(&self, played: &ProgramReport) -> Value {
+        let map = &self.proof.setup.map;
+        let mut budget = self.proof.json(played);
+        self.beyond_slowest(played).add_to(map, &mut budget);
+        played.add_zones(&mut budget, |json, zone| {
+            self.all_beyond[zone.of.instrument.index()].add_to(map, json)
+        });
+        budget
+    }
+
+    fn json_with_map(&self, played: &ProgramReport) -> Value {
+        let slowest = played.zone(played.slowest_zone());
+        let mut budget = self.json(played);
+        self.beyond_slowest(played)
+            .add_map_to(&slowest.compiled.model, &mut budget);
+        budget
+    }
+
+    fn beyond_slowest(&self, played: &ProgramReport) -> &Beyond {
+        let slowest = played.zone(played.slowest_zone());
+        &self.all_beyond[slowest.of.instrument.index()]
+    }
 }

@@ -43,7 +43,7 @@ pub struct Args {
     #[command(flatten)]
     on: On,
     #[command(flatten)]
-    outputs: Outputs,
+    outputs: EmulateOutputs,
 }
 
 impl Args {
@@ -157,7 +157,7 @@ struct Devices {
 /// What to tell.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "What to tell")]
-struct Outputs {
+struct EmulateOutputs {
     /// One line per instruction: its cycles, and why it waited; `-` is stdout
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,

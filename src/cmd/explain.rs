@@ -20,7 +20,7 @@ pub fn run(args: &Args) -> Outcome {
     };
     match Code::find(text) {
         Ok(code) => {
-            say::whole(&code.plain_page());
+            say::whole(&code.plain_page(say::columns()));
             Ok(())
         }
         Err(Some(near)) => Err(Failure::Usage(format!(

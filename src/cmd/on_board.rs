@@ -10,7 +10,7 @@ use whippen_runtime::emulated::EmulatedBoard;
 use whippen_runtime::engine::EngineKind;
 
 use super::proof;
-use super::setup::{FIRST_NOTE, Setup};
+use super::setup::{FIRST_NOTE, ImageSetup};
 use crate::exit::Outcome;
 
 #[derive(Debug, clap::Args)]
@@ -89,7 +89,7 @@ impl BoardArgs {
         device: &Device,
         kind: BoardKind,
     ) -> Outcome {
-        let setup = Setup::of_board(map, models, layout, device, kind)?;
+        let setup = ImageSetup::of_board(map, models, layout, device, kind)?;
         let instruments = setup.image_instruments()?;
         let image = setup.build(&instruments)?;
         proof::check(&setup, &instruments, image, self.unproven).map(drop)

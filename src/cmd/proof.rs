@@ -12,7 +12,7 @@ use whippen_runtime::image::ImageInstrument;
 
 pub use self::program::{ProgramReport, ZoneReport};
 use super::load;
-use super::setup::{Setup, not_bounded};
+use super::setup::{ImageSetup, not_bounded};
 use crate::exit::{Failure, Outcome};
 /// That an image may be used: it is in time, or `unproven` says that it need not be; then why it is
 /// not.
@@ -20,7 +20,7 @@ use crate::exit::{Failure, Outcome};
 /// # Errors
 /// The image is not in time, which is reported as a budget does, or it has no bound.
 pub fn check(
-    setup: &Setup,
+    setup: &ImageSetup,
     instruments: &[ImageInstrument],
     image: FirmwareImage,
     unproven: bool,
@@ -46,7 +46,7 @@ const ANYWAY: &str =
 
 /// Everything that is proven of an image.
 pub struct ImageProof<'a> {
-    pub setup: &'a Setup,
+    pub setup: &'a ImageSetup,
     pub image: FirmwareImage,
     pub bytes: Bytes,
     pub keys: u32,
@@ -57,7 +57,7 @@ pub struct ImageProof<'a> {
 impl<'a> ImageProof<'a> {
     /// Of the keys that are wanted, or of as many as fit. How many that are is also found out where
     /// those that are wanted do not, but for zones, whose keys are their keyboard's.
-    pub fn wanted(setup: &'a Setup, most: bool) -> Result<(Self, Option<u32>), Failure> {
+    pub fn wanted(setup: &'a ImageSetup, most: bool) -> Result<(Self, Option<u32>), Failure> {
         let instruments = setup.image_instruments()?;
         if most {
             let found = Self::most_keys(setup, &instruments)?;
@@ -73,7 +73,11 @@ impl<'a> ImageProof<'a> {
     }
 
     /// Bounds the image of so many keys, while it plays each of its programs.
-    fn find(setup: &'a Setup, instruments: &[ImageInstrument], keys: u32) -> Result<Self, Failure> {
+    fn find(
+        setup: &'a ImageSetup,
+        instruments: &[ImageInstrument],
+        keys: u32,
+    ) -> Result<Self, Failure> {
         let image = setup.build_to_bound(instruments, keys)?;
         Self::of(setup, instruments, image, keys).map_err(|error| not_bounded(&error))
     }
@@ -83,7 +87,7 @@ impl<'a> ImageProof<'a> {
     /// # Errors
     /// It has no bound.
     pub fn of(
-        setup: &'a Setup,
+        setup: &'a ImageSetup,
         instruments: &[ImageInstrument],
         image: FirmwareImage,
         keys: u32,
@@ -103,7 +107,7 @@ impl<'a> ImageProof<'a> {
     }
 
     /// The image of as many keys as fit; of the fewest where none fit.
-    fn most_keys(setup: &'a Setup, instruments: &[ImageInstrument]) -> Result<Self, Failure> {
+    fn most_keys(setup: &'a ImageSetup, instruments: &[ImageInstrument]) -> Result<Self, Failure> {
         let [least, most] = setup.keys_possible();
         let (mut fits, mut exceeds) = (Self::find(setup, instruments, least)?, most + 1);
         if !fits.fits() {

@@ -57,7 +57,7 @@ pub const FIRST_NOTE: u8 = 21;
 pub const KEYS: u32 = 88;
 
 /// Everything that code is made of.
-pub struct Setup {
+pub struct ImageSetup {
     pub map: SourceMap,
     /// At least one: those of the layout.
     pub instruments: Vec<Compiled>,
@@ -81,7 +81,7 @@ impl SetupArgs {
     }
 
     /// The instrument that was named, the only one, or the only one of the keyboard.
-    pub fn one_instrument(&self) -> Result<Setup, Failure> {
+    pub fn one_instrument(&self) -> Result<ImageSetup, Failure> {
         let (map, program, name) = self.checked()?;
         let layout = program.keyboards.first().map(|keyboard| &keyboard.layout);
         let model = match (name, layout.map(|layout| &*layout.programs)) {
@@ -93,7 +93,7 @@ impl SetupArgs {
 
     /// The instrument or the zones that were named, or all programs of the keyboard, or the only
     /// instrument.
-    pub fn all_programs(&self) -> Result<Setup, Failure> {
+    pub fn all_programs(&self) -> Result<ImageSetup, Failure> {
         let (map, program, name) = self.checked()?;
         let names_instrument =
             name.is_some_and(|name| program.instruments.iter().any(|model| model.name == name));
@@ -130,7 +130,7 @@ impl SetupArgs {
         map: SourceMap,
         program: &Program,
         model: &Model,
-    ) -> Result<Setup, Failure> {
+    ) -> Result<ImageSetup, Failure> {
         let (keys, first_note) = program.keyboards.first().map_or((KEYS, FIRST_NOTE), |own| {
             (own.layout.keys, own.layout.first_note)
         });
@@ -144,12 +144,12 @@ impl SetupArgs {
         program: &Program,
         models: &[&Model],
         layout: Layout,
-    ) -> Result<Setup, Failure> {
+    ) -> Result<ImageSetup, Failure> {
         let device = load::device(self.device.as_deref(), program, models[0])?;
         let board = find_board(self.board.as_deref(), program.keyboards.first())?;
         let compile = |&model: &&Model| load::compiled(&map, model.clone(), &device, false);
         let instruments = models.iter().map(compile).collect::<Result<_, _>>()?;
-        Ok(Setup {
+        Ok(ImageSetup {
             keys: self.keys.unwrap_or(layout.keys),
             instruments,
             layout,
@@ -191,7 +191,7 @@ pub fn symbol_prefix(compiled: &Compiled) -> String {
     whippen_compiler::c99::Names::new(&compiled.lowered.kernel).kernel
 }
 
-impl Setup {
+impl ImageSetup {
     /// What an emulated board plays: the first program of a layout.
     ///
     /// # Errors
@@ -202,12 +202,12 @@ impl Setup {
         layout: Layout,
         device: &Device,
         kind: BoardKind,
-    ) -> Result<Setup, Failure> {
+    ) -> Result<ImageSetup, Failure> {
         let compile = |&model: &&Model| {
             let compiled = pipeline::compile(model.clone(), device.scales(), false);
             compiled.map_err(|error| load::report_compile_error(map, error))
         };
-        Ok(Setup {
+        Ok(ImageSetup {
             map: map.clone(),
             instruments: models.iter().map(compile).collect::<Result<_, _>>()?,
             keys: layout.keys,

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use whippen_compiler::check::Options;
 use whippen_compiler::diag::{Code, Diagnostic};
 use whippen_compiler::front::compile_front;
-use whippen_compiler::index::{Definition, Index, Kind, Occurrence};
+use whippen_compiler::index::{Definition, Index, NameKind, Occurrence};
 use whippen_compiler::lower::{Export, ExportKind};
 use whippen_compiler::pipeline::{CompileError, Compiled, compile};
 use whippen_compiler::source::SourceMap;
@@ -117,7 +117,7 @@ impl Analysis {
             .iter()
             .find(|d| d.item == definition.item)?;
         let name = match definition.kind {
-            Kind::Force => format!("force {}", definition.name),
+            NameKind::Force => format!("force {}", definition.name),
             kind if kind.is_value() => definition.name.clone(),
             _ => return None,
         };

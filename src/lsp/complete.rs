@@ -1,7 +1,7 @@
 //! What may be written next.
 
 use lsp_types::{CompletionItem, CompletionItemKind, Position};
-use whippen_compiler::index::{Definition, Kind};
+use whippen_compiler::index::{Definition, NameKind};
 use whippen_compiler::syntax::ast::Spanned;
 use whippen_compiler::syntax::token::{Token, lex};
 use whippen_compiler::units::{DIMENSIONS, UNITS};
@@ -25,7 +25,7 @@ pub fn complete(analysis: &Analysis, position: Position) -> Vec<CompletionItem> 
         return units();
     }
     let tokens = lex(0, &source[..begin], &mut Vec::new()).tokens;
-    let place = Place {
+    let place = CursorPlace {
         analysis,
         byte,
         tokens: &tokens,
@@ -99,13 +99,13 @@ fn types() -> Vec<CompletionItem> {
 }
 
 /// What stands before a place.
-struct Place<'a> {
+struct CursorPlace<'a> {
     analysis: &'a Analysis,
     byte: usize,
     tokens: &'a [Spanned<Token<'a>>],
 }
 
-impl Place<'_> {
+impl CursorPlace<'_> {
     /// The name so many tokens before the place.
     fn back(&self, n: usize) -> Option<&str> {
         self.tokens
@@ -152,21 +152,22 @@ impl Place<'_> {
         };
         let index = &self.analysis.index;
         let called = || {
-            let at = index.find(self.item()?, name, |k| k == Kind::Let)?;
-            let term = index.item_named(index.definitions[at].calls.as_ref()?, Kind::Term)?;
-            Some((index.definitions[term].item, Kind::Result))
+            let at = index.find(self.item()?, name, |k| k == NameKind::Let)?;
+            let term = index.item_named(index.definitions[at].calls.as_ref()?, NameKind::Term)?;
+            Some((index.definitions[term].item, NameKind::Result))
         };
         let instrument = || {
             Some((
-                index.definitions[index.item_named(name, Kind::Instrument)?].item,
-                Kind::Param,
+                index.definitions[index.item_named(name, NameKind::Instrument)?].item,
+                NameKind::Param,
             ))
         };
         let Some((of, kind)) = called().or_else(instrument) else {
             return Vec::new();
         };
-        let wanted =
-            |d: &&Definition| d.kind == kind || (kind == Kind::Param && d.kind == Kind::Live);
+        let wanted = |d: &&Definition| {
+            d.kind == kind || (kind == NameKind::Param && d.kind == NameKind::Live)
+        };
         self.shown(index.inside(of).map(|(_, d)| d).filter(wanted))
     }
 
@@ -182,7 +183,7 @@ impl Place<'_> {
         let index = &self.analysis.index;
         let machine = self.back(back).zip(self.item());
         let machine =
-            machine.and_then(|(name, item)| index.find(item, name, |k| k == Kind::Machine));
+            machine.and_then(|(name, item)| index.find(item, name, |k| k == NameKind::Machine));
         machine.map_or(Vec::new(), |machine| self.shown(index.states(machine)))
     }
 
@@ -208,12 +209,13 @@ impl Place<'_> {
             .flat_map(|item| index.inside(item))
             .map(|(_, d)| d);
         all.extend(self.shown(scoped.filter(|d| {
-            d.kind.is_value() || matches!(d.kind, Kind::Machine | Kind::Body | Kind::Zones)
+            d.kind.is_value()
+                || matches!(d.kind, NameKind::Machine | NameKind::Body | NameKind::Zones)
         })));
         let items = index
             .definitions
             .iter()
-            .filter(|d| matches!(d.kind, Kind::Term | Kind::Instrument));
+            .filter(|d| matches!(d.kind, NameKind::Term | NameKind::Instrument));
         all.extend(self.shown(items));
         let built_in = |(name, shape, _): &(&str, &str, &str)| {
             item(name, CompletionItemKind::FUNCTION, (*shape).to_string())
@@ -227,14 +229,14 @@ impl Place<'_> {
     }
 }
 
-fn symbol(kind: Kind) -> CompletionItemKind {
+fn symbol(kind: NameKind) -> CompletionItemKind {
     match kind {
-        Kind::Term => CompletionItemKind::FUNCTION,
-        Kind::Instrument | Kind::Keyboard | Kind::Zones => CompletionItemKind::CLASS,
-        Kind::Param => CompletionItemKind::CONSTANT,
-        Kind::Machine => CompletionItemKind::ENUM,
-        Kind::MachineState => CompletionItemKind::ENUM_MEMBER,
-        Kind::Event => CompletionItemKind::EVENT,
+        NameKind::Term => CompletionItemKind::FUNCTION,
+        NameKind::Instrument | NameKind::Keyboard | NameKind::Zones => CompletionItemKind::CLASS,
+        NameKind::Param => CompletionItemKind::CONSTANT,
+        NameKind::Machine => CompletionItemKind::ENUM,
+        NameKind::MachineState => CompletionItemKind::ENUM_MEMBER,
+        NameKind::Event => CompletionItemKind::EVENT,
         _ => CompletionItemKind::VARIABLE,
     }
 }

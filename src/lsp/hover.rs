@@ -1,7 +1,7 @@
 //! What is under the pointer.
 
 use lsp_types::{Hover, HoverContents, MarkupContent, MarkupKind, Position};
-use whippen_compiler::index::{Definition, Kind};
+use whippen_compiler::index::{Definition, NameKind};
 use whippen_compiler::lower::Export;
 use whippen_compiler::source::Span;
 use whippen_compiler::syntax::token::{Token, lex};
@@ -23,12 +23,12 @@ pub fn hover(analysis: &Analysis, position: Position) -> Option<Hover> {
     let (span, what) = named
         .or_else(|| word(source, byte))
         .or_else(|| wrong(analysis, byte))?;
-    let told = wrong(analysis, byte)
-        .filter(|(_, told)| *told != what)
+    let message = wrong(analysis, byte)
+        .filter(|(_, message)| *message != what)
         .map_or(String::new(), |(_, t)| format!("\n\n---\n\n{t}"));
     let contents = MarkupContent {
         kind: MarkupKind::Markdown,
-        value: what + &told,
+        value: what + &message,
     };
     Some(Hover {
         contents: HoverContents::Markup(contents),
@@ -87,7 +87,7 @@ fn about(analysis: &Analysis, definition: &Definition) -> String {
 fn declaration(analysis: &Analysis, definition: &Definition) -> String {
     let whole = analysis.map.text(definition.whole);
     let lines: Vec<&str> = match definition.kind {
-        Kind::Instrument | Kind::Term | Kind::Keyboard => {
+        NameKind::Instrument | NameKind::Term | NameKind::Keyboard => {
             let head = whole.split_once('{').map_or(whole, |(head, _)| head);
             return head.split_whitespace().collect::<Vec<_>>().join(" ");
         }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use lsp_types::{DocumentSymbol, Location, Position, SymbolKind, TextEdit, Uri, WorkspaceEdit};
-use whippen_compiler::index::{Definition, Kind};
+use whippen_compiler::index::{Definition, NameKind};
 use whippen_compiler::syntax::token::HARD_KEYWORDS;
 
 use super::analysis::Analysis;
@@ -81,13 +81,13 @@ pub fn rename(analysis: &Analysis, position: Position, new: &str) -> Result<Work
 fn taken(analysis: &Analysis, definition: &Definition, new: &str) -> bool {
     let global = matches!(
         definition.kind,
-        Kind::Instrument | Kind::Term | Kind::Keyboard
+        NameKind::Instrument | NameKind::Term | NameKind::Keyboard
     );
     // Programs of a keyboard are called by their names.
     let programs = |d: &Definition| {
         matches!(
             (d.kind, definition.kind),
-            (Kind::Instrument, Kind::Zones) | (Kind::Zones, Kind::Instrument)
+            (NameKind::Instrument, NameKind::Zones) | (NameKind::Zones, NameKind::Instrument)
         )
     };
     if analysis
@@ -117,7 +117,12 @@ fn taken(analysis: &Analysis, definition: &Definition, new: &str) -> bool {
 pub fn outline(analysis: &Analysis) -> Vec<DocumentSymbol> {
     let all = &analysis.index.definitions;
     let here = |d: &&Definition| d.span.file == 0 && !d.name.is_empty();
-    let is_item = |d: &Definition| matches!(d.kind, Kind::Instrument | Kind::Term | Kind::Keyboard);
+    let is_item = |d: &Definition| {
+        matches!(
+            d.kind,
+            NameKind::Instrument | NameKind::Term | NameKind::Keyboard
+        )
+    };
     all.iter()
         .filter(here)
         .filter(|d| is_item(d))
@@ -158,20 +163,22 @@ fn symbol(
     }
 }
 
-fn symbol_kind(kind: Kind) -> SymbolKind {
+fn symbol_kind(kind: NameKind) -> SymbolKind {
     match kind {
-        Kind::Instrument => SymbolKind::CLASS,
-        Kind::Keyboard => SymbolKind::MODULE,
-        Kind::Zones => SymbolKind::CLASS,
-        Kind::Term => SymbolKind::FUNCTION,
-        Kind::Param => SymbolKind::CONSTANT,
-        Kind::Machine => SymbolKind::ENUM,
-        Kind::MachineState => SymbolKind::ENUM_MEMBER,
-        Kind::Body => SymbolKind::OBJECT,
-        Kind::Event => SymbolKind::EVENT,
-        Kind::Force => SymbolKind::OPERATOR,
-        Kind::Sense | Kind::State | Kind::Pulse | Kind::Coordinate => SymbolKind::FIELD,
-        Kind::Live | Kind::Parameter | Kind::Result => SymbolKind::PROPERTY,
-        Kind::Let => SymbolKind::VARIABLE,
+        NameKind::Instrument => SymbolKind::CLASS,
+        NameKind::Keyboard => SymbolKind::MODULE,
+        NameKind::Zones => SymbolKind::CLASS,
+        NameKind::Term => SymbolKind::FUNCTION,
+        NameKind::Param => SymbolKind::CONSTANT,
+        NameKind::Machine => SymbolKind::ENUM,
+        NameKind::MachineState => SymbolKind::ENUM_MEMBER,
+        NameKind::Body => SymbolKind::OBJECT,
+        NameKind::Event => SymbolKind::EVENT,
+        NameKind::Force => SymbolKind::OPERATOR,
+        NameKind::Sense | NameKind::State | NameKind::Pulse | NameKind::Coordinate => {
+            SymbolKind::FIELD
+        }
+        NameKind::Live | NameKind::Parameter | NameKind::Result => SymbolKind::PROPERTY,
+        NameKind::Let => SymbolKind::VARIABLE,
     }
 }

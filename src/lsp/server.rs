@@ -85,7 +85,7 @@ impl Server {
             }
             Message::Notification(notification) => {
                 let method = notification.method.clone();
-                match catch_unwind(AssertUnwindSafe(|| self.told(notification))) {
+                match catch_unwind(AssertUnwindSafe(|| self.handle_notification(notification))) {
                     Ok(Ok(())) => {}
                     Ok(Err(why)) => self.complain(&format!("{method}: {why}")),
                     Err(_) => self.complain(&format!("a defect in Whippen: {method}")),
@@ -198,7 +198,7 @@ impl Server {
         })
     }
 
-    fn told(&mut self, notification: Notification) -> Result<(), String> {
+    fn handle_notification(&mut self, notification: Notification) -> Result<(), String> {
         fn params<T: serde::de::DeserializeOwned>(value: Value) -> Result<T, String> {
             serde_json::from_value(value).map_err(|e| e.to_string())
         }

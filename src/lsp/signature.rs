@@ -4,7 +4,7 @@ use lsp_types::{
     Documentation, MarkupContent, MarkupKind, ParameterInformation, ParameterLabel, Position,
     SignatureHelp, SignatureInformation,
 };
-use whippen_compiler::index::{Definition, Kind};
+use whippen_compiler::index::{Definition, NameKind};
 use whippen_compiler::syntax::ast::Spanned;
 use whippen_compiler::syntax::token::{Token, lex};
 
@@ -68,12 +68,12 @@ pub fn parameters<'a>(
     analysis: &'a Analysis,
     term: &str,
 ) -> Option<(&'a Definition, Vec<&'a Definition>)> {
-    let term = &analysis.index.definitions[analysis.index.item_named(term, Kind::Term)?];
+    let term = &analysis.index.definitions[analysis.index.item_named(term, NameKind::Term)?];
     let all = analysis
         .index
         .inside(term.item)
         .map(|(_, d)| d)
-        .filter(|d| d.kind == Kind::Parameter);
+        .filter(|d| d.kind == NameKind::Parameter);
     Some((term, all.collect()))
 }
 
@@ -81,41 +81,9 @@ pub fn parameters<'a>(
 pub fn help(analysis: &Analysis, position: Position) -> Option<SignatureHelp> {
     let source = analysis.text(0);
     let call = call(source, text::byte(source, position))?;
-    let (label, names, doc) = match parameters(analysis, call.callee) {
-        Some((term, parameters)) => {
-            let shown =
-                |d: &Definition| format!("{}: {}", d.name, d.ty.as_deref().unwrap_or_default());
-            let names: Vec<String> = parameters.iter().map(|d| shown(d)).collect();
-            let all = analysis
-                .index
-                .inside(term.item)
-                .map(|(_, d)| d)
-                .filter(|d| d.kind == Kind::Result);
-            let results: Vec<String> = all.map(shown).collect();
-            (
-                format!(
-                    "{}({}) -> {}",
-                    term.name,
-                    names.join(", "),
-                    results.join(", ")
-                ),
-                names,
-                term.doc.clone(),
-            )
-        }
-        None => {
-            let (_, shape, what) = words::BUILT_IN
-                .iter()
-                .find(|(name, ..)| *name == call.callee)?;
-            let inside = shape
-                .split_once('(')
-                .map_or("", |(_, rest)| rest.trim_end_matches(')'));
-            (
-                (*shape).to_string(),
-                inside.split(", ").map(str::to_string).collect(),
-                (*what).to_string(),
-            )
-        }
+    let Callee { label, names, doc } = match parameters(analysis, call.callee) {
+        Some((term, parameters)) => Callee::of_term(analysis, term, &parameters),
+        None => Callee::built_in(call.callee)?,
     };
     let of_name = |name: &str| names.iter().position(|n| n.split(':').next() == Some(name));
     let active = call
@@ -140,4 +108,46 @@ pub fn help(analysis: &Analysis, position: Position) -> Option<SignatureHelp> {
         active_signature: Some(0),
         active_parameter: active,
     })
+}
+
+/// What is shown of what is called.
+struct Callee {
+    label: String,
+    /// Its parameters, as they stand in the label.
+    names: Vec<String>,
+    doc: String,
+}
+
+impl Callee {
+    fn of_term(analysis: &Analysis, term: &Definition, parameters: &[&Definition]) -> Callee {
+        let shown = |d: &Definition| format!("{}: {}", d.name, d.ty.as_deref().unwrap_or_default());
+        let names: Vec<String> = parameters.iter().map(|d| shown(d)).collect();
+        let all = analysis.index.inside(term.item).map(|(_, d)| d);
+        let results: Vec<String> = all
+            .filter(|d| d.kind == NameKind::Result)
+            .map(shown)
+            .collect();
+        Callee {
+            label: format!(
+                "{}({}) -> {}",
+                term.name,
+                names.join(", "),
+                results.join(", ")
+            ),
+            names,
+            doc: term.doc.clone(),
+        }
+    }
+
+    fn built_in(callee: &str) -> Option<Callee> {
+        let (_, shape, what) = words::BUILT_IN.iter().find(|(name, ..)| *name == callee)?;
+        let inside = shape
+            .split_once('(')
+            .map_or("", |(_, rest)| rest.trim_end_matches(')'));
+        Some(Callee {
+            label: (*shape).to_string(),
+            names: inside.split(", ").map(str::to_string).collect(),
+            doc: (*what).to_string(),
+        })
+    }
 }

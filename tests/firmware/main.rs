@@ -2,6 +2,7 @@
 //! something fails.
 
 mod boot2;
+mod document;
 mod example;
 mod gnu;
 mod passivity;

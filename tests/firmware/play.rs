@@ -1,6 +1,6 @@
 //! Both cores start and play; the drive words are the interpreter's.
 
-use crate::rig::{KEYS, RATE_HZ, Rig, kernel};
+use crate::rig::{KEYS, RATE_HZ, Rig, kernel, kernel_of};
 use whippen_compiler::firmware::core_block;
 use whippen_compiler::firmware::with_values_from;
 use whippen_compiler::kernel::{Interp, Kernel};
@@ -64,9 +64,9 @@ fn expected(
     all
 }
 
-fn plays_as_the_interpreter(file: &str, leaves: usize) {
-    let kernel = kernel(file);
-    let mut rig = Rig::new(&kernel, leaves);
+fn plays_as_the_interpreter(kernel: &Kernel, leaves: usize) -> Rig {
+    let file = &kernel.name;
+    let mut rig = Rig::new(kernel, leaves);
     let (ticks, words) = (1000, words(1000));
     let drives = rig.play(words.iter().copied());
     assert_eq!(rig.converter().overruns(), 0);
@@ -108,15 +108,42 @@ fn plays_as_the_interpreter(file: &str, leaves: usize) {
         );
     }
     assert!(full > 10_000, "{full} words say something");
+    rig
 }
 
 #[test]
 fn a_spring_on_both_cores() {
-    plays_as_the_interpreter("virtual-spring.whip", 0);
+    plays_as_the_interpreter(&kernel("virtual-spring.whip"), 0);
 }
 
 /// Every mode, both cores' values per key, events: the instrument with the most of everything.
 #[test]
 fn a_grand_on_both_cores() {
-    plays_as_the_interpreter("grand-piano.whip", 12_000);
+    plays_as_the_interpreter(&kernel("grand-piano.whip"), 12_000);
+}
+
+/// Keys whose records lie further apart than the constant of an addition or an access with
+/// write-back reaches.
+#[test]
+fn large_records_on_both_cores() {
+    let states: String = (1..66)
+        .map(|at| {
+            format!(
+                "state s{at}: length in 0 mm .. 11 mm = 0 mm\nnext s{at} = s{}\n",
+                at - 1
+            )
+        })
+        .collect();
+    let text = format!(
+        "instrument large {{
+            sense x: length in -0.5 mm .. 10.5 mm over 0.7 ms
+            state s0: length in 0 mm .. 11 mm = 0 mm
+            next s0 = x
+            {states}
+            force late = -100 N/m * s65
+        }}"
+    );
+    let rig = plays_as_the_interpreter(&kernel_of("large.whip", &text), 0);
+    let layout = rig.layout(0, 0);
+    assert!(layout.record(1) - layout.record(0) > 255);
 }

@@ -25,13 +25,18 @@ pub const RATED: u32 = 8192;
 
 /// An instrument's kernel.
 pub fn kernel(file: &str) -> Kernel {
-    let mut map = SourceMap::default();
     let programs = whippen_compiler::bundled::INSTRUMENTS;
     let text = programs
         .iter()
         .find(|(name, _)| *name == file)
         .expect("a bundled instrument")
         .1;
+    kernel_of(file, text)
+}
+
+/// The kernel of a text.
+pub fn kernel_of(file: &str, text: &str) -> Kernel {
+    let mut map = SourceMap::default();
     map.add(file, text);
     let (program, _) = compile_front(&mut map, &Default::default());
     let model = program.expect("it is correct").instruments.remove(0);

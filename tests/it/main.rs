@@ -24,6 +24,7 @@ mod messages;
 mod midi;
 mod organ_and_plucked;
 mod pictures;
+mod pipeline;
 mod played;
 mod player;
 mod random_programs;

@@ -42,6 +42,14 @@ fn pages_are_found_and_listed() {
         );
         assert!(!out.contains("```"), "{out}");
     }
+    // Without a terminal pages have 80 columns; programs keep their lines.
+    let (_, out, _) = whippen(&[], &["explain", "WH0203"]);
+    let prose = out.lines().filter(|line| !line.starts_with("    "));
+    assert!(
+        prose.clone().all(|line| line.chars().count() <= 80),
+        "{out}"
+    );
+    assert!(prose.clone().any(|line| line.chars().count() > 60), "{out}");
     let (code, out, _) = whippen(&[], &["explain"]);
     assert!(
         code == Some(0) && out.contains("WH0611  no-force") && out.contains("Ranges and numbers\n"),

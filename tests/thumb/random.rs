@@ -12,7 +12,7 @@ use whippen_emulator::CoreKind;
 /// How many kernels, where the environment does not say.
 const KERNELS: u64 = 10_000;
 /// Every so many of them on all cores, the others on the first.
-const ON_ALL: u64 = 50;
+const ON_ALL: u64 = 10;
 /// From this one on.
 const FIRST: u64 = 0;
 

@@ -7,11 +7,6 @@ use super::{only_listed, paths, rust};
 /// Names that stand twice in a crate: crate and name, why.
 const TWICE: &[(&str, &str)] = &[
     ("Args", "arguments of each command"),
-    ("Call", "to be renamed"),
-    ("Outputs", "to be renamed"),
-    ("Place", "to be renamed"),
-    ("Report", "to be renamed"),
-    ("Setup", "to be renamed"),
     ("compiler/lang/Action", "in the text and in the model"),
     (
         "compiler/lang/Cell",
@@ -19,15 +14,6 @@ const TWICE: &[(&str, &str)] = &[
     ),
     ("compiler/lang/Item", "in the text and in the model"),
     ("compiler/lang/Keyboard", "in the text and in the model"),
-    ("compiler/lang/Kind", "to be renamed"),
-    ("compiler/lang/Label", "to be renamed"),
-    ("compiler/lang/Pass", "to be renamed"),
-    ("emulator/Lines", "to be renamed"),
-    ("emulator/Register", "to be renamed"),
-    ("isa/Rules", "to be renamed"),
-    ("runtime/Column", "to be renamed"),
-    ("runtime/Section", "to be renamed"),
-    ("runtime/Stops", "to be renamed"),
 ];
 
 /// The crate of a file: the longest folder above it with a manifest. The root's is empty.

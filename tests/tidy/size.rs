@@ -67,15 +67,6 @@ const LONG_FUNCTIONS: &[(&str, &str)] = &[
         "an arm for each declaration",
     ),
     (
-        "compiler/lang/src/syntax/repair/adjacent.rs: repair",
-        "to be divided",
-    ),
-    (
-        "compiler/lang/src/syntax/repair/adjacent.rs: report_unit",
-        "to be divided",
-    ),
-    ("compiler/lower/src/linear.rs: planned", "to be divided"),
-    (
         "compiler/lower/src/values.rs: real_node",
         "an arm for each node",
     ),
@@ -83,16 +74,7 @@ const LONG_FUNCTIONS: &[(&str, &str)] = &[
         "compiler/modes/src/facts.rs: operands",
         "an arm for each operator",
     ),
-    ("compiler/modes/src/reach.rs: reach", "to be divided"),
-    ("runtime/src/report/budget.rs: draw", "to be divided"),
-    ("runtime/src/report/budget.rs: stability", "to be divided"),
-    ("runtime/src/report/budget.rs: time", "to be divided"),
-    ("src/cmd/budget.rs: run", "to be divided"),
-    ("src/cmd/budget/motor.rs: text", "to be divided"),
-    ("src/cmd/budget/stability.rs: text", "to be divided"),
-    ("src/cmd/emulate/run.rs: to_the_end", "to be divided"),
     ("src/lsp/server.rs: answer", "an arm for each request"),
-    ("src/lsp/signature.rs: help", "to be divided"),
 ];
 
 /// Columns of a line of Rust without strings.

@@ -32,6 +32,9 @@ pub struct Features {
     pub wide_branches: bool,
     /// Results come late, so that the order of instructions counts.
     pub results_wait: bool,
+    /// The core may wait for the second half of a 32-bit instruction that is not at a word, so
+    /// those are aligned.
+    pub aligns_wide_instructions: bool,
     /// Offset that a load or store of a word can hold, in bytes.
     pub load_offset_max: u32,
     /// Words by which one instruction moves the stack pointer.
@@ -42,7 +45,7 @@ pub struct Features {
 }
 
 /// ARMv6-M.
-static BASELINE: Features = Features {
+const BASELINE: Features = Features {
     legal_as_selected: false,
     high_registers: false,
     shifted_operands: false,
@@ -52,13 +55,14 @@ static BASELINE: Features = Features {
     wide_moves: false,
     wide_branches: false,
     results_wait: false,
+    aligns_wide_instructions: false,
     load_offset_max: 124,
     stack_words_max: 127,
     next_key_register: 5,
 };
 
-/// ARMv7E-M and ARMv8-M Mainline.
-static MAINLINE: Features = Features {
+/// ARMv8-M Mainline.
+const MAINLINE: Features = Features {
     legal_as_selected: true,
     high_registers: true,
     shifted_operands: true,
@@ -68,9 +72,16 @@ static MAINLINE: Features = Features {
     wide_moves: true,
     wide_branches: true,
     results_wait: true,
+    aligns_wide_instructions: false,
     load_offset_max: 4095,
     stack_words_max: 1023,
     next_key_register: LR,
+};
+
+/// ARMv7E-M, which the Cortex-M4 alone stands for.
+const CORTEX_M4: Features = Features {
+    aligns_wide_instructions: true,
+    ..MAINLINE
 };
 
 impl Features {
@@ -78,7 +89,8 @@ impl Features {
     pub fn of(arch: Arch) -> &'static Features {
         match arch {
             Arch::V6M => &BASELINE,
-            Arch::V7EM | Arch::V8M => &MAINLINE,
+            Arch::V7EM => &CORTEX_M4,
+            Arch::V8M => &MAINLINE,
         }
     }
 }
@@ -128,7 +140,7 @@ mod tests {
                 has(arch, template(Op::MLA)),
                 has(arch, template(Op::MOVT)),
             ];
-            let told = [
+            let expected = [
                 features.high_registers,
                 features.shifted_operands,
                 features.keeps_flags,
@@ -136,7 +148,16 @@ mod tests {
                 features.multiply_accumulate,
                 features.wide_moves,
             ];
-            assert_eq!(found, told, "{arch:?}");
+            assert_eq!(found, expected, "{arch:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_aligned_is_what_a_bound_charges() {
+        for arch in Arch::ALL {
+            let charged = whippen_board::timing(arch).worst.misaligned.cycles != 0;
+            let aligned = Features::of(arch).aligns_wide_instructions;
+            assert_eq!(aligned, charged, "{arch:?}");
         }
     }
 

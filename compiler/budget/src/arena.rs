@@ -1,17 +1,17 @@
-//! The ways into states, shared where they begin alike: each link knows the one before it.
+//! Paths into states, as a tree of links to their predecessors: what begins alike is shared.
 
 use super::Step;
 
-/// The end of a way; [`START`] for the empty one.
+/// The end of a path; [`START`] for the empty one.
 pub type Chain = u32;
 
-/// The empty way.
+/// The empty path.
 pub const START: Chain = u32::MAX;
 
 #[derive(Debug, Clone, Copy)]
 enum What {
     Step(Step),
-    /// A whole way, as one piece: a round of a loop.
+    /// A whole path, as one piece: a round of a loop.
     Segment(Chain),
 }
 
@@ -37,7 +37,7 @@ impl Arena {
         (self.links.len() - 1) as Chain
     }
 
-    /// The instructions of a way, in order.
+    /// The instructions of a path, in order.
     pub fn steps(&self, chain: Chain) -> Vec<Step> {
         let mut steps = Vec::new();
         let mut open = vec![chain];

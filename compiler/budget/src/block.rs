@@ -126,7 +126,7 @@ impl<'a> Walker<'a> {
         })
     }
 
-    /// What is bounded elsewhere runs on the way: it may leave anything in registers, and nothing
+    /// What is bounded elsewhere runs on this edge: it may leave anything in registers, and nothing
     /// in the pipeline.
     fn run_known(&mut self, edge: &Edge, mut state: State) -> State {
         let (Some(known), Some(target)) = (edge.known, edge.taken) else {

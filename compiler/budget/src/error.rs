@@ -28,7 +28,7 @@ pub enum NotBounded {
         /// The instruction.
         text: String,
     },
-    /// An indirect branch whose targets nobody told.
+    /// An indirect branch without known targets.
     NoTargets {
         /// Where.
         address: u32,

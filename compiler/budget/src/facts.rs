@@ -1,4 +1,5 @@
-//! What is known of registers and flags on a way through the code.
+//! Abstract interpretation of registers and flags along a path: the facts by which paths are found
+//! to be infeasible.
 //!
 //! ```text
 //!   register --> name --> interval       registers with one name hold one value
@@ -7,8 +8,8 @@
 //! ```
 //!
 //! A branch keeps the combinations that satisfy its condition, and narrows the intervals of what
-//! was compared; when no combination or an empty interval is left, no input goes that way.
-//! Everything is an over-approximation: a fact holds for every execution that takes the way.
+//! was compared; when no combination or an empty interval is left, no input takes that path.
+//! Everything is an over-approximation: a fact holds for every execution that takes the path.
 
 mod effect;
 mod flags;

@@ -57,14 +57,14 @@ pub struct Context {
     pub return_address: u32,
 }
 
-/// One way out of a block.
+/// One edge out of a block.
 #[derive(Debug, Clone)]
 pub struct Edge {
     /// The branch is taken, to this target; else the next instruction follows.
     pub taken: Option<Target>,
     /// Of a table branch, the indices that lead here.
     pub indices: Vec<u32>,
-    /// A function runs on the way that is bounded elsewhere; its first instruction is the target.
+    /// A function that is bounded elsewhere runs before; its first instruction is the target.
     pub known: Option<Known>,
     /// An exception's handler returns.
     pub leaves: bool,

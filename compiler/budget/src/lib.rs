@@ -8,7 +8,7 @@
 //!      v
 //!   longest       forward through the blocks: for every state of the pipeline, the worst-case path into it
 //!      |            block   cycles by `isa::timing::Core::issue`, the function that the emulator counts with
-//!      |            facts   what is known of registers and flags on the way: branches that contradict it are cut
+//!      |            facts   what is known of registers and flags along the path: branches that contradict it are cut
 //!      v
 //!   Bound         cycles, the worst-case path, stack, how sure
 //! ```

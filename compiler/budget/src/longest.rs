@@ -30,7 +30,7 @@ const ROUNDS_MAX: u32 = 4096;
 
 /// What was found.
 pub struct Longest {
-    /// The worst-case end: cycles and its way.
+    /// The worst-case end: cycles and its path.
     end: Option<(u64, Chain)>,
     arena: Arena,
     class: Evidence,

@@ -1,9 +1,9 @@
-//! Loops, and an order in which every block comes after those that lead to it, but for the ways
+//! Loops, and an order in which every block comes after those that lead to it, but for the edges
 //! back to the head of a loop.
 //!
 //! Strongly connected components, outermost first: a component with more than one block, or a block
 //! that leads to itself, is a loop; the only block of it that is entered from outside is its head;
-//! without the ways back to the head, what is left is ordered in the same manner.
+//! without the edges back to the head, what is left is ordered in the same manner.
 
 use super::graph::{BlockId, Graph};
 use super::{NotBounded, Query};
@@ -70,7 +70,7 @@ struct Finder<'a> {
 }
 
 impl Finder<'_> {
-    /// The blocks of a set in order, without the ways to `head`.
+    /// The blocks of a set in order, without the edges to `head`.
     fn elements(
         &mut self,
         set: &[BlockId],
@@ -160,14 +160,14 @@ impl Finder<'_> {
         if !seen.first_time(root) {
             return;
         }
-        let ways = |block| {
+        let successors = |block| {
             let inside = move |to: &BlockId| self.member[*to] == level && Some(*to) != head;
             self.graph.successors(block).filter(inside)
         };
-        let mut open = vec![(root, ways(root))];
+        let mut open = vec![(root, successors(root))];
         while let Some((block, ways_left)) = open.last_mut() {
             match ways_left.find(|&to| seen.first_time(to)) {
-                Some(to) => open.push((to, ways(to))),
+                Some(to) => open.push((to, successors(to))),
                 None => {
                     left.push(*block);
                     open.pop();

@@ -1,4 +1,4 @@
-//! States: where ways have come to, and which of them make others superfluous.
+//! States at the ends of paths, and which of them make others superfluous.
 
 use whippen_isa::timing::Pipe;
 
@@ -8,7 +8,7 @@ use super::facts::Facts;
 /// States at one place, at most.
 const STATES_MAX: usize = 64;
 
-/// Where a way has come to.
+/// The state at the end of a path.
 #[derive(Debug, Clone)]
 pub struct State {
     pub pipe: Pipe,

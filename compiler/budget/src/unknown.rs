@@ -38,14 +38,14 @@ impl fmt::Display for UnknownTime {
         match &self.what {
             Unknown::Memory { memory, section } => {
                 let what = section.as_deref().unwrap_or("what is accessed");
-                let way = if self.fetch {
+                let use_of = if self.fetch {
                     "is fetched from".to_string()
                 } else {
                     format!("may be accessed at {address:#010x} in")
                 };
                 write!(
                     f,
-                    "`{what}` {way} `{memory}`, where nobody can say how long that takes: \
+                    "`{what}` {use_of} `{memory}`, where nobody can say how long that takes: \
                      `memory.{memory}.{key}` is no number of cycles in the board's file"
                 )?;
                 let (Some(section), Some(better)) = (section, &self.better) else {

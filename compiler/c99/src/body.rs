@@ -1,4 +1,4 @@
-//! The functions: what stands around the instructions of one key.
+//! The functions of the C text: the loop over keys around the instructions of one key.
 
 use super::declare::rings;
 use super::{Layout, Writer, c_type, helpers, literal};

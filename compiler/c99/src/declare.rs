@@ -1,4 +1,4 @@
-//! The header: sizes, the state, the functions.
+//! Declarations of the C text: sizes, the state, prototypes.
 
 use super::{Layout, Names, Options, c_type};
 use std::fmt::Write;

@@ -61,6 +61,9 @@ alarmed:
         adds    r1, r1, r2
         movs    r2, #KEYS
         movs    r5, #0
+        .if     RECORD > 255
+        ldr     r6, =RECORD
+        .endif
 @! rounds KEYS
 1:      strh    r5, [r0]
         strh    r5, [r1]
@@ -70,7 +73,11 @@ alarmed:
         str     r5, [r6, #GAIN]
         .else
         str     r5, [r3]
+        .if     RECORD > 255
+        adds    r3, r3, r6
+        .else
         adds    r3, #RECORD
+        .endif
         .endif
         adds    r0, #2
         adds    r1, #2
@@ -117,7 +124,11 @@ beginning:
 chain_to:
         ldr     r3, [r0, #P_END]
         ldr     r1, [r0, #P_RECORDS]
+        .if     RECORD > 255
+        ldr     r5, =RECORD
+        .else
         movs    r5, #RECORD
+        .endif
         muls    r5, r2, r5
         ldr     r3, [r3]
         adds    r1, r1, r5

@@ -13,7 +13,7 @@ pub struct Support<'a> {
     pub tick: Source<'a>,
     /// Everything else.
     pub rest: &'a [Source<'a>],
-    /// Numbers that these texts are told besides the board's facts.
+    /// Constants of these texts besides the board's facts.
     pub constants: &'a [(&'a str, i64)],
     /// What is known of the chip and its board.
     pub board: &'a Board,
@@ -181,7 +181,7 @@ pub fn support(board: &Board) -> Result<Support<'_>, Unsupported> {
 const MIDI_BAUD: u32 = 31_250;
 
 impl Support<'_> {
-    /// Numbers that the texts are told of the board.
+    /// The constants that the board gives the texts.
     pub(super) fn numbers(&self) -> Vec<(String, i64)> {
         let board = self.board;
         let devices = board.devices.iter();

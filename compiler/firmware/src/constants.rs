@@ -1,4 +1,4 @@
-//! What the texts of the firmware are told: numbers of programs, a keyboard and a board.
+//! Constants of the firmware's texts: numbers of programs, a keyboard and a board.
 
 use std::collections::BTreeMap;
 
@@ -9,8 +9,8 @@ use super::code::{CoreCode, ProgramCode, ZoneCode, is_split};
 use super::offsets::assembly_constants;
 use super::{FirmwareError, Motor, Passivity, Setup, Support, drive_offset_bytes};
 
-/// What an access with write-back reaches.
-pub(super) const RECORD_MAX: u32 = 252;
+/// What the offset of a load reaches.
+pub(super) const RECORD_MAX: u32 = 4092;
 
 /// How many programs an image may have.
 pub(super) const PROGRAMS_MAX: usize = 64;
@@ -22,7 +22,7 @@ const TURNS: u64 = 16;
 /// How long force takes to come back.
 const RAMP_MS: u64 = 20;
 
-/// What the texts are told of programs, a keyboard and a board.
+/// The constants that programs, a keyboard and a board give the texts.
 ///
 /// # Errors
 /// Programs, keys, records or motor are out of range.

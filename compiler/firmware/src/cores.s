@@ -122,6 +122,9 @@ free_keys:
         ldr     r2, [r4, #C_KEYS]
         ldr     r3, =65536
         movs    r5, #0
+        .if     RECORD > 255
+        ldr     r6, =RECORD
+        .endif
 2:      str     r3, [r0, #G_CEILING]
         adds    r0, #16
         .if     ZONES
@@ -130,7 +133,11 @@ free_keys:
         adds    r1, #8
         .else
         str     r5, [r1]
+        .if     RECORD > 255
+        adds    r1, r1, r6
+        .else
         adds    r1, #RECORD
+        .endif
         .endif
         subs    r2, #1
         bne     2b

@@ -60,7 +60,7 @@ pub fn objects(
     Ok(objects)
 }
 
-/// What the frame of a core is told besides the [`constants`].
+/// The constants of a core's frame besides the [`constants`] of all texts.
 pub fn frame_constants(keys: u32, board: &Support, core: usize) -> BTreeMap<String, i64> {
     let all = [
         ("KEYS", keys),
@@ -72,7 +72,7 @@ pub fn frame_constants(keys: u32, board: &Support, core: usize) -> BTreeMap<Stri
         .collect()
 }
 
-/// The texts of a firmware as they are assembled, those of a frame together; a frame is told
+/// The texts of a firmware as they are assembled, those of a frame together; a frame has
 /// [`frame_constants`] besides the [`constants`].
 pub fn sources<'a>(board: &Support<'a>) -> Vec<Vec<Source<'a>>> {
     shared(board)

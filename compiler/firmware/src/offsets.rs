@@ -14,7 +14,7 @@ macro_rules! offsets {
             $(#[doc = $what] pub const $name: u32 = $at;)*
 
             /// All of them, by their names in the texts.
-            pub(super) const ALL: &[(&str, u32)] =
+            pub const ALL: &[(&str, u32)] =
                 &[$((concat!($prefix, stringify!($name)), $name),)*];
         }
     )*};

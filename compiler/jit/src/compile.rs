@@ -1,4 +1,4 @@
-//! From a Kernel to finished machine code.
+//! Compilation by Cranelift: from a Kernel to finished machine code.
 
 use super::lanes::Lanes;
 use super::translate::Translator;

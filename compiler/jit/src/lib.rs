@@ -64,7 +64,7 @@ pub struct JitFunctions {
     /// What a tick calls, in the order of the keys.
     stretches: Vec<Stretch>,
     /// Events of a tick of keys in lanes, before they are sorted.
-    told: Vec<u32>,
+    raised: Vec<u32>,
     code: Option<Compiled>,
 }
 
@@ -186,7 +186,7 @@ impl JitFunctions {
                 .copied()
                 .collect(),
             stretches,
-            told: vec![0; events * memory.layout.event_words],
+            raised: vec![0; events * memory.layout.event_words],
             code: Some(code),
         })
     }
@@ -205,7 +205,7 @@ impl JitFunctions {
             ..Clock::default()
         };
         let mut buffers = self.buffers(memory, inputs, outputs);
-        buffers[Buffer::Events as usize] = self.told.as_mut_ptr().cast();
+        buffers[Buffer::Events as usize] = self.raised.as_mut_ptr().cast();
         buffers[Buffer::Clock as usize] = (&raw mut clock).cast();
         self.call(stretch, &buffers);
         if clock.events > 0 {
@@ -213,10 +213,10 @@ impl JitFunctions {
         }
     }
 
-    /// Hands on what was told, key by key; what one key told stays in its order.
+    /// Hands on the events that were raised, key by key; those of one key stay in their order.
     fn keep(&self, count: usize, kernel: &Kernel, memory: &mut Memory) {
         let mut records: Vec<&[u32]> = self
-            .told
+            .raised
             .chunks_exact(memory.layout.event_words)
             .take(count)
             .collect();
@@ -275,7 +275,7 @@ impl JitFunctions {
         // SAFETY: only `run` calls this, with the buffers of the kernel and the memory that the
         // code was translated for, and the code touches nothing else. Their lengths follow from the
         // memory's layout alone (`Memory` never resizes them), those of the words were checked by
-        // `Loaded`, and `told` has room for all events of a tick. A stretch lies within the keys;
+        // `Loaded`, and `raised` has room for all events of a tick. A stretch lies within the keys;
         // one in lanes has a multiple of their number. Indices into cells, tables and lines were
         // proven inside by `verify`; the proof holds since inputs are clamped to their ranges, and
         // live values and cells can only be set within theirs. In a kernel that assumes anything,

@@ -1,4 +1,4 @@
-//! The reference: runs a kernel by the meanings in the table of `op` and nothing else.
+//! The reference interpreter: runs a kernel by the meanings in the table of `op` and nothing else.
 //!
 //! At construction the regions are laid out flat, with jumps, so that running allocates nothing. In
 //! checked mode a step after every definition looks whether the value is where it was proven to be.

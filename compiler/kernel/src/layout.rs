@@ -1,4 +1,4 @@
-//! Where everything lies in memory; the same for every engine of the host.
+//! Memory layout: offsets of everything that a kernel declares, for every engine of the host.
 //!
 //! ```text
 //! columns  | cell: key 0, key 1, ... | grid[0]: key 0, ... | grid[1]: key 0, ... | keyed: key 0, ... | ...

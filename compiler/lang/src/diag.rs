@@ -8,6 +8,7 @@ pub mod codes;
 pub mod explain;
 mod nearest;
 pub mod render;
+mod wrap;
 
 pub use codes::{Code, Severity};
 pub use nearest::nearest;

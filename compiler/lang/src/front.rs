@@ -39,8 +39,18 @@ const CONSEQUENCES: &[Code] = &[
 /// The standard library and the settings of `options` are added to `map` behind the files, because
 /// messages may point at them: call this once per map.
 pub fn compile_front(map: &mut SourceMap, options: &Options) -> (Option<Program>, Vec<Diagnostic>) {
+    compile_front_observed(map, options, &mut |_| {})
+}
+
+/// As [`compile_front`]; `parsed` gets the tree of each of the files before it is checked.
+pub fn compile_front_observed(
+    map: &mut SourceMap,
+    options: &Options,
+    parsed: &mut dyn FnMut(&File),
+) -> (Option<Program>, Vec<Diagnostic>) {
     let mut found = Vec::new();
     let files = parse_from(map, 0, &mut found);
+    files.iter().for_each(parsed);
     let first_std = map.files().len();
     for (name, text) in STD {
         map.add(*name, *text);

@@ -13,7 +13,7 @@ use whippen_source::{SourceMap, Span};
 
 /// What a name stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Kind {
+pub enum NameKind {
     /// An instrument.
     Instrument,
     /// A term.
@@ -52,10 +52,10 @@ pub enum Kind {
     Force,
 }
 
-impl Kind {
+impl NameKind {
     /// Whether it stands in the name space of values.
     pub fn is_value(self) -> bool {
-        use Kind::*;
+        use NameKind::*;
         matches!(
             self,
             Sense | Param | Live | Let | State | Pulse | Coordinate | Parameter | Result
@@ -65,24 +65,24 @@ impl Kind {
     /// In words.
     pub fn title(self) -> &'static str {
         match self {
-            Kind::Instrument => "instrument",
-            Kind::Term => "term",
-            Kind::Keyboard => "keyboard",
-            Kind::Zones => "program of zones",
-            Kind::Sense => "sensed value",
-            Kind::Param => "constant",
-            Kind::Live => "live parameter",
-            Kind::Let => "value",
-            Kind::State => "remembered value",
-            Kind::Pulse => "pulse",
-            Kind::Coordinate => "coordinate",
-            Kind::Parameter => "parameter of the term",
-            Kind::Result => "result of the term",
-            Kind::Machine => "machine",
-            Kind::MachineState => "state",
-            Kind::Body => "body",
-            Kind::Event => "event",
-            Kind::Force => "force term",
+            NameKind::Instrument => "instrument",
+            NameKind::Term => "term",
+            NameKind::Keyboard => "keyboard",
+            NameKind::Zones => "program of zones",
+            NameKind::Sense => "sensed value",
+            NameKind::Param => "constant",
+            NameKind::Live => "live parameter",
+            NameKind::Let => "value",
+            NameKind::State => "remembered value",
+            NameKind::Pulse => "pulse",
+            NameKind::Coordinate => "coordinate",
+            NameKind::Parameter => "parameter of the term",
+            NameKind::Result => "result of the term",
+            NameKind::Machine => "machine",
+            NameKind::MachineState => "state",
+            NameKind::Body => "body",
+            NameKind::Event => "event",
+            NameKind::Force => "force term",
         }
     }
 }
@@ -91,7 +91,7 @@ impl Kind {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Definition {
     /// What it is.
-    pub kind: Kind,
+    pub kind: NameKind,
     /// Its name.
     pub name: String,
     /// Where its name is declared.
@@ -168,14 +168,14 @@ impl Index {
     }
 
     /// The first definition in an item that has this name and is of such a kind.
-    pub fn find(&self, item: usize, name: &str, is: impl Fn(Kind) -> bool) -> Option<usize> {
+    pub fn find(&self, item: usize, name: &str, is: impl Fn(NameKind) -> bool) -> Option<usize> {
         self.inside(item)
             .find(|(_, d)| d.name == name && is(d.kind))
             .map(|(n, _)| n)
     }
 
     /// The first instrument or term of this name.
-    pub fn item_named(&self, name: &str, kind: Kind) -> Option<usize> {
+    pub fn item_named(&self, name: &str, kind: NameKind) -> Option<usize> {
         self.definitions
             .iter()
             .position(|d| d.kind == kind && d.name == name)

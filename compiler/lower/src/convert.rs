@@ -1,4 +1,4 @@
-//! From one unit to another.
+//! Conversion of integers from one unit to another.
 
 use super::Lowerer;
 use super::format::{TOP, exp2, exponent, powers};

@@ -291,54 +291,17 @@ impl Lowerer<'_> {
         more: f64,
         keep: Constant,
     ) -> Option<Plan> {
-        let offset = |t: &Term| t.operand.map_or(0.0, |real| real.offset);
-        // An offset times a chosen factor is a chosen constant.
-        let choices = terms
-            .iter()
-            .filter(|t| t.operand.is_none() || (offset(t) != 0.0 && !t.fixed()));
-        let mut choices: Vec<Factor> = choices
-            .map(|t| {
-                t.factor
-                    .map(|f| f * t.operand.map_or(1.0, |r| r.offset) / lsb)
-            })
-            .collect();
-        let fixed = terms.iter().filter(|t| t.operand.is_some() && t.fixed());
-        let constant = fixed.fold(c0 / lsb + more, |sum, t| {
-            sum + t.factor.both()[0] * offset(t) / lsb
-        });
-        let mut constant: f64 = constant;
-        let mut error: f64 = terms
-            .iter()
-            .filter_map(|t| Some(t.factor.largest() * t.operand?.error / lsb))
-            .sum();
-        merge(&mut choices);
-        // Constants of which one is as good as the other.
-        choices.retain(|choice| {
-            let [a, b] = choice.both();
-            if (a - b).abs() < 1.0 {
-                constant += 0.5 * (a + b);
-                error += 0.5 * (a - b).abs();
-            }
-            (a - b).abs() >= 1.0
-        });
-        let mut planned_terms = Vec::new();
-        for term in terms {
-            let Some(real) = term.operand else { continue };
-            let gain = term.factor.map(|f| f * real.lsb / lsb);
-            planned_terms.push(PlannedTerm {
-                value: real.value,
-                gain,
-                form: self.term_form(gain, real.value)?,
-                place: term.place,
-            });
-        }
         let mut plan = Plan {
-            choices,
-            terms: planned_terms,
-            constant,
-            error,
+            choices: chosen_constants(terms, lsb),
+            terms: self.plan_terms(terms, lsb)?,
+            constant: constant_of(c0 / lsb + more, terms, lsb),
+            error: terms
+                .iter()
+                .filter_map(|t| Some(t.factor.largest() * t.operand?.error / lsb))
+                .sum(),
             left: 0.0,
         };
+        plan.settle_choices();
         self.settle(&mut plan, c0 == 0.0 && more == 0.0, keep);
         let largest = plan
             .choices
@@ -346,6 +309,22 @@ impl Lowerer<'_> {
             .map(|c| c.largest())
             .fold(plan.constant.abs(), f64::max);
         (largest <= format::TOP).then_some(plan)
+    }
+
+    /// The forms of all products; none if one has no form.
+    fn plan_terms(&self, terms: &[Term], lsb: f64) -> Option<Vec<PlannedTerm>> {
+        let products = terms.iter().filter_map(|term| Some((term, term.operand?)));
+        products
+            .map(|(term, real)| {
+                let gain = term.factor.map(|f| f * real.lsb / lsb);
+                Some(PlannedTerm {
+                    value: real.value,
+                    gain,
+                    form: self.term_form(gain, real.value)?,
+                    place: term.place,
+                })
+            })
+            .collect()
     }
 
     /// Settles what is done with the constant and with what shifts round down.
@@ -439,6 +418,43 @@ impl Lowerer<'_> {
         })
     }
 }
+
+impl Plan {
+    /// Adds up what one condition chooses, and takes the middle of constants of which one is as
+    /// good as the other.
+    fn settle_choices(&mut self) {
+        merge(&mut self.choices);
+        self.choices.retain(|choice| {
+            let [a, b] = choice.both();
+            if (a - b).abs() < 1.0 {
+                self.constant += 0.5 * (a + b);
+                self.error += 0.5 * (a - b).abs();
+            }
+            (a - b).abs() >= 1.0
+        });
+    }
+}
+
+/// The constants of a sum that are chosen between: chosen factors without an operand, and such
+/// factors times their operand's offset.
+fn chosen_constants(terms: &[Term], lsb: f64) -> Vec<Factor> {
+    let chosen = terms
+        .iter()
+        .filter(|t| t.operand.is_none() || (t.offset() != 0.0 && !t.fixed()));
+    chosen
+        .map(|t| {
+            t.factor
+                .map(|f| f * t.operand.map_or(1.0, |r| r.offset) / lsb)
+        })
+        .collect()
+}
+
+/// The constant of a sum: `start` and what offsets under fixed factors add.
+fn constant_of(start: f64, terms: &[Term], lsb: f64) -> f64 {
+    let fixed = terms.iter().filter(|t| t.operand.is_some() && t.fixed());
+    fixed.fold(start, |sum, t| sum + t.factor.both()[0] * t.offset() / lsb)
+}
+
 /// Adds up what one condition chooses.
 fn merge(choices: &mut Vec<Factor>) {
     let mut merged: Vec<Factor> = Vec::new();
@@ -465,6 +481,11 @@ impl Term {
             operand: Some(operand),
             place: None,
         }
+    }
+
+    /// The offset of its operand.
+    fn offset(&self) -> f64 {
+        self.operand.map_or(0.0, |real| real.offset)
     }
 
     /// Whether its factor is one constant.

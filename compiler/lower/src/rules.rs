@@ -75,7 +75,8 @@ impl Lowerer<'_> {
         events
     }
 
-    /// The kernel event of a rule; rules of one name (two ways from one state to another) share it.
+    /// The kernel event of a rule; rules of one name (two transitions from one state to another)
+    /// share it.
     fn declare_rule(&mut self, name: &str, meanings: &mut Vec<LoweredEvent>) -> u32 {
         let kind = LoweredEventKind::Rule(name.to_string());
         if let Some(known) = meanings.iter().position(|m| m.kind == kind) {

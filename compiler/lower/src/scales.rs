@@ -1,4 +1,4 @@
-//! How raw words map to the world: what lowering and every engine must know of the device.
+//! Scales of a device: how raw words map to the world, for lowering and every engine.
 
 use whippen_lang::model::Interval;
 

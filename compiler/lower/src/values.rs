@@ -1,4 +1,4 @@
-//! Values of the graph as integers.
+//! Lowering of values: each node of the graph as integers in its unit.
 
 use super::Lowerer;
 use super::clamp;

@@ -146,7 +146,7 @@ impl Grower<'_, '_> {
         };
         let if_yes = path.decided_so(self.graph, &self.eval, condition, true);
         let if_no = path.decided_so(self.graph, &self.eval, condition, false);
-        // Both ways are decided by the same.
+        // Both sides are decided by the same.
         let Some(either) = if_yes.as_ref().or(if_no.as_ref()) else {
             return Ok(None);
         };
@@ -198,18 +198,20 @@ impl Grower<'_, '_> {
         nodes: &[NodeId],
     ) -> Result<Option<Tree>, TooBig> {
         let mark = self.eval.mark();
-        let told = self
+        let roots = self
             .eval
             .evaluate_over(self.graph, strong, &tick.roots(), nodes);
-        let told = told.map(|roots| reach::ranges(self.graph, &self.eval, &tick.with(&roots)));
+        let ranges = roots.map(|roots| reach::ranges(self.graph, &self.eval, &tick.with(&roots)));
         self.eval.undo_to(mark);
-        let Some(told) = told else { return Ok(None) };
+        let Some(ranges) = ranges else {
+            return Ok(None);
+        };
         let mut tick = tick.clone();
         for discrete in self.discrete {
             let Some(id) = tick.cells[discrete.cell] else {
                 continue;
             };
-            let Range { low, high } = told[discrete.cell];
+            let Range { low, high } = ranges[discrete.cell];
             let ty = self.graph.ty(id);
             tick.cells[discrete.cell] = Some(match ty {
                 _ if low == high => self.graph.constant_node(ty, low),
@@ -312,14 +314,14 @@ impl Grower<'_, '_> {
         nodes: &[NodeId],
         (of, range): (NodeId, Range),
     ) -> u32 {
-        let told = facts::with(
+        let narrowed = facts::with(
             self.graph,
             &|id| self.eval.range(id),
             &path.facts,
             of,
             range,
         );
-        let Some((facts, new_facts)) = told else {
+        let Some((facts, new_facts)) = narrowed else {
             return 0;
         };
         let (roots, mark) = (tick.roots(), self.eval.mark());
@@ -359,7 +361,7 @@ impl Grower<'_, '_> {
             let [Some(if_yes), Some(if_no)] = sides else {
                 continue;
             };
-            // Both ways are decided by the same.
+            // Both sides are decided by the same.
             let nodes = self.eval.nodes_below(self.graph, &if_yes, roots);
             let costs = [if_yes, if_no].map(|side| {
                 let found = self

@@ -305,16 +305,16 @@ mod tests {
                 Some(_) => Range::point(vk),
                 None => Range::new(i64::MIN, i64::MAX),
             };
-            let told = Range::new(
+            let wanted = Range::new(
                 result - rng.below(100) as i64,
                 result + rng.below(100) as i64,
             );
             let (facts, _) =
-                with(&graph, &known, &Facts::default(), node, told).expect("it can be");
+                with(&graph, &known, &Facts::default(), node, wanted).expect("it can be");
             for (id, value) in ids.into_iter().zip(values) {
                 assert!(
                     facts.get(&id).is_none_or(|range| range.has(value)),
-                    "{op:?} of {values:?} in {told}: {facts:?}"
+                    "{op:?} of {values:?} in {wanted}: {facts:?}"
                 );
             }
             narrowed += usize::from(facts.contains_key(&a));

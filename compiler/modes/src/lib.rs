@@ -133,9 +133,9 @@ pub struct Target {
 /// The modes of a kernel: told apart by those cells that make the longest path shorter, as long as
 /// all modes together have no more instructions than this; with 0, the one mode that knows nothing.
 ///
-/// The search is bounded: where decisions that only save cycles become too many, it makes only those
-/// that tell the next mode; where it has visited too many nodes it ends with the best modes so far
-/// ([`Modes::work_limited`]).
+/// The search is bounded: where decisions that only save cycles become too many, it makes only
+/// those that tell the next mode; where it has visited too many nodes it ends with the best modes
+/// so far ([`Modes::work_limited`]).
 pub fn specialize(kernel: &Kernel, instructions: usize) -> Modes {
     if instructions == 0 {
         return Modes::single(kernel);

@@ -69,7 +69,7 @@ struct Spelled<'a> {
     infos: &'a IdMap<Value, ValueInfo>,
     words: Vec<u64>,
     own: FxHashMap<Value, u64>,
-    /// How many definitions came by; one that two ways lead to comes by twice.
+    /// How many definitions came by; one that two paths lead to comes by twice.
     count: u64,
     /// How many blocks down this is.
     depth: usize,

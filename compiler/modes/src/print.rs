@@ -252,9 +252,9 @@ impl Printed<'_> {
         } else {
             format!("({})", args.join(", "))
         };
-        let way = if side { "yes" } else { "no" };
+        let name = if side { "yes" } else { "no" };
         if self.first[target.block] != Some((from, side)) || !target.args.is_empty() {
-            writeln!(f, "{:indent$}{way} b{}{args}", "", target.block)?;
+            writeln!(f, "{:indent$}{name} b{}{args}", "", target.block)?;
         }
         if self.first[target.block] == Some((from, side)) {
             return self.block(f, target.block, indent);

@@ -153,34 +153,20 @@ fn reach_with(grower: &mut Grower, tick: &Tick, start: &[Range]) -> Result<Vec<R
         again: Vec::new(),
     };
     reach.enter(start);
-    while let Some(at) = reach.open.pop().or_else(|| reach.again.pop()) {
-        let others: usize = reach
-            .modes
-            .iter()
-            .map(|mode| mode.tree.as_ref().map_or(0, Tree::leaves))
-            .sum();
-        grower.leaves = leaves.checked_sub(others).ok_or(TooBig)?;
-        let tree = grow(grower, &reach.modes[at].cells, tick)?;
-        for ranges in tree.iter().flat_map(Tree::ends) {
-            reach.enter(ranges);
-        }
-        reach.modes[at].tree = tree;
-    }
-    // A mode that is entered can be; where its tree says otherwise, nothing is made.
-    let done = |mode: Open| {
-        Some(Reached {
-            classes: mode.classes,
-            cells: mode.cells,
-            tree: Rc::new(mode.tree?),
-        })
-    };
-    let mut modes = reach
-        .modes
-        .into_iter()
-        .map(done)
-        .collect::<Option<Vec<Reached>>>()
-        .ok_or(TooBig)?;
+    reach.grow_all(grower, tick)?;
+    let modes = reach.into_reached()?;
     grower.leaves = leaves;
+    Ok(narrow_all(grower, tick, modes, start))
+}
+
+/// The modes with narrower ranges of their cells, as long as their trees say that there are some.
+fn narrow_all(
+    grower: &mut Grower,
+    tick: &Tick,
+    mut modes: Vec<Reached>,
+    start: &[Range],
+) -> Vec<Reached> {
+    let discrete = grower.discrete;
     for _ in 0..tuning::NARROWING_ROUNDS {
         let Some(entries) = narrow::narrower(&modes, discrete, start) else {
             break;
@@ -191,7 +177,7 @@ fn reach_with(grower: &mut Grower, tick: &Tick, start: &[Range]) -> Result<Vec<R
         let Some(narrower) = grown else { break };
         modes = narrower;
     }
-    Ok(modes)
+    modes
 }
 
 fn grow(grower: &mut Grower, cells: &[Range], tick: &Tick) -> Result<Option<Tree>, TooBig> {
@@ -220,6 +206,37 @@ struct Reach<'a> {
 }
 
 impl Reach<'_> {
+    /// Grows trees until every mode that they end in has one; all have at most as many leaves as
+    /// the grower began with.
+    fn grow_all(&mut self, grower: &mut Grower, tick: &Tick) -> Result<(), TooBig> {
+        let leaves = grower.leaves;
+        while let Some(at) = self.open.pop().or_else(|| self.again.pop()) {
+            let trees = self.modes.iter().filter_map(|mode| mode.tree.as_ref());
+            let others: usize = trees.map(Tree::leaves).sum();
+            grower.leaves = leaves.checked_sub(others).ok_or(TooBig)?;
+            let tree = grow(grower, &self.modes[at].cells, tick)?;
+            for ranges in tree.iter().flat_map(Tree::ends) {
+                self.enter(ranges);
+            }
+            self.modes[at].tree = tree;
+        }
+        Ok(())
+    }
+
+    /// The modes with their trees. A mode that is entered can be; where its tree says otherwise,
+    /// nothing is made.
+    fn into_reached(self) -> Result<Vec<Reached>, TooBig> {
+        let done = |mode: Open| {
+            Some(Reached {
+                classes: mode.classes,
+                cells: mode.cells,
+                tree: Rc::new(mode.tree?),
+            })
+        };
+        let all: Option<Vec<Reached>> = self.modes.into_iter().map(done).collect();
+        all.ok_or(TooBig)
+    }
+
     /// The mode of these cells is entered with them.
     fn enter(&mut self, cells: &[Range]) {
         let Some(classes) = classes(self.discrete, cells) else {

@@ -42,7 +42,7 @@ pub fn verify(modes: &Modes) -> Result<(), Vec<VerifyError>> {
 /// What is known somewhere.
 #[derive(Debug, Clone)]
 struct State {
-    /// Nodes of values that are defined on every way to here.
+    /// Nodes of values that are defined on every path to here.
     visible: IdMap<NodeId, bool>,
     facts: Facts,
     /// What word 0 of each cell holds.
@@ -175,7 +175,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// What holds on one more way to a block.
+    /// What holds on one more edge to a block.
     fn go(&mut self, at: usize, target: &Target, state: State) -> Result<(), Fault> {
         let block = self
             .mode

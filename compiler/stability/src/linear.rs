@@ -53,6 +53,29 @@ impl<T: Copy> Linear<T> {
     }
 }
 
+impl System {
+    /// The same with one output, the sum of all: what the hand feels.
+    pub(super) fn summed(&self) -> System {
+        let sum = |of: fn(&Output<f64>) -> &Vec<f64>| {
+            let mut all: Vec<f64> = self.outputs.first().map_or(Vec::new(), |o| of(o).clone());
+            for output in self.outputs.iter().skip(1) {
+                all.iter_mut()
+                    .zip(of(output))
+                    .for_each(|(sum, v)| *sum += v);
+            }
+            all
+        };
+        System {
+            outputs: vec![Output {
+                direct: sum(|o| &o.direct),
+                cells: sum(|o| &o.cells),
+            }],
+            a: self.a.clone(),
+            b: self.b.clone(),
+        }
+    }
+}
+
 impl Linear<Interval> {
     /// The system of a piece.
     pub(super) fn of(law: &Law, piece: &Piece, rows: &IdMap<NodeId, Row>) -> Linear<Interval> {

@@ -187,6 +187,7 @@ impl Loops {
 
     /// The margin in the hand that bears it least.
     pub fn worst(&self, system: &System, between: &mut Between) -> PerHand {
+        let system = &system.summed();
         let responses = self.responses(system, &self.inputs[0], |theta| {
             on_circle(theta, self.rate_hz)
         });
@@ -254,7 +255,7 @@ impl Loops {
 
     /// Damping that the key needs to be passive.
     fn damping_needed(&self, system: &System) -> f64 {
-        let responses = self.responses(system, &self.inputs[1], on_unit);
+        let responses = self.responses(&system.summed(), &self.inputs[1], on_unit);
         // Below 1 rad/s nothing is sampled: what is left there is the limit.
         let places = self.angles.iter().zip(self.holds.iter().zip(&responses));
         let places = places.filter(|(theta, _)| **theta * self.rate_hz >= 1.0);

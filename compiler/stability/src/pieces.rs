@@ -21,6 +21,9 @@ use whippen_lang::range::{self, Ranges};
 /// So many pieces are looked at; what is open beyond is taken with both branches at once.
 const PIECES_MAX: usize = 1500;
 
+/// So many values are narrowed to make them.
+const WORK_MAX: usize = 1_000_000;
+
 /// A place.
 #[derive(Debug, Clone)]
 pub(super) struct Piece {
@@ -107,9 +110,10 @@ impl Law {
             coarse: false,
             ..self.whole()
         }];
-        let mut done = Vec::new();
+        let (mut done, mut work) = (Vec::new(), 0);
         while let Some(mut piece) = open.pop() {
-            piece.coarse = done.len() + open.len() > PIECES_MAX;
+            piece.coarse = done.len() + open.len() > PIECES_MAX || work > WORK_MAX;
+            work += 2 * self.nodes.len();
             match self.rows(&piece) {
                 Ok(rows) => done.push((piece, rows)),
                 Err(split) => open.extend(

@@ -1,4 +1,4 @@
-//! What rings, told at the force term that makes it ring, with the most it may be.
+//! Warnings of instability, at the force term that makes the loop ring, with the most it may be.
 
 use super::linear::System;
 use super::modes::{Between, Loops, Mode, Stability};
@@ -37,7 +37,10 @@ pub fn warnings(model: &Model, stability: &Stability) -> Vec<Diagnostic> {
         }
     }
     blames.sort_by_key(|b| b.force);
-    let mut found: Vec<Diagnostic> = blames.iter().map(|b| told(model, stability, b)).collect();
+    let mut found: Vec<Diagnostic> = blames
+        .iter()
+        .map(|b| warn_of(model, stability, b))
+        .collect();
     if let Some(mode) = stability.modes.iter().find(|m| !m.settles) {
         let message = format!(
             "`{}` is unstable by itself while the key stands still",
@@ -94,7 +97,7 @@ fn safe(loops: &Loops, system: &System, force: usize) -> Option<f64> {
     Some(low)
 }
 
-fn told(model: &Model, stability: &Stability, blame: &Blame) -> Diagnostic {
+fn warn_of(model: &Model, stability: &Stability, blame: &Blame) -> Diagnostic {
     let Blame { force, mode, safe } = blame;
     let term = &model.forces[*force];
     let (kind, value, dim) = coefficient(model, blame);

@@ -24,7 +24,7 @@ impl std::fmt::Display for Line {
 
 /// Which line each instruction comes from.
 #[derive(Clone, Default, Debug)]
-pub struct Lines {
+pub struct SourceLines {
     /// First address -> address behind the last, and the line.
     runs: BTreeMap<u32, (u32, Line)>,
 }
@@ -32,7 +32,7 @@ pub struct Lines {
 /// More lines than this are not kept: a corrupt table may claim any number.
 const LINES_MAX: usize = 4 << 20;
 
-impl Lines {
+impl SourceLines {
     /// Reads the lines of a linked image. Without debugging information, or where it is corrupt,
     /// what there is: lines are an aid, and their absence no error.
     pub fn read(elf: &[u8]) -> Self {

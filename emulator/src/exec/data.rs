@@ -69,8 +69,8 @@ impl Operand for Constant {
 }
 
 /// A register.
-struct Register;
-impl Operand for Register {
+struct RegisterOperand;
+impl Operand for RegisterOperand {
     #[inline(always)]
     fn get(cpu: &Cpu, op: &Op) -> (u32, bool) {
         (cpu.rm(op), cpu.carry)
@@ -143,7 +143,7 @@ fn with<A: Alu, O: Operand>(inst: &Inst) -> Run {
 fn register<A: Alu>(inst: &Inst) -> Run {
     let plain = inst.shift == ShiftType::LSL && inst.amount == 0;
     if plain {
-        with::<A, Register>(inst)
+        with::<A, RegisterOperand>(inst)
     } else {
         with::<A, Shifted>(inst)
     }
@@ -152,7 +152,7 @@ fn register<A: Alu>(inst: &Inst) -> Run {
 fn compare<A: Alu>(inst: &Inst) -> Run {
     match (is_register(inst.op()), inst.amount) {
         (false, _) => data::<A, Constant, true, NONE>,
-        (true, 0) => data::<A, Register, true, NONE>,
+        (true, 0) => data::<A, RegisterOperand, true, NONE>,
         (true, _) => data::<A, Shifted, true, NONE>,
     }
 }

@@ -42,8 +42,8 @@ impl Addressing for PostIndexed {
 }
 
 /// Base plus a register shifted left by `amount`.
-struct Register;
-impl Addressing for Register {
+struct RegisterOffset;
+impl Addressing for RegisterOffset {
     #[inline(always)]
     fn address(cpu: &Cpu, op: &Op) -> u32 {
         cpu.rn(op).wrapping_add(cpu.rm(op) << (op.amount & 31))
@@ -221,7 +221,7 @@ fn load_of<T: Datum>(inst: &Inst) -> Run {
 fn load_to<T: Datum, const TO: u8>(inst: &Inst) -> Run {
     match (inst.index, inst.wback) {
         _ if inst.uses().contains(RegSet::core(15)) => load::<T, Literal, TO>,
-        _ if has_index(inst) => load::<T, Register, TO>,
+        _ if has_index(inst) => load::<T, RegisterOffset, TO>,
         (true, false) => load::<T, Offset, TO>,
         (true, true) => load::<T, PreIndexed, TO>,
         (false, _) => load::<T, PostIndexed, TO>,
@@ -230,7 +230,7 @@ fn load_to<T: Datum, const TO: u8>(inst: &Inst) -> Run {
 
 fn store_of<T: Datum>(inst: &Inst) -> Run {
     match (inst.index, inst.wback) {
-        _ if has_index(inst) => store::<T, Register>,
+        _ if has_index(inst) => store::<T, RegisterOffset>,
         (true, false) => store::<T, Offset>,
         (true, true) => store::<T, PreIndexed>,
         (false, _) => store::<T, PostIndexed>,

@@ -194,7 +194,7 @@ impl Entries<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Stops;
+    use super::super::FeltStops;
     use super::*;
 
     const GOOD: &str = r#"
@@ -292,7 +292,7 @@ stop_damping = "20 N*s/m"
     #[test]
     fn a_key_moves_as_its_mechanics_say() {
         let device = read(Path::new("test.toml"), &GOOD.replace("[drive]", MECHANICS)).unwrap();
-        let stops = Stops {
+        let stops = FeltStops {
             low: 0.0,
             high: 0.01,
             stiffness: 2e4,

@@ -18,12 +18,12 @@ pub struct Mechanics {
     /// Dry friction (N or N*m).
     pub friction: f64,
     /// Stops, if it has any.
-    pub stops: Option<Stops>,
+    pub stops: Option<FeltStops>,
 }
 
 /// Felt at both ends of the way.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stops {
+pub struct FeltStops {
     /// Where it is touched going up (m or rad).
     pub low: f64,
     /// Where it is touched going down (m or rad), above `low`.
@@ -59,7 +59,7 @@ impl Mechanics {
             }
         };
         let stops = || {
-            let stops = Stops {
+            let stops = FeltStops {
                 low: entries.quantity("mechanics.stop_low", position)?,
                 high: entries.quantity("mechanics.stop_high", position)?,
                 stiffness: least("stop_stiffness", stiffness, false)?,

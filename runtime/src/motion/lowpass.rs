@@ -18,8 +18,8 @@ pub fn lowpass(x: &[f64], rate_hz: f64, corner_hz: f64) -> Option<Vec<f64>> {
     let omega = 2.0 * PI * corner_hz / rate_hz;
     // Poles of a fourth-order Butterworth filter lie at pi/8 and 3 pi/8 from the real axis: Q = 1 /
     // (2 cos angle).
-    let sections =
-        [FRAC_PI_8, 3.0 * FRAC_PI_8].map(|angle| Section::low_pass(omega, 0.5 / libm::cos(angle)));
+    let sections = [FRAC_PI_8, 3.0 * FRAC_PI_8]
+        .map(|angle| FilterSection::low_pass(omega, 0.5 / libm::cos(angle)));
     let (mut padded, pad) = reflected(x, (6.0 * rate_hz / corner_hz) as usize);
     for _direction in 0..2 {
         for section in sections {
@@ -51,20 +51,20 @@ fn reflected(x: &[f64], pad: usize) -> (Vec<f64>, usize) {
 
 /// A second-order section: y = b0 x + b1 x1 + b2 x2 - a1 y1 - a2 y2.
 #[derive(Debug, Clone, Copy)]
-struct Section {
+struct FilterSection {
     b0: f64,
     b1: f64,
     a1: f64,
     a2: f64,
 }
 
-impl Section {
+impl FilterSection {
     /// By the bilinear transform, with the corner (rad per sample) where it is asked for.
-    fn low_pass(omega: f64, q: f64) -> Section {
+    fn low_pass(omega: f64, q: f64) -> FilterSection {
         let (sin, cos) = (libm::sin(omega), libm::cos(omega));
         let alpha = sin / (2.0 * q);
         let a0 = 1.0 + alpha;
-        Section {
+        FilterSection {
             b0: (1.0 - cos) / 2.0 / a0,
             b1: (1.0 - cos) / a0,
             a1: -2.0 * cos / a0,

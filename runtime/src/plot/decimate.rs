@@ -39,7 +39,7 @@ pub fn extremes(
     column: impl Fn(usize) -> f64,
 ) -> Vec<Vec<Kept>> {
     let mut stretches: Vec<Vec<Kept>> = Vec::new();
-    let mut open: Option<Column> = None;
+    let mut open: Option<PixelColumn> = None;
     let mut goes_on = false;
     for (tick, value) in values {
         let left = column(tick);
@@ -53,7 +53,7 @@ pub fn extremes(
                     if !goes_on {
                         stretches.push(Vec::new());
                     }
-                    open = Some(Column::new(left, tick, value));
+                    open = Some(PixelColumn::new(left, tick, value));
                 }
             }
         }
@@ -66,7 +66,7 @@ pub fn extremes(
 }
 
 /// What one column has seen: tick and value.
-struct Column {
+struct PixelColumn {
     left: f64,
     first: Kept,
     lowest: Kept,
@@ -74,10 +74,10 @@ struct Column {
     last: Kept,
 }
 
-impl Column {
-    fn new(left: f64, tick: usize, value: f64) -> Column {
+impl PixelColumn {
+    fn new(left: f64, tick: usize, value: f64) -> PixelColumn {
         let only = (tick, value);
-        Column {
+        PixelColumn {
             left,
             first: only,
             lowest: only,

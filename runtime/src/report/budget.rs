@@ -95,10 +95,8 @@ fn verdict(out: &mut String, name: &str, good: bool, words: &str) {
 
 /// A bar for each core and for each of the worst-case modes.
 fn time(out: &mut String, budget: &Value) {
-    let (fits, period) = (
-        budget["fits"].as_bool().unwrap_or(false),
-        number(&budget["period_cycles"]).max(1.0),
-    );
+    let fits = budget["fits"].as_bool().unwrap_or(false);
+    let period = number(&budget["period_cycles"]).max(1.0);
     let words = if fits {
         "Every key's tick is in time."
     } else {
@@ -110,47 +108,10 @@ fn time(out: &mut String, budget: &Value) {
         fits,
         &format!("{words} A tick has {period} cycles."),
     );
-    let cores = list(&budget["cores"]);
-    let most = cores
-        .iter()
-        .map(|core| number(&core["cycles_max"]))
-        .fold(period, f64::max);
-    let bars: Vec<(f64, String)> = cores
-        .iter()
-        .enumerate()
-        .map(|(n, core)| {
-            let (cycles, keys, slack) = (
-                number(&core["cycles_max"]),
-                &core["keys"],
-                number(&core["slack_cycles"]),
-            );
-            let percent = 100.0 * number(&core["utilization"]);
-            let left = if slack < 0.0 {
-                format!("{} too many", -slack)
-            } else {
-                format!("{slack} left")
-            };
-            (
-                cycles,
-                format!("core {n}: {keys} keys, {cycles} cycles, {percent:.1} %, {left}"),
-            )
-        })
-        .collect();
+    let bars = core_bars(budget);
+    let most = bars.iter().map(|bar| bar.0).fold(period, f64::max);
     bar_chart(out, "cycles of a tick, by core", &bars, most, Some(period));
-    let mut modes: Vec<(f64, String)> = list(&budget["key"]["modes"])
-        .iter()
-        .map(|mode| {
-            (
-                number(&mode["cycles_max"]),
-                format!(
-                    "{} cycles: {}",
-                    number(&mode["cycles_max"]),
-                    text(&mode["name"])
-                ),
-            )
-        })
-        .collect();
-    modes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut modes = mode_bars(budget);
     let left = modes.len().saturating_sub(MODES_SHOWN);
     modes.truncate(MODES_SHOWN);
     let most = modes.first().map_or(1.0, |mode| mode.0);
@@ -159,13 +120,37 @@ fn time(out: &mut String, budget: &Value) {
     } else {
         String::new()
     };
-    bar_chart(
-        out,
-        &format!("cycles of a key, by mode{more}"),
-        &modes,
-        most,
-        None,
-    );
+    let title = format!("cycles of a key, by mode{more}");
+    bar_chart(out, &title, &modes, most, None);
+}
+
+/// Cycles of each core, with words.
+fn core_bars(budget: &Value) -> Vec<(f64, String)> {
+    let bar = |(n, core): (usize, &Value)| {
+        let cycles = number(&core["cycles_max"]);
+        let percent = 100.0 * number(&core["utilization"]);
+        let slack = number(&core["slack_cycles"]);
+        let left = if slack < 0.0 {
+            format!("{} too many", -slack)
+        } else {
+            format!("{slack} left")
+        };
+        let keys = &core["keys"];
+        let words = format!("core {n}: {keys} keys, {cycles} cycles, {percent:.1} %, {left}");
+        (cycles, words)
+    };
+    list(&budget["cores"]).iter().enumerate().map(bar).collect()
+}
+
+/// Cycles of each mode, with words; the worst first.
+fn mode_bars(budget: &Value) -> Vec<(f64, String)> {
+    let bar = |mode: &Value| {
+        let cycles = number(&mode["cycles_max"]);
+        (cycles, format!("{cycles} cycles: {}", text(&mode["name"])))
+    };
+    let mut modes: Vec<(f64, String)> = list(&budget["key"]["modes"]).iter().map(bar).collect();
+    modes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    modes
 }
 
 fn bar_chart(out: &mut String, title: &str, bars: &[(f64, String)], most: f64, limit: Option<f64>) {
@@ -225,58 +210,62 @@ fn stability(out: &mut String, found: &Value) {
         short(number(&found["key"]["damping"]))
     );
     verdict(out, "Stability", word != "unstable", &words);
-    let map = &found["map"];
-    if !map.is_null() {
-        let field = Field {
-            title: "stiffness over damping: borders of a spring with a damper on this device, and the modes",
-            ends: [
-                round_up(number(&map["damping_end"])),
-                round_up(number(&map["stiffness_end"])),
-            ],
-            names: [text(&map["damping_unit"]), text(&map["stiffness_unit"])],
-        };
-        let modes = list(&found["modes"])
-            .iter()
-            .map(|m| (number(&m["damping"]), number(&m["stiffness"])));
-        field.draw(
-            out,
-            &[
-                ("nobody holds the key", points(&map["nobody"])),
-                ("passive below", points(&map["passive"])),
-            ],
-            &modes.collect::<Vec<_>>(),
-            None,
-        );
+    if !found["map"].is_null() {
+        stability_map(out, found);
     }
-    let cell = |v: &Value| Cell::number(number(v), short(number(v)));
-    let row = |m: &Value| Row {
-        cells: vec![
-            Cell::text(text(&m["name"])),
-            cell(&m["stiffness"]),
-            cell(&m["damping"]),
-            cell(&m["mass"]),
-            cell(&m["factor"]),
-            cell(&m["ring_hz"]),
-            cell(&m["damping_needed"]),
+    out.push_str(&stability_table(found).html());
+}
+
+/// Borders over damping and stiffness, with the modes as dots.
+fn stability_map(out: &mut String, found: &Value) {
+    let map = &found["map"];
+    let field = Field {
+        title: "stiffness over damping: borders of a spring with a damper on this device, and the modes",
+        ends: [
+            round_up(number(&map["damping_end"])),
+            round_up(number(&map["stiffness_end"])),
         ],
-        ..Row::default()
+        names: [text(&map["damping_unit"]), text(&map["stiffness_unit"])],
     };
-    let heads = [
-        "where",
-        "stiffness",
-        "damping",
-        "mass",
-        "times until it rings",
-        "Hz",
-        "damping to be passive",
+    let modes: Vec<(f64, f64)> = list(&found["modes"])
+        .iter()
+        .map(|m| (number(&m["damping"]), number(&m["stiffness"])))
+        .collect();
+    let lines = [
+        ("nobody holds the key", points(&map["nobody"])),
+        ("passive below", points(&map["passive"])),
     ];
-    let table = Table {
+    field.draw(out, &lines, &modes, None);
+}
+
+/// The fields of a mode and the heads of their columns.
+const MODE_COLUMNS: [(&str, &str); 6] = [
+    ("stiffness", "stiffness"),
+    ("damping", "damping"),
+    ("mass", "mass"),
+    ("factor", "times until it rings"),
+    ("ring_hz", "Hz"),
+    ("damping_needed", "damping to be passive"),
+];
+
+fn stability_table(found: &Value) -> Table {
+    let cell = |v: &Value| Cell::number(number(v), short(number(v)));
+    let row = |m: &Value| {
+        let numbers = MODE_COLUMNS.iter().map(|(field, _)| cell(&m[*field]));
+        Row {
+            cells: std::iter::once(Cell::text(text(&m["name"])))
+                .chain(numbers)
+                .collect(),
+            ..Row::default()
+        }
+    };
+    let heads = MODE_COLUMNS.iter().map(|(_, head)| head.to_string());
+    Table {
         title: "modes".into(),
         note: "the least margin first".into(),
-        heads: heads.map(String::from).to_vec(),
+        heads: std::iter::once("where".to_string()).chain(heads).collect(),
         rows: list(&found["modes"]).iter().map(row).collect(),
-    };
-    out.push_str(&table.html());
+    }
 }
 
 /// The next number whose quarters are round.
@@ -289,7 +278,7 @@ fn round_up(value: f64) -> f64 {
         .unwrap_or(value)
 }
 
-fn points(value: &Value) -> Vec<(f64, f64)> {
+fn points(value: &Value) -> Vec<Point> {
     list(value)
         .iter()
         .map(|p| (number(&p[0]), number(&p[1])))
@@ -303,84 +292,104 @@ struct Field {
     names: [String; 2],
 }
 
+/// A point of a field.
+type Point = (f64, f64);
+
 impl Field {
+    const HEIGHT: f64 = 300.0;
+    const BOTTOM: f64 = 260.0;
+    const RIGHT: f64 = WIDTH - 20.0;
+
     fn draw(
         &self,
         out: &mut String,
-        lines: &[(&str, Vec<(f64, f64)>)],
-        dots: &[(f64, f64)],
+        lines: &[(&str, Vec<Point>)],
+        dots: &[Point],
         limit: Option<f64>,
     ) {
-        let (height, bottom, right) = (300.0, 260.0, WIDTH - 20.0);
-        let x = |v: f64| LEFT + (right - LEFT) * v / self.ends[0].max(1e-12);
-        let y = |v: f64| bottom - (bottom - 24.0) * v / self.ends[1].max(1e-12);
-        let inside = |p: &&(f64, f64)| p.0 <= self.ends[0] && (0.0..=self.ends[1]).contains(&p.1);
         let _ = writeln!(
             out,
-            "<h3>{}</h3>\n<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\">",
-            escape(self.title)
+            "<h3>{}</h3>\n<svg viewBox=\"0 0 {WIDTH} {}\" role=\"img\">",
+            escape(self.title),
+            Self::HEIGHT
         );
-        for part in 0..=4 {
-            let (vx, vy) = (
-                self.ends[0] * f64::from(part) / 4.0,
-                self.ends[1] * f64::from(part) / 4.0,
-            );
-            let _ = writeln!(
-                out,
-                "<line class=\"grid\" x1=\"{LEFT}\" x2=\"{right}\" y1=\"{0:.1}\" y2=\"{0:.1}\"/>\
-                 <text class=\"soft\" x=\"{1}\" y=\"{2:.1}\" text-anchor=\"end\">{3}</text>\
-                 <text class=\"soft\" x=\"{4:.1}\" y=\"{5}\" text-anchor=\"middle\">{6}</text>",
-                y(vy),
-                LEFT - 6.0,
-                y(vy) + 4.0,
-                short(vy),
-                x(vx),
-                bottom + 16.0,
-                short(vx)
-            );
-        }
-        let _ = writeln!(
-            out,
-            "<text x=\"4\" y=\"12\">{}</text><text x=\"{right}\" y=\"{}\" text-anchor=\"end\">{}</text>",
-            escape(&self.names[1]),
-            height - 4.0,
-            escape(&self.names[0])
-        );
+        self.draw_axes(out);
         for (at, (name, points)) in lines.iter().enumerate() {
-            let class = ["a", "b"][at % 2];
-            let mut path = String::new();
-            for (number, p) in points.iter().filter(inside).enumerate() {
-                let _ = write!(
-                    path,
-                    "{}{:.1} {:.1}",
-                    if number == 0 { 'M' } else { 'L' },
-                    x(p.0),
-                    y(p.1)
-                );
-            }
-            let _ = writeln!(
-                out,
-                "<path class=\"{class}\" d=\"{path}\"/><text class=\"{class}-text\" x=\"{}\" y=\"12\">{}</text>",
-                LEFT + 140.0 + 190.0 * at as f64,
-                escape(name)
-            );
+            self.draw_line(out, at, name, points);
         }
         if let Some(limit) = limit {
             let _ = writeln!(
                 out,
-                "<line class=\"limit\" x1=\"{LEFT}\" x2=\"{right}\" y1=\"{0:.1}\" y2=\"{0:.1}\"/>",
-                y(limit)
+                "<line class=\"limit\" x1=\"{LEFT}\" x2=\"{}\" y1=\"{1:.1}\" y2=\"{1:.1}\"/>",
+                Self::RIGHT,
+                self.y(limit)
             );
         }
-        for p in dots.iter().filter(inside) {
+        for p in dots.iter().filter(|p| self.has(p)) {
             let _ = writeln!(
                 out,
                 "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"4\"/>",
-                x(p.0),
-                y(p.1)
+                self.x(p.0),
+                self.y(p.1)
             );
         }
         out.push_str("</svg>\n");
+    }
+
+    fn x(&self, value: f64) -> f64 {
+        LEFT + (Self::RIGHT - LEFT) * value / self.ends[0].max(1e-12)
+    }
+
+    fn y(&self, value: f64) -> f64 {
+        Self::BOTTOM - (Self::BOTTOM - 24.0) * value / self.ends[1].max(1e-12)
+    }
+
+    fn has(&self, p: &Point) -> bool {
+        p.0 <= self.ends[0] && (0.0..=self.ends[1]).contains(&p.1)
+    }
+
+    /// The grid with its numbers, and the names of the axes.
+    fn draw_axes(&self, out: &mut String) {
+        for part in 0..=4 {
+            let [vx, vy] = self.ends.map(|end| end * f64::from(part) / 4.0);
+            let (x, y) = (self.x(vx), self.y(vy));
+            let _ = writeln!(
+                out,
+                "<line class=\"grid\" x1=\"{LEFT}\" x2=\"{right}\" y1=\"{y:.1}\" y2=\"{y:.1}\"/>\
+                 <text class=\"soft\" x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\
+                 <text class=\"soft\" x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+                LEFT - 6.0,
+                y + 4.0,
+                short(vy),
+                Self::BOTTOM + 16.0,
+                short(vx),
+                right = Self::RIGHT,
+            );
+        }
+        let _ = writeln!(
+            out,
+            "<text x=\"4\" y=\"12\">{}</text><text x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>",
+            escape(&self.names[1]),
+            Self::RIGHT,
+            Self::HEIGHT - 4.0,
+            escape(&self.names[0])
+        );
+    }
+
+    /// A line, and its name above the field.
+    fn draw_line(&self, out: &mut String, at: usize, name: &str, points: &[Point]) {
+        let class = ["a", "b"][at % 2];
+        let mut path = String::new();
+        for (number, p) in points.iter().filter(|p| self.has(p)).enumerate() {
+            let step = if number == 0 { 'M' } else { 'L' };
+            let _ = write!(path, "{step}{:.1} {:.1}", self.x(p.0), self.y(p.1));
+        }
+        let _ = writeln!(
+            out,
+            "<path class=\"{class}\" d=\"{path}\"/><text class=\"{class}-text\" x=\"{}\" y=\"12\">{}</text>",
+            LEFT + 140.0 + 190.0 * at as f64,
+            escape(name)
+        );
     }
 }
 

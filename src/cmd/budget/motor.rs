@@ -65,16 +65,20 @@ impl MotorBudget {
     }
 
     pub fn text(&self) -> String {
-        let (d, unit) = (&self.played.demand, self.unit);
-        let ok = !self.exceeds();
-        let mut out = format!(
-            "motor: {}\n",
-            if ok {
-                "within its rating"
-            } else {
-                "MORE THAN RATED"
-            }
-        );
+        let verdict = match self.exceeds() {
+            false => "within its rating",
+            true => "MORE THAN RATED",
+        };
+        let mut out = format!("motor: {verdict}\n");
+        self.add_rating(&mut out);
+        self.add_statics(&mut out);
+        self.add_motion(&mut out);
+        out
+    }
+
+    /// What the motor gives.
+    fn add_rating(&self, out: &mut String) {
+        let unit = self.unit;
         let _ = writeln!(
             out,
             "  it gives {:.3} {unit} at {} A for {:.0} ms and {:.3} {unit} at {} A for ever; {:.4} {unit}/A is {:.1} mN*m/A at an arm of {:.2} mm",
@@ -87,17 +91,27 @@ impl MotorBudget {
             1e3 * self.motor.torque_constant,
             1e3 * self.motor.torque_constant * self.motor.peak_a / self.full_scale
         );
-        if let Some(Static { balanced, held, .. }) = &self.statics {
-            let range = |i: &Interval| format!("{:.3} .. {:.3} {unit}", i.low, i.high);
-            let _ = writeln!(out, "  held still: {} at the most", range(balanced));
-            if let Some(held) = held.filter(|held| !balanced.contains(*held)) {
-                let _ = writeln!(
-                    out,
-                    "  held still while a body is held: within {}, a bound that need not occur",
-                    range(&held)
-                );
-            }
+    }
+
+    /// Forces on a key that is held still.
+    fn add_statics(&self, out: &mut String) {
+        let Some(Static { balanced, held, .. }) = &self.statics else {
+            return;
+        };
+        let range = |i: &Interval| format!("{:.3} .. {:.3} {}", i.low, i.high, self.unit);
+        let _ = writeln!(out, "  held still: {} at the most", range(balanced));
+        if let Some(held) = held.filter(|held| !balanced.contains(*held)) {
+            let _ = writeln!(
+                out,
+                "  held still while a body is held: within {}, a bound that need not occur",
+                range(&held)
+            );
         }
+    }
+
+    /// Current and heat of the motion that is played.
+    fn add_motion(&self, out: &mut String) {
+        let (d, unit) = (&self.played.demand, self.unit);
         let _ = writeln!(
             out,
             "  {}: peak {:.3} A, rms {:.3} A, {} above the rated current ({} at a time)",
@@ -129,7 +143,6 @@ impl MotorBudget {
                 "  winding: {once:.1} K warmer at the most, {endless:.1} K if it is played for ever"
             );
         }
-        out
     }
 
     /// Whether the rated current is too little for it: for a key that is held, or for this motion

@@ -62,19 +62,38 @@ impl StabilityBudget {
     }
 
     pub fn text(&self) -> String {
-        let (s, units, [margin, _]) = (&self.found, self.units(), self.margins());
-        let mut out = format!(
-            "stability: {}\n",
-            match self.verdict() {
-                "passive" => format!("passive; stable with every hand, {}", told(margin)),
-                "stable" => format!(
-                    "stable with nobody and with each of {} hands, {}",
-                    self.hands,
-                    told(margin)
-                ),
-                _ => format!("UNSTABLE, {}", told(margin)),
-            }
-        );
+        let mut out = format!("stability: {}\n", self.verdict_in_words());
+        self.add_damping(&mut out);
+        self.add_gains(&mut out);
+        self.add_quiet(&mut out);
+        if self.found.coarse {
+            out += "  too many cases: what was left open is judged by both branches at once\n";
+        }
+        let modes = &self.found.modes;
+        for mode in modes.iter().take(MODES_SHOWN) {
+            self.mode(&mut out, mode);
+        }
+        if modes.len() > MODES_SHOWN {
+            let more = modes.len() - MODES_SHOWN;
+            let _ = writeln!(out, "  and {more} modes with more margin");
+        }
+        out
+    }
+
+    fn verdict_in_words(&self) -> String {
+        let margin = margin_in_words(self.margins()[0]);
+        match self.verdict() {
+            "passive" => format!("passive; stable with every hand, {margin}"),
+            "stable" => format!(
+                "stable with nobody and with each of {} hands, {margin}",
+                self.hands
+            ),
+            _ => format!("UNSTABLE, {margin}"),
+        }
+    }
+
+    fn add_damping(&self, out: &mut String) {
+        let s = &self.found;
         let changing = s
             .damping_for_changing
             .map(|b| format!(" ({} where gains change while playing)", number(b)));
@@ -82,45 +101,34 @@ impl StabilityBudget {
             out,
             "  passivity needs {} {} of the key's own damping and it has {}{}",
             number(s.damping_needed()),
-            units[1],
+            self.units()[1],
             number(s.key.damping),
             changing.unwrap_or_default()
         );
-        for (what, (range, unit)) in ["stiffness", "damping", "mass"]
-            .iter()
-            .zip(s.largest.iter().zip(units))
-        {
+    }
+
+    /// The ranges of the gains that are not 0.
+    fn add_gains(&self, out: &mut String) {
+        let gains = self.found.largest.iter().zip(self.units());
+        for (what, (range, unit)) in ["stiffness", "damping", "mass"].iter().zip(gains) {
             if range.magnitude() > 0.0 {
-                let _ = writeln!(
-                    out,
-                    "  {what} {} .. {} {unit}",
-                    number(range.low),
-                    number(range.high)
-                );
+                let (low, high) = (number(range.low), number(range.high));
+                let _ = writeln!(out, "  {what} {low} .. {high} {unit}");
             }
         }
-        let (word, force) = (if self.turns { "mN*m" } else { "mN" }, 1e3);
+    }
+
+    /// Whether the sensor's steps can be felt or heard.
+    fn add_quiet(&self, out: &mut String) {
+        let s = &self.found;
+        let unit = if self.turns { "mN*m" } else { "mN" };
         let _ = writeln!(
             out,
-            "  one word of the sensor moves the force by {} {word}, dry friction holds {}: {}",
-            number(s.force_per_word * force),
-            number(s.key.friction * force),
+            "  one word of the sensor moves the force by {} {unit}, dry friction holds {}: {}",
+            number(s.force_per_word * 1e3),
+            number(s.key.friction * 1e3),
             if s.is_quiet() { "quiet" } else { "it may hum" }
         );
-        if s.coarse {
-            out += "  too many cases: what was left open is judged by both branches at once\n";
-        }
-        for mode in s.modes.iter().take(MODES_SHOWN) {
-            self.mode(&mut out, mode);
-        }
-        if s.modes.len() > MODES_SHOWN {
-            let _ = writeln!(
-                out,
-                "  and {} modes with more margin",
-                s.modes.len() - MODES_SHOWN
-            );
-        }
-        out
     }
 
     fn mode(&self, out: &mut String, mode: &Mode) {
@@ -134,7 +142,7 @@ impl StabilityBudget {
             gains.join(", ")
         };
         let margin = if mode.settles {
-            told(100.0 * (mode.worst.factor - 1.0))
+            margin_in_words(100.0 * (mode.worst.factor - 1.0))
         } else {
             "unstable by itself".into()
         };
@@ -229,7 +237,7 @@ impl StabilityBudget {
 }
 
 /// A margin in words.
-fn told(percent: f64) -> String {
+fn margin_in_words(percent: f64) -> String {
     match percent {
         p if p >= 9_899.0 => "margin beyond 100 times".to_string(),
         p if p >= 0.0 => format!("margin {p:.0} %"),

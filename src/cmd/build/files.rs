@@ -14,7 +14,7 @@ use whippen_runtime::files::{FileError, write_whole};
 
 use super::Args;
 use crate::cmd::proof;
-use crate::cmd::setup::{Setup, code_failure, link_failure, symbol_prefix};
+use crate::cmd::setup::{ImageSetup, code_failure, link_failure, symbol_prefix};
 use crate::exit::{Failure, Outcome};
 use crate::say::say;
 
@@ -51,13 +51,13 @@ pub fn output(text: &str) -> Result<Output, String> {
 }
 
 /// Makes and writes everything.
-pub fn write(setup: &Setup, args: &Args) -> Outcome {
+pub fn write(setup: &ImageSetup, args: &Args) -> Outcome {
     Files { setup }.write(args)
 }
 
 /// The files of one setup.
 struct Files<'a> {
-    setup: &'a Setup,
+    setup: &'a ImageSetup,
 }
 
 impl Output {

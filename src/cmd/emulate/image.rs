@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use whippen_emulator::elf::{Elf, Lines};
+use whippen_emulator::elf::{Elf, SourceLines};
 use whippen_emulator::{Converter, CoreKind, Machine, Ports};
 use whippen_isa::Arch;
 use whippen_isa::timing::Rules;
@@ -18,7 +18,7 @@ pub struct Image {
     /// Where it runs.
     pub machine: Machine,
     /// Its source lines.
-    pub lines: Lines,
+    pub lines: SourceLines,
     /// The devices that talk to the host, of a board that has them.
     pub ports: Option<Ports>,
 }
@@ -58,7 +58,7 @@ impl Image {
             eprintln!("note: the image says that it is not proven to be in time: {why}");
         }
         Ok(Self {
-            lines: Lines::read(&bytes),
+            lines: SourceLines::read(&bytes),
             elf,
             machine,
             ports,

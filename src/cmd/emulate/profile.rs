@@ -73,7 +73,7 @@ struct Row {
 
 /// The file.
 #[derive(Serialize)]
-struct Report {
+struct ProfileReport {
     #[serde(flatten)]
     total: Spent,
     functions: Vec<Row>,
@@ -81,7 +81,7 @@ struct Report {
 }
 
 impl Profile {
-    fn report(&self, image: &Image) -> Report {
+    fn report(&self, image: &Image) -> ProfileReport {
         let mut total = Spent {
             cycles: self.between,
             instructions: 0,
@@ -120,7 +120,7 @@ impl Profile {
             address: None,
             spent,
         };
-        Report {
+        ProfileReport {
             total,
             functions: most_expensive_first(functions.into_iter().map(function)),
             lines: most_expensive_first(lines.into_iter().map(line)),

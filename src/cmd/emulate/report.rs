@@ -6,13 +6,13 @@ use whippen_runtime::files::write_whole;
 
 use super::image::Image;
 use super::run::{End, Read, Task};
-use super::{MAX_CYCLES, Outputs};
+use super::{EmulateOutputs, MAX_CYCLES};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say};
 
 /// The JSON object.
 #[derive(Serialize)]
-struct Report {
+struct RunReport {
     cycles: u64,
     instructions: u64,
     r0: u32,
@@ -35,7 +35,7 @@ struct Report {
 }
 
 /// Prints the end of a run, and writes the profile.
-pub fn print(image: &Image, task: &Task, end: &End, outputs: &Outputs) -> Outcome {
+pub fn print(image: &Image, task: &Task, end: &End, outputs: &EmulateOutputs) -> Outcome {
     if outputs.json {
         return json(image, task, end).and_then(|()| profile(image, end, outputs));
     }
@@ -50,7 +50,7 @@ pub fn print(image: &Image, task: &Task, end: &End, outputs: &Outputs) -> Outcom
     profile(image, end, outputs)
 }
 
-fn profile(image: &Image, end: &End, outputs: &Outputs) -> Outcome {
+fn profile(image: &Image, end: &End, outputs: &EmulateOutputs) -> Outcome {
     let (Some(profile), Some(path)) = (&end.profile, &outputs.profile) else {
         return Ok(());
     };
@@ -72,7 +72,7 @@ fn json(image: &Image, task: &Task, end: &End) -> Outcome {
     };
     let (message, place) = complaint(image, task, end).unzip();
     let [r0, r1] = result(image);
-    let report = Report {
+    let report = RunReport {
         cycles: end.cycles,
         instructions: end.instructions,
         r0,

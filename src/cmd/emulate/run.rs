@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use whippen_emulator::elf::Elf;
+use whippen_emulator::elf::{Elf, SourceLines};
 use whippen_emulator::{Converter, Machine, Ports, Start, Stop};
 use whippen_runtime::files::write_whole;
 
@@ -14,7 +14,7 @@ use super::image::{self, Image};
 use super::profile::Profile;
 use super::trace::Trace;
 use super::watch::Watch;
-use super::{MAX_CYCLES, Outputs, What, board, ports, value};
+use super::{EmulateOutputs, MAX_CYCLES, What, board, ports, value};
 use crate::exit::Failure;
 use crate::say;
 
@@ -75,7 +75,7 @@ impl Task {
     pub fn prepare(image: &mut Image, what: &What) -> Result<Self, Failure> {
         let Image { elf, machine, .. } = image;
         if let Some(call) = &what.call {
-            let call = Call::parse(call, elf)
+            let call = FunctionCall::parse(call, elf)
                 .map_err(|e| Failure::Usage(format!("--call {call}: {e}")))?;
             elf.load(&mut machine.bus.memory, true).map_err(|e| {
                 Failure::Usage(format!(
@@ -163,12 +163,12 @@ fn start(elf: &Elf, machine: &mut Machine) -> Result<(), Failure> {
 }
 
 /// A function and its arguments.
-struct Call {
+struct FunctionCall {
     address: u32,
     arguments: [u32; 4],
 }
 
-impl Call {
+impl FunctionCall {
     fn parse(text: &str, elf: &Elf) -> Result<Self, String> {
         let mut words = text.split(',');
         let address = value::place(words.next().unwrap_or_default(), elf)?.address & !1;
@@ -249,7 +249,11 @@ impl Read {
 }
 
 /// Runs until something ends it; writes the trace.
-pub fn to_the_end(image: &mut Image, task: &Task, outputs: &Outputs) -> Result<End, Failure> {
+pub fn to_the_end(
+    image: &mut Image,
+    task: &Task,
+    outputs: &EmulateOutputs,
+) -> Result<End, Failure> {
     let Image {
         elf,
         machine,
@@ -265,36 +269,7 @@ pub fn to_the_end(image: &mut Image, task: &Task, outputs: &Outputs) -> Result<E
         limit,
         kept: outputs.json.then(Vec::new),
     };
-    let profile = outputs.profile.is_some().then(Profile::default);
-    let (stop, profile) = match &outputs.trace {
-        None if profile.is_none() => (run.run(None), None),
-        None => {
-            let (stop, profile, _) = run.watched(Watch {
-                profile,
-                trace: None,
-            });
-            (stop, profile)
-        }
-        Some(path) if path.as_os_str() == "-" => {
-            run.kept.get_or_insert_default();
-            let mut stdout = io::BufWriter::new(io::stdout().lock());
-            let trace = Some(Trace::new(&mut stdout, elf, lines, run.machine.cores()));
-            // A reader that has seen enough is no error.
-            let (stop, profile, _) = run.watched(Watch { profile, trace });
-            (stop, profile)
-        }
-        Some(path) => {
-            let mut end = None;
-            let traced = write_whole(path, |writer| {
-                let trace = Some(Trace::new(writer, elf, lines, run.machine.cores()));
-                let (stop, profile, written) = run.watched(Watch { profile, trace });
-                end = Some((stop, profile));
-                written
-            });
-            traced.map_err(|e| Failure::Usage(e.to_string()))?;
-            end.ok_or_else(|| Failure::Defect("a trace was written without a run".into()))?
-        }
-    };
+    let (stop, profile) = run.observed(elf, lines, outputs)?;
     let output = run.kept.unwrap_or_default();
     let cycles = match stop {
         Stop::Returned { cycles, .. } => cycles,
@@ -324,6 +299,44 @@ struct Run<'m> {
 }
 
 impl Run<'_> {
+    /// Runs with the profile and the trace that are asked for; gives the end and the profile.
+    fn observed(
+        &mut self,
+        elf: &Elf,
+        lines: &SourceLines,
+        outputs: &EmulateOutputs,
+    ) -> Result<(Stop, Option<Profile>), Failure> {
+        let profile = outputs.profile.is_some().then(Profile::default);
+        let Some(path) = &outputs.trace else {
+            return Ok(match profile {
+                None => (self.run(None), None),
+                profile => {
+                    let trace = None;
+                    let (stop, profile, _) = self.watched(Watch { profile, trace });
+                    (stop, profile)
+                }
+            });
+        };
+        let cores = self.machine.cores();
+        if path.as_os_str() == "-" {
+            self.kept.get_or_insert_default();
+            let mut stdout = io::BufWriter::new(io::stdout().lock());
+            let trace = Some(Trace::new(&mut stdout, elf, lines, cores));
+            // A reader that has seen enough is no error.
+            let (stop, profile, _) = self.watched(Watch { profile, trace });
+            return Ok((stop, profile));
+        }
+        let mut end = None;
+        let traced = write_whole(path, |writer| {
+            let trace = Some(Trace::new(writer, elf, lines, cores));
+            let (stop, profile, written) = self.watched(Watch { profile, trace });
+            end = Some((stop, profile));
+            written
+        });
+        traced.map_err(|e| Failure::Usage(e.to_string()))?;
+        end.ok_or_else(|| Failure::Defect("a trace was written without a run".into()))
+    }
+
     /// The end, the profile, and whether the whole trace could be written.
     fn watched(&mut self, mut watch: Watch<'_>) -> (Stop, Option<Profile>, io::Result<()>) {
         let stop = self.run(Some(&mut watch));

@@ -11,7 +11,7 @@
 
 use std::io::{self, Write};
 
-use whippen_emulator::elf::{Elf, Line, Lines};
+use whippen_emulator::elf::{Elf, Line, SourceLines};
 use whippen_emulator::{Observer, Step};
 use whippen_isa::Inst;
 
@@ -19,7 +19,7 @@ use whippen_isa::Inst;
 pub struct Trace<'w> {
     writer: &'w mut dyn Write,
     elf: &'w Elf,
-    lines: &'w Lines,
+    lines: &'w SourceLines,
     /// Per core: the function and the line it was in last.
     last: Vec<(Option<u32>, Option<Line>)>,
     /// The first thing that went wrong.
@@ -28,7 +28,12 @@ pub struct Trace<'w> {
 
 impl<'w> Trace<'w> {
     /// Begins a trace.
-    pub fn new(writer: &'w mut dyn Write, elf: &'w Elf, lines: &'w Lines, cores: usize) -> Self {
+    pub fn new(
+        writer: &'w mut dyn Write,
+        elf: &'w Elf,
+        lines: &'w SourceLines,
+        cores: usize,
+    ) -> Self {
         let mut trace = Self {
             writer,
             elf,

@@ -78,7 +78,7 @@ pub fn word(text: &str, elf: &Elf) -> Result<u32, String> {
 }
 
 /// A place in memory.
-pub struct Place<'e> {
+pub struct MemoryPlace<'e> {
     /// Its address.
     pub address: u32,
     /// The symbol that names it, when no offset is added.
@@ -86,12 +86,12 @@ pub struct Place<'e> {
 }
 
 /// A number, a symbol, or either with `+offset`.
-pub fn place<'e>(text: &str, elf: &'e Elf) -> Result<Place<'e>, String> {
+pub fn place<'e>(text: &str, elf: &'e Elf) -> Result<MemoryPlace<'e>, String> {
     let text = text.trim();
     if let Some(number) = unsigned(text) {
         let address =
             u32::try_from(number).map_err(|_| format!("`{text}` is no 32-bit address"))?;
-        return Ok(Place {
+        return Ok(MemoryPlace {
             address,
             symbol: None,
         });
@@ -102,13 +102,13 @@ pub fn place<'e>(text: &str, elf: &'e Elf) -> Result<Place<'e>, String> {
         && let Some(offset) = unsigned(offset.trim()).and_then(|o| u32::try_from(o).ok())
     {
         let address = place(base, elf)?.address.wrapping_add(offset);
-        return Ok(Place {
+        return Ok(MemoryPlace {
             address,
             symbol: None,
         });
     }
     match named {
-        Ok(symbol) => Ok(Place {
+        Ok(symbol) => Ok(MemoryPlace {
             address: symbol.address,
             symbol: Some(symbol),
         }),

@@ -8,7 +8,7 @@ use whippen_compiler::mode_names::mode_names;
 use whippen_compiler::pipeline::{Compiled, ProgramProof};
 use whippen_runtime::image::ImageInstrument;
 
-use crate::cmd::setup::Setup;
+use crate::cmd::setup::ImageSetup;
 
 /// What is proven while one program plays.
 pub struct ProgramReport<'a> {
@@ -31,7 +31,7 @@ pub struct ZoneReport<'a> {
 
 impl<'a> ProgramReport<'a> {
     pub fn new(
-        setup: &'a Setup,
+        setup: &'a ImageSetup,
         instruments: &[ImageInstrument],
         program: &'a keyboard::Program,
         proof: ProgramProof,

@@ -59,7 +59,7 @@ pub struct AssemblySection {
     pub notes: Vec<(usize, Note)>,
 }
 
-/// What static analysis is told.
+/// An annotation for static analysis.
 #[derive(Debug, Clone)]
 pub enum Note {
     /// The loop that begins here runs at most so often.

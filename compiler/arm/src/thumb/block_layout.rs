@@ -1,7 +1,10 @@
-//! The order of blocks, and their ends as branches.
+//! Block layout: the order of basic blocks in memory, and their terminators as branches.
 //!
-//! Blocks follow each other along the longest way, so that it has no taken branch; of what remains
-//! the next longest, and so on. A block that is empty but for a jump is left out.
+//! Blocks follow each other along the worst-case path, so that it has no taken branch; then along
+//! the longest path of those that are left, and so on. A block that is empty but for a jump is left
+//! out.
+//!
+//! Not here: encodings and offsets of branches (`emit`).
 
 use super::critical_path;
 use super::emit::{Item, Label, Line, select_encodings};
@@ -120,7 +123,7 @@ fn skip_empty_blocks(func: &Allocated, mut block: usize) -> usize {
     block
 }
 
-/// The blocks in order, without those that are only passed through; `longest` is the longest way
+/// The blocks in order, without those that are only passed through; `longest` is the longest path
 /// from each on.
 fn order_blocks(func: &Allocated, longest: &[u64]) -> Vec<usize> {
     let mut seen = vec![false; func.blocks.len()];

@@ -15,8 +15,8 @@
 //! | hoist over branches | `hoist` | `validate` |
 //! | lay out blocks, assemble | `block_layout`, `emit` | encoding and decoding, by `isa` |
 //!
-//! Modes, `init` and what a tick computes at its entry take the same way. On ARMv6-M nothing waits
-//! for results, so nothing is scheduled there, nor reordered.
+//! Modes, `init` and what a tick computes at its entry take the same passes. On ARMv6-M nothing
+//! waits for results, so nothing is scheduled there, nor reordered.
 
 use super::allocate::allocate;
 use super::func::{Allocated, Func};

@@ -146,7 +146,7 @@ pub(super) fn assemble(
         }
     }
     if !Features::of(arch).wide_branches {
-        let items = islands::insert_islands(items, labels);
+        let items = islands::insert_islands(items, labels, arch);
         let (sizes, places) = relax_branches(&items, items.len() + labels, arch);
         return write_bytes(&items, &sizes, &places, arch, name);
     }
@@ -192,6 +192,7 @@ fn assign_offsets(items: &[Item], sizes: &mut [u32], labels: usize, arch: Arch) 
         labels: vec![0; labels],
         items: Vec::with_capacity(items.len()),
     };
+    let features = Features::of(arch);
     let (mut at, mut leads_on) = (0_u32, true);
     for (index, item) in items.iter().enumerate() {
         // Where only branches lead, a long instruction that does not begin at a word would cost
@@ -202,10 +203,10 @@ fn assign_offsets(items: &[Item], sizes: &mut [u32], labels: usize, arch: Arch) 
         {
             at = at.next_multiple_of(4);
         }
-        if align::aligns(arch)
+        if features.aligns_wide_instructions
             && sizes[index] == 4
             && at & 2 != 0
-            && align::align_item(items, sizes, &mut places, index)
+            && align::align_item(items, sizes, &mut places, index, arch)
         {
             at += 2;
         }

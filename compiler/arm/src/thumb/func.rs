@@ -21,7 +21,7 @@ pub(super) struct Edge<V = VReg> {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Terminator<V = VReg> {
     Jump(Edge<V>),
-    /// By the flags. Both blocks have no other way in.
+    /// By the flags. Both blocks have no other predecessor.
     Branch {
         cond: Cond,
         yes: usize,
@@ -135,7 +135,7 @@ impl<R: Register> Block<R> {
 impl Func {
     /// The same without blocks that nobody comes to, in an order in which each but the first
     /// follows one that leads to it: `regalloc2`'s checker takes what comes from a later block for
-    /// unknown if that has no way in yet.
+    /// unknown if that has no predecessor yet.
     pub(super) fn into_reverse_postorder(mut self) -> Func {
         let order = self.reverse_postorder();
         let mut places = vec![0; self.blocks.len()];

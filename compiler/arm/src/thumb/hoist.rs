@@ -8,6 +8,10 @@
 //!   ldr r9, b      bge ..
 //!   cmp r1, r9     cmp r1, r9
 //! ```
+//!
+//! An instruction moves if its result is dead on the other side of the branch (or another register
+//! is free for it), if it has no effect but its result, and if the worst-case path gets shorter.
+//! Functions with loops are left as they are.
 
 use super::critical_path;
 use super::func::{Allocated, Block, Cycles, Terminator};

@@ -1,4 +1,5 @@
-//! Words that stay in registers from key to key: what every key of a core would load or make anew.
+//! Register promotion of tick constants: words that are the same for all keys of a core stay in
+//! registers from key to key instead of being loaded or made by each.
 //!
 //! ```text
 //!   ldr r0, [r6, #68]                       tick, before the first key:   ldr r9, [r6, #68]
@@ -6,8 +7,8 @@
 //! ```
 //!
 //! Live values, what all keys share, the number of the tick and literals do not change within a
-//! tick. A register that holds one of them is one that nothing else can have, so how many do is
-//! tried (`best`).
+//! tick. A register that holds one of them is lost to everything else, so the number of promoted
+//! words is searched (`search`).
 
 use super::func::{Edge, Func, Terminator};
 use super::minst::{Access, AliasClass, MInst, Operand, Reg, Role, Use, VReg};
@@ -36,7 +37,7 @@ pub(super) struct Promotions {
     all: Vec<(TickConstant, u8)>,
 }
 
-/// What most modes ask for, first what their entry blocks do, because every way has those.
+/// The words that most modes need; first those of their entry blocks, which are on every path.
 pub(super) fn rank_candidates(funcs: &[Func]) -> Vec<TickConstant> {
     // In how many modes at the entry, and anywhere.
     let mut wanted: BTreeMap<TickConstant, [usize; 2]> = BTreeMap::new();
@@ -114,8 +115,8 @@ impl Promotions {
     }
 }
 
-/// Has a block read the registers; what becomes something else in place, or goes to another block,
-/// is copied.
+/// Makes a block read the promoted registers; a word that is changed in place, or passed to another
+/// block, is copied.
 fn read_promoted(func: &mut Func, at: usize, held: &FxHashMap<VReg, u8>) {
     let old = std::mem::take(&mut func.blocks[at].code);
     let mut code = Vec::with_capacity(old.len());

@@ -1,5 +1,5 @@
-//! Results in registers that were not used a moment ago, so that more instructions may change
-//! places.
+//! Register renaming to break anti-dependences: results go to registers that were not used a moment
+//! ago, so that `reorder` may move more instructions.
 //!
 //! ```text
 //!   ldr lr, a                ldr lr, a

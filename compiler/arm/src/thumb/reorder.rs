@@ -1,10 +1,12 @@
-//! The order of instructions that have registers: what the allocator put in between (loads from the
-//! stack, moves) is waited for like everything else, and branches fold behind the right
-//! instruction.
+//! Post-RA scheduling by local search: the order of instructions that have their registers.
 //!
 //! ```text
-//!   a block with registers -> what must stay before what -> single instructions moved as long as the block becomes shorter
+//!   block -> dependence graph -> one instruction at a time moved to its best place, until none gets better
 //! ```
+//!
+//! Scheduling before allocation knows neither the loads and moves that the allocator inserts nor
+//! the final encodings, which decide where a branch folds. So each block on a long path is searched
+//! again, as it is and with its registers renamed (`rename`); the shorter outcome is taken.
 //!
 //! Cycles are those of [`OrderCost`]: encodings, IT blocks and the end included.
 
@@ -24,8 +26,8 @@ use cache::{Moved, Ordered, apply_order};
 use cost::OrderCost;
 use whippen_isa::timing::Core;
 
-/// Puts every block on a long way in a better order, if there is one: the others are as good as
-/// they need be.
+/// Reorders every block on a long path, where that makes it shorter; the others are as good as they
+/// need be.
 pub(super) fn reorder_blocks(func: &mut Allocated, core: &Core, cache: &OrderCache) {
     let through = critical_path::cycles_through_each(func, core);
     let longest = through.iter().copied().max().unwrap_or(0);
@@ -62,7 +64,7 @@ fn improve_order(block: &Block<PReg>, core: &Core) -> (Ordered, u32) {
     (search.order.iter().map(moved).collect(), search.cycles)
 }
 
-/// A block being put in order.
+/// The search for a block's order.
 struct LocalSearch {
     cost: OrderCost,
     dependences: Dependences,

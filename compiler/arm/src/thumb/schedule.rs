@@ -1,16 +1,15 @@
-//! The order of instructions within a block: no result is waited for that something else could be
-//! done for, and no more values are alive at once than there are registers.
+//! List scheduling of basic blocks under register pressure, before allocation.
 //!
 //! ```text
-//!   Code in selection's order -> what must stay before what (depend) -> one after the other, the best that is ready
+//!   block in selection's order -> dependence graph with stalls -> the best of the ready instructions, one by one
 //! ```
 //!
-//! Cycles are asked of `isa::timing`: a candidate behind the instruction issued last costs what
-//! [`Core::issue`] says. A candidate that waits is put off; of the others the one with the longest
-//! way to the end goes first, until registers become scarce: then the one that frees most.
+//! Stalls are those of `isa::timing`: a candidate behind the instruction issued last costs what
+//! [`Core::issue`] says. Candidates that stall come last; of the others the one with the longest
+//! path to the block's end comes first. Where as many values are alive as the limit allows, the one
+//! that frees most comes first.
 //!
-//! Not here: which limit of registers is best (`thumb` tries some and counts), instructions across
-//! blocks.
+//! Not here: the limit of live values (`search` tries some), motion across blocks (`hoist`).
 
 use super::dependence::{Dependences, build_dependences};
 use super::func::{Func, Terminator};
@@ -20,7 +19,7 @@ use super::registers::RECORD;
 use whippen_ids::{IdMap, longest_paths};
 use whippen_isa::timing::{Core, Outcome, Pipe, Timed};
 
-/// Puts the code of every block in order; about `limit` values are alive at once.
+/// Schedules every block; about `limit` values are alive at once.
 pub(super) fn schedule_blocks(func: &mut Func, core: &Core, limit: usize) {
     let live_in = compute_live_in(func);
     let vregs = func.vregs as usize;
@@ -167,7 +166,7 @@ impl PipelineAfter {
     }
 }
 
-/// A block being put in order.
+/// A block being scheduled.
 struct ListScheduler<'a> {
     code: &'a [MInst],
     graph: &'a StallGraph,

@@ -15,7 +15,7 @@
 //! | --- | --- |
 //! | `plan` | the pass before: uses of values, loads that may be made again, conditional stores |
 //! | `operator` | which rule selects each operator |
-//! | `arith_i32` | arithmetic of words, constants, shifts |
+//! | `arith_i32`, `shift` | arithmetic of words, constants; shifts, alone and of operands |
 //! | `arith_i64` | arithmetic of 64 bits, products |
 //! | `compare` | comparisons, bools, choices |
 //! | `divide`, `square_root` | quotient and square root |
@@ -38,6 +38,7 @@ mod memory;
 mod operator;
 pub(super) mod plan;
 mod remat;
+mod shift;
 mod square_root;
 
 use super::func::Func;
@@ -45,6 +46,7 @@ use super::literal::Literals;
 use super::minst::{MInst, Reg, Role, VReg};
 use super::state_layout::StateLayout;
 use super::tick_invariant::TickInvariants;
+use compare::Relation;
 use event::EventEnd;
 use plan::Plan;
 use std::collections::BTreeMap;
@@ -63,7 +65,7 @@ enum Binding {
     /// The low and the high word.
     Pair(VReg, VReg),
     /// A bool that is computed where it steers.
-    Comparison(Op, [Value; 2]),
+    Comparison(Relation, [Value; 2]),
     /// Deferred selection: computed at its only user, if possible as a part of that.
     Deferred(Op, [Value; 2]),
     /// Computed anew, by one instruction, in each block that uses it.

@@ -1,4 +1,4 @@
-//! Comparing and joining what is known on two ways.
+//! Comparison and join of the facts of two paths.
 
 use smallvec::{SmallVec, smallvec};
 
@@ -26,7 +26,7 @@ impl Facts {
         self.flags.allows(&other.flags) && self.places().zip(other.places()).all(agrees)
     }
 
-    /// What is known on both ways.
+    /// The facts that hold on both paths.
     pub fn join(&self, other: &Self) -> Self {
         let mut pairs: Vec<(Name, Name)> = Vec::new();
         let mut joined = Self::nothing();

@@ -36,9 +36,9 @@ struct NodeEdge {
 impl NodeEdge {
     /// Whether both end at words with instructions of one size: then they cost the same.
     fn ends_like(&self, other: &NodeEdge) -> bool {
-        let word = |way: &NodeEdge| {
-            way.taken
-                .filter(|target| way.to.is_none() && target.address & 3 == 0)
+        let word = |edge: &NodeEdge| {
+            edge.taken
+                .filter(|target| edge.to.is_none() && target.address & 3 == 0)
         };
         word(self)
             .zip(word(other))
@@ -130,7 +130,7 @@ impl<'a> Followed<'a> {
         let mut edges = self.branches(context, &item)?;
         if !item.control.branches() || falls_through(&inst) {
             let it = after(&inst, it);
-            edges.push(self.way(None, context, address.wrapping_add(inst.size()), it));
+            edges.push(self.edge_to(None, context, address.wrapping_add(inst.size()), it));
         }
         Ok(Node {
             context,
@@ -148,8 +148,8 @@ impl<'a> Followed<'a> {
         decoded.map_err(|why: NotDecoded| NotBounded::NoInstruction { address, why })
     }
 
-    /// A way to an address, or to the end if it is one.
-    fn way(
+    /// An edge to an address, or to the end if it is one.
+    fn edge_to(
         &mut self,
         taken: Option<Target>,
         context: ContextId,
@@ -178,30 +178,30 @@ impl<'a> Followed<'a> {
             address,
             wide: self.query.code.is_wide_at(address),
         };
-        self.way(Some(target), context, address, ItState::OUTSIDE)
+        self.edge_to(Some(target), context, address, ItState::OUTSIDE)
     }
 
     fn branches(&mut self, context: ContextId, item: &Item) -> Result<Vec<NodeEdge>, NotBounded> {
         let (at, query) = (item.address, self.query);
-        let told = query.annotations.targets.get(&at);
+        let targets = query.annotations.targets.get(&at);
         let untold = || NotBounded::NoTargets {
             address: at,
             text: item.inst.to_string(),
         };
-        Ok(match (item.control, told) {
+        Ok(match (item.control, targets) {
             (Control::Next, _) => Vec::new(),
             (Control::Jump(to), _) => vec![self.taken(context, to)],
             (Control::Call(to), _) => vec![self.call(context, item, to)?],
-            (Control::CallIndirect, Some(told)) => told
+            (Control::CallIndirect, Some(targets)) => targets
                 .iter()
                 .map(|&to| self.call(context, item, to))
                 .collect::<Result<_, _>>()?,
-            (Control::Table | Control::Indirect, Some(told)) => {
+            (Control::Table | Control::Indirect, Some(targets)) => {
                 let mut edges: Vec<NodeEdge> = Vec::new();
-                for &to in told {
-                    let way = self.taken(context, to);
-                    if !edges.iter().any(|known| known.ends_like(&way)) {
-                        edges.push(way);
+                for &to in targets {
+                    let edge = self.taken(context, to);
+                    if !edges.iter().any(|known| known.ends_like(&edge)) {
+                        edges.push(edge);
                     }
                 }
                 edges
@@ -231,10 +231,10 @@ impl<'a> Followed<'a> {
                 address: callee,
                 wide: self.query.code.is_wide_at(callee),
             };
-            let way = self.way(Some(target), caller, return_address, ItState::OUTSIDE);
+            let edge = self.edge_to(Some(target), caller, return_address, ItState::OUTSIDE);
             return Ok(NodeEdge {
                 known: Some(known),
-                ..way
+                ..edge
             });
         }
         let mut chain = Some(caller);
@@ -311,9 +311,9 @@ impl<'a> Followed<'a> {
             let to = base.wrapping_add(2 * entry.ok_or_else(untold)?);
             match edges
                 .iter_mut()
-                .find(|way| way.taken.is_some_and(|target| target.address == to))
+                .find(|edge| edge.taken.is_some_and(|target| target.address == to))
             {
-                Some(way) => way.indices.push(index),
+                Some(edge) => edge.indices.push(index),
                 None => edges.push(NodeEdge {
                     indices: vec![index],
                     ..self.taken(context, to)
@@ -327,8 +327,8 @@ impl<'a> Followed<'a> {
     pub fn gather(self) -> Graph {
         let nodes: Vec<Node> = self.nodes.into_iter().flatten().collect();
         let mut entered = vec![0_u32; nodes.len()];
-        for way in nodes.iter().flat_map(|node| &node.edges) {
-            way.to.into_iter().for_each(|to| entered[to] += 1);
+        for edge in nodes.iter().flat_map(|node| &node.edges) {
+            edge.to.into_iter().for_each(|to| entered[to] += 1);
         }
         let continues = |node: &Node| match node.edges.as_slice() {
             [
@@ -353,12 +353,12 @@ impl<'a> Followed<'a> {
             .filter(|(_, begins)| **begins)
             .zip(0..)
             .for_each(|((node, _), block)| number[node] = block);
-        let edge = |way: &NodeEdge| Edge {
-            taken: way.taken,
-            indices: way.indices.clone(),
-            known: way.known,
-            leaves: way.leaves,
-            to: way
+        let finished = |edge: &NodeEdge| Edge {
+            taken: edge.taken,
+            indices: edge.indices.clone(),
+            known: edge.known,
+            leaves: edge.leaves,
+            to: edge
                 .to
                 .map_or(Destination::Stop, |to| Destination::Block(number[to])),
         };
@@ -367,7 +367,7 @@ impl<'a> Followed<'a> {
             let run: Vec<&Node> = run.map(|at| &nodes[at]).collect();
             let edges = run
                 .last()
-                .map(|node| node.edges.iter().map(edge).collect())
+                .map(|node| node.edges.iter().map(finished).collect())
                 .unwrap_or_default();
             Block {
                 context: nodes[first].context,

@@ -13,7 +13,11 @@ service:
         .if     ZONES
         lsls    r1, r0, #3
         .else
+        .if     RECORD > 255
+        ldr     r1, =RECORD
+        .else
         movs    r1, #RECORD
+        .endif
         muls    r1, r0, r1
         .endif
         adds    r7, r7, r1

@@ -1,4 +1,4 @@
-//! Operators on values in lanes.
+//! Translation of operators on values, for keys in lanes.
 
 use super::{Lane, Lanes, WIDTH};
 use cranelift_codegen::ir::condcodes::IntCC;

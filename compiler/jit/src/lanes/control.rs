@@ -1,4 +1,5 @@
-//! Branches and loops.
+//! Control flow in lanes: if-conversion where both arms are cheap, else branches around arms that
+//! no lane takes.
 //!
 //! ```text
 //!   if c { then } else { other }      both cheap:   then, other, each lane takes its own

@@ -1,4 +1,4 @@
-//! Operators on memory.
+//! Translation of operators on memory, for keys in lanes.
 
 use super::{Lane, Lanes, WIDTH};
 use crate::loop_context::Buffer;
@@ -186,12 +186,12 @@ impl Lanes<'_> {
     /// Appends the events of all lanes that want it; there is room for all of a tick.
     pub(super) fn emit(&mut self, event: u32, args: &[KernelValue]) {
         for lane in 0..WIDTH {
-            let [told, after] = [(); 2].map(|()| self.t.f.create_block());
+            let [raised, after] = [(); 2].map(|()| self.t.f.create_block());
             match self.wants(lane) {
-                Some(wanted) => self.ins().brif(wanted, told, &[], after, &[]),
-                None => self.ins().jump(told, &[]),
+                Some(wanted) => self.ins().brif(wanted, raised, &[], after, &[]),
+                None => self.ins().jump(raised, &[]),
             };
-            self.t.f.switch_to_block(told);
+            self.t.f.switch_to_block(raised);
             self.emit_one(lane, event, args);
             self.ins().jump(after, &[]);
             self.t.f.switch_to_block(after);

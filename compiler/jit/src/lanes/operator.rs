@@ -1,4 +1,4 @@
-//! The operators, one by one.
+//! Translation of operators without regions, for keys in lanes: an arm for each.
 
 use super::arithmetic::as_lane;
 use super::{Lane, Lanes};

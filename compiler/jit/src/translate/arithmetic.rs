@@ -1,4 +1,4 @@
-//! Operators on values.
+//! Translation of operators on values, for one key.
 
 use super::Translator;
 use cranelift_codegen::ir::condcodes::IntCC;

@@ -1,4 +1,4 @@
-//! Operators on memory.
+//! Translation of operators on memory, for one key.
 
 use super::Translator;
 use crate::loop_context::Buffer;

@@ -1,4 +1,4 @@
-//! The operators, one by one.
+//! Translation of operators without regions, for one key: an arm for each.
 
 use super::Translator;
 use cranelift_codegen::ir::condcodes::IntCC;

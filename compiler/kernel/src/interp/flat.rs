@@ -1,4 +1,4 @@
-//! Regions as a list of steps with jumps.
+//! Flattening of structured control: regions as a list of steps with jumps.
 
 use crate::memory::Key;
 use crate::op::Meaning;

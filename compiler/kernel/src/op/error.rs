@@ -1,4 +1,4 @@
-//! Why an operator cannot be applied.
+//! Errors of operators: why one cannot be applied.
 
 use super::Op;
 use crate::{Range, Type};

@@ -1,4 +1,4 @@
-//! Regions and instructions of the Kernel's text.
+//! Parser of regions and instructions.
 
 use super::lex::Token;
 use super::{ParseError, Parser};

@@ -1,4 +1,4 @@
-//! Tokens of the Kernel's text.
+//! Lexer of the Kernel's text.
 
 use super::ParseError;
 use logos::Logos;

@@ -1,4 +1,4 @@
-//! Checks of regions and instructions.
+//! Verification of regions and instructions.
 
 use super::{DEPTH_MAX, VerifyError, WORK_MAX};
 use crate::op::Effect;

@@ -1,4 +1,4 @@
-//! Checks of what a kernel declares.
+//! Verification of what a kernel declares.
 
 use super::{VerifyError, WORDS_MAX};
 use crate::print::Name;

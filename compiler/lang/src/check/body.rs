@@ -1,8 +1,8 @@
 //! Bodies: one coordinate, one inertia, any number of torques; and what holds them.
 
-use super::dubious::Kind;
+use super::dubious::DoubtKind;
 use super::elaborate::Elaborator;
-use super::scope::{Label, Made, ScopeId, Thing};
+use super::scope::{Made, NameEntry, ScopeId, Thing};
 use super::types::Ty;
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::{Body, CellKind, Node, NodeId};
@@ -61,7 +61,7 @@ impl<'a> Elaborator<'a, '_> {
             Some(first) => self.duplicate("body", name, first.span, "a second body of this name"),
             None => drop(self.scopes[scope.0].bodies.insert(
                 &name.node,
-                Label {
+                NameEntry {
                     id: body,
                     span: name.span,
                 },
@@ -136,12 +136,13 @@ impl<'a> Elaborator<'a, '_> {
             self.fill_cell(scope, coordinate, range, init.as_ref());
             self.fill_cell(scope, rate, rate_range, rate_init.as_ref());
             if *angle {
-                self.doubt_range(range, Kind::Angle);
-                self.doubt_range(rate_range, Kind::AngularRate);
-                init.iter().for_each(|init| self.doubt(init, Kind::Angle));
+                self.doubt_range(range, DoubtKind::Angle);
+                self.doubt_range(rate_range, DoubtKind::AngularRate);
+                init.iter()
+                    .for_each(|init| self.doubt(init, DoubtKind::Angle));
                 rate_init
                     .iter()
-                    .for_each(|init| self.doubt(init, Kind::AngularRate));
+                    .for_each(|init| self.doubt(init, DoubtKind::AngularRate));
             }
         }
         let Some(coordinate) = first else { return };
@@ -188,7 +189,7 @@ impl<'a> Elaborator<'a, '_> {
                 None => found = Some((self.positive_inertia(node, motion, value), *span)),
             }
             if !turning {
-                self.doubt(value, Kind::Mass);
+                self.doubt(value, DoubtKind::Mass);
             }
         }
         if found.is_none() {
@@ -234,7 +235,7 @@ impl<'a> Elaborator<'a, '_> {
                 (m.torque, m.torque_dim)
             });
             if *angle {
-                self.doubt(value, Kind::Torque);
+                self.doubt(value, DoubtKind::Torque);
             }
             sum = match (sum, node) {
                 (Some(Some(sum)), Some(node)) => {

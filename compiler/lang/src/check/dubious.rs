@@ -8,7 +8,7 @@ use crate::units::parse_unit;
 
 /// What kind of thing a place asks for, beyond its dimension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum DoubtKind {
     /// rad
     Angle,
     /// rad/s
@@ -19,13 +19,13 @@ pub enum Kind {
     Mass,
 }
 
-impl Kind {
+impl DoubtKind {
     /// The kind that the name of a type says; most names say no more than their dimension.
-    pub fn of_type(name: &str) -> Option<Kind> {
+    pub fn of_type(name: &str) -> Option<DoubtKind> {
         [
-            ("angle", Kind::Angle),
-            ("angular_rate", Kind::AngularRate),
-            ("torque", Kind::Torque),
+            ("angle", DoubtKind::Angle),
+            ("angular_rate", DoubtKind::AngularRate),
+            ("torque", DoubtKind::Torque),
         ]
         .into_iter()
         .find_map(|(n, kind)| (n == name).then_some(kind))
@@ -40,13 +40,13 @@ const HEAVY_KG: f64 = 5.0;
 
 impl Elaborator<'_, '_> {
     /// Looks at both ends of a range.
-    pub fn doubt_range(&mut self, range: &RangeExpr, kind: Kind) {
+    pub fn doubt_range(&mut self, range: &RangeExpr, kind: DoubtKind) {
         self.doubt(&range.low, kind);
         self.doubt(&range.high, kind);
     }
 
     /// Warns of a number whose unit fits the place and is surely not meant.
-    pub fn doubt(&mut self, expr: &Expr, kind: Kind) {
+    pub fn doubt(&mut self, expr: &Expr, kind: DoubtKind) {
         let (number, sign) = match &expr.kind {
             ExprKind::Number(number) => (number, ""),
             ExprKind::Neg(inner) => match &inner.kind {
@@ -78,11 +78,11 @@ impl Elaborator<'_, '_> {
 }
 
 /// Why a number is doubted, and what is likely meant.
-fn doubted(number: &Number, kind: Kind) -> Option<(&'static str, String)> {
+fn doubted(number: &Number, kind: DoubtKind) -> Option<(&'static str, String)> {
     let unit = number.unit.as_deref().unwrap_or_default();
     let digits = &number.text;
     match kind {
-        Kind::AngularRate if unit.ends_with("Hz") && number.value != 0.0 => Some((
+        DoubtKind::AngularRate if unit.ends_with("Hz") && number.value != 0.0 => Some((
             "is a frequency where an angular rate is due: 1 Hz counts as 1 rad/s here, not as one turn per second",
             format!(
                 "{digits} {}",
@@ -91,18 +91,18 @@ fn doubted(number: &Number, kind: Kind) -> Option<(&'static str, String)> {
                     .replace("Hz", "rad/s")
             ),
         )),
-        Kind::Torque if unit.ends_with('J') && number.value != 0.0 => {
+        DoubtKind::Torque if unit.ends_with('J') && number.value != 0.0 => {
             let newton = if unit == "mJ" { "mN*m" } else { "N*m" };
             Some((
                 "is an energy where a torque is due",
                 format!("{digits} {newton}"),
             ))
         }
-        Kind::Angle if unit.is_empty() && number.value > TURN_RAD => Some((
+        DoubtKind::Angle if unit.is_empty() && number.value > TURN_RAD => Some((
             "is an angle of more than a turn: without a unit it is in radians",
             format!("{digits} deg"),
         )),
-        Kind::Mass if unit == "kg" && parse_unit(unit)?.to_si(number.value) > HEAVY_KG => {
+        DoubtKind::Mass if unit == "kg" && parse_unit(unit)?.to_si(number.value) > HEAVY_KG => {
             Some(("is more than a finger moves", format!("{digits} g")))
         }
         _ => None,

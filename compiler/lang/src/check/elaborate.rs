@@ -5,7 +5,7 @@ use std::collections::HashSet;
 
 use super::Options;
 use super::diags::Diags;
-use super::dubious::Kind;
+use super::dubious::DoubtKind;
 use super::items::{Items, TermItem};
 use super::scope::{Made, Scope, ScopeId, Thing};
 use super::settings::Settings;
@@ -213,7 +213,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
                 Made::Cell(cell),
             ) => {
                 self.state(scope, cell, range, init.as_ref());
-                if let Some(kind) = Kind::of_type(&ty.node) {
+                if let Some(kind) = DoubtKind::of_type(&ty.node) {
                     self.doubt_range(range, kind);
                 }
             }

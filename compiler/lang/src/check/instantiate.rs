@@ -3,7 +3,7 @@
 use super::builtin;
 use super::elaborate::Elaborator;
 use super::items::TermItem;
-use super::scope::{Entry, Label, Made, Scope, ScopeId, Thing};
+use super::scope::{Entry, Made, NameEntry, Scope, ScopeId, Thing};
 use super::slot::Source;
 use super::types::{Ty, Value};
 use crate::diag::{Code, Diagnostic};
@@ -220,7 +220,7 @@ impl<'a> Elaborator<'a, '_> {
             Some(first) => self.duplicate("event", name, first.span, "a second event of this name"),
             None => drop(self.scopes[scope.0].events.insert(
                 &name.node,
-                Label {
+                NameEntry {
                     id: (),
                     span: name.span,
                 },
@@ -239,7 +239,7 @@ impl<'a> Elaborator<'a, '_> {
             ),
             None => drop(self.scopes[scope.0].forces.insert(
                 &name.node,
-                Label {
+                NameEntry {
                     id: (),
                     span: name.span,
                 },

@@ -1,6 +1,6 @@
 //! Operators: what they ask of their operands and what they give.
 
-use super::dubious::Kind;
+use super::dubious::DoubtKind;
 use super::elaborate::Elaborator;
 use super::scope::ScopeId;
 use super::types::{Ty, Value};
@@ -122,7 +122,7 @@ impl<'a> Elaborator<'a, '_> {
         )?;
         for (expr, other) in [(a, second), (b, first)] {
             if self.is_angular_rate(other) {
-                self.doubt(expr, Kind::AngularRate);
+                self.doubt(expr, DoubtKind::AngularRate);
             }
         }
         Some(Value::bool(

@@ -97,7 +97,7 @@ pub struct Caller {
 
 /// A label of a kind of its own: machine, body, event, force.
 #[derive(Debug, Clone, Copy)]
-pub struct Label<T> {
+pub struct NameEntry<T> {
     /// What it stands for.
     pub id: T,
     /// Where it is declared.
@@ -119,13 +119,13 @@ pub struct Scope<'a> {
     /// Values by name.
     pub values: BTreeMap<&'a str, Entry>,
     /// Machines by name.
-    pub machines: BTreeMap<&'a str, Label<MachineId>>,
+    pub machines: BTreeMap<&'a str, NameEntry<MachineId>>,
     /// Bodies by name; without index if in error.
-    pub bodies: BTreeMap<&'a str, Label<Option<usize>>>,
+    pub bodies: BTreeMap<&'a str, NameEntry<Option<usize>>>,
     /// Events by name.
-    pub events: BTreeMap<&'a str, Label<()>>,
+    pub events: BTreeMap<&'a str, NameEntry<()>>,
     /// Force terms by name.
-    pub forces: BTreeMap<&'a str, Label<()>>,
+    pub forces: BTreeMap<&'a str, NameEntry<()>>,
     /// What each declaration has made.
     pub made: Vec<Made>,
     /// The parameters of the term.

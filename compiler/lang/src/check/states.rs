@@ -1,7 +1,7 @@
 //! Machines: their states, their transitions, and which states can ever be entered.
 
 use super::elaborate::Elaborator;
-use super::scope::{Label, Made, ScopeId};
+use super::scope::{Made, NameEntry, ScopeId};
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::{Machine, MachineId, RuleKind};
 use crate::syntax::ast::{Name, Transition};
@@ -44,7 +44,7 @@ impl<'a> Elaborator<'a, '_> {
             }
             None => drop(self.scopes[scope.0].machines.insert(
                 &name.node,
-                Label {
+                NameEntry {
                     id,
                     span: name.span,
                 },
@@ -100,13 +100,13 @@ impl<'a> Elaborator<'a, '_> {
             }
             next += 1;
         }
-        let mut told: Vec<&str> = Vec::new();
+        let mut reported: Vec<&str> = Vec::new();
         for t in transitions {
             let state = t.from.node.as_str();
-            if reached.contains(&state) || told.contains(&state) {
+            if reached.contains(&state) || reported.contains(&state) {
                 continue;
             }
-            told.push(state);
+            reported.push(state);
             let hint = match nearest(state, reached.iter().copied()) {
                 Some(near) => Advice::did_you_mean(near),
                 None => {

@@ -1,5 +1,6 @@
 //! The pages behind the codes: finding a code by what a person types, and the pages as plain text.
 
+use super::wrap::fill_page;
 use super::{Code, nearest};
 
 /// The groups of codes: the first three characters of the number after `WH`, and what they are
@@ -61,19 +62,9 @@ impl Code {
             .collect()
     }
 
-    /// Its page for a terminal: programs are indented instead of fenced.
-    pub fn plain_page(self) -> String {
-        let mut fenced = false;
-        let mut out = String::new();
-        for line in self.page().lines() {
-            if line.starts_with("```") {
-                fenced = !fenced;
-            } else if fenced && !line.is_empty() {
-                out += &format!("    {line}\n");
-            } else {
-                out += &format!("{}\n", line.trim_start_matches("# "));
-            }
-        }
-        out
+    /// Its page for a terminal of so many columns: paragraphs are filled, programs are indented
+    /// instead of fenced.
+    pub fn plain_page(self, columns: usize) -> String {
+        fill_page(self.page(), columns)
     }
 }

@@ -1,6 +1,6 @@
 //! What a program declares.
 
-use super::{Definition, Index, Kind, Occurrence};
+use super::{Definition, Index, NameKind, Occurrence};
 use crate::syntax::ast::*;
 use whippen_source::Span;
 
@@ -10,22 +10,24 @@ pub(super) fn collect(files: &[File]) -> Index {
     for item in files.iter().flat_map(|f| &f.items) {
         match item {
             Item::Instrument(i) => {
-                index.item(Kind::Instrument, &i.name, i.span, &i.doc);
+                index.item(NameKind::Instrument, &i.name, i.span, &i.doc);
                 i.decls.iter().for_each(|d| index.decl(d));
             }
             Item::Term(t) => {
-                index.item(Kind::Term, &t.name, t.span, &t.doc);
+                index.item(NameKind::Term, &t.name, t.span, &t.doc);
                 t.params
                     .iter()
-                    .for_each(|p| index.typed(Kind::Parameter, p));
-                t.results.iter().for_each(|r| index.typed(Kind::Result, r));
+                    .for_each(|p| index.typed(NameKind::Parameter, p));
+                t.results
+                    .iter()
+                    .for_each(|r| index.typed(NameKind::Result, r));
                 t.decls.iter().for_each(|d| index.decl(d));
             }
             Item::Keyboard(k) => {
-                index.item(Kind::Keyboard, &k.name, k.span, &k.doc);
+                index.item(NameKind::Keyboard, &k.name, k.span, &k.doc);
                 for setting in &k.settings {
                     if let Setting::Zones { name, span, .. } = setting {
-                        index.define(Kind::Zones, name, *span);
+                        index.define(NameKind::Zones, name, *span);
                     }
                 }
             }
@@ -35,7 +37,7 @@ pub(super) fn collect(files: &[File]) -> Index {
 }
 
 impl Index {
-    fn item(&mut self, kind: Kind, name: &Name, whole: Span, doc: &str) {
+    fn item(&mut self, kind: NameKind, name: &Name, whole: Span, doc: &str) {
         self.items.push(whole);
         self.define(kind, name, whole);
         if let Some(item) = self.definitions.last_mut() {
@@ -44,7 +46,7 @@ impl Index {
     }
 
     /// Adds a definition to the last item and gives its place.
-    fn define(&mut self, kind: Kind, name: &Name, whole: Span) -> usize {
+    fn define(&mut self, kind: NameKind, name: &Name, whole: Span) -> usize {
         let definition = self.definitions.len();
         self.definitions.push(Definition {
             kind,
@@ -64,25 +66,25 @@ impl Index {
         definition
     }
 
-    fn typed(&mut self, kind: Kind, typed: &TypedName) {
+    fn typed(&mut self, kind: NameKind, typed: &TypedName) {
         let definition = self.define(kind, &typed.name, typed.name.span.to(typed.ty.span));
         self.definitions[definition].ty = Some(typed.ty.node.clone());
     }
 
     fn decl(&mut self, decl: &Decl) {
         let (kind, name, ty) = match &decl.kind {
-            DeclKind::Sense { name, ty, .. } => (Kind::Sense, name, Some(ty)),
+            DeclKind::Sense { name, ty, .. } => (NameKind::Sense, name, Some(ty)),
             DeclKind::Param {
                 live: true, name, ..
-            } => (Kind::Live, name, None),
-            DeclKind::Param { name, .. } => (Kind::Param, name, None),
-            DeclKind::Let { name, .. } => (Kind::Let, name, None),
-            DeclKind::State { name, ty, .. } => (Kind::State, name, Some(ty)),
-            DeclKind::Pulse { name, ty, .. } => (Kind::Pulse, name, Some(ty)),
-            DeclKind::Event { name, .. } => (Kind::Event, name, None),
-            DeclKind::Force { name, .. } => (Kind::Force, name, None),
-            DeclKind::States { name, .. } => (Kind::Machine, name, None),
-            DeclKind::Body { name, .. } => (Kind::Body, name, None),
+            } => (NameKind::Live, name, None),
+            DeclKind::Param { name, .. } => (NameKind::Param, name, None),
+            DeclKind::Let { name, .. } => (NameKind::Let, name, None),
+            DeclKind::State { name, ty, .. } => (NameKind::State, name, Some(ty)),
+            DeclKind::Pulse { name, ty, .. } => (NameKind::Pulse, name, Some(ty)),
+            DeclKind::Event { name, .. } => (NameKind::Event, name, None),
+            DeclKind::Force { name, .. } => (NameKind::Force, name, None),
+            DeclKind::States { name, .. } => (NameKind::Machine, name, None),
+            DeclKind::Body { name, .. } => (NameKind::Body, name, None),
             DeclKind::Next { .. } | DeclKind::Hold { .. } | DeclKind::Result { .. } => return,
         };
         let at = self.define(kind, name, decl.span);
@@ -102,7 +104,7 @@ impl Index {
             DeclKind::Body { parts, .. } => {
                 for part in parts {
                     if let BodyPart::Coordinate { name, span, .. } = part {
-                        self.define(Kind::Coordinate, name, *span);
+                        self.define(NameKind::Coordinate, name, *span);
                     }
                 }
             }
@@ -116,7 +118,7 @@ impl Index {
             for state in [&transition.from, &transition.to] {
                 let known = self.states(machine).any(|s| s.name == state.node);
                 if !known {
-                    let at = self.define(Kind::MachineState, state, transition.span);
+                    let at = self.define(NameKind::MachineState, state, transition.span);
                     self.definitions[at].machine = Some(machine);
                 }
             }

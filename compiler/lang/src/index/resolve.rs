@@ -1,6 +1,6 @@
 //! What the names of a program stand for.
 
-use super::{Index, Kind, Occurrence};
+use super::{Index, NameKind, Occurrence};
 use crate::syntax::ast::*;
 use whippen_source::{SourceMap, Span};
 
@@ -35,12 +35,12 @@ impl Resolver<'_> {
             .extend(definition.map(|definition| Occurrence { span, definition }));
     }
 
-    fn name(&mut self, name: &Name, is: impl Fn(Kind) -> bool) {
+    fn name(&mut self, name: &Name, is: impl Fn(NameKind) -> bool) {
         self.found(name.span, self.index.find(self.item, &name.node, is));
     }
 
     fn value(&mut self, name: &Name) {
-        self.name(name, Kind::is_value);
+        self.name(name, NameKind::is_value);
     }
 
     fn decl(&mut self, decl: &Decl) {
@@ -77,7 +77,7 @@ impl Resolver<'_> {
                 self.expr(lasting);
             }
             DeclKind::Hold { body, guard } => {
-                self.name(body, |k| k == Kind::Body);
+                self.name(body, |k| k == NameKind::Body);
                 self.expr(guard);
             }
         }
@@ -96,7 +96,9 @@ impl Resolver<'_> {
     }
 
     fn state(&mut self, machine: &str, state: &Name) {
-        let machine = self.index.find(self.item, machine, |k| k == Kind::Machine);
+        let machine = self
+            .index
+            .find(self.item, machine, |k| k == NameKind::Machine);
         let of_machine = |d: &super::Definition| {
             d.machine.is_some() && d.machine == machine && d.name == state.node
         };
@@ -146,7 +148,7 @@ impl Resolver<'_> {
             } => {
                 let item = self.instrument(instrument);
                 let found =
-                    item.and_then(|item| self.index.find(item, &param.node, Kind::is_value));
+                    item.and_then(|item| self.index.find(item, &param.node, NameKind::is_value));
                 self.found(param.span, found);
                 points.iter().for_each(|(_, value)| self.expr(value));
             }
@@ -157,7 +159,7 @@ impl Resolver<'_> {
     fn program(&mut self, name: &Name) {
         match self
             .index
-            .find(self.item, &name.node, |kind| kind == Kind::Zones)
+            .find(self.item, &name.node, |kind| kind == NameKind::Zones)
         {
             None => drop(self.instrument(name)),
             zones => self.found(name.span, zones),
@@ -166,7 +168,7 @@ impl Resolver<'_> {
 
     /// Its place among the items.
     fn instrument(&mut self, name: &Name) -> Option<usize> {
-        let found = self.index.item_named(&name.node, Kind::Instrument);
+        let found = self.index.item_named(&name.node, NameKind::Instrument);
         self.found(name.span, found);
         found.map(|at| self.index.definitions[at].item)
     }
@@ -174,18 +176,20 @@ impl Resolver<'_> {
     fn expr(&mut self, expr: &Expr) {
         match &expr.kind {
             ExprKind::Name(name) => {
-                let found = self.index.find(self.item, name, Kind::is_value);
+                let found = self.index.find(self.item, name, NameKind::is_value);
                 self.found(self.without_brackets(expr.span, name), found);
             }
             ExprKind::Field(base, field) => {
                 self.expr(base);
                 let term = self.term_of(base);
-                let result =
-                    term.and_then(|term| self.index.find(term, &field.node, |k| k == Kind::Result));
+                let result = term.and_then(|term| {
+                    self.index
+                        .find(term, &field.node, |k| k == NameKind::Result)
+                });
                 self.found(field.span, result);
             }
             ExprKind::Call(callee, args) => {
-                let term = self.index.item_named(&callee.node, Kind::Term);
+                let term = self.index.item_named(&callee.node, NameKind::Term);
                 self.found(callee.span, term);
                 for arg in args {
                     let of_term = term
@@ -194,7 +198,8 @@ impl Resolver<'_> {
                     if let Some((term, name)) = of_term {
                         self.found(
                             name.span,
-                            self.index.find(term, &name.node, |k| k == Kind::Parameter),
+                            self.index
+                                .find(term, &name.node, |k| k == NameKind::Parameter),
                         );
                     }
                     self.expr(&arg.value);
@@ -204,7 +209,7 @@ impl Resolver<'_> {
             ExprKind::Binary(_, a, b) => [a, b].into_iter().for_each(|e| self.expr(e)),
             ExprKind::If(c, a, b) => [c, a, b].into_iter().for_each(|e| self.expr(e)),
             ExprKind::Is { machine, state, .. } => {
-                self.name(machine, |k| k == Kind::Machine);
+                self.name(machine, |k| k == NameKind::Machine);
                 self.state(&machine.node, state);
             }
             ExprKind::Number(_) | ExprKind::Bool(_) | ExprKind::Error => {}
@@ -216,13 +221,13 @@ impl Resolver<'_> {
         let callee = match &base.kind {
             ExprKind::Call(callee, _) => &callee.node,
             ExprKind::Name(name) => {
-                let at = self.index.find(self.item, name, |k| k == Kind::Let)?;
+                let at = self.index.find(self.item, name, |k| k == NameKind::Let)?;
                 self.index.definitions[at].calls.as_ref()?
             }
             _ => return None,
         };
         self.index
-            .item_named(callee, Kind::Term)
+            .item_named(callee, NameKind::Term)
             .map(|at| self.index.definitions[at].item)
     }
 

@@ -5,7 +5,7 @@ use crate::syntax::parse;
 
 /// What the name before `^` in the text stands for: kind and name, and the text of its declaration.
 #[track_caller]
-fn meant(text: &str) -> Option<(Kind, String)> {
+fn meant(text: &str) -> Option<(NameKind, String)> {
     let at = text.find('^').expect("a mark");
     let (mut map, text) = (SourceMap::default(), text.replace('^', ""));
     let file = map.add("test.whip", text.as_str());
@@ -37,32 +37,36 @@ const PROGRAM: &str = "instrument a { sense x: length in 0 m .. 1 m param k = 2 
 #[test]
 fn names_are_found_where_rule_nine_says() {
     let cases = [
-        ("k * (x^)", Kind::Sense, "sense x: length in 0 m .. 1 m"),
-        ("s :=^", Kind::State, ""),
-        ("{ s^ :=", Kind::State, "state s: force in 0 N .. 1 N"),
-        ("escapement^(", Kind::Term, ""),
-        ("start^:", Kind::Parameter, "start: length"),
-        ("j.resistance^", Kind::Result, "resistance: force"),
+        ("k * (x^)", NameKind::Sense, "sense x: length in 0 m .. 1 m"),
+        ("s :=^", NameKind::State, ""),
+        ("{ s^ :=", NameKind::State, "state s: force in 0 N .. 1 N"),
+        ("escapement^(", NameKind::Term, ""),
+        ("start^:", NameKind::Parameter, "start: length"),
+        ("j.resistance^", NameKind::Result, "resistance: force"),
         (
             "fire p^",
-            Kind::Pulse,
+            NameKind::Pulse,
             "pulse p: force in 0 N .. 1 N lasting 1 ms",
         ),
         (
             "m is down^",
-            Kind::MachineState,
+            NameKind::MachineState,
             "up -> down when on { s := k * (x) }",
         ),
-        ("when m^ is", Kind::Machine, ""),
-        ("hold b^", Kind::Body, ""),
-        ("next s^", Kind::State, ""),
-        ("force k^ =", Kind::Force, "force k = k * x"),
-        ("= k^ * x }", Kind::Param, "param k = 2 N/m"),
-        ("programs a^", Kind::Instrument, ""),
-        ("a.k^ =", Kind::Param, ""),
-        ("programs a, z^", Kind::Zones, "zones z = { A0 .. C8: a }"),
-        ("zones z^", Kind::Zones, "zones z = { A0 .. C8: a }"),
-        ("C8: a^", Kind::Instrument, ""),
+        ("when m^ is", NameKind::Machine, ""),
+        ("hold b^", NameKind::Body, ""),
+        ("next s^", NameKind::State, ""),
+        ("force k^ =", NameKind::Force, "force k = k * x"),
+        ("= k^ * x }", NameKind::Param, "param k = 2 N/m"),
+        ("programs a^", NameKind::Instrument, ""),
+        ("a.k^ =", NameKind::Param, ""),
+        (
+            "programs a, z^",
+            NameKind::Zones,
+            "zones z = { A0 .. C8: a }",
+        ),
+        ("zones z^", NameKind::Zones, "zones z = { A0 .. C8: a }"),
+        ("C8: a^", NameKind::Instrument, ""),
     ];
     for (place, kind, whole) in cases {
         let plain = place.replace('^', "");

@@ -18,9 +18,9 @@ pub(super) fn check(
         ranges.get(rule.guard).high == 0.0 || solver.ask(&facts(rule)) == Together::Never
     };
     let never: Vec<bool> = model.rules.iter().map(cannot).collect();
-    let told = unreachable(model, &never, found);
+    let reported = unreachable(model, &never, found);
     for (index, rule) in model.rules.iter().enumerate() {
-        if is_constant(model, rule.guard) || told.contains(&index) {
+        if is_constant(model, rule.guard) || reported.contains(&index) {
             continue;
         }
         let name = words(model, &rule.kind);
@@ -65,10 +65,10 @@ fn place(model: &Model, guard: crate::model::NodeId, rule: Span) -> Span {
         .unwrap_or(rule)
 }
 
-/// States that are entered by such transitions only as can never be taken; gives the rules that it
-/// told of.
+/// States that are entered by such transitions only as can never be taken; gives the rules of those
+/// that it reported.
 fn unreachable(model: &Model, never: &[bool], found: &mut Vec<Diagnostic>) -> Vec<usize> {
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     for (index, machine) in model.machines.iter().enumerate() {
         let steps: Vec<(usize, usize, usize)> = steps(model, index).collect();
         let all = reached(
@@ -95,7 +95,7 @@ fn unreachable(model: &Model, never: &[bool], found: &mut Vec<Diagnostic>) -> Ve
             let Some(rule) = into().find(|&r| never[r]).or_else(|| into().next()) else {
                 continue;
             };
-            told.extend(into().filter(|&r| never[r]));
+            reported.extend(into().filter(|&r| never[r]));
             let (rule, never) = (&model.rules[rule], never[rule]);
             let message =
                 format!("the state `{name}` is never entered: no transition to it can be taken");
@@ -111,7 +111,7 @@ fn unreachable(model: &Model, never: &[bool], found: &mut Vec<Diagnostic>) -> Ve
             found.push(in_calls(model, rule.call, diagnostic));
         }
     }
-    told
+    reported
 }
 
 /// The transitions of a machine: rule, state left, state entered.

@@ -64,7 +64,7 @@ pub fn prime(
     let moving = reach(dag, root);
     let rates = bodies.iter().map(|b| (b.coordinate, b.rate)).collect();
     let zero = dag.constant(0.0);
-    let mut pass = Pass {
+    let mut pass = PrimePass {
         dag,
         cells,
         rates,
@@ -103,7 +103,7 @@ fn reach(dag: &Dag, root: NodeId) -> Vec<NodeId> {
     needed.ids().filter(|id| needed[id]).collect()
 }
 
-struct Pass<'d> {
+struct PrimePass<'d> {
     dag: &'d mut Dag,
     cells: &'d IdMap<CellId, Cell>,
     rates: HashMap<CellId, CellId>,
@@ -113,7 +113,7 @@ struct Pass<'d> {
     errors: Vec<NoPrime>,
 }
 
-impl Pass<'_> {
+impl PrimePass<'_> {
     /// The derivative of one node; `None` if it or an operand has none.
     fn node(&mut self, id: NodeId) -> Option<NodeId> {
         let node = self.dag.get(id).clone();

@@ -1,5 +1,5 @@
-//! What cannot be bounded, told: the value, what it is made of, and the call of a term that led
-//! there.
+//! Diagnostics of values that cannot be bounded: the value, what it is made of, and the call of a
+//! term that led there.
 
 use super::{LIMIT, Problem};
 use crate::diag::{Code, Diagnostic};

@@ -1,4 +1,4 @@
-//! What a tick writes, and how it is committed (steps 3 and 5).
+//! Writes of a tick in f64, and how they are committed (steps 3 and 5).
 
 use super::KeyState;
 use whippen_ids::IdMap;

@@ -1,4 +1,4 @@
-//! Values of the graph in one tick.
+//! Evaluation of the graph in f64, for one tick.
 
 use super::{KeyState, sense::SenseState};
 use whippen_ids::IdMap;

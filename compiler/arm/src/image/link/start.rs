@@ -1,5 +1,5 @@
-//! What the linker itself adds to an image: the chip's start block, and the tables by which start-up
-//! copies and clears memory.
+//! What the linker itself adds to an image: the start block of the chip, and the tables by which
+//! start-up copies and clears memory.
 
 use super::super::boot::{IMAGE_DEF, checked_boot2};
 use super::super::object::{Object, Section, SectionKind, Symbol, SymbolKind};

@@ -5,11 +5,6 @@
 use super::{Item, Places};
 use whippen_isa::{Arch, Op};
 
-/// Whether instructions of 32 bits are to be aligned.
-pub(super) fn aligns(arch: Arch) -> bool {
-    arch == Arch::V7EM
-}
-
 /// Moves item `index`, which is 32 bits long and not word aligned, up by a halfword: one of the
 /// 16-bit instructions between it and the last 32-bit one grows. Whether one could.
 pub(super) fn align_item(
@@ -17,8 +12,9 @@ pub(super) fn align_item(
     sizes: &mut [u32],
     places: &mut Places,
     index: usize,
+    arch: Arch,
 ) -> bool {
-    let Some(grown) = item_to_widen(items, sizes, places, index) else {
+    let Some(grown) = item_to_widen(items, sizes, places, index, arch) else {
         return false;
     };
     sizes[grown] = 4;
@@ -32,10 +28,16 @@ pub(super) fn align_item(
 }
 
 /// The nearest item in front that may grow; if possible none that an IT is folded into.
-fn item_to_widen(items: &[Item], sizes: &[u32], places: &Places, index: usize) -> Option<usize> {
+fn item_to_widen(
+    items: &[Item],
+    sizes: &[u32],
+    places: &Places,
+    index: usize,
+    arch: Arch,
+) -> Option<usize> {
     let here = |at: &usize| sizes[*at] != 4 && !matches!(items[*at], Item::Function { .. });
     let narrow = (0..index).rev().take_while(here);
-    let may_grow = |at: &usize| places.items[*at] & 2 == 0 && has_long_form(&items[*at]);
+    let may_grow = |at: &usize| places.items[*at] & 2 == 0 && has_long_form(&items[*at], arch);
     let candidates: Vec<usize> = narrow
         .take_while(|at| !is_padded(sizes, places, *at, index))
         .filter(may_grow)
@@ -57,9 +59,9 @@ fn is_it(item: &Item) -> bool {
     matches!(item, Item::Inst { inst, .. } if inst.op() == Op::IT)
 }
 
-fn has_long_form(item: &Item) -> bool {
+fn has_long_form(item: &Item, arch: Arch) -> bool {
     match item {
-        Item::Inst { inst, .. } => inst.wide(Arch::V7EM).is_some(),
+        Item::Inst { inst, .. } => inst.wide(arch).is_some(),
         Item::Branch { .. } => true,
         Item::Indirect { .. } | Item::Label(_) | Item::Function { .. } | Item::Loop { .. } => false,
     }

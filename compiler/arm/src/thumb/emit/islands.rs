@@ -1,13 +1,13 @@
-//! Branches of ARMv6-M reach 2 KiB: those that go further go by way of others.
+//! Branch islands: branches of ARMv6-M reach 2 KiB, and those that go further go by way of others.
 
 use super::{Item, Label, branch_offset, relax_branches};
 use crate::thumb::tuning::ISLAND_DISTANCE;
 use whippen_isa::Arch;
 
 /// The same items with steps where branches do not reach.
-pub(super) fn insert_islands(mut items: Vec<Item>, mut labels: Label) -> Vec<Item> {
+pub(super) fn insert_islands(mut items: Vec<Item>, mut labels: Label, arch: Arch) -> Vec<Item> {
     loop {
-        let (sizes, places) = relax_branches(&items, labels, Arch::V6M);
+        let (sizes, places) = relax_branches(&items, labels, arch);
         let far = |(index, item): (usize, &Item)| match item {
             Item::Branch { cond, to } => {
                 let far = branch_offset(&places, index, *to)

@@ -118,7 +118,7 @@ impl OrderCost {
         }
     }
 
-    /// Twice the cycles, so that half of them are for each way of a branch; others are compared
+    /// Twice the cycles, so that half of them are for each side of a branch; others are compared
     /// with this order from here on.
     pub fn accept(&mut self, order: &[usize]) -> u32 {
         let mut wanted = match self.end {
@@ -199,7 +199,8 @@ impl OrderCost {
     /// Twice the cycles of the end.
     fn end(&self, state: IssueState) -> u32 {
         let taken = Outcome::taken(0, false);
-        let cycles = |form: &Form, way: &Outcome| self.pipes.cycles(state.pipe, form.number, way);
+        let cycles =
+            |form: &Form, outcome: &Outcome| self.pipes.cycles(state.pipe, form.number, outcome);
         match &self.end {
             None => 0,
             Some((form, true)) => 2 * cycles(form, &taken),

@@ -1,11 +1,12 @@
 //! Arithmetic of words.
 
+use super::shift::{ShiftedOperand, with_shift};
 use super::{Binding, Select};
 use crate::thumb::literal::Literal;
 use crate::thumb::minst::{AliasClass, MInst, Role, VReg};
 use crate::thumb::registers::STATE;
 use whippen_isa::imm::thumb_shrink_imm;
-use whippen_isa::{Cond, Op as Isa, ShiftType};
+use whippen_isa::{Cond, Op as Isa};
 use whippen_kernel::{Op, Range, Type, Value};
 
 /// Top words of products are rounded half up (SMMULR, SMMLAR).
@@ -111,14 +112,12 @@ impl Select<'_> {
 
     pub(super) fn add_i32(&mut self, a: Value, b: Value) -> VReg {
         match self.split_constant(&[a, b]) {
-            Some((of, k)) => match self.foldable(of) {
+            Some((of, k)) => match self.shifted_operand(of) {
                 // A constant that takes a register may as well be what a shifted operand is added
                 // to.
-                Some((op @ (Op::Shl(_) | Op::Sar(_)), [shifted, _]))
-                    if !fits_add_immediate(k) && !fits_add_immediate(-k) =>
-                {
+                Some(shifted) if !fits_add_immediate(k) && !fits_add_immediate(-k) => {
                     let k = self.load_constant(k as i32);
-                    self.emit_shifted(Isa::ADD_register, k, op, shifted)
+                    self.emit_shifted(Isa::ADD_register, k, shifted)
                 }
                 _ => {
                     let of = self.reg(of);
@@ -137,27 +136,33 @@ impl Select<'_> {
 
     /// A sum whose one side is a product or shift that nobody else needs.
     fn fold_into_sum(&mut self, a: Value, b: Value) -> Option<VReg> {
-        let (sum, (op, args)) = match (self.foldable(a), self.foldable(b)) {
-            (_, Some(part)) if folds_into_sum(part.0) => (a, part),
-            (Some(part), _) if folds_into_sum(part.0) => (b, part),
+        let (sum, part) = match (self.sum_part(a), self.sum_part(b)) {
+            (_, Some(part)) => (a, part),
+            (Some(part), _) => (b, part),
             _ => return None,
         };
         let sum = self.reg(sum);
-        let product = match op {
-            Op::Mul => MInst::new(Isa::MLA),
-            Op::MulTop => MInst::new(Isa::SMMLA).imm(ROUND),
-            _ => return Some(self.emit_shifted(Isa::ADD_register, sum, op, args[0])),
-        };
-        let (n, m) = (self.reg(args[0]), self.reg(args[1]));
-        Some(self.result(product.reg(Role::N, n).reg(Role::M, m).reg(Role::A, sum)))
+        Some(match part {
+            SumPart::Shifted(shifted) => self.emit_shifted(Isa::ADD_register, sum, shifted),
+            SumPart::Product(product, [n, m]) => {
+                let n = self.reg(n);
+                let m = self.reg(m);
+                let product = product.reg(Role::N, n).reg(Role::M, m);
+                self.result(product.reg(Role::A, sum))
+            }
+        })
     }
 
-    /// An instruction of two operands, the second of them shifted as a Kernel operator says.
-    fn emit_shifted(&mut self, isa: Isa, n: VReg, op: Op, shifted: Value) -> VReg {
-        let m = self.reg(shifted);
-        let code = MInst::new(isa).reg(Role::N, n).reg(Role::M, m);
-        let (shift, amount) = operand_shift(op);
-        self.result(with_shift(code, shift, amount))
+    /// What an addition can take in of a value that waits for its user.
+    fn sum_part(&self, value: Value) -> Option<SumPart> {
+        match self.foldable(value)? {
+            (Op::Mul, args) => Some(SumPart::Product(MInst::new(Isa::MLA), args)),
+            (Op::MulTop, args) => {
+                let code = MInst::new(Isa::SMMLA).imm(ROUND);
+                Some(SumPart::Product(code, args))
+            }
+            _ => self.shifted_operand(value).map(SumPart::Shifted),
+        }
     }
 
     pub(super) fn sub_i32(&mut self, a: Value, b: Value) -> VReg {
@@ -173,29 +178,24 @@ impl Select<'_> {
             let a = self.reg(a);
             return self.add_constant(a, -k);
         }
-        match (self.foldable(a), self.foldable(b)) {
-            (_, Some((op @ (Op::Shl(_) | Op::Sar(_)), [b, _]))) => {
-                let a = self.reg(a);
-                self.emit_shifted(Isa::SUB_register, a, op, b)
-            }
-            (_, Some((Op::Mul, [n, m]))) => {
-                let (a, n, m) = (self.reg(a), self.reg(n), self.reg(m));
-                self.result(
-                    MInst::new(Isa::MLS)
-                        .reg(Role::N, n)
-                        .reg(Role::M, m)
-                        .reg(Role::A, a),
-                )
-            }
-            (Some((op @ (Op::Shl(_) | Op::Sar(_)), [a, _])), _) => {
-                let b = self.reg(b);
-                self.emit_shifted(Isa::RSB_register, b, op, a)
-            }
-            _ => {
-                let (a, b) = (self.reg(a), self.reg(b));
-                self.emit_rrr(Isa::SUB_register, a, b)
-            }
+        if let Some(shifted) = self.shifted_operand(b) {
+            let a = self.reg(a);
+            return self.emit_shifted(Isa::SUB_register, a, shifted);
         }
+        if let Some((Op::Mul, [n, m])) = self.foldable(b) {
+            let a = self.reg(a);
+            let n = self.reg(n);
+            let m = self.reg(m);
+            let product = MInst::new(Isa::MLS).reg(Role::N, n).reg(Role::M, m);
+            return self.result(product.reg(Role::A, a));
+        }
+        if let Some(shifted) = self.shifted_operand(a) {
+            let b = self.reg(b);
+            return self.emit_shifted(Isa::RSB_register, b, shifted);
+        }
+        let a = self.reg(a);
+        let b = self.reg(b);
+        self.emit_rrr(Isa::SUB_register, a, b)
     }
 
     /// The smaller or larger one; by saturation where that does the same.
@@ -250,13 +250,12 @@ impl Select<'_> {
             .find(|n| same(-(1 << (n - 1)), (1 << (n - 1)) - 1))
             .map(|n| (Isa::SSAT, n));
         let (isa, bits) = unsigned.or(signed)?;
-        let code = match self.foldable(value) {
-            Some((op @ (Op::Shl(_) | Op::Sar(_)), [of, _])) => {
-                let (shift, amount) = operand_shift(op);
+        let code = match self.shifted_operand(value) {
+            Some(ShiftedOperand { of, shift, amount }) => {
                 let n = self.reg(of);
                 with_shift(MInst::new(isa).reg(Role::N, n), shift, amount)
             }
-            _ => {
+            None => {
                 let n = self.reg(value);
                 MInst::new(isa).reg(Role::N, n)
             }
@@ -282,34 +281,6 @@ impl Select<'_> {
                 self.move_if(cond, Binding::Word(then), other)
             }
         }
-    }
-
-    pub(super) fn shift_i32(&mut self, op: Isa, value: Value, n: u8) -> VReg {
-        let value = self.reg(value);
-        self.shift_by(op, value, n)
-    }
-
-    /// Shifted by an immediate, which may be zero.
-    pub(super) fn shift_by(&mut self, op: Isa, value: VReg, n: u8) -> VReg {
-        if n == 0 {
-            return value;
-        }
-        let code = shift_code(op, n).reg(Role::M, value);
-        self.result(code)
-    }
-
-    /// The bit that is shifted out last is the carry, and rounding up adds it.
-    pub(super) fn sar_round_i32(&mut self, value: Value, n: u8) -> VReg {
-        if n == 0 {
-            return self.reg(value);
-        }
-        let value = self.reg(value);
-        let floor = self.result(
-            shift_code(Isa::ASR_immediate, n)
-                .reg(Role::M, value)
-                .flags(),
-        );
-        self.result(MInst::new(Isa::ADC_immediate).reg(Role::N, floor).imm(0))
     }
 
     /// `old`, or what is bound where the flags say so.
@@ -348,9 +319,11 @@ fn fits_add_immediate(k: i64) -> bool {
     (0..4096).contains(&k) || u32::try_from(k).is_ok_and(|k| thumb_shrink_imm(k).is_some())
 }
 
-/// Whether an operator can be a part of an addition.
-fn folds_into_sum(op: Op) -> bool {
-    matches!(op, Op::Mul | Op::MulTop | Op::Shl(_) | Op::Sar(_))
+/// What an addition can take in.
+enum SumPart {
+    Shifted(ShiftedOperand),
+    /// The instruction that adds a product, and its factors.
+    Product(MInst, [Value; 2]),
 }
 
 /// The bounds with those of one more operator.
@@ -366,30 +339,4 @@ fn narrow_bounds(op: Op, k: i64, bounds: Range) -> Range {
             ..bounds
         }
     }
-}
-
-/// A shift of the Kernel as that of an operand.
-fn operand_shift(op: Op) -> (ShiftType, u8) {
-    match op {
-        Op::Sar(n) => (ShiftType::ASR, n),
-        Op::Shl(n) => (ShiftType::LSL, n),
-        _ => (ShiftType::LSL, 0),
-    }
-}
-
-/// A shift by an immediate.
-pub(super) fn shift_code(op: Isa, n: u8) -> MInst {
-    let mut code = MInst::new(op);
-    code.inst.amount = n;
-    code
-}
-
-/// An instruction whose operand M is shifted.
-pub(super) fn with_shift(mut code: MInst, shift: ShiftType, n: u8) -> MInst {
-    (code.inst.shift, code.inst.amount) = if n == 0 {
-        (ShiftType::LSL, 0)
-    } else {
-        (shift, n)
-    };
-    code
 }

@@ -1,6 +1,7 @@
 //! Arithmetic of 64 bits, in two registers.
 
-use super::arith_i32::{ROUND, shift_code, with_shift};
+use super::arith_i32::ROUND;
+use super::shift::{shift_code, with_shift};
 use super::{Binding, Select};
 use crate::thumb::minst::{MInst, Role, VReg};
 use whippen_isa::{Op as Isa, ShiftType};

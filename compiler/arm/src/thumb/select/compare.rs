@@ -6,6 +6,14 @@ use whippen_isa::imm::{thumb_imm_carry, thumb_shrink_imm};
 use whippen_isa::{Cond, Flags, Op as Isa};
 use whippen_kernel::{Op, Type, Value};
 
+/// What a comparison asks of two values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Relation {
+    Less,
+    LessOrEqual,
+    Equal,
+}
+
 impl Select<'_> {
     /// Makes a comparison the word that it is needed as, where it does not only steer.
     pub(super) fn bind_comparison_as_word(&mut self, value: Value) {
@@ -27,13 +35,13 @@ impl Select<'_> {
 
     /// 0 or 1 as the sign of a difference, where that cannot overflow.
     fn sign_as_bool(&mut self, value: Value) -> Option<VReg> {
-        let Binding::Comparison(op, [a, b]) = self.binding(value) else {
+        let Binding::Comparison(relation, [a, b]) = self.binding(value) else {
             return None;
         };
         let (of, from) = (self.info(a), self.info(b));
         let word = |low: i64, high: i64| Type::I32.range().has(low) && Type::I32.range().has(high);
         // a < b where a - b is negative, a <= b where a - b - 1 is.
-        let less = i64::from(op == Op::Le);
+        let less = i64::from(relation == Relation::LessOrEqual);
         if of.ty != Type::I32
             || !word(
                 of.range.low - from.range.high - less,
@@ -42,8 +50,8 @@ impl Select<'_> {
         {
             return None;
         }
-        let difference = match (op, self.constant(a), self.constant(b)) {
-            (Op::Eq, ..) => return None,
+        let difference = match (relation, self.constant(a), self.constant(b)) {
+            (Relation::Equal, ..) => return None,
             (_, _, Some(k)) => {
                 let a = self.reg(a);
                 self.add_constant(a, -k - less)
@@ -60,11 +68,11 @@ impl Select<'_> {
                 let (k, b) = (self.load_constant((k - less) as i32), self.reg(b));
                 self.emit_rrr(Isa::SUB_register, k, b)
             }
-            (Op::Lt, ..) => {
+            (Relation::Less, ..) => {
                 let (a, b) = (self.reg(a), self.reg(b));
                 self.emit_rrr(Isa::SUB_register, a, b)
             }
-            _ => return None,
+            (Relation::LessOrEqual, ..) => return None,
         };
         Some(self.shift_by(Isa::LSR_immediate, difference, 31))
     }
@@ -72,11 +80,11 @@ impl Select<'_> {
     /// Sets the flags; the bool holds where the condition does.
     pub(super) fn condition(&mut self, value: Value) -> Cond {
         match self.binding(value) {
-            Binding::Comparison(op, [a, b]) if self.info(a).ty == Type::I64 => {
-                self.condition_i64(op, a, b)
+            Binding::Comparison(relation, [a, b]) if self.info(a).ty == Type::I64 => {
+                self.condition_i64(relation, a, b)
             }
-            Binding::Comparison(op, [a, b]) => {
-                if let Some(cond) = self.compare_with_zero(op, a, b) {
+            Binding::Comparison(relation, [a, b]) => {
+                if let Some(cond) = self.compare_with_zero(relation, a, b) {
                     return cond;
                 }
                 // A constant is compared with from the right.
@@ -86,12 +94,12 @@ impl Select<'_> {
                 } else {
                     self.compare(a, b)
                 }
-                match (op, turned) {
-                    (Op::Lt, false) => Cond::LT,
-                    (Op::Lt, true) => Cond::GT,
-                    (Op::Le, false) => Cond::LE,
-                    (Op::Le, true) => Cond::GE,
-                    _ => Cond::EQ,
+                match (relation, turned) {
+                    (Relation::Less, false) => Cond::LT,
+                    (Relation::Less, true) => Cond::GT,
+                    (Relation::LessOrEqual, false) => Cond::LE,
+                    (Relation::LessOrEqual, true) => Cond::GE,
+                    (Relation::Equal, _) => Cond::EQ,
                 }
             }
             _ => {
@@ -105,10 +113,10 @@ impl Select<'_> {
     }
 
     /// A comparison with zero by the flags of what computes the word.
-    fn compare_with_zero(&mut self, op: Op, a: Value, b: Value) -> Option<Cond> {
-        let (of, cond) = match (op, self.constant(a), self.constant(b)) {
-            (Op::Lt, _, Some(0)) | (Op::Le, _, Some(-1)) => (a, Cond::MI),
-            (Op::Le, Some(0), _) | (Op::Lt, Some(-1), _) => (b, Cond::PL),
+    fn compare_with_zero(&mut self, relation: Relation, a: Value, b: Value) -> Option<Cond> {
+        let (of, cond) = match (relation, self.constant(a), self.constant(b)) {
+            (Relation::Less, _, Some(0)) | (Relation::LessOrEqual, _, Some(-1)) => (a, Cond::MI),
+            (Relation::LessOrEqual, Some(0), _) | (Relation::Less, Some(-1), _) => (b, Cond::PL),
             _ => return None,
         };
         let word = self.reg(of);
@@ -165,15 +173,15 @@ impl Select<'_> {
         }
     }
 
-    fn condition_i64(&mut self, op: Op, a: Value, b: Value) -> Cond {
+    fn condition_i64(&mut self, relation: Relation, a: Value, b: Value) -> Cond {
         let (a, b) = (self.pair(a), self.pair(b));
-        match op {
-            Op::Lt => self.compare_pairs(a, b),
-            Op::Le => {
+        match relation {
+            Relation::Less => self.compare_pairs(a, b),
+            Relation::LessOrEqual => {
                 self.compare_pairs(b, a);
                 Cond::GE
             }
-            _ => {
+            Relation::Equal => {
                 self.emit(
                     MInst::new(Isa::CMP_register)
                         .reg(Role::N, a.0)
@@ -206,32 +214,29 @@ impl Select<'_> {
         Cond::LT
     }
 
-    /// Bools as words.
-    pub(super) fn select_logic(&mut self, op: Op, args: &[Value]) -> Binding {
-        if op == Op::And {
-            for (one, other) in [(args[0], args[1]), (args[1], args[0])] {
-                if let Some((Op::Not, [not, _])) = self.deferred(other) {
-                    let (n, m) = (self.reg(one), self.reg(not));
-                    return Binding::Word(self.emit_rrr(Isa::BIC_register, n, m));
-                }
+    /// Both bools, as words; one that does not hold is cleared.
+    pub(super) fn select_and(&mut self, a: Value, b: Value) -> VReg {
+        for (one, other) in [(a, b), (b, a)] {
+            if let Some((Op::Not, [not, _])) = self.deferred(other) {
+                let n = self.reg(one);
+                let m = self.reg(not);
+                return self.emit_rrr(Isa::BIC_register, n, m);
             }
         }
-        let a = self.reg(args[0]);
-        Binding::Word(match op {
-            Op::Not => self.result(MInst::new(Isa::EOR_immediate).reg(Role::N, a).imm(1)),
-            _ => {
-                let b = self.reg(args[1]);
-                self.emit_rrr(
-                    if op == Op::And {
-                        Isa::AND_register
-                    } else {
-                        Isa::ORR_register
-                    },
-                    a,
-                    b,
-                )
-            }
-        })
+        let a = self.reg(a);
+        let b = self.reg(b);
+        self.emit_rrr(Isa::AND_register, a, b)
+    }
+
+    pub(super) fn select_or(&mut self, a: Value, b: Value) -> VReg {
+        let a = self.reg(a);
+        let b = self.reg(b);
+        self.emit_rrr(Isa::ORR_register, a, b)
+    }
+
+    pub(super) fn select_not(&mut self, a: Value) -> VReg {
+        let a = self.reg(a);
+        self.result(MInst::new(Isa::EOR_immediate).reg(Role::N, a).imm(1))
     }
 
     pub(super) fn select_choice(&mut self, is_wide: bool, args: [Value; 3]) -> Binding {
@@ -281,7 +286,7 @@ impl Select<'_> {
         let beyond = if op == Op::Max { Cond::LT } else { Cond::GT };
         let (first, cond) = match self.binding(args[0]) {
             // A constant is compared with from the right.
-            Binding::Comparison(Op::Lt, [a, b])
+            Binding::Comparison(Relation::Less, [a, b])
                 if self.constant(a).is_none() && self.info(a).ty != Type::I64 =>
             {
                 ([a, b], if where_it_holds { Cond::LT } else { Cond::GE })

@@ -1,10 +1,11 @@
 //! Conditional stores: a choice between a new word and the cell's old one waits for its store.
 
+use super::compare::Relation;
 use super::{Binding, Select};
 use crate::thumb::minst::{Access, AliasClass, MInst, Role, VReg};
 use crate::thumb::registers::RECORD;
 use whippen_isa::{Cond, Op as Isa};
-use whippen_kernel::{Inst, Op, Type, Value};
+use whippen_kernel::{Inst, Type, Value};
 
 impl Select<'_> {
     /// A store of a choice that waited for it.
@@ -34,7 +35,7 @@ impl Select<'_> {
     /// Two words whose difference is zero where a bool holds.
     fn zero_where_equal(&self, condition: Value) -> Option<[Value; 2]> {
         match self.binding(condition) {
-            Binding::Comparison(Op::Eq, [a, b])
+            Binding::Comparison(Relation::Equal, [a, b])
                 if self.info(a).ty != Type::I64 && self.split_constant(&[a, b]).is_none() =>
             {
                 Some([a, b])

@@ -1,6 +1,7 @@
 //! Deferred selection: values that take no instruction where they stand, because their users fold
 //! them or compute them.
 
+use super::shift::operand_shift;
 use super::{Binding, Select};
 use whippen_kernel::{Inst, Op, Range, Type, Value};
 use whippen_target_info::{Selected, row};
@@ -29,7 +30,7 @@ impl Select<'_> {
 
     /// What waits for its only user; a shift may be done in each of several.
     fn bind_at_users(&self, inst: &Inst, result: Value) -> Option<Binding> {
-        let is_shift = matches!(inst.op, Op::Shl(_) | Op::Sar(_));
+        let is_shift = operand_shift(inst.op).is_some();
         if is_shift
             && self.info(result).ty == Type::I32
             && (self.repeats_shift_of_load(inst, result)
@@ -83,7 +84,7 @@ impl Select<'_> {
     /// What waits for its user, or a shift that is done in each.
     pub(super) fn foldable(&self, value: Value) -> Option<(Op, [Value; 2])> {
         match self.binding(value) {
-            Binding::Rematerialize(op @ (Op::Shl(_) | Op::Sar(_)), arg) => Some((op, [arg; 2])),
+            Binding::Rematerialize(op, arg) if operand_shift(op).is_some() => Some((op, [arg; 2])),
             _ => self.deferred(value),
         }
     }

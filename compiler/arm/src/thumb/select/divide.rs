@@ -6,7 +6,7 @@
 //! because it was proven to: two digits of 16 bits, as in Knuth's algorithm D, each guessed by UDIV
 //! from the divisor's upper half and taken back at most twice.
 
-use super::arith_i32::with_shift;
+use super::shift::with_shift;
 use super::{Binding, Select};
 use crate::thumb::minst::{MInst, Role, VReg};
 use whippen_isa::{Cond, Op as Isa, ShiftType};

@@ -1,7 +1,7 @@
 //! Selection of memory operators: loads and stores at constant offsets from the registers with a
 //! role.
 
-use super::arith_i32::with_shift;
+use super::shift::with_shift;
 use super::{Binding, Select};
 use crate::thumb::func::Terminator;
 use crate::thumb::literal::Literal;

@@ -4,6 +4,7 @@
 //! compile until it has its line here. It is asked wherever an operator is emitted, in place or at
 //! a user, so that both ways end in the same rule.
 
+use super::compare::Relation;
 use super::{Binding, Select};
 use crate::thumb::minst::VReg;
 use whippen_isa::Op as Isa;
@@ -52,8 +53,12 @@ impl Select<'_> {
             (Op::Assume(..), false) => self.reg(a).into(),
             (Op::Assume(..), true) => self.pair(a).into(),
             (Op::Narrow, _) => self.select_narrow(a),
-            (Op::Eq | Op::Lt | Op::Le, _) => Binding::Comparison(op, [a, b]),
-            (Op::And | Op::Or | Op::Not, _) => self.select_logic(op, args),
+            (Op::Eq, _) => Binding::Comparison(Relation::Equal, [a, b]),
+            (Op::Lt, _) => Binding::Comparison(Relation::Less, [a, b]),
+            (Op::Le, _) => Binding::Comparison(Relation::LessOrEqual, [a, b]),
+            (Op::And, _) => self.select_and(a, b).into(),
+            (Op::Or, _) => self.select_or(a, b).into(),
+            (Op::Not, _) => self.select_not(a).into(),
             (Op::Select, _) => self.select_choice(is_wide, [a, b, c]),
             (Op::In(port), _) => self.read_input(port).into(),
             (Op::Out(port), _) => return self.write_output(port, a),

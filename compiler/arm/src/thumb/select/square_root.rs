@@ -51,7 +51,7 @@ impl Select<'_> {
 
     /// A bit moved down, with flags.
     fn shift_right_with_flags(&mut self, bit: VReg) -> VReg {
-        let code = super::arith_i32::shift_code(Isa::LSR_immediate, 1);
+        let code = super::shift::shift_code(Isa::LSR_immediate, 1);
         self.result(code.reg(Role::M, bit).flags())
     }
 

@@ -64,7 +64,7 @@ fn alu(op: Op, s: bool, d: u8, n: u8, m: u8) -> Fixed {
     selected(inst, Access::None)
 }
 
-/// A decision, one of two ways, and the same end; r2 is kept over all of it.
+/// A decision, one of two sides, and the same end; r2 is kept over all of it.
 ///
 /// ```text
 ///   0: r0 = a, r1 = b, r2 = c, r0 < r1  ->  1: r3 = d, d = r2, r2 = r2 + r3   or   2: c = r1   ->  3: e = r2
@@ -120,65 +120,65 @@ fn decision() -> Allocated {
 
 #[test]
 fn what_cannot_be_told_may_change_and_nothing_else() {
-    let told = |change: &dyn Fn(&mut [Block<PReg>])| {
+    let notices = |change: &dyn Fn(&mut [Block<PReg>])| {
         let mut after = decision();
         change(&mut after.blocks);
         validate(&decision(), &after).is_err()
     };
-    assert!(!told(&|_| ()));
+    assert!(!notices(&|_| ()));
     // The word goes up over the branch; its register then has another name.
-    assert!(!told(&|blocks| {
+    assert!(!notices(&|blocks| {
         let first = blocks[1].code.remove(0);
         blocks[0].code.insert(3, first);
     }));
-    assert!(!told(&|blocks| {
+    assert!(!notices(&|blocks| {
         blocks[1].code[0] = load(9, 3);
         blocks[1].code[2].set_register(Role::M, PReg(9));
     }));
     // Loads change places.
-    assert!(!told(&|blocks| blocks[0].code.swap(0, 2)));
+    assert!(!notices(&|blocks| blocks[0].code.swap(0, 2)));
     assert!(
-        told(&|blocks| blocks[1].code.swap(0, 1)),
+        notices(&|blocks| blocks[1].code.swap(0, 1)),
         "the word is read behind what is written there"
     );
     assert!(
-        told(&|blocks| blocks[1].code.swap(0, 2)),
+        notices(&|blocks| blocks[1].code.swap(0, 2)),
         "the sum has what was in r3"
     );
     assert!(
-        told(&|blocks| blocks[1].code[0] = load(9, 3)),
+        notices(&|blocks| blocks[1].code[0] = load(9, 3)),
         "the sum reads r3 still"
     );
     assert!(
-        told(&|blocks| blocks[1].code[2].set_register(Role::D, PReg(4))),
+        notices(&|blocks| blocks[1].code[2].set_register(Role::D, PReg(4))),
         "the end reads r2"
     );
     assert!(
-        told(&|blocks| _ = blocks[2].code.remove(0)),
+        notices(&|blocks| _ = blocks[2].code.remove(0)),
         "a store is lost"
     );
     assert!(
-        told(&|blocks| blocks[2].code[0] = store(0, 2)),
+        notices(&|blocks| blocks[2].code[0] = store(0, 2)),
         "another word is stored"
     );
     assert!(
-        told(&|blocks| blocks[0].code.swap(1, 3)),
+        notices(&|blocks| blocks[0].code.swap(1, 3)),
         "r0 is compared with what was in r1"
     );
     assert!(
-        told(&|blocks| _ = blocks[0].code.remove(3)),
+        notices(&|blocks| _ = blocks[0].code.remove(3)),
         "the branch has other flags"
     );
     assert!(
-        told(&|blocks| blocks[0].code[0].inst.imm = 4),
+        notices(&|blocks| blocks[0].code[0].inst.imm = 4),
         "another word is compared"
     );
     assert!(
-        told(&|blocks| _ = blocks[3].code.remove(0)),
+        notices(&|blocks| _ = blocks[3].code.remove(0)),
         "nobody knows what follows"
     );
     assert!(
-        told(&|blocks| blocks[3].code[0].set_register(Role::T, PReg(RECORD))),
+        notices(&|blocks| blocks[3].code[0].set_register(Role::T, PReg(RECORD))),
         "a register of the layout is lost"
     );
     let swapped = |end: &mut Terminator<PReg>| {
@@ -190,11 +190,11 @@ fn what_cannot_be_told_may_change_and_nothing_else() {
         }
     };
     assert!(
-        told(&|blocks| swapped(&mut blocks[0].end)),
-        "the other way is gone"
+        notices(&|blocks| swapped(&mut blocks[0].end)),
+        "the other side is gone"
     );
-    // Up over the branch into a register that the other way's end wants.
-    assert!(told(&|blocks| {
+    // Up over the branch into a register that the other side's end wants.
+    assert!(notices(&|blocks| {
         let mut sum = blocks[1].code.split_off(2);
         blocks[0].code.append(&mut sum);
     }));
@@ -347,7 +347,7 @@ fn errors_in_code_of_random_kernels_are_noticed() {
         let is_store = func.blocks[block].code[at].inst.class() == Class::Store;
         is_store.then(|| with(func, block, |code| _ = code.remove(at)))
     };
-    // What a block begins with stands before the branch, though the other way wants the register.
+    // What a block begins with stands before the branch, though the other side wants the register.
     let moved_up = |func: &Allocated, block: usize, at: usize| {
         let above = func
             .blocks

@@ -16,7 +16,7 @@ pub fn narrow(
     facts: &Facts,
     start: IdMap<NodeId, Interval>,
 ) -> Option<IdMap<NodeId, Interval>> {
-    let mut pass = Pass {
+    let mut pass = NarrowingPass {
         model,
         at: start,
         changed: false,
@@ -48,13 +48,13 @@ pub fn narrow(
     Some(pass.at)
 }
 
-struct Pass<'m> {
+struct NarrowingPass<'m> {
     model: &'m Model,
     at: IdMap<NodeId, Interval>,
     changed: bool,
 }
 
-impl Pass<'_> {
+impl NarrowingPass<'_> {
     fn of(&self, id: NodeId) -> Interval {
         self.at[id]
     }

@@ -3,7 +3,7 @@
 use crate::syntax::token::SOFT_KEYWORDS;
 
 /// A kind of thing: it is expected if all of `needs` are, and stands for all of `covers`.
-struct Kind {
+struct WordKind {
     name: &'static str,
     needs: &'static [&'static str],
     covers: &'static [&'static str],
@@ -11,8 +11,8 @@ struct Kind {
     words: bool,
 }
 
-const KINDS: &[Kind] = &[
-    Kind {
+const KINDS: &[WordKind] = &[
+    WordKind {
         name: "an expression",
         needs: &["number"],
         covers: &[
@@ -20,13 +20,13 @@ const KINDS: &[Kind] = &[
         ],
         words: true,
     },
-    Kind {
+    WordKind {
         name: "an instrument, a term or a keyboard",
         needs: &["instrument"],
         covers: &["instrument", "term", "keyboard"],
         words: false,
     },
-    Kind {
+    WordKind {
         name: "a declaration",
         needs: &["let"],
         covers: &[
@@ -35,49 +35,49 @@ const KINDS: &[Kind] = &[
         ],
         words: false,
     },
-    Kind {
+    WordKind {
         name: "a transition",
         needs: &["left"],
         covers: &["left"],
         words: false,
     },
-    Kind {
+    WordKind {
         name: "an action",
         needs: &["emit"],
         covers: &["emit", "fire", "assigned"],
         words: false,
     },
-    Kind {
+    WordKind {
         name: "a setting",
         needs: &["word", "board", "}"],
         covers: &["word"],
         words: true,
     },
-    Kind {
+    WordKind {
         name: "a note",
         needs: &["sharp"],
         covers: &["sharp", "word"],
         words: true,
     },
-    Kind {
+    WordKind {
         name: "a type",
         needs: &["word", "force"],
         covers: &["word", "force"],
         words: true,
     },
-    Kind {
+    WordKind {
         name: "a name",
         needs: &["word"],
         covers: &["word"],
         words: true,
     },
-    Kind {
+    WordKind {
         name: "a line of the body",
         needs: &["torque"],
         covers: &["angle", "position", "inertia", "mass", "torque", "force"],
         words: false,
     },
-    Kind {
+    WordKind {
         name: "an operator",
         needs: &["+"],
         covers: &[
@@ -85,7 +85,7 @@ const KINDS: &[Kind] = &[
         ],
         words: false,
     },
-    Kind {
+    WordKind {
         name: "`and`, `or`",
         needs: &["and", "or"],
         covers: &["and", "or"],

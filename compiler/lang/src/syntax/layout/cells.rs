@@ -1,7 +1,7 @@
 //! Rows cut into cells, and cells in columns.
 
 use super::pieces::Piece;
-use super::rows::{Kind, Row};
+use super::rows::{Row, RowKind};
 use super::space;
 use crate::syntax::token::Token;
 
@@ -29,18 +29,18 @@ impl Cell {
 pub(super) fn cuts(pieces: &[Piece], row: &Row) -> Vec<(usize, String)> {
     let head = row.from..row.block.as_ref().map_or(row.to, |b| b.open);
     let signs: &[(Token, &str)] = match row.kind {
-        Kind::Param => &[(Token::Equals, "="), (Token::In, "in")],
-        Kind::Definition | Kind::Force | Kind::PerKey => &[(Token::Equals, "=")],
-        Kind::State => &[(Token::Colon, ":"), (Token::In, "in"), (Token::Equals, "=")],
-        Kind::Pulse => &[
+        RowKind::Param => &[(Token::Equals, "="), (Token::In, "in")],
+        RowKind::Definition | RowKind::Force | RowKind::PerKey => &[(Token::Equals, "=")],
+        RowKind::State => &[(Token::Colon, ":"), (Token::In, "in"), (Token::Equals, "=")],
+        RowKind::Pulse => &[
             (Token::Colon, ":"),
             (Token::In, "in"),
             (Token::Lasting, "lasting"),
         ],
-        Kind::Transition => &[(Token::Arrow, "->"), (Token::When, "when")],
-        Kind::Event | Kind::Hold => &[(Token::When, "when")],
-        Kind::Part | Kind::Setting => return vec![(row.from + 1, String::new())],
-        Kind::Item | Kind::Sense | Kind::States | Kind::Body | Kind::Action => &[],
+        RowKind::Transition => &[(Token::Arrow, "->"), (Token::When, "when")],
+        RowKind::Event | RowKind::Hold => &[(Token::When, "when")],
+        RowKind::Part | RowKind::Setting => return vec![(row.from + 1, String::new())],
+        RowKind::Item | RowKind::Sense | RowKind::States | RowKind::Body | RowKind::Action => &[],
     };
     let mut cuts: Vec<(usize, String)> = Vec::new();
     let mut at = head.start + 1;
@@ -57,7 +57,7 @@ pub(super) fn cuts(pieces: &[Piece], row: &Row) -> Vec<(usize, String)> {
             (*key).to_string(),
         ));
     }
-    if let (Kind::Definition, Some((equals, _))) = (row.kind, cuts.first()) {
+    if let (RowKind::Definition, Some((equals, _))) = (row.kind, cuts.first()) {
         let arguments = arguments(pieces, equals + 1, head.end);
         cuts.extend(arguments);
     }

@@ -6,7 +6,7 @@ use crate::syntax::token::Token;
 
 /// What a row is. Neighbours of one kind share columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum RowKind {
     Item,
     Sense,
     Param,
@@ -29,7 +29,7 @@ pub(super) enum Kind {
 /// Some pieces that begin a line: `pieces[from..to]`.
 #[derive(Debug)]
 pub(super) struct Row {
-    pub kind: Kind,
+    pub kind: RowKind,
     pub from: usize,
     /// One past its last piece.
     pub to: usize,
@@ -46,7 +46,7 @@ pub(super) struct Block {
 }
 
 /// Where a row begins, what it is, and the rows in its block.
-type Start<'a> = (usize, Kind, Inside<'a>);
+type Start<'a> = (usize, RowKind, Inside<'a>);
 
 /// What a block may hold.
 enum Inside<'a> {
@@ -54,7 +54,7 @@ enum Inside<'a> {
     Decls(&'a [Decl]),
     Settings(&'a [Setting]),
     /// Rows of one kind without blocks in them, by their first bytes.
-    Plain(Kind, Vec<u32>),
+    Plain(RowKind, Vec<u32>),
     Transitions(Vec<(u32, Vec<u32>)>),
 }
 
@@ -73,7 +73,7 @@ fn item<'a>(pieces: &[Piece], item: &'a Item) -> Start<'a> {
         Item::Term(t) => (t.span, Inside::Decls(&t.decls)),
         Item::Keyboard(k) => (k.span, Inside::Settings(&k.settings)),
     };
-    (index(pieces, span.start), Kind::Item, inside)
+    (index(pieces, span.start), RowKind::Item, inside)
 }
 
 /// The piece that begins at a byte.
@@ -96,13 +96,13 @@ fn rows(pieces: &[Piece], starts: Vec<Start>, end: usize) -> Vec<Row> {
         .collect()
 }
 
-fn row(pieces: &[Piece], from: usize, to: usize, kind: Kind, inside: Inside) -> Row {
+fn row(pieces: &[Piece], from: usize, to: usize, kind: RowKind, inside: Inside) -> Row {
     let brace = pieces[from..to]
         .iter()
         .position(|p| matches!(p.token, Token::Open(_)));
     // The braces of a keyboard's line hold a list.
     let block = brace
-        .filter(|_| !matches!(kind, Kind::PerKey | Kind::Setting))
+        .filter(|_| !matches!(kind, RowKind::PerKey | RowKind::Setting))
         .map(|at| {
             let at_byte = |start: u32| index(pieces, start);
             let starts = match inside {
@@ -118,8 +118,8 @@ fn row(pieces: &[Piece], from: usize, to: usize, kind: Kind, inside: Inside) -> 
                     .map(|(s, actions)| {
                         (
                             at_byte(s),
-                            Kind::Transition,
-                            Inside::Plain(Kind::Action, actions),
+                            RowKind::Transition,
+                            Inside::Plain(RowKind::Action, actions),
                         )
                     })
                     .collect(),
@@ -141,29 +141,30 @@ fn decl<'a>(pieces: &[Piece], decl: &'a Decl) -> Start<'a> {
     let starts =
         |actions: &[crate::syntax::ast::Action]| actions.iter().map(|a| a.span.start).collect();
     let (kind, inside) = match &decl.kind {
-        DeclKind::Sense { .. } => (Kind::Sense, Inside::Nothing),
-        DeclKind::Param { .. } => (Kind::Param, Inside::Nothing),
+        DeclKind::Sense { .. } => (RowKind::Sense, Inside::Nothing),
+        DeclKind::Param { .. } => (RowKind::Param, Inside::Nothing),
         DeclKind::Let { .. } | DeclKind::Next { .. } | DeclKind::Result { .. } => {
-            (Kind::Definition, Inside::Nothing)
+            (RowKind::Definition, Inside::Nothing)
         }
         DeclKind::States { transitions, .. } => {
             let all = transitions
                 .iter()
                 .map(|t| (t.span.start, starts(&t.actions)))
                 .collect();
-            (Kind::States, Inside::Transitions(all))
+            (RowKind::States, Inside::Transitions(all))
         }
-        DeclKind::State { .. } => (Kind::State, Inside::Nothing),
+        DeclKind::State { .. } => (RowKind::State, Inside::Nothing),
         DeclKind::Body { parts, .. } => (
-            Kind::Body,
-            Inside::Plain(Kind::Part, parts.iter().map(part_start).collect()),
+            RowKind::Body,
+            Inside::Plain(RowKind::Part, parts.iter().map(part_start).collect()),
         ),
-        DeclKind::Event { actions, .. } => {
-            (Kind::Event, Inside::Plain(Kind::Action, starts(actions)))
-        }
-        DeclKind::Pulse { .. } => (Kind::Pulse, Inside::Nothing),
-        DeclKind::Hold { .. } => (Kind::Hold, Inside::Nothing),
-        DeclKind::Force { .. } => (Kind::Force, Inside::Nothing),
+        DeclKind::Event { actions, .. } => (
+            RowKind::Event,
+            Inside::Plain(RowKind::Action, starts(actions)),
+        ),
+        DeclKind::Pulse { .. } => (RowKind::Pulse, Inside::Nothing),
+        DeclKind::Hold { .. } => (RowKind::Hold, Inside::Nothing),
+        DeclKind::Force { .. } => (RowKind::Force, Inside::Nothing),
     };
     (index(pieces, decl.span.start), kind, inside)
 }
@@ -182,7 +183,7 @@ fn setting<'a>(pieces: &[Piece], setting: &Setting) -> Start<'a> {
         Setting::PerKey { instrument, .. } => {
             return (
                 index(pieces, instrument.span.start),
-                Kind::PerKey,
+                RowKind::PerKey,
                 Inside::Nothing,
             );
         }
@@ -193,7 +194,7 @@ fn setting<'a>(pieces: &[Piece], setting: &Setting) -> Start<'a> {
     };
     (
         index(pieces, first).saturating_sub(1),
-        Kind::Setting,
+        RowKind::Setting,
         Inside::Nothing,
     )
 }

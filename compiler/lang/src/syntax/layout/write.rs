@@ -3,7 +3,7 @@
 use super::cells::{self, Cell, align, cells, join};
 use super::lines::Line;
 use super::pieces::{Note, Piece};
-use super::rows::{Block, Kind, Row};
+use super::rows::{Block, Row, RowKind};
 use super::{INDENT, WIDTH, space};
 
 /// How a row is written, from the shortest way on.
@@ -58,7 +58,7 @@ impl Writer<'_> {
         let shaped = self.shaped(rows, indent);
         for (n, (row, (shape, cells))) in rows.iter().zip(shaped).enumerate() {
             let piece = &self.pieces[row.from];
-            let item = row.kind == Kind::Item;
+            let item = row.kind == RowKind::Item;
             let documented = item
                 && piece
                     .before
@@ -132,7 +132,7 @@ impl Writer<'_> {
         };
         let short = match block.rows.len() {
             0 => true,
-            1 => matches!(row.kind, Kind::Event | Kind::Transition),
+            1 => matches!(row.kind, RowKind::Event | RowKind::Transition),
             _ => false,
         };
         if short && !self.commented(row.from, row.to) {
@@ -195,7 +195,11 @@ impl Writer<'_> {
     /// At how many places a broken row is cut all the same: where it begins like its neighbours,
     /// unless comments are in the way.
     fn kept(&self, row: &Row) -> usize {
-        let most = if row.kind == Kind::Transition { 2 } else { 1 };
+        let most = if row.kind == RowKind::Transition {
+            2
+        } else {
+            1
+        };
         let cuts = cells::cuts(self.pieces, row);
         let free = cuts
             .get(most - 1)

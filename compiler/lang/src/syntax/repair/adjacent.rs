@@ -15,73 +15,121 @@ pub(super) fn repair<'s>(
     tokens: Tokens<'s>,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Tokens<'s> {
-    let declared = declared(&tokens);
-    let mut repaired = Tokens::with_capacity(tokens.len());
-    let mut i = 0;
-    while i < tokens.len() {
-        let token = tokens[i];
-        i += 1;
-        repaired.push(token);
-        let Token::Number(literal) = token.node else {
-            continue;
-        };
-        if let Some(end) = goes_on(&tokens, i - 1, &declared).filter(|_| !literal.unit.is_empty()) {
-            let whole = token.span.to(tokens[end - 1].span);
-            let unit = Span {
-                start: token.span.end - literal.unit.len() as u32,
-                ..whole
+    let repair = NumberRepair {
+        text,
+        declared: declared(&tokens),
+        repaired: Tokens::with_capacity(tokens.len()),
+        tokens,
+        diagnostics,
+    };
+    repair.run()
+}
+
+/// A row of tokens that is being repaired.
+struct NumberRepair<'s, 'd> {
+    text: &'s str,
+    tokens: Tokens<'s>,
+    declared: HashSet<&'s str>,
+    repaired: Tokens<'s>,
+    diagnostics: &'d mut Vec<Diagnostic>,
+}
+
+impl<'s> NumberRepair<'s, '_> {
+    fn run(mut self) -> Tokens<'s> {
+        let mut i = 0;
+        while i < self.tokens.len() {
+            let token = self.tokens[i];
+            self.repaired.push(token);
+            i = match token.node {
+                Token::Number(literal) => self.repair_number(i, literal),
+                _ => i + 1,
             };
-            let (bare, source) = (
-                Literal {
-                    unit: "",
-                    ..literal
-                },
-                &text[unit.start as usize..unit.end as usize],
-            );
-            let node = report_unit(bare, source, token.span, unit, diagnostics);
-            repaired.pop();
-            repaired.push(Spanned { node, span: whole });
-            i = end;
-            continue;
         }
-        let Some(next) = tokens.get(i).filter(|_| adjoins(text, &tokens, i)) else {
-            continue;
-        };
-        let product = match next.node.name() {
-            Some(name) => {
-                declared.contains(name) || matches!(at(&tokens, i + 1), Some(Token::LeftParen))
-            }
-            None => true,
-        };
-        if product {
-            let span = Span {
-                start: token.span.end,
-                end: token.span.end,
-                ..token.span
-            };
-            diagnostics.push(missing_times(text, token.span, next, at(&tokens, i + 1)));
-            repaired.push(Spanned {
-                node: Token::Star,
-                span,
-            });
-        } else {
-            let end = unit_end(&tokens, i);
-            let unit = tokens[i].span.to(tokens[end - 1].span);
-            let whole = token.span.to(unit);
-            let source = &text[unit.start as usize..unit.end as usize];
-            let gap = &text[token.span.end as usize..unit.start as usize];
-            // Letters and signs that are no part of the language have been reported by the lexer.
-            let reported = !source.is_ascii() || !gap.trim().is_empty();
-            let node = match reported {
-                true => Token::Broken,
-                false => report_unit(literal, source, token.span, unit, diagnostics),
-            };
-            repaired.pop();
-            repaired.push(Spanned { node, span: whole });
-            i = end;
-        }
+        self.repaired
     }
-    repaired
+
+    /// A number, which is pushed already; gives the place of the first token that is not.
+    fn repair_number(&mut self, at: usize, literal: Literal<'s>) -> usize {
+        let next = at + 1;
+        let has_unit = !literal.unit.is_empty();
+        if let Some(end) = goes_on(&self.tokens, at, &self.declared).filter(|_| has_unit) {
+            self.replace_wrong_unit(at, end, literal);
+            return end;
+        }
+        if next >= self.tokens.len() || !adjoins(self.text, &self.tokens, next) {
+            return next;
+        }
+        if self.is_factor(next) {
+            self.insert_times(at);
+            return next;
+        }
+        let end = unit_end(&self.tokens, next);
+        self.replace_word(at, end, literal);
+        end
+    }
+
+    /// Whether the token at this place can be multiplied by the number before it.
+    fn is_factor(&self, next: usize) -> bool {
+        let is_called = matches!(at(&self.tokens, next + 1), Some(Token::LeftParen));
+        let name = self.tokens[next].node.name();
+        name.is_none_or(|name| self.declared.contains(name) || is_called)
+    }
+
+    /// A number whose unit goes on with what is none (`75 N/mmm`), up to `end`.
+    fn replace_wrong_unit(&mut self, at: usize, end: usize, literal: Literal<'s>) {
+        let number = self.tokens[at].span;
+        let whole = number.to(self.tokens[end - 1].span);
+        let unit = Span {
+            start: number.end - literal.unit.len() as u32,
+            ..whole
+        };
+        let bare = Literal {
+            unit: "",
+            ..literal
+        };
+        let source = self.source(unit);
+        let node = report_unit(bare, source, number, unit, self.diagnostics);
+        self.replace_last(node, whole);
+    }
+
+    /// A number and the word behind it, which ends before `end`.
+    fn replace_word(&mut self, at: usize, end: usize, literal: Literal<'s>) {
+        let number = self.tokens[at].span;
+        let unit = self.tokens[at + 1].span.to(self.tokens[end - 1].span);
+        let source = self.source(unit);
+        let gap = &self.text[number.end as usize..unit.start as usize];
+        // Letters and signs that are no part of the language have been reported by the lexer.
+        let is_reported = !source.is_ascii() || !gap.trim().is_empty();
+        let node = match is_reported {
+            true => Token::Broken,
+            false => report_unit(literal, source, number, unit, self.diagnostics),
+        };
+        self.replace_last(node, number.to(unit));
+    }
+
+    /// A `*` behind a number.
+    fn insert_times(&mut self, number: usize) {
+        let (span, next) = (self.tokens[number].span, &self.tokens[number + 1]);
+        let after = at(&self.tokens, number + 2);
+        self.diagnostics
+            .push(missing_times(self.text, span, next, after));
+        self.repaired.push(Spanned {
+            node: Token::Star,
+            span: Span {
+                start: span.end,
+                ..span
+            },
+        });
+    }
+
+    fn replace_last(&mut self, node: Token<'s>, span: Span) {
+        self.repaired.pop();
+        self.repaired.push(Spanned { node, span });
+    }
+
+    fn source(&self, span: Span) -> &'s str {
+        &self.text[span.start as usize..span.end as usize]
+    }
 }
 
 /// The names that a number could be meant to be multiplied by: declared in this file, or built in.
@@ -188,60 +236,58 @@ fn report_unit<'s>(
 ) -> Token<'s> {
     let digits = literal.digits;
     if !literal.unit.is_empty() {
-        let message = format!(
-            "`{source}` follows a number that has its unit `{}` already",
-            literal.unit
-        );
-        let whole = format!("{}*{source}", literal.unit);
-        let hint = match parse_unit(&whole) {
-            Some(_) => format!("write `{digits} {whole}`"),
-            None => format!(
-                "a factor needs its sign: `{digits} {} * {source}`",
-                literal.unit
-            ),
-        };
-        diagnostics.push(
-            Diagnostic::new(Code::UnknownUnit, unit, message, "not expected here").hint(hint),
-        );
-        return Token::Broken;
-    }
-    if parse_unit(source).is_some() {
-        let message = format!("the unit `{source}` must follow its number after exactly one space");
-        let label = format!("this far from `{digits}`, it is no unit");
-        let diagnostic = Diagnostic::new(Code::UnknownUnit, number.to(unit), message, label);
-        let right = format!("{digits} {source}");
-        diagnostics.push(diagnostic.hint(Advice::instead(format!("write `{right}`"), right)));
+        diagnostics.push(second_unit(literal, source, unit));
+    } else if parse_unit(source).is_some() {
+        diagnostics.push(far_unit(digits, source, number.to(unit)));
         return Token::Number(Literal {
             digits,
             unit: source,
         });
+    } else {
+        diagnostics.push(unknown_unit(digits, source, unit));
     }
+    Token::Broken
+}
+
+fn second_unit(literal: Literal, source: &str, unit: Span) -> Diagnostic {
+    let Literal {
+        digits, unit: own, ..
+    } = literal;
+    let message = format!("`{source}` follows a number that has its unit `{own}` already");
+    let whole = format!("{own}*{source}");
+    let hint = match parse_unit(&whole) {
+        Some(_) => format!("write `{digits} {whole}`"),
+        None => format!("a factor needs its sign: `{digits} {own} * {source}`"),
+    };
+    Diagnostic::new(Code::UnknownUnit, unit, message, "not expected here").hint(hint)
+}
+
+fn far_unit(digits: &str, source: &str, whole: Span) -> Diagnostic {
+    let message = format!("the unit `{source}` must follow its number after exactly one space");
+    let label = format!("this far from `{digits}`, it is no unit");
+    let right = format!("{digits} {source}");
+    Diagnostic::new(Code::UnknownUnit, whole, message, label)
+        .hint(Advice::instead(format!("write `{right}`"), right))
+}
+
+fn unknown_unit(digits: &str, source: &str, unit: Span) -> Diagnostic {
     let word = source
         .split(['*', '/', '^'])
         .find(|w| parse_unit(w).is_none())
         .unwrap_or(source);
-    let diagnostic = Diagnostic::new(
-        Code::UnknownUnit,
-        unit,
-        format!("`{word}` is not a unit"),
-        "unknown unit",
-    );
-    diagnostics.push(
-        match powered(word).or_else(|| nearest_unit(word).map(str::to_string)) {
-            Some(near) => {
-                let right = source.replacen(word, &near, 1);
-                diagnostic.hint(Advice::instead(
-                    format!("did you mean `{digits} {right}`?"),
-                    right,
-                ))
-            }
-            None => diagnostic.hint(format!(
-                "known units are {}",
-                unit_names().collect::<Vec<_>>().join(", ")
-            )),
-        },
-    );
-    Token::Broken
+    let message = format!("`{word}` is not a unit");
+    let diagnostic = Diagnostic::new(Code::UnknownUnit, unit, message, "unknown unit");
+    match powered(word).or_else(|| nearest_unit(word).map(str::to_string)) {
+        Some(near) => {
+            let right = source.replacen(word, &near, 1);
+            let advice = format!("did you mean `{digits} {right}`?");
+            diagnostic.hint(Advice::instead(advice, right))
+        }
+        None => {
+            let known: Vec<&str> = unit_names().collect();
+            diagnostic.hint(format!("known units are {}", known.join(", ")))
+        }
+    }
 }
 
 /// `mm^2` for `mm2`.
