@@ -420,6 +420,22 @@ mod tests {
     }
 
     #[test]
+    fn keyboards_may_name_what_is_bundled() {
+        use whippen_compiler::bundled::{BOARDS, DEVICES};
+        let mut boards: Vec<&str> = bundled_names().collect();
+        boards.sort_unstable();
+        assert_eq!(boards, BOARDS);
+        for device in DEVICES {
+            assert!(crate::device::Device::bundled(device).is_some(), "{device}");
+        }
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../instruments/hardware");
+        let files = std::fs::read_dir(folder).expect("readable");
+        let names = files.map(|file| file.expect("an entry").file_name());
+        let toml = names.filter(|name| name.to_string_lossy().ends_with(".toml"));
+        assert_eq!(toml.count(), BOARDS.len() + DEVICES.len());
+    }
+
+    #[test]
     fn mistakes_are_named_with_their_place() {
         let good = BUNDLED[0].1;
         let changed = |from: &str, to: &str| {

@@ -41,7 +41,8 @@ impl Decimal {
         let decimals = (0..=DECIMALS_MAX).find(|&n| 1.0 / power(n) < step);
         Decimal {
             decimals,
-            within: decimals.map_or(0.0, |n| step * power(n) / 2.0),
+            // What lies half way is no nearer to it than to its neighbour.
+            within: decimals.map_or(0.0, |n| step * power(n) / 2.0 * (1.0 - 1e-9)),
         }
     }
 
@@ -149,6 +150,18 @@ mod tests {
                 (back - value).abs() >= step / 2.0 * 0.999_999,
                 "{text}, {shorter}"
             );
+        }
+    }
+
+    #[test]
+    fn half_way_to_a_neighbour_is_too_far() {
+        let step = 11e-3 / 65_535.0;
+        let word = |value: f64| ((value + 0.5e-3) / step).round();
+        for number in 0..65_536 {
+            let value = f64::from(number) * step - 0.5e-3;
+            let text = Decimal::of_step(step).text(value);
+            let back = text.parse().expect("a number");
+            assert_eq!(word(back), f64::from(number), "{text}");
         }
     }
 

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use clap::ValueHint;
-use whippen_compiler::check::Options;
+use whippen_compiler::check::{Keyboard, Options};
 use whippen_compiler::diag::{Diagnostic, Severity};
+use whippen_compiler::keyboard::InstrumentId;
 use whippen_compiler::model::Model;
 use whippen_compiler::stability;
 use whippen_runtime::device::Device;
@@ -58,11 +59,12 @@ fn once(args: &Args) -> Outcome {
         say!("no instrument, but nothing wrong either");
     }
     let mut outcome = Ok(());
-    let named = program
-        .keyboards
-        .first()
-        .map(|keyboard| keyboard.device.as_str());
-    for model in program.instruments {
+    for (number, model) in (0..).map(InstrumentId).zip(program.instruments) {
+        let plays = |k: &&Keyboard| k.layout.instruments().contains(&number);
+        let keyboard = program.keyboards.iter().find(plays);
+        let named = keyboard
+            .or(program.keyboards.first())
+            .map(|k| k.device.as_str());
         let (name, device) = (model.name.clone(), Device::of(&model));
         let judged = args
             .stability

@@ -25,6 +25,7 @@ use std::path::{Path, PathBuf};
 use whippen_emulator::CoreKind;
 
 use super::file_plan::FilePlan;
+use super::load;
 use crate::exit::{Failure, Outcome};
 use board::{BoardName, MemoryRange};
 use image::Image;
@@ -150,7 +151,7 @@ struct Devices {
     #[arg(long, value_name = "N")]
     keys: Option<u32>,
     /// Its ticks per second [default: 44100]
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", value_parser = load::rate)]
     rate: Option<u32>,
 }
 

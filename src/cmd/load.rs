@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
-use whippen_compiler::check::{Options, Program, note_name};
+use whippen_compiler::check::{Options, Program, note_name, tick_rate};
 use whippen_compiler::diag::{Diagnostic, Severity, render, summary};
 use whippen_compiler::keyboard;
 use whippen_compiler::model::Model;
@@ -83,14 +83,27 @@ pub enum Form {
     Json,
 }
 
-/// Checks a program, prints what there is to say to stderr (from `least` upwards), and gives it
-/// unless there is an error.
+/// Checks a program of one keyboard at most, prints what there is to say to stderr (from `least`
+/// upwards), and gives it unless there is an error.
 pub fn checked(
     files: &[(String, String)],
     options: &Options,
     least: Severity,
 ) -> Result<(SourceMap, Program), Failure> {
-    checked_as(Form::Text, files, options, least)
+    let (map, program) = checked_as(Form::Text, files, options, least)?;
+    if let [first, second, ..] = &program.keyboards[..] {
+        return Err(Failure::Usage(format!(
+            "the files have several keyboards, `{}` and `{}`: give the files of one",
+            first.name, second.name
+        )));
+    }
+    Ok((map, program))
+}
+
+/// `--rate`: ticks per second.
+pub fn rate(text: &str) -> Result<u32, String> {
+    let hertz = text.parse().map_err(|_| format!("`{text}` is no number"))?;
+    tick_rate(hertz)
 }
 
 /// As [`checked`], in a form.

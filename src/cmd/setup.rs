@@ -36,7 +36,7 @@ pub struct SetupArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     keys: Option<u32>,
     /// Ticks per second where no keyboard says otherwise
-    #[arg(long, value_name = "HZ", default_value_t = 44_100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "HZ", default_value_t = 44_100, value_parser = load::rate)]
     rate: u32,
     /// So many instructions for all modes of a key, which are faster the more there may be; 0 for
     /// one mode that knows nothing

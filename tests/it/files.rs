@@ -154,6 +154,40 @@ fn laying_out_keeps_links_and_permissions() {
     assert_eq!(mode(), 0o440);
 }
 
+#[test]
+fn one_keyboard_is_played_and_its_board_is_there() {
+    let keyboard = |name: &str, board: &str| {
+        format!("keyboard {name} {{ board {board} rate 44100 Hz keys A0 .. C1 programs click }}\n")
+    };
+    let shell = Shell::new()
+        .with("click.whip", CLICK)
+        .with("one.whip", &keyboard("one", "rp2350"))
+        .with("two.whip", &keyboard("two", "rp2040"))
+        .with("odd.whip", &keyboard("odd", "rp2530"));
+    for command in ["run", "budget", "dump"] {
+        let args = [command, "click.whip", "one.whip", "two.whip"];
+        shell.refuses(2, &args, &["several keyboards, `one` and `two`"]);
+    }
+    shell.refuses(
+        1,
+        &["check", "click.whip", "odd.whip"],
+        &["[WH0618]", "no board `rp2530`", "did you mean `rp2350`"],
+    );
+    // One range of rates, and one sentence about it.
+    let rule = "a whole number of ticks per second, from 1 to 1000000 Hz";
+    let budget = ["budget", "click.whip", "--rate", "1000001"];
+    shell.refuses(2, &budget, &[rule]);
+    let emulate = ["emulate", "click.elf", "--board", "rp2350", "--rate", "0"];
+    shell.refuses(2, &emulate, &[rule]);
+    let fast = keyboard("fast", "rp2350").replace("44100", "1000001");
+    let shell = shell.with("fast.whip", &fast);
+    shell.refuses(
+        1,
+        &["check", "click.whip", "fast.whip"],
+        &["[WH0606]", rule],
+    );
+}
+
 /// How long a command may take to begin a file, and to end.
 const PATIENCE: Duration = Duration::from_secs(60);
 

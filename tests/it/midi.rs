@@ -245,7 +245,10 @@ fn wrong_performances_are_refused_with_what_to_do() {
 /// The grand on the keyboard `mikey`, whose weight differs from key to key.
 fn grand() -> whippen_compiler::model::Model {
     let mut map = SourceMap::default();
-    for file in FILES.iter().chain(&["harpsichord.whip", "hammond.whip"]) {
+    for file in FILES
+        .iter()
+        .chain(&["instruments/harpsichord.whip", "instruments/hammond.whip"])
+    {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
         map.add(*file, std::fs::read_to_string(path).expect("is there"));
     }

@@ -3,6 +3,12 @@
 //! The one list of them: what goes into `instruments/` goes in here, and every test that means "all
 //! of them" reads it.
 
+/// The boards that a keyboard may name: the files in `instruments/hardware/`.
+pub const BOARDS: &[&str] = &["rp2040", "rp2350", "stm32f4"];
+
+/// The devices that a keyboard may name, likewise.
+pub const DEVICES: &[&str] = &["knob", "mikey"];
+
 /// The standard library, always in scope: names as shown in messages, and texts.
 pub const STD: &[(&str, &str)] = &[
     (

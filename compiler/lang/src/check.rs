@@ -48,6 +48,7 @@ mod scope;
 mod sense;
 mod sets;
 mod settings;
+mod shared_senses;
 mod slot;
 mod states;
 mod types;
@@ -64,10 +65,27 @@ use crate::model::Model;
 use crate::syntax::ast::File;
 use whippen_keyboard::Layout;
 
+/// The highest rate (Hz) of ticks: more is no keyboard, whose converters take longer.
+pub const RATE_HZ_MAX: u32 = 1_000_000;
+
+/// A rate of ticks, if it is one: a whole number of hertz up to [`RATE_HZ_MAX`].
+///
+/// # Errors
+/// What a rate is, in words.
+pub fn tick_rate(hertz: f64) -> Result<u32, String> {
+    if hertz.fract() == 0.0 && (1.0..=f64::from(RATE_HZ_MAX)).contains(&hertz) {
+        Ok(hertz as u32)
+    } else {
+        Err(format!(
+            "a rate is a whole number of ticks per second, from 1 to {RATE_HZ_MAX} Hz"
+        ))
+    }
+}
+
 /// What the caller decides.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// Ticks per second where no keyboard says otherwise; at least 1.
+    /// Ticks per second where no keyboard says otherwise: a [`tick_rate`].
     pub rate_hz: u32,
     /// Parameters set from outside: `name` or `instrument.name`, and the value as text (`0.4N`,
     /// `off`).
@@ -131,7 +149,7 @@ pub fn check(
             elaborate::instrument(&items, index, settings, &mut diags)
         })
         .collect();
-    keyboard::compare_senses(&boards, &models, &mut diags);
+    shared_senses::compare_senses(&boards, &models, &mut diags);
     sets::report_unused(&sets, &items, &mut diags);
     let program = (!diags.any_error()).then(|| Program {
         instruments: models.into_iter().flatten().collect(),

@@ -10,9 +10,9 @@ use super::sets::{unknown_instrument, unknown_param};
 use super::settings::Settings;
 use super::types::{Ty, Value};
 use super::zones::Zones;
-use super::{Keyboard, Options};
+use super::{Keyboard, Options, tick_rate};
+use crate::bundled::{BOARDS, DEVICES};
 use crate::diag::{Advice, Code, Diagnostic, nearest};
-use crate::model::{Model, Sense};
 use crate::syntax::ast::{self, DeclKind, Expr, Name, Setting};
 use crate::units::Dim;
 use whippen_ids::IdMap;
@@ -138,11 +138,13 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         match setting {
             Setting::Board(name) => {
                 if self.is_first("board", name.span) {
+                    self.is_bundled("board", name, BOARDS);
                     self.board.keyboard.board = Some(name.node.clone());
                 }
             }
             Setting::Device(name) => {
                 if self.is_first("device", name.span) {
+                    self.is_bundled("device", name, DEVICES);
                     self.board.keyboard.device.clone_from(&name.node);
                 }
             }
@@ -158,6 +160,24 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             }
             Setting::Programs(_) | Setting::Zones { .. } | Setting::PerKey { .. } => {}
         }
+    }
+
+    /// Reports a board or device that is not there.
+    fn is_bundled(&mut self, what: &str, name: &Name, known: &[&str]) {
+        if known.contains(&name.node.as_str()) {
+            return;
+        }
+        let message = format!("there is no {what} `{}`", name.node);
+        let label = format!("unknown {what}");
+        let diagnostic = Diagnostic::new(Code::UnknownHardware, name.span, message, label);
+        self.diags
+            .push(match nearest(&name.node, known.iter().copied()) {
+            Some(near) => diagnostic.hint(Advice::did_you_mean(near)),
+            None => diagnostic.hint(format!(
+                "it is one of {}; leave the line away and give a file of your own with --{what}",
+                known.join(", ")
+            )),
+        });
     }
 
     fn is_first(&mut self, what: &str, span: Span) -> bool {
@@ -217,13 +237,15 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             let diagnostic = Diagnostic::new(code, expr.span, message, ty.words());
             self.diags
                 .push(diagnostic.hint("write it in Hz, such as `rate 44100 Hz`"));
-        } else if rate < 1.0 || rate > f64::from(u32::MAX) || rate.fract() != 0.0 {
-            let message = format!("a rate of {rate} Hz is not a whole number of ticks per second");
-            let diagnostic = Diagnostic::new(Code::BadRate, expr.span, message, "this rate");
-            self.diags
-                .push(diagnostic.hint("choose a whole number of at least 1 Hz, such as 44100 Hz"));
-        } else {
-            self.board.keyboard.rate_hz = rate as u32;
+            return;
+        }
+        match tick_rate(rate) {
+            Ok(rate_hz) => self.board.keyboard.rate_hz = rate_hz,
+            Err(rule) => {
+                let message = format!("`rate` cannot be {rate} Hz: {rule}");
+                let diagnostic = Diagnostic::new(Code::BadRate, expr.span, message, "this rate");
+                self.diags.push(diagnostic.hint("44100 Hz is usual"));
+            }
         }
     }
 
@@ -431,48 +453,4 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             Vec::new()
         }
     }
-}
-
-/// Programs that share a keyboard read the same sensors, so they must agree in what they sense.
-pub fn compare_senses(boards: &[Board], models: &[Option<Model>], diags: &mut Diags) {
-    for board in boards {
-        let programs: Vec<&Model> = board
-            .keyboard
-            .layout
-            .instruments()
-            .into_iter()
-            .filter_map(|id| models[id.index()].as_ref())
-            .collect();
-        let Some((first, rest)) = programs.split_first() else {
-            continue;
-        };
-        for other in rest {
-            compare(board, first, other, diags);
-        }
-    }
-}
-
-fn compare(board: &Board, first: &Model, other: &Model, diags: &mut Diags) {
-    let differs = |(a, b): &(&Sense, &Sense)| a.dim != b.dim || a.range != b.range;
-    let (spans, what) = match first.senses.iter().zip(&other.senses).find(differs) {
-        Some((a, b)) => (Some((a.span, b.span)), "differ in dimension or range"),
-        None if first.senses.len() == other.senses.len() => return,
-        None => (None, "differ in number"),
-    };
-    let keyboard = &board.ast.name;
-    let message = format!(
-        "`{}` and `{}` share the keyboard `{}` and sense differently",
-        first.name, other.name, keyboard.node
-    );
-    let (place, label) = spans.map_or(
-        (keyboard.span, format!("the sensed values {what}")),
-        |(_, b)| (b, format!("sensed by `{}`", other.name)),
-    );
-    let mut diagnostic = Diagnostic::new(Code::SenseMismatch, place, message, label);
-    if let Some((a, _)) = spans {
-        diagnostic = diagnostic.also(a, format!("sensed by `{}`", first.name));
-    }
-    diags.push(
-        diagnostic.hint("give their `sense` lines the same type and range, in the same order"),
-    );
 }

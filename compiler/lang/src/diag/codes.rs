@@ -128,7 +128,7 @@ codes! {
     UnknownNote         "WH0603" Error "a note that does not exist";
     MissingSetting      "WH0604" Error "a setting that a keyboard needs";
     RepeatedSetting     "WH0605" Error "a setting that is given twice";
-    BadRate             "WH0606" Error "a rate that is no whole number of hertz";
+    BadRate             "WH0606" Error "a rate that is no whole number of hertz, or too high";
     SenseMismatch       "WH0607" Error "programs of one keyboard that sense differently";
     TwoKeyboards        "WH0608" Note "an instrument that several keyboards list";
     BadSetting          "WH0609" Error "a value given to `--set` that cannot be read";
@@ -138,6 +138,8 @@ codes! {
     ZoneOutside         "WH0614" Error "a zone beyond the keys";
     ZonesName           "WH0615" Error "zones with the name of an instrument";
     UnusedZones         "WH0616" Warning "zones that are no program";
+    NoPort              "WH0617" Error "a sense that no port of a key serves";
+    UnknownHardware     "WH0618" Error "a board or a device that is not bundled";
     // Budgets
     DeadlineMissed      "WH0701" Error "a deadline that is missed";
     Unstable            "WH0702" Warning "a force that makes the loop of key, hand and program ring";
