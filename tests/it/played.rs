@@ -64,8 +64,7 @@ impl Played {
 
     /// The values of a column, one per tick.
     pub fn column(&self, title: &str) -> &[f64] {
-        &self
-            .0
+        self.0
             .trace
             .column(title)
             .unwrap_or_else(|| panic!("no column `{title}`"))
