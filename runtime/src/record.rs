@@ -173,7 +173,7 @@ impl Thinned {
     }
 
     fn push(&mut self, point: Kept, of_states: bool) {
-        if point.0 % self.stretch == 0 && !self.open.is_empty() {
+        if point.0.is_multiple_of(self.stretch) && !self.open.is_empty() {
             thin(&self.open, of_states, &mut self.kept);
             self.open.clear();
             if point.0 / self.stretch == STRETCHES_MAX {
@@ -273,7 +273,7 @@ mod tests {
         let value = |tick: usize| match tick {
             700_000 => 2.0,
             700_001 => 3.0,
-            _ if tick / 100_000 % 2 == 0 => 0.0,
+            _ if (tick / 100_000).is_multiple_of(2) => 0.0,
             _ => 1.0,
         };
         let record = filled(Record::bounded_states(), ticks, value);

@@ -77,7 +77,7 @@ fn plays_as_the_interpreter(kernel: &Kernel, leaves: usize) -> Rig {
     );
     let mut full = 0;
     for core in [0, 1] {
-        let want = expected(&kernel, &words, core, 0, begins[core]);
+        let want = expected(kernel, &words, core, 0, begins[core]);
         for tick in 0..ticks - 2 {
             for key in 0..44 {
                 let (got, want) = (drives[tick * KEYS + 44 * core + key], want[tick][key]);

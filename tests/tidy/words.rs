@@ -65,6 +65,34 @@ fn every_word_of_the_glossary_has_a_home() {
     none(&found, "every word has a home");
 }
 
+/// A text in one line, without the marks of comments.
+fn flowed(text: &str) -> String {
+    let lines = text
+        .lines()
+        .map(|line| line.trim().trim_start_matches(['/', '!']));
+    let words = lines.flat_map(str::split_whitespace);
+    words.collect::<Vec<_>>().join(" ").to_lowercase()
+}
+
+#[test]
+fn homes_name_their_words() {
+    let text = glossary();
+    let mut found = Vec::new();
+    for row in rows(&text, "# Glossary\n") {
+        let [word, _, home] = row[..] else { continue };
+        let home = home.trim_matches('`');
+        // An unknown home is found by another test.
+        let Ok(text) = std::fs::read_to_string(root().join(home)) else {
+            continue;
+        };
+        let text = flowed(&text);
+        let plain = word.split(" (").next().unwrap_or_default().to_lowercase();
+        let missing = plain.split(", ").filter(|part| !text.contains(part));
+        found.extend(missing.map(|part| format!("{home} does not name {part}")));
+    }
+    none(&found, "the home of a word names it");
+}
+
 #[test]
 fn retired_words_stay_out() {
     let listed = glossary();

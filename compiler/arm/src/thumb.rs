@@ -5,10 +5,10 @@
 //!   Modes --select--> Func (instructions over virtual registers) --allocate--> --arrange, emit--> Object
 //! ```
 //!
-//! The tick is threaded: keys have records that lie one after the other, and the first word of a
-//! record is the address of the code of the key's present mode. A mode's code does one key's tick,
-//! takes the address of the next key's code from the next record and goes there; after the last key
-//! a sentinel leads to the end of the frame. There is no loop and no test of modes.
+//! The tick is threaded code: keys have records that lie one after the other, and the first word of
+//! a record is the address of the code of the key's present mode. A mode's code does one key's
+//! tick, takes the address of the next key's code from the next record and goes there; after the
+//! last key a sentinel leads to the end of the frame. There is no loop and no test of modes.
 //!
 //! | part, in the order of the data's flow | what it settles |
 //! | --- | --- |

@@ -261,9 +261,11 @@ fn events(run: &Run, marked: &str) -> Table {
         }
     }
     let cut = |count: usize, what: &str| {
-        (count > LISTED_MAX)
-            .then(|| format!("Of {count} {what} the first {LISTED_MAX} are listed. "))
-            .unwrap_or_default()
+        if count > LISTED_MAX {
+            format!("Of {count} {what} the first {LISTED_MAX} are listed. ")
+        } else {
+            String::new()
+        }
     };
     let note = cut(all.strikes.count, "strikes") + &cut(others, "other events");
     let argument = |title: &&str| {

@@ -1,4 +1,4 @@
-//! Registers for virtual registers, by `regalloc2`.
+//! Register allocation by `regalloc2`: physical registers for virtual ones.
 //!
 //! ```text
 //!   Func  --regalloc2-->  each operand's register, and moves, loads and stores between instructions  -->  Allocated

@@ -1,5 +1,5 @@
-//! Code for the Cortex-M0+: what selection asks for in terms of the larger cores, as instructions
-//! that ARMv6-M has.
+//! Legalization for ARMv6-M: what selection asks for in terms of the larger cores, as instructions
+//! that the Cortex-M0+ has.
 //!
 //! ```text
 //!   Func of selection --legal--> Func: low registers, two operands, flags right before who reads them, no IT

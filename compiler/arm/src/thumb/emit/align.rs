@@ -18,10 +18,11 @@ pub(super) fn align_item(
         return false;
     };
     sizes[grown] = 4;
-    for moved in grown + 1..index {
-        places.items[moved] += 2;
-        if let Item::Label(label) = items[moved] {
-            places.labels[label] += 2;
+    let moved = grown + 1..index;
+    for (place, item) in places.items[moved.clone()].iter_mut().zip(&items[moved]) {
+        *place += 2;
+        if let Item::Label(label) = item {
+            places.labels[*label] += 2;
         }
     }
     true

@@ -55,7 +55,7 @@ fn mikey() {
     let layout = &board.layout;
     assert_eq!(
         (layout.first_note, layout.last_note(), layout.keys),
-        (21, 108, 88)
+        (36, 84, 49)
     );
     let names: Vec<&str> = layout.programs.iter().map(|p| p.name.as_str()).collect();
     assert_eq!(names, ["grand_piano", "harpsichord", "hammond"]);
