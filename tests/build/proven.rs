@@ -77,6 +77,22 @@ fn an_image_that_is_proven_has_no_mark() {
 }
 
 #[test]
+fn files_for_other_projects_say_that_nothing_is_proven() {
+    let folder = folder();
+    for (output, headers) in [
+        ("piano.o", &["piano.h", "piano.rs"][..]),
+        ("piano.c", &["piano.h"]),
+    ] {
+        let (code, said) = run(&folder, &format!("build grand.whip --keys 2 -o {output}"));
+        assert_eq!(code, Some(0), "{said}");
+        for header in headers {
+            let text = std::fs::read_to_string(folder.path().join(header)).expect("is written");
+            assert!(text.contains("Nothing is proven of its time"), "{text}");
+        }
+    }
+}
+
+#[test]
 fn a_board_runs_what_is_proven() {
     let folder = folder();
     let run_with = |more: &str| {

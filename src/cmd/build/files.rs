@@ -18,6 +18,12 @@ use crate::cmd::setup::{ImageSetup, code_failure, link_failure, symbol_prefix};
 use crate::exit::{Failure, Outcome};
 use crate::say::say;
 
+/// What files for another project say of time, in two lines.
+const NOT_PROVEN: [&str; 2] = [
+    "Nothing is proven of its time: what surrounds the keys, and where code and data lie,",
+    "is up to the project that has it. `whippen budget` proves whole images.",
+];
+
 /// Events that C code keeps until they are taken.
 const C_EVENTS: usize = 64;
 
@@ -117,7 +123,7 @@ impl Files<'_> {
             .to_string_lossy()
             .into_owned();
         let body = format!("#include \"{include}\"\n\n{}", source.body);
-        put(&header, source.header.as_bytes())?;
+        put(&header, &with_c_note(&source.header))?;
         put(path, body.as_bytes())?;
         say!(
             "{}: {} keys of {}, in C, with {}",
@@ -234,11 +240,13 @@ impl Files<'_> {
             },
             &format!("{name}_tick"),
         )?;
-        put(&path.with_extension("h"), c_header(&interface).as_bytes())?;
         put(
-            &path.with_extension("rs"),
-            rust_module(&interface).as_bytes(),
+            &path.with_extension("h"),
+            &with_c_note(&c_header(&interface)),
         )?;
+        let [first, second] = NOT_PROVEN;
+        let module = format!("// {first}\n// {second}\n{}", rust_module(&interface));
+        put(&path.with_extension("rs"), module.as_bytes())?;
         put(path, &bytes)?;
         let (code, state) = (code_bytes(&built.object), built.layout.size());
         let each = built.layout.record(1) - built.layout.record(0);
@@ -277,6 +285,12 @@ impl Files<'_> {
         }
         Ok(())
     }
+}
+
+/// A header, with what is not proven before it.
+fn with_c_note(header: &str) -> Vec<u8> {
+    let [first, second] = NOT_PROVEN;
+    format!("/* {first}\n   {second} */\n{header}").into_bytes()
 }
 
 fn code_bytes(object: &Object) -> u32 {
