@@ -295,7 +295,7 @@ pub struct Rules {
     /// datasheet of RP2350. 1: measurements of jnk0le, in which the flags then come one cycle
     /// later. Any other number counts as 2.
     pub shifted_register_flags: u8,
-    /// Whether what the sources leave open is counted at its worst: [`Line::worst`] and
+    /// Whether what the sources leave open is counted at its worst: `Line::worst` and
     /// [`Core::worst`]. A bound does, an emulator does not.
     pub at_worst: bool,
 }
