@@ -9,7 +9,7 @@
 
 use std::sync::OnceLock;
 
-use super::func::{Allocated, Block, Edge, Func, Terminator};
+use super::func::{Allocated, Block, BlockId, Edge, Func, Terminator};
 use super::minst::{self, Access, AliasClass, MInst, Reg, Relocation, Role, template};
 use super::registers::FREE;
 use super::routine::LOST;
@@ -20,6 +20,7 @@ use regalloc2::{
     OperandConstraint, OperandKind, OperandPos, Output, PReg, PRegSet, RegClass, RegallocOptions,
     VReg,
 };
+use whippen_ids::Id;
 use whippen_isa::reg::SP;
 use whippen_isa::{Arch, Inst, Op};
 
@@ -38,7 +39,7 @@ pub(super) fn allocate(func: &Func, arch: Arch) -> Result<Allocated, String> {
     if cfg!(debug_assertions) {
         check_allocation(&view, &env, &output)?;
     }
-    let blocks = (0..func.blocks.len())
+    let blocks = (func.blocks.ids())
         .map(|block| view.allocated_block(block, &output))
         .collect();
     Ok(Allocated {
@@ -102,7 +103,7 @@ struct View<'a> {
 
 impl<'a> View<'a> {
     fn new(func: &'a Func, arch: Arch) -> View<'a> {
-        let block = |index: &usize| regalloc2::Block::new(*index);
+        let block = |block: &BlockId| regalloc2::Block::new(block.index());
         let succs: Vec<Vec<_>> = func
             .blocks
             .iter()
@@ -128,7 +129,7 @@ impl<'a> View<'a> {
         for (index, block) in func.blocks.iter().enumerate() {
             view.add_block(block);
             for target in block.end.targets() {
-                view.preds[target].push(regalloc2::Block::new(index));
+                view.preds[target.index()].push(regalloc2::Block::new(index));
             }
         }
         view
@@ -161,11 +162,11 @@ impl<'a> View<'a> {
     }
 
     /// A block with the registers and moves that were found.
-    fn allocated_block(&self, index: usize, output: &Output) -> Block<minst::PReg> {
-        let block = &self.func.blocks[index];
-        let first = self.ranges[index].first().index();
+    fn allocated_block(&self, id: BlockId, output: &Output) -> Block<minst::PReg> {
+        let block = &self.func.blocks[id];
+        let first = self.ranges[id.index()].first().index();
         let mut code = Vec::new();
-        for item in output.block_insts_and_edits(self, regalloc2::Block::new(index)) {
+        for item in output.block_insts_and_edits(self, regalloc2::Block::new(id.index())) {
             match item {
                 InstOrEdit::Edit(Edit::Move { from, to }) => code.push(move_inst(*from, *to)),
                 InstOrEdit::Inst(at) if at.index() - first < block.code.len() => {

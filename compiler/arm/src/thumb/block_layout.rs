@@ -8,8 +8,9 @@
 
 use super::critical_path;
 use super::emit::{Item, Label, Line, select_encodings};
-use super::func::{Allocated, Block, Terminator};
+use super::func::{Allocated, Block, BlockId, Terminator};
 use super::minst::{MInst, PReg, template};
+use whippen_ids::{Id, IdMap};
 use whippen_isa::timing::Core;
 use whippen_isa::{Inst, Op};
 
@@ -24,8 +25,8 @@ pub(super) fn lay_out_blocks(
     let order = order_blocks(func, &critical_path::cycles_from_each(func, core));
     let mut items = Vec::new();
     for (at, index) in order.iter().enumerate() {
-        let block = &func.blocks[*index];
-        items.push(Item::Label(base + index));
+        let block = &func.blocks[index];
+        items.push(Item::Label(base + index.index()));
         items.extend(block.rounds.map(|rounds| Item::Loop { rounds }));
         let flags = matches!(block.end, Terminator::Branch { .. });
         let mut code = block.code.iter().map(line_of).collect();
@@ -55,14 +56,14 @@ fn line_of(inst: &MInst<PReg>) -> Line {
 fn emit_terminator(
     func: &Allocated,
     block: &Block<PReg>,
-    following: Option<usize>,
+    following: Option<BlockId>,
     base: Label,
     next: &[String],
     init_done: Label,
     items: &mut Vec<Item>,
 ) {
-    let follows = |block: usize| following == Some(skip_empty_blocks(func, block));
-    let label = |block: usize| base + skip_empty_blocks(func, block);
+    let follows = |block: BlockId| following == Some(skip_empty_blocks(func, block));
+    let label = |block: BlockId| base + skip_empty_blocks(func, block).index();
     match &block.end {
         Terminator::Jump(edge) if follows(edge.block) => {}
         Terminator::Jump(edge) => items.push(Item::Branch {
@@ -108,7 +109,7 @@ fn emit_terminator(
 }
 
 /// Where a jump to a block ends up.
-fn skip_empty_blocks(func: &Allocated, mut block: usize) -> usize {
+fn skip_empty_blocks(func: &Allocated, mut block: BlockId) -> BlockId {
     for _ in 0..func.blocks.len() {
         match &func.blocks[block] {
             Block {
@@ -125,13 +126,13 @@ fn skip_empty_blocks(func: &Allocated, mut block: usize) -> usize {
 
 /// The blocks in order, without those that are only passed through; `longest` is the longest path
 /// from each on.
-fn order_blocks(func: &Allocated, longest: &[u64]) -> Vec<usize> {
-    let mut seen = vec![false; func.blocks.len()];
+fn order_blocks(func: &Allocated, longest: &IdMap<BlockId, u64>) -> Vec<BlockId> {
+    let mut seen = IdMap::filled(false, func.blocks.len());
     let mut order = Vec::new();
-    let mut waiting = vec![0];
+    let mut waiting = vec![BlockId(0)];
     while let Some(start) = waiting.pop() {
         let mut next = Some(skip_empty_blocks(func, start));
-        while let Some(block) = next.take().filter(|block| !seen[*block]) {
+        while let Some(block) = next.take().filter(|block| !seen[block]) {
             seen[block] = true;
             order.push(block);
             next = match &func.blocks[block].end {
@@ -139,8 +140,8 @@ fn order_blocks(func: &Allocated, longest: &[u64]) -> Vec<usize> {
                 Terminator::Branch {
                     yes, no, likely, ..
                 } => {
-                    let yes_first = longest[*yes] > longest[*no]
-                        || longest[*yes] == longest[*no] && *likely == Some(true);
+                    let yes_first = longest[yes] > longest[no]
+                        || longest[yes] == longest[no] && *likely == Some(true);
                     let (first, second) = if yes_first { (*yes, *no) } else { (*no, *yes) };
                     waiting.push(second);
                     Some(skip_empty_blocks(func, first))

@@ -7,7 +7,7 @@
 //! Not here: the bound, which holds for the final bytes (`budget`).
 
 use super::emit::{branch_inst, select_encodings};
-use super::func::{Allocated, Block, Cycles, Terminator};
+use super::func::{Allocated, Block, BlockId, Cycles, Terminator};
 use super::minst::{MInst, PReg, template};
 use whippen_ids::{IdMap, longest_paths};
 use whippen_isa::reg::LR;
@@ -44,7 +44,7 @@ pub(super) fn worst_case_cycles(func: &Allocated, core: &Core) -> u64 {
 }
 
 /// Cycles of the longest path from each block on.
-pub(super) fn cycles_from_each(func: &Allocated, core: &Core) -> IdMap<usize, u64> {
+pub(super) fn cycles_from_each(func: &Allocated, core: &Core) -> IdMap<BlockId, u64> {
     longest_from_each(func, |block| block_cycles(block, core))
 }
 
@@ -52,11 +52,11 @@ pub(super) fn cycles_from_each(func: &Allocated, core: &Core) -> IdMap<usize, u6
 fn longest_from_each(
     func: &Allocated,
     cycles: impl Fn(&Block<PReg>) -> Cycles,
-) -> IdMap<usize, u64> {
-    let cycles: Vec<Cycles> = func.blocks.iter().map(cycles).collect();
+) -> IdMap<BlockId, u64> {
+    let cycles: IdMap<BlockId, Cycles> = func.blocks.iter().map(cycles).collect();
     longest_paths(
         func.blocks.len(),
-        (0..func.blocks.len()).rev(),
+        func.blocks.ids().rev(),
         |block| in_all_rounds(&func.blocks[block], cycles[block]),
         |block, below| {
             let end = &func.blocks[block].end;
@@ -75,9 +75,9 @@ fn in_all_rounds(block: &Block<PReg>, cycles: Cycles) -> u64 {
 /// memory; the other one is branched to, which costs so much more.
 pub(super) fn worst_successor(
     end: &Terminator<PReg>,
-    block: usize,
+    block: BlockId,
     taken: u64,
-    cycles: &[u64],
+    cycles: &IdMap<BlockId, u64>,
 ) -> u64 {
     let below: Vec<u64> = forward_targets(end, block).map(|to| cycles[to]).collect();
     match below[..] {
@@ -88,26 +88,26 @@ pub(super) fn worst_successor(
 
 /// Where a block leads, but for the edge back in a loop: blocks stand behind those that lead to
 /// them.
-fn forward_targets(end: &Terminator<PReg>, block: usize) -> impl Iterator<Item = usize> {
+fn forward_targets(end: &Terminator<PReg>, block: BlockId) -> impl Iterator<Item = BlockId> {
     end.targets().into_iter().filter(move |to| *to > block)
 }
 
 /// Cycles of the longest path through each block.
 pub(super) fn cycles_through_each(func: &Allocated, core: &Core) -> Vec<u64> {
     let blocks = func.blocks.len();
-    let mut predecessors = vec![Vec::new(); blocks];
-    for (block, code) in func.blocks.iter().enumerate() {
+    let mut predecessors = IdMap::filled(Vec::new(), blocks);
+    for (block, code) in func.blocks.enumerated() {
         forward_targets(&code.end, block).for_each(|to| predecessors[to].push(block));
     }
-    let own = |block: usize| {
+    let own = |block: BlockId| {
         let code = &func.blocks[block];
         in_all_rounds(code, block_cycles(code, core))
     };
-    let to_each = longest_paths(blocks, 0..blocks, own, |block, above| {
+    let to_each = longest_paths(blocks, func.blocks.ids(), own, |block, above| {
         predecessors[block].iter().map(|from| above[from]).max()
     });
     let from_each = cycles_from_each(func, core);
-    (0..blocks)
+    (func.blocks.ids())
         .map(|block| to_each[block] + from_each[block] - own(block))
         .collect()
 }

@@ -5,14 +5,27 @@
 
 use super::minst::{MInst, PReg, Reg, Register, VReg};
 use super::registers::ALL_FREE;
+use std::fmt;
 use std::sync::OnceLock;
-use whippen_ids::longest_paths;
+use whippen_ids::{IdMap, impl_id, longest_paths};
 use whippen_isa::Cond;
+
+/// A block of a function, by number; the first is the entry.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct BlockId(pub u32);
+
+impl_id!(BlockId);
+
+impl fmt::Display for BlockId {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "block{}", self.0)
+    }
+}
 
 /// A block and the values of its parameters.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Edge<V = VReg> {
-    pub block: usize,
+    pub block: BlockId,
     /// None after allocation, where the values are in their registers.
     pub args: Vec<V>,
 }
@@ -24,8 +37,8 @@ pub(super) enum Terminator<V = VReg> {
     /// By the flags. Both blocks have no other predecessor.
     Branch {
         cond: Cond,
-        yes: usize,
-        no: usize,
+        yes: BlockId,
+        no: BlockId,
         likely: Option<bool>,
     },
     /// To the address in this register, the code of the next key.
@@ -59,7 +72,7 @@ pub(super) struct Block<R: Register = Reg> {
 /// All code of a mode, or of `init`. The first block is the entry.
 #[derive(Debug, Clone)]
 pub(super) struct Func<R: Register = Reg> {
-    pub blocks: Vec<Block<R>>,
+    pub blocks: IdMap<BlockId, Block<R>>,
     /// How many virtual registers it has.
     pub vregs: u32,
     /// The registers that it may use, as bits.
@@ -74,7 +87,7 @@ pub(super) type Allocated = Func<PReg>;
 impl Func {
     pub(super) fn new() -> Func {
         Func {
-            blocks: Vec::new(),
+            blocks: IdMap::new(),
             vregs: 0,
             free: ALL_FREE,
             slots: 0,
@@ -86,7 +99,7 @@ impl Func {
         VReg(self.vregs - 1)
     }
 
-    pub(super) fn block(&mut self) -> usize {
+    pub(super) fn block(&mut self) -> BlockId {
         let end = Terminator::FallThrough;
         self.blocks.push(Block {
             params: Vec::new(),
@@ -94,8 +107,7 @@ impl Func {
             end,
             rounds: None,
             cycles: OnceLock::new(),
-        });
-        self.blocks.len() - 1
+        })
     }
 }
 
@@ -110,7 +122,7 @@ impl<V: Copy> Terminator<V> {
     }
 
     /// Where it goes.
-    pub(super) fn targets(&self) -> Vec<usize> {
+    pub(super) fn targets(&self) -> Vec<BlockId> {
         match self {
             Terminator::Jump(edge) => vec![edge.block],
             Terminator::Branch { yes, no, .. } => vec![*yes, *no],
@@ -138,20 +150,19 @@ impl Func {
     /// unknown if that has no predecessor yet.
     pub(super) fn into_reverse_postorder(mut self) -> Func {
         let order = self.reverse_postorder();
-        let mut places = vec![0; self.blocks.len()];
-        order
-            .iter()
-            .enumerate()
-            .for_each(|(place, block)| places[*block] = place);
-        let mut blocks: Vec<Option<Block>> = std::mem::take(&mut self.blocks)
+        let mut places = IdMap::filled(BlockId(0), self.blocks.len());
+        for (place, block) in (0..).zip(&order) {
+            places[block] = BlockId(place);
+        }
+        let mut left: IdMap<BlockId, Option<Block>> = std::mem::take(&mut self.blocks)
             .into_iter()
             .map(Some)
             .collect();
-        let mut blocks: Vec<Block> = order
+        let mut blocks: IdMap<BlockId, Block> = order
             .iter()
-            .filter_map(|block| blocks[*block].take())
+            .filter_map(|block| left[block].take())
             .collect();
-        for block in &mut blocks {
+        for block in blocks.iter_mut() {
             match &mut block.end {
                 Terminator::Jump(edge) => edge.block = places[edge.block],
                 Terminator::Branch { yes, no, .. } => (*yes, *no) = (places[*yes], places[*no]),
@@ -175,9 +186,9 @@ impl Func {
         below.first().copied().unwrap_or(0)
     }
 
-    fn reverse_postorder(&self) -> Vec<usize> {
-        let mut seen = vec![false; self.blocks.len()];
-        let (mut order, mut waiting) = (Vec::new(), vec![(0, false)]);
+    fn reverse_postorder(&self) -> Vec<BlockId> {
+        let mut seen = IdMap::filled(false, self.blocks.len());
+        let (mut order, mut waiting) = (Vec::new(), vec![(BlockId(0), false)]);
         while let Some((block, done)) = waiting.pop() {
             if done {
                 order.push(block);

@@ -14,11 +14,12 @@
 //! Functions with loops are left as they are.
 
 use super::critical_path;
-use super::func::{Allocated, Block, Cycles, Terminator};
+use super::func::{Allocated, Block, BlockId, Cycles, Terminator};
 use super::liveness::{RegisterSet, compute_live_in, live_in_of, live_out_of};
 use super::minst::{Access, MInst, PReg, Use};
 use super::registers::{HISTORY, RECORD, SAMPLES, STATE, others};
 use super::tuning::{HOIST_WINDOW, HOISTED_MAX};
+use whippen_ids::IdMap;
 use whippen_isa::Class;
 use whippen_isa::reg::SP;
 use whippen_isa::timing::Core;
@@ -28,14 +29,14 @@ pub(super) fn hoist_over_branches(func: &mut Allocated, core: &Core) {
     if func.blocks.iter().any(|block| block.rounds.is_some()) {
         return;
     }
-    let mut entered = vec![0; func.blocks.len()];
+    let mut entered = IdMap::filled(0, func.blocks.len());
     func.blocks
         .iter()
         .flat_map(|block| block.end.targets())
         .for_each(|to| entered[to] += 1);
     let mut live = compute_live_in(func);
     let mut below = critical_path::cycles_from_each(func, core);
-    for block in (0..func.blocks.len()).rev() {
+    for block in func.blocks.ids().rev() {
         if let Terminator::Branch { yes, no, .. } = func.blocks[block].end {
             for (from, other) in [(yes, no), (no, yes)] {
                 let side = BranchSide { block, from, other };
@@ -57,9 +58,9 @@ pub(super) fn hoist_over_branches(func: &mut Allocated, core: &Core) {
 /// A branch at the end of a block, by the side that an instruction goes up from.
 #[derive(Debug, Clone, Copy)]
 struct BranchSide {
-    block: usize,
-    from: usize,
-    other: usize,
+    block: BlockId,
+    from: BlockId,
+    other: BlockId,
 }
 
 /// What the blocks of a branch cost before an instruction goes up.
@@ -75,7 +76,12 @@ struct SideCost {
 }
 
 impl SideCost {
-    fn new(func: &Allocated, core: &Core, side: BranchSide, below: &[u64]) -> SideCost {
+    fn new(
+        func: &Allocated,
+        core: &Core,
+        side: BranchSide,
+        below: &IdMap<BlockId, u64>,
+    ) -> SideCost {
         let upper = critical_path::block_cycles(&func.blocks[side.block], core);
         let lower = &func.blocks[side.from];
         let rest = lower.with_code(lower.code[1..].to_vec());
@@ -93,7 +99,7 @@ impl SideCost {
     /// Whether the path is shorter where the upper block takes such cycles and the lower one is
     /// without its first instruction, which `below` says already; or as long, and cycles are spared
     /// elsewhere.
-    fn pays(&self, side: BranchSide, cycles: Cycles, below: &[u64]) -> bool {
+    fn pays(&self, side: BranchSide, cycles: Cycles, below: &IdMap<BlockId, u64>) -> bool {
         let successor = critical_path::worst_successor(&self.end, side.block, cycles.taken, below);
         let now = cycles.on + successor;
         let spares = cycles.on + self.shorter.on < self.upper.on + self.lower.on;
@@ -106,8 +112,8 @@ fn hoist_first(
     func: &mut Allocated,
     core: &Core,
     side: BranchSide,
-    live: &[RegisterSet],
-    below: &mut [u64],
+    live: &IdMap<BlockId, RegisterSet>,
+    below: &mut IdMap<BlockId, u64>,
 ) -> bool {
     let BranchSide { block, from, .. } = side;
     let first = func.blocks[from].code.first().copied();
@@ -143,7 +149,7 @@ fn with_first_in(
     func: &Allocated,
     core: &Core,
     side: BranchSide,
-    live: &[RegisterSet],
+    live: &IdMap<BlockId, RegisterSet>,
     [own, register]: [u32; 2],
 ) -> Option<Vec<MInst<PReg>>> {
     let from = &func.blocks[side.from];

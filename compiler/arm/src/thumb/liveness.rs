@@ -3,8 +3,9 @@
 //! The same before and after allocation. Registers with a role of their own are followed only
 //! after it, where they are registers like all others.
 
-use super::func::{Block, Func};
+use super::func::{Block, BlockId, Func};
 use super::minst::{MInst, Register};
+use whippen_ids::IdMap;
 
 /// A set of registers, a bit for each.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -51,13 +52,13 @@ impl RegisterSet {
 }
 
 /// The registers that hold something where a block begins, by block.
-pub(super) fn compute_live_in<R: Register>(func: &Func<R>) -> Vec<RegisterSet> {
-    let mut live_in = vec![RegisterSet::default(); func.blocks.len()];
+pub(super) fn compute_live_in<R: Register>(func: &Func<R>) -> IdMap<BlockId, RegisterSet> {
+    let mut live_in = IdMap::filled(RegisterSet::default(), func.blocks.len());
     let is_loop = func.blocks.iter().any(|block| block.rounds.is_some());
     loop {
         let known = live_in.clone();
         // Blocks follow those that lead to them, so once is enough but for loops.
-        for (index, block) in func.blocks.iter().enumerate().rev() {
+        for (index, block) in func.blocks.enumerated().rev() {
             live_in[index] = live_in_of(block, &live_in);
         }
         if !is_loop || live_in == known {
@@ -67,7 +68,10 @@ pub(super) fn compute_live_in<R: Register>(func: &Func<R>) -> Vec<RegisterSet> {
 }
 
 /// The registers that hold something where a block ends, given those where others begin.
-pub(super) fn live_out_of<R: Register>(block: &Block<R>, live_in: &[RegisterSet]) -> RegisterSet {
+pub(super) fn live_out_of<R: Register>(
+    block: &Block<R>,
+    live_in: &IdMap<BlockId, RegisterSet>,
+) -> RegisterSet {
     let mut live = RegisterSet::default();
     for target in block.end.targets() {
         live.add_all(&live_in[target]);
@@ -79,7 +83,10 @@ pub(super) fn live_out_of<R: Register>(block: &Block<R>, live_in: &[RegisterSet]
 }
 
 /// The registers that hold something where a block begins, given those where others begin.
-pub(super) fn live_in_of<R: Register>(block: &Block<R>, live_in: &[RegisterSet]) -> RegisterSet {
+pub(super) fn live_in_of<R: Register>(
+    block: &Block<R>,
+    live_in: &IdMap<BlockId, RegisterSet>,
+) -> RegisterSet {
     let mut live = live_out_of(block, live_in);
     for inst in block.code.iter().rev() {
         step_back(inst, &mut live);

@@ -10,7 +10,7 @@
 //! tick. A register that holds one of them is lost to everything else, so the number of promoted
 //! words is searched (`search`).
 
-use super::func::{Edge, Func, Terminator};
+use super::func::{BlockId, Edge, Func, Terminator};
 use super::minst::{Access, AliasClass, MInst, Operand, Reg, Role, Use, VReg};
 use super::registers::STATE;
 use super::tuning::PROMOTED_MAX;
@@ -95,7 +95,7 @@ impl Promotions {
     /// The function with these words in their registers.
     pub fn promote_in(&self, mut func: Func) -> Func {
         let mut held: FxHashMap<VReg, u8> = FxHashMap::default();
-        for block in &mut func.blocks {
+        for block in func.blocks.iter_mut() {
             block.code.retain(|code| {
                 let found = constant_made_by(code)
                     .and_then(|word| self.all.iter().find(|(promoted, _)| *promoted == word));
@@ -103,7 +103,7 @@ impl Promotions {
             });
         }
         if !held.is_empty() {
-            for at in 0..func.blocks.len() {
+            for at in func.blocks.ids() {
                 read_promoted(&mut func, at, &held);
             }
         }
@@ -117,7 +117,7 @@ impl Promotions {
 
 /// Makes a block read the promoted registers; a word that is changed in place, or passed to another
 /// block, is copied.
-fn read_promoted(func: &mut Func, at: usize, held: &FxHashMap<VReg, u8>) {
+fn read_promoted(func: &mut Func, at: BlockId, held: &FxHashMap<VReg, u8>) {
     let old = std::mem::take(&mut func.blocks[at].code);
     let mut code = Vec::with_capacity(old.len());
     for mut next in old {

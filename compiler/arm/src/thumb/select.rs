@@ -41,7 +41,7 @@ mod remat;
 mod shift;
 mod square_root;
 
-use super::func::Func;
+use super::func::{BlockId, Func};
 use super::literal::Literals;
 use super::minst::{MInst, Reg, Role, VReg};
 use super::state_layout::StateLayout;
@@ -81,7 +81,7 @@ struct ValueState {
     /// How many values that are deferred, one to the other, it is made of.
     defer_depth: u8,
     /// In which block it was rematerialized last, and where the result is.
-    rematerialized: Option<(usize, VReg)>,
+    rematerialized: Option<(BlockId, VReg)>,
 }
 
 /// Selection for one mode, or for `init`.
@@ -95,12 +95,12 @@ pub(super) struct Select<'a> {
     /// Over how many decisions a rematerialized value stays in its register.
     remat_reach: usize,
     /// The only block that leads to a block, of those that were asked about.
-    predecessors: BTreeMap<usize, Option<usize>>,
+    predecessors: BTreeMap<BlockId, Option<BlockId>>,
     /// Constants in registers: which, in which block, behind how many instructions.
-    constants: Vec<(i32, usize, usize, VReg)>,
+    constants: Vec<(i32, BlockId, usize, VReg)>,
     func: Func,
     /// The block that code goes to.
-    at: usize,
+    at: BlockId,
     origin: Option<u32>,
     /// What the last event left in registers; nothing behind a loop, whose rounds may have events.
     last_event: Option<EventEnd>,
@@ -136,7 +136,7 @@ impl<'a> Select<'a> {
             predecessors: BTreeMap::new(),
             constants: Vec::new(),
             func: Func::new(),
-            at: 0,
+            at: BlockId(0),
             origin: None,
             last_event: None,
             first_input: None,

@@ -29,8 +29,8 @@ const COMMENT: usize = 48;
 
 impl<R: Register> Display for Func<R> {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        for (index, block) in self.blocks.iter().enumerate() {
-            write!(f, "block{index}{}", Values::<R>(&block.params))?;
+        for (id, block) in self.blocks.enumerated() {
+            write!(f, "{id}{}", Values::<R>(&block.params))?;
             head(f, block.rounds)?;
             block.fmt(f)?;
         }
@@ -69,7 +69,7 @@ fn line(f: &mut Formatter, text: &str, access: Access) -> fmt::Result {
 fn leave<R: Register>(f: &mut Formatter, end: &Terminator<R::Value>) -> fmt::Result {
     match end {
         Terminator::Jump(edge) => {
-            writeln!(f, "    jump block{}{}", edge.block, Values::<R>(&edge.args))
+            writeln!(f, "    jump {}{}", edge.block, Values::<R>(&edge.args))
         }
         Terminator::Branch {
             cond,
@@ -77,9 +77,9 @@ fn leave<R: Register>(f: &mut Formatter, end: &Terminator<R::Value>) -> fmt::Res
             no,
             likely,
         } => {
-            write!(f, "    branch {} block{yes} else block{no}", cond.name())?;
+            write!(f, "    branch {} {yes} else {no}", cond.name())?;
             match likely {
-                Some(likely) => writeln!(f, " ; likely block{}", if *likely { yes } else { no }),
+                Some(likely) => writeln!(f, " ; likely {}", if *likely { yes } else { no }),
                 None => writeln!(f),
             }
         }

@@ -36,12 +36,13 @@ mod memory;
 mod routines;
 mod unused;
 
-use super::func::{Edge, Func, Terminator};
+use super::func::{BlockId, Edge, Func, Terminator};
 use super::literal::Literals;
 use super::minst::{MInst, Operand, Reg, Relocation, Role, VReg};
 use super::routine::Routine;
 use super::state_layout::StateLayout;
 use flags::Flags;
+use whippen_ids::IdMap;
 use whippen_isa::{Op, ShiftType};
 
 pub(super) use constant::{Step, steps};
@@ -55,18 +56,16 @@ pub(super) fn legal(mut func: Func, layout: &StateLayout, literals: &mut Literal
         literals,
         literals_at: layout.literals,
         out,
-        at: 0,
+        at: BlockId(0),
         flags: Flags::default(),
         origin: None,
         known: VReg(0),
     };
-    let heads: Vec<usize> = blocks.iter().map(|_| legal.out.block()).collect();
-    for (index, block) in blocks.into_iter().enumerate() {
-        (legal.at, legal.flags) = (heads[index], Flags::default());
-        (
-            legal.out.blocks[heads[index]].params,
-            legal.out.blocks[heads[index]].rounds,
-        ) = (block.params, block.rounds);
+    let heads: IdMap<BlockId, BlockId> = blocks.iter().map(|_| legal.out.block()).collect();
+    for (head, block) in heads.iter().zip(blocks) {
+        (legal.at, legal.flags) = (*head, Flags::default());
+        (legal.out.blocks[head].params, legal.out.blocks[head].rounds) =
+            (block.params, block.rounds);
         for code in &block.code {
             (legal.origin, legal.known) = (code.origin, VReg(legal.out.vregs));
             legal.one(code);
@@ -82,7 +81,7 @@ struct Legal<'a> {
     literals_at: u32,
     out: Func,
     /// The block that code goes to.
-    at: usize,
+    at: BlockId,
     flags: Flags,
     origin: Option<u32>,
     /// Registers from this one on were made for the present instruction.
@@ -202,11 +201,11 @@ impl Legal<'_> {
         self.result(code.reg(Role::N, a).reg(Role::M, b))
     }
 
-    fn jump(&mut self, block: usize, args: Vec<VReg>) {
+    fn jump(&mut self, block: BlockId, args: Vec<VReg>) {
         self.out.blocks[self.at].end = Terminator::Jump(Edge { block, args });
     }
 
-    fn end(&mut self, end: Terminator, heads: &[usize]) {
+    fn end(&mut self, end: Terminator, heads: &IdMap<BlockId, BlockId>) {
         match end {
             Terminator::Jump(edge) => self.jump(heads[edge.block], edge.args),
             Terminator::Branch {

@@ -19,9 +19,10 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::emit::branch_inst;
-use super::func::{Func, Terminator};
+use super::func::{BlockId, Func, Terminator};
 use super::minst::{Access, AliasClass, MInst, Register, Relocation, Role};
 use super::registers::{HISTORY, RECORD, SAMPLES, STATE};
+use whippen_ids::IdMap;
 use whippen_isa::ShiftType;
 use whippen_isa::reg::SP;
 use whippen_isa::{Cond, Flags, Op};
@@ -47,7 +48,7 @@ const FLAGS: [Flags; 5] = [Flags::N, Flags::Z, Flags::C, Flags::V, Flags::GE];
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum ValueKey<R> {
     /// What is there where a block begins.
-    Start(usize, Location<R>),
+    Start(BlockId, Location<R>),
     /// A result: of what, and which.
     Result(Operation, ResultPart<R>),
 }
@@ -76,14 +77,14 @@ enum ResultPart<R> {
 struct ValueNumbers<R> {
     known: HashMap<(ValueKey<R>, Vec<u32>), u32>,
     /// The starts among them that are still to be compared: looking at one may bring up more.
-    starts: Vec<(usize, Location<R>)>,
+    starts: Vec<(BlockId, Location<R>)>,
 }
 
 /// What is where, as numbers.
 #[derive(Clone)]
 struct BlockState<R> {
     /// The block with whose start it began.
-    from: usize,
+    from: BlockId,
     left: BTreeMap<Location<R>, u32>,
 }
 
@@ -111,13 +112,13 @@ pub(super) fn validate<R: Register>(before: &Func<R>, after: &Func<R>) -> Result
         numbers.run(after, &predecessors)?,
     ];
     let outside = list_outside(&states);
-    let same = |numbers: &mut ValueNumbers<R>, block: usize, at: Location<R>| {
+    let same = |numbers: &mut ValueNumbers<R>, block: BlockId, at: Location<R>| {
         let [one, other] = states.each_ref().map(|all| numbers.at(&all[block], at));
         (one == other)
             .then_some(())
-            .ok_or_else(|| format!("a pass changed what block {block} leaves in {at:?}"))
+            .ok_or_else(|| format!("a pass changed what {block} leaves in {at:?}"))
     };
-    for (index, block) in before.blocks.iter().enumerate() {
+    for (index, block) in before.blocks.enumerated() {
         let mut counts: Vec<Location<R>> = match block.end {
             Terminator::Jump(_) => Vec::new(),
             Terminator::Branch { cond, .. } => {
@@ -139,9 +140,9 @@ pub(super) fn validate<R: Register>(before: &Func<R>, after: &Func<R>) -> Result
     Ok(())
 }
 
-fn list_predecessors<R: Register>(func: &Func<R>) -> Vec<Vec<usize>> {
-    let mut predecessors = vec![Vec::new(); func.blocks.len()];
-    for (index, block) in func.blocks.iter().enumerate() {
+fn list_predecessors<R: Register>(func: &Func<R>) -> IdMap<BlockId, Vec<BlockId>> {
+    let mut predecessors = IdMap::filled(Vec::new(), func.blocks.len());
+    for (index, block) in func.blocks.enumerated() {
         for target in block.end.targets() {
             predecessors[target].push(index);
         }
@@ -150,7 +151,7 @@ fn list_predecessors<R: Register>(func: &Func<R>) -> Vec<Vec<usize>> {
 }
 
 /// What others find where the code is left.
-fn list_outside<R: Register>(states: &[Vec<BlockState<R>>; 2]) -> Vec<Location<R>> {
+fn list_outside<R: Register>(states: &[IdMap<BlockId, BlockState<R>>; 2]) -> Vec<Location<R>> {
     let written: BTreeSet<Location<R>> = states
         .iter()
         .flatten()
@@ -192,10 +193,10 @@ impl<R: Register> ValueNumbers<R> {
     fn run(
         &mut self,
         func: &Func<R>,
-        predecessors: &[Vec<usize>],
-    ) -> Result<Vec<BlockState<R>>, String> {
-        let mut states: Vec<BlockState<R>> = Vec::new();
-        for (index, block) in func.blocks.iter().enumerate() {
+        predecessors: &IdMap<BlockId, Vec<BlockId>>,
+    ) -> Result<IdMap<BlockId, BlockState<R>>, String> {
+        let mut states: IdMap<BlockId, BlockState<R>> = IdMap::new();
+        for (index, block) in func.blocks.enumerated() {
             let mut state = match predecessors[index][..] {
                 [from] if from < index => states[from].clone(),
                 _ => BlockState {

@@ -2,6 +2,7 @@
 
 use super::shift::{ShiftedOperand, with_shift};
 use super::{Binding, Select};
+use crate::thumb::func::BlockId;
 use crate::thumb::literal::Literal;
 use crate::thumb::minst::{AliasClass, MInst, Role, VReg};
 use crate::thumb::registers::STATE;
@@ -19,7 +20,7 @@ impl Select<'_> {
     /// A constant in a register, that of a little while ago if there is one.
     pub(super) fn load_constant(&mut self, k: i32) -> VReg {
         let here = self.func.blocks[self.at].code.len();
-        let near = |(known, block, from, _): &(i32, usize, usize, VReg)| {
+        let near = |(known, block, from, _): &(i32, BlockId, usize, VReg)| {
             *known == k && *block == self.at && here - from < CONSTANT_KEPT
         };
         if let Some((.., reg)) = self.constants.iter().rev().find(|constant| near(constant)) {

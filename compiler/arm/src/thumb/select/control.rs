@@ -2,7 +2,7 @@
 
 use super::memory::MODE;
 use super::{Binding, Select};
-use crate::thumb::func::{Edge, Terminator};
+use crate::thumb::func::{BlockId, Edge, Terminator};
 use crate::thumb::minst::{Access, MInst, Role, VReg};
 use crate::thumb::registers::{HISTORY, RECORD};
 use whippen_isa::{Cond, Op as Isa};
@@ -87,7 +87,7 @@ impl Walk for Select<'_> {
 impl Select<'_> {
     /// All blocks of a mode, each with those that its instructions make.
     pub(super) fn select_blocks(&mut self, mode: &Mode) {
-        let heads: Vec<usize> = mode.blocks.iter().map(|_| self.func.block()).collect();
+        let heads: Vec<BlockId> = mode.blocks.iter().map(|_| self.func.block()).collect();
         for (index, block) in mode.blocks.iter().enumerate() {
             self.at = heads[index];
             if index == 0 {
@@ -149,7 +149,7 @@ impl Select<'_> {
 
     /// A block of its own that hands a target its values; empty where there is nothing to hand
     /// over.
-    fn edge_block(&mut self, target: &Target, heads: &[usize]) -> usize {
+    fn edge_block(&mut self, target: &Target, heads: &[BlockId]) -> BlockId {
         let (here, edge) = (self.at, self.func.block());
         self.at = edge;
         let args = self.words_of(&target.args);
@@ -158,11 +158,11 @@ impl Select<'_> {
         edge
     }
 
-    fn jump(&mut self, block: usize, args: Vec<VReg>) {
+    fn jump(&mut self, block: BlockId, args: Vec<VReg>) {
         self.func.blocks[self.at].end = Terminator::Jump(Edge { block, args });
     }
 
-    fn branch(&mut self, condition: Value, yes: usize, no: usize, likely: Option<bool>) {
+    fn branch(&mut self, condition: Value, yes: BlockId, no: BlockId, likely: Option<bool>) {
         if let Some(known) = self.constant(condition) {
             return self.jump(if known == 0 { no } else { yes }, Vec::new());
         }

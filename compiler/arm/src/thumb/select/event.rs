@@ -7,6 +7,7 @@
 
 use super::Select;
 use super::memory::{EVENTS, post_increment};
+use crate::thumb::func::BlockId;
 use crate::thumb::minst::{Access, AliasClass, MInst, Reg, Role, VReg};
 use crate::thumb::registers::{RECORD, STATE};
 use crate::thumb::state_layout::{EVENT_NEXT, TICK};
@@ -19,7 +20,7 @@ const WALK_MAX: u32 = 255;
 /// What is in registers behind an event.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EventEnd {
-    block: usize,
+    block: BlockId,
     /// Where the next one goes.
     next: VReg,
     tick: VReg,

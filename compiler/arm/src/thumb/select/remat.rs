@@ -2,6 +2,7 @@
 //! Near the last one its result is still in a register.
 
 use super::{Binding, Select};
+use crate::thumb::func::BlockId;
 use crate::thumb::minst::VReg;
 use whippen_kernel::{Op, Value};
 
@@ -21,7 +22,7 @@ impl Select<'_> {
     }
 
     /// Whether every way here comes from that block over few decisions.
-    pub(super) fn is_near(&mut self, block: usize) -> bool {
+    pub(super) fn is_near(&mut self, block: BlockId) -> bool {
         let mut at = self.at;
         // Each decision is a block, and one that leads from it.
         for _ in 0..2 * self.remat_reach {
@@ -34,11 +35,12 @@ impl Select<'_> {
     }
 
     /// The only block that leads to one that code is put into, or was.
-    fn only_predecessor(&mut self, at: usize) -> Option<usize> {
+    fn only_predecessor(&mut self, at: BlockId) -> Option<BlockId> {
         let blocks = &self.func.blocks;
         *self.predecessors.entry(at).or_insert_with(|| {
-            let mut predecessors =
-                (0..blocks.len()).filter(|from| blocks[*from].end.targets().contains(&at));
+            let mut predecessors = blocks
+                .ids()
+                .filter(|from| blocks[from].end.targets().contains(&at));
             predecessors
                 .next()
                 .filter(|_| predecessors.next().is_none())

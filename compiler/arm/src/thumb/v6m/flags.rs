@@ -2,7 +2,7 @@
 //! instruction changes them.
 
 use super::Legal;
-use crate::thumb::func::Terminator;
+use crate::thumb::func::{BlockId, Terminator};
 use crate::thumb::minst::{MInst, Reg, Role, VReg};
 use whippen_isa::{Cond, Op};
 
@@ -13,7 +13,7 @@ pub(super) struct Flags {
     /// The register whose sign they tell, and whether it is zero.
     result: Option<VReg>,
     /// Where they still are: in this block, behind so many instructions.
-    here: Option<(usize, usize)>,
+    here: Option<(BlockId, usize)>,
 }
 
 #[derive(Debug, Clone)]
@@ -110,7 +110,7 @@ impl Legal<'_> {
     }
 
     /// Ends the block by a condition; code goes on nowhere.
-    pub(super) fn branch(&mut self, cond: Cond, yes: usize, no: usize, likely: Option<bool>) {
+    pub(super) fn branch(&mut self, cond: Cond, yes: BlockId, no: BlockId, likely: Option<bool>) {
         let Made::Either {
             first,
             cond: decides,
@@ -131,7 +131,7 @@ impl Legal<'_> {
     }
 
     /// A branch to blocks of its own, which lead to where it goes: those may be led to by others.
-    fn part(&mut self, cond: Cond, yes: usize, no: usize, likely: Option<bool>) {
+    fn part(&mut self, cond: Cond, yes: BlockId, no: BlockId, likely: Option<bool>) {
         let from = self.at;
         let [to_yes, to_no] = [yes, no].map(|to| {
             self.at = self.out.block();

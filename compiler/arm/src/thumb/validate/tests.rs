@@ -72,15 +72,15 @@ fn alu(op: Op, s: bool, d: u8, n: u8, m: u8) -> Fixed {
 fn decision() -> Allocated {
     let on = || {
         Terminator::Jump(Edge {
-            block: 3,
+            block: BlockId(3),
             args: Vec::new(),
         })
     };
     let ends = [
         Terminator::Branch {
             cond: Cond::LT,
-            yes: 1,
-            no: 2,
+            yes: BlockId(1),
+            no: BlockId(2),
             likely: None,
         },
         on(),
@@ -184,8 +184,8 @@ fn what_cannot_be_told_may_change_and_nothing_else() {
     let swapped = |end: &mut Terminator<PReg>| {
         *end = Terminator::Branch {
             cond: Cond::GE,
-            yes: 1,
-            no: 2,
+            yes: BlockId(1),
+            no: BlockId(2),
             likely: None,
         }
     };
@@ -226,16 +226,17 @@ fn random(seed: u64) -> [Allocated; 2] {
 }
 
 /// Which instructions compute something that comes out, found backwards from stores and ends.
-fn needed(func: &Allocated) -> Vec<Vec<bool>> {
-    let mut needed: Vec<Vec<bool>> = func
+fn needed(func: &Allocated) -> IdMap<BlockId, Vec<bool>> {
+    let mut needed: IdMap<BlockId, Vec<bool>> = func
         .blocks
         .iter()
         .map(|block| vec![false; block.code.len()])
         .collect();
-    let mut wanted: Vec<BTreeSet<Location<PReg>>> = vec![BTreeSet::new(); func.blocks.len()];
+    let mut wanted: IdMap<BlockId, BTreeSet<Location<PReg>>> =
+        IdMap::filled(BTreeSet::new(), func.blocks.len());
     loop {
         let known = wanted.clone();
-        for (index, block) in func.blocks.iter().enumerate().rev() {
+        for (index, block) in func.blocks.enumerated().rev() {
             let mut live: BTreeSet<Location<PReg>> = match block.end {
                 Terminator::Branch { cond, .. } => {
                     flag_places(branch_inst(Some(cond), false, 0).flags().reads).collect()
@@ -292,7 +293,7 @@ fn needed(func: &Allocated) -> Vec<Vec<bool>> {
 
 /// Errors of one kind in a function: for each instruction the function with it, if there it can be
 /// made.
-type Errors = dyn Fn(&Allocated, usize, usize) -> Option<Allocated>;
+type Errors = dyn Fn(&Allocated, BlockId, usize) -> Option<Allocated>;
 
 /// How many errors of a kind there were in instructions that are needed, and how many of them went
 /// unnoticed.
@@ -300,7 +301,7 @@ fn unnoticed(all: &[[Allocated; 2]], errors: &Errors) -> (usize, usize) {
     let (mut made, mut missed) = (0, 0);
     for [before, after] in all {
         let needed = needed(after);
-        for (block, placed) in after.blocks.iter().enumerate() {
+        for (block, placed) in after.blocks.enumerated() {
             for at in (0..placed.code.len()).filter(|at| needed[block][*at]) {
                 let Some(wrong) = errors(after, block, at) else {
                     continue;
@@ -313,7 +314,7 @@ fn unnoticed(all: &[[Allocated; 2]], errors: &Errors) -> (usize, usize) {
     (made, missed)
 }
 
-fn with(func: &Allocated, block: usize, change: impl FnOnce(&mut Vec<Fixed>)) -> Allocated {
+fn with(func: &Allocated, block: BlockId, change: impl FnOnce(&mut Vec<Fixed>)) -> Allocated {
     let mut func = func.clone();
     change(&mut func.blocks[block].code);
     func
@@ -326,14 +327,14 @@ fn errors_in_code_of_random_kernels_are_noticed() {
         assert_eq!(validate(before, after), Ok(()));
     }
     // Two instructions of which the second reads what the first leaves change places.
-    let swapped = |func: &Allocated, block: usize, at: usize| {
+    let swapped = |func: &Allocated, block: BlockId, at: usize| {
         let code = &func.blocks[block].code;
         let depends = needed(func)[block].get(at + 1)?
             & (code[at].inst.defs().core_bits() & code[at + 1].inst.uses().core_bits() != 0);
         depends.then(|| with(func, block, |code| code.swap(at, at + 1)))
     };
     // The first operand is read in another register.
-    let renamed = |func: &Allocated, block: usize, at: usize| {
+    let renamed = |func: &Allocated, block: BlockId, at: usize| {
         let first = func.blocks[block].code[at].uses().find(|u| u.reads)?;
         let register = first.operand.reg;
         let place = FREE.iter().position(|free| PReg(*free) == register)?;
@@ -343,16 +344,16 @@ fn errors_in_code_of_random_kernels_are_noticed() {
         }))
     };
     // A store is missing.
-    let lost = |func: &Allocated, block: usize, at: usize| {
+    let lost = |func: &Allocated, block: BlockId, at: usize| {
         let is_store = func.blocks[block].code[at].inst.class() == Class::Store;
         is_store.then(|| with(func, block, |code| _ = code.remove(at)))
     };
     // What a block begins with stands before the branch, though the other side wants the register.
-    let moved_up = |func: &Allocated, block: usize, at: usize| {
+    let moved_up = |func: &Allocated, block: BlockId, at: usize| {
         let above = func
             .blocks
-            .iter()
-            .position(|from| from.end.targets().contains(&block))
+            .ids()
+            .find(|from| func.blocks[from].end.targets().contains(&block))
             .filter(|_| at == 0)?;
         let other = func.blocks[above]
             .end
