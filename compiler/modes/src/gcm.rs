@@ -30,7 +30,7 @@ use super::decision_tree::Discrete;
 use super::graph::{Graph, Kind, NodeId};
 use super::partial_eval::PartialEval;
 use super::reach::Reached;
-use super::{Block, End, Mode, merge};
+use super::{Block, BlockId, End, Mode, merge};
 use block_order::{empty_block, in_order};
 use needs::{Needs, Then, needs};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -78,7 +78,7 @@ pub(super) fn modes(graph: &mut Graph, plan: &Plan) -> Option<Vec<Mode>> {
 }
 
 /// The values of a mode, and its blocks.
-type Code = (IdMap<Value, ValueInfo>, Vec<Block>);
+type Code = (IdMap<Value, ValueInfo>, IdMap<BlockId, Block>);
 
 /// The code of a mode; none if it becomes too large.
 fn blocks(graph: &Graph, eval: &mut PartialEval, needs: &Needs) -> Option<Code> {
@@ -86,15 +86,15 @@ fn blocks(graph: &Graph, eval: &mut PartialEval, needs: &Needs) -> Option<Code> 
         graph,
         eval,
         values: IdMap::new(),
-        blocks: vec![empty_block()],
-        at: 0,
+        blocks: vec![empty_block()].into(),
+        at: BlockId(0),
         placed: FxHashMap::default(),
         here: FxHashMap::default(),
         results: FxHashMap::default(),
         trail: Vec::new(),
         depth: 0,
     };
-    let placed = scheduler.schedule(needs, 0);
+    let placed = scheduler.schedule(needs, BlockId(0));
     let Scheduler {
         values,
         blocks,
@@ -135,9 +135,9 @@ struct Scheduler<'a, 'k> {
     graph: &'a Graph<'k>,
     eval: &'a mut PartialEval,
     values: IdMap<Value, ValueInfo>,
-    blocks: Vec<Block>,
+    blocks: IdMap<BlockId, Block>,
     /// The block that is filled.
-    at: usize,
+    at: BlockId,
     /// Nodes that stand in this block or above.
     placed: FxHashMap<NodeId, Value>,
     /// Constants and bools in this block.
@@ -152,7 +152,7 @@ struct Scheduler<'a, 'k> {
 
 impl Scheduler<'_, '_> {
     /// Fills a block with what this part of the tree needs there, and all blocks below.
-    fn schedule(&mut self, needs: &Needs, block: usize) -> Option<()> {
+    fn schedule(&mut self, needs: &Needs, block: BlockId) -> Option<()> {
         let above = self.trail.len();
         self.enter_block(block);
         for id in &needs.by_all {
@@ -181,7 +181,7 @@ impl Scheduler<'_, '_> {
     }
 
     /// What follows goes to this block.
-    fn enter_block(&mut self, block: usize) {
+    fn enter_block(&mut self, block: BlockId) {
         self.at = block;
         self.here.clear();
     }

@@ -56,7 +56,7 @@ pub use print::Size;
 use decision_tree::{Decisions, Discrete};
 use graph::Graph;
 use tick::Tick;
-use whippen_ids::IdMap;
+use whippen_ids::{IdMap, impl_id};
 use whippen_kernel::{Inst, Kernel, Range, Value, ValueInfo};
 
 /// How many instructions all modes of an instrument may have, if nothing else is asked for: about
@@ -87,7 +87,19 @@ pub struct Mode {
     /// All values of the blocks.
     pub values: IdMap<Value, ValueInfo>,
     /// The blocks; the first is the entry, and what a block names comes after it.
-    pub blocks: Vec<Block>,
+    pub blocks: IdMap<BlockId, Block>,
+}
+
+/// A block of a mode; the first is the entry.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct BlockId(pub u32);
+
+impl_id!(BlockId);
+
+impl std::fmt::Display for BlockId {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "b{}", self.0)
+    }
 }
 
 /// A straight run of instructions (`if` and `loop` that were left whole are instructions too).
@@ -124,8 +136,8 @@ pub enum End {
 /// A block, with the values of its parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
-    /// Its number in [`Mode::blocks`].
-    pub block: usize,
+    /// One of [`Mode::blocks`].
+    pub block: BlockId,
     /// One for each parameter.
     pub args: Vec<Value>,
 }
@@ -328,7 +340,7 @@ impl Modes {
             cells: kernel.cells.iter().map(|cell| cell.range).collect(),
             known: vec![false; kernel.cells.len()],
             values: kernel.values.clone(),
-            blocks: vec![entry],
+            blocks: vec![entry].into(),
         };
         Modes {
             kernel: kernel.clone(),

@@ -4,7 +4,7 @@
 //! numbered as they come and in the same ranges, and lead to blocks that are the same. Both see all
 //! that they read, so whatever leads to either may lead to one of them.
 
-use super::{Block, End, tuning};
+use super::{Block, BlockId, End, tuning};
 use rustc_hash::{FxHashMap, FxHasher};
 use std::hash::{Hash, Hasher};
 use whippen_ids::IdMap;
@@ -12,16 +12,19 @@ use whippen_kernel::{Inst, Region, Value, ValueInfo};
 
 /// The blocks with everyone led to the first of those that are the same; the others are led to by
 /// nobody.
-pub(super) fn equal_tails(mut blocks: Vec<Block>, values: &IdMap<Value, ValueInfo>) -> Vec<Block> {
-    let mut known: FxHashMap<Vec<u64>, usize> = FxHashMap::default();
-    let mut first: Vec<usize> = (0..blocks.len()).collect();
+pub(super) fn equal_tails(
+    mut blocks: IdMap<BlockId, Block>,
+    values: &IdMap<Value, ValueInfo>,
+) -> IdMap<BlockId, Block> {
+    let mut known: FxHashMap<Vec<u64>, BlockId> = FxHashMap::default();
+    let mut first: IdMap<BlockId, BlockId> = blocks.ids().collect();
     let shapes = shapes(&blocks);
     let mut alike: FxHashMap<u64, usize> = FxHashMap::default();
     shapes
         .iter()
         .for_each(|shape| *alike.entry(*shape).or_default() += 1);
     // What a block leads to comes after it, so from the end all that is equal below has become one.
-    for at in (0..blocks.len()).rev() {
+    for at in blocks.ids().rev() {
         blocks[at]
             .end
             .targets_mut()
@@ -44,9 +47,9 @@ pub(super) fn equal_tails(mut blocks: Vec<Block>, values: &IdMap<Value, ValueInf
 
 /// Of each block a number that says which operators it and those below it have: others are not the
 /// same.
-fn shapes(blocks: &[Block]) -> Vec<u64> {
-    let mut shapes = vec![0; blocks.len()];
-    for (at, block) in blocks.iter().enumerate().rev() {
+fn shapes(blocks: &IdMap<BlockId, Block>) -> IdMap<BlockId, u64> {
+    let mut shapes = IdMap::filled(0, blocks.len());
+    for (at, block) in blocks.enumerated().rev() {
         let mut hasher = FxHasher::default();
         block
             .insts
@@ -76,16 +79,16 @@ struct Spelled<'a> {
 }
 
 impl Spelled<'_> {
-    fn block(&mut self, blocks: &[Block], at: usize) {
+    fn block(&mut self, blocks: &IdMap<BlockId, Block>, at: BlockId) {
         if self.depth == tuning::TAIL_DEEP {
-            return self.words.extend([4, at as u64]);
+            return self.words.extend([4, at.0.into()]);
         }
         self.depth += 1;
         self.spell(blocks, at);
         self.depth -= 1;
     }
 
-    fn spell(&mut self, blocks: &[Block], at: usize) {
+    fn spell(&mut self, blocks: &IdMap<BlockId, Block>, at: BlockId) {
         let Some(block) = blocks.get(at) else { return };
         self.define(&block.params);
         block.insts.iter().for_each(|inst| self.inst(inst));

@@ -15,7 +15,7 @@
 //!
 //! A block that several lead to stands under the first of them; the others say `jump b7`.
 
-use super::{Block, End, Mode, Modes, Target, cost};
+use super::{Block, BlockId, End, Mode, Modes, Target, cost};
 use std::fmt::{self, Display, Formatter};
 use std::ops::Add;
 use whippen_ids::{IdMap, longest_paths};
@@ -56,8 +56,8 @@ impl Mode {
     }
 
     /// The blocks of the longest path, in order.
-    pub fn longest_path(&self) -> Vec<usize> {
-        let (from, mut path) = (self.sizes_by_block(), vec![0]);
+    pub fn longest_path(&self) -> Vec<BlockId> {
+        let (from, mut path) = (self.sizes_by_block(), vec![BlockId(0)]);
         while let Some(block) = path.last().and_then(|at| self.blocks.get(*at)) {
             let Some(next) = block
                 .end
@@ -73,10 +73,10 @@ impl Mode {
     }
 
     /// The longest path from each block on.
-    fn sizes_by_block(&self) -> IdMap<usize, Size> {
+    fn sizes_by_block(&self) -> IdMap<BlockId, Size> {
         longest_paths(
             self.blocks.len(),
-            (0..self.blocks.len()).rev(),
+            self.blocks.ids().rev(),
             |at| self.size(&self.blocks[at]),
             |at, from| {
                 let targets = self.blocks[at].end.targets();
@@ -123,7 +123,7 @@ impl Display for Modes {
             let mode = Printed::new(self, at);
             writeln!(f)?;
             mode.head(f)?;
-            mode.block(f, 0, 2)?;
+            mode.block(f, BlockId(0), 2)?;
         }
         Ok(())
     }
@@ -146,7 +146,7 @@ struct Printed<'a> {
     /// What prints its instructions.
     kernel: Kernel,
     /// From which block, and how, each is come to first.
-    first: Vec<Option<(usize, bool)>>,
+    first: IdMap<BlockId, Option<(BlockId, bool)>>,
 }
 
 impl Printed<'_> {
@@ -156,8 +156,8 @@ impl Printed<'_> {
             values: mode.values.clone(),
             ..modes.kernel.clone()
         };
-        let mut first = vec![None; mode.blocks.len()];
-        for (from, block) in mode.blocks.iter().enumerate() {
+        let mut first = IdMap::filled(None, mode.blocks.len());
+        for (from, block) in mode.blocks.enumerated() {
             for (side, target) in block.end.targets().enumerate() {
                 first[target.block].get_or_insert((from, side == 0));
             }
@@ -184,7 +184,7 @@ impl Printed<'_> {
             .mode
             .longest_path()
             .iter()
-            .map(|block| format!("b{block}"))
+            .map(|block| block.to_string())
             .collect();
         writeln!(f, "  longest path: {}", path.join(" "))?;
         for (cell, declared) in self.kernel.cells.iter().enumerate() {
@@ -201,7 +201,7 @@ impl Printed<'_> {
         Ok(())
     }
 
-    fn block(&self, f: &mut Formatter, at: usize, indent: usize) -> fmt::Result {
+    fn block(&self, f: &mut Formatter, at: BlockId, indent: usize) -> fmt::Result {
         let block = &self.mode.blocks[at];
         let params: Vec<String> = block
             .params
@@ -213,7 +213,7 @@ impl Printed<'_> {
         } else {
             format!(" ({})", params.join(", "))
         };
-        writeln!(f, "{:indent$}b{at}{params}:", "")?;
+        writeln!(f, "{:indent$}{at}{params}:", "")?;
         let indent = indent + 2;
         for inst in &block.insts {
             self.kernel.inst(f, inst, indent)?;
@@ -241,7 +241,7 @@ impl Printed<'_> {
     fn target(
         &self,
         f: &mut Formatter,
-        from: usize,
+        from: BlockId,
         side: bool,
         target: &Target,
         indent: usize,
@@ -254,7 +254,7 @@ impl Printed<'_> {
         };
         let name = if side { "yes" } else { "no" };
         if self.first[target.block] != Some((from, side)) || !target.args.is_empty() {
-            writeln!(f, "{:indent$}{name} b{}{args}", "", target.block)?;
+            writeln!(f, "{:indent$}{name} {}{args}", "", target.block)?;
         }
         if self.first[target.block] == Some((from, side)) {
             return self.block(f, target.block, indent);

@@ -5,7 +5,7 @@
 //! where the mode says, every value lies in its range, and what a mode knows is not read from
 //! memory (it is spoiled before each tick).
 
-use super::{End, Mode, Modes, Target};
+use super::{BlockId, End, Mode, Modes, Target};
 use whippen_ids::IdMap;
 use whippen_kernel::memory::Key;
 use whippen_kernel::op::Meaning;
@@ -145,7 +145,7 @@ impl Runner {
     }
 
     fn blocks(&mut self, mode: &Mode, key: &mut Key) -> usize {
-        let mut at = 0;
+        let mut at = BlockId(0);
         loop {
             let Some(block) = mode.blocks.get(at) else {
                 self.broken(true, || format!("{}: there is no block {at}", mode.name));

@@ -9,7 +9,7 @@
 
 use super::facts::{self, Facts, meet};
 use super::graph::{Graph, Kind, NodeId};
-use super::{Block, End, Mode, Modes, Target};
+use super::{Block, BlockId, End, Mode, Modes, Target};
 use whippen_ids::IdMap;
 use whippen_kernel::{Inst, Op, Range, Region, Type, Value, ValueInfo, VerifyError};
 
@@ -26,7 +26,7 @@ pub fn verify(modes: &Modes) -> Result<(), Vec<VerifyError>> {
             graph: Graph::unshared(&modes.kernel),
             nodes: IdMap::filled(None, mode.values.len()),
             declared: IdMap::new(),
-            entries: vec![None; mode.blocks.len()],
+            entries: IdMap::filled(None, mode.blocks.len()),
             errors: &mut errors,
             place: String::new(),
         };
@@ -72,7 +72,7 @@ struct Checker<'a> {
     nodes: IdMap<Value, Option<NodeId>>,
     /// Declared ranges by node.
     declared: IdMap<NodeId, Range>,
-    entries: Vec<Option<State>>,
+    entries: IdMap<BlockId, Option<State>>,
     errors: &'a mut Vec<VerifyError>,
     place: String,
 }
@@ -100,8 +100,8 @@ impl<'a> Checker<'a> {
         if let Some(entry) = self.entries.first_mut() {
             *entry = Some(start);
         }
-        for (at, block) in mode.blocks.iter().enumerate() {
-            self.place = format!("{}: b{at}", mode.name);
+        for (at, block) in mode.blocks.enumerated() {
+            self.place = format!("{}: {at}", mode.name);
             // What nobody can come to need not be right.
             let Some(state) = self.entries[at].take() else {
                 continue;
@@ -115,12 +115,12 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn block(&mut self, at: usize, block: &Block, mut state: State) -> Result<(), Fault> {
+    fn block(&mut self, at: BlockId, block: &Block, mut state: State) -> Result<(), Fault> {
         for param in &block.params {
             self.define(*param, Kind::Result(param.0), &[], &mut state)?;
         }
         for inst in &block.insts {
-            self.place = format!("{}: b{at}: {}", self.mode.name, inst.op.row().name);
+            self.place = format!("{}: {at}: {}", self.mode.name, inst.op.row().name);
             self.inst(inst, &mut state)?;
         }
         match &block.end {
@@ -176,13 +176,13 @@ impl<'a> Checker<'a> {
     }
 
     /// What holds on one more edge to a block.
-    fn go(&mut self, at: usize, target: &Target, state: State) -> Result<(), Fault> {
+    fn go(&mut self, at: BlockId, target: &Target, state: State) -> Result<(), Fault> {
         let block = self
             .mode
             .blocks
             .get(target.block)
             .filter(|_| target.block > at);
-        let block = block.ok_or_else(|| format!("leads to b{}", target.block))?;
+        let block = block.ok_or_else(|| format!("leads to {}", target.block))?;
         let args = self.infos(&target.args, &state)?;
         let params: Vec<ValueInfo> = block
             .params

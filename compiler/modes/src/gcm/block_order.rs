@@ -1,13 +1,14 @@
 //! Topological order of blocks: every block before those it leads to, unreachable ones dropped.
 
-use crate::{Block, End};
+use crate::{Block, BlockId, End};
+use whippen_ids::IdMap;
 
 /// Every block before those it leads to.
-pub(super) fn in_order(mut blocks: Vec<Block>) -> Vec<Block> {
+pub(super) fn in_order(mut blocks: IdMap<BlockId, Block>) -> IdMap<BlockId, Block> {
     let mut order = Vec::new();
-    let mut seen = vec![false; blocks.len()];
+    let mut seen = IdMap::filled(false, blocks.len());
     // A block is done once all that it names are.
-    let mut open = vec![(0, false)];
+    let mut open = vec![(BlockId(0), false)];
     while let Some((block, done)) = open.pop() {
         if done {
             order.push(block);
@@ -22,13 +23,12 @@ pub(super) fn in_order(mut blocks: Vec<Block>) -> Vec<Block> {
         }
     }
     order.reverse();
-    let mut place = vec![0; blocks.len()];
-    order
-        .iter()
-        .enumerate()
-        .for_each(|(at, block)| place[*block] = at);
-    let moved = |block: &usize| {
-        let mut block = std::mem::replace(&mut blocks[*block], empty_block());
+    let mut place = IdMap::filled(BlockId(0), blocks.len());
+    for (at, block) in (0..).zip(&order) {
+        place[block] = BlockId(at);
+    }
+    let moved = |block: &BlockId| {
+        let mut block = std::mem::replace(&mut blocks[block], empty_block());
         block
             .end
             .targets_mut()

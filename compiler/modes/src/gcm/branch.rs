@@ -2,24 +2,26 @@
 
 use super::{Scheduler, empty_block};
 use crate::graph::NodeId;
-use crate::{End, Target, tuning};
+use crate::{BlockId, End, Target, tuning};
 use whippen_kernel::{Op, Value};
 
 /// Where a part of a condition leads.
 #[derive(Debug, Clone, Copy)]
 enum Destination {
-    Block(usize),
+    Block(BlockId),
     Yes,
     No,
 }
 
 impl Scheduler<'_, '_> {
     /// Ends the block by a decision; gives the blocks of both sides.
-    pub(super) fn branch(&mut self, condition: NodeId) -> Option<(usize, usize)> {
+    pub(super) fn branch(&mut self, condition: NodeId) -> Option<(BlockId, BlockId)> {
         let mut ends = Vec::new();
         self.branch_ends(condition, &mut ends)?;
-        let sides = (self.blocks.len(), self.blocks.len() + 1);
-        self.blocks.extend([empty_block(), empty_block()]);
+        let sides = (
+            self.blocks.push(empty_block()),
+            self.blocks.push(empty_block()),
+        );
         for (block, condition, yes, no) in ends {
             let side = |to: Destination| match to {
                 Destination::Block(block) => block,
@@ -43,7 +45,7 @@ impl Scheduler<'_, '_> {
     fn branch_ends(
         &mut self,
         condition: NodeId,
-        ends: &mut Vec<(usize, Value, Destination, Destination)>,
+        ends: &mut Vec<(BlockId, Value, Destination, Destination)>,
     ) -> Option<()> {
         self.branch_to(condition, Destination::Yes, Destination::No, ends)
     }
@@ -54,7 +56,7 @@ impl Scheduler<'_, '_> {
         condition: NodeId,
         yes: Destination,
         no: Destination,
-        ends: &mut Vec<(usize, Value, Destination, Destination)>,
+        ends: &mut Vec<(BlockId, Value, Destination, Destination)>,
     ) -> Option<()> {
         if self.blocks.len() > tuning::BLOCKS || self.depth > tuning::BOOLS_DEEP {
             return None;
@@ -70,21 +72,19 @@ impl Scheduler<'_, '_> {
         condition: NodeId,
         yes: Destination,
         no: Destination,
-        ends: &mut Vec<(usize, Value, Destination, Destination)>,
+        ends: &mut Vec<(BlockId, Value, Destination, Destination)>,
     ) -> Option<()> {
         let args = self.graph.args(condition).to_vec();
         match (self.graph.op(condition), &args[..]) {
             (Some(Op::Not), [inner]) => self.branch_to(*inner, no, yes, ends),
             (Some(Op::And), [a, b]) => {
-                let next = self.blocks.len();
-                self.blocks.push(empty_block());
+                let next = self.blocks.push(empty_block());
                 self.branch_to(*a, Destination::Block(next), no, ends)?;
                 self.enter_block(next);
                 self.branch_to(*b, yes, no, ends)
             }
             (Some(Op::Or), [a, b]) => {
-                let next = self.blocks.len();
-                self.blocks.push(empty_block());
+                let next = self.blocks.push(empty_block());
                 self.branch_to(*a, yes, Destination::Block(next), ends)?;
                 self.enter_block(next);
                 self.branch_to(*b, yes, no, ends)

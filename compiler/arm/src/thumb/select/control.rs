@@ -5,6 +5,7 @@ use super::{Binding, Select};
 use crate::thumb::func::{BlockId, Edge, Terminator};
 use crate::thumb::minst::{Access, MInst, Role, VReg};
 use crate::thumb::registers::{HISTORY, RECORD};
+use whippen_ids::IdMap;
 use whippen_isa::{Cond, Op as Isa};
 use whippen_kernel::{Inst, Region, Type, Value, Walk};
 use whippen_modes::{End as ModeEnd, Mode, Target};
@@ -13,6 +14,9 @@ use whippen_modes::{End as ModeEnd, Mode, Target};
 const FILLED: u32 = 8;
 /// How far a store reaches.
 const OFFSET_MAX: u32 = 4095;
+
+/// The first block of machine code of each block of a mode.
+type Heads = IdMap<whippen_modes::BlockId, BlockId>;
 
 impl Walk for Select<'_> {
     fn plain(&mut self, inst: &Inst) {
@@ -87,10 +91,10 @@ impl Walk for Select<'_> {
 impl Select<'_> {
     /// All blocks of a mode, each with those that its instructions make.
     pub(super) fn select_blocks(&mut self, mode: &Mode) {
-        let heads: Vec<BlockId> = mode.blocks.iter().map(|_| self.func.block()).collect();
-        for (index, block) in mode.blocks.iter().enumerate() {
+        let heads: Heads = mode.blocks.iter().map(|_| self.func.block()).collect();
+        for (index, block) in mode.blocks.enumerated() {
             self.at = heads[index];
-            if index == 0 {
+            if index == whippen_modes::BlockId(0) {
                 self.load_input();
             }
             let params = self.params(&block.params);
@@ -149,7 +153,7 @@ impl Select<'_> {
 
     /// A block of its own that hands a target its values; empty where there is nothing to hand
     /// over.
-    fn edge_block(&mut self, target: &Target, heads: &[BlockId]) -> BlockId {
+    fn edge_block(&mut self, target: &Target, heads: &Heads) -> BlockId {
         let (here, edge) = (self.at, self.func.block());
         self.at = edge;
         let args = self.words_of(&target.args);

@@ -2,13 +2,13 @@
 //! old word.
 
 use super::Plan;
-use super::stored_cells::{StoredCells, note_stores};
+use super::stored_cells::{StartsOfBlocks, StoredCells, note_stores};
 use std::slice;
 use whippen_kernel::{Inst, Op, Value};
 use whippen_modes::Mode;
 
 /// Marks the choices that wait until a cell is overwritten by them, and the words that cells had.
-pub(super) fn find_conditional_stores(plan: &mut Plan, mode: &Mode, starts: &[StoredCells]) {
+pub(super) fn find_conditional_stores(plan: &mut Plan, mode: &Mode, starts: &StartsOfBlocks) {
     for (block, start) in mode.blocks.iter().zip(starts) {
         scan_block(plan, &block.insts, start.clone());
     }

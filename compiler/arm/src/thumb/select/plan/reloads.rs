@@ -5,7 +5,7 @@
 //! cell only if the word was loaded before: such words are loaded where the Kernel does.
 
 use super::Plan;
-use super::stored_cells::{StoredCells, note_stores};
+use super::stored_cells::{StartsOfBlocks, StoredCells, note_stores};
 use std::slice;
 use whippen_ids::IdMap;
 use whippen_kernel::{Inst, Kernel, Op, Type, Value};
@@ -14,7 +14,7 @@ use whippen_target_info::{Selected, row};
 
 /// Marks the values that may be loaded again wherever they are used; some choices wait until they
 /// are stored.
-pub(super) fn find_reloads(plan: &mut Plan, kernel: &Kernel, mode: &Mode, starts: &[StoredCells]) {
+pub(super) fn find_reloads(plan: &mut Plan, kernel: &Kernel, mode: &Mode, starts: &StartsOfBlocks) {
     let mut scan = LoadScan {
         kernel,
         plan,

@@ -1,16 +1,20 @@
 //! Forward dataflow: which cells may have been stored to, at the start of each block of a mode.
 
+use whippen_ids::IdMap;
 use whippen_kernel::{Inst, Op, all_insts};
-use whippen_modes::Mode;
+use whippen_modes::{BlockId, Mode};
 
 /// Whether each cell may have been stored to.
 pub(super) type StoredCells = Vec<bool>;
 
 /// The cells stored to before each block.
-pub(super) fn at_starts_of_blocks(mode: &Mode, cells: usize) -> Vec<StoredCells> {
-    let mut starts = vec![vec![false; cells]; mode.blocks.len()];
+pub(super) type StartsOfBlocks = IdMap<BlockId, StoredCells>;
+
+/// Finds them.
+pub(super) fn at_starts_of_blocks(mode: &Mode, cells: usize) -> StartsOfBlocks {
+    let mut starts = IdMap::filled(vec![false; cells], mode.blocks.len());
     // What a block names comes after it, so one pass sees every way in.
-    for (index, block) in mode.blocks.iter().enumerate() {
+    for (index, block) in mode.blocks.enumerated() {
         let mut stored = starts[index].clone();
         note_stores(&block.insts, &mut stored);
         for target in block.end.targets() {
