@@ -583,6 +583,16 @@ pub const RANGES: &[Case] = &[
     ),
     case("torque on a key", &["WH0610"], "torque pull = 1 N*m"),
     case(
+        "sense of a speed",
+        &["WH0617"],
+        "instrument i { sense v: speed in 0 m/s .. 1 m/s }",
+    ),
+    case(
+        "second sense",
+        &["WH0617"],
+        "instrument i { sense x: length in 0 mm .. 10 mm sense y: length in 0 mm .. 10 mm }",
+    ),
+    case(
         "torque in the wrong unit",
         &["WH0302"],
         "instrument dial { sense angle: angle in -90 deg .. 90 deg torque pull = 1 N }",

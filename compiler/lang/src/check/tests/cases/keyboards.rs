@@ -126,4 +126,16 @@ pub const KEYBOARDS: &[Case] = &[
         "instrument a { sense x: length in 0 mm .. 10 mm } instrument b { sense y: length in 0 mm .. 9 mm }
          keyboard k { rate 44100 Hz keys A0 .. C8 programs s zones s = { A0 .. B3: a, C4 .. C8: b } }",
     ),
+    case(
+        "unknown board",
+        &["WH0618"],
+        "keyboard board { board rp2530 rate 44100 Hz keys A0 .. C8 programs piano }
+         instrument piano { sense x: length in 0 mm .. 10 mm }",
+    ),
+    case(
+        "unknown device",
+        &["WH0618"],
+        "keyboard board { device piano_of_mine rate 44100 Hz keys A0 .. C8 programs piano }
+         instrument piano { sense x: length in 0 mm .. 10 mm }",
+    ),
 ];
