@@ -40,7 +40,7 @@ pub struct Args {
     bare: bool,
     /// Of machine code: this mode alone
     #[arg(long, value_name = "N")]
-    mode: Option<usize>,
+    mode: Option<u32>,
     /// Of machine code: for the core of this board; the keyboard's, or rp2350 otherwise
     #[arg(long, value_name = "NAME|FILE.toml")]
     board: Option<String>,

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use whippen_compiler::kernel::{Range, Type};
 use whippen_compiler::keyboard::{CoreId, ProgramId};
+use whippen_compiler::modes::ModeId;
 use whippen_emulator::{Board, CoreKind, Machine, Observer, Register, Step, Stop};
 
 use crate::image::Image;
@@ -159,6 +160,6 @@ impl<'a> Keys<'a> {
 
     /// Where a mode's cells lie.
     pub fn ranges(&self, mode: usize) -> &[Range] {
-        &self.image.modes.modes[mode].cells
+        &self.image.modes.modes[ModeId(mode as u32)].cells
     }
 }

@@ -81,10 +81,11 @@ use search::Chosen;
 use state_layout::LITERALS_MAX;
 use std::borrow::Cow;
 use std::fmt;
+use whippen_ids::IdMap;
 use whippen_isa::Arch;
 use whippen_isa::timing::Core;
 use whippen_kernel::Kernel;
-use whippen_modes::Modes;
+use whippen_modes::{ModeId, Modes};
 
 pub use after::{Function, Pass, code_after};
 pub use emit::NoEncoding;
@@ -303,8 +304,8 @@ fn build_object(parts: Parts, options: &Options) -> Result<Built, ThumbError> {
 /// Code with registers: of all modes, of `init`, and of what a tick computes at its entry, if there
 /// is such.
 struct CompiledCode {
-    modes: Vec<Allocated>,
-    chosen: Vec<Chosen>,
+    modes: IdMap<ModeId, Allocated>,
+    chosen: IdMap<ModeId, Chosen>,
     init: Allocated,
     shared: Option<Allocated>,
 }

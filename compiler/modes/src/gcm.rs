@@ -30,7 +30,7 @@ use super::decision_tree::Discrete;
 use super::graph::{Graph, Kind, NodeId};
 use super::partial_eval::PartialEval;
 use super::reach::Reached;
-use super::{Block, BlockId, End, Mode, merge};
+use super::{Block, BlockId, End, Mode, ModeId, merge};
 use block_order::{empty_block, in_order};
 use needs::{Needs, Then, needs};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -41,17 +41,16 @@ use whippen_kernel::{Op, Range, Type, Value, ValueInfo};
 /// What all modes know of each other.
 pub(super) struct Plan<'a> {
     pub discrete: &'a [Discrete],
-    pub modes: &'a [Reached],
+    pub modes: &'a IdMap<ModeId, Reached>,
     /// Which cells a mode knows, by mode.
-    pub known: &'a [Vec<bool>],
+    pub known: &'a IdMap<ModeId, Vec<bool>>,
 }
 
 /// The blocks of all modes.
-pub(super) fn modes(graph: &mut Graph, plan: &Plan) -> Option<Vec<Mode>> {
+pub(super) fn modes(graph: &mut Graph, plan: &Plan) -> Option<IdMap<ModeId, Mode>> {
     let needs = plan
         .modes
-        .iter()
-        .enumerate()
+        .enumerated()
         .map(|(at, reached)| needs(graph, plan, at, &reached.tree));
     let needs: Vec<Needs> = needs.collect::<Option<_>>()?;
     let graph = &*graph;

@@ -69,9 +69,19 @@ pub struct Modes {
     /// What the kernel declares, and its `init`; its `tick` is what the modes were made of.
     pub kernel: Kernel,
     /// The modes; a key starts in the first.
-    pub modes: Vec<Mode>,
+    pub modes: IdMap<ModeId, Mode>,
     /// Whether the search ended because it became too much work, not because all cells were tried.
     pub work_limited: bool,
+}
+
+/// A mode of an instrument; a key starts in the first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
+pub struct ModeId(pub u32);
+
+impl std::fmt::Display for ModeId {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        self.0.fmt(f)
+    }
 }
 
 /// The tick where the cells are known to be such.
@@ -94,7 +104,7 @@ pub struct Mode {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct BlockId(pub u32);
 
-impl_id!(BlockId);
+impl_id!(BlockId, ModeId);
 
 impl std::fmt::Display for BlockId {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
@@ -130,7 +140,7 @@ pub enum End {
     /// A block.
     Jump(Target),
     /// The tick is over; the key's next tick starts in this mode.
-    Next(usize),
+    Next(ModeId),
 }
 
 /// A block, with the values of its parameters.
@@ -246,12 +256,16 @@ impl<'k> Specializer<'k> {
             &mut self.work_left,
         )
         .ok()?;
-        let modes = placed(&mut self.graph, cells, &reached)?;
+        let modes = placed(&mut self.graph, cells, &reached.into())?;
         (modes.instructions() <= instructions).then_some(modes)
     }
 }
 
-fn placed(graph: &mut Graph, discrete: &[Discrete], reached: &[reach::Reached]) -> Option<Modes> {
+fn placed(
+    graph: &mut Graph,
+    discrete: &[Discrete],
+    reached: &IdMap<ModeId, reach::Reached>,
+) -> Option<Modes> {
     let in_memory = tick::in_memory(graph.kernel, &graph.kernel.tick);
     let knows = |mode: &reach::Reached| {
         let ranges = mode.cells.iter().zip(&in_memory);
@@ -259,7 +273,7 @@ fn placed(graph: &mut Graph, discrete: &[Discrete], reached: &[reach::Reached]) 
             .map(|(range, in_memory)| range.low == range.high && !in_memory)
             .collect::<Vec<bool>>()
     };
-    let known: Vec<Vec<bool>> = reached.iter().map(knows).collect();
+    let known: IdMap<ModeId, Vec<bool>> = reached.iter().map(knows).collect();
     let plan = gcm::Plan {
         discrete,
         modes: reached,
@@ -319,9 +333,10 @@ impl Modes {
     }
 
     /// The mode of a key whose cells hold this (word 0 of each); none if no tick can leave them so.
-    pub fn mode_of(&self, cell: impl Fn(usize) -> i64) -> Option<usize> {
-        self.modes.iter().position(|mode| {
-            mode.cells
+    pub fn mode_of(&self, cell: impl Fn(usize) -> i64) -> Option<ModeId> {
+        self.modes.ids().find(|id| {
+            self.modes[id]
+                .cells
                 .iter()
                 .enumerate()
                 .all(|(at, range)| range.has(cell(at)))
@@ -333,7 +348,7 @@ impl Modes {
         let entry = Block {
             params: Vec::new(),
             insts: kernel.tick.insts.clone(),
-            end: End::Next(0),
+            end: End::Next(ModeId(0)),
         };
         let mode = Mode {
             name: "any".to_string(),
@@ -344,7 +359,7 @@ impl Modes {
         };
         Modes {
             kernel: kernel.clone(),
-            modes: vec![mode],
+            modes: vec![mode].into(),
             work_limited: false,
         }
     }

@@ -93,7 +93,7 @@ impl Spelled<'_> {
         self.define(&block.params);
         block.insts.iter().for_each(|inst| self.inst(inst));
         match &block.end {
-            End::Next(next) => self.words.extend([0, *next as u64]),
+            End::Next(next) => self.words.extend([0, next.0.into()]),
             End::Jump(target) => {
                 self.words.push(1);
                 self.values(&target.args);

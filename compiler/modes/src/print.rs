@@ -15,7 +15,7 @@
 //!
 //! A block that several lead to stands under the first of them; the others say `jump b7`.
 
-use super::{Block, BlockId, End, Mode, Modes, Target, cost};
+use super::{Block, BlockId, End, Mode, ModeId, Modes, Target, cost};
 use std::fmt::{self, Display, Formatter};
 use std::ops::Add;
 use whippen_ids::{IdMap, longest_paths};
@@ -119,7 +119,7 @@ impl Display for Modes {
         if self.work_limited {
             writeln!(f, "not all combinations were tried: too much work")?;
         }
-        for at in 0..self.modes.len() {
+        for at in self.modes.ids() {
             let mode = Printed::new(self, at);
             writeln!(f)?;
             mode.head(f)?;
@@ -141,7 +141,7 @@ impl Display for Size {
 
 struct Printed<'a> {
     modes: &'a Modes,
-    at: usize,
+    at: ModeId,
     mode: &'a Mode,
     /// What prints its instructions.
     kernel: Kernel,
@@ -150,7 +150,7 @@ struct Printed<'a> {
 }
 
 impl Printed<'_> {
-    fn new(modes: &Modes, at: usize) -> Printed<'_> {
+    fn new(modes: &Modes, at: ModeId) -> Printed<'_> {
         let mode = &modes.modes[at];
         let kernel = Kernel {
             values: mode.values.clone(),
@@ -223,7 +223,7 @@ impl Printed<'_> {
                 let stays = if *next == self.at {
                     "again"
                 } else {
-                    &self.modes.modes[*next].name
+                    &self.modes.modes[next].name
                 };
                 writeln!(f, "{:indent$}next {next} {stays}", "")
             }

@@ -5,7 +5,7 @@
 //! where the mode says, every value lies in its range, and what a mode knows is not read from
 //! memory (it is spoiled before each tick).
 
-use super::{BlockId, End, Mode, Modes, Target};
+use super::{BlockId, End, Mode, ModeId, Modes, Target};
 use whippen_ids::IdMap;
 use whippen_kernel::memory::Key;
 use whippen_kernel::op::Meaning;
@@ -25,7 +25,7 @@ pub struct Runner {
     modes: Modes,
     init: Interp,
     /// The mode of each key.
-    now: Vec<usize>,
+    now: Vec<ModeId>,
     registers: IdMap<Value, i64>,
     violation: Option<String>,
 }
@@ -47,7 +47,7 @@ impl ModesEngine {
         let runner = Runner {
             modes: modes.clone(),
             init,
-            now: vec![0; keys],
+            now: vec![ModeId(0); keys],
             registers: IdMap::filled(0, most),
             violation: None,
         };
@@ -64,7 +64,7 @@ impl ModesEngine {
     }
 
     /// The mode that each key is in.
-    pub fn now(&self) -> &[usize] {
+    pub fn now(&self) -> &[ModeId] {
         &self.code().now
     }
 }
@@ -144,12 +144,12 @@ impl Runner {
         }
     }
 
-    fn blocks(&mut self, mode: &Mode, key: &mut Key) -> usize {
+    fn blocks(&mut self, mode: &Mode, key: &mut Key) -> ModeId {
         let mut at = BlockId(0);
         loop {
             let Some(block) = mode.blocks.get(at) else {
                 self.broken(true, || format!("{}: there is no block {at}", mode.name));
-                return 0;
+                return ModeId(0);
             };
             self.run(mode, &block.insts, key);
             let target = match &block.end {

@@ -9,7 +9,7 @@
 
 use super::facts::{self, Facts, meet};
 use super::graph::{Graph, Kind, NodeId};
-use super::{Block, BlockId, End, Mode, Modes, Target};
+use super::{Block, BlockId, End, Mode, ModeId, Modes, Target};
 use whippen_ids::IdMap;
 use whippen_kernel::{Inst, Op, Range, Region, Type, Value, ValueInfo, VerifyError};
 
@@ -230,7 +230,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn next(&self, next: usize, state: &State) -> Result<(), Fault> {
+    fn next(&self, next: ModeId, state: &State) -> Result<(), Fault> {
         let mode = self
             .modes
             .modes

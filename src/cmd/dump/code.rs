@@ -3,7 +3,7 @@
 use whippen_compiler::c99::Names;
 use whippen_compiler::check::Options;
 use whippen_compiler::diag::Severity;
-use whippen_compiler::modes::{INSTRUCTIONS, Modes};
+use whippen_compiler::modes::{INSTRUCTIONS, ModeId, Modes};
 use whippen_compiler::pipeline::{specialize, unobserved};
 use whippen_compiler::thumb::{self, Function, Pass, code_after};
 
@@ -31,7 +31,7 @@ pub fn dump_code(args: &Args, pass: Pass) -> Outcome {
         probes: false,
         arch: board.arch,
     };
-    say::whole(&code_text(&modes, pass, &options, args.mode)?);
+    say::whole(&code_text(&modes, pass, &options, args.mode.map(ModeId))?);
     Ok(())
 }
 
@@ -39,9 +39,9 @@ fn code_text(
     modes: &Modes,
     pass: Pass,
     options: &thumb::Options,
-    only: Option<usize>,
+    only: Option<ModeId>,
 ) -> Result<String, Failure> {
-    if let Some(mode) = only.filter(|mode| *mode >= modes.modes.len()) {
+    if let Some(mode) = only.filter(|mode| modes.modes.get(*mode).is_none()) {
         return Err(Failure::Usage(format!(
             "there is no mode {mode}: `{}` has {}, from 0 on",
             modes.kernel.name,

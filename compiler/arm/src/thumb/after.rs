@@ -11,7 +11,8 @@ mod forms;
 use super::{Options, Parts, ThumbError, build_object, compile_parts, critical_path, names};
 use forms::{ModeForms, forms_of};
 use std::fmt::Display;
-use whippen_modes::Modes;
+use whippen_ids::IdMap;
+use whippen_modes::{ModeId, Modes};
 
 /// A pass of the back end, in the order in which they run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,7 +75,7 @@ pub struct Function {
     /// Its symbol.
     pub name: String,
     /// Which mode it is the code of, if it is that of a mode.
-    pub mode: Option<usize>,
+    pub mode: Option<ModeId>,
     /// Its longest path in cycles, as strategies are compared by: the bound of final bytes is
     /// `whippen-budget`'s.
     pub cycles: Option<u64>,
@@ -95,7 +96,9 @@ pub fn code_after(
     if pass == Pass::Emit {
         return emitted(parts, options);
     }
-    (0..parts.made.modes.len())
+    let modes: Vec<ModeId> = parts.made.modes.ids().collect();
+    modes
+        .into_iter()
         .map(|mode| {
             let forms = forms_of(&mut parts, mode)?;
             Ok(Function {
@@ -121,7 +124,7 @@ fn text_after(pass: Pass, forms: &ModeForms) -> String {
 
 fn emitted(parts: Parts, options: &Options) -> Result<Vec<Function>, ThumbError> {
     let core = parts.core;
-    let longest: Vec<u64> = parts
+    let longest: IdMap<ModeId, u64> = parts
         .made
         .modes
         .iter()
@@ -129,13 +132,13 @@ fn emitted(parts: Parts, options: &Options) -> Result<Vec<Function>, ThumbError>
         .collect();
     let built = build_object(parts, options)?;
     let mut functions = emitted::functions(&built.object, &core);
-    for (mode, cycles) in longest.into_iter().enumerate() {
+    for (mode, cycles) in longest.enumerated() {
         let name = names::mode(&options.name, mode);
         let of_mode = functions
             .iter_mut()
             .filter(|function| function.name == name);
         of_mode.for_each(|function| {
-            (function.mode, function.cycles) = (Some(mode), Some(cycles));
+            (function.mode, function.cycles) = (Some(mode), Some(*cycles));
         });
     }
     Ok(functions)

@@ -35,7 +35,7 @@ use super::validate::validate;
 use super::{ThumbError, critical_path, v6m};
 use crate::features::Features;
 use whippen_isa::timing::Core;
-use whippen_modes::Modes;
+use whippen_modes::{ModeId, Modes};
 
 /// How a function is compiled.
 #[derive(Debug, Clone, Copy)]
@@ -50,7 +50,7 @@ pub(super) struct Strategy {
 #[derive(Debug, Clone, Copy)]
 pub(super) enum CompileUnit<'a> {
     /// A mode, by its number.
-    Mode(usize),
+    Mode(ModeId),
     /// What prepares one key.
     Init,
     /// What a tick computes at its entry, once for all keys.

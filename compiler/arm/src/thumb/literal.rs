@@ -1,13 +1,14 @@
 //! Words that the state holds for the code: constants and addresses of modes.
 
 use super::state_layout::LITERALS_MAX;
+use whippen_modes::ModeId;
 
 /// A word of the state that no code changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Literal {
     Word(u32),
     /// Where the code of a mode begins.
-    Mode(usize),
+    Mode(ModeId),
     /// Where a table begins.
     Table(u32),
 }

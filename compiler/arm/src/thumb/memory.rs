@@ -5,6 +5,7 @@ use super::names;
 use super::state_layout::StateLayout;
 use crate::image::{Fixup, FixupKind};
 use whippen_kernel::{Kernel, Type};
+use whippen_modes::ModeId;
 
 /// A piece of memory as it is before `init`.
 pub(super) struct Memory {
@@ -67,7 +68,10 @@ impl Memory {
 
     pub(super) fn modes(&mut self, layout: &StateLayout, name: &str) {
         for key in 0..layout.keys {
-            self.address(layout.records + key * layout.record, names::mode(name, 0));
+            self.address(
+                layout.records + key * layout.record,
+                names::mode(name, ModeId(0)),
+            );
         }
         self.address(
             layout.records + layout.keys * layout.record,

@@ -31,7 +31,7 @@ pub(super) fn histories(name: &str) -> String {
 }
 
 /// The code of a mode.
-pub(super) fn mode(name: &str, mode: usize) -> String {
+pub(super) fn mode(name: &str, mode: whippen_modes::ModeId) -> String {
     format!("{name}.mode.{mode}")
 }
 

@@ -10,8 +10,10 @@ use super::names;
 use super::state_layout::StateLayout;
 use crate::features::Features;
 use whippen_deterministic::parallel;
+use whippen_ids::IdMap;
 use whippen_isa::timing::Core;
 use whippen_kernel::Kernel;
+use whippen_modes::ModeId;
 
 /// The labels of the code around the keys.
 const LABELS: Labels = Labels {
@@ -34,7 +36,7 @@ pub(super) fn write_program(
     name: &str,
     code: &CompiledCode,
 ) -> Program {
-    let modes = 0..code.modes.len();
+    let modes = code.modes.ids();
     let mut writer = ProgramWriter {
         layout,
         features: Features::of(core.arch),
@@ -88,7 +90,7 @@ impl ProgramWriter<'_> {
         ));
     }
 
-    fn modes(&mut self, modes: &[Allocated]) {
+    fn modes(&mut self, modes: &IdMap<ModeId, Allocated>) {
         let mut placed = Vec::new();
         for func in modes {
             placed.push((func, self.take_labels(func.blocks.len())));
@@ -97,9 +99,9 @@ impl ProgramWriter<'_> {
             lay_out_blocks(func, base, self.core, &self.next_codes, LABELS.init_next)
         };
         let arranged = parallel::map(placed, lay_out);
-        for (index, arranged) in arranged.into_iter().enumerate() {
+        for (mode, arranged) in modes.ids().zip(arranged) {
             self.items.push(Item::Function {
-                name: names::mode(self.name, index),
+                name: names::mode(self.name, mode),
                 global: false,
             });
             self.items.extend(arranged);

@@ -15,6 +15,8 @@ use super::reorder::OrderCache;
 use super::tick_invariant::TickInvariants;
 use super::tuning::{CANDIDATES_MAX, CLOSE_CYCLES, PROMOTION_MODES};
 use whippen_deterministic::parallel;
+use whippen_ids::IdMap;
+use whippen_modes::ModeId;
 
 const fn strategy(remat_distance: usize, pressure_limit: usize) -> Strategy {
     Strategy {
@@ -60,9 +62,9 @@ pub(super) struct Chosen {
 
 /// The code of all modes.
 pub(super) struct CompiledModes {
-    pub code: Vec<Allocated>,
-    /// How it came about, by mode.
-    pub chosen: Vec<Chosen>,
+    pub code: IdMap<ModeId, Allocated>,
+    /// How it came about.
+    pub chosen: IdMap<ModeId, Chosen>,
     /// The tick constants in registers.
     pub promotions: Promotions,
 }
@@ -72,8 +74,8 @@ pub(super) fn compile_modes(
     compiler: &Compiler,
     literals: &mut Literals,
 ) -> Result<CompiledModes, ThumbError> {
-    let modes = 0..compiler.modes.modes.len();
-    let funcs: Vec<Func> = modes
+    let modes = compiler.modes.modes.ids();
+    let funcs: IdMap<ModeId, Func> = modes
         .map(|mode| compiler.select(CompileUnit::Mode(mode), STRATEGIES[0], literals))
         .collect();
     let (promotions, mut all) = compile_first(compiler, funcs)?;
@@ -117,15 +119,15 @@ pub(super) fn compile_invariants(
 /// longest modes are compiled for each number of constants; the rest once it is chosen.
 fn compile_first(
     compiler: &Compiler,
-    funcs: Vec<Func>,
-) -> Result<(Promotions, Vec<CompiledMode>), ThumbError> {
+    funcs: IdMap<ModeId, Func>,
+) -> Result<(Promotions, IdMap<ModeId, CompiledMode>), ThumbError> {
     let candidates = if compiler.reorders() {
         promote::rank_candidates(&funcs)
     } else {
         Vec::new()
     };
-    let mut longest: Vec<usize> = (0..funcs.len()).collect();
-    longest.sort_by_cached_key(|mode| std::cmp::Reverse(funcs[*mode].longest_path_len()));
+    let mut longest: Vec<ModeId> = funcs.ids().collect();
+    longest.sort_by_cached_key(|mode| std::cmp::Reverse(funcs[mode].longest_path_len()));
     longest.truncate(PROMOTION_MODES);
     let mut best: Option<(u64, Promotions, Vec<CompiledMode>)> = None;
     for count in 0..=candidates.len() {
@@ -138,12 +140,12 @@ fn compile_first(
         }
     }
     let (_, promotions, compiled) = best.unwrap_or_default();
-    let rest: Vec<usize> = (0..funcs.len())
+    let rest: Vec<ModeId> = (funcs.ids())
         .filter(|mode| !longest.contains(mode))
         .collect();
     let others = compile_each(compiler, &promotions, &funcs, &rest)?;
     let modes = longest.into_iter().chain(rest);
-    let mut all: Vec<(usize, CompiledMode)> =
+    let mut all: Vec<(ModeId, CompiledMode)> =
         modes.zip(compiled.into_iter().chain(others)).collect();
     all.sort_by_key(|(mode, _)| *mode);
     Ok((promotions, all.into_iter().map(|(_, mode)| mode).collect()))
@@ -153,10 +155,10 @@ fn compile_first(
 fn compile_each(
     compiler: &Compiler,
     promotions: &Promotions,
-    funcs: &[Func],
-    modes: &[usize],
+    funcs: &IdMap<ModeId, Func>,
+    modes: &[ModeId],
 ) -> Result<Vec<CompiledMode>, ThumbError> {
-    let compile = |mode: usize| {
+    let compile = |mode: ModeId| {
         let func = funcs[mode].clone();
         let (code, cycles) = compiler.allocate_scheduled(func, promotions, STRATEGIES[0])?;
         Ok(CompiledMode {
@@ -177,7 +179,7 @@ fn improve_worst(
     compiler: &Compiler,
     promotions: &Promotions,
     literals: &mut Literals,
-    all: &mut [CompiledMode],
+    all: &mut IdMap<ModeId, CompiledMode>,
 ) -> Result<(), ThumbError> {
     let cache = OrderCache::default();
     for _ in 0..CANDIDATES_MAX + all.len() {
@@ -208,10 +210,10 @@ fn improve_worst(
 
 /// The mode with most cycles, of those that have a candidate left and come close to the worst;
 /// the first of several.
-fn worst_open_mode(all: &[CompiledMode]) -> Option<usize> {
+fn worst_open_mode(all: &IdMap<ModeId, CompiledMode>) -> Option<ModeId> {
     let worst = all.iter().map(|mode| mode.cycles).max()?;
     let is_open =
         |mode: &CompiledMode| mode.tried < STRATEGIES.len() && mode.cycles + CLOSE_CYCLES >= worst;
-    let open = (0..all.len()).filter(|mode| is_open(&all[*mode]));
-    open.max_by_key(|mode| (all[*mode].cycles, std::cmp::Reverse(*mode)))
+    let open = all.ids().filter(|mode| is_open(&all[mode]));
+    open.max_by_key(|mode| (all[mode].cycles, std::cmp::Reverse(*mode)))
 }

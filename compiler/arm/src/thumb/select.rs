@@ -53,7 +53,7 @@ use std::collections::BTreeMap;
 use whippen_ids::IdMap;
 use whippen_isa::Op as Isa;
 use whippen_kernel::{Inst, Kernel, Op, Value, ValueInfo, Walk};
-use whippen_modes::Mode;
+use whippen_modes::{Mode, ModeId};
 
 /// How a value is available to its users.
 #[derive(Debug, Clone, Copy, Default)]
@@ -111,7 +111,7 @@ pub(super) struct Select<'a> {
     /// Whether HISTORY goes on with the push.
     push_walks: bool,
     /// The mode, none in `init`.
-    own_mode: Option<usize>,
+    own_mode: Option<ModeId>,
 }
 
 impl<'a> Select<'a> {
@@ -121,7 +121,7 @@ impl<'a> Select<'a> {
         plan: &'a Plan,
         literals: &'a mut Literals,
         values: &'a IdMap<Value, ValueInfo>,
-        mode: Option<usize>,
+        mode: Option<ModeId>,
     ) -> Self {
         let pushes =
             |inst: &Inst| matches!(inst.op, Op::Push(line) if Some(line) == layout.first_line);
@@ -155,7 +155,7 @@ impl<'a> Select<'a> {
         plan: &'a Plan,
         literals: &'a mut Literals,
         mode: &'a Mode,
-        index: usize,
+        index: ModeId,
         near: usize,
     ) -> Func {
         let mut select = Select {

@@ -1,6 +1,6 @@
 //! Topological order of blocks: every block before those it leads to, unreachable ones dropped.
 
-use crate::{Block, BlockId, End};
+use crate::{Block, BlockId, End, ModeId};
 use whippen_ids::IdMap;
 
 /// Every block before those it leads to.
@@ -43,6 +43,6 @@ pub(super) fn empty_block() -> Block {
     Block {
         params: Vec::new(),
         insts: Vec::new(),
-        end: End::Next(0),
+        end: End::Next(ModeId(0)),
     }
 }

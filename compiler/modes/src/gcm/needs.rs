@@ -6,7 +6,7 @@ use crate::decision_tree::Tree;
 use crate::graph::Kind;
 use crate::graph::{Graph, NodeId};
 use crate::partial_eval::Path;
-use crate::reach;
+use crate::{ModeId, reach};
 use whippen_kernel::{Op, Type};
 
 /// A tree with what stands in it.
@@ -22,20 +22,21 @@ pub(super) struct Needs<'a> {
 /// What follows.
 pub(super) enum Then<'a> {
     Split(NodeId, Box<Needs<'a>>, Box<Needs<'a>>),
-    Next(usize),
+    Next(ModeId),
 }
 
 /// What a mode's tree needs; none where a leaf leads to no mode.
 pub(super) fn needs<'a>(
     graph: &mut Graph,
     plan: &Plan,
-    at: usize,
+    at: ModeId,
     tree: &'a Tree,
 ) -> Option<Needs<'a>> {
     match tree {
         Tree::Leaf { path, tick, ranges } => {
             let classes = reach::classes(plan.discrete, ranges)?;
-            let next = plan.modes.iter().position(|mode| mode.classes == classes)?;
+            let mut modes = plan.modes.enumerated();
+            let (next, _) = modes.find(|(_, mode)| mode.classes == classes)?;
             let mut roots: Vec<NodeId> = tick
                 .writes
                 .iter()

@@ -4,6 +4,7 @@ use super::super::compile::{CompileUnit, Compiler};
 use super::super::func::{Allocated, Func};
 use super::super::reorder::OrderCache;
 use super::super::{Parts, ThumbError};
+use whippen_modes::ModeId;
 
 /// A mode's code after each pass.
 pub(super) struct ModeForms {
@@ -16,7 +17,7 @@ pub(super) struct ModeForms {
 
 /// The forms of a mode by the strategy that was chosen for it. The last of them must be the code
 /// that was chosen.
-pub(super) fn forms_of(parts: &mut Parts, mode: usize) -> Result<ModeForms, ThumbError> {
+pub(super) fn forms_of(parts: &mut Parts, mode: ModeId) -> Result<ModeForms, ThumbError> {
     let chosen = parts.made.chosen[mode];
     let compiler = Compiler {
         modes: &parts.modes,

@@ -8,7 +8,7 @@ use crate::thumb::registers::{HISTORY, RECORD};
 use whippen_ids::IdMap;
 use whippen_isa::{Cond, Op as Isa};
 use whippen_kernel::{Inst, Region, Type, Value, Walk};
-use whippen_modes::{End as ModeEnd, Mode, Target};
+use whippen_modes::{End as ModeEnd, Mode, ModeId, Target};
 
 /// Slots of a line that a round fills, at most.
 const FILLED: u32 = 8;
@@ -180,7 +180,7 @@ impl Select<'_> {
     }
 
     /// The mode of the next tick, then the next key's code.
-    fn next_key(&mut self, next: usize) {
+    fn next_key(&mut self, next: ModeId) {
         if self.own_mode != Some(next) {
             self.change_mode(next);
         }
@@ -204,7 +204,7 @@ impl Select<'_> {
     }
 
     pub(super) fn init_done(&mut self) {
-        self.change_mode(0);
+        self.change_mode(ModeId(0));
         self.advance_history();
         self.advance(RECORD, self.layout.record);
         self.func.blocks[self.at].end = Terminator::FallThrough;

@@ -11,6 +11,7 @@ use crate::thumb::state_layout::TICK;
 use whippen_isa::{Op as Isa, ShiftType};
 use whippen_kernel::layout::words;
 use whippen_kernel::{Range, Type, Value};
+use whippen_modes::ModeId;
 
 /// Places that are neither cells nor lines.
 pub(super) const WORDS_OUT: AliasClass = AliasClass::Other(Other::Drive);
@@ -372,7 +373,7 @@ impl Select<'_> {
     }
 
     /// Another mode from the next tick on.
-    pub(super) fn change_mode(&mut self, mode: usize) {
+    pub(super) fn change_mode(&mut self, mode: ModeId) {
         // There is room for every mode: their number is held to that of the literals.
         let place = self.literals.place(Literal::Mode(mode)).unwrap_or(0);
         let offset = i64::from(self.layout.literals + 4 * place);

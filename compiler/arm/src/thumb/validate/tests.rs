@@ -21,7 +21,7 @@ use crate::thumb::state_layout::StateLayout;
 use whippen_isa::{Arch, Class, Inst};
 use whippen_kernel::random::kernel;
 use whippen_kernel::sweep;
-use whippen_modes::Modes;
+use whippen_modes::{ModeId, Modes};
 
 /// How many kernels errors are put into.
 const KERNELS: u64 = 12;
@@ -214,10 +214,18 @@ fn random(seed: u64) -> [Allocated; 2] {
     };
     let layout = StateLayout::new(&modes.kernel, &options, None, 0);
     let mut literals = Literals::new(1 + modes.kernel.tables.len());
-    let mode = &modes.modes[0];
+    let mode = &modes.modes[ModeId(0)];
     let plan = plan_mode(&modes.kernel, mode);
-    let func = Select::select_mode(&modes.kernel, &layout, &plan, &mut literals, mode, 0, 1)
-        .into_reverse_postorder();
+    let func = Select::select_mode(
+        &modes.kernel,
+        &layout,
+        &plan,
+        &mut literals,
+        mode,
+        ModeId(0),
+        1,
+    )
+    .into_reverse_postorder();
     let before = allocate(&func, options.arch).expect("there are registers");
     let mut after = before.clone();
     reorder_blocks(&mut after, &timing(options.arch), &OrderCache::default());
