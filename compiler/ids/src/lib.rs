@@ -4,12 +4,14 @@
 //!   struct NodeId(pub u32);  impl_id!(NodeId);      IdMap<NodeId, Range>: a range for each node
 //! ```
 //!
-//! Longest paths over what has ids are here too, once for blocks and instructions.
+//! Orders of and longest paths over what has ids are here too, once for blocks and instructions.
 //! Not here: sets, sparse maps, removal. An id is never reused.
 
 mod longest_path;
+mod reverse_postorder;
 
 pub use longest_path::longest_paths;
+pub use reverse_postorder::reverse_postorder;
 
 use std::fmt;
 use std::hash::{Hash, Hasher};

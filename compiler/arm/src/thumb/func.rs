@@ -7,7 +7,7 @@ use super::minst::{MInst, PReg, Reg, Register, VReg};
 use super::registers::ALL_FREE;
 use std::fmt;
 use std::sync::OnceLock;
-use whippen_ids::{IdMap, impl_id, longest_paths};
+use whippen_ids::{IdMap, impl_id, longest_paths, reverse_postorder};
 use whippen_isa::Cond;
 
 /// A block of a function, by number; the first is the entry.
@@ -187,23 +187,7 @@ impl Func {
     }
 
     fn reverse_postorder(&self) -> Vec<BlockId> {
-        let mut seen = IdMap::filled(false, self.blocks.len());
-        let (mut order, mut waiting) = (Vec::new(), vec![(BlockId(0), false)]);
-        while let Some((block, done)) = waiting.pop() {
-            if done {
-                order.push(block);
-            } else if !std::mem::replace(&mut seen[block], true) {
-                waiting.push((block, true));
-                waiting.extend(
-                    self.blocks[block]
-                        .end
-                        .targets()
-                        .into_iter()
-                        .map(|to| (to, false)),
-                );
-            }
-        }
-        order.reverse();
-        order
+        let targets = |block: BlockId| self.blocks[block].end.targets();
+        reverse_postorder(self.blocks.len(), BlockId(0), targets)
     }
 }

@@ -8,6 +8,19 @@ use super::super::object::{Section, SectionKind};
 use super::{LinkError, Linker, MemoryUse};
 use whippen_board::{Memory, MemoryKind, Start};
 
+/// That a memory which is filled up to this address is large enough.
+fn check_room(memory: &Memory, end: u64) -> Result<(), LinkError> {
+    let wanted = end - u64::from(memory.base);
+    if wanted > u64::from(memory.size) {
+        return Err(LinkError::Full {
+            memory: memory.name.clone(),
+            wanted,
+            size: memory.size,
+        });
+    }
+    Ok(())
+}
+
 impl<'a> Linker<'a> {
     /// Gives every section its address.
     pub(super) fn place_all(&mut self) -> Result<(), LinkError> {
@@ -35,14 +48,7 @@ impl<'a> Linker<'a> {
                     bytes.len() as u32
                 };
                 next = run + u64::from(size);
-                let wanted = next - u64::from(memory.base);
-                if wanted > u64::from(memory.size) {
-                    return Err(LinkError::Full {
-                        memory: memory.name.clone(),
-                        wanted,
-                        size: memory.size,
-                    });
-                }
+                check_room(memory, next)?;
                 self.places.insert((input, index), self.sections.len());
                 self.sections.push(Linked {
                     name: section.name.clone(),
@@ -139,15 +145,7 @@ impl<'a> Linker<'a> {
         if let Some(bound) = self.bounds.iter_mut().find(|b| b.memory.name == flash.name) {
             bound.free = bound.free.max(next.min(u64::from(u32::MAX)) as u32);
         }
-        let wanted = next - u64::from(flash.base);
-        if wanted > u64::from(flash.size) {
-            return Err(LinkError::Full {
-                memory: flash.name.clone(),
-                wanted,
-                size: flash.size,
-            });
-        }
-        Ok(())
+        check_room(flash, next)
     }
 
     /// The contents of `.copy_table` and `.zero_table`.
