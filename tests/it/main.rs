@@ -13,6 +13,7 @@ mod emulated;
 mod escapement;
 mod files;
 mod first_mechanisms;
+mod functions;
 mod grammar;
 mod ideal;
 mod keyboard;

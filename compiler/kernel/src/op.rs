@@ -4,7 +4,8 @@
 //!
 //! Meanings are exact: they are written over unbounded integers (`i128` holds every intermediate)
 //! and the result is then wrapped to its type. That makes two other columns short. Overflow is the
-//! exact result not fitting its type; and where a meaning is monotone in each operand by itself,
+//! exact result not fitting its type (the operators modulo `2^32` have none: they may give any
+//! word); and where a meaning is monotone in each operand by itself,
 //! the exact interval of the result is spanned by the meaning at the corners of the operands'
 //! intervals.
 //!
@@ -272,6 +273,16 @@ operators! {
     Assume(low: i64 Number, high: i64 Number) "assume"    (N -> N)             Pure Assumed  Exact(|_, a, _, _| a);
     /// The low word.
     Narrow                "narrow"    (I64 -> I32)         Pure Corners  Exact(|_, a, _, _| a);
+    /// The low word, modulo `2^32`.
+    Low                   "low"       (I64 -> I32)         Pure All      Exact(|_, a, _, _| a);
+    /// The sum modulo `2^32`.
+    AddWrap               "add_wrap"  (I32 I32 -> I32)     Pure All      Exact(|_, a, b, _| a + b);
+    /// The difference modulo `2^32`.
+    SubWrap               "sub_wrap"  (I32 I32 -> I32)     Pure All      Exact(|_, a, b, _| a - b);
+    /// The product modulo `2^32`.
+    MulWrap               "mul_wrap"  (I32 I32 -> I32)     Pure All      Exact(|_, a, b, _| a * b);
+    /// Left shift modulo `2^32`.
+    ShlWrap(n: u8 Shift)  "shl_wrap"  (I32 -> I32)         Pure All      Exact(|n, a, _, _| a << n);
     /// Whether both are equal.
     Eq                    "eq"        (T T -> I1)          Pure Equal    Exact(|_, a, b, _| (a == b).into());
     /// Whether the first is less than the second.

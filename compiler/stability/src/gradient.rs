@@ -8,7 +8,7 @@
 use std::collections::HashMap;
 
 use whippen_ids::IdMap;
-use whippen_lang::model::{CellId, Cmp, Interval, Model, Node, NodeId};
+use whippen_lang::model::{CellId, Cmp, Function, Interval, Model, Node, NodeId};
 
 /// Partial derivatives smaller than this share of what they are the difference of are rounding.
 const ROUNDING: f64 = 1e-9;
@@ -188,6 +188,9 @@ impl Gradient<'_> {
             }
             Node::Neg(a) => row(a).scaled(Interval::point(-1.0)),
             Node::Power(a, halves) => row(a).scaled(power_slope(self.of(*a), *halves)),
+            Node::Function(function, a) => {
+                row(a).scaled(function_slope(*function, self.of(*a), self.of(id)))
+            }
             Node::Abs(a) => self.chosen(
                 self.deciders[&id],
                 row(a),
@@ -210,6 +213,24 @@ impl Gradient<'_> {
     }
 }
 
+/// Larger than any slope that matters (SI): what is not bounded.
+const STEEP: f64 = 1e15;
+
+/// The slope of a function of `of`, which is worth `value`.
+fn function_slope(function: Function, of: Interval, value: Interval) -> Interval {
+    let one = Interval::point(1.0);
+    match function {
+        Function::Exp => value,
+        Function::Log => one.quotient(of).unwrap_or(Interval {
+            low: 0.0,
+            high: STEEP,
+        }),
+        Function::Sin => Function::Cos.interval(of).unwrap_or(value),
+        Function::Cos => -Function::Sin.interval(of).unwrap_or(value),
+        Function::Tanh => one - value.power(4),
+    }
+}
+
 /// `n a^(n-1)` with `n` in halves.
 fn power_slope(base: Interval, halves: u8) -> Interval {
     let n = Interval::point(f64::from(halves) / 2.0);
@@ -218,9 +239,12 @@ fn power_slope(base: Interval, halves: u8) -> Interval {
     } else {
         base
     };
-    if halves <= 2 {
-        n
-    } else {
-        n * base.power(halves - 2)
+    match halves {
+        1 => n.quotient(base.power(1)).unwrap_or(Interval {
+            low: n.low / base.power(1).high.max(1.0 / STEEP),
+            high: STEEP,
+        }),
+        0 | 2 => n,
+        _ => n * base.power(halves - 2),
     }
 }
