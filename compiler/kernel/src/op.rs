@@ -32,6 +32,8 @@ pub enum Immediate {
     Shift,
     /// How many ticks ago, 1 ..= the line's length.
     Ticks,
+    /// A column of a table, less than it has.
+    Column,
     /// How many rounds of a loop, at least 1.
     Rounds,
     /// Index of an input port.
@@ -59,7 +61,11 @@ impl Immediate {
     pub fn is_declared(self) -> bool {
         !matches!(
             self,
-            Immediate::Number | Immediate::Shift | Immediate::Ticks | Immediate::Rounds
+            Immediate::Number
+                | Immediate::Shift
+                | Immediate::Ticks
+                | Immediate::Column
+                | Immediate::Rounds
         )
     }
 }
@@ -145,7 +151,7 @@ pub enum Transfer {
     All,
     /// What the operand's range and the two immediates have in common.
     Assumed,
-    /// Smallest and largest entry of the table within the interval of the index.
+    /// Smallest and largest entry of the table's column within the interval of the index.
     Entries,
     /// No result, or those of the regions.
     None,
@@ -321,8 +327,8 @@ operators! {
     Push(i: u32 Line)    "push"   (Own ->)       WritesOnce   None     Writes(|k, [i, _], v| k.push(i, v[0]));
     /// Fills a whole line.
     Fill(i: u32 Line)    "fill"   (Own ->)       WritesInInit None     Writes(|k, [i, _], v| k.fill(i, v[0]));
-    /// Entry of a table.
-    Lookup(i: u32 Table) "lookup" (Index -> I32) Pure         Entries  Reads(|k, [i, _], v| k.lookup(i, v[0]));
+    /// Entry of a table: the row of this index, the column of the immediate.
+    Lookup(i: u32 Table, c: u32 Column) "lookup" (Index -> I32) Pure         Entries  Reads(|k, [i, c], v| k.lookup(i, c, v[0]));
     /// An event of this key in this tick.
     Emit(i: u32 Event)   "emit"   (Args ->)      WritesInTick None     Writes(|k, [i, _], v| k.emit(i, v));
     /// Exports a value; a probe not reached in a tick keeps its value.

@@ -228,15 +228,9 @@ impl Lowerer<'_> {
 
     fn horner(&mut self, table: u32, cell: Value, place: Option<Value>) -> Result<Value, OpError> {
         let Some(place) = place else {
-            let row = self.b.op(Op::Shl(2), &[cell])?;
-            return self.b.op(Op::Lookup(table), &[row]);
+            return self.b.op(Op::Lookup(table, 0), &[cell]);
         };
-        let row = self.b.op(Op::Shl(2), &[cell])?;
-        let mut coefficient = |at: i64| {
-            let at = self.b.constant(whippen_kernel::Type::I32, at)?;
-            let index = self.b.op(Op::Add, &[row, at])?;
-            self.b.op(Op::Lookup(table), &[index])
-        };
+        let mut coefficient = |column| self.b.op(Op::Lookup(table, column), &[cell]);
         let [c0, c1, c2, c3] = [
             coefficient(0)?,
             coefficient(1)?,
@@ -261,7 +255,7 @@ impl Lowerer<'_> {
             0 => name.to_string(),
             n => format!("{name}_{}", n + 1),
         };
-        let table = self.b.table(&name, values.clone());
+        let table = self.b.table(&name, 4, values.clone());
         self.tables.insert(values, table);
         table
     }

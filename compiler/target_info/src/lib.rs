@@ -124,7 +124,7 @@ pub const fn row(op: Op) -> Row {
         Op::Delay(..) => new([1, 2], InPlace, Stays),
         Op::Push(_) => new([1, 1], InPlace, Stays),
         Op::Fill(_) => new([1, 1], InPlace, Stays),
-        Op::Lookup(_) => new([2, 3], InPlace, Stays),
+        Op::Lookup(..) => new([2, 3], InPlace, Hoisted),
         Op::Emit(_) => new([6, 6], InPlace, Stays),
         Op::Probe(_) => new([4, 4], InPlace, Stays),
         Op::If => new([4, 4], InPlace, Stays),

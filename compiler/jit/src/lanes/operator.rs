@@ -58,7 +58,7 @@ impl Lanes<'_> {
             Op::Get(cell) => self.get(cell),
             Op::GetAt(cell) => self.get_at(cell, a),
             Op::Delay(line, ticks) => self.delay(line, ticks),
-            Op::Lookup(table) => self.lookup(table, a),
+            Op::Lookup(table, column) => self.lookup(table, column, a),
             Op::Out(port) => return self.output(port, a),
             Op::Set(cell) => return self.set(cell, a),
             Op::SetAt(cell) => return self.set_at(cell, a, b),

@@ -63,7 +63,7 @@ impl Translator<'_> {
             Op::Get(cell) => self.get(cell, None),
             Op::GetAt(cell) => self.get(cell, Some(a)),
             Op::Delay(line, ticks) => self.delay(line, ticks),
-            Op::Lookup(table) => self.lookup(table, a),
+            Op::Lookup(table, column) => self.lookup(table, column, a),
             Op::Out(port) => return self.output(port, a),
             Op::Set(cell) => return self.set(cell, None, a),
             Op::SetAt(cell) => return self.set(cell, Some(a), b),

@@ -72,7 +72,7 @@ impl Select<'_> {
             (Op::Delay(line, ticks), _) => self.read_delay(line, ticks).into(),
             (Op::Push(line), _) => return self.push_line(line, a),
             (Op::Fill(line), _) => return self.fill_line(line, a),
-            (Op::Lookup(table), _) => self.read_table(table, a).into(),
+            (Op::Lookup(table, column), _) => self.read_table(table, column, a).into(),
             (Op::Emit(event), _) => return self.emit_event(event, args),
             (Op::Probe(probe), _) => return self.write_probe(probe, a),
             // The walk hands their regions to `control`.

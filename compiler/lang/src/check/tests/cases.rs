@@ -215,6 +215,12 @@ pub const NAMES: &[Case] = &[
         &["WH0219"],
         "term escapement(x: length) -> y: length { y = x }",
     ),
+    case(
+        "function hidden",
+        &["WH0219"],
+        "term exp(x: length) -> y: length { y = 2 * x }
+         instrument i { sense x: length in 0 mm .. 1 mm let a = exp(x) force f = 1 N/m * a }",
+    ),
 ];
 
 /// Types, dimensions, constants.
@@ -347,6 +353,13 @@ pub const TYPES: &[Case] = &[
     case("exponent", &["WH0306"], "let a = x^4"),
     case("negative exponent", &["WH0306"], "let a = x^-1"),
     case("fractional dimension", &["WH0307"], "let a = x^1.5"),
+    case("root of a length", &["WH0307"], "let a = sqrt(x)"),
+    case("root of an area", &[], "let a = sqrt(x * x) force f = 1 N/m * a"),
+    case("sine of a length", &["WH0302"], "let a = sin(x)"),
+    case("sine of an angle", &[], "let a = sin(90 deg * x / 1 mm) force f = 1 N * a"),
+    case("two arguments", &["WH0211"], "let a = exp(x / 1 mm, 2)"),
+    case("length of a tick", &[], "let a = x' * tick force f = 1 N/m * a"),
+    case("own tick", &[], "let tick = x force f = 1 N/m * tick"),
     case(
         "changing range",
         &["WH0308"],
