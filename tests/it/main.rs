@@ -29,6 +29,7 @@ mod pipeline;
 mod played;
 mod player;
 mod random_programs;
+mod readme;
 mod reference;
 mod report;
 mod stability;

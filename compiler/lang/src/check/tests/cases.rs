@@ -359,6 +359,15 @@ pub const TYPES: &[Case] = &[
     case("sine of an angle", &[], "let a = sin(90 deg * x / 1 mm) force f = 1 N * a"),
     case("two arguments", &["WH0211"], "let a = exp(x / 1 mm, 2)"),
     case("length of a tick", &[], "let a = x' * tick force f = 1 N/m * a"),
+    case(
+        "type as a unit",
+        &[],
+        "state a: kg/m in 0 kg/m .. 1 kg/m next a = 0.5 kg/m
+         state b: 1/s in 0 s^-1 .. 1 s^-1 next b = clamp(x' / 1 mm, 0 s^-1, 1 s^-1)
+         state c: m^2/s in 0 m^2/s .. 1 m^2/s force f = 1 N*s/m^2 * c + 1 N*m/kg * a",
+    ),
+    case("type with a size", &["WH0204"], "state a: mm/s in 0 m/s .. 1 m/s"),
+    case("type of no unit", &["WH0204"], "state a: kg/lb in 0 .. 1"),
     case("own tick", &[], "let tick = x force f = 1 N/m * tick"),
     case(
         "changing range",
