@@ -141,6 +141,8 @@ pub enum Meaning {
 pub enum Transfer {
     /// The meaning is monotone in each operand by itself: its values at the corners.
     Corners,
+    /// As `Corners` where that fits the type, else all that the type holds.
+    Wrapping,
     /// As `Corners`, separately for a negative, a zero and a positive second operand.
     Divide,
     /// 1 for two equal points, 0 for disjoint intervals, else either.
@@ -280,15 +282,15 @@ operators! {
     /// The low word.
     Narrow                "narrow"    (I64 -> I32)         Pure Corners  Exact(|_, a, _, _| a);
     /// The low word, modulo `2^32`.
-    Low                   "low"       (I64 -> I32)         Pure All      Exact(|_, a, _, _| a);
+    Low                   "low"       (I64 -> I32)         Pure Wrapping Exact(|_, a, _, _| a);
     /// The sum modulo `2^32`.
-    AddWrap               "add_wrap"  (I32 I32 -> I32)     Pure All      Exact(|_, a, b, _| a + b);
+    AddWrap               "add_wrap"  (I32 I32 -> I32)     Pure Wrapping Exact(|_, a, b, _| a + b);
     /// The difference modulo `2^32`.
-    SubWrap               "sub_wrap"  (I32 I32 -> I32)     Pure All      Exact(|_, a, b, _| a - b);
+    SubWrap               "sub_wrap"  (I32 I32 -> I32)     Pure Wrapping Exact(|_, a, b, _| a - b);
     /// The product modulo `2^32`.
-    MulWrap               "mul_wrap"  (I32 I32 -> I32)     Pure All      Exact(|_, a, b, _| a * b);
+    MulWrap               "mul_wrap"  (I32 I32 -> I32)     Pure Wrapping Exact(|_, a, b, _| a * b);
     /// Left shift modulo `2^32`.
-    ShlWrap(n: u8 Shift)  "shl_wrap"  (I32 -> I32)         Pure All      Exact(|n, a, _, _| a << n);
+    ShlWrap(n: u8 Shift)  "shl_wrap"  (I32 -> I32)         Pure Wrapping Exact(|n, a, _, _| a << n);
     /// Whether both are equal.
     Eq                    "eq"        (T T -> I1)          Pure Equal    Exact(|_, a, b, _| (a == b).into());
     /// Whether the first is less than the second.

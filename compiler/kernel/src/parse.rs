@@ -383,7 +383,7 @@ kernel \"two words\" @44100 {
             parse(&text.replace("@7", "@-7"))
                 .expect_err("negative")
                 .to_string(),
-            "38:37: -7 is out of bounds"
+            "39:37: -7 is out of bounds"
         );
     }
 
@@ -396,15 +396,15 @@ kernel \"two words\" @44100 {
         };
         assert_eq!(
             error("in x\n    fill", "in y\n    fill"),
-            "13:29: `y` is not declared"
+            "14:29: `y` is not declared"
         );
         assert_eq!(
             error("max v10 v11", "max v10"),
-            "33:26: `max` takes 2 operands, not 1"
+            "34:26: `max` takes 2 operands, not 1"
         );
         assert_eq!(
             error("max v10", "maximum v10"),
-            "33:26: expected an operator, found `maximum`"
+            "34:26: expected an operator, found `maximum`"
         );
         assert_eq!(
             error("[0..9] =", "[0..] ="),
@@ -412,11 +412,11 @@ kernel \"two words\" @44100 {
         );
         assert_eq!(
             error("v7:", "v7777777:"),
-            "30:5: values are numbered up to 999999"
+            "31:5: values are numbered up to 999999"
         );
         assert_eq!(
             error("sar v4 1", "sar v4 256"),
-            "38:27: an immediate is out of bounds"
+            "39:27: an immediate is out of bounds"
         );
         assert_eq!(
             error("line hist", "keyed bias"),

@@ -298,6 +298,14 @@ impl Op {
             (Transfer::All, ..) => return Ok(ty.range()),
             (Transfer::Entries, [index], _) => return Ok(entries(kernel, self, index.range)),
             (Transfer::Corners, ..) => corners(self, args),
+            (Transfer::Wrapping, ..) => {
+                let all = ty.range();
+                let fits = |end: i128| i64::try_from(end).is_ok_and(|end| all.has(end));
+                match corners(self, args) {
+                    (low, high) if fits(low) && fits(high) => (low, high),
+                    _ => (all.low.into(), all.high.into()),
+                }
+            }
             _ => return Err(OpError::Misused { op: self }),
         };
         let bounds = i64::try_from(low).ok().zip(i64::try_from(high).ok());

@@ -109,6 +109,7 @@ codes! {
     NeverHolds          "WH0413" Warning "a guard that never holds";
     AlwaysHolds         "WH0414" Warning "a guard that always holds";
     OverlappingGuards   "WH0415" Warning "two transitions of one state whose guards can hold together";
+    Period              "WH0416" Error "an event with a period of less than two ticks, or of too many";
     // Ranges and numbers
     Unbounded           "WH0501" Error "a value whose range cannot be bounded";
     DivisionByZero      "WH0502" Error "a division whose divisor may be zero";

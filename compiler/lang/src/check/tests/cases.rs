@@ -333,6 +333,7 @@ pub const TYPES: &[Case] = &[
         &["WH0302"],
         "live param b = on in 0 .. 1",
     ),
+    case("period of a force", &["WH0302"], "event e every 1 N { }"),
     case("prime of a bool", &["WH0302"], "let a = (x > 1 mm)'"),
     case("zero without unit", &["WH0303"], "event e when x > 0 { }"),
     case(
@@ -398,6 +399,9 @@ pub const TYPES: &[Case] = &[
 
 /// Motion, time, memory.
 pub const MOTION: &[Case] = &[
+    case("every", &[], "event e every 20 ms { emit depth(at: x) } force f = 1 N"),
+    case("every tick", &["WH0416"], "event e every 10 us { }"),
+    case("too seldom", &["WH0416"], "event e every 3600 s { }"),
     case(
         "circle",
         &["WH0401"],
