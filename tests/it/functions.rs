@@ -23,7 +23,11 @@ const CASES: &[Case] = &[
     ("cos(x / 20 mm)", |x| (x / 20.0).cos(), 0.8),
     ("tanh(x / 4 mm - 1)", |x| (x / 4.0 - 1.0).tanh(), 0.9),
     // Saturated at both ends.
-    ("tanh(30 * x / 1 mm - 150)", |x| (30.0 * x - 150.0).tanh(), 0.2),
+    (
+        "tanh(30 * x / 1 mm - 150)",
+        |x| (30.0 * x - 150.0).tanh(),
+        0.2,
+    ),
     ("sqrt(2 + x / 1 mm)", |x| (2.0 + x).sqrt(), 0.9),
     ("sqrt(max(x / 1 mm, 0))", |x| x.max(0.0).sqrt(), 0.001),
 ];
@@ -56,8 +60,13 @@ fn every_word_is_within_the_proven_error_and_that_is_no_guess() {
         }
         let bound = exports[at].error;
         println!("{expression}: {worst:.1e} of {bound:.1e}");
-        assert!(worst <= bound * (1.0 + 1e-6), "{expression}: {worst:e} > {bound:e}");
-        missed.extend((worst < seen * bound).then(|| format!("{expression}: {worst:e} of {bound:e}")));
+        assert!(
+            worst <= bound * (1.0 + 1e-6),
+            "{expression}: {worst:e} > {bound:e}"
+        );
+        missed.extend(
+            (worst < seen * bound).then(|| format!("{expression}: {worst:e} of {bound:e}")),
+        );
     }
     assert!(missed.is_empty(), "{missed:#?}");
 }

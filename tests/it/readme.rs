@@ -10,7 +10,10 @@ use crate::cli::Shell;
 const ELSEWHERE: &[(&str, &str)] = &[
     ("cargo ", "the check builds and runs everything with it"),
     ("tests/run", "this is a part of it"),
-    ("firmware.elf", "firmware of the reader's own: tests/it/emulate"),
+    (
+        "firmware.elf",
+        "firmware of the reader's own: tests/it/emulate",
+    ),
 ];
 
 /// A key that goes down and up again within a second.
@@ -24,7 +27,8 @@ fn recording() -> String {
 }
 
 /// A note of a second, as a MIDI file of one track with 96 steps a half second.
-const SONG: &[u8] = b"MThd\0\0\0\x06\0\0\0\x01\0\x60MTrk\0\0\0\x0d\0\x90\x3c\x40\x81\x40\x80\x3c\x40\0\xff\x2f\0";
+const SONG: &[u8] =
+    b"MThd\0\0\0\x06\0\0\0\x01\0\x60MTrk\0\0\0\x0d\0\x90\x3c\x40\x81\x40\x80\x3c\x40\0\xff\x2f\0";
 
 /// The lines of all `sh` blocks, without comments.
 fn commands(document: &str) -> Vec<String> {
@@ -39,7 +43,10 @@ fn commands(document: &str) -> Vec<String> {
 #[test]
 fn every_command_of_the_readme_does_what_it_is_there_for() {
     let readme = include_str!("../../README.md");
-    let program = readme.split("```whip\n").nth(1).and_then(|rest| rest.split("```").next());
+    let program = readme
+        .split("```whip\n")
+        .nth(1)
+        .and_then(|rest| rest.split("```").next());
     let shell = Shell::new()
         .with("click.whip", program.expect("a program"))
         .with("key.csv", &recording());
@@ -58,7 +65,9 @@ fn every_command_of_the_readme_does_what_it_is_there_for() {
         assert_eq!(words[0], "whippen", "{line}");
         shell.ends(0, &words[1..]);
         for pair in words.windows(2) {
-            let is_file = |flag: &str| ["--plot", "--report", "--out", "--events", "-o", "--listing"].contains(&flag);
+            let is_file = |flag: &str| {
+                ["--plot", "--report", "--out", "--events", "-o", "--listing"].contains(&flag)
+            };
             assert!(!is_file(pair[0]) || shell.path(pair[1]).exists(), "{line}");
         }
         ran += 1;

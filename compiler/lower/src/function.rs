@@ -116,7 +116,10 @@ impl Lowerer<'_> {
         let mut word = self.clamped(a.value, ends)?;
         word = self.moved(word, least as i32)?;
         let mut doubled = Vec::new();
-        for n in [16_u8, 8, 4, 2, 1].into_iter().filter(|n| i64::from(*n) <= most - least) {
+        for n in [16_u8, 8, 4, 2, 1]
+            .into_iter()
+            .filter(|n| i64::from(*n) <= most - least)
+        {
             let limit = self.constant(1 << (31 - n))?;
             let small = self.b.op(Op::Lt, &[word, limit])?;
             let moved = self.b.op(Op::ShlWrap(n), &[word])?;
@@ -135,8 +138,15 @@ impl Lowerer<'_> {
             low: 1.0,
             high: 2.0,
         };
-        let reach = libm::log(a.lsb * ends.low as f64).abs().max(libm::log(a.lsb * ends.high as f64).abs());
-        let mantissa = self.tabled(Function::Log, unit, octave, lsb.max(4.0 * reach / format::TOP))?;
+        let reach = libm::log(a.lsb * ends.low as f64)
+            .abs()
+            .max(libm::log(a.lsb * ends.high as f64).abs());
+        let mantissa = self.tabled(
+            Function::Log,
+            unit,
+            octave,
+            lsb.max(4.0 * reach / format::TOP),
+        )?;
         let lsb = mantissa.lsb;
         let exponent = libm::log(a.lsb) + (30 - least) as f64 * LN_2;
         let shift = self.constant(quantize(exponent, lsb))?;
@@ -312,7 +322,10 @@ fn coarsest(function: Function, ends: Range, lsb: f64, wanted: f64) -> (u8, f64)
         _ => worst_cell(function, ends, lsb, shift),
     };
     let mut best = (31, f64::INFINITY);
-    for shift in (0..=30).rev().take_while(|shift| cells(*shift) <= CELLS_MAX) {
+    for shift in (0..=30)
+        .rev()
+        .take_while(|shift| cells(*shift) <= CELLS_MAX)
+    {
         best = (shift, error(shift));
         if best.1 <= wanted {
             break;

@@ -8,7 +8,7 @@
 use std::collections::HashMap;
 
 use whippen_ids::IdMap;
-use whippen_lang::model::{CellId, Cmp, Function, Interval, Model, Node, NodeId};
+use whippen_lang::model::{CellId, Cmp, Interval, Model, Node, NodeId};
 
 /// Partial derivatives smaller than this share of what they are the difference of are rounding.
 const ROUNDING: f64 = 1e-9;
@@ -189,7 +189,10 @@ impl Gradient<'_> {
             Node::Neg(a) => row(a).scaled(Interval::point(-1.0)),
             Node::Power(a, halves) => row(a).scaled(power_slope(self.of(*a), *halves)),
             Node::Function(function, a) => {
-                row(a).scaled(function_slope(*function, self.of(*a), self.of(id)))
+                row(a).scaled(function.slope(self.of(*a)).unwrap_or(Interval {
+                    low: -STEEP,
+                    high: STEEP,
+                }))
             }
             Node::Abs(a) => self.chosen(
                 self.deciders[&id],
@@ -215,21 +218,6 @@ impl Gradient<'_> {
 
 /// Larger than any slope that matters (SI): what is not bounded.
 const STEEP: f64 = 1e15;
-
-/// The slope of a function of `of`, which is worth `value`.
-fn function_slope(function: Function, of: Interval, value: Interval) -> Interval {
-    let one = Interval::point(1.0);
-    match function {
-        Function::Exp => value,
-        Function::Log => one.quotient(of).unwrap_or(Interval {
-            low: 0.0,
-            high: STEEP,
-        }),
-        Function::Sin => Function::Cos.interval(of).unwrap_or(value),
-        Function::Cos => -Function::Sin.interval(of).unwrap_or(value),
-        Function::Tanh => one - value.power(4),
-    }
-}
 
 /// `n a^(n-1)` with `n` in halves.
 fn power_slope(base: Interval, halves: u8) -> Interval {

@@ -32,7 +32,9 @@ impl Lanes<'_> {
                 let (sum, top) = (self.word(a), self.top_words(b, c));
                 Lane::Word(self.ins().iadd(sum, top))
             }
-            Op::Shl(n) | Op::ShlWrap(n) => self.each_vector(a, |ins, a| ins.ishl_imm_s(a, i64::from(n))),
+            Op::Shl(n) | Op::ShlWrap(n) => {
+                self.each_vector(a, |ins, a| ins.ishl_imm_s(a, i64::from(n)))
+            }
             Op::Sar(n) if self.t.ty(a) == Type::I64 => Lane::Shifted(n, self.wide(a)),
             Op::Sar(n) => self.each_vector(a, |ins, a| ins.sshr_imm_s(a, i64::from(n))),
             Op::SarRound(n) => self.sar_round(n, a),

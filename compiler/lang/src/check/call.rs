@@ -1,14 +1,15 @@
 //! Calls: arguments are bound to parameters; functions become nodes, terms were made scopes before.
 
-use super::builtin::{self, Function, Signature};
+use super::builtin::{Function, Signature};
 use super::elaborate::Elaborator;
+use super::elsewhere;
 use super::items::TermItem;
 use super::scope::ScopeId;
 use super::slot::Source;
 use super::types::{Ty, Value, counted};
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::Node;
-use crate::syntax::ast::{Arg, Expr, Name};
+use crate::syntax::ast::{Arg, Expr, ExprKind, Name};
 use crate::units::{Dim, shown};
 use whippen_source::Span;
 
@@ -114,7 +115,8 @@ impl<'a> Elaborator<'a, '_> {
             signature.name,
             counted(wanted, "argument")
         );
-        self.report(Diagnostic::new(code, span, message, counted(given, "argument")).hint(usage));
+        let hint = decimal_comma(args).unwrap_or(usage);
+        self.report(Diagnostic::new(code, span, message, counted(given, "argument")).hint(hint));
         None
     }
 
@@ -161,22 +163,14 @@ impl<'a> Elaborator<'a, '_> {
 
     /// Reports a call of something that is no term.
     pub fn unknown_term(&mut self, callee: &Name) {
-        let hint = match self.items.nearest_function(&callee.node) {
-            Some(near) => Advice::did_you_mean(near),
-            None if ["pow", "ln", "log10", "tan", "atan", "sign", "round", "floor"]
-                .contains(&callee.node.as_str()) =>
-            {
-                let names: Vec<String> = builtin::FUNCTIONS
-                    .iter()
-                    .map(|function| format!("`{}`", function.name))
-                    .collect();
-                format!(
-                    "built in are {} and the powers `e^n` for n = 1, 1.5, 2, 2.5, 3",
-                    names.join(", ")
-                )
-                .into()
-            }
-            None => format!("declare it: `term {}(..) -> .. {{ .. }}`", callee.node).into(),
+        let name = callee.node.as_str();
+        let hint = match (elsewhere::function(name), self.items.nearest_function(name)) {
+            (Some(instead), _) => instead,
+            (None, Some(near)) => Advice::did_you_mean(near),
+            (None, None) => format!(
+                "declare it, `term {name}(..) -> .. {{ .. }}`, here or in a file of this folder"
+            )
+            .into(),
         };
         let message = format!("there is no term `{}`", callee.node);
         self.report(
@@ -273,7 +267,8 @@ impl<'a> Elaborator<'a, '_> {
             );
             let label = "one too many";
             self.report(
-                Diagnostic::new(Code::ExtraArgument, span, message, label).hint("take it away"),
+                Diagnostic::new(Code::ExtraArgument, span, message, label)
+                    .hint(decimal_comma(args).unwrap_or_else(|| "take it away".to_string())),
             );
             return None;
         }
@@ -320,4 +315,18 @@ impl<'a> Elaborator<'a, '_> {
         );
         self.report(diagnostic.hint(format!("add {}", missing.join(", "))));
     }
+}
+
+/// Where a decimal comma has made two arguments of one number (`0,5 mm`), how it is written.
+fn decimal_comma(args: &[Arg]) -> Option<String> {
+    let digits = |arg: &Arg| match &arg.value.kind {
+        ExprKind::Number(number) => Some((number.text.clone(), number.unit.is_none())),
+        _ => None,
+    };
+    args.windows(2).find_map(|pair| {
+        let ((whole, bare), (part, _)) = (digits(&pair[0])?, digits(&pair[1])?);
+        let touches = pair[1].value.span.start == pair[0].value.span.end + 1;
+        let is_one = touches && bare && !whole.contains('.');
+        is_one.then(|| format!("the decimal point is `.`: write `{whole}.{part}`"))
+    })
 }

@@ -77,6 +77,18 @@ impl Function {
         }
     }
 
+    /// Its derivative over an interval; `None` where part of that is outside of its domain.
+    pub fn slope(self, of: Interval) -> Option<Interval> {
+        let one = Interval::point(1.0);
+        match self {
+            Function::Exp => self.interval(of),
+            Function::Log => one.quotient(of).filter(|_| of.low > 0.0),
+            Function::Sin => Function::Cos.interval(of),
+            Function::Cos => Some(-Function::Sin.interval(of)?),
+            Function::Tanh => Some((one - self.interval(of)?.power(4)).cut(0.0, 1.0)),
+        }
+    }
+
     /// How steep it is over an interval, as a size; infinite outside of its domain.
     pub fn slope_max(self, of: Interval) -> f64 {
         match self {
@@ -188,17 +200,27 @@ mod tests {
                 }
                 let step = 1e-3 * of.width();
                 let f = |x: f64| function.value(x);
-                for x in samples(of).filter(|x| *x - 2.0 * step > of.low && *x + 2.0 * step < of.high) {
+                for x in
+                    samples(of).filter(|x| *x - 2.0 * step > of.low && *x + 2.0 * step < of.high)
+                {
                     let slope = (f(x + step) - f(x - step)) / (2.0 * step);
                     assert!(slope.abs() <= function.slope_max(of) * (1.0 + 1e-3));
+                    let bound = function.slope(of).expect("inside");
+                    let slack = 1e-3 * bound.magnitude();
+                    assert!(bound.low - slack <= slope && slope <= bound.high + slack);
                 }
                 let wide = 0.02 * of.width();
-                for x in samples(of).filter(|x| *x - 2.0 * wide > of.low && *x + 2.0 * wide < of.high) {
+                for x in
+                    samples(of).filter(|x| *x - 2.0 * wide > of.low && *x + 2.0 * wide < of.high)
+                {
                     let fourth = (f(x - 2.0 * wide) - 4.0 * f(x - wide) + 6.0 * f(x)
                         - 4.0 * f(x + wide)
                         + f(x + 2.0 * wide))
                         / wide.powi(4);
-                    assert!(fourth.abs() <= function.fourth_max(of) * 1.001 + 1e-3, "{function:?}");
+                    assert!(
+                        fourth.abs() <= function.fourth_max(of) * 1.001 + 1e-3,
+                        "{function:?}"
+                    );
                 }
             }
         }

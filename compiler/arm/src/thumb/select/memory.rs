@@ -357,9 +357,10 @@ impl Select<'_> {
 
     /// Where a row of a table begins, one register for all its columns.
     fn row_address(&mut self, table: u32, row: Value) -> VReg {
-        let known = self.rows.iter().find(|known| {
-            (known.table, known.row, known.block) == (table, row, self.at)
-        });
+        let known = self
+            .rows
+            .iter()
+            .find(|known| (known.table, known.row, known.block) == (table, row, self.at));
         if let Some(known) = known {
             return known.address;
         }
@@ -367,7 +368,9 @@ impl Select<'_> {
         let (base, word) = (self.table_address(table), self.table_row(table, row));
         let bytes = 4 * columns;
         let code = if bytes.is_power_of_two() {
-            let code = MInst::new(Isa::ADD_register).reg(Role::N, base).reg(Role::M, word);
+            let code = MInst::new(Isa::ADD_register)
+                .reg(Role::N, base)
+                .reg(Role::M, word);
             with_shift(code, ShiftType::LSL, bytes.trailing_zeros() as u8)
         } else {
             let bytes = self.load_constant(bytes as i32);

@@ -2,8 +2,10 @@
 //! one message.
 
 mod keyboards;
+mod slips;
 
 pub use keyboards::KEYBOARDS;
+pub use slips::SLIPS;
 
 /// A mistake: a name for the snapshot, the codes of its messages in the order of the text, the
 /// program.
@@ -355,11 +357,23 @@ pub const TYPES: &[Case] = &[
     case("negative exponent", &["WH0306"], "let a = x^-1"),
     case("fractional dimension", &["WH0307"], "let a = x^1.5"),
     case("root of a length", &["WH0307"], "let a = sqrt(x)"),
-    case("root of an area", &[], "let a = sqrt(x * x) force f = 1 N/m * a"),
+    case(
+        "root of an area",
+        &[],
+        "let a = sqrt(x * x) force f = 1 N/m * a",
+    ),
     case("sine of a length", &["WH0302"], "let a = sin(x)"),
-    case("sine of an angle", &[], "let a = sin(90 deg * x / 1 mm) force f = 1 N * a"),
+    case(
+        "sine of an angle",
+        &[],
+        "let a = sin(90 deg * x / 1 mm) force f = 1 N * a",
+    ),
     case("two arguments", &["WH0211"], "let a = exp(x / 1 mm, 2)"),
-    case("length of a tick", &[], "let a = x' * tick force f = 1 N/m * a"),
+    case(
+        "length of a tick",
+        &[],
+        "let a = x' * tick force f = 1 N/m * a",
+    ),
     case(
         "type as a unit",
         &[],
@@ -367,7 +381,11 @@ pub const TYPES: &[Case] = &[
          state b: 1/s in 0 s^-1 .. 1 s^-1 next b = clamp(x' / 1 mm, 0 s^-1, 1 s^-1)
          state c: m^2/s in 0 m^2/s .. 1 m^2/s force f = 1 N*s/m^2 * c + 1 N*m/kg * a",
     ),
-    case("type with a size", &["WH0204"], "state a: mm/s in 0 m/s .. 1 m/s"),
+    case(
+        "type with a size",
+        &["WH0204"],
+        "state a: mm/s in 0 m/s .. 1 m/s",
+    ),
     case("type of no unit", &["WH0204"], "state a: kg/lb in 0 .. 1"),
     case("own tick", &[], "let tick = x force f = 1 N/m * tick"),
     case(
@@ -399,7 +417,11 @@ pub const TYPES: &[Case] = &[
 
 /// Motion, time, memory.
 pub const MOTION: &[Case] = &[
-    case("every", &[], "event e every 20 ms { emit depth(at: x) } force f = 1 N"),
+    case(
+        "every",
+        &[],
+        "event e every 20 ms { emit depth(at: x) } force f = 1 N",
+    ),
     case("every tick", &["WH0416"], "event e every 10 us { }"),
     case("too seldom", &["WH0416"], "event e every 3600 s { }"),
     case(

@@ -1,7 +1,7 @@
 //! Every message of the checker, as it is shown.
 
 use super::super::Options;
-use super::cases::{Case, KEYBOARDS, MOTION, NAMES, RANGES, TYPES};
+use super::cases::{Case, KEYBOARDS, MOTION, NAMES, RANGES, SLIPS, TYPES};
 use super::check_text;
 use crate::diag::Code;
 use crate::diag::render;
@@ -143,14 +143,15 @@ fn too_many_calls_and_too_long_chains() {
 
 #[test]
 fn every_code_of_the_checker_has_a_case() {
-    let cases = [NAMES, TYPES, MOTION, RANGES, KEYBOARDS].concat();
+    let cases = [NAMES, TYPES, MOTION, RANGES, KEYBOARDS, SLIPS].concat();
     let all: Vec<&str> = cases.iter().flat_map(|case| case.codes).copied().collect();
     let elsewhere = [
         "WH0217", "WH0218", "WH0609", "WH0310", "WH0413", "WH0414", "WH0415", "WH0511", "WH0611",
     ];
     let numbers = Code::ALL.iter().map(|code| code.number());
     let checker = numbers.filter(|n| {
-        ("WH0201".."WH0700").contains(n) && !["WH0501", "WH0502", "WH0504", "WH0512"].contains(n)
+        ("WH0201".."WH0700").contains(n)
+            && !["WH0501", "WH0502", "WH0504", "WH0512", "WH0513"].contains(n)
     });
     let missing: Vec<&str> = checker
         .filter(|n| !all.contains(n) && !elsewhere.contains(n))
@@ -180,4 +181,9 @@ fn one_mistake_in_a_term_is_told_once() {
     let (shown, codes) = messages(text, &Options::default());
     assert_eq!(codes, ["WH0301"]);
     assert!(!shown.contains("in this call"), "{shown}");
+}
+
+#[test]
+fn slips() {
+    insta::assert_snapshot!(shown(SLIPS));
 }
