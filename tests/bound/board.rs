@@ -101,6 +101,7 @@ impl<'a> Board<'a> {
             at_worst: true,
             ..Rules::default()
         });
+        machine.set_meets_fetches(image.board.fetches_apart);
         machine.reset();
         Board {
             image,
@@ -128,8 +129,9 @@ impl<'a> Board<'a> {
         }
     }
 
-    /// Core 1, if there is one, stops for good.
-    pub fn halt_core1(&mut self) {
+    /// Core 1, if there is one, stops for good, and core 0 waits for nobody.
+    pub fn leave_core0_alone(&mut self) {
+        self.machine.set_meets_fetches(false);
         if self.image.keys.len() > 1 {
             self.machine.halt(1);
         }

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use whippen_compiler::budget::Bounded;
+
 use crate::cmd::proof::{ImageProof, ProgramReport};
 use crate::cmd::setup::symbol_prefix;
 
@@ -178,6 +180,18 @@ impl ProgramReport<'_> {
                 },
                 100.0 * bounded.alone.cycles_max as f64 / self.budget.period_cycles.max(1) as f64
             );
+            print_waiting(bounded, out);
         }
+    }
+}
+
+/// What the waiting of a core's frame consists of.
+fn print_waiting(bounded: &Bounded, out: &mut String) {
+    for waited in bounded.waiting() {
+        let data = match waited.data {
+            "" => String::new(),
+            data => format!(": {data}"),
+        };
+        let _ = writeln!(out, "  {:>12}  {}{data}", waited.cycles, waited.cause);
     }
 }
