@@ -27,15 +27,25 @@ const MANAGERS: usize = DMA + 1;
 /// ahead: nobody says how far a core does.
 const AHEAD: [u32; 5] = [0_u32.wrapping_sub(8), 0_u32.wrapping_sub(4), 0, 4, 8];
 
-/// Memory that is one port, or several striped by word.
+/// Memory that is one port, or several striped by word. Memories may have ports in common.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Banks {
     /// First address.
     pub base: u32,
     /// Size.
     pub bytes: u32,
-    /// How many ports: word n is in port n modulo this.
+    /// The number of its first port.
+    pub first_port: u32,
+    /// How many ports: word n is in port n modulo this, from the first one on.
     pub ports: u32,
+}
+
+impl Banks {
+    /// The port of an address, if it is here.
+    pub fn port(&self, address: u32) -> Option<usize> {
+        let offset = address.wrapping_sub(self.base);
+        (offset < self.bytes).then(|| (self.first_port + offset / 4 % self.ports) as usize)
+    }
 }
 
 /// What the last access to a port was.
@@ -66,10 +76,10 @@ pub(crate) struct Fabric {
 
 impl Fabric {
     pub fn new(banks: &[Banks]) -> Self {
-        let ports = banks.iter().map(|b| b.ports as usize).sum();
+        let ends = banks.iter().map(|b| (b.first_port + b.ports) as usize);
         Self {
             banks: banks.to_vec(),
-            ports: vec![Port::default(); ports],
+            ports: vec![Port::default(); ends.max().unwrap_or(0)],
             ..Self::default()
         }
     }
@@ -142,15 +152,7 @@ impl Fabric {
     }
 
     fn port(&self, address: u32) -> Option<usize> {
-        let mut first = 0;
-        for banks in &self.banks {
-            let offset = address.wrapping_sub(banks.base);
-            if offset < banks.bytes {
-                return Some(first + (offset / 4 % banks.ports) as usize);
-            }
-            first += banks.ports as usize;
-        }
-        None
+        self.banks.iter().find_map(|banks| banks.port(address))
     }
 }
 
@@ -162,11 +164,13 @@ mod tests {
         Banks {
             base: 0x2000_0000,
             bytes: 0x100,
+            first_port: 0,
             ports: 4,
         },
         Banks {
             base: 0x2000_0100,
             bytes: 0x100,
+            first_port: 4,
             ports: 1,
         },
     ];
@@ -188,6 +192,19 @@ mod tests {
         );
         assert_eq!(fabric.data(1, 0x2000_0000, 13), 0);
         assert_eq!(fabric.data(0, 0x3000_0000, 13), 0, "no memory of these");
+    }
+
+    #[test]
+    fn memories_may_have_a_port_in_common() {
+        let also = Banks {
+            base: 0x2100_0000,
+            bytes: 0x40,
+            first_port: 2,
+            ports: 1,
+        };
+        let mut fabric = Fabric::new(&[BANKS[0], also]);
+        assert_eq!(fabric.data(0, 0x2000_0008, 10), 0);
+        assert_eq!(fabric.data(1, 0x2100_0000, 10), 1);
     }
 
     #[test]

@@ -136,6 +136,7 @@ fn play(kind: BoardKind, compiled: Compiled, keys: usize) -> u64 {
             &mut both,
         );
     }
+    board.has_stack_left();
     board.leave_core0_alone();
     for (_, source) in &mut sources {
         board.play(

@@ -15,17 +15,17 @@
 
 use std::collections::BTreeMap;
 
-use whippen_isa::timing::{Core, Evidence, Outcome, Pipe, Target};
-use whippen_isa::{Class, reg};
+use whippen_isa::reg;
+use whippen_isa::timing::{Core, Evidence};
 
 use super::calls::{Calls, Costs, KnownCalls};
-use super::graph::{Control, Graph, Tables};
-use super::memory::{GraphMemory, Interference, Reach, SOMEWHERE, Waits};
+use super::idle::Idle;
+use super::memory::{Interference, Reach, Waits};
 use super::program::Program;
 use super::tick::{Tick, ticks};
 use super::unknown::Unknown;
 use super::waiting::{Tally, WaitCause, Waited};
-use super::{Annotations, Bound, ByContention, NotBounded, Query, bound, stack};
+use super::{Annotations, Bound, ByContention, NotBounded, Query, bound};
 use whippen_arm::thumb::{self, Points};
 use whippen_board::Board;
 use whippen_firmware::{CoreCode, DEAD, RUNNING, Running};
@@ -464,58 +464,4 @@ fn only_handler(program: &Program, running: &Running, handler: u32) -> Result<()
         }
     }
     Ok(())
-}
-
-/// What the tick interrupts.
-struct Idle {
-    /// The longest instruction: it is finished first.
-    cycles_max: u64,
-    stack_bytes_max: u32,
-}
-
-impl Idle {
-    fn of(query: &Query) -> Result<Self, NotBounded> {
-        let graph = Graph::build(query, &Tables::default())?;
-        let memory = GraphMemory::of(&query.annotations.bases, &graph, query.interference);
-        let items = graph.blocks.iter().flat_map(|block| &block.items);
-        let mut cycles_max = 0;
-        for item in items {
-            if item.inst.class().is_floating_point() {
-                return Err(NotBounded::FloatingPoint {
-                    address: item.address,
-                });
-            }
-            let taken = Target {
-                address: SOMEWHERE,
-                wide: true,
-            };
-            let target = (item.control != Control::Next).then_some(taken);
-            let waits = match query.interference {
-                Some(interference) => interference
-                    .waits_max(&item.inst, item.address, &memory)?
-                    .cycles(),
-                None => 0,
-            };
-            let quotient_bits = if item.inst.class() == Class::Divide {
-                31
-            } else {
-                0
-            };
-            let outcome = Outcome {
-                target,
-                waits,
-                quotient_bits,
-                ..Outcome::NEXT
-            };
-            let (_, cost) = query
-                .core
-                .issue(Pipe::default(), &item.timed, item.address, &outcome);
-            let cycles = u64::from(cost.cycles()) + u64::from(query.core.late.cycles);
-            cycles_max = cycles_max.max(cycles);
-        }
-        Ok(Self {
-            cycles_max,
-            stack_bytes_max: stack::follow(query, &graph)?.deepest,
-        })
-    }
 }

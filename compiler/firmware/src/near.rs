@@ -1,5 +1,5 @@
-//! Placement: what a core uses at every turn goes into the memory near it, beside its stack, so that
-//! its fetches and its data are in different banks.
+//! Placement: what a core uses at every turn goes into the memory near it, beside its stack, so
+//! that its fetches and its data are in different banks.
 //!
 //! ```text
 //!   everything that keys and frame keep has room     data near, code in the group

@@ -156,8 +156,8 @@ fn memory_without_a_known_time_is_an_error_wherever_it_may_be_met() {
     );
 }
 
-/// The banks that the code of a few instructions is fetched from, and whether it hands out addresses
-/// of the stack.
+/// The banks that the code of a few instructions is fetched from, and whether it hands out
+/// addresses of the stack.
 fn of_code(at: u32, words: &[u16]) -> (BankSet, bool) {
     let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let mut code = crate::Code::default();
