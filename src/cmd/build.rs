@@ -1,6 +1,7 @@
 //! `whippen build`: from a program to files for a microcontroller.
 
 mod files;
+mod tick_bound;
 
 use std::path::PathBuf;
 
@@ -24,7 +25,8 @@ pub struct Args {
     /// .h) for any other compiler
     #[arg(short, long, value_name = "FILE.elf|.uf2|.o|.c", value_hint = ValueHint::FilePath, value_parser = files::output)]
     output: Output,
-    /// Write it also where it is not proven to be in time, with a mark in the file
+    /// Write it also where it is not proven to be in time, with a mark in the file (of a .o, beside
+    /// it)
     #[arg(long)]
     unproven: bool,
     /// Also write where everything lies and how large it is
