@@ -4,11 +4,10 @@ use std::path::PathBuf;
 
 use clap::ValueHint;
 use whippen_compiler::check::{Keyboard, Options};
-use whippen_compiler::diag::{Diagnostic, Severity};
+use whippen_compiler::diag::Severity;
 use whippen_compiler::keyboard::InstrumentId;
-use whippen_compiler::model::Model;
-use whippen_compiler::stability;
 use whippen_runtime::device::Device;
+use whippen_runtime::ringing;
 
 use super::load::{self, Form};
 use super::{json, numbers, watch};
@@ -68,7 +67,7 @@ fn once(args: &Args) -> Outcome {
         let (name, device) = (model.name.clone(), Device::of(&model));
         let judged = args
             .stability
-            .then(|| warnings(&model, &Device::known(named, &model)));
+            .then(|| ringing::warnings(&model, &Device::known(named, &model)));
         let compiled = match load::compiled_as(form, &map, model, &device) {
             Ok(compiled) => compiled,
             // What is wrong with one instrument hides nothing of the next.
@@ -79,7 +78,7 @@ fn once(args: &Args) -> Outcome {
             Err(other) => return Err(other),
         };
         if let Some(warnings) = judged {
-            load::report(form, &map, &warnings, Severity::Warning);
+            load::report(form, &map, &warnings, Severity::Note);
         }
         if args.json {
             args.numbers.then(|| say!("{}", json::numbers(&compiled)));
@@ -102,10 +101,4 @@ fn once(args: &Args) -> Outcome {
         );
     }
     outcome
-}
-
-/// What rings with some hand; nothing where the device does not say how its key moves.
-fn warnings(model: &Model, device: &Device) -> Vec<Diagnostic> {
-    let found = device.key().and_then(|key| stability::analyze(model, &key));
-    found.map_or_else(Vec::new, |found| stability::warnings(model, &found))
 }

@@ -9,10 +9,10 @@ use whippen_compiler::index::{Definition, Index, NameKind, Occurrence};
 use whippen_compiler::lower::{Export, ExportKind};
 use whippen_compiler::pipeline::{CompileError, Compiled, compile};
 use whippen_compiler::source::SourceMap;
-use whippen_compiler::stability::{analyze, warnings};
 use whippen_compiler::syntax::ast::File;
 use whippen_compiler::syntax::parse;
 use whippen_runtime::device::Device;
+use whippen_runtime::ringing;
 use whippen_runtime::session;
 
 use super::world::{Source, is_std, std_file};
@@ -59,8 +59,8 @@ impl Analysis {
             .map(|keyboard| keyboard.device.clone());
         for model in checked.map(|p| p.instruments).unwrap_or_default() {
             let device = Device::known(named.as_deref(), &model);
-            if unknown && let Some(found) = device.key().and_then(|key| analyze(&model, &key)) {
-                rings.extend(warnings(&model, &found));
+            if unknown {
+                rings.extend(ringing::warnings(&model, &device));
             }
             match compile(model, device.scales(), true) {
                 Ok(compiled) => {
