@@ -26,6 +26,8 @@ const DOUBLINGS: i32 = 14;
 pub(super) enum Looked {
     /// This passes.
     Found(f64),
+    /// This passes where this term is to blame, and elsewhere others ring without it, too.
+    Partly(f64),
     /// None passes.
     Never,
     /// It was not looked for to the end.
@@ -70,7 +72,10 @@ impl<'a> Search<'a> {
         if able.is_empty() {
             Looked::Never
         } else {
-            self.guided(&able, &able, &scale, &find)
+            match self.guided(&able, &able, &scale, &find) {
+                Looked::Found(part) if able.len() < own.len() => Looked::Partly(part),
+                found => found,
+            }
         }
     }
 

@@ -175,11 +175,15 @@ fn advice(
     let mut hints = Vec::new();
     let part = search.part(blame.force, most.kind, &blame.modes);
     match part {
-        Looked::Found(part) if part < PART_LEAST => {
+        Looked::Found(part) | Looked::Partly(part) if part < PART_LEAST => {
             hints.push("no part of it is proven stable".to_string());
         }
         Looked::Found(part) => hints.push(format!(
             "up to {} is stable with every hand",
+            shown(rounded_down(most.value * part), most.dim)
+        )),
+        Looked::Partly(part) => hints.push(format!(
+            "up to {} it rings in no hand by itself, but what is left without it does",
             shown(rounded_down(most.value * part), most.dim)
         )),
         Looked::Never => {
@@ -199,7 +203,7 @@ fn advice(
             shown(damping, stiffness(model).mul(Dim::TIME)),
             shown(rounded(window_s), Dim::TIME)
         )),
-        Looked::Never => hints.push(format!(
+        Looked::Never | Looked::Partly(_) => hints.push(format!(
             "no damping added by {x}' over {} makes it stable",
             shown(rounded(window_s), Dim::TIME)
         )),
