@@ -5,7 +5,7 @@
 //!   Place (x, parameters) --led there--> Ideal --force F--> Plant balanced by F, pushed --> a swing that lasts?
 //! ```
 //!
-//! The program is the Model in f64 (`ideal`) behind the converters' words; the key is the plant, dry
+//!   Place --led there--> Ideal --force F--> Plant balanced by F, pushed --> a swing that lasts?
 //! friction, coil, delays and stops included. A key stands where it is pushed; a force that falls
 //! with speed shows only on one that moves, so that one is led along too.
 //!
