@@ -2,12 +2,12 @@
 //! loops of program and plant, pushed out of balance.
 //!
 //! ```text
-//!   Place (x, parameters) --led there--> Ideal --force F--> Plant balanced by F, pushed --> a swing that lasts?
+//!   Place --led there--> Ideal --force F--> Plant balanced by F, pushed --> a swing that lasts?
 //! ```
 //!
-//!   Place --led there--> Ideal --force F--> Plant balanced by F, pushed --> a swing that lasts?
-//! friction, coil, delays and stops included. A key stands where it is pushed; a force that falls
-//! with speed shows only on one that moves, so that one is led along too.
+//! The program is the Model in f64 (`ideal`) behind the converters' words; the key is the plant,
+//! dry friction, coil, delays and stops included. A key stands where it is pushed; a force that
+//! falls with speed shows only on one that moves, so that one is led along too.
 //!
 //! What lasts is what has not become smaller from the third quarter of a run to the last by more
 //! than a few percent, and is more than a few words of the sensor. That a key comes to rest here

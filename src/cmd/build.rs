@@ -1,6 +1,7 @@
 //! `whippen build`: from a program to files for a microcontroller.
 
 mod files;
+mod tick_bound;
 
 use std::path::PathBuf;
 
@@ -24,7 +25,8 @@ pub struct Args {
     /// .h) for any other compiler
     #[arg(short, long, value_name = "FILE.elf|.uf2|.o|.c", value_hint = ValueHint::FilePath, value_parser = files::output)]
     output: Output,
-    /// Write it also where it is not proven to be in time, with a mark in the file
+    /// Write it also where it is not proven to be in time, with a mark in the file (of a .o, beside
+    /// it)
     #[arg(long)]
     unproven: bool,
     /// Also write where everything lies and how large it is
@@ -36,16 +38,18 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Outcome {
+    let opened = args.setup.open()?;
     FilePlan::default()
-        .reads(&args.setup.files()?)
+        .reads(opened.paths())
+        .reads(&args.setup.files())
         .writes("--output", &args.output.files(), &[])
         .writes("--map", &args.map, &["map", "txt"])
         .writes("--listing", &args.listing, &["lst", "txt"])
         .check()?;
     let setup = if args.output.is_image() {
-        args.setup.all_programs()?
+        args.setup.all_programs(&opened)?
     } else {
-        args.setup.one_instrument()?
+        args.setup.one_instrument(&opened)?
     };
     files::write(&setup, args)
 }

@@ -5,24 +5,22 @@ use std::path::{Path, PathBuf};
 use whippen_compiler::bindings::{Interface, c_header, rust_module};
 use whippen_compiler::c99;
 use whippen_compiler::image::{
-    Board, Image, Input, Object, SectionKind, Start, executable, link, listing, map, relocatable,
-    uf2,
+    Board, Image, Input, Object, SectionKind, executable, link, listing, map, relocatable, uf2,
 };
 use whippen_compiler::kernel::verify;
 use whippen_compiler::thumb;
 use whippen_runtime::files::{FileError, write_whole};
 
 use super::Args;
+use super::tick_bound::{self, TickBound};
 use crate::cmd::proof;
 use crate::cmd::setup::{ImageSetup, code_failure, link_failure, symbol_prefix};
 use crate::exit::{Failure, Outcome};
 use crate::say::say;
 
-/// What files for another project say of time, in two lines.
-const NOT_PROVEN: [&str; 2] = [
-    "Nothing is proven of its time: what surrounds the keys, and where code and data lie,",
-    "is up to the project that has it. `whippen budget` proves whole images.",
-];
+/// What C code for another project says of time, in two lines.
+const NOT_PROVEN: &str = "Nothing is proven of its time: which instructions run, what surrounds the keys, and where\n\
+                          code and data lie, is up to the project that has it. `whippen budget` proves whole images.";
 
 /// Events that C code keeps until they are taken.
 const C_EVENTS: usize = 64;
@@ -123,7 +121,7 @@ impl Files<'_> {
             .to_string_lossy()
             .into_owned();
         let body = format!("#include \"{include}\"\n\n{}", source.body);
-        put(&header, &with_c_note(&source.header))?;
+        put(&header, &with_c_note(NOT_PROVEN, &source.header))?;
         put(path, body.as_bytes())?;
         say!(
             "{}: {} keys of {}, in C, with {}",
@@ -223,6 +221,12 @@ impl Files<'_> {
         };
         let built = thumb::compile(&instruments[0].modes, &options).map_err(code_failure)?;
         let places = &instruments[0].places;
+        let input = Input {
+            object: &built.object,
+            places,
+        };
+        let bound = TickBound::of(setup, &instruments[0], &input);
+        let of_time = tick_bound::check(setup, bound, args.unproven)?;
         let bytes = relocatable(&built.object, setup.board.arch, places)
             .map_err(|error| Failure::Defect(format!("the object file: an address {error}")))?;
         let interface = Interface::of(
@@ -232,20 +236,11 @@ impl Files<'_> {
             setup.keys,
             &built.layout,
         );
-        self.tables(
-            args,
-            &Input {
-                object: &built.object,
-                places,
-            },
-            &format!("{name}_tick"),
-        )?;
-        put(
-            &path.with_extension("h"),
-            &with_c_note(&c_header(&interface)),
-        )?;
-        let [first, second] = NOT_PROVEN;
-        let module = format!("// {first}\n// {second}\n{}", rust_module(&interface));
+        self.tables(args, &input, &format!("{name}_tick"))?;
+        let header = with_c_note(&of_time, &c_header(&interface));
+        put(&path.with_extension("h"), &header)?;
+        let note: String = of_time.lines().map(|line| format!("// {line}\n")).collect();
+        let module = note + &rust_module(&interface);
         put(&path.with_extension("rs"), module.as_bytes())?;
         put(path, &bytes)?;
         let (code, state) = (code_bytes(&built.object), built.layout.size());
@@ -255,6 +250,7 @@ impl Files<'_> {
             path.display(),
             setup.keys
         );
+        say!("{of_time}");
         Ok(())
     }
 
@@ -264,11 +260,7 @@ impl Files<'_> {
         if args.map.is_none() && args.listing.is_none() {
             return Ok(());
         }
-        // Nobody starts here, so nothing is needed to start.
-        let board = Board {
-            start: Start::Vectors,
-            ..setup.board.clone()
-        };
+        let board = tick_bound::board_to_link_for(setup);
         self.listings(
             args,
             &link(&board, &[*input], entry).map_err(link_failure)?,
@@ -287,10 +279,10 @@ impl Files<'_> {
     }
 }
 
-/// A header, with what is not proven before it.
-fn with_c_note(header: &str) -> Vec<u8> {
-    let [first, second] = NOT_PROVEN;
-    format!("/* {first}\n   {second} */\n{header}").into_bytes()
+/// A header, with what is to be said of time before it.
+fn with_c_note(of_time: &str, header: &str) -> Vec<u8> {
+    let note = of_time.replace('\n', "\n   ");
+    format!("/* {note} */\n{header}").into_bytes()
 }
 
 fn code_bytes(object: &Object) -> u32 {
