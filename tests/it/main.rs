@@ -34,6 +34,7 @@ mod random_programs;
 mod readme;
 mod reference;
 mod report;
+mod rings;
 mod stability;
 mod strokes;
 mod tables;
