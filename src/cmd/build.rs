@@ -1,6 +1,7 @@
 //! `whippen build`: from a program to files for a microcontroller.
 
 mod files;
+mod project;
 
 use std::path::PathBuf;
 
@@ -20,8 +21,8 @@ use files::Output;
 pub struct Args {
     #[command(flatten)]
     setup: SetupArgs,
-    /// What to write: .elf or .uf2, a whole image; .o (with .h and .rs beside it) to link; .c (with
-    /// .h) for any other compiler
+    /// What to write: .elf or .uf2, a whole image; .o to link; .c for any other compiler
+    /// (both with .h and .rs beside them)
     #[arg(short, long, value_name = "FILE.elf|.uf2|.o|.c", value_hint = ValueHint::FilePath, value_parser = files::output)]
     output: Output,
     /// Write it also where it is not proven to be in time, with a mark in the file
@@ -45,7 +46,7 @@ pub fn run(args: &Args) -> Outcome {
     let setup = if args.output.is_image() {
         args.setup.all_programs()?
     } else {
-        args.setup.one_instrument()?
+        args.setup.one_program()?
     };
     files::write(&setup, args)
 }

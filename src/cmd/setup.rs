@@ -91,6 +91,26 @@ impl SetupArgs {
         self.of_one_instrument(map, &program, model)
     }
 
+    /// What is named: zones or an instrument; or the only program of the keyboard, or the only
+    /// instrument.
+    pub fn one_program(&self) -> Result<ImageSetup, Failure> {
+        let (_, program, name) = self.checked()?;
+        let mut layouts = program.keyboards.iter().map(|keyboard| &keyboard.layout);
+        let are_zones = layouts.next().is_some_and(|layout| {
+            let own = match name {
+                Some(name) => layout.program_named(name),
+                None if layout.programs.len() == 1 => layout.programs.first(),
+                None => None,
+            };
+            own.is_some_and(|own| own.is_split())
+        });
+        if are_zones {
+            self.all_programs()
+        } else {
+            self.one_instrument()
+        }
+    }
+
     /// The instrument or the zones that were named, or all programs of the keyboard, or the only
     /// instrument.
     pub fn all_programs(&self) -> Result<ImageSetup, Failure> {

@@ -71,3 +71,71 @@ fn the_c_project_prints_the_same_in_qemu() {
     assert!(!emulated.is_empty());
     assert_eq!(said(folder.path(), "qemu"), emulated);
 }
+
+/// Compilers of this machine have nothing to say about the example either.
+#[test]
+fn the_c_project_is_strict_c() {
+    let folder = project();
+    if !whippen_need::tools(&["arm-none-eabi-gcc", "make", "gcc", "clang"]) {
+        return;
+    }
+    make(folder.path(), "piano.o");
+    let flags = [
+        "-std=c99",
+        "-Wall",
+        "-Wextra",
+        "-Wconversion",
+        "-pedantic",
+        "-Werror",
+    ];
+    for compiler in ["gcc", "clang"] {
+        let path = whippen_need::tool(compiler).expect("is there");
+        let mut command = Command::new(path);
+        command.current_dir(folder.path()).args(flags);
+        command.args(["-fsyntax-only", "main.c", "start.c"]);
+        let output = command.output().expect("runs");
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            output.status.success() && told.is_empty(),
+            "{compiler}: {told}"
+        );
+    }
+}
+
+/// What the header says of the state, as the C compiler tells gdb, is what the object file tells
+/// it.
+#[test]
+fn the_object_and_the_header_agree_about_the_state() {
+    if !whippen_need::tools(&["arm-none-eabi-gcc", "make", "gdb-multiarch"]) {
+        return;
+    }
+    let folder = project();
+    make(folder.path(), "firmware.elf");
+    let script = "
+def fields(function):
+    block = gdb.lookup_global_symbol(function).symtab.static_block()
+    all = gdb.lookup_type('struct grand_piano_state', block)
+    return all.sizeof, {f.name: (f.bitpos // 8, f.type.sizeof) for f in all.fields()}
+(own_size, own), (size, c) = fields('grand_piano_tick'), fields('main')
+public = {name for name in c if not name.startswith('private_')}
+for name in sorted(public | set(own) - {'keys'}):
+    print('field', name, own.get(name) == c.get(name), own.get(name), c.get(name))
+print('size', own_size == size, 'fields', len(public))
+";
+    std::fs::write(folder.path().join("agree.py"), script).expect("written");
+    let mut gdb = Command::new(whippen_need::tool("gdb-multiarch").expect("is there"));
+    gdb.current_dir(folder.path())
+        .args(["--batch", "-nx", "-q", "-x", "agree.py", "firmware.elf"]);
+    let output = gdb.output().expect("runs");
+    let told = String::from_utf8_lossy(&output.stdout);
+    let fields: Vec<&str> = told
+        .lines()
+        .filter(|line| line.starts_with("field "))
+        .collect();
+    assert!(told.contains("size True") && fields.len() >= 9, "{told}");
+    let other: Vec<&&str> = fields
+        .iter()
+        .filter(|line| !line.contains(" True "))
+        .collect();
+    assert!(other.is_empty(), "{told}");
+}

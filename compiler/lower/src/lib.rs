@@ -114,7 +114,7 @@ impl<'a> Lowerer<'a> {
 
         self.b.begin_tick();
         let exports = self.from_all(|s| s.tick(drive, &events))?;
-        let lives = self.live_meanings();
+        let (lives, memory) = (self.live_meanings(), self.memory_meanings());
         let (events, clamps, origins) = (events.meanings, self.clamps, self.origins.list);
         let mut kernel = self.b.finish();
         kernel::sweep(&mut kernel);
@@ -123,6 +123,7 @@ impl<'a> Lowerer<'a> {
             exports,
             events,
             lives,
+            memory,
             clamps,
             origins,
         })
