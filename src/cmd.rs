@@ -21,6 +21,7 @@ mod motion;
 mod new;
 mod numbers;
 mod on_board;
+mod opened;
 mod progress;
 mod proof;
 mod run;

@@ -2,6 +2,8 @@
 
 use std::process::ExitCode;
 
+use crate::say::{self, tell};
+
 /// Why a command did not do what it was asked to.
 #[derive(Debug)]
 pub enum Failure {
@@ -19,15 +21,19 @@ pub type Outcome = Result<(), Failure>;
 /// Prints what there is to say and gives the exit code: 0 done, 1 program, 2 command line, 3
 /// defect.
 pub fn code(outcome: Outcome) -> ExitCode {
+    let outcome = outcome.and_then(|()| match say::lost() {
+        None => Ok(()),
+        Some(why) => Err(Failure::Usage(format!("cannot write to stdout: {why}"))),
+    });
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Program) => ExitCode::from(1),
         Err(Failure::Usage(message)) => {
-            eprintln!("error: {message}");
+            tell!("error: {message}");
             ExitCode::from(2)
         }
         Err(Failure::Defect(message)) => {
-            eprintln!("defect in Whippen, please report it: {message}");
+            tell!("defect in Whippen, please report it: {message}");
             ExitCode::from(3)
         }
     }

@@ -1,6 +1,8 @@
 //! `whippen`: the command line. One file per subcommand in `cmd/`; how a command ends is in `exit`.
 
+mod beside;
 mod cmd;
+mod device;
 mod exit;
 mod interrupt;
 mod lsp;

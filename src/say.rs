@@ -1,5 +1,6 @@
-//! Printing to stdout. A reader that has seen enough (`| head`) is no error: what is left goes
-//! nowhere.
+//! Printing to stdout, and telling on stderr. A reader that has seen enough (`| head`) is no error:
+//! what is left goes nowhere. What else is lost of stdout, on a disk that is full, is an error of
+//! the command ([`lost`]); where stderr is lost there is nobody to tell.
 
 /// Prints a line to stdout.
 macro_rules! say {
@@ -9,7 +10,41 @@ macro_rules! say {
 }
 pub(crate) use say;
 
-use std::io::Write;
+/// Prints a line to stderr.
+macro_rules! tell {
+    ($($arg:tt)*) => {
+        $crate::say::to_stderr(&format!($($arg)*))
+    };
+}
+pub(crate) use tell;
+
+use std::io::{self, ErrorKind, Write};
+use std::sync::OnceLock;
+
+/// Why something of stdout was lost, first.
+static LOST: OnceLock<String> = OnceLock::new();
+
+/// Why something of what was printed is lost, if it is.
+pub fn lost() -> Option<&'static str> {
+    LOST.get().map(String::as_str)
+}
+
+/// Remembers what is lost.
+pub fn keep(printed: io::Result<()>) {
+    if let Err(error) = printed
+        && error.kind() != ErrorKind::BrokenPipe
+    {
+        // The first reason is told.
+        let _ = LOST.set(error.to_string());
+    }
+}
+
+/// Prints text and the end of the line to stderr.
+pub fn to_stderr(text: &str) {
+    let _ = io::stderr()
+        .lock()
+        .write_all(format!("{text}\n").as_bytes());
+}
 
 /// Prints text and the end of the line.
 pub fn line(text: &str) {
@@ -18,7 +53,7 @@ pub fn line(text: &str) {
 
 /// Prints text as it is.
 pub fn whole(text: &str) {
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+    bytes(text.as_bytes());
 }
 
 /// Columns of a terminal whose width is not known, and of what is no terminal.
@@ -36,6 +71,6 @@ pub fn columns() -> usize {
 
 /// Prints bytes as they are.
 pub fn bytes(bytes: &[u8]) {
-    let mut stdout = std::io::stdout().lock();
-    let _ = stdout.write_all(bytes).and_then(|()| stdout.flush());
+    let mut stdout = io::stdout().lock();
+    keep(stdout.write_all(bytes).and_then(|()| stdout.flush()));
 }

@@ -122,13 +122,11 @@ impl Device {
         Device::bundled(name).expect("both are bundled")
     }
 
-    /// The bundled device of that name, such as a keyboard's, if the instrument can be played on
-    /// it; otherwise the usual one.
-    pub fn known(name: Option<&str>, model: &Model) -> Device {
-        let named = name
-            .and_then(Device::bundled)
-            .filter(|device| device.fits(model).is_ok());
-        named.unwrap_or_else(|| Device::of(model))
+    /// A device that was found, such as a keyboard's, if the instrument can be played on it;
+    /// otherwise the usual one.
+    pub fn fitting(found: Option<&Device>, model: &Model) -> Device {
+        let fits = found.filter(|device| device.fits(model).is_ok());
+        fits.cloned().unwrap_or_else(|| Device::of(model))
     }
 
     /// Whether an instrument can be played on it.

@@ -181,12 +181,27 @@ pub fn default_gesture() -> Gesture {
 /// The bundled gesture of an instrument: strokes of 10 mm, or as far as nine tenths of what it
 /// senses go; turns of a knob.
 pub fn bundled(model: &Model) -> Gesture {
-    let end = model.senses.first().map_or(DIP_M, |sense| sense.range.high);
+    let (low, end) = sensed(model);
     if model.turns() {
-        turns(end)
+        turns(low, end)
     } else {
         strokes(if end >= DIP_M { DIP_M } else { 0.9 * end })
     }
+}
+
+/// The same, as far (m or rad) as is wanted.
+pub fn bundled_to(model: &Model, travel: f64) -> Gesture {
+    if model.turns() {
+        turns(sensed(model).0, travel / FURTHEST)
+    } else {
+        strokes(travel)
+    }
+}
+
+/// The ends of what an instrument senses.
+fn sensed(model: &Model) -> (f64, f64) {
+    let range = model.senses.first().map(|sense| sense.range);
+    range.map_or((0.0, DIP_M), |range| (range.low, range.high))
 }
 
 /// 4.2 s on a key: a slow press that does not strike, a soft, a medium and a forte stroke (the
@@ -202,22 +217,25 @@ fn strokes(dip_m: f64) -> Gesture {
         .hold(0.37)
 }
 
+/// How much of its range a knob is turned.
+const FURTHEST: f64 = 0.97;
+
 /// 5 s on a knob that is sensed up to `end` (rad): a slow turn and back, two small steps, a flick,
-/// and into the stops of both sides.
-fn turns(end: f64) -> Gesture {
+/// and into the stops of both sides, but not below `low` (rad).
+fn turns(low: f64, end: f64) -> Gesture {
     let path = [
         (0.45, 1.2, 0.1), // slowly, through some detents
         (0.0, 0.8, 0.1),
         (0.1, 0.1, 0.1), // a step, and another
         (0.2, 0.1, 0.1),
-        (0.8, 0.2, 0.15),  // a flick
-        (0.97, 0.3, 0.15), // against the stop
-        (-0.97, 0.8, 0.15),
+        (0.8, 0.2, 0.15),      // a flick
+        (FURTHEST, 0.3, 0.15), // against the stop
+        (-FURTHEST, 0.8, 0.15),
         (0.0, 0.5, 0.2),
     ];
     path.iter()
         .fold(Gesture::new().hold(0.05), |gesture, (to, seconds, rest)| {
-            gesture.to(to * end, *seconds).hold(*rest)
+            gesture.to((to * end).max(low), *seconds).hold(*rest)
         })
 }
 

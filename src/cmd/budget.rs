@@ -22,6 +22,7 @@ use whippen_runtime::report::budget_page;
 use self::beyond::{Beyond, BeyondArgs};
 use super::command;
 use super::file_plan::FilePlan;
+use super::progress;
 use super::proof::{ImageProof, ProgramReport};
 use super::setup::{ImageSetup, SetupArgs, symbol_prefix};
 use crate::exit::{Failure, Outcome};
@@ -52,19 +53,23 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Outcome {
+    let opened = args.setup.open()?;
     FilePlan::default()
-        .reads(&args.setup.files()?)
+        .reads(opened.paths())
+        .reads(&args.setup.files())
         .reads(args.beyond.files())
         .writes("--path", &args.path, &["s"])
         .writes("--report", &args.report, &["html"])
         .check()?;
-    let setup = args.setup.all_programs()?;
+    let setup = args.setup.all_programs(&opened)?;
     setup.check_supported()?;
     check_keys_can_change(&setup, args)?;
-    let (all_beyond, proven) = parallel::both(
-        || find_beyond(&setup, args),
-        || ImageProof::wanted(&setup, args.most_keys),
-    );
+    let (all_beyond, proven) = progress::during("the budgets", || {
+        parallel::both(
+            || find_beyond(&setup, args),
+            || ImageProof::wanted(&setup, args.most_keys),
+        )
+    });
     let (proof, keys_fitting) = proven?;
     if let Some(path) = &args.path {
         write_text(path, &proof.path_as_assembly())?;

@@ -37,16 +37,18 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Outcome {
+    let opened = args.setup.open()?;
     FilePlan::default()
-        .reads(&args.setup.files()?)
+        .reads(opened.paths())
+        .reads(&args.setup.files())
         .writes("--output", &args.output.files(), &[])
         .writes("--map", &args.map, &["map", "txt"])
         .writes("--listing", &args.listing, &["lst", "txt"])
         .check()?;
     let setup = if args.output.is_image() {
-        args.setup.all_programs()?
+        args.setup.all_programs(&opened)?
     } else {
-        args.setup.one_program()?
+        args.setup.one_program(&opened)?
     };
     files::write(&setup, args)
 }

@@ -3,17 +3,20 @@
 use std::path::PathBuf;
 
 use clap::ValueHint;
-use whippen_compiler::check::{Keyboard, Options};
+use whippen_compiler::check::{Keyboard, Options, Program};
 use whippen_compiler::diag::{Diagnostic, Severity};
 use whippen_compiler::keyboard::InstrumentId;
 use whippen_compiler::model::Model;
+use whippen_compiler::source::SourceMap;
 use whippen_compiler::stability;
 use whippen_runtime::device::Device;
 
 use super::load::{self, Form};
+use super::opened::Opened;
 use super::{json, numbers, watch};
+use crate::device::{self, NoDevice};
 use crate::exit::{Failure, Outcome};
-use crate::say::{self, say};
+use crate::say::{self, say, tell};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: whippen check instruments/grand-piano.whip --numbers")]
@@ -34,41 +37,47 @@ pub struct Args {
     /// Give a parameter another value, such as weight=0.4N
     #[arg(long = "set", value_name = "NAME=VALUE")]
     sets: Vec<String>,
+    #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP)]
+    device: Option<String>,
+    #[arg(long = "tick-rate", visible_alias = "rate", value_name = "HZ", value_parser = load::rate, help = load::TICK_RATE)]
+    rate: Option<u32>,
     /// Check again whenever one of the files is saved, until Ctrl-C
     #[arg(long)]
     watch: bool,
 }
 
 pub fn run(args: &Args) -> Outcome {
-    if args.watch {
-        watch::watch(&args.files, || once(args))
-    } else {
-        once(args)
+    if !args.watch {
+        return once(args);
     }
+    let opened = Opened::files(&args.files)?;
+    let files = opened.paths().cloned();
+    let files: Vec<PathBuf> = files.chain(device::file(args.device.as_deref())).collect();
+    watch::watch(&files, || once(args))
 }
 
 fn once(args: &Args) -> Outcome {
     let options = Options {
         sets: load::sets(&args.sets)?,
-        ..Options::default()
+        rate_hz: args.rate,
     };
     let form = if args.json { Form::Json } else { Form::Text };
-    let (map, program) =
-        load::checked_as(form, &load::read(&args.files)?, &options, Severity::Note)?;
+    let opened = Opened::files(&args.files)?;
+    let (map, program) = load::checked_as(form, &opened.sources, &options, Severity::Note)?;
+    let devices = CheckedDevices::find(args, form, &map, &program)?;
     if program.instruments.is_empty() && !args.json {
         say!("no instrument, but nothing wrong either");
     }
     let mut outcome = Ok(());
     for (number, model) in (0..).map(InstrumentId).zip(program.instruments) {
-        let plays = |k: &&Keyboard| k.layout.instruments().contains(&number);
-        let keyboard = program.keyboards.iter().find(plays);
-        let named = keyboard
-            .or(program.keyboards.first())
-            .map(|k| k.device.as_str());
-        let (name, device) = (model.name.clone(), Device::of(&model));
-        let judged = args
-            .stability
-            .then(|| warnings(&model, &Device::known(named, &model)));
+        let (name, device) = (
+            model.name.clone(),
+            devices.of(number, &program.keyboards, &model)?,
+        );
+        if let Some(note) = device::unmeasured(&device, &model).filter(|_| !args.json) {
+            tell!("note: {note}");
+        }
+        let judged = args.stability.then(|| warnings(&model, &device));
         let compiled = match load::compiled_as(form, &map, model, &device) {
             Ok(compiled) => compiled,
             // What is wrong with one instrument hides nothing of the next.
@@ -102,6 +111,46 @@ fn once(args: &Args) -> Outcome {
         );
     }
     outcome
+}
+
+/// The devices that instruments are checked for.
+struct CheckedDevices {
+    /// The one of the command line.
+    wanted: Option<Device>,
+    /// Of each keyboard.
+    of_keyboards: Vec<Option<Device>>,
+}
+
+impl CheckedDevices {
+    fn find(args: &Args, form: Form, map: &SourceMap, program: &Program) -> Result<Self, Failure> {
+        let wanted = args.device.as_deref().map(device::named).transpose();
+        let of_keyboard = |keyboard| {
+            device::of_keyboard(keyboard, map, device::folder_of)
+                .map_err(|wrong| load::no_device(form, map, NoDevice::Program(wrong)))
+        };
+        Ok(CheckedDevices {
+            wanted: wanted.map_err(Failure::Usage)?,
+            of_keyboards: program
+                .keyboards
+                .iter()
+                .map(of_keyboard)
+                .collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// The device of the command line, of the keyboard that plays the instrument, of any keyboard
+    /// on which it can be played, or the usual one.
+    fn of(&self, number: InstrumentId, all: &[Keyboard], model: &Model) -> Result<Device, Failure> {
+        if let Some(wanted) = &self.wanted {
+            device::fits(wanted, model).map_err(Failure::Usage)?;
+            return Ok(wanted.clone());
+        }
+        let plays = |k: &Keyboard| k.layout.instruments().contains(&number);
+        let found = self
+            .of_keyboards
+            .get(all.iter().position(plays).unwrap_or(0));
+        Ok(Device::fitting(found.and_then(Option::as_ref), model))
+    }
 }
 
 /// What rings with some hand; nothing where the device does not say how its key moves.

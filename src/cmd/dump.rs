@@ -17,6 +17,7 @@ use whippen_compiler::thumb;
 use whippen_runtime::device::Device;
 use whippen_runtime::image::{ImageInstrument, setup_to_bound};
 
+use super::opened::Opened;
 use super::{load, setup};
 use crate::exit::{Failure, Outcome};
 use crate::say;
@@ -59,13 +60,12 @@ pub fn run(args: &Args) -> Outcome {
             args.after
         )));
     }
-    let (files, name) = load::split(&args.words)?;
-    let texts = load::read(&files)?;
+    let opened = Opened::words(&args.words)?;
     if pass == Pass::Parse {
-        return print_trees(&texts);
+        return print_trees(&opened.sources);
     }
-    let (map, program) = load::checked(&texts, &Options::default(), Severity::Warning)?;
-    let model = load::instrument(&program, name)?;
+    let (map, program) = load::checked(&opened.sources, &Options::default(), Severity::Warning)?;
+    let model = load::instrument(&program, opened.name)?;
     let mut text = String::new();
     let mut observer = |made: Pass, form: &dyn Display| {
         if made == pass {
@@ -120,7 +120,7 @@ fn dump_kernel(
 }
 /// Runs the passes up to the image of a keyboard, or to its budget.
 fn dump_image(map: &SourceMap, program: &Program, model: &Model, observer: Observer) -> Outcome {
-    let device = load::device(None, program, model)?;
+    let device = load::device(None, map, program, model)?;
     let board = setup::find_board(None, program.keyboards.first())?;
     let layout = Layout::of_one_instrument(&model.name, setup::KEYS, setup::FIRST_NOTE);
     let compiled = load::compiled_observed(map, model.clone(), &device, false, observer)?;

@@ -15,8 +15,9 @@ use whippen_runtime::files::{InputKind, read_text};
 use whippen_runtime::keyboard::model_of_keys;
 
 use super::json;
+use crate::device::{self, NoDevice};
 use crate::exit::Failure;
-use crate::say::say;
+use crate::say::{say, tell};
 
 /// So many diagnostics are printed at the most.
 const SHOWN_MAX: usize = 100;
@@ -100,7 +101,10 @@ pub fn checked(
     Ok((map, program))
 }
 
-/// `--rate`: ticks per second.
+/// What `--tick-rate` is for.
+pub const TICK_RATE: &str = "Ticks per second, 1 to 1000000; the keyboard's otherwise, or 44100";
+
+/// `--tick-rate`: ticks per second.
 pub fn rate(text: &str) -> Result<u32, String> {
     let hertz = text.parse().map_err(|_| format!("`{text}` is no number"))?;
     tick_rate(hertz)
@@ -237,37 +241,39 @@ pub fn print(map: &SourceMap, diagnostics: &[Diagnostic], least: Severity) {
         .collect();
     shown.sort_by_key(|d| d.severity());
     for diagnostic in shown.iter().take(SHOWN_MAX) {
-        eprintln!("{}", render(map, diagnostic, colour));
+        tell!("{}", render(map, diagnostic, colour));
     }
     if shown.len() > SHOWN_MAX {
-        eprintln!("{} more are not shown", shown.len() - SHOWN_MAX);
+        tell!("{} more are not shown", shown.len() - SHOWN_MAX);
     }
     if let Some(worst) = shown.last().filter(|d| d.severity() > Severity::Note) {
-        eprintln!("{}", summary(diagnostics));
-        EXPLAINED.call_once(|| eprintln!("help: whippen explain {}", worst.code.number()));
+        tell!("{}", summary(diagnostics));
+        EXPLAINED.call_once(|| tell!("help: whippen explain {}", worst.code.number()));
     }
 }
 
 /// The page of a diagnostic is pointed at once in a run.
 static EXPLAINED: Once = Once::new();
 
-/// The device of a file, or of the program's keyboard, or the bundled one that moves as the
-/// instrument does.
-pub fn device(path: Option<&Path>, program: &Program, model: &Model) -> Result<Device, Failure> {
-    let device = match (path, program.keyboards.first()) {
-        (Some(path), _) => Device::load(path).map_err(|e| Failure::Usage(e.to_string())),
-        (None, Some(keyboard)) => Device::bundled(&keyboard.device).ok_or_else(|| {
-            Failure::Usage(format!(
-                "there is no device `{}`; give its file with --device",
-                keyboard.device
-            ))
-        }),
-        (None, None) => Ok(Device::of(model)),
-    }?;
-    device
-        .fits(model)
-        .map_err(|why| Failure::Usage(format!("{why}; give another device with --device")))?;
-    Ok(device)
+/// The device of an instrument, as [`device::find`] says.
+pub fn device(
+    wanted: Option<&str>,
+    map: &SourceMap,
+    program: &Program,
+    model: &Model,
+) -> Result<Device, Failure> {
+    device::find(wanted, map, program, model).map_err(|why| no_device(Form::Text, map, why))
+}
+
+/// Reports why there is no device.
+pub fn no_device(form: Form, map: &SourceMap, why: NoDevice) -> Failure {
+    match why {
+        NoDevice::Usage(message) => Failure::Usage(message),
+        NoDevice::Program(diagnostic) => {
+            report(form, map, &[*diagnostic], Severity::Error);
+            Failure::Program
+        }
+    }
 }
 
 /// The instrument that was named, or the only one.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueHint;
 use whippen_compiler::model::Model;
-use whippen_compiler::units::{Dim, parse_quantity};
+use whippen_compiler::units::{Dim, parse_quantity, shown};
 use whippen_runtime::gesture;
 use whippen_runtime::motion::{self, Layout, MotionOptions, Stops};
 use whippen_runtime::trajectory::Trajectory;
@@ -19,6 +19,10 @@ pub struct MotionArgs {
     /// knob), or bare columns with --rate; without it a bundled gesture
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     motion: Option<PathBuf>,
+    /// How far the bundled gesture goes; 10 mm otherwise, or less where the instrument senses less,
+    /// and for a knob as its range says
+    #[arg(long, value_name = "LENGTH|ANGLE", conflicts_with = "motion", value_parser = travel)]
+    travel: Option<Travel>,
     /// Rows per second of bare columns
     #[arg(long, value_name = "HZ", requires = "motion", value_parser = frequency)]
     rate: Option<f64>,
@@ -82,7 +86,8 @@ impl MotionArgs {
         }
         let (tick_rate_hz, turns) = (model.rate_hz, model.turns());
         let Some(path) = &self.motion else {
-            return Ok(MotionArgs::bundled(model));
+            let travel = self.travel.map(|travel| travel.of(model)).transpose()?;
+            return Ok(MotionArgs::bundled(model, travel));
         };
         if turns && self.rest.is_some() {
             let message = "`--rest`, `--full` and `--dip` are lengths, and this instrument turns: record its angle";
@@ -128,12 +133,24 @@ impl MotionArgs {
         self.motion.iter().chain(&self.calibration)
     }
 
-    /// The bundled gesture.
-    pub fn bundled(model: &Model) -> Positions {
+    /// The bundled gesture, as far (m or rad) as is wanted.
+    pub fn bundled(model: &Model, travel: Option<f64>) -> Positions {
+        let of = if model.turns() {
+            Dim::NUMBER
+        } else {
+            Dim::LENGTH
+        };
+        let far = travel.map_or(String::new(), |travel| {
+            format!(", to {}", shown(travel, of))
+        });
+        let gesture = match travel {
+            Some(travel) => gesture::bundled_to(model, travel),
+            None => gesture::bundled(model),
+        };
         Positions {
-            trajectory: Trajectory::of_gesture(gesture::bundled(model), model.rate_hz),
+            trajectory: Trajectory::of_gesture(gesture, model.rate_hz),
             start_s: 0.0,
-            notes: vec!["the bundled gesture (synthetic)".to_string()],
+            notes: vec![format!("the bundled gesture (synthetic){far}")],
         }
     }
 
@@ -147,6 +164,39 @@ impl MotionArgs {
             },
         }
     }
+}
+
+/// How far a gesture goes: a length (m) or an angle (rad), above zero.
+#[derive(Debug, Clone, Copy)]
+struct Travel {
+    end: f64,
+    dim: Dim,
+}
+
+impl Travel {
+    /// As far as an instrument moves, if it moves like that.
+    fn of(self, model: &Model) -> Result<f64, Failure> {
+        let (dim, wanted) = if model.turns() {
+            (Dim::NUMBER, "turns: an angle, such as 30deg")
+        } else {
+            (Dim::LENGTH, "slides: a length, such as 4mm")
+        };
+        if self.dim == dim {
+            Ok(self.end)
+        } else {
+            let why = format!("--travel: `{}` {wanted}, is wanted", model.name);
+            Err(Failure::Usage(why))
+        }
+    }
+}
+
+fn travel(text: &str) -> Result<Travel, String> {
+    let travel = [Dim::LENGTH, Dim::NUMBER].into_iter().find_map(|dim| {
+        let end = quantity(text, dim, "").ok()?;
+        Some(Travel { end, dim })
+    });
+    let possible = travel.filter(|travel| travel.end > 0.0 && travel.end.is_finite());
+    possible.ok_or_else(|| "not a length or an angle above zero, such as 4mm or 30deg".to_string())
 }
 
 fn column(text: &str) -> Result<u32, String> {

@@ -1,8 +1,58 @@
-//! A progress bar on stderr, for what takes longer than a second, on a terminal only.
+//! Progress on stderr, for what takes longer than a second, on a terminal only: a bar where it is
+//! known how much there is, a line with the time that has gone by where it is not.
 
+use std::io::IsTerminal;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// What is over before is not shown.
+const SHOWN_AFTER: Duration = Duration::from_secs(1);
+
+/// The line is drawn again so often.
+const REDRAWN: Duration = Duration::from_millis(100);
+
+/// Does something that may take a while, and says what it is and for how long the command has
+/// worked. Of what is done inside of it, or at the same time, nothing is said.
+pub fn during<T>(what: &str, work: impl FnOnce() -> T) -> T {
+    static BEGUN: OnceLock<Instant> = OnceLock::new();
+    static BUSY: AtomicBool = AtomicBool::new(false);
+    let begun = *BEGUN.get_or_init(Instant::now);
+    if !std::io::stderr().is_terminal() || BUSY.swap(true, Ordering::Relaxed) {
+        return work();
+    }
+    let (done, wait) = channel::<()>();
+    let shown = move || {
+        let rest = SHOWN_AFTER.saturating_sub(begun.elapsed());
+        if wait.recv_timeout(rest) != Err(RecvTimeoutError::Timeout) {
+            return;
+        }
+        let line = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+        let style = ProgressStyle::with_template("{msg}");
+        line.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+        let mut over = Err(RecvTimeoutError::Timeout);
+        while over == Err(RecvTimeoutError::Timeout) {
+            line.set_message(format!("{what}: {:.0} s", begun.elapsed().as_secs_f64()));
+            line.tick();
+            over = wait.recv_timeout(REDRAWN);
+        }
+        line.finish_and_clear();
+    };
+    let result = thread::scope(|scope| {
+        scope.spawn(shown);
+        let done = done;
+        let result = work();
+        // Whoever waits hears that nobody will say anything any more.
+        drop(done);
+        result
+    });
+    BUSY.store(false, Ordering::Relaxed);
+    result
+}
 
 /// A bar that shows itself after a second.
 pub struct Progress {
@@ -27,7 +77,7 @@ impl Progress {
 
     /// So many ticks are done.
     pub fn at(&self, ticks: usize) {
-        if self.bar.is_hidden() && self.start.elapsed() > Duration::from_secs(1) {
+        if self.bar.is_hidden() && self.start.elapsed() > SHOWN_AFTER {
             // indicatif draws on terminals only.
             self.bar.set_draw_target(ProgressDrawTarget::stderr());
         }

@@ -11,9 +11,10 @@ use whippen_compiler::pipeline::{self, unobserved};
 use whippen_runtime::image::ImageInstrument;
 
 pub use self::program::{ProgramReport, ZoneReport};
-use super::load;
 use super::setup::{ImageSetup, not_bounded};
+use super::{load, progress};
 use crate::exit::{Failure, Outcome};
+use crate::say::tell;
 /// That an image may be used: it is in time, or `unproven` says that it need not be; then why it is
 /// not.
 ///
@@ -34,7 +35,7 @@ pub fn check(
         Ok(proof) if unproven => Ok(proof.why_late()),
         Ok(proof) => {
             let reported = proof.report_missed_and_fitting(instruments);
-            reported.inspect_err(|_| eprintln!("{ANYWAY}"))?;
+            reported.inspect_err(|_| tell!("{ANYWAY}"))?;
             Ok(None)
         }
     }
@@ -93,7 +94,9 @@ impl<'a> ImageProof<'a> {
         keys: u32,
     ) -> Result<Self, NotBounded> {
         let rate_hz = setup.first().model.rate_hz;
-        let proof = pipeline::prove(&image, &setup.board, rate_hz, &mut unobserved)?;
+        let proof = progress::during(&format!("the proof of {keys} keys"), || {
+            pipeline::prove(&image, &setup.board, rate_hz, &mut unobserved)
+        })?;
         let all = setup.layout.programs.iter().zip(proof.programs);
         let programs =
             all.map(|(program, proof)| ProgramReport::new(setup, instruments, program, proof));
@@ -108,6 +111,15 @@ impl<'a> ImageProof<'a> {
 
     /// The image of as many keys as fit; of the fewest where none fit.
     fn most_keys(setup: &'a ImageSetup, instruments: &[ImageInstrument]) -> Result<Self, Failure> {
+        progress::during("how many keys fit", || {
+            Self::search_most_keys(setup, instruments)
+        })
+    }
+
+    fn search_most_keys(
+        setup: &'a ImageSetup,
+        instruments: &[ImageInstrument],
+    ) -> Result<Self, Failure> {
         let [least, most] = setup.keys_possible();
         let (mut fits, mut exceeds) = (Self::find(setup, instruments, least)?, most + 1);
         if !fits.fits() {

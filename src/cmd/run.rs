@@ -21,9 +21,11 @@ use super::hand::HandArgs;
 use super::keys::{self, KeysArgs, Setup};
 use super::motion::{self, MotionArgs, Positions};
 use super::on_board::BoardArgs;
+use super::opened::Opened;
 use super::{command, errors, load, progress::Progress, watch};
+use crate::device;
 use crate::exit::{Failure, Outcome};
-use crate::say::{self, say};
+use crate::say::{self, say, tell};
 pub use outputs::Outputs;
 pub use summary::report_load;
 
@@ -58,9 +60,10 @@ pub struct Args {
         help_heading = "The instrument"
     )]
     sets: Vec<String>,
-    /// Device file with the scales of sensor and drive; the keyboard's device or mikey otherwise
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "The instrument")]
-    device: Option<PathBuf>,
+    #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP, help_heading = "The instrument")]
+    device: Option<String>,
+    #[arg(long, value_name = "HZ", value_parser = load::rate, help = load::TICK_RATE, help_heading = "The instrument")]
+    tick_rate: Option<u32>,
     /// Stop after so long
     #[arg(long, value_name = "TIME", value_parser = motion::seconds)]
     seconds: Option<f64>,
@@ -76,11 +79,13 @@ pub struct Args {
 
 impl Args {
     /// All files that are read.
-    fn files(&self) -> Result<Vec<PathBuf>, Failure> {
-        let (mut files, _) = load::split(&self.words)?;
+    fn files(&self, opened: &Opened) -> Vec<PathBuf> {
         let others = self.motion.files().chain(self.hand.files());
-        files.extend(others.chain(&self.device).chain(&self.keys.midi).cloned());
-        Ok(files)
+        let named = opened.paths().chain(others).chain(&self.keys.midi);
+        named
+            .cloned()
+            .chain(device::file(self.device.as_deref()))
+            .collect()
     }
 
     /// A board keeps no values from inside of ticks: no figure can be drawn of it, and nothing but
@@ -108,38 +113,39 @@ pub fn run(args: &Args) -> Outcome {
     if !args.watch {
         return run_once(args);
     }
-    watch::watch(&args.files()?, || run_once(args))
+    let files = args.files(&Opened::words(&args.words)?);
+    watch::watch(&files, || run_once(args))
 }
 
 fn run_once(args: &Args) -> Outcome {
-    let (files, name) = load::split(&args.words)?;
-    let plan = FilePlan::default().reads(&args.files()?);
+    let opened = Opened::words(&args.words)?;
+    let (sources, name) = (&opened.sources, opened.name);
+    let plan = FilePlan::default().reads(&args.files(&opened));
     args.outputs.plan(plan).check()?;
     args.fits_engine().map_err(Failure::Usage)?;
     let options = Options {
         sets: load::sets(&args.sets)?,
-        ..Options::default()
+        rate_hz: args.tick_rate,
     };
-    let sources = load::read(&files)?;
-    let (map, program) = load::checked(&sources, &options, Severity::Warning)?;
+    let (map, program) = load::checked(sources, &options, Severity::Warning)?;
     let engine = args.on_board.engine(args.engine, &program);
     let engine = engine.map_err(Failure::Usage)?;
     let Some(path) = &args.keys.midi else {
         let checked = Checked {
             map: &map,
             program: &program,
-            sources: &sources,
+            sources,
             settings: &options.sets,
             engine,
         };
         return run_key(args, &checked, name);
     };
     let first = keys::first_instrument(&program, name, &args.keys)?;
-    let device = load::device(args.device.as_deref(), &program, first)?;
+    let device = load::device(args.device.as_deref(), &map, &program, first)?;
     let setup = Setup {
         map: &map,
         program: &program,
-        sources: &sources,
+        sources,
         settings: &options.sets,
         device: &device,
         engine,
@@ -164,7 +170,10 @@ struct Checked<'a> {
 fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
     let (program, engine) = (checked.program, checked.engine);
     let model = load::one_key(program, name, args.keys.key)?;
-    let device = load::device(args.device.as_deref(), program, &model)?;
+    let device = load::device(args.device.as_deref(), checked.map, program, &model)?;
+    if let Some(note) = device::unmeasured(&device, &model) {
+        tell!("note: {note}");
+    }
     let mut positions = args.motion.load(&model)?;
     if let Some(on) = engine.board() {
         let on_board = &args.on_board;
@@ -270,6 +279,6 @@ pub fn stopped_engine(kind: EngineKind, why: String) -> Failure {
     if kind.board().is_none() {
         return Failure::Defect(why);
     }
-    eprintln!("error: on the emulated board: {why}");
+    tell!("error: on the emulated board: {why}");
     Failure::Program
 }

@@ -22,7 +22,11 @@ use whippen_runtime::device::Device;
 use whippen_runtime::image::{self, ImageInstrument};
 
 use super::load;
+use super::opened::Opened;
+use super::progress;
+use crate::device;
 use crate::exit::Failure;
+use crate::say::tell;
 
 #[derive(Debug, clap::Args)]
 pub struct SetupArgs {
@@ -35,9 +39,8 @@ pub struct SetupArgs {
     /// How many keys on all cores; as many as the keyboard has, or 88 otherwise
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     keys: Option<u32>,
-    /// Ticks per second where no keyboard says otherwise
-    #[arg(long, value_name = "HZ", default_value_t = 44_100, value_parser = load::rate)]
-    rate: u32,
+    #[arg(long = "tick-rate", visible_alias = "rate", value_name = "HZ", value_parser = load::rate, help = load::TICK_RATE)]
+    rate: Option<u32>,
     /// So many instructions for all modes of a key, which are faster the more there may be; 0 for
     /// one mode that knows nothing
     #[arg(long, value_name = "INSTRUCTIONS", default_value_t = INSTRUCTIONS)]
@@ -45,9 +48,8 @@ pub struct SetupArgs {
     /// Give a parameter another value, such as weight=0.4N
     #[arg(long = "set", value_name = "NAME=VALUE")]
     sets: Vec<String>,
-    /// Device file with the scales of sensor and drive; the keyboard's device or mikey otherwise
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
-    device: Option<PathBuf>,
+    #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP)]
+    device: Option<String>,
 }
 
 /// The MIDI number of the first key where no keyboard says otherwise: A0.
@@ -72,49 +74,65 @@ pub struct ImageSetup {
 }
 
 impl SetupArgs {
-    /// All files that are read.
-    pub fn files(&self) -> Result<Vec<PathBuf>, Failure> {
-        let (mut files, _) = load::split(&self.words)?;
+    /// Reads the program.
+    pub fn open(&self) -> Result<Opened<'_>, Failure> {
+        Opened::words(&self.words)
+    }
+
+    /// All files that are read besides the program's.
+    pub fn files(&self) -> Vec<PathBuf> {
         let board = self.board.iter().filter(|name| is_board_file(name));
-        files.extend(board.map(PathBuf::from).chain(self.device.clone()));
-        Ok(files)
+        let device = device::file(self.device.as_deref());
+        board.map(PathBuf::from).chain(device).collect()
     }
 
     /// The instrument that was named, the only one, or the only one of the keyboard.
-    pub fn one_instrument(&self) -> Result<ImageSetup, Failure> {
-        let (map, program, name) = self.checked()?;
+    fn instrument_of(
+        &self,
+        map: SourceMap,
+        program: &Program,
+        name: Option<&str>,
+    ) -> Result<ImageSetup, Failure> {
         let layout = program.keyboards.first().map(|keyboard| &keyboard.layout);
         let model = match (name, layout.map(|layout| &*layout.programs)) {
             (None, Some([only])) => &program.instruments[only.zone(ZoneId(0)).instrument.index()],
-            _ => load::instrument(&program, name)?,
+            _ => load::instrument(program, name)?,
         };
-        self.of_one_instrument(map, &program, model)
+        self.of_one_instrument(map, program, model)
     }
 
     /// What is named: zones or an instrument; or the only program of the keyboard, or the only
     /// instrument.
-    pub fn one_program(&self) -> Result<ImageSetup, Failure> {
-        let (_, program, name) = self.checked()?;
-        let mut layouts = program.keyboards.iter().map(|keyboard| &keyboard.layout);
-        let are_zones = layouts.next().is_some_and(|layout| {
+    pub fn one_program(&self, opened: &Opened) -> Result<ImageSetup, Failure> {
+        let ((map, program), name) = (self.checked(opened)?, opened.name);
+        let are_zones = program.keyboards.first().is_some_and(|keyboard| {
             let own = match name {
-                Some(name) => layout.program_named(name),
-                None if layout.programs.len() == 1 => layout.programs.first(),
+                Some(name) => keyboard.layout.program_named(name),
+                None if keyboard.layout.programs.len() == 1 => keyboard.layout.programs.first(),
                 None => None,
             };
             own.is_some_and(|own| own.is_split())
         });
         if are_zones {
-            self.all_programs()
+            self.programs_of(map, &program, name)
         } else {
-            self.one_instrument()
+            self.instrument_of(map, &program, name)
         }
     }
 
     /// The instrument or the zones that were named, or all programs of the keyboard, or the only
     /// instrument.
-    pub fn all_programs(&self) -> Result<ImageSetup, Failure> {
-        let (map, program, name) = self.checked()?;
+    pub fn all_programs(&self, opened: &Opened) -> Result<ImageSetup, Failure> {
+        let (map, program) = self.checked(opened)?;
+        self.programs_of(map, &program, opened.name)
+    }
+
+    fn programs_of(
+        &self,
+        map: SourceMap,
+        program: &Program,
+        name: Option<&str>,
+    ) -> Result<ImageSetup, Failure> {
         let names_instrument =
             name.is_some_and(|name| program.instruments.iter().any(|model| model.name == name));
         let wanted = program.keyboards.first().map(|keyboard| {
@@ -125,23 +143,21 @@ impl SetupArgs {
             Some((layout, used)) if !layout.programs.is_empty() && !names_instrument => {
                 let model = |id: &InstrumentId| &program.instruments[id.index()];
                 let models: Vec<&Model> = used.iter().map(model).collect();
-                self.compiled(map, &program, &models, layout)
+                self.compiled(map, program, &models, layout)
             }
             _ => {
-                let model = load::instrument(&program, name)?;
-                self.of_one_instrument(map, &program, model)
+                let model = load::instrument(program, name)?;
+                self.of_one_instrument(map, program, model)
             }
         }
     }
 
-    fn checked(&self) -> Result<(SourceMap, Program, Option<&str>), Failure> {
-        let (files, name) = load::split(&self.words)?;
+    fn checked(&self, opened: &Opened) -> Result<(SourceMap, Program), Failure> {
         let options = Options {
             sets: load::sets(&self.sets)?,
             rate_hz: self.rate,
         };
-        let (map, program) = load::checked(&load::read(&files)?, &options, Severity::Warning)?;
-        Ok((map, program, name))
+        load::checked(&opened.sources, &options, Severity::Warning)
     }
 
     /// An instrument on all keys.
@@ -165,7 +181,7 @@ impl SetupArgs {
         models: &[&Model],
         layout: Layout,
     ) -> Result<ImageSetup, Failure> {
-        let device = load::device(self.device.as_deref(), program, models[0])?;
+        let device = load::device(self.device.as_deref(), &map, program, models[0])?;
         let board = find_board(self.board.as_deref(), program.keyboards.first())?;
         let compile = |&model: &&Model| load::compiled(&map, model.clone(), &device, false);
         let instruments = models.iter().map(compile).collect::<Result<_, _>>()?;
@@ -247,10 +263,13 @@ impl ImageSetup {
     pub fn image_instruments(&self) -> Result<Vec<ImageInstrument>, Failure> {
         let prepare = |compiled: &Compiled| {
             let (instructions, map) = (self.mode_instructions, Some(&self.map));
-            let instrument = ImageInstrument::new(compiled, instructions, map, &mut unobserved)
-                .map_err(|error| load::report_compile_error(&self.map, error))?;
+            let what = format!("the modes of {}", compiled.model.name);
+            let made = progress::during(&what, || {
+                ImageInstrument::new(compiled, instructions, map, &mut unobserved)
+            });
+            let instrument = made.map_err(|error| load::report_compile_error(&self.map, error))?;
             if instrument.modes.work_limited {
-                eprintln!(
+                tell!(
                     "note: `{}` has too many combinations of states to try them all: its {} modes \
                      are the best of those that were tried; `--modes {}` tries more",
                     compiled.model.name,
@@ -301,7 +320,9 @@ impl ImageSetup {
             .with_keys(keys)
             .map_err(|error| Failure::Usage(format!("{error}: leave --keys away")))?;
         let borrowed = ImageInstrument::borrow_all(instruments);
-        let image = pipeline::build(&layout, &borrowed, &setup, &self.board, &mut unobserved);
+        let image = progress::during(&format!("an image of {keys} keys"), || {
+            pipeline::build(&layout, &borrowed, &setup, &self.board, &mut unobserved)
+        });
         image.map_err(|error| match error {
             BuildError::Image(error) => self.image_failure(error),
             BuildError::Bound(error) => not_bounded(&error),
@@ -352,7 +373,7 @@ pub fn code_failure(error: ThumbError) -> Failure {
 pub fn link_failure(error: LinkError) -> Failure {
     match error {
         LinkError::Full { .. } => {
-            eprintln!("error: {error}");
+            tell!("error: {error}");
             Failure::Program
         }
         LinkError::Nowhere { .. } => Failure::Usage(error.to_string()),

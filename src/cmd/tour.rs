@@ -105,7 +105,7 @@ fn visit(file: &str, text: &str) -> Result<Vec<Stop>, Failure> {
     keep(&at(file), text)?;
     let mut stops = Vec::new();
     for model in program.instruments {
-        let (device, positions) = (Device::of(&model), MotionArgs::bundled(&model));
+        let (device, positions) = (Device::of(&model), MotionArgs::bundled(&model, None));
         let compiled = load::compiled(&map, model, &device, true)?;
         let (kind, outputs) = (EngineKind::Jit, outputs(&compiled));
         let columns = session::recorded(&compiled, &device, kind, &[]);

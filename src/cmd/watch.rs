@@ -13,6 +13,7 @@ use notify::{Event, EventKind, RecursiveMode, Watcher};
 
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
+use crate::say::tell;
 
 /// A save is over when nothing has happened for so long.
 const QUIET: Duration = Duration::from_millis(60);
@@ -44,14 +45,14 @@ pub fn watch(files: &[PathBuf], mut job: impl FnMut() -> Outcome) -> Outcome {
     loop {
         let begin = Instant::now();
         match job() {
-            Err(Failure::Usage(message)) if !first => eprintln!("error: {message}"),
+            Err(Failure::Usage(message)) if !first => tell!("error: {message}"),
             Ok(()) | Err(Failure::Program) => {}
             Err(other) => return Err(other),
         }
         first = false;
         let now = chrono::Local::now().format("%H:%M:%S");
         let seconds = begin.elapsed().as_secs_f64();
-        eprintln!("[{now}] done in {seconds:.2} s; watching {shown} (Ctrl-C ends)\n");
+        tell!("[{now}] done in {seconds:.2} s; watching {shown} (Ctrl-C ends)\n");
         if !saved(&receiver, &names) {
             return Ok(());
         }

@@ -1,6 +1,7 @@
 //! One program, as far as it can be understood.
 
 use std::collections::HashMap;
+use std::path::Path;
 
 use whippen_compiler::check::Options;
 use whippen_compiler::diag::{Code, Diagnostic};
@@ -15,7 +16,10 @@ use whippen_compiler::syntax::parse;
 use whippen_runtime::device::Device;
 use whippen_runtime::session;
 
-use super::world::{Source, is_std, std_file};
+use super::uri;
+use super::world::{is_std, std_file};
+use crate::beside::Source;
+use crate::device;
 
 /// What is proven about an instrument's values, by their names.
 pub type Numbers = HashMap<String, HashMap<String, Number>>;
@@ -48,17 +52,20 @@ impl Analysis {
     pub fn new(program: &[Source], before: Numbers, known: Option<Vec<Diagnostic>>) -> Analysis {
         let mut map = SourceMap::default();
         for source in program {
-            map.add(&source.uri, &source.text);
+            map.add(&source.name, &source.text);
         }
         let (checked, mut diagnostics) = compile_front(&mut map, &Options::default());
         let (mut numbers, unknown) = (before, known.is_none());
         let mut rings = known.unwrap_or_default();
-        let named = checked
-            .as_ref()
-            .and_then(|p| p.keyboards.first())
-            .map(|keyboard| keyboard.device.clone());
+        let keyboard = checked.as_ref().and_then(|p| p.keyboards.first());
+        let folder = |uri: &str| uri::path(uri)?.parent().map(Path::to_path_buf);
+        let named = keyboard.map(|keyboard| device::of_keyboard(keyboard, &map, folder));
+        let named = named.unwrap_or(Ok(None)).unwrap_or_else(|wrong| {
+            diagnostics.push(*wrong);
+            None
+        });
         for model in checked.map(|p| p.instruments).unwrap_or_default() {
-            let device = Device::known(named.as_deref(), &model);
+            let device = Device::fitting(named.as_ref(), &model);
             if unknown && let Some(found) = device.key().and_then(|key| analyze(&model, &key)) {
                 rings.extend(warnings(&model, &found));
             }
@@ -80,7 +87,7 @@ impl Analysis {
         let files: Vec<File> = map.files().iter().enumerate().map(trees).collect();
         let index = Index::new(&map, &files);
         Analysis {
-            uris: program.iter().map(|s| s.uri.clone()).collect(),
+            uris: program.iter().map(|s| s.name.clone()).collect(),
             map,
             index,
             diagnostics,

@@ -3,18 +3,31 @@
 use lsp_types::{
     Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString,
 };
-use whippen_compiler::diag::{self, Severity};
+use whippen_compiler::diag::{self, Code, Severity};
 use whippen_compiler::source::Span;
 
 use super::analysis::Analysis;
 use super::{text, uri};
 
-/// The diagnostics of the document, with what to do as a part of the message.
+/// The diagnostics of the document, with what to do as a part of the message. Where files beside it
+/// declare something twice, the document is told, at its beginning: it is what they were found for.
 pub fn diagnostics(analysis: &Analysis) -> Vec<Diagnostic> {
     let all = analysis.diagnostics.iter().chain(&analysis.rings);
-    all.filter(|d| d.span.file == 0)
-        .map(|d| diagnostic(analysis, d))
-        .collect()
+    all.filter_map(|d| match d.span.file {
+        0 => Some(diagnostic(analysis, d)),
+        _ if d.code == Code::DuplicateName => Some(told_at_beginning(analysis, d)),
+        _ => None,
+    })
+    .collect()
+}
+
+fn told_at_beginning(analysis: &Analysis, found: &diag::Diagnostic) -> Diagnostic {
+    let here = Span::default();
+    let moved = diag::Diagnostic {
+        span: here,
+        ..found.clone().also(found.span, &*found.label)
+    };
+    diagnostic(analysis, &moved)
 }
 
 fn diagnostic(analysis: &Analysis, found: &diag::Diagnostic) -> Diagnostic {

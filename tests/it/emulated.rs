@@ -137,7 +137,7 @@ fn longest_tick(period_cycles: u32) -> Result<u64, String> {
         force felt = if key is down then 1 N * (x / 10 mm)^2.5 else 0 N
     }";
     let options = Options {
-        rate_hz: CLOCK_HZ / period_cycles,
+        rate_hz: Some(CLOCK_HZ / period_cycles),
         ..Options::default()
     };
     let mut map = SourceMap::default();

@@ -104,7 +104,10 @@ fn texts() -> Vec<&'static str> {
         .map(|rest| rest.split("```").next().expect("an end"));
     bundled::programs()
         .map(|(_, text)| *text)
-        .chain([STARTER])
+        .chain([
+            STARTER,
+            "keyboard k {\n    device \"https://keys/own.toml\" // mine\n}\n",
+        ])
         .chain(blocks)
         .collect()
 }
@@ -154,6 +157,7 @@ fn programs_are_coloured_as_the_lexer_reads_them() {
                     found.is_empty()
                 }
                 Token::Open(_) | Token::Close(_) => found.is_empty(),
+                Token::Text(_) => found == "string.quoted.double.whip",
                 Token::Colon => found.is_empty() || found == "punctuation.separator.whip",
                 _ => found == "keyword.operator.whip",
             };

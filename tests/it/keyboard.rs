@@ -1,6 +1,6 @@
 //! The bundled keyboard: it checks as it stands, and every key has its own weight.
 
-use whippen_compiler::check::{Options, Program};
+use whippen_compiler::check::{DeviceName, Options, Program};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::pipeline::compile;
 use whippen_compiler::source::SourceMap;
@@ -34,10 +34,10 @@ fn mikey_has_49_keys_and_three_programs() {
     assert_eq!(
         (
             keyboard.name.as_str(),
-            keyboard.device.as_str(),
+            &keyboard.device,
             keyboard.layout.keys
         ),
-        ("mikey", "mikey", 49)
+        ("mikey", &DeviceName::Bundled("mikey".to_string()), 49)
     );
     let names: Vec<&str> = keyboard
         .layout

@@ -1,6 +1,6 @@
 //! The language server, through its protocol: the real command, real messages.
 
-mod editor;
+pub mod editor;
 
 use std::path::Path;
 

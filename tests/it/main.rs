@@ -22,6 +22,7 @@ mod limits;
 mod lsp;
 mod messages;
 mod midi;
+mod newcomers;
 mod organ_and_plucked;
 mod pictures;
 mod pipeline;

@@ -32,6 +32,7 @@ mod diags;
 mod drive;
 mod dubious;
 mod elaborate;
+mod elsewhere;
 mod expect;
 mod expr;
 mod instantiate;
@@ -58,15 +59,20 @@ mod zones;
 #[cfg(test)]
 mod tests;
 
+pub use builtin::function_names;
 pub use notes::{midi_number, note_name};
 
 use crate::diag::Diagnostic;
 use crate::model::Model;
 use crate::syntax::ast::File;
 use whippen_keyboard::Layout;
+use whippen_source::Span;
 
 /// The highest rate (Hz) of ticks: more is no keyboard, whose converters take longer.
 pub const RATE_HZ_MAX: u32 = 1_000_000;
+
+/// Ticks per second where neither caller nor keyboard says otherwise.
+pub const USUAL_RATE_HZ: u32 = 44_100;
 
 /// A rate of ticks, if it is one: a whole number of hertz up to [`RATE_HZ_MAX`].
 ///
@@ -83,23 +89,14 @@ pub fn tick_rate(hertz: f64) -> Result<u32, String> {
 }
 
 /// What the caller decides.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// Ticks per second where no keyboard says otherwise: a [`tick_rate`].
-    pub rate_hz: u32,
+    /// Ticks per second, a [`tick_rate`]; where it is not decided, the keyboard's, or
+    /// [`USUAL_RATE_HZ`].
+    pub rate_hz: Option<u32>,
     /// Parameters set from outside: `name` or `instrument.name`, and the value as text (`0.4N`,
     /// `off`).
     pub sets: Vec<(String, String)>,
-}
-
-impl Default for Options {
-    /// 44.1 kHz, nothing set.
-    fn default() -> Options {
-        Options {
-            rate_hz: 44_100,
-            sets: Vec::new(),
-        }
-    }
 }
 
 /// A checked program.
@@ -119,11 +116,27 @@ pub struct Keyboard {
     /// The board its code runs on, if it says so.
     pub board: Option<String>,
     /// Sensor, converters, motor and key; `mikey` unless it says otherwise.
-    pub device: String,
+    pub device: DeviceName,
     /// Ticks per second.
     pub rate_hz: u32,
     /// Its keys, and its programs: instruments by their place in [`Program::instruments`].
     pub layout: Layout,
+}
+
+/// The device that a keyboard names.
+#[derive(Debug, Clone, PartialEq)]
+pub enum DeviceName {
+    /// A bundled one.
+    Bundled(String),
+    /// A file, relative to the program's, and where it is named.
+    File(String, Span),
+}
+
+impl Options {
+    /// Ticks per second where no keyboard says otherwise.
+    fn usual_rate_hz(&self) -> u32 {
+        self.rate_hz.unwrap_or(USUAL_RATE_HZ).max(1)
+    }
 }
 
 /// Checks a program and gives its Models, unless there is an error.

@@ -74,6 +74,7 @@ impl Section {
                 .iter()
                 .map(|(name, value)| ("set".to_string(), format!("{name} = {value}")))
                 .collect(),
+            not_drawn(compiled, run).into_iter().collect(),
         ];
         let told = run.counts.told();
         Section {
@@ -238,6 +239,40 @@ fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
             ..roles
         },
     )
+}
+
+/// So many names of what is not drawn are told.
+const NAMED_MAX: usize = 6;
+
+/// What a page leaves out unless it is asked for, and how that is done.
+fn not_drawn(compiled: &Compiled, run: &Run) -> Option<(String, String)> {
+    let is_left_out = |kind: ExportKind| {
+        matches!(
+            kind,
+            ExportKind::Slope(_) | ExportKind::Curvature(_) | ExportKind::Named(_)
+        )
+    };
+    let exports = compiled.lowered.exports.iter();
+    let names = exports
+        .filter(|export| is_left_out(export.kind))
+        .map(|export| &*export.name);
+    let mut names: Vec<&str> = names.collect();
+    let more = names.len().saturating_sub(NAMED_MAX);
+    names.truncate(NAMED_MAX);
+    // Without values inside of ticks nothing is there to be asked for.
+    if run.is_chosen || names.is_empty() {
+        return None;
+    }
+    let and_more = if more > 0 {
+        format!(" and {more} more")
+    } else {
+        String::new()
+    };
+    let asked = "`--columns all` draws them too, `--columns force,..` what it names";
+    Some((
+        "not drawn".to_string(),
+        format!("{}{and_more}; {asked}", names.join(", ")),
+    ))
 }
 
 /// The first strikes, and the first of everything else that happened.

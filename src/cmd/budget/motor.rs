@@ -211,7 +211,7 @@ fn positions(model: &Model, args: &BeyondArgs) -> Result<(Vec<f64>, String), Fai
     }
     let Some(path) = &args.motion else {
         return Ok((
-            MotionArgs::bundled(model).trajectory.to_vec(),
+            MotionArgs::bundled(model, None).trajectory.to_vec(),
             "the bundled gesture".to_string(),
         ));
     };

@@ -7,19 +7,18 @@ use whippen_compiler::modes::{INSTRUCTIONS, ModeId, Modes};
 use whippen_compiler::pipeline::{specialize, unobserved};
 use whippen_compiler::thumb::{self, Function, Pass, code_after};
 
-use super::{Args, load, setup};
+use super::{Args, Opened, load, setup};
 use crate::exit::{Failure, Outcome};
 use crate::say;
 
 /// Prints the code of all modes after a pass, or of one; after the last that of all functions.
 pub fn dump_code(args: &Args, pass: Pass) -> Outcome {
-    let (files, name) = load::split(&args.words)?;
-    let texts = load::read(&files)?;
-    let (map, program) = load::checked(&texts, &Options::default(), Severity::Warning)?;
-    let model = load::instrument(&program, name)?;
+    let opened = Opened::words(&args.words)?;
+    let (map, program) = load::checked(&opened.sources, &Options::default(), Severity::Warning)?;
+    let model = load::instrument(&program, opened.name)?;
     let keyboard = program.keyboards.first();
     let board = setup::find_board(args.board.as_deref(), keyboard)?;
-    let device = load::device(None, &program, model)?;
+    let device = load::device(None, &map, &program, model)?;
     // Machine code has no probes, and reports no transitions.
     let compiled = load::compiled(&map, model.clone(), &device, false)?;
     let modes = specialize(&compiled, INSTRUCTIONS, &mut unobserved)

@@ -23,6 +23,7 @@ use whippen_emulator::Register;
 use super::image::Image;
 use super::run::Task;
 use crate::exit::{Failure, Outcome};
+use crate::say::tell;
 use debuggee::Debuggee;
 
 /// The register that says where a core is.
@@ -39,16 +40,16 @@ pub fn serve(image: Image, task: &Task, port: u16) -> Outcome {
         Ok(DisconnectReason::TargetExited(0))
         | Ok(DisconnectReason::Disconnect | DisconnectReason::Kill) => Ok(()),
         Ok(DisconnectReason::TargetExited(code)) => {
-            eprintln!("the program exited with {code}");
+            tell!("the program exited with {code}");
             Err(Failure::Program)
         }
         Ok(DisconnectReason::TargetTerminated(signal)) => {
-            eprintln!("the program was ended by {signal}");
+            tell!("the program was ended by {signal}");
             Err(Failure::Program)
         }
         // gdb that is gone without a word is no failure of the program.
         Err(error) if error.is_connection_error() => {
-            eprintln!("gdb has gone away");
+            tell!("gdb has gone away");
             Ok(())
         }
         Err(error) => Err(Failure::Usage(format!(
@@ -60,7 +61,7 @@ pub fn serve(image: Image, task: &Task, port: u16) -> Outcome {
 fn accept(port: u16) -> std::io::Result<TcpStream> {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
     let port = listener.local_addr()?.port();
-    eprintln!("waiting for gdb; say there: target remote localhost:{port}");
+    tell!("waiting for gdb; say there: target remote localhost:{port}");
     let (stream, _) = listener.accept()?;
     stream.set_nodelay(true)?;
     Ok(stream)

@@ -10,6 +10,7 @@ use whippen_runtime::files::{self, InputKind};
 
 use super::{On, board, ports};
 use crate::exit::Failure;
+use crate::say::tell;
 
 /// An image, loaded.
 pub struct Image {
@@ -49,13 +50,13 @@ impl Image {
             ))
         })?;
         if !elf.undefined.is_empty() {
-            eprintln!(
+            tell!(
                 "note: the object file is not linked; it faults if it comes to {}",
                 listed(&elf.undefined)
             );
         }
         if let Some(why) = &elf.unproven {
-            eprintln!("note: the image says that it is not proven to be in time: {why}");
+            tell!("note: the image says that it is not proven to be in time: {why}");
         }
         Ok(Self {
             lines: SourceLines::read(&bytes),
@@ -100,7 +101,7 @@ fn core_for(elf: &Elf, asked: Option<CoreKind>) -> CoreKind {
         && asked.arch() < arch
     {
         let (made_for, asked) = (core_of(arch).name(), asked.name());
-        eprintln!(
+        tell!(
             "note: the image was compiled for a {made_for}; a {asked} lacks some of its instructions"
         );
     }

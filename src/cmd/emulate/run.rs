@@ -16,7 +16,7 @@ use super::trace::Trace;
 use super::watch::Watch;
 use super::{EmulateOutputs, MAX_CYCLES, What, board, ports, value};
 use crate::exit::Failure;
-use crate::say;
+use crate::say::{self, tell};
 
 /// So many cycles at a time.
 const SLICE: u64 = 2_000_000;
@@ -130,7 +130,7 @@ fn start(elf: &Elf, machine: &mut Machine) -> Result<(), Failure> {
         machine.reset();
     } else if elf.entry != 0 && begins(elf) {
         let address = elf.entry | 1;
-        eprintln!(
+        tell!(
             "note: the image has no vector table that could be found; it starts at {:#010x}",
             address & !1
         );
@@ -322,8 +322,8 @@ impl Run<'_> {
             self.kept.get_or_insert_default();
             let mut stdout = io::BufWriter::new(io::stdout().lock());
             let trace = Some(Trace::new(&mut stdout, elf, lines, cores));
-            // A reader that has seen enough is no error.
-            let (stop, profile, _) = self.watched(Watch { profile, trace });
+            let (stop, profile, written) = self.watched(Watch { profile, trace });
+            say::keep(written.and_then(|()| stdout.flush()));
             return Ok((stop, profile));
         }
         let mut end = None;

@@ -26,7 +26,8 @@ pub struct Outputs {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub every: u32,
     /// Only these columns, in this order: titles (x_m) or names of the program (x', phi, jack.out),
-    /// or all; for traces, pictures and pages
+    /// or all; for traces, pictures and pages. Pictures and pages draw x' and the values of `let`
+    /// only where they are asked for here
     #[arg(long, value_name = "NAME,..", value_delimiter = ',')]
     pub columns: Vec<String>,
     /// Tables with all digits of a 64-bit float; otherwise as many as tell neighbouring words apart

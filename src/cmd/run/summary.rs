@@ -80,7 +80,12 @@ fn counted(marked: &str, strikes: &Strikes) -> String {
             let (name, unit) = split_title(title);
             let unit = unit.map_or(Dim::NUMBER, |unit| unit.dim).unit();
             let mean = sum / count as f64;
-            format!(", {name} {least:.3} .. {greatest:.3} {unit}, {mean:.3} in the mean")
+            let unit = if unit.is_empty() {
+                unit
+            } else {
+                format!(" {unit}")
+            };
+            format!(", {name} {least:.3} .. {greatest:.3}{unit}, {mean:.3} in the mean")
         });
     format!(
         "{count} times {marked} between {first_s:.4} and {last_s:.4} s{}; --events FILE.csv lists them",

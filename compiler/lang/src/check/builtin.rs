@@ -80,6 +80,11 @@ pub const FUNCTIONS: &[Signature] = &[
     },
 ];
 
+/// The names of the functions.
+pub fn function_names() -> impl Iterator<Item = &'static str> {
+    FUNCTIONS.iter().map(|f| f.name)
+}
+
 /// The function of that name.
 pub fn function(name: &str) -> Option<&'static Signature> {
     FUNCTIONS.iter().find(|f| f.name == name)

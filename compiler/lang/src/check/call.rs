@@ -2,13 +2,14 @@
 
 use super::builtin::{self, Function, Signature};
 use super::elaborate::Elaborator;
+use super::elsewhere;
 use super::items::TermItem;
 use super::scope::ScopeId;
 use super::slot::Source;
 use super::types::{Value, counted};
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::Node;
-use crate::syntax::ast::{Arg, Expr, Name};
+use crate::syntax::ast::{Arg, Expr, ExprKind, Name};
 use crate::units::{Dim, shown};
 use whippen_source::Span;
 
@@ -86,7 +87,8 @@ impl<'a> Elaborator<'a, '_> {
             signature.name,
             counted(wanted, "argument")
         );
-        self.report(Diagnostic::new(code, span, message, counted(given, "argument")).hint(usage));
+        let hint = decimal_comma(args).unwrap_or(usage);
+        self.report(Diagnostic::new(code, span, message, counted(given, "argument")).hint(hint));
         None
     }
 
@@ -133,14 +135,14 @@ impl<'a> Elaborator<'a, '_> {
 
     /// Reports a call of something that is no term.
     pub fn unknown_term(&mut self, callee: &Name) {
-        let hint = match self.items.nearest_function(&callee.node) {
-            Some(near) => Advice::did_you_mean(near),
-            None if ["sqrt", "pow", "exp", "log", "sin", "cos", "tan", "tanh", "sign", "round", "floor"]
-                .contains(&callee.node.as_str()) =>
-            {
-                "built in are `min`, `max`, `clamp`, `abs` and the powers `e^n` for n = 1, 1.5, 2, 2.5, 3".into()
-            }
-            None => format!("declare it: `term {}(..) -> .. {{ .. }}`", callee.node).into(),
+        let name = callee.node.as_str();
+        let hint = match (elsewhere::function(name), self.items.nearest_function(name)) {
+            (Some(instead), _) => instead,
+            (None, Some(near)) => Advice::did_you_mean(near),
+            (None, None) => format!(
+                "declare it, `term {name}(..) -> .. {{ .. }}`, here or in a file of this folder"
+            )
+            .into(),
         };
         let message = format!("there is no term `{}`", callee.node);
         self.report(
@@ -237,7 +239,8 @@ impl<'a> Elaborator<'a, '_> {
             );
             let label = "one too many";
             self.report(
-                Diagnostic::new(Code::ExtraArgument, span, message, label).hint("take it away"),
+                Diagnostic::new(Code::ExtraArgument, span, message, label)
+                    .hint(decimal_comma(args).unwrap_or_else(|| "take it away".to_string())),
             );
             return None;
         }
@@ -284,4 +287,18 @@ impl<'a> Elaborator<'a, '_> {
         );
         self.report(diagnostic.hint(format!("add {}", missing.join(", "))));
     }
+}
+
+/// Where a decimal comma has made two arguments of one number (`0,5 mm`), how it is written.
+fn decimal_comma(args: &[Arg]) -> Option<String> {
+    let digits = |arg: &Arg| match &arg.value.kind {
+        ExprKind::Number(number) => Some((number.text.clone(), number.unit.is_none())),
+        _ => None,
+    };
+    args.windows(2).find_map(|pair| {
+        let ((whole, bare), (part, _)) = (digits(&pair[0])?, digits(&pair[1])?);
+        let touches = pair[1].value.span.start == pair[0].value.span.end + 1;
+        let is_one = touches && bare && !whole.contains('.');
+        is_one.then(|| format!("the decimal point is `.`: write `{whole}.{part}`"))
+    })
 }

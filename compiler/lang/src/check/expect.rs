@@ -63,6 +63,12 @@ impl Elaborator<'_, '_> {
         b: (&Expr, Value),
     ) {
         let (first, second) = (a.1.ty, b.1.ty);
+        if let Some(hint) = exponent(a.0, b.0) {
+            let message = problem(&first.words(), &second.words());
+            let span = a.0.span.to(b.0.span);
+            self.report(Diagnostic::new(Code::Mismatch, span, message, "a difference").hint(hint));
+            return;
+        }
         for (bare, other) in [(a.0, second), (b.0, first)] {
             if bare_number(bare).is_some() && other != Ty::Bool {
                 self.missing_unit(bare, other, "this");
@@ -118,6 +124,12 @@ const LOOK_AT_UNITS: &str = "look at the units of everything it is made of";
 fn conversion(found: Ty, wanted: Ty) -> Option<String> {
     let words = |dim| Ty::Real(dim).words();
     match (found, wanted) {
+        // Touch weights are told in grams.
+        (Ty::Real(Dim::MASS), Ty::Real(Dim::FORCE)) => Some(
+            "a gram is a mass; the force with which it weighs is the unit `gf`, as in `50 gf`, \
+             or the mass times `gravity`"
+                .to_string(),
+        ),
         (Ty::Bool, Ty::Bool) => None,
         (Ty::Bool, Ty::Real(_)) => {
             Some("choose numbers by the bool: `if .. then .. else ..`".to_string())
@@ -150,6 +162,23 @@ fn conversion(found: Ty, wanted: Ty) -> Option<String> {
             }
         }
     }
+}
+
+/// Where a unit's exponent was written without its sign (`1 ms-1`), how it is written.
+fn exponent(left: &Expr, right: &Expr) -> Option<String> {
+    let (ExprKind::Number(left_number), ExprKind::Number(right_number)) = (&left.kind, &right.kind)
+    else {
+        return None;
+    };
+    let unit = left_number.unit.as_ref()?;
+    let touches = right.span.start == left.span.end + 1 && right_number.unit.is_none();
+    touches.then(|| {
+        format!(
+            "a unit's exponent has a `^`, and units are joined by `*` and `/`: \
+             `{unit}^-{}`, `m/s`, `m*s^-1`",
+            right_number.text
+        )
+    })
 }
 
 /// The digits of a number that is written without unit, also behind a minus.

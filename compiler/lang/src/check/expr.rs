@@ -2,11 +2,12 @@
 
 use super::builtin;
 use super::elaborate::Elaborator;
-use super::scope::{Entry, ScopeId, Thing};
+use super::elsewhere;
+use super::scope::{Entry, Scope, ScopeId, Thing};
 use super::slot::SlotId;
 use super::types::{Ty, Value};
 use crate::diag::{Advice, Code, Diagnostic, nearest};
-use crate::model::{Node, NodeId};
+use crate::model::{MachineId, Node, NodeId};
 use crate::syntax::ast::{Expr, ExprKind, Name, Number};
 use crate::units::{Unit, parse_unit};
 use whippen_source::Span;
@@ -108,6 +109,13 @@ impl<'a> Elaborator<'a, '_> {
         found
     }
 
+    /// The machine of a scope that has a state of this name.
+    fn machine_with<'s>(&self, here: &'s Scope<'a>, name: &str) -> Option<&'s str> {
+        let has = |id: MachineId| self.model.machines[id].states.iter().any(|s| s == name);
+        let mut machines = here.machines.iter();
+        machines.find_map(|(machine, entry)| has(entry.id).then_some(*machine))
+    }
+
     fn unknown_name(&mut self, scope: ScopeId, name: &str, span: Span) {
         let here = &self.scopes[scope.0];
         let constants = builtin::CONSTANTS.iter().map(|c| c.name);
@@ -120,6 +128,10 @@ impl<'a> Elaborator<'a, '_> {
                 format!("the rate of `{base}` is written `{base}'`"),
                 format!("{base}'"),
             )
+        } else if let Some(machine) = self.machine_with(here, name) {
+            format!("`{name}` is a state: ask `{machine} is {name}`").into()
+        } else if let Some(instead) = elsewhere::value(name) {
+            instead
         } else if let Some(near) = nearest(name, here.values.keys().copied().chain(constants)) {
             Advice::did_you_mean(near)
         } else if here.term.is_some() {

@@ -10,7 +10,7 @@ use super::sets::{unknown_instrument, unknown_param};
 use super::settings::Settings;
 use super::types::{Ty, Value};
 use super::zones::Zones;
-use super::{Keyboard, Options, tick_rate};
+use super::{DeviceName, Keyboard, Options, tick_rate};
 use crate::bundled::{BOARDS, DEVICES};
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::syntax::ast::{self, DeclKind, Expr, Name, Setting};
@@ -71,8 +71,8 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         let keyboard = Keyboard {
             name: ast.name.node.clone(),
             board: None,
-            device: DEFAULT_DEVICE.to_string(),
-            rate_hz: options.rate_hz.max(1),
+            device: DeviceName::Bundled(DEFAULT_DEVICE.to_string()),
+            rate_hz: options.usual_rate_hz(),
             layout: Layout {
                 first_note: 21,
                 keys: 88,
@@ -145,7 +145,12 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             Setting::Device(name) => {
                 if self.is_first("device", name.span) {
                     self.is_bundled("device", name, DEVICES);
-                    self.board.keyboard.device.clone_from(&name.node);
+                    self.board.keyboard.device = DeviceName::Bundled(name.node.clone());
+                }
+            }
+            Setting::DeviceFile(file) => {
+                if self.is_first("device", file.span) {
+                    self.device_file(file);
                 }
             }
             Setting::Rate(expr) => {
@@ -162,6 +167,20 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         }
     }
 
+    /// A device's file, which is looked for when the device is needed.
+    fn device_file(&mut self, file: &Name) {
+        if !file.node.ends_with(".toml") {
+            let message = format!("`{}` is no device file: its name ends in .toml", file.node);
+            let diagnostic =
+                Diagnostic::new(Code::UnknownHardware, file.span, message, "this name");
+            self.diags.push(diagnostic.hint(format!(
+                "a bundled device is named without quotes; they are {}",
+                DEVICES.join(", ")
+            )));
+        }
+        self.board.keyboard.device = DeviceName::File(file.node.clone(), file.span);
+    }
+
     /// Reports a board or device that is not there.
     fn is_bundled(&mut self, what: &str, name: &Name, known: &[&str]) {
         if known.contains(&name.node.as_str()) {
@@ -173,6 +192,11 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         self.diags
             .push(match nearest(&name.node, known.iter().copied()) {
             Some(near) => diagnostic.hint(Advice::did_you_mean(near)),
+            None if what == "device" => diagnostic.hint(format!(
+                "it is one of {}; a file of your own stands in quotes: `device \"{}.toml\"`",
+                known.join(", "),
+                name.node
+            )),
             None => diagnostic.hint(format!(
                 "it is one of {}; leave the line away and give a file of your own with --{what}",
                 known.join(", ")
@@ -240,7 +264,10 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             return;
         }
         match tick_rate(rate) {
-            Ok(rate_hz) => self.board.keyboard.rate_hz = rate_hz,
+            Ok(rate_hz) => {
+                // The caller's wins, as any value that is set from outside.
+                self.board.keyboard.rate_hz = self.options.rate_hz.unwrap_or(rate_hz);
+            }
             Err(rule) => {
                 let message = format!("`rate` cannot be {rate} Hz: {rule}");
                 let diagnostic = Diagnostic::new(Code::BadRate, expr.span, message, "this rate");

@@ -39,7 +39,7 @@ impl Settings<'_> {
     pub fn bare(options: &Options) -> Settings<'static> {
         let (per_key, sets) = (BTreeMap::new(), BTreeMap::new());
         Settings {
-            rate_hz: options.rate_hz.max(1),
+            rate_hz: options.usual_rate_hz(),
             keys: (21, 108),
             per_key,
             sets,

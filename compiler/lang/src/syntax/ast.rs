@@ -95,6 +95,8 @@ pub enum Setting {
     Board(Name),
     /// `device mikey`
     Device(Name),
+    /// `device "file"`, without the quotes.
+    DeviceFile(Name),
     /// `rate 44100 Hz`
     Rate(Expr),
     /// `keys A0 .. C8`, by note names.

@@ -216,6 +216,9 @@ impl<'a> Failure<'a> {
         let wants = |token: &str| self.expected.contains(&token);
         let next = self.tokens.get(self.index + 1).map(|t| t.node);
         let found = self.found()?;
+        if let Some(fixed) = self.advice_of_habit(found, next) {
+            return Some(fixed.into());
+        }
         let fixed = match found {
             Less | LessEqual | Greater | GreaterEqual if wants("and") => {
                 "comparisons are not chained: write `a < b and b < c`"
@@ -255,11 +258,52 @@ impl<'a> Failure<'a> {
         Some(fixed.into())
     }
 
+    /// What to do about habits of other languages.
+    fn advice_of_habit(&self, found: Token, next: Option<Token>) -> Option<&'static str> {
+        use Token::*;
+        let wants = |token: &str| self.expected.contains(&token);
+        Some(match found {
+            Open(_) if wants("then") => {
+                "a choice between two values is written `if c then a else b`, without braces"
+            }
+            If if wants("let") => {
+                "`if` chooses between values, not between declarations: `force a = if c then b else 0 N`"
+            }
+            Equals if wants("word") && self.labels_force() => {
+                "a force has a label, for traces and plots: `force spring = ..`"
+            }
+            Colon if wants("=") && self.after_param() => {
+                "a param has no type, as its value says it: `param k = 75 N/m`"
+            }
+            Open(_) if wants(":") => "a machine is declared with `states`, a value with `state`",
+            Emit | Fire if wants("let") => "actions stand in braces: `event e when .. { emit .. }`",
+            Word(_) if wants("emit") && next == Some(LeftParen) => {
+                "what is told is written `emit name(..)`"
+            }
+            Word(_) if self.expected == ["param"] => {
+                "what may be turned while playing is a `live param`"
+            }
+            _ => return None,
+        })
+    }
+
     /// Whether the token before could end an expression, and stands on the same line.
     fn continues_an_expression(&self) -> bool {
         let before = self.index.checked_sub(1).map(|i| self.tokens[i].node);
         before.is_some_and(Token::ends_expression)
             && !begins_line(self.text, self.tokens, self.index)
+    }
+
+    /// Whether the token before is the keyword of a force.
+    fn labels_force(&self) -> bool {
+        let before = self.index.checked_sub(1).map(|i| self.tokens[i].node);
+        matches!(before, Some(Token::Force | Token::Torque))
+    }
+
+    /// Whether the two tokens before are `param name`.
+    fn after_param(&self) -> bool {
+        let before = self.index.checked_sub(2).map(|i| self.tokens[i].node);
+        matches!(before, Some(Token::Param))
     }
 
     /// `7.5` for `7,5`.

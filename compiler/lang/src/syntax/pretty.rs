@@ -69,6 +69,7 @@ fn setting(setting: &Setting) -> String {
     match setting {
         Setting::Board(name) => format!("board {}", name.node),
         Setting::Device(name) => format!("device {}", name.node),
+        Setting::DeviceFile(file) => format!("device \"{}\"", file.node),
         Setting::Rate(rate) => format!("rate {}", Shown(rate)),
         Setting::Keys(low, high) => format!("keys {} .. {}", low.node, high.node),
         Setting::Programs(names) => format!("programs {}", list(names, |n| n.node.clone())),

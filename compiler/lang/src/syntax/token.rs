@@ -54,6 +54,8 @@ macro_rules! tokens {
             /// A note with a sharp (`C#4`).
             #[regex("[A-G]#[0-9]+")]
             Sharp(&'s str),
+            /// A file in quotes, with them, which only `device` has behind it.
+            Text(&'s str),
             /// `///` up to the end of the line.
             #[regex("///[^\n]*", allow_greedy = true)]
             #[doc(hidden)]
@@ -156,6 +158,15 @@ pub struct Lexed<'s> {
     pub comments: Vec<Spanned<&'s str>>,
 }
 
+impl Lexed<'_> {
+    /// How long the file of a `device` is, behind its first quote, if it is one closed on its line.
+    fn file_length(&self, sign: &str, rest: &str) -> Option<usize> {
+        let is_device = self.tokens.last().is_some_and(|t| t.node == Token::Device);
+        let line = rest.lines().next().filter(|_| sign == "\"" && is_device)?;
+        line.find('"').map(|end| end + 1)
+    }
+}
+
 /// Takes a text apart. Never fails: what cannot be read is reported and skipped or replaced.
 pub fn lex<'s>(file: u32, text: &'s str, diagnostics: &mut Vec<Diagnostic>) -> Lexed<'s> {
     let mut lexed = Lexed::default();
@@ -196,13 +207,14 @@ pub fn lex<'s>(file: u32, text: &'s str, diagnostics: &mut Vec<Diagnostic>) -> L
             }
             Err(()) if lexer.slice() == "#" => {
                 foreign::report("#", span, diagnostics);
-                lexer.bump(
-                    lexer
-                        .remainder()
-                        .find('\n')
-                        .unwrap_or(lexer.remainder().len()),
-                );
+                let rest = lexer.remainder();
+                lexer.bump(rest.find('\n').unwrap_or(rest.len()));
                 continue;
+            }
+            Err(()) if let Some(length) = lexed.file_length(lexer.slice(), lexer.remainder()) => {
+                lexer.bump(length);
+                span.end = lexer.span().end as u32;
+                Some(Token::Text(lexer.slice()))
             }
             Err(()) => {
                 lexer.bump(foreign::repeated(lexer.slice(), lexer.remainder()));

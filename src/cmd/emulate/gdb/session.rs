@@ -15,7 +15,7 @@ use whippen_emulator::{Fault, Reason, Stop};
 use super::super::ports;
 use super::PC;
 use super::debuggee::{Debuggee, Resume, thread};
-use crate::say;
+use crate::say::{self, tell};
 
 /// So many cycles between two looks at the socket.
 const SLICE: u64 = 200_000;
@@ -121,7 +121,7 @@ fn reason(debuggee: &mut Debuggee, stop: Stop) -> Option<StopReason> {
         Stop::Limit => signal(0, Signal::SIGXCPU),
         Stop::Exit { code } => Some(MultiThreadStopReason::Exited(code as u8)),
         Stop::Returned { cycles, result } => {
-            eprintln!(
+            tell!(
                 "the function returned {:#010x} after {cycles} cycles",
                 result[0]
             );
@@ -142,7 +142,7 @@ fn reason(debuggee: &mut Debuggee, stop: Stop) -> Option<StopReason> {
             })
         }
         Stop::Fault(fault) => {
-            eprintln!("{fault}");
+            tell!("{fault}");
             signal(fault.core, signal_of(&fault))
         }
         // Only gdb can end that sleep; it is not worth a whole host core.

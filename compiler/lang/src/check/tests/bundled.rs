@@ -49,8 +49,12 @@ fn mikey() {
     let program = program();
     let board = &program.keyboards[0];
     assert_eq!(
-        (board.board.as_deref(), board.device.as_str(), board.rate_hz),
-        (Some("rp2350"), "mikey", 44_100)
+        (board.board.as_deref(), &board.device, board.rate_hz),
+        (
+            Some("rp2350"),
+            &crate::check::DeviceName::Bundled("mikey".to_string()),
+            44_100
+        )
     );
     let layout = &board.layout;
     assert_eq!(

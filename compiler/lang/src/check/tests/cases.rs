@@ -2,8 +2,10 @@
 //! one message.
 
 mod keyboards;
+mod slips;
 
 pub use keyboards::KEYBOARDS;
+pub use slips::SLIPS;
 
 /// A mistake: a name for the snapshot, the codes of its messages in the order of the text, the
 /// program.

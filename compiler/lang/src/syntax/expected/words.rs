@@ -66,6 +66,12 @@ const KINDS: &[WordKind] = &[
         words: true,
     },
     WordKind {
+        name: "a device",
+        needs: &["word", "text"],
+        covers: &["word", "text"],
+        words: true,
+    },
+    WordKind {
         name: "a name",
         needs: &["word"],
         covers: &["word"],

@@ -187,7 +187,10 @@ fn setting<'a>(pieces: &[Piece], setting: &Setting) -> Start<'a> {
                 Inside::Nothing,
             );
         }
-        Setting::Board(name) | Setting::Device(name) | Setting::Keys(name, _) => name.span.start,
+        Setting::Board(name)
+        | Setting::Device(name)
+        | Setting::DeviceFile(name)
+        | Setting::Keys(name, _) => name.span.start,
         Setting::Rate(rate) => rate.span.start,
         Setting::Zones { name, .. } => name.span.start,
         Setting::Programs(names) => names.first().map_or(0, |n| n.span.start),

@@ -1,4 +1,4 @@
-//! Keywords used as names.
+//! Keywords used as names: `on` and `off` may name states, others are reported.
 
 use super::{Tokens, at};
 use crate::diag::{Code, Diagnostic};
@@ -14,10 +14,11 @@ pub(super) fn repair<'s>(
         if !tokens[i].node.is_hard_keyword() {
             continue;
         }
-        let named = only_a_name(tokens[i - 1].node, tokens[i].node, at(&tokens, i + 1));
-        if named {
-            let span = tokens[i].span;
-            let name = &text[span.start as usize..span.end as usize];
+        let span = tokens[i].span;
+        let name = &text[span.start as usize..span.end as usize];
+        if names_state(&tokens, i) {
+            tokens[i].node = Token::Word(name);
+        } else if only_a_name(tokens[i - 1].node, at(&tokens, i + 1)) {
             let message = format!("`{name}` is a keyword and cannot be a name");
             let hint = format!("choose another name, such as `{name}_1`");
             diagnostics.push(
@@ -30,8 +31,20 @@ pub(super) fn repair<'s>(
     tokens
 }
 
+/// Whether `on` or `off` stands where a state does.
+fn names_state(tokens: &Tokens, i: usize) -> bool {
+    use Token::*;
+    let asked = match tokens[i - 1].node {
+        Is | Arrow => true,
+        Not => i > 1 && tokens[i - 2].node == Is,
+        _ => false,
+    };
+    let leaves = matches!(at(tokens, i + 1), Some(Arrow));
+    matches!(tokens[i].node, On | Off) && (asked || leaves)
+}
+
 /// Whether only a name can stand between these two.
-fn only_a_name(before: Token, keyword: Token, after: Option<Token>) -> bool {
+fn only_a_name(before: Token, after: Option<Token>) -> bool {
     use Token::*;
     let declared = matches!(
         before,
@@ -54,7 +67,8 @@ fn only_a_name(before: Token, keyword: Token, after: Option<Token>) -> bool {
         Some(Equals | Open(_)) => declared,
         Some(Colon) => declared || matches!(before, LeftParen | Comma),
         Some(When) => matches!(before, Event | Hold | Arrow),
+        Some(LeftParen) => before == Emit,
         Some(Arrow) => true,
-        _ => before == Is && matches!(keyword, On | Off),
+        _ => false,
     }
 }

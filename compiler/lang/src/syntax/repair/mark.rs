@@ -43,7 +43,7 @@ fn is_named_by_keyword(tokens: &[Spanned<Token>], i: usize) -> bool {
     );
     (torque || zones)
         && match back(2) {
-            Some(Token::Open(_) | Token::Close(_) | Token::Sharp(_)) => true,
+            Some(Token::Open(_) | Token::Close(_) | Token::Sharp(_) | Token::Text(_)) => true,
             // What these lead is a value, unless they are names themselves.
             Some(Token::Over | Token::Slew | Token::Lasting | Token::At) if torque => {
                 !back(3).is_some_and(Token::ends_expression)

@@ -156,6 +156,7 @@ fn generate(rules: &[(&str, Ebnf)], ebnf: &Ebnf, depth: usize, dice: &mut Dice, 
             *text += dice.pick(&["x ", "let_off ", "B_k ", "rate ", "over ", "torque ", "A0 "])
         }
         Ebnf::Rule("sharp") => *text += "C#4 ",
+        Ebnf::Rule("text") => *text += "\"own.toml\" ",
         Ebnf::Rule(name) => {
             let (_, side) = rules
                 .iter()

@@ -62,6 +62,15 @@ mistakes! {
     wrong_action "instrument i {\n    event e when a {\n        x = 2\n        emit note\n        fire p 3 N\n        y := 2\n    }\n}\n";
     wrong_body "instrument i {\n    body b {\n        angle a in 0 rad .. 1 rad\n        mas 2 g\n        inertia 2 kg*m^2\n    }\n    let c = d\n}\n";
     wrong_keyboard "keyboard k {\n    bord rp2350\n    rate 44100 Hz\n    keys A0 to C8\n    programs a b\n    volume 3\n    a.weight = 2 N\n}\n";
+    // Slips of other languages
+    braces_of_a_choice "instrument i {\n    force a = if x > 1 mm { 1 N } else { 0 N }\n}\n";
+    if_around_a_declaration "instrument i {\n    if x > 1 mm then force a = 1 N\n}\n";
+    force_without_a_label "instrument i {\n    force = 1 N\n}\n";
+    type_of_a_param "instrument i {\n    param k: stiffness = 1 N/m\n    live l = 2 N in 0 N .. 3 N\n}\n";
+    state_for_states "instrument i {\n    state s {\n        a -> b when x > 1 mm\n    }\n}\n";
+    keyword_as_an_event "instrument i {\n    event e when x > 1 mm { emit on() }\n}\n";
+    action_without_braces "instrument i {\n    event e when x > 1 mm emit note(speed: v)\n    event g when x > 1 mm { note(speed: v) }\n}\n";
+    device_in_quotes "keyboard k {\n    device \"my keys/own.toml\"\n    device \"not closed\n    board \"own\"\n}\n";
     // Whole files
     empty_file "";
     not_a_program "the quick brown fox\njumps over { the lazy } dog\n";

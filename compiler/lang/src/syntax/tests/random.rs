@@ -248,10 +248,14 @@ impl Dice {
     }
 
     fn setting(&mut self) -> Setting {
-        match self.below(7) {
+        match self.below(8) {
             0 => Setting::Board(self.name()),
             1 => Setting::Device(self.name()),
             2 => Setting::Rate(self.value()),
+            7 => Setting::DeviceFile(Spanned {
+                node: "keys/my key.toml".to_string(),
+                span: Span::default(),
+            }),
             3 => Setting::Keys(
                 self.name(),
                 Spanned {

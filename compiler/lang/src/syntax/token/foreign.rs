@@ -32,6 +32,7 @@ const fn nothing(text: &'static str, hint: &'static str) -> Foreign {
 /// So much of what is not understood is repeated in the message.
 const LONGEST: usize = 20;
 const NAMES: &str = "names are made of the letters `A` to `Z`, digits and `_`";
+const QUOTES: &str = "write the value itself: only the file of a `device` stands in quotes, `device \"my-key.toml\"`";
 const COMPARE: &str =
     "values are compared with `<`, `<=`, `>`, `>=`; a machine's state is asked with `is`";
 
@@ -66,9 +67,9 @@ const FOREIGN: &[Foreign] = &[
     nothing(";", "declarations end by themselves"),
     nothing("/*", "comments begin with `//` and end with the line"),
     nothing("#", "comments begin with `//`"),
-    nothing("\"", "there is no text in quotes: write the value itself"),
-    nothing("“", "there is no text in quotes: write the value itself"),
-    nothing("”", "there is no text in quotes: write the value itself"),
+    nothing("\"", QUOTES),
+    nothing("“", QUOTES),
+    nothing("”", QUOTES),
     sign("‘", Token::Prime, "write the straight quote, `'`"),
     sign("`", Token::Prime, "write the straight quote, `'`"),
     nothing("?", "choose with `if condition then a else b`"),

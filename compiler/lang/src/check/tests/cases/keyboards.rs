@@ -138,4 +138,10 @@ pub const KEYBOARDS: &[Case] = &[
         "keyboard board { device piano_of_mine rate 44100 Hz keys A0 .. C8 programs piano }
          instrument piano { sense x: length in 0 mm .. 10 mm }",
     ),
+    case(
+        "device file of another kind",
+        &["WH0618"],
+        "keyboard board { device \"own.json\" rate 44100 Hz keys A0 .. C8 programs piano }
+         instrument piano { sense x: length in 0 mm .. 10 mm }",
+    ),
 ];
