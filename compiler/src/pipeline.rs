@@ -27,7 +27,7 @@ use whippen_lang::range::{self, Ranges};
 use whippen_lang::syntax::pretty;
 use whippen_lower::scales::Scales;
 use whippen_lower::simplify::{self, Step};
-use whippen_lower::{self as lower, Lowered};
+use whippen_lower::{self as lower, Lowered, lost};
 use whippen_modes::{self as modes, Modes};
 use whippen_source::SourceMap;
 
@@ -167,12 +167,14 @@ pub fn compile_observed(
     let name = &model.name;
     let ranges = range::analyze(&model).map_err(CompileError::Program)?;
     observer(Pass::Check, &model);
-    let warnings = lint::lint(&model, &ranges);
+    let mut warnings = lint::lint(&model, &ranges);
     let (step, ranges) = simplify::simplify(&model, ranges).map_err(CompileError::Program)?;
     observer(Pass::Simplify, &step.model);
     let lowered = lower::lower(&step, &ranges, scales, probes)
         .map_err(|error| defect(Pass::Lower, name, &[error]))?;
     kernel::verify::verify(&lowered.kernel).map_err(|all| defect(Pass::Lower, name, &all))?;
+    warnings.extend(lost::warnings(&model, &step, &ranges, &lowered.updates));
+    warnings.sort_by_key(|d| (d.span, d.code));
     observer(Pass::Lower, &lowered.kernel);
     Ok(Compiled {
         model,

@@ -2,10 +2,13 @@
 
 use serde_json::{Value, json};
 use whippen_compiler::diag::{Diagnostic, Severity};
+use whippen_compiler::lower::OverTime;
 use whippen_compiler::model::Sense;
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::source::{SourceMap, Span};
 use whippen_runtime::session;
+
+use super::numbers;
 
 /// A diagnostic: code, severity, texts, places, and changes of the text that editors can apply.
 pub fn diagnostic(map: &SourceMap, d: &Diagnostic) -> Value {
@@ -51,6 +54,21 @@ fn place(map: &SourceMap, span: Span) -> Value {
     json!({ "file": file, "start": at(span), "end": at(end) })
 }
 
+/// What an update rounds at a time; and what that comes to: a bound for ever, or what is added in a
+/// second, where there is none.
+fn kept(row: &numbers::Kept) -> Value {
+    let (over_time, bound, per_second) = match row.over_time {
+        OverTime::Exact => ("exact", Some(0.0), None),
+        OverTime::Bounded(most) => ("bounded", Some(most), None),
+        OverTime::Grows(per_second) => ("grows", None, Some(per_second)),
+        OverTime::FedBack(per_second) => ("fed back", None, Some(per_second)),
+    };
+    json!({
+        "name": row.name, "unit": row.unit, "rounding": row.error,
+        "over_time": over_time, "bound": bound, "per_second": per_second,
+    })
+}
+
 /// What `check --numbers` prints as a table.
 pub fn numbers(compiled: &Compiled) -> Value {
     let values = compiled.lowered.exports.iter().filter(|e| e.dim.is_some()).map(|e| {
@@ -65,6 +83,7 @@ pub fn numbers(compiled: &Compiled) -> Value {
         "instrument": compiled.model.name,
         "rate_hz": compiled.model.rate_hz,
         "values": values.collect::<Vec<_>>(),
+        "kept": numbers::kept(compiled).iter().map(kept).collect::<Vec<_>>(),
         "clamps": compiled.lowered.clamps,
         "senses": compiled.model.senses.iter().map(sense).collect::<Vec<_>>(),
     })

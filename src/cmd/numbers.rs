@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use whippen_compiler::lower::OverTime;
 use whippen_compiler::model::Sense;
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::device::Device;
@@ -11,6 +12,7 @@ use whippen_runtime::session;
 pub fn report(compiled: &Compiled, device: &Device) -> String {
     let mut out = format!("{}\n", compiled.model.name);
     table(&mut out, compiled);
+    updates(&mut out, compiled);
     clamps(&mut out, compiled);
     for sense in &compiled.model.senses {
         differentiators(&mut out, compiled, sense, device);
@@ -38,6 +40,68 @@ fn table(out: &mut String, compiled: &Compiled) {
             export.format()
         );
     }
+}
+
+/// What is kept, one row for all writes of one kind to one cell.
+fn updates(out: &mut String, compiled: &Compiled) {
+    let rows = kept(compiled);
+    if rows.is_empty() {
+        return;
+    }
+    let _ = writeln!(
+        out,
+        "  {:<24} {:<11} {:<9} what that comes to",
+        "rounding of what is kept", "unit", "at a time"
+    );
+    for Kept {
+        name,
+        unit,
+        error,
+        over_time,
+    } in rows
+    {
+        let error = format!("{error:.1e}");
+        let comes_to = match over_time {
+            OverTime::Exact => "exact".to_string(),
+            OverTime::Bounded(most) => format!("at most {most:.1e}, however long it runs"),
+            OverTime::Grows(per_second) => {
+                format!("grows with every tick, by at most {per_second:.1e} a second")
+            }
+            OverTime::FedBack(per_second) => {
+                format!(
+                    "adds at most {per_second:.1e} a second; it is fed back, and no bound is proven"
+                )
+            }
+        };
+        let _ = writeln!(out, "  {name:<24} {unit:<11} {error:<9} {comes_to}");
+    }
+}
+
+/// What the writes of one kind to one cell round.
+pub struct Kept {
+    pub name: String,
+    pub unit: String,
+    /// At a time (SI).
+    pub error: f64,
+    pub over_time: OverTime,
+}
+
+/// The rows of all writes to memory, in the order of lowering.
+pub fn kept(compiled: &Compiled) -> Vec<Kept> {
+    let mut rows: Vec<Kept> = Vec::new();
+    for update in &compiled.lowered.updates {
+        let name = update.name(&compiled.model);
+        match rows.iter_mut().find(|row| row.name == name) {
+            Some(row) => row.error = row.error.max(update.error),
+            None => rows.push(Kept {
+                name,
+                unit: compiled.model.cells[update.cell].dim.unit(),
+                error: update.error,
+                over_time: update.over_time,
+            }),
+        }
+    }
+    rows
 }
 
 /// Six significant digits at the most.

@@ -3,8 +3,8 @@
 
 use whippen_compiler::ideal::{Ideal, KeyState};
 use whippen_compiler::kernel::Interp;
-use whippen_compiler::lower::{Export, ExportKind};
-use whippen_compiler::model::{CellId, Model, Node, RuleKind};
+use whippen_compiler::lower::{Export, ExportKind, Update};
+use whippen_compiler::model::{Body, CellId, Model, Node, Pulse, RuleKind};
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::compare::{Comparison, compare};
 use whippen_runtime::device::Device;
@@ -78,40 +78,52 @@ fn a_free_run_stays_within_the_bars_on_the_recording() {
     }
 }
 
-/// Memory of the interpreter as reals.
-fn adopted(compiled: &Compiled, interp: &Interp) -> KeyState {
-    let (model, kernel) = (&compiled.model, &compiled.lowered.kernel);
-    let cell = |name: &str| {
-        let index = kernel.cells.iter().position(|c| c.name == name);
-        index.and_then(|i| interp.cell(0, i, 0))
-    };
-    let real = |id: CellId| {
-        let export = |e: &&Export| e.kind == ExportKind::Cell(id);
-        let export = compiled
-            .lowered
-            .exports
-            .iter()
-            .find(export)
-            .expect("every cell is exported");
-        export.value(cell(&model.cells[id].name).expect("every cell is in the kernel"))
+/// A cell of the interpreter's kernel.
+fn kernel_cell(compiled: &Compiled, interp: &Interp, name: &str) -> Option<i64> {
+    let cells = &compiled.lowered.kernel.cells;
+    let index = cells.iter().position(|c| c.name == name);
+    index.and_then(|i| interp.cell(0, i, 0))
+}
+
+/// A cell of the Model as the interpreter holds it.
+fn kept(compiled: &Compiled, interp: &Interp, id: CellId) -> f64 {
+    let is_its = |e: &&Export| e.kind == ExportKind::Cell(id);
+    let export = compiled.lowered.exports.iter().find(is_its);
+    let integer = kernel_cell(compiled, interp, &compiled.model.cells[id].name);
+    export
+        .expect("every cell is exported")
+        .value(integer.expect("every cell is in the kernel"))
+}
+
+/// Memory of the interpreter as reals, before a tick.
+fn adopted(compiled: &Compiled, interp: &Interp, tick: usize) -> KeyState {
+    let model = &compiled.model;
+    let cell = |name: &str| kernel_cell(compiled, interp, name);
+    // A pulse whose level is never below zero keeps the tick in which it ends.
+    let left = |pulse: &Pulse| {
+        let kept = cell(&format!("{}.pulse", pulse.name)).unwrap_or(0);
+        match model.cells[pulse.level].range.low < 0.0 {
+            true => kept as u32,
+            false => (kept - tick as i64 + 1).clamp(0, pulse.ticks.into()) as u32,
+        }
     };
     let held = |rule: &whippen_compiler::model::Rule| match &rule.kind {
         RuleKind::Event { name } => cell(&format!("{name}.event")) == Some(1),
         RuleKind::Transition { .. } => true,
     };
     KeyState {
-        cells: model.cells.ids().map(real).collect(),
+        cells: model
+            .cells
+            .ids()
+            .map(|id| kept(compiled, interp, id))
+            .collect(),
         machines: model
             .machines
             .iter()
             .map(|m| cell(&format!("{}.state", m.name)).unwrap_or(0) as u32)
             .collect(),
         held: model.rules.iter().map(held).collect(),
-        pulse_left: model
-            .pulses
-            .iter()
-            .map(|p| cell(&format!("{}.pulse", p.name)).unwrap_or(0) as u32)
-            .collect(),
+        pulse_left: model.pulses.iter().map(left).collect(),
     }
 }
 
@@ -139,7 +151,7 @@ pub fn one_tick_at_a_time(compiled: &Compiled, words: &[u16], noise: f64) -> (us
         if tick == 0 {
             interp.init(&inputs);
         }
-        ideal.adopt(0, adopted(compiled, &interp));
+        ideal.adopt(0, adopted(compiled, &interp, tick));
         ideal.tick(&inputs);
         interp.tick(&inputs, &mut drive);
         if tied(model, &ideal) {
@@ -166,8 +178,45 @@ pub fn one_tick_at_a_time(compiled: &Compiled, words: &[u16], noise: f64) -> (us
             );
             compared += 1;
         }
+        compared += updates_stay_within(compiled, &interp, &ideal, noise);
     }
     (compared, ties)
+}
+
+/// Compares what a tick left in memory, and gives how many cells that were.
+fn updates_stay_within(compiled: &Compiled, interp: &Interp, ideal: &Ideal, noise: f64) -> usize {
+    let model = &compiled.model;
+    for cell in model.cells.ids() {
+        let (integer, real) = (kept(compiled, interp, cell), ideal.state(0).cells[cell]);
+        let updates = || compiled.lowered.updates.iter().filter(|u| u.cell == cell);
+        let rounding = updates().map(|u| u.error).fold(0.0, f64::max);
+        let ends = updates().map(|u| u.ends).fold(0.0, f64::max);
+        let range = model.cells[cell].range;
+        // Integers end a little inside the range, and f64 rounds too.
+        let beyond = (real + ends - range.high).max(range.low - real + ends);
+        let least = noise + 1e-12 * range.magnitude();
+        let bound = rounding.max(if beyond >= -rounding { ends } else { 0.0 }) * (1.0 + 1e-6);
+        let stopped = |b: &&Body| b.rate == cell && at_an_end(compiled, ideal, b);
+        assert!(
+            (integer - real).abs() <= bound + least || model.bodies.iter().any(|b| stopped(&b)),
+            "{}: {} is {integer:e}, not {real:e}: {:e} > {bound:e}",
+            model.name,
+            model.cells[cell].name,
+            (integer - real).abs(),
+        );
+    }
+    model.cells.len()
+}
+
+/// Whether a coordinate is so close to an end of its range that rounding may decide whether its
+/// rate is lost.
+fn at_an_end(compiled: &Compiled, ideal: &Ideal, body: &Body) -> bool {
+    let range = compiled.model.cells[body.coordinate].range;
+    let own = |u: &&Update| u.cell == body.coordinate;
+    let near = compiled.lowered.updates.iter().filter(own);
+    let near = near.map(|u| u.error + u.ends).fold(0.0, f64::max);
+    let at = ideal.state(0).cells[body.coordinate];
+    at - range.low <= 2.0 * near || range.high - at <= 2.0 * near
 }
 
 #[test]

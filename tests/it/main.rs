@@ -7,6 +7,7 @@ mod cli;
 mod closed;
 mod common;
 mod cycle;
+mod dead_band;
 mod documents;
 mod emulate;
 mod emulated;

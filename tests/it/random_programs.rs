@@ -4,7 +4,7 @@
 //! Everything is a plain number, so that any expression has a dimension; values are kept in reach
 //! by clamps. Discontinuous pieces (comparisons, machines) are part of it: ticks in which a
 //! comparison is nearly tied are left out, and counted. `WHIPPEN_PROGRAMS=20000 cargo test
-//! --release --test it random_programs` tries so many instead of 400.
+//! --release --test it random_programs` tries so many instead of 800.
 
 use whippen_compiler::kernel::random::Rng;
 
@@ -58,6 +58,12 @@ impl Random {
         }
     }
 
+    /// A part between a millionth and all.
+    fn part(&mut self) -> f64 {
+        let size = [1.0, 0.1, 1e-2, 1e-4, 1e-6][self.below(5) as usize];
+        size * (0.1 + self.below(900) as f64 / 1000.0)
+    }
+
     fn condition(&mut self, names: &[&str]) -> String {
         let op = self.pick(&["<", "<=", ">", ">="]);
         let simple = format!("{} {op} {}", self.pick(names), self.number());
@@ -82,6 +88,13 @@ fn program(seed: u64) -> String {
         r.expression(&["one", "two", "level"], 2),
     );
     let threshold = 2.0 + r.below(6) as f64;
+    let (fast, slow) = (r.part(), r.part());
+    let (written, fired) = (
+        r.expression(&["one", "memory", "sum"], 1),
+        r.expression(&["two", "level"], 1),
+    );
+    let lowest = [0, -10][r.below(2) as usize];
+    let (spring, loss) = (100 * (1 + r.below(20)), r.below(4));
     format!(
         "instrument random_{seed} {{
             sense x: length in -0.5 mm .. 10.5 mm over 0.7 ms
@@ -94,6 +107,23 @@ fn program(seed: u64) -> String {
             let one = {first}
             let two = {second}
             next memory = {next}
+            state lag: number in -200 .. 200
+            next lag = lag + (clamp(one, -150, 150) - lag) * {fast}
+            state sum: number in -1000 .. 1000 = 5
+            next sum = if gate is open then clamp(sum + clamp(two, -9, 9) * {slow}, -900, 999) else sum
+            pulse knock: number in {lowest} .. 40 lasting 1 ms
+            body weight {{
+                position y in -4 mm .. 12 mm, rate in -3 m/s .. 3 m/s
+                mass 20 g
+                force {spring} N/m * (x - y)
+                force {loss} N*s/m * (x' - y')
+            }}
+            event hit when x > 5 mm {{
+                fire knock at {fired}
+                sum := {written}
+                y' := -0.5 * y'
+            }}
+            force knock = knock * 0.1 N
             force pull = clamp({pull}, -1000, 1000) * 1 N
         }}"
     )
@@ -110,7 +140,7 @@ fn every_value_of_random_programs_stays_within_its_bound() {
     let programs: u64 = std::env::var("WHIPPEN_PROGRAMS")
         .ok()
         .and_then(|n| n.parse().ok())
-        .unwrap_or(400);
+        .unwrap_or(800);
     for seed in 0..programs {
         let text = program(seed);
         let compiled = common::compiled(&format!("random {seed}"), &text, &[]).remove(0);

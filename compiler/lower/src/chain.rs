@@ -3,7 +3,7 @@
 use super::Lowerer;
 use super::format::{exp2, quantize};
 use super::linear::{Factor, Live};
-use super::real::Real;
+use super::real::{Real, power_of_two};
 use whippen_kernel::{Op, OpError, Value};
 use whippen_source::Span;
 
@@ -111,11 +111,16 @@ impl Lowerer<'_> {
                 let (a, b) = (self.constant(a as i64)?, self.constant(b as i64)?);
                 self.b.op(Op::Select, &[condition, a, b])
             }
-            Factor::Live(live) => {
-                let real = Real::new(live.value, live.unit, 0.0);
-                Ok(self.rescaled(real, 1.0)?.value)
-            }
+            Factor::Live(live) => Ok(self.live_word(live)?.0),
         }
+    }
+
+    /// What live values make as a word, and what that rounds.
+    fn live_word(&mut self, live: Live) -> Result<(Value, f64), OpError> {
+        let word = self.rescaled(Real::new(live.value, live.unit, 0.0), 1.0)?;
+        // On the way a sum may have needed coarser units.
+        let coarser = power_of_two(word.lsb).unwrap_or(0);
+        Ok((self.moved(word.value, coarser)?, word.error))
     }
 
     /// Largest absolute integer of a value.
@@ -145,8 +150,9 @@ impl Lowerer<'_> {
                 if let Factor::Live(live) = gain {
                     let unit = live.unit * exp2(32 - pre_shift);
                     let moved_by = magnitude * exp2(pre_shift - 32);
-                    chain.error += (live.error * unit.abs() + 1.0) * moved_by;
-                    return self.plus_product(chain, moved, Factor::Live(Live { unit, ..live }));
+                    let (word, rounded) = self.live_word(Live { unit, ..live })?;
+                    chain.error += (live.error * unit.abs() + rounded) * moved_by;
+                    return self.plus_product(chain, moved, word);
                 }
                 let parts = gain.map(|g| g * exp2(-pre_shift) - integer_part);
                 let words = parts.map(|p| quantize(p, exp2(-32)) as f64);
@@ -155,7 +161,8 @@ impl Lowerer<'_> {
                 let ([p, q], [v, w]) = (parts.both(), words.both());
                 chain.error += rounded(p, v).max(rounded(q, w));
                 if integer_part == 0.0 {
-                    return self.plus_product(chain, moved, words);
+                    let word = self.word(words)?;
+                    return self.plus_product(chain, moved, word);
                 }
                 let more = self.enlarged(moved, words.map(|w| integer_part * w))?;
                 self.plus(chain, more, integer_part)
@@ -197,9 +204,8 @@ impl Lowerer<'_> {
         &mut self,
         chain: &mut Chain,
         value: Value,
-        words: Factor,
+        word: Value,
     ) -> Result<(), OpError> {
-        let word = self.word(words)?;
         let constant = std::mem::take(&mut chain.constant);
         let start = if constant != 0 && chain.total.is_none() {
             Some(self.constant(constant)?)

@@ -3,8 +3,10 @@
 use std::collections::HashMap;
 
 use super::Lowerer;
+use super::convert::Kept;
 use super::format::{self, exp2};
 use super::real::{Real, Scale};
+use super::update::Writer;
 use whippen_ids::IdMap;
 use whippen_kernel::{Op, OpError, Range, Type, Value};
 use whippen_lang::model::{
@@ -188,8 +190,8 @@ impl Lowerer<'_> {
             let (rate, coordinate) = (self.step.rates[index], self.step.coordinates[index]);
             let (rate, coordinate) = self.from_item(&format!("body {}", body.name), |s| {
                 Ok((
-                    s.new_value(body.rate, rate)?,
-                    s.new_value(body.coordinate, coordinate)?,
+                    s.new_value(body.rate, rate, Writer::Motion)?,
+                    s.new_value(body.coordinate, coordinate, Writer::Motion)?,
                 ))
             })?;
             writes.cells.insert(body.rate.0, rate);
@@ -205,9 +207,10 @@ impl Lowerer<'_> {
         }
         for &(cell, node) in &model.nexts {
             let item = format!("next {}", model.cells[cell].name);
-            writes
-                .cells
-                .insert(cell.0, self.from_item(&item, |s| s.new_value(cell, node))?);
+            writes.cells.insert(
+                cell.0,
+                self.from_item(&item, |s| s.new_value(cell, node, Writer::Next))?,
+            );
         }
         for (id, pulse) in model.pulses.enumerated() {
             let item = format!("pulse {}", pulse.name);
@@ -253,7 +256,12 @@ impl Lowerer<'_> {
     /// What is to be stored in a cell: its clamp; for a coordinate one unit beyond, so that being
     /// stopped shows. A rate may be a few of its operand's units beyond, because it is clamped at
     /// the end in any case.
-    pub(super) fn new_value(&mut self, cell: CellId, node: NodeId) -> Result<Value, OpError> {
+    pub(super) fn new_value(
+        &mut self,
+        cell: CellId,
+        node: NodeId,
+        writer: Writer,
+    ) -> Result<Value, OpError> {
         let range = self.cell_range(cell);
         let beyond = match self.step.model.cells[cell].kind {
             CellKind::Coordinate => Range::new(range.low - 1, range.high + 1),
@@ -261,15 +269,21 @@ impl Lowerer<'_> {
         };
         let scale = self.units.scale_of_cell(cell);
         if let Some(constant) = self.step.model.dag.real(node) {
-            return self.constant(scale.quantize(constant).clamp(beyond.low, beyond.high));
+            let integer = scale.quantize(constant);
+            let value = self.constant(integer.clamp(beyond.low, beyond.high))?;
+            let error = (constant - scale.offset - integer as f64 * scale.lsb).abs();
+            self.note_update(cell, writer, node, Kept::unlimited(value, error));
+            return Ok(value);
         }
         let real = self.real(node)?;
         // In the cell's unit: clamped at the end, after the rules.
-        match self.step.model.cells[cell].kind {
-            _ if real.scale() == scale => Ok(real.value),
-            CellKind::Rate => self.nearly(real, scale, beyond),
-            _ => self.saturated(real, scale, beyond),
-        }
+        let kept = match self.step.model.cells[cell].kind {
+            _ if real.scale() == scale => Kept::unlimited(real.value, real.error),
+            CellKind::Rate => self.nearly(real, scale, beyond)?,
+            _ => self.saturated(real, scale, beyond)?,
+        };
+        self.note_update(cell, writer, node, kept);
+        Ok(kept.value)
     }
 
     /// Clamps and stores everything.

@@ -2,7 +2,7 @@
 
 use super::Lowerer;
 use super::format::{TOP, exp2, exponent, powers};
-use super::real::{Real, Scale, power_of_two};
+use super::real::{Real, Scale, floored, power_of_two};
 use whippen_kernel::{Op, OpError, Range, Type, Value};
 
 /// An offset that is no more than this part of a value's reach counts as an error where it would
@@ -11,6 +11,27 @@ pub(super) const NEGLIGIBLE: f64 = 1.0 / 4_194_304.0;
 
 /// Units of a value that are nothing at the ends of its range.
 const FEW: i64 = 2;
+
+/// A real as an integer of another scale, limited.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kept {
+    pub value: Value,
+    /// Bound on what one tick's roundings add to it where the limits leave it alone (SI).
+    pub error: f64,
+    /// How far inside the limits that were asked for it is limited (SI).
+    pub beside: f64,
+}
+
+impl Kept {
+    /// What no limit has touched.
+    pub fn unlimited(value: Value, error: f64) -> Kept {
+        Kept {
+            value,
+            error,
+            beside: 0.0,
+        }
+    }
+}
 
 impl Lowerer<'_> {
     /// The same value without offset.
@@ -52,7 +73,7 @@ impl Lowerer<'_> {
         real: Real,
         scale: Scale,
         range: Range,
-    ) -> Result<Value, OpError> {
+    ) -> Result<Kept, OpError> {
         self.kept(real, scale, range, 0)
     }
 
@@ -63,18 +84,22 @@ impl Lowerer<'_> {
         real: Real,
         scale: Scale,
         range: Range,
-    ) -> Result<Value, OpError> {
+    ) -> Result<Kept, OpError> {
         self.kept(real, scale, range, FEW)
     }
 
-    fn kept(&mut self, real: Real, scale: Scale, range: Range, few: i64) -> Result<Value, OpError> {
+    fn kept(&mut self, real: Real, scale: Scale, range: Range, few: i64) -> Result<Kept, OpError> {
         if real.scale() == scale {
-            return self.clamped(real.value, range);
+            return Ok(Kept {
+                value: self.clamped(real.value, range)?,
+                error: real.error,
+                beside: 0.0,
+            });
         }
         if few > 0
-            && let Some(value) = self.coarse(real, scale, range, few)?
+            && let Some(kept) = self.coarse(real, scale, range, few)?
         {
-            return Ok(value);
+            return Ok(kept);
         }
         let shift = Scale::plain(scale.lsb).quantize(-scale.offset);
         let counted = self.counted(
@@ -83,11 +108,17 @@ impl Lowerer<'_> {
             Range::new(range.low - shift, range.high - shift),
             few,
         )?;
-        if shift == 0 {
-            return Ok(counted);
-        }
-        let shift = self.constant(shift)?;
-        self.b.op(Op::Add, &[counted, shift])
+        let value = if shift == 0 {
+            counted.value
+        } else {
+            let shift = self.constant(shift)?;
+            self.b.op(Op::Add, &[counted.value, shift])?
+        };
+        Ok(Kept {
+            value,
+            error: counted.error + (scale.offset + shift as f64 * scale.lsb).abs(),
+            ..counted
+        })
     }
 
     /// A real that is coarser than `scale`, and whose offset is no more than a few of its units
@@ -99,19 +130,21 @@ impl Lowerer<'_> {
         scale: Scale,
         range: Range,
         few: i64,
-    ) -> Result<Option<Value>, OpError> {
+    ) -> Result<Option<Kept>, OpError> {
         let difference = Scale::plain(scale.lsb).quantize(real.offset - scale.offset);
         let n = power_of_two(real.lsb / scale.lsb).unwrap_or(0);
         if !(1..=20).contains(&n) || difference == 0 || !(0..=few << n).contains(&difference) {
             return Ok(None);
         }
         let units = self.constant(difference >> n)?;
+        let left = real.offset - scale.offset - (difference >> n) as f64 * real.lsb;
         match self.b.op(Op::Add, &[real.value, units]) {
             Ok(value) => self
                 .counted(
                     Real {
                         value,
                         offset: 0.0,
+                        error: real.error + left.abs(),
                         ..real
                     },
                     scale.lsb,
@@ -124,7 +157,7 @@ impl Lowerer<'_> {
     }
 
     /// A real in units of `lsb`, kept within `range`, as far as `few` of the real's own units.
-    fn counted(&mut self, real: Real, lsb: f64, range: Range, few: i64) -> Result<Value, OpError> {
+    fn counted(&mut self, real: Real, lsb: f64, range: Range, few: i64) -> Result<Kept, OpError> {
         let real = if power_of_two(real.lsb / lsb).is_some() {
             self.plain(real)?
         } else {
@@ -133,7 +166,11 @@ impl Lowerer<'_> {
         let n = power_of_two(real.lsb / lsb).unwrap_or(0);
         if n <= 0 {
             let value = self.moved(real.value, n)?;
-            return self.clamped(value, range);
+            return Ok(Kept {
+                value: self.clamped(value, range)?,
+                error: real.error + lsb * floored(n),
+                beside: 0.0,
+            });
         }
         // Coarser than wanted: clamped where nothing overflows, then moved up.
         let n = n.min(31);
@@ -157,10 +194,16 @@ impl Lowerer<'_> {
             range.low.min(0) - (few << n),
             range.high.max(0) + (few << n),
         );
-        if word.contains(room) && ends != Range::new(low, high) {
-            Ok(value)
+        let value = if word.contains(room) && ends != Range::new(low, high) {
+            value
         } else {
-            self.clamped(value, range)
-        }
+            self.clamped(value, range)?
+        };
+        let inside = (range.high - (ends.high << n)).max((ends.low << n) - range.low);
+        Ok(Kept {
+            value,
+            error: real.error,
+            beside: inside.max(0) as f64 * lsb,
+        })
     }
 }

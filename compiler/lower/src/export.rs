@@ -3,6 +3,7 @@
 use super::format::{self, exp2};
 use super::origin;
 use super::real::{Real, Scale, power_of_two};
+use super::update::Update;
 use super::{Lowerer, OpError};
 use whippen_kernel::{Kernel, Op, Range, Value};
 use whippen_lang::model::{CellId, Interval, MachineId, Node};
@@ -25,6 +26,8 @@ pub struct Lowered {
     pub memory: Vec<LoweredCell>,
     /// Memory and ports whose clamp could not be proved away.
     pub clamps: Vec<String>,
+    /// Every write to memory, with what it rounds.
+    pub updates: Vec<Update>,
     /// What instructions were made for: [`whippen_kernel::Inst::origin`] is an index.
     pub origins: Vec<Origin>,
 }

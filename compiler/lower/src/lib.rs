@@ -12,6 +12,7 @@
 //! Not here: algebra (`simplify`), the meaning of operators (`kernel::op`), layout in memory.
 
 pub mod ideal;
+pub mod lost;
 pub mod scales;
 pub mod simplify;
 
@@ -21,15 +22,23 @@ mod commit;
 mod convert;
 mod export;
 mod format;
+mod gradient;
+mod increase;
 mod linear;
 mod origin;
+mod paths;
 mod real;
+mod recurrence;
 mod rules;
 mod sense;
 mod units;
+mod update;
 mod values;
 
 pub use export::{Export, ExportKind, Lowered, LoweredEvent, LoweredEventKind, LoweredLive};
+pub use paths::Path;
+pub use recurrence::OverTime;
+pub use update::{Update, Writer};
 
 use std::collections::HashMap;
 
@@ -68,6 +77,8 @@ struct Lowerer<'a> {
     units: units::Units,
     /// By node: whether the constant of a sum is left to its users.
     left: IdMap<NodeId, bool>,
+    /// By node: whether it is a sum that adds up in a `state`.
+    adds_up: IdMap<NodeId, bool>,
     /// Reals computed so far; entries made inside a branch are dropped at its end.
     reals: HashMap<NodeId, Real>,
     bools: HashMap<NodeId, Value>,
@@ -80,6 +91,7 @@ struct Lowerer<'a> {
     lives: Vec<(u32, f64)>,
     keyed: Vec<(u32, f64)>,
     clamps: Vec<String>,
+    updates: Vec<Update>,
     origins: origin::Origins,
 }
 
@@ -93,6 +105,7 @@ impl<'a> Lowerer<'a> {
             b: Builder::new(&step.model.name, step.model.rate_hz),
             units: units::choose(step, ranges, scales),
             left: units::left(step),
+            adds_up: update::adds_up(step),
             reals: HashMap::new(),
             bools: HashMap::new(),
             moved: HashMap::new(),
@@ -102,6 +115,7 @@ impl<'a> Lowerer<'a> {
             lives: Vec::new(),
             keyed: Vec::new(),
             clamps: Vec::new(),
+            updates: Vec::new(),
             origins: origin::Origins::default(),
         }
     }
@@ -115,7 +129,9 @@ impl<'a> Lowerer<'a> {
         self.b.begin_tick();
         let exports = self.from_all(|s| s.tick(drive, &events))?;
         let (lives, memory) = (self.live_meanings(), self.memory_meanings());
+        recurrence::judge(self.step, self.ranges, &mut self.updates);
         let (events, clamps, origins) = (events.meanings, self.clamps, self.origins.list);
+        let updates = self.updates;
         let mut kernel = self.b.finish();
         kernel::sweep(&mut kernel);
         Ok(Lowered {
@@ -125,6 +141,7 @@ impl<'a> Lowerer<'a> {
             lives,
             memory,
             clamps,
+            updates,
             origins,
         })
     }

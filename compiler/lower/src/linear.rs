@@ -19,8 +19,6 @@ use whippen_source::Span;
 pub(super) const HALF: f64 = 0.499_999;
 /// Guard bits of a sum that ends in a word of 16 bits, at most.
 const GUARD: i32 = 14;
-/// Changes of what adds up are gathered in units so many bits finer, at most.
-const FINER: i32 = 16;
 /// As many are enough for the roundings of ten terms to stay below a third of the word's unit.
 const ENOUGH: i32 = 4;
 
@@ -76,16 +74,18 @@ impl Factor {
 /// A term: a factor times a value, or the factor alone.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Term {
-    factor: Factor,
-    operand: Option<Real>,
+    pub factor: Factor,
+    pub operand: Option<Real>,
     place: Option<Span>,
 }
 
 /// What becomes of the constant of a sum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Constant {
-    /// It is added, rounded to a unit.
+    /// It is added, rounded to a unit; next to nothing where it comes from offsets, it is left out.
     Added,
+    /// It is added however small it is: over many ticks it is not nothing.
+    Kept,
     /// It is left to those who use the sum: comparisons take it for nothing, and sums of sums add
     /// once.
     Left,
@@ -177,44 +177,6 @@ impl Lowerer<'_> {
         }
     }
 
-    /// A sum that adds up over ticks, such as a new rate: what is added to the old value is
-    /// gathered in finer units, so that there is one rounding to the value's own, and nothing of a
-    /// constant is lost.
-    pub(super) fn increased(
-        &mut self,
-        c0: f64,
-        terms: &[Term],
-        scale: Scale,
-    ) -> Result<Real, OpError> {
-        let old = |t: &Term| match (t.factor, t.operand) {
-            (Factor::One(f), Some(real)) if real.scale() == scale && (f - 1.0).abs() < HALF => {
-                Some((f, real))
-            }
-            _ => None,
-        };
-        let Some((factor, real)) = terms.iter().find_map(old) else {
-            return self.sum(c0, terms, scale, Constant::Added);
-        };
-        let mut change: Vec<Term> = terms.iter().filter(|t| old(t).is_none()).copied().collect();
-        if factor != 1.0 {
-            change.insert(0, Term::of(factor - 1.0, real));
-        }
-        let fine = Scale::plain(scale.lsb * exp2(-FINER));
-        let change = self.sum(c0 + 0.5 * scale.lsb, &change, fine, Constant::Added)?;
-        match power_of_two(change.lsb / scale.lsb) {
-            Some(n) if n < 0 => {
-                let change_in_units = self.moved(change.value, n)?;
-                let value = self.b.op(Op::Add, &[real.value, change_in_units])?;
-                Ok(Real {
-                    value,
-                    error: real.error + change.error + 0.5 * scale.lsb,
-                    ..real
-                })
-            }
-            _ => self.sum(c0, terms, scale, Constant::Added),
-        }
-    }
-
     /// One value in units of `lsb`, or of a power of two above it.
     pub(super) fn rescaled(&mut self, real: Real, lsb: f64) -> Result<Real, OpError> {
         if real.lsb == lsb && real.offset == 0.0 {
@@ -270,7 +232,7 @@ impl Lowerer<'_> {
         else {
             // More than 32 bits of drive words: the sum in units that hold it, then the words.
             let coarse = self.sum(c0, &terms, Scale::plain(2.0 * lsb), Constant::Added)?;
-            return self.saturated(coarse, Scale::plain(lsb), range);
+            return Ok(self.saturated(coarse, Scale::plain(lsb), range)?.value);
         };
         let (value, ..) = self.emit_sum(plan)?;
         let word = if guard > 0 {
@@ -283,7 +245,7 @@ impl Lowerer<'_> {
 
     /// A plan of the sum in units of `lsb`, with `more` added (in units); none if a term has no
     /// form.
-    fn planned(
+    pub(super) fn planned(
         &self,
         c0: f64,
         terms: &[Term],
@@ -357,8 +319,12 @@ impl Lowerer<'_> {
         if keep == Constant::Left {
             plan.left = std::mem::take(&mut plan.constant);
         }
-        plan.error +=
-            (plan.constant - plan.constant.round()).abs() + 0.5 * plan.choices.len() as f64;
+        let rounded = |c: f64| (c - c.round()).abs();
+        let chosen = |c: &Factor| match c.both() {
+            [a, b] if !matches!(c, Factor::Live(_)) => rounded(a).max(rounded(b)),
+            _ => 0.5,
+        };
+        plan.error += rounded(plan.constant) + plan.choices.iter().map(chosen).sum::<f64>();
     }
 
     /// The form in which a value with this gain is added to a sum; none if only a coarser unit

@@ -58,6 +58,11 @@ impl Real {
     }
 }
 
+/// What moving an integer by `n` places rounds down, in units of the result.
+pub(super) fn floored(n: i32) -> f64 {
+    if n < 0 { 1.0 - exp2(n.max(-31)) } else { 0.0 }
+}
+
 /// `n` where `ratio` is `2^n` but for what arithmetic in f64 rounds, -62 <= n <= 62.
 pub(super) fn power_of_two(ratio: f64) -> Option<i32> {
     let exponent = exponent(ratio);

@@ -5,9 +5,11 @@ use super::commit::Writes;
 use super::export::{LoweredEvent, LoweredEventKind};
 use super::format::{self, exp2};
 use super::real::{Scale, power_of_two};
+use super::update::Writer;
 use whippen_ids::IdMap;
 use whippen_kernel::{Builder, Op, OpError, Range, Type, Value};
-use whippen_lang::model::{Action, EmissionId, Interval, PulseId, Rule, RuleKind};
+use whippen_lang::model::{Action, EmissionId, Interval, NodeId, PulseId, Rule, RuleKind};
+use whippen_source::Span;
 
 /// Kernel events, and what they mean.
 #[derive(Debug, Default)]
@@ -283,22 +285,23 @@ impl Lowerer<'_> {
         writes: &mut Writes,
     ) -> Result<(), OpError> {
         match action {
-            Action::Write { cell, value, .. } => {
-                let value = self.new_value(*cell, *value)?;
+            Action::Write { cell, value, span } => {
+                let value = self.new_value(*cell, *value, Writer::Write(*span))?;
                 writes.cells.insert(cell.0, value);
                 Ok(())
             }
-            Action::Fire { pulse, value, .. } => self.fire(*pulse, *value, writes),
+            Action::Fire { pulse, value, span } => self.fire(*pulse, *value, *span, writes),
             Action::Emit { emission, args, .. } => {
                 let bits = &events.bits[emission];
                 let mut words = Vec::new();
                 for (&arg, &bits) in args.iter().zip(bits) {
                     let real = self.real(arg)?;
-                    words.push(self.saturated(
+                    let kept = self.saturated(
                         real,
                         Scale::plain(exp2(-bits)),
                         Range::new(-0x7fff_ffff, 0x7fff_ffff),
-                    )?);
+                    )?;
+                    words.push(kept.value);
                 }
                 self.b.effect(Op::Emit(emission.0), &words)
             }
@@ -308,7 +311,8 @@ impl Lowerer<'_> {
     fn fire(
         &mut self,
         pulse: PulseId,
-        level: whippen_lang::model::NodeId,
+        level: NodeId,
+        span: Span,
         writes: &mut Writes,
     ) -> Result<(), OpError> {
         let p = &self.step.model.pulses[pulse];
@@ -326,7 +330,9 @@ impl Lowerer<'_> {
         } else {
             range.low
         };
-        let level = self.nearly(real, scale, Range { low, ..range })?;
+        let kept = self.nearly(real, scale, Range { low, ..range })?;
+        self.note_update(p.level, Writer::Fire(span), level, kept);
+        let level = kept.value;
         let now = self.cell(p.level)?.value;
         let larger = self.b.op(Op::Max, &[level, now])?;
         // A pulse at rest has the level 0, which is the larger one only of levels below.

@@ -20,6 +20,7 @@ mod ties;
 
 pub(super) use reach::left;
 
+use super::format::TOP;
 use super::real::{Scale, power_of_two};
 use crate::scales::Scales;
 use crate::simplify::Step;
@@ -85,7 +86,9 @@ impl Units {
     fn shift_rates(&mut self, step: &Step) {
         for (body, &new) in step.model.bodies.iter().zip(&step.rates) {
             let travel = self.coordinate_unit(body) * f64::from(step.model.rate_hz);
-            if power_of_two(travel / self.cells[body.rate].lsb).is_none_or(|n| n <= 0) {
+            let unit = self.cells[body.rate].lsb;
+            let reach = step.model.cells[body.rate].range.magnitude() + 0.5 * travel;
+            if power_of_two(travel / unit).is_none_or(|n| n <= 0) || reach > TOP * unit {
                 continue;
             }
             let scale = Scale {

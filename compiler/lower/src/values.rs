@@ -4,7 +4,7 @@ use super::Lowerer;
 use super::clamp;
 use super::format::{self, exp2, exponent};
 use super::linear::{Constant, Term};
-use super::real::{Real, Scale, power_of_two};
+use super::real::{Real, Scale, floored, power_of_two};
 use whippen_kernel::{Op, OpError, Range, Type, Value};
 use whippen_lang::model::{Cmp, Interval, Node, NodeId};
 
@@ -85,6 +85,9 @@ impl Lowerer<'_> {
                 let scale = self.units.scale_of(id);
                 match self.left[id] {
                     _ if self.is_new_rate(id) => self.increased(c0.0, &terms, scale),
+                    _ if self.adds_up[id] && !self.is_exact(c0.0, &terms, scale) => {
+                        self.increased(c0.0, &terms, scale)
+                    }
                     true => self.sum(c0.0, &terms, scale, Constant::Left),
                     false => self.sum(c0.0, &terms, scale, Constant::Added),
                 }
@@ -186,11 +189,10 @@ impl Lowerer<'_> {
         if n > self.headroom(real.value) {
             return Ok(None);
         }
-        let error = real.error + if n < 0 { lsb } else { 0.0 };
         Ok(Some(Real {
             value: self.moved(real.value, n)?,
             lsb,
-            error,
+            error: real.error + lsb * floored(n),
             ..real
         }))
     }

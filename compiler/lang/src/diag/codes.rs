@@ -121,6 +121,7 @@ codes! {
     NotPositive         "WH0509" Error "a constant that must be above zero";
     WindowTooLong       "WH0510" Error "a differentiator's window that is too long";
     RangeTooSmall       "WH0511" Warning "a range that cuts off what is written to its state";
+    LostUpdate          "WH0512" Warning "changes of what is kept that may be too small for its last bit";
     // Physics and keyboards
     WrongDrive          "WH0610" Error "a force on what turns, or a torque on what slides";
     BodyPart            "WH0601" Error "a body that lacks or repeats one of its lines";
