@@ -13,23 +13,39 @@
 //! the chips' round robin begins is not documented, and a core's fetches are taken to run two words
 //! ahead and never to make it wait, so what is counted here is a rule and no published count.
 //!
-//! Not here: a core's own fetches against its own data (the timing document says why), and waits
-//! inside the peripheral bus.
+//! A core's own fetches against its own data are counted only at the worst
+//! ([`Fabric::meets_fetches`]; the timing document says why).
+//!
+//! Not here: waits inside the peripheral bus.
 
 /// Managers: two per core, then DMA.
 const CORES: usize = 2;
 const DMA: usize = 2 * CORES;
 const MANAGERS: usize = DMA + 1;
 
-/// Memory that is one port, or several striped by word.
+/// Where the words are that may be fetched, from the one that was fetched last, which is two words
+/// ahead: nobody says how far a core does.
+const AHEAD: [u32; 5] = [0_u32.wrapping_sub(8), 0_u32.wrapping_sub(4), 0, 4, 8];
+
+/// Memory that is one port, or several striped by word. Memories may have ports in common.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Banks {
     /// First address.
     pub base: u32,
     /// Size.
     pub bytes: u32,
-    /// How many ports: word n is in port n modulo this.
+    /// The number of its first port.
+    pub first_port: u32,
+    /// How many ports: word n is in port n modulo this, from the first one on.
     pub ports: u32,
+}
+
+impl Banks {
+    /// The port of an address, if it is here.
+    pub fn port(&self, address: u32) -> Option<usize> {
+        let offset = address.wrapping_sub(self.base);
+        (offset < self.bytes).then(|| (self.first_port + offset / 4 % self.ports) as usize)
+    }
 }
 
 /// What the last access to a port was.
@@ -51,16 +67,19 @@ pub(crate) struct Fabric {
     owed: [u64; MANAGERS],
     /// The word that each core fetched last.
     fetched: [u32; CORES],
+    /// Whether a core's data wait a cycle in the bank of one of the next words of its code: the
+    /// most that the sources leave open.
+    pub meets_fetches: bool,
     /// Whether a DMA is at work.
     pub dma: bool,
 }
 
 impl Fabric {
     pub fn new(banks: &[Banks]) -> Self {
-        let ports = banks.iter().map(|b| b.ports as usize).sum();
+        let ends = banks.iter().map(|b| (b.first_port + b.ports) as usize);
         Self {
             banks: banks.to_vec(),
-            ports: vec![Port::default(); ports],
+            ports: vec![Port::default(); ends.max().unwrap_or(0)],
             ..Self::default()
         }
     }
@@ -79,11 +98,18 @@ impl Fabric {
 
     /// Cycles that a core's data access has to wait.
     pub fn data(&mut self, core: usize, address: u32, cycle: u64) -> u64 {
-        if core < CORES {
-            self.claim(2 * core + 1, address, cycle)
-        } else {
-            0
+        if core >= CORES {
+            return 0;
         }
+        self.claim(2 * core + 1, address, cycle) + u64::from(self.meets(core, address))
+    }
+
+    /// Whether an access is in the bank of one of the words behind the instruction that is
+    /// executed, and that is the question.
+    fn meets(&self, core: usize, address: u32) -> bool {
+        let port = self.port(address);
+        let ahead = AHEAD.map(|bytes| self.fetched[core].wrapping_add(bytes));
+        self.meets_fetches && port.is_some() && ahead.iter().any(|word| self.port(*word) == port)
     }
 
     /// A core fetches ahead of the instruction that it begins.
@@ -126,15 +152,7 @@ impl Fabric {
     }
 
     fn port(&self, address: u32) -> Option<usize> {
-        let mut first = 0;
-        for banks in &self.banks {
-            let offset = address.wrapping_sub(banks.base);
-            if offset < banks.bytes {
-                return Some(first + (offset / 4 % banks.ports) as usize);
-            }
-            first += banks.ports as usize;
-        }
-        None
+        self.banks.iter().find_map(|banks| banks.port(address))
     }
 }
 
@@ -146,11 +164,13 @@ mod tests {
         Banks {
             base: 0x2000_0000,
             bytes: 0x100,
+            first_port: 0,
             ports: 4,
         },
         Banks {
             base: 0x2000_0100,
             bytes: 0x100,
+            first_port: 4,
             ports: 1,
         },
     ];
@@ -175,6 +195,19 @@ mod tests {
     }
 
     #[test]
+    fn memories_may_have_a_port_in_common() {
+        let also = Banks {
+            base: 0x2100_0000,
+            bytes: 0x40,
+            first_port: 2,
+            ports: 1,
+        };
+        let mut fabric = Fabric::new(&[BANKS[0], also]);
+        assert_eq!(fabric.data(0, 0x2000_0008, 10), 0);
+        assert_eq!(fabric.data(1, 0x2100_0000, 10), 1);
+    }
+
+    #[test]
     fn a_core_does_not_wait_for_its_own_fetches_but_others_do() {
         let mut fabric = Fabric::new(BANKS);
         fabric.fetch(0, 0x2000_0100, 20);
@@ -186,6 +219,24 @@ mod tests {
             fabric.data(1, 0x2000_0180, 23),
             0,
             "the same word is fetched once"
+        );
+    }
+
+    #[test]
+    fn at_the_worst_own_data_wait_for_own_fetches() {
+        let mut fabric = Fabric::new(BANKS);
+        fabric.fetch(0, 0x2000_0000, 20);
+        let waits = |fabric: &mut Fabric| {
+            [0, 4, 8, 12, 0x100].map(|bank| fabric.data(0, 0x2000_0040 + bank, 30))
+        };
+        assert_eq!(waits(&mut fabric), [0; 5]);
+        fabric.meets_fetches = true;
+        assert_eq!(waits(&mut fabric), [1, 1, 1, 1, 0]);
+        fabric.fetch(0, 0x2000_00f8, 40);
+        assert_eq!(
+            waits(&mut fabric),
+            [0, 0, 1, 1, 1],
+            "up to the end, and beyond"
         );
     }
 

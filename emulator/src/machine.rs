@@ -123,6 +123,12 @@ impl Machine {
         self.forget_code();
     }
 
+    /// Whether a core's data wait a cycle for its own fetches wherever they may, as no count shows
+    /// but a datasheet leaves open; they do not unless this is said.
+    pub fn set_meets_fetches(&mut self, meets: bool) {
+        self.bus.fabric.meets_fetches = meets;
+    }
+
     /// Resets all cores, keeping memory and time: the first one starts from the board's vector
     /// table, the others where the board says, or halt.
     pub fn reset(&mut self) {

@@ -67,7 +67,8 @@ impl Machine {
 
     /// Whether more than one core, or a core and a DMA, may want memory in the same cycle.
     fn is_contended(&self) -> bool {
-        self.bus.fabric.arbitrates() && (self.bus.fabric.dma || self.running() > 1)
+        let fabric = &self.bus.fabric;
+        fabric.arbitrates() && (fabric.dma || fabric.meets_fetches || self.running() > 1)
     }
 
     /// How many cores run.

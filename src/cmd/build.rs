@@ -2,6 +2,7 @@
 
 mod files;
 mod project;
+mod tick_bound;
 
 use std::path::PathBuf;
 
@@ -25,7 +26,8 @@ pub struct Args {
     /// (both with .h and .rs beside them)
     #[arg(short, long, value_name = "FILE.elf|.uf2|.o|.c", value_hint = ValueHint::FilePath, value_parser = files::output)]
     output: Output,
-    /// Write it also where it is not proven to be in time, with a mark in the file
+    /// Write it also where it is not proven to be in time, with a mark in the file (of a .o, beside
+    /// it)
     #[arg(long)]
     unproven: bool,
     /// Also write where everything lies and how large it is

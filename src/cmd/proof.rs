@@ -42,7 +42,7 @@ pub fn check(
 }
 
 /// What is said of an image that is refused.
-const ANYWAY: &str =
+pub const ANYWAY: &str =
     "nothing is written or run that is not proven to be in time; --unproven does it anyway";
 
 /// Everything that is proven of an image.

@@ -10,6 +10,9 @@ use crate::image::Image;
 
 /// Cycles between two looks.
 const SLICE: u64 = 4000;
+/// Bytes that the firmware keeps for a stack, and what it is painted with.
+const STACK_BYTES: u32 = 256;
+const PAINT: [u8; 4] = *b"free";
 /// Offset of the tick's number in a core's block.
 const TICK: u32 = 28;
 
@@ -96,11 +99,17 @@ impl<'a> Board<'a> {
                 .write(segment.load, &segment.bytes)
                 .expect("memory");
         }
+        for stack in &image.board.stacks {
+            for at in (stack - STACK_BYTES..*stack).step_by(4) {
+                machine.bus.memory.write(at, &PAINT).expect("memory");
+            }
+        }
         // What the sources leave open of a core is at its worst, as the bound has it.
         machine.set_rules(Rules {
             at_worst: true,
             ..Rules::default()
         });
+        machine.set_meets_fetches(image.board.fetches_apart);
         machine.reset();
         Board {
             image,
@@ -128,8 +137,26 @@ impl<'a> Board<'a> {
         }
     }
 
-    /// Core 1, if there is one, stops for good.
-    pub fn halt_core1(&mut self) {
+    /// That the start and all ticks so far left some of what is kept for each stack free.
+    pub fn has_stack_left(&mut self) {
+        for stack in &self.image.board.stacks {
+            let mut lowest = [0; 4];
+            let memory = &mut self.machine.bus.memory;
+            memory
+                .read(stack - STACK_BYTES + 32, &mut lowest)
+                .expect("memory");
+            assert_eq!(
+                lowest,
+                PAINT,
+                "{}: the stack that ends at {stack:#x}",
+                self.image.name()
+            );
+        }
+    }
+
+    /// Core 1, if there is one, stops for good, and core 0 waits for nobody.
+    pub fn leave_core0_alone(&mut self) {
+        self.machine.set_meets_fetches(false);
         if self.image.keys.len() > 1 {
             self.machine.halt(1);
         }

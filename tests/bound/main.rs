@@ -13,6 +13,7 @@ mod searched;
 mod states;
 mod switched;
 mod table;
+mod together;
 
 #[path = "../it/common.rs"]
 #[expect(dead_code, reason = "other tests want more of it")]

@@ -68,11 +68,7 @@ fn emulated(kind: BoardKind, board: &Board) -> EmulatedBoard {
             .cloned()
             .chain(board.memory.iter().map(region))
             .collect(),
-        banks: if own.banks.is_empty() {
-            Vec::new()
-        } else {
-            board.memory.iter().flat_map(banks).collect()
-        },
+        banks: board.memory.iter().flat_map(banks).collect(),
         vector_table: match board.start {
             Start::Boot2 => flash + 0x100,
             Start::Vectors | Start::ImageDef => flash,
@@ -81,23 +77,27 @@ fn emulated(kind: BoardKind, board: &Board) -> EmulatedBoard {
     }
 }
 
-/// The ports of a memory.
+/// The ports of a memory: its banks, by their numbers. What is fetched from flash is not looked at.
 fn banks(memory: &Memory) -> Vec<Banks> {
-    let count = (memory.banks.len() as u32).max(1);
-    if memory.striped {
+    let count = memory.banks.len() as u32;
+    if let (true, Some(first)) = (memory.striped, memory.banks.first()) {
+        let in_a_row = memory.banks.windows(2).all(|two| two[0] + 1 == two[1]);
+        assert!(in_a_row, "stripes are over banks in a row");
         return vec![Banks {
             base: memory.base,
             bytes: memory.size,
+            first_port: u32::from(*first),
             ports: count,
         }];
     }
-    let bytes = memory.size / count;
-    let bank = |number: u32| Banks {
-        base: memory.base + number * bytes,
+    let bytes = memory.size / count.max(1);
+    let bank = |(at, bank): (u32, &u8)| Banks {
+        base: memory.base + at * bytes,
         bytes,
+        first_port: u32::from(*bank),
         ports: 1,
     };
-    (0..count).map(bank).collect()
+    (0..).zip(&memory.banks).map(bank).collect()
 }
 
 /// Replaces the value of a key in a table of a board's text.
@@ -259,8 +259,13 @@ fn changed(rng: &mut Rng, kind: BoardKind, text: &str, board: &Board) -> String 
         ".data.near",
         ".bss.core1",
     ];
-    match rng.below(8) {
+    match rng.below(10) {
         0 | 1 => placed(text, rng.pick(&parts), anywhere),
+        8 => {
+            let base = 0x1000_0000 + 0x1_0000 * rng.below(1 << 8) as u32;
+            with(text, "memory.flash", "base", &format!("{base:#010x}"))
+        }
+        9 => bus_changed(rng, text, board),
         2 => {
             let base = 0x2000_0000 + 0x1000 * rng.below(1 << 14) as u32;
             let moved = with(text, &table, "base", &format!("{base:#010x}"));
@@ -302,6 +307,32 @@ fn changed(rng: &mut Rng, kind: BoardKind, text: &str, board: &Board) -> String 
                 clock.to_string()
             };
             with(text, "", "clock", &clock)
+        }
+    }
+}
+
+/// A random change of a bus: another range, or more cycles than its devices take.
+fn bus_changed(rng: &mut Rng, text: &str, board: &Board) -> String {
+    let bus = &board.buses[rng.below(board.buses.len() as u64) as usize];
+    let table = format!("bus.{}", bus.name);
+    match rng.below(4) {
+        0 => {
+            let down = 0x1_0000 * rng.below(1 << 12) as u32;
+            let moved = with(text, &table, "base", &format!("{:#010x}", bus.base - down));
+            let size = (bus.size + down) >> 10;
+            with(&moved, &table, "size", &format!("{size} KiB"))
+        }
+        1 => {
+            let size = (bus.size >> 10) / (1 + rng.below(200) as u32);
+            with(text, &table, "size", &format!("{} KiB", size.max(4)))
+        }
+        2 => {
+            let cycles = u64::from(bus.read_cycles) + 1 + rng.below(9);
+            with(text, &table, "read", &format!("{cycles} cycles"))
+        }
+        _ => {
+            let cycles = u64::from(bus.write_cycles) + 1 + rng.below(9);
+            with(text, &table, "write", &format!("{cycles} cycles"))
         }
     }
 }
@@ -410,12 +441,7 @@ fn agree_on_banks(board: &Board, own: &EmulatedBoard) {
         assert_eq!(own.cores, 1, "nobody to wait for");
         return;
     }
-    let port = |at: u32| {
-        own.banks.iter().enumerate().find_map(|(index, banks)| {
-            let offset = at.wrapping_sub(banks.base);
-            (offset < banks.bytes).then(|| (index, offset / 4 % banks.ports))
-        })
-    };
+    let port = |at: u32| own.banks.iter().find_map(|banks| banks.port(at));
     let bounded = |memory: &&Memory| !memory.banks.is_empty();
     let memories = board.memory.iter().filter(bounded);
     let addresses: Vec<u32> = memories

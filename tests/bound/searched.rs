@@ -168,6 +168,34 @@ fn no_state_of_a_key_takes_longer_than_its_mode_s_bound() {
     );
 }
 
+/// Keys whose code and some data are in one group of banks, where data wait for fetches wherever
+/// they may: the bound with waiting holds and is met, the one without is exceeded.
+#[test]
+fn waiting_for_own_fetches_is_suffered_and_bounded() {
+    let found_of = |name: &str| {
+        let compiled = instruments()
+            .into_iter()
+            .find(|own| own.model.name == name)
+            .expect("it is bundled");
+        let image = Image::new(compiled, KEYS);
+        let found = search(&mut Keys::meeting_fetches(&image), 1);
+        let core = &image.cores[0];
+        let modes = &core.contended.zones[0].tick.modes;
+        for ((mode, bound), &found) in modes.iter().zip(&found) {
+            assert!(found <= bound.cycles_max, "{name}: {mode}: {found}");
+        }
+        let found = found.iter().max().copied().unwrap_or(0);
+        let bounds = [&core.alone, &core.contended].map(|frame| frame.key_cycles_max());
+        println!("{name}: key {found}, bounds {bounds:?}");
+        (found, bounds)
+    };
+    let (found, [alone, contended]) = found_of("two_body");
+    assert!(alone < found, "its events wait: {found} > {alone}");
+    assert_eq!(found, contended, "a cycle less would be exceeded");
+    let (found, [alone, _]) = found_of("harpsichord");
+    assert!(alone < found, "its histories wait: {found} > {alone}");
+}
+
 /// Numbers of the core that the worst-case paths of instruments meet, each a cycle too small, one
 /// at a time; all others are the random programs'.
 fn weakened() -> Vec<(&'static str, Core)> {

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use whippen_compiler::kernel::{Range, Type};
 use whippen_compiler::keyboard::{CoreId, ProgramId};
 use whippen_compiler::modes::ModeId;
-use whippen_emulator::{Board, CoreKind, Machine, Observer, Register, Step, Stop};
+use whippen_emulator::{Board, BoardKind, CoreKind, Machine, Observer, Register, Step, Stop};
 
 use crate::image::Image;
 
@@ -48,9 +48,24 @@ pub struct Keys<'a> {
 }
 
 impl<'a> Keys<'a> {
-    /// Core 0 of an image, its keys started.
+    /// Core 0 of an image with nobody else at the bus, its keys started.
     pub fn new(image: &'a Image) -> Keys<'a> {
-        let mut machine = Machine::new(Board::generic(CoreKind::CortexM33)).expect("a board");
+        let board = Board::generic(CoreKind::CortexM33);
+        Keys::on(Machine::new(board).expect("a board"), image)
+    }
+
+    /// The same where data wait for own fetches wherever they may.
+    pub fn meeting_fetches(image: &'a Image) -> Keys<'a> {
+        let board = Board {
+            banks: BoardKind::Rp2350.board().banks,
+            ..Board::generic(CoreKind::CortexM33)
+        };
+        let mut machine = Machine::new(board).expect("a board");
+        machine.set_meets_fetches(true);
+        Keys::on(machine, image)
+    }
+
+    fn on(mut machine: Machine, image: &'a Image) -> Keys<'a> {
         for section in image
             .whole
             .image

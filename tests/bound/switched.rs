@@ -6,6 +6,7 @@ use whippen_compiler::firmware::build_image;
 use whippen_compiler::keyboard::{InstrumentId, Layout, Program as KeyboardProgram, ProgramId};
 use whippen_compiler::pipeline::{Compiled, unobserved};
 use whippen_emulator::{BoardKind, Converter, ConverterSetup, Observer, Step, Stop, build};
+use whippen_isa::timing::Rules;
 use whippen_runtime::board;
 use whippen_runtime::device::Device;
 use whippen_runtime::image::{ImageInstrument, setup};
@@ -92,6 +93,11 @@ fn switches(names: &[&str], zones: [&[(u32, usize)]; 2], keys: [u32; 2]) -> [Vec
             .write(segment.load, &segment.bytes)
             .expect("memory");
     }
+    machine.set_rules(Rules {
+        at_worst: true,
+        ..Rules::default()
+    });
+    machine.set_meets_fetches(true);
     machine.reset();
     let words = common::gesture_words(&compiled[0]);
     let row = (0..KEYS * APART * SWITCHES).map(|at| words[(at as usize * 31) % words.len()]);

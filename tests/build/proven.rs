@@ -1,6 +1,7 @@
 //! Images are proven before they are written; one that is not says so.
 
 use whippen_emulator::elf::Elf;
+use whippen_emulator::{Board, CoreKind, Machine, Register, Stop};
 
 use crate::tools::{Folder, WHIPPEN, text};
 
@@ -77,19 +78,86 @@ fn an_image_that_is_proven_has_no_mark() {
 }
 
 #[test]
-fn files_for_other_projects_say_that_nothing_is_proven() {
+fn c_says_that_nothing_is_proven() {
     let folder = folder();
-    for (output, headers) in [
-        ("piano.o", &["piano.h", "piano.rs"][..]),
-        ("piano.c", &["piano.h"]),
-    ] {
-        let (code, said) = run(&folder, &format!("build grand.whip --keys 2 -o {output}"));
+    let (code, said) = run(&folder, "build grand.whip --keys 2 -o piano.c");
+    assert_eq!(code, Some(0), "{said}");
+    let text = std::fs::read_to_string(folder.path().join("piano.h")).expect("is written");
+    assert!(text.contains("Nothing is proven of its time"), "{text}");
+}
+
+/// What a text says behind some words, as a number.
+fn number_behind(text: &str, words: &str) -> u64 {
+    let (_, behind) = text.split_once(words).unwrap_or_else(|| panic!("{text}"));
+    let digits: String = behind.chars().take_while(char::is_ascii_digit).collect();
+    digits.parse().unwrap_or_else(|_| panic!("{text}"))
+}
+
+/// The longest of some ticks of the keys at rest, from the call to the return, without waiting.
+fn longest_tick(object: &[u8]) -> u64 {
+    let elf = Elf::parse(object, false).expect("an object");
+    let mut machine = Machine::new(Board::generic(CoreKind::CortexM33)).expect("a board");
+    elf.load(&mut machine.bus.memory, false).expect("memory");
+    let stack = Register::named("sp").expect("a register");
+    machine.cpu_mut(0).set(stack, 0x2006_0000);
+    let at = |name: &str| elf.symbols.named(name).expect("it is there").address;
+    let state = at("grand_piano_state");
+    let mut call = |name: &str| {
+        let called = machine.call(at(name) | 1, [state, 0, 0, 0], 1_000_000);
+        let Stop::Returned { cycles, .. } = called else {
+            panic!("{name}: {called}")
+        };
+        cycles
+    };
+    call("grand_piano_init");
+    (0..60).map(|_| call("grand_piano_tick")).max().unwrap_or(0)
+}
+
+#[test]
+fn a_relocatable_file_says_what_its_tick_takes() {
+    let folder = folder();
+    let mut bounds = Vec::new();
+    for keys in [2, 12] {
+        let (code, said) = run(
+            &folder,
+            &format!("build grand.whip --keys {keys} -o piano.o"),
+        );
         assert_eq!(code, Some(0), "{said}");
-        for header in headers {
+        let most = number_behind(&said, "grand_piano_tick takes at most ");
+        let frame = number_behind(&said, " for each key and ");
+        let key = number_behind(&said.replace('\n', " "), "of a cortex-m33, ");
+        assert_eq!(most, keys * key + frame, "{said}");
+        for header in ["piano.h", "piano.rs"] {
             let text = std::fs::read_to_string(folder.path().join(header)).expect("is written");
-            assert!(text.contains("Nothing is proven of its time"), "{text}");
+            assert!(text.contains(&format!("at most {most} cycles")), "{text}");
+            assert!(text.contains("all data lie in one memory"), "{text}");
         }
+        let measured = longest_tick(&std::fs::read(folder.path().join("piano.o")).expect("it"));
+        assert!(
+            measured <= most && 2 * measured > most,
+            "{measured} of {most}"
+        );
+        bounds.push(most);
     }
+    assert!(bounds[0] < bounds[1]);
+}
+
+#[test]
+fn a_relocatable_file_that_is_late_is_not_written() {
+    let folder = folder();
+    let (code, said) = run(&folder, "build grand.whip -o late.o --map late.map");
+    assert_eq!(code, Some(1), "{said}");
+    for words in ["[WH0701]", "--unproven"] {
+        assert!(said.contains(words), "{said}");
+    }
+    for name in ["late.o", "late.h", "late.rs", "late.map"] {
+        assert!(!folder.path().join(name).exists(), "{name}");
+    }
+    let (code, said) = run(&folder, "build grand.whip -o late.o --unproven");
+    let why = "Not proven to be in time: `grand_piano` misses its deadline by";
+    assert!(code == Some(0) && said.contains(why), "{said}");
+    let header = std::fs::read_to_string(folder.path().join("late.h")).expect("is written");
+    assert!(header.contains(why), "{header}");
 }
 
 #[test]

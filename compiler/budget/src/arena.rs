@@ -59,13 +59,15 @@ impl Arena {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::memory::{Accessed, Waits};
 
     #[test]
     fn a_segment_stands_where_it_was_added() {
         let step = |address| Step {
             address,
             cycles: 1,
-            waits: 0,
+            waits: Waits::default(),
+            accessed: Accessed::Nothing,
             times: 1,
         };
         let mut arena = Arena::default();

@@ -6,7 +6,7 @@ use whippen_isa::{Class, Op};
 use super::arena::Arena;
 use super::facts::Facts;
 use super::graph::{Control, Edge, Graph, Item};
-use super::memory::Bases;
+use super::memory::{Accessed, GraphMemory, Waits};
 use super::relevant::{Relevance, Relevant, writes};
 use super::state::{State, insert};
 use super::unknown::UnknownTime;
@@ -19,8 +19,8 @@ pub struct Walker<'a> {
     pub relevance: &'a Relevance,
     /// The instruction before the one that is counted, in its block.
     pub previous: Option<&'a Item>,
-    /// Where registers point, as far as the annotations say and the code keeps to it.
-    pub bases: Bases,
+    /// What the graph says of accesses.
+    pub memory: GraphMemory,
     pub arena: Arena,
     /// How sure the least sure number is.
     pub class: whippen_isa::timing::Evidence,
@@ -136,7 +136,8 @@ impl<'a> Walker<'a> {
         let step = Step {
             address: target.address,
             cycles: known.cycles,
-            waits: 0,
+            waits: Waits::default(),
+            accessed: Accessed::Nothing,
             times: 1,
         };
         let chain = self.arena.step(state.chain, step);
@@ -192,19 +193,12 @@ impl<'a> Walker<'a> {
     }
 
     fn issue(&mut self, item: &Item, state: State, mut outcome: Outcome) -> State {
-        if let Some(interference) = self.query.interference {
-            let (inst, facts) = (&item.inst, &state.facts);
-            match interference.waits(inst, item.address, facts, &self.bases, &outcome) {
-                Ok(waits) => outcome.waits = waits,
-                Err(unknown) => {
-                    self.unknown_time.get_or_insert(unknown);
-                }
-            }
-        }
+        let (waits, accessed) = self.wait(item, &state.facts, &outcome);
+        outcome.waits = waits.cycles();
         if let Some(interference) = self.query.interference
             && self.query.core.overlap.cycles != 0
         {
-            outcome.apart = interference.is_apart(self.previous, item, &state.facts, &self.bases);
+            outcome.apart = interference.is_apart(self.previous, item, &state.facts, &self.memory);
         }
         let (pipe, cost) = self
             .query
@@ -217,7 +211,8 @@ impl<'a> Walker<'a> {
             Step {
                 address: item.address,
                 cycles,
-                waits: u64::from(outcome.waits),
+                waits,
+                accessed,
                 times: 1,
             },
         );
@@ -226,6 +221,21 @@ impl<'a> Walker<'a> {
             chain,
             cycles: state.cycles + cycles,
             ..state
+        }
+    }
+
+    /// What an instruction waits at most, and for which data.
+    fn wait(&mut self, item: &Item, facts: &Facts, outcome: &Outcome) -> (Waits, Accessed) {
+        let Some(interference) = self.query.interference else {
+            return (Waits::default(), Accessed::Nothing);
+        };
+        let (inst, at, graph) = (&item.inst, item.address, &self.memory);
+        match interference.waits(inst, at, facts, graph, outcome) {
+            Ok(waits) => (waits, interference.accessed(inst, at, facts, graph)),
+            Err(unknown) => {
+                self.unknown_time.get_or_insert(unknown);
+                (Waits::default(), Accessed::Nothing)
+            }
         }
     }
 

@@ -89,9 +89,15 @@ impl Calls {
                 whole: zone.known(zone.keys()),
                 begun: zone.known(zone.keys().saturating_sub(1)),
                 begin,
+                begin_at: self.begin,
+                row: None,
             });
         }
-        let whole = self.bound_row(of, zones)?;
+        let row = self.bound_row(of, zones)?;
+        let whole = Known {
+            cycles: row.cycles_max,
+            stack_bytes: row.stack_bytes_max,
+        };
         let worst = worst_beginning(of, zones, whole.cycles)?;
         // Both are called on the same path, so what one call costs may be charged to the other.
         let begun = Known {
@@ -102,11 +108,13 @@ impl Calls {
             whole,
             begun,
             begin,
+            begin_at: self.begin,
+            row: Some(row),
         })
     }
 
     /// The row of calls that ticks one zone after the other.
-    fn bound_row(&self, of: &OnCore, zones: &[ZoneBound]) -> Result<Known, NotBounded> {
+    fn bound_row(&self, of: &OnCore, zones: &[ZoneBound]) -> Result<Bound, NotBounded> {
         let ticked = |zone: &ZoneBound| zone.known(zone.keys());
         let annotations = Annotations {
             known: known_by_zone(of, zones, "tick", ticked)?,
@@ -119,10 +127,7 @@ impl Calls {
         if !all.settled {
             return Err(NotBounded::Unsettled { address: self.tick });
         }
-        Ok(Known {
-            cycles: all.cycles_max,
-            stack_bytes: all.stack_bytes_max,
-        })
+        Ok(all)
     }
 
     /// The costs of all calls.
@@ -197,6 +202,18 @@ pub struct Costs {
     begun: Known,
     /// One that begins.
     begin: Bound,
+    /// Where that one begins.
+    begin_at: u32,
+    /// The calls of several zones.
+    pub row: Option<Bound>,
+}
+
+impl Costs {
+    /// The bound of the key that begins, where one does on a path.
+    pub fn begins_on(&self, path: &[Step]) -> Option<&Bound> {
+        let begins = path.iter().any(|step| step.address == self.begin_at);
+        begins.then_some(&self.begin)
+    }
 }
 
 /// What is known of called functions: by the address of the call (none: wherever it is) and of the

@@ -5,9 +5,10 @@
 //! accesses its own data. What a core looks up in the other's memory between ticks comes as a
 //! number (`Running::visits`).
 
-use super::memory::{Extent, Interference, Others, Reach};
+use super::memory::{Extent, Interference, Lies, Others, Reach};
 use super::program::Program;
 use super::tick_handler::{OnCore, TickHandlerBound, stack_memory, tick_handlers};
+use super::waiting::{WaitCause, Waited};
 use super::{ByContention, NotBounded};
 use whippen_arm::image::{Image, Linked as LinkedSection, SectionKind};
 use whippen_board::{BankSet, Board};
@@ -24,6 +25,21 @@ impl Bounded {
         self.contended
             .cycles_max
             .saturating_sub(self.alone.cycles_max)
+    }
+
+    /// What these cycles are for.
+    pub fn waiting(&self) -> Vec<Waited> {
+        let mut waiting = self.contended.waiting.clone();
+        let listed: i64 = waiting.iter().map(|waited| waited.cycles).sum();
+        let rest = self.contention_cycles_max() as i64 - listed;
+        if rest != 0 {
+            waiting.push(Waited {
+                cause: WaitCause::OtherPath,
+                data: "",
+                cycles: rest,
+            });
+        }
+        waiting
     }
 }
 
@@ -46,7 +62,7 @@ pub fn cores(
         let alone = Interference::new(
             board,
             &program.sections,
-            (contended.code, contended.data.clone()),
+            contended.lies(),
             Others::default(),
         );
         let core = OnCore {
@@ -77,9 +93,8 @@ fn around<'a>(
 ) -> Interference<'a> {
     let image = &whole.image;
     let cores = whole.keys_of_cores.len();
-    let data = data(image, program, board, core, cores);
     let mut others = Others {
-        prefetch: board.fetches_apart,
+        fetches: board.fetches_apart,
         ..Others::default()
     };
     if cores > 1 {
@@ -96,7 +111,12 @@ fn around<'a>(
         1 => own_code | code_banks(image, board, 1),
         _ => own_code,
     };
-    Interference::new(board, &program.sections, (code, data), others)
+    let lies = Lies {
+        code,
+        data: data(image, board, core, cores),
+        stack: stack_memory(program, board, core).map_or(Reach::default(), |(_, reach)| reach),
+    };
+    Interference::new(board, &program.sections, lies, others)
 }
 
 /// What core 1 looks up besides in the memory of core 0 where that has several zones: head and tail
@@ -110,8 +130,8 @@ fn more_visits(core: usize, programs: &[&CoreCode]) -> u32 {
     }
 }
 
-/// Where a core's data and its stack lie.
-fn data(image: &Image, program: &Program, board: &Board, core: usize, cores: usize) -> Reach {
+/// Where a core's data lie.
+fn data(image: &Image, board: &Board, core: usize, cores: usize) -> Reach {
     // A single core also runs what is named after another one.
     let own = |section: &&LinkedSection| {
         section.kind != SectionKind::Code
@@ -122,8 +142,7 @@ fn data(image: &Image, program: &Program, board: &Board, core: usize, cores: usi
     };
     let sections = image.sections.iter().filter(own);
     let reaches = sections.map(|section| Extent::of(section).reach(board));
-    let stack = stack_memory(program, board, core).map_or(Reach::default(), |(_, reach)| reach);
-    reaches.fold(stack, Reach::and)
+    reaches.fold(Reach::default(), Reach::and)
 }
 
 /// The banks of a core's code.

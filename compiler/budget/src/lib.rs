@@ -31,6 +31,7 @@ mod cores;
 mod error;
 mod facts;
 mod graph;
+mod idle;
 mod longest;
 mod memory;
 mod order;
@@ -42,6 +43,7 @@ mod state;
 mod tick;
 mod tick_handler;
 mod unknown;
+mod waiting;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -51,12 +53,13 @@ pub use code::Code;
 pub use contention::ByContention;
 pub use cores::{Bounded, cores};
 pub use error::NotBounded;
-pub use memory::{Extent, Interference, Others, Reach};
+pub use memory::{Accessed, Extent, Interference, Lies, Others, Reach, Waits};
 pub use program::Program;
 pub use report::{Budget, CoreBudget};
-pub use tick::{Tick, ticks};
+pub use tick::{Tick, tick_without_waiting, ticks};
 pub use tick_handler::{OnCore, TickHandlerBound, ZoneBound, tick_handlers};
 pub use unknown::{Unknown, UnknownTime};
+pub use waiting::{WaitCause, Waited};
 
 /// What the bytes do not say.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -123,7 +126,9 @@ pub struct Step {
     /// Its cycles; of all rounds but the last two where a loop was not written out.
     pub cycles: u64,
     /// Of those, for memory.
-    pub waits: u64,
+    pub waits: Waits,
+    /// The data that it accesses.
+    pub accessed: Accessed,
     /// How often; more than once only for the head of a loop that was not written out.
     pub times: u32,
 }

@@ -17,7 +17,7 @@ use super::arena::{Arena, Chain, START};
 use super::block::Walker;
 use super::facts::Facts;
 use super::graph::{BlockId, Destination, Graph, TABLE_MAX};
-use super::memory::Bases;
+use super::memory::{Accessed, GraphMemory, Waits};
 use super::order::{Element, Loop, Order};
 use super::relevant::{Relevance, writes};
 use super::stack::Stack;
@@ -77,7 +77,7 @@ impl Longest {
             graph,
             relevance: &relevance,
             previous: None,
-            bases: Bases::of(&query.annotations.bases, graph),
+            memory: GraphMemory::of(&query.annotations.bases, graph, query.interference),
             arena: Arena::default(),
             class: Evidence::Exact,
             infeasible: 0,
@@ -373,7 +373,8 @@ impl<'a> Search<'a> {
         let step = Step {
             address: 0,
             cycles: rest,
-            waits: 0,
+            waits: Waits::default(),
+            accessed: Accessed::Nothing,
             times: left,
         };
         let chain = self.walker.arena.step(chain, step);

@@ -5,13 +5,15 @@
 //! * what the memory or the bus takes beyond a cycle;
 //! * an access of every other manager that may use the bank, as the phase of the round robin is not
 //!   documented;
-//! * an own fetch, where the word may lie in a bank that the code is being fetched from.
+//! * an own fetch, where the word may lie in a bank that the code is fetched from.
 //!
 //! All are upper bounds, by rules. An address that facts do not narrow is taken for the core's own
 //! data; what may be fetched or accessed in memory without a known time is an error.
 
 mod access;
+mod graph_memory;
 mod pipelining;
+mod waits;
 
 use whippen_arm::image::Linked;
 use whippen_board::{AccessTime, BankSet, Board, Memory, Target};
@@ -23,11 +25,14 @@ use std::collections::BTreeMap;
 use super::facts::{Facts, Interval};
 use super::graph::Graph;
 use super::unknown::{Unknown, UnknownTime};
+pub use graph_memory::GraphMemory;
+pub use waits::{Accessed, Waits};
+
 use access::{accesses, addresses, fetched, is_by_register, is_literal, is_store, roughly};
 
-/// Cycles that an access costs more, at most, that meets the prefetch: "can sometimes", says the
+/// Cycles that an access costs more, at most, that meets an own fetch: "can sometimes", says the
 /// RP2350 datasheet (3.7.4.9.12).
-const PREFETCH_CYCLES: u16 = 1;
+const FETCH_CYCLES: u16 = 1;
 
 /// The address of a branch's target that is not known but lies in the core's own code: in the upper
 /// half of a word, which is fetched by itself.
@@ -116,6 +121,8 @@ pub struct Interference<'a> {
     pub sections: &'a [Extent],
     /// Where the code's data may lie, when the analysis does not know an address.
     pub data: Reach,
+    /// Where the core's stack lies: data of code that hands out its addresses.
+    pub stack: Reach,
     /// The banks of the core's code, where a branch goes whose target is not known.
     pub code: BankSet,
     /// Who else uses memory.
@@ -127,8 +134,8 @@ pub struct Interference<'a> {
 /// Who else uses memory; by default nobody.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Others {
-    /// Whether data in a bank that is being fetched from costs a cycle.
-    pub prefetch: bool,
+    /// Whether data in a bank that the core fetches from costs a cycle.
+    pub fetches: bool,
     /// For each other manager of the bus, of the same priority, the banks that it may use.
     pub contenders: Vec<BankSet>,
     /// How many accesses of others come in a tick besides: each makes one of ours wait for one
@@ -151,16 +158,24 @@ struct Access {
     /// The instruction.
     at: u32,
     store: bool,
+    /// Banks that may be fetched from meanwhile.
+    fetched: BankSet,
+}
+
+/// Where the parts of a core's program lie.
+#[derive(Debug, Clone, Default)]
+pub struct Lies {
+    /// The banks of its code.
+    pub code: BankSet,
+    /// Its data.
+    pub data: Reach,
+    /// Its stack.
+    pub stack: Reach,
 }
 
 impl<'a> Interference<'a> {
     /// A board with others at work.
-    pub fn new(
-        board: &'a Board,
-        sections: &'a [Extent],
-        (code, data): (BankSet, Reach),
-        others: Others,
-    ) -> Self {
+    pub fn new(board: &'a Board, sections: &'a [Extent], lies: Lies, others: Others) -> Self {
         let of_bank = |bank: usize| {
             let memories = board.memory.iter();
             let mine = memories.filter(|memory| memory.banks.contains(&(bank as u8)));
@@ -177,14 +192,25 @@ impl<'a> Interference<'a> {
         Self {
             board,
             sections,
-            data,
-            code,
+            data: lies.data,
+            stack: lies.stack,
+            code: lies.code,
             others,
             banks,
         }
     }
 
-    /// Cycles that an instruction may wait for its data and for what is fetched behind it.
+    /// Where the parts of the core's program lie.
+    pub fn lies(&self) -> Lies {
+        Lies {
+            code: self.code,
+            data: self.data.clone(),
+            stack: self.stack.clone(),
+        }
+    }
+
+    /// Cycles that an instruction of a graph may wait for its data and for what is fetched behind
+    /// it.
     ///
     /// # Errors
     /// It may meet memory without a known time.
@@ -193,12 +219,12 @@ impl<'a> Interference<'a> {
         inst: &Inst,
         at: u32,
         facts: &Facts,
-        bases: &Bases,
+        graph: &GraphMemory,
         outcome: &Outcome,
-    ) -> Result<u16, UnknownTime> {
-        let mut waits = 0u16;
+    ) -> Result<Waits, UnknownTime> {
+        let mut waits = Waits::default();
         for word in fetched(inst, at, outcome.target.map(|target| target.address)) {
-            waits = waits.saturating_add(self.fetch(at, word)?);
+            waits += self.fetch(at, word)?;
         }
         let words = if outcome.skipped { 0 } else { accesses(inst) };
         if words == 0 {
@@ -207,18 +233,19 @@ impl<'a> Interference<'a> {
         let access = Access {
             at,
             store: is_store(inst),
+            fetched: graph.fetched,
         };
         if let Some(first) = addresses(inst, at, facts) {
             for word in 0..words {
-                waits = waits.saturating_add(self.word(access, first, word)?);
+                waits += self.word(access, first, word)?;
             }
             return Ok(waits);
         }
-        let mut each = self.anywhere(at, &self.reach(inst, at, bases))?;
+        let mut each = self.anywhere(access, &self.reach(inst, at, graph))?;
         if let Some(base) = roughly(inst, facts) {
             each = each.max(self.beyond(access, base)?);
         }
-        Ok(waits.saturating_add(words.saturating_mul(each)))
+        Ok(waits + each.times(words))
     }
 
     /// As [`Self::waits`] where nothing is known but the bases, and any other address may be a
@@ -226,48 +253,69 @@ impl<'a> Interference<'a> {
     ///
     /// # Errors
     /// It may meet memory without a known time.
-    pub fn waits_max(&self, inst: &Inst, at: u32, bases: &Bases) -> Result<u16, UnknownTime> {
-        let waits = self.waits(inst, at, &Facts::nothing(), bases, &Outcome::NEXT)?;
-        if bases.reach(inst).is_some() {
+    pub fn waits_max(
+        &self,
+        inst: &Inst,
+        at: u32,
+        graph: &GraphMemory,
+    ) -> Result<Waits, UnknownTime> {
+        let waits = self.waits(inst, at, &Facts::nothing(), graph, &Outcome::NEXT)?;
+        if graph.bases.reach(inst).is_some() {
             return Ok(waits);
         }
         let buses = self.board.buses.iter();
         let device = buses
             .map(|bus| bus.read_cycles.max(bus.write_cycles).saturating_sub(1))
             .max();
-        let all = self.board.memory.iter();
-        let remote = all
-            .flat_map(|memory| &memory.banks)
-            .map(|&bank| self.bank(at, bank));
-        let more = device.unwrap_or(0).max(remote.max().unwrap_or(0));
-        Ok(waits.saturating_add(accesses(inst).saturating_mul(more)))
+        let device = Waits {
+            access: device.unwrap_or(0),
+            ..Waits::default()
+        };
+        let all = self.board.memory.iter().flat_map(|memory| &memory.banks);
+        let more = all
+            .map(|&bank| self.bank(graph.fetched, bank))
+            .fold(device, Waits::max);
+        Ok(waits + more.times(accesses(inst)))
+    }
+
+    /// What an instruction's data are.
+    pub fn accessed(&self, inst: &Inst, at: u32, facts: &Facts, graph: &GraphMemory) -> Accessed {
+        match addresses(inst, at, facts) {
+            _ if accesses(inst) == 0 => Accessed::Nothing,
+            _ if is_literal(inst) || inst.n == reg::PC => Accessed::Constant,
+            Some(address) => Accessed::At(address.low as u32),
+            None if graph.bases.reach(inst).is_some() => Accessed::By(inst.n),
+            None => Accessed::Unknown,
+        }
     }
 
     /// Waiting for a word of instructions.
-    fn fetch(&self, at: u32, word: u32) -> Result<u16, UnknownTime> {
+    fn fetch(&self, at: u32, word: u32) -> Result<Waits, UnknownTime> {
+        let others = |others: u16| Waits {
+            others,
+            ..Waits::default()
+        };
         if word == SOMEWHERE {
-            let banks = (0..BankSet::BITS as u8).filter(|bank| self.code >> bank & 1 != 0);
-            let contention = banks.map(|bank| self.cycles(bank).contention);
-            return Ok(contention.max().unwrap_or(0));
+            let contention = banks_of(self.code).map(|bank| self.cycles(bank).contention);
+            return Ok(others(contention.max().unwrap_or(0)));
         }
         if let Target::Memory(memory) = self.board.target(word)
             && memory.fetch == AccessTime::Cycles(1)
         {
-            return Ok(memory
-                .bank(word)
-                .map_or(0, |bank| self.cycles(bank).contention));
+            let contention = memory.bank(word).map(|bank| self.cycles(bank).contention);
+            return Ok(others(contention.unwrap_or(0)));
         }
         Err(self.unknown(at, true, self.unknown_at(word)))
     }
 
     /// The word that stands so many behind one of these.
-    fn word(&self, access: Access, first: Interval, nth: u16) -> Result<u16, UnknownTime> {
+    fn word(&self, access: Access, first: Interval, nth: u16) -> Result<Waits, UnknownTime> {
         let address = |first: i64| (first as u32).wrapping_add(4 * u32::from(nth));
         let (low, high) = (address(first.low), address(first.high));
         if low == high {
             return self.one_word(access, low);
         }
-        let mut most = 0;
+        let mut most = Waits::default();
         for word in (low & !3..=high).step_by(4) {
             most = most.max(self.one_word(access, word)?);
         }
@@ -276,66 +324,72 @@ impl<'a> Interference<'a> {
 
     /// A word near an address that may also be no address: an index, to which the address is
     /// added.
-    fn beyond(&self, access: Access, base: Interval) -> Result<u16, UnknownTime> {
+    fn beyond(&self, access: Access, base: Interval) -> Result<Waits, UnknownTime> {
         match self.word(access, base, 0) {
             Err(UnknownTime {
                 what: Unknown::Nothing { .. },
                 ..
-            }) => Ok(0),
+            }) => Ok(Waits::default()),
             other => other,
         }
     }
 
     /// A word at an address.
-    fn one_word(&self, access: Access, word: u32) -> Result<u16, UnknownTime> {
+    fn one_word(&self, access: Access, word: u32) -> Result<Waits, UnknownTime> {
+        let device = |cycles: u16| Waits {
+            access: cycles.saturating_sub(1),
+            ..Waits::default()
+        };
         match self.board.target(word) {
             Target::Memory(memory) if memory.access.extra_cycles().is_some() => Ok(memory
                 .bank(word)
-                .map_or(0, |bank| self.bank(access.at, bank))),
-            Target::Bus(bus) if access.store => Ok(bus.write_cycles.saturating_sub(1)),
-            Target::Bus(bus) => Ok(bus.read_cycles.saturating_sub(1)),
+                .map_or(Waits::default(), |bank| self.bank(access.fetched, bank))),
+            Target::Bus(bus) if access.store => Ok(device(bus.write_cycles)),
+            Target::Bus(bus) => Ok(device(bus.read_cycles)),
             _ => Err(self.unknown(access.at, false, self.unknown_at(word))),
         }
     }
 
     /// One word anywhere in what can be reached.
-    fn anywhere(&self, at: u32, reach: &Reach) -> Result<u16, UnknownTime> {
+    fn anywhere(&self, access: Access, reach: &Reach) -> Result<Waits, UnknownTime> {
         if let Some(what) = &reach.unknown {
-            return Err(self.unknown(at, false, what.clone()));
+            return Err(self.unknown(access.at, false, what.clone()));
         }
-        let banks = (0..BankSet::BITS as u8).filter(|bank| reach.banks >> bank & 1 != 0);
-        Ok(banks.map(|bank| self.bank(at, bank)).max().unwrap_or(0))
+        let each = banks_of(reach.banks).map(|bank| self.bank(access.fetched, bank));
+        Ok(each.fold(Waits::default(), Waits::max))
     }
 
     /// Where an instruction's access goes whose address is not known: a table of branches lies
-    /// behind its branch.
-    fn reach(&self, inst: &Inst, at: u32, bases: &Bases) -> Reach {
+    /// behind its branch, and nobody has an address of the stack to whom the code gave none.
+    fn reach(&self, inst: &Inst, at: u32, graph: &GraphMemory) -> Reach {
         let code = (inst.n == reg::PC)
             .then(|| self.board.memory_at(at))
             .flatten();
-        match code {
-            Some(memory) => Reach {
+        if let Some(memory) = code {
+            return Reach {
                 banks: memory.bank_set(),
                 unknown: None,
-            },
-            None => bases.reach(inst).unwrap_or(&self.data).clone(),
+            };
         }
+        let known = graph.bases.reach(inst).cloned();
+        known.unwrap_or_else(|| match graph.takes_stack_address || inst.n == reg::SP {
+            true => self.data.clone().and(self.stack.clone()),
+            false => self.data.clone(),
+        })
     }
 
-    /// One word of an exception's frame or a vector: nothing is fetched meanwhile.
+    /// One word of an exception's frame or a vector: what is fetched meanwhile, the end of what is
+    /// interrupted and the beginning of what follows, is code of this core.
     ///
     /// # Errors
     /// Stack or vectors lie in memory without a known time.
-    pub fn exception_word(&self, at: u32, reach: &Reach) -> Result<u16, UnknownTime> {
-        if let Some(what) = &reach.unknown {
-            return Err(self.unknown(at, false, what.clone()));
-        }
-        let banks = (0..BankSet::BITS as u8).filter(|bank| reach.banks >> bank & 1 != 0);
-        let cycles = banks.map(|bank| {
-            let cycles = self.cycles(bank);
-            cycles.contention + cycles.extra
-        });
-        Ok(cycles.max().unwrap_or(0))
+    pub fn exception_word(&self, at: u32, reach: &Reach) -> Result<Waits, UnknownTime> {
+        let access = Access {
+            at,
+            store: true,
+            fetched: self.code,
+        };
+        self.anywhere(access, reach)
     }
 
     /// Cycles that one access of somebody else makes one of ours wait, at most.
@@ -344,17 +398,15 @@ impl<'a> Interference<'a> {
         1 + u32::from(slowest.unwrap_or(0))
     }
 
-    /// One word of a bank.
-    fn bank(&self, at: u32, bank: u8) -> u16 {
-        let ahead = [4, 8, 12].map(|words| (at & !3).wrapping_add(words));
-        let is_fetched = |word: u32| {
-            let memory = self.board.memory_at(word);
-            memory.and_then(|memory| memory.bank(word)) == Some(bank)
-        };
-        let meets = self.others.prefetch && ahead.into_iter().any(is_fetched);
-        let prefetch = if meets { PREFETCH_CYCLES } else { 0 };
+    /// One word of a bank, while these may be fetched from.
+    fn bank(&self, fetched: BankSet, bank: u8) -> Waits {
+        let meets = self.others.fetches && fetched >> bank & 1 != 0;
         let cycles = self.cycles(bank);
-        cycles.contention + cycles.extra + prefetch
+        Waits {
+            access: cycles.extra,
+            fetches: if meets { FETCH_CYCLES } else { 0 },
+            others: cycles.contention,
+        }
     }
 
     fn cycles(&self, bank: u8) -> BankCycles {
@@ -391,6 +443,11 @@ impl<'a> Interference<'a> {
             better: better.map(|memory| memory.name.clone()),
         }
     }
+}
+
+/// The banks of a set.
+fn banks_of(set: BankSet) -> impl Iterator<Item = u8> {
+    (0..BankSet::BITS as u8).filter(move |bank| set >> bank & 1 != 0)
 }
 
 /// Where accesses through registers go.

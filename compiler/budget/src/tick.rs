@@ -9,13 +9,13 @@
 //! key is the largest of its modes'. Every piece begins behind a taken branch, where the pipeline
 //! holds nothing of the piece before ([`Bound::settled`] says so), so the pieces' sums are exact.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use whippen_isa::timing::{Core, Evidence, Target};
 
 use super::memory::{Interference, Reach};
 use super::program::Program;
-use super::{Annotations, Bound, ByContention, NotBounded, Query, bound_by_contention};
+use super::{Annotations, Bound, ByContention, NotBounded, Query, bound, bound_by_contention};
 
 /// The bounds of a tick.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -62,6 +62,12 @@ impl Places {
             end: of(format!("{name}.end"))?,
         })
     }
+
+    /// Where its pieces end: where the next one begins.
+    fn stops(&self) -> BTreeSet<u32> {
+        let modes = self.modes.iter().map(|(_, at)| *at);
+        modes.chain([self.end]).collect()
+    }
 }
 
 /// Bounds the tick of `name` with each of two interferences. It returns to where it was called,
@@ -80,17 +86,12 @@ pub fn ticks(
     bases: BTreeMap<u8, Reach>,
 ) -> Result<ByContention<Tick>, NotBounded> {
     let places = Places::find(program, name)?;
-    let mut annotations: Annotations = Annotations {
+    let annotations = Annotations {
         return_to,
         bases,
+        stops: places.stops(),
         ..program.annotations.clone()
     };
-    annotations.stops = places
-        .modes
-        .iter()
-        .map(|(_, at)| *at)
-        .chain([places.end])
-        .collect();
     let called = Annotations {
         entered,
         ..annotations.clone()
@@ -124,6 +125,46 @@ pub fn ticks(
             .push((symbol.clone(), bounds.contended));
     }
     ticks.map(|tick| tick.checked(&places)).both()
+}
+
+/// Bounds the tick of `name` wherever it is called from, where each access and each fetch takes one
+/// cycle, nobody else is at the memory, and all data lie in one memory.
+///
+/// # Errors
+/// What cannot be bounded, or is not there.
+pub fn tick_without_waiting(
+    program: &Program,
+    name: &str,
+    core: &Core,
+) -> Result<Tick, NotBounded> {
+    let places = Places::find(program, name)?;
+    let annotations = Annotations {
+        stops: places.stops(),
+        ..program.annotations.clone()
+    };
+    let inside = Annotations {
+        inside: true,
+        ..annotations.clone()
+    };
+    let of = |entry, annotations| {
+        bound(&Query {
+            core,
+            code: &program.code,
+            entry,
+            annotations,
+            interference: None,
+        })
+    };
+    let mut modes = Vec::new();
+    for (symbol, at) in &places.modes {
+        modes.push((symbol.clone(), of(*at, &annotations)?));
+    }
+    let tick = Tick {
+        modes,
+        entry: of(places.tick, &annotations)?,
+        end: of(places.end, &inside)?,
+    };
+    tick.checked(&places)
 }
 
 impl Tick {

@@ -15,16 +15,17 @@
 
 use std::collections::BTreeMap;
 
-use whippen_isa::timing::{Core, Evidence, Outcome, Pipe, Target};
-use whippen_isa::{Class, reg};
+use whippen_isa::reg;
+use whippen_isa::timing::{Core, Evidence};
 
-use super::calls::{Calls, KnownCalls};
-use super::graph::{Control, Graph, Tables};
-use super::memory::{Bases, Interference, Reach, SOMEWHERE};
+use super::calls::{Calls, Costs, KnownCalls};
+use super::idle::Idle;
+use super::memory::{Interference, Reach, Waits};
 use super::program::Program;
 use super::tick::{Tick, ticks};
 use super::unknown::Unknown;
-use super::{Annotations, Bound, ByContention, NotBounded, Query, bound, stack};
+use super::waiting::{Tally, WaitCause, Waited};
+use super::{Annotations, Bound, ByContention, NotBounded, Query, bound};
 use whippen_arm::thumb::{self, Points};
 use whippen_board::Board;
 use whippen_firmware::{CoreCode, DEAD, RUNNING, Running};
@@ -47,6 +48,8 @@ pub struct TickHandlerBound {
     pub handler: Bound,
     /// What the cycles around the keys are for, on the handler's worst-case path.
     pub parts: Vec<(String, u64)>,
+    /// What the waiting of the frame consists of, as far as it is on the longest paths.
+    pub waiting: Vec<Waited>,
     /// Cycles from the request to the return, at most.
     pub cycles_max: u64,
     /// Bytes of stack: what runs between ticks, the exception, the handler.
@@ -152,8 +155,10 @@ pub fn tick_handlers(
 struct Around {
     /// The longest instruction that the tick interrupts.
     idle: Idle,
-    /// Waiting for memory, for each word that the exception saves.
-    stacking: u64,
+    /// Waiting for memory, for each word that the exception saves and restores.
+    stacking: Waits,
+    /// For its vector.
+    vector: Waits,
 }
 
 impl<'a> OnCore<'a> {
@@ -200,10 +205,16 @@ impl<'a> OnCore<'a> {
         zones: Vec<ZoneBound>,
     ) -> Result<TickHandlerBound, NotBounded> {
         let handler = find(self.program, self.running.handler)?;
-        let handled = self.bound_handler(handler, calls.known(&calls.costs(self, &zones)?))?;
+        let costs = calls.costs(self, &zones)?;
+        let handled = self.bound_handler(handler, calls.known(&costs))?;
         let around = Around {
             idle: self.bound_idle()?,
-            stacking: self.stacking_cycles(handler)?,
+            stacking: self
+                .interference
+                .exception_word(handler, &self.stack()?.1)?,
+            vector: self
+                .interference
+                .exception_word(handler, &self.vectors()?)?,
         };
         let keys_cycles: u64 = zones
             .iter()
@@ -211,6 +222,7 @@ impl<'a> OnCore<'a> {
             .sum();
         let of_handler = calls.parts(self.program, &handled.path, keys_cycles);
         let parts = self.list_parts(&around, of_handler);
+        let waiting = self.list_waiting(&around, &handled, &zones, &costs);
         let stack_bytes_max = around.idle.stack_bytes_max + SAVED_BYTES + handled.stack_bytes_max;
         self.has_stack_room(self.stack()?.0, stack_bytes_max)?;
         Ok(TickHandlerBound {
@@ -221,6 +233,7 @@ impl<'a> OnCore<'a> {
             zones,
             handler: handled,
             parts,
+            waiting,
         })
     }
 
@@ -258,20 +271,20 @@ impl<'a> OnCore<'a> {
         Idle::of(&self.query(find(self.program, self.running.idle)?, &sleeping))
     }
 
-    /// Cycles that the exception waits for memory, a word.
-    fn stacking_cycles(&self, handler: u32) -> Result<u64, NotBounded> {
+    /// Where the table of vectors lies.
+    fn vectors(&self) -> Result<Reach, NotBounded> {
         let vectors = find(self.program, self.running.vectors)?;
-        let of_vectors = self.program.reach_of(self.interference.board, vectors);
-        let saved = self.stack()?.1.and(of_vectors.unwrap_or_default());
-        Ok(self.interference.exception_word(handler, &saved)?.into())
+        let reach = self.program.reach_of(self.interference.board, vectors);
+        Ok(reach.unwrap_or_default())
     }
 
     /// What the cycles around the keys are for, in the order of time.
     fn list_parts(&self, around: &Around, of_handler: Vec<(String, u64)>) -> Vec<(String, u64)> {
         let exceptions = &self.core.exceptions;
-        let words = u64::from(SAVED_WORDS);
-        let enter = u64::from(exceptions.entry.cycles) + (words + 1) * around.stacking;
-        let leave = u64::from(exceptions.exit.cycles) + words * around.stacking;
+        let saved = u64::from(around.stacking.times(SAVED_WORDS).cycles());
+        let vector = u64::from(around.vector.cycles());
+        let enter = u64::from(exceptions.entry.cycles) + saved + vector;
+        let leave = u64::from(exceptions.exit.cycles) + saved;
         let mut parts = vec![
             (
                 "the instruction in progress".to_string(),
@@ -281,12 +294,48 @@ impl<'a> OnCore<'a> {
         ];
         parts.extend(of_handler);
         parts.push(("return from the interrupt".to_string(), leave));
-        let others = &self.interference.others;
-        let remote = others.remote_accesses * self.interference.remote_access_cycles();
-        if remote > 0 {
-            parts.push(("the other core's visits".to_string(), u64::from(remote)));
+        let visits = self.visits_cycles();
+        if visits > 0 {
+            parts.push((WaitCause::Visits.to_string(), visits));
         }
         parts
+    }
+
+    /// What the other core's visits cost a frame.
+    fn visits_cycles(&self) -> u64 {
+        let others = &self.interference.others;
+        u64::from(others.remote_accesses * self.interference.remote_access_cycles())
+    }
+
+    /// What is waited for on the longest paths.
+    fn list_waiting(
+        &self,
+        around: &Around,
+        handled: &Bound,
+        zones: &[ZoneBound],
+        costs: &Costs,
+    ) -> Vec<Waited> {
+        let mut tally = Tally::default();
+        let begins = costs.begins_on(&handled.path);
+        tally.add_frame(self.program, &handled.path);
+        if let Some(begin) = begins {
+            tally.add_frame(self.program, &begin.path);
+        }
+        if let Some(row) = &costs.row {
+            tally.add_frame(self.program, &row.path);
+        }
+        for zone in zones {
+            let keys = match (begins, zones) {
+                (Some(_), [_]) => zone.keys().saturating_sub(1),
+                _ => zone.keys(),
+            };
+            tally.add_keys(self.program, zone, keys);
+        }
+        let saved = 2 * u64::from(SAVED_WORDS);
+        tally.add("what the interrupt saves", around.stacking, saved);
+        tally.add("what the interrupt saves", around.vector, 1);
+        tally.add_cycles(WaitCause::Visits, "", self.visits_cycles());
+        tally.list()
     }
 
     /// As sure as the least sure number of a frame.
@@ -415,56 +464,4 @@ fn only_handler(program: &Program, running: &Running, handler: u32) -> Result<()
         }
     }
     Ok(())
-}
-
-/// What the tick interrupts.
-struct Idle {
-    /// The longest instruction: it is finished first.
-    cycles_max: u64,
-    stack_bytes_max: u32,
-}
-
-impl Idle {
-    fn of(query: &Query) -> Result<Self, NotBounded> {
-        let graph = Graph::build(query, &Tables::default())?;
-        let bases = Bases::of(&query.annotations.bases, &graph);
-        let items = graph.blocks.iter().flat_map(|block| &block.items);
-        let mut cycles_max = 0;
-        for item in items {
-            if item.inst.class().is_floating_point() {
-                return Err(NotBounded::FloatingPoint {
-                    address: item.address,
-                });
-            }
-            let taken = Target {
-                address: SOMEWHERE,
-                wide: true,
-            };
-            let target = (item.control != Control::Next).then_some(taken);
-            let waits = match query.interference {
-                Some(interference) => interference.waits_max(&item.inst, item.address, &bases)?,
-                None => 0,
-            };
-            let quotient_bits = if item.inst.class() == Class::Divide {
-                31
-            } else {
-                0
-            };
-            let outcome = Outcome {
-                target,
-                waits,
-                quotient_bits,
-                ..Outcome::NEXT
-            };
-            let (_, cost) = query
-                .core
-                .issue(Pipe::default(), &item.timed, item.address, &outcome);
-            let cycles = u64::from(cost.cycles()) + u64::from(query.core.late.cycles);
-            cycles_max = cycles_max.max(cycles);
-        }
-        Ok(Self {
-            cycles_max,
-            stack_bytes_max: stack::follow(query, &graph)?.deepest,
-        })
-    }
 }

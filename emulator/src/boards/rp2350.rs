@@ -26,31 +26,37 @@ pub(super) const CHIP: ChipTable = ChipTable {
         Banks {
             base: 0x2000_0000,
             bytes: 256 << 10,
+            first_port: 0,
             ports: 4,
         },
         Banks {
             base: 0x2004_0000,
             bytes: 256 << 10,
+            first_port: 4,
             ports: 4,
         },
         Banks {
             base: 0x2008_0000,
             bytes: 4 << 10,
+            first_port: 8,
             ports: 1,
         },
         Banks {
             base: 0x2008_1000,
             bytes: 4 << 10,
+            first_port: 9,
             ports: 1,
         },
         Banks {
             base: 0x1000_0000,
             bytes: 4 << 20,
+            first_port: 10,
             ports: 1,
         },
         Banks {
             base: 0,
             bytes: 0x8000,
+            first_port: 11,
             ports: 1,
         },
     ],

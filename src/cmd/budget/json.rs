@@ -1,7 +1,7 @@
 //! The budget for programs.
 
 use serde_json::{Map, Value, json};
-use whippen_compiler::budget::{Bounded, CoreBudget, ZoneBound};
+use whippen_compiler::budget::{Bounded, CoreBudget, Waited, ZoneBound};
 use whippen_compiler::keyboard::ZoneId;
 
 use crate::cmd::proof::{ImageProof, ProgramReport, ZoneReport};
@@ -66,6 +66,7 @@ impl ProgramReport<'_> {
             "slack": core.slack(),
             "alone_cycles_max": of.alone.cycles_max,
             "contention_cycles_max": core.contention_cycles_max,
+            "waiting": of.waiting().iter().map(waited_json).collect::<Vec<_>>(),
             "around_keys": parts(&of.alone),
             "more_keys": core.more_keys,
             "stack_bytes_max": core.stack_bytes_max,
@@ -126,4 +127,8 @@ impl ProgramReport<'_> {
         };
         self.zone(zone).modes.iter().enumerate().map(mode).collect()
     }
+}
+
+fn waited_json(waited: &Waited) -> Value {
+    json!({ "for": waited.cause.to_string(), "data": waited.data, "cycles": waited.cycles })
 }

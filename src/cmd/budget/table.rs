@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use whippen_compiler::budget::Bounded;
+
 use crate::cmd::proof::{ImageProof, ProgramReport};
 use crate::cmd::setup::symbol_prefix;
 
@@ -145,26 +147,7 @@ impl ProgramReport<'_> {
                 core.cycles_max,
                 100.0 * core.utilization()
             );
-            if self.program.is_split() {
-                for zone in &bounded.alone.zones {
-                    let key = zone.tick.key_cycles_max();
-                    let (cycles, instrument) = (
-                        u64::from(zone.keys()) * key,
-                        symbol_prefix(self.zone(zone.of.zone).compiled),
-                    );
-                    let _ = writeln!(
-                        out,
-                        "  {cycles:>6}  {} keys of {instrument}, {key} each",
-                        zone.keys()
-                    );
-                }
-            } else {
-                let (all, key) = (
-                    bounded.alone.keys_cycles_max(),
-                    bounded.alone.key_cycles_max(),
-                );
-                let _ = writeln!(out, "  {all:>6}  keys, {key} each");
-            }
+            self.keys_of_core(bounded, out);
             let _ = writeln!(
                 out,
                 "  {:>6}  around them\n  {:>6}  waiting for {}its own fetches; \
@@ -178,6 +161,42 @@ impl ProgramReport<'_> {
                 },
                 100.0 * bounded.alone.cycles_max as f64 / self.budget.period_cycles.max(1) as f64
             );
+            print_waiting(bounded, out);
         }
+    }
+
+    /// What the keys of a core take.
+    fn keys_of_core(&self, bounded: &Bounded, out: &mut String) {
+        if self.program.is_split() {
+            for zone in &bounded.alone.zones {
+                let key = zone.tick.key_cycles_max();
+                let (cycles, instrument) = (
+                    u64::from(zone.keys()) * key,
+                    symbol_prefix(self.zone(zone.of.zone).compiled),
+                );
+                let _ = writeln!(
+                    out,
+                    "  {cycles:>6}  {} keys of {instrument}, {key} each",
+                    zone.keys()
+                );
+            }
+        } else {
+            let (all, key) = (
+                bounded.alone.keys_cycles_max(),
+                bounded.alone.key_cycles_max(),
+            );
+            let _ = writeln!(out, "  {all:>6}  keys, {key} each");
+        }
+    }
+}
+
+/// What the waiting of a core's frame consists of.
+fn print_waiting(bounded: &Bounded, out: &mut String) {
+    for waited in bounded.waiting() {
+        let data = match waited.data {
+            "" => String::new(),
+            data => format!(": {data}"),
+        };
+        let _ = writeln!(out, "  {:>12}  {}{data}", waited.cycles, waited.cause);
     }
 }

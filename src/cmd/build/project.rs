@@ -7,9 +7,7 @@ use std::path::Path;
 
 use whippen_compiler::bindings::{Interface, c_header, c_source, rust_module};
 use whippen_compiler::firmware::with_values_from;
-use whippen_compiler::image::{
-    Board, Input, Object, SectionKind, Start, Variables, link, relocatable,
-};
+use whippen_compiler::image::{Input, Object, SectionKind, Variables, link, relocatable};
 use whippen_compiler::kernel::{Kernel, verify};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::thumb::{self, Built};
@@ -18,24 +16,24 @@ use whippen_runtime::image::ImageInstrument;
 
 use super::Args;
 use super::files::{Files, put};
+use super::tick_bound::{self, TickBound};
+use crate::cmd::proof::ANYWAY;
 use crate::cmd::setup::{code_failure, link_failure, symbol_prefix};
 use crate::exit::{Failure, Outcome};
 use crate::say::say;
 
-/// What files for another project say of time, in two lines.
-const NOT_PROVEN: [&str; 2] = [
-    "Nothing is proven of its time: what surrounds the keys, and where code and data lie,",
-    "is up to the project that has it. `whippen budget` proves whole images.",
-];
+/// What C code for another project says of time, in two lines.
+const NOT_PROVEN: &str = "Nothing is proven of its time: which instructions run, what surrounds the keys, and where\n\
+                          code and data lie, is up to the project that has it. `whippen budget` proves whole images.";
 
 /// Keys that play one instrument.
-struct Part<'a> {
+pub(super) struct Part<'a> {
     /// Prefix of its names.
-    name: String,
+    pub name: String,
     /// Its number.
     instrument: usize,
-    compiled: &'a Compiled,
-    keys: u32,
+    pub compiled: &'a Compiled,
+    pub keys: u32,
     /// Its first key, on the keyboard.
     first: u32,
 }
@@ -93,7 +91,7 @@ impl Files<'_> {
         }
         let sources = interfaces.iter().filter_map(c_source);
         let sources: Vec<String> = sources.collect();
-        put_interfaces(path, &interfaces)?;
+        put_interfaces(path, NOT_PROVEN, &interfaces)?;
         let text = format!("#include \"{include}\"\n\n{}", sources.join("\n"));
         put(path, text.as_bytes())?;
         for part in &parts {
@@ -131,14 +129,46 @@ impl Files<'_> {
                 places: &instruments[part.instrument].places,
             })
             .collect();
+        let of_time = self.of_time(args, &parts, &instruments, &inputs)?;
         let (object, places) = Object::joined(&inputs);
         let bytes = relocatable(&object, setup.board.arch, &places, &own)
             .map_err(|error| Failure::Defect(format!("the object file: an address {error}")))?;
         self.tables(args, &inputs, &format!("{}_tick", parts[0].name))?;
-        put_interfaces(path, &interfaces)?;
+        put_interfaces(path, &of_time, &interfaces)?;
         put(path, &bytes)?;
         each().for_each(|(part, built)| report(path, part, built));
+        say!("{of_time}");
         Ok(())
+    }
+
+    /// What is to be said of the time of all ticks, which one core calls one after the other.
+    fn of_time(
+        &self,
+        args: &Args,
+        parts: &[Part],
+        instruments: &[ImageInstrument],
+        inputs: &[Input],
+    ) -> Result<String, Failure> {
+        let (mut told, mut all, mut period) = (Vec::new(), 0, u64::MAX);
+        for (part, input) in parts.iter().zip(inputs) {
+            let of = (self.setup, part);
+            let bound = TickBound::of(of, &instruments[part.instrument], input);
+            if let Ok(bound) = &bound {
+                let (most, between) = bound.cycles();
+                (all, period) = (all + most, period.min(between));
+            }
+            told.push(tick_bound::check(of, bound, args.unproven)?);
+        }
+        if parts.len() > 1 && all > period {
+            let why =
+                format!("all zones together take up to {all} cycles, and a tick has {period}");
+            if !args.unproven {
+                eprintln!("error: {why}\n{ANYWAY}");
+                return Err(Failure::Program);
+            }
+            told.push(format!("Not proven to be in time: {why}."));
+        }
+        Ok(told.join("\n"))
     }
 
     fn compiled(&self, part: &Part, instrument: &ImageInstrument) -> Result<Built, Failure> {
@@ -159,29 +189,31 @@ impl Files<'_> {
         if args.map.is_none() && args.listing.is_none() {
             return Ok(());
         }
-        // Nobody starts here, so nothing is needed to start.
-        let board = Board {
-            start: Start::Vectors,
-            ..self.setup.board.clone()
-        };
+        let board = tick_bound::board_to_link_for(self.setup);
         let image = link(&board, inputs, entry).map_err(link_failure)?;
         self.listings(args, &image, &board)
     }
 }
 
 /// The header and the module beside a file; of several instruments, a module for each.
-fn put_interfaces(path: &Path, all: &[Interface]) -> Outcome {
-    let [first, second] = NOT_PROVEN;
+fn put_interfaces(path: &Path, of_time: &str, all: &[Interface]) -> Outcome {
     let headers: Vec<String> = all.iter().map(c_header).collect();
-    let header = format!("/* {first}\n   {second} */\n{}", headers.join("\n"));
+    let header = format!(
+        "/* {} */\n{}",
+        of_time.replace('\n', "\n   "),
+        headers.join("\n")
+    );
     put(&path.with_extension("h"), header.as_bytes())?;
     let module = |own: &Interface| match all.len() {
         1 => rust_module(own),
         _ => format!("pub mod {} {{\n{}}}\n", own.name, rust_module(own)),
     };
     let modules: Vec<String> = all.iter().map(module).collect();
-    let module = format!("// {first}\n// {second}\n{}", modules.join("\n"));
-    put(&path.with_extension("rs"), module.as_bytes())
+    let note: String = of_time.lines().map(|line| format!("// {line}\n")).collect();
+    put(
+        &path.with_extension("rs"),
+        (note + &modules.join("\n")).as_bytes(),
+    )
 }
 
 fn report(path: &Path, part: &Part, built: &Built) {

@@ -8,7 +8,7 @@ use whippen_board::Memory;
 use whippen_isa::{Inst, reg};
 
 use super::access::{accesses, addresses, is_by_register, is_literal, roughly};
-use super::{Bases, Interference, steps};
+use super::{GraphMemory, Interference, steps};
 use crate::facts::Facts;
 use crate::graph::Item;
 
@@ -20,7 +20,7 @@ impl Interference<'_> {
         previous: Option<&Item>,
         item: &Item,
         facts: &Facts,
-        bases: &Bases,
+        graph: &GraphMemory,
     ) -> bool {
         let Some(previous) = previous.filter(|previous| accesses(&previous.inst) > 0) else {
             return true;
@@ -31,8 +31,8 @@ impl Interference<'_> {
         // What is known now of its registers was known in front of it, too, unless it wrote them.
         let kept = previous.inst.defs().core_bits() >> previous.inst.n & 1 == 0;
         let facts_before = if kept { facts } else { &Facts::nothing() };
-        let before = self.memory_of(&previous.inst, previous.address, facts_before, bases);
-        let now = self.memory_of(&item.inst, item.address, facts, bases);
+        let before = self.memory_of(&previous.inst, previous.address, facts_before, graph);
+        let now = self.memory_of(&item.inst, item.address, facts, graph);
         match (before, now) {
             (Some(before), Some(now)) => before.base != now.base,
             _ => true,
@@ -40,11 +40,17 @@ impl Interference<'_> {
     }
 
     /// The memory that an instruction accesses, where it is known to be one.
-    fn memory_of(&self, inst: &Inst, at: u32, facts: &Facts, bases: &Bases) -> Option<&Memory> {
+    fn memory_of(
+        &self,
+        inst: &Inst,
+        at: u32,
+        facts: &Facts,
+        graph: &GraphMemory,
+    ) -> Option<&Memory> {
         if is_literal(inst) {
             return self.board.memory_at(at);
         }
-        if let Some(reach) = bases.reach(inst) {
+        if let Some(reach) = graph.bases.reach(inst) {
             let holds = |memory: &&Memory| reach.banks & !memory.bank_set() == 0;
             let known = reach.unknown.is_none() && reach.banks != 0;
             return self.board.memory.iter().filter(|_| known).find(holds);
@@ -78,7 +84,7 @@ mod tests {
     use whippen_isa::Arch;
     use whippen_isa::timing::Core;
 
-    use crate::{Annotations, Code, Interference, Others, Query, Reach, bound};
+    use crate::{Annotations, Code, Interference, Lies, Others, Query, Reach, bound};
 
     fn memory(name: &str, base: u32, bank: u8) -> Memory {
         Memory {
@@ -130,7 +136,12 @@ mod tests {
             banks: 0b110,
             unknown: None,
         };
-        let alone = Interference::new(&board, &[], (1, data), Others::default());
+        let lies = Lies {
+            code: 1,
+            data,
+            ..Lies::default()
+        };
+        let alone = Interference::new(&board, &[], lies, Others::default());
         let query = Query {
             core: &Core::cortex_m4(),
             code: &code,

@@ -59,18 +59,32 @@ fn board() -> Board {
 fn waits_at(word: u16, at: u32, r0: [u32; 2]) -> Result<u16, UnknownTime> {
     let inst = decode(word, 0, Arch::V8M, ItState::OUTSIDE).expect("an instruction");
     let board = board();
-    let data = Reach {
-        banks: 0b1111,
-        unknown: None,
-    };
+    let data = reach(0b1111);
     let others = Others {
-        prefetch: true,
+        fetches: true,
         contenders: vec![0b10_1111_0000],
         remote_accesses: 0,
     };
-    let around = Interference::new(&board, &[], (0b1111, data), others);
+    let lies = Lies {
+        code: 0b1111,
+        data,
+        stack: reach(1 << 8),
+    };
+    let around = Interference::new(&board, &[], lies, others);
     let facts = Facts::of_registers(&BTreeMap::from([(0, r0)]));
-    around.waits(&inst, at, &facts, &Bases::default(), &Outcome::NEXT)
+    let graph = GraphMemory {
+        fetched: board.memory_at(at).map_or(0, Memory::bank_set),
+        ..GraphMemory::default()
+    };
+    let waits = around.waits(&inst, at, &facts, &graph, &Outcome::NEXT);
+    waits.map(Waits::cycles)
+}
+
+fn reach(banks: BankSet) -> Reach {
+    Reach {
+        banks,
+        unknown: None,
+    }
 }
 
 const LDR_R1_R0: u16 = 0x6801;
@@ -96,8 +110,8 @@ fn an_address_of_a_few_waits_as_the_worst_of_them() {
     );
     assert_eq!(
         waits(0x2000_0000, 0x2000_0000),
-        Ok(0),
-        "the bank of the instruction, not of those behind it"
+        Ok(1),
+        "the bank of the instruction: nobody says how far ahead is fetched"
     );
     assert_eq!(
         waits(0x2000_0000, 0x2000_0010),
@@ -140,4 +154,52 @@ fn memory_without_a_known_time_is_an_error_wherever_it_may_be_met() {
             target: 0x2008_2000
         }
     );
+}
+
+/// The banks that the code of a few instructions is fetched from, and whether it hands out
+/// addresses of the stack.
+fn of_code(at: u32, words: &[u16]) -> (BankSet, bool) {
+    let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    let mut code = crate::Code::default();
+    code.add(at, bytes);
+    let board = board();
+    let lies = Lies {
+        code: 0b1111,
+        ..Lies::default()
+    };
+    let around = Interference::new(&board, &[], lies, Others::default());
+    let query = crate::Query {
+        core: &whippen_isa::timing::Core::cortex_m33(),
+        code: &code,
+        entry: at,
+        annotations: &crate::Annotations::default(),
+        interference: Some(&around),
+    };
+    let graph = Graph::build(&query, &crate::graph::Tables::default()).expect("a graph");
+    let memory = GraphMemory::of(&BTreeMap::new(), &graph, Some(&around));
+    (memory.fetched, memory.takes_stack_address)
+}
+
+const NOP: u16 = 0xbf00;
+const BX_LR: u16 = 0x4770;
+const PUSH_LR: u16 = 0xb500;
+const POP_PC: u16 = 0xbd00;
+const MOV_R0_SP: u16 = 0x4668;
+const ADD_R0_SP: u16 = 0xa801;
+
+/// What a branch leads to is fetched, too: the caller's code, which may be any of the core's.
+#[test]
+fn fetches_are_those_of_the_code_and_of_where_it_returns() {
+    let (near, _) = of_code(0x2008_0000, &[NOP, PUSH_LR, POP_PC]);
+    assert_eq!(near, 1 << 8 | 0b1111);
+    let (end, _) = of_code(0x2008_0ffc, &[NOP, BX_LR]);
+    assert_eq!(end, 1 << 8 | 0b1111, "nothing behind the end of the memory");
+}
+
+#[test]
+fn an_address_of_the_stack_is_noticed_wherever_it_goes() {
+    let takes = |words: &[u16]| of_code(0x2000_0000, words).1;
+    assert!(!takes(&[PUSH_LR, POP_PC]));
+    assert!(takes(&[MOV_R0_SP, BX_LR]));
+    assert!(takes(&[ADD_R0_SP, BX_LR]));
 }
