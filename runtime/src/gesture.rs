@@ -266,6 +266,20 @@ mod tests {
     }
 
     #[test]
+    fn turns_stay_within_what_is_sensed() {
+        let ends = |low: f64, end: f64| {
+            let angles = turns(low, end).positions(RATE_HZ);
+            angles
+                .iter()
+                .fold((0.0_f64, 0.0_f64), |(least, most), angle| {
+                    (least.min(*angle), most.max(*angle))
+                })
+        };
+        assert_eq!(ends(-1.0, 1.0), (-FURTHEST, FURTHEST));
+        assert_eq!(ends(0.0, 1.0), (0.0, FURTHEST));
+    }
+
+    #[test]
     fn a_stroke_goes_where_it_says_when_it_says() {
         let x = Gesture::new()
             .stroke(0.1, 0.2, 0.3, 0.1, 0.010)

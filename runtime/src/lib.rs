@@ -31,6 +31,7 @@ pub mod plant;
 pub mod plot;
 pub mod record;
 pub mod report;
+pub mod ringing;
 pub mod session;
 pub mod stroke;
 pub mod titles;

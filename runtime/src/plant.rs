@@ -90,6 +90,8 @@ pub struct Plant<'d> {
     /// Forces asked for, with the steps at which they begin to act.
     asked: VecDeque<(usize, f64)>,
     held: f64,
+    /// What lies on the key besides the player (N, down).
+    weight: f64,
     step: usize,
     energy: Energy,
 }
@@ -121,8 +123,27 @@ impl<'d> Plant<'d> {
             seen: VecDeque::from(vec![x; late + 1]),
             asked: VecDeque::new(),
             held: 0.0,
+            weight: 0.0,
             step: 0,
             energy: Energy::default(),
+        })
+    }
+
+    /// A key that is at rest at a place under a force of the drive (N, up) and as much of somebody
+    /// else (down), in a hand that wants it there; then it is pushed, to move with `speed` (m/s).
+    pub fn balanced(
+        device: &'d Device,
+        rate_hz: u32,
+        player: Player,
+        (x, force, speed): (f64, f64, f64),
+    ) -> Option<Plant<'d>> {
+        let rest = Plant::new(device, rate_hz, player, x)?;
+        Some(Plant {
+            force,
+            held: force,
+            weight: force,
+            v: speed,
+            ..rest
         })
     }
 
@@ -217,7 +238,7 @@ impl<'d> Plant<'d> {
             ..
         } = self.mechanics;
         let (own, added) = self.pull();
-        let all = own - self.force - damping * self.v - self.stop();
+        let all = own + self.weight - self.force - damping * self.v - self.stop();
         let before = self.v;
         let free = self.v + self.step_s * all / (mass + added);
         // Dry friction stops the key or slows it, but never turns it round.

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use clap::ValueHint;
 use whippen_compiler::check::{Keyboard, Options, Program};
-use whippen_compiler::diag::{Diagnostic, Severity};
+use whippen_compiler::diag::Severity;
 use whippen_compiler::keyboard::InstrumentId;
 use whippen_compiler::model::Model;
 use whippen_compiler::source::SourceMap;
-use whippen_compiler::stability;
 use whippen_runtime::device::Device;
+use whippen_runtime::ringing;
 
 use super::load::{self, Form};
 use super::opened::Opened;
@@ -77,7 +77,7 @@ fn once(args: &Args) -> Outcome {
         if let Some(note) = device::unmeasured(&device, &model).filter(|_| !args.json) {
             tell!("note: {note}");
         }
-        let judged = args.stability.then(|| warnings(&model, &device));
+        let judged = args.stability.then(|| ringing::warnings(&model, &device));
         let compiled = match load::compiled_as(form, &map, model, &device) {
             Ok(compiled) => compiled,
             // What is wrong with one instrument hides nothing of the next.
@@ -88,7 +88,7 @@ fn once(args: &Args) -> Outcome {
             Err(other) => return Err(other),
         };
         if let Some(warnings) = judged {
-            load::report(form, &map, &warnings, Severity::Warning);
+            load::report(form, &map, &warnings, Severity::Note);
         }
         if args.json {
             args.numbers.then(|| say!("{}", json::numbers(&compiled)));
@@ -151,10 +151,4 @@ impl CheckedDevices {
             .get(all.iter().position(plays).unwrap_or(0));
         Ok(Device::fitting(found.and_then(Option::as_ref), model))
     }
-}
-
-/// What rings with some hand; nothing where the device does not say how its key moves.
-fn warnings(model: &Model, device: &Device) -> Vec<Diagnostic> {
-    let found = device.key().and_then(|key| stability::analyze(model, &key));
-    found.map_or_else(Vec::new, |found| stability::warnings(model, &found))
 }

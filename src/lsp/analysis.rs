@@ -10,10 +10,10 @@ use whippen_compiler::index::{Definition, Index, NameKind, Occurrence};
 use whippen_compiler::lower::{Export, ExportKind};
 use whippen_compiler::pipeline::{CompileError, Compiled, compile};
 use whippen_compiler::source::SourceMap;
-use whippen_compiler::stability::{analyze, warnings};
 use whippen_compiler::syntax::ast::File;
 use whippen_compiler::syntax::parse;
 use whippen_runtime::device::Device;
+use whippen_runtime::ringing;
 use whippen_runtime::session;
 
 use super::uri;
@@ -66,8 +66,8 @@ impl Analysis {
         });
         for model in checked.map(|p| p.instruments).unwrap_or_default() {
             let device = Device::fitting(named.as_ref(), &model);
-            if unknown && let Some(found) = device.key().and_then(|key| analyze(&model, &key)) {
-                rings.extend(warnings(&model, &found));
+            if unknown {
+                rings.extend(ringing::warnings(&model, &device));
             }
             match compile(model, device.scales(), true) {
                 Ok(compiled) => {

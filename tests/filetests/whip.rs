@@ -9,6 +9,7 @@ use whippen_compiler::pipeline::{CompileError, Compiled, compile};
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::{stability, syntax};
 use whippen_runtime::device::Device;
+use whippen_runtime::ringing;
 
 /// What `whippen budget` says of the loop on the device of an instrument, as it is shown; something
 /// must be.
@@ -16,12 +17,7 @@ pub fn budget(text: &str, words: &[&str]) -> Result<String, String> {
     let (map, mut diagnostics, program) = front(text, words)?;
     for model in program.iter().flat_map(|p| &p.instruments) {
         let device = Device::of(model);
-        let key = device.key().ok_or("the device has no mechanics")?;
-        diagnostics.extend(
-            stability::analyze(model, &key)
-                .map(|s| stability::warnings(model, &s))
-                .unwrap_or_default(),
-        );
+        diagnostics.extend(ringing::warnings(model, &device));
         let rated = device.rated_force().ok_or("the device has no motor")?;
         diagnostics.extend(
             stability::static_force(model).and_then(|s| stability::too_strong(model, &s, rated)),

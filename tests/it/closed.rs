@@ -162,11 +162,11 @@ fn the_budget_has_numbers_stability_and_motor() {
             &baker["stability"]["verdict"],
             &baker["warnings"][0]["code"]
         ),
-        (&"unstable".into(), &"WH0702".into())
+        (&"rings".into(), &"WH0702".into())
     );
     let (out, err) = shell.ends(0, &["budget", &bundled("baker.whip"), "--keys", "4"]);
     assert!(
-        out.contains("stability: UNSTABLE")
+        out.contains("stability: IT RINGS")
             && err.contains("WH0702")
             && err.contains("is stable with every hand")
     );

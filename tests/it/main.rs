@@ -32,6 +32,7 @@ mod player;
 mod random_programs;
 mod reference;
 mod report;
+mod rings;
 mod stability;
 mod strokes;
 mod tables;

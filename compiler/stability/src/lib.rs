@@ -6,6 +6,8 @@
 //!                                                                           |
 //!   Key (mass, friction, delay, bandwidth) --------------------- passive: damping that no hand can do without (Colgate & Schenkel)
 //!   Hands (a table) --Held--> position for a force -------------- margin: how much larger a force may be before it rings (Nyquist)
+//!                                                                           |
+//!   what fails --trial--> somebody who runs it (runtime) --> it rings, or is only not proven; advice that passes
 //! ```
 //!
 //! What is claimed and what is not stands in `docs/stability.md`: each piece is judged by itself,
@@ -14,24 +16,32 @@
 //!
 //! Not here: the device file (runtime), motion and heat, words for the terminal.
 
+mod advice;
 mod border;
 mod gradient;
 mod hands;
 mod key;
 mod linear;
+mod loops;
 mod margin;
 mod modes;
 mod passive;
 mod pieces;
+mod place;
+mod pole;
 mod response;
 mod statics;
+mod trial;
 mod warning;
 
 pub use border::Borders;
 pub use hands::{HANDS, hands};
 pub use key::{Hand, Key};
+pub use loops::PerHand;
 pub use margin::GROWTH_PER_S;
-pub use modes::{Mode, PerHand, Stability, analyze, analyze_law};
+pub use modes::{Mode, Stability, analyze, analyze_law};
 pub use pieces::Law;
+pub use place::Place;
 pub use statics::{Static, static_force, static_force_of, too_strong};
+pub use trial::{Oscillation, Seen, Trial};
 pub use warning::warnings;

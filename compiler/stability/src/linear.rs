@@ -137,6 +137,25 @@ impl Linear<Interval> {
         }
     }
 
+    /// What holds of it if one of these does, too; none of them has cells.
+    pub(super) fn within(mut self, parts: &[Linear<Interval>]) -> Linear<Interval> {
+        if parts.is_empty() || parts.iter().any(|part| !part.a.is_empty()) {
+            return self;
+        }
+        for (number, output) in self.outputs.iter_mut().enumerate() {
+            for (input, own) in output.direct.iter_mut().enumerate() {
+                let all = parts.iter().map(|part| part.outputs[number].direct[input]);
+                if let Some(hull) = all.reduce(Interval::union) {
+                    let (low, high) = (own.low.max(hull.low), own.high.min(hull.high));
+                    if low <= high {
+                        *own = Interval { low, high };
+                    }
+                }
+            }
+        }
+        self
+    }
+
     /// Sum over the force terms by input.
     pub(super) fn total(&self, input: usize) -> Interval {
         let zero = Interval::point(0.0);

@@ -94,27 +94,7 @@ pub fn on_circle(theta: f64, rate_hz: f64) -> Complex64 {
 
 /// The margin of a loop gain `P H`, known at `angles` and computed between them.
 pub fn margin(angles: &[f64], known: &[Complex64], at: &impl Fn(f64) -> Complex64) -> Margin {
-    let mut crossings = Vec::new();
-    let points: Vec<Point> = angles
-        .iter()
-        .zip(known)
-        .map(|(theta, gain)| Point::new(*theta, *gain))
-        .collect();
-    for pair in points.windows(2) {
-        between(&pair[0], &pair[1], at, 0, &mut crossings);
-    }
-    // At half the rate the gain is real: a pole there is alone, and rings at every second tick.
-    if let (Some(theta), Some(gain)) = (angles.last(), known.last()) {
-        let factor = -1.0 / gain.re;
-        if factor > 0.0 {
-            crossings.push(Crossing {
-                factor,
-                theta: *theta,
-                leaves: true,
-            });
-        }
-    }
-    crossings.sort_by(|a, b| a.factor.total_cmp(&b.factor));
+    let crossings = crossings(angles, known, at);
     let mut outside = 0;
     let mut safe = Margin::ENDLESS;
     for Crossing {
@@ -139,6 +119,44 @@ pub fn margin(angles: &[f64], known: &[Complex64], at: &impl Fn(f64) -> Complex6
         }
     }
     if outside > 0 { safe } else { Margin::ENDLESS }
+}
+
+/// Factors up to 1 at which pairs of poles leave the circle, and their angles.
+pub fn leaving(
+    angles: &[f64],
+    known: &[Complex64],
+    at: &impl Fn(f64) -> Complex64,
+) -> Vec<(f64, f64)> {
+    let left = |c: &Crossing| c.leaves && c.factor <= 1.0;
+    let crossings = crossings(angles, known, at);
+    let found = crossings.iter().filter(|c| left(c));
+    found.map(|c| (c.factor, c.theta)).collect()
+}
+
+/// Every pair of poles on the circle at some factor, by rising factors.
+fn crossings(angles: &[f64], known: &[Complex64], at: &impl Fn(f64) -> Complex64) -> Vec<Crossing> {
+    let mut crossings = Vec::new();
+    let points: Vec<Point> = angles
+        .iter()
+        .zip(known)
+        .map(|(theta, gain)| Point::new(*theta, *gain))
+        .collect();
+    for pair in points.windows(2) {
+        between(&pair[0], &pair[1], at, 0, &mut crossings);
+    }
+    // At half the rate the gain is real: a pole there is alone, and rings at every second tick.
+    if let (Some(theta), Some(gain)) = (angles.last(), known.last()) {
+        let factor = -1.0 / gain.re;
+        if factor > 0.0 {
+            crossings.push(Crossing {
+                factor,
+                theta: *theta,
+                leaves: true,
+            });
+        }
+    }
+    crossings.sort_by(|a, b| a.factor.total_cmp(&b.factor));
+    crossings
 }
 
 /// Finds crossings between two angles; halves them while the gain turns far.

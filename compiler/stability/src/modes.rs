@@ -1,19 +1,17 @@
 //! The analysis: pieces to systems, systems against the key by itself and against every hand.
 
-use std::cell::RefCell;
-use std::collections::HashSet;
+use std::collections::HashMap;
 
-use num_complex::Complex64;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
 use super::gradient::{decided, is_point};
-use super::hands::hands;
-use super::key::{Hand, Held, Key};
+use super::key::Key;
 use super::linear::{Linear, System};
-use super::margin::{Margin, angles, margin, on_circle};
-use super::passive::{Hold, damping_for_changing};
+use super::loops::{Between, Loops, PerHand};
+use super::passive::damping_for_changing;
 use super::pieces::{Law, Piece};
-use super::response::{Differentiator, forces, settles};
+use super::place::{PLACES_MAX, Place};
+use super::response::Differentiator;
 use whippen_deterministic::parallel;
 use whippen_ids::IdMap;
 use whippen_lang::model::{Interval, Model, Node, NodeId};
@@ -22,16 +20,9 @@ use whippen_lang::model::{Interval, Model, Node, NodeId};
 /// itself.
 const COMBINED_MAX: usize = 4;
 
-/// What a hand makes of a mode.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PerHand {
-    /// The hand.
-    pub hand: Hand,
-    /// The forces may be so many times what they are before the loop rings; below 1 it does.
-    pub factor: f64,
-    /// What it rings with at that border (Hz); 0 where there is none.
-    pub ring_hz: f64,
-}
+/// So often a piece is cut along something, and into so many parts.
+const CUTS_MAX: u32 = 200;
+const CUT_IN: u32 = 48;
 
 /// One linear system that occurs: some pieces of the law at some values of its parameters.
 #[derive(Debug, Clone)]
@@ -48,6 +39,10 @@ pub struct Mode {
     pub damping_needed: f64,
     /// The hand that bears it least.
     pub worst: PerHand,
+    /// Its derivatives are ends of intervals: some may be larger than any that occurs.
+    pub bounded: bool,
+    /// Where it occurs; the first few.
+    pub places: Vec<Place>,
     pub(super) system: System,
 }
 
@@ -108,172 +103,6 @@ impl Stability {
     }
 }
 
-/// Everything about frequency that does not depend on the program's state: made once.
-#[derive(Debug, Clone)]
-pub(super) struct Loops {
-    pub rate_hz: f64,
-    pub angles: Vec<f64>,
-    pub differentiators: Vec<Differentiator>,
-    pub hands: Vec<(Hand, Held, Vec<Complex64>)>,
-    /// `x`, `x'`, `x''` of every sense at the angles: on the circle, and on the unit circle.
-    inputs: [Vec<Vec<Complex64>>; 2],
-    holds: Vec<Hold>,
-}
-
-/// What was found between the angles, by the angle's bits: hands and systems halve the same steps.
-#[derive(Debug, Default)]
-pub(super) struct Between {
-    /// Of the key in a hand, by its number too.
-    gains: FxHashMap<(usize, u64), Complex64>,
-    inputs: FxHashMap<u64, Vec<Complex64>>,
-    /// Of all terms of one system.
-    sums: FxHashMap<u64, Complex64>,
-}
-
-impl Loops {
-    fn new(model: &Model, key: &Key) -> Loops {
-        let rate_hz = f64::from(model.rate_hz);
-        let angles = angles(rate_hz);
-        let held = |hand: Hand| {
-            let held = Held::new(key, &hand, rate_hz);
-            let gains = angles
-                .iter()
-                .map(|theta| held.at(on_circle(*theta, rate_hz)))
-                .collect();
-            (hand, held, gains)
-        };
-        let differentiators: Vec<Differentiator> = model
-            .senses
-            .iter()
-            .map(|s| Differentiator::new(s.window, rate_hz))
-            .collect();
-        let inputs = |z: &dyn Fn(f64) -> Complex64| {
-            angles
-                .iter()
-                .map(|theta| inputs(&differentiators, z(*theta)))
-                .collect::<Vec<_>>()
-        };
-        Loops {
-            rate_hz,
-            inputs: [inputs(&|theta| on_circle(theta, rate_hz)), inputs(&on_unit)],
-            hands: hands(model.turns()).into_iter().map(held).collect(),
-            holds: angles
-                .iter()
-                .map(|theta| Hold::new(key, rate_hz, *theta))
-                .collect(),
-            differentiators,
-            angles,
-        }
-    }
-
-    /// Forces of all terms for a unit of `x`, at an angle of the circle.
-    pub fn forces(&self, system: &System, theta: f64) -> Vec<Complex64> {
-        let z = on_circle(theta, self.rate_hz);
-        forces(system, z, &inputs(&self.differentiators, z))
-    }
-
-    /// The sum of all terms at every angle.
-    fn responses(
-        &self,
-        system: &System,
-        inputs: &[Vec<Complex64>],
-        z: impl Fn(f64) -> Complex64,
-    ) -> Vec<Complex64> {
-        let at = |(theta, inputs): (&f64, &Vec<Complex64>)| {
-            forces(system, z(*theta), inputs).iter().sum()
-        };
-        self.angles.iter().zip(inputs).map(at).collect()
-    }
-
-    /// The margin in the hand that bears it least.
-    pub fn worst(&self, system: &System, between: &mut Between) -> PerHand {
-        let system = &system.summed();
-        let responses = self.responses(system, &self.inputs[0], |theta| {
-            on_circle(theta, self.rate_hz)
-        });
-        between.sums.clear();
-        let between = RefCell::new(between);
-        let per_hand = self
-            .hands
-            .iter()
-            .enumerate()
-            .map(|(number, (hand, held, gains))| {
-                let at = |theta: f64| {
-                    let z = on_circle(theta, self.rate_hz);
-                    let Between {
-                        gains,
-                        inputs: known,
-                        sums,
-                    } = &mut **between.borrow_mut();
-                    let gain = *gains
-                        .entry((number, theta.to_bits()))
-                        .or_insert_with(|| held.at(z));
-                    let sum = sums.entry(theta.to_bits()).or_insert_with(|| {
-                        let inputs = known
-                            .entry(theta.to_bits())
-                            .or_insert_with(|| inputs(&self.differentiators, z));
-                        forces(system, z, inputs).iter().sum()
-                    });
-                    gain * *sum
-                };
-                let known: Vec<Complex64> =
-                    gains.iter().zip(&responses).map(|(p, h)| p * h).collect();
-                let Margin { factor, theta } = margin(&self.angles, &known, &at);
-                PerHand {
-                    hand: *hand,
-                    factor,
-                    ring_hz: theta * self.rate_hz / std::f64::consts::TAU,
-                }
-            });
-        let least = |a: PerHand, b: PerHand| if b.factor < a.factor { b } else { a };
-        per_hand.reduce(least).unwrap_or(PerHand {
-            hand: Hand::FREE,
-            factor: f64::INFINITY,
-            ring_hz: 0.0,
-        })
-    }
-
-    /// What holds for a system.
-    fn mode(&self, name: String, system: System, between: &mut Between) -> Mode {
-        let direct = |part: usize| {
-            system
-                .outputs
-                .iter()
-                .flat_map(move |o| o.direct.iter().skip(part).step_by(3))
-                .sum()
-        };
-        Mode {
-            name,
-            gains: std::array::from_fn(direct),
-            coupled: system.a.len(),
-            settles: settles(&system.a, on_circle(0.0, self.rate_hz).re),
-            damping_needed: self.damping_needed(&system),
-            worst: self.worst(&system, between),
-            system,
-        }
-    }
-
-    /// Damping that the key needs to be passive.
-    fn damping_needed(&self, system: &System) -> f64 {
-        let responses = self.responses(&system.summed(), &self.inputs[1], on_unit);
-        // Below 1 rad/s nothing is sampled: what is left there is the limit.
-        let places = self.angles.iter().zip(self.holds.iter().zip(&responses));
-        let places = places.filter(|(theta, _)| **theta * self.rate_hz >= 1.0);
-        places
-            .map(|(_, (hold, response))| hold.damping(*response))
-            .fold(0.0, f64::max)
-    }
-}
-
-fn on_unit(theta: f64) -> Complex64 {
-    Complex64::from_polar(1.0, theta)
-}
-
-/// `x`, `x'`, `x''` of every sense for a unit of `x`.
-fn inputs(differentiators: &[Differentiator], z: Complex64) -> Vec<Complex64> {
-    differentiators.iter().flat_map(|d| d.at(z)).collect()
-}
-
 /// The stability budget of an instrument as checked; `None` where its values cannot be bounded.
 pub fn analyze(model: &Model, key: &Key) -> Option<Stability> {
     analyze_law(&Law::of(model)?, key)
@@ -284,25 +113,26 @@ pub fn analyze_law(law: &Law, key: &Key) -> Option<Stability> {
     let (model, loops) = (&law.model, Loops::new(&law.model, key));
     let mut found = Found {
         law,
-        exactly: FxHashSet::default(),
-        known: HashSet::new(),
+        cuts: CUTS_MAX,
+        exactly: FxHashMap::default(),
+        known: HashMap::new(),
         systems: Vec::new(),
     };
     let mut coarse = false;
     for (piece, rows) in law.pieces() {
         coarse |= piece.coarse;
         let linear = Linear::of(law, piece, rows);
-        for corner in found.corners(piece, linear) {
-            for system in corner.corners() {
-                found.add(piece, system);
+        for (given, corner) in found.corners(piece, linear) {
+            let systems = corner.corners();
+            let bounded = systems.len() > 1;
+            for system in systems {
+                found.add((piece, bounded), &given, system);
             }
         }
     }
-    let mut modes = parallel::map_with(
-        found.systems,
-        Between::default,
-        |between, (name, system)| loops.mode(name, system, between),
-    );
+    let mut modes = parallel::map_with(found.systems, Between::default, |between, found| {
+        loops.mode(found, between)
+    });
     modes.sort_by(|a, b| a.worst.factor.total_cmp(&b.worst.factor));
     let whole = law.whole();
     let rows = law.rows(&whole).ok()?;
@@ -337,16 +167,30 @@ pub fn analyze_law(law: &Law, key: &Key) -> Option<Stability> {
 
 struct Found<'a> {
     law: &'a Law,
+    /// Pieces may still be cut so often to bound them better.
+    cuts: u32,
     /// What systems are, in bits, and in words.
-    exactly: FxHashSet<Vec<u64>>,
-    known: HashSet<String>,
-    /// Each with the name of the piece that it was found in.
-    systems: Vec<(String, System)>,
+    exactly: FxHashMap<Vec<u64>, usize>,
+    known: HashMap<String, usize>,
+    systems: Vec<FoundSystem>,
+}
+
+/// A system that occurs.
+pub(super) struct FoundSystem {
+    /// Of the piece that it was found in.
+    pub name: String,
+    pub bounded: bool,
+    pub places: Vec<Place>,
+    pub system: System,
 }
 
 impl Found<'_> {
     /// The systems of a piece at the ends of what parameters may be.
-    fn corners(&self, piece: &Piece, linear: Linear<Interval>) -> Vec<Linear<Interval>> {
+    fn corners(
+        &mut self,
+        piece: &Piece,
+        linear: Linear<Interval>,
+    ) -> Vec<(Piece, Linear<Interval>)> {
         let point = |row: &Vec<Interval>| row.iter().all(|v| is_point(*v));
         let fixed = linear.a.iter().chain(&linear.b).all(point)
             && linear
@@ -354,8 +198,12 @@ impl Found<'_> {
                 .iter()
                 .all(|o| point(&o.direct) && point(&o.cells));
         let parameters = self.law.parameters();
-        if fixed || parameters.is_empty() {
-            return vec![linear];
+        if fixed {
+            return vec![(piece.clone(), linear)];
+        }
+        if parameters.is_empty() {
+            let tight = self.tightened(piece, linear);
+            return vec![(piece.clone(), tight)];
         }
         let mut found = Vec::new();
         for ends in ends(&parameters, &piece.at) {
@@ -364,13 +212,46 @@ impl Found<'_> {
                 continue;
             };
             if let Ok(rows) = self.law.rows(&given) {
-                found.push(Linear::of(self.law, &given, &rows));
+                let linear = self.tightened(&given, Linear::of(self.law, &given, &rows));
+                found.push((given, linear));
             }
         }
         found
     }
 
-    fn add(&mut self, piece: &Piece, system: System) {
+    /// Bounded better by cutting the piece along each position and speed: what holds in every part
+    /// holds in all. Only where nothing moves along, as then all parts have the same shape.
+    fn tightened(&mut self, piece: &Piece, linear: Linear<Interval>) -> Linear<Interval> {
+        let law = self.law;
+        let open = |l: &Linear<Interval>| {
+            l.outputs
+                .iter()
+                .any(|o| !o.direct.iter().all(|v| is_point(*v)))
+        };
+        let mut tight = linear;
+        for &node in &law.nodes {
+            let along = matches!(law.model.dag.get(node), Node::Sense(_) | Node::Slope(_));
+            if !along || !tight.a.is_empty() || !open(&tight) || self.cuts == 0 {
+                continue;
+            }
+            self.cuts -= 1;
+            let own = piece.at[node];
+            let end = |i: u32| own.low + own.width() * f64::from(i) / f64::from(CUT_IN);
+            let part = |i: u32| {
+                let (low, high) = (end(i), end(i + 1));
+                let given = law.given(piece, &[(node, Interval { low, high })])?;
+                Some(law.rows(&given).map(|rows| Linear::of(law, &given, &rows)))
+            };
+            let parts: Result<Vec<Linear<Interval>>, NodeId> =
+                (0..CUT_IN).filter_map(part).collect();
+            if let Ok(parts) = parts {
+                tight = tight.within(&parts);
+            }
+        }
+        tight
+    }
+
+    fn add(&mut self, (piece, bounded): (&Piece, bool), given: &Piece, system: System) {
         let outputs = system
             .outputs
             .iter()
@@ -380,12 +261,26 @@ impl Found<'_> {
             .chain(system.b.iter().flatten());
         // Most are known to the last bit, and need no words.
         let number = |v: &f64| format!("{v:.5e},");
-        if self
-            .exactly
-            .insert(numbers.clone().map(|v| v.to_bits()).collect())
-            && self.known.insert(numbers.map(number).collect())
-        {
-            self.systems.push((name(&self.law.model, piece), system));
+        let model = &self.law.model;
+        let bits = numbers.clone().map(|v| v.to_bits()).collect();
+        let (known, systems) = (&mut self.known, &mut self.systems);
+        let at = *self.exactly.entry(bits).or_insert_with(|| {
+            let new = || {
+                systems.push(FoundSystem {
+                    name: name(model, piece),
+                    bounded,
+                    places: Vec::new(),
+                    system: system.clone(),
+                });
+                systems.len() - 1
+            };
+            *known
+                .entry(numbers.map(number).collect())
+                .or_insert_with(new)
+        });
+        let places = &mut self.systems[at].places;
+        if places.len() < PLACES_MAX {
+            places.push(Place::of(model, given));
         }
     }
 }

@@ -31,6 +31,11 @@ impl Differentiator {
         }
     }
 
+    /// Over so many ticks.
+    pub fn window(&self) -> u32 {
+        self.slope.len() as u32
+    }
+
     /// `x`, `x'` and `x''` for each unit of `x`, at `z`.
     pub fn at(&self, z: Complex64) -> [Complex64; 3] {
         let back = z.inv();

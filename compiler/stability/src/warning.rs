@@ -1,165 +1,343 @@
-//! Warnings of instability, at the force term that makes the loop ring, with the most it may be.
+//! What is said of force terms that make the loop ring, and of those that are not proven stable.
 
-use super::linear::System;
-use super::modes::{Between, Loops, Mode, Stability};
+use super::advice::{Looked, Search, rounded, rounded_down};
+use super::key::Hand;
+use super::loops::{Between, Loops, PerHand, turns};
+use super::modes::{Mode, Stability};
+use super::trial::{Oscillation, Seen, Trial};
 use whippen_lang::diag::{Code, Diagnostic};
 use whippen_lang::model::Model;
 use whippen_lang::units::{Dim, shown};
 
-/// So often an interval is halved: a thousandth of the coefficient.
-const HALVINGS: u32 = 10;
+/// So many modes of a force term are tried out, the worst first.
+const TRIED_MAX: usize = 4;
 
-/// What is said of one force term.
+/// A smaller part of a term is none.
+const PART_LEAST: f64 = 5e-3;
+
+/// A force term and the modes that it has the largest share in, none of them proven stable.
 struct Blame<'a> {
     force: usize,
-    mode: &'a Mode,
-    /// The most that the term may be, as a part of what it is; none where it alone cannot help.
-    safe: Option<f64>,
+    /// The worst first.
+    modes: Vec<&'a Mode>,
 }
 
-/// A warning for every force term that makes a mode ring, in the order of the text.
-pub fn warnings(model: &Model, stability: &Stability) -> Vec<Diagnostic> {
+/// A warning for every force term that makes the key ring, and a note for every other that is not
+/// proven stable, in the order of the text. `see` runs the program where a mode occurs.
+pub fn warnings(
+    model: &Model,
+    stability: &Stability,
+    see: &mut dyn FnMut(&Trial) -> Seen,
+) -> Vec<Diagnostic> {
     let mut blames: Vec<Blame> = Vec::new();
-    for mode in stability
-        .modes
-        .iter()
-        .filter(|m| m.settles && m.worst.factor <= 1.0)
-    {
+    let unproven = |m: &&Mode| m.settles && m.worst.factor <= 1.0;
+    for mode in stability.modes.iter().filter(unproven) {
         let force = guilty(&stability.loops, mode);
-        let safe = safe(&stability.loops, &mode.system, force);
         match blames.iter_mut().find(|b| b.force == force) {
-            None => blames.push(Blame { force, mode, safe }),
-            // Told is the mode in which it must become smallest, of those in which it can help.
-            Some(known) if safe.is_some_and(|part| known.safe.is_none_or(|other| part < other)) => {
-                *known = Blame { force, mode, safe };
-            }
-            Some(_) => {}
+            None => blames.push(Blame {
+                force,
+                modes: vec![mode],
+            }),
+            Some(known) => known.modes.push(mode),
         }
     }
     blames.sort_by_key(|b| b.force);
+    let search = Search::new(stability);
     let mut found: Vec<Diagnostic> = blames
         .iter()
-        .map(|b| warn_of(model, stability, b))
+        .map(|blame| {
+            let (mode, seen) = tried(&stability.loops, blame, see);
+            told(model, stability, (blame, mode, seen), &search)
+        })
         .collect();
-    if let Some(mode) = stability.modes.iter().find(|m| !m.settles) {
-        let message = format!(
-            "`{}` is unstable by itself while the key stands still",
-            model.name
-        );
-        found.push(
-            Diagnostic::new(
-                Code::Unstable,
-                model.span,
-                message,
-                format!("where {}", mode.name),
-            )
-            .hint("the body's springs and dampers are too stiff for its inertia at this rate"),
-        );
-    }
+    found.extend(restless(model, stability, see));
     found
 }
 
-/// The force term with the largest share of what rings, where the loop rings.
+/// The force term that gives most to the growing motion.
 fn guilty(loops: &Loops, mode: &Mode) -> usize {
-    let theta = mode.worst.ring_hz / loops.rate_hz * std::f64::consts::TAU;
-    let forces = loops.forces(&mode.system, theta);
-    let total: num_complex::Complex64 = forces.iter().sum();
-    let share = |force: usize| (forces[force] / total).re;
-    (0..forces.len())
-        .max_by(|a, b| share(*a).total_cmp(&share(*b)))
+    let gives = loops.gives(mode);
+    (0..gives.len())
+        .max_by(|a, b| gives[*a].total_cmp(&gives[*b]))
         .unwrap_or(0)
 }
 
-/// The largest part of a force term with which the system rings in no hand, by halving.
-fn safe(loops: &Loops, system: &System, force: usize) -> Option<f64> {
-    let rings = |part: f64| {
-        let mut system = system.clone();
-        let output = &mut system.outputs[force];
-        output
-            .direct
-            .iter_mut()
-            .chain(&mut output.cells)
-            .for_each(|gain| *gain *= part);
-        loops.worst(&system, &mut Between::default()).factor <= 1.0
-    };
-    if rings(0.0) {
-        return None;
-    }
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if rings(middle) {
-            high = middle
-        } else {
-            low = middle
+/// The mode that is told of a term, and what is seen there: the first that rings, else the worst.
+fn tried<'a>(
+    loops: &Loops,
+    blame: &Blame<'a>,
+    see: &mut dyn FnMut(&Trial) -> Seen,
+) -> (&'a Mode, Seen) {
+    let worst = blame.modes[0];
+    let mut all = Seen::Quiet;
+    for mode in blame.modes.iter().take(TRIED_MAX) {
+        let seen = see(&Trial {
+            places: &mode.places,
+            hands: hands_to_try(loops, mode),
+            falls_with_speed: mode.gains[1] < 0.0,
+        });
+        match seen {
+            Seen::Rings(_) => return (mode, seen),
+            Seen::NotTried => all = seen,
+            Seen::Quiet => {}
         }
     }
-    Some(low)
+    (worst, all)
 }
 
-fn warn_of(model: &Model, stability: &Stability, blame: &Blame) -> Diagnostic {
-    let Blame { force, mode, safe } = blame;
-    let term = &model.forces[*force];
-    let (kind, value, dim) = coefficient(model, blame);
-    let hz = mode.worst.ring_hz;
-    let hand = held_by(model, stability, mode);
-    let kind_of_term = if model.turns() { "torque" } else { "force" };
-    let message = format!(
-        "the {kind_of_term} `{}` makes the loop ring, at {hz:.0} Hz {hand}",
-        term.name
-    );
-    // The units of what turns leave the radian away, as the language's do.
-    let label = format!("its {kind} here is {}", shown(rounded(value), dim));
-    let diagnostic = Diagnostic::new(Code::Unstable, term.span, message, label);
-    let diagnostic = match safe {
-        Some(part) => diagnostic.hint(format!(
-            "up to {} is stable with every hand; x' and x'' come late by half their window, so a shorter one allows more",
-            shown(rounded_down(value * part), dim)
-        )),
-        None => diagnostic.hint("other terms ring as well: no value of this one alone is stable"),
+/// The worst hand, the worst that has a spring, and nobody, of those in which a mode is unstable.
+fn hands_to_try(loops: &Loops, mode: &Mode) -> Vec<PerHand> {
+    let mut all = loops.per_hand(&mode.system, &mut Between::default());
+    all.retain(|p| p.factor <= 1.0);
+    all.sort_by(|a, b| a.factor.total_cmp(&b.factor));
+    let first = |which: &dyn Fn(&Hand) -> bool| all.iter().find(|p| which(&p.hand)).copied();
+    let mut chosen: Vec<PerHand> = Vec::new();
+    let wanted = [
+        first(&|_| true),
+        first(&|hand| hand.stiffness > 0.0),
+        first(&|hand| *hand == Hand::FREE),
+    ];
+    for found in wanted.into_iter().flatten() {
+        if chosen.iter().all(|c| c.hand != found.hand) {
+            chosen.push(loops.as_it_is(&mode.system, found));
+        }
+    }
+    chosen
+}
+
+fn told(
+    model: &Model,
+    stability: &Stability,
+    (blame, mode, seen): (&Blame, &Mode, Seen),
+    search: &Search,
+) -> Diagnostic {
+    let term = &model.forces[blame.force];
+    let most = coefficient(model, mode, blame.force);
+    let what = if model.turns() { "torque" } else { "force" };
+    let name = &term.name;
+    let is = if mode.bounded { "may be" } else { "is" };
+    let falls = if most.kind == 1 && most.value < 0.0 {
+        ": it falls with speed, which drives the motion"
+    } else {
+        ""
     };
+    let (kind, value) = (KINDS[most.kind], shown(rounded(most.value), most.dim));
+    let label = format!("its {kind} here {is} {value}{falls}");
+    let (code, message, hint) = match seen {
+        Seen::Rings(o) => {
+            let (hz, amplitude) = (frequency(o.hz), shown(rounded(o.amplitude), travel(model)));
+            let (hand, moved) = (held_by(model, stability, o.hand), moved(model));
+            let grows = if o.grows { " and more" } else { "" };
+            let message = format!(
+                "the {what} `{name}` makes the {moved} ring, at {hz} by {amplitude}{grows} {hand}"
+            );
+            (
+                Code::Unstable,
+                message,
+                where_seen(model, stability, mode, &o),
+            )
+        }
+        Seen::Quiet | Seen::NotTried => {
+            let motion = if turns(mode.worst.ring_hz) {
+                format!("swing at {}", frequency(mode.worst.ring_hz))
+            } else {
+                "run away".to_string()
+            };
+            let hand = held_by(model, stability, mode.worst.hand);
+            let message =
+                format!("the {what} `{name}` is not proven stable: it may {motion} {hand}");
+            let simulated = if seen == Seen::Quiet {
+                "with friction, no push that was tried makes the simulated loop swing for long"
+            } else {
+                "it was not simulated to the end, as that takes too long"
+            };
+            (Code::NotProvenStable, message, simulated.to_string())
+        }
+    };
+    let mut diagnostic = Diagnostic::new(code, term.span, message, label).hint(hint);
+    for hint in advice(model, stability, (blame, most), search) {
+        diagnostic = diagnostic.hint(hint);
+    }
     if mode.name == "everywhere" {
         diagnostic
     } else {
-        diagnostic.hint(format!("it rings where {}", mode.name))
+        diagnostic.hint(format!("this is where {}", mode.name))
     }
 }
 
-/// What of the term counts most where it rings: its name, its value, its dimension.
-fn coefficient(model: &Model, blame: &Blame) -> (&'static str, f64, Dim) {
-    let w = std::f64::consts::TAU * blame.mode.worst.ring_hz;
-    let direct = &blame.mode.system.outputs[blame.force].direct;
-    let sum = |part: usize| direct.iter().skip(part).step_by(3).sum::<f64>();
-    let stiffness = if model.turns() {
-        Dim::TORQUE
-    } else {
-        Dim::FORCE.div(Dim::LENGTH)
-    };
-    let names = ["stiffness", "damping", "added mass"];
-    let weight = |part: usize| sum(part).abs() * w.powi(part as i32);
-    let most = (0..3)
-        .max_by(|a, b| weight(*a).total_cmp(&weight(*b)))
-        .unwrap_or(0);
-    let dim = (0..most).fold(stiffness, |dim, _| dim.mul(Dim::TIME));
-    (names[most], sum(most), dim)
+/// What would make it stable.
+fn advice(
+    model: &Model,
+    stability: &Stability,
+    (blame, most): (&Blame, Coefficient),
+    search: &Search,
+) -> Vec<String> {
+    let mut hints = Vec::new();
+    let part = search.part(blame.force, most.kind, &blame.modes);
+    match part {
+        Looked::Found(part) | Looked::Partly(part) if part < PART_LEAST => {
+            hints.push("no part of it is proven stable".to_string());
+        }
+        Looked::Found(part) => hints.push(format!(
+            "up to {} is stable with every hand",
+            shown(rounded_down(most.value * part), most.dim)
+        )),
+        Looked::Partly(part) => hints.push(format!(
+            "up to {} it rings in no hand by itself, but what is left without it does",
+            shown(rounded_down(most.value * part), most.dim)
+        )),
+        Looked::Never => {
+            hints.push(format!(
+                "no {} of this term alone is stable with all the rest",
+                KINDS[most.kind]
+            ));
+        }
+        Looked::Unknown => {}
+    }
+    let sense = model.senses.first();
+    let x = sense.map_or("x", |s| s.name.as_str());
+    let window_s = sense.map_or(0.0, |s| f64::from(s.window) / stability.rate_hz);
+    match search.damping(&blame.modes) {
+        Looked::Found(damping) => hints.push(format!(
+            "or add damping: `{} * {x}'`, with {x}' over {} as here, is the least that is stable with every hand",
+            shown(damping, stiffness(model).mul(Dim::TIME)),
+            shown(rounded(window_s), Dim::TIME)
+        )),
+        Looked::Never | Looked::Partly(_) => hints.push(format!(
+            "no damping added by {x}' over {} makes it stable",
+            shown(rounded(window_s), Dim::TIME)
+        )),
+        Looked::Unknown => {}
+    }
+    if let (Some(ticks), Some(sense)) = (search.shorter_window(&blame.modes), sense) {
+        hints.push(format!(
+            "or let `{}` be sensed over {}: what comes less late is stable as it is",
+            sense.name,
+            shown(rounded(f64::from(ticks) / stability.rate_hz), Dim::TIME)
+        ));
+    }
+    hints
 }
 
-fn held_by(model: &Model, stability: &Stability, mode: &Mode) -> String {
-    let hand = mode.worst.hand;
-    if hand == super::key::Hand::FREE {
-        let what = if model.turns() { "knob" } else { "key" };
+fn where_seen(model: &Model, stability: &Stability, mode: &Mode, o: &Oscillation) -> String {
+    let at = shown(rounded(o.x), travel(model));
+    let force = shown(rounded(o.force), force_dim(model));
+    let mut how = if o.speed != 0.0 {
+        let speed = shown(rounded(o.speed), travel(model).div(Dim::TIME));
+        format!("so the simulated loop does, led past {at} with {speed}")
+    } else {
+        let push = shown(rounded(o.push), travel(model).div(Dim::TIME));
+        let under = if o.force.abs() < 1e-3 * stability.key.friction {
+            String::new()
+        } else {
+            format!(" under a steady {force}")
+        };
+        format!("so the simulated loop does, at {at}{under}, after a push to {push}")
+    };
+    let lives = mode
+        .places
+        .get(o.place)
+        .map_or(&[][..], |place| &place.lives);
+    for (live, value) in model.lives.iter().zip(lives) {
+        if *value != live.value
+            && let Some(dim) = live.dim
+        {
+            how += &format!(", with `{}` at {}", live.name, shown(*value, dim));
+        }
+    }
+    how
+}
+
+/// Of a body that does not come to rest while the key stands still.
+fn restless(
+    model: &Model,
+    stability: &Stability,
+    see: &mut dyn FnMut(&Trial) -> Seen,
+) -> Option<Diagnostic> {
+    let mode = stability.modes.iter().find(|m| !m.settles)?;
+    let seen = see(&Trial {
+        places: &mode.places,
+        hands: vec![PerHand {
+            hand: Hand::FREE,
+            ..mode.worst
+        }],
+        falls_with_speed: false,
+    });
+    let (code, message) = match seen {
+        Seen::Rings(o) => (
+            Code::Unstable,
+            format!(
+                "a body of `{}` makes the {} ring, at {} by {}",
+                model.name,
+                moved(model),
+                frequency(o.hz),
+                shown(rounded(o.amplitude), travel(model))
+            ),
+        ),
+        _ => (
+            Code::NotProvenStable,
+            format!(
+                "what moves in `{}` is not proven to come to rest while the key stands still",
+                model.name
+            ),
+        ),
+    };
+    let label = format!("where {}", mode.name);
+    let hint = "either it falls over, or its springs and dampers are too stiff for its inertia at this rate";
+    Some(Diagnostic::new(code, model.span, message, label).hint(hint))
+}
+
+fn moved(model: &Model) -> &'static str {
+    if model.turns() { "knob" } else { "key" }
+}
+
+/// Three digits.
+fn frequency(hz: f64) -> String {
+    format!("{} Hz", rounded(hz))
+}
+
+/// What the first sense measures.
+fn travel(model: &Model) -> Dim {
+    model.senses.first().map_or(Dim::LENGTH, |s| s.dim)
+}
+
+/// What of a term counts most where it rings.
+#[derive(Clone, Copy)]
+struct Coefficient {
+    /// An index into [`KINDS`].
+    kind: usize,
+    value: f64,
+    dim: Dim,
+}
+
+/// What a force may be in proportion to: the way, the speed, the acceleration.
+const KINDS: [&str; 3] = ["stiffness", "damping", "added mass"];
+
+fn coefficient(model: &Model, mode: &Mode, force: usize) -> Coefficient {
+    let w = (std::f64::consts::TAU * mode.worst.ring_hz).hypot(mode.worst.growth_per_s);
+    let direct = &mode.system.outputs[force].direct;
+    let sum = |part: usize| direct.iter().skip(part).step_by(3).sum::<f64>();
+    let weight = |part: usize| sum(part).abs() * w.powi(part as i32);
+    let kind = (0..3)
+        .max_by(|a, b| weight(*a).total_cmp(&weight(*b)))
+        .unwrap_or(0);
+    Coefficient {
+        kind,
+        value: sum(kind),
+        dim: (0..kind).fold(stiffness(model), |dim, _| dim.mul(Dim::TIME)),
+    }
+}
+
+fn held_by(model: &Model, stability: &Stability, hand: Hand) -> String {
+    if hand == Hand::FREE {
         return format!(
-            "when nobody holds the {what} of {}",
+            "when nobody holds the {} of {}",
+            moved(model),
             shown(stability.key.mass, mass(model))
         );
     }
-    let damping = if model.turns() {
-        Dim::TORQUE
-    } else {
-        Dim::FORCE.div(Dim::LENGTH)
-    }
-    .mul(Dim::TIME);
-    let stiffness = damping.div(Dim::TIME);
+    let stiffness = stiffness(model);
+    let damping = stiffness.mul(Dim::TIME);
     format!(
         "in a hand of {}, {}, {}",
         shown(hand.mass, mass(model)),
@@ -176,16 +354,18 @@ fn mass(model: &Model) -> Dim {
     }
 }
 
-fn rounded(value: f64) -> f64 {
-    format!("{value:.2e}").parse().unwrap_or(value)
+fn stiffness(model: &Model) -> Dim {
+    if model.turns() {
+        Dim::TORQUE
+    } else {
+        Dim::FORCE.div(Dim::LENGTH)
+    }
 }
 
-/// Three digits, towards zero.
-fn rounded_down(value: f64) -> f64 {
-    let close = rounded(value);
-    if close.abs() > value.abs() {
-        rounded(value * 0.998)
+fn force_dim(model: &Model) -> Dim {
+    if model.turns() {
+        Dim::TORQUE
     } else {
-        close
+        Dim::FORCE
     }
 }

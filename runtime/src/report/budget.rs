@@ -209,7 +209,7 @@ fn stability(out: &mut String, found: &Value) {
         short(number(&found["damping_needed"])),
         short(number(&found["key"]["damping"]))
     );
-    verdict(out, "Stability", word != "unstable", &words);
+    verdict(out, "Stability", word != "rings", &words);
     if !found["map"].is_null() {
         stability_map(out, found);
     }

@@ -66,12 +66,12 @@ impl Beyond {
                     NumbersBudget::find(&compiled),
                 ))
             },
-            || StabilityBudget::find(law.as_ref()?, device),
+            || StabilityBudget::find(model, law.as_ref()?, device),
         );
         let (motor, numbers) = found?;
         let mut warnings = stability
             .as_ref()
-            .map(|s| s.warnings(model))
+            .map(|s| s.warnings().to_vec())
             .unwrap_or_default();
         warnings.extend(motor.as_ref().and_then(|m| m.warning(model)));
         warnings.sort_by_key(|d| (d.span, d.code));
@@ -85,7 +85,7 @@ impl Beyond {
 
     /// Prints what is surely not meant.
     pub fn warn(&self, map: &SourceMap) {
-        load::print(map, &self.warnings, Severity::Warning);
+        load::print(map, &self.warnings, Severity::Note);
     }
 
     /// For people.

@@ -3,10 +3,11 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
-use whippen_compiler::diag::Diagnostic;
+use whippen_compiler::diag::{Code, Diagnostic};
 use whippen_compiler::model::{Interval, Model};
 use whippen_compiler::stability::{self, Borders, Hand, Law, Mode, Stability};
 use whippen_runtime::device::Device;
+use whippen_runtime::ringing;
 
 /// So many modes are listed.
 const MODES_SHOWN: usize = 4;
@@ -16,29 +17,34 @@ pub struct StabilityBudget {
     found: Stability,
     hands: usize,
     turns: bool,
+    warnings: Vec<Diagnostic>,
 }
 
 impl StabilityBudget {
     /// `None` if the device does not say how its key moves.
-    pub fn find(law: &Law, device: &Device) -> Option<StabilityBudget> {
+    pub fn find(model: &Model, law: &Law, device: &Device) -> Option<StabilityBudget> {
         let (found, turns) = (stability::analyze_law(law, &device.key()?)?, law.turns());
         Some(StabilityBudget {
+            warnings: ringing::warnings_of(model, device, &found),
             found,
             hands: stability::hands(turns).len() - 1,
             turns,
         })
     }
 
-    pub fn warnings(&self, model: &Model) -> Vec<Diagnostic> {
-        stability::warnings(model, &self.found)
+    /// What rings, and what is not proven stable.
+    pub fn warnings(&self) -> &[Diagnostic] {
+        &self.warnings
     }
 
-    /// `passive`, `stable` or `unstable`.
+    /// `passive`, `stable`, `unproven` or `rings`.
     fn verdict(&self) -> &'static str {
+        let rings = self.warnings.iter().any(|d| d.code == Code::Unstable);
         match (self.found.is_stable(), self.found.is_passive()) {
             (true, true) => "passive",
             (true, false) => "stable",
-            (false, _) => "unstable",
+            (false, _) if rings => "rings",
+            (false, _) => "unproven",
         }
     }
 
@@ -88,7 +94,8 @@ impl StabilityBudget {
                 "stable with nobody and with each of {} hands, {margin}",
                 self.hands
             ),
-            _ => format!("UNSTABLE, {margin}"),
+            "rings" => format!("IT RINGS, {margin}"),
+            _ => format!("not proven stable, but nothing is seen to ring; {margin}"),
         }
     }
 
@@ -218,7 +225,7 @@ impl StabilityBudget {
             json!({
                 "name": m.name, "stiffness": m.gains[0], "damping": m.gains[1], "mass": m.gains[2], "coupled": m.coupled,
                 "settles": m.settles, "damping_needed": m.damping_needed, "factor": m.worst.factor,
-                "ring_hz": m.worst.ring_hz, "hand": hand(&m.worst.hand),
+                "ring_hz": m.worst.ring_hz, "growth_per_s": m.worst.growth_per_s, "hand": hand(&m.worst.hand),
             })
         };
         json!({

@@ -145,4 +145,5 @@ codes! {
     DeadlineMissed      "WH0701" Error "a deadline that is missed";
     Unstable            "WH0702" Warning "a force that makes the loop of key, hand and program ring";
     TooStrong           "WH0703" Warning "more force for ever than the motor is rated for";
+    NotProvenStable     "WH0704" Note "a force that is not proven stable, though nothing is seen to ring";
 }
