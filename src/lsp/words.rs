@@ -81,6 +81,10 @@ pub const KEYWORDS: &[(&str, &str)] = &[
     ("on", "True."),
     ("off", "False."),
     (
+        "every",
+        "`event name every time`: an event that happens again and again.",
+    ),
+    (
         "over",
         "`over time`: the window of the differentiators behind `x'` and `x''`; longer is smoother and later.",
     ),

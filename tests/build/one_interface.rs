@@ -177,7 +177,8 @@ fn one_program_in_c_takes_either_file() {
     }
 }
 
-/// Everything public of a header: its lines but those of private memory and of offsets.
+/// Everything public of a header: its lines but those of private memory and of offsets, behind what
+/// is said of time.
 fn public(text: &str) -> Vec<String> {
     let private = [
         "private_",

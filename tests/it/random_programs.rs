@@ -41,7 +41,7 @@ impl Random {
         }
         let a = self.expression(names, depth - 1);
         let b = self.expression(names, depth - 1);
-        match self.below(14) {
+        match self.below(20) {
             0..3 => format!("({a} + {b})"),
             3..5 => format!("({a} - {b})"),
             5..7 => format!("clamp({a}, -20, 20) * clamp({b}, -20, 20)"),
@@ -50,7 +50,16 @@ impl Random {
             9 => format!("clamp({a}, -2, 3.5)"),
             10 => format!("(if {} then {a} else {b})", self.condition(names)),
             11 => format!("abs({a})"),
-            12 => format!("(clamp({a}, -50, 50) / clamp(abs({b}), 0.25, 40))"),
+            12 => format!("exp(clamp({a}, {}, 4))", self.pick(&["-3", "-40"])),
+            13 => format!(
+                "log(clamp(abs({a}), {}, 300))",
+                self.pick(&["0.001", "120"])
+            ),
+            14 => format!("(7 * sin({a}))"),
+            15 => format!("cos(clamp({a}, -0.5, 2))"),
+            16 => format!("(3 * tanh({a}))"),
+            17 => format!("sqrt(clamp({a}, {}, 30))", self.pick(&["0", "2"])),
+            18 => format!("(clamp({a}, -50, 50) / clamp(abs({b}), 0.25, 40))"),
             _ => format!(
                 "(clamp({a}, 0, 30)^{})",
                 self.pick(&["1.5", "2", "2.5", "3"])

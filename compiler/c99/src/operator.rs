@@ -49,6 +49,11 @@ impl Writer<'_> {
             Op::Sqrt => format!("whippen_sqrt({a})"),
             Op::Widen | Op::Assume(..) => a.to_string(),
             Op::Narrow => format!("(int32_t){a}"),
+            Op::Low => format!("(int32_t)(uint32_t){a}"),
+            Op::AddWrap => format!("(int32_t)((uint32_t){a} + (uint32_t){b})"),
+            Op::SubWrap => format!("(int32_t)((uint32_t){a} - (uint32_t){b})"),
+            Op::MulWrap => format!("(int32_t)((uint32_t){a} * (uint32_t){b})"),
+            Op::ShlWrap(n) => format!("(int32_t)((uint32_t){a} << {n})"),
             Op::Eq => format!("{a} == {b}"),
             Op::Lt => format!("{a} < {b}"),
             Op::Le => format!("{a} <= {b}"),
@@ -68,7 +73,7 @@ impl Writer<'_> {
             Op::Delay(line, ticks) => self.element(line, &self.slot(line, ticks)),
             Op::Push(line) => self.pushed(line, a),
             Op::Fill(line) => self.filled(line, a),
-            Op::Lookup(table) => self.lookup(table, a),
+            Op::Lookup(table, column) => self.lookup(table, column, a),
             Op::Probe(probe) => self.probed(probe, a),
             // Constants are not written, events are several statements, and regions are blocks.
             Op::Const(_) | Op::Emit(_) | Op::If | Op::Loop(_) => String::new(),
@@ -124,10 +129,15 @@ impl Writer<'_> {
         self.cell(cell, &self.inside(index, len))
     }
 
-    fn lookup(&self, table: u32, index: &str) -> String {
-        let len = self.kernel.tables[table as usize].values.len();
+    fn lookup(&self, table: u32, column: u32, row: &str) -> String {
+        let own = &self.kernel.tables[table as usize];
         let name = &self.names.tables[table as usize];
-        format!("{}_{name}[{}]", self.names.kernel, self.inside(index, len))
+        let row = self.inside(row, own.rows());
+        let index = match own.columns {
+            1 => row,
+            columns => format!("({row}) * {columns} + {column}"),
+        };
+        format!("{}_{name}[{index}]", self.names.kernel)
     }
 
     fn pushed(&self, line: u32, value: &str) -> String {

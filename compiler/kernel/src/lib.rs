@@ -255,13 +255,28 @@ pub struct Line {
     pub range: Range,
 }
 
-/// Constants.
+/// Constants in rows of equal length.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Table {
     /// Name.
     pub name: String,
-    /// Its values.
+    /// Words of a row.
+    pub columns: u32,
+    /// Its values, row by row.
     pub values: Vec<i32>,
+}
+
+impl Table {
+    /// How many rows it has.
+    pub fn rows(&self) -> usize {
+        self.values.len() / (self.columns as usize).max(1)
+    }
+
+    /// A word of it.
+    pub fn entry(&self, row: usize, column: usize) -> Option<i32> {
+        let at = row.checked_mul(self.columns as usize)? + column;
+        self.values.get(at).copied()
+    }
 }
 
 /// A kind of event.

@@ -4,7 +4,8 @@
 //!
 //! Meanings are exact: they are written over unbounded integers (`i128` holds every intermediate)
 //! and the result is then wrapped to its type. That makes two other columns short. Overflow is the
-//! exact result not fitting its type; and where a meaning is monotone in each operand by itself,
+//! exact result not fitting its type (the operators modulo `2^32` have none: they may give any
+//! word); and where a meaning is monotone in each operand by itself,
 //! the exact interval of the result is spanned by the meaning at the corners of the operands'
 //! intervals.
 //!
@@ -31,6 +32,8 @@ pub enum Immediate {
     Shift,
     /// How many ticks ago, 1 ..= the line's length.
     Ticks,
+    /// A column of a table, less than it has.
+    Column,
     /// How many rounds of a loop, at least 1.
     Rounds,
     /// Index of an input port.
@@ -58,7 +61,11 @@ impl Immediate {
     pub fn is_declared(self) -> bool {
         !matches!(
             self,
-            Immediate::Number | Immediate::Shift | Immediate::Ticks | Immediate::Rounds
+            Immediate::Number
+                | Immediate::Shift
+                | Immediate::Ticks
+                | Immediate::Column
+                | Immediate::Rounds
         )
     }
 }
@@ -134,6 +141,8 @@ pub enum Meaning {
 pub enum Transfer {
     /// The meaning is monotone in each operand by itself: its values at the corners.
     Corners,
+    /// As `Corners` where that fits the type, else all that the type holds.
+    Wrapping,
     /// As `Corners`, separately for a negative, a zero and a positive second operand.
     Divide,
     /// 1 for two equal points, 0 for disjoint intervals, else either.
@@ -144,7 +153,7 @@ pub enum Transfer {
     All,
     /// What the operand's range and the two immediates have in common.
     Assumed,
-    /// Smallest and largest entry of the table within the interval of the index.
+    /// Smallest and largest entry of the table's column within the interval of the index.
     Entries,
     /// No result, or those of the regions.
     None,
@@ -272,6 +281,16 @@ operators! {
     Assume(low: i64 Number, high: i64 Number) "assume"    (N -> N)             Pure Assumed  Exact(|_, a, _, _| a);
     /// The low word.
     Narrow                "narrow"    (I64 -> I32)         Pure Corners  Exact(|_, a, _, _| a);
+    /// The low word, modulo `2^32`.
+    Low                   "low"       (I64 -> I32)         Pure Wrapping Exact(|_, a, _, _| a);
+    /// The sum modulo `2^32`.
+    AddWrap               "add_wrap"  (I32 I32 -> I32)     Pure Wrapping Exact(|_, a, b, _| a + b);
+    /// The difference modulo `2^32`.
+    SubWrap               "sub_wrap"  (I32 I32 -> I32)     Pure Wrapping Exact(|_, a, b, _| a - b);
+    /// The product modulo `2^32`.
+    MulWrap               "mul_wrap"  (I32 I32 -> I32)     Pure Wrapping Exact(|_, a, b, _| a * b);
+    /// Left shift modulo `2^32`.
+    ShlWrap(n: u8 Shift)  "shl_wrap"  (I32 -> I32)         Pure Wrapping Exact(|n, a, _, _| a << n);
     /// Whether both are equal.
     Eq                    "eq"        (T T -> I1)          Pure Equal    Exact(|_, a, b, _| (a == b).into());
     /// Whether the first is less than the second.
@@ -310,8 +329,8 @@ operators! {
     Push(i: u32 Line)    "push"   (Own ->)       WritesOnce   None     Writes(|k, [i, _], v| k.push(i, v[0]));
     /// Fills a whole line.
     Fill(i: u32 Line)    "fill"   (Own ->)       WritesInInit None     Writes(|k, [i, _], v| k.fill(i, v[0]));
-    /// Entry of a table.
-    Lookup(i: u32 Table) "lookup" (Index -> I32) Pure         Entries  Reads(|k, [i, _], v| k.lookup(i, v[0]));
+    /// Entry of a table: the row of this index, the column of the immediate.
+    Lookup(i: u32 Table, c: u32 Column) "lookup" (Index -> I32) Pure         Entries  Reads(|k, [i, c], v| k.lookup(i, c, v[0]));
     /// An event of this key in this tick.
     Emit(i: u32 Event)   "emit"   (Args ->)      WritesInTick None     Writes(|k, [i, _], v| k.emit(i, v));
     /// Exports a value; a probe not reached in a tick keeps its value.

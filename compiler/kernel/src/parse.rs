@@ -133,8 +133,7 @@ impl Parser {
         let name = self.declare(Immediate::Cell, self.kernel.cells.len())?;
         self.sign(Token::Colon)?;
         let ty = self.ty()?;
-        let grid = self.peek().token == Token::Name("x".to_string());
-        let len = if grid { self.skip().number()? } else { 1 };
+        let len = self.times()?;
         let range = self.range()?;
         self.sign(Token::Equals)?;
         let init = self.number()?;
@@ -159,8 +158,13 @@ impl Parser {
 
     fn table(&mut self) -> Result<(), ParseError> {
         let name = self.declare(Immediate::Table, self.kernel.tables.len())?;
+        let columns = self.times()?;
         let values = self.numbers()?;
-        self.kernel.tables.push(Table { name, values });
+        self.kernel.tables.push(Table {
+            name,
+            columns,
+            values,
+        });
         Ok(())
     }
 
@@ -191,6 +195,15 @@ impl Parser {
             return Err(self.error_at(place, format!("`{name}` is declared twice")));
         }
         Ok(name)
+    }
+
+    /// `x 84`, or 1 where nothing is written.
+    fn times(&mut self) -> Result<u32, ParseError> {
+        if self.takes(Token::Name("x".to_string())) {
+            self.number()
+        } else {
+            Ok(1)
+        }
     }
 
     /// `= { 1, 2, 3 }`
@@ -314,6 +327,7 @@ kernel \"two words\" @44100 {
   cell jack.held: i64 x 84 [-9..9] = 0
   line hist: 31 [0..65535]
   table t = { 1, 2, 3 }
+  table pairs x 2 = { 1, 2, 3, 4 }
   event note(1)
   probe \"p\\u{e4}\": i64
   init {
@@ -369,7 +383,7 @@ kernel \"two words\" @44100 {
             parse(&text.replace("@7", "@-7"))
                 .expect_err("negative")
                 .to_string(),
-            "38:37: -7 is out of bounds"
+            "39:37: -7 is out of bounds"
         );
     }
 
@@ -382,15 +396,15 @@ kernel \"two words\" @44100 {
         };
         assert_eq!(
             error("in x\n    fill", "in y\n    fill"),
-            "13:29: `y` is not declared"
+            "14:29: `y` is not declared"
         );
         assert_eq!(
             error("max v10 v11", "max v10"),
-            "33:26: `max` takes 2 operands, not 1"
+            "34:26: `max` takes 2 operands, not 1"
         );
         assert_eq!(
             error("max v10", "maximum v10"),
-            "33:26: expected an operator, found `maximum`"
+            "34:26: expected an operator, found `maximum`"
         );
         assert_eq!(
             error("[0..9] =", "[0..] ="),
@@ -398,11 +412,11 @@ kernel \"two words\" @44100 {
         );
         assert_eq!(
             error("v7:", "v7777777:"),
-            "30:5: values are numbered up to 999999"
+            "31:5: values are numbered up to 999999"
         );
         assert_eq!(
             error("sar v4 1", "sar v4 256"),
-            "38:27: an immediate is out of bounds"
+            "39:27: an immediate is out of bounds"
         );
         assert_eq!(
             error("line hist", "keyed bias"),

@@ -131,8 +131,12 @@ impl Kernel {
         for table in &self.tables {
             writeln!(
                 f,
-                "  table {} = {}",
+                "  table {}{} = {}",
                 Name(&table.name),
+                match table.columns {
+                    1 => String::new(),
+                    columns => format!(" x {columns}"),
+                },
                 Numbers(&table.values)
             )?;
         }

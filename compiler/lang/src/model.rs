@@ -14,11 +14,13 @@
 
 pub mod dag;
 pub mod fold;
+mod function;
 pub mod prime;
 pub mod print;
 pub mod sweep;
 
 pub use dag::{Cmp, Dag, Node, NodeId};
+pub use function::Function;
 
 use crate::units::Dim;
 use whippen_ids::{IdMap, impl_id};

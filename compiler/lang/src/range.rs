@@ -11,7 +11,7 @@ mod interval;
 mod problem;
 
 use crate::diag::Diagnostic;
-use crate::model::{Cmp, Interval, Model, Node, NodeId};
+use crate::model::{Cmp, Function, Interval, Model, Node, NodeId};
 use whippen_ids::IdMap;
 
 /// What was proven: an interval per node. Only the analysis makes one.
@@ -39,7 +39,8 @@ pub const LIMIT: f64 = 1e15;
 ///
 /// # Errors
 /// One diagnostic per division whose divisor may be zero, per odd half-power of a value that may be
-/// negative, and per value that is not bounded by [`LIMIT`]; users of a value in error are not
+/// negative, per function of what may lie outside of its domain, and per value that is not bounded
+/// by [`LIMIT`]; users of a value in error are not
 /// reported again.
 pub fn analyze(model: &Model) -> Result<Ranges, Vec<Diagnostic>> {
     let none = Ranges {
@@ -89,6 +90,8 @@ pub enum Problem {
     ZeroDivisor(Interval),
     /// A fractional power of what may be negative.
     NegativeBase(Interval),
+    /// A function of what may lie outside of its domain.
+    OutsideDomain(Function, Interval),
     /// Beyond [`LIMIT`].
     Unbounded,
 }
@@ -132,6 +135,9 @@ pub fn transfer(
             return Err(Problem::NegativeBase(of(a)));
         }
         &Node::Power(a, halves) => of(a).power(halves),
+        &Node::Function(function, a) => function
+            .interval(of(a))
+            .ok_or(Problem::OutsideDomain(function, of(a)))?,
         &Node::Compare(cmp, a, b) => compare(cmp, of(a), of(b)),
         &Node::And(a, b) => of(a).min(of(b)),
         &Node::Or(a, b) => of(a).max(of(b)),

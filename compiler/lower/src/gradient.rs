@@ -51,7 +51,25 @@ fn gradient(
         Node::Min(a, b) | Node::Max(a, b) | Node::Select(_, a, b) => either(&all[a], &all[b]),
         Node::Abs(a) => either(&all[a], &scaled(a, -one)),
         Node::Power(a, halves) => scaled(a, slope_of_power(range(a), halves)),
-        _ => Gradient::new(),
+        Node::Function(function, a) => {
+            let slope = function.slope(range(a));
+            scaled(a, slope.unwrap_or(Interval::around(STEEP)))
+        }
+        // What depends on no cell, and bools.
+        Node::Const(_)
+        | Node::Sense(_)
+        | Node::Slope(_)
+        | Node::Curvature(_)
+        | Node::Live(_)
+        | Node::Keyed(_)
+        | Node::Bool(_)
+        | Node::LiveBool(_)
+        | Node::Is(..)
+        | Node::Compare(..)
+        | Node::And(..)
+        | Node::Or(..)
+        | Node::Not(_)
+        | Node::SelectBool(..) => Gradient::new(),
     }
 }
 

@@ -22,6 +22,7 @@ mod commit;
 mod convert;
 mod export;
 mod format;
+mod function;
 mod gradient;
 mod increase;
 mod linear;
@@ -88,6 +89,8 @@ struct Lowerer<'a> {
     loads: HashMap<u32, Value>,
     inputs: sense::Inputs,
     cells: commit::Cells,
+    /// Tables of functions, by what is in them.
+    tables: HashMap<Vec<i32>, u32>,
     lives: Vec<(u32, f64)>,
     keyed: Vec<(u32, f64)>,
     clamps: Vec<String>,
@@ -112,6 +115,7 @@ impl<'a> Lowerer<'a> {
             loads: HashMap::new(),
             inputs: sense::Inputs::default(),
             cells: commit::Cells::default(),
+            tables: HashMap::new(),
             lives: Vec::new(),
             keyed: Vec::new(),
             clamps: Vec::new(),

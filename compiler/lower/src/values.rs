@@ -114,7 +114,16 @@ impl Lowerer<'_> {
                     ..a
                 })
             }
-            _ => self.constant_real(0.0, Scale::plain(lsb)),
+            Node::Function(function, a) => self.function(function, a, lsb),
+            // Bools have no integer of their own.
+            Node::Bool(_)
+            | Node::LiveBool(_)
+            | Node::Is(..)
+            | Node::Compare(..)
+            | Node::And(..)
+            | Node::Or(..)
+            | Node::Not(_)
+            | Node::SelectBool(..) => self.constant_real(0.0, Scale::plain(lsb)),
         }
     }
 
@@ -327,7 +336,14 @@ impl Lowerer<'_> {
         let wide = self.b.op(Op::Shl(30), &[wide])?;
         let root = self.b.op(Op::Sqrt, &[wide])?;
         let root_lsb = (real.lsb * exp2(-30)).sqrt();
-        let root = Real::new(root, root_lsb, real.error.sqrt() + root_lsb);
+        // Steep near zero, where the error's own root bounds what comes of it.
+        let low = self.ranges.get(a).low - real.error;
+        let inherited = if low > 0.0 {
+            (real.error / (2.0 * low.sqrt())).min(real.error.sqrt())
+        } else {
+            real.error.sqrt()
+        };
+        let root = Real::new(root, root_lsb, inherited + root_lsb);
         if halves == 1 {
             return Ok(root);
         }

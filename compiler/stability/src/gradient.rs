@@ -188,6 +188,12 @@ impl Gradient<'_> {
             }
             Node::Neg(a) => row(a).scaled(Interval::point(-1.0)),
             Node::Power(a, halves) => row(a).scaled(power_slope(self.of(*a), *halves)),
+            Node::Function(function, a) => {
+                row(a).scaled(function.slope(self.of(*a)).unwrap_or(Interval {
+                    low: -STEEP,
+                    high: STEEP,
+                }))
+            }
             Node::Abs(a) => self.chosen(
                 self.deciders[&id],
                 row(a),
@@ -210,6 +216,9 @@ impl Gradient<'_> {
     }
 }
 
+/// Larger than any slope that matters (SI): what is not bounded.
+const STEEP: f64 = 1e15;
+
 /// `n a^(n-1)` with `n` in halves.
 fn power_slope(base: Interval, halves: u8) -> Interval {
     let n = Interval::point(f64::from(halves) / 2.0);
@@ -218,9 +227,12 @@ fn power_slope(base: Interval, halves: u8) -> Interval {
     } else {
         base
     };
-    if halves <= 2 {
-        n
-    } else {
-        n * base.power(halves - 2)
+    match halves {
+        1 => n.quotient(base.power(1)).unwrap_or(Interval {
+            low: n.low / base.power(1).high.max(1.0 / STEEP),
+            high: STEEP,
+        }),
+        0 | 2 => n,
+        _ => n * base.power(halves - 2),
     }
 }

@@ -206,7 +206,7 @@ kernel broken_promise @44100 {
     v4: i64 [50..50] = const 50
     set_at w v3 v4
     v5: i32 [0..100] = get_at u v1
-    v6: i32 [1..3] = lookup t v1
+    v6: i32 [1..3] = lookup t v1 0
     v7: i32 [1..1] = assume v0 1 1
     v8: i32 [-1..0] = assume v0 -1 0
     v9: i32 [-2147483648..0] = div_round v8 v7 31

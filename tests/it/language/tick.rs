@@ -149,3 +149,16 @@ fn forces_are_those_worked_out_before_the_motion() {
         close(p.value("force"), 5.0, 1e-6);
     });
 }
+
+#[test]
+fn what_happens_every_period_happens_first_after_one() {
+    let compiled = instrument("event report every 5 * tick { emit even() }");
+    both(&compiled, |p| {
+        let mut ticks = Vec::new();
+        for tick in 0..23 {
+            p.tick(1e-3);
+            ticks.extend((p.count("even") > 0).then_some(tick));
+        }
+        assert_eq!(ticks, [5, 10, 15, 20]);
+    });
+}

@@ -55,6 +55,14 @@ use whippen_isa::Op as Isa;
 use whippen_kernel::{Inst, Kernel, Op, Value, ValueInfo, Walk};
 use whippen_modes::{Mode, ModeId};
 
+/// A row of a table whose address is in a register, within a block.
+struct TableRow {
+    table: u32,
+    row: Value,
+    block: BlockId,
+    address: VReg,
+}
+
 /// How a value is available to its users.
 #[derive(Debug, Clone, Copy, Default)]
 enum Binding {
@@ -98,6 +106,8 @@ pub(super) struct Select<'a> {
     predecessors: BTreeMap<BlockId, Option<BlockId>>,
     /// Constants in registers: which, in which block, behind how many instructions.
     constants: Vec<(i32, BlockId, usize, VReg)>,
+    /// Rows of tables whose address is in a register.
+    rows: Vec<TableRow>,
     func: Func,
     /// The block that code goes to.
     at: BlockId,
@@ -135,6 +145,7 @@ impl<'a> Select<'a> {
             remat_reach: 0,
             predecessors: BTreeMap::new(),
             constants: Vec::new(),
+            rows: Vec::new(),
             func: Func::new(),
             at: BlockId(0),
             origin: None,

@@ -162,10 +162,10 @@ impl Lanes<'_> {
         }
     }
 
-    pub(super) fn lookup(&mut self, table: u32, index: KernelValue) -> Lane {
+    pub(super) fn lookup(&mut self, table: u32, column: u32, index: KernelValue) -> Lane {
         self.each(Type::I32, |lanes, lane| {
             let index = lanes.one(index, lane);
-            lanes.t.lookup(table, index)
+            lanes.t.lookup(table, column, index)
         })
     }
 

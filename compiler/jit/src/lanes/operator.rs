@@ -14,9 +14,9 @@ impl Lanes<'_> {
             std::array::from_fn(|at| inst.args.get(at).copied().unwrap_or(KernelValue(0)));
         let lane = match inst.op {
             Op::Const(value) => Lane::Known(self.t.ty(inst.results[0]), value),
-            Op::Add => self.both(a, b, |ins, a, b| ins.iadd(a, b)),
-            Op::Sub => self.both(a, b, |ins, a, b| ins.isub(a, b)),
-            Op::Mul => self.both(a, b, |ins, a, b| ins.imul(a, b)),
+            Op::Add | Op::AddWrap => self.both(a, b, |ins, a, b| ins.iadd(a, b)),
+            Op::Sub | Op::SubWrap => self.both(a, b, |ins, a, b| ins.isub(a, b)),
+            Op::Mul | Op::MulWrap => self.both(a, b, |ins, a, b| ins.imul(a, b)),
             Op::Min => self.both(a, b, |ins, a, b| ins.smin(a, b)),
             Op::Max => self.both(a, b, |ins, a, b| ins.smax(a, b)),
             Op::And => self.both(a, b, |ins, a, b| ins.band(a, b)),
@@ -32,7 +32,9 @@ impl Lanes<'_> {
                 let (sum, top) = (self.word(a), self.top_words(b, c));
                 Lane::Word(self.ins().iadd(sum, top))
             }
-            Op::Shl(n) => self.each_vector(a, |ins, a| ins.ishl_imm_s(a, i64::from(n))),
+            Op::Shl(n) | Op::ShlWrap(n) => {
+                self.each_vector(a, |ins, a| ins.ishl_imm_s(a, i64::from(n)))
+            }
             Op::Sar(n) if self.t.ty(a) == Type::I64 => Lane::Shifted(n, self.wide(a)),
             Op::Sar(n) => self.each_vector(a, |ins, a| ins.sshr_imm_s(a, i64::from(n))),
             Op::SarRound(n) => self.sar_round(n, a),
@@ -43,7 +45,7 @@ impl Lanes<'_> {
                 let word = self.word(a);
                 Lane::Wide(self.widened(word))
             }
-            Op::Narrow => Lane::Word(self.narrowed(a)),
+            Op::Narrow | Op::Low => Lane::Word(self.narrowed(a)),
             Op::Eq => Lane::Mask(self.compared(IntCC::Equal, a, b)),
             Op::Lt => Lane::Mask(self.compared(IntCC::SignedLessThan, a, b)),
             Op::Le => Lane::Mask(self.compared(IntCC::SignedLessThanOrEqual, a, b)),
@@ -58,7 +60,7 @@ impl Lanes<'_> {
             Op::Get(cell) => self.get(cell),
             Op::GetAt(cell) => self.get_at(cell, a),
             Op::Delay(line, ticks) => self.delay(line, ticks),
-            Op::Lookup(table) => self.lookup(table, a),
+            Op::Lookup(table, column) => self.lookup(table, column, a),
             Op::Out(port) => return self.output(port, a),
             Op::Set(cell) => return self.set(cell, a),
             Op::SetAt(cell) => return self.set_at(cell, a, b),

@@ -96,7 +96,7 @@ impl Translator<'_> {
     }
 
     /// The low 32 bits, with their sign.
-    fn low_word(&mut self, a: Value) -> Value {
+    pub(crate) fn low_word(&mut self, a: Value) -> Value {
         let word = self.f.ins().ireduce(I32, a);
         self.f.ins().sextend(I64, word)
     }

@@ -47,20 +47,16 @@ impl Translator<'_> {
         }
     }
 
-    pub(crate) fn lookup(&mut self, table: u32, index: Value) -> Value {
-        let lens: Vec<usize> = self
-            .kernel
-            .tables
-            .iter()
-            .map(|table| table.values.len())
-            .collect();
-        let before: usize = lens[..table as usize].iter().sum();
-        let index = self.inside(index, lens[table as usize]);
+    pub(crate) fn lookup(&mut self, table: u32, column: u32, row: Value) -> Value {
+        let tables = &self.kernel.tables;
+        let (before, own) = (&tables[..table as usize], &tables[table as usize]);
+        let before: usize = before.iter().map(|table| table.values.len()).sum();
+        let row = self.inside(row, own.rows());
+        let words = self.f.ins().imul_imm_s(row, i64::from(own.columns));
         let tables = self.base(Buffer::Tables);
-        let at = self.indexed(tables, index, 2);
-        self.f
-            .ins()
-            .sload32(self.access.fixed, at, 4 * before as i32)
+        let at = self.indexed(tables, words, 2);
+        let offset = 4 * (before as i32 + column as i32);
+        self.f.ins().sload32(self.access.fixed, at, offset)
     }
 
     pub(crate) fn output(&mut self, port: u32, word: Value) {

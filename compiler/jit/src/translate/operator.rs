@@ -32,6 +32,23 @@ impl Translator<'_> {
             Op::DivRound(n) => self.div_round(n, a, b, self.range(inst.args[1])),
             Op::Sqrt => self.sqrt(a),
             Op::Widen | Op::Narrow | Op::Assume(..) => a,
+            Op::Low => self.low_word(a),
+            Op::AddWrap => {
+                let sum = self.f.ins().iadd(a, b);
+                self.low_word(sum)
+            }
+            Op::SubWrap => {
+                let difference = self.f.ins().isub(a, b);
+                self.low_word(difference)
+            }
+            Op::MulWrap => {
+                let product = self.f.ins().imul(a, b);
+                self.low_word(product)
+            }
+            Op::ShlWrap(n) => {
+                let shifted = self.f.ins().ishl_imm_s(a, i64::from(n));
+                self.low_word(shifted)
+            }
             Op::Eq => self.f.ins().icmp(IntCC::Equal, a, b),
             Op::Lt => self.f.ins().icmp(IntCC::SignedLessThan, a, b),
             Op::Le => self.f.ins().icmp(IntCC::SignedLessThanOrEqual, a, b),
@@ -46,7 +63,7 @@ impl Translator<'_> {
             Op::Get(cell) => self.get(cell, None),
             Op::GetAt(cell) => self.get(cell, Some(a)),
             Op::Delay(line, ticks) => self.delay(line, ticks),
-            Op::Lookup(table) => self.lookup(table, a),
+            Op::Lookup(table, column) => self.lookup(table, column, a),
             Op::Out(port) => return self.output(port, a),
             Op::Set(cell) => return self.set(cell, None, a),
             Op::SetAt(cell) => return self.set(cell, Some(a), b),

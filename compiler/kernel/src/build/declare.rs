@@ -87,12 +87,13 @@ impl Builder {
         )
     }
 
-    /// Declares a table.
-    pub fn table(&mut self, name: &str, values: Vec<i32>) -> u32 {
+    /// Declares a table with rows of so many words.
+    pub fn table(&mut self, name: &str, columns: u32, values: Vec<i32>) -> u32 {
         add(
             &mut self.kernel.tables,
             Table {
                 name: name.to_string(),
+                columns,
                 values,
             },
         )

@@ -96,9 +96,10 @@ impl Key<'_> {
     }
 
     /// A word of a table.
-    pub fn lookup(&self, table: usize, index: i64) -> i64 {
-        let values = &self.kernel.tables[table].values;
-        values[nearest(index, values.len())].into()
+    pub fn lookup(&self, table: usize, column: usize, row: i64) -> i64 {
+        let table = &self.kernel.tables[table];
+        let row = nearest(row, table.rows());
+        table.entry(row, column).unwrap_or_default().into()
     }
 
     /// Tells an event, or counts it as lost where there is no room.

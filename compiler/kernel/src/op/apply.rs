@@ -91,7 +91,7 @@ impl Op {
             Immediate::Table => {
                 let table = kernel.tables.get(index)?;
                 Declared {
-                    len: table.values.len() as u64,
+                    len: table.rows() as u64,
                     ..word(&table.name, Type::I32.range())
                 }
             }
@@ -111,9 +111,11 @@ impl Op {
                     len: 1,
                 }
             }
-            Immediate::Number | Immediate::Shift | Immediate::Ticks | Immediate::Rounds => {
-                return None;
-            }
+            Immediate::Number
+            | Immediate::Shift
+            | Immediate::Ticks
+            | Immediate::Column
+            | Immediate::Rounds => return None,
         })
     }
 
@@ -182,7 +184,7 @@ impl Op {
             value,
             allowed,
         };
-        let [first, ticks] = self.immediates();
+        let [first, second] = self.immediates();
         let names_something = self
             .row()
             .immediates
@@ -195,12 +197,17 @@ impl Op {
                 Ok(())
             };
         };
-        let allowed = Range::new(1, own.len as i64);
-        let delays = self.row().immediates.contains(&Immediate::Ticks);
-        if delays && !allowed.has(ticks) {
-            Err(outside(ticks, allowed))
-        } else {
+        let allowed = match (self.row().immediates.get(1), self) {
+            (Some(Immediate::Ticks), _) => Range::new(1, own.len as i64),
+            (Some(Immediate::Column), Op::Lookup(table, _)) => {
+                Range::new(0, i64::from(kernel.tables[table as usize].columns) - 1)
+            }
+            _ => return Ok(()),
+        };
+        if allowed.has(second) {
             Ok(())
+        } else {
+            Err(outside(second, allowed))
         }
     }
 
@@ -291,6 +298,14 @@ impl Op {
             (Transfer::All, ..) => return Ok(ty.range()),
             (Transfer::Entries, [index], _) => return Ok(entries(kernel, self, index.range)),
             (Transfer::Corners, ..) => corners(self, args),
+            (Transfer::Wrapping, ..) => {
+                let all = ty.range();
+                let fits = |end: i128| i64::try_from(end).is_ok_and(|end| all.has(end));
+                match corners(self, args) {
+                    (low, high) if fits(low) && fits(high) => (low, high),
+                    _ => (all.low.into(), all.high.into()),
+                }
+            }
             _ => return Err(OpError::Misused { op: self }),
         };
         let bounds = i64::try_from(low).ok().zip(i64::try_from(high).ok());
@@ -364,13 +379,12 @@ fn equal(a: Range, b: Range) -> (i128, i128) {
 
 /// The entries a proven index reaches.
 fn entries(kernel: &Kernel, op: Op, index: Range) -> Range {
-    let values = kernel
-        .tables
-        .get(op.immediates()[0] as usize)
-        .map_or(&[][..], |table| &table.values);
-    let reached = values
-        .get(index.low as usize..=index.high as usize)
-        .unwrap_or_default();
+    let [table, column] = op.immediates().map(|immediate| immediate as usize);
+    let Some(table) = kernel.tables.get(table) else {
+        return Range::point(0);
+    };
+    let reached = (index.low..=index.high).map(|row| table.entry(row as usize, column));
+    let reached: Vec<i32> = reached.flatten().collect();
     let low = reached.iter().copied().min().unwrap_or_default();
     let high = reached.iter().copied().max().unwrap_or_default();
     Range::new(low.into(), high.into())

@@ -46,10 +46,11 @@ pub(super) fn all(rng: &mut Rng, b: &mut Builder) {
         b.line(&format!("line.{at}"), len, range);
     }
     for at in 0..1 + rng.below(2) {
-        let values = (0..rng.pick(&[1, 2, 7, 64]))
+        let columns = rng.pick(&[1, 1, 3, 4]);
+        let values = (0..columns * rng.pick(&[1, 2, 7, 64]))
             .map(|_| rng.interesting(i32s) as i32)
             .collect();
-        b.table(&format!("table {at}"), values);
+        b.table(&format!("table {at}"), columns, values);
     }
     for at in 0..1 + rng.below(2) {
         b.event(&format!("event{at}"), rng.below(5) as u32);

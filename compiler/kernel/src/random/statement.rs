@@ -123,6 +123,10 @@ impl Generator {
                         1 + rng.below(len) as i64
                     }
                 }
+                Immediate::Column => {
+                    let columns = kernel.tables[all[0] as usize].columns;
+                    rng.below(columns.into()) as i64
+                }
                 Immediate::Input => index(kernel.inputs.len(), rng)?,
                 Immediate::Output => index(kernel.outputs.len(), rng)?,
                 Immediate::Live => index(kernel.lives.len(), rng)?,

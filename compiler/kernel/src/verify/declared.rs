@@ -49,6 +49,14 @@ pub(super) fn check(kernel: &Kernel, errors: &mut Vec<VerifyError>) {
     for table in &kernel.tables {
         list.name("table", &table.name);
         list.size("table", &table.name, table.values.len());
+        let columns = table.columns as usize;
+        if columns == 0 || !table.values.len().is_multiple_of(columns) {
+            let message = format!(
+                "{} words are no whole number of rows of {columns}",
+                table.values.len()
+            );
+            list.error("table", &table.name, message);
+        }
     }
     for event in &kernel.events {
         list.name("event", &event.name);

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use crate::model;
 use crate::units::Dim;
 
 /// A constant that is always in scope.
@@ -28,6 +29,9 @@ pub const CONSTANTS: &[Constant] = &[
     },
 ];
 
+/// Name of the length of a tick, a time. A program may give the name to something else.
+pub const TICK: &str = "tick";
+
 /// The constant of that name.
 pub fn constant(name: &str) -> Option<&'static Constant> {
     CONSTANTS.iter().find(|c| c.name == name)
@@ -44,6 +48,10 @@ pub enum Function {
     Clamp,
     /// The size without the sign.
     Abs,
+    /// The square root.
+    Sqrt,
+    /// A function of a plain number.
+    Of(model::Function),
 }
 
 /// A function's name and how it is called.
@@ -56,28 +64,38 @@ pub struct Signature {
     pub args: &'static [&'static str],
 }
 
+impl Signature {
+    /// Whether a term may have its name, and is called then: programs had such terms before there
+    /// was the function.
+    pub fn can_be_hidden(&self) -> bool {
+        matches!(self.function, Function::Sqrt | Function::Of(_))
+    }
+}
+
+const fn signature(
+    name: &'static str,
+    function: Function,
+    args: &'static [&'static str],
+) -> Signature {
+    Signature {
+        name,
+        function,
+        args,
+    }
+}
+
 /// The functions.
 pub const FUNCTIONS: &[Signature] = &[
-    Signature {
-        name: "min",
-        function: Function::Min,
-        args: &["a", "b"],
-    },
-    Signature {
-        name: "max",
-        function: Function::Max,
-        args: &["a", "b"],
-    },
-    Signature {
-        name: "clamp",
-        function: Function::Clamp,
-        args: &["value", "low", "high"],
-    },
-    Signature {
-        name: "abs",
-        function: Function::Abs,
-        args: &["value"],
-    },
+    signature("min", Function::Min, &["a", "b"]),
+    signature("max", Function::Max, &["a", "b"]),
+    signature("clamp", Function::Clamp, &["value", "low", "high"]),
+    signature("abs", Function::Abs, &["value"]),
+    signature("sqrt", Function::Sqrt, &["value"]),
+    signature("exp", Function::Of(model::Function::Exp), &["value"]),
+    signature("log", Function::Of(model::Function::Log), &["value"]),
+    signature("sin", Function::Of(model::Function::Sin), &["angle"]),
+    signature("cos", Function::Of(model::Function::Cos), &["angle"]),
+    signature("tanh", Function::Of(model::Function::Tanh), &["value"]),
 ];
 
 /// The names of the functions.

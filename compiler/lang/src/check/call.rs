@@ -1,12 +1,12 @@
 //! Calls: arguments are bound to parameters; functions become nodes, terms were made scopes before.
 
-use super::builtin::{self, Function, Signature};
+use super::builtin::{Function, Signature};
 use super::elaborate::Elaborator;
 use super::elsewhere;
 use super::items::TermItem;
 use super::scope::ScopeId;
 use super::slot::Source;
-use super::types::{Value, counted};
+use super::types::{Ty, Value, counted};
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::Node;
 use crate::syntax::ast::{Arg, Expr, ExprKind, Name};
@@ -22,7 +22,8 @@ impl<'a> Elaborator<'a, '_> {
         callee: &'a Name,
         args: &'a [Arg],
     ) -> Option<Value> {
-        if let Some(function) = builtin::function(&callee.node) {
+        let from_std = self.scopes[scope.0].in_std();
+        if let Some(function) = self.items.function(&callee.node, from_std) {
             return self.function(scope, function, args, call.span);
         }
         match self.scopes[scope.0].calls.get(&call.span).copied() {
@@ -52,6 +53,17 @@ impl<'a> Elaborator<'a, '_> {
             .collect();
         self.check_count(signature, args, span)?;
         let values: Vec<Value> = values.into_iter().collect::<Option<_>>()?;
+        match (signature.function, &values[..]) {
+            (Function::Sqrt, [a]) => return self.square_root(*a, &args[0].value, span),
+            (Function::Of(function), [a]) => {
+                let operand = || format!("the operand of `{}`", signature.name);
+                let number = Ty::Real(Dim::NUMBER);
+                let a = self.expect(*a, &args[0].value, number, operand)?;
+                let node = self.node(Node::Function(function, a), span);
+                return Some(Value::real(node, Dim::NUMBER));
+            }
+            _ => {}
+        }
         let dim = self.shared_dim(signature, args, &values)?;
         let node = match (signature.function, &values[..]) {
             (Function::Abs, [a]) => Node::Abs(a.node),
@@ -65,6 +77,22 @@ impl<'a> Elaborator<'a, '_> {
             _ => return None,
         };
         Some(Value::real(self.node(node, span), dim))
+    }
+
+    /// The square root, whose dimension must be whole.
+    fn square_root(&mut self, a: Value, expr: &Expr, span: Span) -> Option<Value> {
+        let dim = self.real(a, expr, "`sqrt` needs")?;
+        let Some(root) = dim.pow_halves(1) else {
+            let words = a.ty.words();
+            let message = format!("the square root of {words} has no whole dimension");
+            let hint = format!(
+                "divide it by a value in {dim} before the root, and give the result its unit again"
+            );
+            let diagnostic = Diagnostic::new(Code::FractionalDim, expr.span, message, words);
+            self.report(diagnostic.hint(hint));
+            return None;
+        };
+        Some(Value::real(self.node(Node::Power(a.node, 1), span), root))
     }
 
     fn check_count(&mut self, signature: &Signature, args: &[Arg], span: Span) -> Option<()> {

@@ -1,6 +1,5 @@
 //! The scopes of calls: each call of a term is a copy of the term with memory of its own.
 
-use super::builtin;
 use super::elaborate::Elaborator;
 use super::items::TermItem;
 use super::scope::{Caller, Scope, ScopeId, Thing};
@@ -21,7 +20,8 @@ impl<'a> Elaborator<'a, '_> {
             let ExprKind::Call(callee, args) = &call.kind else {
                 continue;
             };
-            if builtin::function(&callee.node).is_some() {
+            let from_std = self.scopes[scope.0].in_std();
+            if self.items.function(&callee.node, from_std).is_some() {
                 continue;
             }
             let bound = match &decl.kind {

@@ -222,11 +222,11 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             (
                 DeclKind::Event {
                     name,
-                    guard,
+                    trigger,
                     actions,
                 },
                 _,
-            ) => self.event(scope, name, guard, actions, decl.span),
+            ) => self.event(scope, name, trigger, actions, decl.span),
             (DeclKind::Pulse { range, lasting, .. }, Made::Pulse(pulse)) => {
                 self.pulse(scope, pulse, range, lasting)
             }

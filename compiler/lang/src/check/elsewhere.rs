@@ -5,13 +5,16 @@ use crate::diag::Advice;
 /// Functions: names, and what is written instead.
 const FUNCTIONS: &[(&[&str], &str)] = &[
     (
-        &["sin", "cos", "tan", "sine", "cosine"],
-        "there are no circular functions: a small angle is its own sine, `detents` and \
-         `rotary_detents` swing, and straight pieces are joined with `min`, `max` and `clamp`",
+        &["sine", "cosine"],
+        "they are written `sin(angle)` and `cos(angle)`",
+    ),
+    (
+        &["tan", "tangent"],
+        "write `sin(a) / cos(a)`, where the cosine cannot be zero",
     ),
     (
         &["asin", "acos", "atan", "atan2"],
-        "there are no circular functions: a small sine is its own angle",
+        "there are `sin` and `cos` and not their inverses: a small sine is its own angle",
     ),
     (
         &["sign", "sgn", "signum"],
@@ -20,27 +23,22 @@ const FUNCTIONS: &[(&[&str], &str)] = &[
     ),
     (
         &["pow", "power", "square", "sqr"],
-        "a power is written `a^n`, with n = 1, 1.5, 2, 2.5 or 3",
+        "a power is written `a^n`, with n = 1, 1.5, 2, 2.5 or 3; others of what is above zero are `exp(n * log(a))`",
     ),
     (
-        &["sqrt", "cbrt"],
-        "there are no roots: powers are `a^n` with n = 1, 1.5, 2, 2.5 or 3; compare squares instead",
+        &["cbrt", "root"],
+        "the square root is `sqrt(a)`, others of what is above zero are `exp(log(a) / n)`",
     ),
     (
-        &["exp", "log", "ln", "log10", "log2"],
-        "there are neither exponentials nor logarithms: a curve is made of powers `a^n` \
-         (n = 1, 1.5, 2, 2.5, 3) or of straight pieces joined with `min` and `max`",
+        &["ln", "log10", "log2"],
+        "the natural logarithm is `log(a)`; to base 10 it is `log(a) / log(10)`",
     ),
     (
-        &[
-            "tanh",
-            "sigmoid",
-            "sat",
-            "saturate",
-            "limit",
-            "constrain",
-            "clip",
-        ],
+        &["sinh", "cosh", "sigmoid", "logistic"],
+        "write it with `exp` or `tanh`",
+    ),
+    (
+        &["sat", "saturate", "limit", "constrain", "clip"],
         "write `clamp(value, low, high)`",
     ),
     (&["fabs", "mag", "magnitude"], "write `abs(value)`"),
@@ -73,7 +71,7 @@ const FUNCTIONS: &[(&[&str], &str)] = &[
     ),
     (
         &["delay", "wait", "sleep", "timer", "millis"],
-        "nothing waits: a `pulse` lasts for a time, a `state` remembers",
+        "nothing waits: a `pulse` lasts for a time, a `state` remembers, and `event name every t` happens again and again",
     ),
     (
         &["lerp", "map", "interp", "lookup", "table"],
@@ -93,7 +91,7 @@ const VALUES: &[(&[&str], &str)] = &[
     ),
     (
         &["dt", "delta", "timestep"],
-        "the length of a tick is not needed: the rate of `x` is written `x'`",
+        "the length of a tick is called `tick`; the rate of `x` is written `x'`",
     ),
     (
         &["g"],

@@ -6,7 +6,7 @@ use super::types::{Ty, Value};
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::NodeId;
 use crate::syntax::ast::{Expr, ExprKind, Name};
-use crate::units::{Dim, dimension, dimension_names};
+use crate::units::{Dim, Unit, dimension, dimension_names, parse_unit};
 
 impl Elaborator<'_, '_> {
     /// The node of a value that must have a type.
@@ -92,6 +92,9 @@ impl Elaborator<'_, '_> {
         if let Some(dim) = dimension(&ty.node) {
             return Some(Ty::Real(dim));
         }
+        if let Some(unit) = type_as_unit(&ty.node) {
+            return self.dimension_of_unit(ty, unit);
+        }
         let hint = match nearest(&ty.node, dimension_names().chain(["bool"])) {
             Some(near) => Advice::did_you_mean(near),
             None => {
@@ -105,6 +108,19 @@ impl Elaborator<'_, '_> {
         None
     }
 
+    /// The type that is written as a unit, which must be one of SI: a type has no size.
+    fn dimension_of_unit(&mut self, ty: &Name, unit: Unit) -> Option<Ty> {
+        if unit.to_si(1.0) == 1.0 {
+            return Some(Ty::Real(unit.dim));
+        }
+        let meant = Ty::Real(unit.dim).unit();
+        let message = format!("`{}` says a size, and a type is a dimension alone", ty.node);
+        let hint = Advice::instead(format!("write it in SI units: `{meant}`"), meant);
+        let label = "a unit with a prefix or a factor";
+        self.report(Diagnostic::new(Code::UnknownType, ty.span, message, label).hint(hint));
+        None
+    }
+
     /// The dimension of that name; `what` cannot be a bool.
     pub fn real_type(&mut self, ty: &Name, what: &str, hint: &str) -> Option<Dim> {
         let found = self.any_type(ty)?;
@@ -115,6 +131,22 @@ impl Elaborator<'_, '_> {
             );
         }
         found.dim()
+    }
+}
+
+/// The unit that a type is written as, if it is written as a product or quotient of units.
+fn type_as_unit(text: &str) -> Option<Unit> {
+    let text: String = text.split_whitespace().collect();
+    if !text.contains(['*', '/', '^']) {
+        return None;
+    }
+    match text.strip_prefix("1/") {
+        // What is divided by comes behind the first factor of a unit.
+        Some(divisors) => {
+            let over = parse_unit(&format!("s/{divisors}"))?;
+            Some(over.times(parse_unit("s^-1")?))
+        }
+        None => parse_unit(&text),
     }
 }
 

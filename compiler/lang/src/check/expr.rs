@@ -9,7 +9,7 @@ use super::types::{Ty, Value};
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::{MachineId, Node, NodeId};
 use crate::syntax::ast::{Expr, ExprKind, Name, Number};
-use crate::units::{Unit, parse_unit};
+use crate::units::{Dim, Unit, parse_unit};
 use whippen_source::Span;
 
 /// How deep expressions may be nested, counted through the values that are evaluated because they
@@ -83,6 +83,12 @@ impl<'a> Elaborator<'a, '_> {
             self.mark(span);
             return Some(Value::real(node, constant.dim));
         }
+        if name == builtin::TICK && self.means_length_of_tick(scope) {
+            let seconds = 1.0 / f64::from(self.model.rate_hz);
+            let node = self.model.dag.constant(seconds);
+            self.mark(span);
+            return Some(Value::real(node, Dim::TIME));
+        }
         match self.lookup(scope, name, span)?.thing {
             Thing::Broken => None,
             Thing::Sense(v)
@@ -98,6 +104,12 @@ impl<'a> Elaborator<'a, '_> {
             | Thing::Argument(slot)
             | Thing::Result(slot) => self.slot(slot),
         }
+    }
+
+    /// Whether `tick` is the length of a tick: not in a keyboard, and not where it is declared.
+    fn means_length_of_tick(&self, scope: ScopeId) -> bool {
+        let here = &self.scopes[scope.0];
+        !here.decls.is_empty() && !here.values.contains_key(builtin::TICK)
     }
 
     /// What a name stands for.
@@ -132,7 +144,14 @@ impl<'a> Elaborator<'a, '_> {
             format!("`{name}` is a state: ask `{machine} is {name}`").into()
         } else if let Some(instead) = elsewhere::value(name) {
             instead
-        } else if let Some(near) = nearest(name, here.values.keys().copied().chain(constants)) {
+        } else if let Some(near) = nearest(
+            name,
+            here.values
+                .keys()
+                .copied()
+                .chain(constants)
+                .chain([builtin::TICK]),
+        ) {
             Advice::did_you_mean(near)
         } else if here.term.is_some() {
             "a term sees only its parameters: add one and hand the value in".into()
@@ -176,7 +195,7 @@ impl<'a> Elaborator<'a, '_> {
                 Some(Thing::Let(_, call)) => call,
                 _ => None,
             },
-            ExprKind::Call(callee, _) if builtin::function(&callee.node).is_none() => {
+            ExprKind::Call(callee, _) if !self.is_function(scope, callee) => {
                 let call = self.scopes[scope.0].calls.get(&base.span).copied();
                 if call.is_none() {
                     self.expr(scope, base);
@@ -205,6 +224,11 @@ impl<'a> Elaborator<'a, '_> {
                 None
             }
         }
+    }
+
+    fn is_function(&self, scope: ScopeId, callee: &Name) -> bool {
+        let from_std = self.scopes[scope.0].in_std();
+        self.items.function(&callee.node, from_std).is_some()
     }
 
     fn unknown_result(&mut self, call: ScopeId, field: &Name) {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::builtin;
+use super::builtin::{self, Signature};
 use super::diags::Diags;
 use crate::diag::{Code, Diagnostic, nearest};
 use crate::syntax::ast::{File, Instrument, Item, Keyboard, Name, Term};
@@ -40,6 +40,12 @@ impl<'a> Items<'a> {
             self.user_terms.get(name)
         };
         user.or_else(|| self.std_terms.get(name)).copied()
+    }
+
+    /// The function of that name, unless a term of the program has it.
+    pub fn function(&self, name: &str, from_std: bool) -> Option<&'static Signature> {
+        let hidden = !from_std && self.user_terms.contains_key(name);
+        builtin::function(name).filter(|_| !hidden)
     }
 
     /// The index of the instrument of that name.
@@ -95,6 +101,9 @@ impl<'a> Items<'a> {
             Item::Instrument(instrument) => self.instruments.push(instrument),
             Item::Keyboard(keyboard) => self.keyboards.push(keyboard),
             Item::Term(ast) => {
+                if builtin::function(&ast.name.node).is_some() {
+                    diags.push(hides_function(&ast.name));
+                }
                 if let Some(hidden) = self.std_terms.get(ast.name.node.as_str()) {
                     diags.push(hides_std(&ast.name, hidden.ast.name.span));
                 }
@@ -111,7 +120,8 @@ fn is_new<'a>(
     name: &'a Name,
     diags: &mut Diags,
 ) -> bool {
-    if kind == "term" && builtin::function(&name.node).is_some() {
+    let function = builtin::function(&name.node);
+    if kind == "term" && function.is_some_and(|function| !function.can_be_hidden()) {
         let message = format!("`{}` is built in", name.node);
         diags.push(
             Diagnostic::new(
@@ -148,4 +158,10 @@ fn hides_std(name: &Name, hidden: Span) -> Diagnostic {
     Diagnostic::new(Code::HidesStd, name.span, message, "this one is used")
         .also(hidden, "this one is hidden")
         .hint("rename it, unless it is meant to replace the library's term")
+}
+
+fn hides_function(name: &Name) -> Diagnostic {
+    let message = format!("the term `{}` hides a function that is built in", name.node);
+    Diagnostic::new(Code::HidesStd, name.span, message, "this one is used")
+        .hint("rename it, unless it is meant to replace the function")
 }

@@ -47,9 +47,11 @@ fn expressions(kind: &DeclKind) -> Vec<&Expr> {
             .collect(),
         DeclKind::State { range, init, .. } => ends(range).chain(init).collect(),
         DeclKind::Body { parts, .. } => parts.iter().flat_map(in_part).collect(),
-        DeclKind::Event { guard, actions, .. } => {
-            std::iter::once(guard).chain(in_actions(actions)).collect()
-        }
+        DeclKind::Event {
+            trigger, actions, ..
+        } => std::iter::once(trigger.expr())
+            .chain(in_actions(actions))
+            .collect(),
         DeclKind::Pulse { range, lasting, .. } => ends(range).chain([lasting]).collect(),
         DeclKind::Hold { guard, .. } => vec![guard],
     }

@@ -109,10 +109,11 @@ codes! {
     NeverHolds          "WH0413" Warning "a guard that never holds";
     AlwaysHolds         "WH0414" Warning "a guard that always holds";
     OverlappingGuards   "WH0415" Warning "two transitions of one state whose guards can hold together";
+    Period              "WH0416" Error "an event with a period of less than two ticks, or of too many";
     // Ranges and numbers
     Unbounded           "WH0501" Error "a value whose range cannot be bounded";
     DivisionByZero      "WH0502" Error "a division whose divisor may be zero";
-    NegativePower       "WH0504" Error "a half-integer power of a value that may be negative";
+    NegativePower       "WH0504" Error "a half-integer power or square root of a value that may be negative";
     InitOutOfRange      "WH0503" Error "an initial value outside its range";
     EmptyRange          "WH0505" Error "a range whose ends leave nothing between them";
     MissingRange        "WH0506" Error "a live parameter without range";
@@ -122,6 +123,7 @@ codes! {
     WindowTooLong       "WH0510" Error "a differentiator's window that is too long";
     RangeTooSmall       "WH0511" Warning "a range that cuts off what is written to its state";
     LostUpdate          "WH0512" Warning "changes of what is kept that may be too small for its last bit";
+    OutsideDomain       "WH0513" Error "a logarithm of a value that may be zero or negative";
     // Physics and keyboards
     WrongDrive          "WH0610" Error "a force on what turns, or a torque on what slides";
     BodyPart            "WH0601" Error "a body that lacks or repeats one of its lines";

@@ -68,8 +68,10 @@ impl Resolver<'_> {
                 init.iter().for_each(|e| self.expr(e));
             }
             DeclKind::Body { parts, .. } => parts.iter().for_each(|p| self.part(p)),
-            DeclKind::Event { guard, actions, .. } => {
-                self.expr(guard);
+            DeclKind::Event {
+                trigger, actions, ..
+            } => {
+                self.expr(trigger.expr());
                 actions.iter().for_each(|a| self.action(a));
             }
             DeclKind::Pulse { range, lasting, .. } => {

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use super::{CellId, MachineId};
+use super::{CellId, Function, MachineId};
 use whippen_ids::{IdMap, impl_id};
 
 /// Index of a node.
@@ -88,6 +88,8 @@ pub enum Node {
     Abs(NodeId),
     /// `a ^ (halves / 2)` for halves 2 to 6; `a` must not be negative where halves is odd.
     Power(NodeId, u8),
+    /// A function that is no algebra; the operand of a logarithm must be above zero.
+    Function(Function, NodeId),
     /// A comparison (bool).
     Compare(Cmp, NodeId, NodeId),
     /// Both (bool).
@@ -161,6 +163,7 @@ impl Node {
             Node::LiveBool(_) | Node::Keyed(_) | Node::Cell(_) | Node::Is(..) => vec![],
             Node::Linear(_, terms) => terms.iter().map(|&(_, x)| x).collect(),
             &Node::Neg(a) | &Node::Abs(a) | &Node::Power(a, _) | &Node::Not(a) => vec![a],
+            &Node::Function(_, a) => vec![a],
             &Node::Add(a, b) | &Node::Sub(a, b) | &Node::Mul(a, b) | &Node::Div(a, b) => vec![a, b],
             &Node::Min(a, b)
             | &Node::Max(a, b)

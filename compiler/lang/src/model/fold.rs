@@ -22,6 +22,7 @@ pub fn fold(dag: &Dag, node: &Node) -> Option<Node> {
         Node::Max(a, b) => real(a)?.max(real(b)?),
         Node::Abs(a) => real(a)?.abs(),
         Node::Power(a, halves) => power(real(a)?, halves),
+        Node::Function(function, a) => function.value(real(a)?),
         Node::Linear(c0, ref terms) => terms
             .iter()
             .try_fold(c0.0, |sum, (c, x)| Some(sum + c.0 * real(*x)?))?,

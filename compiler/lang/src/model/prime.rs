@@ -12,7 +12,7 @@
 
 use std::collections::HashMap;
 
-use super::{Body, Cell, CellId, CellKind, Cmp, Dag, Node, NodeId};
+use super::{Body, Cell, CellId, CellKind, Cmp, Dag, Function, Node, NodeId};
 use whippen_ids::{Id, IdMap};
 
 /// A derivative.
@@ -140,7 +140,9 @@ impl PrimePass<'_> {
             }
             Node::Mul(a, b) => self.product(a, b),
             Node::Div(a, b) => self.quotient(id, a, b),
+            Node::Power(a, 1) => self.root(id, a),
             Node::Power(a, halves) => self.power(a, halves),
+            Node::Function(function, a) => self.function(id, function, a),
             Node::Linear(_, terms) => self.linear(&terms),
             Node::Min(a, b) => self.branch_taken(Cmp::Le, a, b),
             Node::Max(a, b) => self.branch_taken(Cmp::Ge, a, b),
@@ -188,8 +190,41 @@ impl PrimePass<'_> {
         })
     }
 
-    /// `n a^(n-1) a'` with `n` in halves; that of `a^1.5` holds a square root, which the language
-    /// has not.
+    /// `a' / (2 sqrt(a))`, which the ranges refuse where the operand may be zero.
+    fn root(&mut self, id: NodeId, a: NodeId) -> Option<NodeId> {
+        let da = self.of(a)?;
+        let two = self.dag.constant(2.0);
+        let twice = self.mul(two, id);
+        Some(if da == self.zero {
+            da
+        } else {
+            self.dag.add_folded(Node::Div(da, twice))
+        })
+    }
+
+    /// The slope of the function times `a'`, made of what is there already where that can be.
+    fn function(&mut self, id: NodeId, function: Function, a: NodeId) -> Option<NodeId> {
+        let da = self.of(a)?;
+        if da == self.zero {
+            return Some(da);
+        }
+        let slope = match function {
+            Function::Exp => id,
+            Function::Log => return Some(self.dag.add_folded(Node::Div(da, a))),
+            Function::Sin => self.dag.add_folded(Node::Function(Function::Cos, a)),
+            Function::Cos => {
+                let sine = self.dag.add_folded(Node::Function(Function::Sin, a));
+                self.neg(sine)
+            }
+            Function::Tanh => {
+                let (one, square) = (self.dag.constant(1.0), self.mul(id, id));
+                self.sub(one, square)
+            }
+        };
+        Some(self.mul(slope, da))
+    }
+
+    /// `n a^(n-1) a'` with `n` in halves.
     fn power(&mut self, a: NodeId, halves: u8) -> Option<NodeId> {
         let da = self.of(a)?;
         let lower = match halves {

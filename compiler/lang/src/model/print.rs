@@ -310,6 +310,10 @@ impl Printer<'_> {
                 9,
             ),
             Node::Abs(a) => (format!("abs({})", self.value(*a, 0)), 9),
+            Node::Power(a, 1) => (format!("sqrt({})", self.value(*a, 0)), 9),
+            Node::Function(function, a) => {
+                (format!("{}({})", function.name(), self.value(*a, 0)), 9)
+            }
             Node::Power(a, halves) => (
                 format!("{}^{}", self.value(*a, 9), f64::from(*halves) / 2.0),
                 8,

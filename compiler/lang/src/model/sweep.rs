@@ -38,6 +38,7 @@ impl Node {
             Node::Live(_) | Node::LiveBool(_) | Node::Keyed(_) | Node::Cell(_) | Node::Is(..) => {}
             Node::Linear(_, terms) => terms.iter_mut().for_each(|(_, x)| change(x)),
             Node::Neg(a) | Node::Abs(a) | Node::Power(a, _) | Node::Not(a) => change(a),
+            Node::Function(_, a) => change(a),
             Node::Add(a, b)
             | Node::Sub(a, b)
             | Node::Mul(a, b)

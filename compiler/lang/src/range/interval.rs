@@ -110,6 +110,23 @@ impl Interval {
         }
     }
 
+    /// Wider at both ends by a part of their size, at least by what is smallest.
+    pub(crate) fn wider(self, part: f64) -> Interval {
+        let by = |end: f64| part * end.abs() + f64::MIN_POSITIVE;
+        Interval {
+            low: self.low - by(self.low),
+            high: self.high + by(self.high),
+        }
+    }
+
+    /// What of it lies between two limits that its values are known to keep.
+    pub(crate) fn cut(self, low: f64, high: f64) -> Interval {
+        Interval {
+            low: self.low.max(low),
+            high: self.high.min(high),
+        }
+    }
+
     /// One unit in the last place wider at both ends; exact zeros stay.
     fn outwards(self) -> Interval {
         let down = |x: f64| if x == 0.0 { 0.0 } else { x.next_down() };

@@ -14,16 +14,18 @@ impl Problem {
         let operand = model.dag.get(node).operands().last().copied();
         let diagnostic = match self {
             Problem::ZeroDivisor(interval) => divisor(model, operand, interval, span),
-            Problem::NegativeBase(interval) => Diagnostic::new(
-                Code::NegativePower,
-                span,
-                format!(
-                    "a half-integer power of a value that may be negative: it lies in {}",
+            Problem::NegativeBase(interval) => negative_base(model, node, interval, span),
+            Problem::OutsideDomain(function, interval) => {
+                let name = function.name();
+                let message = format!(
+                    "`{name}` of a value that may be zero or negative: it lies in {}",
                     si(interval)
-                ),
-                "not a real number where the base is negative",
-            )
-            .hint("write `max(.., 0)` around the base, with the base's unit behind the 0"),
+                );
+                let label = "no real number where its operand is not above zero";
+                Diagnostic::new(Code::OutsideDomain, span, message, label).hint(format!(
+                    "keep it above zero, for example `{name}(max(.., 0.001))`"
+                ))
+            }
             Problem::Unbounded => unbounded(model, node, span),
         };
         model
@@ -34,6 +36,20 @@ impl Problem {
 
 fn place(model: &Model, node: NodeId) -> Option<Span> {
     model.spans.get(node).copied().flatten()
+}
+
+fn negative_base(model: &Model, node: NodeId, interval: Interval, span: Span) -> Diagnostic {
+    let (what, base) = match model.dag.get(node) {
+        Node::Power(_, 1) => ("the square root", "operand"),
+        _ => ("a half-integer power", "base"),
+    };
+    let message = format!(
+        "{what} of a value that may be negative: it lies in {}",
+        si(interval)
+    );
+    let label = format!("not a real number where the {base} is negative");
+    let hint = format!("write `max(.., 0)` around the {base}, with its unit behind the 0");
+    Diagnostic::new(Code::NegativePower, span, message, label).hint(hint)
 }
 
 fn divisor(model: &Model, divisor: Option<NodeId>, interval: Interval, span: Span) -> Diagnostic {

@@ -221,12 +221,12 @@ pub enum DeclKind {
         /// Its lines in the order of the text.
         parts: Vec<BodyPart>,
     },
-    /// `event name when guard { .. }`
+    /// `event name when guard { .. }`, `event name every t { .. }`
     Event {
         /// The event.
         name: Name,
-        /// When it fires.
-        guard: Expr,
+        /// When it happens.
+        trigger: Trigger,
         /// What it does.
         actions: Vec<Action>,
     },
@@ -264,6 +264,24 @@ pub enum DeclKind {
         /// Its value.
         value: Expr,
     },
+}
+
+/// When an event happens.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Trigger {
+    /// `when guard`: at the instant the guard becomes true.
+    When(Expr),
+    /// `every t`: again and again.
+    Every(Expr),
+}
+
+impl Trigger {
+    /// The guard or the period.
+    pub fn expr(&self) -> &Expr {
+        match self {
+            Trigger::When(expr) | Trigger::Every(expr) => expr,
+        }
+    }
 }
 
 impl DeclKind {

@@ -146,12 +146,18 @@ fn decl(decl: &Decl) -> String {
         ),
         DeclKind::Event {
             name,
-            guard,
+            trigger,
             actions,
-        } => acting(
-            &format!("event {} when {}", name.node, Shown(guard)),
-            actions,
-        ),
+        } => {
+            let (word, expr) = match trigger {
+                Trigger::When(guard) => ("when", guard),
+                Trigger::Every(period) => ("every", period),
+            };
+            acting(
+                &format!("event {} {word} {}", name.node, Shown(expr)),
+                actions,
+            )
+        }
         DeclKind::Pulse {
             name,
             ty,

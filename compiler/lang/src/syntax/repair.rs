@@ -3,6 +3,7 @@
 //!
 //! ```text
 //!   tokens -> keyword   a keyword used as a name becomes a name
+//!          -> types     a type that is written as a unit becomes one name
 //!          -> adjacent  a number followed by a word: an unknown unit, or a `*` is missing
 //!          -> bracket   every bracket gets its partner; braces get their level
 //!          -> mark      names that begin a definition, a write or a transition are told from other names
@@ -10,12 +11,14 @@
 //!
 //! Afterwards brackets are balanced, and the beginning of everything that the grammar can begin
 //! anew with is a token of its own kind, so that its recovery never leaves a block by the wrong
-//! brace. Every change is reported, except marks.
+//! brace. Every change is reported, except marks and
+//! joined types.
 
 mod adjacent;
 mod bracket;
 mod keyword;
 mod mark;
+pub(in crate::syntax) mod types;
 
 use super::ast::Spanned;
 use super::token::Token;
@@ -31,6 +34,7 @@ pub(super) fn repair<'s>(
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Tokens<'s> {
     let tokens = keyword::repair(text, tokens, diagnostics);
+    let tokens = types::join(text, tokens);
     let tokens = adjacent::repair(text, tokens, diagnostics);
     let tokens = bracket::repair(tokens, diagnostics);
     mark::mark(tokens)

@@ -120,7 +120,7 @@ tokens! {
         Not "not", Is "is", In "in", On "on", Off "off",
     }
     soft {
-        Over "over", Slew "slew", Lasting "lasting", At "at", Angle "angle", Position "position", Rate "rate",
+        Every "every", Over "over", Slew "slew", Lasting "lasting", At "at", Angle "angle", Position "position", Rate "rate",
         Inertia "inertia", Mass "mass", Torque "torque", Board "board", Device "device", Keys "keys",
         Programs "programs", Zones "zones",
     }

@@ -32,7 +32,8 @@ impl Unit {
         self.up / self.down
     }
 
-    fn times(self, other: Unit) -> Unit {
+    /// The unit of a product.
+    pub fn times(self, other: Unit) -> Unit {
         Unit {
             up: self.up * other.up,
             down: self.down * other.down,

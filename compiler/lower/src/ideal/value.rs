@@ -37,6 +37,7 @@ pub(super) fn evaluate(
             Node::Max(a, b) => of(a).max(of(b)),
             Node::Abs(a) => of(a).abs(),
             Node::Power(a, halves) => power(of(a), *halves),
+            Node::Function(function, a) => function.value(of(a)),
             Node::Compare(cmp, a, b) => f64::from(compare(*cmp, of(a), of(b))),
             Node::And(a, b) => f64::from(is(a) && is(b)),
             Node::Or(a, b) => f64::from(is(a) || is(b)),

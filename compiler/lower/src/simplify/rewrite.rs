@@ -109,6 +109,10 @@ impl<'a> Rewriter<'a> {
             Node::Max(a, b) => self.max(n(self, a), n(self, b)),
             Node::Abs(a) => self.abs(n(self, a)),
             Node::Power(a, halves) => self.power(n(self, a), *halves),
+            Node::Function(function, a) => {
+                let a = n(self, a);
+                self.add(Node::Function(*function, a))
+            }
             Node::Compare(cmp, a, b) => self.compare(*cmp, n(self, a), n(self, b)),
             Node::And(a, b) => self.and(n(self, a), n(self, b)),
             Node::Or(a, b) => {

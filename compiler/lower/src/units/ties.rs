@@ -373,5 +373,6 @@ fn is_flexible(node: &Node) -> bool {
             | Max(..)
             | Select(..)
             | Abs(_)
+            | Function(..)
     )
 }

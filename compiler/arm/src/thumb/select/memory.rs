@@ -2,7 +2,7 @@
 //! role.
 
 use super::shift::with_shift;
-use super::{Binding, Select};
+use super::{Binding, Select, TableRow};
 use crate::thumb::func::Terminator;
 use crate::thumb::literal::Literal;
 use crate::thumb::minst::{Access, AliasClass, MInst, Other, Reg, Relocation, Role, VReg};
@@ -332,9 +332,70 @@ impl Select<'_> {
         )
     }
 
-    pub(super) fn read_table(&mut self, table: u32, index: Value) -> VReg {
-        let len = self.kernel.tables[table as usize].values.len() as u32;
-        let index = self.clamp_index(index, len);
+    pub(super) fn read_table(&mut self, table: u32, column: u32, row: Value) -> VReg {
+        let columns = self.kernel.tables[table as usize].columns;
+        if columns == 1 {
+            let (base, row) = (self.table_address(table), self.table_row(table, row));
+            let t = self.func.fresh();
+            let code = MInst::new(Isa::LDR_register)
+                .reg(Role::N, base)
+                .reg(Role::M, row)
+                .reg(Role::T, t);
+            let read = Access::Read(AliasClass::Constant);
+            self.emit(with_shift(code, ShiftType::LSL, 2).access(read));
+            return t;
+        }
+        let address = self.row_address(table, row);
+        let offset = i64::from(4 * column);
+        self.load(
+            Isa::LDR_immediate,
+            Reg::Virtual(address),
+            offset,
+            AliasClass::Constant,
+        )
+    }
+
+    /// Where a row of a table begins, one register for all its columns.
+    fn row_address(&mut self, table: u32, row: Value) -> VReg {
+        let known = self
+            .rows
+            .iter()
+            .find(|known| (known.table, known.row, known.block) == (table, row, self.at));
+        if let Some(known) = known {
+            return known.address;
+        }
+        let columns = self.kernel.tables[table as usize].columns;
+        let (base, word) = (self.table_address(table), self.table_row(table, row));
+        let bytes = 4 * columns;
+        let code = if bytes.is_power_of_two() {
+            let code = MInst::new(Isa::ADD_register)
+                .reg(Role::N, base)
+                .reg(Role::M, word);
+            with_shift(code, ShiftType::LSL, bytes.trailing_zeros() as u8)
+        } else {
+            let bytes = self.load_constant(bytes as i32);
+            MInst::new(Isa::MLA)
+                .reg(Role::N, word)
+                .reg(Role::M, bytes)
+                .reg(Role::A, base)
+        };
+        let address = self.result(code);
+        self.rows.push(TableRow {
+            table,
+            row,
+            block: self.at,
+            address,
+        });
+        address
+    }
+
+    fn table_row(&mut self, table: u32, row: Value) -> VReg {
+        let rows = self.kernel.tables[table as usize].rows() as u32;
+        self.clamp_index(row, rows)
+    }
+
+    /// Where a table begins.
+    fn table_address(&mut self, table: u32) -> VReg {
         let low = self.result(MInst {
             address: Some(Relocation::Low(table)),
             ..MInst::new(Isa::MOV_immediate).imm(0xffff)
@@ -345,13 +406,7 @@ impl Select<'_> {
             ..MInst::new(Isa::MOVT).imm(0xffff)
         };
         self.emit(high.both(Role::D, base, low));
-        let t = self.func.fresh();
-        let code = MInst::new(Isa::LDR_register)
-            .reg(Role::N, base)
-            .reg(Role::M, index)
-            .reg(Role::T, t);
-        self.emit(with_shift(code, ShiftType::LSL, 2).access(Access::Read(AliasClass::Constant)));
-        t
+        base
     }
 
     /// Live values behind those of the kernel. Only keys read them, and they come later.

@@ -217,6 +217,12 @@ pub const NAMES: &[Case] = &[
         &["WH0219"],
         "term escapement(x: length) -> y: length { y = x }",
     ),
+    case(
+        "function hidden",
+        &["WH0219"],
+        "term exp(x: length) -> y: length { y = 2 * x }
+         instrument i { sense x: length in 0 mm .. 1 mm let a = exp(x) force f = 1 N/m * a }",
+    ),
 ];
 
 /// Types, dimensions, constants.
@@ -329,6 +335,7 @@ pub const TYPES: &[Case] = &[
         &["WH0302"],
         "live param b = on in 0 .. 1",
     ),
+    case("period of a force", &["WH0302"], "event e every 1 N { }"),
     case("prime of a bool", &["WH0302"], "let a = (x > 1 mm)'"),
     case("zero without unit", &["WH0303"], "event e when x > 0 { }"),
     case(
@@ -349,6 +356,38 @@ pub const TYPES: &[Case] = &[
     case("exponent", &["WH0306"], "let a = x^4"),
     case("negative exponent", &["WH0306"], "let a = x^-1"),
     case("fractional dimension", &["WH0307"], "let a = x^1.5"),
+    case("root of a length", &["WH0307"], "let a = sqrt(x)"),
+    case(
+        "root of an area",
+        &[],
+        "let a = sqrt(x * x) force f = 1 N/m * a",
+    ),
+    case("sine of a length", &["WH0302"], "let a = sin(x)"),
+    case(
+        "sine of an angle",
+        &[],
+        "let a = sin(90 deg * x / 1 mm) force f = 1 N * a",
+    ),
+    case("two arguments", &["WH0211"], "let a = exp(x / 1 mm, 2)"),
+    case(
+        "length of a tick",
+        &[],
+        "let a = x' * tick force f = 1 N/m * a",
+    ),
+    case(
+        "type as a unit",
+        &[],
+        "state a: kg/m in 0 kg/m .. 1 kg/m next a = 0.5 kg/m
+         state b: 1/s in 0 s^-1 .. 1 s^-1 next b = clamp(x' / 1 mm, 0 s^-1, 1 s^-1)
+         state c: m^2/s in 0 m^2/s .. 1 m^2/s force f = 1 N*s/m^2 * c + 1 N*m/kg * a",
+    ),
+    case(
+        "type with a size",
+        &["WH0204"],
+        "state a: mm/s in 0 m/s .. 1 m/s",
+    ),
+    case("type of no unit", &["WH0204"], "state a: kg/lb in 0 .. 1"),
+    case("own tick", &[], "let tick = x force f = 1 N/m * tick"),
     case(
         "changing range",
         &["WH0308"],
@@ -378,6 +417,13 @@ pub const TYPES: &[Case] = &[
 
 /// Motion, time, memory.
 pub const MOTION: &[Case] = &[
+    case(
+        "every",
+        &[],
+        "event e every 20 ms { emit depth(at: x) } force f = 1 N",
+    ),
+    case("every tick", &["WH0416"], "event e every 10 us { }"),
+    case("too seldom", &["WH0416"], "event e every 3600 s { }"),
     case(
         "circle",
         &["WH0401"],

@@ -1,7 +1,7 @@
 //! Narrowing intervals until they agree with each other, or cannot.
 
 use super::{Facts, asked_state};
-use crate::model::{Cmp, Interval, Model, Node, NodeId};
+use crate::model::{Cmp, Function, Interval, Model, Node, NodeId};
 use crate::range::transfer;
 use whippen_ids::IdMap;
 
@@ -137,6 +137,10 @@ impl NarrowingPass<'_> {
                     high: out.high,
                 },
             ),
+            &Node::Function(Function::Exp, a) if out.low > 0.0 => {
+                let log = Function::Log.interval(out).unwrap_or(self.of(a));
+                self.keep(a, log)
+            }
             &Node::Min(a, b) => self
                 .smaller(a, b, out)
                 .and_then(|()| self.smaller(b, a, out)),

@@ -38,7 +38,8 @@ pub(super) fn cuts(pieces: &[Piece], row: &Row) -> Vec<(usize, String)> {
             (Token::Lasting, "lasting"),
         ],
         RowKind::Transition => &[(Token::Arrow, "->"), (Token::When, "when")],
-        RowKind::Event | RowKind::Hold => &[(Token::When, "when")],
+        RowKind::Event => &[(Token::When, "when"), (Token::Every, "when")],
+        RowKind::Hold => &[(Token::When, "when")],
         RowKind::Part | RowKind::Setting => return vec![(row.from + 1, String::new())],
         RowKind::Item | RowKind::Sense | RowKind::States | RowKind::Body | RowKind::Action => &[],
     };

@@ -1,5 +1,6 @@
 //! Tokens with the comments around them.
 
+use crate::syntax::repair::types;
 use crate::syntax::token::{Token, lex};
 
 /// A comment on a line of its own.
@@ -28,10 +29,11 @@ pub(super) struct Piece<'s> {
 /// The pieces of a text, and the comments behind the last.
 pub(super) fn pieces(text: &str) -> (Vec<Piece<'_>>, Vec<Note<'_>>) {
     let lexed = lex(0, text, &mut Vec::new());
+    let tokens = types::join(text, lexed.tokens);
     let mut comments = lexed.comments.iter().peekable();
-    let mut pieces: Vec<Piece> = Vec::with_capacity(lexed.tokens.len());
+    let mut pieces: Vec<Piece> = Vec::with_capacity(tokens.len());
     let mut end = 0;
-    for token in &lexed.tokens {
+    for token in &tokens {
         let mut before = Vec::new();
         while let Some(comment) = comments.next_if(|c| c.span.start < token.span.start) {
             attach(

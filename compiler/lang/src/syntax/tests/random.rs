@@ -221,7 +221,10 @@ impl Dice {
             },
             7 => DeclKind::Event {
                 name,
-                guard: value,
+                trigger: match self.below(2) {
+                    0 => Trigger::When(value),
+                    _ => Trigger::Every(value),
+                },
                 actions: self.some(0, Dice::action),
             },
             8 => DeclKind::Pulse {

@@ -94,12 +94,13 @@ places! {
         State { name ty range init },
         Next { name value },
         Body { name parts },
-        Event { name guard actions },
+        Event { name trigger actions },
         Pulse { name ty range lasting },
         Hold { body guard },
         Force { name value },
         Result { name value },
     }
+    enum Trigger { When(e), Every(e), }
     enum BodyPart {
         Coordinate { name range init rate_range rate_init span },
         Inertia { value span },
