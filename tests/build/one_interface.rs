@@ -189,9 +189,10 @@ fn public(text: &str) -> Vec<String> {
         "offset_of",
         "size_of",
     ];
-    let public = text
+    let own = text
         .lines()
-        .filter(|line| private.iter().all(|word| !line.contains(word)));
+        .skip_while(|line| !line.contains("Written by Whippen"));
+    let public = own.filter(|line| private.iter().all(|word| !line.contains(word)));
     let begin = |line: &String| !line.contains("What the code keeps");
     public.map(str::to_string).filter(begin).collect()
 }
