@@ -1,8 +1,13 @@
-//! What who links a relocatable file must know, as a header for C and C++ and as a module for Rust.
+//! What who links a relocatable file, or compiles C text, must know, as a header for C and C++ and
+//! as a module for Rust.
 //!
 //! ```text
 //!   Interface (what lies where in the state, what its integers mean) -> c_header, rust_module
+//!                                                     + the kernel in C -> c_source
 //! ```
+//!
+//! A relocatable file and C text have one interface: the same names, types and order of calls.
+//! Behind what is public the state holds what the code keeps, which only the code knows.
 //!
 //! Both show the state as a structure whose fields lie where the code expects them (checked at
 //! compile time), and functions around it: live values are set within their ranges only, events are
@@ -11,10 +16,14 @@
 //! Not here: the code; how a program is made of it.
 
 mod c;
+mod c_source;
 mod interface;
 mod rust;
 
+use whippen_c99::Component;
+
 pub use c::c_header;
+pub use c_source::c_source;
 pub use rust::rust_module;
 
 /// A word of each key that enters or leaves.
@@ -76,6 +85,8 @@ pub struct Ring {
     pub bytes: u32,
     /// Bytes of a record: a power of two.
     pub record_bytes: u32,
+    /// Bytes of the most events of a tick.
+    pub tick_bytes_max: u32,
 }
 
 /// What lies where in the state, and what it means. The state begins with four words: bytes of
@@ -86,6 +97,8 @@ pub struct Interface {
     pub name: String,
     /// Keys.
     pub keys: u32,
+    /// The number of the first key, from which events count.
+    pub first_key: u32,
     /// Ticks per second.
     pub rate_hz: u32,
     /// Bytes of the state.
@@ -102,6 +115,8 @@ pub struct Interface {
     pub events: Vec<EventInterface>,
     /// Where they collect, if there are any.
     pub ring: Option<Ring>,
+    /// The kernel, where the code is C text; its state lies behind everything.
+    pub component: Option<Component>,
 }
 
 /// What a field of the state holds.
@@ -118,6 +133,8 @@ enum Holds {
     Outputs,
     /// Bytes that are nobody's business.
     Private(u32),
+    /// The state of the kernel in C.
+    Kernel,
 }
 
 /// A field of the state.
@@ -129,6 +146,12 @@ struct Field {
 }
 
 impl Interface {
+    /// The same for keys that are numbered from there on.
+    #[must_use]
+    pub fn with_first_key(self, first_key: u32) -> Interface {
+        Interface { first_key, ..self }
+    }
+
     /// All fields, in order and without gaps.
     fn fields(&self) -> Vec<Field> {
         let counters = ["event_head", "event_tail", "events_lost", "tick"];
@@ -166,8 +189,22 @@ impl Interface {
             fields.push(Field { at, name, holds });
             next = at + bytes;
         }
+        if self.component.is_some() {
+            fields.push(Field {
+                at: next,
+                name: "kernel".to_string(),
+                holds: Holds::Kernel,
+            });
+            return fields;
+        }
         gap(&mut fields, next, self.state_bytes);
         fields
+    }
+
+    /// Fields that others than the code may use.
+    fn public_fields(&self) -> Vec<Field> {
+        let public = |field: &Field| !matches!(field.holds, Holds::Private(_) | Holds::Kernel);
+        self.fields().into_iter().filter(public).collect()
     }
 
     /// Arguments of the event that has most.

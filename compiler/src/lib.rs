@@ -34,3 +34,4 @@ pub mod deadline_diagnostic;
 pub mod mode_names;
 mod partition;
 pub mod pipeline;
+pub mod variables;

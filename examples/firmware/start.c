@@ -4,6 +4,7 @@
 extern uint32_t stack_top, data_start, data_end, data_stored, bss_start, bss_end;
 int main(void);
 void every_tick(void);
+void reset(void);
 
 static void forever(void) { for (;;) {} }
 
@@ -17,6 +18,13 @@ void reset(void) {
     forever();
 }
 
-__attribute__((section(".vectors"), used)) static const void *const vectors[16] = {
-    &stack_top, reset, forever, forever, forever, forever, forever, 0, 0, 0, 0, forever, forever, 0, forever, every_tick,
+/* What the core reads at its start, and where exceptions go. */
+struct vectors {
+    const uint32_t *stack;
+    void (*handlers[15])(void);
+};
+
+__attribute__((section(".vectors"), used)) static const struct vectors vectors = {
+    &stack_top,
+    {reset, forever, forever, forever, forever, forever, 0, 0, 0, 0, forever, forever, 0, forever, every_tick},
 };

@@ -1,6 +1,7 @@
 //! `whippen build`: from a program to files for a microcontroller.
 
 mod files;
+mod project;
 mod tick_bound;
 
 use std::path::PathBuf;
@@ -21,8 +22,8 @@ use files::Output;
 pub struct Args {
     #[command(flatten)]
     setup: SetupArgs,
-    /// What to write: .elf or .uf2, a whole image; .o (with .h and .rs beside it) to link; .c (with
-    /// .h) for any other compiler
+    /// What to write: .elf or .uf2, a whole image; .o to link; .c for any other compiler
+    /// (both with .h and .rs beside them)
     #[arg(short, long, value_name = "FILE.elf|.uf2|.o|.c", value_hint = ValueHint::FilePath, value_parser = files::output)]
     output: Output,
     /// Write it also where it is not proven to be in time, with a mark in the file (of a .o, beside
@@ -49,7 +50,7 @@ pub fn run(args: &Args) -> Outcome {
     let setup = if args.output.is_image() {
         args.setup.all_programs(&opened)?
     } else {
-        args.setup.one_instrument(&opened)?
+        args.setup.one_program(&opened)?
     };
     files::write(&setup, args)
 }

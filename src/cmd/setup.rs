@@ -87,20 +87,52 @@ impl SetupArgs {
     }
 
     /// The instrument that was named, the only one, or the only one of the keyboard.
-    pub fn one_instrument(&self, opened: &Opened) -> Result<ImageSetup, Failure> {
-        let ((map, program), name) = (self.checked(opened)?, opened.name);
+    fn instrument_of(
+        &self,
+        map: SourceMap,
+        program: &Program,
+        name: Option<&str>,
+    ) -> Result<ImageSetup, Failure> {
         let layout = program.keyboards.first().map(|keyboard| &keyboard.layout);
         let model = match (name, layout.map(|layout| &*layout.programs)) {
             (None, Some([only])) => &program.instruments[only.zone(ZoneId(0)).instrument.index()],
-            _ => load::instrument(&program, name)?,
+            _ => load::instrument(program, name)?,
         };
-        self.of_one_instrument(map, &program, model)
+        self.of_one_instrument(map, program, model)
+    }
+
+    /// What is named: zones or an instrument; or the only program of the keyboard, or the only
+    /// instrument.
+    pub fn one_program(&self, opened: &Opened) -> Result<ImageSetup, Failure> {
+        let ((map, program), name) = (self.checked(opened)?, opened.name);
+        let are_zones = program.keyboards.first().is_some_and(|keyboard| {
+            let own = match name {
+                Some(name) => keyboard.layout.program_named(name),
+                None if keyboard.layout.programs.len() == 1 => keyboard.layout.programs.first(),
+                None => None,
+            };
+            own.is_some_and(|own| own.is_split())
+        });
+        if are_zones {
+            self.programs_of(map, &program, name)
+        } else {
+            self.instrument_of(map, &program, name)
+        }
     }
 
     /// The instrument or the zones that were named, or all programs of the keyboard, or the only
     /// instrument.
     pub fn all_programs(&self, opened: &Opened) -> Result<ImageSetup, Failure> {
-        let ((map, program), name) = (self.checked(opened)?, opened.name);
+        let (map, program) = self.checked(opened)?;
+        self.programs_of(map, &program, opened.name)
+    }
+
+    fn programs_of(
+        &self,
+        map: SourceMap,
+        program: &Program,
+        name: Option<&str>,
+    ) -> Result<ImageSetup, Failure> {
         let names_instrument =
             name.is_some_and(|name| program.instruments.iter().any(|model| model.name == name));
         let wanted = program.keyboards.first().map(|keyboard| {
@@ -111,11 +143,11 @@ impl SetupArgs {
             Some((layout, used)) if !layout.programs.is_empty() && !names_instrument => {
                 let model = |id: &InstrumentId| &program.instruments[id.index()];
                 let models: Vec<&Model> = used.iter().map(model).collect();
-                self.compiled(map, &program, &models, layout)
+                self.compiled(map, program, &models, layout)
             }
             _ => {
-                let model = load::instrument(&program, name)?;
-                self.of_one_instrument(map, &program, model)
+                let model = load::instrument(program, name)?;
+                self.of_one_instrument(map, program, model)
             }
         }
     }

@@ -29,6 +29,7 @@ fn interface() -> Interface {
     Interface {
         name: "probe".into(),
         keys: 3,
+        first_key: 0,
         rate_hz: 44_100,
         state_bytes: 400,
         inputs: (320, vec![port("x", 1.678e-7, -5e-4, "m")]),
@@ -52,7 +53,9 @@ fn interface() -> Interface {
             at: 64,
             bytes: 256,
             record_bytes: 16,
+            tick_bytes_max: 96,
         }),
+        component: None,
     }
 }
 

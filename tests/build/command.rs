@@ -265,6 +265,12 @@ fn gdb_stops_at_a_force_term_and_steps_on() {
     // A step leads to another line of the instrument.
     let other = told.contains("Line ") && !told.contains(&format!("Line {line} of"));
     assert!(other && told.contains("grand_piano.mode."), "{told}");
+    // The frame of the keys leads to the C program that called them.
+    let caller = told.lines().find(|line| line.starts_with("#1 "));
+    assert!(
+        caller.is_some_and(|line| line.contains(" in reset () at main.c:")),
+        "{told}"
+    );
 }
 
 #[test]

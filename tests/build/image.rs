@@ -33,7 +33,7 @@ fn images_run_on_every_board() {
     ] {
         let folder = Folder::new();
         let image = image(&board(name));
-        folder.write("out.elf", executable(&image, None));
+        folder.write("out.elf", executable(&image, &[], None));
         let state = image
             .symbols
             .iter()
@@ -60,7 +60,7 @@ fn images_run_on_every_board() {
 #[test]
 fn binutils_read_the_executable_without_a_complaint() {
     let folder = Folder::new();
-    folder.write("out.elf", executable(&image(&board("rp2350")), None));
+    folder.write("out.elf", executable(&image(&board("rp2350")), &[], None));
     let Some(told) = folder.run("arm-none-eabi-readelf", &["-a", "-W", "out.elf"]) else {
         return;
     };
@@ -144,7 +144,7 @@ fn listing_and_map_show_what_there_is() {
 fn the_same_objects_give_the_same_bytes() {
     for name in bundled_names() {
         let (a, b) = (image(&board(name)), image(&board(name)));
-        assert_eq!(executable(&a, None), executable(&b, None));
+        assert_eq!(executable(&a, &[], None), executable(&b, &[], None));
         assert_eq!(listing(&a, &sources()), listing(&b, &sources()));
     }
 }

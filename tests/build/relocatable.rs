@@ -30,7 +30,7 @@ fn the_gnu_linker_joins_it_with_c() {
         let folder = Folder::new();
         folder.write(
             "probe.o",
-            relocatable(&probe(arch), arch, &places()).expect("fits"),
+            relocatable(&probe(arch), arch, &places(), &[]).expect("fits"),
         );
         folder.write("main.c", MAIN);
         let cpu = format!("-mcpu={core}");
@@ -91,7 +91,7 @@ fn binutils_read_it_without_a_complaint() {
     let folder = Folder::new();
     folder.write(
         "probe.o",
-        relocatable(&probe(Arch::V8M), Arch::V8M, &places()).expect("fits"),
+        relocatable(&probe(Arch::V8M), Arch::V8M, &places(), &[]).expect("fits"),
     );
     let Some(told) = folder.run("arm-none-eabi-readelf", &["-a", "-W", "probe.o"]) else {
         return;

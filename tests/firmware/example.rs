@@ -71,3 +71,76 @@ fn the_c_project_prints_the_same_in_qemu() {
     assert!(!emulated.is_empty());
     assert_eq!(said(folder.path(), "qemu"), emulated);
 }
+
+/// Compilers of this machine have nothing to say about the example either.
+#[test]
+fn the_c_project_is_strict_c() {
+    let folder = project();
+    if !whippen_need::tools(&["arm-none-eabi-gcc", "make", "gcc", "clang"]) {
+        return;
+    }
+    make(folder.path(), "piano.o");
+    let flags = [
+        "-std=c99",
+        "-Wall",
+        "-Wextra",
+        "-Wconversion",
+        "-pedantic",
+        "-Werror",
+    ];
+    for compiler in ["gcc", "clang"] {
+        let path = whippen_need::tool(compiler).expect("is there");
+        let mut command = Command::new(path);
+        command.current_dir(folder.path()).args(flags);
+        command.args(["-fsyntax-only", "main.c", "start.c"]);
+        let output = command.output().expect("runs");
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            output.status.success() && told.is_empty(),
+            "{compiler}: {told}"
+        );
+    }
+}
+
+/// What the header says of the state, as the C compiler tells gdb, is what the object file tells
+/// it.
+#[test]
+fn the_object_and_the_header_agree_about_the_state() {
+    if !whippen_need::tools(&["arm-none-eabi-gcc", "make", "gdb-multiarch"]) {
+        return;
+    }
+    let folder = project();
+    make(folder.path(), "piano.o");
+    let script = "
+of = gdb.lookup_type('struct grand_piano_state')
+print('size', of.sizeof)
+for f in of.fields():
+    if f.name != 'keys' and not f.name.startswith('private_'):
+        print('field', f.name, f.bitpos // 8, f.type.sizeof)
+";
+    std::fs::write(folder.path().join("fields.py"), script).expect("written");
+    let side = "#include \"piano.h\"\nstruct grand_piano_state side;\n";
+    std::fs::write(folder.path().join("side.c"), side).expect("written");
+    let run = |tool: &str, args: &[&str]| {
+        let path = whippen_need::tool(tool).expect("is there");
+        let mut command = Command::new(path);
+        let output = command.current_dir(folder.path()).args(args).output();
+        let output = output.expect("runs");
+        assert!(output.status.success(), "{tool} {args:?}");
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let compile = ["-mcpu=cortex-m33", "-g", "-c", "side.c", "-o", "side.o"];
+    run("arm-none-eabi-gcc", &compile);
+    let fields = |file: &str| {
+        let told = run(
+            "gdb-multiarch",
+            &["--batch", "-nx", "-q", "-x", "fields.py", file],
+        );
+        let mut lines: Vec<String> = told.lines().map(str::to_string).collect();
+        lines.sort();
+        lines
+    };
+    let own = fields("piano.o");
+    assert!(own.len() >= 10, "{own:?}");
+    assert_eq!(own, fields("side.o"));
+}

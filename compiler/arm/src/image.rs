@@ -13,6 +13,9 @@
 //! | `link`, `linked` | addresses |
 //! | `fixup` | an address, put into an instruction or a word |
 //! | `boot` | what stands at the start of a stored image: the block or the checksum that a ROM looks for |
+//! | `flow` | where the instructions of code lead |
+//! | `unwind` | where the caller's stack and registers are, at every instruction |
+//! | `variables`, `held` | what lies in the state of the keys; where a mode's code still points at it |
 //! | `lines` | the source line that a debugger shows for an origin |
 //! | `elf`, `dwarf`, `uf2` | files for debuggers, linkers and bootloaders |
 //! | `listing`, `map` | files for people |
@@ -24,6 +27,8 @@ mod boot;
 mod dwarf;
 mod elf;
 mod fixup;
+mod flow;
+mod held;
 mod lines;
 mod link;
 mod linked;
@@ -31,6 +36,8 @@ mod listing;
 mod map;
 mod object;
 mod uf2;
+mod unwind;
+mod variables;
 
 pub use elf::{executable, relocatable};
 pub use fixup::FixupError;
@@ -44,4 +51,5 @@ pub use object::{
     Fixup, FixupKind, Hint, LineRow, Object, Section, SectionKind, Symbol, SymbolKind,
 };
 pub use uf2::uf2;
+pub use variables::{Known, Meaning, Scale, Variable, Variables};
 pub use whippen_board::{Board, Memory, MemoryKind, Placement, Start, timing};

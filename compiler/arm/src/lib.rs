@@ -6,9 +6,13 @@
 //!   text --asm-----> Object --'
 //! ```
 //!
+//! `control` and `stack` say what single instructions do to the flow of control and to the stack.
+//!
 //! Not here: the firmware around the keys (`whippen-firmware`), bounds (`whippen-budget`).
 
 pub mod asm;
+pub mod control;
 mod features;
 pub mod image;
+pub mod stack;
 pub mod thumb;

@@ -229,6 +229,12 @@ pub fn record_bytes(kernel: &Kernel, options: &Options) -> u32 {
     StateLayout::new(kernel, options, None, 0).record
 }
 
+/// The ring of events of so many keys, its beginning at 0, and the bytes of all events that a tick
+/// can have; none where keys have no events.
+pub fn event_ring(kernel: &Kernel, keys: u32) -> Option<(EventRing, u32)> {
+    state_layout::event_ring(kernel, keys)
+}
+
 /// Everything that the bytes are made of.
 struct Parts<'m> {
     /// Modes that read what is shared.

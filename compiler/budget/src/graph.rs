@@ -8,7 +8,6 @@
 //! A called function appears once per chain of calls that leads to it, so that its return has one
 //! place to go.
 
-mod control;
 mod follow;
 
 use std::collections::BTreeMap;
@@ -17,7 +16,7 @@ use whippen_isa::Inst;
 use whippen_isa::timing::{Target, Timed};
 
 use super::{Known, NotBounded, Query};
-pub use control::Control;
+pub use whippen_arm::control::Control;
 
 /// Number of a block.
 pub type BlockId = usize;

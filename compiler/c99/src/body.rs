@@ -8,8 +8,6 @@ use whippen_kernel::{Inst, Op, Region, Type, Value, Walk};
 impl Writer<'_> {
     /// All functions.
     pub(super) fn whole(mut self) -> String {
-        self.text.push_str(helpers::PROLOGUE);
-        self.text.push_str(&helpers::needed(self.kernel));
         self.constants();
         self.defaults();
         if !emit_sites(&self.kernel.tick).is_empty() {
@@ -17,7 +15,8 @@ impl Writer<'_> {
         }
         self.init();
         self.tick();
-        self.text
+        let helpers = helpers::needed(&self.text);
+        format!("{}{helpers}{}", helpers::PROLOGUE, self.text)
     }
 
     /// Tables, and constants of each key.
@@ -54,7 +53,10 @@ impl Writer<'_> {
 
     fn defaults(&mut self) {
         let name = self.names.kernel.clone();
-        self.open(format!("\nvoid {name}_defaults({name}_state *s)\n{{"));
+        self.open(format!(
+            "\n{}void {name}_defaults({name}_state *s)\n{{",
+            self.linkage
+        ));
         self.line("s->events = 0;");
         self.line("s->lost = 0;");
         for (live, field) in self.kernel.lives.iter().zip(&self.names.lives) {
@@ -82,7 +84,8 @@ impl Writer<'_> {
     fn init(&mut self) {
         let (kernel, name) = (self.kernel, self.names.kernel.clone());
         self.open(format!(
-            "\nvoid {name}_init({name}_state *restrict s, const uint16_t *restrict in)\n{{"
+            "\n{}void {name}_init({name}_state *restrict s, const uint16_t *restrict in)\n{{",
+            self.linkage
         ));
         self.line("(void)in;");
         self.line("s->tick = 0;");
@@ -116,7 +119,8 @@ impl Writer<'_> {
     fn tick(&mut self) {
         let (kernel, name) = (self.kernel, self.names.kernel.clone());
         self.open(format!(
-            "\nvoid {name}_tick({name}_state *restrict s, const uint16_t *restrict in, int16_t *restrict out)\n{{"
+            "\n{}void {name}_tick({name}_state *restrict s, const uint16_t *restrict in, int16_t *restrict out)\n{{",
+            self.linkage
         ));
         self.line("(void)in;");
         self.line("(void)out;");

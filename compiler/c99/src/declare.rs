@@ -25,18 +25,7 @@ pub(super) fn header(kernel: &Kernel, names: &Names, options: Options) -> String
         };
         let _ = writeln!(text, "#define {macro_name} {at}");
     }
-    let args = kernel
-        .events
-        .iter()
-        .map(|event| event.args)
-        .max()
-        .unwrap_or(0)
-        .max(1);
-    let _ = writeln!(
-        text,
-        "\n/* What happened to a key in a tick. */\n\
-         typedef struct {{ uint64_t tick; uint32_t key; uint32_t event; int32_t args[{args}]; }} {name}_event;\n"
-    );
+    event(&mut text, kernel, names);
     state(&mut text, kernel, names, options);
     let _ = writeln!(
         text,
@@ -56,6 +45,31 @@ pub(super) fn header(kernel: &Kernel, names: &Names, options: Options) -> String
         },
     );
     text
+}
+
+/// Sizes and types alone.
+pub(super) fn component_types(kernel: &Kernel, names: &Names, options: Options) -> String {
+    let (capitals, Options { keys, events, .. }) = (&names.capitals, options);
+    let mut text = format!("#define {capitals}_KEYS {keys}\n#define {capitals}_EVENTS {events}\n");
+    event(&mut text, kernel, names);
+    state(&mut text, kernel, names, options);
+    text
+}
+
+/// Words of the arguments of the event that has most, at least one.
+pub(super) fn args_max(kernel: &Kernel) -> u32 {
+    let args = kernel.events.iter().map(|event| event.args).max();
+    args.unwrap_or(0).max(1)
+}
+
+fn event(text: &mut String, kernel: &Kernel, names: &Names) {
+    let _ = writeln!(
+        text,
+        "\n/* What happened to a key in a tick. */\n\
+         typedef struct {{ uint64_t tick; uint32_t key; uint32_t event; int32_t args[{}]; }} {}_event;\n",
+        args_max(kernel),
+        names.kernel
+    );
 }
 
 fn state(text: &mut String, kernel: &Kernel, names: &Names, options: Options) {
@@ -133,7 +147,7 @@ fn state(text: &mut String, kernel: &Kernel, names: &Names, options: Options) {
 }
 
 /// The C type of an element of a line.
-fn line_type(line: &Line) -> &'static str {
+pub(super) fn line_type(line: &Line) -> &'static str {
     if Range::new(0, u16::MAX.into()).contains(line.range) {
         "uint16_t"
     } else {

@@ -1,17 +1,24 @@
-//! Functions that a text brings along where it needs them: name of the operator, text.
-
-use whippen_kernel::{Inst, Kernel, Op};
+//! Functions that a text brings along where it calls them.
 
 /// What every text begins with.
 pub(super) const PROLOGUE: &str = "\
 /* Shifts of negative values to the right must keep the sign. */
+#ifndef WHIPPEN_SHIFTS
+#define WHIPPEN_SHIFTS
 typedef char whippen_shifts_keep_the_sign[(-1 >> 1) == -1 ? 1 : -1];
+#endif
 ";
 
-const SHL: &str = "\
-#ifndef WHIPPEN_SHL
-#define WHIPPEN_SHL
+const SHL32: &str = "\
+#ifndef WHIPPEN_SHL32
+#define WHIPPEN_SHL32
 static inline int32_t whippen_shl32(int32_t a, int n) { return (int32_t)((uint32_t)a << n); }
+#endif
+";
+
+const SHL64: &str = "\
+#ifndef WHIPPEN_SHL64
+#define WHIPPEN_SHL64
 static inline int64_t whippen_shl64(int64_t a, int n) { return (int64_t)((uint64_t)a << n); }
 #endif
 ";
@@ -47,18 +54,14 @@ static inline int32_t whippen_sqrt(int64_t a)
 #endif
 ";
 
-/// The functions that a kernel needs.
-pub(super) fn needed(kernel: &Kernel) -> String {
-    type Needs = fn(&Inst) -> bool;
-    let table: [(&str, Needs); 3] = [
-        (SHL, |inst| matches!(inst.op, Op::Shl(_) | Op::DivRound(_))),
-        (DIV, |inst| matches!(inst.op, Op::DivRound(_))),
-        (SQRT, |inst| inst.op == Op::Sqrt),
+/// The functions that a text calls.
+pub(super) fn needed(text: &str) -> String {
+    let table = [
+        (SHL32, "whippen_shl32("),
+        (SHL64, "whippen_shl64("),
+        (DIV, "whippen_div_round("),
+        (SQRT, "whippen_sqrt("),
     ];
-    let used = |such: Needs| kernel.all_insts().any(such);
-    table
-        .into_iter()
-        .filter(|(_, such)| used(*such))
-        .map(|(text, _)| text)
-        .collect()
+    let called = table.into_iter().filter(|(_, call)| text.contains(call));
+    called.map(|(helper, _)| helper).collect()
 }

@@ -22,6 +22,7 @@
 //! | `declare` | the state, the header |
 //! | `body` | regions, the loop over the keys, events |
 //! | `operator` | operators as expressions and statements |
+//! | `rust_types` | the state as types of Rust |
 //! | `helpers` | functions that a text brings along where it needs them |
 //!
 //! Not here: compiling it, writing files.
@@ -31,6 +32,7 @@ mod declare;
 mod helpers;
 mod names;
 mod operator;
+mod rust_types;
 
 pub use names::{Names, spelled};
 
@@ -77,6 +79,44 @@ pub fn source(kernel: Verified, options: Options) -> Source {
     Source { header, body }
 }
 
+/// A Kernel in C as a part of a larger text: what another one declares around it is its own.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Component {
+    /// Types, to be declared before anything that holds a `PREFIX_state`.
+    pub types: String,
+    /// The same types in Rust: `KernelState` and what it holds.
+    pub rust_types: String,
+    /// The functions, all static: `PREFIX_defaults`, `PREFIX_init`, `PREFIX_tick`.
+    pub body: String,
+    /// The fields of live values.
+    pub lives: Vec<String>,
+}
+
+/// Writes a kernel as a part of a larger text, records of keys, with a prefix for its names and
+/// this many words of a key from one to the next. The text keeps as many events as a tick can have.
+pub fn component(kernel: Verified, prefix: &str, keys: usize, row_words: usize) -> Component {
+    let kernel = kernel.kernel();
+    let events = keys * kernel.tick.events_max() as usize;
+    let options = Options {
+        keys,
+        layout: Layout::Records,
+        events: events.max(1),
+    };
+    let mut names = Names::new(kernel);
+    names.kernel = prefix.to_string();
+    names.capitals = prefix.to_uppercase();
+    names.events = (0..kernel.events.len()).map(|n| n.to_string()).collect();
+    let mut writer = Writer::new(kernel, &names, options);
+    writer.linkage = "static ";
+    writer.row_words = [row_words; 2];
+    Component {
+        types: declare::component_types(kernel, &names, options),
+        rust_types: rust_types::rust_types(kernel, &names, options),
+        body: writer.whole(),
+        lives: names.lives.clone(),
+    }
+}
+
 /// Writes the functions.
 struct Writer<'a> {
     kernel: &'a Kernel,
@@ -92,6 +132,10 @@ struct Writer<'a> {
     set_aside: bool,
     /// Events met so far.
     emits: usize,
+    /// What stands before each function.
+    linkage: &'static str,
+    /// Words in and words out from one key to the next.
+    row_words: [usize; 2],
 }
 
 impl<'a> Writer<'a> {
@@ -106,6 +150,8 @@ impl<'a> Writer<'a> {
             assumes: kernel.assumes(),
             set_aside: options.layout == Layout::Columns && !emits_in_loop(&kernel.tick),
             emits: 0,
+            linkage: "",
+            row_words: [kernel.inputs.len(), kernel.outputs.len()],
         }
     }
 

@@ -99,7 +99,7 @@ impl Writer<'_> {
     /// The word of an input port, clamped to the port's range.
     fn input(&self, port: u32) -> String {
         let range = self.kernel.inputs[port as usize].range;
-        let word = format!("in[k * {} + {port}]", self.kernel.inputs.len());
+        let word = format!("in[k * {} + {port}]", self.row_words[0]);
         let low = if range.low > 0 {
             format!("{word} < {0} ? {0} : ", range.low)
         } else {
@@ -114,7 +114,7 @@ impl Writer<'_> {
     }
 
     fn output(&self, port: u32, value: &str) -> String {
-        let outputs = self.kernel.outputs.len();
+        let outputs = self.row_words[1];
         format!("out[k * {outputs} + {port}] = (int16_t){value}")
     }
 

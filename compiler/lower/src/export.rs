@@ -2,7 +2,7 @@
 
 use super::format::{self, exp2};
 use super::origin;
-use super::real::{Real, power_of_two};
+use super::real::{Real, Scale, power_of_two};
 use super::update::Update;
 use super::{Lowerer, OpError};
 use whippen_kernel::{Kernel, Op, Range, Value};
@@ -22,6 +22,8 @@ pub struct Lowered {
     pub events: Vec<LoweredEvent>,
     /// What each live value means.
     pub lives: Vec<LoweredLive>,
+    /// What the kernel's integers of the Model's cells and values per key mean, by their names.
+    pub memory: Vec<LoweredCell>,
     /// Memory and ports whose clamp could not be proved away.
     pub clamps: Vec<String>,
     /// Every write to memory, with what it rounds.
@@ -133,6 +135,19 @@ pub struct LoweredLive {
     pub range: Range,
 }
 
+/// The meaning of an integer that a key remembers or is given.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoweredCell {
+    /// Its name, in the Model as in the Kernel.
+    pub name: String,
+    /// Value of one unit (SI).
+    pub lsb: f64,
+    /// Value of 0 (SI).
+    pub zero: f64,
+    /// Its dimension.
+    pub dim: Dim,
+}
+
 impl LoweredLive {
     /// The integer for a value (SI), clamped to the range.
     pub fn quantize(&self, value: f64) -> i32 {
@@ -150,6 +165,27 @@ impl Lowerer<'_> {
                 range: range(index),
             })
             .collect()
+    }
+
+    pub(super) fn memory_meanings(&self) -> Vec<LoweredCell> {
+        let model = &self.step.model;
+        let cells = model.cells.enumerated().map(|(id, cell)| {
+            let Scale { lsb, offset } = self.units.scale_of_cell(id);
+            LoweredCell {
+                name: cell.name.clone(),
+                lsb,
+                zero: offset,
+                dim: cell.dim,
+            }
+        });
+        let keyed = model.keyed.iter().zip(&self.keyed);
+        let keyed = keyed.map(|(keyed, (_, lsb))| LoweredCell {
+            name: keyed.name.clone(),
+            lsb: *lsb,
+            zero: 0.0,
+            dim: keyed.dim,
+        });
+        cells.chain(keyed).collect()
     }
 
     /// The sum of forces as a drive word, clipped to what the device takes.

@@ -132,7 +132,7 @@ impl<'a> Lowerer<'a> {
 
         self.b.begin_tick();
         let exports = self.from_all(|s| s.tick(drive, &events))?;
-        let lives = self.live_meanings();
+        let (lives, memory) = (self.live_meanings(), self.memory_meanings());
         recurrence::judge(self.step, self.ranges, &mut self.updates);
         let (events, clamps, origins) = (events.meanings, self.clamps, self.origins.list);
         let updates = self.updates;
@@ -143,6 +143,7 @@ impl<'a> Lowerer<'a> {
             exports,
             events,
             lives,
+            memory,
             clamps,
             updates,
             origins,

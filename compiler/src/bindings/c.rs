@@ -20,10 +20,14 @@ pub fn c_header(own: &Interface) -> String {
          \x20* events taken at any time by one reader, also while a tick runs. */\n\
          #ifndef {big}_H\n#define {big}_H\n\n#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n\n\
          #ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n\
-         #define {big}_KEYS {keys}\n#define {big}_RATE_HZ {rate}\n#define {big}_STATE_BYTES {bytes}\n",
+         #define {big}_KEYS {keys}\n#define {big}_FIRST_KEY {first}\n#define {big}_RATE_HZ {rate}\n#define {big}_STATE_BYTES {bytes}\n",
         keys = own.keys,
+        first = own.first_key,
         rate = own.rate_hz,
-        bytes = own.state_bytes,
+        bytes = match own.component {
+            Some(_) => format!("sizeof(struct {name}_state)"),
+            None => own.state_bytes.to_string(),
+        },
     );
     ports(&mut text, &big, "INPUT", &own.inputs.1);
     ports(&mut text, &big, "OUTPUT", &own.outputs.1);
@@ -111,9 +115,16 @@ fn event_constants(text: &mut String, big: &str, own: &Interface) {
 
 fn state(text: &mut String, big: &str, own: &Interface) {
     let name = &own.name;
+    if let Some(component) = &own.component {
+        let types = component.types.trim_end();
+        let _ = write!(
+            text,
+            "\n/* What the code keeps: nobody else's. */\n{types}\n"
+        );
+    }
     let _ = writeln!(
         text,
-        "\n/* Memory of all keys. What is `private` belongs to the code. */\nstruct {name}_state {{"
+        "\n/* Memory of all keys. What is `private` or `kernel` belongs to the code. */\nstruct {name}_state {{"
     );
     let fields = own.fields();
     for field in &fields {
@@ -123,6 +134,7 @@ fn state(text: &mut String, big: &str, own: &Interface) {
                 Holds::Live => format!("volatile int32_t {}", field.name),
                 Holds::Ring(words) => format!("volatile int32_t {}[{words}]", field.name),
                 Holds::Inputs => format!("uint16_t {}[{big}_KEYS][{}]", field.name, own.row_words),
+                Holds::Kernel => format!("{name}_kernel_state {}", field.name),
                 _ => format!("int16_t {}[{big}_KEYS][{}]", field.name, own.row_words),
             };
             let _ = writeln!(text, "    {declared};");
@@ -139,10 +151,7 @@ fn state(text: &mut String, big: &str, own: &Interface) {
     let check = |what: &str, condition: String| {
         format!("typedef char {name}_check_{what}[{condition} ? 1 : -1];")
     };
-    for field in fields
-        .iter()
-        .filter(|field| !matches!(field.holds, Holds::Private(_)))
-    {
+    for field in own.public_fields() {
         let condition = format!(
             "offsetof(struct {name}_state, {}) == {}",
             field.name, field.at
@@ -179,7 +188,7 @@ fn reader(text: &mut String, big: &str, own: &Interface) {
     let _ = writeln!(
         text,
         "/* What happened to a key in a tick. */\n\
-         struct {name}_event {{\n    uint32_t tick;\n    uint16_t key;\n    uint16_t event; /* {big}_EVENT_.. */\n    int32_t args[{}];\n}};\n\n\
+         struct {name}_event {{\n    uint32_t tick;\n    uint16_t key; /* from {big}_FIRST_KEY on */\n    uint16_t event; /* {big}_EVENT_.. */\n    int32_t args[{}];\n}};\n\n\
          /* Takes the oldest event; false if there is none. What found the ring full is counted in `events_lost`. */\n\
          static inline bool {name}_read_event(struct {name}_state *state, struct {name}_event *event)\n{{\n\
          \x20   uint32_t tail = state->event_tail;\n\

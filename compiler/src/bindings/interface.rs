@@ -3,16 +3,17 @@
 
 use super::{Argument, EventInterface, Interface, LiveInterface, PortInterface, Ring};
 use crate::pipeline::Compiled;
-use whippen_arm::thumb::StateLayout;
-use whippen_c99::spelled;
+use whippen_arm::thumb::{StateLayout, event_ring};
+use whippen_c99::{component, spelled};
+use whippen_kernel::Verified;
 use whippen_lang::model::EmissionId;
 use whippen_lang::units::Dim;
 use whippen_lower::LoweredEventKind;
 use whippen_lower::scales::Scales;
 
 impl Interface {
-    /// What who calls the code of `compiled` must know: it was lowered with these scales and built
-    /// under this name, for so many keys, with this layout.
+    /// What who calls the machine code of `compiled` must know: it was lowered with these scales
+    /// and built under this name, for so many keys, with this layout.
     pub fn of(
         compiled: &Compiled,
         scales: Scales,
@@ -20,6 +21,57 @@ impl Interface {
         keys: u32,
         layout: &StateLayout,
     ) -> Interface {
+        let most = event_ring(&compiled.lowered.kernel, keys).map_or(0, |(_, most)| most);
+        let ring = layout.events().map(|ring| Ring {
+            at: ring.start,
+            bytes: ring.bytes,
+            record_bytes: ring.event,
+            tick_bytes_max: most,
+        });
+        let places = Places {
+            rows: [layout.input(0, 0), layout.output(0, 0)],
+            lives: (0..compiled.lowered.lives.len())
+                .filter_map(|index| layout.live_param(index))
+                .collect(),
+            ring,
+            state_bytes: layout.size(),
+        };
+        Interface::at(compiled, scales, name, keys, places)
+    }
+
+    /// What who calls C text of `compiled` must know, and the kernel in it.
+    pub fn of_c(
+        compiled: &Compiled,
+        kernel: Verified,
+        scales: Scales,
+        name: &str,
+        keys: u32,
+    ) -> Interface {
+        let ring = event_ring(kernel.kernel(), keys);
+        let lives = compiled.lowered.lives.len() as u32;
+        let words = row_words(compiled);
+        let at = 16 + 4 * lives;
+        let row = at + ring.map_or(0, |(ring, _)| ring.bytes);
+        let places = Places {
+            rows: [row, row + 2 * words * keys],
+            lives: (0..lives).map(|index| 16 + 4 * index).collect(),
+            ring: ring.map(|(ring, most)| Ring {
+                at,
+                bytes: ring.bytes,
+                record_bytes: ring.event,
+                tick_bytes_max: most,
+            }),
+            state_bytes: 0,
+        };
+        let prefix = format!("{name}_kernel");
+        let text = component(kernel, &prefix, keys as usize, words as usize);
+        Interface {
+            component: Some(text),
+            ..Interface::at(compiled, scales, name, keys, places)
+        }
+    }
+
+    fn at(compiled: &Compiled, scales: Scales, name: &str, keys: u32, places: Places) -> Interface {
         let (model, kernel) = (&compiled.model, &compiled.lowered.kernel);
         let (position, force) = if model.turns() {
             ("rad", "N*m")
@@ -40,34 +92,46 @@ impl Interface {
         };
         let names =
             |ports: &[whippen_kernel::Port]| unique(ports.iter().map(|port| port.name.as_str()));
-        let ring = layout.events();
-        let ring = ring.map(|ring| Ring {
-            at: ring.start,
-            bytes: ring.bytes,
-            record_bytes: ring.event,
-        });
+        let [inputs, outputs] = places.rows;
         Interface {
             name: name.to_string(),
             keys,
+            first_key: 0,
             rate_hz: kernel.rate_hz,
-            state_bytes: layout.size(),
+            state_bytes: places.state_bytes,
             inputs: (
-                layout.input(0, 0),
+                inputs,
                 names(&kernel.inputs).into_iter().map(input).collect(),
             ),
             outputs: (
-                layout.output(0, 0),
+                outputs,
                 names(&kernel.outputs).into_iter().map(output).collect(),
             ),
-            row_words: kernel.inputs.len().max(kernel.outputs.len()).max(1) as u32,
-            lives: lives(compiled, layout),
+            row_words: row_words(compiled),
+            lives: lives(compiled, &places.lives),
             events: events(compiled),
-            ring,
+            ring: places.ring,
+            component: None,
         }
     }
 }
 
-fn lives(compiled: &Compiled, layout: &StateLayout) -> Vec<LiveInterface> {
+/// Where everything lies.
+struct Places {
+    /// Words in, words out.
+    rows: [u32; 2],
+    lives: Vec<u32>,
+    ring: Option<Ring>,
+    state_bytes: u32,
+}
+
+/// Words of a key in a row.
+fn row_words(compiled: &Compiled) -> u32 {
+    let kernel = &compiled.lowered.kernel;
+    kernel.inputs.len().max(kernel.outputs.len()).max(1) as u32
+}
+
+fn lives(compiled: &Compiled, places: &[u32]) -> Vec<LiveInterface> {
     let kernel = &compiled.lowered.kernel;
     let names = unique(kernel.lives.iter().map(|live| live.name.as_str()));
     let parts = kernel
@@ -84,7 +148,7 @@ fn lives(compiled: &Compiled, layout: &StateLayout) -> Vec<LiveInterface> {
         let meaning: &whippen_lower::LoweredLive = meaning;
         Some(LiveInterface {
             name,
-            at: layout.live_param(index)?,
+            at: *places.get(index)?,
             range: (live.range.low as i32, live.range.high as i32),
             init: live.init,
             fraction_bits: fraction_bits(meaning.lsb),

@@ -9,18 +9,24 @@ pub fn rust_module(own: &Interface) -> String {
     let Interface {
         name,
         keys,
+        first_key,
         rate_hz,
-        state_bytes,
+        component,
         ..
     } = own;
+    let state_bytes = match component {
+        Some(_) => "core::mem::size_of::<State>()".to_string(),
+        None => own.state_bytes.to_string(),
+    };
     let mut text = format!(
         "//! {name}: {keys} keys at {rate_hz} ticks a second. Written by Whippen.\n\
          //!\n\
          //! Put this tick's sensor words into `inputs`, call `init` once and `tick` in every tick, and take the drive words\n\
-         //! out of `outputs`. Link with the object file that came with this module.\n\
+         //! out of `outputs`. Link with the object file, or the compiled C, that came with this module.\n\
          #![allow(dead_code)]\n\n\
          use core::ptr::{{addr_of, addr_of_mut}};\n\n\
          /// Keys.\npub const KEYS: usize = {keys};\n\
+         /// The number of the first key, from which events count.\npub const FIRST_KEY: u16 = {first_key};\n\
          /// Ticks per second.\npub const RATE_HZ: u32 = {rate_hz};\n\
          /// Bytes of the state.\npub const STATE_BYTES: usize = {state_bytes};\n"
     );
@@ -145,6 +151,9 @@ fn events(text: &mut String, own: &Interface) {
 }
 
 fn state(text: &mut String, own: &Interface) {
+    if let Some(component) = &own.component {
+        text.push_str(&component.rust_types);
+    }
     let _ = writeln!(
         text,
         "\n/// Memory of all keys. What is private belongs to the code.\n#[repr(C)]\npub struct State {{"
@@ -163,6 +172,7 @@ fn state(text: &mut String, own: &Interface) {
             Holds::Outputs => {
                 format!("/// Drive words of this tick.\n    pub {name}: [[i16; {row}]; KEYS]")
             }
+            Holds::Kernel => format!("{name}: KernelState"),
             Holds::Private(bytes) if bytes % 4 == 0 => format!("{name}: [u32; {}]", bytes / 4),
             Holds::Private(bytes) => format!("{name}: [u8; {bytes}]"),
         };
@@ -172,10 +182,7 @@ fn state(text: &mut String, own: &Interface) {
         text,
         "}}\n\nconst _: () = assert!(core::mem::size_of::<State>() == STATE_BYTES);"
     );
-    for field in fields
-        .iter()
-        .filter(|field| !matches!(field.holds, Holds::Private(_)))
-    {
+    for field in own.public_fields() {
         let _ = writeln!(
             text,
             "const _: () = assert!(core::mem::offset_of!(State, {}) == {});",

@@ -10,9 +10,10 @@ use whippen_compiler::image::{Board, Input, Start, link};
 use whippen_compiler::mode_names::mode_names;
 use whippen_runtime::image::ImageInstrument;
 
+use super::project::Part;
 use crate::cmd::load;
 use crate::cmd::proof::ANYWAY;
-use crate::cmd::setup::{ImageSetup, link_failure, symbol_prefix};
+use crate::cmd::setup::{ImageSetup, link_failure};
 use crate::exit::Failure;
 
 /// A tick of all keys of a file, on one core.
@@ -30,7 +31,7 @@ pub struct TickBound {
 /// # Errors
 /// It is not in time, which is reported as a budget does, or it has no bound.
 pub fn check(
-    setup: &ImageSetup,
+    (setup, part): (&ImageSetup, &Part),
     bound: Result<TickBound, Failure>,
     unproven: bool,
 ) -> Result<String, Failure> {
@@ -38,14 +39,14 @@ pub fn check(
         Err(Failure::Usage(why)) if unproven => return Ok(format!("No bound of its time: {why}")),
         other => other?,
     };
-    match bound.missed(setup) {
+    match bound.missed(setup, part) {
         Some(late) if !unproven => {
             load::print(&setup.map, &[late], Severity::Error);
             eprintln!("{ANYWAY}");
             Err(Failure::Program)
         }
         Some(late) => Ok(format!("Not proven to be in time: {}.", late.message)),
-        None => Ok(bound.text(setup)),
+        None => Ok(bound.text(setup, part)),
     }
 }
 
@@ -63,30 +64,35 @@ impl TickBound {
     /// # Errors
     /// It has no bound, or no place on the board.
     pub fn of(
-        setup: &ImageSetup,
+        (setup, part): (&ImageSetup, &Part),
         instrument: &ImageInstrument,
         input: &Input,
     ) -> Result<Self, Failure> {
-        let name = symbol_prefix(setup.first());
+        let name = &part.name;
         let board = board_to_link_for(setup);
         let linked = link(&board, &[*input], &format!("{name}_tick")).map_err(link_failure)?;
         let bytes = Bytes::of(&linked);
         let timing = board.timing().at_worst();
-        let tick = tick_without_waiting(&bytes, &name, &timing)
+        let tick = tick_without_waiting(&bytes, name, &timing)
             .map_err(|error: NotBounded| Failure::Usage(error.to_string()))?;
         Ok(Self {
-            budget: budget(setup, &tick),
-            modes: mode_names(&setup.first().model, &instrument.modes),
+            budget: budget(setup, part, &tick),
+            modes: mode_names(&part.compiled.model, &instrument.modes),
             bytes,
             tick,
         })
     }
 
+    /// Cycles that a tick takes at most, and those between two ticks.
+    pub fn cycles(&self) -> (u64, u64) {
+        (self.budget.cores[0].cycles_max, self.budget.period_cycles)
+    }
+
     /// The deadline, where a tick takes longer.
-    fn missed(&self, setup: &ImageSetup) -> Option<Diagnostic> {
+    fn missed(&self, setup: &ImageSetup, part: &Part) -> Option<Diagnostic> {
         let modes = self.modes.iter().zip(&self.tick.modes);
         let (mode, (_, bound)) = modes.max_by_key(|(_, (_, bound))| bound.cycles_max)?;
-        let model = &setup.first().model;
+        let model = &part.compiled.model;
         deadline_diagnostic(
             &setup.map,
             (&model.name, model.span),
@@ -98,9 +104,9 @@ impl TickBound {
     }
 
     /// What is proven, and under which conditions.
-    fn text(&self, setup: &ImageSetup) -> String {
-        let (name, core) = (symbol_prefix(setup.first()), setup.board.timing().name);
-        let (most, period) = (self.tick.cycles_max(setup.keys), self.budget.period_cycles);
+    fn text(&self, setup: &ImageSetup, part: &Part) -> String {
+        let (name, core) = (&part.name, setup.board.timing().name);
+        let (most, period) = (self.tick.cycles_max(part.keys), self.budget.period_cycles);
         let (key, frame) = (self.tick.key_cycles_max(), self.tick.frame_cycles_max());
         format!(
             "{name}_tick takes at most {most} cycles of a {core}, {key} for each key and {frame} around them;\n\
@@ -115,10 +121,10 @@ impl TickBound {
 }
 
 /// A tick as the budget of one core, around whose keys nothing is but the function.
-fn budget(setup: &ImageSetup, tick: &Tick) -> Budget {
-    let (rate_hz, clock_hz) = (setup.first().model.rate_hz, setup.board.clock_hz);
+fn budget(setup: &ImageSetup, part: &Part, tick: &Tick) -> Budget {
+    let (rate_hz, clock_hz) = (part.compiled.model.rate_hz, setup.board.clock_hz);
     let (period_cycles, key) = (u64::from(clock_hz / rate_hz.max(1)), tick.key_cycles_max());
-    let cycles_max = tick.cycles_max(setup.keys);
+    let cycles_max = tick.cycles_max(part.keys);
     let slack_cycles = period_cycles as i64 - cycles_max as i64;
     Budget {
         period_cycles,
@@ -127,7 +133,7 @@ fn budget(setup: &ImageSetup, tick: &Tick) -> Budget {
         key_cycles_max: key,
         contended_key_cycles_max: key,
         cores: vec![CoreBudget {
-            keys: setup.keys,
+            keys: part.keys,
             cycles_max,
             keys_cycles_max: cycles_max - tick.frame_cycles_max(),
             around_cycles_max: tick.frame_cycles_max(),

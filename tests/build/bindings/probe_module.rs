@@ -1,13 +1,15 @@
 //! probe: 3 keys at 44100 ticks a second. Written by Whippen.
 //!
 //! Put this tick's sensor words into `inputs`, call `init` once and `tick` in every tick, and take the drive words
-//! out of `outputs`. Link with the object file that came with this module.
+//! out of `outputs`. Link with the object file, or the compiled C, that came with this module.
 #![allow(dead_code)]
 
 use core::ptr::{addr_of, addr_of_mut};
 
 /// Keys.
 pub const KEYS: usize = 3;
+/// The number of the first key, from which events count.
+pub const FIRST_KEY: u16 = 0;
 /// Ticks per second.
 pub const RATE_HZ: u32 = 44100;
 /// Bytes of the state.

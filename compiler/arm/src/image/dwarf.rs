@@ -1,8 +1,12 @@
-//! What a debugger wants to know: which line each instruction belongs to, and where functions begin
-//! and end.
+//! What a debugger wants to know: which line each instruction belongs to, where functions begin and
+//! end, how their frames unwind, and what their variables are.
 //!
 //! DWARF 4, by `gimli`. File names are as they were given to the command, relative to `.`, so the
 //! same program gives the same bytes wherever it is built.
+
+mod frames;
+mod variables;
+mod writer;
 
 use std::collections::BTreeMap;
 
@@ -11,18 +15,32 @@ use gimli::constants::{
     DW_AT_name, DW_AT_producer, DW_AT_ranges, DW_AT_stmt_list, DW_LANG_C99, DW_TAG_subprogram,
 };
 use gimli::write::{
-    Address, AttributeValue, DwarfUnit, EndianVec, FileId, LineProgram, LineString, Range,
-    RangeList, RelocateWriter, Relocation, RelocationTarget, Sections,
+    Address, AttributeValue, DwarfUnit, FileId, LineProgram, LineString, Range, RangeList,
+    Sections, UnitEntryId,
 };
-use gimli::{Encoding, Format, LineEncoding, LittleEndian};
+use gimli::{Encoding, Format, LineEncoding};
 
+use super::flow::Flow;
 use super::lines::Place;
+use super::unwind::Row;
+use super::variables::Variables;
+use variables::{ModeCode, Types};
+use writer::{DebugWriter, taken};
+
+/// How code and frames are written.
+const ENCODING: Encoding = Encoding {
+    format: Format::Dwarf32,
+    version: 4,
+    address_size: 4,
+};
 
 /// A section of code.
 #[derive(Debug, Clone)]
 pub(super) struct Code {
     /// Its index.
     pub section: usize,
+    /// Its address among the rows of [`sections`].
+    pub base: u32,
     /// Its size in bytes.
     pub size: u32,
     /// Functions: name, offset, size.
@@ -59,20 +77,37 @@ pub(super) struct Debug {
     pub holes: Vec<Hole>,
 }
 
-/// Everything about some code; nothing where no line of it is known.
-pub(super) fn sections(code: &[Code]) -> Vec<Debug> {
-    let mut places = code
-        .iter()
-        .flat_map(|code| &code.lines)
-        .filter_map(|(_, place)| place.as_ref());
-    let Some(first) = places.next() else {
-        return Vec::new();
-    };
-    let mut unit = DebugUnit::new(&name(&first.file));
-    code.iter().for_each(|code| unit.add(code));
+/// What is told about some code.
+#[derive(Debug)]
+pub(super) struct Described<'a> {
+    pub code: &'a [Code],
+    pub flow: &'a Flow<'a>,
+    /// How frames unwind.
+    pub rows: &'a [Row],
+    /// Variables, and the section and offset of their state.
+    pub variables: Vec<(&'a Variables, (usize, u32))>,
+}
+
+/// Everything about some code: how its frames unwind and, where some of its lines are known, lines,
+/// functions and variables.
+pub(super) fn sections(program: &Described) -> Vec<Debug> {
+    let mut sections = Sections::new(DebugWriter::default());
+    let lines = program.code.iter().flat_map(|code| &code.lines);
+    let mut places = lines.filter_map(|(_, place)| place.as_ref());
+    let unit = places.next().map(|first| {
+        let mut unit = DebugUnit::new(&name(&first.file));
+        for (own, state) in &program.variables {
+            variables::add_state(&mut unit.dwarf.unit, &mut unit.types, own, *state);
+        }
+        program.code.iter().for_each(|code| unit.add(program, code));
+        unit
+    });
     // The writer refuses only what could not be spelled, such as a name with a zero byte; then
     // there is nothing.
-    unit.written().unwrap_or_default()
+    let written = unit.map_or(Ok(()), |unit| unit.write(&mut sections));
+    let frames = frames::table(program.code, program.rows);
+    let written = written.and_then(|()| frames.write_debug_frame(&mut sections.debug_frame));
+    written.and_then(|()| taken(&sections)).unwrap_or_default()
 }
 
 /// A file's name as DWARF can hold it: not empty, without zero bytes.
@@ -85,23 +120,19 @@ struct DebugUnit {
     dwarf: DwarfUnit,
     files: BTreeMap<String, FileId>,
     ranges: Vec<Range>,
+    types: Types,
 }
 
 impl DebugUnit {
     fn new(file: &[u8]) -> DebugUnit {
-        let encoding = Encoding {
-            format: Format::Dwarf32,
-            version: 4,
-            address_size: 4,
-        };
-        let mut dwarf = DwarfUnit::new(encoding);
+        let mut dwarf = DwarfUnit::new(ENCODING);
         let line = LineEncoding {
             minimum_instruction_length: 2,
             ..LineEncoding::default()
         };
         let string = |text: &[u8]| LineString::String(text.to_vec());
         dwarf.unit.line_program =
-            LineProgram::new(encoding, line, string(b"."), None, string(file), None);
+            LineProgram::new(ENCODING, line, string(b"."), None, string(file), None);
         let root = dwarf.unit.get_mut(dwarf.unit.root());
         root.set(DW_AT_producer, AttributeValue::String(b"Whippen".to_vec()));
         root.set(DW_AT_language, AttributeValue::Language(DW_LANG_C99));
@@ -112,6 +143,7 @@ impl DebugUnit {
             dwarf,
             files: BTreeMap::new(),
             ranges: Vec::new(),
+            types: Types::default(),
         }
     }
 
@@ -123,7 +155,7 @@ impl DebugUnit {
         })
     }
 
-    fn add(&mut self, code: &Code) {
+    fn add(&mut self, program: &Described, code: &Code) {
         if code.lines.iter().all(|(_, place)| place.is_none()) {
             return;
         }
@@ -149,7 +181,21 @@ impl DebugUnit {
             } else {
                 *size
             };
-            self.function(code, function, *at, size);
+            let entry = self.function(code, function, *at, size);
+            let mode = program
+                .variables
+                .iter()
+                .find_map(|(own, _)| Some((*own, own.mode(function)?)));
+            if let Some((own, mode)) = mode {
+                let of = ModeCode {
+                    own,
+                    mode,
+                    code,
+                    range: (*at, size),
+                };
+                let unit = &mut self.dwarf.unit;
+                variables::add_locals(unit, &mut self.types, program, &of, entry);
+            }
         }
     }
 
@@ -184,7 +230,7 @@ impl DebugUnit {
         }
     }
 
-    fn function(&mut self, code: &Code, function: &str, at: u32, size: u32) {
+    fn function(&mut self, code: &Code, function: &str, at: u32, size: u32) -> UnitEntryId {
         let place = code
             .lines
             .iter()
@@ -193,8 +239,8 @@ impl DebugUnit {
             .and_then(|(_, place)| place.clone());
         let file = place.as_ref().map(|place| self.file(&place.file));
         let unit = &mut self.dwarf.unit;
-        let entry = unit.add(unit.root(), DW_TAG_subprogram);
-        let entry = unit.get_mut(entry);
+        let id = unit.add(unit.root(), DW_TAG_subprogram);
+        let entry = unit.get_mut(id);
         entry.set(DW_AT_name, AttributeValue::String(name(function)));
         entry.set(DW_AT_external, AttributeValue::Flag(true));
         let low = Address::Symbol {
@@ -210,66 +256,14 @@ impl DebugUnit {
                 AttributeValue::Udata(u64::from(place.line)),
             );
         }
+        id
     }
 
-    fn written(mut self) -> gimli::write::Result<Vec<Debug>> {
+    fn write(mut self, sections: &mut Sections<DebugWriter>) -> gimli::write::Result<()> {
         let unit = &mut self.dwarf.unit;
         let ranges = unit.ranges.add(RangeList(self.ranges));
         unit.get_mut(unit.root())
             .set(DW_AT_ranges, AttributeValue::RangeListRef(ranges));
-        let mut sections = Sections::new(DebugWriter::default());
-        self.dwarf.write(&mut sections)?;
-        let mut out = Vec::new();
-        sections.for_each(|id, writer| {
-            if !writer.bytes.slice().is_empty() {
-                out.push(Debug {
-                    name: id.name(),
-                    bytes: writer.bytes.slice().to_vec(),
-                    holes: writer.holes.clone(),
-                });
-            }
-            gimli::write::Result::Ok(())
-        })?;
-        Ok(out)
-    }
-}
-
-/// Bytes and holes.
-#[derive(Debug, Clone)]
-struct DebugWriter {
-    bytes: EndianVec<LittleEndian>,
-    holes: Vec<Hole>,
-}
-
-impl Default for DebugWriter {
-    fn default() -> DebugWriter {
-        DebugWriter {
-            bytes: EndianVec::new(LittleEndian),
-            holes: Vec::new(),
-        }
-    }
-}
-
-impl RelocateWriter for DebugWriter {
-    type Writer = EndianVec<LittleEndian>;
-
-    fn writer(&self) -> &Self::Writer {
-        &self.bytes
-    }
-
-    fn writer_mut(&mut self) -> &mut Self::Writer {
-        &mut self.bytes
-    }
-
-    fn relocate(&mut self, relocation: Relocation) {
-        let to = match relocation.target {
-            RelocationTarget::Symbol(section) => To::Code(section),
-            RelocationTarget::Section(id) => To::Debug(id.name()),
-        };
-        self.holes.push(Hole {
-            at: relocation.offset as u32,
-            to,
-            addend: relocation.addend as u32,
-        });
+        self.dwarf.write(sections)
     }
 }

@@ -14,9 +14,12 @@ use whippen_isa::Arch;
 
 use super::dwarf::{self, Code, Debug, To};
 use super::fixup::{FixupError, put_addend};
+use super::flow;
 use super::lines::Place;
 use super::linked::{Image, Linked};
 use super::object::{Object, Section, SectionKind};
+use super::unwind;
+use super::variables::Variables;
 use file::{File, Part};
 use symbols::{Entry, Symbols};
 
@@ -29,9 +32,9 @@ const NOTE_OWNER: &str = "Whippen";
 /// A note of this kind says what is not proven.
 const NOTE_UNPROVEN: u32 = 0x100;
 
-/// The image as an executable, with its symbols and lines; one that is not proven to be in time
-/// has a note that says why.
-pub fn executable(image: &Image, unproven: Option<&str>) -> Vec<u8> {
+/// The image as an executable, with its symbols, lines and variables; one that is not proven to be
+/// in time has a note that says why.
+pub fn executable(image: &Image, variables: &[Variables], unproven: Option<&str>) -> Vec<u8> {
     let mut file = File::new(Some(image.entry | 1));
     for Linked {
         name,
@@ -51,7 +54,19 @@ pub fn executable(image: &Image, unproven: Option<&str>) -> Vec<u8> {
     let code: Vec<Code> = (0..image.sections.len())
         .filter_map(|index| linked_code(image, index))
         .collect();
-    for debug in dwarf::sections(&code) {
+    let flow = flow::of_image(image);
+    let state = |name: &str| {
+        let symbol = image.symbols.iter().find(|symbol| symbol.name == name)?;
+        let section = symbol.section?;
+        Some((section, symbol.address - image.sections[section].run))
+    };
+    let program = dwarf::Described {
+        code: &code,
+        flow: &flow,
+        rows: &unwind::rows(&flow),
+        variables: placed(variables, state),
+    };
+    for debug in dwarf::sections(&program) {
         let address = |to: &To| {
             if let To::Code(index) = to {
                 image.sections[*index].run
@@ -75,14 +90,19 @@ pub fn executable(image: &Image, unproven: Option<&str>) -> Vec<u8> {
         place: symbol.section.map_or(symbols::ABSOLUTE, file::number),
     });
     symbols.add(named.collect());
-    file.finish(&symbols, &attributes::section(image.arch))
+    file.finish(&symbols, &attributes::section(image.arch, true))
 }
 
-/// An object as a relocatable file, its lines included.
+/// An object as a relocatable file, its lines and variables included.
 ///
 /// # Errors
 /// A fixup that leaves its section, or whose addend does not fit its place.
-pub fn relocatable(object: &Object, arch: Arch, places: &[Place]) -> Result<Vec<u8>, FixupError> {
+pub fn relocatable(
+    object: &Object,
+    arch: Arch,
+    places: &[Place],
+    variables: &[Variables],
+) -> Result<Vec<u8>, FixupError> {
     let mut file = File::new(None);
     for section in &object.sections {
         let mut bytes = section.bytes.clone();
@@ -95,7 +115,17 @@ pub fn relocatable(object: &Object, arch: Arch, places: &[Place]) -> Result<Vec<
     let code: Vec<Code> = (0..object.sections.len())
         .filter_map(|index| object_code(object, index, places))
         .collect();
-    let debug = dwarf::sections(&code);
+    let flow = flow::of_object(object, arch);
+    let state = |name: &str| {
+        let symbol = object.symbols.iter().find(|symbol| symbol.name == name)?;
+        Some((symbol.section?, symbol.offset))
+    };
+    let debug = dwarf::sections(&dwarf::Described {
+        code: &code,
+        flow: &flow,
+        rows: &unwind::rows(&flow),
+        variables: placed(variables, state),
+    });
     for section in &debug {
         file.add(Part::debug(section.name, section.filled(|_| 0)));
     }
@@ -124,7 +154,17 @@ pub fn relocatable(object: &Object, arch: Arch, places: &[Place]) -> Result<Vec<
             section.holes.iter().map(entry).collect(),
         );
     }
-    Ok(file.finish(&symbols, &attributes::section(arch)))
+    Ok(file.finish(&symbols, &attributes::section(arch, false)))
+}
+
+/// Variables whose state is somewhere.
+fn placed(
+    all: &[Variables],
+    place: impl Fn(&str) -> Option<(usize, u32)>,
+) -> Vec<(&Variables, (usize, u32))> {
+    let own = all.iter();
+    own.filter_map(|own| Some((own, place(&format!("{}_state", own.name))?)))
+        .collect()
 }
 
 /// What an object defines and what it wants.
@@ -163,6 +203,7 @@ fn linked_code(image: &Image, index: usize) -> Option<Code> {
         .collect();
     (section.kind == SectionKind::Code).then_some(Code {
         section: index,
+        base: section.run,
         size: section.size,
         functions,
         lines,
@@ -191,6 +232,7 @@ fn object_code(object: &Object, index: usize, places: &[Place]) -> Option<Code> 
         .collect();
     (kind == SectionKind::Code).then_some(Code {
         section: index,
+        base: flow::base(index),
         size,
         functions,
         lines,

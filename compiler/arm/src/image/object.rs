@@ -1,5 +1,8 @@
 //! Code and data without addresses: sections, symbols, places to be filled in.
 
+use super::lines::Place;
+use super::link::Input;
+
 /// What a section holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum SectionKind {
@@ -128,4 +131,28 @@ pub struct Object {
     pub sections: Vec<Section>,
     /// Symbols; names are unique.
     pub symbols: Vec<Symbol>,
+}
+
+impl Object {
+    /// Several objects as one, whose names are different, and the places of all their origins.
+    pub fn joined(inputs: &[Input]) -> (Object, Vec<Place>) {
+        let (mut all, mut places) = (Object::default(), Vec::new());
+        for input in inputs {
+            let (sections, origins) = (all.sections.len(), places.len() as u32);
+            all.sections.extend(input.object.sections.iter().cloned());
+            for row in all.sections[sections..]
+                .iter_mut()
+                .flat_map(|own| &mut own.lines)
+            {
+                row.origin = row.origin.map(|origin| origin + origins);
+            }
+            all.symbols
+                .extend(input.object.symbols.iter().map(|symbol| Symbol {
+                    section: symbol.section.map(|section| section + sections),
+                    ..symbol.clone()
+                }));
+            places.extend_from_slice(input.places);
+        }
+        (all, places)
+    }
 }

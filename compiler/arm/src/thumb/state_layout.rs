@@ -176,6 +176,11 @@ impl Ring {
     }
 }
 
+/// The ring of so many keys by itself, and the bytes of the most events of a tick.
+pub(super) fn event_ring(kernel: &Kernel, keys: u32) -> Option<(EventRing, u32)> {
+    Ring::new(kernel, keys).map(|ring| (EventRing::of(&ring), ring.tick_bytes_max))
+}
+
 impl StateLayout {
     /// The state of so many keys of a kernel, to be closed; within a firmware, the rows of
     /// words are the caller's. The entry of a tick computes so many live parameters more.

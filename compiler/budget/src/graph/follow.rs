@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
+use whippen_arm::control::{Control, falls_through};
 use whippen_isa::timing::Target;
 use whippen_isa::{Class, Inst, ItState, NotDecoded, Op};
 
 use super::super::memory::SOMEWHERE;
-use super::control::{Control, falls_through};
 use super::{Block, Context, ContextId, Destination, Edge, Graph, Item, Tables};
 use crate::{Known, NotBounded, Query};
 

@@ -3,8 +3,9 @@
 use whippen_isa::Arch;
 
 /// The section's bytes. Functions keep the base procedure call standard and pass no floating point,
-/// so that code of both its variants may be linked with them.
-pub(super) fn section(arch: Arch) -> Vec<u8> {
+/// so that code of both its variants may be linked with them. Of an image, which is `linked`, that
+/// would tell gdb nothing of how a `double` lies in memory, so it says the base standard.
+pub(super) fn section(arch: Arch, linked: bool) -> Vec<u8> {
     let (name, number, thumb, dsp) = match arch {
         Arch::V6M => ("Cortex-M0+", 12, 1, 0),
         Arch::V7EM => ("Cortex-M4", 13, 2, 0),
@@ -13,8 +14,9 @@ pub(super) fn section(arch: Arch) -> Vec<u8> {
     let mut tags = vec![5];
     tags.extend(name.as_bytes());
     // CPU_arch, CPU_arch_profile M, THUMB_ISA_use, ABI_align_needed and _preserved 8, ABI_VFP_args
-    // either, DSP_extension.
-    tags.extend([0, 6, number, 7, b'M', 9, thumb, 24, 1, 25, 1, 28, 3]);
+    // base or either, DSP_extension.
+    let float = if linked { 0 } else { 3 };
+    tags.extend([0, 6, number, 7, b'M', 9, thumb, 24, 1, 25, 1, 28, float]);
     if dsp == 1 {
         tags.extend([46, dsp]);
     }

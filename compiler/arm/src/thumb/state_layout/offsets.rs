@@ -1,11 +1,21 @@
 //! Offsets of what is read and written from outside, in bytes from the symbol `NAME_state`.
 
-use super::{EVENT_HEAD, EVENT_LOST, EVENT_TAIL, StateLayout};
+use super::{EVENT_HEAD, EVENT_LOST, EVENT_TAIL, Ring, StateLayout};
 
 impl StateLayout {
     /// Bytes of the state.
     pub fn size(&self) -> u32 {
         self.size
+    }
+
+    /// How many keys it has.
+    pub fn keys(&self) -> u32 {
+        self.keys
+    }
+
+    /// Whether words and events lie in the state, and not in a firmware's frame.
+    pub fn has_rows(&self) -> bool {
+        self.caller.is_none()
     }
 
     /// The word that comes in of a key and port.
@@ -33,6 +43,16 @@ impl StateLayout {
         self.cells.get(cell).map(|at| self.record(key) + at)
     }
 
+    /// A value per key, in the record of a key.
+    pub fn keyed(&self, key: u32, keyed: usize) -> Option<u32> {
+        self.keyed.get(keyed).map(|at| self.record(key) + at)
+    }
+
+    /// The number by which events know a key, where keys have events.
+    pub fn number(&self, key: u32) -> Option<u32> {
+        self.number.map(|at| self.record(key) + at)
+    }
+
     /// A probe of a key, 8 bytes, if probes are kept.
     pub fn probe(&self, key: u32, probe: usize) -> Option<u32> {
         self.probes
@@ -48,15 +68,7 @@ impl StateLayout {
 
     /// The ring of events, if keys have any.
     pub fn events(&self) -> Option<EventRing> {
-        let ring = self.ring?;
-        Some(EventRing {
-            head: EVENT_HEAD,
-            tail: EVENT_TAIL,
-            lost: EVENT_LOST,
-            start: ring.at,
-            bytes: ring.bytes,
-            event: ring.event,
-        })
+        self.ring.as_ref().map(EventRing::of)
     }
 }
 
@@ -84,6 +96,17 @@ pub struct EventRing {
 pub const EVENT_MARK: u32 = !0;
 
 impl EventRing {
+    pub(super) fn of(ring: &Ring) -> EventRing {
+        EventRing {
+            head: EVENT_HEAD,
+            tail: EVENT_TAIL,
+            lost: EVENT_LOST,
+            start: ring.at,
+            bytes: ring.bytes,
+            event: ring.event,
+        }
+    }
+
     /// Where what was written first and not read yet goes on, if a mark stands at `tail`.
     pub fn behind_mark(&self, tail: u32) -> u32 {
         (tail | (self.bytes - 1)).wrapping_add(1)

@@ -1,0 +1,294 @@
+//! Stack unwinding: at every instruction, where the caller's stack and registers are.
+//!
+//! ```text
+//!   code, functions, targets of indirect branches --data flow--> Entry values of registers and stack slots --> Row..
+//! ```
+//!
+//! Found by following the code itself, so what is generated and what is written by hand need no
+//! directives and cannot disagree with their bytes. A register or a stack slot holds the value that
+//! some register had at the entry of the function, or something else; where paths meet, what they
+//! agree on. The canonical frame address (CFA) is the stack pointer at the entry.
+//!
+//! A function that never returns has no caller: its return address is undefined. What a call keeps
+//! is what the callee keeps, where its code is here; one in another object keeps what the procedure
+//! call standard says, and one that nobody names keeps nothing.
+//!
+//! Not here: how the rows are written (`dwarf`).
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::flow::{Flow, Leads, state_at};
+use crate::control::Control;
+use crate::stack::{loaded_slot, moved, stored_slot};
+use whippen_isa::{Inst, ItState, RegSet, reg};
+
+/// Registers that a caller may want back: R4 to R11 and LR.
+pub(super) const KEPT: [u8; 9] = [4, 5, 6, 7, 8, 9, 10, 11, reg::LR];
+
+/// Where the value is that a register had at the entry.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Rule {
+    /// Where it was.
+    Same,
+    /// So many bytes from the CFA.
+    Slot(i32),
+    /// In another register.
+    Register(u8),
+    /// Nowhere.
+    Lost,
+}
+
+/// From an address on: the CFA in bytes above the stack pointer, and the rules of [`KEPT`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Row {
+    pub at: u32,
+    pub cfa: i32,
+    pub rules: [Rule; KEPT.len()],
+}
+
+impl Row {
+    /// What holds at the entry of a function.
+    pub(super) fn entry(at: u32) -> Row {
+        Row {
+            at,
+            cfa: 0,
+            rules: [Rule::Same; KEPT.len()],
+        }
+    }
+}
+
+/// The rows of all code that is reached from functions, by address.
+pub(super) fn rows(flow: &Flow) -> Vec<Row> {
+    let mut unwind = Unwind {
+        flow,
+        frames: BTreeMap::new(),
+        entries: BTreeSet::new(),
+        changed: BTreeMap::new(),
+    };
+    unwind.find_entries();
+    // What callees change is found with what they were found to change so far, until it is all.
+    while unwind.follow_all() {}
+    let frames = unwind.frames.into_iter();
+    frames.map(|(at, (frame, _))| frame.row(at)).collect()
+}
+
+/// What holds before an instruction.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Frame {
+    /// The entry of the function.
+    function: u32,
+    /// The register whose value at the entry each register has.
+    registers: [Option<u8>; 15],
+    /// The same of the words below the CFA, the first right below it.
+    slots: Vec<Option<u8>>,
+}
+
+impl Frame {
+    fn entry(function: u32, returns: bool) -> Frame {
+        let mut registers = std::array::from_fn(|register| Some(register as u8));
+        if !returns {
+            registers[usize::from(reg::LR)] = None;
+        }
+        Frame {
+            function,
+            registers,
+            slots: Vec::new(),
+        }
+    }
+
+    fn depth(&self) -> i32 {
+        4 * self.slots.len() as i32
+    }
+
+    fn row(&self, at: u32) -> Row {
+        let rule = |register: u8| {
+            let holds = |held: &Option<u8>| *held == Some(register);
+            if let Some(slot) = self.slots.iter().position(holds) {
+                Rule::Slot(-4 * (slot as i32 + 1))
+            } else if holds(&self.registers[usize::from(register)]) {
+                Rule::Same
+            } else {
+                let other = self.registers.iter().position(holds);
+                other.map_or(Rule::Lost, |other| Rule::Register(other as u8))
+            }
+        };
+        Row {
+            at,
+            cfa: self.depth(),
+            rules: KEPT.map(rule),
+        }
+    }
+
+    /// What both agree on; whether that is less than this one knew.
+    fn meet(&mut self, other: &Frame) -> bool {
+        let before = self.clone();
+        self.slots.truncate(other.slots.len());
+        let slots = self.slots.iter_mut().zip(&other.slots);
+        let all = self.registers.iter_mut().zip(&other.registers).chain(slots);
+        for (own, other) in all {
+            if own != other {
+                *own = None;
+            }
+        }
+        *self != before
+    }
+
+    /// The index of the word at a distance from the CFA.
+    fn slot(&self, at: i32) -> Option<usize> {
+        let index = usize::try_from(-at / 4 - 1).ok()?;
+        (at % 4 == 0 && index < self.slots.len()).then_some(index)
+    }
+
+    /// An instruction, apart from where it leads.
+    fn execute(&mut self, inst: &Inst) {
+        let (sp, before) = (-self.depth(), self.clone());
+        let defs = inst.defs();
+        if defs.contains(RegSet::core(reg::SP)) {
+            let down = -(sp + moved(inst).unwrap_or(0)) / 4;
+            self.slots.resize(down.max(0) as usize, None);
+        }
+        let copied = |register: u8| before.registers[usize::from(register)];
+        for register in 0..15 {
+            if let Some(slot) = stored_slot(inst, sp, register).and_then(|at| self.slot(at)) {
+                self.slots[slot] = copied(register).filter(|_| !inst.is_conditional());
+            }
+        }
+        for register in (0..15).filter(|register| defs.contains(RegSet::core(*register))) {
+            let loaded = loaded_slot(inst, sp, register).and_then(|at| before.slot(at));
+            let value = match inst.op() {
+                whippen_isa::Op::MOV_register if inst.amount == 0 => copied(inst.m),
+                _ => loaded.and_then(|slot| before.slots[slot]),
+            };
+            self.registers[usize::from(register)] = value.filter(|_| !inst.is_conditional());
+        }
+    }
+
+    /// A call that changes these of the registers that calls keep.
+    fn call(&mut self, changed: u16) {
+        for register in [0, 1, 2, 3, 12, reg::LR] {
+            self.registers[usize::from(register)] = None;
+        }
+        for register in (0..15).filter(|register| changed >> register & 1 != 0) {
+            self.registers[register] = None;
+        }
+    }
+}
+
+struct Unwind<'a> {
+    flow: &'a Flow<'a>,
+    /// What holds before each instruction, and its place in an IT block.
+    frames: BTreeMap<u32, (Frame, ItState)>,
+    /// Addresses that are called, or named as functions and not branched to from inside another.
+    entries: BTreeSet<u32>,
+    /// The registers that each function does not keep, as bits.
+    changed: BTreeMap<u32, u16>,
+}
+
+impl Unwind<'_> {
+    /// Named functions that nobody branches to from inside another, and what is called.
+    fn find_entries(&mut self) {
+        let mut inside = BTreeSet::new();
+        for (at, to) in &self.flow.targets {
+            let inst = self.flow.inst(*at, ItState::OUTSIDE);
+            if inst.is_some_and(|inst| Control::of(&inst, *at) != Control::CallIndirect) {
+                inside.extend(to.iter().copied());
+            }
+        }
+        let functions = self.flow.functions.iter().copied();
+        let mut open: Vec<u32> = functions.filter(|at| !inside.contains(at)).collect();
+        while let Some(entry) = open.pop() {
+            if self.flow.inst(entry, ItState::OUTSIDE).is_some() && self.entries.insert(entry) {
+                self.walk(entry, &mut |_, leads| {
+                    open.extend(leads.calls.iter().flatten())
+                });
+            }
+        }
+    }
+
+    /// Every instruction that is reached from an entry without leaving the function.
+    fn walk(&self, entry: u32, seen: &mut dyn FnMut(u32, &Leads)) {
+        let (mut open, mut done) = (vec![(entry, ItState::OUTSIDE)], BTreeSet::new());
+        while let Some((at, it)) = open.pop() {
+            if !done.insert(at) {
+                continue;
+            }
+            let Some(inst) = self.flow.inst(at, it) else {
+                continue;
+            };
+            let leads = self.flow.leads(&inst, at);
+            open.extend(
+                leads
+                    .to
+                    .iter()
+                    .map(|to| (*to, state_at(*to, at, &inst, it))),
+            );
+            seen(at, &leads);
+        }
+    }
+
+    fn returns(&self, entry: u32) -> bool {
+        let mut returns = false;
+        self.walk(entry, &mut |_, leads| returns |= leads.returns);
+        returns
+    }
+
+    /// Follows all functions; whether one was found to change more than was known.
+    fn follow_all(&mut self) -> bool {
+        self.frames.clear();
+        let mut changed = self.changed.clone();
+        let mut open = Vec::new();
+        for &entry in &self.entries {
+            let frame = Frame::entry(entry, self.returns(entry));
+            self.frames.insert(entry, (frame, ItState::OUTSIDE));
+            open.push(entry);
+        }
+        while let Some(at) = open.pop() {
+            let Some((frame, it)) = self.frames.get(&at).cloned() else {
+                continue;
+            };
+            let Some(inst) = self.flow.inst(at, it) else {
+                self.frames.remove(&at);
+                continue;
+            };
+            let leads = self.flow.leads(&inst, at);
+            let mut behind = frame;
+            behind.execute(&inst);
+            for called in &leads.calls {
+                let all = called.and_then(|called| self.changed.get(&called));
+                behind.call(all.copied().unwrap_or(0));
+            }
+            if leads.calls_anybody {
+                behind.call(0xff0);
+            }
+            if leads.returns {
+                let lost = (4..12).filter(|r| behind.registers[usize::from(*r)] != Some(*r));
+                let bits = lost.fold(0, |bits, r| bits | 1 << r);
+                *changed.entry(behind.function).or_default() |= bits;
+            }
+            for to in leads.to {
+                if self.entries.contains(&to) && to != behind.function {
+                    // It goes on as if it had been called by our caller.
+                    let all = self.changed.get(&to).copied().unwrap_or(0);
+                    *changed.entry(behind.function).or_default() |= all;
+                    continue;
+                }
+                let it = state_at(to, at, &inst, it);
+                self.arrive(to, &behind, it, &mut open);
+            }
+        }
+        std::mem::replace(&mut self.changed, changed) != self.changed
+    }
+
+    fn arrive(&mut self, at: u32, frame: &Frame, it: ItState, open: &mut Vec<u32>) {
+        let less = match self.frames.get_mut(&at) {
+            Some((known, _)) => known.meet(frame),
+            None => {
+                self.frames.insert(at, (frame.clone(), it));
+                true
+            }
+        };
+        if less {
+            open.push(at);
+        }
+    }
+}

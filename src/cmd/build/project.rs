@@ -1,0 +1,231 @@
+//! Files for another project: a relocatable file or C text, and beside it the header for C and C++
+//! and the module for Rust.
+//!
+//! A program of several zones is several instruments side by side, each with names of its own.
+
+use std::path::Path;
+
+use whippen_compiler::bindings::{Interface, c_header, c_source, rust_module};
+use whippen_compiler::firmware::with_values_from;
+use whippen_compiler::image::{Input, Object, SectionKind, Variables, link, relocatable};
+use whippen_compiler::kernel::{Kernel, verify};
+use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::thumb::{self, Built};
+use whippen_compiler::variables::variables;
+use whippen_runtime::image::ImageInstrument;
+
+use super::Args;
+use super::files::{Files, put};
+use super::tick_bound::{self, TickBound};
+use crate::cmd::proof::ANYWAY;
+use crate::cmd::setup::{code_failure, link_failure, symbol_prefix};
+use crate::exit::{Failure, Outcome};
+use crate::say::say;
+
+/// What C code for another project says of time, in two lines.
+const NOT_PROVEN: &str = "Nothing is proven of its time: which instructions run, what surrounds the keys, and where\n\
+                          code and data lie, is up to the project that has it. `whippen budget` proves whole images.";
+
+/// Keys that play one instrument.
+pub(super) struct Part<'a> {
+    /// Prefix of its names.
+    pub name: String,
+    /// Its number.
+    instrument: usize,
+    pub compiled: &'a Compiled,
+    pub keys: u32,
+    /// Its first key, on the keyboard.
+    first: u32,
+}
+
+impl Part<'_> {
+    /// The kernel with the values of its own keys.
+    fn kernel(&self, of: &Kernel) -> Kernel {
+        with_values_from(of, self.first)
+    }
+}
+
+impl Files<'_> {
+    /// The zones of the program, by rising key.
+    fn parts(&self) -> Result<Vec<Part<'_>>, Failure> {
+        let setup = self.setup;
+        let layout = setup
+            .layout
+            .with_keys(setup.keys)
+            .map_err(|error| Failure::Usage(format!("{error}: leave --keys away")))?;
+        let mut parts: Vec<Part> = Vec::new();
+        let zones = layout.programs.iter().flat_map(|program| &program.zones);
+        for zone in zones {
+            let instrument = zone.instrument.index();
+            let compiled = &setup.instruments[instrument];
+            let own = symbol_prefix(compiled);
+            let is_taken = |name: &str| parts.iter().any(|part| part.name == name);
+            let numbered = (2..).map(|nth| format!("{own}_{nth}"));
+            let name = std::iter::once(own.clone())
+                .chain(numbered)
+                .find(|n| !is_taken(n));
+            parts.push(Part {
+                name: name.unwrap_or(own),
+                instrument,
+                compiled,
+                keys: zone.keys.count(),
+                first: zone.keys.first,
+            });
+        }
+        Ok(parts)
+    }
+
+    pub(super) fn write_c(&self, path: &Path) -> Outcome {
+        let header = path.with_extension("h");
+        let include = header.file_name().unwrap_or_default().to_string_lossy();
+        let (parts, scales) = (self.parts()?, self.setup.device.scales());
+        let mut interfaces = Vec::new();
+        for part in &parts {
+            let kernel = part.kernel(&part.compiled.lowered.kernel);
+            let kernel = verify(&kernel).map_err(|errors| {
+                let told: Vec<String> = errors.iter().map(ToString::to_string).collect();
+                Failure::Defect(told.join("; "))
+            })?;
+            let own = Interface::of_c(part.compiled, kernel, scales, &part.name, part.keys);
+            interfaces.push(own.with_first_key(part.first));
+        }
+        let sources = interfaces.iter().filter_map(c_source);
+        let sources: Vec<String> = sources.collect();
+        put_interfaces(path, NOT_PROVEN, &interfaces)?;
+        let text = format!("#include \"{include}\"\n\n{}", sources.join("\n"));
+        put(path, text.as_bytes())?;
+        for part in &parts {
+            let (path, keys) = (path.display(), part.keys);
+            say!("{path}: {keys} keys of {}, in C, with {include}", part.name);
+        }
+        Ok(())
+    }
+
+    pub(super) fn write_object(&self, args: &Args) -> Outcome {
+        let (setup, path) = (self.setup, &args.output.path);
+        let (parts, instruments) = (self.parts()?, self.setup.image_instruments()?);
+        let built: Vec<Built> = parts
+            .iter()
+            .map(|part| self.compiled(part, &instruments[part.instrument]))
+            .collect::<Result<_, _>>()?;
+        let scales = setup.device.scales();
+        let each = || parts.iter().zip(&built);
+        let own: Vec<Variables> = each()
+            .map(|(part, built)| {
+                let modes = &instruments[part.instrument].modes;
+                variables(part.compiled, modes, scales, &part.name, &built.layout)
+            })
+            .collect();
+        let interfaces: Vec<Interface> = each()
+            .map(|(part, built)| {
+                let layout = &built.layout;
+                Interface::of(part.compiled, scales, &part.name, part.keys, layout)
+                    .with_first_key(part.first)
+            })
+            .collect();
+        let inputs: Vec<Input> = each()
+            .map(|(part, built)| Input {
+                object: &built.object,
+                places: &instruments[part.instrument].places,
+            })
+            .collect();
+        let of_time = self.of_time(args, &parts, &instruments, &inputs)?;
+        let (object, places) = Object::joined(&inputs);
+        let bytes = relocatable(&object, setup.board.arch, &places, &own)
+            .map_err(|error| Failure::Defect(format!("the object file: an address {error}")))?;
+        self.tables(args, &inputs, &format!("{}_tick", parts[0].name))?;
+        put_interfaces(path, &of_time, &interfaces)?;
+        put(path, &bytes)?;
+        each().for_each(|(part, built)| report(path, part, built));
+        say!("{of_time}");
+        Ok(())
+    }
+
+    /// What is to be said of the time of all ticks, which one core calls one after the other.
+    fn of_time(
+        &self,
+        args: &Args,
+        parts: &[Part],
+        instruments: &[ImageInstrument],
+        inputs: &[Input],
+    ) -> Result<String, Failure> {
+        let (mut told, mut all, mut period) = (Vec::new(), 0, u64::MAX);
+        for (part, input) in parts.iter().zip(inputs) {
+            let of = (self.setup, part);
+            let bound = TickBound::of(of, &instruments[part.instrument], input);
+            if let Ok(bound) = &bound {
+                let (most, between) = bound.cycles();
+                (all, period) = (all + most, period.min(between));
+            }
+            told.push(tick_bound::check(of, bound, args.unproven)?);
+        }
+        if parts.len() > 1 && all > period {
+            let why =
+                format!("all zones together take up to {all} cycles, and a tick has {period}");
+            if !args.unproven {
+                eprintln!("error: {why}\n{ANYWAY}");
+                return Err(Failure::Program);
+            }
+            told.push(format!("Not proven to be in time: {why}."));
+        }
+        Ok(told.join("\n"))
+    }
+
+    fn compiled(&self, part: &Part, instrument: &ImageInstrument) -> Result<Built, Failure> {
+        let options = thumb::Options {
+            name: part.name.clone(),
+            keys: part.keys,
+            gain: false,
+            probes: false,
+            arch: self.setup.board.arch,
+        };
+        let built = thumb::compile(&instrument.modes, &options).map_err(code_failure)?;
+        let own = part.kernel(&instrument.modes.kernel);
+        Ok(built.with_keys_of(&own, part.first))
+    }
+
+    /// Map and listing, with addresses as on the board.
+    fn tables(&self, args: &Args, inputs: &[Input], entry: &str) -> Outcome {
+        if args.map.is_none() && args.listing.is_none() {
+            return Ok(());
+        }
+        let board = tick_bound::board_to_link_for(self.setup);
+        let image = link(&board, inputs, entry).map_err(link_failure)?;
+        self.listings(args, &image, &board)
+    }
+}
+
+/// The header and the module beside a file; of several instruments, a module for each.
+fn put_interfaces(path: &Path, of_time: &str, all: &[Interface]) -> Outcome {
+    let headers: Vec<String> = all.iter().map(c_header).collect();
+    let header = format!(
+        "/* {} */\n{}",
+        of_time.replace('\n', "\n   "),
+        headers.join("\n")
+    );
+    put(&path.with_extension("h"), header.as_bytes())?;
+    let module = |own: &Interface| match all.len() {
+        1 => rust_module(own),
+        _ => format!("pub mod {} {{\n{}}}\n", own.name, rust_module(own)),
+    };
+    let modules: Vec<String> = all.iter().map(module).collect();
+    let note: String = of_time.lines().map(|line| format!("// {line}\n")).collect();
+    put(
+        &path.with_extension("rs"),
+        (note + &modules.join("\n")).as_bytes(),
+    )
+}
+
+fn report(path: &Path, part: &Part, built: &Built) {
+    let code = built.object.sections.iter();
+    let code = code.filter(|section| section.kind == SectionKind::Code);
+    let code: u32 = code.map(|section| section.size).sum();
+    let state = built.layout.size();
+    let each = built.layout.record(1) - built.layout.record(0);
+    say!(
+        "{}: {} keys of {}, {code} bytes of code, {state} bytes of state, {each} bytes a key and its history",
+        path.display(),
+        part.keys,
+        part.name
+    );
+}
