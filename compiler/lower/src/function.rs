@@ -271,8 +271,8 @@ impl Lowerer<'_> {
     }
 }
 
-/// The function; a logarithm below the lowest operand by its cubic there, whose fourth derivative is
-/// zero: half a cell below that it need not be defined.
+/// The function; a logarithm below the lowest operand by its cubic there, whose fourth derivative
+/// is zero: half a cell below that it need not be defined.
 fn continued(function: Function, x: f64, lowest: f64) -> f64 {
     if function == Function::Log && x < lowest {
         let t = (x - lowest) / lowest;

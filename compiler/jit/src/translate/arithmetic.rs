@@ -4,6 +4,7 @@ use super::Translator;
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{F64, I8, I32, I64};
 use cranelift_codegen::ir::{InstBuilder, Value};
+use cranelift_frontend::FuncInstBuilder;
 use whippen_kernel::{Range, Type};
 
 impl Translator<'_> {
@@ -93,6 +94,12 @@ impl Translator<'_> {
         } else {
             rounded
         }
+    }
+
+    /// The low 32 bits of a result, with their sign.
+    pub(crate) fn wrapped(&mut self, op: impl FnOnce(FuncInstBuilder) -> Value) -> Value {
+        let exact = op(self.f.ins());
+        self.low_word(exact)
     }
 
     /// The low 32 bits, with their sign.

@@ -33,22 +33,10 @@ impl Translator<'_> {
             Op::Sqrt => self.sqrt(a),
             Op::Widen | Op::Narrow | Op::Assume(..) => a,
             Op::Low => self.low_word(a),
-            Op::AddWrap => {
-                let sum = self.f.ins().iadd(a, b);
-                self.low_word(sum)
-            }
-            Op::SubWrap => {
-                let difference = self.f.ins().isub(a, b);
-                self.low_word(difference)
-            }
-            Op::MulWrap => {
-                let product = self.f.ins().imul(a, b);
-                self.low_word(product)
-            }
-            Op::ShlWrap(n) => {
-                let shifted = self.f.ins().ishl_imm_s(a, i64::from(n));
-                self.low_word(shifted)
-            }
+            Op::AddWrap => self.wrapped(|ins| ins.iadd(a, b)),
+            Op::SubWrap => self.wrapped(|ins| ins.isub(a, b)),
+            Op::MulWrap => self.wrapped(|ins| ins.imul(a, b)),
+            Op::ShlWrap(n) => self.wrapped(|ins| ins.ishl_imm_s(a, i64::from(n))),
             Op::Eq => self.f.ins().icmp(IntCC::Equal, a, b),
             Op::Lt => self.f.ins().icmp(IntCC::SignedLessThan, a, b),
             Op::Le => self.f.ins().icmp(IntCC::SignedLessThanOrEqual, a, b),

@@ -2,7 +2,7 @@
 
 use super::{VerifyError, WORDS_MAX};
 use crate::print::Name;
-use crate::{Kernel, Range, Type};
+use crate::{Kernel, Range, Table, Type};
 use std::collections::BTreeSet;
 
 const U16: Range = Range::new(0, 65_535);
@@ -47,16 +47,7 @@ pub(super) fn check(kernel: &Kernel, errors: &mut Vec<VerifyError>) {
         list.size("line", &line.name, line.len as usize);
     }
     for table in &kernel.tables {
-        list.name("table", &table.name);
-        list.size("table", &table.name, table.values.len());
-        let columns = table.columns as usize;
-        if columns == 0 || !table.values.len().is_multiple_of(columns) {
-            let message = format!(
-                "{} words are no whole number of rows of {columns}",
-                table.values.len()
-            );
-            list.error("table", &table.name, message);
-        }
+        list.table(table);
     }
     for event in &kernel.events {
         list.name("event", &event.name);
@@ -79,6 +70,19 @@ struct List<'a> {
 }
 
 impl List<'_> {
+    fn table(&mut self, table: &Table) {
+        self.name("table", &table.name);
+        self.size("table", &table.name, table.values.len());
+        let columns = table.columns as usize;
+        if columns == 0 || !table.values.len().is_multiple_of(columns) {
+            let message = format!(
+                "{} words are no whole number of rows of {columns}",
+                table.values.len()
+            );
+            self.error("table", &table.name, message);
+        }
+    }
+
     fn error(&mut self, word: &str, name: &str, message: String) {
         self.errors.push(VerifyError {
             place: format!("{word} {}", Name(name)),

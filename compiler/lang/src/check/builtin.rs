@@ -39,7 +39,7 @@ pub fn constant(name: &str) -> Option<&'static Constant> {
 
 /// Functions of numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Function {
+pub enum Builtin {
     /// The smaller of two.
     Min,
     /// The larger of two.
@@ -59,7 +59,7 @@ pub struct Signature {
     /// Its name.
     pub name: &'static str,
     /// Which.
-    pub function: Function,
+    pub function: Builtin,
     /// What its arguments are, in order.
     pub args: &'static [&'static str],
 }
@@ -68,13 +68,13 @@ impl Signature {
     /// Whether a term may have its name, and is called then: programs had such terms before there
     /// was the function.
     pub fn can_be_hidden(&self) -> bool {
-        matches!(self.function, Function::Sqrt | Function::Of(_))
+        matches!(self.function, Builtin::Sqrt | Builtin::Of(_))
     }
 }
 
 const fn signature(
     name: &'static str,
-    function: Function,
+    function: Builtin,
     args: &'static [&'static str],
 ) -> Signature {
     Signature {
@@ -86,16 +86,16 @@ const fn signature(
 
 /// The functions.
 pub const FUNCTIONS: &[Signature] = &[
-    signature("min", Function::Min, &["a", "b"]),
-    signature("max", Function::Max, &["a", "b"]),
-    signature("clamp", Function::Clamp, &["value", "low", "high"]),
-    signature("abs", Function::Abs, &["value"]),
-    signature("sqrt", Function::Sqrt, &["value"]),
-    signature("exp", Function::Of(model::Function::Exp), &["value"]),
-    signature("log", Function::Of(model::Function::Log), &["value"]),
-    signature("sin", Function::Of(model::Function::Sin), &["angle"]),
-    signature("cos", Function::Of(model::Function::Cos), &["angle"]),
-    signature("tanh", Function::Of(model::Function::Tanh), &["value"]),
+    signature("min", Builtin::Min, &["a", "b"]),
+    signature("max", Builtin::Max, &["a", "b"]),
+    signature("clamp", Builtin::Clamp, &["value", "low", "high"]),
+    signature("abs", Builtin::Abs, &["value"]),
+    signature("sqrt", Builtin::Sqrt, &["value"]),
+    signature("exp", Builtin::Of(model::Function::Exp), &["value"]),
+    signature("log", Builtin::Of(model::Function::Log), &["value"]),
+    signature("sin", Builtin::Of(model::Function::Sin), &["angle"]),
+    signature("cos", Builtin::Of(model::Function::Cos), &["angle"]),
+    signature("tanh", Builtin::Of(model::Function::Tanh), &["value"]),
 ];
 
 /// The names of the functions.

@@ -1,6 +1,6 @@
 //! Calls: arguments are bound to parameters; functions become nodes, terms were made scopes before.
 
-use super::builtin::{Function, Signature};
+use super::builtin::{Builtin, Signature};
 use super::elaborate::Elaborator;
 use super::elsewhere;
 use super::items::TermItem;
@@ -54,8 +54,8 @@ impl<'a> Elaborator<'a, '_> {
         self.check_count(signature, args, span)?;
         let values: Vec<Value> = values.into_iter().collect::<Option<_>>()?;
         match (signature.function, &values[..]) {
-            (Function::Sqrt, [a]) => return self.square_root(*a, &args[0].value, span),
-            (Function::Of(function), [a]) => {
+            (Builtin::Sqrt, [a]) => return self.square_root(*a, &args[0].value, span),
+            (Builtin::Of(function), [a]) => {
                 let operand = || format!("the operand of `{}`", signature.name);
                 let number = Ty::Real(Dim::NUMBER);
                 let a = self.expect(*a, &args[0].value, number, operand)?;
@@ -66,10 +66,10 @@ impl<'a> Elaborator<'a, '_> {
         }
         let dim = self.shared_dim(signature, args, &values)?;
         let node = match (signature.function, &values[..]) {
-            (Function::Abs, [a]) => Node::Abs(a.node),
-            (Function::Min, [a, b]) => Node::Min(a.node, b.node),
-            (Function::Max, [a, b]) => Node::Max(a.node, b.node),
-            (Function::Clamp, [value, low, high]) => {
+            (Builtin::Abs, [a]) => Node::Abs(a.node),
+            (Builtin::Min, [a, b]) => Node::Min(a.node, b.node),
+            (Builtin::Max, [a, b]) => Node::Max(a.node, b.node),
+            (Builtin::Clamp, [value, low, high]) => {
                 self.check_order([*low, *high], dim, args)?;
                 let raised = self.node(Node::Max(value.node, low.node), span);
                 Node::Min(raised, high.node)
