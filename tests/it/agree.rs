@@ -45,7 +45,7 @@ fn compare(compiled: &Compiled, words: &[u16], keys: usize, apart: usize, ticks:
 
 #[test]
 fn on_the_bundled_gesture() {
-    for compiled in common::all() {
+    for compiled in common::all_and_functions() {
         let words = common::gesture_words(&compiled);
         // One group in lanes and two keys by themselves.
         compare(&compiled, &words, 6, 997, words.len() / 2);
@@ -79,7 +79,7 @@ fn on_noise() {
             }
         })
         .collect();
-    common::all()
+    common::all_and_functions()
         .iter()
         .for_each(|compiled| compare(compiled, &noise, 5, 997, noise.len() / 2));
 }

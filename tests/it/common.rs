@@ -57,6 +57,14 @@ pub fn all() -> Vec<Compiled> {
         .collect()
 }
 
+/// Every bundled instrument, and one of what none of them has.
+pub fn all_and_functions() -> Vec<Compiled> {
+    let text = include_str!("../programs/functions.whip");
+    let mut every = all();
+    every.extend(compiled("functions.whip", text, &[]));
+    every
+}
+
 /// Sensor words of a key's positions.
 pub fn words(positions_m: &[f64]) -> Vec<u16> {
     words_on(&Device::mikey(), positions_m)

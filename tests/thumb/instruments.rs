@@ -21,16 +21,18 @@ const TICKS: usize = 6000;
 /// Instructions that modes may have.
 const INSTRUCTIONS: usize = 4000;
 
-/// The kernel of every bundled instrument, without observation, and the words of its gesture.
+/// The kernel of every bundled instrument and one more, without observation, and the words of its gesture.
 fn all() -> Vec<(Kernel, Vec<u16>)> {
     let mut kernels = Vec::new();
-    for (file, _) in INSTRUMENTS {
+    let bundled = INSTRUMENTS.iter().map(|(file, _)| ("instruments", *file));
+    // What no bundled instrument has.
+    for (folder, file) in bundled.chain([("tests/programs", "functions.whip")]) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("instruments")
+            .join(folder)
             .join(file);
         let mut map = SourceMap::default();
         map.add(
-            *file,
+            file,
             std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{file}: {e}")),
         );
         let (program, diagnostics) = compile_front(&mut map, &Options::default());
