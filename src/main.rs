@@ -1,5 +1,8 @@
 //! `whippen`: the command line. One file per subcommand in `cmd/`; how a command ends is in `exit`.
 
+// A reader that has seen enough is no defect: everything is printed by `say`.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 mod beside;
 mod cmd;
 mod device;

@@ -96,6 +96,13 @@ impl SetupArgs {
         let layout = program.keyboards.first().map(|keyboard| &keyboard.layout);
         let model = match (name, layout.map(|layout| &*layout.programs)) {
             (None, Some([only])) => &program.instruments[only.zone(ZoneId(0)).instrument.index()],
+            (None, Some(several @ [_, _, ..])) => {
+                let names: Vec<&str> = several.iter().map(|own| own.name.as_str()).collect();
+                let names = names.join(", ");
+                return Err(Failure::Usage(format!(
+                    "the keyboard has several programs, name one of them after the files: {names}"
+                )));
+            }
             _ => load::instrument(program, name)?,
         };
         self.of_one_instrument(map, program, model)

@@ -17,6 +17,8 @@ const CASES: &[Case] = &[
     // Many octaves.
     ("log(max(x / 1 mm, 0.01))", |x| x.max(0.01).ln(), 0.2),
     ("sin(x / 1 mm)", f64::sin, 0.8),
+    // A small part of a turn, in fine units.
+    ("sin(x / 3000 mm)", |x| (x / 3000.0).sin(), 0.03),
     // A thousand turns.
     ("sin(600 * x / 1 mm)", |x| (600.0 * x).sin(), 0.9),
     ("cos(x / 1 mm)", f64::cos, 0.8),

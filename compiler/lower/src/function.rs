@@ -213,9 +213,14 @@ impl Lowerer<'_> {
         place: Option<Value>,
         (lsb, inherited): (f64, f64),
     ) -> Result<Real, OpError> {
-        let mut lsb = lsb.max(grid.reach.magnitude() / format::TOP);
+        let rows = (0..grid.cells).flat_map(|k| coefficients(grid.at, k as f64));
+        let rows: Vec<f64> = rows.collect();
+        // Where the interval is a small part of the grid, slopes reach further than values.
+        let largest = rows.iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+        let reach = grid.reach.magnitude().max(largest);
+        let mut lsb = lsb.max(reach / format::TOP);
         loop {
-            let table = self.table(name, grid, lsb);
+            let table = self.table(name, &rows, lsb);
             match self.horner(table, cell, place) {
                 Err(OpError::Overflow { .. }) => lsb *= 2.0,
                 Err(other) => return Err(other),
@@ -252,12 +257,9 @@ impl Lowerer<'_> {
         self.b.op(Op::MacTop, &[c0, place, slope])
     }
 
-    /// The table of a grid, one for all that ask for the same.
-    fn table(&mut self, name: &str, grid: &Grid, lsb: f64) -> u32 {
-        let rows = (0..grid.cells).flat_map(|k| coefficients(grid.at, k as f64));
-        let values: Vec<i32> = rows
-            .map(|c| quantize(c, lsb).clamp(i32::MIN.into(), i32::MAX.into()) as i32)
-            .collect();
+    /// The table of these rows, one for all that ask for the same.
+    fn table(&mut self, name: &str, rows: &[f64], lsb: f64) -> u32 {
+        let values: Vec<i32> = rows.iter().map(|c| quantize(*c, lsb) as i32).collect();
         if let Some(&known) = self.tables.get(&values) {
             return known;
         }

@@ -20,7 +20,7 @@ use super::tick_bound::{self, TickBound};
 use crate::cmd::proof::ANYWAY;
 use crate::cmd::setup::{code_failure, link_failure, symbol_prefix};
 use crate::exit::{Failure, Outcome};
-use crate::say::say;
+use crate::say::{say, tell};
 
 /// What C code for another project says of time, in two lines.
 const NOT_PROVEN: &str = "Nothing is proven of its time: which instructions run, what surrounds the keys, and where\n\
@@ -78,6 +78,8 @@ impl Files<'_> {
     pub(super) fn write_c(&self, path: &Path) -> Outcome {
         let header = path.with_extension("h");
         let include = header.file_name().unwrap_or_default().to_string_lossy();
+        let module = path.with_extension("rs");
+        let module = module.file_name().unwrap_or_default().to_string_lossy();
         let (parts, scales) = (self.parts()?, self.setup.device.scales());
         let mut interfaces = Vec::new();
         for part in &parts {
@@ -96,7 +98,10 @@ impl Files<'_> {
         put(path, text.as_bytes())?;
         for part in &parts {
             let (path, keys) = (path.display(), part.keys);
-            say!("{path}: {keys} keys of {}, in C, with {include}", part.name);
+            say!(
+                "{path}: {keys} keys of {}, in C, with {include} and {module}",
+                part.name
+            );
         }
         Ok(())
     }
@@ -163,7 +168,7 @@ impl Files<'_> {
             let why =
                 format!("all zones together take up to {all} cycles, and a tick has {period}");
             if !args.unproven {
-                eprintln!("error: {why}\n{ANYWAY}");
+                tell!("error: {why}\n{ANYWAY}");
                 return Err(Failure::Program);
             }
             told.push(format!("Not proven to be in time: {why}."));

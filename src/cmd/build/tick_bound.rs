@@ -15,6 +15,7 @@ use crate::cmd::load;
 use crate::cmd::proof::ANYWAY;
 use crate::cmd::setup::{ImageSetup, link_failure};
 use crate::exit::Failure;
+use crate::say::tell;
 
 /// A tick of all keys of a file, on one core.
 pub struct TickBound {
@@ -42,7 +43,7 @@ pub fn check(
     match bound.missed(setup, part) {
         Some(late) if !unproven => {
             load::print(&setup.map, &[late], Severity::Error);
-            eprintln!("{ANYWAY}");
+            tell!("{ANYWAY}");
             Err(Failure::Program)
         }
         Some(late) => Ok(format!("Not proven to be in time: {}.", late.message)),
