@@ -439,7 +439,7 @@ mod tests {
     fn a_swing_that_lasts_is_measured_and_one_that_ends_is_none() {
         let found = swing(&wave(41.3, 0.0), 10_000.0).expect("it lasts");
         assert!((found.hz / 41.3 - 1.0).abs() < 1e-3, "{found:?}");
-        assert!((found.amplitude / 2e-4 - 1.0).abs() < 0.02, "{found:?}");
+        assert!((found.amplitude / 2e-4 - 1.0).abs() < 0.05, "{found:?}");
         assert!(swing(&wave(41.3, 1.0), 10_000.0).is_some());
         assert_eq!(swing(&wave(41.3, -0.5), 10_000.0), None);
         assert_eq!(swing(&[3e-3; 10_000], 10_000.0), None);

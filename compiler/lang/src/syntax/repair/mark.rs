@@ -48,6 +48,8 @@ fn is_named_by_keyword(tokens: &[Spanned<Token>], i: usize) -> bool {
             Some(Token::Over | Token::Slew | Token::Lasting | Token::At) if torque => {
                 !back(3).is_some_and(Token::ends_expression)
             }
+            // `event name every` leads a value, too.
+            Some(Token::Every) if back(4) == Some(Token::Event) => false,
             Some(token) => token.ends_expression(),
             None => false,
         }
