@@ -21,7 +21,8 @@ const TICKS: usize = 6000;
 /// Instructions that modes may have.
 const INSTRUCTIONS: usize = 4000;
 
-/// The kernel of every bundled instrument and one more, without observation, and the words of its gesture.
+/// The kernel of every bundled instrument and one more, without observation, and the words of its
+/// gesture.
 fn all() -> Vec<(Kernel, Vec<u16>)> {
     let mut kernels = Vec::new();
     let bundled = INSTRUMENTS.iter().map(|(file, _)| ("instruments", *file));
