@@ -65,6 +65,18 @@ __attribute__((section(\".vectors\"), used)) const struct vectors vectors = {0x2
 
 /// Ticks that are played: the ring is full before they are over.
 const TICKS: &str = "-DTICKS=60000u";
+/// Where the emulated board has code and data, for a program without a library.
+pub const TARGET: &[&str] = &[
+    "-mcpu=cortex-m33",
+    "-O1",
+    "-nostdlib",
+    "-Wl,--fatal-warnings,-e,reset",
+    "-Wl,--section-start=.vectors=0x10000000",
+    "-Wl,-Ttext=0x20000000",
+    "-Wl,-Tdata=0x20040000",
+    "-Wl,-Tbss=0x20060000",
+];
+/// A compiler that lets nothing pass.
 pub const STRICT: &[&str] = &[
     "-std=c99",
     "-Wall",
@@ -134,23 +146,11 @@ pub fn ran(folder: &Folder, symbols: &[&str]) -> Option<Vec<u32>> {
 /// Links the program for the emulator; what it summed up.
 fn on_the_target(ending: &str) -> Option<Vec<u32>> {
     let folder = built(ending);
-    let place = [
-        "-mcpu=cortex-m33",
-        "-O1",
-        "-nostdlib",
-        "-Wl,--fatal-warnings,-e,reset",
-        "-Wl,--section-start=.vectors=0x10000000",
-        "-Wl,-Ttext=0x20000000",
-        "-Wl,-Tdata=0x20040000",
-        "-Wl,-Tbss=0x20060000",
-        TICKS,
-        "main.c",
-    ];
     let rest = [&format!("piano.{ending}"), "-o", "out.elf", "-lgcc"].map(str::to_string);
     let rest: Vec<&str> = rest.iter().map(String::as_str).collect();
     folder.run(
         "arm-none-eabi-gcc",
-        &[STRICT, &place[..], &rest[..]].concat(),
+        &[STRICT, TARGET, &[TICKS, "main.c"], &rest[..]].concat(),
     )?;
     ran(&folder, &["sum", "events", "lost"])
 }

@@ -9,7 +9,7 @@ use whippen_compiler::pipeline;
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 
-use crate::one_interface::{STRICT, ran};
+use crate::one_interface::{STRICT, TARGET, ran};
 use crate::tools::{Folder, WHIPPEN};
 
 /// Ticks that are played.
@@ -145,22 +145,8 @@ fn zones_play_in_c_what_the_reference_plays() {
             .run(WHIPPEN, &["build", "both.whip", "both", "-o", file])
             .expect("is built");
         folder.write("main.c", MAIN);
-        let place = [
-            "-mcpu=cortex-m33",
-            "-O1",
-            "-nostdlib",
-            "-Wl,--fatal-warnings,-e,reset",
-            "-Wl,--section-start=.vectors=0x10000000",
-            "-Wl,-Ttext=0x20000000",
-            "-Wl,-Tdata=0x20040000",
-            "-Wl,-Tbss=0x20060000",
-            "main.c",
-            file,
-            "-o",
-            "out.elf",
-            "-lgcc",
-        ];
-        let Some(_) = folder.run("arm-none-eabi-gcc", &[STRICT, &place[..]].concat()) else {
+        let rest = ["main.c", file, "-o", "out.elf", "-lgcc"];
+        let Some(_) = folder.run("arm-none-eabi-gcc", &[STRICT, TARGET, &rest].concat()) else {
             return;
         };
         assert_eq!(

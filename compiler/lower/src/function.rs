@@ -83,8 +83,7 @@ impl Lowerer<'_> {
             false => 0.5 * a.lsb,
         };
         let word = self.clamped(a.value, ends)?;
-        let cell_of = |integer: i64| (integer + half(shift)) >> shift;
-        let (first, last) = (cell_of(ends.low), cell_of(ends.high));
+        let (first, last) = (cell_of(ends.low, shift), cell_of(ends.high, shift));
         let lowest = ends.low as f64 * a.lsb;
         let width = exp2(shift.into()) * a.lsb;
         let grid = Grid {
@@ -283,9 +282,9 @@ fn continued(function: Function, x: f64, lowest: f64) -> f64 {
     function.value(x)
 }
 
-/// Half a cell of `2^shift`, none where a cell is one integer.
-fn half(shift: u8) -> i64 {
-    (1_i64 << shift) >> 1
+/// The cell of `2^shift` integers around whose middle an integer lies.
+fn cell_of(integer: i64, shift: u8) -> i64 {
+    (integer + ((1_i64 << shift) >> 1)) >> shift
 }
 
 /// The part of an interval in which a function is not as good as constant, and what is left out
@@ -317,8 +316,7 @@ fn telling(function: Function, range: Interval) -> (Interval, f64) {
 /// `wanted` (SI), else the finest that fits: the shift that makes a cell of an integer, and how far
 /// they are off.
 fn coarsest(function: Function, ends: Range, lsb: f64, wanted: f64) -> (u8, f64) {
-    let cell_of = |shift: u8, integer: i64| (integer + half(shift)) >> shift;
-    let cells = |shift: u8| cell_of(shift, ends.high) - cell_of(shift, ends.low) + 1;
+    let cells = |shift: u8| cell_of(ends.high, shift) - cell_of(ends.low, shift) + 1;
     let error = |shift: u8| match shift {
         0 => 0.0,
         _ => worst_cell(function, ends, lsb, shift),
@@ -339,8 +337,7 @@ fn coarsest(function: Function, ends: Range, lsb: f64, wanted: f64) -> (u8, f64)
 /// Error of the polynomial in the cell where it is worst (SI).
 fn worst_cell(function: Function, ends: Range, lsb: f64, shift: u8) -> f64 {
     let width = exp2(shift.into()) * lsb;
-    let first = (ends.low + half(shift)) >> shift;
-    let last = (ends.high + half(shift)) >> shift;
+    let (first, last) = (cell_of(ends.low, shift), cell_of(ends.high, shift));
     let of = |cell: i64| {
         let middle = cell as f64 * width;
         let lowest = match function {

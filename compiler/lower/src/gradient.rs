@@ -34,6 +34,7 @@ fn gradient(
 ) -> Gradient {
     let one = Interval::point(1.0);
     let scaled = |x: NodeId, by: Interval| scaled(&all[x], by);
+    let bounded = |slope: Option<Interval>| slope.unwrap_or(Interval::around(STEEP));
     match *node {
         Node::Cell(cell) => Gradient::from([(cell, one)]),
         Node::Linear(_, ref terms) => terms.iter().fold(Gradient::new(), |sum, (c, x)| {
@@ -44,17 +45,14 @@ fn gradient(
         Node::Neg(a) => scaled(a, -one),
         Node::Mul(a, b) => added(scaled(a, range(b)), scaled(b, range(a))),
         Node::Div(a, b) => {
-            let inverse = one.quotient(range(b)).unwrap_or(Interval::around(STEEP));
+            let inverse = bounded(one.quotient(range(b)));
             let quotient = range(a) * inverse;
             added(scaled(a, inverse), scaled(b, -(quotient * inverse)))
         }
         Node::Min(a, b) | Node::Max(a, b) | Node::Select(_, a, b) => either(&all[a], &all[b]),
         Node::Abs(a) => either(&all[a], &scaled(a, -one)),
-        Node::Power(a, halves) => scaled(a, slope_of_power(range(a), halves)),
-        Node::Function(function, a) => {
-            let slope = function.slope(range(a));
-            scaled(a, slope.unwrap_or(Interval::around(STEEP)))
-        }
+        Node::Power(a, halves) => scaled(a, bounded(range(a).slope_of_power(halves))),
+        Node::Function(function, a) => scaled(a, bounded(function.slope(range(a)))),
         // What depends on no cell, and bools.
         Node::Const(_)
         | Node::Sense(_)
@@ -70,18 +68,6 @@ fn gradient(
         | Node::Or(..)
         | Node::Not(_)
         | Node::SelectBool(..) => Gradient::new(),
-    }
-}
-
-/// `h/2 a^(h/2 - 1)`
-fn slope_of_power(base: Interval, halves: u8) -> Interval {
-    let factor = Interval::point(0.5 * f64::from(halves));
-    match halves.checked_sub(2) {
-        Some(0) => factor,
-        Some(less) => factor * base.power(less),
-        None => factor
-            .quotient(base.power(1))
-            .unwrap_or(Interval::around(STEEP)),
     }
 }
 

@@ -221,18 +221,13 @@ const STEEP: f64 = 1e15;
 
 /// `n a^(n-1)` with `n` in halves.
 fn power_slope(base: Interval, halves: u8) -> Interval {
-    let n = Interval::point(f64::from(halves) / 2.0);
     let base = if halves % 2 == 1 {
         base.max(Interval::point(0.0))
     } else {
         base
     };
-    match halves {
-        1 => n.quotient(base.power(1)).unwrap_or(Interval {
-            low: n.low / base.power(1).high.max(1.0 / STEEP),
-            high: STEEP,
-        }),
-        0 | 2 => n,
-        _ => n * base.power(halves - 2),
-    }
+    base.slope_of_power(halves).unwrap_or(Interval {
+        low: 0.5 / base.power(1).high.max(1.0 / STEEP),
+        high: STEEP,
+    })
 }

@@ -110,6 +110,16 @@ impl Interval {
         }
     }
 
+    /// The derivative of `self ^ (halves / 2)`, `h/2 a^(h/2 - 1)`; `None` where it is not bounded.
+    pub fn slope_of_power(self, halves: u8) -> Option<Interval> {
+        let factor = Interval::point(0.5 * f64::from(halves));
+        match halves.checked_sub(2) {
+            Some(0) => Some(factor),
+            Some(less) => Some(factor * self.power(less)),
+            None => factor.quotient(self.power(1)),
+        }
+    }
+
     /// Wider at both ends by a part of their size, at least by what is smallest.
     pub(crate) fn wider(self, part: f64) -> Interval {
         let by = |end: f64| part * end.abs() + f64::MIN_POSITIVE;
