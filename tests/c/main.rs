@@ -139,7 +139,7 @@ fn instruments(find: Find, mode: &[&str]) {
         return;
     };
     let mut cases = Vec::new();
-    for compiled in common::all_and_functions() {
+    for compiled in common::all_and_more() {
         let words: Vec<u16> = common::gesture_words(&compiled)
             .into_iter()
             .step_by(7)

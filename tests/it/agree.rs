@@ -45,7 +45,7 @@ fn compare(compiled: &Compiled, words: &[u16], keys: usize, apart: usize, ticks:
 
 #[test]
 fn on_the_bundled_gesture() {
-    for compiled in common::all_and_functions() {
+    for compiled in common::all_and_more() {
         let words = common::gesture_words(&compiled);
         // One group in lanes and two keys by themselves.
         compare(&compiled, &words, 6, 997, words.len() / 2);
@@ -79,7 +79,7 @@ fn on_noise() {
             }
         })
         .collect();
-    common::all_and_functions()
+    common::all_and_more()
         .iter()
         .for_each(|compiled| compare(compiled, &noise, 5, 997, noise.len() / 2));
 }

@@ -57,11 +57,22 @@ pub fn all() -> Vec<Compiled> {
         .collect()
 }
 
-/// Every bundled instrument, and one of what none of them has.
-pub fn all_and_functions() -> Vec<Compiled> {
-    let text = include_str!("../programs/functions.whip");
+/// Programs of what no bundled instrument has, in `tests/programs/`.
+const MORE: &[(&str, &str)] = &[
+    ("functions.whip", include_str!("../programs/functions.whip")),
+    (
+        "rubbed_mass.whip",
+        include_str!("../programs/rubbed_mass.whip"),
+    ),
+];
+
+/// Every bundled instrument, and some of what none of them has.
+pub fn all_and_more() -> Vec<Compiled> {
     let mut every = all();
-    every.extend(compiled("functions.whip", text, &[]));
+    every.extend(
+        MORE.iter()
+            .flat_map(|(file, text)| compiled(file, text, &[])),
+    );
     every
 }
 

@@ -14,6 +14,7 @@ mod emulated;
 mod escapement;
 mod files;
 mod first_mechanisms;
+mod friction;
 mod functions;
 mod grammar;
 mod ideal;

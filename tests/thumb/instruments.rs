@@ -21,13 +21,14 @@ const TICKS: usize = 6000;
 /// Instructions that modes may have.
 const INSTRUCTIONS: usize = 4000;
 
-/// The kernel of every bundled instrument and one more, without observation, and the words of its
+/// The kernel of every bundled instrument and some more, without observation, and the words of its
 /// gesture.
 fn all() -> Vec<(Kernel, Vec<u16>)> {
     let mut kernels = Vec::new();
     let bundled = INSTRUMENTS.iter().map(|(file, _)| ("instruments", *file));
     // What no bundled instrument has.
-    for (folder, file) in bundled.chain([("tests/programs", "functions.whip")]) {
+    let more = ["functions.whip", "rubbed_mass.whip"].map(|file| ("tests/programs", file));
+    for (folder, file) in bundled.chain(more) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join(folder)
             .join(file);

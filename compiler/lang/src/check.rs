@@ -35,6 +35,7 @@ mod elaborate;
 mod elsewhere;
 mod expect;
 mod expr;
+mod friction;
 mod instantiate;
 mod items;
 mod keyboard;

@@ -10,6 +10,8 @@
 mod interval;
 mod problem;
 
+use std::collections::HashMap;
+
 use crate::diag::Diagnostic;
 use crate::model::{Cmp, Function, Interval, Model, Node, NodeId};
 use whippen_ids::IdMap;
@@ -64,7 +66,9 @@ impl Ranges {
             let result: Result<Interval, Option<Problem>> = if tainted {
                 Err(None)
             } else {
-                transfer(model, node, |o| nodes[o]).map_err(Some)
+                transfer(model, node, |o| nodes[o])
+                    .and_then(|value| rubs(model, node, &nodes).map(|()| value))
+                    .map_err(Some)
             };
             nodes.push(result.unwrap_or(Interval {
                 low: 0.0,
@@ -83,6 +87,49 @@ impl Ranges {
     }
 }
 
+/// Whether the law of a friction, if that is what the node is, never pushes: it is not negative
+/// where the slip is not, and not positive where the slip is not.
+fn rubs(model: &Model, node: &Node, nodes: &IdMap<NodeId, Interval>) -> Result<(), Problem> {
+    let Node::Slip(balance) = node else {
+        return Ok(());
+    };
+    let tried = nodes[balance.trial];
+    let halves = [
+        (
+            tried.cut(0.0, f64::INFINITY),
+            Interval {
+                low: 0.0,
+                high: f64::INFINITY,
+            },
+        ),
+        (
+            tried.cut(f64::NEG_INFINITY, 0.0),
+            Interval {
+                low: f64::NEG_INFINITY,
+                high: 0.0,
+            },
+        ),
+    ];
+    for (slip, allowed) in halves {
+        let mut at = HashMap::from([(balance.trial, slip)]);
+        for id in model
+            .dag
+            .between(balance.trial, balance.law)
+            .into_iter()
+            .skip(1)
+        {
+            let of = |o: NodeId| at.get(&o).copied().unwrap_or(nodes[o]);
+            let value = transfer(model, model.dag.get(id), of).unwrap_or(nodes[id]);
+            at.insert(id, value);
+        }
+        let law = at.get(&balance.law).copied().unwrap_or(nodes[balance.law]);
+        if law.low < allowed.low || law.high > allowed.high {
+            return Err(Problem::Pushes(slip, law));
+        }
+    }
+    Ok(())
+}
+
 /// Why a value has no interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Problem {
@@ -92,6 +139,8 @@ pub enum Problem {
     NegativeBase(Interval),
     /// A function of what may lie outside of its domain.
     OutsideDomain(Function, Interval),
+    /// A friction whose law pushes at slips in the first interval: it lies in the second.
+    Pushes(Interval, Interval),
     /// Beyond [`LIMIT`].
     Unbounded,
 }
@@ -127,6 +176,12 @@ pub fn transfer(
         &Node::Mul(a, b) if a == b => of(a).power(4),
         &Node::Mul(a, b) => of(a) * of(b),
         &Node::Div(a, b) => of(a).quotient(of(b)).ok_or(Problem::ZeroDivisor(of(b)))?,
+        &Node::Trial(_, free) => of(free).union(Interval::point(0.0)),
+        &Node::Slip(balance) => of(balance.free).union(Interval::point(0.0)),
+        &Node::Ratio(a, b, limit) => of(a)
+            .quotient(of(b))
+            .ok_or(Problem::ZeroDivisor(of(b)))?
+            .cut(-limit.0, limit.0),
         &Node::Neg(a) => -of(a),
         &Node::Min(a, b) => of(a).min(of(b)),
         &Node::Max(a, b) => of(a).max(of(b)),

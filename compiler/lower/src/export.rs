@@ -6,7 +6,7 @@ use super::real::{Real, Scale, power_of_two};
 use super::update::Update;
 use super::{Lowerer, OpError};
 use whippen_kernel::{Kernel, Op, Range, Value};
-use whippen_lang::model::{CellId, Interval, MachineId, Node};
+use whippen_lang::model::{CellId, Interval, MachineId, Node, NodeId};
 use whippen_lang::units::Dim;
 use whippen_source::Origin;
 
@@ -86,7 +86,7 @@ pub struct Export {
     /// Proven range (SI).
     pub range: Interval,
     /// Bound on the error of one tick (SI), from the state the integers hold at its start and the
-    /// same words.
+    /// same words; infinite behind a friction.
     pub error: f64,
 }
 
@@ -222,7 +222,7 @@ impl Lowerer<'_> {
         let mut exports = Vec::new();
         let model = &self.step.model;
         self.sense_probes(&mut exports)?;
-        let total = self.real(self.step.drive)?;
+        let total = self.exported(self.step.drive)?;
         let newton = model.forces.iter().find_map(|f| f.dim);
         let range = self.ranges.get(self.step.drive);
         let name = if newton == Some(Dim::TORQUE) {
@@ -246,7 +246,7 @@ impl Lowerer<'_> {
                 let bit = self.bool(value.value)?;
                 self.state_probe(&value.name, kind, bit, 1)?
             } else {
-                let real = self.real(value.value)?;
+                let real = self.exported(value.value)?;
                 self.probe(
                     &value.name,
                     kind,
@@ -258,6 +258,16 @@ impl Lowerer<'_> {
         }
         self.memory_probes(&mut exports)?;
         Ok(exports)
+    }
+
+    /// A value with the bound of its error, which there is none of behind a friction.
+    fn exported(&mut self, node: NodeId) -> Result<Real, OpError> {
+        let real = self.real(node)?;
+        let error = match self.step.behind_friction[node] {
+            true => f64::INFINITY,
+            false => real.error,
+        };
+        Ok(Real { error, ..real })
     }
 
     /// What is sensed, and its derivatives where they are computed.

@@ -97,6 +97,12 @@ fn words(kind: NoPrimeKind) -> (Code, &'static str, &'static str, &'static str) 
             "the choice",
             "use `min`, `max` or `clamp`, or let a machine of `states` decide",
         ),
+        NoPrimeKind::Friction => (
+            Code::NoPrime,
+            "a friction has no prime: it may let go within one tick",
+            "the friction",
+            "keep its value of the tick before in a `state` and use the difference",
+        ),
         NoPrimeKind::Bool => (
             Code::NoPrime,
             "a bool has no prime",

@@ -349,6 +349,19 @@ pub enum BodyPart {
         /// The line.
         span: Span,
     },
+    /// `friction f(v) against w = law`
+    Friction {
+        /// Its name.
+        name: Name,
+        /// The slip, by the name that it has in the law.
+        slip: Name,
+        /// The speed that the slip is relative to.
+        against: Expr,
+        /// The force against the slip.
+        law: Expr,
+        /// The line.
+        span: Span,
+    },
 }
 
 /// `from -> to when guard { actions }`

@@ -80,7 +80,7 @@ fn begins(token: Token) -> bool {
         || acts
         || matches!(
             token,
-            Instrument | Term | Keyboard | Angle | Position | Inertia | Mass | Torque
+            Instrument | Term | Keyboard | Angle | Position | Inertia | Mass | Torque | Friction
         )
 }
 
