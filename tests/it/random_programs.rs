@@ -78,7 +78,7 @@ impl Random {
         const LAWS: &[&str] = &[
             "friction rub(v) against 0.3 * x' = 2 N * coulomb_law(v, width: 5 mm/s)",
             "friction rub(v) against 0 m/s = clamp(abs(two), 0, 9) * 1 N * stribeck_law(v, width: 3 mm/s, fall: 0.1 m/s, rest: 1.5)",
-            "friction rub(v) against x' = (0.1 N + clamp(one, 0, 30) * 1 N) * sticky_law(v, a: 200 s^2/m^2)",
+            "friction rub(v) against x' = (0.1 N + clamp(one, 0, 30) * 1 N) * sticky_law(v, top: 50 mm/s)",
             "friction rub(v) against clamp(one, -2, 2) * 1 m/s = if switch then 0.5 N*s/m * v else 3 N * tanh(v / (1 cm/s))",
         ];
         match self.below(8) {

@@ -26,7 +26,14 @@ impl<'a> Elaborator<'a, '_> {
                     .for_each(|jump| self.note_jump(*jump, span));
                 Some(Value::real(derivative.value, dim.div(Dim::TIME)))
             }
-            Err(errors) => {
+            Err(mut errors) => {
+                // A friction is reason enough: what it is made of is of no concern.
+                if errors
+                    .iter()
+                    .any(|error| error.kind == NoPrimeKind::Friction)
+                {
+                    errors.retain(|error| error.kind == NoPrimeKind::Friction);
+                }
                 errors
                     .iter()
                     .for_each(|error| self.report_no_prime(error, span));
