@@ -13,7 +13,7 @@ mod problem;
 use std::collections::HashMap;
 
 use crate::diag::Diagnostic;
-use crate::model::{Cmp, Function, Interval, Model, Node, NodeId};
+use crate::model::{Balance, Cmp, Function, Interval, Model, Node, NodeId};
 use whippen_ids::IdMap;
 
 /// What was proven: an interval per node. Only the analysis makes one.
@@ -175,13 +175,11 @@ pub fn transfer(
         &Node::Sub(a, b) => of(a) - of(b),
         &Node::Mul(a, b) if a == b => of(a).power(4),
         &Node::Mul(a, b) => of(a) * of(b),
-        &Node::Div(a, b) => of(a).quotient(of(b)).ok_or(Problem::ZeroDivisor(of(b)))?,
-        &Node::Trial(_, free) => of(free).union(Interval::point(0.0)),
-        &Node::Slip(balance) => of(balance.free).union(Interval::point(0.0)),
-        &Node::Ratio(a, b, limit) => of(a)
-            .quotient(of(b))
-            .ok_or(Problem::ZeroDivisor(of(b)))?
-            .cut(-limit.0, limit.0),
+        &Node::Div(a, b) => divide(of(a), of(b))?,
+        &Node::Trial(_, free) | &Node::Slip(Balance { free, .. }) => {
+            of(free).union(Interval::point(0.0))
+        }
+        &Node::Ratio(a, b, limit) => divide(of(a), of(b))?.cut(-limit.0, limit.0),
         &Node::Neg(a) => -of(a),
         &Node::Min(a, b) => of(a).min(of(b)),
         &Node::Max(a, b) => of(a).max(of(b)),
@@ -211,6 +209,10 @@ pub fn transfer(
     } else {
         Err(Problem::Unbounded)
     }
+}
+
+fn divide(a: Interval, b: Interval) -> Result<Interval, Problem> {
+    a.quotient(b).ok_or(Problem::ZeroDivisor(b))
 }
 
 /// `1 .. 1` where the comparison always holds, `0 .. 0` where it never does.
