@@ -20,7 +20,7 @@
 //!
 //! Not here: recorded motions (`motion`), strokes made from MIDI notes (`stroke`).
 
-use whippen_compiler::model::Model;
+use whippen_compiler::model::{Model, Sense};
 
 /// One move to a depth, at rest there afterwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -189,7 +189,38 @@ pub fn bundled(model: &Model) -> Gesture {
     }
 }
 
-/// The same, as far (m or rad) as is wanted.
+/// The bundled gestures of the ports of an instrument with several, of equal length: each goes from
+/// its rest, which is 0 or the end nearest to it, far to one side, far to the other and back,
+/// slowly and then fast; each port a quarter of a period later than the one before it, so that two
+/// go round each other.
+pub fn bundled_ports(model: &Model) -> Vec<Gesture> {
+    let ports = model.senses.len();
+    let all: f64 = ROUNDS_S.iter().sum();
+    let last = ROUNDS_S[0] * 0.25 * ports as f64;
+    let round = |(port, sense): (usize, &Sense)| {
+        let (low, high) = (sense.range.low, sense.range.high);
+        let rest = 0.0_f64.clamp(low, high);
+        let side = |end: f64| rest + FAR * (end - rest);
+        let start = Gesture::new().to(rest, 0.0).hold(0.05);
+        let begun = start.hold(0.25 * ROUNDS_S[0] * port as f64);
+        let moved = ROUNDS_S.iter().fold(begun, |gesture, seconds| {
+            let (quarter, half) = (0.25 * seconds, 0.5 * seconds);
+            let gesture = gesture.to(side(high), quarter).to(side(low), half);
+            gesture.to(rest, quarter)
+        });
+        let ends_s = 0.05 + all + last;
+        let wait_s = ends_s - moved.duration_s();
+        moved.hold(wait_s)
+    };
+    model.senses.iter().enumerate().map(round).collect()
+}
+
+/// The rounds of the ports' gesture last so long (s).
+const ROUNDS_S: [f64; 3] = [2.0, 1.0, 0.5];
+/// How much of its range a port goes through.
+const FAR: f64 = 0.8;
+
+/// The bundled gesture of an instrument with one port, as far (m or rad) as is wanted.
 pub fn bundled_to(model: &Model, travel: f64) -> Gesture {
     if model.turns() {
         turns(sensed(model).0, travel / FURTHEST)

@@ -74,7 +74,10 @@ fn once(args: &Args) -> Outcome {
             model.name.clone(),
             devices.of(number, &program.keyboards, &model)?,
         );
-        if let Some(note) = device::unmeasured(&device, &model).filter(|_| !args.json) {
+        for note in device::unmeasured(&device, &model)
+            .iter()
+            .filter(|_| !args.json)
+        {
             tell!("note: {note}");
         }
         let judged = args.stability.then(|| ringing::warnings(&model, &device));

@@ -254,7 +254,8 @@ fn trace_key(
     let playing = score.keys.iter().find(|key| key.index == index);
     let mut follower = Follower::new(playing.map_or(&[][..], |key| &key.moves));
     let rate_hz = f64::from(keyboard.rate_hz());
-    let motion = (score.ticks, |tick| follower.at(tick as f64 / rate_hz));
+    let move_to = |tick: usize, places: &mut [f64]| places.fill(follower.at(tick as f64 / rate_hz));
+    let motion = (score.ticks, move_to);
     let progress = Progress::new(score.ticks, keyboard.rate_hz());
     let at = |ticks| progress.at(ticks);
     let played = session::record(&compiled, device, engine, motion, recording, at)

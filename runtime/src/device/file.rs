@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use whippen_compiler::model::Moves;
 use whippen_compiler::units::{Dim, Quantity, parse_quantity, parse_unit};
 
-use super::{Device, Drive, Heat, Mechanics, Motor, Sensor};
+use super::{Device, Drive, Heat, Mechanics, Motor, Port, Sensor};
 use crate::entries::{Entries, Known};
 use crate::files::FileError;
 
@@ -15,10 +16,22 @@ const KEYS: &[Known] = &[
     ("sensor.low", "-0.5 mm"),
     ("sensor.high", "10.5 mm"),
     ("sensor.delay", "1 sample"),
+    ("sensor.rate", "1 kHz"),
+    ("sensor.step", "0.055 mm"),
     ("drive.bits", "16 bit"),
     ("drive.full_scale", "20 N"),
     ("drive.delay", "1 sample"),
     ("drive.bandwidth", "3 kHz"),
+    ("port.*.sensor.bits", "16 bit"),
+    ("port.*.sensor.low", "-0.5 mm"),
+    ("port.*.sensor.high", "10.5 mm"),
+    ("port.*.sensor.delay", "1 sample"),
+    ("port.*.sensor.rate", "1 kHz"),
+    ("port.*.sensor.step", "0.055 mm"),
+    ("port.*.drive.bits", "16 bit"),
+    ("port.*.drive.full_scale", "20 N"),
+    ("port.*.drive.delay", "1 sample"),
+    ("port.*.drive.bandwidth", "3 kHz"),
     ("mechanics.mass", "60 g"),
     ("mechanics.inertia", "15e-6 kg*m^2"),
     ("mechanics.damping", "0.2 N*s/m"),
@@ -36,41 +49,19 @@ const KEYS: &[Known] = &[
     ("passivity.energy", "20 mJ"),
 ];
 
+/// Parts of a device with a single port alone.
+const OF_ONE: &[&str] = &["sensor.", "drive.", "mechanics.", "motor.", "passivity."];
+
 /// Reads the text of a device file.
 pub fn read(path: &Path, text: &str) -> Result<Device, FileError> {
     let entries = Entries::parse(path, text, KEYS)?;
     let name = entries.text("name")?.to_string();
-    entries.word("sensor.bits")?;
-    entries.word("drive.bits")?;
-    // What the sensor measures says how the device moves, and so what it drives.
-    let turns = entries.is_angle("sensor.low");
-    let (position, force) = if turns {
-        (Dim::NUMBER, Dim::TORQUE)
-    } else {
-        (Dim::LENGTH, Dim::FORCE)
-    };
-    let sensor = Sensor {
-        low: entries.quantity("sensor.low", position)?,
-        high: entries.quantity("sensor.high", position)?,
-        delay_samples: entries.samples("sensor.delay")?,
-    };
-    if sensor.low >= sensor.high {
-        return Err(entries.error("sensor.high", "must lie above `sensor.low`"));
+    let names = port_names(&entries);
+    if !names.is_empty() {
+        return several(&entries, name, &names);
     }
-    let drive = Drive {
-        full_scale: entries.quantity("drive.full_scale", force)?,
-        delay_samples: entries.samples("drive.delay")?,
-        bandwidth_hz: entries
-            .find("drive.bandwidth")
-            .map(|_| entries.quantity("drive.bandwidth", Dim::PER_TIME))
-            .transpose()?,
-    };
-    if drive.bandwidth_hz.is_some_and(|hz| hz <= 0.0) {
-        return Err(entries.error("drive.bandwidth", "must be greater than zero"));
-    }
-    if drive.full_scale <= 0.0 {
-        return Err(entries.error("drive.full_scale", "must be greater than zero"));
-    }
+    let port = port(&entries, "", "")?;
+    let turns = port.turns();
     let has = |part: &str| entries.all().any(|(key, _)| key.starts_with(part));
     let motor = has("motor.").then(|| motor(&entries)).transpose()?;
     let mechanics = has("mechanics.")
@@ -85,13 +76,130 @@ pub fn read(path: &Path, text: &str) -> Result<Device, FileError> {
     }
     Ok(Device {
         name,
-        sensor,
-        drive,
-        turns,
+        ports: vec![port],
         motor,
         mechanics,
         passivity_j,
     })
+}
+
+/// The names behind `port.`, each once, in the order of the file.
+fn port_names(entries: &Entries) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for (key, _) in entries.all() {
+        let name = key
+            .strip_prefix("port.")
+            .and_then(|rest| rest.split('.').next());
+        if let Some(name) = name.filter(|name| names.iter().all(|known| known != name)) {
+            names.push(name.to_string());
+        }
+    }
+    names
+}
+
+/// A device with named ports.
+fn several(entries: &Entries, name: String, names: &[String]) -> Result<Device, FileError> {
+    let of_one = |key: &str| OF_ONE.iter().any(|part| key.starts_with(part));
+    if let Some((key, _)) = entries.all().find(|(key, _)| of_one(key)) {
+        return Err(entries.error(
+            key,
+            "belongs to a device with a single port, without `port`",
+        ));
+    }
+    let all = names
+        .iter()
+        .map(|port_name| port(entries, &format!("port.{port_name}."), port_name));
+    Ok(Device {
+        name,
+        ports: all.collect::<Result<_, _>>()?,
+        motor: None,
+        mechanics: None,
+        passivity_j: None,
+    })
+}
+
+/// The port whose keys begin with a prefix. What it measures says how it moves, and so what drives
+/// it.
+fn port(entries: &Entries, prefix: &str, name: &str) -> Result<Port, FileError> {
+    let key = |key: &str| format!("{prefix}{key}");
+    entries.word(&key("sensor.bits"))?;
+    let low = key("sensor.low");
+    let (dim, moves) = match entries.kind(&low) {
+        _ if entries.is_angle(&low) => (Dim::NUMBER, Moves::Turns),
+        Some(dim) if dim != Dim::LENGTH && !name.is_empty() => (dim, Moves::Not),
+        _ => (Dim::LENGTH, Moves::Slides),
+    };
+    let sensor = sensor(entries, prefix, dim)?;
+    let has_drive = name.is_empty()
+        || entries
+            .all()
+            .any(|(found, _)| found.starts_with(&key("drive.")));
+    let drive = has_drive
+        .then(|| drive(entries, prefix, moves))
+        .transpose()?;
+    Ok(Port {
+        name: name.to_string(),
+        dim,
+        moves,
+        sensor,
+        drive,
+    })
+}
+
+fn sensor(entries: &Entries, prefix: &str, dim: Dim) -> Result<Sensor, FileError> {
+    let key = |key: &str| format!("{prefix}sensor.{key}");
+    let positive = |key: String, dim: Dim| {
+        let found = entries.find(&key).map(|_| entries.quantity(&key, dim));
+        match found.transpose()? {
+            Some(value) if value <= 0.0 => Err(entries.error(&key, "must be greater than zero")),
+            found => Ok(found),
+        }
+    };
+    let sensor = Sensor {
+        low: entries.quantity(&key("low"), dim)?,
+        high: entries.quantity(&key("high"), dim)?,
+        delay_samples: entries.samples(&key("delay"))?,
+        update_hz: positive(key("rate"), Dim::PER_TIME)?,
+        step: positive(key("step"), dim)?,
+    };
+    if sensor.low >= sensor.high {
+        let why = format!("must lie above `{}`", key("low"));
+        return Err(entries.error(&key("high"), &why));
+    }
+    Ok(sensor)
+}
+
+fn drive(entries: &Entries, prefix: &str, moves: Moves) -> Result<Drive, FileError> {
+    let key = |key: &str| format!("{prefix}drive.{key}");
+    let force = match moves {
+        Moves::Slides => Dim::FORCE,
+        Moves::Turns => Dim::TORQUE,
+        Moves::Not => {
+            let found = entries.all().find(|(found, _)| found.starts_with(&key("")));
+            let found = found.map_or("", |(found, _)| found);
+            return Err(entries.error(
+                found,
+                "drives what does not move: forces act on lengths, torques on angles",
+            ));
+        }
+    };
+    entries.word(&key("bits"))?;
+    let bandwidth = key("bandwidth");
+    let drive = Drive {
+        full_scale: entries.quantity(&key("full_scale"), force)?,
+        delay_samples: entries.samples(&key("delay"))?,
+        bandwidth_hz: entries
+            .find(&bandwidth)
+            .map(|_| entries.quantity(&bandwidth, Dim::PER_TIME))
+            .transpose()?,
+    };
+    if drive.bandwidth_hz.is_some_and(|hz| hz <= 0.0) {
+        return Err(entries.error(&bandwidth, "must be greater than zero"));
+    }
+    if drive.full_scale <= 0.0 {
+        return Err(entries.error(&key("full_scale"), "must be greater than zero"));
+    }
+    Ok(drive)
 }
 
 fn motor(entries: &Entries) -> Result<Motor, FileError> {
@@ -127,6 +235,14 @@ impl Entries<'_> {
     fn is_angle(&self, key: &str) -> bool {
         let unit = self.find(key).and_then(|text| text.trim().rsplit_once(' '));
         unit.is_some_and(|(_, unit)| parse_unit(unit).is_some_and(|u| u.dim.is_number()))
+    }
+
+    /// The dimension of a value, if it is a quantity.
+    fn kind(&self, key: &str) -> Option<Dim> {
+        match parse_quantity(self.find(key)?) {
+            Ok(Quantity::Real { dim, .. }) => Some(dim),
+            _ => None,
+        }
     }
 
     /// A value of the given dimension, in SI.
@@ -238,15 +354,17 @@ stop_damping = "20 N*s/m"
     fn units_are_those_of_the_language() {
         let device = read(Path::new("test.toml"), GOOD).unwrap();
         assert_eq!(
-            device.sensor,
+            device.sensor(),
             Sensor {
                 low: -0.0005,
                 high: 0.0105,
-                delay_samples: 0.5
+                delay_samples: 0.5,
+                update_hz: None,
+                step: None,
             }
         );
         assert_eq!(
-            device.drive,
+            device.drive(),
             Drive {
                 full_scale: 0.5,
                 delay_samples: 12.0,
